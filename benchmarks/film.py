@@ -1,0 +1,55 @@
+"""Films: how much faster a frame is than with FuncAnimation and PillowWriter, drawing the same artists; and how large.
+
+Both run in one process, so the ratio means something on any machine. Usage: python benchmarks/film.py [seconds of film]
+"""
+
+from __future__ import annotations
+
+import sys
+import tempfile
+from pathlib import Path
+from time import perf_counter
+
+from matplotlib.animation import FuncAnimation, PillowWriter
+
+sys.path.insert(0, str(Path(__file__).parents[1] / "tests" / "render"))
+from fake_run import CASES, fake_run  # noqa: E402
+
+from governor_mechanism.render.film import film, schedule  # noqa: E402
+from governor_mechanism.render.moments import moments  # noqa: E402
+from governor_mechanism.render.picture import Picture  # noqa: E402
+from governor_mechanism.trajectory import Trajectory  # noqa: E402
+
+
+def with_func_animation(run: Trajectory, path: Path) -> int:
+    """The same film the usual way; returns the number of frames."""
+    times, _ = schedule(0.0, float(run.times[-1]), 25)
+    picture = Picture(run, moments(run, run.scene.part, times), animated=False)
+
+    def update(k: int) -> list[object]:
+        picture.move(k)
+        return []
+
+    FuncAnimation(picture.figure, update, frames=len(times), cache_frame_data=False).save(path, writer=PillowWriter(fps=25))
+    return len(times)
+
+
+def main() -> None:
+    """Print one row per case: milliseconds per frame, and kilobytes, both ways."""
+    seconds = float(sys.argv[1]) if len(sys.argv) > 1 else 10.0
+    print(f"{'case':16}{'usual ms':>10}{'film ms':>10}{'ratio':>8}{'usual kB':>10}{'film kB':>10}")
+    with tempfile.TemporaryDirectory() as folder:
+        usual, ours = Path(folder) / "usual.gif", Path(folder) / "ours.gif"
+        for name, dimensions in CASES.items():
+            run = fake_run(dimensions, duration=seconds)
+            start = perf_counter()
+            film(run, ours)
+            middle = perf_counter()
+            count = with_func_animation(run, usual)
+            slow, fast = (perf_counter() - middle) / count * 1e3, (middle - start) / count * 1e3
+            sizes = [path.stat().st_size / 1e3 for path in (usual, ours)]
+            print(f"{name:16}{slow:10.1f}{fast:10.1f}{slow / fast:8.1f}{sizes[0]:10.0f}{sizes[1]:10.0f}", flush=True)
+
+
+if __name__ == "__main__":
+    main()

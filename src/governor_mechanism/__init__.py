@@ -1,0 +1,107 @@
+"""Planar mechanisms of machine control: described once, run by several engines, checked against closed forms.
+
+import governor_mechanism as gm
+run = gm.run(gm.load("porter"), accuracy=1e-8)
+print(run.readings["arm_angle"][-1], run.error_estimate)
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping, Sequence
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+from governor_mechanism.errors import GovernorMechanismError, MechanismError, RunFailed, UnsupportedEffect
+
+if TYPE_CHECKING:
+    import numpy as np
+    from numpy.typing import NDArray
+
+    from governor_mechanism.checking import CheckReport
+    from governor_mechanism.engines import Engine
+    from governor_mechanism.scene import Scene
+    from governor_mechanism.trajectory import Trajectory
+
+__version__ = "0.1.0"
+
+
+def load(scene: str | Path) -> Scene:
+    """Read a scene: a path to a TOML file, or the name of a shipped scene.
+
+    Raises MechanismError with every mistake of the file, one sentence each.
+    """
+    from governor_mechanism.library import load as load_scene
+    from governor_mechanism.statics import starting_state
+
+    found = load_scene(scene)
+    starting_state(found)  # a start that cannot be made is a mistake of the file, not of the run
+    return found
+
+
+def run(
+    scene: Scene | str | Path,
+    engine: str | Engine = "auto",
+    accuracy: float | None = None,
+    times: NDArray[np.float64] | Sequence[float] | None = None,
+    certify: bool = True,
+) -> Trajectory:
+    """Simulate a scene and return what happened, how accurate it is and what it cost.
+
+    engine is a name or an engine with settings of its own; accuracy is relative to each reading's scale; times (n,) s
+    are reported instead of the scene's own. Raises MechanismError for a wrong description, UnsupportedEffect for an
+    engine that lacks an effect; a run that ends early comes back with a named outcome.
+    """
+    import numpy as np
+
+    from governor_mechanism.engines import choose
+
+    opened = load(scene) if isinstance(scene, str | Path) else scene
+    name = opened.run.engine if engine == "auto" else engine
+    chosen, reason = choose(name) if isinstance(name, str) else (name, "given")
+    reported = None if times is None else np.asarray(times, dtype=np.float64)
+    return chosen.run(opened, times=reported, accuracy=accuracy, certify=certify, reason=reason)
+
+
+def crosscheck(
+    scene: Scene | str | Path,
+    kernel: Callable[..., float] | None = None,
+    quantity: str = "equilibrium_speed",
+    over: Mapping[str, Any] | None = None,
+    allowed: float | None = None,
+) -> CheckReport:
+    """Compare the simulation of a scene with every closed form that applies, or with a function of the caller's.
+
+    A kernel gets its arguments by the names of dimensions and readings, in SI, and is compared over the values
+    `over={"arm_angle": [...]}` of the leading coordinate; allowed is its relative tolerance. The report has .passed,
+    .rows, and prints as a table.
+    """
+    opened = load(scene) if isinstance(scene, str | Path) else scene
+    if kernel is None:
+        from governor_mechanism.checking import check_against_closed_forms
+
+        return check_against_closed_forms(opened)
+    from governor_mechanism.checking.kernel import ALLOWED, check_kernel
+
+    if over is None:
+        coordinate = opened.part.mechanism.coordinate
+        raise MechanismError(f"crosscheck needs over={{{coordinate!r}: [...]}} to compare a kernel")
+    return check_kernel(opened, kernel, quantity, over, ALLOWED if allowed is None else allowed)
+
+
+def film(run: Trajectory, path: str | Path, **options: Any) -> Path:
+    """Write a run as an animation (.gif, or .mp4 with the extra `video`); options as in `render.film.film`."""
+    from governor_mechanism.render.film import film as write_film
+
+    return write_film(run, path, **options)
+
+
+__all__ = [
+    "GovernorMechanismError",
+    "MechanismError",
+    "RunFailed",
+    "UnsupportedEffect",
+    "crosscheck",
+    "film",
+    "load",
+    "run",
+]

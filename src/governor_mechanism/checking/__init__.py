@@ -1,0 +1,22 @@
+"""Simulation against closed forms, and against kernels of the caller's own."""
+
+from __future__ import annotations
+
+from governor_mechanism.checking import pendulum
+from governor_mechanism.checking.report import CheckReport, Row
+from governor_mechanism.errors import MechanismError
+from governor_mechanism.scene import Scene
+
+CHECKS = {"pendulum_governor": pendulum.rows}
+"""The closed-form checks of each machine: scene -> rows."""
+
+
+def check_against_closed_forms(scene: Scene) -> CheckReport:
+    """Compare the simulation of a scene with every closed form that applies to its machine."""
+    machine = scene.part.machine
+    if machine not in CHECKS:
+        raise MechanismError(f"no closed form is written for machine {machine!r}; those with one are {sorted(CHECKS)}")
+    return CheckReport(title=scene.title, against="closed form", rows=tuple(CHECKS[machine](scene)))
+
+
+__all__ = ["CheckReport", "Row", "check_against_closed_forms"]

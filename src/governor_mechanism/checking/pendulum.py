@@ -1,0 +1,154 @@
+"""The pendulum governor against Zehnder's closed forms: rest, small swing, motion, torque, Jacobi integral."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Iterator
+from dataclasses import replace
+from itertools import pairwise
+
+import numpy as np
+from scipy.integrate import solve_ivp
+
+from governor_mechanism.checking.report import Row
+from governor_mechanism.checking.swing import measured_period
+from governor_mechanism.closed_form import pendulum as closed
+from governor_mechanism.engines import choose
+from governor_mechanism.engines.rest import settled
+from governor_mechanism.equations.points import Array
+from governor_mechanism.errors import MechanismError
+from governor_mechanism.scene import RunSettings, Scene, Spindle, Start
+from governor_mechanism.speed import SpeedProgram
+from governor_mechanism.statics import equilibrium_speed
+from governor_mechanism.trajectory import Trajectory
+
+STARTS = (-0.12, 0.03, 0.15)
+"""rad from the closed form's equilibrium: from where the simulation is let go to settle."""
+
+SWING = 1e-3
+"""rad: amplitude of the small free swing, and half that of a second one."""
+
+
+def rows(scene: Scene) -> Iterator[Row]:
+    """Every comparison that applies to the scene; those at rest use the spindle's first speed."""
+    governor = closed.PendulumGovernor(**scene.part.dimensions, gravity=scene.gravity)
+    speed = SpeedProgram(scene.spindle).start_speed
+    steady = replace(scene, spindle=Spindle(speeds=(speed,)))
+    for angle in closed.equilibrium_angles(governor, spindle_speed=speed):
+        yield from _at_rest(steady, governor, speed, float(angle))
+    yield from _in_motion(scene, governor)
+
+
+def _at_rest(scene: Scene, governor: closed.PendulumGovernor, speed: float, angle: float) -> Iterator[Row]:
+    degrees = f"{math.degrees(angle):.4g} deg"
+    yield Row(
+        quantity=f"speed of rest at {degrees}",
+        simulated=float(equilibrium_speed(scene, np.array([angle]))[0]),
+        expected=float(closed.equilibrium_speed(governor, arm_angle=angle)),
+        allowed=1e-10 * speed,
+        unit="rad/s",
+        reason="both are algebra; rounding and the closing of the joints leave about 1e-13",
+    )
+    squared = float(closed.small_oscillation_squared(governor, arm_angle=angle, spindle_speed=speed))
+    if squared <= 0:
+        return  # an unstable equilibrium cannot be settled into
+    low, high = _travel(scene)
+    for offset in STARTS:
+        start = min(max(angle + offset, low + 0.02), high - 0.02)
+        yield Row(
+            quantity=f"settled from {math.degrees(start):.4g} deg",
+            simulated=settled(scene, start),
+            expected=angle,
+            allowed=1e-8,
+            unit="rad",
+            reason="at rest the stepping has no error; the joint solver leaves about 1e-11",
+        )
+    period = 2 * math.pi / math.sqrt(squared)
+    one, two = (_period_of_swing(scene, angle, swing, period) for swing in (SWING, 2 * SWING))
+    yield Row(
+        quantity=f"period of an infinitely small swing at {degrees}",
+        simulated=(4 * one - two) / 3,
+        expected=period,
+        allowed=1e-7 * period,
+        unit="s",
+        reason="two swings extrapolated to none; the cube of the swing, 1e-9, and the run's accuracy stay",
+    )
+
+
+def _period_of_swing(scene: Scene, angle: float, swing: float, period: float) -> float:
+    swinging = replace(
+        scene,
+        start=Start(values={"arm_angle": angle + swing}),
+        run=RunSettings(duration=2.2 * period, every=period / 50, accuracy=1e-9),
+    )
+    return measured_period(_run(swinging), "arm_angle", angle)
+
+
+def _in_motion(scene: Scene, governor: closed.PendulumGovernor) -> Iterator[Row]:
+    run = _run(scene)
+    if len(run.times) < 2:
+        raise MechanismError(f"the run ended before it could be compared: {run.message}")
+    angles, rates = _one_coordinate(scene, governor, run)
+    promised = max(scene.run.accuracy, run.error_estimate or 0.0)
+    worst = int(np.argmax(np.abs(run.readings["arm_angle"] - angles)))
+    yield Row(
+        quantity=f"arm angle in motion (farthest, t = {run.times[worst]:.4g} s)",
+        simulated=float(run.readings["arm_angle"][worst]),
+        expected=float(angles[worst]),
+        allowed=promised,
+        unit="rad",
+        reason="the accuracy asked of the run",
+    )
+    if SpeedProgram(scene.spindle).constant:
+        speed = float(run.readings["spindle_speed"][0])
+        torque = np.asarray(closed.drive_torque(governor, arm_angle=angles, arm_rate=rates, spindle_speed=speed))
+        worst = int(np.argmax(np.abs(run.readings["spindle_torque"] - torque)))
+        yield Row(
+            quantity=f"spindle torque in motion (farthest, t = {run.times[worst]:.4g} s)",
+            simulated=float(run.readings["spindle_torque"][worst]),
+            expected=float(torque[worst]),
+            allowed=promised * run.scales["spindle_torque"],
+            unit="N m",
+            reason="the accuracy asked of the run, times the scale of torques",
+        )
+    yield Row(
+        quantity="Jacobi integral, largest change",
+        simulated=run.energy.drift,
+        expected=0.0,
+        allowed=promised,
+        unit="1",
+        reason="relative to mass x size^2 / time scale^2, like the accuracy",
+    )
+
+
+def _one_coordinate(scene: Scene, governor: closed.PendulumGovernor, run: Trajectory) -> tuple[Array, Array]:
+    """Arm angle and rate (n,) by the one-coordinate equation of motion, from the run's own start."""
+    program = SpeedProgram(scene.spindle)
+
+    def slope(time: float, state: Array) -> list[float]:
+        speed = float(program(np.array([time]), before=time > start)[0])
+        bend = closed.arm_acceleration(governor, arm_angle=state[0], arm_rate=state[1], spindle_speed=speed)
+        return [state[1], float(bend)]
+
+    inner = program.breaks[(program.breaks > run.times[0]) & (program.breaks < run.times[-1])]
+    knots = np.concatenate([run.times[:1], inner, run.times[-1:]])
+    state = np.array([run.readings["arm_angle"][0], run.rates["arm_angle"][0]])
+    kept = [state[:, np.newaxis]]
+    for start, end in pairwise(knots):
+        times = run.times[(run.times > start) & (run.times <= end)]
+        wanted = times if times.size and times[-1] == end else np.append(times, end)
+        part = solve_ivp(slope, (start, end), state, method="DOP853", t_eval=wanted, rtol=1e-13, atol=1e-14)
+        kept.append(part.y[:, : len(times)])
+        state = part.y[:, -1]
+    angles, rates = np.concatenate(kept, axis=1)
+    return angles, rates
+
+
+def _run(scene: Scene) -> Trajectory:
+    engine, reason = choose(scene.run.engine)
+    return engine.run(scene, reason=reason)
+
+
+def _travel(scene: Scene) -> tuple[float, float]:
+    limit = next(limit for limit in scene.part.mechanism.limits if limit.reading == "arm_angle")
+    return limit.low, limit.high

@@ -1,0 +1,81 @@
+"""A cross-check as rows: what was compared, what came out, what was allowed."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+
+SHOWN = 24
+"""Rows printed before a long table is cut to its worst ones."""
+
+
+@dataclass(frozen=True, kw_only=True)
+class Row:
+    """One comparison in `unit`; `allowed` is absolute, in the same unit, and `reason` says why it is what it is."""
+
+    quantity: str
+    simulated: float
+    expected: float
+    allowed: float
+    unit: str
+    reason: str
+
+    @property
+    def difference(self) -> float:
+        """simulated - expected."""
+        return self.simulated - self.expected
+
+    @property
+    def passed(self) -> bool:
+        """False for NaN too."""
+        return abs(self.difference) <= self.allowed
+
+
+@dataclass(frozen=True, kw_only=True)
+class CheckReport:
+    """The rows of one cross-check, against a 'closed form' or a 'kernel'."""
+
+    title: str
+    against: str
+    rows: tuple[Row, ...]
+
+    @property
+    def passed(self) -> bool:
+        """True when there are rows and every one passed."""
+        return bool(self.rows) and all(row.passed for row in self.rows)
+
+    def __str__(self) -> str:
+        shown = self.rows
+        if len(shown) > SHOWN:
+            shown = tuple(sorted(shown, key=_excess, reverse=True)[:SHOWN])
+        cells = [
+            (
+                row.quantity,
+                f"{row.simulated:.12g}",
+                f"{row.expected:.12g}",
+                row.unit,
+                f"{row.difference:+.1e}",
+                f"{row.allowed:.1e}",
+                "ok" if row.passed else "FAILED",
+            )
+            for row in shown
+        ]
+        header = ("quantity", "simulated", self.against, "unit", "difference", "allowed", "verdict")
+        widths = [max(len(row[column]) for row in [header, *cells]) for column in range(len(header))]
+        left = (0, 3, 6)
+        lines = [
+            "  ".join(
+                cell.ljust(width) if column in left else cell.rjust(width)
+                for column, (cell, width) in enumerate(zip(row, widths, strict=True))
+            ).rstrip()
+            for row in [header, *cells]
+        ]
+        failed = sum(not row.passed for row in self.rows)
+        verdict = f"all {len(self.rows)} agree" if not failed else f"{failed} of {len(self.rows)} do not agree"
+        cut = f" (the {SHOWN} farthest shown)" if len(self.rows) > SHOWN else ""
+        return "\n".join([self.title, *lines, verdict + cut])
+
+
+def _excess(row: Row) -> float:
+    ratio = abs(row.difference) / row.allowed
+    return math.inf if math.isnan(ratio) else ratio

@@ -1,0 +1,94 @@
+"""One door for every engine: what is asked of it, what it may refuse."""
+
+from __future__ import annotations
+
+from abc import ABC, abstractmethod
+from dataclasses import dataclass
+from typing import ClassVar, final
+
+import numpy as np
+
+from governor_mechanism.effects import Effect
+from governor_mechanism.equations.points import Array
+from governor_mechanism.errors import MechanismError, UnsupportedEffect
+from governor_mechanism.joints import Joint
+from governor_mechanism.scene import Scene
+from governor_mechanism.trajectory import Trajectory
+
+MOST_TIMES = 5_000_000
+
+
+@dataclass(frozen=True, kw_only=True)
+class Task:
+    """What is asked of an engine: reported times (n,) s, accuracy relative to the scales, whether to certify it."""
+
+    times: Array
+    accuracy: float
+    certify: bool
+    reason: str
+
+
+class Engine(ABC):
+    """Runs a scene. Concrete engines are final, own their tuning numbers, and never import one another."""
+
+    name: ClassVar[str]
+    effects: ClassVar[frozenset[type[Effect]]]
+    joints: ClassVar[frozenset[type[Joint]]]
+
+    @abstractmethod
+    def _run(self, scene: Scene, task: Task) -> Trajectory: ...
+
+    @final
+    def run(
+        self,
+        scene: Scene,
+        *,
+        times: Array | None = None,
+        accuracy: float | None = None,
+        certify: bool = True,
+        reason: str = "asked for",
+    ) -> Trajectory:
+        """Run a scene from its start; a run that cannot go on comes back with a named outcome.
+
+        times (n,) s are reported instead of the scene's own; accuracy replaces the scene's. Raises UnsupportedEffect
+        for effects and joints this engine does not have, MechanismError for a start that cannot be made.
+        """
+        self._refuse_unsupported(scene)
+        asked = scene.run.accuracy if accuracy is None else accuracy
+        if not 0 < asked < 1:
+            raise MechanismError(f"accuracy must lie between 0 and 1; got {asked:g}")
+        reported = reported_times(scene) if times is None else _checked(np.asarray(times, dtype=np.float64))
+        return self._run(scene, Task(times=reported, accuracy=asked, certify=certify, reason=reason))
+
+    def _refuse_unsupported(self, scene: Scene) -> None:
+        parts = [part.mechanism for part in scene.parts]
+        missing = {type(effect) for effect in scene.effects} - self.effects
+        missing_joints = {type(joint) for mechanism in parts for joint in mechanism.joints} - self.joints
+        if missing or missing_joints:
+            names = sorted(kind.__name__ for kind in missing | missing_joints)
+            raise UnsupportedEffect(
+                f"engine {self.name!r} cannot model {names}; choose another engine or leave them out"
+            )
+        if len(scene.parts) > 1 or scene.couplings:
+            raise UnsupportedEffect(f"engine {self.name!r} runs scenes of one part; this one has {len(scene.parts)}")
+
+
+def reported_times(scene: Scene) -> Array:
+    """Multiples of `every` up to the duration, and the duration itself (s)."""
+    every, duration = scene.run.every, scene.run.duration
+    count = int(np.floor(duration / every * (1 + 1e-12)))
+    if count > MOST_TIMES:
+        raise MechanismError(f"{count} reported times are too many (at most {MOST_TIMES}); make run.every larger")
+    times = np.arange(count + 1) * every
+    if duration - times[-1] > 1e-9 * every:
+        return np.append(times, duration)
+    times[-1] = duration
+    return times
+
+
+def _checked(times: Array) -> Array:
+    if times.ndim != 1 or times.size == 0 or not np.all(np.isfinite(times)):
+        raise MechanismError(f"times must be a one-dimensional array of finite numbers; got shape {times.shape}")
+    if times[0] < 0 or np.any(np.diff(times) <= 0):
+        raise MechanismError("times must start at 0 or later and rise from one to the next")
+    return times

@@ -1,0 +1,160 @@
+"""The march of an assembly through time, and its settling to rest."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import dataclass
+
+import numpy as np
+
+from governor_mechanism.engines.chipmunk import Assembly
+from governor_mechanism.engines.grid import Grid
+from governor_mechanism.equations.points import Array
+from governor_mechanism.speed import SpeedProgram
+
+LOST = 1e3
+"""A body this many machine sizes away was thrown off by joints that were not solved."""
+
+
+@dataclass(frozen=True)
+class March:
+    """Poses and velocities (stations, bodies, 3), work (stations,) J; shorter than the grid where bodies were lost."""
+
+    poses: Array
+    velocities: Array
+    work: Array
+
+
+def march(
+    assembly: Assembly, grid: Grid, level: int, program: SpeedProgram, poses: Array, velocities: Array, size: float
+) -> March:
+    """Run through the grid, each interval's steps doubled `level` times, from poses and velocities (bodies, 3)."""
+    counts = grid.steps << level
+    lengths = np.diff(grid.stations) / counts
+    following = np.append(lengths[1:], lengths[-1:])
+    assembly.start(poses, velocities, float(lengths[0]), program.start_speed**2)
+    if assembly.plain:
+        kept = [(assembly.poses(), assembly.velocities(), 0.0)]
+    else:  # the poses have just arrived at the start; the velocities are already half a step ahead
+        kept = [(assembly.poses(), _carried(assembly, velocities), 0.0)]
+    speed = _Speed(program, assembly.spindle_inertia)
+    for index, (h, next_h) in enumerate(zip(lengths.tolist(), following.tolist(), strict=True)):
+        squares = speed.interval(grid.stations[index], grid.stations[index + 1], int(counts[index]))
+        scale = 1.0 if assembly.plain else 0.5 * (h + next_h) / h
+        older, before = _advance(assembly, h, squares, scale, speed)
+        after, here = assembly.velocities(), assembly.poses()
+        if assembly.plain:
+            centred = after
+        elif speed.jumps:  # the load jumps here, so the mean of both sides is not the velocity: look back only
+            centred = before + 0.5 * (before - older)
+        else:
+            centred = (next_h * before + h * after) / (h + next_h)
+        if not np.max(np.abs(here[:, :2])) < LOST * size:
+            break
+        kept.append((here, centred, speed.work))
+    carried = [np.array(column) for column in zip(*kept, strict=True)]
+    return March(*assembly.of_mass_centres(carried[0], carried[1]), carried[2])
+
+
+def _carried(assembly: Assembly, velocities: Array) -> Array:
+    """The start's velocities as the carriers have them: a lever's centre is its pin, which stands still."""
+    return np.where(assembly.levers()[:, np.newaxis], velocities * np.array([0.0, 0.0, 1.0]), velocities)
+
+
+def _advance(assembly: Assembly, h: float, squares: list[float], scale: float, speed: _Speed) -> tuple[Array, Array]:
+    """Step through one interval; velocities before the last kick but one (if it is asked for), and before the last."""
+    step, varying = assembly.step, speed.varying
+    older = np.empty(0)
+    last = len(squares) - 1
+    for index, square in enumerate(squares):
+        if index == last:
+            before = assembly.velocities()
+        elif speed.jumps and index == last - 1:
+            older = assembly.velocities()
+        if varying:
+            speed.count(h)
+        step(h, square, scale if index == last else 1.0)
+    return older, before
+
+
+class _Speed:
+    """Spindle speed squared for each kick of an interval, and the work of its changes, J omega d(omega)."""
+
+    def __init__(self, program: SpeedProgram, inertia: Callable[[float], float]) -> None:
+        self._program = program
+        self._inertia = inertia
+        self.varying = not program.constant
+        self.jumps = False
+        self.work = 0.0
+        self._steady = program.start_speed**2
+        self._here = inertia(0.0) if self.varying else 0.0
+        self._growth = iter([(0.0, 0.0)])
+
+    def interval(self, start: float, end: float, count: int) -> list[float]:
+        """omega^2 at the end of each of `count` steps; the mean of both sides where the speed jumps."""
+        if not self.varying:
+            return [self._steady] * count
+        times = start + (end - start) * np.arange(count + 1) / count
+        times[-1] = end
+        after, before = self._program(times) ** 2, self._program(times, before=True) ** 2
+        self.jumps = bool(after[-1] != before[-1])
+        self._growth = iter(zip((before[1:] - after[:-1]).tolist(), (after[1:] - before[1:]).tolist(), strict=True))
+        squares: list[float] = (0.5 * (after[1:] + before[1:])).tolist()
+        return squares
+
+    def count(self, h: float) -> None:
+        """Add the work over the next step of h seconds: the trapezoid, and the whole of a jump at its end."""
+        ahead = self._inertia(h)
+        growth, jump = next(self._growth)
+        self.work += 0.25 * (self._here + ahead) * growth + 0.5 * ahead * jump
+        self._here = ahead
+
+
+JOINT_STEPS = 3
+"""Steps after a stop in which the joints take up what the stop left open; their speeds are no swing's."""
+
+
+@dataclass(frozen=True)
+class Settled:
+    """Poses (bodies, 3) at rest, and the steps it took; `at_rest` is False where it did not settle."""
+
+    poses: Array
+    steps: int
+    at_rest: bool
+
+
+def settle(
+    assembly: Assembly,
+    h: float,
+    speed: float,
+    poses: Array,
+    *,
+    still: float,
+    inside: Callable[[Array], bool],
+    most: int,
+) -> Settled:
+    """Let go of the mechanism and take its motion away whenever it is fastest, until it stays where it is.
+
+    Between two such stops it swings from rest toward its equilibrium, so the distance shrinks about a hundredfold each
+    time. `still` (J) is the largest kinetic energy that counts as rest; `inside` says whether poses are in range.
+    """
+    assembly.start(poses, np.zeros_like(poses), h, speed**2)
+    fastest, since = 0.0, 0
+    for steps in range(most):
+        now = assembly.kinetic_energy()
+        if since > JOINT_STEPS and now < fastest:  # past the fastest: the equilibrium lies just behind
+            if fastest < still:
+                return Settled(_mass_centres(assembly), steps, True)
+            assembly.rest()
+            fastest, since = 0.0, 0
+            if not inside(_mass_centres(assembly)):
+                break
+        if since >= JOINT_STEPS:
+            fastest = max(fastest, now)
+        since += 1
+        assembly.step(h, speed**2, 1.0)
+    return Settled(_mass_centres(assembly), steps, False)
+
+
+def _mass_centres(assembly: Assembly) -> Array:
+    return assembly.of_mass_centres(assembly.poses(), assembly.velocities())[0]

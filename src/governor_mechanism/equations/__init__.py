@@ -1,0 +1,1 @@
+"""The mathematics of joints, loads and readings, on arrays."""

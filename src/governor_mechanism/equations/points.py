@@ -1,0 +1,47 @@
+"""Where marked points are, and how they move with the poses of their bodies."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from governor_mechanism.joints import Point
+from governor_mechanism.mechanism import Mechanism
+
+Array = NDArray[np.float64]
+
+
+@dataclass(frozen=True)
+class Placed:
+    """A point with the index of its body in the pose array; -1 for the ground."""
+
+    body: int
+    x: float
+    y: float
+
+    def position(self, poses: Array) -> Array:
+        """(..., 2) m, from poses (..., bodies, 3)."""
+        if self.body < 0:
+            return np.broadcast_to(np.array([self.x, self.y]), (*poses.shape[:-2], 2))
+        pose = poses[..., self.body, :]
+        return pose[..., :2] + self._arm(pose)
+
+    def pull_back(self, poses: Array, direction: Array) -> Array:
+        """Gradient (..., bodies, 3) of direction . position, for a direction (..., 2) held fixed."""
+        gradient = np.zeros((*direction.shape[:-1], *poses.shape[-2:]))
+        if self.body >= 0:
+            arm = self._arm(poses[..., self.body, :])
+            gradient[..., self.body, :2] = direction
+            gradient[..., self.body, 2] = direction[..., 1] * arm[..., 0] - direction[..., 0] * arm[..., 1]
+        return gradient
+
+    def _arm(self, pose: Array) -> Array:
+        cosine, sine = np.cos(pose[..., 2]), np.sin(pose[..., 2])
+        return np.stack([cosine * self.x - sine * self.y, sine * self.x + cosine * self.y], axis=-1)
+
+
+def place(mechanism: Mechanism, point: Point) -> Placed:
+    """Look up the body of a point."""
+    return Placed(mechanism.body_index(point.body), point.x, point.y)

@@ -1,0 +1,38 @@
+"""What every machine shares: how it declares its dimensions, and what it must be able to build."""
+
+from __future__ import annotations
+
+import dataclasses
+from abc import ABC, abstractmethod
+from collections.abc import Mapping
+from typing import Any, ClassVar
+
+from governor_mechanism.mechanism import Mechanism
+
+
+def dimension(kind: str, meaning: str, *, default: Any = dataclasses.MISSING, signed: bool = False) -> Any:
+    """Declare one dimension of a machine: its kind of quantity ('length', 'mass', ...) and what it means.
+
+    A `signed` dimension may be zero or negative; the others must be positive. A default makes it optional.
+    """
+    return dataclasses.field(default=default, metadata={"kind": kind, "meaning": meaning, "signed": signed})
+
+
+@dataclasses.dataclass(frozen=True, kw_only=True)
+class Machine(ABC):
+    """A machine's dimensions in SI, checked when it is made."""
+
+    name: ClassVar[str]
+    plane: ClassVar[str]
+
+    @abstractmethod
+    def mechanism(self) -> Mechanism:
+        """The bodies, joints and readings of this machine."""
+
+    def start_problems(self, values: Mapping[str, float | str]) -> tuple[str, ...]:
+        """Sentences about start values at which this machine cannot be assembled."""
+        return ()
+
+    @abstractmethod
+    def dimensions(self) -> dict[str, float]:
+        """All dimensions by name, in SI, those left out filled with what they stand for."""

@@ -1,0 +1,209 @@
+"""The pendulum governor: Watt and Porter, arms on or off the axis or crossed, extended arms, links of their own.
+
+Geometry after Zehnder, Dinglers Polytechnisches Journal 225 (1877), section 1. The plane turns with the spindle:
+x from the spindle axis, y up, the suspension of the arms at y = 0.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Mapping
+from dataclasses import dataclass
+from typing import ClassVar
+
+from governor_mechanism.errors import MechanismError
+from governor_mechanism.joints import GROUND, Distance, Joint, Pin, Point, Slider
+from governor_mechanism.machines.dimensions import Machine, dimension
+from governor_mechanism.mechanism import Body, Coordinate, FollowerHeight, Limit, LineAngle, Mechanism, Reading
+from governor_mechanism.scene import TURNING
+
+RIGHT, LEFT, SLEEVE = "right ball", "left ball", "sleeve"
+
+
+@dataclass(frozen=True, kw_only=True)
+class PendulumGovernor(Machine):
+    """Two balls on arms, a sleeve on links. Lengths in m, masses in kg; arms and links without mass."""
+
+    name: ClassVar[str] = "pendulum_governor"
+    plane: ClassVar[str] = TURNING
+
+    arm: float = dimension("length", "from the suspension to the ball's centre")
+    ball_mass: float = dimension("mass", "of one ball; there are two")
+    offset: float = dimension(
+        "length", "of the suspension from the spindle axis; negative = crossed arms", default=0.0, signed=True
+    )
+    arm_joint: float | None = dimension(
+        "length", "from the suspension to the joint of arm and link; the whole arm if left out", default=None
+    )
+    link: float | None = dimension("length", "of the sleeve link; as long as arm_joint if left out", default=None)
+    lug_offset: float | None = dimension(
+        "length", "of the sleeve's lug from the axis; the same as offset if left out", default=None, signed=True
+    )
+    sleeve_mass: float | None = dimension(
+        "mass", "of the whole sleeve and its load; left out for a governor without a loaded sleeve", default=None
+    )
+
+    def __post_init__(self) -> None:
+        if self.joint_length > self.arm:
+            raise MechanismError(
+                f"arm_joint ({_mm(self.joint_length)}) lies beyond the ball; it must not exceed arm ({_mm(self.arm)})"
+            )
+        low, high = self._angles_with_ball_off_the_axis()
+        if low >= high:
+            raise MechanismError(
+                f"offset ({_mm(self.offset)}) puts the balls on or across the spindle axis at every arm angle; "
+                f"with an arm of {_mm(self.arm)} it must lie above {_mm(-self.arm)}"
+            )
+        reach = self._nearest_reach(low, high)
+        if reach >= self.link_length:
+            raise MechanismError(
+                f"link ({_mm(self.link_length)}) is too short to be assembled: between arm joint and sleeve it stays "
+                f"open by {_mm(reach - self.link_length)} at best; it closes for a link longer than {_mm(reach)}"
+            )
+
+    @property
+    def joint_length(self) -> float:
+        """From the suspension to the joint of arm and link (m)."""
+        return self.arm if self.arm_joint is None else self.arm_joint
+
+    @property
+    def link_length(self) -> float:
+        """Length of the sleeve link (m)."""
+        return self.joint_length if self.link is None else self.link
+
+    @property
+    def lug(self) -> float:
+        """Distance of the sleeve's lug from the axis (m)."""
+        return self.offset if self.lug_offset is None else self.lug_offset
+
+    def mechanism(self) -> Mechanism:
+        """Balls, sleeve, massless arms and links as distances; a lever where the ball stands beyond the joint."""
+        low, high, below, above = self._travel()
+        angle = min(max(math.radians(40.0), low + 0.1 * (high - low)), high - 0.1 * (high - low))
+        return Mechanism(
+            bodies=self._bodies(),
+            joints=self._joints(),
+            readings=self._readings(),
+            coordinate="arm_angle",
+            size=self.arm,
+            sketch=self._poses(angle),
+            limits=(Limit(reading="arm_angle", low=low, high=high, below=below, above=above),),
+        )
+
+    def dimensions(self) -> dict[str, float]:
+        """All dimensions in SI, those left out filled with what they stand for; no sleeve load is 0 kg."""
+        return {
+            "arm": self.arm,
+            "ball_mass": self.ball_mass,
+            "offset": self.offset,
+            "arm_joint": self.joint_length,
+            "link": self.link_length,
+            "lug_offset": self.lug,
+            "sleeve_mass": self.sleeve_mass or 0.0,
+        }
+
+    def start_problems(self, values: Mapping[str, float | str]) -> tuple[str, ...]:
+        """A start angle outside the travel, with the length that would be needed."""
+        angle = values.get("arm_angle")
+        low, high, below, above = self._travel()
+        if not isinstance(angle, float) or low < angle < high:
+            return ()
+        where = f"start.arm_angle ({math.degrees(angle):g} deg) lies outside the travel"
+        allowed = f"{math.degrees(low):.6g} to {math.degrees(high):.6g} deg"
+        return (f"{where} of this governor, {allowed}: {below if angle <= low else above}",)
+
+    @property
+    def _with_levers(self) -> bool:
+        """A loaded link pulls at the arm short of the ball, so the arm must be a rigid lever."""
+        return self.sleeve_mass is not None and self.joint_length < self.arm
+
+    def _bodies(self) -> tuple[Body, ...]:
+        balls = tuple(Body(name=name, mass=self.ball_mass, turns=self._with_levers) for name in (RIGHT, LEFT))
+        if self.sleeve_mass is None:
+            return balls
+        return (*balls, Body(name=SLEEVE, mass=self.sleeve_mass, turns=False))
+
+    def _joints(self) -> tuple[Joint, ...]:
+        joints: list[Joint] = []
+        for side, ball, sign in (("right", RIGHT, 1.0), ("left", LEFT, -1.0)):
+            suspension = Point(body=GROUND, x=sign * self.offset)
+            if self._with_levers:
+                joints.append(Pin(name=f"{side} arm", first=suspension, second=Point(body=ball, x=-self.arm)))
+            else:
+                joints.append(Distance(name=f"{side} arm", first=suspension, second=Point(body=ball), length=self.arm))
+            if self.sleeve_mass is not None:
+                knee = Point(body=ball, x=self.joint_length - self.arm)
+                lug = Point(body=SLEEVE, x=sign * self.lug)
+                joints.append(Distance(name=f"{side} link", first=knee, second=lug, length=self.link_length))
+        if self.sleeve_mass is None:
+            # The sleeve without mass still makes both arms rise together: the balls stay at one height.
+            level = Slider(name="arms in step", first=Point(body=RIGHT), second=Point(body=LEFT), angle=0.0)
+            return (*joints, level)
+        guide = Slider(name="spindle guide", first=Point(body=GROUND), second=Point(body=SLEEVE), angle=math.pi / 2)
+        return (*joints, guide)
+
+    def _readings(self) -> tuple[Reading, ...]:
+        suspension, ball = Point(body=GROUND, x=self.offset), Point(body=RIGHT)
+        lift: Reading
+        hanging = self._sleeve_height(self._zero_lift_angle())
+        if self.sleeve_mass is not None:
+            lift = Coordinate(
+                name="sleeve_lift", quantity="length", point=Point(body=SLEEVE), along_x=0.0, along_y=1.0, zero=hanging
+            )
+        else:
+            lift = FollowerHeight(
+                name="sleeve_lift",
+                quantity="length",
+                top=suspension,
+                knee=ball,
+                fraction=self.joint_length / self.arm,
+                line=self.lug,
+                length=self.link_length,
+                zero=hanging,
+            )
+        return (
+            LineAngle(name="arm_angle", quantity="angle", start=suspension, end=ball),
+            Coordinate(name="ball_radius", quantity="length", point=ball, along_x=1.0, along_y=0.0),
+            lift,
+        )
+
+    def _zero_lift_angle(self) -> float:
+        """Sleeve lift is counted from hanging arms, or from the low end of the travel where they cannot hang (rad)."""
+        low, high, _, _ = self._travel()
+        return min(max(0.0, low), high)
+
+    def _sleeve_height(self, angle: float) -> float:
+        reach = self.offset + self.joint_length * math.sin(angle) - self.lug
+        return -self.joint_length * math.cos(angle) - math.sqrt(max(self.link_length**2 - reach**2, 0.0))
+
+    def _poses(self, angle: float) -> tuple[tuple[float, float, float], ...]:
+        x, y = self.offset + self.arm * math.sin(angle), -self.arm * math.cos(angle)
+        right, left = (angle - math.pi / 2, -math.pi / 2 - angle) if self._with_levers else (0.0, 0.0)
+        balls = ((x, y, right), (-x, y, left))
+        return balls if self.sleeve_mass is None else (*balls, (0.0, self._sleeve_height(angle), 0.0))
+
+    def _angles_with_ball_off_the_axis(self) -> tuple[float, float]:
+        ratio = -self.offset / self.arm
+        return (math.asin(ratio) if -1 < ratio < 1 else math.copysign(math.pi / 2, ratio)), math.pi / 2
+
+    def _nearest_reach(self, low: float, high: float) -> float:
+        """Smallest distance in x between arm joint and lug over these arm angles (m)."""
+        ends = [self.offset + self.joint_length * math.sin(angle) - self.lug for angle in (low, high)]
+        return 0.0 if ends[0] * ends[1] <= 0 else min(abs(end) for end in ends)
+
+    def _travel(self) -> tuple[float, float, str, str]:
+        """Lowest and highest arm angle, and what happens there."""
+        low, high = self._angles_with_ball_off_the_axis()
+        below = "the balls meet on the spindle axis"
+        above = "the arms stand at 90 degrees to the spindle (dead centre)"
+        if self.link_length < self.joint_length or self.lug != self.offset:
+            sines = [(self.lug - self.offset + sign * self.link_length) / self.joint_length for sign in (-1.0, 1.0)]
+            if sines[0] > math.sin(low):
+                low, below = math.asin(sines[0]), "the link stands at 90 degrees to the spindle (dead centre)"
+            if sines[1] < math.sin(high):
+                high, above = math.asin(sines[1]), "the link stands at 90 degrees to the spindle; it is too short"
+        return low, high, below, above
+
+
+def _mm(metres: float) -> str:
+    return f"{metres * 1e3:.6g} mm"

@@ -1,0 +1,66 @@
+"""A number that changes with every frame: its digits are drawn once, and then only copied."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+
+import numpy as np
+from matplotlib.backends.backend_agg import FigureCanvasAgg, RendererAgg
+from matplotlib.text import Text
+from numpy.typing import NDArray
+
+Pixels = NDArray[np.uint8]
+
+
+class Counter:
+    """A right-aligned text artist with one text a frame. `move` changes the artist; `stamp`, after `cut`, only pixels."""
+
+    def __init__(self, artist: Text, texts: Sequence[str]) -> None:
+        self.artist = artist
+        # A minus sign is as wide as a digit, a hyphen is not.
+        self._texts = [text.replace("-", "\N{MINUS SIGN}") for text in texts]
+        self._letters: dict[str, Pixels] = {}
+        self._right = self._top = 0
+
+    def move(self, k: int) -> None:
+        """Give the artist the text of frame k."""
+        self.artist.set_text(self._texts[k])
+
+    def cut(self, canvas: FigureCanvasAgg) -> None:
+        """Keep the pixels of every character that occurs; the canvas must show only what stands still."""
+        text, renderer = self.artist, canvas.get_renderer()
+        bare = canvas.copy_from_bbox(canvas.figure.bbox)
+        buffer = np.asarray(canvas.buffer_rgba())
+        place, to_pixels = text.get_position(), text.get_transform()
+        right, middle = to_pixels.transform(place)
+        half = round(0.8 * text.get_fontsize() * canvas.figure.dpi / 72)
+        self._right, self._top = int(right), int(buffer.shape[0] - middle) - half
+        # A character is drawn after a nought, from a whole pixel on: so it stands as it would within a number.
+        nought = self._advance("0", renderer)
+        left = self._right - 4 * nought
+        text.set(position=to_pixels.inverted().transform((left, middle)), horizontalalignment="left")
+        for letter in sorted(set("".join(self._texts))):
+            width = self._advance(letter, renderer)
+            text.set_text("0" + letter)
+            canvas.restore_region(bare)
+            text.draw(renderer)
+            self._letters[letter] = buffer[self._top : self._top + 2 * half, left + nought : left + nought + width].copy()
+        text.set(position=place, horizontalalignment="right")
+        canvas.restore_region(bare)
+
+    def _advance(self, letter: str, renderer: RendererAgg) -> int:
+        """Width (pixels) that a letter takes up in a row of its like."""
+        widths = []
+        for count in (1, 11):
+            self.artist.set_text(count * letter)
+            widths.append(self.artist.get_window_extent(renderer).width)
+        return max(round((widths[1] - widths[0]) / 10), 1)
+
+    def stamp(self, pixels: Pixels, k: int) -> None:
+        """Copy the text of frame k into a picture (size, size, 4)."""
+        right = self._right
+        for letter in reversed(self._texts[k]):
+            patch = self._letters[letter]
+            height, width = patch.shape[:2]
+            pixels[self._top : self._top + height, right - width : right] = patch
+            right -= width

@@ -1,0 +1,149 @@
+"""Makes films of runs, off-screen: GIF, or MP4 where ffmpeg is at hand. A second of film is a second of the run."""
+
+from __future__ import annotations
+
+import os
+from collections.abc import Callable, Iterator
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from governor_mechanism.errors import MechanismError
+from governor_mechanism.files import written_beside
+from governor_mechanism.render.gif import GifWriter, Palette
+from governor_mechanism.render.layout import ELEVATION, View, fit
+from governor_mechanism.render.moments import moments, part_named, poses_of
+from governor_mechanism.render.picture import Picture
+from governor_mechanism.render.shapes import extent
+from governor_mechanism.render.style import COLOURS, rgb
+from governor_mechanism.trajectory import Trajectory
+
+Array = NDArray[np.float64]
+Pixels = NDArray[np.uint8]
+Progress = Callable[[int, int], None]
+
+FASTEST = 50
+"""Frames per second: viewers show a GIF frame of less than 2 hundredths of a second far too long."""
+SAMPLES = 5
+"""Frames from which the palette is chosen."""
+
+
+def film(
+    run: Trajectory,
+    path: str | os.PathLike[str],
+    *,
+    size: int = 480,
+    frames_per_second: float = 25,
+    part: str | None = None,
+    start: float | None = None,
+    stop: float | None = None,
+    progress: Progress | None = None,
+) -> Path:
+    """Write the run as a film of size x size pixels, in true time; a path ending in .mp4 needs ffmpeg.
+
+    `start` and `stop` (s) cut a piece out of the run; `part` names the part shown where the scene has several;
+    progress(done, total) is called after every frame. Returns the path. An exception leaves no file behind.
+    """
+    target = Path(path)
+    writers = {".gif": _write_gif, ".mp4": _write_mp4}
+    if target.suffix.lower() not in writers:
+        raise MechanismError(f"a film's name must end in .gif or .mp4; got {target.name!r}")
+    write = writers[target.suffix.lower()]
+    with written_beside(target) as temporary:
+        write(run, temporary, size, frames_per_second, part, _span(run, start, stop), progress)
+    return target
+
+
+def frames(
+    run: Trajectory,
+    *,
+    size: int = 480,
+    frames_per_second: float = 25,
+    part: str | None = None,
+    start: float | None = None,
+    stop: float | None = None,
+) -> Iterator[Pixels]:
+    """The pictures of a film, (size, size, 3) RGB each, at equal steps from start to stop (both shown)."""
+    begin, end = _span(run, start, stop)
+    times, _ = schedule(begin, end, frames_per_second)
+    picture = Picture(run, moments(run, part_named(run, part), times), size)
+    for k in range(len(times)):
+        yield picture.paint(k)[..., :3].copy()
+
+
+def film_view(run: Trajectory, *, size: int = 480, part: str | None = None) -> View:
+    """Where the machine stands in the pictures of a film: `film_view(run).pixel_of(x, y)` is a column and a row."""
+    chosen = part_named(run, part)
+    return fit(extent(chosen, poses_of(run, chosen)[0]), ELEVATION, size)
+
+
+def schedule(start: float, stop: float, frames_per_second: float) -> tuple[Array, list[int]]:
+    """When the frames are (s), and how long each is shown (hundredths of a second, together the whole time).
+
+    The frames stand at equal steps from start to stop. Each is shown from half a step before its time to half a step after,
+    so the first and the last one half as long as the others.
+    """
+    if not 1 <= frames_per_second <= FASTEST:
+        raise MechanismError(f"frames_per_second must be 1..{FASTEST}; got {frames_per_second:g}")
+    hundredths = max(round((stop - start) * 100), 1)
+    steps = round(hundredths / 100 * frames_per_second)
+    if steps < 1:
+        return np.array([start]), [hundredths]
+    times = np.linspace(start, stop, steps + 1)
+    edges = [0, *(round(hundredths * (k + 0.5) / steps) for k in range(steps)), hundredths]
+    return times, [after - before for before, after in zip(edges, edges[1:], strict=False)]
+
+
+def _span(run: Trajectory, start: float | None, stop: float | None) -> tuple[float, float]:
+    """The piece of the run to show (s), checked."""
+    if not len(run.times):
+        raise MechanismError(f"the run holds no reported time, so there is nothing to show; it says: {run.message}")
+    first, last = float(run.times[0]), float(run.times[-1])
+    begin, end = (first if start is None else start), (last if stop is None else stop)
+    if not first <= begin <= end <= last:
+        raise MechanismError(f"start and stop must lie within the run, {first:g}..{last:g} s, in this order; got {begin:g} and {end:g} s")
+    return begin, end
+
+
+def _write_gif(
+    run: Trajectory, path: Path, size: int, rate: float, part: str | None, span: tuple[float, float], progress: Progress | None
+) -> None:
+    times, delays = schedule(*span, rate)
+    picture = Picture(run, moments(run, part_named(run, part), times), size)
+    samples = [picture.paint(int(k)) for k in np.unique(np.linspace(0, len(times) - 1, SAMPLES).astype(int))]
+    palette = Palette([rgb(colour) for colour in COLOURS], samples)
+    with path.open("wb") as file:
+        writer = GifWriter(file, palette)
+        for k, delay in enumerate(delays):
+            writer.add(picture.paint(k), delay)
+            if progress is not None:
+                progress(k + 1, len(times))
+        writer.close()
+
+
+def _write_mp4(
+    run: Trajectory, path: Path, size: int, rate: float, part: str | None, span: tuple[float, float], progress: Progress | None
+) -> None:
+    # Every frame of a video lasts equally long: one frame at the middle of each step makes up the whole time.
+    begin, end = span
+    count = max(round((end - begin) * rate), 1)
+    times = begin + (end - begin) * (np.arange(count) + 0.5) / count
+    picture = Picture(run, moments(run, part_named(run, part), times), size)
+    with _video(path, rate) as writer:
+        for k in range(count):
+            writer.append_data(picture.paint(k)[..., :3])
+            if progress is not None:
+                progress(k + 1, count)
+
+
+def _video(path: Path, rate: float) -> Any:
+    try:
+        import imageio.v2 as imageio
+
+        return imageio.get_writer(path, format="FFMPEG", fps=rate, codec="libx264", quality=8, macro_block_size=2)  # type: ignore[arg-type]
+    except ImportError as missing:
+        raise MechanismError(
+            "writing .mp4 needs ffmpeg, which is not installed; pip install 'governor-mechanism[video]', or write a .gif"
+        ) from missing

@@ -1,0 +1,138 @@
+"""Writes GIF frame by frame: one palette for all, each frame only the pixels that changed. Pillow does the compression.
+
+Pillow's own writer keeps every frame in memory and looks for a palette per frame; neither is needed here.
+"""
+
+from __future__ import annotations
+
+import struct
+from collections.abc import Sequence
+from typing import BinaryIO
+
+import numpy as np
+from numpy.typing import NDArray
+from PIL import Image
+
+Pixels = NDArray[np.uint8]
+"""(height, width, 4) RGBA, opaque."""
+Numbers = NDArray[np.uint8]
+"""(height, width) palette entries."""
+
+BITS = 5
+"""Per pixel. 31 colours are enough for flat areas and their blended edges, and make the file a third smaller than 255."""
+UNCHANGED = 2**BITS - 1
+"""The palette's last entry: let the frame before show through."""
+LONGEST = 65535
+"""Centiseconds a GIF frame can last."""
+
+
+class Palette:
+    """At most 31 colours, and the nearest of them to any colour, looked up to five bits per channel."""
+
+    def __init__(self, fixed: Sequence[tuple[int, int, int]], samples: Sequence[Pixels]) -> None:
+        """`fixed` colours are kept exactly; the others are chosen for what else is in the sample frames."""
+        exact = np.unique(np.array(fixed, dtype=np.uint8).reshape(-1, 3), axis=0)
+        # What is not a flat area is a blend of two of them at an edge: only these need the remaining entries.
+        pixels = np.concatenate([sample.reshape(-1, 4)[:, :3] for sample in samples])
+        blends = pixels[~np.isin(_packed(pixels), _packed(exact))]
+        rest = np.empty((0, 3), dtype=np.uint8)
+        if len(blends) and len(exact) < UNCHANGED:
+            chosen = Image.fromarray(blends[None]).quantize(UNCHANGED - len(exact), kmeans=3, dither=Image.Dither.NONE)
+            rest = np.array(chosen.getpalette(), dtype=np.uint8).reshape(-1, 3)[: UNCHANGED - len(exact)]
+        self.colours: NDArray[np.uint8] = np.concatenate([exact, rest])
+        self._nearest = self._table(len(exact))
+
+    def _table(self, exact: int) -> NDArray[np.uint8]:
+        levels = (np.arange(32) * 8 + 4).astype(np.int32)
+        cells = np.stack(np.meshgrid(levels, levels, levels, indexing="ij"), axis=-1).reshape(-1, 3)
+        colours = self.colours.astype(np.int32)
+        # |a - b|^2 without the term of the cell itself, which does not change which colour is nearest.
+        distance = (colours**2).sum(axis=1)[None, :] - 2 * cells @ colours.T
+        table: NDArray[np.uint8] = distance.argmin(axis=1).astype(np.uint8)
+        # A flat area must come out in its own colour, not in the colour nearest to the middle of its cell.
+        table[_cell(self.colours[:exact])] = np.arange(exact)
+        return table
+
+    def numbers(self, colours: NDArray[np.uint8]) -> Numbers:
+        """Palette entries (...) of colours (..., 3 or 4)."""
+        found: Numbers = self._nearest[_cell(colours)]
+        return found
+
+
+def _cell(colours: NDArray[np.uint8]) -> NDArray[np.intp]:
+    r, g, b = (colours[..., k].astype(np.intp) >> 3 for k in range(3))
+    return r << 10 | g << 5 | b
+
+
+def _packed(colours: NDArray[np.uint8]) -> NDArray[np.intp]:
+    r, g, b = (colours[..., k].astype(np.intp) for k in range(3))
+    return r << 16 | g << 8 | b
+
+
+class GifWriter:
+    """Streams frames into an open binary file; `close` must be called to finish it."""
+
+    def __init__(self, file: BinaryIO, palette: Palette) -> None:
+        self._file = file
+        self._palette = palette
+        self._colours: NDArray[np.uint32] | None = None
+        self._shown: Numbers = np.empty((0, 0), dtype=np.uint8)
+        self._waiting: tuple[int, int, Numbers] | None = None
+        self._delay = 0
+
+    def add(self, frame: Pixels, centiseconds: int) -> None:
+        """Show a frame for so many hundredths of a second; an equal frame only makes the one before last longer."""
+        colours = np.ascontiguousarray(frame).view(np.uint32)[..., 0]
+        if self._colours is None:
+            self._write_header(frame.shape[1], frame.shape[0])
+            self._shown = self._palette.numbers(frame)
+            self._waiting = (0, 0, self._shown.copy())
+        else:
+            change = self._change(frame, np.flatnonzero(colours != self._colours))
+            if change is not None or self._delay + centiseconds > LONGEST:
+                self._flush()
+                # A frame must have at least one pixel, even where nothing changed.
+                self._waiting = change or (0, 0, np.full((1, 1), UNCHANGED, dtype=np.uint8))
+        self._colours = colours
+        self._delay += centiseconds
+
+    def close(self) -> None:
+        """Write the last frame and the end mark."""
+        self._flush()
+        self._file.write(b";")
+
+    def _change(self, frame: Pixels, where: NDArray[np.intp]) -> tuple[int, int, Numbers] | None:
+        """Left, top and entries of the smallest rectangle of pixels that changed, with UNCHANGED between them."""
+        entries = self._palette.numbers(frame.reshape(-1, 4)[where])
+        shown = self._shown.reshape(-1)
+        # Two colours may fall on one entry.
+        differs = entries != shown[where]
+        where, entries = where[differs], entries[differs]
+        if not where.size:
+            return None
+        shown[where] = entries
+        patch = np.full(self._shown.shape, UNCHANGED, dtype=np.uint8)
+        patch.reshape(-1)[where] = entries
+        rows, columns = np.divmod(where, self._shown.shape[1])
+        left, top = int(columns.min()), int(rows.min())
+        return left, top, patch[top : int(rows.max()) + 1, left : int(columns.max()) + 1]
+
+    def _write_header(self, width: int, height: int) -> None:
+        table = np.zeros((2**BITS, 3), dtype=np.uint8)
+        table[: len(self._palette.colours)] = self._palette.colours
+        # 0xF0: a palette for all frames, eight bits per channel; the low bits are its size.
+        self._file.write(b"GIF89a" + struct.pack("<HHBBB", width, height, 0xF0 | BITS - 1, 0, 0) + table.tobytes())
+        # The loop count 0 means: for ever.
+        self._file.write(b"\x21\xff\x0bNETSCAPE2.0\x03\x01" + struct.pack("<H", 0) + b"\x00")
+
+    def _flush(self) -> None:
+        if self._waiting is None:
+            return
+        left, top, entries = self._waiting
+        height, width = entries.shape
+        # 0x05: the frame stays on the screen when the next one comes, and one entry is transparent.
+        self._file.write(b"\x21\xf9\x04" + struct.pack("<BHBB", 0x05, self._delay, UNCHANGED, 0))
+        self._file.write(b"\x2c" + struct.pack("<HHHHB", left, top, width, height, 0))
+        packed = Image.fromarray(np.ascontiguousarray(entries)).tobytes("gif", ("L", BITS))
+        self._file.write(bytes([BITS]) + packed + b"\x00")
+        self._waiting, self._delay = None, 0

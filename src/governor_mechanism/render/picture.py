@@ -1,0 +1,236 @@
+"""Paints one frame: the machine at the left in true proportions, its main readings growing at the right.
+
+Everything that stands still is drawn once and kept; a frame restores it and draws only what moves.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Sequence
+
+import numpy as np
+from matplotlib.artist import Artist
+from matplotlib.backends.backend_agg import FigureCanvasAgg
+from matplotlib.figure import Figure
+from matplotlib.lines import Line2D
+from matplotlib.text import Text as Words
+from numpy.typing import NDArray
+
+from governor_mechanism.errors import MechanismError
+from governor_mechanism.render.counter import Counter
+from governor_mechanism.render.layout import CAPTION, DIAL, ELEVATION, FOOTER, HEADER, SIDE, View, cells, fit
+from governor_mechanism.render.moments import Moments
+from governor_mechanism.render.panel import SHOWN, ReadingPlot, decimals_for
+from governor_mechanism.render.primitives import Circle, Lines, Pair, Shape, nice_step
+from governor_mechanism.render.shapes import background_shapes, drawing_of, extent, moving_shapes, plan_ring, plan_shapes
+from governor_mechanism.render.style import GREEN, INK, PAPER, QUIET, RULE, SANS, SERIES, SERIF, VERMILLION, Brush
+from governor_mechanism.scene import TURNING
+from governor_mechanism.trajectory import Outcome, Trajectory
+
+DPI = 64
+"""A power of two, so that size / DPI * DPI is exactly the size."""
+SMALLEST = 240
+"""Pixels; below this nothing can be read."""
+TRACE = 1.0
+"""Seconds of the traced body's path that are shown."""
+MOST_READINGS = 3
+
+
+class Pane:
+    """Axes in metres that show shapes: some still, and some that `shapes_at(k)` gives for frame k."""
+
+    def __init__(
+        self,
+        figure: Figure,
+        view: View,
+        size: int,
+        still: Sequence[Shape],
+        shapes_at: Callable[[int], Sequence[Shape]],
+    ) -> None:
+        left, top, right, bottom = (edge / size for edge in view.rect)
+        axes = figure.add_axes((left, 1 - bottom, right - left, bottom - top))
+        axes.set_axis_off()
+        x0, x1, y0, y1 = view.box
+        axes.set(xlim=(x0, x1), ylim=(y0, y1))
+        pixel = size / SIDE * 72 / DPI
+        Brush(axes, pixel).paint(still)
+        self._shapes_at = shapes_at
+        self._brush = Brush(axes, pixel, layer=3)
+        self.artists = self._brush.paint(shapes_at(0))
+
+    def move(self, k: int) -> None:
+        """Put the moving shapes where they stand in frame k."""
+        self._brush.move(self.artists, self._shapes_at(k))
+
+
+class Picture:
+    """The figure of one film. `move(k)` puts every artist where it stands in frame k; `paint(k)` gives its pixels."""
+
+    def __init__(self, run: Trajectory, moments: Moments, size: int = 480, *, animated: bool = True) -> None:
+        if size < SMALLEST:
+            raise MechanismError(f"size of a film must be at least {SMALLEST} pixels; got {size}")
+        self.moments = moments
+        self.view = fit(extent(moments.part, moments.all_poses), ELEVATION, size)
+        self.figure = Figure(figsize=(size / DPI, size / DPI), dpi=DPI, facecolor=PAPER)
+        self._canvas = FigureCanvasAgg(self.figure)
+        self._size = size
+        # Points in one pixel of a 480-pixel picture.
+        self._pixel = size / SIDE * 72 / DPI
+        self._counters: list[Counter] = []
+        self._write_frame(run)
+        self._count([f"{time:.2f}" for time in moments.times], "s", (468, 18), 12, color=INK)
+        self._movers: list[Pane | ReadingPlot] = [self._elevation(), *self._reading_plots()]
+        if self._has_dial:
+            self._movers.append(self._plan())
+        self._drawn = [artist for mover in self._movers for artist in mover.artists]
+        for artist in (*self._drawn, *(counter.artist for counter in self._counters)):
+            artist.set_animated(animated)
+        self._canvas.draw()
+        self._still = self._canvas.copy_from_bbox(self.figure.bbox)
+        for counter in self._counters:
+            counter.cut(self._canvas)
+
+    def move(self, k: int) -> None:
+        """Put everything that moves where it stands in frame k."""
+        for mover in (*self._movers, *self._counters):
+            mover.move(k)
+
+    def paint(self, k: int) -> NDArray[np.uint8]:
+        """Frame k as RGBA, (size, size, 4), opaque."""
+        for mover in self._movers:
+            mover.move(k)
+        self._canvas.restore_region(self._still)
+        renderer = self._canvas.get_renderer()
+        for artist in self._drawn:
+            artist.draw(renderer)
+        pixels = np.array(self._canvas.buffer_rgba(), dtype=np.uint8)
+        for counter in self._counters:
+            counter.stamp(pixels, k)
+        return pixels
+
+    @property
+    def _has_dial(self) -> bool:
+        return self.moments.part.plane == TURNING and "spindle_speed" in self.moments.readings
+
+    def _elevation(self) -> Pane:
+        part, poses = self.moments.part, self.moments.poses
+        traced = drawing_of(part).traced
+        body = None if traced is None else part.mechanism.body_index(traced)
+
+        def shapes_at(k: int) -> Sequence[Shape]:
+            shapes = moving_shapes(part, poses[k])
+            return shapes if body is None else (self._trace(body, k), *shapes)
+
+        still = background_shapes(part, self.moments.all_poses)
+        return Pane(self.figure, self.view, self._size, still, shapes_at)
+
+    def _trace(self, body: int, k: int) -> Lines:
+        """The path of a body over the last second before frame k."""
+        times = self.moments.times
+        first = int(np.searchsorted(times, times[k] - TRACE))
+        path = self.moments.poses[first : k + 1, body, :2]
+        return Lines("trace", (tuple(map(tuple, path.tolist())),))
+
+    def _plan(self) -> Pane:
+        moments = self.moments
+        ring = plan_ring(moments.part, moments.all_poses)
+        reach = 1.06 * ring
+        view = fit((-reach, reach, -reach, reach), DIAL, self._size)
+        sweeps = np.diff(moments.spindle_angle, prepend=moments.spindle_angle[0])
+
+        def shapes_at(k: int) -> Sequence[Shape]:
+            angle, sweep = float(moments.spindle_angle[k]), float(sweeps[k])
+            return plan_shapes(moments.part, moments.poses[k], angle, sweep, ring)
+
+        for words, y in (("from above", 419), ("marked: the", 433), ("right ball", 446)):
+            self._write(words, (398, y), 9.5, color=QUIET)
+        still = (Circle("ring", 0.0, 0.0, ring),)
+        return Pane(self.figure, view, self._size, still, shapes_at)
+
+    def _reading_plots(self) -> list[ReadingPlot]:
+        moments = self.moments
+        wanted = drawing_of(moments.part).readings
+        wanted = wanted or (moments.part.mechanism.coordinate, "spindle_speed", *moments.readings)
+        names = [name for name in dict.fromkeys(wanted) if name in moments.readings][:MOST_READINGS]
+        plots = []
+        for name, cell, colour in zip(names, cells(len(names), self._has_dial), SERIES, strict=False):
+            si = moments.units.get(name, "")
+            unit, factor = SHOWN.get(si, (si, 1.0))
+            values = moments.readings[name] * factor
+            ink = GREEN if name == "spindle_speed" else colour
+            plots.append(ReadingPlot(self.figure, cell, ink, moments.times, values, self._pixel))
+            left, top, right, _ = cell
+            self._write(name.replace("_", " "), (left, top + 9), 12.5, fontfamily=SERIF)
+            decimals = decimals_for(values)
+            texts = [f"{value:.{decimals}f}" for value in values]
+            self._count(texts, unit, (right, top + 9), 12, color=ink, fontweight="bold")
+        return plots
+
+    def _count(self, texts: list[str], unit: str, at: Pair, height: float, **style: object) -> None:
+        """A number that changes with every frame, before a unit; `at` is where the unit ends (pixels of 480)."""
+        gap = 0.0 if unit == "°" else 0.35 * height
+        width = self._write(unit, at, height, ha="right", **style).get_window_extent(self._canvas.get_renderer()).width
+        place = (at[0] - width * SIDE / self._size - gap, at[1])
+        self._counters.append(Counter(self._write("0", place, height, ha="right", **style), texts))
+
+    def _write_frame(self, run: Trajectory) -> None:
+        """Title, rules, footer, caption and scale bar."""
+        self._write(run.scene.title, (12, 18), 15, fontfamily=SERIF, room=376)
+        for y in (HEADER, FOOTER):
+            self._rule(12, 468, y, RULE)
+        words, colour = _footer(run)
+        self._write(words, (12, 470), 10, color=colour, room=340 if run.outcome.ok else 456)
+        if run.outcome.ok:
+            self._write(f"engine: {run.cost.engine}", (468, 470), 10, color=QUIET, ha="right")
+        self._scale_bar()
+
+    def _scale_bar(self) -> None:
+        """A length in round millimetres, to measure the picture by."""
+        left, top, right, bottom = CAPTION
+        scale = self.view.scale * SIDE / self._size
+        length = nice_step((right - left) / scale, 8)
+        y = (top + bottom) / 2
+        self._rule(left, left + length * scale, y, QUIET)
+        for x in (left, left + length * scale):
+            self.figure.add_artist(
+                Line2D(
+                    (x / SIDE, x / SIDE), (1 - (y - 3) / SIDE, 1 - (y + 3) / SIDE), color=QUIET, linewidth=0.8 * self._pixel
+                )
+            )
+        self._write(f"{length * 1e3:g} mm", (left + length * scale + 6, y), 9.5, color=QUIET)
+        if self.moments.part.plane == TURNING:
+            self._write("seen in the turning plane", (right, y), 9.5, color=QUIET, ha="right")
+
+    def _rule(self, left: float, right: float, y: float, colour: str) -> None:
+        line = Line2D((left / SIDE, right / SIDE), (1 - y / SIDE, 1 - y / SIDE), color=colour, linewidth=0.8 * self._pixel)
+        self.figure.add_artist(line)
+
+    def _write(self, words: str, at: Pair, height: float, *, room: float | None = None, **style: object) -> Words:
+        """Text at a place and of a height in pixels of a 480-pixel picture, made to fit into `room` pixels."""
+        settings = {"color": INK, "fontfamily": SANS, "va": "center_baseline", "parse_math": False} | style
+        text = Words(at[0] / SIDE, 1 - at[1] / SIDE, words, fontsize=height * self._pixel, transform=self.figure.transFigure)
+        text.set(**settings)
+        self.figure.add_artist(text)
+        if room is not None:
+            self._squeeze(text, room * self._size / SIDE)
+        return text
+
+    def _squeeze(self, text: Words, room: float) -> None:
+        """Make a text smaller, by a quarter at most, then cut its end off, until it fits into `room` pixels."""
+        renderer = self._canvas.get_renderer()
+        width = text.get_window_extent(renderer).width
+        text.set_fontsize(text.get_fontsize() * min(1.0, max(0.75, room / max(width, 1.0))))
+        words = text.get_text()
+        while len(words) > 1 and text.get_window_extent(renderer).width > room:
+            words = words[:-1]
+            text.set_text(words.rstrip() + "…")
+
+
+def _footer(run: Trajectory) -> tuple[str, str]:
+    """What the last line says about the run's accuracy or early end, and in which colour."""
+    if not run.outcome.ok and run.outcome is not Outcome.ACCURACY_MISSED:
+        return run.message, VERMILLION
+    asked = f"asked {run.scene.run.accuracy:.0e}"
+    if run.error_estimate is None:
+        return f"accuracy not certified ({asked})", QUIET
+    colour = VERMILLION if run.outcome is Outcome.ACCURACY_MISSED else QUIET
+    return f"accurate to {run.error_estimate:.0e}, {asked}", colour

@@ -1,0 +1,111 @@
+"""What to draw for a mechanism: shapes in metres, without colours. Machines register drawings of their own in `DRAWINGS`.
+
+Any other mechanism is drawn from its bodies and joints.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from governor_mechanism.render import generic, pendulum
+from governor_mechanism.render.primitives import Box, Circle, Lines, Shape, bounds
+from governor_mechanism.scene import Part
+
+Array = NDArray[np.float64]
+Background = Callable[[Part, Array], tuple[Shape, ...]]
+Moving = Callable[[Part, Array], tuple[Shape, ...]]
+Plan = Callable[[Part, Array, float], tuple[Shape, ...]]
+
+MARGIN = 0.02
+"""Free border round the shapes, as a fraction of the larger side."""
+
+
+@dataclass(frozen=True, kw_only=True)
+class Drawing:
+    """How one kind of machine is drawn.
+
+    background(part, poses (n, bodies, 3)) gives what stands still over the whole run; moving(part, pose (bodies, 3)) what
+    moves; plan(part, pose, spindle angle (rad)) a turning plane seen from above. Shapes are listed back to front, at every
+    pose as many, of the same kinds and roles. `traced` names the body whose path is shown, `readings` what the side panel
+    shows, most important first.
+    """
+
+    background: Background
+    moving: Moving
+    plan: Plan
+    traced: str | None = None
+    readings: tuple[str, ...] = ()
+
+
+GENERIC = Drawing(background=generic.background, moving=generic.moving, plan=generic.plan)
+
+DRAWINGS: dict[str, Drawing] = {
+    "pendulum_governor": Drawing(
+        background=pendulum.background,
+        moving=pendulum.moving,
+        plan=pendulum.plan,
+        traced="right ball",
+        readings=("arm_angle", "sleeve_lift", "spindle_speed"),
+    )
+}
+
+
+def drawing_of(part: Part) -> Drawing:
+    """The machine's own drawing, or the one that fits every mechanism."""
+    return DRAWINGS.get(part.machine, GENERIC)
+
+
+def background_shapes(part: Part, poses: Array) -> tuple[Shape, ...]:
+    """What stands still over a run with poses (n, bodies, 3)."""
+    return drawing_of(part).background(part, poses)
+
+
+def moving_shapes(part: Part, pose: Array) -> tuple[Shape, ...]:
+    """What moves, at one pose (bodies, 3)."""
+    return drawing_of(part).moving(part, pose)
+
+
+def plan_shapes(part: Part, pose: Array, angle: float, sweep: float, ring: float) -> tuple[Shape, ...]:
+    """The turning plane seen from above, turned anticlockwise by `angle` (rad), inside a ring of radius `ring` (m).
+
+    `sweep` (rad) is the angle turned since the frame before. It is drawn as an arc on the ring: a speed too fast for the
+    frames then shows as a closed ring, not as a false slow turning.
+    """
+    turned = math.copysign(min(abs(sweep), 2 * math.pi), sweep)
+    arc = tuple((ring * math.cos(a), ring * math.sin(a)) for a in (angle - turned * k / 32 for k in range(33)))
+    hand = ((0.0, 0.0), (ring * math.cos(angle), ring * math.sin(angle)))
+    return (
+        Lines("sweep", (arc,)),
+        Lines("hand", (hand,)),
+        *drawing_of(part).plan(part, pose, angle),
+        Circle("hub", 0.0, 0.0, 0.05 * ring),
+    )
+
+
+def plan_ring(part: Part, poses: Array) -> float:
+    """Radius (m) of a ring that holds the plan at every pose of a run (n, bodies, 3)."""
+    plan = drawing_of(part).plan
+    reach = max(max(map(abs, bounds(plan(part, pose, 0.0)))) for pose in _telling_poses(poses))
+    return 1.10 * reach
+
+
+def extent(part: Part, poses: Array) -> Box:
+    """The box (m) that holds every shape over a run with poses (n, bodies, 3), with a margin."""
+    shapes = list(background_shapes(part, poses))
+    for pose in _telling_poses(poses):
+        shapes += moving_shapes(part, pose)
+    left, right, bottom, top = bounds(shapes)
+    margin = MARGIN * max(right - left, top - bottom)
+    return left - margin, right + margin, bottom - margin, top + margin
+
+
+def _telling_poses(poses: Array) -> Array:
+    """A few hundred poses that hold the extremes of every coordinate of every body, so that long runs stay cheap."""
+    flat = poses.reshape(len(poses), -1)
+    spread = np.linspace(0, len(poses) - 1, min(len(poses), 200)).astype(int)
+    return poses[np.unique(np.concatenate([spread, flat.argmin(axis=0), flat.argmax(axis=0)]))]

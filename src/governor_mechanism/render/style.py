@@ -1,0 +1,151 @@
+"""The look: colours (Okabe-Ito, distinguishable without colour vision), strokes, and matplotlib artists for shapes."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import numpy as np
+from matplotlib.artist import Artist
+from matplotlib.axes import Axes
+from matplotlib.lines import Line2D
+from matplotlib.patches import PathPatch
+from matplotlib.path import Path
+from matplotlib.text import Text as Words
+from numpy.typing import NDArray
+
+from governor_mechanism.render.primitives import Circle, Lines, Polygon, Shape, Text
+
+PAPER, INK, QUIET, RULE = "#fbfaf5", "#20262c", "#6a727a", "#d3d3cb"
+BLUE, VERMILLION, GREEN, SKY = "#0072b2", "#d55e00", "#009e73", "#56b4e9"
+STEEL, BRIGHT, IRON = "#c3ccd4", "#e9edf0", "#87929c"
+SERIES = (BLUE, VERMILLION, GREEN)
+SERIF, SANS = "STIXGeneral", "DejaVu Sans"
+
+
+@dataclass(frozen=True)
+class Style:
+    """Fill and stroke of a role; `width` in pixels of a 480-pixel picture."""
+
+    fill: str = "none"
+    stroke: str = INK
+    width: float = 1.0
+    dashes: tuple[float, ...] = ()
+
+
+STYLES = {
+    "axis": Style(stroke=QUIET, width=0.7, dashes=(10.0, 3.0, 2.0, 3.0)),
+    "spindle": Style(fill=BRIGHT, width=0.9),
+    "spindle shade": Style(stroke=IRON, width=1.2),
+    "frame": Style(fill=IRON, width=1.0),
+    "bearing": Style(fill=PAPER, width=0.9),
+    "hatching": Style(stroke=INK, width=0.6),
+    "guide": Style(stroke=QUIET, width=0.9, dashes=(5.0, 3.0)),
+    "scale": Style(stroke=QUIET, width=0.8),
+    "arm": Style(fill=STEEL, width=0.9),
+    "link": Style(fill=BRIGHT, width=0.9),
+    "ball": Style(fill=BLUE, stroke="#00436a", width=1.2),
+    "ball shine": Style(stroke="#7db9dc", width=1.1),
+    "sleeve": Style(fill="#eb9a5e", stroke="#7a3600", width=1.0),
+    "engraving": Style(stroke="#a8581c", width=0.8),
+    "pointer": Style(fill=VERMILLION, stroke=VERMILLION, width=0.3),
+    "pivot": Style(fill=PAPER, width=1.0),
+    "trace": Style(stroke="#9fcbe6", width=1.6),
+    "ring": Style(stroke=RULE, width=3.0),
+    "sweep": Style(stroke=GREEN, width=3.0),
+    "plan arm": Style(width=2.0),
+    "hand": Style(stroke=GREEN, width=1.0),
+    "hub": Style(fill=PAPER, width=0.8),
+    "mark": Style(fill=PAPER, stroke=PAPER, width=0.1),
+}
+
+COLOURS = tuple(
+    dict.fromkeys(
+        colour
+        for colour in (PAPER, INK, QUIET, RULE, *SERIES, *(c for s in STYLES.values() for c in (s.fill, s.stroke)))
+        if colour != "none"
+    )
+)
+
+
+def rgb(colour: str) -> tuple[int, int, int]:
+    """'#rrggbb' as three numbers 0..255."""
+    return int(colour[1:3], 16), int(colour[3:5], 16), int(colour[5:7], 16)
+
+
+class Brush:
+    """Turns shapes into artists on axes that measure in metres, and moves those artists later.
+
+    Circles that follow one another in one role share an artist, and so do lines: drawing an artist costs more than its
+    shape. `pixel` is the number of points that a pixel of a 480-pixel picture has.
+    """
+
+    def __init__(self, axes: Axes, pixel: float, *, layer: float = 2) -> None:
+        self._axes = axes
+        self._pixel = pixel
+        self._layer = layer
+
+    def paint(self, shapes: Sequence[Shape]) -> list[Artist]:
+        """The artists, back to front."""
+        artists = [self._artist(group) for group in _groups(shapes)]
+        for order, artist in enumerate(artists):
+            artist.set_zorder(self._layer + order / 1000)
+            self._axes.add_artist(artist)
+        return artists
+
+    def move(self, artists: Sequence[Artist], shapes: Sequence[Shape]) -> None:
+        """Give the artists of `paint` the places of these shapes: as many, of the same kinds and roles."""
+        for artist, group in zip(artists, _groups(shapes), strict=True):
+            if isinstance(artist, PathPatch):
+                artist.set_path(_path(group))
+            elif isinstance(artist, Line2D):
+                artist.set_data(*_strokes(group))
+
+    def _artist(self, group: Sequence[Shape]) -> Artist:
+        style = STYLES[group[0].role]
+        width = style.width * self._pixel
+        match group[0]:
+            case Text(_, x, y, words, _):
+                size = 8.5 * self._pixel
+                return Words(x, y, words, color=style.stroke, fontsize=size, fontfamily=SANS, va="center")
+            case Lines():
+                line = Line2D(*_strokes(group), color=style.stroke, linewidth=width, solid_capstyle="butt")
+                if style.dashes:
+                    line.set_dashes([length * self._pixel / width for length in style.dashes])
+                return line
+            case _:
+                return PathPatch(
+                    _path(group), facecolor=style.fill, edgecolor=style.stroke, linewidth=width, joinstyle="round"
+                )
+
+
+def _groups(shapes: Sequence[Shape]) -> list[list[Shape]]:
+    groups: list[list[Shape]] = []
+    for shape in shapes:
+        last = groups[-1][0] if groups else None
+        if isinstance(shape, Circle | Lines) and type(shape) is type(last) and last is not None and shape.role == last.role:
+            groups[-1].append(shape)
+        else:
+            groups.append([shape])
+    return groups
+
+
+def _strokes(group: Sequence[Shape]) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
+    """x and y (m) of all strokes in one row, parted by NaN."""
+    lines = (line for shape in group if isinstance(shape, Lines) for line in shape.lines)
+    table = np.array([point for line in lines for point in (*line, (np.nan, np.nan))], dtype=float).reshape(-1, 2)
+    return table[:, 0], table[:, 1]
+
+
+_CIRCLE = Path.unit_circle()
+
+
+def _path(group: Sequence[Shape]) -> Path:
+    circles = [(shape.radius, shape.x, shape.y) for shape in group if isinstance(shape, Circle)]
+    if circles:
+        vertices = np.concatenate([np.asarray(_CIRCLE.vertices) * radius + (x, y) for radius, x, y in circles])
+        return Path(vertices, np.tile(np.asarray(_CIRCLE.codes), len(circles)))
+    points = [point for shape in group if isinstance(shape, Polygon) for point in (*shape.points, shape.points[0])]
+    codes = np.full(len(points), Path.LINETO)
+    codes[0], codes[-1] = Path.MOVETO, Path.CLOSEPOLY
+    return Path(np.array(points), codes)

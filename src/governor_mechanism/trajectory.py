@@ -1,0 +1,111 @@
+"""What a run returns: plain arrays, how it ended, how accurate it is, and what it cost."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass, field
+from enum import Enum
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from governor_mechanism.errors import RunFailed
+from governor_mechanism.scene import Scene
+
+Array = NDArray[np.float64]
+
+
+class Outcome(Enum):
+    """How a run ended; each value is a sentence a user can act on."""
+
+    DONE = "ran to the end within the asked accuracy"
+    UNCERTIFIED = "ran to the end; its accuracy was not certified"
+    ACCURACY_MISSED = (
+        "ran to the end, but the asked accuracy was not reached; ask for less or use a more accurate engine"
+    )
+    LEFT_RANGE = "the mechanism left the range in which its description holds; the run ends there"
+    STEP_LIMIT = "the run needs more steps than the engine allows; shorten it, slow it, or raise max_steps"
+    JOINT_OPENED = "a joint opened by more than a second-order step explains; shorten the step or raise max_iterations"
+
+    @property
+    def ok(self) -> bool:
+        """True when the run reached its end and nothing promised was missed."""
+        return self in (Outcome.DONE, Outcome.UNCERTIFIED)
+
+
+@dataclass(frozen=True, kw_only=True)
+class Energy:
+    """The energy ledger at each reported time, (n,) arrays in J.
+
+    kinetic: in the plane; potential: gravity; rotation: of the parts about the spindle, J omega^2 / 2.
+    jacobi = kinetic + potential - rotation + work_of_speed_changes, constant in an exact run; its changes are errors.
+    """
+
+    kinetic: Array
+    potential: Array
+    rotation: Array
+    jacobi: Array
+    scale: float
+
+    @property
+    def drift(self) -> float:
+        """Largest change of the Jacobi integral, relative to `scale`."""
+        return float(np.max(np.abs(self.jacobi - self.jacobi[0]))) / self.scale if self.jacobi.size else 0.0
+
+
+@dataclass(frozen=True, kw_only=True)
+class Cost:
+    """What the run took. `evaluations` counts the calls of each law, over all the runs of the certificate."""
+
+    engine: str
+    reason: str
+    step: float
+    steps: int
+    runs: int
+    iterations: int
+    evaluations: Mapping[str, int]
+    wall_time: float
+
+
+@dataclass(frozen=True, kw_only=True)
+class Trajectory:
+    """A run. Poses are of mass centres, (n, bodies, 3): x (m), y (m), angle (rad), in the plane of the part.
+
+    times (n,) s are the reported times. readings maps names to (n,) SI arrays (`units`), rates to the speeds of those
+    that are positions. joint_gap (n,) m is the widest opening of any joint. error_estimate is the largest error of any
+    reading or rate at any reported time, in units of its scale (`scales`); reading_errors the same one by one in SI;
+    None and empty where the run was not certified.
+    """
+
+    scene: Scene
+    times: Array
+    poses: Array
+    velocities: Array
+    readings: Mapping[str, Array]
+    rates: Mapping[str, Array]
+    units: Mapping[str, str]
+    scales: Mapping[str, float]
+    joint_gap: Array
+    energy: Energy
+    outcome: Outcome
+    cost: Cost
+    detail: str = ""
+    error_estimate: float | None = None
+    reading_errors: Mapping[str, float] = field(default_factory=dict)
+    settings: Mapping[str, Any] = field(default_factory=dict)
+
+    @property
+    def body_names(self) -> tuple[str, ...]:
+        """Names of the bodies, in the order of `poses`."""
+        return tuple(body.name for part in self.scene.parts for body in part.mechanism.bodies)
+
+    @property
+    def message(self) -> str:
+        """The outcome as a sentence, with the detail where there is one."""
+        return f"{self.outcome.value}: {self.detail}" if self.detail else self.outcome.value
+
+    def raise_if_failed(self) -> None:
+        """Raise RunFailed unless the run reached its end within what was promised."""
+        if not self.outcome.ok:
+            raise RunFailed(self.message)
