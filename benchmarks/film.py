@@ -13,24 +13,26 @@ from time import perf_counter
 from matplotlib.animation import FuncAnimation, PillowWriter
 
 sys.path.insert(0, str(Path(__file__).parents[1] / "tests" / "render"))
-from fake_run import CASES, fake_run  # noqa: E402
+from fake_run import CASES, fake_run
 
-from governor_mechanism.render.film import film, schedule  # noqa: E402
-from governor_mechanism.render.moments import moments  # noqa: E402
-from governor_mechanism.render.picture import Picture  # noqa: E402
-from governor_mechanism.trajectory import Trajectory  # noqa: E402
+from governor_mechanism.render.film import film, schedule
+from governor_mechanism.render.moments import moments
+from governor_mechanism.render.picture import Picture
+from governor_mechanism.trajectory import Trajectory
 
 
 def with_func_animation(run: Trajectory, path: Path) -> int:
     """The same film the usual way; returns the number of frames."""
     times, _ = schedule(0.0, float(run.times[-1]), 25)
-    picture = Picture(run, moments(run, run.scene.part, times), animated=False)
+    picture = Picture(run, moments(run, run.scene.part, (0.0, float(run.times[-1])), times), animated=False)
 
     def update(k: int) -> list[object]:
         picture.move(k)
         return []
 
-    FuncAnimation(picture.figure, update, frames=len(times), cache_frame_data=False).save(path, writer=PillowWriter(fps=25))
+    FuncAnimation(picture.figure, update, frames=len(times), cache_frame_data=False).save(
+        path, writer=PillowWriter(fps=25)
+    )
     return len(times)
 
 

@@ -35,9 +35,7 @@ def governor_scene(
 ) -> Scene:
     """A pendulum governor with gravity and centrifugal load."""
     machine = MACHINES["pendulum_governor"](**dimensions)
-    part = Part(
-        name="governor", machine=machine.name, dimensions=machine.dimensions(), mechanism=machine.mechanism()
-    )
+    part = Part(name="governor", machine=machine.name, dimensions=machine.dimensions(), mechanism=machine.mechanism())
     return Scene(
         title="test",
         parts=(part,),

@@ -16,7 +16,9 @@ CASES = {
     "watt": dict(arm=0.4, ball_mass=1.0),
     "crossed": dict(arm=0.4, offset=-0.06, ball_mass=2.0, sleeve_mass=8.0),
     "extended": dict(arm=0.4, arm_joint=0.25, offset=0.03, ball_mass=3.0, sleeve_mass=30.0),
-    "uncrossed links": dict(arm=0.4, arm_joint=0.25, offset=-0.04, lug_offset=0.03, link=0.2, ball_mass=3.0, sleeve_mass=12.0),
+    "uncrossed links": dict(
+        arm=0.4, arm_joint=0.25, offset=-0.04, lug_offset=0.03, link=0.2, ball_mass=3.0, sleeve_mass=12.0
+    ),
 }
 """Dimensions in SI."""
 
@@ -98,6 +100,8 @@ def fake_run(
         joint_gap=1e-13 * (1 + np.sin(7 * times) ** 2),
         energy=Energy(kinetic=zero, potential=zero, rotation=zero, jacobi=50 + 1e-11 * np.sin(3 * times), scale=50.0),
         outcome=outcome,
-        cost=Cost(engine="reduced", reason="", step=0.01, steps=10, runs=2, iterations=0, evaluations={}, wall_time=0.0),
+        cost=Cost(
+            engine="reduced", reason="", step=0.01, steps=10, runs=2, iterations=0, evaluations={}, wall_time=0.0
+        ),
         error_estimate=error_estimate,
     )

@@ -37,6 +37,16 @@ GAP_FLOOR = 1e-11
 """A joint gap below this fraction of the machine's size is rounding, not a sign of unsolved joints."""
 
 
+RETRY = 4
+"""How many times more solver iterations a doubtful result is tried with."""
+
+ROUNDING = 1e-11
+"""An estimate below this that does not fall with the step is rounding."""
+
+NEAR = 4
+"""Stations within which marches of different steps must leave the limits to be believed."""
+
+
 @final
 @dataclass(frozen=True, kw_only=True)
 class ImpulseEngine(Engine):
@@ -79,6 +89,19 @@ class ImpulseEngine(Engine):
 
 
 @dataclass(frozen=True)
+class Ending:
+    """How many stations a run keeps, and why it keeps no more."""
+
+    stations: int
+    outcome: Outcome | None = None
+    detail: str = ""
+
+    @property
+    def opened(self) -> bool:
+        return self.outcome is Outcome.JOINT_OPENED
+
+
+@dataclass(frozen=True)
 class Best:
     """The best states reached so far; errors and their largest relative one, where three runs certify them."""
 
@@ -87,7 +110,7 @@ class Best:
     errors: dict[str, float]
     estimate: float | None
     level: int
-    opened: bool
+    ending: Ending
 
 
 class Climb:
@@ -103,40 +126,58 @@ class Climb:
             longest = LONGEST_STATION * scale
             step = min(scale * (task.accuracy / FIRST_GUESS) ** (1 / 3), longest)
         self.grid = make_grid(task.times, self.reporter.program.breaks, step, longest)
-        self.ended: Outcome | None = None
-        self.detail = ""
+        self.whole = self._cut_to_allowed_steps()
         self.iterations = engine.iterations
         self.marches: dict[int, March] = {}
         self.steps, self.runs, self.laws = 0, 0, Counter[str]()
-        self._cut_to_allowed_steps()
 
     def to_accuracy(self) -> Best:
-        """Refine until the estimate is within the accuracy, or falls no further."""
-        level, best = 0, self.at(0)
-        while best.estimate is not None and best.estimate > self.task.accuracy and not best.opened:
-            level += min(max(1, math.ceil(math.log2(2 * best.estimate / self.task.accuracy) / 3)), 4)
+        """Refine until the estimate is within the accuracy, or falls no further whatever the joint solver does."""
+        overall = None
+        while True:
+            iterations = self.iterations
+            best, stuck = self._refine()
+            overall = best if overall is None or _falls(best, overall) else overall
+            if self._reached(overall):
+                return overall
+            if self.iterations > iterations:
+                continue  # raised on the way: the longer steps were not solved well enough either
+            # Near a dead centre, unsolved joints show in the estimate alone.
+            if not stuck or (overall.estimate or 0.0) < ROUNDING or not self._more_iterations():
+                return overall
+
+    def _refine(self) -> tuple[Best, bool]:
+        """Shorten the step until the accuracy is reached; the best result, and whether shorter steps stopped helping."""
+        level, iterations, best = 0, self.iterations, self.at(0)
+        while not self._reached(best):
+            level += min(max(1, math.ceil(math.log2(2 * (best.estimate or 1.0) / self.task.accuracy) / 3)), 4)
             if level > MOST_DOUBLINGS or int(self.grid.steps.sum()) << (level + 2) > self.engine.max_steps:
-                break
+                return best, False
             finer = self.at(level)
-            if finer.opened or finer.estimate is None or finer.estimate > best.estimate:
-                break  # rounding, not the step, sets the error now
+            if not _falls(finer, best):
+                return best, True
             best = finer
-        return best
+            if self.iterations > iterations:
+                return best, True
+        return best, False
+
+    def _reached(self, best: Best) -> bool:
+        return best.ending.opened or best.estimate is None or best.estimate <= self.task.accuracy
 
     def at(self, level: int) -> Best:
         """The extrapolated result of runs whose coarsest has its steps doubled `level` times."""
         levels = range(level, level + self.engine.runs)
-        opened = self._march_all(levels)
-        states = [self._state(self.marches[one]) for one in levels]
+        ending = self._march_all(levels)
+        states = [self._state(self.marches[one], ending.stations) for one in levels]
         if len(states) > 1:
             states = [_extrapolate(worse, better, 4) for worse, better in pairwise(states)]
         certified = self.engine.runs == 3 and (self.task.certify or self.engine.step is None)
         if not certified:
             highest = states[0] if len(states) == 1 else _extrapolate(states[0], states[1], 8)
-            return Best(highest, self.reporter.report(highest), {}, None, level, opened)
+            return Best(highest, self.reporter.report(highest), {}, None, level, ending)
         worse, better = (self.reporter.report(state) for state in states)
         errors = self.reporter.errors(better, worse)
-        return Best(states[1], better, errors, self.reporter.relative(errors), level, opened)
+        return Best(states[1], better, errors, self.reporter.relative(errors), level, ending)
 
     def trajectory(self, best: Best, wall_time: float) -> Trajectory:
         """The result of the climb."""
@@ -153,7 +194,7 @@ class Climb:
             joint_gap=report.joint_gap,
             energy=report.energy,
             outcome=self._outcome(best),
-            detail=self.detail,
+            detail=best.ending.detail,
             cost=self._cost(best, wall_time),
             error_estimate=best.estimate,
             reading_errors=best.errors,
@@ -161,10 +202,8 @@ class Climb:
         )
 
     def _outcome(self, best: Best) -> Outcome:
-        if best.opened:
-            return Outcome.JOINT_OPENED
-        if self.ended is not None:
-            return self.ended
+        if best.ending.outcome is not None:
+            return best.ending.outcome
         if best.estimate is None:
             return Outcome.UNCERTIFIED
         return Outcome.DONE if best.estimate <= self.task.accuracy else Outcome.ACCURACY_MISSED
@@ -183,22 +222,33 @@ class Climb:
             wall_time=wall_time,
         )
 
-    def _march_all(self, levels: range) -> bool:
-        """March every level; more solver iterations while joints stay open. True when they stay open at the cap."""
+    def _march_all(self, levels: range) -> Ending:
+        """March every level, with more solver iterations while joints stay open or the marches tell two stories."""
         while True:
             for level in levels:
                 if level not in self.marches:
                     self.marches[level] = self._march(level)
-            exits = [self._exit(self.marches[level]) for level in levels]
-            if not self._unsolved(levels, exits):
-                self._cut_to_range(exits)
-                return False
-            if 2 * self.iterations > self.engine.max_iterations:
-                self.detail = f"{self.iterations} solver iterations did not close the joints"
-                self._cut(min(len(self.marches[level].work) for level in levels))
-                return True
-            self.iterations *= 2
-            self.marches.clear()
+            exits = [self.reporter.first_outside(self.marches[level].poses) for level in levels]
+            opened = self._open(levels, exits)
+            if not (opened or _disagree(exits)) or not self._more_iterations():
+                break
+        if opened:
+            kept = min(len(self.marches[level].work) for level in levels)
+            detail = f"{self.iterations} solver iterations did not close the joints"
+            return Ending(kept, Outcome.JOINT_OPENED, detail)
+        first = min((found for found in exits if found is not None), default=None)
+        if first is None:
+            return self.whole
+        station, sentence = first
+        return Ending(station, Outcome.LEFT_RANGE, f"{sentence}, at about t = {self.grid.stations[station]:.6g} s")
+
+    def _more_iterations(self) -> bool:
+        """Forget the marches and solve the joints with more iterations, unless that is beyond the cap."""
+        if self.iterations >= self.engine.max_iterations:
+            return False
+        self.iterations = min(RETRY * self.iterations, self.engine.max_iterations)
+        self.marches.clear()
+        return True
 
     def _march(self, level: int) -> March:
         assembly = Assembly(self.scene, iterations=self.iterations, plain=self.engine.plain)
@@ -210,11 +260,7 @@ class Climb:
             self.laws[law] += count * steps
         return result
 
-    def _exit(self, result: March) -> tuple[int, str] | None:
-        """The first station at which a march is outside the mechanism's limits, and what happens there."""
-        return self.reporter.first_outside(result.poses[: len(self.grid.stations)])
-
-    def _unsolved(self, levels: range, exits: list[tuple[int, str] | None]) -> bool:
+    def _open(self, levels: range, exits: list[tuple[int, str] | None]) -> bool:
         """Bodies lost, or joint gaps that do not shrink as the step is halved (a second-order scheme quarters them).
 
         Looked at up to the first station outside the limits, and there: joints torn open leave the limits too.
@@ -228,31 +274,31 @@ class Climb:
         floor = GAP_FLOOR * self.reporter.mechanism.size
         return any(finer > max(0.5 * coarser, floor) for coarser, finer in pairwise(gaps))
 
-    def _cut_to_range(self, exits: list[tuple[int, str] | None]) -> None:
-        """End the run at the last station before any march leaves the mechanism's limits."""
-        outside = min((found for found in exits if found is not None), default=None)
-        if outside is not None:
-            index, sentence = outside
-            self.ended = Outcome.LEFT_RANGE
-            self.detail = f"{sentence}, at about t = {self.grid.stations[index]:.6g} s"
-            self._cut(index)
-
-    def _cut_to_allowed_steps(self) -> None:
+    def _cut_to_allowed_steps(self) -> Ending:
+        """Cut the grid to what max_steps allow the finest of the first runs."""
         allowed = self.engine.max_steps >> (self.engine.runs - 1)
         reach = int(np.searchsorted(np.cumsum(self.grid.steps), allowed, side="right")) + 1
-        if reach < len(self.grid.stations):
-            self.ended = Outcome.STEP_LIMIT
-            self.detail = f"max_steps = {self.engine.max_steps} end at t = {self.grid.stations[reach - 1]:.6g} s"
-            self._cut(reach)
+        if reach >= len(self.grid.stations):
+            return Ending(len(self.grid.stations))
+        self.grid = self.grid.first(reach)
+        detail = f"max_steps = {self.engine.max_steps} end at t = {self.grid.stations[-1]:.6g} s"
+        return Ending(reach, Outcome.STEP_LIMIT, detail)
 
-    def _cut(self, stations: int) -> None:
-        self.grid = self.grid.first(stations)
-
-    def _state(self, result: March) -> State:
-        at = self.grid.reported
+    def _state(self, result: March, stations: int) -> State:
+        at = self.grid.first(stations).reported
         return State(
             times=self.grid.stations[at], poses=result.poses[at], velocities=result.velocities[at], work=result.work[at]
         )
+
+
+def _falls(finer: Best, best: Best) -> bool:
+    return not finer.ending.opened and finer.estimate is not None and finer.estimate < (best.estimate or math.inf)
+
+
+def _disagree(exits: list[tuple[int, str] | None]) -> bool:
+    """Whether marches of one motion leave the limits at different stations, or only some of them."""
+    stations = [-NEAR if found is None else found[0] for found in exits]
+    return max(stations) - min(stations) >= NEAR
 
 
 def _extrapolate(worse: State, better: State, gain: int) -> State:

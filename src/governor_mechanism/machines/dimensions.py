@@ -7,7 +7,12 @@ from abc import ABC, abstractmethod
 from collections.abc import Mapping
 from typing import Any, ClassVar
 
+from governor_mechanism.errors import MechanismError
 from governor_mechanism.mechanism import Mechanism
+
+
+SMALLEST, LARGEST = 1e-9, 1e9
+"""Sizes of dimensions in SI beyond which a number is a slip, and double precision ends."""
 
 
 def dimension(kind: str, meaning: str, *, default: Any = dataclasses.MISSING, signed: bool = False) -> Any:
@@ -24,6 +29,20 @@ class Machine(ABC):
 
     name: ClassVar[str]
     plane: ClassVar[str]
+
+    def __post_init__(self) -> None:
+        problems = []
+        for field in dataclasses.fields(self):
+            value, signed = getattr(self, field.name), field.metadata["signed"]
+            if value is None:
+                continue
+            if not (SMALLEST <= (abs(value) or SMALLEST) <= LARGEST and (signed or value > 0)):
+                wanted = "a finite" if signed else "a positive"
+                problems.append(
+                    f"{field.name} must be {wanted} number between {SMALLEST:g} and {LARGEST:g} in SI; got {value:g}"
+                )
+        if problems:
+            raise MechanismError(*problems)
 
     @abstractmethod
     def mechanism(self) -> Mechanism:

@@ -44,6 +44,7 @@ class PendulumGovernor(Machine):
     )
 
     def __post_init__(self) -> None:
+        super().__post_init__()
         if self.joint_length > self.arm:
             raise MechanismError(
                 f"arm_joint ({_mm(self.joint_length)}) lies beyond the ball; it must not exceed arm ({_mm(self.arm)})"
@@ -110,7 +111,8 @@ class PendulumGovernor(Machine):
             return ()
         where = f"start.arm_angle ({math.degrees(angle):g} deg) lies outside the travel"
         allowed = f"{math.degrees(low):.6g} to {math.degrees(high):.6g} deg"
-        return (f"{where} of this governor, {allowed}: {below if angle <= low else above}",)
+        hint = "; a bare number is in rad, so write it with its unit: 40 deg" if abs(angle) > math.pi else ""
+        return (f"{where} of this governor, {allowed}: {below if angle <= low else above}{hint}",)
 
     @property
     def _with_levers(self) -> bool:
@@ -196,12 +198,13 @@ class PendulumGovernor(Machine):
         low, high = self._angles_with_ball_off_the_axis()
         below = "the balls meet on the spindle axis"
         above = "the arms stand at 90 degrees to the spindle (dead centre)"
-        if self.link_length < self.joint_length or self.lug != self.offset:
-            sines = [(self.lug - self.offset + sign * self.link_length) / self.joint_length for sign in (-1.0, 1.0)]
-            if sines[0] > math.sin(low):
-                low, below = math.asin(sines[0]), "the link stands at 90 degrees to the spindle (dead centre)"
-            if sines[1] < math.sin(high):
-                high, above = math.asin(sines[1]), "the link stands at 90 degrees to the spindle; it is too short"
+        reach = self.lug - self.offset
+        in_line = math.asin(reach / (self.joint_length + self.link_length))
+        if in_line > low:
+            low, below = in_line, "arms and links stand in line (dead centre)"
+        widest = (reach + self.link_length) / self.joint_length
+        if widest < 1.0:
+            high, above = math.asin(widest), "the link stands at 90 degrees to the spindle; it is too short"
         return low, high, below, above
 
 

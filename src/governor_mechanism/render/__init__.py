@@ -1,1 +1,1 @@
-"""Pictures of runs: films and figures. Nothing here is imported by the rest of the package, and nothing here computes."""
+"""Pictures of runs: films and figures. The rest of the package imports nothing of it."""

@@ -3,9 +3,10 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
+from typing import Any
 
 import numpy as np
-from matplotlib.backends.backend_agg import FigureCanvasAgg, RendererAgg
+from matplotlib.backends.backend_agg import RendererAgg
 from matplotlib.text import Text
 from numpy.typing import NDArray
 
@@ -13,7 +14,7 @@ Pixels = NDArray[np.uint8]
 
 
 class Counter:
-    """A right-aligned text artist with one text a frame. `move` changes the artist; `stamp`, after `cut`, only pixels."""
+    """A right-aligned text with one wording a frame: `move` changes the artist; `stamp`, after `cut`, only pixels."""
 
     def __init__(self, artist: Text, texts: Sequence[str]) -> None:
         self.artist = artist
@@ -26,14 +27,14 @@ class Counter:
         """Give the artist the text of frame k."""
         self.artist.set_text(self._texts[k])
 
-    def cut(self, canvas: FigureCanvasAgg) -> None:
-        """Keep the pixels of every character that occurs; the canvas must show only what stands still."""
+    def cut(self, canvas: Any) -> None:
+        """Keep the pixels of every character that occurs; the Agg canvas must show only what stands still."""
         text, renderer = self.artist, canvas.get_renderer()
         bare = canvas.copy_from_bbox(canvas.figure.bbox)
         buffer = np.asarray(canvas.buffer_rgba())
         place, to_pixels = text.get_position(), text.get_transform()
         right, middle = to_pixels.transform(place)
-        half = round(0.8 * text.get_fontsize() * canvas.figure.dpi / 72)
+        half = round(0.8 * float(text.get_fontsize()) * canvas.figure.dpi / 72)
         self._right, self._top = int(right), int(buffer.shape[0] - middle) - half
         # A character is drawn after a nought, from a whole pixel on: so it stands as it would within a number.
         nought = self._advance("0", renderer)
@@ -44,7 +45,8 @@ class Counter:
             text.set_text("0" + letter)
             canvas.restore_region(bare)
             text.draw(renderer)
-            self._letters[letter] = buffer[self._top : self._top + 2 * half, left + nought : left + nought + width].copy()
+            rows, start = slice(self._top, self._top + 2 * half), left + nought
+            self._letters[letter] = buffer[rows, start : start + width].copy()
         text.set(position=place, horizontalalignment="right")
         canvas.restore_region(bare)
 

@@ -4,18 +4,21 @@ from __future__ import annotations
 
 import math
 import os
-from collections.abc import Mapping
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 from matplotlib.axes import Axes
 from matplotlib.backends.backend_agg import FigureCanvasAgg
 from matplotlib.figure import Figure
+from matplotlib.ticker import LogLocator, NullLocator
 from numpy.typing import NDArray
 
 from governor_mechanism.errors import MechanismError
 from governor_mechanism.files import written_beside
-from governor_mechanism.render.style import BLUE, GREEN, INK, PAPER, QUIET, RULE, SANS, SERIF, SHOWN, VERMILLION, accuracy_line
+from governor_mechanism.render.panel import limits_for
+from governor_mechanism.render.style import BLUE, GREEN, INK, PAPER, QUIET, RULE, SANS, SERIF, VERMILLION
+from governor_mechanism.render.wording import accuracy_line, everyday, rounded_up
 from governor_mechanism.trajectory import Trajectory
 
 Array = NDArray[np.float64]
@@ -40,7 +43,8 @@ def readings_figure(run: Trajectory, path: str | os.PathLike[str]) -> Path:
     figure = _draw(run)
     with written_beside(target) as temporary:
         # Without the name of the program, equal runs give equal files.
-        FigureCanvasAgg(figure).print_png(str(temporary), metadata={"Software": None})
+        canvas: Any = FigureCanvasAgg(figure)
+        canvas.print_png(str(temporary), metadata={"Software": None})
     return target
 
 
@@ -58,8 +62,48 @@ def _draw(run: Trajectory) -> Figure:
     _errors(figure.add_subplot(grid[rows - 1, 1]), run.times, drift, "energy drift", "of the energy scale")
     for axes in figure.axes[-2:]:
         axes.set_xlabel("time, s", color=QUIET, fontsize=8, fontfamily=SANS)
-    title = {"color": INK, "fontfamily": SERIF, "parse_math": False}
-    figure.text(0.02, 1 - 0.27 / height, run.scene.title, fontsize=15, va="center", **title)
+    title = figure.text(0.02, 1 - 0.27 / height, run.scene.title, fontsize=15, va="center")
+    title.set(color=INK, fontfamily=SERIF, parse_math=False)
     words, bad = accuracy_line(run)
-    figure.text(0.02, 0.16 / height, words, color=VERMILLION if bad else QUIET, fontsize=8.5, va="center", fontfamily=SANS)
+    colour = VERMILLION if bad else QUIET
+    figure.text(0.02, 0.16 / height, words, color=colour, fontsize=8.5, va="center", fontfamily=SANS)
     return figure
+
+
+def _reading(axes: Axes, run: Trajectory, name: str, values: Array) -> None:
+    """One reading, with the error that the run promises for it."""
+    unit, factor = everyday(run.units.get(name, ""))
+    unit = unit.replace("°", "deg")
+    _dress(axes, name.replace("_", " "), unit)
+    axes.plot(run.times, values * factor, color=GREEN if name.startswith("spindle") else BLUE, linewidth=1.3)
+    axes.set_ylim(limits_for(values * factor))
+    if run.reading_errors.get(name, 0.0) > 0:
+        _aside(axes, f"error estimate {rounded_up(run.reading_errors[name] * factor)} {unit}")
+
+
+def _errors(axes: Axes, times: Array, values: Array, name: str, unit: str) -> None:
+    """A quantity that an exact run keeps at zero, on a logarithmic axis."""
+    _dress(axes, name, unit)
+    axes.set_yscale("log")
+    axes.plot(times, np.maximum(values, ROUNDING), color=VERMILLION, linewidth=0.9)
+    low, high = (10.0 ** math.floor(math.log10(max(v, ROUNDING))) for v in (np.percentile(values, 5), values.max()))
+    axes.set_ylim(low, 10 * high)
+    axes.yaxis.set_major_locator(LogLocator(numticks=5))
+    axes.yaxis.set_minor_locator(NullLocator())
+    _aside(axes, f"at most {rounded_up(float(values.max()))}")
+
+
+def _aside(axes: Axes, words: str) -> None:
+    axes.text(
+        1.0, 1.06, words, transform=axes.transAxes, color=QUIET, fontsize=8, ha="right", va="baseline", fontfamily=SANS
+    )
+
+
+def _dress(axes: Axes, name: str, unit: str) -> None:
+    axes.set_facecolor(PAPER)
+    for side, spine in axes.spines.items():
+        spine.set(visible=side in ("left", "bottom"), color=QUIET, linewidth=0.8)
+    axes.tick_params(color=QUIET, labelcolor=QUIET, labelsize=8, labelfontfamily=SANS)
+    axes.grid(color=RULE, linewidth=0.6)
+    axes.margins(x=0)
+    axes.text(0.0, 1.06, f"{name}, {unit}", transform=axes.transAxes, color=INK, fontsize=11, fontfamily=SERIF)

@@ -4,6 +4,8 @@ from __future__ import annotations
 
 import os
 from collections.abc import Callable, Iterator
+from functools import partial
+from itertools import pairwise
 from pathlib import Path
 from typing import Any
 
@@ -23,6 +25,8 @@ from governor_mechanism.trajectory import Trajectory
 Array = NDArray[np.float64]
 Pixels = NDArray[np.uint8]
 Progress = Callable[[int, int], None]
+Span = tuple[float, float]
+PictureAt = Callable[[Span, Array], Picture]
 
 FASTEST = 50
 """Frames per second: viewers show a GIF frame of less than 2 hundredths of a second far too long."""
@@ -50,9 +54,9 @@ def film(
     writers = {".gif": _write_gif, ".mp4": _write_mp4}
     if target.suffix.lower() not in writers:
         raise MechanismError(f"a film's name must end in .gif or .mp4; got {target.name!r}")
-    write = writers[target.suffix.lower()]
+    write, span = writers[target.suffix.lower()], _span(run, start, stop)
     with written_beside(target) as temporary:
-        write(run, temporary, size, frames_per_second, part, _span(run, start, stop), progress)
+        write(temporary, partial(_picture, run, size, part), span, frames_per_second, progress or _silent)
     return target
 
 
@@ -66,9 +70,9 @@ def frames(
     stop: float | None = None,
 ) -> Iterator[Pixels]:
     """The pictures of a film, (size, size, 3) RGB each, at equal steps from start to stop (both shown)."""
-    begin, end = _span(run, start, stop)
-    times, _ = schedule(begin, end, frames_per_second)
-    picture = Picture(run, moments(run, part_named(run, part), times), size)
+    span = _span(run, start, stop)
+    times, _ = schedule(*span, frames_per_second)
+    picture = _picture(run, size, part, span, times)
     for k in range(len(times)):
         yield picture.paint(k)[..., :3].copy()
 
@@ -82,8 +86,8 @@ def film_view(run: Trajectory, *, size: int = 480, part: str | None = None) -> V
 def schedule(start: float, stop: float, frames_per_second: float) -> tuple[Array, list[int]]:
     """When the frames are (s), and how long each is shown (hundredths of a second, together the whole time).
 
-    The frames stand at equal steps from start to stop. Each is shown from half a step before its time to half a step after,
-    so the first and the last one half as long as the others.
+    The frames stand at equal steps from start to stop. Each is shown from half a step before its time to half a step
+    after, so the first and the last one half as long as the others.
     """
     if not 1 <= frames_per_second <= FASTEST:
         raise MechanismError(f"frames_per_second must be 1..{FASTEST}; got {frames_per_second:g}")
@@ -93,57 +97,63 @@ def schedule(start: float, stop: float, frames_per_second: float) -> tuple[Array
         return np.array([start]), [hundredths]
     times = np.linspace(start, stop, steps + 1)
     edges = [0, *(round(hundredths * (k + 0.5) / steps) for k in range(steps)), hundredths]
-    return times, [after - before for before, after in zip(edges, edges[1:], strict=False)]
+    return times, [after - before for before, after in pairwise(edges)]
 
 
-def _span(run: Trajectory, start: float | None, stop: float | None) -> tuple[float, float]:
+def _span(run: Trajectory, start: float | None, stop: float | None) -> Span:
     """The piece of the run to show (s), checked."""
     if not len(run.times):
         raise MechanismError(f"the run holds no reported time, so there is nothing to show; it says: {run.message}")
     first, last = float(run.times[0]), float(run.times[-1])
     begin, end = (first if start is None else start), (last if stop is None else stop)
     if not first <= begin <= end <= last:
-        raise MechanismError(f"start and stop must lie within the run, {first:g}..{last:g} s, in this order; got {begin:g} and {end:g} s")
+        raise MechanismError(
+            f"start and stop must lie within the run, {first:g}..{last:g} s, in this order; got {begin:g} and {end:g} s"
+        )
     return begin, end
 
 
-def _write_gif(
-    run: Trajectory, path: Path, size: int, rate: float, part: str | None, span: tuple[float, float], progress: Progress | None
-) -> None:
+def _picture(run: Trajectory, size: int, part: str | None, span: Span, times: Array) -> Picture:
+    return Picture(run, moments(run, part_named(run, part), span, times), size)
+
+
+def _silent(done: int, total: int) -> None:
+    pass
+
+
+def _write_gif(path: Path, picture_at: PictureAt, span: Span, rate: float, progress: Progress) -> None:
     times, delays = schedule(*span, rate)
-    picture = Picture(run, moments(run, part_named(run, part), times), size)
+    picture = picture_at(span, times)
     samples = [picture.paint(int(k)) for k in np.unique(np.linspace(0, len(times) - 1, SAMPLES).astype(int))]
     palette = Palette([rgb(colour) for colour in COLOURS], samples)
     with path.open("wb") as file:
         writer = GifWriter(file, palette)
         for k, delay in enumerate(delays):
             writer.add(picture.paint(k), delay)
-            if progress is not None:
-                progress(k + 1, len(times))
+            progress(k + 1, len(delays))
         writer.close()
 
 
-def _write_mp4(
-    run: Trajectory, path: Path, size: int, rate: float, part: str | None, span: tuple[float, float], progress: Progress | None
-) -> None:
+def _write_mp4(path: Path, picture_at: PictureAt, span: Span, rate: float, progress: Progress) -> None:
     # Every frame of a video lasts equally long: one frame at the middle of each step makes up the whole time.
     begin, end = span
     count = max(round((end - begin) * rate), 1)
-    times = begin + (end - begin) * (np.arange(count) + 0.5) / count
-    picture = Picture(run, moments(run, part_named(run, part), times), size)
+    picture = picture_at(span, begin + (end - begin) * (np.arange(count) + 0.5) / count)
     with _video(path, rate) as writer:
         for k in range(count):
-            writer.append_data(picture.paint(k)[..., :3])
-            if progress is not None:
-                progress(k + 1, count)
+            # Video needs an even number of rows and columns.
+            pixels = picture.paint(k)[..., :3]
+            odd = (0, len(pixels) % 2)
+            writer.append_data(np.pad(pixels, (odd, odd, (0, 0)), mode="edge"))
+            progress(k + 1, count)
 
 
 def _video(path: Path, rate: float) -> Any:
     try:
         import imageio.v2 as imageio
 
-        return imageio.get_writer(path, format="FFMPEG", fps=rate, codec="libx264", quality=8, macro_block_size=2)  # type: ignore[arg-type]
+        return imageio.get_writer(path, format="FFMPEG", fps=rate, codec="libx264", quality=8, macro_block_size=2)
     except ImportError as missing:
         raise MechanismError(
-            "writing .mp4 needs ffmpeg, which is not installed; pip install 'governor-mechanism[video]', or write a .gif"
+            "writing .mp4 needs ffmpeg: pip install 'governor-mechanism[video]', or write a .gif"
         ) from missing

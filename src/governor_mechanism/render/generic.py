@@ -7,7 +7,7 @@ import math
 import numpy as np
 from numpy.typing import NDArray
 
-from governor_mechanism.joints import GROUND, Distance, Pin, Point, Slider
+from governor_mechanism.joints import GROUND, Distance, Point, Slider
 from governor_mechanism.mechanism import Mechanism
 from governor_mechanism.render.primitives import (
     Circle,
@@ -31,9 +31,11 @@ def background(part: Part, poses: Array) -> tuple[Shape, ...]:
     mechanism = part.mechanism
     u = mechanism.size
     shapes: list[Shape] = []
+    middle = float(poses[:, :, 1].mean())
     if part.plane == TURNING:
-        ys = poses[:, :, 1]
-        shapes.append(Lines("axis", (((0.0, float(ys.min()) - 0.2 * u), (0.0, float(ys.max()) + 0.2 * u)),)))
+        pins = [point.y for point in _points_on(mechanism, GROUND)]
+        low, high = min(float(poses[:, :, 1].min()), *pins), max(float(poses[:, :, 1].max()), *pins)
+        shapes.append(Lines("axis", (((0.0, low - 0.2 * u), (0.0, high + 0.2 * u)),)))
     for joint in mechanism.joints:
         for mine, other in ((joint.first, joint.second), (joint.second, joint.first)):
             if mine.body != GROUND:
@@ -41,7 +43,7 @@ def background(part: Part, poses: Array) -> tuple[Shape, ...]:
             if isinstance(joint, Slider) and mine is joint.first:
                 shapes.append(_guide(mechanism, joint, other, poses))
             elif not isinstance(joint, Slider):
-                shapes += _foot((mine.x, mine.y), u)
+                shapes += _foot((mine.x, mine.y), u, above=mine.y > middle)
     return tuple(shapes)
 
 
@@ -100,13 +102,13 @@ def _points_on(mechanism: Mechanism, name: str) -> list[Point]:
     return [point for point in ends if point.body == name]
 
 
-def _foot(spot: Pair, u: float) -> tuple[Shape, ...]:
+def _foot(spot: Pair, u: float, *, above: bool) -> tuple[Shape, ...]:
+    """A bracket under a pin of the ground, or above it where the mechanism hangs from it."""
     x, y = spot
-    w, h = 0.06 * u, 0.09 * u
-    return (
-        Polygon("frame", ((x, y + 0.02 * u), (x - w, y - h), (x + w, y - h))),
-        hatching("hatching", (x - 1.5 * w, x + 1.5 * w, y - h - 0.04 * u, y - h), 0.034 * u),
-    )
+    w, h, ground = 0.06 * u, 0.09 * u, 0.04 * u
+    base = y + h if above else y - h
+    box = (x - 1.5 * w, x + 1.5 * w, *((base, base + ground) if above else (base - ground, base)))
+    return Polygon("frame", ((x, y), (x - w, base), (x + w, base))), hatching("hatching", box, 0.034 * u)
 
 
 def _guide(mechanism: Mechanism, joint: Slider, rider: Point, poses: Array) -> Shape:

@@ -19,7 +19,7 @@ Numbers = NDArray[np.uint8]
 """(height, width) palette entries."""
 
 BITS = 5
-"""Per pixel. 31 colours are enough for flat areas and their blended edges, and make the file a third smaller than 255."""
+"""Per pixel. 31 colours do for flat areas and their blended edges, and make the file a third smaller than 255."""
 UNCHANGED = 2**BITS - 1
 """The palette's last entry: let the frame before show through."""
 LONGEST = 65535

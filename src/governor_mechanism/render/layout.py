@@ -22,7 +22,7 @@ HEADER, FOOTER = 35.0, 459.0
 
 @dataclass(frozen=True, kw_only=True)
 class View:
-    """The machine's picture within `rect` (pixels): `scale` pixels to the metre, (x, y) (m) in the middle of the rectangle."""
+    """A picture within `rect` (pixels), `scale` pixels to the metre, with the point (x, y) (m) in its middle."""
 
     rect: Rect
     scale: float
@@ -32,7 +32,8 @@ class View:
     def pixel_of(self, x: float, y: float) -> tuple[float, float]:
         """Column and row of the point (x, y) (m); whole numbers are the middles of pixels, row 0 is the top."""
         left, top, right, bottom = self.rect
-        return (left + right) / 2 + (x - self.x) * self.scale - 0.5, (top + bottom) / 2 - (y - self.y) * self.scale - 0.5
+        column, row = (left + right) / 2 - 0.5, (top + bottom) / 2 - 0.5
+        return column + (x - self.x) * self.scale, row - (y - self.y) * self.scale
 
     @property
     def box(self) -> Box:

@@ -19,13 +19,14 @@ T = TypeVar("T")
 
 @dataclass(frozen=True, kw_only=True)
 class Moments:
-    """One part of a run at the frames' times (f,) s.
+    """One part of a run at the frames' times (f,) s, all within `span`, the piece of the run that is shown (s).
 
-    poses (f, bodies, 3) of the part; readings by plain name, (f,) SI, and their units; spindle_angle (f,) rad since the start, zero where
-    the run has no spindle speed; all_poses (n, bodies, 3) as the run reports them.
+    poses (f, bodies, 3) of the part; readings by plain name, (f,) SI, and their units; spindle_angle (f,) rad since the
+    start, zero where the run has no spindle speed; all_poses (n, bodies, 3) as the run reports them.
     """
 
     part: Part
+    span: tuple[float, float]
     times: Array
     poses: Array
     readings: Mapping[str, Array]
@@ -63,14 +64,15 @@ def of_part(run: Trajectory, part: Part, named: Mapping[str, T]) -> dict[str, T]
     return {name.removeprefix(mark): value for name, value in named.items() if name.startswith(mark)}
 
 
-def moments(run: Trajectory, part: Part, times: Array) -> Moments:
-    """What one part does at `times` (f,) s: poses by cubics through poses and velocities, readings by straight lines."""
+def moments(run: Trajectory, part: Part, span: tuple[float, float], times: Array) -> Moments:
+    """What one part does at `times` (f,) s: poses by cubics through poses and velocities, readings by lines."""
     poses, velocities = poses_of(run, part)
     readings = of_part(run, part, run.readings)
     speed = readings.get("spindle_speed", np.zeros(len(run.times)))
     turned = np.concatenate([[0.0], np.cumsum(0.5 * (speed[1:] + speed[:-1]) * np.diff(run.times))])
     return Moments(
         part=part,
+        span=span,
         times=times,
         poses=_cubic(run.times, poses, velocities, times),
         readings={name: np.interp(times, run.times, values) for name, values in readings.items()},

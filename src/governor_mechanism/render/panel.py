@@ -2,8 +2,6 @@
 
 from __future__ import annotations
 
-import math
-
 import numpy as np
 from matplotlib.artist import Artist
 from matplotlib.axes import Axes
@@ -13,22 +11,13 @@ from matplotlib.ticker import MaxNLocator
 from numpy.typing import NDArray
 
 from governor_mechanism.render.layout import SIDE, Rect
+from governor_mechanism.render.primitives import Pair
 from governor_mechanism.render.style import PAPER, QUIET, RULE, SANS
 
 Array = NDArray[np.float64]
 
-SHOWN = {"rad": ("°", 180 / math.pi), "m": ("mm", 1e3), "rad/s": ("rpm", 30 / math.pi)}
-"""The everyday unit a reading in an SI unit is shown in, and how many of it make the SI unit."""
 LABELS, HEADING, TIMES = 30.0, 20.0, 16.0
 """Pixels kept free at the left for the marks of the axis, above for the heading, below for the times."""
-
-
-def decimals_for(values: Array) -> int:
-    """So many decimals, at most 4, that the range of the values spans some hundred steps."""
-    largest = float(np.abs(values).max())
-    # A range that is only rounding noise must not call for decimals.
-    span = max(float(np.ptp(values)), 1e-2 * largest, 1e-9)
-    return min(max(math.ceil(2 - math.log10(span)), 0), 4)
 
 
 def limits_for(values: Array) -> tuple[float, float]:
@@ -40,15 +29,17 @@ def limits_for(values: Array) -> tuple[float, float]:
 
 
 class ReadingPlot:
-    """A small plot within `cell` (pixels of a 480-pixel picture); values (f,) in the unit shown, times (f,) in s."""
+    """A small plot within `cell` (pixels of a 480-pixel picture); values (f,) in the unit shown, times (f,) and span in s."""
 
-    def __init__(self, figure: Figure, cell: Rect, colour: str, times: Array, values: Array, pixel: float) -> None:
+    def __init__(
+        self, figure: Figure, cell: Rect, colour: str, span: Pair, times: Array, values: Array, pixel: float
+    ) -> None:
         left, top, right, bottom = cell
         box = (left + LABELS, top + HEADING, right - 3.0, bottom - TIMES)
         place = (box[0] / SIDE, 1 - box[3] / SIDE, (box[2] - box[0]) / SIDE, (box[3] - box[1]) / SIDE)
         axes = figure.add_axes(place, facecolor=PAPER)
-        axes.set(xlim=(times[0], max(times[-1], times[0] + 1e-9)), ylim=limits_for(values))
-        self._dress(axes, times, pixel)
+        axes.set(xlim=(span[0], max(span[1], span[0] + 1e-9)), ylim=limits_for(values))
+        self._dress(axes, span, pixel)
         self._times, self._values = times, values
         self._curve = Line2D([], [], color=colour, linewidth=1.5 * pixel, solid_joinstyle="round", zorder=3)
         self._dot = Line2D([], [], color=colour, marker="o", markersize=6 * pixel, clip_on=False, zorder=4)
@@ -62,16 +53,17 @@ class ReadingPlot:
         self._curve.set_data(self._times[: k + 1], self._values[: k + 1])
         self._dot.set_data(self._times[k : k + 1], self._values[k : k + 1])
 
-    def _dress(self, axes: Axes, times: Array, pixel: float) -> None:
+    def _dress(self, axes: Axes, span: Pair, pixel: float) -> None:
         """Quiet axes: two spines, few marks, faint lines across."""
         for side, spine in axes.spines.items():
             spine.set(visible=side in ("left", "bottom"), color=QUIET, linewidth=0.8 * pixel)
         axes.yaxis.set_major_locator(MaxNLocator(3, min_n_ticks=2))
-        axes.set_xticks([times[0], times[-1]], labels=[f"{times[0]:.4g}", f"{times[-1]:.4g} s"])
+        axes.set_xticks(span, labels=[f"{span[0]:.4g}", f"{span[1]:.4g} s"])
         axes.tick_params(length=3 * pixel, width=0.8 * pixel, color=QUIET, pad=2 * pixel)
         axes.tick_params(labelcolor=QUIET, labelsize=8.5 * pixel, labelfontfamily=SANS)
         axes.grid(axis="y", color=RULE, linewidth=0.7 * pixel)
         axes.set_axisbelow(True)
         # The labels of the times stand inside the plot's width, so that they never leave the picture.
-        for label, side in zip(axes.get_xticklabels(), ("left", "right"), strict=True):
-            label.set_horizontalalignment(side)
+        first, last = axes.get_xticklabels()
+        first.set_horizontalalignment("left")
+        last.set_horizontalalignment("right")

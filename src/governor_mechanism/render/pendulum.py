@@ -144,12 +144,12 @@ def _sleeve_height(governor: Governor, part: Part, pose: Array) -> float:
 
 
 def _load(governor: Governor) -> Pair:
-    """Half width and depth below the lugs (m) of the sleeve: a cast-iron drum of its mass, or a light grooved collar."""
+    """Half width and depth below the lugs (m) of a drum of cast iron with the sleeve's mass, or of a light collar."""
     u = governor.arm
     if not governor.loaded:
         return max(0.115 * u, abs(governor.lug) + 0.06 * u), 0.24 * u
     # A cylinder 1.3 radii high has this radius; a load too heavy or too light to be seen well is drawn at the limit.
-    radius = (governor.sleeve_mass / (1.3 * math.pi * CAST_IRON)) ** (1 / 3)
+    radius = math.cbrt(governor.sleeve_mass / (1.3 * math.pi * CAST_IRON))
     radius = min(max(radius, 0.16 * u), 0.38 * u)
     return max(radius, abs(governor.lug) + 0.06 * u), 0.09 * u + 1.3 * radius
 
@@ -228,7 +228,8 @@ def _bearing(u: float, bottom: float, top: float) -> tuple[Shape, ...]:
     near, far = SPINDLE * u, 0.15 * u
     shapes: list[Shape] = []
     for left, right in ((-far, -near), (near, far)):
-        shapes += [rectangle("bearing", left, right, bottom, top), hatching("hatching", (left, right, bottom, top), 0.034 * u)]
+        shapes.append(rectangle("bearing", left, right, bottom, top))
+        shapes.append(hatching("hatching", (left, right, bottom, top), 0.034 * u))
     return tuple(shapes)
 
 
@@ -243,11 +244,12 @@ def _suspension(governor: Governor) -> tuple[Shape, ...]:
 
 
 def _scale(part: Part, x: float, low: float, high: float, shift: float) -> tuple[Shape, ...]:
-    """A scale at x (m) whose marks (mm) cover the lifts low..high (m); the mark of a lift stands at lift + shift (m)."""
+    """A scale at x (m) whose marks (mm) cover the lifts low..high (m); a lift's mark stands at lift + shift (m)."""
     u = part.mechanism.size
     step = nice_step(max(high - low, 0.04 * u), 5)
     first = math.floor(low / step + 1e-9)
-    last = max(math.ceil(high / step - 1e-9), first + 1)
+    # Long enough that its two numbers stand apart.
+    last = max(math.ceil(high / step - 1e-9), first + math.ceil(0.1 * u / step))
     marks = [(k, k * step + shift) for k in range(first, last + 1)]
     ticks = tuple(((x, y), (x + (0.05 if k in (first, last) else 0.03) * u, y)) for k, y in marks)
     words = [

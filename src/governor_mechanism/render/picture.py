@@ -6,9 +6,9 @@ Everything that stands still is drawn once and kept; a frame restores it and dra
 from __future__ import annotations
 
 from collections.abc import Callable, Sequence
+from typing import Any
 
 import numpy as np
-from matplotlib.artist import Artist
 from matplotlib.backends.backend_agg import FigureCanvasAgg
 from matplotlib.figure import Figure
 from matplotlib.lines import Line2D
@@ -19,12 +19,20 @@ from governor_mechanism.errors import MechanismError
 from governor_mechanism.render.counter import Counter
 from governor_mechanism.render.layout import CAPTION, DIAL, ELEVATION, FOOTER, HEADER, SIDE, View, cells, fit
 from governor_mechanism.render.moments import Moments
-from governor_mechanism.render.panel import SHOWN, ReadingPlot, decimals_for
+from governor_mechanism.render.panel import ReadingPlot
 from governor_mechanism.render.primitives import Circle, Lines, Pair, Shape, nice_step
-from governor_mechanism.render.shapes import background_shapes, drawing_of, extent, moving_shapes, plan_ring, plan_shapes
+from governor_mechanism.render.shapes import (
+    background_shapes,
+    drawing_of,
+    extent,
+    moving_shapes,
+    plan_ring,
+    plan_shapes,
+)
 from governor_mechanism.render.style import GREEN, INK, PAPER, QUIET, RULE, SANS, SERIES, SERIF, VERMILLION, Brush
+from governor_mechanism.render.wording import accuracy_line, everyday, numerals
 from governor_mechanism.scene import TURNING
-from governor_mechanism.trajectory import Outcome, Trajectory
+from governor_mechanism.trajectory import Trajectory
 
 DPI = 64
 """A power of two, so that size / DPI * DPI is exactly the size."""
@@ -62,6 +70,11 @@ class Pane:
         self._brush.move(self.artists, self._shapes_at(k))
 
 
+def _canvas(figure: Figure) -> Any:
+    """An off-screen canvas; its methods carry no types."""
+    return FigureCanvasAgg(figure)
+
+
 class Picture:
     """The figure of one film. `move(k)` puts every artist where it stands in frame k; `paint(k)` gives its pixels."""
 
@@ -71,7 +84,7 @@ class Picture:
         self.moments = moments
         self.view = fit(extent(moments.part, moments.all_poses), ELEVATION, size)
         self.figure = Figure(figsize=(size / DPI, size / DPI), dpi=DPI, facecolor=PAPER)
-        self._canvas = FigureCanvasAgg(self.figure)
+        self._canvas = _canvas(self.figure)
         self._size = size
         # Points in one pixel of a 480-pixel picture.
         self._pixel = size / SIDE * 72 / DPI
@@ -141,31 +154,35 @@ class Picture:
             angle, sweep = float(moments.spindle_angle[k]), float(sweeps[k])
             return plan_shapes(moments.part, moments.poses[k], angle, sweep, ring)
 
-        for words, y in (("from above", 419), ("marked: the", 433), ("right ball", 446)):
-            self._write(words, (398, y), 9.5, color=QUIET)
+        for line, words in enumerate(reversed(drawing_of(moments.part).plan_words)):
+            self._write(words, (398, 446 - 13.5 * line), 9.5, color=QUIET)
         still = (Circle("ring", 0.0, 0.0, ring),)
         return Pane(self.figure, view, self._size, still, shapes_at)
 
     def _reading_plots(self) -> list[ReadingPlot]:
         moments = self.moments
-        wanted = drawing_of(moments.part).readings
-        wanted = wanted or (moments.part.mechanism.coordinate, "spindle_speed", *moments.readings)
-        names = [name for name in dict.fromkeys(wanted) if name in moments.readings][:MOST_READINGS]
+        names = self._main_readings()
         plots = []
         for name, cell, colour in zip(names, cells(len(names), self._has_dial), SERIES, strict=False):
-            si = moments.units.get(name, "")
-            unit, factor = SHOWN.get(si, (si, 1.0))
+            unit, factor = everyday(moments.units.get(name, ""))
             values = moments.readings[name] * factor
             ink = GREEN if name == "spindle_speed" else colour
-            plots.append(ReadingPlot(self.figure, cell, ink, moments.times, values, self._pixel))
+            plots.append(ReadingPlot(self.figure, cell, ink, moments.span, moments.times, values, self._pixel))
             left, top, right, _ = cell
             self._write(name.replace("_", " "), (left, top + 9), 12.5, fontfamily=SERIF)
-            decimals = decimals_for(values)
-            texts = [f"{value:.{decimals}f}" for value in values]
-            self._count(texts, unit, (right, top + 9), 12, color=ink, fontweight="bold")
+            self._count(numerals(values), unit, (right, top + 9), 12, color=ink, fontweight="bold")
         return plots
 
-    def _count(self, texts: list[str], unit: str, at: Pair, height: float, **style: object) -> None:
+    def _main_readings(self) -> list[str]:
+        """The readings that the drawing asks for; else the leading coordinate, another one, and the spindle's speed."""
+        readings = self.moments.readings
+        wanted = drawing_of(self.moments.part).readings
+        if not wanted:
+            own = [name for name in readings if not name.startswith("spindle")]
+            wanted = (self.moments.part.mechanism.coordinate, *own[: MOST_READINGS - 1], "spindle_speed", *own)
+        return [name for name in dict.fromkeys(wanted) if name in readings][:MOST_READINGS]
+
+    def _count(self, texts: list[str], unit: str, at: Pair, height: float, **style: Any) -> None:
         """A number that changes with every frame, before a unit; `at` is where the unit ends (pixels of 480)."""
         gap = 0.0 if unit == "°" else 0.35 * height
         width = self._write(unit, at, height, ha="right", **style).get_window_extent(self._canvas.get_renderer()).width
@@ -176,10 +193,10 @@ class Picture:
         """Title, rules, footer, caption and scale bar."""
         self._write(run.scene.title, (12, 18), 15, fontfamily=SERIF, room=376)
         for y in (HEADER, FOOTER):
-            self._rule(12, 468, y, RULE)
-        words, colour = _footer(run)
-        self._write(words, (12, 470), 10, color=colour, room=340 if run.outcome.ok else 456)
-        if run.outcome.ok:
+            self._stroke((12, y), (468, y), RULE)
+        words, bad = accuracy_line(run)
+        self._write(words, (12, 470), 10, color=VERMILLION if bad else QUIET, room=456 if bad else 340)
+        if not bad:
             self._write(f"engine: {run.cost.engine}", (468, 470), 10, color=QUIET, ha="right")
         self._scale_bar()
 
@@ -189,26 +206,24 @@ class Picture:
         scale = self.view.scale * SIDE / self._size
         length = nice_step((right - left) / scale, 8)
         y = (top + bottom) / 2
-        self._rule(left, left + length * scale, y, QUIET)
+        self._stroke((left, y), (left + length * scale, y), QUIET)
         for x in (left, left + length * scale):
-            self.figure.add_artist(
-                Line2D(
-                    (x / SIDE, x / SIDE), (1 - (y - 3) / SIDE, 1 - (y + 3) / SIDE), color=QUIET, linewidth=0.8 * self._pixel
-                )
-            )
+            self._stroke((x, y - 3), (x, y + 3), QUIET)
         self._write(f"{length * 1e3:g} mm", (left + length * scale + 6, y), 9.5, color=QUIET)
         if self.moments.part.plane == TURNING:
             self._write("seen in the turning plane", (right, y), 9.5, color=QUIET, ha="right")
 
-    def _rule(self, left: float, right: float, y: float, colour: str) -> None:
-        line = Line2D((left / SIDE, right / SIDE), (1 - y / SIDE, 1 - y / SIDE), color=colour, linewidth=0.8 * self._pixel)
+    def _stroke(self, start: Pair, end: Pair, colour: str) -> None:
+        """A thin line between two places in pixels of a 480-pixel picture."""
+        xs, ys = zip(start, end, strict=True)
+        line = Line2D([x / SIDE for x in xs], [1 - y / SIDE for y in ys], color=colour, linewidth=0.8 * self._pixel)
         self.figure.add_artist(line)
 
-    def _write(self, words: str, at: Pair, height: float, *, room: float | None = None, **style: object) -> Words:
+    def _write(self, words: str, at: Pair, height: float, *, room: float | None = None, **style: Any) -> Words:
         """Text at a place and of a height in pixels of a 480-pixel picture, made to fit into `room` pixels."""
         settings = {"color": INK, "fontfamily": SANS, "va": "center_baseline", "parse_math": False} | style
-        text = Words(at[0] / SIDE, 1 - at[1] / SIDE, words, fontsize=height * self._pixel, transform=self.figure.transFigure)
-        text.set(**settings)
+        text = Words(at[0] / SIDE, 1 - at[1] / SIDE, words, fontsize=height * self._pixel)
+        text.set(transform=self.figure.transFigure, **settings)
         self.figure.add_artist(text)
         if room is not None:
             self._squeeze(text, room * self._size / SIDE)
@@ -218,19 +233,8 @@ class Picture:
         """Make a text smaller, by a quarter at most, then cut its end off, until it fits into `room` pixels."""
         renderer = self._canvas.get_renderer()
         width = text.get_window_extent(renderer).width
-        text.set_fontsize(text.get_fontsize() * min(1.0, max(0.75, room / max(width, 1.0))))
+        text.set_fontsize(float(text.get_fontsize()) * min(1.0, max(0.75, room / max(width, 1.0))))
         words = text.get_text()
         while len(words) > 1 and text.get_window_extent(renderer).width > room:
             words = words[:-1]
             text.set_text(words.rstrip() + "…")
-
-
-def _footer(run: Trajectory) -> tuple[str, str]:
-    """What the last line says about the run's accuracy or early end, and in which colour."""
-    if not run.outcome.ok and run.outcome is not Outcome.ACCURACY_MISSED:
-        return run.message, VERMILLION
-    asked = f"asked {run.scene.run.accuracy:.0e}"
-    if run.error_estimate is None:
-        return f"accuracy not certified ({asked})", QUIET
-    colour = VERMILLION if run.outcome is Outcome.ACCURACY_MISSED else QUIET
-    return f"accurate to {run.error_estimate:.0e}, {asked}", colour

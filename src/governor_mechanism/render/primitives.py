@@ -62,8 +62,8 @@ def bar(role: str, start: Pair, end: Pair, width: float) -> Polygon:
     length = math.hypot(dx, dy)
     ux, uy = (dx / length, dy / length) if length > 0 else (1.0, 0.0)
     half = width / 2
-    # A half circle from the bar's right side round to its left one, in axes (ux, uy), (-uy, ux): round the end it bulges
-    # forward, round the start backward.
+    # A half circle from the bar's right side round to its left one, in axes (ux, uy), (-uy, ux): round the end it
+    # bulges forward, round the start backward.
     forward = tuple((half * s, -half * c) for c, s in HALF_TURN)
     tip = tuple((end[0] + f * ux - g * uy, end[1] + f * uy + g * ux) for f, g in forward)
     tail = tuple((start[0] - f * ux + g * uy, start[1] - f * uy - g * ux) for f, g in forward)
@@ -120,12 +120,13 @@ def nice_step(span: float, most: int) -> float:
     """The smallest of 1, 2, 5 x 10^n that divides `span` into at most `most` steps."""
     rough = span / most
     decade = float(10.0 ** math.floor(math.log10(rough)))
-    return next(m * decade for m in (1.0, 2.0, 5.0, 10.0) if m * decade >= rough * (1 - 1e-9))
+    steps = (m * decade for m in (1.0, 2.0, 5.0, 10.0))
+    return next(step for step in steps if step >= rough * (1 - 1e-9))
 
 
 def ball_radius(mass: float, size: float) -> float:
-    """Radius (m) of a cast-iron ball of that mass (kg), kept between 4 % and 20 % of `size` (m) so that it can be seen."""
-    return min(max((3 * mass / (4 * math.pi * CAST_IRON)) ** (1 / 3), 0.04 * size), 0.20 * size)
+    """Radius (m) of a cast-iron ball of that mass (kg), kept between 4 % and 20 % of `size` (m) to be seen well."""
+    return min(max(math.cbrt(3 * mass / (4 * math.pi * CAST_IRON)), 0.04 * size), 0.20 * size)
 
 
 CAST_IRON = 7200.0

@@ -1,6 +1,6 @@
-"""What to draw for a mechanism: shapes in metres, without colours. Machines register drawings of their own in `DRAWINGS`.
+"""What to draw for a mechanism: shapes in metres, without colours.
 
-Any other mechanism is drawn from its bodies and joints.
+Machines register drawings of their own in `DRAWINGS`; any other mechanism is drawn from its bodies and joints.
 """
 
 from __future__ import annotations
@@ -29,10 +29,10 @@ MARGIN = 0.02
 class Drawing:
     """How one kind of machine is drawn.
 
-    background(part, poses (n, bodies, 3)) gives what stands still over the whole run; moving(part, pose (bodies, 3)) what
-    moves; plan(part, pose, spindle angle (rad)) a turning plane seen from above. Shapes are listed back to front, at every
-    pose as many, of the same kinds and roles. `traced` names the body whose path is shown, `readings` what the side panel
-    shows, most important first.
+    background(part, poses (n, bodies, 3)) gives what stands still over the whole run; moving(part, pose (bodies, 3))
+    what moves; plan(part, pose, spindle angle (rad)) a turning plane seen from above. Shapes are listed back to front,
+    at every pose as many, of the same kinds and roles. `traced` names the body whose path is shown, `readings` what the
+    side panel shows, most important first; `plan_words` stand beside the plan, line by line.
     """
 
     background: Background
@@ -40,6 +40,7 @@ class Drawing:
     plan: Plan
     traced: str | None = None
     readings: tuple[str, ...] = ()
+    plan_words: tuple[str, ...] = ("from above",)
 
 
 GENERIC = Drawing(background=generic.background, moving=generic.moving, plan=generic.plan)
@@ -51,6 +52,7 @@ DRAWINGS: dict[str, Drawing] = {
         plan=pendulum.plan,
         traced="right ball",
         readings=("arm_angle", "sleeve_lift", "spindle_speed"),
+        plan_words=("from above,", "marked: the", "right ball"),
     )
 }
 
@@ -73,8 +75,8 @@ def moving_shapes(part: Part, pose: Array) -> tuple[Shape, ...]:
 def plan_shapes(part: Part, pose: Array, angle: float, sweep: float, ring: float) -> tuple[Shape, ...]:
     """The turning plane seen from above, turned anticlockwise by `angle` (rad), inside a ring of radius `ring` (m).
 
-    `sweep` (rad) is the angle turned since the frame before. It is drawn as an arc on the ring: a speed too fast for the
-    frames then shows as a closed ring, not as a false slow turning.
+    `sweep` (rad) is the angle turned since the frame before. It is drawn as an arc on the ring: a speed too fast for
+    the frames then shows as a closed ring, not as a false slow turning.
     """
     turned = math.copysign(min(abs(sweep), 2 * math.pi), sweep)
     arc = tuple((ring * math.cos(a), ring * math.sin(a)) for a in (angle - turned * k / 32 for k in range(33)))
@@ -108,4 +110,5 @@ def _telling_poses(poses: Array) -> Array:
     """A few hundred poses that hold the extremes of every coordinate of every body, so that long runs stay cheap."""
     flat = poses.reshape(len(poses), -1)
     spread = np.linspace(0, len(poses) - 1, min(len(poses), 200)).astype(int)
-    return poses[np.unique(np.concatenate([spread, flat.argmin(axis=0), flat.argmax(axis=0)]))]
+    chosen: Array = poses[np.unique(np.concatenate([spread, flat.argmin(axis=0), flat.argmax(axis=0)]))]
+    return chosen

@@ -123,7 +123,8 @@ def _groups(shapes: Sequence[Shape]) -> list[list[Shape]]:
     groups: list[list[Shape]] = []
     for shape in shapes:
         last = groups[-1][0] if groups else None
-        if isinstance(shape, Circle | Lines) and type(shape) is type(last) and last is not None and shape.role == last.role:
+        alike = last is not None and type(shape) is type(last) and shape.role == last.role
+        if alike and isinstance(shape, Circle | Lines):
             groups[-1].append(shape)
         else:
             groups.append([shape])

@@ -1,0 +1,53 @@
+"""How results are put into words and everyday units on pictures."""
+
+from __future__ import annotations
+
+import math
+
+import numpy as np
+from numpy.typing import NDArray
+
+from governor_mechanism.trajectory import Outcome, Trajectory
+
+SHOWN = {"rad": ("°", 180 / math.pi), "m": ("mm", 1e3), "rad/s": ("rpm", 30 / math.pi)}
+"""The everyday unit for an SI unit, and how many of it make that SI unit. Others are shown as they are."""
+
+
+def everyday(si: str) -> tuple[str, float]:
+    """The unit shown for an SI unit, and the factor to it."""
+    return SHOWN.get(si, (si, 1.0))
+
+
+def decimals_for(values: NDArray[np.float64]) -> int:
+    """So many decimals, at most 4, that the range of the values spans some hundred steps."""
+    largest = float(np.abs(values).max())
+    span = float(np.ptp(values))
+    if span < 1e-4 * largest:
+        # As good as constant: noise must not call for decimals.
+        span = 0.1 * largest
+    return min(max(math.ceil(2 - math.log10(max(span, 1e-9))), 0), 4)
+
+
+def numerals(values: NDArray[np.float64]) -> list[str]:
+    """The values as texts, all with the same decimals; a rounded nought has no sign."""
+    decimals = decimals_for(values)
+    return [f"{round(float(value), decimals) + 0.0:.{decimals}f}" for value in values]
+
+
+def rounded_up(error: float) -> str:
+    """An error to one digit, never smaller than it is."""
+    if not (error > 0 and math.isfinite(error)):
+        return f"{error:.0e}"
+    decade = 10.0 ** math.floor(math.log10(error))
+    # The margin keeps a whole multiple, such as 3e-07, from being rounded up by the last bit.
+    return f"{math.ceil(error / decade * (1 - 1e-9)) * decade:.0e}"
+
+
+def accuracy_line(run: Trajectory) -> tuple[str, bool]:
+    """What a run says about its accuracy or its early end, and whether that is bad news."""
+    if not run.outcome.ok and run.outcome is not Outcome.ACCURACY_MISSED:
+        return run.message, True
+    asked = f"asked {run.settings.get('asked_accuracy', run.scene.run.accuracy):.0e}"
+    if run.error_estimate is None:
+        return f"accuracy not certified ({asked})", False
+    return f"accurate to {rounded_up(run.error_estimate)}, {asked}", run.outcome is Outcome.ACCURACY_MISSED
