@@ -11,14 +11,14 @@ from pathlib import Path
 from time import perf_counter
 
 from matplotlib.animation import FuncAnimation, PillowWriter
+from matplotlib.artist import Artist
 
-sys.path.insert(0, str(Path(__file__).parents[1] / "tests" / "render"))
-from fake_run import CASES, fake_run
-
+sys.path.insert(0, str(Path(__file__).parents[1] / "tests"))
 from governor_mechanism.render.film import film, schedule
 from governor_mechanism.render.moments import moments
 from governor_mechanism.render.picture import Picture
 from governor_mechanism.trajectory import Trajectory
+from render.fake_run import CASES, fake_run
 
 
 def with_func_animation(run: Trajectory, path: Path) -> int:
@@ -26,7 +26,7 @@ def with_func_animation(run: Trajectory, path: Path) -> int:
     times, _ = schedule(0.0, float(run.times[-1]), 25)
     picture = Picture(run, moments(run, run.scene.part, (0.0, float(run.times[-1])), times), animated=False)
 
-    def update(k: int) -> list[object]:
+    def update(k: int) -> list[Artist]:
         picture.move(k)
         return []
 

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import os
+import tomllib
 from importlib import resources
 from pathlib import Path
 
@@ -24,6 +25,11 @@ def models_folder() -> Path:
 def shipped() -> dict[str, Path]:
     """The shipped scenes by name, sorted."""
     return {path.stem: path for path in sorted(models_folder().glob("*.toml"))}
+
+
+def title_of(path: Path) -> str:
+    """The title a scene file gives itself, without reading the rest of it; its stem where it has none."""
+    return str(tomllib.loads(path.read_text(encoding="utf-8")).get("title", path.stem))
 
 
 def load(scene: str | Path) -> Scene:

@@ -64,7 +64,7 @@ def test_the_estimate_is_not_below_the_true_error_in_random_governors():
 @pytest.mark.parametrize(
     ("settings", "certify", "order", "scatter"),
     [
-        ({"plain": True, "runs": 1}, False, 1, 0.1),
+        ({"plain": True}, False, 1, 0.1),
         ({"runs": 1}, False, 2, 0.1),
         ({"runs": 2}, False, 3, 0.3),
         ({"runs": 3}, False, 4, 0.4),

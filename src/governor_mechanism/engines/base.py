@@ -79,7 +79,7 @@ def reported_times(scene: Scene) -> Array:
     count = int(np.floor(duration / every * (1 + 1e-12)))
     if count > MOST_TIMES:
         raise MechanismError(f"{count} reported times are too many (at most {MOST_TIMES}); make run.every larger")
-    times = np.arange(count + 1) * every
+    times: Array = every * np.arange(count + 1, dtype=np.float64)
     if duration - times[-1] > 1e-9 * every:
         return np.append(times, duration)
     times[-1] = duration

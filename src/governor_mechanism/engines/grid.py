@@ -8,7 +8,6 @@ import numpy as np
 
 from governor_mechanism.equations.points import Array
 
-
 SAME = 1e-12
 """Times closer than this fraction of the run are one."""
 

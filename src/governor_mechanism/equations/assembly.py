@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import numpy as np
+from numpy.typing import NDArray
 
 from governor_mechanism.equations.constraints import JointEquations
 from governor_mechanism.equations.points import Array
@@ -94,7 +95,7 @@ class Assembler:
             f"the mechanism cannot be assembled{where}: joint {joint.name!r} stays open by {abs(gap):.6g} m{cure}"
         )
 
-    def _spread(self, free: Array) -> Array:
+    def _spread(self, free: NDArray[np.floating]) -> Array:
         """Free coordinates back to (bodies, 3), with zeros for bodies that do not turn."""
         everything = np.zeros(self._free.size)
         everything[self._free] = free

@@ -35,7 +35,7 @@ class Counter:
         place, to_pixels = text.get_position(), text.get_transform()
         right, middle = to_pixels.transform(place)
         half = round(0.8 * float(text.get_fontsize()) * canvas.figure.dpi / 72)
-        self._right, self._top = int(right), int(buffer.shape[0] - middle) - half
+        self._right, self._top = round(right), int(buffer.shape[0] - middle) - half
         # A character is drawn after a nought, from a whole pixel on: so it stands as it would within a number.
         nought = self._advance("0", renderer)
         left = self._right - 4 * nought

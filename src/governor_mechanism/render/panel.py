@@ -16,7 +16,7 @@ from governor_mechanism.render.style import PAPER, QUIET, RULE, SANS
 
 Array = NDArray[np.float64]
 
-LABELS, HEADING, TIMES = 30.0, 20.0, 16.0
+LABELS, HEADING, TIMES = 30.0, 24.0, 16.0
 """Pixels kept free at the left for the marks of the axis, above for the heading, below for the times."""
 
 
@@ -29,7 +29,7 @@ def limits_for(values: Array) -> tuple[float, float]:
 
 
 class ReadingPlot:
-    """A small plot within `cell` (pixels of a 480-pixel picture); values (f,) in the unit shown, times (f,) and span in s."""
+    """A small plot within `cell` (pixels of a 480-pixel picture); values (f,) in its unit, times (f,) and span in s."""
 
     def __init__(
         self, figure: Figure, cell: Rect, colour: str, span: Pair, times: Array, values: Array, pixel: float
@@ -57,7 +57,9 @@ class ReadingPlot:
         """Quiet axes: two spines, few marks, faint lines across."""
         for side, spine in axes.spines.items():
             spine.set(visible=side in ("left", "bottom"), color=QUIET, linewidth=0.8 * pixel)
-        axes.yaxis.set_major_locator(MaxNLocator(3, min_n_ticks=2))
+        low, high = axes.get_ylim()
+        marks = MaxNLocator(3, min_n_ticks=2).tick_values(low, high)
+        axes.set_yticks([mark for mark in marks if low <= mark <= high])
         axes.set_xticks(span, labels=[f"{span[0]:.4g}", f"{span[1]:.4g} s"])
         axes.tick_params(length=3 * pixel, width=0.8 * pixel, color=QUIET, pad=2 * pixel)
         axes.tick_params(labelcolor=QUIET, labelsize=8.5 * pixel, labelfontfamily=SANS)

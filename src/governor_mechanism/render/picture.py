@@ -36,7 +36,7 @@ from governor_mechanism.trajectory import Trajectory
 
 DPI = 64
 """A power of two, so that size / DPI * DPI is exactly the size."""
-SMALLEST = 240
+SMALLEST = 320
 """Pixels; below this nothing can be read."""
 TRACE = 1.0
 """Seconds of the traced body's path that are shown."""
@@ -169,8 +169,8 @@ class Picture:
             ink = GREEN if name == "spindle_speed" else colour
             plots.append(ReadingPlot(self.figure, cell, ink, moments.span, moments.times, values, self._pixel))
             left, top, right, _ = cell
-            self._write(name.replace("_", " "), (left, top + 9), 12.5, fontfamily=SERIF)
-            self._count(numerals(values), unit, (right, top + 9), 12, color=ink, fontweight="bold")
+            self._write(name.replace("_", " "), (left, top + 7), 12.5, fontfamily=SERIF)
+            self._count(numerals(values), unit, (right, top + 7), 12, color=ink, fontweight="bold")
         return plots
 
     def _main_readings(self) -> list[str]:

@@ -50,4 +50,5 @@ def accuracy_line(run: Trajectory) -> tuple[str, bool]:
     asked = f"asked {run.settings.get('asked_accuracy', run.scene.run.accuracy):.0e}"
     if run.error_estimate is None:
         return f"accuracy not certified ({asked})", False
-    return f"accurate to {rounded_up(run.error_estimate)}, {asked}", run.outcome is Outcome.ACCURACY_MISSED
+    missed = run.outcome is Outcome.ACCURACY_MISSED
+    return f"accurate {'only ' if missed else ''}to {rounded_up(run.error_estimate)}, {asked}", missed

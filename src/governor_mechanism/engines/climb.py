@@ -1,0 +1,286 @@
+"""The climb of fixed-step runs to an accuracy: halved steps, extrapolation, certificate, enough solver iterations."""
+
+from __future__ import annotations
+
+import math
+from collections import Counter
+from dataclasses import asdict, dataclass
+from itertools import pairwise
+
+import numpy as np
+
+from governor_mechanism.engines.base import Task
+from governor_mechanism.engines.chipmunk import Assembly
+from governor_mechanism.engines.grid import make_grid
+from governor_mechanism.engines.march import March, march
+from governor_mechanism.engines.report import Report, Reporter, State
+from governor_mechanism.equations.points import Array
+from governor_mechanism.scene import Scene
+from governor_mechanism.statics import starting_state
+from governor_mechanism.trajectory import Cost, Outcome, Trajectory
+
+LONGEST_STATION = 0.25
+"""In time scales: how far apart the poses are at which limits are watched, and the longest step tried."""
+
+FIRST_GUESS = 2e-4
+"""Estimated error of a run whose step is one time scale (extrapolated as its cube): sets the first step tried."""
+
+MOST_DOUBLINGS = 12
+"""How often the step may be halved below the first one before the engine gives up."""
+
+GAP_FLOOR = 1e-11
+"""A joint gap below this fraction of the machine's size is rounding, not a sign of unsolved joints."""
+
+
+RETRY = 4
+"""How many times more solver iterations a doubtful result is tried with."""
+
+ROUNDING = 1e-11
+"""An estimate below this that does not fall with the step is rounding."""
+
+NEAR = 4
+"""Stations within which marches of different steps must leave the limits to be believed."""
+
+
+@dataclass(frozen=True, kw_only=True)
+class Tuning:
+    """The numbers of an impulse run; see ImpulseEngine, which checks them."""
+
+    step: float | None = None
+    runs: int = 3
+    plain: bool = False
+    iterations: int = 20
+    max_iterations: int = 1280
+    max_steps: int = 4_000_000
+
+    @property
+    def levels(self) -> int:
+        """How many runs, each with half the step of the one before, make one result."""
+        return 1 if self.plain else self.runs
+
+
+@dataclass(frozen=True)
+class Ending:
+    """How many stations a run keeps, and why it keeps no more."""
+
+    stations: int
+    outcome: Outcome | None = None
+    detail: str = ""
+
+    @property
+    def opened(self) -> bool:
+        return self.outcome is Outcome.JOINT_OPENED
+
+
+@dataclass(frozen=True)
+class Best:
+    """The best states reached so far; errors and their largest relative one, where three runs certify them."""
+
+    state: State
+    report: Report
+    errors: dict[str, float]
+    estimate: float | None
+    level: int
+    ending: Ending
+
+
+class Climb:
+    """One scene climbed to its accuracy: runs on one grid, each level half the step of the one before."""
+
+    def __init__(self, tuning: Tuning, scene: Scene, task: Task) -> None:
+        self.tuning, self.scene, self.task = tuning, scene, task
+        self.reporter = Reporter(scene)
+        self.start = starting_state(scene)
+        scale = self.reporter.time_scale
+        step, longest = tuning.step, math.inf  # a run that is told its step takes that step
+        if step is None:
+            longest = LONGEST_STATION * scale
+            step = min(scale * (task.accuracy / FIRST_GUESS) ** (1 / 3), longest)
+        self.grid = make_grid(task.times, self.reporter.program.breaks, step, longest)
+        self.whole = self._cut_to_allowed_steps()
+        self.iterations = tuning.iterations
+        self.marches: dict[int, March] = {}
+        self.steps, self.runs, self.laws = 0, 0, Counter[str]()
+
+    def to_accuracy(self) -> Best:
+        """Refine until the estimate is within the accuracy, or falls no further whatever the joint solver does."""
+        overall = None
+        while True:
+            iterations = self.iterations
+            best, stuck = self._refine()
+            overall = best if overall is None or _falls(best, overall) else overall
+            if self._reached(overall):
+                return overall
+            if self.iterations > iterations:
+                continue  # raised on the way: the longer steps were not solved well enough either
+            # Near a dead centre, unsolved joints show in the estimate alone.
+            if not stuck or (overall.estimate or 0.0) < ROUNDING or not self._more_iterations():
+                return overall
+
+    def _refine(self) -> tuple[Best, bool]:
+        """Shorten the step until the accuracy is reached; the best result, and whether that stopped helping."""
+        level, iterations, best = 0, self.iterations, self.at(0)
+        while not self._reached(best):
+            level += min(max(1, math.ceil(math.log2(2 * (best.estimate or 1.0) / self.task.accuracy) / 3)), 4)
+            if level > MOST_DOUBLINGS or int(self.grid.steps.sum()) << (level + 2) > self.tuning.max_steps:
+                return best, False
+            finer = self.at(level)
+            if not _falls(finer, best):
+                return best, True
+            best = finer
+            if self.iterations > iterations:
+                return best, True
+        return best, False
+
+    def _reached(self, best: Best) -> bool:
+        return best.ending.opened or best.estimate is None or best.estimate <= self.task.accuracy
+
+    def at(self, level: int) -> Best:
+        """The extrapolated result of runs whose coarsest has its steps doubled `level` times."""
+        levels = range(level, level + self.tuning.levels)
+        ending = self._march_all(levels)
+        states = [self._state(self.marches[one], ending.stations) for one in levels]
+        if len(states) > 1:
+            states = [_extrapolate(worse, better, 4) for worse, better in pairwise(states)]
+        certified = self.tuning.levels == 3 and (self.task.certify or self.tuning.step is None)
+        if not certified:
+            highest = states[0] if len(states) == 1 else _extrapolate(states[0], states[1], 8)
+            return Best(highest, self.reporter.report(highest), {}, None, level, ending)
+        worse, better = (self.reporter.report(state) for state in states)
+        errors = self.reporter.errors(better, worse)
+        return Best(states[1], better, errors, self.reporter.relative(errors), level, ending)
+
+    def trajectory(self, best: Best, wall_time: float) -> Trajectory:
+        """The result of the climb."""
+        report, certified = best.report, best.estimate is not None
+        return Trajectory(
+            scene=self.scene,
+            times=best.state.times,
+            poses=best.state.poses,
+            velocities=best.state.velocities,
+            readings=report.readings,
+            rates=report.rates,
+            units=report.units,
+            scales=self.reporter.scales(),
+            joint_gap=report.joint_gap,
+            energy=report.energy,
+            outcome=self._outcome(best),
+            detail=best.ending.detail,
+            cost=self._cost(best, wall_time),
+            error_estimate=best.estimate,
+            reading_errors=best.errors,
+            settings={**asdict(self.tuning), "asked_accuracy": self.task.accuracy, "certified": certified},
+        )
+
+    def _outcome(self, best: Best) -> Outcome:
+        if best.ending.outcome is not None:
+            return best.ending.outcome
+        if best.estimate is None:
+            return Outcome.UNCERTIFIED
+        return Outcome.DONE if best.estimate <= self.task.accuracy else Outcome.ACCURACY_MISSED
+
+    def _cost(self, best: Best, wall_time: float) -> Cost:
+        finest = self.grid.steps << (best.level + self.tuning.levels - 1)
+        step = float(np.max(np.diff(self.grid.stations) / finest, initial=0.0))
+        return Cost(
+            engine="impulse",
+            reason=self.task.reason,
+            step=step,
+            steps=self.steps,
+            runs=self.runs,
+            iterations=self.iterations,
+            evaluations=dict(self.laws),
+            wall_time=wall_time,
+        )
+
+    def _march_all(self, levels: range) -> Ending:
+        """March every level, with more solver iterations while joints stay open or the marches tell two stories."""
+        while True:
+            for level in levels:
+                if level not in self.marches:
+                    self.marches[level] = self._march(level)
+            exits = [self.reporter.first_outside(self.marches[level].poses) for level in levels]
+            opened = self._open(levels, exits)
+            if not (opened or _disagree(exits)) or not self._more_iterations():
+                break
+        if opened:
+            kept = min(len(self.marches[level].work) for level in levels)
+            detail = f"{self.iterations} solver iterations did not close the joints"
+            return Ending(kept, Outcome.JOINT_OPENED, detail)
+        first = min((found for found in exits if found is not None), default=None)
+        if first is None:
+            return self.whole
+        station, sentence = first
+        return Ending(station, Outcome.LEFT_RANGE, f"{sentence}, at about t = {self.grid.stations[station]:.6g} s")
+
+    def _more_iterations(self) -> bool:
+        """Forget the marches and solve the joints with more iterations, unless that is beyond the cap."""
+        if self.iterations >= self.tuning.max_iterations:
+            return False
+        self.iterations = min(RETRY * self.iterations, self.tuning.max_iterations)
+        self.marches.clear()
+        return True
+
+    def _march(self, level: int) -> March:
+        assembly = Assembly(self.scene, iterations=self.iterations, plain=self.tuning.plain)
+        result = march(assembly, self.grid, level, self.reporter.program, *self.start, self.reporter.mechanism.size)
+        steps = int(self.grid.steps.sum()) << level
+        self.steps += steps
+        self.runs += 1
+        for law, count in assembly.laws.items():
+            self.laws[law] += count * steps
+        return result
+
+    def _open(self, levels: range, exits: list[tuple[int, str] | None]) -> bool:
+        """Bodies lost, or joint gaps that do not shrink as the step is halved (a second-order scheme quarters them).
+
+        Looked at up to the first station outside the limits, and there: joints torn open leave the limits too.
+        """
+        count = min([len(self.grid.stations), *(found[0] + 1 for found in exits if found is not None)])
+        if any(len(self.marches[level].work) < count for level in levels):
+            return True
+        if self.tuning.plain:
+            return False
+        gaps = [float(np.max(self.reporter.gap(self.marches[level].poses[:count]))) for level in levels]
+        floor = GAP_FLOOR * self.reporter.mechanism.size
+        return any(finer > max(0.5 * coarser, floor) for coarser, finer in pairwise(gaps))
+
+    def _cut_to_allowed_steps(self) -> Ending:
+        """Cut the grid to what max_steps allow the finest of the first runs."""
+        allowed = self.tuning.max_steps >> (self.tuning.levels - 1)
+        reach = int(np.searchsorted(np.cumsum(self.grid.steps), allowed, side="right")) + 1
+        if reach >= len(self.grid.stations):
+            return Ending(len(self.grid.stations))
+        self.grid = self.grid.first(reach)
+        detail = f"max_steps = {self.tuning.max_steps} end at t = {self.grid.stations[-1]:.6g} s"
+        return Ending(reach, Outcome.STEP_LIMIT, detail)
+
+    def _state(self, result: March, stations: int) -> State:
+        at = self.grid.first(stations).reported
+        return State(
+            times=self.grid.stations[at], poses=result.poses[at], velocities=result.velocities[at], work=result.work[at]
+        )
+
+
+def _falls(finer: Best, best: Best) -> bool:
+    return not finer.ending.opened and finer.estimate is not None and finer.estimate < (best.estimate or math.inf)
+
+
+def _disagree(exits: list[tuple[int, str] | None]) -> bool:
+    """Whether marches of one motion leave the limits at different stations, or only some of them."""
+    stations = [-NEAR if found is None else found[0] for found in exits]
+    return max(stations) - min(stations) >= NEAR
+
+
+def _extrapolate(worse: State, better: State, gain: int) -> State:
+    """Remove the leading error, which falls by `gain` from one state to the next (Richardson)."""
+
+    def combine(coarse: Array, fine: Array) -> Array:
+        return fine + (fine - coarse) / (gain - 1)
+
+    return State(
+        times=better.times,
+        poses=combine(worse.poses, better.poses),
+        velocities=combine(worse.velocities, better.velocities),
+        work=combine(worse.work, better.work),
+    )

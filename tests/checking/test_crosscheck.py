@@ -1,0 +1,137 @@
+"""Cross-checks: shipped scenes agree, planted errors are found, a caller's function is fed by name."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import replace
+
+import numpy as np
+import pytest
+from scenes import CROSSED, PORTER, WATT, governor_scene
+
+import governor_mechanism as gm
+from governor_mechanism.checking import pendulum
+from governor_mechanism.checking.report import CheckReport, Row
+from governor_mechanism.library import shipped
+from governor_mechanism.scene import Spindle
+
+ANGLES = np.radians([15.0, 25.0, 35.0, 45.0])
+
+
+def zehnder(arm_angle, arm, offset, ball_mass, sleeve_mass, gravity):
+    """Equation (3), written by a caller."""
+    load = 1 + sleeve_mass / ball_mass
+    return math.sqrt(gravity * load * math.tan(arm_angle) / (offset + arm * math.sin(arm_angle)))
+
+
+@pytest.mark.parametrize("name", list(shipped()))
+def test_every_shipped_scene_agrees_with_its_closed_form(name):
+    report = gm.crosscheck(name)
+    assert report.passed, str(report)
+    assert len(report.rows) >= 8
+
+
+def test_a_wrong_closed_form_is_found(monkeypatch):
+    right = pendulum.closed.small_oscillation_squared
+    monkeypatch.setattr(pendulum.closed, "small_oscillation_squared", lambda *a, **k: 1.0001 * right(*a, **k))
+    report = gm.crosscheck(governor_scene(PORTER, speed=13.0, angle=0.7))
+    assert [row.quantity.split()[0] for row in report.rows if not row.passed] == ["period"]
+    assert "1 of 8 do not agree" in str(report)
+
+
+def test_a_wrong_equation_of_motion_is_found(monkeypatch):
+    right = pendulum.closed.arm_acceleration
+    monkeypatch.setattr(pendulum.closed, "arm_acceleration", lambda *a, **k: right(*a, **k) - 1e-4)
+    report = gm.crosscheck(governor_scene(PORTER, speed=13.0, angle=0.7))
+    assert any("in motion" in row.quantity and not row.passed for row in report.rows)
+
+
+def test_a_scene_without_rest_is_checked_in_motion_alone():
+    # Below its lowest speed the crossed governor has no equilibrium at all.
+    report = gm.crosscheck(governor_scene(CROSSED, speed=14.0, angle=0.7, duration=0.4))
+    assert [row.quantity.split(",")[0].split(" (")[0] for row in report.rows] == [
+        "arm angle in motion",
+        "spindle torque in motion",
+        "Jacobi integral",
+    ]
+    assert report.passed, str(report)
+
+
+def test_a_speed_program_is_checked_too():
+    spindle = Spindle(times=(0.0, 0.5, 0.5, 1.0), speeds=(12.5, 12.9, 13.2, 12.8))
+    report = gm.crosscheck(governor_scene(PORTER, speed=spindle, angle=0.6))
+    assert report.passed, str(report)
+
+
+def test_a_right_kernel_passes():
+    report = gm.crosscheck(governor_scene(PORTER, speed=13.0, angle=0.7), kernel=zehnder, over={"arm_angle": ANGLES})
+    assert report.passed
+    assert len(report.rows) == len(ANGLES)
+    assert max(abs(row.difference) for row in report.rows) < 1e-10
+
+
+def test_a_kernel_one_per_cent_off_is_found():
+    def off(arm_angle, arm, offset, ball_mass, sleeve_mass, gravity):
+        return 1.01 * zehnder(arm_angle, arm, offset, ball_mass, sleeve_mass, gravity)
+
+    report = gm.crosscheck(governor_scene(PORTER, speed=13.0, angle=0.7), kernel=off, over={"arm_angle": ANGLES})
+    assert not report.passed
+    assert not any(row.passed for row in report.rows)
+
+
+def test_a_kernel_may_take_readings_and_leave_defaults_alone():
+    scene = governor_scene(WATT, speed=5.0, angle=0.7)
+
+    def by_radius(ball_radius, arm_angle, gravity=9.81, unused="left alone"):
+        return math.sqrt(gravity * math.tan(arm_angle) / ball_radius)
+
+    assert gm.crosscheck(scene, kernel=by_radius, over={"arm_angle": ANGLES}).passed
+
+
+def test_a_kernel_of_a_position_is_compared_with_that_reading():
+    scene = governor_scene(PORTER, speed=13.0, angle=0.7)
+    lift = lambda arm_angle, arm: 2 * arm * (1 - math.cos(arm_angle))  # noqa: E731
+    assert gm.crosscheck(scene, kernel=lift, quantity="sleeve_lift", over={"arm_angle": ANGLES}).passed
+
+
+def test_a_kernel_that_gives_no_number_fails_its_row_only():
+    scene = governor_scene(PORTER, speed=13.0, angle=0.7)
+
+    def sometimes(arm_angle, arm, offset, ball_mass, sleeve_mass, gravity):
+        good = zehnder(arm_angle, arm, offset, ball_mass, sleeve_mass, gravity)
+        return good if arm_angle < 0.7 else math.nan
+
+    report = gm.crosscheck(scene, kernel=sometimes, over={"arm_angle": ANGLES})
+    assert [row.passed for row in report.rows] == [True, True, True, False]
+
+
+@pytest.mark.parametrize(
+    ("kernel", "options", "sentence"),
+    [
+        (lambda arm_angel: 1.0, {}, r"asks for 'arm_angel'.*Did you mean 'arm_angle'"),
+        (lambda *values: 1.0, {}, "no name to fill it by"),
+        (lambda arm_angle: "fast", {}, "must return one real number"),
+        (zehnder, {"quantity": "equilibrium_sped"}, "Did you mean 'equilibrium_speed'"),
+        (zehnder, {"over": {"offset": [0.1]}}, "must give values of 'arm_angle'"),
+        (zehnder, {"over": None}, r"needs over=\{'arm_angle'"),
+        (zehnder, {"over": {"arm_angle": [math.nan]}}, "finite numbers"),
+        (zehnder, {"over": {"arm_angle": [2.5]}}, "arm_angle"),
+    ],
+)
+def test_a_kernel_that_cannot_be_used_is_refused_in_a_sentence(kernel, options, sentence):
+    scene = governor_scene(PORTER, speed=13.0, angle=0.7)
+    with pytest.raises(gm.MechanismError, match=sentence):
+        gm.crosscheck(scene, kernel=kernel, **{"over": {"arm_angle": ANGLES}, **options})
+
+
+def test_a_machine_without_closed_form_is_refused():
+    scene = governor_scene(PORTER, speed=13.0, angle=0.7)
+    scene = replace(scene, parts=(replace(scene.part, machine="steam_hammer"),))
+    with pytest.raises(gm.MechanismError, match="no closed form is written for machine 'steam_hammer'"):
+        gm.crosscheck(scene)
+
+
+def test_a_report_without_rows_has_not_passed_and_nan_never_passes():
+    assert not CheckReport(title="", against="", rows=()).passed
+    row = Row(quantity="q", simulated=math.nan, expected=1.0, allowed=1.0, unit="1", reason="")
+    assert not row.passed

@@ -1,0 +1,91 @@
+"""Figures hold every reading and leave nothing half written."""
+
+from __future__ import annotations
+
+import dataclasses
+
+import numpy as np
+import pytest
+from PIL import Image
+
+from governor_mechanism.errors import MechanismError
+from governor_mechanism.render import figures
+from governor_mechanism.render.figures import readings_figure
+from governor_mechanism.render.wording import numerals, rounded_up
+from render.fake_run import CASES, fake_run
+
+
+@pytest.fixture(scope="module")
+def porter():
+    return fake_run(CASES["porter"], duration=2.0)
+
+
+def test_a_figure_is_a_png_and_equal_for_equal_runs(tmp_path, porter):
+    first, second = (readings_figure(porter, tmp_path / name) for name in ("a.png", "b.png"))
+    with Image.open(first) as image:
+        assert image.format == "PNG"
+        assert image.size[0] == 960
+    assert first.read_bytes() == second.read_bytes()
+
+
+def test_every_reading_stands_in_everyday_units(porter):
+    words = [text.get_text() for axes in figures._draw(porter).axes for text in axes.texts]
+    for label in ("arm angle, deg", "ball radius, mm", "sleeve lift, mm", "spindle speed, rpm", "spindle torque, N m"):
+        assert label in words
+    assert "widest joint gap, m" in words
+    assert "energy drift, of the energy scale" in words
+
+
+def test_curves_hold_the_readings(porter):
+    curve = figures._draw(porter).axes[0].lines[0]
+    np.testing.assert_allclose(curve.get_ydata(), np.degrees(porter.readings["arm_angle"]))
+
+
+def test_an_exact_run_can_be_drawn_on_logarithmic_axes(tmp_path, porter):
+    nothing = np.zeros(len(porter.times))
+    exact = dataclasses.replace(porter, joint_gap=nothing, energy=dataclasses.replace(porter.energy, jacobi=nothing))
+    assert readings_figure(exact, tmp_path / "a.png").exists()
+
+
+def test_a_run_of_one_report_can_be_drawn(tmp_path):
+    run = fake_run(CASES["porter"], duration=1.0)
+    names = ("kinetic", "potential", "rotation", "jacobi")
+    energy = dataclasses.replace(run.energy, **{name: getattr(run.energy, name)[:1] for name in names})
+    one = dataclasses.replace(
+        run,
+        times=run.times[:1],
+        readings={name: values[:1] for name, values in run.readings.items()},
+        joint_gap=run.joint_gap[:1],
+        energy=energy,
+    )
+    assert readings_figure(one, tmp_path / "a.png").exists()
+
+
+def test_an_exception_leaves_no_file(tmp_path, porter, monkeypatch):
+    def fail(canvas, path, metadata):
+        with open(path, "wb") as file:
+            file.write(b"half")
+        raise KeyboardInterrupt
+
+    monkeypatch.setattr(figures.FigureCanvasAgg, "print_png", fail)
+    with pytest.raises(KeyboardInterrupt):
+        readings_figure(porter, tmp_path / "a.png")
+    assert list(tmp_path.iterdir()) == []
+
+
+def test_wrong_names_and_empty_runs_are_refused(tmp_path, porter):
+    with pytest.raises(MechanismError, match=r"must end in \.png"):
+        readings_figure(porter, tmp_path / "a.jpg")
+    with pytest.raises(MechanismError, match="no reported time"):
+        readings_figure(dataclasses.replace(porter, times=porter.times[:0]), tmp_path / "a.png")
+
+
+@pytest.mark.parametrize(("error", "words"), [(3e-7, "3e-07"), (3.01e-7, "4e-07"), (9.9e-4, "1e-03"), (0.0, "0e+00")])
+def test_errors_are_never_rounded_down(error, words):
+    assert rounded_up(error) == words
+
+
+def test_numerals_have_decimals_for_their_range_but_none_for_noise():
+    assert numerals(np.array([40.0, 48.25])) == ["40.00", "48.25"]
+    assert numerals(np.array([120.0, 120.0 + 1e-9])) == ["120.0", "120.0"]
+    assert numerals(np.array([-0.001, 10.0])) == ["0.0", "10.0"]

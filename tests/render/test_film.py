@@ -1,0 +1,320 @@
+"""Films last as long as what they show, show it where it is, and leave nothing half written."""
+
+from __future__ import annotations
+
+import dataclasses
+import io
+import sys
+
+import numpy as np
+import pytest
+from numpy.testing import assert_array_equal
+from PIL import Image
+
+from governor_mechanism.errors import MechanismError
+from governor_mechanism.render.film import film, film_view, frames, schedule
+from governor_mechanism.render.gif import GifWriter, Palette
+from governor_mechanism.render.layout import ELEVATION
+from governor_mechanism.render.moments import moments
+from governor_mechanism.render.picture import Picture
+from governor_mechanism.render.style import COLOURS, STYLES, rgb
+from governor_mechanism.trajectory import Outcome
+from render.fake_run import CASES, fake_run
+
+
+def decoded(path):
+    """Frames (n, height, width, 3) and how long each is shown (s)."""
+    with Image.open(path) as image:
+        shown, durations = [], []
+        for k in range(image.n_frames):
+            image.seek(k)
+            shown.append(np.array(image.convert("RGB")))
+            durations.append(image.info["duration"] / 1000)
+    return np.array(shown), durations
+
+
+@pytest.fixture(scope="module")
+def porter():
+    return fake_run(CASES["porter"], duration=2.0)
+
+
+@pytest.mark.parametrize(("duration", "rate"), [(2.0, 25), (1.13, 25), (1.13, 20), (0.07, 25), (0.5, 30), (0.02, 25)])
+def test_a_gif_lasts_as_long_as_the_run(tmp_path, duration, rate):
+    run = fake_run(CASES["porter"], duration=duration)
+    _, durations = decoded(film(run, tmp_path / "a.gif", frames_per_second=rate))
+    assert sum(durations) == pytest.approx(duration, abs=1e-9)
+
+
+def test_a_run_at_rest_lasts_as_long_though_its_frames_are_equal(tmp_path):
+    run = fake_run(CASES["porter"], duration=2.0, swing=0.0, speed=0.0)
+    shown, durations = decoded(film(run, tmp_path / "a.gif"))
+    # Time and curves still move; the rest is equal.
+    assert sum(durations) == pytest.approx(2.0, abs=1e-9)
+    assert len(shown) == len(durations)
+
+
+@pytest.mark.parametrize(
+    ("start", "stop", "rate"), [(0.0, 10.0, 25), (3.0, 4.37, 20), (0.0, 0.06, 25), (0.0, 61.3, 50)]
+)
+def test_frames_are_shown_around_their_own_time(start, stop, rate):
+    times, shown = schedule(start, stop, rate)
+    assert sum(shown) == round(100 * (stop - start))
+    begins = start + np.cumsum([0, *shown[:-1]]) / 100
+    ends = start + np.cumsum(shown) / 100
+    # Half a hundredth is the rounding of the borders.
+    assert np.all(begins <= times + 0.005)
+    assert np.all(times <= ends + 0.005)
+    assert min(shown) >= 1
+
+
+def test_no_frame_is_too_short_for_viewers():
+    # Below 2 hundredths viewers slow a frame down to 10.
+    assert min(schedule(0.0, 10.0, 25)[1]) >= 2
+    assert min(schedule(0.0, 10.0, 20)[1]) >= 2
+
+
+def test_a_gif_repeats_for_ever(tmp_path, porter):
+    with Image.open(film(porter, tmp_path / "a.gif")) as image:
+        assert image.info["loop"] == 0
+        assert image.size == (480, 480)
+
+
+@pytest.mark.parametrize("name", CASES)
+def test_the_ball_is_seen_where_the_run_says_it_is(tmp_path, name):
+    run = fake_run(CASES[name], duration=1.0, middle=30.0)
+    shown, _ = decoded(film(run, tmp_path / "a.gif"))
+    times, _ = schedule(0.0, 1.0, 25)
+    assert len(shown) == len(times)
+    view = film_view(run)
+    middle = round(view.pixel_of(0.0, 0.0)[0])
+    colours = [
+        rgb(colour)
+        for role in ("ball", "ball shine")
+        for colour in (STYLES[role].fill, STYLES[role].stroke)[-2:]
+        if colour != "none"
+    ]
+    for k in range(0, len(times), 5):
+        machine = shown[k][:, : int(ELEVATION[2])]
+        rows, columns = np.nonzero(np.any([(machine == colour).all(axis=2) for colour in colours], axis=0))
+        x, y = run.poses[round(times[k] / 0.01), 0, :2]
+        column, row = view.pixel_of(x, y)
+        # Half of the mask belongs to the left ball.
+        right = columns > middle
+        assert np.hypot(columns[right].mean() - column, rows[right].mean() - row) < 1.5
+
+
+def test_poses_between_reports_follow_the_velocities():
+    coarse = fake_run(CASES["porter"], duration=2.0, every=0.1)
+    fine = fake_run(CASES["porter"], duration=2.0, every=0.001)
+    times = np.linspace(0.0, 2.0, 401)
+    between = moments(coarse, coarse.scene.part, (0.0, 2.0), times).poses
+    exact = fine.poses[np.round(times / 0.001).astype(int)]
+    # Cubic: h^4 / 384 times the fourth derivative, about 0.1 m * (2 pi / 1.7 s)^4; straight lines would miss by 1e-3 m.
+    assert np.abs(between - exact).max() < 1e-5
+
+
+def test_the_plan_turns_by_the_integral_of_the_speed(porter):
+    shown = moments(porter, porter.scene.part, (0.0, 2.0), np.array([0.0, 1.0, 2.0]))
+    exact = np.trapezoid(porter.readings["spindle_speed"], porter.times)
+    assert shown.spindle_angle[-1] == pytest.approx(exact)
+
+
+def test_a_piece_of_a_run_lasts_as_long_as_the_piece(tmp_path, porter):
+    _, durations = decoded(film(porter, tmp_path / "a.gif", start=0.5, stop=1.25))
+    assert sum(durations) == pytest.approx(0.75, abs=1e-9)
+
+
+def test_a_gif_shows_the_frames(tmp_path, porter):
+    shown, _ = decoded(film(porter, tmp_path / "a.gif"))
+    painted = np.array(list(frames(porter)))
+    assert painted.shape == shown.shape
+    assert painted.dtype == np.uint8
+    difference = np.abs(shown.astype(int) - painted).max(axis=3)
+    # 31 colours for flat areas and blended edges: flat areas exact, edges near.
+    assert (difference == 0).mean() > 0.9
+    assert (difference > 64).mean() < 2e-3
+
+
+def test_equal_runs_give_equal_films(tmp_path):
+    first, second = (fake_run(CASES["crossed"], duration=0.5) for _ in range(2))
+    for one, other in zip(frames(first), frames(second), strict=True):
+        assert_array_equal(one, other)
+    film(first, tmp_path / "first.gif")
+    film(second, tmp_path / "second.gif")
+    assert (tmp_path / "first.gif").read_bytes() == (tmp_path / "second.gif").read_bytes()
+
+
+@pytest.mark.parametrize("error", [KeyboardInterrupt, RuntimeError])
+def test_an_exception_half_way_leaves_no_file_and_keeps_the_old_one(tmp_path, porter, error):
+    def stop(done, total):
+        if done > total // 2:
+            raise error
+
+    with pytest.raises(error):
+        film(porter, tmp_path / "new.gif", progress=stop)
+    assert list(tmp_path.iterdir()) == []
+    old = tmp_path / "old.gif"
+    old.write_bytes(b"old")
+    with pytest.raises(error):
+        film(porter, old, progress=stop)
+    assert [path.name for path in tmp_path.iterdir()] == ["old.gif"]
+    assert old.read_bytes() == b"old"
+
+
+def test_progress_counts_to_the_end(tmp_path, porter):
+    calls = []
+    film(porter, tmp_path / "a.gif", progress=lambda done, total: calls.append((done, total)))
+    assert calls == [(k, 51) for k in range(1, 52)]
+
+
+def words_of(picture):
+    """Every text of the picture that says something, with its box in pixels."""
+    renderer = picture.figure.canvas.get_renderer()
+    texts = (text for text in picture.figure.findobj(lambda artist: hasattr(artist, "get_text")) if text.get_visible())
+    return [(text.get_text(), text.get_window_extent(renderer)) for text in texts if text.get_text().strip()]
+
+
+@pytest.mark.parametrize("name", CASES)
+@pytest.mark.parametrize("outcome", [Outcome.DONE, Outcome.LEFT_RANGE])
+def test_no_words_are_cut_off_or_overlap(name, outcome):
+    title = "A governor with a title far longer than anybody should give to a scene, with arms, links and a sleeve"
+    run = fake_run(CASES[name], duration=1.0, middle=30.0, title=title, outcome=outcome)
+    picture = Picture(run, moments(run, run.scene.part, (0.0, 1.0), np.linspace(0, 1, 26)))
+    picture.move(25)
+    boxes = words_of(picture)
+    assert len(boxes) > 15
+    for words, box in boxes:
+        assert box.x0 >= 0, words
+        assert box.x1 <= 480, words
+        assert box.y0 >= 0, words
+        assert box.y1 <= 480, words
+    for k, (words, box) in enumerate(boxes):
+        for others, other in boxes[k + 1 :]:
+            # Boxes of letters without descenders reach a little beyond their ink.
+            assert not box.padded(-1.0).overlaps(other.padded(-1.0)), f"{words!r} overlaps {others!r}"
+
+
+def test_stamped_numbers_look_like_the_text(porter):
+    times = np.linspace(0.0, 2.0, 51)
+    shown = moments(porter, porter.scene.part, (0.0, 2.0), times)
+    usual = Picture(porter, shown, animated=False)
+    usual.move(20)
+    usual.figure.canvas.draw()
+    drawn = np.asarray(usual.figure.canvas.buffer_rgba())
+    stamped = Picture(porter, shown).paint(20)
+    inks = []
+    for pixels in (drawn, stamped):
+        time = pixels[6:30, 420:456, :3].astype(int)
+        ink = (time[0, 0] - time).clip(0).sum(axis=2)
+        rows, columns = np.nonzero(ink > 100)
+        inks.append((ink.sum(), rows.min(), rows.max(), columns.min(), columns.max()))
+    (much, *box), (as_much, *other) = inks
+    # The text may stand on a fraction of a pixel, the copies stand on whole ones.
+    assert np.abs(np.subtract(box, other)).max() <= 1
+    assert as_much == pytest.approx(much, rel=0.05)
+
+
+def test_the_footer_tells_accuracy_or_early_end(porter):
+    def footer(**changes):
+        run = dataclasses.replace(porter, **changes)
+        picture = Picture(run, moments(run, run.scene.part, (0.0, 2.0), np.array([0.0, 2.0])))
+        return [words for words, _ in words_of(picture)]
+
+    assert "accurate to 4e-07, asked 1e-06" in footer(error_estimate=3.1e-7)
+    assert "accurate to 3e-07, asked 1e-04" in footer(error_estimate=3e-7, settings={"asked_accuracy": 1e-4})
+    assert "accurate only to 3e-03, asked 1e-06" in footer(error_estimate=2.1e-3, outcome=Outcome.ACCURACY_MISSED)
+    assert "accuracy not certified (asked 1e-06)" in footer(error_estimate=None)
+    assert any(words.startswith("the mechanism left the range") for words in footer(outcome=Outcome.LEFT_RANGE))
+
+
+@pytest.mark.parametrize(
+    ("options", "message"),
+    [
+        ({"size": 100}, "at least 320"),
+        ({"frames_per_second": 100}, "1..50"),
+        ({"start": 1.0, "stop": 9.0}, "within the run, 0..2 s"),
+        ({"part": "governer"}, "Did you mean 'governor'"),
+    ],
+)
+def test_wrong_options_are_refused(tmp_path, porter, options, message):
+    with pytest.raises(MechanismError, match=message):
+        film(porter, tmp_path / "a.gif", **options)
+    assert list(tmp_path.iterdir()) == []
+
+
+def test_wrong_names_and_empty_runs_are_refused(tmp_path, porter):
+    with pytest.raises(MechanismError, match=r"must end in \.gif or \.mp4"):
+        film(porter, tmp_path / "a.avi")
+    with pytest.raises(MechanismError, match="does not exist"):
+        film(porter, tmp_path / "nowhere" / "a.gif")
+    nothing = dataclasses.replace(porter, times=porter.times[:0], outcome=Outcome.LEFT_RANGE)
+    with pytest.raises(MechanismError, match="left the range"):
+        film(nothing, tmp_path / "a.gif")
+
+
+def test_a_video_without_ffmpeg_is_refused_with_the_cure(tmp_path, porter, monkeypatch):
+    monkeypatch.setitem(sys.modules, "imageio_ffmpeg", None)
+    monkeypatch.delitem(sys.modules, "imageio.plugins.ffmpeg", raising=False)
+    with pytest.raises(MechanismError, match=r"pip install 'governor-mechanism\[video\]'"):
+        film(porter, tmp_path / "a.mp4")
+    assert list(tmp_path.iterdir()) == []
+
+
+def test_a_video_lasts_as_long_as_the_run(tmp_path):
+    pytest.importorskip("imageio_ffmpeg")
+    import imageio.v2 as imageio
+
+    path = film(fake_run(CASES["porter"], duration=1.0), tmp_path / "a.mp4", size=321)
+    with imageio.get_reader(path) as reader:
+        assert reader.get_meta_data()["duration"] == pytest.approx(1.0)
+        assert reader.get_data(0).shape == (322, 322, 3)
+
+
+def painted(colour):
+    frame = np.zeros((20, 30, 4), dtype=np.uint8)
+    frame[..., 3] = 255
+    frame[5:15, 10:20, :3] = colour
+    return frame
+
+
+def written(sequence):
+    """What Pillow reads of a GIF written from (frame, hundredths of a second) pairs: frames and seconds."""
+    palette = Palette([(0, 0, 0), (255, 0, 0)], [frame for frame, _ in sequence])
+    file = io.BytesIO()
+    writer = GifWriter(file, palette)
+    for frame, delay in sequence:
+        writer.add(frame, delay)
+    writer.close()
+    file.seek(0)
+    return decoded(file)
+
+
+def test_equal_frames_are_merged_and_lengthened():
+    red, green = painted((255, 0, 0)), painted((0, 200, 0))
+    shown, durations = written([(red, 4), (red.copy(), 5), (green, 4), (red, 3), (red, 3)])
+    assert durations == pytest.approx([0.09, 0.04, 0.06])
+    assert_array_equal(shown[0], red[..., :3])
+    assert_array_equal(shown[1], green[..., :3])
+    assert_array_equal(shown[2], red[..., :3])
+
+
+def test_nothing_stays_behind_what_has_moved_away(tmp_path, porter):
+    shown, _ = decoded(film(porter, tmp_path / "a.gif"))
+    still = np.array(list(frames(porter)))
+    paper = np.array(rgb(COLOURS[0]))
+    bare = (still == paper).all(axis=3)
+    assert (shown[bare] == paper).all()
+
+
+def test_a_frame_longer_than_gif_can_say_is_split():
+    red = painted((255, 0, 0))
+    _, durations = written([(red, 40000)] * 3)
+    assert sum(durations) == pytest.approx(1200.0)
+
+
+def test_the_palette_keeps_the_colours_of_the_look(porter):
+    samples = [Picture(porter, moments(porter, porter.scene.part, (0.0, 2.0), np.array([0.0, 2.0]))).paint(1)]
+    palette = Palette([rgb(colour) for colour in COLOURS], samples)
+    assert len(palette.colours) <= 31
+    wanted = np.array([rgb(colour) for colour in COLOURS], dtype=np.uint8)
+    assert_array_equal(palette.colours[palette.numbers(wanted)], wanted)
