@@ -5,12 +5,11 @@ from __future__ import annotations
 import math
 from dataclasses import replace
 
-from scenes import PORTER, governor_scene
-from witness import one_coordinate_motion
-
 from governor_mechanism.closed_form import pendulum as closed
 from governor_mechanism.joints import GROUND, Pin, Point, Slider
 from governor_mechanism.mechanism import Body, LineAngle, Mechanism, SecondMoments
+from scenes import PORTER, governor_scene
+from witness import one_coordinate_motion
 
 ARM_MASS, LINK_MASS = 0.6, 0.5
 

@@ -103,7 +103,8 @@ def test_heavy_packages_stay_where_they_belong(path):
 def test_the_command_answers_help_without_the_heavy_packages():
     code = (
         "import sys, governor_mechanism, governor_mechanism.cli\n"
-        "print([name for name in ('numpy', 'scipy', 'pymunk', 'matplotlib', 'pint', 'pydantic') if name in sys.modules])"
+        "heavy = ('numpy', 'scipy', 'pymunk', 'matplotlib', 'pint', 'pydantic')\n"
+        "print([name for name in heavy if name in sys.modules])"
     )
     answer = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=True)
     assert answer.stdout.strip() == "[]"

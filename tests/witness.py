@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from itertools import pairwise
+
 import numpy as np
 from scipy.integrate import solve_ivp
 
@@ -19,7 +21,7 @@ def one_coordinate_motion(scene, times, governor=None):
     knots = [0.0, *breaks, float(times[-1])]
     found = np.empty((2, len(times)))
     found[:, times == 0.0] = state[:, np.newaxis]
-    for start, end in zip(knots, knots[1:], strict=False):
+    for start, end in pairwise(knots):
 
         def slope(time, y, start=start):
             speed = float(program(np.array([time]), before=time > start)[0])

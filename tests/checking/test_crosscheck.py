@@ -7,13 +7,13 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
-from scenes import CROSSED, PORTER, WATT, governor_scene
 
 import governor_mechanism as gm
 from governor_mechanism.checking import pendulum
 from governor_mechanism.checking.report import CheckReport, Row
 from governor_mechanism.library import shipped
 from governor_mechanism.scene import Spindle
+from scenes import CROSSED, PORTER, WATT, governor_scene
 
 ANGLES = np.radians([15.0, 25.0, 35.0, 45.0])
 

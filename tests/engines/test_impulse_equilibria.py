@@ -6,6 +6,13 @@ import math
 
 import numpy as np
 import pytest
+
+from governor_mechanism.engines import ImpulseEngine
+from governor_mechanism.engines.chipmunk import Assembly
+from governor_mechanism.engines.rest import settled
+from governor_mechanism.equations.assembly import Assembler
+from governor_mechanism.equations.readings import reading_gradient
+from governor_mechanism.statics import equilibrium_speed, find_equilibria
 from reference.zehnder import (
     CROSSED,
     CROSSED_ARMS_OPEN_LINKS,
@@ -18,13 +25,6 @@ from reference.zehnder import (
     WATT_OPEN,
 )
 from scenes import governor_scene
-
-from governor_mechanism.engines import ImpulseEngine
-from governor_mechanism.engines.chipmunk import Assembly
-from governor_mechanism.engines.rest import settled
-from governor_mechanism.equations.assembly import Assembler
-from governor_mechanism.equations.readings import reading_gradient
-from governor_mechanism.statics import equilibrium_speed, find_equilibria
 
 SNAP_DIMENSIONS = {"arm": SNAP["arm"], "offset": SNAP["offset"], "ball_mass": SNAP["ball_mass"]}
 

@@ -6,15 +6,16 @@ import math
 
 import numpy as np
 import pytest
+
+from governor_mechanism.closed_form import pendulum as closed
+from governor_mechanism.engines import ImpulseEngine
+from governor_mechanism.equations.constraints import JointEquations
+from governor_mechanism.scene import Spindle
+from governor_mechanism.trajectory import Outcome
 from reference.zehnder import PORTER_OPEN_MOTION as MOTION
 from rigid import porter_with_rods
 from scenes import CROSSED, EXTENDED, PORTER, UNCROSSED_LINKS, WATT, governor_scene, random_governor
 from witness import one_coordinate_motion
-
-from governor_mechanism.closed_form import pendulum as closed
-from governor_mechanism.engines import ImpulseEngine
-from governor_mechanism.scene import Spindle
-from governor_mechanism.trajectory import Outcome
 
 
 def porter_open(accuracy: float):
@@ -140,6 +141,17 @@ def test_poses_velocities_and_readings_tell_one_story():
     # 1e-5: the centred difference of 10 ms has an error of h^2/6 times the third derivative.
     slope = (angle[2:] - angle[:-2]) / (run.times[2:] - run.times[:-2])
     np.testing.assert_allclose(run.rates["arm_angle"][1:-1], slope, atol=2e-3)
+
+
+@pytest.mark.parametrize("dimensions", [PORTER, WATT, EXTENDED])
+def test_reported_velocities_open_no_joint(dimensions):
+    # The jump lies between reported times, so that steps of three lengths meet.
+    spindle = Spindle(times=(0.0, 0.237, 0.237), speeds=(8.0, 8.0, 8.4))
+    run = ImpulseEngine().run(governor_scene(dimensions, speed=spindle, angle=0.6, duration=0.5, every=0.05))
+    gradients = JointEquations(run.scene.part.mechanism).gradients(run.poses)
+    opening = np.einsum("nebc,nbc->ne", gradients, run.velocities)
+    # 1e-6 of the fastest ball, by the accuracy of the poses at which the gradients are taken.
+    np.testing.assert_allclose(opening, 0.0, atol=1e-6 * np.abs(run.velocities).max())
 
 
 def test_the_two_balls_mirror_each_other():

@@ -23,11 +23,21 @@ CASES = {
 """Dimensions in SI."""
 
 
+COST = Cost(engine="reduced", reason="", step=0.01, steps=10, runs=2, iterations=0, evaluations={}, wall_time=0.0)
+
+
 def sleeve_height(governor: PendulumGovernor, angle: NDArray[np.float64]) -> NDArray[np.float64]:
     """Height of the sleeve's lugs (m) at arm angles (n,)."""
     reach = governor.offset + governor.joint_length * np.sin(angle) - governor.lug
     height: NDArray[np.float64] = -governor.joint_length * np.cos(angle) - np.sqrt(governor.link_length**2 - reach**2)
     return height
+
+
+def sleeve_lift(governor: PendulumGovernor, angle: NDArray[np.float64]) -> NDArray[np.float64]:
+    """Lift (m) at arm angles (n,), counted as the machine counts it."""
+    lift = governor.mechanism().reading("sleeve_lift")
+    assert isinstance(lift, Coordinate | FollowerHeight)
+    return sleeve_height(governor, angle) - lift.zero
 
 
 def geometry(governor: PendulumGovernor, angle: NDArray[np.float64]) -> NDArray[np.float64]:
@@ -39,6 +49,25 @@ def geometry(governor: PendulumGovernor, angle: NDArray[np.float64]) -> NDArray[
     if governor.sleeve_mass is not None:
         columns.append((0 * angle, sleeve_height(governor, angle), 0 * angle))
     return np.stack([np.stack(column, axis=-1) for column in columns], axis=1)
+
+
+def scene_of(governor: PendulumGovernor, title: str, speed: float, settings: RunSettings, angle: float) -> Scene:
+    """A scene of one governor that starts at an arm angle (rad) and turns at a speed (rad/s)."""
+    part = Part(
+        name="governor",
+        machine=governor.name,
+        dimensions=governor.dimensions(),
+        mechanism=governor.mechanism(),
+        plane=governor.plane,
+    )
+    return Scene(
+        title=title,
+        parts=(part,),
+        effects=(Gravity(), Centrifugal()),
+        spindle=Spindle(speeds=(speed,)),
+        start=Start(values={"arm_angle": angle}),
+        run=settings,
+    )
 
 
 def fake_run(
@@ -59,35 +88,18 @@ def fake_run(
     rate = 2 * np.pi / 1.7
     angle = np.radians(middle + swing * np.sin(rate * times))
     turning = np.radians(swing) * rate * np.cos(rate * times)
-    mechanism = governor.mechanism()
     poses = geometry(governor, angle)
     small = 1e-6
     velocities = (geometry(governor, angle + small) - poses) / small * turning[:, None, None]
-    lift = mechanism.reading("sleeve_lift")
-    assert isinstance(lift, Coordinate | FollowerHeight)
     readings = {
         "arm_angle": angle,
         "ball_radius": poses[:, 0, 0],
-        "sleeve_lift": sleeve_height(governor, angle) - lift.zero,
+        "sleeve_lift": sleeve_lift(governor, angle),
         "spindle_speed": speed * (1 + 0.03 * np.sin(0.5 * rate * times)),
         "spindle_torque": 3.0 * turning,
     }
+    scene = scene_of(governor, title, speed, RunSettings(duration=duration, every=every), float(angle[0]))
     zero = np.zeros(len(times))
-    part = Part(
-        name="governor",
-        machine=governor.name,
-        dimensions=governor.dimensions(),
-        mechanism=mechanism,
-        plane=governor.plane,
-    )
-    scene = Scene(
-        title=title,
-        parts=(part,),
-        effects=(Gravity(), Centrifugal()),
-        spindle=Spindle(speeds=(speed,)),
-        start=Start(values={"arm_angle": float(angle[0])}),
-        run=RunSettings(duration=duration, every=every),
-    )
     return Trajectory(
         scene=scene,
         times=times,
@@ -100,8 +112,6 @@ def fake_run(
         joint_gap=1e-13 * (1 + np.sin(7 * times) ** 2),
         energy=Energy(kinetic=zero, potential=zero, rotation=zero, jacobi=50 + 1e-11 * np.sin(3 * times), scale=50.0),
         outcome=outcome,
-        cost=Cost(
-            engine="reduced", reason="", step=0.01, steps=10, runs=2, iterations=0, evaluations={}, wall_time=0.0
-        ),
+        cost=COST,
         error_estimate=error_estimate,
     )

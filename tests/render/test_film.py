@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import dataclasses
-import io
+import subprocess
 import sys
 
 import numpy as np
@@ -13,24 +13,14 @@ from PIL import Image
 
 from governor_mechanism.errors import MechanismError
 from governor_mechanism.render.film import film, film_view, frames, schedule
-from governor_mechanism.render.gif import GifWriter, Palette
+from governor_mechanism.render.gif import Palette
 from governor_mechanism.render.layout import ELEVATION
 from governor_mechanism.render.moments import moments
 from governor_mechanism.render.picture import Picture
 from governor_mechanism.render.style import COLOURS, STYLES, rgb
 from governor_mechanism.trajectory import Outcome
+from render.decoding import decoded
 from render.fake_run import CASES, fake_run
-
-
-def decoded(path):
-    """Frames (n, height, width, 3) and how long each is shown (s)."""
-    with Image.open(path) as image:
-        shown, durations = [], []
-        for k in range(image.n_frames):
-            image.seek(k)
-            shown.append(np.array(image.convert("RGB")))
-            durations.append(image.info["duration"] / 1000)
-    return np.array(shown), durations
 
 
 @pytest.fixture(scope="module")
@@ -115,7 +105,8 @@ def test_poses_between_reports_follow_the_velocities():
 
 def test_the_plan_turns_by_the_integral_of_the_speed(porter):
     shown = moments(porter, porter.scene.part, (0.0, 2.0), np.array([0.0, 1.0, 2.0]))
-    exact = np.trapezoid(porter.readings["spindle_speed"], porter.times)
+    speed = porter.readings["spindle_speed"]
+    exact = np.sum((speed[1:] + speed[:-1]) / 2 * np.diff(porter.times))
     assert shown.spindle_angle[-1] == pytest.approx(exact)
 
 
@@ -159,6 +150,12 @@ def test_an_exception_half_way_leaves_no_file_and_keeps_the_old_one(tmp_path, po
         film(porter, old, progress=stop)
     assert [path.name for path in tmp_path.iterdir()] == ["old.gif"]
     assert old.read_bytes() == b"old"
+
+
+def test_films_need_no_screen_and_leave_the_callers_plots_alone():
+    code = "from governor_mechanism.render import film, figures; import sys; print('matplotlib.pyplot' in sys.modules)"
+    done = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=True)
+    assert done.stdout.strip() == "False"
 
 
 def test_progress_counts_to_the_end(tmp_path, porter):
@@ -209,8 +206,8 @@ def test_stamped_numbers_look_like_the_text(porter):
         rows, columns = np.nonzero(ink > 100)
         inks.append((ink.sum(), rows.min(), rows.max(), columns.min(), columns.max()))
     (much, *box), (as_much, *other) = inks
-    # The text may stand on a fraction of a pixel, the copies stand on whole ones.
-    assert np.abs(np.subtract(box, other)).max() <= 1
+    # Letters of a text may stand on fractions of a pixel, the copies stand on whole ones.
+    assert np.abs(np.subtract(box, other)).max() <= 2
     assert as_much == pytest.approx(much, rel=0.05)
 
 
@@ -270,46 +267,12 @@ def test_a_video_lasts_as_long_as_the_run(tmp_path):
         assert reader.get_data(0).shape == (322, 322, 3)
 
 
-def painted(colour):
-    frame = np.zeros((20, 30, 4), dtype=np.uint8)
-    frame[..., 3] = 255
-    frame[5:15, 10:20, :3] = colour
-    return frame
-
-
-def written(sequence):
-    """What Pillow reads of a GIF written from (frame, hundredths of a second) pairs: frames and seconds."""
-    palette = Palette([(0, 0, 0), (255, 0, 0)], [frame for frame, _ in sequence])
-    file = io.BytesIO()
-    writer = GifWriter(file, palette)
-    for frame, delay in sequence:
-        writer.add(frame, delay)
-    writer.close()
-    file.seek(0)
-    return decoded(file)
-
-
-def test_equal_frames_are_merged_and_lengthened():
-    red, green = painted((255, 0, 0)), painted((0, 200, 0))
-    shown, durations = written([(red, 4), (red.copy(), 5), (green, 4), (red, 3), (red, 3)])
-    assert durations == pytest.approx([0.09, 0.04, 0.06])
-    assert_array_equal(shown[0], red[..., :3])
-    assert_array_equal(shown[1], green[..., :3])
-    assert_array_equal(shown[2], red[..., :3])
-
-
 def test_nothing_stays_behind_what_has_moved_away(tmp_path, porter):
     shown, _ = decoded(film(porter, tmp_path / "a.gif"))
     still = np.array(list(frames(porter)))
     paper = np.array(rgb(COLOURS[0]))
     bare = (still == paper).all(axis=3)
     assert (shown[bare] == paper).all()
-
-
-def test_a_frame_longer_than_gif_can_say_is_split():
-    red = painted((255, 0, 0))
-    _, durations = written([(red, 40000)] * 3)
-    assert sum(durations) == pytest.approx(1200.0)
 
 
 def test_the_palette_keeps_the_colours_of_the_look(porter):

@@ -11,10 +11,11 @@ import numpy as np
 
 from governor_mechanism.engines.base import Task
 from governor_mechanism.engines.chipmunk import Assembly
-from governor_mechanism.engines.grid import make_grid
+from governor_mechanism.engines.grid import Grid, make_grid
 from governor_mechanism.engines.march import March, march
 from governor_mechanism.engines.report import Report, Reporter, State
 from governor_mechanism.equations.points import Array
+from governor_mechanism.equations.projection import Projector
 from governor_mechanism.scene import Scene
 from governor_mechanism.statics import starting_state
 from governor_mechanism.trajectory import Cost, Outcome, Trajectory
@@ -90,6 +91,7 @@ class Climb:
     def __init__(self, tuning: Tuning, scene: Scene, task: Task) -> None:
         self.tuning, self.scene, self.task = tuning, scene, task
         self.reporter = Reporter(scene)
+        self.projector = Projector(self.reporter.mechanism)
         self.start = starting_state(scene)
         scale = self.reporter.time_scale
         step, longest = tuning.step, math.inf  # a run that is told its step takes that step
@@ -97,6 +99,9 @@ class Climb:
             longest = LONGEST_STATION * scale
             step = min(scale * (task.accuracy / FIRST_GUESS) ** (1 / 3), longest)
         self.grid = make_grid(task.times, self.reporter.program.breaks, step, longest)
+        if tuning.step is None and not self._allowed(self.grid):
+            # A guess that asks for too much is no reason to run less far: begin with the longest steps.
+            self.grid = make_grid(task.times, self.reporter.program.breaks, longest, longest)
         self.whole = self._cut_to_allowed_steps()
         self.iterations = tuning.iterations
         self.marches: dict[int, March] = {}
@@ -122,7 +127,7 @@ class Climb:
         level, iterations, best = 0, self.iterations, self.at(0)
         while not self._reached(best):
             level += min(max(1, math.ceil(math.log2(2 * (best.estimate or 1.0) / self.task.accuracy) / 3)), 4)
-            if level > MOST_DOUBLINGS or int(self.grid.steps.sum()) << (level + 2) > self.tuning.max_steps:
+            if level > MOST_DOUBLINGS or not self._allowed(self.grid, level):
                 return best, False
             finer = self.at(level)
             if not _falls(finer, best):
@@ -223,8 +228,16 @@ class Climb:
 
     def _march(self, level: int) -> March:
         assembly = Assembly(self.scene, iterations=self.iterations, plain=self.tuning.plain)
-        result = march(assembly, self.grid, level, self.reporter.program, *self.start, self.reporter.mechanism.size)
-        steps = int(self.grid.steps.sum()) << level
+        result = march(
+            assembly,
+            self.grid,
+            level,
+            self.reporter.program,
+            self.start,
+            size=self.reporter.mechanism.size,
+            inside=lambda poses: self.reporter.first_outside(poses) is None,
+        )
+        steps = int(self.grid.steps[: len(result.work) - 1].sum()) << level
         self.steps += steps
         self.runs += 1
         for law, count in assembly.laws.items():
@@ -245,6 +258,10 @@ class Climb:
         floor = GAP_FLOOR * self.reporter.mechanism.size
         return any(finer > max(0.5 * coarser, floor) for coarser, finer in pairwise(gaps))
 
+    def _allowed(self, grid: Grid, level: int = 0) -> bool:
+        """Whether the finest of the runs at this level stays within max_steps."""
+        return int(grid.steps.sum()) << (level + self.tuning.levels - 1) <= self.tuning.max_steps
+
     def _cut_to_allowed_steps(self) -> Ending:
         """Cut the grid to what max_steps allow the finest of the first runs."""
         allowed = self.tuning.max_steps >> (self.tuning.levels - 1)
@@ -257,9 +274,11 @@ class Climb:
 
     def _state(self, result: March, stations: int) -> State:
         at = self.grid.first(stations).reported
-        return State(
-            times=self.grid.stations[at], poses=result.poses[at], velocities=result.velocities[at], work=result.work[at]
-        )
+        poses, velocities = result.poses[at], result.velocities[at]
+        if not self.tuning.plain and len(at):
+            # The mean of two half steps opens the joints a little, and more where the step changes its length.
+            velocities = self.projector.velocities(poses, velocities)
+        return State(times=self.grid.stations[at], poses=poses, velocities=velocities, work=result.work[at])
 
 
 def _falls(finer: Best, best: Best) -> bool:

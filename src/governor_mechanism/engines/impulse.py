@@ -35,9 +35,7 @@ class ImpulseEngine(Tuning, Engine):
         if self.runs not in (1, 2, 3):
             raise MechanismError(f"ImpulseEngine.runs must be 1, 2 or 3; got {self.runs!r}")
         if self.step is None and self.levels != 3:
-            raise MechanismError(
-                "ImpulseEngine finds its own step from three runs; give step= (s) for fewer runs"
-            )
+            raise MechanismError("ImpulseEngine finds its own step from three runs; give step= (s) for fewer runs")
         if self.step is not None and not (self.step > 0 and math.isfinite(self.step)):
             raise MechanismError(f"ImpulseEngine.step must be a positive number of seconds; got {self.step!r}")
         for name in ("iterations", "max_iterations", "max_steps"):

@@ -12,13 +12,16 @@ from governor_mechanism.engines.grid import Grid
 from governor_mechanism.equations.points import Array
 from governor_mechanism.speed import SpeedProgram
 
+CHUNK = 256
+"""Stations between two looks at whether the mechanism is still within its limits."""
+
 LOST = 1e3
 """A body this many machine sizes away was thrown off by joints that were not solved."""
 
 
 @dataclass(frozen=True)
 class March:
-    """Poses and velocities (stations, bodies, 3), work (stations,) J; shorter than the grid where bodies were lost."""
+    """Poses and velocities (stations, bodies, 3), work (stations,) J; shorter than the grid where it was given up."""
 
     poses: Array
     velocities: Array
@@ -26,10 +29,23 @@ class March:
 
 
 def march(
-    assembly: Assembly, grid: Grid, level: int, program: SpeedProgram, poses: Array, velocities: Array, size: float
+    assembly: Assembly,
+    grid: Grid,
+    level: int,
+    program: SpeedProgram,
+    start: tuple[Array, Array],
+    *,
+    size: float,
+    inside: Callable[[Array], bool],
 ) -> March:
-    """Run through the grid, each interval's steps doubled `level` times, from poses and velocities (bodies, 3)."""
+    """Run through the grid, each interval's steps doubled `level` times, from poses and velocities (bodies, 3).
+
+    Given up where a body is lost, and soon after `inside` finds poses (stations, bodies, 3) outside their limits.
+    """
+    poses, velocities = start
     counts = grid.steps << level
+    if counts.size == 0:
+        return March(poses[np.newaxis], velocities[np.newaxis], np.zeros(1))
     lengths = np.diff(grid.stations) / counts
     following = np.append(lengths[1:], lengths[-1:])
     assembly.start(poses, velocities, float(lengths[0]), program.start_speed**2)
@@ -39,7 +55,8 @@ def march(
         kept = [(assembly.poses(), _carried(assembly, velocities), 0.0)]
     speed = _Speed(program, assembly.spindle_inertia)
     for index, (h, next_h) in enumerate(zip(lengths.tolist(), following.tolist(), strict=True)):
-        squares = speed.interval(grid.stations[index], grid.stations[index + 1], int(counts[index]))
+        squares = speed.interval(grid.stations[index], grid.stations[index + 1], int(counts[index]), next_h)
+        # The last kick lasts half of this step and half of the next, whose length may be another.
         scale = 1.0 if assembly.plain else 0.5 * (h + next_h) / h
         older, before = _advance(assembly, h, squares, scale, speed)
         after, here = assembly.velocities(), assembly.poses()
@@ -52,8 +69,15 @@ def march(
         if not np.max(np.abs(here[:, :2])) < LOST * size:
             break
         kept.append((here, centred, speed.work))
+        if len(kept) % CHUNK == 0 and not inside(_mass_centres(assembly, kept[-CHUNK:])):
+            break
     carried = [np.array(column) for column in zip(*kept, strict=True)]
     return March(*assembly.of_mass_centres(carried[0], carried[1]), carried[2])
+
+
+def _mass_centres(assembly: Assembly, kept: list[tuple[Array, Array, float]]) -> Array:
+    poses, velocities = (np.array([state[which] for state in kept]) for which in (0, 1))
+    return assembly.of_mass_centres(poses, velocities)[0]
 
 
 def _carried(assembly: Assembly, velocities: Array) -> Array:
@@ -90,8 +114,8 @@ class _Speed:
         self._here = inertia(0.0) if self.varying else 0.0
         self._growth = iter([(0.0, 0.0)])
 
-    def interval(self, start: float, end: float, count: int) -> list[float]:
-        """omega^2 at the end of each of `count` steps; the mean of both sides where the speed jumps."""
+    def interval(self, start: float, end: float, count: int, next_h: float) -> list[float]:
+        """omega^2 at the end of each of `count` steps; where the speed jumps, as the kick lasts on either side."""
         if not self.varying:
             return [self._steady] * count
         times = start + (end - start) * np.arange(count + 1) / count
@@ -99,7 +123,9 @@ class _Speed:
         after, before = self._program(times) ** 2, self._program(times, before=True) ** 2
         self.jumps = bool(after[-1] != before[-1])
         self._growth = iter(zip((before[1:] - after[:-1]).tolist(), (after[1:] - before[1:]).tolist(), strict=True))
-        squares: list[float] = (0.5 * (after[1:] + before[1:])).tolist()
+        h = (end - start) / count
+        squares: list[float] = after[1:].tolist()
+        squares[-1] = float((h * before[-1] + next_h * after[-1]) / (h + next_h))
         return squares
 
     def count(self, h: float) -> None:
@@ -144,17 +170,17 @@ def settle(
         now = assembly.kinetic_energy()
         if since > JOINT_STEPS and now < fastest:  # past the fastest: the equilibrium lies just behind
             if fastest < still:
-                return Settled(_mass_centres(assembly), steps, True)
+                return Settled(_poses_now(assembly), steps, True)
             assembly.rest()
             fastest, since = 0.0, 0
-            if not inside(_mass_centres(assembly)):
+            if not inside(_poses_now(assembly)):
                 break
         if since >= JOINT_STEPS:
             fastest = max(fastest, now)
         since += 1
         assembly.step(h, speed**2, 1.0)
-    return Settled(_mass_centres(assembly), steps, False)
+    return Settled(_poses_now(assembly), steps, False)
 
 
-def _mass_centres(assembly: Assembly) -> Array:
+def _poses_now(assembly: Assembly) -> Array:
     return assembly.of_mass_centres(assembly.poses(), assembly.velocities())[0]

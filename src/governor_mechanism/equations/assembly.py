@@ -26,14 +26,15 @@ class Assembler:
         self.mechanism = mechanism
         self.equations = JointEquations(mechanism)
         turns = [body.turns for body in mechanism.bodies]
-        self._free = np.array([[True, True, turn] for turn in turns]).ravel()
+        self.free = np.array([[True, True, turn] for turn in turns]).ravel()
+        """(3 bodies,) which coordinates may change: a body that does not turn keeps its angle."""
         quantity = mechanism.reading(mechanism.coordinate).quantity
         self._scale = 1.0 if quantity == "angle" else mechanism.size
 
     @property
     def mobility(self) -> int:
         """Freedoms the joints leave at the sketch: free coordinates less the rank of the joint equations."""
-        return int(self._free.sum() - np.linalg.matrix_rank(self._gradient(self._sketch())[:-1]))
+        return int(self.free.sum() - np.linalg.matrix_rank(self._gradient(self._sketch())[:-1]))
 
     def poses(self, value: float, near: Array | None = None) -> Array:
         """Poses (bodies, 3) at a value of the coordinate, on the branch of `near` (or of the sketch).
@@ -61,7 +62,7 @@ class Assembler:
         """Joint equations and, last, the coordinate, by the free coordinates."""
         joints = self.equations.gradients(poses)
         coordinate = reading_gradient(self.mechanism, self.mechanism.coordinate, poses)
-        rows: Array = np.concatenate([joints, coordinate[np.newaxis]]).reshape(len(joints) + 1, -1)[:, self._free]
+        rows: Array = np.concatenate([joints, coordinate[np.newaxis]]).reshape(len(joints) + 1, -1)[:, self.free]
         return rows
 
     def _newton(self, poses: Array, value: float | None) -> Array:
@@ -97,6 +98,6 @@ class Assembler:
 
     def _spread(self, free: NDArray[np.floating]) -> Array:
         """Free coordinates back to (bodies, 3), with zeros for bodies that do not turn."""
-        everything = np.zeros(self._free.size)
-        everything[self._free] = free
+        everything = np.zeros(self.free.size)
+        everything[self.free] = free
         return everything.reshape(-1, 3)

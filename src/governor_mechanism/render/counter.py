@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Sequence
 from typing import Any
 
@@ -36,27 +37,25 @@ class Counter:
         right, middle = to_pixels.transform(place)
         half = round(0.8 * float(text.get_fontsize()) * canvas.figure.dpi / 72)
         self._right, self._top = round(right), int(buffer.shape[0] - middle) - half
-        # A character is drawn after a nought, from a whole pixel on: so it stands as it would within a number.
-        nought = self._advance("0", renderer)
-        left = self._right - 4 * nought
-        text.set(position=to_pixels.inverted().transform((left, middle)), horizontalalignment="left")
+        text.set_horizontalalignment("center")
         for letter in sorted(set("".join(self._texts))):
             width = self._advance(letter, renderer)
-            text.set_text("0" + letter)
+            left = self._right - 3 * width
+            text.set(text=letter, position=to_pixels.inverted().transform((left + width / 2, middle)))
             canvas.restore_region(bare)
             text.draw(renderer)
-            rows, start = slice(self._top, self._top + 2 * half), left + nought
-            self._letters[letter] = buffer[rows, start : start + width].copy()
+            rows = slice(self._top, self._top + 2 * half)
+            self._letters[letter] = buffer[rows, left : left + width].copy()
         text.set(position=place, horizontalalignment="right")
         canvas.restore_region(bare)
 
     def _advance(self, letter: str, renderer: RendererAgg) -> int:
-        """Width (pixels) that a letter takes up in a row of its like."""
+        """Whole pixels that a letter takes up in a row of its like, and no less than its ink."""
         widths = []
         for count in (1, 11):
             self.artist.set_text(count * letter)
-            widths.append(self.artist.get_window_extent(renderer).width)
-        return max(round((widths[1] - widths[0]) / 10), 1)
+            widths.append(float(self.artist.get_window_extent(renderer).width))
+        return max(round((widths[1] - widths[0]) / 10), math.ceil(widths[0]))
 
     def stamp(self, pixels: Pixels, k: int) -> None:
         """Copy the text of frame k into a picture (size, size, 4)."""

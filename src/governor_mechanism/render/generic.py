@@ -114,10 +114,11 @@ def _foot(spot: Pair, u: float, *, above: bool) -> tuple[Shape, ...]:
 def _guide(mechanism: Mechanism, joint: Slider, rider: Point, poses: Array) -> Shape:
     """A line along the slider, as long as the rider's way over the run and a little more."""
     c, s = math.cos(joint.angle), math.sin(joint.angle)
-    index = mechanism.body_index(rider.body)
-    spots = (place(at, rider) for at in _poses(poses[:, index, :]))
-    along = [(x - joint.first.x) * c + (y - joint.first.y) * s for x, y in spots]
-    ends = (min(along) - 0.15 * mechanism.size, max(along) + 0.15 * mechanism.size)
+    x, y, turn = np.moveaxis(poses[:, mechanism.body_index(rider.body), :], -1, 0)
+    ahead = x + np.cos(turn) * rider.x - np.sin(turn) * rider.y - joint.first.x
+    aloft = y + np.sin(turn) * rider.x + np.cos(turn) * rider.y - joint.first.y
+    along = ahead * c + aloft * s
+    ends = (float(along.min()) - 0.15 * mechanism.size, float(along.max()) + 0.15 * mechanism.size)
     return Lines("guide", (tuple((joint.first.x + d * c, joint.first.y + d * s) for d in ends),))
 
 

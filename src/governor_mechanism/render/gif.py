@@ -59,8 +59,8 @@ class Palette:
     def _alike(self, exact: int) -> NDArray[np.bool_]:
         """Where an entry (first index) may stay on the screen instead of another (second index).
 
-        Edges that move change from one blend to the next all the time: small changes are left out. A flat area is always
-        shown as it is, so nothing stays behind what has moved away.
+        Edges that move change from one blend to the next all the time: small changes are left out. A flat area is
+        always shown as it is, so nothing stays behind what has moved away.
         """
         colours = self.colours.astype(np.int32)
         alike: NDArray[np.bool_] = np.abs(colours[:, None] - colours[None]).max(axis=2) < NEAR

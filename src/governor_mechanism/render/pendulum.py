@@ -55,7 +55,7 @@ def background(part: Part, poses: Array) -> tuple[Shape, ...]:
     """Spindle in its bearings, suspension, axis and the scale of the sleeve's lift."""
     governor = _governor(part)
     u = governor.arm
-    heights = np.array([_sleeve_height(governor, part, pose) for pose in poses])
+    heights = _sleeve_height(governor, part, poses)
     lowest, highest = float(heights.min()), float(heights.max())
     width, drop = _load(governor)
     foot = lowest - drop - 0.10 * u
@@ -78,7 +78,7 @@ def moving(part: Part, pose: Array) -> tuple[Shape, ...]:
     """Sleeve, links, arms, balls and pins; the right half passes before the left one."""
     governor = _governor(part)
     u = governor.arm
-    height = _sleeve_height(governor, part, pose)
+    height = float(_sleeve_height(governor, part, pose))
     sides = []
     for name, sign in ((LEFT, -1.0), (RIGHT, 1.0)):
         ball = _centre(part, pose, name)
@@ -133,14 +133,16 @@ def _centre(part: Part, pose: Array, name: str) -> Pair:
     return float(x), float(y)
 
 
-def _sleeve_height(governor: Governor, part: Part, pose: Array) -> float:
-    """Height of the lugs (m): the sleeve body's, or where the links hold a sleeve without mass."""
+def _sleeve_height(governor: Governor, part: Part, poses: Array) -> Array:
+    """Height (...) of the lugs (m) at poses (..., bodies, 3): the sleeve's own, or that of a sleeve without mass."""
     if governor.loaded:
-        return _centre(part, pose, SLEEVE)[1]
-    x, y = _centre(part, pose, RIGHT)
+        own: Array = poses[..., part.mechanism.body_index(SLEEVE), 1]
+        return own
+    ball = poses[..., part.mechanism.body_index(RIGHT), :]
     share = governor.joint / governor.arm
-    reach = governor.offset + share * (x - governor.offset) - governor.lug
-    return share * y - math.sqrt(max(governor.link**2 - reach**2, 0.0))
+    reach = governor.offset + share * (ball[..., 0] - governor.offset) - governor.lug
+    hung: Array = share * ball[..., 1] - np.sqrt(np.maximum(governor.link**2 - reach**2, 0.0))
+    return hung
 
 
 def _load(governor: Governor) -> Pair:

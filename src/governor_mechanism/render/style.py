@@ -19,6 +19,8 @@ from governor_mechanism.render.primitives import Circle, Lines, Polygon, Shape, 
 PAPER, INK, QUIET, RULE = "#fbfaf5", "#20262c", "#6a727a", "#d3d3cb"
 BLUE, VERMILLION, GREEN, SKY = "#0072b2", "#d55e00", "#009e73", "#56b4e9"
 STEEL, BRIGHT, IRON = "#c3ccd4", "#e9edf0", "#87929c"
+GREEN_EDGES = ("#46b897", "#97d5c1")
+"""Green thinned by paper: green edges are too few for a palette to be chosen by them."""
 SERIES = (BLUE, VERMILLION, GREEN)
 SERIF, SANS = "STIXGeneral", "DejaVu Sans"
 
@@ -62,7 +64,15 @@ STYLES = {
 COLOURS = tuple(
     dict.fromkeys(
         colour
-        for colour in (PAPER, INK, QUIET, RULE, *SERIES, *(c for s in STYLES.values() for c in (s.fill, s.stroke)))
+        for colour in (
+            PAPER,
+            INK,
+            QUIET,
+            RULE,
+            *SERIES,
+            *GREEN_EDGES,
+            *(c for s in STYLES.values() for c in (s.fill, s.stroke)),
+        )
         if colour != "none"
     )
 )

@@ -1,0 +1,214 @@
+"""Runs that cannot be made are refused; runs that cannot go on end with a name and keep what they have."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass, replace
+
+import numpy as np
+import pytest
+
+from governor_mechanism.effects import Effect, Gravity
+from governor_mechanism.engines import ImpulseEngine, choose
+from governor_mechanism.engines.base import reported_times
+from governor_mechanism.engines.rest import settled
+from governor_mechanism.errors import MechanismError, RunFailed, UnsupportedEffect
+from governor_mechanism.joints import GROUND, Joint, Pin, Point, Slider
+from governor_mechanism.mechanism import Body
+from governor_mechanism.scene import EQUILIBRIUM, Coupling, Scene
+from governor_mechanism.trajectory import Outcome
+from scenes import CROSSED, EXTENDED, PORTER, WATT, governor_scene
+from witness import one_coordinate_motion
+
+
+@dataclass(frozen=True, kw_only=True)
+class Magnetism(Effect):
+    """An effect no engine has."""
+
+
+@dataclass(frozen=True, kw_only=True)
+class Weld(Joint):
+    """A joint no engine has."""
+
+
+def porter(**options) -> Scene:
+    return governor_scene(PORTER, **{"speed": 13.0, "angle": 0.7, **options})
+
+
+def with_mechanism(scene: Scene, **changes) -> Scene:
+    return replace(scene, parts=(replace(scene.part, mechanism=replace(scene.part.mechanism, **changes)),))
+
+
+def test_an_effect_the_engine_lacks_is_refused_by_name():
+    scene = replace(porter(), effects=(Gravity(), Magnetism()))
+    with pytest.raises(UnsupportedEffect, match=r"'impulse' cannot model \['Magnetism'\]"):
+        ImpulseEngine().run(scene)
+
+
+def test_a_joint_the_engine_lacks_is_refused_by_name():
+    weld = Weld(name="weld", first=Point(body=GROUND), second=Point(body="sleeve"))
+    scene = porter()
+    scene = with_mechanism(scene, joints=(*scene.part.mechanism.joints, weld))
+    with pytest.raises(UnsupportedEffect, match=r"\['Weld'\]"):
+        ImpulseEngine().run(scene)
+
+
+def test_a_slider_on_a_body_that_turns_is_refused():
+    scene = governor_scene(EXTENDED, speed=8.4, angle=0.6)
+    slider = Slider(name="rail", first=Point(body="right ball"), second=Point(body="sleeve"), angle=0.0)
+    scene = with_mechanism(scene, joints=(*scene.part.mechanism.joints[:-1], slider))
+    with pytest.raises(UnsupportedEffect, match="joint 'rail'"):
+        ImpulseEngine(step=1e-3).run(scene, certify=False)
+
+
+def test_a_point_mass_that_turns_without_a_pin_is_refused():
+    mechanism = porter().part.mechanism
+    bodies = (Body(name="right ball", mass=5.0), *mechanism.bodies[1:])
+    with pytest.raises(UnsupportedEffect, match="body 'right ball': its mass is in one point"):
+        ImpulseEngine().run(with_mechanism(porter(), bodies=bodies))
+
+
+def test_several_parts_are_refused():
+    scene = porter()
+    scene = replace(scene, couplings=(Coupling(source="a.b", target="c.d"),))
+    with pytest.raises(UnsupportedEffect, match="scenes of one part"):
+        ImpulseEngine().run(scene)
+
+
+@pytest.mark.parametrize(
+    ("settings", "sentence"),
+    [
+        ({"runs": 4}, "runs must be 1, 2 or 3"),
+        ({"runs": 1}, "give step="),
+        ({"plain": True}, "give step="),
+        ({"step": 0.0}, "positive number of seconds"),
+        ({"step": math.nan}, "positive number of seconds"),
+        ({"iterations": 0}, "iterations must be at least 1"),
+        ({"max_steps": 0}, "max_steps must be at least 1"),
+    ],
+)
+def test_settings_that_make_no_sense_are_refused(settings, sentence):
+    with pytest.raises(MechanismError, match=sentence):
+        ImpulseEngine(**settings)
+
+
+@pytest.mark.parametrize(
+    ("options", "sentence"),
+    [
+        ({"accuracy": 0.0}, "between 0 and 1"),
+        ({"accuracy": math.nan}, "between 0 and 1"),
+        ({"times": np.array([0.0, 1.0, 0.5])}, "rise from one to the next"),
+        ({"times": np.array([-1.0, 1.0])}, "start at 0"),
+        ({"times": np.array([])}, "one-dimensional"),
+        ({"times": np.array([0.0, math.nan])}, "finite"),
+    ],
+)
+def test_a_question_that_makes_no_sense_is_refused(options, sentence):
+    with pytest.raises(MechanismError, match=sentence):
+        ImpulseEngine().run(porter(), **options)
+
+
+def test_an_unknown_engine_is_refused_with_the_nearest_name():
+    with pytest.raises(MechanismError, match="Did you mean 'impulse'"):
+        choose("impuls")
+
+
+def test_too_many_reported_times_are_refused():
+    with pytest.raises(MechanismError, match="reported times are too many"):
+        reported_times(porter(duration=1e4, every=1e-5))
+
+
+def test_a_start_outside_the_travel_is_refused():
+    with pytest.raises(MechanismError, match="outside the travel"):
+        ImpulseEngine().run(porter(angle=1.7))
+
+
+@pytest.mark.parametrize(
+    ("dimensions", "speed", "sentence"),
+    [
+        ({**PORTER, "offset": 0.0}, 5.0, "there is none at 47.7465 rpm"),
+        (CROSSED, 14.0, "there is none"),
+    ],
+)
+def test_a_start_in_an_equilibrium_that_does_not_exist_is_refused(dimensions, speed, sentence):
+    with pytest.raises(MechanismError, match=sentence):
+        ImpulseEngine().run(governor_scene(dimensions, speed=speed, angle=EQUILIBRIUM))
+
+
+def test_a_start_in_equilibrium_stays_there():
+    run = ImpulseEngine().run(porter(angle=EQUILIBRIUM))
+    assert run.outcome is Outcome.DONE
+    # 1e-11: rest has no stepping error; the root of the equilibrium is found to 1e-15, the joints close to 1e-13.
+    np.testing.assert_allclose(run.readings["arm_angle"], run.readings["arm_angle"][0], atol=1e-11)
+
+
+def test_leaving_the_travel_ends_the_run_by_name_and_keeps_what_it_has():
+    # Crossed arms below their lowest speed fall until the balls meet.
+    scene = governor_scene(CROSSED, speed=13.0, angle=0.6, duration=5.0)
+    run = ImpulseEngine().run(scene)
+    assert run.outcome is Outcome.LEFT_RANGE
+    assert "the balls meet on the spindle axis" in run.message
+    assert 0.1 < run.times[-1] < 5.0
+    assert len(run.times) == len(run.readings["arm_angle"]) == len(run.poses)
+    angles, _ = one_coordinate_motion(scene, run.times)
+    assert np.max(np.abs(run.readings["arm_angle"] - angles)) < 1e-6
+    with pytest.raises(RunFailed, match="the balls meet"):
+        run.raise_if_failed()
+
+
+def test_an_absurd_speed_throws_the_arms_out_and_says_so():
+    run = ImpulseEngine().run(governor_scene(PORTER, speed=1e5, angle=0.7, duration=10.0))
+    assert run.outcome is Outcome.LEFT_RANGE
+    assert "90 degrees" in run.message
+
+
+def test_a_run_of_too_many_steps_ends_where_they_end():
+    run = ImpulseEngine(max_steps=1000).run(porter(duration=100.0, every=0.1))
+    assert run.outcome is Outcome.STEP_LIMIT
+    assert 0 < run.times[-1] < 100.0
+    assert "max_steps = 1000" in run.message
+
+
+def test_joints_that_will_not_close_are_named():
+    # Five iterations are too few for a sleeve lighter than the balls: its joints are torn open within the run.
+    scene = governor_scene({**PORTER, "sleeve_mass": 1.0}, speed=6.3, angle=0.9, rate=1.5)
+    run = ImpulseEngine(iterations=5, max_iterations=5).run(scene, accuracy=1e-9)
+    assert run.outcome is Outcome.JOINT_OPENED
+    assert "5 solver iterations" in run.message
+
+
+def test_an_accuracy_out_of_reach_is_not_claimed():
+    run = ImpulseEngine(max_steps=20_000).run(porter(), accuracy=1e-15)
+    assert run.outcome is Outcome.ACCURACY_MISSED
+    assert run.error_estimate > 1e-15
+
+
+def test_a_single_run_is_not_certified():
+    run = ImpulseEngine(step=1e-3, plain=True).run(porter())
+    assert run.outcome is Outcome.UNCERTIFIED
+    assert run.error_estimate is None
+    run.raise_if_failed()
+
+
+def test_without_effects_nothing_pulls():
+    scene = replace(governor_scene(WATT, speed=5.0, angle=0.5, rate=0.2, duration=1.0), effects=())
+    run = ImpulseEngine().run(scene)
+    # A ball on a massless arm, unloaded, turns at a constant rate.
+    np.testing.assert_allclose(run.readings["arm_angle"], 0.5 + 0.2 * run.times, atol=1e-6)
+    assert run.cost.evaluations == {}
+    assert "spindle_torque" not in run.readings
+
+
+def test_settling_tells_when_it_cannot():
+    with pytest.raises(RunFailed, match="did not come to rest"):
+        settled(governor_scene(CROSSED, speed=13.0, angle=0.6), 0.6)
+
+
+def test_the_same_pin_may_stand_on_either_side_of_its_joint():
+    scene = governor_scene(EXTENDED, speed=8.4, angle=0.6, duration=0.5)
+    turned = tuple(
+        Pin(name=joint.name, first=joint.second, second=joint.first) if isinstance(joint, Pin) else joint
+        for joint in scene.part.mechanism.joints
+    )
+    one, other = ImpulseEngine().run(scene), ImpulseEngine().run(with_mechanism(scene, joints=turned))
+    np.testing.assert_allclose(one.poses, other.poses, atol=1e-13)

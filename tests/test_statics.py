@@ -1,0 +1,102 @@
+"""Assembly and rest by the joints alone: closed joints, honest tangents, mobility one."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
+
+from governor_mechanism.closed_form import pendulum as closed
+from governor_mechanism.equations.assembly import Assembler
+from governor_mechanism.equations.readings import reading_gradient, reading_value
+from governor_mechanism.errors import MechanismError
+from governor_mechanism.machines import MACHINES
+from governor_mechanism.statics import equilibrium_speed, find_equilibria
+from rigid import porter_with_rods
+from scenes import CROSSED, EXTENDED, PORTER, UNCROSSED_LINKS, WATT, governor_scene, random_governor
+
+ALL = [PORTER, WATT, CROSSED, EXTENDED, UNCROSSED_LINKS]
+
+
+def mechanism_of(dimensions):
+    return MACHINES["pendulum_governor"](**dimensions).mechanism()
+
+
+@pytest.mark.parametrize("dimensions", ALL)
+def test_every_pendulum_governor_has_mobility_one(dimensions):
+    assert Assembler(mechanism_of(dimensions)).mobility == 1
+
+
+def test_the_governor_of_rigid_links_has_mobility_one():
+    scene, _ = porter_with_rods(speed=13.0, angle=0.7, rate=0.0)
+    assert Assembler(scene.part.mechanism).mobility == 1
+
+
+@settings(max_examples=60, deadline=None)
+@given(seed=st.integers(0, 2**32 - 1))
+def test_any_governor_assembles_with_closed_joints_and_an_honest_tangent(seed):
+    dimensions, angle = random_governor(np.random.default_rng(seed))
+    mechanism = mechanism_of(dimensions)
+    assembler = Assembler(mechanism)
+    poses = assembler.poses(angle)
+    # 1e-12 of the size: Newton stops at 1e-13.
+    assert assembler.equations.gap(poses) < 1e-12 * mechanism.size
+    assert float(reading_value(mechanism, "arm_angle", poses)) == pytest.approx(angle, abs=1e-12)
+    step = 1e-5
+    slope = (assembler.poses(angle + step) - assembler.poses(angle - step)) / (2 * step)
+    # step^2/6 times a third derivative of a few sizes: 1e-9; the closing of the joints over the step: 1e-8.
+    np.testing.assert_allclose(assembler.tangent(poses), slope, atol=2e-8)
+
+
+@settings(max_examples=60, deadline=None)
+@given(seed=st.integers(0, 2**32 - 1))
+def test_the_gradient_of_every_reading_is_its_slope(seed):
+    dimensions, angle = random_governor(np.random.default_rng(seed))
+    mechanism = mechanism_of(dimensions)
+    assembler = Assembler(mechanism)
+    step = 1e-5
+    ends = [assembler.poses(angle + side * step) for side in (1, -1)]
+    tangent = assembler.tangent(assembler.poses(angle))
+    for reading in mechanism.readings:
+        up, down = (float(reading_value(mechanism, reading.name, poses)) for poses in ends)
+        along = np.sum(reading_gradient(mechanism, reading.name, assembler.poses(angle)) * tangent)
+        assert along == pytest.approx((up - down) / (2 * step), abs=2e-8)
+
+
+@settings(max_examples=60, deadline=None)
+@given(seed=st.integers(0, 2**32 - 1))
+def test_the_assembled_mechanism_and_the_closed_form_rest_at_one_speed(seed):
+    dimensions, angle = random_governor(np.random.default_rng(seed))
+    expected = float(closed.equilibrium_speed(closed.PendulumGovernor(**dimensions), arm_angle=angle))
+    scene = governor_scene(dimensions, speed=1.0, angle=angle)
+    # 1e-9: joints closed to 1e-13, and links far over to the side, whose heights magnify that.
+    assert equilibrium_speed(scene, np.array([angle]))[0] == pytest.approx(expected, rel=1e-9)
+
+
+@settings(max_examples=15, deadline=None)
+@given(seed=st.integers(0, 2**32 - 1))
+def test_both_witnesses_find_the_same_equilibria(seed):
+    dimensions, angle = random_governor(np.random.default_rng(seed))
+    governor = closed.PendulumGovernor(**dimensions)
+    speed = float(closed.equilibrium_speed(governor, arm_angle=angle))
+    scene = governor_scene(dimensions, speed=speed, angle=angle)
+    low, high = (getattr(scene.part.mechanism.limits[0], end) for end in ("low", "high"))
+    expected = closed.equilibrium_angles(governor, spindle_speed=speed, lowest=low, highest=high)
+    found = [rest.coordinate for rest in find_equilibria(scene, speed) if rest.coordinate > low + 1e-3]
+    np.testing.assert_allclose(found, [angle for angle in expected if angle > low + 1e-3], atol=1e-8)
+
+
+def test_a_linkage_that_cannot_reach_names_the_joint_and_the_length():
+    mechanism = mechanism_of({**UNCROSSED_LINKS, "link": 0.15})
+    with pytest.raises(MechanismError, match=r"joint '(right|left) link' stays open by .* a length near"):
+        Assembler(mechanism).poses(1.4)
+
+
+def test_no_speed_of_rest_without_both_effects():
+    scene = governor_scene(PORTER, speed=13.0, angle=0.7)
+    scene = replace(scene, effects=())
+    with pytest.raises(MechanismError, match="needs both effects"):
+        equilibrium_speed(scene, np.array([0.7]))
