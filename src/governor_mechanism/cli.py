@@ -158,7 +158,8 @@ def describe(result: Trajectory) -> str:
             f"{accurate}joints closed to {result.joint_gap.max():.1e} m, energy drift {result.energy.drift:.1e}",
             f"at {result.times[-1]:g} s: {final}",
             f"engine {cost.engine} ({cost.reason}): {cost.runs} runs, {cost.steps:,} steps, "
-            f"finest {cost.step * 1e3:.3g} ms, {cost.iterations} iterations, {cost.wall_time:.2g} s; law evaluations: {laws or 'none'}",
+            f"finest {cost.step * 1e3:.3g} ms, {cost.iterations} iterations, {cost.wall_time:.2g} s",
+            f"law evaluations: {laws or 'none'}",
         ]
     )
 

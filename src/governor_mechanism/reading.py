@@ -113,8 +113,6 @@ class _Findings:
             return make()
         except MechanismError as error:
             self.add(*(f"{where} {problem}" for problem in error.problems))
-        except (ArithmeticError, ValueError):
-            self.add(f"{where} holds numbers too large or too small to reckon with; check their units")
         return None
 
 

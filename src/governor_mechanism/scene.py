@@ -17,6 +17,11 @@ TURNING: Final = "turning"
 FIXED: Final = "fixed"
 
 
+FASTEST: Final = 1e6
+LONGEST: Final = 1e9
+"""rad/s and s: more than any machine turns and any run lasts; beyond them lies a slip of units."""
+
+
 @dataclass(frozen=True, kw_only=True)
 class Part:
     """One mechanism in one plane: 'turning' with the spindle, or 'fixed'. `dimensions` are its numbers in SI."""
@@ -56,6 +61,8 @@ class Spindle:
         for time, speed in zip(self.times, self.speeds, strict=True):
             require_finite(time, "s", "time of the spindle's speed program")
             require_finite(speed, "rad/s", "speed of the spindle")
+            if abs(speed) > FASTEST:
+                raise MechanismError(f"speed of the spindle must be at most {FASTEST:g} rad/s; got {speed:g} rad/s")
         for before, after in zip(self.times, self.times[1:], strict=False):
             if after < before:
                 raise MechanismError(
@@ -94,6 +101,8 @@ class RunSettings:
         require_positive(self.duration, "s", "duration of the run")
         require_positive(self.every, "s", "reporting interval `every`")
         require_positive(self.accuracy, "", "accuracy")
+        if self.duration > LONGEST:
+            raise MechanismError(f"duration of the run must be at most {LONGEST:g} s; got {self.duration:g} s")
         if self.every > self.duration:
             raise MechanismError(f"`every` ({self.every:g} s) must not exceed `duration` ({self.duration:g} s)")
         if self.accuracy >= 1:

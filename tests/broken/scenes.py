@@ -86,7 +86,7 @@ BROKEN: list[tuple[str, str, list[str]]] = [
     (
         "numbers beyond double precision",
         scene_text(TOP, dimensions(arm="1e300", link="1e300", lug_offset="0")),
-        ["[dimensions] holds numbers too large or too small to reckon with; check their units"],
+        ["[dimensions] arm must be a positive number between 1e-09 and 1e+09 in SI; got 1e+300"],
     ),
     ("bool for a length", scene_text(TOP, dimensions(arm="true")), ["dimensions.arm is a length; found true; write"]),
     (

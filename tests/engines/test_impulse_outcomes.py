@@ -212,3 +212,15 @@ def test_the_same_pin_may_stand_on_either_side_of_its_joint():
     )
     one, other = ImpulseEngine().run(scene), ImpulseEngine().run(with_mechanism(scene, joints=turned))
     np.testing.assert_allclose(one.poses, other.poses, atol=1e-13)
+
+
+@pytest.mark.parametrize("step", [1e-300, 1e300])
+def test_an_absurd_step_is_no_crash(step):
+    run = ImpulseEngine(step=step, runs=1, max_steps=1000).run(porter())
+    assert run.outcome in (Outcome.STEP_LIMIT, Outcome.UNCERTIFIED, Outcome.JOINT_OPENED, Outcome.LEFT_RANGE)
+
+
+def test_a_run_of_centuries_is_cut_before_it_fills_the_memory():
+    run = ImpulseEngine(max_steps=10_000).run(porter(duration=1e9, every=1e3))
+    assert run.outcome is Outcome.STEP_LIMIT
+    assert len(run.times) == 1

@@ -98,11 +98,14 @@ class Climb:
         if step is None:
             longest = LONGEST_STATION * scale
             step = min(scale * (task.accuracy / FIRST_GUESS) ** (1 / 3), longest)
-        self.grid = make_grid(task.times, self.reporter.program.breaks, step, longest)
+        times = task.times
+        if math.isfinite(longest):  # beyond this no allowed run can come, so no stations are laid out there
+            times = times[times <= longest * (tuning.max_steps >> (tuning.levels - 1))]
+        self.grid = make_grid(times, self.reporter.program.breaks, step, longest)
         if tuning.step is None and not self._allowed(self.grid):
             # A guess that asks for too much is no reason to run less far: begin with the longest steps.
-            self.grid = make_grid(task.times, self.reporter.program.breaks, longest, longest)
-        self.whole = self._cut_to_allowed_steps()
+            self.grid = make_grid(times, self.reporter.program.breaks, longest, longest)
+        self.whole = self._cut_to_allowed_steps(all_there=len(times) == len(task.times))
         self.iterations = tuning.iterations
         self.marches: dict[int, March] = {}
         self.steps, self.runs, self.laws = 0, 0, Counter[str]()
@@ -262,15 +265,15 @@ class Climb:
         """Whether the finest of the runs at this level stays within max_steps."""
         return int(grid.steps.sum()) << (level + self.tuning.levels - 1) <= self.tuning.max_steps
 
-    def _cut_to_allowed_steps(self) -> Ending:
+    def _cut_to_allowed_steps(self, *, all_there: bool) -> Ending:
         """Cut the grid to what max_steps allow the finest of the first runs."""
         allowed = self.tuning.max_steps >> (self.tuning.levels - 1)
         reach = int(np.searchsorted(np.cumsum(self.grid.steps), allowed, side="right")) + 1
-        if reach >= len(self.grid.stations):
+        if reach >= len(self.grid.stations) and all_there:
             return Ending(len(self.grid.stations))
         self.grid = self.grid.first(reach)
         detail = f"max_steps = {self.tuning.max_steps} end at t = {self.grid.stations[-1]:.6g} s"
-        return Ending(reach, Outcome.STEP_LIMIT, detail)
+        return Ending(len(self.grid.stations), Outcome.STEP_LIMIT, detail)
 
     def _state(self, result: March, stations: int) -> State:
         at = self.grid.first(stations).reported

@@ -12,6 +12,10 @@ SAME = 1e-12
 """Times closer than this fraction of the run are one."""
 
 
+UNCOUNTED = 2.0**40
+"""Steps of one interval beyond which their number no longer matters: no run is allowed so many."""
+
+
 @dataclass(frozen=True)
 class Grid:
     """Stations (s), the index of each reported time among them, and the coarsest number of steps in each interval."""
@@ -35,7 +39,7 @@ def make_grid(times: Array, breaks: Array, step: float, longest: float) -> Grid:
     stations = np.concatenate(
         [[marks[0]]] + [np.linspace(a, b, n + 1)[1:] for a, b, n in zip(marks, marks[1:], pieces, strict=False)]
     )
-    steps = np.maximum(1, np.ceil(np.diff(stations) / step * (1 - 1e-12)).astype(np.int64))
+    steps = np.maximum(1, np.ceil(np.minimum(np.diff(stations) / step * (1 - 1e-12), UNCOUNTED)).astype(np.int64))
     # A velocity next to a jump of the load is found from the two half steps before it.
     steps = np.where(np.isin(stations[1:], inner), np.maximum(steps, 2), steps)
     reported = np.searchsorted(stations, times - SAME * times[-1])

@@ -10,7 +10,6 @@ from typing import Any, ClassVar
 from governor_mechanism.errors import MechanismError
 from governor_mechanism.mechanism import Mechanism
 
-
 SMALLEST, LARGEST = 1e-9, 1e9
 """Sizes of dimensions in SI beyond which a number is a slip, and double precision ends."""
 

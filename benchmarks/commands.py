@@ -1,0 +1,40 @@
+"""How long the commands take, each in a new process: the shortest of a few.
+
+python benchmarks/commands.py
+"""
+
+from __future__ import annotations
+
+import subprocess
+import sys
+import tempfile
+import time
+
+COMMAND = [sys.executable, "-m", "governor_mechanism.cli"]
+REPEATS = 5
+
+
+def main() -> None:
+    """Print the table."""
+    with tempfile.TemporaryDirectory() as folder:
+        cases = {
+            "--help (target 0.4 s)": ["--help"],
+            "models": ["models"],
+            "crosscheck porter": ["crosscheck", "porter"],
+            "run porter (target 4 s)": ["run", "porter", "--out", folder],
+            "run porter --no-film": ["run", "porter", "--no-film", "--out", folder],
+        }
+        print("| command | s |\n|---|---|")
+        for name, words in cases.items():
+            print(f"| {name} | {min(seconds(words) for _ in range(REPEATS)):.2f} |")
+
+
+def seconds(words: list[str]) -> float:
+    """Wall time of one call."""
+    started = time.perf_counter()
+    subprocess.run([*COMMAND, *words], check=True, capture_output=True)
+    return time.perf_counter() - started
+
+
+if __name__ == "__main__":
+    main()

@@ -1,0 +1,164 @@
+"""The command as a person uses it: what it prints, what it writes, how it ends."""
+
+from __future__ import annotations
+
+import json
+import os
+import signal
+import subprocess
+import sys
+import time
+from pathlib import Path
+
+import pytest
+from typer.testing import CliRunner
+
+from governor_mechanism.cli import app
+from governor_mechanism.library import shipped
+
+MODELS = Path(__file__).parents[1] / "models"
+COMMAND = [sys.executable, "-m", "governor_mechanism.cli"]
+
+
+def call(*words: str):
+    return CliRunner().invoke(app, list(words))
+
+
+def short_scene(folder: Path, **changes: str) -> Path:
+    """The shipped Porter scene, a second long."""
+    text = (MODELS / "porter.toml").read_text(encoding="utf-8").replace('duration = "10 s"', 'duration = "1 s"')
+    for old, new in changes.items():
+        assert old in text
+        text = text.replace(old, new)
+    path = folder / "short.toml"
+    path.write_text(text, encoding="utf-8")
+    return path
+
+
+def test_models_lists_every_shipped_scene_on_a_line():
+    lines = call("models").stdout.splitlines()
+    assert [line.split()[0] for line in lines] == list(shipped())
+    answer = json.loads(call("models", "--json").stdout)
+    assert [row["name"] for row in answer["models"]] == list(shipped())
+
+
+def test_run_writes_film_figure_readings_arrays_and_record(tmp_path):
+    result = call("run", str(short_scene(tmp_path)), "--out", str(tmp_path / "out"))
+    assert result.exit_code == 0, result.output
+    assert "accurate to" in result.stdout
+    assert "(asked 1e-06)" in result.stdout
+    assert sorted(path.name for path in (tmp_path / "out").iterdir()) == [
+        f"short.{kind}" for kind in ("csv", "gif", "json", "nc", "png")
+    ]
+
+
+def test_run_as_json_prints_one_object_and_nothing_else(tmp_path):
+    scene = short_scene(tmp_path)
+    words = [*COMMAND, "run", str(scene), "--no-film", "--json", "--accuracy", "1e-7", "--out", str(tmp_path / "out")]
+    answer = subprocess.run(words, capture_output=True, text=True, check=True)
+    summary = json.loads(answer.stdout)
+    assert summary["outcome"] == "done"
+    assert summary["error_estimate"] <= 1e-7 == summary["settings"]["asked_accuracy"]
+    assert summary["document"]["dimensions"]["arm"] == "300 mm"
+    assert all(Path(path).is_file() for path in summary["files"])
+    assert answer.stderr == ""
+
+
+def test_crosscheck_ends_with_0_where_all_agree_and_tells_it_as_json():
+    result = call("crosscheck", "watt_crossed", "--json")
+    assert result.exit_code == 0, result.output
+    answer = json.loads(result.stdout)
+    assert answer["passed"]
+    assert all(abs(row["difference"]) <= row["allowed"] for row in answer["rows"])
+
+
+def test_a_run_that_leaves_its_range_ends_with_1_and_keeps_what_it_has(tmp_path):
+    scene = short_scene(tmp_path, **{'"120 rpm"': '"2000 rpm"'})
+    result = call("run", str(scene), "--out", str(tmp_path / "out"))
+    assert result.exit_code == 1
+    assert "90 degrees" in result.stderr
+    record = json.loads((tmp_path / "out" / "short.json").read_text(encoding="utf-8"))
+    assert record["outcome"] == "left_range"
+    assert (tmp_path / "out" / "short.csv").stat().st_size > 0
+
+
+@pytest.mark.parametrize("command", ["run", "crosscheck"])
+def test_every_mistake_of_a_file_is_told_at_once(command, tmp_path):
+    scene = short_scene(tmp_path, **{'"300 mm"': '"300 kg"', "ball_mass": "bal_mass", '"40 deg"': '"95 deg"'})
+    result = call(command, str(scene))
+    assert result.exit_code == 2
+    assert result.stdout == ""
+    told = result.stderr.splitlines()
+    assert len(told) >= 2
+    assert any("dimensions.arm is a length" in line for line in told)
+    assert any("Did you mean 'ball_mass'" in line for line in told)
+    assert "Traceback" not in result.stderr
+
+
+def test_mistakes_as_json_are_one_object_too(tmp_path):
+    result = call("run", str(short_scene(tmp_path, **{'"300 mm"': '"300 kg"'})), "--json")
+    assert result.exit_code == 2
+    assert json.loads(result.stdout)["outcome"] == "bad_input"
+
+
+@pytest.mark.parametrize(
+    ("words", "sentence"),
+    [
+        (["run", "portr"], "Did you mean 'porter'"),
+        (["run", "porter", "--engine", "impuls"], "Did you mean 'impulse'"),
+        (["run", "porter", "--accuracy", "0"], "accuracy must lie between 0 and 1"),
+        (["run", "porter", "--accuracy", "much"], "--accuracy"),
+        (["run", "porter", "--film", "avi"], "avi"),
+        (["crosscheck", "no/such/file.toml"], "no/such/file.toml"),
+        (["sing"], "sing"),
+    ],
+)
+def test_a_wrong_word_on_the_command_line_is_answered_in_a_sentence(words, sentence):
+    result = call(*words)
+    assert result.exit_code == 2
+    assert sentence in result.output
+    assert "Traceback" not in result.output
+
+
+def test_no_equilibrium_at_that_speed_is_refused_when_the_scene_is_opened(tmp_path):
+    scene = short_scene(tmp_path, **{'"40 deg"': '"equilibrium"', '"40 mm"': '"0 mm"', '"120 rpm"': '"90 rpm"'})
+    result = call("run", str(scene))
+    assert result.exit_code == 2
+    assert "there is none at 90 rpm" in result.stderr
+
+
+def test_out_must_be_a_folder(tmp_path):
+    (tmp_path / "taken").write_text("", encoding="utf-8")
+    result = call("run", str(short_scene(tmp_path)), "--out", str(tmp_path / "taken"))
+    assert result.exit_code == 2
+    assert "is a file; give the name of a folder" in result.stderr
+
+
+@pytest.mark.parametrize("stage", ["run", "film"])
+def test_ctrl_c_leaves_no_partial_file_and_says_one_line(stage, tmp_path):
+    scene = short_scene(tmp_path, **{'"1 s"': '"3000 s"' if stage == "run" else '"400 s"', '"10 ms"': '"50 ms"'})
+    out = tmp_path / "out"
+    words = [*COMMAND, "run", str(scene), "--out", str(out), "--accuracy", "1e-9" if stage == "run" else "1e-3"]
+    process = subprocess.Popen(words, stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True)
+    if stage == "run":
+        time.sleep(2.0)  # imports take half a second, the run over a minute
+    else:
+        wait_until(lambda: any(name.endswith(".gif") for name in listing(out)))
+    process.send_signal(signal.SIGINT)
+    printed, said = process.communicate(timeout=60)
+    assert process.returncode == 130
+    assert said.splitlines() == ["interrupted; files already complete were kept, no half-written one was left"]
+    assert printed == ""
+    assert not [name for name in listing(out) if name.startswith(".") or name.endswith((".gif", ".json"))]
+
+
+def listing(folder: Path) -> list[str]:
+    return os.listdir(folder) if folder.is_dir() else []
+
+
+def wait_until(happened, patience: float = 60.0) -> None:
+    for _ in range(int(patience / 0.02)):
+        if happened():
+            return
+        time.sleep(0.02)
+    raise AssertionError("it did not happen")
