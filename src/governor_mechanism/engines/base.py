@@ -70,7 +70,10 @@ class Engine(ABC):
                 f"engine {self.name!r} cannot model {names}; choose another engine or leave them out"
             )
         if len(scene.parts) > 1 or scene.couplings:
-            raise UnsupportedEffect(f"engine {self.name!r} runs scenes of one part; this one has {len(scene.parts)}")
+            raise UnsupportedEffect(
+                f"engine {self.name!r} runs scenes of one part without couplings; "
+                f"this one has {len(scene.parts)} and {len(scene.couplings)}"
+            )
 
 
 def reported_times(scene: Scene) -> Array:

@@ -32,7 +32,6 @@ MOST_DOUBLINGS = 12
 GAP_FLOOR = 1e-11
 """A joint gap below this fraction of the machine's size is rounding, not a sign of unsolved joints."""
 
-
 RETRY = 4
 """How many times more solver iterations a doubtful result is tried with."""
 
@@ -212,8 +211,9 @@ class Climb:
             if not (opened or _disagree(exits)) or not self._more_iterations():
                 break
         if opened:
-            kept = min(len(self.marches[level].work) for level in levels)
-            detail = f"{self.iterations} solver iterations did not close the joints"
+            kept = self._closed_stations(levels)
+            where = f"at about t = {self.grid.stations[min(kept, len(self.grid.stations) - 1)]:.6g} s"
+            detail = f"{self.iterations} solver iterations did not close the joints, {where}"
             return Ending(kept, Outcome.JOINT_OPENED, detail)
         first = min((found for found in exits if found is not None), default=None)
         if first is None:
@@ -260,6 +260,13 @@ class Climb:
         gaps = [float(np.max(self.reporter.gap(self.marches[level].poses[:count]))) for level in levels]
         floor = GAP_FLOOR * self.reporter.mechanism.size
         return any(finer > max(0.5 * coarser, floor) for coarser, finer in pairwise(gaps))
+
+    def _closed_stations(self, levels: range) -> int:
+        """How many stations the finest two marches reached with joints as closed as their steps explain."""
+        count = min(len(self.marches[level].work) for level in levels)
+        gaps = [np.maximum.accumulate(self.reporter.gap(self.marches[level].poses[:count])) for level in levels[-2:]]
+        open_ = gaps[-1] > np.maximum(0.5 * gaps[0], GAP_FLOOR * self.reporter.mechanism.size)
+        return int(np.argmax(open_)) if open_.any() else count
 
     def _allowed(self, grid: Grid, level: int = 0) -> bool:
         """Whether the finest of the runs at this level stays within max_steps."""

@@ -22,9 +22,9 @@ class ImpulseEngine(Tuning, Engine):
     """pymunk as a second-order staggered scheme; steps h, h/2, h/4 give order 3 and a certificate.
 
     step (s) is the longest step, chosen from the accuracy where it is left out. runs = 1, 2, 3 steps are halved and
-    extrapolated (orders 2, 3, and with certify=False 4). iterations of the joint solver are doubled, up to
-    max_iterations, while joints stay open wider than the step explains. plain=True is pymunk's ordinary
-    use: order 1, one run.
+    extrapolated (orders 2, 3, and with certify=False 4; a run that finds its own step is always certified).
+    iterations of the joint solver are raised, up to max_iterations, while joints stay open wider than the step
+    explains. max_steps bounds one run. plain=True is pymunk's ordinary use: order 1, one run.
     """
 
     name: ClassVar[str] = "impulse"
