@@ -21,6 +21,11 @@ class SecondMoments:
     xy: float = 0.0
     zz: float = 0.0
 
+    @property
+    def in_plane(self) -> tuple[float, float, float]:
+        """xx, yy, xy."""
+        return self.xx, self.yy, self.xy
+
     def __post_init__(self) -> None:
         for name in ("xx", "yy", "xy", "zz"):
             require_finite(getattr(self, name), "kg m2", f"second moment {name}")

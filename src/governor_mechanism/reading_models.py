@@ -21,7 +21,7 @@ from governor_mechanism.machines.dimensions import Machine
 from governor_mechanism.scene import EQUILIBRIUM, Spindle
 from governor_mechanism.units import KINDS, parse, shown
 
-ENGINES: Final = ("auto", "impulse")
+ENGINES: Final = ("auto", "impulse", "multibody")
 """The engines that a scene file may name."""
 
 RATE_KINDS: Final = {"angle": "angular_rate", "length": "speed"}

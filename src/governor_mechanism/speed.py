@@ -37,6 +37,14 @@ class SpeedProgram:
         """Angular acceleration (n,) in rad/s2 of the spindle; at a break the one after it."""
         return self._evaluate(times, False, slope=True)
 
+    def cubic_from(self, start: float) -> Array:
+        """Speed after `start`, up to the next break, as a cubic (4,) of the time since, highest power first."""
+        which = max(int(np.searchsorted(self._starts, start, side="right")) - 1, 0)
+        (times, speeds), curve = self._pieces[which], self._curves[which]
+        if curve is None or not times[0] <= start < times[-1]:
+            return np.array([0.0, 0.0, 0.0, speeds[0] if start < times[0] else speeds[-1]])
+        return np.array([float(curve(start, order)) / factor for order, factor in ((3, 6), (2, 2), (1, 1), (0, 1))])
+
     def _evaluate(self, times: Array, before: bool, *, slope: bool) -> Array:
         which = np.searchsorted(self._starts, times, side="left" if before else "right") - 1
         result = np.empty_like(times)

@@ -40,7 +40,7 @@ def generalised_forces(scene: Scene, assembler: Assembler, poses: Array) -> tupl
             falling += weight(body.mass, scene.gravity) * motion[1]
         if scene.centrifugal:
             turning += centrifugal_force(body.mass, pose[0], 1.0) * motion[0]
-            turning += centrifugal_moment(body.moments, pose[2], 1.0) * motion[2]
+            turning += centrifugal_moment(*body.moments.in_plane, pose[2], 1.0) * motion[2]
     return falling, turning
 
 

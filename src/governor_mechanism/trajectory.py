@@ -26,6 +26,7 @@ class Outcome(Enum):
     )
     LEFT_RANGE = "the mechanism left the range in which its description holds; the run ends there"
     STEP_LIMIT = "the run needs more steps than the engine allows; shorten it, slow it, or raise max_steps"
+    STALLED = "the motion could not be followed any further at this accuracy: its steps shrank to nothing"
     JOINT_OPENED = "a joint opened by more than a second-order step explains; shorten the step or raise max_iterations"
 
     @property
@@ -56,16 +57,21 @@ class Energy:
 
 @dataclass(frozen=True, kw_only=True)
 class Cost:
-    """What the run took. `evaluations` counts the calls of each law, over all the runs of the certificate."""
+    """What the run took. `evaluations` counts the calls of each law, over all the runs of the certificate.
+
+    step (s) is the longest of the finest run's, or the last one; rejected are steps that had to be repeated; iterations
+    are those of the joint solver, where it iterates.
+    """
 
     engine: str
     reason: str
     step: float
     steps: int
     runs: int
-    iterations: int
     evaluations: Mapping[str, int]
     wall_time: float
+    rejected: int = 0
+    iterations: int = 0
 
 
 @dataclass(frozen=True, kw_only=True)

@@ -134,7 +134,9 @@ class Assembly:
         poses, _ = self.of_mass_centres(poses + ahead * velocities, velocities)
         return float(
             sum(
-                spindle_inertia(carrier.body.mass, carrier.body.moments, pose[0], pose[2])
+                spindle_inertia(
+                    carrier.body.mass, *carrier.body.moments.in_plane, carrier.body.moments.zz, pose[0], pose[2]
+                )
                 for carrier, pose in zip(self._carriers, poses, strict=True)
             )
         )
@@ -216,7 +218,7 @@ def _load(scene: Scene, carrier: Carrier) -> tuple[Load, tuple[str, ...]]:
     def rigid(ahead: float, speed_squared: float, scale: float) -> None:
         point(ahead, speed_squared, scale)
         angle = carried_by.angle + carried_by.angular_velocity * ahead
-        carried_by.torque = float(centrifugal_moment(body.moments, angle, speed_squared)) * scale
+        carried_by.torque = float(centrifugal_moment(*body.moments.in_plane, angle, speed_squared)) * scale
 
     if not turning:
         return fixed, laws
@@ -236,7 +238,7 @@ def _lever_load(carrier: Carrier, down: float, turning: bool) -> Load:
         if turning:
             moment -= arm_y * centrifugal_force(body.mass, pin_x + arm_x, speed_squared)
             if body.moments != POINT:
-                moment += float(centrifugal_moment(body.moments, angle, speed_squared))
+                moment += float(centrifugal_moment(*body.moments.in_plane, angle, speed_squared))
         carried_by.torque = moment * scale
 
     return lever

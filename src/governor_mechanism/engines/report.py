@@ -50,14 +50,14 @@ class Reporter:
         self.turning = scene.part.plane == TURNING and scene.centrifugal
         mass = sum(body.mass for body in self.mechanism.bodies)
         self.time_scale = time_scale(scene)
-        self._torque_scale = mass * self.mechanism.size**2 / self.time_scale**2
+        self.energy_scale = mass * self.mechanism.size**2 / self.time_scale**2
 
     def scales(self) -> dict[str, float]:
         """1 rad or the machine's size for positions; mass, size and time scale for what the spindle does."""
         by_quantity = {"angle": 1.0, "length": self.mechanism.size}
         scales = {reading.name: by_quantity[reading.quantity] for reading in self.mechanism.readings}
         if self.turning:
-            scales |= {"spindle_speed": 1.0 / self.time_scale, "spindle_torque": self._torque_scale}
+            scales |= {"spindle_speed": 1.0 / self.time_scale, "spindle_torque": self.energy_scale}
         return scales
 
     def report(self, state: State) -> Report:
@@ -115,14 +115,16 @@ class Reporter:
         for index, body in enumerate(self.mechanism.bodies):
             pose, velocity = state.poses[:, index], state.velocities[:, index]
             rate += spindle_inertia_rate(
-                body.mass, body.moments, pose[:, 0], pose[:, 2], velocity[:, 0], velocity[:, 2]
+                body.mass, *body.moments.in_plane, pose[:, 0], pose[:, 2], velocity[:, 0], velocity[:, 2]
             )
         return {"spindle_speed": speed, "spindle_torque": rate * speed + self._inertia(state.poses) * slope}
 
     def _inertia(self, poses: Array) -> Array:
         total: Array = sum(
             (
-                spindle_inertia(body.mass, body.moments, poses[:, index, 0], poses[:, index, 2])
+                spindle_inertia(
+                    body.mass, *body.moments.in_plane, body.moments.zz, poses[:, index, 0], poses[:, index, 2]
+                )
                 for index, body in enumerate(self.mechanism.bodies)
             ),
             np.zeros(len(poses)),
@@ -145,7 +147,7 @@ class Reporter:
             potential=potential,
             rotation=rotation,
             jacobi=kinetic + potential - rotation + state.work,
-            scale=self._torque_scale,
+            scale=self.energy_scale,
         )
 
 

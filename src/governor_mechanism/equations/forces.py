@@ -9,8 +9,6 @@ from typing import Any
 
 import numpy as np
 
-from governor_mechanism.mechanism import SecondMoments
-
 # Any: one law serves floats in the impulse engine's loop and arrays everywhere else.
 
 
@@ -29,20 +27,18 @@ def centrifugal_force(mass: float, x: Any, speed_squared: Any) -> Any:
     return mass * speed_squared * x
 
 
-def centrifugal_moment(moments: SecondMoments, angle: Any, speed_squared: Any) -> Any:
-    """Moment (N m) about the mass centre: the product of inertia turns the body toward the horizontal."""
-    difference = moments.xx - moments.yy
-    return -0.5 * speed_squared * (difference * np.sin(2 * angle) + 2 * moments.xy * np.cos(2 * angle))
+def centrifugal_moment(xx: float, yy: float, xy: float, angle: Any, speed_squared: Any) -> Any:
+    """Moment (N m) about the mass centre: second moments (kg m2, body axes) turn a body toward the horizontal."""
+    return -0.5 * speed_squared * ((xx - yy) * np.sin(2 * angle) + 2 * xy * np.cos(2 * angle))
 
 
-def spindle_inertia(mass: float, moments: SecondMoments, x: Any, angle: Any) -> Any:
-    """Moment of inertia (kg m2) of a body about the spindle axis."""
-    own = moments.xx * np.cos(angle) ** 2 + moments.yy * np.sin(angle) ** 2 - moments.xy * np.sin(2 * angle)
-    return mass * x * x + own + moments.zz
+def spindle_inertia(mass: float, xx: float, yy: float, xy: float, zz: float, x: Any, angle: Any) -> Any:
+    """Moment of inertia (kg m2) of a body about the spindle axis, x (m) away from its mass centre."""
+    return mass * x * x + xx * np.cos(angle) ** 2 + yy * np.sin(angle) ** 2 - xy * np.sin(2 * angle) + zz
 
 
-def spindle_inertia_rate(mass: float, moments: SecondMoments, x: Any, angle: Any, x_rate: Any, turning: Any) -> Any:
+def spindle_inertia_rate(
+    mass: float, xx: float, yy: float, xy: float, x: Any, angle: Any, x_rate: Any, turning: Any
+) -> Any:
     """Rate (kg m2/s) of that inertia for a mass centre moving at x_rate (m/s) and a body turning (rad/s)."""
-    difference = moments.yy - moments.xx
-    own = difference * np.sin(2 * angle) - 2 * moments.xy * np.cos(2 * angle)
-    return 2 * mass * x * x_rate + own * turning
+    return 2 * mass * x * x_rate + ((yy - xx) * np.sin(2 * angle) - 2 * xy * np.cos(2 * angle)) * turning

@@ -11,6 +11,7 @@ from governor_mechanism.joints import Point
 from governor_mechanism.mechanism import Mechanism
 
 Array = NDArray[np.float64]
+Whole = NDArray[np.int64]
 
 
 @dataclass(frozen=True)

@@ -1,0 +1,134 @@
+"""Joint forces and projection from the equations J M^-1 J^T, factorised in the band that the mechanism's joints leave.
+
+Rows that share a body are neighbours; ordered well, a long chain has a narrow band and costs no more per link than a
+short one. Where joints are redundant, or a mechanism stands at a change point, the band factorisation meets a vanishing
+pivot and a rank-revealing least-squares solution takes its place.
+"""
+
+from __future__ import annotations
+
+import math
+
+import numpy as np
+
+from governor_mechanism.equations.compiled import compiled
+from governor_mechanism.equations.points import Array, Whole
+
+SINGULAR = 1e-12
+"""A pivot below this fraction of its diagonal has vanished: the rows depend on each other."""
+
+
+def neighbours(body: Whole) -> Whole:
+    """Pairs (row, earlier or same row, side of the first, side of the second) of rows (rows, 2) that share a body."""
+    pairs = [
+        (i, j, side, other)
+        for i in range(len(body))
+        for j in range(i + 1)
+        for side in range(2)
+        for other in range(2)
+        if body[i, side] >= 0 and body[i, side] == body[j, other]
+    ]
+    return np.array(pairs, dtype=np.int64).reshape(-1, 4)
+
+
+def narrow_order(body: Whole) -> Whole:
+    """An order of the rows that keeps neighbours together (reverse Cuthill-McKee)."""
+    from scipy.sparse import coo_array
+    from scipy.sparse.csgraph import reverse_cuthill_mckee
+
+    pairs = neighbours(body)
+    count = len(body)
+    graph = coo_array((np.ones(len(pairs)), (pairs[:, 0], pairs[:, 1])), shape=(count, count)).tocsr()
+    return np.asarray(reverse_cuthill_mckee((graph + graph.T).tocsr(), symmetric_mode=True), dtype=np.int64)
+
+
+@compiled
+def assemble(body: Whole, pairs: Whole, gradient: Array, inverse_mass: Array, band: Array) -> None:
+    """Fill band (rows, width + 1) with J M^-1 J^T: entry (i, i - k) stands at [i, width - k]."""
+    band[:] = 0.0
+    width = band.shape[1] - 1
+    for p in range(pairs.shape[0]):
+        i, j, side, other = pairs[p, 0], pairs[p, 1], pairs[p, 2], pairs[p, 3]
+        k = body[i, side]
+        total = 0.0
+        for c in range(3):
+            total += gradient[i, side, c] * inverse_mass[k, c] * gradient[j, other, c]
+        band[i, width - (i - j)] += total
+
+
+@compiled
+def factorise(band: Array, factor: Array) -> bool:
+    """Cholesky within the band; False where a pivot vanishes."""
+    width = band.shape[1] - 1
+    for i in range(band.shape[0]):
+        first = max(0, i - width)
+        for j in range(first, i + 1):
+            total = band[i, width - (i - j)]
+            for k in range(max(first, j - width), j):
+                total -= factor[i, width - (i - k)] * factor[j, width - (j - k)]
+            if i > j:
+                factor[i, width - (i - j)] = total / factor[j, width]
+            elif total > SINGULAR * band[i, width]:
+                factor[i, width] = math.sqrt(total)
+            else:
+                return False
+    return True
+
+
+@compiled
+def substitute(factor: Array, vector: Array) -> None:
+    """Solve in place with the factor of the band."""
+    width, count = factor.shape[1] - 1, vector.size
+    for i in range(count):
+        total = vector[i]
+        for k in range(max(0, i - width), i):
+            total -= factor[i, width - (i - k)] * vector[k]
+        vector[i] = total / factor[i, width]
+    for i in range(count - 1, -1, -1):
+        total = vector[i]
+        for k in range(i + 1, min(count, i + width + 1)):
+            total -= factor[k, width - (k - i)] * vector[k]
+        vector[i] = total / factor[i, width]
+
+
+@compiled
+def solve(band: Array, factor: Array, vector: Array) -> bool:
+    """Solve J M^-1 J^T x = vector in place; False where the rows depend on each other (shortest solution then)."""
+    if factorise(band, factor):
+        substitute(factor, vector)
+        return True
+    count, width = band.shape[0], band.shape[1] - 1
+    dense = np.zeros((count, count))
+    for i in range(count):
+        for k in range(max(0, i - width), i + 1):
+            dense[i, k] = dense[k, i] = band[i, width - (i - k)]
+    values, vectors = np.linalg.eigh(dense)
+    parts = vectors.T @ vector
+    for i in range(count):
+        parts[i] = parts[i] / values[i] if values[i] > SINGULAR * values[-1] else 0.0
+    vector[:] = vectors @ parts
+    return False
+
+
+@compiled
+def give_back(body: Whole, gradient: Array, inverse_mass: Array, vector: Array, target: Array) -> None:
+    """Subtract M^-1 J^T vector from target (bodies, 3)."""
+    for i in range(vector.size):
+        for side in range(2):
+            k = body[i, side]
+            if k >= 0:
+                for c in range(3):
+                    target[k, c] -= inverse_mass[k, c] * gradient[i, side, c] * vector[i]
+
+
+@compiled
+def along(body: Whole, gradient: Array, motion: Array, result: Array) -> None:
+    """Fill result (rows,) with J motion."""
+    for i in range(result.size):
+        total = 0.0
+        for side in range(2):
+            k = body[i, side]
+            if k >= 0:
+                for c in range(3):
+                    total += gradient[i, side, c] * motion[k, c]
+        result[i] = total

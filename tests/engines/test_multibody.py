@@ -1,0 +1,239 @@
+"""The multibody engine: references to nine digits, agreement with the other engine, honest certificates."""
+
+from __future__ import annotations
+
+import subprocess
+import sys
+from dataclasses import replace
+from itertools import pairwise
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+import governor_mechanism as gm
+from governor_mechanism.closed_form import pendulum as closed
+from governor_mechanism.engines import ImpulseEngine, MultibodyEngine
+from governor_mechanism.errors import MechanismError, UnsupportedEffect
+from governor_mechanism.joints import GROUND, Distance, Pin, Point, Slider
+from governor_mechanism.library import shipped
+from governor_mechanism.mechanism import Body, Coordinate, Mechanism, SecondMoments
+from governor_mechanism.scene import Spindle
+from governor_mechanism.trajectory import Outcome
+from reference.zehnder import PORTER_OPEN_MOTION as MOTION
+from rigid import porter_with_rods
+from scenes import CROSSED, EXTENDED, PORTER, UNCROSSED_LINKS, WATT, governor_scene, random_governor
+from witness import one_coordinate_motion
+
+
+def porter_open(**options):
+    start = {"speed": MOTION["spindle_speed"], "angle": MOTION["arm_angle"], "rate": MOTION["arm_rate"]}
+    return governor_scene(PORTER, **start, **options)
+
+
+def with_joints(scene, *joints):
+    mechanism = scene.part.mechanism
+    mechanism = replace(mechanism, joints=(*mechanism.joints, *joints))
+    return replace(scene, parts=(replace(scene.part, mechanism=mechanism),))
+
+
+def test_porter_open_is_where_the_reference_says_to_nine_digits():
+    run = MultibodyEngine().run(porter_open(accuracy=1e-11))
+    expected = MOTION["constant_speed"]
+    assert run.outcome is Outcome.DONE
+    assert run.readings["arm_angle"][-1] == pytest.approx(expected["arm_angle"], abs=1e-11)
+    assert run.rates["arm_angle"][-1] == pytest.approx(expected["arm_rate"], abs=1e-10)
+    assert run.readings["spindle_torque"][-1] == pytest.approx(expected["drive_torque"], abs=1e-9)
+    assert run.energy.drift < 1e-10
+    assert run.joint_gap.max() < 1e-12 * PORTER["arm"]
+
+
+def test_the_true_error_is_within_the_accuracy_and_the_estimate_in_random_governors():
+    random = np.random.default_rng(20261121)
+    fell_short = 0
+    for _ in range(30):
+        dimensions, middle = random_governor(random)
+        speed = float(closed.equilibrium_speed(closed.PendulumGovernor(**dimensions), arm_angle=middle))
+        accuracy = 10 ** random.uniform(-11, -4)
+        scene = governor_scene(
+            dimensions,
+            speed=speed,
+            angle=middle + random.uniform(-0.1, 0.1),
+            rate=random.uniform(-0.3, 0.3),
+            every=0.05,
+            accuracy=accuracy,
+        )
+        run = MultibodyEngine().run(scene)
+        assert run.outcome in (Outcome.DONE, Outcome.LEFT_RANGE)
+        angles, rates = one_coordinate_motion(scene, run.times)
+        true = max(
+            np.max(np.abs(run.readings["arm_angle"] - angles)),
+            np.max(np.abs(run.rates["arm_angle"] - rates)) / run.scales["spindle_speed"],
+        )
+        assert true <= accuracy
+        assert run.joint_gap.max() < 1e-12 * dimensions["arm"]
+        fell_short += true > run.error_estimate
+    assert fell_short <= 1  # the estimate is of a run ten times looser
+
+
+@pytest.mark.parametrize("name", list(shipped()))
+def test_both_engines_tell_one_story_of_every_shipped_scene(name):
+    scene = gm.load(name)
+    fine, coarse = (gm.run(scene, engine=engine, accuracy=1e-8) for engine in ("multibody", "impulse"))
+    assert fine.outcome is coarse.outcome is Outcome.DONE
+    allowed = fine.error_estimate + coarse.error_estimate
+    for reading, values in fine.readings.items():
+        difference = np.max(np.abs(values - coarse.readings[reading]))
+        assert difference <= allowed * fine.scales[reading], reading
+
+
+@pytest.mark.parametrize(
+    "program",
+    [
+        Spindle(times=(0.0, 0.3, 0.7, 1.5), speeds=(1.0, 1.03, 0.99, 1.05)),
+        Spindle(times=(0.0, 0.237, 0.237, 1.0), speeds=(1.0, 1.0, 1.05, 1.05)),
+        Spindle(times=(0.2, 0.9), speeds=(0.99, 1.06)),
+        Spindle(times=(-1.0, 0.5), speeds=(0.97, 1.03)),
+    ],
+    ids=["smooth", "step", "ramp", "ramp begun before"],
+)
+@pytest.mark.parametrize("dimensions", [PORTER, WATT, CROSSED, EXTENDED, UNCROSSED_LINKS])
+def test_a_changing_spindle_speed_is_followed(dimensions, program):
+    factor = float(closed.equilibrium_speed(closed.PendulumGovernor(**dimensions), arm_angle=0.75))
+    spindle = Spindle(times=program.times, speeds=tuple(factor * speed for speed in program.speeds))
+    scene = governor_scene(dimensions, speed=spindle, angle=0.75, every=0.05, accuracy=1e-10)
+    run = MultibodyEngine().run(scene)
+    angles, _ = one_coordinate_motion(scene, run.times)
+    assert run.outcome is Outcome.DONE
+    assert np.max(np.abs(run.readings["arm_angle"] - angles)) < 1e-10
+    assert run.energy.drift < 1e-10
+
+
+def test_rigid_links_with_mass_move_as_the_massive_governor_does():
+    scene, reference = porter_with_rods(speed=13.0, angle=0.9, rate=1.5)
+    times = np.linspace(0.0, 2.0, 21)
+    run = MultibodyEngine().run(scene, times=times, accuracy=1e-10)
+    angles, _ = reference(scene, times)
+    assert np.max(np.abs(run.readings["arm_angle"] - angles)) < 1e-10
+
+
+def test_the_error_falls_with_the_tolerance():
+    scene = porter_open()
+    expected, _ = one_coordinate_motion(scene, np.linspace(0.0, 2.0, 21))
+    errors = [
+        np.max(
+            np.abs(
+                MultibodyEngine(tolerance=tolerance)
+                .run(scene, times=np.linspace(0.0, 2.0, 21), certify=False)
+                .readings["arm_angle"]
+                - expected
+            )
+        )
+        for tolerance in (1e-5, 1e-7, 1e-9, 1e-11)
+    ]
+    assert all(finer < coarser / 10 for coarser, finer in pairwise(errors))
+
+
+def test_redundant_joints_change_no_motion():
+    scene = porter_open(accuracy=1e-10)
+    again = Distance(
+        name="right arm again",
+        first=Point(body=GROUND, x=PORTER["offset"]),
+        second=Point(body="right ball"),
+        length=PORTER["arm"],
+    )
+    plain, redundant = (MultibodyEngine().run(one) for one in (scene, with_joints(scene, again)))
+    np.testing.assert_allclose(redundant.poses, plain.poses, atol=1e-10)
+
+
+def test_a_slider_on_a_body_that_turns_is_no_obstacle():
+    # A bead on a rod that turns about its own end, without loads: r'' = r w^2 and r^2 w + rod's share is conserved.
+    rod = Body(name="rod", mass=2.0, moments=SecondMoments(xx=2.0 / 12))
+    bead = Body(name="bead", mass=0.5, turns=False)
+    mechanism = Mechanism(
+        bodies=(rod, bead),
+        joints=(
+            Pin(name="hinge", first=Point(body=GROUND), second=Point(body="rod", x=-0.5)),
+            Slider(name="bore", first=Point(body="rod"), second=Point(body="bead"), angle=0.0),
+        ),
+        readings=(Coordinate(name="height", quantity="length", point=Point(body="bead"), along_x=0.0, along_y=1.0),),
+        coordinate="height",
+        size=1.0,
+        sketch=((0.5, 0.0, 0.0), (0.4, 0.0, 0.0)),
+    )
+    scene = porter_open(duration=1.0)
+    scene = replace(scene, effects=(), parts=(replace(scene.part, mechanism=mechanism),))
+    scene = replace(scene, start=replace(scene.start, values={"height": 0.0}, rates={"height": 0.4}))
+    run = MultibodyEngine().run(scene, accuracy=1e-10)
+    x, y = run.poses[:, 1, 0], run.poses[:, 1, 1]
+    momentum = 2.0 / 3 * run.velocities[:, 0, 2] + 0.5 * (x * run.velocities[:, 1, 1] - y * run.velocities[:, 1, 0])
+    np.testing.assert_allclose(momentum, momentum[0], rtol=1e-9)
+    np.testing.assert_allclose(run.energy.kinetic, run.energy.kinetic[0], rtol=1e-9)
+    np.testing.assert_allclose(np.arctan2(y, x), run.poses[:, 0, 2], atol=1e-10)
+
+
+def test_leaving_the_travel_ends_the_run_by_name():
+    run = MultibodyEngine().run(governor_scene(CROSSED, speed=13.0, angle=0.6, duration=5.0))
+    assert run.outcome is Outcome.LEFT_RANGE
+    assert "the balls meet on the spindle axis" in run.message
+    assert 0.1 < run.times[-1] < 5.0
+
+
+def test_too_many_steps_end_the_run_by_name():
+    run = MultibodyEngine(max_steps=20).run(porter_open(duration=50.0))
+    assert run.outcome is Outcome.STEP_LIMIT
+    assert 0 < run.times[-1] < 50.0
+
+
+def test_an_accuracy_out_of_reach_is_not_claimed():
+    run = MultibodyEngine().run(porter_open(), accuracy=1e-17)
+    assert run.outcome is Outcome.ACCURACY_MISSED
+    assert run.error_estimate > 1e-17
+
+
+def test_a_body_without_inertia_to_turn_is_refused():
+    scene = porter_open()
+    mechanism = scene.part.mechanism
+    bodies = (Body(name="right ball", mass=5.0), *mechanism.bodies[1:])
+    scene = replace(scene, parts=(replace(scene.part, mechanism=replace(mechanism, bodies=bodies)),))
+    with pytest.raises(UnsupportedEffect, match="body 'right ball' cannot turn"):
+        MultibodyEngine().run(scene)
+
+
+@pytest.mark.parametrize("settings", [{"tolerance": 0.0}, {"tolerance": 2.0}, {"max_steps": 0}])
+def test_settings_that_make_no_sense_are_refused(settings):
+    with pytest.raises(MechanismError, match=next(iter(settings))):
+        MultibodyEngine(**settings)
+
+
+def test_a_cost_counts_what_was_evaluated():
+    run = MultibodyEngine().run(porter_open())
+    evaluations = run.cost.evaluations["equations of motion"]
+    assert run.cost.evaluations == {
+        "equations of motion": evaluations,
+        "gravity": 3 * evaluations,
+        "centrifugal": 3 * evaluations,
+    }
+    assert run.cost.runs == 2
+    # Twelve stages and a fresh slope after each step, three more where the step is interpolated.
+    assert 13 * run.cost.steps <= evaluations <= 16 * (run.cost.steps + run.cost.rejected) + 2 * 2
+
+
+def test_the_kernels_need_no_folder_of_their_own():
+    code = (
+        "import os, pathlib, tempfile\n"
+        "from governor_mechanism.equations import compiled\n"
+        "compiled._writable = lambda folder: False\n"
+        "os.environ.pop('NUMBA_CACHE_DIR', None)\n"
+        "compiled._find_cache()\n"
+        "print(pathlib.Path(os.environ['NUMBA_CACHE_DIR']).parent == pathlib.Path(tempfile.gettempdir()))"
+    )
+    answer = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=True, cwd=Path.cwd())
+    assert answer.stdout.strip() == "True"
+
+
+def test_impulse_and_multibody_agree_on_the_governor_of_rigid_links():
+    scene, _ = porter_with_rods(speed=13.0, angle=0.9, rate=1.5)
+    fine, coarse = MultibodyEngine().run(scene, accuracy=1e-8), ImpulseEngine().run(scene, accuracy=1e-7)
+    assert fine.outcome is coarse.outcome is Outcome.DONE
+    np.testing.assert_allclose(fine.readings["arm_angle"], coarse.readings["arm_angle"], atol=1e-7)
