@@ -67,7 +67,11 @@ def test_a_relative_path_is_a_path(tmp_path: Path, monkeypatch: pytest.MonkeyPat
     monkeypatch.chdir(tmp_path)
     assert library.load("mine.toml").source == "mine.toml"
     assert library.load("./mine").source == "./mine"
-    assert library.load("mine").source == "mine"
+    assert library.load(Path("mine")).source == "mine"
+    (tmp_path / "mine.txt").write_bytes((tmp_path / "mine").read_bytes())
+    assert library.load("mine.txt").source == "mine.txt"
+    with pytest.raises(MechanismError, match=r"no scene \"mine\".* file of that name in this folder write '\./mine'"):
+        library.load("mine")
 
 
 def test_a_folder_of_results_does_not_hide_the_shipped_scene(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
@@ -76,10 +80,27 @@ def test_a_folder_of_results_does_not_hide_the_shipped_scene(tmp_path: Path, mon
     assert library.load("porter").title == "Porter governor, open arms"
 
 
+def test_a_plain_file_does_not_hide_the_shipped_scene(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    shutil.copy(library.shipped()["watt"], tmp_path / "porter")
+    monkeypatch.chdir(tmp_path)
+    assert library.load("porter") == library.load(library.shipped()["porter"])
+    assert library.load("./porter").title == library.load("watt").title
+
+
+@pytest.mark.parametrize("scene", ["nothere.toml", "nothere", "engine.toml", "folder/other.toml"])
+def test_a_name_like_none_gets_no_suggestion(scene: str) -> None:
+    with pytest.raises(MechanismError) as caught:
+        library.load(scene)
+    assert "Did you mean" not in str(caught.value)
+
+
 @pytest.mark.parametrize(
     ("scene", "fragments"),
     [
         ("portr", ['no scene "portr"', "shipped scenes are porter,", "watt_crossed", "Did you mean 'porter'?"]),
+        ("WATT", ["Did you mean 'watt'?"]),
+        ("steam", ["a path has a suffix or a separator, as in my_scene.toml or ./my_scene."]),
+        ("..", ["this is a folder"]),
         ("", ['no scene ""', "shipped scenes are"]),
         ("a\0b", ["no scene", "shipped scenes are"]),
         ("portr.toml", ["portr.toml: no such file", "Did you mean 'porter'?"]),

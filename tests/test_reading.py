@@ -20,7 +20,7 @@ from governor_mechanism.effects import Centrifugal, Gravity
 from governor_mechanism.errors import MechanismError
 from governor_mechanism.machines.pendulum import PendulumGovernor
 from governor_mechanism.reading import read, scene_from_document
-from governor_mechanism.reading_models import rate_key
+from governor_mechanism.reading_models import rate_key, start_table, understood
 from governor_mechanism.scene import EQUILIBRIUM, RunSettings, Spindle
 
 
@@ -80,6 +80,36 @@ def test_what_is_left_out_takes_its_default(tmp_path: Path) -> None:
     assert scene.part.dimensions["offset"] == 0.0
     assert scene.part.mechanism == PendulumGovernor(arm=0.3, ball_mass=5.0).mechanism()
     assert scene_from_document(scene.document).title == "pendulum_governor"
+
+
+@pytest.mark.parametrize("start", [None, "", 'arm_angle = "equilibrium"'])
+def test_a_start_left_out_is_the_equilibrium(start: str | None, tmp_path: Path) -> None:
+    file = tmp_path / "still.toml"
+    file.write_text(scene_text(start=start), encoding="utf-8")
+    assert read(file).start.values == {"arm_angle": EQUILIBRIUM}
+    assert read(file).start.rates == {}
+
+
+def test_a_bare_number_within_what_is_built_is_si() -> None:
+    heavy = {"arm": 50, "ball_mass": 1e6, "offset": -40, "sleeve_mass": 2}
+    scene = scene_from_document(document(dimensions=heavy, spindle={"speed": 1000}, start=None))
+    assert {name: scene.part.dimensions[name] for name in heavy} == heavy
+    assert scene.spindle.speeds == (1000.0,)
+
+
+def test_text_with_its_unit_is_taken_at_its_word() -> None:
+    huge = {"arm": "300 m", "ball_mass": "2000 t"}
+    scene = scene_from_document(document(dimensions=huge, spindle={"speed": "3000 rad/s"}, start=None))
+    assert (scene.part.dimensions["arm"], scene.part.dimensions["ball_mass"]) == (300.0, 2e6)
+    assert scene.spindle.speeds == (3000.0,)
+
+
+@pytest.mark.parametrize("start", [EQUILIBRIUM, "0.1 m", 0.1])
+def test_a_bare_length_at_the_start_is_checked_like_a_dimension(start: object) -> None:
+    model = start_table("lift", "length")
+    assert understood(model, {"lift": start}, "start")[1] == []
+    (told,) = understood(model, {"lift": 300}, "start")[1]
+    assert told.startswith('start.lift = 300 is 300 m; write "300 mm" if that is meant, or "300 m"; or write')
 
 
 @pytest.mark.parametrize(
@@ -145,11 +175,21 @@ def test_a_broken_file_is_refused_with_its_sentence(text: str, fragments: list[s
 
 @pytest.mark.parametrize(
     ("case", "count"),
-    [("misspelt required key", 1), ("link too short", 1), ("missing dimensions", 1), ("several mistakes at once", 8)],
+    [("misspelt required key", 1), ("link too short", 1), ("missing dimensions", 1), ("several mistakes at once", 8)]
+    + [(f"misspelt machine{where}, the rest wrong too", 7) for where in ("", "'s key")]
+    + [("unrecognisable machine, the rest wrong too", 5), ("unknown machine", 1), ("bare millimetres", 2)],
 )
 def test_each_mistake_is_told_once(case: str, count: int, tmp_path: Path) -> None:
     text = next(text for name, text, _ in BROKEN if name == case)
     assert len(problems_of(text, tmp_path)) == count
+
+
+@pytest.mark.parametrize("machine", ['"pendulum_govenor"', '"xyzzy"', "3"])
+def test_a_wrong_machine_is_the_first_mistake_told(machine: str, tmp_path: Path) -> None:
+    text = scene_text(f"title = 3\nmachine = {machine}\n", dimensions(arm="0"), run="every = 0")
+    first, *others = problems_of(text, tmp_path)
+    assert first.startswith(f"machine {machine} is unknown")
+    assert len(others) == (3 if "pendulum" in machine else 2)
 
 
 def test_every_scene_that_the_broken_ones_vary_is_itself_whole(tmp_path: Path) -> None:

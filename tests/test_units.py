@@ -80,6 +80,33 @@ def test_angles_and_turning_become_radians(text: str, kind: str, expected: float
     assert parse(text, kind, "x") == pytest.approx(expected, rel=ULP, abs=0)
 
 
+@pytest.mark.parametrize(
+    "text",
+    [
+        *("2 rev/s", "2 r/s", "2 U/s", "2 rev s^-1", "2rev/s", "2 turn/s", "7200 rev/h"),
+        *("120 rev/min", "120 revs/min", "120 r/min", "120 rev per min"),
+        *("120 U/min", "120 U / min", "120 U min⁻¹", "120 U min-1"),
+    ],
+)
+@pytest.mark.parametrize("kind", ["angular_speed", "angular_rate"])
+def test_turns_per_time_are_exactly_turns(text: str, kind: str) -> None:
+    assert parse(text, kind, "x") == parse("120 rpm", kind, "x") == 4 * math.pi
+
+
+@pytest.mark.parametrize(
+    ("unit", "nearest"),
+    [(unit, "rpm") for unit in ("tr/min", "RPM", "rmp", "r.p.m.", "Upm", "rot/min", "rev/mim", "Umdr/min", "U/mn")]
+    + [(unit, "rev/s") for unit in ("rot/s", "tr/s", "Umdr/s", "Rev/s", "rev./sec", "Ups", "rot s^-1")]
+    + [("rda/s", "rad/s"), ("Rad/s", "rad/s"), ("raad/s", "rad/s"), ("dge/s", "deg/s"), ("1/mn", "1/min")]
+    + [("rsd/s", None), ("hz", None), ("xyz/s", None)],
+)
+def test_a_suggestion_never_takes_turns_for_radians(unit: str, nearest: str | None) -> None:
+    with pytest.raises(MechanismError) as caught:
+        parse(f"2 {unit}", "angular_speed", "x")
+    told = f"write it in rpm, deg/s or rad/s{f'. Did you mean {nearest!r}?' if nearest else ''}"
+    assert str(caught.value).endswith(told)
+
+
 @pytest.mark.parametrize("value", [3, 3.0, np.float64(3.0), np.int64(3), Fraction(3)])
 def test_bare_numbers_are_si(value: object) -> None:
     number = parse(value, "length", "x")
@@ -108,7 +135,9 @@ REFUSED = [
     ("2 Hz", "length", "is a frequency; write it in mm, cm or m"),
     ("300 mmm", "length", "unknown unit \"mmm\"; write it in mm, cm or m. Did you mean 'mm'?"),
     ("5 KG", "mass", "unknown unit \"KG\"; write it in g, t or kg. Did you mean 'kg'?"),
-    ("120 r/min", "angular_speed", "Did you mean '1/min'?"),
+    ("2 rev/s", "length", "is an angular speed; write it in mm, cm or m"),
+    ("2 rev", "angular_speed", "is an angle; write it in rpm, deg/s or rad/s"),
+    ("0.7 r", "angle", "has an unknown unit"),
     ("300,5 mm", "length", "has a comma; write a decimal point"),
     ("mm", "length", 'has no number; write "300 mm", or the bare number in m'),
     ("three mm", "length", "has no number"),

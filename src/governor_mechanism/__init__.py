@@ -34,7 +34,10 @@ def load(scene: str | Path) -> Scene:
     from governor_mechanism.statics import starting_state
 
     found = load_scene(scene)
-    starting_state(found)  # a start that cannot be made is a mistake of the file, not of the run
+    try:
+        starting_state(found)  # a start that cannot be made is a mistake of the file, not of the run
+    except MechanismError as error:
+        raise MechanismError(*(f"{found.source}: {problem}" for problem in error.problems)) from None
     return found
 
 
@@ -84,7 +87,9 @@ def crosscheck(
 
     if over is None:
         coordinate = opened.part.mechanism.coordinate
-        raise MechanismError(f"crosscheck needs over={{{coordinate!r}: [...]}} to compare a kernel")
+        raise MechanismError(
+            f"crosscheck needs over={{{coordinate!r}: [...]}}, the values at which to compare a kernel"
+        )
     return check_kernel(opened, kernel, quantity, over, ALLOWED if allowed is None else allowed)
 
 

@@ -7,8 +7,8 @@ import tomllib
 from importlib import resources
 from pathlib import Path
 
-from governor_mechanism.errors import MechanismError, did_you_mean
-from governor_mechanism.reading import read
+from governor_mechanism.errors import MechanismError
+from governor_mechanism.reading import nearest_name, read
 from governor_mechanism.scene import Scene
 from governor_mechanism.units import shown
 
@@ -35,8 +35,8 @@ def title_of(path: Path) -> str:
 def load(scene: str | Path) -> Scene:
     """The scene of a file, or the shipped scene of that name.
 
-    Anything that is a file, ends in .toml or holds a separator is a path. Raises MechanismError as `reading.read`
-    does, and for an unknown name.
+    Text with a dot or a separator is a path; a bare word is always a shipped scene's name. Raises MechanismError
+    as `reading.read` does, and for an unknown name.
     """
     if not isinstance(scene, str | Path):
         raise MechanismError(f"a scene is a path or a name; found {shown(scene)}")
@@ -45,12 +45,15 @@ def load(scene: str | Path) -> Scene:
     known = shipped()
     if scene in known:
         return read(known[scene])
+    near = nearest_name(scene, known)
+    hint = f" Did you mean {near!r}?" if near else ""
+    if os.path.isfile(scene):
+        hint = f" To read the file of that name in this folder write {'./' + scene!r}."
     raise MechanismError(
         f"no scene {shown(scene)}; shipped scenes are {', '.join(known)}, "
-        f"and a path ends in .toml.{did_you_mean(scene, known)}"
+        f"and a path has a suffix or a separator, as in my_scene.toml or ./my_scene.{hint}"
     )
 
 
 def _is_path(scene: str) -> bool:
-    separators = {"/", os.sep, os.altsep or os.sep}
-    return scene.endswith(".toml") or any(mark in scene for mark in separators) or os.path.isfile(scene)
+    return any(mark in scene for mark in (".", "/", os.sep))

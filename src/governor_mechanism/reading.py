@@ -64,12 +64,11 @@ def scene_from_document(document: Mapping[str, Any], source: str = "") -> Scene:
         raise MechanismError(found.located(f"a scene is a table of keys; found {shown(document)}"))
     top = found.table(models.SceneTable, dict(document), "")
     tables = {name: dict(value) for name, value in document.items() if isinstance(value, Mapping)}
-    name = document.get("machine")
-    kind = MACHINES.get(name) if isinstance(name, str) else None
-    built = _built(found, kind, tables, "dimensions" in document) if kind else None
+    kind = _machine_meant(document)
+    built = _built(found, kind, tables, "dimensions" in document)
     effects = _effects(found, tables, document)
     spindle = found.table(models.SpindleTable, tables["spindle"], "spindle") if "spindle" in tables else {}
-    start = _start(found, kind, built, tables.get("start", {})) if kind else Start(values={})
+    start = _start(found, kind, built, tables.get("start", {}))
     settings = found.table(models.RunTable, tables.get("run", {}), "run")
     run = found.made("[run]", lambda: RunSettings(**settings))
     if found.sentences or built is None or run is None:
@@ -126,15 +125,25 @@ def _effects(found: _Findings, tables: Mapping[str, dict[str, Any]], document: M
     return effects
 
 
+def _machine_meant(document: Mapping[str, Any]) -> type[Machine] | None:
+    """The machine named, or the nearest to a misspelt name, so that the rest of the file is checked all the same."""
+    keys = [key for key in document if isinstance(key, str)]
+    key = "machine" if "machine" in document else next(iter(difflib.get_close_matches("machine", keys, n=1)), "")
+    name = document.get(key)
+    near = difflib.get_close_matches(name, list(MACHINES), n=1) if isinstance(name, str) else []
+    return MACHINES[near[0]] if near else None
+
+
 def _built(
-    found: _Findings, kind: type[Machine], tables: Mapping[str, dict[str, Any]], given: bool
+    found: _Findings, kind: type[Machine] | None, tables: Mapping[str, dict[str, Any]], given: bool
 ) -> tuple[Machine, Mechanism] | None:
     """The machine of these dimensions, and its mechanism."""
     from governor_mechanism.reading_models import dimensions_table, listed
 
     if not given:
-        found.add(f"[dimensions] is missing; {kind.name} needs {listed(_required(kind))}")
-    if "dimensions" not in tables:
+        needs = f"{kind.name} needs {listed(_required(kind))}" if kind else "every machine needs some"
+        found.add(f"[dimensions] is missing; {needs}")
+    if kind is None or "dimensions" not in tables:
         return None
     before = len(found.sentences)
     dimensions = found.table(dimensions_table(kind), tables["dimensions"], "dimensions")
@@ -159,12 +168,13 @@ def _required(kind: type[Machine]) -> list[str]:
 
 
 def _start(
-    found: _Findings, kind: type[Machine], built: tuple[Machine, Mechanism] | None, given: Mapping[str, Any]
+    found: _Findings, kind: type[Machine] | None, built: tuple[Machine, Mechanism] | None, given: Mapping[str, Any]
 ) -> Start:
-    from governor_mechanism.reading_models import rate_key, start_table
+    from governor_mechanism.reading_models import rate_key, start_table, start_word_problems
 
-    mechanism = built[1] if built else _stand_in(kind)
+    mechanism = built[1] if built else _stand_in(kind) if kind else None
     if mechanism is None:
+        found.add(*start_word_problems(given))
         return Start(values={})
     name = mechanism.coordinate
     meaning = found.table(start_table(name, mechanism.reading(name).quantity), given, "start")
@@ -216,6 +226,13 @@ def _text(path: Path, source: str, others: Iterable[str]) -> str:
         raise MechanismError(f"{source}: line {line} is not UTF-8 text; save the file as UTF-8") from error
 
 
+def nearest_name(word: str, names: Iterable[str]) -> str:
+    """The scene name that `word` is a slip of, capitals aside; '' where none is near enough to be meant."""
+    lowered = {name.lower(): name for name in names}
+    near = difflib.get_close_matches(word.lower(), list(lowered), n=1, cutoff=0.75)
+    return lowered[near[0]] if near else ""
+
+
 def _folder(path: Path, source: str) -> str:
     scenes = sorted(file.name for file in path.glob("*.toml"))
     holds = f"it holds {', '.join(scenes)}" if scenes else "it holds no .toml files"
@@ -226,6 +243,6 @@ def _missing(path: Path, source: str, others: Iterable[str]) -> str:
     """The sentence about a file that is not there, with the nearest name among its neighbours and the others."""
     known = {name: name for name in others}
     known |= {neighbour.stem: str(neighbour) for neighbour in path.parent.glob("*.toml")}
-    near = difflib.get_close_matches(path.stem, list(known), n=1)
+    near = nearest_name(path.stem, known)
     folder = "" if path.parent.is_dir() else f" (there is no folder {str(path.parent)!r} either)"
-    return f"{source}: no such file{folder}." + (f" Did you mean {known[near[0]]!r}?" if near else "")
+    return f"{source}: no such file{folder}." + (f" Did you mean {known[near]!r}?" if near else "")

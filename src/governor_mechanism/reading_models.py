@@ -17,8 +17,8 @@ from pydantic_core import ErrorDetails
 from governor_mechanism.effects import Centrifugal, Gravity
 from governor_mechanism.errors import MechanismError, did_you_mean
 from governor_mechanism.machines import MACHINES
-from governor_mechanism.machines.dimensions import Machine
-from governor_mechanism.scene import EQUILIBRIUM, Spindle
+from governor_mechanism.machines.dimensions import LARGEST, Machine
+from governor_mechanism.scene import EQUILIBRIUM, FASTEST, Spindle
 from governor_mechanism.units import KINDS, parse, shown
 
 ENGINES: Final = ("auto", "impulse", "multibody")
@@ -26,6 +26,9 @@ ENGINES: Final = ("auto", "impulse", "multibody")
 
 RATE_KINDS: Final = {"angle": "angular_rate", "length": "speed"}
 """The kind of a coordinate's rate, by the quantity of the coordinate."""
+
+BARE_LIMITS: Final = {"length": (50.0, LARGEST), "mass": (1e6, LARGEST), "angular_speed": (1e3, FASTEST)}
+"""In SI by kind: above what a bare number is taken for a slip of units, and where the refusals of any number begin."""
 
 
 class Table(BaseModel):
@@ -38,14 +41,26 @@ class Table(BaseModel):
         return {name: getattr(self, name) for name in type(self).model_fields if name in self.model_fields_set}
 
 
+def _si(value: object, kind: str, where: str) -> float:
+    """The value in SI; refuses a bare number far outside anything built, where a unit would settle what is meant."""
+    number = parse(value, kind, where)
+    slip, refused = BARE_LIMITS.get(kind, (LARGEST, LARGEST))
+    if not isinstance(value, str) and slip < abs(number) <= refused:
+        written, units = f"{number:.12g}", KINDS[kind]
+        raise MechanismError(
+            f"{where} = {written} is {written} {units.si}; "
+            f'write "{written} {units.units[0]}" if that is meant, or "{written} {units.si}"'
+        )
+    return number
+
+
 def _quantity(kind: str, where: str, *, positive: bool = False, cure: str = "") -> PlainValidator:
     """A quantity in SI; `cure` is said about one that ought to be positive and is not."""
 
     def convert(value: object) -> float:
-        number = parse(value, kind, where)
-        if positive and number <= 0:
+        if positive and parse(value, kind, where) <= 0:
             raise MechanismError(f"{where} must be positive; found {shown(value)}{cure}")
-        return number
+        return _si(value, kind, where)
 
     return PlainValidator(convert)
 
@@ -98,7 +113,7 @@ def _centrifugal(value: object) -> Centrifugal | None:
 def _speed(value: object) -> Spindle:
     """A speed, or a program of [time, speed]; every wrong point is told."""
     if not isinstance(value, list | tuple):
-        return Spindle(speeds=(parse(value, "angular_speed", "spindle.speed"),))
+        return Spindle(speeds=(_si(value, "angular_speed", "spindle.speed"),))
     points: list[tuple[float, float]] = []
     problems: list[str] = []
     for number, point in enumerate(value, start=1):
@@ -123,7 +138,7 @@ def _point(point: object, where: str) -> tuple[float, float]:
     problems: list[str] = []
     for value, kind, name in zip(point, ("time", "angular_speed"), ("time", "speed"), strict=True):
         try:
-            values.append(parse(value, kind, f"{where} {name}"))
+            values.append(_si(value, kind, f"{where} {name}"))
         except MechanismError as error:
             problems += error.problems
     if problems:
@@ -144,8 +159,8 @@ def _accuracy(value: object) -> float:
 class SceneTable(Table):
     """The top of the file: what stands above the first table, and the tables."""
 
-    title: Annotated[str | None, PlainValidator(_title)] = None
     machine: Annotated[str, _one_of(MACHINES, "machine")] = Field(description=f"one of {', '.join(MACHINES)}")
+    title: Annotated[str | None, PlainValidator(_title)] = None
     dimensions: Annotated[dict[str, Any] | None, _table("dimensions")] = None
     effects: Annotated[dict[str, Any] | None, _table("effects")] = None
     spindle: Annotated[dict[str, Any] | None, _table("spindle")] = None
@@ -208,16 +223,28 @@ def start_table(coordinate: str, quantity: str) -> type[Table]:
         if value == EQUILIBRIUM:
             return EQUILIBRIUM
         try:
-            return parse(value, quantity, key)
+            return _si(value, quantity, key)
         except MechanismError as error:
-            near = did_you_mean(value, [EQUILIBRIUM]) if isinstance(value, str) else ""
-            raise MechanismError(f'{error}; or write "{EQUILIBRIUM}".{near}') from error
+            raise MechanismError(f'{error}; or write "{EQUILIBRIUM}".{_equilibrium_meant(value)}') from error
 
     fields: dict[str, Any] = {
         coordinate: (Annotated[Any, PlainValidator(convert)], EQUILIBRIUM),
         rate: (Annotated[Any, _quantity(RATE_KINDS[quantity], f"start.{rate}")], 0.0),
     }
     return create_model("StartTable", __base__=Table, **fields)
+
+
+def start_word_problems(values: Mapping[str, Any]) -> list[str]:
+    """What can be told of [start] where the machine is unknown: a misspelt EQUILIBRIUM."""
+    return [
+        f"start.{key} {shown(value)} is unknown.{_equilibrium_meant(value)}"
+        for key, value in values.items()
+        if value != EQUILIBRIUM and _equilibrium_meant(value)
+    ]
+
+
+def _equilibrium_meant(value: object) -> str:
+    return did_you_mean(value.lower(), [EQUILIBRIUM]) if isinstance(value, str) else ""
 
 
 def understood(model: type[Table], values: object, table: str) -> tuple[dict[str, Any], list[str]]:

@@ -147,6 +147,17 @@ def resting_poses(scene: Scene) -> Array:
             "start there by number, or change spindle.speed"
         )
     raise MechanismError(
-        f"start.{name} = 'equilibrium': there is none at {rpm:.6g} rpm within the travel; "
+        f"start.{name} = 'equilibrium': there is none at {rpm:.6g} rpm within the travel{_speeds_of_rest(scene)}; "
         "change spindle.speed, or give a number"
     )
+
+
+def _speeds_of_rest(scene: Scene) -> str:
+    """The range of speeds at which the mechanism rests somewhere in the middle of its travel, for a message."""
+    low, high = travel(scene.part.mechanism)
+    try:
+        speeds = equilibrium_speed(scene, np.linspace(0.95 * low + 0.05 * high, 0.05 * low + 0.95 * high, 40))
+    except MechanismError:
+        return ""
+    rpm = speeds * 30 / np.pi
+    return f" (it rests at speeds from about {np.min(rpm):.4g} to {np.max(rpm):.4g} rpm)"

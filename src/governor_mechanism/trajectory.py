@@ -21,13 +21,11 @@ class Outcome(Enum):
 
     DONE = "ran to the end within the asked accuracy"
     UNCERTIFIED = "ran to the end; its accuracy was not certified"
-    ACCURACY_MISSED = (
-        "ran to the end, but the asked accuracy was not reached; ask for less or use a more accurate engine"
-    )
-    LEFT_RANGE = "the mechanism left the range in which its description holds; the run ends there"
+    ACCURACY_MISSED = "ran to the end, but the asked accuracy was not reached; ask for less, or try engine multibody"
+    LEFT_RANGE = "the mechanism leaves the range in which its description holds, and the run ends there"
     STEP_LIMIT = "the run needs more steps than the engine allows; shorten it, slow it, or raise max_steps"
     STALLED = "the motion could not be followed any further at this accuracy: its steps shrank to nothing"
-    JOINT_OPENED = "a joint opened by more than a second-order step explains; shorten the step or raise max_iterations"
+    JOINT_OPENED = "a joint opened by more than a second-order step explains; try engine multibody"
 
     @property
     def ok(self) -> bool:
@@ -108,8 +106,8 @@ class Trajectory:
 
     @property
     def message(self) -> str:
-        """The outcome as a sentence, with the detail where there is one."""
-        return f"{self.outcome.value}: {self.detail}" if self.detail else self.outcome.value
+        """What happened, its cause first where there is one."""
+        return f"{self.detail}: {self.outcome.value}" if self.detail else self.outcome.value
 
     def raise_if_failed(self) -> None:
         """Raise RunFailed unless the run reached its end within what was promised."""

@@ -89,14 +89,20 @@ _NUMBER = re.compile(r"([+-]?(?:[0-9]+\.?[0-9]*|\.[0-9]+)(?:[eE][+-]?[0-9]+)?)\s
 _NOT_A_NUMBER = re.compile(r"[+-]?(nan|inf|infinity)\b", re.IGNORECASE)
 # Only small exponents and no other figures: pint would otherwise work out 9^9^9^9.
 _UNIT = re.compile(r"(?:[()*/\s]|1(?![0-9])|(?:[^\W\d]|[°%])+(?:\^-?[1-9](?![0-9]))?)+")
+# Turns as engineers write them; r and U only per time, since alone they may be slips for rad or something else.
+_TURNS = re.compile(r"(?:revs?(?![^\W\d_])|[rU](?=\s*/|[\s*]+(?:s|min|h)\^-1))")
+# For suggestions only: how misspelt turns and misspelt angles begin, in small letters, and what ends "per second".
+_LIKE_TURNS = re.compile(r"re|ro|r(?![^\W\d_])|[tucgo]")
+_LIKE_ANGLES = re.compile(r"ra|rd|ad|d|°")
+_PER_SECOND = re.compile(r"(?:(?:/|per|p)\s*s(?:ec\w*)?|s\^?-1)$")
 _SIGNS = str.maketrans({"−": "-", "⁻": "-", "¹": "1", "²": "2", "³": "3", "·": "*", "⋅": "*", "×": "*"})
 
 
 def parse(value: object, kind: str, what: str) -> float:
     """The value in SI; `what` names it in messages, `kind` is one of KINDS.
 
-    Numbers are SI already. Text holds a number and a unit; for angular speeds 1/min means turns per minute and 1/s
-    means rad/s. Raises MechanismError with one sentence for anything else.
+    Numbers are SI already. Text holds a number and a unit; for angular speeds rev, r and U per time are turns, 1/min
+    means turns per minute and 1/s means rad/s. Raises MechanismError with one sentence for anything else.
     """
     wanted = KINDS.get(kind)
     if wanted is None:
@@ -158,6 +164,8 @@ def _factor(unit: str, number: Decimal, wanted: Kind, start: str) -> Decimal:
     """What one `unit` is in SI, if it is of the kind wanted."""
     plain = re.sub(r"([^\W\d_])(-?[1-9])", r"\1^\2", unit)
     plain = f"1{plain}" if plain.startswith("/") else plain
+    turns = _TURNS.match(plain)
+    plain = f"turn{plain[turns.end() :]}" if turns else plain
     try:
         factor, base = _in_base_units(plain)
     except Exception as error:
@@ -220,8 +228,17 @@ def _wrong_kind(unit: str, number: Decimal, factor: Decimal, base: Mapping[str, 
 
 
 def _nearest(unit: str, wanted: Kind) -> str:
-    """A known unit spelt nearly like this one; those of the kind wanted come first."""
+    """A known unit spelt nearly like this one; those of the kind wanted come first.
+
+    Where turning is wanted, never radians for what may be turns, nor turns for what may be radians.
+    """
+    word = unit.lower()
     known = [*wanted.units, "1/min", "°", *(name for kind in KINDS.values() for name in kind.units)]
+    if wanted.base == _ANGULAR:
+        if _LIKE_TURNS.match(word):
+            return f". Did you mean {'rev/s' if _PER_SECOND.search(word) else 'rpm'!r}?"
+        angles = {"deg", "rad", "°", "deg/s", "rad/s"}
+        known = ["deg/s", "rad/s"] if _LIKE_ANGLES.match(word) else [name for name in known if name not in angles]
     lowered = {name.lower(): name for name in reversed(known)}
-    near = difflib.get_close_matches(unit.lower(), list(lowered), n=1)
+    near = difflib.get_close_matches(word, list(lowered), n=1)
     return f". Did you mean {lowered[near[0]]!r}?" if near else ""

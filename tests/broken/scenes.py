@@ -26,6 +26,14 @@ def dimensions(**changed: str | None) -> str:
     return "\n".join(f"{key} = {value}" for key, value in {**DIMENSIONS, **changed}.items() if value is not None)
 
 
+MISTAKES = {
+    "effects": 'gravity = true\ncentrifugal = "yes"',
+    "spindle": 'speed = "2 Hz"',
+    "start": 'arm_angle = "equilibrum"',
+    "run": "duration = 0",
+}
+"""One mistake in every table that stands beside the dimensions."""
+
 BROKEN: list[tuple[str, str, list[str]]] = [
     (
         "unit of the wrong kind",
@@ -113,14 +121,81 @@ BROKEN: list[tuple[str, str, list[str]]] = [
         scene_text('machine = "pendulum_govenor"\n'),
         ['machine "pendulum_govenor" is unknown; known are pendulum_governor.', "Did you mean 'pendulum_governor'?"],
     ),
+    (
+        "misspelt machine, the rest wrong too",
+        scene_text('machine = "pendulum_govenor"\n', dimensions(arm='"5 kg"', lnk='"1 m"'), **MISTAKES),
+        [
+            "Did you mean 'pendulum_governor'?",
+            'dimensions.arm is a length; "5 kg" is a mass',
+            "dimensions.lnk is unknown",
+            'effects.centrifugal must be true or false; found "yes"',
+            'spindle.speed is an angular speed; "2 Hz"',
+            "or write \"equilibrium\". Did you mean 'equilibrium'?",
+            "run.duration must be positive; found 0",
+        ],
+    ),
+    (
+        "misspelt machine's key, the rest wrong too",
+        scene_text('machin = "pendulum_governor"\n', dimensions(arm='"5 kg"', lnk='"1 m"'), **MISTAKES),
+        ["machin is unknown", "Did you mean 'machine'?", "dimensions.arm is a length", "dimensions.lnk is unknown"],
+    ),
+    (
+        "misspelt machine, start outside the travel",
+        scene_text('machine = "pendulum_govenor"\n', start='arm_angle = "95 deg"'),
+        ['machine "pendulum_govenor" is unknown', "start.arm_angle (95 deg) lies outside the travel"],
+    ),
+    (
+        "unrecognisable machine, the rest wrong too",
+        scene_text('machine = "xyzzy"\n', dimensions(arm='"5 kg"'), **MISTAKES),
+        [
+            'machine "xyzzy" is unknown; known are pendulum_governor',
+            'effects.centrifugal must be true or false; found "yes"',
+            'spindle.speed is an angular speed; "2 Hz"',
+            "start.arm_angle \"equilibrum\" is unknown. Did you mean 'equilibrium'?",
+            "run.duration must be positive; found 0",
+        ],
+    ),
+    (
+        "unrecognisable machine, no dimensions",
+        'machine = "xyzzy"\n',
+        ['machine "xyzzy" is unknown', "[dimensions] is missing; every machine needs some"],
+    ),
+    (
+        "bare millimetres",
+        scene_text(TOP, dimensions(arm="300", offset="-60.5")),
+        [
+            'dimensions.arm = 300 is 300 m; write "300 mm" if that is meant, or "300 m"',
+            'dimensions.offset = -60.5 is -60.5 m; write "-60.5 mm" if that is meant, or "-60.5 m"',
+        ],
+    ),
+    (
+        "bare grams",
+        scene_text(TOP, dimensions(ball_mass="5e6")),
+        ['dimensions.ball_mass = 5000000 is 5000000 kg; write "5000000 g" if that is meant, or "5000000 kg"'],
+    ),
+    (
+        "bare turns per minute",
+        scene_text(spindle="speed = 3000"),
+        ['spindle.speed = 3000 is 3000 rad/s; write "3000 rpm" if that is meant, or "3000 rad/s"'],
+    ),
+    (
+        "bare turns per minute in a program",
+        scene_text(spindle="speed = [[0, 120], [5, -3000]]"),
+        ['spindle.speed, point 2: speed = -3000 is -3000 rad/s; write "-3000 rpm" if that is meant'],
+    ),
+    (
+        "misspelt equilibrium in capitals",
+        scene_text(start='arm_angle = "EQUILIBRUM"'),
+        ["Did you mean 'equilibrium'?"],
+    ),
     ("a number for the machine", scene_text("machine = 3\n"), ["machine 3 is unknown; known are pendulum_governor"]),
     ("a number for the title", scene_text("title = 3\n" + TOP.splitlines()[1] + "\n"), ["title must be text; found 3"]),
     (
         "unknown table",
         scene_text(spindle=None, spindel='speed = "120 rpm"', effects="gravity = true"),
-        ["[spindel] is unknown; a scene file has title, machine, dimensions,", "Did you mean 'spindle'?"],
+        ["[spindel] is unknown; a scene file has machine, title, dimensions,", "Did you mean 'spindle'?"],
     ),
-    ("unknown key at the top", scene_text(TOP + "speed = 3\n"), ["speed is unknown; a scene file has title, machine"]),
+    ("unknown key at the top", scene_text(TOP + "speed = 3\n"), ["speed is unknown; a scene file has machine, title"]),
     (
         "machine under a table",
         'title = "T"\n[dimensions]\nmachine = "pendulum_governor"\n',
@@ -218,7 +293,7 @@ BROKEN: list[tuple[str, str, list[str]]] = [
     (
         "unknown engine",
         scene_text(run='engine = "impuls"'),
-        ["run.engine \"impuls\" is unknown; known are auto, impulse. Did you mean 'impulse'?"],
+        ["run.engine \"impuls\" is unknown; known are auto, impulse, multibody. Did you mean 'impulse'?"],
     ),
     ("empty file", "", ["the file is empty"]),
     ("only a comment", "# later\n", ["the file is empty"]),

@@ -7,8 +7,8 @@ from governor_mechanism.checking.report import CheckReport, Row
 from governor_mechanism.errors import MechanismError
 from governor_mechanism.scene import Scene
 
-CHECKS = {"pendulum_governor": pendulum.rows}
-"""The closed-form checks of each machine: scene -> rows."""
+CHECKS = {"pendulum_governor": pendulum.findings}
+"""The closed-form checks of each machine: scene -> rows, and notes (strings) on what was left out."""
 
 
 def check_against_closed_forms(scene: Scene) -> CheckReport:
@@ -16,7 +16,13 @@ def check_against_closed_forms(scene: Scene) -> CheckReport:
     machine = scene.part.machine
     if machine not in CHECKS:
         raise MechanismError(f"no closed form is written for machine {machine!r}; those with one are {sorted(CHECKS)}")
-    return CheckReport(title=scene.title, against="closed form", rows=tuple(CHECKS[machine](scene)))
+    found = list(CHECKS[machine](scene))
+    return CheckReport(
+        title=scene.title,
+        against="closed form",
+        rows=tuple(row for row in found if isinstance(row, Row)),
+        notes=tuple(note for note in found if isinstance(note, str)),
+    )
 
 
 __all__ = ["CheckReport", "Row", "check_against_closed_forms"]

@@ -60,9 +60,19 @@ def _coordinate_values(scene: Scene, over: Mapping[str, Sequence[float] | Array]
     coordinate = scene.part.mechanism.coordinate
     if list(over) != [coordinate]:
         raise MechanismError(f"`over` must give values of {coordinate!r}, the leading coordinate; got {list(over)}")
-    values = np.atleast_1d(np.asarray(over[coordinate], dtype=np.float64))
+    try:
+        values = np.atleast_1d(np.asarray(over[coordinate], dtype=np.float64))
+    except (TypeError, ValueError):
+        values = np.array([np.nan])
     if values.ndim != 1 or not values.size or not np.all(np.isfinite(values)):
-        raise MechanismError(f"values of {coordinate!r} must be a list of finite numbers; got {over[coordinate]!r}")
+        raise MechanismError(
+            f"values of {coordinate!r} must be a list of finite numbers in SI; got {over[coordinate]!r}"
+        )
+    for limit in scene.part.mechanism.limits:
+        outside = values[(values <= limit.low) | (values >= limit.high)]
+        if limit.reading == coordinate and outside.size:
+            where = f"{limit.low:.6g} to {limit.high:.6g} in SI"
+            raise MechanismError(f"{coordinate} = {outside[0]:.6g} lies outside the travel, {where}")
     return coordinate, values
 
 
@@ -110,7 +120,11 @@ def _parameters(kernel: Callable[..., float], available: Mapping[str, Array]) ->
 
 def _call(kernel: Callable[..., float], arguments: Mapping[str, float], coordinate: str, value: float) -> float:
     """The kernel's value; what is not one real number fails its row instead of stopping the others."""
-    result = np.asarray(kernel(**arguments))
+    try:
+        result = np.asarray(kernel(**arguments))
+    except Exception as error:
+        error.add_note(f"raised by the kernel at {coordinate} = {value:.6g}, called with {dict(arguments)}")
+        raise
     if result.size != 1 or result.dtype.kind not in "iuf":
         raise MechanismError(
             f"the kernel must return one real number; at {coordinate} = {value:.6g} it gave {result!r}"

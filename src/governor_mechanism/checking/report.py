@@ -33,11 +33,12 @@ class Row:
 
 @dataclass(frozen=True, kw_only=True)
 class CheckReport:
-    """The rows of one cross-check, against a 'closed form' or a 'kernel'."""
+    """The rows of one cross-check, against a 'closed form' or a 'kernel'; notes say what was left out, and why."""
 
     title: str
     against: str
     rows: tuple[Row, ...]
+    notes: tuple[str, ...] = ()
 
     @property
     def passed(self) -> bool:
@@ -73,7 +74,7 @@ class CheckReport:
         failed = sum(not row.passed for row in self.rows)
         verdict = f"all {len(self.rows)} agree" if not failed else f"{failed} of {len(self.rows)} do not agree"
         cut = f" (the {SHOWN} farthest shown)" if len(self.rows) > SHOWN else ""
-        return "\n".join([self.title, *lines, verdict + cut])
+        return "\n".join([self.title, *lines, *(f"note: {note}" for note in self.notes), verdict + cut])
 
 
 def _excess(row: Row) -> float:

@@ -47,7 +47,8 @@ class Reporter:
         self.mechanism: Mechanism = scene.part.mechanism
         self.program = SpeedProgram(scene.spindle)
         self._equations = JointEquations(self.mechanism)
-        self.turning = scene.part.plane == TURNING and scene.centrifugal
+        self.turning = scene.part.plane == TURNING
+        self.loaded = self.turning and scene.centrifugal
         mass = sum(body.mass for body in self.mechanism.bodies)
         self.time_scale = time_scale(scene)
         self.energy_scale = mass * self.mechanism.size**2 / self.time_scale**2
@@ -57,7 +58,9 @@ class Reporter:
         by_quantity = {"angle": 1.0, "length": self.mechanism.size}
         scales = {reading.name: by_quantity[reading.quantity] for reading in self.mechanism.readings}
         if self.turning:
-            scales |= {"spindle_speed": 1.0 / self.time_scale, "spindle_torque": self.energy_scale}
+            scales["spindle_speed"] = 1.0 / self.time_scale
+        if self.loaded:
+            scales["spindle_torque"] = self.energy_scale
         return scales
 
     def report(self, state: State) -> Report:
@@ -65,8 +68,9 @@ class Reporter:
         readings, rates = self._positions(state)
         units = {reading.name: UNITS[reading.quantity] for reading in self.mechanism.readings}
         if self.turning:
-            readings |= self._spindle(state)
-            units |= {"spindle_speed": "rad/s", "spindle_torque": "N m"}
+            readings["spindle_speed"], units["spindle_speed"] = self.program(state.times), "rad/s"
+        if self.loaded:
+            readings["spindle_torque"], units["spindle_torque"] = self._torque(state), "N m"
         return Report(
             readings=readings, rates=rates, units=units, joint_gap=self.gap(state.poses), energy=self._energy(state)
         )
@@ -108,8 +112,8 @@ class Reporter:
             rates[reading.name] = np.sum(gradient * state.velocities, axis=(-2, -1))
         return readings, rates
 
-    def _spindle(self, state: State) -> dict[str, Array]:
-        """Given speed: the drive's torque is the rate of the parts' angular momentum, d(J omega)/dt."""
+    def _torque(self, state: State) -> Array:
+        """The drive's torque at a given speed: the rate of the parts' angular momentum, d(J omega)/dt."""
         speed, slope = self.program(state.times), self.program.slope(state.times)
         rate = np.zeros_like(speed)
         for index, body in enumerate(self.mechanism.bodies):
@@ -117,7 +121,8 @@ class Reporter:
             rate += spindle_inertia_rate(
                 body.mass, *body.moments.in_plane, pose[:, 0], pose[:, 2], velocity[:, 0], velocity[:, 2]
             )
-        return {"spindle_speed": speed, "spindle_torque": rate * speed + self._inertia(state.poses) * slope}
+        torque: Array = rate * speed + self._inertia(state.poses) * slope
+        return torque
 
     def _inertia(self, poses: Array) -> Array:
         total: Array = sum(

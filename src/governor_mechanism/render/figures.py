@@ -16,9 +16,9 @@ from numpy.typing import NDArray
 
 from governor_mechanism.errors import MechanismError
 from governor_mechanism.files import written_beside
-from governor_mechanism.render.panel import limits_for
+from governor_mechanism.render.panel import NOISE, limits_for, plain_numbers
 from governor_mechanism.render.style import BLUE, GREEN, INK, PAPER, QUIET, RULE, SANS, SERIF, VERMILLION
-from governor_mechanism.render.wording import accuracy_line, everyday, rounded_up
+from governor_mechanism.render.wording import closing_lines, everyday, rounded_up
 from governor_mechanism.trajectory import Trajectory
 
 Array = NDArray[np.float64]
@@ -28,6 +28,8 @@ WIDTH, ROW, BORDER = 9.6, 1.9, 0.85
 DPI = 100
 ROUNDING = 1e-18
 """What is drawn for a zero on a logarithmic axis."""
+CLOSING_LETTERS = 140
+"""So many fit in the last line."""
 
 
 def readings_figure(run: Trajectory, path: str | os.PathLike[str]) -> Path:
@@ -53,21 +55,32 @@ def _draw(run: Trajectory) -> Figure:
     figure = Figure(figsize=(WIDTH, rows * ROW + BORDER), dpi=DPI, facecolor=PAPER)
     height = rows * ROW + BORDER
     grid = figure.add_gridspec(
-        rows, 2, left=0.075, right=0.985, top=1 - 0.75 / height, bottom=0.75 / height, hspace=0.62, wspace=0.17
+        rows, 2, left=0.075, right=0.975, top=1 - 0.75 / height, bottom=0.75 / height, hspace=0.62, wspace=0.17
     )
     for k, (name, values) in enumerate(run.readings.items()):
         _reading(figure.add_subplot(grid[k // 2, k % 2]), run, name, values)
     drift = np.abs(run.energy.jacobi - run.energy.jacobi[0]) / run.energy.scale
-    _errors(figure.add_subplot(grid[rows - 1, 0]), run.times, run.joint_gap, "widest joint gap", "m")
-    _errors(figure.add_subplot(grid[rows - 1, 1]), run.times, drift, "energy drift", "of the energy scale")
+    unit, factor = everyday("m")
+    size = max(part.mechanism.size for part in run.scene.parts) * factor
+    gap = figure.add_subplot(grid[rows - 1, 0])
+    _errors(gap, run.times, run.joint_gap * factor, ("widest joint gap", unit), size)
+    _errors(figure.add_subplot(grid[rows - 1, 1]), run.times, drift, ("energy drift", "of the energy scale"), 1.0)
     for axes in figure.axes[-2:]:
         axes.set_xlabel("time, s", color=QUIET, fontsize=8, fontfamily=SANS)
     title = figure.text(0.02, 1 - 0.27 / height, run.scene.title, fontsize=15, va="center")
     title.set(color=INK, fontfamily=SERIF, parse_math=False)
-    words, bad = accuracy_line(run)
-    colour = VERMILLION if bad else QUIET
-    figure.text(0.02, 0.16 / height, words, color=colour, fontsize=8.5, va="center", fontfamily=SANS)
+    _closing(figure, run, height)
     return figure
+
+
+def _closing(figure: Figure, run: Trajectory, height: float) -> None:
+    """How accurate the run is, or why it ended early; height (in) of the figure."""
+    lines, bad = closing_lines(run, CLOSING_LETTERS)
+    colour = VERMILLION if bad else QUIET
+    middles = (0.16,) if len(lines) == 1 else (0.26, 0.10)
+    for words, y in zip(lines, middles, strict=True):
+        text = figure.text(0.02, y / height, words, color=colour, fontsize=8.5, va="center", fontfamily=SANS)
+        text.set_parse_math(False)
 
 
 def _reading(axes: Axes, run: Trajectory, name: str, values: Array) -> None:
@@ -76,14 +89,21 @@ def _reading(axes: Axes, run: Trajectory, name: str, values: Array) -> None:
     unit = unit.replace("°", "deg")
     _dress(axes, name.replace("_", " "), unit)
     axes.plot(run.times, values * factor, color=GREEN if name.startswith("spindle") else BLUE, linewidth=1.3)
-    axes.set_ylim(limits_for(values * factor))
-    if run.reading_errors.get(name, 0.0) > 0:
-        _aside(axes, f"error estimate {rounded_up(run.reading_errors[name] * factor)} {unit}")
+    error = run.reading_errors.get(name, 0.0)
+    axes.set_ylim(limits_for(values * factor, max(NOISE * run.scales.get(name, 0.0), error) * factor))
+    plain_numbers(axes.yaxis, axes.get_ylim())
+    if error > 0:
+        _aside(axes, f"error estimate {rounded_up(error * factor)} {unit}")
 
 
-def _errors(axes: Axes, times: Array, values: Array, name: str, unit: str) -> None:
-    """A quantity that an exact run keeps at zero, on a logarithmic axis."""
-    _dress(axes, name, unit)
+def _errors(axes: Axes, times: Array, values: Array, heading: tuple[str, str], whole: float) -> None:
+    """A quantity that an exact run keeps at zero, on a logarithmic axis; a few last bits of `whole` are nothing."""
+    _dress(axes, *heading)
+    if values.max() <= 4 * np.finfo(float).eps * whole:
+        axes.set(xlim=(times[0], max(times[-1], times[0] + 1e-9)), yticks=[])
+        words = axes.text(0.5, 0.5, "zero to rounding", transform=axes.transAxes, fontsize=9, fontfamily=SANS)
+        words.set(color=QUIET, ha="center", va="center", backgroundcolor=PAPER)
+        return
     axes.set_yscale("log")
     axes.plot(times, np.maximum(values, ROUNDING), color=VERMILLION, linewidth=0.9)
     low, high = (10.0 ** math.floor(math.log10(max(v, ROUNDING))) for v in (np.percentile(values, 5), values.max()))

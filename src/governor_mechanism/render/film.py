@@ -5,6 +5,7 @@ from __future__ import annotations
 import os
 from collections.abc import Callable, Iterator
 from functools import partial
+from importlib import import_module
 from itertools import pairwise
 from pathlib import Path
 from typing import Any
@@ -45,7 +46,7 @@ def film(
     stop: float | None = None,
     progress: Progress | None = None,
 ) -> Path:
-    """Write the run as a film of size x size pixels, in true time; a path ending in .mp4 needs ffmpeg.
+    """Write the run as a film of size x size pixels, in true time; a path ending in .mp4 needs imageio-ffmpeg.
 
     `start` and `stop` (s) cut a piece out of the run; `part` names the part shown where the scene has several;
     progress(done, total) is called after every frame. Returns the path. An exception leaves no file behind.
@@ -54,10 +55,20 @@ def film(
     writers = {".gif": _write_gif, ".mp4": _write_mp4}
     if target.suffix.lower() not in writers:
         raise MechanismError(f"a film's name must end in .gif or .mp4; got {target.name!r}")
+    if target.suffix.lower() == ".mp4":
+        require_video_writer()
     write, span = writers[target.suffix.lower()], _span(run, start, stop)
     with written_beside(target) as temporary:
         write(temporary, partial(_picture, run, size, part), span, frames_per_second, progress or _silent)
     return target
+
+
+def require_video_writer() -> None:
+    """Raise MechanismError where films cannot be written as .mp4; to be called before long work."""
+    try:
+        import_module("imageio_ffmpeg")
+    except ImportError as missing:
+        raise MechanismError("writing .mp4 needs ffmpeg: pip install imageio-ffmpeg, or write a .gif") from missing
 
 
 def frames(
@@ -149,11 +160,6 @@ def _write_mp4(path: Path, picture_at: PictureAt, span: Span, rate: float, progr
 
 
 def _video(path: Path, rate: float) -> Any:
-    try:
-        import imageio.v2 as imageio
+    import imageio.v2 as imageio
 
-        return imageio.get_writer(path, format="FFMPEG", fps=rate, codec="libx264", quality=8, macro_block_size=2)
-    except ImportError as missing:
-        raise MechanismError(
-            "writing .mp4 needs ffmpeg: pip install 'governor-mechanism[video]', or write a .gif"
-        ) from missing
+    return imageio.get_writer(path, format="FFMPEG", fps=rate, codec="libx264", quality=8, macro_block_size=2)

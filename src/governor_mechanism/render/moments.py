@@ -21,7 +21,7 @@ T = TypeVar("T")
 class Moments:
     """One part of a run at the frames' times (f,) s, all within `span`, the piece of the run that is shown (s).
 
-    poses (f, bodies, 3) of the part; readings by plain name, (f,) SI, and their units; spindle_angle (f,) rad since the
+    poses (f, bodies, 3) of the part; readings by plain name, (f,) SI, their units and scales; spindle_angle (f,) rad since the
     start, zero where the run has no spindle speed; all_poses (n, bodies, 3) as the run reports them.
     """
 
@@ -31,6 +31,7 @@ class Moments:
     poses: Array
     readings: Mapping[str, Array]
     units: Mapping[str, str]
+    scales: Mapping[str, float]
     spindle_angle: Array
     all_poses: Array
 
@@ -77,6 +78,7 @@ def moments(run: Trajectory, part: Part, span: tuple[float, float], times: Array
         poses=_cubic(run.times, poses, velocities, times),
         readings={name: np.interp(times, run.times, values) for name, values in readings.items()},
         units=of_part(run, part, run.units),
+        scales=of_part(run, part, run.scales),
         spindle_angle=np.interp(times, run.times, turned),
         all_poses=poses,
     )

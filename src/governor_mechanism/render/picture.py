@@ -17,11 +17,12 @@ from numpy.typing import NDArray
 
 from governor_mechanism.errors import MechanismError
 from governor_mechanism.render.counter import Counter
-from governor_mechanism.render.layout import CAPTION, DIAL, ELEVATION, FOOTER, HEADER, SIDE, View, cells, fit
+from governor_mechanism.render.layout import CAPTION, CLOSING, DIAL, ELEVATION, HEADER, SIDE, View, cells, fit
 from governor_mechanism.render.moments import Moments
-from governor_mechanism.render.panel import ReadingPlot
+from governor_mechanism.render.panel import NOISE, ReadingPlot, Series
 from governor_mechanism.render.primitives import Circle, Lines, Pair, Shape, nice_step
 from governor_mechanism.render.shapes import (
+    ARC_WORDS,
     background_shapes,
     drawing_of,
     extent,
@@ -30,7 +31,7 @@ from governor_mechanism.render.shapes import (
     plan_shapes,
 )
 from governor_mechanism.render.style import GREEN, INK, PAPER, QUIET, RULE, SANS, SERIES, SERIF, VERMILLION, Brush
-from governor_mechanism.render.wording import accuracy_line, everyday, numerals
+from governor_mechanism.render.wording import closing_lines, everyday, numerals
 from governor_mechanism.scene import TURNING
 from governor_mechanism.trajectory import Trajectory
 
@@ -41,6 +42,8 @@ SMALLEST = 320
 TRACE = 1.0
 """Seconds of the traced body's path that are shown."""
 MOST_READINGS = 3
+CLOSING_LETTERS = 94
+"""In the last lines; so many fit in their usual size, or nearly."""
 
 
 class Pane:
@@ -154,8 +157,10 @@ class Picture:
             angle, sweep = float(moments.spindle_angle[k]), float(sweeps[k])
             return plan_shapes(moments.part, moments.poses[k], angle, sweep, ring)
 
-        for line, words in enumerate(reversed(drawing_of(moments.part).plan_words)):
-            self._write(words, (398, 446 - 13.5 * line), 9.5, color=QUIET)
+        lines = [(words, QUIET) for words in drawing_of(moments.part).plan_words]
+        lines += [(words, GREEN) for words in ARC_WORDS]
+        for line, (words, ink) in enumerate(reversed(lines)):
+            self._write(words, (398, 446 - 13.5 * line), 9.5, color=ink)
         still = (Circle("ring", 0.0, 0.0, ring),)
         return Pane(self.figure, view, self._size, still, shapes_at)
 
@@ -167,7 +172,9 @@ class Picture:
             unit, factor = everyday(moments.units.get(name, ""))
             values = moments.readings[name] * factor
             ink = GREEN if name == "spindle_speed" else colour
-            plots.append(ReadingPlot(self.figure, cell, ink, moments.span, moments.times, values, self._pixel))
+            noise = NOISE * moments.scales.get(name, 0.0) * factor
+            series = Series(span=moments.span, times=moments.times, values=values, noise=noise)
+            plots.append(ReadingPlot(self.figure, cell, ink, series, self._pixel))
             left, top, right, _ = cell
             self._write(name.replace("_", " "), (left, top + 7), 12.5, fontfamily=SERIF)
             self._count(numerals(values), unit, (right, top + 7), 12, color=ink, fontweight="bold")
@@ -192,10 +199,13 @@ class Picture:
     def _write_frame(self, run: Trajectory) -> None:
         """Title, rules, footer, caption and scale bar."""
         self._write(run.scene.title, (12, 18), 15, fontfamily=SERIF, room=376)
-        for y in (HEADER, FOOTER):
+        lines, bad = closing_lines(run, CLOSING_LETTERS)
+        rule, heights = CLOSING[len(lines)]
+        for y in (HEADER, rule):
             self._stroke((12, y), (468, y), RULE)
-        words, bad = accuracy_line(run)
-        self._write(words, (12, 470), 10, color=VERMILLION if bad else QUIET, room=456 if bad else 340)
+        for words, y in zip(lines, heights, strict=True):
+            size = 10 if len(lines) == 1 else 9.5
+            self._write(words, (12, y), size, color=VERMILLION if bad else QUIET, room=456 if bad else 340)
         if not bad:
             self._write(f"engine: {run.cost.engine}", (468, 470), 10, color=QUIET, ha="right")
         self._scale_bar()

@@ -21,6 +21,8 @@ Background = Callable[[Part, Array], tuple[Shape, ...]]
 Moving = Callable[[Part, Array], tuple[Shape, ...]]
 Plan = Callable[[Part, Array, float], tuple[Shape, ...]]
 
+ARC_WORDS = ("arc: turned", "since the", "last frame")
+"""What the arc on the plan's ring means, line by line."""
 MARGIN = 0.02
 """Free border round the shapes, as a fraction of the larger side."""
 

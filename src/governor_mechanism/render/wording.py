@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+import textwrap
 
 import numpy as np
 from numpy.typing import NDArray
@@ -43,12 +44,22 @@ def rounded_up(error: float) -> str:
     return f"{math.ceil(error / decade * (1 - 1e-9)) * decade:.0e}"
 
 
-def accuracy_line(run: Trajectory) -> tuple[str, bool]:
-    """What a run says about its accuracy or its early end, and whether that is bad news."""
-    if not run.outcome.ok and run.outcome is not Outcome.ACCURACY_MISSED:
-        return run.message, True
+def closing_lines(run: Trajectory, width: int) -> tuple[list[str], bool]:
+    """At most two lines of at most `width` letters on how accurate a run is or why it ended early; if it is bad news.
+
+    The cause of an early end comes first and may fill both lines; what is left goes to the general sentence.
+    """
+    if run.outcome.ok or run.outcome is Outcome.ACCURACY_MISSED:
+        return _accuracy(run)
+    lines = textwrap.wrap(run.detail or run.outcome.value, width, max_lines=2, placeholder=" …")
+    if run.detail and len(lines) == 1:
+        lines.append(textwrap.shorten(run.outcome.value, width, placeholder=" …"))
+    return lines, True
+
+
+def _accuracy(run: Trajectory) -> tuple[list[str], bool]:
     asked = f"asked {run.settings.get('asked_accuracy', run.scene.run.accuracy):.0e}"
     if run.error_estimate is None:
-        return f"accuracy not certified ({asked})", False
+        return [f"accuracy not certified ({asked})"], False
     missed = run.outcome is Outcome.ACCURACY_MISSED
-    return f"accurate {'only ' if missed else ''}to {rounded_up(run.error_estimate)}, {asked}", missed
+    return [f"accurate {'only ' if missed else ''}to {rounded_up(run.error_estimate)}, {asked}"], missed
