@@ -13,6 +13,7 @@ from pathlib import Path
 import pytest
 from typer.testing import CliRunner
 
+import governor_mechanism
 from governor_mechanism.cli import app
 from governor_mechanism.library import shipped
 
@@ -125,6 +126,25 @@ def test_no_equilibrium_at_that_speed_is_refused_when_the_scene_is_opened(tmp_pa
     result = call("run", str(scene))
     assert result.exit_code == 2
     assert "there is none at 90 rpm" in result.stderr
+
+
+def test_the_version_is_told():
+    result = call("--version")
+    assert (result.exit_code, result.stdout.strip()) == (0, governor_mechanism.__version__)
+
+
+def test_usage_errors_are_one_object_too_where_json_is_asked_for():
+    answer = subprocess.run([*COMMAND, "run", "--json"], capture_output=True, text=True, check=False)
+    assert answer.returncode == 2
+    assert json.loads(answer.stdout)["outcome"] == "bad_input"
+
+
+def test_a_reader_who_has_seen_enough_is_no_failure():
+    shell = f"{sys.executable} -m governor_mechanism.cli crosscheck watt | head -1; exit ${{PIPESTATUS[0]}}"
+    answer = subprocess.run(["bash", "-c", shell], capture_output=True, text=True, check=False)
+    assert answer.returncode == 0
+    assert answer.stdout.splitlines() == ["Watt governor"]
+    assert answer.stderr == ""
 
 
 def test_out_must_be_a_folder(tmp_path):

@@ -109,10 +109,11 @@ def run(
 ) -> int:
     """Simulate a scene; write its film, figure, readings (CSV), arrays (netCDF) and a record (JSON)."""
     import governor_mechanism as gm
-    from governor_mechanism.render.film import require_video_writer
     from governor_mechanism.saving import summary
 
     if film is FilmFormat.MP4 and not no_film:
+        from governor_mechanism.render.film import require_video_writer
+
         require_video_writer()
     _prepare_folder(out)
     opened = gm.load(scene)

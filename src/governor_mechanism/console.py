@@ -17,6 +17,9 @@ from governor_mechanism.errors import GovernorMechanismError, MechanismError
 
 OK, FAILED, BAD_INPUT, INTERRUPTED = 0, 1, 2, 130
 
+AGAIN = 1.0
+"""Seconds after which an interrupt that was swallowed strikes again: long beside the clearing away of half a file."""
+
 
 class Answered(SystemExit):
     """The end of a command that has said all it has to say."""
@@ -27,48 +30,69 @@ def guarded_command(command: Callable[..., int]) -> Callable[..., None]:
 
     @functools.wraps(command)
     def guarded(*args: Any, **options: Any) -> None:
+        as_json = bool(options.get("as_json"))
+        interrupts = Interrupts()
         try:
-            with _interruptible():
+            with interrupts:
                 status = command(*args, **options)
-        except MechanismError as error:
-            status = _refuse(list(error.problems), as_json=bool(options.get("as_json")))
-        except GovernorMechanismError as error:
-            status = _refuse([str(error)], as_json=bool(options.get("as_json")))
-        except BrokenPipeError:  # whoever read our output has seen enough
-            sys.stdout = None
-            status = OK
-        except OSError as error:
-            status = _refuse(
-                [f"cannot write {error.filename or 'the results'}: {error.strerror or error}"], as_json=False
-            )
-        except KeyboardInterrupt:
-            say("interrupted; files already complete were kept, no half-written one was left")
-            status = INTERRUPTED
+        except (Exception, KeyboardInterrupt) as error:
+            status = _interrupted() if interrupts.struck else _failed(error, as_json=as_json)
         raise Answered(status)
 
     return guarded
 
 
-@contextmanager
-def _interruptible() -> Iterator[None]:
-    """Make sure of a Ctrl-C: Python swallows the exception where it strikes within a finaliser."""
-    struck = False
+def _interrupted() -> int:
+    say("interrupted; files already complete were kept, no half-written one was left")
+    return INTERRUPTED
 
-    def strike(number: int, frame: FrameType | None) -> None:
-        nonlocal struck
-        struck = True
-        raise KeyboardInterrupt
 
-    if threading.current_thread() is not threading.main_thread():
-        yield
-        return
-    before = signal.signal(signal.SIGINT, strike)
-    try:
-        yield
-        if struck:
+def _failed(error: BaseException, *, as_json: bool) -> int:
+    """Say what a user can mend, and the status; anything else is a fault of ours and goes on up."""
+    if isinstance(error, MechanismError):
+        return _refuse(list(error.problems), as_json=as_json)
+    if isinstance(error, GovernorMechanismError):
+        return _refuse([str(error)], as_json=as_json)
+    if isinstance(error, BrokenPipeError):  # whoever read our output has seen enough
+        sys.stdout = None
+        return OK
+    if isinstance(error, OSError):
+        what = error.filename or "the results"
+        return _refuse([f"cannot read or write {what}: {error.strerror or error}"], as_json=as_json)
+    raise error
+
+
+class Interrupts:
+    """While it is open, a Ctrl-C is sure to end the command.
+
+    Where it strikes within a finaliser or an import, Python or a library swallows the exception or turns it into
+    another; so it strikes again every second, and `struck` tells what the end of the command was.
+    """
+
+    def __init__(self) -> None:
+        self.struck = False
+        self._again = hasattr(signal, "setitimer")
+        self._kinds = [signal.SIGINT, *([signal.SIGALRM] if self._again else [])]
+        self._before: list[Any] = []
+
+    def __enter__(self) -> None:
+        if threading.current_thread() is threading.main_thread():
+            self._before = [signal.signal(kind, self._strike) for kind in self._kinds]
+
+    def __exit__(self, *_: object) -> None:
+        if self._before:
+            if self._again:
+                signal.setitimer(signal.ITIMER_REAL, 0.0)
+            for kind, handler in zip(self._kinds, self._before, strict=True):
+                signal.signal(kind, handler)
+        if self.struck:
             raise KeyboardInterrupt
-    finally:
-        signal.signal(signal.SIGINT, before)
+
+    def _strike(self, number: int, frame: FrameType | None) -> None:
+        self.struck = True
+        if self._again:
+            signal.setitimer(signal.ITIMER_REAL, AGAIN)
+        raise KeyboardInterrupt
 
 
 @contextmanager

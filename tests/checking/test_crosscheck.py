@@ -11,6 +11,7 @@ import pytest
 import governor_mechanism as gm
 from governor_mechanism.checking import pendulum
 from governor_mechanism.checking.report import CheckReport, Row
+from governor_mechanism.engines import ImpulseEngine
 from governor_mechanism.library import shipped
 from governor_mechanism.scene import Spindle
 from scenes import CROSSED, PORTER, WATT, governor_scene
@@ -55,6 +56,39 @@ def test_a_scene_without_rest_is_checked_in_motion_alone():
         "Jacobi integral",
     ]
     assert report.passed, str(report)
+    assert any("rests nowhere within its travel" in note for note in report.notes)
+
+
+def test_a_run_that_ends_early_is_noted_and_compared_as_far_as_it_went():
+    report = gm.crosscheck(governor_scene(CROSSED, speed=13.0, angle=0.6, duration=5.0))
+    assert any("the balls meet" in note and "of 5 s" in note for note in report.notes)
+    assert report.passed, str(report)
+
+
+def test_a_run_worse_than_asked_does_not_widen_its_own_tolerance(monkeypatch):
+    scene = governor_scene(PORTER, speed=13.0, angle=0.9)
+    coarse = ImpulseEngine(step=2e-2, plain=True)
+    monkeypatch.setattr(pendulum, "_run", lambda scene: coarse.run(scene))
+    report = gm.crosscheck(scene)
+    assert not next(row for row in report.rows if row.quantity.startswith("arm angle in motion")).passed
+
+
+def test_turning_backwards_changes_nothing_but_the_sign():
+    report = gm.crosscheck(governor_scene(PORTER, speed=-13.0, angle=0.7))
+    assert report.passed, str(report)
+    assert len(report.rows) == 8
+
+
+@pytest.mark.parametrize("speed", [0.0, 5.0])
+def test_a_spindle_too_slow_to_lift_the_arms_is_noted(speed):
+    report = gm.crosscheck(governor_scene({**PORTER, "offset": 0.0}, speed=speed, angle=0.3, duration=0.2))
+    assert report.notes
+
+
+def test_a_scene_without_gravity_has_no_closed_form():
+    scene = replace(governor_scene(PORTER, speed=13.0, angle=0.7), effects=())
+    with pytest.raises(gm.MechanismError, match="need both effects"):
+        gm.crosscheck(scene)
 
 
 def test_a_speed_program_is_checked_too():

@@ -6,12 +6,14 @@ import dataclasses
 
 import numpy as np
 import pytest
+from matplotlib.backends.backend_agg import FigureCanvasAgg
 from PIL import Image
 
 from governor_mechanism.errors import MechanismError
 from governor_mechanism.render import figures
 from governor_mechanism.render.figures import readings_figure
 from governor_mechanism.render.wording import numerals, rounded_up
+from governor_mechanism.trajectory import Outcome
 from render.fake_run import CASES, fake_run
 
 
@@ -32,7 +34,7 @@ def test_every_reading_stands_in_everyday_units(porter):
     words = [text.get_text() for axes in figures._draw(porter).axes for text in axes.texts]
     for label in ("arm angle, deg", "ball radius, mm", "sleeve lift, mm", "spindle speed, rpm", "spindle torque, N m"):
         assert label in words
-    assert "widest joint gap, m" in words
+    assert "widest joint gap, mm" in words
     assert "energy drift, of the energy scale" in words
 
 
@@ -45,6 +47,31 @@ def test_an_exact_run_can_be_drawn_on_logarithmic_axes(tmp_path, porter):
     nothing = np.zeros(len(porter.times))
     exact = dataclasses.replace(porter, joint_gap=nothing, energy=dataclasses.replace(porter.energy, jacobi=nothing))
     assert readings_figure(exact, tmp_path / "a.png").exists()
+    last = figures._draw(exact).axes[-2:]
+    assert all("zero to rounding" in [text.get_text() for text in axes.texts] for axes in last)
+
+
+def test_rounding_noise_is_a_flat_line_and_no_factor_is_printed_over_a_heading(porter):
+    noise = 1e-17 * np.sin(50 * porter.times)
+    rest = dataclasses.replace(porter, readings={**porter.readings, "spindle_torque": noise})
+    figure = figures._draw(rest)
+    FigureCanvasAgg(figure).draw()
+    torque = figure.axes[list(rest.readings).index("spindle_torque")]
+    low, high = torque.get_ylim()
+    assert high - low > 1e6 * np.ptp(noise)
+    assert all(axes.yaxis.get_offset_text().get_text() == "" for axes in figure.axes)
+
+
+def test_the_cause_of_an_early_end_comes_first_and_stays_within_the_figure(porter):
+    for detail in ("arm_angle: the arms stand at 90 degrees", 30 * "a cause told at length, "):
+        figure = figures._draw(dataclasses.replace(porter, outcome=Outcome.LEFT_RANGE, detail=detail))
+        renderer = FigureCanvasAgg(figure).get_renderer()
+        first, second = figure.texts[-2:]
+        assert first.get_text().startswith(detail[:30])
+        for line in (first, second):
+            assert line.get_window_extent(renderer).x1 < 960
+        assert first.get_window_extent(renderer).y0 > second.get_window_extent(renderer).y1 - 2
+    assert second.get_text().endswith("…")
 
 
 def test_a_run_of_one_report_can_be_drawn(tmp_path):

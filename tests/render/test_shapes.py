@@ -23,6 +23,7 @@ from governor_mechanism.render.primitives import (
     hatching,
     nice_step,
 )
+from governor_mechanism.render.room import first_room, widths_between
 from governor_mechanism.render.shapes import (
     DRAWINGS,
     background_shapes,
@@ -129,6 +130,27 @@ def test_the_pointer_shows_the_lift_on_the_scale(name):
         tip = next(s for s in moving_shapes(part, run.poses[k]) if s.role == "pointer").points[0][1]
         shown = first + (tip - low.y) / (high.y - low.y) * (last - first)
         assert shown == pytest.approx(run.readings["sleeve_lift"][k], abs=1e-9)
+
+
+@pytest.mark.parametrize("name", CASES)
+@pytest.mark.parametrize(("middle", "swing"), [(30.0, 8.0), (58.0, 27.0)])
+def test_nothing_passes_over_the_scale(name, middle, swing):
+    run = fake_run(CASES[name] | ({"link": 0.45} if "link" in CASES[name] else {}), middle=middle, swing=swing)
+    part = run.scene.part
+    still = background_shapes(part, run.poses)
+    scale = next(s for s in still if isinstance(s, Lines) and s.role == "scale")
+    left, right, bottom, top = bounds([scale, *(s for s in still if isinstance(s, Text))])
+    passing = [s for pose in run.poses for s in moving_shapes(part, pose) if s.role in ("arm", "link", "ball")]
+    assert all(high <= left or low >= right for low, high in widths_between(passing, bottom, top))
+
+
+def test_widths_between_two_heights():
+    ball, slope = Circle("ball", 1.0, 0.0, 0.5), Polygon("arm", ((0.0, 0.0), (4.0, 4.0), (4.0, 4.1)))
+    assert widths_between([ball], 0.3, 2.0) == [pytest.approx((0.6, 1.4))]
+    assert widths_between([ball], 0.5, 2.0) == []
+    assert widths_between([slope], 1.0, 2.0) == [pytest.approx((1.0 / 1.025, 2.0))]
+    assert first_room([(1.0, 2.0), (0.0, 0.5), (2.2, 3.0)], 0.6, 0.3) == 0.6
+    assert first_room([(1.0, 2.0), (0.0, 0.5), (2.2, 3.0)], 0.6, 0.5) == 3.0
 
 
 def test_the_scale_covers_the_travel_and_its_numbers_stand_apart_even_at_rest():

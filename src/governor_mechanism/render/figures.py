@@ -90,7 +90,7 @@ def _reading(axes: Axes, run: Trajectory, name: str, values: Array) -> None:
     _dress(axes, name.replace("_", " "), unit)
     axes.plot(run.times, values * factor, color=GREEN if name.startswith("spindle") else BLUE, linewidth=1.3)
     error = run.reading_errors.get(name, 0.0)
-    axes.set_ylim(limits_for(values * factor, max(NOISE * run.scales.get(name, 0.0), error) * factor))
+    axes.set_ylim(limits_for(values * factor, NOISE * run.scales.get(name, 0.0) * factor))
     plain_numbers(axes.yaxis, axes.get_ylim())
     if error > 0:
         _aside(axes, f"error estimate {rounded_up(error * factor)} {unit}")

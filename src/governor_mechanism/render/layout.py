@@ -18,7 +18,7 @@ PANEL: Rect = (300.0, 46.0, 470.0, 452.0)
 DIAL: Rect = (300.0, 364.0, 388.0, 452.0)
 HEADER, FOOTER = 35.0, 459.0
 """Rules under the title and over the last line."""
-CLOSING: dict[int, tuple[float, tuple[float, ...]]] = {1: (FOOTER, (470.0,)), 2: (456.0, (463.5, 474.0))}
+CLOSING: dict[int, tuple[float, tuple[float, ...]]] = {1: (FOOTER, (470.0,)), 2: (456.0, (463.0, 473.3))}
 """By the number of last lines: the rule over them, and their middles."""
 
 

@@ -21,8 +21,8 @@ T = TypeVar("T")
 class Moments:
     """One part of a run at the frames' times (f,) s, all within `span`, the piece of the run that is shown (s).
 
-    poses (f, bodies, 3) of the part; readings by plain name, (f,) SI, their units and scales; spindle_angle (f,) rad since the
-    start, zero where the run has no spindle speed; all_poses (n, bodies, 3) as the run reports them.
+    poses (f, bodies, 3) of the part; readings by plain name, (f,) SI, their units and scales; spindle_angle (f,) rad
+    since the start, zero where the run has no spindle speed; all_poses (n, bodies, 3) as the run reports them.
     """
 
     part: Part

@@ -25,6 +25,7 @@ from governor_mechanism.render.primitives import (
     nice_step,
     rectangle,
 )
+from governor_mechanism.render.room import first_room, telling_poses, widths_between
 from governor_mechanism.scene import Part
 
 Array = NDArray[np.float64]
@@ -35,6 +36,12 @@ SPINDLE = 0.030
 ARM, LINK, PIVOT = 0.058, 0.042, 0.021
 GROOVE = 0.62
 """half width of a light sleeve's groove, as a fraction of the sleeve's"""
+
+
+PASSING = ("arm", "link", "ball")
+"""What the scale of the lift keeps clear of."""
+SCALE = 0.365
+"""width of that scale with its numbers"""
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -70,7 +77,7 @@ def background(part: Part, poses: Array) -> tuple[Shape, ...]:
         *_bearing(u, foot - 0.14 * u, foot - 0.04 * u),
         rectangle("spindle", -1.6 * w, 1.6 * w, foot - 0.04 * u, foot - 0.012 * u),
         *_suspension(governor),
-        *_scale(part, width + 0.10 * u, lowest - zero, highest - zero, zero - drop),
+        *_scale(part, poses, width + 0.10 * u, (lowest - zero, highest - zero), zero - drop),
     )
 
 
@@ -245,17 +252,29 @@ def _suspension(governor: Governor) -> tuple[Shape, ...]:
     )
 
 
-def _scale(part: Part, x: float, low: float, high: float, shift: float) -> tuple[Shape, ...]:
-    """A scale at x (m) whose marks (mm) cover the lifts low..high (m); a lift's mark stands at lift + shift (m)."""
+def _scale(part: Part, poses: Array, near: float, lifts: Pair, shift: float) -> tuple[Shape, ...]:
+    """A scale whose marks (mm) cover the lifts (m), lowest and highest; a lift's mark stands at lift + shift (m).
+
+    It stands at x = near (m), or where arms, links or balls pass there, beside them, with lines that lead to it.
+    """
     u = part.mechanism.size
+    low, high = lifts
     step = nice_step(max(high - low, 0.04 * u), 5)
     first = math.floor(low / step + 1e-9)
     # Long enough that its two numbers stand apart.
     last = max(math.ceil(high / step - 1e-9), first + math.ceil(0.1 * u / step))
     marks = [(k, k * step + shift) for k in range(first, last + 1)]
+    bottom, top = marks[0][1] - 0.04 * u, marks[-1][1] + 0.04 * u
+    passing = [shape for pose in telling_poses(poses) for shape in moving(part, pose) if shape.role in PASSING]
+    # Beside what passes, a little air.
+    x = first_room(widths_between(passing, bottom, top), near - 0.01 * u, SCALE * u)
+    x = near if x < near else x + 0.05 * u
+    leaders = () if x == near else (Lines("leader", tuple(((near, y), (x, y)) for _, y in marks)),)
     ticks = tuple(((x, y), (x + (0.05 if k in (first, last) else 0.03) * u, y)) for k, y in marks)
+    # Letters keep their size where a wide machine is drawn small: far out, their room grows with the width.
+    room = 0.3 * u if x == near else 0.4 * x
     words = [
-        Text("scale", x + 0.065 * u, y, f"{k * step * 1e3:.6g}{unit}", 0.3 * u)
+        Text("scale", x + 0.065 * u, y, f"{k * step * 1e3:.6g}{unit}", room)
         for (k, y), unit in ((marks[0], ""), (marks[-1], " mm"))
     ]
-    return (Lines("scale", (((x, marks[0][1]), (x, marks[-1][1])), *ticks)), *words)
+    return (*leaders, Lines("scale", (((x, marks[0][1]), (x, marks[-1][1])), *ticks)), *words)

@@ -14,6 +14,7 @@ from numpy.typing import NDArray
 
 from governor_mechanism.render import generic, pendulum
 from governor_mechanism.render.primitives import Box, Circle, Lines, Shape, bounds
+from governor_mechanism.render.room import telling_poses
 from governor_mechanism.scene import Part
 
 Array = NDArray[np.float64]
@@ -94,23 +95,15 @@ def plan_shapes(part: Part, pose: Array, angle: float, sweep: float, ring: float
 def plan_ring(part: Part, poses: Array) -> float:
     """Radius (m) of a ring that holds the plan at every pose of a run (n, bodies, 3)."""
     plan = drawing_of(part).plan
-    reach = max(max(map(abs, bounds(plan(part, pose, 0.0)))) for pose in _telling_poses(poses))
+    reach = max(max(map(abs, bounds(plan(part, pose, 0.0)))) for pose in telling_poses(poses))
     return 1.10 * reach
 
 
 def extent(part: Part, poses: Array) -> Box:
     """The box (m) that holds every shape over a run with poses (n, bodies, 3), with a margin."""
     shapes = list(background_shapes(part, poses))
-    for pose in _telling_poses(poses):
+    for pose in telling_poses(poses):
         shapes += moving_shapes(part, pose)
     left, right, bottom, top = bounds(shapes)
     margin = MARGIN * max(right - left, top - bottom)
     return left - margin, right + margin, bottom - margin, top + margin
-
-
-def _telling_poses(poses: Array) -> Array:
-    """A few hundred poses that hold the extremes of every coordinate of every body, so that long runs stay cheap."""
-    flat = poses.reshape(len(poses), -1)
-    spread = np.linspace(0, len(poses) - 1, min(len(poses), 200)).astype(int)
-    chosen: Array = poses[np.unique(np.concatenate([spread, flat.argmin(axis=0), flat.argmax(axis=0)]))]
-    return chosen

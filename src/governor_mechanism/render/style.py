@@ -43,6 +43,7 @@ STYLES = {
     "bearing": Style(fill=PAPER, width=0.9),
     "hatching": Style(stroke=INK, width=0.6),
     "guide": Style(stroke=QUIET, width=0.9, dashes=(5.0, 3.0)),
+    "leader": Style(stroke=RULE, width=0.7),
     "scale": Style(stroke=QUIET, width=0.8),
     "arm": Style(fill=STEEL, width=0.9),
     "link": Style(fill=BRIGHT, width=0.9),
