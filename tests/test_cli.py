@@ -159,13 +159,16 @@ def test_ctrl_c_leaves_no_partial_file_and_says_one_line(stage, tmp_path):
     scene = short_scene(tmp_path, **{'"1 s"': '"3000 s"' if stage == "run" else '"400 s"', '"10 ms"': '"50 ms"'})
     out = tmp_path / "out"
     words = [*COMMAND, "run", str(scene), "--out", str(out), "--accuracy", "1e-9" if stage == "run" else "1e-3"]
-    process = subprocess.Popen(words, stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True)
-    if stage == "run":
-        time.sleep(2.0)  # imports take half a second, the run over a minute
-    else:
-        wait_until(lambda: any(name.endswith(".gif") for name in listing(out)))
-    process.send_signal(signal.SIGINT)
-    printed, said = process.communicate(timeout=60)
+    with subprocess.Popen(words, stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True) as process:
+        try:
+            if stage == "run":
+                time.sleep(2.0)  # imports take a second or two, the run over a minute
+            else:
+                wait_until(lambda: any(name.endswith(".gif") for name in listing(out)))
+            process.send_signal(signal.SIGINT)
+            printed, said = process.communicate(timeout=60)
+        finally:
+            process.kill()
     assert process.returncode == 130
     assert said.splitlines() == ["interrupted; files already complete were kept, no half-written one was left"]
     assert printed == ""

@@ -91,8 +91,10 @@ def test_both_witnesses_find_the_same_equilibria(seed):
 
 def test_a_linkage_that_cannot_reach_names_the_joint_and_the_length():
     mechanism = mechanism_of({**UNCROSSED_LINKS, "link": 0.15})
-    with pytest.raises(MechanismError, match=r"joint '(right|left) link' stays open by .* a length near"):
+    with pytest.raises(MechanismError, match=r"joint '(right|left) link' stays open by .* a length near") as refusal:
         Assembler(mechanism).poses(1.4)
+    needed = float(str(refusal.value).split("a length near ")[1].split()[0])
+    assert needed > 0.15
 
 
 def test_no_speed_of_rest_without_both_effects():
