@@ -107,6 +107,7 @@ class Limit:
 class Mechanism:
     """Bodies held by joints, with one leading coordinate (a reading's name) for mechanisms of mobility one.
 
+    `watched` are readings that limits refer to but no user asks for.
     size (m) is the length that accuracies refer to. sketch holds one pose (x, y, angle) per body, from which the
     mechanism is assembled.
     """
@@ -118,6 +119,7 @@ class Mechanism:
     size: float
     sketch: tuple[tuple[float, float, float], ...]
     limits: tuple[Limit, ...] = ()
+    watched: tuple[Reading, ...] = ()
 
     def __post_init__(self) -> None:
         require_positive(self.size, "m", "size of the mechanism")
@@ -147,7 +149,7 @@ class Mechanism:
 
     def reading(self, name: str) -> Reading:
         """The reading of that name."""
-        for reading in self.readings:
+        for reading in (*self.readings, *self.watched):
             if reading.name == name:
                 return reading
         names = [reading.name for reading in self.readings]

@@ -14,6 +14,7 @@ from governor_mechanism.engines.base import Task
 from governor_mechanism.engines.climb import Climb, Tuning
 from governor_mechanism.engines.report import time_scale
 from governor_mechanism.joints import GROUND, Joint, Pin, Point, Slider
+from governor_mechanism.machines.pendulum import PendulumGovernor
 from governor_mechanism.mechanism import Body, Coordinate, LineAngle, Mechanism, SecondMoments
 from governor_mechanism.scene import Spindle
 from governor_mechanism.trajectory import Outcome
@@ -136,3 +137,24 @@ def test_a_body_guided_beside_the_axis_feels_the_centrifugal_load():
 
     assert evaluations(0.0) == 0
     assert evaluations(0.1) > 0
+
+
+@pytest.mark.parametrize("engine", ENGINES)
+def test_a_link_that_passes_its_dead_centre_ends_the_run_though_the_arm_turns_back(engine):
+    # The short link comes to stand across the spindle; the arm cannot go on and turns back, the sleeve goes through.
+    dimensions = {**PORTER, "link": 0.15}
+    limit = PendulumGovernor(**dimensions).mechanism().limits[0]
+    scene = governor_scene(dimensions, speed=60.0, angle=limit.high - 0.02, rate=0.5, every=0.25)
+    run = engine().run(scene)
+    assert run.outcome is Outcome.LEFT_RANGE
+    assert "the link stands at 90 degrees" in run.message
+
+
+@pytest.mark.parametrize("engine", ENGINES)
+@pytest.mark.parametrize("every", [2.0, 0.1])
+def test_a_jump_of_the_speed_at_the_very_end_is_no_obstacle(engine, every):
+    jump = Spindle(times=(0.0, 2.0, 2.0), speeds=(13.0, 13.0, 14.0))
+    run = engine().run(governor_scene(PORTER, speed=jump, angle=0.7, every=every, accuracy=1e-2))
+    assert run.outcome is Outcome.DONE
+    _, rates = one_coordinate_motion(run.scene, run.times)
+    np.testing.assert_allclose(run.rates["arm_angle"], rates, atol=1e-2 * run.scales["spindle_speed"])

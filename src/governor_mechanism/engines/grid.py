@@ -31,7 +31,7 @@ class Grid:
 
 def make_grid(times: Array, breaks: Array, step: float, longest: float) -> Grid:
     """A grid whose steps are at most `step` and whose stations are at most `longest` apart (s), starting at 0."""
-    inner = breaks[(breaks > 0) & (breaks < times[-1])]
+    inner = breaks[(breaks > 0) & (breaks <= times[-1] * (1 + SAME))]
     # 0.1 * 3 is not 0.3: a reported time beside a break is that break, or an interval of rounding would be stepped.
     beside = np.abs(times[:, np.newaxis] - inner).min(axis=1, initial=np.inf) < SAME * times[-1]
     marks = np.unique(np.concatenate([[0.0], times[~beside], inner]))

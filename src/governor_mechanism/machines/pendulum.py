@@ -88,7 +88,8 @@ class PendulumGovernor(Machine):
             coordinate="arm_angle",
             size=self.arm,
             sketch=self._poses(angle),
-            limits=(Limit(reading="arm_angle", low=low, high=high, below=below, above=above),),
+            limits=(Limit(reading="arm_angle", low=low, high=high, below=below, above=above), *self._link_limit()),
+            watched=self._link_angle(),
         )
 
     def dimensions(self) -> dict[str, float]:
@@ -167,6 +168,21 @@ class PendulumGovernor(Machine):
             LineAngle(name="arm_angle", quantity="angle", start=suspension, end=ball),
             Coordinate(name="ball_radius", quantity="length", point=ball, along_x=1.0, along_y=0.0),
             lift,
+        )
+
+    def _link_angle(self) -> tuple[Reading, ...]:
+        """A link that pulls at a sleeve passes its dead centre while the arm turns back: the arm does not tell."""
+        if self.sleeve_mass is None:
+            return ()
+        knee, lug = Point(body=RIGHT, x=self.joint_length - self.arm), Point(body=SLEEVE, x=self.lug)
+        return (LineAngle(name="link_angle", quantity="angle", start=knee, end=lug),)
+
+    def _link_limit(self) -> tuple[Limit, ...]:
+        sentence = "the link stands at 90 degrees to the spindle (dead centre)"
+        right = math.pi / 2
+        return tuple(
+            Limit(reading=reading.name, low=-right, high=right, below=sentence, above=sentence)
+            for reading in self._link_angle()
         )
 
     def _zero_lift_angle(self) -> float:
