@@ -8,7 +8,7 @@ import numpy as np
 from scipy.integrate import solve_ivp
 
 from governor_mechanism.closed_form import pendulum as closed
-from governor_mechanism.speed import SpeedProgram
+from governor_mechanism.equations.timing import SpeedProgram
 
 
 def one_coordinate_motion(scene, times, governor=None):

@@ -4,7 +4,9 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 
+from governor_mechanism.curves import Curve
 from governor_mechanism.errors import MechanismError, require_finite, require_positive
+from governor_mechanism.programs import Motion
 
 GROUND = "ground"
 """The plane the mechanism lives in: fixed, or turning with the spindle."""
@@ -66,3 +68,116 @@ class Slider(Joint):
     def __post_init__(self) -> None:
         super().__post_init__()
         require_finite(self.angle, "rad", f"angle of slider {self.name!r}")
+
+
+@dataclass(frozen=True, kw_only=True)
+class Weld(Joint):
+    """The two points coincide and the bodies keep `turn` (rad): the second's angle less the first's. Takes three."""
+
+    turn: float = 0.0
+
+    def __post_init__(self) -> None:
+        super().__post_init__()
+        require_finite(self.turn, "rad", f"turn of weld {self.name!r}")
+
+
+@dataclass(frozen=True, kw_only=True)
+class Prismatic(Slider):
+    """A slider whose bodies also keep `turn` (rad): the second's angle less the first's. Takes two freedoms."""
+
+    turn: float = 0.0
+
+    def __post_init__(self) -> None:
+        super().__post_init__()
+        require_finite(self.turn, "rad", f"turn of prismatic joint {self.name!r}")
+
+
+@dataclass(frozen=True, kw_only=True)
+class ArcSlot(Joint):
+    """The second point runs in a slot of the first body, an arc of `radius` (m) about the first point. Takes one."""
+
+    radius: float
+
+    def __post_init__(self) -> None:
+        super().__post_init__()
+        require_positive(self.radius, "m", f"radius of arc slot {self.name!r}")
+
+
+@dataclass(frozen=True, kw_only=True)
+class CurveSlot(Joint):
+    """The second point runs on a curve of the first body, y = curve(x). Takes one freedom.
+
+    The curve's axes have their origin in the first point, x at `angle` (rad, anticlockwise) from the body's x axis.
+    """
+
+    curve: Curve
+    angle: float = 0.0
+
+    def __post_init__(self) -> None:
+        super().__post_init__()
+        require_finite(self.angle, "rad", f"angle of curve slot {self.name!r}")
+
+
+@dataclass(frozen=True, kw_only=True)
+class Gear(Joint):
+    """The second body's angle is ratio * the first's + offset (rad), each against the plane. Takes one freedom.
+
+    Toothed wheels that mesh outside have a negative ratio. The points only say where the wheels' centres are.
+    """
+
+    ratio: float
+    offset: float = 0.0
+
+    def __post_init__(self) -> None:
+        super().__post_init__()
+        require_finite(self.ratio, "", f"ratio of gear {self.name!r}")
+        require_finite(self.offset, "rad", f"offset of gear {self.name!r}")
+        if self.ratio == 0.0:
+            raise MechanismError(f"ratio of gear {self.name!r} must not be 0; to hold a body still use a weld")
+
+
+@dataclass(frozen=True, kw_only=True)
+class Rack(Joint):
+    """A pinion, the first body, drives a rack: the second point's way along a direction is radius * angle + offset.
+
+    The way (m) is counted from the first point, the pinion's centre, along `angle` (rad, anticlockwise from the plane's
+    x axis). A negative radius (m) drives the other way. Takes one freedom.
+    """
+
+    radius: float
+    angle: float = 0.0
+    offset: float = 0.0
+
+    def __post_init__(self) -> None:
+        super().__post_init__()
+        for name, unit in (("radius", "m"), ("angle", "rad"), ("offset", "m")):
+            require_finite(getattr(self, name), unit, f"{name} of rack {self.name!r}")
+        if self.radius == 0.0:
+            raise MechanismError(f"radius of rack {self.name!r} must not be 0")
+
+
+@dataclass(frozen=True, kw_only=True)
+class DrivenTurn(Joint):
+    """A drive turns the second body against the first: its angle less the first's follows `motion` (rad)."""
+
+    motion: Motion
+
+
+@dataclass(frozen=True, kw_only=True)
+class DrivenSlide(Joint):
+    """A drive moves the second point along a line of the first body: its way from the first point follows `motion` (m).
+
+    The line has `angle` (rad, anticlockwise from the first body's x axis). Across the line the point is free.
+    """
+
+    motion: Motion
+    angle: float
+
+    def __post_init__(self) -> None:
+        super().__post_init__()
+        require_finite(self.angle, "rad", f"angle of drive {self.name!r}")
+
+
+ALL_JOINTS: frozenset[type[Joint]] = frozenset(
+    {Pin, Distance, Slider, Weld, Prismatic, ArcSlot, CurveSlot, Gear, Rack, DrivenTurn, DrivenSlide}
+)

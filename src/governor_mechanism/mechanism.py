@@ -7,6 +7,7 @@ from dataclasses import dataclass, field
 
 from governor_mechanism.errors import MechanismError, did_you_mean, require_finite, require_positive
 from governor_mechanism.joints import GROUND, Joint, Point
+from governor_mechanism.loads import Load
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -57,20 +58,44 @@ class Reading:
 
 @dataclass(frozen=True, kw_only=True)
 class LineAngle(Reading):
-    """Angle of the line start -> end from the downward vertical, positive toward +x (rad, within -pi..pi)."""
+    """Angle of the line start -> end from the downward vertical, positive toward +x (rad, within -pi..pi).
+
+    `zero` is subtracted.
+    """
 
     start: Point
     end: Point
+    zero: float = 0.0
+
+
+@dataclass(frozen=True, kw_only=True)
+class BodyAngle(Reading):
+    """Angle of a body's axes less that of another's (rad, anticlockwise, counted on over whole turns)."""
+
+    body: str
+    against: str = GROUND
+
+
+@dataclass(frozen=True, kw_only=True)
+class Separation(Reading):
+    """Distance of two points (m)."""
+
+    first: Point
+    second: Point
 
 
 @dataclass(frozen=True, kw_only=True)
 class Coordinate(Reading):
-    """Position of a point along a direction (m): along_x * x + along_y * y - zero."""
+    """Position of a point along a direction (m): along_x * x + along_y * y - zero.
+
+    x and y are counted from `origin` and along its body's axes, where one is given; else in the plane.
+    """
 
     point: Point
     along_x: float
     along_y: float
     zero: float = 0.0
+    origin: Point = field(default_factory=lambda: Point(body=GROUND))
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -107,7 +132,7 @@ class Limit:
 class Mechanism:
     """Bodies held by joints, with one leading coordinate (a reading's name) for mechanisms of mobility one.
 
-    `watched` are readings that limits refer to but no user asks for.
+    loads act on the bodies beside a scene's effects. `watched` are readings that limits refer to but no user asks for.
     size (m) is the length that accuracies refer to. sketch holds one pose (x, y, angle) per body, from which the
     mechanism is assembled.
     """
@@ -120,21 +145,27 @@ class Mechanism:
     sketch: tuple[tuple[float, float, float], ...]
     limits: tuple[Limit, ...] = ()
     watched: tuple[Reading, ...] = ()
+    loads: tuple[Load, ...] = ()
 
     def __post_init__(self) -> None:
         require_positive(self.size, "m", "size of the mechanism")
         names = [body.name for body in self.bodies]
         problems = [
             f"{what} {name!r} stands {count} times; names must differ"
-            for what, group in (("body", names), ("joint", [j.name for j in self.joints]))
+            for what, group in (
+                ("body", names),
+                ("joint", [joint.name for joint in self.joints]),
+                ("load", [load.name for load in self.loads]),
+            )
             for name, count in Counter(group).items()
             if count > 1
         ]
+        ends = [("joint", joint.name, {joint.first.body, joint.second.body}) for joint in self.joints]
+        ends += [("load", load.name, set(load.bodies)) for load in self.loads]
         problems += [
-            f"joint {joint.name!r} refers to body {point.body!r}; bodies are {names}.{did_you_mean(point.body, names)}"
-            for joint in self.joints
-            for point in (joint.first, joint.second)
-            if point.body != GROUND and point.body not in names
+            f"{what} {name!r} refers to body {body!r}; bodies are {names}.{did_you_mean(body, names)}"
+            for what, name, bodies in ends
+            for body in sorted(bodies - {GROUND, *names})
         ]
         if len(self.sketch) != len(self.bodies):
             problems.append(

@@ -12,8 +12,9 @@ from typing import TYPE_CHECKING, Any, TypeVar
 from governor_mechanism.effects import Centrifugal, Effect
 from governor_mechanism.errors import MechanismError
 from governor_mechanism.machines import MACHINES
+from governor_mechanism.machines.custom import CUSTOM
 from governor_mechanism.machines.dimensions import Machine
-from governor_mechanism.scene import EQUILIBRIUM, Part, RunSettings, Scene, Spindle, Start
+from governor_mechanism.scene import EQUILIBRIUM, TURNING, FreeSpindle, Part, RunSettings, Scene, Spindle, Start
 from governor_mechanism.units import shown
 
 if TYPE_CHECKING:
@@ -62,22 +63,21 @@ def scene_from_document(document: Mapping[str, Any], source: str = "") -> Scene:
     found = _Findings(source)
     if not isinstance(document, Mapping):
         raise MechanismError(found.located(f"a scene is a table of keys; found {shown(document)}"))
-    top = found.table(models.SceneTable, dict(document), "")
     tables = {name: dict(value) for name, value in document.items() if isinstance(value, Mapping)}
-    kind = _machine_meant(document)
-    built = _built(found, kind, tables, "dimensions" in document)
+    meant = _machine_meant(document)
+    top, part, start = (_own if meant == CUSTOM else _of_dimensions)(found, document, tables)
     effects = _effects(found, tables, document)
-    spindle = found.table(models.SpindleTable, tables["spindle"], "spindle") if "spindle" in tables else {}
-    start = _start(found, kind, built, tables.get("start", {}))
+    spindle = _spindle(found, tables)
     settings = found.table(models.RunTable, tables.get("run", {}), "run")
     run = found.made("[run]", lambda: RunSettings(**settings))
-    if found.sentences or built is None or run is None:
+    found.add(*_idle(part, spindle, tables))
+    if found.sentences or part is None or run is None:
         raise MechanismError(*found.sentences)
     return Scene(
-        title=top.get("title", Path(source).stem or built[0].name),
-        parts=(_part(*built),),
+        title=top.get("title", Path(source).stem or part.machine),
+        parts=(part,),
         effects=effects,
-        spindle=spindle.get("speed", Spindle()),
+        spindle=spindle,
         start=start,
         run=run,
         source=source,
@@ -125,20 +125,81 @@ def _effects(found: _Findings, tables: Mapping[str, dict[str, Any]], document: M
     return effects
 
 
-def _machine_meant(document: Mapping[str, Any]) -> type[Machine] | None:
+def _spindle(found: _Findings, tables: Mapping[str, dict[str, Any]]) -> Spindle | FreeSpindle:
+    """The speed given, or the spindle left to itself; still where the file has no spindle."""
+    from governor_mechanism.reading_models import FreeSpindleTable, SpindleTable
+
+    if "spindle" not in tables:
+        return Spindle()
+    given = tables["spindle"]
+    free = [key for key in FreeSpindleTable.model_fields if key in given]
+    if free and "speed" in given:
+        found.add(
+            f"spindle.speed cannot stand beside {', '.join(free)}: either the speed is given, "
+            "or inertia, start_speed and torque of a spindle left to itself"
+        )
+        given = {key: value for key, value in given.items() if key not in free}
+    if not free or "speed" in given:
+        speed: Spindle = found.table(SpindleTable, given, "spindle").get("speed", Spindle())
+        return speed
+    meaning = found.table(FreeSpindleTable, given, "spindle")
+    return (found.made("[spindle]", lambda: FreeSpindle(**meaning)) if meaning else None) or Spindle()
+
+
+def _idle(part: Part | None, spindle: Spindle | FreeSpindle, tables: Mapping[str, dict[str, Any]]) -> Iterable[str]:
+    """A spindle and a mechanism that do not act upon each other as the file says."""
+    turning = part is not None and part.plane == TURNING
+    centrifugal = tables.get("effects", {}).get("centrifugal", False)
+    if isinstance(spindle, FreeSpindle) and turning and centrifugal is False:
+        yield (
+            "effects.centrifugal = true is missing: a free spindle is slowed by what turns with it; "
+            "add it, or give spindle.speed"
+        )
+    if part is not None and not turning and centrifugal is True:
+        yield f'effects.centrifugal = true needs a plane that turns; write plane = "{TURNING}", or leave it out'
+
+
+def _machine_meant(document: Mapping[str, Any]) -> str:
     """The machine named, or the nearest to a misspelt name, so that the rest of the file is checked all the same."""
     keys = [key for key in document if isinstance(key, str)]
     key = "machine" if "machine" in document else next(iter(difflib.get_close_matches("machine", keys, n=1)), "")
     name = document.get(key)
-    near = difflib.get_close_matches(name, list(MACHINES), n=1) if isinstance(name, str) else []
-    return MACHINES[near[0]] if near else None
+    near = difflib.get_close_matches(name, [*MACHINES, CUSTOM], n=1) if isinstance(name, str) else []
+    return near[0] if near else CUSTOM if "body" in document and "dimensions" not in document else ""
+
+
+def _own(
+    found: _Findings, document: Mapping[str, Any], tables: Mapping[str, dict[str, Any]]
+) -> tuple[dict[str, Any], Part | None, Start]:
+    """The keys above the tables, the part and the start of a scene with a mechanism of the user's own."""
+    from governor_mechanism.reading_custom import described
+    from governor_mechanism.reading_custom_models import CustomSceneTable
+
+    top = found.table(CustomSceneTable, dict(document), "")
+    own = described(document, top)
+    found.add(*own.problems)
+    return top, own.part, own.start
+
+
+def _of_dimensions(
+    found: _Findings, document: Mapping[str, Any], tables: Mapping[str, dict[str, Any]]
+) -> tuple[dict[str, Any], Part | None, Start]:
+    """The keys above the tables, the part and the start of a scene with a machine that dimensions describe."""
+    from governor_mechanism.reading_models import SceneTable
+
+    top = found.table(SceneTable, dict(document), "")
+    kind = MACHINES.get(_machine_meant(document))
+    built = _built(found, kind, tables, "dimensions" in document)
+    start = _start(found, kind, built, tables.get("start", {}))
+    return top, _part(*built) if built else None, start
 
 
 def _built(
     found: _Findings, kind: type[Machine] | None, tables: Mapping[str, dict[str, Any]], given: bool
 ) -> tuple[Machine, Mechanism] | None:
     """The machine of these dimensions, and its mechanism."""
-    from governor_mechanism.reading_models import dimensions_table, listed
+    from governor_mechanism.reading_models import dimensions_table
+    from governor_mechanism.reading_values import listed
 
     if not given:
         needs = f"{kind.name} needs {listed(_required(kind))}" if kind else "every machine needs some"

@@ -9,6 +9,7 @@ from typing import Any, Final
 from governor_mechanism.effects import Centrifugal, Effect, Gravity
 from governor_mechanism.errors import MechanismError, require_finite, require_positive
 from governor_mechanism.mechanism import Mechanism
+from governor_mechanism.programs import Program
 
 EQUILIBRIUM: Final = "equilibrium"
 """A start value that means: where the mechanism stands still at the first spindle speed."""
@@ -54,37 +55,45 @@ class Spindle:
     speeds: tuple[float, ...] = (0.0,)
 
     def __post_init__(self) -> None:
-        if not self.times or len(self.times) != len(self.speeds):
-            raise MechanismError(
-                f"a speed program needs as many times as speeds; got {len(self.times)} and {len(self.speeds)}"
-            )
-        for time, speed in zip(self.times, self.speeds, strict=True):
-            require_finite(time, "s", "time of the spindle's speed program")
-            require_finite(speed, "rad/s", "speed of the spindle")
-            if abs(speed) > FASTEST:
-                raise MechanismError(f"speed of the spindle must be at most {FASTEST:g} rad/s; got {speed:g} rad/s")
-        for before, after in zip(self.times, self.times[1:], strict=False):
-            if after < before:
-                raise MechanismError(
-                    f"times of the spindle's speed program must not fall; {after:g} s follows {before:g} s"
-                )
-        for first, _, third in zip(self.times, self.times[1:], self.times[2:], strict=False):
-            if first == third:
-                raise MechanismError(
-                    f"three points of the spindle's speed program stand at {first:g} s; a step takes two"
-                )
+        Program(times=self.times, values=self.speeds)  # refuses what is no program
+        for speed in self.speeds:
+            _require_possible(speed)
 
     @property
-    def constant(self) -> bool:
-        """True when the speed never changes."""
-        return len(set(self.speeds)) == 1
+    def program(self) -> Program:
+        """The speed as a program (rad/s)."""
+        return Program(times=self.times, values=self.speeds)
+
+
+@dataclass(frozen=True, kw_only=True)
+class FreeSpindle:
+    """A spindle left to itself: its own moment of inertia (kg m2), start speed (rad/s), and torque on it (N m).
+
+    What the mechanism's bodies take up in turning it loses.
+    """
+
+    inertia: float
+    start_speed: float
+    torque: Program = field(default_factory=Program)
+
+    def __post_init__(self) -> None:
+        require_finite(self.inertia, "kg m2", "inertia of the spindle")
+        if self.inertia < 0:
+            raise MechanismError(f"inertia of the spindle must not be negative; got {self.inertia:g} kg m2")
+        require_finite(self.start_speed, "rad/s", "start speed of the spindle")
+        _require_possible(self.start_speed)
+
+
+def _require_possible(speed: float) -> None:
+    if abs(speed) > FASTEST:
+        raise MechanismError(f"speed of the spindle must be at most {FASTEST:g} rad/s; got {speed:g} rad/s")
 
 
 @dataclass(frozen=True, kw_only=True)
 class Start:
-    """Start value (a number, or EQUILIBRIUM) and rate of each part's coordinate, by reading name."""
+    """Start values (numbers, or EQUILIBRIUM) and rates, by reading name; what they leave open the sketch says."""
 
-    values: Mapping[str, float | str]
+    values: Mapping[str, float | str] = field(default_factory=dict)
     rates: Mapping[str, float] = field(default_factory=dict)
 
 
@@ -118,7 +127,7 @@ class Scene:
     title: str
     parts: tuple[Part, ...]
     effects: tuple[Effect, ...]
-    spindle: Spindle
+    spindle: Spindle | FreeSpindle
     start: Start
     run: RunSettings = field(default_factory=RunSettings)
     couplings: tuple[Coupling, ...] = ()
@@ -132,6 +141,11 @@ class Scene:
                 raise MechanismError(f"effect {kind.__name__} stands twice; list it once")
         if not self.parts:
             raise MechanismError("a scene needs at least one part")
+        turning = any(part.plane == TURNING for part in self.parts)
+        if isinstance(self.spindle, FreeSpindle) and turning and not self.centrifugal:
+            raise MechanismError(
+                "a free spindle is slowed by what turns with it; list effects.centrifugal, or give spindle.speed"
+            )
 
     @property
     def part(self) -> Part:

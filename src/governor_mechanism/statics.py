@@ -8,12 +8,13 @@ import numpy as np
 from scipy.optimize import brentq
 
 from governor_mechanism.equations.assembly import Assembler
-from governor_mechanism.equations.forces import centrifugal_force, centrifugal_moment, weight
+from governor_mechanism.equations.motion import generalised_forces
 from governor_mechanism.equations.points import Array
+from governor_mechanism.equations.system import from_centres, make_system
+from governor_mechanism.equations.timing import SpeedProgram
 from governor_mechanism.errors import MechanismError
 from governor_mechanism.mechanism import Mechanism
 from governor_mechanism.scene import EQUILIBRIUM, Scene
-from governor_mechanism.speed import SpeedProgram
 
 SCAN = 200
 """Points of the travel between which a change of sign is looked for; two equilibria closer than that are missed."""
@@ -31,17 +32,24 @@ class Equilibrium:
     poses: Array
 
 
-def generalised_forces(scene: Scene, assembler: Assembler, poses: Array) -> tuple[float, float]:
-    """Forces along the coordinate: (of gravity, of the spindle's turning at 1 rad/s). N m per rad, or N per m."""
-    tangent = assembler.tangent(poses)
-    falling = turning = 0.0
-    for body, pose, motion in zip(assembler.mechanism.bodies, poses, tangent, strict=True):
-        if scene.gravity:
-            falling += weight(body.mass, scene.gravity) * motion[1]
-        if scene.centrifugal:
-            turning += centrifugal_force(body.mass, pose[0], 1.0) * motion[0]
-            turning += centrifugal_moment(*body.moments.in_plane, pose[2], 1.0) * motion[2]
-    return falling, turning
+class _Loads:
+    """Generalised forces along the leading coordinate of a scene at its start."""
+
+    def __init__(self, scene: Scene) -> None:
+        self.assembler = Assembler(scene.part.mechanism)
+        self._system, curves = make_system(scene)
+        self._cubics = np.array([curve.cubics_from(np.zeros(1))[0] for curve in curves])
+
+    def along(self, poses: Array) -> tuple[float, float]:
+        """Forces along the coordinate: (at rest, of the spindle's turning at 1 rad/s). N m per rad, or N per m."""
+        tangent = self.assembler.tangent(poses)
+        there, motion = from_centres(self._system, poses, tangent)
+        still, found = np.zeros_like(poses), []
+        for square in (0.0, 1.0):
+            force = np.empty_like(poses)
+            generalised_forces(self._system, there, still, self._cubics, 0.0, square, force)
+            found.append(float(np.sum(force * motion)))
+        return found[0], found[1] - found[0]
 
 
 def equilibrium_speed(scene: Scene, values: Array) -> Array:
@@ -51,13 +59,13 @@ def equilibrium_speed(scene: Scene, values: Array) -> Array:
     """
     if not (scene.centrifugal and scene.gravity):
         raise MechanismError("an equilibrium speed needs both effects, gravity and centrifugal; list them in the scene")
-    assembler = Assembler(scene.part.mechanism)
-    speeds, poses = [], None
+    loads, poses = _Loads(scene), None
+    speeds = []
     for value in values:
-        poses = assembler.poses(float(value), near=poses)
-        falling, turning = generalised_forces(scene, assembler, poses)
+        poses = loads.assembler.poses(float(value), near=poses)
+        falling, turning = loads.along(poses)
         if turning == 0.0 or falling / turning > 0.0:
-            name = assembler.mechanism.coordinate
+            name = scene.part.mechanism.coordinate
             raise MechanismError(
                 f"no spindle speed holds the mechanism at {name} = {value:.6g}: the loads do not oppose"
             )
@@ -67,7 +75,8 @@ def equilibrium_speed(scene: Scene, values: Array) -> Array:
 
 def find_equilibria(scene: Scene, spindle_speed: float) -> tuple[Equilibrium, ...]:
     """All positions of rest at a given spindle speed (rad/s) over the travel, in ascending order of the coordinate."""
-    assembler = Assembler(scene.part.mechanism)
+    loads = _Loads(scene)
+    assembler = loads.assembler
     low, high = travel(scene.part.mechanism)
     values = np.linspace(low, high, SCAN + 1)
     poses = [assembler.poses(float(values[0]))]
@@ -75,7 +84,7 @@ def find_equilibria(scene: Scene, spindle_speed: float) -> tuple[Equilibrium, ..
         poses.append(assembler.poses(float(value), near=poses[-1]))
 
     def force(value: float, near: Array) -> float:
-        falling, turning = generalised_forces(scene, assembler, assembler.poses(value, near=near))
+        falling, turning = loads.along(assembler.poses(value, near=near))
         return falling + turning * spindle_speed**2
 
     along = np.array([force(float(value), pose) for value, pose in zip(values, poses, strict=True)])
@@ -104,24 +113,72 @@ def travel(mechanism: Mechanism) -> tuple[float, float]:
 def starting_state(scene: Scene) -> tuple[Array, Array]:
     """Poses and velocities (bodies, 3) with which a scene starts.
 
-    Raises MechanismError where it asks for an equilibrium that does not exist, or cannot be assembled.
+    Start values and rates are met exactly; what they leave open stays nearest to the sketch, and slowest. Raises
+    MechanismError where that cannot be assembled, an equilibrium does not exist, joints or drives contradict each
+    other, or nothing can move.
     """
     mechanism = scene.part.mechanism
+    make_system(scene)  # refuses bodies that cannot turn
     assembler = Assembler(mechanism)
-    value = scene.start.values[mechanism.coordinate]
-    if value == EQUILIBRIUM:
-        poses = resting_poses(scene)
+    values = scene.start.values
+    if EQUILIBRIUM in values.values():
+        poses = _resting(scene)
     else:
-        _refuse_outside(mechanism, float(value))
-        poses = assembler.poses(float(value))
-    return poses, assembler.tangent(poses) * scene.start.rates.get(mechanism.coordinate, 0.0)
+        numbers = {name: float(value) for name, value in values.items()}
+        for name, value in numbers.items():
+            _refuse_outside(mechanism, name, value)
+        poses = assembler.at(numbers)
+    _refuse_immobile(assembler, poses)
+    return poses, assembler.velocities(poses, scene.start.rates)
 
 
-def _refuse_outside(mechanism: Mechanism, value: float) -> None:
+NOTED = 1e-9
+"""A guess open by less than this fraction of the machine's size was no guess."""
+
+
+def assembly_notes(scene: Scene) -> tuple[str, ...]:
+    """What there is to say about how the start came about."""
+    mechanism = scene.part.mechanism
+    joint, gap = Assembler(mechanism).guess_gap()
+    if gap < NOTED * mechanism.size or scene.start.values:
+        return ()
+    return (f"the start was a guess: joint {joint!r} was open by {gap:.3g} m in it, and was closed",)
+
+
+def _resting(scene: Scene) -> Array:
+    mechanism, values = scene.part.mechanism, scene.start.values
+    if list(values) != [mechanism.coordinate] or Assembler(mechanism).mobility != 1:
+        raise MechanismError(
+            f"start = '{EQUILIBRIUM}' is for one coordinate of a mechanism of mobility one, {mechanism.coordinate!r}; "
+            f"found {list(values)}; give numbers"
+        )
+    return resting_poses(scene)
+
+
+def _refuse_immobile(assembler: Assembler, poses: Array) -> None:
+    """Drives that have nothing left to move, and mechanisms that cannot move at all."""
+    driven = assembler.equations.driven
+    without = assembler.freedoms(poses, drives=False)
+    mobility = assembler.freedoms(poses)
+    if without - mobility < np.sum(driven):
+        names = dict.fromkeys(
+            assembler.equations.joints[index].name for index in assembler.equations.owner[driven].tolist()
+        )
+        raise MechanismError(
+            f"drives {list(names)} contradict each other or the joints: the joints leave {without} freedoms "
+            f"for {int(np.sum(driven))} drives, which take only {without - mobility}; leave one drive out"
+        )
+    if mobility == 0 and not driven.any():
+        raise MechanismError(
+            "the mechanism cannot move: its joints leave mobility 0; take a joint out, or drive it with a drive"
+        )
+
+
+def _refuse_outside(mechanism: Mechanism, name: str, value: float) -> None:
     for limit in mechanism.limits:
-        if limit.reading == mechanism.coordinate and not limit.low < value < limit.high:
+        if limit.reading == name and not limit.low < value < limit.high:
             raise MechanismError(
-                f"start.{mechanism.coordinate} = {value:.6g} lies outside the travel, "
+                f"start.{name} = {value:.6g} lies outside the travel, "
                 f"{limit.low:.6g} to {limit.high:.6g}: {limit.below if value <= limit.low else limit.above}"
             )
 

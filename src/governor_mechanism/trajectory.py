@@ -37,8 +37,10 @@ class Outcome(Enum):
 class Energy:
     """The energy ledger at each reported time, (n,) arrays in J.
 
-    kinetic: in the plane; potential: gravity; rotation: of the parts about the spindle, J omega^2 / 2.
-    jacobi = kinetic + potential - rotation + work_of_speed_changes, constant in an exact run; its changes are errors.
+    kinetic: in the plane; potential: of gravity and springs; rotation: of the parts about the spindle, J omega^2 / 2,
+    and of a free spindle with them. jacobi, constant in an exact run, is kinetic + potential - rotation (+ rotation
+    where the spindle is free), less the work that drives, dampers, forces and torques have done; its changes are
+    errors.
     """
 
     kinetic: Array
@@ -54,11 +56,36 @@ class Energy:
 
 
 @dataclass(frozen=True, kw_only=True)
+class Reaction:
+    """What a joint does to its second body, at its second point, at each reported time.
+
+    force (n, 2) N along the plane's x and y; moment (n,) N m, anticlockwise. The first body takes the opposite.
+    determined (n,): whether rigid bodies settle it; False where joints are redundant, and one choice of many is given.
+    """
+
+    force: Array
+    moment: Array
+    determined: NDArray[np.bool_]
+
+
+@dataclass(frozen=True, kw_only=True)
+class Event:
+    """Something a run passed: `kind` is 'dead centre' or 'change point', `subject` the reading that stands there."""
+
+    time: float
+    kind: str
+    subject: str
+
+    def __str__(self) -> str:
+        return f"{self.kind} of {self.subject} at t = {self.time:.6g} s"
+
+
+@dataclass(frozen=True, kw_only=True)
 class Cost:
     """What the run took. `evaluations` counts the calls of each law, over all the runs of the certificate.
 
     step (s) is the longest of the finest run's, or the last one; rejected are steps that had to be repeated; iterations
-    are those of the joint solver, where it iterates.
+    are those of the joint solver, where it iterates; method says how the engine stepped, where it has a choice.
     """
 
     engine: str
@@ -70,6 +97,7 @@ class Cost:
     wall_time: float
     rejected: int = 0
     iterations: int = 0
+    method: str = ""
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -79,7 +107,8 @@ class Trajectory:
     times (n,) s are the reported times. readings maps names to (n,) SI arrays (`units`), rates to the speeds of those
     that are positions. joint_gap (n,) m is the widest opening of any joint. error_estimate is the largest error of any
     reading or rate at any reported time, in units of its scale (`scales`); reading_errors the same one by one in SI;
-    None and empty where the run was not certified.
+    None and empty where the run was not certified. reactions are by joint name; events in the order of their times;
+    mobility counts the freedoms that joints and drives leave; notes are sentences on how the start was assembled.
     """
 
     scene: Scene
@@ -98,6 +127,10 @@ class Trajectory:
     error_estimate: float | None = None
     reading_errors: Mapping[str, float] = field(default_factory=dict)
     settings: Mapping[str, Any] = field(default_factory=dict)
+    reactions: Mapping[str, Reaction] = field(default_factory=dict)
+    events: tuple[Event, ...] = ()
+    mobility: int = 1
+    notes: tuple[str, ...] = ()
 
     @property
     def body_names(self) -> tuple[str, ...]:

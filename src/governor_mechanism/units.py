@@ -66,9 +66,14 @@ KINDS: Mapping[str, Kind] = {
     "moment_of_inertia": Kind("a moment of inertia", ("kg m^2",), {"kilogram": 1, "meter": 2}, "0.5 kg m^2"),
     "stiffness": Kind("a stiffness", ("N/mm", "kgf/cm", "N/m"), {"kilogram": 1, "second": -2}, "2 N/mm"),
     "damping": Kind("a damping", ("N s/mm", "N s/m"), {"kilogram": 1, "second": -1}, "120 N s/m"),
+    "torsion_stiffness": Kind("a stiffness in torsion", ("N m/deg", "N m/rad"), _ENERGY | {"radian": -1}, "3 N m/rad"),
+    "torsion_damping": Kind(
+        "a damping in torsion", ("N m s/rad",), {"kilogram": 1, "meter": 2, "second": -1, "radian": -1}, "0.1 N m s/rad"
+    ),
     "pressure": Kind("a pressure", ("at", "bar", "Pa"), {"kilogram": 1, "meter": -1, "second": -2}, "5 at"),
     "power": Kind("a power", ("PS", "kW", "W"), {"kilogram": 1, "meter": 2, "second": -3}, "20 PS"),
     "ratio": Kind("a ratio", (), {}, "0.3"),
+    "number": Kind("a number", (), {}, "0.3"),
 }
 """The kinds of quantity by the names that descriptions use."""
 

@@ -9,6 +9,7 @@ import pytest
 
 from governor_mechanism.engines import ImpulseEngine
 from governor_mechanism.engines.chipmunk import Assembly
+from governor_mechanism.engines.clock import Clock
 from governor_mechanism.engines.rest import settled
 from governor_mechanism.equations.assembly import Assembler
 from governor_mechanism.equations.readings import reading_gradient
@@ -104,6 +105,6 @@ def _arm_acceleration_from_rest(scene, angle, speed):
     assembler = Assembler(scene.part.mechanism)
     poses = assembler.poses(angle)
     assembly, h = Assembly(scene, iterations=200), 1e-3
-    assembly.start(poses, np.zeros_like(poses), h, speed**2)
+    assembly.start(poses, np.zeros_like(poses), Clock(scene).first(h))
     _, velocities = assembly.of_mass_centres(assembly.poses(), assembly.velocities())
     return float(np.sum(reading_gradient(scene.part.mechanism, "arm_angle", poses) * velocities)) / (h / 2)

@@ -29,9 +29,9 @@ def porter():
 
 
 @pytest.mark.parametrize(("duration", "rate"), [(2.0, 25), (1.13, 25), (1.13, 20), (0.07, 25), (0.5, 30), (0.02, 25)])
-def test_a_gif_lasts_as_long_as_the_run(tmp_path, duration, rate):
+def test_a_gif_in_true_time_lasts_as_long_as_the_run(tmp_path, duration, rate):
     run = fake_run(CASES["porter"], duration=duration)
-    _, durations = decoded(film(run, tmp_path / "a.gif", frames_per_second=rate))
+    _, durations = decoded(film(run, tmp_path / "a.gif", frames_per_second=rate, slow_down=1))
     assert sum(durations) == pytest.approx(duration, abs=1e-9)
 
 

@@ -57,7 +57,7 @@ def test_shapes_do_not_import_a_plotting_library():
 
 def test_every_shape_stays_within_the_view(drawn):
     run, part = drawn
-    left, right, bottom, top = extent(part, run.poses)
+    left, right, bottom, top = extent(part, run.poses, run.times)
     shapes = [*background_shapes(part, run.poses), *(s for pose in run.poses for s in moving_shapes(part, pose))]
     x0, x1, y0, y1 = bounds(shapes)
     assert left < x0 < x1 < right
@@ -68,7 +68,7 @@ def test_the_view_fits_the_extent_into_its_rectangle_without_distortion():
     run = fake_run(CASES["porter"], duration=1.0)
     view = film_view(run)
     left, top, right, bottom = view.rect
-    x0, x1, y0, y1 = extent(run.scene.part, run.poses)
+    x0, x1, y0, y1 = extent(run.scene.part, run.poses, run.times)
     corners = [view.pixel_of(x, y) for x in (x0, x1) for y in (y0, y1)]
     # Pixel numbers count middles of pixels, so the edge of a rectangle is half a pixel beyond the last one.
     assert all(left - 0.5 - 1e-9 <= column <= right - 0.5 + 1e-9 for column, _ in corners)
@@ -180,7 +180,9 @@ def test_a_speed_beyond_the_frames_closes_the_ring():
 
 def test_a_machine_is_drawn_by_what_is_registered_for_it(monkeypatch):
     run = fake_run(CASES["porter"], duration=1.0)
-    dot = dataclasses.replace(DRAWINGS["pendulum_governor"], moving=lambda part, pose: (Circle("ball", 1.0, 2.0, 3.0),))
+    dot = dataclasses.replace(
+        DRAWINGS["pendulum_governor"], moving=lambda part, pose, stage: (Circle("ball", 1.0, 2.0, 3.0),)
+    )
     monkeypatch.setitem(DRAWINGS, "nobody's machine", dot)
     assert moving_shapes(as_unknown(run.scene.part), run.poses[0]) == (Circle("ball", 1.0, 2.0, 3.0),)
 
@@ -189,7 +191,8 @@ def test_any_mechanism_is_drawn_with_all_its_bodies_and_links():
     run = fake_run(CASES["porter"], duration=1.0)
     shapes = moving_shapes(as_unknown(run.scene.part), run.poses[0])
     balls = [(s.x, s.y) for s in shapes if isinstance(s, Circle) and s.role == "ball"]
-    assert balls == [tuple(pose[:2]) for pose in run.poses[0]]
+    assert balls == [tuple(pose[:2]) for pose in run.poses[0, :2]]
+    assert sum(s.role == "block" for s in shapes) == 1
     assert sum(s.role == "link" for s in shapes) == 4
     assert any(s.role == "guide" for s in background_shapes(as_unknown(run.scene.part), run.poses))
 

@@ -16,9 +16,9 @@ from governor_mechanism.closed_form import pendulum as closed
 from governor_mechanism.engines import choose
 from governor_mechanism.engines.rest import settled
 from governor_mechanism.equations.points import Array
+from governor_mechanism.equations.timing import SpeedProgram, TimeCurve
 from governor_mechanism.errors import MechanismError, RunFailed
-from governor_mechanism.scene import RunSettings, Scene, Spindle, Start
-from governor_mechanism.speed import SpeedProgram
+from governor_mechanism.scene import FreeSpindle, RunSettings, Scene, Spindle, Start
 from governor_mechanism.statics import equilibrium_speed
 from governor_mechanism.trajectory import Trajectory
 
@@ -38,6 +38,10 @@ def findings(scene: Scene) -> Iterator[Row | str]:
     if not (scene.gravity and scene.centrifugal):
         raise MechanismError("the closed forms of a pendulum governor need both effects, gravity and centrifugal")
     governor = closed.PendulumGovernor(**scene.part.dimensions, gravity=scene.gravity)
+    if isinstance(scene.spindle, FreeSpindle):
+        yield "the spindle is free: rest at a given speed is not checked"
+        yield from _in_motion(scene, governor)
+        return
     program = SpeedProgram(scene.spindle)
     speed, (low, high) = program.start_speed, _travel(scene)
     if not program.constant:
@@ -125,7 +129,7 @@ def _in_motion(scene: Scene, governor: closed.PendulumGovernor) -> Iterator[Row 
         yield f"the run reached {run.times[-1]:.4g} of {scene.run.duration:.4g} s: {run.message}"
     if len(run.times) < 2:
         return
-    angles, rates = _one_coordinate(scene, governor, run)
+    angles, rates, speeds = _motion(scene, governor, run)
     promised = scene.run.accuracy
     worst = int(np.argmax(np.abs(run.readings["arm_angle"] - angles)))
     yield Row(
@@ -136,7 +140,17 @@ def _in_motion(scene: Scene, governor: closed.PendulumGovernor) -> Iterator[Row 
         unit="rad",
         reason="the accuracy asked of the run",
     )
-    if SpeedProgram(scene.spindle).constant:
+    if isinstance(scene.spindle, FreeSpindle):
+        worst = int(np.argmax(np.abs(run.readings["spindle_speed"] - speeds)))
+        yield Row(
+            quantity=f"spindle speed in motion (farthest, t = {run.times[worst]:.4g} s)",
+            simulated=float(run.readings["spindle_speed"][worst]),
+            expected=float(speeds[worst]),
+            allowed=promised * run.scales["spindle_speed"],
+            unit="rad/s",
+            reason="the accuracy asked of the run, times the scale of speeds",
+        )
+    elif SpeedProgram(scene.spindle).constant:
         speed = float(run.readings["spindle_speed"][0])
         torque = np.asarray(closed.drive_torque(governor, arm_angle=angles, arm_rate=rates, spindle_speed=speed))
         worst = int(np.argmax(np.abs(run.readings["spindle_torque"] - torque)))
@@ -158,18 +172,28 @@ def _in_motion(scene: Scene, governor: closed.PendulumGovernor) -> Iterator[Row 
     )
 
 
-def _one_coordinate(scene: Scene, governor: closed.PendulumGovernor, run: Trajectory) -> tuple[Array, Array]:
-    """Arm angle and rate (n,) by the one-coordinate equation of motion, from the run's own start."""
-    program = SpeedProgram(scene.spindle)
+def _motion(scene: Scene, governor: closed.PendulumGovernor, run: Trajectory) -> tuple[Array, Array, Array]:
+    """Arm angle, its rate, spindle speed (n,) by the closed forms' equations of motion, from the run's own start."""
+    spindle = scene.spindle
+    program = SpeedProgram(spindle)
+    torque = TimeCurve(spindle.torque) if isinstance(spindle, FreeSpindle) else None
 
     def slope(time: float, state: Array) -> list[float]:
-        speed = float(program(np.array([time]), before=time > start)[0])
-        bend = closed.arm_acceleration(governor, arm_angle=state[0], arm_rate=state[1], spindle_speed=speed)
-        return [state[1], float(bend)]
+        angle, rate, speed = state
+        gain = 0.0
+        if isinstance(spindle, FreeSpindle) and torque:
+            pull = float(torque(np.array([time]), before=time > start)[0])
+            moving = {"arm_angle": angle, "arm_rate": rate, "spindle_speed": speed}
+            gain = float(closed.spindle_acceleration(governor, **moving, rest_inertia=spindle.inertia, torque=pull))
+        else:
+            speed = float(program(np.array([time]), before=time > start)[0])
+        bend = closed.arm_acceleration(governor, arm_angle=angle, arm_rate=rate, spindle_speed=speed)
+        return [rate, float(bend), gain]
 
-    inner = program.breaks[(program.breaks > run.times[0]) & (program.breaks < run.times[-1])]
+    breaks = torque.breaks if torque else program.breaks
+    inner = breaks[(breaks > run.times[0]) & (breaks < run.times[-1])]
     knots = np.concatenate([run.times[:1], inner, run.times[-1:]])
-    state = np.array([run.readings["arm_angle"][0], run.rates["arm_angle"][0]])
+    state = np.array([run.readings["arm_angle"][0], run.rates["arm_angle"][0], run.readings["spindle_speed"][0]])
     kept = [state[:, np.newaxis]]
     for start, end in pairwise(knots):
         times = run.times[(run.times > start) & (run.times <= end)]
@@ -177,8 +201,8 @@ def _one_coordinate(scene: Scene, governor: closed.PendulumGovernor, run: Trajec
         part = solve_ivp(slope, (start, end), state, method="DOP853", t_eval=wanted, rtol=1e-13, atol=1e-14)
         kept.append(part.y[:, : len(times)])
         state = part.y[:, -1]
-    angles, rates = np.concatenate(kept, axis=1)
-    return angles, rates
+    angles, rates, speeds = np.concatenate(kept, axis=1)
+    return angles, rates, speeds
 
 
 def _run(scene: Scene) -> Trajectory:

@@ -4,17 +4,18 @@ from __future__ import annotations
 
 import math
 from collections import Counter
-from dataclasses import asdict, dataclass
+from dataclasses import asdict, dataclass, replace
 from itertools import pairwise
 
 import numpy as np
 
 from governor_mechanism.engines.base import Task
 from governor_mechanism.engines.chipmunk import Assembly
+from governor_mechanism.engines.clock import Clock
 from governor_mechanism.engines.grid import Grid, make_grid
 from governor_mechanism.engines.march import March, march
-from governor_mechanism.engines.report import Report, Reporter, State
-from governor_mechanism.equations.points import Array
+from governor_mechanism.engines.report import Finding, Report, Reporter, State
+from governor_mechanism.equations.points import Array, Whole
 from governor_mechanism.equations.projection import Projector
 from governor_mechanism.scene import Scene
 from governor_mechanism.statics import starting_state
@@ -28,6 +29,9 @@ FIRST_GUESS = 2e-4
 
 MOST_DOUBLINGS = 12
 """How often the step may be halved below the first one before the engine gives up."""
+
+MOST_OPENED = 5
+"""How often the first step may be halved because joints open."""
 
 GAP_FLOOR = 1e-11
 """A joint gap below this fraction of the machine's size is rounding, not a sign of unsolved joints."""
@@ -89,9 +93,10 @@ class Climb:
 
     def __init__(self, tuning: Tuning, scene: Scene, task: Task) -> None:
         self.tuning, self.scene, self.task = tuning, scene, task
-        self.reporter = Reporter(scene)
-        self.projector = Projector(self.reporter.mechanism)
         self.start = starting_state(scene)
+        self.reporter = Reporter(scene, self.start[0])
+        self.projector = Projector(self.reporter.mechanism)
+        self.clock = Clock(scene)
         scale = self.reporter.time_scale
         step, longest = tuning.step, math.inf  # a run that is told its step takes that step
         if step is None:
@@ -100,10 +105,11 @@ class Climb:
         times = task.times
         if math.isfinite(longest):  # beyond this no allowed run can come, so no stations are laid out there
             times = times[times <= longest * (tuning.max_steps >> (tuning.levels - 1))]
-        self.grid = make_grid(times, self.reporter.program.breaks, step, longest)
+        breaks = self.clock.breaks
+        self.grid = make_grid(times, breaks, step, longest)
         if tuning.step is None and not self._allowed(self.grid):
             # A guess that asks for too much is no reason to run less far: begin with the longest steps.
-            self.grid = make_grid(times, self.reporter.program.breaks, longest, longest)
+            self.grid = make_grid(times, breaks, longest, longest)
         self.whole = self._cut_to_allowed_steps(all_there=len(times) == len(task.times))
         self.iterations = tuning.iterations
         self.marches: dict[int, March] = {}
@@ -126,7 +132,8 @@ class Climb:
 
     def _refine(self) -> tuple[Best, bool]:
         """Shorten the step until the accuracy is reached; the best result, and whether that stopped helping."""
-        level, iterations, best = 0, self.iterations, self.at(0)
+        best = self._closed_start()
+        level, iterations = best.level, self.iterations
         while not self._reached(best):
             level += min(max(1, math.ceil(math.log2(2 * (best.estimate or 1.0) / self.task.accuracy) / 3)), 4)
             if level > MOST_DOUBLINGS or not self._allowed(self.grid, level):
@@ -139,6 +146,16 @@ class Climb:
                 return best, True
         return best, False
 
+    def _closed_start(self) -> Best:
+        """The first result; with shorter steps where joints open because steps are too long for how fast it gets."""
+        best, level = self.at(0), 0
+        while best.ending.opened and level < MOST_OPENED and self._allowed(self.grid, level + 1):
+            level += 1
+            self.iterations = self.tuning.iterations
+            self.marches.clear()
+            best = self.at(level)
+        return best
+
     def _reached(self, best: Best) -> bool:
         return best.ending.opened or best.estimate is None or best.estimate <= self.task.accuracy
 
@@ -146,9 +163,8 @@ class Climb:
         """The extrapolated result of runs whose coarsest has its steps doubled `level` times."""
         levels = range(level, level + self.tuning.levels)
         ending = self._march_all(levels)
-        states = [self._state(self.marches[one], ending.stations) for one in levels]
-        if len(states) > 1:
-            states = [_extrapolate(worse, better, 4) for worse, better in pairwise(states)]
+        at = self.grid.first(ending.stations).reported
+        states = self._combined([self._at_stations(self.marches[one], ending.stations, at) for one in levels])
         certified = self.tuning.levels == 3 and (self.task.certify or self.tuning.step is None)
         if not certified:
             highest = states[0] if len(states) == 1 else _extrapolate(states[0], states[1], 8)
@@ -159,23 +175,27 @@ class Climb:
 
     def trajectory(self, best: Best, wall_time: float) -> Trajectory:
         """The result of the climb."""
-        report, certified = best.report, best.estimate is not None
-        return Trajectory(
-            scene=self.scene,
-            times=best.state.times,
-            poses=best.state.poses,
-            velocities=best.state.velocities,
-            readings=report.readings,
-            rates=report.rates,
-            units=report.units,
-            scales=self.reporter.scales(),
-            joint_gap=report.joint_gap,
-            energy=report.energy,
-            outcome=self._outcome(best),
-            detail=best.ending.detail,
+        levels = range(best.level, best.level + self.tuning.levels)
+        stations = self._combined([self._at_stations(self.marches[one], best.ending.stations) for one in levels])[-1]
+        state, report = best.state, best.report
+        power = self.reporter.power(stations)
+        if power is not None:
+            stations = replace(stations, work=stations.work + power)
+            at = self.grid.first(best.ending.stations).reported
+            state = replace(state, work=stations.work[at])
+            report = self.reporter.report(state)
+        certified = best.estimate is not None
+        return self.reporter.trajectory(
+            Finding(
+                state=state,
+                stations=stations,
+                report=report,
+                outcome=self._outcome(best),
+                detail=best.ending.detail,
+                estimate=best.estimate,
+                errors=best.errors,
+            ),
             cost=self._cost(best, wall_time),
-            error_estimate=best.estimate,
-            reading_errors=best.errors,
             settings={**asdict(self.tuning), "asked_accuracy": self.task.accuracy, "certified": certified},
         )
 
@@ -235,7 +255,7 @@ class Climb:
             assembly,
             self.grid,
             level,
-            self.reporter.program,
+            self.clock,
             self.start,
             size=self.reporter.mechanism.size,
             inside=lambda poses: self.reporter.first_outside(poses) is None,
@@ -257,14 +277,17 @@ class Climb:
             return True
         if self.tuning.plain:
             return False
-        gaps = [float(np.max(self.reporter.gap(self.marches[level].poses[:count]))) for level in levels]
+        gaps = [float(np.max(self._gaps(level, count))) for level in levels]
         floor = GAP_FLOOR * self.reporter.mechanism.size
         return any(finer > max(0.5 * coarser, floor) for coarser, finer in pairwise(gaps))
+
+    def _gaps(self, level: int, count: int) -> Array:
+        return self.reporter.gap(self.marches[level].poses[:count], self.grid.stations[:count])
 
     def _closed_stations(self, levels: range) -> int:
         """How many stations the finest two marches reached with joints as closed as their steps explain."""
         count = min(len(self.marches[level].work) for level in levels)
-        gaps = [np.maximum.accumulate(self.reporter.gap(self.marches[level].poses[:count])) for level in levels[-2:]]
+        gaps = [np.maximum.accumulate(self._gaps(level, count)) for level in levels[-2:]]
         open_ = gaps[-1] > np.maximum(0.5 * gaps[0], GAP_FLOOR * self.reporter.mechanism.size)
         return int(np.argmax(open_)) if open_.any() else count
 
@@ -282,13 +305,21 @@ class Climb:
         detail = f"max_steps = {self.tuning.max_steps} end at t = {self.grid.stations[-1]:.6g} s"
         return Ending(len(self.grid.stations), Outcome.STEP_LIMIT, detail)
 
-    def _state(self, result: March, stations: int) -> State:
-        at = self.grid.first(stations).reported
-        poses, velocities = result.poses[at], result.velocities[at]
-        if not self.tuning.plain and len(at):
+    def _at_stations(self, result: March, stations: int, at: Whole | None = None) -> State:
+        """The state of a march at its first stations, or at those of them that are asked for."""
+        which = np.arange(stations) if at is None else at
+        times, poses, velocities = self.grid.stations[which], result.poses[which], result.velocities[which]
+        if not self.tuning.plain and len(which):
             # The mean of two half steps opens the joints a little, and more where the step changes its length.
-            velocities = self.projector.velocities(poses, velocities)
-        return State(times=self.grid.stations[at], poses=poses, velocities=velocities, work=result.work[at])
+            velocities = self.projector.velocities(poses, velocities, times)
+        spindle = np.stack([result.angle[which], self.reporter.spindle_speeds(times, poses)], axis=-1)
+        return State(times=times, poses=poses, velocities=velocities, work=result.work[which], spindle=spindle)
+
+    def _combined(self, states: list[State]) -> list[State]:
+        """One state, or what pairs of neighbours extrapolate to."""
+        if len(states) == 1:
+            return states
+        return [_extrapolate(worse, better, 4) for worse, better in pairwise(states)]
 
 
 def _falls(finer: Best, best: Best) -> bool:
@@ -312,4 +343,5 @@ def _extrapolate(worse: State, better: State, gain: int) -> State:
         poses=combine(worse.poses, better.poses),
         velocities=combine(worse.velocities, better.velocities),
         work=combine(worse.work, better.work),
+        spindle=combine(worse.spindle, better.spindle),
     )

@@ -19,10 +19,37 @@ from governor_mechanism.engines.dop853_tableau import (
 from governor_mechanism.equations.compiled import compiled
 from governor_mechanism.equations.motion import project, slope
 from governor_mechanism.equations.points import Array, Whole
+from governor_mechanism.equations.schur import along, give_back, solve
 from governor_mechanism.equations.system import System, Workspace
 
-DONE, STALLED, EXHAUSTED = 0, 1, 2
-"""How an integration ends: at its end; with a step too short to matter; with too many steps."""
+DONE, STALLED, EXHAUSTED, STIFF = 0, 1, 2, 3
+"""How an integration ends: at its end; with a step too short to matter; with too many steps; where it gets stiff."""
+
+STABLE = 6.1
+"""Step times largest rate of decay (Hairer's estimate) up to which the method is stable."""
+
+NEARLY, WITHIN = 1e-3, 1e-6
+"""Independence of the rows (see `schur.solve`) below which stages are closed first, and at which no stage is taken.
+
+Off its joints by d, a mechanism an angle e away from a change point has accelerations wrong by d / e^3. So the motion
+is stepped across it: a step begins so far before it that it falls into the widest gap between stages, and one with a
+stage within is tried at another length.
+"""
+
+GAP = 0.466
+"""The middle of the widest gap between stages, as a fraction of the step."""
+
+AIMED = 0.1
+"""Independence of the rows below which steps are aimed."""
+
+FINER = 1e-3
+"""So much tighter are joints closed near a change point: what they leave open counts there e times more."""
+
+TRIES = 60
+"""So many other lengths are tried."""
+
+STIFF_STEPS, CALM_STEPS = 15, 6
+"""So many steps at the limit of stability make a motion stiff, unless so many others come in between."""
 
 COUNTS = 4
 """Length of the counts: steps, rejected steps, evaluations, evaluations with joints that depend on each other."""
@@ -32,7 +59,7 @@ COUNTS = 4
 def integrate(
     system: System,
     room: Workspace,
-    speed: Array,
+    cubics: Array,
     span: tuple[float, float],
     times: Array,
     state: Array,
@@ -43,68 +70,122 @@ def integrate(
     most: int,
     found: Array,
     counts: Whole,
-) -> tuple[int, float, int]:
+) -> tuple[int, float, int, float]:
     """Take `state` in place from span[0] to span[1] (s), and fill `found` at the `times` (n,) in between.
 
-    tolerance is the error of one step, relative to `scale`. speed (4,) is the spindle's, a cubic of the time since
-    span[0]. Returns how it ended, the last length of a step, and how many of the times were reached.
+    tolerance is the error of one step, relative to `scale`. cubics (programs, 4) are of the time since span[0]. Returns
+    how it ended, the last length of a step, how many of the times were reached, and the time (s) that state is at.
     """
     start, end = span
     slopes, trial, ahead = np.zeros((16, state.size)), np.empty(state.size), np.empty(state.size)
+    last_stage = np.empty(state.size)
     dense = np.empty((7, state.size))
-    _slope(system, room, speed, 0.0, state, slopes[0], counts)
-    now, reached = start, 0
+    watched = _slope(system, room, cubics, 0.0, state, slopes[0], counts, closed) > 0.0  # else joints are redundant
+    now, reached, stiff, calm, tries = start, 0, 0, 0, 0
+    near = far = 1.0
     while now < end:
         if counts[0] + counts[1] >= most:
-            return EXHAUSTED, step, reached
+            return EXHAUSTED, step, reached, now
         if step < 1e-13 * (end - start) or not math.isfinite(step):
-            return STALLED, step, reached
+            return STALLED, step, reached, now
         last = now + step >= end
         h = end - now if last else step
+        apart = near
         for stage in range(1, 12):
             _combine(state, slopes, STAGES[stage], stage, h, trial)
-            _slope(system, room, speed, now - start + NODES[stage] * h, trial, slopes[stage], counts)
+            since = now - start + NODES[stage] * h
+            apart = min(apart, _slope(system, room, cubics, since, trial, slopes[stage], counts, closed))
+        last_stage[:] = trial
         _combine(state, slopes, WEIGHTS, 12, h, ahead)
-        _slope(system, room, speed, now - start + h, ahead, slopes[12], counts)
-        error = _error(slopes, scale, h) / tolerance
+        apart = min(apart, _slope(system, room, cubics, now - start + h, ahead, slopes[12], counts, closed))
+        if watched and apart < WITHIN and tries < TRIES:
+            tries += 1
+            counts[1] += 1
+            step = h * (0.83 if tries % 8 else 3.1)  # shorter and shorter, then longer again
+            continue
+        error = _error(system, room, slopes, scale, h, watched and apart < NEARLY) / tolerance
         if not error <= 1.0:
             counts[1] += 1
             step = h * (max(0.2, 0.9 * error**-0.125) if math.isfinite(error) else 0.1)
             continue
         counts[0] += 1
+        tries = 0
         after = end if last else now + h
         if reached < times.size and times[reached] <= after:
             for extra in range(3):
                 _combine(state, slopes, DENSE_STAGES[extra], 13 + extra, h, trial)
-                _slope(system, room, speed, now - start + DENSE_NODES[extra] * h, trial, slopes[13 + extra], counts)
+                _slope(
+                    system,
+                    room,
+                    cubics,
+                    now - start + DENSE_NODES[extra] * h,
+                    trial,
+                    slopes[13 + extra],
+                    counts,
+                    closed,
+                )
             _prepare(state, ahead, slopes, h, dense)
             while reached < times.size and times[reached] <= after:
                 _interpolate(state, dense, (times[reached] - now) / h, found[reached])
-                _close(system, room, found[reached], closed)
+                _close(system, room, cubics, times[reached] - start, found[reached], closed)
                 reached += 1
+        at_limit = h * _decay(slopes, ahead, last_stage, scale) > STABLE
         state[:] = ahead
         now = after
-        _close(system, room, state, closed)
-        _slope(system, room, speed, now - start, state, slopes[0], counts)
+        _close(system, room, cubics, now - start, state, closed if apart > NEARLY else FINER * closed)
+        far, near = near, _slope(system, room, cubics, now - start, state, slopes[0], counts, closed)
         step = h * min(6.0, max(0.3, 0.9 * max(error, 1e-30) ** -0.125))
-    return DONE, step, reached
+        stiff, calm = (stiff + 1, 0) if at_limit else (stiff, calm + 1)
+        if calm >= CALM_STEPS:
+            stiff = 0
+        if watched and near < min(far, AIMED):
+            step = _aimed(math.sqrt(near), math.sqrt(far), h, step)
+        if stiff >= STIFF_STEPS and now < end:
+            return STIFF, step, reached, now
+    return DONE, step, reached, now
+
+
+@compiled
+def _aimed(near: float, far: float, h: float, step: float) -> float:
+    """The next step so that a change point lies in the gap between stages; near, far: angles from it, h apart."""
+    away = near * h / (far - near)
+    start = away - GAP * step
+    if start > step:  # two steps or more away
+        return step
+    if start > 0.0:  # stop where the step after this one crosses it in its gap
+        return max(start, 0.02 * step)
+    return away / GAP if away > 0.1 * step else step
 
 
 @compiled
 def _slope(
-    system: System, room: Workspace, speed: Array, since: float, state: Array, result: Array, counts: Whole
-) -> None:
-    independent = slope(system, room, speed, since, state, result)
+    system: System,
+    room: Workspace,
+    cubics: Array,
+    since: float,
+    state: Array,
+    result: Array,
+    counts: Whole,
+    closed: float,
+) -> float:
+    """The slope at a state, with joints closed first near a change point; how independent their rows are."""
+    apart = slope(system, room, cubics, since, state, result)
     counts[2] += 1
-    if not independent:
+    if 0.0 < apart < NEARLY:
+        near = state.copy()
+        _close(system, room, cubics, since, near, FINER * closed)
+        apart = slope(system, room, cubics, since, near, result)
+        counts[2] += 1
+    if apart == 0.0:
         counts[3] += 1
+    return apart
 
 
 @compiled
-def _close(system: System, room: Workspace, state: Array, closed: float) -> None:
+def _close(system: System, room: Workspace, cubics: Array, since: float, state: Array, closed: float) -> None:
     count = system.mass.size
     poses, velocities = state[: 3 * count].reshape(count, 3), state[3 * count : 6 * count].reshape(count, 3)
-    project(system, room, poses, velocities, closed)
+    project(system, room, cubics, since, poses, velocities, closed)
 
 
 @compiled
@@ -117,19 +198,48 @@ def _combine(state: Array, slopes: Array, weights: Array, stages: int, h: float,
 
 
 @compiled
-def _error(slopes: Array, scale: Array, h: float) -> float:
-    """The error of one step, as Hairer combines those of order 5 and 3."""
+def _error(system: System, room: Workspace, slopes: Array, scale: Array, h: float, near: bool) -> float:
+    """The error of one step, as Hairer combines those of order 5 and 3.
+
+    Near a change point what opens joints is taken out of it first: the projection after the step does the same.
+    """
+    five, three = np.empty(scale.size), np.empty(scale.size)
+    for i in range(scale.size):
+        five[i] = three[i] = 0.0
+        for k in range(13):
+            five[i] += ERROR_5[k] * slopes[k, i]
+            three[i] += ERROR_3[k] * slopes[k, i]
+    if near:
+        _take_out(system, room, five)
+        _take_out(system, room, three)
     fifth = third = 0.0
     for i in range(scale.size):
-        five = three = 0.0
-        for k in range(13):
-            five += ERROR_5[k] * slopes[k, i]
-            three += ERROR_3[k] * slopes[k, i]
-        fifth += (five / scale[i]) ** 2
-        third += (three / scale[i]) ** 2
+        fifth += (five[i] / scale[i]) ** 2
+        third += (three[i] / scale[i]) ** 2
     if fifth == 0.0 and third == 0.0:
         return 0.0
     return h * fifth / math.sqrt((fifth + 0.01 * third) * scale.size)
+
+
+@compiled
+def _take_out(system: System, room: Workspace, error: Array) -> None:
+    """Leave of an error in poses and velocities what opens no joint, at the poses last evaluated."""
+    count = system.mass.size
+    for part in range(2):
+        change = error[3 * count * part : 3 * count * (part + 1)].reshape(count, 3)
+        along(system.rows.body, room.gradient, change, room.vector)
+        solve(room.band, room.factor, room.vector)
+        give_back(system.rows.body, room.gradient, system.inverse_mass, room.vector, change)
+
+
+@compiled
+def _decay(slopes: Array, ahead: Array, last_stage: Array, scale: Array) -> float:
+    """The fastest rate (1/s) at which neighbouring motions come together, as the last two stages tell it."""
+    slope = apart = 0.0
+    for i in range(scale.size):
+        slope += ((slopes[12, i] - slopes[11, i]) / scale[i]) ** 2
+        apart += ((ahead[i] - last_stage[i]) / scale[i]) ** 2
+    return math.sqrt(slope / apart) if apart > 0.0 else 0.0
 
 
 @compiled

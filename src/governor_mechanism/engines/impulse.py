@@ -11,7 +11,7 @@ from governor_mechanism.effects import Centrifugal, Effect, Gravity
 from governor_mechanism.engines.base import Engine, Task
 from governor_mechanism.engines.climb import Climb, Tuning
 from governor_mechanism.errors import MechanismError
-from governor_mechanism.joints import Distance, Joint, Pin, Slider
+from governor_mechanism.joints import ALL_JOINTS, Joint, Rack
 from governor_mechanism.scene import Scene
 from governor_mechanism.trajectory import Trajectory
 
@@ -29,7 +29,7 @@ class ImpulseEngine(Tuning, Engine):
 
     name: ClassVar[str] = "impulse"
     effects: ClassVar[frozenset[type[Effect]]] = frozenset({Gravity, Centrifugal})
-    joints: ClassVar[frozenset[type[Joint]]] = frozenset({Distance, Pin, Slider})
+    joints: ClassVar[frozenset[type[Joint]]] = ALL_JOINTS - {Rack}
 
     def __post_init__(self) -> None:
         if self.runs not in (1, 2, 3):

@@ -8,9 +8,9 @@ from dataclasses import dataclass
 import numpy as np
 
 from governor_mechanism.engines.chipmunk import Assembly
+from governor_mechanism.engines.clock import Clock
 from governor_mechanism.engines.grid import Grid
 from governor_mechanism.equations.points import Array
-from governor_mechanism.speed import SpeedProgram
 
 CHUNK = 256
 """Stations between two looks at whether the mechanism is still within its limits."""
@@ -21,18 +21,20 @@ LOST = 1e3
 
 @dataclass(frozen=True)
 class March:
-    """Poses and velocities (stations, bodies, 3), work (stations,) J; shorter than the grid where it was given up."""
+    """Poses and velocities (stations, bodies, 3), work (stations,) J of a given spindle speed's changes, angle
+    (stations,) rad of a free spindle; shorter than the grid where it was given up."""
 
     poses: Array
     velocities: Array
     work: Array
+    angle: Array
 
 
 def march(
     assembly: Assembly,
     grid: Grid,
     level: int,
-    program: SpeedProgram,
+    clock: Clock,
     start: tuple[Array, Array],
     *,
     size: float,
@@ -45,37 +47,36 @@ def march(
     poses, velocities = start
     counts = grid.steps << level
     if counts.size == 0:
-        return March(poses[np.newaxis], velocities[np.newaxis], np.zeros(1))
+        return March(poses[np.newaxis], velocities[np.newaxis], np.zeros(1), np.zeros(1))
     lengths = np.diff(grid.stations) / counts
     following = np.append(lengths[1:], lengths[-1:])
-    assembly.start(poses, velocities, float(lengths[0]), program.start_speed**2)
+    assembly.start(poses, velocities, clock.first(float(lengths[0])))
+    clock.follow(assembly.spindle_inertia)
     if assembly.plain:
-        kept = [(assembly.poses(), assembly.velocities(), 0.0)]
+        kept = [(assembly.poses(), assembly.velocities(), 0.0, 0.0)]
     else:  # the poses have just arrived at the start; the velocities are already half a step ahead
-        kept = [(assembly.poses(), _carried(assembly, velocities), 0.0)]
-    speed = _Speed(program, assembly.spindle_inertia)
+        kept = [(assembly.poses(), _carried(assembly, velocities), 0.0, 0.0)]
     for index, (h, next_h) in enumerate(zip(lengths.tolist(), following.tolist(), strict=True)):
-        squares = speed.interval(grid.stations[index], grid.stations[index + 1], int(counts[index]), next_h)
         # The last kick lasts half of this step and half of the next, whose length may be another.
-        scale = 1.0 if assembly.plain else 0.5 * (h + next_h) / h
-        older, before = _advance(assembly, h, squares, scale, speed)
+        clock.interval(grid.stations[index], grid.stations[index + 1], int(counts[index]), next_h)
+        older, before = _advance(assembly, int(counts[index]), clock)
         after, here = assembly.velocities(), assembly.poses()
         if assembly.plain:
             centred = after
-        elif speed.jumps:  # the load jumps here, so the mean of both sides is not the velocity: look back only
+        elif clock.jumps:  # the load jumps here, so the mean of both sides is not the velocity: look back only
             centred = before + 0.5 * (before - older)
         else:
             centred = (next_h * before + h * after) / (h + next_h)
         if not np.max(np.abs(here[:, :2])) < LOST * size:
             break
-        kept.append((here, centred, speed.work))
+        kept.append((here, centred, clock.work, clock.angle))
         if len(kept) % CHUNK == 0 and not inside(_mass_centres(assembly, kept[-CHUNK:])):
             break
     carried = [np.array(column) for column in zip(*kept, strict=True)]
-    return March(*assembly.of_mass_centres(carried[0], carried[1]), carried[2])
+    return March(*assembly.of_mass_centres(carried[0], carried[1]), carried[2], carried[3])
 
 
-def _mass_centres(assembly: Assembly, kept: list[tuple[Array, Array, float]]) -> Array:
+def _mass_centres(assembly: Assembly, kept: list[tuple[Array, Array, float, float]]) -> Array:
     poses, velocities = (np.array([state[which] for state in kept]) for which in (0, 1))
     return assembly.of_mass_centres(poses, velocities)[0]
 
@@ -85,55 +86,16 @@ def _carried(assembly: Assembly, velocities: Array) -> Array:
     return np.where(assembly.levers()[:, np.newaxis], velocities * np.array([0.0, 0.0, 1.0]), velocities)
 
 
-def _advance(assembly: Assembly, h: float, squares: list[float], scale: float, speed: _Speed) -> tuple[Array, Array]:
+def _advance(assembly: Assembly, count: int, clock: Clock) -> tuple[Array, Array]:
     """Step through one interval; velocities before the last kick but one (if it is asked for), and before the last."""
-    step, varying = assembly.step, speed.varying
     older = np.empty(0)
-    last = len(squares) - 1
-    for index, square in enumerate(squares):
-        if index == last:
+    for index in range(count):
+        if index == count - 1:
             before = assembly.velocities()
-        elif speed.jumps and index == last - 1:
+        elif clock.jumps and index == count - 2:
             older = assembly.velocities()
-        if varying:
-            speed.count(h)
-        step(h, square, scale if index == last else 1.0)
+        assembly.step(clock.moment(index))
     return older, before
-
-
-class _Speed:
-    """Spindle speed squared for each kick of an interval, and the work of its changes, J omega d(omega)."""
-
-    def __init__(self, program: SpeedProgram, inertia: Callable[[float], float]) -> None:
-        self._program = program
-        self._inertia = inertia
-        self.varying = not program.constant
-        self.jumps = False
-        self.work = 0.0
-        self._steady = program.start_speed**2
-        self._here = inertia(0.0) if self.varying else 0.0
-        self._growth = iter([(0.0, 0.0)])
-
-    def interval(self, start: float, end: float, count: int, next_h: float) -> list[float]:
-        """omega^2 at the end of each of `count` steps; where the speed jumps, as the kick lasts on either side."""
-        if not self.varying:
-            return [self._steady] * count
-        times = start + (end - start) * np.arange(count + 1) / count
-        times[-1] = end
-        after, before = self._program(times) ** 2, self._program(times, before=True) ** 2
-        self.jumps = bool(after[-1] != before[-1])
-        self._growth = iter(zip((before[1:] - after[:-1]).tolist(), (after[1:] - before[1:]).tolist(), strict=True))
-        h = (end - start) / count
-        squares: list[float] = after[1:].tolist()
-        squares[-1] = float((h * before[-1] + next_h * after[-1]) / (h + next_h))
-        return squares
-
-    def count(self, h: float) -> None:
-        """Add the work over the next step of h seconds: the trapezoid, and the whole of a jump at its end."""
-        ahead = self._inertia(h)
-        growth, jump = next(self._growth)
-        self.work += 0.25 * (self._here + ahead) * growth + 0.5 * ahead * jump
-        self._here = ahead
 
 
 JOINT_STEPS = 3
@@ -152,7 +114,7 @@ class Settled:
 def settle(
     assembly: Assembly,
     h: float,
-    speed: float,
+    clock: Clock,
     poses: Array,
     *,
     still: float,
@@ -164,7 +126,8 @@ def settle(
     Between two such stops it swings from rest toward its equilibrium, so the distance shrinks about a hundredfold each
     time. `still` (J) is the largest kinetic energy that counts as rest; `inside` says whether poses are in range.
     """
-    assembly.start(poses, np.zeros_like(poses), h, speed**2)
+    assembly.start(poses, np.zeros_like(poses), clock.first(h))
+    steady = clock.held(h)
     fastest, since = 0.0, 0
     for steps in range(most):
         now = assembly.kinetic_energy()
@@ -178,7 +141,7 @@ def settle(
         if since >= JOINT_STEPS:
             fastest = max(fastest, now)
         since += 1
-        assembly.step(h, speed**2, 1.0)
+        assembly.step(steady)
     return Settled(_poses_now(assembly), steps, False)
 
 

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import time
 from collections import Counter
-from dataclasses import asdict, dataclass
+from dataclasses import asdict, dataclass, replace
 from itertools import pairwise
 from typing import ClassVar, final
 
@@ -12,14 +12,16 @@ import numpy as np
 
 from governor_mechanism.effects import Centrifugal, Effect, Gravity
 from governor_mechanism.engines.base import Engine, Task
-from governor_mechanism.engines.dop853 import COUNTS, DONE, STALLED, integrate
+from governor_mechanism.engines.dop853 import COUNTS, DONE, STALLED, STIFF, integrate
 from governor_mechanism.engines.grid import make_grid
-from governor_mechanism.engines.report import Report, Reporter, State
-from governor_mechanism.equations.motion import inertia_about_spindle, project
+from governor_mechanism.engines.independent import Implicit
+from governor_mechanism.engines.report import Finding, Report, Reporter, State
+from governor_mechanism.equations.compiled import announce
+from governor_mechanism.equations.motion import EXTRA, inertia_about_spindle, project
 from governor_mechanism.equations.points import Array
 from governor_mechanism.equations.system import from_centres, make_system, make_workspace, to_centres
 from governor_mechanism.errors import MechanismError
-from governor_mechanism.joints import Distance, Joint, Pin, Slider
+from governor_mechanism.joints import ALL_JOINTS, Joint
 from governor_mechanism.scene import Scene
 from governor_mechanism.statics import starting_state
 from governor_mechanism.trajectory import Cost, Outcome, Trajectory
@@ -51,7 +53,7 @@ class MultibodyEngine(Engine):
 
     name: ClassVar[str] = "multibody"
     effects: ClassVar[frozenset[type[Effect]]] = frozenset({Gravity, Centrifugal})
-    joints: ClassVar[frozenset[type[Joint]]] = frozenset({Distance, Pin, Slider})
+    joints: ClassVar[frozenset[type[Joint]]] = ALL_JOINTS
 
     tolerance: float | None = None
     max_steps: int = 1_000_000
@@ -65,6 +67,7 @@ class MultibodyEngine(Engine):
             raise MechanismError(f"MultibodyEngine.max_steps must be at least 1; got {self.max_steps!r}")
 
     def _run(self, scene: Scene, task: Task) -> Trajectory:
+        announce()
         started = time.perf_counter()
         follower = Follower(self, scene, task)
         tolerance = self.tolerance or max(task.accuracy / MARGIN, TIGHTEST)
@@ -82,9 +85,10 @@ class MultibodyEngine(Engine):
 
 @dataclass(frozen=True)
 class Followed:
-    """States at the reported times, what they say, and why there are no more."""
+    """States at the reported times and at all stations, what they say, and why there are no more."""
 
     state: State
+    stations: State
     report: Report
     ended: Outcome | None
     detail: str
@@ -98,41 +102,37 @@ class Follower:
 
     def __init__(self, engine: MultibodyEngine, scene: Scene, task: Task) -> None:
         self.engine, self.scene, self.task = engine, scene, task
-        self.reporter = Reporter(scene)
-        self.system = make_system(scene)
+        standing = starting_state(scene)
+        self.reporter = Reporter(scene, standing[0])
+        self.system, self.curves = make_system(scene)
         self.room = make_workspace(self.system)
-        poses, velocities = from_centres(self.system, *starting_state(scene))
-        project(self.system, self.room, poses, velocities, CLOSED * self.reporter.mechanism.size)
-        self.start = np.concatenate([poses.ravel(), velocities.ravel(), [0.0]])
-        breaks, longest = self.reporter.program.breaks, LONGEST_STATION * self.reporter.time_scale
+        self.closed = CLOSED * self.reporter.mechanism.size
+        self.breaks = np.unique(np.concatenate([curve.breaks for curve in self.curves]))
+        longest = LONGEST_STATION * self.reporter.time_scale
         times = task.times[task.times <= longest * engine.max_steps]
-        self.grid = make_grid(times, breaks, np.inf, longest)
-        inner = breaks[(breaks > 0) & (breaks < self.grid.stations[-1])]
+        self.grid = make_grid(times, self.breaks, np.inf, longest)
+        inner = self.breaks[(self.breaks > 0) & (self.breaks < self.grid.stations[-1])]
         self.knots = np.concatenate([[0.0], inner, self.grid.stations[-1:]])
         self.counts = np.zeros(COUNTS, dtype=np.int64)
-        self.runs = 0
+        self.runs, self.implicit_steps, self.stiff_from = 0, 0, np.inf
+        self.start = self._start(*from_centres(self.system, *standing))
 
     def certified(self, tolerance: float) -> Followed:
         """Two runs, and the difference between them as the estimate of the better one's error."""
         worse, better = self.followed(LOOSER * tolerance), self.followed(tolerance)
         shared = min(len(worse.state.times), len(better.state.times))
-        loose = self.reporter.report(_first(worse.state, shared))
-        tight = self.reporter.report(_first(better.state, shared))
+        loose = self.reporter.report(worse.state.first(shared))
+        tight = self.reporter.report(better.state.first(shared))
         errors = self.reporter.errors(tight, loose)
-        estimate = self.reporter.relative(errors)
-        return Followed(better.state, better.report, better.ended, better.detail, better.step, errors, estimate)
+        return replace(better, errors=errors, estimate=self.reporter.relative(errors))
 
     def followed(self, tolerance: float) -> Followed:
         """One run."""
         self.runs += 1
         states, code, step = self._integrate(tolerance)
-        count = len(self.system.mass)
-        poses, velocities = (
-            states[:, part * 3 * count : (part + 1) * 3 * count].reshape(-1, count, 3) for part in range(2)
-        )
-        poses, velocities = to_centres(self.system, poses, velocities)
-        kept, ended, detail = len(poses), None, ""
-        outside = self.reporter.first_outside(poses)
+        every = self._state(states)
+        kept, ended, detail = len(every.times), None, ""
+        outside = self.reporter.first_outside(every.poses)
         if outside is not None:
             kept, ended = outside[0], Outcome.LEFT_RANGE
             detail = f"{outside[1]}, at about t = {self.grid.stations[kept]:.6g} s"
@@ -141,78 +141,121 @@ class Follower:
         elif code != DONE or len(self.grid.reported) < len(self.task.times):
             ended = Outcome.STEP_LIMIT
             detail = f"max_steps = {self.engine.max_steps} end at t = {self.grid.stations[kept - 1]:.6g} s"
-        at = self.grid.first(kept).reported
-        state = State(times=self.grid.stations[at], poses=poses[at], velocities=velocities[at], work=states[at, -1])
-        return Followed(state, self.reporter.report(state), ended, detail, step, {})
+        state = every.at(self.grid.first(kept).reported)
+        return Followed(state, every.first(kept), self.reporter.report(state), ended, detail, step, {})
 
     def trajectory(self, best: Followed, wall_time: float) -> Trajectory:
         """The result."""
-        report, outcome = best.report, best.ended
+        outcome = best.ended
         if outcome is None and best.estimate is None:
             outcome = Outcome.UNCERTIFIED
         if outcome is None:
             reached = best.estimate is not None and best.estimate <= self.task.accuracy
             outcome = Outcome.DONE if reached else Outcome.ACCURACY_MISSED
-        return Trajectory(
-            scene=self.scene,
-            times=best.state.times,
-            poses=best.state.poses,
-            velocities=best.state.velocities,
-            readings=report.readings,
-            rates=report.rates,
-            units=report.units,
-            scales=self.reporter.scales(),
-            joint_gap=report.joint_gap,
-            energy=report.energy,
-            outcome=outcome,
-            detail=best.detail,
+        settings = {
+            **asdict(self.engine),
+            "asked_accuracy": self.task.accuracy,
+            "certified": best.estimate is not None,
+        }
+        return self.reporter.trajectory(
+            Finding(
+                state=best.state,
+                stations=best.stations,
+                report=best.report,
+                outcome=outcome,
+                detail=best.detail,
+                estimate=best.estimate,
+                errors=best.errors,
+            ),
             cost=self._cost(best, wall_time),
-            error_estimate=best.estimate,
-            reading_errors=best.errors,
-            settings={
-                **asdict(self.engine),
-                "asked_accuracy": self.task.accuracy,
-                "certified": best.estimate is not None,
-            },
+            settings=settings,
         )
+
+    def _start(self, poses: Array, velocities: Array) -> Array:
+        """The state at the start, its joints closed to rounding."""
+        project(self.system, self.room, self._cubics(0.0), 0.0, poses, velocities, self.closed)
+        speed = self.reporter.program.start_speed
+        momentum = (self.system.spindle_inertia + inertia_about_spindle(self.system, poses)) * speed
+        extra = [0.0, 0.0, momentum if self.system.free else 0.0]
+        return np.concatenate([poses.ravel(), velocities.ravel(), extra])
+
+    def _cubics(self, start: float) -> Array:
+        """Speed, drives and loads in time, (programs, 4), until the next break."""
+        return np.array([curve.cubics_from(np.array([start]))[0] for curve in self.curves])
+
+    def _state(self, states: Array) -> State:
+        """What the rows (stations, numbers) say of mass centres and spindle."""
+        bodies = len(self.system.mass)
+        parts = (states[:, : 3 * bodies], states[:, 3 * bodies : 6 * bodies])
+        origins, moving = (part.reshape(-1, bodies, 3) for part in parts)
+        poses, velocities = to_centres(self.system, origins, moving)
+        times = self.grid.stations[: len(states)]
+        speed = self.reporter.program(times)
+        if self.system.free:
+            own = self.system.spindle_inertia
+            speed = states[:, -1] / np.array([own + inertia_about_spindle(self.system, pose) for pose in origins])
+        spindle = np.stack([states[:, -2], speed], axis=-1)
+        return State(times=times, poses=poses, velocities=velocities, work=states[:, -EXTRA], spindle=spindle)
 
     def _integrate(self, tolerance: float) -> tuple[Array, int, float]:
         """States (stations reached, numbers), how the integration ended, and the last step (s)."""
         stations, state = self.grid.stations, self.start.copy()
         found = np.empty((len(stations), state.size))
         found[0], filled, code = state, 1, DONE
-        step = 0.01 * self.reporter.time_scale
+        step, scale = 0.01 * self.reporter.time_scale, self._scale()
         counts = np.zeros(COUNTS, dtype=np.int64)
+        implicit: Implicit | None = None
         for start, end in pairwise(self.knots):
             times = stations[(stations > start) & (stations <= end)]
-            code, step, reached = integrate(
-                self.system,
-                self.room,
-                self.reporter.program.cubic_from(start),
-                (float(start), float(end)),
-                times,
-                state,
-                self._scale(),
-                tolerance,
-                step,
-                CLOSED * self.reporter.mechanism.size,
-                self.engine.max_steps,
-                found[filled:],
-                counts,
-            )
-            filled += reached
+            cubics, now = self._cubics(float(start)), float(start)
+            if implicit is None:
+                code, step, reached, now = integrate(
+                    self.system,
+                    self.room,
+                    cubics,
+                    (float(start), float(end)),
+                    times,
+                    state,
+                    scale,
+                    tolerance,
+                    step,
+                    self.closed,
+                    self.engine.max_steps,
+                    found[filled:],
+                    counts,
+                )
+                filled += reached
+                times = times[reached:]
+            if code == STIFF:
+                implicit = Implicit(self.system, self.room, scale, self.closed)
+                self.stiff_from, code = min(self.stiff_from, now), DONE
+            if implicit is not None:
+                code, step, reached = implicit.integrate(
+                    cubics,
+                    (now, float(end)),
+                    float(start),
+                    times,
+                    state,
+                    tolerance,
+                    self.engine.max_steps,
+                    found[filled:],
+                )
+                filled += reached
             if code != DONE:
                 break
-            state[-1] += self._work_of_jump(end, state)
-            found[filled - 1, -1] = state[-1]  # a knot is a station; there the speed is the one after the jump
+            state[-EXTRA] += self._work_of_jump(end, state)
+            found[filled - 1, -EXTRA] = state[-EXTRA]  # a knot is a station; there the speed is the one after the jump
+        if implicit is not None:
+            self.implicit_steps += implicit.steps
+            counts[2] += implicit.evaluations
         self.counts += counts
         return found[:filled], code, step
 
     def _work_of_jump(self, when: float, state: Array) -> float:
-        """What a jump of the spindle's speed puts into the parts (J)."""
+        """What a jump of the spindle's given speed puts into the parts (J)."""
         program, count = self.reporter.program, len(self.system.mass)
         before, after = (float(program(np.array([when]), before=side)[0]) for side in (True, False))
-        if after == before or not self.scene.centrifugal:
+        if after == before or not self.system.centrifugal:
             return 0.0
         inertia = inertia_about_spindle(self.system, state[: 3 * count].reshape(count, 3))
         return 0.5 * inertia * (after**2 - before**2)
@@ -220,32 +263,32 @@ class Follower:
     def _scale(self) -> Array:
         size, second = self.reporter.mechanism.size, self.reporter.time_scale
         pose = np.tile([size, size, 1.0], len(self.system.mass))
-        return np.concatenate([pose, pose / second, [self.reporter.energy_scale]])
+        momentum = abs(self.start[-1]) or 1.0
+        return np.concatenate([pose, pose / second, [self.reporter.energy_scale, 1.0, momentum]])
 
     def _cost(self, best: Followed, wall_time: float) -> Cost:
         steps, rejected, evaluations, _ = (int(count) for count in self.counts)
         laws = Counter({"equations of motion": evaluations})
         bodies = len(self.system.mass)
-        if self.scene.gravity:
+        if self.system.gravity:
             laws["gravity"] = bodies * evaluations
-        if self.scene.centrifugal:
+        if self.system.centrifugal:
             laws["centrifugal"] = bodies * evaluations
+        if self.scene.part.mechanism.loads:
+            laws["springs, dampers, forces"] = len(self.scene.part.mechanism.loads) * evaluations
         return Cost(
             engine=self.engine.name,
             reason=self.task.reason,
             step=best.step,
-            steps=steps,
+            steps=steps + self.implicit_steps,
             rejected=rejected,
             runs=self.runs,
             evaluations=dict(laws),
             wall_time=wall_time,
+            method=self._method(),
         )
 
-
-def _first(state: State, count: int) -> State:
-    return State(
-        times=state.times[:count],
-        poses=state.poses[:count],
-        velocities=state.velocities[:count],
-        work=state.work[:count],
-    )
+    def _method(self) -> str:
+        if self.stiff_from == np.inf:
+            return "explicit (DOP853)"
+        return f"stiff from t = {self.stiff_from:.4g} s: implicit (Radau) in independent coordinates from there"

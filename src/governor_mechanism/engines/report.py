@@ -2,30 +2,57 @@
 
 from __future__ import annotations
 
+import math
 from dataclasses import dataclass
+from itertools import pairwise
+from typing import Any
 
 import numpy as np
+from scipy.interpolate import make_interp_spline
 
+from governor_mechanism.engines.events import find_events
+from governor_mechanism.engines.reactions import reactions
+from governor_mechanism.equations.applied import potential as spring_potential
+from governor_mechanism.equations.assembly import Assembler
 from governor_mechanism.equations.constraints import JointEquations
-from governor_mechanism.equations.forces import height_energy, spindle_inertia, spindle_inertia_rate
-from governor_mechanism.equations.points import Array
-from governor_mechanism.equations.readings import reading_gradient, reading_value
-from governor_mechanism.mechanism import Mechanism
-from governor_mechanism.scene import TURNING, Scene
-from governor_mechanism.speed import SpeedProgram
-from governor_mechanism.trajectory import Energy
+from governor_mechanism.equations.dynamics import dynamics
+from governor_mechanism.equations.forces import free_spindle_speed, height_energy, spindle_inertia, spindle_inertia_rate
+from governor_mechanism.equations.points import Array, Whole
+from governor_mechanism.equations.readings import measure, reading_value
+from governor_mechanism.equations.timing import SpeedProgram, TimeCurve
+from governor_mechanism.joints import DrivenSlide, DrivenTurn
+from governor_mechanism.loads import Force, Load, Spring, Torque, TorsionSpring
+from governor_mechanism.mechanism import LineAngle, Mechanism
+from governor_mechanism.scene import TURNING, FreeSpindle, Scene
+from governor_mechanism.statics import assembly_notes
+from governor_mechanism.trajectory import Cost, Energy, Outcome, Trajectory
 
 UNITS = {"angle": "rad", "length": "m"}
 
 
 @dataclass(frozen=True, kw_only=True)
 class State:
-    """What an engine found at n times: poses and velocities (n, bodies, 3), work (n,) J of the speed's changes."""
+    """What an engine found at n times: poses and velocities (n, bodies, 3), work (n,) J, spindle (n, 2).
+
+    work is what changes of a given spindle speed have put in, less what drives, loads and torque have; spindle holds
+    the angle (rad) and speed (rad/s) of the spindle.
+    """
 
     times: Array
     poses: Array
     velocities: Array
     work: Array
+    spindle: Array
+
+    def at(self, which: slice | Whole) -> State:
+        """The state at some of the times."""
+        parts = (self.times, self.poses, self.velocities, self.work, self.spindle)
+        times, poses, velocities, work, spindle = (part[which] for part in parts)
+        return State(times=times, poses=poses, velocities=velocities, work=work, spindle=spindle)
+
+    def first(self, count: int) -> State:
+        """The state at the first so many times."""
+        return self.at(slice(count))
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -39,16 +66,31 @@ class Report:
     energy: Energy
 
 
-class Reporter:
-    """Reads states of one scene; holds the scales that accuracies refer to."""
+@dataclass(frozen=True, kw_only=True)
+class Finding:
+    """What an engine has to tell: states at the reported times and at all its stations, how it ended, its errors."""
 
-    def __init__(self, scene: Scene) -> None:
+    state: State
+    stations: State
+    report: Report
+    outcome: Outcome
+    detail: str
+    estimate: float | None
+    errors: dict[str, float]
+
+
+class Reporter:
+    """Reads states of one scene that starts at poses `start` (bodies, 3); holds the scales of its accuracies."""
+
+    def __init__(self, scene: Scene, start: Array) -> None:
         self.scene = scene
+        self._start = start
         self.mechanism: Mechanism = scene.part.mechanism
         self.program = SpeedProgram(scene.spindle)
         self._equations = JointEquations(self.mechanism)
         self.turning = scene.part.plane == TURNING
         self.loaded = self.turning and scene.centrifugal
+        self.free = isinstance(scene.spindle, FreeSpindle)
         mass = sum(body.mass for body in self.mechanism.bodies)
         self.time_scale = time_scale(scene)
         self.energy_scale = mass * self.mechanism.size**2 / self.time_scale**2
@@ -59,7 +101,9 @@ class Reporter:
         scales = {reading.name: by_quantity[reading.quantity] for reading in self.mechanism.readings}
         if self.turning:
             scales["spindle_speed"] = 1.0 / self.time_scale
-        if self.loaded:
+        if self.free:
+            scales["spindle_angle"] = 1.0
+        elif self.loaded:
             scales["spindle_torque"] = self.energy_scale
         return scales
 
@@ -68,16 +112,88 @@ class Reporter:
         readings, rates = self._positions(state)
         units = {reading.name: UNITS[reading.quantity] for reading in self.mechanism.readings}
         if self.turning:
-            readings["spindle_speed"], units["spindle_speed"] = self.program(state.times), "rad/s"
-        if self.loaded:
+            readings["spindle_speed"], units["spindle_speed"] = state.spindle[:, 1], "rad/s"
+        if self.free:
+            readings["spindle_angle"], units["spindle_angle"] = state.spindle[:, 0], "rad"
+        elif self.loaded:
             readings["spindle_torque"], units["spindle_torque"] = self._torque(state), "N m"
         return Report(
-            readings=readings, rates=rates, units=units, joint_gap=self.gap(state.poses), energy=self._energy(state)
+            readings=readings,
+            rates=rates,
+            units=units,
+            joint_gap=self.gap(state.poses, state.times),
+            energy=self._energy(state),
         )
 
-    def gap(self, poses: Array) -> Array:
-        """Widest joint opening (...) m."""
-        return self._equations.gap(poses)
+    def trajectory(self, found: Finding, *, cost: Cost, settings: dict[str, Any]) -> Trajectory:
+        """The result of a run, with joint forces and events."""
+        state, stations, report = found.state, found.stations, found.report
+        implied = dynamics(self.scene, state.times, state.poses, state.velocities, state.spindle[:, 1])
+        between = dynamics(self.scene, stations.times, stations.poses, stations.velocities, stations.spindle[:, 1])
+        assembler = Assembler(self.mechanism)
+        mobility = assembler.freedoms(stations.poses[0]) if len(stations.times) else assembler.mobility
+        return Trajectory(
+            scene=self.scene,
+            times=state.times,
+            poses=state.poses,
+            velocities=state.velocities,
+            readings=report.readings,
+            rates=report.rates,
+            units=report.units,
+            scales=self.scales(),
+            joint_gap=report.joint_gap,
+            energy=report.energy,
+            outcome=found.outcome,
+            detail=found.detail,
+            cost=cost,
+            error_estimate=found.estimate,
+            reading_errors=found.errors,
+            settings=settings,
+            reactions=reactions(self.mechanism, state.poses, implied),
+            events=find_events(
+                self.mechanism,
+                stations.times,
+                stations.poses,
+                stations.velocities,
+                between.accelerations,
+                between.independence,
+                mobility,
+            ),
+            mobility=mobility,
+            notes=assembly_notes(self.scene),
+        )
+
+    def spindle_speeds(self, times: Array, poses: Array) -> Array:
+        """Speed (n,) rad/s of the spindle at times (n,) s and poses (n, bodies, 3)."""
+        spindle = self.scene.spindle
+        if not isinstance(spindle, FreeSpindle) or not len(times):
+            return self.program(times)
+        own = spindle.inertia
+        start = (own + self._inertia(self._start[np.newaxis])[0]) * spindle.start_speed
+        torque = TimeCurve(spindle.torque)
+        momentum = start + np.array([torque.integral(0.0, float(time)) for time in times])
+        speeds: Array = free_spindle_speed(momentum, own + self._inertia(poses))
+        return speeds
+
+    def power(self, stations: State) -> Array | None:
+        """Less the work (n,) J that drives, loads and a free spindle's torque have done, from their power in between.
+
+        None where nothing does any. For an engine that does not count it on the way.
+        """
+        drives = any(isinstance(joint, DrivenTurn | DrivenSlide) for joint in self.mechanism.joints)
+        loads = any(not isinstance(load, Spring | TorsionSpring) for load in self.mechanism.loads)
+        if not (drives or loads or self.free) or len(stations.times) < 2:
+            return None
+        times = stations.times
+        sides = [
+            dynamics(self.scene, at, stations.poses, stations.velocities, stations.spindle[:, 1]).power
+            for at in (times, np.nextafter(times, -np.inf))
+        ]
+        return -_integral(times, *sides)
+
+    def gap(self, poses: Array, times: Array) -> Array:
+        """Widest joint opening (...) m at times (...) s."""
+        return self._equations.gap(poses, times)
 
     def errors(self, better: Report, worse: Report) -> dict[str, float]:
         """Largest difference of each reading, each rate (named 'rate of ...') and the joints, in SI."""
@@ -106,10 +222,10 @@ class Reporter:
     def _positions(self, state: State) -> tuple[dict[str, Array], dict[str, Array]]:
         readings, rates = {}, {}
         for reading in self.mechanism.readings:
-            value = reading_value(self.mechanism, reading.name, state.poses)
-            readings[reading.name] = np.unwrap(value) if reading.quantity == "angle" else value
-            gradient = reading_gradient(self.mechanism, reading.name, state.poses)
-            rates[reading.name] = np.sum(gradient * state.velocities, axis=(-2, -1))
+            found = measure(self.mechanism, reading.name, state.poses)
+            wraps = isinstance(reading, LineAngle)  # the angle of a body is counted on
+            readings[reading.name] = np.unwrap(found.value) if wraps else found.value
+            rates[reading.name] = np.sum(found.gradient * state.velocities, axis=(-2, -1))
         return readings, rates
 
     def _torque(self, state: State) -> Array:
@@ -143,27 +259,69 @@ class Reporter:
             kinetic += 0.5 * body.mass * np.sum(velocity[:, :2] ** 2, axis=1)
             kinetic += 0.5 * (body.moments.xx + body.moments.yy) * velocity[:, 2] ** 2
             potential += height_energy(body.mass, self.scene.gravity, state.poses[:, index, 1])
-        turning = self.turning and self.scene.centrifugal
-        rotation = (
-            0.5 * self._inertia(state.poses) * self.program(state.times) ** 2 if turning else np.zeros_like(kinetic)
-        )
+        potential += spring_potential(self.mechanism, state.poses)
+        rotation = np.zeros_like(kinetic)
+        if self.loaded:
+            own = self.scene.spindle.inertia if isinstance(self.scene.spindle, FreeSpindle) else 0.0
+            rotation = 0.5 * (own + self._inertia(state.poses)) * state.spindle[:, 1] ** 2
         return Energy(
             kinetic=kinetic,
             potential=potential,
             rotation=rotation,
-            jacobi=kinetic + potential - rotation + state.work,
+            jacobi=kinetic + potential + (rotation if self.free else -rotation) + state.work,
             scale=self.energy_scale,
         )
 
 
+def _integral(times: Array, after: Array, before: Array) -> Array:
+    """The integral (n,) from the first time on of what may jump at any time: smooth from one jump to the next."""
+    total = np.zeros(len(times))
+    jumps = np.abs(after - before) > 1e-9 * np.max(np.abs(after), initial=1e-300)
+    knots = np.unique(np.concatenate([[0], np.flatnonzero(jumps), [len(times) - 1]]))
+    for first, last in pairwise(knots.tolist()):
+        values = np.append(after[first:last], before[last])
+        curve = make_interp_spline(times[first : last + 1], values, k=min(3, last - first))
+        total[first + 1 : last + 1] = total[first] + curve.antiderivative()(times[first + 1 : last + 1])
+        total[last + 1 :] = total[last]
+    return total
+
+
 def time_scale(scene: Scene) -> float:
-    """The time (s) in which the scene's motion changes: one radian of the fastest spindle speed, or a free fall."""
-    fastest = max(abs(speed) for speed in scene.spindle.speeds)
+    """The time (s) in which the scene's motion changes, from what sets it going: one radian, or one machine size.
+
+    The shortest of those of the spindle's fastest speed, a free fall, rates at the start, springs, drives and loads.
+    """
     size = scene.part.mechanism.size
-    fall = float(np.sqrt(size / scene.gravity)) if scene.gravity else np.inf
-    start = max((abs(rate) for rate in scene.start.rates.values()), default=0.0)
-    candidates = [fall, 1 / fastest if fastest and scene.centrifugal else np.inf, 1 / start if start else np.inf]
-    return min(candidates) if min(candidates) < np.inf else 1.0
+    spindle = scene.spindle
+    fastest = abs(spindle.start_speed) if isinstance(spindle, FreeSpindle) else max(map(abs, spindle.speeds))
+    squares = [
+        scene.gravity / size,
+        *(_square_of_load(scene.part.mechanism, load) for load in scene.part.mechanism.loads),
+    ]
+    rates = [fastest if scene.centrifugal else 0.0, *(math.sqrt(square) for square in squares)]
+    for name, rate in scene.start.rates.items():
+        rates.append(abs(rate) / (1.0 if scene.part.mechanism.reading(name).quantity == "angle" else size))
+    for joint in scene.part.mechanism.joints:
+        if isinstance(joint, DrivenTurn | DrivenSlide):
+            ways, times = np.diff(joint.motion.values), np.diff(joint.motion.times)
+            rates.append(float(np.max(np.abs(ways / times))) / (1.0 if isinstance(joint, DrivenTurn) else size))
+    return 1 / max(rates) if max(rates) > 0 else 1.0
+
+
+def _square_of_load(mechanism: Mechanism, load: Load) -> float:
+    """The square (1/s2) of the rate at which a load alone would change the motion of its lighter body."""
+    bodies = [body for body in mechanism.bodies if body.name in load.bodies]
+    mass = min(body.mass for body in bodies)
+    inertia = min((body.moments.xx + body.moments.yy or body.mass * mechanism.size**2) for body in bodies)
+    if isinstance(load, Spring):
+        return load.stiffness / mass
+    if isinstance(load, TorsionSpring):
+        return load.stiffness / inertia
+    if isinstance(load, Torque):
+        return max(map(abs, load.moment.values)) / inertia
+    if isinstance(load, Force):
+        return max(map(abs, (*load.x.values, *load.y.values))) / (mass * mechanism.size)
+    return 0.0
 
 
 def _largest(first: Array, second: Array) -> float:

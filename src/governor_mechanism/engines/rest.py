@@ -5,6 +5,7 @@ from __future__ import annotations
 import numpy as np
 
 from governor_mechanism.engines.chipmunk import Assembly
+from governor_mechanism.engines.clock import Clock
 from governor_mechanism.engines.march import settle
 from governor_mechanism.engines.report import time_scale
 from governor_mechanism.equations.assembly import Assembler
@@ -12,7 +13,6 @@ from governor_mechanism.equations.points import Array
 from governor_mechanism.equations.readings import reading_value
 from governor_mechanism.errors import RunFailed
 from governor_mechanism.scene import Scene
-from governor_mechanism.speed import SpeedProgram
 
 ITERATIONS = 60
 STEP = 0.05
@@ -41,7 +41,7 @@ def settled(scene: Scene, start: float) -> float:
     result = settle(
         Assembly(scene, iterations=ITERATIONS),
         STEP * scale,
-        SpeedProgram(scene.spindle).start_speed,
+        Clock(scene),
         Assembler(mechanism).poses(start),
         still=0.5 * mass * (STILL * mechanism.size / scale) ** 2,
         inside=inside,

@@ -1,99 +1,183 @@
-"""Put a mechanism together: poses at a value of its leading coordinate, and the direction in which it can move."""
+"""Put a mechanism together: poses at values of its readings, the directions in which it can move, its mobility."""
 
 from __future__ import annotations
+
+import math
+from collections.abc import Mapping
 
 import numpy as np
 from numpy.typing import NDArray
 
 from governor_mechanism.equations.constraints import JointEquations
 from governor_mechanism.equations.points import Array
-from governor_mechanism.equations.readings import reading_gradient, reading_value
+from governor_mechanism.equations.readings import measure, reading_value
 from governor_mechanism.errors import MechanismError
 from governor_mechanism.joints import Distance
-from governor_mechanism.mechanism import Mechanism
+from governor_mechanism.mechanism import LineAngle, Mechanism
 
 MAX_STEP = 0.1
-"""Largest change of the coordinate (rad, or machine sizes) in one continuation step: Newton stays on its branch."""
+"""Largest change of a reading (rad, or machine sizes) in one continuation step: Newton stays on its branch."""
 
 CLOSED = 1e-13
 """Joints count as closed at this fraction of the machine's size; rounding leaves about 1e-15."""
 
+INDEPENDENT = 1e-9
+"""Singular values of scaled equations below this fraction of the largest one belong to dependent ones."""
+
 
 class Assembler:
-    """Assembles one mechanism of mobility one anywhere along its leading coordinate, starting from its sketch."""
+    """Assembles one mechanism at any values of its readings, from its sketch or from poses near by.
 
-    def __init__(self, mechanism: Mechanism) -> None:
-        self.mechanism = mechanism
+    Drives stand where they are at `time` (s).
+    """
+
+    def __init__(self, mechanism: Mechanism, time: float = 0.0) -> None:
+        self.mechanism, self.time = mechanism, time
         self.equations = JointEquations(mechanism)
         turns = [body.turns for body in mechanism.bodies]
-        self.free = np.array([[True, True, turn] for turn in turns]).ravel()
+        self.free = np.array([[True, True, turn] for turn in turns], dtype=np.bool_).ravel()
         """(3 bodies,) which coordinates may change: a body that does not turn keeps its angle."""
-        quantity = mechanism.reading(mechanism.coordinate).quantity
-        self._scale = 1.0 if quantity == "angle" else mechanism.size
+        self._unit = np.tile([mechanism.size, mechanism.size, 1.0], len(turns))[self.free]
+        asked = self.equations.asked(np.array(time))
+        self._asked_rates = asked[:, 1]
 
     @property
     def mobility(self) -> int:
-        """Freedoms the joints leave at the sketch: free coordinates less the rank of the joint equations."""
-        return int(self.free.sum() - np.linalg.matrix_rank(self._gradient(self._sketch())[:-1]))
+        """Freedoms that joints and drives leave at the sketch: free coordinates less the rank of the equations."""
+        return self.freedoms(self._sketch())
+
+    def freedoms(self, poses: Array, *, drives: bool = True) -> int:
+        """Freedoms left at these poses by the joints, and by the drives if they count."""
+        rows = self._joint_rows(poses)
+        return int(self.free.sum()) - rank(rows if drives else rows[~self.equations.driven])
 
     def poses(self, value: float, near: Array | None = None) -> Array:
-        """Poses (bodies, 3) at a value of the coordinate, on the branch of `near` (or of the sketch).
+        """Poses (bodies, 3) at a value of the leading coordinate, on the branch of `near` (or of the sketch).
 
         Raises MechanismError, naming the joint that stays open, where the mechanism cannot be assembled.
         """
-        poses = self._newton(self._sketch() if near is None else near, None)
-        here = float(reading_value(self.mechanism, self.mechanism.coordinate, poses))
-        count = max(1, int(np.ceil(abs(value - here) / (MAX_STEP * self._scale))))
-        for target in np.linspace(here, value, count + 1)[1:]:
-            poses = self._newton(poses, float(target))
+        return self.at({self.mechanism.coordinate: value}, near)
+
+    def at(self, values: Mapping[str, float], near: Array | None = None) -> Array:
+        """Poses (bodies, 3) at values of any readings, on the branch of `near` (or of the sketch), else nearest to it.
+
+        Raises MechanismError, naming the joint that stays open, where the mechanism cannot be assembled.
+        """
+        poses = self._newton(self._sketch() if near is None else near, {})
+        ways = {name: value - float(reading_value(self.mechanism, name, poses)) for name, value in values.items()}
+        for name in ways:
+            if isinstance(self.mechanism.reading(name), LineAngle):
+                ways[name] = math.remainder(ways[name], math.tau)
+        longest = max((abs(way) / self._scale(name) for name, way in ways.items()), default=0.0)
+        count = max(1, math.ceil(longest / MAX_STEP))
+        for left in np.arange(count - 1, -1, -1) / count:
+            poses = self._newton(poses, {name: value - float(left) * ways[name] for name, value in values.items()})
         return poses
 
     def tangent(self, poses: Array) -> Array:
-        """Velocities (bodies, 3) of all bodies when the coordinate grows by one unit a second."""
-        matrix = self._gradient(poses)
+        """Velocities (bodies, 3) of all bodies when the leading coordinate grows by one unit a second, drives still."""
+        matrix = self._rows(poses, [self.mechanism.coordinate])
         right = np.zeros(matrix.shape[0])
         right[-1] = 1.0
         return self._spread(np.linalg.lstsq(matrix, right, rcond=None)[0])
 
+    def velocities(self, poses: Array, rates: Mapping[str, float]) -> Array:
+        """Velocities (bodies, 3) that follow the drives and have these rates of readings; of all such the slowest.
+
+        Slowest in kinetic energy. Raises MechanismError where joints, drives and rates contradict each other.
+        """
+        matrix = self._rows(poses, list(rates))
+        right = np.append(self._asked_rates, list(rates.values()))
+        weight = 1 / np.sqrt(self._masses())
+        moving = weight * np.linalg.lstsq(matrix * weight, right, rcond=None)[0]
+        left = matrix @ moving - right
+        largest = max(float(np.max(np.abs(right), initial=0.0)), 1e-300)
+        if np.max(np.abs(left), initial=0.0) > 1e-9 * largest:
+            raise MechanismError(self._contradiction(left, list(rates)))
+        return self._spread(moving)
+
+    def guess_gap(self) -> tuple[str, float]:
+        """The joint that is open widest in the sketch as it was given, and by how much (m)."""
+        if not self.equations.joints:
+            return "", 0.0
+        joint, gap = self.equations.widest(self._sketch(), self.time)
+        return joint.name, abs(gap)
+
+    def _contradiction(self, left: Array, rates: list[str]) -> str:
+        worst = int(np.argmax(np.abs(left)))
+        joints = len(self.equations.owner)
+        if worst >= joints:
+            return f"the rate of {rates[worst - joints]!r} at the start contradicts joints, drives, or another rate"
+        name = self.equations.joints[self.equations.owner[worst]].name
+        return f"joint {name!r} cannot follow: drives and rates at the start contradict each other there"
+
+    def _masses(self) -> Array:
+        """Masses and moments of inertia of the free coordinates; a lever's about its mass centre count as small."""
+        size = self.mechanism.size
+        masses = [
+            [body.mass, body.mass, body.moments.xx + body.moments.yy or 1e-6 * body.mass * size**2]
+            for body in self.mechanism.bodies
+        ]
+        return np.array(masses).ravel()[self.free]
+
+    def _scale(self, name: str) -> float:
+        return 1.0 if self.mechanism.reading(name).quantity == "angle" else self.mechanism.size
+
     def _sketch(self) -> Array:
-        return np.array(self.mechanism.sketch)
+        return np.array(self.mechanism.sketch, dtype=np.float64)
 
-    def _gradient(self, poses: Array) -> Array:
-        """Joint equations and, last, the coordinate, by the free coordinates."""
-        joints = self.equations.gradients(poses)
-        coordinate = reading_gradient(self.mechanism, self.mechanism.coordinate, poses)
-        rows: Array = np.concatenate([joints, coordinate[np.newaxis]]).reshape(len(joints) + 1, -1)[:, self.free]
-        return rows
+    def _joint_rows(self, poses: Array) -> Array:
+        """Joint equations by the free coordinates, lengths in machine sizes."""
+        rows = self.equations.gradients(poses).reshape(len(self.equations.owner), -1)[:, self.free]
+        scaled: Array = rows * self._unit / self.mechanism.size
+        return scaled
 
-    def _newton(self, poses: Array, value: float | None) -> Array:
-        """Gauss-Newton on the joints, and on the coordinate where a value is asked for."""
+    def _rows(self, poses: Array, names: list[str]) -> Array:
+        """Joint equations and, last, the readings of these names, by the free coordinates."""
+        rows = [self.equations.gradients(poses).reshape(len(self.equations.owner), -1)]
+        rows += [measure(self.mechanism, name, poses).gradient.reshape(1, -1) for name in names]
+        return np.concatenate(rows)[:, self.free]
+
+    def _newton(self, poses: Array, values: Mapping[str, float]) -> Array:
+        """Gauss-Newton on the joints and on the readings that values are asked for, with the smallest changes."""
+        names, size = list(values), self.mechanism.size
+        weight = np.array([size] * len(self.equations.owner) + [self._scale(name) for name in names])
         for _ in range(30):
-            residual = self.equations.openings(poses)
-            matrix = self._gradient(poses)
-            if value is None:
-                matrix = matrix[:-1]
-            else:
-                off = float(reading_value(self.mechanism, self.mechanism.coordinate, poses)) - value
-                residual = np.append(residual, off)
-            if np.max(np.abs(residual)) < CLOSED * max(self.mechanism.size, self._scale if value is not None else 0.0):
+            off = [self._off(name, values[name], poses) for name in names]
+            residual = np.append(self.equations.openings(poses, self.time), off) / weight
+            if np.max(np.abs(residual), initial=0.0) < CLOSED:
                 return poses
-            step = self._spread(np.linalg.lstsq(matrix, -residual, rcond=None)[0])
-            poses = poses + step
-            if np.max(np.abs(step)) < 1e-15 * self.mechanism.size:
+            matrix = self._rows(poses, names) * self._unit / weight[:, np.newaxis]
+            step = np.linalg.lstsq(matrix, -residual, rcond=None)[0]
+            poses = poses + self._spread(self._unit * step)
+            if np.max(np.abs(step)) < 1e-15:
                 break
-        return self._closed_or_refused(poses, value)
+        return self._closed_or_refused(poses, values)
 
-    def _closed_or_refused(self, poses: Array, value: float | None) -> Array:
-        joint, gap = self.equations.widest(poses)
-        if np.isfinite(gap) and abs(gap) < 1e3 * CLOSED * self.mechanism.size:
-            return poses
-        where = "" if value is None else f" at {self.mechanism.coordinate} = {value:.6g}"
+    def _off(self, name: str, value: float, poses: Array) -> float:
+        off = float(reading_value(self.mechanism, name, poses)) - value
+        return math.remainder(off, math.tau) if isinstance(self.mechanism.reading(name), LineAngle) else off
+
+    def _closed_or_refused(self, poses: Array, values: Mapping[str, float]) -> Array:
+        off = {name: self._off(name, value, poses) for name, value in values.items()}
+        wrong = [name for name in off if not abs(off[name]) < 1e3 * CLOSED * self._scale(name)]
+        where = ", ".join(f"{name} = {value:.6g}" for name, value in values.items())
+        where = f" at {where}" if where else ""
+        joint, gap = self.equations.widest(poses, self.time) if self.equations.joints else (None, 0.0)
+        if math.isfinite(gap) and abs(gap) < 1e3 * CLOSED * self.mechanism.size:
+            if not wrong:
+                return poses
+            raise MechanismError(
+                f"the mechanism cannot be assembled{where}: its joints close, but {wrong[0]} stays off by "
+                f"{abs(off[wrong[0]]):.6g}; the values contradict each other or its joints"
+            )
         cure = ""
         if isinstance(joint, Distance):
             stretched = joint.length + gap
             cure = f"; a length near {stretched:.6g} m instead of {joint.length:.6g} m would close it"
+        name = joint.name if joint else ""
         raise MechanismError(
-            f"the mechanism cannot be assembled{where}: joint {joint.name!r} stays open by {abs(gap):.6g} m{cure}"
+            f"the mechanism cannot be assembled{where}: joint {name!r} stays open by {abs(gap):.6g} m{cure}"
         )
 
     def _spread(self, free: NDArray[np.floating]) -> Array:
@@ -101,3 +185,11 @@ class Assembler:
         everything = np.zeros(self.free.size)
         everything[self.free] = free
         return everything.reshape(-1, 3)
+
+
+def rank(rows: Array) -> int:
+    """How many of these scaled equations are independent."""
+    if not rows.size:
+        return 0
+    values = np.linalg.svd(rows, compute_uv=False)
+    return int(np.sum(values > INDEPENDENT * values[0]))

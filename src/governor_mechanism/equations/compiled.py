@@ -2,30 +2,73 @@
 
 from __future__ import annotations
 
+import hashlib
 import os
+import shutil
+import sys
 import tempfile
-from collections.abc import Callable
+from collections.abc import Callable, Iterator
+from contextlib import contextmanager, suppress
+from functools import cache
 from pathlib import Path
-from typing import TypeVar, cast
+from typing import Any, TypeVar, cast
 
 Function = TypeVar("Function", bound=Callable[..., object])
+
+PACKAGE = Path(__file__).parents[1]
 
 
 def compiled(function: Function) -> Function:
     """The function compiled on its first call, without fast-math, and kept in a cache that can be written."""
     from numba import njit
 
-    return cast(Function, njit(cache=True)(function))
+    with _cached_in(cache_folder()):
+        return cast(Function, njit(cache=True)(function))
 
 
-def _find_cache() -> None:
-    """Point numba to a temporary folder where neither the package's nor the user's own can be written."""
+@cache
+def cache_folder() -> Path:
+    """Where this version's kernels are kept: beside the package, else with the user, else in a temporary folder.
+
+    The folder is named after the text of all kernels: numba itself looks only at the file a kernel stands in, and would
+    keep one that calls a changed kernel of another file.
+    """
+    text = hashlib.sha256()
+    for path in sorted([*PACKAGE.glob("equations/*.py"), *PACKAGE.glob("engines/*.py")]):
+        text.update(path.read_bytes())
+    name = f"kernels-{text.hexdigest()[:16]}"
+    beside = PACKAGE / "__pycache__"
     if "NUMBA_CACHE_DIR" in os.environ:
-        return
-    beside = Path(__file__).parent / "__pycache__"
-    if _writable(beside) or _writable(Path.home() / ".cache" / "numba"):
-        return
-    os.environ["NUMBA_CACHE_DIR"] = str(Path(tempfile.gettempdir()) / f"governor-mechanism-{os.getuid()}")
+        return Path(os.environ["NUMBA_CACHE_DIR"]) / "governor-mechanism" / name
+    if _writable(beside / name):
+        _remove_older(beside, name)
+        return beside / name
+    with suppress(RuntimeError):  # a user without a home
+        users = Path.home() / ".cache" / "governor-mechanism" / name
+        if _writable(users):
+            return users
+    return Path(tempfile.gettempdir()) / f"governor-mechanism-{os.getuid()}" / name
+
+
+@contextmanager
+def _cached_in(folder: Path) -> Iterator[None]:
+    """Let numba keep what is declared meanwhile in that folder; other users of numba keep theirs."""
+    from numba.core import config  # its settings are made at run time, and no checker knows them
+
+    settings: Any = config
+    before = settings.CACHE_DIR
+    settings.CACHE_DIR = str(folder)
+    try:
+        yield
+    finally:
+        settings.CACHE_DIR = before
+
+
+def _remove_older(base: Path, name: str) -> None:
+    """Kernels of earlier versions are never read again."""
+    for folder in base.glob("kernels-*"):
+        if folder.name != name:
+            shutil.rmtree(folder, ignore_errors=True)
 
 
 def _writable(folder: Path) -> bool:
@@ -37,4 +80,7 @@ def _writable(folder: Path) -> bool:
         return False
 
 
-_find_cache()
+def announce() -> None:
+    """Say on standard error that the kernels are about to be compiled, where none are kept yet."""
+    if not any(cache_folder().rglob("*.nbc")) and sys.stderr is not None:
+        print("compiling the kernels, once for this version; this takes some seconds", file=sys.stderr, flush=True)

@@ -8,95 +8,248 @@ from dataclasses import dataclass
 from functools import singledispatch
 
 import numpy as np
+from numpy.typing import NDArray
+from scipy.interpolate import CubicSpline
 
+from governor_mechanism.curves import Curve, Polynomial, Table
 from governor_mechanism.equations.points import Array, Whole
-from governor_mechanism.equations.rows import ACROSS, ALONG, DISTANCE, gradients_of, openings_of
-from governor_mechanism.joints import Distance, Joint, Pin, Point, Slider
+from governor_mechanism.equations.rows import (
+    ACROSS,
+    ALONG,
+    DISTANCE,
+    PARAMETERS,
+    Rows,
+    bends_of,
+    gradients_of,
+    openings_of,
+)
+from governor_mechanism.equations.timing import TimeCurve
+from governor_mechanism.errors import MechanismError
+from governor_mechanism.joints import (
+    ArcSlot,
+    CurveSlot,
+    Distance,
+    DrivenSlide,
+    DrivenTurn,
+    Gear,
+    Joint,
+    Pin,
+    Point,
+    Prismatic,
+    Rack,
+    Slider,
+    Weld,
+)
 from governor_mechanism.mechanism import Mechanism
+from governor_mechanism.programs import Motion
 
-Row = tuple[int, float, float]
-"""Kind and two parameters of one equation."""
+
+@dataclass(frozen=True)
+class Row:
+    """One equation of a joint: kind and parameters as in `rows`, the motion that drives it, the curve it follows."""
+
+    kind: int
+    parameter: tuple[float, ...]
+    motion: Motion | None = None
+    unit: float = 1.0
+    curve: Curve | None = None
 
 
 @singledispatch
-def _rows(joint: Joint) -> list[Row]:
+def _rows(joint: Joint, size: float) -> list[Row]:
+    """Equations of a joint; `size` (m) makes angles into openings."""
     raise TypeError(f"no equation is written for joints of type {type(joint).__name__}")
 
 
-@_rows.register
-def _(joint: Pin) -> list[Row]:
-    return [(ALONG, 1.0, 0.0), (ALONG, 0.0, 1.0)]
+def _turning(turn: float, size: float, motion: Motion | None = None) -> Row:
+    return Row(ALONG, (0.0, 0.0, -size, size, size * turn), motion, size)
 
 
 @_rows.register
-def _(joint: Distance) -> list[Row]:
-    return [(DISTANCE, joint.length, 0.0)]
+def _(joint: Pin, size: float) -> list[Row]:
+    return [Row(ALONG, (1.0, 0.0)), Row(ALONG, (0.0, 1.0))]
 
 
 @_rows.register
-def _(joint: Slider) -> list[Row]:
-    return [(ACROSS, joint.angle, 0.0)]
+def _(joint: Weld, size: float) -> list[Row]:
+    return [Row(ALONG, (1.0, 0.0)), Row(ALONG, (0.0, 1.0)), _turning(joint.turn, size)]
+
+
+@_rows.register
+def _(joint: Distance, size: float) -> list[Row]:
+    return [Row(DISTANCE, (joint.length,))]
+
+
+@_rows.register
+def _(joint: ArcSlot, size: float) -> list[Row]:
+    return [Row(DISTANCE, (joint.radius,))]
+
+
+@_rows.register
+def _(joint: Slider, size: float) -> list[Row]:
+    return [Row(ACROSS, (joint.angle,))]
+
+
+@_rows.register
+def _(joint: Prismatic, size: float) -> list[Row]:
+    return [Row(ACROSS, (joint.angle,)), _turning(joint.turn, size)]
+
+
+@_rows.register
+def _(joint: CurveSlot, size: float) -> list[Row]:
+    return [Row(ACROSS, (joint.angle,), curve=joint.curve)]
+
+
+@_rows.register
+def _(joint: Gear, size: float) -> list[Row]:
+    return [Row(ALONG, (0.0, 0.0, -size * joint.ratio, size, size * joint.offset))]
+
+
+@_rows.register
+def _(joint: Rack, size: float) -> list[Row]:
+    return [Row(ALONG, (math.cos(joint.angle), math.sin(joint.angle), -joint.radius, 0.0, joint.offset))]
+
+
+@_rows.register
+def _(joint: DrivenTurn, size: float) -> list[Row]:
+    return [_turning(0.0, size, joint.motion)]
+
+
+@_rows.register
+def _(joint: DrivenSlide, size: float) -> list[Row]:
+    return [Row(ACROSS, (joint.angle - math.pi / 2,), joint.motion)]
 
 
 @dataclass(frozen=True)
 class JointTable:
-    """All joints of a mechanism as rows; `owner` (rows,) is the joint each row belongs to."""
+    """All joints of a mechanism as rows; `owner` (rows,) is the joint each row belongs to.
 
-    kind: Whole
-    body: Whole
-    anchor: Array
-    parameter: Array
+    motions are what the rows' drives refer to, by position.
+    """
+
+    rows: Rows
     owner: Whole
+    motions: tuple[Motion, ...]
 
 
 def joint_table(mechanism: Mechanism, origins: Mapping[str, tuple[float, float]] | None = None) -> JointTable:
     """The rows of a mechanism; its bodies' coordinates are counted from `origins` (body axes, m), or mass centres."""
-    rows = [(index, joint, row) for index, joint in enumerate(mechanism.joints) for row in _rows(joint)]
+    every = [
+        (index, joint, row)
+        for index, joint in enumerate(mechanism.joints)
+        for row in _rows(joint, mechanism.size)
+        if not _vacuous(mechanism, joint, row)
+    ]
 
     def anchor(point: Point) -> tuple[float, float]:
         x, y = (origins or {}).get(point.body, (0.0, 0.0))
         return point.x - x, point.y - y
 
-    ends = [[mechanism.body_index(point.body) for point in (joint.first, joint.second)] for _, joint, _ in rows]
-    return JointTable(
-        kind=np.array([row[0] for _, _, row in rows], dtype=np.int64),
+    ends = [[mechanism.body_index(point.body) for point in (joint.first, joint.second)] for _, joint, _ in every]
+    parameters = [row.parameter + (0.0,) * (PARAMETERS - len(row.parameter)) for _, _, row in every]
+    sources, pieces = _sources([row for _, _, row in every])
+    rows = Rows(
+        kind=np.array([row.kind for _, _, row in every], dtype=np.int64),
         body=np.array(ends, dtype=np.int64).reshape(-1, 2),
-        anchor=np.array([[*anchor(joint.first), *anchor(joint.second)] for _, joint, _ in rows]).reshape(-1, 4),
-        parameter=np.array([row[1:] for _, _, row in rows]).reshape(-1, 2),
-        owner=np.array([index for index, _, _ in rows], dtype=np.int64),
+        anchor=np.array([[*anchor(joint.first), *anchor(joint.second)] for _, joint, _ in every]).reshape(-1, 4),
+        parameter=np.array(parameters).reshape(-1, PARAMETERS),
+        source=sources,
+        unit=np.array([row.unit for _, _, row in every]),
+        pieces=pieces,
     )
+    owner = np.array([index for index, _, _ in every], dtype=np.int64)
+    return JointTable(rows, owner, tuple(row.motion for _, _, row in every if row.motion is not None))
+
+
+def _vacuous(mechanism: Mechanism, joint: Joint, row: Row) -> bool:
+    """Whether a row only speaks of the turning of bodies that do not turn; refuses it where it contradicts that."""
+    if row.kind != ALONG or row.parameter[:2] != (0.0, 0.0):
+        return False
+    bodies = [mechanism.body_index(point.body) for point in (joint.first, joint.second)]
+    if any(index >= 0 and mechanism.bodies[index].turns for index in bodies):
+        return False
+    if row.motion is not None or row.parameter[4] != 0.0:
+        raise MechanismError(f"joint {joint.name!r} asks two bodies that do not turn to turn against each other")
+    return True
+
+
+def _sources(rows: list[Row]) -> tuple[Whole, Array]:
+    """Drive, first piece and number of pieces of each row, and the pieces of all curves."""
+    sources, pieces, drives = [], [np.zeros((0, 5))], 0
+    for row in rows:
+        found = np.zeros((0, 5)) if row.curve is None else curve_pieces(row.curve)
+        drive = -1 if row.motion is None else drives
+        drives += row.motion is not None
+        sources.append((drive, sum(map(len, pieces)), len(found)))
+        pieces.append(found)
+    return np.array(sources, dtype=np.int64).reshape(-1, 3), np.concatenate(pieces)
+
+
+def curve_pieces(curve: Curve) -> Array:
+    """A curve as cubics (pieces, 5): where each starts (m), and its coefficients, highest power first."""
+    if isinstance(curve, Polynomial):
+        coefficients = np.zeros(4)
+        coefficients[: len(curve.coefficients)] = curve.coefficients
+        return np.array([[0.0, *coefficients[::-1]]])
+    if isinstance(curve, Table):
+        spline = CubicSpline(curve.x, curve.y)
+        return np.column_stack([spline.x[:-1], spline.c.T])
+    raise TypeError(f"no equation is written for curves of type {type(curve).__name__}")
 
 
 class JointEquations:
-    """All joints of a mechanism as one set of equations, for poses of shape (..., bodies, 3)."""
+    """All joints of a mechanism as one set of equations, for poses (..., bodies, 3) at times (...) s."""
 
     def __init__(self, mechanism: Mechanism) -> None:
         self.joints = mechanism.joints
-        self._table = joint_table(mechanism)
+        table = joint_table(mechanism)
+        self._rows, self.owner = table.rows, table.owner
+        self._drives = [TimeCurve(motion) for motion in table.motions]
 
-    def openings(self, poses: Array) -> Array:
+    @property
+    def driven(self) -> NDArray[np.bool_]:
+        """(equations,) which ones a drive moves."""
+        return self._rows.source[:, 0] >= 0
+
+    def asked(self, times: Array) -> Array:
+        """(..., equations, 3): what drives want of each opening at times (...) s, in m, m/s, m/s2."""
+        flat = np.atleast_1d(np.asarray(times, dtype=np.float64)).ravel()
+        found = np.zeros((flat.size, len(self.owner), 3))
+        for row in np.flatnonzero(self.driven):
+            curve, unit = self._drives[self._rows.source[row, 0]], self._rows.unit[row]
+            found[:, row] = unit * np.stack([curve(flat), curve.slope(flat), curve.bend(flat)], axis=-1)
+        return found.reshape(*np.shape(times), len(self.owner), 3)
+
+    def openings(self, poses: Array, times: Array | float = 0.0) -> Array:
         """(..., equations) m, signed."""
-        table, flat = self._table, _flat(poses)
-        found = openings_of(table.kind, table.body, table.anchor, table.parameter, flat)
-        return found.reshape(*poses.shape[:-2], -1)
+        found = openings_of(self._rows, _flat(poses), self._all_asked(poses, times))
+        return found.reshape(*poses.shape[:-2], len(self.owner))
 
     def gradients(self, poses: Array) -> Array:
         """(..., equations, bodies, 3): m per m, and m per rad."""
-        table, flat = self._table, _flat(poses)
-        found = gradients_of(table.kind, table.body, table.anchor, table.parameter, flat)
-        return found.reshape(*poses.shape[:-2], -1, *poses.shape[-2:])
+        found = gradients_of(self._rows, _flat(poses))
+        return found.reshape(*poses.shape[:-2], len(self.owner), *poses.shape[-2:])
 
-    def gap(self, poses: Array) -> Array:
+    def bends(self, poses: Array, velocities: Array, times: Array | float = 0.0) -> Array:
+        """(..., equations): what gradients . accelerations must be (m/s2)."""
+        found = bends_of(self._rows, _flat(poses), _flat(velocities), self._all_asked(poses, times))
+        return found.reshape(*poses.shape[:-2], len(self.owner))
+
+    def gap(self, poses: Array, times: Array | float = 0.0) -> Array:
         """(...) m: the widest opening of any joint."""
-        widest: Array = np.max(np.abs(self.openings(poses)), axis=-1)
+        widest: Array = np.max(np.abs(self.openings(poses, times)), axis=-1, initial=0.0)
         return widest
 
-    def widest(self, poses: Array) -> tuple[Joint, float]:
+    def widest(self, poses: Array, time: float = 0.0) -> tuple[Joint, float]:
         """The joint that is open widest at one set of poses, and its opening (m; signed where it has one equation)."""
-        rows = self.openings(poses)
-        gaps = [rows[self._table.owner == index] for index in range(len(self.joints))]
+        rows = self.openings(poses, time)
+        gaps = [rows[self.owner == index] for index in range(len(self.joints))]
         worst = max(range(len(gaps)), key=lambda index: math.hypot(*gaps[index]))
         return self.joints[worst], float(gaps[worst][0]) if len(gaps[worst]) == 1 else math.hypot(*gaps[worst])
+
+    def _all_asked(self, poses: Array, times: Array | float) -> Array:
+        every = np.broadcast_to(np.asarray(times, dtype=np.float64), poses.shape[:-2])
+        return self.asked(every).reshape(-1, len(self.owner), 3)
 
 
 def _flat(poses: Array) -> Array:

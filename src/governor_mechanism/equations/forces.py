@@ -42,3 +42,23 @@ def spindle_inertia_rate(
 ) -> Any:
     """Rate (kg m2/s) of that inertia for a mass centre moving at x_rate (m/s) and a body turning (rad/s)."""
     return 2 * mass * x * x_rate + ((yy - xx) * np.sin(2 * angle) - 2 * xy * np.cos(2 * angle)) * turning
+
+
+def spring_force(stiffness: float, free: float, stretch: Any) -> Any:
+    """Pull (N, or N m) of a spring whose length (m, or rad) is `stretch`, and which is at rest at `free`."""
+    return stiffness * (stretch - free)
+
+
+def spring_energy(stiffness: float, free: float, stretch: Any) -> Any:
+    """Potential energy (J) of that spring."""
+    return 0.5 * stiffness * (stretch - free) ** 2
+
+
+def damper_force(damping: float, rate: Any) -> Any:
+    """Pull (N, or N m) of a damper that grows longer at `rate` (m/s, or rad/s)."""
+    return damping * rate
+
+
+def free_spindle_speed(momentum: Any, inertia: Any) -> Any:
+    """Speed (rad/s) of a free spindle with so much angular momentum (kg m2/s) at so much inertia (kg m2) in all."""
+    return momentum / inertia

@@ -38,6 +38,26 @@ class Placed:
             gradient[..., self.body, 2] = direction[..., 1] * arm[..., 0] - direction[..., 0] * arm[..., 1]
         return gradient
 
+    def velocity(self, poses: Array, velocities: Array) -> Array:
+        """(..., 2) m/s, from poses and velocities (..., bodies, 3)."""
+        if self.body < 0:
+            return np.zeros((*poses.shape[:-2], 2))
+        arm, motion = self._arm(poses[..., self.body, :]), velocities[..., self.body, :]
+        across = np.stack([-arm[..., 1], arm[..., 0]], axis=-1)
+        return motion[..., :2] + motion[..., 2:] * across
+
+    def inward(self, poses: Array, velocities: Array) -> Array:
+        """(..., 2) m/s2: the part of the point's acceleration that the turning of its body alone makes."""
+        if self.body < 0:
+            return np.zeros((*poses.shape[:-2], 2))
+        return -(velocities[..., self.body, 2:] ** 2) * self._arm(poses[..., self.body, :])
+
+    def turned(self, poses: Array, direction: Array) -> Array:
+        """A direction (2,) in the body's axes as one (..., 2) of the plane."""
+        if self.body < 0:
+            return np.broadcast_to(direction, (*poses.shape[:-2], 2))
+        return Placed(self.body, float(direction[0]), float(direction[1]))._arm(poses[..., self.body, :])
+
     def _arm(self, pose: Array) -> Array:
         cosine, sine = np.cos(pose[..., 2]), np.sin(pose[..., 2])
         return np.stack([cosine * self.x - sine * self.y, sine * self.x + cosine * self.y], axis=-1)

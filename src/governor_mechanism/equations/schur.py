@@ -36,8 +36,9 @@ def narrow_order(body: Whole) -> Whole:
     from scipy.sparse import coo_array
     from scipy.sparse.csgraph import reverse_cuthill_mckee
 
-    pairs = neighbours(body)
-    count = len(body)
+    pairs, count = neighbours(body), len(body)
+    if count == 0:  # bodies on springs alone
+        return np.zeros(0, dtype=np.int64)
     graph = coo_array((np.ones(len(pairs)), (pairs[:, 0], pairs[:, 1])), shape=(count, count)).tocsr()
     return np.asarray(reverse_cuthill_mckee((graph + graph.T).tocsr(), symmetric_mode=True), dtype=np.int64)
 
@@ -57,9 +58,9 @@ def assemble(body: Whole, pairs: Whole, gradient: Array, inverse_mass: Array, ba
 
 
 @compiled
-def factorise(band: Array, factor: Array) -> bool:
-    """Cholesky within the band; False where a pivot vanishes."""
-    width = band.shape[1] - 1
+def factorise(band: Array, factor: Array) -> float:
+    """Cholesky within the band; the smallest pivot as a fraction of its diagonal, 0 where one vanishes."""
+    width, least = band.shape[1] - 1, 1.0
     for i in range(band.shape[0]):
         first = max(0, i - width)
         for j in range(first, i + 1):
@@ -70,9 +71,10 @@ def factorise(band: Array, factor: Array) -> bool:
                 factor[i, width - (i - j)] = total / factor[j, width]
             elif total > SINGULAR * band[i, width]:
                 factor[i, width] = math.sqrt(total)
+                least = min(least, total / band[i, width])
             else:
-                return False
-    return True
+                return 0.0
+    return least
 
 
 @compiled
@@ -92,11 +94,15 @@ def substitute(factor: Array, vector: Array) -> None:
 
 
 @compiled
-def solve(band: Array, factor: Array, vector: Array) -> bool:
-    """Solve J M^-1 J^T x = vector in place; False where the rows depend on each other (shortest solution then)."""
-    if factorise(band, factor):
+def solve(band: Array, factor: Array, vector: Array) -> float:
+    """Solve J M^-1 J^T x = vector in place, by the shortest solution where rows depend on each other.
+
+    How independent they are: the square, about, of the angle (rad) by which the nearest to depending fails to; 0 there.
+    """
+    least = factorise(band, factor)
+    if least > 0.0:
         substitute(factor, vector)
-        return True
+        return least
     count, width = band.shape[0], band.shape[1] - 1
     dense = np.zeros((count, count))
     for i in range(count):
@@ -107,7 +113,7 @@ def solve(band: Array, factor: Array, vector: Array) -> bool:
     for i in range(count):
         parts[i] = parts[i] / values[i] if values[i] > SINGULAR * values[-1] else 0.0
     vector[:] = vectors @ parts
-    return False
+    return 0.0
 
 
 @compiled

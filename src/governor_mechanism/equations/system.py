@@ -6,26 +6,30 @@ from typing import NamedTuple
 
 import numpy as np
 
+from governor_mechanism.equations.applied import Loads, load_table
 from governor_mechanism.equations.constraints import joint_table
 from governor_mechanism.equations.points import Array, Whole
+from governor_mechanism.equations.rows import Rows
 from governor_mechanism.equations.schur import narrow_order, neighbours
-from governor_mechanism.errors import UnsupportedEffect
+from governor_mechanism.equations.timing import TimeCurve
+from governor_mechanism.errors import MechanismError
 from governor_mechanism.joints import GROUND, Pin
 from governor_mechanism.mechanism import Body, Mechanism
-from governor_mechanism.scene import Scene
+from governor_mechanism.programs import Motion, Program
+from governor_mechanism.scene import TURNING, FreeSpindle, Scene
 
 
 class System(NamedTuple):
-    """Rows and pairs as in `rows` and `schur`; per body mass, inverse_mass (bodies, 3), centre (bodies, 2), moments.
+    """Rows, loads and pairs as in `rows`, `applied` and `schur`; per body mass, inverse_mass (bodies, 3), centre
+    (bodies, 2), moments.
 
     Coordinates are counted from a body's origin, its mass centre but for a lever: centre is where the mass centre is
-    from there, in body axes. moments (bodies, 4): second moments xx, yy, xy, zz about the mass centre.
+    from there, in body axes. moments (bodies, 4): second moments xx, yy, xy, zz about the mass centre. A free spindle
+    has spindle_inertia (kg m2) of its own.
     """
 
-    kind: Whole
-    body: Whole
-    anchor: Array
-    parameter: Array
+    rows: Rows
+    loads: Loads
     pairs: Whole
     width: int
     mass: Array
@@ -34,55 +38,89 @@ class System(NamedTuple):
     moments: Array
     gravity: float
     centrifugal: bool
+    free: bool
+    spindle_inertia: float
 
 
 class Workspace(NamedTuple):
     """Room for one evaluation, so that none is allocated in the loop."""
 
+    asked: Array
     opening: Array
     gradient: Array
     bend: Array
     band: Array
     factor: Array
     vector: Array
+    load: Array
 
 
-def make_system(scene: Scene) -> System:
-    """The arrays of a scene of one part. Raises UnsupportedEffect for a body that has no inertia of its own to turn."""
-    mechanism = scene.part.mechanism
+def make_system(scene: Scene) -> tuple[System, tuple[TimeCurve, ...]]:
+    """The arrays of a scene of one part, and its programs: the spindle's speed or torque, the drives', the loads'.
+
+    Raises MechanismError for a body that has no inertia of its own to turn.
+    """
+    mechanism, spindle = scene.part.mechanism, scene.spindle
     origins = {body.name: lever_origin(mechanism, body) for body in mechanism.bodies}
     table = joint_table(mechanism, origins)
-    order = narrow_order(table.body)
-    body = table.body[order]
+    order = narrow_order(table.rows.body)
+    body = table.rows.body[order]
+    source = table.rows.source[order]
+    source[:, 0] += source[:, 0] >= 0  # program 0 is the spindle's
+    rows = table.rows._replace(
+        kind=table.rows.kind[order],
+        body=body,
+        anchor=table.rows.anchor[order],
+        parameter=table.rows.parameter[order],
+        source=source,
+        unit=table.rows.unit[order],
+    )
     pairs = neighbours(body)
-    width = int(np.max(pairs[:, 0] - pairs[:, 1], initial=0))
+    loads, programs = load_table(mechanism, origins, 1 + len(table.motions))
     inertia = [_inertia(body, origins[body.name]) for body in mechanism.bodies]
     inverse = [
         [1 / body.mass, 1 / body.mass, 1 / moment if body.turns else 0.0]
         for body, moment in zip(mechanism.bodies, inertia, strict=True)
     ]
-    return System(
-        kind=table.kind[order],
-        body=body,
-        anchor=table.anchor[order],
-        parameter=table.parameter[order],
+    free = spindle if isinstance(spindle, FreeSpindle) else None
+    system = System(
+        rows=rows,
+        loads=loads,
         pairs=pairs,
-        width=width,
+        width=int(np.max(pairs[:, 0] - pairs[:, 1], initial=0)),
         mass=np.array([body.mass for body in mechanism.bodies]),
         inverse_mass=np.array(inverse),
         centre=-np.array([origins[body.name] for body in mechanism.bodies]),
         moments=np.array([[m.xx, m.yy, m.xy, m.zz] for m in (body.moments for body in mechanism.bodies)]),
         gravity=scene.gravity,
-        centrifugal=scene.centrifugal,
+        centrifugal=scene.centrifugal and scene.part.plane == TURNING,
+        free=free is not None,
+        spindle_inertia=free.inertia if free else 0.0,
     )
+    timed: list[Program | Motion] = [spindle.torque if isinstance(spindle, FreeSpindle) else spindle.program]
+    timed += [*table.motions, *programs]
+    return system, tuple(map(TimeCurve, timed))
+
+
+def row_owners(mechanism: Mechanism) -> Whole:
+    """(rows,) the joint that each row of a scene's system belongs to."""
+    table = joint_table(mechanism)
+    return table.owner[narrow_order(table.rows.body)]
 
 
 def make_workspace(system: System) -> Workspace:
     """Room for evaluations of this system."""
-    rows = len(system.kind)
+    rows, bodies = len(system.rows.kind), len(system.mass)
     band = (rows, system.width + 1)
     return Workspace(
-        np.zeros(rows), np.zeros((rows, 2, 3)), np.zeros(rows), np.zeros(band), np.zeros(band), np.zeros(rows)
+        asked=np.zeros((rows, 3)),
+        opening=np.zeros(rows),
+        gradient=np.zeros((rows, 2, 3)),
+        bend=np.zeros(rows),
+        band=np.zeros(band),
+        factor=np.zeros(band),
+        vector=np.zeros(rows),
+        load=np.zeros((bodies, 3)),
     )
 
 
@@ -119,7 +157,7 @@ def lever_origin(mechanism: Mechanism, body: Body) -> tuple[float, float]:
         ends = {joint.first.body: joint.first, joint.second.body: joint.second}
         if isinstance(joint, Pin) and set(ends) == {GROUND, body.name}:
             return (ends[body.name].x, ends[body.name].y)
-    raise UnsupportedEffect(
+    raise MechanismError(
         f"body {body.name!r} cannot turn: its mass is in one point, and no pin joins it to ground; "
         "give it second moments, or turns=False"
     )

@@ -1,7 +1,12 @@
-"""Makes films of runs, off-screen: GIF, or MP4 where ffmpeg is at hand. A second of film is a second of the run."""
+"""Makes films of runs, off-screen: GIF, or MP4 where ffmpeg is at hand.
+
+A second of film is a second of the run, but for runs too short or too long to be watched: their caption says by how
+much the film is slower or faster.
+"""
 
 from __future__ import annotations
 
+import math
 import os
 from collections.abc import Callable, Iterator
 from functools import partial
@@ -19,6 +24,7 @@ from governor_mechanism.render.gif import GifWriter, Palette
 from governor_mechanism.render.layout import ELEVATION, View, fit
 from governor_mechanism.render.moments import moments, part_named, poses_of
 from governor_mechanism.render.picture import Picture
+from governor_mechanism.render.primitives import nice_step
 from governor_mechanism.render.shapes import extent
 from governor_mechanism.render.style import COLOURS, rgb
 from governor_mechanism.trajectory import Trajectory
@@ -27,12 +33,20 @@ Array = NDArray[np.float64]
 Pixels = NDArray[np.uint8]
 Progress = Callable[[int, int], None]
 Span = tuple[float, float]
-PictureAt = Callable[[Span, Array], Picture]
+PictureAt = Callable[[Array], Picture]
+Schedule = tuple[Span, float, float]
+"""The piece of the run (s), how many times slower it is shown, and the frames per second of film."""
 
 FASTEST = 50
 """Frames per second: viewers show a GIF frame of less than 2 hundredths of a second far too long."""
 SAMPLES = 5
 """Frames from which the palette is chosen."""
+LEAST, MOST = 1.0, 60.0
+"""Seconds; a run that lasts as long is shown in true time unless told otherwise."""
+SLOWED_TO, SPED_UP_TO = 4.0, 20.0
+"""Seconds; a film of another run lasts at least, or at most, as long."""
+LONGEST = 3600.0
+"""Seconds a film may last that is slowed on request."""
 
 
 def film(
@@ -44,11 +58,14 @@ def film(
     part: str | None = None,
     start: float | None = None,
     stop: float | None = None,
+    slow_down: float | None = None,
     progress: Progress | None = None,
 ) -> Path:
-    """Write the run as a film of size x size pixels, in true time; a path ending in .mp4 needs imageio-ffmpeg.
+    """Write the run as a film of size x size pixels; a path ending in .mp4 needs imageio-ffmpeg.
 
-    `start` and `stop` (s) cut a piece out of the run; `part` names the part shown where the scene has several;
+    A second of the run takes `slow_down` seconds of film: 1 is true time. None is true time for runs of 1 to 60 s;
+    shorter ones are slowed and longer ones sped up, so that the film lasts 2 to 20 s. `start` and `stop` (s) cut a
+    piece out of the run; `part` names the part shown where the scene has several;
     progress(done, total) is called after every frame. Returns the path. An exception leaves no file behind.
     """
     target = Path(path)
@@ -58,8 +75,10 @@ def film(
     if target.suffix.lower() == ".mp4":
         require_video_writer()
     write, span = writers[target.suffix.lower()], _span(run, start, stop)
+    slow = _slow(run, span, slow_down)
     with written_beside(target) as temporary:
-        write(temporary, partial(_picture, run, size, part), span, frames_per_second, progress or _silent)
+        picture_at = partial(_picture, run, size, part, span, slow)
+        write(temporary, picture_at, (span, slow, frames_per_second), progress or _silent)
     return target
 
 
@@ -79,11 +98,13 @@ def frames(
     part: str | None = None,
     start: float | None = None,
     stop: float | None = None,
+    slow_down: float | None = None,
 ) -> Iterator[Pixels]:
     """The pictures of a film, (size, size, 3) RGB each, at equal steps from start to stop (both shown)."""
     span = _span(run, start, stop)
-    times, _ = schedule(*span, frames_per_second)
-    picture = _picture(run, size, part, span, times)
+    slow = _slow(run, span, slow_down)
+    times, _ = schedule(*span, frames_per_second, slow)
+    picture = _picture(run, size, part, span, slow, times)
     for k in range(len(times)):
         yield picture.paint(k)[..., :3].copy()
 
@@ -91,18 +112,31 @@ def frames(
 def film_view(run: Trajectory, *, size: int = 480, part: str | None = None) -> View:
     """Where the machine stands in the pictures of a film: `film_view(run).pixel_of(x, y)` is a column and a row."""
     chosen = part_named(run, part)
-    return fit(extent(chosen, poses_of(run, chosen)[0]), ELEVATION, size)
+    return fit(extent(chosen, poses_of(run, chosen)[0], run.times), ELEVATION, size)
 
 
-def schedule(start: float, stop: float, frames_per_second: float) -> tuple[Array, list[int]]:
-    """When the frames are (s), and how long each is shown (hundredths of a second, together the whole time).
+def watchable(duration: float) -> float:
+    """How many times slower to show what lasts so long (s): 1 from 1 to 60 s; else so that the film lasts 2 to 20 s.
+
+    The factor, or what it divides by, is 1, 2 or 5 x 10^n.
+    """
+    if LEAST <= duration <= MOST or duration <= 0.0:
+        return 1.0
+    if duration < LEAST:
+        return nice_step(SLOWED_TO / duration, 1)
+    return 1.0 / nice_step(duration / SPED_UP_TO, 1)
+
+
+def schedule(start: float, stop: float, frames_per_second: float, slow: float = 1.0) -> tuple[Array, list[int]]:
+    """When the frames are (s), and how long each is shown (hundredths of a second, together the whole time,
+    `slow` times as long as what they show).
 
     The frames stand at equal steps from start to stop. Each is shown from half a step before its time to half a step
     after, so the first and the last one half as long as the others.
     """
     if not 1 <= frames_per_second <= FASTEST:
         raise MechanismError(f"frames_per_second must be 1..{FASTEST}; got {frames_per_second:g}")
-    hundredths = max(round((stop - start) * 100), 1)
+    hundredths = max(round((stop - start) * slow * 100), 1)
     steps = round(hundredths / 100 * frames_per_second)
     if steps < 1:
         return np.array([start]), [hundredths]
@@ -124,17 +158,31 @@ def _span(run: Trajectory, start: float | None, stop: float | None) -> Span:
     return begin, end
 
 
-def _picture(run: Trajectory, size: int, part: str | None, span: Span, times: Array) -> Picture:
-    return Picture(run, moments(run, part_named(run, part), span, times), size)
+def _slow(run: Trajectory, span: Span, asked: float | None) -> float:
+    """How many times slower than the run the film is, as asked for or chosen, checked."""
+    begin, end = span
+    if asked is None:
+        # A piece of a run in true time is shown in true time, however short.
+        return 1.0 if LEAST <= run.times[-1] - run.times[0] <= MOST else watchable(end - begin)
+    if not (math.isfinite(asked) and asked > 0.0):
+        raise MechanismError(f"slow_down must be a number above 0; got {asked:g}")
+    if (end - begin) * asked > LONGEST:
+        raise MechanismError(f"slow_down {asked:g} makes a film of {(end - begin) * asked:g} s; at most {LONGEST:g} s")
+    return asked
+
+
+def _picture(run: Trajectory, size: int, part: str | None, span: Span, slow: float, times: Array) -> Picture:
+    return Picture(run, moments(run, part_named(run, part), span, times, slow), size)
 
 
 def _silent(done: int, total: int) -> None:
     pass
 
 
-def _write_gif(path: Path, picture_at: PictureAt, span: Span, rate: float, progress: Progress) -> None:
-    times, delays = schedule(*span, rate)
-    picture = picture_at(span, times)
+def _write_gif(path: Path, picture_at: PictureAt, timing: Schedule, progress: Progress) -> None:
+    span, slow, rate = timing
+    times, delays = schedule(*span, rate, slow)
+    picture = picture_at(times)
     samples = [picture.paint(int(k)) for k in np.unique(np.linspace(0, len(times) - 1, SAMPLES).astype(int))]
     palette = Palette([rgb(colour) for colour in COLOURS], samples)
     with path.open("wb") as file:
@@ -145,11 +193,11 @@ def _write_gif(path: Path, picture_at: PictureAt, span: Span, rate: float, progr
         writer.close()
 
 
-def _write_mp4(path: Path, picture_at: PictureAt, span: Span, rate: float, progress: Progress) -> None:
+def _write_mp4(path: Path, picture_at: PictureAt, timing: Schedule, progress: Progress) -> None:
     # Every frame of a video lasts equally long: one frame at the middle of each step makes up the whole time.
-    begin, end = span
-    count = max(round((end - begin) * rate), 1)
-    picture = picture_at(span, begin + (end - begin) * (np.arange(count) + 0.5) / count)
+    (begin, end), slow, rate = timing
+    count = max(round((end - begin) * slow * rate), 1)
+    picture = picture_at(begin + (end - begin) * (np.arange(count) + 0.5) / count)
     with _video(path, rate) as writer:
         for k in range(count):
             # Video needs an even number of rows and columns.

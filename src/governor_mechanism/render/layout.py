@@ -55,7 +55,7 @@ def fit(box: Box, rect: Rect, size: int) -> View:
 
 
 def cells(count: int, dial: bool) -> list[Rect]:
-    """Rectangles for so many readings, one above the other, above the dial where there is one."""
+    """Rectangles for so many readings (one or more), one above the other, above the dial where there is one."""
     left, top, right, bottom = PANEL
     floor = DIAL[1] - 8.0 if dial else bottom
     height = (floor - top) / count

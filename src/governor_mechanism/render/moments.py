@@ -22,7 +22,8 @@ class Moments:
     """One part of a run at the frames' times (f,) s, all within `span`, the piece of the run that is shown (s).
 
     poses (f, bodies, 3) of the part; readings by plain name, (f,) SI, their units and scales; spindle_angle (f,) rad
-    since the start, zero where the run has no spindle speed; all_poses (n, bodies, 3) as the run reports them.
+    since the start, zero where the run has no spindle speed; all_poses (n, bodies, 3) and all_times (n,) s as the run
+    reports them. A second of the run takes `slow` seconds of the film.
     """
 
     part: Part
@@ -34,6 +35,8 @@ class Moments:
     scales: Mapping[str, float]
     spindle_angle: Array
     all_poses: Array
+    all_times: Array
+    slow: float = 1.0
 
 
 def part_named(run: Trajectory, name: str | None) -> Part:
@@ -65,7 +68,7 @@ def of_part(run: Trajectory, part: Part, named: Mapping[str, T]) -> dict[str, T]
     return {name.removeprefix(mark): value for name, value in named.items() if name.startswith(mark)}
 
 
-def moments(run: Trajectory, part: Part, span: tuple[float, float], times: Array) -> Moments:
+def moments(run: Trajectory, part: Part, span: tuple[float, float], times: Array, slow: float = 1.0) -> Moments:
     """What one part does at `times` (f,) s: poses by cubics through poses and velocities, readings by lines."""
     poses, velocities = poses_of(run, part)
     readings = of_part(run, part, run.readings)
@@ -81,6 +84,8 @@ def moments(run: Trajectory, part: Part, span: tuple[float, float], times: Array
         scales=of_part(run, part, run.scales),
         spindle_angle=np.interp(times, run.times, turned),
         all_poses=poses,
+        all_times=run.times,
+        slow=slow,
     )
 
 

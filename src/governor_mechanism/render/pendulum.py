@@ -26,6 +26,7 @@ from governor_mechanism.render.primitives import (
     rectangle,
 )
 from governor_mechanism.render.room import first_room, telling_poses, widths_between
+from governor_mechanism.render.stage import Stage
 from governor_mechanism.scene import Part
 
 Array = NDArray[np.float64]
@@ -58,7 +59,7 @@ class Governor:
     loaded: bool
 
 
-def background(part: Part, poses: Array) -> tuple[Shape, ...]:
+def background(part: Part, poses: Array, _: Stage | None = None) -> tuple[Shape, ...]:
     """Spindle in its bearings, suspension, axis and the scale of the sleeve's lift."""
     governor = _governor(part)
     u = governor.arm
@@ -81,7 +82,7 @@ def background(part: Part, poses: Array) -> tuple[Shape, ...]:
     )
 
 
-def moving(part: Part, pose: Array) -> tuple[Shape, ...]:
+def moving(part: Part, pose: Array, _: Stage | None = None) -> tuple[Shape, ...]:
     """Sleeve, links, arms, balls and pins; the right half passes before the left one."""
     governor = _governor(part)
     u = governor.arm

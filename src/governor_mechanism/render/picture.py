@@ -5,6 +5,7 @@ Everything that stands still is drawn once and kept; a frame restores it and dra
 
 from __future__ import annotations
 
+import math
 from collections.abc import Callable, Sequence
 from typing import Any
 
@@ -30,8 +31,9 @@ from governor_mechanism.render.shapes import (
     plan_ring,
     plan_shapes,
 )
+from governor_mechanism.render.stage import stage_of
 from governor_mechanism.render.style import GREEN, INK, PAPER, QUIET, RULE, SANS, SERIES, SERIF, VERMILLION, Brush
-from governor_mechanism.render.wording import closing_lines, everyday, numerals
+from governor_mechanism.render.wording import closing_lines, everyday, numerals, pace_words
 from governor_mechanism.scene import TURNING
 from governor_mechanism.trajectory import Trajectory
 
@@ -40,8 +42,9 @@ DPI = 64
 SMALLEST = 320
 """Pixels; below this nothing can be read."""
 TRACE = 1.0
-"""Seconds of the traced body's path that are shown."""
-MOST_READINGS = 3
+"""Seconds of film, of the traced body's path that is shown."""
+MOST_READINGS = {True: 3, False: 4}
+"""In the side panel, with and without the dial."""
 CLOSING_LETTERS = 94
 """In the last lines; so many fit in their usual size, or nearly."""
 
@@ -73,6 +76,13 @@ class Pane:
         self._brush.move(self.artists, self._shapes_at(k))
 
 
+def _clock(times: NDArray[np.float64]) -> list[str]:
+    """The frames' times in s, with two decimals, or more where frames follow one another faster."""
+    step = float(times[-1] - times[0]) / max(len(times) - 1, 1)
+    decimals = 2 if step >= 0.005 or step <= 0.0 else min(math.ceil(-math.log10(step)), 9)
+    return [f"{time:.{decimals}f}" for time in times]
+
+
 def _canvas(figure: Figure) -> Any:
     """An off-screen canvas; its methods carry no types."""
     return FigureCanvasAgg(figure)
@@ -85,15 +95,15 @@ class Picture:
         if size < SMALLEST:
             raise MechanismError(f"size of a film must be at least {SMALLEST} pixels; got {size}")
         self.moments = moments
-        self.view = fit(extent(moments.part, moments.all_poses), ELEVATION, size)
+        self.view = fit(extent(moments.part, moments.all_poses, moments.all_times), ELEVATION, size)
         self.figure = Figure(figsize=(size / DPI, size / DPI), dpi=DPI, facecolor=PAPER)
         self._canvas = _canvas(self.figure)
         self._size = size
         # Points in one pixel of a 480-pixel picture.
         self._pixel = size / SIDE * 72 / DPI
         self._counters: list[Counter] = []
-        self._write_frame(run)
-        self._count([f"{time:.2f}" for time in moments.times], "s", (468, 18), 12, color=INK)
+        room = self._count(_clock(moments.times), "s", (468, 18), 12, color=INK)
+        self._write_frame(run, room - 24)
         self._movers: list[Pane | ReadingPlot] = [self._elevation(), *self._reading_plots()]
         if self._has_dial:
             self._movers.append(self._plan())
@@ -128,21 +138,23 @@ class Picture:
         return self.moments.part.plane == TURNING and "spindle_speed" in self.moments.readings
 
     def _elevation(self) -> Pane:
-        part, poses = self.moments.part, self.moments.poses
+        moments = self.moments
+        part, poses, times = moments.part, moments.poses, moments.times
+        stage = stage_of(part, moments.all_poses, moments.all_times)
         traced = drawing_of(part).traced
         body = None if traced is None else part.mechanism.body_index(traced)
 
         def shapes_at(k: int) -> Sequence[Shape]:
-            shapes = moving_shapes(part, poses[k])
+            shapes = moving_shapes(part, poses[k], stage.at(float(times[k])))
             return shapes if body is None else (self._trace(body, k), *shapes)
 
-        still = background_shapes(part, self.moments.all_poses)
+        still = background_shapes(part, moments.all_poses, stage)
         return Pane(self.figure, self.view, self._size, still, shapes_at)
 
     def _trace(self, body: int, k: int) -> Lines:
-        """The path of a body over the last second before frame k."""
+        """The path of a body over the last second of film before frame k."""
         times = self.moments.times
-        first = int(np.searchsorted(times, times[k] - TRACE))
+        first = int(np.searchsorted(times, times[k] - TRACE / self.moments.slow))
         path = self.moments.poses[first : k + 1, body, :2]
         return Lines("trace", (tuple(map(tuple, path.tolist())),))
 
@@ -167,7 +179,9 @@ class Picture:
     def _reading_plots(self) -> list[ReadingPlot]:
         moments = self.moments
         names = self._main_readings()
-        plots = []
+        plots: list[ReadingPlot] = []
+        if not names:
+            return plots
         for name, cell, colour in zip(names, cells(len(names), self._has_dial), SERIES, strict=False):
             unit, factor = everyday(moments.units.get(name, ""))
             values = moments.readings[name] * factor
@@ -176,29 +190,38 @@ class Picture:
             series = Series(span=moments.span, times=moments.times, values=values, noise=noise)
             plots.append(ReadingPlot(self.figure, cell, ink, series, self._pixel))
             left, top, right, _ = cell
-            self._write(name.replace("_", " "), (left, top + 7), 12.5, fontfamily=SERIF)
-            self._count(numerals(values), unit, (right, top + 7), 12, color=ink, fontweight="bold")
+            room = self._count(numerals(values), unit, (right, top + 7), 12, color=ink, fontweight="bold") - left - 8
+            self._write(name.replace("_", " "), (left, top + 7), 12.5, fontfamily=SERIF, room=room)
         return plots
 
     def _main_readings(self) -> list[str]:
         """The readings that the drawing asks for; else the leading coordinate, another one, and the spindle's speed."""
         readings = self.moments.readings
         wanted = drawing_of(self.moments.part).readings
+        most = MOST_READINGS[self._has_dial]
         if not wanted:
             own = [name for name in readings if not name.startswith("spindle")]
-            wanted = (self.moments.part.mechanism.coordinate, *own[: MOST_READINGS - 1], "spindle_speed", *own)
-        return [name for name in dict.fromkeys(wanted) if name in readings][:MOST_READINGS]
+            wanted = (self.moments.part.mechanism.coordinate, *own)
+            if self._has_dial:
+                wanted = (*list(dict.fromkeys(wanted))[: most - 1], "spindle_speed", *own)
+        return [name for name in dict.fromkeys(wanted) if name in readings][:most]
 
-    def _count(self, texts: list[str], unit: str, at: Pair, height: float, **style: Any) -> None:
-        """A number that changes with every frame, before a unit; `at` is where the unit ends (pixels of 480)."""
+    def _count(self, texts: list[str], unit: str, at: Pair, height: float, **style: Any) -> float:
+        """A number that changes with every frame, before a unit; `at` is where the unit ends (pixels of 480).
+
+        Returns where the longest number begins.
+        """
         gap = 0.0 if unit == "°" else 0.35 * height
         width = self._write(unit, at, height, ha="right", **style).get_window_extent(self._canvas.get_renderer()).width
         place = (at[0] - width * SIDE / self._size - gap, at[1])
-        self._counters.append(Counter(self._write("0", place, height, ha="right", **style), texts))
+        text = self._write(max(texts, key=len), place, height, ha="right", **style)
+        longest = float(text.get_window_extent(self._canvas.get_renderer()).width) * SIDE / self._size
+        self._counters.append(Counter(text, texts))
+        return float(place[0]) - longest
 
-    def _write_frame(self, run: Trajectory) -> None:
+    def _write_frame(self, run: Trajectory, room: float) -> None:
         """Title, rules, footer, caption and scale bar."""
-        self._write(run.scene.title, (12, 18), 15, fontfamily=SERIF, room=376)
+        self._write(" ".join(run.scene.title.split()), (12, 18), 15, fontfamily=SERIF, room=room)
         lines, bad = closing_lines(run, CLOSING_LETTERS)
         rule, heights = CLOSING[len(lines)]
         for y in (HEADER, rule):
@@ -220,8 +243,10 @@ class Picture:
         for x in (left, left + length * scale):
             self._stroke((x, y - 3), (x, y + 3), QUIET)
         self._write(f"{length * 1e3:g} mm", (left + length * scale + 6, y), 9.5, color=QUIET)
-        if self.moments.part.plane == TURNING:
-            self._write("seen in the turning plane", (right, y), 9.5, color=QUIET, ha="right")
+        turning, pace = self.moments.part.plane == TURNING, pace_words(self.moments.slow)
+        words = f"turning plane, {pace}" if turning and pace else "seen in the turning plane" if turning else pace
+        if words:
+            self._write(words, (right, y), 9.5, color=QUIET, ha="right")
 
     def _stroke(self, start: Pair, end: Pair, colour: str) -> None:
         """A thin line between two places in pixels of a 480-pixel picture."""

@@ -26,7 +26,7 @@ class Circle:
 
 @dataclass(frozen=True, slots=True)
 class Polygon:
-    """A filled outline; `points` (m) in order, the last joined to the first."""
+    """A filled outline; `points` (m) in order, the last joined to the first; none where there is nothing to show."""
 
     role: str
     points: tuple[Pair, ...]

@@ -14,11 +14,17 @@ from governor_mechanism.render.primitives import Circle, Pair, Polygon, Shape
 Array = NDArray[np.float64]
 
 
+def telling_rows(values: Array) -> list[int]:
+    """Numbers of a few hundred rows (n, ...) that hold the extremes of every column, so that long runs stay cheap."""
+    flat = values.reshape(len(values), -1)
+    spread = np.linspace(0, len(values) - 1, min(len(values), 200)).astype(int)
+    chosen: list[int] = np.unique(np.concatenate([spread, flat.argmin(axis=0), flat.argmax(axis=0)])).tolist()
+    return chosen
+
+
 def telling_poses(poses: Array) -> Array:
-    """A few hundred poses that hold the extremes of every coordinate of every body, so that long runs stay cheap."""
-    flat = poses.reshape(len(poses), -1)
-    spread = np.linspace(0, len(poses) - 1, min(len(poses), 200)).astype(int)
-    chosen: Array = poses[np.unique(np.concatenate([spread, flat.argmin(axis=0), flat.argmax(axis=0)]))]
+    """The poses (n, bodies, 3) of those rows."""
+    chosen: Array = poses[telling_rows(poses)]
     return chosen
 
 

@@ -14,12 +14,13 @@ from numpy.typing import NDArray
 
 from governor_mechanism.render import generic, pendulum
 from governor_mechanism.render.primitives import Box, Circle, Lines, Shape, bounds
-from governor_mechanism.render.room import telling_poses
+from governor_mechanism.render.room import telling_poses, telling_rows
+from governor_mechanism.render.stage import Stage, stage_of, tracks
 from governor_mechanism.scene import Part
 
 Array = NDArray[np.float64]
-Background = Callable[[Part, Array], tuple[Shape, ...]]
-Moving = Callable[[Part, Array], tuple[Shape, ...]]
+Background = Callable[[Part, Array, Stage], tuple[Shape, ...]]
+Moving = Callable[[Part, Array, Stage], tuple[Shape, ...]]
 Plan = Callable[[Part, Array, float], tuple[Shape, ...]]
 
 ARC_WORDS = ("arc: turned", "since the", "last frame")
@@ -32,10 +33,11 @@ MARGIN = 0.02
 class Drawing:
     """How one kind of machine is drawn.
 
-    background(part, poses (n, bodies, 3)) gives what stands still over the whole run; moving(part, pose (bodies, 3))
-    what moves; plan(part, pose, spindle angle (rad)) a turning plane seen from above. Shapes are listed back to front,
-    at every pose as many, of the same kinds and roles. `traced` names the body whose path is shown, `readings` what the
-    side panel shows, most important first; `plan_words` stand beside the plan, line by line.
+    background(part, poses (n, bodies, 3), stage) gives what stands still over the whole run; moving(part, pose (bodies,
+    3), stage) what moves, with the stage at its moment; plan(part, pose, spindle angle (rad)) a turning plane seen from
+    above. Shapes are listed back to front, at every pose as many, of the same kinds and roles. `traced` names the body
+    whose path is shown, `readings` what the side panel shows, most important first; `plan_words` stand beside the plan,
+    line by line.
     """
 
     background: Background
@@ -65,14 +67,14 @@ def drawing_of(part: Part) -> Drawing:
     return DRAWINGS.get(part.machine, GENERIC)
 
 
-def background_shapes(part: Part, poses: Array) -> tuple[Shape, ...]:
+def background_shapes(part: Part, poses: Array, stage: Stage | None = None) -> tuple[Shape, ...]:
     """What stands still over a run with poses (n, bodies, 3)."""
-    return drawing_of(part).background(part, poses)
+    return drawing_of(part).background(part, poses, stage or stage_of(part, poses, np.zeros(1)))
 
 
-def moving_shapes(part: Part, pose: Array) -> tuple[Shape, ...]:
-    """What moves, at one pose (bodies, 3)."""
-    return drawing_of(part).moving(part, pose)
+def moving_shapes(part: Part, pose: Array, stage: Stage | None = None) -> tuple[Shape, ...]:
+    """What moves, at one pose (bodies, 3) and the moment of the stage; without a stage, as if the pose were a run."""
+    return drawing_of(part).moving(part, pose, stage or stage_of(part, pose[None], np.zeros(1)))
 
 
 def plan_shapes(part: Part, pose: Array, angle: float, sweep: float, ring: float) -> tuple[Shape, ...]:
@@ -99,11 +101,12 @@ def plan_ring(part: Part, poses: Array) -> float:
     return 1.10 * reach
 
 
-def extent(part: Part, poses: Array) -> Box:
-    """The box (m) that holds every shape over a run with poses (n, bodies, 3), with a margin."""
-    shapes = list(background_shapes(part, poses))
-    for pose in telling_poses(poses):
-        shapes += moving_shapes(part, pose)
+def extent(part: Part, poses: Array, times: Array) -> Box:
+    """The box (m) that holds every shape over a run with poses (n, bodies, 3) at times (n,) s, with a margin."""
+    stage = stage_of(part, poses, times)
+    shapes = list(background_shapes(part, poses, stage))
+    for k in telling_rows(tracks(part.mechanism, poses)):
+        shapes += moving_shapes(part, poses[k], stage.at(float(times[k])))
     left, right, bottom, top = bounds(shapes)
     margin = MARGIN * max(right - left, top - bottom)
     return left - margin, right + margin, bottom - margin, top + margin

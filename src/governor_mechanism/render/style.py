@@ -21,7 +21,7 @@ BLUE, VERMILLION, GREEN, SKY = "#0072b2", "#d55e00", "#009e73", "#56b4e9"
 STEEL, BRIGHT, IRON = "#c3ccd4", "#e9edf0", "#87929c"
 GREEN_EDGES = ("#46b897", "#97d5c1")
 """Green thinned by paper: green edges are too few for a palette to be chosen by them."""
-SERIES = (BLUE, VERMILLION, GREEN)
+SERIES = (BLUE, VERMILLION, GREEN, "#7a3600")
 SERIF, SANS = "STIXGeneral", "DejaVu Sans"
 
 
@@ -52,6 +52,24 @@ STYLES = {
     "sleeve": Style(fill="#eb9a5e", stroke="#7a3600", width=1.0),
     "engraving": Style(stroke="#a8581c", width=0.8),
     "pointer": Style(fill=VERMILLION, stroke=VERMILLION, width=0.3),
+    "plate": Style(fill=STEEL, width=0.9),
+    "frame plate": Style(fill=BRIGHT, stroke=QUIET, width=0.8),
+    "slot": Style(fill=PAPER, width=0.9),
+    "wall": Style(width=0.9),
+    "block": Style(fill="#eb9a5e", stroke="#7a3600", width=1.0),
+    "wheel": Style(fill=STEEL, width=1.0),
+    "wheel web": Style(fill=BRIGHT, width=0.6),
+    "spoke": Style(stroke=IRON, width=2.0),
+    "marked spoke": Style(stroke=BLUE, width=3.0),
+    "rack": Style(fill=STEEL, width=1.0),
+    "tooth": Style(width=1.0),
+    "spring": Style(stroke="#00436a", width=1.5),
+    "damper": Style(width=1.4),
+    "drum": Style(fill=IRON, width=1.0),
+    "eye": Style(fill=INK, width=0.3),
+    "tracer": Style(fill=GREEN, stroke=GREEN, width=0.3),
+    "force": Style(fill=VERMILLION, stroke=VERMILLION, width=2.2),
+    "drive": Style(fill=PAPER, stroke=VERMILLION, width=1.8),
     "pivot": Style(fill=PAPER, width=1.0),
     "trace": Style(stroke="#9fcbe6", width=1.6),
     "ring": Style(stroke=RULE, width=3.0),
@@ -157,7 +175,9 @@ def _path(group: Sequence[Shape]) -> Path:
     if circles:
         vertices = np.concatenate([np.asarray(_CIRCLE.vertices) * radius + (x, y) for radius, x, y in circles])
         return Path(vertices, np.tile(np.asarray(_CIRCLE.codes), len(circles)))
-    points = [point for shape in group if isinstance(shape, Polygon) for point in (*shape.points, shape.points[0])]
+    points = [point for shape in group if isinstance(shape, Polygon) for point in (*shape.points, *shape.points[:1])]
+    if not points:
+        return Path(np.empty((0, 2)))
     codes = np.full(len(points), Path.LINETO)
     codes[0], codes[-1] = Path.MOVETO, Path.CLOSEPOLY
     return Path(np.array(points), codes)

@@ -44,6 +44,13 @@ def rounded_up(error: float) -> str:
     return f"{math.ceil(error / decade * (1 - 1e-9)) * decade:.0e}"
 
 
+def pace_words(slow: float) -> str:
+    """How much slower or faster than the run a film is; nothing for true time."""
+    if slow == 1.0:
+        return ""
+    return f"slowed {slow:.4g}x" if slow > 1.0 else f"sped up {1 / slow:.4g}x"
+
+
 def closing_lines(run: Trajectory, width: int) -> tuple[list[str], bool]:
     """At most two lines of at most `width` letters on how accurate a run is or why it ended early; if it is bad news.
 

@@ -1,0 +1,21 @@
+"""What holds at the end of one step."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+
+@dataclass(frozen=True, slots=True)
+class Moment:
+    """What a step of h seconds ends with, where its kick acts; `following` (s) is the length of the next step.
+
+    square: the spindle's speed squared (rad2/s2). scale lengthens the kick where the next step has another length.
+    programs: the loads' programs now; motions: where drives are to be at the end of the next step (rad, m).
+    """
+
+    h: float
+    following: float
+    square: float
+    scale: float = 1.0
+    programs: tuple[float, ...] = ()
+    motions: tuple[float, ...] = ()

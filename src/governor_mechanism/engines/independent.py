@@ -1,0 +1,121 @@
+"""Implicit steps in independent coordinates, for stiff scenes: few numbers, and no joint in the way of the solver."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+from scipy.integrate import Radau
+from scipy.linalg import qr
+
+from governor_mechanism.engines.dop853 import DONE, EXHAUSTED, STALLED
+from governor_mechanism.equations.motion import EXTRA, project, slope
+from governor_mechanism.equations.points import Array, Whole
+from governor_mechanism.equations.rows import gradients_of
+from governor_mechanism.equations.system import System, Workspace
+
+POOR = 1e-3
+"""Where the dependent coordinates would move more than 1/POOR times as fast as the chosen ones, others are chosen."""
+
+
+@dataclass
+class _Chart:
+    """Which coordinates stand for all of them, and the poses from which the others are found."""
+
+    system: System
+    chosen: Whole
+    poses: Array
+
+
+class Implicit:
+    """Steps one system by Radau IIA of order 5 with error control; `scale` as in `dop853.integrate`."""
+
+    def __init__(self, system: System, room: Workspace, scale: Array, closed: float) -> None:
+        self._system, self._room, self._scale, self._closed = system, room, scale, closed
+        self._count = len(system.mass)
+        self.evaluations = self.steps = 0
+
+    def integrate(
+        self, cubics: Array, span: tuple[float, float], since: float, times: Array, state: Array, tolerance: float,
+        most: int, found: Array,
+    ) -> tuple[int, float, int]:  # fmt: skip
+        """As `dop853.integrate`; the cubics count from `since` (s). How it ended, last step, times reached."""
+        now, end = span
+        step, reached = (end - now) * 1e-3, 0
+        while now < end:
+            chart = self._chart(state)
+            solver = Radau(
+                lambda time, z, chart=chart: self._slope(chart, cubics, time - since, z),
+                now,
+                self._reduced(chart, state),
+                end,
+                first_step=min(step, end - now),
+                rtol=max(tolerance, 2.3e-14),
+                atol=tolerance * self._reduced(chart, self._scale),
+            )
+            while solver.status == "running":
+                if self.steps >= most:
+                    return EXHAUSTED, step, reached
+                message = solver.step()
+                if solver.status == "failed":
+                    return STALLED, step, reached
+                self.steps += 1
+                del message
+                dense = solver.dense_output()
+                while reached < times.size and times[reached] <= solver.t:
+                    found[reached] = self._whole(chart, cubics, times[reached] - since, dense(times[reached]))
+                    reached += 1
+                now, step = solver.t, solver.step_size or step
+                state[:] = self._whole(chart, cubics, now - since, solver.y)
+                chart.poses = state[: 3 * self._count].reshape(-1, 3).copy()
+                if self._poor(chart):
+                    break
+        return DONE, step, reached
+
+    def _chart(self, state: Array) -> _Chart:
+        """The coordinates along which the mechanism moves most freely: those the joints' equations pivot last."""
+        poses = state[: 3 * self._count].reshape(-1, 3).copy()
+        rows, _ = self._weighted(poses)
+        _, triangle, order = qr(rows, mode="economic", pivoting=True)
+        diagonal = np.abs(np.diag(triangle))
+        dependent = int(np.sum(diagonal > 1e-9 * diagonal[0])) if diagonal.size else 0
+        free = np.flatnonzero(self._system.inverse_mass.ravel() > 0.0)
+        chosen = np.sort(free[order[dependent:]])
+        held = self._system.inverse_mass.copy()
+        held.ravel()[chosen] = 0.0  # a projection leaves these as they are
+        return _Chart(self._system._replace(inverse_mass=held), chosen, poses)
+
+    def _weighted(self, poses: Array) -> tuple[Array, Array]:
+        """Joint equations by the free coordinates, each in units of its scale."""
+        free = self._system.inverse_mass.ravel() > 0.0
+        weight = self._scale[: 3 * self._count][free]
+        rows = gradients_of(self._system.rows, poses[np.newaxis])[0].reshape(len(self._system.rows.kind), -1)
+        return rows[:, free] * weight, weight
+
+    def _poor(self, chart: _Chart) -> bool:
+        rows, _ = self._weighted(chart.poses)
+        free = np.flatnonzero(self._system.inverse_mass.ravel() > 0.0)
+        dependent = rows[:, ~np.isin(free, chart.chosen)]
+        values = np.linalg.svd(dependent, compute_uv=False)
+        return bool(values.size and values[min(dependent.shape) - 1] < POOR * values[0])
+
+    def _reduced(self, chart: _Chart, state: Array) -> Array:
+        whole = 3 * self._count
+        return np.concatenate([state[chart.chosen], state[whole + chart.chosen], state[-EXTRA:]])
+
+    def _whole(self, chart: _Chart, cubics: Array, since: float, z: Array) -> Array:
+        """The state of all bodies, joints closed, that the chosen coordinates and their speeds stand for."""
+        whole, many = 3 * self._count, len(chart.chosen)
+        poses, velocities = chart.poses.copy(), np.zeros_like(chart.poses)
+        poses.ravel()[chart.chosen], velocities.ravel()[chart.chosen] = z[:many], z[many : 2 * many]
+        project(chart.system, self._room, cubics, since, poses, velocities, self._closed)
+        state = np.empty(2 * whole + EXTRA)
+        state[:whole], state[whole : 2 * whole], state[-EXTRA:] = poses.ravel(), velocities.ravel(), z[-EXTRA:]
+        return state
+
+    def _slope(self, chart: _Chart, cubics: Array, since: float, z: Array) -> Array:
+        state = self._whole(chart, cubics, since, z)
+        result = np.empty_like(state)
+        slope(self._system, self._room, cubics, since, state, result)
+        self.evaluations += 1
+        return self._reduced(chart, result)

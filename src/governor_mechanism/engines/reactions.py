@@ -1,0 +1,49 @@
+"""Joint forces of a run, and which of them rigid bodies settle."""
+
+from __future__ import annotations
+
+import numpy as np
+from numpy.typing import NDArray
+
+from governor_mechanism.equations.assembly import INDEPENDENT
+from governor_mechanism.equations.constraints import JointEquations
+from governor_mechanism.equations.dynamics import Dynamics
+from governor_mechanism.equations.points import Array
+from governor_mechanism.equations.system import row_owners
+from governor_mechanism.mechanism import Mechanism
+from governor_mechanism.trajectory import Reaction
+
+DEPENDENT = 1e-9
+"""Rows less independent than this (squared, in the kernel's terms) are looked at for undetermined forces."""
+
+SHARE = 1e-6
+"""A row takes part in a dependence where its part in it is larger than this."""
+
+
+def reactions(mechanism: Mechanism, poses: Array, found: Dynamics) -> dict[str, Reaction]:
+    """The reaction of every joint by name, from poses (n, bodies, 3) and what their motion implies."""
+    owner = row_owners(mechanism)
+    loose = _undetermined(mechanism, poses, found.independence)
+    result = {}
+    for index, joint in enumerate(mechanism.joints):
+        mine = owner == index
+        forces = found.forces[:, mine].sum(axis=1)
+        result[joint.name] = Reaction(
+            force=forces[:, :2], moment=forces[:, 2], determined=~loose[:, index] & bool(mine.any())
+        )
+    return result
+
+
+def _undetermined(mechanism: Mechanism, poses: Array, independence: Array) -> NDArray[np.bool_]:
+    """(n, joints) whether forces within a joint could be exchanged for others without any body noticing."""
+    loose = np.zeros((len(poses), len(mechanism.joints)), dtype=np.bool_)
+    equations = JointEquations(mechanism)
+    turns = np.array([[True, True, body.turns] for body in mechanism.bodies], dtype=np.bool_).ravel()
+    unit = np.tile([1.0, 1.0, 1.0 / mechanism.size], len(mechanism.bodies))[turns]
+    for at in np.flatnonzero(independence < DEPENDENT):
+        rows = equations.gradients(poses[at]).reshape(len(equations.owner), -1)[:, turns] * unit
+        left, values, _ = np.linalg.svd(rows, full_matrices=True)
+        kept = int(np.sum(values > INDEPENDENT * values[0])) if values.size else 0
+        taking_part = np.any(np.abs(left[:, kept:]) > SHARE, axis=1)
+        loose[at, np.unique(equations.owner[taking_part])] = True
+    return loose

@@ -1,0 +1,88 @@
+"""Programs and motions as functions of time: values and slopes, and the cubics the compiled kernels step through."""
+
+from __future__ import annotations
+
+from itertools import pairwise
+
+import numpy as np
+from numpy.typing import NDArray
+from scipy.interpolate import CubicSpline, PchipInterpolator, PPoly
+
+from governor_mechanism.programs import Motion, Program
+from governor_mechanism.scene import FreeSpindle, Spindle
+
+Array = NDArray[np.float64]
+
+
+class TimeCurve:
+    """A Program or a Motion against time (s).
+
+    Programs are monotone cubics through the points, with a step where two share a time, held outside; a motion is a
+    spline that goes on straight. Values at the time of a step are those after it, unless asked otherwise.
+    """
+
+    def __init__(self, program: Program | Motion) -> None:
+        times, values = np.array(program.times), np.array(program.values)
+        self.moving = isinstance(program, Motion)
+        self.constant = len(set(program.values)) == 1
+        cuts = np.flatnonzero(np.diff(times) == 0.0) + 1
+        pieces = list(zip(np.split(times, cuts), np.split(values, cuts), strict=True))
+        self._curves = [_curve(t, v, self.moving) for t, v in pieces]
+        self._starts = np.array([t[0] for t, _ in pieces])
+        self.breaks: Array = np.unique(times) if not self.constant else np.array([])
+        """Times (s) at which the value or one of its slopes jumps; steps of an engine must end there."""
+        if self.moving and len(times) == 2:
+            self.breaks = np.array([])
+
+    def __call__(self, times: Array, *, before: bool = False) -> Array:
+        """Values (n,); at a step the value after it, or before it."""
+        return self._evaluate(times, before, 0)
+
+    def slope(self, times: Array) -> Array:
+        """Time derivative (n,); at a break the one after it."""
+        return self._evaluate(times, False, 1)
+
+    def bend(self, times: Array) -> Array:
+        """Second time derivative (n,); at a break the one after it."""
+        return self._evaluate(times, False, 2)
+
+    def integral(self, start: float, end: float) -> float:
+        """The integral over time from start to end (s)."""
+        knots = [start, *(float(at) for at in self._starts if start < at < end), end]
+        return sum(float(self._curves[self._which(a)].integrate(a, b)) for a, b in pairwise(knots))
+
+    def _which(self, time: float) -> int:
+        return max(int(np.searchsorted(self._starts, time, side="right")) - 1, 0)
+
+    def cubics_from(self, times: Array) -> Array:
+        """The curve after each time, up to the next break, as cubics (n, 4) of the time since, highest power first."""
+        orders = ((3, 6), (2, 2), (1, 1), (0, 1))
+        return np.stack([self._evaluate(times, False, order) / factor for order, factor in orders], axis=-1)
+
+    def _evaluate(self, times: Array, before: bool, order: int) -> Array:
+        which = np.searchsorted(self._starts, times, side="left" if before else "right") - 1
+        result = np.empty_like(times)
+        for index, curve in enumerate(self._curves):
+            mine = np.maximum(which, 0) == index
+            result[mine] = curve(times[mine], order)
+        return result
+
+
+def _curve(times: Array, values: Array, moving: bool) -> PPoly:
+    """A piecewise cubic that goes on beyond its ends: a program level, a motion at the speed it has there."""
+    if len(times) == 1:
+        return PPoly(np.array([[0.0], [values[0]]]), np.array([times[0], times[0] + 1.0]))
+    inner = CubicSpline(times, values, bc_type="natural") if moving else PchipInterpolator(times, values)
+    first, last = times[0] - 1.0, times[-1] + 1.0
+    slopes = [float(inner(time, 1)) if moving else 0.0 for time in (times[0], times[-1])]
+    ends = np.array([[0.0, 0.0], [0.0, 0.0], slopes, [values[0] - slopes[0], values[-1]]])
+    return PPoly(np.hstack([ends[:, :1], inner.c, ends[:, 1:]]), np.concatenate([[first], inner.x, [last]]))
+
+
+class SpeedProgram(TimeCurve):
+    """The spindle's given speed (rad/s) against time (s); of a free spindle, the speed it starts with."""
+
+    def __init__(self, spindle: Spindle | FreeSpindle) -> None:
+        given = spindle.program if isinstance(spindle, Spindle) else Program(values=(spindle.start_speed,))
+        super().__init__(given)
+        self.start_speed = float(self(np.array([0.0]))[0])
