@@ -31,7 +31,7 @@ RANKS = [
     {"reading_custom"},
     {"reading"},
     {"library"},
-    {"statics"},
+    {"statics", "driven"},
     {"engines"},
     {"checking", "studies", "render", "saving"},
     {"__init__"},

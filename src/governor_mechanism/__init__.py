@@ -18,6 +18,7 @@ if TYPE_CHECKING:
     from numpy.typing import NDArray
 
     from governor_mechanism.checking import CheckReport
+    from governor_mechanism.driven import Kinematics
     from governor_mechanism.engines import Engine
     from governor_mechanism.scene import Scene
     from governor_mechanism.trajectory import Trajectory
@@ -93,6 +94,23 @@ def crosscheck(
     return check_kernel(opened, kernel, quantity, over, ALLOWED if allowed is None else allowed)
 
 
+def kinematics(
+    scene: Scene | str | Path,
+    over: str,
+    values: Sequence[float] | NDArray[np.float64],
+    rate: float = 1.0,
+    acceleration: float = 0.0,
+) -> Kinematics:
+    """Positions, velocities and accelerations of a scene's mechanism, without integration.
+
+    over is a reading that takes the values (n,) SI at `rate` and `acceleration` (SI/s, SI/s2), whatever drives the
+    scene has; or "time" (s), along which its drives move it. Raises MechanismError where that settles no motion.
+    """
+    from governor_mechanism.driven import follow
+
+    return follow(load(scene) if isinstance(scene, str | Path) else scene, over, values, rate, acceleration)
+
+
 def film(run: Trajectory, path: str | Path, **options: Any) -> Path:
     """Write a run as an animation (.gif, or .mp4 with the extra `video`); options as in `render.film.film`."""
     from governor_mechanism.render.film import film as write_film
@@ -107,6 +125,7 @@ __all__ = [
     "UnsupportedEffect",
     "crosscheck",
     "film",
+    "kinematics",
     "load",
     "run",
 ]

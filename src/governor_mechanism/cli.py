@@ -185,13 +185,35 @@ def describe(result: Trajectory) -> str:
         [
             result.scene.title,
             result.message,
+            *result.notes,
             f"{accurate}joints closed to {gap:.1e} m, energy drift {result.energy.drift:.1e}",
             f"at {result.times[-1] if len(result.times) else 0:g} s: {final}",
+            f"mobility {result.mobility}; {_passed(result)}",
             f"engine {cost.engine} ({cost.reason}): {cost.runs} runs, {cost.steps:,} steps, simulated in "
-            f"{cost.wall_time:.2g} s",
+            f"{cost.wall_time:.2g} s{f', {cost.method}' if cost.method else ''}",
             f"law evaluations: {laws or 'none'}",
         ]
     )
+
+
+EVENTS = 3
+"""So many are told one by one."""
+
+
+def _passed(result: Trajectory) -> str:
+    """What the motion passed, and the joint that carried most."""
+    told = [str(event) for event in result.events[:EVENTS]]
+    more = len(result.events) - len(told)
+    events = "; ".join(told + [f"and {more} more events"] * (more > 0)) or "no dead centre or change point passed"
+    forces = {name: reaction.size for name, reaction in result.reactions.items()}
+    largest = max(forces, key=lambda name: forces[name].max(initial=0.0), default=None)
+    if largest is None or not len(result.times):
+        return events
+    at = int(forces[largest].argmax())
+    loose = [name for name, reaction in result.reactions.items() if not reaction.determined.all()]
+    carried = f"largest joint force {forces[largest][at]:.4g} N in {largest!r} at {result.times[at]:.4g} s"
+    redundant = f"; not settled by rigid bodies: the forces of {', '.join(map(repr, loose))}" if loose else ""
+    return f"{events}\n{carried}{redundant}"
 
 
 def _everyday(value: float, unit: str) -> str:

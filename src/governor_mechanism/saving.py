@@ -50,6 +50,20 @@ def save_netcdf(run: Trajectory, path: Path) -> None:
             variable.units = unit
         for name, block in (("pose", run.poses), ("velocity", run.velocities)):
             dataset.createVariable(name, "d", ("time", "body", "component"))[:] = block
+        _save_reactions(run, dataset)
+
+
+def _save_reactions(run: Trajectory, dataset: Any) -> None:
+    """What each joint does to its second body: force x, y (N) and moment (N m), and whether it is determined (1, 0)."""
+    if not run.reactions:
+        return
+    dataset.joints = ", ".join(run.reactions)
+    dataset.createDimension("joint", len(run.reactions))
+    found = list(run.reactions.values())
+    blocks = [np.column_stack([one.force, one.moment]) for one in found]
+    dataset.createVariable("reaction", "d", ("time", "joint", "component"))[:] = np.stack(blocks, axis=1)
+    marks = np.stack([one.determined for one in found], axis=1)
+    dataset.createVariable("reaction_determined", "b", ("time", "joint"))[:] = marks
 
 
 def summary(run: Trajectory) -> dict[str, Any]:
@@ -69,6 +83,10 @@ def summary(run: Trajectory) -> dict[str, Any]:
         "end_time": float(run.times[-1]) if len(run.times) else None,
         "final": {name: float(values[-1]) for name, values in run.readings.items() if len(values)},
         "units": dict(run.units),
+        "mobility": run.mobility,
+        "events": [asdict(event) for event in run.events],
+        "largest_joint_forces": {name: float(np.max(one.size, initial=0.0)) for name, one in run.reactions.items()},
+        "notes": list(run.notes),
         "cost": asdict(run.cost),
         "versions": versions(),
         "document": dict(run.scene.document),

@@ -67,6 +67,11 @@ class Reaction:
     moment: Array
     determined: NDArray[np.bool_]
 
+    @property
+    def size(self) -> Array:
+        """(n,) N: how large the force is."""
+        return np.hypot(self.force[:, 0], self.force[:, 1])
+
 
 @dataclass(frozen=True, kw_only=True)
 class Event:

@@ -21,6 +21,12 @@ MAX_STEP = 0.1
 CLOSED = 1e-13
 """Joints count as closed at this fraction of the machine's size; rounding leaves about 1e-15."""
 
+NUDGE = 1e-3
+"""Machine sizes, and rad: how near a dead centre an assembly that begins there goes off it first, and how far."""
+
+LONGEST = 0.3
+"""rad, and machine sizes: the longest step of Newton's iteration, which near a dead centre would go round and round."""
+
 INDEPENDENT = 1e-9
 """Singular values of scaled equations below this fraction of the largest one belong to dependent ones."""
 
@@ -63,7 +69,7 @@ class Assembler:
 
         Raises MechanismError, naming the joint that stays open, where the mechanism cannot be assembled.
         """
-        poses = self._newton(self._sketch() if near is None else near, {})
+        poses = self._off_dead_centre(self._newton(self._sketch() if near is None else near, {}), values)
         ways = {name: value - float(reading_value(self.mechanism, name, poses)) for name, value in values.items()}
         for name in ways:
             if isinstance(self.mechanism.reading(name), LineAngle):
@@ -95,6 +101,18 @@ class Assembler:
         if np.max(np.abs(left), initial=0.0) > 1e-9 * largest:
             raise MechanismError(self._contradiction(left, list(rates)))
         return self._spread(moving)
+
+    def _off_dead_centre(self, poses: Array, values: Mapping[str, float]) -> Array:
+        """Poses a little further on where a reading stands and would not say which way to go."""
+        moved = [name for name, value in values.items() if abs(self._off(name, value, poses)) > CLOSED]
+        if len(moved) != 1 or self.freedoms(poses) != 1:
+            return poses
+        motion = np.linalg.svd(self._joint_rows(poses))[2][-1]
+        along = measure(self.mechanism, moved[0], poses).gradient.ravel()[self.free]
+        change = float(np.sum(along * self._unit * motion))
+        if abs(change) > NUDGE * self._scale(moved[0]):
+            return poses
+        return self._newton(poses + self._spread(NUDGE * self._unit * motion * np.sign(motion[0] or 1.0)), {})
 
     def guess_gap(self) -> tuple[str, float]:
         """The joint that is open widest in the sketch as it was given, and by how much (m)."""
@@ -142,15 +160,16 @@ class Assembler:
         """Gauss-Newton on the joints and on the readings that values are asked for, with the smallest changes."""
         names, size = list(values), self.mechanism.size
         weight = np.array([size] * len(self.equations.owner) + [self._scale(name) for name in names])
-        for _ in range(30):
+        for _ in range(60):
             off = [self._off(name, values[name], poses) for name in names]
             residual = np.append(self.equations.openings(poses, self.time), off) / weight
             if np.max(np.abs(residual), initial=0.0) < CLOSED:
                 return poses
             matrix = self._rows(poses, names) * self._unit / weight[:, np.newaxis]
             step = np.linalg.lstsq(matrix, -residual, rcond=None)[0]
-            poses = poses + self._spread(self._unit * step)
-            if np.max(np.abs(step)) < 1e-15:
+            largest = float(np.max(np.abs(step)))
+            poses = poses + self._spread(self._unit * step * min(1.0, LONGEST / max(largest, 1e-300)))
+            if largest < 1e-15:
                 break
         return self._closed_or_refused(poses, values)
 
