@@ -109,8 +109,7 @@ class _Path:
 
 
 def _solved(matrix: Array, right: Array) -> Array:
-    found: Array = np.linalg.lstsq(matrix, right, rcond=None)[0]
-    return found
+    return np.asarray(np.linalg.lstsq(matrix, right, rcond=None)[0], dtype=np.float64)
 
 
 def _refuse_dead_centre(assembler: Assembler, matrix: Array, names: list[str], value: float) -> None:

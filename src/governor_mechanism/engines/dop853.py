@@ -16,7 +16,7 @@ from governor_mechanism.engines.dop853_tableau import (
     STAGES,
     WEIGHTS,
 )
-from governor_mechanism.equations.compiled import compiled
+from governor_mechanism.equations.compiled import compiled, kernel
 from governor_mechanism.equations.motion import project, slope
 from governor_mechanism.equations.points import Array, Whole
 from governor_mechanism.equations.schur import along, give_back, solve
@@ -145,7 +145,7 @@ def integrate(
     return DONE, step, reached, now
 
 
-@compiled
+@kernel
 def _aimed(near: float, far: float, h: float, step: float) -> float:
     """The next step so that a change point lies in the gap between stages; near, far: angles from it, h apart."""
     away = near * h / (far - near)
@@ -157,7 +157,7 @@ def _aimed(near: float, far: float, h: float, step: float) -> float:
     return away / GAP if away > 0.1 * step else step
 
 
-@compiled
+@kernel
 def _slope(
     system: System,
     room: Workspace,
@@ -181,14 +181,14 @@ def _slope(
     return apart
 
 
-@compiled
+@kernel
 def _close(system: System, room: Workspace, cubics: Array, since: float, state: Array, closed: float) -> None:
-    count = system.mass.size
+    count = system.bodies.size
     poses, velocities = state[: 3 * count].reshape(count, 3), state[3 * count : 6 * count].reshape(count, 3)
     project(system, room, cubics, since, poses, velocities, closed)
 
 
-@compiled
+@kernel
 def _combine(state: Array, slopes: Array, weights: Array, stages: int, h: float, result: Array) -> None:
     for i in range(state.size):
         total = 0.0
@@ -197,7 +197,7 @@ def _combine(state: Array, slopes: Array, weights: Array, stages: int, h: float,
         result[i] = state[i] + h * total
 
 
-@compiled
+@kernel
 def _error(system: System, room: Workspace, slopes: Array, scale: Array, h: float, near: bool) -> float:
     """The error of one step, as Hairer combines those of order 5 and 3.
 
@@ -221,18 +221,18 @@ def _error(system: System, room: Workspace, slopes: Array, scale: Array, h: floa
     return h * fifth / math.sqrt((fifth + 0.01 * third) * scale.size)
 
 
-@compiled
+@kernel
 def _take_out(system: System, room: Workspace, error: Array) -> None:
     """Leave of an error in poses and velocities what opens no joint, at the poses last evaluated."""
-    count = system.mass.size
+    count = system.bodies.size
     for part in range(2):
         change = error[3 * count * part : 3 * count * (part + 1)].reshape(count, 3)
-        along(system.rows.body, room.gradient, change, room.vector)
+        along(system.rows.ends, room.gradient, change, room.vector)
         solve(room.band, room.factor, room.vector)
-        give_back(system.rows.body, room.gradient, system.inverse_mass, room.vector, change)
+        give_back(system.rows.ends, room.gradient, system.inverse_mass, room.vector, change)
 
 
-@compiled
+@kernel
 def _decay(slopes: Array, ahead: Array, last_stage: Array, scale: Array) -> float:
     """The fastest rate (1/s) at which neighbouring motions come together, as the last two stages tell it."""
     slope = apart = 0.0
@@ -242,7 +242,7 @@ def _decay(slopes: Array, ahead: Array, last_stage: Array, scale: Array) -> floa
     return math.sqrt(slope / apart) if apart > 0.0 else 0.0
 
 
-@compiled
+@kernel
 def _prepare(state: Array, ahead: Array, slopes: Array, h: float, dense: Array) -> None:
     for i in range(state.size):
         change = ahead[i] - state[i]
@@ -256,7 +256,7 @@ def _prepare(state: Array, ahead: Array, slopes: Array, h: float, dense: Array) 
             dense[3 + r, i] = h * total
 
 
-@compiled
+@kernel
 def _interpolate(state: Array, dense: Array, part: float, result: Array) -> None:
     for i in range(state.size):
         total = 0.0

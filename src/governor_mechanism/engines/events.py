@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from dataclasses import dataclass
+
 import numpy as np
 from scipy.interpolate import BPoly
 from scipy.optimize import brentq, minimize_scalar
@@ -12,8 +14,8 @@ from governor_mechanism.equations.readings import measure
 from governor_mechanism.mechanism import Mechanism
 from governor_mechanism.trajectory import Event
 
-MOVING = 1e-3
-"""A mechanism stands, and does not pass a dead centre, where it is slower than this fraction of its fastest."""
+MOVING = 0.05
+"""Where all bodies together slow down to this fraction of their speed while a rate changes sign, they turn back."""
 
 NEAR = 0.1
 """A change point is looked for where the joint rows are less independent than this (an angle, about, in rad)."""
@@ -22,63 +24,92 @@ AT = 1e-5
 """At a change point the least singular value falls below this fraction of the largest."""
 
 
-def find_events(
-    mechanism: Mechanism, times: Array, poses: Array, velocities: Array, accelerations: Array, independence: Array,
-    mobility: int,
-) -> tuple[Event, ...]:  # fmt: skip
-    """Events between times (n,) s with poses, velocities and accelerations (n, bodies, 3), in the order of time.
+@dataclass(frozen=True)
+class Stations:
+    """A motion at times (n,) s: poses, velocities, accelerations (n, bodies, 3), independence of joint rows (n,)."""
+
+    times: Array
+    poses: Array
+    velocities: Array
+    accelerations: Array
+    independence: Array
+
+    def between(self, k: int) -> BPoly:
+        """The smooth path from station k to the next, of order 5."""
+        ends = slice(k, k + 2)
+        parts = (self.poses[ends], self.velocities[ends], self.accelerations[ends])
+        return BPoly.from_derivatives(self.times[ends], np.stack(parts, axis=1))
+
+
+def find_events(mechanism: Mechanism, stations: Stations, mobility: int) -> tuple[Event, ...]:
+    """Events between stations, in the order of time.
 
     A reading stands at a dead centre where its rate changes sign while the mechanism moves on (mobility one only). At a
     change point the joints leave more freedoms than elsewhere, and the mechanism may change its way.
     """
-    if len(times) < 3:
-        return ()
-    path = BPoly.from_derivatives(times, np.stack([poses, velocities, accelerations], axis=1))
-    found = _change_points(mechanism, path, times, independence)
+    found = _change_points(mechanism, stations)
     if mobility == 1:
-        found += _dead_centres(mechanism, path, times, poses, velocities)
+        found += _dead_centres(mechanism, stations)
     return tuple(sorted(found, key=lambda event: event.time))
 
 
-def _dead_centres(mechanism: Mechanism, path: BPoly, times: Array, poses: Array, velocities: Array) -> list[Event]:
-    moving = path.derivative()
+def _dead_centres(mechanism: Mechanism, stations: Stations) -> list[Event]:
+    poses, velocities = stations.poses, stations.velocities
     speed = _speed(mechanism, velocities)
-    fastest = float(np.max(speed))
     found = []
     for reading in mechanism.readings:
-
-        def rate(time: float, name: str = reading.name) -> float:
-            return float(np.sum(measure(mechanism, name, path(time)).gradient * moving(time)))
-
         rates = np.sum(measure(mechanism, reading.name, poses).gradient * velocities, axis=(-2, -1))
-        for k in np.flatnonzero(rates[:-1] * rates[1:] < 0):
-            if not rate(times[k]) * rate(times[k + 1]) < 0:
-                continue  # a path so rough that it does not show what its ends say
-            time = float(brentq(rate, times[k], times[k + 1], xtol=1e-15, rtol=1e-14))
-            if _speed(mechanism, moving(time)) > MOVING * fastest:
+        for k in np.flatnonzero(rates[:-1] * rates[1:] < 0).tolist():
+            slow = MOVING * float(np.max(speed[k : k + 2]))
+            part = rates[k] / (rates[k] - rates[k + 1])
+            about = (1 - part) * velocities[k] + part * velocities[k + 1]
+            if _speed(mechanism, about) <= slow:
+                continue  # everything turns back here, and nothing passes
+            time, there = _stands(mechanism, reading.name, stations, k)
+            if _speed(mechanism, there) > slow:
                 found.append(Event(time=time, kind="dead centre", subject=reading.name))
     return found
 
 
-def _change_points(mechanism: Mechanism, path: BPoly, times: Array, independence: Array) -> list[Event]:
-    equations = JointEquations(mechanism)
+def _stands(mechanism: Mechanism, name: str, stations: Stations, k: int) -> tuple[float, Array]:
+    """When between stations k and k + 1 the reading stands, and how fast the bodies move then (bodies, 3).
+
+    The middle, where the path is too rough to show it.
+    """
+    path = stations.between(k)
+    moving = path.derivative()
+
+    def rate(time: float) -> float:
+        return float(np.sum(measure(mechanism, name, path(time)).gradient * moving(time)))
+
+    ends = float(stations.times[k]), float(stations.times[k + 1])
+    if rate(ends[0]) * rate(ends[1]) < 0:
+        time = float(brentq(rate, *ends, xtol=1e-15, rtol=1e-14))
+    else:
+        time = 0.5 * (ends[0] + ends[1])
+    return time, moving(time)
+
+
+def _change_points(mechanism: Mechanism, stations: Stations) -> list[Event]:
+    equations, times = JointEquations(mechanism), stations.times
     turns = np.array([[True, True, body.turns] for body in mechanism.bodies], dtype=np.bool_).ravel()
     unit = np.tile([1.0, 1.0, 1.0 / mechanism.size], len(mechanism.bodies))[turns]
-
-    def least(time: float) -> float:
-        rows = equations.gradients(path(time)).reshape(len(equations.owner), -1)[:, turns] * unit
-        values = np.linalg.svd(rows, compute_uv=False)
-        return float(values[-1] / values[0])
-
-    angle = np.sqrt(independence)
+    angle = np.sqrt(stations.independence)
     found = []
     for k in range(1, len(times) - 1):
-        if angle[k] < NEAR and angle[k - 1] >= angle[k] < angle[k + 1]:
-            result = minimize_scalar(
-                least, bounds=(times[k - 1], times[k + 1]), method="bounded", options={"xatol": 1e-12}
-            )
-            if result.fun < AT:
-                found.append(Event(time=float(result.x), kind="change point", subject="the mechanism"))
+        if not (angle[k] < NEAR and angle[k - 1] >= angle[k] < angle[k + 1]):
+            continue
+        paths = stations.between(k - 1), stations.between(k)
+
+        def least(time: float, middle: float = times[k], paths: tuple[BPoly, BPoly] = paths) -> float:
+            poses = paths[int(time >= middle)](time)
+            rows = equations.gradients(poses).reshape(len(equations.owner), -1)[:, turns] * unit
+            values = np.linalg.svd(rows, compute_uv=False)
+            return float(values[-1] / values[0])
+
+        result = minimize_scalar(least, bounds=(times[k - 1], times[k + 1]), method="bounded", options={"xatol": 1e-12})
+        if result.fun < AT:
+            found.append(Event(time=float(result.x), kind="change point", subject="the mechanism"))
     return found
 
 

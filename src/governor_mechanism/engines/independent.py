@@ -9,7 +9,7 @@ from scipy.integrate import Radau
 from scipy.linalg import qr
 
 from governor_mechanism.engines.dop853 import DONE, EXHAUSTED, STALLED
-from governor_mechanism.equations.motion import EXTRA, project, slope
+from governor_mechanism.equations.motion import EXTRA, project, slope_of
 from governor_mechanism.equations.points import Array, Whole
 from governor_mechanism.equations.rows import gradients_of
 from governor_mechanism.equations.system import System, Workspace
@@ -32,7 +32,7 @@ class Implicit:
 
     def __init__(self, system: System, room: Workspace, scale: Array, closed: float) -> None:
         self._system, self._room, self._scale, self._closed = system, room, scale, closed
-        self._count = len(system.mass)
+        self._count = len(system.bodies)
         self.evaluations = self.steps = 0
 
     def integrate(
@@ -89,7 +89,7 @@ class Implicit:
         """Joint equations by the free coordinates, each in units of its scale."""
         free = self._system.inverse_mass.ravel() > 0.0
         weight = self._scale[: 3 * self._count][free]
-        rows = gradients_of(self._system.rows, poses[np.newaxis])[0].reshape(len(self._system.rows.kind), -1)
+        rows = gradients_of(self._system.rows, poses[np.newaxis])[0].reshape(len(self._system.rows.table), -1)
         return rows[:, free] * weight, weight
 
     def _poor(self, chart: _Chart) -> bool:
@@ -115,7 +115,5 @@ class Implicit:
 
     def _slope(self, chart: _Chart, cubics: Array, since: float, z: Array) -> Array:
         state = self._whole(chart, cubics, since, z)
-        result = np.empty_like(state)
-        slope(self._system, self._room, cubics, since, state, result)
         self.evaluations += 1
-        return self._reduced(chart, result)
+        return self._reduced(chart, slope_of(self._system, self._room, cubics, since, state))

@@ -194,7 +194,7 @@ class Follower:
 
     def _state(self, states: Array) -> State:
         """What the rows (stations, numbers) say of mass centres and spindle."""
-        bodies = len(self.system.mass)
+        bodies = len(self.system.bodies)
         parts = (states[:, : 3 * bodies], states[:, 3 * bodies : 6 * bodies])
         origins, moving = (part.reshape(-1, bodies, 3) for part in parts)
         poses, velocities = to_centres(self.system, origins, moving)
@@ -262,7 +262,7 @@ class Follower:
 
     def _work_of_jump(self, when: float, state: Array) -> float:
         """What a jump of the spindle's given speed puts into the parts (J)."""
-        program, count = self.reporter.program, len(self.system.mass)
+        program, count = self.reporter.program, len(self.system.bodies)
         before, after = (float(program(np.array([when]), before=side)[0]) for side in (True, False))
         if after == before or not self.system.centrifugal:
             return 0.0
@@ -271,14 +271,14 @@ class Follower:
 
     def _scale(self) -> Array:
         size, second = self.reporter.mechanism.size, self.reporter.time_scale
-        pose = np.tile([size, size, 1.0], len(self.system.mass))
+        pose = np.tile([size, size, 1.0], len(self.system.bodies))
         momentum = abs(self.start[-1]) or 1.0
         return np.concatenate([pose, pose / second, [self.reporter.energy_scale, 1.0, momentum]])
 
     def _cost(self, best: Followed, wall_time: float) -> Cost:
         steps, rejected, evaluations, _ = (int(count) for count in self.counts)
         laws = Counter({"equations of motion": evaluations})
-        bodies = len(self.system.mass)
+        bodies = len(self.system.bodies)
         if self.system.gravity:
             laws["gravity"] = bodies * evaluations
         if self.system.centrifugal:

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import math
 from dataclasses import dataclass
 from itertools import pairwise
 from typing import Any
@@ -10,8 +9,9 @@ from typing import Any
 import numpy as np
 from scipy.interpolate import make_interp_spline
 
-from governor_mechanism.engines.events import find_events
+from governor_mechanism.engines.events import Stations, find_events
 from governor_mechanism.engines.reactions import reactions
+from governor_mechanism.engines.scales import time_scale
 from governor_mechanism.equations.applied import potential as spring_potential
 from governor_mechanism.equations.assembly import Assembler
 from governor_mechanism.equations.constraints import JointEquations
@@ -21,7 +21,7 @@ from governor_mechanism.equations.points import Array, Whole
 from governor_mechanism.equations.readings import measure, reading_value
 from governor_mechanism.equations.timing import SpeedProgram, TimeCurve
 from governor_mechanism.joints import DrivenSlide, DrivenTurn
-from governor_mechanism.loads import Force, Load, Spring, Torque, TorsionSpring
+from governor_mechanism.loads import Spring, TorsionSpring
 from governor_mechanism.mechanism import LineAngle, Mechanism
 from governor_mechanism.scene import TURNING, FreeSpindle, Scene
 from governor_mechanism.statics import assembly_notes
@@ -129,7 +129,6 @@ class Reporter:
         """The result of a run, with joint forces and events."""
         state, stations, report = found.state, found.stations, found.report
         implied = dynamics(self.scene, state.times, state.poses, state.velocities, state.spindle[:, 1])
-        between = dynamics(self.scene, stations.times, stations.poses, stations.velocities, stations.spindle[:, 1])
         assembler = Assembler(self.mechanism)
         mobility = assembler.freedoms(stations.poses[0]) if len(stations.times) else assembler.mobility
         return Trajectory(
@@ -150,18 +149,14 @@ class Reporter:
             reading_errors=found.errors,
             settings=settings,
             reactions=reactions(self.mechanism, state.poses, implied),
-            events=find_events(
-                self.mechanism,
-                stations.times,
-                stations.poses,
-                stations.velocities,
-                between.accelerations,
-                between.independence,
-                mobility,
-            ),
+            events=find_events(self.mechanism, self._path(stations), mobility),
             mobility=mobility,
             notes=assembly_notes(self.scene),
         )
+
+    def _path(self, stations: State) -> Stations:
+        moving = dynamics(self.scene, stations.times, stations.poses, stations.velocities, stations.spindle[:, 1])
+        return Stations(stations.times, stations.poses, stations.velocities, moving.accelerations, moving.independence)
 
     def spindle_speeds(self, times: Array, poses: Array) -> Array:
         """Speed (n,) rad/s of the spindle at times (n,) s and poses (n, bodies, 3)."""
@@ -284,44 +279,6 @@ def _integral(times: Array, after: Array, before: Array) -> Array:
         total[first + 1 : last + 1] = total[first] + curve.antiderivative()(times[first + 1 : last + 1])
         total[last + 1 :] = total[last]
     return total
-
-
-def time_scale(scene: Scene) -> float:
-    """The time (s) in which the scene's motion changes, from what sets it going: one radian, or one machine size.
-
-    The shortest of those of the spindle's fastest speed, a free fall, rates at the start, springs, drives and loads.
-    """
-    size = scene.part.mechanism.size
-    spindle = scene.spindle
-    fastest = abs(spindle.start_speed) if isinstance(spindle, FreeSpindle) else max(map(abs, spindle.speeds))
-    squares = [
-        scene.gravity / size,
-        *(_square_of_load(scene.part.mechanism, load) for load in scene.part.mechanism.loads),
-    ]
-    rates = [fastest if scene.centrifugal else 0.0, *(math.sqrt(square) for square in squares)]
-    for name, rate in scene.start.rates.items():
-        rates.append(abs(rate) / (1.0 if scene.part.mechanism.reading(name).quantity == "angle" else size))
-    for joint in scene.part.mechanism.joints:
-        if isinstance(joint, DrivenTurn | DrivenSlide):
-            ways, times = np.diff(joint.motion.values), np.diff(joint.motion.times)
-            rates.append(float(np.max(np.abs(ways / times))) / (1.0 if isinstance(joint, DrivenTurn) else size))
-    return 1 / max(rates) if max(rates) > 0 else 1.0
-
-
-def _square_of_load(mechanism: Mechanism, load: Load) -> float:
-    """The square (1/s2) of the rate at which a load alone would change the motion of its lighter body."""
-    bodies = [body for body in mechanism.bodies if body.name in load.bodies]
-    mass = min(body.mass for body in bodies)
-    inertia = min((body.moments.xx + body.moments.yy or body.mass * mechanism.size**2) for body in bodies)
-    if isinstance(load, Spring):
-        return load.stiffness / mass
-    if isinstance(load, TorsionSpring):
-        return load.stiffness / inertia
-    if isinstance(load, Torque):
-        return max(map(abs, load.moment.values)) / inertia
-    if isinstance(load, Force):
-        return max(map(abs, (*load.x.values, *load.y.values))) / (mass * mechanism.size)
-    return 0.0
 
 
 def _largest(first: Array, second: Array) -> float:

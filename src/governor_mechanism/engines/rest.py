@@ -7,7 +7,7 @@ import numpy as np
 from governor_mechanism.engines.chipmunk import Assembly
 from governor_mechanism.engines.clock import Clock
 from governor_mechanism.engines.march import settle
-from governor_mechanism.engines.report import time_scale
+from governor_mechanism.engines.scales import time_scale
 from governor_mechanism.equations.assembly import Assembler
 from governor_mechanism.equations.points import Array
 from governor_mechanism.equations.readings import reading_value

@@ -6,13 +6,12 @@ import math
 from collections.abc import Mapping
 from dataclasses import dataclass
 from functools import singledispatch
-from typing import NamedTuple
 
 import numpy as np
 
 from governor_mechanism.equations import forces
-from governor_mechanism.equations.compiled import compiled
-from governor_mechanism.equations.points import Array, Whole, place
+from governor_mechanism.equations.compiled import kernel
+from governor_mechanism.equations.points import Array, Records, place
 from governor_mechanism.joints import GROUND, Point
 from governor_mechanism.loads import Damper, Force, Load, Spring, Torque, TorsionDamper, TorsionSpring
 from governor_mechanism.mechanism import Mechanism
@@ -21,19 +20,18 @@ from governor_mechanism.programs import Program
 SPRING, DAMPER, TORSION_SPRING, TORSION_DAMPER, TORQUE, FORCE = range(6)
 """Kinds. Numbers: (stiffness, free length), (damping), (stiffness, free angle), (damping), none, none."""
 
-damper_force = compiled(forces.damper_force)
-spring_force = compiled(forces.spring_force)
+damper_force = kernel(forces.damper_force)
+spring_force = kernel(forces.spring_force)
 
 
-class Loads(NamedTuple):
-    """kind (loads,); body (loads, 2); anchor (loads, 4): x, y on both bodies; number (loads, 2); source (loads, 2):
-    the programs of a torque, or of a force's two parts, or -1."""
-
-    kind: Whole
-    body: Whole
-    anchor: Array
-    number: Array
-    source: Whole
+LOAD = np.dtype(
+    [
+        *((name, "i8") for name in ("kind", "first", "second")),
+        *((name, "f8") for name in ("x1", "y1", "x2", "y2", "strength", "free")),
+        *((name, "i8") for name in ("program", "program_y")),
+    ]
+)
+"""One load: its kind, bodies, points on them, numbers; the programs of a torque, or of a force's two parts, or -1."""
 
 
 @dataclass(frozen=True)
@@ -83,8 +81,8 @@ def _(load: Force) -> _Numbers:
 
 def load_table(
     mechanism: Mechanism, origins: Mapping[str, tuple[float, float]], taken: int
-) -> tuple[Loads, tuple[Program, ...]]:
-    """The loads as arrays, and their programs; these are counted from `taken` on."""
+) -> tuple[Records, tuple[Program, ...]]:
+    """The loads as records, and their programs; these are counted from `taken` on."""
     every = [_numbers(load) for load in mechanism.loads]
 
     def anchor(point: Point) -> tuple[float, float]:
@@ -92,29 +90,22 @@ def load_table(
         return point.x - x, point.y - y
 
     programs: list[Program] = []
-    sources = []
-    for load in every:
+    table = np.zeros(len(every), dtype=LOAD)
+    for at, load in enumerate(every):
         found = [taken + len(programs) + k for k in range(len(load.programs))]
-        sources.append((*found, -1, -1)[:2])
         programs += load.programs
-    ends = [[mechanism.body_index(point.body) for point in (load.first, load.second)] for load in every]
-    table = Loads(
-        kind=np.array([load.kind for load in every], dtype=np.int64),
-        body=np.array(ends, dtype=np.int64).reshape(-1, 2),
-        anchor=np.array([[*anchor(load.first), *anchor(load.second)] for load in every]).reshape(-1, 4),
-        number=np.array([load.number for load in every]).reshape(-1, 2),
-        source=np.array(sources, dtype=np.int64).reshape(-1, 2),
-    )
+        ends = [mechanism.body_index(point.body) for point in (load.first, load.second)]
+        table[at] = (load.kind, *ends, *anchor(load.first), *anchor(load.second), *load.number, *(*found, -1, -1)[:2])
     return table, tuple(programs)
 
 
-@compiled
+@kernel
 def _now(cubics: Array, program: int, since: float) -> float:
     a, b, c, d = cubics[program, 0], cubics[program, 1], cubics[program, 2], cubics[program, 3]
     return float(((a * since + b) * since + c) * since + d)
 
 
-@compiled
+@kernel
 def _point(poses: Array, velocities: Array, body: int, x: float, y: float) -> tuple[float, float, float, float]:
     """Arm from the body's origin to the point, and the point's velocity."""
     if body < 0:
@@ -124,7 +115,7 @@ def _point(poses: Array, velocities: Array, body: int, x: float, y: float) -> tu
     return arm_x, arm_y, velocities[body, 0] - arm_y * turning, velocities[body, 1] + arm_x * turning
 
 
-@compiled
+@kernel
 def _push(result: Array, body: int, arm_x: float, arm_y: float, force_x: float, force_y: float) -> None:
     if body >= 0:
         result[body, 0] += force_x
@@ -132,17 +123,18 @@ def _push(result: Array, body: int, arm_x: float, arm_y: float, force_x: float, 
         result[body, 2] += arm_x * force_y - arm_y * force_x
 
 
-@compiled
-def add_loads(loads: Loads, poses: Array, velocities: Array, cubics: Array, since: float, result: Array) -> float:
+@kernel
+def add_loads(loads: Records, poses: Array, velocities: Array, cubics: Array, since: float, result: Array) -> float:
     """Add the generalised forces (bodies, 3) of all loads; the power (W) of those that have no potential."""
     power = 0.0
-    for i in range(loads.kind.size):
-        kind, first, second = loads.kind[i], loads.body[i, 0], loads.body[i, 1]
+    for i in range(loads.size):
+        load = loads[i]
+        kind, first, second = load.kind, load.first, load.second
         if kind in (SPRING, DAMPER, FORCE):
-            arm1_x, arm1_y, u1, v1 = _point(poses, velocities, first, loads.anchor[i, 0], loads.anchor[i, 1])
-            arm2_x, arm2_y, u2, v2 = _point(poses, velocities, second, loads.anchor[i, 2], loads.anchor[i, 3])
+            arm1_x, arm1_y, u1, v1 = _point(poses, velocities, first, load.x1, load.y1)
+            arm2_x, arm2_y, u2, v2 = _point(poses, velocities, second, load.x2, load.y2)
             if kind == FORCE:
-                force_x, force_y = _now(cubics, loads.source[i, 0], since), _now(cubics, loads.source[i, 1], since)
+                force_x, force_y = _now(cubics, load.program, since), _now(cubics, load.program_y, since)
                 _push(result, second, arm2_x, arm2_y, force_x, force_y)
                 power += force_x * u2 + force_y * v2
                 continue
@@ -156,9 +148,9 @@ def add_loads(loads: Loads, poses: Array, velocities: Array, cubics: Array, sinc
                 continue  # no direction to pull in
             rate = ((u2 - u1) * dx + (v2 - v1) * dy) / length
             if kind == SPRING:
-                pull = spring_force(loads.number[i, 0], loads.number[i, 1], length)
+                pull = spring_force(load.strength, load.free, length)
             else:
-                pull = damper_force(loads.number[i, 0], rate)
+                pull = damper_force(load.strength, rate)
                 power -= pull * rate
             force_x, force_y = pull * dx / length, pull * dy / length
             _push(result, first, arm1_x, arm1_y, force_x, force_y)
@@ -170,12 +162,12 @@ def add_loads(loads: Loads, poses: Array, velocities: Array, cubics: Array, sinc
             if first >= 0:
                 turn, turning = turn - poses[first, 2], turning - velocities[first, 2]
             if kind == TORSION_SPRING:
-                moment = -spring_force(loads.number[i, 0], loads.number[i, 1], turn)
+                moment = -spring_force(load.strength, load.free, turn)
             elif kind == TORSION_DAMPER:
-                moment = -damper_force(loads.number[i, 0], turning)
+                moment = -damper_force(load.strength, turning)
                 power += moment * turning
             else:
-                moment = _now(cubics, loads.source[i, 0], since)
+                moment = _now(cubics, load.program, since)
                 power += moment * turning
             if second >= 0:
                 result[second, 2] += moment

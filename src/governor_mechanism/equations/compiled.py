@@ -20,10 +20,19 @@ PACKAGE = Path(__file__).parents[1]
 
 def compiled(function: Function) -> Function:
     """The function compiled on its first call, without fast-math, and kept in a cache that can be written."""
+    return _compiled(function, {})
+
+
+def kernel(function: Function) -> Function:
+    """The same for a function that only compiled ones call: without a way in from Python, which is half the work."""
+    return _compiled(function, {"no_cpython_wrapper": True, "no_cfunc_wrapper": True})
+
+
+def _compiled(function: Function, options: dict[str, Any]) -> Function:
     from numba import njit
 
     with _cached_in(cache_folder()):
-        return cast(Function, njit(cache=True)(function))
+        return cast(Function, njit(cache=True, **options)(function))
 
 
 @cache

@@ -12,12 +12,13 @@ from numpy.typing import NDArray
 from scipy.interpolate import CubicSpline
 
 from governor_mechanism.curves import Curve, Polynomial, Table
-from governor_mechanism.equations.points import Array, Whole
+from governor_mechanism.equations.points import Array, Records, Whole
 from governor_mechanism.equations.rows import (
     ACROSS,
     ALONG,
     DISTANCE,
     PARAMETERS,
+    ROW,
     Rows,
     bends_of,
     gradients_of,
@@ -145,20 +146,23 @@ def joint_table(mechanism: Mechanism, origins: Mapping[str, tuple[float, float]]
         x, y = (origins or {}).get(point.body, (0.0, 0.0))
         return point.x - x, point.y - y
 
-    ends = [[mechanism.body_index(point.body) for point in (joint.first, joint.second)] for _, joint, _ in every]
-    parameters = [row.parameter + (0.0,) * (PARAMETERS - len(row.parameter)) for _, _, row in every]
-    sources, pieces = _sources([row for _, _, row in every])
-    rows = Rows(
-        kind=np.array([row.kind for _, _, row in every], dtype=np.int64),
-        body=np.array(ends, dtype=np.int64).reshape(-1, 2),
-        anchor=np.array([[*anchor(joint.first), *anchor(joint.second)] for _, joint, _ in every]).reshape(-1, 4),
-        parameter=np.array(parameters).reshape(-1, PARAMETERS),
-        source=sources,
-        unit=np.array([row.unit for _, _, row in every]),
-        pieces=pieces,
-    )
+    table, pieces, motions = np.zeros(len(every), dtype=ROW), [np.zeros((0, 5))], list[Motion]()
+    for at, (_, joint, row) in enumerate(every):
+        curve = np.zeros((0, 5)) if row.curve is None else curve_pieces(row.curve)
+        drive = -1 if row.motion is None else len(motions)
+        ends = [mechanism.body_index(point.body) for point in (joint.first, joint.second)]
+        parameter = row.parameter + (0.0,) * (PARAMETERS - len(row.parameter))
+        places = (*anchor(joint.first), *anchor(joint.second))
+        table[at] = (row.kind, *ends, *places, *parameter, row.unit, drive, sum(map(len, pieces)), len(curve))
+        pieces.append(curve)
+        motions += [] if row.motion is None else [row.motion]
     owner = np.array([index for index, _, _ in every], dtype=np.int64)
-    return JointTable(rows, owner, tuple(row.motion for _, _, row in every if row.motion is not None))
+    return JointTable(Rows(table, ends_of(table), np.concatenate(pieces)), owner, tuple(motions))
+
+
+def ends_of(table: Records) -> Whole:
+    """The bodies (n, 2) of records with a first and a second one."""
+    return np.stack([table["first"], table["second"]], axis=-1)
 
 
 def _vacuous(mechanism: Mechanism, joint: Joint, row: Row) -> bool:
@@ -171,18 +175,6 @@ def _vacuous(mechanism: Mechanism, joint: Joint, row: Row) -> bool:
     if row.motion is not None or row.parameter[4] != 0.0:
         raise MechanismError(f"joint {joint.name!r} asks two bodies that do not turn to turn against each other")
     return True
-
-
-def _sources(rows: list[Row]) -> tuple[Whole, Array]:
-    """Drive, first piece and number of pieces of each row, and the pieces of all curves."""
-    sources, pieces, drives = [], [np.zeros((0, 5))], 0
-    for row in rows:
-        found = np.zeros((0, 5)) if row.curve is None else curve_pieces(row.curve)
-        drive = -1 if row.motion is None else drives
-        drives += row.motion is not None
-        sources.append((drive, sum(map(len, pieces)), len(found)))
-        pieces.append(found)
-    return np.array(sources, dtype=np.int64).reshape(-1, 3), np.concatenate(pieces)
 
 
 def curve_pieces(curve: Curve) -> Array:
@@ -209,14 +201,15 @@ class JointEquations:
     @property
     def driven(self) -> NDArray[np.bool_]:
         """(equations,) which ones a drive moves."""
-        return self._rows.source[:, 0] >= 0
+        driven: NDArray[np.bool_] = self._rows.table["drive"] >= 0
+        return driven
 
     def asked(self, times: Array) -> Array:
         """(..., equations, 3): what drives want of each opening at times (...) s, in m, m/s, m/s2."""
         flat = np.atleast_1d(np.asarray(times, dtype=np.float64)).ravel()
         found = np.zeros((flat.size, len(self.owner), 3))
         for row in np.flatnonzero(self.driven):
-            curve, unit = self._drives[self._rows.source[row, 0]], self._rows.unit[row]
+            curve, unit = self._drives[self._rows.table[row]["drive"]], self._rows.table[row]["unit"]
             found[:, row] = unit * np.stack([curve(flat), curve.slope(flat), curve.bend(flat)], axis=-1)
         return found.reshape(*np.shape(times), len(self.owner), 3)
 

@@ -32,7 +32,7 @@ def dynamics(scene: Scene, times: Array, poses: Array, velocities: Array, speeds
     system, curves = make_system(scene)
     cubics = np.stack([curve.cubics_from(times) for curve in curves], axis=1)
     there, moving = from_centres(system, poses, velocities)
-    bends, forces = np.empty_like(poses), np.empty((len(times), len(system.rows.kind), 3))
+    bends, forces = np.empty_like(poses), np.empty((len(times), len(system.rows.table), 3))
     apart, power = np.empty(len(times)), np.empty(len(times))
     _follow(system, make_workspace(system), cubics, there, moving, speeds**2, bends, forces, apart, power)
     if system.free:
@@ -59,12 +59,10 @@ def _follow(
         for i in range(room.vector.size):
             force_x = -room.vector[i] * room.gradient[i, 1, 0]
             force_y = -room.vector[i] * room.gradient[i, 1, 1]
-            moment, body = -room.vector[i] * room.gradient[i, 1, 2], rows.body[i, 1]
-            if body >= 0:
-                angle = poses[t, body, 2]
-                cosine, sine = np.cos(angle), np.sin(angle)
-                arm_x = cosine * rows.anchor[i, 2] - sine * rows.anchor[i, 3]
-                arm_y = sine * rows.anchor[i, 2] + cosine * rows.anchor[i, 3]
+            moment, row = -room.vector[i] * room.gradient[i, 1, 2], rows.table[i]
+            if row.second >= 0:
+                cosine, sine = np.cos(poses[t, row.second, 2]), np.sin(poses[t, row.second, 2])
+                arm_x, arm_y = cosine * row.x2 - sine * row.y2, sine * row.x2 + cosine * row.y2
                 moment -= arm_x * force_y - arm_y * force_x
             forces[t, i, 0], forces[t, i, 1], forces[t, i, 2] = force_x, force_y, moment
 
@@ -72,7 +70,7 @@ def _follow(
 def _of_centres(system: System, poses: Array, velocities: Array, bends: Array) -> Array:
     """Accelerations of mass centres from those of origins."""
     cosine, sine = np.cos(poses[..., 2]), np.sin(poses[..., 2])
-    x, y = system.centre[:, 0], system.centre[:, 1]
+    x, y = system.bodies["x"], system.bodies["y"]
     arm_x, arm_y = cosine * x - sine * y, sine * x + cosine * y
     found: NDArray[np.float64] = bends.copy()
     found[..., 0] -= arm_y * bends[..., 2] + arm_x * velocities[..., 2] ** 2

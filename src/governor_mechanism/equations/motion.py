@@ -8,25 +8,27 @@ from __future__ import annotations
 
 import math
 
+import numpy as np
+
 from governor_mechanism.equations import forces
 from governor_mechanism.equations.applied import add_loads
-from governor_mechanism.equations.compiled import compiled
+from governor_mechanism.equations.compiled import compiled, kernel
 from governor_mechanism.equations.points import Array
-from governor_mechanism.equations.rows import ask, evaluate
+from governor_mechanism.equations.rows import BEND, OPENING, RATE, ask, evaluate
 from governor_mechanism.equations.schur import along, assemble, give_back, solve
 from governor_mechanism.equations.system import System, Workspace
 
-centrifugal_force = compiled(forces.centrifugal_force)
-centrifugal_moment = compiled(forces.centrifugal_moment)
-free_spindle_speed = compiled(forces.free_spindle_speed)
-spindle_inertia = compiled(forces.spindle_inertia)
-weight = compiled(forces.weight)
+centrifugal_force = kernel(forces.centrifugal_force)
+centrifugal_moment = kernel(forces.centrifugal_moment)
+free_spindle_speed = kernel(forces.free_spindle_speed)
+spindle_inertia = kernel(forces.spindle_inertia)
+weight = kernel(forces.weight)
 
 EXTRA = 3
 """Numbers of a state beside poses and velocities: work (J), angle of the spindle (rad), its momentum (kg m2/s)."""
 
 
-@compiled
+@kernel
 def accelerations(
     system: System,
     room: Workspace,
@@ -42,20 +44,20 @@ def accelerations(
     How independent the rows are (see `schur.solve`), and the power (W) of drives and of loads that have no potential.
     """
     rows = system.rows
-    ask(rows, cubics, since, room.asked)
-    evaluate(rows, poses, velocities, room.asked, room.opening, room.gradient, room.bend)
+    ask(rows, cubics, since, room.line)
+    evaluate(rows, poses, velocities, room.line, room.gradient)
     power = generalised_forces(system, poses, velocities, cubics, since, speed_squared, room.load)
-    for k in range(system.mass.size):
+    for k in range(system.bodies.size):
         for c in range(3):
             result[k, c] = system.inverse_mass[k, c] * room.load[k, c]
-    assemble(rows.body, system.pairs, room.gradient, system.inverse_mass, room.band)
-    along(rows.body, room.gradient, result, room.vector)
+    assemble(rows.ends, system.pairs, room.gradient, system.inverse_mass, room.band)
+    along(rows.ends, room.gradient, result, room.vector)
     for i in range(room.vector.size):
-        room.vector[i] -= room.bend[i]
+        room.vector[i] -= room.line[i, BEND]
     independent = solve(room.band, room.factor, room.vector)
-    give_back(rows.body, room.gradient, system.inverse_mass, room.vector, result)
+    give_back(rows.ends, room.gradient, system.inverse_mass, room.vector, result)
     for i in range(room.vector.size):
-        power -= room.vector[i] * room.asked[i, 1]
+        power -= room.vector[i] * room.line[i, RATE]
     return independent, power
 
 
@@ -70,16 +72,16 @@ def generalised_forces(
     result: Array,
 ) -> float:
     """Fill result (bodies, 3) with all loads on the bodies' origins; the power (W) of those without a potential."""
-    for k in range(system.mass.size):
-        mass, angle = system.mass[k], poses[k, 2]
-        cosine, sine = math.cos(angle), math.sin(angle)
-        arm_x = cosine * system.centre[k, 0] - sine * system.centre[k, 1]
-        arm_y = sine * system.centre[k, 0] + cosine * system.centre[k, 1]
-        force_x, force_y, moment = 0.0, weight(mass, system.gravity), 0.0
+    for k in range(system.bodies.size):
+        body, angle = system.bodies[k], poses[k, 2]
+        arm_x = arm_y = 0.0
+        if body.x != 0.0 or body.y != 0.0:
+            cosine, sine = math.cos(angle), math.sin(angle)
+            arm_x, arm_y = cosine * body.x - sine * body.y, sine * body.x + cosine * body.y
+        force_x, force_y, moment = 0.0, weight(body.mass, system.gravity), 0.0
         if system.centrifugal:
-            xx, yy, xy = system.moments[k, 0], system.moments[k, 1], system.moments[k, 2]
-            force_x = centrifugal_force(mass, poses[k, 0] + arm_x, speed_squared)
-            moment = centrifugal_moment(xx, yy, xy, angle, speed_squared)
+            force_x = centrifugal_force(body.mass, poses[k, 0] + arm_x, speed_squared)
+            moment = centrifugal_moment(body.xx, body.yy, body.xy, angle, speed_squared)
         result[k, 0] = force_x
         result[k, 1] = force_y
         result[k, 2] = moment + arm_x * force_y - arm_y * force_x
@@ -90,11 +92,10 @@ def generalised_forces(
 def inertia_about_spindle(system: System, poses: Array) -> float:
     """J (kg m2) of all bodies."""
     total = 0.0
-    for k in range(system.mass.size):
-        angle = poses[k, 2]
-        x = poses[k, 0] + math.cos(angle) * system.centre[k, 0] - math.sin(angle) * system.centre[k, 1]
-        xx, yy, xy, zz = system.moments[k, 0], system.moments[k, 1], system.moments[k, 2], system.moments[k, 3]
-        total += spindle_inertia(system.mass[k], xx, yy, xy, zz, x, angle)
+    for k in range(system.bodies.size):
+        body, angle = system.bodies[k], poses[k, 2]
+        x = poses[k, 0] + math.cos(angle) * body.x - math.sin(angle) * body.y
+        total += spindle_inertia(body.mass, body.xx, body.yy, body.xy, body.zz, x, angle)
     return total
 
 
@@ -107,28 +108,28 @@ def project(
     Where inverse_mass is zero, coordinates stay as they are.
     """
     rows = system.rows
-    ask(rows, cubics, since, room.asked)
+    ask(rows, cubics, since, room.line)
     gap = 0.0
     for _ in range(8):
-        evaluate(rows, poses, velocities, room.asked, room.opening, room.gradient, room.bend)
-        assemble(rows.body, system.pairs, room.gradient, system.inverse_mass, room.band)
+        evaluate(rows, poses, velocities, room.line, room.gradient)
+        assemble(rows.ends, system.pairs, room.gradient, system.inverse_mass, room.band)
         gap = 0.0
-        for i in range(room.opening.size):
-            gap = max(gap, abs(room.opening[i]))
+        for i in range(room.vector.size):
+            room.vector[i] = room.line[i, OPENING]
+            gap = max(gap, abs(room.vector[i]))
         if not gap > closed:
             break
-        room.vector[:] = room.opening
         solve(room.band, room.factor, room.vector)
-        give_back(rows.body, room.gradient, system.inverse_mass, room.vector, poses)
-    along(rows.body, room.gradient, velocities, room.vector)
+        give_back(rows.ends, room.gradient, system.inverse_mass, room.vector, poses)
+    along(rows.ends, room.gradient, velocities, room.vector)
     for i in range(room.vector.size):
-        room.vector[i] -= room.asked[i, 1]
+        room.vector[i] -= room.line[i, RATE]
     solve(room.band, room.factor, room.vector)
-    give_back(rows.body, room.gradient, system.inverse_mass, room.vector, velocities)
+    give_back(rows.ends, room.gradient, system.inverse_mass, room.vector, velocities)
     return gap
 
 
-@compiled
+@kernel
 def spindle_speed(
     system: System, poses: Array, cubics: Array, since: float, momentum: float
 ) -> tuple[float, float, float]:
@@ -140,13 +141,13 @@ def spindle_speed(
     return value, (3.0 * a * since + 2.0 * b) * since + c, 0.0
 
 
-@compiled
+@kernel
 def slope(system: System, room: Workspace, cubics: Array, since: float, state: Array, result: Array) -> float:
     """Time derivative of a state: poses, velocities, work, spindle's angle and momentum; how independent the rows are.
 
     Work (J) is what the changes of a given speed have put in, less what drives, loads and a free spindle's torque have.
     """
-    count = system.mass.size
+    count = system.bodies.size
     poses, velocities = state[: 3 * count].reshape(count, 3), state[3 * count : 6 * count].reshape(count, 3)
     omega, growth, torque = spindle_speed(system, poses, cubics, since, state[6 * count + 2])
     result[: 3 * count] = state[3 * count : 6 * count]
@@ -158,3 +159,11 @@ def slope(system: System, room: Workspace, cubics: Array, since: float, state: A
     result[6 * count + 1] = omega
     result[6 * count + 2] = torque
     return independent
+
+
+@compiled
+def slope_of(system: System, room: Workspace, cubics: Array, since: float, state: Array) -> Array:
+    """That derivative, for Python to call."""
+    result = np.empty(state.size)
+    slope(system, room, cubics, since, state, result)
+    return result

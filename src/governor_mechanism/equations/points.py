@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -12,6 +13,8 @@ from governor_mechanism.mechanism import Mechanism
 
 Array = NDArray[np.float64]
 Whole = NDArray[np.int64]
+Records = Any
+"""(n,) numpy records, whose fields no checker knows."""
 
 
 @dataclass(frozen=True)

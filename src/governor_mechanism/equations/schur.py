@@ -11,7 +11,7 @@ import math
 
 import numpy as np
 
-from governor_mechanism.equations.compiled import compiled
+from governor_mechanism.equations.compiled import kernel
 from governor_mechanism.equations.points import Array, Whole
 
 SINGULAR = 1e-12
@@ -43,7 +43,7 @@ def narrow_order(body: Whole) -> Whole:
     return np.asarray(reverse_cuthill_mckee((graph + graph.T).tocsr(), symmetric_mode=True), dtype=np.int64)
 
 
-@compiled
+@kernel
 def assemble(body: Whole, pairs: Whole, gradient: Array, inverse_mass: Array, band: Array) -> None:
     """Fill band (rows, width + 1) with J M^-1 J^T: entry (i, i - k) stands at [i, width - k]."""
     band[:] = 0.0
@@ -57,7 +57,7 @@ def assemble(body: Whole, pairs: Whole, gradient: Array, inverse_mass: Array, ba
         band[i, width - (i - j)] += total
 
 
-@compiled
+@kernel
 def factorise(band: Array, factor: Array) -> float:
     """Cholesky within the band; the smallest pivot as a fraction of its diagonal, 0 where one vanishes."""
     width, least = band.shape[1] - 1, 1.0
@@ -77,7 +77,7 @@ def factorise(band: Array, factor: Array) -> float:
     return least
 
 
-@compiled
+@kernel
 def substitute(factor: Array, vector: Array) -> None:
     """Solve in place with the factor of the band."""
     width, count = factor.shape[1] - 1, vector.size
@@ -93,7 +93,7 @@ def substitute(factor: Array, vector: Array) -> None:
         vector[i] = total / factor[i, width]
 
 
-@compiled
+@kernel
 def solve(band: Array, factor: Array, vector: Array) -> float:
     """Solve J M^-1 J^T x = vector in place, by the shortest solution where rows depend on each other.
 
@@ -116,7 +116,7 @@ def solve(band: Array, factor: Array, vector: Array) -> float:
     return 0.0
 
 
-@compiled
+@kernel
 def give_back(body: Whole, gradient: Array, inverse_mass: Array, vector: Array, target: Array) -> None:
     """Subtract M^-1 J^T vector from target (bodies, 3)."""
     for i in range(vector.size):
@@ -127,7 +127,7 @@ def give_back(body: Whole, gradient: Array, inverse_mass: Array, vector: Array, 
                     target[k, c] -= inverse_mass[k, c] * gradient[i, side, c] * vector[i]
 
 
-@compiled
+@kernel
 def along(body: Whole, gradient: Array, motion: Array, result: Array) -> None:
     """Fill result (rows,) with J motion."""
     for i in range(result.size):

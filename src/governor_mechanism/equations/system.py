@@ -6,9 +6,9 @@ from typing import NamedTuple
 
 import numpy as np
 
-from governor_mechanism.equations.applied import Loads, load_table
+from governor_mechanism.equations.applied import load_table
 from governor_mechanism.equations.constraints import joint_table
-from governor_mechanism.equations.points import Array, Whole
+from governor_mechanism.equations.points import Array, Records, Whole
 from governor_mechanism.equations.rows import Rows
 from governor_mechanism.equations.schur import narrow_order, neighbours
 from governor_mechanism.equations.timing import TimeCurve
@@ -18,24 +18,23 @@ from governor_mechanism.mechanism import Body, Mechanism
 from governor_mechanism.programs import Motion, Program
 from governor_mechanism.scene import TURNING, FreeSpindle, Scene
 
+BODY = np.dtype([(name, "f8") for name in ("mass", "x", "y", "xx", "yy", "xy", "zz")])
+"""One body: mass; where the mass centre is from the origin, in body axes; second moments about the mass centre."""
+
 
 class System(NamedTuple):
-    """Rows, loads and pairs as in `rows`, `applied` and `schur`; per body mass, inverse_mass (bodies, 3), centre
-    (bodies, 2), moments.
+    """Rows, loads and pairs as in `rows`, `applied` and `schur`; bodies (bodies,) of BODY, inverse_mass (bodies, 3).
 
-    Coordinates are counted from a body's origin, its mass centre but for a lever: centre is where the mass centre is
-    from there, in body axes. moments (bodies, 4): second moments xx, yy, xy, zz about the mass centre. A free spindle
-    has spindle_inertia (kg m2) of its own.
+    Coordinates are counted from a body's origin, its mass centre but for a lever. A free spindle has spindle_inertia
+    (kg m2) of its own.
     """
 
     rows: Rows
-    loads: Loads
+    loads: Records
     pairs: Whole
     width: int
-    mass: Array
+    bodies: Records
     inverse_mass: Array
-    centre: Array
-    moments: Array
     gravity: float
     centrifugal: bool
     free: bool
@@ -45,10 +44,8 @@ class System(NamedTuple):
 class Workspace(NamedTuple):
     """Room for one evaluation, so that none is allocated in the loop."""
 
-    asked: Array
-    opening: Array
+    line: Array
     gradient: Array
-    bend: Array
     band: Array
     factor: Array
     vector: Array
@@ -63,19 +60,10 @@ def make_system(scene: Scene) -> tuple[System, tuple[TimeCurve, ...]]:
     mechanism, spindle = scene.part.mechanism, scene.spindle
     origins = {body.name: lever_origin(mechanism, body) for body in mechanism.bodies}
     table = joint_table(mechanism, origins)
-    order = narrow_order(table.rows.body)
-    body = table.rows.body[order]
-    source = table.rows.source[order]
-    source[:, 0] += source[:, 0] >= 0  # program 0 is the spindle's
-    rows = table.rows._replace(
-        kind=table.rows.kind[order],
-        body=body,
-        anchor=table.rows.anchor[order],
-        parameter=table.rows.parameter[order],
-        source=source,
-        unit=table.rows.unit[order],
-    )
-    pairs = neighbours(body)
+    order = narrow_order(table.rows.ends)
+    rows = Rows(table.rows.table[order], table.rows.ends[order], table.rows.pieces)
+    rows.table["drive"] += rows.table["drive"] >= 0  # program 0 is the spindle's
+    pairs = neighbours(rows.ends)
     loads, programs = load_table(mechanism, origins, 1 + len(table.motions))
     inertia = [_inertia(body, origins[body.name]) for body in mechanism.bodies]
     inverse = [
@@ -88,10 +76,8 @@ def make_system(scene: Scene) -> tuple[System, tuple[TimeCurve, ...]]:
         loads=loads,
         pairs=pairs,
         width=int(np.max(pairs[:, 0] - pairs[:, 1], initial=0)),
-        mass=np.array([body.mass for body in mechanism.bodies]),
+        bodies=np.array([_record(body, origins[body.name]) for body in mechanism.bodies], dtype=BODY),
         inverse_mass=np.array(inverse),
-        centre=-np.array([origins[body.name] for body in mechanism.bodies]),
-        moments=np.array([[m.xx, m.yy, m.xy, m.zz] for m in (body.moments for body in mechanism.bodies)]),
         gravity=scene.gravity,
         centrifugal=scene.centrifugal and scene.part.plane == TURNING,
         free=free is not None,
@@ -105,18 +91,16 @@ def make_system(scene: Scene) -> tuple[System, tuple[TimeCurve, ...]]:
 def row_owners(mechanism: Mechanism) -> Whole:
     """(rows,) the joint that each row of a scene's system belongs to."""
     table = joint_table(mechanism)
-    return table.owner[narrow_order(table.rows.body)]
+    return table.owner[narrow_order(table.rows.ends)]
 
 
 def make_workspace(system: System) -> Workspace:
     """Room for evaluations of this system."""
-    rows, bodies = len(system.rows.kind), len(system.mass)
+    rows, bodies = len(system.rows.table), len(system.bodies)
     band = (rows, system.width + 1)
     return Workspace(
-        asked=np.zeros((rows, 3)),
-        opening=np.zeros(rows),
+        line=np.zeros((rows, 5)),
         gradient=np.zeros((rows, 2, 3)),
-        bend=np.zeros(rows),
         band=np.zeros(band),
         factor=np.zeros(band),
         vector=np.zeros(rows),
@@ -126,12 +110,12 @@ def make_workspace(system: System) -> Workspace:
 
 def to_centres(system: System, poses: Array, velocities: Array) -> tuple[Array, Array]:
     """Poses and velocities (..., bodies, 3) of mass centres from those of the origins."""
-    return _moved(system.centre, poses, velocities)
+    return _moved(_centre(system), poses, velocities)
 
 
 def from_centres(system: System, poses: Array, velocities: Array) -> tuple[Array, Array]:
     """Poses and velocities (..., bodies, 3) of the origins from those of mass centres."""
-    return _moved(-system.centre, poses, velocities)
+    return _moved(-_centre(system), poses, velocities)
 
 
 def _moved(by: Array, poses: Array, velocities: Array) -> tuple[Array, Array]:
@@ -161,6 +145,16 @@ def lever_origin(mechanism: Mechanism, body: Body) -> tuple[float, float]:
         f"body {body.name!r} cannot turn: its mass is in one point, and no pin joins it to ground; "
         "give it second moments, or turns=False"
     )
+
+
+def _centre(system: System) -> Array:
+    """(bodies, 2) m: where mass centres are from the origins, in body axes."""
+    return np.stack([system.bodies["x"], system.bodies["y"]], axis=-1)
+
+
+def _record(body: Body, origin: tuple[float, float]) -> tuple[float, ...]:
+    moments = body.moments
+    return (body.mass, -origin[0], -origin[1], moments.xx, moments.yy, moments.xy, moments.zz)
 
 
 def _inertia(body: Body, origin: tuple[float, float]) -> float:
