@@ -61,7 +61,7 @@ def run(
 
     opened = load(scene) if isinstance(scene, str | Path) else scene
     name = opened.run.engine if engine == "auto" else engine
-    chosen, reason = choose(name) if isinstance(name, str) else (name, "given")
+    chosen, reason = choose(name, opened, accuracy) if isinstance(name, str) else (name, "given")
     reported = None if times is None else np.asarray(times, dtype=np.float64)
     return chosen.run(opened, times=reported, accuracy=accuracy, certify=certify, reason=reason)
 

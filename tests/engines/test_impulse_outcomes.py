@@ -110,7 +110,7 @@ def test_a_question_that_makes_no_sense_is_refused(options, sentence):
 
 def test_an_unknown_engine_is_refused_with_the_nearest_name():
     with pytest.raises(MechanismError, match="Did you mean 'impulse'"):
-        choose("impuls")
+        choose("impuls", porter())
 
 
 def test_too_many_reported_times_are_refused():

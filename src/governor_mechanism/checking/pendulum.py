@@ -206,7 +206,7 @@ def _motion(scene: Scene, governor: closed.PendulumGovernor, run: Trajectory) ->
 
 
 def _run(scene: Scene) -> Trajectory:
-    engine, reason = choose(scene.run.engine)
+    engine, reason = choose(scene.run.engine, scene)
     return engine.run(scene, reason=reason)
 
 

@@ -6,13 +6,25 @@ from governor_mechanism.engines.base import Engine
 from governor_mechanism.engines.impulse import ImpulseEngine
 from governor_mechanism.engines.multibody import MultibodyEngine
 from governor_mechanism.errors import MechanismError, did_you_mean
+from governor_mechanism.scene import Scene
 
 ENGINES: dict[str, type[Engine]] = {"impulse": ImpulseEngine, "multibody": MultibodyEngine}
 
 
-def choose(name: str) -> tuple[Engine, str]:
-    """The engine of that name with its default settings, and why it was chosen; 'auto' picks one."""
+FINE = 1e-7
+"""Accuracies below this take impulse long: auto leaves them, and mechanisms of the user's own, to multibody."""
+
+
+def choose(name: str, scene: Scene, accuracy: float | None = None) -> tuple[Engine, str]:
+    """The engine of that name with its default settings, and why it was chosen; 'auto' picks one for the scene.
+
+    accuracy replaces the scene's.
+    """
     if name == "auto":
+        if scene.part.machine == "custom":
+            return MultibodyEngine(), "the default for custom mechanisms"
+        if (scene.run.accuracy if accuracy is None else accuracy) < FINE:
+            return MultibodyEngine(), f"the default below an accuracy of {FINE:g}"
         return ImpulseEngine(), "the default"
     if name not in ENGINES:
         known = ["auto", *ENGINES]

@@ -14,6 +14,9 @@ from governor_mechanism.equations.points import Array, Whole
 from governor_mechanism.equations.rows import gradients_of
 from governor_mechanism.equations.system import System, Workspace
 
+DIFFERENCE = 1e-7
+"""Of a coordinate or its scale: the step of differences, between rounding and curvature."""
+
 POOR = 1e-3
 """Where the dependent coordinates would move more than 1/POOR times as fast as the chosen ones, others are chosen."""
 
@@ -49,6 +52,7 @@ class Implicit:
                 now,
                 self._reduced(chart, state),
                 end,
+                jac=lambda time, z, chart=chart: self._jacobian(chart, cubics, time - since, z),
                 first_step=min(step, end - now),
                 rtol=max(tolerance, 2.3e-14),
                 atol=tolerance * self._reduced(chart, self._scale),
@@ -56,11 +60,10 @@ class Implicit:
             while solver.status == "running":
                 if self.steps >= most:
                     return EXHAUSTED, step, reached
-                message = solver.step()
+                solver.step()
                 if solver.status == "failed":
                     return STALLED, step, reached
                 self.steps += 1
-                del message
                 dense = solver.dense_output()
                 while reached < times.size and times[reached] <= solver.t:
                     found[reached] = self._whole(chart, cubics, times[reached] - since, dense(times[reached]))
@@ -112,6 +115,17 @@ class Implicit:
         state = np.empty(2 * whole + EXTRA)
         state[:whole], state[whole : 2 * whole], state[-EXTRA:] = poses.ravel(), velocities.ravel(), z[-EXTRA:]
         return state
+
+    def _jacobian(self, chart: _Chart, cubics: Array, since: float, z: Array) -> Array:
+        """Derivatives of the slope by differences; work and the spindle's angle act on nothing."""
+        here = self._slope(chart, cubics, since, z)
+        result = np.zeros((z.size, z.size))
+        steps = DIFFERENCE * np.maximum(np.abs(z), self._reduced(chart, self._scale))
+        for k in (*range(z.size - EXTRA), z.size - 1):
+            beside = z.copy()
+            beside[k] += steps[k]
+            result[:, k] = (self._slope(chart, cubics, since, beside) - here) / (beside[k] - z[k])
+        return result
 
     def _slope(self, chart: _Chart, cubics: Array, since: float, z: Array) -> Array:
         state = self._whole(chart, cubics, since, z)
