@@ -23,6 +23,7 @@ from governor_mechanism.console import (
     working,
 )
 from governor_mechanism.errors import MechanismError
+from governor_mechanism.joints import DrivenSlide, DrivenTurn
 
 if TYPE_CHECKING:
     from governor_mechanism.trajectory import Trajectory
@@ -188,12 +189,18 @@ def describe(result: Trajectory) -> str:
             *result.notes,
             f"{accurate}joints closed to {gap:.1e} m, energy drift {result.energy.drift:.1e}",
             f"at {result.times[-1] if len(result.times) else 0:g} s: {final}",
-            f"mobility {result.mobility}; {_passed(result)}",
+            f"{_mobility(result)}; {_passed(result)}",
             f"engine {cost.engine} ({cost.reason}): {cost.runs} runs, {cost.steps:,} steps, simulated in "
             f"{cost.wall_time:.2g} s{f', {cost.method}' if cost.method else ''}",
             f"law evaluations: {laws or 'none'}",
         ]
     )
+
+
+def _mobility(result: Trajectory) -> str:
+    joints = [joint for part in result.scene.parts for joint in part.mechanism.joints]
+    drives = sum(isinstance(joint, DrivenTurn | DrivenSlide) for joint in joints)
+    return f"mobility {result.mobility}" + (f" beside {drives} driven" if drives else "")
 
 
 EVENTS = 3

@@ -96,7 +96,7 @@ class _Path:
         equations, free = assembler.equations, assembler.free
         asked = equations.asked(np.array(time))
         lead = [measure(mechanism, name, poses) for name in names]
-        rows = [equations.gradients(poses).reshape(len(equations.owner), -1)]
+        rows = [equations.gradients(poses).reshape(len(equations.owner), free.size)]
         rows += [one.gradient.reshape(1, -1) for one in lead]
         matrix = np.concatenate(rows)[:, free]
         _refuse_dead_centre(assembler, matrix, names, value)

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 from scipy.optimize import brentq
@@ -121,6 +121,8 @@ def starting_state(scene: Scene) -> tuple[Array, Array]:
     make_system(scene)  # refuses bodies that cannot turn
     assembler = Assembler(mechanism)
     values = scene.start.values
+    if assembler.equations.driven.any():
+        _refuse_idle_drives(mechanism)
     if EQUILIBRIUM in values.values():
         poses = _resting(scene)
     else:
@@ -155,20 +157,23 @@ def _resting(scene: Scene) -> Array:
     return resting_poses(scene)
 
 
-def _refuse_immobile(assembler: Assembler, poses: Array) -> None:
-    """Drives that have nothing left to move, and mechanisms that cannot move at all."""
+def _refuse_idle_drives(mechanism: Mechanism) -> None:
+    """Drives that joints or other drives leave nothing to move; seen where the joints alone are closed."""
+    assembler = Assembler(mechanism)
     driven = assembler.equations.driven
-    without = assembler.freedoms(poses, drives=False)
-    mobility = assembler.freedoms(poses)
+    names = list(dict.fromkeys(assembler.equations.joints[k].name for k in assembler.equations.owner[driven]))
+    undriven = replace(mechanism, joints=tuple(joint for joint in mechanism.joints if joint.name not in names))
+    poses = Assembler(undriven).at({})
+    without, mobility = assembler.freedoms(poses, drives=False), assembler.freedoms(poses)
     if without - mobility < np.sum(driven):
-        names = dict.fromkeys(
-            assembler.equations.joints[index].name for index in assembler.equations.owner[driven].tolist()
-        )
         raise MechanismError(
-            f"drives {list(names)} contradict each other or the joints: the joints leave {without} freedoms "
-            f"for {int(np.sum(driven))} drives, which take only {without - mobility}; leave one drive out"
+            f"drives {names} contradict each other or the joints: the joints leave mobility {without}, "
+            f"and of {int(np.sum(driven))} drives only {without - mobility} find something to move; leave one drive out"
         )
-    if mobility == 0 and not driven.any():
+
+
+def _refuse_immobile(assembler: Assembler, poses: Array) -> None:
+    if not assembler.equations.driven.any() and assembler.freedoms(poses) == 0:
         raise MechanismError(
             "the mechanism cannot move: its joints leave mobility 0; take a joint out, or drive it with a drive"
         )

@@ -2,7 +2,9 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from dataclasses import dataclass
+from functools import partial
 
 import numpy as np
 from scipy.interpolate import BPoly
@@ -24,31 +26,49 @@ AT = 1e-5
 """At a change point the least singular value falls below this fraction of the largest."""
 
 
+Path = Callable[[float], tuple[Array, Array]]
+Between = Callable[[int, float], tuple[Array, Array] | None]
+
+
 @dataclass(frozen=True)
 class Stations:
-    """A motion at times (n,) s: poses, velocities, accelerations (n, bodies, 3), independence of joint rows (n,)."""
+    """A motion at times (n,) s: poses, velocities, accelerations (n, bodies, 3), independence of joint rows (n,).
+
+    exactly(k, time) gives poses and velocities between station k and the next, or None where the engine cannot.
+    """
 
     times: Array
     poses: Array
     velocities: Array
     accelerations: Array
     independence: Array
+    exactly: Between | None = None
 
-    def between(self, k: int) -> BPoly:
-        """The smooth path from station k to the next, of order 5."""
+    def between(self, k: int) -> Path:
+        """Poses and velocities as a function of time from station k to the next: the engine's own, or a smooth path."""
+        smooth = self.smooth(k)
+        if self.exactly is None:
+            return smooth
+        exactly = partial(self.exactly, k)
+        return lambda time: exactly(time) or smooth(time)
+
+    def smooth(self, k: int) -> Path:
+        """A path of order 5 from station k to the next."""
         ends = slice(k, k + 2)
         parts = (self.poses[ends], self.velocities[ends], self.accelerations[ends])
-        return BPoly.from_derivatives(self.times[ends], np.stack(parts, axis=1))
+        path = BPoly.from_derivatives(self.times[ends], np.stack(parts, axis=1))
+        moving = path.derivative()
+        return lambda time: (path(time), moving(time))
 
 
 def find_events(mechanism: Mechanism, stations: Stations, mobility: int) -> tuple[Event, ...]:
     """Events between stations, in the order of time.
 
-    A reading stands at a dead centre where its rate changes sign while the mechanism moves on (mobility one only). At a
-    change point the joints leave more freedoms than elsewhere, and the mechanism may change its way.
+    A reading stands at a dead centre where its rate changes sign while the mechanism, of mobility one or driven, moves
+    on. At a change point the joints leave more freedoms than elsewhere, and the mechanism may change its way.
     """
     found = _change_points(mechanism, stations)
-    if mobility == 1:
+    if mobility <= 1:
         found += _dead_centres(mechanism, stations)
     return tuple(sorted(found, key=lambda event: event.time))
 
@@ -77,17 +97,17 @@ def _stands(mechanism: Mechanism, name: str, stations: Stations, k: int) -> tupl
     The middle, where the path is too rough to show it.
     """
     path = stations.between(k)
-    moving = path.derivative()
 
     def rate(time: float) -> float:
-        return float(np.sum(measure(mechanism, name, path(time)).gradient * moving(time)))
+        poses, velocities = path(time)
+        return float(np.sum(measure(mechanism, name, poses).gradient * velocities))
 
     ends = float(stations.times[k]), float(stations.times[k + 1])
     if rate(ends[0]) * rate(ends[1]) < 0:
         time = float(brentq(rate, *ends, xtol=1e-15, rtol=1e-14))
     else:
         time = 0.5 * (ends[0] + ends[1])
-    return time, moving(time)
+    return time, path(time)[1]
 
 
 def _change_points(mechanism: Mechanism, stations: Stations) -> list[Event]:
@@ -99,11 +119,11 @@ def _change_points(mechanism: Mechanism, stations: Stations) -> list[Event]:
     for k in range(1, len(times) - 1):
         if not (angle[k] < NEAR and angle[k - 1] >= angle[k] < angle[k + 1]):
             continue
-        paths = stations.between(k - 1), stations.between(k)
+        paths = stations.smooth(k - 1), stations.smooth(k)  # no engine likes to stop within a change point
 
-        def least(time: float, middle: float = times[k], paths: tuple[BPoly, BPoly] = paths) -> float:
-            poses = paths[int(time >= middle)](time)
-            rows = equations.gradients(poses).reshape(len(equations.owner), -1)[:, turns] * unit
+        def least(time: float, middle: float = times[k], paths: tuple[Path, Path] = paths) -> float:
+            poses, _ = paths[int(time >= middle)](time)
+            rows = equations.gradients(poses).reshape(len(equations.owner), turns.size)[:, turns] * unit
             values = np.linalg.svd(rows, compute_uv=False)
             return float(values[-1] / values[0])
 

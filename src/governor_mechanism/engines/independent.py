@@ -9,6 +9,7 @@ from scipy.integrate import Radau
 from scipy.linalg import qr
 
 from governor_mechanism.engines.dop853 import DONE, EXHAUSTED, STALLED
+from governor_mechanism.equations.assembly import INDEPENDENT
 from governor_mechanism.equations.motion import EXTRA, project, slope_of
 from governor_mechanism.equations.points import Array, Whole
 from governor_mechanism.equations.rows import gradients_of
@@ -78,29 +79,30 @@ class Implicit:
     def _chart(self, state: Array) -> _Chart:
         """The coordinates along which the mechanism moves most freely: those the joints' equations pivot last."""
         poses = state[: 3 * self._count].reshape(-1, 3).copy()
-        rows, _ = self._weighted(poses)
-        _, triangle, order = qr(rows, mode="economic", pivoting=True)
-        diagonal = np.abs(np.diag(triangle))
-        dependent = int(np.sum(diagonal > 1e-9 * diagonal[0])) if diagonal.size else 0
-        free = np.flatnonzero(self._system.inverse_mass.ravel() > 0.0)
-        chosen = np.sort(free[order[dependent:]])
+        free, rows = self._free(), self._weighted(poses)
+        chosen = free
+        if len(rows):
+            _, triangle, order = qr(rows, mode="economic", pivoting=True)
+            diagonal = np.abs(np.diag(triangle))
+            chosen = np.sort(free[order[np.sum(diagonal > INDEPENDENT * diagonal[0]) :]])
         held = self._system.inverse_mass.copy()
         held.ravel()[chosen] = 0.0  # a projection leaves these as they are
         return _Chart(self._system._replace(inverse_mass=held), chosen, poses)
 
-    def _weighted(self, poses: Array) -> tuple[Array, Array]:
+    def _free(self) -> Whole:
+        """Coordinates that can change, among all (3 bodies)."""
+        return np.flatnonzero(self._system.inverse_mass.ravel() > 0.0)
+
+    def _weighted(self, poses: Array) -> Array:
         """Joint equations by the free coordinates, each in units of its scale."""
-        free = self._system.inverse_mass.ravel() > 0.0
-        weight = self._scale[: 3 * self._count][free]
-        rows = gradients_of(self._system.rows, poses[np.newaxis])[0].reshape(len(self._system.rows.table), -1)
-        return rows[:, free] * weight, weight
+        rows, free = gradients_of(self._system.rows, poses[np.newaxis])[0], self._free()
+        weighted: Array = rows.reshape(len(rows), poses.size)[:, free] * self._scale[free]
+        return weighted
 
     def _poor(self, chart: _Chart) -> bool:
-        rows, _ = self._weighted(chart.poses)
-        free = np.flatnonzero(self._system.inverse_mass.ravel() > 0.0)
-        dependent = rows[:, ~np.isin(free, chart.chosen)]
+        dependent = self._weighted(chart.poses)[:, ~np.isin(self._free(), chart.chosen)]
         values = np.linalg.svd(dependent, compute_uv=False)
-        return bool(values.size and values[min(dependent.shape) - 1] < POOR * values[0])
+        return bool(values.size and values[-1] < POOR * values[0])
 
     def _reduced(self, chart: _Chart, state: Array) -> Array:
         whole = 3 * self._count

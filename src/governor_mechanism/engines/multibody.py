@@ -5,6 +5,7 @@ from __future__ import annotations
 import time
 from collections import Counter
 from dataclasses import asdict, dataclass, replace
+from functools import partial
 from itertools import pairwise
 from typing import ClassVar, final
 
@@ -37,6 +38,9 @@ LOOSER = 10.0
 
 TIGHTEST = 1e-15
 """Below this no tolerance is tried: double precision ends."""
+
+FEW_STEPS = 100
+"""From one station to an event before the next one it takes a handful, but into a change point no end of them."""
 
 CLOSED = 1e-14
 """Fraction of the machine's size to which joints are closed at every step."""
@@ -91,6 +95,8 @@ class Followed:
 
     state: State
     stations: State
+    rows: Array
+    tolerance: float
     report: Report
     ended: Outcome | None
     detail: str
@@ -151,7 +157,8 @@ class Follower:
             ended = Outcome.STEP_LIMIT
             detail = f"max_steps = {self.engine.max_steps} end at t = {self.grid.stations[kept - 1]:.6g} s"
         state = every.at(self.grid.first(kept).reported)
-        return Followed(state, every.first(kept), self.reporter.report(state), ended, detail, step, {})
+        report = self.reporter.report(state)
+        return Followed(state, every.first(kept), states, tolerance, report, ended, detail, step, {})
 
     def trajectory(self, best: Followed, wall_time: float) -> Trajectory:
         """The result."""
@@ -175,6 +182,7 @@ class Follower:
                 detail=best.detail,
                 estimate=best.estimate,
                 errors=best.errors,
+                between=partial(self._between, best) if self.stiff_from == np.inf else None,
             ),
             cost=self._cost(best, wall_time),
             settings=settings,
@@ -187,6 +195,18 @@ class Follower:
         momentum = (self.system.spindle_inertia + inertia_about_spindle(self.system, poses)) * speed
         extra = [0.0, 0.0, momentum if self.system.free else 0.0]
         return np.concatenate([poses.ravel(), velocities.ravel(), extra])
+
+    def _between(self, best: Followed, k: int, time: float) -> tuple[Array, Array] | None:
+        """Poses and velocities of mass centres at a time (s) after station k, integrated from there, if it gets there."""
+        start = float(self.grid.stations[k])
+        state, counts = best.rows[k].copy(), np.zeros(COUNTS, dtype=np.int64)
+        step, none = 0.01 * self.reporter.time_scale, np.empty((0, best.rows.shape[1]))
+        code, *_ = integrate(self.system, self.room, self._cubics(start), (start, time), np.empty(0), state,
+                             self._scale(), best.tolerance, step, self.closed, FEW_STEPS, none, counts)  # fmt: skip
+        if code != DONE:
+            return None
+        origins, moving = state[:-EXTRA].reshape(2, len(self.system.bodies), 3)
+        return to_centres(self.system, origins, moving)
 
     def _cubics(self, start: float) -> Array:
         """Speed, drives and loads in time, (programs, 4), until the next break."""

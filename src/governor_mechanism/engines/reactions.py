@@ -41,7 +41,7 @@ def _undetermined(mechanism: Mechanism, poses: Array, independence: Array) -> ND
     turns = np.array([[True, True, body.turns] for body in mechanism.bodies], dtype=np.bool_).ravel()
     unit = np.tile([1.0, 1.0, 1.0 / mechanism.size], len(mechanism.bodies))[turns]
     for at in np.flatnonzero(independence < DEPENDENT):
-        rows = equations.gradients(poses[at]).reshape(len(equations.owner), -1)[:, turns] * unit
+        rows = equations.gradients(poses[at]).reshape(len(equations.owner), turns.size)[:, turns] * unit
         left, values, _ = np.linalg.svd(rows, full_matrices=True)
         kept = int(np.sum(values > INDEPENDENT * values[0])) if values.size else 0
         taking_part = np.any(np.abs(left[:, kept:]) > SHARE, axis=1)

@@ -9,7 +9,7 @@ from typing import Any
 import numpy as np
 from scipy.interpolate import make_interp_spline
 
-from governor_mechanism.engines.events import Stations, find_events
+from governor_mechanism.engines.events import Between, Stations, find_events
 from governor_mechanism.engines.reactions import reactions
 from governor_mechanism.engines.scales import time_scale
 from governor_mechanism.equations.applied import potential as spring_potential
@@ -77,6 +77,7 @@ class Finding:
     detail: str
     estimate: float | None
     errors: dict[str, float]
+    between: Between | None = None
 
 
 class Reporter:
@@ -149,14 +150,16 @@ class Reporter:
             reading_errors=found.errors,
             settings=settings,
             reactions=reactions(self.mechanism, state.poses, implied),
-            events=find_events(self.mechanism, self._path(stations), mobility),
+            events=find_events(self.mechanism, self._path(stations, found.between), mobility),
             mobility=mobility,
             notes=assembly_notes(self.scene),
         )
 
-    def _path(self, stations: State) -> Stations:
+    def _path(self, stations: State, between: Between | None) -> Stations:
         moving = dynamics(self.scene, stations.times, stations.poses, stations.velocities, stations.spindle[:, 1])
-        return Stations(stations.times, stations.poses, stations.velocities, moving.accelerations, moving.independence)
+        return Stations(
+            stations.times, stations.poses, stations.velocities, moving.accelerations, moving.independence, between
+        )
 
     def spindle_speeds(self, times: Array, poses: Array) -> Array:
         """Speed (n,) rad/s of the spindle at times (n,) s and poses (n, bodies, 3)."""

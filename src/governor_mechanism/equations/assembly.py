@@ -146,13 +146,13 @@ class Assembler:
 
     def _joint_rows(self, poses: Array) -> Array:
         """Joint equations by the free coordinates, lengths in machine sizes."""
-        rows = self.equations.gradients(poses).reshape(len(self.equations.owner), -1)[:, self.free]
+        rows = self.equations.gradients(poses).reshape(len(self.equations.owner), self.free.size)[:, self.free]
         scaled: Array = rows * self._unit / self.mechanism.size
         return scaled
 
     def _rows(self, poses: Array, names: list[str]) -> Array:
         """Joint equations and, last, the readings of these names, by the free coordinates."""
-        rows = [self.equations.gradients(poses).reshape(len(self.equations.owner), -1)]
+        rows = [self.equations.gradients(poses).reshape(len(self.equations.owner), self.free.size)]
         rows += [measure(self.mechanism, name, poses).gradient.reshape(1, -1) for name in names]
         return np.concatenate(rows)[:, self.free]
 
@@ -160,11 +160,13 @@ class Assembler:
         """Gauss-Newton on the joints and on the readings that values are asked for, with the smallest changes."""
         names, size = list(values), self.mechanism.size
         weight = np.array([size] * len(self.equations.owner) + [self._scale(name) for name in names])
+        closed = False
         for _ in range(60):
             off = [self._off(name, values[name], poses) for name in names]
             residual = np.append(self.equations.openings(poses, self.time), off) / weight
-            if np.max(np.abs(residual), initial=0.0) < CLOSED:
+            if closed:
                 return poses
+            closed = np.max(np.abs(residual), initial=0.0) < CLOSED  # one step more, and rounding alone is left
             matrix = self._rows(poses, names) * self._unit / weight[:, np.newaxis]
             step = np.linalg.lstsq(matrix, -residual, rcond=None)[0]
             largest = float(np.max(np.abs(step)))

@@ -242,7 +242,7 @@ class JointEquations:
 
     def _all_asked(self, poses: Array, times: Array | float) -> Array:
         every = np.broadcast_to(np.asarray(times, dtype=np.float64), poses.shape[:-2])
-        return self.asked(every).reshape(-1, len(self.owner), 3)
+        return self.asked(every).reshape(every.size, len(self.owner), 3)
 
 
 def _flat(poses: Array) -> Array:

@@ -132,7 +132,9 @@ def size_of(bodies: Sequence[Sketched], joints: Iterable[Joint], loads: Iterable
     widths = [math.hypot(p.x - q.x, p.y - q.y) for points in marked.values() for p, q in combinations(points, 2)]
     widest = max([*widths, *(joint.length for joint in joints if isinstance(joint, Distance))], default=0.0)
     sketch = Sketch(bodies)
-    places = [sketch.place(point) for point in (*_ends(joints), *(body.point((0.0, 0.0)) for body in bodies))]
+    places = [
+        sketch.place(point) for point in (*_ends(joints), *_ends(loads), *(body.point((0.0, 0.0)) for body in bodies))
+    ]
     apart = (math.dist(p, q) for p, q in combinations(set(places), 2))
     extent = max((body.shape.extent for body in bodies), default=0.0)
     # Places reckoned in different ways differ by rounding, which is no width.

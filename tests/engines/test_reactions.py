@@ -1,0 +1,360 @@
+"""Joint forces: of pendulums, beams and redundant structures whose forces are known, and by Newton's laws."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+from engines.machines_of_joints import (
+    Case,
+    G,
+    angle_of,
+    bead,
+    bent_pendulum,
+    collar_on_a_turning_rod,
+    falling_rack,
+    fixed,
+    geared_wheels,
+    make_scene,
+    on,
+    pendulum_on_a_pin,
+    released,
+    rod,
+    turning,
+    x_of,
+    y_of,
+)
+from governor_mechanism import library
+from governor_mechanism.engines import ImpulseEngine, MultibodyEngine
+from governor_mechanism.joints import GROUND, Distance, Pin, Point, Slider
+from governor_mechanism.loads import Force
+from governor_mechanism.programs import Program
+from governor_mechanism.scene import Scene
+from governor_mechanism.trajectory import Trajectory
+
+ENGINES = pytest.mark.parametrize(
+    ("engine", "accuracy"), [(MultibodyEngine(), 1e-10), (ImpulseEngine(), 1e-6)], ids=["multibody", "impulse"]
+)
+# Forces follow from poses and velocities by Newton's law, so that they are as accurate as those, in the scale of the
+# largest force; for all that squares of speeds and steep slopes multiply, an estimate is cautious by as much.
+FOLLOWS = 1.0
+
+
+def complex_force(run: Trajectory, name: str):
+    """The force of a joint on its second body, as complex numbers (n,)."""
+    return run.reactions[name].force @ np.array([1.0, 1j])
+
+
+# --- pendulums --------------------------------------------------------------------------------------------------------
+
+
+def link_pendulum(*, by_pin: bool, swapped: bool = False, start: float = 1.9) -> Scene:
+    """A mass at the end of a massless rod: on a link, or as a lever on a pin; 0.7 m, 1.3 kg."""
+    length, mass = 0.7, 1.3
+    place = (length * math.sin(start), -length * math.cos(start))
+    if by_pin:
+        joint = Pin(name="rod", first=fixed(), second=on("bob", y=length))
+        body, reading = turning("bob", mass, 0.0), angle_of("bob", "angle")
+    else:
+        joint = Distance(name="rod", first=fixed(), second=on("bob"), length=length)
+        body, reading = bead("bob", mass), x_of("bob")
+    if swapped:
+        joint = replace(joint, first=joint.second, second=joint.first)
+    return make_scene(
+        bodies=[body],
+        joints=[joint],
+        readings=[reading],
+        sketch=[(*place, start if by_pin else 0.0)],
+        size=length,
+    )
+
+
+@ENGINES
+@pytest.mark.parametrize("by_pin", [False, True], ids=["link", "pin"])
+def test_the_rod_of_a_pendulum_pulls_by_weight_and_speed(engine, accuracy, by_pin):
+    run = engine.run(link_pendulum(by_pin=by_pin), accuracy=accuracy)
+    angle, rate = released(run.times, G / 0.7, 1.9)
+    pull = 1.3 * (G * np.cos(angle) + 0.7 * rate**2)
+    inward = 1j * np.exp(1j * angle)
+    allowed = FOLLOWS * accuracy * np.max(np.abs(pull))
+    # A rod without mass, or a pin without friction, carries nothing across: the bob's own motion needs none.
+    np.testing.assert_allclose(complex_force(run, "rod"), pull * inward, atol=allowed)
+    np.testing.assert_allclose(run.reactions["rod"].size, np.abs(pull), atol=allowed)
+    np.testing.assert_allclose(run.reactions["rod"].moment, 0.0, atol=allowed * 0.7)
+    assert run.reactions["rod"].determined.all()
+    assert np.any(pull < 0)  # it pushes too, above the horizontal
+
+
+@ENGINES
+@pytest.mark.parametrize("by_pin", [False, True], ids=["link", "pin"])
+def test_a_joint_told_the_other_way_round_says_the_opposite(engine, accuracy, by_pin):
+    runs = [engine.run(link_pendulum(by_pin=by_pin, swapped=swapped), accuracy=accuracy) for swapped in (False, True)]
+    # The same motion by the same equations but for their order and sign, so that only rounding differs (times 1e3 for
+    # what a second of swinging makes of it).
+    there, back = (complex_force(run, "rod") for run in runs)
+    np.testing.assert_allclose(back, -there, atol=1e-12 * np.max(np.abs(there)))
+
+
+@ENGINES
+def test_a_pin_carries_the_weight_of_what_hangs_at_rest(engine, accuracy):
+    scene = pendulum_on_a_pin().scene
+    run = engine.run(replace(scene, start=replace(scene.start, values={"rod": -math.pi / 2})), accuracy=accuracy)
+    # At rest nothing is integrated, and -pi/2 is rounded.
+    np.testing.assert_allclose(run.reactions["hinge"].force, np.tile([0.0, 2.0 * G], (len(run.times), 1)), atol=1e-12)
+    np.testing.assert_allclose(run.reactions["hinge"].moment, 0.0, atol=1e-12)
+
+
+@ENGINES
+def test_a_weld_carries_force_and_moment(engine, accuracy):
+    one = bent_pendulum()
+    run = engine.run(one.scene, accuracy=accuracy)
+    told = one.exact(run.times)
+    (first, rate), (second, _) = told["first"], told["second"]
+    # The swing: angle and rate give the acceleration; lengths 0.5 m and 0.4 m, 2 kg and 1.5 kg, welded at 0.7 rad.
+    tip = 0.5 + np.exp(0.7j) * 0.2
+    moment = 2.0 * 0.25 + 1.5 * tip
+    inertia = 2.0 * 0.5**2 / 3 + 1.5 * (0.4**2 / 12 + abs(tip) ** 2)
+    bend = -G * (moment * np.exp(1j * first)).real / inertia
+    acceleration = (1j * bend - rate**2) * tip * np.exp(1j * first)
+    force = 1.5 * (acceleration + 1j * G)
+    arm = 0.2 * np.exp(1j * second)  # from the weld to the mass centre of the second rod
+    twist = 1.5 * 0.4**2 / 12 * bend + (arm.conj() * force).imag
+    allowed = FOLLOWS * accuracy * np.max(np.abs(force))
+    np.testing.assert_allclose(complex_force(run, "weld"), force, atol=allowed)
+    np.testing.assert_allclose(run.reactions["weld"].moment, twist, atol=allowed * 0.4)
+    assert run.reactions["weld"].determined.all()
+
+
+@ENGINES
+def test_a_prismatic_joint_pushes_across_its_line_and_holds_the_collar_straight(engine, accuracy):
+    one = collar_on_a_turning_rod()
+    run = engine.run(one.scene, accuracy=accuracy)
+    told = one.exact(run.times)
+    (turn, rate), (way, speed) = told["turn"], told["way"]
+    offset = 0.06 + 0.09j  # of the collar's mass centre from the guided point, ahead and aside; 0.7 kg, 0.02 kg m2
+    line = np.exp(1j * (turn + 0.3))
+    place = way + offset
+    # Angular momentum gives the rod's acceleration, once across the line it is known: two unknowns, two equations.
+    whole = 2.0 / 3 + 0.02 + 0.7 * np.abs(place) ** 2
+    cross = -0.7 * offset.imag  # place x line direction, times mass
+    right = -0.7 * 2 * place.real * speed * rate, 0.7 * place.real * rate**2
+    bend = (right[0] - cross * right[1] / 0.7) / (whole - cross**2 / 0.7)
+    growth = (right[1] - cross * bend) / 0.7
+    acceleration = (growth + 2j * rate * speed + (1j * bend - rate**2) * place) * line
+    force = 0.7 * acceleration
+    twist = 0.02 * bend + ((offset * line).conj() * force).imag
+    allowed = FOLLOWS * accuracy * np.max(np.abs(force))
+    np.testing.assert_allclose((force / line).real, 0.0, atol=1e-9)  # of the formulas above: nothing along the line
+    np.testing.assert_allclose(complex_force(run, "bore"), force, atol=allowed)
+    np.testing.assert_allclose(run.reactions["bore"].moment, twist, atol=allowed)
+
+
+# --- gears and racks --------------------------------------------------------------------------------------------------
+
+
+@ENGINES
+def test_teeth_turn_the_second_wheel_and_hold_the_first_back_by_the_ratio(engine, accuracy):
+    run = engine.run(geared_wheels().scene, accuracy=accuracy)
+    # 0.6 N m on the first; 0.04 kg m2 and 0.3 kg m2, the ratio -0.5.
+    bend = 0.6 / (0.04 + 0.25 * 0.3)
+    teeth = run.reactions["teeth"]
+    # A constant moment: only rounding is left.
+    np.testing.assert_allclose(teeth.moment, 0.3 * -0.5 * bend, rtol=1e-12)
+    np.testing.assert_allclose(0.6 + 0.5 * teeth.moment, 0.04 * bend, rtol=1e-12)
+    np.testing.assert_allclose(teeth.force, 0.0, atol=1e-12)
+    assert all(reaction.determined.all() for reaction in run.reactions.values())
+
+
+def test_a_rack_pulls_along_its_direction_and_its_guide_pushes_across():
+    run = MultibodyEngine().run(falling_rack().scene, accuracy=1e-10)
+    # 2 kg at 1.2 rad, a pinion of 0.03 kg m2 and 0.1 m.
+    along, weight = np.exp(1.2j), 2.0 * G
+    pull = weight * math.sin(1.2) * (1 - 1 / (1 + 0.03 / (2.0 * 0.1**2)))
+    # A constant force: only rounding is left.
+    np.testing.assert_allclose(complex_force(run, "teeth"), pull * along, rtol=1e-11)
+    np.testing.assert_allclose(complex_force(run, "guide"), 1j * along * weight * math.cos(1.2), rtol=1e-11)
+
+
+# --- beams ------------------------------------------------------------------------------------------------------------
+
+
+def beam(*, speed: float = 0.0, load: float = 0.0) -> Scene:
+    """A beam of 2 m and 10 kg on two level supports at -0.8 m and +0.6 m, with a bead of 3 kg that runs along it.
+
+    A load (N) presses down at +0.9 m.
+    """
+    press = Force(name="load", point=on("beam", 0.9), x=Program(), y=Program(values=(-load,)))
+    return make_scene(
+        bodies=[rod("beam", 10.0, 2.0), bead("bead", 3.0)],
+        joints=[
+            Slider(name="left", first=fixed(), second=on("beam", -0.8), angle=0.0),
+            Slider(name="right", first=fixed(), second=on("beam", 0.6), angle=0.0),
+            Slider(name="top", first=on("beam"), second=on("bead"), angle=0.0),
+        ],
+        readings=[x_of("beam"), x_of("bead", "bead_x")],
+        sketch=[(0.0, 0.0, 0.0), (-0.4, 0.0, 0.0)],
+        loads=[press] if load else [],
+        rates={"bead_x": speed, "x": 0.0},
+        size=2.0,
+    )
+
+
+@ENGINES
+@pytest.mark.parametrize(("speed", "load"), [(0.0, 0.0), (0.0, 50.0), (0.7, 50.0)], ids=["rest", "load", "running"])
+def test_a_beam_rests_on_two_supports_as_levers_do(engine, accuracy, speed, load):
+    run = engine.run(beam(speed=speed, load=load), accuracy=accuracy)
+    bead_at = -0.4 + speed * run.times
+    # Moments about the left support: beam, bead, load.
+    right = (10.0 * G * 0.8 + 3.0 * G * (bead_at + 0.8) + load * 1.7) / 1.4
+    left = 13.0 * G + load - right
+    for name, expected in (("left", left), ("right", right), ("top", np.full_like(left, 3.0 * G))):
+        # Nothing moves but at a constant speed, so only rounding is left; a pushing guide has no moment.
+        np.testing.assert_allclose(run.reactions[name].force[:, 1], expected, rtol=1e-12)
+        np.testing.assert_allclose(run.reactions[name].force[:, 0], 0.0, atol=1e-12)
+        np.testing.assert_allclose(run.reactions[name].moment, 0.0, atol=1e-11)
+        assert run.reactions[name].determined.all()
+    assert run.mobility == 2
+
+
+# --- redundant structures ---------------------------------------------------------------------------------------------
+
+LINK, SPREAD = 0.5, (-0.3, 0.1, 0.4)
+
+
+def table_on_links(count: int) -> Case:
+    """A table of 4 kg on parallel links of 0.5 m that hang it from above, and a mass of 1 kg on a link below it."""
+    start = 0.6
+    down = LINK * math.sin(start), -LINK * math.cos(start)
+    links = [
+        Distance(name=f"link {k}", first=fixed(x), second=on("table", x), length=LINK)
+        for k, x in enumerate(SPREAD)
+        if k < count
+    ]
+    hanger = Distance(name="hanger", first=on("table", 0.2), second=on("bob"), length=0.4)
+    scene = make_scene(
+        bodies=[turning("table", 4.0, 0.3), bead("bob", 1.0)],
+        joints=[*links, hanger],
+        readings=[x_of("table"), y_of("table"), x_of("bob", "bob_x")],
+        sketch=[(*down, 0.0), (down[0] + 0.2, down[1] - 0.4, 0.0)],
+        size=LINK,
+    )
+    return Case(scene=scene, exact=lambda times: {})
+
+
+@ENGINES
+def test_a_third_parallel_link_changes_no_motion_and_leaves_three_forces_open(engine, accuracy):
+    runs = [engine.run(table_on_links(count).scene, accuracy=accuracy) for count in (2, 3)]
+    # The accuracy of each, in metres and radians.
+    np.testing.assert_allclose(runs[0].poses, runs[1].poses, atol=2 * accuracy)
+    two, three = (run.reactions for run in runs)
+    assert all(reaction.determined.all() for reaction in two.values())
+    assert {name: bool(reaction.determined.any()) for name, reaction in three.items()} == {
+        "link 0": False,
+        "link 1": False,
+        "link 2": False,
+        "hanger": True,
+    }
+    assert three["hanger"].determined.all()
+    assert runs[0].mobility == runs[1].mobility == 2
+    # What all links do together is settled: force, and moment about the table's mass centre.
+    allowed = FOLLOWS * accuracy * np.max(two["link 0"].size)
+    for reactions in (two, three):
+        links = [(reaction, SPREAD[int(name[-1])]) for name, reaction in reactions.items() if name != "hanger"]
+        together = sum(reaction.force for reaction, _ in links)
+        about = sum(x * reaction.force[:, 1] for reaction, x in links)
+        if reactions is two:
+            expected, expected_about = together, about
+        np.testing.assert_allclose(together, expected, atol=allowed)
+        np.testing.assert_allclose(about, expected_about, atol=allowed)
+    np.testing.assert_allclose(two["hanger"].force, three["hanger"].force, atol=allowed)
+
+
+def door(hinges: int) -> Scene:
+    """A rod on one hinge or two on the same axis, with another rod hung from its end."""
+    pins = [Pin(name=f"hinge {k}", first=fixed(), second=on("door", -0.4)) for k in range(hinges)]
+    return make_scene(
+        bodies=[rod("door", 2.0, 0.8), rod("tail", 1.0, 0.5)],
+        joints=[*pins, Pin(name="knee", first=on("door", 0.4), second=on("tail", -0.25))],
+        readings=[angle_of("door"), angle_of("tail")],
+        sketch=[(0.4, 0.0, 0.0), (0.8, -0.25, -math.pi / 2)],
+        size=0.8,
+        duration=0.5,
+        every=0.05,
+    )
+
+
+@ENGINES
+def test_a_door_on_two_hinges_swings_as_on_one(engine, accuracy):
+    runs = [engine.run(door(hinges), accuracy=accuracy) for hinges in (1, 2)]
+    np.testing.assert_allclose(runs[0].poses, runs[1].poses, atol=2 * accuracy)
+    one, two = (run.reactions for run in runs)
+    determined = {name: (reaction.determined.all(), reaction.determined.any()) for name, reaction in two.items()}
+    assert determined == {"hinge 0": (False, False), "hinge 1": (False, False), "knee": (True, True)}
+    assert all(reaction.determined.all() for reaction in one.values())
+    allowed = FOLLOWS * accuracy * np.max(one["hinge 0"].size)
+    np.testing.assert_allclose(two["hinge 0"].force + two["hinge 1"].force, one["hinge 0"].force, atol=allowed)
+    np.testing.assert_allclose(two["knee"].force, one["knee"].force, atol=allowed)
+
+
+# --- Newton's laws ----------------------------------------------------------------------------------------------------
+
+
+def loads_on(run: Trajectory, body: str):
+    """Force (n,) as complex numbers and moment (n,) about the mass centre, of all joints on one body."""
+    mechanism = run.scene.part.mechanism
+    poses = run.poses[:, mechanism.body_index(body)]
+    force, moment = np.zeros(len(run.times), dtype=complex), np.zeros(len(run.times))
+    for joint in mechanism.joints:
+        acting = complex_force(run, joint.name)
+        for point, sign in ((joint.second, 1.0), (joint.first, -1.0)):
+            if point.body == body:
+                # Both ends feel the force where the second one is.
+                arm = place_of(run, joint.second) - (poses[:, 0] + 1j * poses[:, 1])
+                force += sign * acting
+                moment += sign * ((arm.conj() * acting).imag + run.reactions[joint.name].moment)
+    return force, moment
+
+
+def place_of(run: Trajectory, point: Point):
+    """Where a point is (n,), as complex numbers."""
+    if point.body == GROUND:
+        return np.full(len(run.times), complex(point.x, point.y))
+    pose = run.poses[:, run.scene.part.mechanism.body_index(point.body)]
+    return pose[:, 0] + 1j * pose[:, 1] + complex(point.x, point.y) * np.exp(1j * pose[:, 2])
+
+
+@ENGINES
+def test_forces_on_every_bar_of_the_chain_make_its_acceleration(engine, accuracy):
+    scene = library.load("four_bar_chain")
+    times = np.linspace(0.0, 0.5, 51)
+    run = engine.run(scene, times=times, accuracy=accuracy)
+    angle, rate = run.readings["crank_angle"], run.rates["crank_angle"]
+    # Bars of 1 m and 1 kg, three cranks in parallel and two couplers: J = 3/3 + 2, and the weight's moment 3/2 + 2.
+    bend = -3.5 * scene.gravity * np.cos(angle) / 3.0
+    end = (1j * bend - rate**2) * np.exp(1j * angle)  # acceleration of the cranks' ends
+    allowed = FOLLOWS * accuracy * max(reaction.size.max() for reaction in run.reactions.values())
+    for name in ("first crank", "middle crank", "last crank", "first coupler", "second coupler"):
+        force, moment = loads_on(run, name)
+        crank = "crank" in name
+        np.testing.assert_allclose(force - 1j * scene.gravity, end * (0.5 if crank else 1.0), atol=allowed)
+        np.testing.assert_allclose(moment, bend / 12 if crank else 0.0 * bend, atol=allowed)
+    # And the ground bears the weight of all, less what accelerates.
+    held = sum(complex_force(run, joint) for joint in run.reactions if joint.startswith("pin of ground"))
+    np.testing.assert_allclose(held, 5j * scene.gravity + 3.5 * end, atol=3 * allowed)
+    assert all(reaction.determined.all() for reaction in run.reactions.values())
+
+
+@ENGINES
+def test_links_joined_with_the_ground_second_act_on_the_ground(engine, accuracy):
+    scene = make_scene(
+        bodies=[bead("lamp", 2.0)],
+        joints=[Distance(name="cord", first=on("lamp"), second=fixed(0.0, 1.0), length=0.6)],
+        readings=[y_of("lamp"), x_of("lamp")],
+        sketch=[(0.0, 0.4, 0.0)],
+    )
+    run = engine.run(scene, accuracy=accuracy)
+    # At rest: the ground is the second body, and the lamp pulls it down by its weight.
+    np.testing.assert_allclose(run.reactions["cord"].force, np.tile([0.0, -2.0 * G], (len(run.times), 1)), atol=1e-12)

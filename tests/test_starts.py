@@ -1,0 +1,144 @@
+"""How scenes start: guesses are closed, values and rates met, and what cannot start is refused in a sentence."""
+
+from __future__ import annotations
+
+import math
+import tomllib
+
+import numpy as np
+import pytest
+
+import governor_mechanism as gm
+from governor_mechanism.reading import scene_from_document
+from governor_mechanism.statics import starting_state
+
+FOUR_BAR = """
+machine = "custom"
+[ground]
+A = [0, 0]
+D = ["400 mm", 0]
+[[body]]
+name = "crank"
+mass = "1 kg"
+rod = { length = "100 mm" }
+angle = "60 deg"
+[[body]]
+name = "coupler"
+mass = "1 kg"
+rod = { length = "350 mm" }
+at = ["50 mm", "87 mm"]
+angle = "20 deg"
+[[body]]
+name = "rocker"
+mass = "1 kg"
+rod = { length = "250 mm" }
+at = ["400 mm", 0]
+angle = "95 deg"
+[[joint]]
+type = "pin"
+name = "A"
+first = "ground.A"
+second = "crank.start"
+[[joint]]
+type = "pin"
+name = "B"
+first = "crank.end"
+second = "coupler.start"
+[[joint]]
+type = "pin"
+name = "C"
+first = "coupler.end"
+second = "rocker.end"
+[[joint]]
+type = "pin"
+name = "D"
+first = "ground.D"
+second = "rocker.start"
+[effects]
+gravity = true
+[run]
+duration = "0.2 s"
+[readings]
+crank_angle = { angle = "crank" }
+rocker_angle = { angle = "rocker" }
+"""
+
+DRIVE = """
+[[joint]]
+type = "driven_turn"
+name = "{name}"
+first = "ground"
+second = "{body}"
+rate = "{rate}"
+"""
+
+
+def scene(*more, text=FOUR_BAR):
+    return scene_from_document(tomllib.loads(text + "".join(more)), "linkage.toml")
+
+
+def test_a_guess_is_closed_and_the_run_says_by_how_much_it_was_open():
+    made = scene()
+    run = gm.run(made, engine="multibody")
+    assert run.outcome.ok
+    assert run.mobility == 1
+    assert len(run.notes) == 1
+    assert "was a guess: joint 'C' was open by" in run.notes[0]
+    assert run.joint_gap[0] < 1e-14
+    assert np.all(run.rates["crank_angle"][:1] == 0.0)
+
+
+def test_start_values_and_rates_are_met():
+    made = scene('[start]\ncrank_angle = "75 deg"\ncrank_rate = "3 rad/s"\n')
+    run = gm.run(made, engine="multibody")
+    assert run.readings["crank_angle"][0] == pytest.approx(math.radians(75), abs=1e-13)
+    assert run.rates["crank_angle"][0] == pytest.approx(3.0, abs=1e-12)
+    assert run.notes == ()  # what was asked for is no guess
+
+
+@pytest.mark.parametrize(
+    ("more", "text", "sentence"),
+    [
+        (['[start]\ncrank_angle = "75 deg"\nrocker_angle = "80 deg"\n'], FOUR_BAR, "joint .* stays open by"),
+        (
+            ['[start]\ncrank_angle = "75 deg"\ncrank_rate = 1\nrocker_rate = 1\n'],
+            FOUR_BAR,
+            "contradict each other there|contradicts joints",
+        ),
+        ([], FOUR_BAR.replace('"350 mm"', '"150 mm"'), "cannot be assembled: joint '[ABCD]' stays open by 0.0"),
+        (
+            [
+                DRIVE.format(name="one", body="crank", rate="60 rpm"),
+                DRIVE.format(name="two", body="rocker", rate="1 rpm"),
+            ],
+            FOUR_BAR,
+            r"drives \['one', 'two'\] contradict each other or the joints: the joints leave mobility 1, and of 2 drives only 1",
+        ),
+        (['[[link]]\nfirst = "ground.D"\nsecond = "crank.end"\n'], FOUR_BAR, "joints leave mobility 0"),
+        (
+            [DRIVE.format(name="motor", body="crank", rate="60 rpm"), "[start]\ncrank_rate = 1\n"],
+            FOUR_BAR,
+            "contradict",
+        ),
+    ],
+    ids=["two values", "two rates", "too short", "two drives", "rigid", "rate against drive"],
+)
+def test_what_cannot_start_is_refused(more, text, sentence, tmp_path):
+    path = tmp_path / "linkage.toml"
+    path.write_text(text + "".join(more), encoding="utf-8")
+    with pytest.raises(gm.MechanismError, match=sentence) as refusal:
+        gm.load(path)
+    assert all(problem.startswith(str(path)) for problem in refusal.value.problems)
+
+
+def test_the_same_linkage_in_millimetres_starts_the_same():
+    metres, _ = starting_state(scene('[start]\ncrank_angle = "75 deg"\n'))
+    larger = FOUR_BAR.replace(" mm", " m")
+    millimetres, _ = starting_state(scene('[start]\ncrank_angle = "75 deg"\n', text=larger))
+    np.testing.assert_allclose(millimetres / [1e3, 1e3, 1.0], metres, atol=1e-13)
+
+
+def test_an_equilibrium_is_for_mobility_one():
+    made = scene('[start]\ncrank_angle = "equilibrium"\n')
+    with pytest.raises(gm.MechanismError, match="travel of 'crank_angle' is not known"):
+        starting_state(made)
