@@ -105,14 +105,11 @@ def test_start_values_and_rates_are_met():
             FOUR_BAR,
             "contradict each other there|contradicts joints",
         ),
-        ([], FOUR_BAR.replace('"350 mm"', '"150 mm"'), "cannot be assembled: joint '[ABCD]' stays open by 0.0"),
+        ([], FOUR_BAR.replace('"350 mm"', '"40 mm"'), "cannot be assembled: joint '[ABCD]' stays open by 0.0"),
         (
-            [
-                DRIVE.format(name="one", body="crank", rate="60 rpm"),
-                DRIVE.format(name="two", body="rocker", rate="1 rpm"),
-            ],
+            [DRIVE.format(name=name, body=name, rate="60 rpm") for name in ("crank", "rocker")],
             FOUR_BAR,
-            r"drives \['one', 'two'\] contradict each other or the joints: the joints leave mobility 1, and of 2 drives only 1",
+            r"drives \['crank', 'rocker'\] contradict .* the joints leave mobility 1, and of 2 drives only 1 find",
         ),
         (['[[link]]\nfirst = "ground.D"\nsecond = "crank.end"\n'], FOUR_BAR, "joints leave mobility 0"),
         (

@@ -59,7 +59,9 @@ class Energy:
 class Reaction:
     """What a joint does to its second body, at its second point, at each reported time.
 
-    force (n, 2) N along the plane's x and y; moment (n,) N m, anticlockwise. The first body takes the opposite.
+    force (n, 2) N along the plane's x and y; moment (n,) N m, anticlockwise. The first body takes the opposite force at
+    that point, but for gears and racks, whose first body takes a moment of its own: -ratio times the second's, or
+    radius times the force along the rack.
     determined (n,): whether rigid bodies settle it; False where joints are redundant, and one choice of many is given.
     """
 

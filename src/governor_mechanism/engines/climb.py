@@ -14,7 +14,8 @@ from governor_mechanism.engines.chipmunk import Assembly
 from governor_mechanism.engines.clock import Clock
 from governor_mechanism.engines.grid import Grid, make_grid
 from governor_mechanism.engines.march import March, march
-from governor_mechanism.engines.report import Finding, Report, Reporter, State
+from governor_mechanism.engines.report import Finding, Report, Reporter
+from governor_mechanism.engines.state import State
 from governor_mechanism.equations.points import Array, Whole
 from governor_mechanism.equations.projection import Projector
 from governor_mechanism.scene import Scene

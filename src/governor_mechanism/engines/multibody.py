@@ -16,7 +16,8 @@ from governor_mechanism.engines.base import Engine, Task
 from governor_mechanism.engines.dop853 import COUNTS, DONE, STALLED, STIFF, integrate
 from governor_mechanism.engines.grid import make_grid
 from governor_mechanism.engines.independent import Implicit
-from governor_mechanism.engines.report import Finding, Report, Reporter, State
+from governor_mechanism.engines.report import Finding, Report, Reporter
+from governor_mechanism.engines.state import State
 from governor_mechanism.equations.compiled import announce
 from governor_mechanism.equations.motion import EXTRA, inertia_about_spindle, project
 from governor_mechanism.equations.points import Array
@@ -144,7 +145,7 @@ class Follower:
     def followed(self, tolerance: float) -> Followed:
         """One run."""
         self.runs += 1
-        states, code, step = self._integrate(tolerance)
+        states, code, step = self.stepped(tolerance)
         every = self._state(states)
         kept, ended, detail = len(every.times), None, ""
         outside = self.reporter.first_outside(every.poses)
@@ -197,7 +198,7 @@ class Follower:
         return np.concatenate([poses.ravel(), velocities.ravel(), extra])
 
     def _between(self, best: Followed, k: int, time: float) -> tuple[Array, Array] | None:
-        """Poses and velocities of mass centres at a time (s) after station k, integrated from there, if it gets there."""
+        """Poses and velocities of mass centres at a time (s) after station k, integrated from there, or None."""
         start = float(self.grid.stations[k])
         state, counts = best.rows[k].copy(), np.zeros(COUNTS, dtype=np.int64)
         step, none = 0.01 * self.reporter.time_scale, np.empty((0, best.rows.shape[1]))
@@ -226,7 +227,7 @@ class Follower:
         spindle = np.stack([states[:, -2], speed], axis=-1)
         return State(times=times, poses=poses, velocities=velocities, work=states[:, -EXTRA], spindle=spindle)
 
-    def _integrate(self, tolerance: float) -> tuple[Array, int, float]:
+    def stepped(self, tolerance: float) -> tuple[Array, int, float]:
         """States (stations reached, numbers), how the integration ended, and the last step (s)."""
         stations, state = self.grid.stations, self.start.copy()
         found = np.empty((len(stations), state.size))

@@ -9,7 +9,8 @@ from governor_mechanism.equations.assembly import INDEPENDENT
 from governor_mechanism.equations.constraints import JointEquations
 from governor_mechanism.equations.dynamics import Dynamics
 from governor_mechanism.equations.points import Array
-from governor_mechanism.equations.system import row_owners
+from governor_mechanism.equations.system import lever_pin, row_owners
+from governor_mechanism.joints import Joint
 from governor_mechanism.mechanism import Mechanism
 from governor_mechanism.trajectory import Reaction
 
@@ -28,10 +29,21 @@ def reactions(mechanism: Mechanism, poses: Array, found: Dynamics) -> dict[str, 
     for index, joint in enumerate(mechanism.joints):
         mine = owner == index
         forces = found.forces[:, mine].sum(axis=1)
+        forces[:, :2] += _carried_by_pin(mechanism, joint, found)
         result[joint.name] = Reaction(
             force=forces[:, :2], moment=forces[:, 2], determined=~loose[:, index] & bool(mine.any())
         )
     return result
+
+
+def _carried_by_pin(mechanism: Mechanism, joint: Joint, found: Dynamics) -> Array:
+    """What a lever's pin gives its mass beside what the equations about the pin tell: (n, 2) N on the second body."""
+    total = np.zeros((len(found.accelerations), 2))
+    for point, sign in ((joint.second, 1.0), (joint.first, -1.0)):
+        index = mechanism.body_index(point.body)
+        if index >= 0 and lever_pin(mechanism, mechanism.bodies[index]) is joint:
+            total += sign * mechanism.bodies[index].mass * found.accelerations[:, index, :2]
+    return total
 
 
 def _undetermined(mechanism: Mechanism, poses: Array, independence: Array) -> NDArray[np.bool_]:

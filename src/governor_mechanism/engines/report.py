@@ -3,21 +3,21 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
-from itertools import pairwise
 from typing import Any
 
 import numpy as np
-from scipy.interpolate import make_interp_spline
 
 from governor_mechanism.engines.events import Between, Stations, find_events
 from governor_mechanism.engines.reactions import reactions
 from governor_mechanism.engines.scales import time_scale
+from governor_mechanism.engines.state import State
+from governor_mechanism.engines.work import work_between
 from governor_mechanism.equations.applied import potential as spring_potential
 from governor_mechanism.equations.assembly import Assembler
 from governor_mechanism.equations.constraints import JointEquations
 from governor_mechanism.equations.dynamics import dynamics
 from governor_mechanism.equations.forces import free_spindle_speed, height_energy, spindle_inertia, spindle_inertia_rate
-from governor_mechanism.equations.points import Array, Whole
+from governor_mechanism.equations.points import Array
 from governor_mechanism.equations.readings import measure, reading_value
 from governor_mechanism.equations.timing import SpeedProgram, TimeCurve
 from governor_mechanism.joints import DrivenSlide, DrivenTurn
@@ -28,31 +28,6 @@ from governor_mechanism.statics import assembly_notes
 from governor_mechanism.trajectory import Cost, Energy, Outcome, Trajectory
 
 UNITS = {"angle": "rad", "length": "m"}
-
-
-@dataclass(frozen=True, kw_only=True)
-class State:
-    """What an engine found at n times: poses and velocities (n, bodies, 3), work (n,) J, spindle (n, 2).
-
-    work is what changes of a given spindle speed have put in, less what drives, loads and torque have; spindle holds
-    the angle (rad) and speed (rad/s) of the spindle.
-    """
-
-    times: Array
-    poses: Array
-    velocities: Array
-    work: Array
-    spindle: Array
-
-    def at(self, which: slice | Whole) -> State:
-        """The state at some of the times."""
-        parts = (self.times, self.poses, self.velocities, self.work, self.spindle)
-        times, poses, velocities, work, spindle = (part[which] for part in parts)
-        return State(times=times, poses=poses, velocities=velocities, work=work, spindle=spindle)
-
-    def first(self, count: int) -> State:
-        """The state at the first so many times."""
-        return self.at(slice(count))
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -182,12 +157,7 @@ class Reporter:
         loads = any(not isinstance(load, Spring | TorsionSpring) for load in self.mechanism.loads)
         if not (drives or loads or self.free) or len(stations.times) < 2:
             return None
-        times = stations.times
-        sides = [
-            dynamics(self.scene, at, stations.poses, stations.velocities, stations.spindle[:, 1]).power
-            for at in (times, np.nextafter(times, -np.inf))
-        ]
-        return -_integral(times, *sides)
+        return -work_between(self.scene, stations, self.spindle_speeds)
 
     def gap(self, poses: Array, times: Array) -> Array:
         """Widest joint opening (...) m at times (...) s."""
@@ -269,19 +239,6 @@ class Reporter:
             jacobi=kinetic + potential + (rotation if self.free else -rotation) + state.work,
             scale=self.energy_scale,
         )
-
-
-def _integral(times: Array, after: Array, before: Array) -> Array:
-    """The integral (n,) from the first time on of what may jump at any time: smooth from one jump to the next."""
-    total = np.zeros(len(times))
-    jumps = np.abs(after - before) > 1e-9 * np.max(np.abs(after), initial=1e-300)
-    knots = np.unique(np.concatenate([[0], np.flatnonzero(jumps), [len(times) - 1]]))
-    for first, last in pairwise(knots.tolist()):
-        values = np.append(after[first:last], before[last])
-        curve = make_interp_spline(times[first : last + 1], values, k=min(3, last - first))
-        total[first + 1 : last + 1] = total[first] + curve.antiderivative()(times[first + 1 : last + 1])
-        total[last + 1 :] = total[last]
-    return total
 
 
 def _largest(first: Array, second: Array) -> float:

@@ -130,19 +130,30 @@ def _moved(by: Array, poses: Array, velocities: Array) -> tuple[Array, Array]:
 
 
 def lever_origin(mechanism: Mechanism, body: Body) -> tuple[float, float]:
-    """From where a body's coordinates are counted, in its own axes (m): the pin of a lever, else the mass centre.
+    """From where a body's coordinates are counted, in its own axes (m): the pin of a lever, else the mass centre."""
+    pin = lever_pin(mechanism, body)
+    if pin is None:
+        return (0.0, 0.0)
+    own = pin.first if pin.first.body == body.name else pin.second
+    return own.x, own.y
+
+
+def lever_pin(mechanism: Mechanism, body: Body) -> Pin | None:
+    """The pin of a lever; None for other bodies. Raises MechanismError for a body that has no inertia to turn with.
 
     A lever is a body whose mass is in one point and that a pin holds to the ground: about that pin it has inertia. The
-    pin stands still, so the mass's coupling between turning and moving never acts.
+    pin stands still, so the mass's coupling between turning and moving never acts on the motion.
     """
     if not body.turns or body.moments.xx + body.moments.yy > 0:
-        return (0.0, 0.0)
+        return None
     for joint in mechanism.joints:
         ends = {joint.first.body: joint.first, joint.second.body: joint.second}
         if isinstance(joint, Pin) and set(ends) == {GROUND, body.name}:
-            return (ends[body.name].x, ends[body.name].y)
+            own = ends[body.name]
+            if own.x != 0.0 or own.y != 0.0:
+                return joint
     raise MechanismError(
-        f"body {body.name!r} cannot turn: its mass is in one point, and no pin joins it to ground; "
+        f"body {body.name!r} cannot turn: its mass is in one point, and no pin beside that point joins it to ground; "
         "give it second moments, or turns=False"
     )
 

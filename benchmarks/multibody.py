@@ -1,0 +1,259 @@
+"""What the multibody engine costs: against one coordinate, against scipy, for long chains, and to compile.
+
+    python benchmarks/multibody.py
+"""
+
+from __future__ import annotations
+
+import math
+import os
+import subprocess
+import sys
+import tempfile
+import time
+from collections.abc import Callable
+from dataclasses import replace
+from typing import Any
+
+import numpy as np
+from numba import njit
+from numpy.typing import NDArray
+from scipy.integrate import solve_ivp
+
+import governor_mechanism as gm
+from governor_mechanism.engines import MultibodyEngine
+from governor_mechanism.engines.dop853_tableau import ERROR_3, ERROR_5, STAGES, WEIGHTS
+from governor_mechanism.joints import GROUND, Pin, Point
+from governor_mechanism.mechanism import Body, BodyAngle, Mechanism, SecondMoments
+from governor_mechanism.scene import FIXED, Part, RunSettings, Scene, Spindle, Start
+
+Array = NDArray[np.float64]
+END = 10.0
+
+
+def main() -> None:
+    """Print the tables."""
+    against_one_coordinate()
+    against_scipy()
+    long_chains()
+    compiling()
+
+
+def against_one_coordinate() -> None:
+    """Ten seconds of the Porter governor to 1e-8, by bodies and joints, and by its one-coordinate equation."""
+    scene = gm.load("porter")
+    scene = replace(scene, start=replace(scene.start, rates={"arm_angle": 0.15}))
+    true = one_coordinate(1e-14)
+    target = 1e-8
+    hand = next(t for t in 10.0 ** -np.arange(5.0, 14.0, 0.25) if abs(one_coordinate(t)[0] - true[0]) < target)
+    engines = (MultibodyEngine(tolerance=t) for t in 10.0 ** -np.arange(5.0, 14.0, 0.25))
+    engine = next(e for e in engines if abs(ended(e, scene) - true[0]) < target)
+    seconds = shortest(lambda: one_coordinate(hand))
+    whole = shortest(lambda: gm.run(scene, "multibody", accuracy=target, times=[END]))
+    single = engine.run(scene, times=np.array([END]), certify=False)
+    single_seconds = shortest(lambda: engine.run(scene, times=np.array([END]), certify=False))
+    print("| Porter governor, 10 s, true error 1e-8 | ms | ratio |\n|---|---|---|")
+    print(f"| one-coordinate equation, compiled by hand | {seconds * 1e3:.3f} | 1 |")
+    stepped = min(run_cost(engine, scene) for _ in range(20))
+    print(f"| bodies and joints, stepping alone | {stepped * 1e3:.2f} | {stepped / seconds:.0f} |")
+    print(f"| the same run with readings, joint forces, events | {single_seconds * 1e3:.1f} | |")
+    print(f"| asked for 1e-8, certified, all of it | {whole * 1e3:.1f} | |")
+    evaluations = single.cost.evaluations["equations of motion"]
+    print(f"\n{stepped / evaluations * 1e6:.2f} µs an evaluation of the equations of motion (target: ratio at most 100)\n")
+
+
+def ended(engine: MultibodyEngine, scene: Scene) -> float:
+    """The arm angle at the end of one run."""
+    return float(engine.run(scene, times=np.array([END]), certify=False).readings["arm_angle"][-1])
+
+
+def run_cost(engine: MultibodyEngine, scene: Scene) -> float:
+    """Seconds of the integration alone."""
+    from governor_mechanism.engines.base import Task
+    from governor_mechanism.engines.multibody import Follower
+
+    task = Task(times=np.array([END]), accuracy=1e-8, certify=False, reason="")
+    follower = Follower(engine, scene, task)
+    follower.compile()
+    started = time.perf_counter()
+    follower.stepped(engine.tolerance or 1e-10)
+    return time.perf_counter() - started
+
+
+def shortest(work: Callable[[], Any], repeats: int = 7) -> float:
+    """The shortest time of several runs after one to warm up (s)."""
+    work()
+    times = []
+    for _ in range(repeats):
+        started = time.perf_counter()
+        work()
+        times.append(time.perf_counter() - started)
+    return min(times)
+
+
+@njit  # type: ignore[misc]
+def bend(angle: float, rate: float) -> float:
+    """Zehnder's governor of the scene `porter`: I a'' + I' a'^2 / 2 + V' - J' w^2 / 2 = 0, with its numbers in."""
+    arm, offset, ball, sleeve, g, w = 0.3, 0.04, 5.0, 20.0, 9.81, 4 * math.pi
+    s, c = math.sin(angle), math.cos(angle)
+    inertia = 2 * ball * arm**2 + 4 * sleeve * arm**2 * s * s
+    growth = 8 * sleeve * arm**2 * s * c
+    pull = 2 * arm * g * s * (ball + sleeve)
+    out = 2 * ball * (offset + arm * s) * arm * c * w * w
+    return (out - pull - 0.5 * growth * rate * rate) / inertia
+
+
+@njit  # type: ignore[misc]
+def one_coordinate(tolerance: float) -> tuple[float, float]:
+    """Angle and rate at the end, by DOP853 with error control."""
+    y, t, h = np.array([math.radians(40.0), 0.15]), 0.0, 0.01
+    k, trial = np.zeros((13, 2)), np.empty(2)
+    k[0, 0], k[0, 1] = y[1], bend(y[0], y[1])
+    while t < END:
+        h = min(h, END - t)
+        for stage in range(1, 13):
+            for i in range(2):
+                total = 0.0
+                for m in range(stage):
+                    total += (STAGES[stage, m] if stage < 12 else WEIGHTS[m]) * k[m, i]
+                trial[i] = y[i] + h * total
+            k[stage, 0], k[stage, 1] = trial[1], bend(trial[0], trial[1])
+        fifth = third = 0.0
+        for i in range(2):
+            five = three = 0.0
+            for m in range(13):
+                five += ERROR_5[m] * k[m, i]
+                three += ERROR_3[m] * k[m, i]
+            fifth += five * five
+            third += three * three
+        error = 1e-30 + h * fifth / (math.sqrt((fifth + 0.01 * third) * 2) + 1e-300) / tolerance
+        if error <= 1.0:
+            t += h
+            y[:] = trial
+            k[0] = k[12]
+        h *= min(6.0, max(0.2, 0.9 * error**-0.125))
+    return y[0], y[1]
+
+
+def against_scipy() -> None:
+    """Andrews' squeezing mechanism to 1e-9: this engine, and scipy's DOP853 with a right-hand side in numpy."""
+    scene = gm.load("andrews_squeezer")
+    slope, start = numpy_right_hand_side(scene)
+
+    def by_scipy(tolerance: float) -> Array:
+        found = solve_ivp(slope, (0.0, 0.03), start, method="DOP853", rtol=tolerance, atol=tolerance)
+        angles: Array = found.y[:21, -1].reshape(7, 3)[:, 2]
+        return angles
+
+    true = gm.run(scene, "multibody", accuracy=1e-11, times=[0.03]).poses[-1, :, 2]
+    tolerance = next(t for t in 10.0 ** -np.arange(7.0, 14.0) if np.max(np.abs(by_scipy(t) - true)) < 1e-9 * 15.8)
+    theirs = shortest(lambda: by_scipy(tolerance), 2)
+    engines = (MultibodyEngine(tolerance=t) for t in 10.0 ** -np.arange(6.0, 14.0, 0.5))
+    times = np.array([0.03])
+    engine = next(
+        e
+        for e in engines
+        if np.max(np.abs(e.run(scene, times=times, certify=False).poses[-1, :, 2] - true)) < 1e-9 * 15.8
+    )
+    ours = shortest(lambda: engine.run(scene, times=times, certify=False))
+    certified = shortest(lambda: gm.run(scene, "multibody", accuracy=1e-9, times=[0.03]))
+    print("| Andrews' squeezing mechanism, 0.03 s, 1e-9 | ms | times faster |\n|---|---|---|")
+    print(f"| scipy DOP853, right-hand side in numpy | {theirs * 1e3:.0f} | 1 |")
+    print(f"| engine multibody, one run | {ours * 1e3:.1f} | {theirs / ours:.0f} (target 20) |")
+    print(f"| engine multibody, certified | {certified * 1e3:.1f} | {theirs / certified:.0f} |\n")
+
+
+def numpy_right_hand_side(scene: Scene) -> tuple[Callable[[float, Array], Array], Array]:
+    """Newton's equations of seven bodies and ten pins, with multipliers, as one writes them in numpy."""
+    mechanism = scene.part.mechanism
+    run = MultibodyEngine().run(scene, times=np.array([0.0, 1e-6]))
+    mass = np.array([[b.mass, b.mass, b.moments.xx + b.moments.yy] for b in mechanism.bodies]).ravel()
+    ends = [(mechanism.body_index(p.body), p.x, p.y) for j in mechanism.joints for p in (j.first, j.second)]
+    body, x, y = (np.array(column) for column in zip(*ends, strict=True))
+    rows = np.arange(len(ends)) // 2
+    sign = np.where(np.arange(len(ends)) % 2 == 0, -1.0, 1.0)
+    held = body >= 0
+    spring, torque = mechanism.loads
+    if not hasattr(spring, "stiffness"):
+        spring, torque = torque, spring
+    hook, fixed = (spring.second, spring.first) if spring.first.body == GROUND else (spring.first, spring.second)
+    triangle, crank = mechanism.body_index(hook.body), mechanism.body_index(torque.second)
+
+    def slope(_: float, state: Array) -> Array:
+        q, v = state[:21].reshape(7, 3), state[21:].reshape(7, 3)
+        c, s = np.cos(q[body, 2]), np.sin(q[body, 2])
+        arm_x, arm_y = c * x - s * y, s * x + c * y
+        jacobian, right = np.zeros((20, 21)), np.zeros(20)
+        k = np.flatnonzero(held)
+        jacobian[2 * rows[k], 3 * body[k]] += sign[k]
+        jacobian[2 * rows[k] + 1, 3 * body[k] + 1] += sign[k]
+        jacobian[2 * rows[k], 3 * body[k] + 2] -= sign[k] * arm_y[k]
+        jacobian[2 * rows[k] + 1, 3 * body[k] + 2] += sign[k] * arm_x[k]
+        turning = v[body[k], 2] ** 2
+        np.add.at(right, 2 * rows[k], sign[k] * turning * arm_x[k])
+        np.add.at(right, 2 * rows[k] + 1, sign[k] * turning * arm_y[k])
+        load = np.zeros((7, 3))
+        c, s = math.cos(q[triangle, 2]), math.sin(q[triangle, 2])
+        arm = np.array([c * hook.x - s * hook.y, s * hook.x + c * hook.y])
+        line = np.array([fixed.x, fixed.y]) - q[triangle, :2] - arm
+        length = math.hypot(*line)
+        pull = spring.stiffness * (length - spring.free_length) * line / length
+        load[triangle] = pull[0], pull[1], arm[0] * pull[1] - arm[1] * pull[0]
+        load[crank, 2] += torque.moment.values[0]
+        system = np.block([[np.diag(mass), jacobian.T], [jacobian, np.zeros((20, 20))]])
+        return np.concatenate([v.ravel(), np.linalg.solve(system, np.concatenate([load.ravel(), right]))[:21]])
+
+    return slope, np.concatenate([run.poses[0].ravel(), run.velocities[0].ravel()])
+
+
+def long_chains() -> None:
+    """Hanging chains of more and more rods: what an evaluation costs each rod."""
+    print("| rods in a chain | µs an evaluation | µs a rod |\n|---|---|---|")
+    for count in (5, 20, 80):
+        run = MultibodyEngine(tolerance=1e-6).run(chain(count), certify=False)
+        evaluations = run.cost.evaluations["equations of motion"]
+        each = run.cost.wall_time / evaluations * 1e6
+        print(f"| {count} | {each:.1f} | {each / count:.2f} |")
+    print()
+
+
+def chain(count: int) -> Scene:
+    """Rods of 0.1 m, pinned end to end and to the ground, let go at a slant."""
+    length, lean = 0.1, -1.2
+    bodies = tuple(Body(name=f"{k}", mass=0.1, moments=SecondMoments(xx=0.1 * length**2 / 12)) for k in range(count))
+    ends = [Point(body=GROUND), *(Point(body=body.name, x=length / 2) for body in bodies)]
+    joints = tuple(
+        Pin(name=body.name, first=end, second=Point(body=body.name, x=-length / 2))
+        for body, end in zip(bodies, ends, strict=False)
+    )
+    sketch = tuple(
+        ((k + 0.5) * length * math.cos(lean), (k + 0.5) * length * math.sin(lean), lean) for k in range(count)
+    )
+    mechanism = Mechanism(
+        bodies=bodies,
+        joints=joints,
+        readings=(BodyAngle(name="lean", quantity="angle", body="0"),),
+        coordinate="lean",
+        size=length,
+        sketch=sketch,
+    )
+    part = Part(name="chain", machine="custom", dimensions={}, mechanism=mechanism, plane=FIXED)
+    effects = gm.load("porter").effects[:1]
+    run = RunSettings(duration=0.2, every=0.1)
+    return Scene(title="chain", parts=(part,), effects=effects, spindle=Spindle(), start=Start(), run=run)
+
+
+def compiling() -> None:
+    """The first run ever, and the first of a process whose kernels are kept."""
+    code = "import governor_mechanism as gm; gm.run('porter', 'multibody', times=[1.0])"
+    with tempfile.TemporaryDirectory() as folder:
+        environment = {**os.environ, "NUMBA_CACHE_DIR": folder}
+        print("| a process with one run of Porter | s |\n|---|---|")
+        for name in ("the kernels are compiled", "the kernels are kept"):
+            started = time.perf_counter()
+            subprocess.run([sys.executable, "-c", code], env=environment, check=True, stderr=subprocess.DEVNULL)
+            print(f"| {name} | {time.perf_counter() - started:.1f} |")
+
+
+if __name__ == "__main__":
+    main()
