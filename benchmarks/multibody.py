@@ -1,6 +1,6 @@
 """What the multibody engine costs: against one coordinate, against scipy, for long chains, and to compile.
 
-    python benchmarks/multibody.py
+python benchmarks/multibody.py
 """
 
 from __future__ import annotations
@@ -59,7 +59,9 @@ def against_one_coordinate() -> None:
     print(f"| the same run with readings, joint forces, events | {single_seconds * 1e3:.1f} | |")
     print(f"| asked for 1e-8, certified, all of it | {whole * 1e3:.1f} | |")
     evaluations = single.cost.evaluations["equations of motion"]
-    print(f"\n{stepped / evaluations * 1e6:.2f} µs an evaluation of the equations of motion (target: ratio at most 100)\n")
+    print(
+        f"\n{stepped / evaluations * 1e6:.2f} µs an evaluation of the equations of motion (target: ratio at most 100)\n"
+    )
 
 
 def ended(engine: MultibodyEngine, scene: Scene) -> float:

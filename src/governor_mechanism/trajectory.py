@@ -5,7 +5,8 @@ from __future__ import annotations
 from collections.abc import Mapping
 from dataclasses import dataclass, field
 from enum import Enum
-from typing import Any
+from functools import cached_property
+from typing import Any, Protocol
 
 import numpy as np
 from numpy.typing import NDArray
@@ -107,6 +108,16 @@ class Cost:
     method: str = ""
 
 
+class Afterwards(Protocol):
+    """What can be told of a motion once it is known, and costs nothing until it is asked for."""
+
+    def reactions(self) -> Mapping[str, Reaction]:
+        """By joint name."""
+
+    def events(self) -> tuple[Event, ...]:
+        """In the order of time."""
+
+
 @dataclass(frozen=True, kw_only=True)
 class Trajectory:
     """A run. Poses are of mass centres, (n, bodies, 3): x (m), y (m), angle (rad), in the plane of the part.
@@ -114,8 +125,8 @@ class Trajectory:
     times (n,) s are the reported times. readings maps names to (n,) SI arrays (`units`), rates to the speeds of those
     that are positions. joint_gap (n,) m is the widest opening of any joint. error_estimate is the largest error of any
     reading or rate at any reported time, in units of its scale (`scales`); reading_errors the same one by one in SI;
-    None and empty where the run was not certified. reactions are by joint name; events in the order of their times;
-    mobility counts the freedoms that joints and drives leave; notes are sentences on how the start was assembled.
+    None and empty where the run was not certified. mobility counts the freedoms that joints and drives leave; notes are
+    sentences on how the start was assembled.
     """
 
     scene: Scene
@@ -134,10 +145,19 @@ class Trajectory:
     error_estimate: float | None = None
     reading_errors: Mapping[str, float] = field(default_factory=dict)
     settings: Mapping[str, Any] = field(default_factory=dict)
-    reactions: Mapping[str, Reaction] = field(default_factory=dict)
-    events: tuple[Event, ...] = ()
     mobility: int = 1
     notes: tuple[str, ...] = ()
+    afterwards: Afterwards | None = field(default=None, repr=False, compare=False)
+
+    @cached_property
+    def reactions(self) -> Mapping[str, Reaction]:
+        """What each joint did, by its name; reckoned when first asked for."""
+        return {} if self.afterwards is None else self.afterwards.reactions()
+
+    @cached_property
+    def events(self) -> tuple[Event, ...]:
+        """Dead centres and change points passed, in the order of time; looked for when first asked for."""
+        return () if self.afterwards is None else self.afterwards.events()
 
     @property
     def body_names(self) -> tuple[str, ...]:

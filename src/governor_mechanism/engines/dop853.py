@@ -17,7 +17,7 @@ from governor_mechanism.engines.dop853_tableau import (
     WEIGHTS,
 )
 from governor_mechanism.equations.compiled import compiled, kernel
-from governor_mechanism.equations.motion import project, slope
+from governor_mechanism.equations.motion import close_joints, slope
 from governor_mechanism.equations.points import Array, Whole
 from governor_mechanism.equations.schur import along, give_back, solve
 from governor_mechanism.equations.system import System, Workspace
@@ -185,7 +185,7 @@ def _slope(
 def _close(system: System, room: Workspace, cubics: Array, since: float, state: Array, closed: float) -> None:
     count = system.bodies.size
     poses, velocities = state[: 3 * count].reshape(count, 3), state[3 * count : 6 * count].reshape(count, 3)
-    project(system, room, cubics, since, poses, velocities, closed)
+    close_joints(system, room, cubics, since, poses, velocities, closed)
 
 
 @kernel

@@ -4,7 +4,6 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from dataclasses import dataclass
-from functools import partial
 
 import numpy as np
 from scipy.interpolate import BPoly
@@ -21,6 +20,9 @@ MOVING = 0.05
 
 NEAR = 0.1
 """A change point is looked for where the joint rows are less independent than this (an angle, about, in rad)."""
+
+MENDED = 3
+"""Newton steps on the engine's own motion, each some thousand times nearer."""
 
 AT = 1e-5
 """At a change point the least singular value falls below this fraction of the largest."""
@@ -43,14 +45,6 @@ class Stations:
     accelerations: Array
     independence: Array
     exactly: Between | None = None
-
-    def between(self, k: int) -> Path:
-        """Poses and velocities as a function of time from station k to the next: the engine's own, or a smooth path."""
-        smooth = self.smooth(k)
-        if self.exactly is None:
-            return smooth
-        exactly = partial(self.exactly, k)
-        return lambda time: exactly(time) or smooth(time)
 
     def smooth(self, k: int) -> Path:
         """A path of order 5 from station k to the next."""
@@ -94,19 +88,25 @@ def _dead_centres(mechanism: Mechanism, stations: Stations) -> list[Event]:
 def _stands(mechanism: Mechanism, name: str, stations: Stations, k: int) -> tuple[float, Array]:
     """When between stations k and k + 1 the reading stands, and how fast the bodies move then (bodies, 3).
 
-    The middle, where the path is too rough to show it.
+    Found on the smooth path, and mended by the engine's own motion where it has one.
     """
-    path = stations.between(k)
+    path = stations.smooth(k)
 
-    def rate(time: float) -> float:
-        poses, velocities = path(time)
-        return float(np.sum(measure(mechanism, name, poses).gradient * velocities))
+    def rate(state: tuple[Array, Array]) -> float:
+        return float(np.sum(measure(mechanism, name, state[0]).gradient * state[1]))
 
-    ends = float(stations.times[k]), float(stations.times[k + 1])
-    if rate(ends[0]) * rate(ends[1]) < 0:
-        time = float(brentq(rate, *ends, xtol=1e-15, rtol=1e-14))
-    else:
-        time = 0.5 * (ends[0] + ends[1])
+    start, end = float(stations.times[k]), float(stations.times[k + 1])
+    first, last = rate(path(start)), rate(path(end))
+    if not first * last < 0:  # so rough a path that it does not show what its ends say
+        return 0.5 * (start + end), path(0.5 * (start + end))[1]
+    time = float(brentq(lambda time: rate(path(time)), start, end, xtol=1e-12 * (end - start)))
+    beside = 1e-3 * (end - start)
+    slope = (rate(path(time + beside)) - rate(path(time - beside))) / (2 * beside)
+    for _ in range(MENDED if stations.exactly else 0):
+        state = stations.exactly(k, time) if stations.exactly else None
+        if state is None:
+            break
+        time = min(max(time - rate(state) / slope, start), end)
     return time, path(time)[1]
 
 

@@ -7,15 +7,14 @@ from typing import Any
 
 import numpy as np
 
-from governor_mechanism.engines.events import Between, Stations, find_events
-from governor_mechanism.engines.reactions import reactions
+from governor_mechanism.engines.afterwards import Told
+from governor_mechanism.engines.events import Between
 from governor_mechanism.engines.scales import time_scale
 from governor_mechanism.engines.state import State
 from governor_mechanism.engines.work import work_between
 from governor_mechanism.equations.applied import potential as spring_potential
 from governor_mechanism.equations.assembly import Assembler
 from governor_mechanism.equations.constraints import JointEquations
-from governor_mechanism.equations.dynamics import dynamics
 from governor_mechanism.equations.forces import free_spindle_speed, height_energy, spindle_inertia, spindle_inertia_rate
 from governor_mechanism.equations.points import Array
 from governor_mechanism.equations.readings import measure, reading_value
@@ -104,7 +103,6 @@ class Reporter:
     def trajectory(self, found: Finding, *, cost: Cost, settings: dict[str, Any]) -> Trajectory:
         """The result of a run, with joint forces and events."""
         state, stations, report = found.state, found.stations, found.report
-        implied = dynamics(self.scene, state.times, state.poses, state.velocities, state.spindle[:, 1])
         assembler = Assembler(self.mechanism)
         mobility = assembler.freedoms(stations.poses[0]) if len(stations.times) else assembler.mobility
         return Trajectory(
@@ -124,16 +122,9 @@ class Reporter:
             error_estimate=found.estimate,
             reading_errors=found.errors,
             settings=settings,
-            reactions=reactions(self.mechanism, state.poses, implied),
-            events=find_events(self.mechanism, self._path(stations, found.between), mobility),
             mobility=mobility,
             notes=assembly_notes(self.scene),
-        )
-
-    def _path(self, stations: State, between: Between | None) -> Stations:
-        moving = dynamics(self.scene, stations.times, stations.poses, stations.velocities, stations.spindle[:, 1])
-        return Stations(
-            stations.times, stations.poses, stations.velocities, moving.accelerations, moving.independence, between
+            afterwards=Told(self.scene, state, stations, mobility, found.between),
         )
 
     def spindle_speeds(self, times: Array, poses: Array) -> Array:

@@ -19,7 +19,10 @@ PACKAGE = Path(__file__).parents[1]
 
 
 def compiled(function: Function) -> Function:
-    """The function compiled on its first call, without fast-math, and kept in a cache that can be written."""
+    """The function compiled on its first call, without fast-math, and kept in a cache that can be written.
+
+    A division by zero gives infinity or NaN, as in numpy: the callers look at what comes out.
+    """
     return _compiled(function, {})
 
 
@@ -28,11 +31,16 @@ def kernel(function: Function) -> Function:
     return _compiled(function, {"no_cpython_wrapper": True, "no_cfunc_wrapper": True})
 
 
+def inlined(function: Function) -> Function:
+    """The same for a function that is written into each that calls it: a call with many arrays costs like a joint."""
+    return _compiled(function, {"inline": "always"})
+
+
 def _compiled(function: Function, options: dict[str, Any]) -> Function:
     from numba import njit
 
     with _cached_in(cache_folder()):
-        return cast(Function, njit(cache=True, **options)(function))
+        return cast(Function, njit(cache=True, error_model="numpy", **options)(function))
 
 
 @cache

@@ -12,7 +12,7 @@ import numpy as np
 
 from governor_mechanism.equations import forces
 from governor_mechanism.equations.applied import add_loads
-from governor_mechanism.equations.compiled import compiled, kernel
+from governor_mechanism.equations.compiled import compiled, inlined, kernel
 from governor_mechanism.equations.points import Array
 from governor_mechanism.equations.rows import BEND, OPENING, RATE, ask, evaluate
 from governor_mechanism.equations.schur import along, assemble, give_back, solve
@@ -28,7 +28,7 @@ EXTRA = 3
 """Numbers of a state beside poses and velocities: work (J), angle of the spindle (rad), its momentum (kg m2/s)."""
 
 
-@kernel
+@inlined
 def accelerations(
     system: System,
     room: Workspace,
@@ -99,8 +99,8 @@ def inertia_about_spindle(system: System, poses: Array) -> float:
     return total
 
 
-@compiled
-def project(
+@inlined
+def close_joints(
     system: System, room: Workspace, cubics: Array, since: float, poses: Array, velocities: Array, closed: float
 ) -> float:
     """Close all joints to `closed` (m), take from the velocities what opens them, in place; the gap that was left.
@@ -129,6 +129,14 @@ def project(
     return gap
 
 
+@compiled
+def project(
+    system: System, room: Workspace, cubics: Array, since: float, poses: Array, velocities: Array, closed: float
+) -> float:
+    """That projection, for Python to call."""
+    return close_joints(system, room, cubics, since, poses, velocities, closed)
+
+
 @kernel
 def spindle_speed(
     system: System, poses: Array, cubics: Array, since: float, momentum: float
@@ -141,7 +149,7 @@ def spindle_speed(
     return value, (3.0 * a * since + 2.0 * b) * since + c, 0.0
 
 
-@kernel
+@inlined
 def slope(system: System, room: Workspace, cubics: Array, since: float, state: Array, result: Array) -> float:
     """Time derivative of a state: poses, velocities, work, spindle's angle and momentum; how independent the rows are.
 
@@ -150,7 +158,8 @@ def slope(system: System, room: Workspace, cubics: Array, since: float, state: A
     count = system.bodies.size
     poses, velocities = state[: 3 * count].reshape(count, 3), state[3 * count : 6 * count].reshape(count, 3)
     omega, growth, torque = spindle_speed(system, poses, cubics, since, state[6 * count + 2])
-    result[: 3 * count] = state[3 * count : 6 * count]
+    for i in range(3 * count):
+        result[i] = state[3 * count + i]
     bends = result[3 * count : 6 * count].reshape(count, 3)
     independent, power = accelerations(system, room, poses, velocities, cubics, since, omega * omega, bends)
     result[6 * count] = -power - torque * omega

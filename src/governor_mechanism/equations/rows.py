@@ -81,15 +81,17 @@ def evaluate(rows: Rows, poses: Array, velocities: Array, line: Array, gradient:
         x1, y1, rx1, ry1, u1, v1, w1, angle1 = row.x1, row.y1, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0
         if first >= 0:
             angle1, w1 = poses[first, 2], velocities[first, 2]
-            cosine, sine = math.cos(angle1), math.sin(angle1)
-            rx1, ry1 = cosine * x1 - sine * y1, sine * x1 + cosine * y1
+            if x1 != 0.0 or y1 != 0.0:
+                cosine, sine = math.cos(angle1), math.sin(angle1)
+                rx1, ry1 = cosine * x1 - sine * y1, sine * x1 + cosine * y1
             x1, y1 = poses[first, 0] + rx1, poses[first, 1] + ry1
             u1, v1 = velocities[first, 0] - ry1 * w1, velocities[first, 1] + rx1 * w1
         x2, y2, rx2, ry2, u2, v2, w2, angle2 = row.x2, row.y2, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0
         if second >= 0:
             angle2, w2 = poses[second, 2], velocities[second, 2]
-            cosine, sine = math.cos(angle2), math.sin(angle2)
-            rx2, ry2 = cosine * x2 - sine * y2, sine * x2 + cosine * y2
+            if x2 != 0.0 or y2 != 0.0:
+                cosine, sine = math.cos(angle2), math.sin(angle2)
+                rx2, ry2 = cosine * x2 - sine * y2, sine * x2 + cosine * y2
             x2, y2 = poses[second, 0] + rx2, poses[second, 1] + ry2
             u2, v2 = velocities[second, 0] - ry2 * w2, velocities[second, 1] + rx2 * w2
         dx, dy, du, dv = x2 - x1, y2 - y1, u2 - u1, v2 - v1

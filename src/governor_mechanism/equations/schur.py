@@ -17,6 +17,9 @@ from governor_mechanism.equations.points import Array, Whole
 SINGULAR = 1e-12
 """A pivot below this fraction of its diagonal has vanished: the rows depend on each other."""
 
+SWEEPS = 60
+"""Of rotations, at most; some ten suffice."""
+
 
 def neighbours(body: Whole) -> Whole:
     """Pairs (row, earlier or same row, side of the first, side of the second) of rows (rows, 2) that share a body."""
@@ -59,7 +62,10 @@ def assemble(body: Whole, pairs: Whole, gradient: Array, inverse_mass: Array, ba
 
 @kernel
 def factorise(band: Array, factor: Array) -> float:
-    """Cholesky within the band; the smallest pivot as a fraction of its diagonal, 0 where one vanishes."""
+    """Cholesky within the band, its diagonal inverted; the smallest pivot as a fraction of its diagonal.
+
+    0 where a pivot vanishes.
+    """
     width, least = band.shape[1] - 1, 1.0
     for i in range(band.shape[0]):
         first = max(0, i - width)
@@ -68,9 +74,9 @@ def factorise(band: Array, factor: Array) -> float:
             for k in range(max(first, j - width), j):
                 total -= factor[i, width - (i - k)] * factor[j, width - (j - k)]
             if i > j:
-                factor[i, width - (i - j)] = total / factor[j, width]
+                factor[i, width - (i - j)] = total * factor[j, width]
             elif total > SINGULAR * band[i, width]:
-                factor[i, width] = math.sqrt(total)
+                factor[i, width] = 1.0 / math.sqrt(total)
                 least = min(least, total / band[i, width])
             else:
                 return 0.0
@@ -85,12 +91,12 @@ def substitute(factor: Array, vector: Array) -> None:
         total = vector[i]
         for k in range(max(0, i - width), i):
             total -= factor[i, width - (i - k)] * vector[k]
-        vector[i] = total / factor[i, width]
+        vector[i] = total * factor[i, width]
     for i in range(count - 1, -1, -1):
         total = vector[i]
         for k in range(i + 1, min(count, i + width + 1)):
             total -= factor[k, width - (k - i)] * vector[k]
-        vector[i] = total / factor[i, width]
+        vector[i] = total * factor[i, width]
 
 
 @kernel
@@ -103,17 +109,72 @@ def solve(band: Array, factor: Array, vector: Array) -> float:
     if least > 0.0:
         substitute(factor, vector)
         return least
+    _solve_shortest(band, vector)
+    return 0.0
+
+
+@kernel
+def _solve_shortest(band: Array, vector: Array) -> None:
+    """The shortest solution, in place, where rows depend on each other."""
     count, width = band.shape[0], band.shape[1] - 1
     dense = np.zeros((count, count))
     for i in range(count):
         for k in range(max(0, i - width), i + 1):
             dense[i, k] = dense[k, i] = band[i, width - (i - k)]
-    values, vectors = np.linalg.eigh(dense)
-    parts = vectors.T @ vector
+    vectors = _diagonalise(dense)
+    largest = 0.0
+    for k in range(count):
+        largest = max(largest, dense[k, k])
+    answer = np.zeros(count)
+    for k in range(count):
+        if dense[k, k] > SINGULAR * largest:
+            part = 0.0
+            for i in range(count):
+                part += vectors[i, k] * vector[i]
+            for i in range(count):
+                answer[i] += vectors[i, k] * part / dense[k, k]
     for i in range(count):
-        parts[i] = parts[i] / values[i] if values[i] > SINGULAR * values[-1] else 0.0
-    vector[:] = vectors @ parts
-    return 0.0
+        vector[i] = answer[i]
+
+
+@kernel
+def _diagonalise(matrix: Array) -> Array:
+    """Turn a symmetric matrix into a diagonal one in place, by Jacobi's rotations; its eigenvectors, as columns.
+
+    numpy's own would take three seconds to compile, for what is rarely called.
+    """
+    count = matrix.shape[0]
+    vectors = np.eye(count)
+    for _ in range(SWEEPS):
+        beside = whole = 0.0
+        for i in range(count):
+            whole += matrix[i, i] ** 2
+            for j in range(i):
+                beside += matrix[i, j] ** 2
+        if not beside > 1e-32 * whole:
+            break
+        for p in range(count - 1):
+            for q in range(p + 1, count):
+                if matrix[p, q] != 0.0:
+                    _rotate(matrix, vectors, p, q)
+    return vectors
+
+
+@kernel
+def _rotate(matrix: Array, vectors: Array, p: int, q: int) -> None:
+    """One rotation, that makes entry (p, q) vanish."""
+    half = 0.5 * (matrix[q, q] - matrix[p, p]) / matrix[p, q]
+    tangent = 1.0 / (half + math.copysign(math.hypot(1.0, half), half))
+    cosine = 1.0 / math.hypot(1.0, tangent)
+    sine = tangent * cosine
+    for k in range(matrix.shape[0]):
+        first, second = matrix[k, p], matrix[k, q]
+        matrix[k, p], matrix[k, q] = cosine * first - sine * second, sine * first + cosine * second
+    for k in range(matrix.shape[0]):
+        first, second = matrix[p, k], matrix[q, k]
+        matrix[p, k], matrix[q, k] = cosine * first - sine * second, sine * first + cosine * second
+        first, second = vectors[k, p], vectors[k, q]
+        vectors[k, p], vectors[k, q] = cosine * first - sine * second, sine * first + cosine * second
 
 
 @kernel
