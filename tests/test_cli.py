@@ -53,6 +53,11 @@ def test_run_writes_film_figure_readings_arrays_and_record(tmp_path):
     ]
 
 
+def told(stderr):
+    """What was said, but for the news that kernels are compiled, which the first command of all gives."""
+    return [line for line in stderr.splitlines() if not line.startswith("compiling kernels")]
+
+
 def test_run_as_json_prints_one_object_and_nothing_else(tmp_path):
     scene = short_scene(tmp_path)
     words = [*COMMAND, "run", str(scene), "--no-film", "--json", "--accuracy", "1e-7", "--out", str(tmp_path / "out")]
@@ -62,7 +67,7 @@ def test_run_as_json_prints_one_object_and_nothing_else(tmp_path):
     assert summary["error_estimate"] <= 1e-7 == summary["settings"]["asked_accuracy"]
     assert summary["document"]["dimensions"]["arm"] == "300 mm"
     assert all(Path(path).is_file() for path in summary["files"])
-    assert answer.stderr == ""
+    assert not told(answer.stderr)
 
 
 def test_crosscheck_ends_with_0_where_all_agree_and_tells_it_as_json():
@@ -144,7 +149,7 @@ def test_a_reader_who_has_seen_enough_is_no_failure():
     answer = subprocess.run(["bash", "-c", shell], capture_output=True, text=True, check=False)
     assert answer.returncode == 0
     assert answer.stdout.splitlines() == ["Watt governor"]
-    assert answer.stderr == ""
+    assert not told(answer.stderr)
 
 
 def test_out_must_be_a_folder(tmp_path):

@@ -220,8 +220,14 @@ class _Reader:
         loose = unheld([body.name for body in bodies], joints, loads) if known else []
         if loose:
             names = listed(repr(name) for name in loose)
+            lonely = next(body for body in bodies if body.name == loose[0])
+            keeps = (
+                f"it keeps a mobility of {3 if lonely.turns else 2}"
+                if len(loose) == 1
+                else "they keep one of 2 or more"
+            )
             self.problems.append(
-                f"nothing holds {'body' if len(loose) == 1 else 'bodies'} {names} to the ground: "
+                f"nothing holds {'body' if len(loose) == 1 else 'bodies'} {names} to the ground, and {keeps}: "
                 "no chain of joints, links, springs or dampers leads there; add a [[joint]] or a [[link]]"
             )
 

@@ -8,6 +8,7 @@ import numpy as np
 from scipy.optimize import brentq
 
 from governor_mechanism.equations.assembly import Assembler
+from governor_mechanism.equations.compiled import announce
 from governor_mechanism.equations.motion import generalised_forces
 from governor_mechanism.equations.points import Array
 from governor_mechanism.equations.system import from_centres, make_system
@@ -118,6 +119,7 @@ def starting_state(scene: Scene) -> tuple[Array, Array]:
     other, or nothing can move.
     """
     mechanism = scene.part.mechanism
+    announce("gradients_of", 3)
     make_system(scene)  # refuses bodies that cannot turn
     assembler = Assembler(mechanism)
     values = scene.start.values
@@ -173,10 +175,16 @@ def _refuse_idle_drives(mechanism: Mechanism) -> None:
 
 
 def _refuse_immobile(assembler: Assembler, poses: Array) -> None:
-    if not assembler.equations.driven.any() and assembler.freedoms(poses) == 0:
-        raise MechanismError(
-            "the mechanism cannot move: its joints leave mobility 0; take a joint out, or drive it with a drive"
-        )
+    if assembler.equations.driven.any() or assembler.freedoms(poses) > 0:
+        return
+    mechanism = assembler.mechanism
+    fewer = {
+        joint.name: replace(mechanism, joints=tuple(other for other in mechanism.joints if other is not joint))
+        for joint in mechanism.joints
+    }
+    freeing = [name for name, one in fewer.items() if Assembler(one).freedoms(poses) > 0]
+    which = f"any one of {freeing}" if freeing else "more than one of them"
+    raise MechanismError(f"the mechanism cannot move: its joints leave mobility 0; without {which} it could")
 
 
 def _refuse_outside(mechanism: Mechanism, name: str, value: float) -> None:

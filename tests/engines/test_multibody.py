@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import os
+import shutil
 import subprocess
 import sys
 from dataclasses import replace
@@ -14,6 +16,7 @@ import pytest
 import governor_mechanism as gm
 from governor_mechanism.closed_form import pendulum as closed
 from governor_mechanism.engines import ImpulseEngine, MultibodyEngine
+from governor_mechanism.equations import compiled
 from governor_mechanism.errors import MechanismError
 from governor_mechanism.joints import GROUND, Distance, Pin, Point, Slider
 from governor_mechanism.library import shipped
@@ -24,6 +27,8 @@ from reference.zehnder import PORTER_OPEN_MOTION as MOTION
 from rigid import porter_with_rods
 from scenes import CROSSED, EXTENDED, PORTER, UNCROSSED_LINKS, WATT, governor_scene, random_governor
 from witness import one_coordinate_motion
+
+SOURCE = Path(gm.__file__).parent
 
 
 def porter_open(**options):
@@ -230,16 +235,35 @@ def test_a_cost_counts_what_was_evaluated():
     assert 13 * run.cost.steps <= evaluations <= 16 * (run.cost.steps + run.cost.rejected) + 2 * 2
 
 
-def test_the_kernels_need_no_folder_of_their_own():
+def test_the_kernels_need_no_folder_of_their_own(tmp_path):
+    # A file where the folder would be keeps even the administrator from writing there.
+    site = tmp_path / "site-packages"
+    shutil.copytree(SOURCE, site / "governor_mechanism", ignore=shutil.ignore_patterns("__pycache__"))
+    (site / "governor_mechanism" / "__pycache__").touch()
+    environment = {name: value for name, value in os.environ.items() if name not in ("HOME", "NUMBA_CACHE_DIR")}
+    environment |= {
+        "PYTHONPATH": str(site),
+        "HOME": "/dev/null",
+        "TMPDIR": str(tmp_path),
+        "PYTHONDONTWRITEBYTECODE": "1",
+    }
     code = (
-        "import os, pathlib, tempfile\n"
-        "from governor_mechanism.equations import compiled\n"
-        "compiled._writable = lambda folder: False\n"
-        "os.environ.pop('NUMBA_CACHE_DIR', None)\n"
-        "print(pathlib.Path(tempfile.gettempdir()) in compiled.cache_folder().parents)"
+        "import numpy as np\n"
+        "from governor_mechanism.equations.rows import curve_at\n"
+        "print(curve_at(np.array([[0.0, 1.0, 0.0, 0.0, 0.0]]), 0, 1, 2.0))"
     )
-    answer = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=True, cwd=Path.cwd())
-    assert answer.stdout.strip() == "True"
+    answer = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=True, env=environment)
+    assert answer.stdout.strip() == "(8.0, 12.0, 12.0)"
+    assert list(tmp_path.glob("governor-mechanism-*/kernels-*/*/*.nbi"))
+
+
+def test_compiling_is_announced_where_no_kernel_is_kept(tmp_path, capsys, monkeypatch):
+    monkeypatch.setattr(compiled, "cache_folder", lambda: tmp_path)
+    compiled.announce("integrate", 12)
+    assert capsys.readouterr().err == "compiling kernels, once for this version: about 12 s\n"
+    (tmp_path / "dop853.integrate-60.py311.nbi").touch()
+    compiled.announce("integrate", 12)
+    assert capsys.readouterr().err == ""
 
 
 def test_impulse_and_multibody_agree_on_the_governor_of_rigid_links():

@@ -72,7 +72,7 @@ class MultibodyEngine(Engine):
             raise MechanismError(f"MultibodyEngine.max_steps must be at least 1; got {self.max_steps!r}")
 
     def _run(self, scene: Scene, task: Task) -> Trajectory:
-        announce()
+        announce("integrate", 12)
         follower = Follower(self, scene, task)
         follower.compile()
         started = time.perf_counter()

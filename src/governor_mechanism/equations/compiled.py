@@ -97,7 +97,7 @@ def _writable(folder: Path) -> bool:
         return False
 
 
-def announce() -> None:
-    """Say on standard error that the kernels are about to be compiled, where none are kept yet."""
-    if not any(cache_folder().rglob("*.nbc")) and sys.stderr is not None:
-        print("compiling the kernels, once for this version; this takes some seconds", file=sys.stderr, flush=True)
+def announce(kernel: str, seconds: int) -> None:
+    """Say on standard error that kernels up to this one are about to be compiled, where it is not kept yet."""
+    if not any(cache_folder().rglob(f"*.{kernel}-*.nbi")) and sys.stderr is not None:
+        print(f"compiling kernels, once for this version: about {seconds} s", file=sys.stderr, flush=True)
