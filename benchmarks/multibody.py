@@ -76,9 +76,9 @@ def run_cost(engine: MultibodyEngine, scene: Scene, end: float) -> float:
 
     task = Task(times=np.array([end]), accuracy=1e-8, certify=False, reason="")
     follower = Follower(engine, scene, task)
-    follower.compile()
+    follower.stepper.compile()
     started = time.perf_counter()
-    follower.stepped(engine.tolerance or 1e-10)
+    follower.stepper.stepped(engine.tolerance or 1e-10)
     return time.perf_counter() - started
 
 

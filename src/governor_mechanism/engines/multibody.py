@@ -6,30 +6,24 @@ import time
 from collections import Counter
 from dataclasses import asdict, dataclass, replace
 from functools import partial
-from itertools import pairwise
 from typing import ClassVar, final
 
 import numpy as np
 
 from governor_mechanism.effects import Centrifugal, Effect, Gravity
 from governor_mechanism.engines.base import Engine, Task
-from governor_mechanism.engines.dop853 import COUNTS, DONE, STALLED, STIFF, integrate
-from governor_mechanism.engines.grid import make_grid
-from governor_mechanism.engines.independent import Implicit
+from governor_mechanism.engines.dop853 import DONE, STALLED
+from governor_mechanism.engines.events import Between
 from governor_mechanism.engines.report import Finding, Report, Reporter
 from governor_mechanism.engines.state import State
+from governor_mechanism.engines.stepper import Stepper
 from governor_mechanism.equations.compiled import announce
-from governor_mechanism.equations.motion import EXTRA, inertia_about_spindle, project
 from governor_mechanism.equations.points import Array
-from governor_mechanism.equations.system import from_centres, make_system, make_workspace, to_centres
 from governor_mechanism.errors import MechanismError
 from governor_mechanism.joints import ALL_JOINTS, Joint
 from governor_mechanism.scene import Scene
 from governor_mechanism.statics import starting_state
 from governor_mechanism.trajectory import Cost, Outcome, Trajectory
-
-LONGEST_STATION = 0.25
-"""In time scales: how far apart the poses are at which limits are watched."""
 
 MARGIN = 100.0
 """How much tighter than the accuracy a step is held: the estimate is the error of a run ten times looser."""
@@ -39,12 +33,6 @@ LOOSER = 10.0
 
 TIGHTEST = 1e-15
 """Below this no tolerance is tried: double precision ends."""
-
-FEW_STEPS = 100
-"""From one station to an event before the next one it takes a handful, but into a change point no end of them."""
-
-CLOSED = 1e-14
-"""Fraction of the machine's size to which joints are closed at every step."""
 
 
 @final
@@ -74,7 +62,7 @@ class MultibodyEngine(Engine):
     def _run(self, scene: Scene, task: Task) -> Trajectory:
         announce("integrate", 12)
         follower = Follower(self, scene, task)
-        follower.compile()
+        follower.stepper.compile()
         started = time.perf_counter()
         tolerance = self.tolerance or max(task.accuracy / MARGIN, TIGHTEST)
         best = follower.certified(tolerance) if task.certify else follower.followed(tolerance)
@@ -113,25 +101,8 @@ class Follower:
         self.engine, self.scene, self.task = engine, scene, task
         standing = starting_state(scene)
         self.reporter = Reporter(scene, standing[0])
-        self.system, self.curves = make_system(scene)
-        self.room = make_workspace(self.system)
-        self.closed = CLOSED * self.reporter.mechanism.size
-        self.breaks = np.unique(np.concatenate([curve.breaks for curve in self.curves]))
-        longest = LONGEST_STATION * self.reporter.time_scale
-        times = task.times[task.times <= longest * engine.max_steps]
-        self.grid = make_grid(times, self.breaks, np.inf, longest)
-        inner = self.breaks[(self.breaks > 0) & (self.breaks < self.grid.stations[-1])]
-        self.knots = np.concatenate([[0.0], inner, self.grid.stations[-1:]])
-        self.counts = np.zeros(COUNTS, dtype=np.int64)
-        self.runs, self.implicit_steps, self.stiff_from = 0, 0, np.inf
-        self.start = self._start(*from_centres(self.system, *standing))
-
-    def compile(self) -> None:
-        """Have the kernels compiled or loaded, by an integration over no time, so that no run's cost includes it."""
-        state, none = self.start.copy(), np.empty(0)
-        found, counts = np.empty((0, state.size)), np.zeros(COUNTS, dtype=np.int64)
-        integrate(self.system, self.room, self._cubics(0.0), (0.0, 0.0), none, state, self._scale(), 1.0, 1.0, 1.0, 1,
-                  found, counts)  # fmt: skip
+        self.stepper = Stepper(scene, self.reporter, standing, task.times, engine.max_steps)
+        self.runs = 0
 
     def certified(self, tolerance: float) -> Followed:
         """Two runs, and the difference between them as the estimate of the better one's error."""
@@ -145,21 +116,21 @@ class Follower:
     def followed(self, tolerance: float) -> Followed:
         """One run."""
         self.runs += 1
-        states, code, step = self.stepped(tolerance)
-        every = self._state(states)
+        rows, code, step = self.stepper.stepped(tolerance)
+        every = self.stepper.state(rows)
         kept, ended, detail = len(every.times), None, ""
         outside = self.reporter.first_outside(every.poses)
         if outside is not None:
             kept, ended = outside[0], Outcome.LEFT_RANGE
-            detail = f"{outside[1]}, at about t = {self.grid.stations[kept]:.6g} s"
+            detail = f"{outside[1]}, at about t = {self.stepper.grid.stations[kept]:.6g} s"
         elif code == STALLED:
-            ended, detail = Outcome.STALLED, f"at t = {self.grid.stations[kept - 1]:.6g} s"
-        elif code != DONE or len(self.grid.reported) < len(self.task.times):
+            ended, detail = Outcome.STALLED, f"at t = {self.stepper.grid.stations[kept - 1]:.6g} s"
+        elif code != DONE or len(self.stepper.grid.reported) < len(self.task.times):
             ended = Outcome.STEP_LIMIT
-            detail = f"max_steps = {self.engine.max_steps} end at t = {self.grid.stations[kept - 1]:.6g} s"
-        state = every.at(self.grid.first(kept).reported)
+            detail = f"max_steps = {self.engine.max_steps} end at t = {self.stepper.grid.stations[kept - 1]:.6g} s"
+        state = every.at(self.stepper.grid.first(kept).reported)
         report = self.reporter.report(state)
-        return Followed(state, every.first(kept), states, tolerance, report, ended, detail, step, {})
+        return Followed(state, every.first(kept), rows, tolerance, report, ended, detail, step, {})
 
     def trajectory(self, best: Followed, wall_time: float) -> Trajectory:
         """The result."""
@@ -183,126 +154,25 @@ class Follower:
                 detail=best.detail,
                 estimate=best.estimate,
                 errors=best.errors,
-                between=partial(self._between, best) if self.stiff_from == np.inf else None,
+                between=self._between(best),
             ),
             cost=self._cost(best, wall_time),
             settings=settings,
         )
 
-    def _start(self, poses: Array, velocities: Array) -> Array:
-        """The state at the start, its joints closed to rounding."""
-        project(self.system, self.room, self._cubics(0.0), 0.0, poses, velocities, self.closed)
-        speed = self.reporter.program.start_speed
-        momentum = (self.system.spindle_inertia + inertia_about_spindle(self.system, poses)) * speed
-        extra = [0.0, 0.0, momentum if self.system.free else 0.0]
-        return np.concatenate([poses.ravel(), velocities.ravel(), extra])
-
-    def _between(self, best: Followed, k: int, time: float) -> tuple[Array, Array] | None:
-        """Poses and velocities of mass centres at a time (s) after station k, integrated from there, or None."""
-        start = float(self.grid.stations[k])
-        state, counts = best.rows[k].copy(), np.zeros(COUNTS, dtype=np.int64)
-        step, none = 0.01 * self.reporter.time_scale, np.empty((0, best.rows.shape[1]))
-        code, *_ = integrate(self.system, self.room, self._cubics(start), (start, time), np.empty(0), state,
-                             self._scale(), best.tolerance, step, self.closed, FEW_STEPS, none, counts)  # fmt: skip
-        if code != DONE:
+    def _between(self, best: Followed) -> Between | None:
+        if self.stepper.stiff_from < np.inf:
             return None
-        origins, moving = state[:-EXTRA].reshape(2, len(self.system.bodies), 3)
-        return to_centres(self.system, origins, moving)
-
-    def _cubics(self, start: float) -> Array:
-        """Speed, drives and loads in time, (programs, 4), until the next break."""
-        return np.array([curve.cubics_from(np.array([start]))[0] for curve in self.curves])
-
-    def _state(self, states: Array) -> State:
-        """What the rows (stations, numbers) say of mass centres and spindle."""
-        bodies = len(self.system.bodies)
-        parts = (states[:, : 3 * bodies], states[:, 3 * bodies : 6 * bodies])
-        origins, moving = (part.reshape(-1, bodies, 3) for part in parts)
-        poses, velocities = to_centres(self.system, origins, moving)
-        times = self.grid.stations[: len(states)]
-        speed = self.reporter.program(times)
-        if self.system.free:
-            own = self.system.spindle_inertia
-            speed = states[:, -1] / np.array([own + inertia_about_spindle(self.system, pose) for pose in origins])
-        spindle = np.stack([states[:, -2], speed], axis=-1)
-        return State(times=times, poses=poses, velocities=velocities, work=states[:, -EXTRA], spindle=spindle)
-
-    def stepped(self, tolerance: float) -> tuple[Array, int, float]:
-        """States (stations reached, numbers), how the integration ended, and the last step (s)."""
-        stations, state = self.grid.stations, self.start.copy()
-        found = np.empty((len(stations), state.size))
-        found[0], filled, code = state, 1, DONE
-        step, scale = 0.01 * self.reporter.time_scale, self._scale()
-        counts = np.zeros(COUNTS, dtype=np.int64)
-        implicit: Implicit | None = None
-        for start, end in pairwise(self.knots):
-            times = stations[(stations > start) & (stations <= end)]
-            cubics, now = self._cubics(float(start)), float(start)
-            if implicit is None:
-                code, step, reached, now = integrate(
-                    self.system,
-                    self.room,
-                    cubics,
-                    (float(start), float(end)),
-                    times,
-                    state,
-                    scale,
-                    tolerance,
-                    step,
-                    self.closed,
-                    self.engine.max_steps,
-                    found[filled:],
-                    counts,
-                )
-                filled += reached
-                times = times[reached:]
-            if code == STIFF:
-                implicit = Implicit(self.system, self.room, scale, self.closed)
-                self.stiff_from, code = min(self.stiff_from, now), DONE
-            if implicit is not None:
-                code, step, reached = implicit.integrate(
-                    cubics,
-                    (now, float(end)),
-                    float(start),
-                    times,
-                    state,
-                    tolerance,
-                    self.engine.max_steps,
-                    found[filled:],
-                )
-                filled += reached
-            if code != DONE:
-                break
-            state[-EXTRA] += self._work_of_jump(end, state)
-            found[filled - 1, -EXTRA] = state[-EXTRA]  # a knot is a station; there the speed is the one after the jump
-        if implicit is not None:
-            self.implicit_steps += implicit.steps
-            counts[2] += implicit.evaluations
-        self.counts += counts
-        return found[:filled], code, step
-
-    def _work_of_jump(self, when: float, state: Array) -> float:
-        """What a jump of the spindle's given speed puts into the parts (J)."""
-        program, count = self.reporter.program, len(self.system.bodies)
-        before, after = (float(program(np.array([when]), before=side)[0]) for side in (True, False))
-        if after == before or not self.system.centrifugal:
-            return 0.0
-        inertia = inertia_about_spindle(self.system, state[: 3 * count].reshape(count, 3))
-        return 0.5 * inertia * (after**2 - before**2)
-
-    def _scale(self) -> Array:
-        size, second = self.reporter.mechanism.size, self.reporter.time_scale
-        pose = np.tile([size, size, 1.0], len(self.system.bodies))
-        momentum = abs(self.start[-1]) or 1.0
-        return np.concatenate([pose, pose / second, [self.reporter.energy_scale, 1.0, momentum]])
+        return partial(self.stepper.between, best.rows, best.tolerance)
 
     def _cost(self, best: Followed, wall_time: float) -> Cost:
-        steps, rejected, evaluations, _ = (int(count) for count in self.counts)
+        steps, rejected, evaluations, _ = (int(count) for count in self.stepper.counts)
         laws = Counter({"equations of motion": evaluations})
-        bodies = len(self.system.bodies)
-        if self.system.gravity:
+        system = self.stepper.system
+        bodies = len(system.bodies)
+        if system.gravity:
             laws["gravity"] = bodies * evaluations
-        if self.system.centrifugal:
+        if system.centrifugal:
             laws["centrifugal"] = bodies * evaluations
         if self.scene.part.mechanism.loads:
             laws["springs, dampers, forces"] = len(self.scene.part.mechanism.loads) * evaluations
@@ -310,7 +180,7 @@ class Follower:
             engine=self.engine.name,
             reason=self.task.reason,
             step=best.step,
-            steps=steps + self.implicit_steps,
+            steps=steps + self.stepper.implicit_steps,
             rejected=rejected,
             runs=self.runs,
             evaluations=dict(laws),
@@ -319,6 +189,6 @@ class Follower:
         )
 
     def _method(self) -> str:
-        if self.stiff_from == np.inf:
+        if self.stepper.stiff_from == np.inf:
             return "explicit (DOP853)"
-        return f"stiff from t = {self.stiff_from:.4g} s: implicit (Radau) in independent coordinates from there"
+        return f"stiff from t = {self.stepper.stiff_from:.4g} s: implicit (Radau) in independent coordinates from there"

@@ -1,0 +1,160 @@
+"""One scene stepped through its stations at given tolerances, explicitly, and implicitly from where it gets stiff."""
+
+from __future__ import annotations
+
+from itertools import pairwise
+
+import numpy as np
+
+from governor_mechanism.engines.dop853 import COUNTS, DONE, STIFF, integrate
+from governor_mechanism.engines.grid import make_grid
+from governor_mechanism.engines.independent import Implicit
+from governor_mechanism.engines.report import Reporter
+from governor_mechanism.engines.state import State
+from governor_mechanism.equations.motion import EXTRA, inertia_about_spindle, project
+from governor_mechanism.equations.points import Array
+from governor_mechanism.equations.system import from_centres, make_system, make_workspace, to_centres
+from governor_mechanism.scene import Scene
+
+LONGEST_STATION = 0.25
+"""In time scales: how far apart the poses are at which limits are watched."""
+
+FEW_STEPS = 100
+"""From one station to an event before the next one it takes a handful, but into a change point no end of them."""
+
+CLOSED = 1e-14
+"""Fraction of the machine's size to which joints are closed at every step."""
+
+
+class Stepper:
+    """Steps a scene that starts at poses and velocities `standing`, to stations that include the reported times."""
+
+    def __init__(
+        self, scene: Scene, reporter: Reporter, standing: tuple[Array, Array], times: Array, max_steps: int
+    ) -> None:
+        self.reporter, self.max_steps = reporter, max_steps
+        self.system, self.curves = make_system(scene)
+        self.room = make_workspace(self.system)
+        self.closed = CLOSED * reporter.mechanism.size
+        breaks = np.unique(np.concatenate([curve.breaks for curve in self.curves]))
+        longest = LONGEST_STATION * reporter.time_scale
+        self.grid = make_grid(times[times <= longest * max_steps], breaks, np.inf, longest)
+        inner = breaks[(breaks > 0) & (breaks < self.grid.stations[-1])]
+        self.knots = np.concatenate([[0.0], inner, self.grid.stations[-1:]])
+        self.counts = np.zeros(COUNTS, dtype=np.int64)
+        self.implicit_steps, self.stiff_from = 0, np.inf
+        self.start = self._start(*from_centres(self.system, *standing))
+
+    def compile(self) -> None:
+        """Have the kernels compiled or loaded, by an integration over no time, so that no run's cost includes it."""
+        state, none = self.start.copy(), np.empty(0)
+        found, counts = np.empty((0, state.size)), np.zeros(COUNTS, dtype=np.int64)
+        integrate(self.system, self.room, self._cubics(0.0), (0.0, 0.0), none, state, self._scale(), 1.0, 1.0, 1.0, 1,
+                  found, counts)  # fmt: skip
+
+    def stepped(self, tolerance: float) -> tuple[Array, int, float]:
+        """States (stations reached, numbers), how the integration ended, and the last step (s)."""
+        stations, state = self.grid.stations, self.start.copy()
+        found = np.empty((len(stations), state.size))
+        found[0], filled, code = state, 1, DONE
+        step, scale = 0.01 * self.reporter.time_scale, self._scale()
+        counts = np.zeros(COUNTS, dtype=np.int64)
+        implicit: Implicit | None = None
+        for start, end in pairwise(self.knots):
+            times = stations[(stations > start) & (stations <= end)]
+            cubics, now = self._cubics(float(start)), float(start)
+            if implicit is None:
+                code, step, reached, now = integrate(
+                    self.system,
+                    self.room,
+                    cubics,
+                    (float(start), float(end)),
+                    times,
+                    state,
+                    scale,
+                    tolerance,
+                    step,
+                    self.closed,
+                    self.max_steps,
+                    found[filled:],
+                    counts,
+                )
+                filled += reached
+                times = times[reached:]
+            if code == STIFF:
+                implicit = Implicit(self.system, self.room, scale, self.closed)
+                self.stiff_from, code = min(self.stiff_from, now), DONE
+            if implicit is not None:
+                code, step, reached = implicit.integrate(
+                    cubics,
+                    (now, float(end)),
+                    float(start),
+                    times,
+                    state,
+                    tolerance,
+                    self.max_steps,
+                    found[filled:],
+                )
+                filled += reached
+            if code != DONE:
+                break
+            state[-EXTRA] += self._work_of_jump(end, state)
+            found[filled - 1, -EXTRA] = state[-EXTRA]  # a knot is a station; there the speed is the one after the jump
+        if implicit is not None:
+            self.implicit_steps += implicit.steps
+            counts[2] += implicit.evaluations
+        self.counts += counts
+        return found[:filled], code, step
+
+    def state(self, states: Array) -> State:
+        """What the rows (stations, numbers) say of mass centres and spindle."""
+        bodies = len(self.system.bodies)
+        parts = (states[:, : 3 * bodies], states[:, 3 * bodies : 6 * bodies])
+        origins, moving = (part.reshape(-1, bodies, 3) for part in parts)
+        poses, velocities = to_centres(self.system, origins, moving)
+        times = self.grid.stations[: len(states)]
+        speed = self.reporter.program(times)
+        if self.system.free:
+            own = self.system.spindle_inertia
+            speed = states[:, -1] / np.array([own + inertia_about_spindle(self.system, pose) for pose in origins])
+        spindle = np.stack([states[:, -2], speed], axis=-1)
+        return State(times=times, poses=poses, velocities=velocities, work=states[:, -EXTRA], spindle=spindle)
+
+    def between(self, rows: Array, tolerance: float, k: int, time: float) -> tuple[Array, Array] | None:
+        """Poses and velocities of mass centres at a time (s) after station k, integrated from there, or None."""
+        start = float(self.grid.stations[k])
+        state, counts = rows[k].copy(), np.zeros(COUNTS, dtype=np.int64)
+        step, none = 0.01 * self.reporter.time_scale, np.empty((0, rows.shape[1]))
+        code, *_ = integrate(self.system, self.room, self._cubics(start), (start, time), np.empty(0), state,
+                             self._scale(), tolerance, step, self.closed, FEW_STEPS, none, counts)  # fmt: skip
+        if code != DONE:
+            return None
+        origins, moving = state[:-EXTRA].reshape(2, len(self.system.bodies), 3)
+        return to_centres(self.system, origins, moving)
+
+    def _start(self, poses: Array, velocities: Array) -> Array:
+        """The state at the start, its joints closed to rounding."""
+        project(self.system, self.room, self._cubics(0.0), 0.0, poses, velocities, self.closed)
+        speed = self.reporter.program.start_speed
+        momentum = (self.system.spindle_inertia + inertia_about_spindle(self.system, poses)) * speed
+        extra = [0.0, 0.0, momentum if self.system.free else 0.0]
+        return np.concatenate([poses.ravel(), velocities.ravel(), extra])
+
+    def _cubics(self, start: float) -> Array:
+        """Speed, drives and loads in time, (programs, 4), until the next break."""
+        return np.array([curve.cubics_from(np.array([start]))[0] for curve in self.curves])
+
+    def _work_of_jump(self, when: float, state: Array) -> float:
+        """What a jump of the spindle's given speed puts into the parts (J)."""
+        program, count = self.reporter.program, len(self.system.bodies)
+        before, after = (float(program(np.array([when]), before=side)[0]) for side in (True, False))
+        if after == before or not self.system.centrifugal:
+            return 0.0
+        inertia = inertia_about_spindle(self.system, state[: 3 * count].reshape(count, 3))
+        return 0.5 * inertia * (after**2 - before**2)
+
+    def _scale(self) -> Array:
+        size, second = self.reporter.mechanism.size, self.reporter.time_scale
+        pose = np.tile([size, size, 1.0], len(self.system.bodies))
+        momentum = abs(self.start[-1]) or 1.0
+        return np.concatenate([pose, pose / second, [self.reporter.energy_scale, 1.0, momentum]])
