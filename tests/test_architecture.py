@@ -31,6 +31,7 @@ RANKS = [
     {"reading_custom"},
     {"reading"},
     {"library"},
+    {"characteristic"},
     {"statics", "driven"},
     {"engines"},
     {"checking", "studies", "render", "saving"},

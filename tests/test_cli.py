@@ -190,3 +190,24 @@ def wait_until(happened, patience: float = 60.0) -> None:
             return
         time.sleep(0.02)
     raise AssertionError("it did not happen")
+
+
+def test_equilibria_are_told_drawn_and_given_as_json(tmp_path):
+    words = [*COMMAND, "equilibria", "watt_improved", "--speed", "6.4 rad/s", "--out", str(tmp_path)]
+    answer = subprocess.run(words, capture_output=True, text=True, check=True)
+    lines = answer.stdout.splitlines()
+    assert "unstable, grows at" in lines[1]
+    assert "stable, swings at" in lines[2]
+    assert lines[3].startswith("jumps at 31.8721 deg, 60.42")
+    assert (tmp_path / "watt_improved_characteristic.png").read_bytes().startswith(b"\x89PNG")
+    answer = subprocess.run([*words, "--json", "--no-figure"], capture_output=True, text=True, check=True)
+    found = json.loads(answer.stdout)
+    assert [rest["stable"] for rest in found["equilibria"]] == [False, True]
+    assert found["files"] == []
+
+
+def test_equilibria_at_a_speed_that_is_none_are_refused(tmp_path):
+    words = [*COMMAND, "equilibria", "porter", "--speed", "6 kg", "--out", str(tmp_path)]
+    answer = subprocess.run(words, capture_output=True, text=True, check=False)
+    assert answer.returncode == 2
+    assert "--speed" in answer.stderr

@@ -17,6 +17,7 @@ if TYPE_CHECKING:
     import numpy as np
     from numpy.typing import NDArray
 
+    from governor_mechanism.characteristic import Equilibrium, SpeedCurve
     from governor_mechanism.checking import CheckReport
     from governor_mechanism.driven import Kinematics
     from governor_mechanism.engines import Engine
@@ -59,7 +60,7 @@ def run(
 
     from governor_mechanism.engines import choose
 
-    opened = load(scene) if isinstance(scene, str | Path) else scene
+    opened = _opened(scene)
     name = opened.run.engine if engine == "auto" else engine
     chosen, reason = choose(name, opened, accuracy) if isinstance(name, str) else (name, "given")
     reported = None if times is None else np.asarray(times, dtype=np.float64)
@@ -79,7 +80,7 @@ def crosscheck(
     `over={"arm_angle": [...]}` of the leading coordinate; allowed is its relative tolerance. The report has .passed,
     .rows, and prints as a table.
     """
-    opened = load(scene) if isinstance(scene, str | Path) else scene
+    opened = _opened(scene)
     if kernel is None:
         from governor_mechanism.checking import check_against_closed_forms
 
@@ -108,7 +109,34 @@ def kinematics(
     """
     from governor_mechanism.driven import follow
 
-    return follow(load(scene) if isinstance(scene, str | Path) else scene, over, values, rate, acceleration)
+    return follow(_opened(scene), over, values, rate, acceleration)
+
+
+def speed_curve(scene: Scene | str | Path, points: int = 500) -> SpeedCurve:
+    """The speed at which a scene's mechanism rests, over its whole travel, with stiffness, frequencies and folds.
+
+    Raises MechanismError for a mechanism of another mobility than one, or whose travel is not known.
+    """
+    from governor_mechanism.characteristic import speed_curve as curve
+
+    return curve(_opened(scene), points)
+
+
+def equilibria(scene: Scene | str | Path, spindle_speed: float | None = None) -> tuple[Equilibrium, ...]:
+    """Every position of rest at a spindle speed (rad/s; the scene's first if left out), each with its stability.
+
+    Raises MechanismError as speed_curve does, and for an astatic mechanism.
+    """
+    from governor_mechanism.characteristic import find_equilibria
+    from governor_mechanism.equations.timing import SpeedProgram
+
+    opened = _opened(scene)
+    speed = SpeedProgram(opened.spindle).start_speed if spindle_speed is None else spindle_speed
+    return find_equilibria(opened, speed)
+
+
+def _opened(scene: Scene | str | Path) -> Scene:
+    return load(scene) if isinstance(scene, str | Path) else scene
 
 
 def film(run: Trajectory, path: str | Path, **options: Any) -> Path:
@@ -124,8 +152,10 @@ __all__ = [
     "RunFailed",
     "UnsupportedEffect",
     "crosscheck",
+    "equilibria",
     "film",
     "kinematics",
     "load",
     "run",
+    "speed_curve",
 ]

@@ -1,4 +1,4 @@
-"""The command line: `governor-mechanism models | run | crosscheck`. Heavy imports wait until a command needs them."""
+"""The command line: `models`, `run`, `equilibria`, `crosscheck`. Heavy imports wait until a command needs them."""
 
 from __future__ import annotations
 
@@ -167,6 +167,66 @@ def crosscheck(scene: SceneName, as_json: AsJson = False) -> int:
     else:
         print(report)
     return OK if report.passed else FAILED
+
+
+@app.command()
+@guarded_command
+def equilibria(
+    scene: SceneName,
+    speed: Annotated[
+        str | None, typer.Option(help='Of the spindle, as "6.4 rad/s" or "61 rpm"; the scene\'s own.')
+    ] = None,
+    out: Annotated[Path, typer.Option(help="Folder for the figure.")] = Path("results"),
+    no_figure: Annotated[bool, typer.Option("--no-figure", help="Leave the figure out.")] = False,
+    as_json: AsJson = False,
+) -> int:
+    """Find every position of rest at a speed, with its stability; draw the characteristic, speed against travel."""
+    import governor_mechanism as gm
+    from governor_mechanism.units import parse
+
+    _prepare_folder(out)
+    opened = gm.load(scene)
+    wanted = None if speed is None else parse(speed, "angular_speed", "--speed")
+    found = gm.equilibria(opened, wanted)
+    curve = gm.speed_curve(opened)
+    name = opened.part.mechanism.coordinate
+    files = []
+    if not no_figure:
+        from governor_mechanism.render.characteristic import characteristic_figure
+
+        files.append(
+            characteristic_figure(opened, curve, out / f"{Path(opened.source).stem}_characteristic.png", found)
+        )
+    if as_json:
+        rows = [
+            {
+                "coordinate": rest.coordinate,
+                "readings": dict(rest.readings),
+                "stable": rest.stable,
+                "stiffness": rest.stiffness,
+                "frequency": rest.frequency,
+                "growth_rate": rest.growth_rate,
+            }
+            for rest in found
+        ]
+        folds = [{"coordinate": value, "speed": at} for value, at in curve.folds]
+        print_json({"coordinate": name, "equilibria": rows, "folds": folds, "files": [str(path) for path in files]})
+        return OK
+    print(opened.title)
+    unit = "rad" if opened.part.mechanism.reading(name).quantity == "angle" else "m"
+    for rest in found:
+        how = (
+            f"stable, swings at {rest.frequency:.6g} rad/s"
+            if rest.stable
+            else f"unstable, grows at {rest.growth_rate:.6g} /s"
+        )
+        print(f"{name.replace('_', ' ')} {_everyday(rest.coordinate, unit)}: {how}; stiffness {rest.stiffness:.6g}")
+    if not found:
+        print("no position of rest at this speed within the travel")
+    for value, at in curve.folds:
+        print(f"jumps at {_everyday(value, unit)}, {_everyday(at, 'rad/s')}")
+    print("".join(f"wrote {path}" for path in files))
+    return OK
 
 
 def describe(result: Trajectory) -> str:

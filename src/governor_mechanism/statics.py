@@ -1,114 +1,20 @@
-"""Where a mechanism of mobility one stands still: generalised forces along its coordinate, and their zeros."""
+"""How a scene starts: assembled, at rest or moving, and refused where it cannot."""
 
 from __future__ import annotations
 
-from dataclasses import dataclass, replace
+from dataclasses import replace
 
 import numpy as np
-from scipy.optimize import brentq
 
+from governor_mechanism.characteristic import equilibrium_speed, find_equilibria, travel
 from governor_mechanism.equations.assembly import Assembler
 from governor_mechanism.equations.compiled import announce
-from governor_mechanism.equations.motion import generalised_forces
 from governor_mechanism.equations.points import Array
-from governor_mechanism.equations.system import from_centres, make_system
+from governor_mechanism.equations.system import make_system
 from governor_mechanism.equations.timing import SpeedProgram
 from governor_mechanism.errors import MechanismError
 from governor_mechanism.mechanism import Mechanism
 from governor_mechanism.scene import EQUILIBRIUM, Scene
-
-SCAN = 200
-"""Points of the travel between which a change of sign is looked for; two equilibria closer than that are missed."""
-
-EDGE = 1e-6
-"""Fraction of the travel left out at each end, where the linkage stands at a dead centre."""
-
-
-@dataclass(frozen=True, kw_only=True)
-class Equilibrium:
-    """A position of rest: value of the leading coordinate, whether it is stable, and the poses (bodies, 3)."""
-
-    coordinate: float
-    stable: bool
-    poses: Array
-
-
-class _Loads:
-    """Generalised forces along the leading coordinate of a scene at its start."""
-
-    def __init__(self, scene: Scene) -> None:
-        self.assembler = Assembler(scene.part.mechanism)
-        self._system, curves = make_system(scene)
-        self._cubics = np.array([curve.cubics_from(np.zeros(1))[0] for curve in curves])
-
-    def along(self, poses: Array) -> tuple[float, float]:
-        """Forces along the coordinate: (at rest, of the spindle's turning at 1 rad/s). N m per rad, or N per m."""
-        tangent = self.assembler.tangent(poses)
-        there, motion = from_centres(self._system, poses, tangent)
-        still, found = np.zeros_like(poses), []
-        for square in (0.0, 1.0):
-            force = np.empty_like(poses)
-            generalised_forces(self._system, there, still, self._cubics, 0.0, square, force)
-            found.append(float(np.sum(force * motion)))
-        return found[0], found[1] - found[0]
-
-
-def equilibrium_speed(scene: Scene, values: Array) -> Array:
-    """Spindle speed (rad/s) at which the mechanism rests at each value (n,) of its leading coordinate.
-
-    Raises MechanismError where no speed holds it, or where it cannot be assembled.
-    """
-    if not (scene.centrifugal and scene.gravity):
-        raise MechanismError("an equilibrium speed needs both effects, gravity and centrifugal; list them in the scene")
-    loads, poses = _Loads(scene), None
-    speeds = []
-    for value in values:
-        poses = loads.assembler.poses(float(value), near=poses)
-        falling, turning = loads.along(poses)
-        if turning == 0.0 or falling / turning > 0.0:
-            name = scene.part.mechanism.coordinate
-            raise MechanismError(
-                f"no spindle speed holds the mechanism at {name} = {value:.6g}: the loads do not oppose"
-            )
-        speeds.append(np.sqrt(-falling / turning))
-    return np.array(speeds)
-
-
-def find_equilibria(scene: Scene, spindle_speed: float) -> tuple[Equilibrium, ...]:
-    """All positions of rest at a given spindle speed (rad/s) over the travel, in ascending order of the coordinate."""
-    loads = _Loads(scene)
-    assembler = loads.assembler
-    low, high = travel(scene.part.mechanism)
-    values = np.linspace(low, high, SCAN + 1)
-    poses = [assembler.poses(float(values[0]))]
-    for value in values[1:]:
-        poses.append(assembler.poses(float(value), near=poses[-1]))
-
-    def force(value: float, near: Array) -> float:
-        falling, turning = loads.along(assembler.poses(value, near=near))
-        return falling + turning * spindle_speed**2
-
-    along = np.array([force(float(value), pose) for value, pose in zip(values, poses, strict=True)])
-    found = []
-    for index in np.flatnonzero(np.sign(along[:-1]) != np.sign(along[1:])):
-        if along[index] == 0.0 and index > 0:
-            continue  # this zero was the end of the interval before
-        root = brentq(force, values[index], values[index + 1], args=(poses[index],), xtol=1e-15, rtol=1e-15)
-        rest = assembler.poses(float(root), near=poses[index])
-        stable = bool(along[index + 1] < along[index])
-        found.append(Equilibrium(coordinate=float(root), stable=stable, poses=rest))
-    return tuple(found)
-
-
-def travel(mechanism: Mechanism) -> tuple[float, float]:
-    """The range of the leading coordinate, a hair inside its limits."""
-    for limit in mechanism.limits:
-        if limit.reading == mechanism.coordinate:
-            hair = EDGE * (limit.high - limit.low)
-            return limit.low + hair, limit.high - hair
-    raise MechanismError(
-        f"the travel of {mechanism.coordinate!r} is not known; give a start value instead of 'equilibrium'"
-    )
 
 
 def starting_state(scene: Scene) -> tuple[Array, Array]:

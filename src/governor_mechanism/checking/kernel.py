@@ -8,13 +8,13 @@ from collections.abc import Callable, Mapping, Sequence
 
 import numpy as np
 
+from governor_mechanism.characteristic import equilibrium_speed
 from governor_mechanism.checking.report import CheckReport, Row
 from governor_mechanism.equations.assembly import Assembler
 from governor_mechanism.equations.points import Array
 from governor_mechanism.equations.readings import reading_value
 from governor_mechanism.errors import MechanismError, did_you_mean
 from governor_mechanism.scene import Scene
-from governor_mechanism.statics import equilibrium_speed
 
 ALLOWED = 1e-6
 """Relative difference allowed to a kernel: far above our own error (1e-11), far below any slip in a formula."""

@@ -10,6 +10,7 @@ from itertools import pairwise
 import numpy as np
 from scipy.integrate import solve_ivp
 
+from governor_mechanism.characteristic import equilibrium_speed
 from governor_mechanism.checking.report import Row
 from governor_mechanism.checking.swing import measured_period
 from governor_mechanism.closed_form import pendulum as closed
@@ -19,7 +20,6 @@ from governor_mechanism.equations.points import Array
 from governor_mechanism.equations.timing import SpeedProgram, TimeCurve
 from governor_mechanism.errors import MechanismError, RunFailed
 from governor_mechanism.scene import FreeSpindle, RunSettings, Scene, Spindle, Start
-from governor_mechanism.statics import equilibrium_speed
 from governor_mechanism.trajectory import Trajectory
 
 STARTS = (-0.12, 0.03, 0.15)

@@ -62,3 +62,14 @@ def damper_force(damping: float, rate: Any) -> Any:
 def free_spindle_speed(momentum: Any, inertia: Any) -> Any:
     """Speed (rad/s) of a free spindle with so much angular momentum (kg m2/s) at so much inertia (kg m2) in all."""
     return momentum / inertia
+
+
+def spindle_inertia_bend(
+    mass: float, moments: tuple[float, float, float], x: Any, angle: Any, tangent: Any, curvature: Any
+) -> Any:
+    """Second derivative of that inertia along a path, by the path's two derivatives (..., 3)."""
+    xx, yy, xy = moments
+    turning = (yy - xx) * np.sin(2 * angle) - 2 * xy * np.cos(2 * angle)
+    further = 2 * (yy - xx) * np.cos(2 * angle) + 4 * xy * np.sin(2 * angle)
+    moving = 2 * mass * (tangent[..., 0] ** 2 + x * curvature[..., 0])
+    return moving + further * tangent[..., 2] ** 2 + turning * curvature[..., 2]

@@ -47,6 +47,11 @@ def reading_gradient(mechanism: Mechanism, name: str, poses: Array) -> Array:
     return measure(mechanism, name, poses).gradient
 
 
+def measured(reading: Reading, mechanism: Mechanism, poses: Array, velocities: Array) -> Measure:
+    """Any reading of a mechanism, whether it lists it or not."""
+    return _measure(reading, mechanism, poses, velocities)
+
+
 @singledispatch
 def _measure(reading: Reading, mechanism: Mechanism, poses: Array, velocities: Array) -> Measure:
     raise TypeError(f"no equation is written for readings of type {type(reading).__name__}")

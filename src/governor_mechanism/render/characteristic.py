@@ -1,0 +1,86 @@
+"""The characteristic of a governor: the speed at which it rests, over its travel."""
+
+from __future__ import annotations
+
+import os
+from collections.abc import Sequence
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+from matplotlib.axes import Axes
+from matplotlib.backends.backend_agg import FigureCanvasAgg
+from matplotlib.figure import Figure
+from numpy.typing import NDArray
+
+from governor_mechanism.characteristic import Equilibrium, SpeedCurve
+from governor_mechanism.errors import MechanismError
+from governor_mechanism.files import written_beside
+from governor_mechanism.render.style import BLUE, INK, PAPER, QUIET, RULE, SANS, SERIF, VERMILLION
+from governor_mechanism.render.wording import everyday
+from governor_mechanism.scene import Scene
+
+Array = NDArray[np.float64]
+
+WIDTH, HEIGHT, DPI = 7.2, 5.0, 100
+"""Inches, and dots per inch."""
+
+PER_MINUTE = 30 / np.pi
+
+SHOWN = 2.5
+"""Speeds up to so many times the middle one are shown: toward a dead centre the curve has no end."""
+
+
+def characteristic_figure(
+    scene: Scene, curve: SpeedCurve, path: str | os.PathLike[str], rests: Sequence[Equilibrium] = ()
+) -> Path:
+    """Write a PNG of speed against travel: stable solid, unstable dashed, folds and equilibria marked.
+
+    Returns the path. An exception leaves no file behind.
+    """
+    target = Path(path)
+    if target.suffix.lower() != ".png":
+        raise MechanismError(f"a figure's name must end in .png; got {target.name!r}")
+    figure = Figure(figsize=(WIDTH, HEIGHT), dpi=DPI, facecolor=PAPER)
+    axes = figure.add_axes((0.11, 0.13, 0.85, 0.72))
+    _draw(axes, scene, curve, rests)
+    title = figure.text(0.02, 0.945, scene.title, fontsize=15, va="center")
+    title.set(color=INK, fontfamily=SERIF, parse_math=False)
+    ends = f"low end: {curve.low_end};  high end: {curve.high_end}"
+    figure.text(0.02, 0.025, ends, color=QUIET, fontsize=7.5, fontfamily=SANS).set_parse_math(False)
+    with written_beside(target) as temporary:
+        canvas: Any = FigureCanvasAgg(figure)
+        canvas.print_png(str(temporary), metadata={"Software": None})
+    return target
+
+
+def _draw(axes: Axes, scene: Scene, curve: SpeedCurve, rests: Sequence[Equilibrium]) -> None:
+    unit, factor = everyday("rad" if scene.part.mechanism.reading(curve.name).quantity == "angle" else "m")
+    unit = unit.replace("°", "deg")
+    rpm = curve.speed * PER_MINUTE
+    axes.set_facecolor(PAPER)
+    for wanted, style, words in ((True, "-", "stable"), (False, (0, (5, 3)), "unstable")):
+        here = np.where(curve.held & (curve.stable == wanted), rpm, np.nan)
+        if not np.all(np.isnan(here)):
+            axes.plot(curve.coordinate * factor, here, linestyle=style, color=BLUE, linewidth=1.6, label=words)
+    for value, speed in curve.folds:
+        axes.plot([value * factor], [speed * PER_MINUTE], "o", color=VERMILLION, markersize=6)
+        words = f"jump at {speed * PER_MINUTE:.4g} rpm"
+        place = axes.annotate(words, (value * factor, speed * PER_MINUTE), (0, -16), textcoords="offset points")
+        place.set(ha="center", color=VERMILLION, fontsize=8.5, fontfamily=SANS)
+    for rest in rests:
+        speed = float(np.interp(rest.coordinate, curve.coordinate, rpm))
+        fill = INK if rest.stable else PAPER
+        axes.plot([rest.coordinate * factor], [speed], "o", color=INK, markerfacecolor=fill, markersize=7)
+    middle = float(np.median(rpm[curve.held])) if curve.held.any() else 1.0
+    shown = rpm[curve.held & (rpm < SHOWN * middle)]
+    margin = 0.08 * (float(np.ptp(shown)) or middle)
+    axes.set_ylim(float(shown.min()) - 2 * margin, float(shown.max()) + margin)
+    axes.set_xlabel(f"{curve.name.replace('_', ' ')}, {unit}", color=INK, fontsize=10, fontfamily=SERIF)
+    axes.set_ylabel("speed of rest, rpm", color=INK, fontsize=10, fontfamily=SERIF)
+    for side, spine in axes.spines.items():
+        spine.set(visible=side in ("left", "bottom"), color=QUIET, linewidth=0.8)
+    axes.tick_params(color=QUIET, labelcolor=QUIET, labelsize=8, labelfontfamily=SANS)
+    axes.grid(color=RULE, linewidth=0.6)
+    axes.margins(x=0)
+    axes.legend(frameon=False, fontsize=8.5, loc="upper left")
