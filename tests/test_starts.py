@@ -143,3 +143,53 @@ def test_an_equilibrium_is_for_mobility_one():
     made = scene('[start]\ncrank_angle = "equilibrium"\n')
     with pytest.raises(gm.MechanismError, match="travel of 'crank_angle' is not known"):
         starting_state(made)
+
+
+SLOT = """
+machine = "custom"
+[ground]
+O = [0, 0]
+[[body]]
+name = "bead"
+mass = 1
+point = true
+at = [{x}, {y}]
+[[joint]]
+type = "curve"
+name = "slot"
+first = "ground.O"
+second = "bead.centre"
+curve = {{ points = [[-0.2, 0.1], [-0.1, 0.02], [0, 0], [0.1, 0.02], [0.2, 0.1]] }}
+[effects]
+gravity = true
+[run]
+duration = "1 s"
+"""
+
+
+def test_a_start_off_the_table_of_a_slot_is_refused():
+    with pytest.raises(gm.MechanismError, match=r"outside the range of .* leaves the table"):
+        starting_state(scene(text=SLOT.format(x=0.3, y=0.2)))
+    starting_state(scene(text=SLOT.format(x=0.1, y=0.0)))
+
+
+def test_a_drive_that_locks_the_mechanism_ends_the_run_by_name():
+    motor = DRIVE.format(name="motor", body="rocker", rate="60 rpm") + 'start = "100 deg"\n'
+    locking = FOUR_BAR.replace('"0.2 s"', '"2 s"') + motor
+    run = gm.run(scene(text=locking), engine="multibody", accuracy=1e-6)
+    assert run.outcome.name == "STALLED"
+    assert "as where a drive locks" in run.message
+    assert 0 < run.times[-1] < 1.0
+    assert np.all(np.isfinite(run.readings["crank_angle"]))
+
+
+def test_values_many_turns_away_are_refused():
+    made = scene('[start]\ncrank_angle = "100000 deg"\n')
+    with pytest.raises(gm.MechanismError, match="leave out whole turns"):
+        starting_state(made)
+
+
+def test_start_values_against_a_drive_name_both():
+    made = scene(DRIVE.format(name="motor", body="crank", rate="60 rpm"), '[start]\ncrank_angle = "10 deg"\n')
+    with pytest.raises(gm.MechanismError, match=r"'crank_angle': .* and drives \['motor'\] contradict each other"):
+        starting_state(made)

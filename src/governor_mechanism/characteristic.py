@@ -93,14 +93,20 @@ def speed_curve(scene: Scene, points: int = 500) -> SpeedCurve:
     reduction = Reduction(scene)
     mechanism = reduction.mechanism
     low, high = travel(mechanism)
+    below, above = _ends(mechanism)
     along = reduction.sweep(np.linspace(low, high, points))
+    kept, sentence = _within(mechanism, along.poses)
+    if sentence:
+        low_cut, high_cut = kept.start > 0, kept.stop < points
+        below, above = sentence if low_cut else below, sentence if high_cut else above
+        low, high = float(along.coordinate[kept.start]), float(along.coordinate[kept.stop - 1])
+        along = reduction.sweep(np.linspace(low, high, points))
     square = _square(along)
     held = square > 0.0
     square = np.where(held, square, 0.0)
     stiffness = along.potential_bend - 0.5 * square * along.spindle_bend
     frequency = stiffness / along.inertia
     more = square * along.spindle_slope**2 / ((reduction.rest_inertia + along.spindle) * along.inertia)
-    below, above = _ends(mechanism)
     return SpeedCurve(
         name=mechanism.coordinate,
         coordinate=along.coordinate,
@@ -138,7 +144,11 @@ def find_equilibria(scene: Scene, spindle_speed: float) -> tuple[Equilibrium, ..
     for index in range(SCAN):
         for root in _roots(along.coordinate, force, stiffness, index):
             rest = _polished(reduction, along, root, index, square)
-            if rest is not None and not (found and abs(rest.coordinate - found[-1].coordinate) < 1e-10):
+            if (
+                rest is not None
+                and not _within(reduction.mechanism, rest.poses[np.newaxis])[1]
+                and not (found and abs(rest.coordinate - found[-1].coordinate) < 1e-10)
+            ):
                 found.append(rest)
     return tuple(found)
 
@@ -175,6 +185,19 @@ def travel(mechanism: Mechanism) -> tuple[float, float]:
     raise MechanismError(
         f"the travel of {mechanism.coordinate!r} is not known; give a start value instead of 'equilibrium'"
     )
+
+
+def _within(mechanism: Mechanism, poses: Array) -> tuple[slice, str]:
+    """The longest run of poses (n, bodies, 3) within all limits, and what happens beyond it ('' if nothing does)."""
+    inside, sentence = np.ones(len(poses), dtype=np.bool_), ""
+    for limit in mechanism.limits:
+        value = reading_value(mechanism, limit.reading, poses)
+        for outside, words in ((value <= limit.low, limit.below), (value >= limit.high, limit.above)):
+            sentence = words if outside.any() else sentence
+            inside &= ~outside
+    edges = np.flatnonzero(np.diff(np.concatenate([[0], inside.astype(int), [0]])))
+    runs = list(zip(edges[::2].tolist(), edges[1::2].tolist(), strict=True)) or [(0, 0)]
+    return slice(*max(runs, key=lambda run: run[1] - run[0])), sentence
 
 
 def _ends(mechanism: Mechanism) -> tuple[str, str]:

@@ -91,7 +91,11 @@ class _Path:
         mechanism, names = self._mechanism, self._names
         time = 0.0 if names else value
         assembler = Assembler(mechanism, time)
-        poses = assembler.at(dict.fromkeys(names, value), self._near)
+        try:
+            poses = assembler.at(dict.fromkeys(names, value), self._near)
+        except MechanismError as error:
+            where = "" if names else f"at t = {value:.6g} s, where its drives stand then: "
+            raise MechanismError(f"{where}{error}") from error
         self._near = poses
         equations, free = assembler.equations, assembler.free
         asked = equations.asked(np.array(time))

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from dataclasses import replace
 
 import numpy as np
@@ -10,6 +11,7 @@ from governor_mechanism.characteristic import equilibrium_speed, find_equilibria
 from governor_mechanism.equations.assembly import Assembler
 from governor_mechanism.equations.compiled import announce
 from governor_mechanism.equations.points import Array
+from governor_mechanism.equations.readings import reading_value
 from governor_mechanism.equations.system import make_system
 from governor_mechanism.equations.timing import SpeedProgram
 from governor_mechanism.errors import MechanismError
@@ -37,7 +39,8 @@ def starting_state(scene: Scene) -> tuple[Array, Array]:
         numbers = {name: float(value) for name, value in values.items()}
         for name, value in numbers.items():
             _refuse_outside(mechanism, name, value)
-        poses = assembler.at(numbers)
+        poses = _assembled(assembler, numbers)
+        _refuse_outside_at(mechanism, poses)
     _refuse_immobile(assembler, poses)
     return poses, assembler.velocities(poses, scene.start.rates)
 
@@ -73,6 +76,11 @@ def _refuse_idle_drives(mechanism: Mechanism) -> None:
     undriven = replace(mechanism, joints=tuple(joint for joint in mechanism.joints if joint.name not in names))
     poses = Assembler(undriven).at({})
     without, mobility = assembler.freedoms(poses, drives=False), assembler.freedoms(poses)
+    if without - mobility < np.sum(driven) and np.sum(driven) <= without:
+        raise MechanismError(
+            f"drives {names} find only {without - mobility} of the mobility {without} that the joints leave to move "
+            "where the sketch stands: at a dead centre, or two of them the same; sketch it a little further on"
+        )
     if without - mobility < np.sum(driven):
         raise MechanismError(
             f"drives {names} contradict each other or the joints: the joints leave mobility {without}, "
@@ -91,6 +99,31 @@ def _refuse_immobile(assembler: Assembler, poses: Array) -> None:
     freeing = [name for name, one in fewer.items() if Assembler(one).freedoms(poses) > 0]
     which = f"any one of {freeing}" if freeing else "more than one of them"
     raise MechanismError(f"the mechanism cannot move: its joints leave mobility 0; without {which} it could")
+
+
+def _assembled(assembler: Assembler, numbers: Mapping[str, float]) -> Array:
+    """Assembled at start values; where drives are in the way, they are named."""
+    try:
+        return assembler.at(numbers)
+    except MechanismError as error:
+        driven = assembler.equations.owner[assembler.equations.driven]
+        if not numbers or not driven.size:
+            raise
+        names = [assembler.equations.joints[k].name for k in dict.fromkeys(driven.tolist())]
+        raise MechanismError(
+            f"start values {dict(numbers)} and drives {names} contradict each other at t = 0: "
+            "leave the values out, or let the drives begin there"
+        ) from error
+
+
+def _refuse_outside_at(mechanism: Mechanism, poses: Array) -> None:
+    for limit in mechanism.limits:
+        value = float(reading_value(mechanism, limit.reading, poses))
+        if not limit.low < value < limit.high:
+            raise MechanismError(
+                f"the start lies outside the range of {limit.reading!r}, {limit.low:.6g} to {limit.high:.6g}: it is at "
+                f"{value:.6g}; {limit.below if value <= limit.low else limit.above}"
+            )
 
 
 def _refuse_outside(mechanism: Mechanism, name: str, value: float) -> None:

@@ -25,7 +25,7 @@ class Outcome(Enum):
     ACCURACY_MISSED = "ran to the end, but the asked accuracy was not reached; ask for less, or try engine multibody"
     LEFT_RANGE = "the mechanism leaves the range in which its description holds, and the run ends there"
     STEP_LIMIT = "the run needs more steps than the engine allows; shorten it, slow it, or raise max_steps"
-    STALLED = "the motion could not be followed any further at this accuracy: its steps shrank to nothing"
+    STALLED = "the motion could not be followed any further: its steps shrank to nothing, as where a drive locks"
     JOINT_OPENED = "a joint opened by more than a second-order step explains; try engine multibody"
 
     @property

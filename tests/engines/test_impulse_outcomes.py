@@ -14,6 +14,7 @@ from governor_mechanism.engines.base import reported_times
 from governor_mechanism.engines.rest import settled
 from governor_mechanism.errors import MechanismError, RunFailed, UnsupportedEffect
 from governor_mechanism.joints import GROUND, Joint, Pin, Point, Rack
+from governor_mechanism.loads import Damper
 from governor_mechanism.mechanism import Body
 from governor_mechanism.scene import EQUILIBRIUM, Coupling, Scene
 from governor_mechanism.trajectory import Outcome
@@ -224,3 +225,12 @@ def test_a_run_of_centuries_is_cut_before_it_fills_the_memory():
     run = ImpulseEngine(max_steps=10_000).run(porter(duration=1e9, every=1e3))
     assert run.outcome is Outcome.STEP_LIMIT
     assert len(run.times) == 1
+
+
+def test_a_damper_too_stiff_for_its_steps_ends_the_run_by_name():
+    scene = porter()
+    ground, ball = Point(body=GROUND, x=1.0), Point(body="right ball")
+    damper = Damper(name="damper", first=ground, second=ball, damping=1e9)
+    run = ImpulseEngine().run(with_mechanism(scene, loads=(damper,)), accuracy=1e-4)
+    assert not run.outcome.ok
+    assert all(np.all(np.isfinite(values)) for values in run.readings.values())

@@ -160,6 +160,7 @@ class Climb:
     def _reached(self, best: Best) -> bool:
         return best.ending.opened or best.estimate is None or best.estimate <= self.task.accuracy
 
+    @np.errstate(all="ignore")
     def at(self, level: int) -> Best:
         """The extrapolated result of runs whose coarsest has its steps doubled `level` times."""
         levels = range(level, level + self.tuning.levels)
@@ -250,6 +251,7 @@ class Climb:
         self.marches.clear()
         return True
 
+    @np.errstate(all="ignore")  # bodies that are lost give infinite numbers before they are missed
     def _march(self, level: int) -> March:
         assembly = Assembly(self.scene, iterations=self.iterations, plain=self.tuning.plain)
         result = march(

@@ -25,6 +25,9 @@ from governor_mechanism.equations.system import System, Workspace
 DONE, STALLED, EXHAUSTED, STIFF = 0, 1, 2, 3
 """How an integration ends: at its end; with a step too short to matter; with too many steps; where it gets stiff."""
 
+SLOW_STEPS, SLOW = 2000, 1e-6
+"""So many steps that together get no farther than this fraction of the way get nowhere."""
+
 STABLE = 6.1
 """Step times largest rate of decay (Hairer's estimate) up to which the method is stable."""
 
@@ -66,6 +69,7 @@ def integrate(
     scale: Array,
     tolerance: float,
     step: float,
+    longest: float,
     closed: float,
     most: int,
     found: Array,
@@ -73,8 +77,9 @@ def integrate(
 ) -> tuple[int, float, int, float]:
     """Take `state` in place from span[0] to span[1] (s), and fill `found` at the `times` (n,) in between.
 
-    tolerance is the error of one step, relative to `scale`. cubics (programs, 4) are of the time since span[0]. Returns
-    how it ended, the last length of a step, how many of the times were reached, and the time (s) that state is at.
+    tolerance is the error of one step, relative to `scale`; longest (s) bounds the step. cubics (programs, 4) are of
+    the time since span[0]. Returns how it ended, the last length of a step, how many of the times were reached, and the
+    time (s) that state is at.
     """
     start, end = span
     slopes, trial, ahead = np.zeros((16, state.size)), np.empty(state.size), np.empty(state.size)
@@ -83,11 +88,17 @@ def integrate(
     watched = _slope(system, room, cubics, 0.0, state, slopes[0], counts, closed) > 0.0  # else joints are redundant
     now, reached, stiff, calm, tries = start, 0, 0, 0, 0
     near = far = 1.0
+    marked, marked_steps = start, counts[0]
     while now < end:
         if counts[0] + counts[1] >= most:
             return EXHAUSTED, step, reached, now
         if step < 1e-13 * (end - start) or not math.isfinite(step):
             return STALLED, step, reached, now
+        if counts[0] - marked_steps >= SLOW_STEPS:
+            if now - marked < SLOW * (end - start):
+                return STALLED, step, reached, now
+            marked, marked_steps = now, counts[0]
+        step = min(step, longest)
         last = now + step >= end
         h = end - now if last else step
         apart = near

@@ -59,7 +59,10 @@ def march(
     for index, (h, next_h) in enumerate(zip(lengths.tolist(), following.tolist(), strict=True)):
         # The last kick lasts half of this step and half of the next, whose length may be another.
         clock.interval(grid.stations[index], grid.stations[index + 1], int(counts[index]), next_h)
-        older, before = _advance(assembly, int(counts[index]), clock)
+        try:
+            older, before = _advance(assembly, int(counts[index]), clock)
+        except (ValueError, OverflowError):  # a body flew off so fast that its place is no number any more
+            break
         after, here = assembly.velocities(), assembly.poses()
         if assembly.plain:
             centred = after

@@ -16,7 +16,7 @@ from governor_mechanism.engines.dop853 import DONE, STALLED
 from governor_mechanism.engines.events import Between
 from governor_mechanism.engines.report import Finding, Report, Reporter
 from governor_mechanism.engines.state import State
-from governor_mechanism.engines.stepper import Stepper
+from governor_mechanism.engines.stepper import LONGEST_STEP, Stepper
 from governor_mechanism.equations.compiled import announce
 from governor_mechanism.equations.points import Array
 from governor_mechanism.errors import MechanismError
@@ -106,17 +106,18 @@ class Follower:
 
     def certified(self, tolerance: float) -> Followed:
         """Two runs, and the difference between them as the estimate of the better one's error."""
-        worse, better = self.followed(LOOSER * tolerance), self.followed(tolerance)
+        # Where it is not the tolerance that bounds the steps, twice as long ones tell the runs apart.
+        worse, better = self.followed(LOOSER * tolerance, 2 * LONGEST_STEP), self.followed(tolerance)
         shared = min(len(worse.state.times), len(better.state.times))
         loose = self.reporter.report(worse.state.first(shared))
         tight = self.reporter.report(better.state.first(shared))
         errors = self.reporter.errors(tight, loose)
         return replace(better, errors=errors, estimate=self.reporter.relative(errors))
 
-    def followed(self, tolerance: float) -> Followed:
-        """One run."""
+    def followed(self, tolerance: float, longest: float = LONGEST_STEP) -> Followed:
+        """One run, its steps at most so many time scales long."""
         self.runs += 1
-        rows, code, step = self.stepper.stepped(tolerance)
+        rows, code, step = self.stepper.stepped(tolerance, longest)
         every = self.stepper.state(rows)
         kept, ended, detail = len(every.times), None, ""
         outside = self.reporter.first_outside(every.poses)

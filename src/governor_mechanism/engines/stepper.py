@@ -7,7 +7,7 @@ from itertools import pairwise
 import numpy as np
 
 from governor_mechanism.engines.dop853 import COUNTS, DONE, STIFF, integrate
-from governor_mechanism.engines.grid import make_grid
+from governor_mechanism.engines.grid import Grid, make_grid
 from governor_mechanism.engines.independent import Implicit
 from governor_mechanism.engines.report import Reporter
 from governor_mechanism.engines.state import State
@@ -19,11 +19,21 @@ from governor_mechanism.scene import Scene
 LONGEST_STATION = 0.25
 """In time scales: how far apart the poses are at which limits are watched."""
 
+LONGEST_STEP = 2.5
+"""In time scales: no step is longer, whatever the tolerance."""
+
+FIRST_STEP = 0.004
+"""Of the longest one."""
+
 FEW_STEPS = 100
 """From one station to an event before the next one it takes a handful, but into a change point no end of them."""
 
 CLOSED = 1e-14
 """Fraction of the machine's size to which joints are closed at every step."""
+
+
+NOWHERE = Grid(np.zeros(1), np.zeros(0, dtype=np.int64), np.zeros(0, dtype=np.int64))
+"""For runs whose first reported time is out of reach."""
 
 
 class Stepper:
@@ -38,7 +48,8 @@ class Stepper:
         self.closed = CLOSED * reporter.mechanism.size
         breaks = np.unique(np.concatenate([curve.breaks for curve in self.curves]))
         longest = LONGEST_STATION * reporter.time_scale
-        self.grid = make_grid(times[times <= longest * max_steps], breaks, np.inf, longest)
+        within = times[times <= longest * max_steps]
+        self.grid = make_grid(within, breaks, np.inf, longest) if within.size else NOWHERE
         inner = breaks[(breaks > 0) & (breaks < self.grid.stations[-1])]
         self.knots = np.concatenate([[0.0], inner, self.grid.stations[-1:]])
         self.counts = np.zeros(COUNTS, dtype=np.int64)
@@ -49,15 +60,18 @@ class Stepper:
         """Have the kernels compiled or loaded, by an integration over no time, so that no run's cost includes it."""
         state, none = self.start.copy(), np.empty(0)
         found, counts = np.empty((0, state.size)), np.zeros(COUNTS, dtype=np.int64)
-        integrate(self.system, self.room, self._cubics(0.0), (0.0, 0.0), none, state, self._scale(), 1.0, 1.0, 1.0, 1,
-                  found, counts)  # fmt: skip
+        integrate(self.system, self.room, self._cubics(0.0), (0.0, 0.0), none, state, self._scale(), 1.0, 1.0, 1.0,
+                  1.0, 1, found, counts)  # fmt: skip
 
-    def stepped(self, tolerance: float) -> tuple[Array, int, float]:
-        """States (stations reached, numbers), how the integration ended, and the last step (s)."""
+    def stepped(self, tolerance: float, longest: float = LONGEST_STEP) -> tuple[Array, int, float]:
+        """States (stations reached, numbers), how the integration ended, and the last step (s).
+
+        longest: of a step, in time scales.
+        """
         stations, state = self.grid.stations, self.start.copy()
         found = np.empty((len(stations), state.size))
         found[0], filled, code = state, 1, DONE
-        step, scale = 0.01 * self.reporter.time_scale, self._scale()
+        step, scale = FIRST_STEP * longest * self.reporter.time_scale, self._scale()
         counts = np.zeros(COUNTS, dtype=np.int64)
         implicit: Implicit | None = None
         for start, end in pairwise(self.knots):
@@ -74,6 +88,7 @@ class Stepper:
                     scale,
                     tolerance,
                     step,
+                    longest * self.reporter.time_scale,
                     self.closed,
                     self.max_steps,
                     found[filled:],
@@ -126,7 +141,7 @@ class Stepper:
         state, counts = rows[k].copy(), np.zeros(COUNTS, dtype=np.int64)
         step, none = 0.01 * self.reporter.time_scale, np.empty((0, rows.shape[1]))
         code, *_ = integrate(self.system, self.room, self._cubics(start), (start, time), np.empty(0), state,
-                             self._scale(), tolerance, step, self.closed, FEW_STEPS, none, counts)  # fmt: skip
+                             self._scale(), tolerance, step, np.inf, self.closed, FEW_STEPS, none, counts)  # fmt: skip
         if code != DONE:
             return None
         origins, moving = state[:-EXTRA].reshape(2, len(self.system.bodies), 3)

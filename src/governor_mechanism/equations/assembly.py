@@ -18,6 +18,9 @@ from governor_mechanism.mechanism import LineAngle, Mechanism
 MAX_STEP = 0.1
 """Largest change of a reading (rad, or machine sizes) in one continuation step: Newton stays on its branch."""
 
+FARTHEST = 200.0
+"""rad, or machine sizes: some thirty turns; farther away a value is a slip."""
+
 CLOSED = 1e-13
 """Joints count as closed at this fraction of the machine's size; rounding leaves about 1e-15."""
 
@@ -75,6 +78,11 @@ class Assembler:
             if isinstance(self.mechanism.reading(name), LineAngle):
                 ways[name] = math.remainder(ways[name], math.tau)
         longest = max((abs(way) / self._scale(name) for name, way in ways.items()), default=0.0)
+        if longest > FARTHEST:
+            raise MechanismError(
+                f"{list(values)} lie {longest:.6g} rad or machine sizes away from where the mechanism stands; "
+                f"at most {FARTHEST:g} are gone: sketch it nearer, or leave out whole turns"
+            )
         count = max(1, math.ceil(longest / MAX_STEP))
         for left in np.arange(count - 1, -1, -1) / count:
             poses = self._newton(poses, {name: value - float(left) * ways[name] for name, value in values.items()})
@@ -127,7 +135,10 @@ class Assembler:
         if worst >= joints:
             return f"the rate of {rates[worst - joints]!r} at the start contradicts joints, drives, or another rate"
         name = self.equations.joints[self.equations.owner[worst]].name
-        return f"joint {name!r} cannot follow: drives and rates at the start contradict each other there"
+        return (
+            f"joint {name!r} cannot follow the drives and rates of the start: they contradict each other there, "
+            "or the start is a change point, where the joints do not say which way to go"
+        )
 
     def _masses(self) -> Array:
         """Masses and moments of inertia of the free coordinates; a lever's about its mass centre count as small."""

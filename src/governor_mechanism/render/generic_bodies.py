@@ -58,8 +58,8 @@ def outline_of(part: Part, body: Body, stage: Stage) -> list[Pair]:
     near = NEAR * stage.unit
     found = distinct([*_held(part, body), *_read(part, body), *_slots(part, body, stage)], near)
     wheel = body.name in wheel_bodies(part) | rack_bodies(part)
-    if not found or wheel:
-        return found
+    if not found or (wheel and all(math.hypot(*spot) <= near for spot in found)):
+        return found  # a wheel about its own centre; one that leans is a rod with a wheel
     centre = (0.0, 0.0)
     if len(found) == 1 and not _rides(part, body):
         away = math.hypot(*found[0])
