@@ -128,3 +128,16 @@ def test_gradient_and_bend_of_a_reading_are_its_derivatives(reading):
     found = measure(mechanism, "r", start, velocity)
     assert np.sum(found.gradient * velocity) == pytest.approx(first, abs=1e-10)
     assert np.sum(found.gradient * acceleration) + found.bend == pytest.approx(second, abs=1e-6)
+
+
+@pytest.mark.parametrize(
+    "call",
+    [
+        lambda: gm.run("porter", accuracy="fine"),
+        lambda: gm.run("porter", times="soon"),
+        lambda: gm.kinematics("slider_crank_torque", "crank_angle", [0.5], rate="fast"),
+    ],
+)
+def test_arguments_that_are_no_numbers_are_refused_in_a_sentence(call):
+    with pytest.raises(gm.MechanismError, match=r"got '(fine|soon|fast)'"):
+        call()

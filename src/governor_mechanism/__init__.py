@@ -56,15 +56,12 @@ def run(
     are reported instead of the scene's own. Raises MechanismError for a wrong description, UnsupportedEffect for an
     engine that lacks an effect; a run that ends early comes back with a named outcome.
     """
-    import numpy as np
-
     from governor_mechanism.engines import choose
 
     opened = _opened(scene)
     name = opened.run.engine if engine == "auto" else engine
     chosen, reason = choose(name, opened, accuracy) if isinstance(name, str) else (name, "given")
-    reported = None if times is None else np.asarray(times, dtype=np.float64)
-    return chosen.run(opened, times=reported, accuracy=accuracy, certify=certify, reason=reason)
+    return chosen.run(opened, times=times, accuracy=accuracy, certify=certify, reason=reason)
 
 
 def crosscheck(

@@ -136,8 +136,10 @@ def _refuse_unsettled(mechanism: Mechanism, freedoms: int, wanted: int, why: str
 
 
 def _checked(over: str, values: Sequence[float] | Array, rate: float, acceleration: float) -> Array:
-    require_finite(rate, "", f"rate of {over!r}")
-    require_finite(acceleration, "", f"acceleration of {over!r}")
+    for what, number in (("rate", rate), ("acceleration", acceleration)):
+        if not isinstance(number, int | float):
+            raise MechanismError(f"{what} of {over!r} must be a number in SI; got {number!r}")
+        require_finite(number, "", f"{what} of {over!r}")
     try:
         wanted = np.atleast_1d(np.asarray(values, dtype=np.float64))
     except (TypeError, ValueError):

@@ -23,7 +23,8 @@ def choose(name: str, scene: Scene, accuracy: float | None = None) -> tuple[Engi
     if name == "auto":
         if scene.part.machine == "custom":
             return MultibodyEngine(), "the default for custom mechanisms"
-        if (scene.run.accuracy if accuracy is None else accuracy) < FINE:
+        asked = scene.run.accuracy if accuracy is None else accuracy
+        if isinstance(asked, int | float) and asked < FINE:  # what is no number the engine refuses
             return MultibodyEngine(), f"the default below an accuracy of {FINE:g}"
         return ImpulseEngine(), "the default"
     if name not in ENGINES:

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from abc import ABC, abstractmethod
+from collections.abc import Sequence
 from dataclasses import dataclass
 from typing import ClassVar, final
 
@@ -43,7 +44,7 @@ class Engine(ABC):
         self,
         scene: Scene,
         *,
-        times: Array | None = None,
+        times: Sequence[float] | Array | None = None,
         accuracy: float | None = None,
         certify: bool = True,
         reason: str = "asked for",
@@ -55,9 +56,9 @@ class Engine(ABC):
         """
         self._refuse_unsupported(scene)
         asked = scene.run.accuracy if accuracy is None else accuracy
-        if not 0 < asked < 1:
-            raise MechanismError(f"accuracy must lie between 0 and 1; got {asked:g}")
-        reported = reported_times(scene) if times is None else _checked(np.asarray(times, dtype=np.float64))
+        if not (isinstance(asked, int | float) and 0 < asked < 1):
+            raise MechanismError(f"accuracy must lie between 0 and 1; got {asked!r}")
+        reported = reported_times(scene) if times is None else _checked(times)
         return self._run(scene, Task(times=reported, accuracy=asked, certify=certify, reason=reason))
 
     def _refuse_unsupported(self, scene: Scene) -> None:
@@ -89,7 +90,11 @@ def reported_times(scene: Scene) -> Array:
     return times
 
 
-def _checked(times: Array) -> Array:
+def _checked(given: Sequence[float] | Array) -> Array:
+    try:
+        times = np.asarray(given, dtype=np.float64)
+    except (TypeError, ValueError) as error:
+        raise MechanismError(f"times must be a list of finite numbers (s); got {given!r}") from error
     if times.ndim != 1 or times.size == 0 or not np.all(np.isfinite(times)):
         raise MechanismError(f"times must be a one-dimensional array of finite numbers; got shape {times.shape}")
     if times[0] < 0 or np.any(np.diff(times) <= 0):
