@@ -287,3 +287,13 @@ def test_a_time_out_of_reach_ends_by_name():
     run = gm.run("pendulum_iftomm", engine="multibody", times=[1e9])
     assert run.outcome is Outcome.STEP_LIMIT
     assert len(run.times) == 0
+
+
+def test_the_time_of_leaving_the_range_is_found():
+    # A ball thrown outward on a light arm without weight keeps its speed; at this spindle speed of none it is simple.
+    scene = governor_scene(WATT, speed=0.0, angle=0.5, rate=4.0, duration=2.0)
+    scene = replace(scene, effects=scene.effects[1:])  # no gravity, and a spindle that stands: the arm turns evenly
+    run = MultibodyEngine().run(scene, accuracy=1e-8)
+    assert run.outcome is Outcome.LEFT_RANGE
+    time = float(run.detail.split("t = ")[1].split(" s")[0])
+    assert time == pytest.approx((np.pi / 2 - 0.5) / 4.0, abs=1e-8)

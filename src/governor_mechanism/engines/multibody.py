@@ -31,6 +31,9 @@ MARGIN = 100.0
 LOOSER = 10.0
 """How much looser the second run of a certificate is."""
 
+HALVINGS = 40
+"""Of the time between two stations, to find when a motion leaves its range: to rounding."""
+
 TIGHTEST = 1e-15
 """Below this no tolerance is tried: double precision ends."""
 
@@ -123,7 +126,7 @@ class Follower:
         outside = self.reporter.first_outside(every.poses)
         if outside is not None:
             kept, ended = outside[0], Outcome.LEFT_RANGE
-            detail = f"{outside[1]}, at about t = {self.stepper.grid.stations[kept]:.6g} s"
+            detail = f"{outside[1]}, at {self._leaving(rows, tolerance, kept)}"
         elif code == STALLED:
             ended, detail = Outcome.STALLED, f"at t = {self.stepper.grid.stations[kept - 1]:.6g} s"
         elif code != DONE or len(self.stepper.grid.reported) < len(self.task.times):
@@ -132,6 +135,23 @@ class Follower:
         state = every.at(self.stepper.grid.first(kept).reported)
         report = self.reporter.report(state)
         return Followed(state, every.first(kept), rows, tolerance, report, ended, detail, step, {})
+
+    def _leaving(self, rows: Array, tolerance: float, station: int) -> str:
+        """When the motion leaves its range, before this station: by halving the time from the one before."""
+        times = self.stepper.grid.stations
+        if station == 0 or self.stepper.stiff_from < np.inf:
+            return f"about t = {times[station]:.6g} s"
+        inside, outside = float(times[station - 1]), float(times[station])
+        for _ in range(HALVINGS):
+            middle = 0.5 * (inside + outside)
+            there = self.stepper.between(rows, tolerance, station - 1, middle)
+            if there is None:
+                return f"about t = {outside:.6g} s"
+            if self.reporter.first_outside(there[0][np.newaxis]) is None:
+                inside = middle
+            else:
+                outside = middle
+        return f"t = {outside:.9g} s"
 
     def trajectory(self, best: Followed, wall_time: float) -> Trajectory:
         """The result."""
