@@ -157,6 +157,23 @@ class Rack(Joint):
 
 
 @dataclass(frozen=True, kw_only=True)
+class Proportion(Joint):
+    """A linkage without mass moves the second point along a direction ratio times as far as the first, plus offset (m).
+
+    Both ways are counted in the plane, along `angle` (rad, anticlockwise from x). Takes one freedom.
+    """
+
+    ratio: float
+    angle: float
+    offset: float = 0.0
+
+    def __post_init__(self) -> None:
+        super().__post_init__()
+        for name, unit in (("ratio", ""), ("angle", "rad"), ("offset", "m")):
+            require_finite(getattr(self, name), unit, f"{name} of proportion {self.name!r}")
+
+
+@dataclass(frozen=True, kw_only=True)
 class DrivenTurn(Joint):
     """A drive turns the second body against the first: its angle less the first's follows `motion` (rad)."""
 
@@ -179,5 +196,5 @@ class DrivenSlide(Joint):
 
 
 ALL_JOINTS: frozenset[type[Joint]] = frozenset(
-    {Pin, Distance, Slider, Weld, Prismatic, ArcSlot, CurveSlot, Gear, Rack, DrivenTurn, DrivenSlide}
+    {Pin, Distance, Slider, Weld, Prismatic, ArcSlot, CurveSlot, Gear, Rack, Proportion, DrivenTurn, DrivenSlide}
 )

@@ -120,7 +120,7 @@ BROKEN: list[tuple[str, str, list[str]]] = [
         "unknown machine",
         scene_text('machine = "pendulum_govenor"\n'),
         [
-            'machine "pendulum_govenor" is unknown; known are pendulum_governor, custom.',
+            'machine "pendulum_govenor" is unknown; known are pendulum_governor, parabolic_governor, custom.',
             "Did you mean 'pendulum_governor'?",
         ],
     ),

@@ -2,12 +2,12 @@
 
 from __future__ import annotations
 
-from governor_mechanism.checking import pendulum
+from governor_mechanism.checking import parabolic, pendulum
 from governor_mechanism.checking.report import CheckReport, Row
 from governor_mechanism.errors import MechanismError
 from governor_mechanism.scene import Scene
 
-CHECKS = {"pendulum_governor": pendulum.findings}
+CHECKS = {"pendulum_governor": pendulum.findings, "parabolic_governor": parabolic.findings}
 """The closed-form checks of each machine: scene -> rows, and notes (strings) on what was left out."""
 
 

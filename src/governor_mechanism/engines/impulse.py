@@ -11,9 +11,12 @@ from governor_mechanism.effects import Centrifugal, Effect, Gravity
 from governor_mechanism.engines.base import Engine, Task
 from governor_mechanism.engines.climb import Climb, Tuning
 from governor_mechanism.errors import MechanismError
-from governor_mechanism.joints import ALL_JOINTS, Joint, Rack
+from governor_mechanism.joints import ALL_JOINTS, Joint, Proportion, Rack
 from governor_mechanism.scene import Scene
 from governor_mechanism.trajectory import Trajectory
+
+LACKING: frozenset[type[Joint]] = frozenset((Rack, Proportion))
+"""Joints for which pymunk has no constraint."""
 
 
 @final
@@ -29,7 +32,7 @@ class ImpulseEngine(Tuning, Engine):
 
     name: ClassVar[str] = "impulse"
     effects: ClassVar[frozenset[type[Effect]]] = frozenset({Gravity, Centrifugal})
-    joints: ClassVar[frozenset[type[Joint]]] = ALL_JOINTS - {Rack}
+    joints: ClassVar[frozenset[type[Joint]]] = ALL_JOINTS - LACKING
 
     def __post_init__(self) -> None:
         if self.runs not in (1, 2, 3):

@@ -37,6 +37,7 @@ from governor_mechanism.joints import (
     Pin,
     Point,
     Prismatic,
+    Proportion,
     Rack,
     Slider,
     Weld,
@@ -109,6 +110,12 @@ def _(joint: Gear, size: float) -> list[Row]:
 @_rows.register
 def _(joint: Rack, size: float) -> list[Row]:
     return [Row(ALONG, (math.cos(joint.angle), math.sin(joint.angle), -joint.radius, 0.0, joint.offset))]
+
+
+@_rows.register
+def _(joint: Proportion, size: float) -> list[Row]:
+    direction = math.cos(joint.angle), math.sin(joint.angle)
+    return [Row(ALONG, (*direction, 0.0, 0.0, joint.offset, 1.0 - joint.ratio))]
 
 
 @_rows.register

@@ -17,14 +17,15 @@ from governor_mechanism.equations.points import Array, Records, Whole
 DISTANCE, ALONG, ACROSS = 0, 1, 2
 """Kinds: the distance; the part along a fixed direction, and turning; the part across a line of the first body.
 
-Parameters: (length); (direction x, y, m per rad of the first and of the second body's angle, constant); (angle)."""
+Parameters: (length); (direction x, y, m per rad of the first and of the second body's angle, constant, what the first
+point's way counts less than once); (angle)."""
 
-PARAMETERS = 5
+PARAMETERS = 6
 
 ROW = np.dtype(
     [
         *((name, "i8") for name in ("kind", "first", "second")),
-        *((name, "f8") for name in ("x1", "y1", "x2", "y2", "p0", "p1", "p2", "p3", "p4", "unit")),
+        *((name, "f8") for name in ("x1", "y1", "x2", "y2", "p0", "p1", "p2", "p3", "p4", "p5", "unit")),
         *((name, "i8") for name in ("drive", "piece", "pieces")),
     ]
 )
@@ -94,6 +95,9 @@ def evaluate(rows: Rows, poses: Array, velocities: Array, line: Array, gradient:
                 rx2, ry2 = cosine * x2 - sine * y2, sine * x2 + cosine * y2
             x2, y2 = poses[second, 0] + rx2, poses[second, 1] + ry2
             u2, v2 = velocities[second, 0] - ry2 * w2, velocities[second, 1] + rx2 * w2
+        share = 1.0 - row.p5 if row.kind == ALONG else 1.0
+        if share != 1.0:
+            x1, y1, rx1, ry1, u1, v1 = share * x1, share * y1, share * rx1, share * ry1, share * u1, share * v1
         dx, dy, du, dv = x2 - x1, y2 - y1, u2 - u1, v2 - v1
         turn1 = turn2 = curl = 0.0
         if row.kind == DISTANCE:
@@ -122,7 +126,8 @@ def evaluate(rows: Rows, poses: Array, velocities: Array, line: Array, gradient:
                 curl -= slope * (2.0 * w1 * sideways - w1 * w1 * ahead) + curving * rate * rate
                 nx, ny = nx - slope * ux, ny - slope * uy
         line[i, OPENING] = opening - line[i, ASKED]
-        gradient[i, 0, 0], gradient[i, 0, 1], gradient[i, 0, 2] = -nx, -ny, nx * ry1 - ny * rx1 + turn1
+        gradient[i, 0, 0], gradient[i, 0, 1] = -share * nx, -share * ny
+        gradient[i, 0, 2] = nx * ry1 - ny * rx1 + turn1
         gradient[i, 1, 0], gradient[i, 1, 1], gradient[i, 1, 2] = nx, ny, ny * rx2 - nx * ry2 + turn2
         inward_x, inward_y = w1 * w1 * rx1 - w2 * w2 * rx2, w1 * w1 * ry1 - w2 * w2 * ry2
         line[i, BEND] = line[i, ASKED_BEND] - (nx * inward_x + ny * inward_y + curl)
