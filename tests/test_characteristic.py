@@ -130,6 +130,14 @@ def test_a_free_spindle_adds_its_own_inertia_to_the_curve():
     assert np.all(free.free_frequency_squared[1:] < given.free_frequency_squared[1:])  # J0 unknown counts as none
 
 
+def test_speeds_and_points_that_are_none_are_refused():
+    for speed in (math.nan, math.inf, "fast"):
+        with pytest.raises(gm.MechanismError, match="spindle's speed must be"):
+            gm.equilibria("porter", speed)
+    with pytest.raises(gm.MechanismError, match="2 points or more"):
+        gm.speed_curve("porter", 1)
+
+
 def test_equilibria_of_what_has_no_single_coordinate_are_refused():
     with pytest.raises(gm.MechanismError, match="mobility one without drives"):
         gm.equilibria("quick_return", 1.0)

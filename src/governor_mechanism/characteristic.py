@@ -18,7 +18,7 @@ from scipy.optimize import brentq
 from governor_mechanism.equations.points import Array
 from governor_mechanism.equations.readings import reading_value
 from governor_mechanism.equations.reduction import Along, Reduction
-from governor_mechanism.errors import MechanismError
+from governor_mechanism.errors import MechanismError, require_finite
 from governor_mechanism.mechanism import Mechanism
 from governor_mechanism.scene import Scene
 
@@ -90,6 +90,8 @@ def equilibrium_speed(scene: Scene, values: Array) -> Array:
 def speed_curve(scene: Scene, points: int = 500) -> SpeedCurve:
     """The speed curve over the whole travel, its stability and its folds. Raises MechanismError as `Reduction` does."""
     _require_turning(scene)
+    if points < 2:
+        raise MechanismError(f"a speed curve needs 2 points or more; got {points!r}")
     reduction = Reduction(scene)
     mechanism = reduction.mechanism
     low, high = travel(mechanism)
@@ -128,6 +130,9 @@ def find_equilibria(scene: Scene, spindle_speed: float) -> tuple[Equilibrium, ..
 
     Raises MechanismError for a mechanism that rests everywhere (astatic), or whose travel is not known.
     """
+    if not isinstance(spindle_speed, int | float):
+        raise MechanismError(f"the spindle's speed must be a number (rad/s); got {spindle_speed!r}")
+    require_finite(spindle_speed, "rad/s", "the spindle's speed")
     reduction = Reduction(scene)
     low, high = travel(reduction.mechanism)
     square = spindle_speed**2

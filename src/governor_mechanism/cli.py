@@ -26,6 +26,8 @@ from governor_mechanism.errors import MechanismError
 from governor_mechanism.joints import DrivenSlide, DrivenTurn
 
 if TYPE_CHECKING:
+    from governor_mechanism.characteristic import Equilibrium, SpeedCurve
+    from governor_mechanism.scene import Scene
     from governor_mechanism.trajectory import Trajectory
 
 app = typer.Typer(
@@ -198,35 +200,25 @@ def equilibria(
             characteristic_figure(opened, curve, out / f"{Path(opened.source).stem}_characteristic.png", found)
         )
     if as_json:
-        rows = [
-            {
-                "coordinate": rest.coordinate,
-                "readings": dict(rest.readings),
-                "stable": rest.stable,
-                "stiffness": rest.stiffness,
-                "frequency": rest.frequency,
-                "growth_rate": rest.growth_rate,
-            }
-            for rest in found
-        ]
+        kept = ("coordinate", "readings", "stable", "stiffness", "frequency", "growth_rate")
+        rests = [{key: getattr(rest, key) for key in kept} for rest in found]
         folds = [{"coordinate": value, "speed": at} for value, at in curve.folds]
-        print_json({"coordinate": name, "equilibria": rows, "folds": folds, "files": [str(path) for path in files]})
+        print_json({"coordinate": name, "equilibria": rests, "folds": folds, "files": [str(path) for path in files]})
         return OK
-    print(opened.title)
-    unit = "rad" if opened.part.mechanism.reading(name).quantity == "angle" else "m"
-    for rest in found:
-        how = (
-            f"stable, swings at {rest.frequency:.6g} rad/s"
-            if rest.stable
-            else f"unstable, grows at {rest.growth_rate:.6g} /s"
-        )
-        print(f"{name.replace('_', ' ')} {_everyday(rest.coordinate, unit)}: {how}; stiffness {rest.stiffness:.6g}")
-    if not found:
-        print("no position of rest at this speed within the travel")
-    for value, at in curve.folds:
-        print(f"jumps at {_everyday(value, unit)}, {_everyday(at, 'rad/s')}")
-    print("".join(f"wrote {path}" for path in files))
+    print("\n".join([opened.title, *_rests(opened, found, curve), *(f"wrote {path}" for path in files)]))
     return OK
+
+
+def _rests(scene: Scene, found: tuple[Equilibrium, ...], curve: SpeedCurve) -> list[str]:
+    """A line for each position of rest, and for each jump."""
+    unit = "rad" if scene.part.mechanism.reading(curve.name).quantity == "angle" else "m"
+    lines = []
+    for rest in found:
+        swing, growth = f"stable, swings at {rest.frequency:.6g} rad/s", f"unstable, grows at {rest.growth_rate:.6g} /s"
+        where = f"{curve.name.replace('_', ' ')} {_everyday(rest.coordinate, unit)}"
+        lines.append(f"{where}: {swing if rest.stable else growth}; stiffness {rest.stiffness:.6g}")
+    lines += [] if found else ["no position of rest at this speed within the travel"]
+    return lines + [f"jumps at {_everyday(value, unit)}, {_everyday(at, 'rad/s')}" for value, at in curve.folds]
 
 
 def describe(result: Trajectory) -> str:

@@ -155,6 +155,8 @@ def _idle(part: Part | None, spindle: Spindle | FreeSpindle, tables: Mapping[str
             "effects.centrifugal = true is missing: a free spindle is slowed by what turns with it; "
             "add it, or give spindle.speed"
         )
+    if isinstance(spindle, FreeSpindle) and part is not None and not turning:
+        yield f'spindle.inertia: nothing turns with it in a fixed plane; write plane = "{TURNING}", or leave it out'
     if part is not None and not turning and centrifugal is True:
         yield f'effects.centrifugal = true needs a plane that turns; write plane = "{TURNING}", or leave it out'
 

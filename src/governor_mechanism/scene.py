@@ -142,6 +142,11 @@ class Scene:
         if not self.parts:
             raise MechanismError("a scene needs at least one part")
         turning = any(part.plane == TURNING for part in self.parts)
+        if isinstance(self.spindle, FreeSpindle) and not turning:
+            raise MechanismError(
+                "a free spindle needs a mechanism that turns with it, and this one lives in a fixed plane; "
+                'write plane = "turning", or leave the spindle out'
+            )
         if isinstance(self.spindle, FreeSpindle) and turning and not self.centrifugal:
             raise MechanismError(
                 "a free spindle is slowed by what turns with it; list effects.centrifugal, or give spindle.speed"

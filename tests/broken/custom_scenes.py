@@ -245,6 +245,11 @@ BROKEN_CUSTOM: list[tuple[str, str, list[str]]] = [
         ["nothing holds body 'loose' to the ground, and it keeps a mobility of 2: no chain of joints, links"],
     ),
     (
+        "a free spindle beside a fixed plane",
+        own_scene("[spindle]\ninertia = 1\nstart_speed = 2", top=TOP + '\nplane = "fixed"'),
+        ["spindle.inertia: nothing turns with it in a fixed plane", 'write plane = "turning", or leave it out'],
+    ),
+    (
         "parts nobody holds",
         own_scene(
             force_of("torque", 'body = "crank"', "moment = 1"),

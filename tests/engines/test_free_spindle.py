@@ -10,7 +10,7 @@ import pytest
 import governor_mechanism as gm
 from governor_mechanism.engines import ImpulseEngine
 from governor_mechanism.programs import Program
-from governor_mechanism.scene import FreeSpindle
+from governor_mechanism.scene import FIXED, FreeSpindle
 from governor_mechanism.trajectory import Outcome
 from reference.mechanisms import PORTER_IN_SPACE as REFERENCE
 from scenes import PORTER, governor_scene
@@ -78,6 +78,13 @@ def test_impulse_is_of_second_order_with_a_free_spindle():
             errors.append(np.max(np.abs(run.readings[name] - true.readings[name])))
         ratios = np.array(errors[:-1]) / errors[1:]
         assert np.all((ratios > 3.8) & (ratios < 4.2)), (name, ratios)  # four, but for terms of the next order
+
+
+def test_a_free_spindle_needs_something_that_turns_with_it():
+    scene = free_porter()
+    part = replace(scene.part, plane=FIXED)
+    with pytest.raises(gm.MechanismError, match="lives in a fixed plane"):
+        replace(scene, parts=(part,))
 
 
 def test_a_free_spindle_needs_the_centrifugal_effect():

@@ -283,8 +283,9 @@ def test_loose_runs_have_an_estimate_all_the_same(accuracy):
     assert error <= run.error_estimate <= accuracy
 
 
-def test_a_time_out_of_reach_ends_by_name():
-    run = gm.run("pendulum_iftomm", engine="multibody", times=[1e9])
+@pytest.mark.parametrize("engine", ["multibody", "impulse"])
+def test_a_time_out_of_reach_ends_by_name(engine):
+    run = gm.run("pendulum_iftomm", engine=engine, times=[1e9])
     assert run.outcome is Outcome.STEP_LIMIT
     assert len(run.times) == 0
 

@@ -180,9 +180,9 @@ class Climb:
         levels = range(best.level, best.level + self.tuning.levels)
         stations = self._combined([self._at_stations(self.marches[one], best.ending.stations) for one in levels])[-1]
         state, report = best.state, best.report
-        power = self.reporter.power(stations)
-        if power is not None:
-            stations = replace(stations, work=stations.work + power)
+        uncounted = self.reporter.uncounted_work(stations)
+        if uncounted is not None:
+            stations = replace(stations, work=stations.work + uncounted)
             at = self.grid.first(best.ending.stations).reported
             state = replace(state, work=stations.work[at])
             report = self.reporter.report(state)

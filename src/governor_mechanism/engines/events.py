@@ -9,7 +9,7 @@ import numpy as np
 from scipy.interpolate import BPoly
 from scipy.optimize import brentq, minimize_scalar
 
-from governor_mechanism.equations.constraints import JointEquations
+from governor_mechanism.equations.assembly import Assembler
 from governor_mechanism.equations.points import Array
 from governor_mechanism.equations.readings import measure
 from governor_mechanism.mechanism import Mechanism
@@ -111,9 +111,7 @@ def _stands(mechanism: Mechanism, name: str, stations: Stations, k: int) -> tupl
 
 
 def _change_points(mechanism: Mechanism, stations: Stations) -> list[Event]:
-    equations, times = JointEquations(mechanism), stations.times
-    turns = np.array([[True, True, body.turns] for body in mechanism.bodies], dtype=np.bool_).ravel()
-    unit = np.tile([1.0, 1.0, 1.0 / mechanism.size], len(mechanism.bodies))[turns]
+    assembler, times = Assembler(mechanism), stations.times
     angle = np.sqrt(stations.independence)
     found = []
     for k in range(1, len(times) - 1):
@@ -123,8 +121,7 @@ def _change_points(mechanism: Mechanism, stations: Stations) -> list[Event]:
 
         def least(time: float, middle: float = times[k], paths: tuple[Path, Path] = paths) -> float:
             poses, _ = paths[int(time >= middle)](time)
-            rows = equations.gradients(poses).reshape(len(equations.owner), turns.size)[:, turns] * unit
-            values = np.linalg.svd(rows, compute_uv=False)
+            values = np.linalg.svd(assembler.joint_rows(poses), compute_uv=False)
             return float(values[-1] / values[0])
 
         result = minimize_scalar(least, bounds=(times[k - 1], times[k + 1]), method="bounded", options={"xatol": 1e-12})

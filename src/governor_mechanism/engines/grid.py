@@ -30,7 +30,12 @@ class Grid:
 
 
 def make_grid(times: Array, breaks: Array, step: float, longest: float) -> Grid:
-    """A grid whose steps are at most `step` and whose stations are at most `longest` apart (s), starting at 0."""
+    """A grid whose steps are at most `step` and whose stations are at most `longest` apart (s), starting at 0.
+
+    Without reported times, the start alone.
+    """
+    if not times.size:
+        return Grid(np.zeros(1), np.zeros(0, dtype=np.int64), np.zeros(0, dtype=np.int64))
     inner = breaks[(breaks > 0) & (breaks <= times[-1] * (1 + SAME))]
     # 0.1 * 3 is not 0.3: a reported time beside a break is that break, or an interval of rounding would be stepped.
     beside = np.abs(times[:, np.newaxis] - inner).min(axis=1, initial=np.inf) < SAME * times[-1]

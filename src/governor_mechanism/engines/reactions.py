@@ -5,8 +5,7 @@ from __future__ import annotations
 import numpy as np
 from numpy.typing import NDArray
 
-from governor_mechanism.equations.assembly import INDEPENDENT
-from governor_mechanism.equations.constraints import JointEquations
+from governor_mechanism.equations.assembly import INDEPENDENT, Assembler
 from governor_mechanism.equations.dynamics import Dynamics
 from governor_mechanism.equations.points import Array
 from governor_mechanism.equations.system import lever_pin, row_owners
@@ -49,13 +48,10 @@ def _carried_by_pin(mechanism: Mechanism, joint: Joint, found: Dynamics) -> Arra
 def _undetermined(mechanism: Mechanism, poses: Array, independence: Array) -> NDArray[np.bool_]:
     """(n, joints) whether forces within a joint could be exchanged for others without any body noticing."""
     loose = np.zeros((len(poses), len(mechanism.joints)), dtype=np.bool_)
-    equations = JointEquations(mechanism)
-    turns = np.array([[True, True, body.turns] for body in mechanism.bodies], dtype=np.bool_).ravel()
-    unit = np.tile([1.0, 1.0, 1.0 / mechanism.size], len(mechanism.bodies))[turns]
+    assembler = Assembler(mechanism)
     for at in np.flatnonzero(independence < DEPENDENT):
-        rows = equations.gradients(poses[at]).reshape(len(equations.owner), turns.size)[:, turns] * unit
-        left, values, _ = np.linalg.svd(rows, full_matrices=True)
+        left, values, _ = np.linalg.svd(assembler.joint_rows(poses[at]), full_matrices=True)
         kept = int(np.sum(values > INDEPENDENT * values[0])) if values.size else 0
         taking_part = np.any(np.abs(left[:, kept:]) > SHARE, axis=1)
-        loose[at, np.unique(equations.owner[taking_part])] = True
+        loose[at, np.unique(assembler.equations.owner[taking_part])] = True
     return loose

@@ -101,7 +101,7 @@ class Reporter:
         )
 
     def trajectory(self, found: Finding, *, cost: Cost, settings: dict[str, Any]) -> Trajectory:
-        """The result of a run, with joint forces and events."""
+        """The result of a run; joint forces and events wait in it until they are asked for."""
         state, stations, report = found.state, found.stations, found.report
         assembler = Assembler(self.mechanism)
         mobility = assembler.freedoms(stations.poses[0]) if len(stations.times) else assembler.mobility
@@ -139,10 +139,10 @@ class Reporter:
         speeds: Array = free_spindle_speed(momentum, own + self._inertia(poses))
         return speeds
 
-    def power(self, stations: State) -> Array | None:
-        """Less the work (n,) J that drives, loads and a free spindle's torque have done, from their power in between.
+    def uncounted_work(self, stations: State) -> Array | None:
+        """What an engine that counts no work of drives, loads and a free spindle's torque has to add to State.work.
 
-        None where nothing does any. For an engine that does not count it on the way.
+        (n,) J, found from their power between the stations; None where nothing does any.
         """
         drives = any(isinstance(joint, DrivenTurn | DrivenSlide) for joint in self.mechanism.joints)
         loads = any(not isinstance(load, Spring | TorsionSpring) for load in self.mechanism.loads)

@@ -7,7 +7,7 @@ from itertools import pairwise
 import numpy as np
 
 from governor_mechanism.engines.dop853 import COUNTS, DONE, STIFF, integrate
-from governor_mechanism.engines.grid import Grid, make_grid
+from governor_mechanism.engines.grid import make_grid
 from governor_mechanism.engines.independent import Implicit
 from governor_mechanism.engines.report import Reporter
 from governor_mechanism.engines.state import State
@@ -32,10 +32,6 @@ CLOSED = 1e-14
 """Fraction of the machine's size to which joints are closed at every step."""
 
 
-NOWHERE = Grid(np.zeros(1), np.zeros(0, dtype=np.int64), np.zeros(0, dtype=np.int64))
-"""For runs whose first reported time is out of reach."""
-
-
 class Stepper:
     """Steps a scene that starts at poses and velocities `standing`, to stations that include the reported times."""
 
@@ -48,8 +44,7 @@ class Stepper:
         self.closed = CLOSED * reporter.mechanism.size
         breaks = np.unique(np.concatenate([curve.breaks for curve in self.curves]))
         longest = LONGEST_STATION * reporter.time_scale
-        within = times[times <= longest * max_steps]
-        self.grid = make_grid(within, breaks, np.inf, longest) if within.size else NOWHERE
+        self.grid = make_grid(times[times <= longest * max_steps], breaks, np.inf, longest)
         inner = breaks[(breaks > 0) & (breaks < self.grid.stations[-1])]
         self.knots = np.concatenate([[0.0], inner, self.grid.stations[-1:]])
         self.counts = np.zeros(COUNTS, dtype=np.int64)

@@ -57,8 +57,14 @@ class Assembler:
 
     def freedoms(self, poses: Array, *, drives: bool = True) -> int:
         """Freedoms left at these poses by the joints, and by the drives if they count."""
-        rows = self._joint_rows(poses)
+        rows = self.joint_rows(poses)
         return int(self.free.sum()) - rank(rows if drives else rows[~self.equations.driven])
+
+    def joint_rows(self, poses: Array) -> Array:
+        """Joint equations (equations, free coordinates) at poses (bodies, 3), lengths in machine sizes."""
+        rows = self.equations.gradients(poses).reshape(len(self.equations.owner), self.free.size)[:, self.free]
+        scaled: Array = rows * self._unit / self.mechanism.size
+        return scaled
 
     def poses(self, value: float, near: Array | None = None) -> Array:
         """Poses (bodies, 3) at a value of the leading coordinate, on the branch of `near` (or of the sketch).
@@ -115,7 +121,7 @@ class Assembler:
         moved = [name for name, value in values.items() if abs(self._off(name, value, poses)) > CLOSED]
         if len(moved) != 1 or self.freedoms(poses) != 1:
             return poses
-        motion = np.linalg.svd(self._joint_rows(poses))[2][-1]
+        motion = np.linalg.svd(self.joint_rows(poses))[2][-1]
         along = measure(self.mechanism, moved[0], poses).gradient.ravel()[self.free]
         change = float(np.sum(along * self._unit * motion))
         if abs(change) > NUDGE * self._scale(moved[0]):
@@ -154,12 +160,6 @@ class Assembler:
 
     def _sketch(self) -> Array:
         return np.array(self.mechanism.sketch, dtype=np.float64)
-
-    def _joint_rows(self, poses: Array) -> Array:
-        """Joint equations by the free coordinates, lengths in machine sizes."""
-        rows = self.equations.gradients(poses).reshape(len(self.equations.owner), self.free.size)[:, self.free]
-        scaled: Array = rows * self._unit / self.mechanism.size
-        return scaled
 
     def _rows(self, poses: Array, names: list[str]) -> Array:
         """Joint equations and, last, the readings of these names, by the free coordinates."""
