@@ -32,11 +32,13 @@ RANKS = [
     {"reading"},
     {"library"},
     {"characteristic"},
+    {"resting"},
     {"statics", "driven"},
     {"engines"},
     {"checking", "studies", "render", "saving"},
     {"__init__"},
     {"console"},
+    {"telling"},
     {"cli"},
 ]
 RANK = {name: rank for rank, names in enumerate(RANKS) for name in names}

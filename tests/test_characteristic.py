@@ -2,18 +2,26 @@
 
 from __future__ import annotations
 
+import itertools
 import math
 from dataclasses import replace
 
 import numpy as np
 import pytest
-from hypothesis import given, settings
+from hypothesis import assume, given, settings
 from hypothesis import strategies as st
 
 import governor_mechanism as gm
-from governor_mechanism.characteristic import find_equilibria, speed_curve, standing_band
+from governor_mechanism.characteristic import equilibrium_speed, speed_curve, standing_band
 from governor_mechanism.closed_form import pendulum as closed
+from governor_mechanism.curves import Polynomial
 from governor_mechanism.equations.reduction import Reduction
+from governor_mechanism.joints import GROUND, CurveSlot, Distance, Point, Slider
+from governor_mechanism.loads import Spring
+from governor_mechanism.mechanism import Body, Coordinate, Limit, LineAngle, Mechanism
+from governor_mechanism.resting import find_equilibria, rests_at
+from governor_mechanism.scene import TURNING, Part, Start
+from governor_mechanism.statics import resting_poses
 from reference.zehnder import CROSSED_MARKS, FRICTION_BAND, SNAP, TABLES
 from scenes import CROSSED, EXTENDED, PORTER, UNCROSSED_LINKS, WATT, governor_scene, random_governor
 
@@ -64,7 +72,8 @@ def test_the_jumping_governor_has_its_two_equilibria_and_its_fold():
 def test_below_the_fold_there_is_no_rest_and_above_there_are_two():
     scene = scene_of(CROSSED)
     lowest = CROSSED_MARKS["lowest_speed"]
-    assert find_equilibria(scene, lowest * (1 - 1e-6)) == ()
+    with pytest.raises(gm.MechanismError, match=r"rests nowhere in its travel, .* speeds from 135\.615 rpm"):
+        find_equilibria(scene, lowest * (1 - 1e-6))
     pair = find_equilibria(scene, lowest * (1 + 1e-6))  # closer together than the points of the scan
     assert [rest.stable for rest in pair] == [False, True]
     ((angle, speed),) = speed_curve(scene).folds
@@ -74,11 +83,39 @@ def test_below_the_fold_there_is_no_rest_and_above_there_are_two():
 
 def test_the_standing_band_is_zehnders():
     angle = np.radians([FRICTION_BAND["arm_angle_deg"]])
-    band = standing_band(scene_of(PORTER), angle, FRICTION_BAND["resistance"], "sleeve_lift")
+    band = standing_band(scene_of(PORTER), angle, FRICTION_BAND["resistance"])
     expected = [FRICTION_BAND[name] for name in ("falling_speed", "rising_speed", "insensitivity_exact")]
-    np.testing.assert_allclose([part[0] for part in band], expected, rtol=1e-10)  # asked
-    with pytest.raises(gm.MechanismError, match="even on a spindle that stands"):
-        standing_band(scene_of(PORTER), angle, 1e4, "sleeve_lift")
+    found = [band.falling_speed[0], band.rising_speed[0], band.insensitivity[0]]
+    np.testing.assert_allclose(found, expected, rtol=1e-10)  # asked
+    held = standing_band(scene_of(PORTER), angle, 1e4)
+    assert held.falling_speed[0] == 0.0  # held even on a spindle that stands
+    with pytest.raises(gm.MechanismError, match="must not be negative"):
+        standing_band(scene_of(PORTER), angle, -1.0)
+
+
+def test_the_band_lies_about_the_curve_and_along_it():
+    curve = gm.speed_curve("porter", 51, resistance=40.0)
+    band = curve.band
+    assert np.all((band.falling_speed < curve.speed) & (curve.speed < band.rising_speed))
+    # In Zehnder's rhombus the insensitivity is the same everywhere: W / ((M + m) g), exactly taken.
+    np.testing.assert_allclose(band.insensitivity[1:-1], FRICTION_BAND["insensitivity_exact"], rtol=1e-9)
+    none = gm.speed_curve("porter", 51, resistance=0.0).band
+    np.testing.assert_allclose(none.falling_speed, none.rising_speed, rtol=1e-15)
+
+
+@pytest.mark.parametrize("way", ["up", "down"])
+def test_the_jump_takes_its_time(way):
+    """Undamped from rest: up from 25 to 40 degrees, down from the fold to 25 degrees."""
+    jump = SNAP[way]
+    start = SNAP["stops_deg"][0] if way == "up" else SNAP["least_stable_deg"]
+    stop, sign = (SNAP["stops_deg"][1], 1.0) if way == "up" else (SNAP["stops_deg"][0], -1.0)
+    scene = replace(scene_of(IMPROVED, speed=jump["speed"]), start=Start(values={"arm_angle": math.radians(start)}))
+    run = gm.run(scene, engine="multibody", times=[jump["time"]], accuracy=1e-10)
+    assert run.outcome.ok
+    rate = run.rates["arm_angle"][0]
+    late = (run.readings["arm_angle"][0] - math.radians(stop)) / rate
+    assert abs(late) < 1e-7  # s, asked
+    assert rate == pytest.approx(sign * jump["arrival_rate"], abs=1e-8)
 
 
 @settings(max_examples=40, deadline=None)
@@ -141,5 +178,144 @@ def test_speeds_and_points_that_are_none_are_refused():
 def test_equilibria_of_what_has_no_single_coordinate_are_refused():
     with pytest.raises(gm.MechanismError, match="mobility one without drives"):
         gm.equilibria("quick_return", 1.0)
-    with pytest.raises(gm.MechanismError, match="travel of 'crank_angle' is not known"):
-        gm.equilibria("four_bar_chain", 1.0)
+
+
+def with_mechanism(mechanism):
+    """A turning scene with gravity around a mechanism of one's own."""
+    part = Part(name="test", machine="custom", dimensions={}, mechanism=mechanism, plane=TURNING)
+    return replace(scene_of(WATT), parts=(part,), start=Start(values={}))
+
+
+def guided_ball(slopes, *, low=0.05, high=0.5):
+    """A ball of 1 kg on a guide whose slope is x times a polynomial: the square of its speed of rest over g."""
+    ball = Point(body="ball")
+    curve = Polynomial(coefficients=(0.0, 0.0, *(slope / (k + 2) for k, slope in enumerate(slopes))))
+    return with_mechanism(
+        Mechanism(
+            bodies=(Body(name="ball", mass=1.0, turns=False),),
+            joints=(CurveSlot(name="guide", first=Point(body=GROUND), second=ball, curve=curve),),
+            readings=(Coordinate(name="radius", quantity="length", point=ball, along_x=1.0, along_y=0.0),),
+            coordinate="radius",
+            size=high,
+            sketch=((0.2, 0.0, 0.0),),
+            limits=(Limit(reading="radius", low=low, high=high, below="the inner end", above="the outer end"),),
+        )
+    )
+
+
+def sprung_ball(stiffness, free_length, anchor, height):
+    """A ball of 1 kg on a level slide through the spindle axis, on a spring from a point over the slide."""
+    ball, ground = Point(body="ball"), Point(body=GROUND)
+    scene = with_mechanism(
+        Mechanism(
+            bodies=(Body(name="ball", mass=1.0, turns=False),),
+            joints=(Slider(name="slide", first=ground, second=ball, angle=0.0),),
+            readings=(Coordinate(name="radius", quantity="length", point=ball, along_x=1.0, along_y=0.0),),
+            coordinate="radius",
+            size=1.0,
+            sketch=((0.5, 0.0, 0.0),),
+            limits=(Limit(reading="radius", low=0.01, high=1.5, below="the inner end", above="the outer end"),),
+            loads=(
+                Spring(
+                    name="spring",
+                    first=Point(body=GROUND, x=anchor, y=height),
+                    second=ball,
+                    stiffness=stiffness,
+                    free_length=free_length,
+                ),
+            ),
+        )
+    )
+    return scene
+
+
+@settings(max_examples=80, deadline=None)
+@given(
+    anchor=st.floats(0.3, 0.9),
+    height=st.floats(0.02, 0.3),
+    free_length=st.floats(0.1, 0.6),
+    share=st.floats(0.05, 0.6),
+)
+def test_none_of_up_to_three_equilibria_is_missed(anchor, height, free_length, share):
+    """k (1 - L0 / L) (x - a) = m w^2 x; squared it is a quartic, whose roots are found without us."""
+    k, square = 100.0, 100.0 * share
+    line = np.polynomial.Polynomial([-k * anchor, k - square])
+    away = np.polynomial.Polynomial([-anchor, 1.0])
+    quartic = line**2 * (away**2 + height**2) - (k * free_length) ** 2 * away**2
+    roots = np.array([root.real for root in quartic.roots() if abs(root.imag) < 1e-7])
+    lengths = np.hypot(roots - anchor, height)
+    true = np.abs(k * (1 - free_length / lengths) * (roots - anchor) - square * roots) < 1e-5 * k
+    expected = np.sort(roots[true & (roots > 0.011) & (roots < 1.499)])
+    assume(np.all(np.diff(expected) > 1e-3))  # the roots of a quartic lose half their digits where two meet
+    edge = np.abs(roots[true][:, np.newaxis] - np.array([0.01, 1.5]))
+    assume(not np.any(edge < 2e-3))
+    found = rests_at(sprung_ball(k, free_length, anchor, height), math.sqrt(square))
+    np.testing.assert_allclose([rest.coordinate for rest in found], expected, atol=1e-9)
+    kinds = [rest.stable for rest in found]
+    assert all(one != other for one, other in itertools.pairwise(kinds))  # they take turns
+
+
+def test_three_equilibria_are_found_where_there_are_three():
+    found = rests_at(sprung_ball(100.0, 0.4, 0.5, 0.05), math.sqrt(5.0))
+    assert [rest.stable for rest in found] == [True, False, True]
+
+
+def test_a_nearly_astatic_rest_says_how_little_it_is_worth():
+    """w^2 = g (10 + s (x - 0.2)): a relative change of speed moves it by 20 / s metres."""
+    for slope in (1.0, 1e-3, 1e-6):
+        scene = guided_ball([10.0 - 0.2 * slope, slope])
+        (rest,) = find_equilibria(scene, math.sqrt(10.0 * scene.gravity))
+        assert rest.sensitivity == pytest.approx(20.0 / slope, rel=1e-6)
+        assert rest.coordinate == pytest.approx(0.2, abs=rest.uncertainty)
+        assert rest.uncertainty < 1e-11 / slope
+
+
+def test_an_astatic_governor_rests_over_a_continuum():
+    scene = gm.load("parabolic")
+    (rest,) = gm.equilibria(scene)
+    assert rest.astatic
+    assert not rest.stable
+    assert rest.extent == pytest.approx((0.05, 0.25), rel=1e-4)  # the ends of the guide, but for a hair
+    assert rest.frequency == rest.growth_rate == 0.0
+    curve = gm.speed_curve(scene)
+    assert curve.astatic.all()
+    assert not curve.stable.any()
+    assert curve.folds == ()
+    with pytest.raises(gm.MechanismError, match="astatic, and rests at 120 rpm"):
+        gm.equilibria(scene, scene.spindle.speeds[0] * 1.001)
+    with pytest.raises(gm.MechanismError, match="not definite: at 120 rpm the mechanism is astatic"):
+        resting_poses(scene)
+
+
+def conical_pendulum():
+    """A ball on an arm pivoted on the spindle axis: over 90 degrees turning drives it back down."""
+    ball, pivot = Point(body="ball"), Point(body=GROUND)
+    return with_mechanism(
+        Mechanism(
+            bodies=(Body(name="ball", mass=1.0, turns=False),),
+            joints=(Distance(name="arm", first=pivot, second=ball, length=0.4),),
+            readings=(LineAngle(name="arm_angle", quantity="angle", start=pivot, end=ball),),
+            coordinate="arm_angle",
+            size=0.4,
+            sketch=((0.2, -0.2, 0.0),),
+        )
+    )
+
+
+def test_no_speed_holds_a_mechanism_beyond_the_pole_of_its_curve():
+    scene = conical_pendulum()
+    curve = gm.speed_curve(scene)
+    assert curve.poles == pytest.approx((math.pi / 2,), abs=1e-12)
+    assert curve.low_end == curve.high_end == "the mass centre of 'ball' comes to the spindle axis"
+    np.testing.assert_array_equal(curve.held, curve.coordinate < math.pi / 2)
+    with pytest.raises(gm.MechanismError, match="beyond the pole of its curve at 90 deg"):
+        equilibrium_speed(scene, np.array([math.pi / 2 + 0.1]))
+    with pytest.raises(gm.MechanismError, match="has a pole at 90 deg"):
+        find_equilibria(scene, math.sqrt(scene.gravity / 0.4) * 0.999)  # below the least, sqrt(g / l)
+
+
+def test_without_a_spindle_gravity_alone_says_where_it_rests():
+    rests = gm.equilibria("pendulum_iftomm")
+    assert [math.degrees(rest.coordinate) for rest in rests] == pytest.approx([-270, -90], abs=1e-9)
+    assert [rest.stable for rest in rests] == [False, True]
+    assert rests[1].frequency == pytest.approx(math.sqrt(9.81), rel=1e-12)

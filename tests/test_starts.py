@@ -139,10 +139,14 @@ def test_the_same_linkage_in_millimetres_starts_the_same():
     np.testing.assert_allclose(millimetres / [1e3, 1e3, 1.0], metres, atol=1e-13)
 
 
-def test_an_equilibrium_is_for_mobility_one():
+def test_a_linkage_starts_at_rest_at_the_bottom_of_its_travel():
     made = scene('[start]\ncrank_angle = "equilibrium"\n')
-    with pytest.raises(gm.MechanismError, match="travel of 'crank_angle' is not known"):
-        starting_state(made)
+    poses, velocities = starting_state(made)
+    (stable,) = [rest for rest in gm.equilibria(made) if rest.stable]
+    np.testing.assert_array_equal(poses, stable.poses)
+    assert not velocities.any()
+    run = gm.run(made, times=[1.0], accuracy=1e-8)
+    np.testing.assert_allclose(run.poses[-1], poses, atol=1e-7)  # where it was let go, it stays
 
 
 SLOT = """

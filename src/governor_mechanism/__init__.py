@@ -17,10 +17,11 @@ if TYPE_CHECKING:
     import numpy as np
     from numpy.typing import NDArray
 
-    from governor_mechanism.characteristic import Equilibrium, SpeedCurve
+    from governor_mechanism.characteristic import SpeedCurve, StandingBand
     from governor_mechanism.checking import CheckReport
     from governor_mechanism.driven import Kinematics
     from governor_mechanism.engines import Engine
+    from governor_mechanism.resting import Equilibrium
     from governor_mechanism.scene import Scene
     from governor_mechanism.trajectory import Trajectory
 
@@ -109,23 +110,46 @@ def kinematics(
     return follow(_opened(scene), over, values, rate, acceleration)
 
 
-def speed_curve(scene: Scene | str | Path, points: int = 500) -> SpeedCurve:
+def speed_curve(
+    scene: Scene | str | Path,
+    points: int = 500,
+    *,
+    resistance: float | None = None,
+    against: str = "sleeve_lift",
+) -> SpeedCurve:
     """The speed at which a scene's mechanism rests, over its whole travel, with stiffness, frequencies and folds.
 
-    Raises MechanismError for a mechanism of another mobility than one, or whose travel is not known.
+    With a resistance (N, or N m) at the reading `against`, its standing band too. Raises MechanismError for a mechanism
+    of another mobility than one, and where nothing that the spindle's turning could balance pulls at it.
     """
     from governor_mechanism.characteristic import speed_curve as curve
 
-    return curve(_opened(scene), points)
+    return curve(_opened(scene), points, resistance=resistance, against=against)
+
+
+def standing_band(
+    scene: Scene | str | Path,
+    over: Sequence[float] | NDArray[np.float64],
+    resistance: float,
+    against: str = "sleeve_lift",
+) -> StandingBand:
+    """Between which spindle speeds a resistance (N, or N m) at a reading holds a scene's mechanism.
+
+    over are values (n,) SI of its leading coordinate. Raises MechanismError for a negative resistance.
+    """
+    from governor_mechanism.characteristic import standing_band as band
+
+    return band(_opened(scene), over, resistance, against)
 
 
 def equilibria(scene: Scene | str | Path, spindle_speed: float | None = None) -> tuple[Equilibrium, ...]:
     """Every position of rest at a spindle speed (rad/s; the scene's first if left out), each with its stability.
 
-    Raises MechanismError as speed_curve does, and for an astatic mechanism.
+    An astatic mechanism rests over a range, its `extent`. Raises MechanismError as speed_curve does, and where there
+    is no rest at that speed, with the speeds at which there is.
     """
-    from governor_mechanism.characteristic import find_equilibria
     from governor_mechanism.equations.timing import SpeedProgram
+    from governor_mechanism.resting import find_equilibria
 
     opened = _opened(scene)
     speed = SpeedProgram(opened.spindle).start_speed if spindle_speed is None else spindle_speed
@@ -155,4 +179,5 @@ __all__ = [
     "load",
     "run",
     "speed_curve",
+    "standing_band",
 ]

@@ -23,10 +23,12 @@ from governor_mechanism.console import (
     working,
 )
 from governor_mechanism.errors import MechanismError
-from governor_mechanism.joints import DrivenSlide, DrivenTurn
 
 if TYPE_CHECKING:
-    from governor_mechanism.characteristic import Equilibrium, SpeedCurve
+    from collections.abc import Sequence
+
+    from governor_mechanism.characteristic import SpeedCurve
+    from governor_mechanism.resting import Equilibrium
     from governor_mechanism.scene import Scene
     from governor_mechanism.trajectory import Trajectory
 
@@ -127,6 +129,8 @@ def run(
     if as_json:
         print_json({**summary(result), "files": [str(path) for path in files]})
     else:
+        from governor_mechanism.telling import describe
+
         print(describe(result))
         print("wrote " + ", ".join(str(path) for path in files))
         if not result.outcome.ok:
@@ -178,108 +182,55 @@ def equilibria(
     speed: Annotated[
         str | None, typer.Option(help='Of the spindle, as "6.4 rad/s" or "61 rpm"; the scene\'s own.')
     ] = None,
-    out: Annotated[Path, typer.Option(help="Folder for the figure.")] = Path("results"),
-    no_figure: Annotated[bool, typer.Option("--no-figure", help="Leave the figure out.")] = False,
+    resistance: Annotated[
+        str | None, typer.Option(help='Friction that holds it, as "40 N": draw the standing band.')
+    ] = None,
+    against: Annotated[str, typer.Option(help="The reading at which the resistance acts.")] = "sleeve_lift",
+    out: Annotated[Path, typer.Option(help="Folder for the figures.")] = Path("results"),
+    no_figure: Annotated[bool, typer.Option("--no-figure", help="Leave the figures out.")] = False,
     as_json: AsJson = False,
 ) -> int:
     """Find every position of rest at a speed, with its stability; draw the characteristic, speed against travel."""
     import governor_mechanism as gm
+    from governor_mechanism.characteristic import balances
+    from governor_mechanism.telling import describe_rests, rests_as_json
     from governor_mechanism.units import parse
 
     _prepare_folder(out)
     opened = gm.load(scene)
     wanted = None if speed is None else parse(speed, "angular_speed", "--speed")
+    hold = None if resistance is None else _resistance(opened, resistance, against)
     found = gm.equilibria(opened, wanted)
-    curve = gm.speed_curve(opened)
-    name = opened.part.mechanism.coordinate
-    files = []
-    if not no_figure:
-        from governor_mechanism.render.characteristic import characteristic_figure
-
-        files.append(
-            characteristic_figure(opened, curve, out / f"{Path(opened.source).stem}_characteristic.png", found)
-        )
+    curve = gm.speed_curve(opened, resistance=hold, against=against) if balances(opened) else None
+    places = [rest.coordinate for rest in found]
+    band = None if hold is None else gm.standing_band(opened, places, hold, against)
+    files = [] if no_figure or curve is None else _characteristics(opened, curve, found, out)
     if as_json:
-        kept = ("coordinate", "readings", "stable", "stiffness", "frequency", "growth_rate")
-        rests = [{key: getattr(rest, key) for key in kept} for rest in found]
-        folds = [{"coordinate": value, "speed": at} for value, at in curve.folds]
-        print_json({"coordinate": name, "equilibria": rests, "folds": folds, "files": [str(path) for path in files]})
-        return OK
-    print("\n".join([opened.title, *_rests(opened, found, curve), *(f"wrote {path}" for path in files)]))
+        told = {"coordinate": opened.part.mechanism.coordinate, **rests_as_json(found, curve, band)}
+        print_json({**told, "files": [str(path) for path in files]})
+    else:
+        lines = [opened.title, *describe_rests(opened, found, curve, band), *(f"wrote {path}" for path in files)]
+        print("\n".join(lines))
     return OK
 
 
-def _rests(scene: Scene, found: tuple[Equilibrium, ...], curve: SpeedCurve) -> list[str]:
-    """A line for each position of rest, and for each jump."""
-    unit = "rad" if scene.part.mechanism.reading(curve.name).quantity == "angle" else "m"
-    lines = []
-    for rest in found:
-        swing, growth = f"stable, swings at {rest.frequency:.6g} rad/s", f"unstable, grows at {rest.growth_rate:.6g} /s"
-        where = f"{curve.name.replace('_', ' ')} {_everyday(rest.coordinate, unit)}"
-        lines.append(f"{where}: {swing if rest.stable else growth}; stiffness {rest.stiffness:.6g}")
-    lines += [] if found else ["no position of rest at this speed within the travel"]
-    return lines + [f"jumps at {_everyday(value, unit)}, {_everyday(at, 'rad/s')}" for value, at in curve.folds]
+def _resistance(scene: Scene, text: str, against: str) -> float:
+    from governor_mechanism.units import parse
+
+    angle = scene.part.mechanism.reading(against).quantity == "angle"
+    return parse(text, "torque" if angle else "force", "--resistance")
 
 
-def describe(result: Trajectory) -> str:
-    """A run in a few lines: how it ended, how accurate, where it is, what it cost."""
-    cost = result.cost
-    asked = result.settings["asked_accuracy"]
-    estimate = result.error_estimate
-    accurate = "" if estimate is None else f"accurate to {estimate:.1g} (asked {asked:.1g}); "
-    final = ", ".join(
-        f"{name.replace('_', ' ')} {_everyday(values[-1], result.units[name])}"
-        for name, values in result.readings.items()
-        if len(values)
-    )
-    gap = result.joint_gap.max(initial=0.0)
-    laws = ", ".join(f"{name} {count:,}" for name, count in cost.evaluations.items())
-    return "\n".join(
-        [
-            result.scene.title,
-            result.message,
-            *result.notes,
-            f"{accurate}joints closed to {gap:.1e} m, energy drift {result.energy.drift:.1e}",
-            f"at {result.times[-1] if len(result.times) else 0:g} s: {final}",
-            f"{_mobility(result)}; {_passed(result)}",
-            f"engine {cost.engine} ({cost.reason}): {cost.runs} runs, {cost.steps:,} steps, simulated in "
-            f"{cost.wall_time:.2g} s{f', {cost.method}' if cost.method else ''}",
-            f"law evaluations: {laws or 'none'}",
-        ]
-    )
+def _characteristics(scene: Scene, curve: SpeedCurve, found: Sequence[Equilibrium], out: Path) -> list[Path]:
+    """The characteristic, and Zehnder's plate for the governors it speaks of."""
+    from governor_mechanism.render.characteristic import characteristic_figure
+    from governor_mechanism.render.parabolas import has_parabolas, parabolas_figure
 
-
-def _mobility(result: Trajectory) -> str:
-    joints = [joint for part in result.scene.parts for joint in part.mechanism.joints]
-    drives = sum(isinstance(joint, DrivenTurn | DrivenSlide) for joint in joints)
-    return f"mobility {result.mobility}" + (f" beside {drives} driven" if drives else "")
-
-
-EVENTS = 3
-"""So many are told one by one."""
-
-
-def _passed(result: Trajectory) -> str:
-    """What the motion passed, and the joint that carried most."""
-    told = [str(event) for event in result.events[:EVENTS]]
-    more = len(result.events) - len(told)
-    events = "; ".join(told + [f"and {more} more events"] * (more > 0)) or "no dead centre or change point passed"
-    forces = {name: reaction.size for name, reaction in result.reactions.items()}
-    largest = max(forces, key=lambda name: forces[name].max(initial=0.0), default=None)
-    if largest is None or not len(result.times):
-        return events
-    at = int(forces[largest].argmax())
-    loose = [name for name, reaction in result.reactions.items() if not reaction.determined.all()]
-    carried = f"largest joint force {forces[largest][at]:.4g} N in {largest!r} at {result.times[at]:.4g} s"
-    redundant = f"; not settled by rigid bodies: the forces of {', '.join(map(repr, loose))}" if loose else ""
-    return f"{events}\n{carried}{redundant}"
-
-
-def _everyday(value: float, unit: str) -> str:
-    """A reading in the unit an engineer says it in."""
-    factors = {"rad": (57.29577951308232, "deg"), "m": (1e3, "mm"), "rad/s": (9.549296585513721, "rpm")}
-    factor, name = factors.get(unit, (1.0, unit))
-    return f"{round(value * factor, 4) + 0.0:.4f} {name}"  # adding zero: no minus before a zero
+    stem = Path(scene.source).stem
+    files = [characteristic_figure(scene, curve, out / f"{stem}_characteristic.png", found)]
+    if has_parabolas(scene):
+        files.append(parabolas_figure(scene, out / f"{stem}_parabolas.png"))
+    return files
 
 
 def _write(result: Trajectory, out: Path, stem: str, film: FilmFormat | None) -> list[Path]:

@@ -7,7 +7,6 @@ from dataclasses import replace
 
 import numpy as np
 
-from governor_mechanism.characteristic import equilibrium_speed, find_equilibria, travel
 from governor_mechanism.equations.assembly import Assembler
 from governor_mechanism.equations.compiled import announce
 from governor_mechanism.equations.points import Array
@@ -16,6 +15,7 @@ from governor_mechanism.equations.system import make_system
 from governor_mechanism.equations.timing import SpeedProgram
 from governor_mechanism.errors import MechanismError
 from governor_mechanism.mechanism import Mechanism
+from governor_mechanism.resting import find_equilibria
 from governor_mechanism.scene import EQUILIBRIUM, Scene
 
 
@@ -138,7 +138,11 @@ def _refuse_outside(mechanism: Mechanism, name: str, value: float) -> None:
 def resting_poses(scene: Scene) -> Array:
     """Poses of the one stable equilibrium at the scene's first spindle speed; refuses none, and more than one."""
     speed = SpeedProgram(scene.spindle).start_speed
-    found = find_equilibria(scene, speed)
+    try:
+        found = find_equilibria(scene, speed)
+    except MechanismError as error:
+        start = f"start.{scene.part.mechanism.coordinate} = 'equilibrium'"
+        raise MechanismError(f"{start}: {error.problems[0]}; change spindle.speed, or give a number") from error
     stable = [rest for rest in found if rest.stable]
     if len(stable) == 1:
         return stable[0].poses
@@ -149,24 +153,14 @@ def resting_poses(scene: Scene) -> Array:
         raise MechanismError(
             f"start.{name} = 'equilibrium' is not definite: at {rpm:.6g} rpm there are stable ones at {at}; give one"
         )
-    if found:
-        at = ", ".join(f"{rest.coordinate:.6g}" for rest in found)
+    if found[0].astatic:
+        low, high = found[0].extent
         raise MechanismError(
-            f"start.{name} = 'equilibrium': at {rpm:.6g} rpm only an unstable one exists, at {name} = {at}; "
-            "start there by number, or change spindle.speed"
+            f"start.{name} = 'equilibrium' is not definite: at {rpm:.6g} rpm the mechanism is astatic and rests "
+            f"anywhere from {low:.6g} to {high:.6g}; give a number"
         )
+    at = ", ".join(f"{rest.coordinate:.6g}" for rest in found)
     raise MechanismError(
-        f"start.{name} = 'equilibrium': there is none at {rpm:.6g} rpm within the travel{_speeds_of_rest(scene)}; "
-        "change spindle.speed, or give a number"
+        f"start.{name} = 'equilibrium': at {rpm:.6g} rpm only an unstable one exists, at {name} = {at}; "
+        "start there by number, or change spindle.speed"
     )
-
-
-def _speeds_of_rest(scene: Scene) -> str:
-    """The range of speeds at which the mechanism rests somewhere in the middle of its travel, for a message."""
-    low, high = travel(scene.part.mechanism)
-    try:
-        speeds = equilibrium_speed(scene, np.linspace(0.95 * low + 0.05 * high, 0.05 * low + 0.95 * high, 40))
-    except MechanismError:
-        return ""
-    rpm = speeds * 30 / np.pi
-    return f" (it rests at speeds from about {np.min(rpm):.4g} to {np.max(rpm):.4g} rpm)"

@@ -247,3 +247,13 @@ def _nearest(unit: str, wanted: Kind) -> str:
     lowered = {name.lower(): name for name in reversed(known)}
     near = difflib.get_close_matches(word, list(lowered), n=1)
     return f". Did you mean {lowered[near[0]]!r}?" if near else ""
+
+
+EVERYDAY = {"rad": (180 / math.pi, "deg"), "m": (1e3, "mm"), "rad/s": (30 / math.pi, "rpm")}
+"""How many of an everyday unit make an SI unit; others are said as they are."""
+
+
+def spoken(value: float, unit: str, digits: str = ".6g") -> str:
+    """A value in SI with the unit an engineer says it in."""
+    factor, name = EVERYDAY.get(unit, (1.0, unit))
+    return f"{value * factor + 0.0:{digits}} {name}"  # adding zero: no minus before a zero

@@ -2,12 +2,16 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
 
 from governor_mechanism.closed_form import pendulum as closed
 from governor_mechanism.curves import Polynomial, Table
-from governor_mechanism.effects import Gravity
+from governor_mechanism.effects import Centrifugal, Gravity
 from governor_mechanism.equations.constraints import JointEquations
 from governor_mechanism.equations.reduction import Reduction
 from governor_mechanism.joints import (
@@ -29,7 +33,7 @@ from governor_mechanism.joints import (
 from governor_mechanism.loads import Force, Spring, Torque, TorsionSpring
 from governor_mechanism.mechanism import Body, BodyAngle, Mechanism, SecondMoments
 from governor_mechanism.programs import Motion, Program
-from governor_mechanism.scene import FIXED, Part, Scene, Spindle, Start
+from governor_mechanism.scene import FIXED, TURNING, Part, Scene, Spindle, Start
 from reference.zehnder import PORTER_OPEN
 from rigid import ARM_MASS, LINK_MASS, porter_with_rods
 
@@ -133,6 +137,42 @@ def test_a_reductions_primes_are_the_derivatives_of_its_quantities():
         assert getattr(along, f"{name}_slope")[0] == pytest.approx(first, rel=1e-7)
         if name == "potential":
             assert along.potential_bend[0] == pytest.approx(second, rel=1e-5)
+
+
+@settings(max_examples=30, deadline=None)
+@given(seed=st.integers(0, 2**32 - 1), value=st.floats(0.3, 1.4))
+def test_stiffness_is_half_the_slope_of_inertia_times_that_of_the_speed_squared(seed, value):
+    """K = J' d(w^2)/dq / 2 for a linkage with any masses and loads that turns with the spindle."""
+    random = np.random.default_rng(seed)
+    scene = loaded_crank()
+    part = scene.part
+    bodies = tuple(
+        replace(
+            body,
+            mass=body.mass * random.uniform(0.3, 3.0),
+            moments=SecondMoments(xx=0.03, yy=random.uniform(0, 0.02), xy=random.uniform(-0.01, 0.01), zz=0.01),
+        )
+        for body in part.mechanism.bodies
+    )
+    loads = tuple(
+        replace(load, stiffness=load.stiffness * random.uniform(0.3, 3.0)) if isinstance(load, Spring) else load
+        for load in part.mechanism.loads
+    )
+    turning = replace(part, mechanism=replace(part.mechanism, bodies=bodies, loads=loads), plane=TURNING)
+    reduction = Reduction(replace(scene, parts=(turning,), effects=(Gravity(), Centrifugal())))
+    along = reduction.at([value])
+    square = 2 * along.potential_slope[0] / along.spindle_slope[0]
+
+    def of_rest(way):
+        here = reduction.at([value + way])
+        return 2 * here.potential_slope[0] / here.spindle_slope[0]
+
+    stiffness = along.potential_bend[0] - 0.5 * square * along.spindle_bend[0]
+    # Near a pole of the curve its differences are worth little: they are measured against the steepness there.
+    parts = abs(along.potential_bend[0]) + abs(0.5 * square * along.spindle_bend[0])
+    near_pole = abs(along.spindle_bend[0] / along.spindle_slope[0])
+    expected = 0.5 * along.spindle_slope[0] * differences(of_rest)[0]
+    assert stiffness == pytest.approx(expected, abs=1e-7 * parts * (1 + near_pole) ** 3)
 
 
 def test_massive_rods_turn_with_the_spindle_as_the_closed_form_says():

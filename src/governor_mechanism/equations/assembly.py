@@ -46,7 +46,8 @@ class Assembler:
         turns = [body.turns for body in mechanism.bodies]
         self.free = np.array([[True, True, turn] for turn in turns], dtype=np.bool_).ravel()
         """(3 bodies,) which coordinates may change: a body that does not turn keeps its angle."""
-        self._unit = np.tile([mechanism.size, mechanism.size, 1.0], len(turns))[self.free]
+        self.unit = np.tile([mechanism.size, mechanism.size, 1.0], len(turns))[self.free]
+        """(free coordinates,) what a machine size, or a radian, of each is in SI."""
         asked = self.equations.asked(np.array(time))
         self._asked_rates = asked[:, 1]
 
@@ -63,7 +64,7 @@ class Assembler:
     def joint_rows(self, poses: Array) -> Array:
         """Joint equations (equations, free coordinates) at poses (bodies, 3), lengths in machine sizes."""
         rows = self.equations.gradients(poses).reshape(len(self.equations.owner), self.free.size)[:, self.free]
-        scaled: Array = rows * self._unit / self.mechanism.size
+        scaled: Array = rows * self.unit / self.mechanism.size
         return scaled
 
     def poses(self, value: float, near: Array | None = None) -> Array:
@@ -99,7 +100,7 @@ class Assembler:
         matrix = self._rows(poses, [self.mechanism.coordinate])
         right = np.zeros(matrix.shape[0])
         right[-1] = 1.0
-        return self._spread(np.linalg.lstsq(matrix, right, rcond=None)[0])
+        return self.spread(np.linalg.lstsq(matrix, right, rcond=None)[0])
 
     def velocities(self, poses: Array, rates: Mapping[str, float]) -> Array:
         """Velocities (bodies, 3) that follow the drives and have these rates of readings; of all such the slowest.
@@ -114,7 +115,7 @@ class Assembler:
         largest = max(float(np.max(np.abs(right), initial=0.0)), 1e-300)
         if np.max(np.abs(left), initial=0.0) > 1e-9 * largest:
             raise MechanismError(self._contradiction(left, list(rates)))
-        return self._spread(moving)
+        return self.spread(moving)
 
     def _off_dead_centre(self, poses: Array, values: Mapping[str, float]) -> Array:
         """Poses a little further on where a reading stands and would not say which way to go."""
@@ -123,10 +124,10 @@ class Assembler:
             return poses
         motion = np.linalg.svd(self.joint_rows(poses))[2][-1]
         along = measure(self.mechanism, moved[0], poses).gradient.ravel()[self.free]
-        change = float(np.sum(along * self._unit * motion))
+        change = float(np.sum(along * self.unit * motion))
         if abs(change) > NUDGE * self._scale(moved[0]):
             return poses
-        return self._newton(poses + self._spread(NUDGE * self._unit * motion * np.sign(motion[0] or 1.0)), {})
+        return self._newton(poses + self.spread(NUDGE * self.unit * motion * np.sign(motion[0] or 1.0)), {})
 
     def guess_gap(self) -> tuple[str, float]:
         """The joint that is open widest in the sketch as it was given, and by how much (m)."""
@@ -178,10 +179,10 @@ class Assembler:
             if closed:
                 return poses
             closed = np.max(np.abs(residual), initial=0.0) < CLOSED  # one step more, and rounding alone is left
-            matrix = self._rows(poses, names) * self._unit / weight[:, np.newaxis]
+            matrix = self._rows(poses, names) * self.unit / weight[:, np.newaxis]
             step = np.linalg.lstsq(matrix, -residual, rcond=None)[0]
             largest = float(np.max(np.abs(step)))
-            poses = poses + self._spread(self._unit * step * min(1.0, LONGEST / max(largest, 1e-300)))
+            poses = poses + self.spread(self.unit * step * min(1.0, LONGEST / max(largest, 1e-300)))
             if largest < 1e-15:
                 break
         return self._closed_or_refused(poses, values)
@@ -212,7 +213,7 @@ class Assembler:
             f"the mechanism cannot be assembled{where}: joint {name!r} stays open by {abs(gap):.6g} m{cure}"
         )
 
-    def _spread(self, free: NDArray[np.floating]) -> Array:
+    def spread(self, free: NDArray[np.floating]) -> Array:
         """Free coordinates back to (bodies, 3), with zeros for bodies that do not turn."""
         everything = np.zeros(self.free.size)
         everything[self.free] = free

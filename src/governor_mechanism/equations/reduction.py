@@ -25,14 +25,17 @@ from governor_mechanism.equations.points import Array, place
 from governor_mechanism.equations.readings import Measure, measure, measured
 from governor_mechanism.errors import MechanismError
 from governor_mechanism.loads import Force, Load, Spring, Torque, TorsionSpring
-from governor_mechanism.mechanism import BodyAngle, Mechanism, Separation
+from governor_mechanism.mechanism import BodyAngle, LineAngle, Mechanism, Separation
 from governor_mechanism.scene import TURNING, FreeSpindle, Scene
 
-COARSE, POLISH = 17, 8
-"""Values of a sweep that are assembled one by one, and at most so many Newton steps for all at once."""
+COARSE, POLISH = (17, 65, 257), 12
+"""So many values of a sweep are assembled one by one, more where the others stray; Newton steps for all at once."""
 
-CLOSED = 1e-10
-"""Machine sizes, and rad: what a Newton step makes of this is rounding."""
+STRAY = 0.05
+"""Machine sizes, and rad: others that close farther from where they were expected may be on another branch."""
+
+SMALL = 1e-8
+"""Machine sizes, and rad: after a Newton step of this size rounding alone is left."""
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -64,6 +67,7 @@ class Reduction:
         self.scene = scene
         self.mechanism: Mechanism = scene.part.mechanism
         self._assembler = Assembler(self.mechanism)
+        self._scale = np.array([self.mechanism.size, self.mechanism.size, 1.0])
         if self._assembler.equations.driven.any() or self._assembler.mobility != 1:
             raise MechanismError(
                 f"statics follow one coordinate of a mechanism of mobility one without drives; this one has mobility "
@@ -75,42 +79,73 @@ class Reduction:
 
     def at(self, values: Sequence[float] | Array, near: Array | None = None) -> Along:
         """Assembled exactly at values (n,) of the coordinate, each from the one before."""
-        poses: list[Array] = []
-        for value in np.asarray(values, dtype=np.float64):
+        asked, poses = np.asarray(values, dtype=np.float64), list[Array]()
+        for value in asked:
             near = self._assembler.poses(float(value), near)
             poses.append(near)
-        return self.over(np.array(poses).reshape(-1, len(self.mechanism.bodies), 3))
+        return self.over(np.array(poses).reshape(-1, len(self.mechanism.bodies), 3), asked)
 
     def sweep(self, values: Array) -> Along:
-        """Assembled at many values (n,) in order: a few one by one, the rest from a path of order 5 through them."""
-        coarse = self.at(np.linspace(values[0], values[-1], COARSE))
-        knots = np.stack([coarse.poses, coarse.tangents, coarse.curvatures], axis=1)
-        poses = BPoly.from_derivatives(coarse.coordinate, knots)(values)
-        for _ in range(POLISH):
-            found = measure(self.mechanism, self.mechanism.coordinate, poses)
-            off = np.column_stack([self._assembler.equations.openings(poses), found.value - values])
-            poses = poses - self._solve(self._rows(poses, found), off)
-            if np.max(np.abs(off)) < CLOSED * self.mechanism.size:
-                break
-        return self.over(poses)
+        """Assembled at many values (n,) in order: a few one by one, the rest from a cubic path through them."""
+        for count in COARSE:
+            knots = np.linspace(values[0], values[-1], count)
+            poses = self._followed(knots)
+            tangents = self._tangents(self._rows(poses, measure(self.mechanism, self.mechanism.coordinate, poses)))
+            expected = BPoly.from_derivatives(knots, np.stack([poses, tangents], axis=1))(values)
+            found = self._near(expected, values)
+            if found is not None:
+                return self.over(found, values)
+        return self.at(values)
 
-    def over(self, poses: Array) -> Along:
-        """Everything at assembled poses (n, bodies, 3). Raises MechanismError at a dead centre of the coordinate."""
+    def _followed(self, values: Array) -> Array:
+        """Poses (n, bodies, 3) at values in order, each from its neighbour, beginning nearest to the sketch."""
+        sketch = np.array(self.mechanism.sketch, dtype=np.float64)
         name = self.mechanism.coordinate
-        found = measure(self.mechanism, name, poses)
-        rows = self._rows(poses, found)
-        ahead = np.zeros(rows.shape[:-1])
-        ahead[:, -1] = 1.0
-        tangents = self._solve(rows, ahead)
-        bends = self._assembler.equations.bends(poses, tangents)
-        turned = -measure(self.mechanism, name, poses, tangents).bend
-        curvatures = self._solve(rows, np.concatenate([bends, turned[:, np.newaxis]], axis=1))
+        begin = int(np.argmin(np.abs(values - measure(self.mechanism, name, sketch).value)))
+        poses = np.zeros((len(values), *sketch.shape))
+        poses[begin] = self._assembler.poses(float(values[begin]))
+        for direction in (range(begin, 0, -1), range(begin, len(values) - 1)):
+            for k in direction:
+                following = k + (1 if direction.step > 0 else -1)
+                step = values[following] - values[k]
+                here = poses[k : k + 1]
+                expected = here + step * self._tangents(self._rows(here, measure(self.mechanism, name, here)))
+                found = self._near(expected, values[following : following + 1])
+                poses[following] = (
+                    self._assembler.poses(float(values[following]), poses[k]) if found is None else found[0]
+                )
+        return poses
+
+    def _near(self, expected: Array, values: Array) -> Array | None:
+        """Assembled poses near expected ones, (n, bodies, 3); None where they may be on another branch."""
+        poses = self._closed(expected, values)
+        strays = poses is None or np.max(np.abs(poses - expected) / self._scale) > STRAY
+        return None if strays else poses
+
+    def _closed(self, poses: Array, values: Array) -> Array | None:
+        """Poses (n, bodies, 3) that are nearly assembled at values (n,), assembled; None where they do not close."""
+        name = self.mechanism.coordinate
+        turned = isinstance(self.mechanism.reading(name), LineAngle)
+        for _ in range(POLISH):
+            found = measure(self.mechanism, name, poses)
+            off = found.value - values
+            off = np.remainder(off + np.pi, 2 * np.pi) - np.pi if turned else off
+            every = np.column_stack([self._assembler.equations.openings(poses), off])
+            step = self._solve(self._rows(poses, found), every)
+            poses = poses - step
+            if np.max(np.abs(step) / self._scale) < SMALL:
+                return poses
+        return None
+
+    def over(self, poses: Array, values: Array) -> Along:
+        """Everything at poses (n, bodies, 3) assembled at values (n,). Raises MechanismError at a dead centre."""
+        tangents, curvatures = self._path(poses)
         path = (poses, tangents, curvatures)
         inertia, inertia_slope = self._inertia(*path)
         spindle = self._spindle(*path)
         potential = self._potential(*path)
         return Along(
-            coordinate=found.value,
+            coordinate=values,
             poses=poses,
             tangents=tangents,
             curvatures=curvatures,
@@ -123,6 +158,21 @@ class Reduction:
             potential_slope=potential[1],
             potential_bend=potential[2],
         )
+
+    def _path(self, poses: Array) -> tuple[Array, Array]:
+        """First and second derivative of poses (n, bodies, 3) by the coordinate."""
+        name = self.mechanism.coordinate
+        found = measure(self.mechanism, name, poses)
+        rows = self._rows(poses, found)
+        tangents = self._tangents(rows)
+        bends = self._assembler.equations.bends(poses, tangents)
+        turned = -measure(self.mechanism, name, poses, tangents).bend
+        return tangents, self._solve(rows, np.concatenate([bends, turned[:, np.newaxis]], axis=1))
+
+    def _tangents(self, rows: Array) -> Array:
+        ahead = np.zeros(rows.shape[:-1])
+        ahead[:, -1] = 1.0
+        return self._solve(rows, ahead)
 
     def slopes(self, along: Along, name: str) -> Array:
         """Derivative (n,) of a reading by the coordinate."""

@@ -13,11 +13,12 @@ from matplotlib.backends.backend_agg import FigureCanvasAgg
 from matplotlib.figure import Figure
 from numpy.typing import NDArray
 
-from governor_mechanism.characteristic import Equilibrium, SpeedCurve
+from governor_mechanism.characteristic import SpeedCurve
 from governor_mechanism.errors import MechanismError
 from governor_mechanism.files import written_beside
-from governor_mechanism.render.style import BLUE, INK, PAPER, QUIET, RULE, SANS, SERIF, VERMILLION
+from governor_mechanism.render.style import BLUE, INK, PAPER, QUIET, RULE, SANS, SERIF, SKY, VERMILLION
 from governor_mechanism.render.wording import everyday
+from governor_mechanism.resting import Equilibrium
 from governor_mechanism.scene import Scene
 
 Array = NDArray[np.float64]
@@ -27,7 +28,7 @@ WIDTH, HEIGHT, DPI = 7.2, 5.0, 100
 
 PER_MINUTE = 30 / np.pi
 
-SHOWN = 2.5
+SHOWN = 1.6
 """Speeds up to so many times the middle one are shown: toward a dead centre the curve has no end."""
 
 
@@ -59,23 +60,32 @@ def _draw(axes: Axes, scene: Scene, curve: SpeedCurve, rests: Sequence[Equilibri
     unit = unit.replace("°", "deg")
     rpm = curve.speed * PER_MINUTE
     axes.set_facecolor(PAPER)
-    for wanted, style, words in ((True, "-", "stable"), (False, (0, (5, 3)), "unstable")):
-        here = np.where(curve.held & (curve.stable == wanted), rpm, np.nan)
+    kinds: tuple[tuple[NDArray[np.bool_], str | tuple[int, tuple[int, int]], str], ...] = (
+        (curve.stable, "-", "stable"),
+        (~curve.stable & ~curve.astatic, (0, (5, 3)), "unstable"),
+        (curve.astatic, (0, (1, 1)), "astatic: rests anywhere"),
+    )
+    for kind, style, words in kinds:
+        here = np.where(curve.held & kind, rpm, np.nan)
         if not np.all(np.isnan(here)):
             axes.plot(curve.coordinate * factor, here, linestyle=style, color=BLUE, linewidth=1.6, label=words)
+    if curve.band is not None:
+        low, high = (speed * PER_MINUTE for speed in (curve.band.falling_speed, curve.band.rising_speed))
+        words = f"held by {curve.band.resistance:g} N at the {curve.band.against.replace('_', ' ')}"
+        axes.fill_between(curve.coordinate * factor, low, high, where=curve.held, color=SKY, alpha=0.25, label=words)
     for value, speed in curve.folds:
         axes.plot([value * factor], [speed * PER_MINUTE], "o", color=VERMILLION, markersize=6)
         words = f"jump at {speed * PER_MINUTE:.4g} rpm"
         place = axes.annotate(words, (value * factor, speed * PER_MINUTE), (0, -16), textcoords="offset points")
         place.set(ha="center", color=VERMILLION, fontsize=8.5, fontfamily=SANS)
-    for rest in rests:
+    for rest in (one for one in rests if not one.astatic):
         speed = float(np.interp(rest.coordinate, curve.coordinate, rpm))
         fill = INK if rest.stable else PAPER
         axes.plot([rest.coordinate * factor], [speed], "o", color=INK, markerfacecolor=fill, markersize=7)
     middle = float(np.median(rpm[curve.held])) if curve.held.any() else 1.0
     shown = rpm[curve.held & (rpm < SHOWN * middle)]
     margin = 0.08 * (float(np.ptp(shown)) or middle)
-    axes.set_ylim(float(shown.min()) - 2 * margin, float(shown.max()) + margin)
+    axes.set_ylim(max(float(shown.min()) - 2 * margin, 0.0), float(shown.max()) + margin)
     axes.set_xlabel(f"{curve.name.replace('_', ' ')}, {unit}", color=INK, fontsize=10, fontfamily=SERIF)
     axes.set_ylabel("speed of rest, rpm", color=INK, fontsize=10, fontfamily=SERIF)
     for side, spine in axes.spines.items():
@@ -83,4 +93,4 @@ def _draw(axes: Axes, scene: Scene, curve: SpeedCurve, rests: Sequence[Equilibri
     axes.tick_params(color=QUIET, labelcolor=QUIET, labelsize=8, labelfontfamily=SANS)
     axes.grid(color=RULE, linewidth=0.6)
     axes.margins(x=0)
-    axes.legend(frameon=False, fontsize=8.5, loc="upper left")
+    axes.legend(frameon=False, fontsize=8.5, loc="upper center")
