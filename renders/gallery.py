@@ -9,11 +9,23 @@ from pathlib import Path
 
 import governor_mechanism as gm
 from governor_mechanism.library import shipped
+from governor_mechanism.render import regulation as figures
 from governor_mechanism.render.characteristic import characteristic_figure
+from governor_mechanism.render.effects import effects_figure
 from governor_mechanism.render.figures import readings_figure
 from governor_mechanism.render.parabolas import parabolas_figure
+from governor_mechanism.studies import regulation as studies
 
 FOLDER = Path(__file__).parent
+
+SHOWN = {"watt_improved": (11.0, 16.0), "porter_dry_friction": (0.0, 12.0)}
+"""The piece (s) of a scene that is filmed, where it is not the first four seconds."""
+
+BRAKED = ("porter_twitch", "porter_twitch_braked"), ("without the brake", "with the oil brake")
+"""Two scenes side by side, and what stands over them."""
+
+BILLS = ("porter_dry_friction", "porter_heavy_rods")
+"""Scenes whose effects are billed."""
 
 CHARACTERISTICS = {"porter": 40.0, "watt_improved": None, "parabolic": None}
 """Scenes whose speed curve is drawn, with the resistance (N) at the sleeve whose standing band is shaded."""
@@ -24,14 +36,29 @@ def main() -> None:
     for name in shipped():
         run = gm.run(name)
         run.raise_if_failed()
-        gm.film(run, FOLDER / f"{name}.gif", stop=min(4.0, run.times[-1]))
+        start, stop = SHOWN.get(name, (0.0, min(4.0, run.times[-1])))
+        gm.film(run, FOLDER / f"{name}.gif", start=start, stop=min(stop, run.times[-1]))
         readings_figure(run, FOLDER / f"{name}.png")
         print(f"{name}: {run.message}")
     for name, resistance in CHARACTERISTICS.items():
         scene = gm.load(name)
         curve = gm.speed_curve(scene, resistance=resistance)
         characteristic_figure(scene, curve, FOLDER / f"{name}_characteristic.png", gm.equilibria(scene))
+    names, titles = BRAKED
+    gm.film([gm.run(name) for name in names], FOLDER / "porter_twitch_pair.gif", titles=titles, stop=4.0)
+    for name in BILLS:
+        effects_figure(gm.effects_study(name), FOLDER / f"{name}_effects.png")
+    _regulation()
     parabolas_figure(gm.load("watt_improved"), FOLDER / "watt_improved_parabolas.png")
+
+
+def _regulation() -> None:
+    """The studies of how a governor regulates."""
+    figures.twitch_figure(studies.twitch(gm.load("porter_twitch"), studies.SHARES), FOLDER / "twitch.png")
+    played = [studies.play_and_twitch(gm.load(name), studies.PLAYS) for name in ("porter_play", "watt_play")]
+    figures.play_figure(played, FOLDER / "play.png")
+    figures.settling_figure(studies.settling(gm.load("porter_load_step"), studies.BRAKES), FOLDER / "settling.png")
+    figures.jump_figure(studies.jump(gm.load("watt_improved"), studies.RATES), FOLDER / "jump.png")
 
 
 if __name__ == "__main__":

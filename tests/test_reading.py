@@ -281,9 +281,9 @@ JUNK = st.recursive(
 )
 KEYS = {
     "dimensions": ["arm", "offset", "ball_mass", "sleeve_mass", "arm_joint", "link", "lug_offset", "arms"],
-    "effects": ["gravity", "centrifugal", "rods"],
-    "spindle": ["speed", "inertia"],
-    "start": ["arm_angle", "arm_rate", "arm_angel"],
+    "effects": ["gravity", "centrifugal", "rods", "spring", "dry_friction", "oil_brake", "stops", "play", "wind"],
+    "spindle": ["speed", "inertia", "unevenness", "waves"],
+    "start": ["arm_angle", "arm_rate", "arm_angel", "sleeve_play"],
     "run": ["duration", "every", "accuracy", "engine", "step"],
 }
 JUNK_TABLES = {
@@ -315,6 +315,20 @@ def test_any_document_is_read_or_refused_in_sentences(junk: dict[str, Any]) -> N
 def test_any_value_in_an_otherwise_good_scene_is_read_or_refused(place: tuple[str, str], junk: Any) -> None:
     whole = copy.deepcopy(document())
     whole[place[0]][place[1]] = junk
+    reads_or_refuses(whole)
+
+
+ACTING = st.dictionaries(
+    st.sampled_from(["sleeve", "arm_angle", "restitution"]) | st.text(max_size=5), JUNK, max_size=3
+)
+PARTS = ["rate", "preload", "wire", "coil", "turns", "modulus", "linear", "quadratic", "piston", "hole", "screw", "oil"]
+INNER = st.dictionaries(st.sampled_from([*PARTS, "width", "arm_mass", "ball_radius"]), LEAVES, max_size=5)
+
+
+@given(st.sampled_from(KEYS["effects"][2:8]), ACTING | INNER | st.dictionaries(st.just("sleeve"), INNER))
+def test_any_effect_in_an_otherwise_good_scene_is_read_or_refused(key: str, junk: Any) -> None:
+    whole = copy.deepcopy(document())
+    whole["effects"][key] = junk
     reads_or_refuses(whole)
 
 

@@ -23,6 +23,7 @@ if TYPE_CHECKING:
     from governor_mechanism.engines import Engine
     from governor_mechanism.resting import Equilibrium
     from governor_mechanism.scene import Scene
+    from governor_mechanism.studies.effects import EffectsStudy
     from governor_mechanism.trajectory import Trajectory
 
 __version__ = "0.1.0"
@@ -114,13 +115,13 @@ def speed_curve(
     scene: Scene | str | Path,
     points: int = 500,
     *,
-    resistance: float | None = None,
+    resistance: float | str | None = None,
     against: str = "sleeve_lift",
 ) -> SpeedCurve:
     """The speed at which a scene's mechanism rests, over its whole travel, with stiffness, frequencies and folds.
 
-    With a resistance (N, or N m) at the reading `against`, its standing band too. Raises MechanismError for a mechanism
-    of another mobility than one, and where nothing that the spindle's turning could balance pulls at it.
+    With a resistance (N, or N m; or "40 N") at the reading `against`, its standing band too. Raises MechanismError for
+    a mechanism of another mobility than one, and where nothing that the spindle's turning could balance pulls at it.
     """
     from governor_mechanism.characteristic import speed_curve as curve
 
@@ -130,38 +131,55 @@ def speed_curve(
 def standing_band(
     scene: Scene | str | Path,
     over: Sequence[float] | NDArray[np.float64],
-    resistance: float,
+    resistance: float | str,
     against: str = "sleeve_lift",
 ) -> StandingBand:
-    """Between which spindle speeds a resistance (N, or N m) at a reading holds a scene's mechanism.
+    """Between which spindle speeds a resistance (N, or N m; or "40 N") at a reading holds a scene's mechanism.
 
-    over are values (n,) SI of its leading coordinate. Raises MechanismError for a negative resistance.
+    over are values (n,) SI of its leading coordinate. Raises MechanismError for a negative resistance, for values
+    outside the travel, and where no speed holds the mechanism without resistance.
     """
     from governor_mechanism.characteristic import standing_band as band
 
     return band(_opened(scene), over, resistance, against)
 
 
-def equilibria(scene: Scene | str | Path, spindle_speed: float | None = None) -> tuple[Equilibrium, ...]:
-    """Every position of rest at a spindle speed (rad/s; the scene's first if left out), each with its stability.
+def equilibria(scene: Scene | str | Path, spindle_speed: float | str | None = None) -> tuple[Equilibrium, ...]:
+    """Every position of rest at a spindle speed (rad/s, or "61 rpm"; the scene's first if left out), and its stability.
 
-    An astatic mechanism rests over a range, its `extent`. Raises MechanismError as speed_curve does, and where there
-    is no rest at that speed, with the speeds at which there is.
+    An astatic mechanism rests over a range, its `extent`. Raises MechanismError for a mechanism of another mobility
+    than one, for a speed where nothing turns with the spindle, and where there is no rest at that speed, with the
+    speeds at which there is.
     """
-    from governor_mechanism.equations.timing import SpeedProgram
     from governor_mechanism.resting import find_equilibria
 
-    opened = _opened(scene)
-    speed = SpeedProgram(opened.spindle).start_speed if spindle_speed is None else spindle_speed
-    return find_equilibria(opened, speed)
+    return find_equilibria(_opened(scene), spindle_speed)
+
+
+def effects_study(
+    scene: Scene | str | Path,
+    engine: str = "auto",
+    accuracy: float | None = None,
+    progress: Callable[[int, int], None] | None = None,
+) -> EffectsStudy:
+    """What each effect of a scene changes in its readings and what it costs, and which may be left out.
+
+    The scene is run as it is, and with each effect switched. Raises MechanismError where it cannot be run.
+    """
+    from governor_mechanism.studies.effects import effects_study as study
+
+    return study(_opened(scene), engine, accuracy, progress)
 
 
 def _opened(scene: Scene | str | Path) -> Scene:
     return load(scene) if isinstance(scene, str | Path) else scene
 
 
-def film(run: Trajectory, path: str | Path, **options: Any) -> Path:
-    """Write a run as an animation (.gif, or .mp4 with the extra `video`); options as in `render.film.film`."""
+def film(run: Trajectory | Sequence[Trajectory], path: str | Path, **options: Any) -> Path:
+    """Write a run as an animation (.gif, or .mp4 with the extra `video`); options as in `render.film.film`.
+
+    Two runs that report the same times stand side by side, under the option titles=("left", "right").
+    """
     from governor_mechanism.render.film import film as write_film
 
     return write_film(run, path, **options)
@@ -173,6 +191,7 @@ __all__ = [
     "RunFailed",
     "UnsupportedEffect",
     "crosscheck",
+    "effects_study",
     "equilibria",
     "film",
     "kinematics",

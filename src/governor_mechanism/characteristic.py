@@ -9,22 +9,30 @@ from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
+from numbers import Integral
 
 import numpy as np
 from numpy.typing import NDArray
-from scipy.optimize import brentq
 
 from governor_mechanism.equations.points import Array
-from governor_mechanism.equations.readings import reading_value
 from governor_mechanism.equations.reduction import Along, Reduction
-from governor_mechanism.equations.travel import Travel, find_travel
-from governor_mechanism.errors import MechanismError, require_finite
-from governor_mechanism.mechanism import Mechanism
-from governor_mechanism.scene import TURNING, Scene
-from governor_mechanism.units import spoken
+from governor_mechanism.equations.scanning import NEUTRAL, scan
+from governor_mechanism.errors import MechanismError
+from governor_mechanism.scene import Scene
+from governor_mechanism.speeds import (
+    asked_resistance,
+    asked_values,
+    folds_of,
+    poles_of,
+    readings_at,
+    require_turning,
+    spoken_coordinate,
+    square_of_rest,
+)
+from governor_mechanism.units import shown
 
-NEUTRAL = 1e-11
-"""A stiffness, or a force, below this fraction of its parts is rounding and dimensions of twelve digits: astatic."""
+STANDING = 1e-10
+"""rad, or machine sizes: so near a place where the loads let go the speed of rest is zero, and not none."""
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -32,7 +40,9 @@ class StandingBand:
     """Between which speeds (n,) rad/s a resistance (N, or N m) at the reading `against` holds the mechanism.
 
     Below falling_speed it begins to fall, above rising_speed to rise; falling_speed is 0 where it is held even on a
-    spindle that stands. insensitivity is their difference over the speed of rest without resistance.
+    spindle that stands, rising_speed infinite where turning has no grip and it is held at every speed, both are 0 where
+    it is held at none. insensitivity is their difference over the speed of rest without resistance, infinite where none
+    but 0 is one.
     """
 
     resistance: float
@@ -70,57 +80,49 @@ class SpeedCurve:
     band: StandingBand | None = None
 
 
-def travel_of(scene: Scene) -> Travel:
-    """The travel of a scene's mechanism, as `equations.travel.find_travel`."""
-    return find_travel(scene.part.mechanism, turning=scene.part.plane == TURNING)
-
-
-def equilibrium_speed(scene: Scene, values: Array) -> Array:
+def equilibrium_speed(scene: Scene, values: Sequence[float] | Array) -> Array:
     """Spindle speed (rad/s) at which the mechanism rests at each value (n,) of its leading coordinate.
 
-    Raises MechanismError where no speed holds it, or where it cannot be assembled.
+    Where loads and turning both let go, and it rests at every speed, that of its neighbourhood. Raises MechanismError
+    for values outside the travel, and where no speed holds it.
     """
     require_turning(scene)
-    along = Reduction(scene).at(values)
-    square = square_of_rest(along)
-    wrong = np.flatnonzero(~(square > 0.0))
-    if wrong.size:
-        raise MechanismError(_not_held(scene, float(along.coordinate[wrong[0]])))
+    reduction = Reduction(scene)
+    along = reduction.at(asked_values(reduction, values))
+    square = square_of_rest(along, reduction.unit)
+    for k in np.flatnonzero(~(square > 0.0)):
+        raise MechanismError(_not_held(reduction, along, int(k)))
     return np.sqrt(square)
 
 
 def speed_curve(
-    scene: Scene, points: int = 500, *, resistance: float | None = None, against: str = "sleeve_lift"
+    scene: Scene, points: int = 500, *, resistance: float | str | None = None, against: str = "sleeve_lift"
 ) -> SpeedCurve:
     """The speed curve over the whole travel, its stability, folds and poles; with a resistance its standing band too.
 
+    Folds and poles are looked for where forces and stiffness ask for it, whatever the points (`equations.scanning`).
     resistance (N, or N m) acts at the reading `against`. Raises MechanismError as `Reduction` and `find_travel` do.
     """
     require_turning(scene)
-    if not isinstance(points, int) or points < 2:
-        raise MechanismError(f"a speed curve needs 2 points or more; got {points!r}")
+    if not isinstance(points, Integral) or isinstance(points, bool) or points < 2:
+        raise MechanismError(f"a speed curve needs 2 points or more; got {shown(points)}")
     reduction = Reduction(scene)
-    mechanism = reduction.mechanism
-    travel = travel_of(scene)
-    below, above = travel.below, travel.above
-    along = reduction.sweep(np.linspace(travel.low, travel.high, points))
-    kept, sentence = within_limits(mechanism, along.poses)
-    if sentence:
-        low_cut, high_cut = kept.start > 0, kept.stop < points
-        below, above = sentence if low_cut else below, sentence if high_cut else above
-        low, high = float(along.coordinate[kept.start]), float(along.coordinate[kept.stop - 1])
-        along = reduction.sweep(np.linspace(low, high, points))
-    square = square_of_rest(along)
+    held_by = None if resistance is None else asked_resistance(reduction.mechanism, resistance, against)
+    travel = reduction.travel
+    along, dense = reduction.at(np.linspace(travel.low, travel.high, int(points))), scan(reduction).ordered
+    square = square_of_rest(along, reduction.unit)
     held = square > 0.0
     square = np.where(held, square, 0.0)
     stiffness = along.potential_bend - 0.5 * square * along.spindle_bend
-    astatic = held & (np.abs(stiffness) <= NEUTRAL * _stiffness_parts(along, square))
+    parts = np.abs(along.potential_bend) + np.abs(0.5 * square * along.spindle_bend)
+    astatic = held & (np.abs(stiffness) <= NEUTRAL * parts)
     frequency = stiffness / along.inertia
-    more = square * along.spindle_slope**2 / ((reduction.rest_inertia + along.spindle) * along.inertia)
+    whole = (reduction.rest_inertia + along.spindle) * along.inertia
+    more = np.divide(square * along.spindle_slope**2, whole, out=np.zeros_like(square), where=whole > 0.0)
     return SpeedCurve(
-        name=mechanism.coordinate,
+        name=reduction.mechanism.coordinate,
         coordinate=along.coordinate,
-        readings={one.name: reading_value(mechanism, one.name, along.poses) for one in mechanism.readings},
+        readings=readings_at(reduction.mechanism, along),
         speed=np.sqrt(square),
         held=held,
         stiffness=stiffness,
@@ -128,34 +130,41 @@ def speed_curve(
         free_frequency_squared=frequency + more,
         stable=held & (stiffness > 0.0) & ~astatic,
         astatic=astatic,
-        folds=tuple(_folds(reduction, along, held)),
-        poles=tuple(_poles(reduction, along)),
-        low_end=below,
-        high_end=above,
-        band=None if resistance is None else _band(reduction, along, resistance, against),
+        folds=folds_of(reduction, dense),
+        poles=poles_of(reduction, dense),
+        low_end=travel.below,
+        high_end=travel.above,
+        band=None if held_by is None else _band(reduction, along, *held_by),
     )
 
 
 def standing_band(
-    scene: Scene, values: Sequence[float] | Array, resistance: float, against: str = "sleeve_lift"
+    scene: Scene, values: Sequence[float] | Array, resistance: float | str, against: str = "sleeve_lift"
 ) -> StandingBand:
     """The standing band under a resistance (N, or N m) at a reading, at values (n,) of the leading coordinate.
 
-    Raises MechanismError for a resistance that is negative or no number, and as `equilibrium_speed` does.
+    Raises MechanismError for a resistance that is negative or no number, for values outside the travel, and where
+    without resistance no speed holds the mechanism, or turning has no grip on it.
     """
     require_turning(scene)
     reduction = Reduction(scene)
-    return _band(reduction, reduction.at(values), resistance, against)
+    held_by = asked_resistance(reduction.mechanism, resistance, against)
+    along = reduction.at(asked_values(reduction, values))
+    stands = np.abs(along.potential_slope) <= STANDING * reduction.unit * np.abs(along.potential_bend)
+    wrong = (along.spindle_slope == 0.0) | ~((square_of_rest(along, reduction.unit) >= 0.0) | stands)
+    for k in np.flatnonzero(wrong):
+        raise MechanismError(_not_held(reduction, along, int(k)))
+    return _band(reduction, along, *held_by)
 
 
 def _band(reduction: Reduction, along: Along, resistance: float, against: str) -> StandingBand:
-    require_finite(resistance, "N", "the resistance")
-    if resistance < 0:
-        raise MechanismError(f"the resistance must not be negative; got {resistance:g}")
     hold = resistance * np.abs(reduction.slopes(along, against))
-    squares = [square_of_rest(along, sign * hold) for sign in (-1.0, 1.0)]
+    squares = [square_of_rest(along, reduction.unit, sign * hold) for sign in (-1.0, 1.0)]
     slow, fast = (np.sqrt(np.maximum(square, 0.0)) for square in (np.minimum(*squares), np.maximum(*squares)))
-    rest = np.sqrt(np.maximum(square_of_rest(along), 0.0))
+    loose = (along.spindle_slope == 0.0) & (hold > 0.0)
+    slow = np.where(loose, 0.0, slow)
+    fast = np.where(loose, np.where(np.abs(along.potential_slope) <= hold, np.inf, 0.0), fast)
+    rest = np.sqrt(np.maximum(square_of_rest(along, reduction.unit), 0.0))
     return StandingBand(
         resistance=resistance,
         against=against,
@@ -165,89 +174,14 @@ def _band(reduction: Reduction, along: Along, resistance: float, against: str) -
     )
 
 
-def within_limits(mechanism: Mechanism, poses: Array) -> tuple[slice, str]:
-    """The longest run of poses (n, bodies, 3) within all limits, and what happens beyond it ('' if nothing does)."""
-    inside, sentence = np.ones(len(poses), dtype=np.bool_), ""
-    for limit in mechanism.limits:
-        value = reading_value(mechanism, limit.reading, poses)
-        for outside, words in ((value <= limit.low, limit.below), (value >= limit.high, limit.above)):
-            sentence = words if outside.any() else sentence
-            inside &= ~outside
-    edges = np.flatnonzero(np.diff(np.concatenate([[0], inside.astype(int), [0]])))
-    runs = list(zip(edges[::2].tolist(), edges[1::2].tolist(), strict=True)) or [(0, 0)]
-    return slice(*max(runs, key=lambda run: run[1] - run[0])), sentence
-
-
-def balances(scene: Scene) -> bool:
-    """Whether there are both, loads and a spindle's turning that could balance them."""
-    return bool(scene.centrifugal and (scene.gravity or scene.part.mechanism.loads))
-
-
-def require_turning(scene: Scene) -> None:
-    """Refuse a scene whose loads a spindle's speed cannot balance."""
-    if not balances(scene):
-        raise MechanismError(
-            "an equilibrium speed needs both effects, gravity and centrifugal (or a spring instead of gravity); "
-            "list them in the scene"
-        )
-
-
-def square_of_rest(along: Along, more: Array | float = 0.0) -> Array:
-    """The square (n,) of the speed of rest under `more` force along the coordinate; -1 where turning does nothing."""
-    slope = along.spindle_slope
-    return np.where(slope != 0.0, 2 * (along.potential_slope + more) / np.where(slope != 0.0, slope, 1.0), -1.0)
-
-
-def _folds(reduction: Reduction, along: Along, held: NDArray[np.bool_]) -> list[tuple[float, float]]:
-    """Coordinates and speeds where the stiffness at rest changes its sign: K = J' d(w^2)/dq / 2."""
-
-    def stiffness(value: float, near: Array) -> float:
-        here = reduction.at([value], near)
-        return float((here.potential_bend - 0.5 * square_of_rest(here) * here.spindle_bend)[0])
-
-    at_rest = along.potential_bend - 0.5 * square_of_rest(along) * along.spindle_bend
-    scale = _stiffness_parts(along, square_of_rest(along))
-    found = []
-    for k in np.flatnonzero(held[:-1] & held[1:] & (at_rest[:-1] * at_rest[1:] < 0)).tolist():
-        if max(abs(at_rest[k]), abs(at_rest[k + 1])) < NEUTRAL * scale[k]:
-            continue  # rounding about an astatic mechanism's nought
-        ends = along.coordinate[k], along.coordinate[k + 1]
-        value = float(brentq(stiffness, *ends, args=(along.poses[k],), xtol=1e-14, rtol=1e-14))
-        found.append((value, float(np.sqrt(square_of_rest(reduction.at([value], along.poses[k]))[0]))))
-    return found
-
-
-def _stiffness_parts(along: Along, square: Array) -> Array:
-    """The sum (n,) of the parts of the stiffness without their signs."""
-    parts: Array = np.abs(along.potential_bend) + np.abs(0.5 * square * along.spindle_bend)
-    return parts
-
-
-def _poles(reduction: Reduction, along: Along) -> list[float]:
-    """Coordinates where J' changes its sign while the loads pull: toward them the speed of rest grows without end."""
-    found = []
-    for k in np.flatnonzero(along.spindle_slope[:-1] * along.spindle_slope[1:] < 0).tolist():
-        near, ends = along.poses[k], (along.coordinate[k], along.coordinate[k + 1])
-
-        def slope(value: float, near: Array = near) -> float:
-            return float(reduction.at([value], near).spindle_slope[0])
-
-        found.append(float(brentq(slope, *ends, xtol=1e-14, rtol=1e-14)))
-    return found
-
-
-def _not_held(scene: Scene, value: float) -> str:
-    """That no speed holds the mechanism at a value of its coordinate, and beyond which pole of its curve."""
-    try:
-        poles = sorted(speed_curve(scene).poles, key=lambda pole: abs(pole - value))
-    except MechanismError:
-        poles = []
+def _not_held(reduction: Reduction, along: Along, k: int) -> str:
+    """That no speed holds the mechanism at a value of its coordinate, and why, or beyond which pole of its curve."""
+    scene, value = reduction.scene, float(along.coordinate[k])
+    at = f"{reduction.mechanism.coordinate} = {spoken_coordinate(scene, value)}"
+    if along.spindle_slope[k] == 0.0 and square_of_rest(along, reduction.unit)[k] >= 0.0:
+        return f"the mechanism rests at {at} at every spindle speed: neither the loads nor turning move it there"
+    if along.spindle_slope[k] == 0.0:
+        return f"no spindle speed holds the mechanism at {at}: turning has no grip on it there, and the loads pull"
+    poles = sorted(poles_of(reduction, scan(reduction).ordered), key=lambda pole: abs(pole - value))
     beyond = "".join(f", beyond the pole of its curve at {spoken_coordinate(scene, pole)}" for pole in poles[:1])
-    at = f"{scene.part.mechanism.coordinate} = {spoken_coordinate(scene, value)}"
     return f"no spindle speed holds the mechanism at {at}{beyond}: the loads do not oppose"
-
-
-def spoken_coordinate(scene: Scene, value: float) -> str:
-    """A value (SI) of the leading coordinate in everyday units."""
-    mechanism = scene.part.mechanism
-    return spoken(value, "rad" if mechanism.reading(mechanism.coordinate).quantity == "angle" else "m")

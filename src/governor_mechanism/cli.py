@@ -27,7 +27,7 @@ from governor_mechanism.errors import MechanismError
 if TYPE_CHECKING:
     from collections.abc import Sequence
 
-    from governor_mechanism.characteristic import SpeedCurve
+    from governor_mechanism.characteristic import SpeedCurve, StandingBand
     from governor_mechanism.resting import Equilibrium
     from governor_mechanism.scene import Scene
     from governor_mechanism.trajectory import Trajectory
@@ -192,7 +192,7 @@ def equilibria(
 ) -> int:
     """Find every position of rest at a speed, with its stability; draw the characteristic, speed against travel."""
     import governor_mechanism as gm
-    from governor_mechanism.characteristic import balances
+    from governor_mechanism.speeds import balances
     from governor_mechanism.telling import describe_rests, rests_as_json
     from governor_mechanism.units import parse
 
@@ -202,23 +202,38 @@ def equilibria(
     hold = None if resistance is None else _resistance(opened, resistance, against)
     found = gm.equilibria(opened, wanted)
     curve = gm.speed_curve(opened, resistance=hold, against=against) if balances(opened) else None
-    places = [rest.coordinate for rest in found]
-    band = None if hold is None else gm.standing_band(opened, places, hold, against)
+    bands = [] if hold is None else [_band(opened, rest, hold, against) for rest in found]
     files = [] if no_figure or curve is None else _characteristics(opened, curve, found, out)
     if as_json:
-        told = {"coordinate": opened.part.mechanism.coordinate, **rests_as_json(found, curve, band)}
+        told = {"coordinate": opened.part.mechanism.coordinate, **rests_as_json(found, curve, bands)}
         print_json({**told, "files": [str(path) for path in files]})
     else:
-        lines = [opened.title, *describe_rests(opened, found, curve, band), *(f"wrote {path}" for path in files)]
+        lines = [opened.title, *describe_rests(opened, found, curve, bands), *(f"wrote {path}" for path in files)]
         print("\n".join(lines))
     return OK
 
 
 def _resistance(scene: Scene, text: str, against: str) -> float:
+    from governor_mechanism.speeds import require_turning
     from governor_mechanism.units import parse
 
-    angle = scene.part.mechanism.reading(against).quantity == "angle"
-    return parse(text, "torque" if angle else "force", "--resistance")
+    require_turning(scene)
+    quantities = {reading.name: reading.quantity for reading in scene.part.mechanism.readings}
+    if against not in quantities:
+        raise MechanismError(
+            f"--resistance acts at a reading, and there is no {against!r}; name one by --against: {list(quantities)}"
+        )
+    return parse(text, "torque" if quantities[against] == "angle" else "force", "--resistance")
+
+
+def _band(scene: Scene, rest: Equilibrium, hold: float, against: str) -> StandingBand | str:
+    """The standing band at a position of rest, or why there is none."""
+    import governor_mechanism as gm
+
+    try:
+        return gm.standing_band(scene, [rest.coordinate], hold, against)
+    except MechanismError as error:
+        return error.problems[0]
 
 
 def _characteristics(scene: Scene, curve: SpeedCurve, found: Sequence[Equilibrium], out: Path) -> list[Path]:
@@ -231,6 +246,90 @@ def _characteristics(scene: Scene, curve: SpeedCurve, found: Sequence[Equilibriu
     if has_parabolas(scene):
         files.append(parabolas_figure(scene, out / f"{stem}_parabolas.png"))
     return files
+
+
+@app.command()
+@guarded_command
+def effects(
+    scene: SceneName,
+    engine: Annotated[str, typer.Option(help="One engine for all the runs.")] = "auto",
+    accuracy: Annotated[float | None, typer.Option(help="Relative to each reading's scale.")] = None,
+    out: Annotated[Path, typer.Option(help="Folder for the figure.")] = Path("results"),
+    no_figure: Annotated[bool, typer.Option("--no-figure", help="Leave the figure out.")] = False,
+    as_json: AsJson = False,
+) -> int:
+    """Show what each effect of a scene changes and what it costs, and which may be left out."""
+    import governor_mechanism as gm
+
+    _prepare_folder(out)
+    opened = gm.load(scene)
+    with progress_bar("effects") as progress:
+        study = gm.effects_study(opened, engine, accuracy, progress)
+    files = []
+    if not no_figure:
+        from governor_mechanism.render.effects import effects_figure
+
+        files.append(effects_figure(study, out / f"{Path(opened.source).stem or 'scene'}_effects.png"))
+    if as_json:
+        print_json({**study.as_json(), "files": [str(path) for path in files]})
+    else:
+        print(study)
+        print("".join(f"wrote {path}" for path in files))
+    return OK
+
+
+class Regulation(StrEnum):
+    """What is asked about how a governor regulates."""
+
+    TWITCH = "twitch"
+    PLAY = "play"
+    SETTLING = "settling"
+    JUMP = "jump"
+
+
+@app.command()
+@guarded_command
+def regulation(
+    study: Annotated[Regulation, typer.Argument(help="What to ask.")],
+    scene: Annotated[str, typer.Argument(help="Of a scene of yours; a shipped one where it is left out.")] = "",
+    out: Annotated[Path, typer.Option(help="Folder for the figure.")] = Path("results"),
+) -> int:
+    """Twitching against unevenness or play, settling against the brake, the jump against the ramp; many runs each."""
+    from governor_mechanism.render import regulation as figures
+    from governor_mechanism.studies import regulation as studies
+
+    _prepare_folder(out)
+    path = out / f"{study.value}.png"
+    with working("running"):
+        match study:
+            case Regulation.TWITCH:
+                twitched = studies.twitch(_scene(scene, "porter_twitch"), studies.SHARES)
+                figures.twitch_figure(twitched, path)
+                told = f"twitches from {twitched.threshold:.6g} of the standing band on, which is {twitched.band:.6g}"
+            case Regulation.PLAY:
+                names = [scene] if scene else ["porter_play", "watt_play"]
+                played = [studies.play_and_twitch(_scene(name, ""), studies.PLAYS) for name in names]
+                figures.play_figure(played, path)
+                told = "\n".join(f"{one.title}: {one.finding}" for one in played)
+            case Regulation.SETTLING:
+                settled = studies.settling(_scene(scene, "porter_load_step"), studies.BRAKES)
+                figures.settling_figure(settled, path)
+                told = f"settles soonest, in {settled.best[1]:.4g} s, with a brake of {settled.best[0]:.4g} N s/m"
+            case Regulation.JUMP:
+                jumped = studies.jump(_scene(scene, "watt_improved"), studies.RATES)
+                figures.jump_figure(jumped, path)
+                told = (
+                    f"falls {jumped.falling_exponent.value:.4f} +- {jumped.falling_exponent.scatter:.1g} (exponent of "
+                    f"the rate) below {jumped.fold_speed:.6g} rad/s, jumps above {jumped.stop_speed:.6g} rad/s"
+                )
+    print(f"{told}\nwrote {path}")
+    return OK
+
+
+def _scene(name: str, shipped: str) -> Scene:
+    import governor_mechanism as gm
+
+    return gm.load(name or shipped)
 
 
 def _write(result: Trajectory, out: Path, stem: str, film: FilmFormat | None) -> list[Path]:

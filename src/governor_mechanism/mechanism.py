@@ -103,7 +103,7 @@ class FollowerHeight(Reading):
     """Height (m) of a massless follower hung by a link from a rod, and guided on the line x = `line`.
 
     The link of `length` starts on the rod top -> knee, at `fraction` of its length; the follower is below;
-    `zero` is subtracted.
+    `zero` is subtracted. With `against` it is that point's height above the follower instead, less `zero`.
     """
 
     top: Point
@@ -112,6 +112,7 @@ class FollowerHeight(Reading):
     line: float
     length: float
     zero: float = 0.0
+    against: Point | None = None
 
 
 @dataclass(frozen=True, kw_only=True)

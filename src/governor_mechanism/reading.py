@@ -9,20 +9,22 @@ from collections.abc import Callable, Iterable, Mapping
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, TypeVar
 
-from governor_mechanism.effects import Centrifugal, Effect
+from governor_mechanism.effects import PLAY, Effect, Play
 from governor_mechanism.errors import MechanismError
 from governor_mechanism.machines import MACHINES
 from governor_mechanism.machines.custom import CUSTOM
-from governor_mechanism.machines.dimensions import Machine
-from governor_mechanism.scene import EQUILIBRIUM, TURNING, FreeSpindle, Part, RunSettings, Scene, Spindle, Start
+from governor_mechanism.machines.dimensions import Machine, foreign_effects
+from governor_mechanism.reading_checks import against_each_other
+from governor_mechanism.reading_file import LARGEST_FILE, nearest_name, text_of
+from governor_mechanism.scene import EQUILIBRIUM, FreeSpindle, Part, RunSettings, Scene, Spindle, Start
 from governor_mechanism.units import shown
 
 if TYPE_CHECKING:
-    from governor_mechanism.mechanism import Mechanism
+    from governor_mechanism.mechanism import Mechanism, Reading
+    from governor_mechanism.reading_effects import Readings
     from governor_mechanism.reading_models import Table
 
-LARGEST_FILE = 1_000_000
-"""Bytes. A scene is a page of text; more is another kind of file."""
+__all__ = ["LARGEST_FILE", "PART", "nearest_name", "read", "scene_from_document"]
 
 PART = "governor"
 """The name of the only part of a scene."""
@@ -37,7 +39,7 @@ def read(path: str | Path, *, others: Iterable[str] = ()) -> Scene:
     for each mistake in the file, or one saying why it cannot be read.
     """
     source = str(path)
-    text = _text(Path(path), source, others)
+    text = text_of(Path(path), source, others)
     try:
         document = tomllib.loads(text)
     except RecursionError as error:
@@ -65,12 +67,13 @@ def scene_from_document(document: Mapping[str, Any], source: str = "") -> Scene:
         raise MechanismError(found.located(f"a scene is a table of keys; found {shown(document)}"))
     tables = {name: dict(value) for name, value in document.items() if isinstance(value, Mapping)}
     meant = _machine_meant(document)
-    top, part, start = (_own if meant == CUSTOM else _of_dimensions)(found, document, tables)
-    effects = _effects(found, tables, document)
+    top, part, effects, start = (_own if meant == CUSTOM else _of_dimensions)(found, document, tables)
     spindle = _spindle(found, tables)
     settings = found.table(models.RunTable, tables.get("run", {}), "run")
     run = found.made("[run]", lambda: RunSettings(**settings))
-    found.add(*_idle(part, spindle, tables))
+    if "spindle" in document:
+        tables.setdefault("spindle", {})  # what is no table has been told
+    found.add(*against_each_other(part, effects, spindle, start, tables))
     if found.sentences or part is None or run is None:
         raise MechanismError(*found.sentences)
     return Scene(
@@ -115,13 +118,12 @@ class _Findings:
         return None
 
 
-def _effects(found: _Findings, tables: Mapping[str, dict[str, Any]], document: Mapping[str, Any]) -> tuple[Effect, ...]:
-    from governor_mechanism.reading_models import EffectsTable
+def _effects(found: _Findings, tables: Mapping[str, dict[str, Any]], readings: Readings) -> tuple[Effect, ...]:
+    """The effects switched on, of a mechanism with these readings."""
+    from governor_mechanism.reading_effects import effects_of
 
-    given = found.table(EffectsTable, tables.get("effects", {}), "effects")
-    effects = tuple(effect for effect in given.values() if effect is not None)
-    if "spindle" not in document and any(isinstance(effect, Centrifugal) for effect in effects):
-        found.add('effects.centrifugal = true needs a spindle that turns; add [spindle] with a line speed = "120 rpm"')
+    effects, problems = effects_of(tables.get("effects", {}), readings)
+    found.add(*problems)
     return effects
 
 
@@ -140,25 +142,18 @@ def _spindle(found: _Findings, tables: Mapping[str, dict[str, Any]]) -> Spindle 
         )
         given = {key: value for key, value in given.items() if key not in free}
     if not free or "speed" in given:
-        speed: Spindle = found.table(SpindleTable, given, "spindle").get("speed", Spindle())
-        return speed
+        meaning = found.table(SpindleTable, given, "spindle")
+        speed: Spindle = meaning.pop("speed", Spindle())
+        return dataclasses.replace(speed, **meaning)
+    uneven = [key for key in ("unevenness", "waves") if key in given]
+    if uneven:
+        found.add(
+            f"spindle.{uneven[0]} cannot stand beside {', '.join(free)}: how unevenly a spindle left to itself turns "
+            "follows from its torque; leave it out, or give spindle.speed"
+        )
+        given = {key: value for key, value in given.items() if key not in uneven}
     meaning = found.table(FreeSpindleTable, given, "spindle")
     return (found.made("[spindle]", lambda: FreeSpindle(**meaning)) if meaning else None) or Spindle()
-
-
-def _idle(part: Part | None, spindle: Spindle | FreeSpindle, tables: Mapping[str, dict[str, Any]]) -> Iterable[str]:
-    """A spindle and a mechanism that do not act upon each other as the file says."""
-    turning = part is not None and part.plane == TURNING
-    centrifugal = tables.get("effects", {}).get("centrifugal", False)
-    if isinstance(spindle, FreeSpindle) and turning and centrifugal is False:
-        yield (
-            "effects.centrifugal = true is missing: a free spindle is slowed by what turns with it; "
-            "add it, or give spindle.speed"
-        )
-    if isinstance(spindle, FreeSpindle) and part is not None and not turning:
-        yield f'spindle.inertia: nothing turns with it in a fixed plane; write plane = "{TURNING}", or leave it out'
-    if part is not None and not turning and centrifugal is True:
-        yield f'effects.centrifugal = true needs a plane that turns; write plane = "{TURNING}", or leave it out'
 
 
 def _machine_meant(document: Mapping[str, Any]) -> str:
@@ -170,36 +165,50 @@ def _machine_meant(document: Mapping[str, Any]) -> str:
     return near[0] if near else CUSTOM if "body" in document and "dimensions" not in document else ""
 
 
-def _own(
-    found: _Findings, document: Mapping[str, Any], tables: Mapping[str, dict[str, Any]]
-) -> tuple[dict[str, Any], Part | None, Start]:
-    """The keys above the tables, the part and the start of a scene with a mechanism of the user's own."""
+Described = tuple[dict[str, Any], Part | None, tuple[Effect, ...], Start]
+"""The keys above the tables, the part, the effects and the start."""
+
+
+def _own(found: _Findings, document: Mapping[str, Any], tables: Mapping[str, dict[str, Any]]) -> Described:
+    """What a scene says that has a mechanism of the user's own."""
     from governor_mechanism.reading_custom import described
     from governor_mechanism.reading_custom_models import CustomSceneTable
 
     top = found.table(CustomSceneTable, dict(document), "")
     own = described(document, top)
     found.add(*own.problems)
-    return top, own.part, own.start
+    effects = _effects(found, tables, _names(own.readings))
+    found.add(*(f"[effects] {problem}" for problem in foreign_effects(CUSTOM, effects)))
+    return top, own.part, effects, own.start
 
 
-def _of_dimensions(
-    found: _Findings, document: Mapping[str, Any], tables: Mapping[str, dict[str, Any]]
-) -> tuple[dict[str, Any], Part | None, Start]:
-    """The keys above the tables, the part and the start of a scene with a machine that dimensions describe."""
+def _of_dimensions(found: _Findings, document: Mapping[str, Any], tables: Mapping[str, dict[str, Any]]) -> Described:
+    """What a scene says that has a machine which dimensions describe."""
     from governor_mechanism.reading_models import SceneTable
 
     top = found.table(SceneTable, dict(document), "")
     kind = MACHINES.get(_machine_meant(document))
-    built = _built(found, kind, tables, "dimensions" in document)
-    start = _start(found, kind, built, tables.get("start", {}))
-    return top, _part(*built) if built else None, start
+    machine = _machine(found, kind, tables, "dimensions" in document)
+    bare = machine.mechanism() if machine else _stand_in(kind) if kind else None
+    # Play that is written wrong brings its reading all the same, or naming that would be told as a mistake too.
+    plays = kind is not None and not kind.effect_problems([Play(width=1.0)])
+    plays = plays and tables.get("effects", {}).get("play", False) is not False
+    more = ((PLAY, "length"),) if plays else ()
+    effects = _effects(found, tables, (*(_names(bare.readings) or ()), *more) if bare else None)
+    found.add(*(f"[effects] {problem}" for problem in (kind.effect_problems(effects) if kind else ())))
+    start = _start(found, machine, bare, tables.get("start", {}), plays)
+    part = found.made("[effects]", lambda: _part(machine, effects)) if machine else None
+    return top, part, effects, start
 
 
-def _built(
+def _names(readings: Iterable[Reading] | None) -> Readings:
+    return None if readings is None else tuple((reading.name, reading.quantity) for reading in readings)
+
+
+def _machine(
     found: _Findings, kind: type[Machine] | None, tables: Mapping[str, dict[str, Any]], given: bool
-) -> tuple[Machine, Mechanism] | None:
-    """The machine of these dimensions, and its mechanism."""
+) -> Machine | None:
+    """The machine of these dimensions; None where it cannot be made."""
     from governor_mechanism.reading_models import dimensions_table
     from governor_mechanism.reading_values import listed
 
@@ -210,19 +219,19 @@ def _built(
         return None
     before = len(found.sentences)
     dimensions = found.table(dimensions_table(kind), tables["dimensions"], "dimensions")
-    if len(found.sentences) > before:
+    return None if len(found.sentences) > before else found.made("[dimensions]", lambda: kind(**dimensions))
+
+
+def _part(machine: Machine, effects: tuple[Effect, ...]) -> Part | None:
+    """The part of this machine; None where its effects are no such machine's, which has been told."""
+    if machine.effect_problems(effects):
         return None
-
-    def build() -> tuple[Machine, Mechanism]:
-        machine = kind(**dimensions)
-        return machine, machine.mechanism()
-
-    return found.made("[dimensions]", build)
-
-
-def _part(machine: Machine, mechanism: Mechanism) -> Part:
     return Part(
-        name=PART, machine=machine.name, dimensions=machine.dimensions(), mechanism=mechanism, plane=machine.plane
+        name=PART,
+        machine=machine.name,
+        dimensions=machine.dimensions(),
+        mechanism=machine.mechanism_with(effects),
+        plane=machine.plane,
     )
 
 
@@ -231,22 +240,25 @@ def _required(kind: type[Machine]) -> list[str]:
 
 
 def _start(
-    found: _Findings, kind: type[Machine] | None, built: tuple[Machine, Mechanism] | None, given: Mapping[str, Any]
+    found: _Findings, machine: Machine | None, bare: Mechanism | None, given: Mapping[str, Any], plays: bool
 ) -> Start:
-    from governor_mechanism.reading_models import rate_key, start_table, start_word_problems
+    """Values and rates of the coordinate, and of a sleeve's play, which starts in its middle and at rest."""
+    from governor_mechanism.reading_models import rate_key, start_table_of, start_word_problems
 
-    mechanism = built[1] if built else _stand_in(kind) if kind else None
-    if mechanism is None:
+    if bare is None:
         found.add(*start_word_problems(given))
         return Start(values={})
-    name = mechanism.coordinate
-    meaning = found.table(start_table(name, mechanism.reading(name).quantity), given, "start")
-    values = {name: meaning.get(name, EQUILIBRIUM)}
-    if built:
-        machine = built[0]
+    name = bare.coordinate
+    rates = {name: rate_key(name)} | ({PLAY: f"{PLAY}_rate"} if plays else {})
+    quantities = {name: bare.reading(name).quantity, PLAY: "length"}
+    model = start_table_of(tuple((key, quantities[key], rates[key]) for key in rates))
+    meaning = found.table(model, given, "start")
+    values = {name: meaning.get(name, EQUILIBRIUM)} | ({PLAY: meaning.get(PLAY, 0.0)} if plays else {})
+    if machine:
         found.add(*(found.made("[start]", lambda: machine.start_problems(values)) or ()))
-    rate = rate_key(name)
-    return Start(values=values, rates={name: meaning[rate]} if rate in meaning else {})
+    moving = any(key in meaning for key in rates.values())
+    still = {PLAY: 0.0} if moving and plays else {}
+    return Start(values=values, rates=still | {key: meaning[rate] for key, rate in rates.items() if rate in meaning})
 
 
 def _stand_in(kind: type[Machine]) -> Mechanism | None:
@@ -262,50 +274,3 @@ def _plain(value: Any) -> Any:
     if isinstance(value, Mapping):
         return {key: _plain(item) for key, item in value.items()}
     return [_plain(item) for item in value] if isinstance(value, list | tuple) else value
-
-
-def _text(path: Path, source: str, others: Iterable[str]) -> str:
-    """The text of the file, or a MechanismError that says why there is none."""
-    try:
-        if path.is_dir():
-            raise MechanismError(_folder(path, source))
-        with path.open("rb") as stream:
-            content = stream.read(LARGEST_FILE + 1)
-    except MechanismError:
-        raise
-    except FileNotFoundError as error:
-        raise MechanismError(_missing(path, source, others)) from error
-    except PermissionError as error:
-        raise MechanismError(f"{source}: no permission to read this file; change its rights or copy it") from error
-    except (OSError, ValueError) as error:  # ValueError: a null character in the name
-        reason = error.strerror if isinstance(error, OSError) else error
-        raise MechanismError(f"{source}: this file cannot be read ({reason})") from error
-    if len(content) > LARGEST_FILE:
-        raise MechanismError(f"{source}: this file is larger than {LARGEST_FILE:,} bytes; a scene is a page of text")
-    try:
-        return content.decode("utf-8-sig")  # some editors of Windows put a mark in front
-    except UnicodeDecodeError as error:
-        line = content.count(b"\n", 0, error.start) + 1
-        raise MechanismError(f"{source}: line {line} is not UTF-8 text; save the file as UTF-8") from error
-
-
-def nearest_name(word: str, names: Iterable[str]) -> str:
-    """The scene name that `word` is a slip of, capitals aside; '' where none is near enough to be meant."""
-    lowered = {name.lower(): name for name in names}
-    near = difflib.get_close_matches(word.lower(), list(lowered), n=1, cutoff=0.75)
-    return lowered[near[0]] if near else ""
-
-
-def _folder(path: Path, source: str) -> str:
-    scenes = sorted(file.name for file in path.glob("*.toml"))
-    holds = f"it holds {', '.join(scenes)}" if scenes else "it holds no .toml files"
-    return f"{source}: this is a folder, not a scene file; {holds}"
-
-
-def _missing(path: Path, source: str, others: Iterable[str]) -> str:
-    """The sentence about a file that is not there, with the nearest name among its neighbours and the others."""
-    known = {name: name for name in others}
-    known |= {neighbour.stem: str(neighbour) for neighbour in path.parent.glob("*.toml")}
-    near = nearest_name(path.stem, known)
-    folder = "" if path.parent.is_dir() else f" (there is no folder {str(path.parent)!r} either)"
-    return f"{source}: no such file{folder}." + (f" Did you mean {known[near]!r}?" if near else "")

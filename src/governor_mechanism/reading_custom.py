@@ -51,6 +51,7 @@ class Described:
 
     part: Part | None
     start: Start
+    readings: tuple[Reading, ...] | None
     problems: list[str]
 
 
@@ -59,9 +60,9 @@ def described(document: Mapping[str, Any], top: Mapping[str, Any]) -> Described:
     reader = _Reader(document, top)
     mechanism, start = reader.mechanism()
     if mechanism is None:
-        return Described(None, start, reader.problems)
+        return Described(None, start, reader.readings, reader.problems)
     part = Part(name=PART, machine=CUSTOM, dimensions={}, mechanism=mechanism, plane=reader.plane)
-    return Described(part, start, reader.problems)
+    return Described(part, start, reader.readings, reader.problems)
 
 
 class _Reader:
@@ -75,6 +76,8 @@ class _Reader:
         plane = document.get("plane")
         self.plane = plane if plane in (FIXED, TURNING) else TURNING if "spindle" in document else FIXED
         self.places = Places()
+        self.readings: tuple[Reading, ...] | None = None
+        """All readings; None where one could not be understood."""
 
     def mechanism(self) -> tuple[Mechanism | None, Start]:
         """The mechanism, or None where there are mistakes, and the start."""
@@ -86,6 +89,7 @@ class _Reader:
         self._refuse_repeated(bodies, joints, loads)
         self._refuse_contradictions(bodies, joints, loads)
         readings = self._readings(bodies)
+        self._note(readings, bodies)
         start = self._start(readings)
         size = self.given_size or size_of(bodies, joints, loads)
         if not size and self.complete and not self.problems:
@@ -260,6 +264,15 @@ class _Reader:
             return None
         return self._made(f"{prefix}: ", lambda: reading_of(kinds[0], meaning, name, self.places))
 
+    def _note(self, readings: list[Reading], bodies: list[Sketched]) -> None:
+        written = self.document.get("readings")
+        counts = (
+            (len(readings), len(written))
+            if written and isinstance(written, Mapping)
+            else (len(bodies), len(self._list("body")))
+        )
+        self.readings = tuple(readings) if readings and counts[0] == counts[1] else None
+
     def _start(self, readings: list[Reading]) -> Start:
         given = self.document.get("start", {})
         if not isinstance(given, Mapping) or not readings:
@@ -268,7 +281,7 @@ class _Reader:
         if isinstance(written, Mapping) and len(readings) < len(written):
             return Start()  # a reading that could not be understood may be meant
         rates = rate_keys(readings)
-        model = start_table_of((item.name, item.quantity, rates[item.name]) for item in readings)
+        model = start_table_of(tuple((item.name, item.quantity, rates[item.name]) for item in readings))
         meaning = self._table(model, given, "start") or {}
         return Start(
             values={item.name: meaning[item.name] for item in readings if item.name in meaning},

@@ -7,14 +7,13 @@ from __future__ import annotations
 
 import dataclasses
 import difflib
-from collections.abc import Iterable, Mapping
+from collections.abc import Mapping
 from functools import cache
 from typing import Annotated, Any, ClassVar, Final
 
 from pydantic import BaseModel, ConfigDict, Field, PlainValidator, ValidationError, ValidationInfo, create_model
 from pydantic_core import ErrorDetails
 
-from governor_mechanism.effects import Centrifugal, Gravity
 from governor_mechanism.errors import MechanismError, did_you_mean
 from governor_mechanism.machines import MACHINES
 from governor_mechanism.machines.custom import CUSTOM
@@ -29,7 +28,6 @@ from governor_mechanism.reading_values import (
     program,
     quantity,
     si,
-    truth,
     where,
 )
 from governor_mechanism.scene import EQUILIBRIUM, Spindle
@@ -63,27 +61,18 @@ def _title(value: object) -> str:
     return value
 
 
-def _gravity(value: object) -> Gravity | None:
-    if isinstance(value, bool):
-        return Gravity() if value else None
-    try:
-        acceleration = parse(value, "acceleration", "effects.gravity")
-    except MechanismError as error:
-        raise MechanismError(f"{error}; gravity may also be true (9.81 m/s^2) or false") from error
-    if acceleration <= 0:
-        raise MechanismError(
-            f"effects.gravity must be positive; found {shown(value)}; write gravity = false for a scene without weights"
-        )
-    return Gravity(acceleration=acceleration)
-
-
-def _centrifugal(value: object, info: ValidationInfo) -> Centrifugal | None:
-    return Centrifugal() if truth(value, info) else None
-
-
 def _speed(value: object, info: ValidationInfo) -> Spindle:
     times, speeds = points_in_time(value, "angular_speed", "speed", where(info))
     return located(where(info), lambda: Spindle(times=times, speeds=speeds))
+
+
+def _unevenness(value: object, info: ValidationInfo) -> float:
+    unevenness = parse(value, "ratio", where(info))
+    if not 0 <= unevenness < 1:
+        raise MechanismError(
+            f"{where(info)} must be at least 0 and below 1: it is (highest - lowest) / mean speed; found {shown(value)}"
+        )
+    return unevenness
 
 
 def _accuracy(value: object) -> float:
@@ -108,13 +97,6 @@ class SceneTable(Table):
     run: Annotated[dict[str, Any] | None, any_table()] = None
 
 
-class EffectsTable(Table):
-    """[effects]: an Effect for each that is switched on, None for one switched off."""
-
-    gravity: Annotated[Any, PlainValidator(_gravity)] = None
-    centrifugal: Annotated[Any, PlainValidator(_centrifugal)] = None
-
-
 class SpindleTable(Table):
     """[spindle] whose speed is given, as a Spindle."""
 
@@ -124,12 +106,14 @@ class SpindleTable(Table):
         description='the speed, as "120 rpm", or a program, as [[0, "120 rpm"], [5, "126 rpm"]]; '
         "a spindle left to itself has inertia and start_speed instead"
     )
+    unevenness: Annotated[float, PlainValidator(_unevenness)] = 0.0
+    waves: Annotated[float, quantity("number", positive=True)] = 1.0
 
 
 class FreeSpindleTable(Table):
     """[spindle] that is left to itself: the arguments of FreeSpindle."""
 
-    also_known = ("speed",)
+    also_known = ("speed", "unevenness", "waves")
 
     inertia: Annotated[float, built("moment_of_inertia", sign="not negative")] = Field(
         description='the moment of inertia of the spindle alone, as "0.5 kg m^2"'
@@ -177,7 +161,8 @@ def start_table(coordinate: str, quantity: str) -> type[Table]:
     return start_table_of(((coordinate, quantity, rate_key(coordinate)),))
 
 
-def start_table_of(readings: Iterable[tuple[str, str, str]]) -> type[Table]:
+@cache
+def start_table_of(readings: tuple[tuple[str, str, str], ...]) -> type[Table]:
     """[start] for readings, each with its name, whether it is an 'angle' or a 'length', and the key of its rate."""
     fields: dict[str, Any] = {}
     for name, kind, rate in readings:

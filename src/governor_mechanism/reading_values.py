@@ -24,6 +24,8 @@ SMALLEST_OF: Final = {
     "moment_of_inertia": SMALLEST**2,
     "torsion_stiffness": SMALLEST**2,
     "torsion_damping": SMALLEST**2,
+    "quadratic_torsion_damping": SMALLEST**2,
+    "area": SMALLEST**2,
 }
 """In SI by kind: where watches need less than SMALLEST."""
 
@@ -67,21 +69,22 @@ def quantity(kind: str, *, positive: bool = False, cure: str = "") -> PlainValid
 
 def built(kind: str, *, sign: str = "positive", cure: str = "") -> PlainValidator:
     """A quantity of a size that can be built: 'positive', 'not negative', 'not zero', or of 'any' sign."""
+    return PlainValidator(lambda value, info: built_value(value, kind, where(info), sign=sign, cure=cure))
+
+
+def built_value(value: object, kind: str, place: str, *, sign: str = "positive", cure: str = "") -> float:
+    """A value of `built`, at a place."""
     allowed: dict[str, Callable[[float], bool]] = {
         "positive": lambda number: number > 0,
         "not negative": lambda number: number >= 0,
         "not zero": lambda number: number != 0,
     }
-
-    def convert(value: object, info: ValidationInfo) -> float:
-        number = parse(value, kind, where(info))
-        if sign in allowed and not allowed[sign](number):
-            must = f"must {sign.replace('not ', 'not be ')}" if sign.startswith("not") else f"must be {sign}"
-            raise MechanismError(f"{where(info)} {must}; found {shown(value)}{cure}")
-        _require_built(number, value, kind, where(info))
-        return si(value, kind, where(info))
-
-    return PlainValidator(convert)
+    number = parse(value, kind, place)
+    if sign in allowed and not allowed[sign](number):
+        must = f"must {sign.replace('not ', 'not be ')}" if sign.startswith("not") else f"must be {sign}"
+        raise MechanismError(f"{place} {must}; found {shown(value)}{cure}")
+    _require_built(number, value, kind, place)
+    return si(value, kind, place)
 
 
 def _require_built(number: float, value: object, kind: str, place: str) -> None:

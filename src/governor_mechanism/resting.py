@@ -5,36 +5,37 @@ from __future__ import annotations
 import math
 from collections.abc import Iterator, Mapping
 from dataclasses import dataclass
+from itertools import pairwise
 
 import numpy as np
-from numpy.typing import NDArray
 
-from governor_mechanism.characteristic import (
-    NEUTRAL,
-    balances,
-    speed_curve,
-    spoken_coordinate,
-    travel_of,
-    within_limits,
-)
+from governor_mechanism.characteristic import speed_curve
 from governor_mechanism.equations.points import Array
-from governor_mechanism.equations.readings import reading_value
 from governor_mechanism.equations.reduction import Along, Reduction
-from governor_mechanism.errors import MechanismError, require_finite
-from governor_mechanism.scene import Scene
-from governor_mechanism.units import spoken
-
-SCAN = 400
-"""Parts of the travel in which equilibria are looked for, by value and slope: even a pair within one is seen."""
+from governor_mechanism.equations.scanning import NEUTRAL, Parts, Scan, Which, off, scan
+from governor_mechanism.equations.timing import SpeedProgram
+from governor_mechanism.errors import MechanismError
+from governor_mechanism.scene import FASTEST, Scene
+from governor_mechanism.speeds import balances, readings_at, spoken_coordinate, turns
+from governor_mechanism.units import parse, spoken
 
 ROUNDING = 1e-14
 """Of the parts of a force: what assembly and arithmetic leave in it."""
 
 EDGE = 1e-6
-"""Of a part: a root at its edge must not fall between two."""
+"""Of the distance of two values: a root at one of them must not fall between two such distances."""
 
 SAME = 1e-10
-"""rad, and m: equilibria nearer than this are one."""
+"""rad, or machine sizes: equilibria nearer than this are one."""
+
+WIDE = 1e-3
+"""Of the travel: a stretch without force that is shorter is one equilibrium."""
+
+AGAIN = 4
+"""So often the travel between two equilibria is halved where one of the other kind is missing between them."""
+
+TRIES = 60
+"""So many steps of Newton's iteration, or halvings where it leaves its bracket, are made for one equilibrium."""
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -45,7 +46,8 @@ class Equilibrium:
     (1/s) of a disturbance where it is not, the other one 0. sensitivity (rad or m) is how far it moves for a relative
     change of speed, w^2 J' / K: large where the governor is nearly astatic; uncertainty (rad or m) is how far rounding
     may have put it. extent is the range over which it rests: one value, or a continuum where it is astatic, with the
-    coordinate in its middle, no stiffness, and `stable` False: it neither returns nor leaves. poses (bodies, 3).
+    coordinate in its middle, no stiffness, and `stable` False: it neither returns nor leaves. The coordinate, and the
+    reading of its name, count on over whole turns as the travel does. poses (bodies, 3).
     """
 
     coordinate: float
@@ -65,39 +67,94 @@ class Equilibrium:
         return self.extent[1] > self.extent[0]
 
 
-def find_equilibria(scene: Scene, spindle_speed: float) -> tuple[Equilibrium, ...]:
-    """All positions of rest at a spindle speed (rad/s) over the travel, in ascending order of the coordinate.
+def find_equilibria(scene: Scene, spindle_speed: float | str | None = None) -> tuple[Equilibrium, ...]:
+    """All positions of rest at a spindle speed (rad/s; the scene's first if left out), in ascending order.
 
-    Raises MechanismError where there is none, with the speeds at which there are, and where a travel is not known.
+    They lie in the travel; of a motion that comes round, one at both its ends is found once, at the high one. Raises
+    MechanismError where there is none, with the speeds at which there are, for a speed that loads nothing, and where a
+    travel is not known.
     """
     found = rests_at(scene, spindle_speed)
     if not found:
-        raise MechanismError(_nowhere(scene, spindle_speed))
+        raise MechanismError(_nowhere(Reduction(scene), _asked_speed(scene, spindle_speed)))
     return found
 
 
-def rests_at(scene: Scene, spindle_speed: float) -> tuple[Equilibrium, ...]:
+def rests_at(scene: Scene, spindle_speed: float | str | None = None) -> tuple[Equilibrium, ...]:
     """As `find_equilibria`, but nothing where there is none."""
-    if not isinstance(spindle_speed, int | float):
-        raise MechanismError(f"the spindle's speed must be a number (rad/s); got {spindle_speed!r}")
-    require_finite(spindle_speed, "rad/s", "the spindle's speed")
     reduction = Reduction(scene)
-    travel = travel_of(scene)
-    square = spindle_speed**2
-    along = reduction.sweep(np.linspace(travel.low, travel.high, SCAN + 1))
+    speed = _asked_speed(scene, spindle_speed)
+    square = speed**2 if turns(scene) else 0.0
+
+    def bent(along: Along, parts: Parts) -> Which:
+        force, size = _force(along, square)
+        return off(along, parts, force, _stiffness(along, square), NEUTRAL * np.max(size[parts], axis=1))
+
+    looked = scan(reduction).refined(bent)
+    for _ in range(AGAIN):
+        found = _found(reduction, looked, square)
+        missed = _missed(looked, found, square)
+        if not missed:
+            break
+        looked = looked.halved(missed).refined(bent)
+    return tuple(_once(reduction, found))
+
+
+def _asked_speed(scene: Scene, spindle_speed: object) -> float:
+    if spindle_speed is None:
+        return SpeedProgram(scene.spindle).start_speed
+    speed = parse(spindle_speed, "angular_speed", "the spindle's speed")
+    if abs(speed) > FASTEST:
+        raise MechanismError(f"the spindle's speed must be at most {FASTEST:g} rad/s; got {speed:g} rad/s")
+    if speed and not turns(scene):
+        raise MechanismError(
+            f"a spindle's speed of {_both(abs(speed))} is asked for, but nothing turns with it here: the scene has a "
+            "fixed plane, or no effects.centrifugal; leave the speed out"
+        )
+    return speed
+
+
+def _found(reduction: Reduction, looked: Scan, square: float) -> list[Equilibrium]:
+    """Equilibria between the values of a scan, in ascending order."""
+    along = looked.ordered
     force, parts = _force(along, square)
-    flat = _flat_ranges(np.abs(force) <= NEUTRAL * parts)
+    flat = _flat_ranges(along.coordinate, np.abs(force) <= NEUTRAL * parts)
     found = [_continuum(reduction, along, span, square) for span in flat]
-    stiffness = along.potential_bend - 0.5 * square * along.spindle_bend
-    for index in range(SCAN):
+    for index, guess in _guesses(along.coordinate, force, _stiffness(along, square)):
         if any(first - 1 <= index <= last for first, last in flat):
             continue
-        for root in _roots(along.coordinate, force, stiffness, index):
-            rest = _polished(reduction, along, root, index, square, float(np.max(parts[index : index + 2])))
-            if rest is not None and not any(abs(rest.coordinate - other.coordinate) < SAME for other in found):
-                found.append(rest)
-    inside = [rest for rest in found if not within_limits(reduction.mechanism, rest.poses[np.newaxis])[1]]
-    return tuple(sorted(inside, key=lambda rest: rest.coordinate))
+        rest = _polished(reduction, along, square, index, guess)
+        if rest is not None and not _known(found, rest.coordinate, SAME * reduction.unit):
+            found.append(rest)
+    return sorted(found, key=lambda rest: rest.coordinate)
+
+
+def _known(found: list[Equilibrium], place: float, same: float) -> bool:
+    return any(rest.extent[0] - same < place < rest.extent[1] + same for rest in found)
+
+
+def _once(reduction: Reduction, found: list[Equilibrium]) -> list[Equilibrium]:
+    """Those in the travel; of a motion that comes round, the one at both its ends once."""
+    travel, same = reduction.travel, 10 * SAME * reduction.unit
+    if not travel.period:
+        return found
+    inside = [rest for rest in found if travel.low - same < rest.coordinate < travel.high + same]
+    return [rest for rest in inside if not _known(inside, rest.coordinate + travel.period, same)]
+
+
+def _missed(looked: Scan, found: list[Equilibrium], square: float) -> list[tuple[float, float]]:
+    """Ranges of the coordinate in which an equilibrium must be missing: stable and unstable ones take turns.
+
+    Beside a stable one the force drives back to it; so it is told from its sign at the ends of the travel too.
+    """
+    along = looked.ordered
+    force = _force(along.chosen(slice(0, 1)), square)[0][0], _force(along.chosen(slice(-1, None)), square)[0][0]
+    marks = [
+        (float(along.coordinate[0]), 0.0, float(force[0])),
+        *((rest.coordinate, -rest.stiffness, rest.stiffness) for rest in found),
+        (float(along.coordinate[-1]), float(force[1]), 0.0),
+    ]
+    return [(here[0], there[0]) for here, there in pairwise(marks) if here[2] * there[1] < 0.0]
 
 
 def _force(along: Along, square: float) -> tuple[Array, Array]:
@@ -106,67 +163,76 @@ def _force(along: Along, square: float) -> tuple[Array, Array]:
     return pull - swing, np.abs(pull) + np.abs(swing)
 
 
-def _flat_ranges(flat: NDArray[np.bool_]) -> list[tuple[int, int]]:
-    """First and last index of each run of three or more: a single one is an equilibrium that lies on the grid."""
+def _stiffness(along: Along, square: float) -> Array:
+    stiffness: Array = along.potential_bend - 0.5 * square * along.spindle_bend
+    return stiffness
+
+
+def _flat_ranges(values: Array, flat: Which) -> list[tuple[int, int]]:
+    """First and last index of each wide run of three or more; else it is an equilibrium that lies on a value."""
     edges = np.flatnonzero(np.diff(np.concatenate([[0], flat.astype(int), [0]])))
-    return [(int(a), int(b) - 1) for a, b in zip(edges[::2], edges[1::2], strict=True) if b - a >= 3]
+    runs = [(int(a), int(b) - 1) for a, b in zip(edges[::2], edges[1::2], strict=True) if b - a >= 3]
+    return [(a, b) for a, b in runs if values[b] - values[a] > WIDE * (values[-1] - values[0])]
 
 
 def _continuum(reduction: Reduction, along: Along, span: tuple[int, int], square: float) -> Equilibrium:
     """The rest of an astatic mechanism, from one end of its range to the other."""
-    middle = (span[0] + span[1]) // 2
-    ends = float(along.coordinate[span[0]]), float(along.coordinate[span[1]])
-    return _described(reduction, reduction.at([along.coordinate[middle]], along.poses[middle]), square, ends)
+    travel, middle = reduction.travel, (span[0] + span[1]) // 2
+    ends = max(float(along.coordinate[span[0]]), travel.low), min(float(along.coordinate[span[1]]), travel.high)
+    return _described(reduction, along.chosen(slice(middle, middle + 1)), square, ends)
 
 
-def _roots(values: Array, force: Array, slope: Array, k: int) -> list[float]:
-    """Where the cubic through force and slope at both ends of interval k vanishes."""
-    h = values[k + 1] - values[k]
-    a, b, c, d = force[k], h * slope[k], force[k + 1], h * slope[k + 1]
-    if min(a, c) > (abs(b) + abs(d)) or max(a, c) < -(abs(b) + abs(d)):
-        return []  # farther from nought than its slopes could bring it
-    roots = np.roots([2 * a + b - 2 * c + d, -3 * a - 2 * b + 3 * c - d, b, a])
-    parts = sorted(float(root.real) for root in roots if abs(root.imag) < 1e-6 and -EDGE <= root.real <= 1 + EDGE)
-    return [float(values[k] + part * h) for part in parts]
+def _guesses(values: Array, force: Array, slope: Array) -> Iterator[tuple[int, float]]:
+    """Where the cubics through force and slope at both ends of intervals vanish, with the interval's index."""
+    h = np.diff(values)
+    a, b, c, d = force[:-1], h * slope[:-1], force[1:], h * slope[1:]
+    reach = np.abs(b) + np.abs(d)  # no farther could the slopes bring it toward nought
+    for k in np.flatnonzero((np.minimum(a, c) <= reach) & (np.maximum(a, c) >= -reach)).tolist():
+        cubic = [2 * a[k] + b[k] - 2 * c[k] + d[k], -3 * a[k] - 2 * b[k] + 3 * c[k] - d[k], b[k], a[k]]
+        for root in np.roots(cubic):
+            if abs(root.imag) < 1e-6 and -EDGE <= root.real <= 1 + EDGE:
+                yield k, float(values[k] + root.real * h[k])
 
 
-def _polished(
-    reduction: Reduction, along: Along, root: float, index: int, square: float, parts: float
-) -> Equilibrium | None:
-    """The equilibrium that Newton's iteration finds from a guess; None where there is none after all.
+def _polished(reduction: Reduction, along: Along, square: float, index: int, guess: float) -> Equilibrium | None:
+    """The equilibrium that Newton's iteration finds from a guess between two values; None where there is none.
 
-    parts are those of the force near by.
+    Where the force changes its sign between them, its steps are kept there by halving.
     """
-    near, width = along.poses[index], float(along.coordinate[1] - along.coordinate[0])
-    value = root
-    for _ in range(20):
-        here = reduction.at([value], near)
-        force = float(_force(here, square)[0][0])
-        stiffness = float(here.potential_bend[0] - 0.5 * square * here.spindle_bend[0])
-        step = force / stiffness if stiffness else math.inf
-        if abs(step) > width:
+    force, parts = _force(along.chosen(slice(index, index + 2)), square)
+    low, high = float(along.coordinate[index]), float(along.coordinate[index + 1])
+    bracketed, value, width = force[0] * force[1] < 0.0, guess, high - low
+    for _ in range(TRIES):
+        here = reduction.at([value])
+        pull, stiffness = float(_force(here, square)[0][0]), float(_stiffness(here, square)[0])
+        if bracketed:
+            low, high = (value, high) if pull * force[0] > 0.0 else (low, value)
+        step = pull / stiffness if stiffness else math.inf
+        aim = value - step
+        if bracketed and not low <= aim <= high:
+            aim = 0.5 * (low + high)
+        elif not bracketed and abs(step) > width:
             return None
-        value -= step
-        if abs(step) < 1e-14 * max(1.0, abs(value)):
+        done, value = abs(aim - value) < ROUNDING * max(reduction.unit, abs(value)), aim
+        if done:
             break
-    here = reduction.at([value], near)
-    if abs(float(_force(here, square)[0][0])) > 1e3 * ROUNDING * parts:
-        return None  # a near miss, beside a fold
-    return _described(reduction, here, square, (value, value), parts)
+    here, most = reduction.at([value]), float(np.max(parts))
+    if abs(float(_force(here, square)[0][0])) > 1e3 * ROUNDING * most:
+        return None  # a near miss beside a fold, or a force that jumps
+    return _described(reduction, here, square, (value, value), most)
 
 
 def _described(
     reduction: Reduction, here: Along, square: float, extent: tuple[float, float], parts: float = 0.0
 ) -> Equilibrium:
-    mechanism = reduction.mechanism
     astatic = extent[1] > extent[0]
-    stiffness = 0.0 if astatic else float(here.potential_bend[0] - 0.5 * square * here.spindle_bend[0])
+    stiffness = 0.0 if astatic else float(_stiffness(here, square)[0])
     rate = stiffness / float(here.inertia[0])
     grip = abs(square * float(here.spindle_slope[0]))
     return Equilibrium(
         coordinate=float(here.coordinate[0]),
         extent=extent,
-        readings={one.name: float(reading_value(mechanism, one.name, here.poses[0])) for one in mechanism.readings},
+        readings={name: float(values[0]) for name, values in readings_at(reduction.mechanism, here).items()},
         stiffness=stiffness,
         frequency=math.sqrt(rate) if rate > 0 else 0.0,
         growth_rate=math.sqrt(-rate) if rate < 0 else 0.0,
@@ -177,11 +243,12 @@ def _described(
     )
 
 
-def _nowhere(scene: Scene, speed: float) -> str:
+def _nowhere(reduction: Reduction, speed: float) -> str:
     """That there is no rest at a speed, and at which speeds there is."""
-    name, travel = scene.part.mechanism.coordinate, travel_of(scene)
+    scene, travel = reduction.scene, reduction.travel
     low, high = (spoken_coordinate(scene, end) for end in (travel.low, travel.high))
-    sentence = f"at {_both(abs(speed))} the mechanism rests nowhere in its travel, {name} from {low} to {high}"
+    at = f"at {_both(abs(speed))} " if turns(scene) else ""
+    sentence = f"{at}the mechanism rests nowhere in its travel, {reduction.mechanism.coordinate} from {low} to {high}"
     return "; ".join([sentence, *_speeds_of_rest(scene)])
 
 
@@ -195,7 +262,7 @@ def _speeds_of_rest(scene: Scene) -> Iterator[str]:
         return
     curve = speed_curve(scene)
     if not curve.held.any():
-        yield "no spindle speed holds it anywhere: the loads do not oppose"
+        yield "no turning spindle holds it anywhere: the loads do not oppose"
         return
     if curve.astatic.all():
         yield f"it is astatic, and rests at {_both(float(np.median(curve.speed)))} only, but there anywhere"

@@ -42,7 +42,8 @@ def save_netcdf(run: Trajectory, path: Path) -> None:
         columns = {"time": (run.times, "s"), "joint_gap": (run.joint_gap, "m")}
         columns |= {name: (values, run.units[name]) for name, values in run.readings.items()}
         columns |= {f"{name}_rate": (values, f"{run.units[name]}/s") for name, values in run.rates.items()}
-        energies = {name: getattr(run.energy, name) for name in ("kinetic", "potential", "rotation", "jacobi")}
+        kinds = ("kinetic", "potential", "rotation", "jacobi", "dissipated")
+        energies = {name: getattr(run.energy, name) for name in kinds}
         columns |= {f"energy_{name}": (values, "J") for name, values in energies.items()}
         for name, (values, unit) in columns.items():
             variable = dataset.createVariable(name, "d", ("time",))
@@ -79,6 +80,8 @@ def summary(run: Trajectory) -> dict[str, Any]:
         "reading_errors": dict(run.reading_errors),
         "joint_gap": float(np.max(run.joint_gap, initial=0.0)),
         "energy_drift": run.energy.drift,
+        "dissipated": float(run.energy.dissipated[-1]) if len(run.times) else None,
+        "samples_beside_events": run.excluded,
         "reported_times": len(run.times),
         "end_time": float(run.times[-1]) if len(run.times) else None,
         "final": {name: float(values[-1]) for name, values in run.readings.items() if len(values)},

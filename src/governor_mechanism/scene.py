@@ -6,7 +6,7 @@ from collections.abc import Mapping
 from dataclasses import dataclass, field
 from typing import Any, Final
 
-from governor_mechanism.effects import Centrifugal, Effect, Gravity
+from governor_mechanism.effects import Centrifugal, Effect, Gravity, OnReading, Play
 from governor_mechanism.errors import MechanismError, require_finite, require_positive
 from governor_mechanism.mechanism import Mechanism
 from governor_mechanism.programs import Program
@@ -48,13 +48,22 @@ class Spindle:
     """The spindle's given speed: `times` (s) and `speeds` (rad/s) of a program, smooth between points.
 
     One point is a constant speed. Two points at one time are a step. Before the first and after the last point the
-    speed is held.
+    speed is held. unevenness: the speed swings about the program by this part of it from lowest to highest, as a sine
+    of the angle that the program has turned, `waves` times a turn.
     """
 
     times: tuple[float, ...] = (0.0,)
     speeds: tuple[float, ...] = (0.0,)
+    unevenness: float = 0.0
+    waves: float = 1.0
 
     def __post_init__(self) -> None:
+        if not 0 <= self.unevenness < 1:
+            raise MechanismError(
+                f"unevenness of the spindle, (highest - lowest) / mean speed, must be at least 0 and below 1; "
+                f"got {self.unevenness:g}"
+            )
+        require_positive(self.waves, "", "waves of the spindle's unevenness in a turn")
         Program(times=self.times, values=self.speeds)  # refuses what is no program
         for speed in self.speeds:
             _require_possible(speed)
@@ -135,10 +144,11 @@ class Scene:
     document: Mapping[str, Any] = field(default_factory=dict)
 
     def __post_init__(self) -> None:
-        kinds = [type(effect) for effect in self.effects]
-        for kind in kinds:
-            if kinds.count(kind) > 1:
-                raise MechanismError(f"effect {kind.__name__} stands twice; list it once")
+        kinds = [(type(effect), getattr(effect, "reading", "")) for effect in self.effects]
+        for kind, reading in kinds:
+            if kinds.count((kind, reading)) > 1:
+                on = f" on {reading!r}" if reading else ""
+                raise MechanismError(f"effect {kind.__name__}{on} stands twice; list it once")
         if not self.parts:
             raise MechanismError("a scene needs at least one part")
         turning = any(part.plane == TURNING for part in self.parts)
@@ -151,6 +161,15 @@ class Scene:
             raise MechanismError(
                 "a free spindle is slowed by what turns with it; list effects.centrifugal, or give spindle.speed"
             )
+
+        for effect in self.acting:
+            self.part.mechanism.reading(effect.reading)  # refuses one that does not exist
+
+    @property
+    def acting(self) -> tuple[OnReading, ...]:
+        """The effects that act along readings, play as the stops it amounts to."""
+        every = (effect.stops if isinstance(effect, Play) else effect for effect in self.effects)
+        return tuple(effect for effect in every if isinstance(effect, OnReading))
 
     @property
     def part(self) -> Part:

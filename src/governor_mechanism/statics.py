@@ -9,6 +9,7 @@ import numpy as np
 
 from governor_mechanism.equations.assembly import Assembler
 from governor_mechanism.equations.compiled import announce
+from governor_mechanism.equations.modes import keepers_of
 from governor_mechanism.equations.points import Array
 from governor_mechanism.equations.readings import reading_value
 from governor_mechanism.equations.system import make_system
@@ -17,6 +18,8 @@ from governor_mechanism.errors import MechanismError
 from governor_mechanism.mechanism import Mechanism
 from governor_mechanism.resting import find_equilibria
 from governor_mechanism.scene import EQUILIBRIUM, Scene
+from governor_mechanism.speeds import turns
+from governor_mechanism.units import spoken
 
 
 def starting_state(scene: Scene) -> tuple[Array, Array]:
@@ -42,6 +45,7 @@ def starting_state(scene: Scene) -> tuple[Array, Array]:
         poses = _assembled(assembler, numbers)
         _refuse_outside_at(mechanism, poses)
     _refuse_immobile(assembler, poses)
+    _refuse_beyond_stops(scene, poses)
     return poses, assembler.velocities(poses, scene.start.rates)
 
 
@@ -101,6 +105,24 @@ def _refuse_immobile(assembler: Assembler, poses: Array) -> None:
     raise MechanismError(f"the mechanism cannot move: its joints leave mobility 0; without {which} it could")
 
 
+BEYOND = 1e-9
+"""Machine sizes, or rad: less than this beyond a stop is at it."""
+
+
+def _refuse_beyond_stops(scene: Scene, poses: Array) -> None:
+    mechanism = scene.part.mechanism
+    for keeper in keepers_of(scene):
+        angle = mechanism.reading(keeper.reading).quantity == "angle"
+        unit, size = ("rad", 1.0) if angle else ("m", mechanism.size)
+        value = float(reading_value(mechanism, keeper.reading, poses))
+        if not keeper.low - BEYOND * size <= value <= keeper.high + BEYOND * size:
+            ends = " to ".join(spoken(end, unit) for end in (keeper.low, keeper.high))
+            raise MechanismError(
+                f"the start lies beyond the stops of {keeper.reading!r}, {ends}: it is at {spoken(value, unit)}; "
+                "start between them, or move the stops"
+            )
+
+
 def _assembled(assembler: Assembler, numbers: Mapping[str, float]) -> Array:
     """Assembled at start values; where drives are in the way, they are named."""
     try:
@@ -137,30 +159,35 @@ def _refuse_outside(mechanism: Mechanism, name: str, value: float) -> None:
 
 def resting_poses(scene: Scene) -> Array:
     """Poses of the one stable equilibrium at the scene's first spindle speed; refuses none, and more than one."""
-    speed = SpeedProgram(scene.spindle).start_speed
     try:
-        found = find_equilibria(scene, speed)
+        found = find_equilibria(scene)
     except MechanismError as error:
         start = f"start.{scene.part.mechanism.coordinate} = 'equilibrium'"
-        raise MechanismError(f"{start}: {error.problems[0]}; change spindle.speed, or give a number") from error
+        cure = "change spindle.speed, or give a number" if turns(scene) else "give a number"
+        raise MechanismError(f"{start}: {error.problems[0]}; {cure}") from error
     stable = [rest for rest in found if rest.stable]
     if len(stable) == 1:
         return stable[0].poses
-    rpm = speed * 30 / np.pi
-    name = scene.part.mechanism.coordinate
+    name, at_speed = scene.part.mechanism.coordinate, _at_first_speed(scene)
     if stable:
         at = ", ".join(f"{rest.coordinate:.6g}" for rest in stable)
         raise MechanismError(
-            f"start.{name} = 'equilibrium' is not definite: at {rpm:.6g} rpm there are stable ones at {at}; give one"
+            f"start.{name} = 'equilibrium' is not definite: {at_speed}there are stable ones at {at}; give one"
         )
     if found[0].astatic:
         low, high = found[0].extent
         raise MechanismError(
-            f"start.{name} = 'equilibrium' is not definite: at {rpm:.6g} rpm the mechanism is astatic and rests "
+            f"start.{name} = 'equilibrium' is not definite: {at_speed}the mechanism is astatic and rests "
             f"anywhere from {low:.6g} to {high:.6g}; give a number"
         )
     at = ", ".join(f"{rest.coordinate:.6g}" for rest in found)
+    cure = ", or change spindle.speed" if at_speed else ""
     raise MechanismError(
-        f"start.{name} = 'equilibrium': at {rpm:.6g} rpm only an unstable one exists, at {name} = {at}; "
-        "start there by number, or change spindle.speed"
+        f"start.{name} = 'equilibrium': {at_speed}only an unstable one exists, at {name} = {at}; "
+        f"start there by number{cure}"
     )
+
+
+def _at_first_speed(scene: Scene) -> str:
+    """The words for the scene's first spindle speed; none where nothing turns with a spindle."""
+    return f"at {SpeedProgram(scene.spindle).start_speed * 30 / np.pi:.6g} rpm " if turns(scene) else ""

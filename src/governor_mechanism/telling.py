@@ -2,47 +2,45 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Sequence
 from typing import Any
 
-from governor_mechanism.characteristic import SpeedCurve, StandingBand, spoken_coordinate
+from governor_mechanism.characteristic import SpeedCurve, StandingBand
 from governor_mechanism.console import number
 from governor_mechanism.joints import DrivenSlide, DrivenTurn
 from governor_mechanism.resting import Equilibrium
 from governor_mechanism.scene import Scene
+from governor_mechanism.speeds import spoken_coordinate
 from governor_mechanism.trajectory import Trajectory
 from governor_mechanism.units import spoken
 
 
 def describe_rests(
-    scene: Scene, rests: Sequence[Equilibrium], curve: SpeedCurve | None, band: StandingBand | None = None
+    scene: Scene, rests: Sequence[Equilibrium], curve: SpeedCurve | None, bands: Sequence[StandingBand | str] = ()
 ) -> list[str]:
-    """A line for each position of rest, with the standing band there if one is given, and for each jump."""
+    """A line for each position of rest, with the standing band there (or why there is none), and for each jump."""
     lines = []
     for k, rest in enumerate(rests):
         lines.append(f"{scene.part.mechanism.coordinate.replace('_', ' ')} {_where(scene, rest)}: {_how(scene, rest)}")
-        if band is not None:
-            slow, fast = (spoken(speed[k], "rad/s") for speed in (band.falling_speed, band.rising_speed))
-            lines.append(
-                f"  {band.resistance:g} N at {band.against} hold it from {slow} to {fast}: "
-                f"insensitivity {band.insensitivity[k]:.6g}"
-            )
+        lines += [f"  {_held(scene, band)}" for band in bands[k : k + 1]]
     folds = curve.folds if curve else ()
     return lines + [f"jumps at {spoken_coordinate(scene, at)}, {spoken(speed, 'rad/s')}" for at, speed in folds]
 
 
 def rests_as_json(
-    rests: Sequence[Equilibrium], curve: SpeedCurve | None, band: StandingBand | None = None
+    rests: Sequence[Equilibrium], curve: SpeedCurve | None, bands: Sequence[StandingBand | str] = ()
 ) -> dict[str, Any]:
-    """The same as values in SI."""
+    """The same as values in SI; where there is no standing band, the sentence that says why."""
     kept = ("coordinate", "extent", "stable", "stiffness", "frequency", "growth_rate", "uncertainty")
     found = []
     for k, rest in enumerate(rests):
         row = {key: getattr(rest, key) for key in kept}
         row |= {"sensitivity": number(rest.sensitivity), "readings": dict(rest.readings)}
-        if band is not None:
+        for band in bands[k : k + 1]:
             names = ("falling_speed", "rising_speed", "insensitivity")
-            row["standing_band"] = {name: number(float(getattr(band, name)[k])) for name in names}
+            values = {} if isinstance(band, str) else {name: number(float(getattr(band, name)[0])) for name in names}
+            row["standing_band"] = values or band
         found.append(row)
     if curve is None:
         return {"equilibria": found}
@@ -53,6 +51,17 @@ def rests_as_json(
         "low_end": curve.low_end,
         "high_end": curve.high_end,
     }
+
+
+def _held(scene: Scene, band: StandingBand | str) -> str:
+    if isinstance(band, str):
+        return band
+    unit = "N m" if scene.part.mechanism.reading(band.against).quantity == "angle" else "N"
+    slow, fast = (spoken(float(speed[0]), "rad/s") for speed in (band.falling_speed, band.rising_speed))
+    held = f"{band.resistance:g} {unit} at {band.against} hold it from {slow} to {fast}"
+    if math.isinf(band.insensitivity[0]):
+        return f"{held}; without resistance it rests on a spindle that stands"
+    return f"{held}: insensitivity {band.insensitivity[0]:.6g}"
 
 
 def _where(scene: Scene, rest: Equilibrium) -> str:

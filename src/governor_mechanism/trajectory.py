@@ -41,13 +41,14 @@ class Energy:
     kinetic: in the plane; potential: of gravity and springs; rotation: of the parts about the spindle, J omega^2 / 2,
     and of a free spindle with them. jacobi, constant in an exact run, is kinetic + potential - rotation (+ rotation
     where the spindle is free), less the work that drives, dampers, forces and torques have done; its changes are
-    errors.
+    errors. dissipated: what oil brakes, dry friction and stops have taken up to then.
     """
 
     kinetic: Array
     potential: Array
     rotation: Array
     jacobi: Array
+    dissipated: Array
     scale: float
 
     @property
@@ -78,13 +79,16 @@ class Reaction:
 
 @dataclass(frozen=True, kw_only=True)
 class Event:
-    """Something a run passed: `kind` is 'dead centre' or 'change point', `subject` the reading that stands there."""
+    """Something a run passed: `kind` is 'dead centre', 'change point', or what something that may be held did, as
+    'sticks', 'slips', 'strikes its stop'; `subject` is the reading."""
 
     time: float
     kind: str
     subject: str
 
     def __str__(self) -> str:
+        if self.kind not in ("dead centre", "change point"):
+            return f"{self.subject} {self.kind} at t = {self.time:.9g} s"
         return f"{self.kind} of {self.subject} at t = {self.time:.6g} s"
 
 
@@ -93,7 +97,8 @@ class Cost:
     """What the run took. `evaluations` counts the calls of each law, over all the runs of the certificate.
 
     step (s) is the longest of the finest run's, or the last one; rejected are steps that had to be repeated; iterations
-    are those of the joint solver, where it iterates; method says how the engine stepped, where it has a choice.
+    are those of the joint solver, where it iterates; method says how the engine stepped, where it has a choice; events
+    is how often something stuck, slipped, struck or went slack; assembled counts what was put together.
     """
 
     engine: str
@@ -106,6 +111,8 @@ class Cost:
     rejected: int = 0
     iterations: int = 0
     method: str = ""
+    events: int = 0
+    assembled: Mapping[str, int] = field(default_factory=dict)
 
 
 class Afterwards(Protocol):
@@ -125,8 +132,9 @@ class Trajectory:
     times (n,) s are the reported times. readings maps names to (n,) SI arrays (`units`), rates to the speeds of those
     that are positions. joint_gap (n,) m is the widest opening of any joint. error_estimate is the largest error of any
     reading or rate at any reported time, in units of its scale (`scales`); reading_errors the same one by one in SI;
-    None and empty where the run was not certified. mobility counts the freedoms that joints and drives leave; notes are
-    sentences on how the start was assembled.
+    None and empty where the run was not certified; excluded counts the samples so near an event that its own time,
+    which is promised instead, decides on which side of it they are. mobility counts the freedoms that joints and drives
+    leave; notes are sentences on how the start was assembled.
     """
 
     scene: Scene
@@ -145,6 +153,7 @@ class Trajectory:
     error_estimate: float | None = None
     reading_errors: Mapping[str, float] = field(default_factory=dict)
     settings: Mapping[str, Any] = field(default_factory=dict)
+    excluded: int = 0
     mobility: int = 1
     notes: tuple[str, ...] = ()
     afterwards: Afterwards | None = field(default=None, repr=False, compare=False)
@@ -156,7 +165,7 @@ class Trajectory:
 
     @cached_property
     def events(self) -> tuple[Event, ...]:
-        """Dead centres and change points passed, in the order of time; looked for when first asked for."""
+        """What it passed, in the order of time: what stuck or struck, dead centres, change points (looked for now)."""
         return () if self.afterwards is None else self.afterwards.events()
 
     @property

@@ -70,7 +70,22 @@ KINDS: Mapping[str, Kind] = {
     "torsion_damping": Kind(
         "a damping in torsion", ("N m s/rad",), {"kilogram": 1, "meter": 2, "second": -1, "radian": -1}, "0.1 N m s/rad"
     ),
+    "quadratic_damping": Kind("a quadratic damping", ("N s^2/m^2",), {"kilogram": 1, "meter": -1}, "300 N s^2/m^2"),
+    "quadratic_torsion_damping": Kind(
+        "a quadratic damping in torsion",
+        ("N m s^2/rad^2",),
+        {"kilogram": 1, "meter": 2, "radian": -2},
+        "0.3 N m s^2/rad^2",
+    ),
+    "area": Kind("an area", ("mm^2", "cm^2", "m^2"), {"meter": 2}, "20 cm^2"),
+    "density": Kind("a density", ("g/cm^3", "kg/m^3"), {"kilogram": 1, "meter": -3}, "900 kg/m^3"),
     "pressure": Kind("a pressure", ("at", "bar", "Pa"), {"kilogram": 1, "meter": -1, "second": -2}, "5 at"),
+    "modulus": Kind(
+        "a modulus of shear",
+        ("GPa", "N/mm^2", "Pa"),
+        {"kilogram": 1, "meter": -1, "second": -2},
+        "80 GPa",
+    ),
     "power": Kind("a power", ("PS", "kW", "W"), {"kilogram": 1, "meter": 2, "second": -3}, "20 PS"),
     "ratio": Kind("a ratio", (), {}, "0.3"),
     "number": Kind("a number", (), {}, "0.3"),
@@ -79,9 +94,7 @@ KINDS: Mapping[str, Kind] = {
 
 # What a wrong unit may stand for besides the kinds above; only messages need these.
 _OTHER_KINDS = (
-    ("an area", {"meter": 2}),
     ("a volume", {"meter": 3}),
-    ("a density", {"kilogram": 1, "meter": -3}),
     ("a temperature", {"kelvin": 1}),
     ("a frequency", _PER_TIME),
     ("an angular acceleration", {"radian": 1, "second": -2}),

@@ -368,7 +368,7 @@ BROKEN_CUSTOM: list[tuple[str, str, list[str]]] = [
         "a misspelt key of the spindle",
         own_scene("[spindle]\nsped = 1\n"),
         [
-            "spindle.sped is unknown; known keys of [spindle] are speed, inertia, start_speed, torque.",
+            "spindle.sped is unknown; known keys of [spindle] are speed, unevenness, waves, inertia, start_speed,",
             "Did you mean 'speed'?",
         ],
     ),

@@ -215,11 +215,6 @@ BROKEN: list[tuple[str, str, list[str]]] = [
         ["run must be a table; found 10; write [run] on a line of its own"],
     ),
     (
-        "effect not available",
-        scene_text(effects=TABLES["effects"] + '\noil_brake = { sleeve = "120 N s/m" }'),
-        ["effects.oil_brake is unknown; known keys of [effects] are gravity, centrifugal."],
-    ),
-    (
         "gravity as a word",
         scene_text(effects='gravity = "on"\ncentrifugal = true'),
         ['effects.gravity is an acceleration; "on" has no number', "gravity may also be true (9.81 m/s^2) or false"],

@@ -12,7 +12,7 @@ from governor_mechanism.closed_form import pendulum as closed
 from governor_mechanism.engines import ImpulseEngine, MultibodyEngine
 from governor_mechanism.engines.base import Task
 from governor_mechanism.engines.climb import Climb, Tuning
-from governor_mechanism.engines.scales import time_scale
+from governor_mechanism.equations.scales import time_scale
 from governor_mechanism.joints import GROUND, Joint, Pin, Point, Slider
 from governor_mechanism.machines.pendulum import PendulumGovernor
 from governor_mechanism.mechanism import Body, Coordinate, LineAngle, Mechanism, SecondMoments

@@ -87,10 +87,14 @@ COARSER = {
     "four_bar_chain": (1e-6, 0.6),
     "andrews_squeezer": (1e-6, 0.03),
     "pendulum_iftomm": (1e-7, 10.0),
+    "porter_heavy_rods": (1e-6, 1.0),
 }
 
+# The astatic governor impulse refuses; what sticks and strikes is compared in test_impulse_effects.py.
+BOTH = [name for name in shipped() if name != "parabolic" and not gm.load(name).acting]
 
-@pytest.mark.parametrize("name", [name for name in shipped() if name != "parabolic"])  # which impulse refuses
+
+@pytest.mark.parametrize("name", BOTH)
 def test_both_engines_tell_one_story_of_every_shipped_scene(name):
     scene = gm.load(name)
     accuracy, end = COARSER.get(name, (1e-8, scene.run.duration))

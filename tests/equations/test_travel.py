@@ -11,9 +11,11 @@ from hypothesis import example, given, settings
 from hypothesis import strategies as st
 
 import governor_mechanism as gm
+from governor_mechanism.equations.closing import Closing
 from governor_mechanism.equations.travel import HAIR, find_travel, followed_travel
-from governor_mechanism.joints import GROUND, Distance, Pin, Point, Slider
-from governor_mechanism.mechanism import Body, BodyAngle, Coordinate, Mechanism, SecondMoments
+from governor_mechanism.equations.walking import Walk
+from governor_mechanism.joints import GROUND, Distance, Gear, Pin, Point, Slider
+from governor_mechanism.mechanism import Body, BodyAngle, Coordinate, Limit, LineAngle, Mechanism, SecondMoments
 from scenes import governor_scene, random_governor
 
 
@@ -112,8 +114,9 @@ def test_a_slide_without_end_is_followed_far_and_says_so():
         sketch=((0.0, 0.0, 0.0),),
     )
     travel = find_travel(mechanism, turning=False)
-    assert travel.high == pytest.approx(5.0, rel=0.01)
+    assert travel.high == pytest.approx(5.0, rel=1e-4)
     assert "followed no farther than 50 machine sizes" in travel.above
+    assert len(Walk(mechanism, turning=False).end(1.0).stations) < 100  # it strides out where nothing curves
 
 
 def test_what_has_no_travel_is_refused():
@@ -131,3 +134,81 @@ def test_what_has_no_travel_is_refused():
     )
     with pytest.raises(gm.MechanismError, match="dead centre in the sketch"):
         find_travel(pendulum, turning=False)
+
+
+def pendulum_between(*, low, high):
+    """A ball on an arm of 0.4 m at any angle from -1.5 to 1.5, sketched at 0.2, and within these heights."""
+    pivot, ball = Point(body=GROUND), Point(body="ball")
+    return Mechanism(
+        bodies=(Body(name="ball", mass=1.0, turns=False),),
+        joints=(Distance(name="arm", first=pivot, second=ball, length=0.4),),
+        readings=(
+            LineAngle(name="angle", quantity="angle", start=pivot, end=ball),
+            Coordinate(name="x", quantity="length", point=ball, along_x=1.0, along_y=0.0),
+        ),
+        coordinate="angle",
+        size=0.4,
+        sketch=((0.4 * math.sin(0.2), -0.4 * math.cos(0.2), 0.0),),
+        limits=(
+            Limit(reading="angle", low=-1.5, high=1.5, below="far left", above="far right"),
+            Limit(reading="x", low=low, high=high, below="the left wall", above="the right wall"),
+        ),
+    )
+
+
+def test_a_travel_is_cut_exactly_where_other_readings_meet_their_limits_and_each_end_is_told():
+    travel = find_travel(pendulum_between(low=-0.1, high=0.3), turning=False)
+    assert travel.ends == pytest.approx((-math.asin(0.25), math.asin(0.75)), abs=1e-12)
+    assert (travel.below, travel.above) == ("the left wall", "the right wall")
+    travel = find_travel(pendulum_between(low=-1.0, high=0.3), turning=False)
+    assert travel.ends == pytest.approx((-1.5, math.asin(0.75)), abs=1e-12)
+    assert (travel.below, travel.above) == ("far left", "the right wall")
+
+
+def test_limits_that_leave_no_travel_are_refused():
+    with pytest.raises(gm.MechanismError, match=r"no travel: .* 'x' must lie within 1 to 2"):
+        find_travel(pendulum_between(low=1.0, high=2.0), turning=False)
+
+
+def geared(ratio):
+    wheels = tuple(Body(name=name, mass=1.0, moments=SecondMoments(xx=0.01)) for name in ("a", "b"))
+    first, second = Point(body="a"), Point(body="b", x=-0.1)
+    return Mechanism(
+        bodies=wheels,
+        joints=(
+            Pin(name="A", first=Point(body=GROUND), second=first),
+            Pin(name="B", first=Point(body=GROUND, x=0.3), second=second),
+            Gear(name="gear", first=first, second=second, ratio=ratio),
+        ),
+        readings=(BodyAngle(name="turn", quantity="angle", body="a"),),
+        coordinate="turn",
+        size=0.3,
+        sketch=((0.0, 0.0, 0.0), (0.4, 0.0, 0.0)),
+    )
+
+
+def test_a_turn_ends_where_the_poses_come_again_and_not_before():
+    travel = find_travel(geared(1 / 3), turning=False)
+    assert (travel.low, travel.high, travel.period) == pytest.approx((-3 * math.pi, 3 * math.pi, 6 * math.pi))
+    assert travel.below == travel.above == "it comes round after 3 turns: 1.5 turns from the sketch"
+    endless = find_travel(geared(math.sqrt(2)), turning=False)
+    assert endless.period == 0.0
+    assert "followed no farther than 50 machine sizes" in endless.above
+
+
+def test_a_track_expects_the_poses_that_are_there():
+    mechanism = four_bar(crank=0.3, coupler=0.25, rocker=0.3, ground=0.4)  # the crank turns back at both ends
+    travel = find_travel(mechanism, turning=False)
+    values = np.linspace(travel.low, travel.high, 501)
+    closing = Closing(mechanism)
+    expected = travel.track.expected(values)
+    poses, sure = closing.near(expected, values)
+    assert sure.all()
+    assert np.max(np.abs(poses - expected)) < 1e-3
+    assert np.max(closing.assembler.equations.gap(poses)) < 1e-12
+    # One at a time, from the sketch's own branch, the same.
+    for value in (-1.2, 0.1, 1.4):
+        near = closing.assembler.poses(value)
+        np.testing.assert_allclose(
+            closing.at(travel.track.expected(np.array([value])), np.array([value]))[0], near, atol=1e-12
+        )

@@ -172,6 +172,16 @@ SNAP = {
     ],
 }
 
+# Where the governor SNAP passes its least stable angle on slow ramps of speed, with a linear brake on the arm angle
+# for both balls together (I = 2 M l^2). All four are the last of steps of 2 ms before the arms are through, counted
+# from the speeds `starts` up and down (inferred: it gives every digit), and so early by less than such a step.
+SLOW_SNAP = {
+    "brake": 1.0,  # N m s
+    "step": 2e-3,
+    "starts": (6.40, 6.50),
+    "passages": [(0.004, 6.457616, 6.316144), (0.001, 6.448374, 6.32336)],  # rate (rad/s2), up, down (rad/s; 7 digits)
+}
+
 # Virtual work after Zehnder (3), 25-40 digit arithmetic: crossed arms with uncrossed links.
 CROSSED_ARMS_OPEN_LINKS = {
     "dimensions": {
@@ -276,3 +286,7 @@ PORTER_OPEN_MOTION = {
         "spindle_speed": 14.005946868127,
     },
 }
+
+# Porter, open, with W = 40 N at 30 degrees (Zehnder (1) and (2), 25-40 digits): the middle of the band, and its width
+# over that.
+TWITCHING = {"mean_speed": 12.16756494, "band": 0.164198208}  # 10 and 9 digits

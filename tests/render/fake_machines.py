@@ -88,7 +88,7 @@ def run_of(
         units=dict.fromkeys(values, "rad"),
         scales=dict.fromkeys(values, 1.0),
         joint_gap=zero,
-        energy=Energy(kinetic=zero, potential=zero, rotation=zero, jacobi=zero, scale=1.0),
+        energy=Energy(kinetic=zero, potential=zero, rotation=zero, jacobi=zero, dissipated=zero, scale=1.0),
         outcome=Outcome.DONE,
         cost=COST,
         error_estimate=1e-7,

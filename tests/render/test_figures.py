@@ -13,7 +13,8 @@ from governor_mechanism.errors import MechanismError
 from governor_mechanism.render import figures
 from governor_mechanism.render.figures import readings_figure
 from governor_mechanism.render.wording import numerals, rounded_up
-from governor_mechanism.trajectory import Outcome
+from governor_mechanism.trajectory import Event, Outcome
+from render.fake_acting import Happened
 from render.fake_run import CASES, fake_run
 
 
@@ -76,7 +77,7 @@ def test_the_cause_of_an_early_end_comes_first_and_stays_within_the_figure(porte
 
 def test_a_run_of_one_report_can_be_drawn(tmp_path):
     run = fake_run(CASES["porter"], duration=1.0)
-    names = ("kinetic", "potential", "rotation", "jacobi")
+    names = ("kinetic", "potential", "rotation", "jacobi", "dissipated")
     energy = dataclasses.replace(run.energy, **{name: getattr(run.energy, name)[:1] for name in names})
     one = dataclasses.replace(
         run,
@@ -86,6 +87,45 @@ def test_a_run_of_one_report_can_be_drawn(tmp_path):
         energy=energy,
     )
     assert readings_figure(one, tmp_path / "a.png").exists()
+
+
+def happening(run, count):
+    kinds = ("sticks", "slips", "strikes its stop")
+    events = [Event(time=0.01 + 1.9 * k / count, kind=kinds[k % 3], subject="sleeve_lift") for k in range(count)]
+    late = Event(time=99.0, kind="goes slack", subject="sleeve_lift")
+    return dataclasses.replace(run, afterwards=Happened((*events, late)))
+
+
+def marks_of(axes):
+    found = {lines.get_gid(): lines.get_segments() for lines in axes.collections}
+    return {kind: np.array(segments) for kind, segments in found.items()}
+
+
+def test_few_events_are_marked_by_a_line_each_and_named(porter):
+    figure = figures._draw(happening(porter, 7))
+    marks = marks_of(figure.axes[0])
+    assert {kind: len(lines) for kind, lines in marks.items()} == {"sticks": 3, "slips": 2, "strikes its stop": 2}
+    np.testing.assert_allclose(marks["slips"][:, 0, 0], 0.01 + 1.9 * np.array([1, 4]) / 7)
+    assert np.ptp(marks["slips"][0][:, 1]) == 1.0
+    assert not marks_of(figure.axes[-1])
+    (legend,) = figure.legends
+    assert [text.get_text() for text in legend.get_texts()] == ["sticks (3)", "slips (2)", "strikes its stop (2)"]
+    renderer = FigureCanvasAgg(figure).get_renderer()
+    box = legend.get_window_extent(renderer)
+    assert box.y1 < figure.texts[0].get_window_extent(renderer).y0
+    assert box.y0 > max(text.get_window_extent(renderer).y1 for text in figure.axes[0].texts)
+
+
+def test_many_events_are_a_rug_of_ticks(porter):
+    figure = figures._draw(happening(porter, 90))
+    assert all(np.ptp(line[:, 1]) < 0.2 for lines in marks_of(figure.axes[2]).values() for line in lines)
+    assert sum(len(lines) for lines in marks_of(figure.axes[2]).values()) == 90
+
+
+def test_a_run_without_events_has_no_line_on_them(porter):
+    figure = figures._draw(porter)
+    assert not figure.legends
+    assert figure.get_figheight() < figures._draw(happening(porter, 1)).get_figheight()
 
 
 def test_an_exception_leaves_no_file(tmp_path, porter, monkeypatch):

@@ -23,6 +23,8 @@ def choose(name: str, scene: Scene, accuracy: float | None = None) -> tuple[Engi
     if name == "auto":
         if scene.part.machine == "custom":
             return MultibodyEngine(), "the default for custom mechanisms"
+        if scene.acting:
+            return MultibodyEngine(), "the default where something acts along a reading"
         if not {type(joint) for joint in scene.part.mechanism.joints} <= ImpulseEngine.joints:
             return MultibodyEngine(), "impulse lacks a joint of this scene"
         asked = scene.run.accuracy if accuracy is None else accuracy

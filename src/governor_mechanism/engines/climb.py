@@ -4,18 +4,24 @@ from __future__ import annotations
 
 import math
 from collections import Counter
-from dataclasses import asdict, dataclass, replace
+from dataclasses import asdict, dataclass, field, replace
 from itertools import pairwise
 
 import numpy as np
+from numpy.typing import NDArray
 
 from governor_mechanism.engines.base import Task
 from governor_mechanism.engines.chipmunk import Assembly
+from governor_mechanism.engines.chipmunk.compare import Happened, compare
+from governor_mechanism.engines.chipmunk.thrower import Thrower
 from governor_mechanism.engines.clock import Clock
 from governor_mechanism.engines.grid import Grid, make_grid
-from governor_mechanism.engines.march import March, march
+from governor_mechanism.engines.happened import assembled
+from governor_mechanism.engines.march import March, march, march_through
 from governor_mechanism.engines.report import Finding, Report, Reporter
 from governor_mechanism.engines.state import State
+from governor_mechanism.engines.work import work_between
+from governor_mechanism.equations.modes import switches
 from governor_mechanism.equations.points import Array, Whole
 from governor_mechanism.equations.projection import Projector
 from governor_mechanism.scene import Scene
@@ -42,6 +48,12 @@ RETRY = 4
 
 ROUNDING = 1e-11
 """An estimate below this that does not fall with the step is rounding."""
+
+MISSES = 1
+"""How many halved steps in a row may not help where something sticks, strikes or goes slack."""
+
+METHOD = "second order, begun anew at every event"
+"""How a scene is stepped in which something sticks, strikes or goes slack."""
 
 NEAR = 4
 """Stations within which marches of different steps must leave the limits to be believed."""
@@ -79,7 +91,10 @@ class Ending:
 
 @dataclass(frozen=True)
 class Best:
-    """The best states reached so far; errors and their largest relative one, where three runs certify them."""
+    """The best states reached so far; errors and their largest relative one, where three runs certify them.
+
+    happened is what they passed; excluded counts the samples too near to that to be compared.
+    """
 
     state: State
     report: Report
@@ -87,6 +102,8 @@ class Best:
     estimate: float | None
     level: int
     ending: Ending
+    happened: Happened = field(default_factory=Happened)
+    excluded: int = 0
 
 
 class Climb:
@@ -97,7 +114,9 @@ class Climb:
         self.start = starting_state(scene)
         self.reporter = Reporter(scene, self.start[0])
         self.projector = Projector(self.reporter.mechanism)
+        self.thrower = Thrower(self.reporter.mechanism)
         self.clock = Clock(scene)
+        self.switches, self.acted = switches(scene), bool(scene.acting)
         scale = self.reporter.time_scale
         step, longest = tuning.step, math.inf  # a run that is told its step takes that step
         if step is None:
@@ -134,15 +153,19 @@ class Climb:
     def _refine(self) -> tuple[Best, bool]:
         """Shorten the step until the accuracy is reached; the best result, and whether that stopped helping."""
         best = self._closed_start()
-        level, iterations = best.level, self.iterations
+        level, iterations, missed = best.level, self.iterations, 0
         while not self._reached(best):
             level += min(max(1, math.ceil(math.log2(2 * (best.estimate or 1.0) / self.task.accuracy) / 3)), 4)
             if level > MOST_DOUBLINGS or not self._allowed(self.grid, level):
                 return best, False
             finer = self.at(level)
             if not _falls(finer, best):
-                return best, True
-            best = finer
+                # What an event leaves falls with the step unevenly: one that does not help may be followed by one.
+                missed += 1
+                if missed > MISSES * self.switches:
+                    return best, True
+                continue
+            best, missed = finer, 0
             if self.iterations > iterations:
                 return best, True
         return best, False
@@ -166,24 +189,37 @@ class Climb:
         levels = range(level, level + self.tuning.levels)
         ending = self._march_all(levels)
         at = self.grid.first(ending.stations).reported
-        states = self._combined([self._at_stations(self.marches[one], ending.stations, at) for one in levels])
+        happened = self._happened(levels, ending.stations)
+        states = self._combined(levels, ending.stations, happened, at)
         certified = self.tuning.levels == 3 and (self.task.certify or self.tuning.step is None)
         if not certified:
             highest = states[0] if len(states) == 1 else _extrapolate(states[0], states[1], 8)
-            return Best(highest, self.reporter.report(highest), {}, None, level, ending)
-        worse, better = (self.reporter.report(state) for state in states)
+            return Best(highest, self.reporter.report(highest), {}, None, level, ending, happened)
+        report = self.reporter.report(states[1])
+        if not self.switches:
+            errors = self.reporter.errors(report, self.reporter.report(states[0]))
+            return Best(states[1], report, errors, self.reporter.relative(errors), level, ending)
+        near = happened.near(states[1].times, self.task.accuracy * self.reporter.time_scale)
+        worse, better = (self.reporter.report(state.at(np.flatnonzero(~near))) for state in states)
         errors = self.reporter.errors(better, worse)
-        return Best(states[1], better, errors, self.reporter.relative(errors), level, ending)
+        estimate = max(self.reporter.relative(errors), happened.late / self.reporter.time_scale)
+        errors["event times"] = happened.late
+        return Best(states[1], report, errors, estimate, level, ending, happened, int(near.sum()))
 
     def trajectory(self, best: Best, wall_time: float) -> Trajectory:
         """The result of the climb."""
         levels = range(best.level, best.level + self.tuning.levels)
-        stations = self._combined([self._at_stations(self.marches[one], best.ending.stations) for one in levels])[-1]
+        kept = best.ending.stations
+        stations = self._combined(levels, kept, best.happened)[-1]
         state, report = best.state, best.report
+        modes = self.marches[levels[-1]].modes[:kept]
         uncounted = self.reporter.uncounted_work(stations)
-        if uncounted is not None:
-            stations = replace(stations, work=stations.work + uncounted)
-            at = self.grid.first(best.ending.stations).reported
+        if modes and uncounted is not None:
+            uncounted = -work_between(self.scene, stations, self.reporter.spindle_speeds, modes)
+        if uncounted is not None or self.acted:
+            work = stations.work + stations.lost
+            stations = replace(stations, work=work if uncounted is None else work + uncounted)
+            at = self.grid.first(kept).reported
             state = replace(state, work=stations.work[at])
             report = self.reporter.report(state)
         certified = best.estimate is not None
@@ -196,6 +232,10 @@ class Climb:
                 detail=best.ending.detail,
                 estimate=best.estimate,
                 errors=best.errors,
+                modes=modes,
+                reported=self.grid.first(kept).reported,
+                happened=best.happened.events,
+                excluded=best.excluded,
             ),
             cost=self._cost(best, wall_time),
             settings={**asdict(self.tuning), "asked_accuracy": self.task.accuracy, "certified": certified},
@@ -220,6 +260,9 @@ class Climb:
             iterations=self.iterations,
             evaluations=dict(self.laws),
             wall_time=wall_time,
+            events=len(best.happened.events),
+            assembled=assembled(self.scene),
+            method=METHOD if self.switches else "",
         )
 
     def _march_all(self, levels: range) -> Ending:
@@ -254,16 +297,27 @@ class Climb:
     @np.errstate(all="ignore")  # bodies that are lost give infinite numbers before they are missed
     def _march(self, level: int) -> March:
         assembly = Assembly(self.scene, iterations=self.iterations, plain=self.tuning.plain)
-        result = march(
-            assembly,
-            self.grid,
-            level,
-            self.clock,
-            self.start,
-            size=self.reporter.mechanism.size,
-            inside=lambda poses: self.reporter.first_outside(poses) is None,
-        )
-        steps = int(self.grid.steps[: len(result.work) - 1].sum()) << level
+        size = self.reporter.mechanism.size
+
+        def inside(poses: Array) -> bool:
+            return self.reporter.first_outside(poses) is None
+
+        if self.switches:
+            second = self.reporter.time_scale
+            result = march_through(
+                self.scene,
+                assembly,
+                self.grid,
+                level,
+                self.clock,
+                self.start,
+                second=second,
+                size=size,
+                inside=inside,
+            )
+        else:
+            result = march(assembly, self.grid, level, self.clock, self.start, size=size, inside=inside)
+        steps = (int(self.grid.steps[: len(result.work) - 1].sum()) << level) + result.splits
         self.steps += steps
         self.runs += 1
         for law, count in assembly.laws.items():
@@ -314,15 +368,32 @@ class Climb:
         times, poses, velocities = self.grid.stations[which], result.poses[which], result.velocities[which]
         if not self.tuning.plain and len(which):
             # The mean of two half steps opens the joints a little, and more where the step changes its length.
+            if self.switches:  # how far joints open hangs on the step, which is another where a step was split
+                poses = self.thrower.closed(times, poses)
             velocities = self.projector.velocities(poses, velocities, times)
         spindle = np.stack([result.angle[which], self.reporter.spindle_speeds(times, poses)], axis=-1)
-        return State(times=times, poses=poses, velocities=velocities, work=result.work[which], spindle=spindle)
+        work = result.work[which]
+        return State(
+            times=times, poses=poses, velocities=velocities, work=work, lost=result.lost[which], spindle=spindle
+        )
 
-    def _combined(self, states: list[State]) -> list[State]:
-        """One state, or what pairs of neighbours extrapolate to."""
+    def _combined(self, levels: range, stations: int, happened: Happened, at: Whole | None = None) -> list[State]:
+        """The state of one march at its first stations (or some of them), or what pairs of neighbours extrapolate to.
+
+        Between the times at which marches strike a stop one after the other there is nothing to extrapolate.
+        """
+        states = [self._at_stations(self.marches[level], stations, at) for level in levels]
         if len(states) == 1:
             return states
-        return [_extrapolate(worse, better, 4) for worse, better in pairwise(states)]
+        between = happened.between(states[-1].times)
+        return [_extrapolate(worse, better, 4, between) for worse, better in pairwise(states)]
+
+    def _happened(self, levels: range, stations: int) -> Happened:
+        """What the marches passed up to a station."""
+        if not (self.switches and stations):
+            return Happened()
+        end = float(self.grid.stations[stations - 1])
+        return compare([[one for one in self.marches[k].events if one.time <= end] for k in levels], end)
 
 
 def _falls(finer: Best, best: Best) -> bool:
@@ -335,16 +406,20 @@ def _disagree(exits: list[tuple[int, str] | None]) -> bool:
     return max(stations) - min(stations) >= NEAR
 
 
-def _extrapolate(worse: State, better: State, gain: int) -> State:
-    """Remove the leading error, which falls by `gain` from one state to the next (Richardson)."""
+def _extrapolate(worse: State, better: State, gain: int, as_it_is: NDArray[np.bool_] | None = None) -> State:
+    """Remove the leading error, which falls by `gain` from one state to the next (Richardson), but where as_it_is."""
 
     def combine(coarse: Array, fine: Array) -> Array:
-        return fine + (fine - coarse) / (gain - 1)
+        found: Array = fine + (fine - coarse) / (gain - 1)
+        if as_it_is is not None:
+            found[as_it_is] = fine[as_it_is]
+        return found
 
     return State(
         times=better.times,
         poses=combine(worse.poses, better.poses),
         velocities=combine(worse.velocities, better.velocities),
         work=combine(worse.work, better.work),
+        lost=combine(worse.lost, better.lost),
         spindle=combine(worse.spindle, better.spindle),
     )

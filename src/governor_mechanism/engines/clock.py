@@ -3,12 +3,14 @@
 from __future__ import annotations
 
 from collections.abc import Callable
+from dataclasses import replace
 from itertools import pairwise
 
 import numpy as np
 
 from governor_mechanism.engines.chipmunk import Moment
 from governor_mechanism.equations.forces import free_spindle_speed
+from governor_mechanism.equations.modes import keepers_of
 from governor_mechanism.equations.points import Array
 from governor_mechanism.equations.timing import SpeedProgram, TimeCurve
 from governor_mechanism.joints import DrivenSlide, DrivenTurn
@@ -20,7 +22,10 @@ Inertia = Callable[[float], float]
 
 
 class Clock:
-    """The moments of a march, interval by interval; work (J) and angle (rad) of the spindle as far as it has come."""
+    """The moments of a march, interval by interval; work (J) and angle (rad) of the spindle as far as it has come.
+
+    closing: an interval ends with a kick of its own length and of what held before a jump there, to be restarted after.
+    """
 
     def __init__(self, scene: Scene) -> None:
         mechanism, spindle = scene.part.mechanism, scene.spindle
@@ -31,13 +36,16 @@ class Clock:
         self._loads = [TimeCurve(program) for load in mechanism.loads for program in _programs(load)]
         drives = [joint for joint in mechanism.joints if isinstance(joint, DrivenTurn | DrivenSlide)]
         self._drives = [TimeCurve(joint.motion) for joint in drives]
+        self._frictions = [TimeCurve(keeper.friction or Program()) for keeper in keepers_of(scene)]
         self._varying = not self._speed.constant
         self._steady = self._speed.start_speed**2
+        self.closing = False
 
     @property
     def breaks(self) -> Array:
         """Times (s) at which something jumps or has a kink; steps must end there."""
-        curves = [self._speed, *self._loads, *self._drives] + ([self._torque] if self._torque else [])
+        curves = [self._speed, *self._loads, *self._drives, *self._frictions]
+        curves += [self._torque] if self._torque else []
         return np.unique(np.concatenate([curve.breaks for curve in curves]))
 
     def follow(self, inertia: Inertia) -> None:
@@ -57,12 +65,39 @@ class Clock:
             square=self._steady,
             programs=tuple(float(curve(still)[0]) for curve in self._loads),
             motions=tuple(float(curve(still + h)[0]) for curve in self._drives),
+            frictions=tuple(float(curve(still)[0]) for curve in self._frictions),
         )
+
+    def again(self, time: float, h: float) -> Moment:
+        """The moment of a start at a later time (s), before a first step of h seconds.
+
+        A kick of half the size, not of half the length: where the length of a step changes, pymunk counts what its
+        joints bear from a wrong level, and bounds it wrongly.
+        """
+        at = np.array([time])
+        square = self._turning**2 if self._free else float(self._speed(at)[0]) ** 2
+        return Moment(
+            h=h,
+            following=h,
+            square=square,
+            scale=0.5,
+            programs=tuple(float(curve(at)[0]) for curve in self._loads),
+            motions=tuple(float(curve(at + h)[0]) for curve in self._drives),
+            frictions=tuple(float(curve(at)[0]) for curve in self._frictions),
+        )
+
+    def so_far(self) -> tuple[float, float, float, float, float]:
+        """All that a march has added up, to go back to."""
+        return self.work, self.angle, self._here, self._turning, self._momentum
+
+    def back(self, so_far: tuple[float, float, float, float, float]) -> None:
+        """Go back to what a march had added up then."""
+        self.work, self.angle, self._here, self._turning, self._momentum = so_far
 
     def held(self, h: float) -> Moment:
         """A step of h seconds during which everything stays as it is at the start, the spindle's speed too."""
         first = self.first(h)
-        return Moment(h=h, following=h, square=first.square, programs=first.programs, motions=first.motions)
+        return replace(first, h=h, following=h)
 
     def interval(self, start: float, end: float, count: int, next_h: float) -> None:
         """Make ready for `count` steps from start to end (s), followed by one of next_h."""
@@ -70,15 +105,17 @@ class Clock:
         times = start + (end - start) * np.arange(count + 1) / count
         times[-1] = end
         self._h, self._next_h, self._count = h, next_h, count
-        curves = [self._speed, *self._loads] + ([self._torque] if self._torque else [])
+        curves = [self._speed, *self._loads, *self._frictions] + ([self._torque] if self._torque else [])
         self.jumps = any(_jumps(curve, end) for curve in curves)
         if self._varying:
             after, before = self._speed(times) ** 2, self._speed(times, before=True) ** 2
             self._growth = list(zip((before[1:] - after[:-1]).tolist(), (after[1:] - before[1:]).tolist(), strict=True))
-        self._squares = _kicks(self._speed, times, next_h, 2) if self._varying else [self._steady] * count
+        shared = 0.0 if self.closing else next_h
+        self._squares = _kicks(self._speed, times, shared, 2) if self._varying else [self._steady] * count
         if self._torque:
             self._gains = [self._torque.integral(a, b) for a, b in pairwise(times.tolist())]
-        self._programs = [_kicks(curve, times, next_h, 1) for curve in self._loads]
+        self._programs = [_kicks(curve, times, shared, 1) for curve in self._loads]
+        self._rubs = [_kicks(curve, times, shared, 1) for curve in self._frictions]
         targets = np.append(times[2:], end + next_h)
         self._motions = [curve(targets).tolist() for curve in self._drives]
 
@@ -98,6 +135,7 @@ class Clock:
             scale=0.5 * (h + following) / h,
             programs=tuple(values[index] for values in self._programs),
             motions=tuple(values[index] for values in self._motions),
+            frictions=tuple(values[index] for values in self._rubs),
         )
 
     def _count_work(self, index: int) -> None:
@@ -123,7 +161,10 @@ def _programs(load: Load) -> tuple[Program, ...]:
 
 
 def _kicks(curve: TimeCurve, times: Array, next_h: float, power: int) -> list[float]:
-    """The curve, to a power, at the end of each step; where it jumps there, shared as the kick is on either side."""
+    """The curve, to a power, at the end of each step; where it jumps there, shared as the kick is on either side.
+
+    What lies before the jump alone where nothing follows (next_h is nought).
+    """
     after, before = curve(times) ** power, curve(times[-1:], before=True) ** power
     h = times[-1] - times[-2]
     values: list[float] = after[1:].tolist()

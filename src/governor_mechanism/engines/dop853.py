@@ -16,14 +16,16 @@ from governor_mechanism.engines.dop853_tableau import (
     STAGES,
     WEIGHTS,
 )
+from governor_mechanism.equations.acting import FORCE, PARTS, between, observe
 from governor_mechanism.equations.compiled import compiled, kernel
 from governor_mechanism.equations.motion import close_joints, slope
 from governor_mechanism.equations.points import Array, Whole
 from governor_mechanism.equations.schur import along, give_back, solve
 from governor_mechanism.equations.system import System, Workspace
 
-DONE, STALLED, EXHAUSTED, STIFF = 0, 1, 2, 3
-"""How an integration ends: at its end; with a step too short to matter; with too many steps; where it gets stiff."""
+DONE, STALLED, EXHAUSTED, STIFF, CROSSED = 0, 1, 2, 3, 4
+"""How an integration ends: at its end; with a step too short to matter; with too many steps; where it gets stiff; where
+something watched rose above nought."""
 
 SLOW_STEPS, SLOW = 2000, 1e-6
 """So many steps that together get no farther than this fraction of the way get nowhere."""
@@ -54,6 +56,9 @@ TRIES = 60
 STIFF_STEPS, CALM_STEPS = 15, 6
 """So many steps at the limit of stability make a motion stiff, unless so many others come in between."""
 
+UNTOLD = 0.05
+"""Of the spread of three values: by so much a summit between them may be higher than their parabola's."""
+
 COUNTS = 4
 """Length of the counts: steps, rejected steps, evaluations, evaluations with joints that depend on each other."""
 
@@ -74,12 +79,14 @@ def integrate(
     most: int,
     found: Array,
     counts: Whole,
+    crossed: Array,
 ) -> tuple[int, float, int, float]:
     """Take `state` in place from span[0] to span[1] (s), and fill `found` at the `times` (n,) in between.
 
     tolerance is the error of one step, relative to `scale`; longest (s) bounds the step. cubics (programs, 4) are of
     the time since span[0]. Returns how it ended, the last length of a step, how many of the times were reached, and the
-    time (s) that state is at.
+    time (s) that state is at. Where something watched crosses nought within a step, state is as before that step, and
+    crossed (2,) holds the times (s) between which it does.
     """
     start, end = span
     slopes, trial, ahead = np.zeros((16, state.size)), np.empty(state.size), np.empty(state.size)
@@ -89,6 +96,11 @@ def integrate(
     now, reached, stiff, calm, tries = start, 0, 0, 0, 0
     near = far = 1.0
     marked, marked_steps = start, counts[0]
+    watching = system.watch.size > 0
+    marks = np.empty((PARTS.size, system.watch.size))
+    before, slopes_before = np.empty(state.size), np.empty(state.size)
+    if watching:
+        _observe(system, room, cubics, 0.0, state, marks[0])
     while now < end:
         if counts[0] + counts[1] >= most:
             return EXHAUSTED, step, reached, now
@@ -122,6 +134,7 @@ def integrate(
         counts[0] += 1
         tries = 0
         after = end if last else now + h
+        earlier, reached_before = now, reached
         if reached < times.size and times[reached] <= after:
             for extra in range(3):
                 _combine(state, slopes, DENSE_STAGES[extra], 13 + extra, h, trial)
@@ -141,19 +154,146 @@ def integrate(
                 _close(system, room, cubics, times[reached] - start, found[reached], closed)
                 reached += 1
         at_limit = h * _decay(slopes, ahead, last_stage, scale) > STABLE
+        if watching:
+            before[:], slopes_before[:] = state, slopes[0]
         state[:] = ahead
         now = after
         _close(system, room, cubics, now - start, state, closed if apart > NEARLY else FINER * closed)
         far, near = near, _slope(system, room, cubics, now - start, state, slopes[0], counts, closed)
-        step = h * min(6.0, max(0.3, 0.9 * max(error, 1e-30) ** -0.125))
+        if watching:
+            _observe(system, room, cubics, now - start, state, marks[PARTS.size - 1])
+            low, high = _crossing(
+                system,
+                room,
+                cubics,
+                earlier - start,
+                h,
+                before,
+                slopes_before,
+                state,
+                slopes[0],
+                trial,
+                last_stage,
+                marks,
+                counts,
+            )
+            if high <= 1.0:
+                crossed[0], crossed[1] = earlier + low * h, earlier + high * h if high < 1.0 else now
+                state[:] = before
+                return CROSSED, h, reached_before, earlier
+            marks[0] = marks[PARTS.size - 1]
+        growth = min(6.0, max(0.3, 0.9 * max(error, 1e-30) ** -0.125))
+        step = max(step, h * growth) if last else h * growth  # a last step may be cut to next to nothing
         stiff, calm = (stiff + 1, 0) if at_limit else (stiff, calm + 1)
         if calm >= CALM_STEPS:
             stiff = 0
         if watched and near < min(far, AIMED):
             step = _aimed(math.sqrt(near), math.sqrt(far), h, step)
-        if stiff >= STIFF_STEPS and now < end:
+        if stiff >= STIFF_STEPS and now < end and not watching:
             return STIFF, step, reached, now
     return DONE, step, reached, now
+
+
+@kernel
+def _observe(system: System, room: Workspace, cubics: Array, since: float, state: Array, marks: Array) -> None:
+    """What is watched, at a state whose slope was the last to be evaluated."""
+    count = system.bodies.size
+    poses, velocities = state[: 3 * count].reshape(count, 3), state[3 * count : 6 * count].reshape(count, 3)
+    observe(system.gauges, system.watch, poses, velocities, cubics, since, room.vector, room.seen, room.leaning, marks)
+
+
+@kernel
+def _crossing(
+    system: System,
+    room: Workspace,
+    cubics: Array,
+    since: float,
+    h: float,
+    state: Array,
+    slopes: Array,
+    ahead: Array,
+    slopes_ahead: Array,
+    trial: Array,
+    spare: Array,
+    marks: Array,
+    counts: Whole,
+) -> tuple[float, float]:
+    """Between which parts of a step the first mark rises above nought; (2, 2) where none does.
+
+    marks (PARTS, watches) are known at both ends. Something that begins at nought, as a body that has just left a
+    stop, must have been below it first, unless it rises at once.
+    """
+    watch, last, count = system.watch, PARTS.size - 1, 3 * system.bodies.size
+    forces = False
+    for i in range(watch.size):
+        forces = forces or watch[i].kind == FORCE
+    for j in range(1, last):
+        between(state, slopes, ahead, slopes_ahead, count, h, PARTS[j], trial)
+        if forces:
+            slope(system, room, cubics, since + PARTS[j] * h, trial, spare)
+            counts[2] += 1
+        _observe(system, room, cubics, since + PARTS[j] * h, trial, marks[j])
+    low = high = 2.0
+    for i in range(watch.size):
+        tiny = watch[i].tiny
+        armed = marks[0, i] < -tiny
+        for j in range(1, last + 1):
+            if marks[j, i] > (0.0 if armed else tiny):
+                if PARTS[j] < high:
+                    low, high = PARTS[j - 1], PARTS[j]
+                break
+            armed = armed or marks[j, i] < -tiny
+            if j == last or not armed:
+                continue
+            part, height = _summit(PARTS[j], PARTS[1], marks[j - 1, i], marks[j, i], marks[j + 1, i])
+            if height > 0.0 and part < high and _rises(system, room, cubics, since, h, state, slopes, ahead,
+                                                       slopes_ahead, trial, spare, marks[last], i, part, forces,
+                                                       counts):  # fmt: skip
+                low, high = (PARTS[j - 1] if part <= PARTS[j] else PARTS[j]), part
+                break
+    return low, high
+
+
+@kernel
+def _summit(middle: float, apart: float, before: float, here: float, after: float) -> tuple[float, float]:
+    """Where the parabola through three equally spaced values is highest between them, and how high it may be there.
+
+    A little is added for what a parabola does not tell; no height where it has no summit there.
+    """
+    bend, slope = before - 2.0 * here + after, 0.5 * (after - before)
+    if not bend < 0.0 or abs(slope) > -bend:
+        return middle, -1.0
+    spread = max(before, here, after) - min(before, here, after)
+    return middle - apart * slope / bend, here - 0.5 * slope * slope / bend + UNTOLD * spread
+
+
+@kernel
+def _rises(
+    system: System,
+    room: Workspace,
+    cubics: Array,
+    since: float,
+    h: float,
+    state: Array,
+    slopes: Array,
+    ahead: Array,
+    slopes_ahead: Array,
+    trial: Array,
+    spare: Array,
+    ends: Array,
+    which: int,
+    part: float,
+    forces: bool,
+    counts: Whole,
+) -> bool:
+    """Whether a mark is above nought at a part of the step."""
+    between(state, slopes, ahead, slopes_ahead, 3 * system.bodies.size, h, part, trial)
+    if forces:
+        slope(system, room, cubics, since + part * h, trial, spare)
+        counts[2] += 1
+    kept = ends.copy()
+    _observe(system, room, cubics, since + part * h, trial, kept)
+    return bool(kept[which] > 0.0)
 
 
 @kernel

@@ -7,10 +7,20 @@ import time
 from dataclasses import dataclass
 from typing import ClassVar, final
 
-from governor_mechanism.effects import Centrifugal, Effect, Gravity
+from governor_mechanism.effects import (
+    Centrifugal,
+    DryFriction,
+    Effect,
+    Gravity,
+    OilBrake,
+    Rods,
+    SpringOn,
+    Stops,
+)
 from governor_mechanism.engines.base import Engine, Task
 from governor_mechanism.engines.climb import Climb, Tuning
-from governor_mechanism.errors import MechanismError
+from governor_mechanism.equations.modes import switches
+from governor_mechanism.errors import MechanismError, UnsupportedEffect
 from governor_mechanism.joints import ALL_JOINTS, Joint, Proportion, Rack
 from governor_mechanism.scene import Scene
 from governor_mechanism.trajectory import Trajectory
@@ -28,10 +38,15 @@ class ImpulseEngine(Tuning, Engine):
     extrapolated (orders 2, 3, and with certify=False 4; a run that finds its own step is always certified).
     iterations of the joint solver are raised, up to max_iterations, while joints stay open wider than the step
     explains. max_steps bounds one run. plain=True is pymunk's ordinary use: order 1, one run.
+
+    Where something sticks, strikes or goes slack the step is split there, and the scheme begins anew: the order is the
+    same after it (measured: errors fall by 4 as the step is halved, those of extrapolated runs by about 8, unevenly).
     """
 
     name: ClassVar[str] = "impulse"
-    effects: ClassVar[frozenset[type[Effect]]] = frozenset({Gravity, Centrifugal})
+    effects: ClassVar[frozenset[type[Effect]]] = frozenset(
+        {Gravity, Centrifugal, Rods, SpringOn, OilBrake, DryFriction, Stops}
+    )
     joints: ClassVar[frozenset[type[Joint]]] = ALL_JOINTS - LACKING
 
     def __post_init__(self) -> None:
@@ -46,6 +61,11 @@ class ImpulseEngine(Tuning, Engine):
                 raise MechanismError(f"ImpulseEngine.{name} must be at least 1; got {getattr(self, name)!r}")
 
     def _run(self, scene: Scene, task: Task) -> Trajectory:
+        if self.plain and switches(scene):
+            raise UnsupportedEffect(
+                "engine 'impulse' in pymunk's plain way has no friction, stops and one-sided springs along readings; "
+                "leave plain=True out"
+            )
         started = time.perf_counter()
         climb = Climb(self, scene, task)
         best = climb.to_accuracy() if self.step is None else climb.at(0)

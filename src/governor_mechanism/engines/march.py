@@ -8,9 +8,13 @@ from dataclasses import dataclass
 import numpy as np
 
 from governor_mechanism.engines.chipmunk import Assembly
+from governor_mechanism.engines.chipmunk.passage import Passage
 from governor_mechanism.engines.clock import Clock
 from governor_mechanism.engines.grid import Grid
+from governor_mechanism.equations.modes import Mode
 from governor_mechanism.equations.points import Array
+from governor_mechanism.scene import Scene
+from governor_mechanism.trajectory import Event
 
 CHUNK = 256
 """Stations between two looks at whether the mechanism is still within its limits."""
@@ -22,12 +26,18 @@ LOST = 1e3
 @dataclass(frozen=True)
 class March:
     """Poses and velocities (stations, bodies, 3), work (stations,) J of a given spindle speed's changes, angle
-    (stations,) rad of a free spindle; shorter than the grid where it was given up."""
+    (stations,) rad of a free spindle, lost (stations,) J to brakes, friction and stops; shorter than the grid where it
+    was given up. What happened, how everything stood at the stations, and how many steps were split where that was.
+    """
 
     poses: Array
     velocities: Array
     work: Array
     angle: Array
+    lost: Array
+    events: tuple[Event, ...] = ()
+    modes: tuple[Mode, ...] = ()
+    splits: int = 0
 
 
 def march(
@@ -47,15 +57,15 @@ def march(
     poses, velocities = start
     counts = grid.steps << level
     if counts.size == 0:
-        return March(poses[np.newaxis], velocities[np.newaxis], np.zeros(1), np.zeros(1))
+        return March(poses[np.newaxis], velocities[np.newaxis], np.zeros(1), np.zeros(1), np.zeros(1))
     lengths = np.diff(grid.stations) / counts
     following = np.append(lengths[1:], lengths[-1:])
     assembly.start(poses, velocities, clock.first(float(lengths[0])))
     clock.follow(assembly.spindle_inertia)
     if assembly.plain:
-        kept = [(assembly.poses(), assembly.velocities(), 0.0, 0.0)]
+        kept = [(assembly.poses(), assembly.velocities(), 0.0, 0.0, 0.0)]
     else:  # the poses have just arrived at the start; the velocities are already half a step ahead
-        kept = [(assembly.poses(), _carried(assembly, velocities), 0.0, 0.0)]
+        kept = [(assembly.poses(), _carried(assembly, velocities), 0.0, 0.0, 0.0)]
     for index, (h, next_h) in enumerate(zip(lengths.tolist(), following.tolist(), strict=True)):
         # The last kick lasts half of this step and half of the next, whose length may be another.
         clock.interval(grid.stations[index], grid.stations[index + 1], int(counts[index]), next_h)
@@ -72,14 +82,59 @@ def march(
             centred = (next_h * before + h * after) / (h + next_h)
         if not np.max(np.abs(here[:, :2])) < LOST * size:
             break
-        kept.append((here, centred, clock.work, clock.angle))
+        kept.append((here, centred, clock.work, clock.angle, assembly.lost))
         if len(kept) % CHUNK == 0 and not inside(_mass_centres(assembly, kept[-CHUNK:])):
             break
     carried = [np.array(column) for column in zip(*kept, strict=True)]
-    return March(*assembly.of_mass_centres(carried[0], carried[1]), carried[2], carried[3])
+    centres, moving = assembly.of_mass_centres(carried[0], carried[1])
+    return March(centres, moving, carried[2], carried[3], carried[4])
 
 
-def _mass_centres(assembly: Assembly, kept: list[tuple[Array, Array, float, float]]) -> Array:
+def march_through(
+    scene: Scene,
+    assembly: Assembly,
+    grid: Grid,
+    level: int,
+    clock: Clock,
+    start: tuple[Array, Array],
+    *,
+    second: float,
+    size: float,
+    inside: Callable[[Array], bool],
+) -> March:
+    """The same where something may stick, strike or go slack on the way; second (s) is the time scale."""
+    counts = grid.steps << level
+    lengths = np.diff(grid.stations) / counts if counts.size else np.ones(1)
+    following = np.append(lengths[1:], lengths[-1:])
+    passage = Passage(scene, assembly, clock, start, second=second, level=level, h=float(lengths[0]))
+    kept, modes = [(*start, 0.0, 0.0, passage.lost)], [passage.mode]
+    for index, next_h in enumerate(following[: counts.size].tolist()):
+        begin, end = float(grid.stations[index]), float(grid.stations[index + 1])
+        try:
+            on = passage.through(begin, end, int(counts[index]), next_h)
+        except (ValueError, OverflowError, np.linalg.LinAlgError):
+            break
+        poses, velocities = passage.states()
+        if not (on and np.max(np.abs(poses[:, :2])) < LOST * size):
+            break
+        kept.append((poses, velocities, clock.work, clock.angle, passage.lost))
+        modes.append(passage.mode)
+        if len(kept) % CHUNK == 0 and not inside(np.array([state[0] for state in kept[-CHUNK:]])):
+            break
+    columns = [np.array(column) for column in zip(*kept, strict=True)]
+    return March(
+        columns[0],
+        columns[1],
+        columns[2],
+        columns[3],
+        columns[4],
+        tuple(passage.events),
+        tuple(modes),
+        passage.splits,
+    )
+
+
+def _mass_centres(assembly: Assembly, kept: list[tuple[Array, Array, float, float, float]]) -> Array:
     poses, velocities = (np.array([state[which] for state in kept]) for which in (0, 1))
     return assembly.of_mass_centres(poses, velocities)[0]
 

@@ -10,13 +10,14 @@ from typing import ClassVar, final
 
 import numpy as np
 
-from governor_mechanism.effects import Centrifugal, Effect, Gravity
+from governor_mechanism.effects import ALL_EFFECTS, DryFriction, Effect, OilBrake, SpringOn
 from governor_mechanism.engines.base import Engine, Task
 from governor_mechanism.engines.dop853 import DONE, STALLED
 from governor_mechanism.engines.events import Between
+from governor_mechanism.engines.happened import assembled, compared
 from governor_mechanism.engines.report import Finding, Report, Reporter
 from governor_mechanism.engines.state import State
-from governor_mechanism.engines.stepper import LONGEST_STEP, Stepper
+from governor_mechanism.engines.stepper import LONGEST_STEP, Passage, Stepper
 from governor_mechanism.equations.compiled import announce
 from governor_mechanism.equations.points import Array
 from governor_mechanism.errors import MechanismError
@@ -48,7 +49,7 @@ class MultibodyEngine(Engine):
     """
 
     name: ClassVar[str] = "multibody"
-    effects: ClassVar[frozenset[type[Effect]]] = frozenset({Gravity, Centrifugal})
+    effects: ClassVar[frozenset[type[Effect]]] = ALL_EFFECTS
     joints: ClassVar[frozenset[type[Joint]]] = ALL_JOINTS
 
     tolerance: float | None = None
@@ -87,14 +88,14 @@ class Followed:
 
     state: State
     stations: State
-    rows: Array
+    passage: Passage
     tolerance: float
     report: Report
     ended: Outcome | None
     detail: str
-    step: float
     errors: dict[str, float]
     estimate: float | None = None
+    excluded: int = 0
 
 
 class Follower:
@@ -112,34 +113,41 @@ class Follower:
         # Where it is not the tolerance that bounds the steps, twice as long ones tell the runs apart.
         worse, better = self.followed(LOOSER * tolerance, 2 * LONGEST_STEP), self.followed(tolerance)
         shared = min(len(worse.state.times), len(better.state.times))
-        loose = self.reporter.report(worse.state.first(shared))
-        tight = self.reporter.report(better.state.first(shared))
+        late, near = compared(better.passage.events, worse.passage.events, better.state.times[:shared],
+                              self.task.accuracy * self.reporter.time_scale)  # fmt: skip
+        kept = np.flatnonzero(~near)
+        loose = self.reporter.report(worse.state.first(shared).at(kept))
+        tight = self.reporter.report(better.state.first(shared).at(kept))
         errors = self.reporter.errors(tight, loose)
-        return replace(better, errors=errors, estimate=self.reporter.relative(errors))
+        estimate = self.reporter.relative(errors)
+        if self.stepper.switching:
+            errors["event times"] = late
+            estimate = max(estimate, late / self.reporter.time_scale)
+        return replace(better, errors=errors, estimate=estimate, excluded=int(near.sum()))
 
     def followed(self, tolerance: float, longest: float = LONGEST_STEP) -> Followed:
         """One run, its steps at most so many time scales long."""
         self.runs += 1
-        rows, code, step = self.stepper.stepped(tolerance, longest)
-        every = self.stepper.state(rows)
+        passage = self.stepper.stepped(tolerance, longest)
+        every = self.stepper.state(passage.rows)
         kept, ended, detail = len(every.times), None, ""
         outside = self.reporter.first_outside(every.poses)
+        reached = f"t = {self.stepper.grid.stations[kept - 1]:.6g} s"
         if outside is not None:
             kept, ended = outside[0], Outcome.LEFT_RANGE
-            detail = f"{outside[1]}, at {self._leaving(rows, tolerance, kept)}"
-        elif code == STALLED:
-            ended, detail = Outcome.STALLED, f"at t = {self.stepper.grid.stations[kept - 1]:.6g} s"
-        elif code != DONE or len(self.stepper.grid.reported) < len(self.task.times):
-            ended = Outcome.STEP_LIMIT
-            detail = f"max_steps = {self.engine.max_steps} end at t = {self.stepper.grid.stations[kept - 1]:.6g} s"
+            detail = f"{outside[1]}, at {self._leaving(passage.rows, tolerance, kept)}"
+        elif passage.code == STALLED:
+            ended, detail = Outcome.STALLED, f"at {reached}"
+        elif passage.code != DONE or len(self.stepper.grid.reported) < len(self.task.times):
+            ended, detail = Outcome.STEP_LIMIT, f"max_steps = {self.engine.max_steps} end at {reached}"
         state = every.at(self.stepper.grid.first(kept).reported)
         report = self.reporter.report(state)
-        return Followed(state, every.first(kept), rows, tolerance, report, ended, detail, step, {})
+        return Followed(state, every.first(kept), passage, tolerance, report, ended, detail, {})
 
     def _leaving(self, rows: Array, tolerance: float, station: int) -> str:
         """When the motion leaves its range, before this station: by halving the time from the one before."""
         times = self.stepper.grid.stations
-        if station == 0 or self.stepper.stiff_from < np.inf:
+        if station == 0 or self.stepper.stiff_from < np.inf or self.stepper.switching:
             return f"about t = {times[station]:.6g} s"
         inside, outside = float(times[station - 1]), float(times[station])
         for _ in range(HALVINGS):
@@ -176,15 +184,23 @@ class Follower:
                 estimate=best.estimate,
                 errors=best.errors,
                 between=self._between(best),
+                modes=best.passage.modes[: len(best.stations.times)],
+                reported=self.stepper.grid.first(len(best.stations.times)).reported,
+                happened=tuple(
+                    one
+                    for one in best.passage.events
+                    if not len(best.stations.times) or one.time <= best.stations.times[-1]
+                ),
+                excluded=best.excluded,
             ),
             cost=self._cost(best, wall_time),
             settings=settings,
         )
 
     def _between(self, best: Followed) -> Between | None:
-        if self.stepper.stiff_from < np.inf:
+        if self.stepper.stiff_from < np.inf or self.stepper.switching:
             return None
-        return partial(self.stepper.between, best.rows, best.tolerance)
+        return partial(self.stepper.between, best.passage.rows, best.tolerance)
 
     def _cost(self, best: Followed, wall_time: float) -> Cost:
         steps, rejected, evaluations, _ = (int(count) for count in self.stepper.counts)
@@ -197,15 +213,22 @@ class Follower:
             laws["centrifugal"] = bodies * evaluations
         if self.scene.part.mechanism.loads:
             laws["springs, dampers, forces"] = len(self.scene.part.mechanism.loads) * evaluations
+        kinds = {"springs on readings": SpringOn, "oil brakes": OilBrake, "dry friction": DryFriction}
+        for law, kind in kinds.items():
+            count = sum(isinstance(effect, kind) for effect in self.scene.acting)
+            if count:
+                laws[law] = count * evaluations
         return Cost(
             engine=self.engine.name,
             reason=self.task.reason,
-            step=best.step,
+            step=best.passage.step,
             steps=steps + self.stepper.implicit_steps,
             rejected=rejected,
             runs=self.runs,
             evaluations=dict(laws),
             wall_time=wall_time,
+            events=len(best.passage.events),
+            assembled=assembled(self.scene),
             method=self._method(),
         )
 

@@ -6,9 +6,10 @@ import numpy as np
 from numpy.typing import NDArray
 
 from governor_mechanism.equations.assembly import INDEPENDENT, Assembler
+from governor_mechanism.equations.constraints import joint_table
 from governor_mechanism.equations.dynamics import Dynamics
 from governor_mechanism.equations.points import Array
-from governor_mechanism.equations.system import lever_pin, row_owners
+from governor_mechanism.equations.system import lever_pin
 from governor_mechanism.joints import Joint
 from governor_mechanism.mechanism import Mechanism
 from governor_mechanism.trajectory import Reaction
@@ -22,7 +23,7 @@ SHARE = 1e-6
 
 def reactions(mechanism: Mechanism, poses: Array, found: Dynamics) -> dict[str, Reaction]:
     """The reaction of every joint by name, from poses (n, bodies, 3) and what their motion implies."""
-    owner = row_owners(mechanism)
+    owner = joint_table(mechanism).owner
     loose = _undetermined(mechanism, poses, found.independence)
     result = {}
     for index, joint in enumerate(mechanism.joints):

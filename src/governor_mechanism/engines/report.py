@@ -9,22 +9,23 @@ import numpy as np
 
 from governor_mechanism.engines.afterwards import Told
 from governor_mechanism.engines.events import Between
-from governor_mechanism.engines.scales import time_scale
 from governor_mechanism.engines.state import State
 from governor_mechanism.engines.work import work_between
 from governor_mechanism.equations.applied import potential as spring_potential
 from governor_mechanism.equations.assembly import Assembler
 from governor_mechanism.equations.constraints import JointEquations
 from governor_mechanism.equations.forces import free_spindle_speed, height_energy, spindle_inertia, spindle_inertia_rate
-from governor_mechanism.equations.points import Array
+from governor_mechanism.equations.modes import Mode, energy_on, springs_of
+from governor_mechanism.equations.points import Array, Whole
 from governor_mechanism.equations.readings import measure, reading_value
+from governor_mechanism.equations.scales import time_scale
 from governor_mechanism.equations.timing import SpeedProgram, TimeCurve
 from governor_mechanism.joints import DrivenSlide, DrivenTurn
 from governor_mechanism.loads import Spring, TorsionSpring
 from governor_mechanism.mechanism import LineAngle, Mechanism
 from governor_mechanism.scene import TURNING, FreeSpindle, Scene
 from governor_mechanism.statics import assembly_notes
-from governor_mechanism.trajectory import Cost, Energy, Outcome, Trajectory
+from governor_mechanism.trajectory import Cost, Energy, Event, Outcome, Trajectory
 
 UNITS = {"angle": "rad", "length": "m"}
 
@@ -52,6 +53,10 @@ class Finding:
     estimate: float | None
     errors: dict[str, float]
     between: Between | None = None
+    modes: tuple[Mode, ...] = ()
+    reported: slice | Whole | None = None
+    happened: tuple[Event, ...] = ()
+    excluded: int = 0
 
 
 class Reporter:
@@ -124,7 +129,17 @@ class Reporter:
             settings=settings,
             mobility=mobility,
             notes=assembly_notes(self.scene),
-            afterwards=Told(self.scene, state, stations, mobility, found.between),
+            excluded=found.excluded,
+            afterwards=Told(
+                self.scene,
+                state,
+                stations,
+                mobility,
+                found.between,
+                found.modes,
+                found.reported,
+                found.happened,
+            ),
         )
 
     def spindle_speeds(self, times: Array, poses: Array) -> Array:
@@ -219,6 +234,8 @@ class Reporter:
             kinetic += 0.5 * (body.moments.xx + body.moments.yy) * velocity[:, 2] ** 2
             potential += height_energy(body.mass, self.scene.gravity, state.poses[:, index, 1])
         potential += spring_potential(self.mechanism, state.poses)
+        for spring in springs_of(self.scene):
+            potential += energy_on(spring, reading_value(self.mechanism, spring.reading, state.poses))
         rotation = np.zeros_like(kinetic)
         if self.loaded:
             own = self.scene.spindle.inertia if isinstance(self.scene.spindle, FreeSpindle) else 0.0
@@ -228,6 +245,7 @@ class Reporter:
             potential=potential,
             rotation=rotation,
             jacobi=kinetic + potential + (rotation if self.free else -rotation) + state.work,
+            dissipated=state.lost,
             scale=self.energy_scale,
         )
 

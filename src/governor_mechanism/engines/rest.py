@@ -7,10 +7,10 @@ import numpy as np
 from governor_mechanism.engines.chipmunk import Assembly
 from governor_mechanism.engines.clock import Clock
 from governor_mechanism.engines.march import settle
-from governor_mechanism.engines.scales import time_scale
 from governor_mechanism.equations.assembly import Assembler
 from governor_mechanism.equations.points import Array
 from governor_mechanism.equations.readings import reading_value
+from governor_mechanism.equations.scales import time_scale
 from governor_mechanism.errors import RunFailed
 from governor_mechanism.scene import Scene
 
@@ -27,7 +27,8 @@ MOST_STEPS = 400_000
 def settled(scene: Scene, start: float) -> float:
     """The value of the leading coordinate at which the mechanism comes to rest, let go at `start`.
 
-    The spindle keeps its first speed. Raises RunFailed where it leaves its range or does not come to rest.
+    The spindle keeps its first speed; friction and stops do not hold it. Raises RunFailed where it leaves its range or
+    does not come to rest.
     """
     mechanism, scale = scene.part.mechanism, time_scale(scene)
     name = mechanism.coordinate

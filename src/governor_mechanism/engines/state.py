@@ -11,21 +11,23 @@ from governor_mechanism.equations.points import Array, Whole
 class State:
     """What an engine found at n times: poses and velocities (n, bodies, 3), work (n,) J, spindle (n, 2).
 
-    work is what changes of a given spindle speed have put in, less what drives, loads and torque have; spindle holds
-    the angle (rad) and speed (rad/s) of the spindle.
+    work is what changes of a given spindle speed have put in, less what drives, loads and torque have; lost (n,) J is
+    what brakes, friction and stops have taken, and is part of it; spindle holds the angle (rad) and speed (rad/s) of
+    the spindle.
     """
 
     times: Array
     poses: Array
     velocities: Array
     work: Array
+    lost: Array
     spindle: Array
 
     def at(self, which: slice | Whole) -> State:
         """The state at some of the times."""
-        parts = (self.times, self.poses, self.velocities, self.work, self.spindle)
-        times, poses, velocities, work, spindle = (part[which] for part in parts)
-        return State(times=times, poses=poses, velocities=velocities, work=work, spindle=spindle)
+        parts = (self.times, self.poses, self.velocities, self.work, self.lost, self.spindle)
+        times, poses, velocities, work, lost, spindle = (part[which] for part in parts)
+        return State(times=times, poses=poses, velocities=velocities, work=work, lost=lost, spindle=spindle)
 
     def first(self, count: int) -> State:
         """The state at the first so many times."""

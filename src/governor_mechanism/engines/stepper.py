@@ -2,19 +2,32 @@
 
 from __future__ import annotations
 
+from dataclasses import dataclass
 from itertools import pairwise
 
 import numpy as np
 
+from governor_mechanism.engines.crossing import Crossing
 from governor_mechanism.engines.dop853 import COUNTS, DONE, STIFF, integrate
 from governor_mechanism.engines.grid import make_grid
+from governor_mechanism.engines.happened import without_passing
 from governor_mechanism.engines.independent import Implicit
 from governor_mechanism.engines.report import Reporter
 from governor_mechanism.engines.state import State
+from governor_mechanism.engines.switching import AT_ONCE, Switching
+from governor_mechanism.equations.modes import Mode, switches
 from governor_mechanism.equations.motion import EXTRA, inertia_about_spindle, project
-from governor_mechanism.equations.points import Array
-from governor_mechanism.equations.system import from_centres, make_system, make_workspace, to_centres
+from governor_mechanism.equations.points import Array, Whole
+from governor_mechanism.equations.system import (
+    System,
+    Workspace,
+    from_centres,
+    make_system,
+    make_workspace,
+    to_centres,
+)
 from governor_mechanism.scene import Scene
+from governor_mechanism.trajectory import Event
 
 LONGEST_STATION = 0.25
 """In time scales: how far apart the poses are at which limits are watched."""
@@ -30,6 +43,19 @@ FEW_STEPS = 100
 
 CLOSED = 1e-14
 """Fraction of the machine's size to which joints are closed at every step."""
+
+
+@dataclass(frozen=True)
+class Passage:
+    """States (stations reached, numbers), how the integration ended, the last step (s); where something sticks, strikes
+    or goes slack, the mode at each station and the events.
+    """
+
+    rows: Array
+    code: int
+    step: float
+    modes: tuple[Mode, ...] = ()
+    events: tuple[Event, ...] = ()
 
 
 class Stepper:
@@ -50,53 +76,57 @@ class Stepper:
         self.counts = np.zeros(COUNTS, dtype=np.int64)
         self.implicit_steps, self.stiff_from = 0, np.inf
         self.start = self._start(*from_centres(self.system, *standing))
+        self.switching = Switching(scene, reporter.time_scale, self.closed) if switches(scene) else None
 
     def compile(self) -> None:
         """Have the kernels compiled or loaded, by an integration over no time, so that no run's cost includes it."""
-        state, none = self.start.copy(), np.empty(0)
-        found, counts = np.empty((0, state.size)), np.zeros(COUNTS, dtype=np.int64)
-        integrate(self.system, self.room, self._cubics(0.0), (0.0, 0.0), none, state, self._scale(), 1.0, 1.0, 1.0,
-                  1.0, 1, found, counts)  # fmt: skip
+        self._integrate(self.system, self.room, (0.0, 0.0), np.empty(0), self.start.copy(), 1.0, 1.0, 1.0,
+                        np.empty((0, self.start.size)), np.zeros(COUNTS, dtype=np.int64))  # fmt: skip
 
-    def stepped(self, tolerance: float, longest: float = LONGEST_STEP) -> tuple[Array, int, float]:
-        """States (stations reached, numbers), how the integration ended, and the last step (s).
-
-        longest: of a step, in time scales.
-        """
+    def stepped(self, tolerance: float, longest: float = LONGEST_STEP) -> Passage:
+        """From the start through all stations; longest: of a step, in time scales."""
         stations, state = self.grid.stations, self.start.copy()
         found = np.empty((len(stations), state.size))
         found[0], filled, code = state, 1, DONE
-        step, scale = FIRST_STEP * longest * self.reporter.time_scale, self._scale()
+        step, modes = FIRST_STEP * longest * self.reporter.time_scale, list[Mode]()
         counts = np.zeros(COUNTS, dtype=np.int64)
         implicit: Implicit | None = None
+        crossing = (
+            Crossing(self, self.switching, tolerance, self.reporter.time_scale, longest, counts)
+            if self.switching
+            else None
+        )
+        if self.switching:
+            self.switching.begin(state, self.cubics(0.0))
+            found[0] = state
+            modes.append(self.switching.mode)
         for start, end in pairwise(self.knots):
             times = stations[(stations > start) & (stations <= end)]
-            cubics, now = self._cubics(float(start)), float(start)
-            if implicit is None:
-                code, step, reached, now = integrate(
+            now = float(start)
+            if crossing is not None:
+                code, step, reached = crossing.piece((now, float(end)), times, state, step, found[filled:], modes)
+                filled += reached
+            elif implicit is None:
+                code, step, reached, now = self._integrate(
                     self.system,
                     self.room,
-                    cubics,
-                    (float(start), float(end)),
+                    (now, float(end)),
                     times,
                     state,
-                    scale,
                     tolerance,
                     step,
                     longest * self.reporter.time_scale,
-                    self.closed,
-                    self.max_steps,
                     found[filled:],
                     counts,
                 )
                 filled += reached
                 times = times[reached:]
             if code == STIFF:
-                implicit = Implicit(self.system, self.room, scale, self.closed)
+                implicit = Implicit(self.system, self.room, self.scale(), self.closed)
                 self.stiff_from, code = min(self.stiff_from, now), DONE
             if implicit is not None:
                 code, step, reached = implicit.integrate(
-                    cubics,
+                    self.cubics(float(start)),
                     (now, float(end)),
                     float(start),
                     times,
@@ -109,12 +139,33 @@ class Stepper:
             if code != DONE:
                 break
             state[-EXTRA] += self._work_of_jump(end, state)
+            if crossing is not None:
+                crossing.resume(float(end), state)
             found[filled - 1, -EXTRA] = state[-EXTRA]  # a knot is a station; there the speed is the one after the jump
         if implicit is not None:
             self.implicit_steps += implicit.steps
             counts[2] += implicit.evaluations
         self.counts += counts
-        return found[:filled], code, step
+        apart = AT_ONCE * self.reporter.time_scale
+        events = without_passing(self.switching.events, apart) if self.switching else ()
+        return Passage(found[:filled], code, step, tuple(modes), events)
+
+    def _integrate(
+        self,
+        system: System,
+        room: Workspace,
+        span: tuple[float, float],
+        times: Array,
+        state: Array,
+        tolerance: float,
+        step: float,
+        longest: float,
+        found: Array,
+        counts: Whole,
+    ) -> tuple[int, float, int, float]:
+        """`dop853.integrate` with nothing watched; longest in s."""
+        return integrate(system, room, self.cubics(span[0]), span, times, state, self.scale(), tolerance, step,
+                         longest, self.closed, self.max_steps, found, counts, np.empty(2))  # fmt: skip
 
     def state(self, states: Array) -> State:
         """What the rows (stations, numbers) say of mass centres and spindle."""
@@ -128,15 +179,22 @@ class Stepper:
             own = self.system.spindle_inertia
             speed = states[:, -1] / np.array([own + inertia_about_spindle(self.system, pose) for pose in origins])
         spindle = np.stack([states[:, -2], speed], axis=-1)
-        return State(times=times, poses=poses, velocities=velocities, work=states[:, -EXTRA], spindle=spindle)
+        work, lost = states[:, -EXTRA], states[:, 1 - EXTRA]
+        return State(times=times, poses=poses, velocities=velocities, work=work, lost=lost, spindle=spindle)
+
+    def outside(self, state: Array) -> bool:
+        """Whether a state lies outside the mechanism's limits."""
+        origins, moving = state[:-EXTRA].reshape(2, len(self.system.bodies), 3)
+        return self.reporter.first_outside(to_centres(self.system, origins, moving)[0][np.newaxis]) is not None
 
     def between(self, rows: Array, tolerance: float, k: int, time: float) -> tuple[Array, Array] | None:
         """Poses and velocities of mass centres at a time (s) after station k, integrated from there, or None."""
         start = float(self.grid.stations[k])
         state, counts = rows[k].copy(), np.zeros(COUNTS, dtype=np.int64)
         step, none = 0.01 * self.reporter.time_scale, np.empty((0, rows.shape[1]))
-        code, *_ = integrate(self.system, self.room, self._cubics(start), (start, time), np.empty(0), state,
-                             self._scale(), tolerance, step, np.inf, self.closed, FEW_STEPS, none, counts)  # fmt: skip
+        code, *_ = integrate(self.system, self.room, self.cubics(start), (start, time), np.empty(0), state,
+                             self.scale(), tolerance, step, np.inf, self.closed, FEW_STEPS, none, counts,
+                             np.empty(2))  # fmt: skip
         if code != DONE:
             return None
         origins, moving = state[:-EXTRA].reshape(2, len(self.system.bodies), 3)
@@ -144,13 +202,13 @@ class Stepper:
 
     def _start(self, poses: Array, velocities: Array) -> Array:
         """The state at the start, its joints closed to rounding."""
-        project(self.system, self.room, self._cubics(0.0), 0.0, poses, velocities, self.closed)
+        project(self.system, self.room, self.cubics(0.0), 0.0, poses, velocities, self.closed)
         speed = self.reporter.program.start_speed
         momentum = (self.system.spindle_inertia + inertia_about_spindle(self.system, poses)) * speed
-        extra = [0.0, 0.0, momentum if self.system.free else 0.0]
+        extra = [0.0, 0.0, 0.0, momentum if self.system.free else 0.0]
         return np.concatenate([poses.ravel(), velocities.ravel(), extra])
 
-    def _cubics(self, start: float) -> Array:
+    def cubics(self, start: float) -> Array:
         """Speed, drives and loads in time, (programs, 4), until the next break."""
         return np.array([curve.cubics_from(np.array([start]))[0] for curve in self.curves])
 
@@ -163,8 +221,11 @@ class Stepper:
         inertia = inertia_about_spindle(self.system, state[: 3 * count].reshape(count, 3))
         return 0.5 * inertia * (after**2 - before**2)
 
-    def _scale(self) -> Array:
+    def scale(self) -> Array:
+        """What errors of a state are relative to."""
         size, second = self.reporter.mechanism.size, self.reporter.time_scale
         pose = np.tile([size, size, 1.0], len(self.system.bodies))
         momentum = abs(self.start[-1]) or 1.0
-        return np.concatenate([pose, pose / second, [self.reporter.energy_scale, 1.0, momentum]])
+        return np.concatenate(
+            [pose, pose / second, [self.reporter.energy_scale, self.reporter.energy_scale, 1.0, momentum]]
+        )

@@ -95,13 +95,6 @@ class Assembler:
             poses = self._newton(poses, {name: value - float(left) * ways[name] for name, value in values.items()})
         return poses
 
-    def tangent(self, poses: Array) -> Array:
-        """Velocities (bodies, 3) of all bodies when the leading coordinate grows by one unit a second, drives still."""
-        matrix = self._rows(poses, [self.mechanism.coordinate])
-        right = np.zeros(matrix.shape[0])
-        right[-1] = 1.0
-        return self.spread(np.linalg.lstsq(matrix, right, rcond=None)[0])
-
     def velocities(self, poses: Array, rates: Mapping[str, float]) -> Array:
         """Velocities (bodies, 3) that follow the drives and have these rates of readings; of all such the slowest.
 

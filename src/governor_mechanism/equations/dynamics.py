@@ -2,23 +2,33 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
 from numpy.typing import NDArray
 
 from governor_mechanism.equations.compiled import compiled
+from governor_mechanism.equations.modes import Mode
 from governor_mechanism.equations.motion import accelerations
 from governor_mechanism.equations.points import Array
-from governor_mechanism.equations.system import System, Workspace, from_centres, make_system, make_workspace
+from governor_mechanism.equations.system import (
+    System,
+    Workspace,
+    from_centres,
+    make_system,
+    make_workspace,
+    rows_in_order,
+)
 from governor_mechanism.scene import Scene
 
 
 @dataclass(frozen=True)
 class Dynamics:
-    """At n times: accelerations of mass centres (n, bodies, 3); forces (n, rows, 3) of each joint row on its second
-    body, as force (N) and moment about that body's point (N m); how independent the rows are (n,), 0 where they depend;
-    power (n,) W of drives, of loads without a potential, and of the torque on a free spindle.
+    """At n times: accelerations of mass centres (n, bodies, 3); forces (n, rows, 3) of each joint row (as
+    `constraints.joint_table` lists them) on its second body, as force (N) and moment about that body's point (N m);
+    how independent the rows are (n,), 0 where they depend; power (n,) W of drives, of loads without a potential, and of
+    the torque on a free spindle.
     """
 
     accelerations: Array
@@ -27,9 +37,31 @@ class Dynamics:
     power: Array
 
 
-def dynamics(scene: Scene, times: Array, poses: Array, velocities: Array, speeds: Array) -> Dynamics:
-    """From times (n,) s, poses and velocities of mass centres (n, bodies, 3), and spindle speeds (n,) rad/s."""
-    system, curves = make_system(scene)
+def dynamics(
+    scene: Scene, times: Array, poses: Array, velocities: Array, speeds: Array, modes: Sequence[Mode] = ()
+) -> Dynamics:
+    """From times (n,) s, poses and velocities of mass centres (n, bodies, 3), and spindle speeds (n,) rad/s.
+
+    modes (n,) say what sticks and rests at each time; left out, nothing does.
+    """
+    if not modes:
+        return _dynamics(scene, None, times, poses, velocities, speeds)
+    parts = {}
+    for mode in dict.fromkeys(modes):
+        at = np.flatnonzero([other == mode for other in modes])
+        parts[mode] = at, _dynamics(scene, mode, times[at], poses[at], velocities[at], speeds[at])
+    names = ("accelerations", "forces", "independence", "power")
+    whole = {name: np.zeros((len(times), *getattr(parts[modes[0]][1], name).shape[1:])) for name in names}
+    for at, part in parts.values():
+        for name in names:
+            whole[name][at] = getattr(part, name)
+    return Dynamics(**whole)
+
+
+def _dynamics(
+    scene: Scene, mode: Mode | None, times: Array, poses: Array, velocities: Array, speeds: Array
+) -> Dynamics:
+    system, curves = make_system(scene, mode)
     cubics = np.stack([curve.cubics_from(times) for curve in curves], axis=1)
     there, moving = from_centres(system, poses, velocities)
     bends, forces = np.empty_like(poses), np.empty((len(times), len(system.rows.table), 3))
@@ -37,7 +69,11 @@ def dynamics(scene: Scene, times: Array, poses: Array, velocities: Array, speeds
     _follow(system, make_workspace(system), cubics, there, moving, speeds**2, bends, forces, apart, power)
     if system.free:
         power += cubics[:, 0, 3] * speeds
-    return Dynamics(_of_centres(system, there, moving, bends), forces, apart, power)
+    order = rows_in_order(scene, mode)
+    joints = len(order) - sum(value is not None for value in mode.held) if mode else len(order)
+    in_order = np.empty_like(forces)
+    in_order[:, order] = forces
+    return Dynamics(_of_centres(system, there, moving, bends), in_order[:, :joints], apart, power)
 
 
 @compiled
@@ -55,7 +91,9 @@ def _follow(
 ) -> None:
     rows = system.rows
     for t in range(poses.shape[0]):
-        apart[t], power[t] = accelerations(system, room, poses[t], velocities[t], cubics[t], 0.0, squares[t], bends[t])
+        apart[t], power[t], _ = accelerations(
+            system, room, poses[t], velocities[t], cubics[t], 0.0, squares[t], bends[t]
+        )
         for i in range(room.vector.size):
             force_x = -room.vector[i] * room.gradient[i, 1, 0]
             force_y = -room.vector[i] * room.gradient[i, 1, 1]

@@ -59,6 +59,21 @@ def damper_force(damping: float, rate: Any) -> Any:
     return damping * rate
 
 
+def brake_force(linear: float, quadratic: float, rate: Any) -> Any:
+    """Pull (N, or N m) of an oil brake whose reading changes at `rate` (m/s, or rad/s)."""
+    return (linear + quadratic * abs(rate)) * rate
+
+
+def uneven_speed(uneven: float, waves: float, turned: Any, mean: Any, growth: Any) -> tuple[Any, Any]:
+    """Speed (rad/s) and its slope (rad/s2) of a spindle that swings by `uneven` of its mean speed, which grows.
+
+    turned (rad) is the angle that the mean speed has turned.
+    """
+    phase = waves * turned
+    swing = uneven * np.sin(phase)
+    return mean * (1.0 + swing), growth * (1.0 + swing) + uneven * waves * mean * mean * np.cos(phase)
+
+
 def free_spindle_speed(momentum: Any, inertia: Any) -> Any:
     """Speed (rad/s) of a free spindle with so much angular momentum (kg m2/s) at so much inertia (kg m2) in all."""
     return momentum / inertia

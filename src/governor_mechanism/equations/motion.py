@@ -1,7 +1,7 @@
 """Accelerations of a mechanism under its joints and loads, and the projection of its state, compiled.
 
-Time enters as cubics (programs, 4) of the time `since` the start of a piece, highest power first: program 0 is the
-speed of a given spindle, or the torque on a free one.
+Time enters as cubics (programs, 5) of the time `since` the start of a piece, highest power first, and what the program
+has integrated to before: program 0 is the speed of a given spindle, or the torque on a free one.
 """
 
 from __future__ import annotations
@@ -11,6 +11,7 @@ import math
 import numpy as np
 
 from governor_mechanism.equations import forces
+from governor_mechanism.equations.acting import add_acts, observe
 from governor_mechanism.equations.applied import add_loads
 from governor_mechanism.equations.compiled import compiled, inlined, kernel
 from governor_mechanism.equations.points import Array
@@ -22,10 +23,12 @@ centrifugal_force = kernel(forces.centrifugal_force)
 centrifugal_moment = kernel(forces.centrifugal_moment)
 free_spindle_speed = kernel(forces.free_spindle_speed)
 spindle_inertia = kernel(forces.spindle_inertia)
+uneven_speed = kernel(forces.uneven_speed)
 weight = kernel(forces.weight)
 
-EXTRA = 3
-"""Numbers of a state beside poses and velocities: work (J), angle of the spindle (rad), its momentum (kg m2/s)."""
+EXTRA = 4
+"""Numbers of a state beside poses and velocities: work (J), what brakes and friction took of it (J), angle of the
+spindle (rad), its momentum (kg m2/s)."""
 
 
 @inlined
@@ -38,15 +41,16 @@ def accelerations(
     since: float,
     speed_squared: float,
     result: Array,
-) -> tuple[float, float]:
+) -> tuple[float, float, float]:
     """Fill result (bodies, 3); room.vector then holds the joint forces (N), row by row, against its gradient.
 
-    How independent the rows are (see `schur.solve`), and the power (W) of drives and of loads that have no potential.
+    How independent the rows are (see `schur.solve`), the power (W) of drives and of loads that have no potential, and
+    what brakes and friction take (W), which that power is less by.
     """
     rows = system.rows
     ask(rows, cubics, since, room.line)
     evaluate(rows, poses, velocities, room.line, room.gradient)
-    power = generalised_forces(system, poses, velocities, cubics, since, speed_squared, room.load)
+    power, lost = generalised_forces(system, room, poses, velocities, cubics, since, speed_squared, room.load)
     for k in range(system.bodies.size):
         for c in range(3):
             result[k, c] = system.inverse_mass[k, c] * room.load[k, c]
@@ -58,20 +62,24 @@ def accelerations(
     give_back(rows.ends, room.gradient, system.inverse_mass, room.vector, result)
     for i in range(room.vector.size):
         power -= room.vector[i] * room.line[i, RATE]
-    return independent, power
+    return independent, power, lost
 
 
 @compiled
 def generalised_forces(
     system: System,
+    room: Workspace,
     poses: Array,
     velocities: Array,
     cubics: Array,
     since: float,
     speed_squared: float,
     result: Array,
-) -> float:
-    """Fill result (bodies, 3) with all loads on the bodies' origins; the power (W) of those without a potential."""
+) -> tuple[float, float]:
+    """Fill result (bodies, 3) with all loads on the bodies' origins.
+
+    The power (W) of those without a potential, and what brakes and friction take, which it is less by.
+    """
     for k in range(system.bodies.size):
         body, angle = system.bodies[k], poses[k, 2]
         arm_x = arm_y = 0.0
@@ -85,7 +93,9 @@ def generalised_forces(
         result[k, 0] = force_x
         result[k, 1] = force_y
         result[k, 2] = moment + arm_x * force_y - arm_y * force_x
-    return add_loads(system.loads, poses, velocities, cubics, since, result)
+    power = add_loads(system.loads, poses, velocities, cubics, since, result)
+    lost = add_acts(system.gauges, system.acts, poses, velocities, cubics, since, room.seen, room.leaning, result)
+    return power - lost, lost
 
 
 @compiled
@@ -146,27 +156,33 @@ def spindle_speed(
     value = ((a * since + b) * since + c) * since + d
     if system.free:
         return free_spindle_speed(momentum, system.spindle_inertia + inertia_about_spindle(system, poses)), 0.0, value
-    return value, (3.0 * a * since + 2.0 * b) * since + c, 0.0
+    growth = (3.0 * a * since + 2.0 * b) * since + c
+    if system.uneven == 0.0:
+        return value, growth, 0.0
+    turned = cubics[0, 4] + (((0.25 * a * since + b / 3.0) * since + 0.5 * c) * since + d) * since
+    speed, slope = uneven_speed(system.uneven, system.waves, turned, value, growth)
+    return speed, slope, 0.0
 
 
 @inlined
 def slope(system: System, room: Workspace, cubics: Array, since: float, state: Array, result: Array) -> float:
-    """Time derivative of a state: poses, velocities, work, spindle's angle and momentum; how independent the rows are.
+    """Time derivative of a state: poses, velocities and what EXTRA names; how independent the rows are.
 
     Work (J) is what the changes of a given speed have put in, less what drives, loads and a free spindle's torque have.
     """
     count = system.bodies.size
     poses, velocities = state[: 3 * count].reshape(count, 3), state[3 * count : 6 * count].reshape(count, 3)
-    omega, growth, torque = spindle_speed(system, poses, cubics, since, state[6 * count + 2])
+    omega, growth, torque = spindle_speed(system, poses, cubics, since, state[6 * count + 3])
     for i in range(3 * count):
         result[i] = state[3 * count + i]
     bends = result[3 * count : 6 * count].reshape(count, 3)
-    independent, power = accelerations(system, room, poses, velocities, cubics, since, omega * omega, bends)
+    independent, power, lost = accelerations(system, room, poses, velocities, cubics, since, omega * omega, bends)
     result[6 * count] = -power - torque * omega
     if growth != 0.0 and system.centrifugal:
         result[6 * count] += inertia_about_spindle(system, poses) * omega * growth
-    result[6 * count + 1] = omega
-    result[6 * count + 2] = torque
+    result[6 * count + 1] = lost
+    result[6 * count + 2] = omega
+    result[6 * count + 3] = torque
     return independent
 
 
@@ -176,3 +192,14 @@ def slope_of(system: System, room: Workspace, cubics: Array, since: float, state
     result = np.empty(state.size)
     slope(system, room, cubics, since, state, result)
     return result
+
+
+@compiled
+def marks_of(system: System, room: Workspace, cubics: Array, since: float, state: Array) -> tuple[Array, Array]:
+    """What is watched at a state, and the state's slope, for Python to call."""
+    result, marks = np.empty(state.size), np.empty(system.watch.size)
+    slope(system, room, cubics, since, state, result)
+    count = system.bodies.size
+    poses, velocities = state[: 3 * count].reshape(count, 3), state[3 * count : 6 * count].reshape(count, 3)
+    observe(system.gauges, system.watch, poses, velocities, cubics, since, room.vector, room.seen, room.leaning, marks)
+    return marks, result

@@ -127,10 +127,17 @@ def _(reading: FollowerHeight, mechanism: Mechanism, poses: Array, velocities: A
     slope = np.divide(reach, drop, out=np.zeros_like(reach), where=drop > 0)
     curving = np.divide(1 + slope**2, drop, out=np.zeros_like(reach), where=drop > 0)
     direction = np.stack([slope, np.ones_like(reach)], axis=-1)
+    height = knee[..., 1] - drop
+    gradient = mixed(top.pull_back(poses, direction), end.pull_back(poses, direction))
+    bend = _dot(direction, inward) + curving * rate[..., 0] ** 2
+    if reading.against is None:
+        return Measure(height - reading.zero, gradient, bend)
+    other = place(mechanism, reading.against)
+    up = np.broadcast_to(np.array([0.0, 1.0]), direction.shape)
     return Measure(
-        knee[..., 1] - drop - reading.zero,
-        mixed(top.pull_back(poses, direction), end.pull_back(poses, direction)),
-        _dot(direction, inward) + curving * rate[..., 0] ** 2,
+        other.position(poses)[..., 1] - height - reading.zero,
+        other.pull_back(poses, up) - gradient,
+        other.inward(poses, velocities)[..., 1] - bend,
     )
 
 

@@ -8,11 +8,12 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass
+from functools import cached_property
 
 import numpy as np
-from scipy.interpolate import BPoly
+from numpy.typing import NDArray
 
-from governor_mechanism.equations.assembly import Assembler
+from governor_mechanism.equations.closing import Closing
 from governor_mechanism.equations.forces import (
     height_energy,
     spindle_inertia,
@@ -21,21 +22,19 @@ from governor_mechanism.equations.forces import (
     spring_energy,
     spring_force,
 )
+from governor_mechanism.equations.modes import springs_of
 from governor_mechanism.equations.points import Array, place
-from governor_mechanism.equations.readings import Measure, measure, measured
+from governor_mechanism.equations.readings import measure, measured
+from governor_mechanism.equations.timing import TimeCurve
+from governor_mechanism.equations.travel import Travel, find_travel
 from governor_mechanism.errors import MechanismError
 from governor_mechanism.loads import Force, Load, Spring, Torque, TorsionSpring
-from governor_mechanism.mechanism import BodyAngle, LineAngle, Mechanism, Separation
+from governor_mechanism.mechanism import BodyAngle, Mechanism, Reading
+from governor_mechanism.programs import Program
 from governor_mechanism.scene import TURNING, FreeSpindle, Scene
 
-COARSE, POLISH = (17, 65, 257), 12
-"""So many values of a sweep are assembled one by one, more where the others stray; Newton steps for all at once."""
-
-STRAY = 0.05
-"""Machine sizes, and rad: others that close farther from where they were expected may be on another branch."""
-
-SMALL = 1e-8
-"""Machine sizes, and rad: after a Newton step of this size rounding alone is left."""
+CANCELLED = 1e-15
+"""Of its parts: a slope of the spindle's inertia smaller than this is rounding, and counts as none."""
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -59,6 +58,15 @@ class Along:
     potential_slope: Array
     potential_bend: Array
 
+    def joined(self, other: Along) -> Along:
+        """These values and then those of another."""
+        pairs = {name: (getattr(self, name), getattr(other, name)) for name in self.__dataclass_fields__}
+        return Along(**{name: np.concatenate(pair) for name, pair in pairs.items()})
+
+    def chosen(self, which: NDArray[np.integer] | slice) -> Along:
+        """Some of the values, in the order of their indices."""
+        return Along(**{name: getattr(self, name)[which] for name in self.__dataclass_fields__})
+
 
 class Reduction:
     """One scene's mechanism along its leading coordinate; loads as they are at the start."""
@@ -66,82 +74,40 @@ class Reduction:
     def __init__(self, scene: Scene) -> None:
         self.scene = scene
         self.mechanism: Mechanism = scene.part.mechanism
-        self._assembler = Assembler(self.mechanism)
-        self._scale = np.array([self.mechanism.size, self.mechanism.size, 1.0])
-        if self._assembler.equations.driven.any() or self._assembler.mobility != 1:
+        self._closing = Closing(self.mechanism)
+        assembler = self._closing.assembler
+        if assembler.equations.driven.any() or assembler.mobility != 1:
             raise MechanismError(
                 f"statics follow one coordinate of a mechanism of mobility one without drives; this one has mobility "
-                f"{self._assembler.mobility}"
+                f"{assembler.mobility}"
             )
+        self.unit = self._closing.unit
+        """What a radian, or a machine size, of the coordinate is in SI."""
         free = scene.spindle if isinstance(scene.spindle, FreeSpindle) else None
         self.rest_inertia = free.inertia if free else 0.0
         """Moment of inertia (kg m2) of the spindle itself, where it is known."""
 
+    @cached_property
+    def travel(self) -> Travel:
+        """How far the mechanism goes. Raises MechanismError as `find_travel` does."""
+        return find_travel(self.mechanism, turning=self.scene.part.plane == TURNING)
+
     def at(self, values: Sequence[float] | Array, near: Array | None = None) -> Along:
-        """Assembled exactly at values (n,) of the coordinate, each from the one before."""
-        asked, poses = np.asarray(values, dtype=np.float64), list[Array]()
-        for value in asked:
-            near = self._assembler.poses(float(value), near)
-            poses.append(near)
-        return self.over(np.array(poses).reshape(-1, len(self.mechanism.bodies), 3), asked)
+        """Assembled at values (n,) of the coordinate, on the track of the travel, or all near poses (bodies, 3).
 
-    def sweep(self, values: Array) -> Along:
-        """Assembled at many values (n,) in order: a few one by one, the rest from a cubic path through them."""
-        for count in COARSE:
-            knots = np.linspace(values[0], values[-1], count)
-            poses = self._followed(knots)
-            tangents = self._tangents(self._rows(poses, measure(self.mechanism, self.mechanism.coordinate, poses)))
-            expected = BPoly.from_derivatives(knots, np.stack([poses, tangents], axis=1))(values)
-            found = self._near(expected, values)
-            if found is not None:
-                return self.over(found, values)
-        return self.at(values)
-
-    def _followed(self, values: Array) -> Array:
-        """Poses (n, bodies, 3) at values in order, each from its neighbour, beginning nearest to the sketch."""
-        sketch = np.array(self.mechanism.sketch, dtype=np.float64)
-        name = self.mechanism.coordinate
-        begin = int(np.argmin(np.abs(values - measure(self.mechanism, name, sketch).value)))
-        poses = np.zeros((len(values), *sketch.shape))
-        poses[begin] = self._assembler.poses(float(values[begin]))
-        for direction in (range(begin, 0, -1), range(begin, len(values) - 1)):
-            for k in direction:
-                following = k + (1 if direction.step > 0 else -1)
-                step = values[following] - values[k]
-                here = poses[k : k + 1]
-                expected = here + step * self._tangents(self._rows(here, measure(self.mechanism, name, here)))
-                found = self._near(expected, values[following : following + 1])
-                poses[following] = (
-                    self._assembler.poses(float(values[following]), poses[k]) if found is None else found[0]
-                )
-        return poses
-
-    def _near(self, expected: Array, values: Array) -> Array | None:
-        """Assembled poses near expected ones, (n, bodies, 3); None where they may be on another branch."""
-        poses = self._closed(expected, values)
-        strays = poses is None or np.max(np.abs(poses - expected) / self._scale) > STRAY
-        return None if strays else poses
-
-    def _closed(self, poses: Array, values: Array) -> Array | None:
-        """Poses (n, bodies, 3) that are nearly assembled at values (n,), assembled; None where they do not close."""
-        name = self.mechanism.coordinate
-        turned = isinstance(self.mechanism.reading(name), LineAngle)
-        for _ in range(POLISH):
-            found = measure(self.mechanism, name, poses)
-            off = found.value - values
-            off = np.remainder(off + np.pi, 2 * np.pi) - np.pi if turned else off
-            every = np.column_stack([self._assembler.equations.openings(poses), off])
-            step = self._solve(self._rows(poses, found), every)
-            poses = poses - step
-            if np.max(np.abs(step) / self._scale) < SMALL:
-                return poses
-        return None
+        Raises MechanismError, naming the joint that stays open, where the mechanism cannot be assembled.
+        """
+        asked = np.asarray(values, dtype=np.float64)
+        expected = (
+            self.travel.track.expected(asked) if near is None else np.repeat(near[np.newaxis], len(asked), axis=0)
+        )
+        return self.over(self._closing.at(expected, asked), asked)
 
     def over(self, poses: Array, values: Array) -> Along:
         """Everything at poses (n, bodies, 3) assembled at values (n,). Raises MechanismError at a dead centre."""
-        tangents, curvatures = self._path(poses)
+        tangents, curvatures = self._closing.path(poses)
         path = (poses, tangents, curvatures)
-        inertia, inertia_slope = self._inertia(*path)
+        inertia, inertia_slope = self._inertia(tangents, curvatures)
         spindle = self._spindle(*path)
         potential = self._potential(*path)
         return Along(
@@ -159,57 +125,19 @@ class Reduction:
             potential_bend=potential[2],
         )
 
-    def _path(self, poses: Array) -> tuple[Array, Array]:
-        """First and second derivative of poses (n, bodies, 3) by the coordinate."""
-        name = self.mechanism.coordinate
-        found = measure(self.mechanism, name, poses)
-        rows = self._rows(poses, found)
-        tangents = self._tangents(rows)
-        bends = self._assembler.equations.bends(poses, tangents)
-        turned = -measure(self.mechanism, name, poses, tangents).bend
-        return tangents, self._solve(rows, np.concatenate([bends, turned[:, np.newaxis]], axis=1))
-
-    def _tangents(self, rows: Array) -> Array:
-        ahead = np.zeros(rows.shape[:-1])
-        ahead[:, -1] = 1.0
-        return self._solve(rows, ahead)
-
     def slopes(self, along: Along, name: str) -> Array:
         """Derivative (n,) of a reading by the coordinate."""
         gradient = measure(self.mechanism, name, along.poses).gradient
         slope: Array = np.sum(gradient * along.tangents, axis=(-2, -1))
         return slope
 
-    def _rows(self, poses: Array, lead: Measure) -> Array:
-        joints = self._assembler.equations.gradients(poses).reshape(len(poses), -1, self._assembler.free.size)
-        rows = np.concatenate([joints, lead.gradient.reshape(len(poses), 1, -1)], axis=1)
-        return rows[..., self._assembler.free]
-
-    def _solve(self, rows: Array, right: Array) -> Array:
-        """Derivatives of all poses (n, bodies, 3) that the joints and the coordinate ask for."""
-        count, free = len(rows), self._assembler.free
-        try:
-            square = rows.shape[1] == rows.shape[2]
-            found = (
-                np.linalg.solve(rows, right[..., np.newaxis])
-                if square
-                else np.linalg.pinv(rows) @ right[..., np.newaxis]
-            )
-        except np.linalg.LinAlgError as error:
-            raise MechanismError(
-                f"{self.mechanism.coordinate!r} stands at a dead centre there and does not settle the others"
-            ) from error
-        every = np.zeros((count, free.size))
-        every[:, free] = found[..., 0]
-        return every.reshape(count, -1, 3)
-
-    def _inertia(self, poses: Array, tangents: Array, curvatures: Array) -> tuple[Array, Array]:
+    def _inertia(self, tangents: Array, curvatures: Array) -> tuple[Array, Array]:
         masses = np.array([[b.mass, b.mass, b.moments.xx + b.moments.yy] for b in self.mechanism.bodies])
         axes = (-2, -1)
         return np.sum(masses * tangents**2, axis=axes), 2 * np.sum(masses * tangents * curvatures, axis=axes)
 
     def _spindle(self, poses: Array, tangents: Array, curvatures: Array) -> tuple[Array, Array, Array]:
-        total = _three(len(poses))
+        total, parts = _three(len(poses)), np.zeros(len(poses))
         if not (self.scene.centrifugal and self.scene.part.plane == TURNING):
             return total
         for index, body in enumerate(self.mechanism.bodies):
@@ -218,6 +146,9 @@ class Reduction:
             total[0][:] += spindle_inertia(body.mass, *moments, body.moments.zz, x, angle)
             total[1][:] += spindle_inertia_rate(body.mass, *moments, x, angle, tangent[:, 0], tangent[:, 2])
             total[2][:] += spindle_inertia_bend(body.mass, moments, x, angle, tangent, curvatures[:, index])
+            parts += 2 * body.mass * self.mechanism.size * np.abs(tangent[:, 0])
+            parts += (abs(moments[1] - moments[0]) + 2 * abs(moments[2])) * np.abs(tangent[:, 2])
+        total[1][np.abs(total[1]) < CANCELLED * parts] = 0.0
         return total
 
     def _potential(self, poses: Array, tangents: Array, curvatures: Array) -> tuple[Array, Array, Array]:
@@ -228,22 +159,27 @@ class Reduction:
         for load in self.mechanism.loads:
             for part, share in zip(total, self._of_load(load, poses, tangents, curvatures), strict=True):
                 part += share
+        for spring in springs_of(self.scene):
+            along = self._way(self.mechanism.reading(spring.reading), poses, tangents, curvatures)
+            pulls = ~(spring.one_sided & (along[0] < spring.free))
+            for part, share in zip(total, _of_spring(spring.rate, spring.free, *along), strict=True):
+                part += np.where(pulls, share, 0.0)
         return total
 
     def _of_load(self, load: Load, poses: Array, tangents: Array, curvatures: Array) -> tuple[Array, Array, Array]:
-        """Energy of a load and its derivatives; dampers have none, forces and torques that of their first value."""
+        """Energy of a load and its derivatives; dampers have none, forces and torques that of their value at t = 0."""
         if isinstance(load, Spring):
-            length = Separation(name="", quantity="length", first=load.first, second=load.second)
-            return _of_spring(load.stiffness, load.free_length, *self._way(length, poses, tangents, curvatures))
+            length = self._length(load, poses, tangents, curvatures)
+            return _of_spring(load.stiffness, load.free_length, *length)
         if isinstance(load, TorsionSpring | Torque):
             angle = BodyAngle(name="", quantity="angle", body=load.second, against=load.first)
             turn, slope, bend = self._way(angle, poses, tangents, curvatures)
             if isinstance(load, TorsionSpring):
                 return _of_spring(load.stiffness, load.free_angle, turn, slope, bend)
-            moment = load.moment.values[0]
+            moment = _at_start(load.moment)
             return -moment * turn, -moment * slope, -moment * bend
         if isinstance(load, Force):
-            force = np.array([load.x.values[0], load.y.values[0]])
+            force = np.array([_at_start(load.x), _at_start(load.y)])
             point = place(self.mechanism, load.point)
             inward = point.inward(poses, tangents)
             bend = point.velocity(poses, curvatures) + inward
@@ -251,12 +187,27 @@ class Reduction:
         none = np.zeros(len(poses))
         return none, none, none
 
-    def _way(
-        self, reading: Separation | BodyAngle, poses: Array, tangents: Array, curvatures: Array
-    ) -> tuple[Array, Array, Array]:
+    def _length(self, spring: Spring, poses: Array, tangents: Array, curvatures: Array) -> tuple[Array, Array, Array]:
+        """Length of a spring and its derivatives; where its ends meet it has no direction, and pulls nowhere."""
+        first, second = place(self.mechanism, spring.first), place(self.mechanism, spring.second)
+        line = second.position(poses) - first.position(poses)
+        rate = second.velocity(poses, tangents) - first.velocity(poses, tangents)
+        bend = second.velocity(poses, curvatures) - first.velocity(poses, curvatures)
+        bend += second.inward(poses, tangents) - first.inward(poses, tangents)
+        length = np.linalg.norm(line, axis=-1)
+        safe = np.where(length > 0.0, length, 1.0)
+        slope = np.sum(line * rate, axis=-1) / safe
+        return length, slope, (np.sum(rate**2 + line * bend, axis=-1) - slope**2) / safe
+
+    def _way(self, reading: Reading, poses: Array, tangents: Array, curvatures: Array) -> tuple[Array, Array, Array]:
         found, axes = measured(reading, self.mechanism, poses, tangents), (-2, -1)
         slope = np.sum(found.gradient * tangents, axis=axes)
         return found.value, slope, np.sum(found.gradient * curvatures, axis=axes) + found.bend
+
+
+def _at_start(program: Program) -> float:
+    """The value at t = 0; at a step there the one after it."""
+    return float(TimeCurve(program)(np.array([0.0]))[0])
 
 
 def _three(count: int) -> tuple[Array, Array, Array]:

@@ -14,11 +14,14 @@ import numpy as np
 from governor_mechanism.equations.compiled import compiled, kernel
 from governor_mechanism.equations.points import Array, Records, Whole
 
-DISTANCE, ALONG, ACROSS = 0, 1, 2
-"""Kinds: the distance; the part along a fixed direction, and turning; the part across a line of the first body.
+DISTANCE, ALONG, ACROSS, LEAN, HANGING = 0, 1, 2, 3, 4
+"""Kinds: the distance; the part along a fixed direction, and turning; the part across a line of the first body; the
+angle of the line between the points from the downward vertical; the height of a follower hung from the second point.
 
 Parameters: (length); (direction x, y, m per rad of the first and of the second body's angle, constant, what the first
-point's way counts less than once); (angle)."""
+point's way counts less than once); (angle, -, -, -, constant); (-, -, -, -, constant); (of the rod's other end x from
+the follower's line, and y, the second point's share of both, length, constant, sign), to which the first point's height
+is added. The last two are rad, and what only readings are."""
 
 PARAMETERS = 6
 
@@ -109,13 +112,25 @@ def evaluate(rows: Rows, poses: Array, velocities: Array, line: Array, gradient:
         elif row.kind == ALONG:
             nx, ny, turn1, turn2 = row.p0, row.p1, row.p2, row.p3
             opening = nx * dx + ny * dy + turn1 * angle1 + turn2 * angle2 - row.p4
+        elif row.kind == LEAN:
+            squared = dx * dx + dy * dy
+            nx, ny = -dy / squared, dx / squared
+            opening = math.atan2(dx, -dy) - row.p4
+            curl = -2.0 * (nx * du + ny * dv) * (dx * du + dy * dv) / squared
+        elif row.kind == HANGING:
+            reach, part = row.p0 + row.p2 * x2, row.p5 * row.p2
+            drop = math.sqrt(max(row.p3 * row.p3 - reach * reach, 1e-300))
+            lean = reach / drop
+            nx, ny = part * lean, part
+            opening = row.p5 * (row.p1 + row.p2 * y2 - drop) + y1 - row.p4
+            curl = part * row.p2 * (1.0 + lean * lean) / drop * u2 * u2 - w1 * w1 * (nx * rx1 + (ny + 1.0) * ry1)
         else:
             angle = row.p0 + angle1
             ux, uy = math.cos(angle), math.sin(angle)
             nx, ny = -uy, ux
             across, ahead = nx * dx + ny * dy, ux * dx + uy * dy
             sideways, forward = nx * du + ny * dv, ux * du + uy * dv
-            opening = across
+            opening = across - row.p4
             turn1 = -ahead  # the line turns with its body
             curl = -2.0 * w1 * forward - w1 * w1 * across
             if row.pieces > 0:
@@ -129,6 +144,8 @@ def evaluate(rows: Rows, poses: Array, velocities: Array, line: Array, gradient:
         gradient[i, 0, 0], gradient[i, 0, 1] = -share * nx, -share * ny
         gradient[i, 0, 2] = nx * ry1 - ny * rx1 + turn1
         gradient[i, 1, 0], gradient[i, 1, 1], gradient[i, 1, 2] = nx, ny, ny * rx2 - nx * ry2 + turn2
+        if row.kind == HANGING:
+            gradient[i, 0, 0], gradient[i, 0, 1], gradient[i, 0, 2] = 0.0, 1.0, rx1
         inward_x, inward_y = w1 * w1 * rx1 - w2 * w2 * rx2, w1 * w1 * ry1 - w2 * w2 * ry2
         line[i, BEND] = line[i, ASKED_BEND] - (nx * inward_x + ny * inward_y + curl)
 

@@ -6,27 +6,36 @@ from typing import NamedTuple
 
 import numpy as np
 
+from governor_mechanism.equations.acting import ACT, BRAKE, FORCE, PULL, RATE, RUB, VALUE, WATCH
 from governor_mechanism.equations.applied import load_table
-from governor_mechanism.equations.constraints import joint_table
+from governor_mechanism.equations.constraints import ends_of, joint_table
+from governor_mechanism.equations.gauges import CONSTANT, gauge_table, held_at
+from governor_mechanism.equations.modes import Mode, brakes_of, first_mode, keepers_of, springs_of
 from governor_mechanism.equations.points import Array, Records, Whole
 from governor_mechanism.equations.rows import Rows
+from governor_mechanism.equations.scales import time_scale
 from governor_mechanism.equations.schur import narrow_order, neighbours
 from governor_mechanism.equations.timing import TimeCurve
 from governor_mechanism.errors import MechanismError
 from governor_mechanism.joints import GROUND, Pin
 from governor_mechanism.mechanism import Body, Mechanism
 from governor_mechanism.programs import Motion, Program
-from governor_mechanism.scene import TURNING, FreeSpindle, Scene
+from governor_mechanism.scene import TURNING, FreeSpindle, Scene, Spindle
 
 BODY = np.dtype([(name, "f8") for name in ("mass", "x", "y", "xx", "yy", "xy", "zz")])
 """One body: mass; where the mass centre is from the origin, in body axes; second moments about the mass centre."""
+
+
+ROUNDING = 1e-12
+"""Of a size, a speed or a force: less is rounding."""
 
 
 class System(NamedTuple):
     """Rows, loads and pairs as in `rows`, `applied` and `schur`; bodies (bodies,) of BODY, inverse_mass (bodies, 3).
 
     Coordinates are counted from a body's origin, its mass centre but for a lever. A free spindle has spindle_inertia
-    (kg m2) of its own.
+    (kg m2) of its own. The last rows hold readings that stick or rest; gauges, acts and watch as in `acting`; a given
+    speed swings by `uneven` of itself, `waves` times a turn.
     """
 
     rows: Rows
@@ -39,6 +48,11 @@ class System(NamedTuple):
     centrifugal: bool
     free: bool
     spindle_inertia: float
+    gauges: Rows
+    acts: Records
+    watch: Records
+    uneven: float
+    waves: float
 
 
 class Workspace(NamedTuple):
@@ -50,21 +64,30 @@ class Workspace(NamedTuple):
     factor: Array
     vector: Array
     load: Array
+    seen: Array
+    leaning: Array
 
 
-def make_system(scene: Scene) -> tuple[System, tuple[TimeCurve, ...]]:
+def make_system(scene: Scene, mode: Mode | None = None) -> tuple[System, tuple[TimeCurve, ...]]:
     """The arrays of a scene of one part, and its programs: the spindle's speed or torque, the drives', the loads'.
 
-    Raises MechanismError for a body that has no inertia of its own to turn.
+    mode says what sticks, rests and pulls; left out, nothing does. Raises MechanismError for a body that has no inertia
+    of its own to turn.
     """
     mechanism, spindle = scene.part.mechanism, scene.spindle
+    mode = first_mode(scene) if mode is None else mode
     origins = {body.name: lever_origin(mechanism, body) for body in mechanism.bodies}
     table = joint_table(mechanism, origins)
-    order = narrow_order(table.rows.ends)
-    rows = Rows(table.rows.table[order], table.rows.ends[order], table.rows.pieces)
+    gauges = gauge_table(mechanism, acted_on(scene), origins)
+    holding = _holding(scene, mode, gauges)
+    order = _order(table.rows, holding)
+    every = np.concatenate([table.rows.table, holding])[order]
+    rows = Rows(every, ends_of(every), table.rows.pieces)
     rows.table["drive"] += rows.table["drive"] >= 0  # program 0 is the spindle's
     pairs = neighbours(rows.ends)
     loads, programs = load_table(mechanism, origins, 1 + len(table.motions))
+    frictions = [keeper.friction for keeper in keepers_of(scene) if keeper.friction is not None]
+    first_friction = 1 + len(table.motions) + len(programs)
     inertia = [_inertia(body, origins[body.name]) for body in mechanism.bodies]
     inverse = [
         [1 / body.mass, 1 / body.mass, 1 / moment if body.turns else 0.0]
@@ -82,16 +105,114 @@ def make_system(scene: Scene) -> tuple[System, tuple[TimeCurve, ...]]:
         centrifugal=scene.centrifugal and scene.part.plane == TURNING,
         free=free is not None,
         spindle_inertia=free.inertia if free else 0.0,
+        gauges=gauges,
+        acts=_acts(scene, mode, first_friction),
+        watch=_watch(scene, mode, first_friction, np.argsort(order)[len(table.owner) :]),
+        uneven=0.5 * spindle.unevenness if isinstance(spindle, Spindle) else 0.0,
+        waves=spindle.waves if isinstance(spindle, Spindle) else 1.0,
     )
     timed: list[Program | Motion] = [spindle.torque if isinstance(spindle, FreeSpindle) else spindle.program]
-    timed += [*table.motions, *programs]
+    timed += [*table.motions, *programs, *frictions]
     return system, tuple(map(TimeCurve, timed))
 
 
-def row_owners(mechanism: Mechanism) -> Whole:
-    """(rows,) the joint that each row of a scene's system belongs to."""
-    table = joint_table(mechanism)
-    return table.owner[narrow_order(table.rows.ends)]
+def acted_on(scene: Scene) -> list[str]:
+    """The readings along which something acts, in the order of a system's gauges."""
+    return list(dict.fromkeys(effect.reading for effect in scene.acting))
+
+
+def rows_in_order(scene: Scene, mode: Mode | None = None) -> Whole:
+    """(rows,) where each row of a system stands among the joints' rows as `joint_table` lists them, then those held."""
+    mechanism = scene.part.mechanism
+    gauges = gauge_table(mechanism, acted_on(scene), {})
+    return _order(joint_table(mechanism).rows, _holding(scene, mode or first_mode(scene), gauges))
+
+
+def _order(rows: Rows, holding: Records) -> Whole:
+    return narrow_order(np.concatenate([rows.ends, ends_of(holding)]))
+
+
+def _holding(scene: Scene, mode: Mode, gauges: Rows) -> Records:
+    """The rows of what sticks or rests."""
+    names = acted_on(scene)
+    held = [
+        (names.index(keeper.reading), value)
+        for keeper, value in zip(keepers_of(scene), mode.held, strict=True)
+        if value is not None
+    ]
+    return held_at(gauges.table, [at for at, _ in held], [value for _, value in held])
+
+
+def _acts(scene: Scene, mode: Mode, program: int) -> Records:
+    """The loads along gauges; the program of the first friction is given."""
+    names, taut, found = acted_on(scene), iter(mode.taut), []
+    for spring in springs_of(scene):
+        if not spring.one_sided or next(taut):
+            found.append((PULL, names.index(spring.reading), spring.rate, spring.free, -1))
+    for brake in brakes_of(scene):
+        found.append((BRAKE, names.index(brake.reading), brake.linear, brake.quadratic, -1))
+    for keeper, sign in zip(keepers_of(scene), mode.sliding, strict=True):
+        if sign:
+            found.append((RUB, names.index(keeper.reading), float(sign), 0.0, program))
+        program += keeper.friction is not None
+    return np.array(found, dtype=ACT)
+
+
+def _watch(scene: Scene, mode: Mode, program: int, held_rows: Whole) -> Records:
+    """What has to be watched in a mode; `about` counts keepers, then one-sided springs."""
+    names, rows, found = acted_on(scene), iter(held_rows.tolist()), []
+    scales = _Scales(scene)
+    keepers = keepers_of(scene)
+    for about, (keeper, held, sign) in enumerate(zip(keepers, mode.held, mode.sliding, strict=True)):
+        gauge = names.index(keeper.reading)
+        rubs = program if keeper.friction is not None else -1
+        program += keeper.friction is not None
+        if held is not None:
+            row = next(rows)
+            # A stop pushes off its own side without bound; friction holds either way.
+            bounds = ((1.0, held <= keeper.low), (-1.0, held >= keeper.high))
+            found += [(FORCE, row, way, 0.0, scales.force, rubs, about) for way, unbounded in bounds if not unbounded]
+            continue
+        if mode.still:
+            continue
+        if sign:
+            found.append((RATE, gauge, -float(sign), 0.0, scales.rate(keeper.reading), -1, about))
+        for way, end in ((1.0, keeper.high), (-1.0, -keeper.low)):
+            if np.isfinite(end):
+                found.append((VALUE, gauge, way, end, scales.value(keeper.reading), -1, about))
+    one_sided = [] if mode.still else [spring for spring in springs_of(scene) if spring.one_sided]
+    for about, (spring, taut) in enumerate(zip(one_sided, mode.taut, strict=False), start=len(keepers)):
+        way, gauge = (-1.0 if taut else 1.0), names.index(spring.reading)
+        found.append((VALUE, gauge, way, way * spring.free, scales.value(spring.reading), -1, about))
+    return np.array(found, dtype=WATCH)
+
+
+def moved_hold(system: System, old: Mode, new: Mode) -> System:
+    """The system of a mode that holds the same readings as an old one, at other values."""
+    table = system.rows.table.copy()
+    force = system.watch["kind"] == FORCE
+    for k, (before, after) in enumerate(zip(old.held, new.held, strict=True)):
+        if before is not None and after is not None and before != after:
+            row = int(system.watch["at"][force & (system.watch["about"] == k)][0])
+            table[row][CONSTANT[int(table[row]["kind"])]] += after - before
+    return system._replace(rows=system.rows._replace(table=table))
+
+
+class _Scales:
+    """What is rounding in readings, their rates, and forces along them."""
+
+    def __init__(self, scene: Scene) -> None:
+        self._mechanism = scene.part.mechanism
+        self._second = time_scale(scene)
+        mass = sum(body.mass for body in self._mechanism.bodies)
+        self.force = ROUNDING * mass * self._mechanism.size / self._second**2
+
+    def value(self, name: str) -> float:
+        length = self._mechanism.reading(name).quantity == "length"
+        return ROUNDING * (self._mechanism.size if length else 1.0)
+
+    def rate(self, name: str) -> float:
+        return self.value(name) / self._second
 
 
 def make_workspace(system: System) -> Workspace:
@@ -105,6 +226,8 @@ def make_workspace(system: System) -> Workspace:
         factor=np.zeros(band),
         vector=np.zeros(rows),
         load=np.zeros((bodies, 3)),
+        seen=np.zeros((len(system.gauges.table), 5)),
+        leaning=np.zeros((len(system.gauges.table), 2, 3)),
     )
 
 

@@ -8,6 +8,7 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.interpolate import CubicSpline, PchipInterpolator, PPoly
 
+from governor_mechanism.equations.forces import uneven_speed
 from governor_mechanism.programs import Motion, Program
 from governor_mechanism.scene import FreeSpindle, Spindle
 
@@ -24,7 +25,9 @@ class TimeCurve:
     def __init__(self, program: Program | Motion) -> None:
         times, values = np.array(program.times), np.array(program.values)
         self.moving = isinstance(program, Motion)
-        self.constant = len(set(program.values)) == 1
+        self._level = len(set(program.values)) == 1
+        self.constant = self._level
+        """Whether the value never changes."""
         cuts = np.flatnonzero(np.diff(times) == 0.0) + 1
         pieces = list(zip(np.split(times, cuts), np.split(values, cuts), strict=True))
         self._curves = [_curve(t, v, self.moving) for t, v in pieces]
@@ -55,9 +58,25 @@ class TimeCurve:
         return max(int(np.searchsorted(self._starts, time, side="right")) - 1, 0)
 
     def cubics_from(self, times: Array) -> Array:
-        """The curve after each time, up to the next break, as cubics (n, 4) of the time since, highest power first."""
+        """The curve after each time, up to the next break, as cubics (n, 5) of the time since, highest power first.
+
+        The fifth number is what the curve has integrated to from 0 s.
+        """
+        if self._level and not self.moving:
+            level = float(self._curves[0](0.0))
+            return np.multiply.outer(np.ones_like(times), [0.0, 0.0, 0.0, level, 0.0]) + np.multiply.outer(
+                times, [0.0, 0.0, 0.0, 0.0, level]
+            )
         orders = ((3, 6), (2, 2), (1, 1), (0, 1))
-        return np.stack([self._evaluate(times, False, order) / factor for order, factor in orders], axis=-1)
+        cubics = [self._evaluate(times, False, order) / factor for order, factor in orders]
+        return np.stack([*cubics, self.integrals(times)], axis=-1)
+
+    def integrals(self, times: Array) -> Array:
+        """The integral (n,) from 0 s to each time."""
+        if self._level and not self.moving:
+            level: Array = times * float(self._curves[0](0.0))
+            return level
+        return np.array([self.integral(0.0, float(time)) for time in times])
 
     def _evaluate(self, times: Array, before: bool, order: int) -> Array:
         which = np.searchsorted(self._starts, times, side="left" if before else "right") - 1
@@ -80,9 +99,30 @@ def _curve(times: Array, values: Array, moving: bool) -> PPoly:
 
 
 class SpeedProgram(TimeCurve):
-    """The spindle's given speed (rad/s) against time (s); of a free spindle, the speed it starts with."""
+    """The spindle's given speed (rad/s) against time (s), uneven where it is; of a free spindle, the speed it starts
+    with."""
 
     def __init__(self, spindle: Spindle | FreeSpindle) -> None:
         given = spindle.program if isinstance(spindle, Spindle) else Program(values=(spindle.start_speed,))
         super().__init__(given)
+        self._uneven = 0.5 * spindle.unevenness if isinstance(spindle, Spindle) else 0.0
+        self._waves = spindle.waves if isinstance(spindle, Spindle) else 1.0
+        self.constant = self._level and not self._uneven
         self.start_speed = float(self(np.array([0.0]))[0])
+
+    def __call__(self, times: Array, *, before: bool = False) -> Array:
+        """Values (n,); at a step the value after it, or before it."""
+        mean = super().__call__(times, before=before)
+        if not self._uneven:
+            return mean
+        swung: Array = uneven_speed(self._uneven, self._waves, self.integrals(times), mean, 0.0)[0]
+        return swung
+
+    def slope(self, times: Array) -> Array:
+        """Time derivative (n,); at a break the one after it."""
+        growth = super().slope(times)
+        if not self._uneven:
+            return growth
+        mean = super().__call__(times)
+        slope: Array = uneven_speed(self._uneven, self._waves, self.integrals(times), mean, growth)[1]
+        return slope

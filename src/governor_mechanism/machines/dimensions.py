@@ -4,9 +4,10 @@ from __future__ import annotations
 
 import dataclasses
 from abc import ABC, abstractmethod
-from collections.abc import Mapping
+from collections.abc import Iterable, Mapping
 from typing import Any, ClassVar
 
+from governor_mechanism.effects import Effect, Play, Rods
 from governor_mechanism.errors import MechanismError
 from governor_mechanism.mechanism import Mechanism
 
@@ -47,6 +48,21 @@ class Machine(ABC):
     def mechanism(self) -> Mechanism:
         """The bodies, joints and readings of this machine."""
 
+    @classmethod
+    def effect_problems(cls, effects: Iterable[Effect]) -> tuple[str, ...]:
+        """Sentences about effects that the bodies of no such machine can have."""
+        return foreign_effects(cls.name, effects)
+
+    def mechanism_with(self, effects: Iterable[Effect]) -> Mechanism:
+        """The mechanism with those of a scene's effects that bodies are built from; other effects leave it as it is.
+
+        Raises MechanismError for rods and play of a machine that has none.
+        """
+        problems = self.effect_problems(effects)
+        if problems:
+            raise MechanismError(*problems)
+        return self.mechanism()
+
     def start_problems(self, values: Mapping[str, float | str]) -> tuple[str, ...]:
         """Sentences about start values at which this machine cannot be assembled."""
         return ()
@@ -54,3 +70,16 @@ class Machine(ABC):
     @abstractmethod
     def dimensions(self) -> dict[str, float]:
         """All dimensions by name, in SI, those left out filled with what they stand for."""
+
+
+def foreign_effects(machine: str, effects: Iterable[Effect]) -> tuple[str, ...]:
+    """Sentences about rods and play, for a machine whose bodies do not follow from them."""
+    known = {
+        Rods: "rods are those of a governor with arms and links",
+        Play: "play is that of a sleeve on links",
+    }
+    return tuple(
+        f"{known[type(effect)]}; machine {machine!r} has none, its bodies have their own masses; leave the effect out"
+        for effect in effects
+        if type(effect) in known
+    )

@@ -7,22 +7,23 @@ x from the spindle axis, y up, the suspension of the arms at y = 0.
 from __future__ import annotations
 
 import math
-from collections.abc import Mapping
+from collections.abc import Iterable, Mapping
 from dataclasses import dataclass
 from typing import ClassVar
 
+from governor_mechanism.effects import Effect, Play, Rods
 from governor_mechanism.errors import MechanismError
-from governor_mechanism.joints import GROUND, Distance, Joint, Pin, Point, Slider
 from governor_mechanism.machines.dimensions import Machine, dimension
-from governor_mechanism.mechanism import Body, Coordinate, FollowerHeight, Limit, LineAngle, Mechanism, Reading
+from governor_mechanism.machines.pendulum_parts import LEFT, LEFT_LINK, RIGHT, RIGHT_LINK, SLEEVE, Parts
+from governor_mechanism.mechanism import Limit, Mechanism, Reading
 from governor_mechanism.scene import TURNING
 
-RIGHT, LEFT, SLEEVE = "right ball", "left ball", "sleeve"
+__all__ = ["LEFT", "LEFT_LINK", "RIGHT", "RIGHT_LINK", "SLEEVE", "PendulumGovernor"]
 
 
 @dataclass(frozen=True, kw_only=True)
 class PendulumGovernor(Machine):
-    """Two balls on arms, a sleeve on links. Lengths in m, masses in kg; arms and links without mass."""
+    """Two balls on arms, a sleeve on links. Lengths in m, masses in kg; arms and links have mass where rods give it."""
 
     name: ClassVar[str] = "pendulum_governor"
     plane: ClassVar[str] = TURNING
@@ -77,20 +78,45 @@ class PendulumGovernor(Machine):
         """Distance of the sleeve's lug from the axis (m)."""
         return self.offset if self.lug_offset is None else self.lug_offset
 
-    def mechanism(self) -> Mechanism:
-        """Balls, sleeve, massless arms and links as distances; a lever where the ball stands beyond the joint."""
+    def mechanism(self, rods: Rods | None = None, play: Play | None = None) -> Mechanism:
+        """Balls, sleeve, massless arms and links as distances; a lever where the ball stands beyond the joint.
+
+        With rods those of arms and links that have mass are bodies, an arm together with its ball; any ball radius
+        makes the arms such bodies too. With play the sleeve is free of the links, and `sleeve_play` tells how far it
+        stands above where they would hang it. Raises MechanismError for rods and play that this governor has not.
+        """
+        parts = Parts(governor=self, rods=rods, play=play)
         low, high, below, above = self._travel()
         angle = min(max(math.radians(40.0), low + 0.1 * (high - low)), high - 0.1 * (high - low))
+        travel = Limit(reading="arm_angle", low=low, high=high, below=below, above=above)
         return Mechanism(
-            bodies=self._bodies(),
-            joints=self._joints(),
-            readings=self._readings(),
+            bodies=parts.bodies(),
+            joints=parts.joints(),
+            readings=parts.readings(self.sleeve_height(self._zero_lift_angle())),
             coordinate="arm_angle",
             size=self.arm,
-            sketch=self._poses(angle),
-            limits=(Limit(reading="arm_angle", low=low, high=high, below=below, above=above), *self._link_limit()),
-            watched=self._link_angle(),
+            sketch=parts.poses(angle),
+            limits=(travel, *_dead_centre(parts.link_angle())),
+            watched=parts.link_angle(),
         )
+
+    @classmethod
+    def effect_problems(cls, effects: Iterable[Effect]) -> tuple[str, ...]:
+        """None: this machine has rods and play. Which of its governors have not, `mechanism` says."""
+        return ()
+
+    def mechanism_with(self, effects: Iterable[Effect]) -> Mechanism:
+        """The mechanism with the rods and the play of a scene's effects."""
+        listed = list(effects)
+        return self.mechanism(
+            rods=next((effect for effect in listed if isinstance(effect, Rods)), None),
+            play=next((effect for effect in listed if isinstance(effect, Play)), None),
+        )
+
+    def sleeve_height(self, angle: float) -> float:
+        """Of a sleeve that hangs on its links at an arm angle (rad), above the suspension (m)."""
+        reach = self.offset + self.joint_length * math.sin(angle) - self.lug
+        return -self.joint_length * math.cos(angle) - math.sqrt(max(self.link_length**2 - reach**2, 0.0))
 
     def dimensions(self) -> dict[str, float]:
         """All dimensions in SI, those left out filled with what they stand for; no sleeve load is 0 kg."""
@@ -115,90 +141,10 @@ class PendulumGovernor(Machine):
         hint = "; a bare number is in rad, so write it with its unit: 40 deg" if abs(angle) > math.pi else ""
         return (f"{where} of this governor, {allowed}: {below if angle <= low else above}{hint}",)
 
-    @property
-    def _with_levers(self) -> bool:
-        """A loaded link pulls at the arm short of the ball, so the arm must be a rigid lever."""
-        return self.sleeve_mass is not None and self.joint_length < self.arm
-
-    def _bodies(self) -> tuple[Body, ...]:
-        balls = tuple(Body(name=name, mass=self.ball_mass, turns=self._with_levers) for name in (RIGHT, LEFT))
-        if self.sleeve_mass is None:
-            return balls
-        return (*balls, Body(name=SLEEVE, mass=self.sleeve_mass, turns=False))
-
-    def _joints(self) -> tuple[Joint, ...]:
-        joints: list[Joint] = []
-        for side, ball, sign in (("right", RIGHT, 1.0), ("left", LEFT, -1.0)):
-            suspension = Point(body=GROUND, x=sign * self.offset)
-            if self._with_levers:
-                joints.append(Pin(name=f"{side} arm", first=suspension, second=Point(body=ball, x=-self.arm)))
-            else:
-                joints.append(Distance(name=f"{side} arm", first=suspension, second=Point(body=ball), length=self.arm))
-            if self.sleeve_mass is not None:
-                knee = Point(body=ball, x=self.joint_length - self.arm)
-                lug = Point(body=SLEEVE, x=sign * self.lug)
-                joints.append(Distance(name=f"{side} link", first=knee, second=lug, length=self.link_length))
-        if self.sleeve_mass is None:
-            # The sleeve without mass still makes both arms rise together: the balls stay at one height.
-            level = Slider(name="arms in step", first=Point(body=RIGHT), second=Point(body=LEFT), angle=0.0)
-            return (*joints, level)
-        guide = Slider(name="spindle guide", first=Point(body=GROUND), second=Point(body=SLEEVE), angle=math.pi / 2)
-        return (*joints, guide)
-
-    def _readings(self) -> tuple[Reading, ...]:
-        suspension, ball = Point(body=GROUND, x=self.offset), Point(body=RIGHT)
-        lift: Reading
-        hanging = self._sleeve_height(self._zero_lift_angle())
-        if self.sleeve_mass is not None:
-            lift = Coordinate(
-                name="sleeve_lift", quantity="length", point=Point(body=SLEEVE), along_x=0.0, along_y=1.0, zero=hanging
-            )
-        else:
-            lift = FollowerHeight(
-                name="sleeve_lift",
-                quantity="length",
-                top=suspension,
-                knee=ball,
-                fraction=self.joint_length / self.arm,
-                line=self.lug,
-                length=self.link_length,
-                zero=hanging,
-            )
-        return (
-            LineAngle(name="arm_angle", quantity="angle", start=suspension, end=ball),
-            Coordinate(name="ball_radius", quantity="length", point=ball, along_x=1.0, along_y=0.0),
-            lift,
-        )
-
-    def _link_angle(self) -> tuple[Reading, ...]:
-        """A link that pulls at a sleeve passes its dead centre while the arm turns back: the arm does not tell."""
-        if self.sleeve_mass is None:
-            return ()
-        knee, lug = Point(body=RIGHT, x=self.joint_length - self.arm), Point(body=SLEEVE, x=self.lug)
-        return (LineAngle(name="link_angle", quantity="angle", start=knee, end=lug),)
-
-    def _link_limit(self) -> tuple[Limit, ...]:
-        sentence = "the link stands at 90 degrees to the spindle (dead centre)"
-        right = math.pi / 2
-        return tuple(
-            Limit(reading=reading.name, low=-right, high=right, below=sentence, above=sentence)
-            for reading in self._link_angle()
-        )
-
     def _zero_lift_angle(self) -> float:
         """Sleeve lift is counted from hanging arms, or from the low end of the travel where they cannot hang (rad)."""
         low, high, _, _ = self._travel()
         return min(max(0.0, low), high)
-
-    def _sleeve_height(self, angle: float) -> float:
-        reach = self.offset + self.joint_length * math.sin(angle) - self.lug
-        return -self.joint_length * math.cos(angle) - math.sqrt(max(self.link_length**2 - reach**2, 0.0))
-
-    def _poses(self, angle: float) -> tuple[tuple[float, float, float], ...]:
-        x, y = self.offset + self.arm * math.sin(angle), -self.arm * math.cos(angle)
-        right, left = (angle - math.pi / 2, -math.pi / 2 - angle) if self._with_levers else (0.0, 0.0)
-        balls = ((x, y, right), (-x, y, left))
-        return balls if self.sleeve_mass is None else (*balls, (0.0, self._sleeve_height(angle), 0.0))
 
     def _angles_with_ball_off_the_axis(self) -> tuple[float, float]:
         ratio = -self.offset / self.arm
@@ -222,6 +168,14 @@ class PendulumGovernor(Machine):
         if widest < 1.0:
             high, above = math.asin(widest), "the link stands at 90 degrees to the spindle; it is too short"
         return low, high, below, above
+
+
+def _dead_centre(link_angle: tuple[Reading, ...]) -> tuple[Limit, ...]:
+    sentence = "the link stands at 90 degrees to the spindle (dead centre)"
+    right = math.pi / 2
+    return tuple(
+        Limit(reading=reading.name, low=-right, high=right, below=sentence, above=sentence) for reading in link_angle
+    )
 
 
 def _mm(metres: float) -> str:

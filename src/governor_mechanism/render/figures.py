@@ -16,6 +16,7 @@ from numpy.typing import NDArray
 
 from governor_mechanism.errors import MechanismError
 from governor_mechanism.files import written_beside
+from governor_mechanism.render.figure_events import events_within, mark_events, name_events
 from governor_mechanism.render.panel import NOISE, limits_for, plain_numbers
 from governor_mechanism.render.style import BLUE, GREEN, INK, PAPER, QUIET, RULE, SANS, SERIF, VERMILLION
 from governor_mechanism.render.wording import closing_lines, everyday, rounded_up
@@ -25,6 +26,8 @@ Array = NDArray[np.float64]
 
 WIDTH, ROW, BORDER = 9.6, 1.9, 0.85
 """Inches: of the figure, of a row of plots, of title and footer together."""
+LEGEND = 0.24
+"""Inches: of the line on what the marks of events mean."""
 DPI = 100
 ROUNDING = 1e-18
 """What is drawn for a zero on a logarithmic axis."""
@@ -34,6 +37,8 @@ CLOSING_LETTERS = 140
 
 def readings_figure(run: Trajectory, path: str | os.PathLike[str]) -> Path:
     """Write a PNG of every reading over time, in everyday units, with the joint gap and the energy drift below them.
+
+    What the run passed, such as blows against stops, is marked in them: by a line each, or many by a rug of ticks.
 
     Returns the path. An exception leaves no file behind.
     """
@@ -52,13 +57,19 @@ def readings_figure(run: Trajectory, path: str | os.PathLike[str]) -> Path:
 
 def _draw(run: Trajectory) -> Figure:
     rows = math.ceil(len(run.readings) / 2) + 1
-    figure = Figure(figsize=(WIDTH, rows * ROW + BORDER), dpi=DPI, facecolor=PAPER)
-    height = rows * ROW + BORDER
+    events = events_within(run)
+    head = 0.75 + (LEGEND if events else 0.0)
+    height = rows * ROW + BORDER + head - 0.75
+    figure = Figure(figsize=(WIDTH, height), dpi=DPI, facecolor=PAPER)
     grid = figure.add_gridspec(
-        rows, 2, left=0.075, right=0.975, top=1 - 0.75 / height, bottom=0.75 / height, hspace=0.62, wspace=0.17
+        rows, 2, left=0.075, right=0.975, top=1 - head / height, bottom=0.75 / height, hspace=0.62, wspace=0.17
     )
     for k, (name, values) in enumerate(run.readings.items()):
-        _reading(figure.add_subplot(grid[k // 2, k % 2]), run, name, values)
+        axes = figure.add_subplot(grid[k // 2, k % 2])
+        _reading(axes, run, name, values)
+        mark_events(axes, events)
+    if events:
+        name_events(figure, events, 1 - 0.55 / height)
     drift = np.abs(run.energy.jacobi - run.energy.jacobi[0]) / run.energy.scale
     unit, factor = everyday("m")
     size = max(part.mechanism.size for part in run.scene.parts) * factor

@@ -8,18 +8,20 @@ from __future__ import annotations
 
 import math
 import os
-from collections.abc import Callable, Iterator
+from collections.abc import Callable, Iterator, Sequence
 from functools import partial
 from importlib import import_module
 from itertools import pairwise
 from pathlib import Path
-from typing import Any
+from typing import Any, Protocol
 
 import numpy as np
 from numpy.typing import NDArray
 
 from governor_mechanism.errors import MechanismError
 from governor_mechanism.files import written_beside
+from governor_mechanism.render.acting import acting_of
+from governor_mechanism.render.beside import check_pair, pictures_beside
 from governor_mechanism.render.gif import GifWriter, Palette
 from governor_mechanism.render.layout import ELEVATION, View, fit
 from governor_mechanism.render.moments import moments, part_named, poses_of
@@ -33,7 +35,6 @@ Array = NDArray[np.float64]
 Pixels = NDArray[np.uint8]
 Progress = Callable[[int, int], None]
 Span = tuple[float, float]
-PictureAt = Callable[[Array], Picture]
 Schedule = tuple[Span, float, float]
 """The piece of the run (s), how many times slower it is shown, and the frames per second of film."""
 
@@ -49,10 +50,21 @@ LONGEST = 3600.0
 """Seconds a film may last that is slowed on request."""
 
 
+class Painter(Protocol):
+    """Paints frame after frame."""
+
+    def paint(self, k: int) -> Pixels:
+        """Frame k as RGBA, opaque."""
+
+
+PainterAt = Callable[[Array], Painter]
+
+
 def film(
-    run: Trajectory,
+    run: Trajectory | Sequence[Trajectory],
     path: str | os.PathLike[str],
     *,
+    titles: Sequence[str] | None = None,
     size: int = 480,
     frames_per_second: float = 25,
     part: str | None = None,
@@ -62,6 +74,9 @@ def film(
     progress: Progress | None = None,
 ) -> Path:
     """Write the run as a film of size x size pixels; a path ending in .mp4 needs imageio-ffmpeg.
+
+    Two runs that report the same times are shown side by side, 2 size x size, equal in scale and in the axes of their
+    readings, under `titles`, or their scenes' own.
 
     A second of the run takes `slow_down` seconds of film: 1 is true time. None is true time for runs of 1 to 60 s;
     shorter ones are slowed and longer ones sped up, so that the film lasts 2 to 20 s. `start` and `stop` (s) cut a
@@ -74,11 +89,13 @@ def film(
         raise MechanismError(f"a film's name must end in .gif or .mp4; got {target.name!r}")
     if target.suffix.lower() == ".mp4":
         require_video_writer()
-    write, span = writers[target.suffix.lower()], _span(run, start, stop)
-    slow = _slow(run, span, slow_down)
+    runs = (run,) if isinstance(run, Trajectory) else tuple(run)
+    check_pair(runs, titles)
+    write, span = writers[target.suffix.lower()], _span(runs[0], start, stop)
+    slow = _slow(runs[0], span, slow_down)
     with written_beside(target) as temporary:
-        picture_at = partial(_picture, run, size, part, span, slow)
-        write(temporary, picture_at, (span, slow, frames_per_second), progress or _silent)
+        painter_at = partial(_painter, runs, titles, size, part, span, slow)
+        write(temporary, painter_at, (span, slow, frames_per_second), progress or _silent)
     return target
 
 
@@ -112,7 +129,7 @@ def frames(
 def film_view(run: Trajectory, *, size: int = 480, part: str | None = None) -> View:
     """Where the machine stands in the pictures of a film: `film_view(run).pixel_of(x, y)` is a column and a row."""
     chosen = part_named(run, part)
-    return fit(extent(chosen, poses_of(run, chosen)[0], run.times), ELEVATION, size)
+    return fit(extent(chosen, poses_of(run, chosen)[0], run.times, acting_of(run)), ELEVATION, size)
 
 
 def watchable(duration: float) -> float:
@@ -171,6 +188,20 @@ def _slow(run: Trajectory, span: Span, asked: float | None) -> float:
     return asked
 
 
+def _painter(
+    runs: Sequence[Trajectory],
+    titles: Sequence[str] | None,
+    size: int,
+    part: str | None,
+    span: Span,
+    slow: float,
+    times: Array,
+) -> Painter:
+    if len(runs) == 1:
+        return _picture(runs[0], size, part, span, slow, times)
+    return pictures_beside(runs, titles, lambda run: moments(run, part_named(run, part), span, times, slow), size)
+
+
 def _picture(run: Trajectory, size: int, part: str | None, span: Span, slow: float, times: Array) -> Picture:
     return Picture(run, moments(run, part_named(run, part), span, times, slow), size)
 
@@ -179,29 +210,29 @@ def _silent(done: int, total: int) -> None:
     pass
 
 
-def _write_gif(path: Path, picture_at: PictureAt, timing: Schedule, progress: Progress) -> None:
+def _write_gif(path: Path, painter_at: PainterAt, timing: Schedule, progress: Progress) -> None:
     span, slow, rate = timing
     times, delays = schedule(*span, rate, slow)
-    picture = picture_at(times)
-    samples = [picture.paint(int(k)) for k in np.unique(np.linspace(0, len(times) - 1, SAMPLES).astype(int))]
+    painter = painter_at(times)
+    samples = [painter.paint(int(k)) for k in np.unique(np.linspace(0, len(times) - 1, SAMPLES).astype(int))]
     palette = Palette([rgb(colour) for colour in COLOURS], samples)
     with path.open("wb") as file:
         writer = GifWriter(file, palette)
         for k, delay in enumerate(delays):
-            writer.add(picture.paint(k), delay)
+            writer.add(painter.paint(k), delay)
             progress(k + 1, len(delays))
         writer.close()
 
 
-def _write_mp4(path: Path, picture_at: PictureAt, timing: Schedule, progress: Progress) -> None:
+def _write_mp4(path: Path, painter_at: PainterAt, timing: Schedule, progress: Progress) -> None:
     # Every frame of a video lasts equally long: one frame at the middle of each step makes up the whole time.
     (begin, end), slow, rate = timing
     count = max(round((end - begin) * slow * rate), 1)
-    picture = picture_at(begin + (end - begin) * (np.arange(count) + 0.5) / count)
+    painter = painter_at(begin + (end - begin) * (np.arange(count) + 0.5) / count)
     with _video(path, rate) as writer:
         for k in range(count):
             # Video needs an even number of rows and columns.
-            pixels = picture.paint(k)[..., :3]
+            pixels = painter.paint(k)[..., :3]
             odd = (0, len(pixels) % 2)
             writer.append_data(np.pad(pixels, (odd, odd, (0, 0)), mode="edge"))
             progress(k + 1, count)

@@ -8,6 +8,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from governor_mechanism.joints import GROUND, Distance
+from governor_mechanism.render.acting import NOTHING, Acting
+from governor_mechanism.render.generic_acting import fittings
 from governor_mechanism.render.generic_bodies import bodies, tracers
 from governor_mechanism.render.generic_guides import blocks, feet, guides, pins
 from governor_mechanism.render.generic_loads import arrows, drives, spans, spirals, walls
@@ -65,12 +67,13 @@ def moving(part: Part, pose: Array, stage: Stage) -> tuple[Shape, ...]:
         *spirals(part, poses, stage),
         *drives(part, poses, stage),
         *(Circle("pivot", *spot, PIN * u) for spot in pins(part, poses)),
+        *fittings(part, poses, stage),
         *tracers(part, poses, stage),
         *arrows(part, poses, stage),
     )
 
 
-def plan(part: Part, pose: Array, angle: float) -> tuple[Shape, ...]:
+def plan(part: Part, pose: Array, angle: float, _: Acting = NOTHING) -> tuple[Shape, ...]:
     """Every body at its distance from the axis, seen from above."""
     c, s = math.cos(angle), math.sin(angle)
     u = part.mechanism.size

@@ -37,8 +37,9 @@ def spans(part: Part, poses: Sequence[Pose], stage: Stage) -> list[Shape]:
             off = -off
         length = math.dist(start, end)
         axes = (*start, math.atan2(end[1] - start[1], end[0] - start[0]))
-        drawn = _spring(length, u) if isinstance(load, Spring) else _damper(length, stage.reaches[load.name], u)
-        role = "spring" if isinstance(load, Spring) else "damper"
+        spring, reach = isinstance(load, Spring), stage.reaches[load.name]
+        drawn = spring_lines(length, u) if spring else damper_lines(length, reach, u)
+        role = "spring" if spring else "damper"
         lines = [tuple(put(axes, x, y + off) for x, y in line) for line in drawn]
         if off:
             # Beams carry what stands off the line.
@@ -49,15 +50,16 @@ def spans(part: Part, poses: Sequence[Pose], stage: Stage) -> list[Shape]:
     return shapes
 
 
-def _spring(length: float, u: float) -> list[tuple[Pair, ...]]:
+def spring_lines(length: float, u: float) -> list[tuple[Pair, ...]]:
+    """A zigzag along x from the origin."""
     lead, half = LEAD * length, 0.5 * WIDTH * u
     step = (length - 2 * lead) / (2 * COILS)
     coils = [(lead + (k + 0.5) * step, half if k % 2 else -half) for k in range(2 * COILS)]
     return [((0.0, 0.0), (lead, 0.0), *coils, (length - lead, 0.0), (length, 0.0))]
 
 
-def _damper(length: float, reach: Pair, u: float) -> list[tuple[Pair, ...]]:
-    """A cylinder open toward the second point, and a piston on a rod from there; true in size where they fit."""
+def damper_lines(length: float, reach: Pair, u: float) -> list[tuple[Pair, ...]]:
+    """A cylinder along x from the origin, open toward its end, with a piston from there; true in size where it fits."""
     short, long = reach
     gap, stroke, half = 0.03 * u, long - short, 0.5 * WIDTH * u
     if stroke < short - 3 * gap:

@@ -10,6 +10,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from governor_mechanism.errors import MechanismError, did_you_mean
+from governor_mechanism.render.acting import NOTHING, Acting, acting_of
 from governor_mechanism.scene import Part
 from governor_mechanism.trajectory import Trajectory
 
@@ -23,7 +24,7 @@ class Moments:
 
     poses (f, bodies, 3) of the part; readings by plain name, (f,) SI, their units and scales; spindle_angle (f,) rad
     since the start, zero where the run has no spindle speed; all_poses (n, bodies, 3) and all_times (n,) s as the run
-    reports them. A second of the run takes `slow` seconds of the film.
+    reports them; acting is what its scene's effects do. A second of the run takes `slow` seconds of the film.
     """
 
     part: Part
@@ -37,6 +38,7 @@ class Moments:
     all_poses: Array
     all_times: Array
     slow: float = 1.0
+    acting: Acting = NOTHING
 
 
 def part_named(run: Trajectory, name: str | None) -> Part:
@@ -86,6 +88,7 @@ def moments(run: Trajectory, part: Part, span: tuple[float, float], times: Array
         all_poses=poses,
         all_times=run.times,
         slow=slow,
+        acting=acting_of(run, slow),
     )
 
 

@@ -6,7 +6,8 @@ import math
 from collections.abc import Sequence
 from itertools import pairwise
 
-from governor_mechanism.render.primitives import Lines, Pair, Polygon
+from governor_mechanism.render.marks import put
+from governor_mechanism.render.primitives import Box, Lines, Pair, Polygon, Pose, hatching, rectangle
 
 CORNER = 8
 """Pieces a rounded corner is drawn in."""
@@ -94,6 +95,27 @@ def wall(spot: Pair, heading: float, half: float, depth: float) -> Lines:
     feet = [-half + (k + 0.5) * 2 * half / count for k in range(count)]
     strokes = tuple((at(foot, 0.0), at(foot - 0.8 * depth, depth)) for foot in feet)
     return Lines("wall", ((at(-half, 0.0), at(half, 0.0)), *strokes))
+
+
+def burst(role: str, spots: Sequence[Pair], reach: float) -> Lines:
+    """Rays round each spot, from half the `reach` (m) to all of it: something has just struck there."""
+    rays = [(math.cos(k * math.pi / 4 + 0.2), math.sin(k * math.pi / 4 + 0.2)) for k in range(8)]
+    strokes = [
+        tuple((x + share * reach * c, y + share * reach * s) for share in (0.45, 1.0))
+        for x, y in spots
+        for c, s in rays
+    ]
+    return Lines(role, tuple(strokes))
+
+
+def block(role: str, axes: Pose, box: Box, spacing: float) -> tuple[Polygon, Lines]:
+    """A box (m) of these axes with its section lining, `spacing` (m) apart; the lining's role is named after its."""
+    lining = hatching(f"{role} hatching", box, spacing)
+    outline = rectangle(role, *box)
+    return (
+        Polygon(role, tuple(put(axes, *point) for point in outline.points)),
+        Lines(lining.role, tuple(tuple(put(axes, *point) for point in stroke) for stroke in lining.lines)),
+    )
 
 
 def _turn(centre: Pair, start: float, sweep: float, radius: float, pieces: int) -> tuple[Pair, ...]:

@@ -48,12 +48,16 @@ def plain_numbers(axis: Axis, limits: tuple[float, float]) -> None:
 
 @dataclass(frozen=True, kw_only=True)
 class Series:
-    """What a plot shows: values (f,) in its unit at times (f,) s within span (s); up to `noise` they count as equal."""
+    """What a plot shows: values (f,) in its unit at times (f,) s within span (s); up to `noise` they count as equal.
+
+    limits are the ends of the axis, where the values do not set them.
+    """
 
     span: Pair
     times: Array
     values: Array
     noise: float
+    limits: Pair | None = None
 
 
 class ReadingPlot:
@@ -65,7 +69,8 @@ class ReadingPlot:
         box = (left + LABELS, top + HEADING, right - 3.0, bottom - TIMES)
         place = (box[0] / SIDE, 1 - box[3] / SIDE, (box[2] - box[0]) / SIDE, (box[3] - box[1]) / SIDE)
         axes = figure.add_axes(place, facecolor=PAPER)
-        axes.set(xlim=(span[0], max(span[1], span[0] + 1e-9)), ylim=limits_for(series.values, series.noise))
+        limits = series.limits or limits_for(series.values, series.noise)
+        axes.set(xlim=(span[0], max(span[1], span[0] + 1e-9)), ylim=limits)
         self._dress(axes, span, pixel)
         self._times, self._values = series.times, series.values
         self._curve = Line2D([], [], color=colour, linewidth=1.5 * pixel, solid_joinstyle="round", zorder=3)

@@ -18,6 +18,7 @@ from numpy.typing import NDArray
 
 from governor_mechanism.errors import MechanismError
 from governor_mechanism.render.counter import Counter
+from governor_mechanism.render.frame import Frame
 from governor_mechanism.render.layout import CAPTION, CLOSING, DIAL, ELEVATION, HEADER, SIDE, View, cells, fit
 from governor_mechanism.render.moments import Moments
 from governor_mechanism.render.panel import NOISE, ReadingPlot, Series
@@ -26,9 +27,7 @@ from governor_mechanism.render.shapes import (
     ARC_WORDS,
     background_shapes,
     drawing_of,
-    extent,
     moving_shapes,
-    plan_ring,
     plan_shapes,
 )
 from governor_mechanism.render.stage import stage_of
@@ -91,11 +90,20 @@ def _canvas(figure: Figure) -> Any:
 class Picture:
     """The figure of one film. `move(k)` puts every artist where it stands in frame k; `paint(k)` gives its pixels."""
 
-    def __init__(self, run: Trajectory, moments: Moments, size: int = 480, *, animated: bool = True) -> None:
+    def __init__(
+        self,
+        run: Trajectory,
+        moments: Moments,
+        size: int = 480,
+        *,
+        frame: Frame | None = None,
+        animated: bool = True,
+    ) -> None:
         if size < SMALLEST:
             raise MechanismError(f"size of a film must be at least {SMALLEST} pixels; got {size}")
         self.moments = moments
-        self.view = fit(extent(moments.part, moments.all_poses, moments.all_times), ELEVATION, size)
+        self._frame = frame or Frame.around(run, moments)
+        self.view = fit(self._frame.box, ELEVATION, size)
         self.figure = Figure(figsize=(size / DPI, size / DPI), dpi=DPI, facecolor=PAPER)
         self._canvas = _canvas(self.figure)
         self._size = size
@@ -140,34 +148,33 @@ class Picture:
     def _elevation(self) -> Pane:
         moments = self.moments
         part, poses, times = moments.part, moments.poses, moments.times
-        stage = stage_of(part, moments.all_poses, moments.all_times)
+        stage = stage_of(part, moments.all_poses, moments.all_times, moments.acting)
         traced = drawing_of(part).traced
-        body = None if traced is None else part.mechanism.body_index(traced)
+        path = None if traced is None else traced(part, poses)
 
         def shapes_at(k: int) -> Sequence[Shape]:
             shapes = moving_shapes(part, poses[k], stage.at(float(times[k])))
-            return shapes if body is None else (self._trace(body, k), *shapes)
+            return shapes if path is None else (self._trace(path, k), *shapes)
 
         still = background_shapes(part, moments.all_poses, stage)
         return Pane(self.figure, self.view, self._size, still, shapes_at)
 
-    def _trace(self, body: int, k: int) -> Lines:
-        """The path of a body over the last second of film before frame k."""
+    def _trace(self, path: NDArray[np.float64], k: int) -> Lines:
+        """The piece of a path (f, 2) (m) of the last second of film before frame k."""
         times = self.moments.times
         first = int(np.searchsorted(times, times[k] - TRACE / self.moments.slow))
-        path = self.moments.poses[first : k + 1, body, :2]
-        return Lines("trace", (tuple(map(tuple, path.tolist())),))
+        return Lines("trace", (tuple(map(tuple, path[first : k + 1].tolist())),))
 
     def _plan(self) -> Pane:
         moments = self.moments
-        ring = plan_ring(moments.part, moments.all_poses)
+        ring = self._frame.ring
         reach = 1.06 * ring
         view = fit((-reach, reach, -reach, reach), DIAL, self._size)
         sweeps = np.diff(moments.spindle_angle, prepend=moments.spindle_angle[0])
 
         def shapes_at(k: int) -> Sequence[Shape]:
             angle, sweep = float(moments.spindle_angle[k]), float(sweeps[k])
-            return plan_shapes(moments.part, moments.poses[k], angle, sweep, ring)
+            return plan_shapes(moments.part, moments.poses[k], angle, sweep, ring, moments.acting)
 
         lines = [(words, QUIET) for words in drawing_of(moments.part).plan_words]
         lines += [(words, GREEN) for words in ARC_WORDS]
@@ -187,7 +194,8 @@ class Picture:
             values = moments.readings[name] * factor
             ink = GREEN if name == "spindle_speed" else colour
             noise = NOISE * moments.scales.get(name, 0.0) * factor
-            series = Series(span=moments.span, times=moments.times, values=values, noise=noise)
+            limits = self._frame.limits.get(name)
+            series = Series(span=moments.span, times=moments.times, values=values, noise=noise, limits=limits)
             plots.append(ReadingPlot(self.figure, cell, ink, series, self._pixel))
             left, top, right, _ = cell
             room = self._count(numerals(values), unit, (right, top + 7), 12, color=ink, fontweight="bold") - left - 8
@@ -221,7 +229,7 @@ class Picture:
 
     def _write_frame(self, run: Trajectory, room: float) -> None:
         """Title, rules, footer, caption and scale bar."""
-        self._write(" ".join(run.scene.title.split()), (12, 18), 15, fontfamily=SERIF, room=room)
+        self._write(" ".join(self._frame.title.split()), (12, 18), 15, fontfamily=SERIF, room=room)
         lines, bad = closing_lines(run, CLOSING_LETTERS)
         rule, heights = CLOSING[len(lines)]
         for y in (HEADER, rule):

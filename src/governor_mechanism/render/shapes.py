@@ -13,6 +13,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from governor_mechanism.render import generic, pendulum
+from governor_mechanism.render.acting import NOTHING, Acting
 from governor_mechanism.render.primitives import Box, Circle, Lines, Shape, bounds
 from governor_mechanism.render.room import telling_poses, telling_rows
 from governor_mechanism.render.stage import Stage, stage_of, tracks
@@ -21,7 +22,8 @@ from governor_mechanism.scene import Part
 Array = NDArray[np.float64]
 Background = Callable[[Part, Array, Stage], tuple[Shape, ...]]
 Moving = Callable[[Part, Array, Stage], tuple[Shape, ...]]
-Plan = Callable[[Part, Array, float], tuple[Shape, ...]]
+Plan = Callable[[Part, Array, float, Acting], tuple[Shape, ...]]
+Path = Callable[[Part, Array], Array]
 
 ARC_WORDS = ("arc: turned", "since the", "last frame")
 """What the arc on the plan's ring means, line by line."""
@@ -34,16 +36,16 @@ class Drawing:
     """How one kind of machine is drawn.
 
     background(part, poses (n, bodies, 3), stage) gives what stands still over the whole run; moving(part, pose (bodies,
-    3), stage) what moves, with the stage at its moment; plan(part, pose, spindle angle (rad)) a turning plane seen from
-    above. Shapes are listed back to front, at every pose as many, of the same kinds and roles. `traced` names the body
-    whose path is shown, `readings` what the side panel shows, most important first; `plan_words` stand beside the plan,
-    line by line.
+    3), stage) what moves, with the stage at its moment; plan(part, pose, spindle angle (rad), what acts) a turning
+    plane seen from above. Shapes are listed back to front, at every pose as many, of the same kinds and roles.
+    traced(part, poses) is the path (n, 2) (m) that is shown; `readings` what the side panel shows, most important
+    first; `plan_words` stand beside the plan, line by line.
     """
 
     background: Background
     moving: Moving
     plan: Plan
-    traced: str | None = None
+    traced: Path | None = None
     readings: tuple[str, ...] = ()
     plan_words: tuple[str, ...] = ("from above",)
 
@@ -55,7 +57,7 @@ DRAWINGS: dict[str, Drawing] = {
         background=pendulum.background,
         moving=pendulum.moving,
         plan=pendulum.plan,
-        traced="right ball",
+        traced=pendulum.traced,
         readings=("arm_angle", "sleeve_lift", "spindle_speed"),
         plan_words=("from above,", "marked: the", "right ball"),
     )
@@ -77,7 +79,9 @@ def moving_shapes(part: Part, pose: Array, stage: Stage | None = None) -> tuple[
     return drawing_of(part).moving(part, pose, stage or stage_of(part, pose[None], np.zeros(1)))
 
 
-def plan_shapes(part: Part, pose: Array, angle: float, sweep: float, ring: float) -> tuple[Shape, ...]:
+def plan_shapes(
+    part: Part, pose: Array, angle: float, sweep: float, ring: float, acting: Acting = NOTHING
+) -> tuple[Shape, ...]:
     """The turning plane seen from above, turned anticlockwise by `angle` (rad), inside a ring of radius `ring` (m).
 
     `sweep` (rad) is the angle turned since the frame before. It is drawn as an arc on the ring: a speed too fast for
@@ -89,21 +93,21 @@ def plan_shapes(part: Part, pose: Array, angle: float, sweep: float, ring: float
     return (
         Lines("sweep", (arc,)),
         Lines("hand", (hand,)),
-        *drawing_of(part).plan(part, pose, angle),
+        *drawing_of(part).plan(part, pose, angle, acting),
         Circle("hub", 0.0, 0.0, 0.05 * ring),
     )
 
 
-def plan_ring(part: Part, poses: Array) -> float:
+def plan_ring(part: Part, poses: Array, acting: Acting = NOTHING) -> float:
     """Radius (m) of a ring that holds the plan at every pose of a run (n, bodies, 3)."""
     plan = drawing_of(part).plan
-    reach = max(max(map(abs, bounds(plan(part, pose, 0.0)))) for pose in telling_poses(poses))
+    reach = max(max(map(abs, bounds(plan(part, pose, 0.0, acting)))) for pose in telling_poses(poses))
     return 1.10 * reach
 
 
-def extent(part: Part, poses: Array, times: Array) -> Box:
+def extent(part: Part, poses: Array, times: Array, acting: Acting = NOTHING) -> Box:
     """The box (m) that holds every shape over a run with poses (n, bodies, 3) at times (n,) s, with a margin."""
-    stage = stage_of(part, poses, times)
+    stage = stage_of(part, poses, times, acting)
     shapes = list(background_shapes(part, poses, stage))
     for k in telling_rows(tracks(part.mechanism, poses)):
         shapes += moving_shapes(part, poses[k], stage.at(float(times[k])))

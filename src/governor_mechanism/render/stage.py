@@ -14,6 +14,7 @@ from governor_mechanism.equations.timing import TimeCurve
 from governor_mechanism.joints import ArcSlot, CurveSlot, DrivenSlide, Gear, Joint, Rack, Slider
 from governor_mechanism.loads import Damper, Force, Load, Spring, Torque
 from governor_mechanism.mechanism import Mechanism
+from governor_mechanism.render.acting import NOTHING, Acting
 from governor_mechanism.render.layout import ELEVATION
 from governor_mechanism.render.marks import seen_from, track
 from governor_mechanism.render.primitives import Pair
@@ -32,7 +33,8 @@ class Stage:
 
     ways: by joint, between what values (m, or rad in an arc slot) its second point moves in its first one's axes;
     reaches: by spring or damper, its shortest and longest length (m). programs: by load, its parts in time, and
-    largest what their largest is over the run (N or N m). time (s) is the moment shown.
+    largest what their largest is over the run (N or N m). acting is what the scene's effects do. time (s) is the moment
+    shown.
     """
 
     unit: float
@@ -41,6 +43,7 @@ class Stage:
     reaches: Mapping[str, Pair]
     programs: Mapping[str, Programs]
     largest: Mapping[type[Load], float]
+    acting: Acting = NOTHING
     time: float = 0.0
 
     def at(self, time: float) -> Stage:
@@ -57,8 +60,8 @@ class Stage:
         return x, y
 
 
-def stage_of(part: Part, poses: Array, times: Array) -> Stage:
-    """The stage for a run with poses (n, bodies, 3) at times (n,) s."""
+def stage_of(part: Part, poses: Array, times: Array, acting: Acting = NOTHING) -> Stage:
+    """The stage for a run with poses (n, bodies, 3) at times (n,) s, and what acts in it."""
     mechanism = part.mechanism
     marks = tracks(mechanism, poses)
     sides = np.ptp(marks.reshape(-1, 2), axis=0)
@@ -76,6 +79,7 @@ def stage_of(part: Part, poses: Array, times: Array) -> Stage:
         reaches={load.name: _reach(mechanism, poses, load) for load in mechanism.loads if isinstance(load, SPANS)},
         programs=programs,
         largest={kind: _largest(mechanism, programs, kind, times) for kind in (Force, Torque)},
+        acting=acting,
     )
 
 

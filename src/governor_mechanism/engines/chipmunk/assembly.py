@@ -9,11 +9,14 @@ import numpy as np
 import pymunk
 from numpy.typing import NDArray
 
+from governor_mechanism.engines.chipmunk.acting import Acting
 from governor_mechanism.engines.chipmunk.carriers import Marked, carry
+from governor_mechanism.engines.chipmunk.holds import Hold
 from governor_mechanism.engines.chipmunk.joints import make
 from governor_mechanism.engines.chipmunk.loads import Push, Speeds, effects_on, load_on
 from governor_mechanism.engines.chipmunk.moment import Moment
 from governor_mechanism.equations.forces import spindle_inertia
+from governor_mechanism.equations.modes import brakes_of
 from governor_mechanism.equations.points import Array
 from governor_mechanism.joints import GROUND, DrivenSlide, DrivenTurn, Joint, Pin, Point
 from governor_mechanism.loads import Damper, Force, Load, Spring, Torque, TorsionDamper
@@ -28,7 +31,7 @@ class Assembly:
         self.plain = plain
         self._mechanism: Mechanism = scene.part.mechanism
         self._space = pymunk.Space()
-        self._space.iterations = iterations
+        self._iterations = self._space.iterations = iterations
         self._carriers = [carry(self._mechanism, body) for body in self._mechanism.bodies]
         self._space.add(*(carrier.carried_by for carrier in self._carriers))
         drives = [joint for joint in self._mechanism.joints if isinstance(joint, DrivenTurn | DrivenSlide)]
@@ -41,6 +44,7 @@ class Assembly:
             self._add(constraint)
         self._fits = [fit for one in made for fit in one.fits]
         damped = any(isinstance(load, Damper | TorsionDamper) for load in self._mechanism.loads)
+        damped = damped or bool(brakes_of(scene))
         self._speeds = Speeds([carrier.carried_by for carrier in self._carriers] if damped else [])
         self._damped = damped
         effects = [effects_on(scene, carrier) for carrier in self._carriers]
@@ -48,17 +52,36 @@ class Assembly:
         self.laws = Counter(law for _, laws in effects for law in laws)
         """How often one step evaluates each force law."""
         self.laws.update({"springs, dampers, forces": len(self._mechanism.loads)} if self._mechanism.loads else {})
+        self.acting: Acting | None = None
+        """The loads along readings; None where the scene has none."""
+        if scene.acting:
+            self.acting = Acting(scene, self._carriers, self._speeds)
+            self._pushes.append(self.acting.push)
+            self.laws.update(self.acting.laws)
 
     def start(self, poses: Array, velocities: Array, first: Moment) -> None:
         """Stand at poses (bodies, 3) with velocities half a step ahead; in the plain way, as they are.
 
         The first moment is that at the start, as if half a step had just ended: h is half of the step that follows.
         """
+        if self.acting is not None:
+            self.acting.begin()
         back = 0.0 if self.plain else first.h
         for carrier, pose, velocity in zip(self._carriers, poses, velocities, strict=True):
             carrier.put(pose, velocity, back)
         if not self.plain:
             self._step(first, 0.0)
+
+    def hold(self, keeper: int, at: int, effect: str, reading: str) -> Hold:
+        """The joints that may hold a reading; `at` and keeper are where it stands among readings and keepers.
+
+        Raises UnsupportedEffect for a reading that no joint can hold. The poses must be those of a start.
+        """
+        assert self.acting is not None
+        made = Hold(self._space, [carrier.carried_by for carrier in self._carriers], at, keeper, self._mechanism.size)
+        made.refuse(self.poses(), self.acting.gradients[at], effect, reading)
+        self.acting.fits.append(made.fit)
+        return made
 
     def step(self, now: Moment) -> None:
         """One pymunk step with all loads set."""
@@ -74,6 +97,15 @@ class Assembly:
         for push in self._pushes:
             push(ahead, now)
         self._space.step(now.h)
+
+    def solve_closer(self, times: int) -> None:
+        """Solve the joints with so many times the iterations from now on."""
+        self._space.iterations = times * self._iterations
+
+    @property
+    def lost(self) -> float:
+        """What brakes and friction have taken so far (J)."""
+        return 0.0 if self.acting is None else self.acting.lost
 
     def rest(self) -> None:
         """Take all velocities away."""

@@ -10,7 +10,8 @@ class Moment:
     """What a step of h seconds ends with, where its kick acts; `following` (s) is the length of the next step.
 
     square: the spindle's speed squared (rad2/s2). scale lengthens the kick where the next step has another length.
-    programs: the loads' programs now; motions: where drives are to be at the end of the next step (rad, m).
+    programs: the loads' programs now; motions: where drives are to be at the end of the next step (rad, m); frictions:
+    what friction bears on each reading that may be held (N, or N m).
     """
 
     h: float
@@ -19,3 +20,4 @@ class Moment:
     scale: float = 1.0
     programs: tuple[float, ...] = ()
     motions: tuple[float, ...] = ()
+    frictions: tuple[float, ...] = ()

@@ -1,0 +1,57 @@
+"""What each effect costs on the Porter governor, as ratios to the bare run, in one process.
+
+python benchmarks/effects.py
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import replace
+
+import governor_mechanism as gm
+from governor_mechanism.effects import DryFriction, Effect, OilBrake, SpringOn, Stops
+from governor_mechanism.engines import MultibodyEngine
+from governor_mechanism.programs import Program
+from governor_mechanism.scene import Scene, Spindle
+from governor_mechanism.trajectory import Trajectory
+
+ACCURACY, REPEATS = 1e-8, 7
+
+EFFECTS: Mapping[str, Effect] = {
+    "dry friction, 1 N: sixteen swings": DryFriction(reading="sleeve_lift", force=Program(values=(1.0,))),
+    "dry friction, 10 N: it soon sticks": DryFriction(reading="sleeve_lift", force=Program(values=(10.0,))),
+    "oil brake, linear": OilBrake(reading="sleeve_lift", linear=20.0),
+    "oil brake, quadratic": OilBrake(reading="sleeve_lift", quadratic=200.0),
+    "spring": SpringOn(reading="sleeve_lift", rate=100.0),
+    "spring, one-sided": SpringOn(reading="sleeve_lift", rate=100.0, zero=0.12, one_sided=True),
+    "stops that are struck": Stops(reading="arm_angle", low=0.5, high=0.75, restitution=0.5),
+    "stops that are not struck": Stops(reading="arm_angle", low=0.1, high=1.4),
+}
+
+
+def main() -> None:
+    """Print the table."""
+    bare = gm.load("porter")
+    scenes = {"bare": bare} | {name: _with(bare, effect) for name, effect in EFFECTS.items()}
+    uneven = Spindle(speeds=bare.spindle.program.values, unevenness=0.02)
+    scenes["uneven spindle"] = replace(bare, spindle=uneven)
+    base = seconds(bare)[0]
+    print("| effect | time, ratio | evaluations | events | energy drift |\n|---|---|---|---|---|")
+    for name, scene in scenes.items():
+        time, run = seconds(scene)
+        evaluations = run.cost.evaluations["equations of motion"]
+        print(f"| {name} | {time / base:.2f} | {evaluations:,} | {run.cost.events} | {run.energy.drift:.0e} |")
+
+
+def _with(scene: Scene, effect: Effect) -> Scene:
+    return replace(scene, effects=(*scene.effects, effect))
+
+
+def seconds(scene: Scene) -> tuple[float, Trajectory]:
+    """The shortest wall time of several certified runs, and the last of them."""
+    runs = [MultibodyEngine().run(scene, accuracy=ACCURACY) for _ in range(REPEATS)]
+    return min(run.cost.wall_time for run in runs), runs[-1]
+
+
+if __name__ == "__main__":
+    main()

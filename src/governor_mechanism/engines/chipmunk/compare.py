@@ -1,0 +1,70 @@
+"""Events of marches of one scene, each with half the step of the one before, compared and extrapolated."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
+from itertools import pairwise
+
+import numpy as np
+from numpy.typing import NDArray
+
+from governor_mechanism.engines.switching import STRIKES
+from governor_mechanism.equations.points import Array
+from governor_mechanism.trajectory import Event
+
+DOUBT = 0.01
+"""Of the difference between the last two marches: what extrapolated times may agree in by chance."""
+
+
+@dataclass(frozen=True)
+class Happened:
+    """Events at their extrapolated times; between which times (s) the marches passed each strike; how late (s) events
+    may be."""
+
+    events: tuple[Event, ...] = ()
+    strikes: tuple[tuple[float, float], ...] = ()
+    late: float = 0.0
+
+    def near(self, times: Array, apart: float) -> NDArray[np.bool_]:
+        """Which times (n,) s lie within `apart` (s) of an event."""
+        found = np.zeros(len(times), dtype=np.bool_)
+        for event in self.events:
+            found |= np.abs(times - event.time) <= apart
+        return found
+
+    def between(self, times: Array) -> NDArray[np.bool_] | None:
+        """Which times (n,) s lie where some marches have struck a stop and others not yet; None for none."""
+        found = np.zeros(len(times), dtype=np.bool_)
+        for low, high in self.strikes:
+            found |= (times >= low) & (times <= high)
+        return found if found.any() else None
+
+
+def compare(marches: Sequence[Sequence[Event]], end: float) -> Happened:
+    """The events of the last march up to `end` (s), extrapolated from the nearest of their kind in those before."""
+    finest, strikes, late = marches[-1], [], 0.0
+    found = []
+    for event in finest:
+        times = [_nearest(event, others) for others in marches]
+        known = [time for time in times if time is not None]
+        if event.kind == STRIKES:
+            strikes.append((min(known), max(known)))
+        if len(known) < len(marches):
+            late = max(late, end - event.time)
+        extrapolated = [fine + (fine - coarse) / 3 for coarse, fine in pairwise(known)]
+        found.append(replace(event, time=extrapolated[-1] if extrapolated else event.time))
+        if len(extrapolated) > 1:
+            late = max(late, abs(extrapolated[-1] - extrapolated[-2]), DOUBT * abs(known[-1] - known[-2]))
+    for others in marches[:-1]:
+        for event in others:
+            time = _nearest(event, finest)
+            if len(others) != len(finest):
+                late = max(late, end - event.time if time is None else abs(time - event.time))
+    return Happened(tuple(found), tuple(strikes), late)
+
+
+def _nearest(event: Event, others: Sequence[Event]) -> float | None:
+    """The time (s) of the nearest event of the same kind about the same reading."""
+    times = [other.time for other in others if (other.kind, other.subject) == (event.kind, event.subject)]
+    return min(times, key=lambda time: abs(time - event.time), default=None)

@@ -1,0 +1,395 @@
+"""What sticks, strikes, brakes and goes slack in engine multibody, against closed answers and laws."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import replace
+
+import numpy as np
+import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
+from scipy.special import lambertw
+
+import governor_mechanism as gm
+from governor_mechanism.effects import Centrifugal, DryFriction, Gravity, OilBrake, SpringOn, Stops
+from governor_mechanism.engines import MultibodyEngine
+from governor_mechanism.joints import GROUND, Point, Slider
+from governor_mechanism.mechanism import Body, Coordinate, Mechanism
+from governor_mechanism.programs import Program
+from governor_mechanism.scene import FIXED, FreeSpindle, Part, RunSettings, Scene, Spindle, Start
+from governor_mechanism.trajectory import Outcome
+from reference.zehnder import FRICTION_BAND
+from scenes import PORTER, governor_scene
+
+G = 9.81
+LIFT = "sleeve_lift"
+
+
+def constant(value):
+    return Program(values=(value,))
+
+
+def with_effects(scene, *effects):
+    return replace(scene, effects=(*scene.effects, *effects))
+
+
+def porter(speed, *effects, angle=30.0, duration=10.0, every=0.01):
+    scene = governor_scene(PORTER, speed=speed, angle=math.radians(angle), duration=duration, every=every)
+    return with_effects(scene, *effects)
+
+
+def block(*effects, start=0.0, rate=0.0, duration=10.0, mass=2.0, upright=False):
+    """A mass on a straight slide, level or upright, with the reading 'way'."""
+    angle = math.pi / 2 if upright else 0.0
+    mechanism = Mechanism(
+        bodies=(Body(name="block", mass=mass, turns=False),),
+        joints=(Slider(name="slide", first=Point(body=GROUND), second=Point(body="block"), angle=angle),),
+        readings=(
+            Coordinate(
+                name="way",
+                quantity="length",
+                point=Point(body="block"),
+                along_x=math.cos(angle),
+                along_y=math.sin(angle),
+            ),
+        ),
+        coordinate="way",
+        size=1.0,
+        sketch=((0.0, 0.0, 0.0),),
+    )
+    return Scene(
+        title="block",
+        parts=(Part(name="block", machine="custom", dimensions={}, mechanism=mechanism, plane=FIXED),),
+        effects=effects,
+        spindle=Spindle(),
+        start=Start(values={"way": start}, rates={"way": rate}),
+        run=RunSettings(duration=duration, every=duration / 200, accuracy=1e-9),
+    )
+
+
+def run(scene, accuracy=1e-10, **options):
+    result = MultibodyEngine().run(scene, accuracy=accuracy, **options)
+    assert result.outcome.ok, result.message
+    return result
+
+
+@pytest.mark.parametrize(("towards", "name"), [(13.3, "rising_speed"), (11.0, "falling_speed")])
+def test_the_sleeve_first_moves_at_the_ends_of_the_standing_band(towards, name):
+    scene = porter(
+        Spindle(times=(0.0, 10.0), speeds=(12.2, towards)),
+        DryFriction(reading=LIFT, force=constant(FRICTION_BAND["resistance"])),
+    )
+    result = run(scene)
+    first = result.events[0]
+    assert (first.kind, first.subject) == ("slips", LIFT)
+    speed = 12.2 + (towards - 12.2) * first.time / 10.0
+    assert speed == pytest.approx(FRICTION_BAND[name], abs=1e-8)  # asked
+    before = result.times < first.time
+    assert np.ptp(result.readings[LIFT][before]) == 0.0
+
+
+def test_what_sticks_does_not_creep():
+    scene = porter(12.2, DryFriction(reading=LIFT, force=constant(40.0)), duration=1000.0, every=10.0)
+    result = run(scene, accuracy=1e-6)
+    assert np.ptp(result.readings[LIFT]) == 0.0
+    assert result.events == ()
+    assert result.energy.dissipated[-1] == 0.0
+
+
+def test_an_oscillator_with_friction_loses_the_same_at_every_swing_and_stops():
+    """Each half swing is a cosine about +-W / k; it ends where the spring can no longer overcome the friction."""
+    k, mass, hold, start = 50.0, 2.0, 3.0, 0.5
+    scene = block(SpringOn(reading="way", rate=k), DryFriction(reading="way", force=constant(hold)), start=start)
+    result = run(scene)
+    half = math.pi * math.sqrt(mass / k)
+    swings, place = 0, start
+    while k * abs(place) > hold:
+        place, swings = -math.copysign(abs(place) - 2 * hold / k, place), swings + 1
+    (stuck,) = result.events
+    assert stuck.kind == "sticks"
+    assert stuck.time == pytest.approx(swings * half, abs=1e-9)  # asked
+    assert result.readings["way"][-1] == pytest.approx(place, abs=1e-11)
+    spent = 0.5 * k * (start**2 - place**2)
+    assert result.energy.dissipated[-1] == pytest.approx(spent, rel=1e-10)
+    way = sum(2 * (start - (2 * n + 1) * hold / k) for n in range(swings))
+    assert result.energy.dissipated[-1] == pytest.approx(hold * way, rel=1e-8)  # work of W, asked
+
+
+def test_friction_that_is_relieved_lets_go_at_once_and_holds_again_after_half_a_swing():
+    k, mass, start = 50.0, 2.0, 0.1
+    times, forces = (0.0, 1.0, 1.0, 3.0, 3.0, 4.0), (10.0, 10.0, 2.0, 2.0, 0.5, 0.5)
+    scene = block(
+        SpringOn(reading="way", rate=k),
+        DryFriction(reading="way", force=Program(times=times, values=forces)),
+        start=start,
+        duration=5.0,
+    )
+    result = run(scene)
+    half = math.pi * math.sqrt(mass / k)
+    # 5 N of the spring are held by 10 N, not by 2; it swings to -(0.1 - 2 * 2 / 50) = -0.02, where 1 N is held by 2 N,
+    # but not by 0.5 N: to 0.02 - 2 * 0.5 / 50 = 0.
+    expected = [("slips", 1.0), ("sticks", 1.0 + half), ("slips", 3.0), ("sticks", 3.0 + half)]
+    assert [event.kind for event in result.events] == [kind for kind, _ in expected]
+    np.testing.assert_allclose([event.time for event in result.events], [time for _, time in expected], atol=1e-9)
+    assert result.readings["way"][-1] == pytest.approx(0.0, abs=1e-11)
+
+
+@pytest.mark.parametrize("restitution", [0.0, 0.3, 0.5, 0.9])
+def test_a_bouncing_body_comes_to_rest_when_it_should(restitution):
+    """Thrown up from its stop at v it bounces with v, e v, e^2 v...: it rests after (2 v / g) / (1 - e)."""
+    speed, mass = 2.0, 2.0
+    rest = 2 * speed / G / (1 - restitution)
+    scene = block(
+        Gravity(), Stops(reading="way", low=0.0, restitution=restitution), rate=speed, duration=1.1 * rest, upright=True
+    )
+    result = run(scene)
+    strikes = [event.time for event in result.events if event.kind == "strikes its stop"]
+    expected = 2 * speed / G * np.cumsum(restitution ** np.arange(len(strikes)))
+    np.testing.assert_allclose(strikes, expected, atol=1e-9)
+    assert result.events[-1].kind == "rests on its stop"
+    assert result.events[-1].time == pytest.approx(rest, abs=1e-9)  # asked
+    assert len(result.events) < 200  # bounded: the bounces end where they are below rounding
+    assert result.readings["way"].min() > -1e-12  # asked
+    assert result.readings["way"][-1] == pytest.approx(0.0, abs=1e-13)
+    assert result.energy.dissipated[-1] == pytest.approx(0.5 * mass * speed**2, rel=1e-12)
+    assert result.energy.drift < 1e-12
+
+
+def test_an_elastic_stop_loses_nothing():
+    scene = block(Gravity(), Stops(reading="way", low=0.0, restitution=1.0), start=0.3, upright=True, duration=5.0)
+    result = run(scene)
+    period = 2 * math.sqrt(2 * 0.3 / G)
+    strikes = [event.time for event in result.events]
+    np.testing.assert_allclose(strikes, period * (np.arange(len(strikes)) + 0.5), atol=1e-9)
+    assert len(strikes) == int(5.0 / period + 0.5)
+    assert result.energy.dissipated[-1] == pytest.approx(0.0, abs=1e-11)
+
+
+def test_stops_with_friction_hold_either_way():
+    """Pressed on its stop, a block leaves it only when it is drawn off harder than the friction holds."""
+    ramp = Program(times=(0.0, 10.0), values=(-20.0, 20.0))
+    scene = block(
+        DryFriction(reading="way", force=constant(4.0)), Stops(reading="way", low=0.0), duration=10.0, mass=2.0
+    )
+    body = Point(body="block")
+    from governor_mechanism.loads import Force
+
+    part = scene.part
+    pull = Force(name="pull", point=body, x=ramp, y=constant(0.0))
+    scene = replace(scene, parts=(replace(part, mechanism=replace(part.mechanism, loads=(pull,))),))
+    result = run(scene)
+    (left,) = result.events
+    assert left.kind == "leaves its stop"
+    assert left.time == pytest.approx(6.0, abs=1e-9)  # -20 + 4 t = 4
+
+
+def test_a_one_sided_spring_pulls_only_where_it_is_stretched():
+    """A half oscillation on the spring, then flight at constant speed."""
+    k, mass, speed = 50.0, 2.0, 1.0
+    scene = block(SpringOn(reading="way", rate=k, one_sided=True), start=0.0, rate=speed, duration=3.0)
+    result = run(scene)
+    half = math.pi * math.sqrt(mass / k)
+    (slack,) = result.events
+    assert (slack.kind, slack.time) == ("goes slack", pytest.approx(half, abs=1e-9))
+    after = result.times > half
+    np.testing.assert_allclose(result.readings["way"][after], -speed * (result.times[after] - half), atol=1e-10)
+    assert result.readings["way"].max() == pytest.approx(speed * math.sqrt(mass / k), rel=1e-3)
+
+
+@settings(max_examples=10, deadline=None)
+@given(linear=st.floats(0.1, 5.0), speed=st.floats(0.1, 3.0))
+def test_a_linear_brake_stops_a_body_after_a_finite_way(linear, speed):
+    result = run(block(OilBrake(reading="way", linear=linear), rate=speed, duration=4.0))
+    expected = speed * 2.0 / linear * -np.expm1(-linear / 2.0 * result.times)
+    np.testing.assert_allclose(result.readings["way"], expected, atol=1e-9 * max(1.0, speed))
+    lost = 0.5 * 2.0 * (speed**2 - result.rates["way"] ** 2)
+    np.testing.assert_allclose(result.energy.dissipated, lost, atol=1e-9 * max(1.0, speed**2))
+
+
+def test_a_quadratic_brake_lets_the_way_grow_as_a_logarithm():
+    quadratic, speed, mass = 3.0, 2.0, 2.0
+    result = run(block(OilBrake(reading="way", quadratic=quadratic), rate=speed, duration=4.0))
+    expected = mass / quadratic * np.log1p(quadratic * speed / mass * result.times)
+    np.testing.assert_allclose(result.readings["way"], expected, atol=1e-10)
+
+
+def test_both_kinds_of_brake_together():
+    """m v' = -(c + b v) v: v = c / ((c / v0 + b) exp(c t / m) - b)."""
+    c, b, speed, mass = 1.5, 2.0, 2.0, 2.0
+    result = run(block(OilBrake(reading="way", linear=c, quadratic=b), rate=speed, duration=4.0))
+    expected = c / ((c / speed + b) * np.exp(c * result.times / mass) - b)
+    np.testing.assert_allclose(result.rates["way"], expected, atol=1e-10)
+    # Thrown up under gravity with a linear brake it is back after the time that Lambert's function tells.
+    up = run(block(Gravity(), OilBrake(reading="way", linear=c), Stops(reading="way", low=-1.0, high=9.0), rate=speed,
+                   upright=True, duration=0.7, mass=mass))  # fmt: skip
+    a, fall = c / mass, mass * G / c
+    back = float(np.real(lambertw(-(1 + speed / fall) * math.exp(-(1 + speed / fall))) / a + (1 + speed / fall) / a))
+    place = np.interp(back, up.times, up.readings["way"])
+    assert place == pytest.approx(0.0, abs=1e-4)  # between reported times by straight lines
+
+
+def test_a_brake_lets_a_small_swing_decay_as_the_closed_form_says():
+    """A linear brake adds c (ds/dq)^2 q' to the equation of a small swing: it decays at half of that over I."""
+    rest = gm.equilibria(porter(12.2085))[0]
+    along = 2 * PORTER["arm"] * math.sin(rest.coordinate)  # ds/dq of the rhombus
+    inertia = rest.stiffness / rest.frequency**2
+    damping = 15.0
+    decay = damping * along**2 / (2 * inertia)
+    swing = math.sqrt(rest.frequency**2 - decay**2)
+    small = 1e-4
+    scene = with_effects(
+        governor_scene(PORTER, speed=12.2085, angle=rest.coordinate + small, duration=3.0),
+        OilBrake(reading=LIFT, linear=damping),
+    )
+    result = run(scene, accuracy=1e-11)
+    off = result.readings["arm_angle"] - rest.coordinate
+    t = result.times
+    expected = small * np.exp(-decay * t) * (np.cos(swing * t) + decay / swing * np.sin(swing * t))
+    np.testing.assert_allclose(off, expected, atol=3 * small**2)  # what is left out is of second order in the swing
+    halves = [np.sqrt(np.sum(part**2)) for part in np.array_split(off, 2)]
+    expected_halves = [np.sqrt(np.sum(part**2)) for part in np.array_split(expected, 2)]
+    assert halves[1] / halves[0] == pytest.approx(expected_halves[1] / expected_halves[0], rel=1e-3)
+
+
+MEAN = 0.5 * (FRICTION_BAND["falling_speed"] + FRICTION_BAND["rising_speed"])
+BAND = (FRICTION_BAND["rising_speed"] - FRICTION_BAND["falling_speed"]) / MEAN
+
+
+@pytest.mark.parametrize(("share", "moves"), [(0.5, False), (1 - 1e-4, False), (1 + 1e-4, True), (1.2, True)])
+def test_the_sleeve_twitches_once_the_unevenness_exceeds_the_band(share, moves):
+    turns = 10 * 2 * math.pi / MEAN
+    spindle = Spindle(speeds=(MEAN,), unevenness=share * BAND)
+    result = run(porter(spindle, DryFriction(reading=LIFT, force=constant(40.0)), duration=turns), accuracy=1e-9)
+    moved = np.ptp(result.readings[LIFT])
+    assert (moved > 0.0) == moves
+    assert bool(result.events) == moves
+
+
+def test_about_the_speed_of_rest_itself_the_band_is_not_symmetric():
+    """There the sleeve moves at 0.959 of the insensitivity, as the nearer end of the band is met."""
+    rest = FRICTION_BAND["equilibrium_speed"]
+    nearer = 2 * min(rest - FRICTION_BAND["falling_speed"], FRICTION_BAND["rising_speed"] - rest) / rest
+    assert nearer / FRICTION_BAND["insensitivity_exact"] == pytest.approx(0.959, abs=5e-4)
+    for share, moves in ((1 - 1e-3, False), (1 + 1e-3, True)):
+        spindle = Spindle(speeds=(rest,), unevenness=share * nearer)
+        result = run(porter(spindle, DryFriction(reading=LIFT, force=constant(40.0)), duration=5.0), accuracy=1e-9)
+        assert (np.ptp(result.readings[LIFT]) > 0.0) == moves
+
+
+def test_an_uneven_spindle_swings_as_it_is_told():
+    scene = porter(Spindle(times=(0.0, 4.0), speeds=(12.0, 13.0), unevenness=0.1, waves=3.0), duration=5.0, every=1e-3)
+    result = run(scene)
+    t = result.times
+    mean, turned = np.minimum(12.0 + t / 4, 13.0), np.where(t < 4, 12 * t + t**2 / 8, 50.0 + 13 * (t - 4))
+    expected = mean * (1 + 0.05 * np.sin(3 * turned))
+    np.testing.assert_allclose(result.readings["spindle_speed"], expected, rtol=1e-13)
+    assert result.energy.drift < 1e-9
+    # The drive's torque is the rate of the angular momentum: by differences of it, order 2 in the interval.
+    momentum = 2 * result.energy.rotation / result.readings["spindle_speed"]
+    rate = (momentum[2:] - momentum[:-2]) / (t[2:] - t[:-2])
+    smooth = np.abs(t[1:-1] - 4.0) > 0.002
+    torque = result.readings["spindle_torque"][1:-1]
+    scale = np.max(np.abs(torque))
+    # Of a wave of 40 rad/s differences 1 ms apart miss (0.04)^2 / 6 = 3e-4.
+    np.testing.assert_allclose(rate[smooth], torque[smooth], atol=1e-3 * scale)
+
+
+ALL = (
+    DryFriction(reading=LIFT, force=Program(times=(0.0, 2.0, 2.0, 4.0), values=(40.0, 40.0, 5.0, 30.0))),
+    OilBrake(reading="arm_angle", linear=0.5, quadratic=0.3),
+    SpringOn(reading=LIFT, rate=200.0, zero=0.1, one_sided=True),
+    Stops(reading="arm_angle", low=0.5, high=0.8, restitution=0.5),
+)
+
+
+@pytest.mark.parametrize(
+    "spindle",
+    [
+        Spindle(times=(0.0, 5.0), speeds=(12.0, 13.5), unevenness=0.2, waves=2.0),
+        FreeSpindle(inertia=0.5, start_speed=12.0, torque=Program(times=(0.0, 3.0, 3.0), values=(0.5, 0.5, -0.8))),
+    ],
+    ids=["uneven", "free"],
+)
+def test_the_ledger_closes_with_every_effect_on(spindle):
+    scene = replace(porter(12.0, *ALL, angle=35.0, duration=8.0), spindle=spindle)
+    result = run(scene)
+    assert result.energy.drift < 1e-9  # asked
+    assert result.energy.dissipated[-1] > 0.1
+    assert np.all(np.diff(result.energy.dissipated) >= -1e-12)
+    assert len(result.events) > 3
+    # Forces in the joints are told in every mode, also where something sticks.
+    assert all(np.all(np.isfinite(reaction.force)) for reaction in result.reactions.values())
+
+
+def test_a_stuck_governor_is_carried_by_its_friction():
+    """At rest gravity, links and friction balance on the sleeve; away from the speed of rest friction makes up."""
+    speed = 12.9
+    result = run(porter(speed, DryFriction(reading=LIFT, force=constant(40.0)), duration=0.1), accuracy=1e-9)
+    links = [result.reactions[f"{side} link"].force[-1] for side in ("right", "left")]
+    pull = sum(float(force[1]) for force in links)  # on the sleeve, upward
+    mass, arm, offset = PORTER["sleeve_mass"], PORTER["arm"], PORTER["offset"]
+    angle = math.radians(30.0)
+    lift = PORTER["ball_mass"] * (speed**2 * (offset + arm * math.sin(angle)) / math.tan(angle) - G)
+    # What the balls' centrifugal force lifts, less the sleeve's weight, friction has to hold down.
+    assert pull == pytest.approx(lift, rel=1e-9)
+    assert 0 < lift - mass * G < 40.0
+
+
+def test_event_times_are_promised_and_samples_beside_them_left_out():
+    scene = block(Gravity(), Stops(reading="way", low=0.0, restitution=0.5), rate=2.0, duration=1.0, upright=True)
+    strike = 2 * 2.0 / G
+    times = [0.1, strike - 1e-12, strike, strike + 1e-12, 0.5]
+    result = run(scene, accuracy=1e-8, times=times)
+    assert result.excluded == 3
+    assert result.reading_errors["event times"] < 1e-9
+    assert result.error_estimate < 1e-8
+
+
+@settings(max_examples=15, deadline=None)
+@given(seed=st.integers(0, 2**32 - 1))
+def test_loose_runs_are_as_accurate_as_they_say(seed):
+    """Random scenes with effects: the true error, by a run a thousand times tighter, is at most three estimates."""
+    random = np.random.default_rng(seed)
+    effects = [
+        DryFriction(reading=LIFT, force=constant(random.uniform(1.0, 30.0))),
+        OilBrake(reading=LIFT, linear=random.uniform(1.0, 50.0)),
+        Stops(reading="arm_angle", low=0.45, high=0.62, restitution=random.uniform(0.0, 0.9)),
+        SpringOn(reading=LIFT, rate=random.uniform(50.0, 500.0), one_sided=True, zero=random.uniform(0.0, 0.1)),
+    ]
+    chosen = [effect for effect in effects if random.random() < 0.5]
+    spindle = Spindle(speeds=(random.uniform(11.5, 13.0),), unevenness=random.uniform(0.0, 0.2))
+    scene = porter(spindle, *chosen, duration=3.0)
+    engine = MultibodyEngine()
+    loose, tight = engine.run(scene, accuracy=1e-5), engine.run(scene, accuracy=1e-9)
+    if not (loose.outcome is tight.outcome is Outcome.DONE):
+        return
+    times = np.array([event.time for event in tight.events] or [-1.0])
+    near = np.min(np.abs(loose.times[:, np.newaxis] - times), axis=1) < 1e-5
+    for name, values in loose.readings.items():
+        error = np.max(np.abs(values - tight.readings[name])[~near])
+        assert error <= 3 * loose.error_estimate * loose.scales[name] + 1e-12
+
+
+def test_nothing_is_assembled_that_is_not_listed():
+    bare = run(porter(12.2, duration=0.1), accuracy=1e-8)
+    assert set(bare.cost.assembled) == {"bodies", "joint equations"}
+    assert set(bare.cost.evaluations) == {"equations of motion", "gravity", "centrifugal"}
+    for effect, part, law in (
+        (DryFriction(reading=LIFT, force=constant(1.0)), "frictions", "dry friction"),
+        (OilBrake(reading=LIFT, linear=1.0), "springs and brakes along readings", "oil brakes"),
+        (SpringOn(reading=LIFT, rate=1.0), "springs and brakes along readings", "springs on readings"),
+        (Stops(reading=LIFT, low=-1.0), "stops", None),
+    ):
+        result = run(porter(12.2, effect, duration=0.1), accuracy=1e-8)
+        assert set(result.cost.assembled) - set(bare.cost.assembled) == {part, "readings acted along"}
+        assert result.cost.assembled[part] == result.cost.assembled["readings acted along"] == 1
+        assert set(result.cost.evaluations) - set(bare.cost.evaluations) == ({law} if law else set())
+    without = run(replace(porter(12.2, duration=0.1), effects=(Gravity(),)), accuracy=1e-8)
+    assert "centrifugal" not in without.cost.evaluations
+    assert Centrifugal not in {type(effect) for effect in without.scene.effects}
+
+
+def test_a_start_beyond_the_stops_is_refused():
+    with pytest.raises(gm.MechanismError, match=r"beyond the stops of 'arm_angle', 34\.3775 deg to 45\.8366 deg"):
+        gm.run(porter(12.2, Stops(reading="arm_angle", low=0.6, high=0.8)))

@@ -1,0 +1,55 @@
+"""Runs with effects, made by hand, so that pictures of them need no engine."""
+
+from __future__ import annotations
+
+import dataclasses
+from collections.abc import Sequence
+
+import numpy as np
+
+from governor_mechanism.effects import PLAY, Effect, Play, Rods
+from governor_mechanism.machines.pendulum import PendulumGovernor
+from governor_mechanism.machines.pendulum_parts import Parts
+from governor_mechanism.trajectory import Event, Trajectory
+from render.fake_run import fake_run, sleeve_lift
+
+
+@dataclasses.dataclass(frozen=True)
+class Happened:
+    """What a run tells afterwards."""
+
+    listed: tuple[Event, ...] = ()
+
+    def events(self) -> tuple[Event, ...]:
+        return self.listed
+
+    def reactions(self):
+        return {}
+
+
+def acting_run(
+    dimensions: dict[str, float], effects: Sequence[Effect], events: Sequence[Event] = (), **options
+) -> Trajectory:
+    """A swinging governor with these effects too; its sleeve goes to and fro in its play eleven times a second."""
+    run = fake_run(dimensions, **options)
+    governor = PendulumGovernor(**dimensions)
+    rods, play = (next((each for each in effects if isinstance(each, kind)), None) for kind in (Rods, Play))
+    parts = Parts(governor=governor, rods=rods, play=play)
+    angles = run.readings["arm_angle"]
+    poses = np.array([parts.poses(float(angle)) for angle in angles])
+    readings = dict(run.readings)
+    if play:
+        off = play.width / 2 * np.sin(2 * np.pi * 11 * run.times)
+        poses[:, 2, 1] += off
+        readings |= {PLAY: off, "sleeve_lift": sleeve_lift(governor, angles) + off}
+    part = dataclasses.replace(run.scene.part, mechanism=governor.mechanism_with(effects))
+    scene = dataclasses.replace(run.scene, parts=(part,), effects=(*run.scene.effects, *effects))
+    return dataclasses.replace(
+        run,
+        scene=scene,
+        poses=poses,
+        velocities=np.gradient(poses, run.times, axis=0),
+        readings=readings,
+        units=run.units | {PLAY: "m"},
+        afterwards=Happened(tuple(events)),
+    )
