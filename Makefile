@@ -29,6 +29,7 @@ benchmark: $(VENV)/installed-test
 	$(BIN)/python benchmarks/impulse.py
 	$(BIN)/python benchmarks/multibody.py
 	$(BIN)/python benchmarks/statics.py
+	$(BIN)/python benchmarks/effects.py
 	$(BIN)/python benchmarks/film.py
 	$(BIN)/python benchmarks/commands.py
 

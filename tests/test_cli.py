@@ -211,3 +211,30 @@ def test_equilibria_at_a_speed_that_is_none_are_refused(tmp_path):
     answer = subprocess.run(words, capture_output=True, text=True, check=False)
     assert answer.returncode == 2
     assert "--speed" in answer.stderr
+
+
+def test_the_bill_of_the_effects_is_told_drawn_and_given_as_json(tmp_path):
+    result = call("effects", "porter_dry_friction", "--out", str(tmp_path), "--json")
+    answer = json.loads(result.stdout)
+    assert result.exit_code == 0
+    assert {row["effect"]: row["listed"] for row in answer["effects"]} == {
+        "gravity": True,
+        "centrifugal": True,
+        "dry_friction": True,
+    }
+    assert answer["leave_out"] == []
+    assert [path.name for path in tmp_path.iterdir()] == ["porter_dry_friction_effects.png"]
+    plain = call("effects", "porter_dry_friction", "--no-figure")
+    assert "dry_friction" in plain.stdout
+    assert "not tried for want of numbers: rods, spring, oil_brake, stops, play" in plain.stdout
+
+
+def test_how_a_governor_regulates_is_asked_from_the_command_line(tmp_path, monkeypatch):
+    monkeypatch.setattr("governor_mechanism.studies.regulation.RATES", [4e-3, 1e-3, 2.5e-4])
+    result = call("regulation", "jump", "--out", str(tmp_path))
+    assert result.exit_code == 0
+    assert "below 6.32801 rad/s, jumps above 6.44406 rad/s" in result.stdout
+    assert [path.name for path in tmp_path.iterdir()] == ["jump.png"]
+    wrong = call("regulation", "settling", "porter", "--out", str(tmp_path))
+    assert wrong.exit_code == 2
+    assert "free spindle whose torque changes" in wrong.stderr

@@ -112,11 +112,19 @@ def describe(result: Trajectory) -> str:
             f"{accurate}joints closed to {gap:.1e} m, energy drift {result.energy.drift:.1e}",
             f"at {result.times[-1] if len(result.times) else 0:g} s: {final}",
             f"{_mobility(result)}; {_passed(result)}",
+            *_losses(result),
             f"engine {cost.engine} ({cost.reason}): {cost.runs} runs, {cost.steps:,} steps, simulated in "
             f"{cost.wall_time:.2g} s{f', {cost.method}' if cost.method else ''}",
             f"law evaluations: {laws or 'none'}",
         ]
     )
+
+
+def _losses(result: Trajectory) -> list[str]:
+    """What friction, brakes and stops have taken, and the samples that events leave in doubt, if there are any."""
+    lost = float(result.energy.dissipated[-1]) if len(result.times) else 0.0
+    told = [f"friction, brakes and stops took {lost:.4g} J"] * (lost > 0.0)
+    return told + [f"{result.excluded} samples stand too near an event to be promised"] * (result.excluded > 0)
 
 
 def _mobility(result: Trajectory) -> str:

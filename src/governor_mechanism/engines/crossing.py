@@ -62,6 +62,7 @@ class Crossing:
         self._stepper, self._switching, self._counts = stepper, switching, counts
         self._tolerance, self._second, self._longest = tolerance, second, longest * second
         self._last, self._at_once = -np.inf, 0
+        self._scale = stepper.scale()
 
     def resume(self, time: float, state: Array) -> None:
         """A program has jumped, or has a kink."""
@@ -106,7 +107,7 @@ class Crossing:
         if not span[1] > span[0]:
             return DONE, step, 0, span[0]
         return integrate(system, self._switching.room, self._stepper.cubics(span[0]), span, times, state,
-                         self._stepper.scale(), self._tolerance, step or longest, longest, self._stepper.closed,
+                         self._scale, self._tolerance, step or longest, longest, self._stepper.closed,
                          self._stepper.max_steps, found, self._counts, crossed)  # fmt: skip
 
     def _located(self, system: System, now: float, state: Array, crossed: Array) -> tuple[float, list[int]]:
@@ -130,7 +131,7 @@ class Crossing:
         cubics, room = self._stepper.cubics(now), self._switching.room
 
         def marks(time: float) -> Array:
-            there = self._reached(system, (now, time), state)
+            there = self._reached(system, (now, time), state, cubics)
             return marks_of(system, room, cubics, time - now, there)[0]
 
         at_low, at_high = marks(low), marks(high)
@@ -147,13 +148,13 @@ class Crossing:
             times[k] = low if begin is None else float(brentq(mark, begin, end, xtol=1e-15, rtol=1e-15))
         return times
 
-    def _reached(self, system: System, span: tuple[float, float], state: Array) -> Array:
-        """The state at span[1] from that at span[0], in a few steps with nothing watched."""
+    def _reached(self, system: System, span: tuple[float, float], state: Array, cubics: Array) -> Array:
+        """The state at span[1] from that at span[0], in a few steps with nothing watched; cubics count from span[0]."""
         there, counts = state.copy(), np.zeros(COUNTS, dtype=np.int64)
         if span[1] > span[0]:
             length = span[1] - span[0]
-            code, *_ = integrate(_quiet(system), self._switching.room, self._stepper.cubics(span[0]), span, np.empty(0),
-                                 there, self._stepper.scale(), self._tolerance, length, self._longest,
+            code, *_ = integrate(_quiet(system), self._switching.room, cubics, span, np.empty(0),
+                                 there, self._scale, self._tolerance, length, self._longest,
                                  self._stepper.closed, FEW_STEPS, np.empty((0, state.size)), counts,
                                  np.empty(2))  # fmt: skip
             self._counts[2:] += counts[2:]

@@ -6,7 +6,7 @@ import math
 from collections.abc import Callable
 
 from governor_mechanism.engines.chipmunk.instants import Happening, Sight, beyond, turned
-from governor_mechanism.engines.chipmunk.walk import CLOSER, Walk
+from governor_mechanism.engines.chipmunk.walk import Walk
 from governor_mechanism.engines.switching import LEAVES, PULLS, RESTS, SLACKENS, SLIPS, STICKS, STRIKES
 from governor_mechanism.equations.modes import Mode, keepers_of, springs_of
 from governor_mechanism.equations.system import acted_on
@@ -147,7 +147,7 @@ class Keeping:
             time = rest_at.get(k, self._walk.here.time)
             self.events.append(Event(time=time, kind=ended if is_ is None else begun, subject=keeper.reading))
         self._told = now
-        self._walk.assembly.solve_closer(CLOSER if self.resting() else 1)
+        self._walk.holding = bool(self.resting())
 
     def resting(self) -> dict[str, float]:
         """The rates of all that is held, by reading."""

@@ -192,16 +192,14 @@ class Passage:
             hold.bound = False
         try:
             most, low = excess(1.0), 0.0
+            if most <= 0.0:
+                return math.inf  # a joint solver that lagged behind
             if happening.kind in (SLIPS, LEAVES):
-                if most <= 0.0:
-                    return math.inf  # a joint solver that lagged behind
                 low = SOON
                 if excess(low) >= 0.0:
                     return low
                 return min(1.0, float(brentq(excess, low, 1.0, xtol=RELEASED, rtol=1e-15)) + LATE)
-            elif most <= 0.0:
-                return 1.0
-            elif happening.before > -SOON * most:
+            if happening.before > -SOON * most:
                 # It begins where the last one ended: look for a time at which it has gone on from there.
                 low = next((part for part in 0.5 ** np.arange(1, 30) if excess(part) < 0.0), -1.0)
                 if low < 0.0:

@@ -21,6 +21,9 @@ if TYPE_CHECKING:
 SOLVED = 3
 """How often a start is repeated, so that the joint solver begins from the impulses that it will find."""
 
+ANEW = 4
+"""Steps after a beginning in which the joint solver has its impulses still to find."""
+
 CLOSER = 8
 """How many times more solver iterations begin a motion anew, and follow one while something is held: what holds is
 told by its force, and not by how the bodies move.
@@ -28,13 +31,15 @@ told by its force, and not by how the bodies move.
 
 
 class Walk:
-    """An assembly on its way. here: where it is; stepped (s): the length of its last step."""
+    """An assembly on its way. here: where it is; stepped (s): the length of its last step; holding: whether anything
+    is held."""
 
     def __init__(
         self, mechanism: Mechanism, assembly: Assembly, clock: Clock, start: tuple[Array, Array], h: float
     ) -> None:
         assert assembly.acting is not None
         self.assembly, self.acting, self.clock, self.stepped = assembly, assembly.acting, clock, h
+        self.holding, self._anew = False, 0
         self._mechanism, self._thrower = mechanism, Thrower(mechanism)
         self._pinned = assembly.levers()[:, np.newaxis] & np.array([True, True, False])
         clock.closing = True
@@ -62,6 +67,8 @@ class Walk:
     def step(self, moment: Moment, time: float) -> tuple[Sight, Instant]:
         """One step; what is seen at its end, and where it leads to."""
         assembly, acting = self.assembly, self.acting
+        assembly.solve_closer(CLOSER if self.holding or self._anew else 1)
+        self._anew = max(self._anew - 1, 0)
         before = assembly.velocities()
         assembly.step(moment)
         after = assembly.velocities()
@@ -83,6 +90,7 @@ class Walk:
         """Begin anew from where the march is, before a step of h seconds."""
         here = self.here
         self.assembly.solve_closer(CLOSER)
+        self._anew = ANEW
         for _ in range(SOLVED):
             self.assembly.start(here.poses, here.velocities, self.clock.again(here.time, h))
         self.clock.back(here.added)
