@@ -168,7 +168,7 @@ def test_a_broken_file_is_refused_with_its_sentences_alone(text: str, fragments:
         assert fragment in problem
 
 
-def run_of(effects: dict[str, bool]) -> gm.Trajectory:
+def run_of(effects: dict[str, bool], engine: str) -> gm.Trajectory:
     document = {
         "machine": "pendulum_governor",
         "dimensions": PORTER,
@@ -177,7 +177,7 @@ def run_of(effects: dict[str, bool]) -> gm.Trajectory:
         "start": {"arm_angle": 0.9, "arm_rate": 0.3},
         "run": {"duration": 0.2},
     }
-    return gm.run(scene_from_document(document), engine="multibody")
+    return gm.run(scene_from_document(document), engine=engine)
 
 
 @pytest.mark.parametrize("key", ALL)
@@ -190,10 +190,11 @@ def test_an_effect_switched_off_does_not_exist(key: str) -> None:
     assert scene.part == without.part
 
 
+@pytest.mark.parametrize("engine", ["multibody", "impulse"])
 @pytest.mark.parametrize("key", ALL)
-def test_a_run_with_an_effect_switched_off_is_the_run_without_it_to_the_last_bit(key: str) -> None:
+def test_a_run_with_an_effect_switched_off_is_the_run_without_it_to_the_last_bit(key: str, engine: str) -> None:
     others = {name: True for name in ALL[:2] if name != key}
-    without, off = run_of(others), run_of(others | {key: False})
+    without, off = run_of(others, engine), run_of(others | {key: False}, engine)
     assert without.outcome.ok
     assert list(off.readings) == list(without.readings)
     for found, expected in ((off.readings, without.readings), (off.rates, without.rates)):

@@ -14,7 +14,7 @@ from governor_mechanism.equations.acting import WATCH
 from governor_mechanism.equations.modes import Mode
 from governor_mechanism.equations.motion import marks_of
 from governor_mechanism.equations.points import Array, Whole
-from governor_mechanism.equations.system import System
+from governor_mechanism.equations.system import System, acts_of
 
 WATCHED, AFTER = 0.2, 0.04
 """Of the longest step: no step is longer while something is watched, and none that follows an event. The two runs of a
@@ -62,6 +62,8 @@ class Crossing:
         self._stepper, self._switching, self._counts = stepper, switching, counts
         self._tolerance, self._second, self._longest = tolerance, second, longest * second
         self._last, self._at_once = -np.inf, 0
+        self.acts = np.zeros(3, dtype=np.int64)
+        """Evaluations of springs, brakes and sliding friction along readings."""
         self._scale = stepper.scale()
 
     def resume(self, time: float, state: Array) -> None:
@@ -106,9 +108,12 @@ class Crossing:
         longest = self._longest * (WATCHED if len(system.watch) else 1.0)
         if not span[1] > span[0]:
             return DONE, step, 0, span[0]
-        return integrate(system, self._switching.room, self._stepper.cubics(span[0]), span, times, state,
+        before = int(self._counts[2])
+        ended = integrate(system, self._switching.room, self._stepper.cubics(span[0]), span, times, state,
                          self._scale, self._tolerance, step or longest, longest, self._stepper.closed,
                          self._stepper.max_steps, found, self._counts, crossed)  # fmt: skip
+        self._count_acts(system, int(self._counts[2]) - before)
+        return ended
 
     def _located(self, system: System, now: float, state: Array, crossed: Array) -> tuple[float, list[int]]:
         """When the first thing watched rises above nought, and whom it concerns; none where it does not after all.
@@ -158,9 +163,14 @@ class Crossing:
                                  self._stepper.closed, FEW_STEPS, np.empty((0, state.size)), counts,
                                  np.empty(2))  # fmt: skip
             self._counts[2:] += counts[2:]
+            self._count_acts(system, int(counts[2]))
             if code != DONE:
                 raise _LostError
         return there
+
+    def _count_acts(self, system: System, evaluations: int) -> None:
+        """Note how often each kind of load along a reading was evaluated: friction that holds is none."""
+        self.acts += evaluations * acts_of(system)
 
     def _ends(self, now: float) -> bool:
         """Whether what happens at one time comes to an end."""

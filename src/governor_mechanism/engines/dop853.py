@@ -16,7 +16,8 @@ from governor_mechanism.engines.dop853_tableau import (
     STAGES,
     WEIGHTS,
 )
-from governor_mechanism.equations.acting import FORCE, PARTS, between, observe
+from governor_mechanism.engines.watching import crossing, observed
+from governor_mechanism.equations.acting import PARTS
 from governor_mechanism.equations.compiled import compiled, kernel
 from governor_mechanism.equations.motion import close_joints, slope
 from governor_mechanism.equations.points import Array, Whole
@@ -55,9 +56,6 @@ TRIES = 60
 
 STIFF_STEPS, CALM_STEPS = 15, 6
 """So many steps at the limit of stability make a motion stiff, unless so many others come in between."""
-
-UNTOLD = 0.05
-"""Of the spread of three values: by so much a summit between them may be higher than their parabola's."""
 
 COUNTS = 4
 """Length of the counts: steps, rejected steps, evaluations, evaluations with joints that depend on each other."""
@@ -100,7 +98,7 @@ def integrate(
     marks = np.empty((PARTS.size, system.watch.size))
     before, slopes_before = np.empty(state.size), np.empty(state.size)
     if watching:
-        _observe(system, room, cubics, 0.0, state, marks[0])
+        observed(system, room, cubics, 0.0, state, marks[0])
     while now < end:
         if counts[0] + counts[1] >= most:
             return EXHAUSTED, step, reached, now
@@ -161,8 +159,8 @@ def integrate(
         _close(system, room, cubics, now - start, state, closed if apart > NEARLY else FINER * closed)
         far, near = near, _slope(system, room, cubics, now - start, state, slopes[0], counts, closed)
         if watching:
-            _observe(system, room, cubics, now - start, state, marks[PARTS.size - 1])
-            low, high = _crossing(
+            observed(system, room, cubics, now - start, state, marks[PARTS.size - 1])
+            low, high = crossing(
                 system,
                 room,
                 cubics,
@@ -192,108 +190,6 @@ def integrate(
         if stiff >= STIFF_STEPS and now < end and not watching:
             return STIFF, step, reached, now
     return DONE, step, reached, now
-
-
-@kernel
-def _observe(system: System, room: Workspace, cubics: Array, since: float, state: Array, marks: Array) -> None:
-    """What is watched, at a state whose slope was the last to be evaluated."""
-    count = system.bodies.size
-    poses, velocities = state[: 3 * count].reshape(count, 3), state[3 * count : 6 * count].reshape(count, 3)
-    observe(system.gauges, system.watch, poses, velocities, cubics, since, room.vector, room.seen, room.leaning, marks)
-
-
-@kernel
-def _crossing(
-    system: System,
-    room: Workspace,
-    cubics: Array,
-    since: float,
-    h: float,
-    state: Array,
-    slopes: Array,
-    ahead: Array,
-    slopes_ahead: Array,
-    trial: Array,
-    spare: Array,
-    marks: Array,
-    counts: Whole,
-) -> tuple[float, float]:
-    """Between which parts of a step the first mark rises above nought; (2, 2) where none does.
-
-    marks (PARTS, watches) are known at both ends. Something that begins at nought, as a body that has just left a
-    stop, must have been below it first, unless it rises at once.
-    """
-    watch, last, count = system.watch, PARTS.size - 1, 3 * system.bodies.size
-    forces = False
-    for i in range(watch.size):
-        forces = forces or watch[i].kind == FORCE
-    for j in range(1, last):
-        between(state, slopes, ahead, slopes_ahead, count, h, PARTS[j], trial)
-        if forces:
-            slope(system, room, cubics, since + PARTS[j] * h, trial, spare)
-            counts[2] += 1
-        _observe(system, room, cubics, since + PARTS[j] * h, trial, marks[j])
-    low = high = 2.0
-    for i in range(watch.size):
-        tiny = watch[i].tiny
-        armed = marks[0, i] < -tiny
-        for j in range(1, last + 1):
-            if marks[j, i] > (0.0 if armed else tiny):
-                if PARTS[j] < high:
-                    low, high = PARTS[j - 1], PARTS[j]
-                break
-            armed = armed or marks[j, i] < -tiny
-            if j == last or not armed:
-                continue
-            part, height = _summit(PARTS[j], PARTS[1], marks[j - 1, i], marks[j, i], marks[j + 1, i])
-            if height > 0.0 and part < high and _rises(system, room, cubics, since, h, state, slopes, ahead,
-                                                       slopes_ahead, trial, spare, marks[last], i, part, forces,
-                                                       counts):  # fmt: skip
-                low, high = (PARTS[j - 1] if part <= PARTS[j] else PARTS[j]), part
-                break
-    return low, high
-
-
-@kernel
-def _summit(middle: float, apart: float, before: float, here: float, after: float) -> tuple[float, float]:
-    """Where the parabola through three equally spaced values is highest between them, and how high it may be there.
-
-    A little is added for what a parabola does not tell; no height where it has no summit there.
-    """
-    bend, slope = before - 2.0 * here + after, 0.5 * (after - before)
-    if not bend < 0.0 or abs(slope) > -bend:
-        return middle, -1.0
-    spread = max(before, here, after) - min(before, here, after)
-    return middle - apart * slope / bend, here - 0.5 * slope * slope / bend + UNTOLD * spread
-
-
-@kernel
-def _rises(
-    system: System,
-    room: Workspace,
-    cubics: Array,
-    since: float,
-    h: float,
-    state: Array,
-    slopes: Array,
-    ahead: Array,
-    slopes_ahead: Array,
-    trial: Array,
-    spare: Array,
-    ends: Array,
-    which: int,
-    part: float,
-    forces: bool,
-    counts: Whole,
-) -> bool:
-    """Whether a mark is above nought at a part of the step."""
-    between(state, slopes, ahead, slopes_ahead, 3 * system.bodies.size, h, part, trial)
-    if forces:
-        slope(system, room, cubics, since + part * h, trial, spare)
-        counts[2] += 1
-    kept = ends.copy()
-    _observe(system, room, cubics, since + part * h, trial, kept)
-    return bool(kept[which] > 0.0)
 
 
 @kernel

@@ -214,10 +214,9 @@ class Follower:
         if self.scene.part.mechanism.loads:
             laws["springs, dampers, forces"] = len(self.scene.part.mechanism.loads) * evaluations
         kinds = {"springs on readings": SpringOn, "oil brakes": OilBrake, "dry friction": DryFriction}
-        for law, kind in kinds.items():
-            count = sum(isinstance(effect, kind) for effect in self.scene.acting)
-            if count:
-                laws[law] = count * evaluations
+        for (law, kind), count in zip(kinds.items(), self.stepper.acts.tolist(), strict=True):
+            if any(isinstance(effect, kind) for effect in self.scene.acting):
+                laws[law] = count
         return Cost(
             engine=self.engine.name,
             reason=self.task.reason,

@@ -21,6 +21,7 @@ from governor_mechanism.equations.points import Array, Whole
 from governor_mechanism.equations.system import (
     System,
     Workspace,
+    acts_of,
     from_centres,
     make_system,
     make_workspace,
@@ -75,6 +76,8 @@ class Stepper:
         self.knots = np.concatenate([[0.0], inner, self.grid.stations[-1:]])
         self.counts = np.zeros(COUNTS, dtype=np.int64)
         self.implicit_steps, self.stiff_from = 0, np.inf
+        self.acts = np.zeros(3, dtype=np.int64)
+        """Evaluations of springs, brakes and sliding friction along readings."""
         self.start = self._start(*from_centres(self.system, *standing))
         self.switching = Switching(scene, reporter.time_scale, self.closed) if switches(scene) else None
 
@@ -146,6 +149,7 @@ class Stepper:
             self.implicit_steps += implicit.steps
             counts[2] += implicit.evaluations
         self.counts += counts
+        self.acts += crossing.acts if crossing else int(counts[2]) * acts_of(self.system)
         apart = AT_ONCE * self.reporter.time_scale
         events = without_passing(self.switching.events, apart) if self.switching else ()
         return Passage(found[:filled], code, step, tuple(modes), events)

@@ -121,6 +121,11 @@ def acted_on(scene: Scene) -> list[str]:
     return list(dict.fromkeys(effect.reading for effect in scene.acting))
 
 
+def acts_of(system: System) -> Whole:
+    """(3,) how many loads along readings there are of each kind: springs, brakes, frictions that slide."""
+    return np.bincount(system.acts["kind"], minlength=3)
+
+
 def rows_in_order(scene: Scene, mode: Mode | None = None) -> Whole:
     """(rows,) where each row of a system stands among the joints' rows as `joint_table` lists them, then those held."""
     mechanism = scene.part.mechanism
