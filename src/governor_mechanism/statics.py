@@ -7,6 +7,7 @@ from dataclasses import replace
 
 import numpy as np
 
+from governor_mechanism.effects import PLAY
 from governor_mechanism.equations.assembly import Assembler
 from governor_mechanism.equations.compiled import announce
 from governor_mechanism.equations.modes import keepers_of
@@ -64,6 +65,11 @@ def assembly_notes(scene: Scene) -> tuple[str, ...]:
 
 def _resting(scene: Scene) -> Array:
     mechanism, values = scene.part.mechanism, scene.start.values
+    if PLAY in values:
+        raise MechanismError(
+            f"start = '{EQUILIBRIUM}' is not settled with play, which leaves the sleeve free between two ends; give "
+            f"start.{mechanism.coordinate} as a number"
+        )
     if list(values) != [mechanism.coordinate] or Assembler(mechanism).mobility != 1:
         raise MechanismError(
             f"start = '{EQUILIBRIUM}' is for one coordinate of a mechanism of mobility one, {mechanism.coordinate!r}; "

@@ -22,7 +22,7 @@ class Outcome(Enum):
 
     DONE = "ran to the end within the asked accuracy"
     UNCERTIFIED = "ran to the end; its accuracy was not certified"
-    ACCURACY_MISSED = "ran to the end, but the asked accuracy was not reached; ask for less, or try engine multibody"
+    ACCURACY_MISSED = "ran to the end, but the asked accuracy was not reached; ask for less (multibody goes furthest)"
     LEFT_RANGE = "the mechanism leaves the range in which its description holds, and the run ends there"
     STEP_LIMIT = "the run needs more steps than the engine allows; shorten it, slow it, or raise max_steps"
     STALLED = "the motion could not be followed any further: its steps shrank to nothing, as where a drive locks"

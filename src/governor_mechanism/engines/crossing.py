@@ -87,12 +87,14 @@ class Crossing:
                 return code, step, filled
             now = reached_time
             when, about = self._located(system, now, state, crossed)
+            if not about and when - now <= SAME_TIME * self._second:  # nothing after all, and too near to look again
+                when = min(end, now + max(step, SAME_TIME * self._second))
             _, _, reached, _ = self._stepped(_quiet(system), (now, when), times[filled:], state, when - now,
                                              found[filled:], crossed)  # fmt: skip
             modes += [switching.mode] * reached
             filled += reached
             now = when
-            if not self._ends(now):
+            if about and not self._ends(now):
                 return STALLED, step, filled
             if filled and self._stepper.outside(found[filled - 1]):
                 return LEFT, step, filled  # what happens beyond the limits is no concern of ours, and may never end

@@ -32,6 +32,9 @@ MARGIN = 100.0
 LOOSER = 10.0
 """How much looser the second run of a certificate is."""
 
+PATIENCE = 2
+"""So many tighter certificates that are no better are believed; one may be bad luck."""
+
 HALVINGS = 40
 """Of the time between two stations, to find when a motion leaves its range: to rounding."""
 
@@ -70,15 +73,19 @@ class MultibodyEngine(Engine):
         started = time.perf_counter()
         tolerance = self.tolerance or max(task.accuracy / MARGIN, TIGHTEST)
         best = follower.certified(tolerance) if task.certify else follower.followed(tolerance)
+        tries = 0
         while task.certify and self.tolerance is None and best.estimate is not None and best.estimate > task.accuracy:
             # Tightened by less, a certificate may come out no better for no reason but the luck of its steps.
             tolerance *= min(max(0.5 * task.accuracy / best.estimate, 1e-3), 1 / LOOSER)
             if tolerance < TIGHTEST:
                 break
             better = follower.certified(tolerance)
-            if better.estimate is None or better.estimate >= best.estimate:
+            if better.estimate is not None and better.estimate < best.estimate:
+                best, tries = better, 0
+                continue
+            tries += 1
+            if tries == PATIENCE:
                 break  # rounding, not the step, sets the error now
-            best = better
         return follower.trajectory(best, time.perf_counter() - started)
 
 

@@ -139,7 +139,7 @@ class Switching:
         if best is not None:
             self.mode = best
         self._hold(state, cubics)
-        self._tell(time, before, rest_at)
+        self._tell(time, state, before, rest_at)
 
     def _leaving(self, time: float, left: set[int]) -> set[int]:
         """Those that let go now, and those that did at this same time: between two that hold one thing, each would hand
@@ -261,16 +261,21 @@ class Switching:
         system, room = self.built(self.mode)
         _project(system, room, cubics, state, self._closed)
 
-    def _tell(self, time: float, before: Mode, rest_at: dict[int, float]) -> None:
-        if before.still and self.mode.still:
-            return  # a hold is handed from one to another, and nothing is seen of it
-        for k, (keeper, was, now) in enumerate(zip(self.keepers, before.held, self.mode.held, strict=True)):
-            if (was is None) == (now is None):
-                continue
-            at_stop = (was if now is None else now) in (keeper.low, keeper.high)
-            begun, ended = (RESTS, LEAVES) if at_stop else (STICKS, SLIPS)
-            kind = ended if now is None else begun
-            self.events.append(Event(time=rest_at.get(k, time), kind=kind, subject=keeper.reading))
+    def _tell(self, time: float, state: Array, before: Mode, rest_at: dict[int, float]) -> None:
+        """Note what has begun or ceased to stand still; which of several holds does the holding is not told."""
+        seen = self._seen(state)
+        for k, keeper in enumerate(self.keepers):
+            was, now = (self._keeps(k, mode, seen) for mode in (before, self.mode))
+            if was != now:
+                begun, ended = (RESTS, LEAVES) if self._side(k, seen) else (STICKS, SLIPS)
+                self.events.append(
+                    Event(time=rest_at.get(k, time), kind=begun if now else ended, subject=keeper.reading)
+                )
+
+    def _keeps(self, k: int, mode: Mode, seen: Seen) -> bool:
+        """Whether a keeper stands still in a mode, by its own hold or because nothing moves."""
+        holds = self.keepers[k].friction is not None or self._side(k, seen) != 0
+        return mode.held[k] is not None or (mode.still and holds)
 
     def _seen(self, state: Array) -> Seen:
         gauges: Records = self.system.gauges

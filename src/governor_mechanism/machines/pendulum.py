@@ -15,7 +15,7 @@ from governor_mechanism.effects import Effect, Play, Rods
 from governor_mechanism.errors import MechanismError
 from governor_mechanism.machines.dimensions import Machine, dimension
 from governor_mechanism.machines.pendulum_parts import LEFT, LEFT_LINK, RIGHT, RIGHT_LINK, SLEEVE, Parts
-from governor_mechanism.mechanism import Limit, Mechanism, Reading
+from governor_mechanism.mechanism import Limit, Mechanism
 from governor_mechanism.scene import TURNING
 
 __all__ = ["LEFT", "LEFT_LINK", "RIGHT", "RIGHT_LINK", "SLEEVE", "PendulumGovernor"]
@@ -96,8 +96,8 @@ class PendulumGovernor(Machine):
             coordinate="arm_angle",
             size=self.arm,
             sketch=parts.poses(angle),
-            limits=(travel, *_dead_centre(parts.link_angle())),
-            watched=parts.link_angle(),
+            limits=(travel, *parts.dead_centre()),
+            watched=parts.watched(),
         )
 
     @classmethod
@@ -168,14 +168,6 @@ class PendulumGovernor(Machine):
         if widest < 1.0:
             high, above = math.asin(widest), "the link stands at 90 degrees to the spindle; it is too short"
         return low, high, below, above
-
-
-def _dead_centre(link_angle: tuple[Reading, ...]) -> tuple[Limit, ...]:
-    sentence = "the link stands at 90 degrees to the spindle (dead centre)"
-    right = math.pi / 2
-    return tuple(
-        Limit(reading=reading.name, low=-right, high=right, below=sentence, above=sentence) for reading in link_angle
-    )
 
 
 def _mm(metres: float) -> str:

@@ -12,7 +12,7 @@ from typing import TYPE_CHECKING
 from governor_mechanism.effects import PLAY, Play, Rods
 from governor_mechanism.errors import MechanismError
 from governor_mechanism.joints import GROUND, Distance, Gear, Joint, Pin, Point, Slider
-from governor_mechanism.mechanism import Body, Coordinate, FollowerHeight, LineAngle, Reading, SecondMoments
+from governor_mechanism.mechanism import Body, Coordinate, FollowerHeight, Limit, LineAngle, Reading, SecondMoments
 
 if TYPE_CHECKING:
     from governor_mechanism.machines.pendulum import PendulumGovernor
@@ -21,6 +21,9 @@ RIGHT, LEFT, SLEEVE = "right ball", "left ball", "sleeve"
 RIGHT_LINK, LEFT_LINK = "right link", "left link"
 
 Pose = tuple[float, float, float]
+
+NEARLY = 0.9999
+"""Of a link's length: a follower hung on it falls without bound at the whole of it, and cannot be followed there."""
 
 SPHERE = 1 / 5
 """Of M r^2: the integral of x^2 dm over a solid sphere about its centre, and the same for y and z."""
@@ -119,12 +122,27 @@ class Parts:
             *((self._follower(PLAY, against=Point(body=SLEEVE)),) if self.play else ()),
         )
 
-    def link_angle(self) -> tuple[Reading, ...]:
-        """A link that pulls at a sleeve passes its dead centre while the arm turns back: the arm does not tell."""
-        if not self.linked:
-            return ()
+    def watched(self) -> tuple[Reading, ...]:
+        """A link that pulls at a sleeve passes its dead centre while the arm turns back: the arm does not tell.
+
+        With play the links have no lug to end at: it is told by how far their upper ends reach beyond it.
+        """
         knee, lug = self._on_arm(RIGHT, self.governor.joint_length), Point(body=SLEEVE, x=self.governor.lug)
-        return (LineAngle(name="link_angle", quantity="angle", start=knee, end=lug),)
+        if self.play:
+            away = Coordinate(
+                name="link_reach", quantity="length", point=knee, along_x=1.0, along_y=0.0, zero=self.governor.lug
+            )
+            return (away,)
+        return (LineAngle(name="link_angle", quantity="angle", start=knee, end=lug),) if self.linked else ()
+
+    def dead_centre(self) -> tuple[Limit, ...]:
+        """The limits of what is watched."""
+        sentence = "the link stands at 90 degrees to the spindle (dead centre)"
+        furthest = NEARLY * self.governor.link_length if self.play else math.pi / 2
+        return tuple(
+            Limit(reading=reading.name, low=-furthest, high=furthest, below=sentence, above=sentence)
+            for reading in self.watched()
+        )
 
     def poses(self, angle: float) -> tuple[Pose, ...]:
         """Of all bodies, at an arm angle (rad); the sleeve hangs on its links."""
