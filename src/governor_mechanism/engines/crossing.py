@@ -94,10 +94,10 @@ class Crossing:
             modes += [switching.mode] * reached
             filled += reached
             now = when
-            if about and not self._ends(now):
-                return STALLED, step, filled
             if filled and self._stepper.outside(found[filled - 1]):
                 return LEFT, step, filled  # what happens beyond the limits is no concern of ours, and may never end
+            if about and not self._ends(now):
+                return STALLED, step, filled
             if about:
                 switching.go_on(now, state, self._stepper.cubics(now), about)
             step = min(step, AFTER * self._longest)

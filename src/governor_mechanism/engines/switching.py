@@ -73,6 +73,7 @@ class Switching:
         self._slack_gauges = [names.index(spring.reading) for spring in self.springs]
         mechanism = scene.part.mechanism
         self._sizes = [1.0 if mechanism.reading(name).quantity == "angle" else mechanism.size for name in names]
+        self._joints = make_system(scene)[0].rows
         assembler = Assembler(mechanism)
         self._mobility, self._driven = assembler.mobility, bool(assembler.equations.driven.any())
         self._built: dict[Kind, tuple[Mode, System, Workspace]] = {}
@@ -119,7 +120,7 @@ class Switching:
         cubics count from `time`, at which state is.
         """
         before = self.mode
-        self._tighten(time, state, about)
+        self._tighten(time, state)
         left = self._leaving(time, {k for k in about if k < len(self.keepers) and before.held[k] is not None})
         rest_at = self._strike(time, state, cubics)
         seen = self._seen(state)
@@ -149,7 +150,7 @@ class Switching:
         self._left_at, self._left = time, left
         return left
 
-    def _tighten(self, time: float, state: Array, about: Sequence[int]) -> None:
+    def _tighten(self, time: float, state: Array) -> None:
         """One-sided springs that begin to pull, or go slack."""
         if not self.springs:
             return
@@ -194,10 +195,10 @@ class Switching:
         slope = marks_of(*self.built(free), cubics, 0.0, state)[1]
         seen, bends = self._seen(state), self._bends(state, slope)
         for k in hit:
-            gauge, side = self._gauges[k], self._side(k, seen)
+            gauge, side, restitution = self._gauges[k], self._side(k, seen), self.keepers[k].restitution
             away, back = -side * float(seen.rates[gauge]), side * float(bends[gauge])
-            if back > 0 and away > 0 and away**2 < 2 * back * SMALLEST_BOUNCE * self._sizes[gauge]:
-                found[k] = time + 2 * away / (back * (1 - self.keepers[k].restitution))
+            if restitution < 1 and back > 0 and away > 0 and away**2 < 2 * back * SMALLEST_BOUNCE * self._sizes[gauge]:
+                found[k] = time + 2 * away / (back * (1 - restitution))
         if found:
             self._throw(state, seen, dict.fromkeys(found, 0.0))
         return found
@@ -206,7 +207,7 @@ class Switching:
         """Change the velocities by impulses of joints and stops until some keepers have these rates."""
         system = self.system
         count = 3 * len(system.bodies)
-        joints = gradients_of(make_system(self.scene)[0].rows, state[:count].reshape(1, -1, 3))[0]
+        joints = gradients_of(self._joints, state[:count].reshape(1, -1, 3))[0]
         stops = seen.gradients[[self._gauges[k] for k in rates]]
         rows = np.concatenate([joints, stops]).reshape(-1, count)
         wanted = [rate - float(seen.rates[self._gauges[k]]) for k, rate in rates.items()]
