@@ -45,6 +45,12 @@ AsJson = Annotated[
     bool, typer.Option("--json", help="Print one JSON object on standard output and nothing else there.")
 ]
 
+FigureFolder = Annotated[Path, typer.Option(help="Folder for what is drawn.")]
+NoFigure = Annotated[bool, typer.Option("--no-figure", help="Draw nothing.")]
+
+RESULTS = Path("results")
+"""Where everything is written unless --out says otherwise."""
+
 
 class FilmFormat(StrEnum):
     """How a run is filmed."""
@@ -107,7 +113,7 @@ def run(
     scene: SceneName,
     engine: Annotated[str, typer.Option(help="auto, or the name of an engine; the scene's own if left out.")] = "auto",
     accuracy: Annotated[float | None, typer.Option(help="Relative to each reading's scale; the scene's own.")] = None,
-    out: Annotated[Path, typer.Option(help="Folder for the results.")] = Path("results"),
+    out: Annotated[Path, typer.Option(help="Folder for the results.")] = RESULTS,
     film: Annotated[FilmFormat, typer.Option(help="Kind of film; mp4 needs the extra 'video'.")] = FilmFormat.GIF,
     no_film: Annotated[bool, typer.Option("--no-film", help="Leave the film out.")] = False,
     as_json: AsJson = False,
@@ -186,8 +192,8 @@ def equilibria(
         str | None, typer.Option(help='Friction that holds it, as "40 N": draw the standing band.')
     ] = None,
     against: Annotated[str, typer.Option(help="The reading at which the resistance acts.")] = "sleeve_lift",
-    out: Annotated[Path, typer.Option(help="Folder for the figures.")] = Path("results"),
-    no_figure: Annotated[bool, typer.Option("--no-figure", help="Leave the figures out.")] = False,
+    out: FigureFolder = RESULTS,
+    no_figure: NoFigure = False,
     as_json: AsJson = False,
 ) -> int:
     """Find every position of rest at a speed, with its stability; draw the characteristic, speed against travel."""
@@ -254,8 +260,8 @@ def effects(
     scene: SceneName,
     engine: Annotated[str, typer.Option(help="One engine for all the runs.")] = "auto",
     accuracy: Annotated[float | None, typer.Option(help="Relative to each reading's scale.")] = None,
-    out: Annotated[Path, typer.Option(help="Folder for the figure.")] = Path("results"),
-    no_figure: Annotated[bool, typer.Option("--no-figure", help="Leave the figure out.")] = False,
+    out: FigureFolder = RESULTS,
+    no_figure: NoFigure = False,
     as_json: AsJson = False,
 ) -> int:
     """Show what each effect of a scene changes and what it costs, and which may be left out."""
@@ -292,7 +298,7 @@ class Regulation(StrEnum):
 def regulation(
     study: Annotated[Regulation, typer.Argument(help="What to ask.")],
     scene: Annotated[str, typer.Argument(help="Of a scene of yours; a shipped one where it is left out.")] = "",
-    out: Annotated[Path, typer.Option(help="Folder for the figure.")] = Path("results"),
+    out: FigureFolder = RESULTS,
 ) -> int:
     """Twitching against unevenness or play, settling against the brake, the jump against the ramp; many runs each."""
     from governor_mechanism.render import regulation as figures

@@ -14,6 +14,8 @@ from scipy.special import lambertw
 import governor_mechanism as gm
 from governor_mechanism.effects import Centrifugal, DryFriction, Gravity, OilBrake, SpringOn, Stops
 from governor_mechanism.engines import MultibodyEngine
+from governor_mechanism.equations.modes import Mode
+from governor_mechanism.equations.system import make_system, moved_hold
 from governor_mechanism.joints import GROUND, Point, Slider
 from governor_mechanism.mechanism import Body, Coordinate, Mechanism
 from governor_mechanism.programs import Program
@@ -379,6 +381,7 @@ def test_nothing_is_assembled_that_is_not_listed():
         (DryFriction(reading=LIFT, force=constant(1.0)), "frictions", "dry friction"),
         (OilBrake(reading=LIFT, linear=1.0), "springs and brakes along readings", "oil brakes"),
         (SpringOn(reading=LIFT, rate=1.0), "springs and brakes along readings", "springs on readings"),
+        (SpringOn(reading=LIFT, rate=1.0, one_sided=True), "springs and brakes along readings", "springs on readings"),
         (Stops(reading=LIFT, low=-1.0), "stops", None),
     ):
         result = run(porter(12.2, effect, duration=0.1), accuracy=1e-8)
@@ -390,6 +393,17 @@ def test_nothing_is_assembled_that_is_not_listed():
     without = run(replace(porter(12.2, duration=0.1), effects=(Gravity(),)), accuracy=1e-8)
     assert "centrifugal" not in without.cost.evaluations
     assert Centrifugal not in {type(effect) for effect in without.scene.effects}
+
+
+def test_holding_at_other_values_leaves_no_rounding_behind():
+    """A hold that is moved a thousand times is the hold that is made at the last value."""
+    scene = porter(12.2, DryFriction(reading=LIFT, force=constant(40.0)))
+    system = make_system(scene, Mode(held=(0.1,), sliding=(0,)))[0]
+    values = np.random.default_rng(1).uniform(0.0, 0.2, 1000)
+    for value in values:
+        mode = Mode(held=(float(value),), sliding=(0,))
+        system = moved_hold(system, [0], mode)
+    np.testing.assert_array_equal(system.rows.table, make_system(scene, mode)[0].rows.table)
 
 
 def test_a_start_beyond_the_stops_is_refused():

@@ -26,14 +26,11 @@ SAME_TIME = 1e-13
 MOST_AT_ONCE = 30
 """Events at one time; more are a chatter that does not end."""
 
-
 MOST_HALVINGS = 40
 """Of a step, in search of where something that begins at nought was below it."""
 
-
 LEFT = 9
 """How a piece ends, beside those of `dop853`: a station lies outside the limits."""
-
 
 FEW_STEPS = 60
 """From the beginning of a step to what happens within it takes a handful, but into a change point no end of them."""

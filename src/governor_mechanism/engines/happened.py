@@ -8,7 +8,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from governor_mechanism.engines.switching import LEAVES, RESTS, SLIPS, STICKS
-from governor_mechanism.equations.modes import keepers_of
+from governor_mechanism.equations.modes import brakes_of, keepers_of, springs_of
 from governor_mechanism.equations.points import Array
 from governor_mechanism.equations.system import make_system
 from governor_mechanism.scene import Scene
@@ -20,8 +20,8 @@ def compared(
 ) -> tuple[float, NDArray[np.bool_]]:
     """How late (s) events of one run come in the other at most, and which times (n,) s lie too near one to compare.
 
-    Near is within `apart` (s), or within the lateness itself as far as it is less than that. An event that the other
-    run has not at all counts as late by the time to the next of its kind.
+    Near is within `apart` (s). An event that the other run has not counts as late by the time to the next of its kind
+    there, or to the end.
     """
     late, near = 0.0, np.zeros(len(times), dtype=np.bool_)
     end = float(times[-1]) if len(times) else 0.0
@@ -67,7 +67,7 @@ def assembled(scene: Scene) -> Mapping[str, int]:
         "joint equations": len(system.rows.table),
         "loads of the mechanism": len(system.loads),
         "readings acted along": len(system.gauges.table),
-        "springs and brakes along readings": len(system.acts),
+        "springs and brakes along readings": len(springs_of(scene)) + len(brakes_of(scene)),
         "frictions": sum(keeper.friction is not None for keeper in keepers),
         "stops": sum(int(np.isfinite(keeper.low)) + int(np.isfinite(keeper.high)) for keeper in keepers),
     }

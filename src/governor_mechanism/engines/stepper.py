@@ -19,8 +19,6 @@ from governor_mechanism.equations.modes import Mode, switches
 from governor_mechanism.equations.motion import EXTRA, inertia_about_spindle, project
 from governor_mechanism.equations.points import Array, Whole
 from governor_mechanism.equations.system import (
-    System,
-    Workspace,
     acts_of,
     from_centres,
     make_system,
@@ -83,44 +81,26 @@ class Stepper:
 
     def compile(self) -> None:
         """Have the kernels compiled or loaded, by an integration over no time, so that no run's cost includes it."""
-        self._integrate(self.system, self.room, (0.0, 0.0), np.empty(0), self.start.copy(), 1.0, 1.0, 1.0,
-                        np.empty((0, self.start.size)), np.zeros(COUNTS, dtype=np.int64))  # fmt: skip
+        none = np.empty((0, self.start.size))
+        self._explicit(
+            (0.0, 0.0), np.empty(0), self.start.copy(), 1.0, 1.0, 1.0, none, np.zeros(COUNTS, dtype=np.int64)
+        )
 
     def stepped(self, tolerance: float, longest: float = LONGEST_STEP) -> Passage:
         """From the start through all stations; longest: of a step, in time scales."""
+        if self.switching is not None:
+            return self._switched(self.switching, tolerance, longest)
         stations, state = self.grid.stations, self.start.copy()
         found = np.empty((len(stations), state.size))
         found[0], filled, code = state, 1, DONE
-        step, modes = FIRST_STEP * longest * self.reporter.time_scale, list[Mode]()
+        step, seconds = FIRST_STEP * longest * self.reporter.time_scale, longest * self.reporter.time_scale
         counts = np.zeros(COUNTS, dtype=np.int64)
         implicit: Implicit | None = None
-        crossing = (
-            Crossing(self, self.switching, tolerance, self.reporter.time_scale, longest, counts)
-            if self.switching
-            else None
-        )
-        if self.switching:
-            self.switching.begin(state, self.cubics(0.0))
-            found[0] = state
-            modes.append(self.switching.mode)
-        for start, end in pairwise(self.knots):
-            times = stations[(stations > start) & (stations <= end)]
-            now = float(start)
-            if crossing is not None:
-                code, step, reached = crossing.piece((now, float(end)), times, state, step, found[filled:], modes)
-                filled += reached
-            elif implicit is None:
-                code, step, reached, now = self._integrate(
-                    self.system,
-                    self.room,
-                    (now, float(end)),
-                    times,
-                    state,
-                    tolerance,
-                    step,
-                    longest * self.reporter.time_scale,
-                    found[filled:],
-                    counts,
+        for start, end in pairwise(self.knots.tolist()):
+            times, now = stations[(stations > start) & (stations <= end)], start
+            if implicit is None:
+                code, step, reached, now = self._explicit(
+                    (start, end), times, state, tolerance, step, seconds, found[filled:], counts
                 )
                 filled += reached
                 times = times[reached:]
@@ -128,36 +108,48 @@ class Stepper:
                 implicit = Implicit(self.system, self.room, self.scale(), self.closed)
                 self.stiff_from, code = min(self.stiff_from, now), DONE
             if implicit is not None:
+                cubics, most = self.cubics(start), self.max_steps
                 code, step, reached = implicit.integrate(
-                    self.cubics(float(start)),
-                    (now, float(end)),
-                    float(start),
-                    times,
-                    state,
-                    tolerance,
-                    self.max_steps,
-                    found[filled:],
+                    cubics, (now, end), start, times, state, tolerance, most, found[filled:]
                 )
                 filled += reached
             if code != DONE:
                 break
-            state[-EXTRA] += self._work_of_jump(end, state)
-            if crossing is not None:
-                crossing.resume(float(end), state)
-            found[filled - 1, -EXTRA] = state[-EXTRA]  # a knot is a station; there the speed is the one after the jump
+            self._pass_knot(end, state, found[filled - 1])
         if implicit is not None:
             self.implicit_steps += implicit.steps
             counts[2] += implicit.evaluations
         self.counts += counts
-        self.acts += crossing.acts if crossing else int(counts[2]) * acts_of(self.system)
-        apart = AT_ONCE * self.reporter.time_scale
-        events = without_passing(self.switching.events, apart) if self.switching else ()
-        return Passage(found[:filled], code, step, tuple(modes), events)
+        self.acts += int(counts[2]) * acts_of(self.system)
+        return Passage(found[:filled], code, step)
 
-    def _integrate(
+    def _switched(self, switching: Switching, tolerance: float, longest: float) -> Passage:
+        """The same for a scene in which something sticks, strikes or goes slack."""
+        stations, state, second = self.grid.stations, self.start.copy(), self.reporter.time_scale
+        counts = np.zeros(COUNTS, dtype=np.int64)
+        crossing = Crossing(self, switching, tolerance, second, longest, counts)
+        switching.begin(state, self.cubics(0.0))
+        found, modes = np.empty((len(stations), state.size)), [switching.mode]
+        found[0], filled, code, step = state, 1, DONE, FIRST_STEP * longest * second
+        for start, end in pairwise(self.knots.tolist()):
+            times = stations[(stations > start) & (stations <= end)]
+            code, step, reached = crossing.piece((start, end), times, state, step, found[filled:], modes)
+            filled += reached
+            if code != DONE:
+                break
+            self._pass_knot(end, state, found[filled - 1])
+            crossing.resume(end, state)
+        self.counts += counts
+        self.acts += crossing.acts
+        return Passage(found[:filled], code, step, tuple(modes), without_passing(switching.events, AT_ONCE * second))
+
+    def _pass_knot(self, when: float, state: Array, station: Array) -> None:
+        """Count the work of a jump of the speed; a knot is a station, and there the speed is the one after the jump."""
+        state[-EXTRA] += self._work_of_jump(when, state)
+        station[-EXTRA] = state[-EXTRA]
+
+    def _explicit(
         self,
-        system: System,
-        room: Workspace,
         span: tuple[float, float],
         times: Array,
         state: Array,
@@ -167,9 +159,9 @@ class Stepper:
         found: Array,
         counts: Whole,
     ) -> tuple[int, float, int, float]:
-        """`dop853.integrate` with nothing watched; longest in s."""
-        return integrate(system, room, self.cubics(span[0]), span, times, state, self.scale(), tolerance, step,
-                         longest, self.closed, self.max_steps, found, counts, np.empty(2))  # fmt: skip
+        """`dop853.integrate` of a scene in which nothing is watched; longest in s."""
+        return integrate(self.system, self.room, self.cubics(span[0]), span, times, state, self.scale(), tolerance,
+                         step, longest, self.closed, self.max_steps, found, counts, np.empty(2))  # fmt: skip
 
     def state(self, states: Array) -> State:
         """What the rows (stations, numbers) say of mass centres and spindle."""

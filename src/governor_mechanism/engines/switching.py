@@ -88,7 +88,7 @@ class Switching:
             self._built[kind] = mode, system, make_workspace(system)
         other, system, room = self._built[kind]
         if other != mode:
-            self._built[kind] = mode, moved_hold(system, other, mode), room
+            self._built[kind] = mode, moved_hold(system, self._gauges, mode), room
         return self._built[kind][1:]
 
     def _where(self, k: int, held: float | None) -> int | None:
@@ -258,7 +258,7 @@ class Switching:
         return worst
 
     def _hold(self, state: Array, cubics: Array) -> None:
-        """Joints and what is held closed to rounding; what speed is taken away so is lost."""
+        """Close joints, and what is held, to rounding; a speed that this takes away is rounding too."""
         system, room = self.built(self.mode)
         _project(system, room, cubics, state, self._closed)
 

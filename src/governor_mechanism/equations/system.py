@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from typing import NamedTuple
 
 import numpy as np
@@ -192,14 +193,18 @@ def _watch(scene: Scene, mode: Mode, program: int, held_rows: Whole) -> Records:
     return np.array(found, dtype=WATCH)
 
 
-def moved_hold(system: System, old: Mode, new: Mode) -> System:
-    """The system of a mode that holds the same readings as an old one, at other values."""
+def moved_hold(system: System, gauges: Sequence[int], mode: Mode) -> System:
+    """The system of a mode that holds the same readings as this one's, but at values of its own.
+
+    gauges are those of the keepers. A value is set anew, not moved on from the last, so that rounding does not add up.
+    """
     table = system.rows.table.copy()
-    force = system.watch["kind"] == FORCE
-    for k, (before, after) in enumerate(zip(old.held, new.held, strict=True)):
-        if before is not None and after is not None and before != after:
-            row = int(system.watch["at"][force & (system.watch["about"] == k)][0])
-            table[row][CONSTANT[int(table[row]["kind"])]] += after - before
+    for k, value in enumerate(mode.held):
+        if value is not None:
+            holds = (system.watch["kind"] == FORCE) & (system.watch["about"] == k)
+            row, gauge = int(system.watch["at"][holds][0]), system.gauges.table[gauges[k]]
+            constant = CONSTANT[int(gauge["kind"])]
+            table[row][constant] = gauge[constant] + value
     return system._replace(rows=system.rows._replace(table=table))
 
 
