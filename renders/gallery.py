@@ -13,12 +13,18 @@ from governor_mechanism.render import regulation as figures
 from governor_mechanism.render.characteristic import characteristic_figure
 from governor_mechanism.render.effects import effects_figure
 from governor_mechanism.render.figures import readings_figure
+from governor_mechanism.render.machine_figures import machine_figures
 from governor_mechanism.render.parabolas import parabolas_figure
 from governor_mechanism.studies import regulation as studies
 
 FOLDER = Path(__file__).parent
 
-SHOWN = {"watt_improved": (11.0, 16.0), "porter_dry_friction": (0.0, 12.0)}
+SHOWN = {
+    "watt_improved": (11.0, 16.0),
+    "porter_dry_friction": (0.0, 12.0),
+    "hartung_dubois": (0.0, 7.0),
+    "hartung_right_angle": (0.0, 7.0),
+}
 """The piece (s) of a scene that is filmed, where it is not the first four seconds."""
 
 BRAKED = ("porter_twitch", "porter_twitch_braked"), ("without the brake", "with the oil brake")
@@ -39,6 +45,7 @@ def main() -> None:
         start, stop = SHOWN.get(name, (0.0, min(4.0, run.times[-1])))
         gm.film(run, FOLDER / f"{name}.gif", start=start, stop=min(stop, run.times[-1]))
         readings_figure(run, FOLDER / f"{name}.png")
+        machine_figures(run, FOLDER, name)
         print(f"{name}: {run.message}")
     for name, resistance in CHARACTERISTICS.items():
         scene = gm.load(name)

@@ -103,14 +103,15 @@ def test_the_band_lies_about_the_curve_and_along_it():
     np.testing.assert_allclose(none.falling_speed, none.rising_speed, rtol=1e-15)
 
 
+@pytest.mark.parametrize("engine", ["multibody", "reduced"])
 @pytest.mark.parametrize("way", ["up", "down"])
-def test_the_jump_takes_its_time(way):
+def test_the_jump_takes_its_time(engine, way):
     """Undamped from rest: up from 25 to 40 degrees, down from the fold to 25 degrees."""
     jump = SNAP[way]
     start = SNAP["stops_deg"][0] if way == "up" else SNAP["least_stable_deg"]
     stop, sign = (SNAP["stops_deg"][1], 1.0) if way == "up" else (SNAP["stops_deg"][0], -1.0)
     scene = replace(scene_of(IMPROVED, speed=jump["speed"]), start=Start(values={"arm_angle": math.radians(start)}))
-    run = gm.run(scene, engine="multibody", times=[jump["time"]], accuracy=1e-10)
+    run = gm.run(scene, engine=engine, times=[jump["time"]], accuracy=1e-10)
     assert run.outcome.ok
     rate = run.rates["arm_angle"][0]
     late = (run.readings["arm_angle"][0] - math.radians(stop)) / rate

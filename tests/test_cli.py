@@ -238,3 +238,67 @@ def test_how_a_governor_regulates_is_asked_from_the_command_line(tmp_path, monke
     wrong = call("regulation", "settling", "porter", "--out", str(tmp_path))
     assert wrong.exit_code == 2
     assert "free spindle whose torque changes" in wrong.stderr
+
+
+SHORT = {"10 ms": "50 ms", "accuracy = 1e-6": 'accuracy = 1e-4\nengine = "multibody"'}
+
+
+def test_a_sweep_is_told_drawn_kept_and_given_as_json(tmp_path):
+    words = ["sweep", str(short_scene(tmp_path, **SHORT)), "--vary", "dimensions.arm=290mm:310mm:3"]
+    words += ["--vary", "dimensions.sleeve_mass=19kg,21kg", "--quantity", "max arm_angle"]
+    plain = call(*words, "--out", str(tmp_path / "plain"))
+    assert plain.exit_code == 0, plain.output
+    assert "6 rows, 3 of dimensions.arm x 2 of dimensions.sleeve_mass" in plain.stdout
+    assert sorted(listing(tmp_path / "plain")) == [f"short_sweep.{kind}" for kind in ("csv", "json", "png")]
+    heads = (tmp_path / "plain" / "short_sweep.csv").read_text(encoding="utf-8").splitlines()[0]
+    assert heads == "dimensions.arm [m],dimensions.sleeve_mass [kg],max arm_angle [rad],outcome,message"
+    result = call(*words, "--out", str(tmp_path / "json"), "--json", "--no-figure", "--workers", "2")
+    answer = json.loads(result.stdout)
+    assert [row["outcome"] for row in answer["rows"]] == ["uncertified"] * 6
+    assert [Path(path).name for path in answer["files"]] == ["short_sweep.csv", "short_sweep.json"]
+    assert sorted(listing(tmp_path / "json")) == ["short_sweep.csv", "short_sweep.json"]
+
+
+def test_a_sweep_with_rows_that_ended_otherwise_ends_with_1(tmp_path):
+    words = ["sweep", str(short_scene(tmp_path, **SHORT)), "--vary", "dimensions.link=100mm,300mm", "--certify"]
+    result = call(*words, "--out", str(tmp_path / "out"), "--no-figure")
+    assert result.exit_code == 1
+    assert "outcomes: 1 refused, 1 done" in result.stdout
+
+
+def test_every_mistake_of_a_sweep_is_told_at_once(tmp_path):
+    words = ["sweep", "porter", "--vary", "dimensions.amr=1,2", "--vary", "dimensions.arm=200mm:300kg:3"]
+    result = call(*words, "--quantity", "max arm_angel", "--out", str(tmp_path))
+    assert result.exit_code == 2
+    assert result.stdout == ""
+    first, second, third = result.stderr.splitlines()
+    assert "Did you mean 'arm'?" in first
+    assert 'dimensions.arm is a length; "300kg" is a mass' in second
+    assert "Did you mean 'max arm_angle'?" in third
+
+
+@pytest.mark.parametrize("workers", ["1", "2"])
+def test_an_interrupted_sweep_goes_on_where_it_was(workers, tmp_path):
+    scene, out = short_scene(tmp_path, **SHORT), tmp_path / "out"
+    words = [*COMMAND, "sweep", str(scene), "--vary", "dimensions.arm=290mm:310mm:250", "--out", str(out)]
+    words += ["--workers", workers, "--no-figure"]
+    journal = out / "short_sweep.part"
+    # A session of its own, so that the signal reaches the processes of the sweep too, as a terminal's Ctrl-C does.
+    with subprocess.Popen(words, stderr=subprocess.PIPE, text=True, start_new_session=True) as process:
+        try:
+            wait_until(lambda: journal.exists() and journal.read_bytes().count(b"\n") > 3)
+            os.killpg(process.pid, signal.SIGINT)
+            _, said = process.communicate(timeout=60)
+        finally:
+            process.kill()
+    assert process.returncode == 130
+    kept = journal.read_bytes().count(b"\n") - 1
+    assert 3 <= kept < 250
+    assert said.splitlines()[0] == f"{kept} of 250 rows are in {journal}; the same command goes on from there"
+    assert len(told(said)) == 2
+    assert listing(out) == [journal.name]
+    assert call(*words[3:]).exit_code == 0
+    whole = tmp_path / "whole"
+    assert call(*words[3:7], "--no-figure", "--out", str(whole)).exit_code == 0
+    for name in ("short_sweep.csv", "short_sweep.json"):
+        assert (out / name).read_bytes() == (whole / name).read_bytes()

@@ -190,9 +190,10 @@ def test_rods_have_the_inertias_and_weights_of_the_closed_form(dimensions, rods)
         np.testing.assert_allclose(found, expected, rtol=1e-10, atol=1e-12)  # assembled to 1e-13, twice derived
 
 
+@pytest.mark.parametrize("engine", ["multibody", "reduced"])
 @pytest.mark.parametrize("rods", [RODS[0], RODS[1]], ids=["rods", "arms"])
 @pytest.mark.parametrize("dimensions", GOVERNORS.values(), ids=GOVERNORS)
-def test_governors_with_rods_move_as_the_closed_form_says(dimensions, rods):
+def test_governors_with_rods_move_as_the_closed_form_says(engine, dimensions, rods):
     if rods.link_mass and "sleeve_mass" not in dimensions:
         rods = replace(rods, link_mass=0.0)
     governor = closed.PendulumGovernor(
@@ -205,7 +206,7 @@ def test_governors_with_rods_move_as_the_closed_form_says(dimensions, rods):
     scene = governor_scene(dimensions, speed=speed, angle=0.6, rate=0.1, duration=0.3, every=0.1)
     mechanism = PendulumGovernor(**dimensions).mechanism(rods)
     scene = replace(scene, parts=(replace(scene.part, mechanism=mechanism),))
-    run = gm.run(scene, engine="multibody", accuracy=1e-10)
+    run = gm.run(scene, engine=engine, accuracy=1e-10)
     assert run.outcome.ok
     expected = one_coordinate_motion(scene, run.times, governor)
     found = [run.readings["arm_angle"], run.rates["arm_angle"]]

@@ -29,9 +29,13 @@ MODELS = (
 )
 
 
+ENGINES = pytest.mark.parametrize("engine", ["multibody", "reduced"])
+RUNS = [("multibody", name) for name in MODELS] + [("reduced", name) for name in MODELS if "play" not in name]
+
+
 @cache
-def run_of(name):
-    return gm.run(name)
+def run_of(name, engine):
+    return gm.run(name, engine=engine)
 
 
 def speed_at(run, time):
@@ -40,9 +44,9 @@ def speed_at(run, time):
     return float(np.interp(time, spindle.times, spindle.speeds))
 
 
-@pytest.mark.parametrize("name", MODELS)
-def test_each_runs_within_its_accuracy(name):
-    run = run_of(name)
+@pytest.mark.parametrize(("engine", "name"), RUNS)
+def test_each_runs_within_its_accuracy(engine, name):
+    run = run_of(name, engine)
     assert run.outcome.ok, run.message
     assert run.error_estimate <= run.scene.run.accuracy
     assert run.times[-1] == run.scene.run.duration
@@ -59,8 +63,9 @@ def test_each_opens_with_a_comment_that_names_its_source(name):
     assert all(len(line) <= 120 for line in lines)
 
 
-def test_dry_friction_lets_go_at_the_upper_end_of_the_band_and_holds_on_the_way_back():
-    run = run_of("porter_dry_friction")
+@ENGINES
+def test_dry_friction_lets_go_at_the_upper_end_of_the_band_and_holds_on_the_way_back(engine):
+    run = run_of("porter_dry_friction", engine)
     kinds = [event.kind for event in run.events[:3]]
     assert kinds == ["slips", "sticks", "slips"]
     up, stuck, down = (event.time for event in run.events[:3])
@@ -73,19 +78,21 @@ def test_dry_friction_lets_go_at_the_upper_end_of_the_band_and_holds_on_the_way_
     assert run.energy.dissipated[-1] > 0
 
 
+@ENGINES
 @pytest.mark.parametrize(("towards", "name"), [(13.4, "rising_speed"), (10.9, "falling_speed")])
-def test_at_rest_at_thirty_degrees_it_slips_at_either_end_of_the_band(towards, name):
+def test_at_rest_at_thirty_degrees_it_slips_at_either_end_of_the_band(engine, towards, name):
     scene = gm.load("porter_dry_friction")
     slow = replace(
         scene, spindle=Spindle(times=(0.0, 12.0), speeds=(12.2, towards)), run=replace(scene.run, duration=12.0)
     )
-    first = gm.run(slow).events[0]
+    first = gm.run(slow, engine=engine).events[0]
     assert first.kind == "slips"
     assert 12.2 + (towards - 12.2) * first.time / 12.0 == pytest.approx(FRICTION_BAND[name], abs=1e-6)  # asked
 
 
-def test_the_twitch_comes_every_turn_and_not_below_the_band():
-    run = run_of("porter_twitch")
+@ENGINES
+def test_the_twitch_comes_every_turn_and_not_below_the_band(engine):
+    run = run_of("porter_twitch", engine)
     spindle = run.scene.spindle
     assert spindle.speeds[0] == pytest.approx(TWITCHING["mean_speed"], abs=5e-9)  # printed
     assert spindle.unevenness == pytest.approx(1.2 * TWITCHING["band"], abs=5e-6)  # as written in the scene
@@ -93,7 +100,7 @@ def test_the_twitch_comes_every_turn_and_not_below_the_band():
     slips = sum(event.kind == "slips" for event in run.events)
     assert abs(slips - 2 * turns) <= 1
     still = replace(run.scene, spindle=replace(spindle, unevenness=0.16))
-    calm = gm.run(still)
+    calm = gm.run(still, engine=engine)
     assert calm.events == ()
     assert np.ptp(calm.readings["sleeve_lift"]) == 0.0
 
@@ -103,14 +110,15 @@ def last_turn(run):
     return float(np.ptp(run.readings["sleeve_lift"][run.times > run.times[-1] - turn]))
 
 
-def test_the_oil_brake_holds_the_twitch_to_a_ninth():
-    free, braked = last_turn(run_of("porter_twitch")), last_turn(run_of("porter_twitch_braked"))
+@ENGINES
+def test_the_oil_brake_holds_the_twitch_to_a_ninth(engine):
+    free, braked = last_turn(run_of("porter_twitch", engine)), last_turn(run_of("porter_twitch_braked", engine))
     assert 8 < free / braked < 10
-    assert any(event.kind == "slips" for event in run_of("porter_twitch_braked").events)
+    assert any(event.kind == "slips" for event in run_of("porter_twitch_braked", engine).events)
 
 
 def test_the_weight_of_the_sleeve_keeps_the_play_closed():
-    run, without = run_of("porter_play"), run_of("porter_twitch")
+    run, without = run_of("porter_play", "multibody"), run_of("porter_twitch", "multibody")
     assert np.ptp(run.readings["sleeve_play"]) < 1e-12
     assert not any(event.subject == "sleeve_play" for event in run.events)
     shift = run.readings["sleeve_lift"] - without.readings["sleeve_lift"]
@@ -118,7 +126,7 @@ def test_the_weight_of_the_sleeve_keeps_the_play_closed():
 
 
 def test_the_arms_knock_on_the_ends_of_the_play():
-    run = run_of("watt_play")
+    run = run_of("watt_play", "multibody")
     play = run.readings["sleeve_play"]
     assert play.min() == pytest.approx(-0.5e-3, abs=1e-9)
     assert play.max() == pytest.approx(0.5e-3, abs=1e-9)
@@ -126,8 +134,9 @@ def test_the_arms_knock_on_the_ends_of_the_play():
     assert 1.4e-3 < last_turn(run) < 1.6e-3
 
 
-def test_the_oil_brake_takes_the_swing():
-    run = run_of("porter_oil_brake")
+@ENGINES
+def test_the_oil_brake_takes_the_swing(engine):
+    run = run_of("porter_oil_brake", engine)
     off = np.abs(run.readings["arm_angle"] - math.radians(30.0))
     first, last = off[run.times < 1.0].max(), off[run.times > 7.0].max()
     assert last < 0.01 * first
@@ -148,8 +157,9 @@ def test_heavy_rods_rest_at_their_own_speed():
     assert rest.stiffness / rest.frequency**2 == pytest.approx(inertia, rel=1e-9)
 
 
-def test_the_ramp_lifts_the_arms_from_rest_to_rest():
-    run = run_of("porter_ramp")
+@ENGINES
+def test_the_ramp_lifts_the_arms_from_rest_to_rest(engine):
+    run = run_of("porter_ramp", engine)
     first, last = (gm.equilibria(run.scene, spindle_speed=rpm * math.pi / 30)[0].coordinate for rpm in (115, 130))
     assert run.readings["arm_angle"][0] == pytest.approx(first, abs=1e-9)
     after = run.readings["arm_angle"][run.times > 4.0]
@@ -157,8 +167,9 @@ def test_the_ramp_lifts_the_arms_from_rest_to_rest():
     assert last - first > math.radians(10)
 
 
-def test_the_fall_of_load_brings_a_new_rest():
-    run = run_of("porter_load_step")
+@ENGINES
+def test_the_fall_of_load_brings_a_new_rest(engine):
+    run = run_of("porter_load_step", engine)
     angles, times = run.readings["arm_angle"], run.times
     assert np.ptp(angles[times < 1.0]) < 1e-7  # the start is given to 12 digits
     assert angles.max() > angles[-1] + math.radians(0.5)  # it swings over
@@ -169,8 +180,9 @@ def test_the_fall_of_load_brings_a_new_rest():
     assert momentum[-1] - momentum[0] == pytest.approx(5.0, abs=1e-4)
 
 
-def test_the_improved_governor_jumps_up_and_falls_back_at_a_lower_speed():
-    run = run_of("watt_improved")
+@ENGINES
+def test_the_improved_governor_jumps_up_and_falls_back_at_a_lower_speed(engine):
+    run = run_of("watt_improved", engine)
     kinds = ["leaves its stop", "strikes its stop", "rests on its stop"]
     assert [event.kind for event in run.events] == 2 * kinds
     times = [event.time for event in run.events]
@@ -192,10 +204,11 @@ def test_the_improved_governor_is_told_as_before():
     assert speed == pytest.approx(SNAP["lowest_speed"], abs=half_unit(SNAP["lowest_speed"]))
 
 
+@ENGINES
 @pytest.mark.parametrize(
     ("way", "start", "stop"), [("up", SNAP["stops_deg"][0], 1), ("down", SNAP["least_stable_deg"], 0)]
 )
-def test_without_its_brake_the_improved_governor_shoots_across_in_the_time_of_the_reference(way, start, stop):
+def test_without_its_brake_the_improved_governor_shoots_across_in_the_time_of_the_reference(engine, way, start, stop):
     scene, printed = gm.load("watt_improved"), SNAP[way]
     quick = replace(
         scene,
@@ -204,7 +217,7 @@ def test_without_its_brake_the_improved_governor_shoots_across_in_the_time_of_th
         start=Start(values={"arm_angle": math.radians(start)}),
         run=RunSettings(duration=2.6, every=0.01, accuracy=1e-11),
     )
-    run = gm.run(quick)
+    run = gm.run(quick, engine=engine)
     strike = next(event for event in run.events if event.kind == "strikes its stop")
     # Speeds and angles of 12 digits let the time, of an unstable start, be wrong by some 1e-10.
     assert strike.time == pytest.approx(printed["time"], abs=1e-9)

@@ -77,9 +77,10 @@ def scene(*more, text=FOUR_BAR):
     return scene_from_document(tomllib.loads(text + "".join(more)), "linkage.toml")
 
 
-def test_a_guess_is_closed_and_the_run_says_by_how_much_it_was_open():
+@pytest.mark.parametrize("engine", ["multibody", "reduced"])
+def test_a_guess_is_closed_and_the_run_says_by_how_much_it_was_open(engine):
     made = scene()
-    run = gm.run(made, engine="multibody")
+    run = gm.run(made, engine=engine)
     assert run.outcome.ok
     assert run.mobility == 1
     assert len(run.notes) == 1
@@ -88,9 +89,10 @@ def test_a_guess_is_closed_and_the_run_says_by_how_much_it_was_open():
     assert np.all(run.rates["crank_angle"][:1] == 0.0)
 
 
-def test_start_values_and_rates_are_met():
+@pytest.mark.parametrize("engine", ["multibody", "reduced"])
+def test_start_values_and_rates_are_met(engine):
     made = scene('[start]\ncrank_angle = "75 deg"\ncrank_rate = "3 rad/s"\n')
-    run = gm.run(made, engine="multibody")
+    run = gm.run(made, engine=engine)
     assert run.readings["crank_angle"][0] == pytest.approx(math.radians(75), abs=1e-13)
     assert run.rates["crank_angle"][0] == pytest.approx(3.0, abs=1e-12)
     assert run.notes == ()  # what was asked for is no guess
@@ -139,13 +141,14 @@ def test_the_same_linkage_in_millimetres_starts_the_same():
     np.testing.assert_allclose(millimetres / [1e3, 1e3, 1.0], metres, atol=1e-13)
 
 
-def test_a_linkage_starts_at_rest_at_the_bottom_of_its_travel():
+@pytest.mark.parametrize("engine", ["multibody", "reduced", "impulse"])
+def test_a_linkage_starts_at_rest_at_the_bottom_of_its_travel(engine):
     made = scene('[start]\ncrank_angle = "equilibrium"\n')
     poses, velocities = starting_state(made)
     (stable,) = [rest for rest in gm.equilibria(made) if rest.stable]
     np.testing.assert_array_equal(poses, stable.poses)
     assert not velocities.any()
-    run = gm.run(made, times=[1.0], accuracy=1e-8)
+    run = gm.run(made, engine=engine, times=[1.0], accuracy=1e-8)
     np.testing.assert_allclose(run.poses[-1], poses, atol=1e-7)  # where it was let go, it stays
 
 

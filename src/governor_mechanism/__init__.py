@@ -24,6 +24,8 @@ if TYPE_CHECKING:
     from governor_mechanism.resting import Equilibrium
     from governor_mechanism.scene import Scene
     from governor_mechanism.studies.effects import EffectsStudy
+    from governor_mechanism.studies.sweep import Sweep
+    from governor_mechanism.studies.valve_events import ValveEvents
     from governor_mechanism.trajectory import Trajectory
 
 __version__ = "0.1.0"
@@ -171,6 +173,53 @@ def effects_study(
     return study(_opened(scene), engine, accuracy, progress)
 
 
+def sweep(
+    scene: Scene | str | Path,
+    vary: Mapping[str, Any] | Sequence[str],
+    quantities: Mapping[str, str | Callable[[Trajectory], float]] | Sequence[str] | None = None,
+    *,
+    engine: str = "auto",
+    accuracy: float | None = None,
+    certify: bool = False,
+    workers: int = 1,
+    out: str | Path | None = None,
+    progress: Callable[[int, int], None] | None = None,
+) -> Sweep:
+    """Run a scene at every combination of values of its keys, and take some numbers from each run.
+
+    vary is {"dimensions.arm": [0.2, "300 mm"]}, or as on the command line ["dimensions.arm=200mm:400mm:50"];
+    quantities are names such as "max arm_angle" or "final rate of sleeve_lift" (min, max and span are over the reported
+    times), or names of your own with functions of the run. Rows are made by so many processes, and do not depend on it.
+    With out, a folder, they are kept as they come, and the same sweep started again goes on from there. The result has
+    .column(name), .grid(name) and .rows, SI, each row with its outcome. Raises MechanismError with every mistake of
+    what was asked; a row that cannot be run says so, and stops no other.
+    """
+    from governor_mechanism.studies.sweep import sweep as run_sweep
+
+    return run_sweep(
+        _opened(scene),
+        vary,
+        quantities,
+        engine=engine,
+        accuracy=accuracy,
+        certify=certify,
+        workers=workers,
+        out=out,
+        progress=progress,
+    )
+
+
+def valve_events(scene: Scene | str | Path) -> ValveEvents:
+    """When a slide valve admits, cuts off, releases and shuts in steam, at both ends of the cylinder.
+
+    By crank angle and stroke: found on the mechanism, by the exact closed form, and by theory without its error term.
+    Raises MechanismError for another machine.
+    """
+    from governor_mechanism.studies.valve_events import valve_events as events
+
+    return events(_opened(scene))
+
+
 def _opened(scene: Scene | str | Path) -> Scene:
     return load(scene) if isinstance(scene, str | Path) else scene
 
@@ -199,4 +248,6 @@ __all__ = [
     "run",
     "speed_curve",
     "standing_band",
+    "sweep",
+    "valve_events",
 ]

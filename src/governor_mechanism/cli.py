@@ -1,4 +1,7 @@
-"""The command line: `models`, `run`, `equilibria`, `crosscheck`. Heavy imports wait until a command needs them."""
+"""The command line: `models`, `run`, `equilibria`, `crosscheck`, `design`, and the studies of `cli_studies`.
+
+Heavy imports wait until a command needs them.
+"""
 
 from __future__ import annotations
 
@@ -9,6 +12,9 @@ from typing import TYPE_CHECKING, Annotated
 
 import typer
 
+from governor_mechanism.cli_design import design
+from governor_mechanism.cli_options import RESULTS, AsJson, FigureFolder, NoFigure, SceneName, prepare_folder
+from governor_mechanism.cli_studies import effects, regulation, sweep
 from governor_mechanism.console import (
     BAD_INPUT,
     FAILED,
@@ -39,17 +45,6 @@ app = typer.Typer(
     add_completion=False,
     pretty_exceptions_enable=False,
 )
-
-SceneName = Annotated[str, typer.Argument(metavar="SCENE", help="A TOML file, or the name of a shipped scene.")]
-AsJson = Annotated[
-    bool, typer.Option("--json", help="Print one JSON object on standard output and nothing else there.")
-]
-
-FigureFolder = Annotated[Path, typer.Option(help="Folder for what is drawn.")]
-NoFigure = Annotated[bool, typer.Option("--no-figure", help="Draw nothing.")]
-
-RESULTS = Path("results")
-"""Where everything is written unless --out says otherwise."""
 
 
 class FilmFormat(StrEnum):
@@ -120,24 +115,29 @@ def run(
 ) -> int:
     """Simulate a scene; write its film, figure, readings (CSV), arrays (netCDF) and a record (JSON)."""
     import governor_mechanism as gm
+    from governor_mechanism.machines.slide_valve import SlideValve
     from governor_mechanism.saving import summary
 
     if film is FilmFormat.MP4 and not no_film:
         from governor_mechanism.render.film import require_video_writer
 
         require_video_writer()
-    _prepare_folder(out)
+    prepare_folder(out)
     opened = gm.load(scene)
     with working("simulating"):
         result = gm.run(opened, engine=engine, accuracy=accuracy)
     stem = Path(result.scene.source).stem or "scene"
     files = _write(result, out, stem, None if no_film else film)
+    steam = gm.valve_events(opened) if opened.part.machine == SlideValve.name else None
     if as_json:
-        print_json({**summary(result), "files": [str(path) for path in files]})
+        more = {} if steam is None else {"steam": steam.as_json()}
+        print_json({**summary(result), **more, "files": [str(path) for path in files]})
     else:
         from governor_mechanism.telling import describe
 
         print(describe(result))
+        if steam is not None:
+            print(steam)
         print("wrote " + ", ".join(str(path) for path in files))
         if not result.outcome.ok:
             say(result.message)
@@ -202,7 +202,7 @@ def equilibria(
     from governor_mechanism.telling import describe_rests, rests_as_json
     from governor_mechanism.units import parse
 
-    _prepare_folder(out)
+    prepare_folder(out)
     opened = gm.load(scene)
     wanted = None if speed is None else parse(speed, "angular_speed", "--speed")
     hold = None if resistance is None else _resistance(opened, resistance, against)
@@ -254,88 +254,8 @@ def _characteristics(scene: Scene, curve: SpeedCurve, found: Sequence[Equilibriu
     return files
 
 
-@app.command()
-@guarded_command
-def effects(
-    scene: SceneName,
-    engine: Annotated[str, typer.Option(help="One engine for all the runs.")] = "auto",
-    accuracy: Annotated[float | None, typer.Option(help="Relative to each reading's scale.")] = None,
-    out: FigureFolder = RESULTS,
-    no_figure: NoFigure = False,
-    as_json: AsJson = False,
-) -> int:
-    """Show what each effect of a scene changes and what it costs, and which may be left out."""
-    import governor_mechanism as gm
-
-    _prepare_folder(out)
-    opened = gm.load(scene)
-    with progress_bar("effects") as progress:
-        study = gm.effects_study(opened, engine, accuracy, progress)
-    files = []
-    if not no_figure:
-        from governor_mechanism.render.effects import effects_figure
-
-        files.append(effects_figure(study, out / f"{Path(opened.source).stem or 'scene'}_effects.png"))
-    if as_json:
-        print_json({**study.as_json(), "files": [str(path) for path in files]})
-    else:
-        print(study)
-        print("".join(f"wrote {path}" for path in files))
-    return OK
-
-
-class Regulation(StrEnum):
-    """What is asked about how a governor regulates."""
-
-    TWITCH = "twitch"
-    PLAY = "play"
-    SETTLING = "settling"
-    JUMP = "jump"
-
-
-@app.command()
-@guarded_command
-def regulation(
-    study: Annotated[Regulation, typer.Argument(help="What to ask.")],
-    scene: Annotated[str, typer.Argument(help="Of a scene of yours; a shipped one where it is left out.")] = "",
-    out: FigureFolder = RESULTS,
-) -> int:
-    """Twitching against unevenness or play, settling against the brake, the jump against the ramp; many runs each."""
-    from governor_mechanism.render import regulation as figures
-    from governor_mechanism.studies import regulation as studies
-
-    _prepare_folder(out)
-    path = out / f"{study.value}.png"
-    with working("running"):
-        match study:
-            case Regulation.TWITCH:
-                twitched = studies.twitch(_scene(scene, "porter_twitch"), studies.SHARES)
-                figures.twitch_figure(twitched, path)
-                told = f"twitches from {twitched.threshold:.6g} of the standing band on, which is {twitched.band:.6g}"
-            case Regulation.PLAY:
-                names = [scene] if scene else ["porter_play", "watt_play"]
-                played = [studies.play_and_twitch(_scene(name, ""), studies.PLAYS) for name in names]
-                figures.play_figure(played, path)
-                told = "\n".join(f"{one.title}: {one.finding}" for one in played)
-            case Regulation.SETTLING:
-                settled = studies.settling(_scene(scene, "porter_load_step"), studies.BRAKES)
-                figures.settling_figure(settled, path)
-                told = f"settles soonest, in {settled.best[1]:.4g} s, with a brake of {settled.best[0]:.4g} N s/m"
-            case Regulation.JUMP:
-                jumped = studies.jump(_scene(scene, "watt_improved"), studies.RATES)
-                figures.jump_figure(jumped, path)
-                told = (
-                    f"falls {jumped.falling_exponent.value:.4f} +- {jumped.falling_exponent.scatter:.1g} (exponent of "
-                    f"the rate) below {jumped.fold_speed:.6g} rad/s, jumps above {jumped.stop_speed:.6g} rad/s"
-                )
-    print(f"{told}\nwrote {path}")
-    return OK
-
-
-def _scene(name: str, shipped: str) -> Scene:
-    import governor_mechanism as gm
-
-    return gm.load(name or shipped)
+for command in (effects, regulation, sweep, design):
+    app.command()(command)
 
 
 def _write(result: Trajectory, out: Path, stem: str, film: FilmFormat | None) -> list[Path]:
@@ -345,24 +265,20 @@ def _write(result: Trajectory, out: Path, stem: str, film: FilmFormat | None) ->
     """
     import governor_mechanism as gm
     from governor_mechanism.render.figures import readings_figure
+    from governor_mechanism.render.machine_figures import machine_figures
     from governor_mechanism.saving import save_csv, save_json, save_netcdf
 
     written = []
     if film is not None and len(result.times) > 1:
         with progress_bar("film") as progress:
             written.append(gm.film(result, out / f"{stem}.{film.value}", progress=progress))
+    written += machine_figures(result, out, stem)
     writers = {"csv": save_csv, "nc": save_netcdf, "png": readings_figure, "json": save_json}
     for kind, write in writers.items():
         path = out / f"{stem}.{kind}"
         write(result, path)
         written.append(path)
     return written
-
-
-def _prepare_folder(out: Path) -> None:
-    if out.exists() and not out.is_dir():
-        raise MechanismError(f"--out {out} is a file; give the name of a folder")
-    out.mkdir(parents=True, exist_ok=True)
 
 
 if __name__ == "__main__":

@@ -201,6 +201,79 @@ class Play(Effect):
         return Stops(reading=PLAY, low=-self.width / 2, high=self.width / 2, restitution=self.restitution)
 
 
+@dataclass(frozen=True, kw_only=True)
+class Masses(Effect):
+    """Masses (kg) of the parts of a slider crank: the crank, and rod and crosshead where they have some.
+
+    crank_centre (m) is where the crank's mass lies, from the shaft toward the crank pin, negative for a counterweight.
+    The rod's lies rod_centre (m) from the crank pin, in the middle if left out, and has rod_inertia (kg m2) about that
+    centre, that of a slender uniform rod if left out. The machine builds its bodies from them.
+    """
+
+    crank: float
+    crank_centre: float = 0.0
+    rod: float = 0.0
+    rod_centre: float | None = None
+    rod_inertia: float | None = None
+    crosshead: float = 0.0
+
+    def __post_init__(self) -> None:
+        require_positive(self.crank, "kg", "masses.crank")
+        for name in ("rod", "crosshead"):
+            _require_not_negative(getattr(self, name), "kg", f"masses.{name}")
+        require_finite(self.crank_centre, "m", "masses.crank_centre")
+        if self.rod_centre is not None:
+            _require_not_negative(self.rod_centre, "m", "masses.rod_centre")
+        if self.rod_inertia is not None:
+            require_positive(self.rod_inertia, "kg m2", "masses.rod_inertia")
+        if self.rod == 0.0 and (self.rod_centre is not None or self.rod_inertia is not None):
+            raise MechanismError("masses.rod_centre and rod_inertia are of a rod with mass; give masses.rod as well")
+        _refuse_unlike({"crank": self.crank, "rod": self.rod, "crosshead": self.crosshead})
+
+
+UNLIKE = 1e-4
+"""A part so much lighter than another is as good as massless, and rigid bodies so unlike are not solved well."""
+
+
+def _refuse_unlike(masses: dict[str, float]) -> None:
+    heaviest = max(masses, key=lambda name: masses[name])
+    for name, mass in masses.items():
+        if 0.0 < mass < UNLIKE * masses[heaviest]:
+            cure = "" if name == "crank" else ", or leave it out"
+            raise MechanismError(
+                f"masses.{name} ({mass:g} kg) is nothing beside masses.{heaviest} ({masses[heaviest]:g} kg); "
+                f"give it {UNLIKE * masses[heaviest]:g} kg at least{cure}"
+            )
+
+
+@dataclass(frozen=True, kw_only=True)
+class BellCranks(Effect):
+    """Bell cranks with mass (kg, each): two slender arms of one section, and on them weights that have a size.
+
+    A weight is a block fixed to its arm: width (m) across the arm, height along it, depth out of the plane. The machine
+    builds its bodies from them; what is nought is left as it was.
+    """
+
+    mass: float = 0.0
+    weight_width: float = 0.0
+    weight_height: float = 0.0
+    weight_depth: float = 0.0
+
+    def __post_init__(self) -> None:
+        sizes = ("weight_width", "weight_height", "weight_depth")
+        for name, unit in (("mass", "kg"), *((size, "m") for size in sizes)):
+            _require_not_negative(getattr(self, name), unit, f"bell_cranks.{name}")
+        if self.mass == self.weight_width == self.weight_height == self.weight_depth == 0.0:
+            raise MechanismError(
+                f"bell_cranks need mass, {', '.join(sizes[:2])} or {sizes[2]}; leave the effect out if there are none"
+            )
+        if self.weight_depth > 0.0 and self.mass == self.weight_width == self.weight_height == 0.0:
+            raise MechanismError(
+                "bell_cranks.weight_depth alone leaves a weight that has no inertia to turn with in the plane; "
+                "give weight_width or weight_height as well"
+            )
+
+
 def _require_not_negative(value: float, unit: str, what: str) -> None:
     require_finite(value, unit, what)
     if value < 0:
@@ -208,5 +281,5 @@ def _require_not_negative(value: float, unit: str, what: str) -> None:
 
 
 ALL_EFFECTS: frozenset[type[Effect]] = frozenset(
-    (Gravity, Centrifugal, Rods, SpringOn, DryFriction, OilBrake, Stops, Play)
+    (Gravity, Centrifugal, Rods, SpringOn, DryFriction, OilBrake, Stops, Play, Masses, BellCranks)
 )

@@ -116,6 +116,31 @@ class FollowerHeight(Reading):
 
 
 @dataclass(frozen=True, kw_only=True)
+class Output:
+    """A named force (N) that follows from where the mechanism stands; unlike along a reading, nothing acts along it."""
+
+    name: str
+
+
+@dataclass(frozen=True, kw_only=True)
+class SpringForce(Output):
+    """The pull of a Spring among the loads; `spring` is its name."""
+
+    spring: str
+
+
+@dataclass(frozen=True, kw_only=True)
+class StaticForce(Output):
+    """With what force springs and weights draw a reading down at standstill; `part` of it.
+
+    So much has to push along the reading, a length, to hold a mechanism of mobility one. Infinite at a dead centre.
+    """
+
+    reading: str
+    part: float = 1.0
+
+
+@dataclass(frozen=True, kw_only=True)
 class Limit:
     """The range within which the description holds; leaving it ends a run by name.
 
@@ -133,7 +158,8 @@ class Limit:
 class Mechanism:
     """Bodies held by joints, with one leading coordinate (a reading's name) for mechanisms of mobility one.
 
-    loads act on the bodies beside a scene's effects. `watched` are readings that limits refer to but no user asks for.
+    loads act on the bodies beside a scene's effects. outputs follow from the poses; notes are sentences worth telling
+    about the dimensions. `watched` are readings that limits refer to but no user asks for.
     size (m) is the length that accuracies refer to. sketch holds one pose (x, y, angle) per body, from which the
     mechanism is assembled.
     """
@@ -147,6 +173,8 @@ class Mechanism:
     limits: tuple[Limit, ...] = ()
     watched: tuple[Reading, ...] = ()
     loads: tuple[Load, ...] = ()
+    outputs: tuple[Output, ...] = ()
+    notes: tuple[str, ...] = ()
 
     def __post_init__(self) -> None:
         require_positive(self.size, "m", "size of the mechanism")

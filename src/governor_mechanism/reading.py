@@ -196,7 +196,10 @@ def _of_dimensions(found: _Findings, document: Mapping[str, Any], tables: Mappin
     more = ((PLAY, "length"),) if plays else ()
     effects = _effects(found, tables, (*(_names(bare.readings) or ()), *more) if bare else None)
     found.add(*(f"[effects] {problem}" for problem in (kind.effect_problems(effects) if kind else ())))
-    start = _start(found, machine, bare, tables.get("start", {}), plays)
+    if kind is not None and kind.driven:
+        start = _driven(found, kind, document)
+    else:
+        start = _start(found, machine, bare, tables.get("start", {}), plays)
     part = found.made("[effects]", lambda: _part(machine, effects)) if machine else None
     return top, part, effects, start
 
@@ -259,6 +262,17 @@ def _start(
     moving = any(key in meaning for key in rates.values())
     still = {PLAY: 0.0} if moving and plays else {}
     return Start(values=values, rates=still | {key: meaning[rate] for key, rate in rates.items() if rate in meaning})
+
+
+def _driven(found: _Findings, kind: type[Machine], document: Mapping[str, Any]) -> Start:
+    """The start of a machine whose drive says how it stands and moves."""
+    for table in ("start", "spindle"):
+        if document.get(table):
+            found.add(
+                f"[{table}] has nothing to say of machine {kind.name!r}, whose crank is driven: "
+                f"how fast, and from where, are {' and '.join(kind.driven)} in [dimensions]"
+            )
+    return Start(values={})
 
 
 def _stand_in(kind: type[Machine]) -> Mechanism | None:

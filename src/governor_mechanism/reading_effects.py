@@ -12,7 +12,7 @@ from typing import Annotated, Any, Final
 
 from pydantic import Field, PlainValidator, ValidationInfo, create_model
 
-from governor_mechanism.effects import Centrifugal, Effect, Gravity, Play, Rods, Stops
+from governor_mechanism.effects import BellCranks, Centrifugal, Effect, Gravity, Masses, Play, Rods, Stops
 from governor_mechanism.errors import MechanismError, did_you_mean
 from governor_mechanism.reading_acting import (
     EXAMPLES,
@@ -58,6 +58,8 @@ def effects_table(readings: Readings) -> type[Table]:
         "oil_brake": _along(readings, oil_brake_on),
         "stops": _stops(readings),
         "play": _play,
+        "masses": _masses,
+        "bell_cranks": _bell_cranks,
     }
     fields: dict[str, Any] = {key: (Annotated[Any, PlainValidator(check)], ()) for key, check in checks.items()}
     return create_model("EffectsTable", __base__=Table, **fields)
@@ -89,6 +91,15 @@ class RodsTable(Table):
     ball_radius: Annotated[float, built("length", sign="not negative")] = 0.0
 
 
+class BellCranksTable(Table):
+    """The arguments of BellCranks."""
+
+    mass: Annotated[float, built("mass", sign="not negative")] = 0.0
+    weight_width: Annotated[float, built("length", sign="not negative")] = 0.0
+    weight_height: Annotated[float, built("length", sign="not negative")] = 0.0
+    weight_depth: Annotated[float, built("length", sign="not negative")] = 0.0
+
+
 NO_PLAY: Final = "; write play = false if there is none"
 
 
@@ -112,6 +123,36 @@ def _rods(value: object, info: ValidationInfo) -> tuple[Effect, ...]:
         return ()
     meaning = table_meaning(RodsTable, value, where(info), 'rods = { arm_mass = "0.6 kg", link_mass = "0.5 kg" }')
     return (located(where(info), lambda: Rods(**meaning)),)
+
+
+class MassesTable(Table):
+    """The arguments of Masses."""
+
+    crank: Annotated[float, built("mass")] = Field(
+        description='the mass of the crank, as "80 kg"; rod and crosshead may go without'
+    )
+    crank_centre: Annotated[float, built("length", sign="any")] = 0.0
+    rod: Annotated[float, built("mass", sign="not negative")] = 0.0
+    rod_centre: Annotated[float | None, built("length", sign="not negative")] = None
+    rod_inertia: Annotated[float | None, built("moment_of_inertia")] = None
+    crosshead: Annotated[float, built("mass", sign="not negative")] = 0.0
+
+
+def _masses(value: object, info: ValidationInfo) -> tuple[Effect, ...]:
+    if value is False:
+        return ()
+    meaning = table_meaning(
+        MassesTable, value, where(info), 'masses = { crank = "80 kg", rod = "70 kg", crosshead = "110 kg" }'
+    )
+    return (located(where(info), lambda: Masses(**meaning)),)
+
+
+def _bell_cranks(value: object, info: ValidationInfo) -> tuple[Effect, ...]:
+    if value is False:
+        return ()
+    example = 'bell_cranks = { mass = "6 kg", weight_width = "150 mm", weight_height = "200 mm" }'
+    meaning = table_meaning(BellCranksTable, value, where(info), example)
+    return (located(where(info), lambda: BellCranks(**meaning)),)
 
 
 def _play(value: object, info: ValidationInfo) -> tuple[Effect, ...]:

@@ -17,7 +17,7 @@ from pydantic_core import ErrorDetails
 from governor_mechanism.errors import MechanismError, did_you_mean
 from governor_mechanism.machines import MACHINES
 from governor_mechanism.machines.custom import CUSTOM
-from governor_mechanism.machines.dimensions import Machine
+from governor_mechanism.machines.dimensions import CHOICE, Machine
 from governor_mechanism.reading_values import (
     any_table,
     built,
@@ -33,7 +33,7 @@ from governor_mechanism.reading_values import (
 from governor_mechanism.scene import EQUILIBRIUM, Spindle
 from governor_mechanism.units import KINDS, parse, shown
 
-ENGINES: Final = ("auto", "impulse", "multibody")
+ENGINES: Final = ("auto", "impulse", "multibody", "reduced")
 """The engines that a scene file may name."""
 
 CUSTOM_KEYS: Final = ("size", "plane", "ground", "body", "joint", "link", "force", "readings")
@@ -139,14 +139,33 @@ def dimensions_table(machine: type[Machine]) -> type[Table]:
     fields: dict[str, Any] = {}
     for field in dataclasses.fields(machine):
         kind, meaning = field.metadata["kind"], field.metadata["meaning"]
+        if kind == CHOICE:
+            fields[field.name] = (Annotated[str, one_of(field.metadata["words"])], Field(None, description=meaning))
+            continue
         cure = f"; leave {field.name} out if there is none" if field.default is None else ""
         check = quantity(kind, positive=not field.metadata["signed"], cure=cure)
+        if field.metadata["word"]:
+            check = _or_word(check, field.metadata["word"])
         name = KINDS[kind].name.split(" ", 1)[1] if kind in KINDS else kind
         described = Field(
             default=... if field.default is dataclasses.MISSING else None, description=f"the {name} {meaning}"
         )
         fields[field.name] = (Annotated[Any, check], described)
     return create_model("DimensionsTable", __base__=Table, **fields)
+
+
+def _or_word(check: PlainValidator, word: str) -> PlainValidator:
+    """A check that a word passes as well, which stands for nothing given."""
+
+    def convert(value: object, info: ValidationInfo) -> Any:
+        if value == word:
+            return None
+        try:
+            return check.func(value, info)  # type: ignore[call-arg]
+        except MechanismError as error:
+            raise MechanismError(f'{error}; or write "{word}"') from error
+
+    return PlainValidator(convert)
 
 
 def rate_key(coordinate: str) -> str:

@@ -13,7 +13,7 @@ from governor_mechanism.equations.compiled import announce
 from governor_mechanism.equations.modes import keepers_of
 from governor_mechanism.equations.points import Array
 from governor_mechanism.equations.readings import reading_value
-from governor_mechanism.equations.system import make_system
+from governor_mechanism.equations.system import lever_pin
 from governor_mechanism.equations.timing import SpeedProgram
 from governor_mechanism.errors import MechanismError
 from governor_mechanism.mechanism import Mechanism
@@ -32,7 +32,8 @@ def starting_state(scene: Scene) -> tuple[Array, Array]:
     """
     mechanism = scene.part.mechanism
     announce("gradients_of", 3)
-    make_system(scene)  # refuses bodies that cannot turn
+    for body in mechanism.bodies:
+        lever_pin(mechanism, body)  # refuses those that cannot turn
     assembler = Assembler(mechanism)
     values = scene.start.values
     if assembler.equations.driven.any():
@@ -55,12 +56,15 @@ NOTED = 1e-9
 
 
 def assembly_notes(scene: Scene) -> tuple[str, ...]:
-    """What there is to say about how the start came about."""
+    """What there is to say about the dimensions, and about how the start came about."""
     mechanism = scene.part.mechanism
     joint, gap = Assembler(mechanism).guess_gap()
     if gap < NOTED * mechanism.size or scene.start.values:
-        return ()
-    return (f"the start was a guess: joint {joint!r} was open by {gap:.3g} m in it, and was closed",)
+        return mechanism.notes
+    return (
+        *mechanism.notes,
+        f"the start was a guess: joint {joint!r} was open by {gap:.3g} m in it, and was closed",
+    )
 
 
 def _resting(scene: Scene) -> Array:

@@ -24,6 +24,8 @@ class Outcome(Enum):
     UNCERTIFIED = "ran to the end; its accuracy was not certified"
     ACCURACY_MISSED = "ran to the end, but the asked accuracy was not reached; ask for less (multibody goes furthest)"
     LEFT_RANGE = "the mechanism leaves the range in which its description holds, and the run ends there"
+    DEAD_CENTRE = "the coordinate that the engine follows leads no farther there; try engine multibody"
+    STIFF = "the motion gets stiff, and this engine steps explicitly; try engine multibody"
     STEP_LIMIT = "the run needs more steps than the engine allows; shorten it, slow it, or raise max_steps"
     STALLED = "the motion could not be followed any further: its steps shrank to nothing, as where a drive locks"
     JOINT_OPENED = "a joint opened by more than a second-order step explains; try engine multibody"
@@ -97,8 +99,9 @@ class Cost:
     """What the run took. `evaluations` counts the calls of each law, over all the runs of the certificate.
 
     step (s) is the longest of the finest run's, or the last one; rejected are steps that had to be repeated; iterations
-    are those of the joint solver, where it iterates; method says how the engine stepped, where it has a choice; events
-    is how often something stuck, slipped, struck or went slack; assembled counts what was put together.
+    are those of the joint solver, where it iterates; building (s) is what making tables took, which wall_time leaves
+    out; method says how the engine stepped, where it has a choice; events is how often something stuck, slipped, struck
+    or went slack; assembled counts what was put together.
     """
 
     engine: str
@@ -108,6 +111,7 @@ class Cost:
     runs: int
     evaluations: Mapping[str, int]
     wall_time: float
+    building: float = 0.0
     rejected: int = 0
     iterations: int = 0
     method: str = ""

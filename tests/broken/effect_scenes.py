@@ -31,7 +31,7 @@ BROKEN_EFFECTS: list[tuple[str, str, list[str]]] = [
         with_effects('oil_break = { sleeve = "120 N s/m" }'),
         [
             "effects.oil_break is unknown; known keys of [effects] are gravity, centrifugal, rods, spring, "
-            "dry_friction, oil_brake, stops, play. Did you mean 'oil_brake'?"
+            "dry_friction, oil_brake, stops, play, masses, bell_cranks. Did you mean 'oil_brake'?"
         ],
     ),
     ("rods without masses", with_effects("rods = true"), ["effects.rods must be a table; found true; write rods = {"]),

@@ -120,7 +120,7 @@ BROKEN: list[tuple[str, str, list[str]]] = [
         "unknown machine",
         scene_text('machine = "pendulum_govenor"\n'),
         [
-            'machine "pendulum_govenor" is unknown; known are pendulum_governor, parabolic_governor, custom.',
+            'machine "pendulum_govenor" is unknown; known are pendulum_governor, parabolic_governor, ',
             "Did you mean 'pendulum_governor'?",
         ],
     ),
@@ -291,7 +291,7 @@ BROKEN: list[tuple[str, str, list[str]]] = [
     (
         "unknown engine",
         scene_text(run='engine = "impuls"'),
-        ["run.engine \"impuls\" is unknown; known are auto, impulse, multibody. Did you mean 'impulse'?"],
+        ["run.engine \"impuls\" is unknown; known are auto, impulse, multibody, reduced. Did you mean 'impulse'?"],
     ),
     ("empty file", "", ["the file is empty"]),
     ("only a comment", "# later\n", ["the file is empty"]),

@@ -9,7 +9,7 @@ import numpy as np
 import pytest
 
 from governor_mechanism.closed_form import pendulum as closed
-from governor_mechanism.engines import ImpulseEngine, MultibodyEngine
+from governor_mechanism.engines import ImpulseEngine, MultibodyEngine, ReducedEngine
 from governor_mechanism.engines.base import Task
 from governor_mechanism.engines.climb import Climb, Tuning
 from governor_mechanism.equations.scales import time_scale
@@ -21,7 +21,7 @@ from governor_mechanism.trajectory import Outcome
 from scenes import EXTENDED, PORTER, governor_scene
 from witness import one_coordinate_motion
 
-ENGINES = [ImpulseEngine, MultibodyEngine]
+ENGINES = [ImpulseEngine, MultibodyEngine, ReducedEngine]
 
 
 def with_mechanism(scene, **changes):

@@ -11,6 +11,7 @@ import governor_mechanism as gm
 from governor_mechanism.reading import scene_from_document
 from governor_mechanism.trajectory import Outcome
 
+ENGINES = pytest.mark.parametrize("engine", ["multibody", "reduced"])
 PORTER = {"arm": "300 mm", "offset": "40 mm", "ball_mass": "5 kg", "sleeve_mass": "20 kg"}
 CROSSED = {"arm": "300 mm", "offset": "-20 mm", "arm_joint": "200 mm", "link": "180 mm", "ball_mass": "5 kg"}
 
@@ -34,7 +35,8 @@ def alternate(events, subject):
     return all(one != other for one, other in itertools.pairwise(kinds))
 
 
-def test_two_frictions_on_one_freedom_stick_and_slip_together():
+@ENGINES
+def test_two_frictions_on_one_freedom_stick_and_slip_together(engine):
     """Either alone could hold it; together they bear the sum of both, and let go as one."""
     relieved = [[0, "40 N"], [0.5, "40 N"], [0.5, "0 N"], [0.6, "0 N"], [0.6, "40 N"]]
     run = gm.run(
@@ -43,7 +45,8 @@ def test_two_frictions_on_one_freedom_stick_and_slip_together():
             dimensions=PORTER | {"sleeve_mass": "50 kg", "arm_joint": "200 mm", "link": "200 mm"},
             spindle={"speed": "133.4 rpm", "unevenness": 0.2, "waves": 2},
             start={"arm_angle": "30.5 deg"},
-        )
+        ),
+        engine=engine,
     )
     assert run.outcome is Outcome.DONE
     assert alternate(run.events, "sleeve_lift")
@@ -58,14 +61,15 @@ def test_two_frictions_on_one_freedom_stick_and_slip_together():
     assert run.energy.dissipated[before][-1] == pytest.approx(40 * way + 5 * turn, rel=1e-3)  # turning points between
 
 
-def test_a_stop_and_a_friction_that_hold_one_freedom_let_go_as_one():
+@ENGINES
+def test_a_stop_and_a_friction_that_hold_one_freedom_let_go_as_one(engine):
     effects = {
         "dry_friction": {"sleeve": "40 N"},
         "oil_brake": {"sleeve": "120 N s/m"},
         "stops": {"arm_angle": ["25 deg", "48 deg"], "restitution": 0.3},
     }
     speed = [[0, "140 rpm"], [0.2, "260 rpm"], [1, "260 rpm"], [2, "120 rpm"], [3, "120 rpm"]]
-    run = gm.run(scene(effects, spindle={"speed": speed}, duration="3 s"))
+    run = gm.run(scene(effects, spindle={"speed": speed}, duration="3 s"), engine=engine)
     assert run.outcome is Outcome.DONE
     assert alternate(run.events, "arm_angle")
     assert alternate(run.events, "sleeve_lift")
@@ -79,9 +83,10 @@ def test_a_stop_and_a_friction_that_hold_one_freedom_let_go_as_one():
     assert np.interp(left.time, run.times, speeds) == pytest.approx(expected, rel=1e-4)  # by lines between 5 ms
 
 
-def test_a_certificate_with_bad_luck_is_tried_again():
+@pytest.mark.parametrize(("engine", "play"), [("multibody", "3 mm"), ("multibody", False), ("reduced", False)])
+def test_a_certificate_with_bad_luck_is_tried_again(engine, play):
     effects = {
-        "play": "3 mm",
+        "play": play,
         "oil_brake": {"sleeve": {"linear": "5 N s/m", "quadratic": "300 N s^2/m^2"}},
         "stops": {"arm_angle": ["25 deg", "45 deg"]},
         "dry_friction": {"arm_angle": "1 N m"},
@@ -92,27 +97,31 @@ def test_a_certificate_with_bad_luck_is_tried_again():
             dimensions=PORTER | {"offset": "30 mm", "arm_joint": "200 mm", "link": "180 mm"},
             spindle={"speed": "103.7 rpm"},
             start={"arm_angle": "30 deg", "arm_rate": "0.15 rad/s"},
-        )
+        ),
+        engine=engine,
     )
     assert run.outcome is Outcome.DONE
 
 
-def test_with_play_too_the_links_dead_centre_ends_a_run_by_name():
+@pytest.mark.parametrize(("engine", "play"), [("multibody", "3 mm"), ("multibody", False), ("reduced", False)])
+def test_with_play_or_without_the_links_dead_centre_ends_a_run_by_name(engine, play):
     run = gm.run(
         scene(
-            {"play": "3 mm", "dry_friction": {"sleeve": "1 N"}},
+            {"play": play, "dry_friction": {"sleeve": "1 N"}},
             dimensions=CROSSED | {"sleeve_mass": "5 kg"},
             spindle={"speed": "121.7 rpm"},
             start={"arm_angle": "30.5 deg", "arm_rate": "-0.5 rad/s"},
-        )
+        ),
+        engine=engine,
     )
     assert run.outcome is Outcome.LEFT_RANGE
     assert "the link stands at 90 degrees to the spindle" in run.message
 
 
-def test_the_shortest_of_runs_ends():
-    effects = {"dry_friction": {"sleeve": "40 N"}, "play": "1 mm", "stops": {"arm_angle": ["29.9 deg", "45 deg"]}}
-    assert gm.run(scene(effects, duration="1e-9 s", every="1e-9 s")).outcome is Outcome.DONE
+@pytest.mark.parametrize(("engine", "play"), [("multibody", "1 mm"), ("multibody", False), ("reduced", False)])
+def test_the_shortest_of_runs_ends(engine, play):
+    effects = {"dry_friction": {"sleeve": "40 N"}, "play": play, "stops": {"arm_angle": ["29.9 deg", "45 deg"]}}
+    assert gm.run(scene(effects, duration="1e-9 s", every="1e-9 s"), engine=engine).outcome is Outcome.DONE
 
 
 def test_an_equilibrium_with_play_is_refused_because_of_the_play():

@@ -11,7 +11,7 @@ import governor_mechanism as gm
 from scenes import PORTER, governor_scene
 
 
-@pytest.mark.parametrize(("engine", "allowed"), [("multibody", 1e-7), ("impulse", 1e-6)])
+@pytest.mark.parametrize(("engine", "allowed"), [("multibody", 1e-7), ("reduced", 1e-7), ("impulse", 1e-6)])
 def test_a_crank_passes_the_dead_centres_of_its_slider(engine, allowed):
     run = gm.run("slider_crank_torque", engine=engine, accuracy=1e-6, times=np.linspace(0.0, 0.85, 171))
     found = [event for event in run.events if event.kind == "dead centre"]
@@ -34,10 +34,11 @@ def test_a_driven_lever_stands_where_the_crank_is_square_to_it():
 
 def test_a_swing_that_turns_back_passes_nothing():
     scene = governor_scene(PORTER, speed=4 * math.pi, angle=0.7, duration=5.0)
-    for engine in ("multibody", "impulse"):
+    for engine in ("multibody", "reduced", "impulse"):
         assert gm.run(scene, engine=engine).events == ()
 
 
-def test_an_event_reads_as_a_sentence():
-    run = gm.run("slider_crank_torque", times=np.linspace(0.0, 0.5, 51))
+@pytest.mark.parametrize("engine", ["multibody", "reduced", "impulse"])
+def test_an_event_reads_as_a_sentence(engine):
+    run = gm.run("slider_crank_torque", engine=engine, times=np.linspace(0.0, 0.5, 51))
     assert [str(event) for event in run.events] == ["dead centre of slider_x at t = 0.450819 s"]

@@ -29,7 +29,9 @@ def turning_inertia(run):
     return REFERENCE["spindle_inertia"] + 2 * PORTER["ball_mass"] * run.readings["ball_radius"] ** 2
 
 
-@pytest.mark.parametrize(("engine", "accuracy", "allowed"), [("multibody", 1e-10, 1e-9), ("impulse", 1e-8, 1e-6)])
+@pytest.mark.parametrize(
+    ("engine", "accuracy", "allowed"), [("multibody", 1e-10, 1e-9), ("reduced", 1e-10, 1e-9), ("impulse", 1e-8, 1e-6)]
+)
 def test_the_reference_is_met(engine, accuracy, allowed):
     run = gm.run(free_porter(), engine=engine, accuracy=accuracy)
     assert run.outcome is Outcome.DONE
@@ -47,25 +49,28 @@ def test_the_reference_is_met(engine, accuracy, allowed):
         assert found[name] == pytest.approx(expected[name], abs=allowed * (1 if name.endswith("angle") else 12)), name
 
 
-def test_momentum_and_energy_are_kept():
-    run = gm.run(free_porter(), engine="multibody", accuracy=1e-11)
+@pytest.mark.parametrize("engine", ["multibody", "reduced"])
+def test_momentum_and_energy_are_kept(engine):
+    run = gm.run(free_porter(), engine=engine, accuracy=1e-11)
     momentum = turning_inertia(run) * run.readings["spindle_speed"]
     np.testing.assert_allclose(momentum, REFERENCE["angular_momentum"], rtol=1e-11)  # asked
     assert run.energy.drift < 1e-10  # asked
 
 
-def test_a_torque_in_time_changes_the_momentum_by_its_integral():
+@pytest.mark.parametrize(
+    ("engine", "asked", "allowed"), [("multibody", 1e-8, 1e-8), ("reduced", 1e-8, 1e-8), ("impulse", 1e-7, 1e-6)]
+)
+def test_a_torque_in_time_changes_the_momentum_by_its_integral(engine, asked, allowed):
     torque = Program(times=(0.0, 0.5, 0.5, 1.5), values=(2.0, 2.0, -3.0, 1.0))
-    for engine, allowed in (("multibody", 1e-8), ("impulse", 1e-6)):
-        run = gm.run(free_porter(torque), engine=engine, accuracy=1e-8 if engine == "multibody" else 1e-7)
-        assert run.outcome is Outcome.DONE
-        momentum = turning_inertia(run) * run.readings["spindle_speed"]
-        t = run.times
-        ramp = np.clip(t - 0.5, 0.0, 1.0)
-        gained = 2.0 * np.minimum(t, 0.5) - 3.0 * ramp + 2.0 * ramp**2 + np.maximum(t - 1.5, 0.0)
-        # The accuracy asked, times the 12 rad/s and 1.2 kg m2 it refers to.
-        np.testing.assert_allclose(momentum - momentum[0], gained, atol=20 * allowed)
-        assert run.energy.drift < 10 * allowed
+    run = gm.run(free_porter(torque), engine=engine, accuracy=asked)
+    assert run.outcome is Outcome.DONE
+    momentum = turning_inertia(run) * run.readings["spindle_speed"]
+    t = run.times
+    ramp = np.clip(t - 0.5, 0.0, 1.0)
+    gained = 2.0 * np.minimum(t, 0.5) - 3.0 * ramp + 2.0 * ramp**2 + np.maximum(t - 1.5, 0.0)
+    # The accuracy asked, times the 12 rad/s and 1.2 kg m2 it refers to.
+    np.testing.assert_allclose(momentum - momentum[0], gained, atol=20 * allowed)
+    assert run.energy.drift < 10 * allowed
 
 
 def test_impulse_is_of_second_order_with_a_free_spindle():

@@ -25,8 +25,9 @@ from engines.machines_of_joints import (
     falling_rack,
     slider_crank_driven_by_a_table,
 )
-from governor_mechanism.engines import ImpulseEngine, MultibodyEngine
+from governor_mechanism.engines import ImpulseEngine, MultibodyEngine, ReducedEngine
 from governor_mechanism.engines.report import time_scale
+from governor_mechanism.equations.assembly import Assembler
 from governor_mechanism.errors import UnsupportedEffect
 from governor_mechanism.trajectory import Outcome, Trajectory
 
@@ -47,13 +48,23 @@ def errors(run: Trajectory, told: Told) -> tuple[float, float]:
     return max(off), max(fast)
 
 
+def of_one_freedom(name: str) -> bool:
+    """Whether a case is one that the reduced engine follows."""
+    assembler = Assembler(case(name).scene.part.mechanism)
+    return assembler.mobility == 1 and not assembler.equations.driven.any()
+
+
 IMPULSE = [name for name in CASES if name != "rack"]
+FINE = [(MultibodyEngine(), name) for name in CASES]
+# The bead of a round slot passes the end of its slot's width, where x tells no longer where it is.
+FINE += [(ReducedEngine(), name) for name in CASES if of_one_freedom(name) and name != "arc slot in the ground"]
+BOTH = pytest.mark.parametrize("engine", [MultibodyEngine(), ReducedEngine()], ids=["multibody", "reduced"])
 
 
-@pytest.mark.parametrize("name", list(CASES))
-def test_multibody_moves_as_the_closed_form_says(name):
+@pytest.mark.parametrize(("engine", "name"), FINE, ids=[f"{engine.name}-{name}" for engine, name in FINE])
+def test_fine_engines_move_as_the_closed_form_says(engine, name):
     one = case(name)
-    run = MultibodyEngine().run(one.scene, accuracy=1e-10)
+    run = engine.run(one.scene, accuracy=1e-10)
     assert run.outcome is Outcome.DONE
     assert set(one.exact(run.times)) == set(run.readings)
     # What was asked, and what the run says of itself; scipy at 1e-13 leaves an order of magnitude below that.
@@ -110,11 +121,18 @@ def test_a_round_slot_has_the_period_of_the_elliptic_integral():
     np.testing.assert_allclose(run.rates["x"], 0.0, atol=1e-10 * math.sqrt(G * radius))
 
 
-def test_a_table_through_a_parabola_is_that_parabola():
-    runs = [
-        MultibodyEngine().run(one().scene, accuracy=1e-10)
-        for one in (bead_on_a_parabola, bead_on_a_table_of_the_parabola)
-    ]
+def test_a_coordinate_that_turns_back_on_its_way_ends_a_reduced_run_by_name():
+    one = bead_in_a_round_slot()
+    run = ReducedEngine().run(one.scene, accuracy=1e-10)
+    assert run.outcome is Outcome.DEAD_CENTRE
+    assert "'x' stands at a dead centre" in run.message
+    assert 0 < run.times[-1] < one.scene.run.duration
+    assert max(errors(run, one.exact(run.times))) <= 1e-10  # asked, up to there
+
+
+@BOTH
+def test_a_table_through_a_parabola_is_that_parabola(engine):
+    runs = [engine.run(one().scene, accuracy=1e-10) for one in (bead_on_a_parabola, bead_on_a_table_of_the_parabola)]
     # Equal curves but for rounding in the spline's coefficients, whose second derivatives divide by 0.05^2 m2.
     np.testing.assert_allclose(runs[0].readings["x"], runs[1].readings["x"], atol=1e-12)
 

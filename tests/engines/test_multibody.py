@@ -1,4 +1,4 @@
-"""The multibody engine: references to nine digits, agreement with the other engine, honest certificates."""
+"""Engines multibody and reduced: references to nine digits, agreement with the other engine, honest certificates."""
 
 from __future__ import annotations
 
@@ -15,7 +15,7 @@ import pytest
 
 import governor_mechanism as gm
 from governor_mechanism.closed_form import pendulum as closed
-from governor_mechanism.engines import ImpulseEngine, MultibodyEngine
+from governor_mechanism.engines import ImpulseEngine, MultibodyEngine, ReducedEngine
 from governor_mechanism.equations import compiled
 from governor_mechanism.errors import MechanismError
 from governor_mechanism.joints import GROUND, Distance, Pin, Point, Slider
@@ -29,6 +29,7 @@ from scenes import CROSSED, EXTENDED, PORTER, UNCROSSED_LINKS, WATT, governor_sc
 from witness import one_coordinate_motion
 
 SOURCE = Path(gm.__file__).parent
+FINE = pytest.mark.parametrize("engine", [MultibodyEngine, ReducedEngine], ids=["multibody", "reduced"])
 
 
 def porter_open(**options):
@@ -42,8 +43,9 @@ def with_joints(scene, *joints):
     return replace(scene, parts=(replace(scene.part, mechanism=mechanism),))
 
 
-def test_porter_open_is_where_the_reference_says_to_nine_digits():
-    run = MultibodyEngine().run(porter_open(accuracy=1e-11))
+@FINE
+def test_porter_open_is_where_the_reference_says_to_nine_digits(engine):
+    run = engine().run(porter_open(accuracy=1e-11))
     expected = MOTION["constant_speed"]
     assert run.outcome is Outcome.DONE
     assert run.readings["arm_angle"][-1] == pytest.approx(expected["arm_angle"], abs=1e-11)
@@ -53,7 +55,8 @@ def test_porter_open_is_where_the_reference_says_to_nine_digits():
     assert run.joint_gap.max() < 1e-12 * PORTER["arm"]
 
 
-def test_the_true_error_is_within_the_accuracy_and_the_estimate_in_random_governors():
+@FINE
+def test_the_true_error_is_within_the_accuracy_and_the_estimate_in_random_governors(engine):
     random = np.random.default_rng(20261121)
     fell_short = 0
     for _ in range(30):
@@ -68,7 +71,7 @@ def test_the_true_error_is_within_the_accuracy_and_the_estimate_in_random_govern
             every=0.05,
             accuracy=accuracy,
         )
-        run = MultibodyEngine().run(scene)
+        run = engine().run(scene)
         assert run.outcome in (Outcome.DONE, Outcome.LEFT_RANGE)
         angles, rates = one_coordinate_motion(scene, run.times)
         true = max(
@@ -90,8 +93,16 @@ COARSER = {
     "porter_heavy_rods": (1e-6, 1.0),
 }
 
-# The astatic governor impulse refuses; what sticks and strikes is compared in test_impulse_effects.py.
-BOTH = [name for name in shipped() if name != "parabolic" and not gm.load(name).acting]
+
+def shared(name):
+    """Whether impulse follows a shipped scene; what sticks and strikes is compared in test_impulse_effects.py."""
+    scene = gm.load(name)
+    joints = {type(joint) for joint in scene.part.mechanism.joints}
+    effects = {type(effect) for effect in scene.effects}
+    return not scene.acting and joints <= ImpulseEngine.joints and effects <= ImpulseEngine.effects
+
+
+BOTH = [name for name in shipped() if shared(name)]
 
 
 @pytest.mark.parametrize("name", BOTH)
@@ -107,6 +118,7 @@ def test_both_engines_tell_one_story_of_every_shipped_scene(name):
         assert difference <= allowed * fine.scales[reading], reading
 
 
+@FINE
 @pytest.mark.parametrize(
     "program",
     [
@@ -118,32 +130,34 @@ def test_both_engines_tell_one_story_of_every_shipped_scene(name):
     ids=["smooth", "step", "ramp", "ramp begun before"],
 )
 @pytest.mark.parametrize("dimensions", [PORTER, WATT, CROSSED, EXTENDED, UNCROSSED_LINKS])
-def test_a_changing_spindle_speed_is_followed(dimensions, program):
+def test_a_changing_spindle_speed_is_followed(engine, dimensions, program):
     factor = float(closed.equilibrium_speed(closed.PendulumGovernor(**dimensions), arm_angle=0.75))
     spindle = Spindle(times=program.times, speeds=tuple(factor * speed for speed in program.speeds))
     scene = governor_scene(dimensions, speed=spindle, angle=0.75, every=0.05, accuracy=1e-10)
-    run = MultibodyEngine().run(scene)
+    run = engine().run(scene)
     angles, _ = one_coordinate_motion(scene, run.times)
     assert run.outcome is Outcome.DONE
     assert np.max(np.abs(run.readings["arm_angle"] - angles)) < 1e-10
     assert run.energy.drift < 1e-10
 
 
-def test_rigid_links_with_mass_move_as_the_massive_governor_does():
+@FINE
+def test_rigid_links_with_mass_move_as_the_massive_governor_does(engine):
     scene, reference = porter_with_rods(speed=13.0, angle=0.9, rate=1.5)
     times = np.linspace(0.0, 2.0, 21)
-    run = MultibodyEngine().run(scene, times=times, accuracy=1e-10)
+    run = engine().run(scene, times=times, accuracy=1e-10)
     angles, _ = reference(scene, times)
     assert np.max(np.abs(run.readings["arm_angle"] - angles)) < 1e-10
 
 
-def test_the_error_falls_with_the_tolerance():
+@FINE
+def test_the_error_falls_with_the_tolerance(engine):
     scene = porter_open()
     expected, _ = one_coordinate_motion(scene, np.linspace(0.0, 2.0, 21))
     errors = [
         np.max(
             np.abs(
-                MultibodyEngine(tolerance=tolerance)
+                engine(tolerance=tolerance)
                 .run(scene, times=np.linspace(0.0, 2.0, 21), certify=False)
                 .readings["arm_angle"]
                 - expected
@@ -154,7 +168,8 @@ def test_the_error_falls_with_the_tolerance():
     assert all(finer < coarser / 10 for coarser, finer in pairwise(errors))
 
 
-def test_redundant_joints_change_no_motion():
+@FINE
+def test_redundant_joints_change_no_motion(engine):
     scene = porter_open(accuracy=1e-10)
     again = Distance(
         name="right arm again",
@@ -162,7 +177,7 @@ def test_redundant_joints_change_no_motion():
         second=Point(body="right ball"),
         length=PORTER["arm"],
     )
-    plain, redundant = (MultibodyEngine().run(one) for one in (scene, with_joints(scene, again)))
+    plain, redundant = (engine().run(one) for one in (scene, with_joints(scene, again)))
     np.testing.assert_allclose(redundant.poses, plain.poses, atol=1e-10)
 
 
@@ -192,21 +207,24 @@ def test_a_slider_on_a_body_that_turns_is_no_obstacle():
     np.testing.assert_allclose(np.arctan2(y, x), run.poses[:, 0, 2], atol=1e-10)
 
 
-def test_leaving_the_travel_ends_the_run_by_name():
-    run = MultibodyEngine().run(governor_scene(CROSSED, speed=13.0, angle=0.6, duration=5.0))
+@FINE
+def test_leaving_the_travel_ends_the_run_by_name(engine):
+    run = engine().run(governor_scene(CROSSED, speed=13.0, angle=0.6, duration=5.0))
     assert run.outcome is Outcome.LEFT_RANGE
     assert "the balls meet on the spindle axis" in run.message
     assert 0.1 < run.times[-1] < 5.0
 
 
-def test_too_many_steps_end_the_run_by_name():
-    run = MultibodyEngine(max_steps=20).run(porter_open(duration=50.0))
+@FINE
+def test_too_many_steps_end_the_run_by_name(engine):
+    run = engine(max_steps=20).run(porter_open(duration=50.0))
     assert run.outcome is Outcome.STEP_LIMIT
     assert 0 < run.times[-1] < 50.0
 
 
-def test_an_accuracy_out_of_reach_is_not_claimed():
-    run = MultibodyEngine().run(porter_open(), accuracy=1e-17)
+@FINE
+def test_an_accuracy_out_of_reach_is_not_claimed(engine):
+    run = engine().run(porter_open(), accuracy=1e-17)
     assert run.outcome is Outcome.ACCURACY_MISSED
     assert run.error_estimate > 1e-17
 
@@ -220,10 +238,11 @@ def test_a_body_without_inertia_to_turn_is_refused():
         MultibodyEngine().run(scene)
 
 
+@FINE
 @pytest.mark.parametrize("settings", [{"tolerance": 0.0}, {"tolerance": 2.0}, {"max_steps": 0}])
-def test_settings_that_make_no_sense_are_refused(settings):
+def test_settings_that_make_no_sense_are_refused(engine, settings):
     with pytest.raises(MechanismError, match=next(iter(settings))):
-        MultibodyEngine(**settings)
+        engine(**settings)
 
 
 def test_a_cost_counts_what_was_evaluated():
@@ -270,35 +289,38 @@ def test_compiling_is_announced_where_no_kernel_is_kept(tmp_path, capsys, monkey
     assert capsys.readouterr().err == ""
 
 
-def test_impulse_and_multibody_agree_on_the_governor_of_rigid_links():
+@FINE
+def test_impulse_agrees_on_the_governor_of_rigid_links(engine):
     scene, _ = porter_with_rods(speed=13.0, angle=0.9, rate=1.5)
-    fine, coarse = MultibodyEngine().run(scene, accuracy=1e-8), ImpulseEngine().run(scene, accuracy=1e-7)
+    fine, coarse = engine().run(scene, accuracy=1e-8), ImpulseEngine().run(scene, accuracy=1e-7)
     assert fine.outcome is coarse.outcome is Outcome.DONE
     np.testing.assert_allclose(fine.readings["arm_angle"], coarse.readings["arm_angle"], atol=1e-7)
 
 
+@FINE
 @pytest.mark.parametrize("accuracy", [0.9, 0.1, 1e-3, 1e-5])
-def test_loose_runs_have_an_estimate_all_the_same(accuracy):
+def test_loose_runs_have_an_estimate_all_the_same(engine, accuracy):
     # However loose, the two runs of a certificate must not take the same steps: their difference would be nothing.
     scene = gm.load("pendulum_iftomm")
     times = np.linspace(0.0, 1.0, 11)
-    run, true = (gm.run(scene, engine="multibody", accuracy=a, times=times) for a in (accuracy, 1e-11))
+    run, true = (engine().run(scene, accuracy=a, times=times) for a in (accuracy, 1e-11))
     error = max(np.max(np.abs(run.readings[name] - true.readings[name])) for name in run.readings)
     assert error <= run.error_estimate <= accuracy
 
 
-@pytest.mark.parametrize("engine", ["multibody", "impulse"])
+@pytest.mark.parametrize("engine", ["multibody", "reduced", "impulse"])
 def test_a_time_out_of_reach_ends_by_name(engine):
     run = gm.run("pendulum_iftomm", engine=engine, times=[1e9])
     assert run.outcome is Outcome.STEP_LIMIT
     assert len(run.times) == 0
 
 
-def test_the_time_of_leaving_the_range_is_found():
+@FINE
+def test_the_time_of_leaving_the_range_is_found(engine):
     # A ball thrown outward on a light arm without weight keeps its speed; at this spindle speed of none it is simple.
     scene = governor_scene(WATT, speed=0.0, angle=0.5, rate=4.0, duration=2.0)
     scene = replace(scene, effects=scene.effects[1:])  # no gravity, and a spindle that stands: the arm turns evenly
-    run = MultibodyEngine().run(scene, accuracy=1e-8)
+    run = engine().run(scene, accuracy=1e-8)
     assert run.outcome is Outcome.LEFT_RANGE
     time = float(run.detail.split("t = ")[1].split(" s")[0])
     assert time == pytest.approx((np.pi / 2 - 0.5) / 4.0, abs=1e-8)

@@ -1,4 +1,4 @@
-"""The multibody engine on mechanisms of other people's benchmarks, from the shipped scene files."""
+"""Engines multibody and reduced on mechanisms of other people's benchmarks, from the shipped scene files."""
 
 from __future__ import annotations
 
@@ -12,9 +12,12 @@ import governor_mechanism as gm
 from governor_mechanism.trajectory import Outcome
 from reference.mechanisms import ANDREWS, FOUR_BAR, PENDULUM, SLIDER_CRANK
 
+ENGINES = pytest.mark.parametrize("engine", ["multibody", "reduced"])
 
-def test_andrews_squeezer_meets_the_published_angles():
-    run = gm.run("andrews_squeezer", engine="multibody", accuracy=1e-10)
+
+@ENGINES
+def test_andrews_squeezer_meets_the_published_angles(engine):
+    run = gm.run("andrews_squeezer", engine=engine, accuracy=1e-10)
     assert run.outcome is Outcome.DONE
     assert run.times[-1] == ANDREWS["time"]
     for name, published in zip(ANDREWS["names"], ANDREWS["published"], strict=True):
@@ -22,8 +25,9 @@ def test_andrews_squeezer_meets_the_published_angles():
         assert run.readings[name][-1] == pytest.approx(published, rel=1e-8)
 
 
-def test_andrews_squeezer_begins_as_published():
-    run = gm.run("andrews_squeezer", engine="multibody", accuracy=1e-10, times=np.linspace(0.0, 1e-5, 11))
+@ENGINES
+def test_andrews_squeezer_begins_as_published(engine):
+    run = gm.run("andrews_squeezer", engine=engine, accuracy=1e-10, times=np.linspace(0.0, 1e-5, 11))
     for name, start, bend in zip(ANDREWS["names"], ANDREWS["start"], ANDREWS["start_accelerations"], strict=False):
         assert run.readings[name][0] == pytest.approx(start, abs=1e-14)  # rounding of the assembly
         # From rest a rate grows by acceleration * time; over 1e-5 s the acceleration changes by 1e-7 of itself.
@@ -51,9 +55,10 @@ def test_four_bar_chain_names_its_change_points():
     np.testing.assert_allclose(dead, points, atol=1e-6)
 
 
-def test_pendulum_keeps_its_phase_for_a_hundred_seconds():
+@ENGINES
+def test_pendulum_keeps_its_phase_for_a_hundred_seconds(engine):
     times = np.linspace(0.0, 100.0, 401)
-    run = gm.run("pendulum_iftomm", engine="multibody", accuracy=1e-10, times=times)
+    run = gm.run("pendulum_iftomm", engine=engine, accuracy=1e-10, times=times)
     m = PENDULUM["modulus_squared"]
     sn, _, _, _ = ellipj(ellipk(m) - math.sqrt(PENDULUM["gravity"] / PENDULUM["length"]) * times, m)
     angle = 2 * np.arcsin(math.sqrt(m) * sn)
@@ -61,16 +66,18 @@ def test_pendulum_keeps_its_phase_for_a_hundred_seconds():
     assert np.max(np.abs(run.readings["y"] + np.cos(angle))) < 1e-9
 
 
-def test_pendulum_meets_the_official_file():
-    run = gm.run("pendulum_iftomm", engine="multibody", times=[0.5, 1.0, 10.0])
+@ENGINES
+def test_pendulum_meets_the_official_file(engine):
+    run = gm.run("pendulum_iftomm", engine=engine, times=[0.5, 1.0, 10.0])
     for k, time in enumerate((0.5, 1.0)):
         found = run.readings["x"][k], run.readings["y"][k]
         assert found == pytest.approx(PENDULUM["published"][time], abs=7.1e-7)  # printed to six decimals
     assert (run.readings["x"][-1], run.readings["y"][-1]) == pytest.approx(PENDULUM["own"], abs=1e-8)
 
 
-def test_slider_crank_under_torque_from_its_dead_centre():
-    run = gm.run("slider_crank_torque", engine="multibody", accuracy=1e-10, times=np.linspace(0.0, 3.0, 301))
+@ENGINES
+def test_slider_crank_under_torque_from_its_dead_centre(engine):
+    run = gm.run("slider_crank_torque", engine=engine, accuracy=1e-10, times=np.linspace(0.0, 3.0, 301))
     at = int(np.searchsorted(run.times, SLIDER_CRANK["time"]))
     found = run.readings["crank_angle"][at], run.rates["crank_angle"][at], run.readings["slider_x"][at]
     assert found == pytest.approx(SLIDER_CRANK["own"], abs=1e-8)

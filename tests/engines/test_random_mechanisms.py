@@ -11,7 +11,7 @@ import numpy as np
 import pytest
 
 from engines.machines_of_joints import G, angle_of, fixed, follow, make_scene, on
-from governor_mechanism.engines import ImpulseEngine, MultibodyEngine
+from governor_mechanism.engines import ImpulseEngine, MultibodyEngine, ReducedEngine
 from governor_mechanism.engines.report import time_scale
 from governor_mechanism.joints import GROUND, Pin, Point, Slider
 from governor_mechanism.loads import Damper, Force, Load, Spring, Torque, TorsionDamper, TorsionSpring
@@ -426,11 +426,12 @@ def test_what_is_drawn_is_of_many_kinds():
     assert {shortest + longest < one + other for shortest, one, other, longest in lengths} == {True, False}
 
 
-def test_multibody_is_as_accurate_as_asked_and_knows_it():
+@pytest.mark.parametrize("engine", [MultibodyEngine(), ReducedEngine()], ids=["multibody", "reduced"])
+def test_fine_engines_are_as_accurate_as_asked_and_know_it(engine):
     random, fell_short = np.random.default_rng(SEED + 1), 0
     for linkage in linkages():
         scene, accuracy = scene_of(linkage), 10 ** random.uniform(-11, -4)
-        run = MultibodyEngine().run(scene, accuracy=accuracy)
+        run = engine.run(scene, accuracy=accuracy)
         assert run.outcome is Outcome.DONE
         true = true_error(run, linkage)
         assert true <= accuracy
@@ -457,10 +458,11 @@ def test_impulse_is_as_accurate_as_asked_and_knows_it():
         # Every number that is compared with another is scaled with it, so that both runs take the same steps and differ
         # by rounding; were a step refused for rounding in one of them alone, both would still be as accurate as asked.
         (MultibodyEngine(), True, 2e-10),
+        (ReducedEngine(), True, 2e-10),
         # The same given steps: rounding only, of some hundred steps, which the motion and the solver make more of.
         (ImpulseEngine(step=2e-3, runs=1), False, 1e-11),
     ],
-    ids=["multibody", "impulse"],
+    ids=["multibody", "reduced", "impulse"],
 )
 def test_in_millimetres_it_moves_the_same(engine, certify, allowed):
     for linkage in linkages():

@@ -2,12 +2,18 @@
 
 from __future__ import annotations
 
-from governor_mechanism.checking import parabolic, pendulum
+from governor_mechanism.checking import hartung, parabolic, pendulum, slide_valve, slider_crank
 from governor_mechanism.checking.report import CheckReport, Row
 from governor_mechanism.errors import MechanismError
 from governor_mechanism.scene import Scene
 
-CHECKS = {"pendulum_governor": pendulum.findings, "parabolic_governor": parabolic.findings}
+CHECKS = {
+    "pendulum_governor": pendulum.findings,
+    "parabolic_governor": parabolic.findings,
+    "hartung": hartung.findings,
+    "slide_valve": slide_valve.findings,
+    "slider_crank": slider_crank.findings,
+}
 """The closed-form checks of each machine: scene -> rows, and notes (strings) on what was left out."""
 
 

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from dataclasses import dataclass
 
 import numpy as np
@@ -15,17 +16,20 @@ from governor_mechanism.equations.points import Whole
 from governor_mechanism.scene import Scene
 from governor_mechanism.trajectory import Event, Reaction
 
+Stationed = Callable[[], tuple[State, Between | None]]
+
 
 @dataclass(frozen=True)
 class Told:
     """What a run's states at its reported times, and at all its stations, imply.
 
-    modes are those at the stations, which times[which] of them are reported; happened is what stuck and struck.
+    stations may be something that finds them, and what lies between, when they are asked for. modes are those at the
+    stations, which times[which] of them are reported; happened is what stuck and struck.
     """
 
     scene: Scene
     reported: State
-    stations: State
+    stations: State | Stationed
     mobility: int
     between: Between | None
     modes: tuple[Mode, ...] = ()
@@ -39,10 +43,14 @@ class Told:
 
     def events(self) -> tuple[Event, ...]:
         """In the order of time."""
-        found, at = self._implied(self.stations, self.modes), self.stations
-        motion = Stations(at.times, at.poses, at.velocities, found.accelerations, found.independence, self.between)
-        passed = find_events(self.scene.part.mechanism, motion, self.mobility) if not self.modes else ()
+        passed = () if self.modes else self._passed()
         return tuple(sorted((*passed, *self.happened), key=lambda event: event.time))
+
+    def _passed(self) -> tuple[Event, ...]:
+        at, between = (self.stations, self.between) if isinstance(self.stations, State) else self.stations()
+        found = self._implied(at, self.modes)
+        motion = Stations(at.times, at.poses, at.velocities, found.accelerations, found.independence, between)
+        return tuple(find_events(self.scene.part.mechanism, motion, self.mobility))
 
     def _implied(self, state: State, modes: tuple[Mode, ...]) -> Dynamics:
         return dynamics(self.scene, state.times, state.poses, state.velocities, state.spindle[:, 1], modes)

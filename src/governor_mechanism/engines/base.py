@@ -54,27 +54,34 @@ class Engine(ABC):
         times (n,) s are reported instead of the scene's own; accuracy replaces the scene's. Raises UnsupportedEffect
         for effects and joints this engine does not have, MechanismError for a start that cannot be made.
         """
-        self._refuse_unsupported(scene)
+        refused = self.refusal(scene)
+        if refused:
+            raise UnsupportedEffect(refused)
         asked = scene.run.accuracy if accuracy is None else accuracy
         if not (isinstance(asked, int | float) and 0 < asked < 1):
             raise MechanismError(f"accuracy must lie between 0 and 1; got {asked!r}")
         reported = reported_times(scene) if times is None else _checked(times)
         return self._run(scene, Task(times=reported, accuracy=asked, certify=certify, reason=reason))
 
-    def _refuse_unsupported(self, scene: Scene) -> None:
+    @final
+    def refusal(self, scene: Scene) -> str:
+        """Why this engine cannot run a scene, in a sentence; empty where it can."""
         parts = [part.mechanism for part in scene.parts]
         missing = {type(effect) for effect in scene.effects} - self.effects
         missing_joints = {type(joint) for mechanism in parts for joint in mechanism.joints} - self.joints
         if missing or missing_joints:
             names = sorted(kind.__name__ for kind in missing | missing_joints)
-            raise UnsupportedEffect(
-                f"engine {self.name!r} cannot model {names}; choose another engine or leave them out"
-            )
+            return f"engine {self.name!r} cannot model {names}; choose another engine or leave them out"
         if len(scene.parts) > 1 or scene.couplings:
-            raise UnsupportedEffect(
+            return (
                 f"engine {self.name!r} runs scenes of one part without couplings; "
                 f"this one has {len(scene.parts)} and {len(scene.couplings)}"
             )
+        return self._refuses(scene)
+
+    def _refuses(self, scene: Scene) -> str:
+        """What an engine refuses beside effects and joints it does not have."""
+        return ""
 
 
 def reported_times(scene: Scene) -> Array:

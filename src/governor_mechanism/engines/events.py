@@ -21,6 +21,9 @@ MOVING = 0.05
 NEAR = 0.1
 """A change point is looked for where the joint rows are less independent than this (an angle, about, in rad)."""
 
+ROUNDING = 1e-9
+"""A rate this much smaller than that at the other end of a step is nought."""
+
 MENDED = 3
 """Newton steps on the engine's own motion, each some thousand times nearer."""
 
@@ -80,7 +83,8 @@ def _dead_centres(mechanism: Mechanism, stations: Stations) -> list[Event]:
             if _speed(mechanism, about) <= slow:
                 continue  # everything turns back here, and nothing passes
             time, there = _stands(mechanism, reading.name, stations, k)
-            if _speed(mechanism, there) > slow:
+            begins = time == stations.times[0]  # there, and does not pass
+            if _speed(mechanism, there) > slow and not begins:
                 found.append(Event(time=time, kind="dead centre", subject=reading.name))
     return found
 
@@ -97,7 +101,11 @@ def _stands(mechanism: Mechanism, name: str, stations: Stations, k: int) -> tupl
 
     start, end = float(stations.times[k]), float(stations.times[k + 1])
     first, last = rate(path(start)), rate(path(end))
-    if not first * last < 0:  # so rough a path that it does not show what its ends say
+    if not first * last < 0:
+        near, far = sorted((start, end), key=lambda time: abs(rate(path(time))))
+        if abs(rate(path(near))) < ROUNDING * abs(rate(path(far))):
+            return near, path(near)[1]
+        # So rough a path that it does not show what its ends say.
         return 0.5 * (start + end), path(0.5 * (start + end))[1]
     time = float(brentq(lambda time: rate(path(time)), start, end, xtol=1e-12 * (end - start)))
     beside = 1e-3 * (end - start)

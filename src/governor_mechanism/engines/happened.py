@@ -8,9 +8,10 @@ import numpy as np
 from numpy.typing import NDArray
 
 from governor_mechanism.engines.switching import LEAVES, RESTS, SLIPS, STICKS
+from governor_mechanism.equations.constraints import joint_table
 from governor_mechanism.equations.modes import brakes_of, keepers_of, springs_of
 from governor_mechanism.equations.points import Array
-from governor_mechanism.equations.system import make_system
+from governor_mechanism.equations.system import acted_on
 from governor_mechanism.scene import Scene
 from governor_mechanism.trajectory import Event
 
@@ -60,13 +61,12 @@ def without_passing(events: Sequence[Event], apart: float) -> tuple[Event, ...]:
 
 def assembled(scene: Scene) -> Mapping[str, int]:
     """How much of each was put together for a scene: nothing that it does not list."""
-    system, _ = make_system(scene)
-    keepers = keepers_of(scene)
+    mechanism, keepers = scene.part.mechanism, keepers_of(scene)
     counts = {
-        "bodies": len(system.bodies),
-        "joint equations": len(system.rows.table),
-        "loads of the mechanism": len(system.loads),
-        "readings acted along": len(system.gauges.table),
+        "bodies": len(mechanism.bodies),
+        "joint equations": len(joint_table(mechanism).owner),
+        "loads of the mechanism": len(mechanism.loads),
+        "readings acted along": len(acted_on(scene)),
         "springs and brakes along readings": len(springs_of(scene)) + len(brakes_of(scene)),
         "frictions": sum(keeper.friction is not None for keeper in keepers),
         "stops": sum(int(np.isfinite(keeper.low)) + int(np.isfinite(keeper.high)) for keeper in keepers),

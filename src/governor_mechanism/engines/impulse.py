@@ -8,10 +8,12 @@ from dataclasses import dataclass
 from typing import ClassVar, final
 
 from governor_mechanism.effects import (
+    BellCranks,
     Centrifugal,
     DryFriction,
     Effect,
     Gravity,
+    Masses,
     OilBrake,
     Rods,
     SpringOn,
@@ -45,7 +47,7 @@ class ImpulseEngine(Tuning, Engine):
 
     name: ClassVar[str] = "impulse"
     effects: ClassVar[frozenset[type[Effect]]] = frozenset(
-        {Gravity, Centrifugal, Rods, SpringOn, OilBrake, DryFriction, Stops}
+        {Gravity, Centrifugal, Rods, BellCranks, Masses, SpringOn, OilBrake, DryFriction, Stops}
     )
     joints: ClassVar[frozenset[type[Joint]]] = ALL_JOINTS - LACKING
 

@@ -80,7 +80,7 @@ class MultibodyEngine(Engine):
             if tolerance < TIGHTEST:
                 break
             better = follower.certified(tolerance)
-            if better.estimate is not None and better.estimate < best.estimate:
+            if better.estimate is not None and better.estimate < best.estimate and better.reaches(best):
                 best, tries = better, 0
                 continue
             tries += 1
@@ -103,6 +103,10 @@ class Followed:
     errors: dict[str, float]
     estimate: float | None = None
     excluded: int = 0
+
+    def reaches(self, other: Followed) -> bool:
+        """Whether it comes as far as another."""
+        return len(self.state.times) >= len(other.state.times)
 
 
 class Follower:

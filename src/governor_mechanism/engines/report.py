@@ -7,7 +7,7 @@ from typing import Any
 
 import numpy as np
 
-from governor_mechanism.engines.afterwards import Told
+from governor_mechanism.engines.afterwards import Stationed, Told
 from governor_mechanism.engines.events import Between
 from governor_mechanism.engines.state import State
 from governor_mechanism.engines.work import work_between
@@ -23,6 +23,7 @@ from governor_mechanism.equations.timing import SpeedProgram, TimeCurve
 from governor_mechanism.joints import DrivenSlide, DrivenTurn
 from governor_mechanism.loads import Spring, TorsionSpring
 from governor_mechanism.mechanism import LineAngle, Mechanism
+from governor_mechanism.outputs import outputs_of
 from governor_mechanism.scene import TURNING, FreeSpindle, Scene
 from governor_mechanism.statics import assembly_notes
 from governor_mechanism.trajectory import Cost, Energy, Event, Outcome, Trajectory
@@ -46,7 +47,7 @@ class Finding:
     """What an engine has to tell: states at the reported times and at all its stations, how it ended, its errors."""
 
     state: State
-    stations: State
+    stations: State | Stationed
     report: Report
     outcome: Outcome
     detail: str
@@ -79,6 +80,7 @@ class Reporter:
         """1 rad or the machine's size for positions; mass, size and time scale for what the spindle does."""
         by_quantity = {"angle": 1.0, "length": self.mechanism.size}
         scales = {reading.name: by_quantity[reading.quantity] for reading in self.mechanism.readings}
+        scales |= {output.name: self.energy_scale / self.mechanism.size for output in self.mechanism.outputs}
         if self.turning:
             scales["spindle_speed"] = 1.0 / self.time_scale
         if self.free:
@@ -91,6 +93,8 @@ class Reporter:
         """Everything that is read off n states."""
         readings, rates = self._positions(state)
         units = {reading.name: UNITS[reading.quantity] for reading in self.mechanism.readings}
+        readings |= outputs_of(self.scene, state.poses)
+        units |= {output.name: "N" for output in self.mechanism.outputs}
         if self.turning:
             readings["spindle_speed"], units["spindle_speed"] = state.spindle[:, 1], "rad/s"
         if self.free:
@@ -109,7 +113,7 @@ class Reporter:
         """The result of a run; joint forces and events wait in it until they are asked for."""
         state, stations, report = found.state, found.stations, found.report
         assembler = Assembler(self.mechanism)
-        mobility = assembler.freedoms(stations.poses[0]) if len(stations.times) else assembler.mobility
+        mobility = assembler.freedoms(state.poses[0]) if len(state.times) else assembler.mobility
         return Trajectory(
             scene=self.scene,
             times=state.times,
@@ -148,10 +152,10 @@ class Reporter:
         if not isinstance(spindle, FreeSpindle) or not len(times):
             return self.program(times)
         own = spindle.inertia
-        start = (own + self._inertia(self._start[np.newaxis])[0]) * spindle.start_speed
+        start = (own + self.inertia(self._start[np.newaxis])[0]) * spindle.start_speed
         torque = TimeCurve(spindle.torque)
         momentum = start + np.array([torque.integral(0.0, float(time)) for time in times])
-        speeds: Array = free_spindle_speed(momentum, own + self._inertia(poses))
+        speeds: Array = free_spindle_speed(momentum, own + self.inertia(poses))
         return speeds
 
     def uncounted_work(self, stations: State) -> Array | None:
@@ -211,10 +215,11 @@ class Reporter:
             rate += spindle_inertia_rate(
                 body.mass, *body.moments.in_plane, pose[:, 0], pose[:, 2], velocity[:, 0], velocity[:, 2]
             )
-        torque: Array = rate * speed + self._inertia(state.poses) * slope
+        torque: Array = rate * speed + self.inertia(state.poses) * slope
         return torque
 
-    def _inertia(self, poses: Array) -> Array:
+    def inertia(self, poses: Array) -> Array:
+        """J (n,) kg m2 of all bodies about the spindle."""
         total: Array = sum(
             (
                 spindle_inertia(
@@ -239,7 +244,7 @@ class Reporter:
         rotation = np.zeros_like(kinetic)
         if self.loaded:
             own = self.scene.spindle.inertia if isinstance(self.scene.spindle, FreeSpindle) else 0.0
-            rotation = 0.5 * (own + self._inertia(state.poses)) * state.spindle[:, 1] ** 2
+            rotation = 0.5 * (own + self.inertia(state.poses)) * state.spindle[:, 1] ** 2
         return Energy(
             kinetic=kinetic,
             potential=potential,

@@ -63,17 +63,19 @@ def crossing(
             armed = armed or marks[j, i] < -tiny
             if j == last or not armed:
                 continue
-            part, height = _summit(PARTS[j], PARTS[1], marks[j - 1, i], marks[j, i], marks[j + 1, i])
-            if height > 0.0 and part < high and _rises(system, room, cubics, since, h, state, slopes, ahead,
-                                                       slopes_ahead, trial, spare, marks[last], i, part, forces,
-                                                       counts):  # fmt: skip
+            part, height = summit(PARTS[j], PARTS[1], marks[j - 1, i], marks[j, i], marks[j + 1, i])
+            below_first = part > PARTS[j] or marks[j - 1, i] < -tiny
+            if height > 0.0 and part < high and below_first and _rises(
+                system, room, cubics, since, h, state, slopes, ahead, slopes_ahead, trial, spare, marks[last], i, part,
+                forces, counts,
+            ):  # fmt: skip
                 low, high = (PARTS[j - 1] if part <= PARTS[j] else PARTS[j]), part
                 break
     return low, high
 
 
 @kernel
-def _summit(middle: float, apart: float, before: float, here: float, after: float) -> tuple[float, float]:
+def summit(middle: float, apart: float, before: float, here: float, after: float) -> tuple[float, float]:
     """Where the parabola through three equally spaced values is highest between them, and how high it may be there.
 
     A little is added for what a parabola does not tell; no height where it has no summit there.

@@ -51,8 +51,9 @@ def cache_folder() -> Path:
     keep one that calls a changed kernel of another file.
     """
     text = hashlib.sha256()
-    for path in sorted([*PACKAGE.glob("equations/*.py"), *PACKAGE.glob("engines/dop853*.py")]):
-        text.update(path.read_bytes())
+    for path in sorted([*PACKAGE.glob("equations/*.py"), *PACKAGE.glob("engines/**/*.py")]):
+        kernels = path.read_bytes()
+        text.update(kernels if b"equations.compiled" in kernels or b"tableau" in path.name.encode() else b"")
     name = f"kernels-{text.hexdigest()[:16]}"
     beside = PACKAGE / "__pycache__"
     if "NUMBA_CACHE_DIR" in os.environ:
@@ -99,5 +100,15 @@ def _writable(folder: Path) -> bool:
 
 def announce(kernel: str, seconds: int) -> None:
     """Say on standard error that kernels up to this one are about to be compiled, where it is not kept yet."""
-    if not any(cache_folder().rglob(f"*.{kernel}-*.nbi")) and sys.stderr is not None:
-        print(f"compiling kernels, once for this version: about {seconds} s", file=sys.stderr, flush=True)
+    try:
+        _require_kept(cache_folder(), kernel)
+    except FileNotFoundError:
+        if sys.stderr is not None:
+            print(f"compiling kernels, once for this version: about {seconds} s", file=sys.stderr, flush=True)
+
+
+@cache
+def _require_kept(folder: Path, kernel: str) -> None:
+    """Raise FileNotFoundError where it is not kept; once it is, no folder is searched again."""
+    if not any(folder.rglob(f"*.{kernel}-*.nbi")):
+        raise FileNotFoundError(kernel)

@@ -14,7 +14,7 @@ from governor_mechanism.equations import forces
 from governor_mechanism.equations.acting import add_acts, observe
 from governor_mechanism.equations.applied import add_loads
 from governor_mechanism.equations.compiled import compiled, inlined, kernel
-from governor_mechanism.equations.points import Array
+from governor_mechanism.equations.points import Array, Records
 from governor_mechanism.equations.rows import BEND, OPENING, RATE, ask, evaluate
 from governor_mechanism.equations.schur import along, assemble, give_back, solve
 from governor_mechanism.equations.system import System, Workspace
@@ -65,6 +65,26 @@ def accelerations(
     return independent, power, lost
 
 
+@kernel
+def body_forces(
+    bodies: Records, gravity: float, centrifugal: bool, poses: Array, speed_squared: float, result: Array
+) -> None:
+    """Fill result (bodies, 3) with what gravity and the spindle's turning do to the bodies' origins."""
+    for k in range(bodies.size):
+        body, angle = bodies[k], poses[k, 2]
+        arm_x = arm_y = 0.0
+        if body.x != 0.0 or body.y != 0.0:
+            cosine, sine = math.cos(angle), math.sin(angle)
+            arm_x, arm_y = cosine * body.x - sine * body.y, sine * body.x + cosine * body.y
+        force_x, force_y, moment = 0.0, weight(body.mass, gravity), 0.0
+        if centrifugal:
+            force_x = centrifugal_force(body.mass, poses[k, 0] + arm_x, speed_squared)
+            moment = centrifugal_moment(body.xx, body.yy, body.xy, angle, speed_squared)
+        result[k, 0] = force_x
+        result[k, 1] = force_y
+        result[k, 2] = moment + arm_x * force_y - arm_y * force_x
+
+
 @compiled
 def generalised_forces(
     system: System,
@@ -80,19 +100,7 @@ def generalised_forces(
 
     The power (W) of those without a potential, and what brakes and friction take, which it is less by.
     """
-    for k in range(system.bodies.size):
-        body, angle = system.bodies[k], poses[k, 2]
-        arm_x = arm_y = 0.0
-        if body.x != 0.0 or body.y != 0.0:
-            cosine, sine = math.cos(angle), math.sin(angle)
-            arm_x, arm_y = cosine * body.x - sine * body.y, sine * body.x + cosine * body.y
-        force_x, force_y, moment = 0.0, weight(body.mass, system.gravity), 0.0
-        if system.centrifugal:
-            force_x = centrifugal_force(body.mass, poses[k, 0] + arm_x, speed_squared)
-            moment = centrifugal_moment(body.xx, body.yy, body.xy, angle, speed_squared)
-        result[k, 0] = force_x
-        result[k, 1] = force_y
-        result[k, 2] = moment + arm_x * force_y - arm_y * force_x
+    body_forces(system.bodies, system.gravity, system.centrifugal, poses, speed_squared, result)
     power = add_loads(system.loads, poses, velocities, cubics, since, result)
     lost = add_acts(system.gauges, system.acts, poses, velocities, cubics, since, room.seen, room.leaning, result)
     return power - lost, lost
@@ -101,9 +109,15 @@ def generalised_forces(
 @compiled
 def inertia_about_spindle(system: System, poses: Array) -> float:
     """J (kg m2) of all bodies."""
+    return inertia_of(system.bodies, poses)
+
+
+@kernel
+def inertia_of(bodies: Records, poses: Array) -> float:
+    """J (kg m2) of these bodies."""
     total = 0.0
-    for k in range(system.bodies.size):
-        body, angle = system.bodies[k], poses[k, 2]
+    for k in range(bodies.size):
+        body, angle = bodies[k], poses[k, 2]
         x = poses[k, 0] + math.cos(angle) * body.x - math.sin(angle) * body.y
         total += spindle_inertia(body.mass, body.xx, body.yy, body.xy, body.zz, x, angle)
     return total

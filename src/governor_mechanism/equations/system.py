@@ -100,7 +100,7 @@ def make_system(scene: Scene, mode: Mode | None = None) -> tuple[System, tuple[T
         loads=loads,
         pairs=pairs,
         width=int(np.max(pairs[:, 0] - pairs[:, 1], initial=0)),
-        bodies=np.array([_record(body, origins[body.name]) for body in mechanism.bodies], dtype=BODY),
+        bodies=np.array([body_record(body, origins[body.name]) for body in mechanism.bodies], dtype=BODY),
         inverse_mass=np.array(inverse),
         gravity=scene.gravity,
         centrifugal=scene.centrifugal and scene.part.plane == TURNING,
@@ -296,7 +296,8 @@ def _centre(system: System) -> Array:
     return np.stack([system.bodies["x"], system.bodies["y"]], axis=-1)
 
 
-def _record(body: Body, origin: tuple[float, float]) -> tuple[float, ...]:
+def body_record(body: Body, origin: tuple[float, float] = (0.0, 0.0)) -> tuple[float, ...]:
+    """A body as a record of BODY, its coordinates counted from an origin (body axes, m)."""
     moments = body.moments
     return (body.mass, -origin[0], -origin[1], moments.xx, moments.yy, moments.xy, moments.zz)
 

@@ -3,7 +3,16 @@
 from __future__ import annotations
 
 from governor_mechanism.machines.dimensions import Machine
+from governor_mechanism.machines.hartung import HartungGovernor
 from governor_mechanism.machines.parabolic import ParabolicGovernor
 from governor_mechanism.machines.pendulum import PendulumGovernor
+from governor_mechanism.machines.slide_valve import SlideValve
+from governor_mechanism.machines.slider_crank import SliderCrank
 
-MACHINES: dict[str, type[Machine]] = {"pendulum_governor": PendulumGovernor, "parabolic_governor": ParabolicGovernor}
+MACHINES: dict[str, type[Machine]] = {
+    "pendulum_governor": PendulumGovernor,
+    "parabolic_governor": ParabolicGovernor,
+    "hartung": HartungGovernor,
+    "slide_valve": SlideValve,
+    "slider_crank": SliderCrank,
+}

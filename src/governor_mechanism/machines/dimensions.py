@@ -7,7 +7,7 @@ from abc import ABC, abstractmethod
 from collections.abc import Iterable, Mapping
 from typing import Any, ClassVar
 
-from governor_mechanism.effects import Effect, Play, Rods
+from governor_mechanism.effects import BellCranks, Effect, Masses, Play, Rods
 from governor_mechanism.errors import MechanismError
 from governor_mechanism.mechanism import Mechanism
 
@@ -15,12 +15,31 @@ SMALLEST, LARGEST = 1e-9, 1e9
 """Sizes of dimensions in SI beyond which a number is a slip, and double precision ends."""
 
 
-def dimension(kind: str, meaning: str, *, default: Any = dataclasses.MISSING, signed: bool = False) -> Any:
+CHOICE = "choice"
+"""The kind of a dimension that is one of several words."""
+
+
+def choice(words: tuple[str, ...], meaning: str) -> Any:
+    """Declare something about a machine that is one of several words; the first one if left out."""
+    return dataclasses.field(default=words[0], metadata={"kind": CHOICE, "meaning": meaning, "words": words})
+
+
+def dimension(
+    kind: str,
+    meaning: str,
+    *,
+    default: Any = dataclasses.MISSING,
+    signed: bool = False,
+    most: float = LARGEST,
+    word: str = "",
+) -> Any:
     """Declare one dimension of a machine: its kind of quantity ('length', 'mass', ...) and what it means.
 
-    A `signed` dimension may be zero or negative; the others must be positive. A default makes it optional.
+    A `signed` dimension may be zero or negative; the others must be positive. A default makes it optional; `word` is
+    what a scene file may write to leave it out. `most` (SI) is the largest size that is no slip.
     """
-    return dataclasses.field(default=default, metadata={"kind": kind, "meaning": meaning, "signed": signed})
+    metadata = {"kind": kind, "meaning": meaning, "signed": signed, "most": most, "word": word}
+    return dataclasses.field(default=default, metadata=metadata)
 
 
 @dataclasses.dataclass(frozen=True, kw_only=True)
@@ -29,17 +48,25 @@ class Machine(ABC):
 
     name: ClassVar[str]
     plane: ClassVar[str]
+    driven: ClassVar[tuple[str, ...]] = ()
+    """The dimensions that say how fast and from where a driven machine moves; none where [start] sets it going."""
 
     def __post_init__(self) -> None:
         problems = []
         for field in dataclasses.fields(self):
-            value, signed = getattr(self, field.name), field.metadata["signed"]
+            value = getattr(self, field.name)
             if value is None:
                 continue
-            if not (SMALLEST <= (abs(value) or SMALLEST) <= LARGEST and (signed or value > 0)):
+            if field.metadata["kind"] == CHOICE:
+                words = field.metadata["words"]
+                if value not in words:
+                    problems.append(f"{field.name} must be one of {', '.join(map(repr, words))}; got {value!r}")
+                continue
+            signed, most = field.metadata["signed"], field.metadata["most"]
+            if not (SMALLEST <= (abs(value) or SMALLEST) <= most and (signed or value > 0)):
                 wanted = "a finite" if signed else "a positive"
                 problems.append(
-                    f"{field.name} must be {wanted} number between {SMALLEST:g} and {LARGEST:g} in SI; got {value:g}"
+                    f"{field.name} must be {wanted} number between {SMALLEST:g} and {most:g} in SI; got {value:g}"
                 )
         if problems:
             raise MechanismError(*problems)
@@ -72,14 +99,16 @@ class Machine(ABC):
         """All dimensions by name, in SI, those left out filled with what they stand for."""
 
 
-def foreign_effects(machine: str, effects: Iterable[Effect]) -> tuple[str, ...]:
-    """Sentences about rods and play, for a machine whose bodies do not follow from them."""
+def foreign_effects(machine: str, effects: Iterable[Effect], has: tuple[type[Effect], ...] = ()) -> tuple[str, ...]:
+    """Sentences about effects that bodies are built from, for a machine that has none of them but those it `has`."""
     known = {
         Rods: "rods are those of a governor with arms and links",
         Play: "play is that of a sleeve on links",
+        Masses: "masses are those of a slider crank",
+        BellCranks: "bell_cranks are those of a Hartung governor",
     }
     return tuple(
         f"{known[type(effect)]}; machine {machine!r} has none, its bodies have their own masses; leave the effect out"
         for effect in effects
-        if type(effect) in known
+        if type(effect) in known and type(effect) not in has
     )

@@ -13,7 +13,7 @@ from typing import ClassVar
 
 from governor_mechanism.effects import Effect, Play, Rods
 from governor_mechanism.errors import MechanismError
-from governor_mechanism.machines.dimensions import Machine, dimension
+from governor_mechanism.machines.dimensions import Machine, dimension, foreign_effects
 from governor_mechanism.machines.pendulum_parts import LEFT, LEFT_LINK, RIGHT, RIGHT_LINK, SLEEVE, Parts
 from governor_mechanism.mechanism import Limit, Mechanism
 from governor_mechanism.scene import TURNING
@@ -102,8 +102,8 @@ class PendulumGovernor(Machine):
 
     @classmethod
     def effect_problems(cls, effects: Iterable[Effect]) -> tuple[str, ...]:
-        """None: this machine has rods and play. Which of its governors have not, `mechanism` says."""
-        return ()
+        """About masses; rods and play this machine has. Which of its governors have not, `mechanism` says."""
+        return foreign_effects(cls.name, effects, has=(Rods, Play))
 
     def mechanism_with(self, effects: Iterable[Effect]) -> Mechanism:
         """The mechanism with the rods and the play of a scene's effects."""

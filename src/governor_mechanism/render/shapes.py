@@ -12,7 +12,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from governor_mechanism.render import generic, pendulum
+from governor_mechanism.render import generic, hartung, pendulum, slide_valve
 from governor_mechanism.render.acting import NOTHING, Acting
 from governor_mechanism.render.primitives import Box, Circle, Lines, Shape, bounds
 from governor_mechanism.render.room import telling_poses, telling_rows
@@ -60,7 +60,21 @@ DRAWINGS: dict[str, Drawing] = {
         traced=pendulum.traced,
         readings=("arm_angle", "sleeve_lift", "spindle_speed"),
         plan_words=("from above,", "marked: the", "right ball"),
-    )
+    ),
+    "hartung": Drawing(
+        background=hartung.background,
+        moving=hartung.moving,
+        plan=hartung.plan,
+        traced=hartung.traced,
+        readings=("spring_force", "sleeve_lift", "spindle_speed", "lever_angle"),
+        plan_words=("from above,", "marked: the", "right weight"),
+    ),
+    "slide_valve": Drawing(
+        background=slide_valve.background,
+        moving=slide_valve.moving,
+        plan=slide_valve.plan,
+        readings=("valve_displacement", "crank_end_steam", "head_end_steam", "crank_end_travel"),
+    ),
 }
 
 

@@ -14,9 +14,11 @@ from typing import Any
 
 import numpy as np
 
-from governor_mechanism.effects import PLAY, Centrifugal, Effect, Gravity, Play, Rods
+from governor_mechanism.effects import PLAY, BellCranks, Centrifugal, Effect, Gravity, Masses, Play, Rods
 from governor_mechanism.engines import choose
 from governor_mechanism.errors import MechanismError
+from governor_mechanism.machines import MACHINES
+from governor_mechanism.machines.dimensions import foreign_effects
 from governor_mechanism.reading import scene_from_document
 from governor_mechanism.scene import FIXED, Scene, Spindle
 from governor_mechanism.trajectory import Outcome, Trajectory
@@ -26,11 +28,31 @@ REPEATS = 3
 
 UNEVEN = "spindle.unevenness"
 
-KEYS = ("gravity", "centrifugal", "rods", "spring", "dry_friction", "oil_brake", "stops", "play")
+KEYS = (
+    "gravity",
+    "centrifugal",
+    "rods",
+    "spring",
+    "dry_friction",
+    "oil_brake",
+    "stops",
+    "play",
+    "masses",
+    "bell_cranks",
+)
 """Of [effects], in the order in which they are told."""
 
 PLAIN: Mapping[str, Effect] = {"gravity": Gravity(), "centrifugal": Centrifugal()}
 """Effects that need no numbers."""
+
+
+BUILT: Mapping[str, Effect] = {
+    "rods": Rods(arm_mass=1.0),
+    "play": Play(width=1.0),
+    "masses": Masses(crank=1.0),
+    "bell_cranks": BellCranks(mass=1.0),
+}
+"""An example of each effect that bodies are built from; not every machine has them."""
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -164,8 +186,17 @@ def effects_study(
         engine=chosen.name,
         base=bill,
         rows=tuple(rows),
-        untried=tuple(key for key in KEYS if key not in given),
+        untried=tuple(key for key in KEYS if key not in given and not _foreign(scene, key)),
     )
+
+
+def _foreign(scene: Scene, key: str) -> bool:
+    """Whether no machine of the scene's kind can have an effect."""
+    if key not in BUILT:
+        return False
+    kind = MACHINES.get(scene.part.machine)
+    listed = [BUILT[key]]
+    return bool(kind.effect_problems(listed) if kind else foreign_effects(scene.part.machine, listed))
 
 
 def _bill(run: Trajectory) -> Bill:
@@ -255,6 +286,6 @@ def _read_without(scene: Scene, key: str) -> Scene:
 
 
 def _without(scene: Scene, kind: type[Effect]) -> Scene:
-    if kind in (Rods, Play):
+    if kind in {type(example) for example in BUILT.values()}:
         raise MechanismError(f"{kind.__name__} is built into the mechanism of a scene that comes from no file")
     return replace(scene, effects=tuple(effect for effect in scene.effects if type(effect) is not kind))

@@ -1,0 +1,207 @@
+"""One step of DOP853 for one coordinate and its rate, its error, and what lies within it; compiled."""
+
+from __future__ import annotations
+
+import math
+from typing import NamedTuple
+
+import numpy as np
+
+from governor_mechanism.engines.dop853_tableau import (
+    DENSE_NODES,
+    DENSE_STAGES,
+    DENSE_WEIGHTS,
+    ERROR_3,
+    ERROR_5,
+    NODES,
+    STAGES,
+    WEIGHTS,
+)
+from governor_mechanism.engines.tables.acceleration import FLOWS, Line, accelerated
+from governor_mechanism.equations.compiled import kernel
+from governor_mechanism.equations.laying import piece_of
+from governor_mechanism.equations.pieces import powers, powers_inlined
+from governor_mechanism.equations.planning import ENERGY, PLAIN, SECOND, UNIT
+from governor_mechanism.equations.points import Array, Whole
+from governor_mechanism.equations.sampling import OWN, PULL
+
+FROM = np.array([1, 1, 1, 2, 2, 3, 3, 3, 3, 3, 3, 3, 5])
+"""The first stage after stage 0 that counts in each, and in the step itself: those between have no weight."""
+
+
+class Stages(NamedTuple):
+    """Rates (16,) and accelerations (16,) at the stages of a step, and what flows (16, FLOWS); room for the inside of
+    a step (2 + FLOWS, 7); last (1,), the coordinate at the stage before its end."""
+
+    rates: Array
+    bends: Array
+    flows: Array
+    dense: Array
+    last: Array
+
+
+def make_stages() -> Stages:
+    """Room for a step."""
+    return Stages(np.zeros(16), np.zeros(16), np.zeros((16, FLOWS)), np.zeros((2 + FLOWS, 7)), np.zeros(1))
+
+
+@kernel
+def stepped(
+    line: Line, since: float, h: float, q: float, v: float, near: int, stages: Stages
+) -> tuple[float, float, int, int]:
+    """Coordinate and rate a step h later, from stages[0]; the piece they are on, and -1.
+
+    Where none is laid, the side to lay one on stands in place of that.
+    """
+    if line.numbers[PLAIN] != 0.0:
+        return _plainly(line.table, line.edges, line.beside, line.ring, h, q, v, near, stages.rates, stages.bends)
+    ahead, rate, side = q, v, -1
+    for stage in range(1, 13):
+        way, gain, node = _summed(stage, stages.rates, stages.bends)
+        ahead, rate = q + h * way, v + h * gain
+        near, t, side = piece_of(line.edges, line.beside, line.ring, ahead, near)
+        if side >= 0:
+            break
+        if stage == 11:
+            stages.last[0] = ahead
+        stages.rates[stage] = rate
+        stages.bends[stage] = accelerated(line, near, t, rate, since + node * h, stages.flows, stage)
+    return ahead, rate, near, side
+
+
+@kernel
+def _plainly(
+    table: Array, edges: Array, beside: Whole, ring: Array, h: float, q: float, v: float, near: int, rates: Array,
+    bends: Array,
+) -> tuple[float, float, int, int]:  # fmt: skip
+    """The same where the first two columns are all that acts, in one loop without calls: five times as fast."""
+    ahead, rate, side, round_again = q, v, -1, ring[0] > 0.0
+    for stage in range(1, 13):
+        if stage < 12:
+            way, gain = STAGES[stage, 0] * rates[0], STAGES[stage, 0] * bends[0]
+            for k in range(FROM[stage], stage):
+                way += STAGES[stage, k] * rates[k]
+                gain += STAGES[stage, k] * bends[k]
+        else:
+            way, gain = WEIGHTS[0] * rates[0], WEIGHTS[0] * bends[0]
+            for k in range(5, 12):
+                way += WEIGHTS[k] * rates[k]
+                gain += WEIGHTS[k] * bends[k]
+        ahead, rate = q + h * way, v + h * gain
+        t = (ahead - edges[near, 2]) * edges[near, 3]
+        if round_again or abs(t) > 1.0:
+            near, t, side = piece_of(edges, beside, ring, ahead, near)
+            if side >= 0:
+                break
+        rates[stage] = rate
+        bends[stage] = powers_inlined(table, near, OWN, t) * rate * rate + powers_inlined(table, near, PULL, t)
+    return ahead, rate, near, side
+
+
+@kernel
+def _summed(stage: int, rates: Array, bends: Array) -> tuple[float, float, float]:
+    """The weighed means of rates and accelerations up to a stage, and its part of the step; stage 12 is its end."""
+    if stage < 12:
+        node, way, gain = NODES[stage], STAGES[stage, 0] * rates[0], STAGES[stage, 0] * bends[0]
+        for k in range(FROM[stage], stage):
+            way += STAGES[stage, k] * rates[k]
+            gain += STAGES[stage, k] * bends[k]
+    else:
+        node, way, gain = 1.0, WEIGHTS[0] * rates[0], WEIGHTS[0] * bends[0]
+        for k in range(5, 12):
+            way += WEIGHTS[k] * rates[k]
+            gain += WEIGHTS[k] * bends[k]
+    return way, gain, node
+
+
+@kernel
+def error_of(line: Line, stages: Stages, h: float) -> float:
+    """The error of a step, each number relative to its scale, as Hairer combines those of order 5 and 3."""
+    unit, second = line.numbers[UNIT], line.numbers[SECOND]
+    fifth, third = _errors(stages.rates, 1.0 / unit)
+    five, three = _errors(stages.bends, second / unit)
+    fifth, third, count = fifth + five, third + three, 2.0
+    if line.numbers[PLAIN] == 0.0:
+        for c in range(FLOWS):
+            five, three = _errors(stages.flows[:, c], 1.0 if c == FLOWS - 1 else 1.0 / line.numbers[ENERGY])
+            fifth, third, count = fifth + five, third + three, count + 1.0
+    if fifth == 0.0 and third == 0.0:
+        return 0.0
+    return h * fifth / math.sqrt((fifth + 0.01 * third) * count)
+
+
+@kernel
+def _errors(slopes: Array, scale: float) -> tuple[float, float]:
+    """The squares of a number's errors of order 5 and 3, per second."""
+    five = three = 0.0
+    for k in range(12):
+        five += ERROR_5[k] * slopes[k]
+        three += ERROR_3[k] * slopes[k]
+    return (five * scale) ** 2, (three * scale) ** 2
+
+
+@kernel
+def decay_of(stages: Stages, ahead: float, rate: float) -> float:
+    """The fastest rate (1/s) at which neighbouring motions come together, as the last two stages tell it."""
+    slope = (stages.rates[12] - stages.rates[11]) ** 2 + (stages.bends[12] - stages.bends[11]) ** 2
+    apart = (ahead - stages.last[0]) ** 2 + (rate - stages.rates[11]) ** 2
+    return math.sqrt(slope / apart) if apart > 0.0 else 0.0
+
+
+@kernel
+def opened(
+    line: Line, since: float, h: float, q: float, v: float, ahead: float, rate: float, near: int, stages: Stages
+) -> int:
+    """Prepare stages.dense for what lies within a step, of three more evaluations; -1, or the side to lay on."""
+    rates, bends, flows, dense = stages.rates, stages.bends, stages.flows, stages.dense
+    table, edges, beside, ring, plain = line.table, line.edges, line.beside, line.ring, line.numbers[PLAIN] != 0.0
+    for extra in range(3):
+        way = gain = 0.0
+        for k in range(13 + extra):
+            way += DENSE_STAGES[extra, k] * rates[k]
+            gain += DENSE_STAGES[extra, k] * bends[k]
+        near, t, side = piece_of(edges, beside, ring, q + h * way, near)
+        if side >= 0:
+            return side
+        moving = v + h * gain
+        rates[13 + extra] = moving
+        if plain:
+            bends[13 + extra] = powers(table, near, OWN, t) * moving * moving + powers(table, near, PULL, t)
+        else:
+            later = since + DENSE_NODES[extra] * h
+            bends[13 + extra] = accelerated(line, near, t, moving, later, flows, 13 + extra)
+    _prepared(rates, ahead - q, h, dense, 0)
+    _prepared(bends, rate - v, h, dense, 1)
+    for c in range(0 if plain else FLOWS):
+        column = flows[:, c]
+        _prepared(column, h * gained(column), h, dense, 2 + c)
+    return -1
+
+
+@kernel
+def gained(slopes: Array) -> float:
+    """The step's mean of something whose slopes are known at its stages."""
+    total = WEIGHTS[0] * slopes[0]
+    for k in range(5, 12):
+        total += WEIGHTS[k] * slopes[k]
+    return float(total)
+
+
+@kernel
+def _prepared(slopes: Array, change: float, h: float, dense: Array, at: int) -> None:
+    dense[at, 0] = change
+    dense[at, 1] = h * slopes[0] - change
+    dense[at, 2] = 2.0 * change - h * (slopes[12] + slopes[0])
+    for r in range(4):
+        total = 0.0
+        for k in range(16):
+            total += DENSE_WEIGHTS[r, k] * slopes[k]
+        dense[at, 3 + r] = h * total
+
+
+@kernel
+def within(dense: Array, at: int, part: float) -> float:
+    """The change from the step's beginning to a part of it."""
+    p, rest = part, 1.0 - part
+    total = (dense[at, 6] * p + dense[at, 5]) * rest + dense[at, 4]
+    return float(((((total * p + dense[at, 3]) * rest + dense[at, 2]) * p + dense[at, 1]) * rest + dense[at, 0]) * p)

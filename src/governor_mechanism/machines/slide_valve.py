@@ -1,0 +1,231 @@
+"""The slide valve: an eccentric on the crank's shaft drives a valve, the crank a piston; both by rods, or endless ones.
+
+After Müller-Melchiors on Marks' construction, Dinglers Polyt. J. 241 (1881), p. 161. The crank angle counts from the
+dead centre in which the piston stands nearest to the shaft; its end of the cylinder is the crank end, the other the
+head end. The eccentric runs ahead of the crank by a right angle and the advance. The valve admits steam by its outer
+edges: to the crank end while it stands away from the shaft by more than the outside lap, to the head end while it
+stands as far toward the shaft.
+"""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+from typing import ClassVar
+
+from governor_mechanism.errors import MechanismError
+from governor_mechanism.joints import GROUND, Distance, Joint, Point, Slider
+from governor_mechanism.machines.crank_drive import (
+    CRANK,
+    CROSSHEAD,
+    GUIDE,
+    ROD,
+    STAND_IN,
+    VALVE,
+    driven_crank,
+    massless_crank,
+    turned,
+)
+from governor_mechanism.machines.dimensions import Machine, choice, dimension
+from governor_mechanism.machines.slider_crank import refuse_short
+from governor_mechanism.mechanism import Body, BodyAngle, Coordinate, Mechanism, Reading
+from governor_mechanism.scene import FIXED
+
+ECCENTRIC_ROD, VALVE_GUIDE = "eccentric rod", "valve guide"
+
+EQUAL_LEADS, MIDDLE, EQUAL_CUT_OFFS = "equal leads", "middle of extremes", "equal cut-offs"
+
+HALVINGS = 64
+"""Of an interval that holds a crank angle, or the centre for equal cut-offs: to rounding."""
+
+
+@dataclass(frozen=True, kw_only=True)
+class SlideValve(Machine):
+    """Lengths in m, angles in rad, the crank's steady speed in rad/s; a rod that is left out is infinitely long."""
+
+    name: ClassVar[str] = "slide_valve"
+    plane: ClassVar[str] = FIXED
+    driven: ClassVar[tuple[str, ...]] = ("crank_speed", "crank_start")
+
+    crank: float = dimension("length", "from the shaft to the crank pin: half the stroke")
+    connecting_rod: float | None = dimension(
+        "length", "from the crank pin to the crosshead; endless if left out", default=None, word="endless"
+    )
+    eccentric: float = dimension("length", "from the shaft to the eccentric's centre: half the valve's travel")
+    eccentric_rod: float | None = dimension(
+        "length", "from the eccentric's centre to the valve; endless if left out", default=None, word="endless"
+    )
+    advance: float = dimension("angle", "by which the eccentric runs ahead of a right angle to the crank", signed=True)
+    outside_lap: float = dimension("length", "by which the valve in its middle covers the outer edges", signed=True)
+    inside_lap: float = dimension(
+        "length", "by which it covers the inner edges; negative leaves them open", default=0.0, signed=True
+    )
+    crank_speed: float = dimension("angular_speed", "of the crank, which is driven")
+    crank_start: float = dimension("angle", "of the crank at the start", default=0.0, signed=True)
+    setting: str = choice((EQUAL_LEADS, MIDDLE, EQUAL_CUT_OFFS), "what the centre of the valve's swing is set for")
+
+    def __post_init__(self) -> None:
+        super().__post_init__()
+        if self.connecting_rod is not None:
+            refuse_short(self.connecting_rod, self.crank, "connecting_rod", "crank")
+        if self.eccentric_rod is not None:
+            refuse_short(self.eccentric_rod, self.eccentric, "eccentric_rod", "eccentric")
+        if not abs(self.advance) < math.pi / 2:
+            raise MechanismError(
+                f"advance ({math.degrees(self.advance):.6g} deg) must lie between -90 and 90 deg: it is counted from "
+                "the right angle to the crank"
+            )
+        for name in ("outside_lap", "inside_lap"):
+            lap = getattr(self, name)
+            if abs(lap) >= self.eccentric:
+                raise MechanismError(
+                    f"{name} ({lap * 1e3:.6g} mm) is larger than the valve's travel to either side "
+                    f"({self.eccentric * 1e3:.6g} mm), and its ports never open or never close; lower it, or enlarge "
+                    "eccentric"
+                )
+        self._refuse_shut()
+
+    def _refuse_shut(self) -> None:
+        """Refuse a port that the setting leaves shut, or open, for the whole turn."""
+        # The extremes lie in the eccentric's own dead centres, whatever the rod.
+        out, back = self.eccentric - self._offset, self.eccentric + self._offset
+        ways = {
+            "crank end's steam port": (out, back, self.outside_lap),
+            "head end's steam port": (back, out, self.outside_lap),
+            "crank end's exhaust": (back, out, self.inside_lap),
+            "head end's exhaust": (out, back, self.inside_lap),
+        }
+        problems = []
+        for port, (opening, closing, lap) in ways.items():
+            never, far = ("opens", opening) if opening <= lap else ("closes", closing)
+            if opening <= lap or closing <= -lap:
+                problems.append(
+                    f"the {port} never {never}: set for {self.setting}, the valve goes {far * 1e3:.6g} mm that way, "
+                    f"and its lap is {lap * 1e3:.6g} mm; change the lap, or take another setting"
+                )
+        if problems:
+            raise MechanismError(*problems)
+
+    @property
+    def centre(self) -> float:
+        """Centre of the valve's swing (m) from the shaft; with an endless rod, from the middle of the extremes."""
+        return (self.eccentric_rod or 0.0) + self._offset
+
+    @property
+    def _offset(self) -> float:
+        """How far the centre lies beyond the middle between the extremes (m)."""
+        if self.setting == MIDDLE:
+            return 0.0
+        if self.setting == EQUAL_LEADS:
+            return 0.5 * (self._valve(0.0) + self._valve(math.pi))
+        return self._for_equal_cut_offs()
+
+    def _valve(self, angle: float) -> float:
+        """How far the valve stands beyond the middle between its extremes at a crank angle (m, rad)."""
+        along, across = turned(0.0, self.eccentric, -angle - self.advance)
+        if self.eccentric_rod is None:
+            return along
+        return along - across**2 / (self.eccentric_rod + math.sqrt(self.eccentric_rod**2 - across**2))
+
+    def _piston(self, angle: float) -> float:
+        """The piston's way from the crank end at a crank angle (m, rad)."""
+        along, across = turned(self.crank, 0.0, angle)
+        if self.connecting_rod is None:
+            return self.crank - along
+        return self.crank - along - across**2 / (self.connecting_rod + math.sqrt(self.connecting_rod**2 - across**2))
+
+    def _for_equal_cut_offs(self) -> float:
+        """The offset at which both ends cut off after equal parts of the stroke."""
+        reach = self.eccentric - abs(self.outside_lap)
+        low, high = -reach, reach
+
+        def head_end_longer(offset: float) -> float:
+            first = self._piston(self._passing(offset + self.outside_lap, rising=False))
+            second = 2 * self.crank - self._piston(self._passing(offset - self.outside_lap, rising=True))
+            return second - first
+
+        for _ in range(HALVINGS):
+            middle = 0.5 * (low + high)
+            # A centre farther out cuts off earlier at the crank end, and later at the head end.
+            low, high = (low, middle) if head_end_longer(middle) > 0 else (middle, high)
+        return 0.5 * (low + high)
+
+    def _passing(self, place: float, *, rising: bool) -> float:
+        """Crank angle (rad) at which the valve passes a place (m) beyond the middle of its extremes."""
+        # Between its dead centres the valve goes one way only.
+        out = math.pi / 2 - self.advance
+        low, high = (out - math.pi, out) if rising else (out + math.pi, out)
+        for _ in range(HALVINGS):
+            middle = 0.5 * (low + high)
+            low, high = (low, middle) if self._valve(middle) > place else (middle, high)
+        return 0.5 * (low + high)
+
+    def mechanism(self) -> Mechanism:
+        """Crank with its eccentric, valve and crosshead, all of stand-in masses; endless rods are crossed slides."""
+        pin, crosshead, valve = Point(body=CRANK, x=-self.crank), Point(body=CROSSHEAD), Point(body=VALVE)
+        sine, cosine = math.sin(self.advance), math.cos(self.advance)
+        eccentric = Point(body=CRANK, x=self.eccentric * sine, y=-self.eccentric * cosine)
+        ground = Point(body=GROUND)
+        angle = self.crank_start
+        return Mechanism(
+            bodies=(
+                massless_crank(self.crank, 2 * STAND_IN),
+                Body(name=CROSSHEAD, mass=STAND_IN, turns=False),
+                Body(name=VALVE, mass=STAND_IN, turns=False),
+            ),
+            joints=(
+                *driven_crank(self.crank_speed, angle),
+                _rod(ROD, pin, crosshead, self.connecting_rod),
+                Slider(name=GUIDE, first=ground, second=crosshead, angle=0.0),
+                _rod(ECCENTRIC_ROD, eccentric, valve, self.eccentric_rod),
+                Slider(name=VALVE_GUIDE, first=ground, second=valve, angle=0.0),
+            ),
+            readings=self._readings(),
+            coordinate="crank_angle",
+            size=self.crank,
+            sketch=(
+                (0.0, 0.0, angle),
+                ((self.connecting_rod or 0.0) + self._piston(angle) - self.crank, 0.0, 0.0),
+                ((self.eccentric_rod or 0.0) + self._valve(angle), 0.0, 0.0),
+            ),
+        )
+
+    def _readings(self) -> tuple[Reading, ...]:
+        """Crank angle, the valve's displacement, the piston's ways, and how far each port is open (negative: shut)."""
+        zero = (self.connecting_rod or 0.0) - self.crank
+        return (
+            BodyAngle(name="crank_angle", quantity="angle", body=CRANK),
+            _along("valve_displacement", VALVE, 1.0, self.centre),
+            _along("crank_end_travel", CROSSHEAD, 1.0, zero),
+            _along("head_end_travel", CROSSHEAD, -1.0, -zero - 2 * self.crank),
+            _along("crank_end_steam", VALVE, 1.0, self.centre + self.outside_lap),
+            _along("crank_end_exhaust", VALVE, -1.0, -self.centre + self.inside_lap),
+            _along("head_end_steam", VALVE, -1.0, -self.centre + self.outside_lap),
+            _along("head_end_exhaust", VALVE, 1.0, self.centre + self.inside_lap),
+        )
+
+    def dimensions(self) -> dict[str, float]:
+        """All dimensions in SI; infinite for a rod that is left out; centre is where the valve swings about."""
+        return {
+            "crank": self.crank,
+            "connecting_rod": math.inf if self.connecting_rod is None else self.connecting_rod,
+            "eccentric": self.eccentric,
+            "eccentric_rod": math.inf if self.eccentric_rod is None else self.eccentric_rod,
+            "advance": self.advance,
+            "outside_lap": self.outside_lap,
+            "inside_lap": self.inside_lap,
+            "crank_speed": self.crank_speed,
+            "crank_start": self.crank_start,
+            "centre": self.centre,
+        }
+
+
+def _along(name: str, body: str, sign: float, zero: float) -> Reading:
+    return Coordinate(name=name, quantity="length", point=Point(body=body), along_x=sign, along_y=0.0, zero=zero)
+
+
+def _rod(name: str, driving: Point, driven: Point, length: float | None) -> Joint:
+    """A rod without mass; an endless one is a slide across the line, in which the driving point runs."""
+    if length is None:
+        return Slider(name=name, first=driven, second=driving, angle=math.pi / 2)
+    return Distance(name=name, first=driving, second=driven, length=length)

@@ -1,0 +1,36 @@
+"""Scenes of driven crank machines for the tests, read as files are."""
+
+from __future__ import annotations
+
+from governor_mechanism.reading import scene_from_document
+from governor_mechanism.scene import Scene
+
+VALVE = {
+    "crank": 0.3,
+    "connecting_rod": 1.5,
+    "eccentric": 0.06,
+    "eccentric_rod": 0.24,
+    "advance": "30 deg",
+    "outside_lap": 0.024,
+    "inside_lap": 0.005,
+    "crank_speed": 10.0,
+}
+CRANK = {"crank": 0.3, "connecting_rod": 1.5, "crank_speed": 10.0}
+MASSES = {"crank": 80.0, "crank_centre": -0.05, "rod": 70.0, "rod_centre": 0.6, "rod_inertia": 9.0, "crosshead": 110.0}
+
+
+def document(machine: str, dimensions: dict, effects: dict | None = None, **run) -> dict:
+    """A scene file as a document; a dimension of None is left out."""
+    settings = {"duration": 1.0, "every": 0.01, "accuracy": 1e-6} | run
+    given = {name: value for name, value in dimensions.items() if value is not None}
+    return {"machine": machine, "dimensions": given, "effects": effects or {}, "run": settings}
+
+
+def valve_scene(changes: dict | None = None, **run) -> Scene:
+    """Marks' slide valve, l : r = 4, with some dimensions changed."""
+    return scene_from_document(document("slide_valve", VALVE | (changes or {}), **run))
+
+
+def crank_scene(changes: dict | None = None, effects: dict | None = None, **run) -> Scene:
+    """A slider crank of the reference's sizes, with some dimensions changed."""
+    return scene_from_document(document("slider_crank", CRANK | (changes or {}), effects, **run))

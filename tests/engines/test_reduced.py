@@ -1,0 +1,515 @@
+"""The reduced engine against multibody, against its own tables' independent witness, and at the ends of its way."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import replace
+
+import numpy as np
+import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
+
+import governor_mechanism as gm
+from engines.machines_of_joints import angle_of, bead, fixed, make_scene, on, rod, turning, x_of, y_of
+from governor_mechanism.closed_form import pendulum as closed
+from governor_mechanism.effects import DryFriction, OilBrake, SpringOn, Stops
+from governor_mechanism.engines import MultibodyEngine, ReducedEngine
+from governor_mechanism.engines.tables.way import Way
+from governor_mechanism.equations.assembly import Assembler
+from governor_mechanism.equations.gauges import gauge_table
+from governor_mechanism.equations.laying import piece_of
+from governor_mechanism.equations.pieces import COUNT, NODES, fitted, powers
+from governor_mechanism.equations.reduction import Reduction
+from governor_mechanism.equations.rows import bends_of, gradients_of
+from governor_mechanism.equations.sampling import EASE, FIRST, GRIP, OWN, PULL, SPINDLE
+from governor_mechanism.equations.scales import time_scale
+from governor_mechanism.errors import MechanismError, UnsupportedEffect
+from governor_mechanism.joints import Distance, Pin, Slider
+from governor_mechanism.library import shipped
+from governor_mechanism.loads import Damper, Force, Spring, Torque, TorsionDamper, TorsionSpring
+from governor_mechanism.mechanism import LineAngle
+from governor_mechanism.programs import Program
+from governor_mechanism.scene import FreeSpindle, Spindle
+from governor_mechanism.statics import starting_state
+from governor_mechanism.trajectory import Outcome, Trajectory
+from reference.zehnder import PORTER_OPEN_MOTION as MOTION
+from scenes import CROSSED, EXTENDED, PORTER, UNCROSSED_LINKS, WATT, governor_scene, random_governor
+from witness import one_coordinate_motion
+
+CLOSE = 1e-10
+"""In scales: how far two engines of order 8, each asked for a tenth of it, may be apart."""
+
+
+def agree(one: Trajectory, two: Trajectory, allowed: float = CLOSE) -> None:
+    """Two runs of one scene tell the same: readings, rates, poses, energy and events, each in its scale."""
+    assert one.outcome is two.outcome, (one.message, two.message)
+    np.testing.assert_allclose(one.times, two.times, rtol=4e-16, atol=0)  # one may put a break's own time there
+    scene, second = one.scene, time_scale(one.scene)
+    # Beside an event one run may be before it and the other after: its time is what is promised.
+    sudden = [event.time for event in (*one.events, *two.events) if event.kind not in ("dead centre", "change point")]
+    kept = np.full(len(one.times), True)
+    for time in sudden:
+        kept &= np.abs(one.times - time) > 1e-8 * second
+    for name, scale in one.scales.items():
+        np.testing.assert_allclose(one.readings[name][kept], two.readings[name][kept], atol=allowed * scale, rtol=0)
+    for name, rates in one.rates.items():
+        there = two.rates[name][kept]
+        np.testing.assert_allclose(rates[kept], there, atol=allowed * one.scales[name] / second, rtol=0)
+    units = np.array([scene.part.mechanism.size] * 2 + [1.0])
+    assert np.max(np.abs(one.poses - two.poses)[kept] / units, initial=0.0) < allowed
+    for name in ("kinetic", "potential", "rotation", "dissipated"):
+        off = np.abs(getattr(one.energy, name) - getattr(two.energy, name))[kept]
+        assert np.max(off, initial=0.0) < allowed * one.energy.scale, name
+    told, other = ([event for event in run.events if event.time in sudden] for run in (one, two))
+    assert [(event.kind, event.subject) for event in told] == [(event.kind, event.subject) for event in other]
+    # A slow crossing makes more of an error: of the order of its root where friction just holds.
+    np.testing.assert_allclose([e.time for e in told], [e.time for e in other], atol=1e-9 * max(1.0, second))
+
+
+def both(scene, accuracy: float = 1e-11, **options) -> tuple[Trajectory, Trajectory]:
+    """The scene by reduced and by multibody."""
+    reduced, multibody = (
+        engine().run(scene, accuracy=accuracy, **options) for engine in (ReducedEngine, MultibodyEngine)
+    )
+    return reduced, multibody
+
+
+# --- against multibody ------------------------------------------------------------------------------------------------
+
+
+def followed(name: str) -> bool:
+    """Whether a shipped scene is one that this engine follows."""
+    scene = gm.load(name)
+    assembler = Assembler(scene.part.mechanism)
+    return assembler.mobility == 1 and not assembler.equations.driven.any()
+
+
+# Through a change point tables lose digits; see the test of its own.
+MODELS = [name for name in shipped() if followed(name) and name != "four_bar_chain"]
+# A crank that gets ever faster, and sliding that just comes to rest, multiply rounding: less can be asked of either.
+LESS = {"slider_crank_torque": 1e-10, "porter_dry_friction": 1e-9, "watt_improved": 1e-10}
+
+
+@pytest.mark.parametrize("name", MODELS)
+def test_every_shipped_scene_moves_as_by_multibody(name):
+    reduced, multibody = both(gm.load(name), LESS.get(name, 1e-11))
+    assert reduced.outcome is Outcome.DONE, reduced.message
+    agree(reduced, multibody)
+
+
+def test_porter_open_is_where_the_reference_says():
+    start = {"speed": MOTION["spindle_speed"], "angle": MOTION["arm_angle"], "rate": MOTION["arm_rate"]}
+    run = ReducedEngine().run(governor_scene(PORTER, accuracy=1e-11, **start))
+    expected = MOTION["constant_speed"]
+    assert run.outcome is Outcome.DONE
+    assert run.readings["arm_angle"][-1] == pytest.approx(expected["arm_angle"], abs=1e-11)  # asked
+    assert run.rates["arm_angle"][-1] == pytest.approx(expected["arm_rate"], abs=1e-10)  # times 12 rad/s
+    assert run.readings["spindle_torque"][-1] == pytest.approx(expected["drive_torque"], abs=1e-9)
+    assert run.energy.drift < 1e-10
+    assert run.joint_gap.max() < 1e-12 * PORTER["arm"]  # what the fits leave out
+
+
+PROGRAMS = {
+    "smooth": Spindle(times=(0.0, 0.3, 0.7, 1.5), speeds=(1.0, 1.03, 0.99, 1.05)),
+    "step": Spindle(times=(0.0, 0.237, 0.237, 1.0), speeds=(1.0, 1.0, 1.05, 1.05)),
+    "ramp": Spindle(times=(0.2, 0.9), speeds=(0.99, 1.06)),
+    "uneven": Spindle(speeds=(1.0,), unevenness=0.1, waves=2.0),
+    "uneven on a curve with a step": Spindle(
+        times=(0.0, 0.5, 1.0, 1.0, 1.6), speeds=(1.0, 1.04, 0.99, 1.02, 1.0), unevenness=0.06
+    ),
+    "free": FreeSpindle(inertia=0.4, start_speed=1.0, torque=Program(times=(0.0, 0.7, 0.7, 1.5), values=(1, 2, -3, 1))),
+}
+
+
+@pytest.mark.parametrize("program", PROGRAMS.values(), ids=PROGRAMS)
+@pytest.mark.parametrize("dimensions", [PORTER, CROSSED, UNCROSSED_LINKS], ids=["porter", "crossed", "uncrossed links"])
+def test_every_program_of_the_spindle_is_followed(dimensions, program):
+    speed = float(closed.equilibrium_speed(closed.PendulumGovernor(**dimensions), arm_angle=0.75))
+    if isinstance(program, FreeSpindle):
+        spindle = replace(program, start_speed=speed)
+    else:
+        spindle = replace(program, speeds=tuple(speed * part for part in program.speeds))
+    scene = replace(governor_scene(dimensions, speed=speed, angle=0.75, every=0.05), spindle=spindle)
+    reduced, multibody = both(scene)
+    assert reduced.outcome is Outcome.DONE
+    agree(reduced, multibody)
+    assert reduced.energy.drift < CLOSE
+
+
+@pytest.mark.parametrize("engine", [MultibodyEngine(), ReducedEngine()], ids=["multibody", "reduced"])
+def test_an_uneven_spindle_swings_by_the_angle_it_has_turned(engine):
+    """On a curved program the angle is the integral of a cubic; the witness integrates the program itself."""
+    spindle = Spindle(times=(0.0, 0.6, 2.0), speeds=(11.0, 12.8, 13.1), unevenness=0.2, waves=2.0)
+    scene = governor_scene(PORTER, speed=spindle, angle=0.6, every=0.05, accuracy=1e-10)
+    run = engine.run(scene)
+    angles, rates = one_coordinate_motion(scene, run.times)
+    assert run.outcome is Outcome.DONE
+    np.testing.assert_allclose(run.readings["arm_angle"], angles, atol=1e-10)  # asked
+    np.testing.assert_allclose(run.rates["arm_angle"], rates, atol=1e-10 * run.scales["spindle_speed"])
+
+
+def crank(*loads, duration=3.0, rate=9.0, again=False, redundant=False, coordinate="crank", angle=0.5):
+    """A crank with a flywheel, a rod and a piston; `redundant` guides the piston twice."""
+    r, length = 0.1, 0.32
+    place = r * np.exp(1j * angle)
+    lean = -math.asin(place.imag / length)
+    end = place + length * np.exp(1j * lean)
+    joints = [
+        Pin(name="bearing", first=fixed(), second=on("crank")),
+        Pin(name="crank pin", first=on("crank", r), second=on("rod", -length / 2)),
+        Pin(name="gudgeon", first=on("rod", length / 2), second=on("piston")),
+        Slider(name="guide", first=fixed(), second=on("piston"), angle=0.0),
+    ]
+    if redundant:
+        joints.append(Slider(name="guide again", first=fixed(0.7), second=on("piston"), angle=0.0))
+    readings = {"crank": angle_of("crank"), "rod": angle_of("rod"), "x": x_of("piston")}
+    first = readings.pop(coordinate)
+    return make_scene(
+        bodies=[turning("crank", 3.0, 0.05), rod("rod", 0.8, length), bead("piston", 1.2)],
+        joints=joints,
+        readings=[first, *readings.values()],
+        sketch=[(0.0, 0.0, angle), (((place + end) / 2).real, ((place + end) / 2).imag, lean), (end.real, 0.0, 0.0)],
+        loads=loads,
+        values={"crank": angle},
+        rates={"crank": rate},
+        size=0.4,
+        duration=duration,
+        every=duration / 60,
+    )
+
+
+PULSE = Program(times=(0.0, 0.4, 0.4, 0.9, 1.3), values=(1.0, 1.0, -2.0, 0.5, 1.5))
+STILL = Program(values=(0.0,))
+LOADS = {
+    "spring": Spring(name="load", first=fixed(0.2, 0.5), second=on("rod", 0.05, 0.02), stiffness=60.0, free_length=0.3),
+    "damper": Damper(name="load", first=fixed(0.2, 0.5), second=on("rod", 0.05, 0.02), damping=5.0),
+    "torsion spring": TorsionSpring(name="load", first="crank", second="rod", stiffness=0.05, free_angle=0.3),
+    "torsion damper": TorsionDamper(name="load", first="crank", second="rod", damping=0.01),
+    "torque": Torque(name="load", first="rod", second="crank", moment=Program(values=(0.7,))),
+    "torque in time": Torque(name="load", first="ground", second="crank", moment=PULSE),
+    "force": Force(name="load", point=on("rod", 0.1, 0.05), x=Program(values=(3.0,)), y=Program(values=(-2.0,))),
+    "force in time": Force(name="load", point=on("piston"), x=PULSE, y=STILL),
+}
+
+
+@pytest.mark.parametrize("load", LOADS.values(), ids=LOADS)
+def test_every_load_is_felt_over_several_turns(load):
+    reduced, multibody = both(crank(load))
+    assert reduced.outcome is Outcome.DONE
+    turns = np.ptp(reduced.readings["crank"]) / math.tau
+    assert turns > 1  # so that the ring is closed, and gone round again
+    agree(reduced, multibody)
+    assert reduced.energy.drift < CLOSE
+
+
+def test_all_loads_together_and_a_joint_too_many():
+    loads = [replace(load, name=name) for name, load in LOADS.items()]
+    reduced, multibody = both(crank(*loads, redundant=True, duration=2.0))
+    agree(reduced, multibody)
+    assert {name: bool(one.determined.all()) for name, one in reduced.reactions.items()} == {
+        name: bool(one.determined.all()) for name, one in multibody.reactions.items()
+    }
+
+
+def test_turns_are_counted_on_and_need_no_more_pieces():
+    """Without loads and weight, after whole turns all is as before but for the crank's own angle."""
+    one, many = (ReducedEngine().run(replace(crank(duration=d), effects=()), accuracy=1e-11) for d in (1.0, 30.0))
+    assert np.ptp(many.poses[:, 0, 2]) > 40 * math.tau
+    assert many.cost.evaluations["pieces laid"] == one.cost.evaluations["pieces laid"]
+    np.testing.assert_allclose(many.readings["crank"], many.poses[:, 0, 2], atol=1e-12)  # rounding of some 300 rad
+    assert np.ptp(many.poses[:, 1, 2]) < 2 * math.asin(0.1 / 0.32) + 1e-9  # the rod swings
+    place = 0.1 * np.exp(1j * many.readings["crank"])
+    np.testing.assert_allclose(many.readings["x"], place.real + np.sqrt(0.32**2 - place.imag**2), atol=1e-12)
+
+
+@pytest.mark.parametrize(
+    "effect",
+    [
+        Stops(reading="crank", low=-50.0, high=10.0, restitution=0.5),
+        SpringOn(reading="crank", rate=0.02),
+        SpringOn(reading="crank", rate=0.1, zero=8.0, one_sided=True),
+        DryFriction(reading="crank", force=Program(values=(0.3,))),
+        OilBrake(reading="crank", linear=0.02),
+    ],
+    ids=["stop", "spring", "one-sided spring", "friction", "brake"],
+)
+def test_what_acts_along_an_angle_knows_how_often_it_has_turned(effect):
+    scene = crank()
+    reduced, multibody = both(replace(scene, effects=(*scene.effects, effect)))
+    assert np.ptp(multibody.readings["crank"]) > math.tau  # more than a turn
+    agree(reduced, multibody)
+
+
+@settings(max_examples=12, deadline=None)
+@given(seed=st.integers(0, 2**32 - 1))
+def test_random_governors_move_as_by_multibody(seed):
+    random = np.random.default_rng(seed)
+    dimensions, middle = random_governor(random)
+    speed = float(closed.equilibrium_speed(closed.PendulumGovernor(**dimensions), arm_angle=middle))
+    scene = governor_scene(
+        dimensions, speed=speed, angle=middle + random.uniform(-0.1, 0.1), rate=random.uniform(-0.3, 0.3), every=0.1
+    )
+    reduced, multibody = both(scene)
+    if reduced.outcome is not multibody.outcome or reduced.outcome is Outcome.LEFT_RANGE:
+        assert {reduced.outcome, multibody.outcome} <= {Outcome.LEFT_RANGE, Outcome.ACCURACY_MISSED}
+        return
+    agree(reduced, multibody)
+
+
+def test_the_estimate_is_no_less_than_the_true_error():
+    random, short = np.random.default_rng(20261122), []
+    for _ in range(60):
+        dimensions, middle = random_governor(random)
+        speed = float(closed.equilibrium_speed(closed.PendulumGovernor(**dimensions), arm_angle=middle))
+        angle, rate = middle + random.uniform(-0.1, 0.1), random.uniform(-0.3, 0.3)
+        accuracy = 10 ** random.uniform(-10, -3)
+        scene = governor_scene(dimensions, speed=speed, angle=angle, rate=rate, every=0.1, accuracy=accuracy)
+        run = ReducedEngine().run(scene)
+        true = MultibodyEngine().run(scene, accuracy=1e-12, certify=False)
+        many, second = min(len(run.times), len(true.times)), time_scale(scene)
+        error = max(
+            max(
+                np.max(np.abs(run.readings[name] - true.readings[name])[:many]) / run.scales[name],
+                np.max(np.abs(run.rates[name] - true.rates[name])[:many]) / run.scales[name] * second,
+            )
+            for name in run.rates
+        )
+        assert error <= max(accuracy, 1e-11)  # of the reference's own rounding
+        short.append(error / (run.error_estimate + 1e-13))
+    assert np.sum(np.array(short) > 1) <= 1  # 98 of a hundred
+    assert max(short) < 3
+
+
+# --- the tables -------------------------------------------------------------------------------------------------------
+
+
+def laid(scene, values):
+    """A way from the scene's start that reaches all values of the coordinate, and a function of them by column."""
+    poses, _ = starting_state(scene)
+    mechanism = scene.part.mechanism
+    start = float(scene.start.values[mechanism.coordinate])
+    way = Way(scene, start, poses)
+    while way.end(1) < max(values) and way.extended(1):
+        pass
+    while way.end(0) > min(values) and way.extended(0):
+        pass
+
+    def column(index):
+        found = []
+        for value in values:
+            piece, t, side = piece_of.py_func(way.laid.edges, way.laid.beside, way.laid.ring, value, 0)
+            assert side == -1
+            found.append(powers.py_func(way.laid.table, piece, index, t))
+        return np.array(found)
+
+    return way, column
+
+
+GOVERNORS = {"porter": PORTER, "watt": WATT, "extended": EXTENDED, "crossed": CROSSED, "uncrossed": UNCROSSED_LINKS}
+
+
+@pytest.mark.parametrize("dimensions", GOVERNORS.values(), ids=GOVERNORS)
+def test_tables_say_what_the_reduction_says(dimensions):
+    ramp = Spindle(times=(0.0, 1.0), speeds=(9.0, 10.0))
+    scene = governor_scene(dimensions, speed=ramp, angle=0.7)
+    values = np.random.default_rng(3).uniform(0.5, 0.95, 40)
+    way, column = laid(scene, values)
+    along = Reduction(scene).at(values)
+    # 1e-13 of the largest value on a piece is what a fit may leave out; the witness is assembled to as much.
+    for index, expected in (
+        (EASE, 1 / along.inertia),
+        (OWN, -along.inertia_slope / (2 * along.inertia)),
+        (PULL, -along.potential_slope / along.inertia),
+        (GRIP, along.spindle_slope / (2 * along.inertia)),
+        (SPINDLE, along.spindle),
+    ):
+        np.testing.assert_allclose(column(index), expected, atol=1e-11 * max(1.0, np.max(np.abs(expected))), rtol=0)
+    poses, ahead = way.places(values)
+    np.testing.assert_allclose(poses, along.poses, atol=1e-12)
+    np.testing.assert_allclose(ahead, along.tangents, atol=1e-11)
+
+
+def test_gauges_and_their_slopes_are_in_the_tables():
+    scene = governor_scene(EXTENDED, speed=9.0, angle=0.7)
+    scene = replace(scene, effects=(*scene.effects, OilBrake(reading="sleeve_lift", linear=1.0)))
+    values = np.linspace(0.5, 0.95, 10)
+    _, column = laid(scene, values)
+    reduction = Reduction(scene)
+    along = reduction.at(values)
+    np.testing.assert_allclose(column(FIRST + 1), reduction.slopes(along, "sleeve_lift"), atol=1e-12)
+    steps = np.array([-2, -1, 1, 2]) * 1e-3
+    near = [laid(scene, values + step)[1](FIRST) for step in steps]
+    slope = (8 * (near[2] - near[1]) - (near[3] - near[0])) / 12e-3
+    np.testing.assert_allclose(slope, column(FIRST + 1), atol=1e-10)  # differences of fourth order: 1e-12 times a few
+
+
+def test_what_a_fit_leaves_out_falls_with_the_width_to_the_twelfth_power():
+    def error(half):
+        values, coefficients = 1 / (1.3 + half * NODES), np.empty(COUNT)
+        fitted.py_func(values, coefficients)
+        t = np.linspace(-1.0, 1.0, 201)
+        return np.max(np.abs(np.polynomial.polynomial.polyval(t, coefficients) - 1 / (1.3 + half * t)))
+
+    # From 1e-8 to 1e-13, above rounding; what a wide piece leaves out falls faster, the sooner the nearer the pole.
+    orders = np.log2([error(half) / error(half / 2) for half in (0.6, 0.5, 0.4)])
+    assert np.all(np.diff(orders) < 0)
+    assert orders[-1] == pytest.approx(12, abs=0.75)
+
+
+# --- where the way ends -----------------------------------------------------------------------------------------------
+
+
+def test_the_range_ends_as_by_multibody():
+    # A ball thrown outward at a spindle that stands, without weight: the arm turns evenly, to 90 degrees.
+    scene = governor_scene(WATT, speed=0.0, angle=0.5, rate=4.0, duration=2.0)
+    scene = replace(scene, effects=scene.effects[1:])
+    reduced, multibody = both(scene, 1e-9)
+    assert reduced.outcome is multibody.outcome is Outcome.LEFT_RANGE
+    sentence, time = zip(*(run.detail.split(", at t = ") for run in (reduced, multibody)), strict=True)
+    assert sentence[0] == sentence[1]
+    found, expected = (float(one.split(" s")[0]) for one in time)
+    # The way ends a billionth of a radian before its bound at the latest.
+    assert found == pytest.approx((math.pi / 2 - 0.5) / 4.0, abs=1e-8)
+    assert found == pytest.approx(expected, abs=1e-8)
+    np.testing.assert_array_equal(reduced.times, multibody.times)
+
+
+def test_another_readings_limit_ends_the_range_too():
+    scene = governor_scene(CROSSED, speed=13.0, angle=0.6, duration=5.0)
+    reduced, multibody = both(scene, 1e-9)
+    assert reduced.outcome is multibody.outcome is Outcome.LEFT_RANGE
+    sentences = [run.detail.split(", at ")[0] for run in (reduced, multibody)]
+    assert sentences[0] == sentences[1]
+    assert "the balls meet on the spindle axis" in sentences[0]
+    np.testing.assert_array_equal(reduced.times, multibody.times)
+
+
+def test_a_coordinate_at_a_dead_centre_ends_the_run_by_name():
+    # Told by the piston's place, a crank cannot be followed beyond the end of the stroke; by its own angle it can.
+    scene = crank(coordinate="x", duration=1.0)
+    run, true = ReducedEngine().run(scene, accuracy=1e-7), MultibodyEngine().run(scene, accuracy=1e-9)
+    assert true.outcome is Outcome.DONE
+    assert run.outcome is Outcome.DEAD_CENTRE
+    assert "'x' stands at a dead centre" in run.message
+    many = len(run.times)
+    centre = np.interp(math.pi, true.readings["crank"], true.times)
+    assert run.times[-1] < centre < run.times[-1] + 2 * scene.run.every
+    assert many > 10
+    np.testing.assert_allclose(
+        run.readings["crank"], true.readings["crank"][:many], atol=1e-6
+    )  # ten times what was asked
+
+
+def test_a_start_at_a_dead_centre_is_refused():
+    # A lamp on a cord hangs straight down: its height tells nothing of where it is.
+    scene = make_scene(
+        bodies=[bead("lamp", 2.0)],
+        joints=[Distance(name="cord", first=on("lamp"), second=fixed(0.0, 1.0), length=0.6)],
+        readings=[y_of("lamp"), x_of("lamp")],
+        sketch=[(0.0, 0.4, 0.0)],
+    )
+    with pytest.raises(MechanismError, match=r"'reduced' cannot begin: 'y' stands at a dead centre.*'multibody'"):
+        ReducedEngine().run(scene)
+
+
+@pytest.mark.parametrize(
+    ("name", "sentence"),
+    [
+        ("quick_return", "drives move this mechanism; choose.*multibody"),
+        ("porter_play", r"engine 'reduced' cannot model \['Play'\]"),
+    ],
+)
+def test_what_it_does_not_follow_is_refused(name, sentence):
+    with pytest.raises(UnsupportedEffect, match=sentence):
+        gm.run(name, engine="reduced")
+
+
+def test_two_freedoms_are_refused():
+    scene = make_scene(
+        bodies=[rod("one", 1.0, 1.0), rod("two", 1.0, 1.0)],
+        joints=[
+            Pin(name="hinge", first=fixed(), second=on("one", -0.5)),
+            Pin(name="knee", first=on("one", 0.5), second=on("two", -0.5)),
+        ],
+        readings=[angle_of("one"), angle_of("two")],
+        sketch=[(0.5, 0.0, 0.0), (1.5, 0.0, 0.0)],
+    )
+    with pytest.raises(UnsupportedEffect, match=r"mobility.*2.*choose.*multibody"):
+        ReducedEngine().run(scene)
+
+
+# --- settings ---------------------------------------------------------------------------------------------------------
+
+
+@pytest.mark.parametrize("made", [{"tolerance": 0.0}, {"tolerance": 1e-16}, {"tolerance": 2.0}, {"max_steps": 0}])
+def test_settings_that_make_no_sense_are_refused(made):
+    with pytest.raises(MechanismError, match=f"ReducedEngine.{next(iter(made))} must"):
+        ReducedEngine(**made)
+
+
+def test_too_many_steps_end_the_run_by_name():
+    scene = governor_scene(PORTER, speed=12.2, angle=0.6, duration=50.0)
+    run = ReducedEngine(max_steps=20).run(scene)
+    assert run.outcome is Outcome.STEP_LIMIT
+    assert 0 < run.times[-1] < 50.0
+
+
+def test_a_run_without_certificate_says_so_and_is_the_same():
+    scene = governor_scene(PORTER, speed=12.2, angle=0.6)
+    certified, plain = (ReducedEngine(tolerance=1e-10).run(scene, certify=certify) for certify in (True, False))
+    assert plain.outcome is Outcome.UNCERTIFIED
+    assert plain.error_estimate is None
+    assert (certified.cost.runs, plain.cost.runs) == (2, 1)
+    np.testing.assert_array_equal(plain.poses, certified.poses)
+
+
+def test_a_tolerance_that_is_given_is_kept():
+    scene = governor_scene(PORTER, speed=12.2, angle=0.6, rate=1.0)
+    errors = []
+    true = MultibodyEngine().run(scene, accuracy=1e-12, certify=False).readings["arm_angle"]
+    for tolerance in (1e-6, 1e-8, 1e-10):
+        run = ReducedEngine(tolerance=tolerance).run(scene, certify=False)
+        errors.append(np.max(np.abs(run.readings["arm_angle"] - true)))
+    assert errors[0] > 10 * errors[1] > 100 * errors[2] > 0
+
+
+@pytest.mark.parametrize("times", [[0.0], [2.0], [0.5, 0.7, 1.9], [1e-12]], ids=["start", "end", "later", "at once"])
+def test_any_times_may_be_asked_for(times):
+    scene = governor_scene(PORTER, speed=Spindle(times=(0.0, 1.0, 1.0), speeds=(12.2, 12.4, 12.6)), angle=0.6)
+    reduced, multibody = both(scene, times=times)
+    agree(reduced, multibody)
+
+
+# --- rows, where they bend --------------------------------------------------------------------------------------------
+
+
+def test_a_lines_angle_bends_as_its_second_differences():
+    """What gradient . acceleration must be for a line's angle, against differences along a motion of both bodies."""
+    scene = crank()
+    mechanism = scene.part.mechanism
+    line = LineAngle(name="line", quantity="angle", start=on("crank", 0.07, -0.03), end=on("rod", 0.11, 0.05))
+    gauges = gauge_table(replace(mechanism, readings=(*mechanism.readings, line)), ["line"], {})
+    random = np.random.default_rng(5)
+    poses, velocities, accelerations = (random.normal(size=(3, 3)) for _ in range(3))
+    poses[1, :2] = poses[0, :2] + [0.6, 0.4]
+    step = 1e-3
+
+    def angle(time):
+        at = poses + velocities * time + 0.5 * accelerations * time**2
+        ends = []
+        for point in (line.start, line.end):
+            x, y, turned = at[mechanism.body_index(point.body)]
+            ends.append(complex(x, y) + complex(point.x, point.y) * np.exp(1j * turned))
+        return np.angle((ends[1] - ends[0]) * np.exp(-1j * reference))
+
+    reference = 0.0
+    reference = angle(0.0)
+    far, near, here, ahead, beyond = (angle(k * step) for k in range(-2, 3))
+    second = (16 * (ahead + near) - (beyond + far) - 30 * here) / (12 * step**2)
+    asked = np.zeros((1, 1, 3))
+    bend = bends_of(gauges, poses[np.newaxis], velocities[np.newaxis], asked)[0, 0]
+    gradient = gradients_of(gauges, poses[np.newaxis])[0, 0]
+    # Differences of fourth order: 1e-12 times derivatives of some thousands, and 1e-16 / step^2 of rounding.
+    assert np.sum(gradient * accelerations) - bend == pytest.approx(second, abs=1e-6)
+    assert abs(bend) > 0.1

@@ -1,0 +1,79 @@
+"""Hartung governors built in Python for the tests, and their closed forms."""
+
+from __future__ import annotations
+
+import math
+from typing import Any
+
+from scipy.optimize import brentq
+
+from governor_mechanism.closed_form import hartung as closed
+from governor_mechanism.effects import Centrifugal, Effect, Gravity
+from governor_mechanism.machines.hartung import HartungGovernor
+from governor_mechanism.scene import FreeSpindle, Part, RunSettings, Scene, Spindle, Start
+from reference import hartung
+
+PAPERS = {
+    **{name: value for name, value in hartung.GOVERNOR.items() if name != "angle"},
+    "bell_crank_angle": hartung.GOVERNOR["angle"],
+    "spring_rate": hartung.SPRING_RATE,
+    "spring_preload": hartung.PRELOAD,
+    "preload_radius": hartung.PRELOAD_RADIUS,
+}
+
+
+def hartung_scene(
+    dimensions: dict[str, Any],
+    *,
+    speed: float | Spindle | FreeSpindle = 21.9,
+    angle: float = 0.0,
+    rate: float = 0.0,
+    more: tuple[Effect, ...] = (),
+    duration: float = 2.0,
+    every: float = 0.01,
+    accuracy: float = 1e-6,
+) -> Scene:
+    """A Hartung governor with gravity, centrifugal load, and more effects."""
+    machine, effects = HartungGovernor(**dimensions), (Gravity(), Centrifugal(), *more)
+    part = Part(
+        name="governor",
+        machine=machine.name,
+        dimensions=machine.dimensions(),
+        mechanism=machine.mechanism_with(effects),
+    )
+    return Scene(
+        title="test",
+        parts=(part,),
+        effects=effects,
+        spindle=Spindle(speeds=(speed,)) if isinstance(speed, float) else speed,
+        start=Start(values={"lever_angle": angle}, rates={"lever_angle": rate}),
+        run=RunSettings(duration=duration, every=every, accuracy=accuracy),
+    )
+
+
+def closed_governor(dimensions: dict[str, Any]) -> closed.HartungGovernor:
+    """The closed form's governor of these dimensions."""
+    names = ("weight_arm", "sleeve_arm", "fulcrum_radius", "weight_mass", "sleeve_mass")
+    return closed.HartungGovernor(
+        **{name: dimensions[name] for name in names},
+        angle=dimensions["bell_crank_angle"],
+        hanger=dimensions.get("hanger") or math.inf,
+        lug_radius=dimensions.get("lug_offset", 0.0),
+    )
+
+
+def spring_of(dimensions: dict[str, Any], lever: float) -> float:
+    """Force (N) of each spring at a lever angle (rad)."""
+    x = float(closed.weight_radius(closed_governor(dimensions), lever_angle=lever))
+    return float(dimensions["spring_preload"] + dimensions["spring_rate"] * (x - dimensions["preload_radius"]))
+
+
+def rest_at(dimensions: dict[str, Any], speed: float, low: float = -0.4, high: float = 0.4) -> float:
+    """Lever angle (rad) of rest at a spindle speed (rad/s), by the closed form."""
+    governor = closed_governor(dimensions)
+
+    def excess(lever: float) -> float:
+        force = spring_of(dimensions, lever)
+        return float(closed.equilibrium_speed(governor, lever_angle=lever, spring_force=force)) - speed
+
+    return float(brentq(excess, low, high, xtol=1e-15, rtol=1e-14))

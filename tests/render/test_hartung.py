@@ -1,0 +1,116 @@
+"""The drawing of Hartung's governor: in true proportions, the same shapes at every pose, springs that shorten."""
+
+from __future__ import annotations
+
+import math
+from typing import Any
+
+import numpy as np
+import pytest
+
+import governor_mechanism as gm
+from governor_mechanism.effects import BellCranks, DryFriction, OilBrake, SpringOn, Stops
+from governor_mechanism.programs import Program
+from governor_mechanism.render.acting import acting_of
+from governor_mechanism.render.primitives import Lines, Polygon, bounds
+from governor_mechanism.render.shapes import background_shapes, extent, moving_shapes, plan_shapes
+from governor_mechanism.render.stage import stage_of
+from governor_mechanism.render.style import STYLES
+from hartung_scenes import PAPERS, hartung_scene
+
+HUNG = {**PAPERS, "hanger": 0.3, "lug_offset": 0.02}
+EVERYTHING = (
+    BellCranks(mass=3.0, weight_width=0.12, weight_height=0.15),
+    Stops(reading="lever_angle", low=-0.1, high=0.2, restitution=0.3),
+    OilBrake(reading="sleeve_lift", linear=200.0),
+    DryFriction(reading="sleeve_lift", force=Program(values=(40.0,))),
+    SpringOn(reading="sleeve_lift", rate=500.0),
+)
+CASES: dict[str, tuple[dict[str, Any], tuple[Any, ...]]] = {
+    "vertical": (PAPERS, ()),
+    "hung": (HUNG, ()),
+    "everything": ({**HUNG, "spring_rate": 33e3}, EVERYTHING),
+}
+
+
+@pytest.fixture(params=CASES)
+def drawn(request: pytest.FixtureRequest) -> Any:
+    dimensions, more = CASES[request.param]
+    scene = hartung_scene(dimensions, speed=21.6, angle=0.12, rate=-0.6, more=more, duration=1.0, every=0.02)
+    run = gm.run(scene, engine="multibody", accuracy=1e-5)
+    return run, stage_of(run.scene.part, run.poses, run.times, acting_of(run))
+
+
+def test_every_shape_stays_within_the_view_and_has_a_style(drawn: Any) -> None:
+    run, stage = drawn
+    part = run.scene.part
+    left, right, bottom, top = extent(part, run.poses, run.times, stage.acting)
+    shapes = list(background_shapes(part, run.poses, stage))
+    for pose, time in zip(run.poses, run.times, strict=True):
+        shapes += moving_shapes(part, pose, stage.at(float(time)))
+    x0, x1, y0, y1 = bounds(shapes)
+    assert left < x0 < x1 < right
+    assert bottom < y0 < y1 < top
+    assert {shape.role for shape in shapes} <= set(STYLES)
+
+
+def test_shapes_keep_their_kinds_and_roles_at_every_pose(drawn: Any) -> None:
+    run, stage = drawn
+    kinds = {
+        tuple((type(shape), shape.role) for shape in moving_shapes(run.scene.part, pose, stage.at(float(time))))
+        for pose, time in zip(run.poses, run.times, strict=True)
+    }
+    assert len(kinds) == 1
+
+
+def test_springs_shorten_by_as_much_as_the_weights_move_out(drawn: Any) -> None:
+    run, stage = drawn
+    lengths = []
+    for pose in run.poses:
+        (coil,) = (s for s in moving_shapes(run.scene.part, pose, stage) if isinstance(s, Lines) and s.role == "coil")
+        xs = [x for line in coil.lines for x, _ in line if x > 0]
+        lengths.append(max(xs) - min(xs))
+    # From the first strand's beginning to the last one's middle: (8 - 0.1 - 0.45) of 8 pitches.
+    expected = -7.45 / 8 * np.diff(run.readings["weight_radius"])
+    np.testing.assert_allclose(np.diff(lengths), expected, atol=1e-12)
+
+
+def test_bell_cranks_keep_their_arms_and_hangers_their_length(drawn: Any) -> None:
+    run, stage = drawn
+    dimensions = run.scene.part.dimensions
+    for pose in run.poses[:: len(run.poses) // 5]:
+        shapes = moving_shapes(run.scene.part, pose, stage)
+        bars = [shape for shape in shapes if isinstance(shape, Polygon) and shape.role == "arm"]
+        found = sorted(round(length_of(one), 9) for one in bars)
+        assert found == pytest.approx(sorted([0.115, 0.17] * 2), abs=1e-9)
+        hangers = [shape for shape in shapes if isinstance(shape, Polygon) and shape.role == "link"]
+        wanted = 1.5 * 0.115 if math.isinf(dimensions["hanger"]) else dimensions["hanger"]
+        # As accurate as the run that is drawn.
+        assert [length_of(one) for one in hangers] == pytest.approx([wanted, wanted], abs=1e-6)
+
+
+def length_of(shape: Polygon) -> float:
+    """Between the middles of a bar's round ends."""
+    points = np.array(shape.points)
+    half = len(points) // 2
+    tip, tail = (points[k : k + half] for k in (0, half))
+    ends = [0.5 * (piece[0] + piece[-1]) for piece in (tip, tail)]
+    return float(np.hypot(*(ends[1] - ends[0])))
+
+
+def test_both_halves_are_drawn_alike(drawn: Any) -> None:
+    run, stage = drawn
+    left, right, _, _ = bounds(
+        s for s in moving_shapes(run.scene.part, run.poses[0], stage) if s.role in ("ball", "rod")
+    )
+    assert left == pytest.approx(-right, abs=1e-12)
+
+
+def test_the_plan_turns_with_the_spindle() -> None:
+    part = hartung_scene(PAPERS).part
+    pose = np.array(part.mechanism.sketch)
+    upright, turned = (plan_shapes(part, pose, angle, 0.0, 0.3) for angle in (0.0, math.pi / 2))
+    for before, after in zip(upright, turned, strict=True):
+        if isinstance(before, Polygon) and isinstance(after, Polygon):
+            found = np.array(before.points) @ np.array([[0.0, 1.0], [-1.0, 0.0]])
+            np.testing.assert_allclose(found, after.points, atol=1e-12)

@@ -1,0 +1,494 @@
+"""Sweeps: rows that depend on nothing but their values, files that do not tell how they came about, refusals."""
+
+from __future__ import annotations
+
+import json
+import math
+import signal
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+import governor_mechanism as gm
+from governor_mechanism.engines.tables.batch import Batch
+from governor_mechanism.reading import scene_from_document
+from governor_mechanism.render.sweep import sweep_figure
+from governor_mechanism.studies.asking import MOST_ROWS
+from governor_mechanism.studies.batch import Rows
+from governor_mechanism.studies.quantities import readings_of
+from governor_mechanism.studies.sweep import rows_of
+from governor_mechanism.studies.varying import axes_of, with_value
+from governor_mechanism.units import KINDS
+
+DOCUMENT = {
+    "title": "Porter",
+    "machine": "pendulum_governor",
+    "dimensions": {"arm": 0.3, "offset": 0.04, "ball_mass": 5.0, "sleeve_mass": 20.0},
+    "effects": {"gravity": True, "centrifugal": True},
+    "spindle": {"speed": "120 rpm"},
+    "start": {"arm_angle": "40 deg"},
+    "run": {"duration": "0.2 s", "every": "20 ms", "accuracy": 1e-5, "engine": "multibody"},
+}
+
+ARMS, MASSES = "dimensions.arm=250mm:350mm:3", "dimensions.sleeve_mass=15kg,20kg,25kg"
+
+REFUSED = "dimensions.link=100mm,300mm"
+"""With arms of 300 mm the shorter link cannot reach where the governor starts."""
+
+
+@pytest.fixture(scope="module")
+def scene():
+    return scene_from_document(DOCUMENT, "porter.toml")
+
+
+@pytest.fixture(scope="module")
+def grid(scene):
+    return gm.sweep(scene, [ARMS, MASSES], ["max arm_angle", "rate of sleeve_lift", "duration"])
+
+
+def problems_of(*words, **options):
+    with pytest.raises(gm.MechanismError) as caught:
+        gm.sweep(*words, **options)
+    return caught.value.problems
+
+
+def test_rows_are_those_of_single_runs(scene, grid):
+    assert grid.shape == (3, 3)
+    assert grid.ok
+    assert grid.outcomes == {"uncertified": 9}
+    assert [axis.unit for axis in grid.axes] == ["m", "kg"]
+    for row in grid.rows:
+        arm, mass = grid.values_at(row.index)
+        dimensions = DOCUMENT["dimensions"] | {"arm": arm, "sleeve_mass": mass}
+        run = gm.run(scene_from_document(DOCUMENT | {"dimensions": dimensions}), certify=False)
+        assert row.numbers == (np.max(run.readings["arm_angle"]), run.rates["sleeve_lift"][-1], 0.2)
+
+
+def test_columns_and_grids_have_the_shape_of_the_axes(grid):
+    assert grid.column("dimensions.arm").tolist() == [0.25] * 3 + [0.3] * 3 + [0.35] * 3
+    assert grid.grid("dimensions.sleeve_mass")[0].tolist() == [15.0, 20.0, 25.0]
+    largest = grid.grid("max arm_angle")
+    assert largest.shape == (3, 3)
+    assert largest[2, 1] == grid.rows[7].numbers[0]
+    with pytest.raises(gm.MechanismError, match="Did you mean 'max arm_angle'"):
+        grid.column("max arm_angel")
+    told = json.loads(json.dumps(grid.as_json(), allow_nan=False))
+    assert told["rows"][7]["values"] == [0.35, 20.0]
+    assert told["quantities"][1] == {"name": "rate of sleeve_lift", "unit": "m/s"}
+    assert "dimensions.arm" in str(grid)
+
+
+def test_the_scene_itself_stays_as_it_was(scene):
+    before = json.dumps(scene.document)
+    gm.sweep(scene, {"dimensions.link": ["310 mm"], "effects.oil_brake.sleeve": [20.0]}, ["duration"])
+    assert json.dumps(scene.document) == before
+
+
+def listing(folder):
+    return {path.name: path.read_bytes() for path in folder.iterdir()}
+
+
+class StopError(Exception):
+    """An interruption."""
+
+
+def stop_after(rows):
+    def progress(done, total):
+        if done >= rows:
+            raise StopError
+
+    return progress
+
+
+def test_files_are_the_same_by_one_worker_by_two_and_interrupted(scene, tmp_path):
+    vary = [ARMS, MASSES, REFUSED]
+    whole = gm.sweep(scene, vary, out=tmp_path / "one")
+    gm.sweep(scene, vary, out=tmp_path / "two", workers=2)
+    for rows in (1, 7):
+        with pytest.raises(StopError):
+            gm.sweep(scene, vary, out=tmp_path / "parts", progress=stop_after(rows))
+        journal = tmp_path / "parts" / "porter_sweep.part"
+        assert list(listing(tmp_path / "parts")) == [journal.name]
+        with journal.open("a", encoding="utf-8") as stream:
+            stream.write("[17, [0.1, 0.")  # a line half written
+    seen = []
+    resumed = gm.sweep(scene, vary, out=tmp_path / "parts", progress=lambda done, total: seen.append((done, total)))
+    assert seen[0][0] >= 7
+    assert seen[-1] == (18, 18)
+    assert sorted(listing(tmp_path / "one")) == ["porter_sweep.csv", "porter_sweep.json"]
+    assert listing(tmp_path / "one") == listing(tmp_path / "two") == listing(tmp_path / "parts")
+    assert str(resumed) == str(whole)
+
+
+def test_a_sweep_that_is_done_is_read_back(scene, tmp_path, monkeypatch):
+    vary = [MASSES, REFUSED]
+    first = gm.sweep(scene, vary, out=tmp_path)
+    files = listing(tmp_path)
+    monkeypatch.setattr("governor_mechanism.studies.sweep.rows_of", None)
+    second = gm.sweep(scene, vary, out=tmp_path)
+    assert listing(tmp_path) == files
+    np.testing.assert_array_equal(first.column("min arm_angle"), second.column("min arm_angle"))
+    assert [row.message for row in first.rows] == [row.message for row in second.rows]
+
+
+def test_a_folder_with_another_sweep_is_refused(scene, tmp_path):
+    gm.sweep(scene, [MASSES], ["duration"], out=tmp_path)
+    told = problems_of(scene, ["dimensions.sleeve_mass=15kg,20kg"], ["duration"], out=tmp_path)
+    assert "of another sweep (other values of keys)" in told[0]
+    other = scene_from_document(DOCUMENT | {"spindle": {"speed": "121 rpm"}}, "porter.toml")
+    assert "other scene" in problems_of(other, [MASSES], ["duration"], out=tmp_path)[0]
+    assert "other quantities, accuracy" in problems_of(scene, [MASSES], accuracy=1e-4, out=tmp_path)[0]
+    (tmp_path / "porter_sweep.json").write_text("[]", encoding="utf-8")
+    assert "tells of no sweep" in problems_of(scene, [MASSES], ["duration"], out=tmp_path)[0]
+    (tmp_path / "porter_sweep.json").unlink()
+    assert "nothing tells of which sweep" in problems_of(scene, [MASSES], ["duration"], out=tmp_path)[0]
+    assert "is a file" in problems_of(scene, [MASSES], ["duration"], out=tmp_path / "porter_sweep.csv")[0]
+
+
+def test_a_journal_of_another_sweep_is_refused(scene, tmp_path):
+    with pytest.raises(StopError):
+        gm.sweep(scene, [MASSES], ["duration"], out=tmp_path, progress=stop_after(1))
+    assert "porter_sweep.part is of another" in problems_of(scene, [ARMS], ["duration"], out=tmp_path)[0]
+
+
+def test_rows_that_cannot_be_made_or_end_early_say_so_and_stop_no_other(scene):
+    speeds = "spindle.speed=120rpm,300rpm"
+    found = gm.sweep(scene, [REFUSED, speeds], ["final arm_angle", "duration"])
+    assert [row.outcome for row in found.rows] == ["refused", "refused", "uncertified", "left_range"]
+    refused, _, fine, early = found.rows
+    assert "it is too short" in refused.message
+    assert all(map(math.isnan, refused.numbers))
+    assert fine.message == ""
+    assert "90 degrees" in early.message
+    assert math.isnan(early.numbers[0])  # its last value is not the final one
+    assert 0 < early.numbers[1] < 0.2
+    assert not found.ok
+    assert found.as_json()["rows"][0]["numbers"] == [None, None]
+    assert "refused, first at 100 mm, 120 rpm" in str(found)
+
+
+def faulty(run):
+    return 1.0 / (run.scene.part.dimensions["sleeve_mass"] - 20.0)
+
+
+def endless(run):
+    return math.inf
+
+
+def test_a_fault_in_one_row_is_told_there(scene):
+    found = gm.sweep(scene, [MASSES], {"mine": faulty})
+    assert [row.outcome for row in found.rows] == ["uncertified", "failed", "uncertified"]
+    assert found.rows[1].message == "ZeroDivisionError: float division by zero"
+    assert found.column("mine")[[0, 2]].tolist() == [-0.2, 0.2]
+    assert "is no finite number: inf" in gm.sweep(scene, [MASSES], {"mine": endless}).rows[0].message
+
+
+def swallowing(run):
+    """As libraries do that an interrupt strikes in a callback."""
+    try:
+        signal.raise_signal(signal.SIGINT)
+    except KeyboardInterrupt:
+        raise ValueError("something went wrong") from None
+
+
+def test_an_interrupt_that_a_row_swallowed_still_ends_the_sweep_and_leaves_no_row(scene, tmp_path):
+    before = signal.getsignal(signal.SIGINT)
+    with pytest.raises(KeyboardInterrupt):
+        gm.sweep(scene, [MASSES], {"mine": swallowing}, out=tmp_path)
+    assert (tmp_path / "porter_sweep.part").read_text(encoding="utf-8").count("\n") == 1
+    assert signal.getsignal(signal.SIGINT) is before
+
+
+def test_quantities_are_taken_as_their_names_say(scene):
+    names = {
+        "final": "arm_angle",
+        "low": "min arm_angle",
+        "span": "span arm_angle",
+        "rise": "max rate of sleeve_lift",
+        "torque": "min spindle_torque",
+        "error": "error_estimate",
+    }
+    found = gm.sweep(scene, {"dimensions.arm": [0.3]}, names, certify=True)
+    run = gm.run(scene)
+    arm = run.readings["arm_angle"]
+    expected = [arm[-1], arm.min(), np.ptp(arm), run.rates["sleeve_lift"].max(), run.readings["spindle_torque"].min()]
+    assert found.rows[0].numbers == (*expected, run.error_estimate)
+    assert list(found.units.values()) == ["m", "rad", "rad", "rad", "m/s", "N m", ""]
+    assert found.outcomes == {"done": 1}
+
+
+@pytest.mark.parametrize("name", ["porter", "porter_free_spindle", "quick_return"])
+def test_readings_are_known_before_the_run(name):
+    scene = gm.load(name)
+    run = gm.run(scene, engine="multibody", accuracy=1e-3, times=[0.0, 0.01], certify=False)
+    assert readings_of(scene) == dict(run.units)
+
+
+def test_a_key_that_changes_no_quantity_is_noted():
+    """The balls of a governor without a loaded sleeve swing alike, whatever their mass."""
+    dimensions = {key: value for key, value in DOCUMENT["dimensions"].items() if key != "sleeve_mass"}
+    watt = scene_from_document(DOCUMENT | {"dimensions": dimensions, "spindle": {"speed": "65 rpm"}})
+    found = gm.sweep(watt, ["dimensions.ball_mass=1kg:9kg:3", "dimensions.arm=290mm,300mm"], ["final arm_angle"])
+    assert found.notes == ("dimensions.ball_mass changes none of final arm_angle by more than the accuracy",)
+    assert found.notes[0] in str(found)
+
+
+@pytest.mark.parametrize(
+    ("vary", "sentence"),
+    [
+        ("dimensions.amr=1,2", "dimensions.amr is unknown; known keys of [dimensions] are arm,"),
+        ("dimensions.amr=200mm:300mm:3", "Did you mean 'arm'?"),
+        ("dimension.arm=1,2", "Did you mean 'dimensions'?"),
+        ("effects.oil_brake.sleev=20 N s/m", "Did you mean 'sleeve'?"),
+        (
+            "dimensions.arm.x=1,2",
+            "dimensions.arm.x cannot be varied: dimensions.arm is 0.3 in this scene, and no table",
+        ),
+        ("dimensions.arm=200mm:300kg:3", 'dimensions.arm is a length; "300kg" is a mass'),
+        ("dimensions.arm=200mm,30 s", 'dimensions.arm is a length; "30 s" is a time'),
+        ("dimensions.arm=300", "dimensions.arm = 300 is 300 m;"),
+        ("dimensions.arm=200mm:300mm", "is no range; write first:last:count"),
+        ("dimensions.arm=200mm::3", "is no range; write first:last:count"),
+        ("dimensions.arm=200mm:300mm:0", "the count must be a whole number of at least 1; found"),
+        ("dimensions.arm=200mm:300mm:2.5", "the count must be a whole number of at least 1; found"),
+        ("dimensions.arm=200mm:300mm:1", "one value cannot be both ends; write dimensions.arm=200mm"),
+        ("dimensions.arm=200mm:0.2:3", "goes from 200mm to the same value"),
+        ("dimensions.arm=200mm,0.2", "takes the value 0.2 twice"),
+        ("dimensions.arm=nan,0.2", "must be a finite number"),
+        ("dimensions.arm", '"dimensions.arm" names no values; write dimensions.arm=200mm:400mm:50'),
+        ("dimensions..arm=1", "is no key of a scene"),
+        (f"dimensions.arm=200mm:300mm:{MOST_ROWS + 1}", "are too many"),
+        ("run.engine=multibody:impulse:2", "run.engine takes no range; list its values"),
+        ("start.arm_angle=equilibrium:40deg:3", "has no number"),
+        ("run.engine=multibody,impuls", "Did you mean 'impulse'?"),
+        ("title=first,second", "title changes nothing in this scene"),
+        (f"title={','.join(f'title {k}' for k in range(50))}", "title changes nothing in this scene"),
+        ("spindle.waves=1,2", "write unevenness = 0.03, or leave waves out"),
+        ("spindle.inertia=1,2", "spindle.speed cannot stand beside inertia"),
+        ("effects.centrifugal=yes", "must be true or false"),
+    ],
+)
+def test_what_cannot_be_varied_is_refused(scene, vary, sentence):
+    told = problems_of(scene, [vary])
+    assert len(told) == 1
+    assert told[0].startswith("vary: ")
+    assert sentence in told[0]
+
+
+@pytest.mark.parametrize(
+    ("vary", "sentence"),
+    [
+        ({}, "nothing to vary"),
+        ({"dimensions.arm": 0.3}, "needs a list of values; found 0.3"),
+        ({"dimensions.arm": []}, "needs a list of values"),
+        ({"spindle.speed": [[[0, 1], [1, 2]]]}, "takes numbers and text, one value each"),
+        ({3: [1.0]}, "3 is no key of a scene"),
+    ],
+)
+def test_what_python_asks_wrongly_is_refused(scene, vary, sentence):
+    assert sentence in problems_of(scene, vary)[0]
+
+
+def test_all_mistakes_are_told_at_once(scene):
+    told = problems_of(
+        scene,
+        ["dimensions.amr=1,2", "run.accuracy=1e-3,1e-4", "dimensions.arm=0.2,0.3", "dimensions.arm=0.4"],
+        ["fnal arm_angle", "rate of spindle_speed", "error_estimate", "duration", "duration"],
+        engine="multibdy",
+        accuracy=2.0,
+        workers=0,
+    )
+    for sentence in (
+        "dimensions.amr is unknown",
+        "dimensions.arm stands 2 times",
+        "Did you mean 'final arm_angle'",
+        'quantity "rate of spindle_speed" is unknown',
+        "'error_estimate' needs runs that are certified",
+        "quantity 'duration' stands twice",
+        "Did you mean 'multibody'",
+        "accuracy must lie between 0 and 1",
+        "workers must be a whole number",
+    ):
+        assert sum(sentence in line for line in told) == 1, sentence
+    assert len(told) == 9
+
+
+def test_a_key_and_an_option_that_replaces_it_are_refused(scene):
+    told = problems_of(scene, ["run.engine=multibody,impulse"], engine="multibody")
+    assert told == ("vary: run.engine changes nothing where one is given for all rows; leave that or this out",)
+
+
+def test_of_many_wrong_values_a_few_are_told(scene):
+    told = problems_of(scene, [f"dimensions.arm={','.join(f'{k} kg' for k in range(1, 100))}"])
+    assert len(told) == 4
+    assert told[3] == "vary: dimensions.arm has more values, which were not looked at after these"
+
+
+def test_too_many_rows_are_refused_before_they_are_made(scene):
+    told = problems_of(scene, ["dimensions.arm=200mm:300mm:1000", "dimensions.sleeve_mass=5kg:9kg:1000"])
+    assert told == (f"vary: 1,000,000 rows are too many (at most {MOST_ROWS:,}); take fewer values of a key",)
+
+
+def test_functions_that_no_process_could_have_are_refused(scene):
+    assert "write a function with def" in problems_of(scene, [ARMS], {"mine": lambda run: 1.0})[0]
+
+
+def test_a_scene_that_is_not_what_its_document_says_is_refused(scene):
+    assert "comes from none" in problems_of(replace(scene, document={}), [ARMS])[0]
+    changed = replace(scene, spindle=replace(scene.spindle, speeds=(13.0,)))
+    assert "was changed after it was read" in problems_of(changed, [ARMS])[0]
+    shorter = replace(scene, run=replace(scene.run, duration=0.1))  # a run's settings are taken over
+    assert gm.sweep(shorter, [MASSES], ["duration"]).column("duration").tolist() == [0.1] * 3
+
+
+@pytest.mark.parametrize(
+    ("name", "key", "kind"),
+    [
+        ("porter", "dimensions.link", "length"),
+        ("porter", "effects.gravity", "acceleration"),
+        ("porter", "effects.oil_brake.sleeve", "damping"),
+        ("porter", "effects.dry_friction.arm_angle", "torque"),
+        ("porter", "effects.spring.sleeve.rate", "stiffness"),
+        ("porter", "effects.rods.arm_mass", "mass"),
+        ("porter", "effects.play", "length"),
+        ("porter", "spindle.speed", "angular_speed"),
+        ("porter", "spindle.unevenness", "ratio"),
+        ("porter", "start.arm_rate", "angular_rate"),
+        ("porter", "run.duration", "time"),
+        ("porter_free_spindle", "spindle.inertia", "moment_of_inertia"),
+        ("quick_return", "body.crank.mass", "mass"),
+        ("quick_return", "body.1.disc.radius", "length"),
+        ("quick_return", "force.cut.damping", "damping"),
+    ],
+)
+def test_keys_take_values_of_their_kind(name, key, kind):
+    """Whether or not they stand in the file; what carries the wrong unit is refused by that kind's name."""
+    document = gm.load(name).document
+    example = KINDS[kind].example
+    (axis,) = axes_of(document, {key: [example if KINDS[kind].units else float(example)]})
+    assert axis.kind == kind
+    assert axis.unit == KINDS[kind].si
+    with pytest.raises(gm.MechanismError, match=f"is {KINDS[kind].name};"):
+        axes_of(document, {key: ["3 K"]})
+
+
+def test_words_and_switches_may_be_varied(scene):
+    found = gm.sweep(scene, ["run.engine=multibody,impulse", "effects.oil_brake.sleeve=false,20 N s/m"], ["arm_angle"])
+    assert found.column("run.engine").tolist() == ["multibody"] * 2 + ["impulse"] * 2
+    assert found.grid("arm_angle")[0] == pytest.approx(found.grid("arm_angle")[1], abs=1e-5)
+    (axis,) = axes_of(scene.document, ["start.arm_angle=equilibrium,30deg"])
+    assert axis.values == ("equilibrium", pytest.approx(math.radians(30), rel=1e-15))
+
+
+def test_items_of_lists_are_meant_by_name_or_number():
+    document = {"body": [{"name": "crank", "mass": 1.0}, {"name": "rod", "mass": 2.0}]}
+    assert with_value(document, "body.rod.mass", 3.0)["body"][1] == {"name": "rod", "mass": 3.0}
+    assert with_value(document, "body.1.mass", 3.0)["body"][0]["mass"] == 3.0
+    assert document["body"][1]["mass"] == 2.0
+    with pytest.raises(gm.MechanismError, match=r'body has no "crnk"; .* Did you mean .crank.'):
+        with_value(document, "body.crnk.mass", 3.0)
+
+
+def test_large_numbers_with_a_unit_are_taken_at_their_word(scene):
+    """60 m is beyond what a bare number is believed, but it stands there with its unit."""
+    (axis,) = axes_of(scene.document, ["dimensions.link=40 m:60 m:3"])
+    assert axis.values == (40.0, 50.0, 60.0)
+    assert axis.written == (40.0, 50.0, "60.0 m")
+
+
+def test_rows_do_not_depend_on_their_company(scene, monkeypatch):
+    tasks = []
+    monkeypatch.setattr("governor_mechanism.studies.sweep.rows_of", lambda task, indices: _noted(tasks, task, indices))
+    whole = gm.sweep(scene, [ARMS, MASSES])
+    assert rows_of(tasks[0], [7, 2]) == [whole.rows[7], whole.rows[2]]
+
+
+def _noted(tasks, task, indices):
+    tasks.append(task)
+    return rows_of(task, indices)
+
+
+@pytest.mark.parametrize(
+    "vary",
+    [
+        ["dimensions.arm=250mm:350mm:4"],
+        ["effects.oil_brake.sleeve=1 N s/m,1000 N s/m"],
+        ["run.engine=multibody,impulse"],
+        [REFUSED, MASSES],
+        [ARMS, "run.engine=multibody"],
+        [REFUSED, "spindle.speed=120rpm,300rpm", "dimensions.sleeve_mass=20kg,25kg"],
+    ],
+)
+def test_figures_are_written(scene, vary, tmp_path):
+    found = gm.sweep(scene, vary, ["max arm_angle", "max sleeve_lift", "duration"])
+    path = sweep_figure(found, tmp_path / "sweep.png")
+    assert path.read_bytes().startswith(b"\x89PNG")
+    first = path.read_bytes()
+    assert sweep_figure(found, tmp_path / "sweep.png").read_bytes() == first
+
+
+def test_figures_of_nothing_and_of_too_many_keys(scene, tmp_path):
+    empty = gm.sweep(scene, ["dimensions.link=100mm,110mm", MASSES])
+    assert empty.outcomes == {"refused": 6}
+    assert sweep_figure(empty, tmp_path / "empty.png").stat().st_size > 0
+    four = gm.sweep(scene, [REFUSED, "run.every=20ms", "run.duration=0.2", "start.arm_angle=0.7"])
+    with pytest.raises(gm.MechanismError, match="at most 3 keys, and this sweep varies 4"):
+        sweep_figure(four, tmp_path / "four.png")
+    with pytest.raises(gm.MechanismError, match=r"end in \.png"):
+        sweep_figure(empty, tmp_path / "empty.gif")
+
+
+PLAIN = {**DOCUMENT, "run": {"duration": "2 s", "every": "10 ms", "accuracy": 1e-8, "engine": "reduced"}}
+TAKEN = ["final arm_angle", "min sleeve_lift", "max rate of ball_radius", "span rate of arm_angle", "duration"]
+
+
+def test_rows_made_together_are_those_of_single_runs(monkeypatch):
+    scene = scene_from_document(PLAIN, "porter.toml")
+    vary = {"dimensions.arm": [0.29, 0.3, 0.33], "dimensions.sleeve_mass": [12.0, 20.0, 45.0]}
+    together = gm.sweep(scene, vary, TAKEN)
+    made = []
+    with monkeypatch.context() as patched:
+        patched.setattr(Rows, "glimpse", lambda rows, dimensions: made.append(dimensions))
+        single = gm.sweep(scene, vary, TAKEN)
+    assert len(made) == 9  # they would have been made together
+    assert together.outcomes == single.outcomes
+    assert together.outcomes["left_range"] > 0  # a heavy sleeve falls to where arms and links stand in line
+    for one, other in zip(together.rows, single.rows, strict=True):
+        # The same steps along the same tables but for the rounding of the start; 1e-8 asked.
+        np.testing.assert_allclose(one.numbers, other.numbers, rtol=1e-10, atol=1e-10)
+
+
+def test_rows_made_together_depend_on_nothing_but_their_values():
+    scene = scene_from_document(PLAIN, "porter.toml")
+    alone = gm.sweep(scene, {"dimensions.arm": [0.31]}, TAKEN).rows[0]
+    among = gm.sweep(scene, {"dimensions.arm": [0.29, 0.3, 0.31, 0.32]}, TAKEN).rows[2]
+    assert alone.numbers == among.numbers
+
+
+@pytest.mark.parametrize(
+    ("document", "vary", "quantities", "options"),
+    [
+        (PLAIN, {"spindle.speed": ["119 rpm", "120 rpm"]}, TAKEN, {}),
+        (PLAIN, {"dimensions.arm": [0.29, 0.3]}, ["max spindle_torque"], {}),
+        (PLAIN, {"dimensions.arm": [0.29, 0.3]}, TAKEN, {"certify": True}),
+        (PLAIN, {"dimensions.arm": [0.29, 0.3]}, TAKEN, {"engine": "multibody"}),
+        (with_value(PLAIN, "effects.oil_brake", {"sleeve": "20 N s/m"}), {"dimensions.arm": [0.29, 0.3]}, TAKEN, {}),
+        (with_value(PLAIN, "start.arm_angle", "equilibrium"), {"dimensions.arm": [0.29, 0.3]}, TAKEN, {}),
+    ],
+    ids=["speed", "torque", "certified", "multibody", "brake", "equilibrium"],
+)
+def test_other_sweeps_make_their_rows_one_by_one(monkeypatch, document, vary, quantities, options):
+    made = []
+    monkeypatch.setattr(Batch, "glimpse", _noting(made, Batch.glimpse))
+    found = gm.sweep(scene_from_document(document, "porter.toml"), vary, quantities, **options)
+    assert found.ok
+    assert not any(glimpse is not None for glimpse in made)
+
+
+def _noting(made, glimpse):
+    def noted(batch, scene):
+        made.append(glimpse(batch, scene))
+        return made[-1]
+
+    return noted

@@ -1,0 +1,55 @@
+"""The command `design` as a person uses it."""
+
+from __future__ import annotations
+
+import json
+from pathlib import Path
+
+import pytest
+import typer
+from typer.testing import CliRunner
+
+import governor_mechanism as gm
+from governor_mechanism.cli_design import design
+
+APP = typer.Typer()
+APP.command()(design)
+APP.callback()(lambda: None)
+
+
+def call(*words: str):
+    return CliRunner().invoke(APP, ["design", *words])
+
+
+def test_the_papers_governor_is_designed_with_its_misprints_marked(tmp_path: Path) -> None:
+    result = call("hartung", "--out", str(tmp_path), "--json")
+    assert result.exit_code == 0, result.output
+    told = json.loads(result.stdout)
+    assert "spring force at 92 mm, 212 rpm" in told["paper"]["misprints"]
+    assert [Path(name).name for name in told["files"]] == [
+        "hartung_design.toml",
+        "hartung_spring_lines.png",
+        "hartung_sleeve_force.png",
+    ]
+    assert all(Path(name).is_file() for name in told["files"])
+    scene = gm.load(tmp_path / "hartung_design.toml")
+    # The file gives twelve digits.
+    assert scene.part.dimensions["bell_crank_angle"] == pytest.approx(told["design"]["angle"], rel=1e-11)
+
+
+def test_inputs_of_ones_own_leave_the_paper_aside(tmp_path: Path) -> None:
+    result = call(
+        "hartung", "--with", "wire=10 mm", "--with", "weight_mass=50 kg", "--no-figure", "--out", str(tmp_path)
+    )
+    assert result.exit_code == 0, result.output
+    assert "MISPRINT" not in result.stdout
+    assert "bell crank: 137.197 deg" in result.stdout  # masses and wire do not enter it
+    assert "warning: the springs are stressed over their limit" in result.stdout
+    assert [path.name for path in tmp_path.iterdir()] == ["hartung_design.toml"]
+
+
+def test_what_is_no_input_is_told_with_the_nearest_one(tmp_path: Path) -> None:
+    result = call("hartung", "--with", "wier=10 mm", "--with", "coil=5 kg", "--out", str(tmp_path))
+    assert result.exit_code == 2
+    assert "Did you mean 'wire'?" in result.stderr
+    assert "--with coil is a length" in result.stderr
