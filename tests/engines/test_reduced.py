@@ -18,7 +18,7 @@ from governor_mechanism.engines import MultibodyEngine, ReducedEngine
 from governor_mechanism.engines.tables.way import Way
 from governor_mechanism.equations.assembly import Assembler
 from governor_mechanism.equations.gauges import gauge_table
-from governor_mechanism.equations.laying import piece_of
+from governor_mechanism.equations.laid import piece_of
 from governor_mechanism.equations.pieces import COUNT, NODES, fitted, powers
 from governor_mechanism.equations.reduction import Reduction
 from governor_mechanism.equations.rows import bends_of, gradients_of

@@ -12,6 +12,7 @@ import numpy as np
 
 from governor_mechanism.effects import ALL_EFFECTS, DryFriction, Effect, OilBrake, SpringOn
 from governor_mechanism.engines.base import Engine, Task
+from governor_mechanism.engines.certificate import LOOSER, first_tolerance, outcome_of, refuse_settings, tightened
 from governor_mechanism.engines.dop853 import DONE, STALLED
 from governor_mechanism.engines.events import Between
 from governor_mechanism.engines.happened import assembled, compared
@@ -20,26 +21,16 @@ from governor_mechanism.engines.state import State
 from governor_mechanism.engines.stepper import LONGEST_STEP, Passage, Stepper
 from governor_mechanism.equations.compiled import announce
 from governor_mechanism.equations.points import Array
-from governor_mechanism.errors import MechanismError
 from governor_mechanism.joints import ALL_JOINTS, Joint
 from governor_mechanism.scene import Scene
 from governor_mechanism.statics import starting_state
 from governor_mechanism.trajectory import Cost, Outcome, Trajectory
-
-MARGIN = 100.0
-"""How much tighter than the accuracy a step is held: the estimate is the error of a run ten times looser."""
-
-LOOSER = 10.0
-"""How much looser the second run of a certificate is."""
 
 PATIENCE = 2
 """So many tighter certificates that are no better are believed; one may be bad luck."""
 
 HALVINGS = 40
 """Of the time between two stations, to find when a motion leaves its range: to rounding."""
-
-TIGHTEST = 1e-15
-"""Below this no tolerance is tried: double precision ends."""
 
 
 @final
@@ -59,33 +50,18 @@ class MultibodyEngine(Engine):
     max_steps: int = 1_000_000
 
     def __post_init__(self) -> None:
-        if self.tolerance is not None and not TIGHTEST <= self.tolerance < 1:
-            raise MechanismError(
-                f"MultibodyEngine.tolerance must lie between {TIGHTEST:g} and 1; got {self.tolerance!r}"
-            )
-        if self.max_steps < 1:
-            raise MechanismError(f"MultibodyEngine.max_steps must be at least 1; got {self.max_steps!r}")
+        refuse_settings("MultibodyEngine", self.tolerance, self.max_steps)
 
     def _run(self, scene: Scene, task: Task) -> Trajectory:
         announce("integrate", 12)
         follower = Follower(self, scene, task)
         follower.stepper.compile()
         started = time.perf_counter()
-        tolerance = self.tolerance or max(task.accuracy / MARGIN, TIGHTEST)
-        best = follower.certified(tolerance) if task.certify else follower.followed(tolerance)
-        tries = 0
-        while task.certify and self.tolerance is None and best.estimate is not None and best.estimate > task.accuracy:
-            # Tightened by less, a certificate may come out no better for no reason but the luck of its steps.
-            tolerance *= min(max(0.5 * task.accuracy / best.estimate, 1e-3), 1 / LOOSER)
-            if tolerance < TIGHTEST:
-                break
-            better = follower.certified(tolerance)
-            if better.estimate is not None and better.estimate < best.estimate and better.reaches(best):
-                best, tries = better, 0
-                continue
-            tries += 1
-            if tries == PATIENCE:
-                break  # rounding, not the step, sets the error now
+        tolerance = self.tolerance or first_tolerance(task.accuracy)
+        if task.certify and self.tolerance is None:
+            best = tightened(follower.certified, tolerance, task.accuracy, PATIENCE)
+        else:
+            best = follower.certified(tolerance) if task.certify else follower.followed(tolerance)
         return follower.trajectory(best, time.perf_counter() - started)
 
 
@@ -104,9 +80,10 @@ class Followed:
     estimate: float | None = None
     excluded: int = 0
 
-    def reaches(self, other: Followed) -> bool:
-        """Whether it comes as far as another."""
-        return len(self.state.times) >= len(other.state.times)
+    @property
+    def reached(self) -> int:
+        """How many of the reported times it came to."""
+        return len(self.state.times)
 
 
 class Follower:
@@ -174,12 +151,6 @@ class Follower:
 
     def trajectory(self, best: Followed, wall_time: float) -> Trajectory:
         """The result."""
-        outcome = best.ended
-        if outcome is None and best.estimate is None:
-            outcome = Outcome.UNCERTIFIED
-        if outcome is None:
-            reached = best.estimate is not None and best.estimate <= self.task.accuracy
-            outcome = Outcome.DONE if reached else Outcome.ACCURACY_MISSED
         settings = {
             **asdict(self.engine),
             "asked_accuracy": self.task.accuracy,
@@ -190,7 +161,7 @@ class Follower:
                 state=best.state,
                 stations=best.stations,
                 report=best.report,
-                outcome=outcome,
+                outcome=outcome_of(best, self.task.accuracy),
                 detail=best.detail,
                 estimate=best.estimate,
                 errors=best.errors,

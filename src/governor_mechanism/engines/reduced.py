@@ -12,6 +12,7 @@ import numpy as np
 
 from governor_mechanism.effects import ALL_EFFECTS, Effect, Play
 from governor_mechanism.engines.base import Engine, Task
+from governor_mechanism.engines.certificate import LOOSER, first_tolerance, outcome_of, refuse_settings, tightened
 from governor_mechanism.engines.events import Between
 from governor_mechanism.engines.grid import make_grid
 from governor_mechanism.engines.happened import assembled, compared
@@ -29,12 +30,6 @@ from governor_mechanism.scene import Scene
 from governor_mechanism.statics import starting_state
 from governor_mechanism.trajectory import Cost, Outcome, Trajectory
 
-MARGIN = 100.0
-"""How much tighter than the accuracy a step is held: the estimate is the error of a run ten times looser."""
-
-LOOSER = 10.0
-"""How much looser the second run of a certificate is."""
-
 NARROWER = 0.7
 """How much narrower its pieces are, so that what the fits leave out is told apart as well."""
 
@@ -46,9 +41,6 @@ LONGEST_STATION = 0.25
 
 FARTHEST, MOST_STATIONS = 0.5, 200_000
 """Of the coordinate's unit: poses farther apart get others between them, up to so many."""
-
-TIGHTEST = 1e-15
-"""Below this no tolerance is tried: double precision ends."""
 
 
 @final
@@ -68,14 +60,7 @@ class ReducedEngine(Engine):
     max_steps: int = 1_000_000
 
     def __post_init__(self) -> None:
-        if self.tolerance is not None and not TIGHTEST <= self.tolerance < 1:
-            raise MechanismError(f"ReducedEngine.tolerance must lie between {TIGHTEST:g} and 1; got {self.tolerance!r}")
-        if self.max_steps < 1:
-            raise MechanismError(f"ReducedEngine.max_steps must be at least 1; got {self.max_steps!r}")
-
-    def step_tolerance(self, accuracy: float) -> float:
-        """The error of one step that an accuracy is first tried with."""
-        return self.tolerance or max(accuracy / MARGIN, TIGHTEST)
+        refuse_settings("ReducedEngine", self.tolerance, self.max_steps)
 
     def _refuses(self, scene: Scene) -> str:
         assembler = Assembler(scene.part.mechanism)
@@ -89,20 +74,11 @@ class ReducedEngine(Engine):
         follower = Follower(self, scene, task)
         follower.load()
         started = time.perf_counter()
-        tolerance = self.step_tolerance(task.accuracy)
-        best = follower.certified(tolerance) if task.certify else follower.followed(tolerance)
-        tries = 0
-        while task.certify and self.tolerance is None and best.estimate is not None and best.estimate > task.accuracy:
-            tolerance *= min(max(0.5 * task.accuracy / best.estimate, 1e-3), 1 / LOOSER)
-            if tolerance < TIGHTEST:
-                break
-            better = follower.certified(tolerance)
-            if better.estimate is not None and better.estimate < best.estimate and better.reaches(best):
-                best, tries = better, 0
-                continue
-            tries += 1
-            if tries == PATIENCE:
-                break
+        tolerance = self.tolerance or first_tolerance(task.accuracy)
+        if task.certify and self.tolerance is None:
+            best = tightened(follower.certified, tolerance, task.accuracy, PATIENCE)
+        else:
+            best = follower.certified(tolerance) if task.certify else follower.followed(tolerance)
         return follower.trajectory(best, time.perf_counter() - started - follower.building)
 
 
@@ -121,9 +97,10 @@ class Followed:
     estimate: float | None = None
     excluded: int = 0
 
-    def reaches(self, other: Followed) -> bool:
-        """Whether it comes as far as another."""
-        return len(self.state.times) >= len(other.state.times)
+    @property
+    def reached(self) -> int:
+        """How many of the reported times it came to."""
+        return len(self.state.times)
 
 
 class Follower:
@@ -205,12 +182,6 @@ class Follower:
 
     def trajectory(self, best: Followed, wall_time: float) -> Trajectory:
         """The result."""
-        outcome = best.ended
-        if outcome is None and best.estimate is None:
-            outcome = Outcome.UNCERTIFIED
-        if outcome is None:
-            reached = best.estimate is not None and best.estimate <= self.task.accuracy
-            outcome = Outcome.DONE if reached else Outcome.ACCURACY_MISSED
         settings = {
             **asdict(self.engine),
             "asked_accuracy": self.task.accuracy,
@@ -221,7 +192,7 @@ class Follower:
                 state=best.state,
                 stations=partial(self._stations, best),
                 report=best.report,
-                outcome=outcome,
+                outcome=outcome_of(best, self.task.accuracy),
                 detail=best.detail,
                 estimate=best.estimate,
                 errors=dict(best.errors),

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import hashlib
 import os
+import re
 import shutil
 import sys
 import tempfile
@@ -16,6 +17,9 @@ from typing import Any, TypeVar, cast
 Function = TypeVar("Function", bound=Callable[..., object])
 
 PACKAGE = Path(__file__).parents[1]
+
+KERNELS = re.compile(rb"equations\.compiled import (compiled|inlined|kernel)")
+"""What stands in an engine's file that has kernels."""
 
 
 def compiled(function: Function) -> Function:
@@ -52,8 +56,9 @@ def cache_folder() -> Path:
     """
     text = hashlib.sha256()
     for path in sorted([*PACKAGE.glob("equations/*.py"), *PACKAGE.glob("engines/**/*.py")]):
-        kernels = path.read_bytes()
-        text.update(kernels if b"equations.compiled" in kernels or b"tableau" in path.name.encode() else b"")
+        lines = path.read_bytes()
+        if KERNELS.search(lines) or path.parent.name == "equations" or "tableau" in path.name:
+            text.update(lines)
     name = f"kernels-{text.hexdigest()[:16]}"
     beside = PACKAGE / "__pycache__"
     if "NUMBA_CACHE_DIR" in os.environ:

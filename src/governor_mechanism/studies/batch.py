@@ -11,6 +11,7 @@ from dataclasses import replace
 from typing import Any
 
 from governor_mechanism.engines import ReducedEngine, choose
+from governor_mechanism.engines.certificate import first_tolerance
 from governor_mechanism.engines.tables.batch import Batch, Glimpse
 from governor_mechanism.errors import MechanismError
 from governor_mechanism.machines import MACHINES
@@ -64,8 +65,7 @@ def rows_together(
     given, problems = understood(dimensions_table(machine), document["dimensions"], "dimensions")
     if problems:
         return None
-    reduced = ReducedEngine()
     batch = Batch(
-        scene, [name for name in dict.fromkeys(names) if name], reduced.step_tolerance(asked), reduced.max_steps
+        scene, [name for name in dict.fromkeys(names) if name], first_tolerance(asked), ReducedEngine().max_steps
     )
     return Rows(scene, machine, given, batch)

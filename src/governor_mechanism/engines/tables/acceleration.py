@@ -6,7 +6,7 @@ from typing import NamedTuple
 
 from governor_mechanism.equations.acting import brake_force, spring_force
 from governor_mechanism.equations.compiled import kernel
-from governor_mechanism.equations.laying import Laid
+from governor_mechanism.equations.laid import Laid
 from governor_mechanism.equations.motion import free_spindle_speed, uneven_speed
 from governor_mechanism.equations.pieces import powers
 from governor_mechanism.equations.planning import (

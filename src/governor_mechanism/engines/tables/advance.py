@@ -14,7 +14,7 @@ from governor_mechanism.engines.tables.marks import marked, marks_of, tiny_of
 from governor_mechanism.engines.tables.steps import Stages, decay_of, error_of, gained, opened, stepped, within
 from governor_mechanism.equations.acting import PARTS
 from governor_mechanism.equations.compiled import compiled
-from governor_mechanism.equations.laying import piece_of
+from governor_mechanism.equations.laid import piece_of
 from governor_mechanism.equations.planning import PLAIN, SECOND, UNIT
 from governor_mechanism.equations.points import Array, Whole
 

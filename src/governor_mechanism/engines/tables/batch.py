@@ -15,7 +15,8 @@ from governor_mechanism.engines.tables.acceleration import FLOWS, make_line
 from governor_mechanism.engines.tables.advance import ABOVE, BELOW, DONE, advance
 from governor_mechanism.engines.tables.ride import FIRST_STEP, LONGEST_STEP
 from governor_mechanism.engines.tables.steps import make_stages
-from governor_mechanism.equations.laying import ENDED, FULL, LAID, Laid, begin, extend, make_laid, places_at
+from governor_mechanism.equations.laid import Laid, make_laid, places_at
+from governor_mechanism.equations.laying import ENDED, FULL, LAID, begin, extend
 from governor_mechanism.equations.planning import make_plan
 from governor_mechanism.equations.points import Array
 from governor_mechanism.equations.readings import measure

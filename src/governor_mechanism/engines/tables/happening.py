@@ -10,7 +10,7 @@ import numpy as np
 from governor_mechanism.engines.tables.acceleration import FLOWS, HELD, Line, drawn, gauge_at, pulled, resisting
 from governor_mechanism.engines.tables.marks import TOUCHING, blocked, sided
 from governor_mechanism.equations.compiled import kernel
-from governor_mechanism.equations.laying import piece_of
+from governor_mechanism.equations.laid import piece_of
 from governor_mechanism.equations.pieces import powers
 from governor_mechanism.equations.planning import FORCE, SECOND, UNIT
 from governor_mechanism.equations.points import Array, Whole

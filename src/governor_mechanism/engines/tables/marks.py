@@ -8,7 +8,7 @@ import numpy as np
 
 from governor_mechanism.engines.tables.acceleration import FLOWS, HELD, Line, drawn, gauge_at, resisting
 from governor_mechanism.equations.compiled import kernel
-from governor_mechanism.equations.laying import piece_of
+from governor_mechanism.equations.laid import piece_of
 from governor_mechanism.equations.planning import FORCE, SECOND
 from governor_mechanism.equations.points import Array
 from governor_mechanism.equations.system import ROUNDING

@@ -19,7 +19,7 @@ from governor_mechanism.engines.dop853_tableau import (
 )
 from governor_mechanism.engines.tables.acceleration import FLOWS, Line, accelerated
 from governor_mechanism.equations.compiled import kernel
-from governor_mechanism.equations.laying import piece_of
+from governor_mechanism.equations.laid import piece_of
 from governor_mechanism.equations.pieces import powers, powers_inlined
 from governor_mechanism.equations.planning import ENERGY, PLAIN, SECOND, UNIT
 from governor_mechanism.equations.points import Array, Whole

@@ -6,18 +6,8 @@ import time
 
 import numpy as np
 
-from governor_mechanism.equations.laying import (
-    BEYOND,
-    BOUND,
-    ENDED,
-    FULL,
-    LAID,
-    begin,
-    extend,
-    make_laid,
-    more_room,
-    places_at,
-)
+from governor_mechanism.equations.laid import make_laid, more_room, places_at
+from governor_mechanism.equations.laying import BEYOND, BOUND, ENDED, FULL, LAID, begin, extend
 from governor_mechanism.equations.planning import FREE, curves_of, make_plan
 from governor_mechanism.equations.points import Array
 from governor_mechanism.equations.sampling import make_bench
