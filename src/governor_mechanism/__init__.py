@@ -23,6 +23,7 @@ if TYPE_CHECKING:
     from governor_mechanism.engines import Engine
     from governor_mechanism.resting import Equilibrium
     from governor_mechanism.scene import Scene
+    from governor_mechanism.studies.accuracy_table import AccuracyStudy
     from governor_mechanism.studies.effects import EffectsStudy
     from governor_mechanism.studies.sweep import Sweep
     from governor_mechanism.studies.valve_events import ValveEvents
@@ -158,6 +159,19 @@ def equilibria(scene: Scene | str | Path, spindle_speed: float | str | None = No
     return find_equilibria(_opened(scene), spindle_speed)
 
 
+def accuracy_study(
+    scene: Scene | str | Path, longest: float = 1.0, progress: Callable[[int, int], None] | None = None
+) -> AccuracyStudy:
+    """Every engine at every setting: its error against a reference that another engine confirms, and its time.
+
+    Settings that take more than `longest` (s) are left out. The study has .cheapest_for(1e-6), .advice(1e-6), .points,
+    and prints as a table. Raises MechanismError where there is no reference.
+    """
+    from governor_mechanism.studies.accuracy import accuracy_study as study
+
+    return study(_opened(scene), longest, progress)
+
+
 def effects_study(
     scene: Scene | str | Path,
     engine: str = "auto",
@@ -239,6 +253,7 @@ __all__ = [
     "MechanismError",
     "RunFailed",
     "UnsupportedEffect",
+    "accuracy_study",
     "crosscheck",
     "effects_study",
     "equilibria",

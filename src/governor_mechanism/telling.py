@@ -104,6 +104,7 @@ def describe(result: Trajectory) -> str:
     )
     gap = result.joint_gap.max(initial=0.0)
     laws = ", ".join(f"{name} {count:,}" for name, count in cost.evaluations.items())
+    built = f" beside {cost.building:.1g} s for its tables" if cost.building else ""
     return "\n".join(
         [
             result.scene.title,
@@ -114,7 +115,7 @@ def describe(result: Trajectory) -> str:
             f"{_mobility(result)}; {_passed(result)}",
             *_losses(result),
             f"engine {cost.engine} ({cost.reason}): {cost.runs} runs, {cost.steps:,} steps, simulated in "
-            f"{cost.wall_time:.2g} s{f', {cost.method}' if cost.method else ''}",
+            f"{cost.wall_time:.2g} s{built}{f', {cost.method}' if cost.method else ''}",
             f"law evaluations: {laws or 'none'}",
         ]
     )

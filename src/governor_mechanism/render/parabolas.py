@@ -4,33 +4,24 @@ from __future__ import annotations
 
 import math
 import os
-import textwrap
 from pathlib import Path
 from typing import Any
 
 from matplotlib.backends.backend_agg import FigureCanvasAgg
 from matplotlib.figure import Figure
 from matplotlib.lines import Line2D
-from matplotlib.patches import Rectangle
 from matplotlib.text import Text
 
-from governor_mechanism.errors import MechanismError
-from governor_mechanism.files import written_beside
 from governor_mechanism.render.parabolas_data import SHARES, Plate, has_parabolas, plate_of
 from governor_mechanism.render.parabolas_panels import ARMS, draw_family, draw_leaving
-from governor_mechanism.render.style import INK, PAPER, QUIET, SERIF, VERMILLION
+from governor_mechanism.render.plate import HEIGHT, WIDTH, require_png, save, sheet, write
+from governor_mechanism.render.style import QUIET, VERMILLION
 from governor_mechanism.scene import Scene
 
 __all__ = ["draw", "has_parabolas", "parabolas_figure"]
 
-WIDTH, HEIGHT, DPI = 13.0, 8.6, 120
-"""Inches, and dots per inch."""
-
 LEFT, RIGHT = (0.058, 0.135, 0.502, 0.71), (0.658, 0.475, 0.268, 0.37)
 """Left and lower edge, width and height of the panels, in fractions of the figure."""
-
-TITLE_LETTERS = 80
-"""So many fit in the heading."""
 
 HEADING = "The isochronous parabolas and the governor’s circle"
 SOURCE = "after L. Zehnder, Dinglers Polytechnisches Journal 225 (1877), pp. 1–14"
@@ -58,49 +49,20 @@ def parabolas_figure(scene: Scene, path: str | os.PathLike[str]) -> Path:
 
     Returns the path. Raises MechanismError for another scene; an exception leaves no file behind.
     """
-    target = Path(path)
-    if target.suffix.lower() != ".png":
-        raise MechanismError(f"a figure's name must end in .png; got {target.name!r}")
-    figure = draw(plate_of(scene), scene.title)
-    with written_beside(target) as temporary:
-        canvas: Any = FigureCanvasAgg(figure)
-        canvas.print_png(str(temporary), metadata={"Software": None})
-    return target
+    require_png(path)
+    return save(draw(plate_of(scene), scene.title), path)
 
 
 def draw(plate: Plate, title: str) -> Figure:
     """The plate as a figure of WIDTH by HEIGHT inches."""
-    figure = Figure(figsize=(WIDTH, HEIGHT), dpi=DPI, facecolor=PAPER)
-    _frame(figure)
-    _heading(figure, title)
+    figure = sheet(HEADING, title, SOURCE)
+    for x, caption in zip((0.03, 0.605), CAPTIONS, strict=True):
+        write(figure, x, 0.862, caption, 11.5, fontstyle="italic")
     draw_family(figure.add_axes(LEFT), plate, (LEFT[2] * WIDTH) / (LEFT[3] * HEIGHT))
     draw_leaving(figure.add_axes(RIGHT), plate)
     _dimensions(figure, plate)
     _verdicts(figure)
     return figure
-
-
-def _frame(figure: Figure) -> None:
-    """A thick line along the edge and a thin one within it, as engraved plates have."""
-    for inches, width in ((0.14, 1.8), (0.21, 0.6)):
-        corner = inches / WIDTH, inches / HEIGHT
-        box = Rectangle(corner, 1 - 2 * corner[0], 1 - 2 * corner[1], transform=figure.transFigure)
-        box.set(fill=False, edgecolor=INK, linewidth=width)
-        figure.add_artist(box)
-
-
-def _write(figure: Figure, x: float, y: float, words: str, size: float, **properties: Any) -> Text:
-    """Words in the plate's serif letters, formulas between dollars, at a place in fractions of the figure."""
-    look = {"color": INK, "fontfamily": SERIF, "math_fontfamily": "stix", **properties}
-    return figure.text(x, y, words, fontsize=size, **look)
-
-
-def _heading(figure: Figure, title: str) -> None:
-    _write(figure, 0.5, 0.937, HEADING, 22, ha="center", va="center")
-    shown = textwrap.shorten(title, TITLE_LETTERS, placeholder=" …")
-    _write(figure, 0.5, 0.901, f"{shown}; {SOURCE}", 11.5, ha="center", va="center", color=QUIET, parse_math=False)
-    for x, caption in zip((0.03, 0.605), CAPTIONS, strict=True):
-        _write(figure, x, 0.862, caption, 11.5, fontstyle="italic")
 
 
 def _dimensions(figure: Figure, plate: Plate) -> None:
@@ -116,24 +78,24 @@ def _dimensions(figure: Figure, plate: Plate) -> None:
         f"circle of curvature (broken): $\\rho$ = {plate.radius * 1e3:.4g} mm"
     )
     for line, words in enumerate((governor, point)):
-        _write(figure, 0.309, 0.067 - 0.026 * line, words.replace("= -", "= −"), 10.5, ha="center", color=QUIET)
+        write(figure, 0.309, 0.067 - 0.026 * line, words.replace("= -", "= −"), 10.5, ha="center", color=QUIET)
 
 
 def _verdicts(figure: Figure) -> None:
     """What Zehnder's text says, struck out, and what is true, beneath the right panel."""
     edge, words, top, row = 0.605, 0.688, 0.36, 0.058
-    _write(figure, edge, top + 0.04, "Speeds of rest on leaving the start:", 11.5, fontstyle="italic")
-    _strike(figure, _write(figure, 0.79, top + 0.04, "as Zehnder read", 11.5, fontstyle="italic", color=QUIET))
-    _write(figure, 0.89, top + 0.04, "and as they are", 11.5, fontstyle="italic")
+    write(figure, edge, top + 0.04, "Speeds of rest on leaving the start:", 11.5, fontstyle="italic")
+    _strike(figure, write(figure, 0.79, top + 0.04, "as Zehnder read", 11.5, fontstyle="italic", color=QUIET))
+    write(figure, 0.89, top + 0.04, "and as they are", 11.5, fontstyle="italic")
     for k, share in enumerate(SHARES):
         arm, y = ARMS[share], top - k * row
         figure.add_artist(Line2D([edge, edge + 0.018], [y - 0.003] * 2, color=arm.colour, linewidth=2))
-        _write(figure, edge + 0.024, y - 0.01, arm.name, 13, color=arm.colour)
+        write(figure, edge + 0.024, y - 0.01, arm.name, 13, color=arm.colour)
         wrong, right = VERDICTS[share]
-        _strike(figure, _write(figure, words, y + 0.003, wrong, 11, color=QUIET))
-        _write(figure, words, y - 0.021, right, 11.5)
+        _strike(figure, write(figure, words, y + 0.003, wrong, 11, color=QUIET))
+        write(figure, words, y - 0.021, right, 11.5)
     for line, reason in enumerate(REASON):
-        _write(figure, edge, 0.142 - 0.031 * line, reason, 11)
+        write(figure, edge, 0.142 - 0.031 * line, reason, 11)
 
 
 def _strike(figure: Figure, text: Text) -> None:

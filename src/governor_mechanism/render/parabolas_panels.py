@@ -10,34 +10,15 @@ import numpy as np
 from matplotlib.axes import Axes
 from matplotlib.lines import Line2D
 from matplotlib.patches import Circle
-from matplotlib.patheffects import withStroke
-from matplotlib.text import Annotation
 from numpy.typing import NDArray
 
 from governor_mechanism.render.parabolas_data import MARKS, SHARES, SPAN, Plate, Point, leaving
-from governor_mechanism.render.style import (
-    BLUE,
-    GREEN,
-    INK,
-    PAPER,
-    QUIET,
-    SANS,
-    SERIES,
-    SERIF,
-    SKY,
-    STYLES,
-    VERMILLION,
-)
+from governor_mechanism.render.plate import CHAIN, DASHES, DOTS, MM, dress, letter
+from governor_mechanism.render.style import BLUE, GREEN, INK, PAPER, QUIET, SERIES, SERIF, SKY, STYLES, VERMILLION
 
 Array = NDArray[np.float64]
 
-MM = 1e3
 PER_MINUTE = 30 / math.pi
-
-DASHES, CHAIN, DOTS = (0, (5, 2.5)), (0, (10, 2.5, 1.5, 2.5)), (0, (1, 1.8))
-"""Strokes and gaps, in widths of the line."""
-
-HALO = withStroke(linewidth=3.0, foreground=PAPER)
 
 
 @dataclass(frozen=True)
@@ -88,10 +69,10 @@ def view_of(plate: Plate, aspect: float) -> View:
 def draw_family(axes: Axes, plate: Plate, aspect: float) -> None:
     """The left panel: parabolas, the ball's path and the circle of curvature, in mm and to one scale both ways."""
     view = view_of(plate, aspect)
-    _dress(axes, "distance from the spindle axis, mm", "height above the vertex, mm")
+    dress(axes, "distance from the spindle axis, mm", "height above the vertex, mm")
     axes.set(xlim=(view.left, view.right), ylim=(view.bottom, view.top), aspect="equal")
     axes.plot([0, 0], [view.bottom, view.top], color=QUIET, linewidth=1.0, linestyle=CHAIN, zorder=1)
-    _letter(axes, (0, view.top), "spindle axis", (5, 0), color=QUIET, rotation=90, va="top")
+    letter(axes, (0, view.top), "spindle axis", (5, 0), color=QUIET, rotation=90, va="top")
     for speed in plate.speeds:
         _parabola(axes, plate, view, speed)
     _parting_line(axes, plate, view)
@@ -112,7 +93,7 @@ def _parabola(axes: Axes, plate: Plate, view: View, speed: float) -> None:
     to_the_right = {"offset": (5, 0), "ha": "left", "va": "center"}
     above = {"offset": (0, 4), "ha": "center", "va": "bottom"}
     look: dict[str, Any] = to_the_right if end == view.right else above
-    _letter(axes, (end, end**2 / c), words, **look, color=colour, weight="bold" if own else "normal")
+    letter(axes, (end, end**2 / c), words, **look, color=colour, weight="bold" if own else "normal")
 
 
 def _parting_line(axes: Axes, plate: Plate, view: View) -> None:
@@ -126,7 +107,7 @@ def _parting_line(axes: Axes, plate: Plate, view: View) -> None:
         axes.plot([x - half, x + half], [y - half, y + half], color=GREEN, linewidth=1.4, zorder=4)
         axes.plot([x], [y], "o", color=GREEN, markersize=3.5, zorder=4)
     words = "on $x = 2y$ all rise at 45°\nand neighbours part most:\nZehnder would start here"
-    _letter(axes, (view.right, view.bottom), words, (0, 5), color=GREEN, ha="right", va="bottom", linespacing=1.4)
+    letter(axes, (view.right, view.bottom), words, (0, 5), color=GREEN, ha="right", va="bottom", linespacing=1.4)
 
 
 def _circle_of_curvature(axes: Axes, plate: Plate) -> None:
@@ -143,7 +124,7 @@ def _circle_of_curvature(axes: Axes, plate: Plate) -> None:
         hang = _mm(plate.suspension)
         middle = (centre[0] + hang[0]) / 2, (centre[1] + hang[1]) / 2
         _along(axes, plate, middle, f"$\\rho$ = {plate.radius * MM:.4g} mm", BLUE)
-    _letter(axes, centre, words, (-9, -9), color=BLUE, ha="right", va="top")
+    letter(axes, centre, words, (-9, -9), color=BLUE, ha="right", va="top")
 
 
 def _governor(axes: Axes, plate: Plate, view: View) -> None:
@@ -161,14 +142,14 @@ def _governor(axes: Axes, plate: Plate, view: View) -> None:
     middle = (hang[0] + start[0]) / 2, (hang[1] + start[1]) / 2
     _along(axes, plate, middle, f"$l {own} = {arm:.4g} mm", INK)
     if not plate.osculates:
-        _letter(axes, hang, "suspension", (9, 2), va="center")
+        letter(axes, hang, "suspension", (9, 2), va="center")
     end = _on_circle(hang, arm, np.array(high))
-    _letter(axes, (float(end[0]), float(end[1])), "path of the ball", (-22, 0), ha="right", va="center", color=BLUE)
+    letter(axes, (float(end[0]), float(end[1])), "path of the ball", (-22, 0), ha="right", va="center", color=BLUE)
     below = 0.5 * start[0] ** 2 / (plate.parameter(plate.speeds[0]) * MM)
     axes.plot([start[0]] * 2, [start[1], below], color=INK, linewidth=0.7, zorder=6)
     words = f"{'osculation' if plate.osculates else 'start'} point"
     crowded = start[0] - view.left > 0.65 * (view.right - view.left)
-    _letter(axes, (start[0], below), words, (0, -3), ha="right" if crowded else "center", va="top")
+    letter(axes, (start[0], below), words, (0, -3), ha="right" if crowded else "center", va="top")
     _angle(axes, plate)
 
 
@@ -178,7 +159,7 @@ def _angle(axes: Axes, plate: Plate) -> None:
     axes.plot([hang[0]] * 2, [hang[1], hang[1] - 1.15 * reach], color=QUIET, linewidth=0.7, zorder=3)
     axes.plot(*_on_circle(hang, reach, np.linspace(0, plate.start_angle, 60)), color=QUIET, linewidth=0.7, zorder=3)
     x, y = _on_circle(hang, reach, np.array(plate.start_angle / 2))
-    _letter(axes, (float(x), float(y)), "$\\alpha_1$", (2, -8), ha="center", va="center", color=QUIET)
+    letter(axes, (float(x), float(y)), "$\\alpha_1$", (2, -8), ha="center", va="center", color=QUIET)
 
 
 def _along(axes: Axes, plate: Plate, middle: Point, words: str, colour: str) -> None:
@@ -186,7 +167,7 @@ def _along(axes: Axes, plate: Plate, middle: Point, words: str, colour: str) -> 
     slope = math.degrees(plate.start_angle) - 90
     a = plate.start_angle
     offset = 10 * math.cos(a), 10 * math.sin(a)
-    _letter(axes, middle, words, offset, color=colour, ha="center", va="center", rotation=slope)
+    letter(axes, middle, words, offset, color=colour, ha="center", va="center", rotation=slope)
 
 
 def _mm(point: Point) -> Point:
@@ -200,7 +181,7 @@ def _on_circle(centre: Point, radius: float, angles: Array) -> tuple[Array, Arra
 
 def draw_leaving(axes: Axes, plate: Plate) -> None:
     """The right panel: changes of the speed of rest (percent) against changes of the arm angle (deg) for three arms."""
-    _dress(axes, "change of the arm angle, deg", "change of the speed of rest, %")
+    dress(axes, "change of the arm angle, deg", "change of the speed of rest, %")
     curves = {share: leaving(plate, share) for share in SHARES}
     limit = 1.5 * 100 * float(np.abs(curves[0.7].true).max())
     reach = 1.05 * math.degrees(SPAN)
@@ -218,7 +199,7 @@ def draw_leaving(axes: Axes, plate: Plate) -> None:
         axes.plot(degrees[[0, -1]], read[[0, -1]], "x", color=VERMILLION, markersize=7, markeredgewidth=1.6, zorder=6)
         marks = leaving(plate, share, MARKS)
         axes.plot(np.degrees(marks.turns), 100 * marks.true, "o", color=arm.colour, markersize=4.5, zorder=5)
-        _letter(axes, (degrees[-1], percent[-1]), arm.name, (9, 0), color=arm.colour, va="center", fontsize=12)
+        letter(axes, (degrees[-1], percent[-1]), arm.name, (9, 0), color=arm.colour, va="center", fontsize=12)
     _key(axes)
 
 
@@ -248,21 +229,3 @@ def _key(axes: Axes) -> None:
         prop={"family": SERIF, "size": 10},
     )
     key.get_frame().set(facecolor=PAPER, linewidth=0)
-
-
-def _letter(axes: Axes, at: Point, words: str, offset: Point = (0, 0), **properties: Any) -> Annotation:
-    """Words `offset` points away from a point of the panel, clear of what lies beneath; formulas between dollars."""
-    text = axes.annotate(words, at, offset, textcoords="offset points", annotation_clip=False)
-    look = {"color": INK, "fontsize": 10.5, "fontfamily": SERIF, "math_fontfamily": "stix", "zorder": 9, **properties}
-    text.set(**look)
-    text.set_path_effects([HALO])
-    return text
-
-
-def _dress(axes: Axes, across: str, up: str) -> None:
-    axes.set_facecolor(PAPER)
-    for side, spine in axes.spines.items():
-        spine.set(visible=side in ("left", "bottom"), color=QUIET, linewidth=0.8)
-    axes.tick_params(color=QUIET, labelcolor=QUIET, labelsize=8, labelfontfamily=SANS)
-    axes.set_xlabel(across, color=INK, fontsize=10.5, fontfamily=SERIF)
-    axes.set_ylabel(up, color=INK, fontsize=10.5, fontfamily=SERIF)

@@ -15,6 +15,7 @@ from governor_mechanism.engines.tables.acceleration import FLOWS, make_line
 from governor_mechanism.engines.tables.advance import ABOVE, BELOW, DONE, advance
 from governor_mechanism.engines.tables.ride import FIRST_STEP, LONGEST_STEP
 from governor_mechanism.engines.tables.steps import make_stages
+from governor_mechanism.equations.compiled import announce
 from governor_mechanism.equations.laid import Laid, make_laid, places_at
 from governor_mechanism.equations.laying import ENDED, FULL, LAID, begin, extend
 from governor_mechanism.equations.planning import make_plan
@@ -45,6 +46,7 @@ class Batch:
     """
 
     def __init__(self, like: Scene, names: Sequence[str], tolerance: float, most: int) -> None:
+        announce("advance", 20)
         self._times, self._names = reported_times(like), list(names)
         self._tolerance, self._most = tolerance, most
         plan, _ = make_plan(like)

@@ -1,0 +1,292 @@
+"""Error against time: every engine, and every way to use it, over a ladder of settings.
+
+A scene is run once as well as multibody can, another engine confirms that, and each setting is held against it. Runs
+are made without certificates: here the error is measured.
+"""
+
+from __future__ import annotations
+
+import math
+import time
+from collections.abc import Callable, Iterator, Mapping
+from dataclasses import dataclass, replace
+from itertools import pairwise
+
+import numpy as np
+
+from governor_mechanism.engines import Engine, ImpulseEngine, MultibodyEngine, ReducedEngine
+from governor_mechanism.engines.base import reported_times
+from governor_mechanism.engines.happened import compared
+from governor_mechanism.equations.modes import switches
+from governor_mechanism.equations.points import Array
+from governor_mechanism.equations.scales import time_scale
+from governor_mechanism.errors import GovernorMechanismError, MechanismError
+from governor_mechanism.scene import Scene
+from governor_mechanism.studies.accuracy_table import AccuracyStudy, Point, Reference, Variant
+from governor_mechanism.studies.fitting import Fitted, slope
+from governor_mechanism.trajectory import Outcome, Trajectory
+
+TIGHT = 1e-14
+"""The tolerance of the reference and of what confirms it."""
+
+TOLERANCES = tuple(10.0**-k for k in range(2, 15))
+
+STEPS = tuple(0.25 / 2**k for k in range(17))
+"""In time scales."""
+
+MOST_SAMPLES = 200
+"""Intervals between the times at which readings are compared, at most: more cost every engine time of their own."""
+
+LONGEST = 1.0
+"""Seconds that a setting may take; a ladder ends where the next would take longer."""
+
+TIMING, MOST_REPEATS = 0.15, 7
+"""Seconds in which a setting is run again and again, and how often at most."""
+
+WHOLE = 8.0
+"""So many times the longest setting may a ladder take."""
+
+MISSES, FALLS = 2, 0.7
+"""A ladder of steps ends after so many settings in a row that are not better by this factor than the best."""
+
+NEAR_EVENTS = 0.1
+"""In time scales: samples nearer to an event than it is late are left out, up to this."""
+
+TOO_NEAR = 1e-9
+"""In time scales: samples nearer to an event than this always are."""
+
+SMALL, FITTED = 0.03, 5
+"""Orders are fitted to errors below this, and to so many of the finest steps."""
+
+ENDS = (Outcome.DONE, Outcome.UNCERTIFIED, Outcome.ACCURACY_MISSED, Outcome.LEFT_RANGE)
+"""Ways to end that are the scene's, not the engine's."""
+
+
+@dataclass(frozen=True)
+class Ladder:
+    """A variant's settings, coarse ones first; `stepped` where they are steps, whose order is fitted."""
+
+    name: str
+    rungs: tuple[tuple[str, Engine], ...]
+    stepped: bool
+
+
+def accuracy_study(
+    scene: Scene, longest: float = LONGEST, progress: Callable[[int, int], None] | None = None
+) -> AccuracyStudy:
+    """Run a scene by each engine at each setting that takes at most `longest` (s), and measure errors and times.
+
+    progress is told how many of all settings have been dealt with. Raises MechanismError where no run is long enough
+    to be compared.
+    """
+    if not (isinstance(longest, int | float) and 0 < longest < math.inf):
+        raise MechanismError(f"the longest time of a setting must be a positive number of seconds; got {longest!r}")
+    samples = min(len(reported_times(scene)) - 1, MOST_SAMPLES)
+    times = np.linspace(0.0, scene.run.duration, samples + 1)
+    bench = Bench(scene, times, float(longest))
+    ladders = list(_ladders(scene))
+    total = sum(len(ladder.rungs) for ladder in ladders)
+    done = 0
+    variants = []
+    for ladder in ladders:
+
+        def tell(rung: int, before: int = done) -> None:
+            if progress is not None:
+                progress(before + rung, total)
+
+        variants.append(bench.climbed(ladder, tell))
+        done += len(ladder.rungs)
+        tell(0, done)
+    return AccuracyStudy(
+        scene=scene,
+        reference=_confirmed(bench.reference, variants),
+        variants=tuple(variants),
+        samples=len(bench.best.times),
+        time_scale=bench.time_scale,
+        ended=bench.best.message if bench.best.outcome is Outcome.LEFT_RANGE else "",
+    )
+
+
+def _ladders(scene: Scene) -> Iterator[Ladder]:
+    def toleranced(kind: type[ReducedEngine | MultibodyEngine]) -> Ladder:
+        rungs = tuple((f"tolerance {tolerance:g}", kind(tolerance=tolerance)) for tolerance in TOLERANCES)
+        return Ladder(kind.name, rungs, stepped=False)
+
+    def stepped(name: str, engine: ImpulseEngine) -> Ladder:
+        steps = [share * time_scale(scene) for share in STEPS]
+        return Ladder(name, tuple((f"step {_spoken(h)}", replace(engine, step=h)) for h in steps), stepped=True)
+
+    yield toleranced(ReducedEngine)
+    yield toleranced(MultibodyEngine)
+    yield stepped("impulse extrapolated", ImpulseEngine(step=1.0, runs=3))
+    yield stepped("impulse staggered", ImpulseEngine(step=1.0, runs=1))
+    yield stepped("impulse plain", ImpulseEngine(step=1.0, plain=True))
+
+
+def _spoken(step: float) -> str:
+    return f"{step * 1e3:.3g} ms" if step >= 1e-4 else f"{step * 1e6:.3g} µs"
+
+
+class Bench:
+    """Where the engines of one scene are measured: the reference run, and the times at which they are compared."""
+
+    def __init__(self, scene: Scene, times: Array, longest: float) -> None:
+        self.scene, self.times, self.longest = scene, times, longest
+        self.time_scale, self.size = time_scale(scene), scene.part.mechanism.size
+        self.switching = switches(scene)
+        engine = MultibodyEngine(tolerance=TIGHT)
+        refused = engine.refusal(scene)
+        if refused:
+            raise MechanismError(f"there is no reference to measure errors by: {refused}")
+        self.best = engine.run(scene, times=times)
+        if len(self.best.times) < 2 or self.best.outcome not in ENDS:
+            raise MechanismError(f"there is no reference to measure errors by: {self.best.message}")
+        self.reference = self._checked(self.best.error_estimate or 0.0)
+
+    def _checked(self, estimate: float) -> Reference:
+        """The reference, confirmed by the reduced engine where that holds the scene."""
+        alone = Reference(
+            engine=MultibodyEngine.name, tolerance=TIGHT, estimate=estimate, confirmed_by="", confirmed=None,
+            error=max(estimate, float(np.finfo(float).eps)),
+        )  # fmt: skip
+        other = ReducedEngine(tolerance=TIGHT)
+        if other.refusal(self.scene):
+            return alone
+        try:
+            run = other.run(self.scene, times=self.times, certify=False)
+        except GovernorMechanismError:
+            return alone
+        if self._shortfall(run):
+            return alone
+        errors, late = self._compared(run)
+        found = max(*errors.values(), (late or 0.0) / self.time_scale)
+        return replace(alone, confirmed_by=other.name, confirmed=found, error=max(alone.error, found))
+
+    def climbed(self, ladder: Ladder, tell: Callable[[int], None]) -> Variant:
+        """A ladder run up to where it is not worth going on."""
+        refused = ladder.rungs[0][1].refusal(self.scene)
+        points: list[Point] = []
+        notes: list[str] = []
+        started, missed = time.perf_counter(), 0
+        for rung, (setting, engine) in enumerate(() if refused else ladder.rungs):
+            tell(rung)
+            if time.perf_counter() - started > WHOLE * self.longest:
+                break
+            growth = 2.0 if ladder.stepped else 1.0
+            if points and growth * points[-1].seconds > self.longest:
+                break
+            before = time.perf_counter()
+            try:
+                found = self._point(ladder.name, setting, engine)
+            except GovernorMechanismError as error:
+                refused = str(error)
+                break
+            if isinstance(found, str):
+                notes.append(found)
+                if growth * (time.perf_counter() - before) > self.longest:
+                    break
+                continue
+            best = min((point.reach for point in points), default=math.inf)
+            points.append(found)
+            if found.reach < self.reference.floor:
+                break
+            missed = 0 if found.reach < FALLS * best else missed + 1
+            if ladder.stepped and missed == MISSES:
+                break
+        order = _order(points, self.reference.floor) if ladder.stepped else None
+        return Variant(name=ladder.name, points=tuple(points), order=order, refused=refused, notes=tuple(notes))
+
+    def _point(self, variant: str, setting: str, engine: Engine) -> Point | str:
+        """One setting measured, or why there is nothing to measure."""
+        run, seconds, repeats = self._timed(engine)
+        shortfall = self._shortfall(run)
+        if shortfall:
+            return f"{setting}: {shortfall}"
+        errors, late = self._compared(run)
+        if not all(map(math.isfinite, errors.values())):
+            return f"{setting}: its readings are lost"
+        worst = max(errors, key=lambda name: errors[name])
+        return Point(
+            variant=variant,
+            engine=engine,
+            setting=setting,
+            error=errors[worst],
+            worst=worst,
+            errors=errors,
+            late=late,
+            reach=max(errors[worst], (late or 0.0) / self.time_scale),
+            seconds=seconds,
+            repeats=repeats,
+            step=run.cost.step,
+            evaluations=run.cost.evaluations.get("equations of motion", run.cost.steps),
+            joint_gap=float(np.max(run.joint_gap)) / self.size,
+            drift=run.energy.drift,
+        )
+
+    def _timed(self, engine: Engine) -> tuple[Trajectory, float, int]:
+        """A run, and the shortest time of several like it; the first of all only warms up, unless it takes too long."""
+        seconds: list[float] = []
+        run, first = self._once(engine)
+        if first > self.longest:
+            return run, first, 1
+        while not seconds or (sum(seconds) < TIMING and len(seconds) < MOST_REPEATS):
+            seconds.append(self._once(engine)[1])
+        return run, min(seconds), len(seconds)
+
+    def _once(self, engine: Engine) -> tuple[Trajectory, float]:
+        started = time.perf_counter()
+        run = engine.run(self.scene, times=self.times, certify=False)
+        return run, time.perf_counter() - started
+
+    def _shortfall(self, run: Trajectory) -> str:
+        """How a run ended where the reference went on, in a sentence."""
+        short = len(self.best.times) - len(run.times)
+        if run.outcome not in ENDS or short > 1:
+            return run.message
+        return ""
+
+    def _compared(self, run: Trajectory) -> tuple[Mapping[str, float], float | None]:
+        """The largest difference of each reading and each rate in its scale, away from events; how late (s) those are.
+
+        Late is None where nothing in the scene can be held or struck.
+        """
+        best = self.best
+        shared = min(len(best.times), len(run.times))
+        kept, late = np.ones(shared, dtype=np.bool_), None
+        if self.switching:
+            times = best.times[:shared]
+            late, _ = compared(best.events, run.events, times, 0.0)
+            apart = max(min(late, NEAR_EVENTS * self.time_scale), TOO_NEAR * self.time_scale)
+            kept = ~compared(best.events, run.events, times, apart * (1 + TOO_NEAR))[1]
+        errors = {}
+        for kind, scale, of_run, of_best in (
+            ("", 1.0, run.readings, best.readings),
+            ("rate of ", self.time_scale, run.rates, best.rates),
+        ):
+            for name, values in of_best.items():
+                apart_by = np.abs(values[:shared][kept] - of_run[name][:shared][kept])
+                errors[f"{kind}{name}"] = float(np.max(apart_by, initial=0.0)) * scale / best.scales[name]
+        return errors, late
+
+
+def _order(points: list[Point], floor: float) -> Fitted | None:
+    """How fast errors fall with the step: the slope of their logarithms, while they fall."""
+    falling = []
+    for coarser, finer in pairwise([None, *points]):
+        if finer is None or (coarser is not None and finer.error > FALLS * coarser.error and falling):
+            break
+        if floor < finer.error < SMALL:
+            falling.append(finer)
+    fitted = falling[-FITTED:]
+    if len(fitted) < 3:
+        return None
+    return slope(*(np.log([getattr(point, name) for point in fitted]) for name in ("step", "error")))
+
+
+def _confirmed(reference: Reference, variants: list[Variant]) -> Reference:
+    """A reference that reduced could not confirm, confirmed by how far impulse came."""
+    if reference.confirmed is not None:
+        return reference
+    found = [variant.best for variant in variants if variant.name.startswith("impulse") and variant.best]
+    best = min(found, key=lambda point: point.reach, default=None)
+    return reference if best is None else replace(reference, confirmed_by=best.variant, confirmed=best.reach)
