@@ -88,7 +88,7 @@ def followed(name: str) -> bool:
 # Through a change point tables lose digits; see the test of its own.
 MODELS = [name for name in shipped() if followed(name) and name != "four_bar_chain"]
 # A crank that gets ever faster, and sliding that just comes to rest, multiply rounding: less can be asked of either.
-LESS = {"slider_crank_torque": 1e-10, "porter_dry_friction": 1e-9, "watt_improved": 1e-10}
+LESS = {"slider_crank_torque": 1e-10, "porter_dry_friction": 1e-8, "watt_improved": 1e-10}
 
 
 @pytest.mark.parametrize("name", MODELS)

@@ -26,7 +26,7 @@ from governor_mechanism.scene import Scene
 from governor_mechanism.statics import starting_state
 from governor_mechanism.trajectory import Cost, Outcome, Trajectory
 
-PATIENCE = 2
+PATIENCE = 4
 """So many tighter certificates that are no better are believed; one may be bad luck."""
 
 HALVINGS = 40

@@ -120,7 +120,7 @@ class Follower:
         """Have the kernels compiled or loaded, once in a process, so that no run's cost includes it."""
         kernel: Any = advance
         if not kernel.signatures:
-            announce("advance", 20)
+            announce("advance", 30)
             way = Way(self.scene, self.start[0], self._poses)
             if way.begun and way.extended(0) and way.extended(1):
                 soon = np.array([1e-9 * self.reporter.time_scale])

@@ -52,6 +52,9 @@ widths are tried."""
 RECURS = 1e-8
 """Machine sizes, and rad: a way that comes so near its beginning is closed."""
 
+BEGIN = 2
+"""What `lay` is asked for first; else 0 is below, and 1 above."""
+
 LAID, FULL, ENDED = 0, 1, 2
 """What became of it: a piece was laid; there is no room; the way ends."""
 
@@ -60,18 +63,29 @@ OPEN, BOUND, CENTRE, BEYOND = 0, 1, 2, 3
 
 
 @compiled
-def begin(plan: Plan, bench: Bench, laid: Laid, q: float, poses: Array) -> int:
-    """Lay the first piece, from a value of the coordinate upward, near poses (bodies, 3); what became of it."""
+def lay(plan: Plan, bench: Bench, laid: Laid, what: int, q: float, poses: Array) -> int:
+    """Lay the next piece below (what = 0) or above (1) all others; or first (BEGIN) find the place from which pieces
+    are laid, at a value of the coordinate near poses (bodies, 3), which nothing else asks for. What became of it.
+
+    One way in from Python for both: each is compiled with all that it calls.
+    """
+    if what == BEGIN:
+        return LAID if _begun(plan, bench, laid, q, poses) else ENDED
+    return int(_extended(plan, bench, laid, what))
+
+
+@kernel
+def _begun(plan: Plan, bench: Bench, laid: Laid, q: float, poses: Array) -> bool:
     place, columns = np.zeros((3, plan.units.size)), np.zeros(laid.natural.size)
     place[0] = poses.ravel()
     laid.edges[0, 0] = laid.edges[0, 1] = laid.ring[1] = q
     if not placed(plan, bench, q, place):
         laid.why[:] = CENTRE
-        return ENDED
+        return False
     sampled(plan, bench, place, columns)
     _naturals(plan, laid, place, columns)
     laid.first[:] = place
-    return int(extend(plan, bench, laid, 1))
+    return True
 
 
 @kernel
@@ -96,9 +110,8 @@ def _naturals(plan: Plan, laid: Laid, place: Array, columns: Array) -> None:
         at += 2
 
 
-@compiled
-def extend(plan: Plan, bench: Bench, laid: Laid, side: int) -> int:
-    """Lay the next piece below (side 0) or above (1) all others; what became of it."""
+@kernel
+def _extended(plan: Plan, bench: Bench, laid: Laid, side: int) -> int:
     if laid.why[side] != OPEN or laid.ring[0] > 0.0:
         return ENDED
     at, edge = laid.number[0], laid.ends[side]

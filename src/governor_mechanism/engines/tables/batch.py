@@ -17,7 +17,7 @@ from governor_mechanism.engines.tables.ride import FIRST_STEP, LONGEST_STEP
 from governor_mechanism.engines.tables.steps import make_stages
 from governor_mechanism.equations.compiled import announce
 from governor_mechanism.equations.laid import Laid, make_laid, places_at
-from governor_mechanism.equations.laying import ENDED, FULL, LAID, begin, extend
+from governor_mechanism.equations.laying import BEGIN, LAID, lay
 from governor_mechanism.equations.planning import make_plan
 from governor_mechanism.equations.points import Array
 from governor_mechanism.equations.readings import measure
@@ -46,7 +46,7 @@ class Batch:
     """
 
     def __init__(self, like: Scene, names: Sequence[str], tolerance: float, most: int) -> None:
-        announce("advance", 20)
+        announce("advance", 30)
         self._times, self._names = reported_times(like), list(names)
         self._tolerance, self._most = tolerance, most
         plan, _ = make_plan(like)
@@ -66,7 +66,9 @@ class Batch:
             return None
         poses = np.array(mechanism.sketch, dtype=np.float64)
         laid = make_laid(plan, ROOM)
-        if not reach(plan, self._bench, start, poses) or begin(plan, self._bench, laid, start, poses) != LAID:
+        if not reach(plan, self._bench, start, poses) or lay(plan, self._bench, laid, BEGIN, start, poses) != LAID:
+            return None
+        if lay(plan, self._bench, laid, 1, start, poses) != LAID:
             return None
         state, now, filled, end = np.array([start, rate, *(0.0,) * FLOWS]), 0.0, 1, float(self._times[-1])
         self._found[0] = state
@@ -80,7 +82,7 @@ class Batch:
                 self._modes[filled:], self._events, self._told, self._counts,
             )  # fmt: skip
             filled += reached
-            if code in (BELOW, ABOVE) and extend(plan, self._bench, laid, code - BELOW) in (ENDED, FULL):
+            if code in (BELOW, ABOVE) and lay(plan, self._bench, laid, code - BELOW, start, poses) != LAID:
                 return None
         if code != DONE or filled < len(self._times):
             return None

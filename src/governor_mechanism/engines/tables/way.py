@@ -7,7 +7,7 @@ import time
 import numpy as np
 
 from governor_mechanism.equations.laid import make_laid, more_room, places_at
-from governor_mechanism.equations.laying import BEYOND, BOUND, ENDED, FULL, LAID, begin, extend
+from governor_mechanism.equations.laying import BEGIN, BEYOND, BOUND, ENDED, FULL, LAID, lay
 from governor_mechanism.equations.planning import FREE, curves_of, make_plan
 from governor_mechanism.equations.points import Array
 from governor_mechanism.equations.sampling import make_bench
@@ -19,6 +19,10 @@ HAIR = 1e-3
 
 ROOM = 32
 """So many pieces have room at first."""
+
+
+NOWHERE = np.zeros((0, 3))
+"""The poses that stand where none are asked for."""
 
 
 class Way:
@@ -38,9 +42,10 @@ class Way:
         self._bench = make_bench(self.plan)
         self.laid = make_laid(self.plan, ROOM)
         self.laid.width[:] *= share
-        self.begun = begin(self.plan, self._bench, self.laid, q, poses) == LAID
-        self.building = time.perf_counter() - started
+        self.building = 0.0
         """Seconds that laying has taken."""
+        self.begun = self._lay(BEGIN, q, poses) == LAID and self.extended(1)
+        self.building = time.perf_counter() - started
 
     @property
     def pieces(self) -> int:
@@ -50,12 +55,15 @@ class Way:
     def extended(self, side: int) -> bool:
         """Whether one more piece could be laid below (0) or above (1)."""
         started = time.perf_counter()
-        done = extend(self.plan, self._bench, self.laid, side)
+        done = self._lay(side)
         if done == FULL:
             self.laid = more_room(self.laid)
-            done = extend(self.plan, self._bench, self.laid, side)
+            done = self._lay(side)
         self.building += time.perf_counter() - started
         return bool(done != ENDED)
+
+    def _lay(self, what: int, q: float = 0.0, poses: Array = NOWHERE) -> int:
+        return lay(self.plan, self._bench, self.laid, what, q, poses)
 
     def end(self, side: int) -> float:
         """Where the way ends below (0) or above (1): at the coordinate's bound, or as far as it could be laid."""
