@@ -229,6 +229,27 @@ def test_the_bill_of_the_effects_is_told_drawn_and_given_as_json(tmp_path):
     assert "not tried for want of numbers: rods, spring, oil_brake, stops, play" in plain.stdout
 
 
+def test_accuracy_is_measured_told_drawn_and_given_as_json(tmp_path):
+    scene, out = str(short_scene(tmp_path)), tmp_path / "out"
+    result = call("accuracy", scene, "--for", "1e-6", "--longest", "0.05", "--out", str(out))
+    assert result.exit_code == 0, result.output
+    assert "for 1e-06: use " in result.stdout
+    assert "impulse plain never within " in result.stdout
+    assert sorted(path.name for path in out.iterdir()) == [f"short_accuracy.{kind}" for kind in ("csv", "json", "png")]
+    words = ("--for", "1e-6", "--longest", "0.05", "--out", str(out), "--no-figure", "--json")
+    answer = json.loads(call("accuracy", scene, *words).stdout)
+    assert answer["reached"]
+    assert answer["advice"].startswith("for 1e-06: use ")
+    assert [Path(path).suffix for path in answer["files"]] == [".csv", ".json"]
+
+
+def test_an_accuracy_that_is_none_is_refused_before_anything_runs(tmp_path):
+    result = call("accuracy", "porter", "--for", "2", "--out", str(tmp_path / "out"))
+    assert result.exit_code == 2
+    assert "lies between 0 and 1" in result.output
+    assert not (tmp_path / "out").exists()
+
+
 def test_how_a_governor_regulates_is_asked_from_the_command_line(tmp_path, monkeypatch):
     monkeypatch.setattr("governor_mechanism.studies.regulation.RATES", [4e-3, 1e-3, 2.5e-4])
     result = call("regulation", "jump", "--out", str(tmp_path))

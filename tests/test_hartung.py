@@ -222,11 +222,25 @@ STROKE = {"inner_angle": SWING, "outer_angle": -SWING}
         ({"spring_preload": None}, "spring_preload is missing"),
         ({"spring_rate": None, "spring_wire": 0.01}, "the springs lack spring_coil, spring_turns, spring_modulus"),
         ({"spring_turns": 13.0}, "found spring_rate and spring_turns"),
+        ({"bell_crank_angle": 132.0}, "a bare number is in rad, so write it with its unit: 132 deg"),
+        ({**STROKE, "inner_angle": 15.0}, "a bare number is in rad, so write it with its unit: 15 deg"),
+        ({**STROKE, "hanger": 0.02}, "; lengthen the hanger, or shorten the stroke$"),
+        ({**STROKE, "fulcrum_radius": 0.02}, "; raise fulcrum_radius, or shorten the stroke$"),
+        ({**STROKE, "spring_stress_limit": 4e8}, "spring_stress_limit is that of springs described by their wire"),
     ],
 )
 def test_what_cannot_be_built_is_refused(changes: dict[str, Any], message: str) -> None:
     with pytest.raises(gm.MechanismError, match=message):
         HartungGovernor(**{**PAPERS, **changes})
+
+
+def test_all_that_cannot_be_built_is_told_at_once() -> None:
+    wire = {"spring_wire": 0.1, "spring_coil": 0.08, "spring_turns": 13.0, "spring_modulus": 7e10}
+    wrong = {"bell_crank_angle": math.radians(200), "inner_angle": -0.2, "outer_angle": 0.2}
+    with pytest.raises(gm.MechanismError) as caught:
+        HartungGovernor(**{**BARE, **wrong, **wire})
+    begin = [sentence.split()[0] for sentence in caught.value.problems]
+    assert begin == ["bell_crank_angle", "inner_angle", "spring_preload", "coil"]
 
 
 def test_springs_that_two_speeds_do_not_describe_are_refused() -> None:
@@ -237,6 +251,8 @@ def test_springs_that_two_speeds_do_not_describe_are_refused() -> None:
         HartungGovernor(**BARE, **STROKE, inner_speed=21.0)
     with pytest.raises(gm.MechanismError, match="spring_preload cannot stand beside inner_speed"):
         HartungGovernor(**BARE, **STROKE, **speeds, spring_preload=10.0)
+    with pytest.raises(gm.MechanismError, match="preload_radius cannot stand beside inner_speed"):
+        HartungGovernor(**BARE, **STROKE, **speeds, preload_radius=0.1)
     with pytest.raises(gm.MechanismError, match="a spring presses harder outside; raise outer_speed"):
         HartungGovernor(**BARE, **STROKE, inner_speed=21.0, outer_speed=12.0)
 

@@ -233,9 +233,10 @@ def test_parts_without_mass_load_no_bearing():
 REFUSED = [
     ({"eccentric_rod": 0.06}, r"eccentric_rod \(60 mm\) must be longer than eccentric \(60 mm\)"),
     ({"connecting_rod": 0.2}, r"connecting_rod \(200 mm\) must be longer than crank \(300 mm\)"),
-    ({"outside_lap": 0.06}, r"outside_lap \(60 mm\) is larger than the valve's travel to either side \(60 mm\)"),
-    ({"inside_lap": -0.07}, r"inside_lap \(-70 mm\) is larger than the valve's travel"),
+    ({"outside_lap": 0.06}, r"outside_lap \(60 mm\) must be smaller than the valve's travel to either side \(60 mm\)"),
+    ({"inside_lap": -0.07}, r"inside_lap \(-70 mm\) must be smaller than the valve's travel"),
     ({"advance": "90 deg"}, r"advance \(90 deg\) must lie between -90 and 90 deg"),
+    ({"advance": 30.0}, r"advance \(1718.87 deg\) .* a bare number is in rad, so write it with its unit: 30 deg"),
     ({"advance": "-95 deg"}, r"advance \(-95 deg\) must lie between -90 and 90 deg"),
     ({"outside_lap": 0.056}, r"the head end's steam port never opens: set for equal leads, .* 54.3\d* mm that way"),
     ({"inside_lap": -0.058}, r"exhaust never closes"),
@@ -252,6 +253,21 @@ def test_what_cannot_be_built_is_refused_in_a_sentence(changes, sentence):
     with pytest.raises(MechanismError, match=sentence) as caught:
         valve_scene(changes)
     assert len(caught.value.problems) <= 2  # both ends may be shut
+
+
+def test_all_that_cannot_be_built_is_told_at_once():
+    wrong = {
+        "connecting_rod": 0.2,
+        "eccentric_rod": 0.05,
+        "advance": "90 deg",
+        "outside_lap": 0.07,
+        "inside_lap": -0.08,
+    }
+    with pytest.raises(MechanismError) as caught:
+        valve_scene(wrong)
+    assert [next(name for name in wrong if f" {name} (" in sentence) for sentence in caught.value.problems] == list(
+        wrong
+    )
 
 
 @pytest.mark.parametrize(("table", "values"), [("start", {"crank_angle": "20 deg"}), ("spindle", {"speed": "60 rpm"})])

@@ -14,7 +14,7 @@ import typer
 
 from governor_mechanism.cli_design import design
 from governor_mechanism.cli_options import RESULTS, AsJson, FigureFolder, NoFigure, SceneName, prepare_folder
-from governor_mechanism.cli_studies import effects, regulation, sweep
+from governor_mechanism.cli_studies import accuracy, effects, regulation, sweep
 from governor_mechanism.console import (
     BAD_INPUT,
     FAILED,
@@ -254,7 +254,7 @@ def _characteristics(scene: Scene, curve: SpeedCurve, found: Sequence[Equilibriu
     return files
 
 
-for command in (effects, regulation, sweep, design):
+for command in (accuracy, effects, regulation, sweep, design):
     app.command()(command)
 
 

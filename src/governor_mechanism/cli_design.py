@@ -48,9 +48,9 @@ def design(
     with working("designing"):
         made = design_hartung(inputs)
         files = [_scene(made, out), *([] if no_figure else _figures(made, out, papers=papers))]
-    for warning in made.warnings:
-        say(warning)
     if as_json:
+        for warning in made.warnings:  # the table has them
+            say(warning)
         told = {"machine": machine.value, "design": made.as_json(), "files": [str(path) for path in files]}
         print_json(told | ({"paper": dubois().as_json()} if papers else {}))
         return OK

@@ -1,4 +1,4 @@
-"""The commands that run a scene many times: `effects`, `regulation`, `sweep`.
+"""The commands that run a scene many times: `accuracy`, `effects`, `regulation`, `sweep`.
 
 Heavy imports wait until a command needs them.
 """
@@ -17,6 +17,43 @@ from governor_mechanism.console import FAILED, OK, guarded_command, print_json, 
 
 if TYPE_CHECKING:
     from governor_mechanism.scene import Scene
+
+
+@guarded_command
+def accuracy(
+    scene: SceneName,
+    wanted: Annotated[
+        float | None, typer.Option("--for", help="An error, relative to each reading's scale: what reaches it soonest.")
+    ] = None,
+    longest: Annotated[float, typer.Option(help="Seconds that one setting may take.")] = 1.0,
+    out: FigureFolder = RESULTS,
+    no_figure: NoFigure = False,
+    as_json: AsJson = False,
+) -> int:
+    """Measure the error and the time of every engine at every setting; write figure, table (CSV) and record (JSON)."""
+    import governor_mechanism as gm
+    from governor_mechanism.studies.accuracy_table import require_error
+
+    if wanted is not None:
+        require_error(wanted)
+    prepare_folder(out)
+    opened = gm.load(scene)
+    with progress_bar("accuracy") as progress:
+        study = gm.accuracy_study(opened, longest, progress)
+    stem = out / f"{Path(opened.source).stem or 'scene'}_accuracy"
+    files = [study.save_csv(stem.with_suffix(".csv")), study.save_json(stem.with_suffix(".json"))]
+    reached = wanted is None or study.cheapest_for(wanted) is not None
+    advice = None if wanted is None else study.advice(wanted)
+    if not no_figure:
+        from governor_mechanism.render.accuracy import accuracy_figure
+
+        files.append(accuracy_figure(study, stem.with_suffix(".png"), wanted))
+    if as_json:
+        asked = {} if wanted is None else {"for": wanted, "advice": advice, "reached": reached}
+        print_json({**study.as_json(), **asked, "files": [str(path) for path in files]})
+    else:
+        print("\n".join([str(study), *([advice] if advice else []), *(f"wrote {path}" for path in files)]))
+    return OK if reached else FAILED
 
 
 @guarded_command

@@ -9,7 +9,7 @@ from pathlib import Path
 import pytest
 
 import governor_mechanism as gm
-from governor_mechanism.engines import ENGINES, choose
+from governor_mechanism.engines import ENGINES, ImpulseEngine, choose
 from governor_mechanism.engines.auto import expected_seconds
 from governor_mechanism.library import shipped
 from governor_mechanism.trajectory import Outcome
@@ -74,3 +74,8 @@ def test_a_refusal_names_the_engine_that_would_do():
         gm.run("porter_play", engine="reduced")
     with pytest.raises(gm.MechanismError, match="Did you mean 'reduced'"):
         gm.run("porter", engine="reducd")
+
+
+def test_the_plain_way_of_pymunk_refuses_what_it_does_not_hold():
+    with pytest.raises(gm.UnsupportedEffect, match="plain way does not hold drives; leave plain=True out"):
+        ImpulseEngine(step=1e-3, runs=1, plain=True).run(gm.load("quick_return"))

@@ -98,6 +98,19 @@ def length_of(shape: Polygon) -> float:
     return float(np.hypot(*(ends[1] - ends[0])))
 
 
+def test_vertical_hangers_stay_within_the_slot_of_the_sleeve() -> None:
+    scene = hartung_scene({**PAPERS, "sleeve_arm": 0.4}, speed=21.6, angle=0.12, rate=-0.6, duration=0.5, every=0.02)
+    run = gm.run(scene, engine="multibody", accuracy=1e-5)
+    stage = stage_of(run.scene.part, run.poses, run.times, acting_of(run))
+    for pose, time in zip(run.poses, run.times, strict=True):
+        shapes = moving_shapes(run.scene.part, pose, stage.at(float(time)))
+        (slot,) = (shape for shape in shapes if isinstance(shape, Polygon) and shape.role == "slot")
+        left, right, _, _ = bounds([slot])
+        turn = PAPERS["bell_crank_angle"] + float(pose[0, 2])
+        foot = abs(PAPERS["fulcrum_radius"] - 0.4 * math.sin(turn))
+        assert left < -foot < foot < right
+
+
 def test_both_halves_are_drawn_alike(drawn: Any) -> None:
     run, stage = drawn
     left, right, _, _ = bounds(

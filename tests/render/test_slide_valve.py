@@ -32,6 +32,14 @@ CASES = {
     "no lap": {"outside_lap": 0.0, "inside_lap": -0.004, "advance": "5 deg"},
 }
 
+CROWDED = {
+    "short rods": {"eccentric": 0.25, "eccentric_rod": 0.26, "connecting_rod": None, "outside_lap": 0.08,
+                   "advance": "60 deg", "setting": "middle of extremes"},
+    "behind": {"advance": "-60 deg", "eccentric_rod": 20.0, "outside_lap": -0.010, "inside_lap": -0.005},
+    "hardly open": {"eccentric": 0.006, "eccentric_rod": 2.0, "outside_lap": 0.0058, "inside_lap": 0.0059},
+}  # fmt: skip
+"""Events so near to each other that their names have to give way."""
+
 
 @pytest.fixture(scope="module", params=CASES)
 def run(request):
@@ -162,6 +170,18 @@ def test_the_words_of_zeuners_plate_stand_clear_within_the_frame(name):
     assert overlaps(zeuner.draw(valve_plate(valve_scene(CASES[name])))) == ([], [])
 
 
+@pytest.mark.parametrize("name", CROWDED)
+@pytest.mark.parametrize(("plate", "panel"), [(zeuner, 0), (marks_construction, 3)])
+def test_the_names_of_crowded_events_stand_clear_of_each_other(name, plate, panel):
+    figure = plate.draw(valve_plate(valve_scene(CROWDED[name])))
+    events = {"admission", "cut-off", "release", "compression"}
+    key = [text.get_text() for legend in [figure.axes[panel].get_legend()] if legend for text in legend.get_texts()]
+    out, near = overlaps(figure)
+    assert [words for words in out if words in events] == []
+    assert [pair for pair in near if set(pair) & events and set(pair) <= events.union(key)] == []
+    assert sum(text.get_text() in events for text in figure.axes[panel].texts) == 8
+
+
 @pytest.mark.parametrize("name", ["marks", "thirty"])
 def test_the_words_of_marks_plate_stand_clear_within_the_frame(name):
     assert overlaps(marks_construction.draw(valve_plate(valve_scene(CASES[name])))) == ([], [])
@@ -210,6 +230,16 @@ def test_the_words_of_the_bearings_plate_stand_clear_within_the_frame(tmp_path):
     # degrees may come close where the shaft's curve is narrow
     assert [pair for pair in near if not all("°" in words for words in pair)] == []
     assert bearings.bearings_figure(run, tmp_path / "a.png").exists()
+
+
+def test_numbers_of_many_figures_push_no_label_of_the_bearings_plate_over_its_frame():
+    run = crank_run(
+        {"gravity": True, "masses": {name: 1000.0 * mass for name, mass in MASSES.items() if "centre" not in name}}
+    )
+    figure = bearings.draw(run)
+    renderer = FigureCanvasAgg(figure).get_renderer()
+    figure.draw(renderer)
+    assert figure.axes[0].yaxis.label.get_window_extent(renderer).x0 > 0.21 * figure.dpi
 
 
 @pytest.mark.parametrize("masses", [{"crank": 80.0}, {"crank": 80.0, "rod": 70.0}, {"crank": 80.0, "crosshead": 110.0}])

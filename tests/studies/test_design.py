@@ -136,11 +136,29 @@ def test_a_spring_over_its_limit_is_a_warning_with_the_figure() -> None:
     assert "allowed are 3500 kgf/cm^2" in warning
 
 
+def test_a_spring_of_too_few_turns_is_a_warning() -> None:
+    assert design_hartung().warnings == ()
+    assert "springs have 2.64 turns" in design_hartung(HartungInputs(wire=0.008)).warnings[-1]
+
+
 def test_inputs_that_no_governor_comes_of_are_refused() -> None:
     with pytest.raises(gm.MechanismError, match="at or beyond its dead centre"):
         design_hartung(HartungInputs(angle=math.radians(170)))
-    with pytest.raises(gm.MechanismError, match="outer_force must exceed inner_force"):
+    with pytest.raises(gm.MechanismError, match=r"slow_speed \(204 rpm\), .* must be below fast_speed \(95.493 rpm\)"):
         design_hartung(HartungInputs(fast_speed=10.0))
+    with pytest.raises(
+        gm.MechanismError, match=r"half_stroke \(300 mm\) does not go with .*; give half_stroke=29.76 mm"
+    ):
+        design_hartung(HartungInputs(half_stroke=0.3))
+    with pytest.raises(
+        gm.MechanismError, match=r"at the inner end asks for a spring of -92.98 N.*; enlarge rest_radius"
+    ):
+        design_hartung(HartungInputs(rest_radius=0.001))
+    with pytest.raises(gm.MechanismError) as caught:
+        design_hartung(HartungInputs(fast_speed=10.0, insensitivity=2.0, coil=0.01, half_stroke=0.02))
+    assert len(caught.value.problems) == 4
+    with pytest.raises(gm.MechanismError, match=r"^sleeve_mass must be positive; found -1 kg\nwire must be positive"):
+        design_hartung(HartungInputs(sleeve_mass=-1.0, wire=0.0))
     with pytest.raises(gm.MechanismError, match="leaves no angle of the bell crank"):
         design_hartung(HartungInputs(swing=math.radians(89.5), angle=math.radians(90.1)))
 

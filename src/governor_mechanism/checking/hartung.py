@@ -12,27 +12,21 @@ from scipy.optimize import brentq
 from governor_mechanism.characteristic import equilibrium_speed
 from governor_mechanism.checking.hartung_motion import LEVER, in_motion, spring_force
 from governor_mechanism.checking.report import Row
-from governor_mechanism.checking.swing import measured_period
+from governor_mechanism.checking.swing import rpm, run_of, settled_row, swing_row
 from governor_mechanism.closed_form import hartung as closed
 from governor_mechanism.effects import BellCranks, OnReading, Stops
-from governor_mechanism.engines import choose
-from governor_mechanism.engines.rest import settled
 from governor_mechanism.equations.points import Array
 from governor_mechanism.equations.reduction import Reduction
 from governor_mechanism.equations.timing import SpeedProgram
-from governor_mechanism.errors import MechanismError, RunFailed
+from governor_mechanism.errors import MechanismError
 from governor_mechanism.outputs import static_force
-from governor_mechanism.scene import FreeSpindle, RunSettings, Scene, Spindle, Start
-from governor_mechanism.trajectory import Trajectory
+from governor_mechanism.scene import FreeSpindle, Scene, Spindle
 
 PLACES = (0.0, 0.25, 0.5, 0.75, 1.0)
 """Of the way between the ends of the stroke."""
 
 BESIDE = 0.05
 """rad: so far to each side of its rest the simulation is let go to settle; less where it might settle elsewhere."""
-
-SWING = 1e-3
-"""rad: amplitude of the small free swing, and half that of a second one."""
 
 
 def findings(scene: Scene) -> Iterator[Row | str]:
@@ -50,7 +44,7 @@ def findings(scene: Scene) -> Iterator[Row | str]:
         plain = replace(scene, effects=tuple(one for one in scene.effects if not isinstance(one, OnReading)))
         yield from _over_the_stroke(plain, governor, _stroke(scene))
         yield from _at_rests(plain, governor, _stroke(scene))
-    run = _run(scene)
+    run = run_of(scene)
     if not cranks:
         yield from in_motion(scene, governor, run)
     if not run.outcome.ok:
@@ -136,7 +130,7 @@ def _astatic(scene: Scene, governor: closed.HartungGovernor, levers: Array) -> I
     for lever, pull in zip(levers.tolist(), pulls.tolist(), strict=True):
         expected = float(closed.astatic_spring_force(governor, lever_angle=lever, spindle_speed=speed))
         yield Row(
-            quantity=f"spring force that holds {math.degrees(lever):.4g} deg at {_rpm(speed)}",
+            quantity=f"spring force that holds {math.degrees(lever):.4g} deg at {rpm(speed)}",
             simulated=pull,
             expected=expected,
             allowed=1e-10 * max(abs(expected), governor.weight_mass * scene.gravity),
@@ -154,7 +148,7 @@ def _at_rests(scene: Scene, governor: closed.HartungGovernor, stroke: tuple[floa
         every = _rests(scene, governor, abs(speed))
         angles = [angle for angle in every if stroke[0] <= angle <= stroke[1]]
         if not angles:
-            yield f"at {_rpm(speed)} this governor rests nowhere within its stroke: rest is not checked"
+            yield f"at {rpm(speed)} this governor rests nowhere within its stroke: rest is not checked"
         for angle in angles:
             beside = min([BESIDE, *(0.3 * abs(angle - other) for other in every if other != angle)])
             yield from _at_rest(replace(scene, spindle=Spindle(speeds=(speed,))), governor, angle, beside)
@@ -180,57 +174,18 @@ def _rests(scene: Scene, governor: closed.HartungGovernor, speed: float) -> list
 
 def _at_rest(scene: Scene, governor: closed.HartungGovernor, angle: float, beside: float) -> Iterator[Row | str]:
     speed, sizes = SpeedProgram(scene.spindle).start_speed, scene.part.dimensions
-    at = f"{math.degrees(angle):.4g} deg, {_rpm(speed)}"
+    at = f"{math.degrees(angle):.4g} deg, {rpm(speed)}"
     force, rate = spring_force(scene, angle), sizes["spring_rate"]
     squared = float(closed.squared_frequency(governor, lever_angle=angle, spring_force=force, spring_rate=rate))
     if squared <= 0:
         yield f"the equilibrium at {at} is unstable: nothing settles into it or swings about it"
         return
     for side in (-beside, beside):
-        yield Row(
-            quantity=f"settled from {math.degrees(angle + side):.4g} deg at {_rpm(speed)}",
-            simulated=_settled(scene, angle + side),
+        yield settled_row(
+            scene,
+            f"settled from {math.degrees(angle + side):.4g} deg at {rpm(speed)}",
+            start=angle + side,
             expected=angle,
-            allowed=1e-8,
-            unit="rad",
-            reason="at rest the stepping has no error; the joint solver leaves about 1e-11",
         )
     period = 2 * math.pi / math.sqrt(squared)
-    one, two = (
-        (_period_of_swing(scene, angle, swing, period) + _period_of_swing(scene, angle, -swing, period)) / 2
-        for swing in (SWING, 2 * SWING)
-    )
-    yield Row(
-        quantity=f"period of an infinitely small swing at {at}",
-        simulated=(4 * one - two) / 3,
-        expected=period,
-        allowed=1e-7 * period,
-        unit="s",
-        reason="swings of two sizes to both sides, extrapolated to none; the runs' accuracy stays",
-    )
-
-
-def _settled(scene: Scene, start: float) -> float:
-    """Where it comes to rest; NaN, which fails its row, where it does not."""
-    try:
-        return settled(scene, start)
-    except RunFailed:
-        return math.nan
-
-
-def _period_of_swing(scene: Scene, angle: float, swing: float, period: float) -> float:
-    swinging = replace(
-        scene,
-        start=Start(values={LEVER: angle + swing}),
-        run=RunSettings(duration=2.2 * period, every=period / 50, accuracy=1e-9),
-    )
-    return measured_period(_run(swinging), LEVER, angle)
-
-
-def _rpm(speed: float) -> str:
-    return f"{speed * 30 / math.pi:.6g} rpm"
-
-
-def _run(scene: Scene) -> Trajectory:
-    engine, reason = choose(scene.run.engine, scene)
-    return engine.run(scene, reason=reason)
+    yield swing_row(scene, LEVER, angle=angle, period=period, at=at)

@@ -10,11 +10,10 @@ import numpy as np
 
 from governor_mechanism.characteristic import equilibrium_speed
 from governor_mechanism.checking.report import Row
+from governor_mechanism.checking.swing import run_of
 from governor_mechanism.closed_form import isochronous as closed
-from governor_mechanism.engines import choose
 from governor_mechanism.errors import MechanismError
 from governor_mechanism.scene import RunSettings, Scene, Spindle, Start
-from governor_mechanism.trajectory import Trajectory
 
 PLACES = (0.1, 0.5, 0.9)
 """Of the way between the ends of the guide."""
@@ -53,7 +52,7 @@ def _left_alone(scene: Scene, radius: float, speed: float) -> Row:
     )
     return Row(
         quantity=f"left alone at {radius * 1e3:.4g} mm, farthest in {STILL:g} s",
-        simulated=float(np.max(np.abs(_run(still).readings["ball_radius"] - radius))),
+        simulated=float(np.max(np.abs(run_of(still).readings["ball_radius"] - radius))),
         expected=0.0,
         allowed=1e-10,
         unit="m",
@@ -66,7 +65,7 @@ def _drifting(scene: Scene, neutral: float, ratio: float, parameter: float) -> I
     if any(not math.isclose(speed, neutral, rel_tol=1e-9) for speed in speeds) or not speeds:
         yield f"the spindle does not keep the neutral speed, {neutral * 30 / math.pi:.6g} rpm: the drift is not checked"
         return
-    run = _run(scene)
+    run = run_of(scene)
     radius, rate = run.readings["ball_radius"], float(run.rates["ball_radius"][0])
     if rate == 0.0:
         yield "the balls start at rest: there is no drift to check"
@@ -82,10 +81,3 @@ def _drifting(scene: Scene, neutral: float, ratio: float, parameter: float) -> I
         unit="s",
         reason="the accuracy asked of the run, on a drift at nearly one speed",
     )
-
-
-def _run(scene: Scene) -> Trajectory:
-    engine, reason = choose(scene.run.engine, scene)
-    run = engine.run(scene, reason=reason)
-    run.raise_if_failed()
-    return run

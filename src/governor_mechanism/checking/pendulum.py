@@ -12,23 +12,17 @@ from scipy.integrate import solve_ivp
 
 from governor_mechanism.characteristic import equilibrium_speed
 from governor_mechanism.checking.report import Row
-from governor_mechanism.checking.swing import measured_period
+from governor_mechanism.checking.swing import rpm, run_of, settled_row, swing_row
 from governor_mechanism.closed_form import pendulum as closed
 from governor_mechanism.effects import DryFriction, Effect, OilBrake, OnReading, Play, Rods, SpringOn, Stops
-from governor_mechanism.engines import choose
-from governor_mechanism.engines.rest import settled
 from governor_mechanism.equations.points import Array
 from governor_mechanism.equations.timing import SpeedProgram, TimeCurve
-from governor_mechanism.errors import MechanismError, RunFailed
-from governor_mechanism.scene import FreeSpindle, RunSettings, Scene, Spindle, Start
+from governor_mechanism.errors import MechanismError
+from governor_mechanism.scene import FreeSpindle, Scene, Spindle
 from governor_mechanism.trajectory import Trajectory
 
 STARTS = (-0.12, 0.03, 0.15)
 """rad from the closed form's equilibrium: from where the simulation is let go to settle."""
-
-SWING = 1e-3
-"""rad: amplitude of the small free swing, and half that of a second one."""
-
 
 EDGE = 0.02
 """rad: an equilibrium nearer than that to the end of the travel, a dead centre, is not settled into."""
@@ -52,7 +46,7 @@ def findings(scene: Scene) -> Iterator[Row | str]:
         if acting:
             yield f"rest and small swings are checked without {_spoken(acting)}"
         yield from _at_rests(replace(scene, effects=tuple(one for one in scene.effects if one not in acting)), governor)
-    run = _run(scene)
+    run = run_of(scene)
     if not run.outcome.ok:
         yield f"the run reached {run.times[-1]:.4g} of {scene.run.duration:.4g} s: {run.message}"
     if len(run.times) < 2:
@@ -105,11 +99,11 @@ def _at_rests(scene: Scene, governor: closed.PendulumGovernor) -> Iterator[Row |
     program = SpeedProgram(scene.spindle)
     speed, (low, high) = program.start_speed, _travel(scene)
     if not program.constant:
-        yield f"the spindle's speed changes: rest is checked at its first, {_rpm(speed)}; torque is not checked"
+        yield f"the spindle's speed changes: rest is checked at its first, {rpm(speed)}; torque is not checked"
     steady = replace(scene, spindle=Spindle(speeds=(speed,)))
     angles = [angle for angle in _equilibria(governor, speed) if low < angle < high]
     if not angles:
-        yield f"at {_rpm(speed)} this governor rests nowhere within its travel: rest is not checked"
+        yield f"at {rpm(speed)} this governor rests nowhere within its travel: rest is not checked"
     for angle in angles:
         if low + EDGE < angle < high - EDGE:
             yield from _at_rest(steady, governor, speed, angle)
@@ -119,10 +113,6 @@ def _at_rests(scene: Scene, governor: closed.PendulumGovernor) -> Iterator[Row |
 
 def _equilibria(governor: closed.PendulumGovernor, speed: float) -> list[float]:
     return [float(angle) for angle in closed.equilibrium_angles(governor, spindle_speed=abs(speed))] if speed else []
-
-
-def _rpm(speed: float) -> str:
-    return f"{speed * 30 / math.pi:.6g} rpm"
 
 
 def _at_rest(scene: Scene, governor: closed.PendulumGovernor, speed: float, angle: float) -> Iterator[Row | str]:
@@ -142,44 +132,9 @@ def _at_rest(scene: Scene, governor: closed.PendulumGovernor, speed: float, angl
     low, high = _travel(scene)
     for offset in STARTS:
         start = min(max(angle + offset, (angle + low) / 2), (angle + high) / 2)
-        yield Row(
-            quantity=f"settled from {math.degrees(start):.4g} deg",
-            simulated=_settled(scene, start),
-            expected=angle,
-            allowed=1e-8,
-            unit="rad",
-            reason="at rest the stepping has no error; the joint solver leaves about 1e-11",
-        )
+        yield settled_row(scene, f"settled from {math.degrees(start):.4g} deg", start=start, expected=angle)
     period = 2 * math.pi / math.sqrt(squared)
-    one, two = (
-        (_period_of_swing(scene, angle, swing, period) + _period_of_swing(scene, angle, -swing, period)) / 2
-        for swing in (SWING, 2 * SWING)
-    )
-    yield Row(
-        quantity=f"period of an infinitely small swing at {degrees}",
-        simulated=(4 * one - two) / 3,
-        expected=period,
-        allowed=1e-7 * period,
-        unit="s",
-        reason="swings of two sizes to both sides, extrapolated to none; the runs' accuracy stays",
-    )
-
-
-def _settled(scene: Scene, start: float) -> float:
-    """Where it comes to rest; NaN, which fails its row, where it does not."""
-    try:
-        return settled(scene, start)
-    except RunFailed:
-        return math.nan
-
-
-def _period_of_swing(scene: Scene, angle: float, swing: float, period: float) -> float:
-    swinging = replace(
-        scene,
-        start=Start(values={"arm_angle": angle + swing}),
-        run=RunSettings(duration=2.2 * period, every=period / 50, accuracy=1e-9),
-    )
-    return measured_period(_run(swinging), "arm_angle", angle)
+    yield swing_row(scene, "arm_angle", angle=angle, period=period, at=degrees)
 
 
 def _in_motion(scene: Scene, governor: closed.PendulumGovernor, run: Trajectory) -> Iterator[Row]:
@@ -250,11 +205,6 @@ def _motion(scene: Scene, governor: closed.PendulumGovernor, run: Trajectory) ->
         state = part.y[:, -1]
     angles, rates, speeds = np.concatenate(kept, axis=1)
     return angles, rates, speeds
-
-
-def _run(scene: Scene) -> Trajectory:
-    engine, reason = choose(scene.run.engine, scene)
-    return engine.run(scene, reason=reason)
 
 
 def _travel(scene: Scene) -> tuple[float, float]:

@@ -22,8 +22,8 @@ from governor_mechanism.effects import (
 from governor_mechanism.engines.base import Engine, Task
 from governor_mechanism.engines.climb import Climb, Tuning
 from governor_mechanism.equations.modes import switches
-from governor_mechanism.errors import MechanismError, UnsupportedEffect
-from governor_mechanism.joints import ALL_JOINTS, Joint, Proportion, Rack
+from governor_mechanism.errors import MechanismError
+from governor_mechanism.joints import ALL_JOINTS, DrivenSlide, DrivenTurn, Joint, Proportion, Rack
 from governor_mechanism.scene import Scene
 from governor_mechanism.trajectory import Trajectory
 
@@ -62,12 +62,19 @@ class ImpulseEngine(Tuning, Engine):
             if getattr(self, name) < 1:
                 raise MechanismError(f"ImpulseEngine.{name} must be at least 1; got {getattr(self, name)!r}")
 
-    def _run(self, scene: Scene, task: Task) -> Trajectory:
-        if self.plain and switches(scene):
-            raise UnsupportedEffect(
+    def _refuses(self, scene: Scene) -> str:
+        if not self.plain:
+            return ""
+        if switches(scene):
+            return (
                 "engine 'impulse' in pymunk's plain way has no friction, stops and one-sided springs along readings; "
                 "leave plain=True out"
             )
+        if any(isinstance(joint, DrivenTurn | DrivenSlide) for joint in scene.part.mechanism.joints):
+            return "engine 'impulse' in pymunk's plain way does not hold drives; leave plain=True out"
+        return ""
+
+    def _run(self, scene: Scene, task: Task) -> Trajectory:
         started = time.perf_counter()
         climb = Climb(self, scene, task)
         best = climb.to_accuracy() if self.step is None else climb.at(0)

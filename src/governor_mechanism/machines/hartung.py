@@ -16,8 +16,8 @@ from governor_mechanism.effects import BellCranks, Effect, Stops
 from governor_mechanism.errors import MechanismError
 from governor_mechanism.machines.dimensions import Machine, dimension, foreign_effects
 from governor_mechanism.machines.hartung_parts import LEFT, RIGHT, SLEEVE, Parts
-from governor_mechanism.machines.hartung_spring import SpringLine, spring_line, stress_note
-from governor_mechanism.machines.hartung_way import Way
+from governor_mechanism.machines.hartung_spring import SpringLine, spring_line, spring_problems, stress_note
+from governor_mechanism.machines.hartung_way import CURES, Way
 from governor_mechanism.mechanism import Limit, Mechanism
 from governor_mechanism.scene import TURNING
 from governor_mechanism.units import spoken
@@ -79,10 +79,10 @@ class HartungGovernor(Machine):
 
     def __post_init__(self) -> None:
         super().__post_init__()
-        problems = [*self._angle_problems(), *self._stroke_problems()]
+        problems = [*self._angle_problems(), *self._stroke_problems(), *spring_problems(self)]
         if problems:
             raise MechanismError(*problems)
-        self.spring()  # refuses a spring that is not given, or given twice
+        self.spring()  # refuses two speeds that no spring holds
 
     @property
     def way(self) -> Way:
@@ -162,10 +162,9 @@ class HartungGovernor(Machine):
         if not isinstance(angle, float) or low < angle < high:
             return ()
         allowed = f"{math.degrees(low):.6g} to {math.degrees(high):.6g} deg"
-        hint = "; a bare number is in rad, so write it with its unit: 10 deg" if abs(angle) > math.pi / 2 else ""
         return (
             f"start.lever_angle ({math.degrees(angle):g} deg) lies outside the travel of this governor, {allowed}: "
-            f"{below if angle <= low else above}{hint}",
+            f"{below if angle <= low else above}{_in_degrees(angle, math.pi / 2, '10 deg')}",
         )
 
     @property
@@ -182,12 +181,11 @@ class HartungGovernor(Machine):
         return [
             f"bell_crank_angle ({degrees:.6g} deg) must lie between 90 deg, Hartung's old right angle, and 180 deg, an "
             "arm in line with the other: beyond them the weights' way out does not lift the sleeve"
+            f"{_in_degrees(self.bell_crank_angle, math.tau, '132 deg')}"
         ]
 
     def _stroke_problems(self) -> list[str]:
         """A stroke the wrong way round, or one that the lever or the hanger cannot go through."""
-        if self._angle_problems():
-            return []
         if self.inner_angle is None or self.outer_angle is None:
             ends = {"inner_angle": self.inner_angle, "outer_angle": self.outer_angle}
             missing = [name for name, value in ends.items() if value is None]
@@ -196,7 +194,7 @@ class HartungGovernor(Machine):
         if self.outer_angle >= self.inner_angle:
             return [
                 f"inner_angle ({spoken(self.inner_angle, 'rad')}) must exceed outer_angle "
-                f"({spoken(self.outer_angle, 'rad')}): the lever angle is positive toward the spindle"
+                f"({spoken(self.outer_angle, 'rad')}): the lever angle is positive toward the spindle; exchange them"
             ]
         return self._reach_problems(self.outer_angle, self.inner_angle)
 
@@ -214,11 +212,17 @@ class HartungGovernor(Machine):
         return problems
 
     def _reach_problems(self, outer: float, inner: float) -> list[str]:
-        found = self.way.first_failure(outer, inner)
+        found = None if self._angle_problems() else self.way.first_failure(outer, inner)
         if found is None:
             return []
         where, sentence = found
+        hint = _in_degrees(max(inner, -outer), math.pi / 2, "15 deg") or f"; {CURES[sentence]}, or shorten the stroke"
         return [
             f"the stroke, lever_angle from {spoken(outer, 'rad')} to {spoken(inner, 'rad')}, cannot be gone through: "
-            f"at {spoken(where, 'rad')} {sentence}"
+            f"at {spoken(where, 'rad')} {sentence}{hint}"
         ]
+
+
+def _in_degrees(angle: float, most: float, example: str) -> str:
+    """A hint at the unit, for an angle (rad) larger than makes sense; else empty."""
+    return f"; a bare number is in rad, so write it with its unit: {example}" if abs(angle) > most else ""

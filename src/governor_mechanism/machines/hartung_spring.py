@@ -16,7 +16,7 @@ WIRE = ("spring_wire", "spring_coil", "spring_turns", "spring_modulus")
 SPEEDS = ("inner_speed", "outer_speed")
 WAYS = (("spring_rate",), WIRE, SPEEDS)
 """To describe a spring; the first two leave its force open."""
-PRELOAD = "spring_preload"
+PRELOAD, RADIUS, LIMIT = "spring_preload", "preload_radius", "spring_stress_limit"
 PASCAL_PER_AT = 98066.5
 """Pa in a kilogram-force on a square centimetre, which engineers of the time reckoned stress in."""
 
@@ -39,33 +39,59 @@ class SpringLine:
         return self.radius - self.preload / self.rate
 
 
-def spring_line(governor: HartungGovernor) -> SpringLine:
-    """The spring that a governor's dimensions describe. Raises MechanismError where they describe none, or two."""
-    given = {name for name in (*(name for way in WAYS for name in way), PRELOAD) if getattr(governor, name) is not None}
+def spring_problems(governor: HartungGovernor) -> list[str]:
+    """Sentences about a spring that a governor's dimensions do not describe, or twice, or by what would say nothing."""
+    given = _given(governor)
     ways = [way for way in WAYS if given & set(way)]
     if len(ways) != 1:
         found = " and ".join(next(name for name in way if name in given) for way in ways) or "none"
-        raise MechanismError(
+        return [
             f"the springs need one description; found {found}; give spring_rate, or spring_wire with its coil, turns "
             "and modulus, or inner_speed and outer_speed"
-        )
+        ]
     (needed,) = ways
     missing = [name for name in needed if name not in given]
+    problems = []
     if missing:
-        raise MechanismError(f"the springs lack {', '.join(missing)}; to describe them takes {', '.join(needed)}")
+        problems.append(f"the springs lack {', '.join(missing)}; to describe them takes {', '.join(needed)}")
     if needed == SPEEDS:
-        if PRELOAD in given:
-            raise MechanismError(f"{PRELOAD} cannot stand beside {' and '.join(SPEEDS)}, from which it follows")
-        return _through_speeds(governor)
-    if PRELOAD not in given:
-        raise MechanismError(
-            f"{PRELOAD} is missing; it is the force of each spring at preload_radius, or at fulcrum_radius"
+        problems += [
+            f"{name} cannot stand beside {' and '.join(SPEEDS)}, from which it follows; leave it out"
+            for name in (PRELOAD, RADIUS)
+            if name in given
+        ]
+        if governor.inner_angle is None and governor.outer_angle is None:
+            problems.append("inner_speed and outer_speed hold the ends of the stroke; give inner_angle and outer_angle")
+    elif PRELOAD not in given:
+        problems.append(f"{PRELOAD} is missing; it is the force of each spring at preload_radius, or at fulcrum_radius")
+    if needed == WIRE and not missing:
+        try:
+            _wire_rate(governor)
+        except MechanismError as error:
+            problems += error.problems
+    if LIMIT in given and (needed != WIRE or governor.outer_angle is None):
+        problems.append(
+            f"{LIMIT} is that of springs described by their wire, at the end of a stroke; give {', '.join(WIRE)} and "
+            "inner_angle and outer_angle, or leave it out"
         )
+    return problems
+
+
+def spring_line(governor: HartungGovernor) -> SpringLine:
+    """The spring that a governor's dimensions describe. Raises MechanismError where two speeds describe none."""
+    if governor.inner_speed is not None:
+        return _through_speeds(governor)
     rate, preload = governor.spring_rate, governor.spring_preload
     if rate is None:
         rate = _wire_rate(governor)
     radius = governor.fulcrum_radius if governor.preload_radius is None else governor.preload_radius
     return SpringLine(rate=rate, preload=preload or 0.0, radius=radius)
+
+
+def _given(governor: HartungGovernor) -> set[str]:
+    """What stands in a governor's dimensions of its springs."""
+    names = (*(name for way in WAYS for name in way), PRELOAD, RADIUS, LIMIT)
+    return {name for name in names if getattr(governor, name) is not None}
 
 
 def _wire_rate(governor: HartungGovernor) -> float:
@@ -76,10 +102,6 @@ def _wire_rate(governor: HartungGovernor) -> float:
 def _through_speeds(governor: HartungGovernor) -> SpringLine:
     """Doerfel's line: what holds the weights at the ends of the stroke, each at its speed."""
     ends = governor.inner_angle, governor.outer_angle
-    if ends[0] is None or ends[1] is None:
-        raise MechanismError(
-            "inner_speed and outer_speed hold the ends of the stroke; give inner_angle and outer_angle"
-        )
     first, last = (governor.way.weight_radius(end) for end in ends if end is not None)
     inner, outer = (
         _holding_force(governor, end, speed)

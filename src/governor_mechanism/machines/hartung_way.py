@@ -14,6 +14,15 @@ MEET = "the weights meet on the spindle axis"
 IN_LINE = "the lever passes its dead centre: it no longer lifts the sleeve"
 SHORT = "the hanger is too short: it stands at 90 degrees to the spindle"
 
+CURES = {
+    LEVEL_OUT: "keep outer_angle above -90 deg",
+    LEVEL_IN: "keep inner_angle below 90 deg",
+    MEET: "raise fulcrum_radius",
+    IN_LINE: "lower bell_crank_angle, lengthen the hanger where it has a length",
+    SHORT: "lengthen the hanger",
+}
+"""What helps against each of them."""
+
 
 @dataclass(frozen=True, kw_only=True)
 class Way:

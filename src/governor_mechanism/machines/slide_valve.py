@@ -27,7 +27,7 @@ from governor_mechanism.machines.crank_drive import (
     turned,
 )
 from governor_mechanism.machines.dimensions import Machine, choice, dimension
-from governor_mechanism.machines.slider_crank import refuse_short
+from governor_mechanism.machines.slider_crank import short_rod
 from governor_mechanism.mechanism import Body, BodyAngle, Coordinate, Mechanism, Reading
 from governor_mechanism.scene import FIXED
 
@@ -66,27 +66,39 @@ class SlideValve(Machine):
 
     def __post_init__(self) -> None:
         super().__post_init__()
-        if self.connecting_rod is not None:
-            refuse_short(self.connecting_rod, self.crank, "connecting_rod", "crank")
-        if self.eccentric_rod is not None:
-            refuse_short(self.eccentric_rod, self.eccentric, "eccentric_rod", "eccentric")
+        problems = [*self._rod_problems(), *self._turning_problems()]
+        # Where the valve goes is known only once it goes at all.
+        if problems := problems or self._port_problems():
+            raise MechanismError(*problems)
+
+    def _rod_problems(self) -> list[str]:
+        rods = (
+            short_rod(self.connecting_rod, self.crank, "connecting_rod", "crank"),
+            short_rod(self.eccentric_rod, self.eccentric, "eccentric_rod", "eccentric"),
+        )
+        return [sentence for sentence in rods if sentence]
+
+    def _turning_problems(self) -> list[str]:
+        """An advance that is none, and laps that the valve's travel does not reach over."""
+        problems = []
         if not abs(self.advance) < math.pi / 2:
-            raise MechanismError(
+            hint = "; a bare number is in rad, so write it with its unit: 30 deg" if abs(self.advance) > math.pi else ""
+            problems.append(
                 f"advance ({math.degrees(self.advance):.6g} deg) must lie between -90 and 90 deg: it is counted from "
-                "the right angle to the crank"
+                f"the right angle to the crank{hint}"
             )
         for name in ("outside_lap", "inside_lap"):
             lap = getattr(self, name)
             if abs(lap) >= self.eccentric:
-                raise MechanismError(
-                    f"{name} ({lap * 1e3:.6g} mm) is larger than the valve's travel to either side "
-                    f"({self.eccentric * 1e3:.6g} mm), and its ports never open or never close; lower it, or enlarge "
+                problems.append(
+                    f"{name} ({lap * 1e3:.6g} mm) must be smaller than the valve's travel to either side "
+                    f"({self.eccentric * 1e3:.6g} mm), or its ports never open or never close; lower it, or enlarge "
                     "eccentric"
                 )
-        self._refuse_shut()
+        return problems
 
-    def _refuse_shut(self) -> None:
-        """Refuse a port that the setting leaves shut, or open, for the whole turn."""
+    def _port_problems(self) -> list[str]:
+        """Ports that the setting leaves shut, or open, for the whole turn."""
         # The extremes lie in the eccentric's own dead centres, whatever the rod.
         out, back = self.eccentric - self._offset, self.eccentric + self._offset
         ways = {
@@ -103,8 +115,7 @@ class SlideValve(Machine):
                     f"the {port} never {never}: set for {self.setting}, the valve goes {far * 1e3:.6g} mm that way, "
                     f"and its lap is {lap * 1e3:.6g} mm; change the lap, or take another setting"
                 )
-        if problems:
-            raise MechanismError(*problems)
+        return problems
 
     @property
     def centre(self) -> float:

@@ -48,7 +48,8 @@ class SliderCrank(Machine):
 
     def __post_init__(self) -> None:
         super().__post_init__()
-        refuse_short(self.connecting_rod, self.crank, "connecting_rod", "crank")
+        if sentence := short_rod(self.connecting_rod, self.crank, "connecting_rod", "crank"):
+            raise MechanismError(sentence)
 
     def mechanism(self, masses: Masses | None = None) -> Mechanism:
         """Crank and crosshead, with a rod between them: a body where it has mass, a distance where it has none.
@@ -156,10 +157,11 @@ class _Made:
     crosshead: float = 0.0
 
 
-def refuse_short(rod: float, radius: float, rod_name: str, radius_name: str) -> None:
-    """Refuse a rod with which the crank cannot turn over."""
-    if rod <= radius:
-        raise MechanismError(
-            f"{rod_name} ({rod * 1e3:.6g} mm) must be longer than {radius_name} ({radius * 1e3:.6g} mm), "
-            "or it cannot turn over; make it longer"
-        )
+def short_rod(rod: float | None, radius: float, rod_name: str, radius_name: str) -> str:
+    """A sentence on a rod with which the crank cannot turn over; empty where it can, as with an endless one (None)."""
+    if rod is None or rod > radius:
+        return ""
+    return (
+        f"{rod_name} ({rod * 1e3:.6g} mm) must be longer than {radius_name} ({radius * 1e3:.6g} mm), "
+        "or it cannot turn over; make it longer"
+    )

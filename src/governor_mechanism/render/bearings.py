@@ -30,6 +30,9 @@ FORCES, ENGINE = (0.062, 0.37, 0.50, 0.46), (0.03, 0.085, 0.54, 0.2)
 TORQUE, GUIDE = (0.655, 0.545, 0.30, 0.285), (0.655, 0.135, 0.30, 0.285)
 """Left and lower edge, width and height of the panels, in fractions of the figure."""
 
+FIGURE, USUAL = 0.008, 2
+"""Breadth of a figure of the numbers up the first panel's side, of the whole plate; so many figures find room there."""
+
 BEARINGS = {"shaft": BLUE, "crank pin": VERMILLION, "gudgeon": GREEN}
 
 KILO = 1e-3
@@ -105,7 +108,10 @@ def _forces(axes: Axes, run: Trajectory, exact: BearingLoads, one: NDArray[np.bo
     every = np.concatenate([force for name, force in curves.items() if name in run.reactions]) * KILO
     room = 0.12 * max(np.ptp(every[:, 0]), np.ptp(every[:, 1]), LEAST)
     low, high = every.min(axis=0) - room, every.max(axis=0) + room
-    aspect = FORCES[2] * WIDTH / (FORCES[3] * HEIGHT)
+    # Room for numbers of many figures between the label and the frame.
+    more = FIGURE * max(len(f"{1.25 * float(np.abs(every[:, 1]).max()):.0f}") - USUAL, 0)
+    axes.set_position((FORCES[0] + more, FORCES[1], FORCES[2] - more, FORCES[3]))
+    aspect = (FORCES[2] - more) * WIDTH / (FORCES[3] * HEIGHT)
     half = max((high[0] - low[0]) / 2, aspect * (high[1] - low[1]) / 2)
     middle = (low + high) / 2
     axes.set(xlim=(middle[0] - half, middle[0] + half), ylim=(middle[1] - half / aspect, middle[1] + half / aspect))

@@ -55,9 +55,17 @@ class Governor:
     def load(self) -> Pair:
         """Half width and depth below the lugs (m) of a sleeve of cast iron with its mass, as far as it looks well."""
         radius = math.cbrt(self.sleeve_mass / (1.3 * math.pi * CAST_IRON))
-        reach = 0.42 * self.arm if math.isinf(self.hanger) else abs(self.lug) + 0.22 * self.arm
+        reach = abs(self.lug) + 0.22 * self.arm
+        if math.isinf(self.hanger):
+            feet = (self.fulcrum[0] - self.sleeve_arm * math.sin(self.angle + lever) for lever in self.swing)
+            reach = max(0.42 * self.arm, *(abs(foot) + 0.11 * self.arm for foot in feet))
         radius = max(min(max(radius, 0.45 * self.arm), 1.1 * self.arm), reach)
         return radius, 0.2 * self.arm + 1.0 * radius
+
+    @property
+    def swing(self) -> Pair:
+        """Between what lever angles the run goes (rad)."""
+        return self.acting.ranges.get("lever_angle", (0.0, 0.0))
 
     def radius(self, lever: float) -> float:
         """Of a weight's centre from the axis (m)."""

@@ -10,7 +10,8 @@ from matplotlib.patches import Circle
 from numpy.typing import NDArray
 
 from governor_mechanism.closed_form import slide_valve as closed
-from governor_mechanism.render.plate import CHAIN, DASHES, MM, dress, letter
+from governor_mechanism.render.apart import Word, shifts
+from governor_mechanism.render.plate import CHAIN, DASHES, DPI, MM, dress, letter
 from governor_mechanism.render.style import BLUE, GREEN, INK, PAPER, QUIET, SERIES, VERMILLION
 from governor_mechanism.render.zeuner_data import ValvePlate
 from governor_mechanism.render.zeuner_panels import CRANK_END, HEAD_END
@@ -23,6 +24,9 @@ POINTS = 401
 """Of each curve."""
 
 MICRO = 1e6
+
+LINES = 12.0
+"""Points: so far above and below its panel may names stand."""
 
 
 def draw_construction(axes: Axes, plate: ValvePlate) -> None:
@@ -161,9 +165,7 @@ def draw_reuleaux(axes: Axes, plate: ValvePlate) -> None:
         pin = r * math.cos(event.theory), r * math.sin(event.theory)
         axes.plot([0, pin[0]], [0, pin[1]], color=colour, linewidth=0.7, zorder=2.5)
         axes.plot(*pin, "o", color=colour, markeredgecolor=PAPER, markersize=6, zorder=6)
-        up = "bottom" if pin[1] > 0.5 * r else "top" if pin[1] < -0.5 * r else "center"
-        offset = (5 * math.copysign(1, pin[0]), 3 * math.copysign(1, pin[1]))
-        letter(axes, pin, what, offset, ha="left" if pin[0] > 0 else "right", va=up, color=colour, fontsize=9.5)
+    _pin_names(axes, plate)
     reach = 0.62 * r
     axes.annotate(
         "",
@@ -176,3 +178,29 @@ def draw_reuleaux(axes: Axes, plate: ValvePlate) -> None:
     middle = 0.78 * r * math.cos(advance / 2), -0.78 * r * math.sin(advance / 2)
     letter(axes, middle, "$\\delta$", (5, 0), va="center", color=QUIET)
     letter(axes, tuple(0.5 * reach * across + 0.1 * r * along), "$\\xi_0$", (8, 0), color=QUIET)
+
+
+def _pin_names(axes: Axes, plate: ValvePlate) -> None:
+    """The events' names outside Reuleaux's circle, moved where they would stand on each other."""
+    r, box = plate.eccentric.radius * MM, axes.get_window_extent()
+    (left, right), (bottom, top) = axes.get_xlim(), axes.get_ylim()
+    scale = 72 / DPI * min(box.width / (right - left), box.height / (top - bottom))
+    pins = [(math.cos(event.theory), math.sin(event.theory)) for event in plate.events.rows]
+    offsets = [(5 * math.copysign(1, x), 3 * math.copysign(1, y)) for x, y in pins]
+    words = [
+        Word(
+            words=event.name.rsplit(" ", 1)[1],
+            size=9.5,
+            at=(scale * r * x + offset[0], scale * r * y + offset[1]),
+            ha="left" if x > 0 else "right",
+            va="bottom" if y > 0.5 else "top" if y < -0.5 else "center",
+            out=(x, y),
+        )
+        for event, (x, y), offset in zip(plate.events.rows, pins, offsets, strict=True)
+    ]
+    room = scale * left, scale * right, scale * bottom - LINES, scale * top + LINES
+    moved = shifts(words, [], room)
+    for event, word, (x, y), start, shift in zip(plate.events.rows, words, pins, offsets, moved, strict=True):
+        colour = CRANK_END if event.name.startswith("crank") else HEAD_END
+        offset = start[0] + shift[0], start[1] + shift[1]
+        letter(axes, (r * x, r * y), word.words, offset, ha=word.ha, va=word.va, color=colour, fontsize=word.size)

@@ -12,7 +12,8 @@ from matplotlib.lines import Line2D
 from matplotlib.patches import Arc, Circle, Rectangle
 from numpy.typing import NDArray
 
-from governor_mechanism.render.plate import CHAIN, DASHES, MM, Pair, letter
+from governor_mechanism.render.apart import Word, shifts
+from governor_mechanism.render.plate import CHAIN, DASHES, DPI, MM, Pair, letter
 from governor_mechanism.render.style import BLUE, INK, PAPER, QUIET, RULE, SERIF, VERMILLION
 from governor_mechanism.render.zeuner_data import ValvePlate
 from governor_mechanism.studies.valve_events import ValveEvent
@@ -29,6 +30,9 @@ RIM, BEYOND, REACH = 1.22, 1.08, 1.23
 ROOM = 14.0
 """%: a narrower piece of the stroke has no room for its name."""
 
+KEY, BESIDE = (125.0, 62.0), 8.0
+"""Points: breadth and height of the key in the corner; how far words may stand outside the panel."""
+
 CROWDED = 4.5
 """deg: a mark of degrees nearer to an event than that is left out."""
 
@@ -44,6 +48,7 @@ def draw_polar(axes: Axes, plate: ValvePlate, aspect: float) -> None:
     _circles(axes, plate)
     for event in plate.events.rows:
         _ray(axes, event, rim)
+    _event_names(axes, plate, rim)
     _curves(axes, plate)
     _names(axes, plate, rim)
 
@@ -103,27 +108,44 @@ def _circles(axes: Axes, plate: ValvePlate) -> None:
 
 
 def _ray(axes: Axes, event: ValveEvent, rim: float) -> None:
-    """The crank at an event, bold in truth and broken by theory, and the event's name outside the rim."""
+    """The crank at an event, bold in truth and broken by theory."""
     colour = CRANK_END if event.name.startswith("crank") else HEAD_END
     for angle, width, ink, style in ((event.simulated, 1.1, colour, "-"), (event.theory, 0.6, INK, DASHES)):
         x, y = rim * math.cos(angle), rim * math.sin(angle)
         axes.plot([0, x], [0, y], linewidth=width, color=ink, linestyle=style, zorder=3.5)
     x, y = math.cos(event.simulated), math.sin(event.simulated)
     axes.plot([rim * x], [rim * y], "o", color=colour, markeredgecolor=PAPER, markersize=6, zorder=6)
-    name = event.name.rsplit(" ", 1)[1]
-    sideways = "left" if x > 0.05 else "right" if x < -0.05 else "center"
-    upright = "bottom" if y > 0.55 else "top" if y < -0.55 else "center"
-    at = 1.06 * rim * x, 1.06 * rim * y
-    letter(
-        axes,
-        at,
-        name,
-        (3 * math.copysign(1, x), 2 * math.copysign(1, y)),
-        ha=sideways,
-        va=upright,
-        color=colour,
-        fontsize=10.5,
-    )
+
+
+def _event_names(axes: Axes, plate: ValvePlate, rim: float) -> None:
+    """The events' names outside the rim, moved where they would stand on each other or on the key."""
+    box = axes.get_window_extent()
+    points = 72 / DPI
+    wide, high = box.width * points, box.height * points
+    scale = high / (2 * REACH * rim)
+    words = []
+    for event in plate.events.rows:
+        x, y = math.cos(event.simulated), math.sin(event.simulated)
+        nudge = 3 * math.copysign(1, x), 2 * math.copysign(1, y)
+        words.append(
+            Word(
+                words=event.name.rsplit(" ", 1)[1],
+                size=10.5,
+                at=(1.06 * rim * scale * x + nudge[0], 1.06 * rim * scale * y + nudge[1]),
+                ha="left" if x > 0.05 else "right" if x < -0.05 else "center",
+                va="bottom" if y > 0.55 else "top" if y < -0.55 else "center",
+                out=(x, y),
+            )
+        )
+    key = -wide / 2, -wide / 2 + KEY[0], -high / 2, -high / 2 + KEY[1]
+    room = -wide / 2 - BESIDE, wide / 2 + BESIDE, -high / 2 - BESIDE, high / 2
+    moved = shifts(words, [key], room)
+    for event, word, shift in zip(plate.events.rows, words, moved, strict=True):
+        x, y = word.out
+        offset = 3 * math.copysign(1, x) + shift[0], 2 * math.copysign(1, y) + shift[1]
+        colour = CRANK_END if event.name.startswith("crank") else HEAD_END
+        at = 1.06 * rim * x, 1.06 * rim * y
+        letter(axes, at, word.words, offset, ha=word.ha, va=word.va, color=colour, fontsize=word.size)
 
 
 def _curves(axes: Axes, plate: ValvePlate) -> None:

@@ -8,13 +8,13 @@ from __future__ import annotations
 
 import math
 import time
-from collections.abc import Callable, Iterator, Mapping
-from dataclasses import dataclass, replace
+from collections.abc import Callable, Mapping
+from dataclasses import replace
 from itertools import pairwise
 
 import numpy as np
 
-from governor_mechanism.engines import Engine, ImpulseEngine, MultibodyEngine, ReducedEngine
+from governor_mechanism.engines import Engine, MultibodyEngine, ReducedEngine
 from governor_mechanism.engines.base import reported_times
 from governor_mechanism.engines.happened import compared
 from governor_mechanism.equations.modes import switches
@@ -22,17 +22,13 @@ from governor_mechanism.equations.points import Array
 from governor_mechanism.equations.scales import time_scale
 from governor_mechanism.errors import GovernorMechanismError, MechanismError
 from governor_mechanism.scene import Scene
+from governor_mechanism.studies.accuracy_ladders import Ladder, ladders_of
 from governor_mechanism.studies.accuracy_table import AccuracyStudy, Point, Reference, Variant
 from governor_mechanism.studies.fitting import Fitted, slope
 from governor_mechanism.trajectory import Outcome, Trajectory
 
 TIGHT = 1e-14
 """The tolerance of the reference and of what confirms it."""
-
-TOLERANCES = tuple(10.0**-k for k in range(2, 15))
-
-STEPS = tuple(0.25 / 2**k for k in range(17))
-"""In time scales."""
 
 MOST_SAMPLES = 200
 """Intervals between the times at which readings are compared, at most: more cost every engine time of their own."""
@@ -46,7 +42,7 @@ TIMING, MOST_REPEATS = 0.15, 7
 WHOLE = 8.0
 """So many times the longest setting may a ladder take."""
 
-MISSES, FALLS = 2, 0.7
+MISSES, FALLS = 2, 0.95
 """A ladder of steps ends after so many settings in a row that are not better by this factor than the best."""
 
 NEAR_EVENTS = 0.1
@@ -56,19 +52,13 @@ TOO_NEAR = 1e-9
 """In time scales: samples nearer to an event than this always are."""
 
 SMALL, FITTED = 0.03, 5
-"""Orders are fitted to errors below this, and to so many of the finest steps."""
+"""Orders are fitted to errors below this, and to so many of the finest steps; no ladder ends before it is reached."""
+
+LOOSER = 10.0
+"""The estimate of a run is the error of one so many times looser: where another engine confirms it, it is better."""
 
 ENDS = (Outcome.DONE, Outcome.UNCERTIFIED, Outcome.ACCURACY_MISSED, Outcome.LEFT_RANGE)
 """Ways to end that are the scene's, not the engine's."""
-
-
-@dataclass(frozen=True)
-class Ladder:
-    """A variant's settings, coarse ones first; `stepped` where they are steps, whose order is fitted."""
-
-    name: str
-    rungs: tuple[tuple[str, Engine], ...]
-    stepped: bool
 
 
 def accuracy_study(
@@ -84,7 +74,7 @@ def accuracy_study(
     samples = min(len(reported_times(scene)) - 1, MOST_SAMPLES)
     times = np.linspace(0.0, scene.run.duration, samples + 1)
     bench = Bench(scene, times, float(longest))
-    ladders = list(_ladders(scene))
+    ladders = list(ladders_of(scene))
     total = sum(len(ladder.rungs) for ladder in ladders)
     done = 0
     variants = []
@@ -105,26 +95,6 @@ def accuracy_study(
         time_scale=bench.time_scale,
         ended=bench.best.message if bench.best.outcome is Outcome.LEFT_RANGE else "",
     )
-
-
-def _ladders(scene: Scene) -> Iterator[Ladder]:
-    def toleranced(kind: type[ReducedEngine | MultibodyEngine]) -> Ladder:
-        rungs = tuple((f"tolerance {tolerance:g}", kind(tolerance=tolerance)) for tolerance in TOLERANCES)
-        return Ladder(kind.name, rungs, stepped=False)
-
-    def stepped(name: str, engine: ImpulseEngine) -> Ladder:
-        steps = [share * time_scale(scene) for share in STEPS]
-        return Ladder(name, tuple((f"step {_spoken(h)}", replace(engine, step=h)) for h in steps), stepped=True)
-
-    yield toleranced(ReducedEngine)
-    yield toleranced(MultibodyEngine)
-    yield stepped("impulse extrapolated", ImpulseEngine(step=1.0, runs=3))
-    yield stepped("impulse staggered", ImpulseEngine(step=1.0, runs=1))
-    yield stepped("impulse plain", ImpulseEngine(step=1.0, plain=True))
-
-
-def _spoken(step: float) -> str:
-    return f"{step * 1e3:.3g} ms" if step >= 1e-4 else f"{step * 1e6:.3g} µs"
 
 
 class Bench:
@@ -160,52 +130,64 @@ class Bench:
             return alone
         errors, late = self._compared(run)
         found = max(*errors.values(), (late or 0.0) / self.time_scale)
-        return replace(alone, confirmed_by=other.name, confirmed=found, error=max(alone.error, found))
+        return replace(alone, confirmed_by=other.name, confirmed=found, error=max(alone.error / LOOSER, found))
 
     def climbed(self, ladder: Ladder, tell: Callable[[int], None]) -> Variant:
         """A ladder run up to where it is not worth going on."""
         refused = ladder.rungs[0][1].refusal(self.scene)
         points: list[Point] = []
         notes: list[str] = []
-        started, missed = time.perf_counter(), 0
+        started, missed, within = time.perf_counter(), 0, None
         for rung, (setting, engine) in enumerate(() if refused else ladder.rungs):
             tell(rung)
-            if time.perf_counter() - started > WHOLE * self.longest:
-                break
             growth = 2.0 if ladder.stepped else 1.0
-            if points and growth * points[-1].seconds > self.longest:
+            too_long = time.perf_counter() - started > WHOLE * self.longest
+            if too_long or (points and growth * points[-1].seconds > self.longest):
+                within = self.longest
                 break
             before = time.perf_counter()
             try:
-                found = self._point(ladder.name, setting, engine)
+                found = self._point(ladder.name, setting, engine, points[-1] if points else None)
             except GovernorMechanismError as error:
-                refused = str(error)
-                break
+                if not points:
+                    refused = str(error)
+                    break
+                found = f"{setting}: {error}"
+            if found is None:
+                continue
             if isinstance(found, str):
                 notes.append(found)
                 if growth * (time.perf_counter() - before) > self.longest:
+                    within = self.longest
                     break
                 continue
             best = min((point.reach for point in points), default=math.inf)
             points.append(found)
             if found.reach < self.reference.floor:
                 break
-            missed = 0 if found.reach < FALLS * best else missed + 1
+            missed = 0 if found.reach < FALLS * best or best > SMALL else missed + 1
             if ladder.stepped and missed == MISSES:
                 break
         order = _order(points, self.reference.floor) if ladder.stepped else None
-        return Variant(name=ladder.name, points=tuple(points), order=order, refused=refused, notes=tuple(notes))
+        return Variant(
+            name=ladder.name, points=tuple(points), order=order, refused=refused, notes=tuple(notes), within=within
+        )
 
-    def _point(self, variant: str, setting: str, engine: Engine) -> Point | str:
-        """One setting measured, or why there is nothing to measure."""
-        run, seconds, repeats = self._timed(engine)
+    def _point(self, variant: str, setting: str, engine: Engine, last: Point | None) -> Point | str | None:
+        """One setting measured, or why there is nothing to measure; None where the last one gave the same run."""
+        run, first = self._once(engine)
         shortfall = self._shortfall(run)
         if shortfall:
             return f"{setting}: {shortfall}"
         errors, late = self._compared(run)
-        if not all(map(math.isfinite, errors.values())):
-            return f"{setting}: its readings are lost"
+        gap = float(np.max(run.joint_gap)) / self.size
+        if not all(map(math.isfinite, (*errors.values(), gap, run.energy.drift))):
+            return f"{setting}: its bodies are lost"
         worst = max(errors, key=lambda name: errors[name])
+        evaluations = run.cost.evaluations.get("equations of motion", run.cost.steps)
+        if last is not None and (evaluations, errors[worst]) == (last.evaluations, last.error):
+            return None
+        seconds, repeats = self._timed(engine, first)
         return Point(
             variant=variant,
             engine=engine,
@@ -218,20 +200,19 @@ class Bench:
             seconds=seconds,
             repeats=repeats,
             step=run.cost.step,
-            evaluations=run.cost.evaluations.get("equations of motion", run.cost.steps),
-            joint_gap=float(np.max(run.joint_gap)) / self.size,
+            evaluations=evaluations,
+            joint_gap=gap,
             drift=run.energy.drift,
         )
 
-    def _timed(self, engine: Engine) -> tuple[Trajectory, float, int]:
-        """A run, and the shortest time of several like it; the first of all only warms up, unless it takes too long."""
-        seconds: list[float] = []
-        run, first = self._once(engine)
+    def _timed(self, engine: Engine, first: float) -> tuple[float, int]:
+        """The shortest time of several runs; the one before them warmed up, and counts where it took too long."""
         if first > self.longest:
-            return run, first, 1
+            return first, 1
+        seconds: list[float] = []
         while not seconds or (sum(seconds) < TIMING and len(seconds) < MOST_REPEATS):
             seconds.append(self._once(engine)[1])
-        return run, min(seconds), len(seconds)
+        return min(seconds), len(seconds)
 
     def _once(self, engine: Engine) -> tuple[Trajectory, float]:
         started = time.perf_counter()
@@ -271,7 +252,7 @@ class Bench:
 
 def _order(points: list[Point], floor: float) -> Fitted | None:
     """How fast errors fall with the step: the slope of their logarithms, while they fall."""
-    falling = []
+    falling: list[Point] = []
     for coarser, finer in pairwise([None, *points]):
         if finer is None or (coarser is not None and finer.error > FALLS * coarser.error and falling):
             break

@@ -58,7 +58,8 @@ class Point:
 class Variant:
     """A way to use an engine, coarse settings first; order is how its error falls with its step, where it has one.
 
-    refused says why it cannot run the scene, notes which settings came to nothing.
+    refused says why it cannot run the scene, notes which settings came to nothing; within (s) is the time that a
+    setting may take, where finer ones were left out because they would take longer.
     """
 
     name: str
@@ -66,6 +67,7 @@ class Variant:
     order: Fitted | None = None
     refused: str = ""
     notes: tuple[str, ...] = ()
+    within: float | None = None
 
     @property
     def best(self) -> Point | None:
@@ -83,9 +85,10 @@ class Variant:
         point, best = self.cheapest_for(error), self.best
         if point is not None:
             return f"{self.name} {spoken_time(point.seconds)} ({point.setting})"
+        never = "never" if self.within is None else f"never within {spoken_time(self.within)}"
         if best is None:
-            return f"{self.name} never ({'cannot run this scene' if self.refused else 'no setting came through'})"
-        return f"{self.name} never (at best {best.reach:.1e} in {spoken_time(best.seconds)})"
+            return f"{self.name} {'cannot run this scene' if self.refused else f'{never} (no setting came through)'}"
+        return f"{self.name} {never} (at best {best.reach:.1e} in {spoken_time(best.seconds)})"
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -112,7 +115,8 @@ class Reference:
         told = f"reference: {self.engine}, tolerance {self.tolerance:g}, by its own estimate within {self.estimate:.1e}"
         if self.confirmed is None:
             return f"{told}; no other engine confirms it"
-        return f"{told}; {self.confirmed_by} confirms it to {self.confirmed:.1e}"
+        alone = " (errors below rest on that estimate alone)" if self.confirmed > self.floor else ""
+        return f"{told}; {self.confirmed_by} confirms it to {self.confirmed:.1e}{alone}"
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -167,8 +171,8 @@ class AccuracyStudy:
         """A line for each setting, under its variant."""
         lines = [self.scene.title, str(self.reference)]
         lines.append(
-            f"errors in units of each reading's scale, at {self.samples} times; a time is that of one whole run without "
-            "a certificate"
+            f"errors in units of each reading's scale, at {self.samples} times; times of one whole run, start and "
+            "readings included, without a certificate"
         )
         if self.ended:
             lines.append(f"the study ends early: {self.ended}")
@@ -189,6 +193,7 @@ class AccuracyStudy:
                 "order": _fitted(one.order),
                 "refused": one.refused,
                 "notes": list(one.notes),
+                "within": one.within,
                 "points": [point.as_json() for point in one.points],
             }
             for one in self.variants
@@ -240,7 +245,7 @@ class AccuracyStudy:
             )
             name = ""
         if variant.order is not None:
-            yield f"{name:22}order {variant.order.value:.2f} ± {variant.order.scatter:.2f}"
+            yield f"{name:22}order {variant.order.value:.3f} ± {variant.order.scatter:.1g}"
             name = ""
         for note in variant.notes:
             yield f"{name:22}{note}"

@@ -17,6 +17,7 @@ from scipy.optimize import minimize_scalar
 from governor_mechanism.closed_form import hartung as closed
 from governor_mechanism.closed_form import hartung_design as formulas
 from governor_mechanism.errors import MechanismError
+from governor_mechanism.units import spoken
 
 Array = NDArray[np.float64]
 
@@ -26,6 +27,10 @@ AT = KGF * 1e4
 """Pa in one of them on a square centimetre."""
 POINTS = 121
 """Of a curve over the stroke."""
+APART = 0.05
+"""Of the weights' way, which the paper rounds by 0.008: so far half_stroke may be from it."""
+FEW = 3.0
+"""Turns: with fewer a coil is hardly a spring."""
 COARSE = math.radians(1.0)
 """rad between the angles among which the best one is looked for first."""
 
@@ -152,6 +157,8 @@ class HartungDesign:
 def design_hartung(inputs: HartungInputs = PAPERS) -> HartungDesign:
     """The paper's way through a design. Raises MechanismError for inputs that no governor comes of."""
     _widest_angle(inputs)  # refuses a swing that is too wide
+    if problems := _problems(inputs):
+        raise MechanismError(*problems)
     first, last = inputs.rest_radius, inputs.rest_radius + 2 * inputs.half_stroke
     forces = (
         inputs.weight_mass * inputs.slow_speed**2 * first,
@@ -173,6 +180,7 @@ def design_hartung(inputs: HartungInputs = PAPERS) -> HartungDesign:
     ]
     coil = {"wire": inputs.wire, "coil": inputs.coil, "modulus": inputs.modulus}
     stress = float(formulas.coil_stress(wire=inputs.wire, coil=inputs.coil, force=layout.spring_forces[-1]))
+    turns = float(formulas.coil_turns(**coil, rate=layout.rate))
     return HartungDesign(
         inputs=inputs,
         layout=layout,
@@ -186,12 +194,12 @@ def design_hartung(inputs: HartungInputs = PAPERS) -> HartungDesign:
         travel=float(formulas.sleeve_travel(sleeve_arm=governor.sleeve_arm, angle=angle, swing=inputs.swing)),
         spring_rate=layout.rate,
         preload=float(layout.spring_forces[0]),
-        turns=float(formulas.coil_turns(**coil, rate=layout.rate)),
+        turns=turns,
         wire_length=float(formulas.wire_length(**coil, rate=layout.rate)),
         stress=stress,
         regulating_forces=(held[0], held[1]),
         speed_limits=(limits[0], limits[1]),
-        warnings=_warnings(inputs, stress),
+        warnings=_warnings(inputs, stress, turns),
     )
 
 
@@ -218,6 +226,12 @@ def lay_out(inputs: HartungInputs, angle: float, sleeve_arm: float | None = None
         np.asarray(closed.astatic_spring_force(governor, lever_angle=levers, spindle_speed=speed))
         for speed in (inputs.slow_speed, inputs.fast_speed)
     )
+    if not 0 < slow[0] < fast[-1]:
+        raise MechanismError(
+            f"at slow_speed a weight at the inner end asks for a spring of {slow[0]:.4g} N, and at fast_speed one at "
+            f"the outer end for {fast[-1]:.4g} N; springs press, and harder outside; enlarge rest_radius, weight_mass "
+            "or the speeds, or lower swing"
+        )
     rate = formulas.effective_rate(
         inner_force=float(slow[0]), outer_force=float(fast[-1]), stroke=float(radii[-1] - radii[0])
     )
@@ -260,15 +274,55 @@ def _widest_angle(inputs: HartungInputs) -> float:
     return widest
 
 
+def _problems(inputs: HartungInputs) -> list[str]:
+    """Sentences about inputs that are no sizes, or that do not go together."""
+    units = {"weight_mass": "kg", "sleeve_mass": "kg", "slow_speed": "rad/s", "fast_speed": "rad/s"}
+    lengths = dict.fromkeys(("weight_arm", "rest_radius", "half_stroke", "wire", "coil", "sleeve_arm"), "m")
+    others = {"modulus": "Pa", "stress_limit": "Pa", "insensitivity": "", "swing": "rad", "angle": "rad"}
+    problems = [
+        f"{name} must be positive; found {spoken(value, unit).strip()}"
+        for name, unit in (units | lengths | others).items()
+        if (value := getattr(inputs, name)) is not None and not value > 0
+    ]
+    if problems:
+        return problems
+    if inputs.slow_speed >= inputs.fast_speed:
+        problems.append(
+            f"slow_speed ({spoken(inputs.slow_speed, 'rad/s')}), at the inner end of the stroke, must be below "
+            f"fast_speed ({spoken(inputs.fast_speed, 'rad/s')}), at the outer end"
+        )
+    if inputs.insensitivity >= 1:
+        problems.append(
+            f"insensitivity ({inputs.insensitivity:g}) must be below 1: it is a part of the static sleeve force; "
+            "the paper's is 0.04"
+        )
+    way = inputs.weight_arm * math.sin(inputs.swing)
+    if abs(inputs.half_stroke - way) > APART * way:
+        problems.append(
+            f"half_stroke ({spoken(inputs.half_stroke, 'm')}) does not go with weight_arm "
+            f"({spoken(inputs.weight_arm, 'm')}) and swing ({spoken(inputs.swing, 'rad')}), which take a weight "
+            f"{spoken(way, 'm', '.4g')} to each side; give half_stroke={spoken(way, 'm', '.4g')}, or change the others"
+        )
+    if inputs.coil <= inputs.wire:
+        problems.append(f"coil ({spoken(inputs.coil, 'm')}) must be wider than wire ({spoken(inputs.wire, 'm')})")
+    return problems
+
+
 def _limits(speed: float, held: float, static: float) -> tuple[float, float]:
     low, high = formulas.speed_limits(spindle_speed=speed, regulating_force=held, static_force=static)
     return float(low), float(high)
 
 
-def _warnings(inputs: HartungInputs, stress: float) -> tuple[str, ...]:
-    if stress <= inputs.stress_limit:
-        return ()
-    return (
-        f"the springs are stressed over their limit: {stress / AT:.4g} kgf/cm^2 at the outer end of the stroke, "
-        f"allowed are {inputs.stress_limit / AT:.4g} kgf/cm^2; take a thicker wire or a narrower coil",
-    )
+def _warnings(inputs: HartungInputs, stress: float, turns: float) -> tuple[str, ...]:
+    found = []
+    if stress > inputs.stress_limit:
+        found.append(
+            f"the springs are stressed over their limit: {stress / AT:.4g} kgf/cm^2 at the outer end of the stroke, "
+            f"allowed are {inputs.stress_limit / AT:.4g} kgf/cm^2; take a thicker wire or a narrower coil"
+        )
+    if turns < FEW:
+        found.append(
+            f"the springs have {turns:.3g} turns, and with fewer than {FEW:g} a coil is hardly one; take a "
+            "thicker wire or a narrower coil"
+        )
+    return tuple(found)

@@ -1,0 +1,185 @@
+"""The study of accuracy: its reference is confirmed, errors fall as settings are tightened, and orders are as known."""
+
+from __future__ import annotations
+
+import csv
+import json
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+import governor_mechanism as gm
+from governor_mechanism.engines import MultibodyEngine
+from governor_mechanism.render.accuracy import accuracy_figure
+from governor_mechanism.studies.accuracy import _order
+from governor_mechanism.studies.accuracy_table import COLUMNS
+
+NAMES = ["reduced", "multibody", "impulse extrapolated", "impulse staggered", "impulse plain"]
+
+
+def shortened(name, duration):
+    scene = gm.load(name)
+    return replace(scene, run=replace(scene.run, duration=duration))
+
+
+@pytest.fixture(scope="module")
+def study():
+    return gm.accuracy_study(shortened("porter", 1.0), longest=0.2)
+
+
+@pytest.fixture(scope="module")
+def frictional():
+    return gm.accuracy_study(shortened("porter_dry_friction", 2.0), longest=0.3)
+
+
+def test_every_variant_of_every_engine_is_measured_and_no_time_lacks_an_error(study):
+    assert [variant.name for variant in study.variants] == NAMES
+    for variant in study.variants:
+        assert variant.points
+        assert not variant.refused
+    for point in study.points:
+        assert point.seconds > 0
+        assert np.isfinite(point.error)
+        assert point.error == point.reach == max(point.errors.values())
+        assert {"arm_angle", "rate of arm_angle", "sleeve_lift", "spindle_torque"} <= set(point.errors)
+        assert point.evaluations > 0
+        assert point.repeats >= 1
+
+
+def test_the_reference_is_two_decades_better_and_another_engine_confirms_it(study):
+    reference = study.reference
+    assert (reference.engine, reference.confirmed_by) == ("multibody", "reduced")
+    assert reference.confirmed < 1e-11
+    assert reference.error == max(reference.estimate / 10, reference.confirmed) < 1e-11
+    assert reference.floor == pytest.approx(100 * reference.error)
+
+
+def test_errors_fall_along_a_ladder(study):
+    for variant in study.variants:
+        errors = [point.error for point in variant.points]
+        assert errors[-1] < 0.5 * errors[0], variant.name
+    for name in ("impulse staggered", "impulse extrapolated"):
+        errors = np.array([point.error for point in study.variant(name).points])
+        assert np.all(np.diff(errors) < 0)
+    for name in ("reduced", "multibody"):
+        assert study.variant(name).best.error < study.reference.floor
+        assert len({point.evaluations for point in study.variant(name).points}) == len(study.variant(name).points)
+
+
+def test_the_orders_are_those_of_the_schemes(study):
+    assert study.variant("impulse plain").order.value == pytest.approx(1.0, abs=0.15)
+    assert study.variant("impulse staggered").order.value == pytest.approx(2.0, abs=0.1)
+    assert study.variant("impulse extrapolated").order.value == pytest.approx(4.0, abs=0.5)
+    assert study.variant("impulse staggered").order.scatter < 0.1
+    assert study.variant("multibody").order is None
+
+
+def test_an_order_is_fitted_to_errors_that_fall_and_can_be_told(study):
+    point = study.points[0]
+    points = [replace(point, step=step, error=3.0 * step**2) for step in (0.2, 0.1, 0.05, 0.025, 0.0125)]
+    fitted = _order(points, 0.0)
+    assert fitted.value == pytest.approx(2.0)
+    stuck = [replace(points[-1], step=0.006), replace(points[-1], step=0.003)]
+    assert _order([*points, *stuck], 0.0).value == pytest.approx(2.0)
+    assert _order(points[:3], 0.0) is None  # the first of them is too large
+
+
+def test_an_error_measured_is_that_of_a_run_made_again(study):
+    """The engine of a point, run as anyone runs it, against multibody at its own tight tolerance."""
+    point = study.variant("impulse staggered").points[0]
+    times = np.linspace(0.0, 1.0, study.samples)
+    scene = study.scene
+    again = gm.run(scene, point.engine, times=times, certify=False)
+    true = MultibodyEngine(tolerance=1e-13).run(scene, times=times, certify=False)
+    apart = np.max(np.abs(again.readings["arm_angle"] - true.readings["arm_angle"]))
+    assert point.errors["arm_angle"] == pytest.approx(apart, rel=1e-6)
+
+
+def test_the_cheapest_setting_for_an_error_reaches_it_and_what_never_does_says_so(study):
+    chosen = study.cheapest_for(1e-6)
+    assert chosen.reach <= 1e-6
+    assert chosen.seconds == min(point.seconds for point in study.points if point.reach <= 1e-6)
+    advice = study.advice(1e-6)
+    assert advice.startswith(f"for 1e-06: use {chosen.variant} ")
+    assert "impulse plain never within " in advice
+    none = replace(study, variants=(study.variant("impulse plain"),))
+    assert none.cheapest_for(1e-6) is None
+    assert none.advice(1e-6).startswith("for 1e-06: no engine reaches it; impulse plain never within ")
+
+
+@pytest.mark.parametrize("error", [0, 1, 2.0, -1e-3, float("nan"), "1e-6"])
+def test_what_is_no_error_is_refused(study, error):
+    with pytest.raises(gm.MechanismError, match="lies between 0 and 1"):
+        study.cheapest_for(error)
+
+
+def test_an_error_that_the_reference_cannot_tell_is_refused(study):
+    with pytest.raises(gm.MechanismError, match="the reference is good to"):
+        study.advice(1e-16)
+
+
+def test_other_wrong_questions_are_answered_in_a_sentence(study):
+    with pytest.raises(gm.MechanismError, match="positive number of seconds"):
+        gm.accuracy_study(study.scene, longest=0.0)
+    with pytest.raises(gm.MechanismError, match="variants are"):
+        study.variant("impulse")
+
+
+def test_what_is_told_names_every_variant_and_goes_into_files(study, tmp_path):
+    text = str(study)
+    assert all(f"\n{name}" in text for name in NAMES)
+    assert "reduced confirms it to" in text
+    assert "order" in text
+    told = json.loads(study.save_json(tmp_path / "study.json").read_text(encoding="utf-8"))
+    assert [one["name"] for one in told["variants"]] == NAMES
+    assert told["variants"][3]["order"]["value"] == pytest.approx(2.0, abs=0.1)
+    assert told["variants"][0]["points"][0]["settings"]["engine"] == "reduced"
+    with study.save_csv(tmp_path / "study.csv").open(newline="", encoding="utf-8") as stream:
+        rows = list(csv.reader(stream))
+    assert rows[0] == list(COLUMNS)
+    assert len(rows) == 1 + len(study.points)
+    assert all(float(row[3]) >= 0 and float(row[7]) > 0 for row in rows[1:])
+
+
+def test_the_figure_is_written_and_refuses_other_names(study, tmp_path):
+    path = accuracy_figure(study, tmp_path / "study.png", 1e-6)
+    assert path.read_bytes().startswith(b"\x89PNG")
+    with pytest.raises(gm.MechanismError, match=r"end in \.png"):
+        accuracy_figure(study, tmp_path / "study.gif")
+    assert [file.name for file in tmp_path.iterdir()] == ["study.png"]
+
+
+def test_where_things_are_held_event_times_stand_beside_the_errors(frictional):
+    assert frictional.reference.confirmed_by == "reduced"
+    assert frictional.points
+    assert all(point.late is not None for point in frictional.points)
+    assert all(point.reach >= point.late / frictional.time_scale for point in frictional.points)
+    assert "events, s" in str(frictional)
+    assert "plain way has no friction" in frictional.variant("impulse plain").refused
+    assert "impulse plain cannot run this scene" in frictional.advice(1e-4)
+    assert frictional.variant("impulse staggered").best.reach < 1e-3
+
+
+def test_a_driven_mechanism_is_confirmed_by_impulse(tmp_path):
+    driven = gm.accuracy_study(shortened("quick_return", 0.5), longest=0.2)
+    assert "drives move this mechanism" in driven.variant("reduced").refused
+    assert driven.reference.confirmed_by == "impulse extrapolated"
+    assert driven.reference.confirmed == driven.variant("impulse extrapolated").best.reach < 1e-4
+    assert "rest on that estimate alone" in str(driven)
+    assert driven.cheapest_for(1e-6).variant == "multibody"
+    accuracy_figure(driven, tmp_path / "driven.png")
+
+
+def test_a_scene_that_no_other_engine_holds_says_so():
+    played = gm.accuracy_study(shortened("porter_play", 0.3), longest=0.2)
+    assert played.reference.confirmed is None
+    assert "no other engine confirms it" in str(played)
+    assert [variant.name for variant in played.variants if variant.points] == ["multibody"]
+
+
+def test_progress_is_told_to_the_end():
+    told = []
+    gm.accuracy_study(shortened("porter", 0.1), longest=0.02, progress=lambda done, total: told.append((done, total)))
+    assert told[-1][0] == told[-1][1]
+    assert [done for done, _ in told] == sorted(done for done, _ in told)
