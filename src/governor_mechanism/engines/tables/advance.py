@@ -11,11 +11,20 @@ from governor_mechanism.engines.tables.acceleration import FLOWS, HELD, Line, ac
 from governor_mechanism.engines.tables.crossing import crossing
 from governor_mechanism.engines.tables.happening import go_on
 from governor_mechanism.engines.tables.marks import marked, marks_of, tiny_of
-from governor_mechanism.engines.tables.steps import Stages, decay_of, error_of, gained, opened, stepped, within
+from governor_mechanism.engines.tables.steps import (
+    Stages,
+    decay_of,
+    error_of,
+    gained,
+    opened,
+    plain_error,
+    stepped,
+    within,
+)
 from governor_mechanism.equations.acting import PARTS
 from governor_mechanism.equations.compiled import compiled
 from governor_mechanism.equations.laid import piece_of
-from governor_mechanism.equations.planning import PLAIN, SECOND, UNIT
+from governor_mechanism.equations.planning import ENERGY, PLAIN, SECOND, UNIT
 from governor_mechanism.equations.points import Array, Whole
 
 DONE, STALLED, EXHAUSTED, BELOW, ABOVE, STIFF = range(6)
@@ -53,8 +62,8 @@ def advance(
     tolerance, step, longest, most = limits
     now, reached, near = start, 0, 0
     rates, bends, flows, dense = stages.rates, stages.bends, stages.flows, stages.dense
-    mode, plain = line.mode, line.numbers[PLAIN] != 0.0
-    second, stiff, calm = line.numbers[SECOND], 0, 0
+    mode, plain, before_end, energy = line.mode, line.numbers[PLAIN] != 0.0, stages.last, line.numbers[ENERGY]
+    unit, second, stiff, calm = line.numbers[UNIT], line.numbers[SECOND], 0, 0
     watching = line.keepers.shape[0] + line.springs.shape[0] > 0
     marks, tiny = np.full((PARTS.size, marks_of(line)), -1.0), np.empty(marks_of(line))
     tiny_of(line, tiny)
@@ -78,19 +87,25 @@ def advance(
         ahead, rate, piece, side = stepped(line, since, h, q, v, near, stages)
         counts[EVALUATIONS] += 12
         counts[MOVING] += 12 if mode[HELD] == 0 else 0
-        if side >= 0 and abs(ahead - q) > FARTHEST * line.numbers[UNIT]:  # before the step is known to be any good
+        if side >= 0 and abs(ahead - q) > FARTHEST * unit:  # before the step is known to be any good
             counts[REJECTED] += 1
             step = 0.25 * h
             continue
         if side >= 0:
             return BELOW + side, step, reached, now
-        error = error_of(line, stages, h) / tolerance
+        if plain:
+            error = plain_error(rates, bends, unit, second, h)
+        else:
+            error = error_of(flows, rates, bends, unit, second, energy, h)
+        error /= tolerance
         if not error <= 1.0:
             counts[REJECTED] += 1
             step = h * (max(0.2, 0.9 * error**-0.125) if math.isfinite(error) else 0.1)
             continue
         counts[STEPS] += 1
-        decay = 0.0 if plain else decay_of(stages, ahead, rate)
+        decay = 0.0
+        if not plain:
+            decay = decay_of(rates, bends, before_end, ahead, rate)
         crossed, later = False, end if last else now + h
         if watching:
             crossed, part = crossing(line, since, h, q, v, ahead, rate, near, stages, spare,

@@ -21,7 +21,7 @@ from governor_mechanism.engines.tables.acceleration import FLOWS, Line, accelera
 from governor_mechanism.equations.compiled import kernel
 from governor_mechanism.equations.laid import piece_of
 from governor_mechanism.equations.pieces import powers, powers_inlined
-from governor_mechanism.equations.planning import ENERGY, PLAIN, SECOND, UNIT
+from governor_mechanism.equations.planning import PLAIN
 from governor_mechanism.equations.points import Array, Whole
 from governor_mechanism.equations.sampling import OWN, PULL
 
@@ -115,36 +115,48 @@ def _summed(stage: int, rates: Array, bends: Array) -> tuple[float, float, float
 
 
 @kernel
-def error_of(line: Line, stages: Stages, h: float) -> float:
+def error_of(flows: Array, rates: Array, bends: Array, unit: float, second: float, energy: float, h: float) -> float:
     """The error of a step, each number relative to its scale, as Hairer combines those of order 5 and 3."""
-    unit, second = line.numbers[UNIT], line.numbers[SECOND]
-    fifth, third = _errors(stages.rates, 1.0 / unit)
-    five, three = _errors(stages.bends, second / unit)
-    fifth, third, count = fifth + five, third + three, 2.0
-    if line.numbers[PLAIN] == 0.0:
-        for c in range(FLOWS):
-            five, three = _errors(stages.flows[:, c], 1.0 if c == FLOWS - 1 else 1.0 / line.numbers[ENERGY])
-            fifth, third, count = fifth + five, third + three, count + 1.0
+    fifth, third = _errors(rates, bends, 1.0 / unit, second / unit)
+    for c in range(FLOWS):
+        column, scale = flows[:, c], 1.0 if c == FLOWS - 1 else 1.0 / energy
+        five, three = _errors(column, column, scale, 0.0)
+        fifth, third = fifth + five, third + three
+    return _combined(fifth, third, h, 2.0 + FLOWS)
+
+
+@kernel
+def plain_error(rates: Array, bends: Array, unit: float, second: float, h: float) -> float:
+    """The same where nothing flows."""
+    fifth, third = _errors(rates, bends, 1.0 / unit, second / unit)
+    return _combined(fifth, third, h, 2.0)
+
+
+@kernel
+def _errors(one: Array, other: Array, scale: float, other_scale: float) -> tuple[float, float]:
+    """The squares of the errors of order 5 and 3 of two numbers, per second, summed."""
+    five = three = other_five = other_three = 0.0
+    for k in range(12):
+        five += ERROR_5[k] * one[k]
+        three += ERROR_3[k] * one[k]
+        other_five += ERROR_5[k] * other[k]
+        other_three += ERROR_3[k] * other[k]
+    fifth = (five * scale) ** 2 + (other_five * other_scale) ** 2
+    return fifth, (three * scale) ** 2 + (other_three * other_scale) ** 2
+
+
+@kernel
+def _combined(fifth: float, third: float, h: float, count: float) -> float:
     if fifth == 0.0 and third == 0.0:
         return 0.0
     return h * fifth / math.sqrt((fifth + 0.01 * third) * count)
 
 
 @kernel
-def _errors(slopes: Array, scale: float) -> tuple[float, float]:
-    """The squares of a number's errors of order 5 and 3, per second."""
-    five = three = 0.0
-    for k in range(12):
-        five += ERROR_5[k] * slopes[k]
-        three += ERROR_3[k] * slopes[k]
-    return (five * scale) ** 2, (three * scale) ** 2
-
-
-@kernel
-def decay_of(stages: Stages, ahead: float, rate: float) -> float:
+def decay_of(rates: Array, bends: Array, last: Array, ahead: float, rate: float) -> float:
     """The fastest rate (1/s) at which neighbouring motions come together, as the last two stages tell it."""
-    slope = (stages.rates[12] - stages.rates[11]) ** 2 + (stages.bends[12] - stages.bends[11]) ** 2
-    apart = (ahead - stages.last[0]) ** 2 + (rate - stages.rates[11]) ** 2
+    slope = (rates[12] - rates[11]) ** 2 + (bends[12] - bends[11]) ** 2
+    apart = (ahead - last[0]) ** 2 + (rate - rates[11]) ** 2
     return math.sqrt(slope / apart) if apart > 0.0 else 0.0
 
 
