@@ -85,7 +85,7 @@ def followed(name: str) -> bool:
     return assembler.mobility == 1 and not assembler.equations.driven.any()
 
 
-# Through a change point tables lose digits; see the test of its own.
+# At a change point the joints leave a second way to go, and one coordinate leads no farther; see the test of its own.
 MODELS = [name for name in shipped() if followed(name) and name != "four_bar_chain"]
 # A crank that gets ever faster, and sliding that just comes to rest, multiply rounding: less can be asked of either.
 LESS = {"slider_crank_torque": 1e-10, "porter_dry_friction": 1e-8, "watt_improved": 1e-10}
@@ -399,6 +399,22 @@ def test_a_coordinate_at_a_dead_centre_ends_the_run_by_name():
     np.testing.assert_allclose(
         run.readings["crank"], true.readings["crank"][:many], atol=1e-6
     )  # ten times what was asked
+
+
+def test_a_change_point_ends_the_run_by_name_and_auto_goes_on():
+    scene = gm.load("four_bar_chain")
+    run, true = both(scene, 1e-9)  # multibody misses 1e-10 later on, past ten change points
+    assert run.outcome is Outcome.DEAD_CENTRE
+    assert "the joints at a change point, and does not settle the mechanism there" in run.message
+    many = len(run.times)
+    passed = next(event.time for event in true.events if event.kind == "change point")
+    assert run.times[-1] < passed < run.times[-1] + 2 * scene.run.every
+    for name in run.readings:
+        assert np.max(np.abs(run.readings[name] - true.readings[name][:many])) < CLOSE * run.scales[name], name
+    by_auto = gm.run(scene, accuracy=1e-8)
+    assert by_auto.outcome is Outcome.DONE
+    assert by_auto.cost.engine == "multibody"
+    assert len(by_auto.events) == len(true.events)
 
 
 def test_a_start_at_a_dead_centre_is_refused():

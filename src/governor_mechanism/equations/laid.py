@@ -22,9 +22,9 @@ class Laid(NamedTuple):
     places (pieces, COUNT, 3, 3 bodies), poses and their two derivatives at the nodes.
 
     number (1,): how many there are. ends, why (2,): the lowest and highest piece, and why the way ends there; width
-    (2,) of the next piece; ring (4,): period, beginning, whole turns to try next, most rounding in units of TIGHT;
-    turned (3 bodies,): what a turn adds to poses; natural (columns,) and natural_places (2, 3 bodies): what fits are
-    relative to; first (3, 3 bodies): the place that all begins at.
+    (2,) of the next piece; ring (5,): period, beginning, whole turns to try next, most rounding in units of TIGHT, how
+    independent the joints were at first; turned (3 bodies,): what a turn adds to poses; natural (columns,) and
+    natural_places (2, 3 bodies): what fits are relative to; first (3, 3 bodies): the place that all begins at.
     """
 
     edges: Array
@@ -54,7 +54,7 @@ def make_laid(plan: Plan, room: int) -> Laid:
         ends=np.zeros(2, dtype=np.int64),
         why=np.zeros(2, dtype=np.int64),
         width=np.full(2, FIRST_WIDTH * plan.unit),
-        ring=np.array([0.0, 0.0, 1.0, 0.0]),
+        ring=np.array([0.0, 0.0, 1.0, 0.0, 0.0]),
         turned=np.zeros(3 * bodies),
         natural=np.zeros(columns),
         natural_places=np.zeros((2, 3 * bodies)),

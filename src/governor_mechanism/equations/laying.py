@@ -49,6 +49,10 @@ NOTABLE, NARROW, TRIED = 10.0, 1e-3, 24
 """More rounding than that, in units of TIGHT, on a piece wider than this part of the coordinate's unit: so many other
 widths are tried."""
 
+WEAK, LAST = 0.1, 0.1
+"""A piece with that much rounding, and with joints that much less independent than at the start, holds a change point,
+where the way ends; but for the last part (of the coordinate's unit) before its bound, which ends it anyhow."""
+
 RECURS = 1e-8
 """Machine sizes, and rad: a way that comes so near its beginning is closed."""
 
@@ -85,6 +89,7 @@ def _begun(plan: Plan, bench: Bench, laid: Laid, q: float, poses: Array) -> bool
     sampled(plan, bench, place, columns)
     _naturals(plan, laid, place, columns)
     laid.first[:] = place
+    laid.ring[4] = bench.pivot[0]
     return True
 
 
@@ -135,6 +140,11 @@ def _extended(plan: Plan, bench: Bench, laid: Laid, side: int) -> int:
             if rounding > NOTABLE and abs(end - start) > NARROW * plan.unit and not bounded:
                 end = _quieter(plan, bench, laid, at, edge, start, end, side, rounding)
                 left_out, rounding = _lay(plan, bench, laid, at, edge, min(start, end), max(start, end), side)
+                # What a change point does to the tables no run can make good, and what is passed there would not show.
+                weak = bench.pivot[0] < WEAK * laid.ring[4]
+                if rounding > NOTABLE and weak and abs(bound - end) > LAST * plan.unit:
+                    laid.why[side] = CENTRE
+                    return ENDED
             met, reason = _limit(plan, laid, at, side)
             if reason == OPEN:
                 break
@@ -178,7 +188,10 @@ def _quieter(
 def _lay(
     plan: Plan, bench: Bench, laid: Laid, at: int, near: int, low: float, high: float, side: int
 ) -> tuple[float, float]:
-    """Fill a piece, its nodes from the side of the piece near by; what its fits leave out, and how much is rounding."""
+    """Fill a piece, its nodes from the side of the piece near by; what its fits leave out, and how much is rounding.
+
+    bench.pivot becomes the least of all its nodes.
+    """
     middle, half = 0.5 * (low + high), 0.5 * (high - low)
     columns, values = np.empty(laid.natural.size), np.empty((laid.natural.size, COUNT))
     first, last, onward = (0, COUNT - 1, 1) if side == 1 else (COUNT - 1, 0, -1)
@@ -189,6 +202,7 @@ def _lay(
         place[:], before[:] = laid.places[near, last], laid.places[near, last - onward]
         q = laid.edges[near, 2] + NODES[last] / laid.edges[near, 3]
         q_before = laid.edges[near, 2] + NODES[last - onward] / laid.edges[near, 3]
+    least = math.inf
     for step in range(COUNT):
         k = first + onward * step
         there = middle + half * NODES[k]
@@ -196,6 +210,7 @@ def _lay(
         guess = laid.places[at, k, 0].copy()
         if not placed(plan, bench, there, laid.places[at, k]):
             return math.inf, 0.0
+        least = min(least, bench.pivot[0])
         for c in range(plan.units.size):
             if not abs(laid.places[at, k, 0, c] - guess[c]) < BRANCH * plan.units[c]:
                 return math.inf, 0.0
@@ -204,6 +219,7 @@ def _lay(
             values[c, k] = columns[c]
         before[:], q_before = place, q
         place[:], q = laid.places[at, k], there
+    bench.pivot[0] = least
     _unwrap(plan, laid, near if at > 0 else -1, values, first, onward)
     laid.edges[at, 0], laid.edges[at, 1], laid.edges[at, 2], laid.edges[at, 3] = low, high, middle, 1.0 / half
     return _left_out(plan, laid, at, values)

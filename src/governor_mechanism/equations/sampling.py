@@ -82,7 +82,7 @@ class Plan(NamedTuple):
 
 
 class Bench(NamedTuple):
-    """Room to work in."""
+    """Room to work in; pivot (1,): how independent the rows were at the place last closed."""
 
     line: Array
     gradient: Array
@@ -94,6 +94,7 @@ class Bench(NamedTuple):
     found: Array
     answer: Array
     every: Array
+    pivot: Array
     load: Array
     still: Array
     cubics: Array
@@ -113,6 +114,7 @@ def make_bench(plan: Plan) -> Bench:
         found=np.zeros(3 * bodies),
         answer=np.zeros(len(plan.free)),
         every=np.zeros(3 * bodies),
+        pivot=np.zeros(1),
         load=np.zeros((bodies, 3)),
         still=np.zeros((bodies, 3)),
         cubics=np.zeros((int(np.max(plan.programs, initial=0)) + 1, 5)),
@@ -120,9 +122,10 @@ def make_bench(plan: Plan) -> Bench:
 
 
 @kernel
-def _eliminate(matrix: Array, order: Whole) -> bool:
-    """Factors in place, rows in an order of their own; whether there are as many independent rows as columns."""
+def _eliminate(matrix: Array, order: Whole) -> float:
+    """Factors in place, rows in an order of their own; the least pivot, which is nought where rows are too few."""
     rows, columns = matrix.shape
+    least = math.inf
     for i in range(rows):
         order[i] = i
     for c in range(columns):
@@ -135,8 +138,9 @@ def _eliminate(matrix: Array, order: Whole) -> bool:
             for k in range(columns):
                 matrix[c, k], matrix[best, k] = matrix[best, k], matrix[c, k]
         pivot = matrix[c, c]
-        if not abs(pivot) > SINGULAR:
-            return False
+        least = min(least, abs(pivot))
+        if not least > SINGULAR:
+            return 0.0
         for i in range(c + 1, rows):
             factor = matrix[i, c]
             if factor != 0.0:
@@ -144,7 +148,7 @@ def _eliminate(matrix: Array, order: Whole) -> bool:
                 matrix[i, c] = factor
                 for k in range(c + 1, columns):
                     matrix[i, k] -= factor * matrix[c, k]
-    return True
+    return least
 
 
 @kernel
@@ -209,7 +213,8 @@ def placed(plan: Plan, bench: Bench, q: float, place: Array) -> bool:
             off -= 2.0 * math.pi * math.floor(off / (2.0 * math.pi) + 0.5)
         right[last] = -off * scales[last]
         _fill(ends, gradient, scales, free, units, every, matrix)
-        if not _eliminate(matrix, order):
+        bench.pivot[0] = _eliminate(matrix, order)
+        if bench.pivot[0] == 0.0:
             return False
         step = _solved(matrix, order, right, free, units, answer, found)
         if not step < LOST:
