@@ -7,9 +7,10 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from governor_mechanism.equations.assembly import INDEPENDENT, Assembler
+from governor_mechanism.equations.assembly import Assembler
 from governor_mechanism.equations.points import Array
 from governor_mechanism.equations.readings import measure
+from governor_mechanism.equations.wide import INDEPENDENT
 from governor_mechanism.errors import MechanismError, require_finite
 from governor_mechanism.joints import DrivenSlide, DrivenTurn
 from governor_mechanism.mechanism import Mechanism

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections import Counter
 from dataclasses import dataclass, field
+from functools import cached_property
 
 from governor_mechanism.errors import MechanismError, did_you_mean, require_finite, require_positive
 from governor_mechanism.joints import GROUND, Joint, Point
@@ -205,7 +206,11 @@ class Mechanism:
 
     def body_index(self, name: str) -> int:
         """Position of a body in `bodies`; -1 for the ground."""
-        return -1 if name == GROUND else [body.name for body in self.bodies].index(name)
+        return -1 if name == GROUND else self._places[name]
+
+    @cached_property
+    def _places(self) -> dict[str, int]:
+        return {body.name: index for index, body in enumerate(self.bodies)}
 
     def reading(self, name: str) -> Reading:
         """The reading of that name."""

@@ -15,6 +15,7 @@ from engines.machines_of_joints import angle_of, bead, fixed, make_scene, on, ro
 from governor_mechanism.closed_form import pendulum as closed
 from governor_mechanism.effects import DryFriction, OilBrake, SpringOn, Stops
 from governor_mechanism.engines import MultibodyEngine, ReducedEngine
+from governor_mechanism.engines.tables.crossing import _between
 from governor_mechanism.engines.tables.way import Way
 from governor_mechanism.equations.assembly import Assembler
 from governor_mechanism.equations.gauges import gauge_table
@@ -529,3 +530,13 @@ def test_a_lines_angle_bends_as_its_second_differences():
     # Differences of fourth order: 1e-12 times derivatives of some thousands, and 1e-16 / step^2 of rounding.
     assert np.sum(gradient * accelerations) - bend == pytest.approx(second, abs=1e-6)
     assert abs(bend) > 0.1
+
+
+def test_within_a_step_the_motion_is_the_polynomial_of_order_five_through_its_ends():
+    """Any polynomial of order five is met exactly, with its rate."""
+    motion, h = np.polynomial.Polynomial([0.4, -1.1, 0.7, 2.3, -1.9, 0.8]), 0.3
+    rate, bend = motion.deriv(), motion.deriv(2)
+    for share in (0.1, 0.5, 0.9):
+        there, speed = _between.py_func(motion(0.0), rate(0.0), bend(0.0), motion(h), rate(h), bend(h), h, share)
+        assert there == pytest.approx(motion(share * h), abs=1e-14)
+        assert speed == pytest.approx(rate(share * h), abs=1e-13)

@@ -25,7 +25,7 @@ def shortened(name, duration):
 
 @pytest.fixture(scope="module")
 def study():
-    return gm.accuracy_study(shortened("porter", 1.0), longest=0.2)
+    return gm.accuracy_study(shortened("porter", 2.0), longest=0.6)
 
 
 @pytest.fixture(scope="module")
@@ -64,7 +64,8 @@ def test_errors_fall_along_a_ladder(study):
         assert np.all(np.diff(errors) < 0)
     for name in ("reduced", "multibody"):
         assert study.variant(name).best.error < study.reference.floor
-        assert len({point.evaluations for point in study.variant(name).points}) == len(study.variant(name).points)
+        runs = [(point.evaluations, point.error) for point in study.variant(name).points]
+        assert len(set(runs)) == len(runs)  # tolerances that give the same run are told once
 
 
 def test_the_orders_are_those_of_the_schemes(study):
@@ -88,7 +89,7 @@ def test_an_order_is_fitted_to_errors_that_fall_and_can_be_told(study):
 def test_an_error_measured_is_that_of_a_run_made_again(study):
     """The engine of a point, run as anyone runs it, against multibody at its own tight tolerance."""
     point = study.variant("impulse staggered").points[0]
-    times = np.linspace(0.0, 1.0, study.samples)
+    times = np.linspace(0.0, 2.0, study.samples)
     scene = study.scene
     again = gm.run(scene, point.engine, times=times, certify=False)
     true = MultibodyEngine(tolerance=1e-13).run(scene, times=times, certify=False)

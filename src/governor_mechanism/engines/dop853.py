@@ -57,6 +57,9 @@ TRIES = 60
 STIFF_STEPS, CALM_STEPS = 15, 6
 """So many steps at the limit of stability make a motion stiff, unless so many others come in between."""
 
+STIFF_LEFT, STIFF_EACH = 300, 0.5
+"""Fewer explicit steps than this, and for each number of the state so many more, are not worth implicit ones."""
+
 COUNTS = 4
 """Length of the counts: steps, rejected steps, evaluations, evaluations with joints that depend on each other."""
 
@@ -187,7 +190,7 @@ def integrate(
             stiff = 0
         if watched and near < min(far, AIMED):
             step = _aimed(math.sqrt(near), math.sqrt(far), h, step)
-        if stiff >= STIFF_STEPS and now < end and not watching:
+        if stiff >= STIFF_STEPS and not watching and end - now > (STIFF_LEFT + STIFF_EACH * state.size) * h:
             return STIFF, step, reached, now
     return DONE, step, reached, now
 

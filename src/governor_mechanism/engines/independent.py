@@ -9,11 +9,11 @@ from scipy.integrate import Radau
 from scipy.linalg import qr
 
 from governor_mechanism.engines.dop853 import DONE, EXHAUSTED, STALLED
-from governor_mechanism.equations.assembly import INDEPENDENT
 from governor_mechanism.equations.motion import EXTRA, project, slope_of
 from governor_mechanism.equations.points import Array, Whole
 from governor_mechanism.equations.rows import gradients_of
 from governor_mechanism.equations.system import System, Workspace
+from governor_mechanism.equations.wide import INDEPENDENT
 
 DIFFERENCE = 1e-7
 """Of a coordinate or its scale: the step of differences, between rounding and curvature."""

@@ -5,11 +5,12 @@ from __future__ import annotations
 import numpy as np
 from numpy.typing import NDArray
 
-from governor_mechanism.equations.assembly import INDEPENDENT, Assembler
+from governor_mechanism.equations.assembly import Assembler
 from governor_mechanism.equations.constraints import joint_table
 from governor_mechanism.equations.dynamics import Dynamics
 from governor_mechanism.equations.points import Array
 from governor_mechanism.equations.system import lever_pin
+from governor_mechanism.equations.wide import INDEPENDENT
 from governor_mechanism.joints import Joint
 from governor_mechanism.mechanism import Mechanism
 from governor_mechanism.trajectory import Reaction

@@ -11,6 +11,7 @@ from numpy.typing import NDArray
 from governor_mechanism.equations.constraints import JointEquations
 from governor_mechanism.equations.points import Array
 from governor_mechanism.equations.readings import measure, reading_value
+from governor_mechanism.equations.wide import rank, smallest_change
 from governor_mechanism.errors import MechanismError
 from governor_mechanism.joints import Distance
 from governor_mechanism.mechanism import LineAngle, Mechanism
@@ -29,9 +30,6 @@ NUDGE = 1e-3
 
 LONGEST = 0.3
 """rad, and machine sizes: the longest step of Newton's iteration, which near a dead centre would go round and round."""
-
-INDEPENDENT = 1e-9
-"""Singular values of scaled equations below this fraction of the largest one belong to dependent ones."""
 
 
 class Assembler:
@@ -103,7 +101,7 @@ class Assembler:
         matrix = self._rows(poses, list(rates))
         right = np.append(self._asked_rates, list(rates.values()))
         weight = 1 / np.sqrt(self._masses())
-        moving = weight * np.linalg.lstsq(matrix * weight, right, rcond=None)[0]
+        moving = weight * smallest_change(matrix * weight, right)
         left = matrix @ moving - right
         largest = max(float(np.max(np.abs(right), initial=0.0)), 1e-300)
         if np.max(np.abs(left), initial=0.0) > 1e-9 * largest:
@@ -173,7 +171,7 @@ class Assembler:
                 return poses
             closed = np.max(np.abs(residual), initial=0.0) < CLOSED  # one step more, and rounding alone is left
             matrix = self._rows(poses, names) * self.unit / weight[:, np.newaxis]
-            step = np.linalg.lstsq(matrix, -residual, rcond=None)[0]
+            step = smallest_change(matrix, -residual)
             largest = float(np.max(np.abs(step)))
             poses = poses + self.spread(self.unit * step * min(1.0, LONGEST / max(largest, 1e-300)))
             if largest < 1e-15:
@@ -211,11 +209,3 @@ class Assembler:
         everything = np.zeros(self.free.size)
         everything[self.free] = free
         return everything.reshape(-1, 3)
-
-
-def rank(rows: Array) -> int:
-    """How many of these scaled equations are independent."""
-    if not rows.size:
-        return 0
-    values = np.linalg.svd(rows, compute_uv=False)
-    return int(np.sum(values > INDEPENDENT * values[0]))

@@ -153,15 +153,16 @@ def joint_table(mechanism: Mechanism, origins: Mapping[str, tuple[float, float]]
         x, y = (origins or {}).get(point.body, (0.0, 0.0))
         return point.x - x, point.y - y
 
-    table, pieces, motions = np.zeros(len(every), dtype=ROW), [np.zeros((0, 5))], list[Motion]()
+    table, pieces, motions, begun = np.zeros(len(every), dtype=ROW), [np.zeros((0, 5))], list[Motion](), 0
     for at, (_, joint, row) in enumerate(every):
         curve = np.zeros((0, 5)) if row.curve is None else curve_pieces(row.curve)
         drive = -1 if row.motion is None else len(motions)
         ends = [mechanism.body_index(point.body) for point in (joint.first, joint.second)]
         parameter = row.parameter + (0.0,) * (PARAMETERS - len(row.parameter))
         places = (*anchor(joint.first), *anchor(joint.second))
-        table[at] = (row.kind, *ends, *places, *parameter, row.unit, drive, sum(map(len, pieces)), len(curve))
+        table[at] = (row.kind, *ends, *places, *parameter, row.unit, drive, begun, len(curve))
         pieces.append(curve)
+        begun += len(curve)
         motions += [] if row.motion is None else [row.motion]
     owner = np.array([index for index, _, _ in every], dtype=np.int64)
     return JointTable(Rows(table, ends_of(table), np.concatenate(pieces)), owner, tuple(motions))

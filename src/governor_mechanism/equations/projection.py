@@ -6,6 +6,7 @@ import numpy as np
 
 from governor_mechanism.equations.assembly import Assembler
 from governor_mechanism.equations.points import Array
+from governor_mechanism.equations.wide import MANY, lightest_change
 from governor_mechanism.mechanism import Mechanism
 
 
@@ -25,6 +26,24 @@ class Projector:
 
     def velocities(self, poses: Array, velocities: Array, times: Array) -> Array:
         """(n, bodies, 3) from poses and velocities (n, bodies, 3) at times (n,) s."""
+        if len(self._assembler.equations.owner) < MANY:
+            return self._by_directions(poses, velocities, times)
+        every = [slice(k, k + 1) for k in range(len(poses))]
+        found = [self._by_impulses(poses[k], velocities[k], times[k]) for k in every]
+        return np.concatenate([np.zeros((0, *velocities.shape[1:])), *found])
+
+    def _by_impulses(self, poses: Array, velocities: Array, times: Array) -> Array:
+        """Of one instant, by the impulses of many joints; where they depend on each other, by the directions left."""
+        equations, free = self._assembler.equations, self._assembler.free
+        joints = equations.gradients(poses).reshape(-1, free.size)[:, free]
+        wanted = equations.asked(times)[0, :, 1] - joints @ velocities.reshape(-1)[free]
+        change = lightest_change(joints, self._masses, wanted)
+        if change is None:
+            return self._by_directions(poses, velocities, times)
+        return velocities + self._assembler.spread(change)
+
+    def _by_directions(self, poses: Array, velocities: Array, times: Array) -> Array:
+        """By the directions that joints leave."""
         equations, free, count = self._assembler.equations, self._assembler.free, len(poses)
         joints = equations.gradients(poses).reshape(count, -1, free.size)[..., free]
         given = velocities.reshape(count, -1)[:, free]

@@ -23,14 +23,13 @@ SWEEPS = 60
 
 def neighbours(body: Whole) -> Whole:
     """Pairs (row, earlier or same row, side of the first, side of the second) of rows (rows, 2) that share a body."""
-    pairs = [
-        (i, j, side, other)
-        for i in range(len(body))
-        for j in range(i + 1)
-        for side in range(2)
-        for other in range(2)
-        if body[i, side] >= 0 and body[i, side] == body[j, other]
-    ]
+    sharing: dict[int, list[tuple[int, int]]] = {}
+    pairs: list[tuple[int, int, int, int]] = []
+    for row, held in enumerate(body.tolist()):
+        ends = [(side, index) for side, index in enumerate(held) if index >= 0]
+        for side, index in ends:
+            sharing.setdefault(index, []).append((row, side))
+        pairs += sorted((row, other, side, end) for side, index in ends for other, end in sharing[index])
     return np.array(pairs, dtype=np.int64).reshape(-1, 4)
 
 

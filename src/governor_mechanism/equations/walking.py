@@ -16,10 +16,11 @@ from itertools import pairwise
 import numpy as np
 from scipy.optimize import brentq, minimize_scalar
 
-from governor_mechanism.equations.assembly import INDEPENDENT, Assembler
+from governor_mechanism.equations.assembly import Assembler
 from governor_mechanism.equations.points import Array
 from governor_mechanism.equations.readings import measure, reading_value
 from governor_mechanism.equations.track import Station
+from governor_mechanism.equations.wide import INDEPENDENT
 from governor_mechanism.errors import MechanismError
 from governor_mechanism.mechanism import LineAngle, Mechanism
 

@@ -14,7 +14,7 @@ from itertools import pairwise
 
 import numpy as np
 
-from governor_mechanism.engines import Engine, MultibodyEngine, ReducedEngine
+from governor_mechanism.engines import Engine, ImpulseEngine, MultibodyEngine, ReducedEngine
 from governor_mechanism.engines.base import reported_times
 from governor_mechanism.engines.happened import compared
 from governor_mechanism.equations.modes import switches
@@ -36,14 +36,22 @@ MOST_SAMPLES = 200
 LONGEST = 1.0
 """Seconds that a setting may take; a ladder ends where the next would take longer."""
 
-TIMING, MOST_REPEATS = 0.15, 7
-"""Seconds in which a setting is run again and again, and how often at most."""
+TIMING, FEWEST_REPEATS, MOST_REPEATS = 0.15, 3, 7
+"""Seconds in which a setting is run again and again, how often in any case, and how often at most."""
 
 WHOLE = 8.0
 """So many times the longest setting may a ladder take."""
 
 MISSES, FALLS = 2, 0.95
-"""A ladder of steps ends after so many settings in a row that are not better by this factor than the best."""
+"""After so many settings in a row that are not better by this factor than the best, or one whose joints close no
+better, a ladder of steps goes on with more iterations of the joint solver, and ends where there are no more to be had.
+"""
+
+CLOSED = 1e-11
+"""Machine sizes: a joint open by less than this is open by rounding."""
+
+RAISED = 4
+"""How many times more iterations of the joint solver it goes on with."""
 
 NEAR_EVENTS = 0.1
 """In time scales: samples nearer to an event than it is late are left out, up to this."""
@@ -98,10 +106,13 @@ def accuracy_study(
 
 
 class Bench:
-    """Where the engines of one scene are measured: the reference run, and the times at which they are compared."""
+    """Where the engines of one scene are measured: the reference run, and the times at which they are compared.
 
-    def __init__(self, scene: Scene, times: Array, longest: float) -> None:
-        self.scene, self.times, self.longest = scene, times, longest
+    longest (s) is what a setting may take; a ladder ends below `enough`, or where the reference tells nothing more.
+    """
+
+    def __init__(self, scene: Scene, times: Array, longest: float, enough: float = 0.0) -> None:
+        self.scene, self.times, self.longest, self.enough = scene, times, longest, enough
         self.time_scale, self.size = time_scale(scene), scene.part.mechanism.size
         self.switching = switches(scene)
         engine = MultibodyEngine(tolerance=TIGHT)
@@ -137,9 +148,11 @@ class Bench:
         refused = ladder.rungs[0][1].refusal(self.scene)
         points: list[Point] = []
         notes: list[str] = []
-        started, missed, within = time.perf_counter(), 0, None
+        started, missed, within, raised = time.perf_counter(), 0, None, 1
         for rung, (setting, engine) in enumerate(() if refused else ladder.rungs):
             tell(rung)
+            if isinstance(engine, ImpulseEngine) and raised > 1:
+                engine = replace(engine, iterations=raised * engine.iterations)
             growth = 2.0 if ladder.stepped else 1.0
             too_long = time.perf_counter() - started > WHOLE * self.longest
             if too_long or (points and growth * points[-1].seconds > self.longest):
@@ -163,11 +176,13 @@ class Bench:
                 continue
             best = min((point.reach for point in points), default=math.inf)
             points.append(found)
-            if found.reach < self.reference.floor:
+            if found.reach < max(self.reference.floor, self.enough):
                 break
             missed = 0 if found.reach < FALLS * best or best > SMALL else missed + 1
-            if ladder.stepped and missed == MISSES:
-                break
+            if ladder.stepped and missed and (missed == MISSES or not _closing(points)):
+                missed, raised = 0, RAISED * raised
+                if raised * ImpulseEngine.iterations > ImpulseEngine.max_iterations:
+                    break
         order = _order(points, self.reference.floor) if ladder.stepped else None
         return Variant(
             name=ladder.name, points=tuple(points), order=order, refused=refused, notes=tuple(notes), within=within
@@ -179,6 +194,8 @@ class Bench:
         shortfall = self._shortfall(run)
         if shortfall:
             return f"{setting}: {shortfall}"
+        if run.cost.iterations > ImpulseEngine.iterations:
+            setting = f"{setting}, {run.cost.iterations} iterations"
         errors, late = self._compared(run)
         gap = float(np.max(run.joint_gap)) / self.size
         if not all(map(math.isfinite, (*errors.values(), gap, run.energy.drift))):
@@ -209,8 +226,8 @@ class Bench:
         """The shortest time of several runs; the one before them warmed up, and counts where it took too long."""
         if first > self.longest:
             return first, 1
-        seconds: list[float] = []
-        while not seconds or (sum(seconds) < TIMING and len(seconds) < MOST_REPEATS):
+        seconds = [self._once(engine)[1] for _ in range(FEWEST_REPEATS)]  # one may be held up by something else
+        while sum(seconds) < TIMING and len(seconds) < MOST_REPEATS:
             seconds.append(self._once(engine)[1])
         return min(seconds), len(seconds)
 
@@ -250,15 +267,24 @@ class Bench:
         return errors, late
 
 
+def _closing(points: list[Point]) -> bool:
+    """Whether joints still close better with shorter steps; by a quarter, where the step alone keeps them open."""
+    before, after = points[-2].joint_gap, points[-1].joint_gap
+    return after <= max(0.5 * before, CLOSED)
+
+
 def _order(points: list[Point], floor: float) -> Fitted | None:
-    """How fast errors fall with the step: the slope of their logarithms, while they fall."""
-    falling: list[Point] = []
+    """How fast errors fall with the step: the slope of their logarithms, where longest they fall on and on."""
+    runs: list[list[Point]] = [[]]
     for coarser, finer in pairwise([None, *points]):
-        if finer is None or (coarser is not None and finer.error > FALLS * coarser.error and falling):
-            break
+        if finer is None:
+            continue
+        stuck = coarser is not None and finer.error > FALLS * coarser.error
+        if stuck or not floor < finer.error < SMALL:
+            runs.append([])
         if floor < finer.error < SMALL:
-            falling.append(finer)
-    fitted = falling[-FITTED:]
+            runs[-1].append(finer)
+    fitted = max(runs, key=len)[-FITTED:]
     if len(fitted) < 3:
         return None
     return slope(*(np.log([getattr(point, name) for point in fitted]) for name in ("step", "error")))

@@ -178,9 +178,8 @@ class AccuracyStudy:
             lines.append(f"the study ends early: {self.ended}")
         held = any(point.late is not None for point in self.points)
         events = f"{'events, s':>10}" if held else ""
-        lines.append(
-            f"{'':22}{'setting':18}{'error':>11}{events}{'time':>10}{'evaluations':>13}{'joint gap':>11}{'drift':>10}"
-        )
+        found = f"{'error':>11}{events}{'time':>10}{'evaluations':>13}{'joint gap':>11}{'drift':>10}"
+        lines.append(f"{'':22}{'setting':{self._wide}}{found}")
         for variant in self.variants:
             lines += self._lines(variant, held=held)
         return "\n".join(lines)
@@ -231,6 +230,11 @@ class AccuracyStudy:
                 f"{self.reference.floor:.1e} on; {error:g} is less"
             )
 
+    @property
+    def _wide(self) -> int:
+        """Letters of the longest setting, and a gap."""
+        return 2 + max((len(point.setting) for point in self.points), default=16)
+
     def _lines(self, variant: Variant, *, held: bool) -> Iterator[str]:
         name = variant.name
         if variant.refused:
@@ -240,7 +244,7 @@ class AccuracyStudy:
             error = f"{'< ' if below else ''}{max(point.error, self.reference.floor):.1e}"
             late = "" if not held else f"{'' if point.late is None else f'{point.late:.1e}':>10}"
             yield (
-                f"{name:22}{point.setting:18}{error:>11}{late}{spoken_time(point.seconds):>10}{point.evaluations:>13,}"
+                f"{name:22}{point.setting:{self._wide}}{error:>11}{late}{spoken_time(point.seconds):>10}{point.evaluations:>13,}"
                 f"{point.joint_gap:>11.1e}{point.drift:>10.1e}"
             )
             name = ""

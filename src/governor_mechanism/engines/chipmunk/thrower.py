@@ -6,6 +6,7 @@ import numpy as np
 
 from governor_mechanism.equations.assembly import Assembler
 from governor_mechanism.equations.points import Array
+from governor_mechanism.equations.wide import MANY, lightest_change
 from governor_mechanism.mechanism import Mechanism
 
 DEPENDENT = 1e-13
@@ -60,6 +61,11 @@ class Thrower:
     def _nearest(self, rows: Array, wanted: Array) -> Array:
         """The least change (n, free coordinates), weighed by mass, that changes rows . change by what is wanted."""
         count, many = rows.shape[1], len(self._masses)
+        if count >= MANY:
+            pairs = zip(rows, wanted, strict=True)
+            found = [lightest_change(one, self._masses, right) for one, right in pairs]
+            if all(one is not None for one in found):
+                return np.array(found).reshape(len(rows), many)
         system = np.zeros((len(rows), many + count, many + count))
         system[:, :many, :many] = np.diag(self._masses)
         system[:, :many, many:], system[:, many:, :many] = np.swapaxes(rows, 1, 2), rows

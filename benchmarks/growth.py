@@ -1,0 +1,224 @@
+"""How time grows with simulated seconds, with loops in a chain of linkages, and with links in a hanging chain.
+
+Times are those of whole runs at one true error, so a motion that needs finer steps shows as well as a dearer step.
+
+python benchmarks/growth.py [--draw growth.png]
+"""
+
+from __future__ import annotations
+
+import argparse
+import math
+import sys
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass, replace
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+from matplotlib.axes import Axes
+from matplotlib.backends.backend_agg import FigureCanvasAgg
+from matplotlib.figure import Figure
+from matplotlib.ticker import FuncFormatter, NullFormatter
+from numpy.typing import NDArray
+from scipy.integrate import solve_ivp
+
+import governor_mechanism as gm
+from governor_mechanism.render.accuracy import LOOKS
+from governor_mechanism.render.style import INK, PAPER, QUIET, RULE, SANS, SERIF
+from governor_mechanism.scene import Scene
+from governor_mechanism.studies.accuracy import Bench
+from governor_mechanism.studies.accuracy_ladders import ladders_of
+from governor_mechanism.studies.accuracy_table import Point
+from governor_mechanism.studies.fitting import Fitted, slope
+
+sys.path.insert(0, str(Path(__file__).resolve().parents[1] / "tests"))
+from chains import four_bar_chain, four_bar_slope, hanging_chain
+
+TARGET = 1.5
+"""The exponent that the engine `multibody` is not to exceed on chains."""
+
+Array = NDArray[np.float64]
+ENGINES = ("reduced", "multibody", "impulse extrapolated")
+LONGEST = 6.0
+"""Seconds that a setting may take; an engine leaves off where it would take longer."""
+
+REPORTED = 20
+"""Intervals between reported times, whatever the size: what grows is the motion, not the report."""
+
+STEADY = 3
+"""The last so many points, and more where there are more than twice as many, show how time grows in the end."""
+
+
+@dataclass(frozen=True)
+class Growth:
+    """One thing that grows: sizes, the scene of a size, and the true error at which times are compared."""
+
+    title: str
+    unit: str
+    sizes: tuple[int, ...]
+    scene: Callable[[int], Scene]
+    error: float
+
+
+def longer(duration: int) -> Scene:
+    """The shipped Porter governor, for so many seconds."""
+    scene = gm.load("porter")
+    return replace(scene, run=replace(scene.run, duration=float(duration)))
+
+
+def loops(count: int) -> Scene:
+    """Half a second of four-bar linkages in a chain."""
+    return four_bar_chain(count, 0.5, 0.025)
+
+
+def links(count: int) -> Scene:
+    """Half a second of a hanging chain."""
+    return hanging_chain(count, 0.5, 0.025)
+
+
+LOOPS = (1, 2, 5, 10, 20, 40)
+GROWTHS = (
+    Growth("Porter governor", "simulated seconds", (1, 3, 10, 30, 100, 300), longer, 1e-6),
+    Growth("four-bar linkages in a chain", "loops", LOOPS, loops, 1e-6),
+    Growth("hanging chain", "links", (1, 2, 5, 10, 20, 50, 100, 200), links, 1e-5),
+)
+
+Found = dict[str, list[tuple[int, Point]]]
+
+
+def main() -> None:
+    """Print the tables and draw them."""
+    options = argparse.ArgumentParser(description=__doc__)
+    options.add_argument("--draw", type=Path, default=Path(__file__).with_suffix(".png"))
+    target = options.parse_args().draw
+    every = [(growth, measured(growth)) for growth in GROWTHS]
+    for growth, found in every:
+        tell(growth, found)
+    singular()
+    draw(every, target)
+
+
+def measured(growth: Growth) -> Found:
+    """The quickest setting of every engine within the error, size by size, until it takes too long."""
+    found: Found = {name: [] for name in ENGINES}
+    left = set(ENGINES)
+    for size in growth.sizes:
+        scene = growth.scene(size)
+        times = np.linspace(0.0, scene.run.duration, REPORTED + 1)
+        bench = Bench(scene, times, LONGEST, growth.error)
+        for ladder in ladders_of(scene):
+            if ladder.name not in left:
+                continue
+            point = bench.climbed(ladder, lambda _: None).cheapest_for(growth.error)
+            print(f"{growth.title}, {size}: {ladder.name} {point and point.setting}", file=sys.stderr)
+            if point is None:
+                left.discard(ladder.name)
+            else:
+                found[ladder.name].append((size, point))
+    return found
+
+
+def exponent(points: Sequence[tuple[int, Point]]) -> Fitted:
+    """Of time, by size, over the upper half of the sizes."""
+    upper = points[-max(STEADY, len(points) // 2) :]
+    sizes, times = np.log([size for size, _ in upper]), np.log([point.seconds for _, point in upper])
+    return slope(sizes, times)
+
+
+def tell(growth: Growth, found: Found) -> None:
+    """A row for each size."""
+    shown = [name for name in ENGINES if found[name]]
+    columns = [f"{name}, ms | {'steps' if 'impulse' in name else 'evaluations'}" for name in shown]
+    print(f"| {growth.title}: {growth.unit}, true error {growth.error:g} | {' | '.join(columns)} |")
+    print("|---" * (1 + 2 * len(shown)) + "|")
+    for size in growth.sizes:
+        cells = []
+        for name in shown:
+            point = dict(found[name]).get(size)
+            iterations = "" if point is None else point.setting.partition(", ")[2]
+            cells += ["", ""] if point is None else [f"{1e3 * point.seconds:.3g}", f"{point.evaluations:,}"]
+            if iterations:
+                cells[-1] += f" of {iterations}"
+        print(f"| {size} | {' | '.join(cells)} |")
+    fitted = {name: exponent(found[name]) for name in shown if len(found[name]) >= STEADY}
+    told = "; ".join(f"{name} {one.value:.2f} ± {max(one.scatter, 0.005):.2f}" for name, one in fitted.items())
+    print(f"\nTime grows as the power: {told}\n")
+
+
+def singular() -> None:
+    """Ten seconds of the chain of loops, which ten times lie in one line: by multibody, certified."""
+    print("| loops, 10 s, ten change points, asked 1e-6 | multibody, ms | true error, rad |\n|---|---|---|")
+    for count in LOOPS:
+        scene = four_bar_chain(count, 10.0, 0.5)
+        runs = [gm.run(scene, "multibody", accuracy=1e-6) for _ in range(3)]
+        best = min(run.cost.wall_time for run in runs)
+        off = float(np.max(np.abs(runs[0].readings["crank_angle"] - exact(count, runs[0].times))))
+        print(f"| {count} | {best * 1e3:.0f} | {off:.1e} |")
+    print()
+
+
+def exact(count: int, times: Array) -> Array:
+    """The crank's angle by the one equation of the chain."""
+    found = solve_ivp(
+        lambda _, y: (y[1], four_bar_slope(count, y[0], 9.81)), (0.0, times[-1]), (math.pi / 2, -1.0),
+        method="DOP853", t_eval=times, rtol=1e-13, atol=1e-13,
+    )  # fmt: skip
+    return np.asarray(found.y[0])
+
+
+def draw(every: Sequence[tuple[Growth, Found]], target: Path) -> None:
+    """A panel for each, both ways logarithmic."""
+    figure = Figure(figsize=(12.0, 4.8), dpi=100, facecolor=PAPER)
+    for at, (growth, found) in enumerate(every):
+        axes = figure.add_axes((0.065 + 0.318 * at, 0.125, 0.275, 0.7))
+        dress(axes, growth, first=at == 0)
+        letter = "T" if growth.unit == "simulated seconds" else "N"
+        for name in reversed(ENGINES):
+            points = found[name]
+            if len(points) < STEADY:
+                continue
+            colour, marker = LOOKS[name]
+            sizes, times = [size for size, _ in points], [1e3 * point.seconds for _, point in points]
+            label = rf"{name} $\propto {letter}^{{{exponent(points).value:.2f}}}$"
+            axes.plot(sizes, times, color=colour, marker=marker, markersize=4.5, linewidth=1.5, label=label)
+        if letter == "N":
+            guide(axes, found["multibody"])
+        low, high = axes.get_ylim()
+        axes.set_ylim(low, high * (high / low) ** 0.35)  # room for the names
+        axes.legend(loc="upper left", frameon=False, labelcolor="linecolor", prop={"family": SANS, "size": 9})
+    figure.text(0.02, 0.945, "How time grows, at one true error", fontsize=14, color=INK, fontfamily=SERIF, va="center")
+    canvas: Any = FigureCanvasAgg(figure)
+    canvas.print_png(str(target), metadata={"Software": None})
+
+
+def guide(axes: Axes, points: Sequence[tuple[int, Point]]) -> None:
+    """The slope that `multibody` is not to exceed, beneath its line."""
+    first, last = points[len(points) // 2][0], points[-1][0]
+    foot = 0.5 * 1e3 * points[len(points) // 2][1].seconds
+    label = rf"target of multibody, $N^{{{TARGET}}}$"
+    ends = [foot, foot * (last / first) ** TARGET]
+    axes.plot([first, last], ends, color=QUIET, linewidth=1.0, linestyle=(0, (5, 3)), label=label)
+
+
+def dress(axes: Axes, growth: Growth, *, first: bool) -> None:
+    """Axes and titles."""
+    axes.set_facecolor(PAPER)
+    axes.set_xscale("log")
+    axes.set_yscale("log")
+    axes.set_title(f"{growth.title}, error {growth.error:g}", fontsize=10, color=INK, fontfamily=SERIF)
+    axes.set_xlabel(growth.unit, fontsize=10, color=INK, fontfamily=SERIF)
+    if first:
+        axes.set_ylabel("milliseconds of a whole run", fontsize=10, color=INK, fontfamily=SERIF)
+    for axis in (axes.xaxis, axes.yaxis):
+        axis.set_major_formatter(FuncFormatter(lambda value, _: f"{value:g}"))
+        axis.set_minor_formatter(NullFormatter())
+    for side, spine in axes.spines.items():
+        spine.set(visible=side in ("left", "bottom"), color=QUIET, linewidth=0.8)
+    axes.tick_params(which="both", color=QUIET, labelcolor=INK, labelsize=8, labelfontfamily=SANS)
+    axes.grid(color=RULE, linewidth=0.6)
+    axes.set_axisbelow(True)
+
+
+if __name__ == "__main__":
+    main()
