@@ -13,7 +13,7 @@ from scipy.special import lambertw
 
 import governor_mechanism as gm
 from governor_mechanism.effects import Centrifugal, DryFriction, Gravity, OilBrake, SpringOn, Stops
-from governor_mechanism.engines import MultibodyEngine, ReducedEngine
+from governor_mechanism.engines import ImpulseEngine, MultibodyEngine, ReducedEngine
 from governor_mechanism.equations.modes import Mode
 from governor_mechanism.equations.system import make_system, moved_hold
 from governor_mechanism.joints import GROUND, Point, Slider
@@ -162,6 +162,39 @@ def test_a_bouncing_body_comes_to_rest_when_it_should(engine, restitution):
     assert result.readings["way"][-1] == pytest.approx(0.0, abs=1e-13)
     assert result.energy.dissipated[-1] == pytest.approx(0.5 * mass * speed**2, rel=1e-12)
     assert result.energy.drift < 1e-12
+
+
+def rest_of_rubbed_bounces(speed, restitution, slowing):
+    """When what is thrown up at a speed rests, friction slowing it by so much: up under g + f, down under g - f, and
+    each bounce shorter than the last by one ratio; and when it strikes.
+    """
+    up, down = G + slowing, G - slowing
+    ratio = restitution * math.sqrt(down / up)
+    first = speed * (1 / up + 1 / math.sqrt(up * down))
+    return first / (1 - ratio), lambda count: first * (1 - ratio ** np.arange(1, count + 1)) / (1 - ratio)
+
+
+@pytest.mark.parametrize("restitution", [0.3, 0.6, 0.9])
+@pytest.mark.parametrize("share", [0.1, 0.5, 0.95])
+@pytest.mark.parametrize(
+    ("engine", "within"), [(MultibodyEngine(), 1e-9), (ReducedEngine(), 1e-9), (ImpulseEngine(), 1e-6)],
+    ids=lambda value: getattr(value, "name", ""),
+)  # fmt: skip
+def test_a_bouncing_body_that_is_rubbed_rests_when_it_should(engine, within, share, restitution):
+    """At the top of a bounce friction does not hold it, however low that is; the bounces left have another ratio."""
+    speed, mass = 2.0, 2.0
+    rest, strikes_at = rest_of_rubbed_bounces(speed, restitution, share * G)
+    rub = DryFriction(reading="way", force=constant(share * G * mass))
+    stop = Stops(reading="way", low=0.0, restitution=restitution)
+    scene = block(Gravity(), rub, stop, rate=speed, duration=1.1 * rest, upright=True)
+    result = gm.run(scene, engine, accuracy=within)
+    assert result.outcome is Outcome.DONE
+    strikes = [event.time for event in result.events if event.kind == "strikes its stop"]
+    np.testing.assert_allclose(strikes, strikes_at(len(strikes)), atol=within)
+    assert [event.kind for event in result.events if "stop" not in event.kind] == []
+    assert result.events[-1].kind == "rests on its stop"
+    assert result.events[-1].time == pytest.approx(rest, abs=within)
+    assert result.readings["way"][-1] == pytest.approx(0.0, abs=1e-12)
 
 
 @ENGINES

@@ -30,6 +30,9 @@ from governor_mechanism.trajectory import Cost, Energy, Event, Outcome, Trajecto
 
 UNITS = {"angle": "rad", "length": "m"}
 
+SHARED = 1e-13
+"""In units of the scales: two runs of one motion may agree to their last digits, and both be off by so much."""
+
 
 @dataclass(frozen=True, kw_only=True)
 class Report:
@@ -181,11 +184,11 @@ class Reporter:
         return found
 
     def relative(self, errors: dict[str, float]) -> float:
-        """The largest of these errors in units of its scale."""
+        """The largest of these errors in units of its scale; not less than rounding, which all runs share."""
         scales = self.scales()
         scales |= {f"rate of {name}": scale / self.time_scale for name, scale in scales.items()}
         scales["joint_gap"] = self.mechanism.size
-        return max(error / scales[name] for name, error in errors.items())
+        return max(SHARED, *(error / scales[name] for name, error in errors.items()))
 
     def first_outside(self, poses: Array) -> tuple[int, str] | None:
         """Index of the first pose outside the mechanism's limits, and the sentence that says what happened."""

@@ -15,6 +15,7 @@ import numpy as np
 
 from governor_mechanism.equations.acting import FORCE
 from governor_mechanism.equations.assembly import Assembler
+from governor_mechanism.equations.bouncing import SMALLEST_BOUNCE, STANDING, STILL, TOUCHING, bounces_left
 from governor_mechanism.equations.modes import Mode, first_mode, keepers_of, springs_of
 from governor_mechanism.equations.motion import EXTRA, marks_of, project
 from governor_mechanism.equations.points import Array, Records
@@ -30,20 +31,14 @@ from governor_mechanism.equations.system import (
 from governor_mechanism.scene import Scene
 from governor_mechanism.trajectory import Event
 
-TOUCHING = 1e-10
-"""Machine sizes, or rad: nearer than this to a stop a reading is at it."""
-
-STILL = 1e-11
-"""Machine sizes, or rad, in a time scale: slower than this a reading stands still."""
-
-SMALLEST_BOUNCE = 1e-14
-"""Machine sizes, or rad: bounces that would rise no higher are over; what is left of their time is reckoned."""
-
 AT_ONCE = 1e-12
 """Of a time scale: what happens closer together happens at once."""
 
 DOUBT = 1e-9
 """Of the scales of force and acceleration: what a check of a mode may be wrong by."""
+
+CARRIED = 1e-6
+"""Machine sizes, or rad, in the square of a time scale: what is held is accelerated by less than this, by rounding."""
 
 STICKS, SLIPS, STRIKES, RESTS, LEAVES = "sticks", "slips", "strikes its stop", "rests on its stop", "leaves its stop"
 SLACKENS, PULLS = "goes slack", "pulls again"
@@ -187,21 +182,29 @@ class Switching:
     def _last_bounces(self, time: float, state: Array, cubics: Array, hit: Sequence[int]) -> dict[int, float]:
         """Those of the hit that rise no more: their speed is taken away, and the time (s) told at which they rest."""
         found: dict[int, float] = {}
-        free = Mode(
-            tuple(None if k in hit else held for k, held in enumerate(self.mode.held)),
-            tuple(0 if k in hit else sign for k, sign in enumerate(self.mode.sliding)),
-            self.mode.taut,
-        )
-        slope = marks_of(*self.built(free), cubics, 0.0, state)[1]
-        seen, bends = self._seen(state), self._bends(state, slope)
+        seen = self._seen(state)
+        onward, returning = (self._bends_sliding(state, cubics, seen, hit, way) for way in (1, -1))
         for k in hit:
             gauge, side, restitution = self._gauges[k], self._side(k, seen), self.keepers[k].restitution
-            away, back = -side * float(seen.rates[gauge]), side * float(bends[gauge])
+            away, back = -side * float(seen.rates[gauge]), side * float(onward[gauge])
             if restitution < 1 and back > 0 and away > 0 and away**2 < 2 * back * SMALLEST_BOUNCE * self._sizes[gauge]:
-                found[k] = time + 2 * away / (back * (1 - restitution))
+                found[k] = time + bounces_left(away, back, side * float(returning[gauge]), restitution)
         if found:
             self._throw(state, seen, dict.fromkeys(found, 0.0))
         return found
+
+    def _bends_sliding(self, state: Array, cubics: Array, seen: Seen, hit: Sequence[int], way: int) -> Array:
+        """Second derivatives of what the gauges tell while what was hit moves on (way 1), or back (-1), and friction
+        opposes that; with one freedom all else goes back with it."""
+        signs = []
+        for k, keeper in enumerate(self.keepers):
+            rate = float(seen.rates[self._gauges[k]])
+            rubs = keeper.friction is not None and (k in hit or self.mode.held[k] is None)
+            turns = way if k in hit or self._mobility == 1 else 1
+            signs.append(turns * int(math.copysign(1.0, rate)) if rubs and rate else 0)
+        held = tuple(None if k in hit else value for k, value in enumerate(self.mode.held))
+        slope = marks_of(*self.built(Mode(held, tuple(signs), self.mode.taut)), cubics, 0.0, state)[1]
+        return self._bends(state, slope)
 
     def _throw(self, state: Array, seen: Seen, rates: dict[int, float]) -> None:
         """Change the velocities by impulses of joints and stops until some keepers have these rates."""
@@ -246,12 +249,15 @@ class Switching:
         forces = system.watch["kind"] == FORCE
         unit = np.where(system.watch["tiny"] > 0, system.watch["tiny"], 1.0) * 1e12
         worst = float(np.max(marks[forces] / unit[forces], initial=0.0))
-        if all(held is not None for held in mode.held):
-            return worst
         seen, bends = self._seen(trial), self._bends(trial, slope)
         for k, held in enumerate(mode.held):
             gauge = self._gauges[k]
-            if held is not None or abs(float(seen.rates[gauge])) > self._still(k):
+            if held is not None:
+                # At the dead centre of a reading no force along it holds it: the mechanism carries it on.
+                carried = abs(float(bends[gauge])) * self._second**2 / self._sizes[gauge]
+                worst = max(worst, carried if carried > CARRIED else 0.0)
+                continue
+            if abs(float(seen.rates[gauge])) > self._still(k):
                 continue
             away = mode.sliding[k] or -self._side(k, seen)
             worst = max(worst, -away * float(bends[gauge]) * self._second**2 / self._sizes[gauge])
@@ -300,7 +306,8 @@ class Switching:
     def _side(self, k: int, seen: Seen) -> int:
         """At which of its stops a keeper is: 1 the high one, -1 the low one, 0 neither."""
         keeper, gauge = self.keepers[k], self._gauges[k]
-        near, value = TOUCHING * self._sizes[gauge], float(seen.values[gauge])
+        stands = abs(float(seen.rates[gauge])) <= self._still(k)
+        near, value = (STANDING if stands else TOUCHING) * self._sizes[gauge], float(seen.values[gauge])
         return 1 if value >= keeper.high - near else -1 if value <= keeper.low + near else 0
 
     def _still(self, k: int) -> float:

@@ -8,21 +8,19 @@ from collections.abc import Callable
 from governor_mechanism.engines.chipmunk.instants import Happening, Sight, beyond, turned
 from governor_mechanism.engines.chipmunk.walk import Walk
 from governor_mechanism.engines.switching import LEAVES, PULLS, RESTS, SLACKENS, SLIPS, STICKS, STRIKES
+from governor_mechanism.equations.bouncing import STANDING, STILL, TOUCHING
 from governor_mechanism.equations.modes import Mode, keepers_of, springs_of
 from governor_mechanism.equations.system import acted_on
 from governor_mechanism.scene import Scene
 from governor_mechanism.trajectory import Event
-
-STILL = 1e-11
-"""Machine sizes, or rad, in a time scale: slower than this a reading stands still."""
 
 MOVES = 10.0
 """How many times faster than that it must be for what friction and a stop held together to have been let go: what
 either of them bears is the joint solver's choice.
 """
 
-TOUCHING = 1e-10
-"""Machine sizes, or rad: nearer than this to a stop a reading is at it."""
+BRIEF = 0.06
+"""Of a step: what sticks for less has turned, and is driven on: a hold is known to be too weak only as it is moved."""
 
 
 class Keeping:
@@ -145,9 +143,23 @@ class Keeping:
             at_stop = (was if is_ is None else is_) in (keeper.low, keeper.high)
             begun, ended = (RESTS, LEAVES) if at_stop else (STICKS, SLIPS)
             time = rest_at.get(k, self._walk.here.time)
-            self.events.append(Event(time=time, kind=ended if is_ is None else begun, subject=keeper.reading))
+            kind = ended if is_ is None else begun
+            if kind != SLIPS or not self._stuck_briefly(keeper.reading):
+                self.events.append(Event(time=time, kind=kind, subject=keeper.reading))
         self._told = now
         self._walk.holding = bool(self.resting())
+
+    def _stuck_briefly(self, reading: str) -> bool:
+        """Whether what slips now had only turned, there or at the start; then that it stuck is told no more."""
+        brief = BRIEF * self._walk.stepped
+        for at in reversed(range(len(self.events))):
+            event = self.events[at]
+            if event.subject == reading:
+                turned = event.kind == STICKS and self._walk.here.time - event.time <= brief
+                if turned:
+                    del self.events[at]
+                return turned
+        return self._walk.here.time <= brief
 
     def resting(self) -> dict[str, float]:
         """The rates of all that is held, by reading."""
@@ -165,7 +177,8 @@ class Keeping:
     def side(self, k: int) -> int:
         """At which of its stops a keeper is: 1 the high one, -1 the low one, 0 neither."""
         keeper, at = self.keepers[k], self.at[k]
-        near, value = TOUCHING * self.sizes[at], self._walk.value(at)
+        stands = abs(self._walk.rate(at)) <= self.still(k)
+        near, value = (STANDING if stands else TOUCHING) * self.sizes[at], self._walk.value(at)
         return 1 if value >= keeper.high - near else -1 if value <= keeper.low + near else 0
 
     def still(self, k: int) -> float:

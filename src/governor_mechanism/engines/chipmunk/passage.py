@@ -18,6 +18,7 @@ from governor_mechanism.engines.chipmunk.instants import Happening
 from governor_mechanism.engines.chipmunk.keeping import Keeping
 from governor_mechanism.engines.chipmunk.walk import Walk
 from governor_mechanism.engines.switching import LEAVES, SLIPS, STICKS, STRIKES
+from governor_mechanism.equations.bouncing import SMALLEST_BOUNCE, bounces_left
 from governor_mechanism.equations.modes import Mode
 from governor_mechanism.equations.points import Array
 from governor_mechanism.scene import Scene
@@ -25,9 +26,6 @@ from governor_mechanism.trajectory import Event
 
 if TYPE_CHECKING:
     from governor_mechanism.engines.clock import Clock
-
-SMALLEST_BOUNCE = 1e-12
-"""Machine sizes, or rad: bounces that would rise no higher are over; what is left of their time is reckoned."""
 
 SHORT = 1e-4
 """Of a step: so little time before a station is passed without one, or rounding would be divided by it."""
@@ -267,7 +265,8 @@ class Passage:
             if back > 0.0:
                 self._flight = min(self._flight, 2 * away / back)
             if keeper.restitution < 1 and back > 0.0 and away**2 < 2 * back * SMALLEST_BOUNCE * self._keeping.sizes[at]:
-                resting[k] = self._walk.here.time + 2 * away / (back * (1 - keeper.restitution))
+                returning = self._returning(k, side, h)
+                resting[k] = self._walk.here.time + bounces_left(away, back, returning, keeper.restitution)
         for k in resting:
             self._flight = math.inf
             self._keeping.stand(k, self._struck[k])
@@ -277,3 +276,14 @@ class Passage:
             self._walk.throw(self._keeping.resting(), lost=True)
             self._keeping.follow_rates()
         return bool(resting)
+
+    def _returning(self, k: int, side: int, h: float) -> float:
+        """The acceleration towards its stop of what comes back to it, with friction against that."""
+        acting, at = self._walk.acting, self._keeping.at[k]
+        sign = acting.sliding[k]
+        acting.sliding[k] = -sign
+        self._walk.start(h)
+        after = acting.rates(self._walk.assembly.velocities())
+        acting.sliding[k] = sign
+        self._walk.start(h)
+        return side * float(after[at] - self._walk.here.rates[at]) / (0.5 * h)

@@ -8,7 +8,9 @@ from __future__ import annotations
 import numpy as np
 
 from governor_mechanism.engines.tables.acceleration import FLOWS, HELD, Line, drawn, gauge_at, pulled, resisting
-from governor_mechanism.engines.tables.marks import TOUCHING, blocked, sided
+from governor_mechanism.engines.tables.marks import blocked, sided
+from governor_mechanism.equations import bouncing
+from governor_mechanism.equations.bouncing import SMALLEST_BOUNCE, STANDING, STILL, TOUCHING
 from governor_mechanism.equations.compiled import kernel
 from governor_mechanism.equations.laid import piece_of
 from governor_mechanism.equations.pieces import powers
@@ -16,11 +18,7 @@ from governor_mechanism.equations.planning import FORCE, SECOND, UNIT
 from governor_mechanism.equations.points import Array, Whole
 from governor_mechanism.equations.sampling import EASE
 
-STILL = 1e-11
-"""Of the coordinate's unit, in a time scale: slower than this it stands still."""
-
-SMALLEST_BOUNCE = 1e-14
-"""Machine sizes, or rad: bounces that would rise no higher are over; what is left of their time is reckoned."""
+bounces_left = kernel(bouncing.bounces_left)
 
 DOUBT = 1e-9
 """Of the scale of forces: what holding may be wrong by."""
@@ -87,22 +85,25 @@ def _strike(
     struck, restitution = False, 1.0
     for k in range(line.keepers.shape[0]):
         value, slope = gauge_at(line, piece, t, line.keepers[k, 0])
-        if sided(line, k, value) * slope * state[1] > STILL * line.keepers[k, 5] / line.numbers[SECOND]:
+        if sided(line, k, value, TOUCHING) * slope * state[1] > STILL * line.keepers[k, 5] / line.numbers[SECOND]:
             struck, restitution = True, min(restitution, line.keepers[k, 4])
             tell(events, told, time, STRIKES, k)
     if not struck:
         return
     before, flows = state[1], np.empty((1, FLOWS))
     state[1] = -restitution * before
-    bend = pulled(line, piece, t, state[1], since, False, flows, 0)
+    _oppose(line, piece, t, state[1])
+    onward = pulled(line, piece, t, state[1], since, True, flows, 0)
+    _oppose(line, piece, t, before)
+    returning = pulled(line, piece, t, state[1], since, True, flows, 0)
     over = False
     for k in range(line.keepers.shape[0]):
         value, slope = gauge_at(line, piece, t, line.keepers[k, 0])
-        side = sided(line, k, value)
-        away, back = -side * slope * state[1], side * slope * bend
+        side = sided(line, k, value, TOUCHING)
+        away, back = -side * slope * state[1], side * slope * onward
         small = away * away < 2.0 * back * SMALLEST_BOUNCE * line.keepers[k, 5]
         if restitution < 1.0 and back > 0.0 and away > 0.0 and small:
-            rest_at[k] = time + 2.0 * away / (back * (1.0 - restitution))
+            rest_at[k] = time + bounces_left(away, back, side * slope * returning, restitution)
             over = True
     if over:
         state[1] = 0.0
@@ -131,6 +132,15 @@ def _way_on(line: Line, piece: int, t: float, since: float, let_go: bool) -> int
 
 
 @kernel
+def _oppose(line: Line, piece: int, t: float, way: float) -> None:
+    """Let friction oppose each reading as the coordinate goes that way."""
+    for k in range(line.keepers.shape[0]):
+        if line.keepers[k, 1] >= 0 and way != 0.0:
+            slope = gauge_at(line, piece, t, line.keepers[k, 0])[1]
+            line.mode[1 + k] = 1 if slope * way > 0.0 else -1
+
+
+@kernel
 def _slide(line: Line, piece: int, t: float, way: float, fired: Array, turned: bool) -> None:
     """Which way friction opposes each reading; turned: one whose rate has passed nought goes the other way."""
     for k in range(line.keepers.shape[0]):
@@ -151,7 +161,7 @@ def _compare(
     """Tell what has begun or ceased to stand still: all that can hold."""
     for k in range(line.keepers.shape[0] if was != held else 0):
         value = gauge_at(line, piece, t, line.keepers[k, 0])[0]
-        at_stop = sided(line, k, value) != 0
+        at_stop = sided(line, k, value, STANDING) != 0
         if at_stop:
             tell(events, told, rest_at[k], RESTS if held else LEAVES, k)
         elif line.keepers[k, 1] >= 0:

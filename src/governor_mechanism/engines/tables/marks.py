@@ -7,14 +7,12 @@ import math
 import numpy as np
 
 from governor_mechanism.engines.tables.acceleration import FLOWS, HELD, Line, drawn, gauge_at, resisting
+from governor_mechanism.equations.bouncing import STANDING
 from governor_mechanism.equations.compiled import kernel
 from governor_mechanism.equations.laid import piece_of
 from governor_mechanism.equations.planning import FORCE, SECOND
 from governor_mechanism.equations.points import Array
 from governor_mechanism.equations.system import ROUNDING
-
-TOUCHING = 1e-10
-"""Machine sizes, or rad: nearer than this to a stop a reading is at it."""
 
 QUIET = -1.0
 """The mark of what is not watched."""
@@ -28,9 +26,9 @@ def marks_of(line: Line) -> int:
 
 
 @kernel
-def sided(line: Line, k: int, value: float) -> int:
-    """At which of its stops a keeper is: 1 the high one, -1 the low one, 0 neither."""
-    near = TOUCHING * line.keepers[k, 5]
+def sided(line: Line, k: int, value: float, within: float) -> int:
+    """At which of its stops, within so many of its sizes, a keeper is: 1 the high one, -1 the low one, 0 neither."""
+    near = within * line.keepers[k, 5]
     if value >= line.keepers[k, 3] - near:
         return 1
     return -1 if value <= line.keepers[k, 2] + near else 0
@@ -42,7 +40,7 @@ def blocked(line: Line, near: int, t: float) -> tuple[bool, bool]:
     up = down = False
     for k in range(line.keepers.shape[0]):
         value, slope = gauge_at(line, near, t, line.keepers[k, 0])
-        way = sided(line, k, value) * slope
+        way = sided(line, k, value, STANDING) * slope
         up, down = up or way > 0.0, down or way < 0.0
     return up, down
 

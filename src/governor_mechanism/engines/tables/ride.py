@@ -33,6 +33,9 @@ FIRST_STEP = 0.004
 NEARER, AT_END = 0.25, 1e-12
 """A step that leads beyond the way is taken again so much shorter, down to this part of what is left."""
 
+NO_WAY = 1e-14
+"""Of the coordinate's unit, and of itself: nearer to the way's end than this, rounding alone is left of it."""
+
 KINDS = (STRIKES, STICKS, SLIPS, RESTS, LEAVES, SLACKENS, PULLS)
 """As `happening` numbers them."""
 
@@ -118,7 +121,9 @@ class Rider:
                 side = code - BELOW
                 if not way.extended(side):
                     step *= NEARER
-                    if step < AT_END * max(second, end - now):
+                    left = abs(way.end(side) - state[0])
+                    no_way = NO_WAY * max(way.plan.unit, abs(state[0]))
+                    if step < AT_END * max(second, end - now) or left < no_way:
                         now += max((way.end(side) - state[0]) / state[1], 0.0) if state[1] else 0.0
                         code = LEFT
                         break
