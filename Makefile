@@ -33,6 +33,8 @@ benchmark: $(VENV)/installed-test
 	$(BIN)/python benchmarks/effects.py
 	$(BIN)/python benchmarks/film.py
 	$(BIN)/python benchmarks/commands.py
+	$(BIN)/python benchmarks/certificates.py
+	$(BIN)/python benchmarks/peers.py
 
 $(VENV)/python:
 	@found=; for python in $(PYTHON) $(CANDIDATES); do \

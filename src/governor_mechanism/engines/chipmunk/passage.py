@@ -8,6 +8,7 @@ a joint that only pushes. At what happens the staggered scheme begins anew, from
 from __future__ import annotations
 
 import math
+from collections.abc import Callable
 from typing import TYPE_CHECKING
 
 import numpy as np
@@ -195,7 +196,7 @@ class Passage:
             if happening.kind in (SLIPS, LEAVES):
                 low = SOON
                 if excess(low) >= 0.0:
-                    return low
+                    return min(_risen(excess, low, least) + LATE, low)
                 return min(1.0, float(brentq(excess, low, 1.0, xtol=RELEASED, rtol=1e-15)) + LATE)
             if happening.before > -SOON * most:
                 # It begins where the last one ended: look for a time at which it has gone on from there.
@@ -287,3 +288,9 @@ class Passage:
         acting.sliding[k] = sign
         self._walk.start(h)
         return side * float(after[at] - self._walk.here.rates[at]) / (0.5 * h)
+
+
+def _risen(excess: Callable[[float], float], low: float, least: float) -> float:
+    """Where before `low` a load that grows steadily was nought; in a shorter part the impulses are rounding."""
+    at_low, later = excess(low), excess(2 * low)
+    return max(low * (1.0 - at_low / (later - at_low)), least) if later > at_low else low
