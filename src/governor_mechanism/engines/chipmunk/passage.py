@@ -8,7 +8,6 @@ a joint that only pushes. At what happens the staggered scheme begins anew, from
 from __future__ import annotations
 
 import math
-from collections.abc import Callable
 from typing import TYPE_CHECKING
 
 import numpy as np
@@ -44,6 +43,9 @@ SOON, RELEASED, LATE = 0.05, 1e-9, 1e-4
 """Of a step: how early what lets go is looked for, how closely, and how late it is let go: it begins to move with no
 force at all, and a little too early it would be caught at once.
 """
+
+HALFWAY = 0.5
+"""Of a step: earlier than this the load on what is held is reckoned back; in shorter parts it is lost in rounding."""
 
 SAME_STEP = 1e-9
 """Of a step: steps that differ by no more are of one length."""
@@ -185,18 +187,24 @@ class Passage:
         least = self._least(h)
 
         def excess(part: float) -> float:
-            return happening.excess(self._walk.attempt(part * h)[0]) if part > least else happening.before
+            if part <= least:
+                return happening.before
+            return happening.excess(self._walk.attempt(part * h, steps=1 if hold is None else 2)[0])
 
+        held = None if hold is None else hold.held
         if hold is not None:
-            hold.bound = False
+            # What long steps left of the reading off its place a short one would bring back by a force that none bears.
+            hold.bound, hold.held = False, self._walk.value(self._keeping.at[happening.which])
         try:
             most, low = excess(1.0), 0.0
             if most <= 0.0:
                 return math.inf  # a joint solver that lagged behind
             if happening.kind in (SLIPS, LEAVES):
-                low = SOON
-                if excess(low) >= 0.0:
-                    return min(_risen(excess, low, least) + LATE, low)
+                low = SOON if happening.kind == LEAVES else HALFWAY
+                earlier = excess(low)
+                if earlier >= 0.0:
+                    risen = low - earlier * (1.0 - low) / (most - earlier) if most > earlier else 0.0
+                    return min(max(risen, least) + LATE, low)
                 return min(1.0, float(brentq(excess, low, 1.0, xtol=RELEASED, rtol=1e-15)) + LATE)
             if happening.before > -SOON * most:
                 # It begins where the last one ended: look for a time at which it has gone on from there.
@@ -207,7 +215,7 @@ class Passage:
             return float(brentq(excess, low, 1.0, xtol=LOCATED, rtol=1e-15))
         finally:
             if hold is not None:
-                hold.bound = True
+                hold.bound, hold.held = True, held
 
     def _least(self, h: float) -> float:
         """The part of h seconds from where the march is that is no mere rounding of its time."""
@@ -288,9 +296,3 @@ class Passage:
         acting.sliding[k] = sign
         self._walk.start(h)
         return side * float(after[at] - self._walk.here.rates[at]) / (0.5 * h)
-
-
-def _risen(excess: Callable[[float], float], low: float, least: float) -> float:
-    """Where before `low` a load that grows steadily was nought; in a shorter part the impulses are rounding."""
-    at_low, later = excess(low), excess(2 * low)
-    return max(low * (1.0 - at_low / (later - at_low)), least) if later > at_low else low

@@ -77,12 +77,17 @@ class Walk:
         instant = Instant(time, assembly.poses(), velocities, values, rates, self.clock.so_far(), acting.lost)
         return Sight(values, rates, acting.rates(after), moment.frictions), instant
 
-    def attempt(self, h: float) -> tuple[Sight, Instant]:
-        """A step of h seconds alone, from where the march is; it stays there."""
-        self.start(h)
+    def attempt(self, h: float, steps: int = 1) -> tuple[Sight, Instant]:
+        """h seconds alone, from where the march is; it stays there.
+
+        What joints bear is seen from the second step on: the first begins with closed joints, which steps leave open
+        by the square of their length, and bears what opens them too.
+        """
+        self.start(h / steps)
         time = self.here.time
-        self.clock.interval(time, time + h, 1, h)
-        sight, instant = self.step(self.clock.moment(0), time + h)
+        self.clock.interval(time, time + h, steps, h / steps)
+        for index in range(steps):
+            sight, instant = self.step(self.clock.moment(index), time + (index + 1) * h / steps)
         closed = self._closed(instant)
         return replace(sight, values=closed.values, rates=closed.rates), closed
 
