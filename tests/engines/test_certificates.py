@@ -1,0 +1,126 @@
+"""What an accuracy estimate is worth: over random scenes, and that the measure which says so can fail.
+
+`python benchmarks/certificates.py` measures every engine over the same scenes, with what is left out here for its time.
+"""
+
+from __future__ import annotations
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+from certifying import Measured, Truth, accuracies, held_against, measured, sudden
+from governor_mechanism.effects import BellCranks, DryFriction, Effect, Masses, OilBrake, Play, Rods, SpringOn, Stops
+from governor_mechanism.engines import MultibodyEngine, ReducedEngine
+from governor_mechanism.scene import FreeSpindle
+from random_machines import MACHINES
+from random_scenes import Drawn, random_scene
+
+SEED = 20261124
+SCENES, BLOCKS = 300, 3
+LAW, SHARE = 3.0, 0.98
+"""So many times its estimate may the true error be, and in so many of the runs it must be no more."""
+
+WITHOUT_EVENTS = 42
+"""Of so many scenes those that impulse steps smoothly: with events it takes seconds each, and sometimes minutes."""
+
+
+DRAWN = 10 * len(MACHINES)
+"""So many scenes hold everything there is."""
+
+PLAIN, STRUCK = 0, 16
+"""Scenes of a governor without effects, and of one whose stops are struck."""
+
+
+def certified(drawn: Drawn, *engines: str) -> list[Measured]:
+    truth, asked = Truth(drawn.scene), accuracies(drawn)
+    every = [measured(drawn, engine, asked[engine], truth) for engine in engines if engine in asked]
+    return [one for one in every if one.judged]
+
+
+def lawful(runs: list[Measured], factor: float = 1.0) -> float:
+    """The share of runs that are no farther off than three times a part of their estimate."""
+    return float(np.mean([one.true <= LAW * factor * one.estimate for one in runs]))
+
+
+def short(runs: list[Measured]) -> list[tuple[int, str, float, float, str]]:
+    """What to look at where the law is broken."""
+    return [
+        (one.number, one.engine, one.estimate, one.true, one.words) for one in runs if one.true > LAW * one.estimate
+    ]
+
+
+@pytest.mark.parametrize("first", range(BLOCKS))
+def test_estimates_of_fine_engines_are_neither_too_small_nor_much_too_large(first):
+    runs = [
+        one
+        for number in range(first, SCENES, BLOCKS)
+        for one in certified(random_scene(number, SEED), "reduced", "multibody")
+    ]
+    for engine in ("reduced", "multibody"):
+        own = [one for one in runs if one.engine == engine]
+        # The others' motion is a drive's, known to rounding, or one that no two engines agree upon closely enough.
+        assert len(own) > 0.4 * SCENES / BLOCKS
+        assert lawful(own) >= SHARE, short(own)
+        # The estimate is the error of a run ten times looser; where steps are bounded otherwise, of one twice as long.
+        assert 1 <= np.median([one.over for one in own]) <= 100
+
+
+def test_estimates_of_impulse_are_neither_too_small_nor_much_too_large():
+    drawn = [random_scene(number, SEED) for number in range(WITHOUT_EVENTS)]
+    runs = [one for scene in drawn if scene.group != "events" for one in certified(scene, "impulse")]
+    assert len(runs) > 0.3 * WITHOUT_EVENTS
+    assert lawful(runs) >= SHARE, short(runs)
+    assert 1 <= np.median([one.over for one in runs]) <= 100
+
+
+def test_an_estimate_a_thousand_times_too_small_is_found_out():
+    runs = [one for number in range(14) for one in certified(random_scene(number, SEED), "reduced", "multibody")]
+    assert lawful(runs) == 1.0
+    assert lawful(runs, 1e-3) < 0.5  # estimates are some ten times too large, seldom a thousand
+
+
+@pytest.mark.parametrize("engine", [ReducedEngine(), MultibodyEngine()], ids=["reduced", "multibody"])
+def test_a_run_that_is_not_what_it_says_is_found_out(engine):
+    drawn = random_scene(PLAIN, SEED)
+    assert drawn.group == "plain"
+    truth, run = Truth(drawn.scene), engine.run(drawn.scene, accuracy=1e-6)
+    assert held_against(run, 1e-6, truth)["true"] <= LAW * run.error_estimate
+    name = run.scene.part.mechanism.coordinate
+    wrong = run.readings[name].copy()
+    wrong[len(wrong) // 2] += 10 * run.error_estimate  # one sample of one reading
+    found = held_against(replace(run, readings={**run.readings, name: wrong}), 1e-6, truth)
+    assert found["true"] > LAW * run.error_estimate
+
+
+@pytest.mark.parametrize("engine", [ReducedEngine(), MultibodyEngine()], ids=["reduced", "multibody"])
+def test_an_event_that_is_not_told_is_found_out(engine):
+    drawn = random_scene(STRUCK, SEED)
+    truth, run = Truth(drawn.scene), engine.run(drawn.scene, accuracy=1e-6)
+    assert sudden(run)
+    assert held_against(run, 1e-6, truth)["true"] <= LAW * run.error_estimate
+    assert held_against(replace(run, afterwards=None), 1e-6, truth)["true"] > LAW * run.error_estimate
+
+
+# --- what is drawn ----------------------------------------------------------------------------------------------------
+
+
+def test_a_scene_follows_from_its_number():
+    for number in range(len(MACHINES)):
+        one, two = (random_scene(number, SEED) for _ in range(2))
+        assert one == two
+        assert one.scene.part.mechanism != random_scene(number, SEED + 1).scene.part.mechanism
+
+
+def test_every_machine_and_effect_is_drawn_and_little_is_refused():
+    every = [random_scene(number, SEED) for number in range(DRAWN)]
+    effects: set[type[Effect]] = {type(effect) for one in every for effect in one.scene.effects}
+    assert effects >= {DryFriction, OilBrake, SpringOn, Stops, Play, Rods, Masses, BellCranks}
+    assert {one.machine for one in every} == set(MACHINES)
+    turned = [one.scene.spindle for one in every if one.scene.centrifugal]
+    assert any(isinstance(spindle, FreeSpindle) for spindle in turned)
+    assert any(not isinstance(spindle, FreeSpindle) and spindle.unevenness for spindle in turned)
+    assert any(not isinstance(spindle, FreeSpindle) and len(spindle.times) > 2 for spindle in turned)
+    assert len({type(effect) for one in every for effect in one.scene.acting if len(one.scene.acting) == 1}) == 4
+    assert sum(len(one.refused) for one in every) < 0.2 * DRAWN
