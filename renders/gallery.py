@@ -10,6 +10,7 @@ from pathlib import Path
 import governor_mechanism as gm
 from governor_mechanism.library import shipped
 from governor_mechanism.render import regulation as figures
+from governor_mechanism.render.accuracy import accuracy_figure
 from governor_mechanism.render.characteristic import characteristic_figure
 from governor_mechanism.render.effects import effects_figure
 from governor_mechanism.render.figures import readings_figure
@@ -32,6 +33,12 @@ BRAKED = ("porter_twitch", "porter_twitch_braked"), ("without the brake", "with 
 
 BILLS = ("porter_dry_friction", "porter_heavy_rods")
 """Scenes whose effects are billed."""
+
+PRICED = ("porter", "watt_improved", "hartung_dubois", "slide_valve_marks", "porter_dry_friction")
+"""Scenes of which error is drawn against time."""
+
+WANTED = 1e-6
+"""The error that is marked there."""
 
 CHARACTERISTICS = {"porter": 40.0, "watt_improved": None, "parabolic": None}
 """Scenes whose speed curve is drawn, with the resistance (N) at the sleeve whose standing band is shaded."""
@@ -56,6 +63,8 @@ def main() -> None:
     for name in BILLS:
         effects_figure(gm.effects_study(name), FOLDER / f"{name}_effects.png")
     _regulation()
+    for name in PRICED:
+        accuracy_figure(gm.accuracy_study(gm.load(name)), FOLDER / f"{name}_accuracy.png", WANTED)
     parabolas_figure(gm.load("watt_improved"), FOLDER / "watt_improved_parabolas.png")
 
 

@@ -24,7 +24,7 @@ from governor_mechanism.engines.tables.steps import (
 from governor_mechanism.equations.acting import PARTS
 from governor_mechanism.equations.compiled import compiled
 from governor_mechanism.equations.laid import piece_of
-from governor_mechanism.equations.planning import ENERGY, PLAIN, SECOND, UNIT
+from governor_mechanism.equations.planning import ENERGY, PLAIN, SECOND, UNEVEN, UNIT
 from governor_mechanism.equations.points import Array, Whole
 
 DONE, STALLED, EXHAUSTED, BELOW, ABOVE, STIFF = range(6)
@@ -39,6 +39,9 @@ SAME_TIME = 1e-12
 
 AFTER = 0.1
 """Of the longest step: how long the first one after an event is at most."""
+
+STILL_LONGER = 8.0
+"""So many times the longest step while nothing moves and forces change as programs do, not as an uneven spindle's."""
 
 FARTHEST = 3.0
 """Of the coordinate's unit: a step that leads so far and beyond what is laid is tried shorter first."""
@@ -80,7 +83,8 @@ def advance(
             return EXHAUSTED, step, reached, now
         if step < 1e-13 * (end - start) or not math.isfinite(step):
             return STALLED, step, reached, now
-        step = min(step, longest)
+        patient = mode[HELD] != 0 and line.numbers[UNEVEN] == 0.0
+        step = min(step, longest * (STILL_LONGER if patient else 1.0))
         last = now + step >= end
         h = end - now if last else step
         since, q, v = now - start, state[0], state[1]
