@@ -137,13 +137,18 @@ def tell(growth: Growth, found: Found) -> None:
         for name in shown:
             point = dict(found[name]).get(size)
             iterations = "" if point is None else point.setting.partition(", ")[2]
-            cells += ["", ""] if point is None else [f"{1e3 * point.seconds:.3g}", f"{point.evaluations:,}"]
+            cells += ["", ""] if point is None else [told(1e3 * point.seconds), f"{point.evaluations:,}"]
             if iterations:
                 cells[-1] += f" of {iterations}"
         print(f"| {size} | {' | '.join(cells)} |")
     fitted = {name: exponent(found[name]) for name in shown if len(found[name]) >= STEADY}
-    told = "; ".join(f"{name} {one.value:.2f} ± {max(one.scatter, 0.005):.2f}" for name, one in fitted.items())
-    print(f"\nTime grows as the power: {told}\n")
+    powers = "; ".join(f"{name} {one.value:.2f} ± {max(one.scatter, 0.005):.2f}" for name, one in fitted.items())
+    print(f"\nTime grows as the power: {powers}\n")
+
+
+def told(milliseconds: float) -> str:
+    """With three digits, or all of those before the point."""
+    return f"{milliseconds:,.0f}" if milliseconds >= 100 else f"{milliseconds:.3g}"
 
 
 def singular() -> None:

@@ -24,6 +24,7 @@ from governor_mechanism.engines.tables.way import Way
 from governor_mechanism.equations.assembly import Assembler
 from governor_mechanism.equations.compiled import announce
 from governor_mechanism.equations.readings import measure
+from governor_mechanism.equations.scales import pace
 from governor_mechanism.errors import MechanismError
 from governor_mechanism.joints import ALL_JOINTS, Joint
 from governor_mechanism.scene import Scene
@@ -37,7 +38,7 @@ PATIENCE = 4
 """So many tighter certificates that are no better are believed; one may be bad luck."""
 
 LONGEST_STATION = 0.25
-"""In time scales, and of the coordinate's unit: how far apart the poses are at which dead centres are looked for."""
+"""In the scene's pace, and of the coordinate's unit: how far apart the poses are at which dead centres are looked for."""
 
 FARTHEST, MOST_STATIONS = 0.5, 200_000
 """Of the coordinate's unit: poses farther apart get others between them, up to so many."""
@@ -161,7 +162,7 @@ class Follower:
         return replace(better, errors=errors, estimate=estimate, excluded=int(near.sum()))
 
     def followed(self, tolerance: float, longest: float = LONGEST_STEP, share: float = 1.0) -> Followed:
-        """One run, its steps at most so many time scales long."""
+        """One run, its steps at most so many of the scene's paces long."""
         self.runs += 1
         rider = self.rider(share)
         ridden = rider.ridden(tolerance, longest)
@@ -209,7 +210,7 @@ class Follower:
         """States near enough to each other that nothing is passed unseen, and what lies between; ridden anew."""
         end = best.state.times[-1:]
         breaks = np.unique(np.concatenate([curve.breaks for curve in best.rider.way.curves]))
-        times = make_grid(end, breaks, np.inf, LONGEST_STATION * self.reporter.time_scale).stations
+        times = make_grid(end, breaks, np.inf, LONGEST_STATION * pace(self.scene)).stations
         while True:
             rider = Rider(best.rider.way, self.reporter, self.start, times, self.engine.max_steps)
             ridden = rider.ridden(best.tolerance)

@@ -18,6 +18,7 @@ from governor_mechanism.engines.switching import AT_ONCE, Switching
 from governor_mechanism.equations.modes import Mode, switches
 from governor_mechanism.equations.motion import EXTRA, inertia_about_spindle, project
 from governor_mechanism.equations.points import Array, Whole
+from governor_mechanism.equations.scales import pace
 from governor_mechanism.equations.system import (
     acts_of,
     from_centres,
@@ -29,10 +30,10 @@ from governor_mechanism.scene import Scene
 from governor_mechanism.trajectory import Event
 
 LONGEST_STATION = 0.25
-"""In time scales: how far apart the poses are at which limits are watched."""
+"""In the scene's pace: how far apart the poses are at which limits are watched."""
 
 LONGEST_STEP = 2.5
-"""In time scales: no step is longer, whatever the tolerance."""
+"""In the scene's pace: no step is longer, whatever the tolerance."""
 
 FIRST_STEP = 0.004
 """Of the longest one."""
@@ -68,7 +69,8 @@ class Stepper:
         self.room = make_workspace(self.system)
         self.closed = CLOSED * reporter.mechanism.size
         breaks = np.unique(np.concatenate([curve.breaks for curve in self.curves]))
-        longest = LONGEST_STATION * reporter.time_scale
+        self._pace = pace(scene)
+        longest = LONGEST_STATION * self._pace
         self.grid = make_grid(times[times <= longest * max_steps], breaks, np.inf, longest)
         inner = breaks[(breaks > 0) & (breaks < self.grid.stations[-1])]
         self.knots = np.concatenate([[0.0], inner, self.grid.stations[-1:]])
@@ -87,13 +89,13 @@ class Stepper:
         )
 
     def stepped(self, tolerance: float, longest: float = LONGEST_STEP) -> Passage:
-        """From the start through all stations; longest: of a step, in time scales."""
+        """From the start through all stations; longest: of a step, in the scene's pace."""
         if self.switching is not None:
             return self._switched(self.switching, tolerance, longest)
         stations, state = self.grid.stations, self.start.copy()
         found = np.empty((len(stations), state.size))
         found[0], filled, code = state, 1, DONE
-        step, seconds = FIRST_STEP * longest * self.reporter.time_scale, longest * self.reporter.time_scale
+        step, seconds = FIRST_STEP * longest * self.reporter.time_scale, longest * self._pace
         counts = np.zeros(COUNTS, dtype=np.int64)
         implicit: Implicit | None = None
         for start, end in pairwise(self.knots.tolist()):

@@ -22,6 +22,7 @@ from governor_mechanism.equations.planning import make_plan
 from governor_mechanism.equations.points import Array
 from governor_mechanism.equations.readings import measure
 from governor_mechanism.equations.sampling import make_bench, reach
+from governor_mechanism.equations.scales import pace
 from governor_mechanism.mechanism import LineAngle
 from governor_mechanism.scene import Scene
 
@@ -72,7 +73,8 @@ class Batch:
             return None
         state, now, filled, end = np.array([start, rate, *(0.0,) * FLOWS]), 0.0, 1, float(self._times[-1])
         self._found[0] = state
-        step, longest, code = FIRST_STEP * LONGEST_STEP * plan.second, LONGEST_STEP * plan.second, BELOW
+        longest, code = LONGEST_STEP * pace(scene), BELOW
+        step = FIRST_STEP * longest
         line = make_line(laid, acts, self._cubics, self._mode)
         self._counts[:] = 0
         while code in (BELOW, ABOVE):

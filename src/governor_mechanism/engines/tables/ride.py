@@ -19,10 +19,11 @@ from governor_mechanism.equations.modes import Mode, keepers_of, springs_of
 from governor_mechanism.equations.planning import SPINDLE_INERTIA
 from governor_mechanism.equations.points import Array, Whole
 from governor_mechanism.equations.readings import reading_value
+from governor_mechanism.equations.scales import pace
 from governor_mechanism.trajectory import Event
 
 LONGEST_STEP = 2.5
-"""In time scales: no step is longer, whatever the tolerance."""
+"""In the scene's pace: no step is longer, whatever the tolerance."""
 
 WATCHED = 0.2
 """Of that where something is watched, which is looked at five times a step."""
@@ -83,7 +84,7 @@ class Rider:
             self._momentum = own * reporter.program.start_speed
 
     def ridden(self, tolerance: float, longest: float = LONGEST_STEP) -> Ridden:
-        """Through all times; longest: of a step, in time scales."""
+        """Through all times; longest: of a step, in the scene's pace."""
         room = EVENTS if self.switching else 0
         while True:
             found, told = self._ridden(tolerance, longest, room)
@@ -93,7 +94,7 @@ class Rider:
 
     def _ridden(self, tolerance: float, longest: float, room: int) -> tuple[Ridden, int]:
         way, second = self.way, self.reporter.time_scale
-        longest *= second * (WATCHED if self.switching else 1.0)
+        longest *= pace(way.scene) * (WATCHED if self.switching else 1.0)
         state = np.array([*self.start, *(0.0,) * FLOWS])
         found, modes = np.empty((len(self.times), 2 + FLOWS)), self._no_modes()
         mode, stages = np.zeros(modes.shape[1], dtype=np.int64), make_stages()
