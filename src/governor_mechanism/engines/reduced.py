@@ -38,7 +38,7 @@ PATIENCE = 4
 """So many tighter certificates that are no better are believed; one may be bad luck."""
 
 LONGEST_STATION = 0.25
-"""In the scene's pace, and of the coordinate's unit: how far apart the poses are at which dead centres are looked for."""
+"""In the scene's pace, and of the coordinate's unit: how far apart poses are at which dead centres are looked for."""
 
 FARTHEST, MOST_STATIONS = 0.5, 200_000
 """Of the coordinate's unit: poses farther apart get others between them, up to so many."""
