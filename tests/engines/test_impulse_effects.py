@@ -11,13 +11,14 @@ import pytest
 import governor_mechanism as gm
 from governor_mechanism.effects import DryFriction, Gravity, OilBrake, Play, SpringOn, Stops
 from governor_mechanism.engines import ImpulseEngine
+from governor_mechanism.engines.chipmunk.compare import compare
 from governor_mechanism.errors import UnsupportedEffect
 from governor_mechanism.joints import GROUND, Pin, Point, Slider
 from governor_mechanism.machines import MACHINES
 from governor_mechanism.mechanism import Body, BodyAngle, Coordinate, LineAngle, Mechanism, SecondMoments
 from governor_mechanism.programs import Program
 from governor_mechanism.scene import FIXED, Part, RunSettings, Scene, Spindle, Start
-from governor_mechanism.trajectory import Outcome
+from governor_mechanism.trajectory import Event, Outcome
 from scenes import PORTER, governor_scene, random_governor
 
 SPRING = SpringOn(reading="sleeve_lift", rate=800.0, preload=20.0, zero=0.1)
@@ -299,3 +300,12 @@ def test_friction_on_a_line_between_two_bodies_is_refused():
 def test_the_plain_way_has_no_friction():
     with pytest.raises(UnsupportedEffect, match="leave plain=True out"):
         ImpulseEngine(step=1e-3, plain=True).run(porter(rub(10.0)))
+
+
+def test_a_time_between_the_last_march_s_strike_and_the_extrapolated_one_is_told_from_the_wrong_side():
+    """Marches that strike at 1 - h^2 strike at 1: what the last one reports just before that has struck already."""
+    marches = [[Event(time=1 - h**2, kind="strikes its stop", subject="way")] for h in (0.04, 0.02, 0.01)]
+    found = compare(marches, 2.0)
+    assert found.events[0].time == pytest.approx(1.0, abs=1e-12)
+    assert found.early(np.array([0.9998, 1.1])) == 0.0
+    assert found.early(np.array([0.9998, 0.99995, 1.1])) == pytest.approx(1e-4)

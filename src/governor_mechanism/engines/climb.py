@@ -202,8 +202,9 @@ class Climb:
         near = happened.near(states[1].times, self.task.accuracy * self.reporter.time_scale)
         worse, better = (self.reporter.report(state.at(np.flatnonzero(~near))) for state in states)
         errors = self.reporter.errors(better, worse)
-        estimate = max(self.reporter.relative(errors), happened.late / self.reporter.time_scale)
-        errors["event times"] = happened.late
+        late = max(happened.late, happened.early(states[1].times[~near]))
+        estimate = max(self.reporter.relative(errors), late / self.reporter.time_scale)
+        errors["event times"] = late
         return Best(states[1], report, errors, estimate, level, ending, happened, int(near.sum()))
 
     def trajectory(self, best: Best, wall_time: float) -> Trajectory:

@@ -19,11 +19,15 @@ DOUBT = 0.01
 
 @dataclass(frozen=True)
 class Happened:
-    """Events at their extrapolated times; between which times (s) the marches passed each strike; how late (s) events
-    may be."""
+    """Events at their extrapolated times, and how late (s) they may be.
+
+    strikes: between which times (s) the marches passed each strike; passed: between that of the last march, and the
+    extrapolated one.
+    """
 
     events: tuple[Event, ...] = ()
     strikes: tuple[tuple[float, float], ...] = ()
+    passed: tuple[tuple[float, float], ...] = ()
     late: float = 0.0
 
     def near(self, times: Array, apart: float) -> NDArray[np.bool_]:
@@ -32,6 +36,11 @@ class Happened:
         for event in self.events:
             found |= np.abs(times - event.time) <= apart
         return found
+
+    def early(self, times: Array) -> float:
+        """How far (s) the last march is off at a strike that it, or the motion, is beyond at one of these times (n,) s
+        and the other is not: what is told of that time is of the wrong side."""
+        return max((high - low for low, high in self.passed if np.any((times >= low) & (times <= high))), default=0.0)
 
     def between(self, times: Array) -> NDArray[np.bool_] | None:
         """Which times (n,) s lie where some marches have struck a stop and others not yet; None for none."""
@@ -43,8 +52,8 @@ class Happened:
 
 def compare(marches: Sequence[Sequence[Event]], end: float) -> Happened:
     """The events of the last march up to `end` (s), extrapolated from the nearest of their kind in those before."""
-    finest, strikes, late = marches[-1], [], 0.0
-    found = []
+    finest, late = marches[-1], 0.0
+    found, strikes, passed = [], [], []
     for event in finest:
         times = [_nearest(event, others) for others in marches]
         known = [time for time in times if time is not None]
@@ -53,6 +62,8 @@ def compare(marches: Sequence[Sequence[Event]], end: float) -> Happened:
         if len(known) < len(marches):
             late = max(late, end - event.time)
         extrapolated = [fine + (fine - coarse) / 3 for coarse, fine in pairwise(known)]
+        if event.kind == STRIKES and extrapolated:
+            passed.append((min(known[-1], extrapolated[-1]), max(known[-1], extrapolated[-1])))
         found.append(replace(event, time=extrapolated[-1] if extrapolated else event.time))
         if len(extrapolated) > 1:
             late = max(late, abs(extrapolated[-1] - extrapolated[-2]), DOUBT * abs(known[-1] - known[-2]))
@@ -61,7 +72,7 @@ def compare(marches: Sequence[Sequence[Event]], end: float) -> Happened:
             time = _nearest(event, finest)
             if len(others) != len(finest):
                 late = max(late, end - event.time if time is None else abs(time - event.time))
-    return Happened(tuple(found), tuple(strikes), late)
+    return Happened(tuple(found), tuple(strikes), tuple(passed), late)
 
 
 def _nearest(event: Event, others: Sequence[Event]) -> float | None:
