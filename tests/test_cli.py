@@ -243,6 +243,17 @@ def test_accuracy_is_measured_told_drawn_and_given_as_json(tmp_path):
     assert [Path(path).suffix for path in answer["files"]] == [".csv", ".json"]
 
 
+def test_an_error_less_than_can_be_told_is_answered_after_all_that_was_found(tmp_path):
+    """A scene whose name has a point in it keeps all of its name."""
+    scene = short_scene(tmp_path).rename(tmp_path / "my.v1.toml")
+    result = call("accuracy", str(scene), "--for", "1e-15", "--longest", "0.02", "--out", str(tmp_path / "out"))
+    assert result.exit_code == 1
+    assert "multibody             tolerance" in result.stdout
+    assert "the reference is good to" in result.stdout
+    names = sorted(path.name for path in (tmp_path / "out").iterdir())
+    assert names == [f"my.v1_accuracy.{kind}" for kind in ("csv", "json", "png")]
+
+
 def test_an_accuracy_that_is_none_is_refused_before_anything_runs(tmp_path):
     result = call("accuracy", "porter", "--for", "2", "--out", str(tmp_path / "out"))
     assert result.exit_code == 2

@@ -25,7 +25,7 @@ def accuracy(
     wanted: Annotated[
         float | None, typer.Option("--for", help="An error, relative to each reading's scale: what reaches it soonest.")
     ] = None,
-    longest: Annotated[float, typer.Option(help="Seconds that one setting may take.")] = 1.0,
+    longest: Annotated[float, typer.Option(help="Seconds that one setting may take, the reference not.")] = 1.0,
     out: FigureFolder = RESULTS,
     no_figure: NoFigure = False,
     as_json: AsJson = False,
@@ -40,14 +40,15 @@ def accuracy(
     opened = gm.load(scene)
     with progress_bar("accuracy") as progress:
         study = gm.accuracy_study(opened, longest, progress)
-    stem = out / f"{Path(opened.source).stem or 'scene'}_accuracy"
-    files = [study.save_csv(stem.with_suffix(".csv")), study.save_json(stem.with_suffix(".json"))]
-    reached = wanted is None or study.cheapest_for(wanted) is not None
-    advice = None if wanted is None else study.advice(wanted)
+    stem = f"{Path(opened.source).stem or 'scene'}_accuracy"
+    files = [study.save_csv(out / f"{stem}.csv"), study.save_json(out / f"{stem}.json")]
+    told = wanted is None or wanted >= study.reference.floor
+    reached = wanted is None or (told and study.cheapest_for(wanted) is not None)
+    advice = None if wanted is None else study.advice(wanted) if told else study.too_fine(wanted)
     if not no_figure:
         from governor_mechanism.render.accuracy import accuracy_figure
 
-        files.append(accuracy_figure(study, stem.with_suffix(".png"), wanted))
+        files.append(accuracy_figure(study, out / f"{stem}.png", wanted if told else None))
     if as_json:
         asked = {} if wanted is None else {"for": wanted, "advice": advice, "reached": reached}
         print_json({**study.as_json(), **asked, "files": [str(path) for path in files]})

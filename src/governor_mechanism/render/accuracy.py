@@ -29,6 +29,9 @@ WIDTH, HEIGHT, DPI = 8.4, 5.6, 100
 TALL = 0.75
 """Of the figure's height: that of the axes."""
 
+LONG = 60
+"""Letters of a scene's title that fit in a line; longer ones are written smaller."""
+
 LETTER = 0.56
 """Of the size of type: how wide a letter is, or a little less."""
 
@@ -55,7 +58,7 @@ def accuracy_figure(study: AccuracyStudy, path: str | os.PathLike[str], wanted: 
         raise MechanismError(f"a figure's name must end in .png; got {target.name!r}")
     figure = Figure(figsize=(WIDTH, HEIGHT), dpi=DPI, facecolor=PAPER)
     axes = figure.add_axes((0.095, 0.105, 0.875, TALL))
-    _dress(axes, study)
+    _dress(axes, study, wanted)
     shown = [variant for variant in study.variants if variant.points]
     lines = []
     for variant in shown:
@@ -70,7 +73,8 @@ def accuracy_figure(study: AccuracyStudy, path: str | os.PathLike[str], wanted: 
     if wanted is not None:
         _mark_wanted(axes, study, wanted, room)
     _name_lines(axes, shown, study, room)
-    title = figure.text(0.02, 0.945, f"{study.scene.title}: error against time", fontsize=14, va="center")
+    size = min(14.0, 14.0 * LONG / len(study.scene.title)) if study.scene.title else 14.0
+    title = figure.text(0.02, 0.945, f"{study.scene.title}: error against time", fontsize=size, va="center")
     title.set(color=INK, fontfamily=SERIF, parse_math=False)
     beneath = figure.text(0.02, 0.895, _reference(study), fontsize=8, va="center", color=QUIET, fontfamily=SANS)
     beneath.set_parse_math(False)
@@ -83,9 +87,7 @@ def accuracy_figure(study: AccuracyStudy, path: str | os.PathLike[str], wanted: 
 def _reference(study: AccuracyStudy) -> str:
     reference = study.reference
     told = f"against {reference.engine} at tolerance {reference.tolerance:g}, good to {reference.error:.0e}"
-    if reference.confirmed is None:
-        return f"{told}; no other engine confirms it"
-    return f"{told}; {reference.confirmed_by} confirms it to {reference.confirmed:.0e}"
+    return f"{told}; {reference.confirmation}"
 
 
 def _height(point: Point, study: AccuracyStudy) -> float:
@@ -170,9 +172,9 @@ def _mark_wanted(axes: Axes, study: AccuracyStudy, wanted: float, room: Room) ->
         room.put(spoken_time(point.seconds), x, y, INK, 8.5, BELOW)
 
 
-def _dress(axes: Axes, study: AccuracyStudy) -> None:
+def _dress(axes: Axes, study: AccuracyStudy, wanted: float | None) -> None:
     seconds = [1e3 * point.seconds for point in study.points] or [1.0, 10.0]
-    errors = [_height(point, study) for point in study.points] or [1.0]
+    errors = [*(_height(point, study) for point in study.points), *([] if wanted is None else [wanted])] or [1.0]
     floor = study.reference.floor
     axes.set_facecolor(PAPER)
     axes.set_xscale("log")

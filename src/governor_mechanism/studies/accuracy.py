@@ -39,8 +39,14 @@ LONGEST = 1.0
 TIMING, FEWEST_REPEATS, MOST_REPEATS = 0.15, 3, 7
 """Seconds in which a setting is run again and again, how often in any case, and how often at most."""
 
-WHOLE = 8.0
-"""So many times the longest setting may a ladder take."""
+CONFIRMS = 1e-3
+"""An engine that comes no nearer to the reference than this confirms nothing."""
+
+FEW = 0.5
+"""Where less than this part of the time is reached, times are laid closer."""
+
+LOST = 1.0
+"""Machine sizes: bodies whose joints are open by more are lost."""
 
 MISSES, FALLS = 2, 0.95
 """After so many settings in a row that are not better by this factor than the best, or one whose joints close no
@@ -50,8 +56,11 @@ better, a ladder of steps goes on with more iterations of the joint solver, and 
 CLOSED = 1e-11
 """Machine sizes: a joint open by less than this is open by rounding."""
 
-RAISED = 4
-"""How many times more iterations of the joint solver it goes on with."""
+RAISED, MOST_RAISED = 4, 64
+"""How many times more iterations of the joint solver it goes on with, each time and in all."""
+
+SAME = 1e-6
+"""Settings whose errors differ by no more, and that take as many evaluations, gave the same run."""
 
 NEAR_EVENTS = 0.1
 """In time scales: samples nearer to an event than it is late are left out, up to this."""
@@ -82,6 +91,9 @@ def accuracy_study(
     samples = min(len(reported_times(scene)) - 1, MOST_SAMPLES)
     times = np.linspace(0.0, scene.run.duration, samples + 1)
     bench = Bench(scene, times, float(longest))
+    ended = bench.best.message if bench.best.outcome is Outcome.LEFT_RANGE else ""
+    if ended and len(bench.best.times) < FEW * len(times):
+        bench = Bench(scene, np.linspace(0.0, bench.best.times[-1], samples + 1), float(longest))
     ladders = list(ladders_of(scene))
     total = sum(len(ladder.rungs) for ladder in ladders)
     done = 0
@@ -101,7 +113,7 @@ def accuracy_study(
         variants=tuple(variants),
         samples=len(bench.best.times),
         time_scale=bench.time_scale,
-        ended=bench.best.message if bench.best.outcome is Outcome.LEFT_RANGE else "",
+        ended=ended,
     )
 
 
@@ -147,15 +159,14 @@ class Bench:
         """A ladder run up to where it is not worth going on."""
         refused = ladder.rungs[0][1].refusal(self.scene)
         points: list[Point] = []
-        notes: list[str] = []
-        started, missed, within, raised = time.perf_counter(), 0, None, 1
+        notes: dict[str, list[str]] = {}
+        missed, within, raised = 0, None, 1
         for rung, (setting, engine) in enumerate(() if refused else ladder.rungs):
             tell(rung)
             if isinstance(engine, ImpulseEngine) and raised > 1:
                 engine = replace(engine, iterations=raised * engine.iterations)
             growth = 2.0 if ladder.stepped else 1.0
-            too_long = time.perf_counter() - started > WHOLE * self.longest
-            if too_long or (points and growth * points[-1].seconds > self.longest):
+            if points and growth * points[-1].seconds > self.longest:
                 within = self.longest
                 break
             before = time.perf_counter()
@@ -165,11 +176,12 @@ class Bench:
                 if not points:
                     refused = str(error)
                     break
-                found = f"{setting}: {error}"
+                found = str(error)
             if found is None:
                 continue
             if isinstance(found, str):
-                notes.append(found)
+                notes.setdefault(found, []).append(setting)
+                raised *= RAISED if ladder.stepped and raised < MOST_RAISED else 1
                 if growth * (time.perf_counter() - before) > self.longest:
                     within = self.longest
                     break
@@ -178,14 +190,15 @@ class Bench:
             points.append(found)
             if found.reach < max(self.reference.floor, self.enough):
                 break
-            missed = 0 if found.reach < FALLS * best or best > SMALL else missed + 1
-            if ladder.stepped and missed and (missed == MISSES or not _closing(points)):
-                missed, raised = 0, RAISED * raised
-                if raised * ImpulseEngine.iterations > ImpulseEngine.max_iterations:
+            closing = len(points) < 2 or _closing(points)
+            missed = 0 if found.reach < FALLS * best or (best > SMALL and closing) else missed + 1
+            if ladder.stepped and missed and (missed == MISSES or not closing):
+                if raised >= MOST_RAISED:
                     break
+                missed, raised = 0, RAISED * raised
         order = _order(points, self.reference.floor) if ladder.stepped else None
         return Variant(
-            name=ladder.name, points=tuple(points), order=order, refused=refused, notes=tuple(notes), within=within
+            name=ladder.name, points=tuple(points), order=order, refused=refused, notes=_told(notes), within=within
         )
 
     def _point(self, variant: str, setting: str, engine: Engine, last: Point | None) -> Point | str | None:
@@ -193,16 +206,20 @@ class Bench:
         run, first = self._once(engine)
         shortfall = self._shortfall(run)
         if shortfall:
-            return f"{setting}: {shortfall}"
+            return shortfall
         if run.cost.iterations > ImpulseEngine.iterations:
             setting = f"{setting}, {run.cost.iterations} iterations"
         errors, late = self._compared(run)
         gap = float(np.max(run.joint_gap)) / self.size
-        if not all(map(math.isfinite, (*errors.values(), gap, run.energy.drift))):
-            return f"{setting}: its bodies are lost"
+        if not all(map(math.isfinite, (*errors.values(), run.energy.drift))) or not gap < LOST:
+            return "its bodies are lost"
         worst = max(errors, key=lambda name: errors[name])
         evaluations = run.cost.evaluations.get("equations of motion", run.cost.steps)
-        if last is not None and (evaluations, errors[worst]) == (last.evaluations, last.error):
+        if (
+            last is not None
+            and evaluations == last.evaluations
+            and math.isclose(errors[worst], last.error, rel_tol=SAME)
+        ):
             return None
         seconds, repeats = self._timed(engine, first)
         return Point(
@@ -267,6 +284,14 @@ class Bench:
         return errors, late
 
 
+def _told(notes: Mapping[str, list[str]]) -> tuple[str, ...]:
+    """A sentence for each reason, with the settings it is true of."""
+    return tuple(
+        f"{settings[0]}{f' to {settings[-1]}' if len(settings) > 1 else ''}: {reason}"
+        for reason, settings in notes.items()
+    )
+
+
 def _closing(points: list[Point]) -> bool:
     """Whether joints still close better with shorter steps; by a quarter, where the step alone keeps them open."""
     before, after = points[-2].joint_gap, points[-1].joint_gap
@@ -296,4 +321,8 @@ def _confirmed(reference: Reference, variants: list[Variant]) -> Reference:
         return reference
     found = [variant.best for variant in variants if variant.name.startswith("impulse") and variant.best]
     best = min(found, key=lambda point: point.reach, default=None)
-    return reference if best is None else replace(reference, confirmed_by=best.variant, confirmed=best.reach)
+    return (
+        reference
+        if best is None or best.reach > CONFIRMS
+        else replace(reference, confirmed_by=best.variant, confirmed=best.reach)
+    )

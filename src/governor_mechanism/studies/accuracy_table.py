@@ -8,8 +8,10 @@ from __future__ import annotations
 import csv
 import json
 import math
+import os
 from collections.abc import Iterator, Mapping
 from dataclasses import asdict, dataclass
+from numbers import Real
 from pathlib import Path
 from typing import Any
 
@@ -76,6 +78,7 @@ class Variant:
 
     def cheapest_for(self, error: float) -> Point | None:
         """The quickest setting within an error; None where none is."""
+        require_error(error)
         return min(
             (point for point in self.points if point.reach <= error), key=lambda point: point.seconds, default=None
         )
@@ -113,10 +116,15 @@ class Reference:
 
     def __str__(self) -> str:
         told = f"reference: {self.engine}, tolerance {self.tolerance:g}, by its own estimate within {self.estimate:.1e}"
+        return f"{told}; {self.confirmation}"
+
+    @property
+    def confirmation(self) -> str:
+        """How far another engine confirms it."""
         if self.confirmed is None:
-            return f"{told}; no other engine confirms it"
-        alone = " (errors below rest on that estimate alone)" if self.confirmed > self.floor else ""
-        return f"{told}; {self.confirmed_by} confirms it to {self.confirmed:.1e}{alone}"
+            return "no other engine confirms it"
+        alone = ", below which its own estimate stands alone" if self.confirmed > self.floor else ""
+        return f"{self.confirmed_by} confirms it to {self.confirmed:.1e}{alone}"
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -206,8 +214,9 @@ class AccuracyStudy:
             "variants": variants,
         }
 
-    def save_csv(self, path: Path) -> Path:
+    def save_csv(self, path: str | os.PathLike[str]) -> Path:
         """A row for each setting, SI."""
+        path = Path(path)
         with written_beside(path) as temporary, temporary.open("w", newline="", encoding="utf-8") as stream:
             writer = csv.writer(stream)
             writer.writerow(COLUMNS)
@@ -216,8 +225,9 @@ class AccuracyStudy:
                 writer.writerow("" if cell is None else cell for cell in cells)
         return path
 
-    def save_json(self, path: Path) -> Path:
+    def save_json(self, path: str | os.PathLike[str]) -> Path:
         """All of it."""
+        path = Path(path)
         with written_beside(path) as temporary:
             temporary.write_text(json.dumps(self.as_json(), indent=2, allow_nan=False) + "\n", encoding="utf-8")
         return path
@@ -225,10 +235,14 @@ class AccuracyStudy:
     def _require(self, error: float) -> None:
         require_error(error)
         if error < self.reference.floor:
-            raise MechanismError(
-                f"the reference is good to {self.reference.error:.1e}, which tells errors from "
-                f"{self.reference.floor:.1e} on; {error:g} is less"
-            )
+            raise MechanismError(self.too_fine(error))
+
+    def too_fine(self, error: float) -> str:
+        """Why an error is less than can be told, in a sentence."""
+        return (
+            f"the reference is good to {self.reference.error:.1e}, which tells errors from "
+            f"{self.reference.floor:.1e} on; {error:g} is less"
+        )
 
     @property
     def _wide(self) -> int:
@@ -275,7 +289,7 @@ COLUMNS = (
 
 def require_error(error: float) -> None:
     """Raise MechanismError for what is no error to ask for."""
-    if not (isinstance(error, int | float) and 0 < error < 1):
+    if not (isinstance(error, Real) and 0 < error < 1):
         raise MechanismError(f"an error to ask for lies between 0 and 1, as 1e-6; got {error!r}")
 
 
