@@ -33,6 +33,7 @@ benchmark: $(VENV)/installed-test
 	$(BIN)/python benchmarks/effects.py
 	$(BIN)/python benchmarks/film.py
 	$(BIN)/python benchmarks/commands.py
+	$(BIN)/python benchmarks/growth.py
 	$(BIN)/python benchmarks/certificates.py
 	$(BIN)/python benchmarks/peers.py
 
