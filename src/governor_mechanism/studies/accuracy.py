@@ -22,7 +22,7 @@ from governor_mechanism.equations.points import Array
 from governor_mechanism.equations.scales import time_scale
 from governor_mechanism.errors import GovernorMechanismError, MechanismError
 from governor_mechanism.scene import Scene
-from governor_mechanism.studies.accuracy_ladders import Ladder, ladders_of
+from governor_mechanism.studies.accuracy_ladders import Ladder, ladders_of, spoken_step
 from governor_mechanism.studies.accuracy_table import AccuracyStudy, Point, Reference, Variant
 from governor_mechanism.studies.fitting import Fitted, slope
 from governor_mechanism.trajectory import Outcome, Trajectory
@@ -207,6 +207,8 @@ class Bench:
         shortfall = self._shortfall(run)
         if shortfall:
             return shortfall
+        if isinstance(engine, ImpulseEngine):  # steps end at reported times, and may be shorter than was asked
+            setting = spoken_step(run.cost.step * 2 ** (engine.levels - 1))
         if run.cost.iterations > ImpulseEngine.iterations:
             setting = f"{setting}, {run.cost.iterations} iterations"
         errors, late = self._compared(run)

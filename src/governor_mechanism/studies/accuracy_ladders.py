@@ -34,7 +34,7 @@ def ladders_of(scene: Scene) -> Iterator[Ladder]:
 
     def stepped(name: str, engine: ImpulseEngine) -> Ladder:
         steps = [share * time_scale(scene) for share in STEPS]
-        return Ladder(name, tuple((f"step {_spoken(h)}", replace(engine, step=h)) for h in steps), stepped=True)
+        return Ladder(name, tuple((spoken_step(h), replace(engine, step=h)) for h in steps), stepped=True)
 
     yield toleranced(ReducedEngine)
     yield toleranced(MultibodyEngine)
@@ -43,5 +43,6 @@ def ladders_of(scene: Scene) -> Iterator[Ladder]:
     yield stepped("impulse plain", ImpulseEngine(step=1.0, plain=True))
 
 
-def _spoken(step: float) -> str:
-    return f"{step * 1e3:.3g} ms" if step >= 1e-4 else f"{step * 1e6:.3g} µs"
+def spoken_step(step: float) -> str:
+    """As 'step 2.5 ms', 'step 78 µs'."""
+    return f"step {step * 1e3:.3g} ms" if step >= 1e-4 else f"step {step * 1e6:.3g} µs"
