@@ -13,6 +13,7 @@ import tempfile
 import time
 from collections.abc import Callable
 from dataclasses import replace
+from pathlib import Path
 from typing import Any
 
 import numpy as np
@@ -23,9 +24,11 @@ from scipy.integrate import solve_ivp
 import governor_mechanism as gm
 from governor_mechanism.engines import MultibodyEngine
 from governor_mechanism.engines.dop853_tableau import ERROR_3, ERROR_5, STAGES, WEIGHTS
-from governor_mechanism.joints import GROUND, Pin, Point
-from governor_mechanism.mechanism import Body, BodyAngle, Mechanism, SecondMoments
-from governor_mechanism.scene import FIXED, Part, RunSettings, Scene, Spindle, Start
+from governor_mechanism.joints import GROUND
+from governor_mechanism.scene import Scene
+
+sys.path.insert(0, str(Path(__file__).resolve().parents[1] / "tests"))
+from chains import hanging_chain
 
 Array = NDArray[np.float64]
 END = 10.0
@@ -214,37 +217,11 @@ def long_chains() -> None:
     """Hanging chains of more and more rods: what an evaluation costs each rod."""
     print("| rods in a chain | µs an evaluation | µs a rod |\n|---|---|---|")
     for count in (5, 20, 80):
-        run = MultibodyEngine(tolerance=1e-6).run(chain(count), certify=False)
+        run = MultibodyEngine(tolerance=1e-6).run(hanging_chain(count, 0.2, 0.1), certify=False)
         evaluations = run.cost.evaluations["equations of motion"]
         each = run.cost.wall_time / evaluations * 1e6
         print(f"| {count} | {each:.1f} | {each / count:.2f} |")
     print()
-
-
-def chain(count: int) -> Scene:
-    """Rods of 0.1 m, pinned end to end and to the ground, let go at a slant."""
-    length, lean = 0.1, -1.2
-    bodies = tuple(Body(name=f"{k}", mass=0.1, moments=SecondMoments(xx=0.1 * length**2 / 12)) for k in range(count))
-    ends = [Point(body=GROUND), *(Point(body=body.name, x=length / 2) for body in bodies)]
-    joints = tuple(
-        Pin(name=body.name, first=end, second=Point(body=body.name, x=-length / 2))
-        for body, end in zip(bodies, ends, strict=False)
-    )
-    sketch = tuple(
-        ((k + 0.5) * length * math.cos(lean), (k + 0.5) * length * math.sin(lean), lean) for k in range(count)
-    )
-    mechanism = Mechanism(
-        bodies=bodies,
-        joints=joints,
-        readings=(BodyAngle(name="lean", quantity="angle", body="0"),),
-        coordinate="lean",
-        size=length,
-        sketch=sketch,
-    )
-    part = Part(name="chain", machine="custom", dimensions={}, mechanism=mechanism, plane=FIXED)
-    effects = gm.load("porter").effects[:1]
-    run = RunSettings(duration=0.2, every=0.1)
-    return Scene(title="chain", parts=(part,), effects=effects, spindle=Spindle(), start=Start(), run=run)
 
 
 def compiling() -> None:

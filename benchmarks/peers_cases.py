@@ -163,7 +163,7 @@ duration = 5
 
 
 def cases() -> tuple[Case, ...]:
-    """What the issue of this benchmark asks for."""
+    """The four cases."""
     porter = gm.load("porter")
     # The speed at which a sleeve 400 times as heavy as a ball rests at the same angle.
     speed = porter.spindle.speeds[0] * math.sqrt((1 + 400) / (1 + 4))
