@@ -14,6 +14,7 @@ from certifying import Measured, Truth, accuracies, held_against, measured, sudd
 from governor_mechanism.effects import BellCranks, DryFriction, Effect, Masses, OilBrake, Play, Rods, SpringOn, Stops
 from governor_mechanism.engines import MultibodyEngine, ReducedEngine
 from governor_mechanism.scene import FreeSpindle
+from governor_mechanism.trajectory import Outcome
 from random_machines import MACHINES
 from random_scenes import Drawn, random_scene
 
@@ -124,3 +125,23 @@ def test_every_machine_and_effect_is_drawn_and_little_is_refused():
     assert any(not isinstance(spindle, FreeSpindle) and len(spindle.times) > 2 for spindle in turned)
     assert len({type(effect) for one in every for effect in one.scene.acting if len(one.scene.acting) == 1}) == 4
     assert sum(len(one.refused) for one in every) < 0.2 * DRAWN
+
+
+# --- what it has taught -----------------------------------------------------------------------------------------------
+
+
+def test_at_its_own_dead_centre_a_rubbed_reading_is_not_held_and_does_not_hold_up_the_run():
+    """The mechanism carries it on, whatever force acts along it; it had been held there, step after tiny step."""
+    drawn = random_scene(192, 2)
+    assert any(isinstance(effect, DryFriction) for effect in drawn.scene.acting)
+    run = MultibodyEngine(max_steps=2000).run(drawn.scene, accuracy=1e-7)
+    assert run.outcome is Outcome.DONE
+    assert run.energy.drift < 1e-6
+    assert run.energy.dissipated[-1] > 0
+
+
+def test_a_coordinate_that_comes_to_its_dead_centre_within_rounding_ends_the_run_by_name():
+    scene = random_scene(108, 2).scene
+    run = ReducedEngine(max_steps=2000).run(scene, accuracy=1e-6)
+    assert run.outcome is Outcome.DEAD_CENTRE
+    assert MultibodyEngine(max_steps=2000).run(scene, accuracy=1e-6).outcome is Outcome.DONE

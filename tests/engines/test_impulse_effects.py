@@ -19,6 +19,7 @@ from governor_mechanism.mechanism import Body, BodyAngle, Coordinate, LineAngle,
 from governor_mechanism.programs import Program
 from governor_mechanism.scene import FIXED, Part, RunSettings, Scene, Spindle, Start
 from governor_mechanism.trajectory import Event, Outcome
+from random_scenes import random_scene
 from scenes import PORTER, governor_scene, random_governor
 
 SPRING = SpringOn(reading="sleeve_lift", rate=800.0, preload=20.0, zero=0.1)
@@ -309,3 +310,25 @@ def test_a_time_between_the_last_march_s_strike_and_the_extrapolated_one_is_told
     assert found.events[0].time == pytest.approx(1.0, abs=1e-12)
     assert found.early(np.array([0.9998, 1.1])) == 0.0
     assert found.early(np.array([0.9998, 0.99995, 1.1])) == pytest.approx(1e-4)
+
+
+def test_where_a_drive_turns_what_rubs_nothing_is_told_to_stick():
+    """A crosshead that a crank drives to and fro stands still for no time."""
+    scene = gm.load("slider_crank")
+    rubbed = replace(scene, effects=(*scene.effects, rub(20.0, "crosshead_distance")))
+    assert gm.run(rubbed, "multibody", accuracy=1e-6).events == ()
+    assert gm.run(rubbed, "impulse", accuracy=1e-4).events == ()
+
+
+def test_when_a_held_rod_slips_is_found_to_second_order():
+    """The lower of two rods is held by friction while the upper one swings on."""
+    scene = random_scene(167, 20261124).scene
+    times = [event.time for event in gm.run(scene, "multibody", accuracy=1e-10).events if event.kind == "slips"]
+    errors = []
+    for step in (5e-3, 2.5e-3, 1.25e-3, 6.25e-4):
+        run = ImpulseEngine(step=step, runs=1).run(scene, certify=False)
+        slips = [event.time for event in run.events if event.kind == "slips"]
+        assert len(slips) == len(times) == 1
+        errors.append(abs(slips[0] - times[0]))
+    assert errors[0] / errors[-1] > 4**2.5  # three halvings of order two make 64; the first of them are coarse
+    assert errors[-1] < 1e-6
