@@ -332,3 +332,24 @@ def test_when_a_held_rod_slips_is_found_to_second_order():
         errors.append(abs(slips[0] - times[0]))
     assert errors[0] / errors[-1] > 4**2.5  # three halvings of order two make 64; the first of them are coarse
     assert errors[-1] < 1e-6
+
+
+def test_what_rubs_elsewhere_turns_with_a_bounce_too():
+    """One freedom: friction of the arms shortens the sleeve's bounces as if it rubbed the sleeve."""
+    scene = porter(
+        rub(12.0, "arm_angle"), Stops(reading="sleeve_lift", low=0.08, restitution=0.6), speed=10.0, rate=0.0
+    )
+    true, run = gm.run(scene, "multibody", accuracy=1e-10), ImpulseEngine().run(scene, accuracy=1e-6)
+    rests = [[event.time for event in one.events if event.kind == "rests on its stop"] for one in (true, run)]
+    assert len(rests[0]) == len(rests[1]) == 1
+    assert rests[1] == pytest.approx(rests[0], abs=1e-8)  # the bounces left last some microseconds
+
+
+def test_a_sample_beside_a_strike_is_told_from_its_right_side():
+    """One lies some microseconds before a strike that all three marches have behind them by then."""
+    drawn = random_scene(62, 7)
+    run = ImpulseEngine().run(drawn.scene, accuracy=5.7e-5)
+    true = gm.run(drawn.scene, "multibody", accuracy=1e-10)
+    assert run.outcome is Outcome.DONE
+    for name, rates in true.rates.items():
+        assert np.max(np.abs(run.rates[name] - rates)) < 1e-4  # the lever is thrown back at 0.5 rad/s

@@ -31,6 +31,15 @@ def test_the_smallest_change_is_that_of_singular_values(seed):
     assert smallest_change(few, right[: MANY // 2]) == pytest.approx(np.linalg.pinv(few) @ right[: MANY // 2])
 
 
+def test_equations_that_nearly_depend_on_each_other_are_met_to_rounding():
+    """Two that differ by a ten-thousandth: products of rows lose eight digits, which are won back."""
+    rows, right, _ = chained(MANY, 3)
+    rows[41] = rows[40] + 1e-4 * rows[41]
+    found = smallest_change(rows, right)
+    assert rows @ found == pytest.approx(right, abs=1e-11)
+    assert found == pytest.approx(np.linalg.pinv(rows) @ right, rel=1e-8, abs=1e-8 * np.max(np.abs(found)))
+
+
 @pytest.mark.parametrize("seed", range(5))
 def test_the_lightest_change_is_that_of_lagrange(seed):
     rows, right, masses = chained(MANY, seed)

@@ -24,7 +24,6 @@ from governor_mechanism.engines.tables.way import Way
 from governor_mechanism.equations.assembly import Assembler
 from governor_mechanism.equations.compiled import announce
 from governor_mechanism.equations.readings import measure
-from governor_mechanism.equations.scales import pace
 from governor_mechanism.errors import MechanismError
 from governor_mechanism.joints import ALL_JOINTS, Joint
 from governor_mechanism.scene import Scene
@@ -38,7 +37,7 @@ PATIENCE = 4
 """So many tighter certificates that are no better are believed; one may be bad luck."""
 
 LONGEST_STATION = 0.25
-"""In the scene's pace, and of the coordinate's unit: how far apart poses are at which dead centres are looked for."""
+"""In time scales, and of the coordinate's unit: how far apart the poses are at which dead centres are looked for."""
 
 FARTHEST, MOST_STATIONS = 0.5, 200_000
 """Of the coordinate's unit: poses farther apart get others between them, up to so many."""
@@ -210,7 +209,7 @@ class Follower:
         """States near enough to each other that nothing is passed unseen, and what lies between; ridden anew."""
         end = best.state.times[-1:]
         breaks = np.unique(np.concatenate([curve.breaks for curve in best.rider.way.curves]))
-        times = make_grid(end, breaks, np.inf, LONGEST_STATION * pace(self.scene)).stations
+        times = make_grid(end, breaks, np.inf, LONGEST_STATION * self.reporter.time_scale).stations
         while True:
             rider = Rider(best.rider.way, self.reporter, self.start, times, self.engine.max_steps)
             ridden = rider.ridden(best.tolerance)

@@ -30,7 +30,7 @@ from governor_mechanism.scene import Scene
 from governor_mechanism.trajectory import Event
 
 LONGEST_STATION = 0.25
-"""In the scene's pace: how far apart the poses are at which limits are watched."""
+"""In time scales: how far apart the poses are at which limits are watched."""
 
 LONGEST_STEP = 2.5
 """In the scene's pace: no step is longer, whatever the tolerance."""
@@ -70,7 +70,7 @@ class Stepper:
         self.closed = CLOSED * reporter.mechanism.size
         breaks = np.unique(np.concatenate([curve.breaks for curve in self.curves]))
         self._pace = pace(scene)
-        longest = LONGEST_STATION * self._pace
+        longest = LONGEST_STATION * reporter.time_scale
         self.grid = make_grid(times[times <= longest * max_steps], breaks, np.inf, longest)
         inner = breaks[(breaks > 0) & (breaks < self.grid.stations[-1])]
         self.knots = np.concatenate([[0.0], inner, self.grid.stations[-1:]])
@@ -95,7 +95,8 @@ class Stepper:
         stations, state = self.grid.stations, self.start.copy()
         found = np.empty((len(stations), state.size))
         found[0], filled, code = state, 1, DONE
-        step, seconds = FIRST_STEP * longest * self.reporter.time_scale, longest * self._pace
+        seconds = longest * self._pace
+        step = FIRST_STEP * seconds
         counts = np.zeros(COUNTS, dtype=np.int64)
         implicit: Implicit | None = None
         for start, end in pairwise(self.knots.tolist()):

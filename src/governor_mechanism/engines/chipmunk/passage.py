@@ -289,10 +289,11 @@ class Passage:
     def _returning(self, k: int, side: int, h: float) -> float:
         """The acceleration towards its stop of what comes back to it, with friction against that."""
         acting, at = self._walk.acting, self._keeping.at[k]
-        sign = acting.sliding[k]
-        acting.sliding[k] = -sign
+        onward = acting.sliding
+        alone = not self._walk.one_freedom  # else all that rubs goes back with it
+        acting.sliding = [sign if alone and other != k else -sign for other, sign in enumerate(onward)]
         self._walk.start(h)
         after = acting.rates(self._walk.assembly.velocities())
-        acting.sliding[k] = sign
+        acting.sliding = onward
         self._walk.start(h)
         return side * float(after[at] - self._walk.here.rates[at]) / (0.5 * h)

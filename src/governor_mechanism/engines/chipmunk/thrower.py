@@ -24,7 +24,8 @@ class Thrower:
         masses = np.array([[b.mass, b.mass, b.moments.xx + b.moments.yy] for b in mechanism.bodies])
         self._masses: Array = masses.ravel()[self._assembler.free]
         self._equations = len(self._assembler.equations.owner)
-        self._independent = int(self._assembler.free.sum()) - self._assembler.mobility == self._equations
+        self.mobility = self._assembler.mobility
+        self._independent = int(self._assembler.free.sum()) - self.mobility == self._equations
 
     def thrown(self, time: float, poses: Array, velocities: Array, gradients: Array, rates: Array) -> Array:
         """Velocities (bodies, 3) from others at poses (bodies, 3), readings with gradients (readings, bodies, 3) having

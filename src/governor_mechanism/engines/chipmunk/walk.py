@@ -48,6 +48,11 @@ class Walk:
         moving, values = self._carried(start[1]), self.acting.values
         self.here = Instant(0.0, assembly.poses(), moving, values, self.acting.rates(moving), clock.so_far(), 0.0)
 
+    @property
+    def one_freedom(self) -> bool:
+        """Whether one coordinate settles how everything moves."""
+        return self._thrower.mobility == 1
+
     def value(self, at: int) -> float:
         """Value (m or rad) of a reading."""
         return float(self.here.values[at])
