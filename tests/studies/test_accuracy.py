@@ -12,7 +12,7 @@ import pytest
 import governor_mechanism as gm
 from governor_mechanism.engines import MultibodyEngine
 from governor_mechanism.render.accuracy import accuracy_figure
-from governor_mechanism.studies.accuracy import _order
+from governor_mechanism.studies.accuracy import _confirmed, _order
 from governor_mechanism.studies.accuracy_table import COLUMNS
 
 NAMES = ["reduced", "multibody", "impulse extrapolated", "impulse staggered", "impulse plain"]
@@ -53,6 +53,15 @@ def test_the_reference_is_two_decades_better_and_another_engine_confirms_it(stud
     assert reference.confirmed < 1e-11
     assert reference.error == max(reference.estimate / 10, reference.confirmed) < 1e-11
     assert reference.floor == pytest.approx(100 * reference.error)
+
+
+def test_an_engine_that_is_far_off_confirms_nothing(study):
+    alone = replace(study.reference, confirmed=None, confirmed_by="")
+    variant = study.variant("impulse extrapolated")
+    assert _confirmed(alone, [variant]).confirmed == variant.best.reach
+    rough = replace(variant, points=tuple(replace(point, reach=0.04) for point in variant.points))
+    assert _confirmed(alone, [rough]) == alone
+    assert "no other engine confirms it" in str(_confirmed(alone, [rough]))
 
 
 def test_errors_fall_along_a_ladder(study):
