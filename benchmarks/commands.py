@@ -10,7 +10,7 @@ import sys
 import tempfile
 import time
 
-COMMAND = [sys.executable, "-m", "governor_mechanism.cli"]
+COMMAND = [sys.executable, "-m", "governor_mechanism.cli.main"]
 REPEATS = 5
 
 

@@ -9,11 +9,15 @@ from collections.abc import Mapping
 from dataclasses import replace
 
 import governor_mechanism as gm
-from governor_mechanism.effects import DryFriction, Effect, OilBrake, SpringOn, Stops
+from governor_mechanism.effects.dashpot import OilBrake
+from governor_mechanism.effects.dry_friction import DryFriction
+from governor_mechanism.effects.spring import SpringOn
+from governor_mechanism.effects.stops import Stops
 from governor_mechanism.engines import MultibodyEngine
-from governor_mechanism.programs import Program
-from governor_mechanism.scene import Scene, Spindle
-from governor_mechanism.trajectory import Trajectory
+from governor_mechanism.model.effect import Effect
+from governor_mechanism.model.scene import Scene, Spindle
+from governor_mechanism.model.time_functions import Program
+from governor_mechanism.model.trajectory import Trajectory
 
 ACCURACY, REPEATS = 1e-8, 7
 

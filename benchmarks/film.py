@@ -14,10 +14,10 @@ from matplotlib.animation import FuncAnimation, PillowWriter
 from matplotlib.artist import Artist
 
 sys.path.insert(0, str(Path(__file__).parents[1] / "tests"))
-from governor_mechanism.render.film import film, schedule
-from governor_mechanism.render.moments import moments
-from governor_mechanism.render.picture import Picture
-from governor_mechanism.trajectory import Trajectory
+from governor_mechanism.model.trajectory import Trajectory
+from governor_mechanism.render.film.frame_data import moments
+from governor_mechanism.render.film.frame_painter import Picture
+from governor_mechanism.render.film.writer import film, schedule
 from render.fake_run import CASES, fake_run
 
 

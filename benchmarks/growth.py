@@ -20,17 +20,17 @@ from matplotlib.axes import Axes
 from matplotlib.backends.backend_agg import FigureCanvasAgg
 from matplotlib.figure import Figure
 from matplotlib.ticker import FuncFormatter, NullFormatter
-from numpy.typing import NDArray
 from scipy.integrate import solve_ivp
 
 import governor_mechanism as gm
-from governor_mechanism.render.accuracy import LOOKS
+from governor_mechanism.model.scene import Scene
+from governor_mechanism.render.figures.work_precision import LOOKS
 from governor_mechanism.render.style import INK, PAPER, QUIET, RULE, SANS, SERIF
-from governor_mechanism.scene import Scene
-from governor_mechanism.studies.accuracy import Bench
-from governor_mechanism.studies.accuracy_ladders import ladders_of
-from governor_mechanism.studies.accuracy_table import Point
-from governor_mechanism.studies.fitting import Fitted, slope
+from governor_mechanism.studies.regression import Fitted, slope
+from governor_mechanism.studies.work_precision.results import Point
+from governor_mechanism.studies.work_precision.settings import ladders_of
+from governor_mechanism.studies.work_precision.study import Bench
+from governor_mechanism.types import FloatArray
 
 sys.path.insert(0, str(Path(__file__).resolve().parents[1] / "tests"))
 from chains import four_bar_chain, four_bar_slope, hanging_chain
@@ -38,7 +38,6 @@ from chains import four_bar_chain, four_bar_slope, hanging_chain
 TARGET = 1.5
 """The exponent that the engine `multibody` is not to exceed on chains."""
 
-Array = NDArray[np.float64]
 ENGINES = ("reduced", "multibody", "impulse extrapolated")
 LONGEST = 6.0
 """Seconds that a setting may take; an engine leaves off where it would take longer."""
@@ -163,7 +162,7 @@ def singular() -> None:
     print()
 
 
-def exact(count: int, times: Array) -> Array:
+def exact(count: int, times: FloatArray) -> FloatArray:
     """The crank's angle by the one equation of the chain."""
     found = solve_ivp(
         lambda _, y: (y[1], four_bar_slope(count, y[0], 9.81)), (0.0, times[-1]), (math.pi / 2, -1.0),

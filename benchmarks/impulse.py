@@ -16,9 +16,9 @@ from numpy.typing import NDArray
 from scipy.integrate import solve_ivp
 
 import governor_mechanism as gm
-from governor_mechanism.closed_form import pendulum as closed
+from governor_mechanism.closed_form.pendulum import dynamics as closed
 from governor_mechanism.engines import ImpulseEngine
-from governor_mechanism.trajectory import Trajectory
+from governor_mechanism.model.trajectory import Trajectory
 
 REPEATS = 5
 TIMES = np.linspace(0.0, 10.0, 201)

@@ -18,19 +18,18 @@ from typing import Any
 
 import numpy as np
 from numba import njit
-from numpy.typing import NDArray
 from scipy.integrate import solve_ivp
 
 import governor_mechanism as gm
 from governor_mechanism.engines import MultibodyEngine
-from governor_mechanism.engines.dop853_tableau import ERROR_3, ERROR_5, STAGES, WEIGHTS
-from governor_mechanism.joints import GROUND
-from governor_mechanism.scene import Scene
+from governor_mechanism.integrators.tableau import ERROR_3, ERROR_5, STAGES, WEIGHTS
+from governor_mechanism.model.joints import GROUND
+from governor_mechanism.model.scene import Scene
+from governor_mechanism.types import FloatArray
 
 sys.path.insert(0, str(Path(__file__).resolve().parents[1] / "tests"))
 from chains import hanging_chain
 
-Array = NDArray[np.float64]
 END = 10.0
 
 
@@ -75,7 +74,7 @@ def ended(engine: MultibodyEngine, scene: Scene) -> float:
 def run_cost(engine: MultibodyEngine, scene: Scene, end: float) -> float:
     """Seconds of the integration alone, up to `end` (s)."""
     from governor_mechanism.engines.base import Task
-    from governor_mechanism.engines.multibody import Follower
+    from governor_mechanism.engines.multibody.engine import Follower
 
     task = Task(times=np.array([end]), accuracy=1e-8, certify=False, reason="")
     follower = Follower(engine, scene, task)
@@ -145,9 +144,9 @@ def against_scipy() -> None:
     scene = gm.load("andrews_squeezer")
     slope, start = numpy_right_hand_side(scene)
 
-    def by_scipy(tolerance: float) -> Array:
+    def by_scipy(tolerance: float) -> FloatArray:
         found = solve_ivp(slope, (0.0, 0.03), start, method="DOP853", rtol=tolerance, atol=tolerance)
-        angles: Array = found.y[:21, -1].reshape(7, 3)[:, 2]
+        angles: FloatArray = found.y[:21, -1].reshape(7, 3)[:, 2]
         return angles
 
     true = gm.run(scene, "multibody", accuracy=1e-11, times=[0.03]).poses[-1, :, 2]
@@ -170,7 +169,7 @@ def against_scipy() -> None:
     print(f"| engine multibody, certified | {certified * 1e3:.1f} | {theirs / certified:.0f} |\n")
 
 
-def numpy_right_hand_side(scene: Scene) -> tuple[Callable[[float, Array], Array], Array]:
+def numpy_right_hand_side(scene: Scene) -> tuple[Callable[[float, FloatArray], FloatArray], FloatArray]:
     """Newton's equations of seven bodies and ten pins, with multipliers, as one writes them in numpy."""
     mechanism = scene.part.mechanism
     run = MultibodyEngine().run(scene, times=np.array([0.0, 1e-6]))
@@ -186,7 +185,7 @@ def numpy_right_hand_side(scene: Scene) -> tuple[Callable[[float, Array], Array]
     hook, fixed = (spring.second, spring.first) if spring.first.body == GROUND else (spring.first, spring.second)
     triangle, crank = mechanism.body_index(hook.body), mechanism.body_index(torque.second)
 
-    def slope(_: float, state: Array) -> Array:
+    def slope(_: float, state: FloatArray) -> FloatArray:
         q, v = state[:21].reshape(7, 3), state[21:].reshape(7, 3)
         c, s = np.cos(q[body, 2]), np.sin(q[body, 2])
         arm_x, arm_y = c * x - s * y, s * x + c * y

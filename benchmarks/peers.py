@@ -24,11 +24,11 @@ import numpy as np
 
 from governor_mechanism.engines import ImpulseEngine, MultibodyEngine, ReducedEngine
 from governor_mechanism.engines.base import Engine, Task
-from governor_mechanism.engines.multibody import Follower as MultibodyFollower
-from governor_mechanism.engines.reduced import Follower as ReducedFollower
-from governor_mechanism.equations.readings import reading_value
+from governor_mechanism.engines.multibody.engine import Follower as MultibodyFollower
+from governor_mechanism.engines.reduced.engine import Follower as ReducedFollower
 from governor_mechanism.errors import GovernorMechanismError
-from peers_cases import Array, Case, Measured, Way, cases
+from governor_mechanism.mechanics.kinematics.output_variables import reading_value
+from peers_cases import Case, FloatArray, Measured, Way, cases
 
 PEERS = {"Exudyn": ("exudyn", "peers_exudyn"), "MuJoCo": ("mujoco", "peers_mujoco")}
 """The package that each needs, and the module with its models."""
@@ -112,7 +112,7 @@ def peer(name: str) -> ModuleType | None:
     return importlib.import_module(module)
 
 
-def reference(case: Case) -> Array:
+def reference(case: Case) -> FloatArray:
     """The angle by multibody, and how far reduced agrees with it."""
     true, other = (
         engine.run(case.scene, times=case.times, certify=False).readings[case.reading]
@@ -149,17 +149,17 @@ def impulse(case: Case, steps: int) -> Engine:
     return ImpulseEngine(step=case.interval / steps, runs=3)
 
 
-def whole(case: Case, engine: Callable[[int], Engine], rung: int) -> Callable[[], Array]:
+def whole(case: Case, engine: Callable[[int], Engine], rung: int) -> Callable[[], FloatArray]:
     """What a user waits for, without a certificate: the peers give none."""
     chosen = engine(rung)
 
-    def run() -> Array:
+    def run() -> FloatArray:
         return chosen.run(case.scene, times=case.times, certify=False).readings[case.reading]
 
     return run
 
 
-def reduced_stepping(case: Case, exponent: int) -> Callable[[], Array]:
+def reduced_stepping(case: Case, exponent: int) -> Callable[[], FloatArray]:
     """The engine from where its tables are laid."""
     rider = ReducedFollower(ReducedEngine(), case.scene, task(case)).rider(1.0)
     # Building is left out: the pieces are laid by the first ride.
@@ -167,12 +167,12 @@ def reduced_stepping(case: Case, exponent: int) -> Callable[[], Array]:
     return lambda: rider.ridden(10.0**-exponent).rows[:, 0]
 
 
-def multibody_stepping(case: Case, exponent: int) -> Callable[[], Array]:
+def multibody_stepping(case: Case, exponent: int) -> Callable[[], FloatArray]:
     """The engine from where its equations are laid out, with the angle read at the reported times."""
     stepper = MultibodyFollower(MultibodyEngine(), case.scene, task(case)).stepper
     mechanism = case.scene.part.mechanism
 
-    def run() -> Array:
+    def run() -> FloatArray:
         state = stepper.state(stepper.stepped(10.0**-exponent).rows)
         return reading_value(mechanism, case.reading, state.poses[stepper.grid.first(len(state.times)).reported])
 
@@ -184,7 +184,7 @@ def task(case: Case) -> Task:
     return Task(times=case.times, accuracy=1e-8, certify=False, reason="")
 
 
-def climbed(way: Way, true: Array) -> Climbed:
+def climbed(way: Way, true: FloatArray) -> Climbed:
     """A ladder from its coarsest rung to where it takes too long or is no better."""
     rungs: list[Measured] = []
     missed, best = 0, math.inf
@@ -203,7 +203,7 @@ def climbed(way: Way, true: Array) -> Climbed:
     return Climbed(name=way.name, rungs=tuple(rungs))
 
 
-def measured(way: Way, rung: int, true: Array) -> Measured:
+def measured(way: Way, rung: int, true: FloatArray) -> Measured:
     """A rung's error, and the shortest time of several runs after one to warm up."""
     run = way.prepare(rung)
     angles = run()
@@ -219,7 +219,7 @@ def measured(way: Way, rung: int, true: Array) -> Measured:
     return Measured(rung=rung, error=float(np.max(np.abs(angles - true))), seconds=min(seconds), angles=angles)
 
 
-def by_hand(way: Climbed, true: Array) -> Climbed:
+def by_hand(way: Climbed, true: FloatArray) -> Climbed:
     """Two runs of a second-order scheme, one with half the step, extrapolated as anyone might do it."""
     rungs = {rung.rung: rung for rung in way.rungs}
     found = []

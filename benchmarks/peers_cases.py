@@ -9,13 +9,12 @@ from dataclasses import dataclass, replace
 from pathlib import Path
 
 import numpy as np
-from numpy.typing import NDArray
 
 import governor_mechanism as gm
-from governor_mechanism.effects import DryFriction
-from governor_mechanism.scene import Scene
+from governor_mechanism.effects.dry_friction import DryFriction
+from governor_mechanism.model.scene import Scene
+from governor_mechanism.types import FloatArray
 
-Array = NDArray[np.float64]
 INTERVALS = 200
 GRAVITY = 9.81
 
@@ -70,7 +69,7 @@ class Case:
     model: Governor | SliderCrank
 
     @property
-    def times(self) -> Array:
+    def times(self) -> FloatArray:
         """At which every code reports (s)."""
         return np.linspace(0.0, self.scene.run.duration, INTERVALS + 1)
 
@@ -87,7 +86,7 @@ class Way:
     """
 
     name: str
-    prepare: Callable[[int], Callable[[], Array]]
+    prepare: Callable[[int], Callable[[], FloatArray]]
     ladder: tuple[int, ...]
     stepped: bool = True
 
@@ -99,7 +98,7 @@ class Measured:
     rung: int
     error: float
     seconds: float
-    angles: Array
+    angles: FloatArray
 
 
 SLIDER_CRANK = SliderCrank(

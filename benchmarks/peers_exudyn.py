@@ -22,9 +22,9 @@ import exudyn
 import exudyn.itemInterface
 import numpy as np
 
-from peers_cases import GRAVITY, INTERVALS, Array, Case, Governor, SliderCrank, Way
+from peers_cases import GRAVITY, INTERVALS, Case, FloatArray, Governor, SliderCrank, Way
 
-Made = tuple[int, Callable[[Array], Array], Callable[[], None]]
+Made = tuple[int, Callable[[FloatArray], FloatArray], Callable[[], None]]
 """The sensor, what turns its coordinates into the angle, and what is to be set before a run."""
 
 item = exudyn.itemInterface
@@ -58,7 +58,7 @@ def ways(case: Case) -> tuple[Way, ...]:
     )
 
 
-def prepared(case: Case, solver: Any, smooth: bool, steps: int) -> Callable[[], Array]:
+def prepared(case: Case, solver: Any, smooth: bool, steps: int) -> Callable[[], FloatArray]:
     """The system assembled, and what solves it."""
     container = exudyn.SystemContainer()
     system = container.AddSystem()
@@ -70,7 +70,7 @@ def prepared(case: Case, solver: Any, smooth: bool, steps: int) -> Callable[[], 
     system.Assemble()
     settings = settings_of(case, steps)
 
-    def run() -> Array:
+    def run() -> FloatArray:
         begin()
         try:
             done = system.SolveDynamic(

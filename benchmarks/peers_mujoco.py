@@ -24,7 +24,7 @@ from itertools import pairwise
 import mujoco
 import numpy as np
 
-from peers_cases import GRAVITY, INTERVALS, Array, Case, Governor, SliderCrank, Way
+from peers_cases import GRAVITY, INTERVALS, Case, FloatArray, Governor, SliderCrank, Way
 
 # A coarse step that fails is seen in its error; without this a log file would tell it as well.
 mujoco.set_mju_user_warning(lambda _: None)
@@ -78,17 +78,14 @@ BEST = Tuning(constant=1.0, damping=0.5, disabled=("refsafe", *UNUSED))
 def ways(case: Case) -> tuple[Way, ...]:
     """As short a time constant as MuJoCo takes of itself, and as short a one as RK4 bears."""
     rubs = isinstance(case.model, Governor) and case.model.friction > 0
-    tunings = {
-        "MuJoCo, RK4, solref of two steps": SAFE,
-        "MuJoCo, RK4, solref of one step, half damped": BEST,
-    }
+    tunings = {"MuJoCo, RK4, solref of two steps": SAFE, "MuJoCo, RK4, solref of one step, half damped": BEST}
     return tuple(
         Way(name=name, prepare=partial(prepared, case, replace(one, iterations=20 if rubs else 8)), ladder=LADDER)
         for name, one in tunings.items()
     )
 
 
-def prepared(case: Case, tuning: Tuning, steps: int) -> Callable[[], Array]:
+def prepared(case: Case, tuning: Tuning, steps: int) -> Callable[[], FloatArray]:
     """The model built, and what runs it."""
     step = case.interval / steps
     if isinstance(case.model, SliderCrank):
@@ -96,7 +93,7 @@ def prepared(case: Case, tuning: Tuning, steps: int) -> Callable[[], Array]:
     return governor(case, case.model, tuning, step, steps)
 
 
-def governor(case: Case, shape: Governor, tuning: Tuning, step: float, steps: int) -> Callable[[], Array]:
+def governor(case: Case, shape: Governor, tuning: Tuning, step: float, steps: int) -> Callable[[], FloatArray]:
     """Arms on hinges, the sleeve on a slide, links as tendons."""
     ramps = [(begin, end) for begin, end in pairwise(shape.speeds) if begin[0] < end[0]]
     across, down = shape.arm * math.sin(shape.angle), -shape.arm * math.cos(shape.angle)
@@ -132,7 +129,7 @@ def governor(case: Case, shape: Governor, tuning: Tuning, step: float, steps: in
     for (begin, low), (end, high) in ramps:
         slopes[(case.times[:-1] >= begin - 1e-9) & (case.times[:-1] < end - 1e-9)] = (high - low) / (end - begin)
 
-    def run() -> Array:
+    def run() -> FloatArray:
         mujoco.mj_resetData(model, data)
         angles, coordinates, pushes = np.empty(INTERVALS + 1), data.qpos, data.qfrc_applied
         angles[0] = 0.0
@@ -148,7 +145,7 @@ def governor(case: Case, shape: Governor, tuning: Tuning, step: float, steps: in
     return run
 
 
-def slider_crank(shape: SliderCrank, tuning: Tuning, step: float, steps: int) -> Callable[[], Array]:
+def slider_crank(shape: SliderCrank, tuning: Tuning, step: float, steps: int) -> Callable[[], FloatArray]:
     """The flywheel on a hinge, the slider on a slide, the rod as a tendon."""
     along, up = math.cos(shape.angle), math.sin(shape.angle)
     inertia = shape.flywheel_inertia
@@ -164,7 +161,7 @@ def slider_crank(shape: SliderCrank, tuning: Tuning, step: float, steps: int) ->
     )
     data = mujoco.MjData(model)
 
-    def run() -> Array:
+    def run() -> FloatArray:
         mujoco.mj_resetData(model, data)
         data.qvel[:] = shape.rate, shape.slider_rate
         data.qfrc_applied[1] = shape.force

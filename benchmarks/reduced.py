@@ -19,16 +19,16 @@ from pathlib import Path
 from typing import Any
 
 import numpy as np
-from numpy.typing import NDArray
 
 import governor_mechanism as gm
-from governor_mechanism.engines import MultibodyEngine, ReducedEngine, dop853_tableau
+from governor_mechanism.engines import MultibodyEngine, ReducedEngine
 from governor_mechanism.engines.base import Task
-from governor_mechanism.engines.reduced import Follower
-from governor_mechanism.engines.tables.ride import Rider
-from governor_mechanism.scene import Scene
+from governor_mechanism.engines.reduced.engine import Follower
+from governor_mechanism.engines.reduced.run import Rider
+from governor_mechanism.integrators import tableau as dop853_tableau
+from governor_mechanism.model.scene import Scene
+from governor_mechanism.types import FloatArray
 
-Array = NDArray[np.float64]
 TIMES = np.linspace(0.0, 10.0, 201)
 LADDER = 10.0 ** -np.arange(3.0, 15.0, 0.25)
 
@@ -54,7 +54,7 @@ def against_c(scene: Scene) -> None:
     angles, rates = np.empty(len(TIMES)), np.empty(len(TIMES))
     start = float(scene.start.values["arm_angle"])
 
-    def hand(tolerance: float) -> Array:
+    def hand(tolerance: float) -> FloatArray:
         by_hand(start, 0.15, tolerance, TIMES, len(TIMES), angles, rates)
         return angles
 

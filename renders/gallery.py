@@ -8,15 +8,15 @@ from __future__ import annotations
 from pathlib import Path
 
 import governor_mechanism as gm
-from governor_mechanism.library import shipped
-from governor_mechanism.render import regulation as figures
-from governor_mechanism.render.accuracy import accuracy_figure
-from governor_mechanism.render.characteristic import characteristic_figure
-from governor_mechanism.render.effects import effects_figure
-from governor_mechanism.render.figures import readings_figure
-from governor_mechanism.render.machine_figures import machine_figures
-from governor_mechanism.render.parabolas import parabolas_figure
-from governor_mechanism.studies import regulation as studies
+from governor_mechanism.render.figures import regulation as figures
+from governor_mechanism.render.figures.effect_ablation import effects_figure
+from governor_mechanism.render.figures.parabolic.isochronous_plate import parabolas_figure
+from governor_mechanism.render.figures.registry import machine_figures
+from governor_mechanism.render.figures.speed_curve import characteristic_figure
+from governor_mechanism.render.figures.time_series import readings_figure
+from governor_mechanism.render.figures.work_precision import accuracy_figure
+from governor_mechanism.scenes.library import shipped
+from governor_mechanism.studies.regulation import registry as studies
 
 FOLDER = Path(__file__).parent
 

@@ -13,12 +13,13 @@ from numpy.typing import NDArray
 
 from governor_mechanism.engines import Engine, ImpulseEngine, MultibodyEngine, ReducedEngine, choose
 from governor_mechanism.engines.base import reported_times
-from governor_mechanism.engines.happened import compared, without_passing
-from governor_mechanism.equations.modes import switches
-from governor_mechanism.equations.scales import time_scale
 from governor_mechanism.errors import GovernorMechanismError
-from governor_mechanism.scene import Scene
-from governor_mechanism.trajectory import Event, Outcome, Trajectory
+from governor_mechanism.mechanics.contact.event_log import compared, without_passing
+from governor_mechanism.mechanics.dynamics.characteristic_scales import time_scale
+from governor_mechanism.mechanics.dynamics.contacts import switches
+from governor_mechanism.model.events import Event
+from governor_mechanism.model.scene import Scene
+from governor_mechanism.model.trajectory import Outcome, Trajectory
 from random_machines import between
 from random_scenes import Drawn, random_scene
 

@@ -4,10 +4,10 @@ from __future__ import annotations
 
 import math
 
-from governor_mechanism.effects import Gravity
-from governor_mechanism.joints import GROUND, Pin, Point
-from governor_mechanism.mechanism import Body, BodyAngle, Mechanism, SecondMoments
-from governor_mechanism.scene import FIXED, Part, RunSettings, Scene, Spindle, Start
+from governor_mechanism.effects.gravity import Gravity
+from governor_mechanism.model.joints import GROUND, Pin, Point
+from governor_mechanism.model.mechanism import Body, BodyAngle, Mechanism, SecondMoments
+from governor_mechanism.model.scene import FIXED, Part, RunSettings, Scene, Spindle, Start
 
 LINK = 0.1
 """m: a rod of the hanging chain."""

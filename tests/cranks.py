@@ -2,8 +2,8 @@
 
 from __future__ import annotations
 
-from governor_mechanism.reading import scene_from_document
-from governor_mechanism.scene import Scene
+from governor_mechanism.model.scene import Scene
+from governor_mechanism.scenes.parser import scene_from_document
 
 VALVE = {
     "crank": 0.3,

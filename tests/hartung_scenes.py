@@ -7,10 +7,12 @@ from typing import Any
 
 from scipy.optimize import brentq
 
-from governor_mechanism.closed_form import hartung as closed
-from governor_mechanism.effects import Centrifugal, Effect, Gravity
-from governor_mechanism.machines.hartung import HartungGovernor
-from governor_mechanism.scene import FreeSpindle, Part, RunSettings, Scene, Spindle, Start
+from governor_mechanism.closed_form.hartung import governor as closed
+from governor_mechanism.effects.centrifugal import Centrifugal
+from governor_mechanism.effects.gravity import Gravity
+from governor_mechanism.machines.hartung.machine import HartungGovernor
+from governor_mechanism.model.effect import Effect
+from governor_mechanism.model.scene import FreeSpindle, Part, RunSettings, Scene, Spindle, Start
 from reference import hartung
 
 PAPERS = {

@@ -11,8 +11,8 @@ from typing import Any
 
 import numpy as np
 
-from governor_mechanism.closed_form import pendulum as closed
-from governor_mechanism.library import shipped
+from governor_mechanism.closed_form.pendulum import dynamics as closed
+from governor_mechanism.scenes.library import shipped
 
 Random = np.random.Generator
 Document = dict[str, Any]

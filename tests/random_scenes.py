@@ -10,16 +10,21 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from governor_mechanism.effects import PLAY, DryFriction, Effect, OilBrake, SpringOn, Stops
-from governor_mechanism.equations.assembly import Assembler
-from governor_mechanism.equations.modes import switches
-from governor_mechanism.equations.readings import measure
-from governor_mechanism.equations.scales import time_scale
+from governor_mechanism.effects.clearance import PLAY
+from governor_mechanism.effects.dashpot import OilBrake
+from governor_mechanism.effects.dry_friction import DryFriction
+from governor_mechanism.effects.spring import SpringOn
+from governor_mechanism.effects.stops import Stops
+from governor_mechanism.engines.initial_state import starting_state
 from governor_mechanism.errors import GovernorMechanismError, MechanismError
-from governor_mechanism.programs import Program
-from governor_mechanism.reading import scene_from_document
-from governor_mechanism.scene import Scene
-from governor_mechanism.statics import starting_state
+from governor_mechanism.mechanics.dynamics.characteristic_scales import time_scale
+from governor_mechanism.mechanics.dynamics.contacts import switches
+from governor_mechanism.mechanics.kinematics.assembly import Assembler
+from governor_mechanism.mechanics.kinematics.output_variables import measure
+from governor_mechanism.model.effect import Effect
+from governor_mechanism.model.scene import Scene
+from governor_mechanism.model.time_functions import Program
+from governor_mechanism.scenes.parser import scene_from_document
 from random_machines import MACHINES, G, Random, between, chance, of_any_size, one_of, restitution
 
 MOST_DRAWS = 200

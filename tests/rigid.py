@@ -5,9 +5,9 @@ from __future__ import annotations
 import math
 from dataclasses import replace
 
-from governor_mechanism.closed_form import pendulum as closed
-from governor_mechanism.joints import GROUND, Pin, Point, Slider
-from governor_mechanism.mechanism import Body, LineAngle, Mechanism, SecondMoments
+from governor_mechanism.closed_form.pendulum import dynamics as closed
+from governor_mechanism.model.joints import GROUND, Pin, Point, Slider
+from governor_mechanism.model.mechanism import Body, LineAngle, Mechanism, SecondMoments
 from scenes import PORTER, governor_scene
 from witness import one_coordinate_motion
 

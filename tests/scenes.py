@@ -4,9 +4,10 @@ from __future__ import annotations
 
 import numpy as np
 
-from governor_mechanism.effects import Centrifugal, Gravity
-from governor_mechanism.machines import MACHINES
-from governor_mechanism.scene import Part, RunSettings, Scene, Spindle, Start
+from governor_mechanism.effects.centrifugal import Centrifugal
+from governor_mechanism.effects.gravity import Gravity
+from governor_mechanism.machines.registry import MACHINES
+from governor_mechanism.model.scene import Part, RunSettings, Scene, Spindle, Start
 
 PORTER = {"arm": 0.3, "offset": 0.04, "ball_mass": 5.0, "sleeve_mass": 20.0}
 WATT = {"arm": 0.4, "offset": 0.05, "ball_mass": 2.0}
@@ -49,11 +50,7 @@ def governor_scene(
 def random_governor(random: np.random.Generator) -> tuple[dict[str, float], float]:
     """Dimensions of some governor, and an arm angle (rad) well inside its travel."""
     arm = random.uniform(0.15, 0.6)
-    dimensions = {
-        "arm": arm,
-        "offset": arm * random.uniform(-0.15, 0.3),
-        "ball_mass": random.uniform(0.5, 10.0),
-    }
+    dimensions = {"arm": arm, "offset": arm * random.uniform(-0.15, 0.3), "ball_mass": random.uniform(0.5, 10.0)}
     kind = random.integers(4)
     if kind > 0:
         dimensions["sleeve_mass"] = dimensions["ball_mass"] * 10 ** random.uniform(-0.5, 1.5)

@@ -12,16 +12,16 @@ from hypothesis import assume, given, settings
 from hypothesis import strategies as st
 
 import governor_mechanism as gm
-from governor_mechanism.characteristic import equilibrium_speed, speed_curve, standing_band
-from governor_mechanism.closed_form import pendulum as closed
-from governor_mechanism.curves import Polynomial
-from governor_mechanism.equations.reduction import Reduction
-from governor_mechanism.joints import GROUND, CurveSlot, Distance, Point, Slider
-from governor_mechanism.loads import Spring
-from governor_mechanism.mechanism import Body, Coordinate, Limit, LineAngle, Mechanism
-from governor_mechanism.resting import find_equilibria, rests_at
-from governor_mechanism.scene import TURNING, Part, Start
-from governor_mechanism.statics import resting_poses
+from governor_mechanism.closed_form.pendulum import dynamics as closed
+from governor_mechanism.engines.initial_state import resting_poses
+from governor_mechanism.mechanics.reduction.lagrangian import Reduction
+from governor_mechanism.model.curves import Polynomial
+from governor_mechanism.model.force_elements import Spring
+from governor_mechanism.model.joints import GROUND, CurveSlot, Distance, Point, Slider
+from governor_mechanism.model.mechanism import Body, Coordinate, Limit, LineAngle, Mechanism
+from governor_mechanism.model.scene import TURNING, Part, Start
+from governor_mechanism.statics.equilibria import find_equilibria, rests_at
+from governor_mechanism.statics.speed_curve import equilibrium_speed, speed_curve, standing_band
 from reference.zehnder import CROSSED_MARKS, FRICTION_BAND, SNAP, TABLES
 from scenes import CROSSED, EXTENDED, PORTER, UNCROSSED_LINKS, WATT, governor_scene, random_governor
 
@@ -232,10 +232,7 @@ def sprung_ball(stiffness, free_length, anchor, height):
 
 @settings(max_examples=80, deadline=None)
 @given(
-    anchor=st.floats(0.3, 0.9),
-    height=st.floats(0.02, 0.3),
-    free_length=st.floats(0.1, 0.6),
-    share=st.floats(0.05, 0.6),
+    anchor=st.floats(0.3, 0.9), height=st.floats(0.02, 0.3), free_length=st.floats(0.1, 0.6), share=st.floats(0.05, 0.6)
 )
 def test_none_of_up_to_three_equilibria_is_missed(anchor, height, free_length, share):
     """k (1 - L0 / L) (x - a) = m w^2 x; squared it is a quartic, whose roots are found without us."""

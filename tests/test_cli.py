@@ -14,11 +14,11 @@ import pytest
 from typer.testing import CliRunner
 
 import governor_mechanism
-from governor_mechanism.cli import app
-from governor_mechanism.library import shipped
+from governor_mechanism.cli.main import app
+from governor_mechanism.scenes.library import shipped
 
 MODELS = Path(__file__).parents[1] / "models"
-COMMAND = [sys.executable, "-m", "governor_mechanism.cli"]
+COMMAND = [sys.executable, "-m", "governor_mechanism.cli.main"]
 
 
 def call(*words: str):
@@ -145,7 +145,7 @@ def test_usage_errors_are_one_object_too_where_json_is_asked_for():
 
 
 def test_a_reader_who_has_seen_enough_is_no_failure():
-    shell = f"{sys.executable} -m governor_mechanism.cli crosscheck watt | head -1; exit ${{PIPESTATUS[0]}}"
+    shell = f"{sys.executable} -m governor_mechanism.cli.main crosscheck watt | head -1; exit ${{PIPESTATUS[0]}}"
     answer = subprocess.run(["bash", "-c", shell], capture_output=True, text=True, check=False)
     assert answer.returncode == 0
     assert answer.stdout.splitlines() == ["Watt governor"]
@@ -262,7 +262,7 @@ def test_an_accuracy_that_is_none_is_refused_before_anything_runs(tmp_path):
 
 
 def test_how_a_governor_regulates_is_asked_from_the_command_line(tmp_path, monkeypatch):
-    monkeypatch.setattr("governor_mechanism.studies.regulation.RATES", [4e-3, 1e-3, 2.5e-4])
+    monkeypatch.setattr("governor_mechanism.studies.regulation.registry.RATES", [4e-3, 1e-3, 2.5e-4])
     result = call("regulation", "jump", "--out", str(tmp_path))
     assert result.exit_code == 0
     assert "below 6.32801 rad/s, jumps above 6.44406 rad/s" in result.stdout

@@ -10,7 +10,7 @@ import typer
 from typer.testing import CliRunner
 
 import governor_mechanism as gm
-from governor_mechanism.cli_design import design
+from governor_mechanism.cli.design import design
 
 APP = typer.Typer()
 APP.command()(design)

@@ -8,9 +8,9 @@ import numpy as np
 import pytest
 
 import governor_mechanism as gm
-from governor_mechanism.equations.readings import measure
-from governor_mechanism.joints import GROUND, Point
-from governor_mechanism.mechanism import BodyAngle, Coordinate, LineAngle, Mechanism, Separation
+from governor_mechanism.mechanics.kinematics.output_variables import measure
+from governor_mechanism.model.joints import GROUND, Point
+from governor_mechanism.model.mechanism import BodyAngle, Coordinate, LineAngle, Mechanism, Separation
 
 CRANK, ROD = 0.1, 0.3
 
@@ -105,7 +105,7 @@ READINGS = [
 
 @pytest.mark.parametrize("reading", READINGS, ids=lambda reading: type(reading).__name__)
 def test_gradient_and_bend_of_a_reading_are_its_derivatives(reading):
-    from governor_mechanism.mechanism import Body, SecondMoments
+    from governor_mechanism.model.mechanism import Body, SecondMoments
 
     moments = SecondMoments(xx=1.0)
     mechanism = Mechanism(

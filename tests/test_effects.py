@@ -9,26 +9,21 @@ import numpy as np
 import pytest
 
 import governor_mechanism as gm
-from governor_mechanism.closed_form import pendulum as closed
-from governor_mechanism.effects import (
-    PLAY,
-    DryFriction,
-    OilBrake,
-    Play,
-    Rods,
-    SpringOn,
-    Stops,
-    orifice_coefficient,
-    wire_spring_rate,
-)
-from governor_mechanism.equations.assembly import Assembler
-from governor_mechanism.equations.readings import measure
-from governor_mechanism.equations.reduction import Reduction
+from governor_mechanism.closed_form.pendulum import dynamics as closed
+from governor_mechanism.effects.clearance import PLAY, Play
+from governor_mechanism.effects.dashpot import OilBrake, orifice_coefficient
+from governor_mechanism.effects.dry_friction import DryFriction
+from governor_mechanism.effects.rod_masses import Rods
+from governor_mechanism.effects.spring import SpringOn, wire_spring_rate
+from governor_mechanism.effects.stops import Stops
 from governor_mechanism.errors import MechanismError
 from governor_mechanism.machines.parabolic import ParabolicGovernor
-from governor_mechanism.machines.pendulum import PendulumGovernor
-from governor_mechanism.programs import Program
-from governor_mechanism.scene import Spindle
+from governor_mechanism.machines.pendulum.machine import PendulumGovernor
+from governor_mechanism.mechanics.kinematics.assembly import Assembler
+from governor_mechanism.mechanics.kinematics.output_variables import measure
+from governor_mechanism.mechanics.reduction.lagrangian import Reduction
+from governor_mechanism.model.scene import Spindle
+from governor_mechanism.model.time_functions import Program
 from reference.zehnder import PORTER_MASSIVE_RODS
 from scenes import CROSSED, EXTENDED, PORTER, UNCROSSED_LINKS, WATT, governor_scene
 from witness import one_coordinate_motion

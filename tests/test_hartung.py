@@ -13,14 +13,16 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 import governor_mechanism as gm
-from governor_mechanism.closed_form import hartung as closed
-from governor_mechanism.closed_form.hartung_design import even_sleeve_arm
-from governor_mechanism.effects import BellCranks, Rods, Stops
-from governor_mechanism.equations.reduction import Reduction
-from governor_mechanism.machines.hartung import HartungGovernor
-from governor_mechanism.outputs import outputs_of, static_force
-from governor_mechanism.reading import scene_from_document
-from governor_mechanism.scene import FreeSpindle
+from governor_mechanism.closed_form.hartung import governor as closed
+from governor_mechanism.closed_form.hartung.design import even_sleeve_arm
+from governor_mechanism.effects.bell_crank_masses import BellCranks
+from governor_mechanism.effects.rod_masses import Rods
+from governor_mechanism.effects.stops import Stops
+from governor_mechanism.machines.hartung.machine import HartungGovernor
+from governor_mechanism.mechanics.reduction.lagrangian import Reduction
+from governor_mechanism.model.scene import FreeSpindle
+from governor_mechanism.observables.static_forces import outputs_of, static_force
+from governor_mechanism.scenes.parser import scene_from_document
 from hartung_scenes import PAPERS, closed_governor, hartung_scene, spring_of
 from reference import hartung
 

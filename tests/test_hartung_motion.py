@@ -11,18 +11,20 @@ import pytest
 from scipy.integrate import solve_ivp
 
 import governor_mechanism as gm
-from governor_mechanism.characteristic import equilibrium_speed
-from governor_mechanism.checking.swing import measured_period
-from governor_mechanism.closed_form import hartung as closed
-from governor_mechanism.effects import BellCranks, OilBrake, Stops
+from governor_mechanism.closed_form.hartung import governor as closed
+from governor_mechanism.effects.bell_crank_masses import BellCranks
+from governor_mechanism.effects.dashpot import OilBrake
+from governor_mechanism.effects.stops import Stops
 from governor_mechanism.engines import ENGINES, ImpulseEngine
-from governor_mechanism.engines.rest import settled
-from governor_mechanism.joints import GROUND, DrivenSlide, Point
-from governor_mechanism.machines.hartung import SLEEVE
-from governor_mechanism.outputs import outputs_of
-from governor_mechanism.programs import Motion
-from governor_mechanism.scene import FreeSpindle, Spindle
-from governor_mechanism.trajectory import Outcome
+from governor_mechanism.engines.impulse.relaxation import settled
+from governor_mechanism.machines.hartung.machine import SLEEVE
+from governor_mechanism.model.joints import GROUND, DrivenSlide, Point
+from governor_mechanism.model.scene import FreeSpindle, Spindle
+from governor_mechanism.model.time_functions import Motion
+from governor_mechanism.model.trajectory import Outcome
+from governor_mechanism.observables.static_forces import outputs_of
+from governor_mechanism.statics.speed_curve import equilibrium_speed
+from governor_mechanism.verification.oscillation import measured_period
 from hartung_scenes import PAPERS, closed_governor, hartung_scene, rest_at, spring_of
 from reference import hartung
 

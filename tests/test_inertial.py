@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 
 import governor_mechanism as gm
-from governor_mechanism.scene import FreeSpindle, Spindle
+from governor_mechanism.model.scene import FreeSpindle, Spindle
 from inertial import Governor, driven_motion, free_motion
 from reference.mechanisms import PORTER_IN_SPACE as PORTER
 from scenes import governor_scene

@@ -8,10 +8,10 @@ from pathlib import Path
 
 import pytest
 
-from governor_mechanism import library
-from governor_mechanism.closed_form import pendulum
+from governor_mechanism.closed_form.pendulum import dynamics as pendulum
 from governor_mechanism.errors import MechanismError
-from governor_mechanism.scene import Scene
+from governor_mechanism.model.scene import Scene
+from governor_mechanism.scenes import library
 
 NAMES = ["porter", "porter_extended_arms", "porter_uncrossed_links", "watt", "watt_crossed"]
 

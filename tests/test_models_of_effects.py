@@ -10,9 +10,9 @@ import numpy as np
 import pytest
 
 import governor_mechanism as gm
-from governor_mechanism.effects import OilBrake
-from governor_mechanism.library import shipped
-from governor_mechanism.scene import RunSettings, Spindle, Start
+from governor_mechanism.effects.dashpot import OilBrake
+from governor_mechanism.model.scene import RunSettings, Spindle, Start
+from governor_mechanism.scenes.library import shipped
 from reference.zehnder import FRICTION_BAND, PORTER_MASSIVE_RODS, SNAP, TWITCHING, half_unit
 
 MODELS = (

@@ -8,10 +8,10 @@ import numpy as np
 import pytest
 
 import governor_mechanism as gm
-from governor_mechanism.equations.assembly import Assembler
-from governor_mechanism.mechanism import Output, SpringForce, StaticForce
-from governor_mechanism.outputs import outputs_of, static_force
-from governor_mechanism.scene import Scene
+from governor_mechanism.mechanics.kinematics.assembly import Assembler
+from governor_mechanism.model.mechanism import Output, SpringForce, StaticForce
+from governor_mechanism.model.scene import Scene
+from governor_mechanism.observables.static_forces import outputs_of, static_force
 from hartung_scenes import PAPERS, hartung_scene
 from scenes import PORTER, governor_scene
 

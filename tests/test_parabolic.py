@@ -10,9 +10,9 @@ import pytest
 
 import governor_mechanism as gm
 from governor_mechanism.engines import ImpulseEngine, choose
-from governor_mechanism.equations.reduction import Reduction
 from governor_mechanism.machines.parabolic import ParabolicGovernor
-from governor_mechanism.scene import Spindle, Start
+from governor_mechanism.mechanics.reduction.lagrangian import Reduction
+from governor_mechanism.model.scene import Spindle, Start
 
 # Zehnder's parabola for m = 4 at 4 pi rad/s: from x = 0.10 m at 0.05 m/s to 0.20 m; by quadrature and by Taylor series.
 PARAMETER, TRANSIT, ARRIVAL = 0.621225507207, 2.54294404015, 0.0319576953357

@@ -16,12 +16,13 @@ from hypothesis import HealthCheck, given, settings
 from hypothesis import strategies as st
 
 from broken.scenes import BROKEN, TOP, dimensions, scene_text
-from governor_mechanism.effects import Centrifugal, Gravity
+from governor_mechanism.effects.centrifugal import Centrifugal
+from governor_mechanism.effects.gravity import Gravity
 from governor_mechanism.errors import MechanismError
-from governor_mechanism.machines.pendulum import PendulumGovernor
-from governor_mechanism.reading import read, scene_from_document
-from governor_mechanism.reading_models import rate_key, start_table, understood
-from governor_mechanism.scene import EQUILIBRIUM, RunSettings, Spindle
+from governor_mechanism.machines.pendulum.machine import PendulumGovernor
+from governor_mechanism.model.scene import EQUILIBRIUM, RunSettings, Spindle
+from governor_mechanism.scenes.parser import read, scene_from_document
+from governor_mechanism.scenes.schema import rate_key, start_table, understood
 
 
 def document(**changed: Any) -> dict[str, Any]:

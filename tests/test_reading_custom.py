@@ -10,10 +10,10 @@ from typing import Any
 import pytest
 
 from broken.custom_scenes import BODY, BROKEN_CUSTOM, SPINDLE, body_with, force_of, joint_of, own_scene
-from governor_mechanism import library
-from governor_mechanism.curves import Polynomial, Table
 from governor_mechanism.errors import MechanismError
-from governor_mechanism.joints import (
+from governor_mechanism.model.curves import Polynomial, Table
+from governor_mechanism.model.force_elements import Damper, Force, Load, Spring, Torque, TorsionDamper, TorsionSpring
+from governor_mechanism.model.joints import (
     GROUND,
     ArcSlot,
     CurveSlot,
@@ -29,8 +29,7 @@ from governor_mechanism.joints import (
     Slider,
     Weld,
 )
-from governor_mechanism.loads import Damper, Force, Load, Spring, Torque, TorsionDamper, TorsionSpring
-from governor_mechanism.mechanism import (
+from governor_mechanism.model.mechanism import (
     Body,
     BodyAngle,
     Coordinate,
@@ -40,9 +39,10 @@ from governor_mechanism.mechanism import (
     SecondMoments,
     Separation,
 )
-from governor_mechanism.programs import Motion, Program
-from governor_mechanism.reading import scene_from_document
-from governor_mechanism.scene import EQUILIBRIUM, FreeSpindle, Scene
+from governor_mechanism.model.scene import EQUILIBRIUM, FreeSpindle, Scene
+from governor_mechanism.model.time_functions import Motion, Program
+from governor_mechanism.scenes import library
+from governor_mechanism.scenes.parser import scene_from_document
 
 # The rod is 100 mm long: its mass centre lies 50 mm from its start.
 START, END = Point(body="crank", x=-0.05), Point(body="crank", x=0.05)
@@ -141,10 +141,7 @@ FIRST, SECOND = Point(body="crank", x=0.05), Point(body="rod", x=-0.1)
     [
         (joint_of("pin", name="J", ends=ENDS), Pin(name="J", first=FIRST, second=SECOND)),
         (joint_of("weld", name="J", ends=ENDS), Weld(name="J", first=FIRST, second=SECOND, turn=0.5)),
-        (
-            joint_of("weld", 'turn = "1 rad"', name="J", ends=ENDS),
-            Weld(name="J", first=FIRST, second=SECOND, turn=1.0),
-        ),
+        (joint_of("weld", 'turn = "1 rad"', name="J", ends=ENDS), Weld(name="J", first=FIRST, second=SECOND, turn=1.0)),
         (
             joint_of("prismatic", 'angle = "2 rad"', name="J", ends=ENDS),
             Prismatic(name="J", first=FIRST, second=SECOND, angle=2.0, turn=0.5),
@@ -291,10 +288,7 @@ def test_a_force_without_a_name_is_called_after_what_it_is_of() -> None:
     [
         ('angle = "crank"', BodyAngle(name="r", quantity="angle", body="crank")),
         ('angle = "rod", against = "crank"', BodyAngle(name="r", quantity="angle", body="rod", against="crank")),
-        (
-            'line = ["ground.O", "crank.end"]',
-            LineAngle(name="r", quantity="angle", start=O, end=END, zero=math.pi / 2),
-        ),
+        ('line = ["ground.O", "crank.end"]', LineAngle(name="r", quantity="angle", start=O, end=END, zero=math.pi / 2)),
         ('x = "crank.end"', Coordinate(name="r", quantity="length", point=END, along_x=1.0, along_y=0.0)),
         (
             'y = "rod.start", from = "crank.end"',

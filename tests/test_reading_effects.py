@@ -12,23 +12,20 @@ import pytest
 import governor_mechanism as gm
 from broken.custom_scenes import own_scene
 from broken.effect_scenes import BROKEN_EFFECTS, with_effects
-from governor_mechanism.effects import (
-    PLAY,
-    Centrifugal,
-    DryFriction,
-    Effect,
-    Gravity,
-    OilBrake,
-    Play,
-    Rods,
-    SpringOn,
-    Stops,
-)
+from governor_mechanism.effects.centrifugal import Centrifugal
+from governor_mechanism.effects.clearance import PLAY, Play
+from governor_mechanism.effects.dashpot import OilBrake
+from governor_mechanism.effects.dry_friction import DryFriction
+from governor_mechanism.effects.gravity import Gravity
+from governor_mechanism.effects.rod_masses import Rods
+from governor_mechanism.effects.spring import SpringOn
+from governor_mechanism.effects.stops import Stops
 from governor_mechanism.errors import MechanismError
-from governor_mechanism.machines.pendulum import PendulumGovernor
-from governor_mechanism.programs import Program
-from governor_mechanism.reading import scene_from_document
-from governor_mechanism.scene import EQUILIBRIUM, Scene, Spindle
+from governor_mechanism.machines.pendulum.machine import PendulumGovernor
+from governor_mechanism.model.effect import Effect
+from governor_mechanism.model.scene import EQUILIBRIUM, Scene, Spindle
+from governor_mechanism.model.time_functions import Program
+from governor_mechanism.scenes.parser import scene_from_document
 from scenes import PORTER
 
 ALL = ("gravity", "centrifugal", "rods", "spring", "dry_friction", "oil_brake", "stops", "play")

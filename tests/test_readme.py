@@ -9,8 +9,8 @@ from pathlib import Path
 import pytest
 
 import governor_mechanism as gm
-from governor_mechanism.library import shipped
-from governor_mechanism.reading import scene_from_document
+from governor_mechanism.scenes.library import shipped
+from governor_mechanism.scenes.parser import scene_from_document
 
 TEXT = (Path(__file__).parents[1] / "README.md").read_text(encoding="utf-8")
 

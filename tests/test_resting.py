@@ -13,9 +13,9 @@ from hypothesis import strategies as st
 from scipy.optimize import brentq
 
 import governor_mechanism as gm
-from governor_mechanism.characteristic import equilibrium_speed
-from governor_mechanism.equations import travel as travels
-from governor_mechanism.equations import walking
+from governor_mechanism.mechanics.kinematics import continuation as walking
+from governor_mechanism.mechanics.kinematics import range_of_motion as travels
+from governor_mechanism.statics.speed_curve import equilibrium_speed
 
 FOUR_BAR = """
 machine = "custom"
@@ -401,7 +401,16 @@ def test_one_question_follows_a_motion_once(scene, monkeypatch):
 def command(*words, text, tmp_path):
     path = tmp_path / "scene.toml"
     path.write_text(text)
-    line = [sys.executable, "-m", "governor_mechanism.cli", "equilibria", str(path), "--out", str(tmp_path), *words]
+    line = [
+        sys.executable,
+        "-m",
+        "governor_mechanism.cli.main",
+        "equilibria",
+        str(path),
+        "--out",
+        str(tmp_path),
+        *words,
+    ]
     return subprocess.run(line, capture_output=True, text=True, check=False)
 
 

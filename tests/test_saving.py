@@ -9,8 +9,8 @@ import numpy as np
 import pytest
 from scipy.io import netcdf_file
 
-from governor_mechanism import saving
 from governor_mechanism.engines import ImpulseEngine
+from governor_mechanism.files import results as saving
 from scenes import EXTENDED, governor_scene
 
 

@@ -19,10 +19,10 @@ from governor_mechanism.closed_form.slider_crank import CrankTrain, travel_from_
 from governor_mechanism.engines import ImpulseEngine, MultibodyEngine
 from governor_mechanism.errors import MechanismError
 from governor_mechanism.machines.slide_valve import EQUAL_CUT_OFFS, EQUAL_LEADS, MIDDLE, SlideValve
-from governor_mechanism.porting import event_angles
-from governor_mechanism.reading import scene_from_document
-from governor_mechanism.studies.valve_events import valve_events
-from governor_mechanism.trajectory import Outcome
+from governor_mechanism.model.trajectory import Outcome
+from governor_mechanism.observables.valve_timing import event_angles
+from governor_mechanism.scenes.parser import scene_from_document
+from governor_mechanism.studies.slide_valve.valve_timing import valve_events
 from reference import marks
 
 SIZES = {**VALVE, "advance": math.radians(30.0)}

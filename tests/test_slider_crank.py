@@ -7,13 +7,13 @@ import pytest
 
 import governor_mechanism as gm
 from cranks import CRANK, MASSES, crank_scene, document
-from governor_mechanism.checking.slider_crank import train_of
 from governor_mechanism.closed_form import slider_crank as closed
-from governor_mechanism.effects import Masses
+from governor_mechanism.effects.crank_masses import Masses
 from governor_mechanism.engines import ImpulseEngine, MultibodyEngine
 from governor_mechanism.errors import MechanismError
-from governor_mechanism.reading import scene_from_document
-from governor_mechanism.trajectory import Outcome
+from governor_mechanism.model.trajectory import Outcome
+from governor_mechanism.scenes.parser import scene_from_document
+from governor_mechanism.verification.slider_crank import train_of
 from reference import marks
 
 

@@ -9,8 +9,8 @@ import numpy as np
 import pytest
 
 import governor_mechanism as gm
-from governor_mechanism.reading import scene_from_document
-from governor_mechanism.statics import starting_state
+from governor_mechanism.engines.initial_state import starting_state
+from governor_mechanism.scenes.parser import scene_from_document
 
 FOUR_BAR = """
 machine = "custom"

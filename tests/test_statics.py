@@ -9,13 +9,13 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from governor_mechanism.characteristic import equilibrium_speed
-from governor_mechanism.closed_form import pendulum as closed
-from governor_mechanism.equations.assembly import Assembler
-from governor_mechanism.equations.readings import reading_gradient, reading_value
+from governor_mechanism.closed_form.pendulum import dynamics as closed
 from governor_mechanism.errors import MechanismError
-from governor_mechanism.machines import MACHINES
-from governor_mechanism.resting import find_equilibria
+from governor_mechanism.machines.registry import MACHINES
+from governor_mechanism.mechanics.kinematics.assembly import Assembler
+from governor_mechanism.mechanics.kinematics.output_variables import reading_gradient, reading_value
+from governor_mechanism.statics.equilibria import find_equilibria
+from governor_mechanism.statics.speed_curve import equilibrium_speed
 from rigid import porter_with_rods
 from scenes import CROSSED, EXTENDED, PORTER, UNCROSSED_LINKS, WATT, governor_scene, random_governor
 

@@ -14,7 +14,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from governor_mechanism.errors import MechanismError
-from governor_mechanism.units import KINDS, parse, shown
+from governor_mechanism.units.quantities import KINDS, parse, shown
 
 ULP = 2.3e-16  # one rounding, where the test's own reference is rounded too
 

@@ -7,8 +7,8 @@ from itertools import pairwise
 import numpy as np
 from scipy.integrate import solve_ivp
 
-from governor_mechanism.closed_form import pendulum as closed
-from governor_mechanism.equations.timing import SpeedProgram
+from governor_mechanism.closed_form.pendulum import dynamics as closed
+from governor_mechanism.mechanics.kinematics.time_functions import SpeedProgram
 
 
 def one_coordinate_motion(scene, times, governor=None):

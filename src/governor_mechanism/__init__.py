@@ -17,17 +17,17 @@ if TYPE_CHECKING:
     import numpy as np
     from numpy.typing import NDArray
 
-    from governor_mechanism.characteristic import SpeedCurve, StandingBand
-    from governor_mechanism.checking import CheckReport
-    from governor_mechanism.driven import Kinematics
     from governor_mechanism.engines import Engine
-    from governor_mechanism.resting import Equilibrium
-    from governor_mechanism.scene import Scene
-    from governor_mechanism.studies.accuracy_table import AccuracyStudy
-    from governor_mechanism.studies.effects import EffectsStudy
-    from governor_mechanism.studies.sweep import Sweep
-    from governor_mechanism.studies.valve_events import ValveEvents
-    from governor_mechanism.trajectory import Trajectory
+    from governor_mechanism.mechanics.kinematics.kinematic_analysis import Kinematics
+    from governor_mechanism.model.scene import Scene
+    from governor_mechanism.model.trajectory import Trajectory
+    from governor_mechanism.statics.equilibria import Equilibrium
+    from governor_mechanism.statics.speed_curve import SpeedCurve, StandingBand
+    from governor_mechanism.studies.effect_ablation import EffectsStudy
+    from governor_mechanism.studies.slide_valve.valve_timing import ValveEvents
+    from governor_mechanism.studies.sweep.run import Sweep
+    from governor_mechanism.studies.work_precision.results import AccuracyStudy
+    from governor_mechanism.verification.registry import CheckReport
 
 __version__ = "0.1.0"
 
@@ -37,8 +37,8 @@ def load(scene: str | Path) -> Scene:
 
     Raises MechanismError with every mistake of the file, one sentence each.
     """
-    from governor_mechanism.library import load as load_scene
-    from governor_mechanism.statics import starting_state
+    from governor_mechanism.engines.initial_state import starting_state
+    from governor_mechanism.scenes.library import load as load_scene
 
     found = load_scene(scene)
     try:
@@ -84,10 +84,10 @@ def crosscheck(
     """
     opened = _opened(scene)
     if kernel is None:
-        from governor_mechanism.checking import check_against_closed_forms
+        from governor_mechanism.verification.registry import check_against_closed_forms
 
         return check_against_closed_forms(opened)
-    from governor_mechanism.checking.kernel import ALLOWED, check_kernel
+    from governor_mechanism.verification.user_kernel import ALLOWED, check_kernel
 
     if over is None:
         coordinate = opened.part.mechanism.coordinate
@@ -109,24 +109,20 @@ def kinematics(
     over is a reading that takes the values (n,) SI at `rate` and `acceleration` (SI/s, SI/s2), whatever drives the
     scene has; or "time" (s), along which its drives move it. Raises MechanismError where that settles no motion.
     """
-    from governor_mechanism.driven import follow
+    from governor_mechanism.mechanics.kinematics.kinematic_analysis import follow
 
     return follow(_opened(scene), over, values, rate, acceleration)
 
 
 def speed_curve(
-    scene: Scene | str | Path,
-    points: int = 500,
-    *,
-    resistance: float | str | None = None,
-    against: str = "sleeve_lift",
+    scene: Scene | str | Path, points: int = 500, *, resistance: float | str | None = None, against: str = "sleeve_lift"
 ) -> SpeedCurve:
     """The speed at which a scene's mechanism rests, over its whole travel, with stiffness, frequencies and folds.
 
     With a resistance (N, or N m; or "40 N") at the reading `against`, its standing band too. Raises MechanismError for
     a mechanism of another mobility than one, and where nothing that the spindle's turning could balance pulls at it.
     """
-    from governor_mechanism.characteristic import speed_curve as curve
+    from governor_mechanism.statics.speed_curve import speed_curve as curve
 
     return curve(_opened(scene), points, resistance=resistance, against=against)
 
@@ -142,7 +138,7 @@ def standing_band(
     over are values (n,) SI of its leading coordinate. Raises MechanismError for a negative resistance, for values
     outside the travel, and where no speed holds the mechanism without resistance.
     """
-    from governor_mechanism.characteristic import standing_band as band
+    from governor_mechanism.statics.speed_curve import standing_band as band
 
     return band(_opened(scene), over, resistance, against)
 
@@ -154,7 +150,7 @@ def equilibria(scene: Scene | str | Path, spindle_speed: float | str | None = No
     than one, for a speed where nothing turns with the spindle, and where there is no rest at that speed, with the
     speeds at which there is.
     """
-    from governor_mechanism.resting import find_equilibria
+    from governor_mechanism.statics.equilibria import find_equilibria
 
     return find_equilibria(_opened(scene), spindle_speed)
 
@@ -167,7 +163,7 @@ def accuracy_study(
     Settings that take more than `longest` (s) are left out. The study has .cheapest_for(1e-6), .advice(1e-6), .points,
     and prints as a table. Raises MechanismError where there is no reference.
     """
-    from governor_mechanism.studies.accuracy import accuracy_study as study
+    from governor_mechanism.studies.work_precision.study import accuracy_study as study
 
     return study(_opened(scene), longest, progress)
 
@@ -182,7 +178,7 @@ def effects_study(
 
     The scene is run as it is, and with each effect switched. Raises MechanismError where it cannot be run.
     """
-    from governor_mechanism.studies.effects import effects_study as study
+    from governor_mechanism.studies.effect_ablation import effects_study as study
 
     return study(_opened(scene), engine, accuracy, progress)
 
@@ -208,7 +204,7 @@ def sweep(
     .column(name), .grid(name) and .rows, SI, each row with its outcome. Raises MechanismError with every mistake of
     what was asked; a row that cannot be run says so, and stops no other.
     """
-    from governor_mechanism.studies.sweep import sweep as run_sweep
+    from governor_mechanism.studies.sweep.run import sweep as run_sweep
 
     return run_sweep(
         _opened(scene),
@@ -229,7 +225,7 @@ def valve_events(scene: Scene | str | Path) -> ValveEvents:
     By crank angle and stroke: found on the mechanism, by the exact closed form, and by theory without its error term.
     Raises MechanismError for another machine.
     """
-    from governor_mechanism.studies.valve_events import valve_events as events
+    from governor_mechanism.studies.slide_valve.valve_timing import valve_events as events
 
     return events(_opened(scene))
 
@@ -243,7 +239,7 @@ def film(run: Trajectory | Sequence[Trajectory], path: str | Path, **options: An
 
     Two runs that report the same times stand side by side, under the option titles=("left", "right").
     """
-    from governor_mechanism.render.film import film as write_film
+    from governor_mechanism.render.film.writer import film as write_film
 
     return write_film(run, path, **options)
 

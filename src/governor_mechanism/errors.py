@@ -46,3 +46,10 @@ def did_you_mean(word: str, known: Iterable[str]) -> str:
     """The sentence ' Did you mean ...?' for the nearest known name, or an empty string."""
     near = difflib.get_close_matches(word, list(known), n=1)
     return f" Did you mean {near[0]!r}?" if near else ""
+
+
+def require_not_negative(value: float, unit: str, what: str) -> None:
+    """Raise MechanismError unless a value is finite and at least zero."""
+    require_finite(value, unit, what)
+    if value < 0:
+        raise MechanismError(f"{what} must not be negative; got {value:g} {unit}".rstrip())

@@ -38,11 +38,7 @@ SPINDLE = '[spindle]\nspeed = "120 rpm"\n'
 BROKEN_CUSTOM: list[tuple[str, str, list[str]]] = [
     ("no body", TOP, ["body is missing; it is the moving parts, one table [[body]] for each"]),
     ("empty list of bodies", TOP + "body = []\n", ["body is an empty list; a mechanism needs at least one [[body]]"]),
-    (
-        "one table for a list",
-        TOP + "[body]\nmass = 1\n",
-        ["body must be a list of", "write [[body]] above each"],
-    ),
+    ("one table for a list", TOP + "[body]\nmass = 1\n", ["body must be a list of", "write [[body]] above each"]),
     ("a number for a body", TOP + "body = [3]\n", ["body 1 must be a table; found 3"]),
     ("dimensions", own_scene("[dimensions]\narm = 1\n"), ["[dimensions] is unknown", "lengths stand with its bodies"]),
     ("misspelt table", own_scene(top=TOP, joint=JOINT.replace("[[joint]]", "[[jiont]]")), ["Did you mean 'joint'?"]),
@@ -54,11 +50,7 @@ BROKEN_CUSTOM: list[tuple[str, str, list[str]]] = [
     ("size zero", own_scene(top=TOP + "size = 0\n"), ["size must be positive; found 0"]),
     ("ground's point", own_scene(ground='[ground]\nO = ["5 kg", 0]\n'), ['ground.O x is a length; "5 kg" is a mass']),
     ("ground's point alone", own_scene(ground="[ground]\nO = 5\n"), ["ground.O must be [x, y]; found 5; write [0,"]),
-    (
-        "mass missing",
-        own_scene(body=body_with("point = true", mass=None)),
-        ['body "crank": mass is missing; it is'],
-    ),
+    ("mass missing", own_scene(body=body_with("point = true", mass=None)), ['body "crank": mass is missing; it is']),
     (
         "massless",
         own_scene(body=body_with(PLAIN, "inertia = 1", mass="0")),
@@ -79,11 +71,7 @@ BROKEN_CUSTOM: list[tuple[str, str, list[str]]] = [
         own_scene(body=body_with(PLAIN, 'inertia = "1 kg"')),
         ['body "crank": inertia is a moment of inertia; "1 kg" is a mass; write it in kg m^2'],
     ),
-    (
-        "mass not a number",
-        own_scene(body=body_with("point = true", mass="nan")),
-        ["mass must be a finite number"],
-    ),
+    ("mass not a number", own_scene(body=body_with("point = true", mass="nan")), ["mass must be a finite number"]),
     (
         "a length beyond all that is built",
         own_scene(body=body_with('rod = { length = "1e10 m" }')),
@@ -233,10 +221,7 @@ BROKEN_CUSTOM: list[tuple[str, str, list[str]]] = [
     ),
     (
         "contradictory drives",
-        own_scene(
-            joint_of("driven_turn", "rate = 1", name="B"),
-            joint_of("driven_turn", "rate = 2", name="C"),
-        ),
+        own_scene(joint_of("driven_turn", "rate = 1", name="B"), joint_of("driven_turn", "rate = 2", name="C")),
         ["joints 'B' and 'C' drive the same two bodies, 'ground' and 'crank'; leave one of them out"],
     ),
     (
@@ -316,11 +301,7 @@ BROKEN_CUSTOM: list[tuple[str, str, list[str]]] = [
         own_scene('[readings]\nlean = { x = "crank.eend" }\n'),
         ['readings.lean: x names the unknown point "eend" of "crank"', "Did you mean 'end'?"],
     ),
-    (
-        "a reading's name",
-        own_scene('[readings]\n"a b" = { angle = "crank" }\n'),
-        ["readings.a b: the name of a"],
-    ),
+    ("a reading's name", own_scene('[readings]\n"a b" = { angle = "crank" }\n'), ["readings.a b: the name of a"]),
     (
         "unknown start",
         own_scene("[start]\ncrank_angel = 1\n"),

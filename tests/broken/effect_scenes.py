@@ -387,9 +387,7 @@ BROKEN_EFFECTS: list[tuple[str, str, list[str]]] = [
     ),
     (
         "an unknown body and wrong effects",
-        own_scene(
-            '[readings]\nlean = { angle = "crnk" }\n[effects]\ngravity = "x"\ndry_friction = { lean = "40 kg" }',
-        ),
+        own_scene('[readings]\nlean = { angle = "crnk" }\n[effects]\ngravity = "x"\ndry_friction = { lean = "40 kg" }'),
         [
             'readings.lean: angle names the unknown body "crnk"',
             'effects.gravity is an acceleration; "x" has no number',

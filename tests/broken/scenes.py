@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from governor_mechanism.reading import LARGEST_FILE
+from governor_mechanism.scenes.parser import LARGEST_FILE
 
 TOP = 'title = "A Porter governor"\nmachine = "pendulum_governor"\n'
 DIMENSIONS = {"arm": '"300 mm"', "offset": '"40 mm"', "ball_mass": '"5 kg"', "sleeve_mass": '"20 kg"'}
@@ -186,11 +186,7 @@ BROKEN: list[tuple[str, str, list[str]]] = [
         scene_text(spindle="speed = [[0, 120], [5, -3000]]"),
         ['spindle.speed, point 2: speed = -3000 is -3000 rad/s; write "-3000 rpm" if that is meant'],
     ),
-    (
-        "misspelt equilibrium in capitals",
-        scene_text(start='arm_angle = "EQUILIBRUM"'),
-        ["Did you mean 'equilibrium'?"],
-    ),
+    ("misspelt equilibrium in capitals", scene_text(start='arm_angle = "EQUILIBRUM"'), ["Did you mean 'equilibrium'?"]),
     ("a number for the machine", scene_text("machine = 3\n"), ["machine 3 is unknown; known are pendulum_governor"]),
     ("a number for the title", scene_text("title = 3\n" + TOP.splitlines()[1] + "\n"), ["title must be text; found 3"]),
     (
@@ -199,11 +195,7 @@ BROKEN: list[tuple[str, str, list[str]]] = [
         ["[spindel] is unknown; a scene file has machine, title, dimensions,", "Did you mean 'spindle'?"],
     ),
     ("unknown key at the top", scene_text(TOP + "speed = 3\n"), ["speed is unknown; a scene file has machine, title"]),
-    (
-        "machine under a table",
-        'title = "T"\n[dimensions]\nmachine = "pendulum_governor"\n',
-        ["machine is missing"],
-    ),
+    ("machine under a table", 'title = "T"\n[dimensions]\nmachine = "pendulum_governor"\n', ["machine is missing"]),
     (
         "title under a table",
         scene_text(run=TABLES["run"] + '\ntitle = "T"'),

@@ -8,8 +8,8 @@ import pytest
 
 import governor_mechanism as gm
 from cranks import MASSES, crank_scene, valve_scene
-from governor_mechanism.checking import slide_valve, slider_crank
 from governor_mechanism.machines.slide_valve import EQUAL_CUT_OFFS
+from governor_mechanism.verification import slide_valve, slider_crank
 
 SETTINGS = {
     "equal cut-offs": {"setting": EQUAL_CUT_OFFS},

@@ -9,11 +9,12 @@ import numpy as np
 import pytest
 
 import governor_mechanism as gm
-from governor_mechanism.checking import CHECKS, pendulum
-from governor_mechanism.checking.report import CheckReport, Row
 from governor_mechanism.engines import ImpulseEngine
-from governor_mechanism.library import shipped
-from governor_mechanism.scene import Spindle
+from governor_mechanism.model.scene import Spindle
+from governor_mechanism.scenes.library import shipped
+from governor_mechanism.verification import pendulum
+from governor_mechanism.verification.registry import CHECKS
+from governor_mechanism.verification.report import CheckReport, Row
 from scenes import CROSSED, PORTER, WATT, governor_scene
 
 ANGLES = np.radians([15.0, 25.0, 35.0, 45.0])

@@ -9,10 +9,11 @@ from typing import Any
 import pytest
 
 import governor_mechanism as gm
-from governor_mechanism.checking import hartung
-from governor_mechanism.effects import BellCranks, DryFriction
-from governor_mechanism.programs import Program
-from governor_mechanism.scene import FreeSpindle, Spindle
+from governor_mechanism.effects.bell_crank_masses import BellCranks
+from governor_mechanism.effects.dry_friction import DryFriction
+from governor_mechanism.model.scene import FreeSpindle, Spindle
+from governor_mechanism.model.time_functions import Program
+from governor_mechanism.verification.hartung import statics as hartung
 from hartung_scenes import PAPERS, hartung_scene
 
 

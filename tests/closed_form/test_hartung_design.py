@@ -10,8 +10,8 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from governor_mechanism.closed_form import hartung as closed
-from governor_mechanism.closed_form import hartung_design as design
+from governor_mechanism.closed_form.hartung import design
+from governor_mechanism.closed_form.hartung import governor as closed
 from governor_mechanism.errors import MechanismError
 from reference import hartung
 from reference.zehnder import half_unit

@@ -12,9 +12,10 @@ from hypothesis import given
 from hypothesis import strategies as st
 from numpy.testing import assert_allclose
 
-from governor_mechanism.closed_form import isochronous, pendulum
-from governor_mechanism.closed_form.leaving import parabola_change_on_leaving, speed_change_on_leaving
-from governor_mechanism.closed_form.pendulum import PendulumGovernor
+from governor_mechanism.closed_form.parabolic import isochronous_curve as isochronous
+from governor_mechanism.closed_form.parabolic.speed_deviation import parabola_change_on_leaving, speed_change_on_leaving
+from governor_mechanism.closed_form.pendulum import dynamics as pendulum
+from governor_mechanism.closed_form.pendulum.dynamics import PendulumGovernor
 from governor_mechanism.errors import MechanismError
 from reference import zehnder
 

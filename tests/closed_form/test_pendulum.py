@@ -14,8 +14,8 @@ from hypothesis import strategies as st
 from numpy.testing import assert_allclose
 from scipy.integrate import solve_ivp
 
-from governor_mechanism.closed_form import pendulum
-from governor_mechanism.closed_form.pendulum import PendulumGovernor
+from governor_mechanism.closed_form.pendulum import dynamics as pendulum
+from governor_mechanism.closed_form.pendulum.dynamics import PendulumGovernor
 from governor_mechanism.errors import MechanismError
 from reference import zehnder
 
@@ -609,10 +609,7 @@ def test_impossible_dimensions_are_refused(change: dict[str, float], sentence: s
             lambda: pendulum.equilibrium_angles(PORTER, spindle_speed=10.0, lowest=0.5, highest=0.4),
             r"lowest must lie below highest; got lowest = 28.6.* deg and highest = 22.9",
         ),
-        (
-            lambda: pendulum.equilibrium_angles(PORTER, spindle_speed=np.array([1.0, 2.0])),
-            r"must each be one number",
-        ),
+        (lambda: pendulum.equilibrium_angles(PORTER, spindle_speed=np.array([1.0, 2.0])), r"must each be one number"),
     ],
 )
 @pytest.mark.filterwarnings("ignore:overflow")

@@ -8,14 +8,14 @@ from dataclasses import dataclass
 from itertools import pairwise
 
 import numpy as np
-from numpy.typing import NDArray
 from scipy.integrate import solve_ivp
 from scipy.interpolate import CubicSpline, PchipInterpolator
 from scipy.special import ellipj, ellipk
 
-from governor_mechanism.curves import Curve, Polynomial, Table
-from governor_mechanism.effects import Gravity
-from governor_mechanism.joints import (
+from governor_mechanism.effects.gravity import Gravity
+from governor_mechanism.model.curves import Curve, Polynomial, Table
+from governor_mechanism.model.force_elements import Damper, Force, Spring, Torque, TorsionDamper, TorsionSpring
+from governor_mechanism.model.joints import (
     GROUND,
     ArcSlot,
     CurveSlot,
@@ -30,13 +30,12 @@ from governor_mechanism.joints import (
     Slider,
     Weld,
 )
-from governor_mechanism.loads import Damper, Force, Spring, Torque, TorsionDamper, TorsionSpring
-from governor_mechanism.mechanism import Body, BodyAngle, Coordinate, Mechanism, SecondMoments, Separation
-from governor_mechanism.programs import Motion, Program
-from governor_mechanism.scene import FIXED, Part, RunSettings, Scene, Spindle, Start
+from governor_mechanism.model.mechanism import Body, BodyAngle, Coordinate, Mechanism, SecondMoments, Separation
+from governor_mechanism.model.scene import FIXED, Part, RunSettings, Scene, Spindle, Start
+from governor_mechanism.model.time_functions import Motion, Program
+from governor_mechanism.types import FloatArray
 
-Array = NDArray[np.float64]
-Told = dict[str, tuple[Array, Array]]
+Told = dict[str, tuple[FloatArray, FloatArray]]
 """By the name of a reading: its values (n,) and rates (n,)."""
 
 G = 9.81
@@ -51,7 +50,7 @@ class Case:
     """
 
     scene: Scene
-    exact: Callable[[Array], Told]
+    exact: Callable[[FloatArray], Told]
     step: float = 0.005
     order: str = SECOND_ORDER
     impulse: bool = True
@@ -126,7 +125,7 @@ def y_of(body: str, name: str = "y") -> Coordinate:
 # --- independent answers ----------------------------------------------------------------------------------------------
 
 
-def follow(slope: Callable, start, times: Array, breaks=()) -> Array:
+def follow(slope: Callable, start, times: FloatArray, breaks=()) -> FloatArray:
     """A state (numbers, n) at the times, by scipy at its tightest, split where the right-hand side has breaks."""
     state, found = np.array(start, dtype=np.float64), np.empty((len(start), len(times)))
     found[:, times == 0.0] = state[:, np.newaxis]
@@ -140,7 +139,7 @@ def follow(slope: Callable, start, times: Array, breaks=()) -> Array:
     return found
 
 
-def released(times: Array, square: float, start: float) -> tuple[Array, Array]:
+def released(times: FloatArray, square: float, start: float) -> tuple[FloatArray, FloatArray]:
     """Angle and rate of a pendulum of small-swing frequency sqrt(square), let go at `start` from rest (Jacobi's sn)."""
     modulus = math.sin(start / 2)
     fast = math.sqrt(square)
@@ -148,7 +147,7 @@ def released(times: Array, square: float, start: float) -> tuple[Array, Array]:
     return 2 * np.arcsin(modulus * sn), 2 * modulus * fast * cn * dn / np.sqrt(1 - (modulus * sn) ** 2)
 
 
-def of_one_coordinate(inertia: Callable, push: Callable, start, times: Array) -> Array:
+def of_one_coordinate(inertia: Callable, push: Callable, start, times: FloatArray) -> FloatArray:
     """Coordinate and rate (2, n): inertia(q) gives J and dJ/dq, push(q, rate) the generalised force."""
 
     def slope(_, state):
@@ -219,7 +218,7 @@ class SliderCrank:
     rod_mass: float
     piston_mass: float
 
-    def piston(self, q: Array) -> tuple[Array, Array, Array]:
+    def piston(self, q: FloatArray) -> tuple[FloatArray, FloatArray, FloatArray]:
         """Way of the piston and its two derivatives by the crank's angle."""
         lean, lean1, lean2 = self.lean(q)
         r, length = self.crank, self.rod
@@ -229,13 +228,13 @@ class SliderCrank:
             -r * np.cos(q) - length * (np.cos(lean) * lean1**2 + np.sin(lean) * lean2),
         )
 
-    def lean(self, q: Array) -> tuple[Array, Array, Array]:
+    def lean(self, q: FloatArray) -> tuple[FloatArray, FloatArray, FloatArray]:
         """Angle of the rod, and its two derivatives."""
         sine, cosine = np.sin(q), np.cos(q)
         r, drop = self.crank, np.sqrt(self.rod**2 - self.crank**2 * np.sin(q) ** 2)
         return -np.arcsin(r * sine / self.rod), -r * cosine / drop, r * sine / drop - r**3 * sine * cosine**2 / drop**3
 
-    def torque(self, q: Array, rate: Array, bend: Array, crank_inertia: float) -> Array:
+    def torque(self, q: FloatArray, rate: FloatArray, bend: FloatArray, crank_inertia: float) -> FloatArray:
         """What turns the crank (N m), by virtual work: mass times acceleration, and weight, along the motion."""
         lean, lean1, lean2 = self.lean(q)
         half = self.rod / 2
@@ -614,10 +613,7 @@ def _wheels(off: float, values: Mapping[str, float], torque: float, ratio: float
             Gear(name="teeth", first=on("first"), second=on("second"), ratio=ratio, offset=offset),
         ],
         readings=[angle_of("first"), angle_of("second")],
-        sketch=[
-            (0.0, 0.0, start),
-            (0.6 + off * math.sin(turned), -off * math.cos(turned), turned),
-        ],
+        sketch=[(0.0, 0.0, start), (0.6 + off * math.sin(turned), -off * math.cos(turned), turned)],
         loads=[Torque(name="motor", second="first", moment=Program(values=(torque,)))] if torque else [],
         values=values,
         size=0.5,
@@ -671,10 +667,7 @@ def falling_rack(lean: float = 1.2) -> Case:
 
     def exact(times):
         way, speed = bend * times**2 / 2, bend * times
-        return {
-            "pinion": (way / radius, speed / radius),
-            "y": ((ahead + way) * math.sin(lean), speed * math.sin(lean)),
-        }
+        return {"pinion": (way / radius, speed / radius), "y": ((ahead + way) * math.sin(lean), speed * math.sin(lean))}
 
     return Case(scene=scene, exact=exact, impulse=False)
 
@@ -714,7 +707,7 @@ def _slider_crank(motion: Motion, start: float, duration: float) -> Scene:
     )
 
 
-def _told_of_crank(angle: Array, rate: Array) -> Told:
+def _told_of_crank(angle: FloatArray, rate: FloatArray) -> Told:
     way, way1, _ = ENGINE.piston(angle)
     lean, lean1, _ = ENGINE.lean(angle)
     return {"crank": (angle, rate), "x": (way, way1 * rate), "rod": (lean, lean1 * rate)}
@@ -725,16 +718,14 @@ def driven_slider_crank() -> Case:
     start, rate = 0.3, 12.0
     scene = _slider_crank(Motion.steady(start, rate), start, 0.6)
     return Case(
-        scene=scene,
-        exact=lambda times: _told_of_crank(start + rate * times, np.full_like(times, rate)),
-        step=0.0025,
+        scene=scene, exact=lambda times: _told_of_crank(start + rate * times, np.full_like(times, rate)), step=0.0025
     )
 
 
 TABLE = ((0.0, 0.15, 0.3, 0.5, 0.6), (0.3, 1.0, 2.4, 2.9, 2.2))
 
 
-def crank_motion(times: Array) -> tuple[Array, Array, Array]:
+def crank_motion(times: FloatArray) -> tuple[FloatArray, FloatArray, FloatArray]:
     """The natural spline through the table: values, rates, second derivatives."""
     spline = CubicSpline(*TABLE, bc_type="natural")
     return spline(times), spline(times, 1), spline(times, 2)
@@ -795,10 +786,7 @@ def counterweight_driven_backwards() -> Case:
             Slider(name="bore", first=on("wheel", y=0.1), second=on("bob"), angle=0.0),
         ],
         readings=[angle_of("wheel"), Separation(name="way", quantity="length", first=fixed(), second=on("bob"))],
-        sketch=[
-            (-0.1 * math.sin(0.3), -0.1 * math.cos(0.3), -0.3),
-            (0.2 * math.cos(0.3), -0.2 * math.sin(0.3), 0.0),
-        ],
+        sketch=[(-0.1 * math.sin(0.3), -0.1 * math.cos(0.3), -0.3), (0.2 * math.cos(0.3), -0.2 * math.sin(0.3), 0.0)],
         rates={"way": 0.4},
         size=0.5,
         duration=0.4,
@@ -827,10 +815,7 @@ def bead_driven_along_a_turning_rod() -> Case:
                 name="drive", first=on("rod"), second=on("bead"), angle=0.0, motion=Motion.steady(first, speed)
             ),
         ],
-        readings=[
-            angle_of("rod", "turn"),
-            Separation(name="way", quantity="length", first=fixed(), second=on("bead")),
-        ],
+        readings=[angle_of("rod", "turn"), Separation(name="way", quantity="length", first=fixed(), second=on("bead"))],
         sketch=[(0.0, 0.0, 0.0), (first, 0.0, 0.0)],
         rates={"turn": rate},
         gravity=0.0,
@@ -944,7 +929,7 @@ def spring_across_a_pendulum() -> Case:
     return Case(scene=scene, exact=exact)
 
 
-def damped(times: Array, square: float, decay: float, start: float, speed: float) -> tuple[Array, Array]:
+def damped(times: FloatArray, square: float, decay: float, start: float, speed: float) -> tuple[FloatArray, FloatArray]:
     """The damped oscillator x'' + 2 decay x' + square x = 0, in its three regimes, by complex roots."""
     if math.isclose(decay**2, square):
         slope = speed + decay * start
@@ -969,9 +954,7 @@ def damped_mass(ratio: float = 0.2) -> Case:
     scene = make_scene(
         bodies=[bead("mass", mass)],
         joints=[Slider(name="rail", first=fixed(), second=on("mass"), angle=lean)],
-        readings=[
-            Separation(name="way", quantity="length", first=fixed(anchor.real, anchor.imag), second=on("mass")),
-        ],
+        readings=[Separation(name="way", quantity="length", first=fixed(anchor.real, anchor.imag), second=on("mass"))],
         sketch=[(place.real, place.imag, 0.0)],
         loads=[
             Spring(
@@ -1098,7 +1081,7 @@ STEPPED = Program(times=(0.0, 0.3, 0.45, 0.45, 0.7, 0.9), values=(0.5, 2.0, -0.4
 """Smooth to 0.45 s, a step there, smooth again, level from 0.9 s on; breaks off the reported tenths of a second."""
 
 
-def of_program(times: Array) -> tuple[Array, Array, Array]:
+def of_program(times: FloatArray) -> tuple[FloatArray, FloatArray, FloatArray]:
     """STEPPED at times (n,), its integral from 0 and the integral of that: monotone cubics on either side."""
     at, values = np.array(STEPPED.times), np.array(STEPPED.values)
     first, second = PchipInterpolator(at[:3], values[:3]), PchipInterpolator(at[3:], values[3:])
@@ -1179,10 +1162,7 @@ def mass_under_a_force(*, constant: bool) -> Case:
         rising = (upward / mass - G) * math.sin(lean)
         way = math.cos(lean) / mass * double + rising * times**2 / 2
         rate = math.cos(lean) / mass * single + rising * times
-        return {
-            "x": (math.cos(lean) * way, math.cos(lean) * rate),
-            "y": (math.sin(lean) * way, math.sin(lean) * rate),
-        }
+        return {"x": (math.cos(lean) * way, math.cos(lean) * rate), "y": (math.sin(lean) * way, math.sin(lean) * rate)}
 
     return Case(scene=scene, exact=exact, order=NO_ERROR if constant else SECOND_ORDER)
 

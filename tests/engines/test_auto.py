@@ -10,9 +10,9 @@ import pytest
 
 import governor_mechanism as gm
 from governor_mechanism.engines import ENGINES, ImpulseEngine, choose
-from governor_mechanism.engines.auto import expected_seconds
-from governor_mechanism.library import shipped
-from governor_mechanism.trajectory import Outcome
+from governor_mechanism.engines.selection import expected_seconds
+from governor_mechanism.model.trajectory import Outcome
+from governor_mechanism.scenes.library import shipped
 
 
 def crank(**options):

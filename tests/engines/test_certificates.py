@@ -11,10 +11,18 @@ import numpy as np
 import pytest
 
 from certifying import Measured, Truth, accuracies, held_against, measured, sudden
-from governor_mechanism.effects import BellCranks, DryFriction, Effect, Masses, OilBrake, Play, Rods, SpringOn, Stops
+from governor_mechanism.effects.bell_crank_masses import BellCranks
+from governor_mechanism.effects.clearance import Play
+from governor_mechanism.effects.crank_masses import Masses
+from governor_mechanism.effects.dashpot import OilBrake
+from governor_mechanism.effects.dry_friction import DryFriction
+from governor_mechanism.effects.rod_masses import Rods
+from governor_mechanism.effects.spring import SpringOn
+from governor_mechanism.effects.stops import Stops
 from governor_mechanism.engines import MultibodyEngine, ReducedEngine
-from governor_mechanism.scene import FreeSpindle
-from governor_mechanism.trajectory import Outcome
+from governor_mechanism.model.effect import Effect
+from governor_mechanism.model.scene import FreeSpindle
+from governor_mechanism.model.trajectory import Outcome
 from random_machines import MACHINES
 from random_scenes import Drawn, random_scene
 

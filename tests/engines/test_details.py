@@ -8,16 +8,16 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from governor_mechanism.closed_form import pendulum as closed
+from governor_mechanism.closed_form.pendulum import dynamics as closed
 from governor_mechanism.engines import ImpulseEngine, MultibodyEngine, ReducedEngine
 from governor_mechanism.engines.base import Task
-from governor_mechanism.engines.climb import Climb, Tuning
-from governor_mechanism.equations.scales import time_scale
-from governor_mechanism.joints import GROUND, Joint, Pin, Point, Slider
-from governor_mechanism.machines.pendulum import PendulumGovernor
-from governor_mechanism.mechanism import Body, Coordinate, LineAngle, Mechanism, SecondMoments
-from governor_mechanism.scene import Spindle
-from governor_mechanism.trajectory import Outcome
+from governor_mechanism.engines.impulse.richardson import Climb, Tuning
+from governor_mechanism.machines.pendulum.machine import PendulumGovernor
+from governor_mechanism.mechanics.dynamics.characteristic_scales import time_scale
+from governor_mechanism.model.joints import GROUND, Joint, Pin, Point, Slider
+from governor_mechanism.model.mechanism import Body, Coordinate, LineAngle, Mechanism, SecondMoments
+from governor_mechanism.model.scene import Spindle
+from governor_mechanism.model.trajectory import Outcome
 from scenes import EXTENDED, PORTER, governor_scene
 from witness import one_coordinate_motion
 

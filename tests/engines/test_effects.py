@@ -12,15 +12,20 @@ from hypothesis import strategies as st
 from scipy.special import lambertw
 
 import governor_mechanism as gm
-from governor_mechanism.effects import Centrifugal, DryFriction, Gravity, OilBrake, SpringOn, Stops
+from governor_mechanism.effects.centrifugal import Centrifugal
+from governor_mechanism.effects.dashpot import OilBrake
+from governor_mechanism.effects.dry_friction import DryFriction
+from governor_mechanism.effects.gravity import Gravity
+from governor_mechanism.effects.spring import SpringOn
+from governor_mechanism.effects.stops import Stops
 from governor_mechanism.engines import ImpulseEngine, MultibodyEngine, ReducedEngine
-from governor_mechanism.equations.modes import Mode
-from governor_mechanism.equations.system import make_system, moved_hold
-from governor_mechanism.joints import GROUND, Point, Slider
-from governor_mechanism.mechanism import Body, Coordinate, Mechanism
-from governor_mechanism.programs import Program
-from governor_mechanism.scene import FIXED, FreeSpindle, Part, RunSettings, Scene, Spindle, Start
-from governor_mechanism.trajectory import Outcome
+from governor_mechanism.mechanics.dynamics.contacts import Mode
+from governor_mechanism.mechanics.dynamics.lowering import make_system, moved_hold
+from governor_mechanism.model.joints import GROUND, Point, Slider
+from governor_mechanism.model.mechanism import Body, Coordinate, Mechanism
+from governor_mechanism.model.scene import FIXED, FreeSpindle, Part, RunSettings, Scene, Spindle, Start
+from governor_mechanism.model.time_functions import Program
+from governor_mechanism.model.trajectory import Outcome
 from reference.zehnder import FRICTION_BAND
 from scenes import PORTER, governor_scene
 
@@ -216,7 +221,7 @@ def test_stops_with_friction_hold_either_way(engine):
         DryFriction(reading="way", force=constant(4.0)), Stops(reading="way", low=0.0), duration=10.0, mass=2.0
     )
     body = Point(body="block")
-    from governor_mechanism.loads import Force
+    from governor_mechanism.model.force_elements import Force
 
     part = scene.part
     pull = Force(name="pull", point=body, x=ramp, y=constant(0.0))

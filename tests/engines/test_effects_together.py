@@ -8,8 +8,8 @@ import numpy as np
 import pytest
 
 import governor_mechanism as gm
-from governor_mechanism.reading import scene_from_document
-from governor_mechanism.trajectory import Outcome
+from governor_mechanism.model.trajectory import Outcome
+from governor_mechanism.scenes.parser import scene_from_document
 
 ENGINES = pytest.mark.parametrize("engine", ["multibody", "reduced"])
 PORTER = {"arm": "300 mm", "offset": "40 mm", "ball_mass": "5 kg", "sleeve_mass": "20 kg"}

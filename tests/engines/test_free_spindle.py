@@ -9,9 +9,9 @@ import pytest
 
 import governor_mechanism as gm
 from governor_mechanism.engines import ImpulseEngine
-from governor_mechanism.programs import Program
-from governor_mechanism.scene import FIXED, FreeSpindle
-from governor_mechanism.trajectory import Outcome
+from governor_mechanism.model.scene import FIXED, FreeSpindle
+from governor_mechanism.model.time_functions import Program
+from governor_mechanism.model.trajectory import Outcome
 from reference.mechanisms import PORTER_IN_SPACE as REFERENCE
 from scenes import PORTER, governor_scene
 

@@ -9,16 +9,22 @@ import numpy as np
 import pytest
 
 import governor_mechanism as gm
-from governor_mechanism.effects import DryFriction, Gravity, OilBrake, Play, SpringOn, Stops
+from governor_mechanism.effects.clearance import Play
+from governor_mechanism.effects.dashpot import OilBrake
+from governor_mechanism.effects.dry_friction import DryFriction
+from governor_mechanism.effects.gravity import Gravity
+from governor_mechanism.effects.spring import SpringOn
+from governor_mechanism.effects.stops import Stops
 from governor_mechanism.engines import ImpulseEngine
-from governor_mechanism.engines.chipmunk.compare import compare
+from governor_mechanism.engines.impulse.event_extrapolation import compare
 from governor_mechanism.errors import UnsupportedEffect
-from governor_mechanism.joints import GROUND, Pin, Point, Slider
-from governor_mechanism.machines import MACHINES
-from governor_mechanism.mechanism import Body, BodyAngle, Coordinate, LineAngle, Mechanism, SecondMoments
-from governor_mechanism.programs import Program
-from governor_mechanism.scene import FIXED, Part, RunSettings, Scene, Spindle, Start
-from governor_mechanism.trajectory import Event, Outcome
+from governor_mechanism.machines.registry import MACHINES
+from governor_mechanism.model.events import Event
+from governor_mechanism.model.joints import GROUND, Pin, Point, Slider
+from governor_mechanism.model.mechanism import Body, BodyAngle, Coordinate, LineAngle, Mechanism, SecondMoments
+from governor_mechanism.model.scene import FIXED, Part, RunSettings, Scene, Spindle, Start
+from governor_mechanism.model.time_functions import Program
+from governor_mechanism.model.trajectory import Outcome
 from random_scenes import random_scene
 from scenes import PORTER, governor_scene, random_governor
 

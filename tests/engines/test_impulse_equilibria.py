@@ -7,14 +7,14 @@ import math
 import numpy as np
 import pytest
 
-from governor_mechanism.characteristic import equilibrium_speed
 from governor_mechanism.engines import ImpulseEngine
-from governor_mechanism.engines.chipmunk import Assembly
-from governor_mechanism.engines.clock import Clock
-from governor_mechanism.engines.rest import settled
-from governor_mechanism.equations.assembly import Assembler
-from governor_mechanism.equations.readings import reading_gradient
-from governor_mechanism.resting import find_equilibria
+from governor_mechanism.engines.impulse.pymunk import Assembly
+from governor_mechanism.engines.impulse.relaxation import settled
+from governor_mechanism.engines.impulse.time_inputs import Clock
+from governor_mechanism.mechanics.kinematics.assembly import Assembler
+from governor_mechanism.mechanics.kinematics.output_variables import reading_gradient
+from governor_mechanism.statics.equilibria import find_equilibria
+from governor_mechanism.statics.speed_curve import equilibrium_speed
 from reference.zehnder import (
     CROSSED,
     CROSSED_ARMS_OPEN_LINKS,

@@ -7,11 +7,11 @@ import math
 import numpy as np
 import pytest
 
-from governor_mechanism.closed_form import pendulum as closed
+from governor_mechanism.closed_form.pendulum import dynamics as closed
 from governor_mechanism.engines import ImpulseEngine
-from governor_mechanism.equations.constraints import JointEquations
-from governor_mechanism.scene import Spindle
-from governor_mechanism.trajectory import Outcome
+from governor_mechanism.mechanics.kinematics.constraint_equations import JointEquations
+from governor_mechanism.model.scene import Spindle
+from governor_mechanism.model.trajectory import Outcome
 from reference.zehnder import PORTER_OPEN_MOTION as MOTION
 from rigid import porter_with_rods
 from scenes import CROSSED, EXTENDED, PORTER, UNCROSSED_LINKS, WATT, governor_scene, random_governor

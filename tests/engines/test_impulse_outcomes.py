@@ -8,16 +8,17 @@ from dataclasses import dataclass, replace
 import numpy as np
 import pytest
 
-from governor_mechanism.effects import Effect, Gravity
+from governor_mechanism.effects.gravity import Gravity
 from governor_mechanism.engines import ImpulseEngine, choose
 from governor_mechanism.engines.base import reported_times
-from governor_mechanism.engines.rest import settled
+from governor_mechanism.engines.impulse.relaxation import settled
 from governor_mechanism.errors import MechanismError, RunFailed, UnsupportedEffect
-from governor_mechanism.joints import GROUND, Joint, Pin, Point, Rack
-from governor_mechanism.loads import Damper
-from governor_mechanism.mechanism import Body
-from governor_mechanism.scene import EQUILIBRIUM, Coupling, Scene
-from governor_mechanism.trajectory import Outcome
+from governor_mechanism.model.effect import Effect
+from governor_mechanism.model.force_elements import Damper
+from governor_mechanism.model.joints import GROUND, Joint, Pin, Point, Rack
+from governor_mechanism.model.mechanism import Body
+from governor_mechanism.model.scene import EQUILIBRIUM, Coupling, Scene
+from governor_mechanism.model.trajectory import Outcome
 from scenes import CROSSED, EXTENDED, PORTER, WATT, governor_scene
 from witness import one_coordinate_motion
 

@@ -26,10 +26,10 @@ from engines.machines_of_joints import (
     slider_crank_driven_by_a_table,
 )
 from governor_mechanism.engines import ImpulseEngine, MultibodyEngine, ReducedEngine
-from governor_mechanism.engines.report import time_scale
-from governor_mechanism.equations.assembly import Assembler
 from governor_mechanism.errors import UnsupportedEffect
-from governor_mechanism.trajectory import Outcome, Trajectory
+from governor_mechanism.mechanics.kinematics.assembly import Assembler
+from governor_mechanism.model.trajectory import Outcome, Trajectory
+from governor_mechanism.observables.evaluation import time_scale
 
 ROUNDING = 1e-13
 """In scales: what a thousand steps' rounding may leave, in the run and in scipy's integration."""

@@ -10,8 +10,8 @@ from scipy.integrate import solve_ivp
 
 import governor_mechanism as gm
 from chains import four_bar_chain, four_bar_slope, hanging_chain
-from governor_mechanism.equations.assembly import Assembler
-from governor_mechanism.trajectory import Outcome
+from governor_mechanism.mechanics.kinematics.assembly import Assembler
+from governor_mechanism.model.trajectory import Outcome
 
 LOOPS = 12
 """So many that equations are solved sparsely."""

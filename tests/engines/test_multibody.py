@@ -14,15 +14,15 @@ import numpy as np
 import pytest
 
 import governor_mechanism as gm
-from governor_mechanism.closed_form import pendulum as closed
+from governor_mechanism.closed_form.pendulum import dynamics as closed
 from governor_mechanism.engines import ImpulseEngine, MultibodyEngine, ReducedEngine
-from governor_mechanism.equations import compiled
 from governor_mechanism.errors import MechanismError
-from governor_mechanism.joints import GROUND, Distance, Pin, Point, Slider
-from governor_mechanism.library import shipped
-from governor_mechanism.mechanism import Body, Coordinate, Mechanism, SecondMoments
-from governor_mechanism.scene import Spindle
-from governor_mechanism.trajectory import Outcome
+from governor_mechanism.model.joints import GROUND, Distance, Pin, Point, Slider
+from governor_mechanism.model.mechanism import Body, Coordinate, Mechanism, SecondMoments
+from governor_mechanism.model.scene import Spindle
+from governor_mechanism.model.trajectory import Outcome
+from governor_mechanism.numerics import jit as compiled
+from governor_mechanism.scenes.library import shipped
 from reference.zehnder import PORTER_OPEN_MOTION as MOTION
 from rigid import porter_with_rods
 from scenes import CROSSED, EXTENDED, PORTER, UNCROSSED_LINKS, WATT, governor_scene, random_governor

@@ -12,13 +12,13 @@ import pytest
 
 from engines.machines_of_joints import G, angle_of, fixed, follow, make_scene, on
 from governor_mechanism.engines import ImpulseEngine, MultibodyEngine, ReducedEngine
-from governor_mechanism.engines.report import time_scale
-from governor_mechanism.joints import GROUND, Pin, Point, Slider
-from governor_mechanism.loads import Damper, Force, Load, Spring, Torque, TorsionDamper, TorsionSpring
-from governor_mechanism.mechanism import Body, Coordinate, SecondMoments
-from governor_mechanism.programs import Program
-from governor_mechanism.scene import Scene
-from governor_mechanism.trajectory import Outcome
+from governor_mechanism.model.force_elements import Damper, Force, Load, Spring, Torque, TorsionDamper, TorsionSpring
+from governor_mechanism.model.joints import GROUND, Pin, Point, Slider
+from governor_mechanism.model.mechanism import Body, Coordinate, SecondMoments
+from governor_mechanism.model.scene import Scene
+from governor_mechanism.model.time_functions import Program
+from governor_mechanism.model.trajectory import Outcome
+from governor_mechanism.observables.evaluation import time_scale
 
 COUNT, SEED = 30, 20261121
 KINDS = ("four-bar", "slider-crank", "inverted")

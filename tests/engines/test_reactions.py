@@ -27,13 +27,13 @@ from engines.machines_of_joints import (
     x_of,
     y_of,
 )
-from governor_mechanism import library
 from governor_mechanism.engines import ImpulseEngine, MultibodyEngine, ReducedEngine
-from governor_mechanism.joints import GROUND, Distance, Pin, Point, Slider
-from governor_mechanism.loads import Force
-from governor_mechanism.programs import Program
-from governor_mechanism.scene import Scene
-from governor_mechanism.trajectory import Trajectory
+from governor_mechanism.model.force_elements import Force
+from governor_mechanism.model.joints import GROUND, Distance, Pin, Point, Slider
+from governor_mechanism.model.scene import Scene
+from governor_mechanism.model.time_functions import Program
+from governor_mechanism.model.trajectory import Trajectory
+from governor_mechanism.scenes import library
 
 EVERY = [(MultibodyEngine(), 1e-10), (ImpulseEngine(), 1e-6), (ReducedEngine(), 1e-10)]
 NAMES = [engine.name for engine, _ in EVERY]
@@ -66,11 +66,7 @@ def link_pendulum(*, by_pin: bool, swapped: bool = False, start: float = 1.9) ->
     if swapped:
         joint = replace(joint, first=joint.second, second=joint.first)
     return make_scene(
-        bodies=[body],
-        joints=[joint],
-        readings=[reading],
-        sketch=[(*place, start if by_pin else 0.0)],
-        size=length,
+        bodies=[body], joints=[joint], readings=[reading], sketch=[(*place, start if by_pin else 0.0)], size=length
     )
 
 

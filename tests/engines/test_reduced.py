@@ -12,28 +12,31 @@ from hypothesis import strategies as st
 
 import governor_mechanism as gm
 from engines.machines_of_joints import angle_of, bead, fixed, make_scene, on, rod, turning, x_of, y_of
-from governor_mechanism.closed_form import pendulum as closed
-from governor_mechanism.effects import DryFriction, OilBrake, SpringOn, Stops
+from governor_mechanism.closed_form.pendulum import dynamics as closed
+from governor_mechanism.effects.dashpot import OilBrake
+from governor_mechanism.effects.dry_friction import DryFriction
+from governor_mechanism.effects.spring import SpringOn
+from governor_mechanism.effects.stops import Stops
 from governor_mechanism.engines import MultibodyEngine, ReducedEngine
-from governor_mechanism.engines.tables.crossing import _between
-from governor_mechanism.engines.tables.way import Way
-from governor_mechanism.equations.assembly import Assembler
-from governor_mechanism.equations.gauges import gauge_table
-from governor_mechanism.equations.laid import piece_of
-from governor_mechanism.equations.pieces import COUNT, NODES, fitted, powers
-from governor_mechanism.equations.reduction import Reduction
-from governor_mechanism.equations.rows import bends_of, gradients_of
-from governor_mechanism.equations.sampling import EASE, FIRST, GRIP, OWN, PULL, SPINDLE
-from governor_mechanism.equations.scales import time_scale
+from governor_mechanism.engines.initial_state import starting_state
+from governor_mechanism.engines.reduced.event_location import _between
 from governor_mechanism.errors import MechanismError, UnsupportedEffect
-from governor_mechanism.joints import Distance, Pin, Slider
-from governor_mechanism.library import shipped
-from governor_mechanism.loads import Damper, Force, Spring, Torque, TorsionDamper, TorsionSpring
-from governor_mechanism.mechanism import LineAngle
-from governor_mechanism.programs import Program
-from governor_mechanism.scene import FreeSpindle, Spindle
-from governor_mechanism.statics import starting_state
-from governor_mechanism.trajectory import Outcome, Trajectory
+from governor_mechanism.mechanics.dynamics.characteristic_scales import time_scale
+from governor_mechanism.mechanics.kinematics.assembly import Assembler
+from governor_mechanism.mechanics.kinematics.constraint_kernels import bends_of, gradients_of
+from governor_mechanism.mechanics.kinematics.output_rows import gauge_table
+from governor_mechanism.mechanics.reduction.lagrangian import Reduction
+from governor_mechanism.mechanics.reduction.motion_table import Way
+from governor_mechanism.mechanics.reduction.node_evaluation import EASE, FIRST, GRIP, OWN, PULL, SPINDLE
+from governor_mechanism.mechanics.reduction.table import piece_of
+from governor_mechanism.model.force_elements import Damper, Force, Spring, Torque, TorsionDamper, TorsionSpring
+from governor_mechanism.model.joints import Distance, Pin, Slider
+from governor_mechanism.model.mechanism import LineAngle
+from governor_mechanism.model.scene import FreeSpindle, Spindle
+from governor_mechanism.model.time_functions import Program
+from governor_mechanism.model.trajectory import Outcome, Trajectory
+from governor_mechanism.numerics.chebyshev import COUNT, NODES, fitted, powers
+from governor_mechanism.scenes.library import shipped
 from reference.zehnder import PORTER_OPEN_MOTION as MOTION
 from scenes import CROSSED, EXTENDED, PORTER, UNCROSSED_LINKS, WATT, governor_scene, random_governor
 from witness import one_coordinate_motion

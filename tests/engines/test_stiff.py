@@ -8,13 +8,13 @@ import numpy as np
 import pytest
 from scipy.special import ellipj, ellipk
 
-from governor_mechanism.effects import Gravity
+from governor_mechanism.effects.gravity import Gravity
 from governor_mechanism.engines import MultibodyEngine
-from governor_mechanism.joints import GROUND, Pin, Point
-from governor_mechanism.loads import Damper, Spring, TorsionDamper, TorsionSpring
-from governor_mechanism.mechanism import Body, BodyAngle, Coordinate, Mechanism, SecondMoments
-from governor_mechanism.scene import FIXED, Part, RunSettings, Scene, Spindle, Start
-from governor_mechanism.trajectory import Outcome
+from governor_mechanism.model.force_elements import Damper, Spring, TorsionDamper, TorsionSpring
+from governor_mechanism.model.joints import GROUND, Pin, Point
+from governor_mechanism.model.mechanism import Body, BodyAngle, Coordinate, Mechanism, SecondMoments
+from governor_mechanism.model.scene import FIXED, Part, RunSettings, Scene, Spindle, Start
+from governor_mechanism.model.trajectory import Outcome
 
 
 def made(mechanism, *, gravity, duration=2.0, start=None):

@@ -9,12 +9,14 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from governor_mechanism.closed_form import pendulum as closed
-from governor_mechanism.curves import Polynomial, Table
-from governor_mechanism.effects import Centrifugal, Gravity
-from governor_mechanism.equations.constraints import JointEquations
-from governor_mechanism.equations.reduction import Reduction
-from governor_mechanism.joints import (
+from governor_mechanism.closed_form.pendulum import dynamics as closed
+from governor_mechanism.effects.centrifugal import Centrifugal
+from governor_mechanism.effects.gravity import Gravity
+from governor_mechanism.mechanics.kinematics.constraint_equations import JointEquations
+from governor_mechanism.mechanics.reduction.lagrangian import Reduction
+from governor_mechanism.model.curves import Polynomial, Table
+from governor_mechanism.model.force_elements import Force, Spring, Torque, TorsionSpring
+from governor_mechanism.model.joints import (
     GROUND,
     ArcSlot,
     CurveSlot,
@@ -30,10 +32,9 @@ from governor_mechanism.joints import (
     Slider,
     Weld,
 )
-from governor_mechanism.loads import Force, Spring, Torque, TorsionSpring
-from governor_mechanism.mechanism import Body, BodyAngle, Mechanism, SecondMoments
-from governor_mechanism.programs import Motion, Program
-from governor_mechanism.scene import FIXED, TURNING, Part, Scene, Spindle, Start
+from governor_mechanism.model.mechanism import Body, BodyAngle, Mechanism, SecondMoments
+from governor_mechanism.model.scene import FIXED, TURNING, Part, Scene, Spindle, Start
+from governor_mechanism.model.time_functions import Motion, Program
 from reference.zehnder import PORTER_OPEN
 from rigid import ARM_MASS, LINK_MASS, porter_with_rods
 

@@ -11,11 +11,11 @@ from hypothesis import example, given, settings
 from hypothesis import strategies as st
 
 import governor_mechanism as gm
-from governor_mechanism.equations.closing import Closing
-from governor_mechanism.equations.travel import HAIR, find_travel, followed_travel
-from governor_mechanism.equations.walking import Walk
-from governor_mechanism.joints import GROUND, Distance, Gear, Pin, Point, Slider
-from governor_mechanism.mechanism import Body, BodyAngle, Coordinate, Limit, LineAngle, Mechanism, SecondMoments
+from governor_mechanism.mechanics.kinematics.batched_assembly import Closing
+from governor_mechanism.mechanics.kinematics.continuation import Walk
+from governor_mechanism.mechanics.kinematics.range_of_motion import HAIR, find_travel, followed_travel
+from governor_mechanism.model.joints import GROUND, Distance, Gear, Pin, Point, Slider
+from governor_mechanism.model.mechanism import Body, BodyAngle, Coordinate, Limit, LineAngle, Mechanism, SecondMoments
 from scenes import governor_scene, random_governor
 
 

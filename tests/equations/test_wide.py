@@ -5,8 +5,8 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from governor_mechanism.equations.schur import neighbours
-from governor_mechanism.equations.wide import MANY, lightest_change, rank, smallest_change
+from governor_mechanism.mechanics.dynamics.constraint_solver import neighbours
+from governor_mechanism.numerics.least_squares import MANY, lightest_change, rank, smallest_change
 
 ROUNDING = 1e-11
 """Of solutions of order one: conditions of these matrices are below some thousands."""

@@ -86,9 +86,7 @@ PORTER_MASSIVE_RODS = {
         "ball_inertia": 0.005,
     },
     "rest_inertia": 0.5,
-    "rows": [
-        (30, 11.9859602211, 114.457489013, 72.9665608257, 2.821, 25.8654947982, 90.0208792497),
-    ],
+    "rows": [(30, 11.9859602211, 114.457489013, 72.9665608257, 2.821, 25.8654947982, 90.0208792497)],
 }
 
 # Zehnder, Dinglers Polyt. J. 225 (1877), recomputed with 25-40 digit arithmetic: crossed arms.

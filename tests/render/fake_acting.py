@@ -7,10 +7,13 @@ from collections.abc import Sequence
 
 import numpy as np
 
-from governor_mechanism.effects import PLAY, Effect, Play, Rods
-from governor_mechanism.machines.pendulum import PendulumGovernor
-from governor_mechanism.machines.pendulum_parts import Parts
-from governor_mechanism.trajectory import Event, Trajectory
+from governor_mechanism.effects.clearance import PLAY, Play
+from governor_mechanism.effects.rod_masses import Rods
+from governor_mechanism.machines.pendulum.bodies import Parts
+from governor_mechanism.machines.pendulum.machine import PendulumGovernor
+from governor_mechanism.model.effect import Effect
+from governor_mechanism.model.events import Event
+from governor_mechanism.model.trajectory import Trajectory
 from render.fake_run import fake_run, sleeve_lift
 
 

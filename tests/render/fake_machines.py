@@ -5,11 +5,11 @@ from __future__ import annotations
 from collections.abc import Callable, Mapping
 
 import numpy as np
-from numpy.typing import NDArray
 
-from governor_mechanism.curves import Polynomial, Table
-from governor_mechanism.effects import Gravity
-from governor_mechanism.joints import (
+from governor_mechanism.effects.gravity import Gravity
+from governor_mechanism.model.curves import Polynomial, Table
+from governor_mechanism.model.force_elements import Damper, Force, Load, Spring, Torque, TorsionDamper, TorsionSpring
+from governor_mechanism.model.joints import (
     GROUND,
     ArcSlot,
     CurveSlot,
@@ -25,15 +25,14 @@ from governor_mechanism.joints import (
     Slider,
     Weld,
 )
-from governor_mechanism.loads import Damper, Force, Load, Spring, Torque, TorsionDamper, TorsionSpring
-from governor_mechanism.mechanism import Body, BodyAngle, Coordinate, Mechanism, Reading, SecondMoments
-from governor_mechanism.programs import Motion, Program
-from governor_mechanism.scene import FIXED, Part, RunSettings, Scene, Spindle, Start
-from governor_mechanism.trajectory import Energy, Outcome, Trajectory
+from governor_mechanism.model.mechanism import Body, BodyAngle, Coordinate, Mechanism, Reading, SecondMoments
+from governor_mechanism.model.scene import FIXED, Part, RunSettings, Scene, Spindle, Start
+from governor_mechanism.model.time_functions import Motion, Program
+from governor_mechanism.model.trajectory import Energy, Outcome, Trajectory
+from governor_mechanism.types import FloatArray
 from render.fake_run import COST
 
-Array = NDArray[np.float64]
-Described = tuple[list[Body], list[Joint], list[Load], Mapping[str, Array]]
+Described = tuple[list[Body], list[Joint], list[Load], Mapping[str, FloatArray]]
 
 PLATE = SecondMoments(xx=0.002, yy=0.002)
 
@@ -95,7 +94,7 @@ def run_of(
     )
 
 
-def slider_crank(phase: Array) -> Described:
+def slider_crank(phase: FloatArray) -> Described:
     crank, rod, lag = 0.1, 0.3, 0.4
     angle = phase + lag
     pin = crank * np.cos(angle), crank * np.sin(angle)
@@ -129,7 +128,7 @@ def slider_crank(phase: Array) -> Described:
     )
 
 
-def four_bar(phase: Array) -> Described:
+def four_bar(phase: FloatArray) -> Described:
     crank, coupler, rocker, base = 0.1, 0.26, 0.2, 0.28
     x, y = crank * np.cos(phase), crank * np.sin(phase)
     far = np.hypot(base - x, y)
@@ -164,7 +163,7 @@ def four_bar(phase: Array) -> Described:
     )
 
 
-def two_gears(phase: Array) -> Described:
+def two_gears(phase: FloatArray) -> Described:
     bodies = [Body(name=name, mass=1.0, moments=PLATE) for name in ("wheel", "pinion", "arm")]
     joints: list[Joint] = [
         Pin(name="a", first=ground(), second=at("wheel")),
@@ -186,7 +185,7 @@ def two_gears(phase: Array) -> Described:
     )
 
 
-def inside_gear(phase: Array) -> Described:
+def inside_gear(phase: FloatArray) -> Described:
     bodies = [Body(name=name, mass=1.0, moments=PLATE) for name in ("ring", "pinion")]
     joints: list[Joint] = [
         Pin(name="a", first=ground(), second=at("ring")),
@@ -196,7 +195,7 @@ def inside_gear(phase: Array) -> Described:
     return bodies, joints, [], {"ring": (0.0, 0.0, phase), "pinion": (0.1, 0.1, 3 * phase)}
 
 
-def rack(phase: Array) -> Described:
+def rack(phase: FloatArray) -> Described:
     radius = 0.1
     angle = 1.2 * np.sin(phase)
     bodies = [Body(name="pinion", mass=1.0, moments=PLATE), Body(name="rack", mass=1.0, turns=False)]
@@ -208,7 +207,7 @@ def rack(phase: Array) -> Described:
     return bodies, joints, [], {"pinion": (0.0, 0.0, angle), "rack": (radius * angle, -radius, 0.0)}
 
 
-def bead(phase: Array) -> Described:
+def bead(phase: FloatArray) -> Described:
     x = 0.15 * np.sin(phase)
     bodies = [Body(name="bead", mass=0.2, turns=False)]
     joints: list[Joint] = [
@@ -217,7 +216,7 @@ def bead(phase: Array) -> Described:
     return bodies, joints, [], {"bead": (x, 4 * x**2, 0.0)}
 
 
-def cam(phase: Array) -> Described:
+def cam(phase: FloatArray) -> Described:
     curve = Table(x=(-0.2, -0.1, 0.0, 0.1, 0.2), y=(0.0, 0.05, 0.0, -0.05, 0.0))
     from scipy.interpolate import CubicSpline
 
@@ -239,7 +238,7 @@ def cam(phase: Array) -> Described:
     return bodies, joints, [], {"cam": (way, 0.0, 0.0), "follower": (0.0, height, 0.0)}
 
 
-def arc(phase: Array) -> Described:
+def arc(phase: FloatArray) -> Described:
     angle = -np.pi / 2 + 0.6 * np.sin(phase)
     x, y = 0.2 * np.cos(angle), 0.2 * np.sin(angle)
     lean = 0.5 * np.sin(phase + 1)
@@ -248,7 +247,7 @@ def arc(phase: Array) -> Described:
     return bodies, joints, [], {"pendulum": (x + 0.15 * np.sin(lean), y - 0.15 * np.cos(lean), lean)}
 
 
-def hung(phase: Array) -> Described:
+def hung(phase: FloatArray) -> Described:
     y = -0.35 + 0.08 * np.sin(phase)
     bodies = [Body(name="mass", mass=1.0, turns=False), Body(name="below", mass=1.0)]
     joints: list[Joint] = [Slider(name="guide", first=ground(), second=at("mass"), angle=np.pi / 2)]
@@ -260,7 +259,7 @@ def hung(phase: Array) -> Described:
     return bodies, joints, loads, {"mass": (0.0, y, 0.0), "below": (0.05 * np.sin(phase), y - 0.2, 0.0)}
 
 
-def quick_return(phase: Array) -> Described:
+def quick_return(phase: FloatArray) -> Described:
     x, y = 0.08 * np.cos(phase), 0.2 + 0.08 * np.sin(phase)
     lean = np.arctan2(y, x)
     bodies = [
@@ -286,7 +285,7 @@ def quick_return(phase: Array) -> Described:
     )
 
 
-MACHINES: dict[str, Callable[[Array], Described]] = {
+MACHINES: dict[str, Callable[[FloatArray], Described]] = {
     "slider-crank": slider_crank,
     "four-bar": four_bar,
     "two gears": two_gears,

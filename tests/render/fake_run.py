@@ -5,11 +5,12 @@ from __future__ import annotations
 import numpy as np
 from numpy.typing import NDArray
 
-from governor_mechanism.effects import Centrifugal, Gravity
-from governor_mechanism.machines.pendulum import PendulumGovernor
-from governor_mechanism.mechanism import Coordinate, FollowerHeight
-from governor_mechanism.scene import Part, RunSettings, Scene, Spindle, Start
-from governor_mechanism.trajectory import Cost, Energy, Outcome, Trajectory
+from governor_mechanism.effects.centrifugal import Centrifugal
+from governor_mechanism.effects.gravity import Gravity
+from governor_mechanism.machines.pendulum.machine import PendulumGovernor
+from governor_mechanism.model.mechanism import Coordinate, FollowerHeight
+from governor_mechanism.model.scene import Part, RunSettings, Scene, Spindle, Start
+from governor_mechanism.model.trajectory import Cost, Energy, Outcome, Trajectory
 
 CASES = {
     "porter": dict(arm=0.3, offset=0.04, ball_mass=5.0, sleeve_mass=20.0),

@@ -9,20 +9,25 @@ import math
 import numpy as np
 import pytest
 
-from governor_mechanism.effects import DryFriction, OilBrake, Play, Rods, SpringOn, Stops
-from governor_mechanism.joints import Point
-from governor_mechanism.mechanism import Coordinate
-from governor_mechanism.programs import Program
-from governor_mechanism.render.acting import acting_of
-from governor_mechanism.render.film import frames
-from governor_mechanism.render.moments import moments
-from governor_mechanism.render.pendulum_play import magnified
-from governor_mechanism.render.pendulum_sizes import governor_of
-from governor_mechanism.render.picture import Picture
-from governor_mechanism.render.primitives import Circle, Lines, bounds
-from governor_mechanism.render.shapes import background_shapes, extent, moving_shapes, plan_shapes
-from governor_mechanism.render.stage import stage_of
-from governor_mechanism.trajectory import Event
+from governor_mechanism.effects.clearance import Play
+from governor_mechanism.effects.dashpot import OilBrake
+from governor_mechanism.effects.dry_friction import DryFriction
+from governor_mechanism.effects.rod_masses import Rods
+from governor_mechanism.effects.spring import SpringOn
+from governor_mechanism.effects.stops import Stops
+from governor_mechanism.model.events import Event
+from governor_mechanism.model.joints import Point
+from governor_mechanism.model.mechanism import Coordinate
+from governor_mechanism.model.time_functions import Program
+from governor_mechanism.render.effect_state import acting_of
+from governor_mechanism.render.film.frame_data import moments
+from governor_mechanism.render.film.frame_painter import Picture
+from governor_mechanism.render.film.writer import frames
+from governor_mechanism.render.geometry.primitives import Circle, Lines, bounds
+from governor_mechanism.render.machines.pendulum.clearance import magnified
+from governor_mechanism.render.machines.pendulum.proportions import governor_of
+from governor_mechanism.render.machines.registry import background_shapes, extent, moving_shapes, plan_shapes
+from governor_mechanism.render.run_extents import stage_of
 from render.fake_acting import Happened, acting_run
 from render.fake_machines import run_of
 from render.fake_run import CASES, fake_run

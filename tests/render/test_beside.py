@@ -10,10 +10,10 @@ from PIL import Image
 
 import governor_mechanism as gm
 from governor_mechanism.errors import MechanismError
-from governor_mechanism.render.beside import pictures_beside
-from governor_mechanism.render.film import frames
-from governor_mechanism.render.moments import moments
-from governor_mechanism.trajectory import Outcome
+from governor_mechanism.model.trajectory import Outcome
+from governor_mechanism.render.film.frame_data import moments
+from governor_mechanism.render.film.side_by_side import pictures_beside
+from governor_mechanism.render.film.writer import frames
 from render.decoding import decoded
 from render.fake_run import CASES, fake_run
 from render.test_film import words_of

@@ -10,10 +10,11 @@ from matplotlib.backends.backend_agg import FigureCanvasAgg
 from PIL import Image
 
 from governor_mechanism.errors import MechanismError
-from governor_mechanism.render import figures
-from governor_mechanism.render.figures import readings_figure
-from governor_mechanism.render.wording import numerals, rounded_up
-from governor_mechanism.trajectory import Event, Outcome
+from governor_mechanism.model.events import Event
+from governor_mechanism.model.trajectory import Outcome
+from governor_mechanism.render.figures import time_series as figures
+from governor_mechanism.render.figures.time_series import readings_figure
+from governor_mechanism.render.number_format import numerals, rounded_up
 from render.fake_acting import Happened
 from render.fake_run import CASES, fake_run
 

@@ -12,13 +12,13 @@ from numpy.testing import assert_array_equal
 from PIL import Image
 
 from governor_mechanism.errors import MechanismError
-from governor_mechanism.render.film import film, film_view, frames, schedule
-from governor_mechanism.render.gif import Palette
-from governor_mechanism.render.layout import ELEVATION
-from governor_mechanism.render.moments import moments
-from governor_mechanism.render.picture import Picture
+from governor_mechanism.model.trajectory import Outcome
+from governor_mechanism.render.film.frame_data import moments
+from governor_mechanism.render.film.frame_painter import Picture
+from governor_mechanism.render.film.gif_encoder import Palette
+from governor_mechanism.render.film.layout import ELEVATION
+from governor_mechanism.render.film.writer import film, film_view, frames, schedule
 from governor_mechanism.render.style import COLOURS, STYLES, rgb
-from governor_mechanism.trajectory import Outcome
 from render.decoding import decoded
 from render.fake_run import CASES, fake_run
 

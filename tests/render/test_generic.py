@@ -10,17 +10,17 @@ import numpy as np
 import pytest
 
 from governor_mechanism.errors import MechanismError
-from governor_mechanism.joints import Distance, DrivenTurn, Pin, Weld
-from governor_mechanism.loads import Damper, Spring
-from governor_mechanism.render.film import film, frames, schedule, watchable
-from governor_mechanism.render.marks import poses_of, where
-from governor_mechanism.render.moments import moments
-from governor_mechanism.render.outlines import arrow, band, hull, plate
-from governor_mechanism.render.picture import Picture
-from governor_mechanism.render.primitives import Circle, Lines, Polygon, bounds
-from governor_mechanism.render.shapes import background_shapes, extent, moving_shapes
-from governor_mechanism.render.stage import rims, stage_of
-from governor_mechanism.render.wording import pace_words
+from governor_mechanism.model.force_elements import Damper, Spring
+from governor_mechanism.model.joints import Distance, DrivenTurn, Pin, Weld
+from governor_mechanism.render.film.frame_data import moments
+from governor_mechanism.render.film.frame_painter import Picture
+from governor_mechanism.render.film.writer import film, frames, schedule, watchable
+from governor_mechanism.render.geometry.body_points import poses_of, where
+from governor_mechanism.render.geometry.outlines import arrow, band, hull, plate
+from governor_mechanism.render.geometry.primitives import Circle, Lines, Polygon, bounds
+from governor_mechanism.render.machines.registry import background_shapes, extent, moving_shapes
+from governor_mechanism.render.number_format import pace_words
+from governor_mechanism.render.run_extents import rims, stage_of
 from render.decoding import decoded
 from render.fake_machines import MACHINES, run_of
 

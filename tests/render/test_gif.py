@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 from numpy.testing import assert_array_equal
 
-from governor_mechanism.render.gif import GifWriter, Palette
+from governor_mechanism.render.film.gif_encoder import GifWriter, Palette
 from render.decoding import decoded
 
 

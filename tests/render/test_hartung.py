@@ -9,12 +9,16 @@ import numpy as np
 import pytest
 
 import governor_mechanism as gm
-from governor_mechanism.effects import BellCranks, DryFriction, OilBrake, SpringOn, Stops
-from governor_mechanism.programs import Program
-from governor_mechanism.render.acting import acting_of
-from governor_mechanism.render.primitives import Lines, Polygon, bounds
-from governor_mechanism.render.shapes import background_shapes, extent, moving_shapes, plan_shapes
-from governor_mechanism.render.stage import stage_of
+from governor_mechanism.effects.bell_crank_masses import BellCranks
+from governor_mechanism.effects.dashpot import OilBrake
+from governor_mechanism.effects.dry_friction import DryFriction
+from governor_mechanism.effects.spring import SpringOn
+from governor_mechanism.effects.stops import Stops
+from governor_mechanism.model.time_functions import Program
+from governor_mechanism.render.effect_state import acting_of
+from governor_mechanism.render.geometry.primitives import Lines, Polygon, bounds
+from governor_mechanism.render.machines.registry import background_shapes, extent, moving_shapes, plan_shapes
+from governor_mechanism.render.run_extents import stage_of
 from governor_mechanism.render.style import STYLES
 from hartung_scenes import PAPERS, hartung_scene
 

@@ -13,16 +13,22 @@ from matplotlib.colors import to_hex
 from matplotlib.lines import Line2D
 from PIL import Image
 
-from governor_mechanism.closed_form import isochronous
-from governor_mechanism.effects import Centrifugal, Gravity
+from governor_mechanism.closed_form.parabolic import isochronous_curve as isochronous
+from governor_mechanism.effects.centrifugal import Centrifugal
+from governor_mechanism.effects.gravity import Gravity
 from governor_mechanism.errors import MechanismError
-from governor_mechanism.library import load, shipped
-from governor_mechanism.machines.pendulum import PendulumGovernor
-from governor_mechanism.render import parabolas
-from governor_mechanism.render.parabolas import VERDICTS, draw, has_parabolas, parabolas_figure
-from governor_mechanism.render.parabolas_data import MARKS, SHARES, leaving, plate_of
+from governor_mechanism.machines.pendulum.machine import PendulumGovernor
+from governor_mechanism.model.scene import RunSettings, Spindle
+from governor_mechanism.render.figures.parabolic import isochronous_plate as parabolas
+from governor_mechanism.render.figures.parabolic.isochronous_data import MARKS, SHARES, leaving, plate_of
+from governor_mechanism.render.figures.parabolic.isochronous_plate import (
+    VERDICTS,
+    draw,
+    has_parabolas,
+    parabolas_figure,
+)
 from governor_mechanism.render.style import VERMILLION
-from governor_mechanism.scene import RunSettings, Spindle
+from governor_mechanism.scenes.library import load, shipped
 from reference import zehnder
 from render.fake_run import scene_of
 

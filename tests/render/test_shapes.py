@@ -10,9 +10,11 @@ import sys
 import numpy as np
 import pytest
 
-from governor_mechanism.machines.pendulum import PendulumGovernor
-from governor_mechanism.render.film import film_view
-from governor_mechanism.render.primitives import (
+from governor_mechanism.machines.pendulum.machine import PendulumGovernor
+from governor_mechanism.model.scene import Part
+from governor_mechanism.render.film.writer import film_view
+from governor_mechanism.render.geometry.free_space import first_room, widths_between
+from governor_mechanism.render.geometry.primitives import (
     Circle,
     Lines,
     Polygon,
@@ -23,8 +25,7 @@ from governor_mechanism.render.primitives import (
     hatching,
     nice_step,
 )
-from governor_mechanism.render.room import first_room, widths_between
-from governor_mechanism.render.shapes import (
+from governor_mechanism.render.machines.registry import (
     DRAWINGS,
     background_shapes,
     extent,
@@ -32,7 +33,6 @@ from governor_mechanism.render.shapes import (
     plan_ring,
     plan_shapes,
 )
-from governor_mechanism.scene import Part
 from render.fake_run import CASES, fake_run, sleeve_height
 
 

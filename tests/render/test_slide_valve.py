@@ -14,14 +14,16 @@ import governor_mechanism as gm
 from cranks import MASSES, crank_scene, valve_scene
 from governor_mechanism.engines import MultibodyEngine
 from governor_mechanism.errors import MechanismError
-from governor_mechanism.porting import event_angles
-from governor_mechanism.render import bearings, marks_construction, zeuner
-from governor_mechanism.render.machine_figures import machine_figures
-from governor_mechanism.render.primitives import Circle, Lines, Polygon, bounds
-from governor_mechanism.render.shapes import background_shapes, drawing_of, extent, moving_shapes
-from governor_mechanism.render.slide_valve_cylinder import magnified
-from governor_mechanism.render.slide_valve_gear import gear_of, standing, state
-from governor_mechanism.render.zeuner_data import valve_plate
+from governor_mechanism.observables.valve_timing import event_angles
+from governor_mechanism.render.figures.registry import machine_figures
+from governor_mechanism.render.figures.slide_valve import marks_plate as marks_construction
+from governor_mechanism.render.figures.slide_valve import zeuner_plate as zeuner
+from governor_mechanism.render.figures.slide_valve.zeuner_data import valve_plate
+from governor_mechanism.render.figures.slider_crank import bearing_loads as bearings
+from governor_mechanism.render.geometry.primitives import Circle, Lines, Polygon, bounds
+from governor_mechanism.render.machines.registry import background_shapes, drawing_of, extent, moving_shapes
+from governor_mechanism.render.machines.slide_valve.cylinder import magnified
+from governor_mechanism.render.machines.slide_valve.proportions import gear_of, standing, state
 
 CASES = {
     "marks": {},

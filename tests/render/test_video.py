@@ -8,11 +8,11 @@ import sys
 import pytest
 
 from governor_mechanism.errors import MechanismError
-from governor_mechanism.render.film import film, require_video_writer
+from governor_mechanism.render.film.writer import film, require_video_writer
 from render.fake_run import CASES, fake_run
 
 # The package offers a function of this name in the module's stead.
-film_module = importlib.import_module("governor_mechanism.render.film")
+film_module = importlib.import_module("governor_mechanism.render.film.writer")
 
 
 def test_a_video_without_ffmpeg_is_refused_with_the_cure(tmp_path, monkeypatch):

@@ -11,9 +11,9 @@ import pytest
 
 import governor_mechanism as gm
 from governor_mechanism.engines import MultibodyEngine
-from governor_mechanism.render.accuracy import accuracy_figure
-from governor_mechanism.studies.accuracy import _confirmed, _order
-from governor_mechanism.studies.accuracy_table import COLUMNS
+from governor_mechanism.render.figures.work_precision import accuracy_figure
+from governor_mechanism.studies.work_precision.results import COLUMNS
+from governor_mechanism.studies.work_precision.study import _confirmed, _order
 
 NAMES = ["reduced", "multibody", "impulse extrapolated", "impulse staggered", "impulse plain"]
 

@@ -10,12 +10,12 @@ import numpy as np
 import pytest
 
 import governor_mechanism as gm
-from governor_mechanism.outputs import outputs_of
-from governor_mechanism.render.design import sleeve_force_figure, spring_lines_figure
-from governor_mechanism.statics import starting_state
-from governor_mechanism.studies.design import AT, KGF, HartungInputs, design_hartung, lay_out
-from governor_mechanism.studies.design_scene import scene_of, scene_text
-from governor_mechanism.studies.dubois import SLIDE_RULE, Step, dubois
+from governor_mechanism.engines.initial_state import starting_state
+from governor_mechanism.observables.static_forces import outputs_of
+from governor_mechanism.render.figures.hartung.design import sleeve_force_figure, spring_lines_figure
+from governor_mechanism.studies.hartung.design import AT, KGF, HartungInputs, design_hartung, lay_out
+from governor_mechanism.studies.hartung.paper_comparison import SLIDE_RULE, Step, dubois
+from governor_mechanism.studies.hartung.scene_export import scene_of, scene_text
 from reference import hartung
 from reference.zehnder import half_unit
 

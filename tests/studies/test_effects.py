@@ -9,11 +9,13 @@ import numpy as np
 import pytest
 
 import governor_mechanism as gm
-from governor_mechanism.effects import DryFriction, OilBrake, Rods
-from governor_mechanism.programs import Program
-from governor_mechanism.reading import scene_from_document
-from governor_mechanism.render.effects import effects_figure
-from governor_mechanism.studies.effects import effects_study
+from governor_mechanism.effects.dashpot import OilBrake
+from governor_mechanism.effects.dry_friction import DryFriction
+from governor_mechanism.effects.rod_masses import Rods
+from governor_mechanism.model.time_functions import Program
+from governor_mechanism.render.figures.effect_ablation import effects_figure
+from governor_mechanism.scenes.parser import scene_from_document
+from governor_mechanism.studies.effect_ablation import effects_study
 
 DOCUMENT = {
     "title": "Porter",

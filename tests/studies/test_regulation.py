@@ -10,9 +10,11 @@ import pytest
 from scipy.integrate import solve_ivp
 
 import governor_mechanism as gm
-from governor_mechanism.effects import DryFriction, OilBrake, Play
-from governor_mechanism.render.regulation import jump_figure, play_figure, settling_figure, twitch_figure
-from governor_mechanism.studies.regulation import Settling, jump, play_and_twitch, settling, twitch
+from governor_mechanism.effects.clearance import Play
+from governor_mechanism.effects.dashpot import OilBrake
+from governor_mechanism.effects.dry_friction import DryFriction
+from governor_mechanism.render.figures.regulation import jump_figure, play_figure, settling_figure, twitch_figure
+from governor_mechanism.studies.regulation.registry import Settling, jump, play_and_twitch, settling, twitch
 from reference.zehnder import SLOW_SNAP, SNAP, TWITCHING, half_unit
 
 
@@ -208,7 +210,7 @@ def test_figures_are_written_whole_or_not_at_all(tmp_path, twitched, played, set
 
 
 def test_a_scene_keeps_its_part_of_the_play():
-    from governor_mechanism.studies.twitching import _with_play
+    from governor_mechanism.studies.regulation.cyclic_irregularity import _with_play
 
     scene = gm.load("porter_play")
     wider = _with_play(scene, 2e-3)

@@ -11,15 +11,15 @@ import numpy as np
 import pytest
 
 import governor_mechanism as gm
-from governor_mechanism.engines.tables.batch import Batch
-from governor_mechanism.reading import scene_from_document
-from governor_mechanism.render.sweep import sweep_figure
-from governor_mechanism.studies.asking import MOST_ROWS
-from governor_mechanism.studies.batch import Rows
-from governor_mechanism.studies.quantities import readings_of
-from governor_mechanism.studies.sweep import rows_of
-from governor_mechanism.studies.varying import axes_of, with_value
-from governor_mechanism.units import KINDS
+from governor_mechanism.engines.reduced.batch import Batch
+from governor_mechanism.render.figures.sweep import sweep_figure
+from governor_mechanism.scenes.parser import scene_from_document
+from governor_mechanism.studies.sweep.batch_rows import Rows
+from governor_mechanism.studies.sweep.grid_spec import MOST_ROWS
+from governor_mechanism.studies.sweep.parameters import axes_of, with_value
+from governor_mechanism.studies.sweep.quantities import readings_of
+from governor_mechanism.studies.sweep.run import rows_of
+from governor_mechanism.units.quantities import KINDS
 
 DOCUMENT = {
     "title": "Porter",
@@ -125,7 +125,7 @@ def test_a_sweep_that_is_done_is_read_back(scene, tmp_path, monkeypatch):
     vary = [MASSES, REFUSED]
     first = gm.sweep(scene, vary, out=tmp_path)
     files = listing(tmp_path)
-    monkeypatch.setattr("governor_mechanism.studies.sweep.rows_of", None)
+    monkeypatch.setattr("governor_mechanism.studies.sweep.run.rows_of", None)
     second = gm.sweep(scene, vary, out=tmp_path)
     assert listing(tmp_path) == files
     np.testing.assert_array_equal(first.column("min arm_angle"), second.column("min arm_angle"))
@@ -399,7 +399,9 @@ def test_large_numbers_with_a_unit_are_taken_at_their_word(scene):
 
 def test_rows_do_not_depend_on_their_company(scene, monkeypatch):
     tasks = []
-    monkeypatch.setattr("governor_mechanism.studies.sweep.rows_of", lambda task, indices: _noted(tasks, task, indices))
+    monkeypatch.setattr(
+        "governor_mechanism.studies.sweep.run.rows_of", lambda task, indices: _noted(tasks, task, indices)
+    )
     whole = gm.sweep(scene, [ARMS, MASSES])
     assert rows_of(tasks[0], [7, 2]) == [whole.rows[7], whole.rows[2]]
 

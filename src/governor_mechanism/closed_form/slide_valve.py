@@ -20,8 +20,9 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from governor_mechanism.closed_form.domain import Array, Number, as_given, checked, refuse_where
+from governor_mechanism.closed_form.arguments import Number, as_given, checked, refuse_where
 from governor_mechanism.errors import MechanismError
+from governor_mechanism.types import FloatArray
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -51,7 +52,7 @@ class Eccentric:
         return math.isinf(self.rod)
 
 
-def _phase(eccentric: Eccentric, crank_angle: Number) -> Array:
+def _phase(eccentric: Eccentric, crank_angle: Number) -> FloatArray:
     """theta = w + d."""
     return checked(crank_angle, "crank_angle", "rad") + eccentric.advance
 
@@ -98,7 +99,7 @@ def acceleration(eccentric: Eccentric, *, crank_angle: Number, crank_rate: Numbe
     return as_given(rate**2 * (bend - r * np.sin(theta)))
 
 
-def _reach(eccentric: Eccentric, theta: Array) -> Array:
+def _reach(eccentric: Eccentric, theta: FloatArray) -> FloatArray:
     """q: the rod's extent along the valve's line (m), infinite for an endless rod."""
     if eccentric.endless:
         return np.full_like(theta, math.inf)
@@ -199,7 +200,7 @@ def hyperbola_error(eccentric: Eccentric, *, theoretical: Number) -> Number:
     return as_given(np.sqrt(rod**2 - r**2 + x0**2) - equal_lead_centre(eccentric))
 
 
-def _theoretical(eccentric: Eccentric, value: Number) -> Array:
+def _theoretical(eccentric: Eccentric, value: Number) -> FloatArray:
     x0 = checked(value, "theoretical", "m")
     beyond = np.abs(x0) > eccentric.radius * (1 + 1e-12)
     refuse_where(beyond, "the theoretical displacement cannot exceed the radius", ("theoretical", x0, "m"))
@@ -232,7 +233,7 @@ def binomial_crank_angles_at(eccentric: Eccentric, *, threshold: Number) -> tupl
     return _both(eccentric, (np.sqrt(rod**2 + 2 * rod * t + parabola_constant(eccentric)) - rod) / eccentric.radius, t)
 
 
-def _both(eccentric: Eccentric, sine: Array, threshold: Array) -> tuple[Number, Number]:
+def _both(eccentric: Eccentric, sine: FloatArray, threshold: FloatArray) -> tuple[Number, Number]:
     never = np.abs(sine) > 1
     refuse_where(never, "the valve never stands there: lower the lap", ("threshold", threshold, "m"))
     theta = np.arcsin(np.where(never, 0.0, sine))

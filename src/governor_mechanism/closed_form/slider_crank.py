@@ -19,8 +19,9 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from governor_mechanism.closed_form.domain import Array, Number, as_given, checked
+from governor_mechanism.closed_form.arguments import Number, as_given, checked
 from governor_mechanism.errors import MechanismError
+from governor_mechanism.types import FloatArray
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -60,11 +61,11 @@ class CrankTrain:
         return self.crank / self.rod
 
 
-def _angle(crank_angle: Number) -> Array:
+def _angle(crank_angle: Number) -> FloatArray:
     return checked(crank_angle, "crank_angle", "rad")
 
 
-def _cosine(train: CrankTrain, angle: Array) -> Array:
+def _cosine(train: CrankTrain, angle: FloatArray) -> FloatArray:
     """cos f, f the rod's slope."""
     return np.asarray(np.sqrt(1 - (train.ratio * np.sin(angle)) ** 2))
 
@@ -141,11 +142,11 @@ class BearingLoads:
     anticlockwise.
     """
 
-    main: Array
-    crank_pin: Array
-    gudgeon: Array
-    guide: Array
-    torque: Array
+    main: FloatArray
+    crank_pin: FloatArray
+    gudgeon: FloatArray
+    guide: FloatArray
+    torque: FloatArray
 
 
 def bearing_loads(train: CrankTrain, *, crank_angle: Number, crank_rate: Number, gravity: float = 0.0) -> BearingLoads:
@@ -179,9 +180,9 @@ def bearing_loads(train: CrankTrain, *, crank_angle: Number, crank_rate: Number,
     )
 
 
-def _pair(x: Array, y: Array) -> Array:
+def _pair(x: FloatArray, y: FloatArray) -> FloatArray:
     return np.stack([x, y], axis=-1)
 
 
-def _cross(first: Array, second: Array) -> Array:
+def _cross(first: FloatArray, second: FloatArray) -> FloatArray:
     return np.asarray(first[..., 0] * second[..., 1] - first[..., 1] * second[..., 0])

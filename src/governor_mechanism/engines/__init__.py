@@ -2,10 +2,10 @@
 
 from __future__ import annotations
 
-from governor_mechanism.engines.auto import ENGINES, choose
 from governor_mechanism.engines.base import Engine
-from governor_mechanism.engines.impulse import ImpulseEngine
-from governor_mechanism.engines.multibody import MultibodyEngine
-from governor_mechanism.engines.reduced import ReducedEngine
+from governor_mechanism.engines.impulse.engine import ImpulseEngine
+from governor_mechanism.engines.multibody.engine import MultibodyEngine
+from governor_mechanism.engines.reduced.engine import ReducedEngine
+from governor_mechanism.engines.selection import ENGINES, choose
 
 __all__ = ["ENGINES", "Engine", "ImpulseEngine", "MultibodyEngine", "ReducedEngine", "choose"]

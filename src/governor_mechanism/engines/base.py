@@ -9,12 +9,12 @@ from typing import ClassVar, final
 
 import numpy as np
 
-from governor_mechanism.effects import Effect
-from governor_mechanism.equations.points import Array
 from governor_mechanism.errors import MechanismError, UnsupportedEffect
-from governor_mechanism.joints import Joint
-from governor_mechanism.scene import Scene
-from governor_mechanism.trajectory import Trajectory
+from governor_mechanism.model.effect import Effect
+from governor_mechanism.model.joints import Joint
+from governor_mechanism.model.scene import Scene
+from governor_mechanism.model.trajectory import Trajectory
+from governor_mechanism.types import FloatArray
 
 MOST_TIMES = 5_000_000
 
@@ -23,7 +23,7 @@ MOST_TIMES = 5_000_000
 class Task:
     """What is asked of an engine: reported times (n,) s, accuracy relative to the scales, whether to certify it."""
 
-    times: Array
+    times: FloatArray
     accuracy: float
     certify: bool
     reason: str
@@ -44,7 +44,7 @@ class Engine(ABC):
         self,
         scene: Scene,
         *,
-        times: Sequence[float] | Array | None = None,
+        times: Sequence[float] | FloatArray | None = None,
         accuracy: float | None = None,
         certify: bool = True,
         reason: str = "asked for",
@@ -84,20 +84,20 @@ class Engine(ABC):
         return ""
 
 
-def reported_times(scene: Scene) -> Array:
+def reported_times(scene: Scene) -> FloatArray:
     """Multiples of `every` up to the duration, and the duration itself (s)."""
     every, duration = scene.run.every, scene.run.duration
     count = int(np.floor(duration / every * (1 + 1e-12)))
     if count > MOST_TIMES:
         raise MechanismError(f"{count} reported times are too many (at most {MOST_TIMES}); make run.every larger")
-    times: Array = every * np.arange(count + 1, dtype=np.float64)
+    times: FloatArray = every * np.arange(count + 1, dtype=np.float64)
     if duration - times[-1] > 1e-9 * every:
         return np.append(times, duration)
     times[-1] = duration
     return times
 
 
-def _checked(given: Sequence[float] | Array) -> Array:
+def _checked(given: Sequence[float] | FloatArray) -> FloatArray:
     try:
         times = np.asarray(given, dtype=np.float64)
     except (TypeError, ValueError) as error:

@@ -6,7 +6,7 @@ from collections.abc import Callable
 from typing import Protocol, TypeVar
 
 from governor_mechanism.errors import MechanismError
-from governor_mechanism.trajectory import Outcome
+from governor_mechanism.model.trajectory import Outcome
 
 MARGIN = 100.0
 """How much tighter than the accuracy a step is held: the estimate is the error of a run ten times looser."""

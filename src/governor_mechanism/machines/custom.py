@@ -8,11 +8,11 @@ from dataclasses import dataclass, field
 from itertools import combinations
 from typing import Final
 
-from governor_mechanism.curves import Table
-from governor_mechanism.joints import GROUND, CurveSlot, Distance, DrivenSlide, DrivenTurn, Joint, Point
-from governor_mechanism.loads import Damper, Load, Spring, TorsionDamper, TorsionSpring
-from governor_mechanism.machines.dimensions import SMALLEST
-from governor_mechanism.mechanism import Body, Coordinate, Limit, Mechanism, Reading, SecondMoments
+from governor_mechanism.machines.base import SMALLEST
+from governor_mechanism.model.curves import Table
+from governor_mechanism.model.force_elements import Damper, Load, Spring, TorsionDamper, TorsionSpring
+from governor_mechanism.model.joints import GROUND, CurveSlot, Distance, DrivenSlide, DrivenTurn, Joint, Point
+from governor_mechanism.model.mechanism import Body, Coordinate, Limit, Mechanism, Reading, SecondMoments
 
 CUSTOM: Final = "custom"
 """The name of such a machine in scene files."""

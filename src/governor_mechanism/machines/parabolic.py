@@ -12,12 +12,12 @@ from collections.abc import Mapping
 from dataclasses import dataclass
 from typing import ClassVar
 
-from governor_mechanism.curves import Polynomial
 from governor_mechanism.errors import MechanismError
-from governor_mechanism.joints import GROUND, CurveSlot, Point, Proportion, Slider
-from governor_mechanism.machines.dimensions import Machine, dimension
-from governor_mechanism.mechanism import Body, Coordinate, Limit, Mechanism
-from governor_mechanism.scene import TURNING
+from governor_mechanism.machines.base import Machine, dimension
+from governor_mechanism.model.curves import Polynomial
+from governor_mechanism.model.joints import GROUND, CurveSlot, Point, Proportion, Slider
+from governor_mechanism.model.mechanism import Body, Coordinate, Limit, Mechanism
+from governor_mechanism.model.scene import TURNING
 
 RIGHT, LEFT, SLEEVE = "right ball", "left ball", "sleeve"
 

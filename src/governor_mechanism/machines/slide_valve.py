@@ -14,8 +14,8 @@ from dataclasses import dataclass
 from typing import ClassVar
 
 from governor_mechanism.errors import MechanismError
-from governor_mechanism.joints import GROUND, Distance, Joint, Point, Slider
-from governor_mechanism.machines.crank_drive import (
+from governor_mechanism.machines.base import Machine, choice, dimension
+from governor_mechanism.machines.driven_crank import (
     CRANK,
     CROSSHEAD,
     GUIDE,
@@ -26,10 +26,10 @@ from governor_mechanism.machines.crank_drive import (
     massless_crank,
     turned,
 )
-from governor_mechanism.machines.dimensions import Machine, choice, dimension
 from governor_mechanism.machines.slider_crank import short_rod
-from governor_mechanism.mechanism import Body, BodyAngle, Coordinate, Mechanism, Reading
-from governor_mechanism.scene import FIXED
+from governor_mechanism.model.joints import GROUND, Distance, Joint, Point, Slider
+from governor_mechanism.model.mechanism import Body, BodyAngle, Coordinate, Mechanism, Reading
+from governor_mechanism.model.scene import FIXED
 
 ECCENTRIC_ROD, VALVE_GUIDE = "eccentric rod", "valve guide"
 

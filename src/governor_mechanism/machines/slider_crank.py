@@ -11,10 +11,10 @@ from collections.abc import Iterable
 from dataclasses import dataclass
 from typing import ClassVar
 
-from governor_mechanism.effects import Effect, Masses
+from governor_mechanism.effects.crank_masses import Masses
 from governor_mechanism.errors import MechanismError
-from governor_mechanism.joints import GROUND, Distance, Joint, Pin, Point, Slider
-from governor_mechanism.machines.crank_drive import (
+from governor_mechanism.machines.base import Machine, dimension, foreign_effects
+from governor_mechanism.machines.driven_crank import (
     CRANK,
     CRANK_PIN,
     CROSSHEAD,
@@ -26,9 +26,10 @@ from governor_mechanism.machines.crank_drive import (
     massless_crank,
     turned,
 )
-from governor_mechanism.machines.dimensions import Machine, dimension, foreign_effects
-from governor_mechanism.mechanism import Body, BodyAngle, Coordinate, LineAngle, Mechanism, SecondMoments
-from governor_mechanism.scene import FIXED
+from governor_mechanism.model.effect import Effect
+from governor_mechanism.model.joints import GROUND, Distance, Joint, Pin, Point, Slider
+from governor_mechanism.model.mechanism import Body, BodyAngle, Coordinate, LineAngle, Mechanism, SecondMoments
+from governor_mechanism.model.scene import FIXED
 
 
 @dataclass(frozen=True, kw_only=True)

@@ -14,7 +14,7 @@ from matplotlib.path import Path
 from matplotlib.text import Text as Words
 from numpy.typing import NDArray
 
-from governor_mechanism.render.primitives import Circle, Lines, Polygon, Shape, Text
+from governor_mechanism.render.geometry.primitives import Circle, Lines, Polygon, Shape, Text
 
 PAPER, INK, QUIET, RULE = "#fbfaf5", "#20262c", "#6a727a", "#d3d3cb"
 BLUE, VERMILLION, GREEN, SKY = "#0072b2", "#d55e00", "#009e73", "#56b4e9"

@@ -1,0 +1,235 @@
+"""The linkage of pendulum governors: dimensions, position of arms, links and sleeve, energies and their derivatives.
+
+One geometry covers Watt, improved Watt and Porter. The arm hangs from a suspension at `offset` from the spindle axis
+(negative: crossed arms) and carries the ball at its end. The link joins the arm at `arm_joint` below the suspension and
+holds the sleeve by a lug at `lug_offset`. There are two arms, two balls, two links and one sleeve. x is the distance
+from the axis, y points up, y = 0 at the suspension; arm_angle is measured from the vertical, positive outwards; all in
+SI and radians. The energies are T = I a'^2 / 2 + J w^2 / 2, with the arm angle a and the spindle speed w, and V.
+
+Every function raises MechanismError, naming the value, for numbers that are not finite, for an arm_angle not between
+-90 and 90 deg and for a position that the link cannot reach.
+Limits: rigid slender uniform rods, spindle upright, balls of any size that do not touch the spindle.
+"""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+from typing import NamedTuple
+
+import numpy as np
+
+from governor_mechanism.closed_form.arguments import Number, as_given, checked, refuse_where
+from governor_mechanism.errors import MechanismError, require_finite, require_positive
+from governor_mechanism.types import FloatArray
+
+
+@dataclass(frozen=True, kw_only=True)
+class PendulumGovernor:
+    """Dimensions (m) and masses (kg) of one pendulum governor; mass of ball, arm and link is that of each of the two.
+
+    Defaults make the rhombus: arm_joint None means at the ball, link None as long as arm_joint, lug_offset None means
+    offset. ball_inertia (kg m2) is that of one ball about any axis through its centre, gravity in m/s2.
+    """
+
+    arm: float
+    ball_mass: float
+    offset: float = 0.0
+    arm_joint: float | None = None
+    link: float | None = None
+    lug_offset: float | None = None
+    sleeve_mass: float = 0.0
+    arm_mass: float = 0.0
+    link_mass: float = 0.0
+    ball_inertia: float = 0.0
+    gravity: float = 9.81
+
+    def __post_init__(self) -> None:
+        require_positive(self.arm, "m", "arm of the governor")
+        require_positive(self.ball_mass, "kg", "ball_mass of the governor")
+        require_positive(self.gravity, "m/s2", "gravity of the governor")
+        require_positive(self.joint_length, "m", "arm_joint of the governor")
+        require_positive(self.link_length, "m", "link of the governor")
+        require_finite(self.offset, "m", "offset of the governor")
+        require_finite(self.lug_radius, "m", "lug_offset of the governor")
+        for name, unit in (("sleeve_mass", "kg"), ("arm_mass", "kg"), ("link_mass", "kg"), ("ball_inertia", "kg m2")):
+            value = getattr(self, name)
+            if not 0.0 <= value < math.inf:
+                raise MechanismError(f"{name} of the governor must be zero or positive; got {value!r} {unit}")
+        if self.joint_length > self.arm:
+            raise MechanismError(
+                f"arm_joint of the governor must not exceed its arm ({self.arm!r} m), or it lies beyond the ball; got"
+                f" {self.joint_length!r} m"
+            )
+        if self.offset <= -self.arm:
+            raise MechanismError(
+                f"offset of crossed arms must be nearer to the axis than the arm is long ({self.arm!r} m); got"
+                f" {self.offset!r} m, from where the ball never comes to its own side of the axis: lengthen the arm"
+            )
+        if abs(self.offset - self.lug_radius) >= self.joint_length + self.link_length:
+            raise MechanismError(
+                f"the link cannot reach at any arm angle: offset and lug_offset differ by"
+                f" {abs(self.offset - self.lug_radius):g} m, arm_joint and link together span only"
+                f" {self.joint_length + self.link_length:g} m; lengthen the link"
+            )
+
+    @property
+    def joint_length(self) -> float:
+        """Distance from the suspension to the joint of arm and link (m)."""
+        return self.arm if self.arm_joint is None else self.arm_joint
+
+    @property
+    def link_length(self) -> float:
+        """Length of the link from the arm joint to the sleeve lug (m)."""
+        return self.joint_length if self.link is None else self.link
+
+    @property
+    def lug_radius(self) -> float:
+        """Distance of the sleeve lug from the axis (m), negative on the far side."""
+        return self.offset if self.lug_offset is None else self.lug_offset
+
+    @property
+    def is_rhombus(self) -> bool:
+        """Whether the link always stands at the arm's angle: as long as arm_joint, lug below the suspension."""
+        same_length = math.isclose(self.link_length, self.joint_length, rel_tol=1e-12)
+        return same_length and math.isclose(self.lug_radius, self.offset, rel_tol=1e-12)
+
+
+class Position(NamedTuple):
+    """Where one arm stands: sine and cosine of its angle, ball and joint abscissa, link, sleeve height and slopes."""
+
+    angle: FloatArray
+    sine: FloatArray
+    cosine: FloatArray
+    ball: FloatArray
+    joint: FloatArray
+    link_sine: FloatArray
+    link_cosine: FloatArray
+    sleeve: FloatArray
+    sleeve_slope: FloatArray
+    sleeve_curvature: FloatArray
+
+
+def position(governor: PendulumGovernor, arm_angle: Number) -> Position:
+    """The geometry at an arm angle: offset + l1 sin a = lug + l2 sin b; sleeve height and its slopes in a."""
+    angle = checked(arm_angle, "arm_angle", "rad")
+    shown = ("arm_angle", np.degrees(angle), "deg")
+    refuse_where(np.abs(angle) >= math.pi / 2, "arm_angle must lie below 90 deg and above -90 deg", shown)
+    l1, l2 = governor.joint_length, governor.link_length
+    s, c = np.sin(angle), np.cos(angle)
+    if governor.is_rhombus:
+        sb, cb = s, c
+    else:
+        sb = ((governor.offset - governor.lug_radius) + l1 * s) / l2
+        sentence = f"the link of {l2:g} m cannot reach from the arm joint to the sleeve lug"
+        refuse_where(np.abs(sb) >= 1, sentence, shown, cure="lengthen the link or keep the arm in its travel")
+        cb = np.sqrt((1.0 - sb) * (1.0 + sb))
+    tb, turn = sb / cb, l1 * c / (l2 * cb)  # tan b and db/da
+    return Position(
+        angle=angle,
+        sine=s,
+        cosine=c,
+        ball=governor.offset + governor.arm * s,
+        joint=governor.offset + l1 * s,
+        link_sine=sb,
+        link_cosine=cb,
+        sleeve=-(l1 * c + l2 * cb),
+        sleeve_slope=l1 * (s + c * tb),
+        sleeve_curvature=l1 * (c - s * tb + c * turn / cb**2),
+    )
+
+
+def potential_slopes(governor: PendulumGovernor, at: Position) -> tuple[FloatArray, FloatArray]:
+    """V' and V'' of the potential V."""
+    hanging = (2 * governor.ball_mass + governor.arm_mass) * governor.arm + governor.link_mass * governor.joint_length
+    lifted = governor.sleeve_mass + governor.link_mass
+    slope = governor.gravity * (hanging * at.sine + lifted * at.sleeve_slope)
+    return slope, governor.gravity * (hanging * at.cosine + lifted * at.sleeve_curvature)
+
+
+def spindle_slopes(governor: PendulumGovernor, at: Position) -> tuple[FloatArray, FloatArray]:
+    """J' and J'' of the moment of inertia J about the spindle."""
+    m, mu, ml = governor.ball_mass, governor.arm_mass, governor.link_mass
+    l, l1, e = governor.arm, governor.joint_length, governor.offset  # noqa: E741
+    per_cosine = 4 * m * l * at.ball + 2 * mu * l * (e + 2 * l * at.sine / 3)
+    per_cosine = per_cosine + 2 * ml * l1 * (2 * at.joint + governor.lug_radius) / 3
+    bend = 4 * m * l**2 + 4 * (mu * l**2 + ml * l1**2) / 3
+    return per_cosine * at.cosine, bend * at.cosine**2 - per_cosine * at.sine
+
+
+def in_plane(governor: PendulumGovernor, at: Position) -> tuple[FloatArray, FloatArray]:
+    """I and I' of the in-plane inertia I, kinetic energy I a'^2 / 2."""
+    l1, slope, curvature = governor.joint_length, at.sleeve_slope, at.sleeve_curvature
+    m, mu, ml, ms = governor.ball_mass, governor.arm_mass, governor.link_mass, governor.sleeve_mass
+    fixed = 2 * (m + mu / 3) * governor.arm**2 + 2 * governor.ball_inertia
+    inertia = fixed + ms * slope**2 + 2 * ml * (l1**2 + l1 * at.sine * slope + slope**2) / 3
+    link_change = l1 * (at.cosine * slope + at.sine * curvature) + 2 * slope * curvature
+    return inertia, 2 * ms * slope * curvature + 2 * ml * link_change / 3
+
+
+def ball_radius(governor: PendulumGovernor, *, arm_angle: Number) -> Number:
+    """Distance x = e + l sin a of the ball centre from the axis (m); negative beyond the axis (Zehnder)."""
+    return as_given(position(governor, arm_angle).ball)
+
+
+def sleeve_height(governor: PendulumGovernor, *, arm_angle: Number) -> Number:
+    """Height of the sleeve lug (m), -(l1 cos a + l2 cos b): negative, below the suspension; grows as the arms open."""
+    return as_given(position(governor, arm_angle).sleeve)
+
+
+def sleeve_height_slope(governor: PendulumGovernor, *, arm_angle: Number) -> Number:
+    """Rise of the sleeve per arm angle (m/rad), l1 (sin a + cos a tan b); 2 l sin a in the rhombus."""
+    return as_given(position(governor, arm_angle).sleeve_slope)
+
+
+def link_angle(governor: PendulumGovernor, *, arm_angle: Number) -> Number:
+    """Angle b of the link from the vertical (rad), positive when its joint is further out than the lug."""
+    at = position(governor, arm_angle)
+    return as_given(at.angle if governor.is_rhombus else np.arctan2(at.link_sine, at.link_cosine))
+
+
+def potential(governor: PendulumGovernor, *, arm_angle: Number) -> Number:
+    """Potential V (J) of all weights, zero at the height of the suspension; -2 (M + m_s) g l cos a in the rhombus."""
+    at = position(governor, arm_angle)
+    hanging = (2 * governor.ball_mass + governor.arm_mass) * governor.arm + governor.link_mass * governor.joint_length
+    lifted = governor.sleeve_mass + governor.link_mass
+    return as_given(governor.gravity * (lifted * at.sleeve - hanging * at.cosine))
+
+
+def potential_slope(governor: PendulumGovernor, *, arm_angle: Number) -> Number:
+    """V' (N m per rad): moment that the weights set against the opening of the arms."""
+    return as_given(potential_slopes(governor, position(governor, arm_angle))[0])
+
+
+def potential_curvature(governor: PendulumGovernor, *, arm_angle: Number) -> Number:
+    """V'' (N m per rad^2): the derivative of potential_slope in the arm angle."""
+    return as_given(potential_slopes(governor, position(governor, arm_angle))[1])
+
+
+def spindle_inertia(governor: PendulumGovernor, *, arm_angle: Number) -> Number:
+    """Moment of inertia J (kg m2) of balls and rods about the spindle; 2 M x^2 without rod masses and ball_inertia."""
+    at = position(governor, arm_angle)
+    lug, e, along = governor.lug_radius, governor.offset, governor.arm * at.sine
+    arms = 2 * governor.arm_mass * (e**2 + e * along + along**2 / 3)
+    links = 2 * governor.link_mass * (at.joint**2 + at.joint * lug + lug**2) / 3
+    return as_given(2 * governor.ball_mass * at.ball**2 + arms + links + 2 * governor.ball_inertia)
+
+
+def spindle_inertia_slope(governor: PendulumGovernor, *, arm_angle: Number) -> Number:
+    """J' (kg m2 per rad): the derivative of spindle_inertia; 4 M x l cos a without rod masses."""
+    return as_given(spindle_slopes(governor, position(governor, arm_angle))[0])
+
+
+def spindle_inertia_curvature(governor: PendulumGovernor, *, arm_angle: Number) -> Number:
+    """J'' (kg m2 per rad^2): the derivative of spindle_inertia_slope in the arm angle."""
+    return as_given(spindle_slopes(governor, position(governor, arm_angle))[1])
+
+
+def in_plane_inertia(governor: PendulumGovernor, *, arm_angle: Number) -> Number:
+    """Inertia I (kg m2) of the motion in the arms' plane, energy I a'^2 / 2; 2 M l^2 + m_s z'^2 without rod masses."""
+    return as_given(in_plane(governor, position(governor, arm_angle))[0])
+
+
+def in_plane_inertia_slope(governor: PendulumGovernor, *, arm_angle: Number) -> Number:
+    """I' (kg m2 per rad): the derivative of in_plane_inertia in the arm angle."""
+    return as_given(in_plane(governor, position(governor, arm_angle))[1])

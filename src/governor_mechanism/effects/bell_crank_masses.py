@@ -1,0 +1,36 @@
+"""Bell cranks with mass, weights with a size."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+from governor_mechanism.errors import MechanismError, require_not_negative
+from governor_mechanism.model.effect import Effect
+
+
+@dataclass(frozen=True, kw_only=True)
+class BellCranks(Effect):
+    """Bell cranks with mass (kg, each): two slender arms of one section, and on them weights that have a size.
+
+    A weight is a block fixed to its arm: width (m) across the arm, height along it, depth out of the plane. The machine
+    builds its bodies from them; what is nought is left as it was.
+    """
+
+    mass: float = 0.0
+    weight_width: float = 0.0
+    weight_height: float = 0.0
+    weight_depth: float = 0.0
+
+    def __post_init__(self) -> None:
+        sizes = ("weight_width", "weight_height", "weight_depth")
+        for name, unit in (("mass", "kg"), *((size, "m") for size in sizes)):
+            require_not_negative(getattr(self, name), unit, f"bell_cranks.{name}")
+        if self.mass == self.weight_width == self.weight_height == self.weight_depth == 0.0:
+            raise MechanismError(
+                f"bell_cranks need mass, {', '.join(sizes[:2])} or {sizes[2]}; leave the effect out if there are none"
+            )
+        if self.weight_depth > 0.0 and self.mass == self.weight_width == self.weight_height == 0.0:
+            raise MechanismError(
+                "bell_cranks.weight_depth alone leaves a weight that has no inertia to turn with in the plane; "
+                "give weight_width or weight_height as well"
+            )

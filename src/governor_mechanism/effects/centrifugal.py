@@ -1,0 +1,17 @@
+"""The centrifugal load in a plane that turns with the spindle."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+from governor_mechanism.model.effect import Effect
+
+
+@dataclass(frozen=True, kw_only=True)
+class Centrifugal(Effect):
+    """The centrifugal load on bodies whose plane turns with the spindle."""
+
+    @property
+    def loads_turning_bodies(self) -> bool:
+        """Bodies in a turning plane carry a centrifugal load."""
+        return True

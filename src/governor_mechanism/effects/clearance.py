@@ -1,0 +1,38 @@
+"""Clearance between links and sleeve."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+from governor_mechanism.effects.stops import Stops
+from governor_mechanism.errors import MechanismError, require_positive
+from governor_mechanism.model.effect import Effect, OnReading
+
+PLAY = "sleeve_play"
+"""The reading that tells where in its play a sleeve is."""
+
+
+@dataclass(frozen=True, kw_only=True)
+class Play(Effect):
+    """Play (m) between links and sleeve: the sleeve may move so far before the links take it along.
+
+    restitution as of Stops. The machine adds the reading `sleeve_play`, from -width / 2 to width / 2.
+    """
+
+    width: float
+    restitution: float = 0.0
+
+    def __post_init__(self) -> None:
+        require_positive(self.width, "m", "play")
+        if not 0 <= self.restitution <= 1:
+            raise MechanismError(f"restitution of the play must lie between 0 and 1; got {self.restitution:g}")
+
+    @property
+    def stops(self) -> Stops:
+        """The play as stops of its reading."""
+        return Stops(reading=PLAY, low=-self.width / 2, high=self.width / 2, restitution=self.restitution)
+
+    @property
+    def acting(self) -> tuple[OnReading, ...]:
+        """The stops of its reading."""
+        return (self.stops,)

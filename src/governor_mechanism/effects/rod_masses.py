@@ -1,0 +1,26 @@
+"""Arms and links with mass, balls with a size."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+from governor_mechanism.errors import MechanismError, require_not_negative
+from governor_mechanism.model.effect import Effect
+
+
+@dataclass(frozen=True, kw_only=True)
+class Rods(Effect):
+    """Arms and links as slender uniform rods of these masses (kg, each), balls as solid spheres of this radius (m).
+
+    The machine builds its bodies from them; what is nought is left as it was.
+    """
+
+    arm_mass: float = 0.0
+    link_mass: float = 0.0
+    ball_radius: float = 0.0
+
+    def __post_init__(self) -> None:
+        for name, unit in (("arm_mass", "kg"), ("link_mass", "kg"), ("ball_radius", "m")):
+            require_not_negative(getattr(self, name), unit, f"rods.{name}")
+        if self.arm_mass == self.link_mass == self.ball_radius == 0.0:
+            raise MechanismError("rods need arm_mass, link_mass or ball_radius; leave the effect out if there are none")

@@ -1,0 +1,31 @@
+"""Hard stops of a reading."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+
+from governor_mechanism.errors import MechanismError
+from governor_mechanism.model.effect import OnReading
+
+
+@dataclass(frozen=True, kw_only=True)
+class Stops(OnReading):
+    """Hard stops at the low and the high end of a reading (m or rad; infinite where there is none).
+
+    restitution is the part of the speed with which it bounces back, 0 to 1.
+    """
+
+    low: float = -math.inf
+    high: float = math.inf
+    restitution: float = 0.0
+
+    def __post_init__(self) -> None:
+        if math.isnan(self.low) or math.isnan(self.high) or not self.low < self.high:
+            raise MechanismError(
+                f"stops of {self.reading!r}: the low one ({self.low:g}) must lie below the high one ({self.high:g})"
+            )
+        if math.isinf(self.low) and math.isinf(self.high):
+            raise MechanismError(f"stops of {self.reading!r} need a low or a high end")
+        if not 0 <= self.restitution <= 1:
+            raise MechanismError(f"restitution of the stops must lie between 0 and 1; got {self.restitution:g}")

@@ -1,1 +1,0 @@
-"""The compiled core of the engine `reduced`: one coordinate along laid pieces, its forces, steps, events."""

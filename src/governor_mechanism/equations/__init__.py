@@ -1,1 +1,0 @@
-"""The mathematics of joints, loads and readings, on arrays."""

@@ -1,0 +1,113 @@
+"""Results on disk: CSV of the readings, netCDF of everything, JSON of what ran and how it ended."""
+
+from __future__ import annotations
+
+import csv
+import json
+import platform
+from dataclasses import asdict
+from importlib.metadata import PackageNotFoundError, version
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from governor_mechanism.files.atomic_write import written_beside
+from governor_mechanism.model.trajectory import Trajectory
+
+PACKAGES = ("governor-mechanism", "pymunk", "numpy", "scipy")
+
+
+def save_csv(run: Trajectory, path: Path) -> None:
+    """Write time and readings, one row a reported time, SI units in the header."""
+    names = list(run.readings)
+    with written_beside(path) as temporary, temporary.open("w", newline="", encoding="utf-8") as stream:
+        writer = csv.writer(stream)
+        writer.writerow(["time [s]", *(f"{name} [{run.units[name]}]" for name in names)])
+        for row in zip(run.times, *(run.readings[name] for name in names), strict=True):
+            writer.writerow([repr(float(value)) for value in row])
+
+
+def save_netcdf(run: Trajectory, path: Path) -> None:
+    """Write every array of the run as netCDF-3 (opens in xarray); dimensions time, body, component (x, y, angle)."""
+    from scipy.io import netcdf_file
+
+    with written_beside(path) as temporary, netcdf_file(temporary, "w", version=2) as dataset:
+        dataset.title = run.scene.title
+        dataset.outcome = run.message
+        dataset.bodies = ", ".join(run.body_names)
+        dataset.createDimension("time", len(run.times))
+        dataset.createDimension("body", len(run.body_names))
+        dataset.createDimension("component", 3)
+        columns = {"time": (run.times, "s"), "joint_gap": (run.joint_gap, "m")}
+        columns |= {name: (values, run.units[name]) for name, values in run.readings.items()}
+        columns |= {f"{name}_rate": (values, f"{run.units[name]}/s") for name, values in run.rates.items()}
+        kinds = ("kinetic", "potential", "rotation", "jacobi", "dissipated")
+        energies = {name: getattr(run.energy, name) for name in kinds}
+        columns |= {f"energy_{name}": (values, "J") for name, values in energies.items()}
+        for name, (values, unit) in columns.items():
+            variable = dataset.createVariable(name, "d", ("time",))
+            variable[:] = values
+            variable.units = unit
+        for name, block in (("pose", run.poses), ("velocity", run.velocities)):
+            dataset.createVariable(name, "d", ("time", "body", "component"))[:] = block
+        _save_reactions(run, dataset)
+
+
+def _save_reactions(run: Trajectory, dataset: Any) -> None:
+    """What each joint does to its second body: force x, y (N) and moment (N m), and whether it is determined (1, 0)."""
+    if not run.reactions:
+        return
+    dataset.joints = ", ".join(run.reactions)
+    dataset.createDimension("joint", len(run.reactions))
+    found = list(run.reactions.values())
+    blocks = [np.column_stack([one.force, one.moment]) for one in found]
+    dataset.createVariable("reaction", "d", ("time", "joint", "component"))[:] = np.stack(blocks, axis=1)
+    marks = np.stack([one.determined for one in found], axis=1)
+    dataset.createVariable("reaction_determined", "b", ("time", "joint"))[:] = marks
+
+
+def summary(run: Trajectory) -> dict[str, Any]:
+    """What ran and how it ended, as plain JSON values."""
+    return {
+        "scene": run.scene.source,
+        "title": run.scene.title,
+        "outcome": run.outcome.name.lower(),
+        "message": run.message,
+        "engine": run.cost.engine,
+        "settings": dict(run.settings),
+        "error_estimate": run.error_estimate,
+        "reading_errors": dict(run.reading_errors),
+        "joint_gap": float(np.max(run.joint_gap, initial=0.0)),
+        "energy_drift": run.energy.drift,
+        "dissipated": float(run.energy.dissipated[-1]) if len(run.times) else None,
+        "samples_beside_events": run.excluded,
+        "reported_times": len(run.times),
+        "end_time": float(run.times[-1]) if len(run.times) else None,
+        "final": {name: float(values[-1]) for name, values in run.readings.items() if len(values)},
+        "units": dict(run.units),
+        "mobility": run.mobility,
+        "events": [asdict(event) for event in run.events],
+        "largest_joint_forces": {name: float(np.max(one.size, initial=0.0)) for name, one in run.reactions.items()},
+        "notes": list(run.notes),
+        "cost": asdict(run.cost),
+        "versions": versions(),
+        "document": dict(run.scene.document),
+    }
+
+
+def save_json(run: Trajectory, path: Path) -> None:
+    """Write the summary of a run."""
+    with written_beside(path) as temporary:
+        temporary.write_text(json.dumps(summary(run), indent=2, allow_nan=False) + "\n", encoding="utf-8")
+
+
+def versions() -> dict[str, str]:
+    """Versions of Python and of the packages that results depend on."""
+    found = {"python": platform.python_version()}
+    for name in PACKAGES:
+        try:
+            found[name] = version(name)
+        except PackageNotFoundError:  # run from a source tree that was not installed
+            found[name] = "not installed"
+    return found

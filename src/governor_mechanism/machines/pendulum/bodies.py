@@ -1,0 +1,237 @@
+"""The bodies, joints and readings of a pendulum governor, as its dimensions, its rods and its play make them.
+
+Axes of an arm and of a link: x along it, from the suspension to the ball, and from the knee to the sleeve's lug.
+"""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+from typing import TYPE_CHECKING
+
+from governor_mechanism.effects.clearance import PLAY, Play
+from governor_mechanism.effects.rod_masses import Rods
+from governor_mechanism.errors import MechanismError
+from governor_mechanism.model.joints import GROUND, Distance, Gear, Joint, Pin, Point, Slider
+from governor_mechanism.model.mechanism import (
+    Body,
+    Coordinate,
+    FollowerHeight,
+    Limit,
+    LineAngle,
+    Reading,
+    SecondMoments,
+)
+
+if TYPE_CHECKING:
+    from governor_mechanism.machines.pendulum.machine import PendulumGovernor
+
+RIGHT, LEFT, SLEEVE = "right ball", "left ball", "sleeve"
+RIGHT_LINK, LEFT_LINK = "right link", "left link"
+
+Pose = tuple[float, float, float]
+
+NEARLY = 0.9999
+"""Of a link's length: a follower hung on it falls without bound at the whole of it, and cannot be followed there."""
+
+SPHERE = 1 / 5
+"""Of M r^2: the integral of x^2 dm over a solid sphere about its centre, and the same for y and z."""
+
+
+@dataclass(frozen=True, kw_only=True)
+class Parts:
+    """What a governor is put together from; without rods and play points, a sleeve, and distances between them."""
+
+    governor: PendulumGovernor
+    rods: Rods | None = None
+    play: Play | None = None
+
+    def __post_init__(self) -> None:
+        problems = [*self._rod_problems(), *self._play_problems()]
+        if problems:
+            raise MechanismError(*problems)
+
+    def _rod_problems(self) -> list[str]:
+        problems, arm = [], self.governor.arm
+        if self._link_mass and self.governor.sleeve_mass is None:
+            problems.append(
+                "rods.link_mass needs links that carry a sleeve; a governor without sleeve_mass has none; "
+                "leave link_mass out, or add sleeve_mass to [dimensions]"
+            )
+        if self._ball_radius >= arm:
+            problems.append(
+                f"rods.ball_radius ({self._ball_radius * 1e3:.6g} mm) must be less than arm ({arm * 1e3:.6g} mm), "
+                "or the ball would hold its own suspension"
+            )
+        return problems
+
+    def _play_problems(self) -> list[str]:
+        if self.play and self.governor.sleeve_mass is None:
+            return [
+                "play is between links and sleeve; a governor without sleeve_mass has no sleeve to move in it; "
+                "leave play out, or add sleeve_mass to [dimensions]"
+            ]
+        if self.play and self._link_mass:
+            return [
+                "rods.link_mass cannot stand beside play: links that let go of the sleeve have no mass here; "
+                "leave one of the two out"
+            ]
+        return []
+
+    @property
+    def linked(self) -> bool:
+        """Whether joints hold the sleeve to the arms; else the balls are kept in step without them."""
+        return self.governor.sleeve_mass is not None and self.play is None
+
+    @property
+    def turning(self) -> bool:
+        """Arms are bodies that turn where they have mass, the ball size, or the load pulls short of the ball."""
+        governor = self.governor
+        lever = governor.sleeve_mass is not None and governor.joint_length < governor.arm
+        return lever or self._arm_mass > 0 or self._ball_radius > 0
+
+    def bodies(self) -> tuple[Body, ...]:
+        """Balls with their arms, the sleeve where it has mass, links where they have mass."""
+        governor = self.governor
+        mass = governor.ball_mass + self._arm_mass
+        found = [Body(name=name, mass=mass, moments=self._moments(), turns=self.turning) for name in (RIGHT, LEFT)]
+        if governor.sleeve_mass is not None:
+            found.append(Body(name=SLEEVE, mass=governor.sleeve_mass, turns=False))
+        if self._link_mass:
+            slender = SecondMoments(xx=self._link_mass * governor.link_length**2 / 12)
+            found += [Body(name=name, mass=self._link_mass, moments=slender) for name in (RIGHT_LINK, LEFT_LINK)]
+        return tuple(found)
+
+    def joints(self) -> tuple[Joint, ...]:
+        """Arms, links and the sleeve's guide; without links something keeps the arms in step."""
+        joints: list[Joint] = []
+        for side, sign in (("right", 1.0), ("left", -1.0)):
+            joints.append(self._arm(side, sign))
+            joints += self._link(side, sign) if self.linked else []
+        if not self.linked:
+            # A sleeve without mass, or with play, still makes both arms rise together: the balls stay at one height.
+            joints.append(self._in_step())
+        if self.governor.sleeve_mass is not None:
+            ground, sleeve = Point(body=GROUND), Point(body=SLEEVE)
+            joints.append(Slider(name="spindle guide", first=ground, second=sleeve, angle=math.pi / 2))
+        return tuple(joints)
+
+    def readings(self, hanging: float) -> tuple[Reading, ...]:
+        """What the governor tells; the sleeve's lift is counted from the height `hanging` (m)."""
+        suspension, ball = Point(body=GROUND, x=self.governor.offset), self._on_arm(RIGHT, self.governor.arm)
+        lift: Reading = self._follower("sleeve_lift", zero=hanging)
+        if self.governor.sleeve_mass is not None:
+            lift = Coordinate(
+                name="sleeve_lift", quantity="length", point=Point(body=SLEEVE), along_x=0.0, along_y=1.0, zero=hanging
+            )
+        return (
+            LineAngle(name="arm_angle", quantity="angle", start=suspension, end=ball),
+            Coordinate(name="ball_radius", quantity="length", point=ball, along_x=1.0, along_y=0.0),
+            lift,
+            *((self._follower(PLAY, against=Point(body=SLEEVE)),) if self.play else ()),
+        )
+
+    def watched(self) -> tuple[Reading, ...]:
+        """A link that pulls at a sleeve passes its dead centre while the arm turns back: the arm does not tell.
+
+        With play the links have no lug to end at: it is told by how far their upper ends reach beyond it.
+        """
+        knee, lug = self._on_arm(RIGHT, self.governor.joint_length), Point(body=SLEEVE, x=self.governor.lug)
+        if self.play:
+            away = Coordinate(
+                name="link_reach", quantity="length", point=knee, along_x=1.0, along_y=0.0, zero=self.governor.lug
+            )
+            return (away,)
+        return (LineAngle(name="link_angle", quantity="angle", start=knee, end=lug),) if self.linked else ()
+
+    def dead_centre(self) -> tuple[Limit, ...]:
+        """The limits of what is watched."""
+        sentence = "the link stands at 90 degrees to the spindle (dead centre)"
+        furthest = NEARLY * self.governor.link_length if self.play else math.pi / 2
+        return tuple(
+            Limit(reading=reading.name, low=-furthest, high=furthest, below=sentence, above=sentence)
+            for reading in self.watched()
+        )
+
+    def poses(self, angle: float) -> tuple[Pose, ...]:
+        """Of all bodies, at an arm angle (rad); the sleeve hangs on its links."""
+        governor, centre = self.governor, self._centre
+        x, y = governor.offset + centre * math.sin(angle), -centre * math.cos(angle)
+        right, left = (angle - math.pi / 2, -math.pi / 2 - angle) if self.turning else (0.0, 0.0)
+        found = [(x, y, right), (-x, y, left)]
+        if governor.sleeve_mass is not None:
+            found.append((0.0, governor.sleeve_height(angle), 0.0))
+        if self._link_mass:
+            knee_x = governor.offset + governor.joint_length * math.sin(angle)
+            knee_y, lug_y = -governor.joint_length * math.cos(angle), governor.sleeve_height(angle)
+            down = math.atan2(lug_y - knee_y, governor.lug - knee_x)
+            x, y = (knee_x + governor.lug) / 2, (knee_y + lug_y) / 2
+            found += [(x, y, down), (-x, y, -math.pi - down)]
+        return tuple(found)
+
+    @property
+    def _arm_mass(self) -> float:
+        return self.rods.arm_mass if self.rods else 0.0
+
+    @property
+    def _link_mass(self) -> float:
+        return self.rods.link_mass if self.rods else 0.0
+
+    @property
+    def _ball_radius(self) -> float:
+        return self.rods.ball_radius if self.rods else 0.0
+
+    @property
+    def _centre(self) -> float:
+        """From the suspension to the common mass centre of arm and ball (m)."""
+        arm = self.governor.arm
+        return arm - self._arm_mass * arm / (2 * (self.governor.ball_mass + self._arm_mass))
+
+    def _moments(self) -> SecondMoments:
+        """Of a slender arm and a solid ball, about their common mass centre."""
+        arm, mass, centre = self.governor.arm, self._arm_mass, self._centre
+        ball = SPHERE * self.governor.ball_mass * self._ball_radius**2
+        along = self.governor.ball_mass * (arm - centre) ** 2 + mass * (arm**2 / 12 + (centre - arm / 2) ** 2)
+        return SecondMoments(xx=along + ball, yy=ball, zz=ball)
+
+    def _on_arm(self, ball: str, way: float) -> Point:
+        """The point of an arm so far from its suspension (m)."""
+        return Point(body=ball, x=way - self._centre)
+
+    def _arm(self, side: str, sign: float) -> Joint:
+        ball, suspension = RIGHT if sign > 0 else LEFT, Point(body=GROUND, x=sign * self.governor.offset)
+        if self.turning:
+            return Pin(name=f"{side} arm", first=suspension, second=self._on_arm(ball, 0.0))
+        return Distance(name=f"{side} arm", first=suspension, second=Point(body=ball), length=self.governor.arm)
+
+    def _link(self, side: str, sign: float) -> list[Joint]:
+        ball, link = (RIGHT, RIGHT_LINK) if sign > 0 else (LEFT, LEFT_LINK)
+        length = self.governor.link_length
+        knee = self._on_arm(ball, self.governor.joint_length)
+        lug = Point(body=SLEEVE, x=sign * self.governor.lug)
+        if not self._link_mass:
+            return [Distance(name=f"{side} link", first=knee, second=lug, length=length)]
+        return [
+            Pin(name=f"{side} knee", first=knee, second=Point(body=link, x=-length / 2)),
+            Pin(name=f"{side} lug", first=Point(body=link, x=length / 2), second=lug),
+        ]
+
+    def _in_step(self) -> Joint:
+        right, left = (self._on_arm(name, self.governor.arm) for name in (RIGHT, LEFT))
+        if self.turning:  # a line on an arm would turn with it
+            return Gear(name="arms in step", first=right, second=left, ratio=-1.0, offset=-math.pi)
+        return Slider(name="arms in step", first=right, second=left, angle=0.0)
+
+    def _follower(self, name: str, *, zero: float = 0.0, against: Point | None = None) -> FollowerHeight:
+        governor = self.governor
+        return FollowerHeight(
+            name=name,
+            quantity="length",
+            top=Point(body=GROUND, x=governor.offset),
+            knee=self._on_arm(RIGHT, governor.arm),
+            fraction=governor.joint_length / governor.arm,
+            line=governor.lug,
+            length=governor.link_length,
+            zero=zero,
+            against=against,
+        )

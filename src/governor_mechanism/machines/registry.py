@@ -1,0 +1,18 @@
+"""The machines: dimensions in, Mechanism out. `MACHINES` maps the names used in scene files to their classes."""
+
+from __future__ import annotations
+
+from governor_mechanism.machines.base import Machine
+from governor_mechanism.machines.hartung.machine import HartungGovernor
+from governor_mechanism.machines.parabolic import ParabolicGovernor
+from governor_mechanism.machines.pendulum.machine import PendulumGovernor
+from governor_mechanism.machines.slide_valve import SlideValve
+from governor_mechanism.machines.slider_crank import SliderCrank
+
+MACHINES: dict[str, type[Machine]] = {
+    "pendulum_governor": PendulumGovernor,
+    "parabolic_governor": ParabolicGovernor,
+    "hartung": HartungGovernor,
+    "slide_valve": SlideValve,
+    "slider_crank": SliderCrank,
+}

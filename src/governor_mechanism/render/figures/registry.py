@@ -1,0 +1,37 @@
+"""Plates that go with a run of a machine, beside its film and the figure of its readings."""
+
+from __future__ import annotations
+
+import math
+from pathlib import Path
+
+import numpy as np
+
+from governor_mechanism.effects.crank_masses import Masses
+from governor_mechanism.model.trajectory import Trajectory
+
+
+def machine_figures(run: Trajectory, folder: Path, stem: str) -> list[Path]:
+    """Write what plates there are for a run's machine into a folder, as <stem>_<plate>.png; returns the paths.
+
+    Of a slide valve Zeuner's diagram and, on a finite eccentric rod, Marks' construction; of a slider crank whose parts
+    have mass, the loads of its bearings over a whole turn. Of other machines nothing.
+    """
+    scene = run.scene
+    if len(scene.parts) != 1:
+        return []
+    if scene.part.machine == "slide_valve":
+        from governor_mechanism.render.figures.slide_valve.marks_plate import marks_figure
+        from governor_mechanism.render.figures.slide_valve.zeuner_plate import zeuner_figure
+
+        files = [zeuner_figure(scene, folder / f"{stem}_zeuner.png")]
+        if math.isfinite(scene.part.dimensions["eccentric_rod"]):
+            files.append(marks_figure(scene, folder / f"{stem}_marks.png"))
+        return files
+    massive = any(isinstance(effect, Masses) for effect in scene.effects)
+    if scene.part.machine == "slider_crank" and massive and not (scene.acting or scene.part.mechanism.loads):
+        from governor_mechanism.render.figures.slider_crank.bearing_loads import WHOLE, bearings_figure
+
+        if len(run.times) and np.ptp(run.readings["crank_angle"]) >= WHOLE:
+            return [bearings_figure(run, folder / f"{stem}_bearings.png")]
+    return []

@@ -1,0 +1,69 @@
+"""Marks' plate: the error term of the eccentric rod as parabola, circle and hyperbola, and three other diagrams."""
+
+from __future__ import annotations
+
+import math
+import os
+from pathlib import Path
+
+from matplotlib.figure import Figure
+
+from governor_mechanism.errors import MechanismError
+from governor_mechanism.model.scene import Scene
+from governor_mechanism.render.figures.engraving_sheet import MM, require_png, save, sheet, write
+from governor_mechanism.render.figures.slide_valve.marks_panels import (
+    draw_construction,
+    draw_ellipse,
+    draw_errors,
+    draw_reuleaux,
+)
+from governor_mechanism.render.figures.slide_valve.zeuner_data import ValvePlate, valve_plate
+from governor_mechanism.render.figures.slide_valve.zeuner_plate import SOURCE
+from governor_mechanism.render.style import QUIET
+
+HEADING = "Marks’ construction of the error term"
+
+PANELS = {
+    "construction": (0.03, 0.505, 0.47, 0.335),
+    "errors": (0.60, 0.545, 0.355, 0.285),
+    "ellipse": (0.068, 0.125, 0.40, 0.305),
+    "reuleaux": (0.565, 0.085, 0.40, 0.355),
+}
+"""Left and lower edge, width and height of the panels, in fractions of the figure."""
+
+
+def marks_figure(scene: Scene, path: str | os.PathLike[str]) -> Path:
+    """Write a PNG of Marks' plate for the scene of a slide valve on a finite eccentric rod.
+
+    Returns the path. Raises MechanismError for another machine, and for an endless eccentric rod; an exception leaves
+    no file behind.
+    """
+    require_png(path)
+    return save(draw(valve_plate(scene)), path)
+
+
+def draw(plate: ValvePlate) -> Figure:
+    """The plate as a figure. Raises MechanismError for an endless eccentric rod, which has no error term."""
+    if plate.eccentric.endless:
+        raise MechanismError("Marks' construction is of an eccentric_rod of finite length; an endless one has no error")
+    figure = sheet(HEADING, plate.title, SOURCE)
+    captions = (
+        "Fig. 1.  On any ray $OP$ of the crank the valve goes farther by the curve’s height $z$",
+        "Fig. 2.  What parabola and circle err",
+        "Fig. 3.  The valve’s ellipse: its displacement over the stroke of the piston",
+        "Fig. 4.  Reuleaux’s circle, by theory: $\\xi_0$ as distance from a leaning diameter",
+    )
+    for k, caption in enumerate(captions):
+        write(figure, (0.03, 0.545)[k % 2], (0.862, 0.462)[k // 2], caption, 11.5, fontstyle="italic")
+    draw_construction(figure.add_axes(PANELS["construction"]), plate)
+    draw_errors(figure.add_axes(PANELS["errors"]), plate)
+    draw_ellipse(figure.add_axes(PANELS["ellipse"]), plate)
+    draw_reuleaux(figure.add_axes(PANELS["reuleaux"]), plate)
+    r, rod = plate.eccentric.radius, plate.eccentric.rod
+    words = (
+        f"eccentric $r$ = {r * MM:.4g} mm,  rod $l$ = {rod * MM:.5g} mm,  advance $\\delta$ = "
+        f"{math.degrees(plate.eccentric.advance):.4g}°;  neglected terms are of the size $r^4/8l^3$ = "
+        f"{r**4 / (8 * rod**3) * MM:.3g} mm"
+    )
+    write(figure, 0.5, 0.043, words.replace("= -", "= −"), 10.5, ha="center", color=QUIET)
+    return figure

@@ -1,0 +1,63 @@
+"""The inputs of a design from words, as a command has them: "wire=14 mm"."""
+
+from __future__ import annotations
+
+import dataclasses
+from collections.abc import Iterable
+
+from governor_mechanism.errors import MechanismError, did_you_mean
+from governor_mechanism.studies.hartung.design import HartungInputs
+from governor_mechanism.units.quantities import parse, shown
+
+KINDS = {
+    "weight_mass": "mass",
+    "sleeve_mass": "mass",
+    "weight_arm": "length",
+    "rest_radius": "length",
+    "half_stroke": "length",
+    "fulcrum_height": "length",
+    "swing": "angle",
+    "slow_speed": "angular_speed",
+    "fast_speed": "angular_speed",
+    "wire": "length",
+    "coil": "length",
+    "modulus": "modulus",
+    "stress_limit": "pressure",
+    "insensitivity": "ratio",
+    "angle": "angle",
+    "sleeve_arm": "length",
+}
+"""Of the inputs, by the kind of their quantity."""
+
+
+def inputs_from(words: Iterable[str]) -> HartungInputs:
+    """The inputs that words like "wire=14 mm" change from the paper's.
+
+    Raises MechanismError with a sentence for each word that is none.
+    """
+    found: dict[str, float] = {}
+    problems: list[str] = []
+    for word in words:
+        name, sign, value = (part.strip() for part in word.partition("="))
+        if not sign or name not in KINDS:
+            known = ", ".join(KINDS)
+            problems.append(
+                f"--with {shown(word)} is no input and its value; write them as wire=14 mm; inputs are {known}."
+                f"{did_you_mean(name, KINDS)}"
+            )
+            continue
+        try:
+            found[name] = parse(_number(value), KINDS[name], f"--with {name}")
+        except MechanismError as error:
+            problems += error.problems
+    if problems:
+        raise MechanismError(*problems)
+    return dataclasses.replace(HartungInputs(), **found)
+
+
+def _number(text: str) -> str | float:
+    """A bare number is in SI, as in a scene file; everything else says its unit."""
+    try:
+        return float(text)
+    except ValueError:
+        return text

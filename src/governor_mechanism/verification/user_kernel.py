@@ -1,0 +1,132 @@
+"""The caller's own function against the assembled mechanism."""
+
+from __future__ import annotations
+
+import inspect
+import math
+from collections.abc import Callable, Mapping, Sequence
+
+import numpy as np
+
+from governor_mechanism.errors import MechanismError, did_you_mean
+from governor_mechanism.mechanics.kinematics.assembly import Assembler
+from governor_mechanism.mechanics.kinematics.output_variables import reading_value
+from governor_mechanism.model.scene import Scene
+from governor_mechanism.statics.speed_curve import equilibrium_speed
+from governor_mechanism.types import FloatArray
+from governor_mechanism.verification.report import CheckReport, Row
+
+ALLOWED = 1e-6
+"""Relative difference allowed to a kernel: far above our own error (1e-11), far below any slip in a formula."""
+
+
+def check_kernel(
+    scene: Scene,
+    kernel: Callable[..., float],
+    quantity: str,
+    over: Mapping[str, Sequence[float] | FloatArray],
+    allowed: float = ALLOWED,
+) -> CheckReport:
+    """Compare a function with the assembled mechanism over values of its leading coordinate.
+
+    quantity is 'equilibrium_speed' (rad/s) or a position reading. The kernel gets floats in SI by the names of its
+    parameters: dimensions, `gravity`, and readings of the mechanism at each value. allowed is relative to the value
+    expected (to its largest size over the values, where that is zero). Raises MechanismError for names it cannot fill.
+    """
+    coordinate, values = _coordinate_values(scene, over)
+    poses = _assembled(scene, values)
+    ours, unit = _ours(scene, quantity, values, poses)
+    wanted = _parameters(kernel, _available(scene, values, poses))
+    span = float(np.max(np.abs(ours)))
+    rows = []
+    for index, value in enumerate(values):
+        theirs = _call(
+            kernel, {name: float(column[index]) for name, column in wanted.items()}, coordinate, float(value)
+        )
+        rows.append(
+            Row(
+                quantity=f"{quantity} at {coordinate} = {value:.6g}",
+                simulated=float(ours[index]),
+                expected=theirs,
+                allowed=allowed * (abs(float(ours[index])) or span),
+                unit=unit,
+                reason="asked for",
+            )
+        )
+    return CheckReport(title=scene.title, against=getattr(kernel, "__name__", "kernel"), rows=tuple(rows))
+
+
+def _coordinate_values(scene: Scene, over: Mapping[str, Sequence[float] | FloatArray]) -> tuple[str, FloatArray]:
+    coordinate = scene.part.mechanism.coordinate
+    if list(over) != [coordinate]:
+        raise MechanismError(f"`over` must give values of {coordinate!r}, the leading coordinate; got {list(over)}")
+    try:
+        values = np.atleast_1d(np.asarray(over[coordinate], dtype=np.float64))
+    except (TypeError, ValueError):
+        values = np.array([np.nan])
+    if values.ndim != 1 or not values.size or not np.all(np.isfinite(values)):
+        raise MechanismError(
+            f"values of {coordinate!r} must be a list of finite numbers in SI; got {over[coordinate]!r}"
+        )
+    for limit in scene.part.mechanism.limits:
+        outside = values[(values <= limit.low) | (values >= limit.high)]
+        if limit.reading == coordinate and outside.size:
+            where = f"{limit.low:.6g} to {limit.high:.6g} in SI"
+            raise MechanismError(f"{coordinate} = {outside[0]:.6g} lies outside the travel, {where}")
+    return coordinate, values
+
+
+def _assembled(scene: Scene, values: FloatArray) -> FloatArray:
+    assembler = Assembler(scene.part.mechanism)
+    poses: list[FloatArray] = []
+    for value in values:
+        poses.append(assembler.poses(float(value), near=poses[-1] if poses else None))
+    return np.array(poses)
+
+
+def _ours(scene: Scene, quantity: str, values: FloatArray, poses: FloatArray) -> tuple[FloatArray, str]:
+    if quantity == "equilibrium_speed":
+        return equilibrium_speed(scene, values), "rad/s"
+    mechanism = scene.part.mechanism
+    names = [reading.name for reading in mechanism.readings]
+    if quantity not in names:
+        known = ["equilibrium_speed", *names]
+        raise MechanismError(f"no quantity {quantity!r} to check; known are {known}.{did_you_mean(quantity, known)}")
+    unit = "rad" if mechanism.reading(quantity).quantity == "angle" else "m"
+    return reading_value(mechanism, quantity, poses), unit
+
+
+def _available(scene: Scene, values: FloatArray, poses: FloatArray) -> dict[str, FloatArray]:
+    columns = {name: np.full(values.shape, number) for name, number in scene.part.dimensions.items()}
+    columns["gravity"] = np.full(values.shape, scene.gravity)
+    mechanism = scene.part.mechanism
+    return columns | {reading.name: reading_value(mechanism, reading.name, poses) for reading in mechanism.readings}
+
+
+def _parameters(kernel: Callable[..., float], available: Mapping[str, FloatArray]) -> dict[str, FloatArray]:
+    wanted = {}
+    for name, parameter in inspect.signature(kernel).parameters.items():
+        if parameter.kind in (parameter.VAR_POSITIONAL, parameter.VAR_KEYWORD, parameter.POSITIONAL_ONLY):
+            raise MechanismError(
+                f"the kernel's parameter {name!r} has no name to fill it by; write plain named parameters"
+            )
+        if name in available:
+            wanted[name] = available[name]
+        elif parameter.default is parameter.empty:
+            known = sorted(available)
+            raise MechanismError(f"the kernel asks for {name!r}; it can have {known}.{did_you_mean(name, known)}")
+    return wanted
+
+
+def _call(kernel: Callable[..., float], arguments: Mapping[str, float], coordinate: str, value: float) -> float:
+    """The kernel's value; what is not one real number fails its row instead of stopping the others."""
+    try:
+        result = np.asarray(kernel(**arguments))
+    except Exception as error:
+        error.add_note(f"raised by the kernel at {coordinate} = {value:.6g}, called with {dict(arguments)}")
+        raise
+    if result.size != 1 or result.dtype.kind not in "iuf":
+        raise MechanismError(
+            f"the kernel must return one real number; at {coordinate} = {value:.6g} it gave {result!r}"
+        )
+    return float(result.ravel()[0]) if math.isfinite(float(result.ravel()[0])) else math.nan
