@@ -19,9 +19,9 @@ from joblib import Parallel, delayed
 
 sys.path.insert(0, str(Path(__file__).resolve().parents[1] / "tests"))
 
-from certifying import Measured, Truth, accuracies, measured
+from certificate_checks import CertificateCheck, ReferenceSolutions, check_certificate, draw_accuracies
 from random_machines import MACHINES
-from random_scenes import Drawn, random_scene
+from random_scenes import RandomScene, draw_scene
 
 SCENES, SEED = 300, 20261124
 LONGEST = 10.0
@@ -46,7 +46,7 @@ def main() -> None:
     parser.add_argument("--workers", type=int, default=2)
     asked = parser.parse_args()
     jobs = (delayed(one_scene)(number, asked.seed) for number in range(asked.scenes))
-    found: list[tuple[int, list[Measured]]] = []
+    found: list[tuple[int, list[CertificateCheck]]] = []
     for done, result in enumerate(Parallel(n_jobs=asked.workers, return_as="generator")(jobs), start=1):
         found.append(result)
         print(f"\r{done} of {asked.scenes} scenes", end="", file=sys.stderr, flush=True)
@@ -57,28 +57,28 @@ def main() -> None:
     tell_law(every)
     tell_set_aside(every)
     tell_short(every)
-    draw([one for one in every if one.judged], PICTURE)
+    draw([one for one in every if one.is_judged], PICTURE)
 
 
-def one_scene(number: int, seed: int) -> tuple[int, list[Measured]]:
+def one_scene(number: int, seed: int) -> tuple[int, list[CertificateCheck]]:
     """How many refusals came before a scene, and its certificates."""
-    drawn = random_scene(number, seed)
-    truth = Truth(drawn.scene)
+    drawn = draw_scene(number, seed)
+    truth = ReferenceSolutions(drawn.scene)
     return len(drawn.refused), [
-        guarded(drawn, engine, accuracy, truth) for engine, accuracy in accuracies(drawn).items()
+        guarded(drawn, engine, accuracy, truth) for engine, accuracy in draw_accuracies(drawn).items()
     ]
 
 
-def guarded(drawn: Drawn, engine: str, accuracy: float, truth: Truth) -> Measured:
+def guarded(drawn: RandomScene, engine: str, accuracy: float, truth: ReferenceSolutions) -> CertificateCheck:
     """One certificate, or word that it took too long."""
     try:
         with at_most(LONGEST):
-            return measured(drawn, engine, accuracy, truth)
+            return check_certificate(drawn, engine, accuracy, truth)
     except (TooLongError, SystemError):  # compiled code that is interrupted raises the latter
-        return Measured(
+        return CertificateCheck(
             seed=drawn.seed,
             number=drawn.number,
-            words=drawn.words,
+            words=drawn.description,
             group=drawn.group,
             engine=engine,
             accuracy=accuracy,
@@ -109,16 +109,16 @@ def at_most(seconds: float) -> Iterator[None]:
 # --- the tables -------------------------------------------------------------------------------------------------------
 
 
-def tell_law(every: Sequence[Measured]) -> None:
+def tell_law(every: Sequence[CertificateCheck]) -> None:
     """The law, by engine and by what is in a scene."""
     print("| engine | scenes | runs | error within estimate | within 3 x estimate | median estimate / error | worst |")
     print("|---|---|---|---|---|---|---|")
     for engine in ENGINES:
         for group in (*GROUPS, ""):
-            runs = [one for one in every if one.engine == engine and one.judged and group in ("", one.group)]
+            runs = [one for one in every if one.engine == engine and one.is_judged and group in ("", one.group)]
             if not runs:
                 continue
-            over = np.array([one.over for one in runs])
+            over = np.array([one.overestimation for one in runs])
             within, lawful = (100 * np.mean(over * factor >= 1) for factor in (1.0, LAW))
             name, worst = (f"**{engine}**", "") if not group else (engine, "")
             worst = f"{1 / np.min(over):.2g}" if np.min(over) > 0 else "no end"
@@ -129,9 +129,9 @@ def tell_law(every: Sequence[Measured]) -> None:
     print("\nworst: the largest true error over its estimate\n")
 
 
-def tell_set_aside(every: Sequence[Measured]) -> None:
+def tell_set_aside(every: Sequence[CertificateCheck]) -> None:
     """What could not be judged, and why."""
-    reasons = Counter((one.engine, one.set_aside.split(":")[0]) for one in every if not one.judged)
+    reasons = Counter((one.engine, one.set_aside.split(":")[0]) for one in every if not one.is_judged)
     names = sorted({reason for _, reason in reasons})
     print(f"| set aside | {' | '.join(ENGINES)} |\n|---|{'---|' * len(ENGINES)}")
     for name in names:
@@ -141,9 +141,11 @@ def tell_set_aside(every: Sequence[Measured]) -> None:
     print(f"| of these, by more than 3 estimates | {' | '.join(str(counted[engine]) for engine in ENGINES)} |\n")
 
 
-def tell_short(every: Sequence[Measured]) -> None:
+def tell_short(every: Sequence[CertificateCheck]) -> None:
     """Every run that is farther off than the law allows, so that it can be made again."""
-    short = sorted((one for one in every if one.judged and LAW * one.over < 1), key=lambda one: one.over)
+    short = sorted(
+        (one for one in every if one.is_judged and LAW * one.overestimation < 1), key=lambda one: one.overestimation
+    )
     print(f"{len(short)} runs are farther off than {LAW:g} times their estimate:\n")
     if short:
         print("| scene | engine | asked | ended | estimate | true error | what it is |\n|---|---|---|---|---|---|---|")
@@ -168,7 +170,7 @@ def tell_short(every: Sequence[Measured]) -> None:
 # --- the picture ------------------------------------------------------------------------------------------------------
 
 
-def draw(judged: Sequence[Measured], path: Path) -> None:
+def draw(judged: Sequence[CertificateCheck], path: Path) -> None:
     """How estimate over true error is distributed, a curve for each engine."""
     import matplotlib
 
@@ -176,7 +178,16 @@ def draw(judged: Sequence[Measured], path: Path) -> None:
     from matplotlib import pyplot
     from matplotlib.ticker import FuncFormatter, PercentFormatter
 
-    from governor_mechanism.render.style import INK, PAPER, QUIET, RULE, SANS, SERIES, SERIF, VERMILLION
+    from governor_mechanism.render.style import (
+        INK,
+        MUTED,
+        PAPER,
+        RULE,
+        SANS_FONT,
+        SERIES_COLOURS,
+        SERIF_FONT,
+        VERMILLION,
+    )
 
     figure, axes = pyplot.subplots(figsize=(8.4, 5.0), facecolor=PAPER)
     axes.set_facecolor(PAPER)
@@ -187,14 +198,14 @@ def draw(judged: Sequence[Measured], path: Path) -> None:
         (1.0, "error = estimate", "left"),
         (100.0, "a hundred times too careful", "left"),
     ):
-        axes.axvline(place, color=INK if place == 1.0 else QUIET, linewidth=0.9, dashes=(6, 3))
+        axes.axvline(place, color=INK if place == 1.0 else MUTED, linewidth=0.9, dashes=(6, 3))
         shift = 0.93 if align == "right" else 1.07
         axes.text(
-            place * shift, 1.025, words, ha=align, va="bottom", color=QUIET, fontsize=8.5, fontfamily=SANS,
+            place * shift, 1.025, words, ha=align, va="bottom", color=MUTED, fontsize=8.5, fontfamily=SANS_FONT,
             transform=axes.get_xaxis_transform(),
         )  # fmt: skip
-    for engine, colour in zip(ENGINES, SERIES, strict=True):
-        over = np.sort([min(max(one.over, low), high) for one in judged if one.engine == engine])
+    for engine, colour in zip(ENGINES, SERIES_COLOURS, strict=True):
+        over = np.sort([min(max(one.overestimation, low), high) for one in judged if one.engine == engine])
         if not len(over):
             continue
         share = np.arange(1, len(over) + 1) / len(over)
@@ -212,22 +223,22 @@ def draw(judged: Sequence[Measured], path: Path) -> None:
     axes.yaxis.set_major_formatter(PercentFormatter(1.0, symbol=" %"))
     axes.grid(color=RULE, linewidth=0.6)
     axes.set_axisbelow(True)
-    axes.set_xlabel("estimate / true error", color=INK, fontfamily=SANS, fontsize=9.5)
-    axes.set_ylabel("share of runs at or below", color=INK, fontfamily=SANS, fontsize=9.5)
+    axes.set_xlabel("estimate / true error", color=INK, fontfamily=SANS_FONT, fontsize=9.5)
+    axes.set_ylabel("share of runs at or below", color=INK, fontfamily=SANS_FONT, fontsize=9.5)
     for label in (*axes.get_xticklabels(), *axes.get_yticklabels()):
-        label.set(color=QUIET, fontfamily=SANS, fontsize=8.5)
+        label.set(color=MUTED, fontfamily=SANS_FONT, fontsize=8.5)
     axes.tick_params(which="both", color=RULE)
     for spine in axes.spines.values():
         spine.set_color(RULE)
     scenes = len({one.number for one in judged})
-    figure.text(0.09, 0.945, "What an accuracy estimate is worth", color=INK, fontfamily=SERIF, fontsize=17)
+    figure.text(0.09, 0.945, "What an accuracy estimate is worth", color=INK, fontfamily=SERIF_FONT, fontsize=17)
     figure.text(
         0.09, 0.905, f"{len(judged)} certified runs of {scenes} random scenes; true errors by another engine",
-        color=QUIET, fontfamily=SANS, fontsize=9,
+        color=MUTED, fontfamily=SANS_FONT, fontsize=9,
     )  # fmt: skip
     legend = axes.legend(loc="lower right", frameon=True, facecolor=PAPER, edgecolor=RULE, fontsize=9)
     for text in legend.get_texts():
-        text.set(color=INK, fontfamily=SANS)
+        text.set(color=INK, fontfamily=SANS_FONT)
     figure.subplots_adjust(left=0.09, right=0.97, top=0.84, bottom=0.11)
     figure.savefig(path, dpi=130, facecolor=PAPER)
     pyplot.close(figure)

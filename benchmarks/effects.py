@@ -9,25 +9,25 @@ from collections.abc import Mapping
 from dataclasses import replace
 
 import governor_mechanism as gm
-from governor_mechanism.effects.dashpot import OilBrake
+from governor_mechanism.effects.dashpot import Dashpot
 from governor_mechanism.effects.dry_friction import DryFriction
-from governor_mechanism.effects.spring import SpringOn
+from governor_mechanism.effects.spring import OutputSpring
 from governor_mechanism.effects.stops import Stops
 from governor_mechanism.engines import MultibodyEngine
 from governor_mechanism.model.effect import Effect
 from governor_mechanism.model.scene import Scene, Spindle
-from governor_mechanism.model.time_functions import Program
+from governor_mechanism.model.time_functions import InputFunction
 from governor_mechanism.model.trajectory import Trajectory
 
 ACCURACY, REPEATS = 1e-8, 7
 
 EFFECTS: Mapping[str, Effect] = {
-    "dry friction, 1 N: sixteen swings": DryFriction(reading="sleeve_lift", force=Program(values=(1.0,))),
-    "dry friction, 10 N: it soon sticks": DryFriction(reading="sleeve_lift", force=Program(values=(10.0,))),
-    "oil brake, linear": OilBrake(reading="sleeve_lift", linear=20.0),
-    "oil brake, quadratic": OilBrake(reading="sleeve_lift", quadratic=200.0),
-    "spring": SpringOn(reading="sleeve_lift", rate=100.0),
-    "spring, one-sided": SpringOn(reading="sleeve_lift", rate=100.0, zero=0.12, one_sided=True),
+    "dry friction, 1 N: sixteen swings": DryFriction(reading="sleeve_lift", force=InputFunction(values=(1.0,))),
+    "dry friction, 10 N: it soon sticks": DryFriction(reading="sleeve_lift", force=InputFunction(values=(10.0,))),
+    "dashpot, linear": Dashpot(reading="sleeve_lift", linear=20.0),
+    "dashpot, quadratic": Dashpot(reading="sleeve_lift", quadratic=200.0),
+    "spring": OutputSpring(reading="sleeve_lift", rate=100.0),
+    "spring, one-sided": OutputSpring(reading="sleeve_lift", rate=100.0, zero=0.12, one_sided=True),
     "stops that are struck": Stops(reading="arm_angle", low=0.5, high=0.75, restitution=0.5),
     "stops that are not struck": Stops(reading="arm_angle", low=0.1, high=1.4),
 }
@@ -37,7 +37,7 @@ def main() -> None:
     """Print the table."""
     bare = gm.load("porter")
     scenes = {"bare": bare} | {name: _with(bare, effect) for name, effect in EFFECTS.items()}
-    uneven = Spindle(speeds=bare.spindle.program.values, unevenness=0.02)
+    uneven = Spindle(speeds=bare.spindle.speed_function.values, speed_fluctuation=0.02)
     scenes["uneven spindle"] = replace(bare, spindle=uneven)
     base = seconds(bare)[0]
     print("| effect | time, ratio | evaluations | events | energy drift |\n|---|---|---|---|---|")

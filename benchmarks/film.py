@@ -15,19 +15,21 @@ from matplotlib.artist import Artist
 
 sys.path.insert(0, str(Path(__file__).parents[1] / "tests"))
 from governor_mechanism.model.trajectory import Trajectory
-from governor_mechanism.render.film.frame_data import moments
-from governor_mechanism.render.film.frame_painter import Picture
-from governor_mechanism.render.film.writer import film, schedule
-from render.fake_run import CASES, fake_run
+from governor_mechanism.render.film.frame_data import interpolate_frame_data
+from governor_mechanism.render.film.frame_painter import FramePainter
+from governor_mechanism.render.film.writer import schedule_frames, write_film
+from render.stub_run import GOVERNOR_DIMENSIONS, fake_run
 
 
 def with_func_animation(run: Trajectory, path: Path) -> int:
     """The same film the usual way; returns the number of frames."""
-    times, _ = schedule(0.0, float(run.times[-1]), 25)
-    picture = Picture(run, moments(run, run.scene.part, (0.0, float(run.times[-1])), times), animated=False)
+    times, _ = schedule_frames(0.0, float(run.times[-1]), 25)
+    picture = FramePainter(
+        run, interpolate_frame_data(run, run.scene.part, (0.0, float(run.times[-1])), times), animated=False
+    )
 
     def update(k: int) -> list[Artist]:
-        picture.move(k)
+        picture.update(k)
         return []
 
     FuncAnimation(picture.figure, update, frames=len(times), cache_frame_data=False).save(
@@ -42,10 +44,10 @@ def main() -> None:
     print(f"{'case':16}{'usual ms':>10}{'film ms':>10}{'ratio':>8}{'usual kB':>10}{'film kB':>10}")
     with tempfile.TemporaryDirectory() as folder:
         usual, ours = Path(folder) / "usual.gif", Path(folder) / "ours.gif"
-        for name, dimensions in CASES.items():
+        for name, dimensions in GOVERNOR_DIMENSIONS.items():
             run = fake_run(dimensions, duration=seconds)
             start = perf_counter()
-            film(run, ours)
+            write_film(run, ours)
             middle = perf_counter()
             count = with_func_animation(run, usual)
             slow, fast = (perf_counter() - middle) / count * 1e3, (middle - start) / count * 1e3

@@ -24,16 +24,16 @@ from scipy.integrate import solve_ivp
 
 import governor_mechanism as gm
 from governor_mechanism.model.scene import Scene
-from governor_mechanism.render.figures.work_precision import LOOKS
-from governor_mechanism.render.style import INK, PAPER, QUIET, RULE, SANS, SERIF
-from governor_mechanism.studies.regression import Fitted, slope
-from governor_mechanism.studies.work_precision.results import Point
-from governor_mechanism.studies.work_precision.settings import ladders_of
-from governor_mechanism.studies.work_precision.study import Bench
+from governor_mechanism.render.figures.work_precision import _VARIANT_STYLES
+from governor_mechanism.render.style import INK, MUTED, PAPER, RULE, SANS_FONT, SERIF_FONT
+from governor_mechanism.studies.regression import FittedParameter, fit_slope
+from governor_mechanism.studies.work_precision.results import WorkPrecisionPoint
+from governor_mechanism.studies.work_precision.settings import build_ladders
+from governor_mechanism.studies.work_precision.study import ErrorBenchmark
 from governor_mechanism.types import FloatArray
 
 sys.path.insert(0, str(Path(__file__).resolve().parents[1] / "tests"))
-from chains import four_bar_chain, four_bar_slope, hanging_chain
+from chain_mechanisms import four_bar_acceleration, four_bar_chain, hanging_chain
 
 TARGET = 1.5
 """The exponent that the engine `multibody` is not to exceed on chains."""
@@ -83,7 +83,7 @@ GROWTHS = (
     Growth("hanging chain", "links", (1, 2, 5, 10, 20, 50, 100, 200), links, 1e-5),
 )
 
-Found = dict[str, list[tuple[int, Point]]]
+Found = dict[str, list[tuple[int, WorkPrecisionPoint]]]
 
 
 def main() -> None:
@@ -105,11 +105,11 @@ def measured(growth: Growth) -> Found:
     for size in growth.sizes:
         scene = growth.scene(size)
         times = np.linspace(0.0, scene.run.duration, REPORTED + 1)
-        bench = Bench(scene, times, LONGEST, growth.error)
-        for ladder in ladders_of(scene):
+        bench = ErrorBenchmark(scene, times, LONGEST, growth.error)
+        for ladder in build_ladders(scene):
             if ladder.name not in left:
                 continue
-            point = bench.climbed(ladder, lambda _: None).cheapest_for(growth.error)
+            point = bench.run_ladder(ladder, lambda _: None).cheapest_for(growth.error)
             print(f"{growth.title}, {size}: {ladder.name} {point and point.setting}", file=sys.stderr)
             if point is None:
                 left.discard(ladder.name)
@@ -118,11 +118,11 @@ def measured(growth: Growth) -> Found:
     return found
 
 
-def exponent(points: Sequence[tuple[int, Point]]) -> Fitted:
+def exponent(points: Sequence[tuple[int, WorkPrecisionPoint]]) -> FittedParameter:
     """Of time, by size, over the upper half of the sizes."""
     upper = points[-max(STEADY, len(points) // 2) :]
-    sizes, times = np.log([size for size, _ in upper]), np.log([point.seconds for _, point in upper])
-    return slope(sizes, times)
+    sizes, times = np.log([size for size, _ in upper]), np.log([point.wall_time for _, point in upper])
+    return fit_slope(sizes, times)
 
 
 def tell(growth: Growth, found: Found) -> None:
@@ -136,12 +136,12 @@ def tell(growth: Growth, found: Found) -> None:
         for name in shown:
             point = dict(found[name]).get(size)
             iterations = "" if point is None else point.setting.partition(", ")[2]
-            cells += ["", ""] if point is None else [told(1e3 * point.seconds), f"{point.evaluations:,}"]
+            cells += ["", ""] if point is None else [told(1e3 * point.wall_time), f"{point.evaluations:,}"]
             if iterations:
                 cells[-1] += f" of {iterations}"
         print(f"| {size} | {' | '.join(cells)} |")
     fitted = {name: exponent(found[name]) for name in shown if len(found[name]) >= STEADY}
-    powers = "; ".join(f"{name} {one.value:.2f} ± {max(one.scatter, 0.005):.2f}" for name, one in fitted.items())
+    powers = "; ".join(f"{name} {one.value:.2f} ± {max(one.standard_error, 0.005):.2f}" for name, one in fitted.items())
     print(f"\nTime grows as the power: {powers}\n")
 
 
@@ -165,7 +165,7 @@ def singular() -> None:
 def exact(count: int, times: FloatArray) -> FloatArray:
     """The crank's angle by the one equation of the chain."""
     found = solve_ivp(
-        lambda _, y: (y[1], four_bar_slope(count, y[0], 9.81)), (0.0, times[-1]), (math.pi / 2, -1.0),
+        lambda _, y: (y[1], four_bar_acceleration(count, y[0], 9.81)), (0.0, times[-1]), (math.pi / 2, -1.0),
         method="DOP853", t_eval=times, rtol=1e-13, atol=1e-13,
     )  # fmt: skip
     return np.asarray(found.y[0])
@@ -182,27 +182,29 @@ def draw(every: Sequence[tuple[Growth, Found]], target: Path) -> None:
             points = found[name]
             if len(points) < STEADY:
                 continue
-            colour, marker = LOOKS[name]
-            sizes, times = [size for size, _ in points], [1e3 * point.seconds for _, point in points]
+            colour, marker = _VARIANT_STYLES[name]
+            sizes, times = [size for size, _ in points], [1e3 * point.wall_time for _, point in points]
             label = rf"{name} $\propto {letter}^{{{exponent(points).value:.2f}}}$"
             axes.plot(sizes, times, color=colour, marker=marker, markersize=4.5, linewidth=1.5, label=label)
         if letter == "N":
             guide(axes, found["multibody"])
         low, high = axes.get_ylim()
         axes.set_ylim(low, high * (high / low) ** 0.35)  # room for the names
-        axes.legend(loc="upper left", frameon=False, labelcolor="linecolor", prop={"family": SANS, "size": 9})
-    figure.text(0.02, 0.945, "How time grows, at one true error", fontsize=14, color=INK, fontfamily=SERIF, va="center")
+        axes.legend(loc="upper left", frameon=False, labelcolor="linecolor", prop={"family": SANS_FONT, "size": 9})
+    figure.text(
+        0.02, 0.945, "How time grows, at one true error", fontsize=14, color=INK, fontfamily=SERIF_FONT, va="center"
+    )
     canvas: Any = FigureCanvasAgg(figure)
     canvas.print_png(str(target), metadata={"Software": None})
 
 
-def guide(axes: Axes, points: Sequence[tuple[int, Point]]) -> None:
+def guide(axes: Axes, points: Sequence[tuple[int, WorkPrecisionPoint]]) -> None:
     """The slope that `multibody` is not to exceed, beneath its line."""
     first, last = points[len(points) // 2][0], points[-1][0]
-    foot = 0.5 * 1e3 * points[len(points) // 2][1].seconds
+    foot = 0.5 * 1e3 * points[len(points) // 2][1].wall_time
     label = rf"target of multibody, $N^{{{TARGET}}}$"
     ends = [foot, foot * (last / first) ** TARGET]
-    axes.plot([first, last], ends, color=QUIET, linewidth=1.0, linestyle=(0, (5, 3)), label=label)
+    axes.plot([first, last], ends, color=MUTED, linewidth=1.0, linestyle=(0, (5, 3)), label=label)
 
 
 def dress(axes: Axes, growth: Growth, *, first: bool) -> None:
@@ -210,16 +212,16 @@ def dress(axes: Axes, growth: Growth, *, first: bool) -> None:
     axes.set_facecolor(PAPER)
     axes.set_xscale("log")
     axes.set_yscale("log")
-    axes.set_title(f"{growth.title}, error {growth.error:g}", fontsize=10, color=INK, fontfamily=SERIF)
-    axes.set_xlabel(growth.unit, fontsize=10, color=INK, fontfamily=SERIF)
+    axes.set_title(f"{growth.title}, error {growth.error:g}", fontsize=10, color=INK, fontfamily=SERIF_FONT)
+    axes.set_xlabel(growth.unit, fontsize=10, color=INK, fontfamily=SERIF_FONT)
     if first:
-        axes.set_ylabel("milliseconds of a whole run", fontsize=10, color=INK, fontfamily=SERIF)
+        axes.set_ylabel("milliseconds of a whole run", fontsize=10, color=INK, fontfamily=SERIF_FONT)
     for axis in (axes.xaxis, axes.yaxis):
         axis.set_major_formatter(FuncFormatter(lambda value, _: f"{value:g}"))
         axis.set_minor_formatter(NullFormatter())
     for side, spine in axes.spines.items():
-        spine.set(visible=side in ("left", "bottom"), color=QUIET, linewidth=0.8)
-    axes.tick_params(which="both", color=QUIET, labelcolor=INK, labelsize=8, labelfontfamily=SANS)
+        spine.set(visible=side in ("left", "bottom"), color=MUTED, linewidth=0.8)
+    axes.tick_params(which="both", color=MUTED, labelcolor=INK, labelsize=8, labelfontfamily=SANS_FONT)
     axes.grid(color=RULE, linewidth=0.6)
     axes.set_axisbelow(True)
 

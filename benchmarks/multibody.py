@@ -28,7 +28,7 @@ from governor_mechanism.model.scene import Scene
 from governor_mechanism.types import FloatArray
 
 sys.path.insert(0, str(Path(__file__).resolve().parents[1] / "tests"))
-from chains import hanging_chain
+from chain_mechanisms import hanging_chain
 
 END = 10.0
 
@@ -73,14 +73,14 @@ def ended(engine: MultibodyEngine, scene: Scene) -> float:
 
 def run_cost(engine: MultibodyEngine, scene: Scene, end: float) -> float:
     """Seconds of the integration alone, up to `end` (s)."""
-    from governor_mechanism.engines.base import Task
-    from governor_mechanism.engines.multibody.engine import Follower
+    from governor_mechanism.engines.base import RunRequest
+    from governor_mechanism.engines.multibody.engine import MultibodyRunner
 
-    task = Task(times=np.array([end]), accuracy=1e-8, certify=False, reason="")
-    follower = Follower(engine, scene, task)
-    follower.stepper.compile()
+    task = RunRequest(times=np.array([end]), accuracy=1e-8, certify=False, reason="")
+    follower = MultibodyRunner(engine, scene, task)
+    follower.integrator.compile_kernels()
     started = time.perf_counter()
-    follower.stepper.stepped(engine.tolerance or 1e-10)
+    follower.integrator.integrate(engine.tolerance or 1e-10)
     return time.perf_counter() - started
 
 
@@ -173,13 +173,13 @@ def numpy_right_hand_side(scene: Scene) -> tuple[Callable[[float, FloatArray], F
     """Newton's equations of seven bodies and ten pins, with multipliers, as one writes them in numpy."""
     mechanism = scene.part.mechanism
     run = MultibodyEngine().run(scene, times=np.array([0.0, 1e-6]))
-    mass = np.array([[b.mass, b.mass, b.moments.xx + b.moments.yy] for b in mechanism.bodies]).ravel()
+    mass = np.array([[b.mass, b.mass, b.second_moments.xx + b.second_moments.yy] for b in mechanism.bodies]).ravel()
     ends = [(mechanism.body_index(p.body), p.x, p.y) for j in mechanism.joints for p in (j.first, j.second)]
     body, x, y = (np.array(column) for column in zip(*ends, strict=True))
     rows = np.arange(len(ends)) // 2
     sign = np.where(np.arange(len(ends)) % 2 == 0, -1.0, 1.0)
     held = body >= 0
-    spring, torque = mechanism.loads
+    spring, torque = mechanism.force_elements
     if not hasattr(spring, "stiffness"):
         spring, torque = torque, spring
     hook, fixed = (spring.second, spring.first) if spring.first.body == GROUND else (spring.first, spring.second)

@@ -23,11 +23,11 @@ from types import ModuleType
 import numpy as np
 
 from governor_mechanism.engines import ImpulseEngine, MultibodyEngine, ReducedEngine
-from governor_mechanism.engines.base import Engine, Task
-from governor_mechanism.engines.multibody.engine import Follower as MultibodyFollower
-from governor_mechanism.engines.reduced.engine import Follower as ReducedFollower
+from governor_mechanism.engines.base import Engine, RunRequest
+from governor_mechanism.engines.multibody.engine import MultibodyRunner as MultibodyFollower
+from governor_mechanism.engines.reduced.engine import ReducedRunner as ReducedFollower
 from governor_mechanism.errors import GovernorMechanismError
-from governor_mechanism.mechanics.kinematics.output_variables import reading_value
+from governor_mechanism.mechanics.kinematics.output_variables import evaluate_output_value
 from peers_cases import Case, FloatArray, Measured, Way, cases
 
 PEERS = {"Exudyn": ("exudyn", "peers_exudyn"), "MuJoCo": ("mujoco", "peers_mujoco")}
@@ -161,27 +161,29 @@ def whole(case: Case, engine: Callable[[int], Engine], rung: int) -> Callable[[]
 
 def reduced_stepping(case: Case, exponent: int) -> Callable[[], FloatArray]:
     """The engine from where its tables are laid."""
-    rider = ReducedFollower(ReducedEngine(), case.scene, task(case)).rider(1.0)
+    rider = ReducedFollower(ReducedEngine(), case.scene, task(case)).get_reduced_run(1.0)
     # Building is left out: the pieces are laid by the first ride.
-    rider.ridden(TIGHT)
-    return lambda: rider.ridden(10.0**-exponent).rows[:, 0]
+    rider.integrate(TIGHT)
+    return lambda: rider.integrate(10.0**-exponent).states[:, 0]
 
 
 def multibody_stepping(case: Case, exponent: int) -> Callable[[], FloatArray]:
     """The engine from where its equations are laid out, with the angle read at the reported times."""
-    stepper = MultibodyFollower(MultibodyEngine(), case.scene, task(case)).stepper
+    stepper = MultibodyFollower(MultibodyEngine(), case.scene, task(case)).integrator
     mechanism = case.scene.part.mechanism
 
     def run() -> FloatArray:
-        state = stepper.state(stepper.stepped(10.0**-exponent).rows)
-        return reading_value(mechanism, case.reading, state.poses[stepper.grid.first(len(state.times)).reported])
+        state = stepper.state_history(stepper.integrate(10.0**-exponent).states)
+        return evaluate_output_value(
+            mechanism, case.reading, state.poses[stepper.time_grid.truncate(len(state.times)).reported_indices]
+        )
 
     return run
 
 
-def task(case: Case) -> Task:
+def task(case: Case) -> RunRequest:
     """One run through the reported times."""
-    return Task(times=case.times, accuracy=1e-8, certify=False, reason="")
+    return RunRequest(times=case.times, accuracy=1e-8, certify=False, reason="")
 
 
 def climbed(way: Way, true: FloatArray) -> Climbed:

@@ -186,7 +186,7 @@ def cases() -> tuple[Case, ...]:
 def governor_case(title: str, scene: Scene) -> Case:
     """The numbers of a governor's scene, so that they stand in one place."""
     dimensions, spindle = scene.part.dimensions, scene.spindle
-    friction = next((effect.force for effect in scene.acting if isinstance(effect, DryFriction)), None)
+    friction = next((effect.force for effect in scene.output_effects if isinstance(effect, DryFriction)), None)
     speeds = tuple(zip(spindle.times, spindle.speeds, strict=True))
     model = Governor(
         arm=dimensions["arm"],

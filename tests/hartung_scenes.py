@@ -15,7 +15,7 @@ from governor_mechanism.model.effect import Effect
 from governor_mechanism.model.scene import FreeSpindle, Part, RunSettings, Scene, Spindle, Start
 from reference import hartung
 
-PAPERS = {
+PAPER_DIMENSIONS = {
     **{name: value for name, value in hartung.GOVERNOR.items() if name != "angle"},
     "bell_crank_angle": hartung.GOVERNOR["angle"],
     "spring_rate": hartung.SPRING_RATE,
@@ -30,18 +30,18 @@ def hartung_scene(
     speed: float | Spindle | FreeSpindle = 21.9,
     angle: float = 0.0,
     rate: float = 0.0,
-    more: tuple[Effect, ...] = (),
+    more_effects: tuple[Effect, ...] = (),
     duration: float = 2.0,
-    every: float = 0.01,
+    output_interval: float = 0.01,
     accuracy: float = 1e-6,
 ) -> Scene:
     """A Hartung governor with gravity, centrifugal load, and more effects."""
-    machine, effects = HartungGovernor(**dimensions), (Gravity(), Centrifugal(), *more)
+    machine, effects = HartungGovernor(**dimensions), (Gravity(), Centrifugal(), *more_effects)
     part = Part(
         name="governor",
         machine=machine.name,
         dimensions=machine.dimensions(),
-        mechanism=machine.mechanism_with(effects),
+        mechanism=machine.mechanism_with_effects(effects),
     )
     return Scene(
         title="test",
@@ -49,11 +49,11 @@ def hartung_scene(
         effects=effects,
         spindle=Spindle(speeds=(speed,)) if isinstance(speed, float) else speed,
         start=Start(values={"lever_angle": angle}, rates={"lever_angle": rate}),
-        run=RunSettings(duration=duration, every=every, accuracy=accuracy),
+        run=RunSettings(duration=duration, output_interval=output_interval, accuracy=accuracy),
     )
 
 
-def closed_governor(dimensions: dict[str, Any]) -> closed.HartungGovernor:
+def build_closed_form_governor(dimensions: dict[str, Any]) -> closed.HartungGovernor:
     """The closed form's governor of these dimensions."""
     names = ("weight_arm", "sleeve_arm", "fulcrum_radius", "weight_mass", "sleeve_mass")
     return closed.HartungGovernor(
@@ -64,18 +64,18 @@ def closed_governor(dimensions: dict[str, Any]) -> closed.HartungGovernor:
     )
 
 
-def spring_of(dimensions: dict[str, Any], lever: float) -> float:
+def spring_force_at(dimensions: dict[str, Any], lever_angle: float) -> float:
     """Force (N) of each spring at a lever angle (rad)."""
-    x = float(closed.weight_radius(closed_governor(dimensions), lever_angle=lever))
+    x = float(closed.weight_radius(build_closed_form_governor(dimensions), lever_angle=lever_angle))
     return float(dimensions["spring_preload"] + dimensions["spring_rate"] * (x - dimensions["preload_radius"]))
 
 
-def rest_at(dimensions: dict[str, Any], speed: float, low: float = -0.4, high: float = 0.4) -> float:
+def equilibrium_angle_at(dimensions: dict[str, Any], speed: float, low: float = -0.4, high: float = 0.4) -> float:
     """Lever angle (rad) of rest at a spindle speed (rad/s), by the closed form."""
-    governor = closed_governor(dimensions)
+    governor = build_closed_form_governor(dimensions)
 
     def excess(lever: float) -> float:
-        force = spring_of(dimensions, lever)
+        force = spring_force_at(dimensions, lever)
         return float(closed.equilibrium_speed(governor, lever_angle=lever, spring_force=force)) - speed
 
     return float(brentq(excess, low, high, xtol=1e-15, rtol=1e-14))

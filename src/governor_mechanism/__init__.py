@@ -22,9 +22,9 @@ if TYPE_CHECKING:
     from governor_mechanism.model.scene import Scene
     from governor_mechanism.model.trajectory import Trajectory
     from governor_mechanism.statics.equilibria import Equilibrium
-    from governor_mechanism.statics.speed_curve import SpeedCurve, StandingBand
+    from governor_mechanism.statics.speed_curve import InsensitivityBand, SpeedCurve
     from governor_mechanism.studies.effect_ablation import EffectsStudy
-    from governor_mechanism.studies.slide_valve.valve_timing import ValveEvents
+    from governor_mechanism.studies.slide_valve.valve_timing import ValveTiming
     from governor_mechanism.studies.sweep.run import Sweep
     from governor_mechanism.studies.work_precision.results import AccuracyStudy
     from governor_mechanism.verification.registry import CheckReport
@@ -37,15 +37,15 @@ def load(scene: str | Path) -> Scene:
 
     Raises MechanismError with every mistake of the file, one sentence each.
     """
-    from governor_mechanism.engines.initial_state import starting_state
-    from governor_mechanism.scenes.library import load as load_scene
+    from governor_mechanism.engines.initial_state import initial_state
+    from governor_mechanism.scenes.library import load_scene as load_scene
 
-    found = load_scene(scene)
+    loaded_scene = load_scene(scene)
     try:
-        starting_state(found)  # a start that cannot be made is a mistake of the file, not of the run
+        initial_state(loaded_scene)  # a start that cannot be made is a mistake of the file, not of the run
     except MechanismError as error:
-        raise MechanismError(*(f"{found.source}: {problem}" for problem in error.problems)) from None
-    return found
+        raise MechanismError(*(f"{loaded_scene.source}: {problem}" for problem in error.problems)) from None
+    return loaded_scene
 
 
 def run(
@@ -61,12 +61,14 @@ def run(
     are reported instead of the scene's own. Raises MechanismError for a wrong description, UnsupportedEffect for an
     engine that lacks an effect; a run that ends early comes back with a named outcome.
     """
-    from governor_mechanism.engines import choose
+    from governor_mechanism.engines import select_engine
 
-    opened = _opened(scene)
-    name = opened.run.engine if engine == "auto" else engine
-    chosen, reason = choose(name, opened, accuracy) if isinstance(name, str) else (name, "given")
-    return chosen.run(opened, times=times, accuracy=accuracy, certify=certify, reason=reason)
+    resolved_scene = _resolve_scene(scene)
+    name = resolved_scene.run.engine if engine == "auto" else engine
+    selected_engine, reason = (
+        select_engine(name, resolved_scene, accuracy) if isinstance(name, str) else (name, "given")
+    )
+    return selected_engine.run(resolved_scene, times=times, accuracy=accuracy, certify=certify, reason=reason)
 
 
 def crosscheck(
@@ -82,19 +84,21 @@ def crosscheck(
     `over={"arm_angle": [...]}` of the leading coordinate; allowed is its relative tolerance. The report has .passed,
     .rows, and prints as a table.
     """
-    opened = _opened(scene)
+    resolved_scene = _resolve_scene(scene)
     if kernel is None:
         from governor_mechanism.verification.registry import check_against_closed_forms
 
-        return check_against_closed_forms(opened)
-    from governor_mechanism.verification.user_kernel import ALLOWED, check_kernel
+        return check_against_closed_forms(resolved_scene)
+    from governor_mechanism.verification.user_kernel import KERNEL_RELATIVE_TOLERANCE, check_kernel
 
     if over is None:
-        coordinate = opened.part.mechanism.coordinate
+        coordinate = resolved_scene.part.mechanism.coordinate
         raise MechanismError(
             f"crosscheck needs over={{{coordinate!r}: [...]}}, the values at which to compare a kernel"
         )
-    return check_kernel(opened, kernel, quantity, over, ALLOWED if allowed is None else allowed)
+    return check_kernel(
+        resolved_scene, kernel, quantity, over, KERNEL_RELATIVE_TOLERANCE if allowed is None else allowed
+    )
 
 
 def kinematics(
@@ -109,9 +113,9 @@ def kinematics(
     over is a reading that takes the values (n,) SI at `rate` and `acceleration` (SI/s, SI/s2), whatever drives the
     scene has; or "time" (s), along which its drives move it. Raises MechanismError where that settles no motion.
     """
-    from governor_mechanism.mechanics.kinematics.kinematic_analysis import follow
+    from governor_mechanism.mechanics.kinematics.kinematic_analysis import solve_kinematics
 
-    return follow(_opened(scene), over, values, rate, acceleration)
+    return solve_kinematics(_resolve_scene(scene), over, values, rate, acceleration)
 
 
 def speed_curve(
@@ -119,32 +123,32 @@ def speed_curve(
 ) -> SpeedCurve:
     """The speed at which a scene's mechanism rests, over its whole travel, with stiffness, frequencies and folds.
 
-    With a resistance (N, or N m; or "40 N") at the reading `against`, its standing band too. Raises MechanismError for
+    With a resistance (N, or N m; or "40 N") at the reading `against`, its insensitivity band too. Raises MechanismError for
     a mechanism of another mobility than one, and where nothing that the spindle's turning could balance pulls at it.
     """
-    from governor_mechanism.statics.speed_curve import speed_curve as curve
+    from governor_mechanism.statics.speed_curve import compute_speed_curve as curve
 
-    return curve(_opened(scene), points, resistance=resistance, against=against)
+    return curve(_resolve_scene(scene), points, resistance=resistance, against=against)
 
 
-def standing_band(
+def insensitivity_band(
     scene: Scene | str | Path,
     over: Sequence[float] | NDArray[np.float64],
     resistance: float | str,
     against: str = "sleeve_lift",
-) -> StandingBand:
+) -> InsensitivityBand:
     """Between which spindle speeds a resistance (N, or N m; or "40 N") at a reading holds a scene's mechanism.
 
     over are values (n,) SI of its leading coordinate. Raises MechanismError for a negative resistance, for values
     outside the travel, and where no speed holds the mechanism without resistance.
     """
-    from governor_mechanism.statics.speed_curve import standing_band as band
+    from governor_mechanism.statics.speed_curve import compute_insensitivity_band as band
 
-    return band(_opened(scene), over, resistance, against)
+    return band(_resolve_scene(scene), over, resistance, against)
 
 
 def equilibria(scene: Scene | str | Path, spindle_speed: float | str | None = None) -> tuple[Equilibrium, ...]:
-    """Every position of rest at a spindle speed (rad/s, or "61 rpm"; the scene's first if left out), and its stability.
+    """Every equilibrium position at a spindle speed (rad/s, or "61 rpm"; the scene's first if left out), and its stability.
 
     An astatic mechanism rests over a range, its `extent`. Raises MechanismError for a mechanism of another mobility
     than one, for a speed where nothing turns with the spindle, and where there is no rest at that speed, with the
@@ -152,7 +156,7 @@ def equilibria(scene: Scene | str | Path, spindle_speed: float | str | None = No
     """
     from governor_mechanism.statics.equilibria import find_equilibria
 
-    return find_equilibria(_opened(scene), spindle_speed)
+    return find_equilibria(_resolve_scene(scene), spindle_speed)
 
 
 def accuracy_study(
@@ -163,9 +167,9 @@ def accuracy_study(
     Settings that take more than `longest` (s) are left out. The study has .cheapest_for(1e-6), .advice(1e-6), .points,
     and prints as a table. Raises MechanismError where there is no reference.
     """
-    from governor_mechanism.studies.work_precision.study import accuracy_study as study
+    from governor_mechanism.studies.work_precision.study import run_accuracy_study as study
 
-    return study(_opened(scene), longest, progress)
+    return study(_resolve_scene(scene), longest, progress)
 
 
 def effects_study(
@@ -178,9 +182,9 @@ def effects_study(
 
     The scene is run as it is, and with each effect switched. Raises MechanismError where it cannot be run.
     """
-    from governor_mechanism.studies.effect_ablation import effects_study as study
+    from governor_mechanism.studies.effect_ablation import run_effects_study as study
 
-    return study(_opened(scene), engine, accuracy, progress)
+    return study(_resolve_scene(scene), engine, accuracy, progress)
 
 
 def sweep(
@@ -207,7 +211,7 @@ def sweep(
     from governor_mechanism.studies.sweep.run import sweep as run_sweep
 
     return run_sweep(
-        _opened(scene),
+        _resolve_scene(scene),
         vary,
         quantities,
         engine=engine,
@@ -219,18 +223,18 @@ def sweep(
     )
 
 
-def valve_events(scene: Scene | str | Path) -> ValveEvents:
+def valve_timing(scene: Scene | str | Path) -> ValveTiming:
     """When a slide valve admits, cuts off, releases and shuts in steam, at both ends of the cylinder.
 
     By crank angle and stroke: found on the mechanism, by the exact closed form, and by theory without its error term.
     Raises MechanismError for another machine.
     """
-    from governor_mechanism.studies.slide_valve.valve_timing import valve_events as events
+    from governor_mechanism.studies.slide_valve.valve_timing import tabulate_valve_timing as events
 
-    return events(_opened(scene))
+    return events(_resolve_scene(scene))
 
 
-def _opened(scene: Scene | str | Path) -> Scene:
+def _resolve_scene(scene: Scene | str | Path) -> Scene:
     return load(scene) if isinstance(scene, str | Path) else scene
 
 
@@ -239,7 +243,7 @@ def film(run: Trajectory | Sequence[Trajectory], path: str | Path, **options: An
 
     Two runs that report the same times stand side by side, under the option titles=("left", "right").
     """
-    from governor_mechanism.render.film.writer import film as write_film
+    from governor_mechanism.render.film.writer import write_film as write_film
 
     return write_film(run, path, **options)
 
@@ -254,11 +258,11 @@ __all__ = [
     "effects_study",
     "equilibria",
     "film",
+    "insensitivity_band",
     "kinematics",
     "load",
     "run",
     "speed_curve",
-    "standing_band",
     "sweep",
-    "valve_events",
+    "valve_timing",
 ]

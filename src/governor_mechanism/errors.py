@@ -44,8 +44,8 @@ def require_positive(value: float, unit: str, what: str) -> None:
 
 def did_you_mean(word: str, known: Iterable[str]) -> str:
     """The sentence ' Did you mean ...?' for the nearest known name, or an empty string."""
-    near = difflib.get_close_matches(word, list(known), n=1)
-    return f" Did you mean {near[0]!r}?" if near else ""
+    matches = difflib.get_close_matches(word, list(known), n=1)
+    return f" Did you mean {matches[0]!r}?" if matches else ""
 
 
 def require_not_negative(value: float, unit: str, what: str) -> None:

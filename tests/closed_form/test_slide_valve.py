@@ -11,8 +11,8 @@ from hypothesis import strategies as st
 from numpy.testing import assert_allclose
 
 from governor_mechanism.closed_form import slide_valve as closed
-from governor_mechanism.closed_form.slide_valve import EVENTS, Eccentric
-from governor_mechanism.closed_form.slider_crank import CrankTrain, travel_from_outer_end
+from governor_mechanism.closed_form.slide_valve import VALVE_EVENTS, Eccentric
+from governor_mechanism.closed_form.slider_crank import CrankTrain, travel_from_outer_dead_centre
 from governor_mechanism.errors import MechanismError
 from reference import marks
 
@@ -36,17 +36,17 @@ def of_ratio(ratio: float, advance: float = math.radians(marks.ADVANCE_DEG)) -> 
 
 def is_printed(value: float, printed: float, digits: int = 12) -> None:
     """The value rounds to the printed one; noughts to rounding of metres and radians."""
-    assert abs(value - printed) <= max(marks.half_unit(printed, digits), 1e-16), (value, printed)
+    assert abs(value - printed) <= max(marks.half_unit_of_last_digit(printed, digits), 1e-16), (value, printed)
 
 
 def stroke(train: CrankTrain, angle: float, end: str) -> float:
-    gone = float(travel_from_outer_end(train, crank_angle=angle + math.pi)) / (2 * train.crank)
+    gone = float(travel_from_outer_dead_centre(train, crank_angle=angle + math.pi)) / (2 * train.crank)
     return 1 - gone if end == "crank" else gone
 
 
 @pytest.mark.parametrize(
     ("ratio", "row"),
-    [(ratio, row) for ratio in RATIOS for row in marks.EVENTS[ratio]],
+    [(ratio, row) for ratio in RATIOS for row in marks.VALVE_EVENTS[ratio]],
     ids=lambda value: str(value)[:28],
 )
 def test_the_events_are_met_to_the_printed_digits(ratio: int, row: tuple[object, ...]) -> None:
@@ -58,40 +58,45 @@ def test_the_events_are_met_to_the_printed_digits(ratio: int, row: tuple[object,
     for angle, printed in zip(angles, (theory, exact, binomial), strict=True):
         is_printed(math.degrees(angle), printed)
     # the shift cancels from some 360 deg to as little as 0.09: four digits of double precision
-    assert abs(math.degrees(angles[1] - angles[0]) - shift) <= marks.half_unit(shift) + 2e-13
+    assert abs(math.degrees(angles[1] - angles[0]) - shift) <= marks.half_unit_of_last_digit(shift) + 2e-13
     finite, endless = (CrankTrain(crank=marks.CRANK, rod=rod) for rod in (marks.CONNECTING_ROD, math.inf))
     end = name.split()[0]
     cases = [(endless, angles[0]), (endless, angles[1]), (finite, angles[0]), (finite, angles[1])]
     for (train, angle), printed in zip(cases, strokes, strict=True):
         # 1 less a part that is nearly 1: 1e-16 of rounding on top of the printed digits
-        assert abs(stroke(train, angle, end) - printed) <= marks.half_unit(printed) + 2e-16
+        assert abs(stroke(train, angle, end) - printed) <= marks.half_unit_of_last_digit(printed) + 2e-16
 
 
 @pytest.mark.parametrize("ratio", RATIOS)
 def test_the_sizes_of_the_error_are_met(ratio: int) -> None:
-    eccentric, sizes = of_ratio(ratio), marks.SIZES[ratio]
+    eccentric, sizes = of_ratio(ratio), marks.ERROR_TERM_SIZES[ratio]
     is_printed(closed.equal_lead_centre(eccentric), sizes["centre"])
     is_printed(closed.binomial_centre(eccentric), sizes["binomial_centre"])
     is_printed(closed.parabola_constant(eccentric), sizes["parabola_constant"])
     is_printed(-closed.parabola_constant(eccentric) / (2 * eccentric.rod), sizes["vertex"])
     is_printed(eccentric.radius**4 / (8 * eccentric.rod**3), sizes["neglected"])
     extremes = np.array([math.pi / 2, math.pi]) - eccentric.advance
-    for law, name in ((closed.error_term, "binomial_extremes"), (closed.exact_error, "exact_extremes")):
+    for law, name in ((closed.error_term, "binomial_extremes"), (closed.exact_error_term, "exact_extremes")):
         for value, printed in zip(law(eccentric, crank_angle=extremes), sizes[name], strict=True):
             # differences of lengths near l: 1e-16 of rounding
-            assert abs(value - printed) <= marks.half_unit(printed) + 4e-16 * ratio
+            assert abs(value - printed) <= marks.half_unit_of_last_digit(printed) + 4e-16 * ratio
     dead = np.array([math.pi / 2, 3 * math.pi / 2]) - eccentric.advance
-    for value, printed in zip(closed.displacement(eccentric, crank_angle=dead), sizes["displacements"], strict=True):
+    for value, printed in zip(
+        closed.valve_displacement(eccentric, crank_angle=dead), sizes["displacements"], strict=True
+    ):
         is_printed(value, printed)
     left = np.abs(
-        np.asarray(closed.exact_error(eccentric, crank_angle=TURN)) - closed.error_term(eccentric, crank_angle=TURN)
+        np.asarray(closed.exact_error_term(eccentric, crank_angle=TURN))
+        - closed.error_term(eccentric, crank_angle=TURN)
     )
-    middle = closed.distance(eccentric, crank_angle=TURN) - closed.binomial_distance(eccentric, crank_angle=TURN)
+    middle = closed.valve_distance(eccentric, crank_angle=TURN) - closed.binomial_valve_distance(
+        eccentric, crank_angle=TURN
+    )
     assert left.max() <= sizes["largest_neglected"]
     # what is neglected from the middle is largest across the line: l - r^2 / 2 l against sqrt(l^2 - r^2)
     assert (
         abs(np.abs(middle).max() - sizes["largest_neglected"])
-        <= marks.half_unit(sizes["largest_neglected"]) + 4e-16 * ratio
+        <= marks.half_unit_of_last_digit(sizes["largest_neglected"]) + 4e-16 * ratio
     )
     leads = closed.leads(eccentric, outside_lap=marks.OUTSIDE_LAP, centre=eccentric.rod)
     for value, printed in zip(leads, sizes["leads_from_middle"], strict=True):
@@ -99,39 +104,39 @@ def test_the_sizes_of_the_error_are_met(ratio: int) -> None:
         assert abs(value - printed) <= sizes["largest_neglected"]
 
 
-@pytest.mark.parametrize("row", marks.ERRORS, ids=lambda row: f"{row[0]}deg")
+@pytest.mark.parametrize("row", marks.ERROR_TERMS, ids=lambda row: f"{row[0]}deg")
 def test_the_error_table_is_met(row: tuple[float, ...]) -> None:
     eccentric, angle = of_ratio(4), math.radians(row[0])
-    theory = closed.first_order(eccentric, crank_angle=angle)
+    theory = closed.first_order_displacement(eccentric, crank_angle=angle)
     is_printed(theory, row[1])
-    is_printed(closed.displacement(eccentric, crank_angle=angle), row[2])
+    is_printed(closed.valve_displacement(eccentric, crank_angle=angle), row[2])
     # differences of lengths near l = 0.24 m: 1e-16 of rounding
     for value, printed in zip(
         (
-            closed.exact_error(eccentric, crank_angle=angle),
+            closed.exact_error_term(eccentric, crank_angle=angle),
             closed.parabola_error(eccentric, theoretical=theory),
             closed.circle_error(eccentric, theoretical=theory),
         ),
         row[3:],
         strict=True,
     ):
-        assert abs(value - printed) <= marks.half_unit(printed) + 1e-16
+        assert abs(value - printed) <= marks.half_unit_of_last_digit(printed) + 1e-16
 
 
 @pytest.mark.parametrize("row", marks.ECCENTRIC_MOTION, ids=lambda row: f"{row[0]}deg")
 def test_the_motion_of_the_eccentric_is_met(row: tuple[float, ...]) -> None:
     eccentric, moving = of_ratio(4), {"crank_angle": math.radians(row[0]), "crank_rate": 10.0}
-    is_printed(closed.distance(eccentric, crank_angle=moving["crank_angle"]), row[1])
+    is_printed(closed.valve_distance(eccentric, crank_angle=moving["crank_angle"]), row[1])
     # speeds and accelerations pass through nought: 1e-15 of their size, r W and r W^2
-    assert abs(closed.velocity(eccentric, **moving) - row[2]) <= marks.half_unit(row[2]) + 1e-15
-    assert abs(closed.acceleration(eccentric, **moving) - row[3]) <= marks.half_unit(row[3]) + 2e-14
+    assert abs(closed.valve_velocity(eccentric, **moving) - row[2]) <= marks.half_unit_of_last_digit(row[2]) + 1e-15
+    assert abs(closed.valve_acceleration(eccentric, **moving) - row[3]) <= marks.half_unit_of_last_digit(row[3]) + 2e-14
 
 
 @given(eccentrics, st.floats(0.0, math.tau))
 def test_the_valve_stands_at_the_rods_length_from_the_eccentric(eccentric: Eccentric, angle: float) -> None:
     theta = angle + eccentric.advance
     x, y = eccentric.radius * math.sin(theta), eccentric.radius * math.cos(theta)
-    s = closed.distance(eccentric, crank_angle=angle)
+    s = closed.valve_distance(eccentric, crank_angle=angle)
     assert_allclose(math.hypot(s - x, y), eccentric.rod, rtol=1e-14)  # rounding
 
 
@@ -139,34 +144,36 @@ def test_the_valve_stands_at_the_rods_length_from_the_eccentric(eccentric: Eccen
 def test_speed_and_acceleration_are_derivatives(eccentric: Eccentric, angle: float) -> None:
     assume(eccentric.rod > 1.5 * eccentric.radius)  # nearer to equal lengths the valve jerks, and steps must be finer
     step, unit = 1e-3, eccentric.radius
-    places = np.asarray(closed.distance(eccentric, crank_angle=angle + step * np.arange(-3, 4)))
+    places = np.asarray(closed.valve_distance(eccentric, crank_angle=angle + step * np.arange(-3, 4)))
     first = np.array([-1, 9, -45, 0, 45, -9, 1]) / 60 @ places / step
     second = np.array([2, -27, 270, -490, 270, -27, 2]) / 180 @ places / step**2
     # differences of the sixth order with steps of 1e-3 rad: 1e-14 of s over the step, 1e-9 after twice
     room = eccentric.rod / unit
-    assert abs(closed.velocity(eccentric, crank_angle=angle, crank_rate=1.0) - first) < 1e-12 * unit * (10 + room)
-    assert abs(closed.acceleration(eccentric, crank_angle=angle, crank_rate=1.0) - second) < 1e-9 * unit * (10 + room)
+    assert abs(closed.valve_velocity(eccentric, crank_angle=angle, crank_rate=1.0) - first) < 1e-12 * unit * (10 + room)
+    assert abs(closed.valve_acceleration(eccentric, crank_angle=angle, crank_rate=1.0) - second) < 1e-9 * unit * (
+        10 + room
+    )
 
 
 @given(eccentrics, st.floats(0.0, math.tau))
 def test_the_exact_error_lies_on_the_hyperbola(eccentric: Eccentric, angle: float) -> None:
-    theory = closed.first_order(eccentric, crank_angle=angle)
-    z = closed.displacement(eccentric, crank_angle=angle) - theory
+    theory = closed.first_order_displacement(eccentric, crank_angle=angle)
+    z = closed.valve_displacement(eccentric, crank_angle=angle) - theory
     d, scale = closed.equal_lead_centre(eccentric), eccentric.rod**2
     assert abs((z + d) ** 2 - theory**2 - (eccentric.rod**2 - eccentric.radius**2)) < 1e-14 * scale  # rounding
-    assert abs(z - closed.exact_error(eccentric, crank_angle=angle)) < 1e-14 * eccentric.rod
+    assert abs(z - closed.exact_error_term(eccentric, crank_angle=angle)) < 1e-14 * eccentric.rod
 
 
 @given(eccentrics)
 def test_the_error_term_vanishes_and_is_extreme_where_the_paper_says(eccentric: Eccentric) -> None:
     advance, unit = eccentric.advance, eccentric.radius**2 / (2 * eccentric.rod)
     noughts = np.array([0.0, math.pi, math.pi - 2 * advance, math.tau - 2 * advance])
-    for law in (closed.error_term, closed.exact_error):
+    for law in (closed.error_term, closed.exact_error_term):
         assert np.max(np.abs(law(eccentric, crank_angle=noughts))) < 1e-14 * max(unit, eccentric.rod)  # rounding
     high, low = np.array([0.5, 1.5]) * math.pi - advance, np.array([1.0, 2.0]) * math.pi - advance
     assert_allclose(closed.error_term(eccentric, crank_angle=high), unit * math.cos(advance) ** 2, atol=1e-15 * unit)
     assert_allclose(closed.error_term(eccentric, crank_angle=low), -unit * math.sin(advance) ** 2, atol=1e-15 * unit)
-    for law in (closed.error_term, closed.exact_error):
+    for law in (closed.error_term, closed.exact_error_term):
         every = np.asarray(law(eccentric, crank_angle=TURN))
         room = 1e-15 * eccentric.rod  # rounding
         assert every.max() <= max(law(eccentric, crank_angle=high)) + room
@@ -175,13 +182,13 @@ def test_the_error_term_vanishes_and_is_extreme_where_the_paper_says(eccentric: 
 
 @given(eccentrics)
 def test_half_the_sum_of_the_dead_centres_is_the_centre_and_both_leads_are_equal(eccentric: Eccentric) -> None:
-    dead = np.asarray(closed.distance(eccentric, crank_angle=np.array([0.0, math.pi])))
+    dead = np.asarray(closed.valve_distance(eccentric, crank_angle=np.array([0.0, math.pi])))
     assert_allclose(closed.equal_lead_centre(eccentric), dead.mean(), rtol=1e-14)  # rounding
     first, second = closed.leads(eccentric, outside_lap=0.1 * eccentric.radius)
     assert abs(first - second) < 1e-14 * eccentric.rod
     # Halfway between the extremes lies the rod's own length, whatever the advance.
     ends = np.array([0.5, 1.5]) * math.pi - eccentric.advance
-    assert_allclose(np.mean(closed.distance(eccentric, crank_angle=ends)), eccentric.rod, rtol=1e-14)
+    assert_allclose(np.mean(closed.valve_distance(eccentric, crank_angle=ends)), eccentric.rod, rtol=1e-14)
 
 
 def test_the_leads_from_the_middle_are_unequal_though_the_error_is_the_same_in_both_dead_centres() -> None:
@@ -189,7 +196,7 @@ def test_the_leads_from_the_middle_are_unequal_though_the_error_is_the_same_in_b
     eccentric = of_ratio(4)
     one, other = closed.middle_error_term(eccentric, crank_angle=np.array([0.0, math.pi]))
     assert_allclose(one, other, rtol=1e-14)  # rounding
-    first, second = marks.SIZES[4]["leads_from_middle"]
+    first, second = marks.ERROR_TERM_SIZES[4]["leads_from_middle"]
     lead = eccentric.radius * math.sin(eccentric.advance) - marks.OUTSIDE_LAP
     assert_allclose((lead - one, lead + other), (first, second), rtol=1e-13)  # rounding
 
@@ -197,11 +204,11 @@ def test_the_leads_from_the_middle_are_unequal_though_the_error_is_the_same_in_b
 @given(advances, st.floats(4.0, 100.0))
 def test_the_neglected_term_is_right_to_half_the_square_of_the_ratio(advance: float, ratio: float) -> None:
     eccentric = of_ratio(ratio, advance)
-    left = closed.exact_error(eccentric, crank_angle=TURN) - closed.error_term(eccentric, crank_angle=TURN)
+    left = closed.exact_error_term(eccentric, crank_angle=TURN) - closed.error_term(eccentric, crank_angle=TURN)
     size = eccentric.radius**4 / (8 * eccentric.rod**3)
     # The next term of the root is (r cos)^6 / 16 l^5; a tenth more for those after it, and rounding of lengths near l.
     allowed = 0.55 / ratio**2 * size + 4e-16 * eccentric.rod
-    assert np.max(np.abs(left - closed.neglected(eccentric, crank_angle=TURN))) <= allowed
+    assert np.max(np.abs(left - closed.neglected_error_term(eccentric, crank_angle=TURN))) <= allowed
 
 
 def test_what_is_neglected_falls_with_the_fourth_power_of_the_radius() -> None:
@@ -209,7 +216,7 @@ def test_what_is_neglected_falls_with_the_fourth_power_of_the_radius() -> None:
     sizes = []
     for radius in radii:
         eccentric = Eccentric(radius=radius, rod=0.3, advance=0.5)
-        left = closed.exact_error(eccentric, crank_angle=TURN) - closed.error_term(eccentric, crank_angle=TURN)
+        left = closed.exact_error_term(eccentric, crank_angle=TURN) - closed.error_term(eccentric, crank_angle=TURN)
         sizes.append(np.max(np.abs(left)))
     slope = np.polyfit(np.log(radii), np.log(sizes), 1)[0]
     assert abs(slope - 4) < 0.03  # the next term has (r / l)^2 / 2 of it, at most 0.036
@@ -232,36 +239,36 @@ def test_the_circle_never_errs_more_than_the_parabola(advance: float, ratio: flo
     assert parabola >= limit * (1 - 1.5 / ratio**2) - room
 
 
-@given(eccentrics, st.sampled_from(sorted(EVENTS)), st.floats(0.0, 0.9), st.floats(-0.4, 0.4))
+@given(eccentrics, st.sampled_from(sorted(VALVE_EVENTS)), st.floats(0.0, 0.9), st.floats(-0.4, 0.4))
 def test_at_an_event_the_valve_stands_at_its_lap_and_passes_the_right_way(
     eccentric: Eccentric, event: str, part: float, shift: float
 ) -> None:
     radius = eccentric.radius
     centre = eccentric.rod + shift * 0.2 * radius
     laps = {"outside_lap": part * radius, "inside_lap": 0.5 * part * radius}
-    threshold = closed.threshold_of(event, **laps)
+    threshold = closed.event_threshold(event, **laps)
     assume(abs(threshold + centre - eccentric.rod) < 0.95 * radius)
     angle = closed.event_angle(eccentric, event=event, centre=centre, **laps)
-    there = closed.displacement(eccentric, crank_angle=angle, centre=centre)
+    there = closed.valve_displacement(eccentric, crank_angle=angle, centre=centre)
     # The law of cosines loses l / r digits where the valve moves, more near its dead centres: 0.3 r of speed is left.
     assert abs(there - threshold) < 1e-14 * eccentric.rod * (1 + eccentric.rod / radius)
-    rate = closed.velocity(eccentric, crank_angle=angle, crank_rate=1.0)
-    assert (rate > 0) == EVENTS[event][2]
+    rate = closed.valve_velocity(eccentric, crank_angle=angle, crank_rate=1.0)
+    assert (rate > 0) == VALVE_EVENTS[event][2]
 
 
 def test_an_endless_rod_is_the_limit_of_long_ones() -> None:
     long, endless = of_ratio(1e6), of_ratio(math.inf)
     assert_allclose(
-        closed.displacement(long, crank_angle=TURN),
-        closed.displacement(endless, crank_angle=TURN),
+        closed.valve_displacement(long, crank_angle=TURN),
+        closed.valve_displacement(endless, crank_angle=TURN),
         atol=0.51e-6 * endless.radius,  # z is at most r^2 / 2 l
     )
-    for event in EVENTS:
+    for event in VALVE_EVENTS:
         one, other = (closed.event_angle(eccentric, event=event, **LAPS) for eccentric in (long, endless))
         assert abs(math.remainder(one - other, math.tau)) < 2e-6
     assert_allclose(
-        closed.acceleration(endless, crank_angle=TURN, crank_rate=3.0),
-        -9.0 * np.asarray(closed.first_order(endless, crank_angle=TURN)),
+        closed.valve_acceleration(endless, crank_angle=TURN, crank_rate=3.0),
+        -9.0 * np.asarray(closed.first_order_displacement(endless, crank_angle=TURN)),
         rtol=1e-14,
     )
 
@@ -283,7 +290,7 @@ def changes(ratio: float) -> dict[str, float]:
         change[f"{end} pre-admission"] = -later["admission"]
         change[f"{end} pre-release"] = -later["release"]
         change[f"{end} compression"] = -later["compression"]
-        every = np.asarray(closed.displacement(eccentric, crank_angle=TURN)) * side
+        every = np.asarray(closed.valve_displacement(eccentric, crank_angle=TURN)) * side
         change[f"{end} displacement"] = every.max() - eccentric.radius
     return change
 
@@ -314,7 +321,7 @@ def test_the_papers_sentence_on_the_two_ends_is_not_borne_out_by_its_formula(rat
         (lambda: closed.theoretical_crank_angles_at(of_ratio(4), threshold=-0.061), "never stands there"),
         (lambda: closed.parabola_error(of_ratio(4), theoretical=0.061), "cannot exceed the radius"),
         (lambda: closed.error_term(of_ratio(math.inf), crank_angle=0.0), "needs a rod of finite length"),
-        (lambda: closed.distance(of_ratio(4), crank_angle=math.nan), "crank_angle must be finite"),
+        (lambda: closed.valve_distance(of_ratio(4), crank_angle=math.nan), "crank_angle must be finite"),
     ],
 )
 def test_what_has_no_closed_form_is_refused_in_a_sentence(make, sentence: str) -> None:

@@ -9,11 +9,11 @@ import pytest
 
 import governor_mechanism as gm
 from governor_mechanism.engines import ImpulseEngine
-from governor_mechanism.model.scene import FIXED, FreeSpindle
-from governor_mechanism.model.time_functions import Program
+from governor_mechanism.model.scene import FIXED_PLANE, FreeSpindle
+from governor_mechanism.model.time_functions import InputFunction
 from governor_mechanism.model.trajectory import Outcome
+from governor_scenes import PORTER, governor_scene
 from reference.mechanisms import PORTER_IN_SPACE as REFERENCE
-from scenes import PORTER, governor_scene
 
 
 def free_porter(torque=None, **options):
@@ -61,7 +61,7 @@ def test_momentum_and_energy_are_kept(engine):
     ("engine", "asked", "allowed"), [("multibody", 1e-8, 1e-8), ("reduced", 1e-8, 1e-8), ("impulse", 1e-7, 1e-6)]
 )
 def test_a_torque_in_time_changes_the_momentum_by_its_integral(engine, asked, allowed):
-    torque = Program(times=(0.0, 0.5, 0.5, 1.5), values=(2.0, 2.0, -3.0, 1.0))
+    torque = InputFunction(times=(0.0, 0.5, 0.5, 1.5), values=(2.0, 2.0, -3.0, 1.0))
     run = gm.run(free_porter(torque), engine=engine, accuracy=asked)
     assert run.outcome is Outcome.DONE
     momentum = turning_inertia(run) * run.readings["spindle_speed"]
@@ -87,7 +87,7 @@ def test_impulse_is_of_second_order_with_a_free_spindle():
 
 def test_a_free_spindle_needs_something_that_turns_with_it():
     scene = free_porter()
-    part = replace(scene.part, plane=FIXED)
+    part = replace(scene.part, plane=FIXED_PLANE)
     with pytest.raises(gm.MechanismError, match="lives in a fixed plane"):
         replace(scene, parts=(part,))
 

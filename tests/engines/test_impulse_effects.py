@@ -1,4 +1,4 @@
-"""Engine impulse with springs, oil brakes, friction and stops along readings: order, accuracy, sticking, refusals."""
+"""Engine impulse with springs, dashpots, friction and stops along readings: order, accuracy, sticking, refusals."""
 
 from __future__ import annotations
 
@@ -9,35 +9,37 @@ import numpy as np
 import pytest
 
 import governor_mechanism as gm
-from governor_mechanism.effects.clearance import Play
-from governor_mechanism.effects.dashpot import OilBrake
+from governor_mechanism.effects.clearance import Clearance
+from governor_mechanism.effects.dashpot import Dashpot
 from governor_mechanism.effects.dry_friction import DryFriction
 from governor_mechanism.effects.gravity import Gravity
-from governor_mechanism.effects.spring import SpringOn
+from governor_mechanism.effects.spring import OutputSpring
 from governor_mechanism.effects.stops import Stops
 from governor_mechanism.engines import ImpulseEngine
-from governor_mechanism.engines.impulse.event_extrapolation import compare
+from governor_mechanism.engines.impulse.event_extrapolation import extrapolate_events
 from governor_mechanism.errors import UnsupportedEffect
 from governor_mechanism.machines.registry import MACHINES
 from governor_mechanism.model.events import Event
 from governor_mechanism.model.joints import GROUND, Pin, Point, Slider
-from governor_mechanism.model.mechanism import Body, BodyAngle, Coordinate, LineAngle, Mechanism, SecondMoments
-from governor_mechanism.model.scene import FIXED, Part, RunSettings, Scene, Spindle, Start
-from governor_mechanism.model.time_functions import Program
+from governor_mechanism.model.mechanism import Body, BodyAngle, LineAngle, Mechanism, PointCoordinate, SecondMoments
+from governor_mechanism.model.scene import FIXED_PLANE, Part, RunSettings, Scene, Spindle, Start
+from governor_mechanism.model.time_functions import InputFunction
 from governor_mechanism.model.trajectory import Outcome
-from random_scenes import random_scene
-from scenes import PORTER, governor_scene, random_governor
+from governor_scenes import PORTER, governor_scene, random_governor
+from random_scenes import draw_scene
 
-SPRING = SpringOn(reading="sleeve_lift", rate=800.0, preload=20.0, zero=0.1)
-ARM_SPRING = SpringOn(reading="arm_angle", rate=20.0, zero=0.6)
-SLACK = SpringOn(reading="sleeve_lift", rate=800.0, zero=0.12, one_sided=True)
-BRAKE = OilBrake(reading="sleeve_lift", linear=60.0, quadratic=300.0)
-ARM_BRAKE = OilBrake(reading="arm_angle", linear=2.0, quadratic=4.0)
+SPRING = OutputSpring(reading="sleeve_lift", rate=800.0, preload=20.0, zero=0.1)
+ARM_SPRING = OutputSpring(reading="arm_angle", rate=20.0, zero=0.6)
+SLACK = OutputSpring(reading="sleeve_lift", rate=800.0, zero=0.12, one_sided=True)
+BRAKE = Dashpot(reading="sleeve_lift", linear=60.0, quadratic=300.0)
+ARM_BRAKE = Dashpot(reading="arm_angle", linear=2.0, quadratic=4.0)
 STOPS = Stops(reading="arm_angle", low=0.5, high=0.75, restitution=0.5)
 
 
-def rub(force: float | Program, reading: str = "sleeve_lift") -> DryFriction:
-    return DryFriction(reading=reading, force=force if isinstance(force, Program) else Program(values=(force,)))
+def rub(force: float | InputFunction, reading: str = "sleeve_lift") -> DryFriction:
+    return DryFriction(
+        reading=reading, force=force if isinstance(force, InputFunction) else InputFunction(values=(force,))
+    )
 
 
 def porter(*effects, **options) -> Scene:
@@ -48,12 +50,14 @@ def porter(*effects, **options) -> Scene:
 def slider(*effects, rate: float = 1.0, duration: float = 1.0) -> Scene:
     """A block of 2 kg on a level guide."""
     mechanism = Mechanism(
-        bodies=(Body(name="block", mass=2.0, turns=False),),
+        bodies=(Body(name="block", mass=2.0, can_rotate=False),),
         joints=(Slider(name="guide", first=Point(body=GROUND), second=Point(body="block"), angle=0.0),),
-        readings=(Coordinate(name="way", quantity="length", point=Point(body="block"), along_x=1.0, along_y=0.0),),
+        readings=(
+            PointCoordinate(name="way", quantity="length", point=Point(body="block"), direction_x=1.0, direction_y=0.0),
+        ),
         coordinate="way",
-        size=0.2,
-        sketch=((0.0, 0.0, 0.0),),
+        length_scale=0.2,
+        initial_guess=((0.0, 0.0, 0.0),),
     )
     return alone(mechanism, Start(values={"way": 0.0}, rates={"way": rate}), *effects, duration=duration)
 
@@ -62,19 +66,19 @@ def wheel(*effects, rate: float = 5.0) -> Scene:
     """A disc that turns about a fixed pin in its middle."""
     moment = SecondMoments(xx=0.01, yy=0.01, zz=0.02)
     mechanism = Mechanism(
-        bodies=(Body(name="disc", mass=1.0, moments=moment),),
+        bodies=(Body(name="disc", mass=1.0, second_moments=moment),),
         joints=(Pin(name="axle", first=Point(body=GROUND), second=Point(body="disc")),),
         readings=(BodyAngle(name="turned", quantity="angle", body="disc"),),
         coordinate="turned",
-        size=0.1,
-        sketch=((0.0, 0.0, 0.0),),
+        length_scale=0.1,
+        initial_guess=((0.0, 0.0, 0.0),),
     )
     return alone(mechanism, Start(values={"turned": 0.0}, rates={"turned": rate}), *effects)
 
 
 def alone(mechanism: Mechanism, start: Start, *effects, duration: float = 1.0) -> Scene:
-    part = Part(name="part", machine="custom", dimensions={}, mechanism=mechanism, plane=FIXED)
-    run = RunSettings(duration=duration, every=0.01)
+    part = Part(name="part", machine="custom", dimensions={}, mechanism=mechanism, plane=FIXED_PLANE)
+    run = RunSettings(duration=duration, output_interval=0.01)
     return Scene(title="test", parts=(part,), effects=effects, spindle=Spindle(), start=start, run=run)
 
 
@@ -127,7 +131,9 @@ def test_two_engines_agree_within_the_promise(scene):
         assert (one.kind, one.subject) == (other.kind, other.subject)
         assert one.time == pytest.approx(other.time, abs=1e-6 / 12)  # asked, times the time scale
     assert run.energy.drift < 1e-5  # it is no reading, but it is of the same order
-    assert run.energy.dissipated[-1] == pytest.approx(true.energy.dissipated[-1], abs=1e-6 * run.energy.scale)
+    assert run.energy.dissipated_energy[-1] == pytest.approx(
+        true.energy.dissipated_energy[-1], abs=1e-6 * run.energy.scale
+    )
 
 
 @pytest.mark.parametrize(
@@ -141,7 +147,7 @@ def test_the_order_is_second(scene):
 
 
 def test_an_uneven_spindle_is_of_second_order():
-    scene = replace(porter(), spindle=Spindle(speeds=(12.0,), unevenness=0.05, waves=2.0))
+    scene = replace(porter(), spindle=Spindle(speeds=(12.0,), speed_fluctuation=0.05, cycles_per_turn=2.0))
     found = ratios(scene, "arm_angle")
     assert np.all((found > 3.7) & (found < 4.3)), found  # four, but for terms of the next order
 
@@ -155,7 +161,7 @@ def test_the_order_is_second_after_impacts():
     ("ends", "sign", "expected"), [((12.5, 14.5), 1, 13.1665111187), ((11.8, 10.2), -1, 11.1686187598)]
 )
 def test_friction_holds_up_to_the_speeds_of_the_formula(ends, sign, expected):
-    # Zehnder's standing band of the Porter governor at 30 degrees under W = 40 N at the sleeve.
+    # Zehnder's insensitivity band of the Porter governor at 30 degrees under W = 40 N at the sleeve.
     ramp = Spindle(times=(0.0, 1.0), speeds=ends)
     scene = porter(rub(40.0), speed=ramp, angle=math.radians(30.0), rate=0.0)
     run = ImpulseEngine(step=1e-3, runs=1).run(scene, certify=False)
@@ -171,7 +177,7 @@ def test_what_sticks_does_not_creep():
     scene = porter(rub(40.0), angle=math.radians(30.0), rate=0.0, duration=1000.0, every=1.0)
     run = ImpulseEngine(step=0.02, runs=1).run(scene, certify=False)
     assert run.readings["sleeve_lift"][-1] == pytest.approx(run.readings["sleeve_lift"][0], abs=1e-12)  # rounding
-    assert run.energy.dissipated[-1] < 1e-10
+    assert run.energy.dissipated_energy[-1] < 1e-10
 
 
 def test_a_block_slides_to_rest_where_its_energy_ends():
@@ -179,12 +185,12 @@ def test_a_block_slides_to_rest_where_its_energy_ends():
     assert run.outcome is Outcome.DONE
     assert run.readings["way"][-1] == pytest.approx(0.25, abs=1e-9)  # m v^2 / (2 W)
     assert run.events[0].time == pytest.approx(0.5, abs=1e-9)  # m v / W
-    assert run.energy.dissipated[-1] == pytest.approx(1.0, abs=1e-9)
+    assert run.energy.dissipated_energy[-1] == pytest.approx(1.0, abs=1e-9)
 
 
 def test_a_spring_and_friction_leave_the_block_at_the_swing_of_the_formula():
     # From 0.2 m each half swing ends 2 W / k nearer, to the other side: -0.14, 0.08, -0.02, which 2 N do not move.
-    spring = SpringOn(reading="way", rate=100.0)
+    spring = OutputSpring(reading="way", rate=100.0)
     scene = slider(spring, rub(3.0, "way"), rate=0.0, duration=2.0)
     scene = replace(scene, start=Start(values={"way": 0.2}, rates={"way": 0.0}))
     run = ImpulseEngine().run(scene, accuracy=1e-7)
@@ -198,8 +204,8 @@ def test_a_spring_and_friction_leave_the_block_at_the_swing_of_the_formula():
 
 
 def test_a_block_drawn_by_a_moving_force_sticks_and_slips():
-    spring = SpringOn(reading="way", rate=100.0)
-    relieved = Program(times=(0.0, 0.8, 0.8, 1.0, 1.0), values=(6.0, 6.0, 0.5, 0.5, 6.0))
+    spring = OutputSpring(reading="way", rate=100.0)
+    relieved = InputFunction(times=(0.0, 0.8, 0.8, 1.0, 1.0), values=(6.0, 6.0, 0.5, 0.5, 6.0))
     scene = replace(slider(spring, rub(relieved, "way"), duration=2.0), start=Start(values={"way": 0.05}))
     true = gm.run(scene, engine="multibody", accuracy=1e-10)
     run = ImpulseEngine().run(scene, accuracy=1e-6)
@@ -273,20 +279,20 @@ def test_what_slips_with_hardly_a_force_is_followed():
 def test_laws_are_counted_and_only_those_of_the_scene():
     run = ImpulseEngine(step=1e-3).run(porter(SPRING, BRAKE, rub(10.0)))
     assert run.cost.evaluations["springs on readings"] == run.cost.steps
-    assert run.cost.evaluations["oil brakes"] == run.cost.steps
+    assert run.cost.evaluations["dashpots"] == run.cost.steps
     assert run.cost.evaluations["dry friction"] == run.cost.steps
     assert run.cost.method
     bare = ImpulseEngine(step=1e-3).run(porter())
     assert bare.cost.evaluations.keys() == {"gravity", "centrifugal"}
-    assert np.all(bare.energy.dissipated == 0.0)
+    assert np.all(bare.energy.dissipated_energy == 0.0)
 
 
 def test_play_is_refused_by_name():
-    play = Play(width=1e-3)
+    play = Clearance(width=1e-3)
     machine = MACHINES["pendulum_governor"](**PORTER)
     scene = porter()
     scene = replace(
-        scene, parts=(replace(scene.part, mechanism=machine.mechanism_with([play])),), effects=(Gravity(), play)
+        scene, parts=(replace(scene.part, mechanism=machine.mechanism_with_effects([play])),), effects=(Gravity(), play)
     )
     with pytest.raises(UnsupportedEffect, match=r"'impulse' cannot model \['Play'\]"):
         ImpulseEngine().run(scene)
@@ -312,10 +318,10 @@ def test_the_plain_way_has_no_friction():
 def test_a_time_between_the_last_march_s_strike_and_the_extrapolated_one_is_told_from_the_wrong_side():
     """Marches that strike at 1 - h^2 strike at 1: what the last one reports just before that has struck already."""
     marches = [[Event(time=1 - h**2, kind="strikes its stop", subject="way")] for h in (0.04, 0.02, 0.01)]
-    found = compare(marches, 2.0)
+    found = extrapolate_events(marches, 2.0)
     assert found.events[0].time == pytest.approx(1.0, abs=1e-12)
-    assert found.early(np.array([0.9998, 1.1])) == 0.0
-    assert found.early(np.array([0.9998, 0.99995, 1.1])) == pytest.approx(1e-4)
+    assert found.wrong_side_error(np.array([0.9998, 1.1])) == 0.0
+    assert found.wrong_side_error(np.array([0.9998, 0.99995, 1.1])) == pytest.approx(1e-4)
 
 
 def test_where_a_drive_turns_what_rubs_nothing_is_told_to_stick():
@@ -328,7 +334,7 @@ def test_where_a_drive_turns_what_rubs_nothing_is_told_to_stick():
 
 def test_when_a_held_rod_slips_is_found_to_second_order():
     """The lower of two rods is held by friction while the upper one swings on."""
-    scene = random_scene(167, 20261124).scene
+    scene = draw_scene(167, 20261124).scene
     times = [event.time for event in gm.run(scene, "multibody", accuracy=1e-10).events if event.kind == "slips"]
     errors = []
     for step in (5e-3, 2.5e-3, 1.25e-3, 6.25e-4):
@@ -353,7 +359,7 @@ def test_what_rubs_elsewhere_turns_with_a_bounce_too():
 
 def test_a_sample_beside_a_strike_is_told_from_its_right_side():
     """One lies some microseconds before a strike that all three marches have behind them by then."""
-    drawn = random_scene(62, 7)
+    drawn = draw_scene(62, 7)
     run = ImpulseEngine().run(drawn.scene, accuracy=5.7e-5)
     true = gm.run(drawn.scene, "multibody", accuracy=1e-10)
     assert run.outcome is Outcome.DONE

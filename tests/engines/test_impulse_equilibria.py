@@ -8,34 +8,34 @@ import numpy as np
 import pytest
 
 from governor_mechanism.engines import ImpulseEngine
-from governor_mechanism.engines.impulse.pymunk import Assembly
-from governor_mechanism.engines.impulse.relaxation import settled
-from governor_mechanism.engines.impulse.time_inputs import Clock
-from governor_mechanism.mechanics.kinematics.assembly import Assembler
-from governor_mechanism.mechanics.kinematics.output_variables import reading_gradient
+from governor_mechanism.engines.impulse.pymunk import PymunkModel
+from governor_mechanism.engines.impulse.relaxation import relax_to_equilibrium
+from governor_mechanism.engines.impulse.time_inputs import TimeInputs
+from governor_mechanism.mechanics.kinematics.assembly import PositionSolver
+from governor_mechanism.mechanics.kinematics.output_variables import evaluate_output_gradient
 from governor_mechanism.statics.equilibria import find_equilibria
-from governor_mechanism.statics.speed_curve import equilibrium_speed
+from governor_mechanism.statics.speed_curve import equilibrium_speed_at
+from governor_scenes import governor_scene
 from reference.zehnder import (
     CROSSED,
     CROSSED_ARMS_OPEN_LINKS,
     CROSSED_MARKS,
     EXTENDED_ARM,
+    FOLD_JUMP,
     PORTER_ON_AXIS,
     PORTER_OPEN,
-    SNAP,
     WATT_ON_AXIS,
     WATT_OPEN,
 )
-from scenes import governor_scene
 
-SNAP_DIMENSIONS = {"arm": SNAP["arm"], "offset": SNAP["offset"], "ball_mass": SNAP["ball_mass"]}
+SNAP_DIMENSIONS = {"arm": FOLD_JUMP["arm"], "offset": FOLD_JUMP["offset"], "ball_mass": FOLD_JUMP["ball_mass"]}
 
 # (dimensions, angle in degrees, speed in rad/s, stable)
 ROWS = [
     (table["dimensions"], row[0], row[1], row[5] > 0)
     for table in (WATT_ON_AXIS, WATT_OPEN, PORTER_OPEN, PORTER_ON_AXIS, CROSSED)
     for row in table["rows"]
-] + [(SNAP_DIMENSIONS, row[0], row[1], row[3] > 0) for row in SNAP["rows"]]
+] + [(SNAP_DIMENSIONS, row[0], row[1], row[3] > 0) for row in FOLD_JUMP["rows"]]
 STABLE = [row[:3] for row in ROWS if row[3]]
 UNSTABLE = [row[:3] for row in ROWS if not row[3]]
 
@@ -49,7 +49,7 @@ def test_the_governor_settles_where_zehnder_says(dimensions, degrees, speed):
     scene = governor_scene(dimensions, speed=speed, angle=0.5)
     start = math.radians(degrees) + 0.05  # to the stable side of a fold
     # 1e-8 rad: rest has no stepping error; the speeds are printed to 12 digits, the joints close to 1e-12.
-    assert settled(scene, start) == pytest.approx(math.radians(degrees), abs=1e-8)
+    assert relax_to_equilibrium(scene, start) == pytest.approx(math.radians(degrees), abs=1e-8)
 
 
 @pytest.mark.parametrize(
@@ -59,7 +59,7 @@ def test_the_governor_settles_where_zehnder_says(dimensions, degrees, speed):
 )
 def test_linkages_with_levers_settle_where_the_exact_equilibrium_is(dimensions, degrees, speed):
     scene = governor_scene(dimensions, speed=speed, angle=0.5)
-    assert settled(scene, math.radians(degrees) + 0.05) == pytest.approx(math.radians(degrees), abs=1e-8)
+    assert relax_to_equilibrium(scene, math.radians(degrees) + 0.05) == pytest.approx(math.radians(degrees), abs=1e-8)
 
 
 @pytest.mark.parametrize(("dimensions", "degrees", "speed"), UNSTABLE)
@@ -70,7 +70,9 @@ def test_an_unstable_equilibrium_is_one_and_is_left_at_the_tabulated_rate(dimens
 
     growth = math.sqrt(-_table_squared(dimensions, degrees))
     nudge = 1e-6  # rad; after five e-foldings 7e-5, where the second order is still 1e-4 of the first
-    scene = governor_scene(dimensions, speed=speed, angle=angle + nudge, duration=5 / growth, every=1 / growth)
+    scene = governor_scene(
+        dimensions, speed=speed, angle=angle + nudge, duration=5 / growth, output_interval=1 / growth
+    )
     away = ImpulseEngine().run(scene, accuracy=1e-10).readings["arm_angle"] - angle
     assert math.acosh(away[-1] / nudge) / (5 / growth) == pytest.approx(growth, rel=0.01)
 
@@ -84,28 +86,28 @@ def test_growth_rates_of_the_crossed_governor_are_the_printed_ones():
 def test_the_assembled_mechanism_rests_at_the_tabulated_speed(dimensions, degrees, speed, stable):
     scene = governor_scene(dimensions, speed=speed, angle=0.5)
     # 1e-11: half a unit of the twelfth printed digit, twice over for joints closed to 1e-13.
-    assert equilibrium_speed(scene, np.array([math.radians(degrees)]))[0] == pytest.approx(speed, rel=1e-11)
+    assert equilibrium_speed_at(scene, np.array([math.radians(degrees)]))[0] == pytest.approx(speed, rel=1e-11)
 
 
 def test_both_equilibria_of_the_improved_watt_are_found_with_their_stability():
     scene = governor_scene(SNAP_DIMENSIONS, speed=6.4, angle=0.5)
-    low, high = find_equilibria(scene, SNAP["stop_speed"])
+    low, high = find_equilibria(scene, FOLD_JUMP["stop_speed"])
     assert (low.stable, high.stable) == (False, True)
     assert math.degrees(low.coordinate) == pytest.approx(25, abs=1e-8)
     assert math.degrees(high.coordinate) == pytest.approx(40, abs=1e-8)
 
 
 def _table_squared(dimensions, degrees):
-    rows = CROSSED["rows"] if dimensions is CROSSED["dimensions"] else SNAP["rows"]
+    rows = CROSSED["rows"] if dimensions is CROSSED["dimensions"] else FOLD_JUMP["rows"]
     column = 5 if dimensions is CROSSED["dimensions"] else 3
     return next(row[column] for row in rows if row[0] == degrees)
 
 
 def _arm_acceleration_from_rest(scene, angle, speed):
     """What one short first half step makes of the arm's rate, over its time."""
-    assembler = Assembler(scene.part.mechanism)
-    poses = assembler.poses(angle)
-    assembly, h = Assembly(scene, iterations=200), 1e-3
-    assembly.start(poses, np.zeros_like(poses), Clock(scene).first(h))
-    _, velocities = assembly.of_mass_centres(assembly.poses(), assembly.velocities())
-    return float(np.sum(reading_gradient(scene.part.mechanism, "arm_angle", poses) * velocities)) / (h / 2)
+    assembler = PositionSolver(scene.part.mechanism)
+    poses = assembler.solve_at_coordinate(angle)
+    assembly, h = PymunkModel(scene, iterations=200), 1e-3
+    assembly.start(poses, np.zeros_like(poses), TimeInputs(scene).start_inputs(h))
+    _, velocities = assembly.to_mass_centres(assembly.poses(), assembly.velocities())
+    return float(np.sum(evaluate_output_gradient(scene.part.mechanism, "arm_angle", poses) * velocities)) / (h / 2)

@@ -9,13 +9,13 @@ import pytest
 
 from governor_mechanism.closed_form.pendulum import dynamics as closed
 from governor_mechanism.engines import ImpulseEngine
-from governor_mechanism.mechanics.kinematics.constraint_equations import JointEquations
+from governor_mechanism.mechanics.kinematics.constraint_equations import ConstraintEquations
 from governor_mechanism.model.scene import Spindle
 from governor_mechanism.model.trajectory import Outcome
+from governor_scenes import CROSSED, EXTENDED, PORTER, UNCROSSED_LINKS, WATT, governor_scene, random_governor
+from one_coordinate_reference import integrate_one_coordinate
 from reference.zehnder import PORTER_OPEN_MOTION as MOTION
-from rigid import porter_with_rods
-from scenes import CROSSED, EXTENDED, PORTER, UNCROSSED_LINKS, WATT, governor_scene, random_governor
-from witness import one_coordinate_motion
+from rigid_link_governor import porter_with_rods
 
 
 def porter_open(accuracy: float):
@@ -47,11 +47,11 @@ def test_the_estimate_is_not_below_the_true_error_in_random_governors():
         speed = float(closed.equilibrium_speed(governor, arm_angle=middle))
         angle, rate = middle + random.uniform(-0.1, 0.1), random.uniform(-0.3, 0.3)
         scene = governor_scene(
-            dimensions, speed=speed, angle=angle, rate=rate, every=0.05, accuracy=10 ** random.uniform(-9, -4)
+            dimensions, speed=speed, angle=angle, rate=rate, output_interval=0.05, accuracy=10 ** random.uniform(-9, -4)
         )
         run = ImpulseEngine().run(scene)
         assert run.outcome in (Outcome.DONE, Outcome.LEFT_RANGE)
-        angles, rates = one_coordinate_motion(scene, run.times)
+        angles, rates = integrate_one_coordinate(scene, run.times)
         true = max(
             np.max(np.abs(run.readings["arm_angle"] - angles)),
             np.max(np.abs(run.rates["arm_angle"] - rates)) / run.scales["spindle_speed"],
@@ -81,7 +81,7 @@ def test_the_error_falls_with_the_promised_order(machine, settings, certify, ord
         speed = 13.0 if machine == "point masses" else 8.4
         angle, rate = (0.9, 1.5) if machine == "point masses" else (0.65, 0.5)
         scene = governor_scene(dimensions, speed=speed, angle=angle, rate=rate)
-        reference = one_coordinate_motion
+        reference = integrate_one_coordinate
     times = np.linspace(0.1, 1.1, 11)  # the largest error of many times has no lucky zero
     expected, _ = reference(scene, times)
     # Fine enough for the leading error to lead, coarse enough to stay above rounding (4e-13).
@@ -108,9 +108,9 @@ def test_the_error_falls_with_the_promised_order(machine, settings, certify, ord
 def test_a_changing_spindle_speed_is_followed(dimensions, program):
     factor = float(closed.equilibrium_speed(closed.PendulumGovernor(**dimensions), arm_angle=0.75))
     spindle = Spindle(times=program.times, speeds=tuple(factor * speed for speed in program.speeds))
-    scene = governor_scene(dimensions, speed=spindle, angle=0.75, every=0.05, accuracy=1e-7)
+    scene = governor_scene(dimensions, speed=spindle, angle=0.75, output_interval=0.05, accuracy=1e-7)
     run = ImpulseEngine().run(scene)
-    angles, rates = one_coordinate_motion(scene, run.times)
+    angles, rates = integrate_one_coordinate(scene, run.times)
     assert run.outcome is Outcome.DONE
     assert np.max(np.abs(run.readings["arm_angle"] - angles)) < 1e-7
     assert np.max(np.abs(run.rates["arm_angle"] - rates)) < 1e-7 * run.scales["spindle_speed"]
@@ -121,7 +121,7 @@ def test_a_step_of_speed_between_reported_times_is_second_order():
     spindle = Spindle(times=(0.0, 0.2375, 0.2375, 1.0), speeds=(12.5, 12.5, 13.5, 13.5))
     scene = governor_scene(PORTER, speed=spindle, angle=0.65)
     times = np.linspace(0.1, 1.0, 10)
-    expected, _ = one_coordinate_motion(scene, times)
+    expected, _ = integrate_one_coordinate(scene, times)
     steps = 0.1 / np.array([16, 32, 64, 128])
     errors = [
         np.max(np.abs(ImpulseEngine(step=h, runs=1).run(scene, times=times).readings["arm_angle"] - expected))
@@ -147,8 +147,8 @@ def test_poses_velocities_and_readings_tell_one_story():
 def test_reported_velocities_open_no_joint(dimensions):
     # The jump lies between reported times, so that steps of three lengths meet.
     spindle = Spindle(times=(0.0, 0.237, 0.237), speeds=(8.0, 8.0, 8.4))
-    run = ImpulseEngine().run(governor_scene(dimensions, speed=spindle, angle=0.6, duration=0.5, every=0.05))
-    gradients = JointEquations(run.scene.part.mechanism).gradients(run.poses)
+    run = ImpulseEngine().run(governor_scene(dimensions, speed=spindle, angle=0.6, duration=0.5, output_interval=0.05))
+    gradients = ConstraintEquations(run.scene.part.mechanism).jacobian(run.poses)
     opening = np.einsum("nebc,nbc->ne", gradients, run.velocities)
     # 1e-6 of the fastest ball, by the accuracy of the poses at which the gradients are taken.
     np.testing.assert_allclose(opening, 0.0, atol=1e-6 * np.abs(run.velocities).max())
@@ -165,7 +165,7 @@ def test_a_pass_close_by_the_dead_centre_is_certified_all_the_same():
     # mirror image apart while every joint stays closed.
     scene = governor_scene(EXTENDED, speed=8.4, angle=0.75, rate=1.0, duration=1.1, accuracy=1e-8)
     run = ImpulseEngine().run(scene)
-    angles, _ = one_coordinate_motion(scene, run.times)
+    angles, _ = integrate_one_coordinate(scene, run.times)
     assert run.outcome is Outcome.DONE
     assert np.degrees(angles.min()) < 0.5
     assert np.max(np.abs(run.readings["arm_angle"] - angles)) < 1e-8
@@ -179,7 +179,7 @@ def test_iterations_rise_by_themselves_where_few_leave_joints_open():
     run = ImpulseEngine(iterations=5).run(scene)
     assert run.outcome is Outcome.DONE
     assert run.cost.iterations > 5
-    angles, _ = one_coordinate_motion(scene, run.times)
+    angles, _ = integrate_one_coordinate(scene, run.times)
     assert np.max(np.abs(run.readings["arm_angle"] - angles)) < 1e-8
 
 

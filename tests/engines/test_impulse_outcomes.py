@@ -9,18 +9,18 @@ import numpy as np
 import pytest
 
 from governor_mechanism.effects.gravity import Gravity
-from governor_mechanism.engines import ImpulseEngine, choose
-from governor_mechanism.engines.base import reported_times
-from governor_mechanism.engines.impulse.relaxation import settled
+from governor_mechanism.engines import ImpulseEngine, select_engine
+from governor_mechanism.engines.base import make_reported_times
+from governor_mechanism.engines.impulse.relaxation import relax_to_equilibrium
 from governor_mechanism.errors import MechanismError, RunFailed, UnsupportedEffect
 from governor_mechanism.model.effect import Effect
 from governor_mechanism.model.force_elements import Damper
-from governor_mechanism.model.joints import GROUND, Joint, Pin, Point, Rack
+from governor_mechanism.model.joints import GROUND, Joint, Pin, Point, RackAndPinion
 from governor_mechanism.model.mechanism import Body
 from governor_mechanism.model.scene import EQUILIBRIUM, Coupling, Scene
 from governor_mechanism.model.trajectory import Outcome
-from scenes import CROSSED, EXTENDED, PORTER, WATT, governor_scene
-from witness import one_coordinate_motion
+from governor_scenes import CROSSED, EXTENDED, PORTER, WATT, governor_scene
+from one_coordinate_reference import integrate_one_coordinate
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -57,7 +57,7 @@ def test_a_joint_the_engine_lacks_is_refused_by_name():
 
 def test_a_rack_is_refused():
     scene = governor_scene(EXTENDED, speed=8.4, angle=0.6)
-    rack = Rack(name="rack", first=Point(body="right ball"), second=Point(body="sleeve"), radius=0.1)
+    rack = RackAndPinion(name="rack", first=Point(body="right ball"), second=Point(body="sleeve"), radius=0.1)
     scene = with_mechanism(scene, joints=(*scene.part.mechanism.joints[:-1], rack))
     with pytest.raises(UnsupportedEffect, match="Rack"):
         ImpulseEngine(step=1e-3).run(scene, certify=False)
@@ -112,12 +112,12 @@ def test_a_question_that_makes_no_sense_is_refused(options, sentence):
 
 def test_an_unknown_engine_is_refused_with_the_nearest_name():
     with pytest.raises(MechanismError, match="Did you mean 'impulse'"):
-        choose("impuls", porter())
+        select_engine("impuls", porter())
 
 
 def test_too_many_reported_times_are_refused():
     with pytest.raises(MechanismError, match="reported times are too many"):
-        reported_times(porter(duration=1e4, every=1e-5))
+        make_reported_times(porter(duration=1e4, every=1e-5))
 
 
 def test_a_start_outside_the_travel_is_refused():
@@ -152,7 +152,7 @@ def test_leaving_the_travel_ends_the_run_by_name_and_keeps_what_it_has():
     assert "the balls meet on the spindle axis" in run.message
     assert 0.1 < run.times[-1] < 5.0
     assert len(run.times) == len(run.readings["arm_angle"]) == len(run.poses)
-    angles, _ = one_coordinate_motion(scene, run.times)
+    angles, _ = integrate_one_coordinate(scene, run.times)
     assert np.max(np.abs(run.readings["arm_angle"] - angles)) < 1e-6
     with pytest.raises(RunFailed, match="the balls meet"):
         run.raise_if_failed()
@@ -203,7 +203,7 @@ def test_without_effects_nothing_pulls():
 
 def test_settling_tells_when_it_cannot():
     with pytest.raises(RunFailed, match="did not come to rest"):
-        settled(governor_scene(CROSSED, speed=13.0, angle=0.6), 0.6)
+        relax_to_equilibrium(governor_scene(CROSSED, speed=13.0, angle=0.6), 0.6)
 
 
 def test_the_same_pin_may_stand_on_either_side_of_its_joint():

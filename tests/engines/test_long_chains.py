@@ -9,8 +9,8 @@ import pytest
 from scipy.integrate import solve_ivp
 
 import governor_mechanism as gm
-from chains import four_bar_chain, four_bar_slope, hanging_chain
-from governor_mechanism.mechanics.kinematics.assembly import Assembler
+from chain_mechanisms import four_bar_acceleration, four_bar_chain, hanging_chain
+from governor_mechanism.mechanics.kinematics.assembly import PositionSolver
 from governor_mechanism.model.trajectory import Outcome
 
 LOOPS = 12
@@ -20,7 +20,7 @@ LOOPS = 12
 def exact(times):
     """The crank's angle by its one equation, to rounding."""
     found = solve_ivp(
-        lambda _, y: (y[1], four_bar_slope(LOOPS, y[0], 9.81)), (0.0, times[-1]), (math.pi / 2, -1.0),
+        lambda _, y: (y[1], four_bar_acceleration(LOOPS, y[0], 9.81)), (0.0, times[-1]), (math.pi / 2, -1.0),
         method="DOP853", t_eval=times, rtol=1e-13, atol=1e-13,
     )  # fmt: skip
     return found.y[0]
@@ -28,7 +28,7 @@ def exact(times):
 
 @pytest.mark.parametrize(("engine", "accuracy"), [("multibody", 1e-9), ("reduced", 1e-9), ("impulse", 1e-4)])
 def test_a_chain_of_loops_turns_as_its_one_equation_says(engine, accuracy):
-    scene = four_bar_chain(LOOPS, duration=0.5, every=0.05)
+    scene = four_bar_chain(LOOPS, duration=0.5, output_interval=0.05)
     run = gm.run(scene, engine, accuracy=accuracy)
     assert run.outcome is Outcome.DONE
     assert np.max(np.abs(run.readings["crank_angle"] - exact(run.times))) < accuracy
@@ -36,15 +36,15 @@ def test_a_chain_of_loops_turns_as_its_one_equation_says(engine, accuracy):
 
 def test_a_chain_of_loops_passes_the_line_in_which_all_its_bars_lie():
     """Ten seconds, ten change points; errors of passing grow with the number of loops that pass at once."""
-    scene = four_bar_chain(LOOPS, duration=10.0, every=0.5)
+    scene = four_bar_chain(LOOPS, duration=10.0, output_interval=0.5)
     run = gm.run(scene, "multibody", accuracy=1e-7)
     assert run.outcome is Outcome.DONE
     assert np.max(np.abs(run.readings["crank_angle"] - exact(run.times))) < 1e-7
 
 
 def test_both_engines_agree_on_a_long_hanging_chain():
-    scene = hanging_chain(30, duration=0.3, every=0.05)
-    assert Assembler(scene.part.mechanism).mobility == 30
+    scene = hanging_chain(30, duration=0.3, output_interval=0.05)
+    assert PositionSolver(scene.part.mechanism).mobility == 30
     fine = gm.run(scene, "multibody", accuracy=1e-9)
     rough = gm.run(scene, "impulse", accuracy=1e-5)
     for name, values in fine.readings.items():
@@ -63,6 +63,6 @@ def test_a_hanging_chain_begins_as_lagrange_says():
         pull -= 0.1 * gravity * math.cos(lean) * arm
     expected = np.linalg.solve(inertia, pull)[0]
     instant = 1e-3
-    run = gm.run(hanging_chain(count, duration=instant, every=instant), "multibody", accuracy=1e-12)
+    run = gm.run(hanging_chain(count, duration=instant, output_interval=instant), "multibody", accuracy=1e-12)
     # the rate is a t, and less by a share of order t^2 as the chain begins to bend
     assert run.rates["lean"][-1] / instant == pytest.approx(expected, rel=1e-3)

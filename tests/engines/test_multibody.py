@@ -18,15 +18,15 @@ from governor_mechanism.closed_form.pendulum import dynamics as closed
 from governor_mechanism.engines import ImpulseEngine, MultibodyEngine, ReducedEngine
 from governor_mechanism.errors import MechanismError
 from governor_mechanism.model.joints import GROUND, Distance, Pin, Point, Slider
-from governor_mechanism.model.mechanism import Body, Coordinate, Mechanism, SecondMoments
+from governor_mechanism.model.mechanism import Body, Mechanism, PointCoordinate, SecondMoments
 from governor_mechanism.model.scene import Spindle
 from governor_mechanism.model.trajectory import Outcome
 from governor_mechanism.numerics import jit as compiled
-from governor_mechanism.scenes.library import shipped
+from governor_mechanism.scenes.library import shipped_scenes
+from governor_scenes import CROSSED, EXTENDED, PORTER, UNCROSSED_LINKS, WATT, governor_scene, random_governor
+from one_coordinate_reference import integrate_one_coordinate
 from reference.zehnder import PORTER_OPEN_MOTION as MOTION
-from rigid import porter_with_rods
-from scenes import CROSSED, EXTENDED, PORTER, UNCROSSED_LINKS, WATT, governor_scene, random_governor
-from witness import one_coordinate_motion
+from rigid_link_governor import porter_with_rods
 
 SOURCE = Path(gm.__file__).parent
 FINE = pytest.mark.parametrize("engine", [MultibodyEngine, ReducedEngine], ids=["multibody", "reduced"])
@@ -68,12 +68,12 @@ def test_the_true_error_is_within_the_accuracy_and_the_estimate_in_random_govern
             speed=speed,
             angle=middle + random.uniform(-0.1, 0.1),
             rate=random.uniform(-0.3, 0.3),
-            every=0.05,
+            output_interval=0.05,
             accuracy=accuracy,
         )
         run = engine().run(scene)
         assert run.outcome in (Outcome.DONE, Outcome.LEFT_RANGE)
-        angles, rates = one_coordinate_motion(scene, run.times)
+        angles, rates = integrate_one_coordinate(scene, run.times)
         true = max(
             np.max(np.abs(run.readings["arm_angle"] - angles)),
             np.max(np.abs(run.rates["arm_angle"] - rates)) / run.scales["spindle_speed"],
@@ -99,10 +99,10 @@ def shared(name):
     scene = gm.load(name)
     joints = {type(joint) for joint in scene.part.mechanism.joints}
     effects = {type(effect) for effect in scene.effects}
-    return not scene.acting and joints <= ImpulseEngine.joints and effects <= ImpulseEngine.effects
+    return not scene.output_effects and joints <= ImpulseEngine.joints and effects <= ImpulseEngine.effects
 
 
-BOTH = [name for name in shipped() if shared(name)]
+BOTH = [name for name in shipped_scenes() if shared(name)]
 
 
 @pytest.mark.parametrize("name", BOTH)
@@ -133,9 +133,9 @@ def test_both_engines_tell_one_story_of_every_shipped_scene(name):
 def test_a_changing_spindle_speed_is_followed(engine, dimensions, program):
     factor = float(closed.equilibrium_speed(closed.PendulumGovernor(**dimensions), arm_angle=0.75))
     spindle = Spindle(times=program.times, speeds=tuple(factor * speed for speed in program.speeds))
-    scene = governor_scene(dimensions, speed=spindle, angle=0.75, every=0.05, accuracy=1e-10)
+    scene = governor_scene(dimensions, speed=spindle, angle=0.75, output_interval=0.05, accuracy=1e-10)
     run = engine().run(scene)
-    angles, _ = one_coordinate_motion(scene, run.times)
+    angles, _ = integrate_one_coordinate(scene, run.times)
     assert run.outcome is Outcome.DONE
     assert np.max(np.abs(run.readings["arm_angle"] - angles)) < 1e-10
     assert run.energy.drift < 1e-10
@@ -153,7 +153,7 @@ def test_rigid_links_with_mass_move_as_the_massive_governor_does(engine):
 @FINE
 def test_the_error_falls_with_the_tolerance(engine):
     scene = porter_open()
-    expected, _ = one_coordinate_motion(scene, np.linspace(0.0, 2.0, 21))
+    expected, _ = integrate_one_coordinate(scene, np.linspace(0.0, 2.0, 21))
     errors = [
         np.max(
             np.abs(
@@ -183,18 +183,22 @@ def test_redundant_joints_change_no_motion(engine):
 
 def test_a_slider_on_a_body_that_turns_is_no_obstacle():
     # A bead on a rod that turns about its own end, without loads: r'' = r w^2 and r^2 w + rod's share is conserved.
-    rod = Body(name="rod", mass=2.0, moments=SecondMoments(xx=2.0 / 12))
-    bead = Body(name="bead", mass=0.5, turns=False)
+    rod = Body(name="rod", mass=2.0, second_moments=SecondMoments(xx=2.0 / 12))
+    bead = Body(name="bead", mass=0.5, can_rotate=False)
     mechanism = Mechanism(
         bodies=(rod, bead),
         joints=(
             Pin(name="hinge", first=Point(body=GROUND), second=Point(body="rod", x=-0.5)),
             Slider(name="bore", first=Point(body="rod"), second=Point(body="bead"), angle=0.0),
         ),
-        readings=(Coordinate(name="height", quantity="length", point=Point(body="bead"), along_x=0.0, along_y=1.0),),
+        readings=(
+            PointCoordinate(
+                name="height", quantity="length", point=Point(body="bead"), direction_x=0.0, direction_y=1.0
+            ),
+        ),
         coordinate="height",
-        size=1.0,
-        sketch=((0.5, 0.0, 0.0), (0.4, 0.0, 0.0)),
+        length_scale=1.0,
+        initial_guess=((0.5, 0.0, 0.0), (0.4, 0.0, 0.0)),
     )
     scene = porter_open(duration=1.0)
     scene = replace(scene, effects=(), parts=(replace(scene.part, mechanism=mechanism),))
@@ -282,10 +286,10 @@ def test_the_kernels_need_no_folder_of_their_own(tmp_path):
 
 def test_compiling_is_announced_where_no_kernel_is_kept(tmp_path, capsys, monkeypatch):
     monkeypatch.setattr(compiled, "cache_folder", lambda: tmp_path)
-    compiled.announce("integrate", 12)
+    compiled.warn_before_compiling("integrate", 12)
     assert capsys.readouterr().err == "compiling kernels, once for this version: about 12 s\n"
     (tmp_path / "dop853.integrate-60.py311.nbi").touch()
-    compiled.announce("integrate", 12)
+    compiled.warn_before_compiling("integrate", 12)
     assert capsys.readouterr().err == ""
 
 

@@ -10,13 +10,21 @@ from functools import cache, cached_property
 import numpy as np
 import pytest
 
-from engines.machines_of_joints import G, angle_of, fixed, follow, make_scene, on
+from engines.joint_mechanisms import GRAVITY, body_angle, body_point, ground_point, integrate_state, make_scene
 from governor_mechanism.engines import ImpulseEngine, MultibodyEngine, ReducedEngine
-from governor_mechanism.model.force_elements import Damper, Force, Load, Spring, Torque, TorsionDamper, TorsionSpring
+from governor_mechanism.model.force_elements import (
+    Damper,
+    Force,
+    ForceElement,
+    Spring,
+    Torque,
+    TorsionDamper,
+    TorsionSpring,
+)
 from governor_mechanism.model.joints import GROUND, Pin, Point, Slider
-from governor_mechanism.model.mechanism import Body, Coordinate, SecondMoments
+from governor_mechanism.model.mechanism import Body, PointCoordinate, SecondMoments
 from governor_mechanism.model.scene import Scene
-from governor_mechanism.model.time_functions import Program
+from governor_mechanism.model.time_functions import InputFunction
 from governor_mechanism.model.trajectory import Outcome
 from governor_mechanism.observables.evaluation import time_scale
 
@@ -58,7 +66,7 @@ class Linkage:
 
     kind: str
     parts: tuple[Part, ...]
-    loads: tuple[Load, ...]
+    loads: tuple[ForceElement, ...]
     start: float
     rate: float
     duration: float
@@ -141,14 +149,14 @@ class Linkage:
             (_, z1, z2), (_, a1, a2) = ways[part.name]
             inertia += part.mass * abs(z1) ** 2 + part.inertia * a1**2
             curving += part.mass * (z1.conjugate() * z2).real + part.inertia * a1 * a2
-            push -= part.mass * G * z1.imag
+            push -= part.mass * GRAVITY * z1.imag
         for load in self.loads:
             push += _push(load, ways, rate)
         return (push - curving * rate**2) / inertia
 
     def motion(self, times):
         """Crank's angle and rate (2, n)."""
-        return follow(lambda _, y: [y[1], self.bend(*y)], (self.start, self.rate), times)
+        return integrate_state(lambda _, y: [y[1], self.bend(*y)], (self.start, self.rate), times)
 
     def told(self, times):
         """Readings by name, values and rates."""
@@ -192,7 +200,7 @@ def _turn(ways, body: str) -> tuple[float, float]:
     return (0.0, 0.0) if body == GROUND else ways[body][1][:2]
 
 
-def _push(load: Load, ways, rate: float) -> float:
+def _push(load: ForceElement, ways, rate: float) -> float:
     """The generalised force of a load along the crank's angle."""
     if isinstance(load, Force):
         return (complex(load.x.values[0], -load.y.values[0]) * _point(ways, load.point)[1]).real
@@ -231,12 +239,12 @@ def scene_of(linkage: Linkage, unit: float = 1.0) -> Scene:
     bodies, sketch = [], []
     for part, ((z, *_), (a, *_)) in zip(own.parts, own.ways(own.start), strict=True):
         moments = SecondMoments(xx=0.7 * part.inertia, yy=0.3 * part.inertia)
-        bodies.append(Body(name=part.name, mass=part.mass, moments=moments, turns=part.inertia > 0))
+        bodies.append(Body(name=part.name, mass=part.mass, second_moments=moments, can_rotate=part.inertia > 0))
         sketch.append((z.real, z.imag, a))
-    joints = [Pin(name="shaft", first=fixed(), second=_end(crank, crank.start))]
+    joints = [Pin(name="shaft", first=ground_point(), second=_end(crank, crank.start))]
     if own.kind == "inverted":
-        line = Slider(name="line", first=_end(last, last.start), second=on(other.name), angle=last.turned)
-        joints += [Pin(name="knee", first=_end(crank, crank.end), second=on(other.name)), line]
+        line = Slider(name="line", first=_end(last, last.start), second=body_point(other.name), angle=last.turned)
+        joints += [Pin(name="knee", first=_end(crank, crank.end), second=body_point(other.name)), line]
     else:
         joints += [
             Pin(name="knee", first=_end(crank, crank.end), second=_end(other, other.start)),
@@ -244,13 +252,15 @@ def scene_of(linkage: Linkage, unit: float = 1.0) -> Scene:
         ]
     if own.kind == "slider-crank":
         foot = own.aside * 1j * cmath.exp(1j * own.lean)
-        joints.append(Slider(name="guide", first=fixed(foot.real, foot.imag), second=on(last.name), angle=own.lean))
+        joints.append(
+            Slider(name="guide", first=ground_point(foot.real, foot.imag), second=body_point(last.name), angle=own.lean)
+        )
     else:
-        pivot = fixed(own.pivot.real, own.pivot.imag)
+        pivot = ground_point(own.pivot.real, own.pivot.imag)
         joints.append(Pin(name="pivot", first=_end(last, last.start), second=pivot))
-    readings = [angle_of(part.name) for part in own.parts if part.inertia]
+    readings = [body_angle(part.name) for part in own.parts if part.inertia]
     readings += [
-        Coordinate(name="x", quantity="length", point=on(part.name), along_x=1.0, along_y=0.0)
+        PointCoordinate(name="x", quantity="length", point=body_point(part.name), direction_x=1.0, direction_y=0.0)
         for part in own.parts
         if not part.inertia
     ]
@@ -261,24 +271,24 @@ def scene_of(linkage: Linkage, unit: float = 1.0) -> Scene:
         sketch=sketch,
         loads=own.loads,
         rates={"crank": own.rate},
-        gravity=G * unit,
+        gravity=GRAVITY * unit,
         size=crank.length + other.length + last.length,
         duration=own.duration,
-        every=own.duration / 20,
+        output_interval=own.duration / 20,
     )
 
 
 def _end(part: Part, end: complex) -> Point:
-    return on(part.name, end.real, end.imag)
+    return body_point(part.name, end.real, end.imag)
 
 
-def _scaled(load: Load, unit: float) -> Load:
+def _scaled(load: ForceElement, unit: float) -> ForceElement:
     """A load in another unit of length: N/m and N s/m have none; moments have two."""
 
     def moved(point: Point) -> Point:
         return replace(point, x=point.x * unit, y=point.y * unit)
 
-    def times(program: Program, power: int) -> Program:
+    def times(program: InputFunction, power: int) -> InputFunction:
         return replace(program, values=tuple(value * unit**power for value in program.values))
 
     if isinstance(load, Spring):
@@ -368,9 +378,9 @@ def _point_mass(random: np.random.Generator, name: str) -> Part:
     return Part(name, random.uniform(0.3, 3.0), 0.0, 0.0, 0.0)
 
 
-def _load(random: np.random.Generator, kind: int, names: list[str]) -> Load:
+def _load(random: np.random.Generator, kind: int, names: list[str]) -> ForceElement:
     def somewhere(body: str, reach: float) -> Point:
-        return on(body, *random.uniform(-reach, reach, 2))
+        return body_point(body, *random.uniform(-reach, reach, 2))
 
     body, other = random.permutation(names)[:2].tolist()
     first = somewhere(GROUND, 0.6) if random.integers(2) else somewhere(other, 0.1)
@@ -397,8 +407,8 @@ def _load(random: np.random.Generator, kind: int, names: list[str]) -> Load:
     if kind == 3:
         return TorsionDamper(name=name, first=turning, second=body, damping=10 ** random.uniform(-3, -1))
     if kind == 4:
-        return Torque(name=name, first=turning, second=body, moment=Program(values=(random.uniform(-2.0, 2.0),)))
-    push = [Program(values=(value,)) for value in random.uniform(-8.0, 8.0, 2).tolist()]
+        return Torque(name=name, first=turning, second=body, moment=InputFunction(values=(random.uniform(-2.0, 2.0),)))
+    push = [InputFunction(values=(value,)) for value in random.uniform(-8.0, 8.0, 2).tolist()]
     return Force(name=name, point=somewhere(body, 0.2), x=push[0], y=push[1])
 
 
@@ -435,7 +445,7 @@ def test_fine_engines_are_as_accurate_as_asked_and_know_it(engine):
         assert run.outcome is Outcome.DONE
         true = true_error(run, linkage)
         assert true <= accuracy
-        assert np.max(run.joint_gap) < 1e-12 * scene.part.mechanism.size  # closed at every reported time
+        assert np.max(run.joint_gap) < 1e-12 * scene.part.mechanism.length_scale  # closed at every reported time
         fell_short += true > run.error_estimate
     assert fell_short <= 1  # the estimate is of a run ten times looser
 

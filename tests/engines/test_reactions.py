@@ -8,30 +8,30 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from engines.machines_of_joints import (
-    Case,
-    G,
-    angle_of,
-    bead,
+from engines.joint_mechanisms import (
+    GRAVITY,
+    ExactCase,
     bent_pendulum,
+    body_angle,
+    body_point,
     collar_on_a_turning_rod,
     falling_rack,
-    fixed,
     geared_wheels,
+    ground_point,
     make_scene,
-    on,
     pendulum_on_a_pin,
-    released,
-    rod,
-    turning,
-    x_of,
-    y_of,
+    point_mass,
+    released_pendulum,
+    rod_body,
+    rotating_body,
+    x_reading,
+    y_reading,
 )
 from governor_mechanism.engines import ImpulseEngine, MultibodyEngine, ReducedEngine
 from governor_mechanism.model.force_elements import Force
 from governor_mechanism.model.joints import GROUND, Distance, Pin, Point, Slider
 from governor_mechanism.model.scene import Scene
-from governor_mechanism.model.time_functions import Program
+from governor_mechanism.model.time_functions import InputFunction
 from governor_mechanism.model.trajectory import Trajectory
 from governor_mechanism.scenes import library
 
@@ -58,11 +58,11 @@ def link_pendulum(*, by_pin: bool, swapped: bool = False, start: float = 1.9) ->
     length, mass = 0.7, 1.3
     place = (length * math.sin(start), -length * math.cos(start))
     if by_pin:
-        joint = Pin(name="rod", first=fixed(), second=on("bob", y=length))
-        body, reading = turning("bob", mass, 0.0), angle_of("bob", "angle")
+        joint = Pin(name="rod", first=ground_point(), second=body_point("bob", y=length))
+        body, reading = rotating_body("bob", mass, 0.0), body_angle("bob", "angle")
     else:
-        joint = Distance(name="rod", first=fixed(), second=on("bob"), length=length)
-        body, reading = bead("bob", mass), x_of("bob")
+        joint = Distance(name="rod", first=ground_point(), second=body_point("bob"), length=length)
+        body, reading = point_mass("bob", mass), x_reading("bob")
     if swapped:
         joint = replace(joint, first=joint.second, second=joint.first)
     return make_scene(
@@ -74,8 +74,8 @@ def link_pendulum(*, by_pin: bool, swapped: bool = False, start: float = 1.9) ->
 @pytest.mark.parametrize("by_pin", [False, True], ids=["link", "pin"])
 def test_the_rod_of_a_pendulum_pulls_by_weight_and_speed(engine, accuracy, by_pin):
     run = engine.run(link_pendulum(by_pin=by_pin), accuracy=accuracy)
-    angle, rate = released(run.times, G / 0.7, 1.9)
-    pull = 1.3 * (G * np.cos(angle) + 0.7 * rate**2)
+    angle, rate = released_pendulum(run.times, GRAVITY / 0.7, 1.9)
+    pull = 1.3 * (GRAVITY * np.cos(angle) + 0.7 * rate**2)
     inward = 1j * np.exp(1j * angle)
     allowed = FOLLOWS * accuracy * np.max(np.abs(pull))
     # A rod without mass, or a pin without friction, carries nothing across: the bob's own motion needs none.
@@ -101,7 +101,9 @@ def test_a_pin_carries_the_weight_of_what_hangs_at_rest(engine, accuracy):
     scene = pendulum_on_a_pin().scene
     run = engine.run(replace(scene, start=replace(scene.start, values={"rod": -math.pi / 2})), accuracy=accuracy)
     # At rest nothing is integrated, and -pi/2 is rounded.
-    np.testing.assert_allclose(run.reactions["hinge"].force, np.tile([0.0, 2.0 * G], (len(run.times), 1)), atol=1e-12)
+    np.testing.assert_allclose(
+        run.reactions["hinge"].force, np.tile([0.0, 2.0 * GRAVITY], (len(run.times), 1)), atol=1e-12
+    )
     np.testing.assert_allclose(run.reactions["hinge"].moment, 0.0, atol=1e-12)
 
 
@@ -115,9 +117,9 @@ def test_a_weld_carries_force_and_moment(engine, accuracy):
     tip = 0.5 + np.exp(0.7j) * 0.2
     moment = 2.0 * 0.25 + 1.5 * tip
     inertia = 2.0 * 0.5**2 / 3 + 1.5 * (0.4**2 / 12 + abs(tip) ** 2)
-    bend = -G * (moment * np.exp(1j * first)).real / inertia
+    bend = -GRAVITY * (moment * np.exp(1j * first)).real / inertia
     acceleration = (1j * bend - rate**2) * tip * np.exp(1j * first)
-    force = 1.5 * (acceleration + 1j * G)
+    force = 1.5 * (acceleration + 1j * GRAVITY)
     arm = 0.2 * np.exp(1j * second)  # from the weld to the mass centre of the second rod
     twist = 1.5 * 0.4**2 / 12 * bend + (arm.conj() * force).imag
     allowed = FOLLOWS * accuracy * np.max(np.abs(force))
@@ -170,7 +172,7 @@ def test_teeth_turn_the_second_wheel_and_hold_the_first_back_by_the_ratio(engine
 def test_a_rack_pulls_along_its_direction_and_its_guide_pushes_across(engine):
     run = engine.run(falling_rack().scene, accuracy=1e-10)
     # 2 kg at 1.2 rad, a pinion of 0.03 kg m2 and 0.1 m.
-    along, weight = np.exp(1.2j), 2.0 * G
+    along, weight = np.exp(1.2j), 2.0 * GRAVITY
     pull = weight * math.sin(1.2) * (1 - 1 / (1 + 0.03 / (2.0 * 0.1**2)))
     # A constant force: only rounding is left.
     np.testing.assert_allclose(complex_force(run, "teeth"), pull * along, rtol=1e-11)
@@ -185,15 +187,15 @@ def beam(*, speed: float = 0.0, load: float = 0.0) -> Scene:
 
     A load (N) presses down at +0.9 m.
     """
-    press = Force(name="load", point=on("beam", 0.9), x=Program(), y=Program(values=(-load,)))
+    press = Force(name="load", point=body_point("beam", 0.9), x=InputFunction(), y=InputFunction(values=(-load,)))
     return make_scene(
-        bodies=[rod("beam", 10.0, 2.0), bead("bead", 3.0)],
+        bodies=[rod_body("beam", 10.0, 2.0), point_mass("bead", 3.0)],
         joints=[
-            Slider(name="left", first=fixed(), second=on("beam", -0.8), angle=0.0),
-            Slider(name="right", first=fixed(), second=on("beam", 0.6), angle=0.0),
-            Slider(name="top", first=on("beam"), second=on("bead"), angle=0.0),
+            Slider(name="left", first=ground_point(), second=body_point("beam", -0.8), angle=0.0),
+            Slider(name="right", first=ground_point(), second=body_point("beam", 0.6), angle=0.0),
+            Slider(name="top", first=body_point("beam"), second=body_point("bead"), angle=0.0),
         ],
-        readings=[x_of("beam"), x_of("bead", "bead_x")],
+        readings=[x_reading("beam"), x_reading("bead", "bead_x")],
         sketch=[(0.0, 0.0, 0.0), (-0.4, 0.0, 0.0)],
         loads=[press] if load else [],
         rates={"bead_x": speed, "x": 0.0},
@@ -207,9 +209,9 @@ def test_a_beam_rests_on_two_supports_as_levers_do(engine, accuracy, speed, load
     run = engine.run(beam(speed=speed, load=load), accuracy=accuracy)
     bead_at = -0.4 + speed * run.times
     # Moments about the left support: beam, bead, load.
-    right = (10.0 * G * 0.8 + 3.0 * G * (bead_at + 0.8) + load * 1.7) / 1.4
-    left = 13.0 * G + load - right
-    for name, expected in (("left", left), ("right", right), ("top", np.full_like(left, 3.0 * G))):
+    right = (10.0 * GRAVITY * 0.8 + 3.0 * GRAVITY * (bead_at + 0.8) + load * 1.7) / 1.4
+    left = 13.0 * GRAVITY + load - right
+    for name, expected in (("left", left), ("right", right), ("top", np.full_like(left, 3.0 * GRAVITY))):
         # Nothing moves but at a constant speed, so only rounding is left; a pushing guide has no moment.
         np.testing.assert_allclose(run.reactions[name].force[:, 1], expected, rtol=1e-12)
         np.testing.assert_allclose(run.reactions[name].force[:, 0], 0.0, atol=1e-12)
@@ -223,24 +225,24 @@ def test_a_beam_rests_on_two_supports_as_levers_do(engine, accuracy, speed, load
 LINK, SPREAD = 0.5, (-0.3, 0.1, 0.4)
 
 
-def table_on_links(count: int) -> Case:
+def table_on_links(count: int) -> ExactCase:
     """A table of 4 kg on parallel links of 0.5 m that hang it from above, and a mass of 1 kg on a link below it."""
     start = 0.6
     down = LINK * math.sin(start), -LINK * math.cos(start)
     links = [
-        Distance(name=f"link {k}", first=fixed(x), second=on("table", x), length=LINK)
+        Distance(name=f"link {k}", first=ground_point(x), second=body_point("table", x), length=LINK)
         for k, x in enumerate(SPREAD)
         if k < count
     ]
-    hanger = Distance(name="hanger", first=on("table", 0.2), second=on("bob"), length=0.4)
+    hanger = Distance(name="hanger", first=body_point("table", 0.2), second=body_point("bob"), length=0.4)
     scene = make_scene(
-        bodies=[turning("table", 4.0, 0.3), bead("bob", 1.0)],
+        bodies=[rotating_body("table", 4.0, 0.3), point_mass("bob", 1.0)],
         joints=[*links, hanger],
-        readings=[x_of("table"), y_of("table"), x_of("bob", "bob_x")],
+        readings=[x_reading("table"), y_reading("table"), x_reading("bob", "bob_x")],
         sketch=[(*down, 0.0), (down[0] + 0.2, down[1] - 0.4, 0.0)],
         size=LINK,
     )
-    return Case(scene=scene, exact=lambda times: {})
+    return ExactCase(scene=scene, exact=lambda times: {})
 
 
 @NOT_REDUCED
@@ -273,15 +275,15 @@ def test_a_third_parallel_link_changes_no_motion_and_leaves_three_forces_open(en
 
 def door(hinges: int) -> Scene:
     """A rod on one hinge or two on the same axis, with another rod hung from its end."""
-    pins = [Pin(name=f"hinge {k}", first=fixed(), second=on("door", -0.4)) for k in range(hinges)]
+    pins = [Pin(name=f"hinge {k}", first=ground_point(), second=body_point("door", -0.4)) for k in range(hinges)]
     return make_scene(
-        bodies=[rod("door", 2.0, 0.8), rod("tail", 1.0, 0.5)],
-        joints=[*pins, Pin(name="knee", first=on("door", 0.4), second=on("tail", -0.25))],
-        readings=[angle_of("door"), angle_of("tail")],
+        bodies=[rod_body("door", 2.0, 0.8), rod_body("tail", 1.0, 0.5)],
+        joints=[*pins, Pin(name="knee", first=body_point("door", 0.4), second=body_point("tail", -0.25))],
+        readings=[body_angle("door"), body_angle("tail")],
         sketch=[(0.4, 0.0, 0.0), (0.8, -0.25, -math.pi / 2)],
         size=0.8,
         duration=0.5,
-        every=0.05,
+        output_interval=0.05,
     )
 
 
@@ -327,7 +329,7 @@ def place_of(run: Trajectory, point: Point):
 
 @ENGINES
 def test_forces_on_every_bar_of_the_chain_make_its_acceleration(engine, accuracy):
-    scene = library.load("four_bar_chain")
+    scene = library.load_scene("four_bar_chain")
     times = np.linspace(0.0, 0.5, 51)
     run = engine.run(scene, times=times, accuracy=accuracy)
     angle, rate = run.readings["crank_angle"], run.rates["crank_angle"]
@@ -349,11 +351,13 @@ def test_forces_on_every_bar_of_the_chain_make_its_acceleration(engine, accuracy
 @NOT_REDUCED
 def test_links_joined_with_the_ground_second_act_on_the_ground(engine, accuracy):
     scene = make_scene(
-        bodies=[bead("lamp", 2.0)],
-        joints=[Distance(name="cord", first=on("lamp"), second=fixed(0.0, 1.0), length=0.6)],
-        readings=[y_of("lamp"), x_of("lamp")],
+        bodies=[point_mass("lamp", 2.0)],
+        joints=[Distance(name="cord", first=body_point("lamp"), second=ground_point(0.0, 1.0), length=0.6)],
+        readings=[y_reading("lamp"), x_reading("lamp")],
         sketch=[(0.0, 0.4, 0.0)],
     )
     run = engine.run(scene, accuracy=accuracy)
     # At rest: the ground is the second body, and the lamp pulls it down by its weight.
-    np.testing.assert_allclose(run.reactions["cord"].force, np.tile([0.0, -2.0 * G], (len(run.times), 1)), atol=1e-12)
+    np.testing.assert_allclose(
+        run.reactions["cord"].force, np.tile([0.0, -2.0 * GRAVITY], (len(run.times), 1)), atol=1e-12
+    )

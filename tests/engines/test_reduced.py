@@ -11,35 +11,52 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 import governor_mechanism as gm
-from engines.machines_of_joints import angle_of, bead, fixed, make_scene, on, rod, turning, x_of, y_of
+from engines.joint_mechanisms import (
+    body_angle,
+    body_point,
+    ground_point,
+    make_scene,
+    point_mass,
+    rod_body,
+    rotating_body,
+    x_reading,
+    y_reading,
+)
 from governor_mechanism.closed_form.pendulum import dynamics as closed
-from governor_mechanism.effects.dashpot import OilBrake
+from governor_mechanism.effects.dashpot import Dashpot
 from governor_mechanism.effects.dry_friction import DryFriction
-from governor_mechanism.effects.spring import SpringOn
+from governor_mechanism.effects.spring import OutputSpring
 from governor_mechanism.effects.stops import Stops
 from governor_mechanism.engines import MultibodyEngine, ReducedEngine
-from governor_mechanism.engines.initial_state import starting_state
-from governor_mechanism.engines.reduced.event_location import _between
+from governor_mechanism.engines.initial_state import initial_state
+from governor_mechanism.engines.reduced.event_location import _quintic_hermite_state
 from governor_mechanism.errors import MechanismError, UnsupportedEffect
 from governor_mechanism.mechanics.dynamics.characteristic_scales import time_scale
-from governor_mechanism.mechanics.kinematics.assembly import Assembler
-from governor_mechanism.mechanics.kinematics.constraint_kernels import bends_of, gradients_of
-from governor_mechanism.mechanics.kinematics.output_rows import gauge_table
-from governor_mechanism.mechanics.reduction.lagrangian import Reduction
-from governor_mechanism.mechanics.reduction.motion_table import Way
-from governor_mechanism.mechanics.reduction.node_evaluation import EASE, FIRST, GRIP, OWN, PULL, SPINDLE
-from governor_mechanism.mechanics.reduction.table import piece_of
+from governor_mechanism.mechanics.kinematics.assembly import PositionSolver
+from governor_mechanism.mechanics.kinematics.constraint_kernels import evaluate_gamma, evaluate_jacobian
+from governor_mechanism.mechanics.kinematics.output_rows import make_output_rows
+from governor_mechanism.mechanics.reduction.lagrangian import SingleDofReduction
+from governor_mechanism.mechanics.reduction.motion_table import MotionTable
+from governor_mechanism.mechanics.reduction.node_evaluation import (
+    CENTRIFUGAL_COLUMN,
+    FIRST_PROGRAM_COLUMN,
+    INVERSE_INERTIA_COLUMN,
+    POTENTIAL_COLUMN,
+    QUADRATIC_COLUMN,
+    SPINDLE_INERTIA_COLUMN,
+)
+from governor_mechanism.mechanics.reduction.table import find_piece
 from governor_mechanism.model.force_elements import Damper, Force, Spring, Torque, TorsionDamper, TorsionSpring
 from governor_mechanism.model.joints import Distance, Pin, Slider
 from governor_mechanism.model.mechanism import LineAngle
 from governor_mechanism.model.scene import FreeSpindle, Spindle
-from governor_mechanism.model.time_functions import Program
+from governor_mechanism.model.time_functions import InputFunction
 from governor_mechanism.model.trajectory import Outcome, Trajectory
-from governor_mechanism.numerics.chebyshev import COUNT, NODES, fitted, powers
-from governor_mechanism.scenes.library import shipped
+from governor_mechanism.numerics.chebyshev import CHEBYSHEV_NODES, N_CHEBYSHEV_NODES, evaluate_piece, fit_piece
+from governor_mechanism.scenes.library import shipped_scenes
+from governor_scenes import CROSSED, EXTENDED, PORTER, UNCROSSED_LINKS, WATT, governor_scene, random_governor
+from one_coordinate_reference import integrate_one_coordinate
 from reference.zehnder import PORTER_OPEN_MOTION as MOTION
-from scenes import CROSSED, EXTENDED, PORTER, UNCROSSED_LINKS, WATT, governor_scene, random_governor
-from witness import one_coordinate_motion
 
 CLOSE = 1e-10
 """In scales: how far two engines of order 8, each asked for a tenth of it, may be apart."""
@@ -60,7 +77,7 @@ def agree(one: Trajectory, two: Trajectory, allowed: float = CLOSE) -> None:
     for name, rates in one.rates.items():
         there = two.rates[name][kept]
         np.testing.assert_allclose(rates[kept], there, atol=allowed * one.scales[name] / second, rtol=0)
-    units = np.array([scene.part.mechanism.size] * 2 + [1.0])
+    units = np.array([scene.part.mechanism.length_scale] * 2 + [1.0])
     assert np.max(np.abs(one.poses - two.poses)[kept] / units, initial=0.0) < allowed
     for name in ("kinetic", "potential", "rotation", "dissipated"):
         off = np.abs(getattr(one.energy, name) - getattr(two.energy, name))[kept]
@@ -85,12 +102,12 @@ def both(scene, accuracy: float = 1e-11, **options) -> tuple[Trajectory, Traject
 def followed(name: str) -> bool:
     """Whether a shipped scene is one that this engine follows."""
     scene = gm.load(name)
-    assembler = Assembler(scene.part.mechanism)
-    return assembler.mobility == 1 and not assembler.equations.driven.any()
+    assembler = PositionSolver(scene.part.mechanism)
+    return assembler.mobility == 1 and not assembler.equations.is_driven.any()
 
 
 # At a change point the joints leave a second way to go, and one coordinate leads no farther; see the test of its own.
-MODELS = [name for name in shipped() if followed(name) and name != "four_bar_chain"]
+MODELS = [name for name in shipped_scenes() if followed(name) and name != "four_bar_chain"]
 # A crank that gets ever faster, and sliding that just comes to rest, multiply rounding: less can be asked of either.
 LESS = {"slider_crank_torque": 1e-10, "porter_dry_friction": 1e-8, "watt_improved": 1e-10}
 
@@ -118,11 +135,13 @@ PROGRAMS = {
     "smooth": Spindle(times=(0.0, 0.3, 0.7, 1.5), speeds=(1.0, 1.03, 0.99, 1.05)),
     "step": Spindle(times=(0.0, 0.237, 0.237, 1.0), speeds=(1.0, 1.0, 1.05, 1.05)),
     "ramp": Spindle(times=(0.2, 0.9), speeds=(0.99, 1.06)),
-    "uneven": Spindle(speeds=(1.0,), unevenness=0.1, waves=2.0),
+    "uneven": Spindle(speeds=(1.0,), speed_fluctuation=0.1, cycles_per_turn=2.0),
     "uneven on a curve with a step": Spindle(
-        times=(0.0, 0.5, 1.0, 1.0, 1.6), speeds=(1.0, 1.04, 0.99, 1.02, 1.0), unevenness=0.06
+        times=(0.0, 0.5, 1.0, 1.0, 1.6), speeds=(1.0, 1.04, 0.99, 1.02, 1.0), speed_fluctuation=0.06
     ),
-    "free": FreeSpindle(inertia=0.4, start_speed=1.0, torque=Program(times=(0.0, 0.7, 0.7, 1.5), values=(1, 2, -3, 1))),
+    "free": FreeSpindle(
+        inertia=0.4, start_speed=1.0, torque=InputFunction(times=(0.0, 0.7, 0.7, 1.5), values=(1, 2, -3, 1))
+    ),
 }
 
 
@@ -134,7 +153,7 @@ def test_every_program_of_the_spindle_is_followed(dimensions, program):
         spindle = replace(program, start_speed=speed)
     else:
         spindle = replace(program, speeds=tuple(speed * part for part in program.speeds))
-    scene = replace(governor_scene(dimensions, speed=speed, angle=0.75, every=0.05), spindle=spindle)
+    scene = replace(governor_scene(dimensions, speed=speed, angle=0.75, output_interval=0.05), spindle=spindle)
     reduced, multibody = both(scene)
     assert reduced.outcome is Outcome.DONE
     agree(reduced, multibody)
@@ -144,10 +163,10 @@ def test_every_program_of_the_spindle_is_followed(dimensions, program):
 @pytest.mark.parametrize("engine", [MultibodyEngine(), ReducedEngine()], ids=["multibody", "reduced"])
 def test_an_uneven_spindle_swings_by_the_angle_it_has_turned(engine):
     """On a curved program the angle is the integral of a cubic; the witness integrates the program itself."""
-    spindle = Spindle(times=(0.0, 0.6, 2.0), speeds=(11.0, 12.8, 13.1), unevenness=0.2, waves=2.0)
-    scene = governor_scene(PORTER, speed=spindle, angle=0.6, every=0.05, accuracy=1e-10)
+    spindle = Spindle(times=(0.0, 0.6, 2.0), speeds=(11.0, 12.8, 13.1), speed_fluctuation=0.2, cycles_per_turn=2.0)
+    scene = governor_scene(PORTER, speed=spindle, angle=0.6, output_interval=0.05, accuracy=1e-10)
     run = engine.run(scene)
-    angles, rates = one_coordinate_motion(scene, run.times)
+    angles, rates = integrate_one_coordinate(scene, run.times)
     assert run.outcome is Outcome.DONE
     np.testing.assert_allclose(run.readings["arm_angle"], angles, atol=1e-10)  # asked
     np.testing.assert_allclose(run.rates["arm_angle"], rates, atol=1e-10 * run.scales["spindle_speed"])
@@ -160,17 +179,17 @@ def crank(*loads, duration=3.0, rate=9.0, again=False, redundant=False, coordina
     lean = -math.asin(place.imag / length)
     end = place + length * np.exp(1j * lean)
     joints = [
-        Pin(name="bearing", first=fixed(), second=on("crank")),
-        Pin(name="crank pin", first=on("crank", r), second=on("rod", -length / 2)),
-        Pin(name="gudgeon", first=on("rod", length / 2), second=on("piston")),
-        Slider(name="guide", first=fixed(), second=on("piston"), angle=0.0),
+        Pin(name="bearing", first=ground_point(), second=body_point("crank")),
+        Pin(name="crank pin", first=body_point("crank", r), second=body_point("rod", -length / 2)),
+        Pin(name="gudgeon", first=body_point("rod", length / 2), second=body_point("piston")),
+        Slider(name="guide", first=ground_point(), second=body_point("piston"), angle=0.0),
     ]
     if redundant:
-        joints.append(Slider(name="guide again", first=fixed(0.7), second=on("piston"), angle=0.0))
-    readings = {"crank": angle_of("crank"), "rod": angle_of("rod"), "x": x_of("piston")}
+        joints.append(Slider(name="guide again", first=ground_point(0.7), second=body_point("piston"), angle=0.0))
+    readings = {"crank": body_angle("crank"), "rod": body_angle("rod"), "x": x_reading("piston")}
     first = readings.pop(coordinate)
     return make_scene(
-        bodies=[turning("crank", 3.0, 0.05), rod("rod", 0.8, length), bead("piston", 1.2)],
+        bodies=[rotating_body("crank", 3.0, 0.05), rod_body("rod", 0.8, length), point_mass("piston", 1.2)],
         joints=joints,
         readings=[first, *readings.values()],
         sketch=[(0.0, 0.0, angle), (((place + end) / 2).real, ((place + end) / 2).imag, lean), (end.real, 0.0, 0.0)],
@@ -179,21 +198,25 @@ def crank(*loads, duration=3.0, rate=9.0, again=False, redundant=False, coordina
         rates={"crank": rate},
         size=0.4,
         duration=duration,
-        every=duration / 60,
+        output_interval=duration / 60,
     )
 
 
-PULSE = Program(times=(0.0, 0.4, 0.4, 0.9, 1.3), values=(1.0, 1.0, -2.0, 0.5, 1.5))
-STILL = Program(values=(0.0,))
+PULSE = InputFunction(times=(0.0, 0.4, 0.4, 0.9, 1.3), values=(1.0, 1.0, -2.0, 0.5, 1.5))
+STILL = InputFunction(values=(0.0,))
 LOADS = {
-    "spring": Spring(name="load", first=fixed(0.2, 0.5), second=on("rod", 0.05, 0.02), stiffness=60.0, free_length=0.3),
-    "damper": Damper(name="load", first=fixed(0.2, 0.5), second=on("rod", 0.05, 0.02), damping=5.0),
+    "spring": Spring(
+        name="load", first=ground_point(0.2, 0.5), second=body_point("rod", 0.05, 0.02), stiffness=60.0, free_length=0.3
+    ),
+    "damper": Damper(name="load", first=ground_point(0.2, 0.5), second=body_point("rod", 0.05, 0.02), damping=5.0),
     "torsion spring": TorsionSpring(name="load", first="crank", second="rod", stiffness=0.05, free_angle=0.3),
     "torsion damper": TorsionDamper(name="load", first="crank", second="rod", damping=0.01),
-    "torque": Torque(name="load", first="rod", second="crank", moment=Program(values=(0.7,))),
+    "torque": Torque(name="load", first="rod", second="crank", moment=InputFunction(values=(0.7,))),
     "torque in time": Torque(name="load", first="ground", second="crank", moment=PULSE),
-    "force": Force(name="load", point=on("rod", 0.1, 0.05), x=Program(values=(3.0,)), y=Program(values=(-2.0,))),
-    "force in time": Force(name="load", point=on("piston"), x=PULSE, y=STILL),
+    "force": Force(
+        name="load", point=body_point("rod", 0.1, 0.05), x=InputFunction(values=(3.0,)), y=InputFunction(values=(-2.0,))
+    ),
+    "force in time": Force(name="load", point=body_point("piston"), x=PULSE, y=STILL),
 }
 
 
@@ -231,10 +254,10 @@ def test_turns_are_counted_on_and_need_no_more_pieces():
     "effect",
     [
         Stops(reading="crank", low=-50.0, high=10.0, restitution=0.5),
-        SpringOn(reading="crank", rate=0.02),
-        SpringOn(reading="crank", rate=0.1, zero=8.0, one_sided=True),
-        DryFriction(reading="crank", force=Program(values=(0.3,))),
-        OilBrake(reading="crank", linear=0.02),
+        OutputSpring(reading="crank", rate=0.02),
+        OutputSpring(reading="crank", rate=0.1, zero=8.0, one_sided=True),
+        DryFriction(reading="crank", force=InputFunction(values=(0.3,))),
+        Dashpot(reading="crank", linear=0.02),
     ],
     ids=["stop", "spring", "one-sided spring", "friction", "brake"],
 )
@@ -252,7 +275,11 @@ def test_random_governors_move_as_by_multibody(seed):
     dimensions, middle = random_governor(random)
     speed = float(closed.equilibrium_speed(closed.PendulumGovernor(**dimensions), arm_angle=middle))
     scene = governor_scene(
-        dimensions, speed=speed, angle=middle + random.uniform(-0.1, 0.1), rate=random.uniform(-0.3, 0.3), every=0.1
+        dimensions,
+        speed=speed,
+        angle=middle + random.uniform(-0.1, 0.1),
+        rate=random.uniform(-0.3, 0.3),
+        output_interval=0.1,
     )
     reduced, multibody = both(scene)
     if reduced.outcome is not multibody.outcome or reduced.outcome is Outcome.LEFT_RANGE:
@@ -268,7 +295,7 @@ def test_the_estimate_is_no_less_than_the_true_error():
         speed = float(closed.equilibrium_speed(closed.PendulumGovernor(**dimensions), arm_angle=middle))
         angle, rate = middle + random.uniform(-0.1, 0.1), random.uniform(-0.3, 0.3)
         accuracy = 10 ** random.uniform(-10, -3)
-        scene = governor_scene(dimensions, speed=speed, angle=angle, rate=rate, every=0.1, accuracy=accuracy)
+        scene = governor_scene(dimensions, speed=speed, angle=angle, rate=rate, output_interval=0.1, accuracy=accuracy)
         run = ReducedEngine().run(scene)
         true = MultibodyEngine().run(scene, accuracy=1e-12, certify=False)
         many, second = min(len(run.times), len(true.times)), time_scale(scene)
@@ -290,21 +317,23 @@ def test_the_estimate_is_no_less_than_the_true_error():
 
 def laid(scene, values):
     """A way from the scene's start that reaches all values of the coordinate, and a function of them by column."""
-    poses, _ = starting_state(scene)
+    poses, _ = initial_state(scene)
     mechanism = scene.part.mechanism
     start = float(scene.start.values[mechanism.coordinate])
-    way = Way(scene, start, poses)
-    while way.end(1) < max(values) and way.extended(1):
+    way = MotionTable(scene, start, poses)
+    while way.end_coordinate(1) < max(values) and way.extend(1):
         pass
-    while way.end(0) > min(values) and way.extended(0):
+    while way.end_coordinate(0) > min(values) and way.extend(0):
         pass
 
     def column(index):
         found = []
         for value in values:
-            piece, t, side = piece_of.py_func(way.laid.edges, way.laid.beside, way.laid.ring, value, 0)
+            piece, t, side = find_piece.py_func(
+                way.table.intervals, way.table.neighbours, way.table.periodicity, value, 0
+            )
             assert side == -1
-            found.append(powers.py_func(way.laid.table, piece, index, t))
+            found.append(evaluate_piece.py_func(way.table.coefficients, piece, index, t))
         return np.array(found)
 
     return way, column
@@ -319,14 +348,14 @@ def test_tables_say_what_the_reduction_says(dimensions):
     scene = governor_scene(dimensions, speed=ramp, angle=0.7)
     values = np.random.default_rng(3).uniform(0.5, 0.95, 40)
     way, column = laid(scene, values)
-    along = Reduction(scene).at(values)
+    along = SingleDofReduction(scene).evaluate(values)
     # 1e-13 of the largest value on a piece is what a fit may leave out; the witness is assembled to as much.
     for index, expected in (
-        (EASE, 1 / along.inertia),
-        (OWN, -along.inertia_slope / (2 * along.inertia)),
-        (PULL, -along.potential_slope / along.inertia),
-        (GRIP, along.spindle_slope / (2 * along.inertia)),
-        (SPINDLE, along.spindle),
+        (INVERSE_INERTIA_COLUMN, 1 / along.inertia),
+        (QUADRATIC_COLUMN, -along.inertia_derivative / (2 * along.inertia)),
+        (POTENTIAL_COLUMN, -along.potential_derivative / along.inertia),
+        (CENTRIFUGAL_COLUMN, along.spindle_inertia_derivative / (2 * along.inertia)),
+        (SPINDLE_INERTIA_COLUMN, along.spindle_inertia),
     ):
         np.testing.assert_allclose(column(index), expected, atol=1e-11 * max(1.0, np.max(np.abs(expected))), rtol=0)
     poses, ahead = way.places(values)
@@ -336,22 +365,26 @@ def test_tables_say_what_the_reduction_says(dimensions):
 
 def test_gauges_and_their_slopes_are_in_the_tables():
     scene = governor_scene(EXTENDED, speed=9.0, angle=0.7)
-    scene = replace(scene, effects=(*scene.effects, OilBrake(reading="sleeve_lift", linear=1.0)))
+    scene = replace(scene, effects=(*scene.effects, Dashpot(reading="sleeve_lift", linear=1.0)))
     values = np.linspace(0.5, 0.95, 10)
     _, column = laid(scene, values)
-    reduction = Reduction(scene)
-    along = reduction.at(values)
-    np.testing.assert_allclose(column(FIRST + 1), reduction.slopes(along, "sleeve_lift"), atol=1e-12)
+    reduction = SingleDofReduction(scene)
+    along = reduction.evaluate(values)
+    np.testing.assert_allclose(
+        column(FIRST_PROGRAM_COLUMN + 1), reduction.output_derivative(along, "sleeve_lift"), atol=1e-12
+    )
     steps = np.array([-2, -1, 1, 2]) * 1e-3
-    near = [laid(scene, values + step)[1](FIRST) for step in steps]
+    near = [laid(scene, values + step)[1](FIRST_PROGRAM_COLUMN) for step in steps]
     slope = (8 * (near[2] - near[1]) - (near[3] - near[0])) / 12e-3
-    np.testing.assert_allclose(slope, column(FIRST + 1), atol=1e-10)  # differences of fourth order: 1e-12 times a few
+    np.testing.assert_allclose(
+        slope, column(FIRST_PROGRAM_COLUMN + 1), atol=1e-10
+    )  # differences of fourth order: 1e-12 times a few
 
 
 def test_what_a_fit_leaves_out_falls_with_the_width_to_the_twelfth_power():
     def error(half):
-        values, coefficients = 1 / (1.3 + half * NODES), np.empty(COUNT)
-        fitted.py_func(values, coefficients)
+        values, coefficients = 1 / (1.3 + half * CHEBYSHEV_NODES), np.empty(N_CHEBYSHEV_NODES)
+        fit_piece.py_func(values, coefficients)
         t = np.linspace(-1.0, 1.0, 201)
         return np.max(np.abs(np.polynomial.polynomial.polyval(t, coefficients) - 1 / (1.3 + half * t)))
 
@@ -398,7 +431,7 @@ def test_a_coordinate_at_a_dead_centre_ends_the_run_by_name():
     assert "'x' stands at a dead centre" in run.message
     many = len(run.times)
     centre = np.interp(math.pi, true.readings["crank"], true.times)
-    assert run.times[-1] < centre < run.times[-1] + 2 * scene.run.every
+    assert run.times[-1] < centre < run.times[-1] + 2 * scene.run.output_interval
     assert many > 10
     np.testing.assert_allclose(
         run.readings["crank"], true.readings["crank"][:many], atol=1e-6
@@ -412,7 +445,7 @@ def test_a_change_point_ends_the_run_by_name_and_auto_goes_on():
     assert "the joints at a change point, and does not settle the mechanism there" in run.message
     many = len(run.times)
     passed = next(event.time for event in true.events if event.kind == "change point")
-    assert run.times[-1] < passed < run.times[-1] + 2 * scene.run.every
+    assert run.times[-1] < passed < run.times[-1] + 2 * scene.run.output_interval
     for name in run.readings:
         assert np.max(np.abs(run.readings[name] - true.readings[name][:many])) < CLOSE * run.scales[name], name
     by_auto = gm.run(scene, accuracy=1e-8)
@@ -424,9 +457,9 @@ def test_a_change_point_ends_the_run_by_name_and_auto_goes_on():
 def test_a_start_at_a_dead_centre_is_refused():
     # A lamp on a cord hangs straight down: its height tells nothing of where it is.
     scene = make_scene(
-        bodies=[bead("lamp", 2.0)],
-        joints=[Distance(name="cord", first=on("lamp"), second=fixed(0.0, 1.0), length=0.6)],
-        readings=[y_of("lamp"), x_of("lamp")],
+        bodies=[point_mass("lamp", 2.0)],
+        joints=[Distance(name="cord", first=body_point("lamp"), second=ground_point(0.0, 1.0), length=0.6)],
+        readings=[y_reading("lamp"), x_reading("lamp")],
         sketch=[(0.0, 0.4, 0.0)],
     )
     with pytest.raises(MechanismError, match=r"'reduced' cannot begin: 'y' stands at a dead centre.*'multibody'"):
@@ -437,7 +470,7 @@ def test_a_start_at_a_dead_centre_is_refused():
     ("name", "sentence"),
     [
         ("quick_return", "drives move this mechanism; choose.*multibody"),
-        ("porter_play", r"engine 'reduced' cannot model \['Play'\]"),
+        ("porter_clearance", r"engine 'reduced' cannot model \['Play'\]"),
     ],
 )
 def test_what_it_does_not_follow_is_refused(name, sentence):
@@ -447,12 +480,12 @@ def test_what_it_does_not_follow_is_refused(name, sentence):
 
 def test_two_freedoms_are_refused():
     scene = make_scene(
-        bodies=[rod("one", 1.0, 1.0), rod("two", 1.0, 1.0)],
+        bodies=[rod_body("one", 1.0, 1.0), rod_body("two", 1.0, 1.0)],
         joints=[
-            Pin(name="hinge", first=fixed(), second=on("one", -0.5)),
-            Pin(name="knee", first=on("one", 0.5), second=on("two", -0.5)),
+            Pin(name="hinge", first=ground_point(), second=body_point("one", -0.5)),
+            Pin(name="knee", first=body_point("one", 0.5), second=body_point("two", -0.5)),
         ],
-        readings=[angle_of("one"), angle_of("two")],
+        readings=[body_angle("one"), body_angle("two")],
         sketch=[(0.5, 0.0, 0.0), (1.5, 0.0, 0.0)],
     )
     with pytest.raises(UnsupportedEffect, match=r"mobility.*2.*choose.*multibody"):
@@ -508,8 +541,10 @@ def test_a_lines_angle_bends_as_its_second_differences():
     """What gradient . acceleration must be for a line's angle, against differences along a motion of both bodies."""
     scene = crank()
     mechanism = scene.part.mechanism
-    line = LineAngle(name="line", quantity="angle", start=on("crank", 0.07, -0.03), end=on("rod", 0.11, 0.05))
-    gauges = gauge_table(replace(mechanism, readings=(*mechanism.readings, line)), ["line"], {})
+    line = LineAngle(
+        name="line", quantity="angle", start=body_point("crank", 0.07, -0.03), end=body_point("rod", 0.11, 0.05)
+    )
+    gauges = make_output_rows(replace(mechanism, readings=(*mechanism.readings, line)), ["line"], {})
     random = np.random.default_rng(5)
     poses, velocities, accelerations = (random.normal(size=(3, 3)) for _ in range(3))
     poses[1, :2] = poses[0, :2] + [0.6, 0.4]
@@ -528,8 +563,8 @@ def test_a_lines_angle_bends_as_its_second_differences():
     far, near, here, ahead, beyond = (angle(k * step) for k in range(-2, 3))
     second = (16 * (ahead + near) - (beyond + far) - 30 * here) / (12 * step**2)
     asked = np.zeros((1, 1, 3))
-    bend = bends_of(gauges, poses[np.newaxis], velocities[np.newaxis], asked)[0, 0]
-    gradient = gradients_of(gauges, poses[np.newaxis])[0, 0]
+    bend = evaluate_gamma(gauges, poses[np.newaxis], velocities[np.newaxis], asked)[0, 0]
+    gradient = evaluate_jacobian(gauges, poses[np.newaxis])[0, 0]
     # Differences of fourth order: 1e-12 times derivatives of some thousands, and 1e-16 / step^2 of rounding.
     assert np.sum(gradient * accelerations) - bend == pytest.approx(second, abs=1e-6)
     assert abs(bend) > 0.1
@@ -540,6 +575,8 @@ def test_within_a_step_the_motion_is_the_polynomial_of_order_five_through_its_en
     motion, h = np.polynomial.Polynomial([0.4, -1.1, 0.7, 2.3, -1.9, 0.8]), 0.3
     rate, bend = motion.deriv(), motion.deriv(2)
     for share in (0.1, 0.5, 0.9):
-        there, speed = _between.py_func(motion(0.0), rate(0.0), bend(0.0), motion(h), rate(h), bend(h), h, share)
+        there, speed = _quintic_hermite_state.py_func(
+            motion(0.0), rate(0.0), bend(0.0), motion(h), rate(h), bend(h), h, share
+        )
         assert there == pytest.approx(motion(share * h), abs=1e-14)
         assert speed == pytest.approx(rate(share * h), abs=1e-13)

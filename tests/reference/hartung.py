@@ -56,7 +56,7 @@ TABLE_2 = [
     (144, -11.0289142339, 301.2, 300.546094081, 325.2, 324.660566594),
     (152, -15.1216653149, 319.8, 320.124619184, 345.8, 345.578784615),
 ]
-SLIDE_RULE = 0.66
+SLIDE_RULE_TOLERANCE = 0.66
 """kgf: within this the paper's table agrees with its own formula, all but one entry."""
 MISPRINT = (92, 199.8, 189.8)
 """x mm, the force printed for 212 rpm, and the one meant."""
@@ -79,7 +79,7 @@ REGULATING_SPREAD_KGF = 1.74167277298
 POHLHAUSEN = {"static": (189.0, 262.0, 335.0), "regulating": (7.56, 10.48, 13.4), "spread": 0.561904761905}
 
 # Spread of S over +-15 deg relative to its mean, percent, two decimals: angle deg and spread.
-SPREADS = [
+STATIC_FORCE_SPREADS = [
     (90, 55.96),
     (125, 19.23),
     (130, 11.63),
@@ -100,12 +100,12 @@ STATIC_FORCES_132 = (463.32046, 471.02934, 479.72555, 488.11343, 495.27629, 500.
 STATIC_FORCES_CORRECTED = (495.73448, 490.10976, 488.4092, 488.23294, 488.08725, 486.95889, 484.1105)
 SLEEVE_ARM_CORRECTED_MM = 186.35768  # 8 digits
 
-REST_INERTIA = 0.8
+SPINDLE_INERTIA = 0.8
 """kg m2 of the spindle in the column of the free one."""
 
 # lever angle deg, x m, P N, speed rad/s, rpm, stiffness N m/rad, inertia kg m2, frequency rad/s, squared frequency of
 # the free spindle 1/s2, static sleeve force N; the hanger always vertical.
-VERTICAL = [
+VERTICAL_HANGER = [
     (
         15,
         0.0922358098132,
@@ -192,11 +192,11 @@ VERTICAL = [
     ),
 ]
 
-HANGER = 0.30
+HANGER_LENGTH = 0.30
 """m, to a lug on the axis."""
 
 # lever angle deg, speed rad/s, stiffness N m/rad, inertia kg m2, frequency rad/s, static sleeve force N.
-HUNG = [
+INCLINED_HANGER = [
     (15, 21.2933706824, 114.70835596, 1.28278580347, 9.45628287471, 5323.08316603),
     (-15, 22.2229344398, 58.8391796611, 1.56989315871, 6.12206950795, 4709.92603829),
 ]

@@ -16,7 +16,7 @@ CRANK, CONNECTING_ROD = 0.3, 1.5
 # Columns: event, crank angle (deg) by theory, exactly and by the binomial error term, the exact one's shift from theory
 # (deg), and the piston's way as a part of the stroke: by theory (both rods endless), exact eccentric and endless
 # connecting rod, theory of the eccentric and exact connecting rod, both exact.
-EVENTS = {
+VALVE_EVENTS = {
     4: [
         (
             "crank end admission",
@@ -200,7 +200,7 @@ EVENTS = {
 }
 """By l : r."""
 
-SIZES = {
+ERROR_TERM_SIZES = {
     4: {
         "centre": 0.234307490277,
         "binomial_centre": 0.234375,
@@ -230,7 +230,7 @@ SIZES = {
 and the largest that is really neglected, Marks' C (m2) and vertex, leads (crank end, head end) from the middle."""
 
 # l : r = 4: crank angle (deg), theoretical displacement, exact displacement, exact error, parabola, circle (m).
-ERRORS = [
+ERROR_TERMS = [
     (0, 0.03, 0.03, 0, 0, 0),
     (30, 0.0519615242271, 0.0557716519457, 0.00381012771861, 0.00375, 0.00381012771861),
     (60, 0.06, 0.0656925097228, 0.0056925097228, 0.005625, 0.00573861722337),
@@ -247,7 +247,7 @@ ERRORS = [
 
 # Slider crank, R = 0.3 m, L = 1.5 m, 10 rad/s: angle from the outer dead centre (deg), distance X (m), speed (m/s),
 # acceleration (m/s2), slope of the rod (deg), its rate (rad/s) and acceleration (rad/s2), exact error Z (m).
-SLIDER_CRANK = [
+SLIDER_CRANK_MOTION = [
     (0, 1.8, 0, -36, 0, 2, 0, 0),
     (30, 1.7522887768, -1.76111648393, -29.0415590964, 5.73917047727, 1.74077655956, -9.74582123888, 0.00751884434007),
     (45, 1.69705627485, -2.42436610693, -21.2750495098, 8.13010235416, 1.42857142857, -13.9941690962, 0.0150757595083),
@@ -292,6 +292,6 @@ ECCENTRIC_MOTION = [
 ]
 
 
-def half_unit(value: float, digits: int = 12) -> float:
+def half_unit_of_last_digit(value: float, digits: int = 12) -> float:
     """Half a unit of the last printed digit, one hundredth more for the rounding of double precision."""
     return 0.505 * 10.0 ** (math.floor(math.log10(abs(value))) - digits + 1) if value else 0.0

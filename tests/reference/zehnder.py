@@ -11,7 +11,7 @@ from __future__ import annotations
 import math
 
 
-def half_unit(value: float, digits: int = 12) -> float:
+def half_unit_of_last_digit(value: float, digits: int = 12) -> float:
     """Half a unit of the last printed digit, one hundredth more for the rounding of double precision."""
     return 0.505 * 10.0 ** (math.floor(math.log10(abs(value))) - digits + 1) if value else 0.0
 
@@ -104,7 +104,7 @@ CROSSED = {
     ],
 }
 
-TABLES = {
+EQUILIBRIUM_TABLES = {
     "Watt on the axis": WATT_ON_AXIS,
     "Watt open": WATT_OPEN,
     "Porter open": PORTER_OPEN,
@@ -137,7 +137,7 @@ FRICTION_BAND = {
 # Zehnder, Dinglers Polyt. J. 225 (1877), recomputed with 25-40 digit arithmetic: the jump of the pseudo-parabolic
 # governor, Watt with crossed arms and the same speed at both stops; the mass of the balls cancels in the speeds,
 # energies are for 1 kg each.
-SNAP = {
+FOLD_JUMP = {
     "arm": 0.4,
     "ball_mass": 1.0,
     "stops_deg": (25, 40),
@@ -173,7 +173,7 @@ SNAP = {
 # Where the governor SNAP passes its least stable angle on slow ramps of speed, with a linear brake on the arm angle
 # for both balls together (I = 2 M l^2). All four are the last of steps of 2 ms before the arms are through, counted
 # from the speeds `starts` up and down (inferred: it gives every digit), and so early by less than such a step.
-SLOW_SNAP = {
+SLOW_FOLD_JUMP = {
     "brake": 1.0,  # N m s
     "step": 2e-3,
     "starts": (6.40, 6.50),
@@ -287,4 +287,4 @@ PORTER_OPEN_MOTION = {
 
 # Porter, open, with W = 40 N at 30 degrees (Zehnder (1) and (2), 25-40 digits): the middle of the band, and its width
 # over that.
-TWITCHING = {"mean_speed": 12.16756494, "band": 0.164198208}  # 10 and 9 digits
+CYCLIC_MOTION = {"mean_speed": 12.16756494, "band": 0.164198208}  # 10 and 9 digits

@@ -6,7 +6,7 @@ import numpy as np
 from PIL import Image
 
 
-def decoded(path):
+def decode_film(path):
     """Frames (n, height, width, 3) and how long each is shown (s)."""
     with Image.open(path) as image:
         shown, durations = [], []

@@ -14,14 +14,14 @@ from governor_mechanism.model.events import Event
 from governor_mechanism.model.trajectory import Outcome
 from governor_mechanism.render.figures import time_series as figures
 from governor_mechanism.render.figures.time_series import readings_figure
-from governor_mechanism.render.number_format import numerals, rounded_up
-from render.fake_acting import Happened
-from render.fake_run import CASES, fake_run
+from governor_mechanism.render.number_format import format_numbers, format_rounded_up
+from render.stub_effects import ListedEvents
+from render.stub_run import GOVERNOR_DIMENSIONS, fake_run
 
 
 @pytest.fixture(scope="module")
 def porter():
-    return fake_run(CASES["porter"], duration=2.0)
+    return fake_run(GOVERNOR_DIMENSIONS["porter"], duration=2.0)
 
 
 def test_a_figure_is_a_png_and_equal_for_equal_runs(tmp_path, porter):
@@ -33,7 +33,7 @@ def test_a_figure_is_a_png_and_equal_for_equal_runs(tmp_path, porter):
 
 
 def test_every_reading_stands_in_everyday_units(porter):
-    words = [text.get_text() for axes in figures._draw(porter).axes for text in axes.texts]
+    words = [text.get_text() for axes in figures._draw_readings(porter).axes for text in axes.texts]
     for label in ("arm angle, deg", "ball radius, mm", "sleeve lift, mm", "spindle speed, rpm", "spindle torque, N m"):
         assert label in words
     assert "widest joint gap, mm" in words
@@ -41,7 +41,7 @@ def test_every_reading_stands_in_everyday_units(porter):
 
 
 def test_curves_hold_the_readings(porter):
-    curve = figures._draw(porter).axes[0].lines[0]
+    curve = figures._draw_readings(porter).axes[0].lines[0]
     np.testing.assert_allclose(curve.get_ydata(), np.degrees(porter.readings["arm_angle"]))
 
 
@@ -49,14 +49,14 @@ def test_an_exact_run_can_be_drawn_on_logarithmic_axes(tmp_path, porter):
     nothing = np.zeros(len(porter.times))
     exact = dataclasses.replace(porter, joint_gap=nothing, energy=dataclasses.replace(porter.energy, jacobi=nothing))
     assert readings_figure(exact, tmp_path / "a.png").exists()
-    last = figures._draw(exact).axes[-2:]
+    last = figures._draw_readings(exact).axes[-2:]
     assert all("zero to rounding" in [text.get_text() for text in axes.texts] for axes in last)
 
 
 def test_rounding_noise_is_a_flat_line_and_no_factor_is_printed_over_a_heading(porter):
     noise = 1e-17 * np.sin(50 * porter.times)
     rest = dataclasses.replace(porter, readings={**porter.readings, "spindle_torque": noise})
-    figure = figures._draw(rest)
+    figure = figures._draw_readings(rest)
     FigureCanvasAgg(figure).draw()
     torque = figure.axes[list(rest.readings).index("spindle_torque")]
     low, high = torque.get_ylim()
@@ -66,7 +66,7 @@ def test_rounding_noise_is_a_flat_line_and_no_factor_is_printed_over_a_heading(p
 
 def test_the_cause_of_an_early_end_comes_first_and_stays_within_the_figure(porter):
     for detail in ("arm_angle: the arms stand at 90 degrees", 30 * "a cause told at length, "):
-        figure = figures._draw(dataclasses.replace(porter, outcome=Outcome.LEFT_RANGE, detail=detail))
+        figure = figures._draw_readings(dataclasses.replace(porter, outcome=Outcome.LEFT_RANGE, detail=detail))
         renderer = FigureCanvasAgg(figure).get_renderer()
         first, second = figure.texts[-2:]
         assert first.get_text().startswith(detail[:30])
@@ -77,7 +77,7 @@ def test_the_cause_of_an_early_end_comes_first_and_stays_within_the_figure(porte
 
 
 def test_a_run_of_one_report_can_be_drawn(tmp_path):
-    run = fake_run(CASES["porter"], duration=1.0)
+    run = fake_run(GOVERNOR_DIMENSIONS["porter"], duration=1.0)
     names = ("kinetic", "potential", "rotation", "jacobi", "dissipated")
     energy = dataclasses.replace(run.energy, **{name: getattr(run.energy, name)[:1] for name in names})
     one = dataclasses.replace(
@@ -94,7 +94,7 @@ def happening(run, count):
     kinds = ("sticks", "slips", "strikes its stop")
     events = [Event(time=0.01 + 1.9 * k / count, kind=kinds[k % 3], subject="sleeve_lift") for k in range(count)]
     late = Event(time=99.0, kind="goes slack", subject="sleeve_lift")
-    return dataclasses.replace(run, afterwards=Happened((*events, late)))
+    return dataclasses.replace(run, afterwards=ListedEvents((*events, late)))
 
 
 def marks_of(axes):
@@ -103,7 +103,7 @@ def marks_of(axes):
 
 
 def test_few_events_are_marked_by_a_line_each_and_named(porter):
-    figure = figures._draw(happening(porter, 7))
+    figure = figures._draw_readings(happening(porter, 7))
     marks = marks_of(figure.axes[0])
     assert {kind: len(lines) for kind, lines in marks.items()} == {"sticks": 3, "slips": 2, "strikes its stop": 2}
     np.testing.assert_allclose(marks["slips"][:, 0, 0], 0.01 + 1.9 * np.array([1, 4]) / 7)
@@ -118,15 +118,15 @@ def test_few_events_are_marked_by_a_line_each_and_named(porter):
 
 
 def test_many_events_are_a_rug_of_ticks(porter):
-    figure = figures._draw(happening(porter, 90))
+    figure = figures._draw_readings(happening(porter, 90))
     assert all(np.ptp(line[:, 1]) < 0.2 for lines in marks_of(figure.axes[2]).values() for line in lines)
     assert sum(len(lines) for lines in marks_of(figure.axes[2]).values()) == 90
 
 
 def test_a_run_without_events_has_no_line_on_them(porter):
-    figure = figures._draw(porter)
+    figure = figures._draw_readings(porter)
     assert not figure.legends
-    assert figure.get_figheight() < figures._draw(happening(porter, 1)).get_figheight()
+    assert figure.get_figheight() < figures._draw_readings(happening(porter, 1)).get_figheight()
 
 
 def test_an_exception_leaves_no_file(tmp_path, porter, monkeypatch):
@@ -150,10 +150,10 @@ def test_wrong_names_and_empty_runs_are_refused(tmp_path, porter):
 
 @pytest.mark.parametrize(("error", "words"), [(3e-7, "3e-07"), (3.01e-7, "4e-07"), (9.9e-4, "1e-03"), (0.0, "0e+00")])
 def test_errors_are_never_rounded_down(error, words):
-    assert rounded_up(error) == words
+    assert format_rounded_up(error) == words
 
 
 def test_numerals_have_decimals_for_their_range_but_none_for_noise():
-    assert numerals(np.array([40.0, 48.25])) == ["40.00", "48.25"]
-    assert numerals(np.array([120.0, 120.0 + 1e-9])) == ["120.0", "120.0"]
-    assert numerals(np.array([-0.001, 10.0])) == ["0.0", "10.0"]
+    assert format_numbers(np.array([40.0, 48.25])) == ["40.00", "48.25"]
+    assert format_numbers(np.array([120.0, 120.0 + 1e-9])) == ["120.0", "120.0"]
+    assert format_numbers(np.array([-0.001, 10.0])) == ["0.0", "10.0"]

@@ -13,31 +13,31 @@ from PIL import Image
 
 from governor_mechanism.errors import MechanismError
 from governor_mechanism.model.trajectory import Outcome
-from governor_mechanism.render.film.frame_data import moments
-from governor_mechanism.render.film.frame_painter import Picture
+from governor_mechanism.render.film.frame_data import interpolate_frame_data
+from governor_mechanism.render.film.frame_painter import FramePainter
 from governor_mechanism.render.film.gif_encoder import Palette
-from governor_mechanism.render.film.layout import ELEVATION
-from governor_mechanism.render.film.writer import film, film_view, frames, schedule
-from governor_mechanism.render.style import COLOURS, STYLES, rgb
-from render.decoding import decoded
-from render.fake_run import CASES, fake_run
+from governor_mechanism.render.film.layout import ELEVATION_RECT
+from governor_mechanism.render.film.writer import fit_film_view, render_frames, schedule_frames, write_film
+from governor_mechanism.render.style import FILM_COLOURS, ROLE_STYLES, parse_rgb
+from render.decoding import decode_film
+from render.stub_run import GOVERNOR_DIMENSIONS, fake_run
 
 
 @pytest.fixture(scope="module")
 def porter():
-    return fake_run(CASES["porter"], duration=2.0)
+    return fake_run(GOVERNOR_DIMENSIONS["porter"], duration=2.0)
 
 
 @pytest.mark.parametrize(("duration", "rate"), [(2.0, 25), (1.13, 25), (1.13, 20), (0.07, 25), (0.5, 30), (0.02, 25)])
 def test_a_gif_in_true_time_lasts_as_long_as_the_run(tmp_path, duration, rate):
-    run = fake_run(CASES["porter"], duration=duration)
-    _, durations = decoded(film(run, tmp_path / "a.gif", frames_per_second=rate, slow_down=1))
+    run = fake_run(GOVERNOR_DIMENSIONS["porter"], duration=duration)
+    _, durations = decode_film(write_film(run, tmp_path / "a.gif", frames_per_second=rate, slow_down=1))
     assert sum(durations) == pytest.approx(duration, abs=1e-9)
 
 
 def test_a_run_at_rest_lasts_as_long_though_its_frames_are_equal(tmp_path):
-    run = fake_run(CASES["porter"], duration=2.0, swing=0.0, speed=0.0)
-    shown, durations = decoded(film(run, tmp_path / "a.gif"))
+    run = fake_run(GOVERNOR_DIMENSIONS["porter"], duration=2.0, amplitude=0.0, speed=0.0)
+    shown, durations = decode_film(write_film(run, tmp_path / "a.gif"))
     # Time and curves still move; the rest is equal.
     assert sum(durations) == pytest.approx(2.0, abs=1e-9)
     assert len(shown) == len(durations)
@@ -47,7 +47,7 @@ def test_a_run_at_rest_lasts_as_long_though_its_frames_are_equal(tmp_path):
     ("start", "stop", "rate"), [(0.0, 10.0, 25), (3.0, 4.37, 20), (0.0, 0.06, 25), (0.0, 61.3, 50)]
 )
 def test_frames_are_shown_around_their_own_time(start, stop, rate):
-    times, shown = schedule(start, stop, rate)
+    times, shown = schedule_frames(start, stop, rate)
     assert sum(shown) == round(100 * (stop - start))
     begins = start + np.cumsum([0, *shown[:-1]]) / 100
     ends = start + np.cumsum(shown) / 100
@@ -59,32 +59,32 @@ def test_frames_are_shown_around_their_own_time(start, stop, rate):
 
 def test_no_frame_is_too_short_for_viewers():
     # Below 2 hundredths viewers slow a frame down to 10.
-    assert min(schedule(0.0, 10.0, 25)[1]) >= 2
-    assert min(schedule(0.0, 10.0, 20)[1]) >= 2
+    assert min(schedule_frames(0.0, 10.0, 25)[1]) >= 2
+    assert min(schedule_frames(0.0, 10.0, 20)[1]) >= 2
 
 
 def test_a_gif_repeats_for_ever(tmp_path, porter):
-    with Image.open(film(porter, tmp_path / "a.gif")) as image:
+    with Image.open(write_film(porter, tmp_path / "a.gif")) as image:
         assert image.info["loop"] == 0
         assert image.size == (480, 480)
 
 
-@pytest.mark.parametrize("name", CASES)
+@pytest.mark.parametrize("name", GOVERNOR_DIMENSIONS)
 def test_the_ball_is_seen_where_the_run_says_it_is(tmp_path, name):
-    run = fake_run(CASES[name], duration=1.0, middle=30.0)
-    shown, _ = decoded(film(run, tmp_path / "a.gif"))
-    times, _ = schedule(0.0, 1.0, 25)
+    run = fake_run(GOVERNOR_DIMENSIONS[name], duration=1.0, mean_angle=30.0)
+    shown, _ = decode_film(write_film(run, tmp_path / "a.gif"))
+    times, _ = schedule_frames(0.0, 1.0, 25)
     assert len(shown) == len(times)
-    view = film_view(run)
+    view = fit_film_view(run)
     middle = round(view.pixel_of(0.0, 0.0)[0])
     colours = [
-        rgb(colour)
+        parse_rgb(colour)
         for role in ("ball", "ball shine")
-        for colour in (STYLES[role].fill, STYLES[role].stroke)[-2:]
+        for colour in (ROLE_STYLES[role].fill, ROLE_STYLES[role].stroke)[-2:]
         if colour != "none"
     ]
     for k in range(0, len(times), 5):
-        machine = shown[k][:, : int(ELEVATION[2])]
+        machine = shown[k][:, : int(ELEVATION_RECT[2])]
         rows, columns = np.nonzero(np.any([(machine == colour).all(axis=2) for colour in colours], axis=0))
         x, y = run.poses[round(times[k] / 0.01), 0, :2]
         column, row = view.pixel_of(x, y)
@@ -94,30 +94,30 @@ def test_the_ball_is_seen_where_the_run_says_it_is(tmp_path, name):
 
 
 def test_poses_between_reports_follow_the_velocities():
-    coarse = fake_run(CASES["porter"], duration=2.0, every=0.1)
-    fine = fake_run(CASES["porter"], duration=2.0, every=0.001)
+    coarse = fake_run(GOVERNOR_DIMENSIONS["porter"], duration=2.0, output_interval=0.1)
+    fine = fake_run(GOVERNOR_DIMENSIONS["porter"], duration=2.0, output_interval=0.001)
     times = np.linspace(0.0, 2.0, 401)
-    between = moments(coarse, coarse.scene.part, (0.0, 2.0), times).poses
+    between = interpolate_frame_data(coarse, coarse.scene.part, (0.0, 2.0), times).poses
     exact = fine.poses[np.round(times / 0.001).astype(int)]
     # Cubic: h^4 / 384 times the fourth derivative, about 0.1 m * (2 pi / 1.7 s)^4; straight lines would miss by 1e-3 m.
     assert np.abs(between - exact).max() < 1e-5
 
 
 def test_the_plan_turns_by_the_integral_of_the_speed(porter):
-    shown = moments(porter, porter.scene.part, (0.0, 2.0), np.array([0.0, 1.0, 2.0]))
+    shown = interpolate_frame_data(porter, porter.scene.part, (0.0, 2.0), np.array([0.0, 1.0, 2.0]))
     speed = porter.readings["spindle_speed"]
     exact = np.sum((speed[1:] + speed[:-1]) / 2 * np.diff(porter.times))
     assert shown.spindle_angle[-1] == pytest.approx(exact)
 
 
 def test_a_piece_of_a_run_lasts_as_long_as_the_piece(tmp_path, porter):
-    _, durations = decoded(film(porter, tmp_path / "a.gif", start=0.5, stop=1.25))
+    _, durations = decode_film(write_film(porter, tmp_path / "a.gif", start=0.5, stop=1.25))
     assert sum(durations) == pytest.approx(0.75, abs=1e-9)
 
 
 def test_a_gif_shows_the_frames(tmp_path, porter):
-    shown, _ = decoded(film(porter, tmp_path / "a.gif"))
-    painted = np.array(list(frames(porter)))
+    shown, _ = decode_film(write_film(porter, tmp_path / "a.gif"))
+    painted = np.array(list(render_frames(porter)))
     assert painted.shape == shown.shape
     assert painted.dtype == np.uint8
     difference = np.abs(shown.astype(int) - painted).max(axis=3)
@@ -127,11 +127,11 @@ def test_a_gif_shows_the_frames(tmp_path, porter):
 
 
 def test_equal_runs_give_equal_films(tmp_path):
-    first, second = (fake_run(CASES["crossed"], duration=0.5) for _ in range(2))
-    for one, other in zip(frames(first), frames(second), strict=True):
+    first, second = (fake_run(GOVERNOR_DIMENSIONS["crossed"], duration=0.5) for _ in range(2))
+    for one, other in zip(render_frames(first), render_frames(second), strict=True):
         assert_array_equal(one, other)
-    film(first, tmp_path / "first.gif")
-    film(second, tmp_path / "second.gif")
+    write_film(first, tmp_path / "first.gif")
+    write_film(second, tmp_path / "second.gif")
     assert (tmp_path / "first.gif").read_bytes() == (tmp_path / "second.gif").read_bytes()
 
 
@@ -142,12 +142,12 @@ def test_an_exception_half_way_leaves_no_file_and_keeps_the_old_one(tmp_path, po
             raise error
 
     with pytest.raises(error):
-        film(porter, tmp_path / "new.gif", progress=stop)
+        write_film(porter, tmp_path / "new.gif", progress=stop)
     assert list(tmp_path.iterdir()) == []
     old = tmp_path / "old.gif"
     old.write_bytes(b"old")
     with pytest.raises(error):
-        film(porter, old, progress=stop)
+        write_film(porter, old, progress=stop)
     assert [path.name for path in tmp_path.iterdir()] == ["old.gif"]
     assert old.read_bytes() == b"old"
 
@@ -160,7 +160,7 @@ def test_films_need_no_screen_and_leave_the_callers_plots_alone():
 
 def test_progress_counts_to_the_end(tmp_path, porter):
     calls = []
-    film(porter, tmp_path / "a.gif", progress=lambda done, total: calls.append((done, total)))
+    write_film(porter, tmp_path / "a.gif", progress=lambda done, total: calls.append((done, total)))
     assert calls == [(k, 51) for k in range(1, 52)]
 
 
@@ -172,22 +172,22 @@ def words_of(picture):
 
 
 def test_the_numbers_of_a_scale_beside_wide_arms_are_seen_whole():
-    run = fake_run(CASES["porter"], duration=2.0, middle=60.0, swing=25.0)
-    picture = Picture(run, moments(run, run.scene.part, (0.0, 2.0), np.linspace(0, 2, 51)))
+    run = fake_run(GOVERNOR_DIMENSIONS["porter"], duration=2.0, mean_angle=60.0, amplitude=25.0)
+    picture = FramePainter(run, interpolate_frame_data(run, run.scene.part, (0.0, 2.0), np.linspace(0, 2, 51)))
     right = [box.x1 for words, box in words_of(picture) if words.endswith("00 mm") and box.y0 > 60]
     assert right
-    assert max(right) <= ELEVATION[2]
+    assert max(right) <= ELEVATION_RECT[2]
 
 
-@pytest.mark.parametrize("name", CASES)
+@pytest.mark.parametrize("name", GOVERNOR_DIMENSIONS)
 @pytest.mark.parametrize("outcome", [Outcome.DONE, Outcome.LEFT_RANGE])
 def test_no_words_are_cut_off_or_overlap(name, outcome):
     title = "A governor with a title far longer than anybody should give to a scene, with arms, links and a sleeve"
-    run = fake_run(CASES[name], duration=1.0, middle=30.0, title=title, outcome=outcome)
+    run = fake_run(GOVERNOR_DIMENSIONS[name], duration=1.0, mean_angle=30.0, title=title, outcome=outcome)
     if not outcome.ok:
         run = dataclasses.replace(run, detail="arm_angle: " + 20 * "a cause told at great length, ")
-    picture = Picture(run, moments(run, run.scene.part, (0.0, 1.0), np.linspace(0, 1, 26)))
-    picture.move(25)
+    picture = FramePainter(run, interpolate_frame_data(run, run.scene.part, (0.0, 1.0), np.linspace(0, 1, 26)))
+    picture.update(25)
     boxes = words_of(picture)
     assert len(boxes) > 15
     for words, box in boxes:
@@ -203,12 +203,12 @@ def test_no_words_are_cut_off_or_overlap(name, outcome):
 
 def test_stamped_numbers_look_like_the_text(porter):
     times = np.linspace(0.0, 2.0, 51)
-    shown = moments(porter, porter.scene.part, (0.0, 2.0), times)
-    usual = Picture(porter, shown, animated=False)
-    usual.move(20)
+    shown = interpolate_frame_data(porter, porter.scene.part, (0.0, 2.0), times)
+    usual = FramePainter(porter, shown, animated=False)
+    usual.update(20)
     usual.figure.canvas.draw()
     drawn = np.asarray(usual.figure.canvas.buffer_rgba())
-    stamped = Picture(porter, shown).paint(20)
+    stamped = FramePainter(porter, shown).paint(20)
     inks = []
     for pixels in (drawn, stamped):
         time = pixels[6:30, 420:456, :3].astype(int)
@@ -224,7 +224,7 @@ def test_stamped_numbers_look_like_the_text(porter):
 def test_the_footer_tells_accuracy_or_early_end(porter):
     def footer(**changes):
         run = dataclasses.replace(porter, **changes)
-        picture = Picture(run, moments(run, run.scene.part, (0.0, 2.0), np.array([0.0, 2.0])))
+        picture = FramePainter(run, interpolate_frame_data(run, run.scene.part, (0.0, 2.0), np.array([0.0, 2.0])))
         return [words for words, _ in words_of(picture)]
 
     assert "accurate to 4e-07, asked 1e-06" in footer(error_estimate=3.1e-7)
@@ -249,31 +249,35 @@ def test_the_footer_tells_accuracy_or_early_end(porter):
 )
 def test_wrong_options_are_refused(tmp_path, porter, options, message):
     with pytest.raises(MechanismError, match=message):
-        film(porter, tmp_path / "a.gif", **options)
+        write_film(porter, tmp_path / "a.gif", **options)
     assert list(tmp_path.iterdir()) == []
 
 
 def test_wrong_names_and_empty_runs_are_refused(tmp_path, porter):
     with pytest.raises(MechanismError, match=r"must end in \.gif or \.mp4"):
-        film(porter, tmp_path / "a.avi")
+        write_film(porter, tmp_path / "a.avi")
     with pytest.raises(MechanismError, match="does not exist"):
-        film(porter, tmp_path / "nowhere" / "a.gif")
+        write_film(porter, tmp_path / "nowhere" / "a.gif")
     nothing = dataclasses.replace(porter, times=porter.times[:0], outcome=Outcome.LEFT_RANGE)
     with pytest.raises(MechanismError, match="the range in which"):
-        film(nothing, tmp_path / "a.gif")
+        write_film(nothing, tmp_path / "a.gif")
 
 
 def test_nothing_stays_behind_what_has_moved_away(tmp_path, porter):
-    shown, _ = decoded(film(porter, tmp_path / "a.gif"))
-    still = np.array(list(frames(porter)))
-    paper = np.array(rgb(COLOURS[0]))
+    shown, _ = decode_film(write_film(porter, tmp_path / "a.gif"))
+    still = np.array(list(render_frames(porter)))
+    paper = np.array(parse_rgb(FILM_COLOURS[0]))
     bare = (still == paper).all(axis=3)
     assert (shown[bare] == paper).all()
 
 
 def test_the_palette_keeps_the_colours_of_the_look(porter):
-    samples = [Picture(porter, moments(porter, porter.scene.part, (0.0, 2.0), np.array([0.0, 2.0]))).paint(1)]
-    palette = Palette([rgb(colour) for colour in COLOURS], samples)
+    samples = [
+        FramePainter(porter, interpolate_frame_data(porter, porter.scene.part, (0.0, 2.0), np.array([0.0, 2.0]))).paint(
+            1
+        )
+    ]
+    palette = Palette([parse_rgb(colour) for colour in FILM_COLOURS], samples)
     assert len(palette.colours) <= 31
-    wanted = np.array([rgb(colour) for colour in COLOURS], dtype=np.uint8)
-    assert_array_equal(palette.colours[palette.numbers(wanted)], wanted)
+    wanted = np.array([parse_rgb(colour) for colour in FILM_COLOURS], dtype=np.uint8)
+    assert_array_equal(palette.colours[palette.indices_of(wanted)], wanted)

@@ -11,31 +11,33 @@ import pytest
 
 from governor_mechanism.errors import MechanismError
 from governor_mechanism.model.force_elements import Damper, Spring
-from governor_mechanism.model.joints import Distance, DrivenTurn, Pin, Weld
-from governor_mechanism.render.film.frame_data import moments
-from governor_mechanism.render.film.frame_painter import Picture
-from governor_mechanism.render.film.writer import film, frames, schedule, watchable
-from governor_mechanism.render.geometry.body_points import poses_of, where
-from governor_mechanism.render.geometry.outlines import arrow, band, hull, plate
-from governor_mechanism.render.geometry.primitives import Circle, Lines, Polygon, bounds
-from governor_mechanism.render.machines.registry import background_shapes, extent, moving_shapes
-from governor_mechanism.render.number_format import pace_words
-from governor_mechanism.render.run_extents import rims, stage_of
-from render.decoding import decoded
-from render.fake_machines import MACHINES, run_of
+from governor_mechanism.model.joints import Distance, Pin, RotationalDriver, Weld
+from governor_mechanism.render.film.frame_data import interpolate_frame_data
+from governor_mechanism.render.film.frame_painter import FramePainter
+from governor_mechanism.render.film.writer import choose_slow_down, render_frames, schedule_frames, write_film
+from governor_mechanism.render.geometry.body_points import as_pose_tuples, point_position
+from governor_mechanism.render.geometry.outlines import convex_hull, make_arrow, make_band, make_plate_outline
+from governor_mechanism.render.geometry.primitives import Circle, Lines, Polygon, bounding_box
+from governor_mechanism.render.machines.registry import background_shapes, drawing_bounds, moving_shapes
+from governor_mechanism.render.number_format import format_film_speed
+from governor_mechanism.render.run_extents import measure_run_extents, wheel_radii
+from render.decoding import decode_film
+from render.stub_machines import MACHINES, fake_machine_run
 
 
 @pytest.fixture(params=MACHINES)
 def drawn(request):
     """The run, its part, and the shapes that move, by report."""
-    run = run_of(request.param, count=101)
+    run = fake_machine_run(request.param, count=101)
     return run, run.scene.part, shapes_of(run)
 
 
 def shapes_of(run):
     part = run.scene.part
-    stage = stage_of(part, run.poses, run.times)
-    return [moving_shapes(part, pose, stage.at(float(time))) for pose, time in zip(run.poses, run.times, strict=True)]
+    stage = measure_run_extents(part, run.poses, run.times)
+    return [
+        moving_shapes(part, pose, stage.at_time(float(time))) for pose, time in zip(run.poses, run.times, strict=True)
+    ]
 
 
 def of_role(shapes, role):
@@ -56,10 +58,13 @@ def points_of(shape):
 def test_every_shape_stays_within_the_view_of_a_long_run(drawn):
     run, part, shown = drawn
     # Fewer reports than the run has are looked at for the box.
-    long = run_of(run.scene.title.lower(), count=1001)
-    left, right, bottom, top = extent(part, long.poses, long.times)
-    shapes = [*background_shapes(part, long.poses, stage_of(part, long.poses, long.times)), *itertools.chain(*shown)]
-    x0, x1, y0, y1 = bounds(shapes)
+    long = fake_machine_run(run.scene.title.lower(), count=1001)
+    left, right, bottom, top = drawing_bounds(part, long.poses, long.times)
+    shapes = [
+        *background_shapes(part, long.poses, measure_run_extents(part, long.poses, long.times)),
+        *itertools.chain(*shown),
+    ]
+    x0, x1, y0, y1 = bounding_box(shapes)
     assert left < x0 < x1 < right
     assert bottom < y0 < y1 < top
 
@@ -79,20 +84,20 @@ def test_a_fixed_plane_has_no_axis(drawn):
 
 @pytest.mark.parametrize("name", ["slider-crank", "hung mass"])
 def test_springs_and_dampers_end_at_their_points_at_every_pose(name):
-    run = run_of(name, count=41)
+    run = fake_machine_run(name, count=41)
     mechanism = run.scene.part.mechanism
-    loads = [load for load in mechanism.loads if isinstance(load, Spring | Damper)]
+    loads = [load for load in mechanism.force_elements if isinstance(load, Spring | Damper)]
     for pose, shapes in zip(run.poses, shapes_of(run), strict=True):
         drawn = [shape for shape in shapes if shape.role in ("spring", "damper")]
         for load, shape in zip(loads, drawn, strict=True):
             ends = [point for line in shape.lines for point in (line[0], line[-1])]
             for point in (load.first, load.second):
-                spot = where(mechanism, poses_of(pose), point)
+                spot = point_position(mechanism, as_pose_tuples(pose), point)
                 assert min(math.dist(spot, end) for end in ends) < 1e-12
 
 
 def test_a_spring_stretches_but_keeps_its_coils_and_width():
-    run = run_of("hung mass", count=41)
+    run = fake_machine_run("hung mass", count=41)
     widths, counts, lengths = [], set(), []
     for shapes in shapes_of(run):
         zigzag = np.array(of_role(shapes, "spring")[0].lines[0])
@@ -106,7 +111,7 @@ def test_a_spring_stretches_but_keeps_its_coils_and_width():
 
 def test_a_piston_stays_in_its_cylinder_which_keeps_its_length():
     depths = []
-    for shapes in shapes_of(run_of("hung mass", count=41)):
+    for shapes in shapes_of(fake_machine_run("hung mass", count=41)):
         _, cylinder, piston, _ = of_role(shapes, "damper")[0].lines[:4]
         rim, bottom = cylinder[0][1], cylinder[1][1]
         assert min(rim, bottom) < piston[0][1] < max(rim, bottom)
@@ -125,7 +130,7 @@ def rims_of(shapes):
 
 @pytest.mark.parametrize(("name", "sign", "ratio"), [("two gears", 1, 2.0), ("inside gear", -1, 3.0)])
 def test_wheels_touch_in_the_ratio_of_their_turning(name, sign, ratio):
-    for shapes in shapes_of(run_of(name, count=11)):
+    for shapes in shapes_of(fake_machine_run(name, count=11)):
         (big, first), (small, second) = rims_of(shapes)
         assert math.dist(big, small) == pytest.approx(first + sign * second)
         assert first / second == pytest.approx(ratio)
@@ -133,20 +138,20 @@ def test_wheels_touch_in_the_ratio_of_their_turning(name, sign, ratio):
 
 def test_wheels_of_any_ratio_have_a_size():
     for ratio in (-1.0, 1.0, 1.0000001, 0.5, -0.2, 7.0):
-        assert all(0.0 < radius < 8.0 for (radius,) in rims(ratio, np.array([1.0])))
+        assert all(0.0 < radius < 8.0 for (radius,) in wheel_radii(ratio, np.array([1.0])))
 
 
 def test_a_rack_touches_its_pinion_where_it_goes_the_same_way():
-    for shapes in shapes_of(run_of("rack", count=41)):
+    for shapes in shapes_of(fake_machine_run("rack", count=41)):
         bar = of_role(shapes, "rack")[0]
-        x0, x1, _, top = bounds([bar])
+        x0, x1, _, top = bounding_box([bar])
         assert top == pytest.approx(-0.1)
         assert x0 < 0.0 < x1
 
 
 @pytest.mark.parametrize("name", ["bead", "arc"])
 def test_what_runs_in_a_slot_is_seen_within_it(name):
-    run = run_of(name, count=41)
+    run = fake_machine_run(name, count=41)
     slot = np.array(of_role(background_shapes(run.scene.part, run.poses), "slot")[0].points)
     width = 2 * np.hypot(*(slot - slot.mean(axis=0)).T).max()
     for shapes in shapes_of(run):
@@ -161,17 +166,20 @@ def test_a_pin_has_a_circle_a_weld_has_none_and_a_drive_has_a_ring(drawn):
     for pose, shapes in zip(run.poses[::20], shown[::20], strict=True):
         spots = [(s.x, s.y) for s in of_role(shapes, "pivot")]
         for joint in mechanism.joints:
-            near = min((math.dist(where(mechanism, poses_of(pose), joint.second), s) for s in spots), default=1.0)
+            near = min(
+                (math.dist(point_position(mechanism, as_pose_tuples(pose), joint.second), s) for s in spots),
+                default=1.0,
+            )
             if isinstance(joint, Pin):
                 assert near < 1e-12
         assert bool(of_role(shapes, "drive")) == any("Driven" in type(joint).__name__ for joint in mechanism.joints)
     welds = sum(isinstance(joint, Weld) for joint in mechanism.joints)
     assert welds == 0 or len(of_role(shown[0], "pivot")) == sum(isinstance(j, Pin) for j in mechanism.joints)
-    assert sum(isinstance(joint, DrivenTurn) for joint in mechanism.joints) <= len(of_role(shown[0], "drive"))
+    assert sum(isinstance(joint, RotationalDriver) for joint in mechanism.joints) <= len(of_role(shown[0], "drive"))
 
 
 def test_bars_reach_their_pins_and_a_coupler_is_a_plate():
-    run = run_of("four-bar", count=11)
+    run = fake_machine_run("four-bar", count=11)
     for shapes in shapes_of(run):
         plates = of_role(shapes, "plate")
         assert len(plates) == 3
@@ -183,7 +191,7 @@ def test_bars_reach_their_pins_and_a_coupler_is_a_plate():
 
 
 def test_an_arrow_is_as_long_as_its_force_and_none_is_drawn_for_zero():
-    run = run_of("slider-crank", count=101)
+    run = fake_machine_run("slider-crank", count=101)
     shown = shapes_of(run)
     lengths = []
     for shapes in shown:
@@ -201,55 +209,59 @@ def test_an_arrow_is_as_long_as_its_force_and_none_is_drawn_for_zero():
 
 
 def test_links_are_drawn_in_their_true_length():
-    run = run_of("quick return", count=11)
+    run = fake_machine_run("quick return", count=11)
     part = run.scene.part
     (link,) = (joint for joint in part.mechanism.joints if isinstance(joint, Distance))
     for shapes in shapes_of(run):
         far = max(math.dist(p, q) for p, q in itertools.combinations(of_role(shapes, "link")[0].points, 2))
-        assert far - link.length == pytest.approx(0.040 * stage_of(part, run.poses, run.times).unit, rel=1e-6)
+        assert far - link.length == pytest.approx(
+            0.040 * measure_run_extents(part, run.poses, run.times).length_scale, rel=1e-6
+        )
 
 
 def test_hulls_plates_and_bands():
     square = [(0.0, 0.0), (1.0, 0.0), (1.0, 1.0), (0.0, 1.0)]
-    assert set(hull([*square, (0.5, 0.5), (0.5, 0.0)])) == set(square)
-    assert len(hull([(0.0, 0.0), (1.0, 1.0), (2.0, 2.0)])) == 2
-    assert bounds([plate("plate", square, 0.2)]) == pytest.approx((-0.1, 1.1, -0.1, 1.1))
-    assert bounds([plate("plate", square[:2], 0.2)]) == pytest.approx((-0.1, 1.1, -0.1, 0.1))
-    assert bounds([plate("plate", square[:1], 0.2)]) == pytest.approx((-0.1, 0.1, -0.1, 0.1), abs=0.01)
-    assert bounds([band("slot", square[:2], 0.2)]) == pytest.approx((-0.1, 1.1, -0.1, 0.1))
-    assert arrow("force", ((0.0, 0.0), (0.0, 0.0)), 0.1) == (Lines("force", ()), Polygon("force", ()))
+    assert set(convex_hull([*square, (0.5, 0.5), (0.5, 0.0)])) == set(square)
+    assert len(convex_hull([(0.0, 0.0), (1.0, 1.0), (2.0, 2.0)])) == 2
+    assert bounding_box([make_plate_outline("plate", square, 0.2)]) == pytest.approx((-0.1, 1.1, -0.1, 1.1))
+    assert bounding_box([make_plate_outline("plate", square[:2], 0.2)]) == pytest.approx((-0.1, 1.1, -0.1, 0.1))
+    assert bounding_box([make_plate_outline("plate", square[:1], 0.2)]) == pytest.approx(
+        (-0.1, 0.1, -0.1, 0.1), abs=0.01
+    )
+    assert bounding_box([make_band("slot", square[:2], 0.2)]) == pytest.approx((-0.1, 1.1, -0.1, 0.1))
+    assert make_arrow("force", ((0.0, 0.0), (0.0, 0.0)), 0.1) == (Lines("force", ()), Polygon("force", ()))
 
 
 @pytest.mark.parametrize("duration", [1e-6, 0.0003, 0.03, 0.5, 0.99, 60.1, 100.0, 3600.0, 1e9])
 def test_a_film_of_a_run_too_short_or_too_long_lasts_2_to_20_s(duration):
-    assert 2.0 <= duration * watchable(duration) <= 20.0
-    _, shown = schedule(0.0, duration, 25, watchable(duration))
-    assert sum(shown) == pytest.approx(100 * duration * watchable(duration), abs=0.5)
+    assert 2.0 <= duration * choose_slow_down(duration) <= 20.0
+    _, shown = schedule_frames(0.0, duration, 25, choose_slow_down(duration))
+    assert sum(shown) == pytest.approx(100 * duration * choose_slow_down(duration), abs=0.5)
 
 
 @pytest.mark.parametrize("duration", [0.0, 1.0, 10.0, 60.0])
 def test_other_films_are_in_true_time(duration):
-    assert watchable(duration) == 1.0
+    assert choose_slow_down(duration) == 1.0
 
 
 def test_short_runs_are_slowed_unless_told_otherwise(tmp_path):
-    run = run_of("four-bar", duration=0.03)
-    assert len(list(frames(run))) == 151
-    assert len(list(frames(run, slow_down=20))) == 16
-    _, durations = decoded(film(run, tmp_path / "a.gif", frames_per_second=10))
+    run = fake_machine_run("four-bar", duration=0.03)
+    assert len(list(render_frames(run))) == 151
+    assert len(list(render_frames(run, slow_down=20))) == 16
+    _, durations = decode_film(write_film(run, tmp_path / "a.gif", frames_per_second=10))
     assert sum(durations) == pytest.approx(6.0)
-    _, durations = decoded(film(run, tmp_path / "a.gif", slow_down=1))
+    _, durations = decode_film(write_film(run, tmp_path / "a.gif", slow_down=1))
     assert sum(durations) == pytest.approx(0.03)
     for wrong in (0.0, -1.0, math.nan, 1e9):
         with pytest.raises(MechanismError, match="slow_down"):
-            film(run, tmp_path / "b.gif", slow_down=wrong)
+            write_film(run, tmp_path / "b.gif", slow_down=wrong)
 
 
 def words_of(run, slow=1.0):
     span = (float(run.times[0]), float(run.times[-1]))
-    shown = moments(run, run.scene.part, span, np.linspace(*span, 151), slow)
-    picture = Picture(run, shown)
-    picture.move(70)
+    shown = interpolate_frame_data(run, run.scene.part, span, np.linspace(*span, 151), slow)
+    picture = FramePainter(run, shown)
+    picture.update(70)
     renderer = picture.figure.canvas.get_renderer()
     texts = (text for text in picture.figure.findobj(lambda artist: hasattr(artist, "get_text")) if text.get_visible())
     return [(text.get_text(), text.get_window_extent(renderer)) for text in texts if text.get_text().strip()]
@@ -258,10 +270,10 @@ def words_of(run, slow=1.0):
 @pytest.mark.parametrize("title", ["", "A title\nof two lines", 40 * "a long title "])
 @pytest.mark.parametrize(("readings", "duration", "slow"), [(0, 2.0, 1.0), (7, 0.03, 200.0), (4, 1e6, 1e-5)])
 def test_no_words_overlap_whatever_title_and_readings(title, readings, duration, slow):
-    run = run_of("four-bar", duration=duration, readings=readings, title=title)
+    run = fake_machine_run("four-bar", duration=duration, readings=readings, title=title)
     boxes = words_of(run, slow)
     assert sum(words.startswith("reading") for words, _ in boxes) == min(readings, 4)
-    assert slow == 1.0 or pace_words(slow) in [words for words, _ in boxes]
+    assert slow == 1.0 or format_film_speed(slow) in [words for words, _ in boxes]
     for words, box in boxes:
         assert 0 <= box.x0 <= box.x1 <= 480, words
         assert 0 <= box.y0 <= box.y1 <= 480, words
@@ -270,12 +282,12 @@ def test_no_words_overlap_whatever_title_and_readings(title, readings, duration,
 
 
 def test_the_pace_is_put_into_words():
-    assert [pace_words(slow) for slow in (1.0, 200.0, 0.05)] == ["", "slowed 200x", "sped up 20x"]
+    assert [format_film_speed(slow) for slow in (1.0, 200.0, 0.05)] == ["", "slowed 200x", "sped up 20x"]
 
 
 def test_a_body_held_by_nothing_is_drawn():
-    run = run_of("hung mass")
+    run = fake_machine_run("hung mass")
     part = run.scene.part
-    free = dataclasses.replace(part, mechanism=dataclasses.replace(part.mechanism, joints=(), loads=()))
+    free = dataclasses.replace(part, mechanism=dataclasses.replace(part.mechanism, joints=(), force_elements=()))
     shapes = moving_shapes(free, run.poses[0])
     assert [(s.x, s.y) for s in of_role(shapes, "ball")] == [tuple(pose[:2]) for pose in run.poses[0].tolist()]

@@ -9,7 +9,7 @@ import pytest
 from numpy.testing import assert_array_equal
 
 from governor_mechanism.render.film.gif_encoder import GifWriter, Palette
-from render.decoding import decoded
+from render.decoding import decode_film
 
 
 def painted(colour):
@@ -28,7 +28,7 @@ def written(sequence):
         writer.add(frame, delay)
     writer.close()
     file.seek(0)
-    return decoded(file)
+    return decode_film(file)
 
 
 def test_equal_frames_are_merged_and_lengthened():

@@ -9,29 +9,29 @@ import numpy as np
 import pytest
 
 import governor_mechanism as gm
-from governor_mechanism.effects.bell_crank_masses import BellCranks
-from governor_mechanism.effects.dashpot import OilBrake
+from governor_mechanism.effects.bell_crank_masses import BellCrankMasses
+from governor_mechanism.effects.dashpot import Dashpot
 from governor_mechanism.effects.dry_friction import DryFriction
-from governor_mechanism.effects.spring import SpringOn
+from governor_mechanism.effects.spring import OutputSpring
 from governor_mechanism.effects.stops import Stops
-from governor_mechanism.model.time_functions import Program
-from governor_mechanism.render.effect_state import acting_of
-from governor_mechanism.render.geometry.primitives import Lines, Polygon, bounds
-from governor_mechanism.render.machines.registry import background_shapes, extent, moving_shapes, plan_shapes
-from governor_mechanism.render.run_extents import stage_of
-from governor_mechanism.render.style import STYLES
-from hartung_scenes import PAPERS, hartung_scene
+from governor_mechanism.model.time_functions import InputFunction
+from governor_mechanism.render.effect_state import effect_state_of
+from governor_mechanism.render.geometry.primitives import Lines, Polygon, bounding_box
+from governor_mechanism.render.machines.registry import background_shapes, drawing_bounds, moving_shapes, plan_shapes
+from governor_mechanism.render.run_extents import measure_run_extents
+from governor_mechanism.render.style import ROLE_STYLES
+from hartung_scenes import PAPER_DIMENSIONS, hartung_scene
 
-HUNG = {**PAPERS, "hanger": 0.3, "lug_offset": 0.02}
+HUNG = {**PAPER_DIMENSIONS, "hanger": 0.3, "lug_offset": 0.02}
 EVERYTHING = (
-    BellCranks(mass=3.0, weight_width=0.12, weight_height=0.15),
+    BellCrankMasses(mass=3.0, weight_width=0.12, weight_height=0.15),
     Stops(reading="lever_angle", low=-0.1, high=0.2, restitution=0.3),
-    OilBrake(reading="sleeve_lift", linear=200.0),
-    DryFriction(reading="sleeve_lift", force=Program(values=(40.0,))),
-    SpringOn(reading="sleeve_lift", rate=500.0),
+    Dashpot(reading="sleeve_lift", linear=200.0),
+    DryFriction(reading="sleeve_lift", force=InputFunction(values=(40.0,))),
+    OutputSpring(reading="sleeve_lift", rate=500.0),
 )
 CASES: dict[str, tuple[dict[str, Any], tuple[Any, ...]]] = {
-    "vertical": (PAPERS, ()),
+    "vertical": (PAPER_DIMENSIONS, ()),
     "hung": (HUNG, ()),
     "everything": ({**HUNG, "spring_rate": 33e3}, EVERYTHING),
 }
@@ -40,22 +40,24 @@ CASES: dict[str, tuple[dict[str, Any], tuple[Any, ...]]] = {
 @pytest.fixture(params=CASES)
 def drawn(request: pytest.FixtureRequest) -> Any:
     dimensions, more = CASES[request.param]
-    scene = hartung_scene(dimensions, speed=21.6, angle=0.12, rate=-0.6, more=more, duration=1.0, every=0.02)
+    scene = hartung_scene(
+        dimensions, speed=21.6, angle=0.12, rate=-0.6, more_effects=more, duration=1.0, output_interval=0.02
+    )
     run = gm.run(scene, engine="multibody", accuracy=1e-5)
-    return run, stage_of(run.scene.part, run.poses, run.times, acting_of(run))
+    return run, measure_run_extents(run.scene.part, run.poses, run.times, effect_state_of(run))
 
 
 def test_every_shape_stays_within_the_view_and_has_a_style(drawn: Any) -> None:
     run, stage = drawn
     part = run.scene.part
-    left, right, bottom, top = extent(part, run.poses, run.times, stage.acting)
+    left, right, bottom, top = drawing_bounds(part, run.poses, run.times, stage.acting)
     shapes = list(background_shapes(part, run.poses, stage))
     for pose, time in zip(run.poses, run.times, strict=True):
         shapes += moving_shapes(part, pose, stage.at(float(time)))
-    x0, x1, y0, y1 = bounds(shapes)
+    x0, x1, y0, y1 = bounding_box(shapes)
     assert left < x0 < x1 < right
     assert bottom < y0 < y1 < top
-    assert {shape.role for shape in shapes} <= set(STYLES)
+    assert {shape.role for shape in shapes} <= set(ROLE_STYLES)
 
 
 def test_shapes_keep_their_kinds_and_roles_at_every_pose(drawn: Any) -> None:
@@ -103,29 +105,31 @@ def length_of(shape: Polygon) -> float:
 
 
 def test_vertical_hangers_stay_within_the_slot_of_the_sleeve() -> None:
-    scene = hartung_scene({**PAPERS, "sleeve_arm": 0.4}, speed=21.6, angle=0.12, rate=-0.6, duration=0.5, every=0.02)
+    scene = hartung_scene(
+        {**PAPER_DIMENSIONS, "sleeve_arm": 0.4}, speed=21.6, angle=0.12, rate=-0.6, duration=0.5, output_interval=0.02
+    )
     run = gm.run(scene, engine="multibody", accuracy=1e-5)
-    stage = stage_of(run.scene.part, run.poses, run.times, acting_of(run))
+    stage = measure_run_extents(run.scene.part, run.poses, run.times, effect_state_of(run))
     for pose, time in zip(run.poses, run.times, strict=True):
-        shapes = moving_shapes(run.scene.part, pose, stage.at(float(time)))
+        shapes = moving_shapes(run.scene.part, pose, stage.at_time(float(time)))
         (slot,) = (shape for shape in shapes if isinstance(shape, Polygon) and shape.role == "slot")
-        left, right, _, _ = bounds([slot])
-        turn = PAPERS["bell_crank_angle"] + float(pose[0, 2])
-        foot = abs(PAPERS["fulcrum_radius"] - 0.4 * math.sin(turn))
+        left, right, _, _ = bounding_box([slot])
+        turn = PAPER_DIMENSIONS["bell_crank_angle"] + float(pose[0, 2])
+        foot = abs(PAPER_DIMENSIONS["fulcrum_radius"] - 0.4 * math.sin(turn))
         assert left < -foot < foot < right
 
 
 def test_both_halves_are_drawn_alike(drawn: Any) -> None:
     run, stage = drawn
-    left, right, _, _ = bounds(
+    left, right, _, _ = bounding_box(
         s for s in moving_shapes(run.scene.part, run.poses[0], stage) if s.role in ("ball", "rod")
     )
     assert left == pytest.approx(-right, abs=1e-12)
 
 
 def test_the_plan_turns_with_the_spindle() -> None:
-    part = hartung_scene(PAPERS).part
-    pose = np.array(part.mechanism.sketch)
+    part = hartung_scene(PAPER_DIMENSIONS).part
+    pose = np.array(part.mechanism.initial_guess)
     upright, turned = (plan_shapes(part, pose, angle, 0.0, 0.3) for angle in (0.0, math.pi / 2))
     for before, after in zip(upright, turned, strict=True):
         if isinstance(before, Polygon) and isinstance(after, Polygon):

@@ -11,19 +11,23 @@ from matplotlib.backends.backend_agg import FigureCanvasAgg
 from PIL import Image
 
 import governor_mechanism as gm
-from cranks import MASSES, crank_scene, valve_scene
+from crank_scenes import SLIDER_CRANK_MASSES, crank_scene, valve_scene
 from governor_mechanism.engines import MultibodyEngine
 from governor_mechanism.errors import MechanismError
-from governor_mechanism.observables.valve_timing import event_angles
-from governor_mechanism.render.figures.registry import machine_figures
+from governor_mechanism.observables.valve_timing import find_event_angles
+from governor_mechanism.render.figures.registry import write_machine_figures
 from governor_mechanism.render.figures.slide_valve import marks_plate as marks_construction
 from governor_mechanism.render.figures.slide_valve import zeuner_plate as zeuner
-from governor_mechanism.render.figures.slide_valve.zeuner_data import valve_plate
+from governor_mechanism.render.figures.slide_valve.zeuner_data import valve_diagram_data
 from governor_mechanism.render.figures.slider_crank import bearing_loads as bearings
-from governor_mechanism.render.geometry.primitives import Circle, Lines, Polygon, bounds
-from governor_mechanism.render.machines.registry import background_shapes, drawing_of, extent, moving_shapes
-from governor_mechanism.render.machines.slide_valve.cylinder import magnified
-from governor_mechanism.render.machines.slide_valve.proportions import gear_of, standing, state
+from governor_mechanism.render.geometry.primitives import Circle, Lines, Polygon, bounding_box
+from governor_mechanism.render.machines.registry import background_shapes, drawing_bounds, drawing_of, moving_shapes
+from governor_mechanism.render.machines.slide_valve.cylinder import valve_magnification
+from governor_mechanism.render.machines.slide_valve.proportions import (
+    steam_phase,
+    valve_gear_position,
+    valve_gear_proportions,
+)
 
 CASES = {
     "marks": {},
@@ -49,17 +53,17 @@ def run(request):
 
 
 def test_the_machine_has_a_drawing_of_its_own(run):
-    assert set(drawing_of(run.scene.part).readings) <= set(run.readings)
+    assert set(drawing_of(run.scene.part).panel_readings) <= set(run.readings)
 
 
 def test_shapes_keep_their_kinds_and_roles_and_stay_within_the_view(run):
     part = run.scene.part
     kinds = [(type(shape), shape.role) for shape in moving_shapes(part, run.poses[0])]
-    left, right, bottom, top = extent(part, run.poses, run.times)
+    left, right, bottom, top = drawing_bounds(part, run.poses, run.times)
     for pose in run.poses:
         shapes = moving_shapes(part, pose)
         assert [(type(shape), shape.role) for shape in shapes] == kinds
-        x0, x1, y0, y1 = bounds(shapes)
+        x0, x1, y0, y1 = bounding_box(shapes)
         assert left < x0 < x1 < right
         assert bottom < y0 < y1 < top
     assert background_shapes(part, run.poses)
@@ -67,7 +71,7 @@ def test_shapes_keep_their_kinds_and_roles_and_stay_within_the_view(run):
 
 def test_piston_and_valve_are_drawn_where_they_stand(run):
     part = run.scene.part
-    gear = gear_of(part)
+    gear = valve_gear_proportions(part)
     for k in range(0, len(run.times), 7):
         shapes = moving_shapes(part, run.poses[k])
         (piston,) = (shape for shape in shapes if shape.role == "piston")
@@ -77,13 +81,13 @@ def test_piston_and_valve_are_drawn_where_they_stand(run):
         assert abs((min(xs) + max(xs)) / 2 - (gear.crank - way)) < 1e-12
         (valve,) = (shape for shape in shapes if shape.role == "valve")
         middle = sum(x for x, _ in valve.points) / len(valve.points)
-        assert abs(middle + magnified(gear) * run.readings["valve_displacement"][k]) < 1e-12
+        assert abs(middle + valve_magnification(gear) * run.readings["valve_displacement"][k]) < 1e-12
 
 
 def test_the_valve_stays_within_its_chest(run):
     part = run.scene.part
     walls = [shape for shape in background_shapes(part, run.poses) if shape.role == "live steam"]
-    low, high = bounds(walls)[:2]
+    low, high = bounding_box(walls)[:2]
     for pose in run.poses:
         (valve,) = (shape for shape in moving_shapes(part, pose) if shape.role == "valve")
         xs = [x for x, _ in valve.points]
@@ -92,7 +96,7 @@ def test_the_valve_stays_within_its_chest(run):
 
 def test_the_steam_changes_its_state_at_the_events():
     scene = valve_scene()
-    gear, angles = gear_of(scene.part), event_angles(scene)
+    gear, angles = valve_gear_proportions(scene.part), find_event_angles(scene)
     names = {
         "admission": "live steam",
         "cut-off": "expanding steam",
@@ -104,40 +108,44 @@ def test_the_steam_changes_its_state_at_the_events():
         side = 1.0 if end == "crank end" else -1.0
         just_after = gm.kinematics(scene, over="crank_angle", values=[angle + 1e-6]).poses[0]
         just_before = gm.kinematics(scene, over="crank_angle", values=[angle - 1e-6]).poses[0]
-        after, before = (state(gear, standing(scene.part, gear, pose), side) for pose in (just_after, just_before))
+        after, before = (
+            steam_phase(gear, valve_gear_position(scene.part, gear, pose), side) for pose in (just_after, just_before)
+        )
         assert after == names[event]
         assert before != after
 
 
 def test_only_the_steam_that_is_there_is_painted(run):
-    gear = gear_of(run.scene.part)
+    gear = valve_gear_proportions(run.scene.part)
     for pose in run.poses[::9]:
         shown = [
             shape.role
             for shape in moving_shapes(run.scene.part, pose)
             if isinstance(shape, Polygon) and shape.points and "steam" in shape.role
         ]
-        at = standing(run.scene.part, gear, pose)
-        assert sorted(shown) == sorted(2 * [state(gear, at, 1.0)] + 2 * [state(gear, at, -1.0)])
+        at = valve_gear_position(run.scene.part, gear, pose)
+        assert sorted(shown) == sorted(2 * [steam_phase(gear, at, 1.0)] + 2 * [steam_phase(gear, at, -1.0)])
 
 
 def test_the_crank_pin_and_the_displacement_lie_on_one_ray(run):
     part = run.scene.part
     for pose in run.poses[::9]:
-        gear = gear_of(part)
-        at = standing(part, gear, pose)
+        gear = valve_gear_proportions(part)
+        at = valve_gear_position(part, gear, pose)
         marks = [
             s for s in moving_shapes(part, pose) if isinstance(s, Circle) and s.role.endswith("mark") and s.radius > 0
         ]
-        assert len(marks) == 1 or abs(at.displacement) < 1e-12
+        assert len(marks) == 1 or abs(at.valve_displacement) < 1e-12
         for mark in marks:
-            assert abs(math.atan2(mark.y, mark.x) - math.remainder(at.angle, math.tau)) < 1e-9
+            assert abs(math.atan2(mark.y, mark.x) - math.remainder(at.crank_angle, math.tau)) < 1e-9
             # an eccentric's radius reaches to 0.8 of the circle
-            assert abs(math.hypot(mark.x, mark.y) - 0.8 * gear.crank * abs(at.displacement) / gear.eccentric) < 1e-12
+            assert (
+                abs(math.hypot(mark.x, mark.y) - 0.8 * gear.crank * abs(at.valve_displacement) / gear.eccentric) < 1e-12
+            )
         (projection,) = (s for s in moving_shapes(part, pose) if isinstance(s, Lines) and s.role == "projection")
         start, end = projection.lines[0][0], projection.lines[0][-1]
         np.testing.assert_allclose(math.hypot(*start), gear.crank, rtol=1e-12)
-        np.testing.assert_allclose(end, (at.piston, 0.0), atol=1e-12)
+        np.testing.assert_allclose(end, (at.piston_position, 0.0), atol=1e-12)
 
 
 def level_words(figure):
@@ -169,13 +177,13 @@ def overlaps(figure):
 
 @pytest.mark.parametrize("name", ["marks", "thirty", "endless"])
 def test_the_words_of_zeuners_plate_stand_clear_within_the_frame(name):
-    assert overlaps(zeuner.draw(valve_plate(valve_scene(CASES[name])))) == ([], [])
+    assert overlaps(zeuner.draw_zeuner_plate(valve_diagram_data(valve_scene(CASES[name])))) == ([], [])
 
 
 @pytest.mark.parametrize("name", CROWDED)
 @pytest.mark.parametrize(("plate", "panel"), [(zeuner, 0), (marks_construction, 3)])
 def test_the_names_of_crowded_events_stand_clear_of_each_other(name, plate, panel):
-    figure = plate.draw(valve_plate(valve_scene(CROWDED[name])))
+    figure = plate.draw(valve_diagram_data(valve_scene(CROWDED[name])))
     events = {"admission", "cut-off", "release", "compression"}
     key = [text.get_text() for legend in [figure.axes[panel].get_legend()] if legend for text in legend.get_texts()]
     out, near = overlaps(figure)
@@ -186,7 +194,7 @@ def test_the_names_of_crowded_events_stand_clear_of_each_other(name, plate, pane
 
 @pytest.mark.parametrize("name", ["marks", "thirty"])
 def test_the_words_of_marks_plate_stand_clear_within_the_frame(name):
-    assert overlaps(marks_construction.draw(valve_plate(valve_scene(CASES[name])))) == ([], [])
+    assert overlaps(marks_construction.draw_marks_plate(valve_diagram_data(valve_scene(CASES[name])))) == ([], [])
 
 
 @pytest.mark.parametrize("figure", [zeuner.zeuner_figure, marks_construction.marks_figure])
@@ -210,35 +218,40 @@ def test_what_a_plate_cannot_show_is_refused(tmp_path, figure):
 
 def test_an_endless_eccentric_rod_has_no_error_to_construct():
     with pytest.raises(MechanismError, match="an endless one has no error"):
-        marks_construction.draw(valve_plate(valve_scene(CASES["endless"])))
+        marks_construction.draw_marks_plate(valve_diagram_data(valve_scene(CASES["endless"])))
 
 
 def test_the_points_of_the_mechanism_lie_on_the_hyperbola():
-    axes = marks_construction.draw(valve_plate(valve_scene())).axes[1]
+    axes = marks_construction.draw_marks_plate(valve_diagram_data(valve_scene())).axes[1]
     (points,) = (line for line in axes.lines if line.get_marker() == "o")
     assert np.max(np.abs(points.get_ydata())) < 1e-6  # um; the curves beside it err by 46 and 67
 
 
 def crank_run(effects=None, **settings):
     return MultibodyEngine().run(
-        crank_scene(effects={"gravity": True, "masses": MASSES} if effects is None else effects, **settings)
+        crank_scene(
+            effects={"gravity": True, "masses": SLIDER_CRANK_MASSES} if effects is None else effects, **settings
+        )
     )
 
 
 def test_the_words_of_the_bearings_plate_stand_clear_within_the_frame(tmp_path):
     run = crank_run()
-    out, near = overlaps(bearings.draw(run))
+    out, near = overlaps(bearings.draw_bearing_loads(run))
     assert out == []
     # degrees may come close where the shaft's curve is narrow
     assert [pair for pair in near if not all("°" in words for words in pair)] == []
-    assert bearings.bearings_figure(run, tmp_path / "a.png").exists()
+    assert bearings.bearing_loads_figure(run, tmp_path / "a.png").exists()
 
 
 def test_numbers_of_many_figures_push_no_label_of_the_bearings_plate_over_its_frame():
     run = crank_run(
-        {"gravity": True, "masses": {name: 1000.0 * mass for name, mass in MASSES.items() if "centre" not in name}}
+        {
+            "gravity": True,
+            "masses": {name: 1000.0 * mass for name, mass in SLIDER_CRANK_MASSES.items() if "centre" not in name},
+        }
     )
-    figure = bearings.draw(run)
+    figure = bearings.draw_bearing_loads(run)
     renderer = FigureCanvasAgg(figure).get_renderer()
     figure.draw(renderer)
     assert figure.axes[0].yaxis.label.get_window_extent(renderer).x0 > 0.21 * figure.dpi
@@ -246,21 +259,21 @@ def test_numbers_of_many_figures_push_no_label_of_the_bearings_plate_over_its_fr
 
 @pytest.mark.parametrize("masses", [{"crank": 80.0}, {"crank": 80.0, "rod": 70.0}, {"crank": 80.0, "crosshead": 110.0}])
 def test_bearings_between_massless_parts_are_left_out(masses):
-    assert bearings.draw(crank_run({"masses": masses}))
+    assert bearings.draw_bearing_loads(crank_run({"masses": masses}))
 
 
 def test_runs_whose_bearings_have_nothing_to_show_are_refused(tmp_path):
     with pytest.raises(MechanismError, match=r"with effects\.masses"):
-        bearings.draw(crank_run({}))
+        bearings.draw_bearing_loads(crank_run({}))
     with pytest.raises(MechanismError, match="a whole turn"):
-        bearings.draw(crank_run(duration=0.5))
+        bearings.draw_bearing_loads(crank_run(duration=0.5))
     with pytest.raises(MechanismError, match=r"must end in \.png"):
-        bearings.bearings_figure(crank_run(duration=0.1), tmp_path / "a.gif")
+        bearings.bearing_loads_figure(crank_run(duration=0.1), tmp_path / "a.gif")
 
 
 def test_a_machine_brings_its_plates(tmp_path):
     def brought(run):
-        return [path.name for path in machine_figures(run, tmp_path, "mine") if path.exists()]
+        return [path.name for path in write_machine_figures(run, tmp_path, "mine") if path.exists()]
 
     engine = MultibodyEngine()
     assert brought(engine.run(valve_scene(duration=0.1))) == ["mine_zeuner.png", "mine_marks.png"]

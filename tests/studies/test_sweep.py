@@ -11,15 +11,15 @@ import numpy as np
 import pytest
 
 import governor_mechanism as gm
-from governor_mechanism.engines.reduced.batch import Batch
+from governor_mechanism.engines.reduced.batch import ReducedBatch
 from governor_mechanism.render.figures.sweep import sweep_figure
-from governor_mechanism.scenes.parser import scene_from_document
-from governor_mechanism.studies.sweep.batch_rows import Rows
-from governor_mechanism.studies.sweep.grid_spec import MOST_ROWS
-from governor_mechanism.studies.sweep.parameters import axes_of, with_value
-from governor_mechanism.studies.sweep.quantities import readings_of
-from governor_mechanism.studies.sweep.run import rows_of
-from governor_mechanism.units.quantities import KINDS
+from governor_mechanism.scenes.parser import parse_scene_document
+from governor_mechanism.studies.sweep.batch_rows import BatchedRows
+from governor_mechanism.studies.sweep.grid_spec import MAX_SWEEP_ROWS
+from governor_mechanism.studies.sweep.parameters import parse_axes, replace_document_value
+from governor_mechanism.studies.sweep.quantities import find_reading_units
+from governor_mechanism.studies.sweep.run import compute_rows
+from governor_mechanism.units.quantities import QUANTITY_KINDS
 
 DOCUMENT = {
     "title": "Porter",
@@ -28,7 +28,7 @@ DOCUMENT = {
     "effects": {"gravity": True, "centrifugal": True},
     "spindle": {"speed": "120 rpm"},
     "start": {"arm_angle": "40 deg"},
-    "run": {"duration": "0.2 s", "every": "20 ms", "accuracy": 1e-5, "engine": "multibody"},
+    "run": {"duration": "0.2 s", "output_interval": "20 ms", "accuracy": 1e-5, "engine": "multibody"},
 }
 
 ARMS, MASSES = "dimensions.arm=250mm:350mm:3", "dimensions.sleeve_mass=15kg,20kg,25kg"
@@ -39,7 +39,7 @@ REFUSED = "dimensions.link=100mm,300mm"
 
 @pytest.fixture(scope="module")
 def scene():
-    return scene_from_document(DOCUMENT, "porter.toml")
+    return parse_scene_document(DOCUMENT, "porter.toml")
 
 
 @pytest.fixture(scope="module")
@@ -61,7 +61,7 @@ def test_rows_are_those_of_single_runs(scene, grid):
     for row in grid.rows:
         arm, mass = grid.values_at(row.index)
         dimensions = DOCUMENT["dimensions"] | {"arm": arm, "sleeve_mass": mass}
-        run = gm.run(scene_from_document(DOCUMENT | {"dimensions": dimensions}), certify=False)
+        run = gm.run(parse_scene_document(DOCUMENT | {"dimensions": dimensions}), certify=False)
         assert row.numbers == (np.max(run.readings["arm_angle"]), run.rates["sleeve_lift"][-1], 0.2)
 
 
@@ -81,7 +81,7 @@ def test_columns_and_grids_have_the_shape_of_the_axes(grid):
 
 def test_the_scene_itself_stays_as_it_was(scene):
     before = json.dumps(scene.document)
-    gm.sweep(scene, {"dimensions.link": ["310 mm"], "effects.oil_brake.sleeve": [20.0]}, ["duration"])
+    gm.sweep(scene, {"dimensions.link": ["310 mm"], "effects.dashpot.sleeve": [20.0]}, ["duration"])
     assert json.dumps(scene.document) == before
 
 
@@ -125,7 +125,7 @@ def test_a_sweep_that_is_done_is_read_back(scene, tmp_path, monkeypatch):
     vary = [MASSES, REFUSED]
     first = gm.sweep(scene, vary, out=tmp_path)
     files = listing(tmp_path)
-    monkeypatch.setattr("governor_mechanism.studies.sweep.run.rows_of", None)
+    monkeypatch.setattr("governor_mechanism.studies.sweep.run.compute_rows", None)
     second = gm.sweep(scene, vary, out=tmp_path)
     assert listing(tmp_path) == files
     np.testing.assert_array_equal(first.column("min arm_angle"), second.column("min arm_angle"))
@@ -136,7 +136,7 @@ def test_a_folder_with_another_sweep_is_refused(scene, tmp_path):
     gm.sweep(scene, [MASSES], ["duration"], out=tmp_path)
     told = problems_of(scene, ["dimensions.sleeve_mass=15kg,20kg"], ["duration"], out=tmp_path)
     assert "of another sweep (other values of keys)" in told[0]
-    other = scene_from_document(DOCUMENT | {"spindle": {"speed": "121 rpm"}}, "porter.toml")
+    other = parse_scene_document(DOCUMENT | {"spindle": {"speed": "121 rpm"}}, "porter.toml")
     assert "other scene" in problems_of(other, [MASSES], ["duration"], out=tmp_path)[0]
     assert "other quantities, accuracy" in problems_of(scene, [MASSES], accuracy=1e-4, out=tmp_path)[0]
     (tmp_path / "porter_sweep.json").write_text("[]", encoding="utf-8")
@@ -222,13 +222,13 @@ def test_quantities_are_taken_as_their_names_say(scene):
 def test_readings_are_known_before_the_run(name):
     scene = gm.load(name)
     run = gm.run(scene, engine="multibody", accuracy=1e-3, times=[0.0, 0.01], certify=False)
-    assert readings_of(scene) == dict(run.units)
+    assert find_reading_units(scene) == dict(run.units)
 
 
 def test_a_key_that_changes_no_quantity_is_noted():
     """The balls of a governor without a loaded sleeve swing alike, whatever their mass."""
     dimensions = {key: value for key, value in DOCUMENT["dimensions"].items() if key != "sleeve_mass"}
-    watt = scene_from_document(DOCUMENT | {"dimensions": dimensions, "spindle": {"speed": "65 rpm"}})
+    watt = parse_scene_document(DOCUMENT | {"dimensions": dimensions, "spindle": {"speed": "65 rpm"}})
     found = gm.sweep(watt, ["dimensions.ball_mass=1kg:9kg:3", "dimensions.arm=290mm,300mm"], ["final arm_angle"])
     assert found.notes == ("dimensions.ball_mass changes none of final arm_angle by more than the accuracy",)
     assert found.notes[0] in str(found)
@@ -240,7 +240,7 @@ def test_a_key_that_changes_no_quantity_is_noted():
         ("dimensions.amr=1,2", "dimensions.amr is unknown; known keys of [dimensions] are arm,"),
         ("dimensions.amr=200mm:300mm:3", "Did you mean 'arm'?"),
         ("dimension.arm=1,2", "Did you mean 'dimensions'?"),
-        ("effects.oil_brake.sleev=20 N s/m", "Did you mean 'sleeve'?"),
+        ("effects.dashpot.sleev=20 N s/m", "Did you mean 'sleeve'?"),
         (
             "dimensions.arm.x=1,2",
             "dimensions.arm.x cannot be varied: dimensions.arm is 0.3 in this scene, and no table",
@@ -258,13 +258,13 @@ def test_a_key_that_changes_no_quantity_is_noted():
         ("dimensions.arm=nan,0.2", "must be a finite number"),
         ("dimensions.arm", '"dimensions.arm" names no values; write dimensions.arm=200mm:400mm:50'),
         ("dimensions..arm=1", "is no key of a scene"),
-        (f"dimensions.arm=200mm:300mm:{MOST_ROWS + 1}", "are too many"),
+        (f"dimensions.arm=200mm:300mm:{MAX_SWEEP_ROWS + 1}", "are too many"),
         ("run.engine=multibody:impulse:2", "run.engine takes no range; list its values"),
         ("start.arm_angle=equilibrium:40deg:3", "has no number"),
         ("run.engine=multibody,impuls", "Did you mean 'impulse'?"),
         ("title=first,second", "title changes nothing in this scene"),
         (f"title={','.join(f'title {k}' for k in range(50))}", "title changes nothing in this scene"),
-        ("spindle.waves=1,2", "write unevenness = 0.03, or leave waves out"),
+        ("spindle.cycles_per_turn=1,2", "write speed_fluctuation = 0.03, or leave waves out"),
         ("spindle.inertia=1,2", "spindle.speed cannot stand beside inertia"),
         ("effects.centrifugal=yes", "must be true or false"),
     ],
@@ -327,7 +327,7 @@ def test_of_many_wrong_values_a_few_are_told(scene):
 
 def test_too_many_rows_are_refused_before_they_are_made(scene):
     told = problems_of(scene, ["dimensions.arm=200mm:300mm:1000", "dimensions.sleeve_mass=5kg:9kg:1000"])
-    assert told == (f"vary: 1,000,000 rows are too many (at most {MOST_ROWS:,}); take fewer values of a key",)
+    assert told == (f"vary: 1,000,000 rows are too many (at most {MAX_SWEEP_ROWS:,}); take fewer values of a key",)
 
 
 def test_functions_that_no_process_could_have_are_refused(scene):
@@ -347,13 +347,13 @@ def test_a_scene_that_is_not_what_its_document_says_is_refused(scene):
     [
         ("porter", "dimensions.link", "length"),
         ("porter", "effects.gravity", "acceleration"),
-        ("porter", "effects.oil_brake.sleeve", "damping"),
+        ("porter", "effects.dashpot.sleeve", "damping"),
         ("porter", "effects.dry_friction.arm_angle", "torque"),
         ("porter", "effects.spring.sleeve.rate", "stiffness"),
         ("porter", "effects.rods.arm_mass", "mass"),
-        ("porter", "effects.play", "length"),
+        ("porter", "effects.clearance", "length"),
         ("porter", "spindle.speed", "angular_speed"),
-        ("porter", "spindle.unevenness", "ratio"),
+        ("porter", "spindle.speed_fluctuation", "ratio"),
         ("porter", "start.arm_rate", "angular_rate"),
         ("porter", "run.duration", "time"),
         ("porter_free_spindle", "spindle.inertia", "moment_of_inertia"),
@@ -365,57 +365,57 @@ def test_a_scene_that_is_not_what_its_document_says_is_refused(scene):
 def test_keys_take_values_of_their_kind(name, key, kind):
     """Whether or not they stand in the file; what carries the wrong unit is refused by that kind's name."""
     document = gm.load(name).document
-    example = KINDS[kind].example
-    (axis,) = axes_of(document, {key: [example if KINDS[kind].units else float(example)]})
+    example = QUANTITY_KINDS[kind].example
+    (axis,) = parse_axes(document, {key: [example if QUANTITY_KINDS[kind].units else float(example)]})
     assert axis.kind == kind
-    assert axis.unit == KINDS[kind].si
-    with pytest.raises(gm.MechanismError, match=f"is {KINDS[kind].name};"):
-        axes_of(document, {key: ["3 K"]})
+    assert axis.unit == QUANTITY_KINDS[kind].si_unit
+    with pytest.raises(gm.MechanismError, match=f"is {QUANTITY_KINDS[kind].name};"):
+        parse_axes(document, {key: ["3 K"]})
 
 
 def test_words_and_switches_may_be_varied(scene):
-    found = gm.sweep(scene, ["run.engine=multibody,impulse", "effects.oil_brake.sleeve=false,20 N s/m"], ["arm_angle"])
+    found = gm.sweep(scene, ["run.engine=multibody,impulse", "effects.dashpot.sleeve=false,20 N s/m"], ["arm_angle"])
     assert found.column("run.engine").tolist() == ["multibody"] * 2 + ["impulse"] * 2
     assert found.grid("arm_angle")[0] == pytest.approx(found.grid("arm_angle")[1], abs=1e-5)
-    (axis,) = axes_of(scene.document, ["start.arm_angle=equilibrium,30deg"])
+    (axis,) = parse_axes(scene.document, ["start.arm_angle=equilibrium,30deg"])
     assert axis.values == ("equilibrium", pytest.approx(math.radians(30), rel=1e-15))
 
 
 def test_items_of_lists_are_meant_by_name_or_number():
     document = {"body": [{"name": "crank", "mass": 1.0}, {"name": "rod", "mass": 2.0}]}
-    assert with_value(document, "body.rod.mass", 3.0)["body"][1] == {"name": "rod", "mass": 3.0}
-    assert with_value(document, "body.1.mass", 3.0)["body"][0]["mass"] == 3.0
+    assert replace_document_value(document, "body.rod.mass", 3.0)["body"][1] == {"name": "rod", "mass": 3.0}
+    assert replace_document_value(document, "body.1.mass", 3.0)["body"][0]["mass"] == 3.0
     assert document["body"][1]["mass"] == 2.0
     with pytest.raises(gm.MechanismError, match=r'body has no "crnk"; .* Did you mean .crank.'):
-        with_value(document, "body.crnk.mass", 3.0)
+        replace_document_value(document, "body.crnk.mass", 3.0)
 
 
 def test_large_numbers_with_a_unit_are_taken_at_their_word(scene):
     """60 m is beyond what a bare number is believed, but it stands there with its unit."""
-    (axis,) = axes_of(scene.document, ["dimensions.link=40 m:60 m:3"])
+    (axis,) = parse_axes(scene.document, ["dimensions.link=40 m:60 m:3"])
     assert axis.values == (40.0, 50.0, 60.0)
-    assert axis.written == (40.0, 50.0, "60.0 m")
+    assert axis.document_values == (40.0, 50.0, "60.0 m")
 
 
 def test_rows_do_not_depend_on_their_company(scene, monkeypatch):
     tasks = []
     monkeypatch.setattr(
-        "governor_mechanism.studies.sweep.run.rows_of", lambda task, indices: _noted(tasks, task, indices)
+        "governor_mechanism.studies.sweep.run.compute_rows", lambda task, indices: _noted(tasks, task, indices)
     )
     whole = gm.sweep(scene, [ARMS, MASSES])
-    assert rows_of(tasks[0], [7, 2]) == [whole.rows[7], whole.rows[2]]
+    assert compute_rows(tasks[0], [7, 2]) == [whole.rows[7], whole.rows[2]]
 
 
 def _noted(tasks, task, indices):
     tasks.append(task)
-    return rows_of(task, indices)
+    return compute_rows(task, indices)
 
 
 @pytest.mark.parametrize(
     "vary",
     [
         ["dimensions.arm=250mm:350mm:4"],
-        ["effects.oil_brake.sleeve=1 N s/m,1000 N s/m"],
+        ["effects.dashpot.sleeve=1 N s/m,1000 N s/m"],
         ["run.engine=multibody,impulse"],
         [REFUSED, MASSES],
         [ARMS, "run.engine=multibody"],
@@ -434,24 +434,24 @@ def test_figures_of_nothing_and_of_too_many_keys(scene, tmp_path):
     empty = gm.sweep(scene, ["dimensions.link=100mm,110mm", MASSES])
     assert empty.outcomes == {"refused": 6}
     assert sweep_figure(empty, tmp_path / "empty.png").stat().st_size > 0
-    four = gm.sweep(scene, [REFUSED, "run.every=20ms", "run.duration=0.2", "start.arm_angle=0.7"])
+    four = gm.sweep(scene, [REFUSED, "run.output_interval=20ms", "run.duration=0.2", "start.arm_angle=0.7"])
     with pytest.raises(gm.MechanismError, match="at most 3 keys, and this sweep varies 4"):
         sweep_figure(four, tmp_path / "four.png")
     with pytest.raises(gm.MechanismError, match=r"end in \.png"):
         sweep_figure(empty, tmp_path / "empty.gif")
 
 
-PLAIN = {**DOCUMENT, "run": {"duration": "2 s", "every": "10 ms", "accuracy": 1e-8, "engine": "reduced"}}
+PLAIN = {**DOCUMENT, "run": {"duration": "2 s", "output_interval": "10 ms", "accuracy": 1e-8, "engine": "reduced"}}
 TAKEN = ["final arm_angle", "min sleeve_lift", "max rate of ball_radius", "span rate of arm_angle", "duration"]
 
 
 def test_rows_made_together_are_those_of_single_runs(monkeypatch):
-    scene = scene_from_document(PLAIN, "porter.toml")
+    scene = parse_scene_document(PLAIN, "porter.toml")
     vary = {"dimensions.arm": [0.29, 0.3, 0.33], "dimensions.sleeve_mass": [12.0, 20.0, 45.0]}
     together = gm.sweep(scene, vary, TAKEN)
     made = []
     with monkeypatch.context() as patched:
-        patched.setattr(Rows, "glimpse", lambda rows, dimensions: made.append(dimensions))
+        patched.setattr(BatchedRows, "glimpse", lambda rows, dimensions: made.append(dimensions))
         single = gm.sweep(scene, vary, TAKEN)
     assert len(made) == 9  # they would have been made together
     assert together.outcomes == single.outcomes
@@ -462,7 +462,7 @@ def test_rows_made_together_are_those_of_single_runs(monkeypatch):
 
 
 def test_rows_made_together_depend_on_nothing_but_their_values():
-    scene = scene_from_document(PLAIN, "porter.toml")
+    scene = parse_scene_document(PLAIN, "porter.toml")
     alone = gm.sweep(scene, {"dimensions.arm": [0.31]}, TAKEN).rows[0]
     among = gm.sweep(scene, {"dimensions.arm": [0.29, 0.3, 0.31, 0.32]}, TAKEN).rows[2]
     assert alone.numbers == among.numbers
@@ -475,15 +475,20 @@ def test_rows_made_together_depend_on_nothing_but_their_values():
         (PLAIN, {"dimensions.arm": [0.29, 0.3]}, ["max spindle_torque"], {}),
         (PLAIN, {"dimensions.arm": [0.29, 0.3]}, TAKEN, {"certify": True}),
         (PLAIN, {"dimensions.arm": [0.29, 0.3]}, TAKEN, {"engine": "multibody"}),
-        (with_value(PLAIN, "effects.oil_brake", {"sleeve": "20 N s/m"}), {"dimensions.arm": [0.29, 0.3]}, TAKEN, {}),
-        (with_value(PLAIN, "start.arm_angle", "equilibrium"), {"dimensions.arm": [0.29, 0.3]}, TAKEN, {}),
+        (
+            replace_document_value(PLAIN, "effects.dashpot", {"sleeve": "20 N s/m"}),
+            {"dimensions.arm": [0.29, 0.3]},
+            TAKEN,
+            {},
+        ),
+        (replace_document_value(PLAIN, "start.arm_angle", "equilibrium"), {"dimensions.arm": [0.29, 0.3]}, TAKEN, {}),
     ],
     ids=["speed", "torque", "certified", "multibody", "brake", "equilibrium"],
 )
 def test_other_sweeps_make_their_rows_one_by_one(monkeypatch, document, vary, quantities, options):
     made = []
-    monkeypatch.setattr(Batch, "glimpse", _noting(made, Batch.glimpse))
-    found = gm.sweep(scene_from_document(document, "porter.toml"), vary, quantities, **options)
+    monkeypatch.setattr(ReducedBatch, "glimpse", _noting(made, ReducedBatch.run))
+    found = gm.sweep(parse_scene_document(document, "porter.toml"), vary, quantities, **options)
     assert found.ok
     assert not any(glimpse is not None for glimpse in made)
 

@@ -10,14 +10,14 @@ from typing import TYPE_CHECKING, Annotated
 
 import typer
 
-from governor_mechanism.cli.console import OK, guarded_command, print_json, say, working
-from governor_mechanism.cli.options import RESULTS, AsJson, FigureFolder, NoFigure, prepare_folder
+from governor_mechanism.cli.console import EXIT_OK, guarded_command, print_json, print_to_stderr, show_status
+from governor_mechanism.cli.options import RESULTS_FOLDER, AsJson, FigureFolder, NoFigure, prepare_folder
 
 if TYPE_CHECKING:
     from governor_mechanism.studies.hartung.design import HartungDesign
 
 
-class Designed(StrEnum):
+class DesignTarget(StrEnum):
     """What can be designed."""
 
     HARTUNG = "hartung"
@@ -25,12 +25,12 @@ class Designed(StrEnum):
 
 @guarded_command
 def design(
-    machine: Annotated[Designed, typer.Argument(help="What to design.")],
+    machine: Annotated[DesignTarget, typer.Argument(help="What to design.")],
     changes: Annotated[
         list[str] | None,
         typer.Option("--with", help='An input of your own, as "wire=14 mm"; repeatable; the paper\'s if left out.'),
     ] = None,
-    out: FigureFolder = RESULTS,
+    out: FigureFolder = RESULTS_FOLDER,
     no_figure: NoFigure = False,
     as_json: AsJson = False,
 ) -> int:
@@ -38,46 +38,59 @@ def design(
 
     With the paper's own inputs its numbers stand beside the recomputed ones, misprints marked.
     """
-    from governor_mechanism.studies.hartung.design import PAPERS, design_hartung
-    from governor_mechanism.studies.hartung.inputs import inputs_from
-    from governor_mechanism.studies.hartung.paper_comparison import dubois
+    from governor_mechanism.studies.hartung.design import PAPER_INPUTS, design_hartung
+    from governor_mechanism.studies.hartung.inputs import parse_inputs
+    from governor_mechanism.studies.hartung.paper_comparison import compare_with_paper
 
     prepare_folder(out)
-    inputs = inputs_from(changes or ())
-    papers = inputs == PAPERS
-    with working("designing"):
-        made = design_hartung(inputs)
-        files = [_scene(made, out), *([] if no_figure else _figures(made, out, papers=papers))]
+    inputs = parse_inputs(changes or ())
+    is_paper_design = inputs == PAPER_INPUTS
+    with show_status("designing"):
+        hartung_design = design_hartung(inputs)
+        files = [
+            _write_scene(hartung_design, out),
+            *([] if no_figure else _write_figures(hartung_design, out, is_paper_design=is_paper_design)),
+        ]
     if as_json:
-        for warning in made.warnings:  # the table has them
-            say(warning)
-        told = {"machine": machine.value, "design": made.as_json(), "files": [str(path) for path in files]}
-        print_json(told | ({"paper": dubois().as_json()} if papers else {}))
-        return OK
-    print("\n".join([*([f"{dubois()}\n"] if papers else []), *made.lines(), *(f"wrote {path}" for path in files)]))
-    return OK
+        for warning in hartung_design.warnings:  # the table has them
+            print_to_stderr(warning)
+        report = {"machine": machine.value, "design": hartung_design.as_json(), "files": [str(path) for path in files]}
+        print_json(report | ({"paper": compare_with_paper().as_json()} if is_paper_design else {}))
+        return EXIT_OK
+    print(
+        "\n".join(
+            [
+                *([f"{compare_with_paper()}\n"] if is_paper_design else []),
+                *hartung_design.summary_lines(),
+                *(f"wrote {path}" for path in files),
+            ]
+        )
+    )
+    return EXIT_OK
 
 
-def _scene(made: HartungDesign, out: Path) -> Path:
-    from governor_mechanism.files.atomic_write import written_beside
-    from governor_mechanism.studies.hartung.scene_export import scene_of, scene_text
+def _write_scene(hartung_design: HartungDesign, out: Path) -> Path:
+    from governor_mechanism.files.atomic_write import atomic_write
+    from governor_mechanism.studies.hartung.scene_export import export_scene_document, format_scene_toml
 
-    remark = "A Hartung governor, designed after Fr. Dubois, Dinglers Polytechnisches Journal 327 (1912), pp. 618-620."
+    comment = "A Hartung governor, designed after Fr. Dubois, Dinglers Polytechnisches Journal 327 (1912), pp. 618-620."
     path = out / "hartung_design.toml"
-    with written_beside(path) as temporary:
-        temporary.write_text(scene_text(scene_of(made), remark), encoding="utf-8")
+    with atomic_write(path) as temporary:
+        temporary.write_text(format_scene_toml(export_scene_document(hartung_design), comment), encoding="utf-8")
     return path
 
 
-def _figures(made: HartungDesign, out: Path, *, papers: bool) -> list[Path]:
+def _write_figures(hartung_design: HartungDesign, out: Path, *, is_paper_design: bool) -> list[Path]:
     """The spring lines, of the paper's inputs those that it draws, at 132 deg; and how even the sleeve force is."""
     from governor_mechanism.render.figures.hartung.design import sleeve_force_figure, spring_lines_figure
     from governor_mechanism.studies.hartung.design import design_hartung
 
-    drawn = made
-    if papers:
-        drawn = design_hartung(dataclasses.replace(made.inputs, angle=math.radians(132), sleeve_arm=0.170))
+    drawn_design = hartung_design
+    if is_paper_design:
+        drawn_design = design_hartung(
+            dataclasses.replace(hartung_design.inputs, angle=math.radians(132), sleeve_arm=0.170)
+        )
     return [
-        spring_lines_figure(drawn, out / "hartung_spring_lines.png", printed=papers),
-        sleeve_force_figure(made, out / "hartung_sleeve_force.png"),
+        spring_lines_figure(drawn_design, out / "hartung_spring_lines.png", with_printed_points=is_paper_design),
+        sleeve_force_figure(hartung_design, out / "hartung_sleeve_force.png"),
     ]

@@ -13,20 +13,20 @@ from typing import TYPE_CHECKING, Annotated
 import typer
 
 from governor_mechanism.cli.console import (
-    BAD_INPUT,
-    FAILED,
-    INTERRUPTED,
-    OK,
-    Answered,
+    EXIT_BAD_INPUT,
+    EXIT_FAILED,
+    EXIT_INTERRUPTED,
+    EXIT_OK,
+    CommandExit,
+    finite_or_none,
     guarded_command,
-    number,
     print_json,
-    progress_bar,
-    say,
-    working,
+    print_to_stderr,
+    show_progress_bar,
+    show_status,
 )
 from governor_mechanism.cli.design import design
-from governor_mechanism.cli.options import RESULTS, AsJson, FigureFolder, NoFigure, SceneName, prepare_folder
+from governor_mechanism.cli.options import RESULTS_FOLDER, AsJson, FigureFolder, NoFigure, SceneName, prepare_folder
 from governor_mechanism.cli.studies import accuracy, effects, regulation, sweep
 from governor_mechanism.errors import MechanismError
 
@@ -36,7 +36,7 @@ if TYPE_CHECKING:
     from governor_mechanism.model.scene import Scene
     from governor_mechanism.model.trajectory import Trajectory
     from governor_mechanism.statics.equilibria import Equilibrium
-    from governor_mechanism.statics.speed_curve import SpeedCurve, StandingBand
+    from governor_mechanism.statics.speed_curve import InsensitivityBand, SpeedCurve
 
 app = typer.Typer(
     name="governor-mechanism",
@@ -58,15 +58,15 @@ def main() -> None:
     """Entry point of the command."""
     try:
         app()
-    except Answered:
+    except CommandExit:
         raise
     except SystemExit as stop:
-        if stop.code == BAD_INPUT and "--json" in sys.argv:
+        if stop.code == EXIT_BAD_INPUT and "--json" in sys.argv:
             print_json({"outcome": "bad_input", "problems": ["the command's words are off; see --help"]})
         raise
     except KeyboardInterrupt:  # before a command was reached
-        say("interrupted")
-        raise SystemExit(INTERRUPTED) from None
+        print_to_stderr("interrupted")
+        raise SystemExit(EXIT_INTERRUPTED) from None
 
 
 def _show_version(wanted: bool) -> None:
@@ -90,16 +90,16 @@ def options(
 @guarded_command
 def models(as_json: AsJson = False) -> int:
     """List the shipped scenes, one line each."""
-    from governor_mechanism.scenes.library import shipped, title_of
+    from governor_mechanism.scenes.library import read_scene_title, shipped_scenes
 
-    scenes = {name: title_of(path) for name, path in shipped().items()}
+    scenes = {name: read_scene_title(path) for name, path in shipped_scenes().items()}
     if as_json:
         print_json({"models": [{"name": name, "title": title} for name, title in scenes.items()]})
-        return OK
+        return EXIT_OK
     width = max(map(len, scenes))
     for name, title in scenes.items():
         print(f"{name:<{width}}  {title}")
-    return OK
+    return EXIT_OK
 
 
 @app.command()
@@ -108,14 +108,14 @@ def run(
     scene: SceneName,
     engine: Annotated[str, typer.Option(help="auto, or the name of an engine; the scene's own if left out.")] = "auto",
     accuracy: Annotated[float | None, typer.Option(help="Relative to each reading's scale; the scene's own.")] = None,
-    out: Annotated[Path, typer.Option(help="Folder for the results.")] = RESULTS,
+    out: Annotated[Path, typer.Option(help="Folder for the results.")] = RESULTS_FOLDER,
     film: Annotated[FilmFormat, typer.Option(help="Kind of film; mp4 needs the extra 'video'.")] = FilmFormat.GIF,
     no_film: Annotated[bool, typer.Option("--no-film", help="Leave the film out.")] = False,
     as_json: AsJson = False,
 ) -> int:
     """Simulate a scene; write its film, figure, readings (CSV), arrays (netCDF) and a record (JSON)."""
     import governor_mechanism as gm
-    from governor_mechanism.files.results import summary
+    from governor_mechanism.files.results import summarise_run
     from governor_mechanism.machines.slide_valve import SlideValve
 
     if film is FilmFormat.MP4 and not no_film:
@@ -123,25 +123,25 @@ def run(
 
         require_video_writer()
     prepare_folder(out)
-    opened = gm.load(scene)
-    with working("simulating"):
-        result = gm.run(opened, engine=engine, accuracy=accuracy)
+    loaded_scene = gm.load(scene)
+    with show_status("simulating"):
+        result = gm.run(loaded_scene, engine=engine, accuracy=accuracy)
     stem = Path(result.scene.source).stem or "scene"
-    files = _write(result, out, stem, None if no_film else film)
-    steam = gm.valve_events(opened) if opened.part.machine == SlideValve.name else None
+    files = _write_results(result, out, stem, None if no_film else film)
+    valve_timing = gm.valve_timing(loaded_scene) if loaded_scene.part.machine == SlideValve.name else None
     if as_json:
-        more = {} if steam is None else {"steam": steam.as_json()}
-        print_json({**summary(result), **more, "files": [str(path) for path in files]})
+        valve_timing_json = {} if valve_timing is None else {"steam": valve_timing.as_json()}
+        print_json({**summarise_run(result), **valve_timing_json, "files": [str(path) for path in files]})
     else:
-        from governor_mechanism.cli.summary import describe
+        from governor_mechanism.cli.summary import format_run
 
-        print(describe(result))
-        if steam is not None:
-            print(steam)
+        print(format_run(result))
+        if valve_timing is not None:
+            print(valve_timing)
         print("wrote " + ", ".join(str(path) for path in files))
         if not result.outcome.ok:
-            say(result.message)
-    return OK if result.outcome.ok else FAILED
+            print_to_stderr(result.message)
+    return EXIT_OK if result.outcome.ok else EXIT_FAILED
 
 
 @app.command()
@@ -150,16 +150,16 @@ def crosscheck(scene: SceneName, as_json: AsJson = False) -> int:
     """Compare the simulation of a scene with every closed form that applies; exit status 1 when one does not agree."""
     import governor_mechanism as gm
 
-    opened = gm.load(scene)
-    with working("simulating"):
-        report = gm.crosscheck(opened)
+    loaded_scene = gm.load(scene)
+    with show_status("simulating"):
+        report = gm.crosscheck(loaded_scene)
     if as_json:
         rows = [
             {
                 "quantity": row.quantity,
-                "simulated": number(row.simulated),
-                "expected": number(row.expected),
-                "difference": number(row.difference),
+                "simulated": finite_or_none(row.simulated),
+                "expected": finite_or_none(row.expected),
+                "difference": finite_or_none(row.difference),
                 "allowed": row.allowed,
                 "unit": row.unit,
                 "reason": row.reason,
@@ -178,7 +178,7 @@ def crosscheck(scene: SceneName, as_json: AsJson = False) -> int:
         )
     else:
         print(report)
-    return OK if report.passed else FAILED
+    return EXIT_OK if report.passed else EXIT_FAILED
 
 
 @app.command()
@@ -189,68 +189,92 @@ def equilibria(
         str | None, typer.Option(help='Of the spindle, as "6.4 rad/s" or "61 rpm"; the scene\'s own.')
     ] = None,
     resistance: Annotated[
-        str | None, typer.Option(help='Friction that holds it, as "40 N": draw the standing band.')
+        str | None, typer.Option(help='Friction that holds it, as "40 N": draw the insensitivity band.')
     ] = None,
     against: Annotated[str, typer.Option(help="The reading at which the resistance acts.")] = "sleeve_lift",
-    out: FigureFolder = RESULTS,
+    out: FigureFolder = RESULTS_FOLDER,
     no_figure: NoFigure = False,
     as_json: AsJson = False,
 ) -> int:
-    """Find every position of rest at a speed, with its stability; draw the characteristic, speed against travel."""
+    """Find every equilibrium position at a speed, with its stability; draw the characteristic, speed against travel."""
     import governor_mechanism as gm
-    from governor_mechanism.cli.summary import describe_rests, rests_as_json
-    from governor_mechanism.statics.equilibrium_speed import balances
-    from governor_mechanism.units.quantities import parse
+    from governor_mechanism.cli.summary import equilibria_as_json, format_equilibria
+    from governor_mechanism.statics.equilibrium_speed import has_equilibrium_speed
+    from governor_mechanism.units.quantities import parse_quantity
 
     prepare_folder(out)
-    opened = gm.load(scene)
-    wanted = None if speed is None else parse(speed, "angular_speed", "--speed")
-    hold = None if resistance is None else _resistance(opened, resistance, against)
-    found = gm.equilibria(opened, wanted)
-    curve = gm.speed_curve(opened, resistance=hold, against=against) if balances(opened) else None
-    bands = [] if hold is None else [_band(opened, rest, hold, against) for rest in found]
-    files = [] if no_figure or curve is None else _characteristics(opened, curve, found, out)
+    loaded_scene = gm.load(scene)
+    spindle_speed = None if speed is None else parse_quantity(speed, "angular_speed", "--speed")
+    resistance_value = None if resistance is None else _parse_resistance(loaded_scene, resistance, against)
+    equilibrium_points = gm.equilibria(loaded_scene, spindle_speed)
+    curve = (
+        gm.speed_curve(loaded_scene, resistance=resistance_value, against=against)
+        if has_equilibrium_speed(loaded_scene)
+        else None
+    )
+    bands = (
+        []
+        if resistance_value is None
+        else [_compute_insensitivity_band(loaded_scene, rest, resistance_value, against) for rest in equilibrium_points]
+    )
+    files = (
+        [] if no_figure or curve is None else _write_speed_curve_figures(loaded_scene, curve, equilibrium_points, out)
+    )
     if as_json:
-        told = {"coordinate": opened.part.mechanism.coordinate, **rests_as_json(found, curve, bands)}
-        print_json({**told, "files": [str(path) for path in files]})
+        report = {
+            "coordinate": loaded_scene.part.mechanism.coordinate,
+            **equilibria_as_json(equilibrium_points, curve, bands),
+        }
+        print_json({**report, "files": [str(path) for path in files]})
     else:
-        lines = [opened.title, *describe_rests(opened, found, curve, bands), *(f"wrote {path}" for path in files)]
+        lines = [
+            loaded_scene.title,
+            *format_equilibria(loaded_scene, equilibrium_points, curve, bands),
+            *(f"wrote {path}" for path in files),
+        ]
         print("\n".join(lines))
-    return OK
+    return EXIT_OK
 
 
-def _resistance(scene: Scene, text: str, against: str) -> float:
-    from governor_mechanism.statics.equilibrium_speed import require_turning
-    from governor_mechanism.units.quantities import parse
+def _parse_resistance(scene: Scene, text: str, against: str) -> float:
+    from governor_mechanism.statics.equilibrium_speed import require_equilibrium_speed
+    from governor_mechanism.units.quantities import parse_quantity
 
-    require_turning(scene)
+    require_equilibrium_speed(scene)
     quantities = {reading.name: reading.quantity for reading in scene.part.mechanism.readings}
     if against not in quantities:
         raise MechanismError(
             f"--resistance acts at a reading, and there is no {against!r}; name one by --against: {list(quantities)}"
         )
-    return parse(text, "torque" if quantities[against] == "angle" else "force", "--resistance")
+    return parse_quantity(text, "torque" if quantities[against] == "angle" else "force", "--resistance")
 
 
-def _band(scene: Scene, rest: Equilibrium, hold: float, against: str) -> StandingBand | str:
-    """The standing band at a position of rest, or why there is none."""
+def _compute_insensitivity_band(
+    scene: Scene, equilibrium: Equilibrium, resistance_value: float, against: str
+) -> InsensitivityBand | str:
+    """The insensitivity band at a equilibrium position, or why there is none."""
     import governor_mechanism as gm
 
     try:
-        return gm.standing_band(scene, [rest.coordinate], hold, against)
+        return gm.insensitivity_band(scene, [equilibrium.coordinate], resistance_value, against)
     except MechanismError as error:
         return error.problems[0]
 
 
-def _characteristics(scene: Scene, curve: SpeedCurve, found: Sequence[Equilibrium], out: Path) -> list[Path]:
+def _write_speed_curve_figures(
+    scene: Scene, curve: SpeedCurve, equilibrium_points: Sequence[Equilibrium], out: Path
+) -> list[Path]:
     """The characteristic, and Zehnder's plate for the governors it speaks of."""
-    from governor_mechanism.render.figures.parabolic.isochronous_plate import has_parabolas, parabolas_figure
-    from governor_mechanism.render.figures.speed_curve import characteristic_figure
+    from governor_mechanism.render.figures.parabolic.isochronous_plate import (
+        has_isochronous_parabolas,
+        isochronous_figure,
+    )
+    from governor_mechanism.render.figures.speed_curve import speed_curve_figure
 
     stem = Path(scene.source).stem
-    files = [characteristic_figure(scene, curve, out / f"{stem}_characteristic.png", found)]
-    if has_parabolas(scene):
-        files.append(parabolas_figure(scene, out / f"{stem}_parabolas.png"))
+    files = [speed_curve_figure(scene, curve, out / f"{stem}_characteristic.png", equilibrium_points)]
+    if has_isochronous_parabolas(scene):
+        files.append(isochronous_figure(scene, out / f"{stem}_parabolas.png"))
     return files
 
 
@@ -258,21 +282,21 @@ for command in (accuracy, effects, regulation, sweep, design):
     app.command()(command)
 
 
-def _write(result: Trajectory, out: Path, stem: str, film: FilmFormat | None) -> list[Path]:
+def _write_results(result: Trajectory, out: Path, stem: str, film: FilmFormat | None) -> list[Path]:
     """Write every result: the film, which takes longest, first, and the record last.
 
     Interrupted in the film, the results of an earlier run stay as they were; where a record stands, all is complete.
     """
     import governor_mechanism as gm
     from governor_mechanism.files.results import save_csv, save_json, save_netcdf
-    from governor_mechanism.render.figures.registry import machine_figures
+    from governor_mechanism.render.figures.registry import write_machine_figures
     from governor_mechanism.render.figures.time_series import readings_figure
 
     written = []
     if film is not None and len(result.times) > 1:
-        with progress_bar("film") as progress:
+        with show_progress_bar("film") as progress:
             written.append(gm.film(result, out / f"{stem}.{film.value}", progress=progress))
-    written += machine_figures(result, out, stem)
+    written += write_machine_figures(result, out, stem)
     writers = {"csv": save_csv, "nc": save_netcdf, "png": readings_figure, "json": save_json}
     for kind, write in writers.items():
         path = out / f"{stem}.{kind}"

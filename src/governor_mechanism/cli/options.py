@@ -16,7 +16,7 @@ AsJson = Annotated[
 FigureFolder = Annotated[Path, typer.Option(help="Folder for what is drawn.")]
 NoFigure = Annotated[bool, typer.Option("--no-figure", help="Draw nothing.")]
 
-RESULTS = Path("results")
+RESULTS_FOLDER = Path("results")
 """Where everything is written unless --out says otherwise."""
 
 

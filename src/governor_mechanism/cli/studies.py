@@ -12,8 +12,16 @@ from typing import TYPE_CHECKING, Annotated
 
 import typer
 
-from governor_mechanism.cli.console import FAILED, OK, guarded_command, print_json, progress_bar, say, working
-from governor_mechanism.cli.options import RESULTS, AsJson, FigureFolder, NoFigure, SceneName, prepare_folder
+from governor_mechanism.cli.console import (
+    EXIT_FAILED,
+    EXIT_OK,
+    guarded_command,
+    print_json,
+    print_to_stderr,
+    show_progress_bar,
+    show_status,
+)
+from governor_mechanism.cli.options import RESULTS_FOLDER, AsJson, FigureFolder, NoFigure, SceneName, prepare_folder
 
 if TYPE_CHECKING:
     from governor_mechanism.model.scene import Scene
@@ -26,35 +34,35 @@ def accuracy(
         float | None, typer.Option("--for", help="An error, relative to each reading's scale: what reaches it soonest.")
     ] = None,
     longest: Annotated[float, typer.Option(help="Seconds that one setting may take, the reference not.")] = 1.0,
-    out: FigureFolder = RESULTS,
+    out: FigureFolder = RESULTS_FOLDER,
     no_figure: NoFigure = False,
     as_json: AsJson = False,
 ) -> int:
     """Measure the error and the time of every engine at every setting; write figure, table (CSV) and record (JSON)."""
     import governor_mechanism as gm
-    from governor_mechanism.studies.work_precision.results import require_error
+    from governor_mechanism.studies.work_precision.results import validate_target_error
 
     if wanted is not None:
-        require_error(wanted)
+        validate_target_error(wanted)
     prepare_folder(out)
-    opened = gm.load(scene)
-    with progress_bar("accuracy") as progress:
-        study = gm.accuracy_study(opened, longest, progress)
-    stem = f"{Path(opened.source).stem or 'scene'}_accuracy"
+    loaded_scene = gm.load(scene)
+    with show_progress_bar("accuracy") as progress:
+        study = gm.accuracy_study(loaded_scene, longest, progress)
+    stem = f"{Path(loaded_scene.source).stem or 'scene'}_accuracy"
     files = [study.save_csv(out / f"{stem}.csv"), study.save_json(out / f"{stem}.json")]
-    told = wanted is None or wanted >= study.reference.floor
-    reached = wanted is None or (told and study.cheapest_for(wanted) is not None)
-    advice = None if wanted is None else study.advice(wanted) if told else study.too_fine(wanted)
+    is_measurable = wanted is None or wanted >= study.reference.resolvable_error
+    is_reached = wanted is None or (is_measurable and study.cheapest_for(wanted) is not None)
+    advice = None if wanted is None else study.advice(wanted) if is_measurable else study.unresolvable_message(wanted)
     if not no_figure:
-        from governor_mechanism.render.figures.work_precision import accuracy_figure
+        from governor_mechanism.render.figures.work_precision import work_precision_figure
 
-        files.append(accuracy_figure(study, out / f"{stem}.png", wanted if told else None))
+        files.append(work_precision_figure(study, out / f"{stem}.png", wanted if is_measurable else None))
     if as_json:
-        asked = {} if wanted is None else {"for": wanted, "advice": advice, "reached": reached}
-        print_json({**study.as_json(), **asked, "files": [str(path) for path in files]})
+        request = {} if wanted is None else {"for": wanted, "advice": advice, "reached": is_reached}
+        print_json({**study.as_json(), **request, "files": [str(path) for path in files]})
     else:
         print("\n".join([str(study), *([advice] if advice else []), *(f"wrote {path}" for path in files)]))
-    return OK if reached else FAILED
+    return EXIT_OK if is_reached else EXIT_FAILED
 
 
 @guarded_command
@@ -62,7 +70,7 @@ def effects(
     scene: SceneName,
     engine: Annotated[str, typer.Option(help="One engine for all the runs.")] = "auto",
     accuracy: Annotated[float | None, typer.Option(help="Relative to each reading's scale.")] = None,
-    out: FigureFolder = RESULTS,
+    out: FigureFolder = RESULTS_FOLDER,
     no_figure: NoFigure = False,
     as_json: AsJson = False,
 ) -> int:
@@ -70,73 +78,79 @@ def effects(
     import governor_mechanism as gm
 
     prepare_folder(out)
-    opened = gm.load(scene)
-    with progress_bar("effects") as progress:
-        study = gm.effects_study(opened, engine, accuracy, progress)
+    loaded_scene = gm.load(scene)
+    with show_progress_bar("effects") as progress:
+        study = gm.effects_study(loaded_scene, engine, accuracy, progress)
     files = []
     if not no_figure:
-        from governor_mechanism.render.figures.effect_ablation import effects_figure
+        from governor_mechanism.render.figures.effect_ablation import effect_ablation_figure
 
-        files.append(effects_figure(study, out / f"{Path(opened.source).stem or 'scene'}_effects.png"))
+        files.append(effect_ablation_figure(study, out / f"{Path(loaded_scene.source).stem or 'scene'}_effects.png"))
     if as_json:
         print_json({**study.as_json(), "files": [str(path) for path in files]})
     else:
         print(study)
         print("".join(f"wrote {path}" for path in files))
-    return OK
+    return EXIT_OK
 
 
-class Regulation(StrEnum):
+class RegulationStudy(StrEnum):
     """What is asked about how a governor regulates."""
 
-    TWITCH = "twitch"
-    PLAY = "play"
+    CYCLIC = "cyclic"
+    CLEARANCE = "clearance"
     SETTLING = "settling"
     JUMP = "jump"
 
 
 @guarded_command
 def regulation(
-    study: Annotated[Regulation, typer.Argument(help="What to ask.")],
+    study: Annotated[RegulationStudy, typer.Argument(help="What to ask.")],
     scene: Annotated[str, typer.Argument(help="Of a scene of yours; a shipped one where it is left out.")] = "",
-    out: FigureFolder = RESULTS,
+    out: FigureFolder = RESULTS_FOLDER,
 ) -> int:
-    """Twitching against unevenness or play, settling against the brake, the jump against the ramp; many runs each."""
+    """Twitching against speed fluctuation or play, settling against the brake, the jump against the ramp; many runs each."""
     from governor_mechanism.render.figures import regulation as figures
     from governor_mechanism.studies.regulation import registry as studies
 
     prepare_folder(out)
     path = out / f"{study.value}.png"
-    with working("running"):
+    with show_status("running"):
         match study:
-            case Regulation.TWITCH:
-                twitched = studies.twitch(_scene(scene, "porter_twitch"), studies.SHARES)
-                figures.twitch_figure(twitched, path)
-                told = f"twitches from {twitched.threshold:.6g} of the standing band on, which is {twitched.band:.6g}"
-            case Regulation.PLAY:
-                names = [scene] if scene else ["porter_play", "watt_play"]
-                played = [studies.play_and_twitch(_scene(name, ""), studies.PLAYS) for name in names]
-                figures.play_figure(played, path)
-                told = "\n".join(f"{one.title}: {one.finding}" for one in played)
-            case Regulation.SETTLING:
-                settled = studies.settling(_scene(scene, "porter_load_step"), studies.BRAKES)
-                figures.settling_figure(settled, path)
-                told = f"settles soonest, in {settled.best[1]:.4g} s, with a brake of {settled.best[0]:.4g} N s/m"
-            case Regulation.JUMP:
-                jumped = studies.jump(_scene(scene, "watt_improved"), studies.RATES)
-                figures.jump_figure(jumped, path)
-                told = (
-                    f"falls {jumped.falling_exponent.value:.4f} +- {jumped.falling_exponent.scatter:.1g} (exponent of "
-                    f"the rate) below {jumped.fold_speed:.6g} rad/s, jumps above {jumped.stop_speed:.6g} rad/s"
+            case RegulationStudy.CYCLIC:
+                cyclic_study = studies.study_cyclic_motion(
+                    _load_scene(scene, "porter_cyclic"), studies.FLUCTUATION_RATIOS
                 )
-    print(f"{told}\nwrote {path}")
-    return OK
+                figures.cyclic_figure(cyclic_study, path)
+                conclusion = f"twitches from {cyclic_study.threshold:.6g} of the insensitivity band on, which is {cyclic_study.insensitivity_band:.6g}"
+            case RegulationStudy.CLEARANCE:
+                names = [scene] if scene else ["porter_clearance", "watt_clearance"]
+                clearance_studies = [
+                    studies.study_clearance(_load_scene(name, ""), studies.CLEARANCES) for name in names
+                ]
+                figures.clearance_figure(clearance_studies, path)
+                conclusion = "\n".join(f"{one.title}: {one.conclusion}" for one in clearance_studies)
+            case RegulationStudy.SETTLING:
+                settling_study = studies.study_settling(
+                    _load_scene(scene, "porter_load_step"), studies.DAMPING_COEFFICIENTS
+                )
+                figures.settling_figure(settling_study, path)
+                conclusion = f"settles soonest, in {settling_study.best[1]:.4g} s, with a brake of {settling_study.best[0]:.4g} N s/m"
+            case RegulationStudy.JUMP:
+                fold_jump_study = studies.study_fold_jump(_load_scene(scene, "watt_improved"), studies.RAMP_RATES)
+                figures.fold_jump_figure(fold_jump_study, path)
+                conclusion = (
+                    f"falls {fold_jump_study.falling_exponent.value:.4f} +- {fold_jump_study.falling_exponent.standard_error:.1g} (exponent of "
+                    f"the rate) below {fold_jump_study.fold_speed:.6g} rad/s, jumps above {fold_jump_study.stop_speed:.6g} rad/s"
+                )
+    print(f"{conclusion}\nwrote {path}")
+    return EXIT_OK
 
 
-def _scene(name: str, shipped: str) -> Scene:
+def _load_scene(name: str, default: str) -> Scene:
     import governor_mechanism as gm
 
-    return gm.load(name or shipped)
+    return gm.load(name or default)
 
 
 @guarded_command
@@ -154,7 +168,9 @@ def sweep(
     accuracy: Annotated[float | None, typer.Option(help="Relative to each reading's scale; the scene's own.")] = None,
     certify: Annotated[bool, typer.Option("--certify", help="Estimate the error of every run.")] = False,
     workers: Annotated[int, typer.Option(help="Processes; the result does not depend on it.")] = 1,
-    out: Annotated[Path, typer.Option(help="Folder for table, record and figure, where the sweep goes on.")] = RESULTS,
+    out: Annotated[
+        Path, typer.Option(help="Folder for table, record and figure, where the sweep goes on.")
+    ] = RESULTS_FOLDER,
     no_figure: NoFigure = False,
     as_json: AsJson = False,
 ) -> int:
@@ -163,13 +179,13 @@ def sweep(
     from governor_mechanism.studies.sweep.checkpoint import journal_path
 
     prepare_folder(out)
-    opened = gm.load(scene)
-    journal = journal_path(out, opened.source)
-    counted = _Counted()
+    loaded_scene = gm.load(scene)
+    journal_file = journal_path(out, loaded_scene.source)
+    counter = _ProgressCounter()
     try:
-        with progress_bar("sweep") as counted.bar:
-            found = gm.sweep(
-                opened,
+        with show_progress_bar("sweep") as counter.bar:
+            result = gm.sweep(
+                loaded_scene,
                 vary,
                 quantity or None,
                 engine=engine,
@@ -177,25 +193,27 @@ def sweep(
                 certify=certify,
                 workers=workers,
                 out=out,
-                progress=counted,
+                progress=counter,
             )
     except KeyboardInterrupt:
-        if journal.exists():
-            say(f"{counted.done} of {counted.total} rows are in {journal}; the same command goes on from there")
+        if journal_file.exists():
+            print_to_stderr(
+                f"{counter.done} of {counter.total} rows are in {journal_file}; the same command goes on from there"
+            )
         raise
-    files = [journal.with_suffix(kind) for kind in (".csv", ".json")]
+    files = [journal_file.with_suffix(kind) for kind in (".csv", ".json")]
     if not no_figure:
         from governor_mechanism.render.figures.sweep import sweep_figure
 
-        files.append(sweep_figure(found, journal.with_suffix(".png")))
+        files.append(sweep_figure(result, journal_file.with_suffix(".png")))
     if as_json:
-        print_json({**found.as_json(), "files": [str(path) for path in files]})
+        print_json({**result.as_json(), "files": [str(path) for path in files]})
     else:
-        print("\n".join([str(found), *(f"wrote {path}" for path in files)]))
-    return OK if found.ok else FAILED
+        print("\n".join([str(result), *(f"wrote {path}" for path in files)]))
+    return EXIT_OK if result.ok else EXIT_FAILED
 
 
-class _Counted:
+class _ProgressCounter:
     """Passes progress on to a bar, where there is one, and remembers it."""
 
     def __init__(self) -> None:

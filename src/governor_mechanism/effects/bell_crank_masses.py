@@ -9,7 +9,7 @@ from governor_mechanism.model.effect import Effect
 
 
 @dataclass(frozen=True, kw_only=True)
-class BellCranks(Effect):
+class BellCrankMasses(Effect):
     """Bell cranks with mass (kg, each): two slender arms of one section, and on them weights that have a size.
 
     A weight is a block fixed to its arm: width (m) across the arm, height along it, depth out of the plane. The machine

@@ -6,33 +6,33 @@ from dataclasses import dataclass
 
 from governor_mechanism.effects.stops import Stops
 from governor_mechanism.errors import MechanismError, require_positive
-from governor_mechanism.model.effect import Effect, OnReading
+from governor_mechanism.model.effect import Effect, OutputEffect
 
-PLAY = "sleeve_play"
+CLEARANCE_READING = "sleeve_clearance"
 """The reading that tells where in its play a sleeve is."""
 
 
 @dataclass(frozen=True, kw_only=True)
-class Play(Effect):
+class Clearance(Effect):
     """Play (m) between links and sleeve: the sleeve may move so far before the links take it along.
 
-    restitution as of Stops. The machine adds the reading `sleeve_play`, from -width / 2 to width / 2.
+    restitution as of Stops. The machine adds the reading `sleeve_clearance`, from -width / 2 to width / 2.
     """
 
     width: float
     restitution: float = 0.0
 
     def __post_init__(self) -> None:
-        require_positive(self.width, "m", "play")
+        require_positive(self.width, "m", "clearance")
         if not 0 <= self.restitution <= 1:
             raise MechanismError(f"restitution of the play must lie between 0 and 1; got {self.restitution:g}")
 
     @property
     def stops(self) -> Stops:
         """The play as stops of its reading."""
-        return Stops(reading=PLAY, low=-self.width / 2, high=self.width / 2, restitution=self.restitution)
+        return Stops(reading=CLEARANCE_READING, low=-self.width / 2, high=self.width / 2, restitution=self.restitution)
 
     @property
-    def acting(self) -> tuple[OnReading, ...]:
+    def output_effects(self) -> tuple[OutputEffect, ...]:
         """The stops of its reading."""
         return (self.stops,)

@@ -9,7 +9,7 @@ from governor_mechanism.model.effect import Effect
 
 
 @dataclass(frozen=True, kw_only=True)
-class Masses(Effect):
+class CrankMasses(Effect):
     """Masses (kg) of the parts of a slider crank: the crank, and rod and crosshead where they have some.
 
     crank_centre (m) is where the crank's mass lies, from the shaft toward the crank pin, negative for a counterweight.
@@ -35,19 +35,19 @@ class Masses(Effect):
             require_positive(self.rod_inertia, "kg m2", "masses.rod_inertia")
         if self.rod == 0.0 and (self.rod_centre is not None or self.rod_inertia is not None):
             raise MechanismError("masses.rod_centre and rod_inertia are of a rod with mass; give masses.rod as well")
-        _refuse_unlike({"crank": self.crank, "rod": self.rod, "crosshead": self.crosshead})
+        _require_comparable_masses({"crank": self.crank, "rod": self.rod, "crosshead": self.crosshead})
 
 
-UNLIKE = 1e-4
+MIN_MASS_RATIO = 1e-4
 """A part so much lighter than another is as good as massless, and rigid bodies so unlike are not solved well."""
 
 
-def _refuse_unlike(masses: dict[str, float]) -> None:
+def _require_comparable_masses(masses: dict[str, float]) -> None:
     heaviest = max(masses, key=lambda name: masses[name])
     for name, mass in masses.items():
-        if 0.0 < mass < UNLIKE * masses[heaviest]:
-            cure = "" if name == "crank" else ", or leave it out"
+        if 0.0 < mass < MIN_MASS_RATIO * masses[heaviest]:
+            hint = "" if name == "crank" else ", or leave it out"
             raise MechanismError(
                 f"masses.{name} ({mass:g} kg) is nothing beside masses.{heaviest} ({masses[heaviest]:g} kg); "
-                f"give it {UNLIKE * masses[heaviest]:g} kg at least{cure}"
+                f"give it {MIN_MASS_RATIO * masses[heaviest]:g} kg at least{hint}"
             )

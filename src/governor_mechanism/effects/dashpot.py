@@ -5,12 +5,12 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 from governor_mechanism.errors import MechanismError, require_not_negative, require_positive
-from governor_mechanism.model.effect import OnReading
+from governor_mechanism.model.effect import OutputEffect
 
 
 @dataclass(frozen=True, kw_only=True)
-class OilBrake(OnReading):
-    """An oil brake along a reading: it pulls by -(linear rate + quadratic |rate| rate).
+class Dashpot(OutputEffect):
+    """An dashpot along a reading: it pulls by -(linear rate + quadratic |rate| rate).
 
     linear in N s/m or N m s/rad; quadratic in N s2/m2 or N m s2/rad2, as of oil forced through an orifice.
     """
@@ -20,25 +20,25 @@ class OilBrake(OnReading):
 
     def __post_init__(self) -> None:
         for name in ("linear", "quadratic"):
-            require_not_negative(getattr(self, name), "", f"{name} of the oil brake on {self.reading!r}")
+            require_not_negative(getattr(self, name), "", f"{name} of the dashpot on {self.reading!r}")
         if self.linear == self.quadratic == 0.0:
-            raise MechanismError(f"the oil brake on {self.reading!r} needs a linear or a quadratic part")
+            raise MechanismError(f"the dashpot on {self.reading!r} needs a linear or a quadratic part")
 
 
-DISCHARGE = 0.62
+DISCHARGE_COEFFICIENT = 0.62
 """Coefficient of discharge of a sharp-edged orifice."""
 
 
-def orifice_coefficient(*, piston: float, hole: float, screw: float = 1.0, density: float = 900.0) -> float:
+def orifice_damping_coefficient(*, piston: float, hole: float, screw: float = 1.0, density: float = 900.0) -> float:
     """Quadratic coefficient (N s2/m2) of a piston that forces oil through an orifice: rho A^3 / (2 (0.62 a)^2).
 
     piston A and hole a are areas (m2), screw is the part of the hole that an adjusting screw leaves open (above 0, to
     1), density rho (kg/m3). Raises MechanismError outside that, and for a hole not smaller than the piston.
     """
     for value, unit, name in ((piston, "m2", "piston"), (hole, "m2", "hole"), (density, "kg/m3", "oil")):
-        require_positive(value, unit, f"{name} of the oil brake")
+        require_positive(value, unit, f"{name} of the dashpot")
     if not 0 < screw <= 1:
-        raise MechanismError(f"screw of the oil brake must lie above 0 (shut) and at most at 1 (open); got {screw:g}")
+        raise MechanismError(f"screw of the dashpot must lie above 0 (shut) and at most at 1 (open); got {screw:g}")
     if hole >= piston:
-        raise MechanismError(f"hole of the oil brake ({hole:g} m2) must be smaller than its piston ({piston:g} m2)")
-    return density * piston**3 / (2 * (DISCHARGE * screw * hole) ** 2)
+        raise MechanismError(f"hole of the dashpot ({hole:g} m2) must be smaller than its piston ({piston:g} m2)")
+    return density * piston**3 / (2 * (DISCHARGE_COEFFICIENT * screw * hole) ** 2)

@@ -5,18 +5,18 @@ from __future__ import annotations
 from dataclasses import dataclass, field
 
 from governor_mechanism.errors import MechanismError
-from governor_mechanism.model.effect import OnReading
-from governor_mechanism.model.time_functions import Program
+from governor_mechanism.model.effect import OutputEffect
+from governor_mechanism.model.time_functions import InputFunction
 
 
 @dataclass(frozen=True, kw_only=True)
-class DryFriction(OnReading):
+class DryFriction(OutputEffect):
     """Dry friction along a reading: it holds against any force up to `force` (N, or N m), and opposes motion with it.
 
     force is a program of time, so that friction may be relieved now and then.
     """
 
-    force: Program = field(default_factory=Program)
+    force: InputFunction = field(default_factory=InputFunction)
 
     def __post_init__(self) -> None:
         if min(self.force.values) < 0:

@@ -7,7 +7,7 @@ from dataclasses import dataclass
 from governor_mechanism.errors import require_positive
 from governor_mechanism.model.effect import Effect
 
-STANDARD_GRAVITY = 9.81
+DEFAULT_GRAVITY = 9.81
 """m/s2: what `gravity = true` means."""
 
 
@@ -15,7 +15,7 @@ STANDARD_GRAVITY = 9.81
 class Gravity(Effect):
     """A uniform pull along -y, in m/s2."""
 
-    acceleration: float = STANDARD_GRAVITY
+    acceleration: float = DEFAULT_GRAVITY
 
     def __post_init__(self) -> None:
         require_positive(self.acceleration, "m/s2", "gravity")

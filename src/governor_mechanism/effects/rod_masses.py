@@ -9,7 +9,7 @@ from governor_mechanism.model.effect import Effect
 
 
 @dataclass(frozen=True, kw_only=True)
-class Rods(Effect):
+class RodMasses(Effect):
     """Arms and links as slender uniform rods of these masses (kg, each), balls as solid spheres of this radius (m).
 
     The machine builds its bodies from them; what is nought is left as it was.

@@ -5,11 +5,11 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 from governor_mechanism.errors import MechanismError, require_finite, require_positive
-from governor_mechanism.model.effect import OnReading
+from governor_mechanism.model.effect import OutputEffect
 
 
 @dataclass(frozen=True, kw_only=True)
-class SpringOn(OnReading):
+class OutputSpring(OutputEffect):
     """A spring along a reading: it pulls by -(preload + rate (value - zero)).
 
     rate in N/m or N m/rad, preload in N or N m, zero in m or rad. one_sided: it only ever pulls one way, and is slack
@@ -27,12 +27,12 @@ class SpringOn(OnReading):
             require_finite(getattr(self, name), "", f"{name} of the spring on {self.reading!r}")
 
     @property
-    def free(self) -> float:
+    def free_value(self) -> float:
         """The value of the reading at which it pulls nothing."""
         return self.zero - self.preload / self.rate
 
 
-def wire_spring_rate(*, wire: float, coil: float, turns: float, modulus: float) -> float:
+def helical_spring_rate(*, wire: float, coil: float, turns: float, modulus: float) -> float:
     """Rate (N/m) of a helical spring: G d^4 / (8 D^3 n).
 
     wire d and coil D are diameters (m, of the coil's middle line), turns n those that work, modulus G (Pa) of shear.

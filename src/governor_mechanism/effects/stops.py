@@ -6,11 +6,11 @@ import math
 from dataclasses import dataclass
 
 from governor_mechanism.errors import MechanismError
-from governor_mechanism.model.effect import OnReading
+from governor_mechanism.model.effect import OutputEffect
 
 
 @dataclass(frozen=True, kw_only=True)
-class Stops(OnReading):
+class Stops(OutputEffect):
     """Hard stops at the low and the high end of a reading (m or rad; infinite where there is none).
 
     restitution is the part of the speed with which it bounces back, 0 to 1.

@@ -16,11 +16,11 @@ from governor_mechanism.model.scene import Scene
 from governor_mechanism.model.trajectory import Trajectory
 from governor_mechanism.types import FloatArray
 
-MOST_TIMES = 5_000_000
+MAX_REPORTED_TIMES = 5_000_000
 
 
 @dataclass(frozen=True, kw_only=True)
-class Task:
+class RunRequest:
     """What is asked of an engine: reported times (n,) s, accuracy relative to the scales, whether to certify it."""
 
     times: FloatArray
@@ -37,7 +37,7 @@ class Engine(ABC):
     joints: ClassVar[frozenset[type[Joint]]]
 
     @abstractmethod
-    def _run(self, scene: Scene, task: Task) -> Trajectory: ...
+    def _run(self, scene: Scene, request: RunRequest) -> Trajectory: ...
 
     @final
     def run(
@@ -54,14 +54,14 @@ class Engine(ABC):
         times (n,) s are reported instead of the scene's own; accuracy replaces the scene's. Raises UnsupportedEffect
         for effects and joints this engine does not have, MechanismError for a start that cannot be made.
         """
-        refused = self.refusal(scene)
-        if refused:
-            raise UnsupportedEffect(refused)
-        asked = scene.run.accuracy if accuracy is None else accuracy
-        if not (isinstance(asked, int | float) and 0 < asked < 1):
-            raise MechanismError(f"accuracy must lie between 0 and 1; got {asked!r}")
-        reported = reported_times(scene) if times is None else _checked(times)
-        return self._run(scene, Task(times=reported, accuracy=asked, certify=certify, reason=reason))
+        refusal_reason = self.refusal(scene)
+        if refusal_reason:
+            raise UnsupportedEffect(refusal_reason)
+        requested_accuracy = scene.run.accuracy if accuracy is None else accuracy
+        if not (isinstance(requested_accuracy, int | float) and 0 < requested_accuracy < 1):
+            raise MechanismError(f"accuracy must lie between 0 and 1; got {requested_accuracy!r}")
+        reported = make_reported_times(scene) if times is None else _validate_times(times)
+        return self._run(scene, RunRequest(times=reported, accuracy=requested_accuracy, certify=certify, reason=reason))
 
     @final
     def refusal(self, scene: Scene) -> str:
@@ -70,7 +70,7 @@ class Engine(ABC):
         missing = {type(effect) for effect in scene.effects} - self.effects
         missing_joints = {type(joint) for mechanism in parts for joint in mechanism.joints} - self.joints
         if missing or missing_joints:
-            names = sorted(kind.__name__ for kind in missing | missing_joints)
+            names = sorted(missing_type.__name__ for missing_type in missing | missing_joints)
             return f"engine {self.name!r} cannot model {names}; choose another engine or leave them out"
         if len(scene.parts) > 1 or scene.couplings:
             return (
@@ -84,20 +84,22 @@ class Engine(ABC):
         return ""
 
 
-def reported_times(scene: Scene) -> FloatArray:
-    """Multiples of `every` up to the duration, and the duration itself (s)."""
-    every, duration = scene.run.every, scene.run.duration
-    count = int(np.floor(duration / every * (1 + 1e-12)))
-    if count > MOST_TIMES:
-        raise MechanismError(f"{count} reported times are too many (at most {MOST_TIMES}); make run.every larger")
-    times: FloatArray = every * np.arange(count + 1, dtype=np.float64)
-    if duration - times[-1] > 1e-9 * every:
+def make_reported_times(scene: Scene) -> FloatArray:
+    """Multiples of `output_interval` up to the duration, and the duration itself (s)."""
+    output_interval, duration = scene.run.output_interval, scene.run.duration
+    count = int(np.floor(duration / output_interval * (1 + 1e-12)))
+    if count > MAX_REPORTED_TIMES:
+        raise MechanismError(
+            f"{count} reported times are too many (at most {MAX_REPORTED_TIMES}); make run.output_interval larger"
+        )
+    times: FloatArray = output_interval * np.arange(count + 1, dtype=np.float64)
+    if duration - times[-1] > 1e-9 * output_interval:
         return np.append(times, duration)
     times[-1] = duration
     return times
 
 
-def _checked(given: Sequence[float] | FloatArray) -> FloatArray:
+def _validate_times(given: Sequence[float] | FloatArray) -> FloatArray:
     try:
         times = np.asarray(given, dtype=np.float64)
     except (TypeError, ValueError) as error:

@@ -8,71 +8,77 @@ from typing import Protocol, TypeVar
 from governor_mechanism.errors import MechanismError
 from governor_mechanism.model.trajectory import Outcome
 
-MARGIN = 100.0
+TOLERANCE_SAFETY_FACTOR = 100.0
 """How much tighter than the accuracy a step is held: the estimate is the error of a run ten times looser."""
 
-LOOSER = 10.0
+COMPARISON_TOLERANCE_RATIO = 10.0
 """How much looser the second run of a certificate is."""
 
-TIGHTEST = 1e-15
+MIN_STEP_TOLERANCE = 1e-15
 """Below this no tolerance is tried: double precision ends."""
 
 
-class Certified(Protocol):
+class CertifiedRun(Protocol):
     """A run with the estimate of its error, or with none."""
 
     @property
-    def ended(self) -> Outcome | None:
+    def early_outcome(self) -> Outcome | None:
         """Why it ended early, if it did."""
 
     @property
-    def estimate(self) -> float | None:
+    def error_estimate(self) -> float | None:
         """Its largest error, relative to the scales."""
 
     @property
-    def reached(self) -> int:
+    def n_reached(self) -> int:
         """How many of the reported times it came to."""
 
 
-Run = TypeVar("Run", bound=Certified)
+Run = TypeVar("Run", bound=CertifiedRun)
 
 
-def refuse_settings(engine: str, tolerance: float | None, max_steps: int) -> None:
+def check_engine_settings(engine: str, tolerance: float | None, max_steps: int) -> None:
     """Raise MechanismError for settings of an engine that make no sense."""
-    if tolerance is not None and not TIGHTEST <= tolerance < 1:
-        raise MechanismError(f"{engine}.tolerance must lie between {TIGHTEST:g} and 1; got {tolerance!r}")
+    if tolerance is not None and not MIN_STEP_TOLERANCE <= tolerance < 1:
+        raise MechanismError(f"{engine}.tolerance must lie between {MIN_STEP_TOLERANCE:g} and 1; got {tolerance!r}")
     if max_steps < 1:
         raise MechanismError(f"{engine}.max_steps must be at least 1; got {max_steps!r}")
 
 
-def first_tolerance(accuracy: float) -> float:
+def initial_tolerance(accuracy: float) -> float:
     """The error of one step that an accuracy is first tried with."""
-    return max(accuracy / MARGIN, TIGHTEST)
+    return max(accuracy / TOLERANCE_SAFETY_FACTOR, MIN_STEP_TOLERANCE)
 
 
-def tightened(certified: Callable[[float], Run], tolerance: float, accuracy: float, patience: int) -> Run:
+def refine_tolerance(
+    run_certified: Callable[[float], Run], tolerance: float, accuracy: float, max_stagnant_runs: int
+) -> Run:
     """A run whose estimate is within the accuracy, or the best there is; so many in a row that are no better are
     believed, for one may be bad luck."""
-    best, tries = certified(tolerance), 0
-    while best.estimate is not None and best.estimate > accuracy:
+    best, n_stagnant = run_certified(tolerance), 0
+    while best.error_estimate is not None and best.error_estimate > accuracy:
         # Tightened by less, a certificate may come out no better for no reason but the luck of its steps.
-        tolerance *= min(max(0.5 * accuracy / best.estimate, 1e-3), 1 / LOOSER)
-        if tolerance < TIGHTEST:
+        tolerance *= min(max(0.5 * accuracy / best.error_estimate, 1e-3), 1 / COMPARISON_TOLERANCE_RATIO)
+        if tolerance < MIN_STEP_TOLERANCE:
             break
-        better = certified(tolerance)
-        if better.estimate is not None and better.estimate < best.estimate and better.reached >= best.reached:
-            best, tries = better, 0
+        better = run_certified(tolerance)
+        if (
+            better.error_estimate is not None
+            and better.error_estimate < best.error_estimate
+            and better.n_reached >= best.n_reached
+        ):
+            best, n_stagnant = better, 0
             continue
-        tries += 1
-        if tries == patience:
+        n_stagnant += 1
+        if n_stagnant == max_stagnant_runs:
             break  # rounding, not the step, sets the error now
     return best
 
 
-def outcome_of(run: Certified, accuracy: float) -> Outcome:
+def classify_outcome(run: CertifiedRun, accuracy: float) -> Outcome:
     """How a run ended, in view of the accuracy that was asked for."""
-    if run.ended is not None:
-        return run.ended
-    if run.estimate is None:
+    if run.early_outcome is not None:
+        return run.early_outcome
+    if run.error_estimate is None:
         return Outcome.UNCERTIFIED
-    return Outcome.DONE if run.estimate <= accuracy else Outcome.ACCURACY_MISSED
+    return Outcome.DONE if run.error_estimate <= accuracy else Outcome.ACCURACY_MISSED

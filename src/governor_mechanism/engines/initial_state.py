@@ -7,23 +7,23 @@ from dataclasses import replace
 
 import numpy as np
 
-from governor_mechanism.effects.clearance import PLAY
+from governor_mechanism.effects.clearance import CLEARANCE_READING
 from governor_mechanism.errors import MechanismError
-from governor_mechanism.mechanics.dynamics.contacts import keepers_of
-from governor_mechanism.mechanics.dynamics.lowering import lever_pin
-from governor_mechanism.mechanics.kinematics.assembly import Assembler
-from governor_mechanism.mechanics.kinematics.output_variables import reading_value
-from governor_mechanism.mechanics.kinematics.time_functions import SpeedProgram
+from governor_mechanism.mechanics.dynamics.contacts import contacts_of
+from governor_mechanism.mechanics.dynamics.lowering import ground_pin_of_point_mass
+from governor_mechanism.mechanics.kinematics.assembly import PositionSolver
+from governor_mechanism.mechanics.kinematics.output_variables import evaluate_output_value
+from governor_mechanism.mechanics.kinematics.time_functions import SpindleSpeedFunction
 from governor_mechanism.model.mechanism import Mechanism
 from governor_mechanism.model.scene import EQUILIBRIUM, Scene
-from governor_mechanism.numerics.jit import announce
+from governor_mechanism.numerics.jit import warn_before_compiling
 from governor_mechanism.statics.equilibria import find_equilibria
-from governor_mechanism.statics.equilibrium_speed import turns
+from governor_mechanism.statics.equilibrium_speed import has_spindle_dependent_loads
 from governor_mechanism.types import FloatArray
-from governor_mechanism.units.quantities import spoken
+from governor_mechanism.units.quantities import format_quantity
 
 
-def starting_state(scene: Scene) -> tuple[FloatArray, FloatArray]:
+def initial_state(scene: Scene) -> tuple[FloatArray, FloatArray]:
     """Poses and velocities (bodies, 3) with which a scene starts.
 
     Start values and rates are met exactly; what they leave open stays nearest to the sketch, and slowest. Raises
@@ -31,157 +31,181 @@ def starting_state(scene: Scene) -> tuple[FloatArray, FloatArray]:
     other, or nothing can move.
     """
     mechanism = scene.part.mechanism
-    announce("gradients_of", 3)
+    warn_before_compiling("evaluate_jacobian", 3)
     for body in mechanism.bodies:
-        lever_pin(mechanism, body)  # refuses those that cannot turn
-    assembler = Assembler(mechanism)
+        ground_pin_of_point_mass(mechanism, body)  # refuses those that cannot turn
+    position_solver = PositionSolver(mechanism)
     values = scene.start.values
-    if assembler.equations.driven.any():
-        _refuse_idle_drives(mechanism)
+    if position_solver.equations.is_driven.any():
+        _require_independent_drivers(mechanism)
     if EQUILIBRIUM in values.values():
-        poses = _resting(scene)
+        poses = _equilibrium_poses(scene)
     else:
-        numbers = {name: float(value) for name, value in values.items()}
-        for name, value in numbers.items():
-            _refuse_outside(mechanism, name, value)
-        poses = _assembled(assembler, numbers)
-        _refuse_outside_at(mechanism, poses)
-    _refuse_immobile(assembler, poses)
-    _refuse_beyond_stops(scene, poses)
-    return poses, assembler.velocities(poses, scene.start.rates)
+        start_values = {name: float(value) for name, value in values.items()}
+        for name, value in start_values.items():
+            _require_start_value_in_range(mechanism, name, value)
+        poses = _assemble(position_solver, start_values)
+        _require_poses_in_range(mechanism, poses)
+    _require_mobile(position_solver, poses)
+    _require_within_stops(scene, poses)
+    return poses, position_solver.solve_velocities(poses, scene.start.rates)
 
 
-def _resting(scene: Scene) -> FloatArray:
+def _equilibrium_poses(scene: Scene) -> FloatArray:
     mechanism, values = scene.part.mechanism, scene.start.values
-    if PLAY in values:
+    if CLEARANCE_READING in values:
         raise MechanismError(
             f"start = '{EQUILIBRIUM}' is not settled with play, which leaves the sleeve free between two ends; give "
             f"start.{mechanism.coordinate} as a number"
         )
-    if list(values) != [mechanism.coordinate] or Assembler(mechanism).mobility != 1:
+    if list(values) != [mechanism.coordinate] or PositionSolver(mechanism).mobility != 1:
         raise MechanismError(
             f"start = '{EQUILIBRIUM}' is for one coordinate of a mechanism of mobility one, {mechanism.coordinate!r}; "
             f"found {list(values)}; give numbers"
         )
-    return resting_poses(scene)
+    return stable_equilibrium_poses(scene)
 
 
-def _refuse_idle_drives(mechanism: Mechanism) -> None:
+def _require_independent_drivers(mechanism: Mechanism) -> None:
     """Drives that joints or other drives leave nothing to move; seen where the joints alone are closed."""
-    assembler = Assembler(mechanism)
-    driven = assembler.equations.driven
-    names = list(dict.fromkeys(assembler.equations.joints[k].name for k in assembler.equations.owner[driven]))
-    undriven = replace(mechanism, joints=tuple(joint for joint in mechanism.joints if joint.name not in names))
-    poses = Assembler(undriven).at({})
-    without, mobility = assembler.freedoms(poses, drives=False), assembler.freedoms(poses)
-    if without - mobility < np.sum(driven) and np.sum(driven) <= without:
+    position_solver = PositionSolver(mechanism)
+    is_driver_row = position_solver.equations.is_driven
+    driver_names = list(
+        dict.fromkeys(
+            position_solver.equations.joints[k].name for k in position_solver.equations.joint_indices[is_driver_row]
+        )
+    )
+    undriven_mechanism = replace(
+        mechanism, joints=tuple(joint for joint in mechanism.joints if joint.name not in driver_names)
+    )
+    poses = PositionSolver(undriven_mechanism).solve({})
+    mobility_without_drivers, mobility = (
+        position_solver.count_degrees_of_freedom(poses, include_drives=False),
+        position_solver.count_degrees_of_freedom(poses),
+    )
+    if (
+        mobility_without_drivers - mobility < np.sum(is_driver_row)
+        and np.sum(is_driver_row) <= mobility_without_drivers
+    ):
         raise MechanismError(
-            f"drives {names} find only {without - mobility} of the mobility {without} that the joints leave to move "
+            f"drives {driver_names} find only {mobility_without_drivers - mobility} of the mobility {mobility_without_drivers} that the joints leave to move "
             "where the sketch stands: at a dead centre, or two of them the same; sketch it a little further on"
         )
-    if without - mobility < np.sum(driven):
+    if mobility_without_drivers - mobility < np.sum(is_driver_row):
         raise MechanismError(
-            f"drives {names} contradict each other or the joints: the joints leave mobility {without}, "
-            f"and of {int(np.sum(driven))} drives only {without - mobility} find something to move; leave one drive out"
+            f"drives {driver_names} contradict each other or the joints: the joints leave mobility {mobility_without_drivers}, "
+            f"and of {int(np.sum(is_driver_row))} drives only {mobility_without_drivers - mobility} find something to move; leave one drive out"
         )
 
 
-def _refuse_immobile(assembler: Assembler, poses: FloatArray) -> None:
-    if assembler.equations.driven.any() or assembler.freedoms(poses) > 0:
+def _require_mobile(position_solver: PositionSolver, poses: FloatArray) -> None:
+    if position_solver.equations.is_driven.any() or position_solver.count_degrees_of_freedom(poses) > 0:
         return
-    mechanism = assembler.mechanism
-    fewer = {
+    mechanism = position_solver.mechanism
+    mechanisms_without_joint = {
         joint.name: replace(mechanism, joints=tuple(other for other in mechanism.joints if other is not joint))
         for joint in mechanism.joints
     }
-    freeing = [name for name, one in fewer.items() if Assembler(one).freedoms(poses) > 0]
-    which = f"any one of {freeing}" if freeing else "more than one of them"
-    raise MechanismError(f"the mechanism cannot move: its joints leave mobility 0; without {which} it could")
+    freeing_joints = [
+        name
+        for name, one in mechanisms_without_joint.items()
+        if PositionSolver(one).count_degrees_of_freedom(poses) > 0
+    ]
+    joints_phrase = f"any one of {freeing_joints}" if freeing_joints else "more than one of them"
+    raise MechanismError(f"the mechanism cannot move: its joints leave mobility 0; without {joints_phrase} it could")
 
 
-BEYOND = 1e-9
+STOP_TOLERANCE = 1e-9
 """Machine sizes, or rad: less than this beyond a stop is at it."""
 
 
-def _refuse_beyond_stops(scene: Scene, poses: FloatArray) -> None:
+def _require_within_stops(scene: Scene, poses: FloatArray) -> None:
     mechanism = scene.part.mechanism
-    for keeper in keepers_of(scene):
-        angle = mechanism.reading(keeper.reading).quantity == "angle"
-        unit, size = ("rad", 1.0) if angle else ("m", mechanism.size)
-        value = float(reading_value(mechanism, keeper.reading, poses))
-        if not keeper.low - BEYOND * size <= value <= keeper.high + BEYOND * size:
-            ends = " to ".join(spoken(end, unit) for end in (keeper.low, keeper.high))
+    for contact in contacts_of(scene):
+        is_angle = mechanism.reading(contact.output_name).quantity == "angle"
+        unit, coordinate_scale = ("rad", 1.0) if is_angle else ("m", mechanism.length_scale)
+        value = float(evaluate_output_value(mechanism, contact.output_name, poses))
+        if (
+            not contact.low - STOP_TOLERANCE * coordinate_scale
+            <= value
+            <= contact.high + STOP_TOLERANCE * coordinate_scale
+        ):
+            stop_range = " to ".join(format_quantity(end, unit) for end in (contact.low, contact.high))
             raise MechanismError(
-                f"the start lies beyond the stops of {keeper.reading!r}, {ends}: it is at {spoken(value, unit)}; "
+                f"the start lies beyond the stops of {contact.output_name!r}, {stop_range}: it is at {format_quantity(value, unit)}; "
                 "start between them, or move the stops"
             )
 
 
-def _assembled(assembler: Assembler, numbers: Mapping[str, float]) -> FloatArray:
+def _assemble(position_solver: PositionSolver, start_values: Mapping[str, float]) -> FloatArray:
     """Assembled at start values; where drives are in the way, they are named."""
     try:
-        return assembler.at(numbers)
+        return position_solver.solve(start_values)
     except MechanismError as error:
-        driven = assembler.equations.owner[assembler.equations.driven]
-        if not numbers or not driven.size:
+        driver_joints = position_solver.equations.joint_indices[position_solver.equations.is_driven]
+        if not start_values or not driver_joints.size:
             raise
-        names = [assembler.equations.joints[k].name for k in dict.fromkeys(driven.tolist())]
+        driver_names = [position_solver.equations.joints[k].name for k in dict.fromkeys(driver_joints.tolist())]
         raise MechanismError(
-            f"start values {dict(numbers)} and drives {names} contradict each other at t = 0: "
+            f"start values {dict(start_values)} and drives {driver_names} contradict each other at t = 0: "
             "leave the values out, or let the drives begin there"
         ) from error
 
 
-def _refuse_outside_at(mechanism: Mechanism, poses: FloatArray) -> None:
+def _require_poses_in_range(mechanism: Mechanism, poses: FloatArray) -> None:
     for limit in mechanism.limits:
-        value = float(reading_value(mechanism, limit.reading, poses))
+        value = float(evaluate_output_value(mechanism, limit.reading, poses))
         if not limit.low < value < limit.high:
             raise MechanismError(
                 f"the start lies outside the range of {limit.reading!r}, {limit.low:.6g} to {limit.high:.6g}: it is at "
-                f"{value:.6g}; {limit.below if value <= limit.low else limit.above}"
+                f"{value:.6g}; {limit.low_message if value <= limit.low else limit.high_message}"
             )
 
 
-def _refuse_outside(mechanism: Mechanism, name: str, value: float) -> None:
+def _require_start_value_in_range(mechanism: Mechanism, name: str, value: float) -> None:
     for limit in mechanism.limits:
         if limit.reading == name and not limit.low < value < limit.high:
             raise MechanismError(
                 f"start.{name} = {value:.6g} lies outside the travel, "
-                f"{limit.low:.6g} to {limit.high:.6g}: {limit.below if value <= limit.low else limit.above}"
+                f"{limit.low:.6g} to {limit.high:.6g}: {limit.low_message if value <= limit.low else limit.high_message}"
             )
 
 
-def resting_poses(scene: Scene) -> FloatArray:
+def stable_equilibrium_poses(scene: Scene) -> FloatArray:
     """Poses of the one stable equilibrium at the scene's first spindle speed; refuses none, and more than one."""
     try:
-        found = find_equilibria(scene)
+        equilibria = find_equilibria(scene)
     except MechanismError as error:
-        start = f"start.{scene.part.mechanism.coordinate} = 'equilibrium'"
-        cure = "change spindle.speed, or give a number" if turns(scene) else "give a number"
-        raise MechanismError(f"{start}: {error.problems[0]}; {cure}") from error
-    stable = [rest for rest in found if rest.stable]
+        message_start = f"start.{scene.part.mechanism.coordinate} = 'equilibrium'"
+        hint = "change spindle.speed, or give a number" if has_spindle_dependent_loads(scene) else "give a number"
+        raise MechanismError(f"{message_start}: {error.problems[0]}; {hint}") from error
+    stable = [rest for rest in equilibria if rest.stable]
     if len(stable) == 1:
         return stable[0].poses
-    name, at_speed = scene.part.mechanism.coordinate, _at_first_speed(scene)
+    name, speed_clause = scene.part.mechanism.coordinate, _initial_speed_clause(scene)
     if stable:
-        at = ", ".join(f"{rest.coordinate:.6g}" for rest in stable)
+        positions = ", ".join(f"{rest.coordinate:.6g}" for rest in stable)
         raise MechanismError(
-            f"start.{name} = 'equilibrium' is not definite: {at_speed}there are stable ones at {at}; give one"
+            f"start.{name} = 'equilibrium' is not definite: {speed_clause}there are stable ones at {positions}; give one"
         )
-    if found[0].astatic:
-        low, high = found[0].extent
+    if equilibria[0].astatic:
+        low, high = equilibria[0].extent
         raise MechanismError(
-            f"start.{name} = 'equilibrium' is not definite: {at_speed}the mechanism is astatic and rests "
+            f"start.{name} = 'equilibrium' is not definite: {speed_clause}the mechanism is astatic and rests "
             f"anywhere from {low:.6g} to {high:.6g}; give a number"
         )
-    at = ", ".join(f"{rest.coordinate:.6g}" for rest in found)
-    cure = ", or change spindle.speed" if at_speed else ""
+    positions = ", ".join(f"{rest.coordinate:.6g}" for rest in equilibria)
+    hint = ", or change spindle.speed" if speed_clause else ""
     raise MechanismError(
-        f"start.{name} = 'equilibrium': {at_speed}only an unstable one exists, at {name} = {at}; "
-        f"start there by number{cure}"
+        f"start.{name} = 'equilibrium': {speed_clause}only an unstable one exists, at {name} = {positions}; "
+        f"start there by number{hint}"
     )
 
 
-def _at_first_speed(scene: Scene) -> str:
+def _initial_speed_clause(scene: Scene) -> str:
     """The words for the scene's first spindle speed; none where nothing turns with a spindle."""
-    return f"at {SpeedProgram(scene.spindle).start_speed * 30 / np.pi:.6g} rpm " if turns(scene) else ""
+    return (
+        f"at {SpindleSpeedFunction(scene.spindle).start_speed * 30 / np.pi:.6g} rpm "
+        if has_spindle_dependent_loads(scene)
+        else ""
+    )

@@ -12,7 +12,7 @@ from governor_mechanism.errors import MechanismError
 
 
 @contextmanager
-def written_beside(path: Path) -> Iterator[Path]:
+def atomic_write(path: Path) -> Iterator[Path]:
     """Give a temporary name in the folder of `path`, with its ending; rename it to `path` at the end.
 
     On any exception, Ctrl-C included, the temporary file is removed and `path` stays as it was.

@@ -12,16 +12,16 @@ from typing import Any
 
 import numpy as np
 
-from governor_mechanism.files.atomic_write import written_beside
+from governor_mechanism.files.atomic_write import atomic_write
 from governor_mechanism.model.trajectory import Trajectory
 
-PACKAGES = ("governor-mechanism", "pymunk", "numpy", "scipy")
+REPORTED_PACKAGES = ("governor-mechanism", "pymunk", "numpy", "scipy")
 
 
 def save_csv(run: Trajectory, path: Path) -> None:
     """Write time and readings, one row a reported time, SI units in the header."""
     names = list(run.readings)
-    with written_beside(path) as temporary, temporary.open("w", newline="", encoding="utf-8") as stream:
+    with atomic_write(path) as temporary, temporary.open("w", newline="", encoding="utf-8") as stream:
         writer = csv.writer(stream)
         writer.writerow(["time [s]", *(f"{name} [{run.units[name]}]" for name in names)])
         for row in zip(run.times, *(run.readings[name] for name in names), strict=True):
@@ -32,7 +32,7 @@ def save_netcdf(run: Trajectory, path: Path) -> None:
     """Write every array of the run as netCDF-3 (opens in xarray); dimensions time, body, component (x, y, angle)."""
     from scipy.io import netcdf_file
 
-    with written_beside(path) as temporary, netcdf_file(temporary, "w", version=2) as dataset:
+    with atomic_write(path) as temporary, netcdf_file(temporary, "w", version=2) as dataset:
         dataset.title = run.scene.title
         dataset.outcome = run.message
         dataset.bodies = ", ".join(run.body_names)
@@ -42,8 +42,8 @@ def save_netcdf(run: Trajectory, path: Path) -> None:
         columns = {"time": (run.times, "s"), "joint_gap": (run.joint_gap, "m")}
         columns |= {name: (values, run.units[name]) for name, values in run.readings.items()}
         columns |= {f"{name}_rate": (values, f"{run.units[name]}/s") for name, values in run.rates.items()}
-        kinds = ("kinetic", "potential", "rotation", "jacobi", "dissipated")
-        energies = {name: getattr(run.energy, name) for name in kinds}
+        energy_names = ("kinetic", "potential", "rotation", "jacobi", "dissipated")
+        energies = {name: getattr(run.energy, name) for name in energy_names}
         columns |= {f"energy_{name}": (values, "J") for name, values in energies.items()}
         for name, (values, unit) in columns.items():
             variable = dataset.createVariable(name, "d", ("time",))
@@ -60,14 +60,14 @@ def _save_reactions(run: Trajectory, dataset: Any) -> None:
         return
     dataset.joints = ", ".join(run.reactions)
     dataset.createDimension("joint", len(run.reactions))
-    found = list(run.reactions.values())
-    blocks = [np.column_stack([one.force, one.moment]) for one in found]
+    reactions = list(run.reactions.values())
+    blocks = [np.column_stack([one.force, one.moment]) for one in reactions]
     dataset.createVariable("reaction", "d", ("time", "joint", "component"))[:] = np.stack(blocks, axis=1)
-    marks = np.stack([one.determined for one in found], axis=1)
-    dataset.createVariable("reaction_determined", "b", ("time", "joint"))[:] = marks
+    is_determined = np.stack([one.determined for one in reactions], axis=1)
+    dataset.createVariable("reaction_determined", "b", ("time", "joint"))[:] = is_determined
 
 
-def summary(run: Trajectory) -> dict[str, Any]:
+def summarise_run(run: Trajectory) -> dict[str, Any]:
     """What ran and how it ended, as plain JSON values."""
     return {
         "scene": run.scene.source,
@@ -80,34 +80,36 @@ def summary(run: Trajectory) -> dict[str, Any]:
         "reading_errors": dict(run.reading_errors),
         "joint_gap": float(np.max(run.joint_gap, initial=0.0)),
         "energy_drift": run.energy.drift,
-        "dissipated": float(run.energy.dissipated[-1]) if len(run.times) else None,
-        "samples_beside_events": run.excluded,
+        "dissipated": float(run.energy.dissipated_energy[-1]) if len(run.times) else None,
+        "samples_beside_events": run.n_excluded,
         "reported_times": len(run.times),
         "end_time": float(run.times[-1]) if len(run.times) else None,
         "final": {name: float(values[-1]) for name, values in run.readings.items() if len(values)},
         "units": dict(run.units),
         "mobility": run.mobility,
         "events": [asdict(event) for event in run.events],
-        "largest_joint_forces": {name: float(np.max(one.size, initial=0.0)) for name, one in run.reactions.items()},
+        "largest_joint_forces": {
+            name: float(np.max(one.magnitude, initial=0.0)) for name, one in run.reactions.items()
+        },
         "notes": list(run.notes),
         "cost": asdict(run.cost),
-        "versions": versions(),
+        "versions": package_versions(),
         "document": dict(run.scene.document),
     }
 
 
 def save_json(run: Trajectory, path: Path) -> None:
     """Write the summary of a run."""
-    with written_beside(path) as temporary:
-        temporary.write_text(json.dumps(summary(run), indent=2, allow_nan=False) + "\n", encoding="utf-8")
+    with atomic_write(path) as temporary:
+        temporary.write_text(json.dumps(summarise_run(run), indent=2, allow_nan=False) + "\n", encoding="utf-8")
 
 
-def versions() -> dict[str, str]:
+def package_versions() -> dict[str, str]:
     """Versions of Python and of the packages that results depend on."""
-    found = {"python": platform.python_version()}
-    for name in PACKAGES:
+    versions = {"python": platform.python_version()}
+    for name in REPORTED_PACKAGES:
         try:
-            found[name] = version(name)
+            versions[name] = version(name)
         except PackageNotFoundError:  # run from a source tree that was not installed
-            found[name] = "not installed"
-    return found
+            versions[name] = "not installed"
+    return versions

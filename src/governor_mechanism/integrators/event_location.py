@@ -2,117 +2,188 @@
 
 from __future__ import annotations
 
-from governor_mechanism.mechanics.dynamics.equations_of_motion import slope
-from governor_mechanism.mechanics.dynamics.lowering import System, Workspace
-from governor_mechanism.mechanics.dynamics.output_forces import FORCE, PARTS, between, observe
-from governor_mechanism.numerics.jit import kernel
+from governor_mechanism.mechanics.dynamics.equations_of_motion import evaluate_state_derivative_inline
+from governor_mechanism.mechanics.dynamics.lowering import System, SystemWorkspace
+from governor_mechanism.mechanics.dynamics.output_forces import (
+    EVENT_SAMPLE_FRACTIONS,
+    FORCE_EVENT,
+    evaluate_multibody_event_functions,
+    interpolate_quintic_hermite,
+)
+from governor_mechanism.numerics.jit import jit_internal
 from governor_mechanism.types import FloatArray, IntArray
 
-UNTOLD = 0.05
+OVERSHOOT_RATIO = 0.05
 """Of the spread of three values: by so much a summit between them may be higher than their parabola's."""
 
 
-@kernel
-def observed(
-    system: System, room: Workspace, cubics: FloatArray, since: float, state: FloatArray, marks: FloatArray
+@jit_internal
+def evaluate_events_at_state(
+    system: System,
+    workspace: SystemWorkspace,
+    input_cubics: FloatArray,
+    local_time: float,
+    state: FloatArray,
+    event_values: FloatArray,
 ) -> None:
     """What is watched, at a state whose slope was the last to be evaluated."""
-    count = system.bodies.size
-    poses, velocities = state[: 3 * count].reshape(count, 3), state[3 * count : 6 * count].reshape(count, 3)
-    observe(system.gauges, system.watch, poses, velocities, cubics, since, room.vector, room.seen, room.leaning, marks)
+    n_bodies = system.bodies.size
+    poses, velocities = (
+        state[: 3 * n_bodies].reshape(n_bodies, 3),
+        state[3 * n_bodies : 6 * n_bodies].reshape(n_bodies, 3),
+    )
+    evaluate_multibody_event_functions(
+        system.output_rows,
+        system.event_functions,
+        poses,
+        velocities,
+        input_cubics,
+        local_time,
+        workspace.multipliers,
+        workspace.output_row_values,
+        workspace.output_jacobian,
+        event_values,
+    )
 
 
-@kernel
-def crossing(
+@jit_internal
+def bracket_first_event(
     system: System,
-    room: Workspace,
-    cubics: FloatArray,
-    since: float,
+    workspace: SystemWorkspace,
+    input_cubics: FloatArray,
+    local_time: float,
     h: float,
-    state: FloatArray,
-    slopes: FloatArray,
-    ahead: FloatArray,
-    slopes_ahead: FloatArray,
-    trial: FloatArray,
-    spare: FloatArray,
-    marks: FloatArray,
-    counts: IntArray,
+    state_start: FloatArray,
+    derivative_start: FloatArray,
+    state_end: FloatArray,
+    derivative_end: FloatArray,
+    trial_state: FloatArray,
+    trial_derivative: FloatArray,
+    event_values: FloatArray,
+    counters: IntArray,
 ) -> tuple[float, float]:
     """Between which parts of a step the first mark rises above nought; (2, 2) where none does.
 
     marks (PARTS, watches) are known at both ends. Something that begins at nought, as a body that has just left a
     stop, must have been below it first, unless it rises at once.
     """
-    watch, last, count = system.watch, PARTS.size - 1, 3 * system.bodies.size
-    forces = False
-    for i in range(watch.size):
-        forces = forces or watch[i].kind == FORCE
-    for j in range(1, last):
-        between(state, slopes, ahead, slopes_ahead, count, h, PARTS[j], trial)
-        if forces:
-            slope(system, room, cubics, since + PARTS[j] * h, trial, spare)
-            counts[2] += 1
-        observed(system, room, cubics, since + PARTS[j] * h, trial, marks[j])
+    event_table, last_sample, n_coordinates = (
+        system.event_functions,
+        EVENT_SAMPLE_FRACTIONS.size - 1,
+        3 * system.bodies.size,
+    )
+    has_force_events = False
+    for i in range(event_table.size):
+        has_force_events = has_force_events or event_table[i].kind == FORCE_EVENT
+    for j in range(1, last_sample):
+        interpolate_quintic_hermite(
+            state_start,
+            derivative_start,
+            state_end,
+            derivative_end,
+            n_coordinates,
+            h,
+            EVENT_SAMPLE_FRACTIONS[j],
+            trial_state,
+        )
+        if has_force_events:
+            evaluate_state_derivative_inline(
+                system,
+                workspace,
+                input_cubics,
+                local_time + EVENT_SAMPLE_FRACTIONS[j] * h,
+                trial_state,
+                trial_derivative,
+            )
+            counters[2] += 1
+        evaluate_events_at_state(
+            system, workspace, input_cubics, local_time + EVENT_SAMPLE_FRACTIONS[j] * h, trial_state, event_values[j]
+        )
     low = high = 2.0
-    for i in range(watch.size):
-        tiny = watch[i].tiny
-        armed = marks[0, i] < -tiny
-        for j in range(1, last + 1):
-            if marks[j, i] > (0.0 if armed else tiny):
-                if PARTS[j] < high:
-                    low, high = PARTS[j - 1], PARTS[j]
+    for i in range(event_table.size):
+        tolerance = event_table[i].tolerance
+        armed = event_values[0, i] < -tolerance
+        for j in range(1, last_sample + 1):
+            if event_values[j, i] > (0.0 if armed else tolerance):
+                if EVENT_SAMPLE_FRACTIONS[j] < high:
+                    low, high = EVENT_SAMPLE_FRACTIONS[j - 1], EVENT_SAMPLE_FRACTIONS[j]
                 break
-            armed = armed or marks[j, i] < -tiny
-            if j == last or not armed:
+            armed = armed or event_values[j, i] < -tolerance
+            if j == last_sample or not armed:
                 continue
-            part, height = summit(PARTS[j], PARTS[1], marks[j - 1, i], marks[j, i], marks[j + 1, i])
-            below_first = part > PARTS[j] or marks[j - 1, i] < -tiny
-            if height > 0.0 and part < high and below_first and _rises(
-                system, room, cubics, since, h, state, slopes, ahead, slopes_ahead, trial, spare, marks[last], i, part,
-                forces, counts,
+            fraction, maximum = locate_parabola_maximum(
+                EVENT_SAMPLE_FRACTIONS[j],
+                EVENT_SAMPLE_FRACTIONS[1],
+                event_values[j - 1, i],
+                event_values[j, i],
+                event_values[j + 1, i],
+            )
+            negative_before = fraction > EVENT_SAMPLE_FRACTIONS[j] or event_values[j - 1, i] < -tolerance
+            if maximum > 0.0 and fraction < high and negative_before and _is_positive_at(
+                system, workspace, input_cubics, local_time, h, state_start, derivative_start, state_end, derivative_end, trial_state, trial_derivative, event_values[last_sample], i, fraction,
+                has_force_events, counters,
             ):  # fmt: skip
-                low, high = (PARTS[j - 1] if part <= PARTS[j] else PARTS[j]), part
+                low, high = (
+                    (
+                        EVENT_SAMPLE_FRACTIONS[j - 1]
+                        if fraction <= EVENT_SAMPLE_FRACTIONS[j]
+                        else EVENT_SAMPLE_FRACTIONS[j]
+                    ),
+                    fraction,
+                )
                 break
     return low, high
 
 
-@kernel
-def summit(middle: float, apart: float, before: float, here: float, after: float) -> tuple[float, float]:
+@jit_internal
+def locate_parabola_maximum(
+    midpoint: float, spacing: float, value_before: float, value_middle: float, value_after: float
+) -> tuple[float, float]:
     """Where the parabola through three equally spaced values is highest between them, and how high it may be there.
 
     A little is added for what a parabola does not tell; no height where it has no summit there.
     """
-    bend, slope = before - 2.0 * here + after, 0.5 * (after - before)
-    if not bend < 0.0 or abs(slope) > -bend:
-        return middle, -1.0
-    spread = max(before, here, after) - min(before, here, after)
-    return middle - apart * slope / bend, here - 0.5 * slope * slope / bend + UNTOLD * spread
+    second_difference, central_difference = (
+        value_before - 2.0 * value_middle + value_after,
+        0.5 * (value_after - value_before),
+    )
+    if not second_difference < 0.0 or abs(central_difference) > -second_difference:
+        return midpoint, -1.0
+    spread = max(value_before, value_middle, value_after) - min(value_before, value_middle, value_after)
+    return (
+        midpoint - spacing * central_difference / second_difference,
+        value_middle - 0.5 * central_difference * central_difference / second_difference + OVERSHOOT_RATIO * spread,
+    )
 
 
-@kernel
-def _rises(
+@jit_internal
+def _is_positive_at(
     system: System,
-    room: Workspace,
-    cubics: FloatArray,
-    since: float,
+    workspace: SystemWorkspace,
+    input_cubics: FloatArray,
+    local_time: float,
     h: float,
-    state: FloatArray,
-    slopes: FloatArray,
-    ahead: FloatArray,
-    slopes_ahead: FloatArray,
-    trial: FloatArray,
-    spare: FloatArray,
-    ends: FloatArray,
-    which: int,
-    part: float,
-    forces: bool,
-    counts: IntArray,
+    state_start: FloatArray,
+    derivative_start: FloatArray,
+    state_end: FloatArray,
+    derivative_end: FloatArray,
+    trial_state: FloatArray,
+    trial_derivative: FloatArray,
+    end_values: FloatArray,
+    event_index: int,
+    fraction: float,
+    has_force_events: bool,
+    counters: IntArray,
 ) -> bool:
     """Whether a mark is above nought at a part of the step."""
-    between(state, slopes, ahead, slopes_ahead, 3 * system.bodies.size, h, part, trial)
-    if forces:
-        slope(system, room, cubics, since + part * h, trial, spare)
-        counts[2] += 1
-    kept = ends.copy()
-    observed(system, room, cubics, since + part * h, trial, kept)
-    return bool(kept[which] > 0.0)
+    interpolate_quintic_hermite(
+        state_start, derivative_start, state_end, derivative_end, 3 * system.bodies.size, h, fraction, trial_state
+    )
+    if has_force_events:
+        evaluate_state_derivative_inline(
+            system, workspace, input_cubics, local_time + fraction * h, trial_state, trial_derivative
+        )
+        counters[2] += 1
+    values = end_values.copy()
+    evaluate_events_at_state(system, workspace, input_cubics, local_time + fraction * h, trial_state, values)
+    return bool(values[event_index] > 0.0)

@@ -8,135 +8,188 @@ import numpy as np
 from scipy.integrate import Radau
 from scipy.linalg import qr
 
-from governor_mechanism.integrators.projected_dop853 import DONE, EXHAUSTED, STALLED
-from governor_mechanism.mechanics.dynamics.equations_of_motion import EXTRA, project, slope_of
-from governor_mechanism.mechanics.dynamics.lowering import System, Workspace
-from governor_mechanism.mechanics.kinematics.constraint_kernels import gradients_of
-from governor_mechanism.numerics.least_squares import INDEPENDENT
+from governor_mechanism.integrators.projected_dop853 import (
+    INTEGRATION_DONE,
+    INTEGRATION_STALLED,
+    INTEGRATION_STEP_LIMIT,
+)
+from governor_mechanism.mechanics.dynamics.equations_of_motion import (
+    N_AUXILIARY_STATES,
+    evaluate_state_derivative,
+    project_state,
+)
+from governor_mechanism.mechanics.dynamics.lowering import System, SystemWorkspace
+from governor_mechanism.mechanics.kinematics.constraint_kernels import evaluate_jacobian
+from governor_mechanism.numerics.least_squares import RANK_TOLERANCE
 from governor_mechanism.types import FloatArray, IntArray
 
-DIFFERENCE = 1e-7
+DIFFERENCE_STEP_RATIO = 1e-7
 """Of a coordinate or its scale: the step of differences, between rounding and curvature."""
 
-POOR = 1e-3
+MIN_PARTITION_RATIO = 1e-3
 """Where the dependent coordinates would move more than 1/POOR times as fast as the chosen ones, others are chosen."""
 
 
 @dataclass
-class _Chart:
+class _CoordinatePartition:
     """Which coordinates stand for all of them, and the poses from which the others are found."""
 
     system: System
-    chosen: IntArray
+    independent: IntArray
     poses: FloatArray
 
 
-class Implicit:
+class RadauIntegrator:
     """Steps one system by Radau IIA of order 5 with error control; `scale` as in `dop853.integrate`."""
 
-    def __init__(self, system: System, room: Workspace, scale: FloatArray, closed: float) -> None:
-        self._system, self._room, self._scale, self._closed = system, room, scale, closed
-        self._count = len(system.bodies)
-        self.evaluations = self.steps = 0
+    def __init__(
+        self, system: System, workspace: SystemWorkspace, error_scale: FloatArray, constraint_tolerance: float
+    ) -> None:
+        self._system, self._workspace, self._error_scale, self._constraint_tolerance = (
+            system,
+            workspace,
+            error_scale,
+            constraint_tolerance,
+        )
+        self._n_bodies = len(system.bodies)
+        self.n_evaluations = self.n_steps = 0
 
     def integrate(
         self,
-        cubics: FloatArray,
+        input_cubics: FloatArray,
         span: tuple[float, float],
-        since: float,
-        times: FloatArray,
+        cubics_start: float,
+        output_times: FloatArray,
         state: FloatArray,
         tolerance: float,
-        most: int,
-        found: FloatArray,
+        max_steps: int,
+        output_states: FloatArray,
     ) -> tuple[int, float, int]:
         """As `dop853.integrate`; the cubics count from `since` (s). How it ended, last step, times reached."""
-        now, end = span
-        step, reached = (end - now) * 1e-3, 0
-        while now < end:
-            chart = self._chart(state)
+        t, end = span
+        step, n_reached = (end - t) * 1e-3, 0
+        while t < end:
+            partition = self._choose_partition(state)
             solver = Radau(
-                lambda time, z, chart=chart: self._slope(chart, cubics, time - since, z),
-                now,
-                self._reduced(chart, state),
+                lambda time, z, partition=partition: self._evaluate_derivative(
+                    partition, input_cubics, time - cubics_start, z
+                ),
+                t,
+                self._reduce_state(partition, state),
                 end,
-                jac=lambda time, z, chart=chart: self._jacobian(chart, cubics, time - since, z),
-                first_step=min(step, end - now),
+                jac=lambda time, z, partition=partition: self._evaluate_jacobian(
+                    partition, input_cubics, time - cubics_start, z
+                ),
+                first_step=min(step, end - t),
                 rtol=max(tolerance, 2.3e-14),
-                atol=tolerance * self._reduced(chart, self._scale),
+                atol=tolerance * self._reduce_state(partition, self._error_scale),
             )
             while solver.status == "running":
-                if self.steps >= most:
-                    return EXHAUSTED, step, reached
+                if self.n_steps >= max_steps:
+                    return INTEGRATION_STEP_LIMIT, step, n_reached
                 solver.step()
                 if solver.status == "failed":
-                    return STALLED, step, reached
-                self.steps += 1
-                dense = solver.dense_output()
-                while reached < times.size and times[reached] <= solver.t:
-                    found[reached] = self._whole(chart, cubics, times[reached] - since, dense(times[reached]))
-                    reached += 1
-                now, step = solver.t, solver.step_size or step
-                state[:] = self._whole(chart, cubics, now - since, solver.y)
-                chart.poses = state[: 3 * self._count].reshape(-1, 3).copy()
-                if self._poor(chart):
+                    return INTEGRATION_STALLED, step, n_reached
+                self.n_steps += 1
+                dense_output = solver.dense_output()
+                while n_reached < output_times.size and output_times[n_reached] <= solver.t:
+                    output_states[n_reached] = self._expand_state(
+                        partition,
+                        input_cubics,
+                        output_times[n_reached] - cubics_start,
+                        dense_output(output_times[n_reached]),
+                    )
+                    n_reached += 1
+                t, step = solver.t, solver.step_size or step
+                state[:] = self._expand_state(partition, input_cubics, t - cubics_start, solver.y)
+                partition.poses = state[: 3 * self._n_bodies].reshape(-1, 3).copy()
+                if self._is_ill_conditioned(partition):
                     break
-        return DONE, step, reached
+        return INTEGRATION_DONE, step, n_reached
 
-    def _chart(self, state: FloatArray) -> _Chart:
+    def _choose_partition(self, state: FloatArray) -> _CoordinatePartition:
         """The coordinates along which the mechanism moves most freely: those the joints' equations pivot last."""
-        poses = state[: 3 * self._count].reshape(-1, 3).copy()
-        free, rows = self._free(), self._weighted(poses)
-        chosen = free
-        if len(rows):
-            _, triangle, order = qr(rows, mode="economic", pivoting=True)
-            diagonal = np.abs(np.diag(triangle))
-            chosen = np.sort(free[order[np.sum(diagonal > INDEPENDENT * diagonal[0]) :]])
-        held = self._system.inverse_mass.copy()
-        held.ravel()[chosen] = 0.0  # a projection leaves these as they are
-        return _Chart(self._system._replace(inverse_mass=held), chosen, poses)
+        poses = state[: 3 * self._n_bodies].reshape(-1, 3).copy()
+        free, scaled_jacobian = self._free_coordinates(), self._scaled_constraint_jacobian(poses)
+        independent = free
+        if len(scaled_jacobian):
+            _, triangle, order = qr(scaled_jacobian, mode="economic", pivoting=True)
+            pivots = np.abs(np.diag(triangle))
+            independent = np.sort(free[order[np.sum(pivots > RANK_TOLERANCE * pivots[0]) :]])
+        inverse_mass = self._system.inverse_mass.copy()
+        inverse_mass.ravel()[independent] = 0.0  # a projection leaves these as they are
+        return _CoordinatePartition(self._system._replace(inverse_mass=inverse_mass), independent, poses)
 
-    def _free(self) -> IntArray:
+    def _free_coordinates(self) -> IntArray:
         """Coordinates that can change, among all (3 bodies)."""
         return np.flatnonzero(self._system.inverse_mass.ravel() > 0.0)
 
-    def _weighted(self, poses: FloatArray) -> FloatArray:
+    def _scaled_constraint_jacobian(self, poses: FloatArray) -> FloatArray:
         """Joint equations by the free coordinates, each in units of its scale."""
-        rows, free = gradients_of(self._system.rows, poses[np.newaxis])[0], self._free()
-        weighted: FloatArray = rows.reshape(len(rows), poses.size)[:, free] * self._scale[free]
-        return weighted
+        constraint_jacobian, free_coordinates = (
+            evaluate_jacobian(self._system.constraint_rows, poses[np.newaxis])[0],
+            self._free_coordinates(),
+        )
+        scaled_jacobian: FloatArray = (
+            constraint_jacobian.reshape(len(constraint_jacobian), poses.size)[:, free_coordinates]
+            * self._error_scale[free_coordinates]
+        )
+        return scaled_jacobian
 
-    def _poor(self, chart: _Chart) -> bool:
-        dependent = self._weighted(chart.poses)[:, ~np.isin(self._free(), chart.chosen)]
-        values = np.linalg.svd(dependent, compute_uv=False)
-        return bool(values.size and values[-1] < POOR * values[0])
+    def _is_ill_conditioned(self, partition: _CoordinatePartition) -> bool:
+        dependent = self._scaled_constraint_jacobian(partition.poses)[
+            :, ~np.isin(self._free_coordinates(), partition.independent)
+        ]
+        singular_values = np.linalg.svd(dependent, compute_uv=False)
+        return bool(singular_values.size and singular_values[-1] < MIN_PARTITION_RATIO * singular_values[0])
 
-    def _reduced(self, chart: _Chart, state: FloatArray) -> FloatArray:
-        whole = 3 * self._count
-        return np.concatenate([state[chart.chosen], state[whole + chart.chosen], state[-EXTRA:]])
+    def _reduce_state(self, partition: _CoordinatePartition, state: FloatArray) -> FloatArray:
+        n_coordinates = 3 * self._n_bodies
+        return np.concatenate(
+            [state[partition.independent], state[n_coordinates + partition.independent], state[-N_AUXILIARY_STATES:]]
+        )
 
-    def _whole(self, chart: _Chart, cubics: FloatArray, since: float, z: FloatArray) -> FloatArray:
+    def _expand_state(
+        self, partition: _CoordinatePartition, input_cubics: FloatArray, local_time: float, z: FloatArray
+    ) -> FloatArray:
         """The state of all bodies, joints closed, that the chosen coordinates and their speeds stand for."""
-        whole, many = 3 * self._count, len(chart.chosen)
-        poses, velocities = chart.poses.copy(), np.zeros_like(chart.poses)
-        poses.ravel()[chart.chosen], velocities.ravel()[chart.chosen] = z[:many], z[many : 2 * many]
-        project(chart.system, self._room, cubics, since, poses, velocities, self._closed)
-        state = np.empty(2 * whole + EXTRA)
-        state[:whole], state[whole : 2 * whole], state[-EXTRA:] = poses.ravel(), velocities.ravel(), z[-EXTRA:]
+        n_coordinates, n_independent = 3 * self._n_bodies, len(partition.independent)
+        poses, velocities = partition.poses.copy(), np.zeros_like(partition.poses)
+        poses.ravel()[partition.independent], velocities.ravel()[partition.independent] = (
+            z[:n_independent],
+            z[n_independent : 2 * n_independent],
+        )
+        project_state(
+            partition.system, self._workspace, input_cubics, local_time, poses, velocities, self._constraint_tolerance
+        )
+        state = np.empty(2 * n_coordinates + N_AUXILIARY_STATES)
+        state[:n_coordinates], state[n_coordinates : 2 * n_coordinates], state[-N_AUXILIARY_STATES:] = (
+            poses.ravel(),
+            velocities.ravel(),
+            z[-N_AUXILIARY_STATES:],
+        )
         return state
 
-    def _jacobian(self, chart: _Chart, cubics: FloatArray, since: float, z: FloatArray) -> FloatArray:
+    def _evaluate_jacobian(
+        self, partition: _CoordinatePartition, input_cubics: FloatArray, local_time: float, z: FloatArray
+    ) -> FloatArray:
         """Derivatives of the slope by differences; work and the spindle's angle act on nothing."""
-        here = self._slope(chart, cubics, since, z)
+        derivative = self._evaluate_derivative(partition, input_cubics, local_time, z)
         result = np.zeros((z.size, z.size))
-        steps = DIFFERENCE * np.maximum(np.abs(z), self._reduced(chart, self._scale))
-        for k in (*range(z.size - EXTRA), z.size - 1):
-            beside = z.copy()
-            beside[k] += steps[k]
-            result[:, k] = (self._slope(chart, cubics, since, beside) - here) / (beside[k] - z[k])
+        steps = DIFFERENCE_STEP_RATIO * np.maximum(np.abs(z), self._reduce_state(partition, self._error_scale))
+        for k in (*range(z.size - N_AUXILIARY_STATES), z.size - 1):
+            z_shifted = z.copy()
+            z_shifted[k] += steps[k]
+            result[:, k] = (self._evaluate_derivative(partition, input_cubics, local_time, z_shifted) - derivative) / (
+                z_shifted[k] - z[k]
+            )
         return result
 
-    def _slope(self, chart: _Chart, cubics: FloatArray, since: float, z: FloatArray) -> FloatArray:
-        state = self._whole(chart, cubics, since, z)
-        self.evaluations += 1
-        return self._reduced(chart, slope_of(self._system, self._room, cubics, since, state))
+    def _evaluate_derivative(
+        self, partition: _CoordinatePartition, input_cubics: FloatArray, local_time: float, z: FloatArray
+    ) -> FloatArray:
+        state = self._expand_state(partition, input_cubics, local_time, z)
+        self.n_evaluations += 1
+        return self._reduce_state(
+            partition, evaluate_state_derivative(self._system, self._workspace, input_cubics, local_time, state)
+        )

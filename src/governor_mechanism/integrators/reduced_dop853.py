@@ -17,15 +17,19 @@ from governor_mechanism.integrators.tableau import (
     STAGES,
     WEIGHTS,
 )
-from governor_mechanism.mechanics.reduction.equation_of_motion import FLOWS, Line, accelerated
-from governor_mechanism.mechanics.reduction.lowering import PLAIN
-from governor_mechanism.mechanics.reduction.node_evaluation import OWN, PULL
-from governor_mechanism.mechanics.reduction.table import piece_of
-from governor_mechanism.numerics.chebyshev import powers, powers_inlined
-from governor_mechanism.numerics.jit import kernel
+from governor_mechanism.mechanics.reduction.equation_of_motion import (
+    N_QUADRATURES,
+    ReducedModel,
+    evaluate_equation_of_motion,
+)
+from governor_mechanism.mechanics.reduction.lowering import IS_CONSERVATIVE
+from governor_mechanism.mechanics.reduction.node_evaluation import POTENTIAL_COLUMN, QUADRATIC_COLUMN
+from governor_mechanism.mechanics.reduction.table import find_piece
+from governor_mechanism.numerics.chebyshev import evaluate_piece, evaluate_piece_inline
+from governor_mechanism.numerics.jit import jit_internal
 from governor_mechanism.types import FloatArray, IntArray
 
-FROM = np.array([1, 1, 1, 2, 2, 3, 3, 3, 3, 3, 3, 3, 5])
+FIRST_NONZERO_STAGE = np.array([1, 1, 1, 2, 2, 3, 3, 3, 3, 3, 3, 3, 5])
 """The first stage after stage 0 that counts in each, and in the step itself: those between have no weight."""
 
 
@@ -34,196 +38,261 @@ class Stages(NamedTuple):
     a step (2 + FLOWS, 7); last (1,), the coordinate at the stage before its end."""
 
     rates: FloatArray
-    bends: FloatArray
-    flows: FloatArray
+    accelerations: FloatArray
+    quadrature_rates: FloatArray
     dense: FloatArray
-    last: FloatArray
+    q_last_stage: FloatArray
 
 
 def make_stages() -> Stages:
     """Room for a step."""
-    return Stages(np.zeros(16), np.zeros(16), np.zeros((16, FLOWS)), np.zeros((2 + FLOWS, 7)), np.zeros(1))
+    return Stages(
+        np.zeros(16), np.zeros(16), np.zeros((16, N_QUADRATURES)), np.zeros((2 + N_QUADRATURES, 7)), np.zeros(1)
+    )
 
 
-@kernel
-def stepped(
-    line: Line, since: float, h: float, q: float, v: float, near: int, stages: Stages
+@jit_internal
+def take_step(
+    model: ReducedModel, local_time: float, h: float, q: float, v: float, piece_index: int, stages: Stages
 ) -> tuple[float, float, int, int]:
     """Coordinate and rate a step h later, from stages[0]; the piece they are on, and -1.
 
     Where none is laid, the side to lay one on stands in place of that.
     """
-    if line.numbers[PLAIN] != 0.0:
-        return _plainly(line.table, line.edges, line.beside, line.ring, h, q, v, near, stages.rates, stages.bends)
-    ahead, rate, side = q, v, -1
+    if model.parameters[IS_CONSERVATIVE] != 0.0:
+        return _take_conservative_step(
+            model.coefficients,
+            model.intervals,
+            model.neighbours,
+            model.periodicity,
+            h,
+            q,
+            v,
+            piece_index,
+            stages.rates,
+            stages.accelerations,
+        )
+    q_end, v_end, side = q, v, -1
     for stage in range(1, 13):
-        way, gain, node = _summed(stage, stages.rates, stages.bends)
-        ahead, rate = q + h * way, v + h * gain
-        near, t, side = piece_of(line.edges, line.beside, line.ring, ahead, near)
+        mean_rate, mean_acceleration, node = _stage_increments(stage, stages.rates, stages.accelerations)
+        q_end, v_end = q + h * mean_rate, v + h * mean_acceleration
+        piece_index, t, side = find_piece(model.intervals, model.neighbours, model.periodicity, q_end, piece_index)
         if side >= 0:
             break
         if stage == 11:
-            stages.last[0] = ahead
-        stages.rates[stage] = rate
-        stages.bends[stage] = accelerated(line, near, t, rate, since + node * h, stages.flows, stage)
-    return ahead, rate, near, side
+            stages.q_last_stage[0] = q_end
+        stages.rates[stage] = v_end
+        stages.accelerations[stage] = evaluate_equation_of_motion(
+            model, piece_index, t, v_end, local_time + node * h, stages.quadrature_rates, stage
+        )
+    return q_end, v_end, piece_index, side
 
 
-@kernel
-def _plainly(
-    table: FloatArray,
-    edges: FloatArray,
-    beside: IntArray,
-    ring: FloatArray,
+@jit_internal
+def _take_conservative_step(
+    coefficients: FloatArray,
+    intervals: FloatArray,
+    neighbours: IntArray,
+    periodicity: FloatArray,
     h: float,
     q: float,
     v: float,
-    near: int,
+    piece_index: int,
     rates: FloatArray,
-    bends: FloatArray,
+    accelerations: FloatArray,
 ) -> tuple[float, float, int, int]:
     """The same where the first two columns are all that acts, in one loop without calls: five times as fast."""
-    ahead, rate, side, round_again = q, v, -1, ring[0] > 0.0
+    q_end, v_end, side, is_periodic = q, v, -1, periodicity[0] > 0.0
     for stage in range(1, 13):
         if stage < 12:
-            way, gain = STAGES[stage, 0] * rates[0], STAGES[stage, 0] * bends[0]
-            for k in range(FROM[stage], stage):
-                way += STAGES[stage, k] * rates[k]
-                gain += STAGES[stage, k] * bends[k]
+            mean_rate, mean_acceleration = STAGES[stage, 0] * rates[0], STAGES[stage, 0] * accelerations[0]
+            for k in range(FIRST_NONZERO_STAGE[stage], stage):
+                mean_rate += STAGES[stage, k] * rates[k]
+                mean_acceleration += STAGES[stage, k] * accelerations[k]
         else:
-            way, gain = WEIGHTS[0] * rates[0], WEIGHTS[0] * bends[0]
+            mean_rate, mean_acceleration = WEIGHTS[0] * rates[0], WEIGHTS[0] * accelerations[0]
             for k in range(5, 12):
-                way += WEIGHTS[k] * rates[k]
-                gain += WEIGHTS[k] * bends[k]
-        ahead, rate = q + h * way, v + h * gain
-        t = (ahead - edges[near, 2]) * edges[near, 3]
-        if round_again or abs(t) > 1.0:
-            near, t, side = piece_of(edges, beside, ring, ahead, near)
+                mean_rate += WEIGHTS[k] * rates[k]
+                mean_acceleration += WEIGHTS[k] * accelerations[k]
+        q_end, v_end = q + h * mean_rate, v + h * mean_acceleration
+        t = (q_end - intervals[piece_index, 2]) * intervals[piece_index, 3]
+        if is_periodic or abs(t) > 1.0:
+            piece_index, t, side = find_piece(intervals, neighbours, periodicity, q_end, piece_index)
             if side >= 0:
                 break
-        rates[stage] = rate
-        bends[stage] = powers_inlined(table, near, OWN, t) * rate * rate + powers_inlined(table, near, PULL, t)
-    return ahead, rate, near, side
+        rates[stage] = v_end
+        accelerations[stage] = evaluate_piece_inline(
+            coefficients, piece_index, QUADRATIC_COLUMN, t
+        ) * v_end * v_end + evaluate_piece_inline(coefficients, piece_index, POTENTIAL_COLUMN, t)
+    return q_end, v_end, piece_index, side
 
 
-@kernel
-def _summed(stage: int, rates: FloatArray, bends: FloatArray) -> tuple[float, float, float]:
+@jit_internal
+def _stage_increments(stage: int, rates: FloatArray, accelerations: FloatArray) -> tuple[float, float, float]:
     """The weighed means of rates and accelerations up to a stage, and its part of the step; stage 12 is its end."""
     if stage < 12:
-        node, way, gain = NODES[stage], STAGES[stage, 0] * rates[0], STAGES[stage, 0] * bends[0]
-        for k in range(FROM[stage], stage):
-            way += STAGES[stage, k] * rates[k]
-            gain += STAGES[stage, k] * bends[k]
+        node, mean_rate, mean_acceleration = (
+            NODES[stage],
+            STAGES[stage, 0] * rates[0],
+            STAGES[stage, 0] * accelerations[0],
+        )
+        for k in range(FIRST_NONZERO_STAGE[stage], stage):
+            mean_rate += STAGES[stage, k] * rates[k]
+            mean_acceleration += STAGES[stage, k] * accelerations[k]
     else:
-        node, way, gain = 1.0, WEIGHTS[0] * rates[0], WEIGHTS[0] * bends[0]
+        node, mean_rate, mean_acceleration = 1.0, WEIGHTS[0] * rates[0], WEIGHTS[0] * accelerations[0]
         for k in range(5, 12):
-            way += WEIGHTS[k] * rates[k]
-            gain += WEIGHTS[k] * bends[k]
-    return way, gain, node
+            mean_rate += WEIGHTS[k] * rates[k]
+            mean_acceleration += WEIGHTS[k] * accelerations[k]
+    return mean_rate, mean_acceleration, node
 
 
-@kernel
-def error_of(
-    flows: FloatArray, rates: FloatArray, bends: FloatArray, unit: float, second: float, energy: float, h: float
+@jit_internal
+def error_norm(
+    quadrature_rates: FloatArray,
+    rates: FloatArray,
+    accelerations: FloatArray,
+    coordinate_scale: float,
+    time_scale: float,
+    energy_scale: float,
+    h: float,
 ) -> float:
     """The error of a step, each number relative to its scale, as Hairer combines those of order 5 and 3."""
-    fifth, third = _errors(rates, bends, 1.0 / unit, second / unit)
-    for c in range(FLOWS):
-        column, scale = flows[:, c], 1.0 if c == FLOWS - 1 else 1.0 / energy
-        five, three = _errors(column, column, scale, 0.0)
+    fifth, third = _squared_errors(rates, accelerations, 1.0 / coordinate_scale, time_scale / coordinate_scale)
+    for c in range(N_QUADRATURES):
+        column, scale = quadrature_rates[:, c], 1.0 if c == N_QUADRATURES - 1 else 1.0 / energy_scale
+        five, three = _squared_errors(column, column, scale, 0.0)
         fifth, third = fifth + five, third + three
-    return _combined(fifth, third, h, 2.0 + FLOWS)
+    return _combine_error_orders(fifth, third, h, 2.0 + N_QUADRATURES)
 
 
-@kernel
-def plain_error(rates: FloatArray, bends: FloatArray, unit: float, second: float, h: float) -> float:
+@jit_internal
+def conservative_error_norm(
+    rates: FloatArray, accelerations: FloatArray, coordinate_scale: float, time_scale: float, h: float
+) -> float:
     """The same where nothing flows."""
-    fifth, third = _errors(rates, bends, 1.0 / unit, second / unit)
-    return _combined(fifth, third, h, 2.0)
+    fifth, third = _squared_errors(rates, accelerations, 1.0 / coordinate_scale, time_scale / coordinate_scale)
+    return _combine_error_orders(fifth, third, h, 2.0)
 
 
-@kernel
-def _errors(one: FloatArray, other: FloatArray, scale: float, other_scale: float) -> tuple[float, float]:
+@jit_internal
+def _squared_errors(
+    first: FloatArray, second: FloatArray, first_scale: float, second_scale: float
+) -> tuple[float, float]:
     """The squares of the errors of order 5 and 3 of two numbers, per second, summed."""
-    five = three = other_five = other_three = 0.0
+    first_five = first_three = second_five = second_three = 0.0
     for k in range(12):
-        five += ERROR_5[k] * one[k]
-        three += ERROR_3[k] * one[k]
-        other_five += ERROR_5[k] * other[k]
-        other_three += ERROR_3[k] * other[k]
-    fifth = (five * scale) ** 2 + (other_five * other_scale) ** 2
-    return fifth, (three * scale) ** 2 + (other_three * other_scale) ** 2
+        first_five += ERROR_5[k] * first[k]
+        first_three += ERROR_3[k] * first[k]
+        second_five += ERROR_5[k] * second[k]
+        second_three += ERROR_3[k] * second[k]
+    fifth = (first_five * first_scale) ** 2 + (second_five * second_scale) ** 2
+    return fifth, (first_three * first_scale) ** 2 + (second_three * second_scale) ** 2
 
 
-@kernel
-def _combined(fifth: float, third: float, h: float, count: float) -> float:
+@jit_internal
+def _combine_error_orders(fifth: float, third: float, h: float, n_components: float) -> float:
     if fifth == 0.0 and third == 0.0:
         return 0.0
-    return h * fifth / math.sqrt((fifth + 0.01 * third) * count)
+    return h * fifth / math.sqrt((fifth + 0.01 * third) * n_components)
 
 
-@kernel
-def decay_of(rates: FloatArray, bends: FloatArray, last: FloatArray, ahead: float, rate: float) -> float:
+@jit_internal
+def estimate_stiffness(
+    rates: FloatArray, accelerations: FloatArray, q_last_stage: FloatArray, q_end: float, v_end: float
+) -> float:
     """The fastest rate (1/s) at which neighbouring motions come together, as the last two stages tell it."""
-    slope = (rates[12] - rates[11]) ** 2 + (bends[12] - bends[11]) ** 2
-    apart = (ahead - last[0]) ** 2 + (rate - rates[11]) ** 2
-    return math.sqrt(slope / apart) if apart > 0.0 else 0.0
+    derivative_change = (rates[12] - rates[11]) ** 2 + (accelerations[12] - accelerations[11]) ** 2
+    state_change = (q_end - q_last_stage[0]) ** 2 + (v_end - rates[11]) ** 2
+    return math.sqrt(derivative_change / state_change) if state_change > 0.0 else 0.0
 
 
-@kernel
-def opened(
-    line: Line, since: float, h: float, q: float, v: float, ahead: float, rate: float, near: int, stages: Stages
+@jit_internal
+def prepare_dense_output(
+    model: ReducedModel,
+    local_time: float,
+    h: float,
+    q: float,
+    v: float,
+    q_end: float,
+    v_end: float,
+    piece_index: int,
+    stages: Stages,
 ) -> int:
     """Prepare stages.dense for what lies within a step, of three more evaluations; -1, or the side to lay on."""
-    rates, bends, flows, dense = stages.rates, stages.bends, stages.flows, stages.dense
-    table, edges, beside, ring, plain = line.table, line.edges, line.beside, line.ring, line.numbers[PLAIN] != 0.0
+    rates, accelerations, quadrature_rates, dense = (
+        stages.rates,
+        stages.accelerations,
+        stages.quadrature_rates,
+        stages.dense,
+    )
+    coefficients, intervals, neighbours, periodicity, is_conservative = (
+        model.coefficients,
+        model.intervals,
+        model.neighbours,
+        model.periodicity,
+        model.parameters[IS_CONSERVATIVE] != 0.0,
+    )
     for extra in range(3):
-        way = gain = 0.0
+        mean_rate = mean_acceleration = 0.0
         for k in range(13 + extra):
-            way += DENSE_STAGES[extra, k] * rates[k]
-            gain += DENSE_STAGES[extra, k] * bends[k]
-        near, t, side = piece_of(edges, beside, ring, q + h * way, near)
+            mean_rate += DENSE_STAGES[extra, k] * rates[k]
+            mean_acceleration += DENSE_STAGES[extra, k] * accelerations[k]
+        piece_index, t, side = find_piece(intervals, neighbours, periodicity, q + h * mean_rate, piece_index)
         if side >= 0:
             return side
-        moving = v + h * gain
-        rates[13 + extra] = moving
-        if plain:
-            bends[13 + extra] = powers(table, near, OWN, t) * moving * moving + powers(table, near, PULL, t)
+        v_stage = v + h * mean_acceleration
+        rates[13 + extra] = v_stage
+        if is_conservative:
+            accelerations[13 + extra] = evaluate_piece(
+                coefficients, piece_index, QUADRATIC_COLUMN, t
+            ) * v_stage * v_stage + evaluate_piece(coefficients, piece_index, POTENTIAL_COLUMN, t)
         else:
-            later = since + DENSE_NODES[extra] * h
-            bends[13 + extra] = accelerated(line, near, t, moving, later, flows, 13 + extra)
-    _prepared(rates, ahead - q, h, dense, 0)
-    _prepared(bends, rate - v, h, dense, 1)
-    for c in range(0 if plain else FLOWS):
-        column = flows[:, c]
-        _prepared(column, h * gained(column), h, dense, 2 + c)
+            stage_time = local_time + DENSE_NODES[extra] * h
+            accelerations[13 + extra] = evaluate_equation_of_motion(
+                model, piece_index, t, v_stage, stage_time, quadrature_rates, 13 + extra
+            )
+    _fill_dense_coefficients(rates, q_end - q, h, dense, 0)
+    _fill_dense_coefficients(accelerations, v_end - v, h, dense, 1)
+    for c in range(0 if is_conservative else N_QUADRATURES):
+        column = quadrature_rates[:, c]
+        _fill_dense_coefficients(column, h * mean_stage_derivative(column), h, dense, 2 + c)
     return -1
 
 
-@kernel
-def gained(slopes: FloatArray) -> float:
+@jit_internal
+def mean_stage_derivative(derivatives: FloatArray) -> float:
     """The step's mean of something whose slopes are known at its stages."""
-    total = WEIGHTS[0] * slopes[0]
+    total = WEIGHTS[0] * derivatives[0]
     for k in range(5, 12):
-        total += WEIGHTS[k] * slopes[k]
+        total += WEIGHTS[k] * derivatives[k]
     return float(total)
 
 
-@kernel
-def _prepared(slopes: FloatArray, change: float, h: float, dense: FloatArray, at: int) -> None:
-    dense[at, 0] = change
-    dense[at, 1] = h * slopes[0] - change
-    dense[at, 2] = 2.0 * change - h * (slopes[12] + slopes[0])
+@jit_internal
+def _fill_dense_coefficients(
+    derivatives: FloatArray, change: float, h: float, dense: FloatArray, component: int
+) -> None:
+    dense[component, 0] = change
+    dense[component, 1] = h * derivatives[0] - change
+    dense[component, 2] = 2.0 * change - h * (derivatives[12] + derivatives[0])
     for r in range(4):
         total = 0.0
         for k in range(16):
-            total += DENSE_WEIGHTS[r, k] * slopes[k]
-        dense[at, 3 + r] = h * total
+            total += DENSE_WEIGHTS[r, k] * derivatives[k]
+        dense[component, 3 + r] = h * total
 
 
-@kernel
-def within(dense: FloatArray, at: int, part: float) -> float:
+@jit_internal
+def evaluate_dense_output(dense: FloatArray, component: int, fraction: float) -> float:
     """The change from the step's beginning to a part of it."""
-    p, rest = part, 1.0 - part
-    total = (dense[at, 6] * p + dense[at, 5]) * rest + dense[at, 4]
-    return float(((((total * p + dense[at, 3]) * rest + dense[at, 2]) * p + dense[at, 1]) * rest + dense[at, 0]) * p)
+    p, remainder = fraction, 1.0 - fraction
+    total = (dense[component, 6] * p + dense[component, 5]) * remainder + dense[component, 4]
+    return float(
+        (
+            (((total * p + dense[component, 3]) * remainder + dense[component, 2]) * p + dense[component, 1])
+            * remainder
+            + dense[component, 0]
+        )
+        * p
+    )

@@ -8,209 +8,241 @@ from dataclasses import dataclass, field
 from itertools import combinations
 from typing import Final
 
-from governor_mechanism.machines.base import SMALLEST
-from governor_mechanism.model.curves import Table
-from governor_mechanism.model.force_elements import Damper, Load, Spring, TorsionDamper, TorsionSpring
-from governor_mechanism.model.joints import GROUND, CurveSlot, Distance, DrivenSlide, DrivenTurn, Joint, Point
-from governor_mechanism.model.mechanism import Body, Coordinate, Limit, Mechanism, Reading, SecondMoments
+from governor_mechanism.machines.base import MIN_DIMENSION
+from governor_mechanism.model.curves import SplineCurve
+from governor_mechanism.model.force_elements import Damper, ForceElement, Spring, TorsionDamper, TorsionSpring
+from governor_mechanism.model.joints import (
+    GROUND,
+    CurveSlot,
+    Distance,
+    Joint,
+    Point,
+    RotationalDriver,
+    TranslationalDriver,
+)
+from governor_mechanism.model.mechanism import Body, Limit, Mechanism, PointCoordinate, Reading, SecondMoments
 
-CUSTOM: Final = "custom"
+CUSTOM_MACHINE: Final = "custom"
 """The name of such a machine in scene files."""
 
-Pair = tuple[float, float]
+_Vector2 = tuple[float, float]
 
 
 @dataclass(frozen=True, kw_only=True)
-class Shape:
+class BodyShape:
     """How the mass of a body lies: moments about the mass centre, and marks in axes of its own."""
 
-    moments: SecondMoments
-    centre: Pair = (0.0, 0.0)
-    points: Mapping[str, Pair] = field(default_factory=dict)
+    second_moments: SecondMoments
+    mass_centre: _Vector2 = (0.0, 0.0)
+    points: Mapping[str, _Vector2] = field(default_factory=dict)
     extent: float = 0.0
 
 
-def rod(mass: float, length: float) -> Shape:
+def rod_shape(mass: float, length: float) -> BodyShape:
     """A slender uniform rod along x, its first end in the origin."""
-    return Shape(
-        moments=SecondMoments(xx=mass * length**2 / 12),
-        centre=(length / 2, 0.0),
+    return BodyShape(
+        second_moments=SecondMoments(xx=mass * length**2 / 12),
+        mass_centre=(length / 2, 0.0),
         points={"start": (0.0, 0.0), "end": (length, 0.0)},
         extent=length,
     )
 
 
-def disc(mass: float, radius: float, thickness: float = 0.0) -> Shape:
+def disc_shape(mass: float, radius: float, thickness: float = 0.0) -> BodyShape:
     """A uniform disc in the plane, its centre in the origin."""
-    across = mass * radius**2 / 4
-    return Shape(moments=SecondMoments(xx=across, yy=across, zz=mass * thickness**2 / 12), extent=2 * radius)
+    moment_in_plane = mass * radius**2 / 4
+    return BodyShape(
+        second_moments=SecondMoments(xx=moment_in_plane, yy=moment_in_plane, zz=mass * thickness**2 / 12),
+        extent=2 * radius,
+    )
 
 
-def plate(mass: float, width: float, height: float, thickness: float = 0.0) -> Shape:
+def plate_shape(mass: float, width: float, height: float, thickness: float = 0.0) -> BodyShape:
     """A uniform plate in the plane, width along x, its centre in the origin."""
-    return Shape(
-        moments=SecondMoments(xx=mass * width**2 / 12, yy=mass * height**2 / 12, zz=mass * thickness**2 / 12),
+    return BodyShape(
+        second_moments=SecondMoments(xx=mass * width**2 / 12, yy=mass * height**2 / 12, zz=mass * thickness**2 / 12),
         extent=math.hypot(width, height),
     )
 
 
 @dataclass(frozen=True, kw_only=True)
-class Sketched:
+class SketchedBody:
     """A body as its user draws it: points in axes of its own, whose origin stands at `at`, turned by `angle` (rad)."""
 
     name: str
     mass: float
-    shape: Shape
-    turns: bool = True
-    points: Mapping[str, Pair] = field(default_factory=dict)
-    at: Pair = (0.0, 0.0)
+    shape: BodyShape
+    can_rotate: bool = True
+    points: Mapping[str, _Vector2] = field(default_factory=dict)
+    origin: _Vector2 = (0.0, 0.0)
     angle: float = 0.0
 
     @property
-    def marks(self) -> dict[str, Pair]:
+    def named_points(self) -> dict[str, _Vector2]:
         """Every point with a name, in the body's own axes."""
-        return {"origin": (0.0, 0.0), "centre": self.shape.centre, **self.shape.points, **self.points}
+        return {"origin": (0.0, 0.0), "centre": self.shape.mass_centre, **self.shape.points, **self.points}
 
     @property
     def body(self) -> Body:
         """The same body as engines know it."""
-        return Body(name=self.name, mass=self.mass, moments=self.shape.moments, turns=self.turns)
+        return Body(
+            name=self.name, mass=self.mass, second_moments=self.shape.second_moments, can_rotate=self.can_rotate
+        )
 
     @property
     def pose(self) -> tuple[float, float, float]:
         """Of the mass centre, in the sketch."""
-        x, y = _turned(self.shape.centre, self.angle)
-        return self.at[0] + x, self.at[1] + y, self.angle
+        x, y = _rotate_point(self.shape.mass_centre, self.angle)
+        return self.origin[0] + x, self.origin[1] + y, self.angle
 
-    def point(self, place: Pair) -> Point:
+    def point(self, position: _Vector2) -> Point:
         """A place in the body's own axes as a point counted from the mass centre."""
-        return Point(body=self.name, x=place[0] - self.shape.centre[0], y=place[1] - self.shape.centre[1])
+        return Point(
+            body=self.name, x=position[0] - self.shape.mass_centre[0], y=position[1] - self.shape.mass_centre[1]
+        )
 
 
-class Sketch:
+class InitialConfiguration:
     """Where everything stands at the start, as drawn."""
 
-    def __init__(self, bodies: Iterable[Sketched]) -> None:
+    def __init__(self, bodies: Iterable[SketchedBody]) -> None:
         self.poses = {GROUND: (0.0, 0.0, 0.0)} | {body.name: body.pose for body in bodies}
 
-    def place(self, point: Point) -> Pair:
+    def position(self, point: Point) -> _Vector2:
         """Where a point is (m)."""
         x, y, angle = self.poses[point.body]
-        dx, dy = _turned((point.x, point.y), angle)
+        dx, dy = _rotate_point((point.x, point.y), angle)
         return x + dx, y + dy
 
-    def turn(self, first: Point, second: Point, ratio: float = 1.0) -> float:
+    def relative_angle(self, first: Point, second: Point, ratio: float = 1.0) -> float:
         """The second body's angle less ratio * the first's (rad)."""
         return self.poses[second.body][2] - ratio * self.poses[first.body][2]
 
     def distance(self, first: Point, second: Point) -> float:
         """From point to point (m)."""
-        return math.dist(self.place(first), self.place(second))
+        return math.dist(self.position(first), self.position(second))
 
-    def way(self, first: Point, second: Point, angle: float, body: str = GROUND) -> float:
+    def displacement_along(self, first: Point, second: Point, angle: float, body: str = GROUND) -> float:
         """From the first point to the second along a direction at `angle` (rad) from the body's x axis (m)."""
         direction = angle + self.poses[body][2]
-        (x1, y1), (x2, y2) = self.place(first), self.place(second)
+        (x1, y1), (x2, y2) = self.position(first), self.position(second)
         return (x2 - x1) * math.cos(direction) + (y2 - y1) * math.sin(direction)
 
 
-def _turned(place: Pair, angle: float) -> Pair:
+def _rotate_point(point: _Vector2, angle: float) -> _Vector2:
     cosine, sine = math.cos(angle), math.sin(angle)
-    return cosine * place[0] - sine * place[1], sine * place[0] + cosine * place[1]
+    return cosine * point[0] - sine * point[1], sine * point[0] + cosine * point[1]
 
 
-def size_of(bodies: Sequence[Sketched], joints: Iterable[Joint], loads: Iterable[Load]) -> float:
+def length_scale_of(
+    bodies: Sequence[SketchedBody], joints: Iterable[Joint], force_elements: Iterable[ForceElement]
+) -> float:
     """The length that accuracies refer to: of the widest body or longest link, else of the sketch; 0 if there is none.
 
     A body is as wide as its marked points lie apart, whether they have names or only joints and loads use them.
     """
-    marked = {body.name: [body.point(place) for place in body.marks.values()] for body in bodies}
+    points_by_body = {body.name: [body.point(place) for place in body.named_points.values()] for body in bodies}
     joints = list(joints)
-    for point in (*_ends(joints), *_ends(loads)):
-        if point.body in marked:
-            marked[point.body].append(point)
-    widths = [math.hypot(p.x - q.x, p.y - q.y) for points in marked.values() for p, q in combinations(points, 2)]
-    widest = max([*widths, *(joint.length for joint in joints if isinstance(joint, Distance))], default=0.0)
-    sketch = Sketch(bodies)
-    places = [
-        sketch.place(point) for point in (*_ends(joints), *_ends(loads), *(body.point((0.0, 0.0)) for body in bodies))
+    for point in (*_attachment_points(joints), *_attachment_points(force_elements)):
+        if point.body in points_by_body:
+            points_by_body[point.body].append(point)
+    distances_on_body = [
+        math.hypot(p.x - q.x, p.y - q.y) for points in points_by_body.values() for p, q in combinations(points, 2)
     ]
-    apart = (math.dist(p, q) for p, q in combinations(set(places), 2))
-    extent = max((body.shape.extent for body in bodies), default=0.0)
+    max_distance_on_body = max(
+        [*distances_on_body, *(joint.length for joint in joints if isinstance(joint, Distance))], default=0.0
+    )
+    configuration = InitialConfiguration(bodies)
+    positions = [
+        configuration.position(point)
+        for point in (
+            *_attachment_points(joints),
+            *_attachment_points(force_elements),
+            *(body.point((0.0, 0.0)) for body in bodies),
+        )
+    ]
+    distances = (math.dist(p, q) for p, q in combinations(set(positions), 2))
+    max_extent = max((body.shape.extent for body in bodies), default=0.0)
     # Places reckoned in different ways differ by rounding, which is no width.
-    return next((size for size in (widest, extent, max(apart, default=0.0)) if size >= SMALLEST), 0.0)
+    return next(
+        (size for size in (max_distance_on_body, max_extent, max(distances, default=0.0)) if size >= MIN_DIMENSION), 0.0
+    )
 
 
-def _ends(held: Iterable[Joint | Load]) -> list[Point]:
-    return [end for one in held for end in vars(one).values() if isinstance(end, Point)]
+def _attachment_points(connections: Iterable[Joint | ForceElement]) -> list[Point]:
+    return [end for one in connections for end in vars(one).values() if isinstance(end, Point)]
 
 
-def unheld(bodies: Iterable[str], joints: Iterable[Joint], loads: Iterable[Load]) -> list[str]:
+def unconnected_bodies(
+    bodies: Iterable[str], joints: Iterable[Joint], force_elements: Iterable[ForceElement]
+) -> list[str]:
     """The bodies without any chain of joints, springs or dampers to the ground."""
-    holding = (Spring, Damper, TorsionSpring, TorsionDamper)
-    ties = [(joint.first.body, joint.second.body) for joint in joints]
-    ties += [load.bodies for load in loads if isinstance(load, holding)]
-    held, before = {GROUND}, 0
-    while len(held) > before:
-        before = len(held)
-        held |= {body for tie in ties if held & set(tie) for body in tie}
-    return [body for body in bodies if body not in held]
+    connecting_types = (Spring, Damper, TorsionSpring, TorsionDamper)
+    connections = [(joint.first.body, joint.second.body) for joint in joints]
+    connections += [load.bodies for load in force_elements if isinstance(load, connecting_types)]
+    connected, previous_count = {GROUND}, 0
+    while len(connected) > previous_count:
+        previous_count = len(connected)
+        connected |= {body for tie in connections if connected & set(tie) for body in tie}
+    return [body for body in bodies if body not in connected]
 
 
-def contradictory_drives(joints: Iterable[Joint]) -> list[tuple[Joint, Joint]]:
+def conflicting_drivers(joints: Iterable[Joint]) -> list[tuple[Joint, Joint]]:
     """Pairs of drives that turn the same two bodies, or move them along the same direction."""
-    drives = [joint for joint in joints if isinstance(joint, DrivenTurn | DrivenSlide)]
-    return [(one, other) for one, other in combinations(drives, 2) if _contradict(one, other)]
+    drivers = [joint for joint in joints if isinstance(joint, RotationalDriver | TranslationalDriver)]
+    return [(one, other) for one, other in combinations(drivers, 2) if _are_conflicting(one, other)]
 
 
-def _contradict(one: Joint, other: Joint) -> bool:
+def _are_conflicting(one: Joint, other: Joint) -> bool:
     if {one.first.body, one.second.body} != {other.first.body, other.second.body}:
         return False
-    if isinstance(one, DrivenSlide) and isinstance(other, DrivenSlide):
+    if isinstance(one, TranslationalDriver) and isinstance(other, TranslationalDriver):
         return one.first.body != other.first.body or abs(math.sin(one.angle - other.angle)) < 1e-9
-    return isinstance(one, DrivenTurn) and isinstance(other, DrivenTurn)
+    return isinstance(one, RotationalDriver) and isinstance(other, RotationalDriver)
 
 
-def custom_mechanism(
-    bodies: Sequence[Sketched],
+def build_custom_mechanism(
+    bodies: Sequence[SketchedBody],
     joints: Sequence[Joint],
-    loads: Sequence[Load],
+    force_elements: Sequence[ForceElement],
     readings: Sequence[Reading],
     coordinate: str,
-    size: float,
+    length_scale: float,
 ) -> Mechanism:
     """The mechanism of a sketch; a run ends by name where a point leaves the table of its slot."""
-    slots = [(slot, slot.curve) for slot in joints if isinstance(slot, CurveSlot) and isinstance(slot.curve, Table)]
+    slots = [
+        (slot, slot.curve) for slot in joints if isinstance(slot, CurveSlot) and isinstance(slot.curve, SplineCurve)
+    ]
     return Mechanism(
         bodies=tuple(body.body for body in bodies),
         joints=tuple(joints),
         readings=tuple(readings),
         coordinate=coordinate,
-        size=size,
-        sketch=tuple(body.pose for body in bodies),
-        limits=tuple(_end_of_table(slot, curve) for slot, curve in slots),
-        watched=tuple(_way_in(slot) for slot, _ in slots),
-        loads=tuple(loads),
+        length_scale=length_scale,
+        initial_guess=tuple(body.pose for body in bodies),
+        limits=tuple(_slot_limit(slot, curve) for slot, curve in slots),
+        internal_outputs=tuple(_slot_coordinate(slot) for slot, _ in slots),
+        force_elements=tuple(force_elements),
     )
 
 
-def _way_in(slot: CurveSlot) -> Coordinate:
-    return Coordinate(
+def _slot_coordinate(slot: CurveSlot) -> PointCoordinate:
+    return PointCoordinate(
         name=f"way in {slot.name}",
         quantity="length",
         point=slot.second,
-        along_x=math.cos(slot.angle),
-        along_y=math.sin(slot.angle),
+        direction_x=math.cos(slot.angle),
+        direction_y=math.sin(slot.angle),
         origin=slot.first,
     )
 
 
-def _end_of_table(slot: CurveSlot, curve: Table) -> Limit:
-    leaves = f"the point leaves the table of curve slot {slot.name!r} at its"
+def _slot_limit(slot: CurveSlot, table: SplineCurve) -> Limit:
+    message_start = f"the point leaves the table of curve slot {slot.name!r} at its"
     return Limit(
-        reading=_way_in(slot).name,
-        low=curve.x[0],
-        high=curve.x[-1],
-        below=f"{leaves} first point",
-        above=f"{leaves} last point",
+        reading=_slot_coordinate(slot).name,
+        low=table.x[0],
+        high=table.x[-1],
+        low_message=f"{message_start} first point",
+        high_message=f"{message_start} last point",
     )

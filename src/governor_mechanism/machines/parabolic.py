@@ -13,13 +13,13 @@ from dataclasses import dataclass
 from typing import ClassVar
 
 from governor_mechanism.errors import MechanismError
-from governor_mechanism.machines.base import Machine, dimension
-from governor_mechanism.model.curves import Polynomial
-from governor_mechanism.model.joints import GROUND, CurveSlot, Point, Proportion, Slider
-from governor_mechanism.model.mechanism import Body, Coordinate, Limit, Mechanism
-from governor_mechanism.model.scene import TURNING
+from governor_mechanism.machines.base import Machine, dimension_field
+from governor_mechanism.model.curves import PolynomialCurve
+from governor_mechanism.model.joints import GROUND, CurveSlot, Point, ProportionalDisplacement, Slider
+from governor_mechanism.model.mechanism import Body, Limit, Mechanism, PointCoordinate
+from governor_mechanism.model.scene import TURNING_PLANE
 
-RIGHT, LEFT, SLEEVE = "right ball", "left ball", "sleeve"
+RIGHT_BALL, LEFT_BALL, SLEEVE = "right ball", "left ball", "sleeve"
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -27,13 +27,13 @@ class ParabolicGovernor(Machine):
     """Two balls as points in guides, a sleeve. Lengths in m, masses in kg."""
 
     name: ClassVar[str] = "parabolic_governor"
-    plane: ClassVar[str] = TURNING
+    plane: ClassVar[str] = TURNING_PLANE
 
-    double_parameter: float = dimension("length", "c of the guide x^2 = c y")
-    inner_radius: float = dimension("length", "of the guide's inner end from the spindle axis")
-    outer_radius: float = dimension("length", "of the guide's outer end from the spindle axis")
-    ball_mass: float = dimension("mass", "of one ball; there are two")
-    sleeve_mass: float = dimension("mass", "of the whole sleeve and its load")
+    double_parameter: float = dimension_field("length", "c of the guide x^2 = c y")
+    inner_radius: float = dimension_field("length", "of the guide's inner end from the spindle axis")
+    outer_radius: float = dimension_field("length", "of the guide's outer end from the spindle axis")
+    ball_mass: float = dimension_field("mass", "of one ball; there are two")
+    sleeve_mass: float = dimension_field("mass", "of the whole sleeve and its load")
 
     def __post_init__(self) -> None:
         super().__post_init__()
@@ -44,51 +44,57 @@ class ParabolicGovernor(Machine):
 
     def mechanism(self) -> Mechanism:
         """Balls on their curves, at one height; the sleeve on the spindle, lifted twice as far."""
-        curve = Polynomial(coefficients=(0.0, 0.0, 1.0 / self.double_parameter))
+        curve = PolynomialCurve(coefficients=(0.0, 0.0, 1.0 / self.double_parameter))
         ground, up = Point(body=GROUND), math.pi / 2
-        right, left, sleeve = (Point(body=name) for name in (RIGHT, LEFT, SLEEVE))
-        middle = 0.5 * (self.inner_radius + self.outer_radius)
-        height = middle**2 / self.double_parameter
+        right, left, sleeve = (Point(body=name) for name in (RIGHT_BALL, LEFT_BALL, SLEEVE))
+        middle_radius = 0.5 * (self.inner_radius + self.outer_radius)
+        height = middle_radius**2 / self.double_parameter
         return Mechanism(
             bodies=(
-                Body(name=RIGHT, mass=self.ball_mass, turns=False),
-                Body(name=LEFT, mass=self.ball_mass, turns=False),
-                Body(name=SLEEVE, mass=self.sleeve_mass, turns=False),
+                Body(name=RIGHT_BALL, mass=self.ball_mass, can_rotate=False),
+                Body(name=LEFT_BALL, mass=self.ball_mass, can_rotate=False),
+                Body(name=SLEEVE, mass=self.sleeve_mass, can_rotate=False),
             ),
             joints=(
                 CurveSlot(name="right guide", first=ground, second=right, curve=curve),
                 CurveSlot(name="left guide", first=ground, second=left, curve=curve),
-                Proportion(name="balls in step", first=right, second=left, ratio=1.0, angle=up),
+                ProportionalDisplacement(name="balls in step", first=right, second=left, ratio=1.0, angle=up),
                 Slider(name="spindle guide", first=ground, second=sleeve, angle=up),
-                Proportion(name="lift", first=right, second=sleeve, ratio=2.0, angle=up, offset=-self.drop),
+                ProportionalDisplacement(
+                    name="lift", first=right, second=sleeve, ratio=2.0, angle=up, offset=-self.sleeve_drop
+                ),
             ),
             readings=(
-                Coordinate(name="ball_radius", quantity="length", point=right, along_x=1.0, along_y=0.0),
-                Coordinate(
+                PointCoordinate(name="ball_radius", quantity="length", point=right, direction_x=1.0, direction_y=0.0),
+                PointCoordinate(
                     name="sleeve_lift",
                     quantity="length",
                     point=sleeve,
-                    along_x=0.0,
-                    along_y=1.0,
-                    zero=2 * self.inner_radius**2 / self.double_parameter - self.drop,
+                    direction_x=0.0,
+                    direction_y=1.0,
+                    zero=2 * self.inner_radius**2 / self.double_parameter - self.sleeve_drop,
                 ),
             ),
             coordinate="ball_radius",
-            size=self.outer_radius,
-            sketch=((middle, height, 0.0), (-middle, height, 0.0), (0.0, 2 * height - self.drop, 0.0)),
+            length_scale=self.outer_radius,
+            initial_guess=(
+                (middle_radius, height, 0.0),
+                (-middle_radius, height, 0.0),
+                (0.0, 2 * height - self.sleeve_drop, 0.0),
+            ),
             limits=(
                 Limit(
                     reading="ball_radius",
                     low=self.inner_radius,
                     high=self.outer_radius,
-                    below="the balls reach the inner end of their guide",
-                    above="the balls reach the outer end of their guide",
+                    low_message="the balls reach the inner end of their guide",
+                    high_message="the balls reach the outer end of their guide",
                 ),
             ),
         )
 
     @property
-    def drop(self) -> float:
+    def sleeve_drop(self) -> float:
         """How far below the vertex of the parabola the sleeve hangs with the balls at it (m): drawn only."""
         return 2 * self.outer_radius
 

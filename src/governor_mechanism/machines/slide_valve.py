@@ -14,28 +14,28 @@ from dataclasses import dataclass
 from typing import ClassVar
 
 from governor_mechanism.errors import MechanismError
-from governor_mechanism.machines.base import Machine, choice, dimension
+from governor_mechanism.machines.base import Machine, choice_field, dimension_field
 from governor_mechanism.machines.driven_crank import (
+    CONNECTING_ROD,
     CRANK,
     CROSSHEAD,
-    GUIDE,
-    ROD,
-    STAND_IN,
+    CROSSHEAD_GUIDE,
+    PLACEHOLDER_MASS,
     VALVE,
-    driven_crank,
-    massless_crank,
-    turned,
+    driven_crank_joints,
+    placeholder_crank,
+    rotate_point,
 )
-from governor_mechanism.machines.slider_crank import short_rod
+from governor_mechanism.machines.slider_crank import rod_length_problem
 from governor_mechanism.model.joints import GROUND, Distance, Joint, Point, Slider
-from governor_mechanism.model.mechanism import Body, BodyAngle, Coordinate, Mechanism, Reading
-from governor_mechanism.model.scene import FIXED
+from governor_mechanism.model.mechanism import Body, BodyAngle, Mechanism, PointCoordinate, Reading
+from governor_mechanism.model.scene import FIXED_PLANE
 
 ECCENTRIC_ROD, VALVE_GUIDE = "eccentric rod", "valve guide"
 
 EQUAL_LEADS, MIDDLE, EQUAL_CUT_OFFS = "equal leads", "middle of extremes", "equal cut-offs"
 
-HALVINGS = 64
+N_BISECTIONS = 64
 """Of an interval that holds a crank angle, or the centre for equal cut-offs: to rounding."""
 
 
@@ -44,25 +44,31 @@ class SlideValve(Machine):
     """Lengths in m, angles in rad, the crank's steady speed in rad/s; a rod that is left out is infinitely long."""
 
     name: ClassVar[str] = "slide_valve"
-    plane: ClassVar[str] = FIXED
-    driven: ClassVar[tuple[str, ...]] = ("crank_speed", "crank_start")
+    plane: ClassVar[str] = FIXED_PLANE
+    driver_dimensions: ClassVar[tuple[str, ...]] = ("crank_speed", "crank_start")
 
-    crank: float = dimension("length", "from the shaft to the crank pin: half the stroke")
-    connecting_rod: float | None = dimension(
-        "length", "from the crank pin to the crosshead; endless if left out", default=None, word="endless"
+    crank: float = dimension_field("length", "from the shaft to the crank pin: half the stroke")
+    connecting_rod: float | None = dimension_field(
+        "length", "from the crank pin to the crosshead; endless if left out", default=None, omission_word="endless"
     )
-    eccentric: float = dimension("length", "from the shaft to the eccentric's centre: half the valve's travel")
-    eccentric_rod: float | None = dimension(
-        "length", "from the eccentric's centre to the valve; endless if left out", default=None, word="endless"
+    eccentric: float = dimension_field("length", "from the shaft to the eccentric's centre: half the valve's travel")
+    eccentric_rod: float | None = dimension_field(
+        "length", "from the eccentric's centre to the valve; endless if left out", default=None, omission_word="endless"
     )
-    advance: float = dimension("angle", "by which the eccentric runs ahead of a right angle to the crank", signed=True)
-    outside_lap: float = dimension("length", "by which the valve in its middle covers the outer edges", signed=True)
-    inside_lap: float = dimension(
+    advance: float = dimension_field(
+        "angle", "by which the eccentric runs ahead of a right angle to the crank", signed=True
+    )
+    outside_lap: float = dimension_field(
+        "length", "by which the valve in its middle covers the outer edges", signed=True
+    )
+    inside_lap: float = dimension_field(
         "length", "by which it covers the inner edges; negative leaves them open", default=0.0, signed=True
     )
-    crank_speed: float = dimension("angular_speed", "of the crank, which is driven")
-    crank_start: float = dimension("angle", "of the crank at the start", default=0.0, signed=True)
-    setting: str = choice((EQUAL_LEADS, MIDDLE, EQUAL_CUT_OFFS), "what the centre of the valve's swing is set for")
+    crank_speed: float = dimension_field("angular_speed", "of the crank, which is driven")
+    crank_start: float = dimension_field("angle", "of the crank at the start", default=0.0, signed=True)
+    setting: str = choice_field(
+        (EQUAL_LEADS, MIDDLE, EQUAL_CUT_OFFS), "what the centre of the valve's swing is set for"
+    )
 
     def __post_init__(self) -> None:
         super().__post_init__()
@@ -73,8 +79,8 @@ class SlideValve(Machine):
 
     def _rod_problems(self) -> list[str]:
         rods = (
-            short_rod(self.connecting_rod, self.crank, "connecting_rod", "crank"),
-            short_rod(self.eccentric_rod, self.eccentric, "eccentric_rod", "eccentric"),
+            rod_length_problem(self.connecting_rod, self.crank, "connecting_rod", "crank"),
+            rod_length_problem(self.eccentric_rod, self.eccentric, "eccentric_rod", "eccentric"),
         )
         return [sentence for sentence in rods if sentence]
 
@@ -100,75 +106,79 @@ class SlideValve(Machine):
     def _port_problems(self) -> list[str]:
         """Ports that the setting leaves shut, or open, for the whole turn."""
         # The extremes lie in the eccentric's own dead centres, whatever the rod.
-        out, back = self.eccentric - self._offset, self.eccentric + self._offset
-        ways = {
+        out, back = self.eccentric - self._centre_offset, self.eccentric + self._centre_offset
+        openings = {
             "crank end's steam port": (out, back, self.outside_lap),
             "head end's steam port": (back, out, self.outside_lap),
             "crank end's exhaust": (back, out, self.inside_lap),
             "head end's exhaust": (out, back, self.inside_lap),
         }
         problems = []
-        for port, (opening, closing, lap) in ways.items():
-            never, far = ("opens", opening) if opening <= lap else ("closes", closing)
+        for port, (opening, closing, lap) in openings.items():
+            missing_event, displacement = ("opens", opening) if opening <= lap else ("closes", closing)
             if opening <= lap or closing <= -lap:
                 problems.append(
-                    f"the {port} never {never}: set for {self.setting}, the valve goes {far * 1e3:.6g} mm that way, "
+                    f"the {port} never {missing_event}: set for {self.setting}, the valve goes {displacement * 1e3:.6g} mm that way, "
                     f"and its lap is {lap * 1e3:.6g} mm; change the lap, or take another setting"
                 )
         return problems
 
     @property
-    def centre(self) -> float:
+    def valve_centre(self) -> float:
         """Centre of the valve's swing (m) from the shaft; with an endless rod, from the middle of the extremes."""
-        return (self.eccentric_rod or 0.0) + self._offset
+        return (self.eccentric_rod or 0.0) + self._centre_offset
 
     @property
-    def _offset(self) -> float:
+    def _centre_offset(self) -> float:
         """How far the centre lies beyond the middle between the extremes (m)."""
         if self.setting == MIDDLE:
             return 0.0
         if self.setting == EQUAL_LEADS:
-            return 0.5 * (self._valve(0.0) + self._valve(math.pi))
-        return self._for_equal_cut_offs()
+            return 0.5 * (self._valve_displacement(0.0) + self._valve_displacement(math.pi))
+        return self._offset_for_equal_cut_offs()
 
-    def _valve(self, angle: float) -> float:
+    def _valve_displacement(self, angle: float) -> float:
         """How far the valve stands beyond the middle between its extremes at a crank angle (m, rad)."""
-        along, across = turned(0.0, self.eccentric, -angle - self.advance)
+        along, across = rotate_point(0.0, self.eccentric, -angle - self.advance)
         if self.eccentric_rod is None:
             return along
         return along - across**2 / (self.eccentric_rod + math.sqrt(self.eccentric_rod**2 - across**2))
 
-    def _piston(self, angle: float) -> float:
+    def _piston_displacement(self, angle: float) -> float:
         """The piston's way from the crank end at a crank angle (m, rad)."""
-        along, across = turned(self.crank, 0.0, angle)
+        along, across = rotate_point(self.crank, 0.0, angle)
         if self.connecting_rod is None:
             return self.crank - along
         return self.crank - along - across**2 / (self.connecting_rod + math.sqrt(self.connecting_rod**2 - across**2))
 
-    def _for_equal_cut_offs(self) -> float:
+    def _offset_for_equal_cut_offs(self) -> float:
         """The offset at which both ends cut off after equal parts of the stroke."""
         reach = self.eccentric - abs(self.outside_lap)
         low, high = -reach, reach
 
-        def head_end_longer(offset: float) -> float:
-            first = self._piston(self._passing(offset + self.outside_lap, rising=False))
-            second = 2 * self.crank - self._piston(self._passing(offset - self.outside_lap, rising=True))
-            return second - first
+        def cut_off_difference(offset: float) -> float:
+            crank_end_cut_off = self._piston_displacement(self._crank_angle_at(offset + self.outside_lap, rising=False))
+            head_end_cut_off = 2 * self.crank - self._piston_displacement(
+                self._crank_angle_at(offset - self.outside_lap, rising=True)
+            )
+            return head_end_cut_off - crank_end_cut_off
 
-        for _ in range(HALVINGS):
-            middle = 0.5 * (low + high)
+        for _ in range(N_BISECTIONS):
+            midpoint = 0.5 * (low + high)
             # A centre farther out cuts off earlier at the crank end, and later at the head end.
-            low, high = (low, middle) if head_end_longer(middle) > 0 else (middle, high)
+            low, high = (low, midpoint) if cut_off_difference(midpoint) > 0 else (midpoint, high)
         return 0.5 * (low + high)
 
-    def _passing(self, place: float, *, rising: bool) -> float:
+    def _crank_angle_at(self, displacement: float, *, rising: bool) -> float:
         """Crank angle (rad) at which the valve passes a place (m) beyond the middle of its extremes."""
         # Between its dead centres the valve goes one way only.
-        out = math.pi / 2 - self.advance
-        low, high = (out - math.pi, out) if rising else (out + math.pi, out)
-        for _ in range(HALVINGS):
-            middle = 0.5 * (low + high)
-            low, high = (low, middle) if self._valve(middle) > place else (middle, high)
+        outermost_angle = math.pi / 2 - self.advance
+        low, high = (
+            (outermost_angle - math.pi, outermost_angle) if rising else (outermost_angle + math.pi, outermost_angle)
+        )
+        for _ in range(N_BISECTIONS):
+            midpoint = 0.5 * (low + high)
+            low, high = (low, midpoint) if self._valve_displacement(midpoint) > displacement else (midpoint, high)
         return 0.5 * (low + high)
 
     def mechanism(self) -> Mechanism:
@@ -180,24 +190,24 @@ class SlideValve(Machine):
         angle = self.crank_start
         return Mechanism(
             bodies=(
-                massless_crank(self.crank, 2 * STAND_IN),
-                Body(name=CROSSHEAD, mass=STAND_IN, turns=False),
-                Body(name=VALVE, mass=STAND_IN, turns=False),
+                placeholder_crank(self.crank, 2 * PLACEHOLDER_MASS),
+                Body(name=CROSSHEAD, mass=PLACEHOLDER_MASS, can_rotate=False),
+                Body(name=VALVE, mass=PLACEHOLDER_MASS, can_rotate=False),
             ),
             joints=(
-                *driven_crank(self.crank_speed, angle),
-                _rod(ROD, pin, crosshead, self.connecting_rod),
-                Slider(name=GUIDE, first=ground, second=crosshead, angle=0.0),
-                _rod(ECCENTRIC_ROD, eccentric, valve, self.eccentric_rod),
+                *driven_crank_joints(self.crank_speed, angle),
+                _rod_joint(CONNECTING_ROD, pin, crosshead, self.connecting_rod),
+                Slider(name=CROSSHEAD_GUIDE, first=ground, second=crosshead, angle=0.0),
+                _rod_joint(ECCENTRIC_ROD, eccentric, valve, self.eccentric_rod),
                 Slider(name=VALVE_GUIDE, first=ground, second=valve, angle=0.0),
             ),
             readings=self._readings(),
             coordinate="crank_angle",
-            size=self.crank,
-            sketch=(
+            length_scale=self.crank,
+            initial_guess=(
                 (0.0, 0.0, angle),
-                ((self.connecting_rod or 0.0) + self._piston(angle) - self.crank, 0.0, 0.0),
-                ((self.eccentric_rod or 0.0) + self._valve(angle), 0.0, 0.0),
+                ((self.connecting_rod or 0.0) + self._piston_displacement(angle) - self.crank, 0.0, 0.0),
+                ((self.eccentric_rod or 0.0) + self._valve_displacement(angle), 0.0, 0.0),
             ),
         )
 
@@ -206,13 +216,13 @@ class SlideValve(Machine):
         zero = (self.connecting_rod or 0.0) - self.crank
         return (
             BodyAngle(name="crank_angle", quantity="angle", body=CRANK),
-            _along("valve_displacement", VALVE, 1.0, self.centre),
-            _along("crank_end_travel", CROSSHEAD, 1.0, zero),
-            _along("head_end_travel", CROSSHEAD, -1.0, -zero - 2 * self.crank),
-            _along("crank_end_steam", VALVE, 1.0, self.centre + self.outside_lap),
-            _along("crank_end_exhaust", VALVE, -1.0, -self.centre + self.inside_lap),
-            _along("head_end_steam", VALVE, -1.0, -self.centre + self.outside_lap),
-            _along("head_end_exhaust", VALVE, 1.0, self.centre + self.inside_lap),
+            _axial_coordinate("valve_displacement", VALVE, 1.0, self.valve_centre),
+            _axial_coordinate("crank_end_travel", CROSSHEAD, 1.0, zero),
+            _axial_coordinate("head_end_travel", CROSSHEAD, -1.0, -zero - 2 * self.crank),
+            _axial_coordinate("crank_end_steam", VALVE, 1.0, self.valve_centre + self.outside_lap),
+            _axial_coordinate("crank_end_exhaust", VALVE, -1.0, -self.valve_centre + self.inside_lap),
+            _axial_coordinate("head_end_steam", VALVE, -1.0, -self.valve_centre + self.outside_lap),
+            _axial_coordinate("head_end_exhaust", VALVE, 1.0, self.valve_centre + self.inside_lap),
         )
 
     def dimensions(self) -> dict[str, float]:
@@ -227,15 +237,17 @@ class SlideValve(Machine):
             "inside_lap": self.inside_lap,
             "crank_speed": self.crank_speed,
             "crank_start": self.crank_start,
-            "centre": self.centre,
+            "centre": self.valve_centre,
         }
 
 
-def _along(name: str, body: str, sign: float, zero: float) -> Reading:
-    return Coordinate(name=name, quantity="length", point=Point(body=body), along_x=sign, along_y=0.0, zero=zero)
+def _axial_coordinate(name: str, body: str, sign: float, zero: float) -> Reading:
+    return PointCoordinate(
+        name=name, quantity="length", point=Point(body=body), direction_x=sign, direction_y=0.0, zero=zero
+    )
 
 
-def _rod(name: str, driving: Point, driven: Point, length: float | None) -> Joint:
+def _rod_joint(name: str, driving: Point, driven: Point, length: float | None) -> Joint:
     """A rod without mass; an endless one is a slide across the line, in which the driving point runs."""
     if length is None:
         return Slider(name=name, first=driven, second=driving, angle=math.pi / 2)

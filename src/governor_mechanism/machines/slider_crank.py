@@ -11,25 +11,25 @@ from collections.abc import Iterable
 from dataclasses import dataclass
 from typing import ClassVar
 
-from governor_mechanism.effects.crank_masses import Masses
+from governor_mechanism.effects.crank_masses import CrankMasses
 from governor_mechanism.errors import MechanismError
-from governor_mechanism.machines.base import Machine, dimension, foreign_effects
+from governor_mechanism.machines.base import Machine, dimension_field, unsupported_effect_messages
 from governor_mechanism.machines.driven_crank import (
+    CONNECTING_ROD,
     CRANK,
     CRANK_PIN,
     CROSSHEAD,
-    GUDGEON,
-    GUIDE,
-    ROD,
-    STAND_IN,
-    driven_crank,
-    massless_crank,
-    turned,
+    CROSSHEAD_GUIDE,
+    GUDGEON_PIN,
+    PLACEHOLDER_MASS,
+    driven_crank_joints,
+    placeholder_crank,
+    rotate_point,
 )
 from governor_mechanism.model.effect import Effect
 from governor_mechanism.model.joints import GROUND, Distance, Joint, Pin, Point, Slider
-from governor_mechanism.model.mechanism import Body, BodyAngle, Coordinate, LineAngle, Mechanism, SecondMoments
-from governor_mechanism.model.scene import FIXED
+from governor_mechanism.model.mechanism import Body, BodyAngle, LineAngle, Mechanism, PointCoordinate, SecondMoments
+from governor_mechanism.model.scene import FIXED_PLANE
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -37,53 +37,59 @@ class SliderCrank(Machine):
     """Lengths in m, angles in rad, the crank's steady speed in rad/s."""
 
     name: ClassVar[str] = "slider_crank"
-    plane: ClassVar[str] = FIXED
-    driven: ClassVar[tuple[str, ...]] = ("crank_speed", "crank_start")
+    plane: ClassVar[str] = FIXED_PLANE
+    driver_dimensions: ClassVar[tuple[str, ...]] = ("crank_speed", "crank_start")
 
-    crank: float = dimension("length", "from the shaft to the crank pin")
-    connecting_rod: float = dimension("length", "from the crank pin to the crosshead")
-    crank_speed: float = dimension("angular_speed", "of the crank, which is driven")
-    crank_start: float = dimension(
+    crank: float = dimension_field("length", "from the shaft to the crank pin")
+    connecting_rod: float = dimension_field("length", "from the crank pin to the crosshead")
+    crank_speed: float = dimension_field("angular_speed", "of the crank, which is driven")
+    crank_start: float = dimension_field(
         "angle", "of the crank at the start, from the outer dead centre", default=0.0, signed=True
     )
 
     def __post_init__(self) -> None:
         super().__post_init__()
-        if sentence := short_rod(self.connecting_rod, self.crank, "connecting_rod", "crank"):
+        if sentence := rod_length_problem(self.connecting_rod, self.crank, "connecting_rod", "crank"):
             raise MechanismError(sentence)
 
-    def mechanism(self, masses: Masses | None = None) -> Mechanism:
+    def mechanism(self, masses: CrankMasses | None = None) -> Mechanism:
         """Crank and crosshead, with a rod between them: a body where it has mass, a distance where it has none.
 
         Raises MechanismError for a mass that lies beyond the rod.
         """
-        made = self._made(masses)
-        end = Point(body=CROSSHEAD) if made.crosshead else Point(body=ROD, x=self.connecting_rod - made.rod_centre)
-        pin = Point(body=CRANK, x=self.crank - made.crank_centre)
+        parts = self._build_parts(masses)
+        rod_end = (
+            Point(body=CROSSHEAD)
+            if parts.crosshead_mass
+            else Point(body=CONNECTING_ROD, x=self.connecting_rod - parts.rod_centre)
+        )
+        crank_pin = Point(body=CRANK, x=self.crank - parts.crank_centre)
         return Mechanism(
-            bodies=self._bodies(made),
-            joints=self._joints(made, pin, end),
+            bodies=self._bodies(parts),
+            joints=self._joints(parts, crank_pin, rod_end),
             readings=(
                 BodyAngle(name="crank_angle", quantity="angle", body=CRANK),
-                Coordinate(name="crosshead_distance", quantity="length", point=end, along_x=1.0, along_y=0.0),
-                LineAngle(name="rod_angle", quantity="angle", start=pin, end=end, zero=math.pi / 2),
+                PointCoordinate(
+                    name="crosshead_distance", quantity="length", point=rod_end, direction_x=1.0, direction_y=0.0
+                ),
+                LineAngle(name="rod_angle", quantity="angle", start=crank_pin, end=rod_end, zero=math.pi / 2),
             ),
             coordinate="crank_angle",
-            size=self.crank,
-            sketch=self._sketch(made),
+            length_scale=self.crank,
+            initial_guess=self._initial_guess(parts),
         )
 
     @classmethod
     def effect_problems(cls, effects: Iterable[Effect]) -> tuple[str, ...]:
         """About rods and play; masses this machine has."""
-        return foreign_effects(cls.name, effects, has=(Masses,))
+        return unsupported_effect_messages(cls.name, effects, supported=(CrankMasses,))
 
-    def mechanism_with(self, effects: Iterable[Effect]) -> Mechanism:
+    def mechanism_with_effects(self, effects: Iterable[Effect]) -> Mechanism:
         """The mechanism with the masses of a scene's effects."""
         listed = list(effects)
         if problems := self.effect_problems(listed):
             raise MechanismError(*problems)
-        return self.mechanism(next((effect for effect in listed if isinstance(effect, Masses)), None))
+        return self.mechanism(next((effect for effect in listed if isinstance(effect, CrankMasses)), None))
 
     def dimensions(self) -> dict[str, float]:
         """All dimensions in SI."""
@@ -94,75 +100,79 @@ class SliderCrank(Machine):
             "crank_start": self.crank_start,
         }
 
-    def _made(self, masses: Masses | None) -> _Made:
+    def _build_parts(self, masses: CrankMasses | None) -> _CrankTrainParts:
         """The parts as they are built; one without mass that cannot be left out gets a stand-in's."""
         if masses is None:
-            return _Made(crank=massless_crank(self.crank, STAND_IN), crosshead=STAND_IN)
-        centre = 0.5 * self.connecting_rod if masses.rod_centre is None else masses.rod_centre
-        if centre > self.connecting_rod:
+            return _CrankTrainParts(
+                crank=placeholder_crank(self.crank, PLACEHOLDER_MASS), crosshead_mass=PLACEHOLDER_MASS
+            )
+        rod_centre = 0.5 * self.connecting_rod if masses.rod_centre is None else masses.rod_centre
+        if rod_centre > self.connecting_rod:
             raise MechanismError(
-                f"masses.rod_centre ({centre * 1e3:.6g} mm) lies beyond the crosshead; it is counted from the crank "
+                f"masses.rod_centre ({rod_centre * 1e3:.6g} mm) lies beyond the crosshead; it is counted from the crank "
                 f"pin, and connecting_rod is {self.connecting_rod * 1e3:.6g} mm"
             )
-        slender = SecondMoments(xx=masses.crank * self.crank**2 / 12)
-        return _Made(
-            crank=Body(name=CRANK, mass=masses.crank, moments=slender),
+        crank_moments = SecondMoments(xx=masses.crank * self.crank**2 / 12)
+        return _CrankTrainParts(
+            crank=Body(name=CRANK, mass=masses.crank, second_moments=crank_moments),
             crank_centre=masses.crank_centre,
-            rod=masses.rod,
-            rod_centre=centre,
+            rod_mass=masses.rod,
+            rod_centre=rod_centre,
             rod_inertia=masses.rod_inertia or masses.rod * self.connecting_rod**2 / 12,
-            crosshead=masses.crosshead or (0.0 if masses.rod else STAND_IN),
+            crosshead_mass=masses.crosshead or (0.0 if masses.rod else PLACEHOLDER_MASS),
         )
 
-    def _bodies(self, made: _Made) -> tuple[Body, ...]:
-        bodies = [made.crank]
-        if made.rod:
-            bodies.append(Body(name=ROD, mass=made.rod, moments=SecondMoments(xx=made.rod_inertia)))
-        if made.crosshead:
-            bodies.append(Body(name=CROSSHEAD, mass=made.crosshead, turns=False))
+    def _bodies(self, parts: _CrankTrainParts) -> tuple[Body, ...]:
+        bodies = [parts.crank]
+        if parts.rod_mass:
+            bodies.append(
+                Body(name=CONNECTING_ROD, mass=parts.rod_mass, second_moments=SecondMoments(xx=parts.rod_inertia))
+            )
+        if parts.crosshead_mass:
+            bodies.append(Body(name=CROSSHEAD, mass=parts.crosshead_mass, can_rotate=False))
         return tuple(bodies)
 
-    def _joints(self, made: _Made, pin: Point, end: Point) -> tuple[Joint, ...]:
-        joints = [*driven_crank(self.crank_speed, self.crank_start, made.crank_centre)]
-        if made.rod:
-            joints.append(Pin(name=CRANK_PIN, first=pin, second=Point(body=ROD, x=-made.rod_centre)))
-            if made.crosshead:
-                rod_end = Point(body=ROD, x=self.connecting_rod - made.rod_centre)
-                joints.append(Pin(name=GUDGEON, first=rod_end, second=end))
+    def _joints(self, parts: _CrankTrainParts, crank_pin: Point, rod_end: Point) -> tuple[Joint, ...]:
+        joints = [*driven_crank_joints(self.crank_speed, self.crank_start, parts.crank_centre)]
+        if parts.rod_mass:
+            joints.append(Pin(name=CRANK_PIN, first=crank_pin, second=Point(body=CONNECTING_ROD, x=-parts.rod_centre)))
+            if parts.crosshead_mass:
+                gudgeon_on_rod = Point(body=CONNECTING_ROD, x=self.connecting_rod - parts.rod_centre)
+                joints.append(Pin(name=GUDGEON_PIN, first=gudgeon_on_rod, second=rod_end))
         else:
-            joints.append(Distance(name=ROD, first=pin, second=end, length=self.connecting_rod))
-        joints.append(Slider(name=GUIDE, first=Point(body=GROUND), second=end, angle=0.0))
+            joints.append(Distance(name=CONNECTING_ROD, first=crank_pin, second=rod_end, length=self.connecting_rod))
+        joints.append(Slider(name=CROSSHEAD_GUIDE, first=Point(body=GROUND), second=rod_end, angle=0.0))
         return tuple(joints)
 
-    def _sketch(self, made: _Made) -> tuple[tuple[float, float, float], ...]:
+    def _initial_guess(self, parts: _CrankTrainParts) -> tuple[tuple[float, float, float], ...]:
         angle = self.crank_start
-        pin_x, pin_y = turned(self.crank, 0.0, angle)
-        slope = -math.asin(pin_y / self.connecting_rod)
-        across, up = turned(made.rod_centre, 0.0, slope)
-        reach = self.connecting_rod * math.cos(slope)
-        poses = [(*turned(made.crank_centre, 0.0, angle), angle)]
-        poses += [(pin_x + across, pin_y + up, slope)] if made.rod else []
-        poses += [(pin_x + reach, 0.0, 0.0)] if made.crosshead else []
+        pin_x, pin_y = rotate_point(self.crank, 0.0, angle)
+        rod_angle = -math.asin(pin_y / self.connecting_rod)
+        across, up = rotate_point(parts.rod_centre, 0.0, rod_angle)
+        reach = self.connecting_rod * math.cos(rod_angle)
+        poses = [(*rotate_point(parts.crank_centre, 0.0, angle), angle)]
+        poses += [(pin_x + across, pin_y + up, rod_angle)] if parts.rod_mass else []
+        poses += [(pin_x + reach, 0.0, 0.0)] if parts.crosshead_mass else []
         return tuple(poses)
 
 
 @dataclass(frozen=True, kw_only=True)
-class _Made:
+class _CrankTrainParts:
     """What the mechanism is built of; a rod or crosshead of no mass is no body."""
 
     crank: Body
     crank_centre: float = 0.0
-    rod: float = 0.0
+    rod_mass: float = 0.0
     rod_centre: float = 0.0
     rod_inertia: float = 0.0
-    crosshead: float = 0.0
+    crosshead_mass: float = 0.0
 
 
-def short_rod(rod: float | None, radius: float, rod_name: str, radius_name: str) -> str:
+def rod_length_problem(rod_length: float | None, radius: float, rod_name: str, radius_name: str) -> str:
     """A sentence on a rod with which the crank cannot turn over; empty where it can, as with an endless one (None)."""
-    if rod is None or rod > radius:
+    if rod_length is None or rod_length > radius:
         return ""
     return (
-        f"{rod_name} ({rod * 1e3:.6g} mm) must be longer than {radius_name} ({radius * 1e3:.6g} mm), "
+        f"{rod_name} ({rod_length * 1e3:.6g} mm) must be longer than {radius_name} ({radius * 1e3:.6g} mm), "
         "or it cannot turn over; make it longer"
     )

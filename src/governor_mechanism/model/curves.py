@@ -13,7 +13,7 @@ class Curve:
 
 
 @dataclass(frozen=True, kw_only=True)
-class Polynomial(Curve):
+class PolynomialCurve(Curve):
     """y = c0 + c1 x + c2 x^2 + c3 x^3 with coefficients (c0, c1, ...) in m, 1, 1/m, 1/m2; a parabola has three."""
 
     coefficients: tuple[float, ...]
@@ -26,7 +26,7 @@ class Polynomial(Curve):
 
 
 @dataclass(frozen=True, kw_only=True)
-class Table(Curve):
+class SplineCurve(Curve):
     """A smooth curve (cubic spline) through points: x (m) rising, y (m). It ends at the first and the last point."""
 
     x: tuple[float, ...]

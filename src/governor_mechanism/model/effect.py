@@ -20,18 +20,18 @@ class Effect:
         return False
 
     @property
-    def acting(self) -> tuple[OnReading, ...]:
+    def output_effects(self) -> tuple[OutputEffect, ...]:
         """What it does along single readings."""
         return ()
 
 
 @dataclass(frozen=True, kw_only=True)
-class OnReading(Effect):
+class OutputEffect(Effect):
     """An effect that acts along one reading."""
 
     reading: str
 
     @property
-    def acting(self) -> tuple[OnReading, ...]:
+    def output_effects(self) -> tuple[OutputEffect, ...]:
         """Itself."""
         return (self,)

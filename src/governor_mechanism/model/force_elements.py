@@ -6,11 +6,11 @@ from dataclasses import dataclass
 
 from governor_mechanism.errors import MechanismError, require_finite, require_positive
 from governor_mechanism.model.joints import GROUND, Point
-from governor_mechanism.model.time_functions import Program
+from governor_mechanism.model.time_functions import InputFunction
 
 
 @dataclass(frozen=True, kw_only=True)
-class Load:
+class ForceElement:
     """Something that pushes or turns bodies; `name` is what messages and results call it."""
 
     name: str
@@ -22,7 +22,7 @@ class Load:
 
 
 @dataclass(frozen=True, kw_only=True)
-class _Between(Load):
+class _PointToPointElement(ForceElement):
     """A load along the line between two points, the same on both and opposite."""
 
     first: Point
@@ -33,11 +33,11 @@ class _Between(Load):
         return self.first.body, self.second.body
 
     def __post_init__(self) -> None:
-        _require_two(self)
+        _require_distinct_bodies(self)
 
 
 @dataclass(frozen=True, kw_only=True)
-class Spring(_Between):
+class Spring(_PointToPointElement):
     """Pulls its points together with stiffness (N/m) * (distance - free_length (m)); pushes where it is shorter."""
 
     stiffness: float
@@ -50,7 +50,7 @@ class Spring(_Between):
 
 
 @dataclass(frozen=True, kw_only=True)
-class Damper(_Between):
+class Damper(_PointToPointElement):
     """Resists the change of its points' distance with damping (N s/m) * rate."""
 
     damping: float
@@ -61,7 +61,7 @@ class Damper(_Between):
 
 
 @dataclass(frozen=True, kw_only=True)
-class _Turning(Load):
+class _RotationalElement(ForceElement):
     """A moment on the second body about the first, and the opposite one on the first."""
 
     second: str
@@ -72,11 +72,11 @@ class _Turning(Load):
         return self.first, self.second
 
     def __post_init__(self) -> None:
-        _require_two(self)
+        _require_distinct_bodies(self)
 
 
 @dataclass(frozen=True, kw_only=True)
-class TorsionSpring(_Turning):
+class TorsionSpring(_RotationalElement):
     """Turns the second body back to free_angle (rad) against the first, with stiffness (N m/rad)."""
 
     stiffness: float
@@ -89,7 +89,7 @@ class TorsionSpring(_Turning):
 
 
 @dataclass(frozen=True, kw_only=True)
-class TorsionDamper(_Turning):
+class TorsionDamper(_RotationalElement):
     """Resists the turning of the second body against the first with damping (N m s/rad) * rate."""
 
     damping: float
@@ -100,31 +100,31 @@ class TorsionDamper(_Turning):
 
 
 @dataclass(frozen=True, kw_only=True)
-class Torque(_Turning):
+class Torque(_RotationalElement):
     """A given moment (N m, anticlockwise) on the second body; the first takes the opposite one."""
 
-    moment: Program
+    moment: InputFunction
 
 
 @dataclass(frozen=True, kw_only=True)
-class Force(Load):
+class Force(ForceElement):
     """A given force (N) at a point of a body, by its parts along the plane's x and y; it keeps its direction."""
 
     point: Point
-    x: Program
-    y: Program
+    x: InputFunction
+    y: InputFunction
 
     @property
     def bodies(self) -> tuple[str, str]:
         return GROUND, self.point.body
 
     def __post_init__(self) -> None:
-        _require_two(self)
+        _require_distinct_bodies(self)
 
 
-def _require_two(load: Load) -> None:
-    first, second = load.bodies
+def _require_distinct_bodies(element: ForceElement) -> None:
+    first, second = element.bodies
     if first == second:
         raise MechanismError(
-            f"load {load.name!r} acts between body {first!r} and itself; it needs two different bodies"
+            f"load {element.name!r} acts between body {first!r} and itself; it needs two different bodies"
         )

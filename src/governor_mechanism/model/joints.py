@@ -6,7 +6,7 @@ from dataclasses import dataclass
 
 from governor_mechanism.errors import MechanismError, require_finite, require_positive
 from governor_mechanism.model.curves import Curve
-from governor_mechanism.model.time_functions import Motion
+from governor_mechanism.model.time_functions import PrescribedMotion
 
 GROUND = "ground"
 """The plane the mechanism lives in: fixed, or turning with the spindle."""
@@ -74,22 +74,22 @@ class Slider(Joint):
 class Weld(Joint):
     """The two points coincide and the bodies keep `turn` (rad): the second's angle less the first's. Takes three."""
 
-    turn: float = 0.0
+    relative_angle: float = 0.0
 
     def __post_init__(self) -> None:
         super().__post_init__()
-        require_finite(self.turn, "rad", f"turn of weld {self.name!r}")
+        require_finite(self.relative_angle, "rad", f"turn of weld {self.name!r}")
 
 
 @dataclass(frozen=True, kw_only=True)
 class Prismatic(Slider):
     """A slider whose bodies also keep `turn` (rad): the second's angle less the first's. Takes two freedoms."""
 
-    turn: float = 0.0
+    relative_angle: float = 0.0
 
     def __post_init__(self) -> None:
         super().__post_init__()
-        require_finite(self.turn, "rad", f"turn of prismatic joint {self.name!r}")
+        require_finite(self.relative_angle, "rad", f"turn of prismatic joint {self.name!r}")
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -137,7 +137,7 @@ class Gear(Joint):
 
 
 @dataclass(frozen=True, kw_only=True)
-class Rack(Joint):
+class RackAndPinion(Joint):
     """A pinion, the first body, drives a rack: the second point's way along a direction is radius * angle + offset.
 
     The way (m) is counted from the first point, the pinion's centre, along `angle` (rad, anticlockwise from the plane's
@@ -157,7 +157,7 @@ class Rack(Joint):
 
 
 @dataclass(frozen=True, kw_only=True)
-class Proportion(Joint):
+class ProportionalDisplacement(Joint):
     """A linkage without mass moves the second point along a direction ratio times as far as the first, plus offset (m).
 
     Both ways are counted in the plane, along `angle` (rad, anticlockwise from x). Takes one freedom.
@@ -174,20 +174,20 @@ class Proportion(Joint):
 
 
 @dataclass(frozen=True, kw_only=True)
-class DrivenTurn(Joint):
+class RotationalDriver(Joint):
     """A drive turns the second body against the first: its angle less the first's follows `motion` (rad)."""
 
-    motion: Motion
+    motion: PrescribedMotion
 
 
 @dataclass(frozen=True, kw_only=True)
-class DrivenSlide(Joint):
+class TranslationalDriver(Joint):
     """A drive moves the second point along a line of the first body: its way from the first point follows `motion` (m).
 
     The line has `angle` (rad, anticlockwise from the first body's x axis). Across the line the point is free.
     """
 
-    motion: Motion
+    motion: PrescribedMotion
     angle: float
 
     def __post_init__(self) -> None:
@@ -195,6 +195,19 @@ class DrivenSlide(Joint):
         require_finite(self.angle, "rad", f"angle of drive {self.name!r}")
 
 
-ALL_JOINTS: frozenset[type[Joint]] = frozenset(
-    {Pin, Distance, Slider, Weld, Prismatic, ArcSlot, CurveSlot, Gear, Rack, Proportion, DrivenTurn, DrivenSlide}
+JOINT_TYPES: frozenset[type[Joint]] = frozenset(
+    {
+        Pin,
+        Distance,
+        Slider,
+        Weld,
+        Prismatic,
+        ArcSlot,
+        CurveSlot,
+        Gear,
+        RackAndPinion,
+        ProportionalDisplacement,
+        RotationalDriver,
+        TranslationalDriver,
+    }
 )

@@ -7,7 +7,7 @@ from dataclasses import dataclass, field
 from functools import cached_property
 
 from governor_mechanism.errors import MechanismError, did_you_mean, require_finite, require_positive
-from governor_mechanism.model.force_elements import Load
+from governor_mechanism.model.force_elements import ForceElement
 from governor_mechanism.model.joints import GROUND, Joint, Point
 
 
@@ -42,8 +42,8 @@ class Body:
 
     name: str
     mass: float
-    moments: SecondMoments = field(default_factory=SecondMoments)
-    turns: bool = True
+    second_moments: SecondMoments = field(default_factory=SecondMoments)
+    can_rotate: bool = True
 
     def __post_init__(self) -> None:
         require_positive(self.mass, "kg", f"mass of body {self.name!r}")
@@ -74,11 +74,11 @@ class BodyAngle(Reading):
     """Angle of a body's axes less that of another's (rad, anticlockwise, counted on over whole turns)."""
 
     body: str
-    against: str = GROUND
+    reference_body: str = GROUND
 
 
 @dataclass(frozen=True, kw_only=True)
-class Separation(Reading):
+class PointDistance(Reading):
     """Distance of two points (m)."""
 
     first: Point
@@ -86,15 +86,15 @@ class Separation(Reading):
 
 
 @dataclass(frozen=True, kw_only=True)
-class Coordinate(Reading):
+class PointCoordinate(Reading):
     """Position of a point along a direction (m): along_x * x + along_y * y - zero.
 
     x and y are counted from `origin` and along its body's axes, where one is given; else in the plane.
     """
 
     point: Point
-    along_x: float
-    along_y: float
+    direction_x: float
+    direction_y: float
     zero: float = 0.0
     origin: Point = field(default_factory=lambda: Point(body=GROUND))
 
@@ -110,35 +110,35 @@ class FollowerHeight(Reading):
     top: Point
     knee: Point
     fraction: float
-    line: float
+    guide_x: float
     length: float
     zero: float = 0.0
-    against: Point | None = None
+    reference_point: Point | None = None
 
 
 @dataclass(frozen=True, kw_only=True)
-class Output:
+class DerivedForce:
     """A named force (N) that follows from where the mechanism stands; unlike along a reading, nothing acts along it."""
 
     name: str
 
 
 @dataclass(frozen=True, kw_only=True)
-class SpringForce(Output):
+class SpringForce(DerivedForce):
     """The pull of a Spring among the loads; `spring` is its name."""
 
     spring: str
 
 
 @dataclass(frozen=True, kw_only=True)
-class StaticForce(Output):
+class StaticForce(DerivedForce):
     """With what force springs and weights draw a reading down at standstill; `part` of it.
 
     So much has to push along the reading, a length, to hold a mechanism of mobility one. Infinite at a dead centre.
     """
 
     reading: str
-    part: float = 1.0
+    fraction: float = 1.0
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -151,8 +151,8 @@ class Limit:
     reading: str
     low: float
     high: float
-    below: str
-    above: str
+    low_message: str
+    high_message: str
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -169,52 +169,52 @@ class Mechanism:
     joints: tuple[Joint, ...]
     readings: tuple[Reading, ...]
     coordinate: str
-    size: float
-    sketch: tuple[tuple[float, float, float], ...]
+    length_scale: float
+    initial_guess: tuple[tuple[float, float, float], ...]
     limits: tuple[Limit, ...] = ()
-    watched: tuple[Reading, ...] = ()
-    loads: tuple[Load, ...] = ()
-    outputs: tuple[Output, ...] = ()
+    internal_outputs: tuple[Reading, ...] = ()
+    force_elements: tuple[ForceElement, ...] = ()
+    derived_forces: tuple[DerivedForce, ...] = ()
     notes: tuple[str, ...] = ()
 
     def __post_init__(self) -> None:
-        require_positive(self.size, "m", "size of the mechanism")
+        require_positive(self.length_scale, "m", "size of the mechanism")
         names = [body.name for body in self.bodies]
         problems = [
             f"{what} {name!r} stands {count} times; names must differ"
             for what, group in (
                 ("body", names),
                 ("joint", [joint.name for joint in self.joints]),
-                ("load", [load.name for load in self.loads]),
+                ("load", [load.name for load in self.force_elements]),
             )
             for name, count in Counter(group).items()
             if count > 1
         ]
-        ends = [("joint", joint.name, {joint.first.body, joint.second.body}) for joint in self.joints]
-        ends += [("load", load.name, set(load.bodies)) for load in self.loads]
+        body_references = [("joint", joint.name, {joint.first.body, joint.second.body}) for joint in self.joints]
+        body_references += [("load", load.name, set(load.bodies)) for load in self.force_elements]
         problems += [
             f"{what} {name!r} refers to body {body!r}; bodies are {names}.{did_you_mean(body, names)}"
-            for what, name, bodies in ends
+            for what, name, bodies in body_references
             for body in sorted(bodies - {GROUND, *names})
         ]
-        if len(self.sketch) != len(self.bodies):
+        if len(self.initial_guess) != len(self.bodies):
             problems.append(
-                f"the sketch has {len(self.sketch)} poses for {len(self.bodies)} bodies; one each is needed"
+                f"the sketch has {len(self.initial_guess)} poses for {len(self.bodies)} bodies; one each is needed"
             )
         if problems:
             raise MechanismError(*problems)
 
     def body_index(self, name: str) -> int:
         """Position of a body in `bodies`; -1 for the ground."""
-        return -1 if name == GROUND else self._places[name]
+        return -1 if name == GROUND else self._body_indices[name]
 
     @cached_property
-    def _places(self) -> dict[str, int]:
+    def _body_indices(self) -> dict[str, int]:
         return {body.name: index for index, body in enumerate(self.bodies)}
 
     def reading(self, name: str) -> Reading:
         """The reading of that name."""
-        for reading in (*self.readings, *self.watched):
+        for reading in (*self.readings, *self.internal_outputs):
             if reading.name == name:
                 return reading
         names = [reading.name for reading in self.readings]

@@ -7,19 +7,19 @@ from dataclasses import dataclass, field
 from typing import Any, Final
 
 from governor_mechanism.errors import MechanismError, require_finite, require_positive
-from governor_mechanism.model.effect import Effect, OnReading
+from governor_mechanism.model.effect import Effect, OutputEffect
 from governor_mechanism.model.mechanism import Mechanism
-from governor_mechanism.model.time_functions import Program
+from governor_mechanism.model.time_functions import InputFunction
 
 EQUILIBRIUM: Final = "equilibrium"
 """A start value that means: where the mechanism stands still at the first spindle speed."""
 
-TURNING: Final = "turning"
-FIXED: Final = "fixed"
+TURNING_PLANE: Final = "turning"
+FIXED_PLANE: Final = "fixed"
 
 
-FASTEST: Final = 1e6
-LONGEST: Final = 1e9
+MAX_SPINDLE_SPEED: Final = 1e6
+MAX_DURATION: Final = 1e9
 """rad/s and s: more than any machine turns and any run lasts; beyond them lies a slip of units."""
 
 
@@ -31,7 +31,7 @@ class Part:
     machine: str
     dimensions: Mapping[str, float]
     mechanism: Mechanism
-    plane: str = TURNING
+    plane: str = TURNING_PLANE
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -48,30 +48,30 @@ class Spindle:
     """The spindle's given speed: `times` (s) and `speeds` (rad/s) of a program, smooth between points.
 
     One point is a constant speed. Two points at one time are a step. Before the first and after the last point the
-    speed is held. unevenness: the speed swings about the program by this part of it from lowest to highest, as a sine
-    of the angle that the program has turned, `waves` times a turn.
+    speed is held. speed fluctuation: the speed swings about the program by this part of it from lowest to highest, as a sine
+    of the angle that the program has turned, `cycles_per_turn` times a turn.
     """
 
     times: tuple[float, ...] = (0.0,)
     speeds: tuple[float, ...] = (0.0,)
-    unevenness: float = 0.0
-    waves: float = 1.0
+    speed_fluctuation: float = 0.0
+    cycles_per_turn: float = 1.0
 
     def __post_init__(self) -> None:
-        if not 0 <= self.unevenness < 1:
+        if not 0 <= self.speed_fluctuation < 1:
             raise MechanismError(
-                f"unevenness of the spindle, (highest - lowest) / mean speed, must be at least 0 and below 1; "
-                f"got {self.unevenness:g}"
+                f"speed fluctuation of the spindle, (highest - lowest) / mean speed, must be at least 0 and below 1; "
+                f"got {self.speed_fluctuation:g}"
             )
-        require_positive(self.waves, "", "waves of the spindle's unevenness in a turn")
-        Program(times=self.times, values=self.speeds)  # refuses what is no program
+        require_positive(self.cycles_per_turn, "", "waves of the spindle's speed fluctuation in a turn")
+        InputFunction(times=self.times, values=self.speeds)  # refuses what is no program
         for speed in self.speeds:
-            _require_possible(speed)
+            _require_plausible_speed(speed)
 
     @property
-    def program(self) -> Program:
+    def speed_function(self) -> InputFunction:
         """The speed as a program (rad/s)."""
-        return Program(times=self.times, values=self.speeds)
+        return InputFunction(times=self.times, values=self.speeds)
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -83,19 +83,19 @@ class FreeSpindle:
 
     inertia: float
     start_speed: float
-    torque: Program = field(default_factory=Program)
+    torque: InputFunction = field(default_factory=InputFunction)
 
     def __post_init__(self) -> None:
         require_finite(self.inertia, "kg m2", "inertia of the spindle")
         if self.inertia < 0:
             raise MechanismError(f"inertia of the spindle must not be negative; got {self.inertia:g} kg m2")
         require_finite(self.start_speed, "rad/s", "start speed of the spindle")
-        _require_possible(self.start_speed)
+        _require_plausible_speed(self.start_speed)
 
 
-def _require_possible(speed: float) -> None:
-    if abs(speed) > FASTEST:
-        raise MechanismError(f"speed of the spindle must be at most {FASTEST:g} rad/s; got {speed:g} rad/s")
+def _require_plausible_speed(speed: float) -> None:
+    if abs(speed) > MAX_SPINDLE_SPEED:
+        raise MechanismError(f"speed of the spindle must be at most {MAX_SPINDLE_SPEED:g} rad/s; got {speed:g} rad/s")
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -111,18 +111,20 @@ class RunSettings:
     """How long to run (s), how often to report (s), how accurate (relative to each reading's scale), which engine."""
 
     duration: float = 10.0
-    every: float = 0.01
+    output_interval: float = 0.01
     accuracy: float = 1e-6
     engine: str = "auto"
 
     def __post_init__(self) -> None:
         require_positive(self.duration, "s", "duration of the run")
-        require_positive(self.every, "s", "reporting interval `every`")
+        require_positive(self.output_interval, "s", "reporting interval `output_interval`")
         require_positive(self.accuracy, "", "accuracy")
-        if self.duration > LONGEST:
-            raise MechanismError(f"duration of the run must be at most {LONGEST:g} s; got {self.duration:g} s")
-        if self.every > self.duration:
-            raise MechanismError(f"`every` ({self.every:g} s) must not exceed `duration` ({self.duration:g} s)")
+        if self.duration > MAX_DURATION:
+            raise MechanismError(f"duration of the run must be at most {MAX_DURATION:g} s; got {self.duration:g} s")
+        if self.output_interval > self.duration:
+            raise MechanismError(
+                f"`output_interval` ({self.output_interval:g} s) must not exceed `duration` ({self.duration:g} s)"
+            )
         if self.accuracy >= 1:
             raise MechanismError(
                 f"accuracy must be below 1 (it is relative to each reading's scale); got {self.accuracy:g}"
@@ -147,28 +149,28 @@ class Scene:
         kinds = [(type(effect), getattr(effect, "reading", "")) for effect in self.effects]
         for kind, reading in kinds:
             if kinds.count((kind, reading)) > 1:
-                on = f" on {reading!r}" if reading else ""
-                raise MechanismError(f"effect {kind.__name__}{on} stands twice; list it once")
+                location = f" on {reading!r}" if reading else ""
+                raise MechanismError(f"effect {kind.__name__}{location} stands twice; list it once")
         if not self.parts:
             raise MechanismError("a scene needs at least one part")
-        turning = any(part.plane == TURNING for part in self.parts)
-        if isinstance(self.spindle, FreeSpindle) and not turning:
+        has_turning_part = any(part.plane == TURNING_PLANE for part in self.parts)
+        if isinstance(self.spindle, FreeSpindle) and not has_turning_part:
             raise MechanismError(
                 "a free spindle needs a mechanism that turns with it, and this one lives in a fixed plane; "
                 'write plane = "turning", or leave the spindle out'
             )
-        if isinstance(self.spindle, FreeSpindle) and turning and not self.centrifugal:
+        if isinstance(self.spindle, FreeSpindle) and has_turning_part and not self.has_centrifugal:
             raise MechanismError(
                 "a free spindle is slowed by what turns with it; list effects.centrifugal, or give spindle.speed"
             )
 
-        for effect in self.acting:
+        for effect in self.output_effects:
             self.part.mechanism.reading(effect.reading)  # refuses one that does not exist
 
     @property
-    def acting(self) -> tuple[OnReading, ...]:
+    def output_effects(self) -> tuple[OutputEffect, ...]:
         """The effects that act along readings, play as the stops it amounts to."""
-        return tuple(acting for effect in self.effects for acting in effect.acting)
+        return tuple(acting for effect in self.effects for acting in effect.output_effects)
 
     @property
     def part(self) -> Part:
@@ -183,6 +185,6 @@ class Scene:
         return sum((effect.gravity for effect in self.effects), 0.0)
 
     @property
-    def centrifugal(self) -> bool:
+    def has_centrifugal(self) -> bool:
         """Whether the spindle's turning loads the bodies."""
         return any(effect.loads_turning_bodies for effect in self.effects)

@@ -8,7 +8,7 @@ from governor_mechanism.errors import MechanismError, require_finite
 
 
 @dataclass(frozen=True, kw_only=True)
-class Program:
+class InputFunction:
     """A value against time: `times` (s) and `values` (SI), smooth between points and held before and after them.
 
     One point is a constant. Two points alone are a straight ramp. Two points at one time are a step.
@@ -18,7 +18,7 @@ class Program:
     values: tuple[float, ...] = (0.0,)
 
     def __post_init__(self) -> None:
-        _require_pairs("a program", self.times, self.values)
+        _require_equal_lengths("a program", self.times, self.values)
         for before, after in zip(self.times, self.times[1:], strict=False):
             if after < before:
                 raise MechanismError(f"times of a program must not fall; {after:g} s follows {before:g} s")
@@ -27,13 +27,13 @@ class Program:
                 raise MechanismError(f"three points of a program stand at {first:g} s; a step takes two")
 
     @property
-    def constant(self) -> bool:
+    def is_constant(self) -> bool:
         """True when the value never changes."""
         return len(set(self.values)) == 1
 
 
 @dataclass(frozen=True, kw_only=True)
-class Motion:
+class PrescribedMotion:
     """A motion that a drive enforces: `times` (s) and `values` (rad or m), a curve without kinks through the points.
 
     Before the first and after the last point it goes on at its speed there; two points are a steady motion.
@@ -43,7 +43,7 @@ class Motion:
     values: tuple[float, ...]
 
     def __post_init__(self) -> None:
-        _require_pairs("a motion", self.times, self.values)
+        _require_equal_lengths("a motion", self.times, self.values)
         if len(self.times) < 2:
             raise MechanismError("a motion needs two points or more; Motion.steady gives one of constant speed")
         for before, after in zip(self.times, self.times[1:], strict=False):
@@ -53,12 +53,12 @@ class Motion:
                 )
 
     @classmethod
-    def steady(cls, start: float, rate: float) -> Motion:
+    def constant_rate(cls, start_value: float, rate: float) -> PrescribedMotion:
         """The motion start + rate * time."""
-        return cls(times=(0.0, 1.0), values=(start, start + rate))
+        return cls(times=(0.0, 1.0), values=(start_value, start_value + rate))
 
 
-def _require_pairs(what: str, times: tuple[float, ...], values: tuple[float, ...]) -> None:
+def _require_equal_lengths(what: str, times: tuple[float, ...], values: tuple[float, ...]) -> None:
     if not times or len(times) != len(values):
         raise MechanismError(f"{what} needs as many times as values; got {len(times)} and {len(values)}")
     for time, value in zip(times, values, strict=True):

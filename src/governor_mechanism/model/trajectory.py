@@ -43,14 +43,14 @@ class Energy:
     kinetic: in the plane; potential: of gravity and springs; rotation: of the parts about the spindle, J omega^2 / 2,
     and of a free spindle with them. jacobi, constant in an exact run, is kinetic + potential - rotation (+ rotation
     where the spindle is free), less the work that drives, dampers, forces and torques have done; its changes are
-    errors. dissipated: what oil brakes, dry friction and stops have taken up to then.
+    errors. dissipated: what dashpots, dry friction and stops have taken up to then.
     """
 
     kinetic: FloatArray
     potential: FloatArray
     rotation: FloatArray
     jacobi: FloatArray
-    dissipated: FloatArray
+    dissipated_energy: FloatArray
     scale: float
 
     @property
@@ -74,7 +74,7 @@ class Reaction:
     determined: NDArray[np.bool_]
 
     @property
-    def size(self) -> FloatArray:
+    def magnitude(self) -> FloatArray:
         """(n,) N: how large the force is."""
         return np.hypot(self.force[:, 0], self.force[:, 1])
 
@@ -96,15 +96,15 @@ class Cost:
     runs: int
     evaluations: Mapping[str, int]
     wall_time: float
-    building: float = 0.0
+    setup_time: float = 0.0
     rejected: int = 0
     iterations: int = 0
     method: str = ""
     events: int = 0
-    assembled: Mapping[str, int] = field(default_factory=dict)
+    model_size: Mapping[str, int] = field(default_factory=dict)
 
 
-class Afterwards(Protocol):
+class DeferredResults(Protocol):
     """What can be told of a motion once it is known, and costs nothing until it is asked for."""
 
     def reactions(self) -> Mapping[str, Reaction]:
@@ -142,20 +142,20 @@ class Trajectory:
     error_estimate: float | None = None
     reading_errors: Mapping[str, float] = field(default_factory=dict)
     settings: Mapping[str, Any] = field(default_factory=dict)
-    excluded: int = 0
+    n_excluded: int = 0
     mobility: int = 1
     notes: tuple[str, ...] = ()
-    afterwards: Afterwards | None = field(default=None, repr=False, compare=False)
+    deferred_results: DeferredResults | None = field(default=None, repr=False, compare=False)
 
     @cached_property
     def reactions(self) -> Mapping[str, Reaction]:
         """What each joint did, by its name; reckoned when first asked for."""
-        return {} if self.afterwards is None else self.afterwards.reactions()
+        return {} if self.deferred_results is None else self.deferred_results.reactions()
 
     @cached_property
     def events(self) -> tuple[Event, ...]:
         """What it passed, in the order of time: what stuck or struck, dead centres, change points (looked for now)."""
-        return () if self.afterwards is None else self.afterwards.events()
+        return () if self.deferred_results is None else self.deferred_results.events()
 
     @property
     def body_names(self) -> tuple[str, ...]:

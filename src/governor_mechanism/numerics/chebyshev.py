@@ -9,55 +9,68 @@ from __future__ import annotations
 import numpy as np
 from numpy.polynomial import chebyshev
 
-from governor_mechanism.numerics.jit import inlined, kernel
+from governor_mechanism.numerics.jit import jit_inline, jit_internal
 from governor_mechanism.types import FloatArray
 
-COUNT = 12
+N_CHEBYSHEV_NODES = 12
 """Nodes, and coefficients, of a piece."""
 
-NODES = -np.cos(np.pi * (np.arange(COUNT) + 0.5) / COUNT)
+CHEBYSHEV_NODES = -np.cos(np.pi * (np.arange(N_CHEBYSHEV_NODES) + 0.5) / N_CHEBYSHEV_NODES)
 """(COUNT,) ascending, from -1 to 1: zeros of a Chebyshev polynomial, so none is an end."""
 
-WEIGHTS = (-1.0) ** np.arange(COUNT) * np.sin(np.pi * (np.arange(COUNT) + 0.5) / COUNT)
+BARYCENTRIC_WEIGHTS = (-1.0) ** np.arange(N_CHEBYSHEV_NODES) * np.sin(
+    np.pi * (np.arange(N_CHEBYSHEV_NODES) + 0.5) / N_CHEBYSHEV_NODES
+)
 """(COUNT,) of the barycentric formula for these nodes."""
 
-LEVEL = 0.1
+STAGNATION_RATIO = 0.1
 """A fit whose last two terms are no smaller than this part of the three before them has stopped falling."""
 
-_TERMS = chebyshev.chebvander(NODES, COUNT - 1).T * (2.0 / COUNT)
-_TERMS[0] *= 0.5
-TO_CHEBYSHEV = np.ascontiguousarray(_TERMS)
+_CHEBYSHEV_TRANSFORM = chebyshev.chebvander(CHEBYSHEV_NODES, N_CHEBYSHEV_NODES - 1).T * (2.0 / N_CHEBYSHEV_NODES)
+_CHEBYSHEV_TRANSFORM[0] *= 0.5
+VALUES_TO_CHEBYSHEV = np.ascontiguousarray(_CHEBYSHEV_TRANSFORM)
 """Values at the nodes to coefficients of Chebyshev polynomials."""
 
-TO_POWERS = np.ascontiguousarray(
-    np.array([np.pad(chebyshev.cheb2poly(one), (0, COUNT))[:COUNT] for one in np.eye(COUNT)]).T
+CHEBYSHEV_TO_POWERS = np.ascontiguousarray(
+    np.array(
+        [
+            np.pad(chebyshev.cheb2poly(one), (0, N_CHEBYSHEV_NODES))[:N_CHEBYSHEV_NODES]
+            for one in np.eye(N_CHEBYSHEV_NODES)
+        ]
+    ).T
 )
 """Those to coefficients of powers, lowest first. Rounding stays small because the high ones of a good fit are."""
 
 
-@kernel
-def fitted(values: FloatArray, coefficients: FloatArray) -> tuple[float, bool]:
+@jit_internal
+def fit_piece(values: FloatArray, coefficients: FloatArray) -> tuple[float, bool]:
     """Fill coefficients (COUNT,) of powers from values (COUNT,) at the nodes.
 
     The size of what the fit leaves out, and whether it has stopped falling from term to term: then it is rounding.
     """
-    found = np.empty(COUNT)
-    for k in range(COUNT):
+    chebyshev_coefficients = np.empty(N_CHEBYSHEV_NODES)
+    for k in range(N_CHEBYSHEV_NODES):
         total = 0.0
-        for j in range(COUNT):
-            total += TO_CHEBYSHEV[k, j] * values[j]
-        found[k] = total
-    for k in range(COUNT):
+        for j in range(N_CHEBYSHEV_NODES):
+            total += VALUES_TO_CHEBYSHEV[k, j] * values[j]
+        chebyshev_coefficients[k] = total
+    for k in range(N_CHEBYSHEV_NODES):
         total = 0.0
-        for j in range(k, COUNT):
-            total += TO_POWERS[k, j] * found[j]
+        for j in range(k, N_CHEBYSHEV_NODES):
+            total += CHEBYSHEV_TO_POWERS[k, j] * chebyshev_coefficients[j]
         coefficients[k] = total
-    left = max(abs(found[COUNT - 2]), abs(found[COUNT - 1]))
-    before = max(abs(found[COUNT - 5]), abs(found[COUNT - 4]), abs(found[COUNT - 3]))
-    return left, left > LEVEL * before
+    truncation_error = max(
+        abs(chebyshev_coefficients[N_CHEBYSHEV_NODES - 2]), abs(chebyshev_coefficients[N_CHEBYSHEV_NODES - 1])
+    )
+    preceding_terms = max(
+        abs(chebyshev_coefficients[N_CHEBYSHEV_NODES - 5]),
+        abs(chebyshev_coefficients[N_CHEBYSHEV_NODES - 4]),
+        abs(chebyshev_coefficients[N_CHEBYSHEV_NODES - 3]),
+    )
+    return truncation_error, truncation_error > STAGNATION_RATIO * preceding_terms
 
 
-def _powers(table: FloatArray, piece: int, column: int, t: float) -> float:
+def _evaluate_piece(table: FloatArray, piece: int, column: int, t: float) -> float:
     """The polynomial table[piece, column] at t, summed in a tree: a chain would wait for each of its sums."""
     t2 = t * t
     t4 = t2 * t2
@@ -73,22 +86,22 @@ def _powers(table: FloatArray, piece: int, column: int, t: float) -> float:
     return float(low + (middle + high * t4) * t4)
 
 
-powers = kernel(_powers)
-powers_inlined = inlined(_powers)
+evaluate_piece = jit_internal(_evaluate_piece)
+evaluate_piece_inline = jit_inline(_evaluate_piece)
 """The same for the innermost loop, where even a call costs."""
 
 
-@kernel
-def weighed(t: float, weights: FloatArray) -> None:
+@jit_internal
+def barycentric_weights(t: float, weights: FloatArray) -> None:
     """Fill weights (COUNT,) so that their sum with values at the nodes is the fit's value at t."""
     total = 0.0
-    for k in range(COUNT):
-        apart = t - NODES[k]
-        if apart == 0.0:
+    for k in range(N_CHEBYSHEV_NODES):
+        difference = t - CHEBYSHEV_NODES[k]
+        if difference == 0.0:
             weights[:] = 0.0
             weights[k] = 1.0
             return
-        weights[k] = WEIGHTS[k] / apart
+        weights[k] = BARYCENTRIC_WEIGHTS[k] / difference
         total += weights[k]
-    for k in range(COUNT):
+    for k in range(N_CHEBYSHEV_NODES):
         weights[k] /= total

@@ -7,21 +7,25 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from governor_mechanism.mechanics.dynamics.contacts import Mode
-from governor_mechanism.mechanics.dynamics.inverse_dynamics import Dynamics, dynamics
+from governor_mechanism.mechanics.dynamics.contacts import ContactMode
+from governor_mechanism.mechanics.dynamics.inverse_dynamics import InverseDynamics, compute_inverse_dynamics
 from governor_mechanism.model.events import Event
 from governor_mechanism.model.scene import Scene
-from governor_mechanism.model.state_history import State
+from governor_mechanism.model.state_history import StateHistory
 from governor_mechanism.model.trajectory import Reaction
-from governor_mechanism.observables.reactions import reactions
-from governor_mechanism.observables.singular_configurations import Between, Stations, find_events
+from governor_mechanism.observables.reactions import compute_reactions
+from governor_mechanism.observables.singular_configurations import (
+    DenseOutput,
+    SampledMotion,
+    find_singular_configurations,
+)
 from governor_mechanism.types import IntArray
 
-Stationed = Callable[[], tuple[State, Between | None]]
+StateProvider = Callable[[], tuple[StateHistory, DenseOutput | None]]
 
 
 @dataclass(frozen=True)
-class Told:
+class DeferredMotionAnalysis:
     """What a run's states at its reported times, and at all its stations, imply.
 
     stations may be something that finds them, and what lies between, when they are asked for. modes are those at the
@@ -29,29 +33,48 @@ class Told:
     """
 
     scene: Scene
-    reported: State
-    stations: State | Stationed
+    reported_states: StateHistory
+    monitor_states: StateHistory | StateProvider
     mobility: int
-    between: Between | None
-    modes: tuple[Mode, ...] = ()
-    which: slice | IntArray | None = None
-    happened: tuple[Event, ...] = ()
+    dense_output: DenseOutput | None
+    contact_modes: tuple[ContactMode, ...] = ()
+    reported_indices: slice | IntArray | None = None
+    contact_events: tuple[Event, ...] = ()
 
     def reactions(self) -> dict[str, Reaction]:
         """Of every joint, by name."""
-        modes = tuple(np.array(self.modes, dtype=object)[self.which]) if self.modes else ()
-        return reactions(self.scene.part.mechanism, self.reported.poses, self._implied(self.reported, modes))
+        contact_modes = (
+            tuple(np.array(self.contact_modes, dtype=object)[self.reported_indices]) if self.contact_modes else ()
+        )
+        return compute_reactions(
+            self.scene.part.mechanism,
+            self.reported_states.poses,
+            self._evaluate_dynamics(self.reported_states, contact_modes),
+        )
 
     def events(self) -> tuple[Event, ...]:
         """In the order of time."""
-        passed = () if self.modes else self._passed()
-        return tuple(sorted((*passed, *self.happened), key=lambda event: event.time))
+        singular_configurations = () if self.contact_modes else self._find_singular_configurations()
+        return tuple(sorted((*singular_configurations, *self.contact_events), key=lambda event: event.time))
 
-    def _passed(self) -> tuple[Event, ...]:
-        at, between = (self.stations, self.between) if isinstance(self.stations, State) else self.stations()
-        found = self._implied(at, self.modes)
-        motion = Stations(at.times, at.poses, at.velocities, found.accelerations, found.independence, between)
-        return tuple(find_events(self.scene.part.mechanism, motion, self.mobility))
+    def _find_singular_configurations(self) -> tuple[Event, ...]:
+        history, dense_output = (
+            (self.monitor_states, self.dense_output)
+            if isinstance(self.monitor_states, StateHistory)
+            else self.monitor_states()
+        )
+        motion_dynamics = self._evaluate_dynamics(history, self.contact_modes)
+        motion = SampledMotion(
+            history.times,
+            history.poses,
+            history.velocities,
+            motion_dynamics.accelerations,
+            motion_dynamics.pivot_ratios,
+            dense_output,
+        )
+        return tuple(find_singular_configurations(self.scene.part.mechanism, motion, self.mobility))
 
-    def _implied(self, state: State, modes: tuple[Mode, ...]) -> Dynamics:
-        return dynamics(self.scene, state.times, state.poses, state.velocities, state.spindle[:, 1], modes)
+    def _evaluate_dynamics(self, history: StateHistory, contact_modes: tuple[ContactMode, ...]) -> InverseDynamics:
+        return compute_inverse_dynamics(
+            self.scene, history.times, history.poses, history.velocities, history.spindle_state[:, 1], contact_modes
+        )

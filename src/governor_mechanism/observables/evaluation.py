@@ -8,39 +8,39 @@ from typing import Any
 import numpy as np
 
 from governor_mechanism.mechanics.dynamics.characteristic_scales import time_scale
-from governor_mechanism.mechanics.dynamics.contacts import Mode, energy_on, springs_of
-from governor_mechanism.mechanics.dynamics.force_elements import potential as spring_potential
+from governor_mechanism.mechanics.dynamics.contacts import ContactMode, output_spring_energy, output_springs_of
+from governor_mechanism.mechanics.dynamics.force_elements import spring_potential_energy as spring_potential
 from governor_mechanism.mechanics.dynamics.force_laws import (
     free_spindle_speed,
-    height_energy,
+    gravitational_energy,
     spindle_inertia,
     spindle_inertia_rate,
 )
-from governor_mechanism.mechanics.kinematics.assembly import Assembler, assembly_notes
-from governor_mechanism.mechanics.kinematics.constraint_equations import JointEquations
-from governor_mechanism.mechanics.kinematics.output_variables import measure, reading_value
-from governor_mechanism.mechanics.kinematics.time_functions import SpeedProgram, TimeCurve
+from governor_mechanism.mechanics.kinematics.assembly import PositionSolver, assembly_notes
+from governor_mechanism.mechanics.kinematics.constraint_equations import ConstraintEquations
+from governor_mechanism.mechanics.kinematics.output_variables import evaluate_output, evaluate_output_value
+from governor_mechanism.mechanics.kinematics.time_functions import CubicTimeFunction, SpindleSpeedFunction
 from governor_mechanism.model.events import Event
 from governor_mechanism.model.force_elements import Spring, TorsionSpring
-from governor_mechanism.model.joints import DrivenSlide, DrivenTurn
+from governor_mechanism.model.joints import RotationalDriver, TranslationalDriver
 from governor_mechanism.model.mechanism import LineAngle, Mechanism
-from governor_mechanism.model.scene import TURNING, FreeSpindle, Scene
-from governor_mechanism.model.state_history import State
+from governor_mechanism.model.scene import TURNING_PLANE, FreeSpindle, Scene
+from governor_mechanism.model.state_history import StateHistory
 from governor_mechanism.model.trajectory import Cost, Energy, Outcome, Trajectory
-from governor_mechanism.observables.deferred import Stationed, Told
-from governor_mechanism.observables.singular_configurations import Between
-from governor_mechanism.observables.static_forces import outputs_of
-from governor_mechanism.observables.work import work_between
+from governor_mechanism.observables.deferred import DeferredMotionAnalysis, StateProvider
+from governor_mechanism.observables.singular_configurations import DenseOutput
+from governor_mechanism.observables.static_forces import evaluate_derived_forces
+from governor_mechanism.observables.work import integrate_work
 from governor_mechanism.types import FloatArray, IntArray
 
-UNITS = {"angle": "rad", "length": "m"}
+READING_UNITS = {"angle": "rad", "length": "m"}
 
-SHARED = 1e-13
+ERROR_ESTIMATE_FLOOR = 1e-13
 """In units of the scales: two runs of one motion may agree to their last digits, and both be off by so much."""
 
 
 @dataclass(frozen=True, kw_only=True)
-class Report:
+class Observables:
     """Readings, their rates and units by name; joint gaps; the energy ledger."""
 
     readings: dict[str, FloatArray]
@@ -51,180 +51,208 @@ class Report:
 
 
 @dataclass(frozen=True, kw_only=True)
-class Finding:
+class RunResult:
     """What an engine has to tell: states at the reported times and at all its stations, how it ended, its errors."""
 
-    state: State
-    stations: State | Stationed
-    report: Report
+    reported_states: StateHistory
+    monitor_states: StateHistory | StateProvider
+    observables: Observables
     outcome: Outcome
     detail: str
-    estimate: float | None
-    errors: dict[str, float]
-    between: Between | None = None
-    modes: tuple[Mode, ...] = ()
-    reported: slice | IntArray | None = None
-    happened: tuple[Event, ...] = ()
-    excluded: int = 0
+    error_estimate: float | None
+    reading_errors: dict[str, float]
+    dense_output: DenseOutput | None = None
+    contact_modes: tuple[ContactMode, ...] = ()
+    reported_indices: slice | IntArray | None = None
+    contact_events: tuple[Event, ...] = ()
+    n_excluded: int = 0
 
 
-class Reporter:
+class ReadingEvaluator:
     """Reads states of one scene that starts at poses `start` (bodies, 3); holds the scales of its accuracies."""
 
-    def __init__(self, scene: Scene, start: FloatArray) -> None:
+    def __init__(self, scene: Scene, initial_poses: FloatArray) -> None:
         self.scene = scene
-        self._start = start
+        self._initial_poses = initial_poses
         self.mechanism: Mechanism = scene.part.mechanism
-        self.program = SpeedProgram(scene.spindle)
-        self._equations = JointEquations(self.mechanism)
-        self.turning = scene.part.plane == TURNING
-        self.loaded = self.turning and scene.centrifugal
-        self.free = isinstance(scene.spindle, FreeSpindle)
+        self.speed_function = SpindleSpeedFunction(scene.spindle)
+        self._constraint_equations = ConstraintEquations(self.mechanism)
+        self.is_rotating_plane = scene.part.plane == TURNING_PLANE
+        self.is_spindle_loaded = self.is_rotating_plane and scene.has_centrifugal
+        self.has_free_spindle = isinstance(scene.spindle, FreeSpindle)
         mass = sum(body.mass for body in self.mechanism.bodies)
         self.time_scale = time_scale(scene)
-        self.energy_scale = mass * self.mechanism.size**2 / self.time_scale**2
+        self.energy_scale = mass * self.mechanism.length_scale**2 / self.time_scale**2
 
-    def scales(self) -> dict[str, float]:
+    def reading_scales(self) -> dict[str, float]:
         """1 rad or the machine's size for positions; mass, size and time scale for what the spindle does."""
-        by_quantity = {"angle": 1.0, "length": self.mechanism.size}
+        by_quantity = {"angle": 1.0, "length": self.mechanism.length_scale}
         scales = {reading.name: by_quantity[reading.quantity] for reading in self.mechanism.readings}
-        scales |= {output.name: self.energy_scale / self.mechanism.size for output in self.mechanism.outputs}
-        if self.turning:
+        scales |= {
+            output.name: self.energy_scale / self.mechanism.length_scale for output in self.mechanism.derived_forces
+        }
+        if self.is_rotating_plane:
             scales["spindle_speed"] = 1.0 / self.time_scale
-        if self.free:
+        if self.has_free_spindle:
             scales["spindle_angle"] = 1.0
-        elif self.loaded:
+        elif self.is_spindle_loaded:
             scales["spindle_torque"] = self.energy_scale
         return scales
 
-    def report(self, state: State) -> Report:
+    def evaluate(self, history: StateHistory) -> Observables:
         """Everything that is read off n states."""
-        readings, rates = self._positions(state)
-        units = {reading.name: UNITS[reading.quantity] for reading in self.mechanism.readings}
-        readings |= outputs_of(self.scene, state.poses)
-        units |= {output.name: "N" for output in self.mechanism.outputs}
-        if self.turning:
-            readings["spindle_speed"], units["spindle_speed"] = state.spindle[:, 1], "rad/s"
-        if self.free:
-            readings["spindle_angle"], units["spindle_angle"] = state.spindle[:, 0], "rad"
-        elif self.loaded:
-            readings["spindle_torque"], units["spindle_torque"] = self._torque(state), "N m"
-        return Report(
+        readings, rates = self._evaluate_readings(history)
+        units = {reading.name: READING_UNITS[reading.quantity] for reading in self.mechanism.readings}
+        readings |= evaluate_derived_forces(self.scene, history.poses)
+        units |= {output.name: "N" for output in self.mechanism.derived_forces}
+        if self.is_rotating_plane:
+            readings["spindle_speed"], units["spindle_speed"] = history.spindle_state[:, 1], "rad/s"
+        if self.has_free_spindle:
+            readings["spindle_angle"], units["spindle_angle"] = history.spindle_state[:, 0], "rad"
+        elif self.is_spindle_loaded:
+            readings["spindle_torque"], units["spindle_torque"] = self._evaluate_spindle_torque(history), "N m"
+        return Observables(
             readings=readings,
             rates=rates,
             units=units,
-            joint_gap=self.gap(state.poses, state.times),
-            energy=self._energy(state),
+            joint_gap=self.evaluate_joint_gap(history.poses, history.times),
+            energy=self._evaluate_energy(history),
         )
 
-    def trajectory(self, found: Finding, *, cost: Cost, settings: dict[str, Any]) -> Trajectory:
+    def make_trajectory(self, result: RunResult, *, cost: Cost, settings: dict[str, Any]) -> Trajectory:
         """The result of a run; joint forces and events wait in it until they are asked for."""
-        state, stations, report = found.state, found.stations, found.report
-        assembler = Assembler(self.mechanism)
-        mobility = assembler.freedoms(state.poses[0]) if len(state.times) else assembler.mobility
+        reported_states, monitor_states, observables = result.reported_states, result.monitor_states, result.observables
+        position_solver = PositionSolver(self.mechanism)
+        mobility = (
+            position_solver.count_degrees_of_freedom(reported_states.poses[0])
+            if len(reported_states.times)
+            else position_solver.mobility
+        )
         return Trajectory(
             scene=self.scene,
-            times=state.times,
-            poses=state.poses,
-            velocities=state.velocities,
-            readings=report.readings,
-            rates=report.rates,
-            units=report.units,
-            scales=self.scales(),
-            joint_gap=report.joint_gap,
-            energy=report.energy,
-            outcome=found.outcome,
-            detail=found.detail,
+            times=reported_states.times,
+            poses=reported_states.poses,
+            velocities=reported_states.velocities,
+            readings=observables.readings,
+            rates=observables.rates,
+            units=observables.units,
+            scales=self.reading_scales(),
+            joint_gap=observables.joint_gap,
+            energy=observables.energy,
+            outcome=result.outcome,
+            detail=result.detail,
             cost=cost,
-            error_estimate=found.estimate,
-            reading_errors=found.errors,
+            error_estimate=result.error_estimate,
+            reading_errors=result.reading_errors,
             settings=settings,
             mobility=mobility,
             notes=assembly_notes(self.scene),
-            excluded=found.excluded,
-            afterwards=Told(
-                self.scene, state, stations, mobility, found.between, found.modes, found.reported, found.happened
+            n_excluded=result.n_excluded,
+            deferred_results=DeferredMotionAnalysis(
+                self.scene,
+                reported_states,
+                monitor_states,
+                mobility,
+                result.dense_output,
+                result.contact_modes,
+                result.reported_indices,
+                result.contact_events,
             ),
         )
 
-    def spindle_speeds(self, times: FloatArray, poses: FloatArray) -> FloatArray:
+    def evaluate_spindle_speeds(self, times: FloatArray, poses: FloatArray) -> FloatArray:
         """Speed (n,) rad/s of the spindle at times (n,) s and poses (n, bodies, 3)."""
         spindle = self.scene.spindle
         if not isinstance(spindle, FreeSpindle) or not len(times):
-            return self.program(times)
-        own = spindle.inertia
-        start = (own + self.inertia(self._start[np.newaxis])[0]) * spindle.start_speed
-        torque = TimeCurve(spindle.torque)
-        momentum = start + np.array([torque.integral(0.0, float(time)) for time in times])
-        speeds: FloatArray = free_spindle_speed(momentum, own + self.inertia(poses))
+            return self.speed_function(times)
+        own_inertia = spindle.inertia
+        initial_momentum = (
+            own_inertia + self.evaluate_spindle_inertia(self._initial_poses[np.newaxis])[0]
+        ) * spindle.start_speed
+        torque = CubicTimeFunction(spindle.torque)
+        momentum = initial_momentum + np.array([torque.integral(0.0, float(time)) for time in times])
+        speeds: FloatArray = free_spindle_speed(momentum, own_inertia + self.evaluate_spindle_inertia(poses))
         return speeds
 
-    def uncounted_work(self, stations: State) -> FloatArray | None:
+    def integrate_missing_work(self, history: StateHistory) -> FloatArray | None:
         """What an engine that counts no work of drives, loads and a free spindle's torque has to add to State.work.
 
         (n,) J, found from their power between the stations; None where nothing does any.
         """
-        drives = any(isinstance(joint, DrivenTurn | DrivenSlide) for joint in self.mechanism.joints)
-        loads = any(not isinstance(load, Spring | TorsionSpring) for load in self.mechanism.loads)
-        if not (drives or loads or self.free) or len(stations.times) < 2:
+        has_drives = any(isinstance(joint, RotationalDriver | TranslationalDriver) for joint in self.mechanism.joints)
+        has_nonconservative_loads = any(
+            not isinstance(load, Spring | TorsionSpring) for load in self.mechanism.force_elements
+        )
+        if not (has_drives or has_nonconservative_loads or self.has_free_spindle) or len(history.times) < 2:
             return None
-        return -work_between(self.scene, stations, self.spindle_speeds)
+        return -integrate_work(self.scene, history, self.evaluate_spindle_speeds)
 
-    def gap(self, poses: FloatArray, times: FloatArray) -> FloatArray:
+    def evaluate_joint_gap(self, poses: FloatArray, times: FloatArray) -> FloatArray:
         """Widest joint opening (...) m at times (...) s."""
-        return self._equations.gap(poses, times)
+        return self._constraint_equations.gap(poses, times)
 
-    def errors(self, better: Report, worse: Report) -> dict[str, float]:
+    def compare_observables(self, better: Observables, worse: Observables) -> dict[str, float]:
         """Largest difference of each reading, each rate (named 'rate of ...') and the joints, in SI."""
-        found = {name: _largest(values, worse.readings[name]) for name, values in better.readings.items()}
-        found |= {f"rate of {name}": _largest(values, worse.rates[name]) for name, values in better.rates.items()}
-        found["joint_gap"] = float(np.max(better.joint_gap, initial=0.0))
-        return found
+        differences = {
+            name: _largest_difference(values, worse.readings[name]) for name, values in better.readings.items()
+        }
+        differences |= {
+            f"rate of {name}": _largest_difference(values, worse.rates[name]) for name, values in better.rates.items()
+        }
+        differences["joint_gap"] = float(np.max(better.joint_gap, initial=0.0))
+        return differences
 
-    def relative(self, errors: dict[str, float]) -> float:
+    def to_relative_error(self, errors: dict[str, float]) -> float:
         """The largest of these errors in units of its scale; not less than rounding, which all runs share."""
-        scales = self.scales()
+        scales = self.reading_scales()
         scales |= {f"rate of {name}": scale / self.time_scale for name, scale in scales.items()}
-        scales["joint_gap"] = self.mechanism.size
-        return max(SHARED, *(error / scales[name] for name, error in errors.items()))
+        scales["joint_gap"] = self.mechanism.length_scale
+        return max(ERROR_ESTIMATE_FLOOR, *(error / scales[name] for name, error in errors.items()))
 
-    def first_outside(self, poses: FloatArray) -> tuple[int, str] | None:
+    def find_first_out_of_range(self, poses: FloatArray) -> tuple[int, str] | None:
         """Index of the first pose outside the mechanism's limits, and the sentence that says what happened."""
-        found = []
+        exits = []
         for limit in self.mechanism.limits:
-            value = reading_value(self.mechanism, limit.reading, poses)
-            for outside, sentence in ((~(value > limit.low), limit.below), (~(value < limit.high), limit.above)):
-                if outside.any():
-                    found.append((int(np.argmax(outside)), f"{limit.reading}: {sentence}"))
-        return min(found) if found else None
+            value = evaluate_output_value(self.mechanism, limit.reading, poses)
+            for is_outside, message in (
+                (~(value > limit.low), limit.low_message),
+                (~(value < limit.high), limit.high_message),
+            ):
+                if is_outside.any():
+                    exits.append((int(np.argmax(is_outside)), f"{limit.reading}: {message}"))
+        return min(exits) if exits else None
 
-    def _positions(self, state: State) -> tuple[dict[str, FloatArray], dict[str, FloatArray]]:
+    def _evaluate_readings(self, history: StateHistory) -> tuple[dict[str, FloatArray], dict[str, FloatArray]]:
         readings, rates = {}, {}
         for reading in self.mechanism.readings:
-            found = measure(self.mechanism, reading.name, state.poses)
-            wraps = isinstance(reading, LineAngle)  # the angle of a body is counted on
-            readings[reading.name] = np.unwrap(found.value) if wraps else found.value
-            rates[reading.name] = np.sum(found.gradient * state.velocities, axis=(-2, -1))
+            derivatives = evaluate_output(self.mechanism, reading.name, history.poses)
+            is_wrapped = isinstance(reading, LineAngle)  # the angle of a body is counted on
+            readings[reading.name] = np.unwrap(derivatives.value) if is_wrapped else derivatives.value
+            rates[reading.name] = np.sum(derivatives.gradient * history.velocities, axis=(-2, -1))
         return readings, rates
 
-    def _torque(self, state: State) -> FloatArray:
+    def _evaluate_spindle_torque(self, history: StateHistory) -> FloatArray:
         """The drive's torque at a given speed: the rate of the parts' angular momentum, d(J omega)/dt."""
-        speed, slope = self.program(state.times), self.program.slope(state.times)
-        rate = np.zeros_like(speed)
+        speed, acceleration = self.speed_function(history.times), self.speed_function.derivative(history.times)
+        inertia_rate = np.zeros_like(speed)
         for index, body in enumerate(self.mechanism.bodies):
-            pose, velocity = state.poses[:, index], state.velocities[:, index]
-            rate += spindle_inertia_rate(
-                body.mass, *body.moments.in_plane, pose[:, 0], pose[:, 2], velocity[:, 0], velocity[:, 2]
+            pose, velocity = history.poses[:, index], history.velocities[:, index]
+            inertia_rate += spindle_inertia_rate(
+                body.mass, *body.second_moments.in_plane, pose[:, 0], pose[:, 2], velocity[:, 0], velocity[:, 2]
             )
-        torque: FloatArray = rate * speed + self.inertia(state.poses) * slope
+        torque: FloatArray = inertia_rate * speed + self.evaluate_spindle_inertia(history.poses) * acceleration
         return torque
 
-    def inertia(self, poses: FloatArray) -> FloatArray:
+    def evaluate_spindle_inertia(self, poses: FloatArray) -> FloatArray:
         """J (n,) kg m2 of all bodies about the spindle."""
         total: FloatArray = sum(
             (
                 spindle_inertia(
-                    body.mass, *body.moments.in_plane, body.moments.zz, poses[:, index, 0], poses[:, index, 2]
+                    body.mass,
+                    *body.second_moments.in_plane,
+                    body.second_moments.zz,
+                    poses[:, index, 0],
+                    poses[:, index, 2],
                 )
                 for index, body in enumerate(self.mechanism.bodies)
             ),
@@ -232,29 +260,33 @@ class Reporter:
         )
         return total
 
-    def _energy(self, state: State) -> Energy:
-        kinetic, potential = np.zeros(len(state.times)), np.zeros(len(state.times))
+    def _evaluate_energy(self, history: StateHistory) -> Energy:
+        kinetic, potential = np.zeros(len(history.times)), np.zeros(len(history.times))
         for index, body in enumerate(self.mechanism.bodies):
-            velocity = state.velocities[:, index]
+            velocity = history.velocities[:, index]
             kinetic += 0.5 * body.mass * np.sum(velocity[:, :2] ** 2, axis=1)
-            kinetic += 0.5 * (body.moments.xx + body.moments.yy) * velocity[:, 2] ** 2
-            potential += height_energy(body.mass, self.scene.gravity, state.poses[:, index, 1])
-        potential += spring_potential(self.mechanism, state.poses)
-        for spring in springs_of(self.scene):
-            potential += energy_on(spring, reading_value(self.mechanism, spring.reading, state.poses))
+            kinetic += 0.5 * (body.second_moments.xx + body.second_moments.yy) * velocity[:, 2] ** 2
+            potential += gravitational_energy(body.mass, self.scene.gravity, history.poses[:, index, 1])
+        potential += spring_potential(self.mechanism, history.poses)
+        for spring in output_springs_of(self.scene):
+            potential += output_spring_energy(
+                spring, evaluate_output_value(self.mechanism, spring.reading, history.poses)
+            )
         rotation = np.zeros_like(kinetic)
-        if self.loaded:
-            own = self.scene.spindle.inertia if isinstance(self.scene.spindle, FreeSpindle) else 0.0
-            rotation = 0.5 * (own + self.inertia(state.poses)) * state.spindle[:, 1] ** 2
+        if self.is_spindle_loaded:
+            own_inertia = self.scene.spindle.inertia if isinstance(self.scene.spindle, FreeSpindle) else 0.0
+            rotation = (
+                0.5 * (own_inertia + self.evaluate_spindle_inertia(history.poses)) * history.spindle_state[:, 1] ** 2
+            )
         return Energy(
             kinetic=kinetic,
             potential=potential,
             rotation=rotation,
-            jacobi=kinetic + potential + (rotation if self.free else -rotation) + state.work,
-            dissipated=state.lost,
+            jacobi=kinetic + potential + (rotation if self.has_free_spindle else -rotation) + history.work,
+            dissipated_energy=history.dissipated_energy,
             scale=self.energy_scale,
         )
 
 
-def _largest(first: FloatArray, second: FloatArray) -> float:
+def _largest_difference(first: FloatArray, second: FloatArray) -> float:
     return float(np.max(np.abs(first - second), initial=0.0))

@@ -10,19 +10,19 @@ from collections.abc import Callable, Sequence
 import numpy as np
 from numpy.polynomial.legendre import leggauss
 
-from governor_mechanism.mechanics.dynamics.contacts import Mode, brakes_of, keepers_of
-from governor_mechanism.mechanics.dynamics.force_laws import brake_force
-from governor_mechanism.mechanics.dynamics.inverse_dynamics import Dynamics, dynamics
-from governor_mechanism.mechanics.kinematics.output_variables import reading_gradient
-from governor_mechanism.mechanics.kinematics.time_functions import TimeCurve
+from governor_mechanism.mechanics.dynamics.contacts import ContactMode, contacts_of, output_dampers_of
+from governor_mechanism.mechanics.dynamics.force_laws import dashpot_force
+from governor_mechanism.mechanics.dynamics.inverse_dynamics import InverseDynamics, compute_inverse_dynamics
+from governor_mechanism.mechanics.kinematics.output_variables import evaluate_output_gradient
+from governor_mechanism.mechanics.kinematics.time_functions import CubicTimeFunction
 from governor_mechanism.model.scene import Scene
-from governor_mechanism.model.state_history import State
+from governor_mechanism.model.state_history import StateHistory
 from governor_mechanism.types import FloatArray
 
-NODES = 4
+N_GAUSS_POINTS = 4
 """Points of Gauss in each interval between stations: order 8."""
 
-HERMITE = np.array(
+QUINTIC_HERMITE_BASIS = np.array(
     [
         [1.0, 0.0, 0.0, -10.0, 15.0, -6.0],
         [0.0, 1.0, 0.0, -6.0, 8.0, -3.0],
@@ -35,12 +35,17 @@ HERMITE = np.array(
 """What value, slope and bend at either end of an interval contribute, by powers of the part of it that has passed."""
 
 
-CUBIC = np.array([[1.0, 0.0, -3.0, 2.0], [0.0, 1.0, -2.0, 1.0], [0.0, 0.0, 3.0, -2.0], [0.0, 0.0, -1.0, 1.0]])
+CUBIC_HERMITE_BASIS = np.array(
+    [[1.0, 0.0, -3.0, 2.0], [0.0, 1.0, -2.0, 1.0], [0.0, 0.0, 3.0, -2.0], [0.0, 0.0, -1.0, 1.0]]
+)
 """The same of value and slope."""
 
 
-def work_between(
-    scene: Scene, stations: State, speeds: Callable[[FloatArray, FloatArray], FloatArray], modes: Sequence[Mode] = ()
+def integrate_work(
+    scene: Scene,
+    history: StateHistory,
+    spindle_speeds: Callable[[FloatArray, FloatArray], FloatArray],
+    contact_modes: Sequence[ContactMode] = (),
 ) -> FloatArray:
     """Work (n,) J done up to each of the stations; they include every break of a program.
 
@@ -49,55 +54,78 @@ def work_between(
     acceleration disturbs; in the intervals of impacts that is rough.
     """
 
-    def implied(times: FloatArray, poses: FloatArray, velocities: FloatArray) -> Dynamics:
-        return dynamics(scene, times, poses, velocities, speeds(times, poses), modes[: len(times)])
+    def evaluate_motion(times: FloatArray, poses: FloatArray, velocities: FloatArray) -> InverseDynamics:
+        return compute_inverse_dynamics(
+            scene, times, poses, velocities, spindle_speeds(times, poses), contact_modes[: len(times)]
+        )
 
-    times, poses, velocities = stations.times, stations.poses, stations.velocities
-    lengths = np.diff(times)
-    h = lengths[:, np.newaxis, np.newaxis]
-    gains = np.zeros_like(lengths)
-    ends, shape = [poses[:-1], h * velocities[:-1], poses[1:], h * velocities[1:]], CUBIC
-    if not modes:
-        ends, shape = _with_accelerations(implied, stations, h), HERMITE
-    for node, weight in zip(*leggauss(NODES), strict=True):
-        part = 0.5 * (1.0 + node)
-        exponents = np.arange(shape.shape[1])
-        powers = part**exponents
-        slopes = exponents * part ** np.maximum(exponents - 1, 0)
-        there = np.asarray(sum(share * end for share, end in zip(shape @ powers, ends, strict=True)))
-        moving = np.asarray(sum(share * end for share, end in zip(shape @ slopes, ends, strict=True)) / h)
-        now = times[:-1] + part * lengths
-        power = implied(now, there, moving).power + _taken(scene, now, there, moving, modes)
-        gains += 0.5 * weight * lengths * power
-    return np.concatenate([[0.0], np.cumsum(gains)])
+    times, poses, velocities = history.times, history.poses, history.velocities
+    durations = np.diff(times)
+    h = durations[:, np.newaxis, np.newaxis]
+    increments = np.zeros_like(durations)
+    end_values, basis = [poses[:-1], h * velocities[:-1], poses[1:], h * velocities[1:]], CUBIC_HERMITE_BASIS
+    if not contact_modes:
+        end_values, basis = _quintic_end_values(evaluate_motion, history, h), QUINTIC_HERMITE_BASIS
+    for node, weight in zip(*leggauss(N_GAUSS_POINTS), strict=True):
+        fraction = 0.5 * (1.0 + node)
+        exponents = np.arange(basis.shape[1])
+        powers = fraction**exponents
+        power_derivatives = exponents * fraction ** np.maximum(exponents - 1, 0)
+        segment_poses = np.asarray(
+            sum(coefficient * end_value for coefficient, end_value in zip(basis @ powers, end_values, strict=True))
+        )
+        segment_velocities = np.asarray(
+            sum(
+                coefficient * end_value
+                for coefficient, end_value in zip(basis @ power_derivatives, end_values, strict=True)
+            )
+            / h
+        )
+        segment_times = times[:-1] + fraction * durations
+        power = evaluate_motion(segment_times, segment_poses, segment_velocities).power + _compute_dissipated_power(
+            scene, segment_times, segment_poses, segment_velocities, contact_modes
+        )
+        increments += 0.5 * weight * durations * power
+    return np.concatenate([[0.0], np.cumsum(increments)])
 
 
-def _taken(
-    scene: Scene, times: FloatArray, poses: FloatArray, velocities: FloatArray, modes: Sequence[Mode]
+def _compute_dissipated_power(
+    scene: Scene, times: FloatArray, poses: FloatArray, velocities: FloatArray, contact_modes: Sequence[ContactMode]
 ) -> FloatArray:
     """What brakes and sliding friction take (n,) W."""
-    mechanism, taken = scene.part.mechanism, np.zeros(len(times))
+    mechanism, dissipated_power = scene.part.mechanism, np.zeros(len(times))
 
-    def rate(reading: str) -> FloatArray:
-        found: FloatArray = np.sum(reading_gradient(mechanism, reading, poses) * velocities, axis=(-2, -1))
-        return found
+    def evaluate_rate(reading: str) -> FloatArray:
+        rates: FloatArray = np.sum(evaluate_output_gradient(mechanism, reading, poses) * velocities, axis=(-2, -1))
+        return rates
 
-    for brake in brakes_of(scene):
-        moving = rate(brake.reading)
-        taken += brake_force(brake.linear, brake.quadratic, moving) * moving
-    for k, keeper in enumerate(keepers_of(scene) if modes else ()):
-        if keeper.friction is not None:
-            signs = np.array([mode.sliding[k] for mode in modes[: len(times)]])
-            taken += TimeCurve(keeper.friction)(times) * signs * rate(keeper.reading)
-    return taken
+    for dashpot in output_dampers_of(scene):
+        dashpot_rate = evaluate_rate(dashpot.reading)
+        dissipated_power += dashpot_force(dashpot.linear, dashpot.quadratic, dashpot_rate) * dashpot_rate
+    for k, contact in enumerate(contacts_of(scene) if contact_modes else ()):
+        if contact.friction is not None:
+            sliding_signs = np.array([mode.sliding_signs[k] for mode in contact_modes[: len(times)]])
+            dissipated_power += (
+                CubicTimeFunction(contact.friction)(times) * sliding_signs * evaluate_rate(contact.output_name)
+            )
+    return dissipated_power
 
 
-def _with_accelerations(
-    implied: Callable[[FloatArray, FloatArray, FloatArray], Dynamics], stations: State, h: FloatArray
+def _quintic_end_values(
+    evaluate_motion: Callable[[FloatArray, FloatArray, FloatArray], InverseDynamics],
+    history: StateHistory,
+    h: FloatArray,
 ) -> list[FloatArray]:
     """Value, slope and bend at both ends of every interval of h (s)."""
-    times, poses, velocities = stations.times, stations.poses, stations.velocities
-    after = implied(times, poses, velocities).accelerations[:-1]
+    times, poses, velocities = history.times, history.poses, history.velocities
+    accelerations_after = evaluate_motion(times, poses, velocities).accelerations[:-1]
     # What jumps at a station does so after the interval that ends there.
-    before = implied(np.nextafter(times, -np.inf), poses, velocities).accelerations[1:]
-    return [poses[:-1], h * velocities[:-1], h**2 * after, poses[1:], h * velocities[1:], h**2 * before]
+    accelerations_before = evaluate_motion(np.nextafter(times, -np.inf), poses, velocities).accelerations[1:]
+    return [
+        poses[:-1],
+        h * velocities[:-1],
+        h**2 * accelerations_after,
+        poses[1:],
+        h * velocities[1:],
+        h**2 * accelerations_before,
+    ]

@@ -8,33 +8,33 @@ from typing import TypeVar
 
 import numpy as np
 
-from governor_mechanism.effects.clearance import PLAY, Play
+from governor_mechanism.effects.clearance import CLEARANCE_READING, Clearance
 from governor_mechanism.effects.dry_friction import DryFriction
 from governor_mechanism.effects.stops import Stops
-from governor_mechanism.model.effect import Effect, OnReading
+from governor_mechanism.model.effect import Effect, OutputEffect
 from governor_mechanism.model.events import Event
 from governor_mechanism.model.scene import Part
 from governor_mechanism.model.trajectory import Trajectory
 
-E = TypeVar("E", bound=Effect)
-On = TypeVar("On", bound=OnReading)
+EffectT = TypeVar("EffectT", bound=Effect)
+OutputEffectT = TypeVar("OutputEffectT", bound=OutputEffect)
 
-HOLDS = {"sticks": True, "rests on its stop": True, "slips": False, "leaves its stop": False}
-STRIKES = "strikes its stop"
-FLASH = 0.25
+HOLD_EVENT_KINDS = {"sticks": True, "rests on its stop": True, "slips": False, "leaves its stop": False}
+STRIKE_EVENT_KIND = "strikes its stop"
+FLASH_DURATION = 0.25
 """Seconds of film that a strike is seen."""
 
 
 @dataclass(frozen=True, kw_only=True)
-class Strike:
+class StopImpact:
     """A blow against a stop at a time (s): the high one, or the low one."""
 
     time: float
-    high: bool
+    is_high_stop: bool
 
 
 @dataclass(frozen=True, kw_only=True)
-class Acting:
+class EffectState:
     """The effects of a scene, and what happened to what they act on.
 
     By reading: held tells when (s) it was held and when let go; strikes are the blows against its stops; ranges its
@@ -42,66 +42,70 @@ class Acting:
     """
 
     effects: tuple[Effect, ...] = ()
-    held: Mapping[str, tuple[tuple[float, bool], ...]] = field(default_factory=dict)
-    strikes: Mapping[str, tuple[Strike, ...]] = field(default_factory=dict)
-    ranges: Mapping[str, tuple[float, float]] = field(default_factory=dict)
-    flash: float = FLASH
+    hold_changes: Mapping[str, tuple[tuple[float, bool], ...]] = field(default_factory=dict)
+    stop_impacts: Mapping[str, tuple[StopImpact, ...]] = field(default_factory=dict)
+    reading_ranges: Mapping[str, tuple[float, float]] = field(default_factory=dict)
+    flash_duration: float = FLASH_DURATION
 
-    def one(self, kind: type[E]) -> E | None:
+    def find_effect(self, kind: type[EffectT]) -> EffectT | None:
         """The effect of that kind, where the scene lists it."""
         return next((effect for effect in self.effects if isinstance(effect, kind)), None)
 
-    def on(self, kind: type[On], *readings: str) -> On | None:
+    def find_effect_on(self, kind: type[OutputEffectT], *readings: str) -> OutputEffectT | None:
         """The effect of that kind on one of these readings, where the scene lists it."""
-        return next((each for each in self.effects if isinstance(each, kind) and each.reading in readings), None)
+        return next(
+            (effect for effect in self.effects if isinstance(effect, kind) and effect.reading in readings), None
+        )
 
-    def sticks(self, reading: str, time: float) -> bool:
+    def is_held(self, reading: str, time: float) -> bool:
         """Whether dry friction or a stop holds a reading at a time (s)."""
-        changes = self.held.get(reading, ())
+        changes = self.hold_changes.get(reading, ())
         if not changes:
-            low, high = self.ranges.get(reading, (0.0, 0.0))
+            low, high = self.reading_ranges.get(reading, (0.0, 0.0))
             return high - low <= 1e-9 * max(abs(low), abs(high))
-        before = [holds for when, holds in changes if when <= time]
-        return before[-1] if before else not changes[0][1]
+        earlier = [is_hold for change_time, is_hold in changes if change_time <= time]
+        return earlier[-1] if earlier else not changes[0][1]
 
-    def struck(self, reading: str, time: float) -> Strike | None:
+    def recent_impact(self, reading: str, time: float) -> StopImpact | None:
         """The last blow that a time (s) still shows."""
-        recent = [blow for blow in self.strikes.get(reading, ()) if 0.0 <= time - blow.time < self.flash]
+        recent = [
+            impact for impact in self.stop_impacts.get(reading, ()) if 0.0 <= time - impact.time < self.flash_duration
+        ]
         return recent[-1] if recent else None
 
 
-NOTHING = Acting()
+NO_EFFECTS = EffectState()
 
 
-def acting_of(run: Trajectory, slow: float = 1.0) -> Acting:
+def effect_state_of(run: Trajectory, slow_down: float = 1.0) -> EffectState:
     """What acts in a run whose seconds take `slow` seconds of film each."""
     effects = run.scene.effects
     ranges = {name: (float(values.min()), float(values.max())) for name, values in run.readings.items()}
-    if not any(isinstance(effect, DryFriction | Stops | Play) for effect in effects):
-        return Acting(effects=effects, ranges=ranges)
-    ends = {each.reading: (each.low, each.high) for each in run.scene.acting if isinstance(each, Stops)}
-    held: dict[str, list[tuple[float, bool]]] = {}
-    strikes: dict[str, list[Strike]] = {}
+    if not any(isinstance(effect, DryFriction | Stops | Clearance) for effect in effects):
+        return EffectState(effects=effects, reading_ranges=ranges)
+    stop_values = {each.reading: (each.low, each.high) for each in run.scene.output_effects if isinstance(each, Stops)}
+    hold_changes: dict[str, list[tuple[float, bool]]] = {}
+    stop_impacts: dict[str, list[StopImpact]] = {}
     for event in run.events:
-        if event.kind in HOLDS:
-            held.setdefault(event.subject, []).append((event.time, HOLDS[event.kind]))
-        elif event.kind == STRIKES and event.subject in ends:
-            strikes.setdefault(event.subject, []).append(_strike(run, event, ends[event.subject]))
-    return Acting(
+        if event.kind in HOLD_EVENT_KINDS:
+            hold_changes.setdefault(event.subject, []).append((event.time, HOLD_EVENT_KINDS[event.kind]))
+        elif event.kind == STRIKE_EVENT_KIND and event.subject in stop_values:
+            stop_impacts.setdefault(event.subject, []).append(_stop_impact(run, event, stop_values[event.subject]))
+    return EffectState(
         effects=effects,
-        held={name: tuple(changes) for name, changes in held.items()},
-        strikes={name: tuple(blows) for name, blows in strikes.items()},
-        ranges=ranges,
-        flash=FLASH / slow,
+        hold_changes={name: tuple(changes) for name, changes in hold_changes.items()},
+        stop_impacts={name: tuple(impacts) for name, impacts in stop_impacts.items()},
+        reading_ranges=ranges,
+        flash_duration=FLASH_DURATION / slow_down,
     )
 
 
-def _strike(run: Trajectory, event: Event, ends: tuple[float, float]) -> Strike:
+def _stop_impact(run: Trajectory, event: Event, stop_values: tuple[float, float]) -> StopImpact:
     value = float(np.interp(event.time, run.times, run.readings[event.subject]))
-    return Strike(time=event.time, high=abs(value - ends[1]) < abs(value - ends[0]))
+    return StopImpact(time=event.time, is_high_stop=abs(value - stop_values[1]) < abs(value - stop_values[0]))
 
 
-def slot_of(part: Part, acting: Acting) -> Play | None:
+def clearance_of(part: Part, effect_state: EffectState) -> Clearance | None:
     """The play of a part that has some."""
-    known = any(reading.name == PLAY for reading in part.mechanism.readings)
-    return acting.one(Play) if known else None
+    has_clearance_reading = any(reading.name == CLEARANCE_READING for reading in part.mechanism.readings)
+    return effect_state.find_effect(Clearance) if has_clearance_reading else None

@@ -1,4 +1,4 @@
-"""What an effect along one reading may hold: springs, dry friction, oil brakes and stops, in the reading's units.
+"""What an effect along one reading may hold: springs, dry friction, dashpots and stops, in the reading's units.
 
 Kept apart from `reading` because pydantic takes long to import.
 """
@@ -11,192 +11,221 @@ from typing import Annotated, Any, Final
 
 from pydantic import PlainValidator, ValidationInfo
 
-from governor_mechanism.effects.dashpot import OilBrake, orifice_coefficient
+from governor_mechanism.effects.dashpot import Dashpot, orifice_damping_coefficient
 from governor_mechanism.effects.dry_friction import DryFriction
-from governor_mechanism.effects.spring import SpringOn, wire_spring_rate
+from governor_mechanism.effects.spring import OutputSpring, helical_spring_rate
 from governor_mechanism.errors import MechanismError
 from governor_mechanism.model.effect import Effect
-from governor_mechanism.model.time_functions import Program
-from governor_mechanism.scenes.quantities import built, built_value, listed, located, points_in_time, si, truth, where
-from governor_mechanism.scenes.schema import Table, understood
-from governor_mechanism.units.quantities import parse, shown
+from governor_mechanism.model.time_functions import InputFunction
+from governor_mechanism.scenes.quantities import (
+    bounded_quantity_validator,
+    join_names,
+    key_path_of,
+    parse_bounded_quantity,
+    parse_si,
+    parse_time_points,
+    prefix_errors,
+    validate_bool,
+)
+from governor_mechanism.scenes.schema import SceneFileTable, validate_table
+from governor_mechanism.units.quantities import format_value, parse_quantity
 
-NONE: Final = "none"
+NO_STOP: Final = "none"
 """What stands for an end of stops that is left out."""
 
-EXAMPLES: Final = {
+OUTPUT_EFFECT_EXAMPLES: Final = {
     "spring": {"length": '{ rate = "2 N/mm" }', "angle": '{ rate = "3 N m/rad" }'},
     "dry_friction": {"length": '"40 N"', "angle": '"5 N m"'},
-    "oil_brake": {"length": '"120 N s/m"', "angle": '"0.1 N m s/rad"'},
+    "dashpot": {"length": '"120 N s/m"', "angle": '"0.1 N m s/rad"'},
     "stops": {"length": '["10 mm", "60 mm"]', "angle": '["15 deg", "45 deg"]'},
 }
 """What may stand for a reading, by the effect and the reading's quantity."""
 
 
-class SpringTable(Table):
+class SpringTable(SceneFileTable):
     """A spring on a length."""
 
-    rate: Annotated[float, built("stiffness")] = 0.0
-    wire: Annotated[float, built("length")] = 0.0
-    coil: Annotated[float, built("length")] = 0.0
-    turns: Annotated[float, built("number")] = 0.0
-    modulus: Annotated[float, PlainValidator(lambda value, info: _modulus(value, where(info)))] = 0.0
-    preload: Annotated[float, built("force", sign="any")] = 0.0
-    zero: Annotated[float, built("length", sign="any")] = 0.0
-    one_sided: Annotated[bool, PlainValidator(truth)] = False
+    rate: Annotated[float, bounded_quantity_validator("stiffness")] = 0.0
+    wire: Annotated[float, bounded_quantity_validator("length")] = 0.0
+    coil: Annotated[float, bounded_quantity_validator("length")] = 0.0
+    turns: Annotated[float, bounded_quantity_validator("number")] = 0.0
+    modulus: Annotated[float, PlainValidator(lambda value, info: _parse_modulus(value, key_path_of(info)))] = 0.0
+    preload: Annotated[float, bounded_quantity_validator("force", sign="any")] = 0.0
+    zero: Annotated[float, bounded_quantity_validator("length", sign="any")] = 0.0
+    one_sided: Annotated[bool, PlainValidator(validate_bool)] = False
 
 
 class TorsionSpringTable(SpringTable):
     """A spring on an angle."""
 
-    rate: Annotated[float, built("torsion_stiffness")] = 0.0
-    preload: Annotated[float, built("torque", sign="any")] = 0.0
-    zero: Annotated[float, built("angle", sign="any")] = 0.0
+    rate: Annotated[float, bounded_quantity_validator("torsion_stiffness")] = 0.0
+    preload: Annotated[float, bounded_quantity_validator("torque", sign="any")] = 0.0
+    zero: Annotated[float, bounded_quantity_validator("angle", sign="any")] = 0.0
 
 
-class OilTable(Table):
-    """An oil brake on a length."""
+class DashpotTable(SceneFileTable):
+    """An dashpot on a length."""
 
-    linear: Annotated[float, built("damping", sign="not negative")] = 0.0
-    quadratic: Annotated[float, built("quadratic_damping", sign="not negative")] = 0.0
-    piston: Annotated[float, built("area")] = 0.0
-    hole: Annotated[float, built("area")] = 0.0
-    screw: Annotated[float, built("ratio")] = 1.0
-    oil: Annotated[float, built("density")] = 900.0
-
-
-class TorsionOilTable(OilTable):
-    """An oil brake on an angle."""
-
-    linear: Annotated[float, built("torsion_damping", sign="not negative")] = 0.0
-    quadratic: Annotated[float, built("quadratic_torsion_damping", sign="not negative")] = 0.0
+    linear: Annotated[float, bounded_quantity_validator("damping", sign="not negative")] = 0.0
+    quadratic: Annotated[float, bounded_quantity_validator("quadratic_damping", sign="not negative")] = 0.0
+    piston: Annotated[float, bounded_quantity_validator("area")] = 0.0
+    hole: Annotated[float, bounded_quantity_validator("area")] = 0.0
+    screw: Annotated[float, bounded_quantity_validator("ratio")] = 1.0
+    oil: Annotated[float, bounded_quantity_validator("density")] = 900.0
 
 
-WIRE: Final = ("wire", "coil", "turns", "modulus")
-ORIFICE: Final = ("piston", "hole")
-SPRINGS: Final[dict[str, type[Table]]] = {"length": SpringTable, "angle": TorsionSpringTable}
-OILS: Final[dict[str, type[Table]]] = {"length": OilTable, "angle": TorsionOilTable}
+class TorsionDashpotTable(DashpotTable):
+    """An dashpot on an angle."""
+
+    linear: Annotated[float, bounded_quantity_validator("torsion_damping", sign="not negative")] = 0.0
+    quadratic: Annotated[float, bounded_quantity_validator("quadratic_torsion_damping", sign="not negative")] = 0.0
 
 
-def _modulus(value: object, place: str) -> float:
-    modulus = si(value, "modulus", place)
+WIRE_KEYS: Final = ("wire", "coil", "turns", "modulus")
+ORIFICE_KEYS: Final = ("piston", "hole")
+SPRING_TABLES: Final[dict[str, type[SceneFileTable]]] = {"length": SpringTable, "angle": TorsionSpringTable}
+DASHPOT_TABLES: Final[dict[str, type[SceneFileTable]]] = {"length": DashpotTable, "angle": TorsionDashpotTable}
+
+
+def _parse_modulus(value: object, key_path: str) -> float:
+    modulus = parse_si(value, "modulus", key_path)
     if not 1.0 <= modulus <= 1e13:
-        raise MechanismError(f"{place} must lie between 1 Pa and 1e+13 Pa; found {shown(value)}; steel has 80 GPa")
+        raise MechanismError(
+            f"{key_path} must lie between 1 Pa and 1e+13 Pa; found {format_value(value)}; steel has 80 GPa"
+        )
     return modulus
 
 
-def table_meaning(model: type[Table], value: object, place: str, example: str) -> dict[str, Any]:
+def parse_effect_table(model: type[SceneFileTable], value: object, key_path: str, example: str) -> dict[str, Any]:
     """What a table within [effects] means."""
     if not isinstance(value, Mapping):
-        raise MechanismError(f"{place} must be a table; found {shown(value)}; write {example}")
-    meaning, problems = understood(model, dict(value), place)
+        raise MechanismError(f"{key_path} must be a table; found {format_value(value)}; write {example}")
+    parsed, problems = validate_table(model, dict(value), key_path)
     if problems:
         raise MechanismError(*problems)
-    return meaning
+    return parsed
 
 
-def restitution_value(value: object, info: ValidationInfo) -> float:
+def validate_restitution(value: object, info: ValidationInfo) -> float:
     """The part of the speed with which something bounces back."""
-    part = parse(value, "ratio", where(info))
-    if not 0 <= part <= 1:
+    restitution = parse_quantity(value, "ratio", key_path_of(info))
+    if not 0 <= restitution <= 1:
         raise MechanismError(
-            f"{where(info)} must lie between 0 and 1, it is the part of the speed that is left; found {shown(value)}"
+            f"{key_path_of(info)} must lie between 0 and 1, it is the part of the speed that is left; found {format_value(value)}"
         )
-    return part
+    return restitution
 
 
-def spring_on(reading: str, quantity: str, value: Any, place: str) -> Effect:
+def parse_spring(reading: str, quantity: str, value: Any, key_path: str) -> Effect:
     """A spring by its rate, or by the wire that it is wound of."""
-    name = place.rpartition(".")[2]
-    meaning = table_meaning(SPRINGS[quantity], value, place, f"{name} = {EXAMPLES['spring'][quantity]}")
-    _refuse_wire(meaning, quantity, place)
-    coil = {key: meaning.pop(key) for key in WIRE if key in meaning}
-    if coil:
-        meaning["rate"] = located(place, lambda: wire_spring_rate(**coil))
-    return located(place, lambda: SpringOn(reading=reading, **meaning))
+    reading_name = key_path.rpartition(".")[2]
+    parsed = parse_effect_table(
+        SPRING_TABLES[quantity], value, key_path, f"{reading_name} = {OUTPUT_EFFECT_EXAMPLES['spring'][quantity]}"
+    )
+    _check_spring_keys(parsed, quantity, key_path)
+    wire_values = {key: parsed.pop(key) for key in WIRE_KEYS if key in parsed}
+    if wire_values:
+        parsed["rate"] = prefix_errors(key_path, lambda: helical_spring_rate(**wire_values))
+    return prefix_errors(key_path, lambda: OutputSpring(reading=reading, **parsed))
 
 
-def _refuse_wire(meaning: Mapping[str, Any], quantity: str, place: str) -> None:
+def _check_spring_keys(parsed: Mapping[str, Any], quantity: str, key_path: str) -> None:
     """Rates that are missing, given twice, or of a coil that would have to turn."""
-    given, missing = [key for key in WIRE if key in meaning], [key for key in WIRE if key not in meaning]
-    if given and "rate" in meaning:
+    given_keys, missing_keys = (
+        [key for key in WIRE_KEYS if key in parsed],
+        [key for key in WIRE_KEYS if key not in parsed],
+    )
+    if given_keys and "rate" in parsed:
         raise MechanismError(
-            f"{place}: rate cannot stand beside {listed(given)}, from which it follows; leave one of the two out"
+            f"{key_path}: rate cannot stand beside {join_names(given_keys)}, from which it follows; leave one of the two out"
         )
-    if given and quantity == "angle":
-        raise MechanismError(f'{place} is an angle, whose spring has no {listed(given)}; write rate = "3 N m/rad"')
-    if given and missing:
-        raise MechanismError(f"{place} lacks {listed(missing)}; a spring of wire needs {listed(WIRE)}")
-    if not given and "rate" not in meaning:
-        rate = EXAMPLES["spring"][quantity].strip("{ }")
-        also = f", or {listed(WIRE)}" if quantity == "length" else ""
-        raise MechanismError(f"{place}: rate is missing; write {rate}{also}")
+    if given_keys and quantity == "angle":
+        raise MechanismError(
+            f'{key_path} is an angle, whose spring has no {join_names(given_keys)}; write rate = "3 N m/rad"'
+        )
+    if given_keys and missing_keys:
+        raise MechanismError(
+            f"{key_path} lacks {join_names(missing_keys)}; a spring of wire needs {join_names(WIRE_KEYS)}"
+        )
+    if not given_keys and "rate" not in parsed:
+        rate_example = OUTPUT_EFFECT_EXAMPLES["spring"][quantity].strip("{ }")
+        alternative = f", or {join_names(WIRE_KEYS)}" if quantity == "length" else ""
+        raise MechanismError(f"{key_path}: rate is missing; write {rate_example}{alternative}")
 
 
-def dry_friction_on(reading: str, quantity: str, value: Any, place: str) -> Effect:
+def parse_dry_friction(reading: str, quantity: str, value: Any, key_path: str) -> Effect:
     """Dry friction: a force or moment, or a program of them."""
-    kind, called = ("force", "force") if quantity == "length" else ("torque", "moment")
-    times, forces = points_in_time(value, kind, called, place)
-    wrong = [number for number, force in enumerate(forces, start=1) if force < 0]
-    if wrong:
-        points = f", point {wrong[0]}:" if isinstance(value, list | tuple) else ""
-        found = shown(value[wrong[0] - 1][1] if points else value)
-        raise MechanismError(f"{place}{points} must not be negative, friction opposes either way; found {found}")
-    return DryFriction(reading=reading, force=located(place, lambda: Program(times=times, values=forces)))
+    kind, kind_name = ("force", "force") if quantity == "length" else ("torque", "moment")
+    times, forces = parse_time_points(value, kind, kind_name, key_path)
+    negative_points = [number for number, force in enumerate(forces, start=1) if force < 0]
+    if negative_points:
+        point_label = f", point {negative_points[0]}:" if isinstance(value, list | tuple) else ""
+        found_text = format_value(value[negative_points[0] - 1][1] if point_label else value)
+        raise MechanismError(
+            f"{key_path}{point_label} must not be negative, friction opposes either way; found {found_text}"
+        )
+    return DryFriction(
+        reading=reading, force=prefix_errors(key_path, lambda: InputFunction(times=times, values=forces))
+    )
 
 
-def oil_brake_on(reading: str, quantity: str, value: Any, place: str) -> Effect:
-    """An oil brake: a damping alone, or a table of its parts."""
+def parse_dashpot(reading: str, quantity: str, value: Any, key_path: str) -> Effect:
+    """An dashpot: a damping alone, or a table of its parts."""
     if not isinstance(value, Mapping):
         kind = "damping" if quantity == "length" else "torsion_damping"
-        return OilBrake(reading=reading, linear=built_value(value, kind, place, cure="; leave it out if there is none"))
-    meaning = table_meaning(OILS[quantity], value, place, "")
-    _refuse_oil(meaning, quantity, place)
-    if "piston" in meaning:
-        sizes = {key: meaning[key] for key in (*ORIFICE, "screw") if key in meaning}
-        density = {"density": meaning["oil"]} if "oil" in meaning else {}
-        meaning["quadratic"] = located(place, lambda: orifice_coefficient(**sizes, **density))
-    parts = {key: meaning[key] for key in ("linear", "quadratic") if key in meaning}
-    return located(place, lambda: OilBrake(reading=reading, **parts))
+        return Dashpot(
+            reading=reading,
+            linear=parse_bounded_quantity(value, kind, key_path, hint="; leave it out if there is none"),
+        )
+    parsed = parse_effect_table(DASHPOT_TABLES[quantity], value, key_path, "")
+    _check_dashpot_keys(parsed, quantity, key_path)
+    if "piston" in parsed:
+        orifice = {key: parsed[key] for key in (*ORIFICE_KEYS, "screw") if key in parsed}
+        density = {"density": parsed["oil"]} if "oil" in parsed else {}
+        parsed["quadratic"] = prefix_errors(key_path, lambda: orifice_damping_coefficient(**orifice, **density))
+    coefficients = {key: parsed[key] for key in ("linear", "quadratic") if key in parsed}
+    return prefix_errors(key_path, lambda: Dashpot(reading=reading, **coefficients))
 
 
-def _refuse_oil(meaning: Mapping[str, Any], quantity: str, place: str) -> None:
+def _check_dashpot_keys(parsed: Mapping[str, Any], quantity: str, key_path: str) -> None:
     """Quadratic parts given twice, in part, or of a piston that would have to turn."""
-    given = [key for key in (*ORIFICE, "screw", "oil") if key in meaning]
-    if given and "quadratic" in meaning:
+    given_keys = [key for key in (*ORIFICE_KEYS, "screw", "oil") if key in parsed]
+    if given_keys and "quadratic" in parsed:
         raise MechanismError(
-            f"{place}: quadratic cannot stand beside {listed(given)}, from which it follows; leave one of the two out"
+            f"{key_path}: quadratic cannot stand beside {join_names(given_keys)}, from which it follows; leave one of the two out"
         )
-    if given and quantity == "angle":
+    if given_keys and quantity == "angle":
         raise MechanismError(
-            f'{place} is an angle, whose oil brake has no {listed(given)}; write quadratic = "0.3 N m s^2/rad^2"'
+            f'{key_path} is an angle, whose dashpot has no {join_names(given_keys)}; write quadratic = "0.3 N m s^2/rad^2"'
         )
-    missing = [key for key in ORIFICE if key not in meaning]
-    if given and missing:
-        raise MechanismError(f"{place} lacks {listed(missing)}; oil through a hole needs {listed(ORIFICE)}")
+    missing_keys = [key for key in ORIFICE_KEYS if key not in parsed]
+    if given_keys and missing_keys:
+        raise MechanismError(
+            f"{key_path} lacks {join_names(missing_keys)}; oil through a hole needs {join_names(ORIFICE_KEYS)}"
+        )
 
 
-def ends_of(value: Any, quantity: str, place: str) -> tuple[float, float]:
+def parse_stops(value: Any, quantity: str, key_path: str) -> tuple[float, float]:
     """The low and the high end of stops; infinite where there is none."""
     if not isinstance(value, list | tuple) or len(value) != 2:
         raise MechanismError(
-            f'{place} must be [low, high], an end that is not there "{NONE}"; found {shown(value)}; '
-            f"write {EXAMPLES['stops'][quantity]}"
+            f'{key_path} must be [low, high], an end that is not there "{NO_STOP}"; found {format_value(value)}; '
+            f"write {OUTPUT_EFFECT_EXAMPLES['stops'][quantity]}"
         )
     ends: list[float] = []
     problems: list[str] = []
-    for given, called, missing in ((value[0], "low end", -math.inf), (value[1], "high end", math.inf)):
+    for end, end_name, default in ((value[0], "low end", -math.inf), (value[1], "high end", math.inf)):
         try:
-            ends.append(missing if given == NONE else si(given, quantity, f"{place}, {called}"))
+            ends.append(default if end == NO_STOP else parse_si(end, quantity, f"{key_path}, {end_name}"))
         except MechanismError as error:
             problems += error.problems
     if problems:
         raise MechanismError(*problems)
     low, high = ends
     if math.isinf(low) and math.isinf(high):
-        raise MechanismError(f'{place} needs a low or a high end; found "{NONE}" for both; leave {place} out')
+        raise MechanismError(f'{key_path} needs a low or a high end; found "{NO_STOP}" for both; leave {key_path} out')
     if not low < high:
         raise MechanismError(
-            f"{place} must have its low end first and below the high one; found {shown(value[0])} and {shown(value[1])}"
+            f"{key_path} must have its low end first and below the high one; found {format_value(value[0])} and {format_value(value[1])}"
         )
     return low, high

@@ -12,144 +12,156 @@ from typing import Any, Final, TypeVar
 from pydantic import PlainValidator, ValidationInfo
 
 from governor_mechanism.errors import MechanismError, did_you_mean
-from governor_mechanism.machines.base import LARGEST, SMALLEST
-from governor_mechanism.model.scene import FASTEST
-from governor_mechanism.model.time_functions import Program
-from governor_mechanism.units.quantities import KINDS, parse, shown
+from governor_mechanism.machines.base import MAX_DIMENSION, MIN_DIMENSION
+from governor_mechanism.model.scene import MAX_SPINDLE_SPEED
+from governor_mechanism.model.time_functions import InputFunction
+from governor_mechanism.units.quantities import QUANTITY_KINDS, format_value, parse_quantity
 
-BARE_LIMITS: Final = {"length": (50.0, LARGEST), "mass": (1e6, LARGEST), "angular_speed": (1e3, FASTEST)}
+UNITLESS_LIMITS: Final = {
+    "length": (50.0, MAX_DIMENSION),
+    "mass": (1e6, MAX_DIMENSION),
+    "angular_speed": (1e3, MAX_SPINDLE_SPEED),
+}
 """In SI by kind: above what a bare number is taken for a slip of units, and where the refusals of any number begin."""
 
-SMALLEST_OF: Final = {
-    "moment_of_inertia": SMALLEST**2,
-    "torsion_stiffness": SMALLEST**2,
-    "torsion_damping": SMALLEST**2,
-    "quadratic_torsion_damping": SMALLEST**2,
-    "area": SMALLEST**2,
+MIN_VALUE_BY_KIND: Final = {
+    "moment_of_inertia": MIN_DIMENSION**2,
+    "torsion_stiffness": MIN_DIMENSION**2,
+    "torsion_damping": MIN_DIMENSION**2,
+    "quadratic_torsion_damping": MIN_DIMENSION**2,
+    "area": MIN_DIMENSION**2,
 }
 """In SI by kind: where watches need less than SMALLEST."""
 
-Pair = tuple[float, float]
-Made = TypeVar("Made")
+FloatPair = tuple[float, float]
+_Result = TypeVar("_Result")
 
 
-def where(info: ValidationInfo) -> str:
+def key_path_of(info: ValidationInfo) -> str:
     """How messages call the key that is being read."""
     return f"{info.context or ''}{info.field_name}"
 
 
-def listed(names: Iterable[str]) -> str:
+def join_names(names: Iterable[str]) -> str:
     """Names as a phrase for a message."""
     return ", ".join(names)
 
 
-def si(value: object, kind: str, place: str) -> float:
+def parse_si(value: object, kind: str, key_path: str) -> float:
     """The value in SI; refuses a bare number far outside anything built, where a unit would settle what is meant."""
-    number = parse(value, kind, place)
-    slip, refused = BARE_LIMITS.get(kind, (LARGEST, LARGEST))
-    if not isinstance(value, str) and slip < abs(number) <= refused:
-        written, units = f"{number:.12g}", KINDS[kind]
+    number = parse_quantity(value, kind, key_path)
+    suspicious_limit, refused_limit = UNITLESS_LIMITS.get(kind, (MAX_DIMENSION, MAX_DIMENSION))
+    if not isinstance(value, str) and suspicious_limit < abs(number) <= refused_limit:
+        number_text, unit_kind = f"{number:.12g}", QUANTITY_KINDS[kind]
         raise MechanismError(
-            f"{place} = {written} is {written} {units.si}; "
-            f'write "{written} {units.units[0]}" if that is meant, or "{written} {units.si}"'
+            f"{key_path} = {number_text} is {number_text} {unit_kind.si_unit}; "
+            f'write "{number_text} {unit_kind.units[0]}" if that is meant, or "{number_text} {unit_kind.si_unit}"'
         )
     return number
 
 
-def quantity(kind: str, *, positive: bool = False, cure: str = "") -> PlainValidator:
+def quantity_validator(kind: str, *, positive: bool = False, hint: str = "") -> PlainValidator:
     """A quantity in SI; `cure` is said about one that ought to be positive and is not."""
 
-    def convert(value: object, info: ValidationInfo) -> float:
-        if positive and parse(value, kind, where(info)) <= 0:
-            raise MechanismError(f"{where(info)} must be positive; found {shown(value)}{cure}")
-        return si(value, kind, where(info))
+    def validate(value: object, info: ValidationInfo) -> float:
+        if positive and parse_quantity(value, kind, key_path_of(info)) <= 0:
+            raise MechanismError(f"{key_path_of(info)} must be positive; found {format_value(value)}{hint}")
+        return parse_si(value, kind, key_path_of(info))
 
-    return PlainValidator(convert)
+    return PlainValidator(validate)
 
 
-def built(kind: str, *, sign: str = "positive", cure: str = "") -> PlainValidator:
+def bounded_quantity_validator(kind: str, *, sign: str = "positive", hint: str = "") -> PlainValidator:
     """A quantity of a size that can be built: 'positive', 'not negative', 'not zero', or of 'any' sign."""
-    return PlainValidator(lambda value, info: built_value(value, kind, where(info), sign=sign, cure=cure))
+    return PlainValidator(
+        lambda value, info: parse_bounded_quantity(value, kind, key_path_of(info), sign=sign, hint=hint)
+    )
 
 
-def built_value(value: object, kind: str, place: str, *, sign: str = "positive", cure: str = "") -> float:
+def parse_bounded_quantity(value: object, kind: str, key_path: str, *, sign: str = "positive", hint: str = "") -> float:
     """A value of `built`, at a place."""
     allowed: dict[str, Callable[[float], bool]] = {
         "positive": lambda number: number > 0,
         "not negative": lambda number: number >= 0,
         "not zero": lambda number: number != 0,
     }
-    number = parse(value, kind, place)
+    number = parse_quantity(value, kind, key_path)
     if sign in allowed and not allowed[sign](number):
-        must = f"must {sign.replace('not ', 'not be ')}" if sign.startswith("not") else f"must be {sign}"
-        raise MechanismError(f"{place} {must}; found {shown(value)}{cure}")
-    _require_built(number, value, kind, place)
-    return si(value, kind, place)
+        requirement = f"must {sign.replace('not ', 'not be ')}" if sign.startswith("not") else f"must be {sign}"
+        raise MechanismError(f"{key_path} {requirement}; found {format_value(value)}{hint}")
+    _require_bounded(number, value, kind, key_path)
+    return parse_si(value, kind, key_path)
 
 
-def _require_built(number: float, value: object, kind: str, place: str) -> None:
-    least = SMALLEST_OF.get(kind, SMALLEST)
-    if number and not least <= abs(number) <= LARGEST:
-        raise MechanismError(f"{place} must lie between {least:g} and {LARGEST:g} in SI; found {shown(value)}")
+def _require_bounded(number: float, value: object, kind: str, key_path: str) -> None:
+    min_value = MIN_VALUE_BY_KIND.get(kind, MIN_DIMENSION)
+    if number and not min_value <= abs(number) <= MAX_DIMENSION:
+        raise MechanismError(
+            f"{key_path} must lie between {min_value:g} and {MAX_DIMENSION:g} in SI; found {format_value(value)}"
+        )
 
 
-def table(value: object, name: str) -> dict[str, Any]:
+def require_table(value: object, name: str) -> dict[str, Any]:
     """A table that stands under a heading of its own."""
     if not isinstance(value, Mapping):
-        raise MechanismError(f"{name} must be a table; found {shown(value)}; write [{name}] on a line of its own")
+        raise MechanismError(
+            f"{name} must be a table; found {format_value(value)}; write [{name}] on a line of its own"
+        )
     return dict(value)
 
 
-def any_table() -> PlainValidator:
+def table_validator() -> PlainValidator:
     """A table by the name of its key."""
-    return PlainValidator(lambda value, info: table(value, str(info.field_name)))
+    return PlainValidator(lambda value, info: require_table(value, str(info.field_name)))
 
 
-def one_of(names: Iterable[str]) -> PlainValidator:
+def choice_validator(names: Iterable[str]) -> PlainValidator:
     """A word out of a list."""
-    known = tuple(names)
+    known_words = tuple(names)
 
-    def convert(value: object, info: ValidationInfo) -> str:
-        if isinstance(value, str) and value in known:
+    def validate(value: object, info: ValidationInfo) -> str:
+        if isinstance(value, str) and value in known_words:
             return value
-        near = did_you_mean(value, known) if isinstance(value, str) else ""
-        raise MechanismError(f"{where(info)} {shown(value)} is unknown; known are {listed(known)}.{near}")
+        suggestion = did_you_mean(value, known_words) if isinstance(value, str) else ""
+        raise MechanismError(
+            f"{key_path_of(info)} {format_value(value)} is unknown; known are {join_names(known_words)}.{suggestion}"
+        )
 
-    return PlainValidator(convert)
+    return PlainValidator(validate)
 
 
-def truth(value: object, info: ValidationInfo) -> bool:
+def validate_bool(value: object, info: ValidationInfo) -> bool:
     """True or false."""
     if not isinstance(value, bool):
-        raise MechanismError(f"{where(info)} must be true or false; found {shown(value)}")
+        raise MechanismError(f"{key_path_of(info)} must be true or false; found {format_value(value)}")
     return value
 
 
-def name(value: object, place: str) -> str:
+def parse_name(value: object, key_path: str) -> str:
     """A name that other tables refer to."""
     if not isinstance(value, str) or not value.strip() or "." in value:
-        raise MechanismError(f"{place} must be text without a dot; found {shown(value)}")
+        raise MechanismError(f"{key_path} must be text without a dot; found {format_value(value)}")
     return value
 
 
-def label(value: object, info: ValidationInfo) -> str:
+def validate_label(value: object, info: ValidationInfo) -> str:
     """A name that only messages and results use."""
     if not isinstance(value, str) or not value.strip():
-        raise MechanismError(f"{where(info)} must be text; found {shown(value)}")
+        raise MechanismError(f"{key_path_of(info)} must be text; found {format_value(value)}")
     return value
 
 
-def pair(value: object, kinds: tuple[str, str], names: tuple[str, str], place: str) -> Pair:
+def parse_pair(value: object, kinds: tuple[str, str], names: tuple[str, str], key_path: str) -> FloatPair:
     """Two quantities in a list."""
     if not isinstance(value, list | tuple) or len(value) != 2:
         raise MechanismError(
-            f'{place} must be [{listed(names)}]; found {shown(value)}; write [0, "{KINDS[kinds[1]].example}"]'
+            f'{key_path} must be [{join_names(names)}]; found {format_value(value)}; write [0, "{QUANTITY_KINDS[kinds[1]].example}"]'
         )
     values: list[float] = []
     problems: list[str] = []
-    for item, kind, called in zip(value, kinds, names, strict=True):
+    for item, kind, component_name in zip(value, kinds, names, strict=True):
         try:
-            values.append(si(item, kind, f"{place} {called}"))
+            values.append(parse_si(item, kind, f"{key_path} {component_name}"))
         except MechanismError as error:
             problems += error.problems
     if problems:
@@ -157,59 +169,63 @@ def pair(value: object, kinds: tuple[str, str], names: tuple[str, str], place: s
     return values[0], values[1]
 
 
-def place_of(value: object, place: str) -> Pair:
+def parse_position(value: object, key_path: str) -> FloatPair:
     """[x, y] in m."""
-    x, y = pair(value, ("length", "length"), ("x", "y"), place)
-    for number, called in ((x, "x"), (y, "y")):
-        if abs(number) > LARGEST:
-            raise MechanismError(f"{place} {called} must lie within {LARGEST:g} m; found {number:g} m")
+    x, y = parse_pair(value, ("length", "length"), ("x", "y"), key_path)
+    for number, axis_name in ((x, "x"), (y, "y")):
+        if abs(number) > MAX_DIMENSION:
+            raise MechanismError(f"{key_path} {axis_name} must lie within {MAX_DIMENSION:g} m; found {number:g} m")
     return x, y
 
 
-def place_value(value: object, info: ValidationInfo) -> Pair:
+def validate_position(value: object, info: ValidationInfo) -> FloatPair:
     """[x, y] in m, of a key."""
-    return place_of(value, where(info))
+    return parse_position(value, key_path_of(info))
 
 
-def pairs(value: object, kinds: tuple[str, str], names: tuple[str, str], place: str) -> list[Pair]:
+def parse_pairs(value: object, kinds: tuple[str, str], names: tuple[str, str], key_path: str) -> list[FloatPair]:
     """A list of pairs; every wrong one is told."""
     if not isinstance(value, list | tuple):
-        raise MechanismError(f"{place} must be a list of [{listed(names)}]; found {shown(value)}")
-    found: list[Pair] = []
+        raise MechanismError(f"{key_path} must be a list of [{join_names(names)}]; found {format_value(value)}")
+    points: list[FloatPair] = []
     problems: list[str] = []
     for number, item in enumerate(value, start=1):
         try:
-            found.append(pair(item, kinds, names, f"{place}, point {number}:"))
+            points.append(parse_pair(item, kinds, names, f"{key_path}, point {number}:"))
         except MechanismError as error:
             problems += error.problems
     if problems:
         raise MechanismError(*problems)
-    return found
+    return points
 
 
-def points_in_time(value: object, kind: str, called: str, place: str) -> tuple[tuple[float, ...], tuple[float, ...]]:
+def parse_time_points(
+    value: object, kind: str, value_name: str, key_path: str
+) -> tuple[tuple[float, ...], tuple[float, ...]]:
     """Times and values of a program of [time, value]; one value alone is held for ever."""
     if not isinstance(value, list | tuple):
-        return (0.0,), (si(value, kind, place),)
+        return (0.0,), (parse_si(value, kind, key_path),)
     if not value:
-        raise MechanismError(f'{place} is an empty program; write [[0, "{KINDS[kind].example}"]], or one {called}')
-    points = pairs(value, ("time", kind), ("time", called), place)
+        raise MechanismError(
+            f'{key_path} is an empty program; write [[0, "{QUANTITY_KINDS[kind].example}"]], or one {value_name}'
+        )
+    points = parse_pairs(value, ("time", kind), ("time", value_name), key_path)
     return tuple(time for time, _ in points), tuple(number for _, number in points)
 
 
-def program(kind: str, called: str) -> PlainValidator:
+def program_validator(kind: str, value_name: str) -> PlainValidator:
     """A quantity, or a program of [time, quantity]."""
 
-    def convert(value: object, info: ValidationInfo) -> Program:
-        times, values = points_in_time(value, kind, called, where(info))
-        return located(where(info), lambda: Program(times=times, values=values))
+    def validate(value: object, info: ValidationInfo) -> InputFunction:
+        times, values = parse_time_points(value, kind, value_name, key_path_of(info))
+        return prefix_errors(key_path_of(info), lambda: InputFunction(times=times, values=values))
 
-    return PlainValidator(convert)
+    return PlainValidator(validate)
 
 
-def located(place: str, make: Callable[[], Made]) -> Made:
+def prefix_errors(key_path: str, build: Callable[[], _Result]) -> _Result:
     """What `make` returns; its refusals say where."""
     try:
-        return make()
+        return build()
     except MechanismError as error:
-        raise MechanismError(*(f"{place}: {problem}" for problem in error.problems)) from error
+        raise MechanismError(*(f"{key_path}: {problem}" for problem in error.problems)) from error

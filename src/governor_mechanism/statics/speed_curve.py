@@ -15,33 +15,33 @@ import numpy as np
 from numpy.typing import NDArray
 
 from governor_mechanism.errors import MechanismError
-from governor_mechanism.mechanics.reduction.lagrangian import Along, Reduction
+from governor_mechanism.mechanics.reduction.lagrangian import PathCoefficients, SingleDofReduction
 from governor_mechanism.model.scene import Scene
-from governor_mechanism.statics.adaptive_grid import NEUTRAL, scan
+from governor_mechanism.statics.adaptive_grid import ASTATIC_TOLERANCE, sample_range_of_motion
 from governor_mechanism.statics.equilibrium_speed import (
-    asked_resistance,
-    asked_values,
-    folds_of,
-    poles_of,
-    readings_at,
-    require_turning,
-    spoken_coordinate,
-    square_of_rest,
+    equilibrium_speed_squared,
+    evaluate_readings,
+    find_folds,
+    find_poles,
+    format_coordinate,
+    require_equilibrium_speed,
+    validate_coordinate_values,
+    validate_resistance,
 )
 from governor_mechanism.types import FloatArray
-from governor_mechanism.units.quantities import shown
+from governor_mechanism.units.quantities import format_value
 
-STANDING = 1e-10
-"""rad, or machine sizes: so near a place where the loads let go the speed of rest is zero, and not none."""
+ZERO_SPEED_TOLERANCE = 1e-10
+"""rad, or machine sizes: so near a place where the loads let go the equilibrium speed is zero, and not none."""
 
 
 @dataclass(frozen=True, kw_only=True)
-class StandingBand:
+class InsensitivityBand:
     """Between which speeds (n,) rad/s a resistance (N, or N m) at the reading `against` holds the mechanism.
 
     Below falling_speed it begins to fall, above rising_speed to rise; falling_speed is 0 where it is held even on a
     spindle that stands, rising_speed infinite where turning has no grip and it is held at every speed, both are 0 where
-    it is held at none. insensitivity is their difference over the speed of rest without resistance, infinite where none
+    it is held at none. insensitivity is their difference over the equilibrium speed without resistance, infinite where none
     but 0 is one.
     """
 
@@ -63,11 +63,11 @@ class SpeedCurve:
     loses its grip, and beyond which no speed holds it.
     """
 
-    name: str
+    coordinate_name: str
     coordinate: FloatArray
     readings: Mapping[str, FloatArray]
     speed: FloatArray
-    held: NDArray[np.bool_]
+    has_equilibrium: NDArray[np.bool_]
     stiffness: FloatArray
     frequency_squared: FloatArray
     free_frequency_squared: FloatArray
@@ -75,113 +75,156 @@ class SpeedCurve:
     astatic: NDArray[np.bool_]
     folds: tuple[tuple[float, float], ...]
     poles: tuple[float, ...]
-    low_end: str
-    high_end: str
-    band: StandingBand | None = None
+    low_end_message: str
+    high_end_message: str
+    insensitivity_band: InsensitivityBand | None = None
 
 
-def equilibrium_speed(scene: Scene, values: Sequence[float] | FloatArray) -> FloatArray:
+def equilibrium_speed_at(scene: Scene, values: Sequence[float] | FloatArray) -> FloatArray:
     """Spindle speed (rad/s) at which the mechanism rests at each value (n,) of its leading coordinate.
 
     Where loads and turning both let go, and it rests at every speed, that of its neighbourhood. Raises MechanismError
     for values outside the travel, and where no speed holds it.
     """
-    require_turning(scene)
-    reduction = Reduction(scene)
-    along = reduction.at(asked_values(reduction, values))
-    square = square_of_rest(along, reduction.unit)
-    for k in np.flatnonzero(~(square > 0.0)):
-        raise MechanismError(_not_held(reduction, along, int(k)))
-    return np.sqrt(square)
+    require_equilibrium_speed(scene)
+    reduction = SingleDofReduction(scene)
+    coefficients = reduction.evaluate(validate_coordinate_values(reduction, values))
+    speed_squared = equilibrium_speed_squared(coefficients, reduction.coordinate_scale)
+    for k in np.flatnonzero(~(speed_squared > 0.0)):
+        raise MechanismError(_no_equilibrium_speed_message(reduction, coefficients, int(k)))
+    return np.sqrt(speed_squared)
 
 
-def speed_curve(
+def compute_speed_curve(
     scene: Scene, points: int = 500, *, resistance: float | str | None = None, against: str = "sleeve_lift"
 ) -> SpeedCurve:
-    """The speed curve over the whole travel, its stability, folds and poles; with a resistance its standing band too.
+    """The speed curve over the whole travel, its stability, folds and poles; with a resistance its insensitivity band too.
 
     Folds and poles are looked for where forces and stiffness ask for it, whatever the points (`equations.scanning`).
     resistance (N, or N m) acts at the reading `against`. Raises MechanismError as `Reduction` and `find_travel` do.
     """
-    require_turning(scene)
+    require_equilibrium_speed(scene)
     if not isinstance(points, Integral) or isinstance(points, bool) or points < 2:
-        raise MechanismError(f"a speed curve needs 2 points or more; got {shown(points)}")
-    reduction = Reduction(scene)
-    held_by = None if resistance is None else asked_resistance(reduction.mechanism, resistance, against)
-    travel = reduction.travel
-    along, dense = reduction.at(np.linspace(travel.low, travel.high, int(points))), scan(reduction).ordered
-    square = square_of_rest(along, reduction.unit)
-    held = square > 0.0
-    square = np.where(held, square, 0.0)
-    stiffness = along.potential_bend - 0.5 * square * along.spindle_bend
-    parts = np.abs(along.potential_bend) + np.abs(0.5 * square * along.spindle_bend)
-    astatic = held & (np.abs(stiffness) <= NEUTRAL * parts)
-    frequency = stiffness / along.inertia
-    whole = (reduction.rest_inertia + along.spindle) * along.inertia
-    more = np.divide(square * along.spindle_slope**2, whole, out=np.zeros_like(square), where=whole > 0.0)
+        raise MechanismError(f"a speed curve needs 2 points or more; got {format_value(points)}")
+    reduction = SingleDofReduction(scene)
+    resistance_and_reading = (
+        None if resistance is None else validate_resistance(reduction.mechanism, resistance, against)
+    )
+    travel = reduction.range_of_motion
+    coefficients, refined_coefficients = (
+        reduction.evaluate(np.linspace(travel.low, travel.high, int(points))),
+        sample_range_of_motion(reduction).sorted_coefficients,
+    )
+    speed_squared = equilibrium_speed_squared(coefficients, reduction.coordinate_scale)
+    has_equilibrium = speed_squared > 0.0
+    speed_squared = np.where(has_equilibrium, speed_squared, 0.0)
+    stiffness = (
+        coefficients.potential_second_derivative - 0.5 * speed_squared * coefficients.spindle_inertia_second_derivative
+    )
+    stiffness_magnitude = np.abs(coefficients.potential_second_derivative) + np.abs(
+        0.5 * speed_squared * coefficients.spindle_inertia_second_derivative
+    )
+    astatic = has_equilibrium & (np.abs(stiffness) <= ASTATIC_TOLERANCE * stiffness_magnitude)
+    frequency_squared = stiffness / coefficients.inertia
+    inertia_product = (reduction.free_spindle_inertia + coefficients.spindle_inertia) * coefficients.inertia
+    free_spindle_term = np.divide(
+        speed_squared * coefficients.spindle_inertia_derivative**2,
+        inertia_product,
+        out=np.zeros_like(speed_squared),
+        where=inertia_product > 0.0,
+    )
     return SpeedCurve(
-        name=reduction.mechanism.coordinate,
-        coordinate=along.coordinate,
-        readings=readings_at(reduction.mechanism, along),
-        speed=np.sqrt(square),
-        held=held,
+        coordinate_name=reduction.mechanism.coordinate,
+        coordinate=coefficients.coordinate,
+        readings=evaluate_readings(reduction.mechanism, coefficients),
+        speed=np.sqrt(speed_squared),
+        has_equilibrium=has_equilibrium,
         stiffness=stiffness,
-        frequency_squared=frequency,
-        free_frequency_squared=frequency + more,
-        stable=held & (stiffness > 0.0) & ~astatic,
+        frequency_squared=frequency_squared,
+        free_frequency_squared=frequency_squared + free_spindle_term,
+        stable=has_equilibrium & (stiffness > 0.0) & ~astatic,
         astatic=astatic,
-        folds=folds_of(reduction, dense),
-        poles=poles_of(reduction, dense),
-        low_end=travel.below,
-        high_end=travel.above,
-        band=None if held_by is None else _band(reduction, along, *held_by),
+        folds=find_folds(reduction, refined_coefficients),
+        poles=find_poles(reduction, refined_coefficients),
+        low_end_message=travel.low_message,
+        high_end_message=travel.high_message,
+        insensitivity_band=None
+        if resistance_and_reading is None
+        else _insensitivity_band(reduction, coefficients, *resistance_and_reading),
     )
 
 
-def standing_band(
+def compute_insensitivity_band(
     scene: Scene, values: Sequence[float] | FloatArray, resistance: float | str, against: str = "sleeve_lift"
-) -> StandingBand:
-    """The standing band under a resistance (N, or N m) at a reading, at values (n,) of the leading coordinate.
+) -> InsensitivityBand:
+    """The insensitivity band under a resistance (N, or N m) at a reading, at values (n,) of the leading coordinate.
 
     Raises MechanismError for a resistance that is negative or no number, for values outside the travel, and where
     without resistance no speed holds the mechanism, or turning has no grip on it.
     """
-    require_turning(scene)
-    reduction = Reduction(scene)
-    held_by = asked_resistance(reduction.mechanism, resistance, against)
-    along = reduction.at(asked_values(reduction, values))
-    stands = np.abs(along.potential_slope) <= STANDING * reduction.unit * np.abs(along.potential_bend)
-    wrong = (along.spindle_slope == 0.0) | ~((square_of_rest(along, reduction.unit) >= 0.0) | stands)
-    for k in np.flatnonzero(wrong):
-        raise MechanismError(_not_held(reduction, along, int(k)))
-    return _band(reduction, along, *held_by)
+    require_equilibrium_speed(scene)
+    reduction = SingleDofReduction(scene)
+    resistance_and_reading = validate_resistance(reduction.mechanism, resistance, against)
+    coefficients = reduction.evaluate(validate_coordinate_values(reduction, values))
+    is_zero_speed = np.abs(
+        coefficients.potential_derivative
+    ) <= ZERO_SPEED_TOLERANCE * reduction.coordinate_scale * np.abs(coefficients.potential_second_derivative)
+    is_undefined = (coefficients.spindle_inertia_derivative == 0.0) | ~(
+        (equilibrium_speed_squared(coefficients, reduction.coordinate_scale) >= 0.0) | is_zero_speed
+    )
+    for k in np.flatnonzero(is_undefined):
+        raise MechanismError(_no_equilibrium_speed_message(reduction, coefficients, int(k)))
+    return _insensitivity_band(reduction, coefficients, *resistance_and_reading)
 
 
-def _band(reduction: Reduction, along: Along, resistance: float, against: str) -> StandingBand:
-    hold = resistance * np.abs(reduction.slopes(along, against))
-    squares = [square_of_rest(along, reduction.unit, sign * hold) for sign in (-1.0, 1.0)]
-    slow, fast = (np.sqrt(np.maximum(square, 0.0)) for square in (np.minimum(*squares), np.maximum(*squares)))
-    loose = (along.spindle_slope == 0.0) & (hold > 0.0)
-    slow = np.where(loose, 0.0, slow)
-    fast = np.where(loose, np.where(np.abs(along.potential_slope) <= hold, np.inf, 0.0), fast)
-    rest = np.sqrt(np.maximum(square_of_rest(along, reduction.unit), 0.0))
-    return StandingBand(
+def _insensitivity_band(
+    reduction: SingleDofReduction, coefficients: PathCoefficients, resistance: float, against: str
+) -> InsensitivityBand:
+    resistance_force = resistance * np.abs(reduction.output_derivative(coefficients, against))
+    squared_speeds = [
+        equilibrium_speed_squared(coefficients, reduction.coordinate_scale, sign * resistance_force)
+        for sign in (-1.0, 1.0)
+    ]
+    falling_speed, rising_speed = (
+        np.sqrt(np.maximum(square, 0.0)) for square in (np.minimum(*squared_speeds), np.maximum(*squared_speeds))
+    )
+    is_spindle_decoupled = (coefficients.spindle_inertia_derivative == 0.0) & (resistance_force > 0.0)
+    falling_speed = np.where(is_spindle_decoupled, 0.0, falling_speed)
+    rising_speed = np.where(
+        is_spindle_decoupled,
+        np.where(np.abs(coefficients.potential_derivative) <= resistance_force, np.inf, 0.0),
+        rising_speed,
+    )
+    frictionless_speed = np.sqrt(np.maximum(equilibrium_speed_squared(coefficients, reduction.coordinate_scale), 0.0))
+    return InsensitivityBand(
         resistance=resistance,
         against=against,
-        falling_speed=slow,
-        rising_speed=fast,
-        insensitivity=np.divide(fast - slow, rest, out=np.full_like(rest, np.inf), where=rest > 0),
+        falling_speed=falling_speed,
+        rising_speed=rising_speed,
+        insensitivity=np.divide(
+            rising_speed - falling_speed,
+            frictionless_speed,
+            out=np.full_like(frictionless_speed, np.inf),
+            where=frictionless_speed > 0,
+        ),
     )
 
 
-def _not_held(reduction: Reduction, along: Along, k: int) -> str:
+def _no_equilibrium_speed_message(reduction: SingleDofReduction, coefficients: PathCoefficients, index: int) -> str:
     """That no speed holds the mechanism at a value of its coordinate, and why, or beyond which pole of its curve."""
-    scene, value = reduction.scene, float(along.coordinate[k])
-    at = f"{reduction.mechanism.coordinate} = {spoken_coordinate(scene, value)}"
-    if along.spindle_slope[k] == 0.0 and square_of_rest(along, reduction.unit)[k] >= 0.0:
-        return f"the mechanism rests at {at} at every spindle speed: neither the loads nor turning move it there"
-    if along.spindle_slope[k] == 0.0:
-        return f"no spindle speed holds the mechanism at {at}: turning has no grip on it there, and the loads pull"
-    poles = sorted(poles_of(reduction, scan(reduction).ordered), key=lambda pole: abs(pole - value))
-    beyond = "".join(f", beyond the pole of its curve at {spoken_coordinate(scene, pole)}" for pole in poles[:1])
-    return f"no spindle speed holds the mechanism at {at}{beyond}: the loads do not oppose"
+    scene, value = reduction.scene, float(coefficients.coordinate[index])
+    position = f"{reduction.mechanism.coordinate} = {format_coordinate(scene, value)}"
+    if (
+        coefficients.spindle_inertia_derivative[index] == 0.0
+        and equilibrium_speed_squared(coefficients, reduction.coordinate_scale)[index] >= 0.0
+    ):
+        return f"the mechanism rests at {position} at every spindle speed: neither the loads nor turning move it there"
+    if coefficients.spindle_inertia_derivative[index] == 0.0:
+        return (
+            f"no spindle speed holds the mechanism at {position}: turning has no grip on it there, and the loads pull"
+        )
+    poles = sorted(
+        find_poles(reduction, sample_range_of_motion(reduction).sorted_coefficients), key=lambda pole: abs(pole - value)
+    )
+    pole_clause = "".join(f", beyond the pole of its curve at {format_coordinate(scene, pole)}" for pole in poles[:1])
+    return f"no spindle speed holds the mechanism at {position}{pole_clause}: the loads do not oppose"

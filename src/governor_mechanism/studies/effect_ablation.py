@@ -14,65 +14,65 @@ from typing import Any
 
 import numpy as np
 
-from governor_mechanism.effects.bell_crank_masses import BellCranks
+from governor_mechanism.effects.bell_crank_masses import BellCrankMasses
 from governor_mechanism.effects.centrifugal import Centrifugal
-from governor_mechanism.effects.clearance import PLAY, Play
-from governor_mechanism.effects.crank_masses import Masses
+from governor_mechanism.effects.clearance import CLEARANCE_READING, Clearance
+from governor_mechanism.effects.crank_masses import CrankMasses
 from governor_mechanism.effects.gravity import Gravity
-from governor_mechanism.effects.rod_masses import Rods
-from governor_mechanism.engines import choose
+from governor_mechanism.effects.rod_masses import RodMasses
+from governor_mechanism.engines import select_engine
 from governor_mechanism.errors import MechanismError
-from governor_mechanism.machines.base import foreign_effects
+from governor_mechanism.machines.base import unsupported_effect_messages
 from governor_mechanism.machines.registry import MACHINES
 from governor_mechanism.model.effect import Effect
-from governor_mechanism.model.scene import FIXED, Scene, Spindle
+from governor_mechanism.model.scene import FIXED_PLANE, Scene, Spindle
 from governor_mechanism.model.trajectory import Outcome, Trajectory
-from governor_mechanism.scenes.parser import scene_from_document
+from governor_mechanism.scenes.parser import parse_scene_document
 
-REPEATS = 3
+N_TIMED_RUNS = 3
 """Runs of each kind; the shortest time counts."""
 
-UNEVEN = "spindle.unevenness"
+SPEED_FLUCTUATION_KEY = "spindle.speed_fluctuation"
 
-KEYS = (
+TOGGLED_EFFECT_KEYS = (
     "gravity",
     "centrifugal",
     "rods",
     "spring",
     "dry_friction",
-    "oil_brake",
+    "dashpot",
     "stops",
-    "play",
+    "clearance",
     "masses",
     "bell_cranks",
 )
 """Of [effects], in the order in which they are told."""
 
-PLAIN: Mapping[str, Effect] = {"gravity": Gravity(), "centrifugal": Centrifugal()}
+PARAMETERLESS_EFFECTS: Mapping[str, Effect] = {"gravity": Gravity(), "centrifugal": Centrifugal()}
 """Effects that need no numbers."""
 
 
-BUILT: Mapping[str, Effect] = {
-    "rods": Rods(arm_mass=1.0),
-    "play": Play(width=1.0),
-    "masses": Masses(crank=1.0),
-    "bell_cranks": BellCranks(mass=1.0),
+BODY_EFFECT_EXAMPLES: Mapping[str, Effect] = {
+    "rods": RodMasses(arm_mass=1.0),
+    "clearance": Clearance(width=1.0),
+    "masses": CrankMasses(crank=1.0),
+    "bell_cranks": BellCrankMasses(mass=1.0),
 }
 """An example of each effect that bodies are built from; not every machine has them."""
 
 
 @dataclass(frozen=True, kw_only=True)
-class Bill:
+class EffectCost:
     """What a run with or without an effect took: evaluations of the equations of motion, steps, events, seconds."""
 
     evaluations: int
     steps: int
     events: int
-    seconds: float
+    wall_time: float
 
 
 @dataclass(frozen=True, kw_only=True)
-class Toggled:
+class EffectComparison:
     """One effect switched: `changes` is the largest change of each reading (SI) over the times both runs reached.
 
     relative is the largest of them in units of the readings' scales, that of most_changed; None where no run could be
@@ -82,18 +82,18 @@ class Toggled:
     effect: str
     listed: bool
     changes: Mapping[str, float]
-    most_changed: str
-    relative: float | None
-    with_it: Bill | None
-    without_it: Bill | None
+    most_changed_reading: str
+    relative_change: float | None
+    cost_with: EffectCost | None
+    cost_without: EffectCost | None
     note: str = ""
 
     @property
     def time_ratio(self) -> float | None:
         """How many times longer a run takes with the effect than without it; None where one of them ends early."""
-        if self.with_it is None or self.without_it is None or self.note:
+        if self.cost_with is None or self.cost_without is None or self.note:
             return None
-        return self.with_it.seconds / self.without_it.seconds
+        return self.cost_with.wall_time / self.cost_without.wall_time
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -103,28 +103,34 @@ class EffectsStudy:
     scene: Scene
     accuracy: float
     engine: str
-    base: Bill
-    rows: tuple[Toggled, ...]
+    base_cost: EffectCost
+    rows: tuple[EffectComparison, ...]
     untried: tuple[str, ...]
 
     @property
-    def idle(self) -> tuple[str, ...]:
+    def negligible(self) -> tuple[str, ...]:
         """Listed effects that change every reading by less than the accuracy: leave those out."""
-        return tuple(row.effect for row in self.rows if row.listed and self._small(row))
+        return tuple(row.effect for row in self.rows if row.listed and self._is_negligible(row))
 
     @property
     def missing(self) -> tuple[str, ...]:
         """Effects that are not listed and would change some reading by more than the accuracy."""
         return tuple(
-            row.effect for row in self.rows if not row.listed and row.relative is not None and not self._small(row)
+            row.effect
+            for row in self.rows
+            if not row.listed and row.relative_change is not None and not self._is_negligible(row)
         )
 
     def __str__(self) -> str:
         """A line for each effect, and what to leave out."""
-        lines = [f"{self.scene.title}: engine {self.engine}, accuracy {self.accuracy:g}, {_told(self.base)}"]
-        lines += [_line(row, small=self._small(row)) for row in self.rows]
-        if self.idle:
-            lines.append(f"leave out: {', '.join(self.idle)} (no reading changes by more than the asked accuracy)")
+        lines = [
+            f"{self.scene.title}: engine {self.engine}, accuracy {self.accuracy:g}, {_format_cost(self.base_cost)}"
+        ]
+        lines += [_format_comparison(row, is_negligible=self._is_negligible(row)) for row in self.rows]
+        if self.negligible:
+            lines.append(
+                f"leave out: {', '.join(self.negligible)} (no reading changes by more than the asked accuracy)"
+            )
         if self.missing:
             lines.append(f"not listed, though it would show: {', '.join(self.missing)}")
         if self.untried:
@@ -134,32 +140,41 @@ class EffectsStudy:
     def as_json(self) -> dict[str, Any]:
         """All of it as plain values."""
         rows = [asdict(row) | {"changes": dict(row.changes), "time_ratio": row.time_ratio} for row in self.rows]
-        told = {"title": self.scene.title, "engine": self.engine, "accuracy": self.accuracy, "base": asdict(self.base)}
-        lists = {"leave_out": list(self.idle), "missing": list(self.missing), "untried": list(self.untried)}
-        return {**told, "effects": rows, **lists}
+        header = {
+            "title": self.scene.title,
+            "engine": self.engine,
+            "accuracy": self.accuracy,
+            "base": asdict(self.base_cost),
+        }
+        lists = {"leave_out": list(self.negligible), "missing": list(self.missing), "untried": list(self.untried)}
+        return {**header, "effects": rows, **lists}
 
-    def _small(self, row: Toggled) -> bool:
-        return row.relative is not None and row.relative < self.accuracy
+    def _is_negligible(self, row: EffectComparison) -> bool:
+        return row.relative_change is not None and row.relative_change < self.accuracy
 
 
-def _told(bill: Bill) -> str:
-    events = f", {bill.events} events" if bill.events else ""
-    return f"{bill.evaluations:,} evaluations, {bill.steps:,} steps{events}, {bill.seconds * 1e3:.3g} ms"
+def _format_cost(cost: EffectCost) -> str:
+    events = f", {cost.events} events" if cost.events else ""
+    return f"{cost.evaluations:,} evaluations, {cost.steps:,} steps{events}, {cost.wall_time * 1e3:.3g} ms"
 
 
-def _line(row: Toggled, *, small: bool) -> str:
+def _format_comparison(row: EffectComparison, *, is_negligible: bool) -> str:
     name = f"{row.effect}{'' if row.listed else ' (not listed)'}"
-    if row.relative is None or row.with_it is None or row.without_it is None:
+    if row.relative_change is None or row.cost_with is None or row.cost_without is None:
         return f"{name:24} {row.note}"
-    verdict = "changes nothing you asked for" if small else f"changes {row.most_changed.replace('_', ' ')} most"
+    verdict = (
+        "changes nothing you asked for"
+        if is_negligible
+        else f"changes {row.most_changed_reading.replace('_', ' ')} most"
+    )
     if row.note:
-        return f"{name:24} {row.relative:8.1e}  {verdict}; {row.note}"
-    cost = f"time x {row.time_ratio:.2f}, evaluations {row.without_it.evaluations:,} -> {row.with_it.evaluations:,}"
-    events = f", events {row.without_it.events} -> {row.with_it.events}" if row.with_it.events else ""
-    return f"{name:24} {row.relative:8.1e}  {verdict}; {cost}{events}"
+        return f"{name:24} {row.relative_change:8.1e}  {verdict}; {row.note}"
+    cost = f"time x {row.time_ratio:.2f}, evaluations {row.cost_without.evaluations:,} -> {row.cost_with.evaluations:,}"
+    events = f", events {row.cost_without.events} -> {row.cost_with.events}" if row.cost_with.events else ""
+    return f"{name:24} {row.relative_change:8.1e}  {verdict}; {cost}{events}"
 
 
-def effects_study(
+def run_effects_study(
     scene: Scene,
     engine: str = "auto",
     accuracy: float | None = None,
@@ -169,129 +184,138 @@ def effects_study(
 
     progress is told how many of all have been run. Raises MechanismError where the scene itself cannot be run.
     """
-    chosen, _ = choose(scene.run.engine if engine == "auto" else engine, scene, accuracy)
-    asked = scene.run.accuracy if accuracy is None else accuracy
+    chosen, _ = select_engine(scene.run.engine if engine == "auto" else engine, scene, accuracy)
+    requested_accuracy = scene.run.accuracy if accuracy is None else accuracy
 
-    def ran(which: Scene) -> tuple[Trajectory, Bill]:
-        runs = [chosen.run(which, accuracy=asked) for _ in range(REPEATS)]
-        return runs[0], _bill(min(runs, key=lambda run: run.cost.wall_time))
+    def run_repeatedly(variant: Scene) -> tuple[Trajectory, EffectCost]:
+        runs = [chosen.run(variant, accuracy=requested_accuracy) for _ in range(N_TIMED_RUNS)]
+        return runs[0], _cost_of_run(min(runs, key=lambda run: run.cost.wall_time))
 
-    base, bill = ran(scene)
-    if not base.times.size:
-        raise MechanismError(f"the scene itself comes to nothing: {base.message}")
-    switched = dict(_switched(scene))
+    base_run, base_cost = run_repeatedly(scene)
+    if not base_run.times.size:
+        raise MechanismError(f"the scene itself comes to nothing: {base_run.message}")
+    switches = dict(_effect_switches(scene))
     rows = []
-    for done, (name, (listed, make)) in enumerate(switched.items(), start=1):
-        rows.append(_toggled(name, listed, base, bill, make, ran))
+    for n_done, (name, (listed, make_scene)) in enumerate(switches.items(), start=1):
+        rows.append(_compare_toggled(name, listed, base_run, base_cost, make_scene, run_repeatedly))
         if progress is not None:
-            progress(done, len(switched))
-    given = [key for key in KEYS if key in switched]
+            progress(n_done, len(switches))
+    applied_keys = [key for key in TOGGLED_EFFECT_KEYS if key in switches]
     return EffectsStudy(
         scene=scene,
-        accuracy=asked,
+        accuracy=requested_accuracy,
         engine=chosen.name,
-        base=bill,
+        base_cost=base_cost,
         rows=tuple(rows),
-        untried=tuple(key for key in KEYS if key not in given and not _foreign(scene, key)),
+        untried=tuple(
+            key for key in TOGGLED_EFFECT_KEYS if key not in applied_keys and not _is_inapplicable(scene, key)
+        ),
     )
 
 
-def _foreign(scene: Scene, key: str) -> bool:
+def _is_inapplicable(scene: Scene, key: str) -> bool:
     """Whether no machine of the scene's kind can have an effect."""
-    if key not in BUILT:
+    if key not in BODY_EFFECT_EXAMPLES:
         return False
-    kind = MACHINES.get(scene.part.machine)
-    listed = [BUILT[key]]
-    return bool(kind.effect_problems(listed) if kind else foreign_effects(scene.part.machine, listed))
+    machine_class = MACHINES.get(scene.part.machine)
+    listed = [BODY_EFFECT_EXAMPLES[key]]
+    return bool(
+        machine_class.effect_problems(listed)
+        if machine_class
+        else unsupported_effect_messages(scene.part.machine, listed)
+    )
 
 
-def _bill(run: Trajectory) -> Bill:
+def _cost_of_run(run: Trajectory) -> EffectCost:
     cost = run.cost
     evaluations = cost.evaluations.get("equations of motion", max(cost.evaluations.values(), default=0))
-    return Bill(evaluations=evaluations, steps=cost.steps, events=cost.events, seconds=cost.wall_time)
+    return EffectCost(evaluations=evaluations, steps=cost.steps, events=cost.events, wall_time=cost.wall_time)
 
 
-def _toggled(
+def _compare_toggled(
     name: str,
     listed: bool,
-    base: Trajectory,
-    bill: Bill,
-    make: Callable[[], Scene],
-    ran: Callable[[Scene], tuple[Trajectory, Bill]],
-) -> Toggled:
+    base_run: Trajectory,
+    base_cost: EffectCost,
+    make_scene: Callable[[], Scene],
+    run_repeatedly: Callable[[Scene], tuple[Trajectory, EffectCost]],
+) -> EffectComparison:
     try:
-        other, others = ran(make())
+        toggled_run, toggled_cost = run_repeatedly(make_scene())
     except MechanismError as error:
-        return Toggled(
+        return EffectComparison(
             effect=name,
             listed=listed,
             changes={},
-            most_changed="",
-            relative=None,
-            with_it=bill if listed else None,
-            without_it=None if listed else bill,
+            most_changed_reading="",
+            relative_change=None,
+            cost_with=base_cost if listed else None,
+            cost_without=None if listed else base_cost,
             note=f"cannot be switched: {error.problems[0]}",
         )
-    changes = dict(_changes(base, other))
-    scaled = {reading: change / base.scales[reading] for reading, change in changes.items()}
-    most = max(scaled, key=lambda reading: scaled[reading], default="")
-    return Toggled(
+    changes = dict(_reading_changes(base_run, toggled_run))
+    scaled_changes = {reading: change / base_run.scales[reading] for reading, change in changes.items()}
+    most_changed = max(scaled_changes, key=lambda reading: scaled_changes[reading], default="")
+    return EffectComparison(
         effect=name,
         listed=listed,
         changes=changes,
-        most_changed=most,
-        relative=scaled.get(most, 0.0),
-        with_it=bill if listed else others,
-        without_it=others if listed else bill,
-        note=_early(base, other, listed),
+        most_changed_reading=most_changed,
+        relative_change=scaled_changes.get(most_changed, 0.0),
+        cost_with=base_cost if listed else toggled_cost,
+        cost_without=toggled_cost if listed else base_cost,
+        note=_early_end_note(base_run, toggled_run, listed),
     )
 
 
-def _changes(base: Trajectory, other: Trajectory) -> Iterator[tuple[str, float]]:
-    shared = min(len(base.times), len(other.times))
-    for name, values in base.readings.items():
-        if name in other.readings:
-            yield name, float(np.max(np.abs(values[:shared] - other.readings[name][:shared]), initial=0.0))
+def _reading_changes(base_run: Trajectory, toggled_run: Trajectory) -> Iterator[tuple[str, float]]:
+    n_shared = min(len(base_run.times), len(toggled_run.times))
+    for name, values in base_run.readings.items():
+        if name in toggled_run.readings:
+            yield name, float(np.max(np.abs(values[:n_shared] - toggled_run.readings[name][:n_shared]), initial=0.0))
 
 
-def _early(base: Trajectory, other: Trajectory, listed: bool) -> str:
-    if other.outcome.ok or other.outcome is base.outcome is Outcome.ACCURACY_MISSED:
+def _early_end_note(base_run: Trajectory, toggled_run: Trajectory, listed: bool) -> str:
+    if toggled_run.outcome.ok or toggled_run.outcome is base_run.outcome is Outcome.ACCURACY_MISSED:
         return ""
-    return f"the run {'without' if listed else 'with'} it ends early: {other.detail or other.outcome.value}"
+    return f"the run {'without' if listed else 'with'} it ends early: {toggled_run.detail or toggled_run.outcome.value}"
 
 
-Switch = tuple[bool, Callable[[], Scene]]
+EffectSwitch = tuple[bool, Callable[[], Scene]]
 
 
-def _switched(scene: Scene) -> Iterator[tuple[str, Switch]]:
+def _effect_switches(scene: Scene) -> Iterator[tuple[str, EffectSwitch]]:
     """Each effect that can be switched: whether it is listed, and how to make the scene with it switched."""
     if scene.document:
         listed = {key for key, value in dict(scene.document.get("effects", {})).items() if value is not False}
-        for key in (key for key in KEYS if key in listed):
-            yield key, (True, partial(_read_without, scene, key))
+        for key in (key for key in TOGGLED_EFFECT_KEYS if key in listed):
+            yield key, (True, partial(_reparse_without, scene, key))
     else:
-        for kind in sorted({type(effect) for effect in scene.effects}, key=lambda one: one.__name__):
-            yield kind.__name__, (True, partial(_without, scene, kind))
-    turning = scene.part.plane != FIXED
-    for name, plain in PLAIN.items():
-        if type(plain) not in {type(effect) for effect in scene.effects} and (turning or name == "gravity"):
-            yield name, (False, partial(replace, scene, effects=(*scene.effects, plain)))
-    if isinstance(scene.spindle, Spindle) and scene.spindle.unevenness:
-        yield UNEVEN, (True, partial(replace, scene, spindle=replace(scene.spindle, unevenness=0.0)))
+        for effect_class in sorted({type(effect) for effect in scene.effects}, key=lambda one: one.__name__):
+            yield effect_class.__name__, (True, partial(_drop_effect, scene, effect_class))
+    can_rotate = scene.part.plane != FIXED_PLANE
+    for name, default_effect in PARAMETERLESS_EFFECTS.items():
+        if type(default_effect) not in {type(effect) for effect in scene.effects} and (can_rotate or name == "gravity"):
+            yield name, (False, partial(replace, scene, effects=(*scene.effects, default_effect)))
+    if isinstance(scene.spindle, Spindle) and scene.spindle.speed_fluctuation:
+        yield (
+            SPEED_FLUCTUATION_KEY,
+            (True, partial(replace, scene, spindle=replace(scene.spindle, speed_fluctuation=0.0))),
+        )
 
 
-def _read_without(scene: Scene, key: str) -> Scene:
+def _reparse_without(scene: Scene, key: str) -> Scene:
     """The scene read anew with one effect switched off, for some effects build the mechanism."""
     document = copy.deepcopy(dict(scene.document))
     document["effects"] = dict(document["effects"]) | {key: False}
-    if key == "play":
+    if key == "clearance":
         start = dict(document.get("start", {}))
-        document["start"] = {name: value for name, value in start.items() if PLAY not in name}
-    found = scene_from_document(document, scene.source)
-    return replace(found, run=scene.run)
+        document["start"] = {name: value for name, value in start.items() if CLEARANCE_READING not in name}
+    parsed = parse_scene_document(document, scene.source)
+    return replace(parsed, run=scene.run)
 
 
-def _without(scene: Scene, kind: type[Effect]) -> Scene:
-    if kind in {type(example) for example in BUILT.values()}:
-        raise MechanismError(f"{kind.__name__} is built into the mechanism of a scene that comes from no file")
-    return replace(scene, effects=tuple(effect for effect in scene.effects if type(effect) is not kind))
+def _drop_effect(scene: Scene, effect_class: type[Effect]) -> Scene:
+    if effect_class in {type(example) for example in BODY_EFFECT_EXAMPLES.values()}:
+        raise MechanismError(f"{effect_class.__name__} is built into the mechanism of a scene that comes from no file")
+    return replace(scene, effects=tuple(effect for effect in scene.effects if type(effect) is not effect_class))

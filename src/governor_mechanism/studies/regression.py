@@ -7,40 +7,43 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from governor_mechanism.engines import choose
+from governor_mechanism.engines import select_engine
 from governor_mechanism.model.scene import Scene
 from governor_mechanism.model.trajectory import Trajectory
 from governor_mechanism.types import FloatArray
 
-SLEEVE = "sleeve_lift"
+SLEEVE_READING = "sleeve_lift"
 """The reading of a governor's sleeve."""
 
 
 @dataclass(frozen=True, kw_only=True)
-class Fitted:
+class FittedParameter:
     """A number fitted to runs: its value, and its scatter (one standard deviation, from how the runs stray)."""
 
     value: float
-    scatter: float
+    standard_error: float
 
     def __str__(self) -> str:
-        return f"{self.value:.4g} ± {self.scatter:.1g}"
+        return f"{self.value:.4g} ± {self.standard_error:.1g}"
 
 
-def uncertified(scene: Scene) -> Trajectory:
+def run_uncertified(scene: Scene) -> Trajectory:
     """Uncertified: many runs are compared, and their tolerance stays that of the scene's accuracy."""
-    engine, reason = choose(scene.run.engine, scene)
+    engine, reason = select_engine(scene.run.engine, scene)
     run = engine.run(scene, certify=False, reason=reason)
     run.raise_if_failed()
     return run
 
 
-def slope(x: FloatArray, y: FloatArray, more: FloatArray | None = None) -> Fitted:
+def fit_slope(x: FloatArray, y: FloatArray, covariate: FloatArray | None = None) -> FittedParameter:
     """Of a straight line through the points, by least squares, beside a multiple of `more` where that is given."""
-    columns = np.column_stack([x, np.ones_like(x), *([] if more is None else [more])])
-    spare = len(x) - columns.shape[1]
-    if spare < 1:
-        return Fitted(value=math.nan, scatter=math.nan)
-    found = np.linalg.lstsq(columns, y, rcond=None)[0]
-    variance = float(np.sum((y - columns @ found) ** 2)) / spare
-    return Fitted(value=float(found[0]), scatter=math.sqrt(variance * np.linalg.inv(columns.T @ columns)[0, 0]))
+    design_matrix = np.column_stack([x, np.ones_like(x), *([] if covariate is None else [covariate])])
+    degrees_of_freedom = len(x) - design_matrix.shape[1]
+    if degrees_of_freedom < 1:
+        return FittedParameter(value=math.nan, standard_error=math.nan)
+    coefficients = np.linalg.lstsq(design_matrix, y, rcond=None)[0]
+    residual_variance = float(np.sum((y - design_matrix @ coefficients) ** 2)) / degrees_of_freedom
+    return FittedParameter(
+        value=float(coefficients[0]),
+        standard_error=math.sqrt(residual_variance * np.linalg.inv(design_matrix.T @ design_matrix)[0, 0]),
+    )

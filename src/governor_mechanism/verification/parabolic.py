@@ -1,4 +1,4 @@
-"""The astatic governor against Zehnder's isochronous parabola: one speed of rest, neutral rest, time of a drift."""
+"""The astatic governor against Zehnder's isochronous parabola: one equilibrium speed, neutral rest, time of a drift."""
 
 from __future__ import annotations
 
@@ -11,48 +11,48 @@ import numpy as np
 from governor_mechanism.closed_form.parabolic import isochronous_curve as closed
 from governor_mechanism.errors import MechanismError
 from governor_mechanism.model.scene import RunSettings, Scene, Spindle, Start
-from governor_mechanism.statics.speed_curve import equilibrium_speed
-from governor_mechanism.verification.oscillation import run_of
-from governor_mechanism.verification.report import Row
+from governor_mechanism.statics.speed_curve import equilibrium_speed_at
+from governor_mechanism.verification.oscillation import run_scene
+from governor_mechanism.verification.report import ComparisonRow
 
-PLACES = (0.1, 0.5, 0.9)
+GUIDE_FRACTIONS = (0.1, 0.5, 0.9)
 """Of the way between the ends of the guide."""
 
-STILL = 10.0
+NEUTRAL_RUN_DURATION = 10.0
 """s: so long a governor at rest is watched."""
 
 
-def findings(scene: Scene) -> Iterator[Row | str]:
+def check_parabolic_governor(scene: Scene) -> Iterator[ComparisonRow | str]:
     """Every comparison that applies to the scene."""
-    if not (scene.gravity and scene.centrifugal):
+    if not (scene.gravity and scene.has_centrifugal):
         raise MechanismError("the isochronous parabola needs both effects, gravity and centrifugal")
-    sizes = scene.part.dimensions
-    ratio, parameter = sizes["sleeve_mass"] / sizes["ball_mass"], sizes["double_parameter"]
-    neutral = math.sqrt(2 * scene.gravity * (1 + ratio) / parameter)
-    for part in PLACES:
-        radius = (1 - part) * sizes["inner_radius"] + part * sizes["outer_radius"]
-        yield Row(
-            quantity=f"speed of rest at {radius * 1e3:.4g} mm",
-            simulated=float(equilibrium_speed(scene, np.array([radius]))[0]),
-            expected=neutral,
-            allowed=1e-10 * neutral,
+    dimensions = scene.part.dimensions
+    mass_ratio, double_parameter = dimensions["sleeve_mass"] / dimensions["ball_mass"], dimensions["double_parameter"]
+    neutral_speed = math.sqrt(2 * scene.gravity * (1 + mass_ratio) / double_parameter)
+    for fraction in GUIDE_FRACTIONS:
+        radius = (1 - fraction) * dimensions["inner_radius"] + fraction * dimensions["outer_radius"]
+        yield ComparisonRow(
+            quantity=f"equilibrium speed at {radius * 1e3:.4g} mm",
+            simulated=float(equilibrium_speed_at(scene, np.array([radius]))[0]),
+            expected=neutral_speed,
+            allowed=1e-10 * neutral_speed,
             unit="rad/s",
             reason="both are algebra; the closing of the joints leaves about 1e-13",
         )
-        yield _left_alone(scene, radius, neutral)
-    yield from _drifting(scene, neutral, ratio, parameter)
+        yield _check_neutral_equilibrium(scene, radius, neutral_speed)
+    yield from _check_transit_time(scene, neutral_speed, mass_ratio, double_parameter)
 
 
-def _left_alone(scene: Scene, radius: float, speed: float) -> Row:
-    still = replace(
+def _check_neutral_equilibrium(scene: Scene, radius: float, neutral_speed: float) -> ComparisonRow:
+    neutral_scene = replace(
         scene,
-        spindle=Spindle(speeds=(speed,)),
+        spindle=Spindle(speeds=(neutral_speed,)),
         start=Start(values={"ball_radius": radius}),
-        run=RunSettings(duration=STILL, every=0.5, accuracy=1e-10),
+        run=RunSettings(duration=NEUTRAL_RUN_DURATION, output_interval=0.5, accuracy=1e-10),
     )
-    return Row(
-        quantity=f"left alone at {radius * 1e3:.4g} mm, farthest in {STILL:g} s",
-        simulated=float(np.max(np.abs(run_of(still).readings["ball_radius"] - radius))),
+    return ComparisonRow(
+        quantity=f"left alone at {radius * 1e3:.4g} mm, farthest in {NEUTRAL_RUN_DURATION:g} s",
+        simulated=float(np.max(np.abs(run_scene(neutral_scene).readings["ball_radius"] - radius))),
         expected=0.0,
         allowed=1e-10,
         unit="m",
@@ -60,23 +60,25 @@ def _left_alone(scene: Scene, radius: float, speed: float) -> Row:
     )
 
 
-def _drifting(scene: Scene, neutral: float, ratio: float, parameter: float) -> Iterator[Row | str]:
+def _check_transit_time(
+    scene: Scene, neutral_speed: float, mass_ratio: float, double_parameter: float
+) -> Iterator[ComparisonRow | str]:
     speeds = scene.spindle.speeds if isinstance(scene.spindle, Spindle) else ()
-    if any(not math.isclose(speed, neutral, rel_tol=1e-9) for speed in speeds) or not speeds:
-        yield f"the spindle does not keep the neutral speed, {neutral * 30 / math.pi:.6g} rpm: the drift is not checked"
+    if any(not math.isclose(speed, neutral_speed, rel_tol=1e-9) for speed in speeds) or not speeds:
+        yield f"the spindle does not keep the neutral speed, {neutral_speed * 30 / math.pi:.6g} rpm: the drift is not checked"
         return
-    run = run_of(scene)
+    run = run_scene(scene)
     radius, rate = run.readings["ball_radius"], float(run.rates["ball_radius"][0])
     if rate == 0.0:
         yield "the balls start at rest: there is no drift to check"
         return
-    time = closed.guide_transit_time(
-        start=radius[0], end=radius[-1], start_rate=rate, double_parameter=parameter, mass_ratio=ratio
+    transit_time = closed.guide_transit_time(
+        start=radius[0], end=radius[-1], start_rate=rate, double_parameter=double_parameter, mass_ratio=mass_ratio
     )
-    yield Row(
+    yield ComparisonRow(
         quantity=f"time from {radius[0] * 1e3:.4g} to {radius[-1] * 1e3:.4g} mm",
         simulated=float(run.times[-1]),
-        expected=float(time),
+        expected=float(transit_time),
         allowed=scene.run.accuracy * run.times[-1],
         unit="s",
         reason="the accuracy asked of the run, on a drift at nearly one speed",

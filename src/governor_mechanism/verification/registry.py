@@ -6,14 +6,14 @@ from governor_mechanism.errors import MechanismError
 from governor_mechanism.model.scene import Scene
 from governor_mechanism.verification import parabolic, pendulum, slide_valve, slider_crank
 from governor_mechanism.verification.hartung import statics as hartung
-from governor_mechanism.verification.report import CheckReport, Row
+from governor_mechanism.verification.report import CheckReport, ComparisonRow
 
 CHECKS = {
-    "pendulum_governor": pendulum.findings,
-    "parabolic_governor": parabolic.findings,
-    "hartung": hartung.findings,
-    "slide_valve": slide_valve.findings,
-    "slider_crank": slider_crank.findings,
+    "pendulum_governor": pendulum.check_pendulum_governor,
+    "parabolic_governor": parabolic.check_parabolic_governor,
+    "hartung": hartung.check_hartung_governor,
+    "slide_valve": slide_valve.check_slide_valve,
+    "slider_crank": slider_crank.check_slider_crank,
 }
 """The closed-form checks of each machine: scene -> rows, and notes (strings) on what was left out."""
 
@@ -23,13 +23,13 @@ def check_against_closed_forms(scene: Scene) -> CheckReport:
     machine = scene.part.machine
     if machine not in CHECKS:
         raise MechanismError(f"no closed form is written for machine {machine!r}; those with one are {sorted(CHECKS)}")
-    found = list(CHECKS[machine](scene))
+    results = list(CHECKS[machine](scene))
     return CheckReport(
         title=scene.title,
         against="closed form",
-        rows=tuple(row for row in found if isinstance(row, Row)),
-        notes=tuple(note for note in found if isinstance(note, str)),
+        rows=tuple(row for row in results if isinstance(row, ComparisonRow)),
+        notes=tuple(note for note in results if isinstance(note, str)),
     )
 
 
-__all__ = ["CheckReport", "Row", "check_against_closed_forms"]
+__all__ = ["CheckReport", "ComparisonRow", "check_against_closed_forms"]

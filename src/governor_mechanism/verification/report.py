@@ -5,12 +5,12 @@ from __future__ import annotations
 import math
 from dataclasses import dataclass
 
-SHOWN = 24
+MAX_PRINTED_ROWS = 24
 """Rows printed before a long table is cut to its worst ones."""
 
 
 @dataclass(frozen=True, kw_only=True)
-class Row:
+class ComparisonRow:
     """One comparison in `unit`; `allowed` is absolute, in the same unit, and `reason` says why it is what it is."""
 
     quantity: str
@@ -37,7 +37,7 @@ class CheckReport:
 
     title: str
     against: str
-    rows: tuple[Row, ...]
+    rows: tuple[ComparisonRow, ...]
     notes: tuple[str, ...] = ()
 
     @property
@@ -47,8 +47,8 @@ class CheckReport:
 
     def __str__(self) -> str:
         shown = self.rows
-        if len(shown) > SHOWN:
-            shown = tuple(sorted(shown, key=_excess, reverse=True)[:SHOWN])
+        if len(shown) > MAX_PRINTED_ROWS:
+            shown = tuple(sorted(shown, key=_difference_ratio, reverse=True)[:MAX_PRINTED_ROWS])
         cells = [
             (
                 row.quantity,
@@ -63,20 +63,20 @@ class CheckReport:
         ]
         header = ("quantity", "simulated", self.against, "unit", "difference", "allowed", "verdict")
         widths = [max(len(row[column]) for row in [header, *cells]) for column in range(len(header))]
-        left = (0, 3, 6)
+        left_aligned_columns = (0, 3, 6)
         lines = [
             "  ".join(
-                cell.ljust(width) if column in left else cell.rjust(width)
+                cell.ljust(width) if column in left_aligned_columns else cell.rjust(width)
                 for column, (cell, width) in enumerate(zip(row, widths, strict=True))
             ).rstrip()
             for row in [header, *cells]
         ]
         failed = sum(not row.passed for row in self.rows)
         verdict = f"all {len(self.rows)} agree" if not failed else f"{failed} of {len(self.rows)} do not agree"
-        cut = f" (the {SHOWN} farthest shown)" if len(self.rows) > SHOWN else ""
-        return "\n".join([self.title, *lines, *(f"note: {note}" for note in self.notes), verdict + cut])
+        truncation_note = f" (the {MAX_PRINTED_ROWS} farthest shown)" if len(self.rows) > MAX_PRINTED_ROWS else ""
+        return "\n".join([self.title, *lines, *(f"note: {note}" for note in self.notes), verdict + truncation_note])
 
 
-def _excess(row: Row) -> float:
+def _difference_ratio(row: ComparisonRow) -> float:
     ratio = abs(row.difference) / row.allowed
     return math.inf if math.isnan(ratio) else ratio

@@ -11,70 +11,96 @@ import numpy as np
 from governor_mechanism.closed_form import slide_valve as closed
 from governor_mechanism.closed_form import slider_crank as crank
 from governor_mechanism.machines.slide_valve import EQUAL_CUT_OFFS, EQUAL_LEADS
-from governor_mechanism.mechanics.kinematics.kinematic_analysis import follow
+from governor_mechanism.mechanics.kinematics.kinematic_analysis import solve_kinematics
 from governor_mechanism.model.scene import Scene
-from governor_mechanism.observables.valve_timing import ENDS, PORTS, at_angles, event_angles, reading_of, setting_of
-from governor_mechanism.verification.report import Row
-from governor_mechanism.verification.slider_crank import TURN, compared, crank_angles, ended, in_motion, running
+from governor_mechanism.observables.valve_timing import (
+    CYLINDER_ENDS,
+    PORT_EVENTS,
+    evaluate_at_crank_angles,
+    find_event_angles,
+    port_reading_name,
+    valve_setting,
+)
+from governor_mechanism.verification.report import ComparisonRow
+from governor_mechanism.verification.slider_crank import (
+    CHECKED_CRANK_ANGLES,
+    compare_kinematics,
+    compare_reading,
+    crank_angles,
+    note_early_end,
+    run_scene_at,
+)
 
-FOUND = 1e-10
+EVENT_ANGLE_TOLERANCE = 1e-10
 """rad: to that the events are promised; the two ways to find them part by about 1e-15."""
 
 
-def findings(scene: Scene) -> Iterator[Row | str]:
+def check_slide_valve(scene: Scene) -> Iterator[ComparisonRow | str]:
     """Every comparison that applies to the scene."""
-    eccentric = closed.Eccentric.of(scene.part.dimensions)
-    centre = None if setting_of(scene) == EQUAL_LEADS else scene.part.dimensions["centre"]
-    yield from _moving(scene, eccentric, centre)
-    found = event_angles(scene)
-    sizes = scene.part.dimensions
-    laws = partial(
-        closed.event_angle, eccentric, outside_lap=sizes["outside_lap"], inside_lap=sizes["inside_lap"], centre=centre
+    eccentric = closed.Eccentric.from_dimensions(scene.part.dimensions)
+    centre = None if valve_setting(scene) == EQUAL_LEADS else scene.part.dimensions["centre"]
+    yield from _check_kinematics(scene, eccentric, centre)
+    simulated_angles = find_event_angles(scene)
+    dimensions = scene.part.dimensions
+    closed_form_angle = partial(
+        closed.event_angle,
+        eccentric,
+        outside_lap=dimensions["outside_lap"],
+        inside_lap=dimensions["inside_lap"],
+        centre=centre,
     )
-    exact = {name: laws(event=name) for name in found}
-    for name, angle in found.items():
-        yield Row(
+    exact_angles = {name: closed_form_angle(event=name) for name in simulated_angles}
+    for name, angle in simulated_angles.items():
+        yield ComparisonRow(
             quantity=name,
             simulated=angle,
-            expected=exact[name],
-            allowed=FOUND,
+            expected=exact_angles[name],
+            allowed=EVENT_ANGLE_TOLERANCE,
             unit="rad",
             reason="the mechanism's port against the law of cosines; rounding leaves about 1e-15",
         )
-    yield from _set(scene, found, eccentric, centre)
-    run = running(scene)
-    yield from ended(run)
+    yield from _check_setting(scene, simulated_angles, eccentric, centre)
+    run = run_scene_at(scene)
+    yield from note_early_end(run)
     if len(run.times) < 2:
         return
     angles = crank_angles(scene, run)
-    yield in_motion(
-        run, "valve_displacement", np.asarray(closed.displacement(eccentric, crank_angle=angles, centre=centre))
+    yield compare_reading(
+        run, "valve_displacement", np.asarray(closed.valve_displacement(eccentric, crank_angle=angles, centre=centre))
     )
-    ways = np.asarray(
-        crank.travel_from_outer_end(crank.CrankTrain.of(scene.part.dimensions), crank_angle=angles + math.pi)
+    piston_travel = np.asarray(
+        crank.travel_from_outer_dead_centre(
+            crank.CrankTrain.from_dimensions(scene.part.dimensions), crank_angle=angles + math.pi
+        )
     )
-    yield in_motion(run, "head_end_travel", ways)
-    yield from _events_in_motion(scene, exact)
+    yield compare_reading(run, "head_end_travel", piston_travel)
+    yield from _check_events_in_motion(scene, exact_angles)
 
 
-def _moving(scene: Scene, eccentric: closed.Eccentric, centre: float | None) -> Iterator[Row]:
+def _check_kinematics(scene: Scene, eccentric: closed.Eccentric, centre: float | None) -> Iterator[ComparisonRow]:
     """Valve and piston over a turn."""
-    speed, train = scene.part.dimensions["crank_speed"], crank.CrankTrain.of(scene.part.dimensions)
-    at, going = {"crank_angle": TURN}, {"crank_angle": TURN, "crank_rate": speed}
-    beyond, running_on = {"crank_angle": TURN + math.pi}, {"crank_angle": TURN + math.pi, "crank_rate": speed}
-    yield from compared(
-        follow(scene, "crank_angle", TURN, speed),
+    speed, train = scene.part.dimensions["crank_speed"], crank.CrankTrain.from_dimensions(scene.part.dimensions)
+    angle_arguments, rate_arguments = (
+        {"crank_angle": CHECKED_CRANK_ANGLES},
+        {"crank_angle": CHECKED_CRANK_ANGLES, "crank_rate": speed},
+    )
+    opposite_angle_arguments, opposite_rate_arguments = (
+        {"crank_angle": CHECKED_CRANK_ANGLES + math.pi},
+        {"crank_angle": CHECKED_CRANK_ANGLES + math.pi, "crank_rate": speed},
+    )
+    yield from compare_kinematics(
+        solve_kinematics(scene, "crank_angle", CHECKED_CRANK_ANGLES, speed),
         {"valve_displacement": "valve", "head_end_travel": "piston"},
         {
             "valve_displacement": (
-                closed.displacement(eccentric, **at, centre=centre),
-                closed.velocity(eccentric, **going),
-                closed.acceleration(eccentric, **going),
+                closed.valve_displacement(eccentric, **angle_arguments, centre=centre),
+                closed.valve_velocity(eccentric, **rate_arguments),
+                closed.valve_acceleration(eccentric, **rate_arguments),
             ),
             "head_end_travel": (
-                crank.travel_from_outer_end(train, **beyond),
-                -np.asarray(crank.crosshead_velocity(train, **running_on)),
-                -np.asarray(crank.crosshead_acceleration(train, **running_on)),
+                crank.travel_from_outer_dead_centre(train, **opposite_angle_arguments),
+                -np.asarray(crank.crosshead_velocity(train, **opposite_rate_arguments)),
+                -np.asarray(crank.crosshead_acceleration(train, **opposite_rate_arguments)),
             ),
         },
         speed,
@@ -82,23 +108,23 @@ def _moving(scene: Scene, eccentric: closed.Eccentric, centre: float | None) -> 
     )
 
 
-def _set(
-    scene: Scene, found: Mapping[str, float], eccentric: closed.Eccentric, centre: float | None
-) -> Iterator[Row | str]:
+def _check_setting(
+    scene: Scene, simulated_angles: Mapping[str, float], eccentric: closed.Eccentric, centre: float | None
+) -> Iterator[ComparisonRow | str]:
     """Leads, and what the setting promises."""
-    exact = closed.leads(eccentric, outside_lap=scene.part.dimensions["outside_lap"], centre=centre)
-    dead = at_angles(scene, np.array([0.0, math.pi])).readings
-    for k, (end, wanted) in enumerate(zip(ENDS, exact, strict=True)):
-        yield Row(
+    exact_leads = closed.leads(eccentric, outside_lap=scene.part.dimensions["outside_lap"], centre=centre)
+    dead_centre_readings = evaluate_at_crank_angles(scene, np.array([0.0, math.pi])).readings
+    for k, (end, expected_lead) in enumerate(zip(CYLINDER_ENDS, exact_leads, strict=True)):
+        yield ComparisonRow(
             quantity=f"lead at the {end}",
-            simulated=float(dead[reading_of(end, "steam")][k]),
-            expected=wanted,
+            simulated=float(dead_centre_readings[port_reading_name(end, "steam")][k]),
+            expected=expected_lead,
             allowed=1e-10 * eccentric.radius,
             unit="m",
             reason="of the eccentric's radius; both are algebra",
         )
-    if setting_of(scene) == EQUAL_LEADS and not eccentric.endless:
-        yield Row(
+    if valve_setting(scene) == EQUAL_LEADS and not eccentric.has_infinite_rod:
+        yield ComparisonRow(
             quantity="centre of the swing for equal leads",
             simulated=scene.part.dimensions["centre"],
             expected=closed.equal_lead_centre(eccentric),
@@ -106,44 +132,46 @@ def _set(
             unit="m",
             reason="of the eccentric's radius; both are algebra",
         )
-    if setting_of(scene) == EQUAL_CUT_OFFS:
+    if valve_setting(scene) == EQUAL_CUT_OFFS:
         stroke = 2 * scene.part.dimensions["crank"]
-        ways = at_angles(scene, np.array([found[f"{end} cut-off"] for end in ENDS])).readings
-        yield Row(
+        readings = evaluate_at_crank_angles(
+            scene, np.array([simulated_angles[f"{end} cut-off"] for end in CYLINDER_ENDS])
+        ).readings
+        yield ComparisonRow(
             quantity="cut-off at the crank end, against the head end's",
-            simulated=float(ways["crank_end_travel"][0]) / stroke,
-            expected=float(ways["head_end_travel"][1]) / stroke,
-            allowed=FOUND,
+            simulated=float(readings["crank_end_travel"][0]) / stroke,
+            expected=float(readings["head_end_travel"][1]) / stroke,
+            allowed=EVENT_ANGLE_TOLERANCE,
             unit="1",
             reason="the setting makes the two strokes equal",
         )
-    if eccentric.endless:
+    if eccentric.has_infinite_rod:
         yield "the eccentric rod is endless: there is no error term"
 
 
-def _events_in_motion(scene: Scene, exact: Mapping[str, float]) -> Iterator[Row]:
+def _check_events_in_motion(scene: Scene, exact_angles: Mapping[str, float]) -> Iterator[ComparisonRow]:
     """The events as a run passes them for the first time: the run reports those very moments, and how far it is off."""
     speed, start = scene.part.dimensions["crank_speed"], scene.part.dimensions["crank_start"]
-    moments = {name: (angle - start) % math.tau / speed for name, angle in exact.items()}
-    passed = {name: time for name, time in moments.items() if time <= scene.run.duration}
-    if not passed:
+    event_times = {name: (angle - start) % math.tau / speed for name, angle in exact_angles.items()}
+    times_in_run = {name: time for name, time in event_times.items() if time <= scene.run.duration}
+    if not times_in_run:
         return
-    times = np.unique(list(passed.values()))
-    run = running(scene, times)
+    times = np.unique(list(times_in_run.values()))
+    run = run_scene_at(scene, times)
     if len(run.times) < len(times):
         return  # it ended early, as the scene's own run did, of which there is a note
-    for end in ENDS:
-        for port, names in PORTS.items():
-            reading = reading_of(end, port)
-            for name in (f"{end} {what}" for what in names):
-                if name not in passed:
+    for end in CYLINDER_ENDS:
+        for port, names in PORT_EVENTS.items():
+            reading = port_reading_name(end, port)
+            for name in (f"{end} {event_name}" for event_name in names):
+                if name not in times_in_run:
                     continue
-                k = int(np.searchsorted(times, passed[name]))
+                k = int(np.searchsorted(times, times_in_run[name]))
                 rate = float(run.rates[reading][k])
-                yield Row(
+                yield ComparisonRow(
                     quantity=f"{name} in motion",
-                    simulated=exact[name] - float(run.readings[reading][k]) / rate * speed,
-                    expected=exact[name],
+                    simulated=exact_angles[name] - float(run.readings[reading][k]) / rate * speed,
+                    expected=exact_angles[name],
                     allowed=scene.run.accuracy * run.scales[reading] * speed / abs(rate),
                     unit="rad",
                     reason="the accuracy asked of the run, at the speed with which the port's edge passes",

@@ -9,14 +9,14 @@ from collections.abc import Callable, Mapping, Sequence
 import numpy as np
 
 from governor_mechanism.errors import MechanismError, did_you_mean
-from governor_mechanism.mechanics.kinematics.assembly import Assembler
-from governor_mechanism.mechanics.kinematics.output_variables import reading_value
+from governor_mechanism.mechanics.kinematics.assembly import PositionSolver
+from governor_mechanism.mechanics.kinematics.output_variables import evaluate_output_value
 from governor_mechanism.model.scene import Scene
-from governor_mechanism.statics.speed_curve import equilibrium_speed
+from governor_mechanism.statics.speed_curve import equilibrium_speed_at
 from governor_mechanism.types import FloatArray
-from governor_mechanism.verification.report import CheckReport, Row
+from governor_mechanism.verification.report import CheckReport, ComparisonRow
 
-ALLOWED = 1e-6
+KERNEL_RELATIVE_TOLERANCE = 1e-6
 """Relative difference allowed to a kernel: far above our own error (1e-11), far below any slip in a formula."""
 
 
@@ -25,7 +25,7 @@ def check_kernel(
     kernel: Callable[..., float],
     quantity: str,
     over: Mapping[str, Sequence[float] | FloatArray],
-    allowed: float = ALLOWED,
+    allowed: float = KERNEL_RELATIVE_TOLERANCE,
 ) -> CheckReport:
     """Compare a function with the assembled mechanism over values of its leading coordinate.
 
@@ -33,22 +33,22 @@ def check_kernel(
     parameters: dimensions, `gravity`, and readings of the mechanism at each value. allowed is relative to the value
     expected (to its largest size over the values, where that is zero). Raises MechanismError for names it cannot fill.
     """
-    coordinate, values = _coordinate_values(scene, over)
-    poses = _assembled(scene, values)
-    ours, unit = _ours(scene, quantity, values, poses)
-    wanted = _parameters(kernel, _available(scene, values, poses))
-    span = float(np.max(np.abs(ours)))
+    coordinate, values = _validate_coordinate_values(scene, over)
+    poses = _assemble_poses(scene, values)
+    mechanism_values, unit = _evaluate_quantity(scene, quantity, values, poses)
+    kernel_arguments = _select_kernel_arguments(kernel, _available_arguments(scene, values, poses))
+    largest_value = float(np.max(np.abs(mechanism_values)))
     rows = []
     for index, value in enumerate(values):
-        theirs = _call(
-            kernel, {name: float(column[index]) for name, column in wanted.items()}, coordinate, float(value)
+        kernel_value = _evaluate_kernel(
+            kernel, {name: float(column[index]) for name, column in kernel_arguments.items()}, coordinate, float(value)
         )
         rows.append(
-            Row(
+            ComparisonRow(
                 quantity=f"{quantity} at {coordinate} = {value:.6g}",
-                simulated=float(ours[index]),
-                expected=theirs,
-                allowed=allowed * (abs(float(ours[index])) or span),
+                simulated=float(mechanism_values[index]),
+                expected=kernel_value,
+                allowed=allowed * (abs(float(mechanism_values[index])) or largest_value),
                 unit=unit,
                 reason="asked for",
             )
@@ -56,7 +56,9 @@ def check_kernel(
     return CheckReport(title=scene.title, against=getattr(kernel, "__name__", "kernel"), rows=tuple(rows))
 
 
-def _coordinate_values(scene: Scene, over: Mapping[str, Sequence[float] | FloatArray]) -> tuple[str, FloatArray]:
+def _validate_coordinate_values(
+    scene: Scene, over: Mapping[str, Sequence[float] | FloatArray]
+) -> tuple[str, FloatArray]:
     coordinate = scene.part.mechanism.coordinate
     if list(over) != [coordinate]:
         raise MechanismError(f"`over` must give values of {coordinate!r}, the leading coordinate; got {list(over)}")
@@ -71,54 +73,60 @@ def _coordinate_values(scene: Scene, over: Mapping[str, Sequence[float] | FloatA
     for limit in scene.part.mechanism.limits:
         outside = values[(values <= limit.low) | (values >= limit.high)]
         if limit.reading == coordinate and outside.size:
-            where = f"{limit.low:.6g} to {limit.high:.6g} in SI"
-            raise MechanismError(f"{coordinate} = {outside[0]:.6g} lies outside the travel, {where}")
+            range_text = f"{limit.low:.6g} to {limit.high:.6g} in SI"
+            raise MechanismError(f"{coordinate} = {outside[0]:.6g} lies outside the travel, {range_text}")
     return coordinate, values
 
 
-def _assembled(scene: Scene, values: FloatArray) -> FloatArray:
-    assembler = Assembler(scene.part.mechanism)
+def _assemble_poses(scene: Scene, values: FloatArray) -> FloatArray:
+    assembler = PositionSolver(scene.part.mechanism)
     poses: list[FloatArray] = []
     for value in values:
-        poses.append(assembler.poses(float(value), near=poses[-1] if poses else None))
+        poses.append(assembler.solve_at_coordinate(float(value), guess=poses[-1] if poses else None))
     return np.array(poses)
 
 
-def _ours(scene: Scene, quantity: str, values: FloatArray, poses: FloatArray) -> tuple[FloatArray, str]:
+def _evaluate_quantity(scene: Scene, quantity: str, values: FloatArray, poses: FloatArray) -> tuple[FloatArray, str]:
     if quantity == "equilibrium_speed":
-        return equilibrium_speed(scene, values), "rad/s"
+        return equilibrium_speed_at(scene, values), "rad/s"
     mechanism = scene.part.mechanism
     names = [reading.name for reading in mechanism.readings]
     if quantity not in names:
         known = ["equilibrium_speed", *names]
         raise MechanismError(f"no quantity {quantity!r} to check; known are {known}.{did_you_mean(quantity, known)}")
     unit = "rad" if mechanism.reading(quantity).quantity == "angle" else "m"
-    return reading_value(mechanism, quantity, poses), unit
+    return evaluate_output_value(mechanism, quantity, poses), unit
 
 
-def _available(scene: Scene, values: FloatArray, poses: FloatArray) -> dict[str, FloatArray]:
+def _available_arguments(scene: Scene, values: FloatArray, poses: FloatArray) -> dict[str, FloatArray]:
     columns = {name: np.full(values.shape, number) for name, number in scene.part.dimensions.items()}
     columns["gravity"] = np.full(values.shape, scene.gravity)
     mechanism = scene.part.mechanism
-    return columns | {reading.name: reading_value(mechanism, reading.name, poses) for reading in mechanism.readings}
+    return columns | {
+        reading.name: evaluate_output_value(mechanism, reading.name, poses) for reading in mechanism.readings
+    }
 
 
-def _parameters(kernel: Callable[..., float], available: Mapping[str, FloatArray]) -> dict[str, FloatArray]:
-    wanted = {}
+def _select_kernel_arguments(
+    kernel: Callable[..., float], available: Mapping[str, FloatArray]
+) -> dict[str, FloatArray]:
+    selected = {}
     for name, parameter in inspect.signature(kernel).parameters.items():
         if parameter.kind in (parameter.VAR_POSITIONAL, parameter.VAR_KEYWORD, parameter.POSITIONAL_ONLY):
             raise MechanismError(
                 f"the kernel's parameter {name!r} has no name to fill it by; write plain named parameters"
             )
         if name in available:
-            wanted[name] = available[name]
+            selected[name] = available[name]
         elif parameter.default is parameter.empty:
             known = sorted(available)
             raise MechanismError(f"the kernel asks for {name!r}; it can have {known}.{did_you_mean(name, known)}")
-    return wanted
+    return selected
 
 
-def _call(kernel: Callable[..., float], arguments: Mapping[str, float], coordinate: str, value: float) -> float:
+def _evaluate_kernel(
+    kernel: Callable[..., float], arguments: Mapping[str, float], coordinate: str, value: float
+) -> float:
     """The kernel's value; what is not one real number fails its row instead of stopping the others."""
     try:
         result = np.asarray(kernel(**arguments))

@@ -12,37 +12,39 @@ from collections.abc import Callable
 import numpy as np
 from numpy.typing import NDArray
 
-from governor_mechanism.closed_form.arguments import Number, checked, refuse_where
+from governor_mechanism.closed_form.arguments import FloatOrArray, raise_where, validate_argument
 from governor_mechanism.closed_form.pendulum.kinematics import (
+    LinkageGeometry,
     PendulumGovernor,
-    Position,
-    position,
-    potential_slopes,
-    spindle_slopes,
+    evaluate_geometry,
+    potential_derivatives,
+    spindle_inertia_derivatives,
 )
 from governor_mechanism.errors import MechanismError
 from governor_mechanism.types import FloatArray
 
 
-def balanced_squared(governor: PendulumGovernor, at: Position, moment: FloatArray) -> FloatArray:
+def squared_balance_speed(governor: PendulumGovernor, geometry: LinkageGeometry, moment: FloatArray) -> FloatArray:
     """The square of the spindle speed whose centrifugal pull holds `moment` (N m) on the arms."""
-    shown = ("arm_angle", np.degrees(at.angle), "deg")
-    clear = math.degrees(math.asin(max(-1.0, -governor.offset / governor.arm))) + 0.0  # no -0
-    sentence = "the ball stands on the spindle axis or beyond it: no speed balances it"
-    refuse_where(at.ball <= 0, sentence, shown, cure=f"keep arm_angle above {clear:g} deg")
-    lever = spindle_slopes(governor, at)[0]
-    sentence = "the centrifugal pull on balls and rods does not raise the arms: no speed balances them"
-    refuse_where(lever <= 0, sentence, shown, cure="open the arms further")
-    sentence = "no real equilibrium speed: weight and centrifugal pull turn the arms the same way"
-    refuse_where(moment < 0, sentence, shown, cure="open the arms further")
-    return 2 * moment / lever
+    shown = ("arm_angle", np.degrees(geometry.angle), "deg")
+    min_arm_angle_deg = math.degrees(math.asin(max(-1.0, -governor.offset / governor.arm))) + 0.0  # no -0
+    message = "the ball stands on the spindle axis or beyond it: no speed balances it"
+    raise_where(geometry.ball_radius <= 0, message, shown, hint=f"keep arm_angle above {min_arm_angle_deg:g} deg")
+    inertia_derivative = spindle_inertia_derivatives(governor, geometry)[0]
+    message = "the centrifugal pull on balls and rods does not raise the arms: no speed balances them"
+    raise_where(inertia_derivative <= 0, message, shown, hint="open the arms further")
+    message = "no real equilibrium speed: weight and centrifugal pull turn the arms the same way"
+    raise_where(moment < 0, message, shown, hint="open the arms further")
+    return 2 * moment / inertia_derivative
 
 
-def squared_speed(governor: PendulumGovernor, at: Position, spindle_speed: Number | None) -> FloatArray:
+def squared_given_or_equilibrium_speed(
+    governor: PendulumGovernor, geometry: LinkageGeometry, spindle_speed: FloatOrArray | None
+) -> FloatArray:
     """The square of the speed given, or of the equilibrium speed when none is given."""
     if spindle_speed is None:
-        return balanced_squared(governor, at, potential_slopes(governor, at)[0])
-    return checked(spindle_speed, "spindle_speed", "rad/s") ** 2
+        return squared_balance_speed(governor, geometry, potential_derivatives(governor, geometry)[0])
+    return validate_argument(spindle_speed, "spindle_speed", "rad/s") ** 2
 
 
 def equilibrium_angles(
@@ -55,65 +57,79 @@ def equilibrium_angles(
     The array is empty when no angle balances. Raises MechanismError unless lowest < highest.
     Limit: an equilibrium whose speed curve turns twice within 1/500 of the travel may be overlooked.
     """
-    speed = checked(spindle_speed, "spindle_speed", "rad/s")
-    low, high = checked(lowest, "lowest", "rad"), checked(highest, "highest", "rad")
+    speed = validate_argument(spindle_speed, "spindle_speed", "rad/s")
+    low, high = validate_argument(lowest, "lowest", "rad"), validate_argument(highest, "highest", "rad")
     if speed.ndim or low.ndim or high.ndim:
         raise MechanismError("spindle_speed, lowest and highest must each be one number")
     ends = (("lowest", np.degrees(low), "deg"), ("highest", np.degrees(high), "deg"))
-    refuse_where(low >= high, "lowest must lie below highest", *ends)
+    raise_where(low >= high, "lowest must lie below highest", *ends)
     grid = _travel_grid(governor, float(low), float(high))
     if grid.size == 0:
         return grid
-    turns = _roots_between(lambda angle: _balance(governor, speed, angle)[1], grid)
-    knots = np.unique(np.concatenate([grid, turns]))
-    moment, _, noise = _balance(governor, speed, knots)
-    touching = np.abs(moment) <= noise
-    crossing = _roots_between(lambda angle: _balance(governor, speed, angle)[0], knots, skip=touching)
-    runs = np.split(np.flatnonzero(touching), np.flatnonzero(np.diff(np.flatnonzero(touching)) > 1) + 1)
-    closest = [run[np.argmin(np.abs(moment[run]))] for run in runs if run.size]
-    found: FloatArray = np.sort(np.concatenate([knots[np.array(closest, dtype=np.intp)], crossing]))
-    return found[spindle_slopes(governor, position(governor, found))[0] > 0] if found.size else found
+    turning_points = _bisect_between(lambda angle: _moment_balance(governor, speed, angle)[1], grid)
+    knots = np.unique(np.concatenate([grid, turning_points]))
+    moment, _, noise = _moment_balance(governor, speed, knots)
+    is_root = np.abs(moment) <= noise
+    bracketed_roots = _bisect_between(
+        lambda angle: _moment_balance(governor, speed, angle)[0], knots, skip_knots=is_root
+    )
+    root_groups = np.split(np.flatnonzero(is_root), np.flatnonzero(np.diff(np.flatnonzero(is_root)) > 1) + 1)
+    root_indices = [group[np.argmin(np.abs(moment[group]))] for group in root_groups if group.size]
+    angles: FloatArray = np.sort(np.concatenate([knots[np.array(root_indices, dtype=np.intp)], bracketed_roots]))
+    return (
+        angles[spindle_inertia_derivatives(governor, evaluate_geometry(governor, angles))[0] > 0]
+        if angles.size
+        else angles
+    )
 
 
-def _balance(
+def _moment_balance(
     governor: PendulumGovernor, speed: FloatArray, angle: FloatArray
 ) -> tuple[FloatArray, FloatArray, FloatArray]:
     """The moment that closes the arms, its slope and the moment that rounding can feign."""
-    at = position(governor, angle)
-    (weight, stiff), (lever, bend) = potential_slopes(governor, at), spindle_slopes(governor, at)
-    pull, slope = speed**2 * lever / 2, stiff - speed**2 * bend / 2
-    size, rounding = np.abs(weight) + np.abs(pull), 8 * np.finfo(np.float64).eps
+    geometry = evaluate_geometry(governor, angle)
+    (potential_derivative, potential_second_derivative), (inertia_derivative, inertia_second_derivative) = (
+        potential_derivatives(governor, geometry),
+        spindle_inertia_derivatives(governor, geometry),
+    )
+    centrifugal_moment, stiffness = (
+        speed**2 * inertia_derivative / 2,
+        potential_second_derivative - speed**2 * inertia_second_derivative / 2,
+    )
+    moment_scale, rounding = np.abs(potential_derivative) + np.abs(centrifugal_moment), 8 * np.finfo(np.float64).eps
     # of the moments and of the angle; the slope grows without bound where the link comes to the end of its reach
-    noise = rounding * size + np.minimum(rounding * np.abs(slope * angle), 1e-6 * size)
-    return weight - pull, slope, noise
+    noise = rounding * moment_scale + np.minimum(rounding * np.abs(stiffness * angle), 1e-6 * moment_scale)
+    return potential_derivative - centrifugal_moment, stiffness, noise
 
 
 def _travel_grid(governor: PendulumGovernor, lowest: float, highest: float) -> FloatArray:
     """Angles to scan: even over the travel and crowded at its ends, where the speed may grow without bound."""
-    apart, l1, l2 = governor.offset - governor.lug_radius, governor.joint_length, governor.link_length
-    low = math.asin(min(1.0, max(-1.0, -governor.offset / governor.arm, (-l2 - apart) / l1)))
-    high = math.asin(max(-1.0, min(1.0, (l2 - apart) / l1)))
+    radius_offset, l1, l2 = governor.offset - governor.lug_radius, governor.joint_length, governor.link_length
+    low = math.asin(min(1.0, max(-1.0, -governor.offset / governor.arm, (-l2 - radius_offset) / l1)))
+    high = math.asin(max(-1.0, min(1.0, (l2 - radius_offset) / l1)))
     low, high = max(low, lowest), min(high, highest)
-    near = (high - low) * 10.0 ** np.arange(-16, -2.5, 0.25)
-    upright = [0.0] if low <= 0.0 <= high else []
-    grid = np.unique(np.concatenate([low + near, np.linspace(low, high, 513), upright, high - near]))
-    reached = governor.is_rhombus | (np.abs((apart + l1 * np.sin(grid)) / l2) < 1.0)
-    outside_axis = governor.offset + governor.arm * np.sin(grid) > 0
-    kept: FloatArray = grid[reached & outside_axis & (np.abs(grid) < math.pi / 2)]
-    return kept if low < high else kept[:0]
+    end_spacing = (high - low) * 10.0 ** np.arange(-16, -2.5, 0.25)
+    vertical_angle = [0.0] if low <= 0.0 <= high else []
+    grid = np.unique(
+        np.concatenate([low + end_spacing, np.linspace(low, high, 513), vertical_angle, high - end_spacing])
+    )
+    is_reachable = governor.is_rhombus | (np.abs((radius_offset + l1 * np.sin(grid)) / l2) < 1.0)
+    is_outside_axis = governor.offset + governor.arm * np.sin(grid) > 0
+    valid_angles: FloatArray = grid[is_reachable & is_outside_axis & (np.abs(grid) < math.pi / 2)]
+    return valid_angles if low < high else valid_angles[:0]
 
 
-def _roots_between(
-    function: Callable[[FloatArray], FloatArray], knots: FloatArray, skip: NDArray[np.bool_] | None = None
+def _bisect_between(
+    function: Callable[[FloatArray], FloatArray], knots: FloatArray, skip_knots: NDArray[np.bool_] | None = None
 ) -> FloatArray:
     """Roots of a function monotone between knots, by bisection; knots that are roots are skipped or returned."""
     sign = np.sign(function(knots))
-    on_knot = sign == 0 if skip is None else skip
-    crossed = (sign[:-1] * sign[1:] < 0) & ~on_knot[:-1] & ~on_knot[1:]
-    low, high, low_sign = knots[:-1][crossed], knots[1:][crossed], sign[:-1][crossed]
+    on_knot = sign == 0 if skip_knots is None else skip_knots
+    has_sign_change = (sign[:-1] * sign[1:] < 0) & ~on_knot[:-1] & ~on_knot[1:]
+    low, high, low_sign = knots[:-1][has_sign_change], knots[1:][has_sign_change], sign[:-1][has_sign_change]
     for _ in range(100 if low.size else 0):
         middle = (low + high) / 2
-        before = np.sign(function(middle)) == low_sign
-        low, high = np.where(before, middle, low), np.where(before, high, middle)
+        root_above_middle = np.sign(function(middle)) == low_sign
+        low, high = np.where(root_above_middle, middle, low), np.where(root_above_middle, high, middle)
     roots = (low + high) / 2
-    return roots if skip is not None else np.concatenate([knots[on_knot], roots])
+    return roots if skip_knots is not None else np.concatenate([knots[on_knot], roots])

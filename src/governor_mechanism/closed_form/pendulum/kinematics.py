@@ -19,7 +19,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from governor_mechanism.closed_form.arguments import Number, as_given, checked, refuse_where
+from governor_mechanism.closed_form.arguments import FloatOrArray, as_scalar_or_array, raise_where, validate_argument
 from governor_mechanism.errors import MechanismError, require_finite, require_positive
 from governor_mechanism.types import FloatArray
 
@@ -95,141 +95,169 @@ class PendulumGovernor:
         return same_length and math.isclose(self.lug_radius, self.offset, rel_tol=1e-12)
 
 
-class Position(NamedTuple):
+class LinkageGeometry(NamedTuple):
     """Where one arm stands: sine and cosine of its angle, ball and joint abscissa, link, sleeve height and slopes."""
 
     angle: FloatArray
     sine: FloatArray
     cosine: FloatArray
-    ball: FloatArray
-    joint: FloatArray
+    ball_radius: FloatArray
+    joint_radius: FloatArray
     link_sine: FloatArray
     link_cosine: FloatArray
-    sleeve: FloatArray
-    sleeve_slope: FloatArray
-    sleeve_curvature: FloatArray
+    sleeve_height: FloatArray
+    sleeve_derivative: FloatArray
+    sleeve_second_derivative: FloatArray
 
 
-def position(governor: PendulumGovernor, arm_angle: Number) -> Position:
+def evaluate_geometry(governor: PendulumGovernor, arm_angle: FloatOrArray) -> LinkageGeometry:
     """The geometry at an arm angle: offset + l1 sin a = lug + l2 sin b; sleeve height and its slopes in a."""
-    angle = checked(arm_angle, "arm_angle", "rad")
+    angle = validate_argument(arm_angle, "arm_angle", "rad")
     shown = ("arm_angle", np.degrees(angle), "deg")
-    refuse_where(np.abs(angle) >= math.pi / 2, "arm_angle must lie below 90 deg and above -90 deg", shown)
+    raise_where(np.abs(angle) >= math.pi / 2, "arm_angle must lie below 90 deg and above -90 deg", shown)
     l1, l2 = governor.joint_length, governor.link_length
     s, c = np.sin(angle), np.cos(angle)
     if governor.is_rhombus:
         sb, cb = s, c
     else:
         sb = ((governor.offset - governor.lug_radius) + l1 * s) / l2
-        sentence = f"the link of {l2:g} m cannot reach from the arm joint to the sleeve lug"
-        refuse_where(np.abs(sb) >= 1, sentence, shown, cure="lengthen the link or keep the arm in its travel")
+        message = f"the link of {l2:g} m cannot reach from the arm joint to the sleeve lug"
+        raise_where(np.abs(sb) >= 1, message, shown, hint="lengthen the link or keep the arm in its travel")
         cb = np.sqrt((1.0 - sb) * (1.0 + sb))
-    tb, turn = sb / cb, l1 * c / (l2 * cb)  # tan b and db/da
-    return Position(
+    tan_b, link_angle_derivative = sb / cb, l1 * c / (l2 * cb)  # tan b and db/da
+    return LinkageGeometry(
         angle=angle,
         sine=s,
         cosine=c,
-        ball=governor.offset + governor.arm * s,
-        joint=governor.offset + l1 * s,
+        ball_radius=governor.offset + governor.arm * s,
+        joint_radius=governor.offset + l1 * s,
         link_sine=sb,
         link_cosine=cb,
-        sleeve=-(l1 * c + l2 * cb),
-        sleeve_slope=l1 * (s + c * tb),
-        sleeve_curvature=l1 * (c - s * tb + c * turn / cb**2),
+        sleeve_height=-(l1 * c + l2 * cb),
+        sleeve_derivative=l1 * (s + c * tan_b),
+        sleeve_second_derivative=l1 * (c - s * tan_b + c * link_angle_derivative / cb**2),
     )
 
 
-def potential_slopes(governor: PendulumGovernor, at: Position) -> tuple[FloatArray, FloatArray]:
+def potential_derivatives(governor: PendulumGovernor, geometry: LinkageGeometry) -> tuple[FloatArray, FloatArray]:
     """V' and V'' of the potential V."""
-    hanging = (2 * governor.ball_mass + governor.arm_mass) * governor.arm + governor.link_mass * governor.joint_length
-    lifted = governor.sleeve_mass + governor.link_mass
-    slope = governor.gravity * (hanging * at.sine + lifted * at.sleeve_slope)
-    return slope, governor.gravity * (hanging * at.cosine + lifted * at.sleeve_curvature)
+    hanging_moment = (
+        2 * governor.ball_mass + governor.arm_mass
+    ) * governor.arm + governor.link_mass * governor.joint_length
+    lifted_mass = governor.sleeve_mass + governor.link_mass
+    derivative = governor.gravity * (hanging_moment * geometry.sine + lifted_mass * geometry.sleeve_derivative)
+    return derivative, governor.gravity * (
+        hanging_moment * geometry.cosine + lifted_mass * geometry.sleeve_second_derivative
+    )
 
 
-def spindle_slopes(governor: PendulumGovernor, at: Position) -> tuple[FloatArray, FloatArray]:
+def spindle_inertia_derivatives(governor: PendulumGovernor, geometry: LinkageGeometry) -> tuple[FloatArray, FloatArray]:
     """J' and J'' of the moment of inertia J about the spindle."""
     m, mu, ml = governor.ball_mass, governor.arm_mass, governor.link_mass
     l, l1, e = governor.arm, governor.joint_length, governor.offset  # noqa: E741
-    per_cosine = 4 * m * l * at.ball + 2 * mu * l * (e + 2 * l * at.sine / 3)
-    per_cosine = per_cosine + 2 * ml * l1 * (2 * at.joint + governor.lug_radius) / 3
-    bend = 4 * m * l**2 + 4 * (mu * l**2 + ml * l1**2) / 3
-    return per_cosine * at.cosine, bend * at.cosine**2 - per_cosine * at.sine
+    cosine_coefficient = 4 * m * l * geometry.ball_radius + 2 * mu * l * (e + 2 * l * geometry.sine / 3)
+    cosine_coefficient = cosine_coefficient + 2 * ml * l1 * (2 * geometry.joint_radius + governor.lug_radius) / 3
+    squared_cosine_coefficient = 4 * m * l**2 + 4 * (mu * l**2 + ml * l1**2) / 3
+    return (
+        cosine_coefficient * geometry.cosine,
+        squared_cosine_coefficient * geometry.cosine** 2 - cosine_coefficient * geometry.sine,
+    )
 
 
-def in_plane(governor: PendulumGovernor, at: Position) -> tuple[FloatArray, FloatArray]:
+def in_plane_inertia_and_derivative(
+    governor: PendulumGovernor, geometry: LinkageGeometry
+) -> tuple[FloatArray, FloatArray]:
     """I and I' of the in-plane inertia I, kinetic energy I a'^2 / 2."""
-    l1, slope, curvature = governor.joint_length, at.sleeve_slope, at.sleeve_curvature
+    l1, sleeve_derivative, sleeve_second_derivative = (
+        governor.joint_length,
+        geometry.sleeve_derivative,
+        geometry.sleeve_second_derivative,
+    )
     m, mu, ml, ms = governor.ball_mass, governor.arm_mass, governor.link_mass, governor.sleeve_mass
-    fixed = 2 * (m + mu / 3) * governor.arm**2 + 2 * governor.ball_inertia
-    inertia = fixed + ms * slope**2 + 2 * ml * (l1**2 + l1 * at.sine * slope + slope**2) / 3
-    link_change = l1 * (at.cosine * slope + at.sine * curvature) + 2 * slope * curvature
-    return inertia, 2 * ms * slope * curvature + 2 * ml * link_change / 3
+    constant_inertia = 2 * (m + mu / 3) * governor.arm**2 + 2 * governor.ball_inertia
+    inertia = (
+        constant_inertia
+        + ms * sleeve_derivative**2
+        + 2 * ml * (l1**2 + l1 * geometry.sine * sleeve_derivative + sleeve_derivative**2) / 3
+    )
+    link_term_derivative = (
+        l1 * (geometry.cosine * sleeve_derivative + geometry.sine * sleeve_second_derivative)
+        + 2 * sleeve_derivative * sleeve_second_derivative
+    )
+    return inertia, 2 * ms * sleeve_derivative * sleeve_second_derivative + 2 * ml * link_term_derivative / 3
 
 
-def ball_radius(governor: PendulumGovernor, *, arm_angle: Number) -> Number:
+def ball_radius(governor: PendulumGovernor, *, arm_angle: FloatOrArray) -> FloatOrArray:
     """Distance x = e + l sin a of the ball centre from the axis (m); negative beyond the axis (Zehnder)."""
-    return as_given(position(governor, arm_angle).ball)
+    return as_scalar_or_array(evaluate_geometry(governor, arm_angle).ball_radius)
 
 
-def sleeve_height(governor: PendulumGovernor, *, arm_angle: Number) -> Number:
+def sleeve_height(governor: PendulumGovernor, *, arm_angle: FloatOrArray) -> FloatOrArray:
     """Height of the sleeve lug (m), -(l1 cos a + l2 cos b): negative, below the suspension; grows as the arms open."""
-    return as_given(position(governor, arm_angle).sleeve)
+    return as_scalar_or_array(evaluate_geometry(governor, arm_angle).sleeve_height)
 
 
-def sleeve_height_slope(governor: PendulumGovernor, *, arm_angle: Number) -> Number:
+def sleeve_height_derivative(governor: PendulumGovernor, *, arm_angle: FloatOrArray) -> FloatOrArray:
     """Rise of the sleeve per arm angle (m/rad), l1 (sin a + cos a tan b); 2 l sin a in the rhombus."""
-    return as_given(position(governor, arm_angle).sleeve_slope)
+    return as_scalar_or_array(evaluate_geometry(governor, arm_angle).sleeve_derivative)
 
 
-def link_angle(governor: PendulumGovernor, *, arm_angle: Number) -> Number:
+def link_angle(governor: PendulumGovernor, *, arm_angle: FloatOrArray) -> FloatOrArray:
     """Angle b of the link from the vertical (rad), positive when its joint is further out than the lug."""
-    at = position(governor, arm_angle)
-    return as_given(at.angle if governor.is_rhombus else np.arctan2(at.link_sine, at.link_cosine))
+    geometry = evaluate_geometry(governor, arm_angle)
+    return as_scalar_or_array(
+        geometry.angle if governor.is_rhombus else np.arctan2(geometry.link_sine, geometry.link_cosine)
+    )
 
 
-def potential(governor: PendulumGovernor, *, arm_angle: Number) -> Number:
+def gravitational_potential(governor: PendulumGovernor, *, arm_angle: FloatOrArray) -> FloatOrArray:
     """Potential V (J) of all weights, zero at the height of the suspension; -2 (M + m_s) g l cos a in the rhombus."""
-    at = position(governor, arm_angle)
-    hanging = (2 * governor.ball_mass + governor.arm_mass) * governor.arm + governor.link_mass * governor.joint_length
-    lifted = governor.sleeve_mass + governor.link_mass
-    return as_given(governor.gravity * (lifted * at.sleeve - hanging * at.cosine))
+    geometry = evaluate_geometry(governor, arm_angle)
+    hanging_moment = (
+        2 * governor.ball_mass + governor.arm_mass
+    ) * governor.arm + governor.link_mass * governor.joint_length
+    lifted_mass = governor.sleeve_mass + governor.link_mass
+    return as_scalar_or_array(
+        governor.gravity * (lifted_mass * geometry.sleeve_height - hanging_moment * geometry.cosine)
+    )
 
 
-def potential_slope(governor: PendulumGovernor, *, arm_angle: Number) -> Number:
+def potential_derivative(governor: PendulumGovernor, *, arm_angle: FloatOrArray) -> FloatOrArray:
     """V' (N m per rad): moment that the weights set against the opening of the arms."""
-    return as_given(potential_slopes(governor, position(governor, arm_angle))[0])
+    return as_scalar_or_array(potential_derivatives(governor, evaluate_geometry(governor, arm_angle))[0])
 
 
-def potential_curvature(governor: PendulumGovernor, *, arm_angle: Number) -> Number:
+def potential_second_derivative(governor: PendulumGovernor, *, arm_angle: FloatOrArray) -> FloatOrArray:
     """V'' (N m per rad^2): the derivative of potential_slope in the arm angle."""
-    return as_given(potential_slopes(governor, position(governor, arm_angle))[1])
+    return as_scalar_or_array(potential_derivatives(governor, evaluate_geometry(governor, arm_angle))[1])
 
 
-def spindle_inertia(governor: PendulumGovernor, *, arm_angle: Number) -> Number:
+def spindle_inertia(governor: PendulumGovernor, *, arm_angle: FloatOrArray) -> FloatOrArray:
     """Moment of inertia J (kg m2) of balls and rods about the spindle; 2 M x^2 without rod masses and ball_inertia."""
-    at = position(governor, arm_angle)
-    lug, e, along = governor.lug_radius, governor.offset, governor.arm * at.sine
-    arms = 2 * governor.arm_mass * (e**2 + e * along + along**2 / 3)
-    links = 2 * governor.link_mass * (at.joint**2 + at.joint * lug + lug**2) / 3
-    return as_given(2 * governor.ball_mass * at.ball**2 + arms + links + 2 * governor.ball_inertia)
+    geometry = evaluate_geometry(governor, arm_angle)
+    lug_radius, offset, radial_extent = governor.lug_radius, governor.offset, governor.arm * geometry.sine
+    arms = 2 * governor.arm_mass * (offset**2 + offset * radial_extent + radial_extent**2 / 3)
+    links = 2 * governor.link_mass * (geometry.joint_radius**2 + geometry.joint_radius * lug_radius + lug_radius**2) / 3
+    return as_scalar_or_array(
+        2 * governor.ball_mass * geometry.ball_radius**2 + arms + links + 2 * governor.ball_inertia
+    )
 
 
-def spindle_inertia_slope(governor: PendulumGovernor, *, arm_angle: Number) -> Number:
+def spindle_inertia_derivative(governor: PendulumGovernor, *, arm_angle: FloatOrArray) -> FloatOrArray:
     """J' (kg m2 per rad): the derivative of spindle_inertia; 4 M x l cos a without rod masses."""
-    return as_given(spindle_slopes(governor, position(governor, arm_angle))[0])
+    return as_scalar_or_array(spindle_inertia_derivatives(governor, evaluate_geometry(governor, arm_angle))[0])
 
 
-def spindle_inertia_curvature(governor: PendulumGovernor, *, arm_angle: Number) -> Number:
+def spindle_inertia_second_derivative(governor: PendulumGovernor, *, arm_angle: FloatOrArray) -> FloatOrArray:
     """J'' (kg m2 per rad^2): the derivative of spindle_inertia_slope in the arm angle."""
-    return as_given(spindle_slopes(governor, position(governor, arm_angle))[1])
+    return as_scalar_or_array(spindle_inertia_derivatives(governor, evaluate_geometry(governor, arm_angle))[1])
 
 
-def in_plane_inertia(governor: PendulumGovernor, *, arm_angle: Number) -> Number:
+def in_plane_inertia(governor: PendulumGovernor, *, arm_angle: FloatOrArray) -> FloatOrArray:
     """Inertia I (kg m2) of the motion in the arms' plane, energy I a'^2 / 2; 2 M l^2 + m_s z'^2 without rod masses."""
-    return as_given(in_plane(governor, position(governor, arm_angle))[0])
+    return as_scalar_or_array(in_plane_inertia_and_derivative(governor, evaluate_geometry(governor, arm_angle))[0])
 
 
-def in_plane_inertia_slope(governor: PendulumGovernor, *, arm_angle: Number) -> Number:
+def in_plane_inertia_derivative(governor: PendulumGovernor, *, arm_angle: FloatOrArray) -> FloatOrArray:
     """I' (kg m2 per rad): the derivative of in_plane_inertia in the arm angle."""
-    return as_given(in_plane(governor, position(governor, arm_angle))[1])
+    return as_scalar_or_array(in_plane_inertia_and_derivative(governor, evaluate_geometry(governor, arm_angle))[1])

@@ -5,204 +5,254 @@ from __future__ import annotations
 import math
 from collections.abc import Callable
 
-from governor_mechanism.engines.impulse.staggered_stepper import Walk
-from governor_mechanism.engines.impulse.step_records import Happening, Sight, beyond, turned
-from governor_mechanism.mechanics.contact.tolerances import STANDING, STILL, TOUCHING
-from governor_mechanism.mechanics.dynamics.contacts import Mode, keepers_of, springs_of
-from governor_mechanism.mechanics.dynamics.lowering import acted_on
+from governor_mechanism.engines.impulse.staggered_stepper import StaggeredStepper
+from governor_mechanism.engines.impulse.step_records import (
+    DetectedEvent,
+    StepObservation,
+    make_level_function,
+    make_reversal_function,
+)
+from governor_mechanism.mechanics.contact.tolerances import CONTACT_TOLERANCE, REST_TOLERANCE, STICTION_RATE_TOLERANCE
+from governor_mechanism.mechanics.dynamics.contacts import ContactMode, contacts_of, output_springs_of
+from governor_mechanism.mechanics.dynamics.lowering import forced_output_names
 from governor_mechanism.model.events import LEAVES, PULLS, RESTS, SLACKENS, SLIPS, STICKS, STRIKES, Event
 from governor_mechanism.model.scene import Scene
 
-MOVES = 10.0
+RELEASE_RATE_FACTOR = 10.0
 """How many times faster than that it must be for what friction and a stop held together to have been let go: what
 either of them bears is the joint solver's choice.
 """
 
-BRIEF = 0.06
+MIN_STICK_FRACTION = 0.06
 """Of a step: what sticks for less has turned, and is driven on: a hold is known to be too weak only as it is moved."""
 
 
-class Keeping:
+class ContactModeTracker:
     """The keepers of one scene on a walk, the joints that may hold them, and its one-sided springs.
 
     second (s) is the time scale. events is what happened; slipped (s) when something was let go last.
     """
 
-    def __init__(self, scene: Scene, walk: Walk, second: float) -> None:
-        mechanism, names = scene.part.mechanism, acted_on(scene)
-        self._walk, self._acting, self._second = walk, walk.acting, second
-        self.keepers = keepers_of(scene)
-        self.at = [names.index(keeper.reading) for keeper in self.keepers]
-        self.sizes = [1.0 if mechanism.reading(name).quantity == "angle" else mechanism.size for name in names]
-        self._springs = [spring for spring in springs_of(scene) if spring.one_sided]
-        self._spring_at = [names.index(spring.reading) for spring in self._springs]
-        self.holds = [
-            walk.assembly.hold(k, at, "dry friction" if keeper.friction else "stops", keeper.reading)
-            for k, (keeper, at) in enumerate(zip(self.keepers, self.at, strict=True))
+    def __init__(self, scene: Scene, stepper: StaggeredStepper, time_scale: float) -> None:
+        mechanism, names = scene.part.mechanism, forced_output_names(scene)
+        self._stepper, self._output_forces, self._time_scale = stepper, stepper.output_forces, time_scale
+        self.contacts = contacts_of(scene)
+        self.contact_outputs = [names.index(contact.output_name) for contact in self.contacts]
+        self.coordinate_scales = [
+            1.0 if mechanism.reading(name).quantity == "angle" else mechanism.length_scale for name in names
         ]
-        self.events, self.slipped = list[Event](), -math.inf
-        self._told = list[float | None]()
-        walk.acting.taut = [
-            self._pulls(walk.value(at) - spring.free, at)
-            for spring, at in zip(self._springs, self._spring_at, strict=True)
+        self._springs = [spring for spring in output_springs_of(scene) if spring.one_sided]
+        self._spring_outputs = [names.index(spring.reading) for spring in self._springs]
+        self.constraints = [
+            stepper.model.make_contact_constraint(
+                k, output, "dry friction" if contact.friction else "stops", contact.output_name
+            )
+            for k, (contact, output) in enumerate(zip(self.contacts, self.contact_outputs, strict=True))
         ]
-        for k, keeper in enumerate(self.keepers):
-            rate = walk.rate(self.at[k])
-            if abs(rate) <= self.still(k):
-                self.stand(k, self.side(k))
-            elif keeper.friction is not None:
-                walk.acting.sliding[k] = int(math.copysign(1.0, rate))
+        self.events, self.last_release_time = list[Event](), -math.inf
+        self._reported_holds = list[float | None]()
+        stepper.output_forces.is_taut = [
+            self._is_taut(stepper.output_value(output) - spring.free_value, output)
+            for spring, output in zip(self._springs, self._spring_outputs, strict=True)
+        ]
+        for k, contact in enumerate(self.contacts):
+            rate = stepper.output_rate(self.contact_outputs[k])
+            if abs(rate) <= self.stiction_rate(k):
+                self.hold(k, self.active_stop(k))
+            elif contact.friction is not None:
+                stepper.output_forces.sliding_directions[k] = int(math.copysign(1.0, rate))
 
     @property
-    def mode(self) -> Mode:
+    def mode(self) -> ContactMode:
         """How everything stands."""
-        held = tuple(self._held(k) for k in range(len(self.keepers)))
-        return Mode(held, tuple(self._acting.sliding), tuple(self._acting.taut or ()))
+        held_values = tuple(self._held_value(k) for k in range(len(self.contacts)))
+        return ContactMode(
+            held_values, tuple(self._output_forces.sliding_directions), tuple(self._output_forces.is_taut or ())
+        )
 
-    def happenings(self, sight: Sight) -> list[Happening]:
+    def detect_events(self, observation: StepObservation) -> list[DetectedEvent]:
         """What a step has gone beyond."""
-        found = list[Happening]()
-        for k, (keeper, hold, at) in enumerate(zip(self.keepers, self.holds, self.at, strict=True)):
-            sign, way = self._acting.sliding[k], self.lets_go(k, float(sight.after[at]))
-            if way:
-                excess = self._freed(k, way) if hold.side else self._overload(k)
-                found.append(Happening(LEAVES if hold.side else SLIPS, k, excess, -1.0, way))
-            elif sign and sign * float(sight.rates[at]) <= 0.0:
-                found.append(Happening(STICKS, k, turned(at, sign), -sign * self._walk.rate(at)))
-            if hold.side or hold.held is not None:
+        detected = list[DetectedEvent]()
+        for k, (contact, constraint, output) in enumerate(
+            zip(self.contacts, self.constraints, self.contact_outputs, strict=True)
+        ):
+            sliding_direction, direction = (
+                self._output_forces.sliding_directions[k],
+                self.release_direction(k, float(observation.rates_after_kick[output])),
+            )
+            if direction:
+                event_function = (
+                    self._make_leave_function(k, direction) if constraint.stop_side else self._make_slip_function(k)
+                )
+                detected.append(
+                    DetectedEvent(LEAVES if constraint.stop_side else SLIPS, k, event_function, -1.0, direction)
+                )
+            elif sliding_direction and sliding_direction * float(observation.rates[output]) <= 0.0:
+                detected.append(
+                    DetectedEvent(
+                        STICKS,
+                        k,
+                        make_reversal_function(output, sliding_direction),
+                        -sliding_direction * self._stepper.output_rate(output),
+                    )
+                )
+            if constraint.stop_side or constraint.held_value is not None:
                 continue
-            for side, end in ((1, keeper.high), (-1, keeper.low)):
-                if side * (float(sight.values[at]) - end) > 0.0:
-                    before = side * (self._walk.value(at) - end)
-                    found.append(Happening(STRIKES, k, beyond(at, side, end), before, side))
-        for k, (spring, at) in enumerate(zip(self._springs, self._spring_at, strict=True)):
-            way = -1 if self._acting.taut and self._acting.taut[k] else 1
-            if way * (float(sight.values[at]) - spring.free) > 0.0:
-                past = way * (self._walk.value(at) - spring.free)
-                found.append(Happening(PULLS, k, beyond(at, way, spring.free), past, way))
-        return found
+            for side, stop_value in ((1, contact.high), (-1, contact.low)):
+                if side * (float(observation.values[output]) - stop_value) > 0.0:
+                    initial_value = side * (self._stepper.output_value(output) - stop_value)
+                    detected.append(
+                        DetectedEvent(STRIKES, k, make_level_function(output, side, stop_value), initial_value, side)
+                    )
+        for k, (spring, output) in enumerate(zip(self._springs, self._spring_outputs, strict=True)):
+            direction = -1 if self._output_forces.is_taut and self._output_forces.is_taut[k] else 1
+            if direction * (float(observation.values[output]) - spring.free_value) > 0.0:
+                initial_stretch = direction * (self._stepper.output_value(output) - spring.free_value)
+                detected.append(
+                    DetectedEvent(
+                        PULLS, k, make_level_function(output, direction, spring.free_value), initial_stretch, direction
+                    )
+                )
+        return detected
 
-    def let(self, happening: Happening) -> None:
+    def apply_transition(self, event: DetectedEvent) -> None:
         """Change how a keeper or a spring stands; a strike waits until the joints have been closed."""
-        k, acting = happening.which, self._acting
-        if happening.kind == PULLS:
-            assert acting.taut is not None
-            acting.taut[k] = happening.way > 0
-            kind = PULLS if acting.taut[k] else SLACKENS
-            self.events.append(Event(time=self._walk.here.time, kind=kind, subject=self._springs[k].reading))
-        elif happening.kind == STICKS:
-            self.stand(k, 0)
-        elif happening.kind in (SLIPS, LEAVES):
-            self.slide(k, happening.way)
+        k, output_forces = event.index, self._output_forces
+        if event.kind == PULLS:
+            assert output_forces.is_taut is not None
+            output_forces.is_taut[k] = event.direction > 0
+            kind = PULLS if output_forces.is_taut[k] else SLACKENS
+            self.events.append(Event(time=self._stepper.state.time, kind=kind, subject=self._springs[k].reading))
+        elif event.kind == STICKS:
+            self.hold(k, 0)
+        elif event.kind in (SLIPS, LEAVES):
+            self.release(k, event.direction)
 
-    def stand(self, k: int, side: int) -> None:
+    def hold(self, k: int, side: int) -> None:
         """Hold a keeper where it is, or at its stop of that side."""
-        keeper, hold = self.keepers[k], self.holds[k]
-        hold.side, hold.end = side, keeper.high if side > 0 else keeper.low
-        here = self._walk.value(self.at[k])
-        hold.held = None if keeper.friction is None else hold.end if side else here
-        self._acting.sliding[k] = 0
+        contact, constraint = self.contacts[k], self.constraints[k]
+        constraint.stop_side, constraint.stop_value = side, contact.high if side > 0 else contact.low
+        value = self._stepper.output_value(self.contact_outputs[k])
+        constraint.held_value = None if contact.friction is None else constraint.stop_value if side else value
+        self._output_forces.sliding_directions[k] = 0
 
-    def slide(self, k: int, way: int) -> None:
+    def release(self, k: int, direction: int) -> None:
         """Let go of a keeper, which begins to move that way; not into a stop that it rests at."""
-        hold = self.holds[k]
-        if hold.side and hold.side == way:
+        constraint = self.constraints[k]
+        if constraint.stop_side and constraint.stop_side == direction:
             return
-        hold.side, hold.held, self.slipped = 0, None, self._walk.here.time
-        self._acting.sliding[k] = way if self.keepers[k].friction is not None else 0
+        constraint.stop_side, constraint.held_value, self.last_release_time = 0, None, self._stepper.state.time
+        self._output_forces.sliding_directions[k] = direction if self.contacts[k].friction is not None else 0
 
-    def follow_rates(self) -> None:
+    def update_sliding_directions(self) -> None:
         """After a throw friction opposes the motion that there is now."""
-        for k, (keeper, hold, at) in enumerate(zip(self.keepers, self.holds, self.at, strict=True)):
-            if keeper.friction is None or hold.side:
+        for k, (contact, constraint, output) in enumerate(
+            zip(self.contacts, self.constraints, self.contact_outputs, strict=True)
+        ):
+            if contact.friction is None or constraint.stop_side:
                 continue
-            rate = self._walk.rate(at)
-            if abs(rate) > self.still(k):
-                self.slide(k, int(math.copysign(1.0, rate)))
-            elif hold.held is None:
-                self.stand(k, 0)
+            rate = self._stepper.output_rate(output)
+            if abs(rate) > self.stiction_rate(k):
+                self.release(k, int(math.copysign(1.0, rate)))
+            elif constraint.held_value is None:
+                self.hold(k, 0)
 
-    def lets_go(self, k: int, rate: float) -> int:
+    def release_direction(self, k: int, rate: float) -> int:
         """Which way what was held moves at the rate right after a kick; 0 where it is still held, or was not."""
-        hold = self.holds[k]
-        shared = MOVES if hold.side and hold.held is not None else 1.0
-        if self._held(k) is None or abs(rate) <= shared * self.still(k):
+        constraint = self.constraints[k]
+        rate_factor = RELEASE_RATE_FACTOR if constraint.stop_side and constraint.held_value is not None else 1.0
+        if self._held_value(k) is None or abs(rate) <= rate_factor * self.stiction_rate(k):
             return 0
-        way = int(math.copysign(1.0, rate))
-        if hold.side and (way == hold.side or hold.push > 0.0):
+        direction = int(math.copysign(1.0, rate))
+        if constraint.stop_side and (direction == constraint.stop_side or constraint.stop_force > 0.0):
             return 0
-        return way if hold.held is None or hold.saturated else 0
+        return direction if constraint.held_value is None or constraint.is_saturated else 0
 
-    def tell(self, rest_at: dict[int, float]) -> None:
+    def record_transitions(self, rest_times: dict[int, float]) -> None:
         """Note what has come to be held, or is held no more; rest_at (s) is when the bounces of some will be over."""
-        now = [self._held(k) for k in range(len(self.keepers))]
-        for k, (keeper, was, is_) in enumerate(zip(self.keepers, self._told, now, strict=False)):
-            if (was is None) == (is_ is None):
+        held_values = [self._held_value(k) for k in range(len(self.contacts))]
+        for k, (contact, previous, current) in enumerate(
+            zip(self.contacts, self._reported_holds, held_values, strict=False)
+        ):
+            if (previous is None) == (current is None):
                 continue
-            at_stop = (was if is_ is None else is_) in (keeper.low, keeper.high)
-            begun, ended = (RESTS, LEAVES) if at_stop else (STICKS, SLIPS)
-            time = rest_at.get(k, self._walk.here.time)
-            kind = ended if is_ is None else begun
-            if kind != SLIPS or not self._stuck_briefly(keeper.reading):
-                self.events.append(Event(time=time, kind=kind, subject=keeper.reading))
-        self._told = now
-        self._walk.holding = bool(self.resting())
+            at_stop = (previous if current is None else current) in (contact.low, contact.high)
+            start_kind, end_kind = (RESTS, LEAVES) if at_stop else (STICKS, SLIPS)
+            time = rest_times.get(k, self._stepper.state.time)
+            kind = end_kind if current is None else start_kind
+            if kind != SLIPS or not self._cancel_brief_stick(contact.output_name):
+                self.events.append(Event(time=time, kind=kind, subject=contact.output_name))
+        self._reported_holds = held_values
+        self._stepper.is_holding = bool(self.held_rates())
 
-    def _stuck_briefly(self, reading: str) -> bool:
+    def _cancel_brief_stick(self, reading: str) -> bool:
         """Whether what slips now had only turned, there or at the start; then that it stuck is told no more."""
-        brief = BRIEF * self._walk.stepped
-        for at in reversed(range(len(self.events))):
-            event = self.events[at]
+        min_duration = MIN_STICK_FRACTION * self._stepper.last_h
+        for index in reversed(range(len(self.events))):
+            event = self.events[index]
             if event.subject == reading:
-                turned = event.kind == STICKS and self._walk.here.time - event.time <= brief
-                if turned:
-                    del self.events[at]
-                return turned
-        return self._walk.here.time <= brief
+                only_reversed = event.kind == STICKS and self._stepper.state.time - event.time <= min_duration
+                if only_reversed:
+                    del self.events[index]
+                return only_reversed
+        return self._stepper.state.time <= min_duration
 
-    def resting(self) -> dict[str, float]:
+    def held_rates(self) -> dict[str, float]:
         """The rates of all that is held, by reading."""
-        return {keeper.reading: 0.0 for k, keeper in enumerate(self.keepers) if self._held(k) is not None}
+        return {contact.output_name: 0.0 for k, contact in enumerate(self.contacts) if self._held_value(k) is not None}
 
-    def hitting(self) -> dict[int, int]:
+    def impacting_contacts(self) -> dict[int, int]:
         """The keepers that run into a stop, and at which side."""
-        sides = {k: self.side(k) for k, hold in enumerate(self.holds) if not hold.side}
-        return {k: side for k, side in sides.items() if side * self._walk.rate(self.at[k]) > self.still(k)}
+        sides = {k: self.active_stop(k) for k, constraint in enumerate(self.constraints) if not constraint.stop_side}
+        return {
+            k: side
+            for k, side in sides.items()
+            if side * self._stepper.output_rate(self.contact_outputs[k]) > self.stiction_rate(k)
+        }
 
-    def tell_of(self, k: int, kind: str) -> None:
+    def record_event(self, k: int, kind: str) -> None:
         """Note what a keeper does now."""
-        self.events.append(Event(time=self._walk.here.time, kind=kind, subject=self.keepers[k].reading))
+        self.events.append(Event(time=self._stepper.state.time, kind=kind, subject=self.contacts[k].output_name))
 
-    def side(self, k: int) -> int:
+    def active_stop(self, k: int) -> int:
         """At which of its stops a keeper is: 1 the high one, -1 the low one, 0 neither."""
-        keeper, at = self.keepers[k], self.at[k]
-        stands = abs(self._walk.rate(at)) <= self.still(k)
-        near, value = (STANDING if stands else TOUCHING) * self.sizes[at], self._walk.value(at)
-        return 1 if value >= keeper.high - near else -1 if value <= keeper.low + near else 0
+        contact, output = self.contacts[k], self.contact_outputs[k]
+        is_stationary = abs(self._stepper.output_rate(output)) <= self.stiction_rate(k)
+        tolerance, value = (
+            (REST_TOLERANCE if is_stationary else CONTACT_TOLERANCE) * self.coordinate_scales[output],
+            self._stepper.output_value(output),
+        )
+        return 1 if value >= contact.high - tolerance else -1 if value <= contact.low + tolerance else 0
 
-    def still(self, k: int) -> float:
-        return STILL * self.sizes[self.at[k]] / self._second
+    def stiction_rate(self, k: int) -> float:
+        return STICTION_RATE_TOLERANCE * self.coordinate_scales[self.contact_outputs[k]] / self._time_scale
 
-    def _held(self, k: int) -> float | None:
-        hold = self.holds[k]
-        return hold.end if hold.side else hold.held
+    def _held_value(self, k: int) -> float | None:
+        constraint = self.constraints[k]
+        return constraint.stop_value if constraint.stop_side else constraint.held_value
 
-    def _overload(self, k: int) -> Callable[[Sight], float]:
+    def _make_slip_function(self, k: int) -> Callable[[StepObservation], float]:
         """By how much what holds a reading exceeds its friction."""
-        hold = self.holds[k]
-        return lambda sight: hold.friction - sight.bears[k]
+        constraint = self.constraints[k]
+        return lambda sight: constraint.friction_force - sight.friction_limits[k]
 
-    def _freed(self, k: int, way: int) -> Callable[[Sight], float]:
+    def _make_leave_function(self, k: int, direction: int) -> Callable[[StepObservation], float]:
         """How fast a reading leaves its stop; less than nought by the force with which that still pushes alone."""
-        hold, at, least = self.holds[k], self.at[k], self.still(k)
+        constraint, output, min_rate = self.constraints[k], self.contact_outputs[k], self.stiction_rate(k)
 
-        def freed(sight: Sight) -> float:
-            if hold.held is None and hold.push > 0.0:
-                return -hold.push
-            return way * float(sight.after[at]) - (least if hold.held is not None else 0.0)
+        def leave_function(observation: StepObservation) -> float:
+            if constraint.held_value is None and constraint.stop_force > 0.0:
+                return -constraint.stop_force
+            return direction * float(observation.rates_after_kick[output]) - (
+                min_rate if constraint.held_value is not None else 0.0
+            )
 
-        return freed
+        return leave_function
 
-    def _pulls(self, stretch: float, at: int) -> bool:
+    def _is_taut(self, stretch: float, output: int) -> bool:
         """Whether a one-sided spring pulls."""
-        return self._walk.rate(at) > 0 if abs(stretch) < TOUCHING * self.sizes[at] else stretch > 0
+        return (
+            self._stepper.output_rate(output) > 0
+            if abs(stretch) < CONTACT_TOLERANCE * self.coordinate_scales[output]
+            else stretch > 0
+        )

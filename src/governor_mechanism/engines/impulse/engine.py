@@ -7,31 +7,38 @@ import time
 from dataclasses import dataclass
 from typing import ClassVar, final
 
-from governor_mechanism.effects.bell_crank_masses import BellCranks
+from governor_mechanism.effects.bell_crank_masses import BellCrankMasses
 from governor_mechanism.effects.centrifugal import Centrifugal
-from governor_mechanism.effects.crank_masses import Masses
-from governor_mechanism.effects.dashpot import OilBrake
+from governor_mechanism.effects.crank_masses import CrankMasses
+from governor_mechanism.effects.dashpot import Dashpot
 from governor_mechanism.effects.dry_friction import DryFriction
 from governor_mechanism.effects.gravity import Gravity
-from governor_mechanism.effects.rod_masses import Rods
-from governor_mechanism.effects.spring import SpringOn
+from governor_mechanism.effects.rod_masses import RodMasses
+from governor_mechanism.effects.spring import OutputSpring
 from governor_mechanism.effects.stops import Stops
-from governor_mechanism.engines.base import Engine, Task
-from governor_mechanism.engines.impulse.richardson import Climb, Tuning
+from governor_mechanism.engines.base import Engine, RunRequest
+from governor_mechanism.engines.impulse.richardson import ImpulseSettings, RichardsonRefinement
 from governor_mechanism.errors import MechanismError
-from governor_mechanism.mechanics.dynamics.contacts import switches
+from governor_mechanism.mechanics.dynamics.contacts import has_contacts
 from governor_mechanism.model.effect import Effect
-from governor_mechanism.model.joints import ALL_JOINTS, DrivenSlide, DrivenTurn, Joint, Proportion, Rack
+from governor_mechanism.model.joints import (
+    JOINT_TYPES,
+    Joint,
+    ProportionalDisplacement,
+    RackAndPinion,
+    RotationalDriver,
+    TranslationalDriver,
+)
 from governor_mechanism.model.scene import Scene
 from governor_mechanism.model.trajectory import Trajectory
 
-LACKING: frozenset[type[Joint]] = frozenset((Rack, Proportion))
+UNSUPPORTED_JOINTS: frozenset[type[Joint]] = frozenset((RackAndPinion, ProportionalDisplacement))
 """Joints for which pymunk has no constraint."""
 
 
 @final
 @dataclass(frozen=True, kw_only=True)
-class ImpulseEngine(Tuning, Engine):
+class ImpulseEngine(ImpulseSettings, Engine):
     """pymunk as a second-order staggered scheme; steps h, h/2, h/4 give order 3 and a certificate.
 
     step (s) is the longest step, chosen from the accuracy where it is left out. runs = 1, 2, 3 steps are halved and
@@ -45,9 +52,9 @@ class ImpulseEngine(Tuning, Engine):
 
     name: ClassVar[str] = "impulse"
     effects: ClassVar[frozenset[type[Effect]]] = frozenset(
-        {Gravity, Centrifugal, Rods, BellCranks, Masses, SpringOn, OilBrake, DryFriction, Stops}
+        {Gravity, Centrifugal, RodMasses, BellCrankMasses, CrankMasses, OutputSpring, Dashpot, DryFriction, Stops}
     )
-    joints: ClassVar[frozenset[type[Joint]]] = ALL_JOINTS - LACKING
+    joints: ClassVar[frozenset[type[Joint]]] = JOINT_TYPES - UNSUPPORTED_JOINTS
 
     def __post_init__(self) -> None:
         if self.runs not in (1, 2, 3):
@@ -63,17 +70,17 @@ class ImpulseEngine(Tuning, Engine):
     def _refuses(self, scene: Scene) -> str:
         if not self.plain:
             return ""
-        if switches(scene):
+        if has_contacts(scene):
             return (
                 "engine 'impulse' in pymunk's plain way has no friction, stops and one-sided springs along readings; "
                 "leave plain=True out"
             )
-        if any(isinstance(joint, DrivenTurn | DrivenSlide) for joint in scene.part.mechanism.joints):
+        if any(isinstance(joint, RotationalDriver | TranslationalDriver) for joint in scene.part.mechanism.joints):
             return "engine 'impulse' in pymunk's plain way does not hold drives; leave plain=True out"
         return ""
 
-    def _run(self, scene: Scene, task: Task) -> Trajectory:
-        started = time.perf_counter()
-        climb = Climb(self, scene, task)
-        best = climb.to_accuracy() if self.step is None else climb.at(0)
-        return climb.trajectory(best, time.perf_counter() - started)
+    def _run(self, scene: Scene, request: RunRequest) -> Trajectory:
+        start_time = time.perf_counter()
+        refinement = RichardsonRefinement(self, scene, request)
+        result = refinement.refine_to_accuracy() if self.step is None else refinement.extrapolate_at_level(0)
+        return refinement.make_trajectory(result, time.perf_counter() - start_time)

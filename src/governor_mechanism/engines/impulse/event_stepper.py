@@ -13,47 +13,47 @@ from typing import TYPE_CHECKING
 import numpy as np
 from scipy.optimize import brentq
 
-from governor_mechanism.engines.impulse.contact import Keeping
-from governor_mechanism.engines.impulse.pymunk.model import Assembly
-from governor_mechanism.engines.impulse.staggered_stepper import Walk
-from governor_mechanism.engines.impulse.step_records import Happening
-from governor_mechanism.mechanics.contact.tolerances import SMALLEST_BOUNCE, bounces_left
-from governor_mechanism.mechanics.dynamics.contacts import Mode
+from governor_mechanism.engines.impulse.contact import ContactModeTracker
+from governor_mechanism.engines.impulse.pymunk.model import PymunkModel
+from governor_mechanism.engines.impulse.staggered_stepper import StaggeredStepper
+from governor_mechanism.engines.impulse.step_records import DetectedEvent
+from governor_mechanism.mechanics.contact.tolerances import MIN_REBOUND_HEIGHT, zeno_time
+from governor_mechanism.mechanics.dynamics.contacts import ContactMode
 from governor_mechanism.model.events import LEAVES, SLIPS, STICKS, STRIKES, Event
 from governor_mechanism.model.scene import Scene
 from governor_mechanism.types import FloatArray
 
 if TYPE_CHECKING:
-    from governor_mechanism.engines.impulse.time_inputs import Clock
+    from governor_mechanism.engines.impulse.time_inputs import TimeInputs
 
-SHORT = 1e-4
+MIN_REMAINDER_RATIO = 1e-4
 """Of a step: so little time before a station is passed without one, or rounding would be divided by it."""
 
-FLIGHT, LANDING = 4, 1.2
+MIN_STEPS_PER_BOUNCE, BOUNCE_DURATION_FACTOR = 4, 1.2
 """Steps of a short bounce in a march whose steps are not halved, and the part of its time in which it will be over."""
 
-MOST_AT_ONCE = 60
+MAX_EVENTS_PER_FIXED_STEP = 60
 """Events within one step; more are a chatter that does not end."""
 
-SMALLEST_PART, RESOLVED = 1e-9, 4e-15
+MIN_SUBSTEP_RATIO, TIME_ROUNDING_RATIO = 1e-9, 4e-15
 """Of a step, and of the time that has passed: no step is shorter."""
 
-SOON, RELEASED, LATE = 0.05, 1e-9, 1e-4
+RELEASE_SEARCH_START, RELEASE_FRACTION_TOLERANCE, RELEASE_DELAY_FRACTION = 0.05, 1e-9, 1e-4
 """Of a step: how early what lets go is looked for, how closely, and how late it is let go: it begins to move with no
 force at all, and a little too early it would be caught at once.
 """
 
-HALFWAY = 0.5
+SLIP_SEARCH_START = 0.5
 """Of a step: earlier than this the load on what is held is reckoned back; in shorter parts it is lost in rounding."""
 
-SAME_STEP = 1e-9
+STEP_LENGTH_TOLERANCE = 1e-9
 """Of a step: steps that differ by no more are of one length."""
 
-LOCATED = 1e-13
+EVENT_FRACTION_TOLERANCE = 1e-13
 """Of a step: how closely an event is located in it."""
 
 
-class Passage:
+class EventDrivenStepper:
     """Marches a scene's assembly through intervals of time from a start, poses and velocities (bodies, 3).
 
     second (s) is the time scale, level how often the steps are halved, h (s) the first of them. splits counts the steps
@@ -63,236 +63,284 @@ class Passage:
     def __init__(
         self,
         scene: Scene,
-        assembly: Assembly,
-        clock: Clock,
+        model: PymunkModel,
+        time_inputs: TimeInputs,
         start: tuple[FloatArray, FloatArray],
         *,
-        second: float,
+        time_scale: float,
         level: int,
         h: float,
     ) -> None:
-        self._clock, self.splits = clock, 0
-        self._walk = Walk(scene.part.mechanism, assembly, clock, start, h)
-        self._keeping = Keeping(scene, self._walk, second)
-        self._flight, self._parts, self._fine, self._lands = math.inf, FLIGHT << level, 0.0, -math.inf
-        self._struck, self._rest_at = dict[int, int](), dict[int, float]()
-        self._strike({})
-        self._go_on(h)
-        self._keeping.events.clear()
+        self._time_inputs, self.n_split_steps = time_inputs, 0
+        self._stepper = StaggeredStepper(scene.part.mechanism, model, time_inputs, start, h)
+        self._contact_tracker = ContactModeTracker(scene, self._stepper, time_scale)
+        self._bounce_duration, self._steps_per_bounce, self._bounce_step, self._bounce_end = (
+            math.inf,
+            MIN_STEPS_PER_BOUNCE << level,
+            0.0,
+            -math.inf,
+        )
+        self._rebound_sides, self._rest_times = dict[int, int](), dict[int, float]()
+        self._resolve_impacts({})
+        self._restart(h)
+        self._contact_tracker.events.clear()
 
-    def states(self) -> tuple[FloatArray, FloatArray]:
+    def mass_centre_state(self) -> tuple[FloatArray, FloatArray]:
         """Poses and velocities (bodies, 3) of the mass centres where the march is."""
-        return self._walk.states()
+        return self._stepper.mass_centre_state()
 
     @property
     def events(self) -> list[Event]:
         """What happened so far."""
-        return self._keeping.events
+        return self._contact_tracker.events
 
     @property
-    def mode(self) -> Mode:
+    def mode(self) -> ContactMode:
         """How everything stands."""
-        return self._keeping.mode
+        return self._contact_tracker.mode
 
     @property
-    def lost(self) -> float:
+    def dissipated_energy(self) -> float:
         """What brakes, friction and stops have taken so far (J)."""
-        return self._walk.here.lost
+        return self._stepper.state.dissipated_energy
 
-    def through(self, start: float, end: float, count: int, next_h: float) -> bool:
+    def integrate(self, start: float, end: float, n_steps: int, next_h: float) -> bool:
         """March from start to end (s) in so many steps, followed by one of next_h; False where chatter does not end."""
-        whole, now, happened = (end - start) / count, start, 0
-        until, steps = end, count
-        held_anew = bool(self._keeping.resting()) and abs(whole - self._walk.stepped) > SAME_STEP * whole
-        if held_anew or start < self._lands:
-            self._walk.close()
-            until, steps = self._next_piece(start, end, whole)
-        while now < end:
-            h = (until - now) / steps
-            found = self._steps(now, until, steps, next_h if until == end else h)
-            if not found and until == end:
+        full_step, time, n_events = (end - start) / n_steps, start, 0
+        target, steps = end, n_steps
+        is_hold_step_changed = (
+            bool(self._contact_tracker.held_rates())
+            and abs(full_step - self._stepper.last_h) > STEP_LENGTH_TOLERANCE * full_step
+        )
+        if is_hold_step_changed or start < self._bounce_end:
+            self._stepper.close_joints()
+            target, steps = self._plan_substeps(start, end, full_step)
+        while time < end:
+            h = (target - time) / steps
+            detected = self._step_until_event(time, target, steps, next_h if target == end else h)
+            if not detected and target == end:
                 break
-            if found:
-                happened += 1
-                self._locate(found, h)
+            if detected:
+                n_events += 1
+                self._locate_first_event(detected, h)
             else:
-                self._walk.close()
-            if happened > MOST_AT_ONCE * count:
+                self._stepper.close_joints()
+            if n_events > MAX_EVENTS_PER_FIXED_STEP * n_steps:
                 return False
-            now = self._walk.here.time
-            if end - now < SHORT * whole:
-                self._walk.pass_to(end, whole)
-                self._go_on(next_h)
+            time = self._stepper.state.time
+            if end - time < MIN_REMAINDER_RATIO * full_step:
+                self._stepper.extrapolate_to(end, full_step)
+                self._restart(next_h)
                 return True
-            until, steps = self._next_piece(now, end, whole)
-        if self._clock.jumps:
-            self._walk.close()
-            self._go_on(next_h)
+            target, steps = self._plan_substeps(time, end, full_step)
+        if self._time_inputs.has_jump:
+            self._stepper.close_joints()
+            self._restart(next_h)
         return True
 
-    def _next_piece(self, now: float, end: float, whole: float) -> tuple[float, int]:
+    def _plan_substeps(self, time: float, end: float, full_step: float) -> tuple[float, int]:
         """Begin anew toward a station at `end` (s) in steps of at most `whole`; until when, and in how many steps.
 
         A bounce is followed in so many steps that those of every run shorten alike from level to level.
         """
-        steps = math.ceil((end - now) / whole * (1 - SHORT))
-        flight = self._go_on((end - now) / steps)
-        if flight < self._parts * whole:
-            self._fine, self._lands = flight / self._parts, now + LANDING * flight
-        if self._lands <= now + self._fine:
-            return end, steps
-        until = min(end, self._lands)
-        if end - until < SHORT * whole:
-            until = end
-        steps = math.ceil((until - now) / min(self._fine, whole))
-        self._go_on((until - now) / steps)
-        return until, steps
-
-    def _steps(self, start: float, end: float, count: int, next_h: float) -> list[Happening]:
-        """Step on until something happens."""
-        clock, h = self._clock, (end - start) / count
-        self._walk.stepped = h
-        clock.interval(start, end, count, next_h)
-        if clock.jumps:  # to be gone on from anew, with what holds after it
-            clock.interval(start, end, count, h)
-        for index in range(count):
-            sight, instant = self._walk.step(
-                clock.moment(index), end if index == count - 1 else start + (index + 1) * h
+        steps = math.ceil((end - time) / full_step * (1 - MIN_REMAINDER_RATIO))
+        bounce_duration = self._restart((end - time) / steps)
+        if bounce_duration < self._steps_per_bounce * full_step:
+            self._bounce_step, self._bounce_end = (
+                bounce_duration / self._steps_per_bounce,
+                time + BOUNCE_DURATION_FACTOR * bounce_duration,
             )
-            found = self._keeping.happenings(sight)
-            if found:
-                return found
-            self._walk.here = instant
+        if self._bounce_end <= time + self._bounce_step:
+            return end, steps
+        target = min(end, self._bounce_end)
+        if end - target < MIN_REMAINDER_RATIO * full_step:
+            target = end
+        steps = math.ceil((target - time) / min(self._bounce_step, full_step))
+        self._restart((target - time) / steps)
+        return target, steps
+
+    def _step_until_event(self, start: float, end: float, n_steps: int, next_h: float) -> list[DetectedEvent]:
+        """Step on until something happens."""
+        time_inputs, h = self._time_inputs, (end - start) / n_steps
+        self._stepper.last_h = h
+        time_inputs.prepare_interval(start, end, n_steps, next_h)
+        if time_inputs.has_jump:  # to be gone on from anew, with what holds after it
+            time_inputs.prepare_interval(start, end, n_steps, h)
+        for index in range(n_steps):
+            observation, state = self._stepper.step(
+                time_inputs.step_inputs(index), end if index == n_steps - 1 else start + (index + 1) * h
+            )
+            detected = self._contact_tracker.detect_events(observation)
+            if detected:
+                return detected
+            self._stepper.state = state
         return []
 
-    def _locate(self, found: list[Happening], h: float) -> None:
+    def _locate_first_event(self, detected: list[DetectedEvent], h: float) -> None:
         """Go to the first of what happens within h seconds from where the march is, and let it happen."""
-        self._walk.close()
-        parts = {index: self._part(happening, h) for index, happening in enumerate(found)}
-        first = min(1.0, *parts.values())
-        _, self._walk.here = self._walk.attempt(max(first, self._least(h)) * h)
-        self.splits += 1
-        hit = [happening for index, happening in enumerate(found) if parts[index] - first <= 10 * LOCATED]
-        for happening in hit:
-            self._keeping.let(happening)
-        self._walk.throw(self._keeping.resting())
-        if any(one.kind == STICKS for one in hit):
-            self._keeping.follow_rates()
-        self._strike({one.which: one.way for one in hit if one.kind == STRIKES})
+        self._stepper.close_joints()
+        fractions = {index: self._event_fraction(event, h) for index, event in enumerate(detected)}
+        first = min(1.0, *fractions.values())
+        _, self._stepper.state = self._stepper.take_trial_step(max(first, self._min_fraction(h)) * h)
+        self.n_split_steps += 1
+        first_events = [
+            event for index, event in enumerate(detected) if fractions[index] - first <= 10 * EVENT_FRACTION_TOLERANCE
+        ]
+        for event in first_events:
+            self._contact_tracker.apply_transition(event)
+        self._stepper.apply_impulses(self._contact_tracker.held_rates())
+        if any(one.kind == STICKS for one in first_events):
+            self._contact_tracker.update_sliding_directions()
+        self._resolve_impacts({one.index: one.direction for one in first_events if one.kind == STRIKES})
 
-    def _part(self, happening: Happening, h: float) -> float:
+    def _event_fraction(self, event: DetectedEvent, h: float) -> float:
         """The part of the next h seconds after which something happens; infinite where it does not after all."""
-        hold = self._keeping.holds[happening.which] if happening.kind == SLIPS else None
-        least = self._least(h)
+        constraint = self._contact_tracker.constraints[event.index] if event.kind == SLIPS else None
+        min_fraction = self._min_fraction(h)
 
-        def excess(part: float) -> float:
-            if part <= least:
-                return happening.before
-            return happening.excess(self._walk.attempt(part * h, steps=1 if hold is None else 2)[0])
+        def event_value(fraction: float) -> float:
+            if fraction <= min_fraction:
+                return event.initial_value
+            return event.event_function(
+                self._stepper.take_trial_step(fraction * h, steps=1 if constraint is None else 2)[0]
+            )
 
-        held = None if hold is None else hold.held
-        if hold is not None:
+        held_value = None if constraint is None else constraint.held_value
+        if constraint is not None:
             # What long steps left of the reading off its place a short one would bring back by a force that none bears.
-            hold.bound, hold.held = False, self._walk.value(self._keeping.at[happening.which])
+            constraint.is_force_limited, constraint.held_value = (
+                False,
+                self._stepper.output_value(self._contact_tracker.contact_outputs[event.index]),
+            )
         try:
-            most, low = excess(1.0), 0.0
-            if most <= 0.0:
+            end_value, low = event_value(1.0), 0.0
+            if end_value <= 0.0:
                 return math.inf  # a joint solver that lagged behind
-            if happening.kind in (SLIPS, LEAVES):
-                low = SOON if happening.kind == LEAVES else HALFWAY
-                earlier = excess(low)
-                if earlier >= 0.0:
-                    risen = low - earlier * (1.0 - low) / (most - earlier) if most > earlier else 0.0
-                    return min(max(risen, least) + LATE, low)
-                return min(1.0, float(brentq(excess, low, 1.0, xtol=RELEASED, rtol=1e-15)) + LATE)
-            if happening.before > -SOON * most:
+            if event.kind in (SLIPS, LEAVES):
+                low = RELEASE_SEARCH_START if event.kind == LEAVES else SLIP_SEARCH_START
+                low_value = event_value(low)
+                if low_value >= 0.0:
+                    extrapolated_root = (
+                        low - low_value * (1.0 - low) / (end_value - low_value) if end_value > low_value else 0.0
+                    )
+                    return min(max(extrapolated_root, min_fraction) + RELEASE_DELAY_FRACTION, low)
+                return min(
+                    1.0,
+                    float(brentq(event_value, low, 1.0, xtol=RELEASE_FRACTION_TOLERANCE, rtol=1e-15))
+                    + RELEASE_DELAY_FRACTION,
+                )
+            if event.initial_value > -RELEASE_SEARCH_START * end_value:
                 # It begins where the last one ended: look for a time at which it has gone on from there.
-                low = next((part for part in 0.5 ** np.arange(1, 30) if excess(part) < 0.0), -1.0)
+                low = next((fraction for fraction in 0.5 ** np.arange(1, 30) if event_value(fraction) < 0.0), -1.0)
                 if low < 0.0:
                     # What has just slipped has no speed to begin with; what else has none had come to rest before.
-                    return 1.0 if happening.kind == STICKS and self._keeping.slipped == self._walk.here.time else 0.0
-            return float(brentq(excess, low, 1.0, xtol=LOCATED, rtol=1e-15))
+                    return (
+                        1.0
+                        if event.kind == STICKS and self._contact_tracker.last_release_time == self._stepper.state.time
+                        else 0.0
+                    )
+            return float(brentq(event_value, low, 1.0, xtol=EVENT_FRACTION_TOLERANCE, rtol=1e-15))
         finally:
-            if hold is not None:
-                hold.bound, hold.held = True, held
+            if constraint is not None:
+                constraint.is_force_limited, constraint.held_value = True, held_value
 
-    def _least(self, h: float) -> float:
+    def _min_fraction(self, h: float) -> float:
         """The part of h seconds from where the march is that is no mere rounding of its time."""
-        return max(SMALLEST_PART, RESOLVED * self._walk.here.time / h)
+        return max(MIN_SUBSTEP_RATIO, TIME_ROUNDING_RATIO * self._stepper.state.time / h)
 
-    def _strike(self, which: dict[int, int]) -> None:
+    def _resolve_impacts(self, stop_sides: dict[int, int]) -> None:
         """Throw back what runs into a stop; what has no speed left rests there. which: the sides of those that ran."""
-        keeping, walk = self._keeping, self._walk
-        for _ in range(2 * len(keeping.keepers)):
-            hitting = keeping.hitting()
-            if not hitting:
+        tracker, stepper = self._contact_tracker, self._stepper
+        for _ in range(2 * len(tracker.contacts)):
+            impacting = tracker.impacting_contacts()
+            if not impacting:
                 break
-            back = {k: -keeping.keepers[k].restitution * walk.rate(keeping.at[k]) for k in hitting}
+            rebound_rates = {
+                k: -tracker.contacts[k].restitution * stepper.output_rate(tracker.contact_outputs[k]) for k in impacting
+            }
             # What rests on a stop is pressed against it; friction bears no impulse.
-            pressed = {keeping.keepers[k].reading: 0.0 for k, hold in enumerate(keeping.holds) if hold.side}
-            walk.throw(pressed | {keeping.keepers[k].reading: rate for k, rate in back.items()}, lost=True)
-            for k, side in hitting.items():
-                keeping.tell_of(k, STRIKES)
-                if abs(back[k]) <= keeping.still(k):
-                    keeping.stand(k, side)
+            stop_rates = {
+                tracker.contacts[k].output_name: 0.0
+                for k, constraint in enumerate(tracker.constraints)
+                if constraint.stop_side
+            }
+            stepper.apply_impulses(
+                stop_rates | {tracker.contacts[k].output_name: rate for k, rate in rebound_rates.items()},
+                count_energy_loss=True,
+            )
+            for k, side in impacting.items():
+                tracker.record_event(k, STRIKES)
+                if abs(rebound_rates[k]) <= tracker.stiction_rate(k):
+                    tracker.hold(k, side)
                 else:
-                    keeping.slide(k, -side)
-                    self._struck[k] = side
-            keeping.follow_rates()
-        for k, side in which.items():
-            if k not in self._struck and not keeping.holds[k].side:  # pressed into it, but with no speed
-                keeping.stand(k, side)
-                walk.throw(keeping.resting())
+                    tracker.release(k, -side)
+                    self._rebound_sides[k] = side
+            tracker.update_sliding_directions()
+        for k, side in stop_sides.items():
+            if (
+                k not in self._rebound_sides and not tracker.constraints[k].stop_side
+            ):  # pressed into it, but with no speed
+                tracker.hold(k, side)
+                stepper.apply_impulses(tracker.held_rates())
 
-    def _go_on(self, h: float) -> float:
+    def _restart(self, h: float) -> float:
         """Begin anew before a step of h seconds; the joint solver says what is still held then.
 
         How long (s) the shortest bounce that has just begun will last.
         """
-        self._flight = math.inf
-        for _ in range(len(self._keeping.keepers) + 1):
-            self._walk.start(h)
-            after = self._walk.acting.rates(self._walk.assembly.velocities())
-            if not self._ends_bounces(after, h):
+        self._bounce_duration = math.inf
+        for _ in range(len(self._contact_tracker.contacts) + 1):
+            self._stepper.restart(h)
+            rates_after_kick = self._stepper.output_forces.output_rates(self._stepper.model.velocities())
+            if not self._end_bounces(rates_after_kick, h):
                 break
-        for k, at in enumerate(self._keeping.at):
-            way = self._keeping.lets_go(k, float(after[at]))
-            if way:
-                self._keeping.slide(k, way)
-        self._keeping.tell(self._rest_at)
-        self._rest_at = {}
-        return self._flight
+        for k, output in enumerate(self._contact_tracker.contact_outputs):
+            direction = self._contact_tracker.release_direction(k, float(rates_after_kick[output]))
+            if direction:
+                self._contact_tracker.release(k, direction)
+        self._contact_tracker.record_transitions(self._rest_times)
+        self._rest_times = {}
+        return self._bounce_duration
 
-    def _ends_bounces(self, after: FloatArray, h: float) -> bool:
+    def _end_bounces(self, rates_after_kick: FloatArray, h: float) -> bool:
         """Take the speed of bounces that rise no more; whether there were any."""
-        resting = dict[int, float]()
-        for k, side in self._struck.items():
-            at, keeper = self._keeping.at[k], self._keeping.keepers[k]
-            away = -side * float(self._walk.here.rates[at])
-            back = side * float(after[at] - self._walk.here.rates[at]) / (0.5 * h)
-            if back > 0.0:
-                self._flight = min(self._flight, 2 * away / back)
-            if keeper.restitution < 1 and back > 0.0 and away**2 < 2 * back * SMALLEST_BOUNCE * self._keeping.sizes[at]:
-                returning = self._returning(k, side, h)
-                resting[k] = self._walk.here.time + bounces_left(away, back, returning, keeper.restitution)
-        for k in resting:
-            self._flight = math.inf
-            self._keeping.stand(k, self._struck[k])
-        self._struck = {}
-        self._rest_at |= resting
-        if resting:
-            self._walk.throw(self._keeping.resting(), lost=True)
-            self._keeping.follow_rates()
-        return bool(resting)
+        rest_times = dict[int, float]()
+        for k, side in self._rebound_sides.items():
+            output, contact = self._contact_tracker.contact_outputs[k], self._contact_tracker.contacts[k]
+            departure_rate = -side * float(self._stepper.state.rates[output])
+            deceleration = side * float(rates_after_kick[output] - self._stepper.state.rates[output]) / (0.5 * h)
+            if deceleration > 0.0:
+                self._bounce_duration = min(self._bounce_duration, 2 * departure_rate / deceleration)
+            if (
+                contact.restitution < 1
+                and deceleration > 0.0
+                and departure_rate**2
+                < 2 * deceleration * MIN_REBOUND_HEIGHT * self._contact_tracker.coordinate_scales[output]
+            ):
+                return_acceleration = self._return_acceleration(k, side, h)
+                rest_times[k] = self._stepper.state.time + zeno_time(
+                    departure_rate, deceleration, return_acceleration, contact.restitution
+                )
+        for k in rest_times:
+            self._bounce_duration = math.inf
+            self._contact_tracker.hold(k, self._rebound_sides[k])
+        self._rebound_sides = {}
+        self._rest_times |= rest_times
+        if rest_times:
+            self._stepper.apply_impulses(self._contact_tracker.held_rates(), count_energy_loss=True)
+            self._contact_tracker.update_sliding_directions()
+        return bool(rest_times)
 
-    def _returning(self, k: int, side: int, h: float) -> float:
+    def _return_acceleration(self, k: int, side: int, h: float) -> float:
         """The acceleration towards its stop of what comes back to it, with friction against that."""
-        acting, at = self._walk.acting, self._keeping.at[k]
-        onward = acting.sliding
-        alone = not self._walk.one_freedom  # else all that rubs goes back with it
-        acting.sliding = [sign if alone and other != k else -sign for other, sign in enumerate(onward)]
-        self._walk.start(h)
-        after = acting.rates(self._walk.assembly.velocities())
-        acting.sliding = onward
-        self._walk.start(h)
-        return side * float(after[at] - self._walk.here.rates[at]) / (0.5 * h)
+        output_forces, output = self._stepper.output_forces, self._contact_tracker.contact_outputs[k]
+        sliding_directions = output_forces.sliding_directions
+        has_many_dofs = not self._stepper.has_one_dof  # else all that rubs goes back with it
+        output_forces.sliding_directions = [
+            sign if has_many_dofs and other != k else -sign for other, sign in enumerate(sliding_directions)
+        ]
+        self._stepper.restart(h)
+        rates_after_kick = output_forces.output_rates(self._stepper.model.velocities())
+        output_forces.sliding_directions = sliding_directions
+        self._stepper.restart(h)
+        return side * float(rates_after_kick[output] - self._stepper.state.rates[output]) / (0.5 * h)

@@ -4,27 +4,27 @@ from __future__ import annotations
 
 import numpy as np
 
-from governor_mechanism.engines.impulse.pymunk import Assembly
-from governor_mechanism.engines.impulse.run import settle
-from governor_mechanism.engines.impulse.time_inputs import Clock
+from governor_mechanism.engines.impulse.pymunk import PymunkModel
+from governor_mechanism.engines.impulse.run import relax
+from governor_mechanism.engines.impulse.time_inputs import TimeInputs
 from governor_mechanism.errors import RunFailed
 from governor_mechanism.mechanics.dynamics.characteristic_scales import time_scale
-from governor_mechanism.mechanics.kinematics.assembly import Assembler
-from governor_mechanism.mechanics.kinematics.output_variables import reading_value
+from governor_mechanism.mechanics.kinematics.assembly import PositionSolver
+from governor_mechanism.mechanics.kinematics.output_variables import evaluate_output_value
 from governor_mechanism.model.scene import Scene
 from governor_mechanism.types import FloatArray
 
-ITERATIONS = 60
-STEP = 0.05
+RELAXATION_SOLVER_ITERATIONS = 60
+RELAXATION_STEP_RATIO = 0.05
 """In time scales. At rest the step leaves no error, so it need only be stable."""
 
-STILL = 1e-12
+MAX_REST_SPEED_RATIO = 1e-12
 """In machine sizes per time scale: the fastest speed of the whole mass that counts as rest."""
 
-MOST_STEPS = 400_000
+MAX_RELAXATION_STEPS = 400_000
 
 
-def settled(scene: Scene, start: float) -> float:
+def relax_to_equilibrium(scene: Scene, start: float) -> float:
     """The value of the leading coordinate at which the mechanism comes to rest, let go at `start`.
 
     The spindle keeps its first speed; friction and stops do not hold it. Raises RunFailed where it leaves its range or
@@ -34,21 +34,22 @@ def settled(scene: Scene, start: float) -> float:
     name = mechanism.coordinate
     mass = sum(body.mass for body in mechanism.bodies)
 
-    def inside(poses: FloatArray) -> bool:
+    def is_within_limits(poses: FloatArray) -> bool:
         return all(
-            limit.low < float(reading_value(mechanism, limit.reading, poses)) < limit.high for limit in mechanism.limits
+            limit.low < float(evaluate_output_value(mechanism, limit.reading, poses)) < limit.high
+            for limit in mechanism.limits
         )
 
-    result = settle(
-        Assembly(scene, iterations=ITERATIONS),
-        STEP * scale,
-        Clock(scene),
-        Assembler(mechanism).poses(start),
-        still=0.5 * mass * (STILL * mechanism.size / scale) ** 2,
-        inside=inside,
-        most=MOST_STEPS,
+    result = relax(
+        PymunkModel(scene, iterations=RELAXATION_SOLVER_ITERATIONS),
+        RELAXATION_STEP_RATIO * scale,
+        TimeInputs(scene),
+        PositionSolver(mechanism).solve_at_coordinate(start),
+        max_rest_energy=0.5 * mass * (MAX_REST_SPEED_RATIO * mechanism.length_scale / scale) ** 2,
+        is_within_limits=is_within_limits,
+        max_steps=MAX_RELAXATION_STEPS,
     )
-    value = float(reading_value(mechanism, name, result.poses))
+    value = float(evaluate_output_value(mechanism, name, result.poses))
     if not (result.at_rest and np.isfinite(value)):
         raise RunFailed(f"from {name} = {start:.6g} the mechanism did not come to rest; it was last at {value:.6g}")
     return value

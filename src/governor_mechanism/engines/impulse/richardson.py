@@ -10,57 +10,57 @@ from itertools import pairwise
 import numpy as np
 from numpy.typing import NDArray
 
-from governor_mechanism.engines.base import Task
-from governor_mechanism.engines.impulse.event_extrapolation import Happened, compare
-from governor_mechanism.engines.impulse.pymunk import Assembly
-from governor_mechanism.engines.impulse.run import March, march, march_through
-from governor_mechanism.engines.impulse.time_inputs import Clock
-from governor_mechanism.engines.initial_state import starting_state
-from governor_mechanism.integrators.time_grid import Grid, make_grid
-from governor_mechanism.mechanics.contact.event_log import assembled
-from governor_mechanism.mechanics.contact.impact import Thrower
-from governor_mechanism.mechanics.dynamics.contacts import switches
-from governor_mechanism.mechanics.kinematics.velocity_projection import Projector
+from governor_mechanism.engines.base import RunRequest
+from governor_mechanism.engines.impulse.event_extrapolation import ExtrapolatedEvents, extrapolate_events
+from governor_mechanism.engines.impulse.pymunk import PymunkModel
+from governor_mechanism.engines.impulse.run import FixedStepSolution, integrate_fixed_step, integrate_with_events
+from governor_mechanism.engines.impulse.time_inputs import TimeInputs
+from governor_mechanism.engines.initial_state import initial_state
+from governor_mechanism.integrators.time_grid import TimeGrid, make_time_grid
+from governor_mechanism.mechanics.contact.event_log import count_model_size
+from governor_mechanism.mechanics.contact.impact import ImpactSolver
+from governor_mechanism.mechanics.dynamics.contacts import has_contacts
+from governor_mechanism.mechanics.kinematics.velocity_projection import VelocityProjector
 from governor_mechanism.model.scene import Scene
-from governor_mechanism.model.state_history import State
+from governor_mechanism.model.state_history import StateHistory
 from governor_mechanism.model.trajectory import Cost, Outcome, Trajectory
-from governor_mechanism.observables.evaluation import Finding, Report, Reporter
-from governor_mechanism.observables.work import work_between
+from governor_mechanism.observables.evaluation import Observables, ReadingEvaluator, RunResult
+from governor_mechanism.observables.work import integrate_work
 from governor_mechanism.types import FloatArray, IntArray
 
-LONGEST_STATION = 0.25
+MAX_IMPULSE_MONITOR_INTERVAL = 0.25
 """In time scales: how far apart the poses are at which limits are watched, and the longest step tried."""
 
-FIRST_GUESS = 2e-4
+ERROR_AT_UNIT_STEP = 2e-4
 """Estimated error of a run whose step is one time scale (extrapolated as its cube): sets the first step tried."""
 
-MOST_DOUBLINGS = 12
+MAX_STEP_HALVINGS = 12
 """How often the step may be halved below the first one before the engine gives up."""
 
-MOST_OPENED = 5
+MAX_OPEN_JOINT_HALVINGS = 5
 """How often the first step may be halved because joints open."""
 
-GAP_FLOOR = 1e-11
+MIN_SIGNIFICANT_GAP_RATIO = 1e-11
 """A joint gap below this fraction of the machine's size is rounding, not a sign of unsolved joints."""
 
-RETRY = 4
+ITERATION_GROWTH_FACTOR = 4
 """How many times more solver iterations a doubtful result is tried with."""
 
-ROUNDING = 1e-11
+ESTIMATE_ROUNDING_FLOOR = 1e-11
 """An estimate below this that does not fall with the step is rounding."""
 
-MISSES = 1
+MAX_STAGNANT_LEVELS = 1
 """How many halved steps in a row may not help where something sticks, strikes or goes slack."""
 
-METHOD = "second order, begun anew at every event"
+EVENT_METHOD_NAME = "second order, begun anew at every event"
 """How a scene is stepped in which something sticks, strikes or goes slack."""
 
-NEAR = 4
+MAX_EXIT_DISAGREEMENT = 4
 """Stations within which marches of different steps must leave the limits to be believed."""
 
 
 @dataclass(frozen=True, kw_only=True)
-class Tuning:
+class ImpulseSettings:
     """The numbers of an impulse run; see ImpulseEngine, which checks them."""
 
     step: float | None = None
@@ -77,342 +77,415 @@ class Tuning:
 
 
 @dataclass(frozen=True)
-class Ending:
+class Termination:
     """How many stations a run keeps, and why it keeps no more."""
 
-    stations: int
+    n_monitor_times: int
     outcome: Outcome | None = None
     detail: str = ""
 
     @property
-    def opened(self) -> bool:
+    def has_open_joints(self) -> bool:
         return self.outcome is Outcome.JOINT_OPENED
 
 
 @dataclass(frozen=True)
-class Best:
+class RefinementResult:
     """The best states reached so far; errors and their largest relative one, where three runs certify them.
 
     happened is what they passed; excluded counts the samples too near to that to be compared.
     """
 
-    state: State
-    report: Report
+    state: StateHistory
+    report: Observables
     errors: dict[str, float]
-    estimate: float | None
+    error_estimate: float | None
     level: int
-    ending: Ending
-    happened: Happened = field(default_factory=Happened)
-    excluded: int = 0
+    termination: Termination
+    extrapolated_events: ExtrapolatedEvents = field(default_factory=ExtrapolatedEvents)
+    n_excluded: int = 0
 
 
-class Climb:
+class RichardsonRefinement:
     """One scene climbed to its accuracy: runs on one grid, each level half the step of the one before."""
 
-    def __init__(self, tuning: Tuning, scene: Scene, task: Task) -> None:
-        self.tuning, self.scene, self.task = tuning, scene, task
-        self.start = starting_state(scene)
-        self.reporter = Reporter(scene, self.start[0])
-        self.projector = Projector(self.reporter.mechanism)
-        self.thrower = Thrower(self.reporter.mechanism)
-        self.clock = Clock(scene)
-        self.switches, self.acted = switches(scene), bool(scene.acting)
-        scale = self.reporter.time_scale
-        step, longest = tuning.step, math.inf  # a run that is told its step takes that step
+    def __init__(self, settings: ImpulseSettings, scene: Scene, request: RunRequest) -> None:
+        self.settings, self.scene, self.request = settings, scene, request
+        self.start = initial_state(scene)
+        self.evaluator = ReadingEvaluator(scene, self.start[0])
+        self.projector = VelocityProjector(self.evaluator.mechanism)
+        self.impact_solver = ImpactSolver(self.evaluator.mechanism)
+        self.time_inputs = TimeInputs(scene)
+        self.has_contacts, self.has_output_effects = has_contacts(scene), bool(scene.output_effects)
+        time_scale = self.evaluator.time_scale
+        step, max_step = settings.step, math.inf  # a run that is told its step takes that step
         if step is None:
-            longest = LONGEST_STATION * scale
-            step = min(scale * (task.accuracy / FIRST_GUESS) ** (1 / 3), longest)
-        times = task.times
-        if math.isfinite(longest):  # beyond this no allowed run can come, so no stations are laid out there
-            times = times[times <= longest * (tuning.max_steps >> (tuning.levels - 1))]
-        breaks = self.clock.breaks
-        self.grid = make_grid(times, breaks, step, longest)
-        if tuning.step is None and not self._allowed(self.grid):
+            max_step = MAX_IMPULSE_MONITOR_INTERVAL * time_scale
+            step = min(time_scale * (request.accuracy / ERROR_AT_UNIT_STEP) ** (1 / 3), max_step)
+        times = request.times
+        if math.isfinite(max_step):  # beyond this no allowed run can come, so no stations are laid out there
+            times = times[times <= max_step * (settings.max_steps >> (settings.levels - 1))]
+        breakpoints = self.time_inputs.breakpoints
+        self.grid = make_time_grid(times, breakpoints, step, max_step)
+        if settings.step is None and not self._is_within_max_steps(self.grid):
             # A guess that asks for too much is no reason to run less far: begin with the longest steps.
-            self.grid = make_grid(times, breaks, longest, longest)
-        self.whole = self._cut_to_allowed_steps(all_there=len(times) == len(task.times))
-        self.iterations = tuning.iterations
-        self.marches: dict[int, March] = {}
-        self.steps, self.runs, self.laws = 0, 0, Counter[str]()
+            self.grid = make_time_grid(times, breakpoints, max_step, max_step)
+        self.full_grid = self._truncate_grid(has_all_times=len(times) == len(request.times))
+        self.iterations = settings.iterations
+        self.solutions: dict[int, FixedStepSolution] = {}
+        self.steps, self.runs, self.evaluation_counts = 0, 0, Counter[str]()
 
-    def to_accuracy(self) -> Best:
+    def refine_to_accuracy(self) -> RefinementResult:
         """Refine until the estimate is within the accuracy, or falls no further whatever the joint solver does."""
-        overall = None
+        best = None
         while True:
             iterations = self.iterations
-            best, stuck = self._refine()
-            overall = best if overall is None or _falls(best, overall) else overall
-            if self._reached(overall):
-                return overall
+            refined, has_stagnated = self._refine()
+            best = refined if best is None or _is_improvement(refined, best) else best
+            if self._is_accurate(best):
+                return best
             if self.iterations > iterations:
                 continue  # raised on the way: the longer steps were not solved well enough either
             # Near a dead centre, unsolved joints show in the estimate alone.
-            if not stuck or (overall.estimate or 0.0) < ROUNDING or not self._more_iterations():
-                return overall
+            if (
+                not has_stagnated
+                or (best.error_estimate or 0.0) < ESTIMATE_ROUNDING_FLOOR
+                or not self._raise_iterations()
+            ):
+                return best
 
-    def _refine(self) -> tuple[Best, bool]:
+    def _refine(self) -> tuple[RefinementResult, bool]:
         """Shorten the step until the accuracy is reached; the best result, and whether that stopped helping."""
-        best = self._closed_start()
-        level, iterations, missed = best.level, self.iterations, 0
-        while not self._reached(best):
-            level += min(max(1, math.ceil(math.log2(2 * (best.estimate or 1.0) / self.task.accuracy) / 3)), 4)
-            if level > MOST_DOUBLINGS or not self._allowed(self.grid, level):
+        best = self._first_closed_result()
+        level, iterations, stagnant_levels = best.level, self.iterations, 0
+        while not self._is_accurate(best):
+            level += min(max(1, math.ceil(math.log2(2 * (best.error_estimate or 1.0) / self.request.accuracy) / 3)), 4)
+            if level > MAX_STEP_HALVINGS or not self._is_within_max_steps(self.grid, level):
                 return best, False
-            finer = self.at(level)
-            if not _falls(finer, best):
+            finer = self.extrapolate_at_level(level)
+            if not _is_improvement(finer, best):
                 # What an event leaves falls with the step unevenly: one that does not help may be followed by one.
-                missed += 1
-                if missed > MISSES * self.switches:
+                stagnant_levels += 1
+                if stagnant_levels > MAX_STAGNANT_LEVELS * self.has_contacts:
                     return best, True
                 continue
-            best, missed = finer, 0
+            best, stagnant_levels = finer, 0
             if self.iterations > iterations:
                 return best, True
         return best, False
 
-    def _closed_start(self) -> Best:
+    def _first_closed_result(self) -> RefinementResult:
         """The first result; with shorter steps where joints open because steps are too long for how fast it gets."""
-        best, level = self.at(0), 0
-        while best.ending.opened and level < MOST_OPENED and self._allowed(self.grid, level + 1):
+        best, level = self.extrapolate_at_level(0), 0
+        while (
+            best.termination.has_open_joints
+            and level < MAX_OPEN_JOINT_HALVINGS
+            and self._is_within_max_steps(self.grid, level + 1)
+        ):
             level += 1
-            self.iterations = self.tuning.iterations
-            self.marches.clear()
-            best = self.at(level)
+            self.iterations = self.settings.iterations
+            self.solutions.clear()
+            best = self.extrapolate_at_level(level)
         return best
 
-    def _reached(self, best: Best) -> bool:
-        return best.ending.opened or best.estimate is None or best.estimate <= self.task.accuracy
-
-    @np.errstate(all="ignore")
-    def at(self, level: int) -> Best:
-        """The extrapolated result of runs whose coarsest has its steps doubled `level` times."""
-        levels = range(level, level + self.tuning.levels)
-        ending = self._march_all(levels)
-        at = self.grid.first(ending.stations).reported
-        happened = self._happened(levels, ending.stations)
-        states = self._combined(levels, ending.stations, happened, at)
-        certified = self.tuning.levels == 3 and (self.task.certify or self.tuning.step is None)
-        if not certified:
-            highest = states[0] if len(states) == 1 else _extrapolate(states[0], states[1], 8)
-            return Best(highest, self.reporter.report(highest), {}, None, level, ending, happened)
-        report = self.reporter.report(states[1])
-        if not self.switches:
-            errors = self.reporter.errors(report, self.reporter.report(states[0]))
-            return Best(states[1], report, errors, self.reporter.relative(errors), level, ending)
-        near = happened.near(states[1].times, self.task.accuracy * self.reporter.time_scale)
-        worse, better = (self.reporter.report(state.at(np.flatnonzero(~near))) for state in states)
-        errors = self.reporter.errors(better, worse)
-        late = max(happened.late, happened.early(states[1].times[~near]))
-        estimate = max(self.reporter.relative(errors), late / self.reporter.time_scale)
-        errors["event times"] = late
-        return Best(states[1], report, errors, estimate, level, ending, happened, int(near.sum()))
-
-    def trajectory(self, best: Best, wall_time: float) -> Trajectory:
-        """The result of the climb."""
-        levels = range(best.level, best.level + self.tuning.levels)
-        kept = best.ending.stations
-        stations = self._combined(levels, kept, best.happened)[-1]
-        state, report = best.state, best.report
-        modes = self.marches[levels[-1]].modes[:kept]
-        uncounted = self.reporter.uncounted_work(stations)
-        if modes and uncounted is not None:
-            uncounted = -work_between(self.scene, stations, self.reporter.spindle_speeds, modes)
-        if uncounted is not None or self.acted:
-            work = stations.work + stations.lost
-            stations = replace(stations, work=work if uncounted is None else work + uncounted)
-            at = self.grid.first(kept).reported
-            state = replace(state, work=stations.work[at])
-            report = self.reporter.report(state)
-        certified = best.estimate is not None
-        return self.reporter.trajectory(
-            Finding(
-                state=state,
-                stations=stations,
-                report=report,
-                outcome=self._outcome(best),
-                detail=best.ending.detail,
-                estimate=best.estimate,
-                errors=best.errors,
-                modes=modes,
-                reported=self.grid.first(kept).reported,
-                happened=best.happened.events,
-                excluded=best.excluded,
-            ),
-            cost=self._cost(best, wall_time),
-            settings={**asdict(self.tuning), "asked_accuracy": self.task.accuracy, "certified": certified},
+    def _is_accurate(self, result: RefinementResult) -> bool:
+        return (
+            result.termination.has_open_joints
+            or result.error_estimate is None
+            or result.error_estimate <= self.request.accuracy
         )
 
-    def _outcome(self, best: Best) -> Outcome:
-        if best.ending.outcome is not None:
-            return best.ending.outcome
-        if best.estimate is None:
-            return Outcome.UNCERTIFIED
-        return Outcome.DONE if best.estimate <= self.task.accuracy else Outcome.ACCURACY_MISSED
+    @np.errstate(all="ignore")
+    def extrapolate_at_level(self, level: int) -> RefinementResult:
+        """The extrapolated result of runs whose coarsest has its steps doubled `level` times."""
+        levels = range(level, level + self.settings.levels)
+        termination = self._integrate_levels(levels)
+        reported = self.grid.truncate(termination.n_monitor_times).reported_indices
+        extrapolated_events = self._extrapolate_events(levels, termination.n_monitor_times)
+        states = self._extrapolate_states(levels, termination.n_monitor_times, extrapolated_events, reported)
+        is_certified = self.settings.levels == 3 and (self.request.certify or self.settings.step is None)
+        if not is_certified:
+            extrapolated = states[0] if len(states) == 1 else _extrapolate(states[0], states[1], 8)
+            return RefinementResult(
+                extrapolated, self.evaluator.evaluate(extrapolated), {}, None, level, termination, extrapolated_events
+            )
+        report = self.evaluator.evaluate(states[1])
+        if not self.has_contacts:
+            errors = self.evaluator.compare_observables(report, self.evaluator.evaluate(states[0]))
+            return RefinementResult(
+                states[1], report, errors, self.evaluator.to_relative_error(errors), level, termination
+            )
+        is_near_event = extrapolated_events.are_near_events(
+            states[1].times, self.request.accuracy * self.evaluator.time_scale
+        )
+        coarse_report, fine_report = (
+            self.evaluator.evaluate(state.at(np.flatnonzero(~is_near_event))) for state in states
+        )
+        errors = self.evaluator.compare_observables(fine_report, coarse_report)
+        time_error = max(
+            extrapolated_events.time_error, extrapolated_events.wrong_side_error(states[1].times[~is_near_event])
+        )
+        error_estimate = max(self.evaluator.to_relative_error(errors), time_error / self.evaluator.time_scale)
+        errors["event times"] = time_error
+        return RefinementResult(
+            states[1], report, errors, error_estimate, level, termination, extrapolated_events, int(is_near_event.sum())
+        )
 
-    def _cost(self, best: Best, wall_time: float) -> Cost:
-        finest = self.grid.steps << (best.level + self.tuning.levels - 1)
-        step = float(np.max(np.diff(self.grid.stations) / finest, initial=0.0))
+    def make_trajectory(self, result: RefinementResult, wall_time: float) -> Trajectory:
+        """The result of the climb."""
+        levels = range(result.level, result.level + self.settings.levels)
+        n_monitor_times = result.termination.n_monitor_times
+        monitor_states = self._extrapolate_states(levels, n_monitor_times, result.extrapolated_events)[-1]
+        state, report = result.state, result.report
+        contact_modes = self.solutions[levels[-1]].contact_modes[:n_monitor_times]
+        uncounted_work = self.evaluator.integrate_missing_work(monitor_states)
+        if contact_modes and uncounted_work is not None:
+            uncounted_work = -integrate_work(
+                self.scene, monitor_states, self.evaluator.evaluate_spindle_speeds, contact_modes
+            )
+        if uncounted_work is not None or self.has_output_effects:
+            work = monitor_states.work + monitor_states.dissipated_energy
+            monitor_states = replace(monitor_states, work=work if uncounted_work is None else work + uncounted_work)
+            reported = self.grid.truncate(n_monitor_times).reported_indices
+            state = replace(state, work=monitor_states.work[reported])
+            report = self.evaluator.evaluate(state)
+        is_certified = result.error_estimate is not None
+        return self.evaluator.make_trajectory(
+            RunResult(
+                reported_states=state,
+                monitor_states=monitor_states,
+                observables=report,
+                outcome=self._outcome(result),
+                detail=result.termination.detail,
+                error_estimate=result.error_estimate,
+                reading_errors=result.errors,
+                contact_modes=contact_modes,
+                reported_indices=self.grid.truncate(n_monitor_times).reported_indices,
+                contact_events=result.extrapolated_events.events,
+                n_excluded=result.n_excluded,
+            ),
+            cost=self._cost(result, wall_time),
+            settings={**asdict(self.settings), "asked_accuracy": self.request.accuracy, "certified": is_certified},
+        )
+
+    def _outcome(self, result: RefinementResult) -> Outcome:
+        if result.termination.outcome is not None:
+            return result.termination.outcome
+        if result.error_estimate is None:
+            return Outcome.UNCERTIFIED
+        return Outcome.DONE if result.error_estimate <= self.request.accuracy else Outcome.ACCURACY_MISSED
+
+    def _cost(self, result: RefinementResult, wall_time: float) -> Cost:
+        finest_counts = self.grid.min_steps << (result.level + self.settings.levels - 1)
+        step = float(np.max(np.diff(self.grid.monitor_times) / finest_counts, initial=0.0))
         return Cost(
             engine="impulse",
-            reason=self.task.reason,
+            reason=self.request.reason,
             step=step,
             steps=self.steps,
             runs=self.runs,
             iterations=self.iterations,
-            evaluations=dict(self.laws),
+            evaluations=dict(self.evaluation_counts),
             wall_time=wall_time,
-            events=len(best.happened.events),
-            assembled=assembled(self.scene),
-            method=METHOD if self.switches else "",
+            events=len(result.extrapolated_events.events),
+            model_size=count_model_size(self.scene),
+            method=EVENT_METHOD_NAME if self.has_contacts else "",
         )
 
-    def _march_all(self, levels: range) -> Ending:
+    def _integrate_levels(self, levels: range) -> Termination:
         """March every level, with more solver iterations while joints stay open or the marches tell two stories."""
         while True:
             for level in levels:
-                if level not in self.marches:
-                    self.marches[level] = self._march(level)
-            exits = [self.reporter.first_outside(self.marches[level].poses) for level in levels]
-            opened = self._open(levels, exits)
-            if not (opened or _disagree(exits)) or not self._more_iterations():
+                if level not in self.solutions:
+                    self.solutions[level] = self._integrate_level(level)
+            exits = [self.evaluator.find_first_out_of_range(self.solutions[level].poses) for level in levels]
+            has_open_joints = self._has_open_joints(levels, exits)
+            if not (has_open_joints or _exits_disagree(exits)) or not self._raise_iterations():
                 break
-        if opened:
-            kept = self._closed_stations(levels)
-            where = f"at about t = {self.grid.stations[min(kept, len(self.grid.stations) - 1)]:.6g} s"
-            detail = f"{self.iterations} solver iterations did not close the joints, {where}"
-            return Ending(kept, Outcome.JOINT_OPENED, detail)
-        first = min((found for found in exits if found is not None), default=None)
-        if first is None:
-            return self.whole
-        station, sentence = first
-        return Ending(station, Outcome.LEFT_RANGE, f"{sentence}, at about t = {self.grid.stations[station]:.6g} s")
+        if has_open_joints:
+            n_closed = self._n_closed_monitor_times(levels)
+            when = f"at about t = {self.grid.monitor_times[min(n_closed, len(self.grid.monitor_times) - 1)]:.6g} s"
+            detail = f"{self.iterations} solver iterations did not close the joints, {when}"
+            return Termination(n_closed, Outcome.JOINT_OPENED, detail)
+        first_exit = min((limit_exit for limit_exit in exits if limit_exit is not None), default=None)
+        if first_exit is None:
+            return self.full_grid
+        index, message = first_exit
+        return Termination(index, Outcome.LEFT_RANGE, f"{message}, at about t = {self.grid.monitor_times[index]:.6g} s")
 
-    def _more_iterations(self) -> bool:
+    def _raise_iterations(self) -> bool:
         """Forget the marches and solve the joints with more iterations, unless that is beyond the cap."""
-        if self.iterations >= self.tuning.max_iterations:
+        if self.iterations >= self.settings.max_iterations:
             return False
-        self.iterations = min(RETRY * self.iterations, self.tuning.max_iterations)
-        self.marches.clear()
+        self.iterations = min(ITERATION_GROWTH_FACTOR * self.iterations, self.settings.max_iterations)
+        self.solutions.clear()
         return True
 
     @np.errstate(all="ignore")  # bodies that are lost give infinite numbers before they are missed
-    def _march(self, level: int) -> March:
-        assembly = Assembly(self.scene, iterations=self.iterations, plain=self.tuning.plain)
-        size = self.reporter.mechanism.size
+    def _integrate_level(self, level: int) -> FixedStepSolution:
+        model = PymunkModel(self.scene, iterations=self.iterations, plain=self.settings.plain)
+        length_scale = self.evaluator.mechanism.length_scale
 
-        def inside(poses: FloatArray) -> bool:
-            return self.reporter.first_outside(poses) is None
+        def is_within_limits(poses: FloatArray) -> bool:
+            return self.evaluator.find_first_out_of_range(poses) is None
 
-        if self.switches:
-            second = self.reporter.time_scale
-            result = march_through(
-                self.scene, assembly, self.grid, level, self.clock, self.start, second=second, size=size, inside=inside
+        if self.has_contacts:
+            time_scale = self.evaluator.time_scale
+            solution = integrate_with_events(
+                self.scene,
+                model,
+                self.grid,
+                level,
+                self.time_inputs,
+                self.start,
+                time_scale=time_scale,
+                length_scale=length_scale,
+                is_within_limits=is_within_limits,
             )
         else:
-            result = march(assembly, self.grid, level, self.clock, self.start, size=size, inside=inside)
-        steps = (int(self.grid.steps[: len(result.work) - 1].sum()) << level) + result.splits
+            solution = integrate_fixed_step(
+                model,
+                self.grid,
+                level,
+                self.time_inputs,
+                self.start,
+                length_scale=length_scale,
+                is_within_limits=is_within_limits,
+            )
+        steps = (int(self.grid.min_steps[: len(solution.work) - 1].sum()) << level) + solution.n_split_steps
         self.steps += steps
         self.runs += 1
-        for law, count in assembly.laws.items():
-            self.laws[law] += count * steps
-        return result
+        for law, count in model.evaluation_counts.items():
+            self.evaluation_counts[law] += count * steps
+        return solution
 
-    def _open(self, levels: range, exits: list[tuple[int, str] | None]) -> bool:
+    def _has_open_joints(self, levels: range, exits: list[tuple[int, str] | None]) -> bool:
         """Bodies lost, or joint gaps that do not shrink as the step is halved (a second-order scheme quarters them).
 
         Looked at up to the first station outside the limits, and there: joints torn open leave the limits too.
         """
-        count = min([len(self.grid.stations), *(found[0] + 1 for found in exits if found is not None)])
-        if any(len(self.marches[level].work) < count for level in levels):
+        count = min(
+            [len(self.grid.monitor_times), *(limit_exit[0] + 1 for limit_exit in exits if limit_exit is not None)]
+        )
+        if any(len(self.solutions[level].work) < count for level in levels):
             return True
-        if self.tuning.plain:
+        if self.settings.plain:
             return False
         gaps = [float(np.max(self._gaps(level, count))) for level in levels]
-        floor = GAP_FLOOR * self.reporter.mechanism.size
-        return any(finer > max(0.5 * coarser, floor) for coarser, finer in pairwise(gaps))
+        min_gap = MIN_SIGNIFICANT_GAP_RATIO * self.evaluator.mechanism.length_scale
+        return any(finer > max(0.5 * coarser, min_gap) for coarser, finer in pairwise(gaps))
 
     def _gaps(self, level: int, count: int) -> FloatArray:
-        return self.reporter.gap(self.marches[level].poses[:count], self.grid.stations[:count])
+        return self.evaluator.evaluate_joint_gap(self.solutions[level].poses[:count], self.grid.monitor_times[:count])
 
-    def _closed_stations(self, levels: range) -> int:
+    def _n_closed_monitor_times(self, levels: range) -> int:
         """How many stations the finest two marches reached with joints as closed as their steps explain."""
-        count = min(len(self.marches[level].work) for level in levels)
+        count = min(len(self.solutions[level].work) for level in levels)
         gaps = [np.maximum.accumulate(self._gaps(level, count)) for level in levels[-2:]]
-        open_ = gaps[-1] > np.maximum(0.5 * gaps[0], GAP_FLOOR * self.reporter.mechanism.size)
-        return int(np.argmax(open_)) if open_.any() else count
+        is_open = gaps[-1] > np.maximum(
+            0.5 * gaps[0], MIN_SIGNIFICANT_GAP_RATIO * self.evaluator.mechanism.length_scale
+        )
+        return int(np.argmax(is_open)) if is_open.any() else count
 
-    def _allowed(self, grid: Grid, level: int = 0) -> bool:
+    def _is_within_max_steps(self, grid: TimeGrid, level: int = 0) -> bool:
         """Whether the finest of the runs at this level stays within max_steps."""
-        return int(grid.steps.sum()) << (level + self.tuning.levels - 1) <= self.tuning.max_steps
+        return int(grid.min_steps.sum()) << (level + self.settings.levels - 1) <= self.settings.max_steps
 
-    def _cut_to_allowed_steps(self, *, all_there: bool) -> Ending:
+    def _truncate_grid(self, *, has_all_times: bool) -> Termination:
         """Cut the grid to what max_steps allow the finest of the first runs."""
-        allowed = self.tuning.max_steps >> (self.tuning.levels - 1)
-        reach = int(np.searchsorted(np.cumsum(self.grid.steps), allowed, side="right")) + 1
-        if reach >= len(self.grid.stations) and all_there:
-            return Ending(len(self.grid.stations))
-        self.grid = self.grid.first(reach)
-        detail = f"max_steps = {self.tuning.max_steps} end at t = {self.grid.stations[-1]:.6g} s"
-        return Ending(len(self.grid.stations), Outcome.STEP_LIMIT, detail)
+        max_steps = self.settings.max_steps >> (self.settings.levels - 1)
+        n_monitor_times = int(np.searchsorted(np.cumsum(self.grid.min_steps), max_steps, side="right")) + 1
+        if n_monitor_times >= len(self.grid.monitor_times) and has_all_times:
+            return Termination(len(self.grid.monitor_times))
+        self.grid = self.grid.truncate(n_monitor_times)
+        detail = f"max_steps = {self.settings.max_steps} end at t = {self.grid.monitor_times[-1]:.6g} s"
+        return Termination(len(self.grid.monitor_times), Outcome.STEP_LIMIT, detail)
 
-    def _at_stations(self, result: March, stations: int, at: IntArray | None = None) -> State:
+    def _project_states(
+        self, solution: FixedStepSolution, n_monitor_times: int, indices: IntArray | None = None
+    ) -> StateHistory:
         """The state of a march at its first stations, or at those of them that are asked for."""
-        which = np.arange(stations) if at is None else at
-        times, poses, velocities = self.grid.stations[which], result.poses[which], result.velocities[which]
-        if not self.tuning.plain and len(which):
+        selected = np.arange(n_monitor_times) if indices is None else indices
+        times, poses, velocities = (
+            self.grid.monitor_times[selected],
+            solution.poses[selected],
+            solution.velocities[selected],
+        )
+        if not self.settings.plain and len(selected):
             # The mean of two half steps opens the joints a little, and more where the step changes its length.
-            if self.switches:  # how far joints open hangs on the step, which is another where a step was split
-                poses = self.thrower.closed(times, poses)
-            velocities = self.projector.velocities(poses, velocities, times)
-        spindle = np.stack([result.angle[which], self.reporter.spindle_speeds(times, poses)], axis=-1)
-        work = result.work[which]
-        return State(
-            times=times, poses=poses, velocities=velocities, work=work, lost=result.lost[which], spindle=spindle
+            if self.has_contacts:  # how far joints open hangs on the step, which is another where a step was split
+                poses = self.impact_solver.close_joints(times, poses)
+            velocities = self.projector.project(poses, velocities, times)
+        spindle = np.stack(
+            [solution.spindle_angle[selected], self.evaluator.evaluate_spindle_speeds(times, poses)], axis=-1
+        )
+        work = solution.work[selected]
+        return StateHistory(
+            times=times,
+            poses=poses,
+            velocities=velocities,
+            work=work,
+            dissipated_energy=solution.dissipated_energy[selected],
+            spindle_state=spindle,
         )
 
-    def _combined(self, levels: range, stations: int, happened: Happened, at: IntArray | None = None) -> list[State]:
+    def _extrapolate_states(
+        self,
+        levels: range,
+        n_monitor_times: int,
+        extrapolated_events: ExtrapolatedEvents,
+        indices: IntArray | None = None,
+    ) -> list[StateHistory]:
         """The state of one march at its first stations (or some of them), or what pairs of neighbours extrapolate to.
 
         Between the times at which marches strike a stop one after the other there is nothing to extrapolate.
         """
-        states = [self._at_stations(self.marches[level], stations, at) for level in levels]
+        states = [self._project_states(self.solutions[level], n_monitor_times, indices) for level in levels]
         if len(states) == 1:
             return states
-        between = happened.between(states[-1].times)
-        return [_extrapolate(worse, better, 4, between) for worse, better in pairwise(states)]
+        between_impacts = extrapolated_events.are_between_impacts(states[-1].times)
+        return [_extrapolate(coarse, fine, 4, between_impacts) for coarse, fine in pairwise(states)]
 
-    def _happened(self, levels: range, stations: int) -> Happened:
+    def _extrapolate_events(self, levels: range, n_monitor_times: int) -> ExtrapolatedEvents:
         """What the marches passed up to a station."""
-        if not (self.switches and stations):
-            return Happened()
-        end = float(self.grid.stations[stations - 1])
-        return compare([[one for one in self.marches[k].events if one.time <= end] for k in levels], end)
+        if not (self.has_contacts and n_monitor_times):
+            return ExtrapolatedEvents()
+        end = float(self.grid.monitor_times[n_monitor_times - 1])
+        return extrapolate_events(
+            [[event for event in self.solutions[level].events if event.time <= end] for level in levels], end
+        )
 
 
-def _falls(finer: Best, best: Best) -> bool:
-    return not finer.ending.opened and finer.estimate is not None and finer.estimate < (best.estimate or math.inf)
+def _is_improvement(finer: RefinementResult, best: RefinementResult) -> bool:
+    return (
+        not finer.termination.has_open_joints
+        and finer.error_estimate is not None
+        and finer.error_estimate < (best.error_estimate or math.inf)
+    )
 
 
-def _disagree(exits: list[tuple[int, str] | None]) -> bool:
+def _exits_disagree(exits: list[tuple[int, str] | None]) -> bool:
     """Whether marches of one motion leave the limits at different stations, or only some of them."""
-    stations = [-NEAR if found is None else found[0] for found in exits]
-    return max(stations) - min(stations) >= NEAR
+    exit_indices = [-MAX_EXIT_DISAGREEMENT if limit_exit is None else limit_exit[0] for limit_exit in exits]
+    return max(exit_indices) - min(exit_indices) >= MAX_EXIT_DISAGREEMENT
 
 
-def _extrapolate(worse: State, better: State, gain: int, as_it_is: NDArray[np.bool_] | None = None) -> State:
+def _extrapolate(
+    coarse_state: StateHistory, fine_state: StateHistory, error_ratio: int, keep_fine: NDArray[np.bool_] | None = None
+) -> StateHistory:
     """Remove the leading error, which falls by `gain` from one state to the next (Richardson), but where as_it_is."""
 
     def combine(coarse: FloatArray, fine: FloatArray) -> FloatArray:
-        found: FloatArray = fine + (fine - coarse) / (gain - 1)
-        if as_it_is is not None:
-            found[as_it_is] = fine[as_it_is]
-        return found
+        extrapolated: FloatArray = fine + (fine - coarse) / (error_ratio - 1)
+        if keep_fine is not None:
+            extrapolated[keep_fine] = fine[keep_fine]
+        return extrapolated
 
-    return State(
-        times=better.times,
-        poses=combine(worse.poses, better.poses),
-        velocities=combine(worse.velocities, better.velocities),
-        work=combine(worse.work, better.work),
-        lost=combine(worse.lost, better.lost),
-        spindle=combine(worse.spindle, better.spindle),
+    return StateHistory(
+        times=fine_state.times,
+        poses=combine(coarse_state.poses, fine_state.poses),
+        velocities=combine(coarse_state.velocities, fine_state.velocities),
+        work=combine(coarse_state.work, fine_state.work),
+        dissipated_energy=combine(coarse_state.dissipated_energy, fine_state.dissipated_energy),
+        spindle_state=combine(coarse_state.spindle_state, fine_state.spindle_state),
     )

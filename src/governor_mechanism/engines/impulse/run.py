@@ -7,24 +7,24 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from governor_mechanism.engines.impulse.event_stepper import Passage
-from governor_mechanism.engines.impulse.pymunk import Assembly
-from governor_mechanism.engines.impulse.time_inputs import Clock
-from governor_mechanism.integrators.time_grid import Grid
-from governor_mechanism.mechanics.dynamics.contacts import Mode
+from governor_mechanism.engines.impulse.event_stepper import EventDrivenStepper
+from governor_mechanism.engines.impulse.pymunk import PymunkModel
+from governor_mechanism.engines.impulse.time_inputs import TimeInputs
+from governor_mechanism.integrators.time_grid import TimeGrid
+from governor_mechanism.mechanics.dynamics.contacts import ContactMode
 from governor_mechanism.model.events import Event
 from governor_mechanism.model.scene import Scene
 from governor_mechanism.types import FloatArray
 
-CHUNK = 256
+LIMIT_CHECK_INTERVAL = 256
 """Stations between two looks at whether the mechanism is still within its limits."""
 
-LOST = 1e3
+MAX_BODY_DISTANCE_RATIO = 1e3
 """A body this many machine sizes away was thrown off by joints that were not solved."""
 
 
 @dataclass(frozen=True)
-class March:
+class FixedStepSolution:
     """Poses and velocities (stations, bodies, 3), work (stations,) J of a given spindle speed's changes, angle
     (stations,) rad of a free spindle, lost (stations,) J to brakes, friction and stops; shorter than the grid where it
     was given up. What happened, how everything stood at the stations, and how many steps were split where that was.
@@ -33,128 +33,143 @@ class March:
     poses: FloatArray
     velocities: FloatArray
     work: FloatArray
-    angle: FloatArray
-    lost: FloatArray
+    spindle_angle: FloatArray
+    dissipated_energy: FloatArray
     events: tuple[Event, ...] = ()
-    modes: tuple[Mode, ...] = ()
-    splits: int = 0
+    contact_modes: tuple[ContactMode, ...] = ()
+    n_split_steps: int = 0
 
 
-def march(
-    assembly: Assembly,
-    grid: Grid,
+def integrate_fixed_step(
+    model: PymunkModel,
+    grid: TimeGrid,
     level: int,
-    clock: Clock,
+    time_inputs: TimeInputs,
     start: tuple[FloatArray, FloatArray],
     *,
-    size: float,
-    inside: Callable[[FloatArray], bool],
-) -> March:
+    length_scale: float,
+    is_within_limits: Callable[[FloatArray], bool],
+) -> FixedStepSolution:
     """Run through the grid, each interval's steps doubled `level` times, from poses and velocities (bodies, 3).
 
     Given up where a body is lost, and soon after `inside` finds poses (stations, bodies, 3) outside their limits.
     """
     poses, velocities = start
-    counts = grid.steps << level
-    if counts.size == 0:
-        return March(poses[np.newaxis], velocities[np.newaxis], np.zeros(1), np.zeros(1), np.zeros(1))
-    lengths = np.diff(grid.stations) / counts
-    following = np.append(lengths[1:], lengths[-1:])
-    assembly.start(poses, velocities, clock.first(float(lengths[0])))
-    clock.follow(assembly.spindle_inertia)
-    if assembly.plain:
-        kept = [(assembly.poses(), assembly.velocities(), 0.0, 0.0, 0.0)]
+    step_counts = grid.min_steps << level
+    if step_counts.size == 0:
+        return FixedStepSolution(poses[np.newaxis], velocities[np.newaxis], np.zeros(1), np.zeros(1), np.zeros(1))
+    lengths = np.diff(grid.monitor_times) / step_counts
+    next_lengths = np.append(lengths[1:], lengths[-1:])
+    model.start(poses, velocities, time_inputs.start_inputs(float(lengths[0])))
+    time_inputs.reset(model.predict_spindle_inertia)
+    if model.is_plain:
+        states = [(model.poses(), model.velocities(), 0.0, 0.0, 0.0)]
     else:  # the poses have just arrived at the start; the velocities are already half a step ahead
-        kept = [(assembly.poses(), _carried(assembly, velocities), 0.0, 0.0, 0.0)]
-    for index, (h, next_h) in enumerate(zip(lengths.tolist(), following.tolist(), strict=True)):
+        states = [(model.poses(), _to_proxy_velocities(model, velocities), 0.0, 0.0, 0.0)]
+    for index, (h, next_h) in enumerate(zip(lengths.tolist(), next_lengths.tolist(), strict=True)):
         # The last kick lasts half of this step and half of the next, whose length may be another.
-        clock.interval(grid.stations[index], grid.stations[index + 1], int(counts[index]), next_h)
+        time_inputs.prepare_interval(
+            grid.monitor_times[index], grid.monitor_times[index + 1], int(step_counts[index]), next_h
+        )
         try:
-            older, before = _advance(assembly, int(counts[index]), clock)
+            earlier, previous = _step_interval(model, int(step_counts[index]), time_inputs)
         except (ValueError, OverflowError):  # a body flew off so fast that its place is no number any more
             break
-        after, here = assembly.velocities(), assembly.poses()
-        if assembly.plain:
-            centred = after
-        elif clock.jumps:  # the load jumps here, so the mean of both sides is not the velocity: look back only
-            centred = before + 0.5 * (before - older)
+        current, poses_now = model.velocities(), model.poses()
+        if model.is_plain:
+            velocities_now = current
+        elif time_inputs.has_jump:  # the load jumps here, so the mean of both sides is not the velocity: look back only
+            velocities_now = previous + 0.5 * (previous - earlier)
         else:
-            centred = (next_h * before + h * after) / (h + next_h)
-        if not np.max(np.abs(here[:, :2])) < LOST * size:
+            velocities_now = (next_h * previous + h * current) / (h + next_h)
+        if not np.max(np.abs(poses_now[:, :2])) < MAX_BODY_DISTANCE_RATIO * length_scale:
             break
-        kept.append((here, centred, clock.work, clock.angle, assembly.lost))
-        if len(kept) % CHUNK == 0 and not inside(_mass_centres(assembly, kept[-CHUNK:])):
+        states.append((poses_now, velocities_now, time_inputs.work, time_inputs.spindle_angle, model.dissipated_energy))
+        if len(states) % LIMIT_CHECK_INTERVAL == 0 and not is_within_limits(
+            _mass_centres(model, states[-LIMIT_CHECK_INTERVAL:])
+        ):
             break
-    carried = [np.array(column) for column in zip(*kept, strict=True)]
-    centres, moving = assembly.of_mass_centres(carried[0], carried[1])
-    return March(centres, moving, carried[2], carried[3], carried[4])
+    columns = [np.array(column) for column in zip(*states, strict=True)]
+    mass_centre_poses, mass_centre_velocities = model.to_mass_centres(columns[0], columns[1])
+    return FixedStepSolution(mass_centre_poses, mass_centre_velocities, columns[2], columns[3], columns[4])
 
 
-def march_through(
+def integrate_with_events(
     scene: Scene,
-    assembly: Assembly,
-    grid: Grid,
+    model: PymunkModel,
+    grid: TimeGrid,
     level: int,
-    clock: Clock,
+    time_inputs: TimeInputs,
     start: tuple[FloatArray, FloatArray],
     *,
-    second: float,
-    size: float,
-    inside: Callable[[FloatArray], bool],
-) -> March:
+    time_scale: float,
+    length_scale: float,
+    is_within_limits: Callable[[FloatArray], bool],
+) -> FixedStepSolution:
     """The same where something may stick, strike or go slack on the way; second (s) is the time scale."""
-    counts = grid.steps << level
-    lengths = np.diff(grid.stations) / counts if counts.size else np.ones(1)
-    following = np.append(lengths[1:], lengths[-1:])
-    passage = Passage(scene, assembly, clock, start, second=second, level=level, h=float(lengths[0]))
-    kept, modes = [(*start, 0.0, 0.0, passage.lost)], [passage.mode]
-    for index, next_h in enumerate(following[: counts.size].tolist()):
-        begin, end = float(grid.stations[index]), float(grid.stations[index + 1])
+    step_counts = grid.min_steps << level
+    lengths = np.diff(grid.monitor_times) / step_counts if step_counts.size else np.ones(1)
+    next_lengths = np.append(lengths[1:], lengths[-1:])
+    stepper = EventDrivenStepper(
+        scene, model, time_inputs, start, time_scale=time_scale, level=level, h=float(lengths[0])
+    )
+    states, contact_modes = [(*start, 0.0, 0.0, stepper.dissipated_energy)], [stepper.mode]
+    for index, next_h in enumerate(next_lengths[: step_counts.size].tolist()):
+        begin, end = float(grid.monitor_times[index]), float(grid.monitor_times[index + 1])
         try:
-            on = passage.through(begin, end, int(counts[index]), next_h)
+            is_complete = stepper.integrate(begin, end, int(step_counts[index]), next_h)
         except (ValueError, OverflowError, np.linalg.LinAlgError):
             break
-        poses, velocities = passage.states()
-        if not (on and np.max(np.abs(poses[:, :2])) < LOST * size):
+        poses, velocities = stepper.mass_centre_state()
+        if not (is_complete and np.max(np.abs(poses[:, :2])) < MAX_BODY_DISTANCE_RATIO * length_scale):
             break
-        kept.append((poses, velocities, clock.work, clock.angle, passage.lost))
-        modes.append(passage.mode)
-        if len(kept) % CHUNK == 0 and not inside(np.array([state[0] for state in kept[-CHUNK:]])):
+        states.append((poses, velocities, time_inputs.work, time_inputs.spindle_angle, stepper.dissipated_energy))
+        contact_modes.append(stepper.mode)
+        if len(states) % LIMIT_CHECK_INTERVAL == 0 and not is_within_limits(
+            np.array([state[0] for state in states[-LIMIT_CHECK_INTERVAL:]])
+        ):
             break
-    columns = [np.array(column) for column in zip(*kept, strict=True)]
-    return March(
-        columns[0], columns[1], columns[2], columns[3], columns[4], tuple(passage.events), tuple(modes), passage.splits
+    columns = [np.array(column) for column in zip(*states, strict=True)]
+    return FixedStepSolution(
+        columns[0],
+        columns[1],
+        columns[2],
+        columns[3],
+        columns[4],
+        tuple(stepper.events),
+        tuple(contact_modes),
+        stepper.n_split_steps,
     )
 
 
-def _mass_centres(assembly: Assembly, kept: list[tuple[FloatArray, FloatArray, float, float, float]]) -> FloatArray:
-    poses, velocities = (np.array([state[which] for state in kept]) for which in (0, 1))
-    return assembly.of_mass_centres(poses, velocities)[0]
+def _mass_centres(model: PymunkModel, states: list[tuple[FloatArray, FloatArray, float, float, float]]) -> FloatArray:
+    poses, velocities = (np.array([state[column] for state in states]) for column in (0, 1))
+    return model.to_mass_centres(poses, velocities)[0]
 
 
-def _carried(assembly: Assembly, velocities: FloatArray) -> FloatArray:
+def _to_proxy_velocities(model: PymunkModel, velocities: FloatArray) -> FloatArray:
     """The start's velocities as the carriers have them: a lever's centre is its pin, which stands still."""
-    return np.where(assembly.levers()[:, np.newaxis], velocities * np.array([0.0, 0.0, 1.0]), velocities)
+    return np.where(model.pinned_bodies()[:, np.newaxis], velocities * np.array([0.0, 0.0, 1.0]), velocities)
 
 
-def _advance(assembly: Assembly, count: int, clock: Clock) -> tuple[FloatArray, FloatArray]:
+def _step_interval(model: PymunkModel, n_steps: int, time_inputs: TimeInputs) -> tuple[FloatArray, FloatArray]:
     """Step through one interval; velocities before the last kick but one (if it is asked for), and before the last."""
-    older = np.empty(0)
-    for index in range(count):
-        if index == count - 1:
-            before = assembly.velocities()
-        elif clock.jumps and index == count - 2:
-            older = assembly.velocities()
-        assembly.step(clock.moment(index))
-    return older, before
+    earlier = np.empty(0)
+    for index in range(n_steps):
+        if index == n_steps - 1:
+            previous = model.velocities()
+        elif time_inputs.has_jump and index == n_steps - 2:
+            earlier = model.velocities()
+        model.step(time_inputs.step_inputs(index))
+    return earlier, previous
 
 
-JOINT_STEPS = 3
+N_JOINT_RECOVERY_STEPS = 3
 """Steps after a stop in which the joints take up what the stop left open; their speeds are no swing's."""
 
 
 @dataclass(frozen=True)
-class Settled:
+class RelaxationResult:
     """Poses (bodies, 3) at rest, and the steps it took; `at_rest` is False where it did not settle."""
 
     poses: FloatArray
@@ -162,39 +177,41 @@ class Settled:
     at_rest: bool
 
 
-def settle(
-    assembly: Assembly,
+def relax(
+    model: PymunkModel,
     h: float,
-    clock: Clock,
+    time_inputs: TimeInputs,
     poses: FloatArray,
     *,
-    still: float,
-    inside: Callable[[FloatArray], bool],
-    most: int,
-) -> Settled:
+    max_rest_energy: float,
+    is_within_limits: Callable[[FloatArray], bool],
+    max_steps: int,
+) -> RelaxationResult:
     """Let go of the mechanism and take its motion away whenever it is fastest, until it stays where it is.
 
     Between two such stops it swings from rest toward its equilibrium, so the distance shrinks about a hundredfold each
     time. `still` (J) is the largest kinetic energy that counts as rest; `inside` says whether poses are in range.
     """
-    assembly.start(poses, np.zeros_like(poses), clock.first(h))
-    steady = clock.held(h)
-    fastest, since = 0.0, 0
-    for steps in range(most):
-        now = assembly.kinetic_energy()
-        if since > JOINT_STEPS and now < fastest:  # past the fastest: the equilibrium lies just behind
-            if fastest < still:
-                return Settled(_poses_now(assembly), steps, True)
-            assembly.rest()
-            fastest, since = 0.0, 0
-            if not inside(_poses_now(assembly)):
+    model.start(poses, np.zeros_like(poses), time_inputs.start_inputs(h))
+    inputs = time_inputs.constant_inputs(h)
+    max_energy, steps_since_stop = 0.0, 0
+    for steps in range(max_steps):
+        energy = model.kinetic_energy()
+        if (
+            steps_since_stop > N_JOINT_RECOVERY_STEPS and energy < max_energy
+        ):  # past the fastest: the equilibrium lies just behind
+            if max_energy < max_rest_energy:
+                return RelaxationResult(_mass_centre_poses(model), steps, True)
+            model.zero_velocities()
+            max_energy, steps_since_stop = 0.0, 0
+            if not is_within_limits(_mass_centre_poses(model)):
                 break
-        if since >= JOINT_STEPS:
-            fastest = max(fastest, now)
-        since += 1
-        assembly.step(steady)
-    return Settled(_poses_now(assembly), steps, False)
+        if steps_since_stop >= N_JOINT_RECOVERY_STEPS:
+            max_energy = max(max_energy, energy)
+        steps_since_stop += 1
+        model.step(inputs)
+    return RelaxationResult(_mass_centre_poses(model), steps, False)
 
 
-def _poses_now(assembly: Assembly) -> FloatArray:
-    return assembly.of_mass_centres(assembly.poses(), assembly.velocities())[0]
+def _mass_centre_poses(model: PymunkModel) -> FloatArray:
+    return model.to_mass_centres(model.poses(), model.velocities())[0]

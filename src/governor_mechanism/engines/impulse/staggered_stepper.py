@@ -7,152 +7,196 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from governor_mechanism.engines.impulse.pymunk.model import Assembly
-from governor_mechanism.engines.impulse.pymunk.step_inputs import Moment
-from governor_mechanism.engines.impulse.step_records import Instant, Sight
-from governor_mechanism.mechanics.contact.impact import Thrower
-from governor_mechanism.mechanics.kinematics.output_variables import reading_gradient
+from governor_mechanism.engines.impulse.pymunk.model import PymunkModel
+from governor_mechanism.engines.impulse.pymunk.step_inputs import StepInputs
+from governor_mechanism.engines.impulse.step_records import StepObservation, StepState
+from governor_mechanism.mechanics.contact.impact import ImpactSolver
+from governor_mechanism.mechanics.kinematics.output_variables import evaluate_output_gradient
 from governor_mechanism.model.mechanism import Mechanism
 from governor_mechanism.types import FloatArray
 
 if TYPE_CHECKING:
-    from governor_mechanism.engines.impulse.time_inputs import Clock
+    from governor_mechanism.engines.impulse.time_inputs import TimeInputs
 
-SOLVED = 3
+N_WARM_STARTS = 3
 """How often a start is repeated, so that the joint solver begins from the impulses that it will find."""
 
-ANEW = 4
+N_WARM_UP_STEPS = 4
 """Steps after a beginning in which the joint solver has its impulses still to find."""
 
-CLOSER = 8
+HOLD_ITERATION_FACTOR = 8
 """How many times more solver iterations begin a motion anew, and follow one while something is held: what holds is
 told by its force, and not by how the bodies move.
 """
 
 
-class Walk:
+class StaggeredStepper:
     """An assembly on its way. here: where it is; stepped (s): the length of its last step; holding: whether anything
     is held."""
 
     def __init__(
-        self, mechanism: Mechanism, assembly: Assembly, clock: Clock, start: tuple[FloatArray, FloatArray], h: float
+        self,
+        mechanism: Mechanism,
+        model: PymunkModel,
+        time_inputs: TimeInputs,
+        start: tuple[FloatArray, FloatArray],
+        h: float,
     ) -> None:
-        assert assembly.acting is not None
-        self.assembly, self.acting, self.clock, self.stepped = assembly, assembly.acting, clock, h
-        self.holding, self._anew = False, 0
-        self._mechanism, self._thrower = mechanism, Thrower(mechanism)
-        self._pinned = assembly.levers()[:, np.newaxis] & np.array([True, True, False])
-        clock.closing = True
-        assembly.start(*start, clock.first(h))
-        clock.follow(assembly.spindle_inertia)
-        moving, values = self._carried(start[1]), self.acting.values
-        self.here = Instant(0.0, assembly.poses(), moving, values, self.acting.rates(moving), clock.so_far(), 0.0)
+        assert model.output_forces is not None
+        self.model, self.output_forces, self.time_inputs, self.last_h = model, model.output_forces, time_inputs, h
+        self.is_holding, self._warm_up_steps_left = False, 0
+        self._mechanism, self._impact_solver = mechanism, ImpactSolver(mechanism)
+        self._pinned = model.pinned_bodies()[:, np.newaxis] & np.array([True, True, False])
+        time_inputs.uses_left_limits = True
+        model.start(*start, time_inputs.start_inputs(h))
+        time_inputs.reset(model.predict_spindle_inertia)
+        proxy_velocities, values = self._to_proxy_velocities(start[1]), self.output_forces.output_values
+        self.state = StepState(
+            0.0,
+            model.poses(),
+            proxy_velocities,
+            values,
+            self.output_forces.output_rates(proxy_velocities),
+            time_inputs.accumulators(),
+            0.0,
+        )
 
     @property
-    def one_freedom(self) -> bool:
+    def has_one_dof(self) -> bool:
         """Whether one coordinate settles how everything moves."""
-        return self._thrower.mobility == 1
+        return self._impact_solver.mobility == 1
 
-    def value(self, at: int) -> float:
+    def output_value(self, output: int) -> float:
         """Value (m or rad) of a reading."""
-        return float(self.here.values[at])
+        return float(self.state.values[output])
 
-    def rate(self, at: int) -> float:
+    def output_rate(self, output: int) -> float:
         """Rate (m/s or rad/s) of a reading."""
-        return float(self.here.rates[at])
+        return float(self.state.rates[output])
 
-    def close(self) -> None:
+    def close_joints(self) -> None:
         """Close the joints: how far a step leaves them open depends on its length."""
-        self.here = self._closed(self.here)
+        self.state = self._with_closed_joints(self.state)
 
-    def states(self) -> tuple[FloatArray, FloatArray]:
+    def mass_centre_state(self) -> tuple[FloatArray, FloatArray]:
         """Poses and velocities (bodies, 3) of the mass centres where the march is."""
-        return self.assembly.of_mass_centres(self.here.poses, self.here.velocities)
+        return self.model.to_mass_centres(self.state.poses, self.state.velocities)
 
-    def step(self, moment: Moment, time: float) -> tuple[Sight, Instant]:
+    def step(self, inputs: StepInputs, time: float) -> tuple[StepObservation, StepState]:
         """One step; what is seen at its end, and where it leads to."""
-        assembly, acting = self.assembly, self.acting
-        assembly.solve_closer(CLOSER if self.holding or self._anew else 1)
-        self._anew = max(self._anew - 1, 0)
-        before = assembly.velocities()
-        assembly.step(moment)
-        after = assembly.velocities()
-        velocities = (moment.following * before + moment.h * after) / (moment.h + moment.following)
-        values, rates = acting.values, acting.rates(velocities)
-        instant = Instant(time, assembly.poses(), velocities, values, rates, self.clock.so_far(), acting.lost)
-        return Sight(values, rates, acting.rates(after), moment.frictions), instant
+        model, output_forces = self.model, self.output_forces
+        model.set_iteration_factor(HOLD_ITERATION_FACTOR if self.is_holding or self._warm_up_steps_left else 1)
+        self._warm_up_steps_left = max(self._warm_up_steps_left - 1, 0)
+        velocities_before = model.velocities()
+        model.step(inputs)
+        velocities_after = model.velocities()
+        velocities = (inputs.next_h * velocities_before + inputs.h * velocities_after) / (inputs.h + inputs.next_h)
+        values, rates = output_forces.output_values, output_forces.output_rates(velocities)
+        state = StepState(
+            time,
+            model.poses(),
+            velocities,
+            values,
+            rates,
+            self.time_inputs.accumulators(),
+            output_forces.dissipated_energy,
+        )
+        return StepObservation(
+            values, rates, output_forces.output_rates(velocities_after), inputs.friction_limits
+        ), state
 
-    def attempt(self, h: float, steps: int = 1) -> tuple[Sight, Instant]:
+    def take_trial_step(self, h: float, steps: int = 1) -> tuple[StepObservation, StepState]:
         """h seconds alone, from where the march is; it stays there.
 
         What joints bear is seen from the second step on: the first begins with closed joints, which steps leave open
         by the square of their length, and bears what opens them too.
         """
-        self.start(h / steps)
-        time = self.here.time
-        self.clock.interval(time, time + h, steps, h / steps)
+        self.restart(h / steps)
+        time = self.state.time
+        self.time_inputs.prepare_interval(time, time + h, steps, h / steps)
         for index in range(steps):
-            sight, instant = self.step(self.clock.moment(index), time + (index + 1) * h / steps)
-        closed = self._closed(instant)
-        return replace(sight, values=closed.values, rates=closed.rates), closed
+            observation, state = self.step(self.time_inputs.step_inputs(index), time + (index + 1) * h / steps)
+        closed_state = self._with_closed_joints(state)
+        return replace(observation, values=closed_state.values, rates=closed_state.rates), closed_state
 
-    def start(self, h: float) -> None:
+    def restart(self, h: float) -> None:
         """Begin anew from where the march is, before a step of h seconds."""
-        here = self.here
-        self.assembly.solve_closer(CLOSER)
-        self._anew = ANEW
-        for _ in range(SOLVED):
-            self.assembly.start(here.poses, here.velocities, self.clock.again(here.time, h))
-        self.clock.back(here.added)
-        self.acting.lost, self.stepped = here.lost, h
+        state = self.state
+        self.model.set_iteration_factor(HOLD_ITERATION_FACTOR)
+        self._warm_up_steps_left = N_WARM_UP_STEPS
+        for _ in range(N_WARM_STARTS):
+            self.model.start(state.poses, state.velocities, self.time_inputs.restart_inputs(state.time, h))
+        self.time_inputs.restore(state.accumulators)
+        self.output_forces.dissipated_energy, self.last_h = state.dissipated_energy, h
 
-    def throw(self, rates: dict[str, float], *, lost: bool = False) -> None:
+    def apply_impulses(self, rates: dict[str, float], *, count_energy_loss: bool = False) -> None:
         """Change the velocities by impulses of the joints and along readings until these have their rates.
 
         lost: what energy that takes is counted as lost.
         """
-        here = self.here
-        poses, velocities = self.states()
-        gradients = np.array([reading_gradient(self._mechanism, name, poses) for name in rates])
-        gradients = gradients.reshape(-1, *poses.shape)
-        thrown = self._thrower.thrown(here.time, poses, velocities, gradients, np.array(list(rates.values())))
-        taken = self._thrower.energy(velocities) - self._thrower.energy(thrown) if lost else 0.0
-        moving = self._carried(thrown)
-        self.here = replace(here, velocities=moving, rates=self.acting.rates(moving), lost=here.lost + taken)
+        state = self.state
+        poses, velocities = self.mass_centre_state()
+        output_jacobian = np.array([evaluate_output_gradient(self._mechanism, name, poses) for name in rates])
+        output_jacobian = output_jacobian.reshape(-1, *poses.shape)
+        new_velocities = self._impact_solver.apply_impulses(
+            state.time, poses, velocities, output_jacobian, np.array(list(rates.values()))
+        )
+        energy_loss = (
+            self._impact_solver.kinetic_energy(velocities) - self._impact_solver.kinetic_energy(new_velocities)
+            if count_energy_loss
+            else 0.0
+        )
+        proxy_velocities = self._to_proxy_velocities(new_velocities)
+        self.state = replace(
+            state,
+            velocities=proxy_velocities,
+            rates=self.output_forces.output_rates(proxy_velocities),
+            dissipated_energy=state.dissipated_energy + energy_loss,
+        )
 
-    def pass_to(self, end: float, whole: float) -> None:
+    def extrapolate_to(self, end: float, full_step: float) -> None:
         """Go on to a station (s) so near that a step there would be one of rounding."""
-        here, left = self.here, end - self.here.time
-        if left <= 0.0:
+        state, remaining = self.state, end - self.state.time
+        if remaining <= 0.0:
             return
-        self.start(whole)
-        bend = (self.assembly.velocities() - here.velocities) / (0.5 * whole)
-        self.clock.interval(here.time, end, 1, whole)
-        self.clock.moment(0)
-        self.here = replace(
-            here,
+        self.restart(full_step)
+        acceleration = (self.model.velocities() - state.velocities) / (0.5 * full_step)
+        self.time_inputs.prepare_interval(state.time, end, 1, full_step)
+        self.time_inputs.step_inputs(0)
+        self.state = replace(
+            state,
             time=end,
-            poses=here.poses + left * (here.velocities + 0.5 * left * bend),
-            velocities=here.velocities + left * bend,
-            values=here.values + left * here.rates,
-            rates=here.rates + left * self.acting.rates(bend),
-            added=self.clock.so_far(),
-            lost=here.lost + left * self.acting.power(here.rates, self.clock.again(here.time, whole).frictions),
+            poses=state.poses + remaining * (state.velocities + 0.5 * remaining * acceleration),
+            velocities=state.velocities + remaining * acceleration,
+            values=state.values + remaining * state.rates,
+            rates=state.rates + remaining * self.output_forces.output_rates(acceleration),
+            accumulators=self.time_inputs.accumulators(),
+            dissipated_energy=state.dissipated_energy
+            + remaining
+            * self.output_forces.dissipated_power(
+                state.rates, self.time_inputs.restart_inputs(state.time, full_step).friction_limits
+            ),
         )
 
-    def _closed(self, instant: Instant) -> Instant:
+    def _with_closed_joints(self, state: StepState) -> StepState:
         """The same with closed joints."""
-        thrower, time = self._thrower, instant.time
-        poses, velocities = self.assembly.of_mass_centres(instant.poses, instant.velocities)
-        poses = thrower.closed(np.array([time]), poses[np.newaxis])[0]
-        none = np.zeros((0, *poses.shape))
-        moving = self._carried(thrower.thrown(time, poses, velocities, none, np.zeros(0)))
-        there = np.where(self._pinned, instant.poses, poses)
-        self.acting.look(there)
+        impact_solver, time = self._impact_solver, state.time
+        poses, velocities = self.model.to_mass_centres(state.poses, state.velocities)
+        poses = impact_solver.close_joints(np.array([time]), poses[np.newaxis])[0]
+        no_outputs = np.zeros((0, *poses.shape))
+        proxy_velocities = self._to_proxy_velocities(
+            impact_solver.apply_impulses(time, poses, velocities, no_outputs, np.zeros(0))
+        )
+        proxy_poses = np.where(self._pinned, state.poses, poses)
+        self.output_forces.evaluate_outputs(proxy_poses)
         return replace(
-            instant, poses=there, velocities=moving, values=self.acting.values, rates=self.acting.rates(moving)
+            state,
+            poses=proxy_poses,
+            velocities=proxy_velocities,
+            values=self.output_forces.output_values,
+            rates=self.output_forces.output_rates(proxy_velocities),
         )
 
-    def _carried(self, velocities: FloatArray) -> FloatArray:
+    def _to_proxy_velocities(self, velocities: FloatArray) -> FloatArray:
         """Velocities of mass centres as the carriers have them: the pin of a lever stands still."""
         return np.where(self._pinned, 0.0, velocities)

@@ -9,7 +9,7 @@ from governor_mechanism.types import FloatArray
 
 
 @dataclass(frozen=True)
-class Instant:
+class StepState:
     """Time (s), poses and velocities (bodies, 3) of the carriers at it, values and rates of all readings acted along,
     and what was added up until then.
     """
@@ -19,41 +19,41 @@ class Instant:
     velocities: FloatArray
     values: FloatArray
     rates: FloatArray
-    added: tuple[float, float, float, float, float]
-    lost: float
+    accumulators: tuple[float, float, float, float, float]
+    dissipated_energy: float
 
 
 @dataclass(frozen=True)
-class Sight:
+class StepObservation:
     """Values and rates of all readings acted along at the end of a step, their rates right after its kick, and what
     each friction bears then.
     """
 
     values: FloatArray
     rates: FloatArray
-    after: FloatArray
-    bears: tuple[float, ...]
+    rates_after_kick: FloatArray
+    friction_limits: tuple[float, ...]
 
 
 @dataclass(frozen=True)
-class Happening:
+class DetectedEvent:
     """Something that a step goes beyond, about a keeper or a one-sided spring: by how much, nought where it happens.
 
     before: how much that was where the step began; way: the sign of the motion it leads to.
     """
 
     kind: str
-    which: int
-    excess: Callable[[Sight], float]
-    before: float
-    way: int = 0
+    index: int
+    event_function: Callable[[StepObservation], float]
+    initial_value: float
+    direction: int = 0
 
 
-def turned(at: int, sign: int) -> Callable[[Sight], float]:
+def make_reversal_function(output: int, direction: int) -> Callable[[StepObservation], float]:
     """How fast a reading moves against the sign of its motion."""
-    return lambda sight: -sign * float(sight.rates[at])
+    return lambda sight: -direction * float(sight.rates[output])
 
 
-def beyond(at: int, way: int, end: float) -> Callable[[Sight], float]:
+def make_level_function(output: int, direction: int, level: float) -> Callable[[StepObservation], float]:
     """How far a reading is beyond a value, that way."""
-    return lambda sight: way * (float(sight.values[at]) - end)
+    return lambda sight: direction * (float(sight.values[output]) - level)

@@ -13,40 +13,54 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from governor_mechanism.mechanics.contact.tolerances import SMALLEST_BOUNCE, STANDING, STILL, TOUCHING, bounces_left
-from governor_mechanism.mechanics.dynamics.contacts import Mode, first_mode, keepers_of, springs_of
-from governor_mechanism.mechanics.dynamics.equations_of_motion import EXTRA, marks_of, project
+from governor_mechanism.mechanics.contact.tolerances import (
+    CONTACT_TOLERANCE,
+    MIN_REBOUND_HEIGHT,
+    REST_TOLERANCE,
+    STICTION_RATE_TOLERANCE,
+    zeno_time,
+)
+from governor_mechanism.mechanics.dynamics.contacts import ContactMode, contacts_of, initial_mode, output_springs_of
+from governor_mechanism.mechanics.dynamics.equations_of_motion import (
+    N_AUXILIARY_STATES,
+    evaluate_events_and_derivative,
+    project_state,
+)
 from governor_mechanism.mechanics.dynamics.lowering import (
     System,
-    Workspace,
-    acted_on,
+    SystemWorkspace,
+    forced_output_names,
     make_system,
-    make_workspace,
-    moved_hold,
+    make_system_workspace,
+    with_held_values,
 )
-from governor_mechanism.mechanics.dynamics.output_forces import FORCE
-from governor_mechanism.mechanics.kinematics.assembly import Assembler
-from governor_mechanism.mechanics.kinematics.constraint_kernels import bends_of, gradients_of, openings_of
+from governor_mechanism.mechanics.dynamics.output_forces import FORCE_EVENT
+from governor_mechanism.mechanics.kinematics.assembly import PositionSolver
+from governor_mechanism.mechanics.kinematics.constraint_kernels import (
+    evaluate_gamma,
+    evaluate_jacobian,
+    evaluate_residuals,
+)
 from governor_mechanism.model.events import LEAVES, PULLS, RESTS, SLACKENS, SLIPS, STICKS, STRIKES, Event
 from governor_mechanism.model.scene import Scene
 from governor_mechanism.types import FloatArray, RecordArray
 
-AT_ONCE = 1e-12
+SIMULTANEITY_TOLERANCE = 1e-12
 """Of a time scale: what happens closer together happens at once."""
 
-DOUBT = 1e-9
+MODE_CONSISTENCY_TOLERANCE = 1e-9
 """Of the scales of force and acceleration: what a check of a mode may be wrong by."""
 
-CARRIED = 1e-6
+TURNING_POINT_ACCELERATION_TOLERANCE = 1e-6
 """Machine sizes, or rad, in the square of a time scale: what is held is accelerated by less than this, by rounding."""
 
 
-Kind = tuple[tuple[int | None, ...], tuple[int, ...], tuple[bool, ...], bool]
+ContactModeKey = tuple[tuple[int | None, ...], tuple[int, ...], tuple[bool, ...], bool]
 """What modes have in common whose systems differ only in where something is held."""
 
 
 @dataclass(frozen=True)
-class Seen:
+class OutputState:
     """Values, rates, and gradients (gauges, bodies, 3) of all gauges at a state."""
 
     values: FloatArray
@@ -54,266 +68,347 @@ class Seen:
     gradients: FloatArray
 
 
-class Switching:
+class ContactModeSolver:
     """The mode of one scene as it moves on, and the events it passed."""
 
-    def __init__(self, scene: Scene, second: float, closed: float) -> None:
-        self.scene, self._second, self._closed = scene, second, closed
-        self.keepers, names = keepers_of(scene), acted_on(scene)
-        self.springs = [spring for spring in springs_of(scene) if spring.one_sided]
-        self._gauges = [names.index(keeper.reading) for keeper in self.keepers]
-        self._slack_gauges = [names.index(spring.reading) for spring in self.springs]
+    def __init__(self, scene: Scene, time_scale: float, constraint_tolerance: float) -> None:
+        self.scene, self._time_scale, self._constraint_tolerance = scene, time_scale, constraint_tolerance
+        self.contacts, names = contacts_of(scene), forced_output_names(scene)
+        self.one_sided_springs = [spring for spring in output_springs_of(scene) if spring.one_sided]
+        self._output_indices = [names.index(contact.output_name) for contact in self.contacts]
+        self._spring_output_indices = [names.index(spring.reading) for spring in self.one_sided_springs]
         mechanism = scene.part.mechanism
-        self._sizes = [1.0 if mechanism.reading(name).quantity == "angle" else mechanism.size for name in names]
-        self._joints = make_system(scene)[0].rows
-        assembler = Assembler(mechanism)
-        self._mobility, self._driven = assembler.mobility, bool(assembler.equations.driven.any())
-        self._built: dict[Kind, tuple[Mode, System, Workspace]] = {}
-        self.mode, self.events = first_mode(scene), list[Event]()
-        self._left_at, self._left = -math.inf, set[int]()
+        self._coordinate_scales = [
+            1.0 if mechanism.reading(name).quantity == "angle" else mechanism.length_scale for name in names
+        ]
+        self._joint_rows = make_system(scene)[0].constraint_rows
+        position_solver = PositionSolver(mechanism)
+        self._mobility, self._is_driven = position_solver.mobility, bool(position_solver.equations.is_driven.any())
+        self._models: dict[ContactModeKey, tuple[ContactMode, System, SystemWorkspace]] = {}
+        self.mode, self.events = initial_mode(scene), list[Event]()
+        self._released_at, self._released = -math.inf, set[int]()
 
-    def built(self, mode: Mode) -> tuple[System, Workspace]:
+    def get_model(self, mode: ContactMode) -> tuple[System, SystemWorkspace]:
         """The system of a mode, and room for it."""
-        kind = tuple(self._where(k, held) for k, held in enumerate(mode.held)), mode.sliding, mode.taut, mode.still
-        if kind not in self._built:
+        key = (
+            tuple(self._classify_hold(k, held) for k, held in enumerate(mode.held_values)),
+            mode.sliding_signs,
+            mode.taut,
+            mode.is_locked,
+        )
+        if key not in self._models:
             system = make_system(self.scene, mode)[0]
-            self._built[kind] = mode, system, make_workspace(system)
-        other, system, room = self._built[kind]
-        if other != mode:
-            self._built[kind] = mode, moved_hold(system, self._gauges, mode), room
-        return self._built[kind][1:]
+            self._models[key] = mode, system, make_system_workspace(system)
+        built_mode, system, workspace = self._models[key]
+        if built_mode != mode:
+            self._models[key] = mode, with_held_values(system, self._output_indices, mode), workspace
+        return self._models[key][1:]
 
-    def _where(self, k: int, held: float | None) -> int | None:
+    def _classify_hold(self, k: int, held: float | None) -> int | None:
         """How a keeper holds: at a stop (1, -1), in between (0), or not."""
         if held is None:
             return None
-        return 1 if held >= self.keepers[k].high else -1 if held <= self.keepers[k].low else 0
+        return 1 if held >= self.contacts[k].high else -1 if held <= self.contacts[k].low else 0
 
     @property
     def system(self) -> System:
         """That of the present mode."""
-        return self.built(self.mode)[0]
+        return self.get_model(self.mode)[0]
 
     @property
-    def room(self) -> Workspace:
+    def workspace(self) -> SystemWorkspace:
         """For the system of the present mode."""
-        return self.built(self.mode)[1]
+        return self.get_model(self.mode)[1]
 
-    def begin(self, state: FloatArray, cubics: FloatArray) -> None:
+    def initialize(self, state: FloatArray, input_cubics: FloatArray) -> None:
         """The mode at the start; nothing has happened yet."""
-        self.mode, self.events = first_mode(self.scene), []
-        self._left_at, self._left = -math.inf, set[int]()
-        self.go_on(0.0, state, cubics)
+        self.mode, self.events = initial_mode(self.scene), []
+        self._released_at, self._released = -math.inf, set[int]()
+        self.select_mode(0.0, state, input_cubics)
         self.events = []
 
-    def go_on(self, time: float, state: FloatArray, cubics: FloatArray, about: Sequence[int] = ()) -> None:
+    def select_mode(
+        self, time: float, state: FloatArray, input_cubics: FloatArray, triggered: Sequence[int] = ()
+    ) -> None:
         """Choose the mode after what was watched about some keepers or springs happened; state changes in place.
 
         cubics count from `time`, at which state is.
         """
-        before = self.mode
-        self._tighten(time, state)
-        left = self._leaving(time, {k for k in about if k < len(self.keepers) and before.held[k] is not None})
-        rest_at = self._strike(time, state, cubics)
-        seen = self._seen(state)
-        options = [list(self._options(k, seen, k in left)) for k in range(len(self.keepers))]
-        best, least = None, math.inf
-        for choice in itertools.product(*options):
-            many = sum(held is not None for held, _ in choice)
-            if many > self._mobility:
+        previous_mode = self.mode
+        self._update_one_sided_springs(time, state)
+        released = self._update_released(
+            time, {k for k in triggered if k < len(self.contacts) and previous_mode.held_values[k] is not None}
+        )
+        rest_times = self._apply_impacts(time, state, input_cubics)
+        outputs = self._evaluate_outputs(state)
+        candidates = [list(self._list_candidates(k, outputs, k in released)) for k in range(len(self.contacts))]
+        best_mode, least_violation = None, math.inf
+        for choice in itertools.product(*candidates):
+            n_held = sum(held is not None for held, _ in choice)
+            if n_held > self._mobility:
                 continue  # more holds than freedoms: one of them at its bound says the same, and settles the forces
-            still = many == self._mobility and not self._driven
-            mode = Mode(tuple(held for held, _ in choice), tuple(sign for _, sign in choice), self.mode.taut, still)
-            wrong = self._doubt(mode, state, cubics)
-            if wrong < least:
-                best, least = mode, wrong
-            if least <= DOUBT:
+            is_at_rest = n_held == self._mobility and not self._is_driven
+            mode = ContactMode(
+                tuple(held for held, _ in choice), tuple(sign for _, sign in choice), self.mode.taut, is_at_rest
+            )
+            violation = self._compute_violation(mode, state, input_cubics)
+            if violation < least_violation:
+                best_mode, least_violation = mode, violation
+            if least_violation <= MODE_CONSISTENCY_TOLERANCE:
                 break
-        if best is not None:
-            self.mode = best
-        self._hold(state, cubics)
-        self._tell(time, state, before, rest_at)
+        if best_mode is not None:
+            self.mode = best_mode
+        self._project_onto_mode(state, input_cubics)
+        self._record_events(time, state, previous_mode, rest_times)
 
-    def _leaving(self, time: float, left: set[int]) -> set[int]:
+    def _update_released(self, time: float, released: set[int]) -> set[int]:
         """Those that let go now, and those that did at this same time: between two that hold one thing, each would hand
         it to the other without end."""
-        if time - self._left_at <= AT_ONCE * self._second:
-            left = left | self._left
-        self._left_at, self._left = time, left
-        return left
+        if time - self._released_at <= SIMULTANEITY_TOLERANCE * self._time_scale:
+            released = released | self._released
+        self._released_at, self._released = time, released
+        return released
 
-    def _tighten(self, time: float, state: FloatArray) -> None:
+    def _update_one_sided_springs(self, time: float, state: FloatArray) -> None:
         """One-sided springs that begin to pull, or go slack."""
-        if not self.springs:
+        if not self.one_sided_springs:
             return
-        seen, taut = self._seen(state), list(self.mode.taut)
-        for k, (spring, gauge) in enumerate(zip(self.springs, self._slack_gauges, strict=True)):
-            off = float(seen.values[gauge]) - spring.free
-            near = abs(off) < TOUCHING * self._sizes[gauge]
-            taut[k] = bool(seen.rates[gauge] > 0 if near else off > 0)
+        outputs, taut = self._evaluate_outputs(state), list(self.mode.taut)
+        for k, (spring, output_index) in enumerate(
+            zip(self.one_sided_springs, self._spring_output_indices, strict=True)
+        ):
+            extension = float(outputs.values[output_index]) - spring.free_value
+            is_near_slack = abs(extension) < CONTACT_TOLERANCE * self._coordinate_scales[output_index]
+            taut[k] = bool(outputs.rates[output_index] > 0 if is_near_slack else extension > 0)
             if taut[k] != self.mode.taut[k]:
                 self.events.append(Event(time=time, kind=PULLS if taut[k] else SLACKENS, subject=spring.reading))
         self.mode = replace(self.mode, taut=tuple(taut))
 
-    def _strike(self, time: float, state: FloatArray, cubics: FloatArray) -> dict[int, float]:
+    def _apply_impacts(self, time: float, state: FloatArray, input_cubics: FloatArray) -> dict[int, float]:
         """Throw back what runs into a stop; when the bounces of those that come to rest there will be over (s)."""
-        rest_at: dict[int, float] = {}
-        for _ in range(2 * len(self.keepers)):
-            seen = self._seen(state)
-            hitting = [
+        rest_times: dict[int, float] = {}
+        for _ in range(2 * len(self.contacts)):
+            outputs = self._evaluate_outputs(state)
+            impacting = [
                 k
-                for k, keeper in enumerate(self.keepers)
-                if self._side(k, seen) * float(seen.rates[self._gauges[k]]) > self._still(k)
+                for k, contact in enumerate(self.contacts)
+                if self._find_active_stop(k, outputs) * float(outputs.rates[self._output_indices[k]])
+                > self._rest_rate(k)
             ]
-            if not hitting:
+            if not impacting:
                 break
-            resting = [k for k, held in enumerate(self.mode.held) if held is not None and k not in hitting
-                       and self._side(k, seen)]  # fmt: skip
-            rates = {k: -self.keepers[k].restitution * float(seen.rates[self._gauges[k]]) for k in hitting}
-            self._throw(state, seen, rates | dict.fromkeys(resting, 0.0))
-            for k in hitting:
-                self.events.append(Event(time=time, kind=STRIKES, subject=self.keepers[k].reading))
-            rest_at |= self._last_bounces(time, state, cubics, hitting)
-        return rest_at
+            resting = [k for k, held in enumerate(self.mode.held_values) if held is not None and k not in impacting
+                       and self._find_active_stop(k, outputs)]  # fmt: skip
+            rebound_rates = {
+                k: -self.contacts[k].restitution * float(outputs.rates[self._output_indices[k]]) for k in impacting
+            }
+            self._apply_impulses(state, outputs, rebound_rates | dict.fromkeys(resting, 0.0))
+            for k in impacting:
+                self.events.append(Event(time=time, kind=STRIKES, subject=self.contacts[k].output_name))
+            rest_times |= self._settle_final_bounces(time, state, input_cubics, impacting)
+        return rest_times
 
-    def _last_bounces(self, time: float, state: FloatArray, cubics: FloatArray, hit: Sequence[int]) -> dict[int, float]:
+    def _settle_final_bounces(
+        self, time: float, state: FloatArray, input_cubics: FloatArray, impacted: Sequence[int]
+    ) -> dict[int, float]:
         """Those of the hit that rise no more: their speed is taken away, and the time (s) told at which they rest."""
-        found: dict[int, float] = {}
-        seen = self._seen(state)
-        onward, returning = (self._bends_sliding(state, cubics, seen, hit, way) for way in (1, -1))
-        for k in hit:
-            gauge, side, restitution = self._gauges[k], self._side(k, seen), self.keepers[k].restitution
-            away, back = -side * float(seen.rates[gauge]), side * float(onward[gauge])
-            if restitution < 1 and back > 0 and away > 0 and away**2 < 2 * back * SMALLEST_BOUNCE * self._sizes[gauge]:
-                found[k] = time + bounces_left(away, back, side * float(returning[gauge]), restitution)
-        if found:
-            self._throw(state, seen, dict.fromkeys(found, 0.0))
-        return found
+        rest_times: dict[int, float] = {}
+        outputs = self._evaluate_outputs(state)
+        departing_accelerations, returning_accelerations = (
+            self._evaluate_sliding_accelerations(state, input_cubics, outputs, impacted, direction)
+            for direction in (1, -1)
+        )
+        for k in impacted:
+            output_index, stop_side, restitution = (
+                self._output_indices[k],
+                self._find_active_stop(k, outputs),
+                self.contacts[k].restitution,
+            )
+            rebound_speed, return_acceleration = (
+                -stop_side * float(outputs.rates[output_index]),
+                stop_side * float(departing_accelerations[output_index]),
+            )
+            if (
+                restitution < 1
+                and return_acceleration > 0
+                and rebound_speed > 0
+                and rebound_speed**2
+                < 2 * return_acceleration * MIN_REBOUND_HEIGHT * self._coordinate_scales[output_index]
+            ):
+                rest_times[k] = time + zeno_time(
+                    rebound_speed,
+                    return_acceleration,
+                    stop_side * float(returning_accelerations[output_index]),
+                    restitution,
+                )
+        if rest_times:
+            self._apply_impulses(state, outputs, dict.fromkeys(rest_times, 0.0))
+        return rest_times
 
-    def _bends_sliding(
-        self, state: FloatArray, cubics: FloatArray, seen: Seen, hit: Sequence[int], way: int
+    def _evaluate_sliding_accelerations(
+        self, state: FloatArray, input_cubics: FloatArray, outputs: OutputState, impacted: Sequence[int], direction: int
     ) -> FloatArray:
         """Second derivatives of what the gauges tell while what was hit moves on (way 1), or back (-1), and friction
         opposes that; with one freedom all else goes back with it."""
-        signs = []
-        for k, keeper in enumerate(self.keepers):
-            rate = float(seen.rates[self._gauges[k]])
-            rubs = keeper.friction is not None and (k in hit or self.mode.held[k] is None)
-            turns = way if k in hit or self._mobility == 1 else 1
-            signs.append(turns * int(math.copysign(1.0, rate)) if rubs and rate else 0)
-        held = tuple(None if k in hit else value for k, value in enumerate(self.mode.held))
-        slope = marks_of(*self.built(Mode(held, tuple(signs), self.mode.taut)), cubics, 0.0, state)[1]
-        return self._bends(state, slope)
+        sliding_signs = []
+        for k, contact in enumerate(self.contacts):
+            rate = float(outputs.rates[self._output_indices[k]])
+            has_friction = contact.friction is not None and (k in impacted or self.mode.held_values[k] is None)
+            motion_sign = direction if k in impacted or self._mobility == 1 else 1
+            sliding_signs.append(motion_sign * int(math.copysign(1.0, rate)) if has_friction and rate else 0)
+        held = tuple(None if k in impacted else value for k, value in enumerate(self.mode.held_values))
+        derivative = evaluate_events_and_derivative(
+            *self.get_model(ContactMode(held, tuple(sliding_signs), self.mode.taut)), input_cubics, 0.0, state
+        )[1]
+        return self._evaluate_output_accelerations(state, derivative)
 
-    def _throw(self, state: FloatArray, seen: Seen, rates: dict[int, float]) -> None:
+    def _apply_impulses(self, state: FloatArray, outputs: OutputState, target_rates: dict[int, float]) -> None:
         """Change the velocities by impulses of joints and stops until some keepers have these rates."""
         system = self.system
-        count = 3 * len(system.bodies)
-        joints = gradients_of(self._joints, state[:count].reshape(1, -1, 3))[0]
-        stops = seen.gradients[[self._gauges[k] for k in rates]]
-        rows = np.concatenate([joints, stops]).reshape(-1, count)
-        wanted = [rate - float(seen.rates[self._gauges[k]]) for k, rate in rates.items()]
-        right = np.concatenate([np.zeros(len(joints)), wanted])
-        weight = system.inverse_mass.ravel()
-        velocities = state[count : 2 * count]
-        mass = np.divide(1.0, weight, out=np.zeros_like(weight), where=weight > 0)
-        before = 0.5 * float(np.sum(mass * velocities**2))
-        velocities += weight * (rows.T @ np.linalg.lstsq((rows * weight) @ rows.T, right, rcond=1e-13)[0])
-        lost = before - 0.5 * float(np.sum(mass * velocities**2))
-        state[-EXTRA] += lost
-        state[-EXTRA + 1] += lost
+        n_coordinates = 3 * len(system.bodies)
+        joint_jacobian = evaluate_jacobian(self._joint_rows, state[:n_coordinates].reshape(1, -1, 3))[0]
+        contact_jacobian = outputs.gradients[[self._output_indices[k] for k in target_rates]]
+        constraint_jacobian = np.concatenate([joint_jacobian, contact_jacobian]).reshape(-1, n_coordinates)
+        rate_changes = [rate - float(outputs.rates[self._output_indices[k]]) for k, rate in target_rates.items()]
+        right_hand_side = np.concatenate([np.zeros(len(joint_jacobian)), rate_changes])
+        inverse_mass = system.inverse_mass.ravel()
+        velocities = state[n_coordinates : 2 * n_coordinates]
+        mass = np.divide(1.0, inverse_mass, out=np.zeros_like(inverse_mass), where=inverse_mass > 0)
+        energy_before = 0.5 * float(np.sum(mass * velocities**2))
+        velocities += inverse_mass * (
+            constraint_jacobian.T
+            @ np.linalg.lstsq(
+                (constraint_jacobian * inverse_mass) @ constraint_jacobian.T, right_hand_side, rcond=1e-13
+            )[0]
+        )
+        dissipated_energy = energy_before - 0.5 * float(np.sum(mass * velocities**2))
+        state[-N_AUXILIARY_STATES] += dissipated_energy
+        state[-N_AUXILIARY_STATES + 1] += dissipated_energy
 
-    def _options(self, k: int, seen: Seen, left: bool) -> Iterator[tuple[float | None, int]]:
+    def _list_candidates(self, k: int, outputs: OutputState, is_released: bool) -> Iterator[tuple[float | None, int]]:
         """How a keeper may go on: the value it is held at, or the sign of its sliding."""
-        keeper = self.keepers[k]
-        value, rate = float(seen.values[self._gauges[k]]), float(seen.rates[self._gauges[k]])
-        rubs, side = keeper.friction is not None, self._side(k, seen)
-        if abs(rate) > self._still(k):
-            yield None, int(math.copysign(1.0, rate)) if rubs else 0
+        contact = self.contacts[k]
+        value, rate = float(outputs.values[self._output_indices[k]]), float(outputs.rates[self._output_indices[k]])
+        has_friction, stop_side = contact.friction is not None, self._find_active_stop(k, outputs)
+        if abs(rate) > self._rest_rate(k):
+            yield None, int(math.copysign(1.0, rate)) if has_friction else 0
             return
-        if (rubs or side) and not left:
-            yield (keeper.high if side > 0 else keeper.low if side < 0 else value), 0
+        if (has_friction or stop_side) and not is_released:
+            yield (contact.high if stop_side > 0 else contact.low if stop_side < 0 else value), 0
         for sign in (1, -1):
-            if rubs and sign != side:
+            if has_friction and sign != stop_side:
                 yield None, sign
-        if not rubs:
+        if not has_friction:
             yield None, 0
 
-    def _doubt(self, mode: Mode, state: FloatArray, cubics: FloatArray) -> float:
+    def _compute_violation(self, mode: ContactMode, state: FloatArray, input_cubics: FloatArray) -> float:
         """By how much a mode contradicts itself, in units of the scales; nought where it does not."""
-        system, room = self.built(mode)
-        trial = state.copy()
-        _project(system, room, cubics, trial, self._closed)
-        marks, slope = marks_of(system, room, cubics, 0.0, trial)
-        forces = system.watch["kind"] == FORCE
-        unit = np.where(system.watch["tiny"] > 0, system.watch["tiny"], 1.0) * 1e12
-        worst = float(np.max(marks[forces] / unit[forces], initial=0.0))
-        seen, bends = self._seen(trial), self._bends(trial, slope)
-        for k, held in enumerate(mode.held):
-            gauge = self._gauges[k]
+        system, workspace = self.get_model(mode)
+        trial_state = state.copy()
+        _project_state_vector(system, workspace, input_cubics, trial_state, self._constraint_tolerance)
+        event_values, derivative = evaluate_events_and_derivative(system, workspace, input_cubics, 0.0, trial_state)
+        is_force = system.event_functions["kind"] == FORCE_EVENT
+        event_scale = np.where(system.event_functions["tolerance"] > 0, system.event_functions["tolerance"], 1.0) * 1e12
+        violation = float(np.max(event_values[is_force] / event_scale[is_force], initial=0.0))
+        outputs, output_accelerations = (
+            self._evaluate_outputs(trial_state),
+            self._evaluate_output_accelerations(trial_state, derivative),
+        )
+        for k, held in enumerate(mode.held_values):
+            output_index = self._output_indices[k]
             if held is not None:
                 # At the dead centre of a reading no force along it holds it: the mechanism carries it on.
-                carried = abs(float(bends[gauge])) * self._second**2 / self._sizes[gauge]
-                worst = max(worst, carried if carried > CARRIED else 0.0)
+                residual_acceleration = (
+                    abs(float(output_accelerations[output_index]))
+                    * self._time_scale**2
+                    / self._coordinate_scales[output_index]
+                )
+                violation = max(
+                    violation,
+                    residual_acceleration if residual_acceleration > TURNING_POINT_ACCELERATION_TOLERANCE else 0.0,
+                )
                 continue
-            if abs(float(seen.rates[gauge])) > self._still(k):
+            if abs(float(outputs.rates[output_index])) > self._rest_rate(k):
                 continue
-            away = mode.sliding[k] or -self._side(k, seen)
-            worst = max(worst, -away * float(bends[gauge]) * self._second**2 / self._sizes[gauge])
-        return worst
+            direction = mode.sliding_signs[k] or -self._find_active_stop(k, outputs)
+            violation = max(
+                violation,
+                -direction
+                * float(output_accelerations[output_index])
+                * self._time_scale**2
+                / self._coordinate_scales[output_index],
+            )
+        return violation
 
-    def _hold(self, state: FloatArray, cubics: FloatArray) -> None:
+    def _project_onto_mode(self, state: FloatArray, input_cubics: FloatArray) -> None:
         """Close joints, and what is held, to rounding; a speed that this takes away is rounding too."""
-        system, room = self.built(self.mode)
-        _project(system, room, cubics, state, self._closed)
+        system, workspace = self.get_model(self.mode)
+        _project_state_vector(system, workspace, input_cubics, state, self._constraint_tolerance)
 
-    def _tell(self, time: float, state: FloatArray, before: Mode, rest_at: dict[int, float]) -> None:
+    def _record_events(
+        self, time: float, state: FloatArray, previous_mode: ContactMode, rest_times: dict[int, float]
+    ) -> None:
         """Note what has begun or ceased to stand still; which of several holds does the holding is not told."""
-        seen = self._seen(state)
-        for k, keeper in enumerate(self.keepers):
-            was, now = (self._keeps(k, mode, seen) for mode in (before, self.mode))
-            if was != now:
-                begun, ended = (RESTS, LEAVES) if self._side(k, seen) else (STICKS, SLIPS)
+        outputs = self._evaluate_outputs(state)
+        for k, contact in enumerate(self.contacts):
+            was_held, is_held = (self._is_held(k, mode, outputs) for mode in (previous_mode, self.mode))
+            if was_held != is_held:
+                start_kind, end_kind = (RESTS, LEAVES) if self._find_active_stop(k, outputs) else (STICKS, SLIPS)
                 self.events.append(
-                    Event(time=rest_at.get(k, time), kind=begun if now else ended, subject=keeper.reading)
+                    Event(
+                        time=rest_times.get(k, time),
+                        kind=start_kind if is_held else end_kind,
+                        subject=contact.output_name,
+                    )
                 )
 
-    def _keeps(self, k: int, mode: Mode, seen: Seen) -> bool:
+    def _is_held(self, k: int, mode: ContactMode, outputs: OutputState) -> bool:
         """Whether a keeper stands still in a mode, by its own hold or because nothing moves."""
-        holds = self.keepers[k].friction is not None or self._side(k, seen) != 0
-        return mode.held[k] is not None or (mode.still and holds)
+        can_hold = self.contacts[k].friction is not None or self._find_active_stop(k, outputs) != 0
+        return mode.held_values[k] is not None or (mode.is_locked and can_hold)
 
-    def _seen(self, state: FloatArray) -> Seen:
-        gauges: RecordArray = self.system.gauges
-        count = 3 * len(self.system.bodies)
-        poses, velocities = (part.reshape(1, -1, 3) for part in (state[:count], state[count : 2 * count]))
-        values = openings_of(gauges, poses, np.zeros((1, len(gauges.table), 3)))[0]
-        gradients = gradients_of(gauges, poses)[0]
-        return Seen(values, np.sum(gradients * velocities[0], axis=(-2, -1)), gradients)
+    def _evaluate_outputs(self, state: FloatArray) -> OutputState:
+        output_rows: RecordArray = self.system.output_rows
+        n_coordinates = 3 * len(self.system.bodies)
+        poses, velocities = (
+            part.reshape(1, -1, 3) for part in (state[:n_coordinates], state[n_coordinates : 2 * n_coordinates])
+        )
+        values = evaluate_residuals(output_rows, poses, np.zeros((1, len(output_rows.table), 3)))[0]
+        gradients = evaluate_jacobian(output_rows, poses)[0]
+        return OutputState(values, np.sum(gradients * velocities[0], axis=(-2, -1)), gradients)
 
-    def _bends(self, state: FloatArray, slope: FloatArray) -> FloatArray:
+    def _evaluate_output_accelerations(self, state: FloatArray, derivative: FloatArray) -> FloatArray:
         """Second derivatives (gauges,) of what the gauges tell, at a state and its slope."""
         system = self.system
-        count = 3 * len(system.bodies)
-        poses, velocities = (part.reshape(1, -1, 3) for part in (state[:count], state[count : 2 * count]))
-        asked = np.zeros((1, len(system.gauges.table), 3))
-        needed = bends_of(system.gauges, poses, velocities, asked)[0]
-        gradients = gradients_of(system.gauges, poses)[0]
-        bends: FloatArray = np.sum(gradients * slope[count : 2 * count].reshape(-1, 3), axis=(-2, -1)) - needed
-        return bends
+        n_coordinates = 3 * len(system.bodies)
+        poses, velocities = (
+            part.reshape(1, -1, 3) for part in (state[:n_coordinates], state[n_coordinates : 2 * n_coordinates])
+        )
+        prescribed = np.zeros((1, len(system.output_rows.table), 3))
+        gamma = evaluate_gamma(system.output_rows, poses, velocities, prescribed)[0]
+        gradients = evaluate_jacobian(system.output_rows, poses)[0]
+        accelerations: FloatArray = (
+            np.sum(gradients * derivative[n_coordinates : 2 * n_coordinates].reshape(-1, 3), axis=(-2, -1)) - gamma
+        )
+        return accelerations
 
-    def _side(self, k: int, seen: Seen) -> int:
+    def _find_active_stop(self, k: int, outputs: OutputState) -> int:
         """At which of its stops a keeper is: 1 the high one, -1 the low one, 0 neither."""
-        keeper, gauge = self.keepers[k], self._gauges[k]
-        stands = abs(float(seen.rates[gauge])) <= self._still(k)
-        near, value = (STANDING if stands else TOUCHING) * self._sizes[gauge], float(seen.values[gauge])
-        return 1 if value >= keeper.high - near else -1 if value <= keeper.low + near else 0
+        contact, output_index = self.contacts[k], self._output_indices[k]
+        is_at_rest = abs(float(outputs.rates[output_index])) <= self._rest_rate(k)
+        tolerance, value = (
+            (REST_TOLERANCE if is_at_rest else CONTACT_TOLERANCE) * self._coordinate_scales[output_index],
+            float(outputs.values[output_index]),
+        )
+        return 1 if value >= contact.high - tolerance else -1 if value <= contact.low + tolerance else 0
 
-    def _still(self, k: int) -> float:
-        return STILL * self._sizes[self._gauges[k]] / self._second
+    def _rest_rate(self, k: int) -> float:
+        return STICTION_RATE_TOLERANCE * self._coordinate_scales[self._output_indices[k]] / self._time_scale
 
 
-def _project(system: System, room: Workspace, cubics: FloatArray, state: FloatArray, closed: float) -> None:
-    count = 3 * len(system.bodies)
-    poses, velocities = state[:count].reshape(-1, 3), state[count : 2 * count].reshape(-1, 3)
-    project(system, room, cubics, 0.0, poses, velocities, closed)
+def _project_state_vector(
+    system: System, workspace: SystemWorkspace, input_cubics: FloatArray, state: FloatArray, constraint_tolerance: float
+) -> None:
+    n_coordinates = 3 * len(system.bodies)
+    poses, velocities = state[:n_coordinates].reshape(-1, 3), state[n_coordinates : 2 * n_coordinates].reshape(-1, 3)
+    project_state(system, workspace, input_cubics, 0.0, poses, velocities, constraint_tolerance)

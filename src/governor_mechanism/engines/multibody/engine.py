@@ -10,30 +10,36 @@ from typing import ClassVar, final
 
 import numpy as np
 
-from governor_mechanism.effects.dashpot import OilBrake
+from governor_mechanism.effects.dashpot import Dashpot
 from governor_mechanism.effects.dry_friction import DryFriction
-from governor_mechanism.effects.registry import ALL_EFFECTS
-from governor_mechanism.effects.spring import SpringOn
-from governor_mechanism.engines.base import Engine, Task
-from governor_mechanism.engines.certificate import LOOSER, first_tolerance, outcome_of, refuse_settings, tightened
-from governor_mechanism.engines.initial_state import starting_state
-from governor_mechanism.engines.multibody.run import LONGEST_STEP, Passage, Stepper
-from governor_mechanism.integrators.projected_dop853 import DONE, STALLED
-from governor_mechanism.mechanics.contact.event_log import assembled, compared
+from governor_mechanism.effects.registry import EFFECT_TYPES
+from governor_mechanism.effects.spring import OutputSpring
+from governor_mechanism.engines.base import Engine, RunRequest
+from governor_mechanism.engines.certificate import (
+    COMPARISON_TOLERANCE_RATIO,
+    check_engine_settings,
+    classify_outcome,
+    initial_tolerance,
+    refine_tolerance,
+)
+from governor_mechanism.engines.initial_state import initial_state
+from governor_mechanism.engines.multibody.run import MULTIBODY_MAX_STEP_RATIO, ConstrainedIntegrator, IntegrationResult
+from governor_mechanism.integrators.projected_dop853 import INTEGRATION_DONE, INTEGRATION_STALLED
+from governor_mechanism.mechanics.contact.event_log import compare_event_logs, count_model_size
 from governor_mechanism.model.effect import Effect
-from governor_mechanism.model.joints import ALL_JOINTS, Joint
+from governor_mechanism.model.joints import JOINT_TYPES, Joint
 from governor_mechanism.model.scene import Scene
-from governor_mechanism.model.state_history import State
+from governor_mechanism.model.state_history import StateHistory
 from governor_mechanism.model.trajectory import Cost, Outcome, Trajectory
-from governor_mechanism.numerics.jit import announce
-from governor_mechanism.observables.evaluation import Finding, Report, Reporter
-from governor_mechanism.observables.singular_configurations import Between
+from governor_mechanism.numerics.jit import warn_before_compiling
+from governor_mechanism.observables.evaluation import Observables, ReadingEvaluator, RunResult
+from governor_mechanism.observables.singular_configurations import DenseOutput
 from governor_mechanism.types import FloatArray
 
-PATIENCE = 4
+MAX_MULTIBODY_STAGNANT_RUNS = 4
 """So many tighter certificates that are no better are believed; one may be bad luck."""
 
-HALVINGS = 40
+MAX_EXIT_BISECTIONS = 40
 """Of the time between two stations, to find when a motion leaves its range: to rounding."""
 
 
@@ -47,173 +53,186 @@ class MultibodyEngine(Engine):
     """
 
     name: ClassVar[str] = "multibody"
-    effects: ClassVar[frozenset[type[Effect]]] = ALL_EFFECTS
-    joints: ClassVar[frozenset[type[Joint]]] = ALL_JOINTS
+    effects: ClassVar[frozenset[type[Effect]]] = EFFECT_TYPES
+    joints: ClassVar[frozenset[type[Joint]]] = JOINT_TYPES
 
     tolerance: float | None = None
     max_steps: int = 1_000_000
 
     def __post_init__(self) -> None:
-        refuse_settings("MultibodyEngine", self.tolerance, self.max_steps)
+        check_engine_settings("MultibodyEngine", self.tolerance, self.max_steps)
 
-    def _run(self, scene: Scene, task: Task) -> Trajectory:
-        announce("integrate", 12)
-        follower = Follower(self, scene, task)
-        follower.stepper.compile()
-        started = time.perf_counter()
-        tolerance = self.tolerance or first_tolerance(task.accuracy)
-        if task.certify and self.tolerance is None:
-            best = tightened(follower.certified, tolerance, task.accuracy, PATIENCE)
+    def _run(self, scene: Scene, request: RunRequest) -> Trajectory:
+        warn_before_compiling("integrate_projected_dop853", 12)
+        runner = MultibodyRunner(self, scene, request)
+        runner.integrator.compile_kernels()
+        start_time = time.perf_counter()
+        tolerance = self.tolerance or initial_tolerance(request.accuracy)
+        if request.certify and self.tolerance is None:
+            best = refine_tolerance(runner.run_certified, tolerance, request.accuracy, MAX_MULTIBODY_STAGNANT_RUNS)
         else:
-            best = follower.certified(tolerance) if task.certify else follower.followed(tolerance)
-        return follower.trajectory(best, time.perf_counter() - started)
+            best = runner.run_certified(tolerance) if request.certify else runner.run_once(tolerance)
+        return runner.make_trajectory(best, time.perf_counter() - start_time)
 
 
 @dataclass(frozen=True)
-class Followed:
+class MultibodyResult:
     """States at the reported times and at all stations, what they say, and why there are no more."""
 
-    state: State
-    stations: State
-    passage: Passage
+    reported_states: StateHistory
+    monitor_states: StateHistory
+    integration: IntegrationResult
     tolerance: float
-    report: Report
-    ended: Outcome | None
+    observables: Observables
+    early_outcome: Outcome | None
     detail: str
-    errors: dict[str, float]
-    estimate: float | None = None
-    excluded: int = 0
+    reading_errors: dict[str, float]
+    error_estimate: float | None = None
+    n_excluded: int = 0
 
     @property
-    def reached(self) -> int:
+    def n_reached(self) -> int:
         """How many of the reported times it came to."""
-        return len(self.state.times)
+        return len(self.reported_states.times)
 
 
-class Follower:
+class MultibodyRunner:
     """Follows one scene at given tolerances."""
 
-    def __init__(self, engine: MultibodyEngine, scene: Scene, task: Task) -> None:
-        self.engine, self.scene, self.task = engine, scene, task
-        standing = starting_state(scene)
-        self.reporter = Reporter(scene, standing[0])
-        self.stepper = Stepper(scene, self.reporter, standing, task.times, engine.max_steps)
-        self.runs = 0
+    def __init__(self, engine: MultibodyEngine, scene: Scene, request: RunRequest) -> None:
+        self.engine, self.scene, self.request = engine, scene, request
+        initial_motion = initial_state(scene)
+        self.evaluator = ReadingEvaluator(scene, initial_motion[0])
+        self.integrator = ConstrainedIntegrator(scene, self.evaluator, initial_motion, request.times, engine.max_steps)
+        self.n_runs = 0
 
-    def certified(self, tolerance: float) -> Followed:
+    def run_certified(self, tolerance: float) -> MultibodyResult:
         """Two runs, and the difference between them as the estimate of the better one's error."""
         # Where it is not the tolerance that bounds the steps, twice as long ones tell the runs apart.
-        worse, better = self.followed(LOOSER * tolerance, 2 * LONGEST_STEP), self.followed(tolerance)
-        shared = min(len(worse.state.times), len(better.state.times))
-        late, near = compared(better.passage.events, worse.passage.events, better.state.times[:shared],
-                              self.task.accuracy * self.reporter.time_scale)  # fmt: skip
-        kept = np.flatnonzero(~near)
-        loose = self.reporter.report(worse.state.first(shared).at(kept))
-        tight = self.reporter.report(better.state.first(shared).at(kept))
-        errors = self.reporter.errors(tight, loose)
-        estimate = self.reporter.relative(errors)
-        if self.stepper.switching:
-            errors["event times"] = late
-            estimate = max(estimate, late / self.reporter.time_scale)
-        return replace(better, errors=errors, estimate=estimate, excluded=int(near.sum()))
+        worse, better = (
+            self.run_once(COMPARISON_TOLERANCE_RATIO * tolerance, 2 * MULTIBODY_MAX_STEP_RATIO),
+            self.run_once(tolerance),
+        )
+        n_shared = min(len(worse.reported_states.times), len(better.reported_states.times))
+        event_time_error, is_near_event = compare_event_logs(better.integration.events, worse.integration.events, better.reported_states.times[:n_shared],
+                              self.request.accuracy * self.evaluator.time_scale)  # fmt: skip
+        indices = np.flatnonzero(~is_near_event)
+        worse_observables = self.evaluator.evaluate(worse.reported_states.first(n_shared).at(indices))
+        better_observables = self.evaluator.evaluate(better.reported_states.first(n_shared).at(indices))
+        errors = self.evaluator.compare_observables(better_observables, worse_observables)
+        estimate = self.evaluator.to_relative_error(errors)
+        if self.integrator.contact_solver:
+            errors["event times"] = event_time_error
+            estimate = max(estimate, event_time_error / self.evaluator.time_scale)
+        return replace(better, reading_errors=errors, error_estimate=estimate, n_excluded=int(is_near_event.sum()))
 
-    def followed(self, tolerance: float, longest: float = LONGEST_STEP) -> Followed:
+    def run_once(self, tolerance: float, max_step_ratio: float = MULTIBODY_MAX_STEP_RATIO) -> MultibodyResult:
         """One run, its steps at most so many time scales long."""
-        self.runs += 1
-        passage = self.stepper.stepped(tolerance, longest)
-        every = self.stepper.state(passage.rows)
-        kept, ended, detail = len(every.times), None, ""
-        outside = self.reporter.first_outside(every.poses)
-        reached = f"t = {self.stepper.grid.stations[kept - 1]:.6g} s"
-        if outside is not None:
-            kept, ended = outside[0], Outcome.LEFT_RANGE
-            detail = f"{outside[1]}, at {self._leaving(passage.rows, tolerance, kept)}"
-        elif passage.code == STALLED:
-            ended, detail = Outcome.STALLED, f"at {reached}"
-        elif passage.code != DONE or len(self.stepper.grid.reported) < len(self.task.times):
-            ended, detail = Outcome.STEP_LIMIT, f"max_steps = {self.engine.max_steps} end at {reached}"
-        state = every.at(self.stepper.grid.first(kept).reported)
-        report = self.reporter.report(state)
-        return Followed(state, every.first(kept), passage, tolerance, report, ended, detail, {})
+        self.n_runs += 1
+        integration = self.integrator.integrate(tolerance, max_step_ratio)
+        history = self.integrator.state_history(integration.states)
+        n_kept, early_outcome, detail = len(history.times), None, ""
+        range_exit = self.evaluator.find_first_out_of_range(history.poses)
+        time_text = f"t = {self.integrator.time_grid.monitor_times[n_kept - 1]:.6g} s"
+        if range_exit is not None:
+            n_kept, early_outcome = range_exit[0], Outcome.LEFT_RANGE
+            detail = f"{range_exit[1]}, at {self._describe_exit(integration.states, tolerance, n_kept)}"
+        elif integration.status == INTEGRATION_STALLED:
+            early_outcome, detail = Outcome.STALLED, f"at {time_text}"
+        elif integration.status != INTEGRATION_DONE or len(self.integrator.time_grid.reported_indices) < len(
+            self.request.times
+        ):
+            early_outcome, detail = Outcome.STEP_LIMIT, f"max_steps = {self.engine.max_steps} end at {time_text}"
+        reported_states = history.at(self.integrator.time_grid.truncate(n_kept).reported_indices)
+        observables = self.evaluator.evaluate(reported_states)
+        return MultibodyResult(
+            reported_states, history.first(n_kept), integration, tolerance, observables, early_outcome, detail, {}
+        )
 
-    def _leaving(self, rows: FloatArray, tolerance: float, station: int) -> str:
+    def _describe_exit(self, states: FloatArray, tolerance: float, exit_index: int) -> str:
         """When the motion leaves its range, before this station: by halving the time from the one before."""
-        times = self.stepper.grid.stations
-        if station == 0 or self.stepper.stiff_from < np.inf or self.stepper.switching:
-            return f"about t = {times[station]:.6g} s"
-        inside, outside = float(times[station - 1]), float(times[station])
-        for _ in range(HALVINGS):
-            middle = 0.5 * (inside + outside)
-            there = self.stepper.between(rows, tolerance, station - 1, middle)
-            if there is None:
-                return f"about t = {outside:.6g} s"
-            if self.reporter.first_outside(there[0][np.newaxis]) is None:
-                inside = middle
+        times = self.integrator.time_grid.monitor_times
+        if exit_index == 0 or self.integrator.stiffness_onset < np.inf or self.integrator.contact_solver:
+            return f"about t = {times[exit_index]:.6g} s"
+        time_inside, time_outside = float(times[exit_index - 1]), float(times[exit_index])
+        for _ in range(MAX_EXIT_BISECTIONS):
+            middle = 0.5 * (time_inside + time_outside)
+            motion = self.integrator.integrate_between(states, tolerance, exit_index - 1, middle)
+            if motion is None:
+                return f"about t = {time_outside:.6g} s"
+            if self.evaluator.find_first_out_of_range(motion[0][np.newaxis]) is None:
+                time_inside = middle
             else:
-                outside = middle
-        return f"t = {outside:.9g} s"
+                time_outside = middle
+        return f"t = {time_outside:.9g} s"
 
-    def trajectory(self, best: Followed, wall_time: float) -> Trajectory:
+    def make_trajectory(self, best: MultibodyResult, wall_time: float) -> Trajectory:
         """The result."""
-        settings = {**asdict(self.engine), "asked_accuracy": self.task.accuracy, "certified": best.estimate is not None}
-        return self.reporter.trajectory(
-            Finding(
-                state=best.state,
-                stations=best.stations,
-                report=best.report,
-                outcome=outcome_of(best, self.task.accuracy),
+        settings = {
+            **asdict(self.engine),
+            "asked_accuracy": self.request.accuracy,
+            "certified": best.error_estimate is not None,
+        }
+        return self.evaluator.make_trajectory(
+            RunResult(
+                reported_states=best.reported_states,
+                monitor_states=best.monitor_states,
+                observables=best.observables,
+                outcome=classify_outcome(best, self.request.accuracy),
                 detail=best.detail,
-                estimate=best.estimate,
-                errors=best.errors,
-                between=self._between(best),
-                modes=best.passage.modes[: len(best.stations.times)],
-                reported=self.stepper.grid.first(len(best.stations.times)).reported,
-                happened=tuple(
-                    one
-                    for one in best.passage.events
-                    if not len(best.stations.times) or one.time <= best.stations.times[-1]
+                error_estimate=best.error_estimate,
+                reading_errors=best.reading_errors,
+                dense_output=self._make_dense_output(best),
+                contact_modes=best.integration.contact_modes[: len(best.monitor_states.times)],
+                reported_indices=self.integrator.time_grid.truncate(len(best.monitor_states.times)).reported_indices,
+                contact_events=tuple(
+                    event
+                    for event in best.integration.events
+                    if not len(best.monitor_states.times) or event.time <= best.monitor_states.times[-1]
                 ),
-                excluded=best.excluded,
+                n_excluded=best.n_excluded,
             ),
-            cost=self._cost(best, wall_time),
+            cost=self._make_cost(best, wall_time),
             settings=settings,
         )
 
-    def _between(self, best: Followed) -> Between | None:
-        if self.stepper.stiff_from < np.inf or self.stepper.switching:
+    def _make_dense_output(self, best: MultibodyResult) -> DenseOutput | None:
+        if self.integrator.stiffness_onset < np.inf or self.integrator.contact_solver:
             return None
-        return partial(self.stepper.between, best.passage.rows, best.tolerance)
+        return partial(self.integrator.integrate_between, best.integration.states, best.tolerance)
 
-    def _cost(self, best: Followed, wall_time: float) -> Cost:
-        steps, rejected, evaluations, _ = (int(count) for count in self.stepper.counts)
-        laws = Counter({"equations of motion": evaluations})
-        system = self.stepper.system
-        bodies = len(system.bodies)
+    def _make_cost(self, best: MultibodyResult, wall_time: float) -> Cost:
+        steps, rejected, evaluations, _ = (int(count) for count in self.integrator.counters)
+        law_counts = Counter({"equations of motion": evaluations})
+        system = self.integrator.system
+        n_bodies = len(system.bodies)
         if system.gravity:
-            laws["gravity"] = bodies * evaluations
-        if system.centrifugal:
-            laws["centrifugal"] = bodies * evaluations
-        if self.scene.part.mechanism.loads:
-            laws["springs, dampers, forces"] = len(self.scene.part.mechanism.loads) * evaluations
-        kinds = {"springs on readings": SpringOn, "oil brakes": OilBrake, "dry friction": DryFriction}
-        for (law, kind), count in zip(kinds.items(), self.stepper.acts.tolist(), strict=True):
-            if any(isinstance(effect, kind) for effect in self.scene.acting):
-                laws[law] = count
+            law_counts["gravity"] = n_bodies * evaluations
+        if system.has_centrifugal_forces:
+            law_counts["centrifugal"] = n_bodies * evaluations
+        if self.scene.part.mechanism.force_elements:
+            law_counts["springs, dampers, forces"] = len(self.scene.part.mechanism.force_elements) * evaluations
+        effect_classes = {"springs on readings": OutputSpring, "dashpots": Dashpot, "dry friction": DryFriction}
+        for (law, effect_class), count in zip(
+            effect_classes.items(), self.integrator.output_force_counts.tolist(), strict=True
+        ):
+            if any(isinstance(effect, effect_class) for effect in self.scene.output_effects):
+                law_counts[law] = count
         return Cost(
             engine=self.engine.name,
-            reason=self.task.reason,
-            step=best.passage.step,
-            steps=steps + self.stepper.implicit_steps,
+            reason=self.request.reason,
+            step=best.integration.last_step,
+            steps=steps + self.integrator.implicit_steps,
             rejected=rejected,
-            runs=self.runs,
-            evaluations=dict(laws),
+            runs=self.n_runs,
+            evaluations=dict(law_counts),
             wall_time=wall_time,
-            events=len(best.passage.events),
-            assembled=assembled(self.scene),
-            method=self._method(),
+            events=len(best.integration.events),
+            model_size=count_model_size(self.scene),
+            method=self._describe_method(),
         )
 
-    def _method(self) -> str:
-        if self.stepper.stiff_from == np.inf:
+    def _describe_method(self) -> str:
+        if self.integrator.stiffness_onset == np.inf:
             return "explicit (DOP853)"
-        return f"stiff from t = {self.stepper.stiff_from:.4g} s: implicit (Radau) in independent coordinates from there"
+        return f"stiff from t = {self.integrator.stiffness_onset:.4g} s: implicit (Radau) in independent coordinates from there"

@@ -8,203 +8,231 @@ from typing import Protocol
 import numpy as np
 from scipy.optimize import brentq
 
-from governor_mechanism.engines.multibody.contact import Switching
-from governor_mechanism.integrators.projected_dop853 import COUNTS, CROSSED, DONE, STALLED, integrate
-from governor_mechanism.mechanics.dynamics.contacts import Mode
-from governor_mechanism.mechanics.dynamics.equations_of_motion import marks_of
-from governor_mechanism.mechanics.dynamics.lowering import System, acts_of
-from governor_mechanism.mechanics.dynamics.output_forces import WATCH
+from governor_mechanism.engines.multibody.contact import ContactModeSolver
+from governor_mechanism.integrators.projected_dop853 import (
+    INTEGRATION_DONE,
+    INTEGRATION_EVENT,
+    INTEGRATION_STALLED,
+    N_COUNTERS,
+    integrate_projected_dop853,
+)
+from governor_mechanism.mechanics.dynamics.contacts import ContactMode
+from governor_mechanism.mechanics.dynamics.equations_of_motion import evaluate_events_and_derivative
+from governor_mechanism.mechanics.dynamics.lowering import System, count_output_forces
+from governor_mechanism.mechanics.dynamics.output_forces import EVENT_FUNCTION_DTYPE
 from governor_mechanism.types import FloatArray, IntArray
 
-WATCHED, AFTER = 0.2, 0.04
+EVENT_STEP_RATIO, RESTART_STEP_RATIO = 0.2, 0.04
 """Of the longest step: no step is longer while something is watched, and none that follows an event. The two runs of a
 certificate have longest steps of their own, and so take other ones here too."""
 
-SAME_TIME = 1e-13
+EVENT_TIME_TOLERANCE = 1e-13
 """Of a time scale: events closer together are at one time."""
 
-MOST_AT_ONCE = 30
+MAX_EVENTS_AT_ONE_TIME = 30
 """Events at one time; more are a chatter that does not end."""
 
-MOST_HALVINGS = 40
+MAX_BRACKET_HALVINGS = 40
 """Of a step, in search of where something that begins at nought was below it."""
 
-LEFT = 9
+INTEGRATION_OUT_OF_RANGE = 9
 """How a piece ends, beside those of `dop853`: a station lies outside the limits."""
 
-FEW_STEPS = 60
+MAX_STEPS_TO_EVENT = 60
 """From the beginning of a step to what happens within it takes a handful, but into a change point no end of them."""
 
 
-class _LostError(Exception):
+class _EventLocationError(Exception):
     """What is watched could not be followed within a step."""
 
 
-class Stepping(Protocol):
+class IntegrationContext(Protocol):
     """What is asked of a stepper."""
 
-    closed: float
+    constraint_tolerance: float
     max_steps: int
 
-    def cubics(self, start: float) -> FloatArray: ...
-    def outside(self, state: FloatArray) -> bool: ...
-    def scale(self) -> FloatArray: ...
+    def input_cubics(self, start: float) -> FloatArray: ...
+    def is_out_of_range(self, state: FloatArray) -> bool: ...
+    def make_error_scale(self) -> FloatArray: ...
 
 
-class Crossing:
+class EventIntegrator:
     """Goes on through one run at a tolerance; counts are those of `dop853`."""
 
-    def __init__(self, stepper: Stepping, switching: Switching, tolerance: float, second: float, longest: float,
-                 counts: IntArray) -> None:  # fmt: skip
-        self._stepper, self._switching, self._counts = stepper, switching, counts
-        self._tolerance, self._second, self._longest = tolerance, second, longest * second
-        self._last, self._at_once = -np.inf, 0
-        self.acts = np.zeros(3, dtype=np.int64)
+    def __init__(self, context: IntegrationContext, contact_solver: ContactModeSolver, tolerance: float, time_scale: float, max_step_ratio: float,
+                 counters: IntArray) -> None:  # fmt: skip
+        self._context, self._contact_solver, self._counters = context, contact_solver, counters
+        self._tolerance, self._time_scale, self._max_step = tolerance, time_scale, max_step_ratio * time_scale
+        self._last_event_time, self._n_simultaneous = -np.inf, 0
+        self.output_force_counts = np.zeros(3, dtype=np.int64)
         """Evaluations of springs, brakes and sliding friction along readings."""
-        self._scale = stepper.scale()
+        self._error_scale = context.make_error_scale()
 
-    def resume(self, time: float, state: FloatArray) -> None:
+    def restart_after_breakpoint(self, time: float, state: FloatArray) -> None:
         """A program has jumped, or has a kink."""
-        self._switching.go_on(time, state, self._stepper.cubics(time))
+        self._contact_solver.select_mode(time, state, self._context.input_cubics(time))
 
-    def piece(
+    def integrate_segment(
         self,
         span: tuple[float, float],
-        times: FloatArray,
+        output_times: FloatArray,
         state: FloatArray,
         step: float,
-        found: FloatArray,
-        modes: list[Mode],
+        output_states: FloatArray,
+        contact_modes: list[ContactMode],
     ) -> tuple[int, float, int]:
         """From span[0] to span[1], filling found at the times; how it ended, the last step, how many were reached."""
-        now, end = span
-        filled, switching = 0, self._switching
-        while now < end:
-            system, crossed = switching.system, np.empty(2)
-            left = times[filled:]
-            code, step, reached, reached_time = self._stepped(system, (now, end), left, state, step, found[filled:],
-                                                              crossed)  # fmt: skip
-            modes += [switching.mode] * reached
-            filled += reached
-            if code != CROSSED:
-                return code, step, filled
-            now = reached_time
-            when, about = self._located(system, now, state, crossed)
-            if not about and when - now <= SAME_TIME * self._second:  # nothing after all, and too near to look again
-                when = min(end, now + max(step, SAME_TIME * self._second))
-            _, _, reached, _ = self._stepped(_quiet(system), (now, when), times[filled:], state, when - now,
-                                             found[filled:], crossed)  # fmt: skip
-            modes += [switching.mode] * reached
-            filled += reached
-            now = when
-            if filled and self._stepper.outside(found[filled - 1]):
-                return LEFT, step, filled  # what happens beyond the limits is no concern of ours, and may never end
-            if about and not self._ends(now):
-                return STALLED, step, filled
-            if about:
-                switching.go_on(now, state, self._stepper.cubics(now), about)
-            step = min(step, AFTER * self._longest)
-        return DONE, step, filled
+        t, end = span
+        n_filled, contact_solver = 0, self._contact_solver
+        while t < end:
+            system, event_bracket = contact_solver.system, np.empty(2)
+            remaining_times = output_times[n_filled:]
+            status, step, n_reached, t_reached = self._integrate(system, (t, end), remaining_times, state, step, output_states[n_filled:],
+                                                              event_bracket)  # fmt: skip
+            contact_modes += [contact_solver.mode] * n_reached
+            n_filled += n_reached
+            if status != INTEGRATION_EVENT:
+                return status, step, n_filled
+            t = t_reached
+            event_time, triggered = self._locate_event(system, t, state, event_bracket)
+            if (
+                not triggered and event_time - t <= EVENT_TIME_TOLERANCE * self._time_scale
+            ):  # nothing after all, and too near to look again
+                event_time = min(end, t + max(step, EVENT_TIME_TOLERANCE * self._time_scale))
+            _, _, n_reached, _ = self._integrate(_without_event_functions(system), (t, event_time), output_times[n_filled:], state, event_time - t,
+                                             output_states[n_filled:], event_bracket)  # fmt: skip
+            contact_modes += [contact_solver.mode] * n_reached
+            n_filled += n_reached
+            t = event_time
+            if n_filled and self._context.is_out_of_range(output_states[n_filled - 1]):
+                return (
+                    INTEGRATION_OUT_OF_RANGE,
+                    step,
+                    n_filled,
+                )  # what happens beyond the limits is no concern of ours, and may never end
+            if triggered and not self._is_below_chattering_limit(t):
+                return INTEGRATION_STALLED, step, n_filled
+            if triggered:
+                contact_solver.select_mode(t, state, self._context.input_cubics(t), triggered)
+            step = min(step, RESTART_STEP_RATIO * self._max_step)
+        return INTEGRATION_DONE, step, n_filled
 
-    def _stepped(
+    def _integrate(
         self,
         system: System,
         span: tuple[float, float],
-        times: FloatArray,
+        output_times: FloatArray,
         state: FloatArray,
         step: float,
-        found: FloatArray,
-        crossed: FloatArray,
+        output_states: FloatArray,
+        event_bracket: FloatArray,
     ) -> tuple[int, float, int, float]:
-        longest = self._longest * (WATCHED if len(system.watch) else 1.0)
+        max_step = self._max_step * (EVENT_STEP_RATIO if len(system.event_functions) else 1.0)
         if not span[1] > span[0]:
-            return DONE, step, 0, span[0]
-        before = int(self._counts[2])
-        ended = integrate(system, self._switching.room, self._stepper.cubics(span[0]), span, times, state,
-                         self._scale, self._tolerance, step or longest, longest, self._stepper.closed,
-                         self._stepper.max_steps, found, self._counts, crossed)  # fmt: skip
-        self._count_acts(system, int(self._counts[2]) - before)
-        return ended
+            return INTEGRATION_DONE, step, 0, span[0]
+        evaluations_before = int(self._counters[2])
+        result = integrate_projected_dop853(system, self._contact_solver.workspace, self._context.input_cubics(span[0]), span, output_times, state,
+                         self._error_scale, self._tolerance, step or max_step, max_step, self._context.constraint_tolerance,
+                         self._context.max_steps, output_states, self._counters, event_bracket)  # fmt: skip
+        self._count_output_forces(system, int(self._counters[2]) - evaluations_before)
+        return result
 
-    def _located(self, system: System, now: float, state: FloatArray, crossed: FloatArray) -> tuple[float, list[int]]:
+    def _locate_event(
+        self, system: System, t: float, state: FloatArray, event_bracket: FloatArray
+    ) -> tuple[float, list[int]]:
         """When the first thing watched rises above nought, and whom it concerns; none where it does not after all.
 
         state is at `now`, and crossed holds the times between which that is.
         """
-        low, high = float(crossed[0]), float(crossed[1])
+        low, high = float(event_bracket[0]), float(event_bracket[1])
         try:
-            times = self._crossings(system, now, state, low, high)
-        except _LostError:
+            crossing_times = self._find_crossing_times(system, t, state, low, high)
+        except _EventLocationError:
             return high, []  # at a change point, say: the step goes over it, and what happens there is looked for again
-        if not times:
+        if not crossing_times:
             return high, []
-        when = min(times.values())
-        same = [k for k, time in times.items() if time - when <= SAME_TIME * self._second]
-        return when, sorted({int(system.watch["about"][k]) for k in same})
+        event_time = min(crossing_times.values())
+        simultaneous = [
+            k for k, time in crossing_times.items() if time - event_time <= EVENT_TIME_TOLERANCE * self._time_scale
+        ]
+        return event_time, sorted({int(system.event_functions["contact_index"][k]) for k in simultaneous})
 
-    def _crossings(self, system: System, now: float, state: FloatArray, low: float, high: float) -> dict[int, float]:
+    def _find_crossing_times(
+        self, system: System, t: float, state: FloatArray, low: float, high: float
+    ) -> dict[int, float]:
         """When (s) each mark that has risen above nought at `high` did so, after `low`."""
-        cubics, room = self._stepper.cubics(now), self._switching.room
+        input_cubics, workspace = self._context.input_cubics(t), self._contact_solver.workspace
 
-        def marks(time: float) -> FloatArray:
-            there = self._reached(system, (now, time), state, cubics)
-            return marks_of(system, room, cubics, time - now, there)[0]
+        def event_values_at(time: float) -> FloatArray:
+            state_then = self._integrate_without_events(system, (t, time), state, input_cubics)
+            return evaluate_events_and_derivative(system, workspace, input_cubics, time - t, state_then)[0]
 
-        at_low, at_high = marks(low), marks(high)
-        crossing = np.flatnonzero(at_high > 0.0)
-        times, tiny = dict[int, float](), system.watch["tiny"]
-        for k in crossing.tolist():
+        values_low, values_high = event_values_at(low), event_values_at(high)
+        positive = np.flatnonzero(values_high > 0.0)
+        crossing_times, tolerances = dict[int, float](), system.event_functions["tolerance"]
+        for k in positive.tolist():
 
-            def mark(time: float, k: int = k) -> float:
-                return float(marks(time)[k])
+            def event_function(time: float, k: int = k) -> float:
+                return float(event_values_at(time)[k])
 
             begin, end = (
-                _below(mark, low, high, min(float(at_low[k]), 0.0)) if at_low[k] >= -float(tiny[k]) else (low, high)
+                _find_negative_start(event_function, low, high, min(float(values_low[k]), 0.0))
+                if values_low[k] >= -float(tolerances[k])
+                else (low, high)
             )
-            times[k] = low if begin is None else float(brentq(mark, begin, end, xtol=1e-15, rtol=1e-15))
-        return times
+            crossing_times[k] = (
+                low if begin is None else float(brentq(event_function, begin, end, xtol=1e-15, rtol=1e-15))
+            )
+        return crossing_times
 
-    def _reached(self, system: System, span: tuple[float, float], state: FloatArray, cubics: FloatArray) -> FloatArray:
+    def _integrate_without_events(
+        self, system: System, span: tuple[float, float], state: FloatArray, input_cubics: FloatArray
+    ) -> FloatArray:
         """The state at span[1] from that at span[0], in a few steps with nothing watched; cubics count from span[0]."""
-        there, counts = state.copy(), np.zeros(COUNTS, dtype=np.int64)
+        final_state, counters = state.copy(), np.zeros(N_COUNTERS, dtype=np.int64)
         if span[1] > span[0]:
-            length = span[1] - span[0]
-            code, *_ = integrate(_quiet(system), self._switching.room, cubics, span, np.empty(0),
-                                 there, self._scale, self._tolerance, length, self._longest,
-                                 self._stepper.closed, FEW_STEPS, np.empty((0, state.size)), counts,
+            duration = span[1] - span[0]
+            status, *_ = integrate_projected_dop853(_without_event_functions(system), self._contact_solver.workspace, input_cubics, span, np.empty(0),
+                                 final_state, self._error_scale, self._tolerance, duration, self._max_step,
+                                 self._context.constraint_tolerance, MAX_STEPS_TO_EVENT, np.empty((0, state.size)), counters,
                                  np.empty(2))  # fmt: skip
-            self._counts[2:] += counts[2:]
-            self._count_acts(system, int(counts[2]))
-            if code != DONE:
-                raise _LostError
-        return there
+            self._counters[2:] += counters[2:]
+            self._count_output_forces(system, int(counters[2]))
+            if status != INTEGRATION_DONE:
+                raise _EventLocationError
+        return final_state
 
-    def _count_acts(self, system: System, evaluations: int) -> None:
+    def _count_output_forces(self, system: System, evaluations: int) -> None:
         """Note how often each kind of load along a reading was evaluated: friction that holds is none."""
-        self.acts += evaluations * acts_of(system)
+        self.output_force_counts += evaluations * count_output_forces(system)
 
-    def _ends(self, now: float) -> bool:
+    def _is_below_chattering_limit(self, t: float) -> bool:
         """Whether what happens at one time comes to an end."""
-        self._at_once = self._at_once + 1 if now - self._last <= SAME_TIME * self._second else 0
-        self._last = now
-        return self._at_once < MOST_AT_ONCE
+        self._n_simultaneous = (
+            self._n_simultaneous + 1 if t - self._last_event_time <= EVENT_TIME_TOLERANCE * self._time_scale else 0
+        )
+        self._last_event_time = t
+        return self._n_simultaneous < MAX_EVENTS_AT_ONE_TIME
 
 
-def _below(mark: Callable[[float], float], low: float, high: float, least: float) -> tuple[float | None, float]:
+def _find_negative_start(
+    event_function: Callable[[float], float], low: float, high: float, threshold: float
+) -> tuple[float | None, float]:
     """A time after low at which a mark that begins at nought is below `least`, and a later one at which it is positive.
 
     The first is None where it rises at once.
     """
-    above = high
-    for halving in range(1, MOST_HALVINGS):
+    positive_time = high
+    for halving in range(1, MAX_BRACKET_HALVINGS):
         middle = low + (high - low) * 0.5**halving
-        found = mark(middle)
-        if found < least:
-            return middle, above
-        above = middle if found > 0.0 else above
+        value = event_function(middle)
+        if value < threshold:
+            return middle, positive_time
+        positive_time = middle if value > 0.0 else positive_time
     return None, high
 
 
-def _quiet(system: System) -> System:
+def _without_event_functions(system: System) -> System:
     """The same, with nothing watched."""
-    return system._replace(watch=np.zeros(0, dtype=WATCH))
+    return system._replace(event_functions=np.zeros(0, dtype=EVENT_FUNCTION_DTYPE))

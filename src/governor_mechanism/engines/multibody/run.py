@@ -7,229 +7,292 @@ from itertools import pairwise
 
 import numpy as np
 
-from governor_mechanism.engines.multibody.contact import AT_ONCE, Switching
-from governor_mechanism.engines.multibody.event_integration import Crossing
-from governor_mechanism.integrators.projected_dop853 import COUNTS, DONE, STIFF, integrate
-from governor_mechanism.integrators.radau import Implicit
-from governor_mechanism.integrators.time_grid import make_grid
-from governor_mechanism.mechanics.contact.event_log import without_passing
-from governor_mechanism.mechanics.dynamics.characteristic_scales import pace
-from governor_mechanism.mechanics.dynamics.contacts import Mode, switches
-from governor_mechanism.mechanics.dynamics.equations_of_motion import EXTRA, inertia_about_spindle, project
+from governor_mechanism.engines.multibody.contact import SIMULTANEITY_TOLERANCE, ContactModeSolver
+from governor_mechanism.engines.multibody.event_integration import EventIntegrator
+from governor_mechanism.integrators.projected_dop853 import (
+    INTEGRATION_DONE,
+    INTEGRATION_STIFF,
+    N_COUNTERS,
+    integrate_projected_dop853,
+)
+from governor_mechanism.integrators.radau import RadauIntegrator
+from governor_mechanism.integrators.time_grid import make_time_grid
+from governor_mechanism.mechanics.contact.event_log import drop_cancelled_events
+from governor_mechanism.mechanics.dynamics.characteristic_scales import max_step_scale
+from governor_mechanism.mechanics.dynamics.contacts import ContactMode, has_contacts
+from governor_mechanism.mechanics.dynamics.equations_of_motion import (
+    N_AUXILIARY_STATES,
+    inertia_about_spindle,
+    project_state,
+)
 from governor_mechanism.mechanics.dynamics.lowering import (
-    acts_of,
-    from_centres,
+    count_output_forces,
+    from_mass_centres,
     make_system,
-    make_workspace,
-    to_centres,
+    make_system_workspace,
+    to_mass_centres,
 )
 from governor_mechanism.model.events import Event
 from governor_mechanism.model.scene import Scene
-from governor_mechanism.model.state_history import State
-from governor_mechanism.observables.evaluation import Reporter
+from governor_mechanism.model.state_history import StateHistory
+from governor_mechanism.observables.evaluation import ReadingEvaluator
 from governor_mechanism.types import FloatArray, IntArray
 
-LONGEST_STATION = 0.25
+MULTIBODY_MONITOR_INTERVAL_RATIO = 0.25
 """In time scales: how far apart the poses are at which limits are watched."""
 
-LONGEST_STEP = 2.5
+MULTIBODY_MAX_STEP_RATIO = 2.5
 """In the scene's pace: no step is longer, whatever the tolerance."""
 
-FIRST_STEP = 0.004
+MULTIBODY_FIRST_STEP_RATIO = 0.004
 """Of the longest one."""
 
-FEW_STEPS = 100
+MAX_STEPS_BETWEEN_MONITOR_TIMES = 100
 """From one station to an event before the next one it takes a handful, but into a change point no end of them."""
 
-CLOSED = 1e-14
+CONSTRAINT_TOLERANCE_RATIO = 1e-14
 """Fraction of the machine's size to which joints are closed at every step."""
 
 
 @dataclass(frozen=True)
-class Passage:
+class IntegrationResult:
     """States (stations reached, numbers), how the integration ended, the last step (s); where something sticks, strikes
     or goes slack, the mode at each station and the events.
     """
 
-    rows: FloatArray
-    code: int
-    step: float
-    modes: tuple[Mode, ...] = ()
+    states: FloatArray
+    status: int
+    last_step: float
+    contact_modes: tuple[ContactMode, ...] = ()
     events: tuple[Event, ...] = ()
 
 
-class Stepper:
+class ConstrainedIntegrator:
     """Steps a scene that starts at poses and velocities `standing`, to stations that include the reported times."""
 
     def __init__(
         self,
         scene: Scene,
-        reporter: Reporter,
-        standing: tuple[FloatArray, FloatArray],
-        times: FloatArray,
+        evaluator: ReadingEvaluator,
+        initial_motion: tuple[FloatArray, FloatArray],
+        reported_times: FloatArray,
         max_steps: int,
     ) -> None:
-        self.reporter, self.max_steps = reporter, max_steps
-        self.system, self.curves = make_system(scene)
-        self.room = make_workspace(self.system)
-        self.closed = CLOSED * reporter.mechanism.size
-        breaks = np.unique(np.concatenate([curve.breaks for curve in self.curves]))
-        self._pace = pace(scene)
-        longest = LONGEST_STATION * reporter.time_scale
-        self.grid = make_grid(times[times <= longest * max_steps], breaks, np.inf, longest)
-        inner = breaks[(breaks > 0) & (breaks < self.grid.stations[-1])]
-        self.knots = np.concatenate([[0.0], inner, self.grid.stations[-1:]])
-        self.counts = np.zeros(COUNTS, dtype=np.int64)
-        self.implicit_steps, self.stiff_from = 0, np.inf
-        self.acts = np.zeros(3, dtype=np.int64)
+        self.evaluator, self.max_steps = evaluator, max_steps
+        self.system, self.input_functions = make_system(scene)
+        self.workspace = make_system_workspace(self.system)
+        self.constraint_tolerance = CONSTRAINT_TOLERANCE_RATIO * evaluator.mechanism.length_scale
+        breakpoints = np.unique(np.concatenate([function.breakpoints for function in self.input_functions]))
+        self._max_step_scale = max_step_scale(scene)
+        max_interval = MULTIBODY_MONITOR_INTERVAL_RATIO * evaluator.time_scale
+        self.time_grid = make_time_grid(
+            reported_times[reported_times <= max_interval * max_steps], breakpoints, np.inf, max_interval
+        )
+        inner_breakpoints = breakpoints[(breakpoints > 0) & (breakpoints < self.time_grid.monitor_times[-1])]
+        self.breakpoints = np.concatenate([[0.0], inner_breakpoints, self.time_grid.monitor_times[-1:]])
+        self.counters = np.zeros(N_COUNTERS, dtype=np.int64)
+        self.implicit_steps, self.stiffness_onset = 0, np.inf
+        self.output_force_counts = np.zeros(3, dtype=np.int64)
         """Evaluations of springs, brakes and sliding friction along readings."""
-        self.start = self._start(*from_centres(self.system, *standing))
-        self.switching = Switching(scene, reporter.time_scale, self.closed) if switches(scene) else None
-
-    def compile(self) -> None:
-        """Have the kernels compiled or loaded, by an integration over no time, so that no run's cost includes it."""
-        none = np.empty((0, self.start.size))
-        self._explicit(
-            (0.0, 0.0), np.empty(0), self.start.copy(), 1.0, 1.0, 1.0, none, np.zeros(COUNTS, dtype=np.int64)
+        self.initial_state = self._make_initial_state(*from_mass_centres(self.system, *initial_motion))
+        self.contact_solver = (
+            ContactModeSolver(scene, evaluator.time_scale, self.constraint_tolerance) if has_contacts(scene) else None
         )
 
-    def stepped(self, tolerance: float, longest: float = LONGEST_STEP) -> Passage:
+    def compile_kernels(self) -> None:
+        """Have the kernels compiled or loaded, by an integration over no time, so that no run's cost includes it."""
+        no_outputs = np.empty((0, self.initial_state.size))
+        self._integrate_explicitly(
+            (0.0, 0.0),
+            np.empty(0),
+            self.initial_state.copy(),
+            1.0,
+            1.0,
+            1.0,
+            no_outputs,
+            np.zeros(N_COUNTERS, dtype=np.int64),
+        )
+
+    def integrate(self, tolerance: float, max_step_ratio: float = MULTIBODY_MAX_STEP_RATIO) -> IntegrationResult:
         """From the start through all stations; longest: of a step, in the scene's pace."""
-        if self.switching is not None:
-            return self._switched(self.switching, tolerance, longest)
-        stations, state = self.grid.stations, self.start.copy()
-        found = np.empty((len(stations), state.size))
-        found[0], filled, code = state, 1, DONE
-        seconds = longest * self._pace
-        step = FIRST_STEP * seconds
-        counts = np.zeros(COUNTS, dtype=np.int64)
-        implicit: Implicit | None = None
-        for start, end in pairwise(self.knots.tolist()):
-            times, now = stations[(stations > start) & (stations <= end)], start
-            if implicit is None:
-                code, step, reached, now = self._explicit(
-                    (start, end), times, state, tolerance, step, seconds, found[filled:], counts
+        if self.contact_solver is not None:
+            return self._integrate_with_contacts(self.contact_solver, tolerance, max_step_ratio)
+        monitor_times, state = self.time_grid.monitor_times, self.initial_state.copy()
+        states = np.empty((len(monitor_times), state.size))
+        states[0], n_filled, status = state, 1, INTEGRATION_DONE
+        max_step = max_step_ratio * self._max_step_scale
+        step = MULTIBODY_FIRST_STEP_RATIO * max_step
+        counters = np.zeros(N_COUNTERS, dtype=np.int64)
+        radau: RadauIntegrator | None = None
+        for start, end in pairwise(self.breakpoints.tolist()):
+            output_times, t = monitor_times[(monitor_times > start) & (monitor_times <= end)], start
+            if radau is None:
+                status, step, n_reached, t = self._integrate_explicitly(
+                    (start, end), output_times, state, tolerance, step, max_step, states[n_filled:], counters
                 )
-                filled += reached
-                times = times[reached:]
-            if code == STIFF:
-                implicit = Implicit(self.system, self.room, self.scale(), self.closed)
-                self.stiff_from, code = min(self.stiff_from, now), DONE
-            if implicit is not None:
-                cubics, most = self.cubics(start), self.max_steps
-                code, step, reached = implicit.integrate(
-                    cubics, (now, end), start, times, state, tolerance, most, found[filled:]
+                n_filled += n_reached
+                output_times = output_times[n_reached:]
+            if status == INTEGRATION_STIFF:
+                radau = RadauIntegrator(self.system, self.workspace, self.make_error_scale(), self.constraint_tolerance)
+                self.stiffness_onset, status = min(self.stiffness_onset, t), INTEGRATION_DONE
+            if radau is not None:
+                input_cubics, max_steps = self.input_cubics(start), self.max_steps
+                status, step, n_reached = radau.integrate(
+                    input_cubics, (t, end), start, output_times, state, tolerance, max_steps, states[n_filled:]
                 )
-                filled += reached
-            if code != DONE:
+                n_filled += n_reached
+            if status != INTEGRATION_DONE:
                 break
-            self._pass_knot(end, state, found[filled - 1])
-        if implicit is not None:
-            self.implicit_steps += implicit.steps
-            counts[2] += implicit.evaluations
-        self.counts += counts
-        self.acts += int(counts[2]) * acts_of(self.system)
-        return Passage(found[:filled], code, step)
+            self._add_speed_jump_work(end, state, states[n_filled - 1])
+        if radau is not None:
+            self.implicit_steps += radau.n_steps
+            counters[2] += radau.n_evaluations
+        self.counters += counters
+        self.output_force_counts += int(counters[2]) * count_output_forces(self.system)
+        return IntegrationResult(states[:n_filled], status, step)
 
-    def _switched(self, switching: Switching, tolerance: float, longest: float) -> Passage:
+    def _integrate_with_contacts(
+        self, contact_solver: ContactModeSolver, tolerance: float, max_step_ratio: float
+    ) -> IntegrationResult:
         """The same for a scene in which something sticks, strikes or goes slack."""
-        stations, state, second = self.grid.stations, self.start.copy(), self.reporter.time_scale
-        counts = np.zeros(COUNTS, dtype=np.int64)
-        crossing = Crossing(self, switching, tolerance, second, longest, counts)
-        switching.begin(state, self.cubics(0.0))
-        found, modes = np.empty((len(stations), state.size)), [switching.mode]
-        found[0], filled, code, step = state, 1, DONE, FIRST_STEP * longest * second
-        for start, end in pairwise(self.knots.tolist()):
-            times = stations[(stations > start) & (stations <= end)]
-            code, step, reached = crossing.piece((start, end), times, state, step, found[filled:], modes)
-            filled += reached
-            if code != DONE:
+        monitor_times, state, time_scale = (
+            self.time_grid.monitor_times,
+            self.initial_state.copy(),
+            self.evaluator.time_scale,
+        )
+        counters = np.zeros(N_COUNTERS, dtype=np.int64)
+        event_integrator = EventIntegrator(self, contact_solver, tolerance, time_scale, max_step_ratio, counters)
+        contact_solver.initialize(state, self.input_cubics(0.0))
+        states, contact_modes = np.empty((len(monitor_times), state.size)), [contact_solver.mode]
+        states[0], n_filled, status, step = (
+            state,
+            1,
+            INTEGRATION_DONE,
+            MULTIBODY_FIRST_STEP_RATIO * max_step_ratio * time_scale,
+        )
+        for start, end in pairwise(self.breakpoints.tolist()):
+            output_times = monitor_times[(monitor_times > start) & (monitor_times <= end)]
+            status, step, n_reached = event_integrator.integrate_segment(
+                (start, end), output_times, state, step, states[n_filled:], contact_modes
+            )
+            n_filled += n_reached
+            if status != INTEGRATION_DONE:
                 break
-            self._pass_knot(end, state, found[filled - 1])
-            crossing.resume(end, state)
-        self.counts += counts
-        self.acts += crossing.acts
-        return Passage(found[:filled], code, step, tuple(modes), without_passing(switching.events, AT_ONCE * second))
+            self._add_speed_jump_work(end, state, states[n_filled - 1])
+            event_integrator.restart_after_breakpoint(end, state)
+        self.counters += counters
+        self.output_force_counts += event_integrator.output_force_counts
+        return IntegrationResult(
+            states[:n_filled],
+            status,
+            step,
+            tuple(contact_modes),
+            drop_cancelled_events(contact_solver.events, SIMULTANEITY_TOLERANCE * time_scale),
+        )
 
-    def _pass_knot(self, when: float, state: FloatArray, station: FloatArray) -> None:
+    def _add_speed_jump_work(self, time: float, state: FloatArray, monitor_state: FloatArray) -> None:
         """Count the work of a jump of the speed; a knot is a station, and there the speed is the one after the jump."""
-        state[-EXTRA] += self._work_of_jump(when, state)
-        station[-EXTRA] = state[-EXTRA]
+        state[-N_AUXILIARY_STATES] += self._compute_speed_jump_work(time, state)
+        monitor_state[-N_AUXILIARY_STATES] = state[-N_AUXILIARY_STATES]
 
-    def _explicit(
+    def _integrate_explicitly(
         self,
         span: tuple[float, float],
-        times: FloatArray,
+        output_times: FloatArray,
         state: FloatArray,
         tolerance: float,
         step: float,
-        longest: float,
-        found: FloatArray,
-        counts: IntArray,
+        max_step: float,
+        output_states: FloatArray,
+        counters: IntArray,
     ) -> tuple[int, float, int, float]:
         """`dop853.integrate` of a scene in which nothing is watched; longest in s."""
-        return integrate(self.system, self.room, self.cubics(span[0]), span, times, state, self.scale(), tolerance,
-                         step, longest, self.closed, self.max_steps, found, counts, np.empty(2))  # fmt: skip
+        return integrate_projected_dop853(self.system, self.workspace, self.input_cubics(span[0]), span, output_times, state, self.make_error_scale(), tolerance,
+                         step, max_step, self.constraint_tolerance, self.max_steps, output_states, counters, np.empty(2))  # fmt: skip
 
-    def state(self, states: FloatArray) -> State:
+    def state_history(self, states: FloatArray) -> StateHistory:
         """What the rows (stations, numbers) say of mass centres and spindle."""
-        bodies = len(self.system.bodies)
-        parts = (states[:, : 3 * bodies], states[:, 3 * bodies : 6 * bodies])
-        origins, moving = (part.reshape(-1, bodies, 3) for part in parts)
-        poses, velocities = to_centres(self.system, origins, moving)
-        times = self.grid.stations[: len(states)]
-        speed = self.reporter.program(times)
-        if self.system.free:
-            own = self.system.spindle_inertia
-            speed = states[:, -1] / np.array([own + inertia_about_spindle(self.system, pose) for pose in origins])
-        spindle = np.stack([states[:, -2], speed], axis=-1)
-        work, lost = states[:, -EXTRA], states[:, 1 - EXTRA]
-        return State(times=times, poses=poses, velocities=velocities, work=work, lost=lost, spindle=spindle)
+        n_bodies = len(self.system.bodies)
+        parts = (states[:, : 3 * n_bodies], states[:, 3 * n_bodies : 6 * n_bodies])
+        origins, origin_velocities = (part.reshape(-1, n_bodies, 3) for part in parts)
+        poses, velocities = to_mass_centres(self.system, origins, origin_velocities)
+        times = self.time_grid.monitor_times[: len(states)]
+        speed = self.evaluator.speed_function(times)
+        if self.system.has_free_spindle:
+            own_inertia = self.system.spindle_inertia
+            speed = states[:, -1] / np.array(
+                [own_inertia + inertia_about_spindle(self.system, pose) for pose in origins]
+            )
+        spindle_state = np.stack([states[:, -2], speed], axis=-1)
+        work, dissipated_energy = states[:, -N_AUXILIARY_STATES], states[:, 1 - N_AUXILIARY_STATES]
+        return StateHistory(
+            times=times,
+            poses=poses,
+            velocities=velocities,
+            work=work,
+            dissipated_energy=dissipated_energy,
+            spindle_state=spindle_state,
+        )
 
-    def outside(self, state: FloatArray) -> bool:
+    def is_out_of_range(self, state: FloatArray) -> bool:
         """Whether a state lies outside the mechanism's limits."""
-        origins, moving = state[:-EXTRA].reshape(2, len(self.system.bodies), 3)
-        return self.reporter.first_outside(to_centres(self.system, origins, moving)[0][np.newaxis]) is not None
+        origins, origin_velocities = state[:-N_AUXILIARY_STATES].reshape(2, len(self.system.bodies), 3)
+        return (
+            self.evaluator.find_first_out_of_range(
+                to_mass_centres(self.system, origins, origin_velocities)[0][np.newaxis]
+            )
+            is not None
+        )
 
-    def between(self, rows: FloatArray, tolerance: float, k: int, time: float) -> tuple[FloatArray, FloatArray] | None:
+    def integrate_between(
+        self, states: FloatArray, tolerance: float, k: int, time: float
+    ) -> tuple[FloatArray, FloatArray] | None:
         """Poses and velocities of mass centres at a time (s) after station k, integrated from there, or None."""
-        start = float(self.grid.stations[k])
-        state, counts = rows[k].copy(), np.zeros(COUNTS, dtype=np.int64)
-        step, none = 0.01 * self.reporter.time_scale, np.empty((0, rows.shape[1]))
-        code, *_ = integrate(self.system, self.room, self.cubics(start), (start, time), np.empty(0), state,
-                             self.scale(), tolerance, step, np.inf, self.closed, FEW_STEPS, none, counts,
+        start = float(self.time_grid.monitor_times[k])
+        state, counters = states[k].copy(), np.zeros(N_COUNTERS, dtype=np.int64)
+        step, no_outputs = 0.01 * self.evaluator.time_scale, np.empty((0, states.shape[1]))
+        status, *_ = integrate_projected_dop853(self.system, self.workspace, self.input_cubics(start), (start, time), np.empty(0), state,
+                             self.make_error_scale(), tolerance, step, np.inf, self.constraint_tolerance, MAX_STEPS_BETWEEN_MONITOR_TIMES, no_outputs, counters,
                              np.empty(2))  # fmt: skip
-        if code != DONE:
+        if status != INTEGRATION_DONE:
             return None
-        origins, moving = state[:-EXTRA].reshape(2, len(self.system.bodies), 3)
-        return to_centres(self.system, origins, moving)
+        origins, origin_velocities = state[:-N_AUXILIARY_STATES].reshape(2, len(self.system.bodies), 3)
+        return to_mass_centres(self.system, origins, origin_velocities)
 
-    def _start(self, poses: FloatArray, velocities: FloatArray) -> FloatArray:
+    def _make_initial_state(self, poses: FloatArray, velocities: FloatArray) -> FloatArray:
         """The state at the start, its joints closed to rounding."""
-        project(self.system, self.room, self.cubics(0.0), 0.0, poses, velocities, self.closed)
-        speed = self.reporter.program.start_speed
+        project_state(
+            self.system, self.workspace, self.input_cubics(0.0), 0.0, poses, velocities, self.constraint_tolerance
+        )
+        speed = self.evaluator.speed_function.start_speed
         momentum = (self.system.spindle_inertia + inertia_about_spindle(self.system, poses)) * speed
-        extra = [0.0, 0.0, 0.0, momentum if self.system.free else 0.0]
-        return np.concatenate([poses.ravel(), velocities.ravel(), extra])
+        auxiliary_states = [0.0, 0.0, 0.0, momentum if self.system.has_free_spindle else 0.0]
+        return np.concatenate([poses.ravel(), velocities.ravel(), auxiliary_states])
 
-    def cubics(self, start: float) -> FloatArray:
+    def input_cubics(self, start: float) -> FloatArray:
         """Speed, drives and loads in time, (programs, 4), until the next break."""
-        return np.array([curve.cubics_from(np.array([start]))[0] for curve in self.curves])
+        return np.array([function.local_cubics(np.array([start]))[0] for function in self.input_functions])
 
-    def _work_of_jump(self, when: float, state: FloatArray) -> float:
+    def _compute_speed_jump_work(self, time: float, state: FloatArray) -> float:
         """What a jump of the spindle's given speed puts into the parts (J)."""
-        program, count = self.reporter.program, len(self.system.bodies)
-        before, after = (float(program(np.array([when]), before=side)[0]) for side in (True, False))
-        if after == before or not self.system.centrifugal:
+        speed_function, n_bodies = self.evaluator.speed_function, len(self.system.bodies)
+        speed_before, speed_after = (
+            float(speed_function(np.array([time]), left_limit=side)[0]) for side in (True, False)
+        )
+        if speed_after == speed_before or not self.system.has_centrifugal_forces:
             return 0.0
-        inertia = inertia_about_spindle(self.system, state[: 3 * count].reshape(count, 3))
-        return 0.5 * inertia * (after**2 - before**2)
+        inertia = inertia_about_spindle(self.system, state[: 3 * n_bodies].reshape(n_bodies, 3))
+        return 0.5 * inertia * (speed_after**2 - speed_before**2)
 
-    def scale(self) -> FloatArray:
+    def make_error_scale(self) -> FloatArray:
         """What errors of a state are relative to."""
-        size, second = self.reporter.mechanism.size, self.reporter.time_scale
-        pose = np.tile([size, size, 1.0], len(self.system.bodies))
-        momentum = abs(self.start[-1]) or 1.0
+        length_scale, time_scale = self.evaluator.mechanism.length_scale, self.evaluator.time_scale
+        pose_scale = np.tile([length_scale, length_scale, 1.0], len(self.system.bodies))
+        momentum_scale = abs(self.initial_state[-1]) or 1.0
         return np.concatenate(
-            [pose, pose / second, [self.reporter.energy_scale, self.reporter.energy_scale, 1.0, momentum]]
+            [
+                pose_scale,
+                pose_scale / time_scale,
+                [self.evaluator.energy_scale, self.evaluator.energy_scale, 1.0, momentum_scale],
+            ]
         )

@@ -10,28 +10,28 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from governor_mechanism.engines.base import reported_times
-from governor_mechanism.engines.reduced.integration import ABOVE, BELOW, DONE, advance
-from governor_mechanism.engines.reduced.run import FIRST_STEP, LONGEST_STEP
+from governor_mechanism.engines.base import make_reported_times
+from governor_mechanism.engines.reduced.integration import ABOVE_TABLE, BELOW_TABLE, RUN_COMPLETED, integrate_reduced
+from governor_mechanism.engines.reduced.run import REDUCED_FIRST_STEP_RATIO, REDUCED_MAX_STEP_RATIO
 from governor_mechanism.integrators.reduced_dop853 import make_stages
-from governor_mechanism.mechanics.dynamics.characteristic_scales import pace
-from governor_mechanism.mechanics.kinematics.output_variables import measure
-from governor_mechanism.mechanics.reduction.equation_of_motion import FLOWS, make_line
-from governor_mechanism.mechanics.reduction.lowering import make_plan
-from governor_mechanism.mechanics.reduction.node_evaluation import make_bench, reach
-from governor_mechanism.mechanics.reduction.table import Laid, make_laid, places_at
-from governor_mechanism.mechanics.reduction.table_refinement import BEGIN, LAID, lay
+from governor_mechanism.mechanics.dynamics.characteristic_scales import max_step_scale
+from governor_mechanism.mechanics.kinematics.output_variables import evaluate_output
+from governor_mechanism.mechanics.reduction.equation_of_motion import N_QUADRATURES, make_reduced_model
+from governor_mechanism.mechanics.reduction.lowering import lower_reduced_scene
+from governor_mechanism.mechanics.reduction.node_evaluation import continue_to_coordinate, make_node_workspace
+from governor_mechanism.mechanics.reduction.table import PiecewiseTable, allocate_table, evaluate_poses
+from governor_mechanism.mechanics.reduction.table_refinement import PIECE_ADDED, START_TABLE, extend_table
 from governor_mechanism.model.mechanism import LineAngle
 from governor_mechanism.model.scene import Scene
-from governor_mechanism.numerics.jit import announce
+from governor_mechanism.numerics.jit import warn_before_compiling
 from governor_mechanism.types import FloatArray
 
-ROOM = 16
+BATCH_TABLE_CAPACITY = 16
 """So many pieces have room; a motion that needs more is left to the engine."""
 
 
 @dataclass(frozen=True)
-class Glimpse:
+class UncertifiedResult:
     """What is kept of a ride: times (n,) s, and some readings and their rates (n,) SI by name."""
 
     times: FloatArray
@@ -40,69 +40,75 @@ class Glimpse:
     error_estimate: None = None
 
 
-class Batch:
+class ReducedBatch:
     """Rides scenes like one, which starts at a value and rate of its coordinate, at the tolerance of one step.
 
     names are the readings that are wanted.
     """
 
-    def __init__(self, like: Scene, names: Sequence[str], tolerance: float, most: int) -> None:
-        announce("advance", 30)
-        self._times, self._names = reported_times(like), list(names)
-        self._tolerance, self._most = tolerance, most
-        plan, _ = make_plan(like)
-        self._bench, self._stages = make_bench(plan), make_stages()
-        count = len(self._times)
-        self._found, self._modes = np.empty((count, 2 + FLOWS)), np.zeros((count, 1), dtype=np.int64)
-        self._cubics, self._mode = np.zeros((1, 5)), np.zeros(1, dtype=np.int64)
-        self._events, self._told = np.empty((0, 3)), np.zeros(2, dtype=np.int64)
+    def __init__(self, template: Scene, names: Sequence[str], tolerance: float, max_steps: int) -> None:
+        warn_before_compiling("integrate_reduced", 30)
+        self._times, self._names = make_reported_times(template), list(names)
+        self._tolerance, self._max_steps = tolerance, max_steps
+        arrays, _ = lower_reduced_scene(template)
+        self._workspace, self._stages = make_node_workspace(arrays), make_stages()
+        n_times = len(self._times)
+        self._states, self._modes = np.empty((n_times, 2 + N_QUADRATURES)), np.zeros((n_times, 1), dtype=np.int64)
+        self._input_cubics, self._mode = np.zeros((1, 5)), np.zeros(1, dtype=np.int64)
+        self._events, self._event_counts = np.empty((0, 3)), np.zeros(2, dtype=np.int64)
         self._counts = np.zeros(4, dtype=np.int64)
 
-    def glimpse(self, scene: Scene) -> Glimpse | None:
+    def run(self, scene: Scene) -> UncertifiedResult | None:
         """A scene's ride; None where it is no plain one, from a start that can be assembled to the last time."""
-        plan, acts = make_plan(scene)
+        arrays, forces = lower_reduced_scene(scene)
         mechanism, name = scene.part.mechanism, scene.part.mechanism.coordinate
         start, rate = scene.start.values.get(name), scene.start.rates.get(name, 0.0)
-        if not plan.plain or not isinstance(start, float) or not plan.low < start < plan.high:
+        if not arrays.is_conservative or not isinstance(start, float) or not arrays.low < start < arrays.high:
             return None
-        poses = np.array(mechanism.sketch, dtype=np.float64)
-        laid = make_laid(plan, ROOM)
-        if not reach(plan, self._bench, start, poses) or lay(plan, self._bench, laid, BEGIN, start, poses) != LAID:
+        poses = np.array(mechanism.initial_guess, dtype=np.float64)
+        table = allocate_table(arrays, BATCH_TABLE_CAPACITY)
+        if (
+            not continue_to_coordinate(arrays, self._workspace, start, poses)
+            or extend_table(arrays, self._workspace, table, START_TABLE, start, poses) != PIECE_ADDED
+        ):
             return None
-        if lay(plan, self._bench, laid, 1, start, poses) != LAID:
+        if extend_table(arrays, self._workspace, table, 1, start, poses) != PIECE_ADDED:
             return None
-        state, now, filled, end = np.array([start, rate, *(0.0,) * FLOWS]), 0.0, 1, float(self._times[-1])
-        self._found[0] = state
-        longest, code = LONGEST_STEP * pace(scene), BELOW
-        step = FIRST_STEP * longest
-        line = make_line(laid, acts, self._cubics, self._mode)
+        state, time, n_filled, end = np.array([start, rate, *(0.0,) * N_QUADRATURES]), 0.0, 1, float(self._times[-1])
+        self._states[0] = state
+        max_step, status = REDUCED_MAX_STEP_RATIO * max_step_scale(scene), BELOW_TABLE
+        step = REDUCED_FIRST_STEP_RATIO * max_step
+        model = make_reduced_model(table, forces, self._input_cubics, self._mode)
         self._counts[:] = 0
-        while code in (BELOW, ABOVE):
-            limits = self._tolerance, step, longest, self._most
-            code, step, reached, now = advance(
-                line, (now, end), self._times[filled:], state, limits, self._stages, self._found[filled:],
-                self._modes[filled:], self._events, self._told, self._counts,
+        while status in (BELOW_TABLE, ABOVE_TABLE):
+            limits = self._tolerance, step, max_step, self._max_steps
+            status, step, n_reached, time = integrate_reduced(
+                model, (time, end), self._times[n_filled:], state, limits, self._stages, self._states[n_filled:],
+                self._modes[n_filled:], self._events, self._event_counts, self._counts,
             )  # fmt: skip
-            filled += reached
-            if code in (BELOW, ABOVE) and lay(plan, self._bench, laid, code - BELOW, start, poses) != LAID:
+            n_filled += n_reached
+            if (
+                status in (BELOW_TABLE, ABOVE_TABLE)
+                and extend_table(arrays, self._workspace, table, status - BELOW_TABLE, start, poses) != PIECE_ADDED
+            ):
                 return None
-        if code != DONE or filled < len(self._times):
+        if status != RUN_COMPLETED or n_filled < len(self._times):
             return None
-        return self._seen(scene, laid, filled)
+        return self._make_result(scene, table, n_filled)
 
-    def _seen(self, scene: Scene, laid: Laid, filled: int) -> Glimpse:
-        mechanism, rows = scene.part.mechanism, self._found
+    def _make_result(self, scene: Scene, table: PiecewiseTable, n_filled: int) -> UncertifiedResult:
+        mechanism, rows = scene.part.mechanism, self._states
         readings, rates = {}, {}
         others = [name for name in self._names if name != mechanism.coordinate]
         if mechanism.coordinate in self._names:
             readings[mechanism.coordinate], rates[mechanism.coordinate] = rows[:, 0].copy(), rows[:, 1].copy()
         if others:
-            flat = np.empty((2, filled, 3 * len(mechanism.bodies)))
-            places_at(laid, rows[:, 0].copy(), flat[0], flat[1])
-            poses, ahead = flat.reshape(2, filled, -1, 3)
+            flat_poses = np.empty((2, n_filled, 3 * len(mechanism.bodies)))
+            evaluate_poses(table, rows[:, 0].copy(), flat_poses[0], flat_poses[1])
+            poses, tangents = flat_poses.reshape(2, n_filled, -1, 3)
             for name in others:
-                found = measure(mechanism, name, poses)
+                output = evaluate_output(mechanism, name, poses)
                 wraps = isinstance(mechanism.reading(name), LineAngle)
-                readings[name] = np.unwrap(found.value) if wraps else found.value
-                rates[name] = np.sum(found.gradient * ahead, axis=(-2, -1)) * rows[:, 1]
-        return Glimpse(self._times, readings, rates)
+                readings[name] = np.unwrap(output.value) if wraps else output.value
+                rates[name] = np.sum(output.gradient * tangents, axis=(-2, -1)) * rows[:, 1]
+        return UncertifiedResult(self._times, readings, rates)

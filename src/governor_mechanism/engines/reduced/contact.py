@@ -7,170 +7,191 @@ from __future__ import annotations
 
 import numpy as np
 
-from governor_mechanism.engines.reduced.event_functions import blocked, sided
+from governor_mechanism.engines.reduced.event_functions import find_active_stop, find_blocked_directions
 from governor_mechanism.mechanics.contact import tolerances as bouncing
-from governor_mechanism.mechanics.contact.tolerances import SMALLEST_BOUNCE, STANDING, STILL, TOUCHING
-from governor_mechanism.mechanics.reduction.equation_of_motion import (
-    FLOWS,
-    HELD,
-    Line,
-    drawn,
-    gauge_at,
-    pulled,
-    resisting,
+from governor_mechanism.mechanics.contact.tolerances import (
+    CONTACT_TOLERANCE,
+    MIN_REBOUND_HEIGHT,
+    REST_TOLERANCE,
+    STICTION_RATE_TOLERANCE,
 )
-from governor_mechanism.mechanics.reduction.lowering import FORCE, SECOND, UNIT
-from governor_mechanism.mechanics.reduction.node_evaluation import EASE
-from governor_mechanism.mechanics.reduction.table import piece_of
-from governor_mechanism.numerics.chebyshev import powers
-from governor_mechanism.numerics.jit import kernel
+from governor_mechanism.mechanics.reduction.equation_of_motion import (
+    MODE_HELD,
+    N_QUADRATURES,
+    ReducedModel,
+    evaluate_acceleration,
+    evaluate_friction_limit,
+    evaluate_static_force,
+    evaluate_table_output,
+)
+from governor_mechanism.mechanics.reduction.lowering import COORDINATE_SCALE, FORCE_SCALE, TIME_SCALE
+from governor_mechanism.mechanics.reduction.node_evaluation import INVERSE_INERTIA_COLUMN
+from governor_mechanism.mechanics.reduction.table import find_piece
+from governor_mechanism.numerics.chebyshev import evaluate_piece
+from governor_mechanism.numerics.jit import jit_internal
 from governor_mechanism.types import FloatArray, IntArray
 
-bounces_left = kernel(bouncing.bounces_left)
+jit_zeno_time = jit_internal(bouncing.zeno_time)
 
-DOUBT = 1e-9
+HOLDING_FORCE_TOLERANCE = 1e-9
 """Of the scale of forces: what holding may be wrong by."""
 
-STRIKES, STICKS, SLIPS, RESTS, LEAVES, SLACKENS, PULLS = range(7)
+STRIKE_EVENT, STICK_EVENT, SLIP_EVENT, REST_EVENT, LEAVE_EVENT, SLACKEN_EVENT, TAUTEN_EVENT = range(7)
 """Kinds of events: (time, kind, keeper or spring)."""
 
 
-@kernel
-def tell(events: FloatArray, told: IntArray, time: float, kind: int, whom: int) -> None:
+@jit_internal
+def record_event(events: FloatArray, event_counts: IntArray, time: float, kind: int, subject: int) -> None:
     """Note an event, while there is room."""
-    if told[0] < events.shape[0]:
-        events[told[0], 0], events[told[0], 1], events[told[0], 2] = time, kind, whom
-    told[0] += 1
+    if event_counts[0] < events.shape[0]:
+        events[event_counts[0], 0], events[event_counts[0], 1], events[event_counts[0], 2] = time, kind, subject
+    event_counts[0] += 1
 
 
-@kernel
-def go_on(
-    line: Line, time: float, since: float, near: int, fired: FloatArray,
-    state: FloatArray, events: FloatArray, told: IntArray,
+@jit_internal
+def apply_transition(
+    model: ReducedModel, time: float, local_time: float, piece_guess: int, event_values: FloatArray,
+    state: FloatArray, events: FloatArray, event_counts: IntArray,
 ) -> None:  # fmt: skip
     """Change mode and state (coordinate, rate, flows) as what has fired (marks,) asks; all of it nought at a start."""
-    piece, t, _ = piece_of(line.edges, line.beside, line.ring, state[0], near)
-    keepers, springs = line.keepers.shape[0], line.springs.shape[0]
-    was_held, rest_at = line.mode[HELD] != 0, np.full(keepers, time)
-    _tighten(line, piece, t, state, time, events, told)
-    line.mode[HELD] = 0
-    _strike(line, piece, t, time, since, state, rest_at, events, told)
-    force = 3 * keepers + springs
-    let_go = was_held and (fired[force] > 0.0 or fired[force + 1] > 0.0)
-    if abs(state[1]) <= STILL * line.numbers[UNIT] / line.numbers[SECOND]:
-        way = _way_on(line, piece, t, since, let_go)
-        line.mode[HELD] = 1 if way == 0 else 0
-        state[1] = 0.0 if way == 0 else state[1]
-        _slide(line, piece, t, float(way), fired, False)
+    piece, t, _ = find_piece(model.intervals, model.neighbours, model.periodicity, state[0], piece_guess)
+    n_contacts, n_springs = model.contacts.shape[0], model.one_sided_springs.shape[0]
+    was_held, rest_times = model.mode[MODE_HELD] != 0, np.full(n_contacts, time)
+    _update_one_sided_springs(model, piece, t, state, time, events, event_counts)
+    model.mode[MODE_HELD] = 0
+    _apply_impacts(model, piece, t, time, local_time, state, rest_times, events, event_counts)
+    force_index = 3 * n_contacts + n_springs
+    is_released = was_held and (event_values[force_index] > 0.0 or event_values[force_index + 1] > 0.0)
+    if abs(state[1]) <= STICTION_RATE_TOLERANCE * model.parameters[COORDINATE_SCALE] / model.parameters[TIME_SCALE]:
+        direction = _breakaway_direction(model, piece, t, local_time, is_released)
+        model.mode[MODE_HELD] = 1 if direction == 0 else 0
+        state[1] = 0.0 if direction == 0 else state[1]
+        _update_friction_signs(model, piece, t, float(direction), event_values, False)
     else:
-        _slide(line, piece, t, state[1], fired, True)
-    _compare(line, piece, t, was_held, line.mode[HELD] != 0, rest_at, events, told)
+        _update_friction_signs(model, piece, t, state[1], event_values, True)
+    _record_hold_changes(model, piece, t, was_held, model.mode[MODE_HELD] != 0, rest_times, events, event_counts)
 
 
-@kernel
-def _tighten(
-    line: Line, piece: int, t: float, state: FloatArray, time: float, events: FloatArray,
-    told: IntArray,
+@jit_internal
+def _update_one_sided_springs(
+    model: ReducedModel, piece: int, t: float, state: FloatArray, time: float, events: FloatArray,
+    event_counts: IntArray,
 ) -> None:  # fmt: skip
     """One-sided springs that begin to pull, or go slack."""
-    keepers = line.keepers.shape[0]
-    for i in range(line.springs.shape[0]):
-        value, slope = gauge_at(line, piece, t, line.springs[i, 0])
-        off = value - line.springs[i, 2]
-        at_it = abs(off) < TOUCHING * line.springs[i, 3]
-        taut = slope * state[1] > 0.0 if at_it else off > 0.0
-        if taut != (line.mode[1 + keepers + i] != 0):
-            line.mode[1 + keepers + i] = 1 if taut else 0
-            tell(events, told, time, PULLS if taut else SLACKENS, i)
+    n_contacts = model.contacts.shape[0]
+    for i in range(model.one_sided_springs.shape[0]):
+        value, output_derivative = evaluate_table_output(model, piece, t, model.one_sided_springs[i, 0])
+        elongation = value - model.one_sided_springs[i, 2]
+        is_at_free_value = abs(elongation) < CONTACT_TOLERANCE * model.one_sided_springs[i, 3]
+        is_taut = output_derivative * state[1] > 0.0 if is_at_free_value else elongation > 0.0
+        if is_taut != (model.mode[1 + n_contacts + i] != 0):
+            model.mode[1 + n_contacts + i] = 1 if is_taut else 0
+            record_event(events, event_counts, time, TAUTEN_EVENT if is_taut else SLACKEN_EVENT, i)
 
 
-@kernel
-def _strike(
-    line: Line, piece: int, t: float, time: float, since: float,
-    state: FloatArray, rest_at: FloatArray, events: FloatArray, told: IntArray,
+@jit_internal
+def _apply_impacts(
+    model: ReducedModel, piece: int, t: float, time: float, local_time: float,
+    state: FloatArray, rest_times: FloatArray, events: FloatArray, event_counts: IntArray,
 ) -> None:  # fmt: skip
     """Throw back what runs into a stop; bounces that rise no more are over, and rest_at tells when."""
-    struck, restitution = False, 1.0
-    for k in range(line.keepers.shape[0]):
-        value, slope = gauge_at(line, piece, t, line.keepers[k, 0])
-        if sided(line, k, value, TOUCHING) * slope * state[1] > STILL * line.keepers[k, 5] / line.numbers[SECOND]:
-            struck, restitution = True, min(restitution, line.keepers[k, 4])
-            tell(events, told, time, STRIKES, k)
-    if not struck:
+    has_struck, restitution = False, 1.0
+    for k in range(model.contacts.shape[0]):
+        value, output_derivative = evaluate_table_output(model, piece, t, model.contacts[k, 0])
+        if (
+            find_active_stop(model, k, value, CONTACT_TOLERANCE) * output_derivative * state[1]
+            > STICTION_RATE_TOLERANCE * model.contacts[k, 5] / model.parameters[TIME_SCALE]
+        ):
+            has_struck, restitution = True, min(restitution, model.contacts[k, 4])
+            record_event(events, event_counts, time, STRIKE_EVENT, k)
+    if not has_struck:
         return
-    before, flows = state[1], np.empty((1, FLOWS))
-    state[1] = -restitution * before
-    _oppose(line, piece, t, state[1])
-    onward = pulled(line, piece, t, state[1], since, True, flows, 0)
-    _oppose(line, piece, t, before)
-    returning = pulled(line, piece, t, state[1], since, True, flows, 0)
-    over = False
-    for k in range(line.keepers.shape[0]):
-        value, slope = gauge_at(line, piece, t, line.keepers[k, 0])
-        side = sided(line, k, value, TOUCHING)
-        away, back = -side * slope * state[1], side * slope * onward
-        small = away * away < 2.0 * back * SMALLEST_BOUNCE * line.keepers[k, 5]
-        if restitution < 1.0 and back > 0.0 and away > 0.0 and small:
-            rest_at[k] = time + bounces_left(away, back, side * slope * returning, restitution)
-            over = True
-    if over:
+    v_before, quadrature_rates = state[1], np.empty((1, N_QUADRATURES))
+    state[1] = -restitution * v_before
+    _set_friction_signs(model, piece, t, state[1])
+    separating_acceleration = evaluate_acceleration(model, piece, t, state[1], local_time, True, quadrature_rates, 0)
+    _set_friction_signs(model, piece, t, v_before)
+    returning_acceleration = evaluate_acceleration(model, piece, t, state[1], local_time, True, quadrature_rates, 0)
+    bouncing_ends = False
+    for k in range(model.contacts.shape[0]):
+        value, output_derivative = evaluate_table_output(model, piece, t, model.contacts[k, 0])
+        side = find_active_stop(model, k, value, CONTACT_TOLERANCE)
+        separation_rate, return_acceleration = (
+            -side * output_derivative * state[1],
+            side * output_derivative * separating_acceleration,
+        )
+        is_small = (
+            separation_rate * separation_rate < 2.0 * return_acceleration * MIN_REBOUND_HEIGHT * model.contacts[k, 5]
+        )
+        if restitution < 1.0 and return_acceleration > 0.0 and separation_rate > 0.0 and is_small:
+            rest_times[k] = time + jit_zeno_time(
+                separation_rate, return_acceleration, side * output_derivative * returning_acceleration, restitution
+            )
+            bouncing_ends = True
+    if bouncing_ends:
         state[1] = 0.0
-    lost = 0.5 * (before * before - state[1] * state[1]) / powers(line.table, piece, EASE, t)
-    state[2] += lost
-    state[3] += lost
+    dissipated_energy = (
+        0.5
+        * (v_before * v_before - state[1] * state[1])
+        / evaluate_piece(model.coefficients, piece, INVERSE_INERTIA_COLUMN, t)
+    )
+    state[2] += dissipated_energy
+    state[3] += dissipated_energy
 
 
-@kernel
-def _way_on(line: Line, piece: int, t: float, since: float, let_go: bool) -> int:
+@jit_internal
+def _breakaway_direction(model: ReducedModel, piece: int, t: float, local_time: float, is_released: bool) -> int:
     """Which way the coordinate goes from rest: 1 up, -1 down, 0 none."""
-    flows, tolerance = np.empty((1, FLOWS)), DOUBT * line.numbers[FORCE]
-    force = drawn(line, piece, t, since, flows)
-    resistance = resisting(line, piece, t, since)
-    up, down = blocked(line, piece, t)
-    holds = up or down
-    for k in range(line.keepers.shape[0]):
-        holds = holds or line.keepers[k, 1] >= 0
-    kept_down = up or force <= resistance + tolerance
-    kept_up = down or -force <= resistance + tolerance
-    if holds and kept_down and kept_up and not let_go:
+    quadrature_rates, tolerance = np.empty((1, N_QUADRATURES)), HOLDING_FORCE_TOLERANCE * model.parameters[FORCE_SCALE]
+    force = evaluate_static_force(model, piece, t, local_time, quadrature_rates)
+    resistance = evaluate_friction_limit(model, piece, t, local_time)
+    up_blocked, down_blocked = find_blocked_directions(model, piece, t)
+    can_hold = up_blocked or down_blocked
+    for k in range(model.contacts.shape[0]):
+        can_hold = can_hold or model.contacts[k, 1] >= 0
+    cannot_rise = up_blocked or force <= resistance + tolerance
+    cannot_fall = down_blocked or -force <= resistance + tolerance
+    if can_hold and cannot_rise and cannot_fall and not is_released:
         return 0
     if force > 0.0:
-        return 0 if up else 1
-    return 0 if down else -1
+        return 0 if up_blocked else 1
+    return 0 if down_blocked else -1
 
 
-@kernel
-def _oppose(line: Line, piece: int, t: float, way: float) -> None:
+@jit_internal
+def _set_friction_signs(model: ReducedModel, piece: int, t: float, direction: float) -> None:
     """Let friction oppose each reading as the coordinate goes that way."""
-    for k in range(line.keepers.shape[0]):
-        if line.keepers[k, 1] >= 0 and way != 0.0:
-            slope = gauge_at(line, piece, t, line.keepers[k, 0])[1]
-            line.mode[1 + k] = 1 if slope * way > 0.0 else -1
+    for k in range(model.contacts.shape[0]):
+        if model.contacts[k, 1] >= 0 and direction != 0.0:
+            output_derivative = evaluate_table_output(model, piece, t, model.contacts[k, 0])[1]
+            model.mode[1 + k] = 1 if output_derivative * direction > 0.0 else -1
 
 
-@kernel
-def _slide(line: Line, piece: int, t: float, way: float, fired: FloatArray, turned: bool) -> None:
+@jit_internal
+def _update_friction_signs(
+    model: ReducedModel, piece: int, t: float, direction: float, event_values: FloatArray, may_reverse: bool
+) -> None:
     """Which way friction opposes each reading; turned: one whose rate has passed nought goes the other way."""
-    for k in range(line.keepers.shape[0]):
-        before = line.mode[1 + k]
-        line.mode[1 + k] = 0
-        if line.keepers[k, 1] >= 0 and way != 0.0:
-            slope = gauge_at(line, piece, t, line.keepers[k, 0])[1]
-            line.mode[1 + k] = 1 if slope * way > 0.0 else -1
-            if turned and fired[3 * k] > 0.0 and before != 0:
-                line.mode[1 + k] = -before
+    for k in range(model.contacts.shape[0]):
+        previous_sign = model.mode[1 + k]
+        model.mode[1 + k] = 0
+        if model.contacts[k, 1] >= 0 and direction != 0.0:
+            output_derivative = evaluate_table_output(model, piece, t, model.contacts[k, 0])[1]
+            model.mode[1 + k] = 1 if output_derivative * direction > 0.0 else -1
+            if may_reverse and event_values[3 * k] > 0.0 and previous_sign != 0:
+                model.mode[1 + k] = -previous_sign
 
 
-@kernel
-def _compare(
-    line: Line, piece: int, t: float, was: bool, held: bool, rest_at: FloatArray, events: FloatArray,
-    told: IntArray,
+@jit_internal
+def _record_hold_changes(
+    model: ReducedModel, piece: int, t: float, was_held: bool, is_held: bool, rest_times: FloatArray, events: FloatArray,
+    event_counts: IntArray,
 ) -> None:  # fmt: skip
     """Tell what has begun or ceased to stand still: all that can hold."""
-    for k in range(line.keepers.shape[0] if was != held else 0):
-        value = gauge_at(line, piece, t, line.keepers[k, 0])[0]
-        at_stop = sided(line, k, value, STANDING) != 0
+    for k in range(model.contacts.shape[0] if was_held != is_held else 0):
+        value = evaluate_table_output(model, piece, t, model.contacts[k, 0])[0]
+        at_stop = find_active_stop(model, k, value, REST_TOLERANCE) != 0
         if at_stop:
-            tell(events, told, rest_at[k], RESTS if held else LEAVES, k)
-        elif line.keepers[k, 1] >= 0:
-            tell(events, told, rest_at[k], STICKS if held else SLIPS, k)
+            record_event(events, event_counts, rest_times[k], REST_EVENT if is_held else LEAVE_EVENT, k)
+        elif model.contacts[k, 1] >= 0:
+            record_event(events, event_counts, rest_times[k], STICK_EVENT if is_held else SLIP_EVENT, k)

@@ -10,38 +10,44 @@ from typing import Any, ClassVar, final
 
 import numpy as np
 
-from governor_mechanism.effects.clearance import Play
-from governor_mechanism.effects.registry import ALL_EFFECTS
-from governor_mechanism.engines.base import Engine, Task
-from governor_mechanism.engines.certificate import LOOSER, first_tolerance, outcome_of, refuse_settings, tightened
-from governor_mechanism.engines.initial_state import starting_state
-from governor_mechanism.engines.reduced.integration import DONE, STALLED, STIFF, advance
-from governor_mechanism.engines.reduced.run import LEFT, LONGEST_STEP, Ridden, Rider
+from governor_mechanism.effects.clearance import Clearance
+from governor_mechanism.effects.registry import EFFECT_TYPES
+from governor_mechanism.engines.base import Engine, RunRequest
+from governor_mechanism.engines.certificate import (
+    COMPARISON_TOLERANCE_RATIO,
+    check_engine_settings,
+    classify_outcome,
+    initial_tolerance,
+    refine_tolerance,
+)
+from governor_mechanism.engines.initial_state import initial_state
+from governor_mechanism.engines.reduced.integration import BECAME_STIFF, RUN_COMPLETED, RUN_STALLED, integrate_reduced
+from governor_mechanism.engines.reduced.run import PATH_ENDED, REDUCED_MAX_STEP_RATIO, ReducedRun, ReducedSolution
 from governor_mechanism.errors import MechanismError
-from governor_mechanism.integrators.time_grid import make_grid
-from governor_mechanism.mechanics.contact.event_log import assembled, compared
-from governor_mechanism.mechanics.kinematics.assembly import Assembler
-from governor_mechanism.mechanics.kinematics.output_variables import measure
-from governor_mechanism.mechanics.reduction.motion_table import Way
+from governor_mechanism.integrators.time_grid import make_time_grid
+from governor_mechanism.mechanics.contact.event_log import compare_event_logs, count_model_size
+from governor_mechanism.mechanics.kinematics.assembly import PositionSolver
+from governor_mechanism.mechanics.kinematics.output_variables import evaluate_output
+from governor_mechanism.mechanics.reduction.motion_table import MotionTable
 from governor_mechanism.model.effect import Effect
-from governor_mechanism.model.joints import ALL_JOINTS, Joint
+from governor_mechanism.model.joints import JOINT_TYPES, Joint
 from governor_mechanism.model.scene import Scene
-from governor_mechanism.model.state_history import State
+from governor_mechanism.model.state_history import StateHistory
 from governor_mechanism.model.trajectory import Cost, Outcome, Trajectory
-from governor_mechanism.numerics.jit import announce
-from governor_mechanism.observables.evaluation import Finding, Report, Reporter
-from governor_mechanism.observables.singular_configurations import Between
+from governor_mechanism.numerics.jit import warn_before_compiling
+from governor_mechanism.observables.evaluation import Observables, ReadingEvaluator, RunResult
+from governor_mechanism.observables.singular_configurations import DenseOutput
 
-NARROWER = 0.7
+COMPARISON_WIDTH_RATIO = 0.7
 """How much narrower its pieces are, so that what the fits leave out is told apart as well."""
 
-PATIENCE = 4
+MAX_REDUCED_STAGNANT_RUNS = 4
 """So many tighter certificates that are no better are believed; one may be bad luck."""
 
-LONGEST_STATION = 0.25
+TURNING_POINT_SEARCH_INTERVAL = 0.25
 """In time scales, and of the coordinate's unit: how far apart the poses are at which dead centres are looked for."""
 
-FARTHEST, MOST_STATIONS = 0.5, 200_000
+MAX_MONITOR_TRAVEL, MAX_MONITOR_TIMES = 0.5, 200_000
 """Of the coordinate's unit: poses farther apart get others between them, up to so many."""
 
 
@@ -55,195 +61,242 @@ class ReducedEngine(Engine):
     """
 
     name: ClassVar[str] = "reduced"
-    effects: ClassVar[frozenset[type[Effect]]] = ALL_EFFECTS - {Play}
-    joints: ClassVar[frozenset[type[Joint]]] = ALL_JOINTS
+    effects: ClassVar[frozenset[type[Effect]]] = EFFECT_TYPES - {Clearance}
+    joints: ClassVar[frozenset[type[Joint]]] = JOINT_TYPES
 
     tolerance: float | None = None
     max_steps: int = 1_000_000
 
     def __post_init__(self) -> None:
-        refuse_settings("ReducedEngine", self.tolerance, self.max_steps)
+        check_engine_settings("ReducedEngine", self.tolerance, self.max_steps)
 
     def _refuses(self, scene: Scene) -> str:
-        assembler = Assembler(scene.part.mechanism)
-        if assembler.equations.driven.any():
+        position_solver = PositionSolver(scene.part.mechanism)
+        if position_solver.equations.is_driven.any():
             return "engine 'reduced' follows one free coordinate, and drives move this mechanism; choose multibody"
-        if assembler.mobility != 1:
-            return f"engine 'reduced' follows one coordinate, not a mobility of {assembler.mobility}; choose multibody"
+        if position_solver.mobility != 1:
+            return f"engine 'reduced' follows one coordinate, not a mobility of {position_solver.mobility}; choose multibody"
         return ""
 
-    def _run(self, scene: Scene, task: Task) -> Trajectory:
-        follower = Follower(self, scene, task)
-        follower.load()
-        started = time.perf_counter()
-        tolerance = self.tolerance or first_tolerance(task.accuracy)
-        if task.certify and self.tolerance is None:
-            best = tightened(follower.certified, tolerance, task.accuracy, PATIENCE)
+    def _run(self, scene: Scene, request: RunRequest) -> Trajectory:
+        runner = ReducedRunner(self, scene, request)
+        runner.compile_kernels()
+        start_time = time.perf_counter()
+        tolerance = self.tolerance or initial_tolerance(request.accuracy)
+        if request.certify and self.tolerance is None:
+            best = refine_tolerance(runner.run_certified, tolerance, request.accuracy, MAX_REDUCED_STAGNANT_RUNS)
         else:
-            best = follower.certified(tolerance) if task.certify else follower.followed(tolerance)
-        return follower.trajectory(best, time.perf_counter() - started - follower.building)
+            best = runner.run_certified(tolerance) if request.certify else runner.run_once(tolerance)
+        return runner.make_trajectory(best, time.perf_counter() - start_time - runner.setup_time)
 
 
 @dataclass(frozen=True)
-class Followed:
+class ReducedResult:
     """One run at a tolerance, and how it ended."""
 
-    ridden: Ridden
-    rider: Rider
+    solution: ReducedSolution
+    reduced_run: ReducedRun
     tolerance: float
-    state: State
-    report: Report
-    ended: Outcome | None
+    reported_states: StateHistory
+    observables: Observables
+    early_outcome: Outcome | None
     detail: str
-    errors: Mapping[str, float]
-    estimate: float | None = None
-    excluded: int = 0
+    reading_errors: Mapping[str, float]
+    error_estimate: float | None = None
+    n_excluded: int = 0
 
     @property
-    def reached(self) -> int:
+    def n_reached(self) -> int:
         """How many of the reported times it came to."""
-        return len(self.state.times)
+        return len(self.reported_states.times)
 
 
-class Follower:
+class ReducedRunner:
     """Follows one scene at given tolerances."""
 
-    def __init__(self, engine: ReducedEngine, scene: Scene, task: Task) -> None:
-        self.engine, self.scene, self.task = engine, scene, task
-        poses, velocities = starting_state(scene)
-        self.reporter = Reporter(scene, poses)
-        lead = measure(scene.part.mechanism, scene.part.mechanism.coordinate, poses)
-        self.start = float(lead.value), float(np.sum(lead.gradient * velocities))
-        self._poses = poses
-        self.runs, self.counts = 0, np.zeros(4, dtype=np.int64)
-        self._riders: dict[float, Rider] = {}
+    def __init__(self, engine: ReducedEngine, scene: Scene, request: RunRequest) -> None:
+        self.engine, self.scene, self.request = engine, scene, request
+        poses, velocities = initial_state(scene)
+        self.evaluator = ReadingEvaluator(scene, poses)
+        coordinate_output = evaluate_output(scene.part.mechanism, scene.part.mechanism.coordinate, poses)
+        self.initial_coordinate = float(coordinate_output.value), float(np.sum(coordinate_output.gradient * velocities))
+        self._initial_poses = poses
+        self.n_runs, self.counters = 0, np.zeros(4, dtype=np.int64)
+        self._reduced_runs: dict[float, ReducedRun] = {}
 
-    def load(self) -> None:
+    def compile_kernels(self) -> None:
         """Have the kernels compiled or loaded, once in a process, so that no run's cost includes it."""
-        kernel: Any = advance
+        kernel: Any = integrate_reduced
         if not kernel.signatures:
-            announce("advance", 30)
-            way = Way(self.scene, self.start[0], self._poses)
-            if way.begun and way.extended(0) and way.extended(1):
-                soon = np.array([1e-9 * self.reporter.time_scale])
-                rider = Rider(way, self.reporter, self.start, soon, self.engine.max_steps)
-                rider.state(rider.ridden(1.0))
+            warn_before_compiling("integrate_reduced", 30)
+            motion_table = MotionTable(self.scene, self.initial_coordinate[0], self._initial_poses)
+            if motion_table.is_started and motion_table.extend(0) and motion_table.extend(1):
+                end_time = np.array([1e-9 * self.evaluator.time_scale])
+                reduced_run = ReducedRun(
+                    motion_table, self.evaluator, self.initial_coordinate, end_time, self.engine.max_steps
+                )
+                reduced_run.state_history(reduced_run.integrate(1.0))
 
     @property
-    def building(self) -> float:
+    def setup_time(self) -> float:
         """Seconds that laying the ways has taken."""
-        return sum(rider.way.building for rider in self._riders.values())
+        return sum(reduced_run.motion_table.setup_time for reduced_run in self._reduced_runs.values())
 
-    def rider(self, share: float) -> Rider:
+    def get_reduced_run(self, width_factor: float) -> ReducedRun:
         """One along pieces that are so much narrower at first."""
-        if share not in self._riders:
-            way = Way(self.scene, self.start[0], self._poses, share)
-            if not way.begun:
-                raise MechanismError(f"engine 'reduced' cannot begin: {way.words(1)[1]}; choose engine 'multibody'")
-            self._riders[share] = Rider(way, self.reporter, self.start, self.task.times, self.engine.max_steps)
-        return self._riders[share]
+        if width_factor not in self._reduced_runs:
+            motion_table = MotionTable(self.scene, self.initial_coordinate[0], self._initial_poses, width_factor)
+            if not motion_table.is_started:
+                raise MechanismError(
+                    f"engine 'reduced' cannot begin: {motion_table.end_message(1)[1]}; choose engine 'multibody'"
+                )
+            self._reduced_runs[width_factor] = ReducedRun(
+                motion_table, self.evaluator, self.initial_coordinate, self.request.times, self.engine.max_steps
+            )
+        return self._reduced_runs[width_factor]
 
-    def certified(self, tolerance: float) -> Followed:
+    def run_certified(self, tolerance: float) -> ReducedResult:
         """Two runs, and the difference between them as the estimate of the better one's error."""
         # Where it is not the tolerance that bounds the steps, twice as long ones tell the runs apart.
-        worse = self.followed(LOOSER * tolerance, 2 * LONGEST_STEP, NARROWER)
-        better = self.followed(tolerance)
-        shared = min(len(worse.state.times), len(better.state.times))
-        late, near = compared(better.ridden.events, worse.ridden.events, better.state.times[:shared],
-                              self.task.accuracy * self.reporter.time_scale)  # fmt: skip
-        tight, loose = better.report, worse.report
-        if near.any() or shared < max(len(worse.state.times), len(better.state.times)):
-            kept = np.flatnonzero(~near)
-            tight, loose = (self.reporter.report(one.state.first(shared).at(kept)) for one in (better, worse))
-        errors = self.reporter.errors(tight, loose)
-        estimate = self.reporter.relative(errors)
-        if better.rider.switching:
-            errors["event times"] = late
-            estimate = max(estimate, late / self.reporter.time_scale)
-        return replace(better, errors=errors, estimate=estimate, excluded=int(near.sum()))
+        worse = self.run_once(
+            COMPARISON_TOLERANCE_RATIO * tolerance, 2 * REDUCED_MAX_STEP_RATIO, COMPARISON_WIDTH_RATIO
+        )
+        better = self.run_once(tolerance)
+        n_shared = min(len(worse.reported_states.times), len(better.reported_states.times))
+        event_time_error, is_near_event = compare_event_logs(better.solution.events, worse.solution.events, better.reported_states.times[:n_shared],
+                              self.request.accuracy * self.evaluator.time_scale)  # fmt: skip
+        better_observables, worse_observables = better.observables, worse.observables
+        if is_near_event.any() or n_shared < max(len(worse.reported_states.times), len(better.reported_states.times)):
+            indices = np.flatnonzero(~is_near_event)
+            better_observables, worse_observables = (
+                self.evaluator.evaluate(result.reported_states.first(n_shared).at(indices))
+                for result in (better, worse)
+            )
+        errors = self.evaluator.compare_observables(better_observables, worse_observables)
+        estimate = self.evaluator.to_relative_error(errors)
+        if better.reduced_run.has_contacts:
+            errors["event times"] = event_time_error
+            estimate = max(estimate, event_time_error / self.evaluator.time_scale)
+        return replace(better, reading_errors=errors, error_estimate=estimate, n_excluded=int(is_near_event.sum()))
 
-    def followed(self, tolerance: float, longest: float = LONGEST_STEP, share: float = 1.0) -> Followed:
+    def run_once(
+        self, tolerance: float, max_step_ratio: float = REDUCED_MAX_STEP_RATIO, width_factor: float = 1.0
+    ) -> ReducedResult:
         """One run, its steps at most so many of the scene's paces long."""
-        self.runs += 1
-        rider = self.rider(share)
-        ridden = rider.ridden(tolerance, longest)
-        state = rider.state(ridden)
-        reached = f"t = {ridden.ended:.9g} s"
-        ended, detail = None, ""
-        if ridden.code == LEFT:
-            limited, words = rider.way.words(ridden.side)
-            ended = Outcome.LEFT_RANGE if limited else Outcome.DEAD_CENTRE
-            detail = f"{words}, at {reached}"
-        elif ridden.code == STIFF:
-            ended, detail = Outcome.STIFF, f"at {reached}"
-        elif ridden.code == STALLED:
-            ended, detail = Outcome.STALLED, f"at {reached}"
-        elif ridden.code != DONE:
-            ended, detail = Outcome.STEP_LIMIT, f"max_steps = {self.engine.max_steps} end at {reached}"
-        return Followed(ridden, rider, tolerance, state, self.reporter.report(state), ended, detail, {})
+        self.n_runs += 1
+        reduced_run = self.get_reduced_run(width_factor)
+        solution = reduced_run.integrate(tolerance, max_step_ratio)
+        reported_states = reduced_run.state_history(solution)
+        time_text = f"t = {solution.end_time:.9g} s"
+        early_outcome, detail = None, ""
+        if solution.status == PATH_ENDED:
+            is_at_limit, message = reduced_run.motion_table.end_message(solution.side)
+            early_outcome = Outcome.LEFT_RANGE if is_at_limit else Outcome.DEAD_CENTRE
+            detail = f"{message}, at {time_text}"
+        elif solution.status == BECAME_STIFF:
+            early_outcome, detail = Outcome.STIFF, f"at {time_text}"
+        elif solution.status == RUN_STALLED:
+            early_outcome, detail = Outcome.STALLED, f"at {time_text}"
+        elif solution.status != RUN_COMPLETED:
+            early_outcome, detail = Outcome.STEP_LIMIT, f"max_steps = {self.engine.max_steps} end at {time_text}"
+        return ReducedResult(
+            solution,
+            reduced_run,
+            tolerance,
+            reported_states,
+            self.evaluator.evaluate(reported_states),
+            early_outcome,
+            detail,
+            {},
+        )
 
-    def trajectory(self, best: Followed, wall_time: float) -> Trajectory:
+    def make_trajectory(self, best: ReducedResult, wall_time: float) -> Trajectory:
         """The result."""
-        settings = {**asdict(self.engine), "asked_accuracy": self.task.accuracy, "certified": best.estimate is not None}
-        return self.reporter.trajectory(
-            Finding(
-                state=best.state,
-                stations=partial(self._stations, best),
-                report=best.report,
-                outcome=outcome_of(best, self.task.accuracy),
+        settings = {
+            **asdict(self.engine),
+            "asked_accuracy": self.request.accuracy,
+            "certified": best.error_estimate is not None,
+        }
+        return self.evaluator.make_trajectory(
+            RunResult(
+                reported_states=best.reported_states,
+                monitor_states=partial(self._make_monitor_states, best),
+                observables=best.observables,
+                outcome=classify_outcome(best, self.request.accuracy),
                 detail=best.detail,
-                estimate=best.estimate,
-                errors=dict(best.errors),
-                modes=best.rider.modes(best.ridden, best.state.poses),
-                reported=slice(None),
-                happened=best.ridden.events,
-                excluded=best.excluded,
+                error_estimate=best.error_estimate,
+                reading_errors=dict(best.reading_errors),
+                contact_modes=best.reduced_run.contact_modes(best.solution, best.reported_states.poses),
+                reported_indices=slice(None),
+                contact_events=best.solution.events,
+                n_excluded=best.n_excluded,
             ),
-            cost=self._cost(best, wall_time),
+            cost=self._make_cost(best, wall_time),
             settings=settings,
         )
 
-    def _stations(self, best: Followed) -> tuple[State, Between | None]:
+    def _make_monitor_states(self, best: ReducedResult) -> tuple[StateHistory, DenseOutput | None]:
         """States near enough to each other that nothing is passed unseen, and what lies between; ridden anew."""
-        end = best.state.times[-1:]
-        breaks = np.unique(np.concatenate([curve.breaks for curve in best.rider.way.curves]))
-        times = make_grid(end, breaks, np.inf, LONGEST_STATION * self.reporter.time_scale).stations
+        end = best.reported_states.times[-1:]
+        breakpoints = np.unique(
+            np.concatenate([function.breakpoints for function in best.reduced_run.motion_table.time_functions])
+        )
+        monitor_times = make_time_grid(
+            end, breakpoints, np.inf, TURNING_POINT_SEARCH_INTERVAL * self.evaluator.time_scale
+        ).monitor_times
         while True:
-            rider = Rider(best.rider.way, self.reporter, self.start, times, self.engine.max_steps)
-            ridden = rider.ridden(best.tolerance)
-            ways = np.abs(np.diff(ridden.rows[:, 0])) / best.rider.way.plan.unit
-            if not len(ways) or np.max(ways) < FARTHEST or len(times) > MOST_STATIONS:
+            reduced_run = ReducedRun(
+                best.reduced_run.motion_table,
+                self.evaluator,
+                self.initial_coordinate,
+                monitor_times,
+                self.engine.max_steps,
+            )
+            solution = reduced_run.integrate(best.tolerance)
+            displacements = (
+                np.abs(np.diff(solution.states[:, 0])) / best.reduced_run.motion_table.arrays.coordinate_scale
+            )
+            if (
+                not len(displacements)
+                or np.max(displacements) < MAX_MONITOR_TRAVEL
+                or len(monitor_times) > MAX_MONITOR_TIMES
+            ):
                 break
-            pieces = np.ceil(ways / LONGEST_STATION).astype(int).clip(1)
-            parts = [np.linspace(a, b, n + 1)[1:] for a, b, n in zip(times, times[1:], pieces, strict=False)]
-            times = np.concatenate([times[:1], *parts])
-        return rider.state(ridden), partial(rider.between, ridden.rows, best.tolerance)
+            n_intervals = np.ceil(displacements / TURNING_POINT_SEARCH_INTERVAL).astype(int).clip(1)
+            segments = [
+                np.linspace(a, b, n + 1)[1:]
+                for a, b, n in zip(monitor_times, monitor_times[1:], n_intervals, strict=False)
+            ]
+            monitor_times = np.concatenate([monitor_times[:1], *segments])
+        return reduced_run.state_history(solution), partial(
+            reduced_run.integrate_from_row, solution.states, best.tolerance
+        )
 
-    def _cost(self, best: Followed, wall_time: float) -> Cost:
-        riders = self._riders.values()
-        counts = sum((rider.counts for rider in riders), np.zeros(4, dtype=np.int64))
-        steps, rejected, evaluations, moving = (int(count) for count in counts)
-        pieces = sum(rider.way.pieces for rider in riders)
-        laws = {"equations of motion": evaluations, "pieces laid": pieces}
-        acts = best.rider.way.acts
-        for law, many, count in (
-            ("springs on readings", len(acts.springs), evaluations),
-            ("oil brakes", len(acts.brakes), moving),
-            ("dry friction", int(np.sum(acts.keepers[:, 1] >= 0)), moving),
+    def _make_cost(self, best: ReducedResult, wall_time: float) -> Cost:
+        reduced_runs = self._reduced_runs.values()
+        counters = sum((reduced_run.counts for reduced_run in reduced_runs), np.zeros(4, dtype=np.int64))
+        steps, rejected, evaluations, moving_evaluations = (int(count) for count in counters)
+        n_pieces = sum(reduced_run.motion_table.n_pieces for reduced_run in reduced_runs)
+        law_counts = {"equations of motion": evaluations, "pieces laid": n_pieces}
+        reduced_forces = best.reduced_run.motion_table.forces
+        for law, n_elements, count in (
+            ("springs on readings", len(reduced_forces.one_sided_springs), evaluations),
+            ("dashpots", len(reduced_forces.output_dampers), moving_evaluations),
+            ("dry friction", int(np.sum(reduced_forces.contacts[:, 1] >= 0)), moving_evaluations),
         ):
-            if many:
-                laws[law] = many * count
+            if n_elements:
+                law_counts[law] = n_elements * count
         return Cost(
             engine=self.engine.name,
-            reason=self.task.reason,
-            step=best.ridden.step,
+            reason=self.request.reason,
+            step=best.solution.last_step,
             steps=steps,
             rejected=rejected,
-            runs=self.runs,
-            evaluations=laws,
+            runs=self.n_runs,
+            evaluations=law_counts,
             wall_time=wall_time,
-            building=self.building,
-            events=len(best.ridden.events),
-            assembled=assembled(self.scene),
+            setup_time=self.setup_time,
+            events=len(best.solution.events),
+            model_size=count_model_size(self.scene),
             method="explicit (DOP853) along one coordinate",
         )

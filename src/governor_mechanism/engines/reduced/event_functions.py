@@ -6,87 +6,102 @@ import math
 
 import numpy as np
 
-from governor_mechanism.mechanics.contact.tolerances import STANDING
-from governor_mechanism.mechanics.dynamics.lowering import ROUNDING
-from governor_mechanism.mechanics.reduction.equation_of_motion import FLOWS, HELD, Line, drawn, gauge_at, resisting
-from governor_mechanism.mechanics.reduction.lowering import FORCE, SECOND
-from governor_mechanism.mechanics.reduction.table import piece_of
-from governor_mechanism.numerics.jit import kernel
+from governor_mechanism.mechanics.contact.tolerances import REST_TOLERANCE
+from governor_mechanism.mechanics.dynamics.lowering import EVENT_ROUNDING_RATIO
+from governor_mechanism.mechanics.reduction.equation_of_motion import (
+    MODE_HELD,
+    N_QUADRATURES,
+    ReducedModel,
+    evaluate_friction_limit,
+    evaluate_static_force,
+    evaluate_table_output,
+)
+from governor_mechanism.mechanics.reduction.lowering import FORCE_SCALE, TIME_SCALE
+from governor_mechanism.mechanics.reduction.table import find_piece
+from governor_mechanism.numerics.jit import jit_internal
 from governor_mechanism.types import FloatArray
 
-QUIET = -1.0
+INACTIVE_EVENT_VALUE = -1.0
 """The mark of what is not watched."""
 
 
-@kernel
-def marks_of(line: Line) -> int:
+@jit_internal
+def count_event_functions(model: ReducedModel) -> int:
     """How many marks there are: of each keeper its rate, its high and its low stop; of each spring where it goes slack;
     the force that draws up, and down, against what holds."""
-    return int(3 * line.keepers.shape[0] + line.springs.shape[0] + 2)
+    return int(3 * model.contacts.shape[0] + model.one_sided_springs.shape[0] + 2)
 
 
-@kernel
-def sided(line: Line, k: int, value: float, within: float) -> int:
+@jit_internal
+def find_active_stop(model: ReducedModel, contact: int, value: float, relative_distance: float) -> int:
     """At which of its stops, within so many of its sizes, a keeper is: 1 the high one, -1 the low one, 0 neither."""
-    near = within * line.keepers[k, 5]
-    if value >= line.keepers[k, 3] - near:
+    distance = relative_distance * model.contacts[contact, 5]
+    if value >= model.contacts[contact, 3] - distance:
         return 1
-    return -1 if value <= line.keepers[k, 2] + near else 0
+    return -1 if value <= model.contacts[contact, 2] + distance else 0
 
 
-@kernel
-def blocked(line: Line, near: int, t: float) -> tuple[bool, bool]:
+@jit_internal
+def find_blocked_directions(model: ReducedModel, piece_index: int, t: float) -> tuple[bool, bool]:
     """Whether stops keep the coordinate from rising, and from falling."""
-    up = down = False
-    for k in range(line.keepers.shape[0]):
-        value, slope = gauge_at(line, near, t, line.keepers[k, 0])
-        way = sided(line, k, value, STANDING) * slope
-        up, down = up or way > 0.0, down or way < 0.0
-    return up, down
+    up_blocked = down_blocked = False
+    for k in range(model.contacts.shape[0]):
+        value, output_derivative = evaluate_table_output(model, piece_index, t, model.contacts[k, 0])
+        outward_derivative = find_active_stop(model, k, value, REST_TOLERANCE) * output_derivative
+        up_blocked, down_blocked = up_blocked or outward_derivative > 0.0, down_blocked or outward_derivative < 0.0
+    return up_blocked, down_blocked
 
 
-@kernel
-def marked(
-    line: Line, q: float, v: float, since: float, near: int,
-    marks: FloatArray,
+@jit_internal
+def evaluate_reduced_event_functions(
+    model: ReducedModel, q: float, v: float, local_time: float, piece_guess: int,
+    event_values: FloatArray,
 ) -> int:  # fmt: skip
     """Fill marks at a state; the piece it is on, or -1 where none is."""
-    piece, t, side = piece_of(line.edges, line.beside, line.ring, q, near)
+    piece, t, side = find_piece(model.intervals, model.neighbours, model.periodicity, q, piece_guess)
     if side >= 0:
         return -1
-    marks[:] = QUIET
-    keepers, springs = line.keepers.shape[0], line.springs.shape[0]
-    if line.mode[HELD] != 0:
-        flows = np.empty((1, FLOWS))
-        force = drawn(line, piece, t, since, flows)
-        resistance = resisting(line, piece, t, since)
-        up, down = blocked(line, piece, t)
-        if not up:
-            marks[3 * keepers + springs] = force - resistance
-        if not down:
-            marks[3 * keepers + springs + 1] = -force - resistance
+    event_values[:] = INACTIVE_EVENT_VALUE
+    n_contacts, n_springs = model.contacts.shape[0], model.one_sided_springs.shape[0]
+    if model.mode[MODE_HELD] != 0:
+        quadrature_rates = np.empty((1, N_QUADRATURES))
+        force = evaluate_static_force(model, piece, t, local_time, quadrature_rates)
+        resistance = evaluate_friction_limit(model, piece, t, local_time)
+        up_blocked, down_blocked = find_blocked_directions(model, piece, t)
+        if not up_blocked:
+            event_values[3 * n_contacts + n_springs] = force - resistance
+        if not down_blocked:
+            event_values[3 * n_contacts + n_springs + 1] = -force - resistance
         return piece
-    for k in range(keepers):
-        value, slope = gauge_at(line, piece, t, line.keepers[k, 0])
-        if line.mode[1 + k] != 0:
-            marks[3 * k] = -line.mode[1 + k] * slope * v
-        if line.keepers[k, 3] < math.inf:
-            marks[3 * k + 1] = value - line.keepers[k, 3]
-        if line.keepers[k, 2] > -math.inf:
-            marks[3 * k + 2] = line.keepers[k, 2] - value
-    for i in range(springs):
-        off = gauge_at(line, piece, t, line.springs[i, 0])[0] - line.springs[i, 2]
-        marks[3 * keepers + i] = -off if line.mode[1 + keepers + i] != 0 else off
+    for k in range(n_contacts):
+        value, output_derivative = evaluate_table_output(model, piece, t, model.contacts[k, 0])
+        if model.mode[1 + k] != 0:
+            event_values[3 * k] = -model.mode[1 + k] * output_derivative * v
+        if model.contacts[k, 3] < math.inf:
+            event_values[3 * k + 1] = value - model.contacts[k, 3]
+        if model.contacts[k, 2] > -math.inf:
+            event_values[3 * k + 2] = model.contacts[k, 2] - value
+    for i in range(n_springs):
+        elongation = (
+            evaluate_table_output(model, piece, t, model.one_sided_springs[i, 0])[0] - model.one_sided_springs[i, 2]
+        )
+        event_values[3 * n_contacts + i] = -elongation if model.mode[1 + n_contacts + i] != 0 else elongation
     return piece
 
 
-@kernel
-def tiny_of(line: Line, tiny: FloatArray) -> None:
+@jit_internal
+def fill_event_tolerances(model: ReducedModel, event_tolerances: FloatArray) -> None:
     """Fill what is rounding in each mark."""
-    keepers, springs = line.keepers.shape[0], line.springs.shape[0]
-    for k in range(keepers):
-        size = ROUNDING * line.keepers[k, 5]
-        tiny[3 * k], tiny[3 * k + 1], tiny[3 * k + 2] = size / line.numbers[SECOND], size, size
-    for i in range(springs):
-        tiny[3 * keepers + i] = ROUNDING * line.springs[i, 3]
-    tiny[3 * keepers + springs] = tiny[3 * keepers + springs + 1] = ROUNDING * line.numbers[FORCE]
+    n_contacts, n_springs = model.contacts.shape[0], model.one_sided_springs.shape[0]
+    for k in range(n_contacts):
+        tolerance = EVENT_ROUNDING_RATIO * model.contacts[k, 5]
+        event_tolerances[3 * k], event_tolerances[3 * k + 1], event_tolerances[3 * k + 2] = (
+            tolerance / model.parameters[TIME_SCALE],
+            tolerance,
+            tolerance,
+        )
+    for i in range(n_springs):
+        event_tolerances[3 * n_contacts + i] = EVENT_ROUNDING_RATIO * model.one_sided_springs[i, 3]
+    event_tolerances[3 * n_contacts + n_springs] = event_tolerances[3 * n_contacts + n_springs + 1] = (
+        EVENT_ROUNDING_RATIO * model.parameters[FORCE_SCALE]
+    )

@@ -8,41 +8,41 @@ from __future__ import annotations
 
 import numpy as np
 
-from governor_mechanism.engines.reduced.event_functions import marked
-from governor_mechanism.integrators.event_location import summit
-from governor_mechanism.integrators.reduced_dop853 import Stages, stepped
-from governor_mechanism.mechanics.dynamics.output_forces import PARTS
-from governor_mechanism.mechanics.reduction.equation_of_motion import Line
-from governor_mechanism.numerics.jit import kernel
+from governor_mechanism.engines.reduced.event_functions import evaluate_reduced_event_functions
+from governor_mechanism.integrators.event_location import locate_parabola_maximum
+from governor_mechanism.integrators.reduced_dop853 import Stages, take_step
+from governor_mechanism.mechanics.dynamics.output_forces import EVENT_SAMPLE_FRACTIONS
+from governor_mechanism.mechanics.reduction.equation_of_motion import ReducedModel
+from governor_mechanism.numerics.jit import jit_internal
 from governor_mechanism.types import BoolArray, FloatArray, IntArray
 
-HALVINGS = 40
+MAX_ARMING_BISECTIONS = 40
 """So often is a time sought at which something that begins at nought is below it."""
 
-JUST_ABOVE = 1e-300
+MIN_POSITIVE_EVENT_VALUE = 1e-300
 """A mark that counts as above nought."""
 
-NUDGED = 1e-3
+BRACKET_INSET = 1e-3
 """Of a bracket: a chord that meets nought nearer to an end is taken this far off it, so that the end comes nearer."""
 
-NARROWED = 100
+MAX_ROOT_ITERATIONS = 100
 """So many shorter steps find a crossing to rounding."""
 
 
-@kernel
-def crossing(
-    line: Line,
-    since: float,
+@jit_internal
+def locate_first_event(
+    model: ReducedModel,
+    local_time: float,
     h: float,
     q: float,
     v: float,
-    ahead: float,
-    rate: float,
-    near: int,
+    q_end: float,
+    v_end: float,
+    piece_index: int,
     stages: Stages,
-    spare: Stages,
-    marks: FloatArray,
-    tiny: FloatArray,
+    trial_stages: Stages,
+    event_values: FloatArray,
+    event_tolerances: FloatArray,
     counts: IntArray,
 ) -> tuple[bool, float]:
     """Whether a mark rises above nought in a step, and after which part of it; marks[-1] are then those there.
@@ -50,153 +50,219 @@ def crossing(
     marks (PARTS, n) are known at the step's beginning. Something that begins at nought, as a body that has just left a
     stop, must have been below it first, unless it rises at once.
     """
-    last = PARTS.size - 1
+    last = EVENT_SAMPLE_FRACTIONS.size - 1
     for j in range(1, last):
-        there, moving = _between(q, v, stages.bends[0], ahead, rate, stages.bends[12], h, PARTS[j])
-        marked(line, there, moving, since + PARTS[j] * h, near, marks[j])
-    marked(line, ahead, rate, since + h, near, marks[last])
-    high, found = 2.0, np.empty(tiny.size)
+        q_inside, v_inside = _quintic_hermite_state(
+            q, v, stages.accelerations[0], q_end, v_end, stages.accelerations[12], h, EVENT_SAMPLE_FRACTIONS[j]
+        )
+        evaluate_reduced_event_functions(
+            model, q_inside, v_inside, local_time + EVENT_SAMPLE_FRACTIONS[j] * h, piece_index, event_values[j]
+        )
+    evaluate_reduced_event_functions(model, q_end, v_end, local_time + h, piece_index, event_values[last])
+    high, trial_values = 2.0, np.empty(event_tolerances.size)
     low = 0.0
-    for i in range(tiny.size):
-        armed = marks[0, i] < -tiny[i]
+    for i in range(event_tolerances.size):
+        is_armed = event_values[0, i] < -event_tolerances[i]
         for j in range(1, last + 1):
-            if marks[j, i] > (0.0 if armed else tiny[i]):
-                if PARTS[j] < high:
-                    low, high = PARTS[j - 1], PARTS[j]
+            if event_values[j, i] > (0.0 if is_armed else event_tolerances[i]):
+                if EVENT_SAMPLE_FRACTIONS[j] < high:
+                    low, high = EVENT_SAMPLE_FRACTIONS[j - 1], EVENT_SAMPLE_FRACTIONS[j]
                 break
-            armed = armed or marks[j, i] < -tiny[i]
-            if j == last or not armed:
+            is_armed = is_armed or event_values[j, i] < -event_tolerances[i]
+            if j == last or not is_armed:
                 continue
-            part, height = summit(PARTS[j], PARTS[1], marks[j - 1, i], marks[j, i], marks[j + 1, i])
-            below_first = part > PARTS[j] or marks[j - 1, i] < -tiny[i]
-            if height > 0.0 and part < high and below_first:
-                _tried(line, since, part * h, q, v, near, stages, spare, found, counts)
-                if found[i] > 0.0:
-                    low, high = (PARTS[j - 1] if part <= PARTS[j] else PARTS[j]), part
+            fraction, peak_value = locate_parabola_maximum(
+                EVENT_SAMPLE_FRACTIONS[j],
+                EVENT_SAMPLE_FRACTIONS[1],
+                event_values[j - 1, i],
+                event_values[j, i],
+                event_values[j + 1, i],
+            )
+            below_first = fraction > EVENT_SAMPLE_FRACTIONS[j] or event_values[j - 1, i] < -event_tolerances[i]
+            if peak_value > 0.0 and fraction < high and below_first:
+                _evaluate_after_step(
+                    model, local_time, fraction * h, q, v, piece_index, stages, trial_stages, trial_values, counts
+                )
+                if trial_values[i] > 0.0:
+                    low, high = (
+                        (
+                            EVENT_SAMPLE_FRACTIONS[j - 1]
+                            if fraction <= EVENT_SAMPLE_FRACTIONS[j]
+                            else EVENT_SAMPLE_FRACTIONS[j]
+                        ),
+                        fraction,
+                    )
                     break
     if high > 1.0:
         return False, 1.0
-    _tried(line, since, high * h, q, v, near, stages, spare, found, counts)
-    if not np.any(found > 0.0):
-        if not np.any(marks[last] > tiny):
+    _evaluate_after_step(model, local_time, high * h, q, v, piece_index, stages, trial_stages, trial_values, counts)
+    if not np.any(trial_values > 0.0):
+        if not np.any(event_values[last] > event_tolerances):
             return False, 1.0
-        low, high, found[:] = high, 1.0, marks[last]
-    return True, _narrowed(line, since, h, q, v, near, stages, spare, marks, tiny, counts,
-                           low, high, found)  # fmt: skip
+        low, high, trial_values[:] = high, 1.0, event_values[last]
+    return True, _locate_in_bracket(model, local_time, h, q, v, piece_index, stages, trial_stages, event_values, event_tolerances, counts,
+                           low, high, trial_values)  # fmt: skip
 
 
-@kernel
-def _narrowed(
-    line: Line,
-    since: float,
+@jit_internal
+def _locate_in_bracket(
+    model: ReducedModel,
+    local_time: float,
     h: float,
     q: float,
     v: float,
-    near: int,
+    piece_index: int,
     stages: Stages,
-    spare: Stages,
-    marks: FloatArray,
-    tiny: FloatArray,
+    trial_stages: Stages,
+    event_values: FloatArray,
+    event_tolerances: FloatArray,
     counts: IntArray,
     low: float,
     high: float,
-    found: FloatArray,
+    trial_values: FloatArray,
 ) -> float:
     """The part of the step at which the first of the marks that are above nought at `high` rises above it.
 
     found are the marks there; marks[-1] becomes those just above nought.
     """
-    last = PARTS.size - 1
-    marks[last], rising = found, found > 0.0
+    last = EVENT_SAMPLE_FRACTIONS.size - 1
+    event_values[last], rising = trial_values, trial_values > 0.0
     if low > 0.0:
-        _tried(line, since, low * h, q, v, near, stages, spare, found, counts)
+        _evaluate_after_step(model, local_time, low * h, q, v, piece_index, stages, trial_stages, trial_values, counts)
     else:
-        found[:] = marks[0]
-    part = high
-    begun = _highest(found, rising)
-    for halving in range(HALVINGS):
-        if begun < 0.0 and not _unsure(found, rising, marks[0], tiny, halving > 0 or low > 0.0):
+        trial_values[:] = event_values[0]
+    fraction = high
+    max_value = _max_rising_value(trial_values, rising)
+    for halving in range(MAX_ARMING_BISECTIONS):
+        if max_value < 0.0 and not _is_not_armed(
+            trial_values, rising, event_values[0], event_tolerances, halving > 0 or low > 0.0
+        ):
             break
-        part *= 0.5  # it begins at nought, or above by rounding: it must have been below it in between
-        _tried(line, since, part * h, q, v, near, stages, spare, found, counts)
-        begun, low = _highest(found, rising), part
-        if begun > 0.0:
-            high, marks[last] = part, found
+        fraction *= 0.5  # it begins at nought, or above by rounding: it must have been below it in between
+        _evaluate_after_step(
+            model, local_time, fraction * h, q, v, piece_index, stages, trial_stages, trial_values, counts
+        )
+        max_value, low = _max_rising_value(trial_values, rising), fraction
+        if max_value > 0.0:
+            high, event_values[last] = fraction, trial_values
     else:
-        for i in range(found.size):  # it rises at once
-            marks[last, i] = max(found[i], JUST_ABOVE) if rising[i] else found[i]
-        return part
-    for i in range(found.size):
-        if rising[i] and marks[last, i] > 0.0:  # else it rises later than what was found before it
-            high = _root(line, since, h, q, v, near, stages, spare, marks[last], counts, i, low, high, found)
+        for i in range(trial_values.size):  # it rises at once
+            event_values[last, i] = max(trial_values[i], MIN_POSITIVE_EVENT_VALUE) if rising[i] else trial_values[i]
+        return fraction
+    for i in range(trial_values.size):
+        if rising[i] and event_values[last, i] > 0.0:  # else it rises later than what was found before it
+            high = _regula_falsi(
+                model,
+                local_time,
+                h,
+                q,
+                v,
+                piece_index,
+                stages,
+                trial_stages,
+                event_values[last],
+                counts,
+                i,
+                low,
+                high,
+                trial_values,
+            )
     return high
 
 
-@kernel
-def _root(
-    line: Line, since: float, h: float, q: float, v: float, near: int, stages: Stages, spare: Stages, above: FloatArray,
-    counts: IntArray, which: int, low: float, high: float, found: FloatArray,
+@jit_internal
+def _regula_falsi(
+    model: ReducedModel, local_time: float, h: float, q: float, v: float, piece_index: int, stages: Stages, trial_stages: Stages, values_high: FloatArray,
+    counts: IntArray, event_index: int, low: float, high: float, trial_values: FloatArray,
 ) -> float:  # fmt: skip
     """The part just after which a mark rises above nought, from below it at `low`; above are the marks at `high`, and
     become those there."""
-    _tried(line, since, low * h, q, v, near, stages, spare, found, counts)
-    at_low, at_high, halve = min(found[which], -JUST_ABOVE), above[which], False
-    for _ in range(NARROWED):
+    _evaluate_after_step(model, local_time, low * h, q, v, piece_index, stages, trial_stages, trial_values, counts)
+    at_low, at_high, bisect = min(trial_values[event_index], -MIN_POSITIVE_EVENT_VALUE), values_high[event_index], False
+    for _ in range(MAX_ROOT_ITERATIONS):
         width = high - low
-        middle = 0.5 * (low + high) if halve else (low * at_high - high * at_low) / (at_high - at_low)
-        middle = min(max(middle, low + NUDGED * width), high - NUDGED * width)
-        if not low < middle < high or width <= 4e-16 * (high + abs(since / h)):
+        middle = 0.5 * (low + high) if bisect else (low * at_high - high * at_low) / (at_high - at_low)
+        middle = min(max(middle, low + BRACKET_INSET * width), high - BRACKET_INSET * width)
+        if not low < middle < high or width <= 4e-16 * (high + abs(local_time / h)):
             break
-        _tried(line, since, middle * h, q, v, near, stages, spare, found, counts)
-        if found[which] > 0.0:
-            high, at_high, above[:] = middle, found[which], found
+        _evaluate_after_step(
+            model, local_time, middle * h, q, v, piece_index, stages, trial_stages, trial_values, counts
+        )
+        if trial_values[event_index] > 0.0:
+            high, at_high, values_high[:] = middle, trial_values[event_index], trial_values
         else:
-            low, at_low = middle, min(found[which], -JUST_ABOVE)
-        halve = high - low > 0.5 * width  # a chord that left most of the bracket is followed by a halving
+            low, at_low = middle, min(trial_values[event_index], -MIN_POSITIVE_EVENT_VALUE)
+        bisect = high - low > 0.5 * width  # a chord that left most of the bracket is followed by a halving
     return high
 
 
-@kernel
-def _highest(found: FloatArray, rising: BoolArray) -> float:
+@jit_internal
+def _max_rising_value(trial_values: FloatArray, rising: BoolArray) -> float:
     value = -np.inf
-    for i in range(found.size):
+    for i in range(trial_values.size):
         if rising[i]:
-            value = max(value, found[i])
+            value = max(value, trial_values[i])
     return value
 
 
-@kernel
-def _unsure(found: FloatArray, rising: BoolArray, begin: FloatArray, tiny: FloatArray, later: bool) -> bool:
+@jit_internal
+def _is_not_armed(
+    trial_values: FloatArray,
+    rising: BoolArray,
+    start_values: FloatArray,
+    event_tolerances: FloatArray,
+    is_past_start: bool,
+) -> bool:
     """Whether a mark that rises in the step, and begins at nought but for rounding, has not been seen below that."""
-    unsure = False
-    for i in range(found.size):
-        if rising[i] and begin[i] >= -tiny[i]:
-            unsure = unsure or not later or found[i] >= min(begin[i], 0.0)
-    return unsure
+    not_armed = False
+    for i in range(trial_values.size):
+        if rising[i] and start_values[i] >= -event_tolerances[i]:
+            not_armed = not_armed or not is_past_start or trial_values[i] >= min(start_values[i], 0.0)
+    return not_armed
 
 
-@kernel
-def _tried(
-    line: Line, since: float, h: float, q: float, v: float,
-    near: int, stages: Stages, spare: Stages, found: FloatArray, counts: IntArray,
+@jit_internal
+def _evaluate_after_step(
+    model: ReducedModel, local_time: float, h: float, q: float, v: float,
+    piece_index: int, stages: Stages, trial_stages: Stages, trial_values: FloatArray, counts: IntArray,
 ) -> None:  # fmt: skip
     """Fill found with the marks after a step from where another one begins; quiet where no piece is laid."""
-    spare.rates[0], spare.bends[0] = stages.rates[0], stages.bends[0]
-    spare.flows[0] = stages.flows[0]
-    ahead, rate, piece, side = stepped(line, since, h, q, v, near, spare)
+    trial_stages.rates[0], trial_stages.accelerations[0] = stages.rates[0], stages.accelerations[0]
+    trial_stages.quadrature_rates[0] = stages.quadrature_rates[0]
+    q_end, v_end, piece, side = take_step(model, local_time, h, q, v, piece_index, trial_stages)
     counts[2] += 12
-    found[:] = -1.0
+    trial_values[:] = -1.0
     if side < 0:
-        marked(line, ahead, rate, since + h, piece, found)
+        evaluate_reduced_event_functions(model, q_end, v_end, local_time + h, piece, trial_values)
 
 
-@kernel
-def _between(
-    q: float, v: float, bend: float, ahead: float, rate: float, bend_ahead: float, h: float, p: float
+@jit_internal
+def _quintic_hermite_state(
+    q: float,
+    v: float,
+    acceleration: float,
+    q_end: float,
+    v_end: float,
+    acceleration_end: float,
+    h: float,
+    fraction: float,
 ) -> tuple[float, float]:
     """Coordinate and rate within a step, by the polynomial of order 5 through both its ends."""
-    speed, curve = h * v, h * h * bend
-    way, faster, more = ahead - q - speed - 0.5 * curve, h * rate - speed - curve, h * h * bend_ahead - curve
-    c3, c4, c5 = 10 * way - 4 * faster + 0.5 * more, -15 * way + 7 * faster - more, 6 * way - 3 * faster + 0.5 * more
-    there = q + p * (speed + p * (0.5 * curve + p * (c3 + p * (c4 + p * c5))))
-    return there, (speed + p * (curve + p * (3 * c3 + p * (4 * c4 + p * 5 * c5)))) / h
+    first_difference, second_difference = h * v, h * h * acceleration
+    position_residual, velocity_residual, acceleration_residual = (
+        q_end - q - first_difference - 0.5 * second_difference,
+        h * v_end - first_difference - second_difference,
+        h * h * acceleration_end - second_difference,
+    )
+    c3, c4, c5 = (
+        10 * position_residual - 4 * velocity_residual + 0.5 * acceleration_residual,
+        -15 * position_residual + 7 * velocity_residual - acceleration_residual,
+        6 * position_residual - 3 * velocity_residual + 0.5 * acceleration_residual,
+    )
+    q_inside = q + fraction * (
+        first_difference + fraction * (0.5 * second_difference + fraction * (c3 + fraction * (c4 + fraction * c5)))
+    )
+    return q_inside, (
+        first_difference
+        + fraction * (second_difference + fraction * (3 * c3 + fraction * (4 * c4 + fraction * 5 * c5)))
+    ) / h

@@ -6,62 +6,77 @@ import math
 
 import numpy as np
 
-from governor_mechanism.engines.reduced.contact import go_on
-from governor_mechanism.engines.reduced.event_functions import marked, marks_of, tiny_of
-from governor_mechanism.engines.reduced.event_location import crossing
-from governor_mechanism.integrators.projected_dop853 import CALM_STEPS, STABLE, STIFF_STEPS
+from governor_mechanism.engines.reduced.contact import apply_transition
+from governor_mechanism.engines.reduced.event_functions import (
+    count_event_functions,
+    evaluate_reduced_event_functions,
+    fill_event_tolerances,
+)
+from governor_mechanism.engines.reduced.event_location import locate_first_event
+from governor_mechanism.integrators.projected_dop853 import N_NONSTIFF_STEPS, N_STIFF_STEPS, STABILITY_LIMIT
 from governor_mechanism.integrators.reduced_dop853 import (
     Stages,
-    decay_of,
-    error_of,
-    gained,
-    opened,
-    plain_error,
-    stepped,
-    within,
+    conservative_error_norm,
+    error_norm,
+    estimate_stiffness,
+    evaluate_dense_output,
+    mean_stage_derivative,
+    prepare_dense_output,
+    take_step,
 )
-from governor_mechanism.mechanics.dynamics.output_forces import PARTS
-from governor_mechanism.mechanics.reduction.equation_of_motion import FLOWS, HELD, Line, accelerated
-from governor_mechanism.mechanics.reduction.lowering import ENERGY, PLAIN, SECOND, UNEVEN, UNIT
-from governor_mechanism.mechanics.reduction.table import piece_of
-from governor_mechanism.numerics.jit import compiled
+from governor_mechanism.mechanics.dynamics.output_forces import EVENT_SAMPLE_FRACTIONS
+from governor_mechanism.mechanics.reduction.equation_of_motion import (
+    MODE_HELD,
+    N_QUADRATURES,
+    ReducedModel,
+    evaluate_equation_of_motion,
+)
+from governor_mechanism.mechanics.reduction.lowering import (
+    COORDINATE_SCALE,
+    ENERGY_SCALE,
+    FLUCTUATION_AMPLITUDE,
+    IS_CONSERVATIVE,
+    TIME_SCALE,
+)
+from governor_mechanism.mechanics.reduction.table import find_piece
+from governor_mechanism.numerics.jit import jit
 from governor_mechanism.types import FloatArray, IntArray
 
-DONE, STALLED, EXHAUSTED, BELOW, ABOVE, STIFF = range(6)
+RUN_COMPLETED, RUN_STALLED, STEPS_EXHAUSTED, BELOW_TABLE, ABOVE_TABLE, BECAME_STIFF = range(6)
 """How it ended: at the end; with steps or events that lead nowhere; with too many steps; where no piece is laid; where
 it gets stiff."""
 
-MOST_AT_ONCE = 40
+MAX_SIMULTANEOUS_REDUCED_EVENTS = 40
 """So many things that happen at one time have no end."""
 
-SAME_TIME = 1e-12
+SIMULTANEOUS_EVENT_TOLERANCE = 1e-12
 """Of a time scale: what happens closer together happens at once."""
 
-AFTER = 0.1
+POST_EVENT_STEP_RATIO = 0.1
 """Of the longest step: how long the first one after an event is at most."""
 
-STILL_LONGER = 8.0
+HELD_STEP_FACTOR = 8.0
 """So many times the longest step while nothing moves and forces change as programs do, not as an uneven spindle's."""
 
-FARTHEST = 3.0
+MAX_STEP_OUTSIDE_TABLE = 3.0
 """Of the coordinate's unit: a step that leads so far and beyond what is laid is tried shorter first."""
 
-STEPS, REJECTED, EVALUATIONS, MOVING = range(4)
+ACCEPTED_STEPS, REJECTED_STEPS, FUNCTION_EVALUATIONS, MOVING_EVALUATIONS = range(4)
 """What is counted: MOVING are evaluations of what is not held."""
 
 
-@compiled
-def advance(
-    line: Line,
+@jit
+def integrate_reduced(
+    model: ReducedModel,
     span: tuple[float, float],
     times: FloatArray,
     state: FloatArray,
     limits: tuple[float, float, float, int],
     stages: Stages,
-    found: FloatArray,
+    states: FloatArray,
     modes: IntArray,
     events: FloatArray,
-    told: IntArray,
+    event_counts: IntArray,
     counts: IntArray,
 ) -> tuple[int, float, int, float]:
     """Take `state` (coordinate, rate, flows) in place from span[0] to span[1] (s); fill found and modes at the times.
@@ -71,109 +86,149 @@ def advance(
     last at one time. Returns how it ended, the last step (s), how many times were reached, the time (s) of state.
     """
     start, end = span
-    tolerance, step, longest, most = limits
-    now, reached, near = start, 0, 0
-    rates, bends, flows, dense = stages.rates, stages.bends, stages.flows, stages.dense
-    mode, plain, before_end, energy = line.mode, line.numbers[PLAIN] != 0.0, stages.last, line.numbers[ENERGY]
-    unit, second, stiff, calm = line.numbers[UNIT], line.numbers[SECOND], 0, 0
-    watching = line.keepers.shape[0] + line.springs.shape[0] > 0
-    marks, tiny = np.full((PARTS.size, marks_of(line)), -1.0), np.empty(marks_of(line))
-    tiny_of(line, tiny)
-    spare = Stages(np.zeros(16), np.zeros(16), np.zeros((16, FLOWS)), np.zeros((2 + FLOWS, 7)), np.zeros(1))
-    near, t, side = piece_of(line.edges, line.beside, line.ring, state[0], near)
+    tolerance, step, max_step, max_steps = limits
+    time, n_reached, piece_index = start, 0, 0
+    rates, accelerations, quadrature_rates, dense = (
+        stages.rates,
+        stages.accelerations,
+        stages.quadrature_rates,
+        stages.dense,
+    )
+    mode, is_conservative, q_last_stage, energy_scale = (
+        model.mode,
+        model.parameters[IS_CONSERVATIVE] != 0.0,
+        stages.q_last_stage,
+        model.parameters[ENERGY_SCALE],
+    )
+    coordinate_scale, time_scale, stiff_steps, calm_steps = (
+        model.parameters[COORDINATE_SCALE],
+        model.parameters[TIME_SCALE],
+        0,
+        0,
+    )
+    monitors_events = model.contacts.shape[0] + model.one_sided_springs.shape[0] > 0
+    event_values, event_tolerances = (
+        np.full((EVENT_SAMPLE_FRACTIONS.size, count_event_functions(model)), -1.0),
+        np.empty(count_event_functions(model)),
+    )
+    fill_event_tolerances(model, event_tolerances)
+    trial_stages = Stages(
+        np.zeros(16), np.zeros(16), np.zeros((16, N_QUADRATURES)), np.zeros((2 + N_QUADRATURES, 7)), np.zeros(1)
+    )
+    piece_index, t, side = find_piece(model.intervals, model.neighbours, model.periodicity, state[0], piece_index)
     if side >= 0:
-        return BELOW + side, step, reached, now
-    bend = accelerated(line, near, t, state[1], 0.0, stages.flows, 0)
-    if watching:
-        marked(line, state[0], state[1], 0.0, near, marks[0])
-    stages.rates[0], stages.bends[0] = state[1], bend
-    while now < end:
-        if counts[STEPS] + counts[REJECTED] >= most:
-            return EXHAUSTED, step, reached, now
+        return BELOW_TABLE + side, step, n_reached, time
+    acceleration = evaluate_equation_of_motion(model, piece_index, t, state[1], 0.0, stages.quadrature_rates, 0)
+    if monitors_events:
+        evaluate_reduced_event_functions(model, state[0], state[1], 0.0, piece_index, event_values[0])
+    stages.rates[0], stages.accelerations[0] = state[1], acceleration
+    while time < end:
+        if counts[ACCEPTED_STEPS] + counts[REJECTED_STEPS] >= max_steps:
+            return STEPS_EXHAUSTED, step, n_reached, time
         if step < 1e-13 * (end - start) or not math.isfinite(step):
-            return STALLED, step, reached, now
-        patient = mode[HELD] != 0 and line.numbers[UNEVEN] == 0.0
-        step = min(step, longest * (STILL_LONGER if patient else 1.0))
-        last = now + step >= end
-        h = end - now if last else step
-        since, q, v = now - start, state[0], state[1]
-        ahead, rate, piece, side = stepped(line, since, h, q, v, near, stages)
-        counts[EVALUATIONS] += 12
-        counts[MOVING] += 12 if mode[HELD] == 0 else 0
-        if side >= 0 and abs(ahead - q) > FARTHEST * unit:  # before the step is known to be any good
-            counts[REJECTED] += 1
+            return RUN_STALLED, step, n_reached, time
+        can_use_long_step = mode[MODE_HELD] != 0 and model.parameters[FLUCTUATION_AMPLITUDE] == 0.0
+        step = min(step, max_step * (HELD_STEP_FACTOR if can_use_long_step else 1.0))
+        is_last = time + step >= end
+        h = end - time if is_last else step
+        local_time, q, v = time - start, state[0], state[1]
+        q_end, v_end, piece_end, side = take_step(model, local_time, h, q, v, piece_index, stages)
+        counts[FUNCTION_EVALUATIONS] += 12
+        counts[MOVING_EVALUATIONS] += 12 if mode[MODE_HELD] == 0 else 0
+        if (
+            side >= 0 and abs(q_end - q) > MAX_STEP_OUTSIDE_TABLE * coordinate_scale
+        ):  # before the step is known to be any good
+            counts[REJECTED_STEPS] += 1
             step = 0.25 * h
             continue
         if side >= 0:
-            return BELOW + side, step, reached, now
-        if plain:
-            error = plain_error(rates, bends, unit, second, h)
+            return BELOW_TABLE + side, step, n_reached, time
+        if is_conservative:
+            error = conservative_error_norm(rates, accelerations, coordinate_scale, time_scale, h)
         else:
-            error = error_of(flows, rates, bends, unit, second, energy, h)
+            error = error_norm(quadrature_rates, rates, accelerations, coordinate_scale, time_scale, energy_scale, h)
         error /= tolerance
         if not error <= 1.0:
-            counts[REJECTED] += 1
+            counts[REJECTED_STEPS] += 1
             step = h * (max(0.2, 0.9 * error**-0.125) if math.isfinite(error) else 0.1)
             continue
-        counts[STEPS] += 1
-        decay = 0.0
-        if not plain:
-            decay = decay_of(rates, bends, before_end, ahead, rate)
-        crossed, later = False, end if last else now + h
-        if watching:
-            crossed, part = crossing(line, since, h, q, v, ahead, rate, near, stages, spare,
-                                     marks, tiny, counts)  # fmt: skip
-            if crossed:
-                later = now + part * h if part < 1.0 else later
-                h *= part
-                ahead, rate, piece, side = stepped(line, since, h, q, v, near, stages)
-        if reached < times.size and times[reached] <= later and h > 0.0:
-            side = opened(line, since, h, q, v, ahead, rate, near, stages)
-            counts[EVALUATIONS] += 3
+        counts[ACCEPTED_STEPS] += 1
+        stiffness = 0.0
+        if not is_conservative:
+            stiffness = estimate_stiffness(rates, accelerations, q_last_stage, q_end, v_end)
+        has_event, time_end = False, end if is_last else time + h
+        if monitors_events:
+            has_event, event_fraction = locate_first_event(model, local_time, h, q, v, q_end, v_end, piece_index, stages, trial_stages,
+                                     event_values, event_tolerances, counts)  # fmt: skip
+            if has_event:
+                time_end = time + event_fraction * h if event_fraction < 1.0 else time_end
+                h *= event_fraction
+                q_end, v_end, piece_end, side = take_step(model, local_time, h, q, v, piece_index, stages)
+        if n_reached < times.size and times[n_reached] <= time_end and h > 0.0:
+            side = prepare_dense_output(model, local_time, h, q, v, q_end, v_end, piece_index, stages)
+            counts[FUNCTION_EVALUATIONS] += 3
             if side >= 0:
-                return BELOW + side, step, reached, now
-            while reached < times.size and times[reached] <= later:
-                moment = (times[reached] - now) / h
-                found[reached, 0], found[reached, 1] = (q + within(dense, 0, moment), v + within(dense, 1, moment))
-                for c in range(0 if plain else FLOWS):
-                    found[reached, 2 + c] = state[2 + c] + within(dense, 2 + c, moment)
-                for c in range(mode.size if watching else 0):
-                    modes[reached, c] = mode[c]
-                reached += 1
-        if not plain:
-            for c in range(FLOWS):
-                state[2 + c] += h * gained(flows[:, c])
-                flows[0, c] = flows[12, c]
-        state[0], state[1] = ahead, rate
-        rates[0], bends[0] = rates[12], bends[12]
-        near = piece
-        if crossed:
-            told[1] = told[1] + 1 if later - now <= SAME_TIME * second else 0
-            if told[1] >= MOST_AT_ONCE:
-                return STALLED, step, reached, now
-            now = later
-            go_on(line, now, now - start, near, marks[PARTS.size - 1], state, events, told)
-            near, t, side = piece_of(line.edges, line.beside, line.ring, state[0], near)
-            bend = accelerated(line, near, t, state[1], now - start, stages.flows, 0)
-            rates[0], bends[0] = state[1], bend
-            marked(line, state[0], state[1], now - start, near, marks[0])
-            step = min(step, AFTER * longest)
+                return BELOW_TABLE + side, step, n_reached, time
+            while n_reached < times.size and times[n_reached] <= time_end:
+                fraction = (times[n_reached] - time) / h
+                states[n_reached, 0], states[n_reached, 1] = (
+                    q + evaluate_dense_output(dense, 0, fraction),
+                    v + evaluate_dense_output(dense, 1, fraction),
+                )
+                for c in range(0 if is_conservative else N_QUADRATURES):
+                    states[n_reached, 2 + c] = state[2 + c] + evaluate_dense_output(dense, 2 + c, fraction)
+                for c in range(mode.size if monitors_events else 0):
+                    modes[n_reached, c] = mode[c]
+                n_reached += 1
+        if not is_conservative:
+            for c in range(N_QUADRATURES):
+                state[2 + c] += h * mean_stage_derivative(quadrature_rates[:, c])
+                quadrature_rates[0, c] = quadrature_rates[12, c]
+        state[0], state[1] = q_end, v_end
+        rates[0], accelerations[0] = rates[12], accelerations[12]
+        piece_index = piece_end
+        if has_event:
+            event_counts[1] = event_counts[1] + 1 if time_end - time <= SIMULTANEOUS_EVENT_TOLERANCE * time_scale else 0
+            if event_counts[1] >= MAX_SIMULTANEOUS_REDUCED_EVENTS:
+                return RUN_STALLED, step, n_reached, time
+            time = time_end
+            apply_transition(
+                model,
+                time,
+                time - start,
+                piece_index,
+                event_values[EVENT_SAMPLE_FRACTIONS.size - 1],
+                state,
+                events,
+                event_counts,
+            )
+            piece_index, t, side = find_piece(
+                model.intervals, model.neighbours, model.periodicity, state[0], piece_index
+            )
+            acceleration = evaluate_equation_of_motion(
+                model, piece_index, t, state[1], time - start, stages.quadrature_rates, 0
+            )
+            rates[0], accelerations[0] = state[1], acceleration
+            evaluate_reduced_event_functions(model, state[0], state[1], time - start, piece_index, event_values[0])
+            step = min(step, POST_EVENT_STEP_RATIO * max_step)
             continue
-        now = later
-        if watching:
-            marks[0] = marks[PARTS.size - 1]
-        growth = min(6.0, max(0.3, 0.9 * max(error, 1e-30) ** -0.125))
-        step = max(step, h * growth) if last else h * growth
-        at_limit = not plain and mode[HELD] == 0 and h * decay > STABLE
-        stiff, calm = (stiff + 1, 0) if at_limit else (stiff, calm + 1)
-        if calm >= CALM_STEPS:
-            stiff = 0
-        if stiff >= STIFF_STEPS and now < end:
-            return STIFF, step, reached, now
-    return DONE, step, reached, now
+        time = time_end
+        if monitors_events:
+            event_values[0] = event_values[EVENT_SAMPLE_FRACTIONS.size - 1]
+        step_factor = min(6.0, max(0.3, 0.9 * max(error, 1e-30) ** -0.125))
+        step = max(step, h * step_factor) if is_last else h * step_factor
+        at_stability_limit = not is_conservative and mode[MODE_HELD] == 0 and h * stiffness > STABILITY_LIMIT
+        stiff_steps, calm_steps = (stiff_steps + 1, 0) if at_stability_limit else (stiff_steps, calm_steps + 1)
+        if calm_steps >= N_NONSTIFF_STEPS:
+            stiff_steps = 0
+        if stiff_steps >= N_STIFF_STEPS and time < end:
+            return BECAME_STIFF, step, n_reached, time
+    return RUN_COMPLETED, step, n_reached, time
 
 
-@compiled
-def resume(line: Line, time: float, state: FloatArray, events: FloatArray, told: IntArray) -> None:
+@jit
+def initialise_contact_mode(
+    model: ReducedModel, time: float, state: FloatArray, events: FloatArray, event_counts: IntArray
+) -> None:
     """Choose the mode at a start, and after a program's jump or kink; state is on a laid piece."""
-    go_on(line, time, 0.0, 0, np.full(marks_of(line), -1.0), state, events, told)
+    apply_transition(model, time, 0.0, 0, np.full(count_event_functions(model), -1.0), state, events, event_counts)

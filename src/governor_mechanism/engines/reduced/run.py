@@ -7,213 +7,264 @@ from itertools import pairwise
 
 import numpy as np
 
-from governor_mechanism.engines.multibody.contact import AT_ONCE
-from governor_mechanism.engines.reduced.integration import ABOVE, BELOW, DONE, advance, resume
+from governor_mechanism.engines.multibody.contact import SIMULTANEITY_TOLERANCE
+from governor_mechanism.engines.reduced.integration import (
+    ABOVE_TABLE,
+    BELOW_TABLE,
+    RUN_COMPLETED,
+    initialise_contact_mode,
+    integrate_reduced,
+)
 from governor_mechanism.integrators.reduced_dop853 import make_stages
-from governor_mechanism.mechanics.contact.event_log import without_passing
-from governor_mechanism.mechanics.dynamics.characteristic_scales import pace
-from governor_mechanism.mechanics.dynamics.contacts import Mode, keepers_of, springs_of
-from governor_mechanism.mechanics.kinematics.output_variables import reading_value
-from governor_mechanism.mechanics.reduction.equation_of_motion import FLOWS, make_line
-from governor_mechanism.mechanics.reduction.lowering import SPINDLE_INERTIA
-from governor_mechanism.mechanics.reduction.motion_table import Way
+from governor_mechanism.mechanics.contact.event_log import drop_cancelled_events
+from governor_mechanism.mechanics.dynamics.characteristic_scales import max_step_scale
+from governor_mechanism.mechanics.dynamics.contacts import ContactMode, contacts_of, output_springs_of
+from governor_mechanism.mechanics.kinematics.output_variables import evaluate_output_value
+from governor_mechanism.mechanics.reduction.equation_of_motion import N_QUADRATURES, make_reduced_model
+from governor_mechanism.mechanics.reduction.lowering import FREE_SPINDLE_INERTIA
+from governor_mechanism.mechanics.reduction.motion_table import MotionTable
 from governor_mechanism.model.events import LEAVES, PULLS, RESTS, SLACKENS, SLIPS, STICKS, STRIKES, Event
-from governor_mechanism.model.state_history import State
-from governor_mechanism.observables.evaluation import Reporter
+from governor_mechanism.model.state_history import StateHistory
+from governor_mechanism.observables.evaluation import ReadingEvaluator
 from governor_mechanism.types import FloatArray, IntArray
 
-LONGEST_STEP = 2.5
+REDUCED_MAX_STEP_RATIO = 2.5
 """In the scene's pace: no step is longer, whatever the tolerance."""
 
-WATCHED = 0.2
+MONITORED_STEP_RATIO = 0.2
 """Of that where something is watched, which is looked at five times a step."""
 
-FIRST_STEP = 0.004
+REDUCED_FIRST_STEP_RATIO = 0.004
 """Of the longest one."""
 
-NEARER, AT_END = 0.25, 1e-12
+TABLE_END_STEP_RATIO, MIN_END_STEP_RATIO = 0.25, 1e-12
 """A step that leads beyond the way is taken again so much shorter, down to this part of what is left."""
 
-NO_WAY = 1e-14
+MIN_REMAINING_TRAVEL = 1e-14
 """Of the coordinate's unit, and of itself: nearer to the way's end than this, rounding alone is left of it."""
 
-KINDS = (STRIKES, STICKS, SLIPS, RESTS, LEAVES, SLACKENS, PULLS)
+REDUCED_EVENT_KINDS = (STRIKES, STICKS, SLIPS, RESTS, LEAVES, SLACKENS, PULLS)
 """As `happening` numbers them."""
 
-FEW_STEPS = 100
+MAX_INTERMEDIATE_STEPS = 100
 """From one station to a time before the next one it takes a handful."""
 
-EVENTS = 4096
+INITIAL_EVENT_CAPACITY = 4096
 """So many events have room at first."""
 
-LEFT = 100
+PATH_ENDED = 100
 """How a ride ended: where the way does."""
 
 
 @dataclass(frozen=True)
-class Ridden:
+class ReducedSolution:
     """Coordinate, rate and flows (n, 2 + FLOWS) at the times reached, the modes there, events; how it ended, when (s)
     and on which side; the last step (s).
     """
 
-    rows: FloatArray
+    states: FloatArray
     modes: IntArray
     events: tuple[Event, ...]
-    code: int
-    ended: float
+    status: int
+    end_time: float
     side: int
-    step: float
+    last_step: float
 
 
-class Rider:
+class ReducedRun:
     """Rides one scene through times (n,) s from coordinate and rate `start`, along a way."""
 
-    def __init__(self, way: Way, reporter: Reporter, start: tuple[float, float], times: FloatArray, most: int) -> None:
-        self.way, self.reporter, self.times, self.most = way, reporter, times, most
+    def __init__(
+        self,
+        motion_table: MotionTable,
+        evaluator: ReadingEvaluator,
+        start: tuple[float, float],
+        times: FloatArray,
+        max_steps: int,
+    ) -> None:
+        self.motion_table, self.evaluator, self.times, self.max_steps = motion_table, evaluator, times, max_steps
         self.start, self.counts = start, np.zeros(4, dtype=np.int64)
-        scene = way.scene
-        self.keepers = keepers_of(scene)
-        self.slack = [spring for spring in springs_of(scene) if spring.one_sided]
-        self.switching = bool(self.keepers or self.slack)
-        breaks = np.unique(np.concatenate([curve.breaks for curve in way.curves]))
+        scene = motion_table.scene
+        self.contacts = contacts_of(scene)
+        self.one_sided_springs = [spring for spring in output_springs_of(scene) if spring.one_sided]
+        self.has_contacts = bool(self.contacts or self.one_sided_springs)
+        breakpoints = np.unique(
+            np.concatenate([time_function.breakpoints for time_function in motion_table.time_functions])
+        )
         end = float(times[-1]) if len(times) else 0.0
-        self._knots = np.concatenate([[0.0], breaks[(breaks > 0) & (breaks < end)], [end]])
-        self._momentum = 0.0
-        if way.free:
-            own = reporter.inertia(way.places(np.array([start[0]]))[0])[0] + way.acts.numbers[SPINDLE_INERTIA]
-            self._momentum = own * reporter.program.start_speed
+        self._breakpoints = np.concatenate([[0.0], breakpoints[(breakpoints > 0) & (breakpoints < end)], [end]])
+        self._initial_momentum = 0.0
+        if motion_table.has_free_spindle:
+            total_inertia = (
+                evaluator.evaluate_spindle_inertia(motion_table.evaluate_poses(np.array([start[0]]))[0])[0]
+                + motion_table.forces.parameters[FREE_SPINDLE_INERTIA]
+            )
+            self._initial_momentum = total_inertia * evaluator.speed_function.start_speed
 
-    def ridden(self, tolerance: float, longest: float = LONGEST_STEP) -> Ridden:
+    def integrate(self, tolerance: float, max_step: float = REDUCED_MAX_STEP_RATIO) -> ReducedSolution:
         """Through all times; longest: of a step, in the scene's pace."""
-        room = EVENTS if self.switching else 0
+        capacity = INITIAL_EVENT_CAPACITY if self.has_contacts else 0
         while True:
-            found, told = self._ridden(tolerance, longest, room)
-            if told <= room:
-                return found
-            room = 2 * told
+            solution, n_events = self._integrate_with_capacity(tolerance, max_step, capacity)
+            if n_events <= capacity:
+                return solution
+            capacity = 2 * n_events
 
-    def _ridden(self, tolerance: float, longest: float, room: int) -> tuple[Ridden, int]:
-        way, second = self.way, self.reporter.time_scale
-        longest *= pace(way.scene) * (WATCHED if self.switching else 1.0)
-        state = np.array([*self.start, *(0.0,) * FLOWS])
-        found, modes = np.empty((len(self.times), 2 + FLOWS)), self._no_modes()
+    def _integrate_with_capacity(self, tolerance: float, max_step: float, capacity: int) -> tuple[ReducedSolution, int]:
+        motion_table, time_scale = self.motion_table, self.evaluator.time_scale
+        max_step *= max_step_scale(motion_table.scene) * (MONITORED_STEP_RATIO if self.has_contacts else 1.0)
+        state = np.array([*self.start, *(0.0,) * N_QUADRATURES])
+        states, modes = np.empty((len(self.times), 2 + N_QUADRATURES)), self._allocate_modes()
         mode, stages = np.zeros(modes.shape[1], dtype=np.int64), make_stages()
-        events, told = np.empty((room, 3)), np.zeros(2, dtype=np.int64)
+        events, event_counts = np.empty((capacity, 3)), np.zeros(2, dtype=np.int64)
         counts = np.zeros_like(self.counts)
-        if self.switching:
-            resume(make_line(way.laid, way.acts, self.cubics(0.0), mode), 0.0, state, events, told)
-            told[:] = 0
-        filled, step, code = int(len(self.times) > 0 and self.times[0] == 0.0), FIRST_STEP * longest, DONE
-        now, side = 0.0, 0
-        found[:filled], modes[:filled] = state, mode
-        for start, end in pairwise(self._knots.tolist()):
-            now = start
-            while now < end:
-                limits = (tolerance, step, longest, self.most)
-                last = int(np.searchsorted(self.times, end, side="right"))
-                line = make_line(way.laid, way.acts, self.cubics(now), mode)
-                code, step, reached, now = advance(
-                    line, (now, end), self.times[filled:last], state, limits, stages, found[filled:], modes[filled:],
-                    events, told, counts,
+        if self.has_contacts:
+            initialise_contact_mode(
+                make_reduced_model(motion_table.table, motion_table.forces, self.input_cubics(0.0), mode),
+                0.0,
+                state,
+                events,
+                event_counts,
+            )
+            event_counts[:] = 0
+        n_filled, step, status = (
+            int(len(self.times) > 0 and self.times[0] == 0.0),
+            REDUCED_FIRST_STEP_RATIO * max_step,
+            RUN_COMPLETED,
+        )
+        time, side = 0.0, 0
+        states[:n_filled], modes[:n_filled] = state, mode
+        for start, end in pairwise(self._breakpoints.tolist()):
+            time = start
+            while time < end:
+                limits = (tolerance, step, max_step, self.max_steps)
+                last_row = int(np.searchsorted(self.times, end, side="right"))
+                model = make_reduced_model(motion_table.table, motion_table.forces, self.input_cubics(time), mode)
+                status, step, n_reached, time = integrate_reduced(
+                    model, (time, end), self.times[n_filled:last_row], state, limits, stages, states[n_filled:], modes[n_filled:],
+                    events, event_counts, counts,
                 )  # fmt: skip
-                filled += reached
-                if code not in (BELOW, ABOVE):
+                n_filled += n_reached
+                if status not in (BELOW_TABLE, ABOVE_TABLE):
                     break
-                side = code - BELOW
-                if not way.extended(side):
-                    step *= NEARER
-                    left = abs(way.end(side) - state[0])
-                    no_way = NO_WAY * max(way.plan.unit, abs(state[0]))
-                    if step < AT_END * max(second, end - now) or left < no_way:
-                        now += max((way.end(side) - state[0]) / state[1], 0.0) if state[1] else 0.0
-                        code = LEFT
+                side = status - BELOW_TABLE
+                if not motion_table.extend(side):
+                    step *= TABLE_END_STEP_RATIO
+                    remaining = abs(motion_table.end_coordinate(side) - state[0])
+                    min_remaining = MIN_REMAINING_TRAVEL * max(motion_table.arrays.coordinate_scale, abs(state[0]))
+                    if step < MIN_END_STEP_RATIO * max(time_scale, end - time) or remaining < min_remaining:
+                        time += max((motion_table.end_coordinate(side) - state[0]) / state[1], 0.0) if state[1] else 0.0
+                        status = PATH_ENDED
                         break
-            if code != DONE:
+            if status != RUN_COMPLETED:
                 break
-            at_knot = filled - 1 if filled and self.times[filled - 1] == end else None
-            self._pass_knot(end, state, found, at_knot)
-            if self.switching:
-                resume(make_line(way.laid, way.acts, self.cubics(end), mode), end, state, events, told)
+            breakpoint_row = n_filled - 1 if n_filled and self.times[n_filled - 1] == end else None
+            self._add_speed_jump_work(end, state, states, breakpoint_row)
+            if self.has_contacts:
+                initialise_contact_mode(
+                    make_reduced_model(motion_table.table, motion_table.forces, self.input_cubics(end), mode),
+                    end,
+                    state,
+                    events,
+                    event_counts,
+                )
         self.counts += counts
-        happened = self._events(events[: min(told[0], room)])
-        return Ridden(found[:filled], modes[:filled], happened, code, now, side, step), int(told[0])
+        event_records = self._make_events(events[: min(event_counts[0], capacity)])
+        return ReducedSolution(states[:n_filled], modes[:n_filled], event_records, status, time, side, step), int(
+            event_counts[0]
+        )
 
-    def between(self, rows: FloatArray, tolerance: float, k: int, time: float) -> tuple[FloatArray, FloatArray] | None:
+    def integrate_from_row(
+        self, states: FloatArray, tolerance: float, k: int, time: float
+    ) -> tuple[FloatArray, FloatArray] | None:
         """Poses and velocities (bodies, 3) at a time (s) after that of row k, ridden from there, or None."""
-        begin, mode = float(self.times[k]), np.zeros(1, dtype=np.int64)
-        state, nothing = rows[k].copy(), np.zeros((0, 1), dtype=np.int64)
-        second = self.reporter.time_scale
-        code, *_ = advance(
-            make_line(self.way.laid, self.way.acts, self.cubics(begin), mode), (begin, time), np.empty(0), state,
-            (tolerance, 0.01 * second, LONGEST_STEP * second, FEW_STEPS), make_stages(), np.empty((0, 2 + FLOWS)),
-            nothing, np.empty((0, 3)), np.zeros(2, dtype=np.int64), np.zeros(4, dtype=np.int64),
+        start_time, mode = float(self.times[k]), np.zeros(1, dtype=np.int64)
+        state, no_modes = states[k].copy(), np.zeros((0, 1), dtype=np.int64)
+        time_scale = self.evaluator.time_scale
+        status, *_ = integrate_reduced(
+            make_reduced_model(self.motion_table.table, self.motion_table.forces, self.input_cubics(start_time), mode), (start_time, time), np.empty(0), state,
+            (tolerance, 0.01 * time_scale, REDUCED_MAX_STEP_RATIO * time_scale, MAX_INTERMEDIATE_STEPS), make_stages(), np.empty((0, 2 + N_QUADRATURES)),
+            no_modes, np.empty((0, 3)), np.zeros(2, dtype=np.int64), np.zeros(4, dtype=np.int64),
         )  # fmt: skip
-        if code != DONE:
+        if status != RUN_COMPLETED:
             return None
-        poses, ahead = self.way.places(state[:1])
-        return poses[0], ahead[0] * state[1]
+        poses, tangents = self.motion_table.evaluate_poses(state[:1])
+        return poses[0], tangents[0] * state[1]
 
-    def cubics(self, start: float) -> FloatArray:
+    def input_cubics(self, start: float) -> FloatArray:
         """Speed or torque, loads and frictions in time (programs, 5), until the next break; of a torque the integral
         counts from the momentum at the start.
         """
-        found = np.array([curve.cubics_from(np.array([start]))[0] for curve in self.way.curves])
-        found[0, 4] += self._momentum
-        return found
+        coefficients = np.array(
+            [time_function.local_cubics(np.array([start]))[0] for time_function in self.motion_table.time_functions]
+        )
+        coefficients[0, 4] += self._initial_momentum
+        return coefficients
 
-    def state(self, ridden: Ridden) -> State:
+    def state_history(self, solution: ReducedSolution) -> StateHistory:
         """What the rows say of mass centres and spindle."""
-        times, rows = self.times[: len(ridden.rows)], ridden.rows
-        poses, ahead = self.way.places(rows[:, 0])
-        speeds = self.reporter.spindle_speeds(times, poses)
-        plain = self.way.plan.plain
-        angle = speeds * times if plain else rows[:, 4]
-        work, lost = (np.zeros(len(times)),) * 2 if plain else (rows[:, 2], rows[:, 3])
-        return State(
+        times, states = self.times[: len(solution.states)], solution.states
+        poses, tangents = self.motion_table.evaluate_poses(states[:, 0])
+        speeds = self.evaluator.evaluate_spindle_speeds(times, poses)
+        is_conservative = self.motion_table.arrays.is_conservative
+        angle = speeds * times if is_conservative else states[:, 4]
+        work, dissipated_energy = (np.zeros(len(times)),) * 2 if is_conservative else (states[:, 2], states[:, 3])
+        return StateHistory(
             times=times,
             poses=poses,
-            velocities=ahead * rows[:, 1, np.newaxis, np.newaxis],
+            velocities=tangents * states[:, 1, np.newaxis, np.newaxis],
             work=work,
-            lost=lost,
-            spindle=np.stack([angle, speeds], axis=-1),
+            dissipated_energy=dissipated_energy,
+            spindle_state=np.stack([angle, speeds], axis=-1),
         )
 
-    def modes(self, ridden: Ridden, poses: FloatArray) -> tuple[Mode, ...]:
+    def contact_modes(self, solution: ReducedSolution, poses: FloatArray) -> tuple[ContactMode, ...]:
         """How everything that may be held stood at each time, where there is anything."""
-        if not self.switching:
+        if not self.has_contacts:
             return ()
-        mechanism, many = self.way.scene.part.mechanism, len(self.keepers)
-        values = [reading_value(mechanism, keeper.reading, poses) for keeper in self.keepers]
-        found = []
-        for at, row in enumerate(ridden.modes.tolist()):
-            held: list[float | None] = [None] * many
+        mechanism, n_contacts = self.motion_table.scene.part.mechanism, len(self.contacts)
+        values = [evaluate_output_value(mechanism, contact.output_name, poses) for contact in self.contacts]
+        contact_modes = []
+        for index, row in enumerate(solution.modes.tolist()):
+            held: list[float | None] = [None] * n_contacts
             if row[0]:
-                holding = [k for k, keeper in enumerate(self.keepers)
-                           if keeper.friction is not None or not keeper.low < values[k][at] < keeper.high]  # fmt: skip
-                held[(holding or [0])[0]] = float(values[(holding or [0])[0]][at])
-            found.append(Mode(tuple(held), tuple(row[1 : 1 + many]), tuple(map(bool, row[1 + many :])), bool(row[0])))
-        return tuple(found)
+                holding = [k for k, contact in enumerate(self.contacts)
+                           if contact.friction is not None or not contact.low < values[k][index] < contact.high]  # fmt: skip
+                held[(holding or [0])[0]] = float(values[(holding or [0])[0]][index])
+            contact_modes.append(
+                ContactMode(
+                    tuple(held), tuple(row[1 : 1 + n_contacts]), tuple(map(bool, row[1 + n_contacts :])), bool(row[0])
+                )
+            )
+        return tuple(contact_modes)
 
-    def _no_modes(self) -> IntArray:
-        return np.zeros((len(self.times), 1 + len(self.keepers) + len(self.slack)), dtype=np.int64)
+    def _allocate_modes(self) -> IntArray:
+        return np.zeros((len(self.times), 1 + len(self.contacts) + len(self.one_sided_springs)), dtype=np.int64)
 
-    def _events(self, rows: FloatArray) -> tuple[Event, ...]:
-        subjects = [keeper.reading for keeper in self.keepers], [spring.reading for spring in self.slack]
-        told = [
-            Event(time=time, kind=KINDS[int(kind)], subject=subjects[KINDS[int(kind)] in (SLACKENS, PULLS)][int(whom)])
-            for time, kind, whom in rows.tolist()
+    def _make_events(self, records: FloatArray) -> tuple[Event, ...]:
+        subjects = (
+            [contact.output_name for contact in self.contacts],
+            [spring.reading for spring in self.one_sided_springs],
+        )
+        events = [
+            Event(
+                time=time,
+                kind=REDUCED_EVENT_KINDS[int(kind)],
+                subject=subjects[REDUCED_EVENT_KINDS[int(kind)] in (SLACKENS, PULLS)][int(subject_index)],
+            )
+            for time, kind, subject_index in records.tolist()
         ]
-        return without_passing(told, AT_ONCE * self.reporter.time_scale)
+        return drop_cancelled_events(events, SIMULTANEITY_TOLERANCE * self.evaluator.time_scale)
 
-    def _pass_knot(self, when: float, state: FloatArray, found: FloatArray, at: int | None) -> None:
+    def _add_speed_jump_work(self, time: float, state: FloatArray, states: FloatArray, row: int | None) -> None:
         """Count the work that a jump of the given speed puts into the parts; a time there is the one after it."""
-        program = self.reporter.program
-        if program.constant:
+        program = self.evaluator.speed_function
+        if program.is_constant:
             return
-        before, after = (float(program(np.array([when]), before=side)[0]) for side in (True, False))
-        if after == before or self.way.free or not self.way.plan.centrifugal:
+        before, after = (float(program(np.array([time]), left_limit=left_limit)[0]) for left_limit in (True, False))
+        if after == before or self.motion_table.has_free_spindle or not self.motion_table.arrays.has_centrifugal_forces:
             return
-        inertia = self.reporter.inertia(self.way.places(state[:1])[0])[0]
+        inertia = self.evaluator.evaluate_spindle_inertia(self.motion_table.evaluate_poses(state[:1])[0])[0]
         state[2] += 0.5 * inertia * (after**2 - before**2)
-        if at is not None:
-            found[at, 2] = state[2]
+        if row is not None:
+            states[row, 2] = state[2]

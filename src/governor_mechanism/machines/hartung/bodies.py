@@ -9,14 +9,14 @@ import math
 from dataclasses import dataclass
 from typing import TYPE_CHECKING
 
-from governor_mechanism.effects.bell_crank_masses import BellCranks
+from governor_mechanism.effects.bell_crank_masses import BellCrankMasses
 from governor_mechanism.model.force_elements import Spring
 from governor_mechanism.model.joints import GROUND, Distance, Joint, Pin, Point, Slider
 from governor_mechanism.model.mechanism import (
     Body,
-    Coordinate,
+    DerivedForce,
     LineAngle,
-    Output,
+    PointCoordinate,
     Reading,
     SecondMoments,
     SpringForce,
@@ -26,32 +26,34 @@ from governor_mechanism.model.mechanism import (
 if TYPE_CHECKING:
     from governor_mechanism.machines.hartung.machine import HartungGovernor
 
-RIGHT, LEFT, SLEEVE = "right weight", "left weight", "sleeve"
-SPRING = "springs"
+RIGHT_WEIGHT, LEFT_WEIGHT, SLEEVE = "right weight", "left weight", "sleeve"
+SPRING_NAME = "springs"
 
-Pair = tuple[float, float]
+_Vector2 = tuple[float, float]
 
 
 @dataclass(frozen=True, kw_only=True)
-class Parts:
+class HartungBuilder:
     """What a governor is put together from; without cranks its weights are points on massless levers."""
 
     governor: HartungGovernor
-    cranks: BellCranks | None = None
+    bell_cranks: BellCrankMasses | None = None
 
     def bodies(self) -> tuple[Body, ...]:
         """The weights with their bell cranks, and the sleeve."""
         mass = self.governor.weight_mass + self._crank_mass
-        right, left = (Body(name=name, mass=mass, moments=self._moments(sign)) for name, sign in SIDES)
-        return right, left, Body(name=SLEEVE, mass=self.governor.sleeve_mass, turns=False)
+        right, left = (
+            Body(name=name, mass=mass, second_moments=self._second_moments(sign)) for name, sign in SIDE_SIGNS
+        )
+        return right, left, Body(name=SLEEVE, mass=self.governor.sleeve_mass, can_rotate=False)
 
     def joints(self) -> tuple[Joint, ...]:
         """Fulcrums, hangers, and the sleeve's guide on the spindle."""
         joints: list[Joint] = []
-        for name, sign in SIDES:
+        for name, sign in SIDE_SIGNS:
             side = name.split()[0]
-            fixed = Point(body=GROUND, x=sign * self.governor.fulcrum_radius, y=self.governor.fulcrum)
-            joints.append(Pin(name=f"{side} fulcrum", first=fixed, second=self.on_crank(name, (0.0, 0.0))))
+            fulcrum = Point(body=GROUND, x=sign * self.governor.fulcrum_radius, y=self.governor.fulcrum_y)
+            joints.append(Pin(name=f"{side} fulcrum", first=fulcrum, second=self.point_on_crank(name, (0.0, 0.0))))
             joints.append(self._hanger(side, name, sign))
         ground, sleeve = Point(body=GROUND), Point(body=SLEEVE)
         joints.append(Slider(name="spindle guide", first=ground, second=sleeve, angle=math.pi / 2))
@@ -62,123 +64,131 @@ class Parts:
 
         The weights stand even about the axis, so a spring of half the rate between them is stretched by twice as much.
         """
-        line = self.governor.spring()
-        ends = (self.weight(name) for name, _ in reversed(SIDES))
+        spring_law = self.governor.spring_law()
+        ends = (self.weight_centre(name) for name, _ in reversed(SIDE_SIGNS))
         return Spring(
-            name=SPRING,
+            name=SPRING_NAME,
             first=next(ends),
             second=next(ends),
-            stiffness=0.5 * line.rate,
-            free_length=2.0 * line.free_radius,
+            stiffness=0.5 * spring_law.rate,
+            free_length=2.0 * spring_law.free_radius,
         )
 
-    def readings(self, down: float) -> tuple[Reading, ...]:
+    def readings(self, zero_lift_angle: float) -> tuple[Reading, ...]:
         """What the governor tells; the sleeve's lift is counted from its place at the lever angle `down` (rad)."""
-        fixed = Point(body=GROUND, x=self.governor.fulcrum_radius, y=self.governor.fulcrum)
+        fulcrum = Point(body=GROUND, x=self.governor.fulcrum_radius, y=self.governor.fulcrum_y)
         return (
-            LineAngle(name="lever_angle", quantity="angle", start=self.weight(RIGHT), end=fixed),
-            Coordinate(name="weight_radius", quantity="length", point=self.weight(RIGHT), along_x=1.0, along_y=0.0),
-            Coordinate(
+            LineAngle(name="lever_angle", quantity="angle", start=self.weight_centre(RIGHT_WEIGHT), end=fulcrum),
+            PointCoordinate(
+                name="weight_radius",
+                quantity="length",
+                point=self.weight_centre(RIGHT_WEIGHT),
+                direction_x=1.0,
+                direction_y=0.0,
+            ),
+            PointCoordinate(
                 name="sleeve_lift",
                 quantity="length",
                 point=Point(body=SLEEVE),
-                along_x=0.0,
-                along_y=1.0,
-                zero=self.sleeve_height(down),
+                direction_x=0.0,
+                direction_y=1.0,
+                zero=self.sleeve_height(zero_lift_angle),
             ),
         )
 
-    def outputs(self) -> tuple[Output, ...]:
+    def outputs(self) -> tuple[DerivedForce, ...]:
         """Forces that follow from the pose: of each spring, at the sleeve, and what the governor can shift there."""
         return (
-            SpringForce(name="spring_force", spring=SPRING),
+            SpringForce(name="spring_force", spring=SPRING_NAME),
             StaticForce(name="static_sleeve_force", reading="sleeve_lift"),
-            StaticForce(name="regulating_force", reading="sleeve_lift", part=self.governor.insensitivity),
+            StaticForce(name="regulating_force", reading="sleeve_lift", fraction=self.governor.insensitivity),
         )
 
-    def poses(self, lever: float) -> tuple[tuple[float, float, float], ...]:
+    def poses(self, lever_angle: float) -> tuple[tuple[float, float, float], ...]:
         """Of all bodies, at a lever angle (rad)."""
-        x, y = _turned(self._centre(1.0), lever)
-        right = (self.governor.fulcrum_radius + x, self.governor.fulcrum + y, lever)
-        return right, (-right[0], right[1], -lever), (0.0, self.sleeve_height(lever), 0.0)
+        x, y = _rotate_point(self._mass_centre(1.0), lever_angle)
+        right = (self.governor.fulcrum_radius + x, self.governor.fulcrum_y + y, lever_angle)
+        return right, (-right[0], right[1], -lever_angle), (0.0, self.sleeve_height(lever_angle), 0.0)
 
-    def sleeve_height(self, lever: float) -> float:
+    def sleeve_height(self, lever_angle: float) -> float:
         """Of the sleeve above the cross axis at a lever angle (rad), m."""
-        return self.governor.fulcrum + self.governor.way.lug_height(lever) - self.drop
+        return self.governor.fulcrum_y + self.governor.lever_geometry.lug_height(lever_angle) - self.sleeve_drop
 
     @property
-    def drop(self) -> float:
+    def sleeve_drop(self) -> float:
         """How far below the upper ends of vertical hangers the sleeve is drawn (m); it moves alike at any length."""
         return 1.5 * self.governor.weight_arm if self.governor.hanger is None else 0.0
 
-    def weight(self, name: str) -> Point:
+    def weight_centre(self, name: str) -> Point:
         """The centre of a weight, on its body."""
-        return self.on_crank(name, (0.0, self.governor.weight_arm))
+        return self.point_on_crank(name, (0.0, self.governor.weight_arm))
 
-    def foot(self, name: str) -> Point:
+    def hanger_top(self, name: str) -> Point:
         """The upper end of a hanger, on its bell crank."""
-        sign, (x, y) = dict(SIDES)[name], self._foot
-        return self.on_crank(name, (sign * x, y))
+        sign, (x, y) = dict(SIDE_SIGNS)[name], self._hanger_top
+        return self.point_on_crank(name, (sign * x, y))
 
-    def on_crank(self, name: str, place: Pair) -> Point:
+    def point_on_crank(self, name: str, position: _Vector2) -> Point:
         """A point so far from the fulcrum (m, in the crank's axes), on its body."""
-        x, y = self._centre(dict(SIDES)[name])
-        return Point(body=name, x=place[0] - x, y=place[1] - y)
+        x, y = self._mass_centre(dict(SIDE_SIGNS)[name])
+        return Point(body=name, x=position[0] - x, y=position[1] - y)
 
     @property
     def _crank_mass(self) -> float:
-        return self.cranks.mass if self.cranks else 0.0
+        return self.bell_cranks.mass if self.bell_cranks else 0.0
 
     @property
-    def _foot(self) -> Pair:
+    def _hanger_top(self) -> _Vector2:
         """The right hanger's upper end from the fulcrum (m)."""
         angle, arm = self.governor.bell_crank_angle, self.governor.sleeve_arm
         return -arm * math.sin(angle), arm * math.cos(angle)
 
-    def _rods(self) -> list[tuple[float, Pair]]:
+    def _arm_masses(self) -> list[tuple[float, _Vector2]]:
         """The arms of the right bell crank: masses, shared by length, and ends; both start at the fulcrum."""
         a, b = self.governor.weight_arm, self.governor.sleeve_arm
-        return [(self._crank_mass * a / (a + b), (0.0, a)), (self._crank_mass * b / (a + b), self._foot)]
+        return [(self._crank_mass * a / (a + b), (0.0, a)), (self._crank_mass * b / (a + b), self._hanger_top)]
 
-    def _centre(self, sign: float) -> Pair:
+    def _mass_centre(self, sign: float) -> _Vector2:
         """The common mass centre of weight and bell crank, from the fulcrum (m)."""
         mass, a = self.governor.weight_mass, self.governor.weight_arm
-        whole = mass + self._crank_mass
-        x = sum(rod * end[0] / 2 for rod, end in self._rods()) / whole
-        y = (mass * a + sum(rod * end[1] / 2 for rod, end in self._rods())) / whole
+        total_mass = mass + self._crank_mass
+        x = sum(rod * end[0] / 2 for rod, end in self._arm_masses()) / total_mass
+        y = (mass * a + sum(rod * end[1] / 2 for rod, end in self._arm_masses())) / total_mass
         return sign * x, y
 
-    def _moments(self, sign: float) -> SecondMoments:
+    def _second_moments(self, sign: float) -> SecondMoments:
         """Of the weight as a block and two slender arms, about their common mass centre."""
-        if self.cranks is None:
+        if self.bell_cranks is None:
             return SecondMoments()
-        cranks = self.cranks
-        mass, a, (x, y) = self.governor.weight_mass, self.governor.weight_arm, self._centre(1.0)
-        whole = mass + self._crank_mass
+        bell_cranks = self.bell_cranks
+        mass, a, (x, y) = self.governor.weight_mass, self.governor.weight_arm, self._mass_centre(1.0)
+        total_mass = mass + self._crank_mass
         # About the fulcrum: a rod from there to (u, v) has m u^2 / 3 and so on.
-        xx = mass * cranks.weight_width**2 / 12 + sum(rod * end[0] ** 2 / 3 for rod, end in self._rods())
-        yy = mass * (a**2 + cranks.weight_height**2 / 12) + sum(rod * end[1] ** 2 / 3 for rod, end in self._rods())
-        xy = sum(rod * end[0] * end[1] / 3 for rod, end in self._rods())
+        xx = mass * bell_cranks.weight_width**2 / 12 + sum(rod * end[0] ** 2 / 3 for rod, end in self._arm_masses())
+        yy = mass * (a**2 + bell_cranks.weight_height**2 / 12) + sum(
+            rod * end[1] ** 2 / 3 for rod, end in self._arm_masses()
+        )
+        xy = sum(rod * end[0] * end[1] / 3 for rod, end in self._arm_masses())
         return SecondMoments(
-            xx=xx - whole * x**2,
-            yy=yy - whole * y**2,
-            xy=sign * (xy - whole * x * y),
-            zz=mass * cranks.weight_depth**2 / 12,
+            xx=xx - total_mass * x**2,
+            yy=yy - total_mass * y**2,
+            xy=sign * (xy - total_mass * x * y),
+            zz=mass * bell_cranks.weight_depth**2 / 12,
         )
 
     def _hanger(self, side: str, name: str, sign: float) -> Joint:
         """A rod to the sleeve's lug; where it always hangs vertical, bell crank and sleeve move up and down alike."""
-        foot, length = self.foot(name), self.governor.hanger
+        hanger_top, length = self.hanger_top(name), self.governor.hanger
         if length is None:
-            over = Point(body=SLEEVE, y=self.drop)
-            return Slider(name=f"{side} hanger", first=over, second=foot, angle=0.0)
+            sleeve_point = Point(body=SLEEVE, y=self.sleeve_drop)
+            return Slider(name=f"{side} hanger", first=sleeve_point, second=hanger_top, angle=0.0)
         lug = Point(body=SLEEVE, x=sign * self.governor.lug_offset)
-        return Distance(name=f"{side} hanger", first=foot, second=lug, length=length)
+        return Distance(name=f"{side} hanger", first=hanger_top, second=lug, length=length)
 
 
-SIDES = ((RIGHT, 1.0), (LEFT, -1.0))
+SIDE_SIGNS = ((RIGHT_WEIGHT, 1.0), (LEFT_WEIGHT, -1.0))
 
 
-def _turned(place: Pair, angle: float) -> Pair:
+def _rotate_point(point: _Vector2, angle: float) -> _Vector2:
     c, s = math.cos(angle), math.sin(angle)
-    return c * place[0] - s * place[1], s * place[0] + c * place[1]
+    return c * point[0] - s * point[1], s * point[0] + c * point[1]

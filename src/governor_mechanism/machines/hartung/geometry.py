@@ -5,90 +5,94 @@ from __future__ import annotations
 import math
 from dataclasses import dataclass
 
-PIECES = 720
+N_TRAVEL_SAMPLES = 720
 """Into so many a quarter turn is divided where an end of the travel is looked for, before it is halved down to."""
 
-LEVEL_OUT = "the weights' arms lie level, outermost (dead centre)"
-LEVEL_IN = "the weights' arms lie level, innermost (dead centre)"
-MEET = "the weights meet on the spindle axis"
-IN_LINE = "the lever passes its dead centre: it no longer lifts the sleeve"
-SHORT = "the hanger is too short: it stands at 90 degrees to the spindle"
+ARMS_LEVEL_OUTERMOST = "the weights' arms lie level, outermost (dead centre)"
+ARMS_LEVEL_INNERMOST = "the weights' arms lie level, innermost (dead centre)"
+WEIGHTS_MEET = "the weights meet on the spindle axis"
+LEVER_DEAD_CENTRE = "the lever passes its dead centre: it no longer lifts the sleeve"
+HANGER_TOO_SHORT = "the hanger is too short: it stands at 90 degrees to the spindle"
 
-CURES = {
-    LEVEL_OUT: "keep outer_angle above -90 deg",
-    LEVEL_IN: "keep inner_angle below 90 deg",
-    MEET: "raise fulcrum_radius",
-    IN_LINE: "lower bell_crank_angle, lengthen the hanger where it has a length",
-    SHORT: "lengthen the hanger",
+FAILURE_HINTS = {
+    ARMS_LEVEL_OUTERMOST: "keep outer_angle above -90 deg",
+    ARMS_LEVEL_INNERMOST: "keep inner_angle below 90 deg",
+    WEIGHTS_MEET: "raise fulcrum_radius",
+    LEVER_DEAD_CENTRE: "lower bell_crank_angle, lengthen the hanger where it has a length",
+    HANGER_TOO_SHORT: "lengthen the hanger",
 }
 """What helps against each of them."""
 
 
 @dataclass(frozen=True, kw_only=True)
-class Way:
+class LeverGeometry:
     """The dimensions that the way depends on, as of the machine (m, rad); hanger None: always vertical."""
 
     weight_arm: float
     sleeve_arm: float
-    angle: float
+    bell_crank_angle: float
     fulcrum_radius: float
     hanger: float | None
     lug_offset: float
 
-    def weight_radius(self, lever: float) -> float:
+    def weight_radius(self, lever_angle: float) -> float:
         """Of a weight's centre from the axis (m)."""
-        return self.fulcrum_radius - self.weight_arm * math.sin(lever)
+        return self.fulcrum_radius - self.weight_arm * math.sin(lever_angle)
 
-    def foot(self, lever: float) -> tuple[float, float]:
+    def hanger_top(self, lever_angle: float) -> tuple[float, float]:
         """Where the hanger's upper end stands on the right: from the axis, and above the fulcrum (m)."""
-        turn = self.angle + lever
-        return self.fulcrum_radius - self.sleeve_arm * math.sin(turn), self.sleeve_arm * math.cos(turn)
+        sleeve_arm_angle = self.bell_crank_angle + lever_angle
+        return self.fulcrum_radius - self.sleeve_arm * math.sin(sleeve_arm_angle), self.sleeve_arm * math.cos(
+            sleeve_arm_angle
+        )
 
-    def lug_height(self, lever: float) -> float:
+    def lug_height(self, lever_angle: float) -> float:
         """Of the sleeve's lugs above the fulcrum (m); of the hangers' upper ends where hangers are vertical."""
-        x, y = self.foot(lever)
+        x, y = self.hanger_top(lever_angle)
         return y if self.hanger is None else y - math.sqrt(self.hanger**2 - (x - self.lug_offset) ** 2)
 
-    def lift_slope(self, lever: float) -> float:
+    def lift_derivative(self, lever_angle: float) -> float:
         """Of the sleeve's height over the lever angle (m/rad)."""
-        turn, (x, _) = self.angle + lever, self.foot(lever)
-        tangent = 0.0
+        sleeve_arm_angle, (x, _) = self.bell_crank_angle + lever_angle, self.hanger_top(lever_angle)
+        hanger_tangent = 0.0
         if self.hanger is not None:
             reach = x - self.lug_offset
-            tangent = reach / math.sqrt(self.hanger**2 - reach**2)
-        return -self.sleeve_arm * (math.sin(turn) + math.cos(turn) * tangent)
+            hanger_tangent = reach / math.sqrt(self.hanger**2 - reach**2)
+        return -self.sleeve_arm * (math.sin(sleeve_arm_angle) + math.cos(sleeve_arm_angle) * hanger_tangent)
 
-    def failure(self, lever: float) -> str | None:
+    def failure_at(self, lever_angle: float) -> str | None:
         """What is wrong at a lever angle (rad); None where the governor works."""
-        if abs(lever) >= math.pi / 2:
-            return LEVEL_IN if lever > 0 else LEVEL_OUT
-        if self.weight_radius(lever) <= 0:
-            return MEET
-        if self.hanger is not None and abs(self.foot(lever)[0] - self.lug_offset) >= self.hanger:
-            return SHORT
-        return IN_LINE if self.lift_slope(lever) >= 0 else None
+        if abs(lever_angle) >= math.pi / 2:
+            return ARMS_LEVEL_INNERMOST if lever_angle > 0 else ARMS_LEVEL_OUTERMOST
+        if self.weight_radius(lever_angle) <= 0:
+            return WEIGHTS_MEET
+        if self.hanger is not None and abs(self.hanger_top(lever_angle)[0] - self.lug_offset) >= self.hanger:
+            return HANGER_TOO_SHORT
+        return LEVER_DEAD_CENTRE if self.lift_derivative(lever_angle) >= 0 else None
 
-    def first_failure(self, outer: float, inner: float) -> tuple[float, str] | None:
+    def first_failure(self, outer_angle: float, inner_angle: float) -> tuple[float, str] | None:
         """The lever angle (rad) within a stroke at which something is wrong first, going in; None where nothing is."""
-        pieces = max(round((inner - outer) / (math.pi / 2) * PIECES), 1)
-        for k in range(pieces + 1):
-            lever = outer + (inner - outer) * k / pieces
-            sentence = self.failure(lever)
+        n_samples = max(round((inner_angle - outer_angle) / (math.pi / 2) * N_TRAVEL_SAMPLES), 1)
+        for k in range(n_samples + 1):
+            lever_angle = outer_angle + (inner_angle - outer_angle) * k / n_samples
+            sentence = self.failure_at(lever_angle)
             if sentence is not None:
-                return lever, sentence
+                return lever_angle, sentence
         return None
 
-    def travel(self, middle: float) -> tuple[float, float, str, str]:
+    def travel_limits(self, middle_angle: float) -> tuple[float, float, str, str]:
         """Lowest and highest lever angle (rad) round one where all is well, and what happens there."""
-        (low, below), (high, above) = (self._end(middle, side) for side in (-1.0, 1.0))
-        return low, high, below, above
+        (low, low_message), (high, high_message) = (self._travel_limit(middle_angle, side) for side in (-1.0, 1.0))
+        return low, high, low_message, high_message
 
-    def _end(self, middle: float, side: float) -> tuple[float, str]:
-        good = bad = middle
-        while self.failure(bad) is None:
-            good, bad = bad, bad + side * 0.5 * math.pi / PIECES
+    def _travel_limit(self, middle_angle: float, direction: float) -> tuple[float, str]:
+        valid_angle = failing_angle = middle_angle
+        while self.failure_at(failing_angle) is None:
+            valid_angle, failing_angle = failing_angle, failing_angle + direction * 0.5 * math.pi / N_TRAVEL_SAMPLES
         while True:
-            half = 0.5 * (good + bad)
-            if half in (good, bad):
-                return good, self.failure(bad) or ""
-            good, bad = (half, bad) if self.failure(half) is None else (good, half)
+            midpoint = 0.5 * (valid_angle + failing_angle)
+            if midpoint in (valid_angle, failing_angle):
+                return valid_angle, self.failure_at(failing_angle) or ""
+            valid_angle, failing_angle = (
+                (midpoint, failing_angle) if self.failure_at(midpoint) is None else (valid_angle, midpoint)
+            )

@@ -12,19 +12,24 @@ from collections.abc import Iterable, Mapping
 from dataclasses import dataclass
 from typing import ClassVar
 
-from governor_mechanism.effects.bell_crank_masses import BellCranks
+from governor_mechanism.effects.bell_crank_masses import BellCrankMasses
 from governor_mechanism.effects.stops import Stops
 from governor_mechanism.errors import MechanismError
-from governor_mechanism.machines.base import Machine, dimension, foreign_effects
-from governor_mechanism.machines.hartung.bodies import LEFT, RIGHT, SLEEVE, Parts
-from governor_mechanism.machines.hartung.geometry import CURES, Way
-from governor_mechanism.machines.hartung.spring import SpringLine, spring_line, spring_problems, stress_note
+from governor_mechanism.machines.base import Machine, dimension_field, unsupported_effect_messages
+from governor_mechanism.machines.hartung.bodies import LEFT_WEIGHT, RIGHT_WEIGHT, SLEEVE, HartungBuilder
+from governor_mechanism.machines.hartung.geometry import FAILURE_HINTS, LeverGeometry
+from governor_mechanism.machines.hartung.spring import (
+    LinearSpringLaw,
+    build_spring_law,
+    spring_problems,
+    stress_warning,
+)
 from governor_mechanism.model.effect import Effect
 from governor_mechanism.model.mechanism import Limit, Mechanism
-from governor_mechanism.model.scene import TURNING
-from governor_mechanism.units.quantities import spoken
+from governor_mechanism.model.scene import TURNING_PLANE
+from governor_mechanism.units.quantities import format_quantity
 
-__all__ = ["LEFT", "RIGHT", "SLEEVE", "HartungGovernor"]
+__all__ = ["LEFT_WEIGHT", "RIGHT_WEIGHT", "SLEEVE", "HartungGovernor"]
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -37,116 +42,122 @@ class HartungGovernor(Machine):
     """
 
     name: ClassVar[str] = "hartung"
-    plane: ClassVar[str] = TURNING
+    plane: ClassVar[str] = TURNING_PLANE
 
-    weight_arm: float = dimension("length", "from the fulcrum of a bell crank to its weight's centre")
-    sleeve_arm: float = dimension("length", "from the fulcrum to the hanger")
-    bell_crank_angle: float = dimension("angle", "between its two arms, 90 to 180 deg", default=math.pi / 2)
-    fulcrum_radius: float = dimension("length", "of the fulcrum from the spindle axis")
-    fulcrum_height: float | None = dimension(
+    weight_arm: float = dimension_field("length", "from the fulcrum of a bell crank to its weight's centre")
+    sleeve_arm: float = dimension_field("length", "from the fulcrum to the hanger")
+    bell_crank_angle: float = dimension_field("angle", "between its two arms, 90 to 180 deg", default=math.pi / 2)
+    fulcrum_radius: float = dimension_field("length", "of the fulcrum from the spindle axis")
+    fulcrum_height: float | None = dimension_field(
         "length",
         "of the fulcrum above the cross axis; as far below as weight_arm is long, if left out",
         default=None,
         signed=True,
     )
-    weight_mass: float = dimension("mass", "of one weight; there are two")
-    sleeve_mass: float = dimension("mass", "of the whole sleeve and its load")
-    hanger: float | None = dimension(
-        "length", "of the hangers, from bell crank to sleeve", default=None, word="vertical"
+    weight_mass: float = dimension_field("mass", "of one weight; there are two")
+    sleeve_mass: float = dimension_field("mass", "of the whole sleeve and its load")
+    hanger: float | None = dimension_field(
+        "length", "of the hangers, from bell crank to sleeve", default=None, omission_word="vertical"
     )
-    lug_offset: float = dimension("length", "of the sleeve's lugs from the axis", default=0.0, signed=True)
-    inner_angle: float | None = dimension(
+    lug_offset: float = dimension_field("length", "of the sleeve's lugs from the axis", default=0.0, signed=True)
+    inner_angle: float | None = dimension_field(
         "angle", "of the lever at the inner end of the stroke", default=None, signed=True
     )
-    outer_angle: float | None = dimension(
+    outer_angle: float | None = dimension_field(
         "angle", "of the lever at the outer end of the stroke", default=None, signed=True
     )
-    spring_rate: float | None = dimension("stiffness", "of each spring", default=None)
-    spring_preload: float | None = dimension("force", "of each spring at preload_radius", default=None, signed=True)
-    preload_radius: float | None = dimension(
+    spring_rate: float | None = dimension_field("stiffness", "of each spring", default=None)
+    spring_preload: float | None = dimension_field(
+        "force", "of each spring at preload_radius", default=None, signed=True
+    )
+    preload_radius: float | None = dimension_field(
         "length", "of a weight where spring_preload is its spring's force; fulcrum_radius if left out", default=None
     )
-    spring_wire: float | None = dimension("length", "of each spring's wire, its diameter", default=None)
-    spring_coil: float | None = dimension("length", "of each spring's coil, its mean diameter", default=None)
-    spring_turns: float | None = dimension("number", "of each spring's turns that work", default=None)
-    spring_modulus: float | None = dimension("modulus", "of shear of the springs' wire", default=None, most=1e13)
-    spring_stress_limit: float | None = dimension("pressure", "that the springs' wire may bear", default=None)
-    inner_speed: float | None = dimension(
+    spring_wire: float | None = dimension_field("length", "of each spring's wire, its diameter", default=None)
+    spring_coil: float | None = dimension_field("length", "of each spring's coil, its mean diameter", default=None)
+    spring_turns: float | None = dimension_field("number", "of each spring's turns that work", default=None)
+    spring_modulus: float | None = dimension_field(
+        "modulus", "of shear of the springs' wire", default=None, max_size=1e13
+    )
+    spring_stress_limit: float | None = dimension_field("pressure", "that the springs' wire may bear", default=None)
+    inner_speed: float | None = dimension_field(
         "angular_speed", "that holds the weights at the inner end of the stroke", default=None
     )
-    outer_speed: float | None = dimension(
+    outer_speed: float | None = dimension_field(
         "angular_speed", "that holds the weights at the outer end of the stroke", default=None
     )
-    insensitivity: float = dimension("ratio", "that the regulating force is reckoned with", default=0.04)
+    insensitivity: float = dimension_field("ratio", "that the regulating force is reckoned with", default=0.04)
 
     def __post_init__(self) -> None:
         super().__post_init__()
         problems = [*self._angle_problems(), *self._stroke_problems(), *spring_problems(self)]
         if problems:
             raise MechanismError(*problems)
-        self.spring()  # refuses two speeds that no spring holds
+        self.spring_law()  # refuses two speeds that no spring holds
 
     @property
-    def way(self) -> Way:
+    def lever_geometry(self) -> LeverGeometry:
         """How weights, hangers and sleeve follow the lever angle."""
-        return Way(
+        return LeverGeometry(
             weight_arm=self.weight_arm,
             sleeve_arm=self.sleeve_arm,
-            angle=self.bell_crank_angle,
+            bell_crank_angle=self.bell_crank_angle,
             fulcrum_radius=self.fulcrum_radius,
             hanger=self.hanger,
             lug_offset=self.lug_offset,
         )
 
     @property
-    def fulcrum(self) -> float:
+    def fulcrum_y(self) -> float:
         """Height of the fulcrum above the cross axis (m)."""
         return -self.weight_arm if self.fulcrum_height is None else self.fulcrum_height
 
-    def spring(self) -> SpringLine:
+    def spring_law(self) -> LinearSpringLaw:
         """Each spring's force over the radius of its weight."""
-        return spring_line(self)
+        return build_spring_law(self)
 
-    def mechanism(self, cranks: BellCranks | None = None) -> Mechanism:
+    def mechanism(self, bell_cranks: BellCrankMasses | None = None) -> Mechanism:
         """Weights on levers, the sleeve on its guide, hangers between them; with cranks these have mass and size."""
-        parts = Parts(governor=self, cranks=cranks)
-        low, high, below, above = self.way.travel(self._middle)
-        note = stress_note(self)
+        builder = HartungBuilder(governor=self, bell_cranks=bell_cranks)
+        low, high, low_message, high_message = self.lever_geometry.travel_limits(self._middle_angle)
+        note = stress_warning(self)
         return Mechanism(
-            bodies=parts.bodies(),
-            joints=parts.joints(),
-            readings=parts.readings(self.inner_angle or 0.0),
-            outputs=parts.outputs(),
+            bodies=builder.bodies(),
+            joints=builder.joints(),
+            readings=builder.readings(self.inner_angle or 0.0),
+            derived_forces=builder.outputs(),
             coordinate="lever_angle",
-            size=max(self.weight_arm, self.sleeve_arm),
-            sketch=parts.poses(self._middle),
-            limits=(Limit(reading="lever_angle", low=low, high=high, below=below, above=above),),
-            loads=(parts.spring(),),
+            length_scale=max(self.weight_arm, self.sleeve_arm),
+            initial_guess=builder.poses(self._middle_angle),
+            limits=(
+                Limit(reading="lever_angle", low=low, high=high, low_message=low_message, high_message=high_message),
+            ),
+            force_elements=(builder.spring(),),
             notes=(note,) if note else (),
         )
 
     @classmethod
     def effect_problems(cls, effects: Iterable[Effect]) -> tuple[str, ...]:
         """About rods, play and masses; bell cranks this machine has."""
-        return foreign_effects(cls.name, effects, has=(BellCranks,))
+        return unsupported_effect_messages(cls.name, effects, supported=(BellCrankMasses,))
 
-    def mechanism_with(self, effects: Iterable[Effect]) -> Mechanism:
+    def mechanism_with_effects(self, effects: Iterable[Effect]) -> Mechanism:
         """The mechanism with the bell cranks of a scene's effects."""
         listed = list(effects)
         problems = [*self.effect_problems(listed), *self._stop_problems(listed)]
         if problems:
             raise MechanismError(*problems)
-        return self.mechanism(next((effect for effect in listed if isinstance(effect, BellCranks)), None))
+        return self.mechanism(next((effect for effect in listed if isinstance(effect, BellCrankMasses)), None))
 
     def dimensions(self) -> dict[str, float]:
         """All dimensions in SI; the spring as its rate and its force at preload_radius, a vertical hanger infinite."""
-        spring = self.spring()
+        spring = self.spring_law()
         return {
             "weight_arm": self.weight_arm,
             "sleeve_arm": self.sleeve_arm,
             "bell_crank_angle": self.bell_crank_angle,
             "fulcrum_radius": self.fulcrum_radius,
-            "fulcrum_height": self.fulcrum,
+            "fulcrum_height": self.fulcrum_y,
             "weight_mass": self.weight_mass,
             "sleeve_mass": self.sleeve_mass,
             "hanger": math.inf if self.hanger is None else self.hanger,
@@ -160,17 +171,17 @@ class HartungGovernor(Machine):
     def start_problems(self, values: Mapping[str, float | str]) -> tuple[str, ...]:
         """A start angle outside the travel."""
         angle = values.get("lever_angle")
-        low, high, below, above = self.way.travel(self._middle)
+        low, high, low_message, high_message = self.lever_geometry.travel_limits(self._middle_angle)
         if not isinstance(angle, float) or low < angle < high:
             return ()
         allowed = f"{math.degrees(low):.6g} to {math.degrees(high):.6g} deg"
         return (
             f"start.lever_angle ({math.degrees(angle):g} deg) lies outside the travel of this governor, {allowed}: "
-            f"{below if angle <= low else above}{_in_degrees(angle, math.pi / 2, '10 deg')}",
+            f"{low_message if angle <= low else high_message}{_in_degrees(angle, math.pi / 2, '10 deg')}",
         )
 
     @property
-    def _middle(self) -> float:
+    def _middle_angle(self) -> float:
         """The lever angle at mid stroke, or upright (rad)."""
         if self.inner_angle is None or self.outer_angle is None:
             return 0.0
@@ -195,8 +206,8 @@ class HartungGovernor(Machine):
             return [*stroke, *self._reach_problems(0.0, 0.0)]
         if self.outer_angle >= self.inner_angle:
             return [
-                f"inner_angle ({spoken(self.inner_angle, 'rad')}) must exceed outer_angle "
-                f"({spoken(self.outer_angle, 'rad')}): the lever angle is positive toward the spindle; exchange them"
+                f"inner_angle ({format_quantity(self.inner_angle, 'rad')}) must exceed outer_angle "
+                f"({format_quantity(self.outer_angle, 'rad')}): the lever angle is positive toward the spindle; exchange them"
             ]
         return self._reach_problems(self.outer_angle, self.inner_angle)
 
@@ -204,27 +215,30 @@ class HartungGovernor(Machine):
         """Stops of the lever that it cannot come to."""
         problems = []
         for stops in (one for one in effects if isinstance(one, Stops) and one.reading == "lever_angle"):
-            ends = [self._middle, *(end for end in (stops.low, stops.high) if math.isfinite(end))]
-            found = self.way.first_failure(min(ends), max(ends))
-            if found is not None:
+            ends = [self._middle_angle, *(end for end in (stops.low, stops.high) if math.isfinite(end))]
+            failure = self.lever_geometry.first_failure(min(ends), max(ends))
+            if failure is not None:
                 problems.append(
-                    f"the stops of 'lever_angle' lie too far apart: at {spoken(found[0], 'rad')} {found[1]}; "
+                    f"the stops of 'lever_angle' lie too far apart: at {format_quantity(failure[0], 'rad')} {failure[1]}; "
                     "move them nearer"
                 )
         return problems
 
-    def _reach_problems(self, outer: float, inner: float) -> list[str]:
-        found = None if self._angle_problems() else self.way.first_failure(outer, inner)
-        if found is None:
+    def _reach_problems(self, outer_angle: float, inner_angle: float) -> list[str]:
+        failure = None if self._angle_problems() else self.lever_geometry.first_failure(outer_angle, inner_angle)
+        if failure is None:
             return []
-        where, sentence = found
-        hint = _in_degrees(max(inner, -outer), math.pi / 2, "15 deg") or f"; {CURES[sentence]}, or shorten the stroke"
+        lever_angle, sentence = failure
+        hint = (
+            _in_degrees(max(inner_angle, -outer_angle), math.pi / 2, "15 deg")
+            or f"; {FAILURE_HINTS[sentence]}, or shorten the stroke"
+        )
         return [
-            f"the stroke, lever_angle from {spoken(outer, 'rad')} to {spoken(inner, 'rad')}, cannot be gone through: "
-            f"at {spoken(where, 'rad')} {sentence}{hint}"
+            f"the stroke, lever_angle from {format_quantity(outer_angle, 'rad')} to {format_quantity(inner_angle, 'rad')}, cannot be gone through: "
+            f"at {format_quantity(lever_angle, 'rad')} {sentence}{hint}"
         ]
 
 
-def _in_degrees(angle: float, most: float, example: str) -> str:
+def _in_degrees(angle: float, max_angle: float, example: str) -> str:
     """A hint at the unit, for an angle (rad) larger than makes sense; else empty."""
-    return f"; a bare number is in rad, so write it with its unit: {example}" if abs(angle) > most else ""
+    return f"; a bare number is in rad, so write it with its unit: {example}" if abs(angle) > max_angle else ""

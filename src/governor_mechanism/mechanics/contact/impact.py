@@ -4,84 +4,100 @@ from __future__ import annotations
 
 import numpy as np
 
-from governor_mechanism.mechanics.kinematics.assembly import Assembler
+from governor_mechanism.mechanics.kinematics.assembly import PositionSolver
 from governor_mechanism.model.mechanism import Mechanism
-from governor_mechanism.numerics.least_squares import MANY, lightest_change
+from governor_mechanism.numerics.least_squares import MIN_SPARSE_ROWS, mass_weighted_least_norm
 from governor_mechanism.types import FloatArray
 
-DEPENDENT = 1e-13
+PSEUDOINVERSE_CUTOFF_RATIO = 1e-13
 """Singular values below this fraction of the largest one belong to equations that others contain."""
 
-CLOSINGS = 3
+N_CLOSURE_ITERATIONS = 3
 """Newton's steps in which joints are closed: from what one step of the motion opens, to rounding."""
 
 
-class Thrower:
+class ImpactSolver:
     """Throws the bodies of one mechanism so that its joints move with them and some readings have given rates."""
 
     def __init__(self, mechanism: Mechanism) -> None:
-        self._assembler = Assembler(mechanism)
-        masses = np.array([[b.mass, b.mass, b.moments.xx + b.moments.yy] for b in mechanism.bodies])
-        self._masses: FloatArray = masses.ravel()[self._assembler.free]
-        self._equations = len(self._assembler.equations.owner)
-        self.mobility = self._assembler.mobility
-        self._independent = int(self._assembler.free.sum()) - self.mobility == self._equations
+        self._position_solver = PositionSolver(mechanism)
+        masses = np.array([[b.mass, b.mass, b.second_moments.xx + b.second_moments.yy] for b in mechanism.bodies])
+        self._masses: FloatArray = masses.ravel()[self._position_solver.free_mask]
+        self._n_equations = len(self._position_solver.equations.joint_indices)
+        self.mobility = self._position_solver.mobility
+        self._has_full_rank = int(self._position_solver.free_mask.sum()) - self.mobility == self._n_equations
 
-    def thrown(
-        self, time: float, poses: FloatArray, velocities: FloatArray, gradients: FloatArray, rates: FloatArray
+    def apply_impulses(
+        self,
+        time: float,
+        poses: FloatArray,
+        velocities: FloatArray,
+        output_jacobian: FloatArray,
+        output_rates: FloatArray,
     ) -> FloatArray:
         """Velocities (bodies, 3) from others at poses (bodies, 3), readings with gradients (readings, bodies, 3) having
         the rates (readings,): the nearest in kinetic energy, so impulses along joints and readings bring them about.
         """
-        equations, free = self._assembler.equations, self._assembler.free
-        joints = self._joints(poses[np.newaxis])[0]
-        rows = np.concatenate([joints, gradients.reshape(-1, free.size)[:, free]])
-        asked = np.zeros(len(joints))
-        if equations.driven.any():
-            asked = equations.asked(np.array([time]))[0, :, 1]
-        given = velocities.ravel()[free]
-        wanted = np.concatenate([asked, rates]) - rows @ given
-        thrown = np.zeros(free.size)
-        thrown[free] = given + self._nearest(rows[np.newaxis], wanted[np.newaxis])[0]
-        return thrown.reshape(velocities.shape)
+        equations, free = self._position_solver.equations, self._position_solver.free_mask
+        joint_jacobian = self._joint_jacobian(poses[np.newaxis])[0]
+        jacobian = np.concatenate([joint_jacobian, output_jacobian.reshape(-1, free.size)[:, free]])
+        drive_rates = np.zeros(len(joint_jacobian))
+        if equations.is_driven.any():
+            drive_rates = equations.prescribed_motion(np.array([time]))[0, :, 1]
+        free_velocities = velocities.ravel()[free]
+        velocity_residual = np.concatenate([drive_rates, output_rates]) - jacobian @ free_velocities
+        new_velocities = np.zeros(free.size)
+        new_velocities[free] = (
+            free_velocities + self._solve_correction(jacobian[np.newaxis], velocity_residual[np.newaxis])[0]
+        )
+        return new_velocities.reshape(velocities.shape)
 
-    def closed(self, times: FloatArray, poses: FloatArray) -> FloatArray:
+    def close_joints(self, times: FloatArray, poses: FloatArray) -> FloatArray:
         """Poses (n, bodies, 3) with closed joints at times (n,) s, nearest to others in their masses."""
-        equations, free = self._assembler.equations, self._assembler.free
-        closed = poses.copy()
-        for _ in range(CLOSINGS):
-            change = np.zeros((len(poses), free.size))
-            change[:, free] = self._nearest(self._joints(closed), -equations.openings(closed, times))
-            closed += change.reshape(poses.shape)
-        return closed
+        equations, free = self._position_solver.equations, self._position_solver.free_mask
+        closed_poses = poses.copy()
+        for _ in range(N_CLOSURE_ITERATIONS):
+            correction = np.zeros((len(poses), free.size))
+            correction[:, free] = self._solve_correction(
+                self._joint_jacobian(closed_poses), -equations.residuals(closed_poses, times)
+            )
+            closed_poses += correction.reshape(poses.shape)
+        return closed_poses
 
-    def _joints(self, poses: FloatArray) -> FloatArray:
+    def _joint_jacobian(self, poses: FloatArray) -> FloatArray:
         """Gradients (n, equations, free coordinates) of the joints at poses (n, bodies, 3)."""
-        free = self._assembler.free
-        rows: FloatArray = self._assembler.equations.gradients(poses).reshape(len(poses), -1, free.size)[..., free]
-        return rows
+        free = self._position_solver.free_mask
+        jacobian: FloatArray = self._position_solver.equations.jacobian(poses).reshape(len(poses), -1, free.size)[
+            ..., free
+        ]
+        return jacobian
 
-    def _nearest(self, rows: FloatArray, wanted: FloatArray) -> FloatArray:
+    def _solve_correction(self, jacobian: FloatArray, residual: FloatArray) -> FloatArray:
         """The least change (n, free coordinates), weighed by mass, that changes rows . change by what is wanted."""
-        count, many = rows.shape[1], len(self._masses)
-        if count >= MANY:
-            pairs = zip(rows, wanted, strict=True)
-            found = [lightest_change(one, self._masses, right) for one, right in pairs]
-            if all(one is not None for one in found):
-                return np.array(found).reshape(len(rows), many)
-        system = np.zeros((len(rows), many + count, many + count))
-        system[:, :many, :many] = np.diag(self._masses)
-        system[:, :many, many:], system[:, many:, :many] = np.swapaxes(rows, 1, 2), rows
-        right = np.zeros((len(rows), many + count, 1))
-        right[:, many:, 0] = wanted
-        if self._independent and count == self._equations:
-            solution = np.linalg.solve(system, right)
+        n_rows, n_coordinates = jacobian.shape[1], len(self._masses)
+        if n_rows >= MIN_SPARSE_ROWS:
+            systems = zip(jacobian, residual, strict=True)
+            corrections = [
+                mass_weighted_least_norm(one, self._masses, right_hand_side) for one, right_hand_side in systems
+            ]
+            if all(one is not None for one in corrections):
+                return np.array(corrections).reshape(len(jacobian), n_coordinates)
+        matrix = np.zeros((len(jacobian), n_coordinates + n_rows, n_coordinates + n_rows))
+        matrix[:, :n_coordinates, :n_coordinates] = np.diag(self._masses)
+        matrix[:, :n_coordinates, n_coordinates:], matrix[:, n_coordinates:, :n_coordinates] = (
+            np.swapaxes(jacobian, 1, 2),
+            jacobian,
+        )
+        right_hand_side = np.zeros((len(jacobian), n_coordinates + n_rows, 1))
+        right_hand_side[:, n_coordinates:, 0] = residual
+        if self._has_full_rank and n_rows == self._n_equations:
+            solution = np.linalg.solve(matrix, right_hand_side)
         else:
-            solution = np.linalg.pinv(system, rcond=DEPENDENT, hermitian=True) @ right
-        change: FloatArray = solution[:, :many, 0]
-        return change
+            solution = np.linalg.pinv(matrix, rcond=PSEUDOINVERSE_CUTOFF_RATIO, hermitian=True) @ right_hand_side
+        correction: FloatArray = solution[:, :n_coordinates, 0]
+        return correction
 
-    def energy(self, velocities: FloatArray) -> float:
+    def kinetic_energy(self, velocities: FloatArray) -> float:
         """Kinetic energy in the plane (J) at velocities (bodies, 3)."""
-        moving = velocities.ravel()[self._assembler.free]
-        return 0.5 * float(np.sum(self._masses * moving**2))
+        free_velocities = velocities.ravel()[self._position_solver.free_mask]
+        return 0.5 * float(np.sum(self._masses * free_velocities**2))

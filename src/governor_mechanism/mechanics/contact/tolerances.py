@@ -7,29 +7,29 @@ from __future__ import annotations
 
 import math
 
-TOUCHING = 1e-10
+CONTACT_TOLERANCE = 1e-10
 """Machine sizes, or rad: what moves nearer than this to a stop is at it."""
 
-STANDING = 3e-12
+REST_TOLERANCE = 3e-12
 """Machine sizes, or rad: what stands nearer than this to a stop rests on it; farther off friction alone holds it."""
 
-SMALLEST_BOUNCE = 1e-11
+MIN_REBOUND_HEIGHT = 1e-11
 """Machine sizes, or rad: bounces that would rise no higher are over, and what is left of their time is reckoned.
 
 Of lower ones rounding (1e-16 of a height) would time each worse than the whole sum is off by taking forces as constant:
 both are about 1e-10 of a time scale. It is more than STANDING: at the top of a bounce that is followed nothing rests.
 """
 
-STILL = 1e-11
+STICTION_RATE_TOLERANCE = 1e-11
 """Machine sizes, or rad, in a time scale: slower than this a reading stands still."""
 
 
-def bounces_left(away: float, back: float, returning: float, restitution: float) -> float:
+def zeno_time(rebound_rate: float, deceleration: float, return_acceleration: float, restitution: float) -> float:
     """How long (s) bounces go on that begin at a rate `away` and are slowed by `back`, and fetched by `returning`.
 
     Friction makes these accelerations differ; where it fetches nothing, the first way up is all there is.
     """
-    if not returning > 0.0:
-        return away / back
-    lasting = away * (1.0 / back + 1.0 / math.sqrt(back * returning))
-    return lasting / (1.0 - restitution * math.sqrt(returning / back))
+    if not return_acceleration > 0.0:
+        return rebound_rate / deceleration
+    first_bounce_time = rebound_rate * (1.0 / deceleration + 1.0 / math.sqrt(deceleration * return_acceleration))
+    return first_bounce_time / (1.0 - restitution * math.sqrt(return_acceleration / deceleration))

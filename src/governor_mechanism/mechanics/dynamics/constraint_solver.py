@@ -11,159 +11,165 @@ import math
 
 import numpy as np
 
-from governor_mechanism.numerics.jit import kernel
+from governor_mechanism.numerics.jit import jit_internal
 from governor_mechanism.types import FloatArray, IntArray
 
-SINGULAR = 1e-12
+MIN_BAND_PIVOT_RATIO = 1e-12
 """A pivot below this fraction of its diagonal has vanished: the rows depend on each other."""
 
-SWEEPS = 60
+MAX_JACOBI_SWEEPS = 60
 """Of rotations, at most; some ten suffice."""
 
 
-def neighbours(body: IntArray) -> IntArray:
+def find_coupled_rows(row_bodies: IntArray) -> IntArray:
     """Pairs (row, earlier or same row, side of the first, side of the second) of rows (rows, 2) that share a body."""
-    sharing: dict[int, list[tuple[int, int]]] = {}
+    rows_of_body: dict[int, list[tuple[int, int]]] = {}
     pairs: list[tuple[int, int, int, int]] = []
-    for row, held in enumerate(body.tolist()):
-        ends = [(side, index) for side, index in enumerate(held) if index >= 0]
-        for side, index in ends:
-            sharing.setdefault(index, []).append((row, side))
-        pairs += sorted((row, other, side, end) for side, index in ends for other, end in sharing[index])
+    for row, bodies in enumerate(row_bodies.tolist()):
+        sides = [(side, body_index) for side, body_index in enumerate(bodies) if body_index >= 0]
+        for side, body_index in sides:
+            rows_of_body.setdefault(body_index, []).append((row, side))
+        pairs += sorted(
+            (row, other_row, side, other_side)
+            for side, body_index in sides
+            for other_row, other_side in rows_of_body[body_index]
+        )
     return np.array(pairs, dtype=np.int64).reshape(-1, 4)
 
 
-def narrow_order(body: IntArray) -> IntArray:
+def bandwidth_reducing_order(row_bodies: IntArray) -> IntArray:
     """An order of the rows that keeps neighbours together (reverse Cuthill-McKee)."""
     from scipy.sparse import coo_array
     from scipy.sparse.csgraph import reverse_cuthill_mckee
 
-    pairs, count = neighbours(body), len(body)
-    if count == 0:  # bodies on springs alone
+    pairs, n_rows = find_coupled_rows(row_bodies), len(row_bodies)
+    if n_rows == 0:  # bodies on springs alone
         return np.zeros(0, dtype=np.int64)
-    graph = coo_array((np.ones(len(pairs)), (pairs[:, 0], pairs[:, 1])), shape=(count, count)).tocsr()
+    graph = coo_array((np.ones(len(pairs)), (pairs[:, 0], pairs[:, 1])), shape=(n_rows, n_rows)).tocsr()
     return np.asarray(reverse_cuthill_mckee((graph + graph.T).tocsr(), symmetric_mode=True), dtype=np.int64)
 
 
-@kernel
-def assemble(body: IntArray, pairs: IntArray, gradient: FloatArray, inverse_mass: FloatArray, band: FloatArray) -> None:
+@jit_internal
+def assemble_schur_band(
+    row_bodies: IntArray, row_pairs: IntArray, jacobian: FloatArray, inverse_mass: FloatArray, band: FloatArray
+) -> None:
     """Fill band (rows, width + 1) with J M^-1 J^T: entry (i, i - k) stands at [i, width - k]."""
     band[:] = 0.0
-    width = band.shape[1] - 1
-    for p in range(pairs.shape[0]):
-        i, j, side, other = pairs[p, 0], pairs[p, 1], pairs[p, 2], pairs[p, 3]
-        k = body[i, side]
+    bandwidth = band.shape[1] - 1
+    for p in range(row_pairs.shape[0]):
+        i, j, side, other_side = row_pairs[p, 0], row_pairs[p, 1], row_pairs[p, 2], row_pairs[p, 3]
+        k = row_bodies[i, side]
         total = 0.0
         for c in range(3):
-            total += gradient[i, side, c] * inverse_mass[k, c] * gradient[j, other, c]
-        band[i, width - (i - j)] += total
+            total += jacobian[i, side, c] * inverse_mass[k, c] * jacobian[j, other_side, c]
+        band[i, bandwidth - (i - j)] += total
 
 
-@kernel
-def factorise(band: FloatArray, factor: FloatArray) -> float:
+@jit_internal
+def factorise_band(band: FloatArray, factor: FloatArray) -> float:
     """Cholesky within the band, its diagonal inverted; the smallest pivot as a fraction of its diagonal.
 
     0 where a pivot vanishes.
     """
-    width, least = band.shape[1] - 1, 1.0
+    bandwidth, min_pivot_ratio = band.shape[1] - 1, 1.0
     for i in range(band.shape[0]):
-        first = max(0, i - width)
+        first = max(0, i - bandwidth)
         for j in range(first, i + 1):
-            total = band[i, width - (i - j)]
-            for k in range(max(first, j - width), j):
-                total -= factor[i, width - (i - k)] * factor[j, width - (j - k)]
+            total = band[i, bandwidth - (i - j)]
+            for k in range(max(first, j - bandwidth), j):
+                total -= factor[i, bandwidth - (i - k)] * factor[j, bandwidth - (j - k)]
             if i > j:
-                factor[i, width - (i - j)] = total * factor[j, width]
-            elif total > SINGULAR * band[i, width]:
-                factor[i, width] = 1.0 / math.sqrt(total)
-                least = min(least, total / band[i, width])
+                factor[i, bandwidth - (i - j)] = total * factor[j, bandwidth]
+            elif total > MIN_BAND_PIVOT_RATIO * band[i, bandwidth]:
+                factor[i, bandwidth] = 1.0 / math.sqrt(total)
+                min_pivot_ratio = min(min_pivot_ratio, total / band[i, bandwidth])
             else:
                 return 0.0
-    return least
+    return min_pivot_ratio
 
 
-@kernel
-def substitute(factor: FloatArray, vector: FloatArray) -> None:
+@jit_internal
+def solve_factorised_band(factor: FloatArray, vector: FloatArray) -> None:
     """Solve in place with the factor of the band."""
-    width, count = factor.shape[1] - 1, vector.size
-    for i in range(count):
+    bandwidth, n_rows = factor.shape[1] - 1, vector.size
+    for i in range(n_rows):
         total = vector[i]
-        for k in range(max(0, i - width), i):
-            total -= factor[i, width - (i - k)] * vector[k]
-        vector[i] = total * factor[i, width]
-    for i in range(count - 1, -1, -1):
+        for k in range(max(0, i - bandwidth), i):
+            total -= factor[i, bandwidth - (i - k)] * vector[k]
+        vector[i] = total * factor[i, bandwidth]
+    for i in range(n_rows - 1, -1, -1):
         total = vector[i]
-        for k in range(i + 1, min(count, i + width + 1)):
-            total -= factor[k, width - (k - i)] * vector[k]
-        vector[i] = total * factor[i, width]
+        for k in range(i + 1, min(n_rows, i + bandwidth + 1)):
+            total -= factor[k, bandwidth - (k - i)] * vector[k]
+        vector[i] = total * factor[i, bandwidth]
 
 
-@kernel
-def solve(band: FloatArray, factor: FloatArray, vector: FloatArray) -> float:
+@jit_internal
+def solve_schur_band(band: FloatArray, factor: FloatArray, vector: FloatArray) -> float:
     """Solve J M^-1 J^T x = vector in place, by the shortest solution where rows depend on each other.
 
     How independent they are: the square, about, of the angle (rad) by which the nearest to depending fails to; 0 there.
     """
-    least = factorise(band, factor)
-    if least > 0.0:
-        substitute(factor, vector)
-        return least
-    _solve_shortest(band, vector)
+    min_pivot_ratio = factorise_band(band, factor)
+    if min_pivot_ratio > 0.0:
+        solve_factorised_band(factor, vector)
+        return min_pivot_ratio
+    _solve_least_norm(band, vector)
     return 0.0
 
 
-@kernel
-def _solve_shortest(band: FloatArray, vector: FloatArray) -> None:
+@jit_internal
+def _solve_least_norm(band: FloatArray, vector: FloatArray) -> None:
     """The shortest solution, in place, where rows depend on each other."""
-    count, width = band.shape[0], band.shape[1] - 1
-    dense = np.zeros((count, count))
-    for i in range(count):
-        for k in range(max(0, i - width), i + 1):
-            dense[i, k] = dense[k, i] = band[i, width - (i - k)]
-    vectors = _diagonalise(dense)
-    largest = 0.0
-    for k in range(count):
-        largest = max(largest, dense[k, k])
-    answer = np.zeros(count)
-    for k in range(count):
-        if dense[k, k] > SINGULAR * largest:
-            part = 0.0
-            for i in range(count):
-                part += vectors[i, k] * vector[i]
-            for i in range(count):
-                answer[i] += vectors[i, k] * part / dense[k, k]
-    for i in range(count):
-        vector[i] = answer[i]
+    n_rows, bandwidth = band.shape[0], band.shape[1] - 1
+    dense = np.zeros((n_rows, n_rows))
+    for i in range(n_rows):
+        for k in range(max(0, i - bandwidth), i + 1):
+            dense[i, k] = dense[k, i] = band[i, bandwidth - (i - k)]
+    eigenvectors = _diagonalise_symmetric(dense)
+    max_eigenvalue = 0.0
+    for k in range(n_rows):
+        max_eigenvalue = max(max_eigenvalue, dense[k, k])
+    solution = np.zeros(n_rows)
+    for k in range(n_rows):
+        if dense[k, k] > MIN_BAND_PIVOT_RATIO * max_eigenvalue:
+            projection = 0.0
+            for i in range(n_rows):
+                projection += eigenvectors[i, k] * vector[i]
+            for i in range(n_rows):
+                solution[i] += eigenvectors[i, k] * projection / dense[k, k]
+    for i in range(n_rows):
+        vector[i] = solution[i]
 
 
-@kernel
-def _diagonalise(matrix: FloatArray) -> FloatArray:
+@jit_internal
+def _diagonalise_symmetric(matrix: FloatArray) -> FloatArray:
     """Turn a symmetric matrix into a diagonal one in place, by Jacobi's rotations; its eigenvectors, as columns.
 
     numpy's own would take three seconds to compile, for what is rarely called.
     """
-    count = matrix.shape[0]
-    vectors = np.eye(count)
-    for _ in range(SWEEPS):
-        beside = whole = 0.0
-        for i in range(count):
-            whole += matrix[i, i] ** 2
+    order = matrix.shape[0]
+    eigenvectors = np.eye(order)
+    for _ in range(MAX_JACOBI_SWEEPS):
+        off_diagonal_sum = diagonal_sum = 0.0
+        for i in range(order):
+            diagonal_sum += matrix[i, i] ** 2
             for j in range(i):
-                beside += matrix[i, j] ** 2
-        if not beside > 1e-32 * whole:
+                off_diagonal_sum += matrix[i, j] ** 2
+        if not off_diagonal_sum > 1e-32 * diagonal_sum:
             break
-        for p in range(count - 1):
-            for q in range(p + 1, count):
+        for p in range(order - 1):
+            for q in range(p + 1, order):
                 if matrix[p, q] != 0.0:
-                    _rotate(matrix, vectors, p, q)
-    return vectors
+                    _apply_jacobi_rotation(matrix, eigenvectors, p, q)
+    return eigenvectors
 
 
-@kernel
-def _rotate(matrix: FloatArray, vectors: FloatArray, p: int, q: int) -> None:
+@jit_internal
+def _apply_jacobi_rotation(matrix: FloatArray, eigenvectors: FloatArray, p: int, q: int) -> None:
     """One rotation, that makes entry (p, q) vanish."""
-    half = 0.5 * (matrix[q, q] - matrix[p, p]) / matrix[p, q]
-    tangent = 1.0 / (half + math.copysign(math.hypot(1.0, half), half))
+    cot_double_angle = 0.5 * (matrix[q, q] - matrix[p, p]) / matrix[p, q]
+    tangent = 1.0 / (cot_double_angle + math.copysign(math.hypot(1.0, cot_double_angle), cot_double_angle))
     cosine = 1.0 / math.hypot(1.0, tangent)
     sine = tangent * cosine
     for k in range(matrix.shape[0]):
@@ -172,31 +178,31 @@ def _rotate(matrix: FloatArray, vectors: FloatArray, p: int, q: int) -> None:
     for k in range(matrix.shape[0]):
         first, second = matrix[p, k], matrix[q, k]
         matrix[p, k], matrix[q, k] = cosine * first - sine * second, sine * first + cosine * second
-        first, second = vectors[k, p], vectors[k, q]
-        vectors[k, p], vectors[k, q] = cosine * first - sine * second, sine * first + cosine * second
+        first, second = eigenvectors[k, p], eigenvectors[k, q]
+        eigenvectors[k, p], eigenvectors[k, q] = cosine * first - sine * second, sine * first + cosine * second
 
 
-@kernel
-def give_back(
-    body: IntArray, gradient: FloatArray, inverse_mass: FloatArray, vector: FloatArray, target: FloatArray
+@jit_internal
+def subtract_minv_jt(
+    row_bodies: IntArray, jacobian: FloatArray, inverse_mass: FloatArray, vector: FloatArray, target: FloatArray
 ) -> None:
     """Subtract M^-1 J^T vector from target (bodies, 3)."""
     for i in range(vector.size):
         for side in range(2):
-            k = body[i, side]
+            k = row_bodies[i, side]
             if k >= 0:
                 for c in range(3):
-                    target[k, c] -= inverse_mass[k, c] * gradient[i, side, c] * vector[i]
+                    target[k, c] -= inverse_mass[k, c] * jacobian[i, side, c] * vector[i]
 
 
-@kernel
-def along(body: IntArray, gradient: FloatArray, motion: FloatArray, result: FloatArray) -> None:
+@jit_internal
+def apply_jacobian(row_bodies: IntArray, jacobian: FloatArray, body_vectors: FloatArray, result: FloatArray) -> None:
     """Fill result (rows,) with J motion."""
     for i in range(result.size):
         total = 0.0
         for side in range(2):
-            k = body[i, side]
+            k = row_bodies[i, side]
             if k >= 0:
                 for c in range(3):
-                    total += gradient[i, side, c] * motion[k, c]
+                    total += jacobian[i, side, c] * body_vectors[k, c]
         result[i] = total

@@ -17,7 +17,7 @@ def weight(mass: float, gravity: float) -> float:
     return -mass * gravity
 
 
-def height_energy(mass: float, gravity: float, y: Any) -> Any:
+def gravitational_energy(mass: float, gravity: float, y: Any) -> Any:
     """Potential energy (J) at height y (m)."""
     return mass * gravity * y
 
@@ -38,20 +38,20 @@ def spindle_inertia(mass: float, xx: float, yy: float, xy: float, zz: float, x: 
 
 
 def spindle_inertia_rate(
-    mass: float, xx: float, yy: float, xy: float, x: Any, angle: Any, x_rate: Any, turning: Any
+    mass: float, xx: float, yy: float, xy: float, x: Any, angle: Any, x_rate: Any, angular_velocity: Any
 ) -> Any:
     """Rate (kg m2/s) of that inertia for a mass centre moving at x_rate (m/s) and a body turning (rad/s)."""
-    return 2 * mass * x * x_rate + ((yy - xx) * np.sin(2 * angle) - 2 * xy * np.cos(2 * angle)) * turning
+    return 2 * mass * x * x_rate + ((yy - xx) * np.sin(2 * angle) - 2 * xy * np.cos(2 * angle)) * angular_velocity
 
 
-def spring_force(stiffness: float, free: float, stretch: Any) -> Any:
+def spring_force(stiffness: float, free_length: float, length: Any) -> Any:
     """Pull (N, or N m) of a spring whose length (m, or rad) is `stretch`, and which is at rest at `free`."""
-    return stiffness * (stretch - free)
+    return stiffness * (length - free_length)
 
 
-def spring_energy(stiffness: float, free: float, stretch: Any) -> Any:
+def spring_energy(stiffness: float, free_length: float, length: Any) -> Any:
     """Potential energy (J) of that spring."""
-    return 0.5 * stiffness * (stretch - free) ** 2
+    return 0.5 * stiffness * (length - free_length) ** 2
 
 
 def damper_force(damping: float, rate: Any) -> Any:
@@ -59,8 +59,8 @@ def damper_force(damping: float, rate: Any) -> Any:
     return damping * rate
 
 
-def brake_force(linear: float, quadratic: float, rate: Any) -> Any:
-    """Pull (N, or N m) of an oil brake whose reading changes at `rate` (m/s, or rad/s)."""
+def dashpot_force(linear: float, quadratic: float, rate: Any) -> Any:
+    """Pull (N, or N m) of a dashpot whose reading changes at `rate` (m/s, or rad/s)."""
     return (linear + quadratic * abs(rate)) * rate
 
 
@@ -69,12 +69,12 @@ def free_spindle_speed(momentum: Any, inertia: Any) -> Any:
     return momentum / inertia
 
 
-def spindle_inertia_bend(
-    mass: float, moments: tuple[float, float, float], x: Any, angle: Any, tangent: Any, curvature: Any
+def spindle_inertia_second_derivative(
+    mass: float, second_moments: tuple[float, float, float], x: Any, angle: Any, tangent: Any, second_derivative: Any
 ) -> Any:
     """Second derivative of that inertia along a path, by the path's two derivatives (..., 3)."""
-    xx, yy, xy = moments
-    turning = (yy - xx) * np.sin(2 * angle) - 2 * xy * np.cos(2 * angle)
-    further = 2 * (yy - xx) * np.cos(2 * angle) + 4 * xy * np.sin(2 * angle)
-    moving = 2 * mass * (tangent[..., 0] ** 2 + x * curvature[..., 0])
-    return moving + further * tangent[..., 2] ** 2 + turning * curvature[..., 2]
+    xx, yy, xy = second_moments
+    angle_derivative = (yy - xx) * np.sin(2 * angle) - 2 * xy * np.cos(2 * angle)
+    angle_second_derivative = 2 * (yy - xx) * np.cos(2 * angle) + 4 * xy * np.sin(2 * angle)
+    mass_term = 2 * mass * (tangent[..., 0] ** 2 + x * second_derivative[..., 0])
+    return mass_term + angle_second_derivative * tangent[..., 2] ** 2 + angle_derivative * second_derivative[..., 2]

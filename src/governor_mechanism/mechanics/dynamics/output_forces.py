@@ -5,138 +5,164 @@ from __future__ import annotations
 import numpy as np
 
 from governor_mechanism.mechanics.dynamics import force_laws as forces
-from governor_mechanism.mechanics.kinematics.constraint_kernels import OPENING, Rows, evaluate
-from governor_mechanism.numerics.jit import kernel
+from governor_mechanism.mechanics.kinematics.constraint_kernels import RESIDUAL, ConstraintRows, evaluate_rows
+from governor_mechanism.numerics.jit import jit_internal
 from governor_mechanism.types import FloatArray, RecordArray
 
-PULL, BRAKE, RUB = range(3)
+SPRING_FORCE, DASHPOT_FORCE, FRICTION_FORCE = range(3)
 """Kinds of loads. Numbers: (rate, value at which it pulls nothing); (linear, quadratic); (sign of the sliding)."""
 
-ACT = np.dtype([("kind", "i8"), ("gauge", "i8"), ("a", "f8"), ("b", "f8"), ("program", "i8")])
+OUTPUT_FORCE_DTYPE = np.dtype([("kind", "i8"), ("output_index", "i8"), ("a", "f8"), ("b", "f8"), ("input_index", "i8")])
 """One load along a gauge: its kind and numbers, and the program of a friction, or -1."""
 
-VALUE, RATE, FORCE = range(3)
+VALUE_EVENT, RATE_EVENT, FORCE_EVENT = range(3)
 """What is watched: a gauge's value, its rate, or the force of the row that holds it."""
 
-WATCH = np.dtype(
-    [("kind", "i8"), ("at", "i8"), ("sign", "f8"), ("level", "f8"), ("tiny", "f8"), ("program", "i8"), ("about", "i8")]
+EVENT_FUNCTION_DTYPE = np.dtype(
+    [
+        ("kind", "i8"),
+        ("source_index", "i8"),
+        ("sign", "f8"),
+        ("threshold", "f8"),
+        ("tolerance", "f8"),
+        ("input_index", "i8"),
+        ("contact_index", "i8"),
+    ]
 )
 """One watch: sign * what is watched - level - program, which must not rise above nought. `at`: the gauge, or the row
 that holds it; tiny: less than this is rounding; about: whom it concerns, for Python."""
 
-spring_force = kernel(forces.spring_force)
-brake_force = kernel(forces.brake_force)
+spring_force_jit = jit_internal(forces.spring_force)
+dashpot_force_jit = jit_internal(forces.dashpot_force)
 
 
-@kernel
-def _now(cubics: FloatArray, program: int, since: float) -> float:
-    if program < 0:
+@jit_internal
+def _evaluate_input(input_cubics: FloatArray, input_index: int, local_time: float) -> float:
+    if input_index < 0:
         return 0.0
-    a, b, c, d = cubics[program, 0], cubics[program, 1], cubics[program, 2], cubics[program, 3]
-    return float(((a * since + b) * since + c) * since + d)
+    a, b, c, d = (
+        input_cubics[input_index, 0],
+        input_cubics[input_index, 1],
+        input_cubics[input_index, 2],
+        input_cubics[input_index, 3],
+    )
+    return float(((a * local_time + b) * local_time + c) * local_time + d)
 
 
-@kernel
-def gauge_rate(gauges: Rows, gradient: FloatArray, k: int, velocities: FloatArray) -> float:
+@jit_internal
+def output_rate(output_rows: ConstraintRows, jacobian: FloatArray, k: int, velocities: FloatArray) -> float:
     """How fast a gauge's value changes; its gradient was evaluated."""
     rate = 0.0
     for side in range(2):
-        body = gauges.ends[k, side]
+        body = output_rows.row_bodies[k, side]
         if body >= 0:
             for c in range(3):
-                rate += gradient[k, side, c] * velocities[body, c]
+                rate += jacobian[k, side, c] * velocities[body, c]
     return rate
 
 
-@kernel
-def add_acts(
-    gauges: Rows,
-    acts: RecordArray,
+@jit_internal
+def add_output_forces(
+    output_rows: ConstraintRows,
+    output_forces: RecordArray,
     poses: FloatArray,
     velocities: FloatArray,
-    cubics: FloatArray,
-    since: float,
-    line: FloatArray,
-    gradient: FloatArray,
+    input_cubics: FloatArray,
+    local_time: float,
+    row_values: FloatArray,
+    jacobian: FloatArray,
     result: FloatArray,
 ) -> float:
     """Add the generalised forces (bodies, 3) of all loads along gauges; the power (W) that brakes and friction take."""
-    if acts.size == 0:
+    if output_forces.size == 0:
         return 0.0
-    evaluate(gauges, poses, velocities, line, gradient)
-    lost = 0.0
-    for i in range(acts.size):
-        act = acts[i]
-        k = act.gauge
-        if act.kind == PULL:
-            force = -spring_force(act.a, act.b, line[k, OPENING])
+    evaluate_rows(output_rows, poses, velocities, row_values, jacobian)
+    dissipated_power = 0.0
+    for i in range(output_forces.size):
+        output_force = output_forces[i]
+        k = output_force.output_index
+        if output_force.kind == SPRING_FORCE:
+            force = -spring_force_jit(output_force.a, output_force.b, row_values[k, RESIDUAL])
         else:
-            rate = gauge_rate(gauges, gradient, k, velocities)
-            pull = brake_force(act.a, act.b, rate) if act.kind == BRAKE else act.a * _now(cubics, act.program, since)
-            force = -pull
-            lost -= force * rate
+            rate = output_rate(output_rows, jacobian, k, velocities)
+            resistance = (
+                dashpot_force_jit(output_force.a, output_force.b, rate)
+                if output_force.kind == DASHPOT_FORCE
+                else output_force.a * _evaluate_input(input_cubics, output_force.input_index, local_time)
+            )
+            force = -resistance
+            dissipated_power -= force * rate
         for side in range(2):
-            body = gauges.ends[k, side]
+            body = output_rows.row_bodies[k, side]
             if body >= 0:
                 for c in range(3):
-                    result[body, c] += force * gradient[k, side, c]
-    return lost
+                    result[body, c] += force * jacobian[k, side, c]
+    return dissipated_power
 
 
-@kernel
-def observe(
-    gauges: Rows,
-    watch: RecordArray,
+@jit_internal
+def evaluate_multibody_event_functions(
+    output_rows: ConstraintRows,
+    event_functions: RecordArray,
     poses: FloatArray,
     velocities: FloatArray,
-    cubics: FloatArray,
-    since: float,
-    holding: FloatArray,
-    line: FloatArray,
-    gradient: FloatArray,
-    marks: FloatArray,
+    input_cubics: FloatArray,
+    local_time: float,
+    multipliers: FloatArray,
+    row_values: FloatArray,
+    jacobian: FloatArray,
+    event_values: FloatArray,
 ) -> None:
     """Fill marks (watches,) at a state; holding is the vector that `motion.accelerations` left there."""
-    evaluate(gauges, poses, velocities, line, gradient)
-    for i in range(watch.size):
-        one = watch[i]
-        if one.kind == VALUE:
-            seen = line[one.at, OPENING]
-        elif one.kind == RATE:
-            seen = gauge_rate(gauges, gradient, one.at, velocities)
+    evaluate_rows(output_rows, poses, velocities, row_values, jacobian)
+    for i in range(event_functions.size):
+        event_function = event_functions[i]
+        if event_function.kind == VALUE_EVENT:
+            value = row_values[event_function.source_index, RESIDUAL]
+        elif event_function.kind == RATE_EVENT:
+            value = output_rate(output_rows, jacobian, event_function.source_index, velocities)
         else:
-            seen = -holding[one.at]
-        marks[i] = one.sign * seen - one.level - _now(cubics, one.program, since)
+            value = -multipliers[event_function.source_index]
+        event_values[i] = (
+            event_function.sign * value
+            - event_function.threshold
+            - _evaluate_input(input_cubics, event_function.input_index, local_time)
+        )
 
 
-PARTS = np.array([0.0, 0.25, 0.5, 0.75, 1.0])
+EVENT_SAMPLE_FRACTIONS = np.array([0.0, 0.25, 0.5, 0.75, 1.0])
 """Of a step: where it is looked whether something watched rose above nought on the way."""
 
 
-@kernel
-def between(
-    state: FloatArray,
-    slopes: FloatArray,
-    ahead: FloatArray,
-    slopes_ahead: FloatArray,
-    count: int,
+@jit_internal
+def interpolate_quintic_hermite(
+    state_start: FloatArray,
+    derivative_start: FloatArray,
+    state_end: FloatArray,
+    derivative_end: FloatArray,
+    n_coordinates: int,
     h: float,
-    part: float,
+    theta: float,
     result: FloatArray,
 ) -> None:
     """A state within a step, of order 5 from both its ends; `count` coordinates, their speeds, and other numbers."""
-    p = part
-    for i in range(2 * count, state.size):
-        result[i] = state[i] + p * (ahead[i] - state[i])
-    for i in range(count):
-        speed, bend = h * state[count + i], h * h * slopes[count + i]
-        way = ahead[i] - state[i] - speed - 0.5 * bend
-        faster = h * ahead[count + i] - speed - bend
-        more = h * h * slopes_ahead[count + i] - bend
-        c3, c4, c5 = (
-            10 * way - 4 * faster + 0.5 * more,
-            -15 * way + 7 * faster - more,
-            6 * way - 3 * faster + 0.5 * more,
+    p = theta
+    for i in range(2 * n_coordinates, state_start.size):
+        result[i] = state_start[i] + p * (state_end[i] - state_start[i])
+    for i in range(n_coordinates):
+        velocity_term, acceleration_term = (
+            h * state_start[n_coordinates + i],
+            h * h * derivative_start[n_coordinates + i],
         )
-        result[i] = state[i] + p * (speed + p * (0.5 * bend + p * (c3 + p * (c4 + p * c5))))
-        result[count + i] = (speed + p * (bend + p * (3 * c3 + p * (4 * c4 + p * 5 * c5)))) / h
+        displacement = state_end[i] - state_start[i] - velocity_term - 0.5 * acceleration_term
+        velocity_change = h * state_end[n_coordinates + i] - velocity_term - acceleration_term
+        acceleration_change = h * h * derivative_end[n_coordinates + i] - acceleration_term
+        c3, c4, c5 = (
+            10 * displacement - 4 * velocity_change + 0.5 * acceleration_change,
+            -15 * displacement + 7 * velocity_change - acceleration_change,
+            6 * displacement - 3 * velocity_change + 0.5 * acceleration_change,
+        )
+        result[i] = state_start[i] + p * (velocity_term + p * (0.5 * acceleration_term + p * (c3 + p * (c4 + p * c5))))
+        result[n_coordinates + i] = (
+            velocity_term + p * (acceleration_term + p * (3 * c3 + p * (4 * c4 + p * 5 * c5)))
+        ) / h

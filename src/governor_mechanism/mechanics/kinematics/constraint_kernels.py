@@ -11,10 +11,10 @@ from typing import NamedTuple
 
 import numpy as np
 
-from governor_mechanism.numerics.jit import compiled, kernel
+from governor_mechanism.numerics.jit import jit, jit_internal
 from governor_mechanism.types import FloatArray, IntArray, RecordArray
 
-DISTANCE, ALONG, ACROSS, LEAN, HANGING = 0, 1, 2, 3, 4
+DISTANCE, FIXED_DIRECTION, BODY_NORMAL, LINE_ANGLE, FOLLOWER_HEIGHT = 0, 1, 2, 3, 4
 """Kinds: the distance; the part along a fixed direction, and turning; the part across a line of the first body; the
 angle of the line between the points from the downward vertical; the height of a follower hung from the second point.
 
@@ -23,23 +23,23 @@ point's way counts less than once); (angle, -, -, -, constant); (-, -, -, -, con
 the follower's line, and y, the second point's share of both, length, constant, sign), to which the first point's height
 is added. The last two are rad, and what only readings are."""
 
-PARAMETERS = 6
+N_ROW_PARAMETERS = 6
 
-ROW = np.dtype(
+CONSTRAINT_ROW_DTYPE = np.dtype(
     [
         *((name, "i8") for name in ("kind", "first", "second")),
-        *((name, "f8") for name in ("x1", "y1", "x2", "y2", "p0", "p1", "p2", "p3", "p4", "p5", "unit")),
-        *((name, "i8") for name in ("drive", "piece", "pieces")),
+        *((name, "f8") for name in ("x1", "y1", "x2", "y2", "p0", "p1", "p2", "p3", "p4", "p5", "drive_scale")),
+        *((name, "i8") for name in ("drive", "first_segment", "n_segments")),
     ]
 )
 """One equation: its kind, bodies, points on them, parameters, m per unit of what drives it; the program that does, or
 -1; first piece and number of pieces of its curve."""
 
-ASKED, RATE, ASKED_BEND, OPENING, BEND = range(5)
+DRIVE_VALUE, DRIVE_RATE, DRIVE_ACCELERATION, RESIDUAL, GAMMA = range(5)
 """Columns of what is known of each row at a moment: what a drive asks for (m, m/s, m/s2), opening (m), bend (m/s2)."""
 
 
-class Rows(NamedTuple):
+class ConstraintRows(NamedTuple):
     """All equations of a mechanism: table (rows,) of ROW; ends (rows, 2), its bodies once more; pieces (all pieces, 5):
     where each cubic of a curve starts (m), and its coefficients, highest power first.
 
@@ -47,34 +47,44 @@ class Rows(NamedTuple):
     """
 
     table: RecordArray
-    ends: IntArray
-    pieces: FloatArray
+    row_bodies: IntArray
+    curve_segments: FloatArray
 
 
-@kernel
-def ask(rows: Rows, cubics: FloatArray, since: float, line: FloatArray) -> None:
+@jit_internal
+def evaluate_drives(rows: ConstraintRows, input_cubics: FloatArray, local_time: float, row_values: FloatArray) -> None:
     """Fill what drives ask for into line (rows, 5); cubics (programs, 4) of the time since."""
     for i in range(rows.table.size):
-        k, unit = rows.table[i].drive, rows.table[i].unit
-        if k >= 0:
-            a, b, c, d = cubics[k, 0], cubics[k, 1], cubics[k, 2], cubics[k, 3]
-            line[i, ASKED] = unit * (((a * since + b) * since + c) * since + d)
-            line[i, RATE] = unit * ((3.0 * a * since + 2.0 * b) * since + c)
-            line[i, ASKED_BEND] = unit * (6.0 * a * since + 2.0 * b)
+        drive, drive_scale = rows.table[i].drive, rows.table[i].drive_scale
+        if drive >= 0:
+            a, b, c, d = input_cubics[drive, 0], input_cubics[drive, 1], input_cubics[drive, 2], input_cubics[drive, 3]
+            row_values[i, DRIVE_VALUE] = drive_scale * (((a * local_time + b) * local_time + c) * local_time + d)
+            row_values[i, DRIVE_RATE] = drive_scale * ((3.0 * a * local_time + 2.0 * b) * local_time + c)
+            row_values[i, DRIVE_ACCELERATION] = drive_scale * (6.0 * a * local_time + 2.0 * b)
 
 
-@compiled
-def curve_at(pieces: FloatArray, first: int, count: int, x: float) -> tuple[float, float, float]:
+@jit
+def evaluate_curve(
+    curve_segments: FloatArray, first_segment: int, n_segments: int, x: float
+) -> tuple[float, float, float]:
     """Value, slope and second derivative of a curve of `count` cubics, the first at index `first`."""
-    k = first
-    while k + 1 < first + count and x >= pieces[k + 1, 0]:
+    k = first_segment
+    while k + 1 < first_segment + n_segments and x >= curve_segments[k + 1, 0]:
         k += 1
-    s, a, b, c, d = x - pieces[k, 0], pieces[k, 1], pieces[k, 2], pieces[k, 3], pieces[k, 4]
+    s, a, b, c, d = (
+        x - curve_segments[k, 0],
+        curve_segments[k, 1],
+        curve_segments[k, 2],
+        curve_segments[k, 3],
+        curve_segments[k, 4],
+    )
     return ((a * s + b) * s + c) * s + d, (3.0 * a * s + 2.0 * b) * s + c, 6.0 * a * s + 2.0 * b
 
 
-@kernel
-def evaluate(rows: Rows, poses: FloatArray, velocities: FloatArray, line: FloatArray, gradient: FloatArray) -> None:
+@jit_internal
+def evaluate_rows(
+    rows: ConstraintRows, poses: FloatArray, velocities: FloatArray, row_values: FloatArray, jacobian: FloatArray
+) -> None:
     """Fill opening and bend of line (rows, 5), where `ask` was before, and gradient (rows, 2, 3) by both bodies' poses.
 
     bend is what gradient . accelerations must be for joints to stay closed, and drives to be followed.
@@ -98,96 +108,116 @@ def evaluate(rows: Rows, poses: FloatArray, velocities: FloatArray, line: FloatA
                 rx2, ry2 = cosine * x2 - sine * y2, sine * x2 + cosine * y2
             x2, y2 = poses[second, 0] + rx2, poses[second, 1] + ry2
             u2, v2 = velocities[second, 0] - ry2 * w2, velocities[second, 1] + rx2 * w2
-        share = 1.0 - row.p5 if row.kind == ALONG else 1.0
-        if share != 1.0:
-            x1, y1, rx1, ry1, u1, v1 = share * x1, share * y1, share * rx1, share * ry1, share * u1, share * v1
+        first_point_weight = 1.0 - row.p5 if row.kind == FIXED_DIRECTION else 1.0
+        if first_point_weight != 1.0:
+            x1, y1, rx1, ry1, u1, v1 = (
+                first_point_weight * x1,
+                first_point_weight * y1,
+                first_point_weight * rx1,
+                first_point_weight * ry1,
+                first_point_weight * u1,
+                first_point_weight * v1,
+            )
         dx, dy, du, dv = x2 - x1, y2 - y1, u2 - u1, v2 - v1
-        turn1 = turn2 = curl = 0.0
+        angle_derivative1 = angle_derivative2 = quadratic_term = 0.0
         if row.kind == DISTANCE:
             length = math.hypot(dx, dy)
             nx, ny = dx / length, dy / length
-            opening = length - row.p0
-            along = nx * du + ny * dv
-            curl = (du * du + dv * dv - along * along) / length
-        elif row.kind == ALONG:
-            nx, ny, turn1, turn2 = row.p0, row.p1, row.p2, row.p3
-            opening = nx * dx + ny * dy + turn1 * angle1 + turn2 * angle2 - row.p4
-        elif row.kind == LEAN:
-            squared = dx * dx + dy * dy
-            nx, ny = -dy / squared, dx / squared
-            opening = math.atan2(dx, -dy) - row.p4
-            curl = -2.0 * (nx * du + ny * dv) * (dx * du + dy * dv) / squared
-        elif row.kind == HANGING:
-            reach, part = row.p0 + row.p2 * x2, row.p5 * row.p2
-            drop = math.sqrt(max(row.p3 * row.p3 - reach * reach, 1e-300))
-            lean = reach / drop
-            nx, ny = part * lean, part
-            opening = row.p5 * (row.p1 + row.p2 * y2 - drop) + y1 - row.p4
-            curl = part * row.p2 * (1.0 + lean * lean) / drop * u2 * u2 - w1 * w1 * (nx * rx1 + (ny + 1.0) * ry1)
+            residual = length - row.p0
+            radial_velocity = nx * du + ny * dv
+            quadratic_term = (du * du + dv * dv - radial_velocity * radial_velocity) / length
+        elif row.kind == FIXED_DIRECTION:
+            nx, ny, angle_derivative1, angle_derivative2 = row.p0, row.p1, row.p2, row.p3
+            residual = nx * dx + ny * dy + angle_derivative1 * angle1 + angle_derivative2 * angle2 - row.p4
+        elif row.kind == LINE_ANGLE:
+            length_squared = dx * dx + dy * dy
+            nx, ny = -dy / length_squared, dx / length_squared
+            residual = math.atan2(dx, -dy) - row.p4
+            quadratic_term = -2.0 * (nx * du + ny * dv) * (dx * du + dy * dv) / length_squared
+        elif row.kind == FOLLOWER_HEIGHT:
+            horizontal_offset, weighted_ratio = row.p0 + row.p2 * x2, row.p5 * row.p2
+            vertical_drop = math.sqrt(max(row.p3 * row.p3 - horizontal_offset * horizontal_offset, 1e-300))
+            rod_slope = horizontal_offset / vertical_drop
+            nx, ny = weighted_ratio * rod_slope, weighted_ratio
+            residual = row.p5 * (row.p1 + row.p2 * y2 - vertical_drop) + y1 - row.p4
+            quadratic_term = weighted_ratio * row.p2 * (
+                1.0 + rod_slope * rod_slope
+            ) / vertical_drop * u2 * u2 - w1 * w1 * (nx * rx1 + (ny + 1.0) * ry1)
         else:
             angle = row.p0 + angle1
             ux, uy = math.cos(angle), math.sin(angle)
             nx, ny = -uy, ux
-            across, ahead = nx * dx + ny * dy, ux * dx + uy * dy
-            sideways, forward = nx * du + ny * dv, ux * du + uy * dv
-            opening = across - row.p4
-            turn1 = -ahead  # the line turns with its body
-            curl = -2.0 * w1 * forward - w1 * w1 * across
-            if row.pieces > 0:
-                height, slope, curving = curve_at(rows.pieces, row.piece, row.pieces, ahead)
-                opening -= height
-                turn1 -= slope * across
-                rate = forward + w1 * across
-                curl -= slope * (2.0 * w1 * sideways - w1 * w1 * ahead) + curving * rate * rate
-                nx, ny = nx - slope * ux, ny - slope * uy
-        line[i, OPENING] = opening - line[i, ASKED]
-        gradient[i, 0, 0], gradient[i, 0, 1] = -share * nx, -share * ny
-        gradient[i, 0, 2] = nx * ry1 - ny * rx1 + turn1
-        gradient[i, 1, 0], gradient[i, 1, 1], gradient[i, 1, 2] = nx, ny, ny * rx2 - nx * ry2 + turn2
-        if row.kind == HANGING:
-            gradient[i, 0, 0], gradient[i, 0, 1], gradient[i, 0, 2] = 0.0, 1.0, rx1
-        inward_x, inward_y = w1 * w1 * rx1 - w2 * w2 * rx2, w1 * w1 * ry1 - w2 * w2 * ry2
-        line[i, BEND] = line[i, ASKED_BEND] - (nx * inward_x + ny * inward_y + curl)
+            normal_offset, axial_offset = nx * dx + ny * dy, ux * dx + uy * dy
+            normal_velocity, axial_velocity = nx * du + ny * dv, ux * du + uy * dv
+            residual = normal_offset - row.p4
+            angle_derivative1 = -axial_offset  # the line turns with its body
+            quadratic_term = -2.0 * w1 * axial_velocity - w1 * w1 * normal_offset
+            if row.n_segments > 0:
+                curve_value, curve_derivative, curve_second_derivative = evaluate_curve(
+                    rows.curve_segments, row.first_segment, row.n_segments, axial_offset
+                )
+                residual -= curve_value
+                angle_derivative1 -= curve_derivative * normal_offset
+                slot_velocity = axial_velocity + w1 * normal_offset
+                quadratic_term -= (
+                    curve_derivative * (2.0 * w1 * normal_velocity - w1 * w1 * axial_offset)
+                    + curve_second_derivative * slot_velocity * slot_velocity
+                )
+                nx, ny = nx - curve_derivative * ux, ny - curve_derivative * uy
+        row_values[i, RESIDUAL] = residual - row_values[i, DRIVE_VALUE]
+        jacobian[i, 0, 0], jacobian[i, 0, 1] = -first_point_weight * nx, -first_point_weight * ny
+        jacobian[i, 0, 2] = nx * ry1 - ny * rx1 + angle_derivative1
+        jacobian[i, 1, 0], jacobian[i, 1, 1], jacobian[i, 1, 2] = nx, ny, ny * rx2 - nx * ry2 + angle_derivative2
+        if row.kind == FOLLOWER_HEIGHT:
+            jacobian[i, 0, 0], jacobian[i, 0, 1], jacobian[i, 0, 2] = 0.0, 1.0, rx1
+        centripetal_x, centripetal_y = w1 * w1 * rx1 - w2 * w2 * rx2, w1 * w1 * ry1 - w2 * w2 * ry2
+        row_values[i, GAMMA] = row_values[i, DRIVE_ACCELERATION] - (
+            nx * centripetal_x + ny * centripetal_y + quadratic_term
+        )
 
 
-@compiled
-def openings_of(rows: Rows, poses: FloatArray, asked: FloatArray) -> FloatArray:
+@jit
+def evaluate_residuals(rows: ConstraintRows, poses: FloatArray, drive_values: FloatArray) -> FloatArray:
     """Openings (n, rows) of poses (n, bodies, 3), less what is asked (n, rows, 3)."""
-    return _found(rows, poses, np.zeros(poses.shape), asked, OPENING)
+    return _evaluate_column(rows, poses, np.zeros(poses.shape), drive_values, RESIDUAL)
 
 
-@compiled
-def bends_of(rows: Rows, poses: FloatArray, velocities: FloatArray, asked: FloatArray) -> FloatArray:
+@jit
+def evaluate_gamma(
+    rows: ConstraintRows, poses: FloatArray, velocities: FloatArray, drive_values: FloatArray
+) -> FloatArray:
     """What gradient . accelerations must be (n, rows), from poses and velocities (n, bodies, 3), asked (n, rows, 3)."""
-    return _found(rows, poses, velocities, asked, BEND)
+    return _evaluate_column(rows, poses, velocities, drive_values, GAMMA)
 
 
-@kernel
-def _found(rows: Rows, poses: FloatArray, velocities: FloatArray, asked: FloatArray, column: int) -> FloatArray:
-    count = rows.table.size
-    found, line, gradient = np.empty((poses.shape[0], count)), np.empty((count, 5)), np.empty((count, 2, 3))
+@jit_internal
+def _evaluate_column(
+    rows: ConstraintRows, poses: FloatArray, velocities: FloatArray, drive_values: FloatArray, column: int
+) -> FloatArray:
+    n_rows = rows.table.size
+    result, row_values, jacobian = np.empty((poses.shape[0], n_rows)), np.empty((n_rows, 5)), np.empty((n_rows, 2, 3))
     for k in range(poses.shape[0]):
-        for i in range(count):
+        for i in range(n_rows):
             for c in range(3):
-                line[i, c] = asked[k, i, c]
-        evaluate(rows, poses[k], velocities[k], line, gradient)
-        for i in range(count):
-            found[k, i] = line[i, column]
-    return found
+                row_values[i, c] = drive_values[k, i, c]
+        evaluate_rows(rows, poses[k], velocities[k], row_values, jacobian)
+        for i in range(n_rows):
+            result[k, i] = row_values[i, column]
+    return result
 
 
-@compiled
-def gradients_of(rows: Rows, poses: FloatArray) -> FloatArray:
+@jit
+def evaluate_jacobian(rows: ConstraintRows, poses: FloatArray) -> FloatArray:
     """Gradients (n, rows, bodies, 3) of the openings, by all poses."""
-    count = rows.table.size
-    found, still = np.zeros((poses.shape[0], count, poses.shape[1], 3)), np.zeros(poses.shape[1:])
-    line, gradient = np.zeros((count, 5)), np.empty((count, 2, 3))
+    n_rows = rows.table.size
+    result, zero_velocities = np.zeros((poses.shape[0], n_rows, poses.shape[1], 3)), np.zeros(poses.shape[1:])
+    row_values, jacobian = np.zeros((n_rows, 5)), np.empty((n_rows, 2, 3))
     for k in range(poses.shape[0]):
-        evaluate(rows, poses[k], still, line, gradient)
-        for i in range(count):
+        evaluate_rows(rows, poses[k], zero_velocities, row_values, jacobian)
+        for i in range(n_rows):
             for side in range(2):
-                at = rows.ends[i, side]
-                if at >= 0:
+                body = rows.row_bodies[i, side]
+                if body >= 0:
                     for c in range(3):
-                        found[k, i, at, c] += gradient[i, side, c]
-    return found
+                        result[k, i, body, c] += jacobian[i, side, c]
+    return result

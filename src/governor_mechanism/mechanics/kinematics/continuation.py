@@ -17,286 +17,401 @@ import numpy as np
 from scipy.optimize import brentq, minimize_scalar
 
 from governor_mechanism.errors import MechanismError
-from governor_mechanism.mechanics.kinematics.assembly import Assembler
-from governor_mechanism.mechanics.kinematics.output_variables import measure, reading_value
-from governor_mechanism.mechanics.kinematics.path_interpolant import Station
+from governor_mechanism.mechanics.kinematics.assembly import PositionSolver
+from governor_mechanism.mechanics.kinematics.output_variables import evaluate_output, evaluate_output_value
+from governor_mechanism.mechanics.kinematics.path_interpolant import PathPoint
 from governor_mechanism.model.mechanism import LineAngle, Mechanism
-from governor_mechanism.numerics.least_squares import INDEPENDENT
+from governor_mechanism.numerics.least_squares import RANK_TOLERANCE
 from governor_mechanism.types import FloatArray
 
-STEP, SHORTEST, LONGEST = 0.02, 1e-5, 1.0
+INITIAL_PATH_STEP, MIN_PATH_STEP, MAX_PATH_STEP = 0.02, 1e-5, 1.0
 """First, shortest and longest step along the motion, in machine sizes and rad together."""
 
-AIM = 0.2
+MAX_CORRECTOR_RATIO = 0.2
 """A step whose joints close farther from where it aimed than this part of it is taken again, shorter."""
 
-STRAIGHT = 0.02
+STEP_DOUBLING_CURVATURE = 0.02
 """Where joints and readings bend by less than this part of a step, the next one is twice as long."""
 
-FORKING = 0.5
+MIN_CONDITION_RATIO = 0.5
 """A step on which the joints' independence falls below this part of itself is taken again, shorter."""
 
-SECOND_WAY = 1e-6
+BIFURCATION_TOLERANCE = 1e-6
 """Least singular value of the joints' equations, of its largest, that counts as none: there the motion may fork."""
 
-LOOSE = 1e-3
+ILL_CONDITIONED_LIMIT = 1e-3
 """Joints less independent than this leave poses open by some roots of rounding."""
 
-RECURS = 1e-6
+PATH_CLOSURE_TOLERANCE = 1e-6
 """Machine sizes, and rad: poses so near the sketch's, but for whole turns, are the sketch's again."""
 
-FAR = 50.0
+MAX_PATH_LENGTH = 50.0
 """Machine sizes, and rad: a motion without end is followed so far."""
 
 
 @dataclass(frozen=True, eq=False)
-class Passed(Station):
+class ContinuationPoint(PathPoint):
     """A station with the joints' independence there; `ahead` is the free direction, of unit length, onward."""
 
-    independence: float
+    reciprocal_condition: float
 
 
 @dataclass(frozen=True, eq=False)
-class End:
+class PathEnd:
     """Where a way ends: value of the coordinate, what happens there, the stations up to it, whether it came round."""
 
     value: float
-    words: str
-    stations: tuple[Station, ...]
-    round: bool = False
+    message: str
+    points: tuple[PathPoint, ...]
+    is_closed: bool = False
 
 
-class Walk:
+class PathContinuation:
     """Follows one mechanism from its sketch. Raises MechanismError where that cannot be done."""
 
-    def __init__(self, mechanism: Mechanism, *, turning: bool) -> None:
-        self.mechanism, self.assembler = mechanism, Assembler(mechanism)
-        sketch = self.assembler.at({})
-        if self.assembler.freedoms(sketch) != 1:
+    def __init__(self, mechanism: Mechanism, *, rotates_with_spindle: bool) -> None:
+        self.mechanism, self.position_solver = mechanism, PositionSolver(mechanism)
+        initial_poses = self.position_solver.solve({})
+        if self.position_solver.count_degrees_of_freedom(initial_poses) != 1:
             raise MechanismError(
-                f"a travel has one coordinate; this mechanism has mobility {self.assembler.freedoms(sketch)}"
+                f"a travel has one coordinate; this mechanism has mobility {self.position_solver.count_degrees_of_freedom(initial_poses)}"
             )
-        self._angle = mechanism.reading(mechanism.coordinate).quantity == "angle"
-        self._scale = 1.0 if self._angle else mechanism.size
-        values, ways = np.linalg.svd(self.assembler.joint_rows(sketch), full_matrices=True)[1:]
-        self._rank = int(np.sum(values > INDEPENDENT * values[0])) if values.size else 0
-        slope = float(np.sum(self._gradient(mechanism.coordinate, sketch) * self.assembler.unit * ways[-1]))
-        if abs(slope) < INDEPENDENT * self._scale:
+        self._is_angle = mechanism.reading(mechanism.coordinate).quantity == "angle"
+        self._coordinate_scale = 1.0 if self._is_angle else mechanism.length_scale
+        singular_values, right_singular_vectors = np.linalg.svd(
+            self.position_solver.scaled_joint_jacobian(initial_poses), full_matrices=True
+        )[1:]
+        self._rank = int(np.sum(singular_values > RANK_TOLERANCE * singular_values[0])) if singular_values.size else 0
+        coordinate_derivative = float(
+            np.sum(
+                self._output_gradient(mechanism.coordinate, initial_poses)
+                * self.position_solver.free_coordinate_scales
+                * right_singular_vectors[-1]
+            )
+        )
+        if abs(coordinate_derivative) < RANK_TOLERANCE * self._coordinate_scale:
             raise MechanismError(
                 f"{mechanism.coordinate!r} stands at a dead centre in the sketch; sketch it a little further on"
             )
-        value = self._reading(mechanism.coordinate, sketch)
-        self.start = self._station(sketch, ways[-1] * math.copysign(1.0, slope), value, 0.0)
-        self._crossing = [k for k in range(len(mechanism.bodies)) if turning and self._crosses_axis(k)]
-        self._watched = list(dict.fromkeys([mechanism.coordinate, *(limit.reading for limit in mechanism.limits)]))
-
-    def end(self, sign: float) -> End:
-        """The end that lies this way (1 or -1) and the stations to it, the sketch first."""
-        here, step = replace(self.start, ahead=sign * self.start.ahead, slope=sign * self.start.slope), STEP
-        trail, turns = [here], 1
-        while FAR - here.place > SHORTEST:
-            there, step = self._next(here, min(step, FAR - here.place))
-            found = self._end_within([*trail[-2:], there], sign, turns)
-            while found is not None and not found[1] and not self._recurs(found[0].poses):
-                turns += 1
-                found = self._end_within([*trail[-2:], there], sign, turns)
-            if found is not None:
-                return self._ended(trail, *found, sign)
-            trail.append(there)
-            here = there
-        words = f"the motion was followed no farther than {FAR:g} machine sizes or rad"
-        return self._ended(trail, here, words, sign)
-
-    def turned(self, end: End) -> FloatArray:
-        """What the way adds to the poses (bodies, 3) that come round: whole turns of bodies."""
-        turned = np.zeros_like(self.start.poses)
-        turned[:, 2] = math.tau * np.round((end.stations[-1].poses - self.start.poses)[:, 2] / math.tau)
-        return turned
-
-    def _ended(self, trail: list[Passed], last: Passed, words: str, sign: float) -> End:
-        """An end with its stations as a track counts them: places and slopes onward in the coordinate."""
-        every = [
-            Station(sign * one.place, one.value, self._slope(one, sign), one.poses, sign * self._moving(one))
-            for one in (*(one for one in trail if one.place < last.place), last)
+        value = self._output_value(mechanism.coordinate, initial_poses)
+        self.start = self._make_point(
+            initial_poses, right_singular_vectors[-1] * math.copysign(1.0, coordinate_derivative), value, 0.0
+        )
+        self._axis_crossing_bodies = [
+            k for k in range(len(mechanism.bodies)) if rotates_with_spindle and self._crosses_axis(k)
         ]
-        return End(last.value, words, tuple(every), not words)
+        self._monitored_readings = list(
+            dict.fromkeys([mechanism.coordinate, *(limit.reading for limit in mechanism.limits)])
+        )
 
-    def _moving(self, station: Passed) -> FloatArray:
-        return self.assembler.spread(self.assembler.unit * station.ahead)
+    def find_end(self, direction: float) -> PathEnd:
+        """The end that lies this way (1 or -1) and the stations to it, the sketch first."""
+        point, step = (
+            replace(
+                self.start,
+                tangent=direction * self.start.tangent,
+                coordinate_derivative=direction * self.start.coordinate_derivative,
+            ),
+            INITIAL_PATH_STEP,
+        )
+        points, n_turns = [point], 1
+        while MAX_PATH_LENGTH - point.arc_length > MIN_PATH_STEP:
+            next_point, step = self._next_point(point, min(step, MAX_PATH_LENGTH - point.arc_length))
+            end_found = self._find_end_in_step([*points[-2:], next_point], direction, n_turns)
+            while end_found is not None and not end_found[1] and not self._matches_start(end_found[0].poses):
+                n_turns += 1
+                end_found = self._find_end_in_step([*points[-2:], next_point], direction, n_turns)
+            if end_found is not None:
+                return self._make_end(points, *end_found, direction)
+            points.append(next_point)
+            point = next_point
+        message = f"the motion was followed no farther than {MAX_PATH_LENGTH:g} machine sizes or rad"
+        return self._make_end(points, point, message, direction)
 
-    def _next(self, here: Passed, step: float) -> tuple[Passed, float]:
+    def pose_increment(self, end: PathEnd) -> FloatArray:
+        """What the way adds to the poses (bodies, 3) that come round: whole turns of bodies."""
+        increment = np.zeros_like(self.start.poses)
+        increment[:, 2] = math.tau * np.round((end.points[-1].poses - self.start.poses)[:, 2] / math.tau)
+        return increment
+
+    def _make_end(
+        self, points: list[ContinuationPoint], last_point: ContinuationPoint, message: str, direction: float
+    ) -> PathEnd:
+        """An end with its stations as a track counts them: places and slopes onward in the coordinate."""
+        path_points = [
+            PathPoint(
+                direction * point.arc_length,
+                point.value,
+                self._directed_derivative(point, direction),
+                point.poses,
+                direction * self._body_tangent(point),
+            )
+            for point in (*(point for point in points if point.arc_length < last_point.arc_length), last_point)
+        ]
+        return PathEnd(last_point.value, message, tuple(path_points), not message)
+
+    def _body_tangent(self, point: ContinuationPoint) -> FloatArray:
+        return self.position_solver.expand_free(self.position_solver.free_coordinate_scales * point.tangent)
+
+    def _next_point(self, point: ContinuationPoint, step: float) -> tuple[ContinuationPoint, float]:
         """The next station, and how long a step to try from there."""
         while True:
-            there, stray = self._stepped(here, step)
-            near = there is not None and stray < AIM * step
-            forking = there is not None and there.independence < FORKING * here.independence and step > STEP
-            if (near and not forking) or step < SHORTEST:
+            next_point, corrector_distance = self._try_step(point, step)
+            is_close = next_point is not None and corrector_distance < MAX_CORRECTOR_RATIO * step
+            near_change_point = (
+                next_point is not None
+                and next_point.reciprocal_condition < MIN_CONDITION_RATIO * point.reciprocal_condition
+                and step > INITIAL_PATH_STEP
+            )
+            if (is_close and not near_change_point) or step < MIN_PATH_STEP:
                 break
             step /= 2
-        if there is None:
-            raise MechanismError(f"the motion cannot be followed beyond {self.mechanism.coordinate} = {here.value:.6g}")
-        bent = max(stray, *(self._bent(name, here, there) for name in self._watched)) / step
-        if bent < STRAIGHT and there.independence > (1 - STRAIGHT) * here.independence:
-            return there, min(2 * step, LONGEST)
-        return there, step if bent < 2 * STRAIGHT else max(step / 2, min(step, STEP))
+        if next_point is None:
+            raise MechanismError(
+                f"the motion cannot be followed beyond {self.mechanism.coordinate} = {point.value:.6g}"
+            )
+        curvature = (
+            max(
+                corrector_distance,
+                *(self._linearity_error(name, point, next_point) for name in self._monitored_readings),
+            )
+            / step
+        )
+        if (
+            curvature < STEP_DOUBLING_CURVATURE
+            and next_point.reciprocal_condition > (1 - STEP_DOUBLING_CURVATURE) * point.reciprocal_condition
+        ):
+            return next_point, min(2 * step, MAX_PATH_STEP)
+        return next_point, step if curvature < 2 * STEP_DOUBLING_CURVATURE else max(
+            step / 2, min(step, INITIAL_PATH_STEP)
+        )
 
-    def _stepped(self, here: Passed, step: float) -> tuple[Passed | None, float]:
+    def _try_step(self, point: ContinuationPoint, step: float) -> tuple[ContinuationPoint | None, float]:
         """The station so far on, if the joints close there, and how far (machine sizes, rad) from where it aimed."""
-        aim = here.poses + step * self._moving(here)
+        predicted = point.poses + step * self._body_tangent(point)
         try:
-            poses = self.assembler.at({}, aim)
+            poses = self.position_solver.solve({}, predicted)
         except MechanismError:
             return None, math.inf
-        stray = float(np.linalg.norm((poses - aim).ravel()[self.assembler.free] / self.assembler.unit))
-        return self._station(poses, here.ahead, self._counted(poses, here.value), here.place + step), stray
+        corrector_distance = float(
+            np.linalg.norm(
+                (poses - predicted).ravel()[self.position_solver.free_mask]
+                / self.position_solver.free_coordinate_scales
+            )
+        )
+        return self._make_point(
+            poses, point.tangent, self._unwrapped_coordinate(poses, point.value), point.arc_length + step
+        ), corrector_distance
 
-    def _bent(self, name: str, here: Passed, there: Passed) -> float:
+    def _linearity_error(self, name: str, point: ContinuationPoint, next_point: ContinuationPoint) -> float:
         """How far (machine sizes, rad) a reading strays from going on as it goes."""
-        one = self.mechanism.reading(name)
-        gone = self._reading(name, there.poses) - self._reading(name, here.poses)
-        gone = math.remainder(gone, math.tau) if isinstance(one, LineAngle) else gone
-        straight = float(np.sum(self._gradient(name, here.poses) * self.assembler.unit * here.ahead))
-        scale = 1.0 if one.quantity == "angle" else self.mechanism.size
-        return abs(gone - (there.place - here.place) * straight) / scale
+        output_variable = self.mechanism.reading(name)
+        change = self._output_value(name, next_point.poses) - self._output_value(name, point.poses)
+        change = math.remainder(change, math.tau) if isinstance(output_variable, LineAngle) else change
+        derivative = float(
+            np.sum(
+                self._output_gradient(name, point.poses) * self.position_solver.free_coordinate_scales * point.tangent
+            )
+        )
+        scale = 1.0 if output_variable.quantity == "angle" else self.mechanism.length_scale
+        return abs(change - (next_point.arc_length - point.arc_length) * derivative) / scale
 
-    def _station(self, poses: FloatArray, onward: FloatArray, value: float = 0.0, place: float = 0.0) -> Passed:
+    def _make_point(
+        self, poses: FloatArray, previous_tangent: FloatArray, value: float = 0.0, arc_length: float = 0.0
+    ) -> ContinuationPoint:
         """The station at assembled poses; its direction is the free one that goes on as `onward` does."""
-        values, ways = np.linalg.svd(self.assembler.joint_rows(poses), full_matrices=True)[1:]
-        independence = float(values[self._rank - 1] / values[0]) if self._rank else 1.0
+        singular_values, right_singular_vectors = np.linalg.svd(
+            self.position_solver.scaled_joint_jacobian(poses), full_matrices=True
+        )[1:]
+        reciprocal_condition = float(singular_values[self._rank - 1] / singular_values[0]) if self._rank else 1.0
         # Where the joints leave a second way to go, the one that goes straight on is taken.
-        free = ways[self._rank - (1 if independence < SECOND_WAY else 0) :]
-        ahead = free.T @ (free @ onward)
-        ahead = ahead / np.linalg.norm(ahead)
-        slope = float(np.sum(self._gradient(self.mechanism.coordinate, poses) * self.assembler.unit * ahead))
-        return Passed(place, value, slope, poses, ahead, independence)
+        null_space = right_singular_vectors[self._rank - (1 if reciprocal_condition < BIFURCATION_TOLERANCE else 0) :]
+        tangent = null_space.T @ (null_space @ previous_tangent)
+        tangent = tangent / np.linalg.norm(tangent)
+        coordinate_derivative = float(
+            np.sum(
+                self._output_gradient(self.mechanism.coordinate, poses)
+                * self.position_solver.free_coordinate_scales
+                * tangent
+            )
+        )
+        return ContinuationPoint(arc_length, value, coordinate_derivative, poses, tangent, reciprocal_condition)
 
-    def _end_within(self, trail: list[Passed], sign: float, turns: int) -> tuple[Passed, str] | None:
+    def _find_end_in_step(
+        self, points: list[ContinuationPoint], direction: float, n_turns: int
+    ) -> tuple[ContinuationPoint, str] | None:
         """The end that lies within the last step, if one does, and words; none where so many turns have been gone."""
-        here, there = trail[-2:]
-        found = [
-            (self._crossed(here, there, excess), words)
-            for excess, words in self._conditions(here, sign, turns)
-            if excess(there.poses) >= 0.0
+        point, next_point = points[-2:]
+        ends = [
+            (self._locate_zero(point, next_point, violation), message)
+            for violation, message in self._end_conditions(point, direction, n_turns)
+            if violation(next_point.poses) >= 0.0
         ]
-        if self._slope(here, sign) > 0.0 >= self._slope(there, sign) and there.independence > SECOND_WAY:
-            turned = self._crossed(here, there, lambda poses: -self._slope(self._station(poses, here.ahead), sign))
-            found.append((turned, self._turning_back(turned.poses, sign)))
-        around = [trail] if len(trail) == 3 else []
-        if found:  # a change point may lie in the same step, before the end
-            around.append([here, there, self._next(there, min(STEP, there.place - here.place))[0]])
-        for first, middle, last in around:
-            if middle.independence < min(first.independence, last.independence):
-                fork = self._fork([first, middle, last])
-                words = "the joints leave a second way to go there: a change point"
-                found += [] if fork is None else [(fork, words)]
-        return min(found, key=lambda end: sign * end[0].value, default=None)
+        if (
+            self._directed_derivative(point, direction) > 0.0 >= self._directed_derivative(next_point, direction)
+            and next_point.reciprocal_condition > BIFURCATION_TOLERANCE
+        ):
+            turning_point = self._locate_zero(
+                point,
+                next_point,
+                lambda poses: -self._directed_derivative(self._make_point(poses, point.tangent), direction),
+            )
+            ends.append((turning_point, self._turning_point_message(turning_point.poses, direction)))
+        triples = [points] if len(points) == 3 else []
+        if ends:  # a change point may lie in the same step, before the end
+            triples.append(
+                [
+                    point,
+                    next_point,
+                    self._next_point(next_point, min(INITIAL_PATH_STEP, next_point.arc_length - point.arc_length))[0],
+                ]
+            )
+        for first, middle, last in triples:
+            if middle.reciprocal_condition < min(first.reciprocal_condition, last.reciprocal_condition):
+                change_point = self._find_change_point([first, middle, last])
+                message = "the joints leave a second way to go there: a change point"
+                ends += [] if change_point is None else [(change_point, message)]
+        return min(ends, key=lambda end: direction * end[0].value, default=None)
 
-    def _passed(self, before: Passed, way: float) -> Passed:
+    def _point_after(self, previous: ContinuationPoint, distance: float) -> ContinuationPoint:
         """The station so far beyond another."""
-        return self._at(self._between(before, way), before, way)
+        return self._point_at_poses(self._correct_poses(previous, distance), previous, distance)
 
-    def _at(self, poses: FloatArray, before: Passed, way: float) -> Passed:
-        return self._station(poses, before.ahead, self._counted(poses, before.value), before.place + way)
+    def _point_at_poses(self, poses: FloatArray, previous: ContinuationPoint, distance: float) -> ContinuationPoint:
+        return self._make_point(
+            poses, previous.tangent, self._unwrapped_coordinate(poses, previous.value), previous.arc_length + distance
+        )
 
-    def _conditions(self, here: Passed, sign: float, turns: int) -> Iterator[tuple[Callable[[FloatArray], float], str]]:
+    def _end_conditions(
+        self, point: ContinuationPoint, direction: float, n_turns: int
+    ) -> Iterator[tuple[Callable[[FloatArray], float], str]]:
         """What must stay below zero on the way, and what is said where it does not; nothing for a whole turn."""
-        mechanism, begin = self.mechanism, self.start.value
+        mechanism, initial_value = self.mechanism, self.start.value
         for limit in mechanism.limits:
             if limit.reading != mechanism.coordinate:
-                yield self._excess(limit.reading, -1.0, limit.low), limit.below
-                yield self._excess(limit.reading, 1.0, limit.high), limit.above
-        for k in self._crossing:
+                yield self._limit_violation(limit.reading, -1.0, limit.low), limit.low_message
+                yield self._limit_violation(limit.reading, 1.0, limit.high), limit.high_message
+        for k in self._axis_crossing_bodies:
             side = math.copysign(1.0, self.start.poses[k, 0])
-            words = f"the mass centre of {mechanism.bodies[k].name!r} comes to the spindle axis"
-            yield partial(_beyond_axis, k, side), words
-        if self._angle:
-            yield lambda poses: sign * (self._counted(poses, here.value) - begin) - turns * math.tau, ""
+            message = f"the mass centre of {mechanism.bodies[k].name!r} comes to the spindle axis"
+            yield partial(_axis_crossing_distance, k, side), message
+        if self._is_angle:
+            yield (
+                lambda poses: (
+                    direction * (self._unwrapped_coordinate(poses, point.value) - initial_value) - n_turns * math.tau
+                ),
+                "",
+            )
 
-    def _recurs(self, poses: FloatArray) -> bool:
+    def _matches_start(self, poses: FloatArray) -> bool:
         """Whether poses are the sketch's again, but for whole turns of bodies."""
-        off = poses - self.start.poses
-        off[:, 2] -= math.tau * np.round(off[:, 2] / math.tau)
-        return bool(np.all(np.abs(off) < RECURS * np.array([self.mechanism.size, self.mechanism.size, 1.0])))
-
-    def _excess(self, name: str, sign: float, limit: float) -> Callable[[FloatArray], float]:
-        return lambda poses: sign * (self._reading(name, poses) - limit)
-
-    def _crossed(self, here: Passed, there: Passed, excess: Callable[[FloatArray], float]) -> Passed:
-        """The station between two at which an excess vanishes."""
-        if excess(here.poses) >= 0.0:
-            return self._passed(here, 0.0)
-        length = there.place - here.place
-        way = float(brentq(lambda s: excess(self._between(here, s)), 0.0, length, xtol=1e-13, rtol=1e-13))
-        found = self._passed(here, way)
-        if found.independence > LOOSE:
-            return found
-        way = float(brentq(lambda s: excess(self._led(here, there, s)), 0.0, length, xtol=1e-13, rtol=1e-13))
-        return self._at(self._led(here, there, way), here, way)
-
-    def _led(self, here: Passed, there: Passed, way: float) -> FloatArray:
-        """Poses on the cubic from one station to the next: where the joints hardly settle them, better than closed."""
-        length = there.place - here.place
-        part, begin, end = way / length, length * self._moving(here), length * self._moving(there)
-        a, c = here.poses, there.poses
-        led: FloatArray = a + part * (
-            begin + part * (3 * (c - a) - 2 * begin - end + part * (begin + end - 2 * (c - a)))
+        difference = poses - self.start.poses
+        difference[:, 2] -= math.tau * np.round(difference[:, 2] / math.tau)
+        return bool(
+            np.all(
+                np.abs(difference)
+                < PATH_CLOSURE_TOLERANCE * np.array([self.mechanism.length_scale, self.mechanism.length_scale, 1.0])
+            )
         )
-        return led
 
-    def _between(self, here: Passed, way: float) -> FloatArray:
-        return self.assembler.at({}, here.poses + way * self._moving(here))
+    def _limit_violation(self, name: str, sign: float, limit: float) -> Callable[[FloatArray], float]:
+        return lambda poses: sign * (self._output_value(name, poses) - limit)
 
-    def _fork(self, trail: list[Passed]) -> Passed | None:
+    def _locate_zero(
+        self, point: ContinuationPoint, next_point: ContinuationPoint, violation: Callable[[FloatArray], float]
+    ) -> ContinuationPoint:
+        """The station between two at which an excess vanishes."""
+        if violation(point.poses) >= 0.0:
+            return self._point_after(point, 0.0)
+        length = next_point.arc_length - point.arc_length
+        distance = float(
+            brentq(lambda s: violation(self._correct_poses(point, s)), 0.0, length, xtol=1e-13, rtol=1e-13)
+        )
+        crossing_point = self._point_after(point, distance)
+        if crossing_point.reciprocal_condition > ILL_CONDITIONED_LIMIT:
+            return crossing_point
+        distance = float(
+            brentq(lambda s: violation(self._hermite_poses(point, next_point, s)), 0.0, length, xtol=1e-13, rtol=1e-13)
+        )
+        return self._point_at_poses(self._hermite_poses(point, next_point, distance), point, distance)
+
+    def _hermite_poses(self, point: ContinuationPoint, next_point: ContinuationPoint, distance: float) -> FloatArray:
+        """Poses on the cubic from one station to the next: where the joints hardly settle them, better than closed."""
+        length = next_point.arc_length - point.arc_length
+        fraction, start_derivative, end_derivative = (
+            distance / length,
+            length * self._body_tangent(point),
+            length * self._body_tangent(next_point),
+        )
+        a, c = point.poses, next_point.poses
+        interpolated: FloatArray = a + fraction * (
+            start_derivative
+            + fraction
+            * (
+                3 * (c - a)
+                - 2 * start_derivative
+                - end_derivative
+                + fraction * (start_derivative + end_derivative - 2 * (c - a))
+            )
+        )
+        return interpolated
+
+    def _correct_poses(self, point: ContinuationPoint, distance: float) -> FloatArray:
+        return self.position_solver.solve({}, point.poses + distance * self._body_tangent(point))
+
+    def _find_change_point(self, points: list[ContinuationPoint]) -> ContinuationPoint | None:
         """The station between three at which the joints depend on each other, if they do."""
-        for here, there in pairwise(trail):
-            least = minimize_scalar(
-                lambda way, here=here, there=there: self._at(self._led(here, there, way), here, way).independence,
-                bounds=(0.0, there.place - here.place),
+        for here, there in pairwise(points):
+            minimum = minimize_scalar(
+                lambda way, here=here, there=there: (
+                    self._point_at_poses(self._hermite_poses(here, there, way), here, way).reciprocal_condition
+                ),
+                bounds=(0.0, there.arc_length - here.arc_length),
                 method="bounded",
                 options={"xatol": 1e-12},
             )
-            if least.fun < SECOND_WAY:
-                return self._at(self._led(here, there, float(least.x)), here, float(least.x))
+            if minimum.fun < BIFURCATION_TOLERANCE:
+                return self._point_at_poses(self._hermite_poses(here, there, float(minimum.x)), here, float(minimum.x))
         return None
 
-    def _slope(self, station: Passed, sign: float) -> float:
+    def _directed_derivative(self, point: ContinuationPoint, direction: float) -> float:
         """How fast the coordinate goes its way (sign) along the motion."""
-        return sign * station.slope
+        return direction * point.coordinate_derivative
 
-    def _turning_back(self, poses: FloatArray, sign: float) -> str:
+    def _turning_point_message(self, poses: FloatArray, direction: float) -> str:
         """Why the coordinate goes no farther: the joint that would stay open beyond."""
-        name, value = self.mechanism.coordinate, self._reading(self.mechanism.coordinate, poses)
+        name, value = self.mechanism.coordinate, self._output_value(self.mechanism.coordinate, poses)
         try:
             with np.errstate(invalid="ignore"):  # a distance that vanishes has no direction
-                self.assembler.poses(value + sign * 1e-3 * self._scale, poses)
+                self.position_solver.solve_at_coordinate(value + direction * 1e-3 * self._coordinate_scale, poses)
         except MechanismError as error:
             return f"dead centre: {name} turns back; beyond, {error.problems[0].partition(': ')[2]}"
         return f"dead centre: {name} turns back there"
 
     def _crosses_axis(self, k: int) -> bool:
         """Whether a body moves off the spindle axis and on to it, in the sketch."""
-        across = self._moving(self.start)[k, 0]
-        off = abs(self.start.poses[k, 0]) > INDEPENDENT * self.mechanism.size
-        return bool(off and abs(across) > INDEPENDENT * self.mechanism.size)
+        horizontal_tangent = self._body_tangent(self.start)[k, 0]
+        is_off_axis = abs(self.start.poses[k, 0]) > RANK_TOLERANCE * self.mechanism.length_scale
+        return bool(is_off_axis and abs(horizontal_tangent) > RANK_TOLERANCE * self.mechanism.length_scale)
 
-    def _gradient(self, name: str, poses: FloatArray) -> FloatArray:
+    def _output_gradient(self, name: str, poses: FloatArray) -> FloatArray:
         """By the free coordinates; a distance that vanishes has no direction, and none is taken."""
         with np.errstate(invalid="ignore"):
-            gradient = measure(self.mechanism, name, poses).gradient.ravel()[self.assembler.free]
+            gradient = evaluate_output(self.mechanism, name, poses).gradient.ravel()[self.position_solver.free_mask]
         return np.nan_to_num(gradient)
 
-    def _counted(self, poses: FloatArray, near: float) -> float:
+    def _unwrapped_coordinate(self, poses: FloatArray, reference: float) -> float:
         """The coordinate at poses; one that jumps at half a turn is counted on from a value near by."""
-        value = self._reading(self.mechanism.coordinate, poses)
+        value = self._output_value(self.mechanism.coordinate, poses)
         if isinstance(self.mechanism.reading(self.mechanism.coordinate), LineAngle):
-            return near + math.remainder(value - near, math.tau)
+            return reference + math.remainder(value - reference, math.tau)
         return value
 
-    def _reading(self, name: str, poses: FloatArray) -> float:
+    def _output_value(self, name: str, poses: FloatArray) -> float:
         with np.errstate(invalid="ignore"):  # a distance that vanishes: its value is sound
-            return float(reading_value(self.mechanism, name, poses))
+            return float(evaluate_output_value(self.mechanism, name, poses))
 
 
-def _beyond_axis(body: int, side: float, poses: FloatArray) -> float:
+def _axis_crossing_distance(body: int, side: float, poses: FloatArray) -> float:
     """How far (m) a body has come beyond the spindle axis from its side of it (1 or -1)."""
     return -side * float(poses[body, 0])

@@ -8,15 +8,15 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from governor_mechanism.errors import MechanismError, require_finite
-from governor_mechanism.mechanics.kinematics.assembly import Assembler
-from governor_mechanism.mechanics.kinematics.output_variables import measure
-from governor_mechanism.model.joints import DrivenSlide, DrivenTurn
+from governor_mechanism.mechanics.kinematics.assembly import PositionSolver
+from governor_mechanism.mechanics.kinematics.output_variables import evaluate_output
+from governor_mechanism.model.joints import RotationalDriver, TranslationalDriver
 from governor_mechanism.model.mechanism import Mechanism
 from governor_mechanism.model.scene import Scene
-from governor_mechanism.numerics.least_squares import INDEPENDENT
+from governor_mechanism.numerics.least_squares import RANK_TOLERANCE
 from governor_mechanism.types import FloatArray
 
-TIME = "time"
+TIME_VARIABLE = "time"
 """The name of what drives follow."""
 
 
@@ -35,10 +35,10 @@ class Kinematics:
     accelerations: FloatArray
     readings: Mapping[str, FloatArray]
     rates: Mapping[str, FloatArray]
-    accelerations_of: Mapping[str, FloatArray]
+    reading_accelerations: Mapping[str, FloatArray]
 
 
-def follow(
+def solve_kinematics(
     scene: Scene, over: str, values: Sequence[float] | FloatArray, rate: float = 1.0, acceleration: float = 0.0
 ) -> Kinematics:
     """Positions, velocities and accelerations of a scene's mechanism over values (n,) of a reading, or over times.
@@ -47,104 +47,126 @@ def follow(
     SI/s2) at each value. Over "time" (s), the drives themselves move it. Raises MechanismError for a mechanism that
     this does not settle, and where it cannot be assembled or stands at a dead centre.
     """
-    wanted = _checked(over, values, rate, acceleration)
+    samples = _validate_samples(over, values, rate, acceleration)
     mechanism = scene.part.mechanism
-    if over == TIME:
-        path = _Path(mechanism, [], {})
-        _refuse_unsettled(mechanism, path.freedoms(), 0, "over 'time' its drives must hold it")
+    if over == TIME_VARIABLE:
+        kinematic_solver = _KinematicSolver(mechanism, [], {})
+        _require_degrees_of_freedom(
+            mechanism, kinematic_solver.degrees_of_freedom(), 0, "over 'time' its drives must hold it"
+        )
     else:
         mechanism.reading(over)
-        joints = tuple(joint for joint in mechanism.joints if not isinstance(joint, DrivenTurn | DrivenSlide))
+        joints = tuple(
+            joint for joint in mechanism.joints if not isinstance(joint, RotationalDriver | TranslationalDriver)
+        )
         mechanism = replace(mechanism, joints=joints)
-        start = {name: value for name, value in scene.start.values.items() if isinstance(value, float | int)}
-        path = _Path(mechanism, [over], start)
-        _refuse_unsettled(mechanism, path.freedoms(), 1, f"over {over!r} one reading must settle it")
-    states = [path.at(float(value), rate, acceleration) for value in wanted]
+        start_values = {name: value for name, value in scene.start.values.items() if isinstance(value, float | int)}
+        kinematic_solver = _KinematicSolver(mechanism, [over], start_values)
+        _require_degrees_of_freedom(
+            mechanism, kinematic_solver.degrees_of_freedom(), 1, f"over {over!r} one reading must settle it"
+        )
+    states = [kinematic_solver.solve_at(float(value), rate, acceleration) for value in samples]
     poses, velocities, accelerations = (np.array(column) for column in zip(*states, strict=True))
-    found = {reading.name: measure(mechanism, reading.name, poses, velocities) for reading in mechanism.readings}
+    output_derivatives = {
+        reading.name: evaluate_output(mechanism, reading.name, poses, velocities) for reading in mechanism.readings
+    }
     axes = (-2, -1)
     return Kinematics(
         over=over,
-        values=wanted,
+        values=samples,
         poses=poses,
         velocities=velocities,
         accelerations=accelerations,
-        readings={name: one.value for name, one in found.items()},
-        rates={name: np.sum(one.gradient * velocities, axis=axes) for name, one in found.items()},
-        accelerations_of={
-            name: np.sum(one.gradient * accelerations, axis=axes) + one.bend for name, one in found.items()
+        readings={name: one.value for name, one in output_derivatives.items()},
+        rates={name: np.sum(one.gradient * velocities, axis=axes) for name, one in output_derivatives.items()},
+        reading_accelerations={
+            name: np.sum(one.gradient * accelerations, axis=axes) + one.quadratic_velocity_term
+            for name, one in output_derivatives.items()
         },
     )
 
 
-class _Path:
+class _KinematicSolver:
     """Goes from value to value, each assembled from the one before."""
 
-    def __init__(self, mechanism: Mechanism, names: list[str], start: Mapping[str, float | str]) -> None:
-        self._mechanism, self._names = mechanism, names
-        self._near = Assembler(mechanism).at({name: float(value) for name, value in start.items()})
+    def __init__(
+        self, mechanism: Mechanism, driving_readings: list[str], start_values: Mapping[str, float | str]
+    ) -> None:
+        self._mechanism, self._driving_readings = mechanism, driving_readings
+        self._guess = PositionSolver(mechanism).solve({name: float(value) for name, value in start_values.items()})
 
-    def freedoms(self) -> int:
-        return Assembler(self._mechanism).freedoms(self._near)
+    def degrees_of_freedom(self) -> int:
+        return PositionSolver(self._mechanism).count_degrees_of_freedom(self._guess)
 
-    def at(self, value: float, rate: float, acceleration: float) -> tuple[FloatArray, FloatArray, FloatArray]:
+    def solve_at(self, value: float, rate: float, acceleration: float) -> tuple[FloatArray, FloatArray, FloatArray]:
         """Poses, velocities and accelerations (bodies, 3) at one value, or one time."""
-        mechanism, names = self._mechanism, self._names
-        time = 0.0 if names else value
-        assembler = Assembler(mechanism, time)
+        mechanism, driving_readings = self._mechanism, self._driving_readings
+        time = 0.0 if driving_readings else value
+        position_solver = PositionSolver(mechanism, time)
         try:
-            poses = assembler.at(dict.fromkeys(names, value), self._near)
+            poses = position_solver.solve(dict.fromkeys(driving_readings, value), self._guess)
         except MechanismError as error:
-            where = "" if names else f"at t = {value:.6g} s, where its drives stand then: "
-            raise MechanismError(f"{where}{error}") from error
-        self._near = poses
-        equations, free = assembler.equations, assembler.free
-        asked = equations.asked(np.array(time))
-        lead = [measure(mechanism, name, poses) for name in names]
-        rows = [equations.gradients(poses).reshape(len(equations.owner), free.size)]
-        rows += [one.gradient.reshape(1, -1) for one in lead]
-        matrix = np.concatenate(rows)[:, free]
-        _refuse_dead_centre(assembler, matrix, names, value)
+            time_clause = "" if driving_readings else f"at t = {value:.6g} s, where its drives stand then: "
+            raise MechanismError(f"{time_clause}{error}") from error
+        self._guess = poses
+        equations, free = position_solver.equations, position_solver.free_mask
+        prescribed = equations.prescribed_motion(np.array(time))
+        driving_outputs = [evaluate_output(mechanism, name, poses) for name in driving_readings]
+        jacobian_blocks = [equations.jacobian(poses).reshape(len(equations.joint_indices), free.size)]
+        jacobian_blocks += [one.gradient.reshape(1, -1) for one in driving_outputs]
+        jacobian = np.concatenate(jacobian_blocks)[:, free]
+        _require_nonsingular(position_solver, jacobian, driving_readings, value)
         velocities, accelerations = np.zeros(poses.shape), np.zeros(poses.shape)
-        velocities.ravel()[free] = _solved(matrix, np.append(asked[:, 1], [rate] * len(names)))
-        bends = equations.bends(poses, velocities, time)
-        turned = [acceleration - float(measure(mechanism, name, poses, velocities).bend) for name in names]
-        accelerations.ravel()[free] = _solved(matrix, np.append(bends, turned))
+        velocities.ravel()[free] = _solve_least_squares(
+            jacobian, np.append(prescribed[:, 1], [rate] * len(driving_readings))
+        )
+        gamma = equations.gamma(poses, velocities, time)
+        driving_gamma = [
+            acceleration - float(evaluate_output(mechanism, name, poses, velocities).quadratic_velocity_term)
+            for name in driving_readings
+        ]
+        accelerations.ravel()[free] = _solve_least_squares(jacobian, np.append(gamma, driving_gamma))
         return poses, velocities, accelerations
 
 
-def _solved(matrix: FloatArray, right: FloatArray) -> FloatArray:
-    return np.asarray(np.linalg.lstsq(matrix, right, rcond=None)[0], dtype=np.float64)
+def _solve_least_squares(jacobian: FloatArray, rhs: FloatArray) -> FloatArray:
+    return np.asarray(np.linalg.lstsq(jacobian, rhs, rcond=None)[0], dtype=np.float64)
 
 
-def _refuse_dead_centre(assembler: Assembler, matrix: FloatArray, names: list[str], value: float) -> None:
-    size = assembler.mechanism.size
-    unit = np.tile([size, size, 1.0], len(assembler.mechanism.bodies))[assembler.free]
-    scaled = matrix * unit
-    lengths = np.linalg.norm(scaled, axis=1, keepdims=True)
-    values = np.linalg.svd(scaled / np.where(lengths > 0, lengths, 1.0), compute_uv=False)
-    if np.sum(values > INDEPENDENT * values[0]) < len(unit):
-        where = f"{names[0]} = {value:.6g}" if names else f"t = {value:.6g} s"
+def _require_nonsingular(
+    position_solver: PositionSolver, jacobian: FloatArray, driving_readings: list[str], value: float
+) -> None:
+    length_scale = position_solver.mechanism.length_scale
+    coordinate_scale = np.tile([length_scale, length_scale, 1.0], len(position_solver.mechanism.bodies))[
+        position_solver.free_mask
+    ]
+    scaled_jacobian = jacobian * coordinate_scale
+    row_norms = np.linalg.norm(scaled_jacobian, axis=1, keepdims=True)
+    singular_values = np.linalg.svd(scaled_jacobian / np.where(row_norms > 0, row_norms, 1.0), compute_uv=False)
+    if np.sum(singular_values > RANK_TOLERANCE * singular_values[0]) < len(coordinate_scale):
+        location = f"{driving_readings[0]} = {value:.6g}" if driving_readings else f"t = {value:.6g} s"
         raise MechanismError(
-            f"at {where} the mechanism stands at a dead centre or change point: what drives it there does not settle "
+            f"at {location} the mechanism stands at a dead centre or change point: what drives it there does not settle "
             "how it moves; leave that value out, or drive it elsewhere"
         )
 
 
-def _refuse_unsettled(mechanism: Mechanism, freedoms: int, wanted: int, why: str) -> None:
-    if freedoms != wanted:
-        raise MechanismError(f"kinematics need mobility {wanted}: {why}; this mechanism has mobility {freedoms} then")
+def _require_degrees_of_freedom(mechanism: Mechanism, degrees_of_freedom: int, required: int, reason: str) -> None:
+    if degrees_of_freedom != required:
+        raise MechanismError(
+            f"kinematics need mobility {required}: {reason}; this mechanism has mobility {degrees_of_freedom} then"
+        )
 
 
-def _checked(over: str, values: Sequence[float] | FloatArray, rate: float, acceleration: float) -> FloatArray:
+def _validate_samples(over: str, values: Sequence[float] | FloatArray, rate: float, acceleration: float) -> FloatArray:
     for what, number in (("rate", rate), ("acceleration", acceleration)):
         if not isinstance(number, int | float):
             raise MechanismError(f"{what} of {over!r} must be a number in SI; got {number!r}")
         require_finite(number, "", f"{what} of {over!r}")
     try:
-        wanted = np.atleast_1d(np.asarray(values, dtype=np.float64))
+        samples = np.atleast_1d(np.asarray(values, dtype=np.float64))
     except (TypeError, ValueError):
-        wanted = np.array([np.nan])
-    if wanted.ndim != 1 or not wanted.size or not np.all(np.isfinite(wanted)):
+        samples = np.array([np.nan])
+    if samples.ndim != 1 or not samples.size or not np.all(np.isfinite(samples)):
         raise MechanismError(f"values of {over!r} must be a list of finite numbers in SI; got {values!r}")
-    return wanted
+    return samples

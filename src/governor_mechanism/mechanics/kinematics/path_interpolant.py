@@ -10,138 +10,163 @@ from itertools import pairwise
 import numpy as np
 from numpy.typing import NDArray
 
-from governor_mechanism.mechanics.kinematics.batched_assembly import Closing
-from governor_mechanism.mechanics.kinematics.output_variables import reading_value
+from governor_mechanism.mechanics.kinematics.batched_assembly import BatchedPositionSolver
+from governor_mechanism.mechanics.kinematics.output_variables import evaluate_output_value
 from governor_mechanism.model.mechanism import Mechanism
 from governor_mechanism.types import FloatArray
 
-HALVINGS = 24
+PATH_BISECTIONS = 24
 """Halvings that bring a place on the way near enough for Newton's iteration."""
 
-STATIONS = 16
+MIN_PATH_INTERVALS = 16
 """So many stations, or more, are laid over a range."""
 
-SMOOTH = 1e-3
+TANGENT_ERROR_TOLERANCE = 1e-3
 """Machine sizes, and rad: stations are laid so near that their slopes lead from one to the next but for this."""
 
-SHORTEST = 1e-9
+MIN_PATH_SPACING_RATIO = 1e-9
 """Of the longest distance of two stations: nearer they are not laid."""
 
 
 @dataclass(frozen=True, eq=False)
-class Station:
+class PathPoint:
     """A place on the way, the leading coordinate there, its slope along the way, poses and theirs (bodies, 3)."""
 
-    place: float
+    arc_length: float
     value: float
-    slope: float
+    coordinate_derivative: float
     poses: FloatArray
-    ahead: FloatArray
+    tangent: FloatArray
 
 
 @dataclass(frozen=True, eq=False)
-class Track:
+class PathInterpolant:
     """Stations in ascending order of the coordinate, as arrays (m,) and (m, bodies, 3)."""
 
-    places: FloatArray
+    arc_lengths: FloatArray
     values: FloatArray
-    slopes: FloatArray
+    coordinate_derivatives: FloatArray
     poses: FloatArray
-    ahead: FloatArray
+    tangents: FloatArray
 
     @classmethod
-    def of(cls, stations: Sequence[Station]) -> Track:
+    def from_points(cls, points: Sequence[PathPoint]) -> PathInterpolant:
         """The track through stations; those that the coordinate does not come to in ascending order are left out."""
-        kept = [stations[0]]
-        kept += [there for here, there in pairwise(stations) if there.value > here.value]
-        columns = ("place", "value", "slope", "poses", "ahead")
-        return cls(*(np.array([getattr(one, name) for one in kept]) for name in columns))
+        ascending = [points[0]]
+        ascending += [following for previous, following in pairwise(points) if following.value > previous.value]
+        field_names = ("arc_length", "value", "coordinate_derivative", "poses", "tangent")
+        return cls(*(np.array([getattr(point, name) for point in ascending]) for name in field_names))
 
-    def expected(self, values: FloatArray) -> FloatArray:
+    def predict_poses(self, values: FloatArray) -> FloatArray:
         """Poses (n, bodies, 3) at values (n,) of the coordinate, by cubics along the way; beyond its ends, those there.
 
         The coordinate may turn back at an end: along the way itself all is smooth.
         """
-        k = np.clip(np.searchsorted(self.values, values) - 1, 0, len(self.values) - 2)
-        length = self.places[k + 1] - self.places[k]
+        intervals = np.clip(np.searchsorted(self.values, values) - 1, 0, len(self.values) - 2)
+        length = self.arc_lengths[intervals + 1] - self.arc_lengths[intervals]
         low, high = np.zeros(len(values)), np.ones(len(values))
-        for _ in range(HALVINGS):
+        for _ in range(PATH_BISECTIONS):
             middle = 0.5 * (low + high)
-            under = _cubic(self.values, self.slopes, k, length, middle) < values
-            low, high = np.where(under, middle, low), np.where(under, high, middle)
-        part = 0.5 * (low + high)[:, np.newaxis, np.newaxis]
-        return _cubic(self.poses, self.ahead, k, length[:, np.newaxis, np.newaxis], part)
+            is_below = _hermite_cubic(self.values, self.coordinate_derivatives, intervals, length, middle) < values
+            low, high = np.where(is_below, middle, low), np.where(is_below, high, middle)
+        fraction = 0.5 * (low + high)[:, np.newaxis, np.newaxis]
+        return _hermite_cubic(self.poses, self.tangents, intervals, length[:, np.newaxis, np.newaxis], fraction)
 
-    def twice_round(self, turned: FloatArray, period: float) -> Track:
+    def with_previous_period(self, pose_increment: FloatArray, period: float) -> PathInterpolant:
         """This track, which comes round, with itself one period before; turned (bodies, 3) is what a period adds."""
-        return Track(
-            np.concatenate([self.places[:-1] - (self.places[-1] - self.places[0]), self.places]),
+        return PathInterpolant(
+            np.concatenate([self.arc_lengths[:-1] - (self.arc_lengths[-1] - self.arc_lengths[0]), self.arc_lengths]),
             np.concatenate([self.values[:-1] - period, self.values]),
-            np.concatenate([self.slopes[:-1], self.slopes]),
-            np.concatenate([self.poses[:-1] - turned, self.poses]),
-            np.concatenate([self.ahead[:-1], self.ahead]),
+            np.concatenate([self.coordinate_derivatives[:-1], self.coordinate_derivatives]),
+            np.concatenate([self.poses[:-1] - pose_increment, self.poses]),
+            np.concatenate([self.tangents[:-1], self.tangents]),
         )
 
 
-def _cubic(
-    values: FloatArray, slopes: FloatArray, k: NDArray[np.integer], length: FloatArray, part: FloatArray
+def _hermite_cubic(
+    values: FloatArray,
+    derivatives: FloatArray,
+    intervals: NDArray[np.integer],
+    length: FloatArray,
+    fraction: FloatArray,
 ) -> FloatArray:
     """The cubic through values and slopes at both ends of intervals k of so much length, at a part (0 to 1) of each."""
-    a, b, c, d = values[k], length * slopes[k], values[k + 1], length * slopes[k + 1]
-    found: FloatArray = a + part * (b + part * (3 * (c - a) - 2 * b - d + part * (b + d - 2 * (c - a))))
-    return found
+    a, b, c, d = (
+        values[intervals],
+        length * derivatives[intervals],
+        values[intervals + 1],
+        length * derivatives[intervals + 1],
+    )
+    interpolated: FloatArray = a + fraction * (
+        b + fraction * (3 * (c - a) - 2 * b - d + fraction * (b + d - 2 * (c - a)))
+    )
+    return interpolated
 
 
 @dataclass(frozen=True, eq=False)
-class _Laid(Station):
+class _CurvedPathPoint(PathPoint):
     """A station laid at a value of the coordinate, its own place, with the second derivative of poses (bodies, 3)."""
 
-    bend: FloatArray
+    curvature: FloatArray
 
 
-def laid_track(mechanism: Mechanism, low: float, high: float) -> Track:
+def build_path(mechanism: Mechanism, low: float, high: float) -> PathInterpolant:
     """The track over a range of the coordinate, each station from its neighbour, outward from the sketch.
 
     Raises MechanismError, naming the joint that stays open, where the mechanism cannot be assembled.
     """
-    closing = Closing(mechanism)
-    sketch = np.array(mechanism.sketch, dtype=np.float64)
-    begin = min(max(float(reading_value(mechanism, mechanism.coordinate, sketch)), low), high)
-    first = _laid(closing, begin, closing.assembler.poses(begin))
-    longest = (high - low) / STATIONS
-    down, up = (_outward(closing, first, end, longest) for end in (low, high))
-    return Track.of([*down[::-1], first, *up])
+    position_solver = BatchedPositionSolver(mechanism)
+    initial_guess = np.array(mechanism.initial_guess, dtype=np.float64)
+    initial_value = min(max(float(evaluate_output_value(mechanism, mechanism.coordinate, initial_guess)), low), high)
+    first_point = _make_path_point(
+        position_solver, initial_value, position_solver.position_solver.solve_at_coordinate(initial_value)
+    )
+    max_spacing = (high - low) / MIN_PATH_INTERVALS
+    lower_points, upper_points = (_extend_path(position_solver, first_point, end, max_spacing) for end in (low, high))
+    return PathInterpolant.from_points([*lower_points[::-1], first_point, *upper_points])
 
 
-def _outward(closing: Closing, first: _Laid, end: float, longest: float) -> list[_Laid]:
+def _extend_path(
+    position_solver: BatchedPositionSolver, first_point: _CurvedPathPoint, end: float, max_spacing: float
+) -> list[_CurvedPathPoint]:
     """The stations from the first one, left out, to an end; none jumps to another branch that meets its own there."""
-    found, here, step = list[_Laid](), first, longest
-    while here.value != end:
-        step = min(step, longest)
-        value = end if abs(end - here.value) <= step else here.value + math.copysign(step, end - here.value)
-        there, stray = _next(closing, here, value)
-        last = step <= SHORTEST * longest
-        if not last and (there is None or stray > SMOOTH):
+    points, point, step = list[_CurvedPathPoint](), first_point, max_spacing
+    while point.value != end:
+        step = min(step, max_spacing)
+        value = end if abs(end - point.value) <= step else point.value + math.copysign(step, end - point.value)
+        next_point, prediction_error = _try_next_point(position_solver, point, value)
+        at_min_spacing = step <= MIN_PATH_SPACING_RATIO * max_spacing
+        if not at_min_spacing and (next_point is None or prediction_error > TANGENT_ERROR_TOLERANCE):
             step /= 2
             continue
-        here = _laid(closing, value, closing.assembler.poses(value, here.poses)) if there is None else there
-        found.append(here)
-        step = 2 * step if stray < SMOOTH / 8 else step
-    return found
+        point = (
+            _make_path_point(
+                position_solver, value, position_solver.position_solver.solve_at_coordinate(value, point.poses)
+            )
+            if next_point is None
+            else next_point
+        )
+        points.append(point)
+        step = 2 * step if prediction_error < TANGENT_ERROR_TOLERANCE / 8 else step
+    return points
 
 
-def _next(closing: Closing, here: _Laid, value: float) -> tuple[_Laid | None, float]:
+def _try_next_point(
+    position_solver: BatchedPositionSolver, point: _CurvedPathPoint, value: float
+) -> tuple[_CurvedPathPoint | None, float]:
     """The station at a value near by, if one closes there, and how far its slopes are from having led to it."""
-    way = value - here.value
-    expected = here.poses + way * here.ahead + 0.5 * way**2 * here.bend
-    poses, sure = closing.near(expected[np.newaxis], np.array([value]))
-    if not sure[0]:
+    displacement = value - point.value
+    guess = point.poses + displacement * point.tangent + 0.5 * displacement**2 * point.curvature
+    poses, converged = position_solver.try_solve(guess[np.newaxis], np.array([value]))
+    if not converged[0]:
         return None, math.inf
-    there = _laid(closing, value, poses[0])
-    stray = (there.poses - here.poses - 0.5 * way * (here.ahead + there.ahead)) / closing.sizes
-    return there, float(np.max(np.abs(stray)))
+    next_point = _make_path_point(position_solver, value, poses[0])
+    prediction_error = (
+        next_point.poses - point.poses - 0.5 * displacement * (point.tangent + next_point.tangent)
+    ) / position_solver.pose_scales
+    return next_point, float(np.max(np.abs(prediction_error)))
 
 
-def _laid(closing: Closing, value: float, poses: FloatArray) -> _Laid:
-    ahead, bend = closing.path(poses[np.newaxis])
-    return _Laid(value, value, 1.0, poses, ahead[0], bend[0])
+def _make_path_point(position_solver: BatchedPositionSolver, value: float, poses: FloatArray) -> _CurvedPathPoint:
+    tangents, curvatures = position_solver.path_derivatives(poses[np.newaxis])
+    return _CurvedPathPoint(value, value, 1.0, poses, tangents[0], curvatures[0])

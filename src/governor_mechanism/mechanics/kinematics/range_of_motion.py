@@ -16,25 +16,25 @@ from numpy.typing import NDArray
 from scipy.optimize import brentq
 
 from governor_mechanism.errors import MechanismError
-from governor_mechanism.mechanics.kinematics.batched_assembly import Closing
-from governor_mechanism.mechanics.kinematics.continuation import FAR, End, Walk
-from governor_mechanism.mechanics.kinematics.output_variables import reading_value
-from governor_mechanism.mechanics.kinematics.path_interpolant import Track, laid_track
+from governor_mechanism.mechanics.kinematics.batched_assembly import BatchedPositionSolver
+from governor_mechanism.mechanics.kinematics.continuation import MAX_PATH_LENGTH, PathContinuation, PathEnd
+from governor_mechanism.mechanics.kinematics.output_variables import evaluate_output_value
+from governor_mechanism.mechanics.kinematics.path_interpolant import PathInterpolant, build_path
 from governor_mechanism.model.mechanism import Limit, LineAngle, Mechanism
 from governor_mechanism.types import FloatArray
 
-HAIR = 1e-5
+RANGE_END_MARGIN = 1e-5
 """Fraction of the travel left out at each end, where the linkage may stand at a dead centre."""
 
-LOOKED = 257
+N_LIMIT_SAMPLES = 257
 """At so many values it is seen whether other readings are within their limits."""
 
-KEPT = 16
+RANGE_CACHE_SIZE = 16
 """The travels of so many mechanisms are remembered: one question about a scene asks for its travel several times."""
 
 
 @dataclass(frozen=True, eq=False)
-class Travel:
+class RangeOfMotion:
     """The range of the leading coordinate (SI) and a sentence on what happens at each end.
 
     low and high lie a hair inside `ends`; of a motion that comes round they are one `period` (else 0) apart and the
@@ -44,34 +44,36 @@ class Travel:
 
     low: float
     high: float
-    below: str
-    above: str
+    low_message: str
+    high_message: str
     ends: tuple[float, float]
-    track: Track
+    path: PathInterpolant
     period: float = 0.0
-    turn: float = 0.0
+    full_turn: float = 0.0
 
-    def counted(self, values: FloatArray) -> FloatArray:
+    def unwrap_values(self, values: FloatArray) -> FloatArray:
         """Values (n,) of the coordinate with whole turns added that bring them into the travel, where any do."""
-        if not self.turn:
+        if not self.full_turn:
             return values
         low, high = (self.low, self.high) if self.period else self.ends
-        turned = values + self.turn * np.ceil((low - values) / self.turn)
-        left = ((low <= values) & (values <= high)) | (turned > high) | (np.abs(turned - values) > FAR)
-        counted: FloatArray = np.where(left, values, turned)
-        return counted
+        shifted = values + self.full_turn * np.ceil((low - values) / self.full_turn)
+        is_unchanged = (
+            ((low <= values) & (values <= high)) | (shifted > high) | (np.abs(shifted - values) > MAX_PATH_LENGTH)
+        )
+        unwrapped: FloatArray = np.where(is_unchanged, values, shifted)
+        return unwrapped
 
-    def holds(self, values: FloatArray) -> NDArray[np.bool_]:
+    def contains(self, values: FloatArray) -> NDArray[np.bool_]:
         """Which values (n,) lie in the travel."""
         if self.period:
-            inside: NDArray[np.bool_] = (self.low <= values) & (values <= self.high)
-            return inside
-        inside = (self.ends[0] < values) & (values < self.ends[1])
-        return inside
+            is_inside: NDArray[np.bool_] = (self.low <= values) & (values <= self.high)
+            return is_inside
+        is_inside = (self.ends[0] < values) & (values < self.ends[1])
+        return is_inside
 
 
-@lru_cache(maxsize=KEPT)
-def find_travel(mechanism: Mechanism, *, turning: bool) -> Travel:
+@lru_cache(maxsize=RANGE_CACHE_SIZE)
+def find_range_of_motion(mechanism: Mechanism, *, rotates_with_spindle: bool) -> RangeOfMotion:
     """The travel of a mechanism of mobility one, in a plane that turns with the spindle or in a fixed one.
 
     A limit that the description sets to the leading coordinate is taken as it stands; without one the motion is
@@ -80,111 +82,132 @@ def find_travel(mechanism: Mechanism, *, turning: bool) -> Travel:
     """
     for limit in mechanism.limits:
         if limit.reading == mechanism.coordinate:
-            return _between(mechanism, limit)
-    return followed_travel(mechanism, turning=turning)
+            return _range_within_limits(mechanism, limit)
+    return trace_range_of_motion(mechanism, rotates_with_spindle=rotates_with_spindle)
 
 
-def followed_travel(mechanism: Mechanism, *, turning: bool) -> Travel:
+def trace_range_of_motion(mechanism: Mechanism, *, rotates_with_spindle: bool) -> RangeOfMotion:
     """The travel found by following the motion from the sketch both ways, whatever limit the coordinate itself has."""
-    walk = Walk(mechanism, turning=turning)
-    up = walk.end(1.0)
-    if up.round:
-        return _all_round(walk, up)
-    down = walk.end(-1.0)
-    if not up.value > down.value:
+    continuation = PathContinuation(mechanism, rotates_with_spindle=rotates_with_spindle)
+    high_end = continuation.find_end(1.0)
+    if high_end.is_closed:
+        return _full_rotation_range(continuation, high_end)
+    low_end = continuation.find_end(-1.0)
+    if not high_end.value > low_end.value:
         raise MechanismError(
             f"{mechanism.coordinate!r} stands still while the mechanism moves; name another coordinate"
         )
-    track = Track.of([*down.stations[:0:-1], *up.stations])
-    return _inside(mechanism, (down.value, up.value), (down.words, up.words), track)
+    path = PathInterpolant.from_points([*low_end.points[:0:-1], *high_end.points])
+    return _with_end_margins(mechanism, (low_end.value, high_end.value), (low_end.message, high_end.message), path)
 
 
-def _all_round(walk: Walk, up: End) -> Travel:
+def _full_rotation_range(continuation: PathContinuation, high_end: PathEnd) -> RangeOfMotion:
     """The travel of a motion that comes round: half its way to either side of the sketch."""
-    begin, turns = walk.start.value, round((up.value - walk.start.value) / math.tau)
-    period = math.tau * turns
-    way = "half a turn from the sketch" if turns == 1 else f"after {turns} turns: {turns / 2:g} turns from the sketch"
-    words = f"it turns all the way round: {way}" if turns == 1 else f"it comes round {way}"
-    low, high = begin - 0.5 * period, begin + 0.5 * period
-    track = Track.of(up.stations).twice_round(walk.turned(up), period)
-    return Travel(low, high, words, words, (low, high), track, period, period)
+    initial_value, n_turns = continuation.start.value, round((high_end.value - continuation.start.value) / math.tau)
+    period = math.tau * n_turns
+    description = (
+        "half a turn from the sketch"
+        if n_turns == 1
+        else f"after {n_turns} turns: {n_turns / 2:g} turns from the sketch"
+    )
+    message = f"it turns all the way round: {description}" if n_turns == 1 else f"it comes round {description}"
+    low, high = initial_value - 0.5 * period, initial_value + 0.5 * period
+    path = PathInterpolant.from_points(high_end.points).with_previous_period(
+        continuation.pose_increment(high_end), period
+    )
+    return RangeOfMotion(low, high, message, message, (low, high), path, period, period)
 
 
-def _inside(mechanism: Mechanism, ends: tuple[float, float], words: tuple[str, str], track: Track) -> Travel:
-    hair = HAIR * (ends[1] - ends[0])
-    turn = math.tau if isinstance(mechanism.reading(mechanism.coordinate), LineAngle) else 0.0
-    return Travel(ends[0] + hair, ends[1] - hair, *words, ends, track, turn=turn)
+def _with_end_margins(
+    mechanism: Mechanism, ends: tuple[float, float], messages: tuple[str, str], path: PathInterpolant
+) -> RangeOfMotion:
+    margin = RANGE_END_MARGIN * (ends[1] - ends[0])
+    full_turn = math.tau if isinstance(mechanism.reading(mechanism.coordinate), LineAngle) else 0.0
+    return RangeOfMotion(ends[0] + margin, ends[1] - margin, *messages, ends, path, full_turn=full_turn)
 
 
-def _between(mechanism: Mechanism, given: Limit) -> Travel:
+def _range_within_limits(mechanism: Mechanism, coordinate_limit: Limit) -> RangeOfMotion:
     """The travel between the limits of the coordinate, as far as those of other readings leave it."""
-    ends, words = (given.low, given.high), (given.below, given.above)
-    whole = _inside(mechanism, ends, words, laid_track(mechanism, *_shrunk(*ends)))
-    others = [limit for limit in mechanism.limits if limit is not given]
-    return _cut(mechanism, whole, others) if others else whole
+    ends, messages = (
+        (coordinate_limit.low, coordinate_limit.high),
+        (coordinate_limit.low_message, coordinate_limit.high_message),
+    )
+    full_range = _with_end_margins(mechanism, ends, messages, build_path(mechanism, *_apply_margin(*ends)))
+    other_limits = [limit for limit in mechanism.limits if limit is not coordinate_limit]
+    return _restrict_to_other_limits(mechanism, full_range, other_limits) if other_limits else full_range
 
 
-def _shrunk(low: float, high: float) -> tuple[float, float]:
-    hair = HAIR * (high - low)
-    return low + hair, high - hair
+def _apply_margin(low: float, high: float) -> tuple[float, float]:
+    margin = RANGE_END_MARGIN * (high - low)
+    return low + margin, high - margin
 
 
-def _cut(mechanism: Mechanism, whole: Travel, others: list[Limit]) -> Travel:
+def _restrict_to_other_limits(
+    mechanism: Mechanism, full_range: RangeOfMotion, other_limits: list[Limit]
+) -> RangeOfMotion:
     """The part of a travel within the limits of other readings: that of the sketch, or the longest without it."""
-    closing = Closing(mechanism)
-    values = np.linspace(whole.low, whole.high, LOOKED)
-    excesses = np.array([found for found, _ in _excesses(closing, whole.track, others, values)])
-    inside = np.all(excesses < 0.0, axis=0)
-    if inside.all():
-        return whole
-    if not inside.any():
+    position_solver = BatchedPositionSolver(mechanism)
+    values = np.linspace(full_range.low, full_range.high, N_LIMIT_SAMPLES)
+    violations = np.array(
+        [violation for violation, _ in _limit_violations(position_solver, full_range.path, other_limits, values)]
+    )
+    is_inside = np.all(violations < 0.0, axis=0)
+    if is_inside.all():
+        return full_range
+    if not is_inside.any():
         raise MechanismError(
-            f"the mechanism has no travel: over the whole range of {mechanism.coordinate!r}, {whole.ends[0]:.6g} to "
-            f"{whole.ends[1]:.6g}, other readings are outside theirs: {others[0].reading!r} must lie within "
-            f"{others[0].low:.6g} to {others[0].high:.6g}; change the dimensions"
+            f"the mechanism has no travel: over the whole range of {mechanism.coordinate!r}, {full_range.ends[0]:.6g} to "
+            f"{full_range.ends[1]:.6g}, other readings are outside theirs: {other_limits[0].reading!r} must lie within "
+            f"{other_limits[0].low:.6g} to {other_limits[0].high:.6g}; change the dimensions"
         )
-    first, last = _run(inside, values, _sketched(mechanism))
-    ends, words = list(whole.ends), [whole.below, whole.above]
-    for side, index, beyond in ((0, first, first - 1), (1, last, last + 1)):
-        if 0 <= beyond < LOOKED:
-            ends[side], words[side] = _met(closing, whole.track, others, values[index], values[beyond])
-    return _inside(mechanism, (ends[0], ends[1]), (words[0], words[1]), whole.track)
+    first, last = _select_valid_interval(is_inside, values, _initial_coordinate(mechanism))
+    ends, messages = list(full_range.ends), [full_range.low_message, full_range.high_message]
+    for side, index, outside_index in ((0, first, first - 1), (1, last, last + 1)):
+        if 0 <= outside_index < N_LIMIT_SAMPLES:
+            ends[side], messages[side] = _locate_limit(
+                position_solver, full_range.path, other_limits, values[index], values[outside_index]
+            )
+    return _with_end_margins(mechanism, (ends[0], ends[1]), (messages[0], messages[1]), full_range.path)
 
 
-def _excesses(
-    closing: Closing, track: Track, limits: list[Limit], values: FloatArray
+def _limit_violations(
+    position_solver: BatchedPositionSolver, path: PathInterpolant, limits: list[Limit], values: FloatArray
 ) -> Iterator[tuple[FloatArray, str]]:
     """How far (n,) readings are beyond each of their limits at values (n,), and what happens there."""
-    poses = closing.at(track.expected(values), values)
+    poses = position_solver.solve(path.predict_poses(values), values)
     for limit in limits:
-        value = reading_value(closing.mechanism, limit.reading, poses)
-        yield limit.low - value, limit.below
-        yield value - limit.high, limit.above
+        value = evaluate_output_value(position_solver.mechanism, limit.reading, poses)
+        yield limit.low - value, limit.low_message
+        yield value - limit.high, limit.high_message
 
 
-def _run(inside: NDArray[np.bool_], values: FloatArray, sketch: float) -> tuple[int, int]:
+def _select_valid_interval(is_inside: NDArray[np.bool_], values: FloatArray, initial_value: float) -> tuple[int, int]:
     """First and last index of the run of values that holds the sketch's, else of the longest one."""
-    edges = np.flatnonzero(np.diff(np.concatenate([[0], inside.astype(int), [0]])))
+    edges = np.flatnonzero(np.diff(np.concatenate([[0], is_inside.astype(int), [0]])))
     runs = list(zip(edges[::2].tolist(), (edges[1::2] - 1).tolist(), strict=True))
-    around = [run for run in runs if values[run[0]] <= sketch <= values[run[1]]]
-    first, last = max(around or runs, key=lambda run: run[1] - run[0])
+    containing = [run for run in runs if values[run[0]] <= initial_value <= values[run[1]]]
+    first, last = max(containing or runs, key=lambda run: run[1] - run[0])
     return int(first), int(last)
 
 
-def _sketched(mechanism: Mechanism) -> float:
-    return float(reading_value(mechanism, mechanism.coordinate, np.array(mechanism.sketch, dtype=np.float64)))
+def _initial_coordinate(mechanism: Mechanism) -> float:
+    return float(
+        evaluate_output_value(mechanism, mechanism.coordinate, np.array(mechanism.initial_guess, dtype=np.float64))
+    )
 
 
-def _met(closing: Closing, track: Track, limits: list[Limit], inside: float, outside: float) -> tuple[float, str]:
+def _locate_limit(
+    position_solver: BatchedPositionSolver, path: PathInterpolant, limits: list[Limit], inside: float, outside: float
+) -> tuple[float, str]:
     """The first value on the way from inside to outside at which a reading meets a limit, and what happens there."""
 
-    def excess(value: float, which: int) -> float:
-        return float(list(_excesses(closing, track, limits, np.array([value])))[which][0][0])
+    def violation_at(value: float, limit_index: int) -> float:
+        return float(list(_limit_violations(position_solver, path, limits, np.array([value])))[limit_index][0][0])
 
-    beyond = list(_excesses(closing, track, limits, np.array([outside])))
-    met = [
-        (float(brentq(excess, inside, outside, args=(which,), xtol=1e-14, rtol=1e-14)), words)
-        for which, (found, words) in enumerate(beyond)
-        if found[0] >= 0.0
+    violations = list(_limit_violations(position_solver, path, limits, np.array([outside])))
+    crossings = [
+        (float(brentq(violation_at, inside, outside, args=(limit_index,), xtol=1e-14, rtol=1e-14)), message)
+        for limit_index, (violation, message) in enumerate(violations)
+        if violation[0] >= 0.0
     ]
-    return min(met, key=lambda one: abs(one[0] - inside))
+    return min(crossings, key=lambda one: abs(one[0] - inside))

@@ -9,128 +9,145 @@ import numpy as np
 from scipy.interpolate import CubicSpline, PchipInterpolator, PPoly
 
 from governor_mechanism.model.scene import FreeSpindle, Spindle
-from governor_mechanism.model.time_functions import Motion, Program
+from governor_mechanism.model.time_functions import InputFunction, PrescribedMotion
 from governor_mechanism.types import FloatArray
 
 
-def uneven_speed(uneven: float, waves: float, turned: Any, mean: Any, growth: Any) -> tuple[Any, Any]:
+def fluctuating_speed(
+    amplitude: float, cycles_per_turn: float, mean_angle: Any, mean_speed: Any, mean_acceleration: Any
+) -> tuple[Any, Any]:
     """Speed (rad/s) and its slope (rad/s2) of a spindle that swings by `uneven` of its mean speed, which grows.
 
     turned (rad) is the angle that the mean speed has turned.
     """
-    phase = waves * turned
-    swing = uneven * np.sin(phase)
-    return mean * (1.0 + swing), growth * (1.0 + swing) + uneven * waves * mean * mean * np.cos(phase)
+    phase = cycles_per_turn * mean_angle
+    fluctuation = amplitude * np.sin(phase)
+    return mean_speed * (1.0 + fluctuation), mean_acceleration * (
+        1.0 + fluctuation
+    ) + amplitude * cycles_per_turn * mean_speed * mean_speed * np.cos(phase)
 
 
-class TimeCurve:
+class CubicTimeFunction:
     """A Program or a Motion against time (s).
 
     Programs are monotone cubics through the points, with a step where two share a time, held outside; a motion is a
     spline that goes on straight. Values at the time of a step are those after it, unless asked otherwise.
     """
 
-    def __init__(self, program: Program | Motion) -> None:
+    def __init__(self, program: InputFunction | PrescribedMotion) -> None:
         times, values = np.array(program.times), np.array(program.values)
-        self.moving = isinstance(program, Motion)
-        self._level = len(set(program.values)) == 1
-        self.constant = self._level
+        self.is_motion = isinstance(program, PrescribedMotion)
+        self._is_level = len(set(program.values)) == 1
+        self.is_constant = self._is_level
         """Whether the value never changes."""
-        cuts = np.flatnonzero(np.diff(times) == 0.0) + 1
-        pieces = list(zip(np.split(times, cuts), np.split(values, cuts), strict=True))
-        self._curves = [_curve(t, v, self.moving) for t, v in pieces]
-        self._starts = np.array([t[0] for t, _ in pieces])
-        self.breaks: FloatArray = np.unique(times) if not self.constant else np.array([])
+        jumps = np.flatnonzero(np.diff(times) == 0.0) + 1
+        segments = list(zip(np.split(times, jumps), np.split(values, jumps), strict=True))
+        self._segments = [_make_piecewise_cubic(t, v, self.is_motion) for t, v in segments]
+        self._segment_starts = np.array([t[0] for t, _ in segments])
+        self.breakpoints: FloatArray = np.unique(times) if not self.is_constant else np.array([])
         """Times (s) at which the value or one of its slopes jumps; steps of an engine must end there."""
-        if self.moving and len(times) == 2:
-            self.breaks = np.array([])
+        if self.is_motion and len(times) == 2:
+            self.breakpoints = np.array([])
 
-    def __call__(self, times: FloatArray, *, before: bool = False) -> FloatArray:
+    def __call__(self, times: FloatArray, *, left_limit: bool = False) -> FloatArray:
         """Values (n,); at a step the value after it, or before it."""
-        return self._evaluate(times, before, 0)
+        return self._evaluate(times, left_limit, 0)
 
-    def slope(self, times: FloatArray) -> FloatArray:
+    def derivative(self, times: FloatArray) -> FloatArray:
         """Time derivative (n,); at a break the one after it."""
         return self._evaluate(times, False, 1)
 
-    def bend(self, times: FloatArray) -> FloatArray:
+    def second_derivative(self, times: FloatArray) -> FloatArray:
         """Second time derivative (n,); at a break the one after it."""
         return self._evaluate(times, False, 2)
 
     def integral(self, start: float, end: float) -> float:
         """The integral over time from start to end (s)."""
-        knots = [start, *(float(at) for at in self._starts if start < at < end), end]
-        return sum(float(self._curves[self._which(a)].integrate(a, b)) for a, b in pairwise(knots))
+        knots = [start, *(float(at) for at in self._segment_starts if start < at < end), end]
+        return sum(float(self._segments[self._segment_index(a)].integrate(a, b)) for a, b in pairwise(knots))
 
-    def _which(self, time: float) -> int:
-        return max(int(np.searchsorted(self._starts, time, side="right")) - 1, 0)
+    def _segment_index(self, time: float) -> int:
+        return max(int(np.searchsorted(self._segment_starts, time, side="right")) - 1, 0)
 
-    def cubics_from(self, times: FloatArray) -> FloatArray:
+    def local_cubics(self, times: FloatArray) -> FloatArray:
         """The curve after each time, up to the next break, as cubics (n, 5) of the time since, highest power first.
 
         The fifth number is what the curve has integrated to from 0 s.
         """
-        if self._level and not self.moving:
-            level = float(self._curves[0](0.0))
+        if self._is_level and not self.is_motion:
+            level = float(self._segments[0](0.0))
             return np.multiply.outer(np.ones_like(times), [0.0, 0.0, 0.0, level, 0.0]) + np.multiply.outer(
                 times, [0.0, 0.0, 0.0, 0.0, level]
             )
-        orders = ((3, 6), (2, 2), (1, 1), (0, 1))
-        cubics = [self._evaluate(times, False, order) / factor for order, factor in orders]
-        return np.stack([*cubics, self.integrals(times)], axis=-1)
+        derivative_orders = ((3, 6), (2, 2), (1, 1), (0, 1))
+        cubics = [self._evaluate(times, False, order) / factorial for order, factorial in derivative_orders]
+        return np.stack([*cubics, self.integrals_from_zero(times)], axis=-1)
 
-    def integrals(self, times: FloatArray) -> FloatArray:
+    def integrals_from_zero(self, times: FloatArray) -> FloatArray:
         """The integral (n,) from 0 s to each time."""
-        if self._level and not self.moving:
-            level: FloatArray = times * float(self._curves[0](0.0))
+        if self._is_level and not self.is_motion:
+            level: FloatArray = times * float(self._segments[0](0.0))
             return level
         return np.array([self.integral(0.0, float(time)) for time in times])
 
-    def _evaluate(self, times: FloatArray, before: bool, order: int) -> FloatArray:
-        which = np.searchsorted(self._starts, times, side="left" if before else "right") - 1
+    def _evaluate(self, times: FloatArray, left_limit: bool, derivative_order: int) -> FloatArray:
+        segment_indices = np.searchsorted(self._segment_starts, times, side="left" if left_limit else "right") - 1
         result = np.empty_like(times)
-        for index, curve in enumerate(self._curves):
-            mine = np.maximum(which, 0) == index
-            result[mine] = curve(times[mine], order)
+        for index, segment in enumerate(self._segments):
+            in_segment = np.maximum(segment_indices, 0) == index
+            result[in_segment] = segment(times[in_segment], derivative_order)
         return result
 
 
-def _curve(times: FloatArray, values: FloatArray, moving: bool) -> PPoly:
+def _make_piecewise_cubic(times: FloatArray, values: FloatArray, is_motion: bool) -> PPoly:
     """A piecewise cubic that goes on beyond its ends: a program level, a motion at the speed it has there."""
     if len(times) == 1:
         return PPoly(np.array([[0.0], [values[0]]]), np.array([times[0], times[0] + 1.0]))
-    inner = CubicSpline(times, values, bc_type="natural") if moving else PchipInterpolator(times, values)
-    first, last = times[0] - 1.0, times[-1] + 1.0
-    slopes = [float(inner(time, 1)) if moving else 0.0 for time in (times[0], times[-1])]
-    ends = np.array([[0.0, 0.0], [0.0, 0.0], slopes, [values[0] - slopes[0], values[-1]]])
-    return PPoly(np.hstack([ends[:, :1], inner.c, ends[:, 1:]]), np.concatenate([[first], inner.x, [last]]))
+    interpolant = CubicSpline(times, values, bc_type="natural") if is_motion else PchipInterpolator(times, values)
+    start, end = times[0] - 1.0, times[-1] + 1.0
+    end_derivatives = [float(interpolant(time, 1)) if is_motion else 0.0 for time in (times[0], times[-1])]
+    end_segments = np.array([[0.0, 0.0], [0.0, 0.0], end_derivatives, [values[0] - end_derivatives[0], values[-1]]])
+    return PPoly(
+        np.hstack([end_segments[:, :1], interpolant.c, end_segments[:, 1:]]),
+        np.concatenate([[start], interpolant.x, [end]]),
+    )
 
 
-class SpeedProgram(TimeCurve):
+class SpindleSpeedFunction(CubicTimeFunction):
     """The spindle's given speed (rad/s) against time (s), uneven where it is; of a free spindle, the speed it starts
     with."""
 
     def __init__(self, spindle: Spindle | FreeSpindle) -> None:
-        given = spindle.program if isinstance(spindle, Spindle) else Program(values=(spindle.start_speed,))
-        super().__init__(given)
-        self._uneven = 0.5 * spindle.unevenness if isinstance(spindle, Spindle) else 0.0
-        self._waves = spindle.waves if isinstance(spindle, Spindle) else 1.0
-        self.constant = self._level and not self._uneven
+        program = (
+            spindle.speed_function if isinstance(spindle, Spindle) else InputFunction(values=(spindle.start_speed,))
+        )
+        super().__init__(program)
+        self._fluctuation_amplitude = 0.5 * spindle.speed_fluctuation if isinstance(spindle, Spindle) else 0.0
+        self._cycles_per_turn = spindle.cycles_per_turn if isinstance(spindle, Spindle) else 1.0
+        self.is_constant = self._is_level and not self._fluctuation_amplitude
         self.start_speed = float(self(np.array([0.0]))[0])
 
-    def __call__(self, times: FloatArray, *, before: bool = False) -> FloatArray:
+    def __call__(self, times: FloatArray, *, left_limit: bool = False) -> FloatArray:
         """Values (n,); at a step the value after it, or before it."""
-        mean = super().__call__(times, before=before)
-        if not self._uneven:
-            return mean
-        swung: FloatArray = uneven_speed(self._uneven, self._waves, self.integrals(times), mean, 0.0)[0]
-        return swung
+        mean_speed = super().__call__(times, left_limit=left_limit)
+        if not self._fluctuation_amplitude:
+            return mean_speed
+        speed: FloatArray = fluctuating_speed(
+            self._fluctuation_amplitude, self._cycles_per_turn, self.integrals_from_zero(times), mean_speed, 0.0
+        )[0]
+        return speed
 
-    def slope(self, times: FloatArray) -> FloatArray:
+    def derivative(self, times: FloatArray) -> FloatArray:
         """Time derivative (n,); at a break the one after it."""
-        growth = super().slope(times)
-        if not self._uneven:
-            return growth
-        mean = super().__call__(times)
-        slope: FloatArray = uneven_speed(self._uneven, self._waves, self.integrals(times), mean, growth)[1]
-        return slope
+        mean_acceleration = super().derivative(times)
+        if not self._fluctuation_amplitude:
+            return mean_acceleration
+        mean_speed = super().__call__(times)
+        acceleration: FloatArray = fluctuating_speed(
+            self._fluctuation_amplitude,
+            self._cycles_per_turn,
+            self.integrals_from_zero(times),
+            mean_speed,
+            mean_acceleration,
+        )[1]
+        return acceleration

@@ -4,148 +4,197 @@ from __future__ import annotations
 
 from typing import NamedTuple
 
-from governor_mechanism.mechanics.dynamics.equations_of_motion import free_spindle_speed, uneven_speed
-from governor_mechanism.mechanics.dynamics.output_forces import brake_force, spring_force
+from governor_mechanism.mechanics.dynamics.equations_of_motion import fluctuating_speed_kernel, free_spindle_speed_jit
+from governor_mechanism.mechanics.dynamics.output_forces import dashpot_force_jit, spring_force_jit
 from governor_mechanism.mechanics.reduction.lowering import (
-    FREE,
-    PLAIN,
-    PROGRAMS,
-    SPINDLE_INERTIA,
-    TURNS,
-    UNEVEN,
-    WAVES,
-    Acts,
+    CYCLES_PER_TURN,
+    FLUCTUATION_AMPLITUDE,
+    FREE_SPINDLE_INERTIA,
+    IS_CONSERVATIVE,
+    IS_SPINDLE_FREE,
+    IS_SPINDLE_LOADED,
+    PROGRAM_COUNT,
+    ReducedForces,
 )
-from governor_mechanism.mechanics.reduction.node_evaluation import DRAG, EASE, FIRST, GRIP, OWN, PULL, SPINDLE
-from governor_mechanism.mechanics.reduction.table import Laid
-from governor_mechanism.numerics.chebyshev import powers
-from governor_mechanism.numerics.jit import kernel
+from governor_mechanism.mechanics.reduction.node_evaluation import (
+    CENTRIFUGAL_COLUMN,
+    DAMPING_COLUMN,
+    FIRST_PROGRAM_COLUMN,
+    INVERSE_INERTIA_COLUMN,
+    POTENTIAL_COLUMN,
+    QUADRATIC_COLUMN,
+    SPINDLE_INERTIA_COLUMN,
+)
+from governor_mechanism.mechanics.reduction.table import PiecewiseTable
+from governor_mechanism.numerics.chebyshev import evaluate_piece
+from governor_mechanism.numerics.jit import jit_internal
 from governor_mechanism.types import FloatArray, IntArray
 
-FLOWS = 3
+N_QUADRATURES = 3
 """Numbers beside coordinate and rate: work (J) as in `State`, what brakes and friction took of it (J), and the angle
 (rad) of the spindle. Nothing depends on them."""
 
-HELD = 0
+MODE_HELD = 0
 """Where a mode (1 + keepers + springs,) tells whether all stands still; after it stand the sign of each keeper's
 sliding, and whether each one-sided spring pulls."""
 
 
-class Line(NamedTuple):
+class ReducedModel(NamedTuple):
     """Laid pieces and what acts along them, in few arrays; see `Laid`, `Acts`. cubics (programs, 5) of the time since
     a beginning; mode as HELD tells."""
 
-    table: FloatArray
-    edges: FloatArray
-    beside: IntArray
-    ring: FloatArray
-    numbers: FloatArray
-    springs: FloatArray
-    brakes: FloatArray
-    keepers: FloatArray
-    cubics: FloatArray
+    coefficients: FloatArray
+    intervals: FloatArray
+    neighbours: IntArray
+    periodicity: FloatArray
+    parameters: FloatArray
+    one_sided_springs: FloatArray
+    output_dampers: FloatArray
+    contacts: FloatArray
+    input_cubics: FloatArray
     mode: IntArray
 
 
-def make_line(laid: Laid, acts: Acts, cubics: FloatArray, mode: IntArray) -> Line:
+def make_reduced_model(
+    table: PiecewiseTable, forces: ReducedForces, input_cubics: FloatArray, mode: IntArray
+) -> ReducedModel:
     """What is stepped along, from the time at which the cubics begin."""
-    return Line(laid.table, laid.edges, laid.beside, laid.ring, *acts, cubics, mode)
+    return ReducedModel(
+        table.coefficients, table.intervals, table.neighbours, table.periodicity, *forces, input_cubics, mode
+    )
 
 
-@kernel
-def now(cubics: FloatArray, program: int, since: float) -> float:
+@jit_internal
+def evaluate_input(input_cubics: FloatArray, program: int, local_time: float) -> float:
     """A program's value."""
-    a, b, c, d = cubics[program, 0], cubics[program, 1], cubics[program, 2], cubics[program, 3]
-    return float(((a * since + b) * since + c) * since + d)
+    a, b, c, d = input_cubics[program, 0], input_cubics[program, 1], input_cubics[program, 2], input_cubics[program, 3]
+    return float(((a * local_time + b) * local_time + c) * local_time + d)
 
 
-@kernel
-def spindle_at(numbers: FloatArray, cubics: FloatArray, since: float, inertia: float) -> tuple[float, float, float]:
+@jit_internal
+def evaluate_spindle(
+    parameters: FloatArray, input_cubics: FloatArray, local_time: float, bodies_inertia: float
+) -> tuple[float, float, float]:
     """Speed (rad/s) of the spindle, its given slope (rad/s2), and the torque (N m) on a free one.
 
     cubics[0] are of the given speed, or of that torque; its integral from 0 s, with the momentum at the start, is the
     momentum.
     """
-    a, b, c, d = cubics[0, 0], cubics[0, 1], cubics[0, 2], cubics[0, 3]
-    value = ((a * since + b) * since + c) * since + d
-    whole = cubics[0, 4] + (((0.25 * a * since + b / 3.0) * since + 0.5 * c) * since + d) * since
-    if numbers[FREE] != 0.0:
-        return free_spindle_speed(whole, numbers[SPINDLE_INERTIA] + inertia), 0.0, value
-    growth = (3.0 * a * since + 2.0 * b) * since + c
-    if numbers[UNEVEN] == 0.0:
-        return value, growth, 0.0
-    speed, slope = uneven_speed(numbers[UNEVEN], numbers[WAVES], whole, value, growth)
-    return speed, slope, 0.0
+    a, b, c, d = input_cubics[0, 0], input_cubics[0, 1], input_cubics[0, 2], input_cubics[0, 3]
+    value = ((a * local_time + b) * local_time + c) * local_time + d
+    integral = (
+        input_cubics[0, 4] + (((0.25 * a * local_time + b / 3.0) * local_time + 0.5 * c) * local_time + d) * local_time
+    )
+    if parameters[IS_SPINDLE_FREE] != 0.0:
+        return free_spindle_speed_jit(integral, parameters[FREE_SPINDLE_INERTIA] + bodies_inertia), 0.0, value
+    derivative = (3.0 * a * local_time + 2.0 * b) * local_time + c
+    if parameters[FLUCTUATION_AMPLITUDE] == 0.0:
+        return value, derivative, 0.0
+    speed, acceleration = fluctuating_speed_kernel(
+        parameters[FLUCTUATION_AMPLITUDE], parameters[CYCLES_PER_TURN], integral, value, derivative
+    )
+    return speed, acceleration, 0.0
 
 
-@kernel
-def pulled(
-    line: Line, piece: int, t: float, v: float, since: float, rubbing: bool, flows: FloatArray, at: int
+@jit_internal
+def evaluate_acceleration(
+    model: ReducedModel,
+    piece: int,
+    t: float,
+    v: float,
+    local_time: float,
+    with_friction: bool,
+    quadrature_rates: FloatArray,
+    stage: int,
 ) -> float:
     """The acceleration of everything that acts, friction among it or left out; fills flows[at] (FLOWS,) per second."""
-    table, numbers, mode = line.table, line.numbers, line.mode
-    ease, spindle = powers(table, piece, EASE, t), powers(table, piece, SPINDLE, t)
-    drag = powers(table, piece, DRAG, t)
-    omega, growth, torque = spindle_at(numbers, line.cubics, since, spindle)
-    found = powers(table, piece, OWN, t) * v * v + powers(table, piece, PULL, t) + drag * v
-    found += powers(table, piece, GRIP, t) * omega * omega
-    power, lost, column = drag * v * v / ease, 0.0, FIRST
-    for program in range(1, 1 + int(numbers[PROGRAMS])):
-        push = now(line.cubics, program, since) * powers(table, piece, column, t)
-        found += push
-        power += push * v / ease
+    coefficients, parameters, mode = model.coefficients, model.parameters, model.mode
+    inverse_inertia, spindle_inertia = (
+        evaluate_piece(coefficients, piece, INVERSE_INERTIA_COLUMN, t),
+        evaluate_piece(coefficients, piece, SPINDLE_INERTIA_COLUMN, t),
+    )
+    damping = evaluate_piece(coefficients, piece, DAMPING_COLUMN, t)
+    omega, spindle_acceleration, torque = evaluate_spindle(parameters, model.input_cubics, local_time, spindle_inertia)
+    acceleration = (
+        evaluate_piece(coefficients, piece, QUADRATIC_COLUMN, t) * v * v
+        + evaluate_piece(coefficients, piece, POTENTIAL_COLUMN, t)
+        + damping * v
+    )
+    acceleration += evaluate_piece(coefficients, piece, CENTRIFUGAL_COLUMN, t) * omega * omega
+    power, dissipated_power, column = damping * v * v / inverse_inertia, 0.0, FIRST_PROGRAM_COLUMN
+    for program in range(1, 1 + int(parameters[PROGRAM_COUNT])):
+        programmed_acceleration = evaluate_input(model.input_cubics, program, local_time) * evaluate_piece(
+            coefficients, piece, column, t
+        )
+        acceleration += programmed_acceleration
+        power += programmed_acceleration * v / inverse_inertia
         column += 1
-    for i in range(line.springs.shape[0]):
-        if mode[1 + line.keepers.shape[0] + i] != 0:
-            gauge = column + 2 * int(line.springs[i, 0])
-            pull = spring_force(line.springs[i, 1], line.springs[i, 2], powers(table, piece, gauge, t))
-            found -= pull * powers(table, piece, gauge + 1, t) * ease
-    for i in range(line.brakes.shape[0]):
-        slope = powers(table, piece, column + 2 * int(line.brakes[i, 0]) + 1, t)
-        pull = brake_force(line.brakes[i, 1], line.brakes[i, 2], slope * v)
-        found -= pull * slope * ease
-        lost += pull * slope * v
-    for i in range(line.keepers.shape[0] if rubbing else 0):
+    for i in range(model.one_sided_springs.shape[0]):
+        if mode[1 + model.contacts.shape[0] + i] != 0:
+            output_column = column + 2 * int(model.one_sided_springs[i, 0])
+            force = spring_force_jit(
+                model.one_sided_springs[i, 1],
+                model.one_sided_springs[i, 2],
+                evaluate_piece(coefficients, piece, output_column, t),
+            )
+            acceleration -= force * evaluate_piece(coefficients, piece, output_column + 1, t) * inverse_inertia
+    for i in range(model.output_dampers.shape[0]):
+        output_derivative = evaluate_piece(coefficients, piece, column + 2 * int(model.output_dampers[i, 0]) + 1, t)
+        force = dashpot_force_jit(model.output_dampers[i, 1], model.output_dampers[i, 2], output_derivative * v)
+        acceleration -= force * output_derivative * inverse_inertia
+        dissipated_power += force * output_derivative * v
+    for i in range(model.contacts.shape[0] if with_friction else 0):
         if mode[1 + i] != 0:
-            slope = powers(table, piece, column + 2 * int(line.keepers[i, 0]) + 1, t)
-            pull = mode[1 + i] * now(line.cubics, int(line.keepers[i, 1]), since)
-            found -= pull * slope * ease
-            lost += pull * slope * v
-    flows[at, 0] = lost - power - torque * omega
-    if growth != 0.0 and numbers[TURNS] != 0.0:
-        flows[at, 0] += spindle * omega * growth
-    flows[at, 1], flows[at, 2] = lost, omega
-    return float(found)
+            output_derivative = evaluate_piece(coefficients, piece, column + 2 * int(model.contacts[i, 0]) + 1, t)
+            force = mode[1 + i] * evaluate_input(model.input_cubics, int(model.contacts[i, 1]), local_time)
+            acceleration -= force * output_derivative * inverse_inertia
+            dissipated_power += force * output_derivative * v
+    quadrature_rates[stage, 0] = dissipated_power - power - torque * omega
+    if spindle_acceleration != 0.0 and parameters[IS_SPINDLE_LOADED] != 0.0:
+        quadrature_rates[stage, 0] += spindle_inertia * omega * spindle_acceleration
+    quadrature_rates[stage, 1], quadrature_rates[stage, 2] = dissipated_power, omega
+    return float(acceleration)
 
 
-@kernel
-def accelerated(line: Line, piece: int, t: float, v: float, since: float, flows: FloatArray, at: int) -> float:
+@jit_internal
+def evaluate_equation_of_motion(
+    model: ReducedModel, piece: int, t: float, v: float, local_time: float, quadrature_rates: FloatArray, stage: int
+) -> float:
     """The acceleration on a piece; nought where all is held."""
-    if line.numbers[PLAIN] != 0.0:
-        return powers(line.table, piece, OWN, t) * v * v + powers(line.table, piece, PULL, t)
-    found = pulled(line, piece, t, v, since, True, flows, at)
-    return 0.0 if line.mode[HELD] != 0 else found
+    if model.parameters[IS_CONSERVATIVE] != 0.0:
+        return evaluate_piece(model.coefficients, piece, QUADRATIC_COLUMN, t) * v * v + evaluate_piece(
+            model.coefficients, piece, POTENTIAL_COLUMN, t
+        )
+    acceleration = evaluate_acceleration(model, piece, t, v, local_time, True, quadrature_rates, stage)
+    return 0.0 if model.mode[MODE_HELD] != 0 else acceleration
 
 
-@kernel
-def gauge_at(line: Line, piece: int, t: float, gauge: float) -> tuple[float, float]:
+@jit_internal
+def evaluate_table_output(model: ReducedModel, piece: int, t: float, output_index: float) -> tuple[float, float]:
     """Value of a gauge and its slope along the coordinate."""
-    column = FIRST + int(line.numbers[PROGRAMS]) + 2 * int(gauge)
-    return powers(line.table, piece, column, t), powers(line.table, piece, column + 1, t)
+    column = FIRST_PROGRAM_COLUMN + int(model.parameters[PROGRAM_COUNT]) + 2 * int(output_index)
+    return evaluate_piece(model.coefficients, piece, column, t), evaluate_piece(
+        model.coefficients, piece, column + 1, t
+    )
 
 
-@kernel
-def resisting(line: Line, piece: int, t: float, since: float) -> float:
+@jit_internal
+def evaluate_friction_limit(model: ReducedModel, piece: int, t: float, local_time: float) -> float:
     """The generalised force up to which friction holds."""
     total = 0.0
-    for i in range(line.keepers.shape[0]):
-        if line.keepers[i, 1] >= 0:
-            slope = gauge_at(line, piece, t, line.keepers[i, 0])[1]
-            total += now(line.cubics, int(line.keepers[i, 1]), since) * abs(slope)
+    for i in range(model.contacts.shape[0]):
+        if model.contacts[i, 1] >= 0:
+            output_derivative = evaluate_table_output(model, piece, t, model.contacts[i, 0])[1]
+            total += evaluate_input(model.input_cubics, int(model.contacts[i, 1]), local_time) * abs(output_derivative)
     return float(total)
 
 
-@kernel
-def drawn(line: Line, piece: int, t: float, since: float, flows: FloatArray) -> float:
+@jit_internal
+def evaluate_static_force(
+    model: ReducedModel, piece: int, t: float, local_time: float, quadrature_rates: FloatArray
+) -> float:
     """The generalised force at rest, less friction; flows (1, FLOWS) is room."""
-    return float(pulled(line, piece, t, 0.0, since, False, flows, 0) / powers(line.table, piece, EASE, t))
+    return float(
+        evaluate_acceleration(model, piece, t, 0.0, local_time, False, quadrature_rates, 0)
+        / evaluate_piece(model.coefficients, piece, INVERSE_INERTIA_COLUMN, t)
+    )

@@ -14,32 +14,32 @@ import numpy as np
 from numpy.typing import NDArray
 
 from governor_mechanism.errors import MechanismError
-from governor_mechanism.mechanics.dynamics.contacts import springs_of
+from governor_mechanism.mechanics.dynamics.contacts import output_springs_of
 from governor_mechanism.mechanics.dynamics.force_laws import (
-    height_energy,
+    gravitational_energy,
     spindle_inertia,
-    spindle_inertia_bend,
     spindle_inertia_rate,
+    spindle_inertia_second_derivative,
     spring_energy,
     spring_force,
 )
-from governor_mechanism.mechanics.kinematics.batched_assembly import Closing
-from governor_mechanism.mechanics.kinematics.output_variables import measure, measured
-from governor_mechanism.mechanics.kinematics.points import place
-from governor_mechanism.mechanics.kinematics.range_of_motion import Travel, find_travel
-from governor_mechanism.mechanics.kinematics.time_functions import TimeCurve
-from governor_mechanism.model.force_elements import Force, Load, Spring, Torque, TorsionSpring
+from governor_mechanism.mechanics.kinematics.batched_assembly import BatchedPositionSolver
+from governor_mechanism.mechanics.kinematics.output_variables import evaluate_output, evaluate_output_variable
+from governor_mechanism.mechanics.kinematics.points import body_point
+from governor_mechanism.mechanics.kinematics.range_of_motion import RangeOfMotion, find_range_of_motion
+from governor_mechanism.mechanics.kinematics.time_functions import CubicTimeFunction
+from governor_mechanism.model.force_elements import Force, ForceElement, Spring, Torque, TorsionSpring
 from governor_mechanism.model.mechanism import BodyAngle, Mechanism, Reading
-from governor_mechanism.model.scene import TURNING, FreeSpindle, Scene
-from governor_mechanism.model.time_functions import Program
+from governor_mechanism.model.scene import TURNING_PLANE, FreeSpindle, Scene
+from governor_mechanism.model.time_functions import InputFunction
 from governor_mechanism.types import FloatArray
 
-CANCELLED = 1e-15
+CANCELLATION_RATIO = 1e-15
 """Of its parts: a slope of the spindle's inertia smaller than this is rounding, and counts as none."""
 
 
 @dataclass(frozen=True, kw_only=True)
-class Along:
+class PathCoefficients:
     """A mechanism at n values of its coordinate: poses and their two derivatives (n, bodies, 3), and what follows.
 
     inertia I (n,): kinetic energy is I q'^2 / 2; spindle J (n,): moment of inertia about the spindle (kg m2); potential
@@ -51,183 +51,206 @@ class Along:
     tangents: FloatArray
     curvatures: FloatArray
     inertia: FloatArray
-    inertia_slope: FloatArray
-    spindle: FloatArray
-    spindle_slope: FloatArray
-    spindle_bend: FloatArray
+    inertia_derivative: FloatArray
+    spindle_inertia: FloatArray
+    spindle_inertia_derivative: FloatArray
+    spindle_inertia_second_derivative: FloatArray
     potential: FloatArray
-    potential_slope: FloatArray
-    potential_bend: FloatArray
+    potential_derivative: FloatArray
+    potential_second_derivative: FloatArray
 
-    def joined(self, other: Along) -> Along:
+    def concatenate(self, other: PathCoefficients) -> PathCoefficients:
         """These values and then those of another."""
         pairs = {name: (getattr(self, name), getattr(other, name)) for name in self.__dataclass_fields__}
-        return Along(**{name: np.concatenate(pair) for name, pair in pairs.items()})
+        return PathCoefficients(**{name: np.concatenate(pair) for name, pair in pairs.items()})
 
-    def chosen(self, which: NDArray[np.integer] | slice) -> Along:
+    def select(self, indices: NDArray[np.integer] | slice) -> PathCoefficients:
         """Some of the values, in the order of their indices."""
-        return Along(**{name: getattr(self, name)[which] for name in self.__dataclass_fields__})
+        return PathCoefficients(**{name: getattr(self, name)[indices] for name in self.__dataclass_fields__})
 
 
-class Reduction:
+class SingleDofReduction:
     """One scene's mechanism along its leading coordinate; loads as they are at the start."""
 
     def __init__(self, scene: Scene) -> None:
         self.scene = scene
         self.mechanism: Mechanism = scene.part.mechanism
-        self._closing = Closing(self.mechanism)
-        assembler = self._closing.assembler
-        if assembler.equations.driven.any() or assembler.mobility != 1:
+        self._position_solver = BatchedPositionSolver(self.mechanism)
+        position_solver = self._position_solver.position_solver
+        if position_solver.equations.is_driven.any() or position_solver.mobility != 1:
             raise MechanismError(
                 f"statics follow one coordinate of a mechanism of mobility one without drives; this one has mobility "
-                f"{assembler.mobility}"
+                f"{position_solver.mobility}"
             )
-        self.unit = self._closing.unit
+        self.coordinate_scale = self._position_solver.coordinate_scale
         """What a radian, or a machine size, of the coordinate is in SI."""
-        free = scene.spindle if isinstance(scene.spindle, FreeSpindle) else None
-        self.rest_inertia = free.inertia if free else 0.0
+        free_spindle = scene.spindle if isinstance(scene.spindle, FreeSpindle) else None
+        self.free_spindle_inertia = free_spindle.inertia if free_spindle else 0.0
         """Moment of inertia (kg m2) of the spindle itself, where it is known."""
 
     @cached_property
-    def travel(self) -> Travel:
+    def range_of_motion(self) -> RangeOfMotion:
         """How far the mechanism goes. Raises MechanismError as `find_travel` does."""
-        return find_travel(self.mechanism, turning=self.scene.part.plane == TURNING)
+        return find_range_of_motion(self.mechanism, rotates_with_spindle=self.scene.part.plane == TURNING_PLANE)
 
-    def at(self, values: Sequence[float] | FloatArray, near: FloatArray | None = None) -> Along:
+    def evaluate(self, values: Sequence[float] | FloatArray, guess: FloatArray | None = None) -> PathCoefficients:
         """Assembled at values (n,) of the coordinate, on the track of the travel, or all near poses (bodies, 3).
 
         Raises MechanismError, naming the joint that stays open, where the mechanism cannot be assembled.
         """
-        asked = np.asarray(values, dtype=np.float64)
-        expected = (
-            self.travel.track.expected(asked) if near is None else np.repeat(near[np.newaxis], len(asked), axis=0)
+        coordinates = np.asarray(values, dtype=np.float64)
+        guesses = (
+            self.range_of_motion.path.predict_poses(coordinates)
+            if guess is None
+            else np.repeat(guess[np.newaxis], len(coordinates), axis=0)
         )
-        return self.over(self._closing.at(expected, asked), asked)
+        return self.evaluate_at_poses(self._position_solver.solve(guesses, coordinates), coordinates)
 
-    def over(self, poses: FloatArray, values: FloatArray) -> Along:
+    def evaluate_at_poses(self, poses: FloatArray, values: FloatArray) -> PathCoefficients:
         """Everything at poses (n, bodies, 3) assembled at values (n,). Raises MechanismError at a dead centre."""
-        tangents, curvatures = self._closing.path(poses)
+        tangents, curvatures = self._position_solver.path_derivatives(poses)
         path = (poses, tangents, curvatures)
-        inertia, inertia_slope = self._inertia(tangents, curvatures)
-        spindle = self._spindle(*path)
+        inertia, inertia_derivative = self._reduced_inertia(tangents, curvatures)
+        spindle_inertias = self._spindle_inertia(*path)
         potential = self._potential(*path)
-        return Along(
+        return PathCoefficients(
             coordinate=values,
             poses=poses,
             tangents=tangents,
             curvatures=curvatures,
             inertia=inertia,
-            inertia_slope=inertia_slope,
-            spindle=spindle[0],
-            spindle_slope=spindle[1],
-            spindle_bend=spindle[2],
+            inertia_derivative=inertia_derivative,
+            spindle_inertia=spindle_inertias[0],
+            spindle_inertia_derivative=spindle_inertias[1],
+            spindle_inertia_second_derivative=spindle_inertias[2],
             potential=potential[0],
-            potential_slope=potential[1],
-            potential_bend=potential[2],
+            potential_derivative=potential[1],
+            potential_second_derivative=potential[2],
         )
 
-    def slopes(self, along: Along, name: str) -> FloatArray:
+    def output_derivative(self, coefficients: PathCoefficients, name: str) -> FloatArray:
         """Derivative (n,) of a reading by the coordinate."""
-        gradient = measure(self.mechanism, name, along.poses).gradient
-        slope: FloatArray = np.sum(gradient * along.tangents, axis=(-2, -1))
-        return slope
+        gradient = evaluate_output(self.mechanism, name, coefficients.poses).gradient
+        derivative: FloatArray = np.sum(gradient * coefficients.tangents, axis=(-2, -1))
+        return derivative
 
-    def _inertia(self, tangents: FloatArray, curvatures: FloatArray) -> tuple[FloatArray, FloatArray]:
-        masses = np.array([[b.mass, b.mass, b.moments.xx + b.moments.yy] for b in self.mechanism.bodies])
+    def _reduced_inertia(self, tangents: FloatArray, curvatures: FloatArray) -> tuple[FloatArray, FloatArray]:
+        masses = np.array([[b.mass, b.mass, b.second_moments.xx + b.second_moments.yy] for b in self.mechanism.bodies])
         axes = (-2, -1)
         return np.sum(masses * tangents**2, axis=axes), 2 * np.sum(masses * tangents * curvatures, axis=axes)
 
-    def _spindle(
+    def _spindle_inertia(
         self, poses: FloatArray, tangents: FloatArray, curvatures: FloatArray
     ) -> tuple[FloatArray, FloatArray, FloatArray]:
-        total, parts = _three(len(poses)), np.zeros(len(poses))
-        if not (self.scene.centrifugal and self.scene.part.plane == TURNING):
+        total, magnitude = _allocate_derivatives(len(poses)), np.zeros(len(poses))
+        if not (self.scene.has_centrifugal and self.scene.part.plane == TURNING_PLANE):
             return total
         for index, body in enumerate(self.mechanism.bodies):
             x, angle = poses[:, index, 0], poses[:, index, 2]
-            moments, tangent = body.moments.in_plane, tangents[:, index]
-            total[0][:] += spindle_inertia(body.mass, *moments, body.moments.zz, x, angle)
+            moments, tangent = body.second_moments.in_plane, tangents[:, index]
+            total[0][:] += spindle_inertia(body.mass, *moments, body.second_moments.zz, x, angle)
             total[1][:] += spindle_inertia_rate(body.mass, *moments, x, angle, tangent[:, 0], tangent[:, 2])
-            total[2][:] += spindle_inertia_bend(body.mass, moments, x, angle, tangent, curvatures[:, index])
-            parts += 2 * body.mass * self.mechanism.size * np.abs(tangent[:, 0])
-            parts += (abs(moments[1] - moments[0]) + 2 * abs(moments[2])) * np.abs(tangent[:, 2])
-        total[1][np.abs(total[1]) < CANCELLED * parts] = 0.0
+            total[2][:] += spindle_inertia_second_derivative(
+                body.mass, moments, x, angle, tangent, curvatures[:, index]
+            )
+            magnitude += 2 * body.mass * self.mechanism.length_scale * np.abs(tangent[:, 0])
+            magnitude += (abs(moments[1] - moments[0]) + 2 * abs(moments[2])) * np.abs(tangent[:, 2])
+        total[1][np.abs(total[1]) < CANCELLATION_RATIO * magnitude] = 0.0
         return total
 
     def _potential(
         self, poses: FloatArray, tangents: FloatArray, curvatures: FloatArray
     ) -> tuple[FloatArray, FloatArray, FloatArray]:
-        total = _three(len(poses))
+        total = _allocate_derivatives(len(poses))
         for index, body in enumerate(self.mechanism.bodies):
-            for part, path in zip(total, (poses, tangents, curvatures), strict=True):
-                part += height_energy(body.mass, self.scene.gravity, path[:, index, 1])
-        for load in self.mechanism.loads:
-            for part, share in zip(total, self._of_load(load, poses, tangents, curvatures), strict=True):
-                part += share
-        for spring in springs_of(self.scene):
-            along = self._way(self.mechanism.reading(spring.reading), poses, tangents, curvatures)
-            pulls = ~(spring.one_sided & (along[0] < spring.free))
-            for part, share in zip(total, _of_spring(spring.rate, spring.free, *along), strict=True):
-                part += np.where(pulls, share, 0.0)
+            for term, poses_or_derivatives in zip(total, (poses, tangents, curvatures), strict=True):
+                term += gravitational_energy(body.mass, self.scene.gravity, poses_or_derivatives[:, index, 1])
+        for load in self.mechanism.force_elements:
+            for term, contribution in zip(total, self._load_potential(load, poses, tangents, curvatures), strict=True):
+                term += contribution
+        for spring in output_springs_of(self.scene):
+            output = self._output_derivatives(self.mechanism.reading(spring.reading), poses, tangents, curvatures)
+            is_taut = ~(spring.one_sided & (output[0] < spring.free_value))
+            for term, contribution in zip(
+                total, _spring_energy_derivatives(spring.rate, spring.free_value, *output), strict=True
+            ):
+                term += np.where(is_taut, contribution, 0.0)
         return total
 
-    def _of_load(
-        self, load: Load, poses: FloatArray, tangents: FloatArray, curvatures: FloatArray
+    def _load_potential(
+        self, load: ForceElement, poses: FloatArray, tangents: FloatArray, curvatures: FloatArray
     ) -> tuple[FloatArray, FloatArray, FloatArray]:
         """Energy of a load and its derivatives; dampers have none, forces and torques that of their value at t = 0."""
         if isinstance(load, Spring):
-            length = self._length(load, poses, tangents, curvatures)
-            return _of_spring(load.stiffness, load.free_length, *length)
+            length = self._spring_length(load, poses, tangents, curvatures)
+            return _spring_energy_derivatives(load.stiffness, load.free_length, *length)
         if isinstance(load, TorsionSpring | Torque):
-            angle = BodyAngle(name="", quantity="angle", body=load.second, against=load.first)
-            turn, slope, bend = self._way(angle, poses, tangents, curvatures)
+            angle = BodyAngle(name="", quantity="angle", body=load.second, reference_body=load.first)
+            relative_angle, derivative, second_derivative = self._output_derivatives(angle, poses, tangents, curvatures)
             if isinstance(load, TorsionSpring):
-                return _of_spring(load.stiffness, load.free_angle, turn, slope, bend)
-            moment = _at_start(load.moment)
-            return -moment * turn, -moment * slope, -moment * bend
+                return _spring_energy_derivatives(
+                    load.stiffness, load.free_angle, relative_angle, derivative, second_derivative
+                )
+            torque = _initial_value(load.moment)
+            return -torque * relative_angle, -torque * derivative, -torque * second_derivative
         if isinstance(load, Force):
-            force = np.array([_at_start(load.x), _at_start(load.y)])
-            point = place(self.mechanism, load.point)
-            inward = point.inward(poses, tangents)
-            bend = point.velocity(poses, curvatures) + inward
-            return -point.position(poses) @ force, -point.velocity(poses, tangents) @ force, -bend @ force
-        none = np.zeros(len(poses))
-        return none, none, none
+            force = np.array([_initial_value(load.x), _initial_value(load.y)])
+            point = body_point(self.mechanism, load.point)
+            centripetal = point.centripetal_acceleration(poses, tangents)
+            second_derivative = point.velocity(poses, curvatures) + centripetal
+            return -point.position(poses) @ force, -point.velocity(poses, tangents) @ force, -second_derivative @ force
+        zero = np.zeros(len(poses))
+        return zero, zero, zero
 
-    def _length(
+    def _spring_length(
         self, spring: Spring, poses: FloatArray, tangents: FloatArray, curvatures: FloatArray
     ) -> tuple[FloatArray, FloatArray, FloatArray]:
         """Length of a spring and its derivatives; where its ends meet it has no direction, and pulls nowhere."""
-        first, second = place(self.mechanism, spring.first), place(self.mechanism, spring.second)
-        line = second.position(poses) - first.position(poses)
-        rate = second.velocity(poses, tangents) - first.velocity(poses, tangents)
-        bend = second.velocity(poses, curvatures) - first.velocity(poses, curvatures)
-        bend += second.inward(poses, tangents) - first.inward(poses, tangents)
-        length = np.linalg.norm(line, axis=-1)
-        safe = np.where(length > 0.0, length, 1.0)
-        slope = np.sum(line * rate, axis=-1) / safe
-        return length, slope, (np.sum(rate**2 + line * bend, axis=-1) - slope**2) / safe
+        first, second = body_point(self.mechanism, spring.first), body_point(self.mechanism, spring.second)
+        relative_position = second.position(poses) - first.position(poses)
+        relative_tangent = second.velocity(poses, tangents) - first.velocity(poses, tangents)
+        relative_curvature = second.velocity(poses, curvatures) - first.velocity(poses, curvatures)
+        relative_curvature += second.centripetal_acceleration(poses, tangents) - first.centripetal_acceleration(
+            poses, tangents
+        )
+        length = np.linalg.norm(relative_position, axis=-1)
+        safe_length = np.where(length > 0.0, length, 1.0)
+        derivative = np.sum(relative_position * relative_tangent, axis=-1) / safe_length
+        return (
+            length,
+            derivative,
+            (np.sum(relative_tangent**2 + relative_position * relative_curvature, axis=-1) - derivative**2)
+            / safe_length,
+        )
 
-    def _way(
+    def _output_derivatives(
         self, reading: Reading, poses: FloatArray, tangents: FloatArray, curvatures: FloatArray
     ) -> tuple[FloatArray, FloatArray, FloatArray]:
-        found, axes = measured(reading, self.mechanism, poses, tangents), (-2, -1)
-        slope = np.sum(found.gradient * tangents, axis=axes)
-        return found.value, slope, np.sum(found.gradient * curvatures, axis=axes) + found.bend
+        output, axes = evaluate_output_variable(reading, self.mechanism, poses, tangents), (-2, -1)
+        derivative = np.sum(output.gradient * tangents, axis=axes)
+        return (
+            output.value,
+            derivative,
+            np.sum(output.gradient * curvatures, axis=axes) + output.quadratic_velocity_term,
+        )
 
 
-def _at_start(program: Program) -> float:
+def _initial_value(program: InputFunction) -> float:
     """The value at t = 0; at a step there the one after it."""
-    return float(TimeCurve(program)(np.array([0.0]))[0])
+    return float(CubicTimeFunction(program)(np.array([0.0]))[0])
 
 
-def _three(count: int) -> tuple[FloatArray, FloatArray, FloatArray]:
+def _allocate_derivatives(n_values: int) -> tuple[FloatArray, FloatArray, FloatArray]:
     """Room for a quantity and its two derivatives."""
-    return np.zeros(count), np.zeros(count), np.zeros(count)
+    return np.zeros(n_values), np.zeros(n_values), np.zeros(n_values)
 
 
-def _of_spring(
-    stiffness: float, free: float, way: FloatArray, slope: FloatArray, bend: FloatArray
+def _spring_energy_derivatives(
+    stiffness: float, free_value: float, displacement: FloatArray, derivative: FloatArray, second_derivative: FloatArray
 ) -> tuple[FloatArray, FloatArray, FloatArray]:
-    pull = spring_force(stiffness, free, way)
-    return spring_energy(stiffness, free, way), pull * slope, stiffness * slope**2 + pull * bend
+    force = spring_force(stiffness, free_value, displacement)
+    return (
+        spring_energy(stiffness, free_value, displacement),
+        force * derivative,
+        stiffness * derivative**2 + force * second_derivative,
+    )

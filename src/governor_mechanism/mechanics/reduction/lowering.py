@@ -8,24 +8,28 @@ from typing import NamedTuple
 import numpy as np
 
 from governor_mechanism.mechanics.dynamics.characteristic_scales import time_scale
-from governor_mechanism.mechanics.dynamics.contacts import brakes_of, keepers_of, springs_of
-from governor_mechanism.mechanics.dynamics.force_elements import SPRING, TORSION_SPRING, load_table
-from governor_mechanism.mechanics.dynamics.lowering import BODY, acted_on, body_record
-from governor_mechanism.mechanics.dynamics.output_forces import ACT, PULL
-from governor_mechanism.mechanics.kinematics.constraint_equations import ends_of, joint_table
-from governor_mechanism.mechanics.kinematics.constraint_kernels import Rows
-from governor_mechanism.mechanics.kinematics.output_rows import gauge_table
-from governor_mechanism.mechanics.kinematics.time_functions import TimeCurve
-from governor_mechanism.mechanics.reduction.node_evaluation import Plan
+from governor_mechanism.mechanics.dynamics.contacts import contacts_of, output_dampers_of, output_springs_of
+from governor_mechanism.mechanics.dynamics.force_elements import (
+    SPRING_ELEMENT,
+    TORSION_SPRING_ELEMENT,
+    make_force_element_table,
+)
+from governor_mechanism.mechanics.dynamics.lowering import BODY_DTYPE, forced_output_names, make_body_record
+from governor_mechanism.mechanics.dynamics.output_forces import OUTPUT_FORCE_DTYPE, SPRING_FORCE
+from governor_mechanism.mechanics.kinematics.constraint_equations import bodies_of_rows, make_constraint_table
+from governor_mechanism.mechanics.kinematics.constraint_kernels import ConstraintRows
+from governor_mechanism.mechanics.kinematics.output_rows import make_output_rows
+from governor_mechanism.mechanics.kinematics.time_functions import CubicTimeFunction
+from governor_mechanism.mechanics.reduction.node_evaluation import ReductionArrays
 from governor_mechanism.model.mechanism import LineAngle, Mechanism
-from governor_mechanism.model.scene import TURNING, FreeSpindle, Scene, Spindle
+from governor_mechanism.model.scene import TURNING_PLANE, FreeSpindle, Scene, Spindle
 from governor_mechanism.types import FloatArray, RecordArray
 
-BOUNDLESS = 1e9
+UNBOUNDED_RANGE = 1e9
 """Of the coordinate's unit: where the description bounds it nowhere."""
 
 
-class Acts(NamedTuple):
+class ReducedForces(NamedTuple):
     """What acts on a motion along the columns of a Plan, whose gauges it counts; few arrays, for each costs time.
 
     numbers: see TURNS and those after it; springs (n, 4) that are slack where they would push: gauge, rate, free value,
@@ -33,129 +37,157 @@ class Acts(NamedTuple):
     restitution, size. A size is what the reading is relative to.
     """
 
-    numbers: FloatArray
-    springs: FloatArray
-    brakes: FloatArray
-    keepers: FloatArray
+    parameters: FloatArray
+    one_sided_springs: FloatArray
+    output_dampers: FloatArray
+    contacts: FloatArray
 
 
-TURNS, FREE, SPINDLE_INERTIA, UNEVEN, WAVES, FORCE, PLAIN, PROGRAMS, UNIT, SECOND, ENERGY = range(11)
+(
+    IS_SPINDLE_LOADED,
+    IS_SPINDLE_FREE,
+    FREE_SPINDLE_INERTIA,
+    FLUCTUATION_AMPLITUDE,
+    CYCLES_PER_TURN,
+    FORCE_SCALE,
+    IS_CONSERVATIVE,
+    PROGRAM_COUNT,
+    COORDINATE_SCALE,
+    TIME_SCALE,
+    ENERGY_SCALE,
+) = range(11)
 """Numbers of Acts: whether the spindle's changing speed loads the bodies; whether it is free, and its own inertia; the
 part by which a given speed swings, and how often a turn; the size of forces; whether the first two columns are all that
 acts; how many programs loads have; what the coordinate, times
 and energies are relative to."""
 
 
-def curves_of(scene: Scene) -> tuple[TimeCurve, ...]:
+def time_functions_of(scene: Scene) -> tuple[CubicTimeFunction, ...]:
     """The programs of a scene: of the spindle's speed, or the torque on it, of loads, and of frictions."""
-    spindle, programs = scene.spindle, load_table(scene.part.mechanism, {}, 1)[1]
-    first = spindle.torque if isinstance(spindle, FreeSpindle) else spindle.program
-    frictions = [keeper.friction for keeper in keepers_of(scene) if keeper.friction is not None]
-    return tuple(map(TimeCurve, [first, *programs, *frictions]))
+    spindle, programs = scene.spindle, make_force_element_table(scene.part.mechanism, {}, 1)[1]
+    spindle_program = spindle.torque if isinstance(spindle, FreeSpindle) else spindle.speed_function
+    frictions = [contact.friction for contact in contacts_of(scene) if contact.friction is not None]
+    return tuple(map(CubicTimeFunction, [spindle_program, *programs, *frictions]))
 
 
-def make_plan(scene: Scene) -> tuple[Plan, Acts]:
+def lower_reduced_scene(scene: Scene) -> tuple[ReductionArrays, ReducedForces]:
     """What there is to sample of a scene of one part, and what acts on it.
 
     The mechanism's joints must leave it one freedom and drive nothing.
     """
     mechanism, spindle = scene.part.mechanism, scene.spindle
-    named = acted_on(scene)
+    forced_outputs = forced_output_names(scene)
     limits = [limit for limit in mechanism.limits if limit.reading != mechanism.coordinate]
-    names = list(dict.fromkeys([*named, *(limit.reading for limit in limits)]))
-    gauges = gauge_table(mechanism, [*names, mechanism.coordinate], {})
-    joints = joint_table(mechanism).rows
-    rows = np.concatenate([joints.table, gauges.table[-1:]])
-    loads, programs = load_table(mechanism, {}, 1)
-    springs, dampers, driven = _apart(loads)
-    low, high = _bounds(mechanism)
-    second = time_scale(scene)
-    turning = scene.centrifugal and scene.part.plane == TURNING
-    given = isinstance(spindle, Spindle) and spindle.program.constant and not spindle.unevenness
-    sizes = np.array([_size(mechanism, name) for name in names])
-    plan = Plan(
-        rows=Rows(rows, ends_of(rows), joints.pieces),
-        wraps=isinstance(mechanism.reading(mechanism.coordinate), LineAngle),
-        free=np.array([3 * k + c for k, body in enumerate(mechanism.bodies) for c in range(3 if body.turns else 2)]),
-        units=np.array([mechanism.size, mechanism.size, 1.0] * len(mechanism.bodies)),
-        scales=np.array([*(1 / mechanism.size,) * len(joints.table), 1 / _size(mechanism, mechanism.coordinate)]),
-        mass=np.array([m for b in mechanism.bodies for m in (b.mass, b.mass, b.moments.xx + b.moments.yy)]),
-        bodies=np.array([body_record(body) for body in mechanism.bodies], dtype=BODY),
+    names = list(dict.fromkeys([*forced_outputs, *(limit.reading for limit in limits)]))
+    output_rows = make_output_rows(mechanism, [*names, mechanism.coordinate], {})
+    joint_rows = make_constraint_table(mechanism).rows
+    rows = np.concatenate([joint_rows.table, output_rows.table[-1:]])
+    loads, programs = make_force_element_table(mechanism, {}, 1)
+    springs, dampers, programmed_force_elements = _split_force_elements(loads)
+    low, high = _coordinate_bounds(mechanism)
+    scene_time_scale = time_scale(scene)
+    has_centrifugal_forces = scene.has_centrifugal and scene.part.plane == TURNING_PLANE
+    is_steady = isinstance(spindle, Spindle) and spindle.speed_function.is_constant and not spindle.speed_fluctuation
+    output_scales = np.array([_output_scale(mechanism, name) for name in names])
+    arrays = ReductionArrays(
+        constraint_rows=ConstraintRows(rows, bodies_of_rows(rows), joint_rows.curve_segments),
+        coordinate_wraps=isinstance(mechanism.reading(mechanism.coordinate), LineAngle),
+        free_indices=np.array(
+            [3 * k + c for k, body in enumerate(mechanism.bodies) for c in range(3 if body.can_rotate else 2)]
+        ),
+        pose_scales=np.array([mechanism.length_scale, mechanism.length_scale, 1.0] * len(mechanism.bodies)),
+        row_scales=np.array(
+            [*(1 / mechanism.length_scale,) * len(joint_rows.table), 1 / _output_scale(mechanism, mechanism.coordinate)]
+        ),
+        mass=np.array(
+            [m for b in mechanism.bodies for m in (b.mass, b.mass, b.second_moments.xx + b.second_moments.yy)]
+        ),
+        bodies=np.array([make_body_record(body) for body in mechanism.bodies], dtype=BODY_DTYPE),
         gravity=scene.gravity,
-        centrifugal=turning,
+        has_centrifugal_forces=has_centrifugal_forces,
         springs=springs,
         dampers=dampers,
-        driven=driven,
-        programs=np.arange(1, 1 + len(programs)),
-        gauges=Rows(gauges.table[:-1], gauges.ends[:-1], gauges.pieces),
-        sizes=sizes,
-        pulls=_pulls(scene, names),
+        programmed_force_elements=programmed_force_elements,
+        program_indices=np.arange(1, 1 + len(programs)),
+        output_rows=ConstraintRows(output_rows.table[:-1], output_rows.row_bodies[:-1], output_rows.curve_segments),
+        output_scales=output_scales,
+        output_springs=_two_sided_springs(scene, names),
         limits=np.array([(names.index(one.reading), one.low, one.high) for one in limits]).reshape(-1, 3),
-        squared=spindle.speeds[0] ** 2 if given and isinstance(spindle, Spindle) else -1.0,
-        unit=_size(mechanism, mechanism.coordinate),
-        second=second,
-        size=mechanism.size,
+        spindle_speed_squared=spindle.speeds[0] ** 2 if is_steady and isinstance(spindle, Spindle) else -1.0,
+        coordinate_scale=_output_scale(mechanism, mechanism.coordinate),
+        time_scale=scene_time_scale,
+        length_scale=mechanism.length_scale,
         low=low,
         high=high,
-        turn=math.tau if mechanism.reading(mechanism.coordinate).quantity == "angle" else 0.0,
-        plain=given and not mechanism.loads and not scene.acting,
+        full_turn=math.tau if mechanism.reading(mechanism.coordinate).quantity == "angle" else 0.0,
+        is_conservative=is_steady and not mechanism.force_elements and not scene.output_effects,
     )
-    return plan, _acts(scene, plan, names)
+    return arrays, _lower_forces(scene, arrays, names)
 
 
-def _apart(loads: RecordArray) -> tuple[RecordArray, RecordArray, RecordArray]:
+def _split_force_elements(force_elements: RecordArray) -> tuple[RecordArray, RecordArray, RecordArray]:
     """The loads with a potential, those that damp, and those with a program."""
-    if not len(loads):
-        return loads, loads, loads
-    stores = (loads["kind"] == SPRING) | (loads["kind"] == TORSION_SPRING)
-    return loads[stores], loads[~stores & (loads["program"] < 0)], loads[loads["program"] >= 0]
+    if not len(force_elements):
+        return force_elements, force_elements, force_elements
+    has_potential = (force_elements["kind"] == SPRING_ELEMENT) | (force_elements["kind"] == TORSION_SPRING_ELEMENT)
+    return (
+        force_elements[has_potential],
+        force_elements[~has_potential & (force_elements["input_index"] < 0)],
+        force_elements[force_elements["input_index"] >= 0],
+    )
 
 
-def _bounds(mechanism: Mechanism) -> tuple[float, float]:
-    unit = _size(mechanism, mechanism.coordinate)
-    own = [limit for limit in mechanism.limits if limit.reading == mechanism.coordinate]
-    low = max((limit.low for limit in own), default=-BOUNDLESS * unit)
-    return low, min((limit.high for limit in own), default=BOUNDLESS * unit)
+def _coordinate_bounds(mechanism: Mechanism) -> tuple[float, float]:
+    coordinate_scale = _output_scale(mechanism, mechanism.coordinate)
+    coordinate_limits = [limit for limit in mechanism.limits if limit.reading == mechanism.coordinate]
+    low = max((limit.low for limit in coordinate_limits), default=-UNBOUNDED_RANGE * coordinate_scale)
+    return low, min((limit.high for limit in coordinate_limits), default=UNBOUNDED_RANGE * coordinate_scale)
 
 
-def _size(mechanism: Mechanism, name: str) -> float:
-    return 1.0 if mechanism.reading(name).quantity == "angle" else mechanism.size
+def _output_scale(mechanism: Mechanism, name: str) -> float:
+    return 1.0 if mechanism.reading(name).quantity == "angle" else mechanism.length_scale
 
 
-def _pulls(scene: Scene, names: list[str]) -> FloatArray:
+def _two_sided_springs(scene: Scene, names: list[str]) -> FloatArray:
     """Springs along readings that pull both ways."""
-    found = [(PULL, names.index(one.reading), one.rate, one.free, -1) for one in springs_of(scene) if not one.one_sided]
-    return np.array(found, dtype=ACT)
-
-
-def _acts(scene: Scene, plan: Plan, names: list[str]) -> Acts:
-    mechanism, spindle, program = scene.part.mechanism, scene.spindle, 1 + len(plan.programs)
-    keepers = []
-    for keeper in keepers_of(scene):
-        rubs = keeper.friction is not None
-        keepers.append((names.index(keeper.reading), program if rubs else -1, keeper.low, keeper.high,
-                        keeper.restitution, _size(mechanism, keeper.reading)))  # fmt: skip
-        program += rubs
-    one_sided = [
-        (names.index(one.reading), one.rate, one.free, _size(mechanism, one.reading))
-        for one in springs_of(scene)
-        if one.one_sided
+    springs = [
+        (SPRING_FORCE, names.index(spring.reading), spring.rate, spring.free_value, -1)
+        for spring in output_springs_of(scene)
+        if not spring.one_sided
     ]
-    brakes = [(names.index(one.reading), one.linear, one.quadratic) for one in brakes_of(scene)]
+    return np.array(springs, dtype=OUTPUT_FORCE_DTYPE)
+
+
+def _lower_forces(scene: Scene, arrays: ReductionArrays, names: list[str]) -> ReducedForces:
+    mechanism, spindle, program = scene.part.mechanism, scene.spindle, 1 + len(arrays.program_indices)
+    contacts = []
+    for contact in contacts_of(scene):
+        has_friction = contact.friction is not None
+        contacts.append((names.index(contact.output_name), program if has_friction else -1, contact.low, contact.high,
+                        contact.restitution, _output_scale(mechanism, contact.output_name)))  # fmt: skip
+        program += has_friction
+    one_sided_springs = [
+        (names.index(spring.reading), spring.rate, spring.free_value, _output_scale(mechanism, spring.reading))
+        for spring in output_springs_of(scene)
+        if spring.one_sided
+    ]
+    output_dampers = [
+        (names.index(spring.reading), spring.linear, spring.quadratic) for spring in output_dampers_of(scene)
+    ]
     mass = sum(body.mass for body in mechanism.bodies)
-    numbers = np.zeros(11)
-    numbers[TURNS] = plan.centrifugal
-    numbers[FREE] = isinstance(spindle, FreeSpindle)
-    numbers[SPINDLE_INERTIA] = spindle.inertia if isinstance(spindle, FreeSpindle) else 0.0
-    numbers[UNEVEN] = 0.5 * spindle.unevenness if isinstance(spindle, Spindle) else 0.0
-    numbers[WAVES] = spindle.waves if isinstance(spindle, Spindle) else 1.0
-    numbers[FORCE] = mass * (mechanism.size / plan.second) ** 2 / plan.unit
-    numbers[PLAIN], numbers[PROGRAMS] = plan.plain, len(plan.programs)
-    numbers[UNIT], numbers[SECOND] = plan.unit, plan.second
-    numbers[ENERGY] = mass * (mechanism.size / plan.second) ** 2
-    return Acts(
-        numbers=numbers,
-        springs=np.array(one_sided).reshape(-1, 4),
-        brakes=np.array(brakes).reshape(-1, 3),
-        keepers=np.array(keepers).reshape(-1, 6),
+    parameters = np.zeros(11)
+    parameters[IS_SPINDLE_LOADED] = arrays.has_centrifugal_forces
+    parameters[IS_SPINDLE_FREE] = isinstance(spindle, FreeSpindle)
+    parameters[FREE_SPINDLE_INERTIA] = spindle.inertia if isinstance(spindle, FreeSpindle) else 0.0
+    parameters[FLUCTUATION_AMPLITUDE] = 0.5 * spindle.speed_fluctuation if isinstance(spindle, Spindle) else 0.0
+    parameters[CYCLES_PER_TURN] = spindle.cycles_per_turn if isinstance(spindle, Spindle) else 1.0
+    parameters[FORCE_SCALE] = mass * (mechanism.length_scale / arrays.time_scale) ** 2 / arrays.coordinate_scale
+    parameters[IS_CONSERVATIVE], parameters[PROGRAM_COUNT] = arrays.is_conservative, len(arrays.program_indices)
+    parameters[COORDINATE_SCALE], parameters[TIME_SCALE] = arrays.coordinate_scale, arrays.time_scale
+    parameters[ENERGY_SCALE] = mass * (mechanism.length_scale / arrays.time_scale) ** 2
+    return ReducedForces(
+        parameters=parameters,
+        one_sided_springs=np.array(one_sided_springs).reshape(-1, 4),
+        output_dampers=np.array(output_dampers).reshape(-1, 3),
+        contacts=np.array(contacts).reshape(-1, 6),
     )

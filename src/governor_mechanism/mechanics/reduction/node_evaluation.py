@@ -10,33 +10,48 @@ from typing import NamedTuple
 
 import numpy as np
 
-from governor_mechanism.mechanics.dynamics.equations_of_motion import body_forces, inertia_of
-from governor_mechanism.mechanics.dynamics.force_elements import add_loads
-from governor_mechanism.mechanics.dynamics.output_forces import add_acts, gauge_rate
-from governor_mechanism.mechanics.kinematics.constraint_kernels import ASKED, ASKED_BEND, BEND, OPENING, Rows, evaluate
-from governor_mechanism.numerics.jit import compiled, kernel
+from governor_mechanism.mechanics.dynamics.equations_of_motion import bodies_inertia_about_spindle, evaluate_body_forces
+from governor_mechanism.mechanics.dynamics.force_elements import add_element_forces
+from governor_mechanism.mechanics.dynamics.output_forces import add_output_forces, output_rate
+from governor_mechanism.mechanics.kinematics.constraint_kernels import (
+    DRIVE_ACCELERATION,
+    DRIVE_VALUE,
+    GAMMA,
+    RESIDUAL,
+    ConstraintRows,
+    evaluate_rows,
+)
+from governor_mechanism.numerics.jit import jit, jit_internal
 from governor_mechanism.types import FloatArray, IntArray, RecordArray
 
-STEPS = 16
+MAX_NODE_NEWTON_STEPS = 16
 """So many Newton steps are made."""
 
-LOST = 0.3
+NODE_DIVERGENCE_STEP = 0.3
 """Machine sizes, and rad: after a Newton step of this size nothing is near by."""
 
-FINE, SMALL = 2e-15, 1e-8
+NODE_ROUNDING_STEP, NODE_CONVERGENCE_STEP = 2e-15, 1e-8
 """Machine sizes, and rad: a Newton step this small is the last; one that is no smaller than half the one before it is
 rounding, if it is at least that small."""
 
-NEAR = 0.1
+NODE_CONTINUATION_STEP = 0.1
 """Of the coordinate's unit: steps by which a start is reached."""
 
-BRANCH = 0.05
+MAX_NODE_BRANCH_DISTANCE = 0.05
 """Machine sizes, and rad: poses that close farther from where they were expected may be on another branch."""
 
-SINGULAR = 1e-11
+SINGULAR_NODE_PIVOT_RATIO = 1e-11
 """A pivot below this fraction of its row has vanished."""
 
-OWN, PULL, GRIP, EASE, SPINDLE, DRAG, FIRST = range(7)
+(
+    QUADRATIC_COLUMN,
+    POTENTIAL_COLUMN,
+    CENTRIFUGAL_COLUMN,
+    INVERSE_INERTIA_COLUMN,
+    SPINDLE_INERTIA_COLUMN,
+    DAMPING_COLUMN,
+    FIRST_PROGRAM_COLUMN,
+) = range(7)
 """Columns along a coordinate q: -I'/2I, -V'/I, J'/2I, 1/I, J, the slope of dampers' force by q' over I; from FIRST on
 those of programmed loads over I, then value and slope of each gauge.
 
@@ -44,7 +59,7 @@ T = I q'^2 / 2, so q'' is OWN q'^2 + PULL + GRIP w^2 + DRAG q' and more. PULL ha
 never changes."""
 
 
-class Plan(NamedTuple):
+class ReductionArrays(NamedTuple):
     """What there is to sample. rows: the joints', and last the coordinate's; free: coordinates (of poses.ravel()) that
     may change; units and mass (3 bodies,) of all of them; scales (rows,): what makes openings relative; loads apart by
     kind; sizes (gauges,): what they are relative to; limits (n, 3): gauge, low, high.
@@ -54,138 +69,138 @@ class Plan(NamedTuple):
     that acts.
     """
 
-    rows: Rows
-    wraps: bool
-    free: IntArray
-    units: FloatArray
-    scales: FloatArray
+    constraint_rows: ConstraintRows
+    coordinate_wraps: bool
+    free_indices: IntArray
+    pose_scales: FloatArray
+    row_scales: FloatArray
     mass: FloatArray
     bodies: RecordArray
     gravity: float
-    centrifugal: bool
+    has_centrifugal_forces: bool
     springs: RecordArray
     dampers: RecordArray
-    driven: RecordArray
-    programs: IntArray
-    gauges: Rows
-    sizes: FloatArray
-    pulls: RecordArray
+    programmed_force_elements: RecordArray
+    program_indices: IntArray
+    output_rows: ConstraintRows
+    output_scales: FloatArray
+    output_springs: RecordArray
     limits: FloatArray
-    squared: float
-    unit: float
-    second: float
-    size: float
+    spindle_speed_squared: float
+    coordinate_scale: float
+    time_scale: float
+    length_scale: float
     low: float
     high: float
-    turn: float
-    plain: bool
+    full_turn: float
+    is_conservative: bool
 
 
-class Bench(NamedTuple):
+class NodeWorkspace(NamedTuple):
     """Room to work in; pivot (1,): how independent the rows were at the place last closed."""
 
-    line: FloatArray
-    gradient: FloatArray
-    seen: FloatArray
-    leaning: FloatArray
+    row_values: FloatArray
+    jacobian: FloatArray
+    output_row_values: FloatArray
+    output_jacobian: FloatArray
     matrix: FloatArray
-    order: IntArray
-    right: FloatArray
-    found: FloatArray
-    answer: FloatArray
-    every: FloatArray
-    pivot: FloatArray
-    load: FloatArray
-    still: FloatArray
-    cubics: FloatArray
+    row_order: IntArray
+    rhs: FloatArray
+    pose_change: FloatArray
+    solution: FloatArray
+    dense_row: FloatArray
+    min_pivot: FloatArray
+    generalised_forces: FloatArray
+    zero_velocities: FloatArray
+    input_cubics: FloatArray
 
 
-def make_bench(plan: Plan) -> Bench:
+def make_node_workspace(arrays: ReductionArrays) -> NodeWorkspace:
     """Room for samples of this plan."""
-    rows, bodies, gauges = len(plan.rows.table), len(plan.bodies), len(plan.gauges.table)
-    return Bench(
-        line=np.zeros((rows, 5)),
-        gradient=np.zeros((rows, 2, 3)),
-        seen=np.zeros((gauges, 5)),
-        leaning=np.zeros((gauges, 2, 3)),
-        matrix=np.zeros((rows, len(plan.free))),
-        order=np.zeros(rows, dtype=np.int64),
-        right=np.zeros(rows),
-        found=np.zeros(3 * bodies),
-        answer=np.zeros(len(plan.free)),
-        every=np.zeros(3 * bodies),
-        pivot=np.zeros(1),
-        load=np.zeros((bodies, 3)),
-        still=np.zeros((bodies, 3)),
-        cubics=np.zeros((int(np.max(plan.programs, initial=0)) + 1, 5)),
+    n_rows, n_bodies, n_outputs = len(arrays.constraint_rows.table), len(arrays.bodies), len(arrays.output_rows.table)
+    return NodeWorkspace(
+        row_values=np.zeros((n_rows, 5)),
+        jacobian=np.zeros((n_rows, 2, 3)),
+        output_row_values=np.zeros((n_outputs, 5)),
+        output_jacobian=np.zeros((n_outputs, 2, 3)),
+        matrix=np.zeros((n_rows, len(arrays.free_indices))),
+        row_order=np.zeros(n_rows, dtype=np.int64),
+        rhs=np.zeros(n_rows),
+        pose_change=np.zeros(3 * n_bodies),
+        solution=np.zeros(len(arrays.free_indices)),
+        dense_row=np.zeros(3 * n_bodies),
+        min_pivot=np.zeros(1),
+        generalised_forces=np.zeros((n_bodies, 3)),
+        zero_velocities=np.zeros((n_bodies, 3)),
+        input_cubics=np.zeros((int(np.max(arrays.program_indices, initial=0)) + 1, 5)),
     )
 
 
-@kernel
-def _eliminate(matrix: FloatArray, order: IntArray) -> float:
+@jit_internal
+def _factorise(matrix: FloatArray, row_order: IntArray) -> float:
     """Factors in place, rows in an order of their own; the least pivot, which is nought where rows are too few."""
-    rows, columns = matrix.shape
-    least = math.inf
-    for i in range(rows):
-        order[i] = i
-    for c in range(columns):
+    n_rows, n_columns = matrix.shape
+    min_pivot = math.inf
+    for i in range(n_rows):
+        row_order[i] = i
+    for c in range(n_columns):
         best = c
-        for i in range(c + 1, rows):
+        for i in range(c + 1, n_rows):
             if abs(matrix[i, c]) > abs(matrix[best, c]):
                 best = i
         if best != c:
-            order[c], order[best] = order[best], order[c]
-            for k in range(columns):
+            row_order[c], row_order[best] = row_order[best], row_order[c]
+            for k in range(n_columns):
                 matrix[c, k], matrix[best, k] = matrix[best, k], matrix[c, k]
         pivot = matrix[c, c]
-        least = min(least, abs(pivot))
-        if not least > SINGULAR:
+        min_pivot = min(min_pivot, abs(pivot))
+        if not min_pivot > SINGULAR_NODE_PIVOT_RATIO:
             return 0.0
-        for i in range(c + 1, rows):
+        for i in range(c + 1, n_rows):
             factor = matrix[i, c]
             if factor != 0.0:
                 factor /= pivot
                 matrix[i, c] = factor
-                for k in range(c + 1, columns):
+                for k in range(c + 1, n_columns):
                     matrix[i, k] -= factor * matrix[c, k]
-    return least
+    return min_pivot
 
 
-@kernel
-def _solved(
+@jit_internal
+def _solve_factorised(
     matrix: FloatArray,
-    order: IntArray,
-    right: FloatArray,
-    free: IntArray,
-    units: FloatArray,
-    answer: FloatArray,
-    found: FloatArray,
+    row_order: IntArray,
+    rhs: FloatArray,
+    free_indices: IntArray,
+    pose_scales: FloatArray,
+    solution: FloatArray,
+    pose_change: FloatArray,
 ) -> float:
     """Fill found (3 bodies,) with what makes the factorised rows equal to right; its size, in units."""
-    columns, size = free.size, 0.0
-    for i in range(columns):
-        total = right[order[i]]
+    n_columns, step_size = free_indices.size, 0.0
+    for i in range(n_columns):
+        total = rhs[row_order[i]]
         for k in range(i):
-            total -= matrix[i, k] * answer[k]
-        answer[i] = total
-    for i in range(columns - 1, -1, -1):
-        total = answer[i]
-        for k in range(i + 1, columns):
-            total -= matrix[i, k] * answer[k]
-        answer[i] = total / matrix[i, i]
-        found[free[i]] = units[free[i]] * answer[i]
-        size = max(size, abs(answer[i]))
-    return size
+            total -= matrix[i, k] * solution[k]
+        solution[i] = total
+    for i in range(n_columns - 1, -1, -1):
+        total = solution[i]
+        for k in range(i + 1, n_columns):
+            total -= matrix[i, k] * solution[k]
+        solution[i] = total / matrix[i, i]
+        pose_change[free_indices[i]] = pose_scales[free_indices[i]] * solution[i]
+        step_size = max(step_size, abs(solution[i]))
+    return step_size
 
 
-@kernel
-def _fill(
+@jit_internal
+def _fill_scaled_jacobian(
     ends: IntArray,
-    gradient: FloatArray,
-    scales: FloatArray,
-    free: IntArray,
-    units: FloatArray,
-    every: FloatArray,
+    jacobian: FloatArray,
+    row_scales: FloatArray,
+    free_indices: IntArray,
+    pose_scales: FloatArray,
+    dense_row: FloatArray,
     matrix: FloatArray,
 ) -> None:
     """Fill the matrix (rows, free) with gradients in units of rows and coordinates; every (3 bodies,) is room, and
@@ -195,131 +210,166 @@ def _fill(
             body = ends[i, side]
             if body >= 0:
                 for c in range(3):
-                    every[3 * body + c] += scales[i] * gradient[i, side, c] * units[3 * body + c]
-        for k in range(free.size):
-            matrix[i, k] = every[free[k]]
+                    dense_row[3 * body + c] += row_scales[i] * jacobian[i, side, c] * pose_scales[3 * body + c]
+        for k in range(free_indices.size):
+            matrix[i, k] = dense_row[free_indices[k]]
         for side in range(2):
             body = ends[i, side]
             if body >= 0:
                 for c in range(3):
-                    every[3 * body + c] = 0.0
+                    dense_row[3 * body + c] = 0.0
 
 
-@kernel
-def placed(plan: Plan, bench: Bench, q: float, place: FloatArray) -> bool:
+@jit_internal
+def solve_position(arrays: ReductionArrays, workspace: NodeWorkspace, q: float, node: FloatArray) -> bool:
     """Close place[0] (poses) at a value of the coordinate, from a guess; fill in its two derivatives."""
-    rows, free, units, scales, line, gradient = (
-        plan.rows,
-        plan.free,
-        plan.units,
-        plan.scales,
-        bench.line,
-        bench.gradient,
+    rows, free_indices, pose_scales, row_scales, row_values, jacobian = (
+        arrays.constraint_rows,
+        arrays.free_indices,
+        arrays.pose_scales,
+        arrays.row_scales,
+        workspace.row_values,
+        workspace.jacobian,
     )
-    matrix, order, right, found, answer = bench.matrix, bench.order, bench.right, bench.found, bench.answer
-    poses, moving, every, ends = place[0].reshape(-1, 3), place[1].reshape(-1, 3), bench.every, rows.ends
-    last, before = right.size - 1, math.inf
-    for _ in range(STEPS):
-        line[:, ASKED] = 0.0
-        evaluate(rows, poses, bench.still, line, gradient)
+    matrix, row_order, rhs, pose_change, solution = (
+        workspace.matrix,
+        workspace.row_order,
+        workspace.rhs,
+        workspace.pose_change,
+        workspace.solution,
+    )
+    poses, tangents, dense_row, ends = (
+        node[0].reshape(-1, 3),
+        node[1].reshape(-1, 3),
+        workspace.dense_row,
+        rows.row_bodies,
+    )
+    last, previous_step = rhs.size - 1, math.inf
+    for _ in range(MAX_NODE_NEWTON_STEPS):
+        row_values[:, DRIVE_VALUE] = 0.0
+        evaluate_rows(rows, poses, workspace.zero_velocities, row_values, jacobian)
         for i in range(last):
-            right[i] = -line[i, OPENING] * scales[i]
-        off = line[last, OPENING] - q
-        if plan.wraps:
-            off -= 2.0 * math.pi * math.floor(off / (2.0 * math.pi) + 0.5)
-        right[last] = -off * scales[last]
-        _fill(ends, gradient, scales, free, units, every, matrix)
-        bench.pivot[0] = _eliminate(matrix, order)
-        if bench.pivot[0] == 0.0:
+            rhs[i] = -row_values[i, RESIDUAL] * row_scales[i]
+        residual = row_values[last, RESIDUAL] - q
+        if arrays.coordinate_wraps:
+            residual -= 2.0 * math.pi * math.floor(residual / (2.0 * math.pi) + 0.5)
+        rhs[last] = -residual * row_scales[last]
+        _fill_scaled_jacobian(ends, jacobian, row_scales, free_indices, pose_scales, dense_row, matrix)
+        workspace.min_pivot[0] = _factorise(matrix, row_order)
+        if workspace.min_pivot[0] == 0.0:
             return False
-        step = _solved(matrix, order, right, free, units, answer, found)
-        if not step < LOST:
+        step = _solve_factorised(matrix, row_order, rhs, free_indices, pose_scales, solution, pose_change)
+        if not step < NODE_DIVERGENCE_STEP:
             return False
-        for k in range(units.size):
-            place[0, k] += found[k]
-        if step <= FINE or (step < SMALL and step >= 0.5 * before):
+        for k in range(pose_scales.size):
+            node[0, k] += pose_change[k]
+        if step <= NODE_ROUNDING_STEP or (step < NODE_CONVERGENCE_STEP and step >= 0.5 * previous_step):
             break
-        before = step
+        previous_step = step
     else:
         return False
-    right[:] = 0.0
-    right[last] = scales[last]
-    _solved(matrix, order, right, free, units, answer, place[1])
-    line[:, ASKED_BEND] = 0.0
-    evaluate(rows, poses, moving, line, gradient)
+    rhs[:] = 0.0
+    rhs[last] = row_scales[last]
+    _solve_factorised(matrix, row_order, rhs, free_indices, pose_scales, solution, node[1])
+    row_values[:, DRIVE_ACCELERATION] = 0.0
+    evaluate_rows(rows, poses, tangents, row_values, jacobian)
     for i in range(last + 1):
-        right[i] = line[i, BEND] * scales[i]
-    _solved(matrix, order, right, free, units, answer, place[2])
+        rhs[i] = row_values[i, GAMMA] * row_scales[i]
+    _solve_factorised(matrix, row_order, rhs, free_indices, pose_scales, solution, node[2])
     return True
 
 
-@compiled
-def reach(plan: Plan, bench: Bench, q: float, poses: FloatArray) -> bool:
+@jit
+def continue_to_coordinate(arrays: ReductionArrays, workspace: NodeWorkspace, q: float, poses: FloatArray) -> bool:
     """Bring poses (bodies, 3) that all but close the joints to a value of the coordinate, by steps of NEAR."""
-    place, moved = np.zeros((3, plan.units.size)), np.zeros(plan.units.size)
-    place[0] = poses.ravel()
-    bench.line[:] = 0.0
-    evaluate(plan.rows, poses, bench.still, bench.line, bench.gradient)
-    start = bench.line[plan.rows.table.size - 1, OPENING]
-    steps = max(1, math.ceil(abs(q - start) / (NEAR * plan.unit)))
-    here = start
-    for k in range(steps + 1):
-        there = start + (q - start) * k / steps
-        for c in range(plan.units.size):
-            place[0, c] += (there - here) * place[1, c]
-        moved[:] = place[0]
-        if not placed(plan, bench, there, place):
+    node, predicted = np.zeros((3, arrays.pose_scales.size)), np.zeros(arrays.pose_scales.size)
+    node[0] = poses.ravel()
+    workspace.row_values[:] = 0.0
+    evaluate_rows(arrays.constraint_rows, poses, workspace.zero_velocities, workspace.row_values, workspace.jacobian)
+    start = workspace.row_values[arrays.constraint_rows.table.size - 1, RESIDUAL]
+    n_steps = max(1, math.ceil(abs(q - start) / (NODE_CONTINUATION_STEP * arrays.coordinate_scale)))
+    q_here = start
+    for k in range(n_steps + 1):
+        q_there = start + (q - start) * k / n_steps
+        for c in range(arrays.pose_scales.size):
+            node[0, c] += (q_there - q_here) * node[1, c]
+        predicted[:] = node[0]
+        if not solve_position(arrays, workspace, q_there, node):
             return False
-        for c in range(plan.units.size):
-            if not abs(place[0, c] - moved[c]) < BRANCH * plan.units[c]:
+        for c in range(arrays.pose_scales.size):
+            if not abs(node[0, c] - predicted[c]) < MAX_NODE_BRANCH_DISTANCE * arrays.pose_scales[c]:
                 return False
-        here = there
-    poses[:] = place[0].reshape(-1, 3)
+        q_here = q_there
+    poses[:] = node[0].reshape(-1, 3)
     return True
 
 
-@kernel
-def sampled(plan: Plan, bench: Bench, place: FloatArray, columns: FloatArray) -> None:
+@jit_internal
+def evaluate_columns(arrays: ReductionArrays, workspace: NodeWorkspace, node: FloatArray, columns: FloatArray) -> None:
     """Fill columns with what follows from a place (3, 3 bodies)."""
-    poses, ahead = place[0].reshape(-1, 3), place[1].reshape(-1, 3)
-    inertia = growth = 0.0
-    for k in range(plan.mass.size):
-        inertia += plan.mass[k] * place[1, k] * place[1, k]
-        growth += 2.0 * plan.mass[k] * place[1, k] * place[2, k]
-    steady = plan.centrifugal and plan.squared >= 0.0
-    body_forces(plan.bodies, plan.gravity, steady, poses, plan.squared, bench.load)
-    add_loads(plan.springs, poses, bench.still, bench.cubics, 0.0, bench.load)
-    add_acts(plan.gauges, plan.pulls, poses, bench.still, bench.cubics, 0.0, bench.seen, bench.leaning, bench.load)
-    columns[OWN] = -0.5 * growth / inertia
-    columns[PULL] = _along(bench.load, place[1]) / inertia
-    if columns.size == EASE:
+    poses, tangents = node[0].reshape(-1, 3), node[1].reshape(-1, 3)
+    inertia = inertia_derivative = 0.0
+    for k in range(arrays.mass.size):
+        inertia += arrays.mass[k] * node[1, k] * node[1, k]
+        inertia_derivative += 2.0 * arrays.mass[k] * node[1, k] * node[2, k]
+    is_steady = arrays.has_centrifugal_forces and arrays.spindle_speed_squared >= 0.0
+    evaluate_body_forces(
+        arrays.bodies, arrays.gravity, is_steady, poses, arrays.spindle_speed_squared, workspace.generalised_forces
+    )
+    add_element_forces(
+        arrays.springs, poses, workspace.zero_velocities, workspace.input_cubics, 0.0, workspace.generalised_forces
+    )
+    add_output_forces(
+        arrays.output_rows,
+        arrays.output_springs,
+        poses,
+        workspace.zero_velocities,
+        workspace.input_cubics,
+        0.0,
+        workspace.output_row_values,
+        workspace.output_jacobian,
+        workspace.generalised_forces,
+    )
+    columns[QUADRATIC_COLUMN] = -0.5 * inertia_derivative / inertia
+    columns[POTENTIAL_COLUMN] = _project_on_tangent(workspace.generalised_forces, node[1]) / inertia
+    if columns.size == INVERSE_INERTIA_COLUMN:
         return
-    columns[GRIP] = 0.0
-    if plan.centrifugal and not steady:
-        body_forces(plan.bodies, 0.0, True, poses, 1.0, bench.load)
-        columns[GRIP] = _along(bench.load, place[1]) / inertia
-    columns[EASE], columns[SPINDLE] = 1.0 / inertia, inertia_of(plan.bodies, poses)
-    bench.load[:] = 0.0
-    add_loads(plan.dampers, poses, ahead, bench.cubics, 0.0, bench.load)
-    columns[DRAG] = _along(bench.load, place[1]) / inertia
-    at = FIRST
-    for program in plan.programs:
-        bench.load[:] = 0.0
-        bench.cubics[program, 3] = 1.0
-        add_loads(plan.driven, poses, bench.still, bench.cubics, 0.0, bench.load)
-        bench.cubics[program, 3] = 0.0
-        columns[at] = _along(bench.load, place[1]) / inertia
-        at += 1
-    evaluate(plan.gauges, poses, ahead, bench.seen, bench.leaning)
-    for k in range(plan.gauges.table.size):
-        columns[at] = bench.seen[k, OPENING]
-        columns[at + 1] = gauge_rate(plan.gauges, bench.leaning, k, ahead)
-        at += 2
+    columns[CENTRIFUGAL_COLUMN] = 0.0
+    if arrays.has_centrifugal_forces and not is_steady:
+        evaluate_body_forces(arrays.bodies, 0.0, True, poses, 1.0, workspace.generalised_forces)
+        columns[CENTRIFUGAL_COLUMN] = _project_on_tangent(workspace.generalised_forces, node[1]) / inertia
+    columns[INVERSE_INERTIA_COLUMN], columns[SPINDLE_INERTIA_COLUMN] = (
+        1.0 / inertia,
+        bodies_inertia_about_spindle(arrays.bodies, poses),
+    )
+    workspace.generalised_forces[:] = 0.0
+    add_element_forces(arrays.dampers, poses, tangents, workspace.input_cubics, 0.0, workspace.generalised_forces)
+    columns[DAMPING_COLUMN] = _project_on_tangent(workspace.generalised_forces, node[1]) / inertia
+    column = FIRST_PROGRAM_COLUMN
+    for program in arrays.program_indices:
+        workspace.generalised_forces[:] = 0.0
+        workspace.input_cubics[program, 3] = 1.0
+        add_element_forces(
+            arrays.programmed_force_elements,
+            poses,
+            workspace.zero_velocities,
+            workspace.input_cubics,
+            0.0,
+            workspace.generalised_forces,
+        )
+        workspace.input_cubics[program, 3] = 0.0
+        columns[column] = _project_on_tangent(workspace.generalised_forces, node[1]) / inertia
+        column += 1
+    evaluate_rows(arrays.output_rows, poses, tangents, workspace.output_row_values, workspace.output_jacobian)
+    for k in range(arrays.output_rows.table.size):
+        columns[column] = workspace.output_row_values[k, RESIDUAL]
+        columns[column + 1] = output_rate(arrays.output_rows, workspace.output_jacobian, k, tangents)
+        column += 2
 
 
-@kernel
-def _along(load: FloatArray, ahead: FloatArray) -> float:
-    total, flat = 0.0, load.ravel()
-    for k in range(ahead.size):
-        total += flat[k] * ahead[k]
+@jit_internal
+def _project_on_tangent(forces: FloatArray, tangent: FloatArray) -> float:
+    total, flat_forces = 0.0, forces.ravel()
+    for k in range(tangent.size):
+        total += flat_forces[k] * tangent[k]
     return total

@@ -7,16 +7,20 @@ from typing import NamedTuple
 
 import numpy as np
 
-from governor_mechanism.mechanics.reduction.node_evaluation import EASE, FIRST, Plan
-from governor_mechanism.numerics.chebyshev import COUNT, weighed
-from governor_mechanism.numerics.jit import compiled, kernel
+from governor_mechanism.mechanics.reduction.node_evaluation import (
+    FIRST_PROGRAM_COLUMN,
+    INVERSE_INERTIA_COLUMN,
+    ReductionArrays,
+)
+from governor_mechanism.numerics.chebyshev import N_CHEBYSHEV_NODES, barycentric_weights
+from governor_mechanism.numerics.jit import jit, jit_internal
 from governor_mechanism.types import FloatArray, IntArray
 
-FIRST_WIDTH = 0.1
+INITIAL_PIECE_WIDTH = 0.1
 """Of the coordinate's unit: the first piece tried."""
 
 
-class Laid(NamedTuple):
+class PiecewiseTable(NamedTuple):
     """Pieces, in the order in which they were laid: edges (pieces, 4), their low and high end, middle and 1 / half
     width; beside (pieces, 2), the ones below and above, -1 where none is; table (pieces, columns, COUNT);
     places (pieces, COUNT, 3, 3 bodies), poses and their two derivatives at the nodes.
@@ -27,89 +31,95 @@ class Laid(NamedTuple):
     natural_places (2, 3 bodies): what fits are relative to; first (3, 3 bodies): the place that all begins at.
     """
 
-    edges: FloatArray
-    beside: IntArray
-    table: FloatArray
-    places: FloatArray
-    number: IntArray
-    ends: IntArray
-    why: IntArray
-    width: FloatArray
-    ring: FloatArray
-    turned: FloatArray
-    natural: FloatArray
-    natural_places: FloatArray
-    first: FloatArray
+    intervals: FloatArray
+    neighbours: IntArray
+    coefficients: FloatArray
+    nodes: FloatArray
+    n_pieces: IntArray
+    end_pieces: IntArray
+    end_reasons: IntArray
+    next_widths: FloatArray
+    periodicity: FloatArray
+    pose_increment: FloatArray
+    column_scales: FloatArray
+    node_scales: FloatArray
+    initial_node: FloatArray
 
 
-def make_laid(plan: Plan, room: int) -> Laid:
+def allocate_table(arrays: ReductionArrays, capacity: int) -> PiecewiseTable:
     """Room for so many pieces, none laid."""
-    columns, bodies = columns_of(plan), len(plan.bodies)
-    return Laid(
-        edges=np.zeros((room, 4)),
-        beside=np.full((room, 2), -1, dtype=np.int64),
-        table=np.zeros((room, columns, COUNT)),
-        places=np.zeros((room, COUNT, 3, 3 * bodies)),
-        number=np.zeros(1, dtype=np.int64),
-        ends=np.zeros(2, dtype=np.int64),
-        why=np.zeros(2, dtype=np.int64),
-        width=np.full(2, FIRST_WIDTH * plan.unit),
-        ring=np.array([0.0, 0.0, 1.0, 0.0, 0.0]),
-        turned=np.zeros(3 * bodies),
-        natural=np.zeros(columns),
-        natural_places=np.zeros((2, 3 * bodies)),
-        first=np.zeros((3, 3 * bodies)),
+    n_columns, n_bodies = count_columns(arrays), len(arrays.bodies)
+    return PiecewiseTable(
+        intervals=np.zeros((capacity, 4)),
+        neighbours=np.full((capacity, 2), -1, dtype=np.int64),
+        coefficients=np.zeros((capacity, n_columns, N_CHEBYSHEV_NODES)),
+        nodes=np.zeros((capacity, N_CHEBYSHEV_NODES, 3, 3 * n_bodies)),
+        n_pieces=np.zeros(1, dtype=np.int64),
+        end_pieces=np.zeros(2, dtype=np.int64),
+        end_reasons=np.zeros(2, dtype=np.int64),
+        next_widths=np.full(2, INITIAL_PIECE_WIDTH * arrays.coordinate_scale),
+        periodicity=np.array([0.0, 0.0, 1.0, 0.0, 0.0]),
+        pose_increment=np.zeros(3 * n_bodies),
+        column_scales=np.zeros(n_columns),
+        node_scales=np.zeros((2, 3 * n_bodies)),
+        initial_node=np.zeros((3, 3 * n_bodies)),
     )
 
 
-def more_room(laid: Laid) -> Laid:
+def grow_table(table: PiecewiseTable) -> PiecewiseTable:
     """The same with room for twice as many pieces."""
-    double = {}
-    for name in ("edges", "beside", "table", "places"):
-        old = getattr(laid, name)
-        double[name] = np.concatenate([old, np.full_like(old, -1 if name == "beside" else 0)])
-    return laid._replace(**double)
+    grown = {}
+    for name in ("intervals", "neighbours", "coefficients", "nodes"):
+        old = getattr(table, name)
+        grown[name] = np.concatenate([old, np.full_like(old, -1 if name == "neighbours" else 0)])
+    return table._replace(**grown)
 
 
-def columns_of(plan: Plan) -> int:
+def count_columns(arrays: ReductionArrays) -> int:
     """How many columns there are."""
     return (
-        EASE if plan.plain and not len(plan.gauges.table) else FIRST + len(plan.programs) + 2 * len(plan.gauges.table)
+        INVERSE_INERTIA_COLUMN
+        if arrays.is_conservative and not len(arrays.output_rows.table)
+        else FIRST_PROGRAM_COLUMN + len(arrays.program_indices) + 2 * len(arrays.output_rows.table)
     )
 
 
-@kernel
-def piece_of(edges: FloatArray, beside: IntArray, ring: FloatArray, q: float, near: int) -> tuple[int, float, int]:
+@jit_internal
+def find_piece(
+    intervals: FloatArray, neighbours: IntArray, periodicity: FloatArray, q: float, piece_guess: int
+) -> tuple[int, float, int]:
     """The piece that holds a value, looked for from one near by, where in it the value is (-1 to 1), and -1.
 
     Where none does, the side (0 below, 1 above) to lay one on stands in place of that.
     """
-    k, local, side = near, q, -1
-    if ring[0] > 0.0:
-        local = q - ring[0] * math.floor((q - ring[1]) / ring[0])
-    t = (local - edges[k, 2]) * edges[k, 3]
+    piece, wrapped, side = piece_guess, q, -1
+    if periodicity[0] > 0.0:
+        wrapped = q - periodicity[0] * math.floor((q - periodicity[1]) / periodicity[0])
+    t = (wrapped - intervals[piece, 2]) * intervals[piece, 3]
     if abs(t) > 1.0:
-        while local > edges[k, 1] and beside[k, 1] >= 0:
-            k = beside[k, 1]
-        while local < edges[k, 0] and beside[k, 0] >= 0:
-            k = beside[k, 0]
-        t = (local - edges[k, 2]) * edges[k, 3]
-        if ring[0] == 0.0:  # on a ring it would be rounding
-            side = 1 if local > edges[k, 1] else 0 if local < edges[k, 0] else -1
-    return k, t, side
+        while wrapped > intervals[piece, 1] and neighbours[piece, 1] >= 0:
+            piece = neighbours[piece, 1]
+        while wrapped < intervals[piece, 0] and neighbours[piece, 0] >= 0:
+            piece = neighbours[piece, 0]
+        t = (wrapped - intervals[piece, 2]) * intervals[piece, 3]
+        if periodicity[0] == 0.0:  # on a ring it would be rounding
+            side = 1 if wrapped > intervals[piece, 1] else 0 if wrapped < intervals[piece, 0] else -1
+    return piece, t, side
 
 
-@compiled
-def places_at(laid: Laid, values: FloatArray, poses: FloatArray, ahead: FloatArray) -> None:
+@jit
+def evaluate_poses(table: PiecewiseTable, values: FloatArray, poses: FloatArray, tangents: FloatArray) -> None:
     """Fill poses and their derivative (n, 3 bodies) at values (n,) of the coordinate that have been laid."""
-    weights, near = np.empty(COUNT), 0
+    weights, piece = np.empty(N_CHEBYSHEV_NODES), 0
     for i in range(values.size):
-        near, t, _ = piece_of(laid.edges, laid.beside, laid.ring, values[i], near)
-        weighed(t, weights)
-        turns = math.floor((values[i] - laid.ring[1]) / laid.ring[0]) if laid.ring[0] > 0.0 else 0.0
-        for c in range(laid.turned.size):
-            place = moving = 0.0
-            for k in range(COUNT):
-                place += weights[k] * laid.places[near, k, 0, c]
-                moving += weights[k] * laid.places[near, k, 1, c]
-            poses[i, c], ahead[i, c] = place + turns * laid.turned[c], moving
+        piece, t, _ = find_piece(table.intervals, table.neighbours, table.periodicity, values[i], piece)
+        barycentric_weights(t, weights)
+        n_periods = (
+            math.floor((values[i] - table.periodicity[1]) / table.periodicity[0]) if table.periodicity[0] > 0.0 else 0.0
+        )
+        for c in range(table.pose_increment.size):
+            pose = tangent = 0.0
+            for k in range(N_CHEBYSHEV_NODES):
+                pose += weights[k] * table.nodes[piece, k, 0, c]
+                tangent += weights[k] * table.nodes[piece, k, 1, c]
+            poses[i, c], tangents[i, c] = pose + n_periods * table.pose_increment[c], tangent

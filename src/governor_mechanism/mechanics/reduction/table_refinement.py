@@ -10,325 +10,430 @@ import math
 
 import numpy as np
 
-from governor_mechanism.mechanics.kinematics.constraint_kernels import LEAN
+from governor_mechanism.mechanics.kinematics.constraint_kernels import LINE_ANGLE
 from governor_mechanism.mechanics.reduction.node_evaluation import (
-    BRANCH,
-    DRAG,
-    EASE,
-    FIRST,
-    GRIP,
-    OWN,
-    PULL,
-    SPINDLE,
-    Bench,
-    Plan,
-    placed,
-    sampled,
+    CENTRIFUGAL_COLUMN,
+    DAMPING_COLUMN,
+    FIRST_PROGRAM_COLUMN,
+    INVERSE_INERTIA_COLUMN,
+    MAX_NODE_BRANCH_DISTANCE,
+    POTENTIAL_COLUMN,
+    QUADRATIC_COLUMN,
+    SPINDLE_INERTIA_COLUMN,
+    NodeWorkspace,
+    ReductionArrays,
+    evaluate_columns,
+    solve_position,
 )
-from governor_mechanism.mechanics.reduction.table import Laid
-from governor_mechanism.numerics.chebyshev import COUNT, NODES, fitted, powers, weighed
-from governor_mechanism.numerics.jit import compiled, kernel
+from governor_mechanism.mechanics.reduction.table import PiecewiseTable
+from governor_mechanism.numerics.chebyshev import (
+    CHEBYSHEV_NODES,
+    N_CHEBYSHEV_NODES,
+    barycentric_weights,
+    evaluate_piece,
+    fit_piece,
+)
+from governor_mechanism.numerics.jit import jit, jit_internal
 from governor_mechanism.types import FloatArray
 
-TIGHT = 1e-13
+FIT_TOLERANCE = 1e-13
 """What a fit may leave out, of what its column is natural in."""
 
-WIDEST = 1.0
+MAX_PIECE_WIDTH = 1.0
 """Of the coordinate's unit: no piece is wider."""
 
-SHORTEST = 1e-9
+MIN_PIECE_WIDTH = 1e-9
 """Of the coordinate's unit: where a piece must be narrower, the way ends."""
 
-AT_EASE = 1e-3
+WIDEN_THRESHOLD = 1e-3
 """A piece that leaves out less than this part of what it may lets the next one be wider."""
 
-ROUNDING = 1e6
+MAX_ROUNDING_RATIO = 1e6
 """So many times more than TIGHT may be left out where it is rounding: near a change point, where the way soon ends."""
 
-NOTABLE, NARROW, TRIED = 10.0, 1e-3, 24
+NOISE_LIMIT, MIN_RESIZABLE_WIDTH, N_RESIZE_TRIALS = 10.0, 1e-3, 24
 """More rounding than that, in units of TIGHT, on a piece wider than this part of the coordinate's unit: so many other
 widths are tried."""
 
-WEAK, LAST = 0.1, 0.1
+CHANGE_POINT_RATIO, CHANGE_POINT_MARGIN = 0.1, 0.1
 """A piece with that much rounding, and with joints that much less independent than at the start, holds a change point,
 where the way ends; but for the last part (of the coordinate's unit) before its bound, which ends it anyhow."""
 
-RECURS = 1e-8
+TABLE_CLOSURE_TOLERANCE = 1e-8
 """Machine sizes, and rad: a way that comes so near its beginning is closed."""
 
-BEGIN = 2
+START_TABLE = 2
 """What `lay` is asked for first; else 0 is below, and 1 above."""
 
-LAID, FULL, ENDED = 0, 1, 2
+PIECE_ADDED, TABLE_FULL, TABLE_ENDED = 0, 1, 2
 """What became of it: a piece was laid; there is no room; the way ends."""
 
-OPEN, BOUND, CENTRE, BEYOND = 0, 1, 2, 3
+NOT_ENDED, AT_BOUND, AT_SINGULARITY, AT_LIMIT = 0, 1, 2, 3
 """Why a way ends: it does not; at the coordinate's bound; where it cannot be followed; from BEYOND on at a limit."""
 
 
-@compiled
-def lay(plan: Plan, bench: Bench, laid: Laid, what: int, q: float, poses: FloatArray) -> int:
+@jit
+def extend_table(
+    arrays: ReductionArrays, workspace: NodeWorkspace, table: PiecewiseTable, action: int, q: float, poses: FloatArray
+) -> int:
     """Lay the next piece below (what = 0) or above (1) all others; or first (BEGIN) find the place from which pieces
     are laid, at a value of the coordinate near poses (bodies, 3), which nothing else asks for. What became of it.
 
     One way in from Python for both: each is compiled with all that it calls.
     """
-    if what == BEGIN:
-        return LAID if _begun(plan, bench, laid, q, poses) else ENDED
-    return int(_extended(plan, bench, laid, what))
+    if action == START_TABLE:
+        return PIECE_ADDED if _start_table(arrays, workspace, table, q, poses) else TABLE_ENDED
+    return int(_add_piece(arrays, workspace, table, action))
 
 
-@kernel
-def _begun(plan: Plan, bench: Bench, laid: Laid, q: float, poses: FloatArray) -> bool:
-    place, columns = np.zeros((3, plan.units.size)), np.zeros(laid.natural.size)
-    place[0] = poses.ravel()
-    laid.edges[0, 0] = laid.edges[0, 1] = laid.ring[1] = q
-    if not placed(plan, bench, q, place):
-        laid.why[:] = CENTRE
+@jit_internal
+def _start_table(
+    arrays: ReductionArrays, workspace: NodeWorkspace, table: PiecewiseTable, q: float, poses: FloatArray
+) -> bool:
+    node, columns = np.zeros((3, arrays.pose_scales.size)), np.zeros(table.column_scales.size)
+    node[0] = poses.ravel()
+    table.intervals[0, 0] = table.intervals[0, 1] = table.periodicity[1] = q
+    if not solve_position(arrays, workspace, q, node):
+        table.end_reasons[:] = AT_SINGULARITY
         return False
-    sampled(plan, bench, place, columns)
-    _naturals(plan, laid, place, columns)
-    laid.first[:] = place
-    laid.ring[4] = bench.pivot[0]
+    evaluate_columns(arrays, workspace, node, columns)
+    _set_scales(arrays, table, node, columns)
+    table.initial_node[:] = node
+    table.periodicity[4] = workspace.min_pivot[0]
     return True
 
 
-@kernel
-def _naturals(plan: Plan, laid: Laid, place: FloatArray, columns: FloatArray) -> None:
+@jit_internal
+def _set_scales(arrays: ReductionArrays, table: PiecewiseTable, node: FloatArray, columns: FloatArray) -> None:
     """What columns and places are relative to, from the first place."""
-    natural, unit, second = laid.natural, plan.unit, plan.second
-    natural[OWN], natural[PULL], natural[GRIP] = 1.0 / unit, unit / second**2, unit
-    moving = 0.0
-    for k in range(plan.units.size):
-        moving = max(moving, abs(place[1, k]))
-        laid.natural_places[0, k] = plan.units[k]
-        laid.natural_places[1, k] = plan.units[k] / unit
-    if columns.size == EASE:
+    column_scales, coordinate_scale, time_scale = table.column_scales, arrays.coordinate_scale, arrays.time_scale
+    column_scales[QUADRATIC_COLUMN], column_scales[POTENTIAL_COLUMN], column_scales[CENTRIFUGAL_COLUMN] = (
+        1.0 / coordinate_scale,
+        coordinate_scale / time_scale**2,
+        coordinate_scale,
+    )
+    max_tangent = 0.0
+    for k in range(arrays.pose_scales.size):
+        max_tangent = max(max_tangent, abs(node[1, k]))
+        table.node_scales[0, k] = arrays.pose_scales[k]
+        table.node_scales[1, k] = arrays.pose_scales[k] / coordinate_scale
+    if columns.size == INVERSE_INERTIA_COLUMN:
         return
-    natural[EASE], natural[SPINDLE], natural[DRAG] = columns[EASE], columns[SPINDLE], 1.0 / second
-    at = FIRST
-    for _ in range(plan.programs.size):
-        natural[at] = moving * columns[EASE]
-        at += 1
-    for k in range(plan.gauges.table.size):
-        natural[at], natural[at + 1] = plan.sizes[k], plan.sizes[k] / unit
-        at += 2
+    column_scales[INVERSE_INERTIA_COLUMN], column_scales[SPINDLE_INERTIA_COLUMN], column_scales[DAMPING_COLUMN] = (
+        columns[INVERSE_INERTIA_COLUMN],
+        columns[SPINDLE_INERTIA_COLUMN],
+        1.0 / time_scale,
+    )
+    column = FIRST_PROGRAM_COLUMN
+    for _ in range(arrays.program_indices.size):
+        column_scales[column] = max_tangent * columns[INVERSE_INERTIA_COLUMN]
+        column += 1
+    for k in range(arrays.output_rows.table.size):
+        column_scales[column], column_scales[column + 1] = (
+            arrays.output_scales[k],
+            arrays.output_scales[k] / coordinate_scale,
+        )
+        column += 2
 
 
-@kernel
-def _extended(plan: Plan, bench: Bench, laid: Laid, side: int) -> int:
-    if laid.why[side] != OPEN or laid.ring[0] > 0.0:
-        return ENDED
-    at, edge = laid.number[0], laid.ends[side]
-    if at >= laid.edges.shape[0]:
-        return FULL
-    start, sign = laid.edges[edge, side], 1.0 if side == 1 else -1.0
-    bound = plan.high if side == 1 else plan.low
-    width = min(laid.width[side], WIDEST * plan.unit)
+@jit_internal
+def _add_piece(arrays: ReductionArrays, workspace: NodeWorkspace, table: PiecewiseTable, side: int) -> int:
+    if table.end_reasons[side] != NOT_ENDED or table.periodicity[0] > 0.0:
+        return TABLE_ENDED
+    piece, edge_piece = table.n_pieces[0], table.end_pieces[side]
+    if piece >= table.intervals.shape[0]:
+        return TABLE_FULL
+    start, direction = table.intervals[edge_piece, side], 1.0 if side == 1 else -1.0
+    bound = arrays.high if side == 1 else arrays.low
+    width = min(table.next_widths[side], MAX_PIECE_WIDTH * arrays.coordinate_scale)
     while True:
-        end, bounded = start + sign * width, False
-        if sign * (end - bound) >= 0.0:
-            end, bounded = bound, True
-        whole = laid.edges[laid.ends[1 - side], 1 - side] + sign * laid.ring[2] * plan.turn
-        if plan.turn > 0.0 and sign * (end - whole) >= 0.0:
-            end, bounded = whole, False
-        if abs(end - start) < SHORTEST * plan.unit:
-            laid.why[side] = BOUND if bounded else CENTRE
-            return ENDED
-        left_out, rounding = _lay(plan, bench, laid, at, edge, min(start, end), max(start, end), side)
-        if left_out <= 1.0 and rounding < ROUNDING:
-            if rounding > NOTABLE and abs(end - start) > NARROW * plan.unit and not bounded:
-                end = _quieter(plan, bench, laid, at, edge, start, end, side, rounding)
-                left_out, rounding = _lay(plan, bench, laid, at, edge, min(start, end), max(start, end), side)
+        end, at_bound = start + direction * width, False
+        if direction * (end - bound) >= 0.0:
+            end, at_bound = bound, True
+        period_end = (
+            table.intervals[table.end_pieces[1 - side], 1 - side] + direction * table.periodicity[2] * arrays.full_turn
+        )
+        if arrays.full_turn > 0.0 and direction * (end - period_end) >= 0.0:
+            end, at_bound = period_end, False
+        if abs(end - start) < MIN_PIECE_WIDTH * arrays.coordinate_scale:
+            table.end_reasons[side] = AT_BOUND if at_bound else AT_SINGULARITY
+            return TABLE_ENDED
+        residual, rounding = _fill_piece(
+            arrays, workspace, table, piece, edge_piece, min(start, end), max(start, end), side
+        )
+        if residual <= 1.0 and rounding < MAX_ROUNDING_RATIO:
+            if (
+                rounding > NOISE_LIMIT
+                and abs(end - start) > MIN_RESIZABLE_WIDTH * arrays.coordinate_scale
+                and not at_bound
+            ):
+                end = _reduce_rounding_by_resizing(
+                    arrays, workspace, table, piece, edge_piece, start, end, side, rounding
+                )
+                residual, rounding = _fill_piece(
+                    arrays, workspace, table, piece, edge_piece, min(start, end), max(start, end), side
+                )
                 # What a change point does to the tables no run can make good, and what is passed there would not show.
-                weak = bench.pivot[0] < WEAK * laid.ring[4]
-                if rounding > NOTABLE and weak and abs(bound - end) > LAST * plan.unit:
-                    laid.why[side] = CENTRE
-                    return ENDED
-            met, reason = _limit(plan, laid, at, side)
-            if reason == OPEN:
+                near_change_point = workspace.min_pivot[0] < CHANGE_POINT_RATIO * table.periodicity[4]
+                if (
+                    rounding > NOISE_LIMIT
+                    and near_change_point
+                    and abs(bound - end) > CHANGE_POINT_MARGIN * arrays.coordinate_scale
+                ):
+                    table.end_reasons[side] = AT_SINGULARITY
+                    return TABLE_ENDED
+            limit_value, reason = _locate_limit_in_piece(arrays, table, piece, side)
+            if reason == NOT_ENDED:
                 break
-            laid.why[side] = reason  # the last piece ends where a reading meets its limit
-            if abs(met - start) < SHORTEST * plan.unit:
-                return ENDED
-            left_out, rounding = _lay(plan, bench, laid, at, edge, min(start, met), max(start, met), side)
-            end = met
+            table.end_reasons[side] = reason  # the last piece ends where a reading meets its limit
+            if abs(limit_value - start) < MIN_PIECE_WIDTH * arrays.coordinate_scale:
+                return TABLE_ENDED
+            residual, rounding = _fill_piece(
+                arrays, workspace, table, piece, edge_piece, min(start, limit_value), max(start, limit_value), side
+            )
+            end = limit_value
             break
         width = 0.5 * abs(end - start)
-    laid.ring[3] = max(laid.ring[3], rounding)
-    laid.width[side] = abs(end - start) * (2.0 if left_out < AT_EASE else 1.0)
-    laid.beside[at, 1 - side] = edge if at > 0 else -1
-    laid.beside[at, side] = -1
-    if at > 0:
-        laid.beside[edge, side] = at
-    laid.number[0] = at + 1
-    laid.ends[side] = at
-    if laid.why[side] == OPEN and plan.turn > 0.0 and end == whole:
-        _close_ring(plan, laid)
-    return LAID
+    table.periodicity[3] = max(table.periodicity[3], rounding)
+    table.next_widths[side] = abs(end - start) * (2.0 if residual < WIDEN_THRESHOLD else 1.0)
+    table.neighbours[piece, 1 - side] = edge_piece if piece > 0 else -1
+    table.neighbours[piece, side] = -1
+    if piece > 0:
+        table.neighbours[edge_piece, side] = piece
+    table.n_pieces[0] = piece + 1
+    table.end_pieces[side] = piece
+    if table.end_reasons[side] == NOT_ENDED and arrays.full_turn > 0.0 and end == period_end:
+        _close_period(arrays, table)
+    return PIECE_ADDED
 
 
-@kernel
-def _quieter(
-    plan: Plan, bench: Bench, laid: Laid, at: int, edge: int, start: float, end: float, side: int, least: float
+@jit_internal
+def _reduce_rounding_by_resizing(
+    arrays: ReductionArrays,
+    workspace: NodeWorkspace,
+    table: PiecewiseTable,
+    piece: int,
+    edge_piece: int,
+    start: float,
+    end: float,
+    side: int,
+    least_rounding: float,
 ) -> float:
     """Where else a piece may end so that less is rounding: near a change point it matters where its nodes stand."""
-    best, bound = end, plan.high if side == 1 else plan.low
-    for k in range(TRIED):
-        there = start + (end - start) * (0.3 + 1.4 * (k + 0.5) / TRIED)
-        if (there - bound) * (end - start) >= 0.0:
+    best, bound = end, arrays.high if side == 1 else arrays.low
+    for k in range(N_RESIZE_TRIALS):
+        trial_end = start + (end - start) * (0.3 + 1.4 * (k + 0.5) / N_RESIZE_TRIALS)
+        if (trial_end - bound) * (end - start) >= 0.0:
             break
-        left_out, rounding = _lay(plan, bench, laid, at, edge, min(start, there), max(start, there), side)
-        if left_out <= 1.0 and rounding < least:
-            best, least = there, rounding
+        residual, rounding = _fill_piece(
+            arrays, workspace, table, piece, edge_piece, min(start, trial_end), max(start, trial_end), side
+        )
+        if residual <= 1.0 and rounding < least_rounding:
+            best, least_rounding = trial_end, rounding
     return best
 
 
-@kernel
-def _lay(
-    plan: Plan, bench: Bench, laid: Laid, at: int, near: int, low: float, high: float, side: int
+@jit_internal
+def _fill_piece(
+    arrays: ReductionArrays,
+    workspace: NodeWorkspace,
+    table: PiecewiseTable,
+    piece: int,
+    neighbour: int,
+    low: float,
+    high: float,
+    side: int,
 ) -> tuple[float, float]:
     """Fill a piece, its nodes from the side of the piece near by; what its fits leave out, and how much is rounding.
 
     bench.pivot becomes the least of all its nodes.
     """
     middle, half = 0.5 * (low + high), 0.5 * (high - low)
-    columns, values = np.empty(laid.natural.size), np.empty((laid.natural.size, COUNT))
-    first, last, onward = (0, COUNT - 1, 1) if side == 1 else (COUNT - 1, 0, -1)
-    place, before = np.empty((3, plan.units.size)), np.empty((3, plan.units.size))
-    place[:], before[:] = laid.first, laid.first
-    q = q_before = laid.edges[0, 0]
-    if at > 0:  # the two nodes of its neighbour nearest to this piece
-        place[:], before[:] = laid.places[near, last], laid.places[near, last - onward]
-        q = laid.edges[near, 2] + NODES[last] / laid.edges[near, 3]
-        q_before = laid.edges[near, 2] + NODES[last - onward] / laid.edges[near, 3]
-    least = math.inf
-    for step in range(COUNT):
-        k = first + onward * step
-        there = middle + half * NODES[k]
-        _expect(plan, place, before, q, q_before, there, laid.places[at, k])
-        guess = laid.places[at, k, 0].copy()
-        if not placed(plan, bench, there, laid.places[at, k]):
+    columns, values = np.empty(table.column_scales.size), np.empty((table.column_scales.size, N_CHEBYSHEV_NODES))
+    first, last, direction = (0, N_CHEBYSHEV_NODES - 1, 1) if side == 1 else (N_CHEBYSHEV_NODES - 1, 0, -1)
+    node, node_before = np.empty((3, arrays.pose_scales.size)), np.empty((3, arrays.pose_scales.size))
+    node[:], node_before[:] = table.initial_node, table.initial_node
+    q = q_before = table.intervals[0, 0]
+    if piece > 0:  # the two nodes of its neighbour nearest to this piece
+        node[:], node_before[:] = table.nodes[neighbour, last], table.nodes[neighbour, last - direction]
+        q = table.intervals[neighbour, 2] + CHEBYSHEV_NODES[last] / table.intervals[neighbour, 3]
+        q_before = table.intervals[neighbour, 2] + CHEBYSHEV_NODES[last - direction] / table.intervals[neighbour, 3]
+    min_pivot = math.inf
+    for step in range(N_CHEBYSHEV_NODES):
+        k = first + direction * step
+        q_node = middle + half * CHEBYSHEV_NODES[k]
+        _extrapolate_poses(arrays, node, node_before, q, q_before, q_node, table.nodes[piece, k])
+        guess = table.nodes[piece, k, 0].copy()
+        if not solve_position(arrays, workspace, q_node, table.nodes[piece, k]):
             return math.inf, 0.0
-        least = min(least, bench.pivot[0])
-        for c in range(plan.units.size):
-            if not abs(laid.places[at, k, 0, c] - guess[c]) < BRANCH * plan.units[c]:
+        min_pivot = min(min_pivot, workspace.min_pivot[0])
+        for c in range(arrays.pose_scales.size):
+            if not abs(table.nodes[piece, k, 0, c] - guess[c]) < MAX_NODE_BRANCH_DISTANCE * arrays.pose_scales[c]:
                 return math.inf, 0.0
-        sampled(plan, bench, laid.places[at, k], columns)
+        evaluate_columns(arrays, workspace, table.nodes[piece, k], columns)
         for c in range(columns.size):
             values[c, k] = columns[c]
-        before[:], q_before = place, q
-        place[:], q = laid.places[at, k], there
-    bench.pivot[0] = least
-    _unwrap(plan, laid, near if at > 0 else -1, values, first, onward)
-    laid.edges[at, 0], laid.edges[at, 1], laid.edges[at, 2], laid.edges[at, 3] = low, high, middle, 1.0 / half
-    return _left_out(plan, laid, at, values)
+        node_before[:], q_before = node, q
+        node[:], q = table.nodes[piece, k], q_node
+    workspace.min_pivot[0] = min_pivot
+    _unwrap_line_angles(arrays, table, neighbour if piece > 0 else -1, values, first, direction)
+    table.intervals[piece, 0], table.intervals[piece, 1], table.intervals[piece, 2], table.intervals[piece, 3] = (
+        low,
+        high,
+        middle,
+        1.0 / half,
+    )
+    return _fit_residual(arrays, table, piece, values)
 
 
-@kernel
-def _expect(
-    plan: Plan, place: FloatArray, before: FloatArray, q: float, q_before: float, there: float, guess: FloatArray
+@jit_internal
+def _extrapolate_poses(
+    arrays: ReductionArrays,
+    node: FloatArray,
+    node_before: FloatArray,
+    q: float,
+    q_before: float,
+    q_node: float,
+    guess: FloatArray,
 ) -> None:
     """Poses at a value, by their derivatives at the place before it, and the one before that."""
-    way, past = there - q, q - q_before
-    for c in range(plan.units.size):
-        third = (place[2, c] - before[2, c]) / past if past != 0.0 else 0.0
-        guess[0, c] = place[0, c] + way * (place[1, c] + way * (0.5 * place[2, c] + way / 6.0 * third))
+    displacement, previous_displacement = q_node - q, q - q_before
+    for c in range(arrays.pose_scales.size):
+        third_derivative = (
+            (node[2, c] - node_before[2, c]) / previous_displacement if previous_displacement != 0.0 else 0.0
+        )
+        guess[0, c] = node[0, c] + displacement * (
+            node[1, c] + displacement * (0.5 * node[2, c] + displacement / 6.0 * third_derivative)
+        )
 
 
-@kernel
-def _unwrap(plan: Plan, laid: Laid, near: int, values: FloatArray, first: int, onward: int) -> None:
+@jit_internal
+def _unwrap_line_angles(
+    arrays: ReductionArrays, table: PiecewiseTable, neighbour: int, values: FloatArray, first: int, direction: int
+) -> None:
     """Take whole turns out of gauges that tell the angle of a line, on from the neighbour's."""
-    for gauge in range(plan.gauges.table.size):
-        if plan.gauges.table[gauge].kind == LEAN:
-            column = FIRST + plan.programs.size + 2 * gauge
-            last = powers(laid.table, near, column, float(onward)) if near >= 0 else values[column, first]
-            for step in range(COUNT):
-                k = first + onward * step
+    for output_index in range(arrays.output_rows.table.size):
+        if arrays.output_rows.table[output_index].kind == LINE_ANGLE:
+            column = FIRST_PROGRAM_COLUMN + arrays.program_indices.size + 2 * output_index
+            last = (
+                evaluate_piece(table.coefficients, neighbour, column, float(direction))
+                if neighbour >= 0
+                else values[column, first]
+            )
+            for step in range(N_CHEBYSHEV_NODES):
+                k = first + direction * step
                 values[column, k] -= 2.0 * math.pi * math.floor((values[column, k] - last) / (2.0 * math.pi) + 0.5)
                 last = values[column, k]
 
 
-@kernel
-def _left_out(plan: Plan, laid: Laid, at: int, values: FloatArray) -> tuple[float, float]:
-    worst, noise, spare, column = 0.0, 0.0, np.empty(COUNT), np.empty(COUNT)
+@jit_internal
+def _fit_residual(
+    arrays: ReductionArrays, table: PiecewiseTable, piece: int, values: FloatArray
+) -> tuple[float, float]:
+    worst, worst_rounding, unused_coefficients, column = (
+        0.0,
+        0.0,
+        np.empty(N_CHEBYSHEV_NODES),
+        np.empty(N_CHEBYSHEV_NODES),
+    )
     for c in range(values.shape[0]):
-        rest, level = fitted(values[c], laid.table[at, c])
-        rest /= TIGHT * max(laid.natural[c], np.max(np.abs(values[c])))
-        worst, noise = (worst, max(noise, rest)) if level else (max(worst, rest), noise)
+        residual, has_stagnated = fit_piece(values[c], table.coefficients[piece, c])
+        residual /= FIT_TOLERANCE * max(table.column_scales[c], np.max(np.abs(values[c])))
+        worst, worst_rounding = (
+            (worst, max(worst_rounding, residual)) if has_stagnated else (max(worst, residual), worst_rounding)
+        )
     for order in range(2):
-        for c in range(plan.units.size):
-            column[:] = laid.places[at, :, order, c]
-            rest, level = fitted(column, spare)
-            rest /= TIGHT * max(laid.natural_places[order, c], np.max(np.abs(column)))
-            worst, noise = (worst, max(noise, rest)) if level else (max(worst, rest), noise)
-    return worst, noise
+        for c in range(arrays.pose_scales.size):
+            column[:] = table.nodes[piece, :, order, c]
+            residual, has_stagnated = fit_piece(column, unused_coefficients)
+            residual /= FIT_TOLERANCE * max(table.node_scales[order, c], np.max(np.abs(column)))
+            worst, worst_rounding = (
+                (worst, max(worst_rounding, residual)) if has_stagnated else (max(worst, residual), worst_rounding)
+            )
+    return worst, worst_rounding
 
 
-@kernel
-def _limit(plan: Plan, laid: Laid, at: int, side: int) -> tuple[float, int]:
+@jit_internal
+def _locate_limit_in_piece(arrays: ReductionArrays, table: PiecewiseTable, piece: int, side: int) -> tuple[float, int]:
     """Where on a piece a reading first meets its limit, and which; at its far end none does."""
-    near, far, reason, looks = laid.edges[at, 1 - side], laid.edges[at, side], OPEN, 4 * COUNT
-    for i in range(plan.limits.shape[0]):
-        for way in range(2):
-            inside, outside = near, far
-            for k in range(1, looks + 1):
-                outside = near + (far - near) * k / looks
-                if _excess(plan, laid, at, i, way, outside) >= 0.0:
+    near_edge, far_edge, reason, n_samples = (
+        table.intervals[piece, 1 - side],
+        table.intervals[piece, side],
+        NOT_ENDED,
+        4 * N_CHEBYSHEV_NODES,
+    )
+    for limit in range(arrays.limits.shape[0]):
+        for side_index in range(2):
+            inside, outside = near_edge, far_edge
+            for k in range(1, n_samples + 1):
+                outside = near_edge + (far_edge - near_edge) * k / n_samples
+                if _limit_violation(arrays, table, piece, limit, side_index, outside) >= 0.0:
                     for _ in range(60):
                         middle = 0.5 * (inside + outside)
-                        if _excess(plan, laid, at, i, way, middle) >= 0.0:
+                        if _limit_violation(arrays, table, piece, limit, side_index, middle) >= 0.0:
                             outside = middle
                         else:
                             inside = middle
-                    far, reason = inside, BEYOND + 2 * i + way
+                    far_edge, reason = inside, AT_LIMIT + 2 * limit + side_index
                     break
                 inside = outside
-    return far, reason
+    return far_edge, reason
 
 
-@kernel
-def _excess(plan: Plan, laid: Laid, at: int, limit: int, way: int, q: float) -> float:
+@jit_internal
+def _limit_violation(
+    arrays: ReductionArrays, table: PiecewiseTable, piece: int, limit: int, side_index: int, q: float
+) -> float:
     """How far a reading is beyond its low (way 0) or high (1) limit."""
-    column = FIRST + plan.programs.size + 2 * int(plan.limits[limit, 0])
-    value = powers(laid.table, at, column, (q - laid.edges[at, 2]) * laid.edges[at, 3])
-    return float(value - plan.limits[limit, 2] if way == 1 else plan.limits[limit, 1] - value)
+    column = FIRST_PROGRAM_COLUMN + arrays.program_indices.size + 2 * int(arrays.limits[limit, 0])
+    value = evaluate_piece(
+        table.coefficients, piece, column, (q - table.intervals[piece, 2]) * table.intervals[piece, 3]
+    )
+    return float(value - arrays.limits[limit, 2] if side_index == 1 else arrays.limits[limit, 1] - value)
 
 
-@kernel
-def _close_ring(plan: Plan, laid: Laid) -> None:
+@jit_internal
+def _close_period(arrays: ReductionArrays, table: PiecewiseTable) -> None:
     """Join the ends of a way that has come round to where it began; else let it go on for another turn."""
-    low, high = laid.ends[0], laid.ends[1]
-    weights = np.empty(COUNT)
-    first, last = np.zeros(plan.units.size), np.zeros(plan.units.size)
+    low, high = table.end_pieces[0], table.end_pieces[1]
+    weights = np.empty(N_CHEBYSHEV_NODES)
+    first, last = np.zeros(arrays.pose_scales.size), np.zeros(arrays.pose_scales.size)
     for end in range(2):
         piece, poses = (low, first) if end == 0 else (high, last)
-        weighed((laid.edges[piece, end] - laid.edges[piece, 2]) * laid.edges[piece, 3], weights)
-        for k in range(COUNT):
-            for c in range(plan.units.size):
-                poses[c] += weights[k] * laid.places[piece, k, 0, c]
-    for c in range(plan.units.size):
-        turned = last[c] - first[c]
-        whole = 2.0 * math.pi * math.floor(turned / (2.0 * math.pi) + 0.5) if c % 3 == 2 else 0.0
-        if abs(turned - whole) > RECURS * plan.units[c]:
-            laid.ring[2] += 1.0
+        barycentric_weights(
+            (table.intervals[piece, end] - table.intervals[piece, 2]) * table.intervals[piece, 3], weights
+        )
+        for k in range(N_CHEBYSHEV_NODES):
+            for c in range(arrays.pose_scales.size):
+                poses[c] += weights[k] * table.nodes[piece, k, 0, c]
+    for c in range(arrays.pose_scales.size):
+        pose_change = last[c] - first[c]
+        whole_turns = 2.0 * math.pi * math.floor(pose_change / (2.0 * math.pi) + 0.5) if c % 3 == 2 else 0.0
+        if abs(pose_change - whole_turns) > TABLE_CLOSURE_TOLERANCE * arrays.pose_scales[c]:
+            table.periodicity[2] += 1.0
             return
-        laid.turned[c] = whole
-    if not _same_again(plan, laid, low, high):  # as where a spring is wound up
-        laid.ring[2] += 1.0
+        table.pose_increment[c] = whole_turns
+    if not _is_periodic(arrays, table, low, high):  # as where a spring is wound up
+        table.periodicity[2] += 1.0
         return
-    laid.ring[1] = laid.edges[low, 0]
-    laid.ring[0] = laid.edges[high, 1] - laid.edges[low, 0]
+    table.periodicity[1] = table.intervals[low, 0]
+    table.periodicity[0] = table.intervals[high, 1] - table.intervals[low, 0]
 
 
-@kernel
-def _same_again(plan: Plan, laid: Laid, low: int, high: int) -> bool:
+@jit_internal
+def _is_periodic(arrays: ReductionArrays, table: PiecewiseTable, low: int, high: int) -> bool:
     """Whether all columns are after a turn what they were, but for angles of lines, which no turn changes."""
-    gauges, same = FIRST + plan.programs.size, True
-    for c in range(laid.natural.size):
-        gauge = (c - gauges) // 2
-        if c >= gauges and (c - gauges) % 2 == 0 and plan.gauges.table[gauge].kind == LEAN:
+    first_output_column, is_same = FIRST_PROGRAM_COLUMN + arrays.program_indices.size, True
+    for c in range(table.column_scales.size):
+        output_index = (c - first_output_column) // 2
+        if (
+            c >= first_output_column
+            and (c - first_output_column) % 2 == 0
+            and arrays.output_rows.table[output_index].kind == LINE_ANGLE
+        ):
             continue
-        first, last = powers(laid.table, low, c, -1.0), powers(laid.table, high, c, 1.0)
-        same = same and abs(last - first) <= RECURS * max(laid.natural[c], abs(first), abs(last))
-    return same
+        first, last = evaluate_piece(table.coefficients, low, c, -1.0), evaluate_piece(table.coefficients, high, c, 1.0)
+        is_same = is_same and abs(last - first) <= TABLE_CLOSURE_TOLERANCE * max(
+            table.column_scales[c], abs(first), abs(last)
+        )
+    return is_same

@@ -12,18 +12,18 @@ from matplotlib.backends.backend_agg import FigureCanvasAgg
 from matplotlib.figure import Figure
 
 from governor_mechanism.errors import MechanismError
-from governor_mechanism.files.atomic_write import written_beside
-from governor_mechanism.render.style import BLUE, INK, PAPER, QUIET, RULE, SANS, SERIF, SKY, VERMILLION
+from governor_mechanism.files.atomic_write import atomic_write
+from governor_mechanism.render.style import BLUE, INK, MUTED, PAPER, RULE, SANS_FONT, SERIF_FONT, SKY, VERMILLION
 from governor_mechanism.studies.effect_ablation import EffectsStudy
 
-WIDTH, ROW, HEAD, DPI = 8.4, 0.42, 1.6, 100
+_FIGURE_WIDTH, _ROW_HEIGHT, _HEADER_HEIGHT, _DPI = 8.4, 0.42, 1.6, 100
 """Inches: width, height of a row, of what stands above and below the rows; dots per inch."""
 
-LEAST = 1e-16
+_MIN_PLOTTED_CHANGE = 1e-16
 """Changes are drawn down to this."""
 
 
-def effects_figure(study: EffectsStudy, path: str | os.PathLike[str]) -> Path:
+def effect_ablation_figure(study: EffectsStudy, path: str | os.PathLike[str]) -> Path:
     """Write a PNG: for each effect the largest change of any reading beside the accuracy, and the time it costs.
 
     Returns the path. An exception leaves no file behind.
@@ -31,18 +31,18 @@ def effects_figure(study: EffectsStudy, path: str | os.PathLike[str]) -> Path:
     target = Path(path)
     if target.suffix.lower() != ".png":
         raise MechanismError(f"a figure's name must end in .png; got {target.name!r}")
-    height = HEAD + ROW * max(len(study.rows), 1)
-    figure = Figure(figsize=(WIDTH, height), dpi=DPI, facecolor=PAPER)
-    bottom, room = 0.85 / height, ROW * max(len(study.rows), 1) / height
-    changed = figure.add_axes((0.2, bottom, 0.42, room))
-    cost = figure.add_axes((0.68, bottom, 0.28, room), sharey=changed)
-    _draw_changes(changed, study)
-    _draw_costs(cost, study)
+    height = _HEADER_HEIGHT + _ROW_HEIGHT * max(len(study.rows), 1)
+    figure = Figure(figsize=(_FIGURE_WIDTH, height), dpi=_DPI, facecolor=PAPER)
+    bottom, axes_height = 0.85 / height, _ROW_HEIGHT * max(len(study.rows), 1) / height
+    changes_axes = figure.add_axes((0.2, bottom, 0.42, axes_height))
+    costs_axes = figure.add_axes((0.68, bottom, 0.28, axes_height), sharey=changes_axes)
+    _draw_changes(changes_axes, study)
+    _draw_costs(costs_axes, study)
     title = figure.text(
         0.02, 1 - 0.3 / height, f"{study.scene.title}: the bill of its effects", fontsize=14, va="center"
     )
-    title.set(color=INK, fontfamily=SERIF, parse_math=False)
-    with written_beside(target) as temporary:
+    title.set(color=INK, fontfamily=SERIF_FONT, parse_math=False)
+    with atomic_write(target) as temporary:
         canvas: Any = FigureCanvasAgg(figure)
         canvas.print_png(str(temporary), metadata={"Software": None})
     return target
@@ -50,47 +50,53 @@ def effects_figure(study: EffectsStudy, path: str | os.PathLike[str]) -> Path:
 
 def _draw_changes(axes: Axes, study: EffectsStudy) -> None:
     rows = study.rows
-    places = np.arange(len(rows))[::-1]
-    for place, row in zip(places, rows, strict=True):
-        if row.relative is None:
-            axes.text(study.accuracy, place, " cannot be switched", va="center", fontsize=8, color=QUIET)
+    positions = np.arange(len(rows))[::-1]
+    for position, row in zip(positions, rows, strict=True):
+        if row.relative_change is None:
+            axes.text(study.accuracy, position, " cannot be switched", va="center", fontsize=8, color=MUTED)
             continue
-        small = row.relative < study.accuracy
-        axes.barh(place, max(row.relative, 2 * LEAST), left=LEAST, height=0.6, color=SKY if small else BLUE)
+        within_accuracy = row.relative_change < study.accuracy
+        axes.barh(
+            position,
+            max(row.relative_change, 2 * _MIN_PLOTTED_CHANGE),
+            left=_MIN_PLOTTED_CHANGE,
+            height=0.6,
+            color=SKY if within_accuracy else BLUE,
+        )
     axes.axvline(study.accuracy, color=VERMILLION, linewidth=1.2)
     words = axes.annotate("asked accuracy", (study.accuracy, len(rows) - 0.45), (3, 2), textcoords="offset points")
-    words.set(color=VERMILLION, fontsize=8, fontfamily=SANS, annotation_clip=False)
+    words.set(color=VERMILLION, fontsize=8, fontfamily=SANS_FONT, annotation_clip=False)
     axes.set_xscale("log")
     axes.set_xlim(min(1e-2 * study.accuracy, 1e-10), 10.0)
-    axes.set_yticks(places, [_name(row.effect, listed=row.listed) for row in rows])
+    axes.set_yticks(positions, [_effect_label(row.effect, listed=row.listed) for row in rows])
     axes.set_ylim(-0.6, len(rows) - 0.4)
-    _dress(axes, "largest change of a reading, in units of its scale")
+    _style_axes(axes, "largest change of a reading, in units of its scale")
 
 
 def _draw_costs(axes: Axes, study: EffectsStudy) -> None:
-    for place, row in zip(range(len(study.rows) - 1, -1, -1), study.rows, strict=True):
+    for position, row in zip(range(len(study.rows) - 1, -1, -1), study.rows, strict=True):
         ratio = row.time_ratio
         if ratio is not None:
-            axes.barh(place, ratio - 1.0, left=1.0, height=0.6, color=QUIET)
+            axes.barh(position, ratio - 1.0, left=1.0, height=0.6, color=MUTED)
             side = 4 if ratio >= 1 else -4
-            words = axes.annotate(f"{ratio:.2f}", (ratio, place), (side, 0), textcoords="offset points")
-            words.set(va="center", ha="left" if ratio >= 1 else "right", fontsize=8, fontfamily=SANS, color=INK)
+            words = axes.annotate(f"{ratio:.2f}", (ratio, position), (side, 0), textcoords="offset points")
+            words.set(va="center", ha="left" if ratio >= 1 else "right", fontsize=8, fontfamily=SANS_FONT, color=INK)
     axes.axvline(1.0, color=INK, linewidth=0.8)
     axes.margins(x=0.25)
     axes.tick_params(labelleft=False)
-    _dress(axes, "time with it / without it")
+    _style_axes(axes, "time with it / without it")
 
 
-def _name(effect: str, *, listed: bool) -> str:
-    plain = effect.replace("_", " ").replace("spindle.", "")
-    return plain if listed else f"{plain} (not listed)"
+def _effect_label(effect: str, *, listed: bool) -> str:
+    label = effect.replace("_", " ").replace("spindle.", "")
+    return label if listed else f"{label} (not listed)"
 
 
-def _dress(axes: Axes, label: str) -> None:
+def _style_axes(axes: Axes, label: str) -> None:
     axes.set_facecolor(PAPER)
-    axes.set_xlabel(label, color=INK, fontsize=9, fontfamily=SERIF)
+    axes.set_xlabel(label, color=INK, fontsize=9, fontfamily=SERIF_FONT)
     for side, spine in axes.spines.items():
-        spine.set(visible=side in ("left", "bottom"), color=QUIET, linewidth=0.8)
-    axes.tick_params(color=QUIET, labelcolor=INK, labelsize=8, labelfontfamily=SANS)
+        spine.set(visible=side in ("left", "bottom"), color=MUTED, linewidth=0.8)
+    axes.tick_params(color=MUTED, labelcolor=INK, labelsize=8, labelfontfamily=SANS_FONT)
     axes.grid(axis="x", color=RULE, linewidth=0.6)
     axes.set_axisbelow(True)

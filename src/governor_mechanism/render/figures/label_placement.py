@@ -5,56 +5,67 @@ from __future__ import annotations
 from collections.abc import Sequence
 from dataclasses import dataclass
 
-STEP = 4.0
+_SHIFT_STEP = 4.0
 """Points: words are moved by multiples of it, out from the circle and along it."""
-STEPS_OUT, STEPS_ALONG = 5, 14
+_MAX_STEPS_OUT, _MAX_STEPS_ALONG = 5, 14
 """So far at most."""
-LETTER, LINE = 0.5, 1.15
+_LETTER_WIDTH_RATIO, _LINE_HEIGHT_RATIO = 0.5, 1.15
 """Breadth of a letter and height of a line, of the size of the letters."""
 
-Box = tuple[float, float, float, float]
+LabelBox = tuple[float, float, float, float]
 """Left, right, bottom and top (points)."""
 
 
 @dataclass(frozen=True, kw_only=True)
-class Word:
+class TextLabel:
     """Words at a place (points) with their alignment, and the direction out of the circle there."""
 
-    words: str
+    text: str
     size: float
-    at: tuple[float, float]
+    position: tuple[float, float]
     ha: str
     va: str
-    out: tuple[float, float]
+    outward_direction: tuple[float, float]
 
-    def box(self, shift: tuple[float, float]) -> Box:
+    def bounding_box(self, shift: tuple[float, float]) -> LabelBox:
         """The room it takes when it is moved by a shift (points)."""
-        wide, high = LETTER * self.size * len(self.words), LINE * self.size
-        left = self.at[0] + shift[0] - {"left": 0.0, "center": 0.5, "right": 1.0}[self.ha] * wide
-        bottom = self.at[1] + shift[1] - {"bottom": 0.0, "center": 0.5, "top": 1.0}[self.va] * high
-        return left, left + wide, bottom, bottom + high
+        width, height = _LETTER_WIDTH_RATIO * self.size * len(self.text), _LINE_HEIGHT_RATIO * self.size
+        left = self.position[0] + shift[0] - {"left": 0.0, "center": 0.5, "right": 1.0}[self.ha] * width
+        bottom = self.position[1] + shift[1] - {"bottom": 0.0, "center": 0.5, "top": 1.0}[self.va] * height
+        return left, left + width, bottom, bottom + height
 
 
-def shifts(words: Sequence[Word], taken: Sequence[Box], room: Box) -> list[tuple[float, float]]:
+def label_shifts(
+    labels: Sequence[TextLabel], occupied: Sequence[LabelBox], allowed_box: LabelBox
+) -> list[tuple[float, float]]:
     """How far (points) to move each of the words: by nothing where it stands clear, else by as little as will do."""
-    ways = sorted(
-        ((far, along) for far in range(STEPS_OUT + 1) for along in range(-STEPS_ALONG, STEPS_ALONG + 1)),
+    candidate_steps = sorted(
+        (
+            (outward, along)
+            for outward in range(_MAX_STEPS_OUT + 1)
+            for along in range(-_MAX_STEPS_ALONG, _MAX_STEPS_ALONG + 1)
+        ),
         key=lambda way: (way[0] + abs(way[1]), way),
     )
-    boxes, found = list(taken), []
-    for word in words:
-        (x, y), best = word.out, (0.0, 0.0)
-        for far, along in ways:
-            shift = STEP * (far * x - along * y), STEP * (far * y + along * x)
-            box = word.box(shift)
-            inside = box[0] >= room[0] and box[1] <= room[1] and box[2] >= room[2] and box[3] <= room[3]
-            if inside and not any(_meet(box, other) for other in boxes):
-                best = shift
+    boxes, result = list(occupied), []
+    for label in labels:
+        (x, y), chosen = label.outward_direction, (0.0, 0.0)
+        for outward, along in candidate_steps:
+            shift = _SHIFT_STEP * (outward * x - along * y), _SHIFT_STEP * (outward * y + along * x)
+            box = label.bounding_box(shift)
+            inside = (
+                box[0] >= allowed_box[0]
+                and box[1] <= allowed_box[1]
+                and box[2] >= allowed_box[2]
+                and box[3] <= allowed_box[3]
+            )
+            if inside and not any(_overlap(box, other) for other in boxes):
+                chosen = shift
                 break
-        boxes.append(word.box(best))
-        found.append(best)
-    return found
+        boxes.append(label.bounding_box(chosen))
+        result.append(chosen)
+    return result
 
 
-def _meet(one: Box, other: Box) -> bool:
-    return one[0] < other[1] and other[0] < one[1] and one[2] < other[3] and other[2] < one[3]
+def _overlap(first: LabelBox, second: LabelBox) -> bool:
+    return first[0] < second[1] and second[0] < first[1] and first[2] < second[3] and second[2] < first[3]

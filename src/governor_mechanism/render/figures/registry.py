@@ -7,11 +7,11 @@ from pathlib import Path
 
 import numpy as np
 
-from governor_mechanism.effects.crank_masses import Masses
+from governor_mechanism.effects.crank_masses import CrankMasses
 from governor_mechanism.model.trajectory import Trajectory
 
 
-def machine_figures(run: Trajectory, folder: Path, stem: str) -> list[Path]:
+def write_machine_figures(run: Trajectory, folder: Path, stem: str) -> list[Path]:
     """Write what plates there are for a run's machine into a folder, as <stem>_<plate>.png; returns the paths.
 
     Of a slide valve Zeuner's diagram and, on a finite eccentric rod, Marks' construction; of a slider crank whose parts
@@ -28,10 +28,14 @@ def machine_figures(run: Trajectory, folder: Path, stem: str) -> list[Path]:
         if math.isfinite(scene.part.dimensions["eccentric_rod"]):
             files.append(marks_figure(scene, folder / f"{stem}_marks.png"))
         return files
-    massive = any(isinstance(effect, Masses) for effect in scene.effects)
-    if scene.part.machine == "slider_crank" and massive and not (scene.acting or scene.part.mechanism.loads):
-        from governor_mechanism.render.figures.slider_crank.bearing_loads import WHOLE, bearings_figure
+    has_masses = any(isinstance(effect, CrankMasses) for effect in scene.effects)
+    if (
+        scene.part.machine == "slider_crank"
+        and has_masses
+        and not (scene.output_effects or scene.part.mechanism.force_elements)
+    ):
+        from governor_mechanism.render.figures.slider_crank.bearing_loads import MIN_FULL_TURN, bearing_loads_figure
 
-        if len(run.times) and np.ptp(run.readings["crank_angle"]) >= WHOLE:
-            return [bearings_figure(run, folder / f"{stem}_bearings.png")]
+        if len(run.times) and np.ptp(run.readings["crank_angle"]) >= MIN_FULL_TURN:
+            return [bearing_loads_figure(run, folder / f"{stem}_bearings.png")]
     return []

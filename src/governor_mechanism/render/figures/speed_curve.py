@@ -14,24 +14,24 @@ from matplotlib.figure import Figure
 from numpy.typing import NDArray
 
 from governor_mechanism.errors import MechanismError
-from governor_mechanism.files.atomic_write import written_beside
+from governor_mechanism.files.atomic_write import atomic_write
 from governor_mechanism.model.scene import Scene
-from governor_mechanism.render.number_format import everyday
-from governor_mechanism.render.style import BLUE, INK, PAPER, QUIET, RULE, SANS, SERIF, SKY, VERMILLION
+from governor_mechanism.render.number_format import display_unit_of
+from governor_mechanism.render.style import BLUE, INK, MUTED, PAPER, RULE, SANS_FONT, SERIF_FONT, SKY, VERMILLION
 from governor_mechanism.statics.equilibria import Equilibrium
-from governor_mechanism.statics.speed_curve import SpeedCurve, StandingBand
+from governor_mechanism.statics.speed_curve import InsensitivityBand, SpeedCurve
 
-WIDTH, HEIGHT, DPI = 7.2, 5.0, 100
+_FIGURE_WIDTH, _FIGURE_HEIGHT, _DPI = 7.2, 5.0, 100
 """Inches, and dots per inch."""
 
-PER_MINUTE = 30 / np.pi
+_RPM_PER_RAD_S = 30 / np.pi
 
-SHOWN = 1.6
+_MAX_SHOWN_SPEED_RATIO = 1.6
 """Speeds up to so many times the middle one are shown: toward a dead centre the curve has no end."""
 
 
-def characteristic_figure(
-    scene: Scene, curve: SpeedCurve, path: str | os.PathLike[str], rests: Sequence[Equilibrium] = ()
+def speed_curve_figure(
+    scene: Scene, curve: SpeedCurve, path: str | os.PathLike[str], equilibria: Sequence[Equilibrium] = ()
 ) -> Path:
     """Write a PNG of speed against travel: stable solid, unstable dashed, folds and equilibria marked.
 
@@ -40,86 +40,92 @@ def characteristic_figure(
     target = Path(path)
     if target.suffix.lower() != ".png":
         raise MechanismError(f"a figure's name must end in .png; got {target.name!r}")
-    figure = Figure(figsize=(WIDTH, HEIGHT), dpi=DPI, facecolor=PAPER)
+    figure = Figure(figsize=(_FIGURE_WIDTH, _FIGURE_HEIGHT), dpi=_DPI, facecolor=PAPER)
     axes = figure.add_axes((0.11, 0.13, 0.85, 0.72))
-    _draw(axes, scene, curve, rests)
+    _draw(axes, scene, curve, equilibria)
     title = figure.text(0.02, 0.945, scene.title, fontsize=15, va="center")
-    title.set(color=INK, fontfamily=SERIF, parse_math=False)
-    ends = f"low end: {curve.low_end};  high end: {curve.high_end}"
-    figure.text(0.02, 0.025, ends, color=QUIET, fontsize=7.5, fontfamily=SANS).set_parse_math(False)
-    with written_beside(target) as temporary:
+    title.set(color=INK, fontfamily=SERIF_FONT, parse_math=False)
+    ends = f"low end: {curve.low_end_message};  high end: {curve.high_end_message}"
+    figure.text(0.02, 0.025, ends, color=MUTED, fontsize=7.5, fontfamily=SANS_FONT).set_parse_math(False)
+    with atomic_write(target) as temporary:
         canvas: Any = FigureCanvasAgg(figure)
         canvas.print_png(str(temporary), metadata={"Software": None})
     return target
 
 
-def _draw(axes: Axes, scene: Scene, curve: SpeedCurve, rests: Sequence[Equilibrium]) -> None:
-    unit, factor = everyday("rad" if scene.part.mechanism.reading(curve.name).quantity == "angle" else "m")
+def _draw(axes: Axes, scene: Scene, curve: SpeedCurve, equilibria: Sequence[Equilibrium]) -> None:
+    unit, factor = display_unit_of(
+        "rad" if scene.part.mechanism.reading(curve.coordinate_name).quantity == "angle" else "m"
+    )
     unit = unit.replace("°", "deg")
-    low, high = _shown(curve)
+    low, high = _speed_limits(curve)
     axes.set_facecolor(PAPER)
     _draw_curve(axes, curve, factor)
-    if curve.band is not None:
-        _draw_band(axes, scene, curve, curve.band, factor, high)
+    if curve.insensitivity_band is not None:
+        _draw_band(axes, scene, curve, curve.insensitivity_band, factor, high)
     _mark_folds(axes, curve, factor)
-    _mark_rests(axes, curve, rests, factor)
+    _mark_equilibria(axes, curve, equilibria, factor)
     axes.set_xlim(curve.coordinate[0] * factor, curve.coordinate[-1] * factor)
     axes.set_ylim(low, high)
-    axes.set_xlabel(f"{curve.name.replace('_', ' ')}, {unit}", color=INK, fontsize=10, fontfamily=SERIF)
-    axes.set_ylabel("speed of rest, rpm", color=INK, fontsize=10, fontfamily=SERIF)
+    axes.set_xlabel(f"{curve.coordinate_name.replace('_', ' ')}, {unit}", color=INK, fontsize=10, fontfamily=SERIF_FONT)
+    axes.set_ylabel("equilibrium speed, rpm", color=INK, fontsize=10, fontfamily=SERIF_FONT)
     for side, spine in axes.spines.items():
-        spine.set(visible=side in ("left", "bottom"), color=QUIET, linewidth=0.8)
-    axes.tick_params(color=QUIET, labelcolor=QUIET, labelsize=8, labelfontfamily=SANS)
+        spine.set(visible=side in ("left", "bottom"), color=MUTED, linewidth=0.8)
+    axes.tick_params(color=MUTED, labelcolor=MUTED, labelsize=8, labelfontfamily=SANS_FONT)
     axes.grid(color=RULE, linewidth=0.6)
     if axes.get_legend_handles_labels()[0]:
         axes.legend(frameon=False, fontsize=8.5, loc="upper center")
 
 
-def _shown(curve: SpeedCurve) -> tuple[float, float]:
+def _speed_limits(curve: SpeedCurve) -> tuple[float, float]:
     """The lowest and the highest speed (rpm) in the figure."""
-    rpm = curve.speed[curve.held] * PER_MINUTE
+    rpm = curve.speed[curve.has_equilibrium] * _RPM_PER_RAD_S
     if not rpm.size:
         return 0.0, 1.0
     middle = float(np.median(rpm))
-    shown = rpm[rpm < SHOWN * middle]
+    shown = rpm[rpm < _MAX_SHOWN_SPEED_RATIO * middle]
     margin = 0.08 * (float(np.ptp(shown)) or middle)
     return max(float(shown.min()) - 2 * margin, 0.0), float(shown.max()) + margin
 
 
 def _draw_curve(axes: Axes, curve: SpeedCurve, factor: float) -> None:
-    if not curve.held.any():
+    if not curve.has_equilibrium.any():
         words = "no turning spindle holds it anywhere: the loads do not oppose"
-        place = axes.text(0.5, 0.5, words, ha="center", transform=axes.transAxes)
-        place.set(color=INK, fontsize=9, fontfamily=SERIF)
+        note = axes.text(0.5, 0.5, words, ha="center", transform=axes.transAxes)
+        note.set(color=INK, fontsize=9, fontfamily=SERIF_FONT)
     kinds: tuple[tuple[NDArray[np.bool_], str | tuple[int, tuple[int, int]], str], ...] = (
         (curve.stable, "-", "stable"),
         (~curve.stable & ~curve.astatic, (0, (5, 3)), "unstable"),
         (curve.astatic, (0, (1, 1)), "astatic: rests anywhere"),
     )
     for kind, style, words in kinds:
-        here = np.where(curve.held & kind, curve.speed * PER_MINUTE, np.nan)
-        if not np.all(np.isnan(here)):
-            axes.plot(curve.coordinate * factor, here, linestyle=style, color=BLUE, linewidth=1.6, label=words)
+        speed_rpm = np.where(curve.has_equilibrium & kind, curve.speed * _RPM_PER_RAD_S, np.nan)
+        if not np.all(np.isnan(speed_rpm)):
+            axes.plot(curve.coordinate * factor, speed_rpm, linestyle=style, color=BLUE, linewidth=1.6, label=words)
 
 
-def _draw_band(axes: Axes, scene: Scene, curve: SpeedCurve, band: StandingBand, factor: float, high: float) -> None:
+def _draw_band(
+    axes: Axes, scene: Scene, curve: SpeedCurve, band: InsensitivityBand, factor: float, high: float
+) -> None:
     """Between the speeds that a resistance holds; beyond the figure it goes on without end."""
-    slow, fast = (np.minimum(speed * PER_MINUTE, 2 * high) for speed in (band.falling_speed, band.rising_speed))
+    slow, fast = (np.minimum(speed * _RPM_PER_RAD_S, 2 * high) for speed in (band.falling_speed, band.rising_speed))
     unit = "N m" if scene.part.mechanism.reading(band.against).quantity == "angle" else "N"
     words = f"held by {band.resistance:g} {unit} at the {band.against.replace('_', ' ')}"
-    axes.fill_between(curve.coordinate * factor, slow, fast, where=curve.held, color=SKY, alpha=0.25, label=words)
+    axes.fill_between(
+        curve.coordinate * factor, slow, fast, where=curve.has_equilibrium, color=SKY, alpha=0.25, label=words
+    )
 
 
 def _mark_folds(axes: Axes, curve: SpeedCurve, factor: float) -> None:
     for value, speed in curve.folds:
-        axes.plot([value * factor], [speed * PER_MINUTE], "o", color=VERMILLION, markersize=6)
-        words = f"jump at {speed * PER_MINUTE:.4g} rpm"
-        place = axes.annotate(words, (value * factor, speed * PER_MINUTE), (0, -16), textcoords="offset points")
-        place.set(ha="center", color=VERMILLION, fontsize=8.5, fontfamily=SANS)
+        axes.plot([value * factor], [speed * _RPM_PER_RAD_S], "o", color=VERMILLION, markersize=6)
+        words = f"jump at {speed * _RPM_PER_RAD_S:.4g} rpm"
+        note = axes.annotate(words, (value * factor, speed * _RPM_PER_RAD_S), (0, -16), textcoords="offset points")
+        note.set(ha="center", color=VERMILLION, fontsize=8.5, fontfamily=SANS_FONT)
 
 
-def _mark_rests(axes: Axes, curve: SpeedCurve, rests: Sequence[Equilibrium], factor: float) -> None:
-    for rest in (one for one in rests if not one.astatic):
-        speed = float(np.interp(rest.coordinate, curve.coordinate, curve.speed * PER_MINUTE))
-        fill = INK if rest.stable else PAPER
-        axes.plot([rest.coordinate * factor], [speed], "o", color=INK, markerfacecolor=fill, markersize=7)
+def _mark_equilibria(axes: Axes, curve: SpeedCurve, equilibria: Sequence[Equilibrium], factor: float) -> None:
+    for equilibrium in (one for one in equilibria if not one.astatic):
+        speed = float(np.interp(equilibrium.coordinate, curve.coordinate, curve.speed * _RPM_PER_RAD_S))
+        fill = INK if equilibrium.stable else PAPER
+        axes.plot([equilibrium.coordinate * factor], [speed], "o", color=INK, markerfacecolor=fill, markersize=7)

@@ -16,24 +16,24 @@ from matplotlib.figure import Figure
 from matplotlib.lines import Line2D
 
 from governor_mechanism.errors import MechanismError
-from governor_mechanism.files.atomic_write import written_beside
-from governor_mechanism.render.figures.sweep_heatmaps import Ruler, draw_maps, named
-from governor_mechanism.render.film.reading_panel import limits_for, plain_numbers
-from governor_mechanism.render.style import INK, PAPER, QUIET, RULE, SANS, SERIES, SERIF, VERMILLION
-from governor_mechanism.studies.sweep.quantities import Quantity
+from governor_mechanism.files.atomic_write import atomic_write
+from governor_mechanism.render.figures.sweep_heatmaps import SweepAxisScale, draw_heatmaps, label_with_unit
+from governor_mechanism.render.film.reading_panel import axis_limits_for, format_plain_ticks
+from governor_mechanism.render.style import INK, MUTED, PAPER, RULE, SANS_FONT, SERIES_COLOURS, SERIF_FONT, VERMILLION
+from governor_mechanism.studies.sweep.quantities import RunQuantity
 from governor_mechanism.studies.sweep.results import Sweep
 from governor_mechanism.types import FloatArray
 
-DPI, WIDTH, PANEL = 100, 8.4, 2.9
+_DPI, _FIGURE_WIDTH, _PANEL_HEIGHT = 100, 8.4, 2.9
 """Dots per inch; inches: width of a figure of curves, height of each of its panels."""
 
-HEAD, FOOT = 0.75, 0.75
+_HEADER_HEIGHT, _FOOTER_HEIGHT = 0.75, 0.75
 """Inches above and below the panels."""
 
-NAME_LETTERS = 20
+_MAX_NAME_LETTERS = 20
 """So many of a curve's name stand in a line beside its panel."""
 
-MOST_AXES = 3
+_MAX_SWEEP_AXES = 3
 
 
 def sweep_figure(sweep: Sweep, path: str | os.PathLike[str]) -> Path:
@@ -45,96 +45,111 @@ def sweep_figure(sweep: Sweep, path: str | os.PathLike[str]) -> Path:
     target = Path(path)
     if target.suffix.lower() != ".png":
         raise MechanismError(f"a figure's name must end in .png; got {target.name!r}")
-    if len(sweep.axes) > MOST_AXES:
+    if len(sweep.axes) > _MAX_SWEEP_AXES:
         raise MechanismError(
-            f"a figure shows at most {MOST_AXES} keys, and this sweep varies {len(sweep.axes)}; "
+            f"a figure shows at most {_MAX_SWEEP_AXES} keys, and this sweep varies {len(sweep.axes)}; "
             "draw none, or sweep over fewer"
         )
-    figure = _curves(sweep) if len(sweep.axes) == 1 else draw_maps(sweep)
-    with written_beside(target) as temporary:
+    figure = _draw_curves(sweep) if len(sweep.axes) == 1 else draw_heatmaps(sweep)
+    with atomic_write(target) as temporary:
         canvas: Any = FigureCanvasAgg(figure)
         canvas.print_png(str(temporary), metadata={"Software": None})
     return target
 
 
-def _curves(sweep: Sweep) -> Figure:
+def _draw_curves(sweep: Sweep) -> Figure:
     """A panel for the quantities of each unit, a curve for each quantity."""
-    ruler = Ruler.of(sweep.axes[0])
-    groups: dict[str, list[Quantity]] = {}
-    for one in sweep.quantities:
-        groups.setdefault(one.everyday[1] or one.name, []).append(one)
-    height = HEAD + FOOT + PANEL * len(groups)
-    figure = Figure(figsize=(WIDTH, height), dpi=DPI, facecolor=PAPER)
+    axis_scale = SweepAxisScale.from_axis(sweep.axes[0])
+    groups: dict[str, list[RunQuantity]] = {}
+    for quantity in sweep.quantities:
+        groups.setdefault(quantity.display_unit[1] or quantity.name, []).append(quantity)
+    height = _HEADER_HEIGHT + _FOOTER_HEIGHT + _PANEL_HEIGHT * len(groups)
+    figure = Figure(figsize=(_FIGURE_WIDTH, height), dpi=_DPI, facecolor=PAPER)
     grid = figure.add_gridspec(
-        len(groups), 1, left=0.1, right=0.76, top=1 - (HEAD + 0.2) / height, bottom=FOOT / height, hspace=0.38
+        len(groups),
+        1,
+        left=0.1,
+        right=0.76,
+        top=1 - (_HEADER_HEIGHT + 0.2) / height,
+        bottom=_FOOTER_HEIGHT / height,
+        hspace=0.38,
     )
     for k, group in enumerate(groups.values()):
         axes = figure.add_subplot(grid[k, 0])
-        _panel(axes, sweep, ruler, group)
+        _draw_panel(axes, sweep, axis_scale, group)
         if k == len(groups) - 1:
-            axes.set_xlabel(ruler.label, color=INK, fontsize=10, fontfamily=SERIF)
+            axes.set_xlabel(axis_scale.label, color=INK, fontsize=10, fontfamily=SERIF_FONT)
     title = figure.text(0.02, 1 - 0.32 / height, sweep.title, fontsize=15, va="center")
-    title.set(color=INK, fontfamily=SERIF, parse_math=False)
+    title.set(color=INK, fontfamily=SERIF_FONT, parse_math=False)
     return figure
 
 
-DASHES: tuple[Any, ...] = ("-", (0, (5, 2)), (0, (1, 1)))
+_LINE_STYLES: tuple[Any, ...] = ("-", (0, (5, 2)), (0, (1, 1)))
 """For the first curves of a panel, and for those that have their colours again."""
 
 
-def _panel(axes: Axes, sweep: Sweep, ruler: Ruler, group: Sequence[Quantity]) -> None:
-    factor, unit = group[0].everyday
-    dress(axes)
+def _draw_panel(axes: Axes, sweep: Sweep, axis_scale: SweepAxisScale, group: Sequence[RunQuantity]) -> None:
+    factor, unit = group[0].display_unit
+    style_sweep_axes(axes)
     handles = []
-    shown: list[FloatArray] = []
-    for k, one in enumerate(group):
-        style = DASHES[k // len(SERIES) % len(DASHES)]
-        values = sweep.column(one.name)[ruler.order] * factor
+    finite_values: list[FloatArray] = []
+    for k, quantity in enumerate(group):
+        style = _LINE_STYLES[k // len(SERIES_COLOURS) % len(_LINE_STYLES)]
+        values = sweep.column(quantity.name)[axis_scale.order] * factor
         marker = "o" if len(values) <= 60 else ""
-        colour = SERIES[k % len(SERIES)]
+        colour = SERIES_COLOURS[k % len(SERIES_COLOURS)]
         (line,) = axes.plot(
-            ruler.places, values, linestyle=style if ruler.numeric else "", marker=marker, markersize=3.5, color=colour
+            axis_scale.positions,
+            values,
+            linestyle=style if axis_scale.is_numeric else "",
+            marker=marker,
+            markersize=3.5,
+            color=colour,
         )
-        line.set(linewidth=1.5, label=textwrap.fill(one.name.replace("_", " "), NAME_LETTERS))
+        line.set(linewidth=1.5, label=textwrap.fill(quantity.name.replace("_", " "), _MAX_NAME_LETTERS))
         handles.append(line)
-        shown.append(values[np.isfinite(values)])
-    values = np.concatenate(shown)
+        finite_values.append(values[np.isfinite(values)])
+    values = np.concatenate(finite_values)
     if values.size:
-        axes.set_ylim(limits_for(values))
-        plain_numbers(axes.yaxis, axes.get_ylim())
-    ruler.set_along(axes, "x")
-    handles += _mark_failures(axes, sweep, ruler)
+        axes.set_ylim(axis_limits_for(values))
+        format_plain_ticks(axes.yaxis, axes.get_ylim())
+    axis_scale.apply_to(axes, "x")
+    handles += _mark_failures(axes, sweep, axis_scale)
     if len(handles) > 1:
         legend = axes.legend(
             handles=handles, loc="upper left", bbox_to_anchor=(1.015, 1.02), frameon=False, fontsize=8.5
         )
-        for words in legend.get_texts():
-            words.set(color=INK, fontfamily=SANS, parse_math=False)
-    heading = named(group[0].name, unit) if len(group) == 1 else unit or "value"
-    axes.text(0.0, 1.05, heading, transform=axes.transAxes, color=INK, fontsize=11, fontfamily=SERIF)
+        for text in legend.get_texts():
+            text.set(color=INK, fontfamily=SANS_FONT, parse_math=False)
+    heading = label_with_unit(group[0].name, unit) if len(group) == 1 else unit or "value"
+    axes.text(0.0, 1.05, heading, transform=axes.transAxes, color=INK, fontsize=11, fontfamily=SERIF_FONT)
 
 
-MARKS = ("x", "v", "s", "d", "P", "*")
+_FAILURE_MARKERS = ("x", "v", "s", "d", "P", "*")
 
 
-def _mark_failures(axes: Axes, sweep: Sweep, ruler: Ruler) -> list[Line2D]:
+def _mark_failures(axes: Axes, sweep: Sweep, axis_scale: SweepAxisScale) -> list[Line2D]:
     """A mark on the lower edge for each row that ended otherwise, by its outcome."""
-    outcomes = np.array([row.outcome if not row.ok else "" for row in sweep.rows])[ruler.order]
+    outcomes = np.array([row.outcome if not row.ok else "" for row in sweep.rows])[axis_scale.order]
     handles = []
-    for outcome, mark in zip((name for name in sweep.outcomes if name in outcomes), cycle(MARKS), strict=False):
-        here = ruler.places[outcomes == outcome]
-        words = f"{outcome.replace('_', ' ')} ({len(here)})"
-        (line,) = axes.plot(here, np.zeros(len(here)), transform=axes.get_xaxis_transform(), label=words, clip_on=False)
-        line.set(linestyle="", marker=mark, markersize=5, color=VERMILLION, zorder=5)
+    for outcome, marker in zip(
+        (name for name in sweep.outcomes if name in outcomes), cycle(_FAILURE_MARKERS), strict=False
+    ):
+        positions = axis_scale.positions[outcomes == outcome]
+        words = f"{outcome.replace('_', ' ')} ({len(positions)})"
+        (line,) = axes.plot(
+            positions, np.zeros(len(positions)), transform=axes.get_xaxis_transform(), label=words, clip_on=False
+        )
+        line.set(linestyle="", marker=marker, markersize=5, color=VERMILLION, zorder=5)
         handles.append(line)
     return handles
 
 
-def dress(axes: Axes) -> None:
+def style_sweep_axes(axes: Axes) -> None:
     """The quiet look of axes."""
     axes.set_facecolor(PAPER)
     for side, spine in axes.spines.items():
-        spine.set(visible=side in ("left", "bottom"), color=QUIET, linewidth=0.8)
-    axes.tick_params(color=QUIET, labelcolor=QUIET, labelsize=8, labelfontfamily=SANS)
+        spine.set(visible=side in ("left", "bottom"), color=MUTED, linewidth=0.8)
+    axes.tick_params(color=MUTED, labelcolor=MUTED, labelsize=8, labelfontfamily=SANS_FONT)
     axes.grid(color=RULE, linewidth=0.6)
     axes.set_axisbelow(True)

@@ -11,14 +11,14 @@ import numpy as np
 from governor_mechanism.errors import MechanismError, did_you_mean
 from governor_mechanism.model.scene import Part
 from governor_mechanism.model.trajectory import Trajectory
-from governor_mechanism.render.effect_state import NOTHING, Acting, acting_of
+from governor_mechanism.render.effect_state import NO_EFFECTS, EffectState, effect_state_of
 from governor_mechanism.types import FloatArray
 
 T = TypeVar("T")
 
 
 @dataclass(frozen=True, kw_only=True)
-class Moments:
+class FrameData:
     """One part of a run at the frames' times (f,) s, all within `span`, the piece of the run that is shown (s).
 
     poses (f, bodies, 3) of the part; readings by plain name, (f,) SI, their units and scales; spindle_angle (f,) rad
@@ -27,78 +27,82 @@ class Moments:
     """
 
     part: Part
-    span: tuple[float, float]
+    time_span: tuple[float, float]
     times: FloatArray
     poses: FloatArray
     readings: Mapping[str, FloatArray]
     units: Mapping[str, str]
     scales: Mapping[str, float]
     spindle_angle: FloatArray
-    all_poses: FloatArray
-    all_times: FloatArray
-    slow: float = 1.0
-    acting: Acting = NOTHING
+    run_poses: FloatArray
+    run_times: FloatArray
+    slow_down: float = 1.0
+    effect_state: EffectState = NO_EFFECTS
 
 
-def part_named(run: Trajectory, name: str | None) -> Part:
+def find_part(run: Trajectory, name: str | None) -> Part:
     """The part of that name; the first one for None."""
     parts = run.scene.parts
-    found = parts[0] if name is None else next((part for part in parts if part.name == name), None)
-    if found is None:
+    match = parts[0] if name is None else next((part for part in parts if part.name == name), None)
+    if match is None:
         names = [part.name for part in parts]
         raise MechanismError(f"no part {name!r}; parts are {names}.{did_you_mean(name or '', names)}")
-    return found
+    return match
 
 
-def poses_of(run: Trajectory, part: Part) -> tuple[FloatArray, FloatArray]:
+def part_poses_and_velocities(run: Trajectory, part: Part) -> tuple[FloatArray, FloatArray]:
     """Poses and velocities (n, bodies, 3) of one part."""
-    before = 0
+    first_body = 0
     for other in run.scene.parts:
         if other is part:
             break
-        before += len(other.mechanism.bodies)
-    columns = slice(before, before + len(part.mechanism.bodies))
+        first_body += len(other.mechanism.bodies)
+    columns = slice(first_body, first_body + len(part.mechanism.bodies))
     return run.poses[:, columns, :], run.velocities[:, columns, :]
 
 
-def of_part(run: Trajectory, part: Part, named: Mapping[str, T]) -> dict[str, T]:
+def select_part_entries(run: Trajectory, part: Part, entries: Mapping[str, T]) -> dict[str, T]:
     """What a run holds by reading name, for one part, by plain names."""
     if len(run.scene.parts) == 1:
-        return dict(named)
-    mark = f"{part.name}."
-    return {name.removeprefix(mark): value for name, value in named.items() if name.startswith(mark)}
+        return dict(entries)
+    prefix = f"{part.name}."
+    return {name.removeprefix(prefix): value for name, value in entries.items() if name.startswith(prefix)}
 
 
-def moments(run: Trajectory, part: Part, span: tuple[float, float], times: FloatArray, slow: float = 1.0) -> Moments:
+def interpolate_frame_data(
+    run: Trajectory, part: Part, time_span: tuple[float, float], times: FloatArray, slow_down: float = 1.0
+) -> FrameData:
     """What one part does at `times` (f,) s: poses by cubics through poses and velocities, readings by lines."""
-    poses, velocities = poses_of(run, part)
-    readings = of_part(run, part, run.readings)
+    poses, velocities = part_poses_and_velocities(run, part)
+    readings = select_part_entries(run, part, run.readings)
     speed = readings.get("spindle_speed", np.zeros(len(run.times)))
-    turned = np.concatenate([[0.0], np.cumsum(0.5 * (speed[1:] + speed[:-1]) * np.diff(run.times))])
-    return Moments(
+    spindle_angle = np.concatenate([[0.0], np.cumsum(0.5 * (speed[1:] + speed[:-1]) * np.diff(run.times))])
+    return FrameData(
         part=part,
-        span=span,
+        time_span=time_span,
         times=times,
-        poses=_cubic(run.times, poses, velocities, times),
+        poses=_interpolate_hermite(run.times, poses, velocities, times),
         readings={name: np.interp(times, run.times, values) for name, values in readings.items()},
-        units=of_part(run, part, run.units),
-        scales=of_part(run, part, run.scales),
-        spindle_angle=np.interp(times, run.times, turned),
-        all_poses=poses,
-        all_times=run.times,
-        slow=slow,
-        acting=acting_of(run, slow),
+        units=select_part_entries(run, part, run.units),
+        scales=select_part_entries(run, part, run.scales),
+        spindle_angle=np.interp(times, run.times, spindle_angle),
+        run_poses=poses,
+        run_times=run.times,
+        slow_down=slow_down,
+        effect_state=effect_state_of(run, slow_down),
     )
 
 
-def _cubic(times: FloatArray, values: FloatArray, rates: FloatArray, wanted: FloatArray) -> FloatArray:
+def _interpolate_hermite(
+    times: FloatArray, values: FloatArray, rates: FloatArray, query_times: FloatArray
+) -> FloatArray:
     """Cubic Hermite interpolation along the first axis; times (n,) rise, `wanted` (f,) lies within them."""
     if len(times) == 1:
-        return np.repeat(values, len(wanted), axis=0)
-    left = np.clip(np.searchsorted(times, wanted, side="right") - 1, 0, len(times) - 2)
+        return np.repeat(values, len(query_times), axis=0)
+    left = np.clip(np.searchsorted(times, query_times, side="right") - 1, 0, len(times) - 2)
     step = times[left + 1] - times[left]
     # Two reports at one time (a jump) leave nothing to interpolate: take the later one.
-    s = np.divide(wanted - times[left], step, out=np.ones_like(wanted), where=step > 0)[:, None, None]
+    s = np.divide(query_times - times[left], step, out=np.ones_like(query_times), where=step > 0)[:, None, None]
     h = step[:, None, None]
     result: FloatArray = (
         values[left] * (1 + 2 * s) * (1 - s) ** 2

@@ -4,29 +4,32 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 
-from governor_mechanism.render.geometry.primitives import Box
+from governor_mechanism.render.geometry.primitives import BoundingBox
 
-SIDE = 480.0
+REFERENCE_SIZE = 480.0
 """The side all rectangles refer to; a picture of another size is scaled as a whole."""
 
-Rect = tuple[float, float, float, float]
+PixelRect = tuple[float, float, float, float]
 """left, top, right, bottom; from the upper left corner of the picture."""
 
-ELEVATION: Rect = (8.0, 42.0, 286.0, 436.0)
-CAPTION: Rect = (14.0, 440.0, 286.0, 456.0)
-PANEL: Rect = (300.0, 46.0, 470.0, 452.0)
-DIAL: Rect = (300.0, 364.0, 388.0, 452.0)
-HEADER, FOOTER = 35.0, 459.0
+ELEVATION_RECT: PixelRect = (8.0, 42.0, 286.0, 436.0)
+CAPTION_RECT: PixelRect = (14.0, 440.0, 286.0, 456.0)
+READINGS_RECT: PixelRect = (300.0, 46.0, 470.0, 452.0)
+DIAL_RECT: PixelRect = (300.0, 364.0, 388.0, 452.0)
+HEADER_RULE_Y, FOOTER_RULE_Y = 35.0, 459.0
 """Rules under the title and over the last line."""
-CLOSING: dict[int, tuple[float, tuple[float, ...]]] = {1: (FOOTER, (470.0,)), 2: (456.0, (463.0, 473.3))}
+CLOSING_LINE_LAYOUT: dict[int, tuple[float, tuple[float, ...]]] = {
+    1: (FOOTER_RULE_Y, (470.0,)),
+    2: (456.0, (463.0, 473.3)),
+}
 """By the number of last lines: the rule over them, and their middles."""
 
 
 @dataclass(frozen=True, kw_only=True)
-class View:
+class PixelView:
     """A picture within `rect` (pixels), `scale` pixels to the metre, with the point (x, y) (m) in its middle."""
 
-    rect: Rect
+    rect: PixelRect
     scale: float
     x: float
     y: float
@@ -38,25 +41,25 @@ class View:
         return column + (x - self.x) * self.scale, row - (y - self.y) * self.scale
 
     @property
-    def box(self) -> Box:
+    def box(self) -> BoundingBox:
         """What the whole rectangle shows (m): left, right, bottom, top."""
         left, top, right, bottom = self.rect
         half_width, half_height = (right - left) / 2 / self.scale, (bottom - top) / 2 / self.scale
         return self.x - half_width, self.x + half_width, self.y - half_height, self.y + half_height
 
 
-def fit(box: Box, rect: Rect, size: int) -> View:
+def fit_view(box: BoundingBox, rect: PixelRect, size: int) -> PixelView:
     """The view that shows a box (m) as large as `rect` allows, in its middle, in a picture of `size` pixels."""
-    factor = size / SIDE
+    factor = size / REFERENCE_SIZE
     left, top, right, bottom = (edge * factor for edge in rect)
     x0, x1, y0, y1 = box
     scale = min((right - left) / (x1 - x0), (bottom - top) / (y1 - y0))
-    return View(rect=(left, top, right, bottom), scale=scale, x=(x0 + x1) / 2, y=(y0 + y1) / 2)
+    return PixelView(rect=(left, top, right, bottom), scale=scale, x=(x0 + x1) / 2, y=(y0 + y1) / 2)
 
 
-def cells(count: int, dial: bool) -> list[Rect]:
+def reading_rects(count: int, has_dial: bool) -> list[PixelRect]:
     """Rectangles for so many readings (one or more), one above the other, above the dial where there is one."""
-    left, top, right, bottom = PANEL
-    floor = DIAL[1] - 8.0 if dial else bottom
-    height = (floor - top) / count
+    left, top, right, bottom = READINGS_RECT
+    lower_edge = DIAL_RECT[1] - 8.0 if has_dial else bottom
+    height = (lower_edge - top) / count
     return [(left, top + k * height, right, top + (k + 1) * height) for k in range(count)]

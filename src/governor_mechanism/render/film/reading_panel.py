@@ -11,20 +11,20 @@ from matplotlib.figure import Figure
 from matplotlib.lines import Line2D
 from matplotlib.ticker import FormatStrFormatter, MaxNLocator, ScalarFormatter
 
-from governor_mechanism.render.film.layout import SIDE, Rect
-from governor_mechanism.render.geometry.primitives import Pair
-from governor_mechanism.render.style import PAPER, QUIET, RULE, SANS
+from governor_mechanism.render.film.layout import REFERENCE_SIZE, PixelRect
+from governor_mechanism.render.geometry.primitives import Vec2
+from governor_mechanism.render.style import MUTED, PAPER, RULE, SANS_FONT
 from governor_mechanism.types import FloatArray
 
-LABELS, HEADING, TIMES = 30.0, 24.0, 16.0
+LABEL_WIDTH, HEADING_HEIGHT, TIME_LABEL_HEIGHT = 30.0, 24.0, 16.0
 """Pixels kept free at the left for the marks of the axis, above for the heading, below for the times."""
 
 
-NOISE = 1e-6
+READING_NOISE_RATIO = 1e-6
 """What is less than this fraction of a reading's scale is drawn as rest."""
 
 
-def limits_for(values: FloatArray, noise: float = 0.0) -> tuple[float, float]:
+def axis_limits_for(values: FloatArray, noise: float = 0.0) -> tuple[float, float]:
     """The range of an axis: the values with a margin, and so wide that changes up to `noise` do not look like a motion.
 
     Nor do changes far below the value itself.
@@ -35,7 +35,7 @@ def limits_for(values: FloatArray, noise: float = 0.0) -> tuple[float, float]:
     return middle - half, middle + half
 
 
-def plain_numbers(axis: Axis, limits: tuple[float, float]) -> None:
+def format_plain_ticks(axis: Axis, limits: tuple[float, float]) -> None:
     """Marks with whole numbers written out: no common factor is printed apart from them, over the heading."""
     largest = max(map(abs, limits))
     plain = ScalarFormatter(useOffset=False)
@@ -44,56 +44,65 @@ def plain_numbers(axis: Axis, limits: tuple[float, float]) -> None:
 
 
 @dataclass(frozen=True, kw_only=True)
-class Series:
+class ReadingSeries:
     """What a plot shows: values (f,) in its unit at times (f,) s within span (s); up to `noise` they count as equal.
 
     limits are the ends of the axis, where the values do not set them.
     """
 
-    span: Pair
+    time_span: Vec2
     times: FloatArray
     values: FloatArray
     noise: float
-    limits: Pair | None = None
+    axis_limits: Vec2 | None = None
 
 
 class ReadingPlot:
     """A small plot within `cell` (pixels of a 480-pixel picture); `pixel` is as many points as one of these has."""
 
-    def __init__(self, figure: Figure, cell: Rect, colour: str, series: Series, pixel: float) -> None:
-        span = series.span
-        left, top, right, bottom = cell
-        box = (left + LABELS, top + HEADING, right - 3.0, bottom - TIMES)
-        place = (box[0] / SIDE, 1 - box[3] / SIDE, (box[2] - box[0]) / SIDE, (box[3] - box[1]) / SIDE)
-        axes = figure.add_axes(place, facecolor=PAPER)
-        limits = series.limits or limits_for(series.values, series.noise)
-        axes.set(xlim=(span[0], max(span[1], span[0] + 1e-9)), ylim=limits)
-        self._dress(axes, span, pixel)
+    def __init__(
+        self, figure: Figure, rect: PixelRect, colour: str, series: ReadingSeries, points_per_pixel: float
+    ) -> None:
+        time_span = series.time_span
+        left, top, right, bottom = rect
+        box = (left + LABEL_WIDTH, top + HEADING_HEIGHT, right - 3.0, bottom - TIME_LABEL_HEIGHT)
+        axes_rect = (
+            box[0] / REFERENCE_SIZE,
+            1 - box[3] / REFERENCE_SIZE,
+            (box[2] - box[0]) / REFERENCE_SIZE,
+            (box[3] - box[1]) / REFERENCE_SIZE,
+        )
+        axes = figure.add_axes(axes_rect, facecolor=PAPER)
+        limits = series.axis_limits or axis_limits_for(series.values, series.noise)
+        axes.set(xlim=(time_span[0], max(time_span[1], time_span[0] + 1e-9)), ylim=limits)
+        self._style_axes(axes, time_span, points_per_pixel)
         self._times, self._values = series.times, series.values
-        self._curve = Line2D([], [], color=colour, linewidth=1.5 * pixel, solid_joinstyle="round", zorder=3)
-        self._dot = Line2D([], [], color=colour, marker="o", markersize=6 * pixel, clip_on=False, zorder=4)
-        self._dot.set(markeredgecolor=PAPER, markeredgewidth=0.8 * pixel)
+        self._curve = Line2D([], [], color=colour, linewidth=1.5 * points_per_pixel, solid_joinstyle="round", zorder=3)
+        self._dot = Line2D([], [], color=colour, marker="o", markersize=6 * points_per_pixel, clip_on=False, zorder=4)
+        self._dot.set(markeredgecolor=PAPER, markeredgewidth=0.8 * points_per_pixel)
         self.artists: list[Artist] = [self._curve, self._dot]
         for line in (self._curve, self._dot):
             axes.add_line(line)
 
-    def move(self, k: int) -> None:
+    def update(self, k: int) -> None:
         """Show the curve up to frame k."""
         self._curve.set_data(self._times[: k + 1], self._values[: k + 1])
         self._dot.set_data(self._times[k : k + 1], self._values[k : k + 1])
 
-    def _dress(self, axes: Axes, span: Pair, pixel: float) -> None:
+    def _style_axes(self, axes: Axes, time_span: Vec2, points_per_pixel: float) -> None:
         """Quiet axes: two spines, few marks, faint lines across."""
         for side, spine in axes.spines.items():
-            spine.set(visible=side in ("left", "bottom"), color=QUIET, linewidth=0.8 * pixel)
+            spine.set(visible=side in ("left", "bottom"), color=MUTED, linewidth=0.8 * points_per_pixel)
         low, high = axes.get_ylim()
-        marks = MaxNLocator(3, min_n_ticks=2).tick_values(low, high)
-        axes.set_yticks([mark for mark in marks if low <= mark <= high])
-        plain_numbers(axes.yaxis, (low, high))
-        axes.set_xticks(span, labels=[f"{span[0]:.4g}", f"{span[1]:.4g} s"])
-        axes.tick_params(length=3 * pixel, width=0.8 * pixel, color=QUIET, pad=2 * pixel)
-        axes.tick_params(labelcolor=QUIET, labelsize=8.5 * pixel, labelfontfamily=SANS)
-        axes.grid(axis="y", color=RULE, linewidth=0.7 * pixel)
+        ticks = MaxNLocator(3, min_n_ticks=2).tick_values(low, high)
+        axes.set_yticks([tick for tick in ticks if low <= tick <= high])
+        format_plain_ticks(axes.yaxis, (low, high))
+        axes.set_xticks(time_span, labels=[f"{time_span[0]:.4g}", f"{time_span[1]:.4g} s"])
+        axes.tick_params(
+            length=3 * points_per_pixel, width=0.8 * points_per_pixel, color=MUTED, pad=2 * points_per_pixel
+        )
+        axes.tick_params(labelcolor=MUTED, labelsize=8.5 * points_per_pixel, labelfontfamily=SANS_FONT)
+        axes.grid(axis="y", color=RULE, linewidth=0.7 * points_per_pixel)
         axes.set_axisbelow(True)
         # The labels of the times stand inside the plot's width, so that they never leave the picture.
         first, last = axes.get_xticklabels()

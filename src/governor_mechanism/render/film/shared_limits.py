@@ -6,27 +6,27 @@ from collections.abc import Mapping
 from dataclasses import dataclass
 
 from governor_mechanism.model.trajectory import Trajectory
-from governor_mechanism.render.film.frame_data import Moments
-from governor_mechanism.render.geometry.primitives import Box, Pair
-from governor_mechanism.render.machines.registry import extent, plan_ring
+from governor_mechanism.render.film.frame_data import FrameData
+from governor_mechanism.render.geometry.primitives import BoundingBox, Vec2
+from governor_mechanism.render.machines.registry import drawing_bounds, plan_ring_radius
 
 
 @dataclass(frozen=True, kw_only=True)
-class Frame:
+class SharedLimits:
     """The box (m) shown, the plan's ring (m), the ends of the readings' axes in everyday units; one picture's title."""
 
     title: str
-    box: Box
-    ring: float
-    limits: Mapping[str, Pair]
+    box: BoundingBox
+    ring_radius: float
+    axis_limits: Mapping[str, Vec2]
 
     @classmethod
-    def around(cls, run: Trajectory, moments: Moments) -> Frame:
+    def from_run(cls, run: Trajectory, frame_data: FrameData) -> SharedLimits:
         """The frame of a run by itself."""
-        part, poses, acting = moments.part, moments.all_poses, moments.acting
+        part, poses, effect_state = frame_data.part, frame_data.run_poses, frame_data.effect_state
         return cls(
             title=run.scene.title,
-            box=extent(part, poses, moments.all_times, acting),
-            ring=plan_ring(part, poses, acting),
-            limits={},
+            box=drawing_bounds(part, poses, frame_data.run_times, effect_state),
+            ring_radius=plan_ring_radius(part, poses, effect_state),
+            axis_limits={},
         )

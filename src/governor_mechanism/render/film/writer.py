@@ -19,48 +19,48 @@ import numpy as np
 from numpy.typing import NDArray
 
 from governor_mechanism.errors import MechanismError
-from governor_mechanism.files.atomic_write import written_beside
+from governor_mechanism.files.atomic_write import atomic_write
 from governor_mechanism.model.trajectory import Trajectory
-from governor_mechanism.render.effect_state import acting_of
-from governor_mechanism.render.film.frame_data import moments, part_named, poses_of
-from governor_mechanism.render.film.frame_painter import Picture
+from governor_mechanism.render.effect_state import effect_state_of
+from governor_mechanism.render.film.frame_data import find_part, interpolate_frame_data, part_poses_and_velocities
+from governor_mechanism.render.film.frame_painter import FramePainter
 from governor_mechanism.render.film.gif_encoder import GifWriter, Palette
-from governor_mechanism.render.film.layout import ELEVATION, View, fit
-from governor_mechanism.render.film.side_by_side import check_pair, pictures_beside
-from governor_mechanism.render.geometry.primitives import nice_step
-from governor_mechanism.render.machines.registry import extent
-from governor_mechanism.render.style import COLOURS, rgb
+from governor_mechanism.render.film.layout import ELEVATION_RECT, PixelView, fit_view
+from governor_mechanism.render.film.side_by_side import check_run_pair, make_side_by_side
+from governor_mechanism.render.geometry.primitives import round_step
+from governor_mechanism.render.machines.registry import drawing_bounds
+from governor_mechanism.render.style import FILM_COLOURS, parse_rgb
 from governor_mechanism.types import FloatArray
 
-Pixels = NDArray[np.uint8]
-Progress = Callable[[int, int], None]
-Span = tuple[float, float]
-Schedule = tuple[Span, float, float]
+FramePixels = NDArray[np.uint8]
+FilmProgress = Callable[[int, int], None]
+TimeSpan = tuple[float, float]
+FilmTiming = tuple[TimeSpan, float, float]
 """The piece of the run (s), how many times slower it is shown, and the frames per second of film."""
 
-FASTEST = 50
+MAX_FRAME_RATE = 50
 """Frames per second: viewers show a GIF frame of less than 2 hundredths of a second far too long."""
-SAMPLES = 5
+N_PALETTE_SAMPLES = 5
 """Frames from which the palette is chosen."""
-LEAST, MOST = 1.0, 60.0
+MIN_TRUE_TIME_DURATION, MAX_TRUE_TIME_DURATION = 1.0, 60.0
 """Seconds; a run that lasts as long is shown in true time unless told otherwise."""
-SLOWED_TO, SPED_UP_TO = 4.0, 20.0
+MIN_FILM_DURATION, MAX_FILM_DURATION = 4.0, 20.0
 """Seconds; a film of another run lasts at least, or at most, as long."""
-LONGEST = 3600.0
+MAX_SLOWED_FILM_DURATION = 3600.0
 """Seconds a film may last that is slowed on request."""
 
 
 class Painter(Protocol):
     """Paints frame after frame."""
 
-    def paint(self, k: int) -> Pixels:
+    def paint(self, k: int) -> FramePixels:
         """Frame k as RGBA, opaque."""
 
 
-PainterAt = Callable[[FloatArray], Painter]
+PainterFactory = Callable[[FloatArray], Painter]
 
 
-def film(
+def write_film(
     run: Trajectory | Sequence[Trajectory],
     path: str | os.PathLike[str],
     *,
@@ -71,7 +71,7 @@ def film(
     start: float | None = None,
     stop: float | None = None,
     slow_down: float | None = None,
-    progress: Progress | None = None,
+    progress: FilmProgress | None = None,
 ) -> Path:
     """Write the run as a film of size x size pixels; a path ending in .mp4 needs imageio-ffmpeg.
 
@@ -90,12 +90,12 @@ def film(
     if target.suffix.lower() == ".mp4":
         require_video_writer()
     runs = (run,) if isinstance(run, Trajectory) else tuple(run)
-    check_pair(runs, titles)
-    write, span = writers[target.suffix.lower()], _span(runs[0], start, stop)
-    slow = _slow(runs[0], span, slow_down)
-    with written_beside(target) as temporary:
-        painter_at = partial(_painter, runs, titles, size, part, span, slow)
-        write(temporary, painter_at, (span, slow, frames_per_second), progress or _silent)
+    check_run_pair(runs, titles)
+    write, time_span = writers[target.suffix.lower()], _select_time_span(runs[0], start, stop)
+    slow_factor = _select_slow_down(runs[0], time_span, slow_down)
+    with atomic_write(target) as temporary:
+        make_painter = partial(_make_painter, runs, titles, size, part, time_span, slow_factor)
+        write(temporary, make_painter, (time_span, slow_factor, frames_per_second), progress or _ignore_progress)
     return target
 
 
@@ -107,7 +107,7 @@ def require_video_writer() -> None:
         raise MechanismError("writing .mp4 needs ffmpeg: pip install imageio-ffmpeg, or write a .gif") from missing
 
 
-def frames(
+def render_frames(
     run: Trajectory,
     *,
     size: int = 480,
@@ -116,53 +116,59 @@ def frames(
     start: float | None = None,
     stop: float | None = None,
     slow_down: float | None = None,
-) -> Iterator[Pixels]:
+) -> Iterator[FramePixels]:
     """The pictures of a film, (size, size, 3) RGB each, at equal steps from start to stop (both shown)."""
-    span = _span(run, start, stop)
-    slow = _slow(run, span, slow_down)
-    times, _ = schedule(*span, frames_per_second, slow)
-    picture = _picture(run, size, part, span, slow, times)
+    time_span = _select_time_span(run, start, stop)
+    slow_factor = _select_slow_down(run, time_span, slow_down)
+    times, _ = schedule_frames(*time_span, frames_per_second, slow_factor)
+    painter = _make_frame_painter(run, size, part, time_span, slow_factor, times)
     for k in range(len(times)):
-        yield picture.paint(k)[..., :3].copy()
+        yield painter.paint(k)[..., :3].copy()
 
 
-def film_view(run: Trajectory, *, size: int = 480, part: str | None = None) -> View:
+def fit_film_view(run: Trajectory, *, size: int = 480, part: str | None = None) -> PixelView:
     """Where the machine stands in the pictures of a film: `film_view(run).pixel_of(x, y)` is a column and a row."""
-    chosen = part_named(run, part)
-    return fit(extent(chosen, poses_of(run, chosen)[0], run.times, acting_of(run)), ELEVATION, size)
+    shown_part = find_part(run, part)
+    return fit_view(
+        drawing_bounds(shown_part, part_poses_and_velocities(run, shown_part)[0], run.times, effect_state_of(run)),
+        ELEVATION_RECT,
+        size,
+    )
 
 
-def watchable(duration: float) -> float:
+def choose_slow_down(duration: float) -> float:
     """How many times slower to show what lasts so long (s): 1 from 1 to 60 s; else so that the film lasts 2 to 20 s.
 
     The factor, or what it divides by, is 1, 2 or 5 x 10^n.
     """
-    if LEAST <= duration <= MOST or duration <= 0.0:
+    if MIN_TRUE_TIME_DURATION <= duration <= MAX_TRUE_TIME_DURATION or duration <= 0.0:
         return 1.0
-    if duration < LEAST:
-        return nice_step(SLOWED_TO / duration, 1)
-    return 1.0 / nice_step(duration / SPED_UP_TO, 1)
+    if duration < MIN_TRUE_TIME_DURATION:
+        return round_step(MIN_FILM_DURATION / duration, 1)
+    return 1.0 / round_step(duration / MAX_FILM_DURATION, 1)
 
 
-def schedule(start: float, stop: float, frames_per_second: float, slow: float = 1.0) -> tuple[FloatArray, list[int]]:
+def schedule_frames(
+    start: float, stop: float, frames_per_second: float, slow_down: float = 1.0
+) -> tuple[FloatArray, list[int]]:
     """When the frames are (s), and how long each is shown (hundredths of a second, together the whole time,
     `slow` times as long as what they show).
 
     The frames stand at equal steps from start to stop. Each is shown from half a step before its time to half a step
     after, so the first and the last one half as long as the others.
     """
-    if not 1 <= frames_per_second <= FASTEST:
-        raise MechanismError(f"frames_per_second must be 1..{FASTEST}; got {frames_per_second:g}")
-    hundredths = max(round((stop - start) * slow * 100), 1)
+    if not 1 <= frames_per_second <= MAX_FRAME_RATE:
+        raise MechanismError(f"frames_per_second must be 1..{MAX_FRAME_RATE}; got {frames_per_second:g}")
+    hundredths = max(round((stop - start) * slow_down * 100), 1)
     steps = round(hundredths / 100 * frames_per_second)
     if steps < 1:
         return np.array([start]), [hundredths]
     times = np.linspace(start, stop, steps + 1)
     edges = [0, *(round(hundredths * (k + 0.5) / steps) for k in range(steps)), hundredths]
-    return times, [after - before for before, after in pairwise(edges)]
+    return times, [end_edge - start_edge for start_edge, end_edge in pairwise(edges)]
 
 
-def _span(run: Trajectory, start: float | None, stop: float | None) -> Span:
+def _select_time_span(run: Trajectory, start: float | None, stop: float | None) -> TimeSpan:
     """The piece of the run to show (s), checked."""
     if not len(run.times):
         raise MechanismError(f"the run holds no reported time, so there is nothing to show; it says: {run.message}")
@@ -175,47 +181,57 @@ def _span(run: Trajectory, start: float | None, stop: float | None) -> Span:
     return begin, end
 
 
-def _slow(run: Trajectory, span: Span, asked: float | None) -> float:
+def _select_slow_down(run: Trajectory, time_span: TimeSpan, requested: float | None) -> float:
     """How many times slower than the run the film is, as asked for or chosen, checked."""
-    begin, end = span
-    if asked is None:
+    begin, end = time_span
+    if requested is None:
         # A piece of a run in true time is shown in true time, however short.
-        return 1.0 if LEAST <= run.times[-1] - run.times[0] <= MOST else watchable(end - begin)
-    if not (math.isfinite(asked) and asked > 0.0):
-        raise MechanismError(f"slow_down must be a number above 0; got {asked:g}")
-    if (end - begin) * asked > LONGEST:
-        raise MechanismError(f"slow_down {asked:g} makes a film of {(end - begin) * asked:g} s; at most {LONGEST:g} s")
-    return asked
+        return (
+            1.0
+            if MIN_TRUE_TIME_DURATION <= run.times[-1] - run.times[0] <= MAX_TRUE_TIME_DURATION
+            else choose_slow_down(end - begin)
+        )
+    if not (math.isfinite(requested) and requested > 0.0):
+        raise MechanismError(f"slow_down must be a number above 0; got {requested:g}")
+    if (end - begin) * requested > MAX_SLOWED_FILM_DURATION:
+        raise MechanismError(
+            f"slow_down {requested:g} makes a film of {(end - begin) * requested:g} s; at most {MAX_SLOWED_FILM_DURATION:g} s"
+        )
+    return requested
 
 
-def _painter(
+def _make_painter(
     runs: Sequence[Trajectory],
     titles: Sequence[str] | None,
     size: int,
     part: str | None,
-    span: Span,
-    slow: float,
+    time_span: TimeSpan,
+    slow_down: float,
     times: FloatArray,
 ) -> Painter:
     if len(runs) == 1:
-        return _picture(runs[0], size, part, span, slow, times)
-    return pictures_beside(runs, titles, lambda run: moments(run, part_named(run, part), span, times, slow), size)
+        return _make_frame_painter(runs[0], size, part, time_span, slow_down, times)
+    return make_side_by_side(
+        runs, titles, lambda run: interpolate_frame_data(run, find_part(run, part), time_span, times, slow_down), size
+    )
 
 
-def _picture(run: Trajectory, size: int, part: str | None, span: Span, slow: float, times: FloatArray) -> Picture:
-    return Picture(run, moments(run, part_named(run, part), span, times, slow), size)
+def _make_frame_painter(
+    run: Trajectory, size: int, part: str | None, time_span: TimeSpan, slow_down: float, times: FloatArray
+) -> FramePainter:
+    return FramePainter(run, interpolate_frame_data(run, find_part(run, part), time_span, times, slow_down), size)
 
 
-def _silent(done: int, total: int) -> None:
+def _ignore_progress(done: int, total: int) -> None:
     pass
 
 
-def _write_gif(path: Path, painter_at: PainterAt, timing: Schedule, progress: Progress) -> None:
-    span, slow, rate = timing
-    times, delays = schedule(*span, rate, slow)
-    painter = painter_at(times)
-    samples = [painter.paint(int(k)) for k in np.unique(np.linspace(0, len(times) - 1, SAMPLES).astype(int))]
-    palette = Palette([rgb(colour) for colour in COLOURS], samples)
+def _write_gif(path: Path, make_painter: PainterFactory, timing: FilmTiming, progress: FilmProgress) -> None:
+    time_span, slow_down, frame_rate = timing
+    times, delays = schedule_frames(*time_span, frame_rate, slow_down)
+    painter = make_painter(times)
+    samples = [painter.paint(int(k)) for k in np.unique(np.linspace(0, len(times) - 1, N_PALETTE_SAMPLES).astype(int))]
+    palette = Palette([parse_rgb(colour) for colour in FILM_COLOURS], samples)
     with path.open("wb") as file:
         writer = GifWriter(file, palette)
         for k, delay in enumerate(delays):
@@ -224,21 +240,21 @@ def _write_gif(path: Path, painter_at: PainterAt, timing: Schedule, progress: Pr
         writer.close()
 
 
-def _write_mp4(path: Path, painter_at: PainterAt, timing: Schedule, progress: Progress) -> None:
+def _write_mp4(path: Path, make_painter: PainterFactory, timing: FilmTiming, progress: FilmProgress) -> None:
     # Every frame of a video lasts equally long: one frame at the middle of each step makes up the whole time.
-    (begin, end), slow, rate = timing
-    count = max(round((end - begin) * slow * rate), 1)
-    painter = painter_at(begin + (end - begin) * (np.arange(count) + 0.5) / count)
-    with _video(path, rate) as writer:
+    (begin, end), slow_down, frame_rate = timing
+    count = max(round((end - begin) * slow_down * frame_rate), 1)
+    painter = make_painter(begin + (end - begin) * (np.arange(count) + 0.5) / count)
+    with _open_video_writer(path, frame_rate) as writer:
         for k in range(count):
             # Video needs an even number of rows and columns.
             pixels = painter.paint(k)[..., :3]
-            odd = (0, len(pixels) % 2)
-            writer.append_data(np.pad(pixels, (odd, odd, (0, 0)), mode="edge"))
+            padding = (0, len(pixels) % 2)
+            writer.append_data(np.pad(pixels, (padding, padding, (0, 0)), mode="edge"))
             progress(k + 1, count)
 
 
-def _video(path: Path, rate: float) -> Any:
+def _open_video_writer(path: Path, frame_rate: float) -> Any:
     import imageio.v2 as imageio
 
-    return imageio.get_writer(path, format="FFMPEG", fps=rate, codec="libx264", quality=8, macro_block_size=2)
+    return imageio.get_writer(path, format="FFMPEG", fps=frame_rate, codec="libx264", quality=8, macro_block_size=2)

@@ -8,52 +8,52 @@ from itertools import pairwise
 
 import numpy as np
 
-from governor_mechanism.render.geometry.primitives import Circle, Pair, Polygon, Shape
+from governor_mechanism.render.geometry.primitives import Circle, DrawnShape, Polygon, Vec2
 from governor_mechanism.types import FloatArray
 
 
-def telling_rows(values: FloatArray) -> list[int]:
+def select_extreme_rows(values: FloatArray) -> list[int]:
     """Numbers of a few hundred rows (n, ...) that hold the extremes of every column, so that long runs stay cheap."""
     flat = values.reshape(len(values), -1)
-    spread = np.linspace(0, len(values) - 1, min(len(values), 200)).astype(int)
-    chosen: list[int] = np.unique(np.concatenate([spread, flat.argmin(axis=0), flat.argmax(axis=0)])).tolist()
+    even_rows = np.linspace(0, len(values) - 1, min(len(values), 200)).astype(int)
+    chosen: list[int] = np.unique(np.concatenate([even_rows, flat.argmin(axis=0), flat.argmax(axis=0)])).tolist()
     return chosen
 
 
-def telling_poses(poses: FloatArray) -> FloatArray:
+def select_extreme_poses(poses: FloatArray) -> FloatArray:
     """The poses (n, bodies, 3) of those rows."""
-    chosen: FloatArray = poses[telling_rows(poses)]
+    chosen: FloatArray = poses[select_extreme_rows(poses)]
     return chosen
 
 
-def widths_between(shapes: Iterable[Shape], bottom: float, top: float) -> list[Pair]:
+def horizontal_extents(shapes: Iterable[DrawnShape], bottom: float, top: float) -> list[Vec2]:
     """From where to where (m) each circle and each convex polygon reaches sideways between two heights (m)."""
-    found = []
+    extents = []
     for shape in shapes:
         xs: list[float] = []
         if isinstance(shape, Circle):
-            beside = max(bottom - shape.y, shape.y - top, 0.0)
-            if beside < shape.radius:
-                half = math.sqrt(shape.radius**2 - beside**2)
-                xs = [shape.x - half, shape.x + half]
+            vertical_distance = max(bottom - shape.y, shape.y - top, 0.0)
+            if vertical_distance < shape.radius:
+                half_width = math.sqrt(shape.radius**2 - vertical_distance**2)
+                xs = [shape.x - half_width, shape.x + half_width]
         elif isinstance(shape, Polygon):
             for start, end in pairwise((*shape.points, shape.points[0])):
-                xs += _crossed(start, end, bottom, top)
+                xs += _ends_within(start, end, bottom, top)
         if xs:
-            found.append((min(xs), max(xs)))
-    return found
+            extents.append((min(xs), max(xs)))
+    return extents
 
 
-def first_room(taken: Iterable[Pair], start: float, width: float) -> float:
+def first_free_position(occupied: Iterable[Vec2], start: float, width: float) -> float:
     """The smallest x (m), `start` or more, at which `width` (m) is free of all the widths taken."""
     x = start
-    for left, right in sorted(taken):
+    for left, right in sorted(occupied):
         if left < x + width and right > x:
             x = right
     return x
 
 
-def _crossed(start: Pair, end: Pair, bottom: float, top: float) -> list[float]:
+def _ends_within(start: Vec2, end: Vec2, bottom: float, top: float) -> list[float]:
     """Both ends (x) of the piece of a straight line that lies between two heights; empty where there is none."""
     (x0, y0), (x1, y1) = sorted((start, end), key=lambda point: point[1])
     if y1 < bottom or y0 > top:

@@ -8,9 +8,9 @@ from dataclasses import dataclass
 
 from governor_mechanism.model.joints import Point
 
-Pair = tuple[float, float]
-Pose = tuple[float, float, float]
-Box = tuple[float, float, float, float]
+Vec2 = tuple[float, float]
+PoseTuple = tuple[float, float, float]
+BoundingBox = tuple[float, float, float, float]
 """left, right, bottom, top (m)."""
 
 
@@ -29,7 +29,7 @@ class Polygon:
     """A filled outline; `points` (m) in order, the last joined to the first; none where there is nothing to show."""
 
     role: str
-    points: tuple[Pair, ...]
+    points: tuple[Vec2, ...]
 
 
 @dataclass(frozen=True, slots=True)
@@ -37,26 +37,26 @@ class Lines:
     """Open strokes: each of `lines` is a chain of points (m)."""
 
     role: str
-    lines: tuple[tuple[Pair, ...], ...]
+    lines: tuple[tuple[Vec2, ...], ...]
 
 
 @dataclass(frozen=True, slots=True)
-class Text:
+class TextShape:
     """Words whose left middle stands at (x, y) (m); `room` (m) is kept free for them to the right."""
 
     role: str
     x: float
     y: float
-    words: str
-    room: float
+    text: str
+    width: float
 
 
-Shape = Circle | Polygon | Lines | Text
+DrawnShape = Circle | Polygon | Lines | TextShape
 
-HALF_TURN = tuple((math.cos(k * math.pi / 8), math.sin(k * math.pi / 8)) for k in range(9))
+HALF_CIRCLE_POINTS = tuple((math.cos(k * math.pi / 8), math.sin(k * math.pi / 8)) for k in range(9))
 
 
-def bar(role: str, start: Pair, end: Pair, width: float) -> Polygon:
+def make_bar(role: str, start: Vec2, end: Vec2, width: float) -> Polygon:
     """A straight bar with round ends from start to end (m), `width` (m) across."""
     dx, dy = end[0] - start[0], end[1] - start[1]
     length = math.hypot(dx, dy)
@@ -64,38 +64,38 @@ def bar(role: str, start: Pair, end: Pair, width: float) -> Polygon:
     half = width / 2
     # A half circle from the bar's right side round to its left one, in axes (ux, uy), (-uy, ux): round the end it
     # bulges forward, round the start backward.
-    forward = tuple((half * s, -half * c) for c, s in HALF_TURN)
-    tip = tuple((end[0] + f * ux - g * uy, end[1] + f * uy + g * ux) for f, g in forward)
-    tail = tuple((start[0] - f * ux + g * uy, start[1] - f * uy - g * ux) for f, g in forward)
+    half_circle = tuple((half * s, -half * c) for c, s in HALF_CIRCLE_POINTS)
+    tip = tuple((end[0] + f * ux - g * uy, end[1] + f * uy + g * ux) for f, g in half_circle)
+    tail = tuple((start[0] - f * ux + g * uy, start[1] - f * uy - g * ux) for f, g in half_circle)
     return Polygon(role, tip + tail)
 
 
-def rectangle(role: str, left: float, right: float, bottom: float, top: float) -> Polygon:
+def make_rectangle(role: str, left: float, right: float, bottom: float, top: float) -> Polygon:
     """An upright rectangle (m)."""
     return Polygon(role, ((left, bottom), (right, bottom), (right, top), (left, top)))
 
 
-def hatching(role: str, box: Box, spacing: float) -> Lines:
+def make_hatching(role: str, box: BoundingBox, spacing: float) -> Lines:
     """Section lining: strokes at 45 degrees that fill a box (m), `spacing` (m) apart along x."""
     left, right, bottom, top = box
     height = top - bottom
-    strokes: list[tuple[Pair, ...]] = []
-    foot = left - height + spacing / 2
-    while foot < right:
-        low, high = max(foot, left), min(foot + height, right)
-        strokes.append(((low, bottom + low - foot), (high, bottom + high - foot)))
-        foot += spacing
+    strokes: list[tuple[Vec2, ...]] = []
+    start_x = left - height + spacing / 2
+    while start_x < right:
+        low, high = max(start_x, left), min(start_x + height, right)
+        strokes.append(((low, bottom + low - start_x), (high, bottom + high - start_x)))
+        start_x += spacing
     return Lines(role, tuple(strokes))
 
 
-def place(pose: Pose, point: Point) -> Pair:
+def place_point(pose: PoseTuple, point: Point) -> Vec2:
     """Where a point marked on a body stands (m) when the body has that pose."""
     x, y, angle = pose
     c, s = math.cos(angle), math.sin(angle)
     return x + c * point.x - s * point.y, y + s * point.x + c * point.y
 
 
-def bounds(shapes: Iterable[Shape]) -> Box:
+def bounding_box(shapes: Iterable[DrawnShape]) -> BoundingBox:
     """The smallest box (m) that holds all shapes; words count by the room kept for them."""
     xs: list[float] = []
     ys: list[float] = []
@@ -110,24 +110,24 @@ def bounds(shapes: Iterable[Shape]) -> Box:
             case Lines(_, lines):
                 xs += (x for line in lines for x, _ in line)
                 ys += (y for line in lines for _, y in line)
-            case Text(_, x, y, _, room):
+            case TextShape(_, x, y, _, room):
                 xs += (x, x + room)
                 ys.append(y)
     return min(xs), max(xs), min(ys), max(ys)
 
 
-def nice_step(span: float, most: int) -> float:
+def round_step(span: float, max_steps: int) -> float:
     """The smallest of 1, 2, 5 x 10^n that divides `span` into at most `most` steps."""
-    rough = span / most
-    decade = float(10.0 ** math.floor(math.log10(rough)))
+    min_step = span / max_steps
+    decade = float(10.0 ** math.floor(math.log10(min_step)))
     steps = (m * decade for m in (1.0, 2.0, 5.0, 10.0))
-    return next(step for step in steps if step >= rough * (1 - 1e-9))
+    return next(step for step in steps if step >= min_step * (1 - 1e-9))
 
 
-def ball_radius(mass: float, size: float) -> float:
+def drawn_ball_radius(mass: float, length_scale: float) -> float:
     """Radius (m) of a cast-iron ball of that mass (kg), kept between 4 % and 20 % of `size` (m) to be seen well."""
-    return min(max(math.cbrt(3 * mass / (4 * math.pi * CAST_IRON)), 0.04 * size), 0.20 * size)
+    return min(max(math.cbrt(3 * mass / (4 * math.pi * CAST_IRON_DENSITY)), 0.04 * length_scale), 0.20 * length_scale)
 
 
-CAST_IRON = 7200.0
+CAST_IRON_DENSITY = 7200.0
 """kg/m3."""

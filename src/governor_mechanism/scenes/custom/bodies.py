@@ -7,156 +7,164 @@ from collections.abc import Callable, Mapping
 from typing import Any
 
 from governor_mechanism.errors import MechanismError, did_you_mean
-from governor_mechanism.machines.custom import Pair, Shape, Sketched, disc, plate, rod
+from governor_mechanism.machines.custom import BodyShape, SketchedBody, _Vector2, disc_shape, plate_shape, rod_shape
 from governor_mechanism.model.joints import GROUND, Point
 from governor_mechanism.model.mechanism import SecondMoments
-from governor_mechanism.model.scene import TURNING
+from governor_mechanism.model.scene import TURNING_PLANE
 from governor_mechanism.scenes.custom.schema import BodyTable
-from governor_mechanism.scenes.custom.values import End
-from governor_mechanism.scenes.quantities import listed
-from governor_mechanism.units.quantities import shown
+from governor_mechanism.scenes.custom.values import PointReference
+from governor_mechanism.scenes.quantities import join_names
+from governor_mechanism.units.quantities import format_value
 
-_SHAPES = ("rod", "disc", "plate", "point")
-_INSTEAD = ("inertia", "moments", "centre")
+_SHAPE_KEYS = ("rod", "disc", "plate", "point")
+_MASS_PROPERTY_KEYS = ("inertia", "moments", "centre")
 
 
-class Places:
+class PointRegistry:
     """What bodies and points there are. `faulty` are bodies whose own tables are wrong; naming them is no mistake."""
 
     def __init__(self) -> None:
-        self.ground: dict[str, Pair] = {"origin": (0.0, 0.0)}
-        self.bodies: dict[str, Sketched] = {}
-        self.faulty: set[str] = set()
-        self._names: set[str] = set()
+        self.ground: dict[str, _Vector2] = {"origin": (0.0, 0.0)}
+        self.bodies: dict[str, SketchedBody] = {}
+        self.invalid_bodies: set[str] = set()
+        self._used_names: set[str] = set()
 
-    def body(self, name: str, key: str) -> str:
+    def require_body(self, name: str, key: str) -> str:
         """The name of a body; refuses an unknown one, and one that is wrong itself without another word."""
-        if name in self.faulty:
+        if name in self.invalid_bodies:
             raise MechanismError
-        known = [GROUND, *self.bodies, *sorted(self.faulty - {GROUND})]
-        if name not in known:
+        known_names = [GROUND, *self.bodies, *sorted(self.invalid_bodies - {GROUND})]
+        if name not in known_names:
             raise MechanismError(
-                f"{key} names the unknown body {shown(name)}; bodies are {listed(known)}.{did_you_mean(name, known)}"
+                f"{key} names the unknown body {format_value(name)}; bodies are {join_names(known_names)}.{did_you_mean(name, known_names)}"
             )
         return name
 
-    def point(self, end: End, key: str) -> Point:
+    def find_point(self, reference: PointReference, key: str) -> Point:
         """The point that an end names; a body alone is its mass centre."""
-        name = self.body(end.body, key)
+        name = self.require_body(reference.body, key)
         body = self.bodies.get(name)
-        marks = self.ground if body is None else body.marks
-        place = end.place or marks.get(end.point or ("origin" if body is None else "centre"))
-        if place is None:
-            where = "[ground]" if body is None else f"the points of body {shown(name)}"
+        named_points = self.ground if body is None else body.named_points
+        position = reference.position or named_points.get(reference.point or ("origin" if body is None else "centre"))
+        if position is None:
+            location = "[ground]" if body is None else f"the points of body {format_value(name)}"
             raise MechanismError(
-                f"{key} names the unknown point {shown(end.point)} of {shown(name)}; "
-                f"known are {listed(marks)}, and more may stand in {where}.{did_you_mean(end.point, marks)}"
+                f"{key} names the unknown point {format_value(reference.point)} of {format_value(name)}; "
+                f"known are {join_names(named_points)}, and more may stand in {location}.{did_you_mean(reference.point, named_points)}"
             )
-        return Point(body=GROUND, x=place[0], y=place[1]) if body is None else body.point(place)
+        return Point(body=GROUND, x=position[0], y=position[1]) if body is None else body.point(position)
 
-    def two(self, meaning: Mapping[str, Any]) -> tuple[Point, Point]:
+    def find_two_points(self, parsed: Mapping[str, Any]) -> tuple[Point, Point]:
         """The points `first` and `second`; both are told when both are wrong."""
-        first, second = gathered(
-            lambda: self.point(meaning["first"], "first"), lambda: self.point(meaning["second"], "second")
+        first, second = evaluate_all(
+            lambda: self.find_point(parsed["first"], "first"), lambda: self.find_point(parsed["second"], "second")
         )
-        _require_two(first.body, second.body)
+        _require_different_bodies(first.body, second.body)
         return first, second
 
-    def two_bodies(self, first: str, second: str, keys: tuple[str, str] = ("first", "second")) -> tuple[str, str]:
+    def require_two_bodies(
+        self, first: str, second: str, keys: tuple[str, str] = ("first", "second")
+    ) -> tuple[str, str]:
         """The names of two bodies; both are told when both are wrong."""
-        one, other = gathered(lambda: self.body(first, keys[0]), lambda: self.body(second, keys[1]))
-        _require_two(one, other)
-        return one, other
+        first_name, second_name = evaluate_all(
+            lambda: self.require_body(first, keys[0]), lambda: self.require_body(second, keys[1])
+        )
+        _require_different_bodies(first_name, second_name)
+        return first_name, second_name
 
-    def unused(self, plain: str, taken: set[Any]) -> str:
+    def make_unique_name(self, base_name: str, used_names: set[Any]) -> str:
         """The plain name, numbered where another has it."""
-        number, name = 1, plain
-        while name in self._names or name in taken:
+        number, name = 1, base_name
+        while name in self._used_names or name in used_names:
             number += 1
-            name = f"{plain} {number}"
-        self._names.add(name)
+            name = f"{base_name} {number}"
+        self._used_names.add(name)
         return name
 
 
-def _require_two(first: str, second: str) -> None:
+def _require_different_bodies(first: str, second: str) -> None:
     if first == second:
-        raise MechanismError(f"first and second must be of two different bodies; both are of {shown(first)}")
+        raise MechanismError(f"first and second must be of two different bodies; both are of {format_value(first)}")
 
 
-def gathered(*makes: Callable[[], Any]) -> tuple[Any, ...]:
+def evaluate_all(*builders: Callable[[], Any]) -> tuple[Any, ...]:
     """What each makes; the mistakes of all together."""
-    made: list[Any] = []
+    results: list[Any] = []
     problems: list[str] = []
-    failed = False
-    for make in makes:
+    has_failed = False
+    for build in builders:
         try:
-            made.append(make())
+            results.append(build())
         except MechanismError as error:
-            failed = True
+            has_failed = True
             problems += error.problems
-    if failed:
+    if has_failed:
         raise MechanismError(*problems)
-    return tuple(made)
+    return tuple(results)
 
 
-def sketched(
-    values: Mapping[str, Any], meaning: Mapping[str, Any] | None, plane: str, problems: list[str]
-) -> Sketched | None:
+def parse_body(
+    values: Mapping[str, Any], parsed: Mapping[str, Any] | None, plane: str, problems: list[str]
+) -> SketchedBody | None:
     """The body that a table describes, `meaning` being None where it cannot be understood; notes what contradicts."""
-    found = [*_contradictions(values), *_missing(values, plane)]
-    if meaning is not None:
-        found += _faults(values, meaning)
-    problems += found
-    if meaning is None or found:
+    new_problems = [*_find_contradictions(values), *_find_missing_mass_properties(values, plane)]
+    if parsed is not None:
+        new_problems += _find_invalid_values(values, parsed)
+    problems += new_problems
+    if parsed is None or new_problems:
         return None
-    return Sketched(
-        name=meaning["name"],
-        mass=meaning["mass"],
-        shape=_shape(meaning),
-        turns=_turns(values),
-        points=meaning.get("points", {}),
-        at=meaning.get("at", (0.0, 0.0)),
-        angle=meaning.get("angle", 0.0),
+    return SketchedBody(
+        name=parsed["name"],
+        mass=parsed["mass"],
+        shape=_build_shape(parsed),
+        can_rotate=_can_rotate(values),
+        points=parsed.get("points", {}),
+        origin=parsed.get("at", (0.0, 0.0)),
+        angle=parsed.get("angle", 0.0),
     )
 
 
-def _shapes(values: Mapping[str, Any]) -> list[str]:
-    return [key for key in _SHAPES if key in values and values[key] is not False]
+def _given_shapes(values: Mapping[str, Any]) -> list[str]:
+    return [key for key in _SHAPE_KEYS if key in values and values[key] is not False]
 
 
-def _turns(values: Mapping[str, Any]) -> bool:
+def _can_rotate(values: Mapping[str, Any]) -> bool:
     return values.get("turns") is not False and values.get("point") is not True
 
 
-def _contradictions(values: Mapping[str, Any]) -> list[str]:
+def _find_contradictions(values: Mapping[str, Any]) -> list[str]:
     """What one table says twice."""
-    shapes, instead = _shapes(values), [key for key in _INSTEAD if key in values]
-    found = []
+    shapes, mass_properties = _given_shapes(values), [key for key in _MASS_PROPERTY_KEYS if key in values]
+    problems = []
     if len(shapes) > 1:
-        found.append(f"{' and '.join(shapes)} stand together; a body has one shape, or inertia and centre")
-    elif shapes and instead:
-        found.append(f"{' and '.join(instead)} cannot stand beside {shapes[0]}, which tells how the mass lies")
+        problems.append(f"{' and '.join(shapes)} stand together; a body has one shape, or inertia and centre")
+    elif shapes and mass_properties:
+        problems.append(
+            f"{' and '.join(mass_properties)} cannot stand beside {shapes[0]}, which tells how the mass lies"
+        )
     if "inertia" in values and "moments" in values:
-        found.append("inertia and moments stand together; moments tell the inertia too, as xx + yy")
+        problems.append("inertia and moments stand together; moments tell the inertia too, as xx + yy")
     if values.get("point") is True and values.get("turns") is True:
-        found.append("a point mass does not turn; leave out turns = true, or point = true")
-    return found
+        problems.append("a point mass does not turn; leave out turns = true, or point = true")
+    return problems
 
 
-def _missing(values: Mapping[str, Any], plane: str) -> list[str]:
+def _find_missing_mass_properties(values: Mapping[str, Any], plane: str) -> list[str]:
     """A body that turns must tell how its mass lies."""
-    unknown = [key for key in values if isinstance(key, str) and key not in BodyTable.model_fields]
-    misspelt = [
-        key for key in unknown if difflib.get_close_matches(key, [*_SHAPES, "inertia", "moments", "turns"], n=1)
+    unknown_keys = [key for key in values if isinstance(key, str) and key not in BodyTable.model_fields]
+    misspelt_keys = [
+        key
+        for key in unknown_keys
+        if difflib.get_close_matches(key, [*_SHAPE_KEYS, "inertia", "moments", "turns"], n=1)
     ]
-    if not _turns(values) or _shapes(values):
+    if not _can_rotate(values) or _given_shapes(values):
         return []
-    if "inertia" in values and "moments" not in values and plane == TURNING:
+    if "inertia" in values and "moments" not in values and plane == TURNING_PLANE:
         return [
             "inertia does not tell how a turning plane pulls at the body; "
             'give moments = { xx = "0.5 kg m^2", ... } or a shape (rod, disc, plate) instead'
         ]
-    if "inertia" in values or "moments" in values or misspelt:
+    if "inertia" in values or "moments" in values or misspelt_keys:
         return []
     return [
         "inertia is missing; give inertia or moments, a shape (rod, disc, plate, point), "
@@ -164,36 +172,38 @@ def _missing(values: Mapping[str, Any], plane: str) -> list[str]:
     ]
 
 
-def _faults(values: Mapping[str, Any], meaning: Mapping[str, Any]) -> list[str]:
+def _find_invalid_values(values: Mapping[str, Any], parsed: Mapping[str, Any]) -> list[str]:
     """What numbers cannot be, and names that are taken."""
-    found = []
-    moments = meaning.get("moments")
+    problems = []
+    moments = parsed.get("moments")
     if moments is not None:
         xx, yy, xy = (moments.get(key, 0.0) for key in ("xx", "yy", "xy"))
-        if _turns(values) and xx + yy <= 0:
-            found.append("moments must have xx or yy above 0; a body without extent has point = true")
+        if _can_rotate(values) and xx + yy <= 0:
+            problems.append("moments must have xx or yy above 0; a body without extent has point = true")
         if xy**2 > xx * yy * (1 + 1e-9):
-            found.append(f"moments.xy must not exceed the square root of xx * yy; found {shown(xy)}")
-    if meaning.get("angle") and not _turns(values):
-        found.append(f"angle must be left out for a body that never turns; found {shown(values['angle'])}")
-    taken = {"origin", "centre"} | ({"start", "end"} if "rod" in meaning else set())
-    found += [
+            problems.append(f"moments.xy must not exceed the square root of xx * yy; found {format_value(xy)}")
+    if parsed.get("angle") and not _can_rotate(values):
+        problems.append(f"angle must be left out for a body that never turns; found {format_value(values['angle'])}")
+    reserved_names = {"origin", "centre"} | ({"start", "end"} if "rod" in parsed else set())
+    problems += [
         f"points.{name} is a name that this body has already; choose another"
-        for name in meaning.get("points", {})
-        if name in taken
+        for name in parsed.get("points", {})
+        if name in reserved_names
     ]
-    return found
+    return problems
 
 
-def _shape(meaning: Mapping[str, Any]) -> Shape:
-    mass = meaning["mass"]
-    if "rod" in meaning:
-        return rod(mass, **meaning["rod"])
-    if "disc" in meaning:
-        return disc(mass, **meaning["disc"])
-    if "plate" in meaning:
-        return plate(mass, **meaning["plate"])
+def _build_shape(parsed: Mapping[str, Any]) -> BodyShape:
+    mass = parsed["mass"]
+    if "rod" in parsed:
+        return rod_shape(mass, **parsed["rod"])
+    if "disc" in parsed:
+        return disc_shape(mass, **parsed["disc"])
+    if "plate" in parsed:
+        return plate_shape(mass, **parsed["plate"])
     # Only the sum counts in a plane that does not turn.
-    half = meaning.get("inertia", 0.0) / 2
-    moments = SecondMoments(**meaning["moments"]) if "moments" in meaning else SecondMoments(xx=half, yy=half)
-    return Shape(moments=moments, centre=meaning.get("centre", (0.0, 0.0)))
+    half_inertia = parsed.get("inertia", 0.0) / 2
+    moments = (
+        SecondMoments(**parsed["moments"]) if "moments" in parsed else SecondMoments(xx=half_inertia, yy=half_inertia)
+    )
+    return BodyShape(second_moments=moments, mass_centre=parsed.get("centre", (0.0, 0.0)))

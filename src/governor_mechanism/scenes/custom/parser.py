@@ -13,40 +13,40 @@ from typing import Any, TypeVar
 
 from governor_mechanism.errors import MechanismError
 from governor_mechanism.machines.custom import (
-    CUSTOM,
-    Sketch,
-    Sketched,
-    contradictory_drives,
-    custom_mechanism,
-    size_of,
-    unheld,
+    CUSTOM_MACHINE,
+    InitialConfiguration,
+    SketchedBody,
+    build_custom_mechanism,
+    conflicting_drivers,
+    length_scale_of,
+    unconnected_bodies,
 )
-from governor_mechanism.model.force_elements import Load
+from governor_mechanism.model.force_elements import ForceElement
 from governor_mechanism.model.joints import GROUND, Distance, Joint
 from governor_mechanism.model.mechanism import Mechanism, Reading
-from governor_mechanism.model.scene import FIXED, TURNING, Part, Start
-from governor_mechanism.scenes.custom.bodies import Places, sketched
+from governor_mechanism.model.scene import FIXED_PLANE, TURNING_PLANE, Part, Start
+from governor_mechanism.scenes.custom.bodies import PointRegistry, parse_body
 from governor_mechanism.scenes.custom.joints import (
-    FORCE_MAKERS,
-    JOINT_MAKERS,
-    bodies_named,
-    default_readings,
-    reading_of,
+    FORCE_FACTORIES,
+    JOINT_FACTORIES,
+    find_connected_bodies,
+    make_custom_reading,
+    make_default_readings,
 )
-from governor_mechanism.scenes.custom.schema import FORCES, JOINTS, READINGS, BodyTable, LinkTable
-from governor_mechanism.scenes.custom.values import points_of
-from governor_mechanism.scenes.quantities import listed
-from governor_mechanism.scenes.schema import Table, rate_key, start_table_of, understood
-from governor_mechanism.units.quantities import shown
+from governor_mechanism.scenes.custom.schema import FORCE_TABLES, JOINT_TABLES, READING_TABLES, BodyTable, LinkTable
+from governor_mechanism.scenes.custom.values import parse_named_points
+from governor_mechanism.scenes.quantities import join_names
+from governor_mechanism.scenes.schema import SceneFileTable, rate_key, start_table_model, validate_table
+from governor_mechanism.units.quantities import format_value
 
-PART = "mechanism"
+CUSTOM_PART_NAME = "mechanism"
 """The name of the only part."""
 
-_Made = TypeVar("_Made")
+_Result = TypeVar("_Result")
 
 
 @dataclass(frozen=True)
-class Described:
+class CustomMachineContents:
     """What a file describes: None where mistakes stand in the way, each told in `problems`."""
 
     part: Part | None
@@ -55,263 +55,282 @@ class Described:
     problems: list[str]
 
 
-def described(document: Mapping[str, Any], top: Mapping[str, Any]) -> Described:
+def parse_custom_machine(document: Mapping[str, Any], top_level: Mapping[str, Any]) -> CustomMachineContents:
     """The part and the start of a document; `top` is what could be understood of its keys above the tables."""
-    reader = _Reader(document, top)
-    mechanism, start = reader.mechanism()
+    parser = _CustomMachineParser(document, top_level)
+    mechanism, start = parser.build_mechanism()
     if mechanism is None:
-        return Described(None, start, reader.readings, reader.problems)
-    part = Part(name=PART, machine=CUSTOM, dimensions={}, mechanism=mechanism, plane=reader.plane)
-    return Described(part, start, reader.readings, reader.problems)
+        return CustomMachineContents(None, start, parser.readings, parser.problems)
+    part = Part(name=CUSTOM_PART_NAME, machine=CUSTOM_MACHINE, dimensions={}, mechanism=mechanism, plane=parser.plane)
+    return CustomMachineContents(part, start, parser.readings, parser.problems)
 
 
-class _Reader:
+class _CustomMachineParser:
     """Reads one document; notes the mistakes met."""
 
-    def __init__(self, document: Mapping[str, Any], top: Mapping[str, Any]) -> None:
+    def __init__(self, document: Mapping[str, Any], top_level: Mapping[str, Any]) -> None:
         self.problems: list[str] = []
         self.document = document
-        self.complete = bool(top)  # else a table may be missing only because its heading is misspelt
-        self.given_size: float | None = top.get("size")
+        self.is_complete = bool(top_level)  # else a table may be missing only because its heading is misspelt
+        self.given_length_scale: float | None = top_level.get("size")
         plane = document.get("plane")
-        self.plane = plane if plane in (FIXED, TURNING) else TURNING if "spindle" in document else FIXED
-        self.places = Places()
+        self.plane = (
+            plane if plane in (FIXED_PLANE, TURNING_PLANE) else TURNING_PLANE if "spindle" in document else FIXED_PLANE
+        )
+        self.registry = PointRegistry()
         self.readings: tuple[Reading, ...] | None = None
         """All readings; None where one could not be understood."""
 
-    def mechanism(self) -> tuple[Mechanism | None, Start]:
+    def build_mechanism(self) -> tuple[Mechanism | None, Start]:
         """The mechanism, or None where there are mistakes, and the start."""
-        self._ground()
-        bodies = self._bodies()
-        sketch = Sketch(bodies)
-        joints = [*self._joints(sketch), *self._links(sketch)]
-        loads = self._loads()
-        self._refuse_repeated(bodies, joints, loads)
-        self._refuse_contradictions(bodies, joints, loads)
-        readings = self._readings(bodies)
-        self._note(readings, bodies)
-        start = self._start(readings)
-        size = self.given_size or size_of(bodies, joints, loads)
-        if not size and self.complete and not self.problems:
+        self._parse_ground()
+        bodies = self._parse_bodies()
+        initial_layout = InitialConfiguration(bodies)
+        joints = [*self._parse_joints(initial_layout), *self._parse_links(initial_layout)]
+        force_elements = self._parse_force_elements()
+        self._check_unique_names(bodies, joints, force_elements)
+        self._check_connections(bodies, joints, force_elements)
+        readings = self._parse_readings(bodies)
+        self._record_readings(readings, bodies)
+        start = self._parse_start(readings)
+        length_scale = self.given_length_scale or length_scale_of(bodies, joints, force_elements)
+        if not length_scale and self.is_complete and not self.problems:
             self.problems.append('size is missing: the sketch has no length to refer accuracies to; write size = "1 m"')
-        if self.problems or not self.complete:
+        if self.problems or not self.is_complete:
             return None, start
-        coordinate = next(iter(_in_order(self.document.get("start", {}), readings)), readings[0].name)
-        made = self._made("", lambda: custom_mechanism(bodies, joints, loads, readings, coordinate, size))
-        return made, start
+        coordinate = next(iter(_start_reading_order(self.document.get("start", {}), readings)), readings[0].name)
+        mechanism = self._try_build(
+            "", lambda: build_custom_mechanism(bodies, joints, force_elements, readings, coordinate, length_scale)
+        )
+        return mechanism, start
 
-    def _table(
-        self, model: type[Table], values: object, heading: str, prefix: str | None = None
+    def _validate_table(
+        self, model: type[SceneFileTable], values: object, heading: str, prefix: str | None = None
     ) -> dict[str, Any] | None:
         """What a table means; None, with its mistakes noted, where it is wrong."""
         if not isinstance(values, Mapping):
-            where = (prefix or heading).rstrip(": ")
-            self.problems.append(f"{where} must be a table; found {shown(values)}")
+            location = (prefix or heading).rstrip(": ")
+            self.problems.append(f"{location} must be a table; found {format_value(values)}")
             return None
-        meaning, problems = understood(model, dict(values), heading, prefix)
+        parsed, problems = validate_table(model, dict(values), heading, prefix)
         self.problems += problems
-        return None if problems else meaning
+        return None if problems else parsed
 
-    def _made(self, prefix: str, make: Callable[[], _Made]) -> _Made | None:
+    def _try_build(self, prefix: str, build: Callable[[], _Result]) -> _Result | None:
         try:
-            return make()
+            return build()
         except MechanismError as error:
             self.problems += [f"{prefix}{problem}" for problem in error.problems]
         return None
 
-    def _list(self, key: str) -> list[Any]:
+    def _tables_under(self, key: str) -> list[Any]:
         """The tables under a heading; what is no list at all has been told with the top of the file."""
         given = self.document.get(key, [])
         return list(given) if isinstance(given, list | tuple) else []
 
-    def _ground(self) -> None:
+    def _parse_ground(self) -> None:
         given = self.document.get("ground", {})
-        points = self._made("", lambda: points_of(given, GROUND)) if isinstance(given, Mapping) else None
+        points = self._try_build("", lambda: parse_named_points(given, GROUND)) if isinstance(given, Mapping) else None
         if points is None:
-            self.places.faulty.add(GROUND)
+            self.registry.invalid_bodies.add(GROUND)
         else:
-            self.places.ground |= points
+            self.registry.ground |= points
 
-    def _bodies(self) -> list[Sketched]:
-        tables = self._list("body")
+    def _parse_bodies(self) -> list[SketchedBody]:
+        tables = self._tables_under("body")
         if "body" in self.document and not tables and isinstance(self.document["body"], list | tuple):
             self.problems.append("body is an empty list; a mechanism needs at least one [[body]]")
-        found = []
+        bodies = []
         for number, values in enumerate(tables, start=1):
-            prefix = _prefix("body", values, number)
-            meaning = self._table(BodyTable, values, "[body]", prefix)
+            prefix = _message_prefix("body", values, number)
+            parsed = self._validate_table(BodyTable, values, "[body]", prefix)
             problems: list[str] = []
-            body = sketched(values, meaning, self.plane, problems) if isinstance(values, Mapping) else None
+            body = parse_body(values, parsed, self.plane, problems) if isinstance(values, Mapping) else None
             self.problems += [f"{prefix}{problem}" for problem in problems]
             if body is not None:
-                self.places.bodies.setdefault(body.name, body)
-                found.append(body)
+                self.registry.bodies.setdefault(body.name, body)
+                bodies.append(body)
             elif isinstance(values, Mapping) and isinstance(values.get("name"), str):
-                self.places.faulty.add(values["name"])
-        return found
+                self.registry.invalid_bodies.add(values["name"])
+        return bodies
 
-    def _joints(self, sketch: Sketch) -> list[Joint]:
-        def make(kind: str, meaning: dict[str, Any], name: str) -> Joint:
-            return JOINT_MAKERS[kind](meaning, name, self.places, sketch)
+    def _parse_joints(self, initial_layout: InitialConfiguration) -> list[Joint]:
+        def make(kind: str, parsed: dict[str, Any], name: str) -> Joint:
+            return JOINT_FACTORIES[kind](parsed, name, self.registry, initial_layout)
 
-        return self._typed("joint", JOINTS, make)
+        return self._parse_typed_tables("joint", JOINT_TABLES, make)
 
-    def _loads(self) -> list[Load]:
-        def make(kind: str, meaning: dict[str, Any], name: str) -> Load:
-            return FORCE_MAKERS[kind](meaning, name, self.places)
+    def _parse_force_elements(self) -> list[ForceElement]:
+        def make(kind: str, parsed: dict[str, Any], name: str) -> ForceElement:
+            return FORCE_FACTORIES[kind](parsed, name, self.registry)
 
-        return self._typed("force", FORCES, make)
+        return self._parse_typed_tables("force", FORCE_TABLES, make)
 
-    def _typed(
-        self, key: str, models: Mapping[str, type[Table]], make: Callable[[str, dict[str, Any], str], _Made]
-    ) -> list[_Made]:
+    def _parse_typed_tables(
+        self, key: str, models: Mapping[str, type[SceneFileTable]], make: Callable[[str, dict[str, Any], str], _Result]
+    ) -> list[_Result]:
         """What the tables under one heading describe, each of the type that it names."""
-        found = []
-        for number, values in enumerate(self._list(key), start=1):
-            prefix = _prefix(key, values, number)
-            kind = _nearest(values.get("type"), models) if isinstance(values, Mapping) else ""
-            meaning = self._table(models[kind], values, f"[{key}]", prefix)
-            if meaning is not None:
-                made = self._made(prefix, lambda: make(kind, meaning, self._name(kind, meaning)))  # noqa: B023 - called at once
-                found += [made] if made is not None else []
-        return found
+        elements = []
+        for number, values in enumerate(self._tables_under(key), start=1):
+            prefix = _message_prefix(key, values, number)
+            kind = _nearest_word(values.get("type"), models) if isinstance(values, Mapping) else ""
+            parsed = self._validate_table(models[kind], values, f"[{key}]", prefix)
+            if parsed is not None:
+                element = self._try_build(prefix, lambda: make(kind, parsed, self._name_element(kind, parsed)))  # noqa: B023 - called at once
+                elements += [element] if element is not None else []
+        return elements
 
-    def _links(self, sketch: Sketch) -> list[Joint]:
-        found: list[Joint] = []
-        for number, values in enumerate(self._list("link"), start=1):
-            prefix = _prefix("link", values, number)
-            meaning = self._table(LinkTable, values, "[link]", prefix)
-            if meaning is not None:
-                link = self._made(prefix, lambda: self._link(meaning, sketch))  # noqa: B023 - called at once
-                found += [link] if link is not None else []
-        return found
+    def _parse_links(self, initial_layout: InitialConfiguration) -> list[Joint]:
+        links: list[Joint] = []
+        for number, values in enumerate(self._tables_under("link"), start=1):
+            prefix = _message_prefix("link", values, number)
+            parsed = self._validate_table(LinkTable, values, "[link]", prefix)
+            if parsed is not None:
+                link = self._try_build(prefix, lambda: self._build_link(parsed, initial_layout))  # noqa: B023 - called at once
+                links += [link] if link is not None else []
+        return links
 
-    def _link(self, meaning: dict[str, Any], sketch: Sketch) -> Distance:
-        first, second = self.places.two(meaning)
-        length = meaning.get("length") or sketch.distance(first, second)
+    def _build_link(self, parsed: dict[str, Any], initial_layout: InitialConfiguration) -> Distance:
+        first, second = self.registry.find_two_points(parsed)
+        length = parsed.get("length") or initial_layout.distance(first, second)
         if not length:
             raise MechanismError("length is missing, and the ends of the link stand in one place in the sketch")
-        return Distance(name=self._name("link", meaning), first=first, second=second, length=length)
+        return Distance(name=self._name_element("link", parsed), first=first, second=second, length=length)
 
-    def _name(self, kind: str, meaning: Mapping[str, Any]) -> str:
+    def _name_element(self, kind: str, parsed: Mapping[str, Any]) -> str:
         """The name given, or one that says what it is and of what."""
-        if meaning.get("name"):
-            return str(meaning["name"])
-        first, second = bodies_named(meaning)
-        plain = f"{kind.replace('_', ' ')} of {first} and {second}"
+        if parsed.get("name"):
+            return str(parsed["name"])
+        first, second = find_connected_bodies(parsed)
+        default_name = f"{kind.replace('_', ' ')} of {first} and {second}"
         tables = [
-            table for key in ("joint", "link", "force") for table in self._list(key) if isinstance(table, Mapping)
+            table
+            for key in ("joint", "link", "force")
+            for table in self._tables_under(key)
+            if isinstance(table, Mapping)
         ]
-        taken = {table["name"] for table in tables if isinstance(table.get("name"), str)}
-        return self.places.unused(plain, taken)
+        used_names = {table["name"] for table in tables if isinstance(table.get("name"), str)}
+        return self.registry.make_unique_name(default_name, used_names)
 
-    def _refuse_repeated(self, bodies: Iterable[Sketched], joints: Iterable[Joint], loads: Iterable[Load]) -> None:
-        for what, group in (("body", bodies), ("joint or link", joints), ("force", loads)):
+    def _check_unique_names(
+        self, bodies: Iterable[SketchedBody], joints: Iterable[Joint], force_elements: Iterable[ForceElement]
+    ) -> None:
+        for element_type, elements in (("body", bodies), ("joint or link", joints), ("force", force_elements)):
             self.problems += [
-                f"{what} {name!r} stands {count} times; names must differ"
-                for name, count in Counter(item.name for item in group).items()
+                f"{element_type} {name!r} stands {count} times; names must differ"
+                for name, count in Counter(item.name for item in elements).items()
                 if count > 1
             ]
 
-    def _refuse_contradictions(self, bodies: list[Sketched], joints: list[Joint], loads: list[Load]) -> None:
-        for one, other in contradictory_drives(joints):
+    def _check_connections(
+        self, bodies: list[SketchedBody], joints: list[Joint], force_elements: list[ForceElement]
+    ) -> None:
+        for first, second in conflicting_drivers(joints):
             self.problems.append(
-                f"joints {one.name!r} and {other.name!r} drive the same two bodies, "
-                f"{one.first.body!r} and {one.second.body!r}; leave one of them out"
+                f"joints {first.name!r} and {second.name!r} drive the same two bodies, "
+                f"{first.first.body!r} and {first.second.body!r}; leave one of them out"
             )
         # A table that could not be understood may be what holds a body.
-        known = self.complete and not self.problems
-        loose = unheld([body.name for body in bodies], joints, loads) if known else []
-        if loose:
-            names = listed(repr(name) for name in loose)
-            lonely = next(body for body in bodies if body.name == loose[0])
-            keeps = (
-                f"it keeps a mobility of {3 if lonely.turns else 2}"
-                if len(loose) == 1
+        is_fully_parsed = self.is_complete and not self.problems
+        unconnected = (
+            unconnected_bodies([body.name for body in bodies], joints, force_elements) if is_fully_parsed else []
+        )
+        if unconnected:
+            names = join_names(repr(name) for name in unconnected)
+            first_unconnected = next(body for body in bodies if body.name == unconnected[0])
+            mobility_text = (
+                f"it keeps a mobility of {3 if first_unconnected.can_rotate else 2}"
+                if len(unconnected) == 1
                 else "they keep one of 2 or more"
             )
             self.problems.append(
-                f"nothing holds {'body' if len(loose) == 1 else 'bodies'} {names} to the ground, and {keeps}: "
+                f"nothing holds {'body' if len(unconnected) == 1 else 'bodies'} {names} to the ground, and {mobility_text}: "
                 "no chain of joints, links, springs or dampers leads there; add a [[joint]] or a [[link]]"
             )
 
-    def _readings(self, bodies: Iterable[Sketched]) -> list[Reading]:
+    def _parse_readings(self, bodies: Iterable[SketchedBody]) -> list[Reading]:
         given = self.document.get("readings")
         if not given or not isinstance(given, Mapping):
-            return default_readings(bodies)
-        found = []
+            return make_default_readings(bodies)
+        readings = []
         for name, values in given.items():
-            reading = self._reading(str(name), values)
-            found += [reading] if reading is not None else []
-        return found
+            reading = self._parse_reading(str(name), values)
+            readings += [reading] if reading is not None else []
+        return readings
 
-    def _reading(self, name: str, values: object) -> Reading | None:
+    def _parse_reading(self, name: str, values: object) -> Reading | None:
         prefix = f"readings.{name}"
         if not name.isidentifier():
             self.problems.append(f"{prefix}: the name of a reading is made of letters, digits and _, as crank_angle")
             return None
         keys = list(values) if isinstance(values, Mapping) else []
-        kinds = [key for key in keys if key in READINGS] or [near for key in keys if (near := _nearest(key, READINGS))]
+        kinds = [key for key in keys if key in READING_TABLES] or [
+            nearest for key in keys if (nearest := _nearest_word(key, READING_TABLES))
+        ]
         if len(kinds) != 1:
-            one = ", ".join(READINGS)
+            known_kinds = ", ".join(READING_TABLES)
             self.problems.append(
-                f"{prefix} must be a table with one of {one}; found {shown(values)}; "
+                f"{prefix} must be a table with one of {known_kinds}; found {format_value(values)}; "
                 f'write {name} = {{ angle = "crank" }}'
             )
             return None
-        meaning = self._table(READINGS[kinds[0]], values, prefix)
-        if meaning is None:
+        parsed = self._validate_table(READING_TABLES[kinds[0]], values, prefix)
+        if parsed is None:
             return None
-        return self._made(f"{prefix}: ", lambda: reading_of(kinds[0], meaning, name, self.places))
+        return self._try_build(f"{prefix}: ", lambda: make_custom_reading(kinds[0], parsed, name, self.registry))
 
-    def _note(self, readings: list[Reading], bodies: list[Sketched]) -> None:
-        written = self.document.get("readings")
-        counts = (
-            (len(readings), len(written))
-            if written and isinstance(written, Mapping)
-            else (len(bodies), len(self._list("body")))
+    def _record_readings(self, readings: list[Reading], bodies: list[SketchedBody]) -> None:
+        readings_table = self.document.get("readings")
+        parsed_and_written = (
+            (len(readings), len(readings_table))
+            if readings_table and isinstance(readings_table, Mapping)
+            else (len(bodies), len(self._tables_under("body")))
         )
-        self.readings = tuple(readings) if readings and counts[0] == counts[1] else None
+        self.readings = tuple(readings) if readings and parsed_and_written[0] == parsed_and_written[1] else None
 
-    def _start(self, readings: list[Reading]) -> Start:
+    def _parse_start(self, readings: list[Reading]) -> Start:
         given = self.document.get("start", {})
         if not isinstance(given, Mapping) or not readings:
             return Start()
-        written = self.document.get("readings")
-        if isinstance(written, Mapping) and len(readings) < len(written):
+        readings_table = self.document.get("readings")
+        if isinstance(readings_table, Mapping) and len(readings) < len(readings_table):
             return Start()  # a reading that could not be understood may be meant
-        rates = rate_keys(readings)
-        model = start_table_of(tuple((item.name, item.quantity, rates[item.name]) for item in readings))
-        meaning = self._table(model, given, "start") or {}
+        rates = assign_rate_keys(readings)
+        model = start_table_model(tuple((item.name, item.quantity, rates[item.name]) for item in readings))
+        parsed = self._validate_table(model, given, "start") or {}
         return Start(
-            values={item.name: meaning[item.name] for item in readings if item.name in meaning},
-            rates={item.name: meaning[rates[item.name]] for item in readings if rates[item.name] in meaning},
+            values={item.name: parsed[item.name] for item in readings if item.name in parsed},
+            rates={item.name: parsed[rates[item.name]] for item in readings if rates[item.name] in parsed},
         )
 
 
-def rate_keys(readings: Iterable[Reading]) -> dict[str, str]:
+def assign_rate_keys(readings: Iterable[Reading]) -> dict[str, str]:
     """The key in [start] of each reading's rate, by its name; as short as can be told apart."""
     names = [reading.name for reading in readings]
-    short = Counter(rate_key(name) for name in names)
+    short_key_counts = Counter(rate_key(name) for name in names)
     return {
-        name: rate_key(name) if short[rate_key(name)] == 1 and rate_key(name) not in names else f"{name}_rate"
+        name: rate_key(name)
+        if short_key_counts[rate_key(name)] == 1 and rate_key(name) not in names
+        else f"{name}_rate"
         for name in names
     }
 
 
-def _in_order(start: object, readings: list[Reading]) -> list[str]:
+def _start_reading_order(start: object, readings: list[Reading]) -> list[str]:
     """The readings that [start] names, by value or by rate, as they stand there."""
-    by_key = {key: name for name, key in rate_keys(readings).items()} | {item.name: item.name for item in readings}
+    by_key = {key: name for name, key in assign_rate_keys(readings).items()} | {
+        item.name: item.name for item in readings
+    }
     return [by_key[key] for key in start if key in by_key] if isinstance(start, Mapping) else []
 
 
-def _prefix(key: str, values: object, number: int) -> str:
+def _message_prefix(key: str, values: object, number: int) -> str:
     """How messages call one of the tables under a heading: by its name, else by its number."""
     name = values.get("name") if isinstance(values, Mapping) else None
-    return f"{key} {shown(name)}: " if isinstance(name, str) and name else f"{key} {number}: "
+    return f"{key} {format_value(name)}: " if isinstance(name, str) and name else f"{key} {number}: "
 
 
-def _nearest(word: object, known: Iterable[str]) -> str:
+def _nearest_word(word: object, known_words: Iterable[str]) -> str:
     """The known name that a word is, or is nearest to; '' where none is near."""
-    names = [name for name in known if name]
+    names = [name for name in known_words if name]
     return next(iter(difflib.get_close_matches(word, names, n=1)), "") if isinstance(word, str) else ""

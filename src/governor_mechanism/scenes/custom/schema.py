@@ -11,135 +11,145 @@ from typing import Annotated, Any, Final
 from pydantic import ConfigDict, Field, PlainValidator, create_model
 
 from governor_mechanism.model.joints import GROUND
-from governor_mechanism.model.scene import FIXED, TURNING
+from governor_mechanism.model.scene import FIXED_PLANE, TURNING_PLANE
 from governor_mechanism.scenes.custom.values import (
-    End,
-    body_name,
-    curve_value,
-    end_or_body_value,
-    end_value,
-    list_of_tables,
-    motion_value,
-    nested,
-    points_value,
-    two_ends_value,
+    PointReference,
+    motion_validator,
+    nested_table_validator,
+    validate_body_name,
+    validate_curve,
+    validate_named_points,
+    validate_point,
+    validate_point_or_body,
+    validate_table_list,
+    validate_two_points,
 )
 from governor_mechanism.scenes.quantities import (
-    Pair,
-    any_table,
-    built,
-    label,
-    listed,
-    one_of,
-    place_value,
-    program,
-    quantity,
-    truth,
+    FloatPair,
+    bounded_quantity_validator,
+    choice_validator,
+    join_names,
+    program_validator,
+    quantity_validator,
+    table_validator,
+    validate_bool,
+    validate_label,
+    validate_position,
 )
-from governor_mechanism.scenes.schema import SceneTable, Table
+from governor_mechanism.scenes.schema import SceneFileTable, SceneTable
 
-Place = Annotated[Pair, PlainValidator(place_value)]
-Point = Annotated[End, PlainValidator(end_value)]
-PointOrBody = Annotated[End, PlainValidator(end_or_body_value)]
-BodyName = Annotated[str, PlainValidator(label)]
-Truth = Annotated[bool, PlainValidator(truth)]
-Label = Annotated[str | None, PlainValidator(label)]
-Angle = Annotated[float, quantity("angle")]
-Maybe = Annotated[float | None, quantity("angle")]
-Tables = Annotated[list[Any] | None, PlainValidator(list_of_tables)]
+PositionField = Annotated[FloatPair, PlainValidator(validate_position)]
+PointField = Annotated[PointReference, PlainValidator(validate_point)]
+PointOrBodyField = Annotated[PointReference, PlainValidator(validate_point_or_body)]
+BodyNameField = Annotated[str, PlainValidator(validate_label)]
+BoolField = Annotated[bool, PlainValidator(validate_bool)]
+LabelField = Annotated[str | None, PlainValidator(validate_label)]
+AngleField = Annotated[float, quantity_validator("angle")]
+OptionalAngleField = Annotated[float | None, quantity_validator("angle")]
+TableListField = Annotated[list[Any] | None, PlainValidator(validate_table_list)]
 
-FIRST = Field(description='where the first body is held, as "ground.O" or ["crank", "10 mm", 0]')
-SECOND = Field(description='where the second body is held, as "crank.origin" or ["crank", "10 mm", 0]')
+FIRST_POINT_FIELD = Field(description='where the first body is held, as "ground.O" or ["crank", "10 mm", 0]')
+SECOND_POINT_FIELD = Field(description='where the second body is held, as "crank.origin" or ["crank", "10 mm", 0]')
 
 
-def _scene_table() -> type[Table]:
+def _make_custom_scene_table() -> type[SceneFileTable]:
     """A mechanism of one's own has all that other scenes have, but dimensions."""
     fields = SceneTable.model_fields
     keys: dict[str, Any] = {key: (fields[key].annotation, fields[key]) for key in fields if key != "dimensions"}
     keys |= {
-        "size": (Annotated[float, built("length")], 0.0),
-        "plane": (Annotated[str, one_of((FIXED, TURNING))], ""),
-        "ground": (Annotated[Any, any_table()], None),
-        "body": (Tables, Field(description="the moving parts, one table [[body]] for each")),
-        "joint": (Tables, None),
-        "link": (Tables, None),
-        "force": (Tables, None),
-        "readings": (Annotated[Any, any_table()], None),
+        "size": (Annotated[float, bounded_quantity_validator("length")], 0.0),
+        "plane": (Annotated[str, choice_validator((FIXED_PLANE, TURNING_PLANE))], ""),
+        "ground": (Annotated[Any, table_validator()], None),
+        "body": (TableListField, Field(description="the moving parts, one table [[body]] for each")),
+        "joint": (TableListField, None),
+        "link": (TableListField, None),
+        "force": (TableListField, None),
+        "readings": (Annotated[Any, table_validator()], None),
     }
-    return create_model("CustomSceneTable", __base__=Table, **keys)
+    return create_model("CustomSceneTable", __base__=SceneFileTable, **keys)
 
 
-CustomSceneTable: Final = _scene_table()
+CustomSceneTable: Final = _make_custom_scene_table()
 """The top of a file with a mechanism of the user's own."""
 
 
-class MomentsTable(Table):
+class MomentsTable(SceneFileTable):
     """The arguments of SecondMoments."""
 
-    xx: Annotated[float, built("moment_of_inertia", sign="not negative")] = 0.0
-    yy: Annotated[float, built("moment_of_inertia", sign="not negative")] = 0.0
-    xy: Annotated[float, built("moment_of_inertia", sign="any")] = 0.0
-    zz: Annotated[float, built("moment_of_inertia", sign="not negative")] = 0.0
+    xx: Annotated[float, bounded_quantity_validator("moment_of_inertia", sign="not negative")] = 0.0
+    yy: Annotated[float, bounded_quantity_validator("moment_of_inertia", sign="not negative")] = 0.0
+    xy: Annotated[float, bounded_quantity_validator("moment_of_inertia", sign="any")] = 0.0
+    zz: Annotated[float, bounded_quantity_validator("moment_of_inertia", sign="not negative")] = 0.0
 
 
-class RodTable(Table):
+class RodTable(SceneFileTable):
     """A slender rod."""
 
-    length: Annotated[float, built("length")] = Field(description='the length of the rod, as "100 mm"')
+    length: Annotated[float, bounded_quantity_validator("length")] = Field(
+        description='the length of the rod, as "100 mm"'
+    )
 
 
-class DiscTable(Table):
+class DiscTable(SceneFileTable):
     """A disc in the plane."""
 
-    radius: Annotated[float, built("length")] = Field(description='the radius of the disc, as "100 mm"')
-    thickness: Annotated[float, built("length", sign="not negative")] = 0.0
+    radius: Annotated[float, bounded_quantity_validator("length")] = Field(
+        description='the radius of the disc, as "100 mm"'
+    )
+    thickness: Annotated[float, bounded_quantity_validator("length", sign="not negative")] = 0.0
 
 
-class PlateTable(Table):
+class PlateTable(SceneFileTable):
     """A plate in the plane."""
 
-    width: Annotated[float, built("length")] = Field(description='the width along x, as "100 mm"')
-    height: Annotated[float, built("length")] = Field(description='the height along y, as "100 mm"')
-    thickness: Annotated[float, built("length", sign="not negative")] = 0.0
+    width: Annotated[float, bounded_quantity_validator("length")] = Field(description='the width along x, as "100 mm"')
+    height: Annotated[float, bounded_quantity_validator("length")] = Field(
+        description='the height along y, as "100 mm"'
+    )
+    thickness: Annotated[float, bounded_quantity_validator("length", sign="not negative")] = 0.0
 
 
-class BodyTable(Table):
+class BodyTable(SceneFileTable):
     """[[body]]."""
 
-    name: Annotated[str, PlainValidator(body_name)] = Field(description='what other tables call it, as "crank"')
-    mass: Annotated[float, built("mass", cure="; a bar without mass is a [[link]]")] = Field(
+    name: Annotated[str, PlainValidator(validate_body_name)] = Field(
+        description='what other tables call it, as "crank"'
+    )
+    mass: Annotated[float, bounded_quantity_validator("mass", hint="; a bar without mass is a [[link]]")] = Field(
         description='the mass, as "0.2 kg"; a bar without mass is a [[link]]'
     )
-    inertia: Annotated[float, built("moment_of_inertia", cure="; a body that never turns has turns = false")] = 0.0
-    centre: Place = (0.0, 0.0)
-    moments: Annotated[Any, nested(MomentsTable, 'xx = "0.5 kg m^2"')] = None
-    rod: Annotated[Any, nested(RodTable, 'length = "100 mm"')] = None
-    disc: Annotated[Any, nested(DiscTable, 'radius = "100 mm"')] = None
-    plate: Annotated[Any, nested(PlateTable, 'width = "100 mm", height = "50 mm"')] = None
-    point: Truth = False
-    turns: Truth = True
-    points: Annotated[dict[str, Pair] | None, PlainValidator(points_value)] = None
-    at: Place = (0.0, 0.0)
-    angle: Angle = 0.0
+    inertia: Annotated[
+        float, bounded_quantity_validator("moment_of_inertia", hint="; a body that never turns has turns = false")
+    ] = 0.0
+    centre: PositionField = (0.0, 0.0)
+    moments: Annotated[Any, nested_table_validator(MomentsTable, 'xx = "0.5 kg m^2"')] = None
+    rod: Annotated[Any, nested_table_validator(RodTable, 'length = "100 mm"')] = None
+    disc: Annotated[Any, nested_table_validator(DiscTable, 'radius = "100 mm"')] = None
+    plate: Annotated[Any, nested_table_validator(PlateTable, 'width = "100 mm", height = "50 mm"')] = None
+    point: BoolField = False
+    turns: BoolField = True
+    points: Annotated[dict[str, FloatPair] | None, PlainValidator(validate_named_points)] = None
+    at: PositionField = (0.0, 0.0)
+    angle: AngleField = 0.0
 
 
-class HeldTable(Table):
+class NamedTable(SceneFileTable):
     """What every joint and force may have."""
 
-    name: Label = None
+    name: LabelField = None
 
 
-class _JointTable(HeldTable):
-    first: Point = FIRST
-    second: Point = SECOND
+class _JointTable(NamedTable):
+    first: PointField = FIRST_POINT_FIELD
+    second: PointField = SECOND_POINT_FIELD
 
 
-class LinkTable(HeldTable):
+class LinkTable(NamedTable):
     """[[link]]."""
 
-    first: Point = FIRST
-    second: Point = SECOND
-    length: Annotated[float, built("length")] = 0.0
+    first: PointField = FIRST_POINT_FIELD
+    second: PointField = SECOND_POINT_FIELD
+    length: Annotated[float, bounded_quantity_validator("length")] = 0.0
 
 
 class _PinTable(_JointTable):
@@ -147,117 +157,125 @@ class _PinTable(_JointTable):
 
 
 class _WeldTable(_JointTable):
-    turn: Maybe = None
+    turn: OptionalAngleField = None
 
 
 class _SliderTable(_JointTable):
-    angle: Angle = Field(description='the direction of the line in the axes of the first body, as "0 deg"')
+    angle: AngleField = Field(description='the direction of the line in the axes of the first body, as "0 deg"')
 
 
 class _PrismaticTable(_SliderTable):
-    turn: Maybe = None
+    turn: OptionalAngleField = None
 
 
 class _ArcTable(_JointTable):
-    radius: Annotated[float, built("length")] = Field(description='the radius of the slot, as "100 mm"')
+    radius: Annotated[float, bounded_quantity_validator("length")] = Field(
+        description='the radius of the slot, as "100 mm"'
+    )
 
 
 class _CurveSlotTable(_JointTable):
-    curve: Annotated[Any, PlainValidator(curve_value)] = Field(
+    curve: Annotated[Any, PlainValidator(validate_curve)] = Field(
         description="the curve y(x), as { coefficients = [0, 0, 5] } or { points = [[0, 0], [0.1, 0.05]] }"
     )
-    angle: Angle = 0.0
+    angle: AngleField = 0.0
 
 
-class _GearTable(HeldTable):
-    first: PointOrBody = FIRST
-    second: PointOrBody = SECOND
-    ratio: Annotated[float, built("ratio", sign="not zero")] = Field(
+class _GearTable(NamedTable):
+    first: PointOrBodyField = FIRST_POINT_FIELD
+    second: PointOrBodyField = SECOND_POINT_FIELD
+    ratio: Annotated[float, bounded_quantity_validator("ratio", sign="not zero")] = Field(
         description="how far the second body turns for one turn of the first; negative for teeth that mesh outside"
     )
-    offset: Maybe = None
+    offset: OptionalAngleField = None
 
 
-class _RackTable(HeldTable):
-    first: PointOrBody = FIRST
-    second: PointOrBody = SECOND
-    radius: Annotated[float, built("length", sign="not zero")] = Field(
+class _RackTable(NamedTable):
+    first: PointOrBodyField = FIRST_POINT_FIELD
+    second: PointOrBodyField = SECOND_POINT_FIELD
+    radius: Annotated[float, bounded_quantity_validator("length", sign="not zero")] = Field(
         description='the radius of the pinion, as "20 mm"; negative drives the other way'
     )
-    angle: Angle = 0.0
-    offset: Annotated[float | None, quantity("length")] = None
+    angle: AngleField = 0.0
+    offset: Annotated[float | None, quantity_validator("length")] = None
 
 
-class _DrivenTurnTable(HeldTable):
-    first: PointOrBody = FIRST
-    second: PointOrBody = SECOND
-    rate: Annotated[float | None, quantity("angular_speed")] = None
-    start: Maybe = None
-    motion: Annotated[Any, motion_value("angle", "angle")] = None
+class _DrivenTurnTable(NamedTable):
+    first: PointOrBodyField = FIRST_POINT_FIELD
+    second: PointOrBodyField = SECOND_POINT_FIELD
+    rate: Annotated[float | None, quantity_validator("angular_speed")] = None
+    start: OptionalAngleField = None
+    motion: Annotated[Any, motion_validator("angle", "angle")] = None
 
 
 class _DrivenSlideTable(_SliderTable):
-    rate: Annotated[float | None, quantity("speed")] = None
-    start: Annotated[float | None, quantity("length")] = None
-    motion: Annotated[Any, motion_value("length", "way")] = None
+    rate: Annotated[float | None, quantity_validator("speed")] = None
+    start: Annotated[float | None, quantity_validator("length")] = None
+    motion: Annotated[Any, motion_validator("length", "way")] = None
 
 
-class _BetweenTable(HeldTable):
-    first: Point = FIRST
-    second: Point = SECOND
+class _TwoPointTable(NamedTable):
+    first: PointField = FIRST_POINT_FIELD
+    second: PointField = SECOND_POINT_FIELD
 
 
-class _SpringTable(_BetweenTable):
-    stiffness: Annotated[float, built("stiffness")] = Field(description='the stiffness, as "2 N/mm"')
-    free_length: Annotated[float, built("length", sign="not negative")] = 0.0
+class _SpringTable(_TwoPointTable):
+    stiffness: Annotated[float, bounded_quantity_validator("stiffness")] = Field(
+        description='the stiffness, as "2 N/mm"'
+    )
+    free_length: Annotated[float, bounded_quantity_validator("length", sign="not negative")] = 0.0
 
 
-class _DamperTable(_BetweenTable):
-    damping: Annotated[float, built("damping")] = Field(description='the damping, as "120 N s/m"')
+class _DamperTable(_TwoPointTable):
+    damping: Annotated[float, bounded_quantity_validator("damping")] = Field(description='the damping, as "120 N s/m"')
 
 
-class _TurningTable(HeldTable):
-    second: BodyName = Field(description='the body it turns, as "crank"')
-    first: BodyName = GROUND
+class _TwoBodyTable(NamedTable):
+    second: BodyNameField = Field(description='the body it turns, as "crank"')
+    first: BodyNameField = GROUND
 
 
-class _TorsionSpringTable(_TurningTable):
-    stiffness: Annotated[float, built("torsion_stiffness")] = Field(description='the stiffness, as "3 N m/rad"')
-    free_angle: Angle = 0.0
+class _TorsionSpringTable(_TwoBodyTable):
+    stiffness: Annotated[float, bounded_quantity_validator("torsion_stiffness")] = Field(
+        description='the stiffness, as "3 N m/rad"'
+    )
+    free_angle: AngleField = 0.0
 
 
-class _TorsionDamperTable(_TurningTable):
-    damping: Annotated[float, built("torsion_damping")] = Field(description='the damping, as "0.1 N m s/rad"')
+class _TorsionDamperTable(_TwoBodyTable):
+    damping: Annotated[float, bounded_quantity_validator("torsion_damping")] = Field(
+        description='the damping, as "0.1 N m s/rad"'
+    )
 
 
-class _TorqueTable(HeldTable):
-    body: BodyName = Field(description='the body it turns, as "crank"')
-    against: BodyName = GROUND
-    moment: Annotated[Any, program("torque", "moment")] = Field(
+class _TorqueTable(NamedTable):
+    body: BodyNameField = Field(description='the body it turns, as "crank"')
+    against: BodyNameField = GROUND
+    moment: Annotated[Any, program_validator("torque", "moment")] = Field(
         description='the moment, as "5 N m", or a program, as [[0, "5 N m"], [2, "6 N m"]]'
     )
 
 
-class _ForceTable(HeldTable):
-    point: Point = Field(description='where it acts, as "slider.centre"')
-    x: Annotated[Any, program("force", "force")] = None
-    y: Annotated[Any, program("force", "force")] = None
+class _ForceTable(NamedTable):
+    point: PointField = Field(description='where it acts, as "slider.centre"')
+    x: Annotated[Any, program_validator("force", "force")] = None
+    y: Annotated[Any, program_validator("force", "force")] = None
 
 
-def _typed(models: Mapping[str, type[HeldTable]]) -> dict[str, type[Table]]:
+def _add_type_key(models: Mapping[str, type[NamedTable]]) -> dict[str, type[SceneFileTable]]:
     """The models with a first key `type`, which is one of their names."""
-    kind: Any = (Annotated[str, one_of(models)], Field(description=f"one of {listed(models)}"))
-    made: dict[str, type[HeldTable]] = {"": _AnyTable, **models}
-    return {key: create_model(model.__name__, __base__=model, type=kind) for key, model in made.items()}
+    type_field: Any = (Annotated[str, choice_validator(models)], Field(description=f"one of {join_names(models)}"))
+    tables: dict[str, type[NamedTable]] = {"": _UntypedTable, **models}
+    return {key: create_model(model.__name__, __base__=model, type=type_field) for key, model in tables.items()}
 
 
-class _AnyTable(HeldTable):
+class _UntypedTable(NamedTable):
     """What can be checked of a joint or force whose type is not known."""
 
     model_config = ConfigDict(extra="ignore")
 
 
-JOINTS: Final = _typed(
+JOINT_TABLES: Final = _add_type_key(
     {
         "pin": _PinTable,
         "weld": _WeldTable,
@@ -273,7 +291,7 @@ JOINTS: Final = _typed(
 )
 """The tables [[joint]] by type; "" where it is not known."""
 
-FORCES: Final = _typed(
+FORCE_TABLES: Final = _add_type_key(
     {
         "spring": _SpringTable,
         "damper": _DamperTable,
@@ -286,30 +304,30 @@ FORCES: Final = _typed(
 """The tables [[force]] by type; "" where it is not known."""
 
 
-class _AngleReading(Table):
-    angle: BodyName
-    against: BodyName = GROUND
+class _AngleReadingTable(SceneFileTable):
+    angle: BodyNameField
+    against: BodyNameField = GROUND
 
 
-class _LineReading(Table):
-    line: Annotated[tuple[End, End], PlainValidator(two_ends_value)]
+class _LineReadingTable(SceneFileTable):
+    line: Annotated[tuple[PointReference, PointReference], PlainValidator(validate_two_points)]
 
 
-class _DistanceReading(Table):
-    distance: Annotated[tuple[End, End], PlainValidator(two_ends_value)]
+class _DistanceReadingTable(SceneFileTable):
+    distance: Annotated[tuple[PointReference, PointReference], PlainValidator(validate_two_points)]
 
 
-def _position(axis: str) -> type[Table]:
+def _make_position_reading_table(axis: str) -> type[SceneFileTable]:
     # Built by hand because `from` is no name in Python.
-    keys: dict[str, Any] = {axis: (Point, ...), "from": (Point, None)}
-    return create_model("PositionReading", __base__=Table, **keys)
+    keys: dict[str, Any] = {axis: (PointField, ...), "from": (PointField, None)}
+    return create_model("PositionReading", __base__=SceneFileTable, **keys)
 
 
-READINGS: Final[dict[str, type[Table]]] = {
-    "angle": _AngleReading,
-    "line": _LineReading,
-    "x": _position("x"),
-    "y": _position("y"),
-    "distance": _DistanceReading,
+READING_TABLES: Final[dict[str, type[SceneFileTable]]] = {
+    "angle": _AngleReadingTable,
+    "line": _LineReadingTable,
+    "x": _make_position_reading_table("x"),
+    "y": _make_position_reading_table("y"),
+    "distance": _DistanceReadingTable,
 }
 """The kinds of readings by the key that tells them."""

@@ -12,136 +12,152 @@ from typing import Any
 from pydantic import PlainValidator, ValidationInfo
 
 from governor_mechanism.errors import MechanismError
-from governor_mechanism.model.curves import Curve, Polynomial
-from governor_mechanism.model.curves import Table as CurveTable
+from governor_mechanism.model.curves import Curve, PolynomialCurve
+from governor_mechanism.model.curves import SplineCurve as CurveTable
 from governor_mechanism.model.joints import GROUND
-from governor_mechanism.model.time_functions import Motion
-from governor_mechanism.scenes.quantities import Pair, located, name, pairs, place_of, si, where
-from governor_mechanism.scenes.schema import Table, understood
-from governor_mechanism.units.quantities import shown
+from governor_mechanism.model.time_functions import PrescribedMotion
+from governor_mechanism.scenes.quantities import (
+    FloatPair,
+    key_path_of,
+    parse_name,
+    parse_pairs,
+    parse_position,
+    parse_si,
+    prefix_errors,
+)
+from governor_mechanism.scenes.schema import SceneFileTable, validate_table
+from governor_mechanism.units.quantities import format_value
 
 
 @dataclass(frozen=True)
-class End:
+class PointReference:
     """A point as written: a body and the name of a point ('' for the body alone), or a place in the body's axes."""
 
     body: str
     point: str = ""
-    place: Pair | None = None
+    position: FloatPair | None = None
 
 
-def end_value(value: object, info: ValidationInfo) -> End:
+def validate_point(value: object, info: ValidationInfo) -> PointReference:
     """A point of a body."""
-    return _end_of(value, where(info))
+    return _parse_point(value, key_path_of(info))
 
 
-def _end_of(value: object, place: str, *, bare: bool = False) -> End:
+def _parse_point(value: object, key_path: str, *, allow_body: bool = False) -> PointReference:
     if isinstance(value, str):
         body, dot, point = value.strip().partition(".")
-        if body and (point if dot else bare):
-            return End(body, point)
+        if body and (point if dot else allow_body):
+            return PointReference(body, point)
         if body and not dot:
             raise MechanismError(
-                f'{place} {shown(value)} names no point; write "{value}.origin", or ["{value}", "10 mm", 0]'
+                f'{key_path} {format_value(value)} names no point; write "{value}.origin", or ["{value}", "10 mm", 0]'
             )
     elif isinstance(value, list | tuple) and len(value) == 3 and isinstance(value[0], str):
-        return End(value[0], place=place_of(value[1:], place))
-    raise MechanismError(f'{place} must be "body.point" or ["body", x, y]; found {shown(value)}')
+        return PointReference(value[0], position=parse_position(value[1:], key_path))
+    raise MechanismError(f'{key_path} must be "body.point" or ["body", x, y]; found {format_value(value)}')
 
 
-def end_or_body_value(value: object, info: ValidationInfo) -> End:
+def validate_point_or_body(value: object, info: ValidationInfo) -> PointReference:
     """A point of a body, or the body alone."""
-    return _end_of(value, where(info), bare=True)
+    return _parse_point(value, key_path_of(info), allow_body=True)
 
 
-def two_ends_value(value: object, info: ValidationInfo) -> tuple[End, End]:
+def validate_two_points(value: object, info: ValidationInfo) -> tuple[PointReference, PointReference]:
     """Two points."""
     if not isinstance(value, list | tuple) or len(value) != 2:
-        raise MechanismError(f'{where(info)} must be two points, as ["ground.O", "crank.A"]; found {shown(value)}')
-    return _end_of(value[0], where(info)), _end_of(value[1], where(info))
+        raise MechanismError(
+            f'{key_path_of(info)} must be two points, as ["ground.O", "crank.A"]; found {format_value(value)}'
+        )
+    return _parse_point(value[0], key_path_of(info)), _parse_point(value[1], key_path_of(info))
 
 
-def body_name(value: object, info: ValidationInfo) -> str:
+def validate_body_name(value: object, info: ValidationInfo) -> str:
     """The name of a body."""
-    found = name(value, where(info))
-    if found == GROUND:
-        raise MechanismError(f"{where(info)} must not be {GROUND!r}; that is the plane, whose points stand in [ground]")
-    return found
+    body = parse_name(value, key_path_of(info))
+    if body == GROUND:
+        raise MechanismError(
+            f"{key_path_of(info)} must not be {GROUND!r}; that is the plane, whose points stand in [ground]"
+        )
+    return body
 
 
-def points_value(value: object, info: ValidationInfo) -> dict[str, Pair]:
+def validate_named_points(value: object, info: ValidationInfo) -> dict[str, FloatPair]:
     """Named points."""
     if not isinstance(value, Mapping):
-        raise MechanismError(f'{where(info)} must be a table, as {{ A = ["10 mm", 0] }}; found {shown(value)}')
-    return points_of(value, where(info))
+        raise MechanismError(
+            f'{key_path_of(info)} must be a table, as {{ A = ["10 mm", 0] }}; found {format_value(value)}'
+        )
+    return parse_named_points(value, key_path_of(info))
 
 
-def points_of(values: Mapping[str, Any], place: str) -> dict[str, Pair]:
+def parse_named_points(values: Mapping[str, Any], key_path: str) -> dict[str, FloatPair]:
     """Named points; every wrong one is told."""
-    found: dict[str, Pair] = {}
+    points: dict[str, FloatPair] = {}
     problems: list[str] = []
     for key, value in values.items():
         try:
-            found[name(key, f"the name of a point in {place}")] = place_of(value, f"{place}.{key}")
+            points[parse_name(key, f"the name of a point in {key_path}")] = parse_position(value, f"{key_path}.{key}")
         except MechanismError as error:
             problems += error.problems
     if problems:
         raise MechanismError(*problems)
-    return found
+    return points
 
 
-def nested(model: type[Table], example: str) -> PlainValidator:
+def nested_table_validator(model: type[SceneFileTable], example: str) -> PlainValidator:
     """A table within a table, with an example of what stands in it."""
 
-    def convert(value: object, info: ValidationInfo) -> dict[str, Any]:
+    def validate(value: object, info: ValidationInfo) -> dict[str, Any]:
         if not isinstance(value, Mapping):
             raise MechanismError(
-                f"{where(info)} must be a table; found {shown(value)}; write {info.field_name} = {{ {example} }}"
+                f"{key_path_of(info)} must be a table; found {format_value(value)}; write {info.field_name} = {{ {example} }}"
             )
-        meaning, problems = understood(model, dict(value), str(info.field_name), f"{where(info)}.")
+        parsed, problems = validate_table(model, dict(value), str(info.field_name), f"{key_path_of(info)}.")
         if problems:
             raise MechanismError(*problems)
-        return meaning
+        return parsed
 
-    return PlainValidator(convert)
+    return PlainValidator(validate)
 
 
-def curve_value(value: object, info: ValidationInfo) -> Curve:
+def validate_curve(value: object, info: ValidationInfo) -> Curve:
     """A curve by its coefficients or by points."""
     keys = list(value) if isinstance(value, Mapping) else []
     if not isinstance(value, Mapping) or len(keys) != 1 or keys[0] not in ("coefficients", "points"):
         raise MechanismError(
-            f"{where(info)} must be {{ coefficients = [c0, c1, ...] }} or {{ points = [[x, y], ...] }}; "
-            f"found {shown(value)}"
+            f"{key_path_of(info)} must be {{ coefficients = [c0, c1, ...] }} or {{ points = [[x, y], ...] }}; "
+            f"found {format_value(value)}"
         )
-    place = f"{where(info)}.{keys[0]}"
+    key_path = f"{key_path_of(info)}.{keys[0]}"
     if keys[0] == "points":
-        places = pairs(value["points"], ("length", "length"), ("x", "y"), place)
-        x, y = tuple(x for x, _ in places), tuple(y for _, y in places)
-        return located(place, lambda: CurveTable(x=x, y=y))
+        points = parse_pairs(value["points"], ("length", "length"), ("x", "y"), key_path)
+        x, y = tuple(x for x, _ in points), tuple(y for _, y in points)
+        return prefix_errors(key_path, lambda: CurveTable(x=x, y=y))
     given = value["coefficients"]
     if not isinstance(given, list | tuple):
-        raise MechanismError(f"{place} must be a list of numbers; found {shown(given)}")
-    numbers = tuple(si(item, "number" if power else "length", f"{place}, c{power}") for power, item in enumerate(given))
-    return located(place, lambda: Polynomial(coefficients=numbers))
+        raise MechanismError(f"{key_path} must be a list of numbers; found {format_value(given)}")
+    coefficients = tuple(
+        parse_si(item, "number" if power else "length", f"{key_path}, c{power}") for power, item in enumerate(given)
+    )
+    return prefix_errors(key_path, lambda: PolynomialCurve(coefficients=coefficients))
 
 
-def motion_value(kind: str, called: str) -> PlainValidator:
+def motion_validator(kind: str, value_name: str) -> PlainValidator:
     """A motion by points of [time, value]."""
 
-    def convert(value: object, info: ValidationInfo) -> Motion:
-        found = pairs(value, ("time", kind), ("time", called), where(info))
-        times, values = tuple(time for time, _ in found), tuple(number for _, number in found)
-        return located(where(info), lambda: Motion(times=times, values=values))
+    def validate(value: object, info: ValidationInfo) -> PrescribedMotion:
+        points = parse_pairs(value, ("time", kind), ("time", value_name), key_path_of(info))
+        times, values = tuple(time for time, _ in points), tuple(number for _, number in points)
+        return prefix_errors(key_path_of(info), lambda: PrescribedMotion(times=times, values=values))
 
-    return PlainValidator(convert)
+    return PlainValidator(validate)
 
 
-def list_of_tables(value: object, info: ValidationInfo) -> list[Any]:
+def validate_table_list(value: object, info: ValidationInfo) -> list[Any]:
     """Tables under headings in double brackets."""
     if not isinstance(value, list | tuple):
         raise MechanismError(
-            f"{info.field_name} must be a list of tables; found {shown(value)}; "
+            f"{info.field_name} must be a list of tables; found {format_value(value)}; "
             f"write [[{info.field_name}]] above each of them"
         )
     return list(value)

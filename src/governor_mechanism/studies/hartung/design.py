@@ -17,19 +17,19 @@ from governor_mechanism.closed_form.hartung import design as formulas
 from governor_mechanism.closed_form.hartung import governor as closed
 from governor_mechanism.errors import MechanismError
 from governor_mechanism.types import FloatArray
-from governor_mechanism.units.quantities import spoken
+from governor_mechanism.units.quantities import format_quantity
 
-KGF = 9.81
+KILOGRAM_FORCE = 9.81
 """N in a kilogram-force, as the paper reckons."""
-AT = KGF * 1e4
+TECHNICAL_ATMOSPHERE = KILOGRAM_FORCE * 1e4
 """Pa in one of them on a square centimetre."""
-POINTS = 121
+N_STROKE_POINTS = 121
 """Of a curve over the stroke."""
-APART = 0.05
+HALF_STROKE_TOLERANCE_RATIO = 0.05
 """Of the weights' way, which the paper rounds by 0.008: so far half_stroke may be from it."""
-FEW = 3.0
+MIN_COIL_TURNS = 3.0
 """Turns: with fewer a coil is hardly a spring."""
-COARSE = math.radians(1.0)
+ANGLE_SEARCH_STEP = math.radians(1.0)
 """rad between the angles among which the best one is looked for first."""
 
 
@@ -52,8 +52,8 @@ class HartungInputs:
     fast_speed: float = 212 * math.pi / 30
     wire: float = 0.012
     coil: float = 0.080
-    modulus: float = 750_000 * AT
-    stress_limit: float = 4500 * AT
+    modulus: float = 750_000 * TECHNICAL_ATMOSPHERE
+    stress_limit: float = 4500 * TECHNICAL_ATMOSPHERE
     insensitivity: float = 0.04
     angle: float | None = None
     sleeve_arm: float | None = None
@@ -64,11 +64,11 @@ class HartungInputs:
         return self.rest_radius + self.half_stroke
 
 
-PAPERS = HartungInputs()
+PAPER_INPUTS = HartungInputs()
 
 
 @dataclass(frozen=True, kw_only=True)
-class Layout:
+class HartungLayout:
     """A governor with springs along Doerfel's line, and what it comes to over the stroke, inner end first.
 
     levers (n,) rad and radii (n,) m of the weights; slow_forces and fast_forces (n,) N balance the slow and the fast
@@ -76,7 +76,7 @@ class Layout:
     """
 
     governor: closed.HartungGovernor
-    rate: float
+    spring_rate: float
     levers: FloatArray
     radii: FloatArray
     slow_forces: FloatArray
@@ -87,7 +87,7 @@ class Layout:
     @property
     def spread(self) -> float:
         """Largest less smallest static force, over their mean."""
-        return closed.spread(self.static_forces)
+        return closed.relative_spread(self.static_forces)
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -100,7 +100,7 @@ class HartungDesign:
     """
 
     inputs: HartungInputs
-    layout: Layout
+    layout: HartungLayout
     centrifugal_forces: tuple[float, float]
     middle_abscissa: float
     formula_angle: float
@@ -118,21 +118,21 @@ class HartungDesign:
     speed_limits: tuple[tuple[float, float], tuple[float, float]]
     warnings: tuple[str, ...] = ()
 
-    def lines(self) -> list[str]:
+    def summary_lines(self) -> list[str]:
         """The design in words, in the units of the drawing office."""
-        layout, statics = self.layout, self.layout.static_forces / KGF
-        limits = [[f"{speed * 30 / math.pi:.4g}" for speed in pair] for pair in self.speed_limits]
-        held = [f"{force / KGF:.4g}" for force in self.regulating_forces]
+        layout, static_forces = self.layout, self.layout.static_forces / KILOGRAM_FORCE
+        speed_limits = [[f"{speed * 30 / math.pi:.4g}" for speed in pair] for pair in self.speed_limits]
+        regulating_forces = [f"{force / KILOGRAM_FORCE:.4g}" for force in self.regulating_forces]
         return [
             f"bell crank: {math.degrees(self.angle):.6g} deg, arms {self.inputs.weight_arm * 1e3:.6g} and "
             f"{self.sleeve_arm * 1e3:.6g} mm; tan = -y0 / a asks for {math.degrees(self.formula_angle):.6g} deg",
-            f"springs: {self.spring_rate / KGF / 1e3:.5g} kgf/mm, {self.preload / KGF:.5g} kgf innermost; "
-            f"{self.turns:.4g} turns of {self.wire_length:.4g} m wire, stressed to {self.stress / AT:.5g} kgf/cm^2",
-            f"static sleeve force: {statics[0]:.5g} kgf inside, {statics[-1]:.5g} outside, changes by "
+            f"springs: {self.spring_rate / KILOGRAM_FORCE / 1e3:.5g} kgf/mm, {self.preload / KILOGRAM_FORCE:.5g} kgf innermost; "
+            f"{self.turns:.4g} turns of {self.wire_length:.4g} m wire, stressed to {self.stress / TECHNICAL_ATMOSPHERE:.5g} kgf/cm^2",
+            f"static sleeve force: {static_forces[0]:.5g} kgf inside, {static_forces[-1]:.5g} outside, changes by "
             f"{100 * layout.spread:.3g} %; the most even angle is {math.degrees(self.best_angle):.5g} deg, with "
             f"{100 * self.best_spread:.3g} %",
-            f"regulating force: {held[0]} kgf inside, gives way at {' and '.join(limits[0])} rpm; {held[1]} kgf "
-            f"outside, at {' and '.join(limits[1])} rpm",
+            f"regulating force: {regulating_forces[0]} kgf inside, gives way at {' and '.join(speed_limits[0])} rpm; {regulating_forces[1]} kgf "
+            f"outside, at {' and '.join(speed_limits[1])} rpm",
             f"sleeve travel: {self.travel * 1e3:.5g} mm",
             *(f"warning: {sentence}" for sentence in self.warnings),
         ]
@@ -152,60 +152,69 @@ class HartungDesign:
         return {"inputs": asdict(self.inputs), **numbers, "static_force_spread": layout.spread, "curves": curves}
 
 
-def design_hartung(inputs: HartungInputs = PAPERS) -> HartungDesign:
+def design_hartung(inputs: HartungInputs = PAPER_INPUTS) -> HartungDesign:
     """The paper's way through a design. Raises MechanismError for inputs that no governor comes of."""
-    _widest_angle(inputs)  # refuses a swing that is too wide
-    if problems := _problems(inputs):
+    _max_bell_crank_angle(inputs)  # refuses a swing that is too wide
+    if problems := _validate_inputs(inputs):
         raise MechanismError(*problems)
-    first, last = inputs.rest_radius, inputs.rest_radius + 2 * inputs.half_stroke
-    forces = (inputs.weight_mass * inputs.slow_speed**2 * first, inputs.weight_mass * inputs.fast_speed**2 * last)
-    stroke = last - first
-    rough = formulas.spring_abscissa(inner_force=forces[0], outer_force=forces[1], stroke=stroke)
-    abscissa = float(rough) + inputs.half_stroke
-    asked = float(formulas.crank_angle(weight_arm=inputs.weight_arm, middle_abscissa=abscissa))
-    angle = asked if inputs.angle is None else inputs.angle
-    layout = lay_out(inputs, angle, inputs.sleeve_arm)
-    best, spread = best_angle(inputs)
+    inner_radius, outer_radius = inputs.rest_radius, inputs.rest_radius + 2 * inputs.half_stroke
+    forces = (
+        inputs.weight_mass * inputs.slow_speed**2 * inner_radius,
+        inputs.weight_mass * inputs.fast_speed**2 * outer_radius,
+    )
+    stroke = outer_radius - inner_radius
+    inner_abscissa = formulas.spring_abscissa(inner_force=forces[0], outer_force=forces[1], stroke=stroke)
+    middle_abscissa = float(inner_abscissa) + inputs.half_stroke
+    formula_angle = float(formulas.bell_crank_angle(weight_arm=inputs.weight_arm, middle_abscissa=middle_abscissa))
+    angle = formula_angle if inputs.angle is None else inputs.angle
+    layout = build_hartung_layout(inputs, angle, inputs.sleeve_arm)
+    optimal_angle, spread = find_best_angle(inputs)
     governor, ends = layout.governor, (0, -1)
-    statics = [float(layout.static_forces[end]) for end in ends]
-    held = [float(formulas.regulating_force(static_force=one, part=inputs.insensitivity)) for one in statics]
-    limits = [
-        _limits(speed, force, static)
-        for speed, force, static in zip((inputs.slow_speed, inputs.fast_speed), held, statics, strict=True)
+    static_forces = [float(layout.static_forces[end]) for end in ends]
+    regulating_forces = [
+        float(formulas.regulating_force(static_force=one, insensitivity=inputs.insensitivity)) for one in static_forces
     ]
-    coil = {"wire": inputs.wire, "coil": inputs.coil, "modulus": inputs.modulus}
+    speed_limits = [
+        _speed_limits(speed, force, static)
+        for speed, force, static in zip(
+            (inputs.slow_speed, inputs.fast_speed), regulating_forces, static_forces, strict=True
+        )
+    ]
+    coil_arguments = {"wire": inputs.wire, "coil": inputs.coil, "modulus": inputs.modulus}
     stress = float(formulas.coil_stress(wire=inputs.wire, coil=inputs.coil, force=layout.spring_forces[-1]))
-    turns = float(formulas.coil_turns(**coil, rate=layout.rate))
+    turns = float(formulas.coil_turns(**coil_arguments, rate=layout.spring_rate))
     return HartungDesign(
         inputs=inputs,
         layout=layout,
         centrifugal_forces=forces,
-        middle_abscissa=abscissa,
-        formula_angle=asked,
-        best_angle=best,
+        middle_abscissa=middle_abscissa,
+        formula_angle=formula_angle,
+        best_angle=optimal_angle,
         best_spread=spread,
         angle=angle,
         sleeve_arm=governor.sleeve_arm,
         travel=float(formulas.sleeve_travel(sleeve_arm=governor.sleeve_arm, angle=angle, swing=inputs.swing)),
-        spring_rate=layout.rate,
+        spring_rate=layout.spring_rate,
         preload=float(layout.spring_forces[0]),
         turns=turns,
-        wire_length=float(formulas.wire_length(**coil, rate=layout.rate)),
+        wire_length=float(formulas.wire_length(**coil_arguments, rate=layout.spring_rate)),
         stress=stress,
-        regulating_forces=(held[0], held[1]),
-        speed_limits=(limits[0], limits[1]),
+        regulating_forces=(regulating_forces[0], regulating_forces[1]),
+        speed_limits=(speed_limits[0], speed_limits[1]),
         warnings=_warnings(inputs, stress, turns),
     )
 
 
-def lay_out(inputs: HartungInputs, angle: float, sleeve_arm: float | None = None) -> Layout:
+def build_hartung_layout(inputs: HartungInputs, angle: float, sleeve_arm: float | None = None) -> HartungLayout:
     """A governor with a bell crank of this angle (rad); sleeve_arm (m) from hangers even about the axis if left out.
 
     Raises MechanismError where the lever would pass its dead centre, and where springs cannot follow the line.
     """
     if sleeve_arm is None:
-        even = formulas.even_sleeve_arm(fulcrum_radius=inputs.fulcrum_radius, angle=angle, swing=inputs.swing)
-        sleeve_arm = float(even)
+        symmetric_arm = formulas.symmetric_sleeve_arm(
+            fulcrum_radius=inputs.fulcrum_radius, angle=angle, swing=inputs.swing
+        )
+        sleeve_arm = float(symmetric_arm)
     governor = closed.HartungGovernor(
         weight_arm=inputs.weight_arm,
         sleeve_arm=sleeve_arm,
@@ -213,69 +222,69 @@ def lay_out(inputs: HartungInputs, angle: float, sleeve_arm: float | None = None
         fulcrum_radius=inputs.fulcrum_radius,
         weight_mass=inputs.weight_mass,
         sleeve_mass=inputs.sleeve_mass,
-        gravity=KGF,
+        gravity=KILOGRAM_FORCE,
     )
-    levers = np.linspace(inputs.swing, -inputs.swing, POINTS)
+    levers = np.linspace(inputs.swing, -inputs.swing, N_STROKE_POINTS)
     radii = np.asarray(closed.weight_radius(governor, lever_angle=levers))
-    slow, fast = (
+    slow_forces, fast_forces = (
         np.asarray(closed.astatic_spring_force(governor, lever_angle=levers, spindle_speed=speed))
         for speed in (inputs.slow_speed, inputs.fast_speed)
     )
-    if not 0 < slow[0] < fast[-1]:
+    if not 0 < slow_forces[0] < fast_forces[-1]:
         raise MechanismError(
-            f"at slow_speed a weight at the inner end asks for a spring of {slow[0]:.4g} N, and at fast_speed one at "
-            f"the outer end for {fast[-1]:.4g} N; springs press, and harder outside; enlarge rest_radius, weight_mass "
+            f"at slow_speed a weight at the inner end asks for a spring of {slow_forces[0]:.4g} N, and at fast_speed one at "
+            f"the outer end for {fast_forces[-1]:.4g} N; springs press, and harder outside; enlarge rest_radius, weight_mass "
             "or the speeds, or lower swing"
         )
-    rate = formulas.effective_rate(
-        inner_force=float(slow[0]), outer_force=float(fast[-1]), stroke=float(radii[-1] - radii[0])
+    spring_rate = formulas.effective_spring_rate(
+        inner_force=float(slow_forces[0]), outer_force=float(fast_forces[-1]), stroke=float(radii[-1] - radii[0])
     )
-    line = slow[0] + float(rate) * (radii - radii[0])
-    return Layout(
+    spring_forces = slow_forces[0] + float(spring_rate) * (radii - radii[0])
+    return HartungLayout(
         governor=governor,
-        rate=float(rate),
+        spring_rate=float(spring_rate),
         levers=levers,
         radii=radii,
-        slow_forces=slow,
-        fast_forces=fast,
-        spring_forces=line,
-        static_forces=np.asarray(closed.static_sleeve_force(governor, lever_angle=levers, spring_force=line)),
+        slow_forces=slow_forces,
+        fast_forces=fast_forces,
+        spring_forces=spring_forces,
+        static_forces=np.asarray(closed.static_sleeve_force(governor, lever_angle=levers, spring_force=spring_forces)),
     )
 
 
-def best_angle(inputs: HartungInputs = PAPERS) -> tuple[float, float]:
+def find_best_angle(inputs: HartungInputs = PAPER_INPUTS) -> tuple[float, float]:
     """The angle (rad, from 90 deg on) that keeps the static sleeve force most even, and the spread it leaves."""
 
     def spread(angle: float) -> float:
-        return lay_out(inputs, angle).spread
+        return build_hartung_layout(inputs, angle).spread
 
-    last = _widest_angle(inputs)
-    angles = np.arange(math.pi / 2, last, COARSE)
+    max_angle = _max_bell_crank_angle(inputs)
+    angles = np.arange(math.pi / 2, max_angle, ANGLE_SEARCH_STEP)
     coarse = float(angles[int(np.argmin([spread(float(angle)) for angle in angles]))])
-    near = (max(coarse - COARSE, math.pi / 2), min(coarse + COARSE, last))
+    bounds = (max(coarse - ANGLE_SEARCH_STEP, math.pi / 2), min(coarse + ANGLE_SEARCH_STEP, max_angle))
     # A spread has corners at its minimum: what is sure is the place, to the tolerance.
-    found = minimize_scalar(spread, bounds=near, method="bounded", options={"xatol": 1e-8})
-    return float(found.x), float(found.fun)
+    minimum = minimize_scalar(spread, bounds=bounds, method="bounded", options={"xatol": 1e-8})
+    return float(minimum.x), float(minimum.fun)
 
 
-def _widest_angle(inputs: HartungInputs) -> float:
+def _max_bell_crank_angle(inputs: HartungInputs) -> float:
     """The widest angle (rad) of the bell crank that keeps its lever off the dead centre."""
-    widest = math.pi - inputs.swing - COARSE
-    if widest <= math.pi / 2:
+    max_angle = math.pi - inputs.swing - ANGLE_SEARCH_STEP
+    if max_angle <= math.pi / 2:
         raise MechanismError(
             f"a swing of {math.degrees(inputs.swing):g} deg to each side leaves no angle of the bell crank from 90 deg "
             "on whose lever stays off its dead centre; it must be less than 89 deg"
         )
-    return widest
+    return max_angle
 
 
-def _problems(inputs: HartungInputs) -> list[str]:
+def _validate_inputs(inputs: HartungInputs) -> list[str]:
     """Sentences about inputs that are no sizes, or that do not go together."""
     units = {"weight_mass": "kg", "sleeve_mass": "kg", "slow_speed": "rad/s", "fast_speed": "rad/s"}
     lengths = dict.fromkeys(("weight_arm", "rest_radius", "half_stroke", "wire", "coil", "sleeve_arm"), "m")
     others = {"modulus": "Pa", "stress_limit": "Pa", "insensitivity": "", "swing": "rad", "angle": "rad"}
     problems = [
-        f"{name} must be positive; found {spoken(value, unit).strip()}"
+        f"{name} must be positive; found {format_quantity(value, unit).strip()}"
         for name, unit in (units | lengths | others).items()
         if (value := getattr(inputs, name)) is not None and not value > 0
     ]
@@ -283,41 +292,43 @@ def _problems(inputs: HartungInputs) -> list[str]:
         return problems
     if inputs.slow_speed >= inputs.fast_speed:
         problems.append(
-            f"slow_speed ({spoken(inputs.slow_speed, 'rad/s')}), at the inner end of the stroke, must be below "
-            f"fast_speed ({spoken(inputs.fast_speed, 'rad/s')}), at the outer end"
+            f"slow_speed ({format_quantity(inputs.slow_speed, 'rad/s')}), at the inner end of the stroke, must be below "
+            f"fast_speed ({format_quantity(inputs.fast_speed, 'rad/s')}), at the outer end"
         )
     if inputs.insensitivity >= 1:
         problems.append(
             f"insensitivity ({inputs.insensitivity:g}) must be below 1: it is a part of the static sleeve force; "
             "the paper's is 0.04"
         )
-    way = inputs.weight_arm * math.sin(inputs.swing)
-    if abs(inputs.half_stroke - way) > APART * way:
+    radial_travel = inputs.weight_arm * math.sin(inputs.swing)
+    if abs(inputs.half_stroke - radial_travel) > HALF_STROKE_TOLERANCE_RATIO * radial_travel:
         problems.append(
-            f"half_stroke ({spoken(inputs.half_stroke, 'm')}) does not go with weight_arm "
-            f"({spoken(inputs.weight_arm, 'm')}) and swing ({spoken(inputs.swing, 'rad')}), which take a weight "
-            f"{spoken(way, 'm', '.4g')} to each side; give half_stroke={spoken(way, 'm', '.4g')}, or change the others"
+            f"half_stroke ({format_quantity(inputs.half_stroke, 'm')}) does not go with weight_arm "
+            f"({format_quantity(inputs.weight_arm, 'm')}) and swing ({format_quantity(inputs.swing, 'rad')}), which take a weight "
+            f"{format_quantity(radial_travel, 'm', '.4g')} to each side; give half_stroke={format_quantity(radial_travel, 'm', '.4g')}, or change the others"
         )
     if inputs.coil <= inputs.wire:
-        problems.append(f"coil ({spoken(inputs.coil, 'm')}) must be wider than wire ({spoken(inputs.wire, 'm')})")
+        problems.append(
+            f"coil ({format_quantity(inputs.coil, 'm')}) must be wider than wire ({format_quantity(inputs.wire, 'm')})"
+        )
     return problems
 
 
-def _limits(speed: float, held: float, static: float) -> tuple[float, float]:
-    low, high = formulas.speed_limits(spindle_speed=speed, regulating_force=held, static_force=static)
+def _speed_limits(speed: float, regulating_force: float, static_force: float) -> tuple[float, float]:
+    low, high = formulas.speed_limits(spindle_speed=speed, regulating_force=regulating_force, static_force=static_force)
     return float(low), float(high)
 
 
 def _warnings(inputs: HartungInputs, stress: float, turns: float) -> tuple[str, ...]:
-    found = []
+    warnings = []
     if stress > inputs.stress_limit:
-        found.append(
-            f"the springs are stressed over their limit: {stress / AT:.4g} kgf/cm^2 at the outer end of the stroke, "
-            f"allowed are {inputs.stress_limit / AT:.4g} kgf/cm^2; take a thicker wire or a narrower coil"
+        warnings.append(
+            f"the springs are stressed over their limit: {stress / TECHNICAL_ATMOSPHERE:.4g} kgf/cm^2 at the outer end of the stroke, "
+            f"allowed are {inputs.stress_limit / TECHNICAL_ATMOSPHERE:.4g} kgf/cm^2; take a thicker wire or a narrower coil"
         )
-    if turns < FEW:
-        found.append(
-            f"the springs have {turns:.3g} turns, and with fewer than {FEW:g} a coil is hardly one; take a "
+    if turns < MIN_COIL_TURNS:
+        warnings.append(
+            f"the springs have {turns:.3g} turns, and with fewer than {MIN_COIL_TURNS:g} a coil is hardly one; take a "
             "thicker wire or a narrower coil"
         )
-    return tuple(found)
+    return tuple(warnings)

@@ -7,9 +7,9 @@ from collections.abc import Iterable
 
 from governor_mechanism.errors import MechanismError, did_you_mean
 from governor_mechanism.studies.hartung.design import HartungInputs
-from governor_mechanism.units.quantities import parse, shown
+from governor_mechanism.units.quantities import format_value, parse_quantity
 
-KINDS = {
+INPUT_DIMENSIONS = {
     "weight_mass": "mass",
     "sleeve_mass": "mass",
     "weight_arm": "length",
@@ -30,32 +30,32 @@ KINDS = {
 """Of the inputs, by the kind of their quantity."""
 
 
-def inputs_from(words: Iterable[str]) -> HartungInputs:
+def parse_inputs(assignments: Iterable[str]) -> HartungInputs:
     """The inputs that words like "wire=14 mm" change from the paper's.
 
     Raises MechanismError with a sentence for each word that is none.
     """
-    found: dict[str, float] = {}
+    values: dict[str, float] = {}
     problems: list[str] = []
-    for word in words:
-        name, sign, value = (part.strip() for part in word.partition("="))
-        if not sign or name not in KINDS:
-            known = ", ".join(KINDS)
+    for assignment in assignments:
+        name, sign, value = (part.strip() for part in assignment.partition("="))
+        if not sign or name not in INPUT_DIMENSIONS:
+            known = ", ".join(INPUT_DIMENSIONS)
             problems.append(
-                f"--with {shown(word)} is no input and its value; write them as wire=14 mm; inputs are {known}."
-                f"{did_you_mean(name, KINDS)}"
+                f"--with {format_value(assignment)} is no input and its value; write them as wire=14 mm; inputs are {known}."
+                f"{did_you_mean(name, INPUT_DIMENSIONS)}"
             )
             continue
         try:
-            found[name] = parse(_number(value), KINDS[name], f"--with {name}")
+            values[name] = parse_quantity(_parse_number(value), INPUT_DIMENSIONS[name], f"--with {name}")
         except MechanismError as error:
             problems += error.problems
     if problems:
         raise MechanismError(*problems)
-    return dataclasses.replace(HartungInputs(), **found)
+    return dataclasses.replace(HartungInputs(), **values)
 
 
-def _number(text: str) -> str | float:
+def _parse_number(text: str) -> str | float:
     """A bare number is in SI, as in a scene file; everything else says its unit."""
     try:
         return float(text)

@@ -1,4 +1,4 @@
-"""Twitching: how far the sleeve goes in a turn of an uneven spindle, against unevenness and against play."""
+"""Twitching: how far the sleeve goes in a turn of an uneven spindle, against speed fluctuation and against play."""
 
 from __future__ import annotations
 
@@ -8,208 +8,239 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from governor_mechanism.effects.clearance import PLAY, Play
+from governor_mechanism.effects.clearance import CLEARANCE_READING, Clearance
 from governor_mechanism.effects.dry_friction import DryFriction
-from governor_mechanism.engines.initial_state import starting_state
+from governor_mechanism.engines.initial_state import initial_state
 from governor_mechanism.errors import MechanismError
 from governor_mechanism.machines.registry import MACHINES
-from governor_mechanism.mechanics.kinematics.output_variables import reading_value
+from governor_mechanism.mechanics.kinematics.output_variables import evaluate_output_value
 from governor_mechanism.model.effect import Effect
 from governor_mechanism.model.scene import Scene, Spindle, Start
 from governor_mechanism.model.trajectory import Trajectory
-from governor_mechanism.statics.speed_curve import standing_band
-from governor_mechanism.studies.regression import SLEEVE, Fitted, slope, uncertified
+from governor_mechanism.statics.speed_curve import compute_insensitivity_band
+from governor_mechanism.studies.regression import SLEEVE_READING, FittedParameter, fit_slope, run_uncertified
 from governor_mechanism.types import FloatArray
 
-SAMPLES = 200
+SAMPLES_PER_TURN = 200
 """In a turn of the spindle."""
 
-ROUNDING = 1e-13
+STANDSTILL_TOLERANCE = 1e-13
 """m: what goes no farther stands still."""
 
-NEAREST = 1e-6
+THRESHOLD_TOLERANCE = 1e-6
 """Of the band: so near the threshold of twitching is found."""
 
 
 @dataclass(frozen=True, kw_only=True)
-class Twitch:
-    """How far the sleeve goes in a turn, after a number of turns, against the unevenness of the spindle.
+class CyclicMotionStudy:
+    """How far the sleeve goes in a turn, after a number of turns, against the speed fluctuation of the spindle.
 
-    shares (n,): unevenness over the standing band at the start; amplitudes (n,) m, from lowest to highest; band, the
-    relative width of the standing band, (w' - w'') / mean speed; threshold, the share at which the sleeve first moves.
+    shares (n,): speed fluctuation over the insensitivity band at the start; amplitudes (n,) m, from lowest to highest; band, the
+    relative width of the insensitivity band, (w' - w'') / mean speed; threshold, the share at which the sleeve first moves.
     """
 
     title: str
-    shares: FloatArray
+    fluctuation_ratios: FloatArray
     amplitudes: FloatArray
-    band: float
+    insensitivity_band: float
     threshold: float
-    turns: int
+    n_turns: int
 
     @property
-    def onset(self) -> Fitted:
+    def onset_exponent(self) -> FittedParameter:
         """The exponent with which the amplitude grows with share - threshold, fitted where that is below 0.01."""
-        excess = self.shares - self.threshold
-        near = (excess > 10 * NEAREST) & (excess < 0.01) & (self.amplitudes > 0)
-        return slope(np.log(excess[near]), np.log(self.amplitudes[near]))
+        excess = self.fluctuation_ratios - self.threshold
+        is_near_threshold = (excess > 10 * THRESHOLD_TOLERANCE) & (excess < 0.01) & (self.amplitudes > 0)
+        return fit_slope(np.log(excess[is_near_threshold]), np.log(self.amplitudes[is_near_threshold]))
 
 
 @dataclass(frozen=True, kw_only=True)
-class PlayAndTwitch:
+class ClearanceStudy:
     """How far sleeve and arms go in a turn, after a number of turns, against play.
 
     plays (n,) m; amplitudes (n,) m of the sleeve, without_play (m) the one without any; arm_amplitudes (n,) m those of
     the links, as the lift that they would give a sleeve hanging on them; carried: whether friction bears the sleeve's
-    weight, so that it can stand without its links; share: unevenness over the standing band.
+    weight, so that it can stand without its links; share: speed fluctuation over the insensitivity band.
     """
 
     title: str
-    plays: FloatArray
+    clearances: FloatArray
     amplitudes: FloatArray
     arm_amplitudes: FloatArray
-    without_play: float
-    carried: bool
-    share: float
-    turns: int
+    amplitude_without_clearance: float
+    friction_carries_sleeve: bool
+    fluctuation_ratio: float
+    n_turns: int
 
     @property
     def worst(self) -> tuple[float, float]:
         """The play (m) with the largest amplitude, and that amplitude (m)."""
         index = int(np.argmax(self.amplitudes))
-        return float(self.plays[index]), float(self.amplitudes[index])
+        return float(self.clearances[index]), float(self.amplitudes[index])
 
     @property
-    def still_from(self) -> float:
+    def standstill_clearance(self) -> float:
         """The play (m) from which on the sleeve stands still with all that are wider; infinite where it never does."""
-        order = np.argsort(self.plays)
-        moving = np.flatnonzero(self.amplitudes[order] > 0)
-        first = int(moving[-1]) + 1 if moving.size else 0
-        return float(self.plays[order][first]) if first < len(order) else math.inf
+        order = np.argsort(self.clearances)
+        moving_indices = np.flatnonzero(self.amplitudes[order] > 0)
+        first_index = int(moving_indices[-1]) + 1 if moving_indices.size else 0
+        return float(self.clearances[order][first_index]) if first_index < len(order) else math.inf
 
     @property
-    def finding(self) -> str:
+    def conclusion(self) -> str:
         """Whether play is a remedy here, in one sentence."""
-        play, amplitude = self.worst
-        if self.without_play == 0:
-            return f"play of {play * 1e3:.3g} mm makes it twitch" if amplitude > 0 else "it stands still, play or not"
-        if np.all(np.abs(self.amplitudes - self.without_play) < 1e-3 * self.without_play):
-            return "play changes nothing" + ("" if self.carried else ": the weight of the sleeve keeps it closed")
-        until = (
-            f"; from {self.still_from * 1e3:.3g} mm on the sleeve stands still" if self.still_from < math.inf else ""
+        clearance, amplitude = self.worst
+        if self.amplitude_without_clearance == 0:
+            return (
+                f"play of {clearance * 1e3:.3g} mm makes it twitch" if amplitude > 0 else "it stands still, play or not"
+            )
+        if np.all(np.abs(self.amplitudes - self.amplitude_without_clearance) < 1e-3 * self.amplitude_without_clearance):
+            return "play changes nothing" + (
+                "" if self.friction_carries_sleeve else ": the weight of the sleeve keeps it closed"
+            )
+        standstill_text = (
+            f"; from {self.standstill_clearance * 1e3:.3g} mm on the sleeve stands still"
+            if self.standstill_clearance < math.inf
+            else ""
         )
-        times = amplitude / self.without_play
-        if times > 1.001:
-            return f"play of {play * 1e3:.3g} mm makes it {times:.3g} times worse{until}"
-        return f"play helps{until}"
+        amplitude_ratio = amplitude / self.amplitude_without_clearance
+        if amplitude_ratio > 1.001:
+            return f"play of {clearance * 1e3:.3g} mm makes it {amplitude_ratio:.3g} times worse{standstill_text}"
+        return f"play helps{standstill_text}"
 
 
-def twitch(scene: Scene, shares: Sequence[float] | FloatArray, turns: int = 10) -> Twitch:
-    """Run a scene with unevennesses of these shares (n,) of its standing band; the last of turns + 1 turns counts.
+def study_cyclic_motion(
+    scene: Scene, fluctuation_ratios: Sequence[float] | FloatArray, n_turns: int = 10
+) -> CyclicMotionStudy:
+    """Run a scene with speed fluctuations of these shares (n,) of its insensitivity band; the last of turns + 1 turns counts.
 
     The scene needs dry friction on the sleeve and a constant mean speed. The threshold is found by halving between
     shares 0 and 2; it is 1 where the mean speed lies in the middle of the band. Raises MechanismError otherwise.
     """
-    asked = np.asarray(shares, dtype=np.float64)
-    mean, band = _mean_and_band(scene)
+    requested_ratios = np.asarray(fluctuation_ratios, dtype=np.float64)
+    mean_speed, insensitivity_band = _compute_mean_speed_and_band(scene)
 
-    def moves(share: float) -> bool:
-        turned = _uneven(scene, share * band, mean, 2)
-        return bool(uncertified(turned).events)
+    def does_sleeve_move(fluctuation_ratio: float) -> bool:
+        fluctuating_scene = _make_fluctuating_scene(scene, fluctuation_ratio * insensitivity_band, mean_speed, 2)
+        return bool(run_uncertified(fluctuating_scene).events)
 
     low, high = 0.0, 2.0
-    if not moves(high):
-        raise MechanismError("the sleeve does not move with an unevenness of twice the standing band; is it held?")
-    while high - low > NEAREST:
-        middle = 0.5 * (low + high)
-        low, high = (low, middle) if moves(middle) else (middle, high)
+    if not does_sleeve_move(high):
+        raise MechanismError(
+            "the sleeve does not move with a speed fluctuation of twice the insensitivity band; is it held?"
+        )
+    while high - low > THRESHOLD_TOLERANCE:
+        midpoint = 0.5 * (low + high)
+        low, high = (low, midpoint) if does_sleeve_move(midpoint) else (midpoint, high)
     amplitudes = [
-        _amplitude(uncertified(_uneven(scene, share * band, mean, turns + 1)), SLEEVE) for share in asked.tolist()
+        _compute_reading_amplitude(
+            run_uncertified(_make_fluctuating_scene(scene, share * insensitivity_band, mean_speed, n_turns + 1)),
+            SLEEVE_READING,
+        )
+        for share in requested_ratios.tolist()
     ]
-    return Twitch(
+    return CyclicMotionStudy(
         title=scene.title,
-        shares=asked,
+        fluctuation_ratios=requested_ratios,
         amplitudes=np.array(amplitudes),
-        band=band,
+        insensitivity_band=insensitivity_band,
         threshold=0.5 * (low + high),
-        turns=turns,
+        n_turns=n_turns,
     )
 
 
-def play_and_twitch(scene: Scene, plays: Sequence[float] | FloatArray, turns: int = 20) -> PlayAndTwitch:
+def study_clearance(scene: Scene, clearances: Sequence[float] | FloatArray, n_turns: int = 20) -> ClearanceStudy:
     """Run a twitching scene with these plays (n,) m between links and sleeve; the last of turns + 1 turns counts.
 
     It starts where in its play the scene starts; a scene without play starts with the sleeve hanging on its links.
     Raises MechanismError as `twitch` does.
     """
-    asked = np.asarray(plays, dtype=np.float64)
-    bare = _with_play(scene, 0.0)
-    mean, band = _mean_and_band(bare)
-    unevenness = scene.spindle.unevenness if isinstance(scene.spindle, Spindle) else 0.0
-    runs = [uncertified(_uneven(_with_play(scene, play), unevenness, mean, turns + 1)) for play in asked.tolist()]
-    weight = scene.part.dimensions["sleeve_mass"] * scene.gravity
-    return PlayAndTwitch(
+    requested_clearances = np.asarray(clearances, dtype=np.float64)
+    scene_without_clearance = _make_scene_with_clearance(scene, 0.0)
+    mean_speed, insensitivity_band = _compute_mean_speed_and_band(scene_without_clearance)
+    speed_fluctuation = scene.spindle.speed_fluctuation if isinstance(scene.spindle, Spindle) else 0.0
+    runs = [
+        run_uncertified(
+            _make_fluctuating_scene(_make_scene_with_clearance(scene, play), speed_fluctuation, mean_speed, n_turns + 1)
+        )
+        for play in requested_clearances.tolist()
+    ]
+    sleeve_weight = scene.part.dimensions["sleeve_mass"] * scene.gravity
+    return ClearanceStudy(
         title=scene.title,
-        plays=asked,
-        amplitudes=np.array([_amplitude(run, SLEEVE) for run in runs]),
-        arm_amplitudes=np.array([_last_turn(run.readings[SLEEVE] - run.readings.get(PLAY, 0.0)) for run in runs]),
-        without_play=_amplitude(uncertified(_uneven(bare, unevenness, mean, turns + 1)), SLEEVE),
-        carried=_friction(scene) > weight,
-        share=unevenness / band,
-        turns=turns,
+        clearances=requested_clearances,
+        amplitudes=np.array([_compute_reading_amplitude(run, SLEEVE_READING) for run in runs]),
+        arm_amplitudes=np.array(
+            [
+                _compute_last_turn_amplitude(run.readings[SLEEVE_READING] - run.readings.get(CLEARANCE_READING, 0.0))
+                for run in runs
+            ]
+        ),
+        amplitude_without_clearance=_compute_reading_amplitude(
+            run_uncertified(
+                _make_fluctuating_scene(scene_without_clearance, speed_fluctuation, mean_speed, n_turns + 1)
+            ),
+            SLEEVE_READING,
+        ),
+        friction_carries_sleeve=_find_sleeve_friction(scene) > sleeve_weight,
+        fluctuation_ratio=speed_fluctuation / insensitivity_band,
+        n_turns=n_turns,
     )
 
 
-def _friction(scene: Scene) -> float:
+def _find_sleeve_friction(scene: Scene) -> float:
     """The dry friction (N) on the sleeve, at the start."""
     for effect in scene.effects:
-        if isinstance(effect, DryFriction) and effect.reading == SLEEVE:
+        if isinstance(effect, DryFriction) and effect.reading == SLEEVE_READING:
             return effect.force.values[0]
     raise MechanismError("a sleeve twitches against dry friction; list effects.dry_friction = { sleeve = ... }")
 
 
-def _mean_and_band(scene: Scene) -> tuple[float, float]:
-    """The mean speed (rad/s), and the relative width of the standing band where the scene starts."""
+def _compute_mean_speed_and_band(scene: Scene) -> tuple[float, float]:
+    """The mean speed (rad/s), and the relative width of the insensitivity band where the scene starts."""
     spindle = scene.spindle
-    if not isinstance(spindle, Spindle) or not spindle.program.constant:
+    if not isinstance(spindle, Spindle) or not spindle.speed_function.is_constant:
         raise MechanismError("twitching is studied about one mean speed; give spindle.speed as a number")
-    mean, coordinate = spindle.speeds[0], scene.part.mechanism.coordinate
-    start = float(reading_value(scene.part.mechanism, coordinate, starting_state(scene)[0]))
-    band = standing_band(scene, [start], _friction(scene), SLEEVE)
-    return mean, float((band.rising_speed - band.falling_speed)[0]) / mean
+    mean_speed, coordinate = spindle.speeds[0], scene.part.mechanism.coordinate
+    start_value = float(evaluate_output_value(scene.part.mechanism, coordinate, initial_state(scene)[0]))
+    band = compute_insensitivity_band(scene, [start_value], _find_sleeve_friction(scene), SLEEVE_READING)
+    return mean_speed, float((band.rising_speed - band.falling_speed)[0]) / mean_speed
 
 
-def _uneven(scene: Scene, unevenness: float, mean: float, turns: int) -> Scene:
+def _make_fluctuating_scene(scene: Scene, speed_fluctuation: float, mean_speed: float, n_turns: int) -> Scene:
     """The scene for so many turns of an uneven spindle."""
     spindle = scene.spindle
-    waves = spindle.waves if isinstance(spindle, Spindle) else 1.0
-    turn = 2 * math.pi / mean
+    cycles_per_turn = spindle.cycles_per_turn if isinstance(spindle, Spindle) else 1.0
+    turn_period = 2 * math.pi / mean_speed
     return replace(
         scene,
-        spindle=Spindle(speeds=(mean,), unevenness=unevenness, waves=waves),
-        run=replace(scene.run, duration=turns * turn, every=turn / SAMPLES),
+        spindle=Spindle(speeds=(mean_speed,), speed_fluctuation=speed_fluctuation, cycles_per_turn=cycles_per_turn),
+        run=replace(scene.run, duration=n_turns * turn_period, output_interval=turn_period / SAMPLES_PER_TURN),
     )
 
 
-def _last_turn(values: FloatArray) -> float:
-    way = float(np.ptp(values[-SAMPLES - 1 :]))
-    return way if way > ROUNDING else 0.0
+def _compute_last_turn_amplitude(values: FloatArray) -> float:
+    amplitude = float(np.ptp(values[-SAMPLES_PER_TURN - 1 :]))
+    return amplitude if amplitude > STANDSTILL_TOLERANCE else 0.0
 
 
-def _amplitude(run: Trajectory, reading: str) -> float:
-    return _last_turn(run.readings[reading])
+def _compute_reading_amplitude(run: Trajectory, reading: str) -> float:
+    return _compute_last_turn_amplitude(run.readings[reading])
 
 
-def _with_play(scene: Scene, width: float) -> Scene:
+def _make_scene_with_clearance(scene: Scene, clearance: float) -> Scene:
     """The scene with another play, or with none, starting at the same part of it."""
-    before = next((effect.width for effect in scene.effects if isinstance(effect, Play)), 0.0)
-    effects: list[Effect] = [effect for effect in scene.effects if not isinstance(effect, Play)]
-    values = {name: value for name, value in scene.start.values.items() if name != PLAY}
-    if width:
-        given = scene.start.values.get(PLAY)
-        part = float(given) / before if before and given is not None else -0.5
-        effects.append(Play(width=width))
-        values[PLAY] = part * width
+    previous_clearance = next((effect.width for effect in scene.effects if isinstance(effect, Clearance)), 0.0)
+    effects: list[Effect] = [effect for effect in scene.effects if not isinstance(effect, Clearance)]
+    values = {name: value for name, value in scene.start.values.items() if name != CLEARANCE_READING}
+    if clearance:
+        given_start = scene.start.values.get(CLEARANCE_READING)
+        start_ratio = (
+            float(given_start) / previous_clearance if previous_clearance and given_start is not None else -0.5
+        )
+        effects.append(Clearance(width=clearance))
+        values[CLEARANCE_READING] = start_ratio * clearance
     machine = MACHINES[scene.part.machine](**scene.part.dimensions)
-    part_of = replace(scene.part, mechanism=machine.mechanism_with(effects))
-    rates = {name: rate for name, rate in scene.start.rates.items() if name != PLAY}
-    return replace(scene, parts=(part_of,), effects=tuple(effects), start=Start(values=values, rates=rates))
+    new_part = replace(scene.part, mechanism=machine.mechanism_with_effects(effects))
+    rates = {name: rate for name, rate in scene.start.rates.items() if name != CLEARANCE_READING}
+    return replace(scene, parts=(new_part,), effects=tuple(effects), start=Start(values=values, rates=rates))

@@ -10,10 +10,15 @@ from typing import Any
 import numpy as np
 
 from governor_mechanism.closed_form.slide_valve import Eccentric, event_angle
-from governor_mechanism.closed_form.slider_crank import CrankTrain, travel_from_outer_end
+from governor_mechanism.closed_form.slider_crank import CrankTrain, travel_from_outer_dead_centre
 from governor_mechanism.machines.slide_valve import EQUAL_LEADS
 from governor_mechanism.model.scene import Scene
-from governor_mechanism.observables.valve_timing import ENDS, at_angles, event_angles, setting_of
+from governor_mechanism.observables.valve_timing import (
+    CYLINDER_ENDS,
+    evaluate_at_crank_angles,
+    find_event_angles,
+    valve_setting,
+)
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -38,7 +43,7 @@ class ValveEvent:
 
 
 @dataclass(frozen=True, kw_only=True)
-class ValveEvents:
+class ValveTiming:
     """All eight, crank end first; leads (m) of crank end and head end, and the centre of the swing (m)."""
 
     title: str
@@ -65,11 +70,13 @@ class ValveEvents:
             )
             for line in (header, *cells)
         ]
-        told = (
+        footer = (
             "crank angles and shift in deg from the crank end's dead centre; strokes as parts, from the event's own end"
         )
-        lead = ", ".join(f"{1e3 * one:.6g} mm at the {end}" for one, end in zip(self.leads, ENDS, strict=True))
-        return "\n".join([self.title, *lines, told, f"lead {lead}"])
+        lead = ", ".join(
+            f"{1e3 * lead_value:.6g} mm at the {end}" for lead_value, end in zip(self.leads, CYLINDER_ENDS, strict=True)
+        )
+        return "\n".join([self.title, *lines, footer, f"lead {lead}"])
 
     def as_json(self) -> dict[str, Any]:
         """The same as plain values in SI."""
@@ -77,50 +84,54 @@ class ValveEvents:
         return {"title": self.title, "events": rows, "leads": list(self.leads), "centre": self.centre}
 
 
-def valve_events(scene: Scene) -> ValveEvents:
+def tabulate_valve_timing(scene: Scene) -> ValveTiming:
     """The events of a slide valve's scene, to about 1e-13 rad. Raises MechanismError for another machine."""
-    found = event_angles(scene)
-    sizes = scene.part.dimensions
-    eccentric, train = Eccentric.of(sizes), CrankTrain.of(sizes)
-    centre = centre_of(scene)
-    angles = np.array(list(found.values()))
-    moving = at_angles(scene, angles)
-    endless = CrankTrain(crank=train.crank, rod=math.inf)
+    simulated_angles = find_event_angles(scene)
+    dimensions = scene.part.dimensions
+    eccentric, train = Eccentric.from_dimensions(dimensions), CrankTrain.from_dimensions(dimensions)
+    swing_centre = closed_form_centre(scene)
+    angles = np.array(list(simulated_angles.values()))
+    kinematics = evaluate_at_crank_angles(scene, angles)
+    infinite_rod_train = CrankTrain(crank=train.crank, rod=math.inf)
     rows = []
-    for k, (name, angle) in enumerate(found.items()):
-        by_law = partial(
-            event_angle, eccentric, event=name, outside_lap=sizes["outside_lap"], inside_lap=sizes["inside_lap"]
+    for k, (name, angle) in enumerate(simulated_angles.items()):
+        closed_form_angle = partial(
+            event_angle,
+            eccentric,
+            event=name,
+            outside_lap=dimensions["outside_lap"],
+            inside_lap=dimensions["inside_lap"],
         )
-        exact, theory = by_law(centre=centre), by_law(law="theory")
+        exact, theory = closed_form_angle(centre=swing_centre), closed_form_angle(law="theory")
         end = name.rsplit(" ", 1)[0]
-        way = float(moving.readings[f"{end.replace(' ', '_')}_travel"][k])
+        piston_travel = float(kinematics.readings[f"{end.replace(' ', '_')}_travel"][k])
         rows.append(
             ValveEvent(
                 name=name,
                 simulated=angle,
                 exact=exact,
                 theory=theory,
-                simulated_stroke=way / (2 * train.crank),
-                exact_stroke=stroke_at(train, exact, end),
-                theory_stroke=stroke_at(endless, theory, end),
+                simulated_stroke=piston_travel / (2 * train.crank),
+                exact_stroke=stroke_fraction(train, exact, end),
+                theory_stroke=stroke_fraction(infinite_rod_train, theory, end),
             )
         )
-    dead = at_angles(scene, np.array([0.0, math.pi])).readings
-    return ValveEvents(
+    dead_centre_readings = evaluate_at_crank_angles(scene, np.array([0.0, math.pi])).readings
+    return ValveTiming(
         title=scene.title,
         rows=tuple(rows),
-        leads=(float(dead["crank_end_steam"][0]), float(dead["head_end_steam"][1])),
-        centre=sizes["centre"],
+        leads=(float(dead_centre_readings["crank_end_steam"][0]), float(dead_centre_readings["head_end_steam"][1])),
+        centre=dimensions["centre"],
     )
 
 
-def centre_of(scene: Scene) -> float | None:
+def closed_form_centre(scene: Scene) -> float | None:
     """The centre of the swing (m) for the closed forms; None, their own, where the leads are set equal by the file."""
-    return None if setting_of(scene) == EQUAL_LEADS else scene.part.dimensions["centre"]
+    return None if valve_setting(scene) == EQUAL_LEADS else scene.part.dimensions["centre"]
 
 
-def stroke_at(train: CrankTrain, angle: float, end: str) -> float:
+def stroke_fraction(train: CrankTrain, angle: float, end: str) -> float:
     """The part of the stroke gone at a crank angle (rad), counted from one of ENDS."""
     # The closed form counts from the outer dead centre, half a turn on.
-    gone = float(travel_from_outer_end(train, crank_angle=angle + math.pi)) / (2 * train.crank)
-    return gone if end == "head end" else 1.0 - gone
+    fraction = float(travel_from_outer_dead_centre(train, crank_angle=angle + math.pi)) / (2 * train.crank)
+    return fraction if end == "head end" else 1.0 - fraction

@@ -10,62 +10,79 @@ from collections.abc import Mapping, Sequence
 from dataclasses import replace
 from typing import Any
 
-from governor_mechanism.engines import ReducedEngine, choose
-from governor_mechanism.engines.certificate import first_tolerance
-from governor_mechanism.engines.reduced.batch import Batch, Glimpse
+from governor_mechanism.engines import ReducedEngine, select_engine
+from governor_mechanism.engines.certificate import initial_tolerance
+from governor_mechanism.engines.reduced.batch import ReducedBatch, UncertifiedResult
 from governor_mechanism.errors import MechanismError
 from governor_mechanism.machines.base import Machine
 from governor_mechanism.machines.registry import MACHINES
 from governor_mechanism.model.scene import Scene
-from governor_mechanism.scenes.parser import scene_from_document
-from governor_mechanism.studies.sweep.parameters import Axis
-from governor_mechanism.studies.sweep.quantities import Quantity, reading_named
+from governor_mechanism.scenes.parser import parse_scene_document
+from governor_mechanism.studies.sweep.parameters import SweepAxis
+from governor_mechanism.studies.sweep.quantities import RunQuantity, find_quantity_reading
 
-DIMENSION = "dimensions."
+DIMENSION_PREFIX = "dimensions."
 
 
-class Rows:
+class BatchedRows:
     """Rides of one scene with other dimensions."""
 
-    def __init__(self, scene: Scene, machine: type[Machine], given: Mapping[str, Any], batch: Batch) -> None:
-        self._scene, self._machine, self._given, self._batch = scene, machine, given, batch
+    def __init__(
+        self, scene: Scene, machine_class: type[Machine], given_dimensions: Mapping[str, Any], batch: ReducedBatch
+    ) -> None:
+        self._scene, self._machine_class, self._given_dimensions, self._batch = (
+            scene,
+            machine_class,
+            given_dimensions,
+            batch,
+        )
 
-    def glimpse(self, dimensions: Mapping[str, float]) -> Glimpse | None:
+    def run_uncertified(self, dimensions: Mapping[str, float]) -> UncertifiedResult | None:
         """The ride with some dimensions changed; None where there is none to be had so quickly."""
         scene = self._scene
         try:
-            machine = self._machine(**{**self._given, **dimensions})
+            machine = self._machine_class(**{**self._given_dimensions, **dimensions})
             if machine.start_problems(scene.start.values):
                 return None
-            mechanism = machine.mechanism_with(scene.effects)
+            mechanism = machine.mechanism_with_effects(scene.effects)
         except MechanismError:
             return None
-        return self._batch.glimpse(replace(scene, parts=(replace(scene.part, mechanism=mechanism),)))
+        return self._batch.run(replace(scene, parts=(replace(scene.part, mechanism=mechanism),)))
 
 
-def rows_together(
+def make_batched_rows(
     document: Mapping[str, Any],
-    axes: Sequence[Axis],
-    quantities: Sequence[Quantity],
+    axes: Sequence[SweepAxis],
+    quantities: Sequence[RunQuantity],
     engine: str,
     accuracy: float | None,
-) -> Rows | None:
+) -> BatchedRows | None:
     """What makes the rows of such a sweep; None where it is of another kind."""
-    from governor_mechanism.scenes.schema import dimensions_table, understood  # pydantic takes long to import
+    from governor_mechanism.scenes.schema import dimensions_table_model, validate_table  # pydantic takes long to import
 
-    if not all(axis.key.startswith(DIMENSION) and axis.numeric for axis in axes):
+    if not all(axis.key.startswith(DIMENSION_PREFIX) and axis.is_numeric for axis in axes):
         return None
-    scene = scene_from_document(document)
-    names = [reading_named(one, scene) for one in quantities]
-    machine = MACHINES.get(scene.part.machine)
-    asked = scene.run.accuracy if accuracy is None else accuracy
-    chosen = choose(scene.run.engine if engine == "auto" else engine, scene, asked)[0]
-    if machine is None or None in names or chosen.name != ReducedEngine.name or chosen.refusal(scene):
+    scene = parse_scene_document(document)
+    reading_names = [find_quantity_reading(one, scene) for one in quantities]
+    machine_class = MACHINES.get(scene.part.machine)
+    requested_accuracy = scene.run.accuracy if accuracy is None else accuracy
+    chosen_engine = select_engine(scene.run.engine if engine == "auto" else engine, scene, requested_accuracy)[0]
+    if (
+        machine_class is None
+        or None in reading_names
+        or chosen_engine.name != ReducedEngine.name
+        or chosen_engine.refusal(scene)
+    ):
         return None
-    given, problems = understood(dimensions_table(machine), document["dimensions"], "dimensions")
+    given_dimensions, problems = validate_table(
+        dimensions_table_model(machine_class), document["dimensions"], "dimensions"
+    )
     if problems:
         return None
-    batch = Batch(
-        scene, [name for name in dict.fromkeys(names) if name], first_tolerance(asked), ReducedEngine().max_steps
+    batch = ReducedBatch(
+        scene,
+        [name for name in dict.fromkeys(reading_names) if name],
+        initial_tolerance(requested_accuracy),
+        ReducedEngine().max_steps,
     )
-    return Rows(scene, machine, given, batch)
+    return BatchedRows(scene, machine_class, given_dimensions, batch)

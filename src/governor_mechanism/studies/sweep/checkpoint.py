@@ -14,15 +14,20 @@ from pathlib import Path
 from typing import Any, TextIO
 
 from governor_mechanism.errors import MechanismError
-from governor_mechanism.files.atomic_write import written_beside
+from governor_mechanism.files.atomic_write import atomic_write
 from governor_mechanism.model.scene import Scene
-from governor_mechanism.studies.sweep.parameters import Axis
-from governor_mechanism.studies.sweep.quantities import Quantity
-from governor_mechanism.studies.sweep.results import Row, Sweep
+from governor_mechanism.studies.sweep.parameters import SweepAxis
+from governor_mechanism.studies.sweep.quantities import RunQuantity
+from governor_mechanism.studies.sweep.results import Sweep, SweepRow
 
-PACKAGE = "governor-mechanism"
+DISTRIBUTION_NAME = "governor-mechanism"
 
-SAID = {"scene": "scene", "axes": "values of keys", "quantities": "quantities", "package": "version of the package"}
+SETTING_LABELS = {
+    "scene": "scene",
+    "axes": "values of keys",
+    "quantities": "quantities",
+    "package": "version of the package",
+}
 """How a message calls what tells two sweeps apart."""
 
 
@@ -38,56 +43,62 @@ class SweepFiles:
         self,
         folder: Path,
         scene: Scene,
-        quantities: Sequence[Quantity],
-        axes: Sequence[Axis],
+        quantities: Sequence[RunQuantity],
+        axes: Sequence[SweepAxis],
         settings: Mapping[str, Any],
     ) -> None:
         if folder.exists() and not folder.is_dir():
             raise MechanismError(f"out: {folder} is a file; give the name of a folder")
         folder.mkdir(parents=True, exist_ok=True)
-        self._part = journal_path(folder, scene.source)
-        self._table = self._part.with_suffix(".csv")
-        self._record = self._part.with_suffix(".json")
+        self._journal_path = journal_path(folder, scene.source)
+        self._table_path = self._journal_path.with_suffix(".csv")
+        self._record_path = self._journal_path.with_suffix(".json")
         # Through JSON and back, so that what is compared with a file is what a file would hold.
-        self._identity: dict[str, Any] = json.loads(json.dumps({"package": _package(), **settings}))
-        self._count = len(quantities)
-        self._total = math.prod(len(axis.values) for axis in axes)
-        self._keys = len(axes)
+        self._identity: dict[str, Any] = json.loads(json.dumps({"package": _package_version(), **settings}))
+        self._n_quantities = len(quantities)
+        self._n_rows = math.prod(len(axis.values) for axis in axes)
+        self._n_axes = len(axes)
         self._stream: TextIO | None = None
-        self._refuse_others()
+        self._refuse_other_sweep()
 
-    def kept(self) -> dict[int, Row]:
+    def read_finished_rows(self) -> dict[int, SweepRow]:
         """The rows that are on disk already, by index."""
-        if self._record.exists() and self._table.exists():
-            rows = _table_rows(self._table, self._keys, self._count)
-            if len(rows) == self._total:
+        if self._record_path.exists() and self._table_path.exists():
+            rows = _read_table_rows(self._table_path, self._n_axes, self._n_quantities)
+            if len(rows) == self._n_rows:
                 return rows
-        if not self._part.exists():
+        if not self._journal_path.exists():
             return {}
-        found = (_journal_row(line, self._count) for line in self._part.read_text("utf-8").split("\n")[1:])
-        return {row.index: row for row in found if row is not None and 0 <= row.index < self._total}
+        journal_rows = (
+            _parse_journal_line(line, self._n_quantities)
+            for line in self._journal_path.read_text("utf-8").split("\n")[1:]
+        )
+        return {row.index: row for row in journal_rows if row is not None and 0 <= row.index < self._n_rows}
 
-    def open(self, rows: Iterable[Row]) -> None:
+    def open_journal(self, rows: Iterable[SweepRow]) -> None:
         """Begin the journal anew with the rows kept: what stood half written at its end is gone."""
-        with written_beside(self._part) as temporary, temporary.open("w", encoding="utf-8", newline="\n") as stream:
-            stream.write(json.dumps({"sweep": self._identity}) + "\n" + _journal_lines(rows))
-        self._stream = self._part.open("a", encoding="utf-8", newline="\n")
+        with (
+            atomic_write(self._journal_path) as temporary,
+            temporary.open("w", encoding="utf-8", newline="\n") as stream,
+        ):
+            stream.write(json.dumps({"sweep": self._identity}) + "\n" + _format_journal_lines(rows))
+        self._stream = self._journal_path.open("a", encoding="utf-8", newline="\n")
 
-    def add(self, rows: Iterable[Row]) -> None:
+    def append_rows(self, rows: Iterable[SweepRow]) -> None:
         """Put a chunk of rows into the journal."""
         if self._stream is not None:
-            self._stream.write(_journal_lines(rows))
+            self._stream.write(_format_journal_lines(rows))
             self._stream.flush()
 
-    def close(self) -> None:
+    def close_journal(self) -> None:
         """Let go of the journal."""
         if self._stream is not None:
             self._stream.close()
             self._stream = None
 
-    def finish(self, sweep: Sweep) -> None:
+    def write_results(self, sweep: Sweep) -> None:
         """Write table and record, the same for the same sweep however it came about, and drop the journal."""
-        with written_beside(self._table) as temporary, temporary.open("w", newline="", encoding="utf-8") as stream:
+        with atomic_write(self._table_path) as temporary, temporary.open("w", newline="", encoding="utf-8") as stream:
             writer = csv.writer(stream)
             units = sweep.units
             names = [f"{name} [{units[name]}]" if units[name] else name for name in units]
@@ -96,74 +107,78 @@ class SweepFiles:
                 numbers = [repr(number) if math.isfinite(number) else "" for number in row.numbers]
                 values = [repr(v) if isinstance(v, float) else str(v) for v in sweep.values_at(row.index)]
                 writer.writerow([*values, *numbers, row.outcome, row.message])
-        told = {"title": sweep.title, "units": sweep.units, "outcomes": sweep.outcomes, "notes": list(sweep.notes)}
-        with written_beside(self._record) as temporary:
-            text = json.dumps({"sweep": self._identity, **told}, indent=2, allow_nan=False)
+        summary = {"title": sweep.title, "units": sweep.units, "outcomes": sweep.outcomes, "notes": list(sweep.notes)}
+        with atomic_write(self._record_path) as temporary:
+            text = json.dumps({"sweep": self._identity, **summary}, indent=2, allow_nan=False)
             temporary.write_text(text + "\n", encoding="utf-8")
-        self._part.unlink(missing_ok=True)
+        self._journal_path.unlink(missing_ok=True)
 
-    def _refuse_others(self) -> None:
-        cure = "give another folder, or move it away"
-        for path in (self._record, self._part):
+    def _refuse_other_sweep(self) -> None:
+        hint = "give another folder, or move it away"
+        for path in (self._record_path, self._journal_path):
             if not path.exists():
                 continue
-            there = _identity_in(path)
-            if there is None:
-                raise MechanismError(f"out: {path} is there, and tells of no sweep; {cure}")
-            differ = [SAID.get(key, key) for key in self._identity if there.get(key) != self._identity[key]]
-            if differ:
-                raise MechanismError(f"out: {path} is of another sweep (other {', '.join(differ)}); {cure}")
-        if self._table.exists() and not (self._record.exists() or self._part.exists()):
-            raise MechanismError(f"out: {self._table} is there, and nothing tells of which sweep it is; {cure}")
+            identity = _read_identity(path)
+            if identity is None:
+                raise MechanismError(f"out: {path} is there, and tells of no sweep; {hint}")
+            differing_settings = [
+                SETTING_LABELS.get(key, key) for key in self._identity if identity.get(key) != self._identity[key]
+            ]
+            if differing_settings:
+                raise MechanismError(f"out: {path} is of another sweep (other {', '.join(differing_settings)}); {hint}")
+        if self._table_path.exists() and not (self._record_path.exists() or self._journal_path.exists()):
+            raise MechanismError(f"out: {self._table_path} is there, and nothing tells of which sweep it is; {hint}")
 
 
-def _package() -> str:
+def _package_version() -> str:
     try:
-        return version(PACKAGE)
+        return version(DISTRIBUTION_NAME)
     except PackageNotFoundError:  # run from a source tree that was not installed
         return "not installed"
 
 
-def _identity_in(path: Path) -> Mapping[str, Any] | None:
+def _read_identity(path: Path) -> Mapping[str, Any] | None:
     text = path.read_text("utf-8", errors="replace")
     try:
-        found = json.loads(text.partition("\n")[0] if path.suffix == ".part" else text)
-        identity = found["sweep"]
+        record = json.loads(text.partition("\n")[0] if path.suffix == ".part" else text)
+        identity = record["sweep"]
     except (ValueError, TypeError, KeyError):
         return None
     return identity if isinstance(identity, Mapping) else None
 
 
-def _journal_lines(rows: Iterable[Row]) -> str:
+def _format_journal_lines(rows: Iterable[SweepRow]) -> str:
     """A line a row; JSON writes the shortest digits that give the same float again."""
-    found = (
+    plain_rows = (
         [row.index, [number if math.isfinite(number) else None for number in row.numbers], row.outcome, row.message]
         for row in rows
     )
-    return "".join(json.dumps(row) + "\n" for row in found)
+    return "".join(json.dumps(row) + "\n" for row in plain_rows)
 
 
-def _journal_row(line: str, count: int) -> Row | None:
+def _parse_journal_line(line: str, n_quantities: int) -> SweepRow | None:
     """The row of a line; None where it was only half written."""
     try:
         index, numbers, outcome, message = json.loads(line)
-        found = tuple(math.nan if number is None else float(number) for number in numbers)
+        values = tuple(math.nan if number is None else float(number) for number in numbers)
     except (ValueError, TypeError):
         return None
-    return Row(index=index, numbers=found, outcome=outcome, message=message) if len(found) == count else None
+    return (
+        SweepRow(index=index, numbers=values, outcome=outcome, message=message) if len(values) == n_quantities else None
+    )
 
 
-def _table_rows(path: Path, keys: int, count: int) -> dict[int, Row]:
+def _read_table_rows(path: Path, n_axes: int, n_quantities: int) -> dict[int, SweepRow]:
     """The rows of a finished table; none where it is not whole."""
     with path.open(newline="", encoding="utf-8") as stream:
         lines = list(csv.reader(stream))[1:]
     try:
         return {
-            index: Row(
+            index: SweepRow(
                 index=index,
-                numbers=tuple(float(cell) if cell else math.nan for cell in line[keys : keys + count]),
-                outcome=line[keys + count],
-                message=line[keys + count + 1],
+                numbers=tuple(float(cell) if cell else math.nan for cell in line[n_axes : n_axes + n_quantities]),
+                outcome=line[n_axes + n_quantities],
+                message=line[n_axes + n_quantities + 1],
             )
             for index, line in enumerate(lines)
         }

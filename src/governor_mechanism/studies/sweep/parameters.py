@@ -15,27 +15,27 @@ import numpy as np
 
 from governor_mechanism.errors import MechanismError, did_you_mean
 from governor_mechanism.model.scene import Scene
-from governor_mechanism.scenes.parser import scene_from_document
-from governor_mechanism.studies.sweep.grid_spec import Asked, asked_of
-from governor_mechanism.studies.sweep.quantities import everyday
-from governor_mechanism.units.quantities import KINDS, shown
+from governor_mechanism.scenes.parser import parse_scene_document
+from governor_mechanism.studies.sweep.grid_spec import AxisRequest, parse_axis_requests
+from governor_mechanism.studies.sweep.quantities import find_display_unit
+from governor_mechanism.units.quantities import QUANTITY_KINDS, format_value
 
-TOLD = 3
+MAX_REPORTED_VALUES = 3
 """So many wrong values of one key are told."""
 
-COMPARED = 20
+MAX_COMPARED_VALUES = 20
 """So many values of a key must all make the same scene for it to be taken to change nothing."""
 
-NO_QUANTITY = "?"
+SENTINEL_VALUE = "?"
 """What the reader takes for no quantity of any kind."""
 
 
-Mistakes = Callable[[Any], list[str]]
+ProblemFinder = Callable[[Any], list[str]]
 """What the reader says against a value at a key."""
 
 
 @dataclass(frozen=True, kw_only=True)
-class Axis:
+class SweepAxis:
     """One key and its values, numbers in SI or words; `written` is what stands for them in the document.
 
     kind is one of units.KINDS, empty where only words stand at the key.
@@ -44,53 +44,55 @@ class Axis:
     key: str
     kind: str
     values: tuple[float | str | bool, ...]
-    written: tuple[Any, ...]
+    document_values: tuple[Any, ...]
 
     @property
     def unit(self) -> str:
         """SI, empty where there is none."""
-        return KINDS[self.kind].si if self.kind else ""
+        return QUANTITY_KINDS[self.kind].si_unit if self.kind else ""
 
     @property
-    def everyday(self) -> tuple[float, str]:
+    def display_unit(self) -> tuple[float, str]:
         """How many of which unit make the SI unit, for people."""
-        return everyday(self.unit, rate=self.kind in ("angular_rate", "speed"))
+        return find_display_unit(self.unit, is_rate=self.kind in ("angular_rate", "speed"))
 
     @property
-    def numeric(self) -> bool:
+    def is_numeric(self) -> bool:
         """Whether all the values are numbers."""
         return all(isinstance(value, float) for value in self.values)
 
 
-def with_value(document: Mapping[str, Any], key: str, value: Any) -> dict[str, Any]:
+def replace_document_value(document: Mapping[str, Any], key: str, value: Any) -> dict[str, Any]:
     """A copy of the document with a value at a dotted key; what does not change is shared with the original.
 
     An item of a list is meant by its name, or by its number from 1. Raises MechanismError for a key that leads through
     what is no table.
     """
-    changed: dict[str, Any] = _with(document, key.split("."), value, "")
-    return changed
+    changed_document: dict[str, Any] = _replace_nested_value(document, key.split("."), value, "")
+    return changed_document
 
 
-def scene_with(document: Mapping[str, Any], values: Iterable[tuple[str, Any]]) -> Scene:
+def parse_scene_with(document: Mapping[str, Any], values: Iterable[tuple[str, Any]]) -> Scene:
     """The scene of a document that has these values at these keys. Raises MechanismError as the reader does."""
     for key, value in values:
-        document = with_value(document, key, value)
-    return scene_from_document(document)
+        document = replace_document_value(document, key, value)
+    return parse_scene_document(document)
 
 
-def axes_of(document: Mapping[str, Any], vary: Mapping[str, Any] | Sequence[str]) -> tuple[Axis, ...]:
+def parse_axes(document: Mapping[str, Any], vary: Mapping[str, Any] | Sequence[str]) -> tuple[SweepAxis, ...]:
     """The axes asked for: "key=first:last:count", "key=value,value", or a mapping of keys to lists of values.
 
     Raises MechanismError with a sentence for each key that does not exist or changes nothing, each range or list that
     is malformed, and each value of a wrong unit.
     """
-    asked, problems = asked_of(vary)
+    requests, problems = parse_axis_requests(vary)
     axes = []
-    for one in asked:
-        others = [(other.key, other.first) for other in asked if other.key != one.key]
+    for request in requests:
+        other_values = [(other.key, other.first_value) for other in requests if other.key != request.key]
         try:
-            axes.append(_axis(_surroundings(document, others), one, alone=not others))
+            axes.append(
+                _parse_axis(_apply_first_values(document, other_values), request, is_only_axis=not other_values)
+            )
         except MechanismError as error:
             problems += [f"vary: {problem}" for problem in error.problems]
     if problems:
@@ -98,147 +100,173 @@ def axes_of(document: Mapping[str, Any], vary: Mapping[str, Any] | Sequence[str]
     return tuple(axes)
 
 
-def _with(table: Any, path: Sequence[str], value: Any, place: str) -> Any:
+def _replace_nested_value(table: Any, path: Sequence[str], value: Any, key_path: str) -> Any:
     if not path:
         return value
-    name, *rest = path
-    here = f"{place}.{name}" if place else name
+    name, *remaining_path = path
+    item_path = f"{key_path}.{name}" if key_path else name
     if isinstance(table, list | tuple):
-        at = _item(table, name, place)
-        return [_with(item, rest, value, here) if index == at else item for index, item in enumerate(table)]
+        item_index = _find_item(table, name, key_path)
+        return [
+            _replace_nested_value(item, remaining_path, value, item_path) if index == item_index else item
+            for index, item in enumerate(table)
+        ]
     if isinstance(table, Mapping):
         # What is switched off is as good as not there, so a table may take its place.
-        below = table.get(name, False)
-        return {**table, name: _with({} if below is False and rest else below, rest, value, here)}
+        nested = table.get(name, False)
+        return {
+            **table,
+            name: _replace_nested_value(
+                {} if nested is False and remaining_path else nested, remaining_path, value, item_path
+            ),
+        }
     raise MechanismError(
-        f"{here} cannot be varied: {place} is {shown(table)} in this scene, and no table; vary {place}"
+        f"{item_path} cannot be varied: {key_path} is {format_value(table)} in this scene, and no table; vary {key_path}"
     )
 
 
-def _item(items: Sequence[Any], name: str, place: str) -> int:
+def _find_item(items: Sequence[Any], name: str, key_path: str) -> int:
     if name.isdecimal() and 1 <= int(name) <= len(items):
         return int(name) - 1
     names = [str(item["name"]) for item in items if isinstance(item, Mapping) and "name" in item]
     if names.count(name) == 1:
         return next(k for k, item in enumerate(items) if isinstance(item, Mapping) and item.get("name") == name)
-    known = f"named {', '.join(names)}, or " if names else ""
+    known_names = f"named {', '.join(names)}, or " if names else ""
     raise MechanismError(
-        f"{place} has no {shown(name)}; its items are {known}1 to {len(items)}{did_you_mean(name, names)}"
+        f"{key_path} has no {format_value(name)}; its items are {known_names}1 to {len(items)}{did_you_mean(name, names)}"
     )
 
 
-def _surroundings(document: Mapping[str, Any], others: Iterable[tuple[str, Any]]) -> Mapping[str, Any]:
+def _apply_first_values(document: Mapping[str, Any], other_values: Iterable[tuple[str, Any]]) -> Mapping[str, Any]:
     """The document as it is where one axis is looked at: the others at their first values, if they can be."""
-    for key, value in others:
+    for key, value in other_values:
         try:
-            document = with_value(document, key, value)
+            document = replace_document_value(document, key, value)
         except MechanismError:  # told where that axis is looked at
             continue
     return document
 
 
-def _axis(document: Mapping[str, Any], asked: Asked, *, alone: bool) -> Axis:
-    told = set(_mistakes(document))
+def _parse_axis(document: Mapping[str, Any], request: AxisRequest, *, is_only_axis: bool) -> SweepAxis:
+    existing_problems = set(_find_document_problems(document))
 
-    def mistakes(value: Any) -> list[str]:
-        return [problem for problem in _mistakes(with_value(document, asked.key, value)) if problem not in told]
+    def find_problems(value: Any) -> list[str]:
+        return [
+            problem
+            for problem in _find_document_problems(replace_document_value(document, request.key, value))
+            if problem not in existing_problems
+        ]
 
-    answer = mistakes(NO_QUANTITY)
-    kind = next((name for name, kind in KINDS.items() if any(f" is {kind.name}; " in line for line in answer)), None)
-    axis = _axis_of_kind(asked, kind, mistakes)
-    _refuse_repeated(axis, asked)
-    _refuse_idle(document, axis, alone=alone)
+    sentinel_problems = find_problems(SENTINEL_VALUE)
+    kind = next(
+        (
+            name
+            for name, kind in QUANTITY_KINDS.items()
+            if any(f" is {kind.name}; " in line for line in sentinel_problems)
+        ),
+        None,
+    )
+    axis = _make_axis(request, kind, find_problems)
+    _refuse_repeated_values(axis, request)
+    _refuse_ineffective_axis(document, axis, is_only_axis=is_only_axis)
     return axis
 
 
-def _axis_of_kind(asked: Asked, kind: str | None, mistakes: Mistakes) -> Axis:
+def _make_axis(request: AxisRequest, kind: str | None, find_problems: ProblemFinder) -> SweepAxis:
     """The axis of a key whose values are of that kind; None where only words may stand there."""
-    from governor_mechanism.scenes.quantities import BARE_LIMITS  # brings pydantic, which takes long to import
+    from governor_mechanism.scenes.quantities import UNITLESS_LIMITS  # brings pydantic, which takes long to import
 
-    if asked.ends is not None and kind is None:
-        no_range = f"{asked.key} takes no range; list its values, as in {asked.key}=a,b"
-        raise MechanismError(*(mistakes(asked.first) or [no_range]))
-    values = _values(asked, kind, mistakes)
-    if asked.ends is not None:
+    if request.range_count is not None and kind is None:
+        no_range_message = f"{request.key} takes no range; list its values, as in {request.key}=a,b"
+        raise MechanismError(*(find_problems(request.first_value) or [no_range_message]))
+    values = _parse_values(request, kind, find_problems)
+    if request.range_count is not None:
         low, high = (float(value) for value in values)
-        values = list(_between(low, high, asked.ends))
-    slip, _ = BARE_LIMITS.get(kind or "", (math.inf, math.inf))
+        values = list(_interpolate_range(low, high, request.range_count))
+    suspicious_limit, _ = UNITLESS_LIMITS.get(kind or "", (math.inf, math.inf))
 
-    def written(value: Any) -> Any:
+    def to_document_value(value: Any) -> Any:
         """Beyond what a bare number is believed, a number with its unit."""
-        return f"{value!r} {KINDS[kind].si}" if kind and isinstance(value, float) and abs(value) > slip else value
+        return (
+            f"{value!r} {QUANTITY_KINDS[kind].si_unit}"
+            if kind and isinstance(value, float) and abs(value) > suspicious_limit
+            else value
+        )
 
-    return Axis(key=asked.key, kind=kind or "", values=tuple(values), written=tuple(map(written, values)))
+    return SweepAxis(
+        key=request.key, kind=kind or "", values=tuple(values), document_values=tuple(map(to_document_value, values))
+    )
 
 
-def _values(asked: Asked, kind: str | None, mistakes: Mistakes) -> list[Any]:
+def _parse_values(request: AxisRequest, kind: str | None, find_problems: ProblemFinder) -> list[Any]:
     """The values given, in SI; a word stays as it is where the key takes it, as "equilibrium" or false."""
-    from governor_mechanism.scenes.quantities import si
+    from governor_mechanism.scenes.quantities import parse_si
 
     values: list[Any] = []
     problems: list[str] = []
-    for number, value in enumerate(asked.given, start=1):
-        plain = isinstance(value, int | float) and not isinstance(value, bool)
+    for number, value in enumerate(request.values, start=1):
+        is_number = isinstance(value, int | float) and not isinstance(value, bool)
         try:
-            values.append(si(value, kind, asked.key) if kind else float(value) if plain else value)
-            problems += [] if kind else mistakes(value)
+            values.append(parse_si(value, kind, request.key) if kind else float(value) if is_number else value)
+            problems += [] if kind else find_problems(value)
         except MechanismError as error:
             values.append(value)
-            problems += error.problems if asked.ends is not None or mistakes(value) else ()
-        if len(problems) >= TOLD and number < len(asked.given):
-            problems.append(f"{asked.key} has more values, which were not looked at after these")
+            problems += error.problems if request.range_count is not None or find_problems(value) else ()
+        if len(problems) >= MAX_REPORTED_VALUES and number < len(request.values):
+            problems.append(f"{request.key} has more values, which were not looked at after these")
             break
     if problems:
         raise MechanismError(*problems)
     return values
 
 
-def _between(low: float, high: float, count: int) -> Iterable[float]:
+def _interpolate_range(low: float, high: float, count: int) -> Iterable[float]:
     for k in range(count):
         yield high if k and k == count - 1 else low + (high - low) * k / max(count - 1, 1)
 
 
-def _refuse_repeated(axis: Axis, asked: Asked) -> None:
-    if asked.ends is not None and len(axis.values) > 1 and axis.values[0] == axis.values[-1]:
+def _refuse_repeated_values(axis: SweepAxis, request: AxisRequest) -> None:
+    if request.range_count is not None and len(axis.values) > 1 and axis.values[0] == axis.values[-1]:
         raise MechanismError(
-            f"{axis.key} goes from {asked.given[0]} to the same value; write {axis.key}={asked.given[0]}"
+            f"{axis.key} goes from {request.values[0]} to the same value; write {axis.key}={request.values[0]}"
         )
     seen: set[Any] = set()
-    for value, given in zip(axis.values, asked.given, strict=False):
+    for value, given in zip(axis.values, request.values, strict=False):
         if (type(value), value) in seen:
-            raise MechanismError(f"{axis.key} takes the value {shown(given)} twice; list it once")
+            raise MechanismError(f"{axis.key} takes the value {format_value(given)} twice; list it once")
         seen.add((type(value), value))
 
 
-def _refuse_idle(document: Mapping[str, Any], axis: Axis, *, alone: bool) -> None:
+def _refuse_ineffective_axis(document: Mapping[str, Any], axis: SweepAxis, *, is_only_axis: bool) -> None:
     """Refuse a key whose values all make the same scene, or, where no other is varied, none at all.
 
     Of many values some are compared, the ends first.
     """
-    count = len(axis.written)
-    some = sorted(
-        {round(k) for k in np.linspace(0, count - 1, min(count, COMPARED))}, key=lambda k: (k != count - 1, k)
+    n_values = len(axis.document_values)
+    compared_indices = sorted(
+        {round(k) for k in np.linspace(0, n_values - 1, min(n_values, MAX_COMPARED_VALUES))},
+        key=lambda k: (k != n_values - 1, k),
     )
-    found: list[Scene] = []
+    scenes: list[Scene] = []
     refusal: MechanismError | None = None
-    for k in some:
+    for k in compared_indices:
         try:
-            made = scene_with(document, [(axis.key, axis.written[k])])
+            scene = parse_scene_with(document, [(axis.key, axis.document_values[k])])
         except MechanismError as error:  # for its row to tell, if there are others
             refusal = refusal or error
             continue
-        found.append(replace(made, title="", source="", document={}))
-        if found[-1] != found[0]:
+        scenes.append(replace(scene, title="", source="", document={}))
+        if scenes[-1] != scenes[0]:
             return
-    if not found and refusal is not None and alone and len(some) == count:
+    if not scenes and refusal is not None and is_only_axis and len(compared_indices) == n_values:
         raise MechanismError(*refusal.problems)
-    if len(found) > 1:
+    if len(scenes) > 1:
         raise MechanismError(f"{axis.key} changes nothing in this scene: every value makes the same; leave it out")
 
 
-def _mistakes(document: Mapping[str, Any]) -> tuple[str, ...]:
+def _find_document_problems(document: Mapping[str, Any]) -> tuple[str, ...]:
     try:
-        scene_from_document(document)
+        parse_scene_document(document)
     except MechanismError as error:
         return error.problems
     return ()

@@ -15,11 +15,11 @@ import numpy as np
 from numpy.typing import NDArray
 
 from governor_mechanism.errors import MechanismError, did_you_mean
-from governor_mechanism.model.scene import TURNING, FreeSpindle, Scene
+from governor_mechanism.model.scene import TURNING_PLANE, FreeSpindle, Scene
 from governor_mechanism.model.trajectory import Trajectory
-from governor_mechanism.units.quantities import EVERYDAY, shown
+from governor_mechanism.units.quantities import DISPLAY_UNITS, format_value
 
-TAKEN: Mapping[str, Callable[[Any], float]] = {
+STATISTICS: Mapping[str, Callable[[Any], float]] = {
     "final": lambda values: float(values[-1]),
     "min": lambda values: float(np.min(values)),
     "max": lambda values: float(np.max(values)),
@@ -27,19 +27,19 @@ TAKEN: Mapping[str, Callable[[Any], float]] = {
 }
 """What may be taken of a reading, over its reported times."""
 
-DURATION, ESTIMATE = "duration", "error_estimate"
+DURATION_RULE, ERROR_ESTIMATE_RULE = "duration", "error_estimate"
 
-RATE = "rate of "
+RATE_PREFIX = "rate of "
 
-UNITS = {"angle": "rad", "length": "m"}
+_SI_UNITS = {"angle": "rad", "length": "m"}
 
-EVERYDAY_RATES = {"rad/s": (180 / math.pi, "deg/s"), "m/s": (1e3, "mm/s")}
+DISPLAY_RATE_UNITS = {"rad/s": (180 / math.pi, "deg/s"), "m/s": (1e3, "mm/s")}
 """As units.EVERYDAY, of what is no shaft's speed."""
 
-_NAME = re.compile(rf"(?:({'|'.join(TAKEN)}) )?({RATE})?(.+)")
+_RULE_PATTERN = re.compile(rf"(?:({'|'.join(STATISTICS)}) )?({RATE_PREFIX})?(.+)")
 
 
-class Told(Protocol):
+class RunOutput(Protocol):
     """What quantities that have a name are taken from: a run, or as much of one."""
 
     @property
@@ -56,7 +56,7 @@ class Told(Protocol):
 
 
 @dataclass(frozen=True, kw_only=True)
-class Quantity:
+class RunQuantity:
     """A number taken from a run: by `rule`, as "max arm_angle" or "duration", or by a function of the caller's.
 
     unit is SI, empty where it is not known; what is less than `scale` times the accuracy is no change.
@@ -68,17 +68,17 @@ class Quantity:
     unit: str = ""
     scale: float = 0.0
 
-    def of(self, run: Told) -> float:
+    def evaluate(self, run: RunOutput) -> float:
         """Its value in SI. Raises MechanismError where the run has no such reading or the value is no finite number."""
-        value = float(self.function(run)) if self.function else _ruled(self.rule, run)
+        value = float(self.function(run)) if self.function else _evaluate_rule(self.rule, run)
         if not math.isfinite(value):
             raise MechanismError(f"quantity {self.name!r} is no finite number: {value}")
         return value
 
     @property
-    def everyday(self) -> tuple[float, str]:
+    def display_unit(self) -> tuple[float, str]:
         """How many of which unit make the SI unit, for people."""
-        return everyday(self.unit, rate=RATE in self.rule)
+        return find_display_unit(self.unit, is_rate=RATE_PREFIX in self.rule)
 
     @property
     def identity(self) -> str:
@@ -93,96 +93,105 @@ class Quantity:
         return f"{getattr(self.function, '__qualname__', type(self.function).__qualname__)} {digest[:16]}"
 
 
-def everyday(unit: str, *, rate: bool) -> tuple[float, str]:
+def find_display_unit(unit: str, *, is_rate: bool) -> tuple[float, str]:
     """How many of an everyday unit make an SI unit, and its name; of rates of readings, not of speeds of shafts."""
-    return (EVERYDAY_RATES if rate else EVERYDAY).get(unit, EVERYDAY.get(unit, (1.0, unit)))
+    return (DISPLAY_RATE_UNITS if is_rate else DISPLAY_UNITS).get(unit, DISPLAY_UNITS.get(unit, (1.0, unit)))
 
 
-Wanted = Mapping[str, "str | Callable[[Trajectory], float]"] | Sequence[str] | None
+QuantityRequest = Mapping[str, "str | Callable[[Trajectory], float]"] | Sequence[str] | None
 """Names of quantities, or a mapping of names of one's own to those or to functions."""
 
 
-def quantities_of(scene: Scene, wanted: Wanted, *, certify: bool) -> tuple[Quantity, ...]:
+def parse_quantities(scene: Scene, requested: QuantityRequest, *, certify: bool) -> tuple[RunQuantity, ...]:
     """The quantities asked for; None means final, least and greatest value of the leading coordinate.
 
     Raises MechanismError with a sentence for each that is not known, stands twice, or cannot be sent to a process.
     """
-    readings = readings_of(scene)
-    if wanted is None:
-        leading = [name for name in (scene.part.mechanism.coordinate, *readings) if name in readings]
-        wanted = [f"{taken} {leading[0]}" for taken in ("final", "min", "max")] if leading else [DURATION]
-    if isinstance(wanted, str) or not isinstance(wanted, Mapping | Sequence) or not wanted:
+    reading_units = find_reading_units(scene)
+    if requested is None:
+        leading = [name for name in (scene.part.mechanism.coordinate, *reading_units) if name in reading_units]
+        requested = [f"{taken} {leading[0]}" for taken in ("final", "min", "max")] if leading else [DURATION_RULE]
+    if isinstance(requested, str) or not isinstance(requested, Mapping | Sequence) or not requested:
         raise MechanismError(
-            f"quantities are a list of names, as in ['max arm_angle'], or names with functions; found {shown(wanted)}"
+            f"quantities are a list of names, as in ['max arm_angle'], or names with functions; found {format_value(requested)}"
         )
-    named = list(wanted.items()) if isinstance(wanted, Mapping) else [(name, name) for name in wanted]
-    found, problems = list[Quantity](), list[str]()
-    for name, rule in named:
+    named_rules = list(requested.items()) if isinstance(requested, Mapping) else [(name, name) for name in requested]
+    quantities, problems = list[RunQuantity](), list[str]()
+    for name, rule in named_rules:
         try:
-            found.append(_quantity(name, rule, scene, readings, certify=certify))
+            quantities.append(_parse_quantity(name, rule, scene, reading_units, certify=certify))
         except MechanismError as error:
             problems += error.problems
-    names = [one.name for one in found]
+    names = [one.name for one in quantities]
     problems += [
         f"quantity {name!r} stands twice; list it once" for name in dict.fromkeys(names) if names.count(name) > 1
     ]
     if problems:
         raise MechanismError(*problems)
-    return tuple(found)
+    return tuple(quantities)
 
 
-def reading_named(quantity: Quantity, scene: Scene) -> str | None:
+def find_quantity_reading(quantity: RunQuantity, scene: Scene) -> str | None:
     """The mechanism's reading that a quantity is taken from, empty for the time reached; None for any other."""
-    if quantity.function is None and quantity.rule == DURATION:
+    if quantity.function is None and quantity.rule == DURATION_RULE:
         return ""
-    parts = _NAME.fullmatch(quantity.rule) if quantity.function is None else None
+    parts = _RULE_PATTERN.fullmatch(quantity.rule) if quantity.function is None else None
     names = [reading.name for reading in scene.part.mechanism.readings]
     return parts[3] if parts and parts[3] in names else None
 
 
-def readings_of(scene: Scene) -> dict[str, str]:
+def find_reading_units(scene: Scene) -> dict[str, str]:
     """Names of the readings that a run of a scene has, with their SI units."""
-    units = {reading.name: UNITS[reading.quantity] for reading in scene.part.mechanism.readings}
-    if scene.part.plane == TURNING:
+    units = {reading.name: _SI_UNITS[reading.quantity] for reading in scene.part.mechanism.readings}
+    if scene.part.plane == TURNING_PLANE:
         units["spindle_speed"] = "rad/s"
         if isinstance(scene.spindle, FreeSpindle):
             units["spindle_angle"] = "rad"
-        elif scene.centrifugal:
+        elif scene.has_centrifugal:
             units["spindle_torque"] = "N m"
     return units
 
 
-def _quantity(name: Any, rule: Any, scene: Scene, readings: Mapping[str, str], *, certify: bool) -> Quantity:
+def _parse_quantity(
+    name: Any, rule: Any, scene: Scene, reading_units: Mapping[str, str], *, certify: bool
+) -> RunQuantity:
     if not isinstance(name, str) or not name.strip():
-        raise MechanismError(f"a quantity has a name; found {shown(name)}; write 'max arm_angle'")
+        raise MechanismError(f"a quantity has a name; found {format_value(name)}; write 'max arm_angle'")
     if callable(rule):
-        return _from_function(name, rule)
-    if rule == ESTIMATE and not certify:
-        raise MechanismError(f"quantity {ESTIMATE!r} needs runs that are certified; ask for certify, or leave it out")
-    if rule in (DURATION, ESTIMATE):
-        return Quantity(name=name, rule=rule, unit="s" if rule == DURATION else "")
-    parts = _NAME.fullmatch(rule) if isinstance(rule, str) else None
-    rated = {reading.name for reading in scene.part.mechanism.readings}
-    if parts is None or parts[3] not in readings or (parts[2] and parts[3] not in rated):
-        raise MechanismError(_unknown(rule, readings, rated))
-    unit = readings[parts[3]]
-    scale = {"rad": 1.0, "m": scene.part.mechanism.size}.get(unit, 0.0)
-    return Quantity(name=name, rule=rule, unit=f"{unit}/s" if parts[2] else unit, scale=scale)
+        return _make_function_quantity(name, rule)
+    if rule == ERROR_ESTIMATE_RULE and not certify:
+        raise MechanismError(
+            f"quantity {ERROR_ESTIMATE_RULE!r} needs runs that are certified; ask for certify, or leave it out"
+        )
+    if rule in (DURATION_RULE, ERROR_ESTIMATE_RULE):
+        return RunQuantity(name=name, rule=rule, unit="s" if rule == DURATION_RULE else "")
+    parts = _RULE_PATTERN.fullmatch(rule) if isinstance(rule, str) else None
+    readings_with_rate = {reading.name for reading in scene.part.mechanism.readings}
+    if parts is None or parts[3] not in reading_units or (parts[2] and parts[3] not in readings_with_rate):
+        raise MechanismError(_unknown_rule_message(rule, reading_units, readings_with_rate))
+    unit = reading_units[parts[3]]
+    scale = {"rad": 1.0, "m": scene.part.mechanism.length_scale}.get(unit, 0.0)
+    return RunQuantity(name=name, rule=rule, unit=f"{unit}/s" if parts[2] else unit, scale=scale)
 
 
-def _unknown(rule: Any, readings: Mapping[str, str], rated: Iterable[str]) -> str:
-    words = str(rule)
-    taken = [*TAKEN, ""]
-    known = [f"{one} {name}".strip() for one in taken for name in readings]
-    known += [f"{one} {RATE}{name}".strip() for one in taken for name in readings if name in rated]
+def _unknown_rule_message(rule: Any, reading_units: Mapping[str, str], readings_with_rate: Iterable[str]) -> str:
+    text = str(rule)
+    statistics = [*STATISTICS, ""]
+    known_rules = [f"{one} {name}".strip() for one in statistics for name in reading_units]
+    known_rules += [
+        f"{one} {RATE_PREFIX}{name}".strip()
+        for one in statistics
+        for name in reading_units
+        if name in readings_with_rate
+    ]
     return (
-        f"quantity {shown(rule)} is unknown; known are final, min, max or span (or none of these: the final value) of "
-        f"{', '.join(readings)}, or of 'rate of ...' those that are positions, and {DURATION} and {ESTIMATE}."
-        f"{did_you_mean(words, [*known, DURATION, ESTIMATE])}"
+        f"quantity {format_value(rule)} is unknown; known are final, min, max or span (or none of these: the final value) of "
+        f"{', '.join(reading_units)}, or of 'rate of ...' those that are positions, and {DURATION_RULE} and {ERROR_ESTIMATE_RULE}."
+        f"{did_you_mean(text, [*known_rules, DURATION_RULE, ERROR_ESTIMATE_RULE])}"
     )
 
 
-def _from_function(name: str, function: Callable[[Trajectory], float]) -> Quantity:
+def _make_function_quantity(name: str, function: Callable[[Trajectory], float]) -> RunQuantity:
     try:
         pickle.dumps(function)
     except Exception as error:  # pickle raises many unrelated types
@@ -190,16 +199,16 @@ def _from_function(name: str, function: Callable[[Trajectory], float]) -> Quanti
             f"quantity {name!r}: {function!r} cannot be sent to another process; "
             "write a function with def at the top of a module"
         ) from error
-    return Quantity(name=name, function=function)
+    return RunQuantity(name=name, function=function)
 
 
-def _ruled(rule: str, run: Told) -> float:
-    if rule == DURATION:
+def _evaluate_rule(rule: str, run: RunOutput) -> float:
+    if rule == DURATION_RULE:
         return float(run.times[-1])
-    if rule == ESTIMATE:
+    if rule == ERROR_ESTIMATE_RULE:
         return math.nan if run.error_estimate is None else run.error_estimate
-    parts = _NAME.fullmatch(rule)
+    parts = _RULE_PATTERN.fullmatch(rule)
     source = run.rates if parts and parts[2] else run.readings
     if parts is None or parts[3] not in source:
         raise MechanismError(f"this scene has no {rule!r}; its readings are {', '.join(run.readings)}")
-    return TAKEN[parts[1] or "final"](source[parts[3]])
+    return STATISTICS[parts[1] or "final"](source[parts[3]])

@@ -13,20 +13,20 @@ import numpy as np
 from numpy.typing import NDArray
 
 from governor_mechanism.errors import MechanismError, did_you_mean
-from governor_mechanism.studies.sweep.parameters import Axis
-from governor_mechanism.studies.sweep.quantities import Quantity
+from governor_mechanism.studies.sweep.parameters import SweepAxis
+from governor_mechanism.studies.sweep.quantities import RunQuantity
 
-REFUSED, FAILED = "refused", "failed"
+ROW_REFUSED, ROW_FAILED = "refused", "failed"
 """Outcomes beside those of runs: of a scene that cannot be made or run, and of a row that met a fault."""
 
-FINE = ("done", "uncertified")
+OK_ROW_OUTCOMES = ("done", "uncertified")
 
-TOLD_WHOLE = 20
+MAX_PRINTED_ROWS = 20
 """Rows: longer tables are told by their extremes."""
 
 
 @dataclass(frozen=True, kw_only=True)
-class Row:
+class SweepRow:
     """One run's numbers (SI, NaN where there is none), how it ended, and a sentence where that is not well."""
 
     index: int
@@ -37,7 +37,7 @@ class Row:
     @property
     def ok(self) -> bool:
         """Whether the run reached its end and missed nothing that was promised."""
-        return self.outcome in FINE
+        return self.outcome in OK_ROW_OUTCOMES
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -49,10 +49,10 @@ class Sweep:
 
     title: str
     source: str
-    axes: tuple[Axis, ...]
-    quantities: tuple[Quantity, ...]
+    axes: tuple[SweepAxis, ...]
+    quantities: tuple[RunQuantity, ...]
     accuracy: float
-    rows: tuple[Row, ...]
+    rows: tuple[SweepRow, ...]
 
     @property
     def shape(self) -> tuple[int, ...]:
@@ -81,15 +81,15 @@ class Sweep:
         """
         names = [one.name for one in self.quantities]
         if name in names:
-            at = names.index(name)
-            return np.array([row.numbers[at] for row in self.rows])
+            position = names.index(name)
+            return np.array([row.numbers[position] for row in self.rows])
         keys = [axis.key for axis in self.axes]
         if name not in keys:
-            known = [*names, *keys]
-            raise MechanismError(f"the sweep has no {name!r}; it has {known}.{did_you_mean(name, known)}")
-        at = keys.index(name)
-        values = self.axes[at].values
-        return np.array([values[place] for place in np.indices(self.shape)[at].ravel()])
+            known_names = [*names, *keys]
+            raise MechanismError(f"the sweep has no {name!r}; it has {known_names}.{did_you_mean(name, known_names)}")
+        position = keys.index(name)
+        values = self.axes[position].values
+        return np.array([values[place] for place in np.indices(self.shape)[position].ravel()])
 
     def grid(self, name: str) -> NDArray[Any]:
         """The values of `column`, shaped as the axes: its first index counts the values of the first axis."""
@@ -97,8 +97,8 @@ class Sweep:
 
     def values_at(self, index: int) -> tuple[float | str | bool, ...]:
         """The values of the keys in a row."""
-        places = np.unravel_index(index, self.shape)
-        return tuple(axis.values[int(place)] for axis, place in zip(self.axes, places, strict=True))
+        axis_indices = np.unravel_index(index, self.shape)
+        return tuple(axis.values[int(place)] for axis, place in zip(self.axes, axis_indices, strict=True))
 
     @cached_property
     def notes(self) -> tuple[str, ...]:
@@ -106,17 +106,17 @@ class Sweep:
         return tuple(
             f"{axis.key} changes none of {', '.join(one.name for one in self.quantities)} by more than the accuracy"
             for at, axis in enumerate(self.axes)
-            if self._idle(at)
+            if self._has_no_effect(at)
         )
 
     def __str__(self) -> str:
         """A line for each row, or of many for each quantity its extremes; how the rows ended, and the notes."""
-        sizes = " x ".join(f"{len(axis.values)} of {axis.key}" for axis in self.axes)
-        lines = [f"{self.title}: {len(self.rows):,} rows, {sizes}"]
-        lines += self._table() if len(self.rows) <= TOLD_WHOLE else self._extremes()
+        shape_text = " x ".join(f"{len(axis.values)} of {axis.key}" for axis in self.axes)
+        lines = [f"{self.title}: {len(self.rows):,} rows, {shape_text}"]
+        lines += self._format_table() if len(self.rows) <= MAX_PRINTED_ROWS else self._format_extremes()
         if not self.ok:
             lines.append("outcomes: " + ", ".join(f"{count} {name}" for name, count in self.outcomes.items()))
-            lines += self._reasons()
+            lines += self._format_failures()
         return "\n".join([*lines, *(f"note: {note}" for note in self.notes)])
 
     def as_json(self) -> dict[str, Any]:
@@ -132,56 +132,62 @@ class Sweep:
             for row in self.rows
         ]
         quantities = [{"name": one.name, "unit": one.unit} for one in self.quantities]
-        told = {"title": self.title, "scene": self.source, "accuracy": self.accuracy, "axes": axes}
-        return {**told, "quantities": quantities, "outcomes": self.outcomes, "notes": list(self.notes), "rows": rows}
+        header = {"title": self.title, "scene": self.source, "accuracy": self.accuracy, "axes": axes}
+        return {**header, "quantities": quantities, "outcomes": self.outcomes, "notes": list(self.notes), "rows": rows}
 
-    def _idle(self, at: int) -> bool:
+    def _has_no_effect(self, axis_index: int) -> bool:
         """Whether nothing changes along an axis, and something could have."""
-        compared = False
-        for one in self.quantities:
-            lines = np.moveaxis(self.grid(one.name), at, 0).reshape(self.shape[at], -1)
-            lines = lines[:, np.isfinite(lines).sum(axis=0) > 1]
-            if not lines.size:
+        has_comparison = False
+        for quantity in self.quantities:
+            values = np.moveaxis(self.grid(quantity.name), axis_index, 0).reshape(self.shape[axis_index], -1)
+            values = values[:, np.isfinite(values).sum(axis=0) > 1]
+            if not values.size:
                 continue
-            compared = True
-            least = self.accuracy * max(float(np.nanmax(np.abs(lines))), one.scale)
-            if np.any(np.nanmax(lines, axis=0) - np.nanmin(lines, axis=0) > least):
+            has_comparison = True
+            threshold = self.accuracy * max(float(np.nanmax(np.abs(values))), quantity.scale)
+            if np.any(np.nanmax(values, axis=0) - np.nanmin(values, axis=0) > threshold):
                 return False
-        return compared
+        return has_comparison
 
-    def _table(self) -> list[str]:
+    def _format_table(self) -> list[str]:
         names = [*(axis.key for axis in self.axes), *(one.name for one in self.quantities), "outcome"]
-        cells = [names, *([*self._where(row), *self._numbers(row), row.outcome] for row in self.rows)]
+        cells = [
+            names,
+            *([*self._format_axis_values(row), *self._format_numbers(row), row.outcome] for row in self.rows),
+        ]
         widths = [max(len(line[k]) for line in cells) for k in range(len(names))]
         return ["  ".join(f"{cell:>{width}}" for cell, width in zip(line, widths, strict=True)) for line in cells]
 
-    def _extremes(self) -> Iterator[str]:
-        for one in self.quantities:
-            column = self.column(one.name)
+    def _format_extremes(self) -> Iterator[str]:
+        for quantity in self.quantities:
+            column = self.column(quantity.name)
             if not np.isfinite(column).any():
-                yield f"{one.name}: no number in any row"
+                yield f"{quantity.name}: no number in any row"
                 continue
-            told = (("least", int(np.nanargmin(column))), ("greatest", int(np.nanargmax(column))))
-            words = (f"{what} {_spoken(column[k], one)} at {', '.join(self._where(self.rows[k]))}" for what, k in told)
-            yield f"{one.name}: {'; '.join(words)}"
+            extremes = (("least", int(np.nanargmin(column))), ("greatest", int(np.nanargmax(column))))
+            descriptions = (
+                f"{what} {_format_value(column[k], quantity)} at {', '.join(self._format_axis_values(self.rows[k]))}"
+                for what, k in extremes
+            )
+            yield f"{quantity.name}: {'; '.join(descriptions)}"
 
-    def _reasons(self) -> Iterator[str]:
+    def _format_failures(self) -> Iterator[str]:
         """One sentence for each outcome that is not well."""
-        told: set[str] = set()
+        reported_outcomes: set[str] = set()
         for row in self.rows:
-            if not row.ok and row.outcome not in told:
-                told.add(row.outcome)
-                yield f"{row.outcome}, first at {', '.join(self._where(row))}: {row.message}"
+            if not row.ok and row.outcome not in reported_outcomes:
+                reported_outcomes.add(row.outcome)
+                yield f"{row.outcome}, first at {', '.join(self._format_axis_values(row))}: {row.message}"
 
-    def _where(self, row: Row) -> list[str]:
+    def _format_axis_values(self, row: SweepRow) -> list[str]:
         values = zip(self.axes, self.values_at(row.index), strict=True)
-        return [_spoken(v, axis) if isinstance(v, float) else str(v) for axis, v in values]
+        return [_format_value(v, axis) if isinstance(v, float) else str(v) for axis, v in values]
 
-    def _numbers(self, row: Row) -> list[str]:
-        told = zip(self.quantities, row.numbers, strict=True)
-        return [_spoken(v, one) if math.isfinite(v) else "-" for one, v in told]
+    def _format_numbers(self, row: SweepRow) -> list[str]:
+        pairs = zip(self.quantities, row.numbers, strict=True)
+        return [_format_value(v, one) if math.isfinite(v) else "-" for one, v in pairs]
 
 
-def _spoken(value: float, of: Axis | Quantity) -> str:
-    factor, unit = of.everyday
+def _format_value(value: float, source: SweepAxis | RunQuantity) -> str:
+    factor, unit = source.display_unit
     return f"{value * factor + 0.0:.6g} {unit}".strip()  # adding zero: no minus before a zero

@@ -15,36 +15,36 @@ from functools import cached_property, partial
 from pathlib import Path
 from typing import Any
 
-from governor_mechanism.engines import choose
+from governor_mechanism.engines import select_engine
 from governor_mechanism.errors import GovernorMechanismError, MechanismError
 from governor_mechanism.model.scene import Scene
 from governor_mechanism.model.trajectory import Outcome, Trajectory
-from governor_mechanism.scenes.parser import scene_from_document
-from governor_mechanism.studies.sweep.batch_rows import DIMENSION, Rows, rows_together
+from governor_mechanism.scenes.parser import parse_scene_document
+from governor_mechanism.studies.sweep.batch_rows import DIMENSION_PREFIX, BatchedRows, make_batched_rows
 from governor_mechanism.studies.sweep.checkpoint import SweepFiles
-from governor_mechanism.studies.sweep.parameters import Axis, axes_of, scene_with
-from governor_mechanism.studies.sweep.quantities import Quantity, Wanted, quantities_of
-from governor_mechanism.studies.sweep.results import FAILED, REFUSED, Row, Sweep
-from governor_mechanism.studies.sweep.workers import by_processes, interrupts_noted
-from governor_mechanism.units.quantities import shown
+from governor_mechanism.studies.sweep.parameters import SweepAxis, parse_axes, parse_scene_with
+from governor_mechanism.studies.sweep.quantities import QuantityRequest, RunQuantity, parse_quantities
+from governor_mechanism.studies.sweep.results import ROW_FAILED, ROW_REFUSED, Sweep, SweepRow
+from governor_mechanism.studies.sweep.workers import map_in_processes, record_interrupts
+from governor_mechanism.units.quantities import format_value
 
-__all__ = ["Row", "Sweep", "Task", "rows_of", "sweep"]
+__all__ = ["Sweep", "SweepRow", "SweepTask", "compute_rows", "sweep"]
 
-CHUNK_SECONDS = 0.5
+TARGET_CHUNK_TIME = 0.5
 """So long a chunk of rows should take: what an interruption loses."""
 
-MOST_IN_CHUNK = 512
+MAX_CHUNK_SIZE = 512
 
-Progress = Callable[[int, int], None]
+SweepProgress = Callable[[int, int], None]
 
 
 @dataclass(frozen=True, kw_only=True)
-class Task:
+class SweepTask:
     """All that rows are made from; it can be pickled. The last axis runs fastest."""
 
     document: Mapping[str, Any]
-    axes: tuple[Axis, ...]
-    quantities: tuple[Quantity, ...]
+    axes: tuple[SweepAxis, ...]
+    quantities: tuple[RunQuantity, ...]
     engine: str
     accuracy: float | None
     certify: bool
@@ -54,133 +54,147 @@ class Task:
         """How many values each axis has."""
         return tuple(len(axis.values) for axis in self.axes)
 
-    def scene(self, index: int) -> Scene:
+    def build_scene(self, index: int) -> Scene:
         """The scene of a row. Raises MechanismError where it cannot be made."""
-        return scene_with(self.document, [(axis.key, axis.written[place]) for axis, place in self._places(index)])
+        return parse_scene_with(
+            self.document, [(axis.key, axis.document_values[place]) for axis, place in self._axis_indices(index)]
+        )
 
-    def dimensions(self, index: int) -> dict[str, Any]:
+    def changed_dimensions(self, index: int) -> dict[str, Any]:
         """The dimensions of a row that differ from the scene's, in SI, where all its axes are of dimensions."""
-        return {axis.key.removeprefix(DIMENSION): axis.values[place] for axis, place in self._places(index)}
+        return {
+            axis.key.removeprefix(DIMENSION_PREFIX): axis.values[place] for axis, place in self._axis_indices(index)
+        }
 
     @cached_property
-    def together(self) -> Rows | None:
+    def batched_rows(self) -> BatchedRows | None:
         """What makes the rows with little ado, where they are of that kind."""
         if self.certify:
             return None
-        return rows_together(self.document, self.axes, self.quantities, self.engine, self.accuracy)
+        return make_batched_rows(self.document, self.axes, self.quantities, self.engine, self.accuracy)
 
-    def _places(self, index: int) -> list[tuple[Axis, int]]:
-        places = []
+    def _axis_indices(self, index: int) -> list[tuple[SweepAxis, int]]:
+        axis_indices = []
         for count in reversed(self.shape):
-            index, place = divmod(index, count)
-            places.append(place)
-        return list(zip(self.axes, reversed(places), strict=True))
+            index, axis_index = divmod(index, count)
+            axis_indices.append(axis_index)
+        return list(zip(self.axes, reversed(axis_indices), strict=True))
 
 
-def rows_of(task: Task, indices: Sequence[int]) -> list[Row]:
+def compute_rows(task: SweepTask, indices: Sequence[int]) -> list[SweepRow]:
     """The rows of these indices, in their order; none depends on which others are among them."""
-    return [_row(task, index) for index in indices]
+    return [_compute_row(task, index) for index in indices]
 
 
 def sweep(
     scene: Scene,
     vary: Mapping[str, Any] | Sequence[str],
-    quantities: Wanted = None,
+    quantities: QuantityRequest = None,
     *,
     engine: str = "auto",
     accuracy: float | None = None,
     certify: bool = False,
     workers: int = 1,
     out: str | Path | None = None,
-    progress: Progress | None = None,
+    progress: SweepProgress | None = None,
 ) -> Sweep:
     """Run a scene at every combination of values; `gm.sweep` says what the arguments are."""
-    task = _task(scene, vary, quantities, engine, accuracy, certify, workers)
-    files = None if out is None else SweepFiles(Path(out), scene, task.quantities, task.axes, _settings(task))
-    rows = {} if files is None else files.kept()
-    total = math.prod(task.shape)
-    pending = [index for index in range(total) if index not in rows]
+    task = _make_task(scene, vary, quantities, engine, accuracy, certify, workers)
+    files = None if out is None else SweepFiles(Path(out), scene, task.quantities, task.axes, _task_settings(task))
+    rows = {} if files is None else files.read_finished_rows()
+    n_rows = math.prod(task.shape)
+    pending = [index for index in range(n_rows) if index not in rows]
     if files is not None and pending:
-        files.open(rows.values())
+        files.open_journal(rows.values())
     if progress is not None:
-        progress(total - len(pending), total)
+        progress(n_rows - len(pending), n_rows)
     try:
-        with closing(_computed(task, pending, workers)) as chunks:
+        with closing(_compute_chunks(task, pending, workers)) as chunks:
             for chunk in chunks:
                 rows.update((row.index, row) for row in chunk)
                 if files is not None:
-                    files.add(chunk)
+                    files.append_rows(chunk)
                 if progress is not None:
-                    progress(len(rows), total)
+                    progress(len(rows), n_rows)
     finally:
         if files is not None:
-            files.close()
-    found = Sweep(
+            files.close_journal()
+    result = Sweep(
         title=scene.title,
         source=scene.source,
         axes=task.axes,
         quantities=task.quantities,
         accuracy=scene.run.accuracy if accuracy is None else accuracy,
-        rows=tuple(rows[index] for index in range(total)),
+        rows=tuple(rows[index] for index in range(n_rows)),
     )
     if files is not None:
-        files.finish(found)
-    return found
+        files.write_results(result)
+    return result
 
 
-def _task(
-    scene: Scene, vary: Any, quantities: Wanted, engine: str, accuracy: float | None, certify: bool, workers: int
-) -> Task:
+def _make_task(
+    scene: Scene,
+    vary: Any,
+    quantities: QuantityRequest,
+    engine: str,
+    accuracy: float | None,
+    certify: bool,
+    workers: int,
+) -> SweepTask:
     """The task; MechanismError with every mistake of the request."""
     problems: list[str] = []
 
-    def tried(make: Callable[[], Any]) -> Any:
+    def collect_problems(parse: Callable[[], Any]) -> Any:
         try:
-            return make()
+            return parse()
         except MechanismError as error:
             problems.extend(error.problems)
             return ()
 
-    document = tried(lambda: _document(scene))
-    axes = tried(lambda: axes_of(document, vary)) if document else ()
-    chosen = tried(lambda: quantities_of(scene, quantities, certify=certify))
+    document = collect_problems(lambda: _require_unchanged_document(scene))
+    axes = collect_problems(lambda: parse_axes(document, vary)) if document else ()
+    parsed_quantities = collect_problems(lambda: parse_quantities(scene, quantities, certify=certify))
     if not isinstance(engine, str):
-        problems.append(f"a sweep takes the name of an engine; found {shown(engine)}")
+        problems.append(f"a sweep takes the name of an engine; found {format_value(engine)}")
     else:
-        tried(lambda: choose(engine, scene))
+        collect_problems(lambda: select_engine(engine, scene))
     if accuracy is not None and not (isinstance(accuracy, int | float) and 0 < accuracy < 1):
         problems.append(f"accuracy must lie between 0 and 1; got {accuracy!r}")
     if not isinstance(workers, int) or isinstance(workers, bool) or workers < 1:
         problems.append(f"workers must be a whole number of at least 1; got {workers!r}")
-    given = {"run.engine": engine != "auto", "run.accuracy": accuracy is not None}
+    given_for_all = {"run.engine": engine != "auto", "run.accuracy": accuracy is not None}
     problems += [
         f"vary: {axis.key} changes nothing where one is given for all rows; leave that or this out"
         for axis in axes
-        if given.get(axis.key)
+        if given_for_all.get(axis.key)
     ]
     names = [axis.key for axis in axes]
-    problems += [f"quantity {one.name!r} has the name of a key; choose another" for one in chosen if one.name in names]
+    problems += [
+        f"quantity {one.name!r} has the name of a key; choose another" for one in parsed_quantities if one.name in names
+    ]
     if problems:
         raise MechanismError(*problems)
-    return Task(document=document, axes=axes, quantities=chosen, engine=engine, accuracy=accuracy, certify=certify)
+    return SweepTask(
+        document=document, axes=axes, quantities=parsed_quantities, engine=engine, accuracy=accuracy, certify=certify
+    )
 
 
-def _document(scene: Scene) -> Mapping[str, Any]:
+def _require_unchanged_document(scene: Scene) -> Mapping[str, Any]:
     """What the rows' scenes are read from; a scene that was changed since it was read may differ in its [run] alone."""
     if not scene.document:
         raise MechanismError("a sweep changes keys of a scene file, and this scene comes from none; load one")
-    read = scene_from_document(scene.document, scene.source)
-    if replace(read, run=scene.run, title=scene.title) != scene:
+    parsed_scene = parse_scene_document(scene.document, scene.source)
+    if replace(parsed_scene, run=scene.run, title=scene.title) != scene:
         raise MechanismError(
             "this scene was changed after it was read, and a sweep reads it anew for each row; change its document"
         )
-    return scene.document if read.run == scene.run else {**scene.document, "run": asdict(scene.run)}
+    return scene.document if parsed_scene.run == scene.run else {**scene.document, "run": asdict(scene.run)}
 
 
-def _settings(task: Task) -> dict[str, Any]:
+def _task_settings(task: SweepTask) -> dict[str, Any]:
     return {
         "scene": dict(task.document),
-        "axes": {axis.key: list(axis.written) for axis in task.axes},
+        "axes": {axis.key: list(axis.document_values) for axis in task.axes},
         "quantities": {one.name: one.identity for one in task.quantities},
         "engine": task.engine,
         "accuracy": task.accuracy,
@@ -188,49 +202,52 @@ def _settings(task: Task) -> dict[str, Any]:
     }
 
 
-def _row(task: Task, index: int) -> Row:
+def _compute_row(task: SweepTask, index: int) -> SweepRow:
     try:
-        if task.together is not None:
-            glimpse = task.together.glimpse(task.dimensions(index))
-            if glimpse is not None:
-                numbers = tuple(one.of(glimpse) for one in task.quantities)
-                return Row(index=index, numbers=numbers, outcome=Outcome.UNCERTIFIED.name.lower(), message="")
-        run = _run(task, task.scene(index))
-        return _told(task, index, run)
+        if task.batched_rows is not None:
+            uncertified_result = task.batched_rows.run_uncertified(task.changed_dimensions(index))
+            if uncertified_result is not None:
+                numbers = tuple(one.evaluate(uncertified_result) for one in task.quantities)
+                return SweepRow(index=index, numbers=numbers, outcome=Outcome.UNCERTIFIED.name.lower(), message="")
+        run = _run_scene(task, task.build_scene(index))
+        return _make_row(task, index, run)
     except GovernorMechanismError as error:
-        return _empty(task, index, REFUSED, getattr(error, "problems", (str(error),)))
+        return _make_failed_row(task, index, ROW_REFUSED, getattr(error, "problems", (str(error),)))
     except Exception as error:  # whatever one row meets, the others go on; the row tells it
-        return _empty(task, index, FAILED, [f"{type(error).__name__}: {error}"])
+        return _make_failed_row(task, index, ROW_FAILED, [f"{type(error).__name__}: {error}"])
 
 
-def _run(task: Task, scene: Scene) -> Trajectory:
-    chosen, reason = choose(scene.run.engine if task.engine == "auto" else task.engine, scene, task.accuracy)
-    return chosen.run(scene, accuracy=task.accuracy, certify=task.certify, reason=reason)
+def _run_scene(task: SweepTask, scene: Scene) -> Trajectory:
+    chosen_engine, reason = select_engine(
+        scene.run.engine if task.engine == "auto" else task.engine, scene, task.accuracy
+    )
+    return chosen_engine.run(scene, accuracy=task.accuracy, certify=task.certify, reason=reason)
 
 
-def _told(task: Task, index: int, run: Trajectory) -> Row:
+def _make_row(task: SweepTask, index: int, run: Trajectory) -> SweepRow:
     """The numbers of a run; of one that ended early only how far it came, for its last value is not the final one."""
     outcome = run.outcome
-    whole = outcome.ok or outcome.name == "ACCURACY_MISSED"
+    has_final_values = outcome.ok or outcome.name == "ACCURACY_MISSED"
     numbers = tuple(
-        one.of(run) if whole or (one.rule == "duration" and len(run.times)) else math.nan for one in task.quantities
+        one.evaluate(run) if has_final_values or (one.rule == "duration" and len(run.times)) else math.nan
+        for one in task.quantities
     )
     message = "" if outcome.ok else " ".join(run.message.split())
-    return Row(index=index, numbers=numbers, outcome=outcome.name.lower(), message=message)
+    return SweepRow(index=index, numbers=numbers, outcome=outcome.name.lower(), message=message)
 
 
-def _empty(task: Task, index: int, outcome: str, problems: Sequence[str]) -> Row:
+def _make_failed_row(task: SweepTask, index: int, outcome: str, problems: Sequence[str]) -> SweepRow:
     message = " ".join("; ".join(problems).split())
-    return Row(index=index, numbers=(math.nan,) * len(task.quantities), outcome=outcome, message=message)
+    return SweepRow(index=index, numbers=(math.nan,) * len(task.quantities), outcome=outcome, message=message)
 
 
-class _Pace:
+class _ChunkScheduler:
     """Indices in chunks that take about CHUNK_SECONDS, as the rows before them took."""
 
     def __init__(self, indices: Sequence[int], workers: int) -> None:
         self._indices = indices
         self._size = 1
-        self._most = min(MOST_IN_CHUNK, max(len(indices) // (2 * workers), 1))
+        self._max_size = min(MAX_CHUNK_SIZE, max(len(indices) // (2 * workers), 1))
 
     def __iter__(self) -> Iterator[list[int]]:
         start = 0
@@ -239,33 +256,37 @@ class _Pace:
             yield list(self._indices[start:end])
             start = end
 
-    def took(self, rows: int, seconds: float) -> None:
+    def record_chunk_time(self, n_rows: int, duration: float) -> None:
         """Learn from a chunk; at most four times the rows at once, for the first ones may not be like the others."""
-        fitting = int(CHUNK_SECONDS * rows / max(seconds, 1e-9))
-        self._size = max(1, min(fitting, 4 * rows, self._most))
+        fitting_size = int(TARGET_CHUNK_TIME * n_rows / max(duration, 1e-9))
+        self._size = max(1, min(fitting_size, 4 * n_rows, self._max_size))
 
 
-def _computed(task: Task, indices: Sequence[int], workers: int) -> Generator[list[Row], None, None]:
+def _compute_chunks(task: SweepTask, indices: Sequence[int], workers: int) -> Generator[list[SweepRow], None, None]:
     """Chunks of rows as they come, made here, or by processes."""
-    pace = _Pace(indices, workers)
-    alone = workers == 1 or len(indices) < 2
-    made = _here(task, pace) if alone else by_processes(partial(_timed, task), pace, min(workers, len(indices)))
-    for rows, seconds in made:
-        pace.took(len(rows), seconds)
+    scheduler = _ChunkScheduler(indices, workers)
+    is_serial = workers == 1 or len(indices) < 2
+    timed_chunks = (
+        _compute_in_process(task, scheduler)
+        if is_serial
+        else map_in_processes(partial(_compute_rows_timed, task), scheduler, min(workers, len(indices)))
+    )
+    for rows, duration in timed_chunks:
+        scheduler.record_chunk_time(len(rows), duration)
         yield rows
 
 
-def _here(task: Task, pace: _Pace) -> Iterator[tuple[list[Row], float]]:
+def _compute_in_process(task: SweepTask, scheduler: _ChunkScheduler) -> Iterator[tuple[list[SweepRow], float]]:
     """Made in this process; rows that a Ctrl-C has struck are no rows."""
-    with interrupts_noted() as struck:
-        for chunk in pace:
-            made = _timed(task, chunk)
-            if struck():
+    with record_interrupts() as was_interrupted:
+        for chunk in scheduler:
+            timed_chunk = _compute_rows_timed(task, chunk)
+            if was_interrupted():
                 raise KeyboardInterrupt
-            yield made
+            yield timed_chunk
 
 
-def _timed(task: Task, indices: Sequence[int]) -> tuple[list[Row], float]:
-    began = time.perf_counter()
-    rows = rows_of(task, indices)
-    return rows, time.perf_counter() - began
+def _compute_rows_timed(task: SweepTask, indices: Sequence[int]) -> tuple[list[SweepRow], float]:
+    start_time = time.perf_counter()
+    rows = compute_rows(task, indices)
+    return rows, time.perf_counter() - start_time

@@ -11,11 +11,13 @@ from typing import Any, TypeVar
 
 from governor_mechanism.errors import RunFailed
 
-Given = TypeVar("Given")
-Made = TypeVar("Made")
+_Item = TypeVar("_Item")
+_Result = TypeVar("_Result")
 
 
-def by_processes(make: Callable[[Given], Made], given: Iterable[Given], processes: int) -> Iterator[Made]:
+def map_in_processes(
+    function: Callable[[_Item], _Result], items: Iterable[_Item], n_processes: int
+) -> Iterator[_Result]:
     """What `make`, which can be pickled, makes of each, in the order in which it comes.
 
     `given` is asked for a few at a time. Raises RunFailed where a process is ended from outside.
@@ -23,13 +25,13 @@ def by_processes(make: Callable[[Given], Made], given: Iterable[Given], processe
     from joblib import Parallel, delayed
     from joblib.externals.loky.process_executor import TerminatedWorkerError
 
-    parallel = Parallel(n_jobs=processes, batch_size=1, pre_dispatch=2 * processes, return_as="generator_unordered")
-    with interrupts_noted(one=True):
+    parallel = Parallel(n_jobs=n_processes, batch_size=1, pre_dispatch=2 * n_processes, return_as="generator_unordered")
+    with record_interrupts(only_first=True):
         try:
-            with _interrupts_ignored():  # inherited by the processes: a Ctrl-C is for the one that started them
-                made = parallel(delayed(make)(one) for one in given)
-            with closing(made):
-                yield from made
+            with _ignore_interrupts():  # inherited by the processes: a Ctrl-C is for the one that started them
+                results = parallel(delayed(function)(one) for one in items)
+            with closing(results):
+                yield from results
         except TerminatedWorkerError as error:
             raise RunFailed(
                 "a process was ended from outside, as for want of memory; take fewer workers; what is on disk is kept"
@@ -37,38 +39,38 @@ def by_processes(make: Callable[[Given], Made], given: Iterable[Given], processe
 
 
 @contextmanager
-def interrupts_noted(*, one: bool = False) -> Iterator[Callable[[], bool]]:
+def record_interrupts(*, only_first: bool = False) -> Iterator[Callable[[], bool]]:
     """Tells whether a Ctrl-C has struck, for what it strikes may swallow it or make another exception of it.
 
     With `one` no second is taken, nor given to what is started then: such as ends the processes of a sweep.
     """
-    struck: list[int] = []
+    signals: list[int] = []
     if threading.current_thread() is not threading.main_thread():
         yield lambda: False
         return
-    before: Any = signal.getsignal(signal.SIGINT)
+    previous_handler: Any = signal.getsignal(signal.SIGINT)
 
-    def strike(number: int, frame: FrameType | None) -> None:
-        struck.append(number)
-        if one:
+    def record_signal(signal_number: int, frame: FrameType | None) -> None:
+        signals.append(signal_number)
+        if only_first:
             signal.signal(signal.SIGINT, signal.SIG_IGN)
-        before(number, frame)
+        previous_handler(signal_number, frame)
 
-    if callable(before):
-        signal.signal(signal.SIGINT, strike)
+    if callable(previous_handler):
+        signal.signal(signal.SIGINT, record_signal)
     try:
-        yield lambda: bool(struck)
+        yield lambda: bool(signals)
     finally:
-        signal.signal(signal.SIGINT, before)
+        signal.signal(signal.SIGINT, previous_handler)
 
 
 @contextmanager
-def _interrupts_ignored() -> Iterator[None]:
+def _ignore_interrupts() -> Iterator[None]:
     if threading.current_thread() is not threading.main_thread():
         yield
         return
-    before = signal.signal(signal.SIGINT, signal.SIG_IGN)
+    previous_handler = signal.signal(signal.SIGINT, signal.SIG_IGN)
     try:
         yield
     finally:
-        signal.signal(signal.SIGINT, before)
+        signal.signal(signal.SIGINT, previous_handler)

@@ -9,40 +9,42 @@ from governor_mechanism.engines import Engine, ImpulseEngine, MultibodyEngine, R
 from governor_mechanism.mechanics.dynamics.characteristic_scales import time_scale
 from governor_mechanism.model.scene import Scene
 
-TOLERANCES = tuple(10.0**-k for k in range(2, 15))
+LADDER_TOLERANCES = tuple(10.0**-k for k in range(2, 15))
 """Where these do not bound the steps, several give the same run; it is told once."""
 
-STEPS = tuple(0.25 / 2**k for k in range(17))
+LADDER_STEP_RATIOS = tuple(0.25 / 2**k for k in range(17))
 """In time scales."""
 
 
 @dataclass(frozen=True)
-class Ladder:
+class SettingsLadder:
     """A variant's settings, coarse ones first; `stepped` where they are steps, whose order is fitted."""
 
     name: str
-    rungs: tuple[tuple[str, Engine], ...]
-    stepped: bool
+    settings: tuple[tuple[str, Engine], ...]
+    varies_step: bool
 
 
-def ladders_of(scene: Scene) -> Iterator[Ladder]:
+def build_ladders(scene: Scene) -> Iterator[SettingsLadder]:
     """Those of every engine, the quickest first."""
 
-    def toleranced(kind: type[ReducedEngine | MultibodyEngine]) -> Ladder:
-        rungs = tuple((f"tolerance {tolerance:g}", kind(tolerance=tolerance)) for tolerance in TOLERANCES)
-        return Ladder(kind.name, rungs, stepped=False)
+    def tolerance_ladder(engine_class: type[ReducedEngine | MultibodyEngine]) -> SettingsLadder:
+        settings = tuple(
+            (f"tolerance {tolerance:g}", engine_class(tolerance=tolerance)) for tolerance in LADDER_TOLERANCES
+        )
+        return SettingsLadder(engine_class.name, settings, varies_step=False)
 
-    def stepped(name: str, engine: ImpulseEngine) -> Ladder:
-        steps = [share * time_scale(scene) for share in STEPS]
-        return Ladder(name, tuple((spoken_step(h), replace(engine, step=h)) for h in steps), stepped=True)
+    def step_ladder(name: str, engine: ImpulseEngine) -> SettingsLadder:
+        steps = [ratio * time_scale(scene) for ratio in LADDER_STEP_RATIOS]
+        return SettingsLadder(name, tuple((format_step(h), replace(engine, step=h)) for h in steps), varies_step=True)
 
-    yield toleranced(ReducedEngine)
-    yield toleranced(MultibodyEngine)
-    yield stepped("impulse extrapolated", ImpulseEngine(step=1.0, runs=3))
-    yield stepped("impulse staggered", ImpulseEngine(step=1.0, runs=1))
-    yield stepped("impulse plain", ImpulseEngine(step=1.0, plain=True))
+    yield tolerance_ladder(ReducedEngine)
+    yield tolerance_ladder(MultibodyEngine)
+    yield step_ladder("impulse extrapolated", ImpulseEngine(step=1.0, runs=3))
+    yield step_ladder("impulse staggered", ImpulseEngine(step=1.0, runs=1))
+    yield step_ladder("impulse plain", ImpulseEngine(step=1.0, plain=True))
 
 
-def spoken_step(step: float) -> str:
+def format_step(step: float) -> str:
     """As 'step 2.5 ms', 'step 78 µs'."""
     return f"step {step * 1e3:.3g} ms" if step >= 1e-4 else f"step {step * 1e6:.3g} µs"

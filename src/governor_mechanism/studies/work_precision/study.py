@@ -15,278 +15,308 @@ from itertools import pairwise
 import numpy as np
 
 from governor_mechanism.engines import Engine, ImpulseEngine, MultibodyEngine, ReducedEngine
-from governor_mechanism.engines.base import reported_times
+from governor_mechanism.engines.base import make_reported_times
 from governor_mechanism.errors import GovernorMechanismError, MechanismError
-from governor_mechanism.mechanics.contact.event_log import compared
+from governor_mechanism.mechanics.contact.event_log import compare_event_logs
 from governor_mechanism.mechanics.dynamics.characteristic_scales import time_scale
-from governor_mechanism.mechanics.dynamics.contacts import switches
+from governor_mechanism.mechanics.dynamics.contacts import has_contacts
 from governor_mechanism.model.scene import Scene
 from governor_mechanism.model.trajectory import Outcome, Trajectory
-from governor_mechanism.studies.regression import Fitted, slope
-from governor_mechanism.studies.work_precision.results import AccuracyStudy, Point, Reference, Variant
-from governor_mechanism.studies.work_precision.settings import Ladder, ladders_of, spoken_step
+from governor_mechanism.studies.regression import FittedParameter, fit_slope
+from governor_mechanism.studies.work_precision.results import (
+    AccuracyStudy,
+    EngineVariant,
+    ErrorReference,
+    WorkPrecisionPoint,
+)
+from governor_mechanism.studies.work_precision.settings import SettingsLadder, build_ladders, format_step
 from governor_mechanism.types import FloatArray
 
-TIGHT = 1e-14
+REFERENCE_TOLERANCE = 1e-14
 """The tolerance of the reference and of what confirms it."""
 
-MOST_SAMPLES = 200
+MAX_COMPARED_TIMES = 200
 """Intervals between the times at which readings are compared, at most: more cost every engine time of their own."""
 
-LONGEST = 1.0
+MAX_SETTING_TIME = 1.0
 """Seconds that a setting may take; a ladder ends where the next would take longer."""
 
-TIMING, FEWEST_REPEATS, MOST_REPEATS = 0.15, 3, 7
+MIN_TIMING_DURATION, MIN_REPEATS, MAX_REPEATS = 0.15, 3, 7
 """Seconds in which a setting is run again and again, how often in any case, and how often at most."""
 
-CONFIRMS = 1e-3
+MAX_CONFIRMATION_ERROR = 1e-3
 """An engine that comes no nearer to the reference than this confirms nothing."""
 
-FEW = 0.5
+MIN_REACHED_FRACTION = 0.5
 """Where less than this part of the time is reached, times are laid closer."""
 
-LOST = 1.0
+MAX_COMPARED_JOINT_GAP = 1.0
 """Machine sizes: bodies whose joints are open by more are lost."""
 
-MISSES, FALLS = 2, 0.95
+MAX_STAGNANT_SETTINGS, IMPROVEMENT_RATIO = 2, 0.95
 """After so many settings in a row that are not better by this factor than the best, or one whose joints close no
 better, a ladder of steps goes on with more iterations of the joint solver, and ends where there are no more to be had.
 """
 
-CLOSED = 1e-11
+JOINT_GAP_ROUNDING = 1e-11
 """Machine sizes: a joint open by less than this is open by rounding."""
 
-RAISED, MOST_RAISED = 4, 64
+ITERATION_FACTOR, MAX_ITERATION_FACTOR = 4, 64
 """How many times more iterations of the joint solver it goes on with, each time and in all."""
 
-SAME = 1e-6
+SAME_RUN_TOLERANCE = 1e-6
 """Settings whose errors differ by no more, and that take as many evaluations, gave the same run."""
 
-NEAR_EVENTS = 0.1
+MAX_EVENT_EXCLUSION = 0.1
 """In time scales: samples nearer to an event than it is late are left out, up to this."""
 
-TOO_NEAR = 1e-9
+MIN_EVENT_EXCLUSION = 1e-9
 """In time scales: samples nearer to an event than this always are."""
 
-SMALL, FITTED = 0.03, 5
+MAX_ASYMPTOTIC_ERROR, N_FITTED_SETTINGS = 0.03, 5
 """Orders are fitted to errors below this, and to so many of the finest steps; no ladder ends before it is reached."""
 
-LOOSER = 10.0
+ESTIMATE_TOLERANCE_RATIO = 10.0
 """The estimate of a run is the error of one so many times looser: where another engine confirms it, it is better."""
 
-ENDS = (Outcome.DONE, Outcome.UNCERTIFIED, Outcome.ACCURACY_MISSED, Outcome.LEFT_RANGE)
+SCENE_OUTCOMES = (Outcome.DONE, Outcome.UNCERTIFIED, Outcome.ACCURACY_MISSED, Outcome.LEFT_RANGE)
 """Ways to end that are the scene's, not the engine's."""
 
 
-def accuracy_study(
-    scene: Scene, longest: float = LONGEST, progress: Callable[[int, int], None] | None = None
+def run_accuracy_study(
+    scene: Scene, max_time: float = MAX_SETTING_TIME, progress: Callable[[int, int], None] | None = None
 ) -> AccuracyStudy:
     """Run a scene by each engine at each setting that takes at most `longest` (s), and measure errors and times.
 
     progress is told how many of all settings have been dealt with. Raises MechanismError where no run is long enough
     to be compared.
     """
-    if not (isinstance(longest, int | float) and 0 < longest < math.inf):
-        raise MechanismError(f"the longest time of a setting must be a positive number of seconds; got {longest!r}")
-    samples = min(len(reported_times(scene)) - 1, MOST_SAMPLES)
+    if not (isinstance(max_time, int | float) and 0 < max_time < math.inf):
+        raise MechanismError(f"the longest time of a setting must be a positive number of seconds; got {max_time!r}")
+    samples = min(len(make_reported_times(scene)) - 1, MAX_COMPARED_TIMES)
     times = np.linspace(0.0, scene.run.duration, samples + 1)
-    bench = Bench(scene, times, float(longest))
-    ended = bench.best.message if bench.best.outcome is Outcome.LEFT_RANGE else ""
-    if ended and len(bench.best.times) < FEW * len(times):
-        bench = Bench(scene, np.linspace(0.0, bench.best.times[-1], samples + 1), float(longest))
-    ladders = list(ladders_of(scene))
-    total = sum(len(ladder.rungs) for ladder in ladders)
-    done = 0
+    benchmark = ErrorBenchmark(scene, times, float(max_time))
+    early_end_message = benchmark.reference_run.message if benchmark.reference_run.outcome is Outcome.LEFT_RANGE else ""
+    if early_end_message and len(benchmark.reference_run.times) < MIN_REACHED_FRACTION * len(times):
+        benchmark = ErrorBenchmark(
+            scene, np.linspace(0.0, benchmark.reference_run.times[-1], samples + 1), float(max_time)
+        )
+    ladders = list(build_ladders(scene))
+    total = sum(len(ladder.settings) for ladder in ladders)
+    n_done = 0
     variants = []
     for ladder in ladders:
 
-        def tell(rung: int, before: int = done) -> None:
+        def report_progress(n_settings: int, n_before: int = n_done) -> None:
             if progress is not None:
-                progress(before + rung, total)
+                progress(n_before + n_settings, total)
 
-        variants.append(bench.climbed(ladder, tell))
-        done += len(ladder.rungs)
-        tell(0, done)
+        variants.append(benchmark.run_ladder(ladder, report_progress))
+        n_done += len(ladder.settings)
+        report_progress(0, n_done)
     return AccuracyStudy(
         scene=scene,
-        reference=_confirmed(bench.reference, variants),
+        reference=_confirm_by_impulse(benchmark.error_reference, variants),
         variants=tuple(variants),
-        samples=len(bench.best.times),
-        time_scale=bench.time_scale,
-        ended=ended,
+        n_samples=len(benchmark.reference_run.times),
+        time_scale=benchmark.time_scale,
+        early_end_message=early_end_message,
     )
 
 
-class Bench:
+class ErrorBenchmark:
     """Where the engines of one scene are measured: the reference run, and the times at which they are compared.
 
     longest (s) is what a setting may take; a ladder ends below `enough`, or where the reference tells nothing more.
     """
 
-    def __init__(self, scene: Scene, times: FloatArray, longest: float, enough: float = 0.0) -> None:
-        self.scene, self.times, self.longest, self.enough = scene, times, longest, enough
-        self.time_scale, self.size = time_scale(scene), scene.part.mechanism.size
-        self.switching = switches(scene)
-        engine = MultibodyEngine(tolerance=TIGHT)
-        refused = engine.refusal(scene)
-        if refused:
-            raise MechanismError(f"there is no reference to measure errors by: {refused}")
-        self.best = engine.run(scene, times=times)
-        if len(self.best.times) < 2 or self.best.outcome not in ENDS:
-            raise MechanismError(f"there is no reference to measure errors by: {self.best.message}")
-        self.reference = self._checked(self.best.error_estimate or 0.0)
+    def __init__(self, scene: Scene, times: FloatArray, max_time: float, target_error: float = 0.0) -> None:
+        self.scene, self.times, self.max_time, self.target_error = scene, times, max_time, target_error
+        self.time_scale, self.length_scale = time_scale(scene), scene.part.mechanism.length_scale
+        self.has_contacts = has_contacts(scene)
+        engine = MultibodyEngine(tolerance=REFERENCE_TOLERANCE)
+        refusal = engine.refusal(scene)
+        if refusal:
+            raise MechanismError(f"there is no reference to measure errors by: {refusal}")
+        self.reference_run = engine.run(scene, times=times)
+        if len(self.reference_run.times) < 2 or self.reference_run.outcome not in SCENE_OUTCOMES:
+            raise MechanismError(f"there is no reference to measure errors by: {self.reference_run.message}")
+        self.error_reference = self._confirm_by_reduced(self.reference_run.error_estimate or 0.0)
 
-    def _checked(self, estimate: float) -> Reference:
+    def _confirm_by_reduced(self, estimate: float) -> ErrorReference:
         """The reference, confirmed by the reduced engine where that holds the scene."""
-        alone = Reference(
-            engine=MultibodyEngine.name, tolerance=TIGHT, estimate=estimate, confirmed_by="", confirmed=None,
+        unconfirmed = ErrorReference(
+            engine=MultibodyEngine.name, tolerance=REFERENCE_TOLERANCE, estimate=estimate, confirmed_by="", confirmation_error=None,
             error=max(estimate, float(np.finfo(float).eps)),
         )  # fmt: skip
-        other = ReducedEngine(tolerance=TIGHT)
-        if other.refusal(self.scene):
-            return alone
+        reduced_engine = ReducedEngine(tolerance=REFERENCE_TOLERANCE)
+        if reduced_engine.refusal(self.scene):
+            return unconfirmed
         try:
-            run = other.run(self.scene, times=self.times, certify=False)
+            run = reduced_engine.run(self.scene, times=self.times, certify=False)
         except GovernorMechanismError:
-            return alone
-        if self._shortfall(run):
-            return alone
-        errors, late = self._compared(run)
-        found = max(*errors.values(), (late or 0.0) / self.time_scale)
-        return replace(alone, confirmed_by=other.name, confirmed=found, error=max(alone.error / LOOSER, found))
-
-    def climbed(self, ladder: Ladder, tell: Callable[[int], None]) -> Variant:
-        """A ladder run up to where it is not worth going on."""
-        refused = ladder.rungs[0][1].refusal(self.scene)
-        points: list[Point] = []
-        notes: dict[str, list[str]] = {}
-        missed, within, raised = 0, None, 1
-        for rung, (setting, engine) in enumerate(() if refused else ladder.rungs):
-            tell(rung)
-            if isinstance(engine, ImpulseEngine) and raised > 1:
-                engine = replace(engine, iterations=raised * engine.iterations)
-            growth = 2.0 if ladder.stepped else 1.0
-            if points and growth * points[-1].seconds > self.longest:
-                within = self.longest
-                break
-            before = time.perf_counter()
-            try:
-                found = self._point(ladder.name, setting, engine, points[-1] if points else None)
-            except GovernorMechanismError as error:
-                if not points:
-                    refused = str(error)
-                    break
-                found = str(error)
-            if found is None:
-                continue
-            if isinstance(found, str):
-                notes.setdefault(found, []).append(setting)
-                raised *= RAISED if ladder.stepped and raised < MOST_RAISED else 1
-                if growth * (time.perf_counter() - before) > self.longest:
-                    within = self.longest
-                    break
-                continue
-            best = min((point.reach for point in points), default=math.inf)
-            points.append(found)
-            if found.reach < max(self.reference.floor, self.enough):
-                break
-            closing = len(points) < 2 or _closing(points)
-            missed = 0 if found.reach < FALLS * best or (best > SMALL and closing) else missed + 1
-            if ladder.stepped and missed and (missed == MISSES or not closing):
-                if raised >= MOST_RAISED:
-                    break
-                missed, raised = 0, RAISED * raised
-        order = _order(points, self.reference.floor) if ladder.stepped else None
-        return Variant(
-            name=ladder.name, points=tuple(points), order=order, refused=refused, notes=_told(notes), within=within
+            return unconfirmed
+        if self._early_end_message(run):
+            return unconfirmed
+        errors, event_time_error = self._measure_errors(run)
+        difference = max(*errors.values(), (event_time_error or 0.0) / self.time_scale)
+        return replace(
+            unconfirmed,
+            confirmed_by=reduced_engine.name,
+            confirmation_error=difference,
+            error=max(unconfirmed.error / ESTIMATE_TOLERANCE_RATIO, difference),
         )
 
-    def _point(self, variant: str, setting: str, engine: Engine, last: Point | None) -> Point | str | None:
+    def run_ladder(self, ladder: SettingsLadder, report_progress: Callable[[int], None]) -> EngineVariant:
+        """A ladder run up to where it is not worth going on."""
+        refusal = ladder.settings[0][1].refusal(self.scene)
+        points: list[WorkPrecisionPoint] = []
+        notes: dict[str, list[str]] = {}
+        n_stagnant, time_limit, iteration_factor = 0, None, 1
+        for index, (setting, engine) in enumerate(() if refusal else ladder.settings):
+            report_progress(index)
+            if isinstance(engine, ImpulseEngine) and iteration_factor > 1:
+                engine = replace(engine, iterations=iteration_factor * engine.iterations)
+            cost_ratio = 2.0 if ladder.varies_step else 1.0
+            if points and cost_ratio * points[-1].wall_time > self.max_time:
+                time_limit = self.max_time
+                break
+            started = time.perf_counter()
+            try:
+                result = self._measure_setting(ladder.name, setting, engine, points[-1] if points else None)
+            except GovernorMechanismError as error:
+                if not points:
+                    refusal = str(error)
+                    break
+                result = str(error)
+            if result is None:
+                continue
+            if isinstance(result, str):
+                notes.setdefault(result, []).append(setting)
+                iteration_factor *= (
+                    ITERATION_FACTOR if ladder.varies_step and iteration_factor < MAX_ITERATION_FACTOR else 1
+                )
+                if cost_ratio * (time.perf_counter() - started) > self.max_time:
+                    time_limit = self.max_time
+                    break
+                continue
+            smallest_error = min((point.max_error for point in points), default=math.inf)
+            points.append(result)
+            if result.max_error < max(self.error_reference.resolvable_error, self.target_error):
+                break
+            is_gap_decreasing = len(points) < 2 or _is_joint_gap_decreasing(points)
+            n_stagnant = (
+                0
+                if result.max_error < IMPROVEMENT_RATIO * smallest_error
+                or (smallest_error > MAX_ASYMPTOTIC_ERROR and is_gap_decreasing)
+                else n_stagnant + 1
+            )
+            if ladder.varies_step and n_stagnant and (n_stagnant == MAX_STAGNANT_SETTINGS or not is_gap_decreasing):
+                if iteration_factor >= MAX_ITERATION_FACTOR:
+                    break
+                n_stagnant, iteration_factor = 0, ITERATION_FACTOR * iteration_factor
+        order = _fit_order(points, self.error_reference.resolvable_error) if ladder.varies_step else None
+        return EngineVariant(
+            name=ladder.name,
+            points=tuple(points),
+            order=order,
+            refusal=refusal,
+            notes=_format_notes(notes),
+            time_limit=time_limit,
+        )
+
+    def _measure_setting(
+        self, variant: str, setting: str, engine: Engine, previous: WorkPrecisionPoint | None
+    ) -> WorkPrecisionPoint | str | None:
         """One setting measured, or why there is nothing to measure; None where the last one gave the same run."""
-        run, first = self._once(engine)
-        shortfall = self._shortfall(run)
+        run, first_time = self._run_timed(engine)
+        shortfall = self._early_end_message(run)
         if shortfall:
             return shortfall
         if isinstance(engine, ImpulseEngine):  # steps end at reported times, and may be shorter than was asked
-            setting = spoken_step(run.cost.step * 2 ** (engine.levels - 1))
+            setting = format_step(run.cost.step * 2 ** (engine.levels - 1))
         if run.cost.iterations > ImpulseEngine.iterations:
             setting = f"{setting}, {run.cost.iterations} iterations"
-        errors, late = self._compared(run)
-        gap = float(np.max(run.joint_gap)) / self.size
-        if not all(map(math.isfinite, (*errors.values(), run.energy.drift))) or not gap < LOST:
+        errors, event_time_error = self._measure_errors(run)
+        joint_gap = float(np.max(run.joint_gap)) / self.length_scale
+        if not all(map(math.isfinite, (*errors.values(), run.energy.drift))) or not joint_gap < MAX_COMPARED_JOINT_GAP:
             return "its bodies are lost"
-        worst = max(errors, key=lambda name: errors[name])
+        worst_reading = max(errors, key=lambda name: errors[name])
         evaluations = run.cost.evaluations.get("equations of motion", run.cost.steps)
         if (
-            last is not None
-            and evaluations == last.evaluations
-            and math.isclose(errors[worst], last.error, rel_tol=SAME)
+            previous is not None
+            and evaluations == previous.evaluations
+            and math.isclose(errors[worst_reading], previous.error, rel_tol=SAME_RUN_TOLERANCE)
         ):
             return None
-        seconds, repeats = self._timed(engine, first)
-        return Point(
+        wall_time, n_repeats = self._measure_wall_time(engine, first_time)
+        return WorkPrecisionPoint(
             variant=variant,
             engine=engine,
             setting=setting,
-            error=errors[worst],
-            worst=worst,
+            error=errors[worst_reading],
+            worst_reading=worst_reading,
             errors=errors,
-            late=late,
-            reach=max(errors[worst], (late or 0.0) / self.time_scale),
-            seconds=seconds,
-            repeats=repeats,
+            event_time_error=event_time_error,
+            max_error=max(errors[worst_reading], (event_time_error or 0.0) / self.time_scale),
+            wall_time=wall_time,
+            n_repeats=n_repeats,
             step=run.cost.step,
             evaluations=evaluations,
-            joint_gap=gap,
+            joint_gap=joint_gap,
             drift=run.energy.drift,
         )
 
-    def _timed(self, engine: Engine, first: float) -> tuple[float, int]:
+    def _measure_wall_time(self, engine: Engine, first_time: float) -> tuple[float, int]:
         """The shortest time of several runs; the one before them warmed up, and counts where it took too long."""
-        if first > self.longest:
-            return first, 1
-        seconds = [self._once(engine)[1] for _ in range(FEWEST_REPEATS)]  # one may be held up by something else
-        while sum(seconds) < TIMING and len(seconds) < MOST_REPEATS:
-            seconds.append(self._once(engine)[1])
-        return min(seconds), len(seconds)
+        if first_time > self.max_time:
+            return first_time, 1
+        wall_times = [self._run_timed(engine)[1] for _ in range(MIN_REPEATS)]  # one may be held up by something else
+        while sum(wall_times) < MIN_TIMING_DURATION and len(wall_times) < MAX_REPEATS:
+            wall_times.append(self._run_timed(engine)[1])
+        return min(wall_times), len(wall_times)
 
-    def _once(self, engine: Engine) -> tuple[Trajectory, float]:
+    def _run_timed(self, engine: Engine) -> tuple[Trajectory, float]:
         started = time.perf_counter()
         run = engine.run(self.scene, times=self.times, certify=False)
         return run, time.perf_counter() - started
 
-    def _shortfall(self, run: Trajectory) -> str:
+    def _early_end_message(self, run: Trajectory) -> str:
         """How a run ended where the reference went on, in a sentence."""
-        short = len(self.best.times) - len(run.times)
-        if run.outcome not in ENDS or short > 1:
+        n_missing = len(self.reference_run.times) - len(run.times)
+        if run.outcome not in SCENE_OUTCOMES or n_missing > 1:
             return run.message
         return ""
 
-    def _compared(self, run: Trajectory) -> tuple[Mapping[str, float], float | None]:
+    def _measure_errors(self, run: Trajectory) -> tuple[Mapping[str, float], float | None]:
         """The largest difference of each reading and each rate in its scale, away from events; how late (s) those are.
 
         Late is None where nothing in the scene can be held or struck.
         """
-        best = self.best
-        shared = min(len(best.times), len(run.times))
-        kept, late = np.ones(shared, dtype=np.bool_), None
-        if self.switching:
-            times = best.times[:shared]
-            late, _ = compared(best.events, run.events, times, 0.0)
-            apart = max(min(late, NEAR_EVENTS * self.time_scale), TOO_NEAR * self.time_scale)
-            kept = ~compared(best.events, run.events, times, apart * (1 + TOO_NEAR))[1]
+        reference_run = self.reference_run
+        n_shared = min(len(reference_run.times), len(run.times))
+        is_compared, event_time_error = np.ones(n_shared, dtype=np.bool_), None
+        if self.has_contacts:
+            times = reference_run.times[:n_shared]
+            event_time_error, _ = compare_event_logs(reference_run.events, run.events, times, 0.0)
+            exclusion_time = max(
+                min(event_time_error, MAX_EVENT_EXCLUSION * self.time_scale), MIN_EVENT_EXCLUSION * self.time_scale
+            )
+            is_compared = ~compare_event_logs(
+                reference_run.events, run.events, times, exclusion_time * (1 + MIN_EVENT_EXCLUSION)
+            )[1]
         errors = {}
-        for kind, scale, of_run, of_best in (
-            ("", 1.0, run.readings, best.readings),
-            ("rate of ", self.time_scale, run.rates, best.rates),
+        for prefix, scale, run_values, reference_values in (
+            ("", 1.0, run.readings, reference_run.readings),
+            ("rate of ", self.time_scale, run.rates, reference_run.rates),
         ):
-            for name, values in of_best.items():
-                apart_by = np.abs(values[:shared][kept] - of_run[name][:shared][kept])
-                errors[f"{kind}{name}"] = float(np.max(apart_by, initial=0.0)) * scale / best.scales[name]
-        return errors, late
+            for name, values in reference_values.items():
+                difference = np.abs(values[:n_shared][is_compared] - run_values[name][:n_shared][is_compared])
+                errors[f"{prefix}{name}"] = float(np.max(difference, initial=0.0)) * scale / reference_run.scales[name]
+        return errors, event_time_error
 
 
-def _told(notes: Mapping[str, list[str]]) -> tuple[str, ...]:
+def _format_notes(notes: Mapping[str, list[str]]) -> tuple[str, ...]:
     """A sentence for each reason, with the settings it is true of."""
     return tuple(
         f"{settings[0]}{f' to {settings[-1]}' if len(settings) > 1 else ''}: {reason}"
@@ -294,37 +324,39 @@ def _told(notes: Mapping[str, list[str]]) -> tuple[str, ...]:
     )
 
 
-def _closing(points: list[Point]) -> bool:
+def _is_joint_gap_decreasing(points: list[WorkPrecisionPoint]) -> bool:
     """Whether joints still close better with shorter steps; by a quarter, where the step alone keeps them open."""
-    before, after = points[-2].joint_gap, points[-1].joint_gap
-    return after <= max(0.5 * before, CLOSED)
+    coarser_gap, finer_gap = points[-2].joint_gap, points[-1].joint_gap
+    return finer_gap <= max(0.5 * coarser_gap, JOINT_GAP_ROUNDING)
 
 
-def _order(points: list[Point], floor: float) -> Fitted | None:
+def _fit_order(points: list[WorkPrecisionPoint], floor: float) -> FittedParameter | None:
     """How fast errors fall with the step: the slope of their logarithms, where longest they fall on and on."""
-    runs: list[list[Point]] = [[]]
+    sequences: list[list[WorkPrecisionPoint]] = [[]]
     for coarser, finer in pairwise([None, *points]):
         if finer is None:
             continue
-        stuck = coarser is not None and finer.error > FALLS * coarser.error
-        if stuck or not floor < finer.error < SMALL:
-            runs.append([])
-        if floor < finer.error < SMALL:
-            runs[-1].append(finer)
-    fitted = max(runs, key=len)[-FITTED:]
-    if len(fitted) < 3:
+        is_stagnant = coarser is not None and finer.error > IMPROVEMENT_RATIO * coarser.error
+        if is_stagnant or not floor < finer.error < MAX_ASYMPTOTIC_ERROR:
+            sequences.append([])
+        if floor < finer.error < MAX_ASYMPTOTIC_ERROR:
+            sequences[-1].append(finer)
+    fitted_points = max(sequences, key=len)[-N_FITTED_SETTINGS:]
+    if len(fitted_points) < 3:
         return None
-    return slope(*(np.log([getattr(point, name) for point in fitted]) for name in ("step", "error")))
+    return fit_slope(*(np.log([getattr(point, name) for point in fitted_points]) for name in ("step", "error")))
 
 
-def _confirmed(reference: Reference, variants: list[Variant]) -> Reference:
+def _confirm_by_impulse(reference: ErrorReference, variants: list[EngineVariant]) -> ErrorReference:
     """A reference that reduced could not confirm, confirmed by how far impulse came."""
-    if reference.confirmed is not None:
+    if reference.confirmation_error is not None:
         return reference
-    found = [variant.best for variant in variants if variant.name.startswith("impulse") and variant.best]
-    best = min(found, key=lambda point: point.reach, default=None)
+    best_points = [
+        variant.best_point for variant in variants if variant.name.startswith("impulse") and variant.best_point
+    ]
+    closest = min(best_points, key=lambda point: point.max_error, default=None)
     return (
         reference
-        if best is None or best.reach > CONFIRMS
-        else replace(reference, confirmed_by=best.variant, confirmed=best.reach)
+        if closest is None or closest.max_error > MAX_CONFIRMATION_ERROR
+        else replace(reference, confirmed_by=closest.variant, confirmation_error=closest.max_error)
     )

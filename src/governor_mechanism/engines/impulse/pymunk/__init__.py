@@ -7,7 +7,7 @@ reach, that is a second-order SHAKE/Verlet scheme. Used in the plain way, with p
 
 from __future__ import annotations
 
-from governor_mechanism.engines.impulse.pymunk.model import Assembly
-from governor_mechanism.engines.impulse.pymunk.step_inputs import Moment
+from governor_mechanism.engines.impulse.pymunk.model import PymunkModel
+from governor_mechanism.engines.impulse.pymunk.step_inputs import StepInputs
 
-__all__ = ["Assembly", "Moment"]
+__all__ = ["PymunkModel", "StepInputs"]

@@ -7,8 +7,8 @@ from collections.abc import Callable
 
 import pymunk
 
-from governor_mechanism.engines.impulse.pymunk.bodies import Carrier, Marked
-from governor_mechanism.engines.impulse.pymunk.step_inputs import Moment
+from governor_mechanism.engines.impulse.pymunk.bodies import AttachedPoint, BodyProxy
+from governor_mechanism.engines.impulse.pymunk.step_inputs import StepInputs
 from governor_mechanism.mechanics.dynamics.force_laws import (
     centrifugal_force,
     centrifugal_moment,
@@ -16,68 +16,86 @@ from governor_mechanism.mechanics.dynamics.force_laws import (
     spring_force,
     weight,
 )
-from governor_mechanism.model.force_elements import Damper, Force, Load, Spring, Torque, TorsionDamper, TorsionSpring
+from governor_mechanism.model.force_elements import (
+    Damper,
+    Force,
+    ForceElement,
+    Spring,
+    Torque,
+    TorsionDamper,
+    TorsionSpring,
+)
 from governor_mechanism.model.joints import GROUND, Point, Slider
 from governor_mechanism.model.mechanism import Body, Mechanism, SecondMoments
-from governor_mechanism.model.scene import TURNING, Scene
+from governor_mechanism.model.scene import TURNING_PLANE, Scene
 
-Push = Callable[[float, Moment], None]
+ForceCallback = Callable[[float, StepInputs], None]
 """Set or add a force for the kick that ends the next step, at the pose `ahead` seconds from now."""
 
-POINT = SecondMoments()
+POINT_MASS_MOMENTS = SecondMoments()
 
 
-def effects_on(scene: Scene, carrier: Carrier) -> tuple[Push, tuple[str, ...]]:
+def make_body_force(scene: Scene, proxy: BodyProxy) -> tuple[ForceCallback, tuple[str, ...]]:
     """The function that sets one body's loads of the scene's effects, and the laws it evaluates.
 
     What the scene leaves out is not in it.
     """
-    body, carried_by, mass = carrier.body, carrier.carried_by, carrier.body.mass
-    down = weight(mass, scene.gravity) if scene.gravity else 0.0
-    turning = scene.centrifugal and scene.part.plane == TURNING and not _on_axis(scene.part.mechanism, body)
-    laws = ("gravity",) * bool(scene.gravity) + ("centrifugal",) * turning
-    if carrier.lever:
-        return _on_lever(carrier, down, turning), laws
+    body, pymunk_body, mass = proxy.body, proxy.pymunk_body, proxy.body.mass
+    weight_force = weight(mass, scene.gravity) if scene.gravity else 0.0
+    is_centrifugal = (
+        scene.has_centrifugal
+        and scene.part.plane == TURNING_PLANE
+        and not _is_on_spindle_axis(scene.part.mechanism, body)
+    )
+    law_names = ("gravity",) * bool(scene.gravity) + ("centrifugal",) * is_centrifugal
+    if proxy.is_pinned:
+        return _make_pinned_body_force(proxy, weight_force, is_centrifugal), law_names
 
-    def fixed(ahead: float, now: Moment) -> None:
-        carried_by.force = (0.0, down * now.scale)
+    def apply_gravity(lead: float, inputs: StepInputs) -> None:
+        pymunk_body.force = (0.0, weight_force * inputs.kick_scale)
 
-    def point(ahead: float, now: Moment) -> None:
-        x = carried_by.position.x + carried_by.velocity.x * ahead
-        carried_by.force = (centrifugal_force(mass, x, now.square) * now.scale, down * now.scale)
+    def apply_point_mass_loads(lead: float, inputs: StepInputs) -> None:
+        x = pymunk_body.position.x + pymunk_body.velocity.x * lead
+        pymunk_body.force = (
+            centrifugal_force(mass, x, inputs.spindle_speed_squared) * inputs.kick_scale,
+            weight_force * inputs.kick_scale,
+        )
 
-    def rigid(ahead: float, now: Moment) -> None:
-        point(ahead, now)
-        angle = carried_by.angle + carried_by.angular_velocity * ahead
-        carried_by.torque = float(centrifugal_moment(*body.moments.in_plane, angle, now.square)) * now.scale
+    def apply_rigid_body_loads(lead: float, inputs: StepInputs) -> None:
+        apply_point_mass_loads(lead, inputs)
+        angle = pymunk_body.angle + pymunk_body.angular_velocity * lead
+        pymunk_body.torque = (
+            float(centrifugal_moment(*body.second_moments.in_plane, angle, inputs.spindle_speed_squared))
+            * inputs.kick_scale
+        )
 
-    if not turning:
-        return fixed, laws
-    return (point if body.moments == POINT else rigid), laws
+    if not is_centrifugal:
+        return apply_gravity, law_names
+    return (apply_point_mass_loads if body.second_moments == POINT_MASS_MOMENTS else apply_rigid_body_loads), law_names
 
 
-def _on_lever(carrier: Carrier, down: float, turning: bool) -> Push:
+def _make_pinned_body_force(proxy: BodyProxy, weight_force: float, is_centrifugal: bool) -> ForceCallback:
     """Loads of a lever as a moment about its pin."""
-    body, carried_by = carrier.body, carrier.carried_by
-    x, y, pin_x = -carrier.origin[0], -carrier.origin[1], carried_by.position.x
+    body, pymunk_body = proxy.body, proxy.pymunk_body
+    x, y, pin_x = -proxy.origin[0], -proxy.origin[1], pymunk_body.position.x
 
-    def lever(ahead: float, now: Moment) -> None:
-        angle = carried_by.angle + carried_by.angular_velocity * ahead
+    def apply_torque(lead: float, inputs: StepInputs) -> None:
+        angle = pymunk_body.angle + pymunk_body.angular_velocity * lead
         sine, cosine = math.sin(angle), math.cos(angle)
         arm_x, arm_y = x * cosine - y * sine, x * sine + y * cosine
-        moment = arm_x * down
-        if turning:
-            moment -= arm_y * centrifugal_force(body.mass, pin_x + arm_x, now.square)
-            if body.moments != POINT:
-                moment += float(centrifugal_moment(*body.moments.in_plane, angle, now.square))
-        carried_by.torque = moment * now.scale
+        torque = arm_x * weight_force
+        if is_centrifugal:
+            torque -= arm_y * centrifugal_force(body.mass, pin_x + arm_x, inputs.spindle_speed_squared)
+            if body.second_moments != POINT_MASS_MOMENTS:
+                torque += float(centrifugal_moment(*body.second_moments.in_plane, angle, inputs.spindle_speed_squared))
+        pymunk_body.torque = torque * inputs.kick_scale
 
-    return lever
+    return apply_torque
 
 
-def _on_axis(mechanism: Mechanism, body: Body) -> bool:
+def _is_on_spindle_axis(mechanism: Mechanism, body: Body) -> bool:
     """A body guided along the spindle axis with its centre on it feels no centrifugal load."""
-    return not body.turns and any(
+    return not body.can_rotate and any(
         isinstance(joint, Slider)
         and joint.first.body == GROUND
         and joint.first.x == 0.0
@@ -87,100 +105,117 @@ def _on_axis(mechanism: Mechanism, body: Body) -> bool:
     )
 
 
-class Speeds:
+class VelocityExtrapolator:
     """Velocities of bodies at the end of the coming step, extrapolated from the last two half steps."""
 
     def __init__(self, bodies: list[pymunk.Body]) -> None:
         self._bodies = bodies
-        self._older: dict[pymunk.Body, tuple[float, float, float]] = {}
-        self._age = 0.0
-        self.now: dict[pymunk.Body, tuple[float, float, float]] = {}
+        self._previous: dict[pymunk.Body, tuple[float, float, float]] = {}
+        self._interval = 0.0
+        self.predicted: dict[pymunk.Body, tuple[float, float, float]] = {}
 
-    def look(self, half: float) -> None:
+    def predict(self, half_step: float) -> None:
         """Note the velocities before a step, `half` seconds before the kick that ends it."""
-        last = {body: (body.velocity.x, body.velocity.y, body.angular_velocity) for body in self._bodies}
-        part = half / self._age if self._age > 0.0 else 0.0
-        for body, (u, v, w) in last.items():
-            a, b, c = self._older.get(body, (u, v, w))
-            self.now[body] = (u + part * (u - a), v + part * (v - b), w + part * (w - c))
-        self._older = last
+        current = {body: (body.velocity.x, body.velocity.y, body.angular_velocity) for body in self._bodies}
+        step_ratio = half_step / self._interval if self._interval > 0.0 else 0.0
+        for body, (u, v, w) in current.items():
+            a, b, c = self._previous.get(body, (u, v, w))
+            self.predicted[body] = (u + step_ratio * (u - a), v + step_ratio * (v - b), w + step_ratio * (w - c))
+        self._previous = current
 
-    def passed(self, between: float) -> None:
+    def set_interval(self, interval: float) -> None:
         """So many seconds will lie between the velocities before the step and those after it."""
-        self._age = between
+        self._interval = interval
 
 
-def load_on(load: Load, ends: tuple[Marked, Marked], speeds: Speeds, programs: tuple[int, ...]) -> Push:
+def make_element_force(
+    element: ForceElement,
+    points: tuple[AttachedPoint, AttachedPoint],
+    velocity_extrapolator: VelocityExtrapolator,
+    program_indices: tuple[int, ...],
+) -> ForceCallback:
     """The function that adds one load of the mechanism; programs are where its own stand among those of a Moment."""
-    first, second = ends
-    if isinstance(load, Spring | Damper):
-        return _line_load(load, first, second, speeds)
-    if isinstance(load, TorsionSpring | TorsionDamper | Torque):
-        return _turning_load(load, first.body, second.body, speeds, programs)
-    if isinstance(load, Force):
-        along_x, along_y = programs
+    first, second = points
+    if isinstance(element, Spring | Damper):
+        return _make_linear_element_force(element, first, second, velocity_extrapolator)
+    if isinstance(element, TorsionSpring | TorsionDamper | Torque):
+        return _make_torsional_element_force(element, first.body, second.body, velocity_extrapolator, program_indices)
+    if isinstance(element, Force):
+        x_program, y_program = program_indices
 
-        def force(ahead: float, now: Moment) -> None:
-            place = second.place(ahead)
-            _add(second.body, place, now.programs[along_x] * now.scale, now.programs[along_y] * now.scale)
+        def apply_force(lead: float, inputs: StepInputs) -> None:
+            placement = second.predict(lead)
+            _add_force(
+                second.body,
+                placement,
+                inputs.load_values[x_program] * inputs.kick_scale,
+                inputs.load_values[y_program] * inputs.kick_scale,
+            )
 
-        return force
-    raise TypeError(f"no law is written for loads of type {type(load).__name__}")
+        return apply_force
+    raise TypeError(f"no law is written for loads of type {type(element).__name__}")
 
 
-def _line_load(load: Spring | Damper, first: Marked, second: Marked, speeds: Speeds) -> Push:
-    def pull(ahead: float, now: Moment) -> None:
-        one, two = first.place(ahead), second.place(ahead)
-        dx, dy = two[0] - one[0], two[1] - one[1]
+def _make_linear_element_force(
+    element: Spring | Damper, first: AttachedPoint, second: AttachedPoint, velocity_extrapolator: VelocityExtrapolator
+) -> ForceCallback:
+    def apply_force(lead: float, inputs: StepInputs) -> None:
+        first_placement, second_placement = first.predict(lead), second.predict(lead)
+        dx, dy = second_placement[0] - first_placement[0], second_placement[1] - first_placement[1]
         length = math.hypot(dx, dy)
         if length == 0.0:
             return  # no direction to pull in
-        if isinstance(load, Spring):
-            size = spring_force(load.stiffness, load.free_length, length)
+        if isinstance(element, Spring):
+            magnitude = spring_force(element.stiffness, element.free_length, length)
         else:
-            u1, v1 = _velocity(first.body, one, speeds)
-            u2, v2 = _velocity(second.body, two, speeds)
-            size = damper_force(load.damping, ((u2 - u1) * dx + (v2 - v1) * dy) / length)
-        force_x, force_y = now.scale * size * dx / length, now.scale * size * dy / length
-        _add(first.body, one, force_x, force_y)
-        _add(second.body, two, -force_x, -force_y)
+            u1, v1 = _point_velocity(first.body, first_placement, velocity_extrapolator)
+            u2, v2 = _point_velocity(second.body, second_placement, velocity_extrapolator)
+            magnitude = damper_force(element.damping, ((u2 - u1) * dx + (v2 - v1) * dy) / length)
+        force_x, force_y = inputs.kick_scale * magnitude * dx / length, inputs.kick_scale * magnitude * dy / length
+        _add_force(first.body, first_placement, force_x, force_y)
+        _add_force(second.body, second_placement, -force_x, -force_y)
 
-    return pull
+    return apply_force
 
 
-def _turning_load(
-    load: TorsionSpring | TorsionDamper | Torque,
+def _make_torsional_element_force(
+    element: TorsionSpring | TorsionDamper | Torque,
     first: pymunk.Body,
     second: pymunk.Body,
-    speeds: Speeds,
-    programs: tuple[int, ...],
-) -> Push:
-    def turn(ahead: float, now: Moment) -> None:
-        if isinstance(load, TorsionSpring):
-            angles = [body.angle + body.angular_velocity * ahead for body in (first, second)]
-            moment = -spring_force(load.stiffness, load.free_angle, angles[1] - angles[0])
-        elif isinstance(load, TorsionDamper):
-            rates = [speeds.now[body][2] if body in speeds.now else 0.0 for body in (first, second)]
-            moment = -damper_force(load.damping, rates[1] - rates[0])
+    velocity_extrapolator: VelocityExtrapolator,
+    program_indices: tuple[int, ...],
+) -> ForceCallback:
+    def apply_torque(lead: float, inputs: StepInputs) -> None:
+        if isinstance(element, TorsionSpring):
+            angles = [body.angle + body.angular_velocity * lead for body in (first, second)]
+            torque = -spring_force(element.stiffness, element.free_angle, angles[1] - angles[0])
+        elif isinstance(element, TorsionDamper):
+            rates = [
+                velocity_extrapolator.predicted[body][2] if body in velocity_extrapolator.predicted else 0.0
+                for body in (first, second)
+            ]
+            torque = -damper_force(element.damping, rates[1] - rates[0])
         else:
-            moment = now.programs[programs[0]]
+            torque = inputs.load_values[program_indices[0]]
         for body, sign in ((second, 1.0), (first, -1.0)):
             if body.body_type != pymunk.Body.STATIC:
-                body.torque += sign * moment * now.scale
+                body.torque += sign * torque * inputs.kick_scale
 
-    return turn
+    return apply_torque
 
 
-def _add(body: pymunk.Body, place: tuple[float, float, float, float, float], force_x: float, force_y: float) -> None:
+def _add_force(
+    body: pymunk.Body, placement: tuple[float, float, float, float, float], force_x: float, force_y: float
+) -> None:
     if body.body_type == pymunk.Body.STATIC:
         return
-    before = body.force
-    body.force = (before.x + force_x, before.y + force_y)
-    body.torque += place[2] * force_y - place[3] * force_x
+    previous_force = body.force
+    body.force = (previous_force.x + force_x, previous_force.y + force_y)
+    body.torque += placement[2] * force_y - placement[3] * force_x
 
 
-def _velocity(
-    body: pymunk.Body, place: tuple[float, float, float, float, float], speeds: Speeds
+def _point_velocity(
+    body: pymunk.Body, placement: tuple[float, float, float, float, float], velocity_extrapolator: VelocityExtrapolator
 ) -> tuple[float, float]:
-    u, v, w = speeds.now.get(body, (0.0, 0.0, 0.0))
-    return u - place[3] * w, v + place[2] * w
+    u, v, w = velocity_extrapolator.predicted.get(body, (0.0, 0.0, 0.0))
+    return u - placement[3] * w, v + placement[2] * w

@@ -7,21 +7,21 @@ import math
 import numpy as np
 import pymunk
 
-from governor_mechanism.engines.impulse.pymunk.step_inputs import Moment
+from governor_mechanism.engines.impulse.pymunk.step_inputs import StepInputs
 from governor_mechanism.errors import UnsupportedEffect
 from governor_mechanism.types import FloatArray
 
-BALANCED = 1e-9
+LINE_OF_ACTION_TOLERANCE = 1e-9
 """Of a force: what a moment may be off and still be that of one line of action."""
 
-BEYOND = 1e-3
+STOP_ENGAGEMENT_RATIO = 1e-3
 """Of its reach: how far a stop's joint is drawn out, so that rounding does not say whether it is."""
 
-NEVER_NOUGHT = 1e-30
+MIN_BIAS_SPEED = 1e-30
 """m/s, rad/s: pymunk takes a limit without any correction as one that is not reached."""
 
 
-class Hold:
+class FrictionStopConstraint:
     """What may hold one reading: a joint that bears a friction, and one that only pushes back from a stop.
 
     Both act along the reading's gradient, and are made anew before every step at the pose it is about to reach. held is
@@ -29,136 +29,167 @@ class Hold:
     high one, -1 the low one, 0 neither. bound: whether friction bears no more than its force.
     """
 
-    def __init__(self, space: pymunk.Space, bodies: list[pymunk.Body], at: int, keeper: int, size: float) -> None:
-        self._space, self._bodies, self._at, self._keeper, self._size = space, bodies, at, keeper, size
-        self._made: tuple[pymunk.Constraint, pymunk.Constraint] | None = None
-        self._in: set[int] = set()
-        self.held: float | None = None
-        self.end = 0.0
-        self.side = 0
-        self.bound = True
-        self._dt, self._kick, self._unit = 1.0, 1.0, 1.0
+    def __init__(
+        self, space: pymunk.Space, bodies: list[pymunk.Body], output: int, contact: int, length_scale: float
+    ) -> None:
+        self._space, self._bodies, self._output, self._contact, self._length_scale = (
+            space,
+            bodies,
+            output,
+            contact,
+            length_scale,
+        )
+        self._constraints: tuple[pymunk.Constraint, pymunk.Constraint] | None = None
+        self._active: set[int] = set()
+        self.held_value: float | None = None
+        self.stop_value = 0.0
+        self.stop_side = 0
+        self.is_force_limited = True
+        self._step, self._kick_duration, self._gradient_norm = 1.0, 1.0, 1.0
 
-    def refuse(self, poses: FloatArray, gradient: FloatArray, effect: str, reading: str) -> None:
+    def check_line_of_action(self, poses: FloatArray, gradient: FloatArray, effect: str, reading: str) -> None:
         """Refuse a reading along which no joint of pymunk can act: whose forces have not one line of action."""
-        moved = _moved(gradient)
-        if len(moved) == 2:
-            (fx, fy, fm), (gx, gy, gm) = gradient[moved[0]], gradient[moved[1]]
-            dx, dy = poses[moved[1], 0] - poses[moved[0], 0], poses[moved[1], 1] - poses[moved[0], 1]
-            off = max(abs(fx + gx), abs(fy + gy), abs(fm + gm + dx * gy - dy * gx) / self._size)
-            if off < BALANCED * max(math.hypot(fx, fy), abs(fm) / self._size):
+        bodies = _moving_bodies(gradient)
+        if len(bodies) == 2:
+            (fx, fy, fm), (gx, gy, gm) = gradient[bodies[0]], gradient[bodies[1]]
+            dx, dy = poses[bodies[1], 0] - poses[bodies[0], 0], poses[bodies[1], 1] - poses[bodies[0], 1]
+            imbalance = max(abs(fx + gx), abs(fy + gy), abs(fm + gm + dx * gy - dy * gx) / self._length_scale)
+            if imbalance < LINE_OF_ACTION_TOLERANCE * max(math.hypot(fx, fy), abs(fm) / self._length_scale):
                 return
-        elif len(moved) == 1:
+        elif len(bodies) == 1:
             return
         raise UnsupportedEffect(
             f"engine 'impulse' cannot model {effect} on {reading!r}: what holds it does not act along one line between "
             "two bodies; take engine multibody, or a reading between two bodies or from fixed points"
         )
 
-    def fit(self, poses: FloatArray, values: FloatArray, gradients: FloatArray, now: Moment) -> None:
+    def update(self, poses: FloatArray, values: FloatArray, output_jacobian: FloatArray, inputs: StepInputs) -> None:
         """Make the joints ready for the pose about to be reached; take out those that are not needed."""
-        self._dt, self._kick = now.h, now.h * now.scale
-        if self.held is None and not self.side:
-            self._keep(set())
-            self._made = None  # what is made anew has borne nothing yet
+        self._step, self._kick_duration = inputs.h, inputs.h * inputs.kick_scale
+        if self.held_value is None and not self.stop_side:
+            self._activate(set())
+            self._constraints = None  # what is made anew has borne nothing yet
             return
-        gradient, value = gradients[self._at], float(values[self._at])
+        gradient, value = output_jacobian[self._output], float(values[self._output])
         if not math.isfinite(value):
             raise ValueError("a body is lost")  # pymunk would end the process
-        moved = _moved(gradient)
-        second = moved[-1]
-        first = moved[0] if len(moved) == 2 else -1
-        x, y, turn = gradient[second].tolist()
-        straight = math.hypot(x, y)
-        turning = straight * self._size < BALANCED * abs(turn)
-        self._unit = abs(turn) if turning else straight
-        if self._made is None:
-            self._made = self._make(first, second, turning)
-        friction, stop = self._made
-        part = now.h / now.following
-        opening = 0.0 if self.held is None else (value - self.held) * part
-        over = max(self.side * (value - self.end), 0.0) * part if self.side else 0.0
-        if turning:
+        bodies = _moving_bodies(gradient)
+        second = bodies[-1]
+        first = bodies[0] if len(bodies) == 2 else -1
+        x, y, rotation = gradient[second].tolist()
+        translation_norm = math.hypot(x, y)
+        is_rotational = translation_norm * self._length_scale < LINE_OF_ACTION_TOLERANCE * abs(rotation)
+        self._gradient_norm = abs(rotation) if is_rotational else translation_norm
+        if self._constraints is None:
+            self._constraints = self._make_constraints(first, second, is_rotational)
+        friction, stop = self._constraints
+        step_ratio = inputs.h / inputs.next_h
+        residual = 0.0 if self.held_value is None else (value - self.held_value) * step_ratio
+        penetration = max(self.stop_side * (value - self.stop_value), 0.0) * step_ratio if self.stop_side else 0.0
+        if is_rotational:
             # The motor keeps (second's rate - first's) at minus its rate.
-            friction.rate = opening * turn / self._unit / self._unit / now.h
-            self._fit_limit(stop, first, second, poses, self.side * math.copysign(1.0, turn))
+            friction.rate = residual * rotation / self._gradient_norm / self._gradient_norm / inputs.h
+            self._set_rotation_limits(stop, first, second, poses, self.stop_side * math.copysign(1.0, rotation))
         else:
-            normal = (x / straight, y / straight)
-            foot = poses[second, 0] + turn / straight * normal[1], poses[second, 1] - turn / straight * normal[0]
-            reach = self._size + opening / straight
-            self._anchor(friction, first, second, poses, foot, normal, reach)
-            out = (self.side * normal[0], self.side * normal[1])
-            self._anchor(stop, first, second, poses, foot, out, self._size)
-            stop.max = self._size * (1 - BEYOND)
-        stop.max_bias = max(over / self._unit / now.h, NEVER_NOUGHT)
-        bears = now.frictions[self._keeper]
-        friction.max_force = bears * self._unit * now.scale if self.bound else math.inf
-        self._keep({which for which, needed in enumerate((self.held is not None, self.side != 0)) if needed})
+            normal = (x / translation_norm, y / translation_norm)
+            contact_point = (
+                poses[second, 0] + rotation / translation_norm * normal[1],
+                poses[second, 1] - rotation / translation_norm * normal[0],
+            )
+            length = self._length_scale + residual / translation_norm
+            self._set_anchors(friction, first, second, poses, contact_point, normal, length)
+            outward_normal = (self.stop_side * normal[0], self.stop_side * normal[1])
+            self._set_anchors(stop, first, second, poses, contact_point, outward_normal, self._length_scale)
+            stop.max = self._length_scale * (1 - STOP_ENGAGEMENT_RATIO)
+        stop.max_bias = max(penetration / self._gradient_norm / inputs.h, MIN_BIAS_SPEED)
+        friction_limit = inputs.friction_limits[self._contact]
+        friction.max_force = (
+            friction_limit * self._gradient_norm * inputs.kick_scale if self.is_force_limited else math.inf
+        )
+        self._activate(
+            {index for index, is_needed in enumerate((self.held_value is not None, self.stop_side != 0)) if is_needed}
+        )
 
     @property
-    def friction(self) -> float:
+    def friction_force(self) -> float:
         """Force (N, or N m) along the reading with which friction held it in the last step."""
-        return self._made[0].impulse / self._kick / self._unit if self._made and self.held is not None else 0.0
+        return (
+            self._constraints[0].impulse / self._kick_duration / self._gradient_norm
+            if self._constraints and self.held_value is not None
+            else 0.0
+        )
 
     @property
-    def push(self) -> float:
+    def stop_force(self) -> float:
         """Force (N, or N m) along the reading with which the stop pushed in the last step."""
-        return self._made[1].impulse / self._kick / self._unit if self._made and self.side else 0.0
+        return (
+            self._constraints[1].impulse / self._kick_duration / self._gradient_norm
+            if self._constraints and self.stop_side
+            else 0.0
+        )
 
     @property
-    def saturated(self) -> bool:
+    def is_saturated(self) -> bool:
         """Whether friction bore all that it can in the last step."""
-        if self._made is None or self.held is None or not self.bound:
+        if self._constraints is None or self.held_value is None or not self.is_force_limited:
             return False
-        joint = self._made[0]
-        return bool(joint.impulse >= joint.max_force * self._dt * (1 - 1e-12))
+        joint = self._constraints[0]
+        return bool(joint.impulse >= joint.max_force * self._step * (1 - 1e-12))
 
-    def _make(self, first: int, second: int, turning: bool) -> tuple[pymunk.Constraint, pymunk.Constraint]:
-        one = self._space.static_body if first < 0 else self._bodies[first]
-        other = self._bodies[second]
-        if turning:
-            friction: pymunk.Constraint = pymunk.SimpleMotor(one, other, 0.0)
-            stop: pymunk.Constraint = pymunk.RotaryLimitJoint(one, other, 0.0, 0.0)
+    def _make_constraints(
+        self, first: int, second: int, is_rotational: bool
+    ) -> tuple[pymunk.Constraint, pymunk.Constraint]:
+        first_body = self._space.static_body if first < 0 else self._bodies[first]
+        second_body = self._bodies[second]
+        if is_rotational:
+            friction: pymunk.Constraint = pymunk.SimpleMotor(first_body, second_body, 0.0)
+            stop: pymunk.Constraint = pymunk.RotaryLimitJoint(first_body, second_body, 0.0, 0.0)
         else:
-            friction = pymunk.PinJoint(one, other)
-            friction.distance = self._size
-            stop = pymunk.SlideJoint(one, other, (0, 0), (0, 0), 0.0, self._size)
+            friction = pymunk.PinJoint(first_body, second_body)
+            friction.distance = self._length_scale
+            stop = pymunk.SlideJoint(first_body, second_body, (0, 0), (0, 0), 0.0, self._length_scale)
         for joint in (friction, stop):
             joint.collide_bodies = False
             joint.error_bias = 0.0
         friction.max_bias = math.inf
         return friction, stop
 
-    def _fit_limit(self, stop: pymunk.Constraint, first: int, second: int, poses: FloatArray, way: float) -> None:
-        turned = float(poses[second, 2]) - (float(poses[first, 2]) if first >= 0 else 0.0)
-        stop.min, stop.max = (-math.inf, turned - BEYOND) if way > 0 else (turned + BEYOND, math.inf)
+    def _set_rotation_limits(
+        self, stop: pymunk.Constraint, first: int, second: int, poses: FloatArray, direction: float
+    ) -> None:
+        relative_angle = float(poses[second, 2]) - (float(poses[first, 2]) if first >= 0 else 0.0)
+        stop.min, stop.max = (
+            (-math.inf, relative_angle - STOP_ENGAGEMENT_RATIO)
+            if direction > 0
+            else (relative_angle + STOP_ENGAGEMENT_RATIO, math.inf)
+        )
 
-    def _anchor(
-        self, joint: pymunk.Constraint, first: int, second: int, poses: FloatArray, foot: tuple[float, float],
-        normal: tuple[float, float], reach: float,
+    def _set_anchors(
+        self, joint: pymunk.Constraint, first: int, second: int, poses: FloatArray, contact_point: tuple[float, float],
+        normal: tuple[float, float], length: float,
     ) -> None:  # fmt: skip
         """From `reach` behind the foot on the first body to the foot on the second, along the normal."""
-        behind = foot[0] - reach * normal[0], foot[1] - reach * normal[1]
-        joint.anchor_a = behind if first < 0 else _local(poses[first], behind)
-        joint.anchor_b = _local(poses[second], foot)
+        start_point = contact_point[0] - length * normal[0], contact_point[1] - length * normal[1]
+        joint.anchor_a = start_point if first < 0 else _to_body_axes(poses[first], start_point)
+        joint.anchor_b = _to_body_axes(poses[second], contact_point)
 
-    def _keep(self, wanted: set[int]) -> None:
+    def _activate(self, wanted: set[int]) -> None:
         """Have just these joints in the space; a joint that comes in has borne nothing yet."""
-        if self._made is None or wanted == self._in:
+        if self._constraints is None or wanted == self._active:
             return
-        for which in self._in - wanted:
-            self._space.remove(self._made[which])
-        for which in wanted - self._in:
-            self._space.add(self._made[which])
-        self._in = wanted
+        for index in self._active - wanted:
+            self._space.remove(self._constraints[index])
+        for index in wanted - self._active:
+            self._space.add(self._constraints[index])
+        self._active = wanted
 
 
-def _moved(gradient: FloatArray) -> list[int]:
-    found: list[int] = np.flatnonzero(np.any(gradient != 0.0, axis=-1)).tolist()
-    return found
+def _moving_bodies(gradient: FloatArray) -> list[int]:
+    bodies: list[int] = np.flatnonzero(np.any(gradient != 0.0, axis=-1)).tolist()
+    return bodies
 
 
-def _local(pose: FloatArray, point: tuple[float, float]) -> tuple[float, float]:
+def _to_body_axes(pose: FloatArray, point: tuple[float, float]) -> tuple[float, float]:
     dx, dy = point[0] - float(pose[0]), point[1] - float(pose[1])
     cosine, sine = math.cos(float(pose[2])), math.sin(float(pose[2]))
     return cosine * dx + sine * dy, cosine * dy - sine * dx

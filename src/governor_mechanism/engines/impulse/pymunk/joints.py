@@ -8,132 +8,140 @@ from dataclasses import dataclass
 
 import pymunk
 
-from governor_mechanism.engines.impulse.pymunk.bodies import Marked
-from governor_mechanism.engines.impulse.pymunk.step_inputs import Moment
+from governor_mechanism.engines.impulse.pymunk.bodies import AttachedPoint
+from governor_mechanism.engines.impulse.pymunk.step_inputs import StepInputs
 from governor_mechanism.errors import UnsupportedEffect
-from governor_mechanism.mechanics.kinematics.constraint_equations import curve_pieces
-from governor_mechanism.mechanics.kinematics.constraint_kernels import curve_at
+from governor_mechanism.mechanics.kinematics.constraint_equations import make_curve_segments
+from governor_mechanism.mechanics.kinematics.constraint_kernels import evaluate_curve
 from governor_mechanism.model.joints import (
     ArcSlot,
     CurveSlot,
     Distance,
-    DrivenSlide,
-    DrivenTurn,
     Gear,
     Joint,
     Pin,
     Prismatic,
+    RotationalDriver,
     Slider,
+    TranslationalDriver,
     Weld,
 )
 
-GROOVE_REACH = 1e3
+GROOVE_HALF_LENGTH_RATIO = 1e3
 """Half length of a groove in machine sizes: grooves end, a guide does not."""
 
-Fit = Callable[[Moment], None]
+PreStepUpdate = Callable[[StepInputs], None]
 """Make a constraint ready for the pose that the step is about to reach."""
 
 
 @dataclass(frozen=True)
-class Made:
+class JointConstraints:
     """The constraints of one joint, and what has to be done to them before every step."""
 
     constraints: tuple[pymunk.Constraint, ...]
-    fits: tuple[Fit, ...] = ()
+    updates: tuple[PreStepUpdate, ...] = ()
 
 
-def make(joint: Joint, first: Marked, second: Marked, size: float, drive: int) -> Made:
+def make_joint_constraints(
+    joint: Joint, first: AttachedPoint, second: AttachedPoint, length_scale: float, drive: int
+) -> JointConstraints:
     """The constraints of a joint between two points; `drive` is where its motion stands among those of a Moment."""
-    pins = pymunk.PivotJoint(first.body, second.body, (first.x, first.y), (second.x, second.y))
+    pivot = pymunk.PivotJoint(first.body, second.body, (first.x, first.y), (second.x, second.y))
     if isinstance(joint, Distance | ArcSlot):
         link = pymunk.PinJoint(first.body, second.body, (first.x, first.y), (second.x, second.y))
         link.distance = joint.length if isinstance(joint, Distance) else joint.radius
-        return Made((link,))
+        return JointConstraints((link,))
     if isinstance(joint, Pin):
-        return Made((pins,))
+        return JointConstraints((pivot,))
     if isinstance(joint, Weld):
-        return Made((pins, *_turn(first, second, joint.turn)))
+        return JointConstraints((pivot, *_make_rotation_lock(first, second, joint.relative_angle)))
     if isinstance(joint, Prismatic):
-        line = _line(joint, first, second, size)
-        return Made((*line.constraints, *_turn(first, second, joint.turn)), line.fits)
+        slider = _make_slider(joint, first, second, length_scale)
+        return JointConstraints(
+            (*slider.constraints, *_make_rotation_lock(first, second, joint.relative_angle)), slider.updates
+        )
     if isinstance(joint, Slider):
-        return _line(joint, first, second, size)
+        return _make_slider(joint, first, second, length_scale)
     if isinstance(joint, CurveSlot):
-        return _refitted(first, second, joint.angle, size, curve=joint)
-    if isinstance(joint, DrivenSlide):
-        return _refitted(first, second, joint.angle - math.pi / 2, size, drive=drive)
+        return _make_reanchored_pin(first, second, joint.angle, length_scale, curve=joint)
+    if isinstance(joint, TranslationalDriver):
+        return _make_reanchored_pin(first, second, joint.angle - math.pi / 2, length_scale, drive=drive)
     if isinstance(joint, Gear):
-        return Made((pymunk.GearJoint(second.body, first.body, -joint.offset, joint.ratio),))
-    if isinstance(joint, DrivenTurn):
-        return _driven_turn(first, second, drive)
+        return JointConstraints((pymunk.GearJoint(second.body, first.body, -joint.offset, joint.ratio),))
+    if isinstance(joint, RotationalDriver):
+        return _make_driven_turn(first, second, drive)
     raise UnsupportedEffect(
         f"engine 'impulse' has no joint of type {type(joint).__name__}, as {joint.name!r} is; take engine multibody"
     )
 
 
-def _turn(first: Marked, second: Marked, turn: float) -> tuple[pymunk.Constraint, ...]:
+def _make_rotation_lock(first: AttachedPoint, second: AttachedPoint, angle: float) -> tuple[pymunk.Constraint, ...]:
     """Keeps the second body's angle less the first's; nothing to do between two that do not turn."""
     if first.body.moment == math.inf and second.body.moment == math.inf:
         return ()
-    return (pymunk.GearJoint(first.body, second.body, turn, 1.0),)
+    return (pymunk.GearJoint(first.body, second.body, angle, 1.0),)
 
 
-def _line(joint: Slider, first: Marked, second: Marked, size: float) -> Made:
+def _make_slider(joint: Slider, first: AttachedPoint, second: AttachedPoint, length_scale: float) -> JointConstraints:
     """A groove is second order only between bodies that do not turn."""
     if first.body.moment != math.inf or second.body.moment != math.inf:
-        return _refitted(first, second, joint.angle, size)
-    reach = GROOVE_REACH * size
-    dx, dy = reach * math.cos(joint.angle), reach * math.sin(joint.angle)
+        return _make_reanchored_pin(first, second, joint.angle, length_scale)
+    half_length = GROOVE_HALF_LENGTH_RATIO * length_scale
+    dx, dy = half_length * math.cos(joint.angle), half_length * math.sin(joint.angle)
     ends = (first.x - dx, first.y - dy), (first.x + dx, first.y + dy)
-    return Made((pymunk.GrooveJoint(first.body, second.body, *ends, (second.x, second.y)),))
+    return JointConstraints((pymunk.GrooveJoint(first.body, second.body, *ends, (second.x, second.y)),))
 
 
-def _driven_turn(first: Marked, second: Marked, drive: int) -> Made:
+def _make_driven_turn(first: AttachedPoint, second: AttachedPoint, drive: int) -> JointConstraints:
     gear = pymunk.GearJoint(first.body, second.body, 0.0, 1.0)
 
-    def fit(moment: Moment) -> None:
-        turn = second.place(moment.h)[4] - first.place(moment.h)[4]
-        gear.phase = turn - (turn - moment.motions[drive]) * moment.h / moment.following
+    def update(inputs: StepInputs) -> None:
+        angle = second.predict(inputs.h)[4] - first.predict(inputs.h)[4]
+        gear.phase = angle - (angle - inputs.drive_values[drive]) * inputs.h / inputs.next_h
 
-    return Made((gear,), (fit,))
+    return JointConstraints((gear,), (update,))
 
 
-def _refitted(
-    first: Marked,
-    second: Marked,
+def _make_reanchored_pin(
+    first: AttachedPoint,
+    second: AttachedPoint,
     angle: float,
-    size: float,
+    length_scale: float,
     *,
     curve: CurveSlot | None = None,
     drive: int | None = None,
-) -> Made:
+) -> JointConstraints:
     """Holds the second point's way across a line (or curve) of the first body, or drives it, by a pin across the line.
 
     The pin starts on the first body where the second point will be, moved across by `size` and by what is open: its
     force then goes through the second point, whatever its length.
     """
     pin = pymunk.PinJoint(first.body, second.body, (first.x, first.y), (second.x, second.y))
-    pin.distance = size
-    pieces = curve_pieces(curve.curve) if curve else None
+    pin.distance = length_scale
+    pieces = make_curve_segments(curve.curve) if curve else None
 
-    def fit(moment: Moment) -> None:
-        x1, y1, arm_x, arm_y, turned = first.place(moment.h)
-        x2, y2, _, _, _ = second.place(moment.h)
-        ux, uy = math.cos(angle + turned), math.sin(angle + turned)
+    def update(inputs: StepInputs) -> None:
+        x1, y1, arm_x, arm_y, body_angle = first.predict(inputs.h)
+        x2, y2, _, _, _ = second.predict(inputs.h)
+        ux, uy = math.cos(angle + body_angle), math.sin(angle + body_angle)
         nx, ny = -uy, ux
-        opening = nx * (x2 - x1) + ny * (y2 - y1)
+        residual = nx * (x2 - x1) + ny * (y2 - y1)
         if pieces is not None:
-            height, slope, _ = curve_at(pieces, 0, len(pieces), ux * (x2 - x1) + uy * (y2 - y1))
-            steep = math.hypot(1.0, slope)
-            opening, nx, ny = (opening - height) / steep, (nx - slope * ux) / steep, (ny - slope * uy) / steep
+            height, derivative, _ = evaluate_curve(pieces, 0, len(pieces), ux * (x2 - x1) + uy * (y2 - y1))
+            normal_length = math.hypot(1.0, derivative)
+            residual, nx, ny = (
+                (residual - height) / normal_length,
+                (nx - derivative * ux) / normal_length,
+                (ny - derivative * uy) / normal_length,
+            )
         if drive is not None:
-            opening = (opening - moment.motions[drive]) * moment.h / moment.following
-        reach = size + opening
-        dx, dy = x2 - reach * nx - (x1 - arm_x), y2 - reach * ny - (y1 - arm_y)
-        c, s = math.cos(turned), math.sin(turned)
+            residual = (residual - inputs.drive_values[drive]) * inputs.h / inputs.next_h
+        length = length_scale + residual
+        dx, dy = x2 - length * nx - (x1 - arm_x), y2 - length * ny - (y1 - arm_y)
+        c, s = math.cos(body_angle), math.sin(body_angle)
         if first.body.body_type == pymunk.Body.STATIC:
-            pin.anchor_a = (x2 - reach * nx, y2 - reach * ny)
+            pin.anchor_a = (x2 - length * nx, y2 - length * ny)
         else:
             pin.anchor_a = (c * dx + s * dy, c * dy - s * dx)
 
-    return Made((pin,), (fit,))
+    return JointConstraints((pin,), (update,))

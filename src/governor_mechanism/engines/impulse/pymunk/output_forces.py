@@ -1,4 +1,4 @@
-"""What acts along readings: springs, oil brakes and friction that slides as forces, and what they take."""
+"""What acts along readings: springs, dashpots and friction that slides as forces, and what they take."""
 
 from __future__ import annotations
 
@@ -6,23 +6,23 @@ from collections.abc import Callable
 
 import numpy as np
 
-from governor_mechanism.engines.impulse.pymunk.bodies import Carrier
-from governor_mechanism.engines.impulse.pymunk.force_elements import Speeds
-from governor_mechanism.engines.impulse.pymunk.step_inputs import Moment
-from governor_mechanism.mechanics.dynamics.contacts import brakes_of, keepers_of, springs_of
-from governor_mechanism.mechanics.dynamics.force_laws import brake_force, spring_force
-from governor_mechanism.mechanics.dynamics.lowering import acted_on
-from governor_mechanism.mechanics.kinematics.constraint_kernels import gradients_of, openings_of
-from governor_mechanism.mechanics.kinematics.output_rows import gauge_table
+from governor_mechanism.engines.impulse.pymunk.bodies import BodyProxy
+from governor_mechanism.engines.impulse.pymunk.force_elements import VelocityExtrapolator
+from governor_mechanism.engines.impulse.pymunk.step_inputs import StepInputs
+from governor_mechanism.mechanics.dynamics.contacts import contacts_of, output_dampers_of, output_springs_of
+from governor_mechanism.mechanics.dynamics.force_laws import dashpot_force, spring_force
+from governor_mechanism.mechanics.dynamics.lowering import forced_output_names
+from governor_mechanism.mechanics.kinematics.constraint_kernels import evaluate_jacobian, evaluate_residuals
+from governor_mechanism.mechanics.kinematics.output_rows import make_output_rows
 from governor_mechanism.model.scene import Scene
 from governor_mechanism.types import FloatArray
 
-Fit = Callable[[FloatArray, FloatArray, FloatArray, Moment], None]
+ContactConstraintUpdate = Callable[[FloatArray, FloatArray, FloatArray, StepInputs], None]
 """Make what holds a reading ready: poses (bodies, 3) that the step is about to reach, values (readings,) and gradients
 (readings, bodies, 3) there, what holds then."""
 
 
-class Acting:
+class OutputForces:
     """The loads along the readings of one scene, at the pose that the next step is about to reach.
 
     values (readings,) and gradients (readings, bodies, 3) are those of the last step, by the poses of the carriers.
@@ -30,108 +30,114 @@ class Acting:
     each one-sided spring pulls; None where its length is to say so. lost (J): what brakes and friction have taken.
     """
 
-    def __init__(self, scene: Scene, carriers: list[Carrier], speeds: Speeds) -> None:
-        names = acted_on(scene)
-        self._carriers, self._speeds = carriers, speeds
-        origins = {carrier.body.name: carrier.origin for carrier in carriers}
-        self._rows = gauge_table(scene.part.mechanism, names, origins)
-        self._nothing_asked = np.zeros((1, len(names), 3))
-        self._springs = [(names.index(spring.reading), spring) for spring in springs_of(scene)]
-        self._brakes = [(names.index(brake.reading), brake) for brake in brakes_of(scene)]
-        keepers = keepers_of(scene)
-        self._frictions = sum(keeper.friction is not None for keeper in keepers)
-        self._rubbed = [names.index(keeper.reading) for keeper in keepers]
-        self.sliding = [0] * len(keepers)
-        self.taut: list[bool] | None = None
-        self.fits: list[Fit] = []
-        self.values, self.gradients = np.zeros(len(names)), np.zeros((len(names), len(carriers), 3))
-        self.lost = 0.0
-        self._before: tuple[FloatArray, tuple[float, ...]] | None = None
+    def __init__(self, scene: Scene, proxies: list[BodyProxy], velocity_extrapolator: VelocityExtrapolator) -> None:
+        names = forced_output_names(scene)
+        self._proxies, self._velocity_extrapolator = proxies, velocity_extrapolator
+        origins = {proxy.body.name: proxy.origin for proxy in proxies}
+        self._rows = make_output_rows(scene.part.mechanism, names, origins)
+        self._zero_drive_values = np.zeros((1, len(names), 3))
+        self._springs = [(names.index(spring.reading), spring) for spring in output_springs_of(scene)]
+        self._dashpots = [(names.index(dashpot.reading), dashpot) for dashpot in output_dampers_of(scene)]
+        contacts = contacts_of(scene)
+        self._n_frictions = sum(contact.friction is not None for contact in contacts)
+        self._contact_outputs = [names.index(contact.output_name) for contact in contacts]
+        self.sliding_directions = [0] * len(contacts)
+        self.is_taut: list[bool] | None = None
+        self.contact_updates: list[ContactConstraintUpdate] = []
+        self.output_values, self.output_jacobian = np.zeros(len(names)), np.zeros((len(names), len(proxies), 3))
+        self.dissipated_energy = 0.0
+        self._previous_step: tuple[FloatArray, tuple[float, ...]] | None = None
 
     @property
-    def laws(self) -> dict[str, int]:
+    def evaluation_counts(self) -> dict[str, int]:
         """How often one step evaluates each law."""
         counts = {
             "springs on readings": len(self._springs),
-            "oil brakes": len(self._brakes),
-            "dry friction": self._frictions,
+            "dashpots": len(self._dashpots),
+            "dry friction": self._n_frictions,
         }
         return {law: count for law, count in counts.items() if count}
 
-    def begin(self) -> None:
+    def reset(self) -> None:
         """The next step is the half one with which a motion starts: nothing has moved before it."""
-        self._before = None
+        self._previous_step = None
 
-    def push(self, ahead: float, now: Moment) -> None:
+    def apply(self, lead: float, inputs: StepInputs) -> None:
         """Add all loads to the forces on the carriers, and make what holds readings ready."""
-        poses = np.array([_ahead(carrier, ahead) for carrier in self._carriers])
-        self.look(poses)
-        self._count(now)
-        forces = np.zeros(len(self.values))
-        slack = iter(self.taut or ())
-        for at, spring in self._springs:
-            value = float(self.values[at])
-            if spring.one_sided and not (value > spring.free if self.taut is None else next(slack)):
+        poses = np.array([_predict_pose(proxy, lead) for proxy in self._proxies])
+        self.evaluate_outputs(poses)
+        self._add_dissipation(inputs)
+        forces = np.zeros(len(self.output_values))
+        taut_flags = iter(self.is_taut or ())
+        for output, spring in self._springs:
+            value = float(self.output_values[output])
+            if spring.one_sided and not (value > spring.free_value if self.is_taut is None else next(taut_flags)):
                 continue
-            forces[at] -= spring_force(spring.rate, spring.free, value)
-        for at, brake in self._brakes:
-            forces[at] -= brake_force(brake.linear, brake.quadratic, self._rate(at))
-        for at, sign, friction in zip(self._rubbed, self.sliding, now.frictions, strict=True):
-            forces[at] -= sign * friction
-        loads = (forces @ self.gradients.reshape(len(forces), -1)).reshape(-1, 3) * now.scale
-        for carrier, (force_x, force_y, moment) in zip(self._carriers, loads.tolist(), strict=True):
-            body = carrier.carried_by
+            forces[output] -= spring_force(spring.rate, spring.free_value, value)
+        for output, dashpot in self._dashpots:
+            forces[output] -= dashpot_force(dashpot.linear, dashpot.quadratic, self._predicted_rate(output))
+        for output, sign, friction in zip(
+            self._contact_outputs, self.sliding_directions, inputs.friction_limits, strict=True
+        ):
+            forces[output] -= sign * friction
+        generalised_forces = (forces @ self.output_jacobian.reshape(len(forces), -1)).reshape(-1, 3) * inputs.kick_scale
+        for proxy, (force_x, force_y, torque) in zip(self._proxies, generalised_forces.tolist(), strict=True):
+            body = proxy.pymunk_body
             if force_x or force_y:
-                before = body.force
-                body.force = (before.x + force_x, before.y + force_y)
-            if moment:
-                body.torque += moment
-        for fit in self.fits:
-            fit(poses, self.values, self.gradients, now)
+                previous_force = body.force
+                body.force = (previous_force.x + force_x, previous_force.y + force_y)
+            if torque:
+                body.torque += torque
+        for update in self.contact_updates:
+            update(poses, self.output_values, self.output_jacobian, inputs)
 
-    def look(self, poses: FloatArray) -> None:
+    def evaluate_outputs(self, poses: FloatArray) -> None:
         """Take values and gradients at poses (bodies, 3) of the carriers."""
-        self.values = openings_of(self._rows, poses[np.newaxis], self._nothing_asked)[0]
-        self.gradients = gradients_of(self._rows, poses[np.newaxis])[0]
+        self.output_values = evaluate_residuals(self._rows, poses[np.newaxis], self._zero_drive_values)[0]
+        self.output_jacobian = evaluate_jacobian(self._rows, poses[np.newaxis])[0]
 
-    def rates(self, velocities: FloatArray) -> FloatArray:
+    def output_rates(self, velocities: FloatArray) -> FloatArray:
         """How fast all readings change (readings,) at velocities of the carriers (bodies, 3)."""
-        found: FloatArray = self.gradients.reshape(len(self.gradients), -1) @ velocities.ravel()
-        return found
+        rates: FloatArray = self.output_jacobian.reshape(len(self.output_jacobian), -1) @ velocities.ravel()
+        return rates
 
-    def power(self, rates: FloatArray, frictions: tuple[float, ...]) -> float:
+    def dissipated_power(self, rates: FloatArray, friction_limits: tuple[float, ...]) -> float:
         """What brakes and sliding friction take (W) at rates (readings,) and frictions."""
         power = 0.0
-        for at, brake in self._brakes:
-            rate = float(rates[at])
-            power += brake_force(brake.linear, brake.quadratic, rate) * rate
-        for at, sign, friction in zip(self._rubbed, self.sliding, frictions, strict=True):
-            power += sign * friction * float(rates[at])
+        for output, dashpot in self._dashpots:
+            rate = float(rates[output])
+            power += dashpot_force(dashpot.linear, dashpot.quadratic, rate) * rate
+        for output, sign, friction in zip(self._contact_outputs, self.sliding_directions, friction_limits, strict=True):
+            power += sign * friction * float(rates[output])
         return power
 
-    def _rate(self, at: int) -> float:
+    def _predicted_rate(self, output: int) -> float:
         """How fast a reading changes at the end of the coming step."""
         rate = 0.0
-        for carrier, (x, y, angle) in zip(self._carriers, self.gradients[at].tolist(), strict=True):
-            u, v, w = self._speeds.now[carrier.carried_by]
+        for proxy, (x, y, angle) in zip(self._proxies, self.output_jacobian[output].tolist(), strict=True):
+            u, v, w = self._velocity_extrapolator.predicted[proxy.pymunk_body]
             rate += x * u + y * v + angle * w
         return rate
 
-    def _count(self, now: Moment) -> None:
+    def _add_dissipation(self, inputs: StepInputs) -> None:
         """What brakes and friction take in a step whose way and time are known: the midpoint's power."""
-        if self._before is not None:
-            values, frictions = self._before
-            ways = self.values - values
-            for at, brake in self._brakes:
-                way = float(ways[at])
-                self.lost += brake_force(brake.linear, brake.quadratic, way / now.h) * way
-            for at, sign, one, other in zip(self._rubbed, self.sliding, frictions, now.frictions, strict=True):
-                self.lost += sign * 0.5 * (one + other) * float(ways[at])
-        self._before = self.values, now.frictions
+        if self._previous_step is not None:
+            previous_values, previous_limits = self._previous_step
+            displacements = self.output_values - previous_values
+            for output, dashpot in self._dashpots:
+                displacement = float(displacements[output])
+                self.dissipated_energy += (
+                    dashpot_force(dashpot.linear, dashpot.quadratic, displacement / inputs.h) * displacement
+                )
+            for output, sign, previous_limit, limit in zip(
+                self._contact_outputs, self.sliding_directions, previous_limits, inputs.friction_limits, strict=True
+            ):
+                self.dissipated_energy += sign * 0.5 * (previous_limit + limit) * float(displacements[output])
+        self._previous_step = self.output_values, inputs.friction_limits
 
 
-def _ahead(carrier: Carrier, ahead: float) -> tuple[float, float, float]:
-    body = carrier.carried_by
+def _predict_pose(proxy: BodyProxy, lead: float) -> tuple[float, float, float]:
+    body = proxy.pymunk_body
     position, velocity = body.position, body.velocity
-    x, y = position.x + velocity.x * ahead, position.y + velocity.y * ahead
-    return x, y, body.angle + body.angular_velocity * ahead
+    x, y = position.x + velocity.x * lead, position.y + velocity.y * lead
+    return x, y, body.angle + body.angular_velocity * lead

@@ -6,7 +6,7 @@ from dataclasses import dataclass
 
 
 @dataclass(frozen=True, slots=True)
-class Moment:
+class StepInputs:
     """What a step of h seconds ends with, where its kick acts; `following` (s) is the length of the next step.
 
     square: the spindle's speed squared (rad2/s2). scale lengthens the kick where the next step has another length.
@@ -15,9 +15,9 @@ class Moment:
     """
 
     h: float
-    following: float
-    square: float
-    scale: float = 1.0
-    programs: tuple[float, ...] = ()
-    motions: tuple[float, ...] = ()
-    frictions: tuple[float, ...] = ()
+    next_h: float
+    spindle_speed_squared: float
+    kick_scale: float = 1.0
+    load_values: tuple[float, ...] = ()
+    drive_values: tuple[float, ...] = ()
+    friction_limits: tuple[float, ...] = ()

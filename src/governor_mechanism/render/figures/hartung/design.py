@@ -13,130 +13,161 @@ from matplotlib.backends.backend_agg import FigureCanvasAgg
 from matplotlib.figure import Figure
 
 from governor_mechanism.errors import MechanismError
-from governor_mechanism.files.atomic_write import written_beside
-from governor_mechanism.render.style import BLUE, GREEN, INK, PAPER, QUIET, RULE, SANS, SERIES, SERIF, VERMILLION
-from governor_mechanism.studies.hartung.design import KGF, HartungDesign, lay_out
-from governor_mechanism.studies.hartung.paper_comparison import FORCES, SLIDE_RULE, SPEEDS, dubois
+from governor_mechanism.files.atomic_write import atomic_write
+from governor_mechanism.render.style import (
+    BLUE,
+    GREEN,
+    INK,
+    MUTED,
+    PAPER,
+    RULE,
+    SANS_FONT,
+    SERIES_COLOURS,
+    SERIF_FONT,
+    VERMILLION,
+)
+from governor_mechanism.studies.hartung.design import KILOGRAM_FORCE, HartungDesign, build_hartung_layout
+from governor_mechanism.studies.hartung.paper_comparison import (
+    PAPER_SPEEDS,
+    PRINTED_SPRING_FORCES,
+    SLIDE_RULE_TOLERANCE,
+    compare_with_paper,
+)
 
-SIZE, DPI = (7.6, 5.2), 120
-PLACE = (0.11, 0.15, 0.85, 0.66)
-MM = 1e3
-ANGLES = (90.0, 132.0, 137.332)
+_FIGURE_SIZE, _DPI = (7.6, 5.2), 120
+_AXES_RECT = (0.11, 0.15, 0.85, 0.66)
+_MM_PER_M = 1e3
+_PAPER_ANGLES_DEG = (90.0, 132.0, 137.332)
 """deg: Hartung's right angle, the angle that Dubois takes, and the one that his formula gives."""
 
 
-NEARLY = 0.2
+_MAX_ENLARGED_SPREAD = 0.2
 """Of the mean: forces that change by less are shown enlarged."""
 
 
-def spring_lines_figure(design: HartungDesign, path: str | os.PathLike[str], *, printed: bool = False) -> Path:
+def spring_lines_figure(
+    design: HartungDesign, path: str | os.PathLike[str], *, with_printed_points: bool = False
+) -> Path:
     """Write a PNG of the spring forces that hold the weights at both speeds, and of the straight spring between them.
 
     printed: with the points of Dubois' table, whose misprint is marked (his Figs. 12 and 13).
     """
     layout, inputs = design.layout, design.inputs
     slow, fast = (f"{speed * 30 / math.pi:.4g} rpm" for speed in (inputs.slow_speed, inputs.fast_speed))
-    figure, axes = _begin("Astatic spring forces", f"and the effective spring from {slow} inside to {fast} outside")
-    x = layout.radii * MM
+    figure, axes = _new_figure(
+        "Astatic spring forces", f"and the effective spring from {slow} inside to {fast} outside"
+    )
+    x = layout.radii * _MM_PER_M
     for forces, colour, words in (
         (layout.fast_forces, VERMILLION, f"holds at {fast}"),
         (layout.slow_forces, BLUE, f"holds at {slow}"),
-        (layout.spring_forces, INK, f"spring, {layout.rate / KGF / MM:.4g} kgf/mm"),
+        (layout.spring_forces, INK, f"spring, {layout.spring_rate / KILOGRAM_FORCE / _MM_PER_M:.4g} kgf/mm"),
     ):
-        axes.plot(x, forces / KGF, color=colour, linewidth=1.5, label=words)
-    if printed:
-        _printed_points(axes)
-    axes.set_xlabel("radius of the weights' centres, mm", color=INK, fontsize=10, fontfamily=SERIF)
-    axes.set_ylabel("force of each spring, kgf", color=INK, fontsize=10, fontfamily=SERIF)
-    _legend(axes, "upper left")
-    words = f"bell crank {math.degrees(design.angle):.5g} deg, arms {_mm(layout.governor.weight_arm)} and "
-    return _written(figure, f"{words}{_mm(layout.governor.sleeve_arm)}; one kgf is {KGF:g} N", path)
+        axes.plot(x, forces / KILOGRAM_FORCE, color=colour, linewidth=1.5, label=words)
+    if with_printed_points:
+        _plot_printed_points(axes)
+    axes.set_xlabel("radius of the weights' centres, mm", color=INK, fontsize=10, fontfamily=SERIF_FONT)
+    axes.set_ylabel("force of each spring, kgf", color=INK, fontsize=10, fontfamily=SERIF_FONT)
+    _add_legend(axes, "upper left")
+    words = f"bell crank {math.degrees(design.angle):.5g} deg, arms {_format_mm(layout.governor.weight_arm)} and "
+    return _save_png(figure, f"{words}{_format_mm(layout.governor.sleeve_arm)}; one kgf is {KILOGRAM_FORCE:g} N", path)
 
 
 def sleeve_force_figure(design: HartungDesign, path: str | os.PathLike[str]) -> Path:
     """Write a PNG of the static sleeve force over the stroke, for several angles of the bell crank and the best one."""
-    layouts = [(angle, lay_out(design.inputs, math.radians(angle))) for angle in _angles(design)]
-    figure, axes = _begin("How even the static sleeve force is", "each angle with springs straight through both speeds")
+    layouts = [(angle, build_hartung_layout(design.inputs, math.radians(angle))) for angle in _shown_angles(design)]
+    figure, axes = _new_figure(
+        "How even the static sleeve force is", "each angle with springs straight through both speeds"
+    )
     axes.set_position((0.09, 0.15, 0.40, 0.66))
-    near = figure.add_axes((0.585, 0.15, 0.395, 0.66))
-    _furnish(near)
-    for (angle, layout), colour in zip(layouts, (*SERIES, INK, QUIET), strict=False):
+    enlarged = figure.add_axes((0.585, 0.15, 0.395, 0.66))
+    _style_axes(enlarged)
+    for (angle, layout), colour in zip(layouts, (*SERIES_COLOURS, INK, MUTED), strict=False):
         best = abs(math.radians(angle) - design.best_angle) < math.radians(0.01)
         words = f"{angle:.6g} deg: {100 * layout.spread:.3g} %" + (", the best" if best else "")
-        levers, forces = np.degrees(layout.levers), layout.static_forces / KGF
-        axes.plot(levers, forces, color=colour, linewidth=1.6, label=words)
-        if layout.spread < NEARLY:
-            near.plot(levers, forces, color=colour, linewidth=1.6)
-    axes.set_ylim(0.0, 1.12 * max(float(layout.static_forces.max()) for _, layout in layouts) / KGF)
-    axes.set_ylabel("static sleeve force S, kgf", color=INK, fontsize=10, fontfamily=SERIF)
-    for each, words in ((axes, "lever angle, deg, going out"), (near, "the same, the even ones enlarged")):
+        lever_angles, forces = np.degrees(layout.levers), layout.static_forces / KILOGRAM_FORCE
+        axes.plot(lever_angles, forces, color=colour, linewidth=1.6, label=words)
+        if layout.spread < _MAX_ENLARGED_SPREAD:
+            enlarged.plot(lever_angles, forces, color=colour, linewidth=1.6)
+    axes.set_ylim(0.0, 1.12 * max(float(layout.static_forces.max()) for _, layout in layouts) / KILOGRAM_FORCE)
+    axes.set_ylabel("static sleeve force S, kgf", color=INK, fontsize=10, fontfamily=SERIF_FONT)
+    for each, words in ((axes, "lever angle, deg, going out"), (enlarged, "the same, the even ones enlarged")):
         each.invert_xaxis()
-        each.set_xlabel(words, color=INK, fontsize=10, fontfamily=SERIF)
-    _legend(axes, "lower right")
-    return _written(figure, "percent: largest less smallest force over the stroke, of their mean", path)
+        each.set_xlabel(words, color=INK, fontsize=10, fontfamily=SERIF_FONT)
+    _add_legend(axes, "lower right")
+    return _save_png(figure, "percent: largest less smallest force over the stroke, of their mean", path)
 
 
-def _angles(design: HartungDesign) -> list[float]:
+def _shown_angles(design: HartungDesign) -> list[float]:
     """The paper's angles (deg), and those of the design and the best one where a line could tell them from these."""
-    kept = list(ANGLES)
+    angles = list(_PAPER_ANGLES_DEG)
     for angle in (design.best_angle, design.angle):
         degrees = math.degrees(angle)
-        if min(abs(degrees - other) for other in kept) > 0.2:
-            kept.append(round(degrees, 3))
-    return sorted(kept)
+        if min(abs(degrees - other) for other in angles) > 0.2:
+            angles.append(round(degrees, 3))
+    return sorted(angles)
 
 
-def _printed_points(axes: Axes) -> None:
+def _plot_printed_points(axes: Axes) -> None:
     """Dubois' table; what is no slip of a slide rule is ringed."""
-    radii = [row[0] for row in FORCES]
+    radii = [row[0] for row in PRINTED_SPRING_FORCES]
     for column, colour in ((1, BLUE), (2, VERMILLION)):
-        axes.plot(radii, [row[column] for row in FORCES], "o", color=colour, markersize=4, markerfacecolor=PAPER)
-    wrong = [step for step in dubois().table if abs(step.printed - step.recomputed) > SLIDE_RULE]
-    for step in wrong:
-        radius = next(row[0] for row in FORCES if step.printed in row[1:])
+        axes.plot(
+            radii,
+            [row[column] for row in PRINTED_SPRING_FORCES],
+            "o",
+            color=colour,
+            markersize=4,
+            markerfacecolor=PAPER,
+        )
+    misprints = [
+        step for step in compare_with_paper().table if abs(step.printed - step.recomputed) > SLIDE_RULE_TOLERANCE
+    ]
+    for step in misprints:
+        radius = next(row[0] for row in PRINTED_SPRING_FORCES if step.printed in row[1:])
         axes.plot([radius], [step.printed], "o", color=GREEN, markersize=13, markerfacecolor="none")
         words = f"printed {step.printed:g},\nrecomputed {step.recomputed:.1f}"
         note = axes.annotate(words, (radius, step.printed), (-12, 20), textcoords="offset points")
-        note.set(color=GREEN, fontsize=8.5, fontfamily=SANS)
-    speeds = " and ".join(f"{speed:g}" for speed in SPEEDS)
-    axes.plot([], [], "o", color=QUIET, markersize=4, markerfacecolor=PAPER, label=f"Dubois' table, {speeds} rad/s")
+        note.set(color=GREEN, fontsize=8.5, fontfamily=SANS_FONT)
+    speeds = " and ".join(f"{speed:g}" for speed in PAPER_SPEEDS)
+    axes.plot([], [], "o", color=MUTED, markersize=4, markerfacecolor=PAPER, label=f"Dubois' table, {speeds} rad/s")
 
 
-def _begin(title: str, below: str) -> tuple[Figure, Axes]:
-    figure = Figure(figsize=SIZE, dpi=DPI, facecolor=PAPER)
-    figure.text(0.02, 0.945, title, fontsize=15, va="center", color=INK, fontfamily=SERIF)
-    figure.text(0.02, 0.89, below, fontsize=10, va="center", color=QUIET, fontfamily=SERIF)
-    axes = figure.add_axes(PLACE)
-    _furnish(axes)
+def _new_figure(title: str, subtitle: str) -> tuple[Figure, Axes]:
+    figure = Figure(figsize=_FIGURE_SIZE, dpi=_DPI, facecolor=PAPER)
+    figure.text(0.02, 0.945, title, fontsize=15, va="center", color=INK, fontfamily=SERIF_FONT)
+    figure.text(0.02, 0.89, subtitle, fontsize=10, va="center", color=MUTED, fontfamily=SERIF_FONT)
+    axes = figure.add_axes(_AXES_RECT)
+    _style_axes(axes)
     return figure, axes
 
 
-def _furnish(axes: Axes) -> None:
+def _style_axes(axes: Axes) -> None:
     axes.set_facecolor(PAPER)
     for side, spine in axes.spines.items():
-        spine.set(visible=side in ("left", "bottom"), color=QUIET, linewidth=0.8)
-    axes.tick_params(color=QUIET, labelcolor=QUIET, labelsize=8, labelfontfamily=SANS)
+        spine.set(visible=side in ("left", "bottom"), color=MUTED, linewidth=0.8)
+    axes.tick_params(color=MUTED, labelcolor=MUTED, labelsize=8, labelfontfamily=SANS_FONT)
     axes.grid(color=RULE, linewidth=0.6)
     axes.set_axisbelow(True)
 
 
-def _legend(axes: Axes, place: Literal["upper left", "lower right"]) -> None:
-    legend = axes.legend(frameon=False, fontsize=8.5, loc=place, handlelength=1.6, labelcolor=INK)
+def _add_legend(axes: Axes, location: Literal["upper left", "lower right"]) -> None:
+    legend = axes.legend(frameon=False, fontsize=8.5, loc=location, handlelength=1.6, labelcolor=INK)
     for text in legend.get_texts():
-        text.set_fontfamily(SANS)
+        text.set_fontfamily(SANS_FONT)
 
 
-def _mm(metres: float) -> str:
-    return f"{metres * MM:.5g} mm"
+def _format_mm(length: float) -> str:
+    return f"{length * _MM_PER_M:.5g} mm"
 
 
-def _written(figure: Figure, foot: str, path: str | os.PathLike[str]) -> Path:
+def _save_png(figure: Figure, footnote: str, path: str | os.PathLike[str]) -> Path:
     """Write the figure; an exception leaves no file behind."""
-    figure.text(0.02, 0.022, foot, color=QUIET, fontsize=7.5, fontfamily=SANS)
+    figure.text(0.02, 0.022, footnote, color=MUTED, fontsize=7.5, fontfamily=SANS_FONT)
     target = Path(path)
     if target.suffix.lower() != ".png":
         raise MechanismError(f"a figure's name must end in .png; got {target.name!r}")
-    with written_beside(target) as temporary:
+    with atomic_write(target) as temporary:
         canvas: Any = FigureCanvasAgg(figure)
         canvas.print_png(str(temporary), metadata={"Software": None})
     return target

@@ -11,28 +11,57 @@ from matplotlib.axes import Axes
 from matplotlib.lines import Line2D
 from matplotlib.patches import Circle
 
-from governor_mechanism.render.figures.engraving_sheet import CHAIN, DASHES, DOTS, MM, dress, letter
-from governor_mechanism.render.figures.parabolic.isochronous_data import MARKS, SHARES, SPAN, Plate, Point, leaving
-from governor_mechanism.render.style import BLUE, GREEN, INK, PAPER, QUIET, SERIES, SERIF, SKY, STYLES, VERMILLION
+from governor_mechanism.render.figures.engraving_sheet import (
+    CHAIN_DOTTED,
+    DASHED,
+    DOTTED,
+    MM_PER_M,
+    annotate_point,
+    style_plate_axes,
+)
+from governor_mechanism.render.figures.parabolic.isochronous_data import (
+    ARM_RATIOS,
+    MARKED_ANGLE_CHANGES,
+    MAX_ANGLE_CHANGE,
+    IsochronousPlateData,
+    PlatePoint,
+    speed_deviation_curve,
+)
+from governor_mechanism.render.style import (
+    BLUE,
+    GREEN,
+    INK,
+    MUTED,
+    PAPER,
+    ROLE_STYLES,
+    SERIES_COLOURS,
+    SERIF_FONT,
+    SKY,
+    VERMILLION,
+)
 from governor_mechanism.types import FloatArray
 
-PER_MINUTE = 30 / math.pi
+_RPM_PER_RAD_S = 30 / math.pi
 
 
 @dataclass(frozen=True)
-class Arm:
+class ArmStyle:
     """How an arm is named and coloured."""
 
     name: str
     colour: str
 
 
-ARMS = {1.0: Arm("$l = \\rho$", BLUE), 1.3: Arm("$l = 1.3\\,\\rho$", SERIES[3]), 0.7: Arm("$l = 0.7\\,\\rho$", GREEN)}
+ARM_STYLES = {
+    1.0: ArmStyle("$l = \\rho$", BLUE),
+    1.3: ArmStyle("$l = 1.3\\,\\rho$", SERIES_COLOURS[3]),
+    0.7: ArmStyle("$l = 0.7\\,\\rho$", GREEN),
+}
 """By share of the radius of curvature."""
 
 
 @dataclass(frozen=True)
-class View:
+class FamilyPanelLimits:
     """What the left panel shows (mm)."""
 
     left: float
@@ -46,167 +75,209 @@ class View:
         return max(self.right - self.left, self.top - self.bottom)
 
 
-def view_of(plate: Plate, aspect: float) -> View:
+def family_panel_limits(data: IsochronousPlateData, aspect: float) -> FamilyPanelLimits:
     """Room of width : height = aspect for both centres, the arm raised level and the point of 45 degrees."""
-    x45, y45 = plate.parting_point(plate.start_speed)
-    xs = (0.0, plate.centre[0], plate.suspension[0], plate.offset + plate.arm, 1.5 * x45)
-    ys = (0.0, plate.centre[1], plate.suspension[1], 1.5 * y45)
-    left, right, bottom, top = (MM * value for value in (min(xs), max(xs), min(ys), max(ys)))
+    x45, y45 = data.point_at_45_degrees(data.start_speed)
+    xs = (0.0, data.centre_of_curvature[0], data.suspension[0], data.offset + data.arm, 1.5 * x45)
+    ys = (0.0, data.centre_of_curvature[1], data.suspension[1], 1.5 * y45)
+    left, right, bottom, top = (MM_PER_M * value for value in (min(xs), max(xs), min(ys), max(ys)))
     margin = 0.06 * max(right - left, top - bottom)
     left, right, bottom, top = left - 2.8 * margin, right + margin / 2, bottom - margin, top + margin
-    lacking = aspect * (top - bottom) - (right - left)
-    if lacking > 0:
-        return View(left - 0.35 * lacking, right + 0.65 * lacking, bottom, top)
-    return View(left, right, bottom, top - lacking / aspect)
+    missing_width = aspect * (top - bottom) - (right - left)
+    if missing_width > 0:
+        return FamilyPanelLimits(left - 0.35 * missing_width, right + 0.65 * missing_width, bottom, top)
+    return FamilyPanelLimits(left, right, bottom, top - missing_width / aspect)
 
 
-def draw_family(axes: Axes, plate: Plate, aspect: float) -> None:
+def draw_parabola_family(axes: Axes, data: IsochronousPlateData, aspect: float) -> None:
     """The left panel: parabolas, the ball's path and the circle of curvature, in mm and to one scale both ways."""
-    view = view_of(plate, aspect)
-    dress(axes, "distance from the spindle axis, mm", "height above the vertex, mm")
-    axes.set(xlim=(view.left, view.right), ylim=(view.bottom, view.top), aspect="equal")
-    axes.plot([0, 0], [view.bottom, view.top], color=QUIET, linewidth=1.0, linestyle=CHAIN, zorder=1)
-    letter(axes, (0, view.top), "spindle axis", (5, 0), color=QUIET, rotation=90, va="top")
-    for speed in plate.speeds:
-        _parabola(axes, plate, view, speed)
-    _parting_line(axes, plate, view)
-    _governor(axes, plate, view)
-    _circle_of_curvature(axes, plate)
+    limits = family_panel_limits(data, aspect)
+    style_plate_axes(axes, "distance from the spindle axis, mm", "height above the vertex, mm")
+    axes.set(xlim=(limits.left, limits.right), ylim=(limits.bottom, limits.top), aspect="equal")
+    axes.plot([0, 0], [limits.bottom, limits.top], color=MUTED, linewidth=1.0, linestyle=CHAIN_DOTTED, zorder=1)
+    annotate_point(axes, (0, limits.top), "spindle axis", (5, 0), color=MUTED, rotation=90, va="top")
+    for speed in data.speeds:
+        _draw_parabola(axes, data, limits, speed)
+    _draw_45_degree_line(axes, data, limits)
+    _draw_governor(axes, data, limits)
+    _draw_circle_of_curvature(axes, data)
 
 
-def _parabola(axes: Axes, plate: Plate, view: View, speed: float) -> None:
+def _draw_parabola(axes: Axes, data: IsochronousPlateData, limits: FamilyPanelLimits, speed: float) -> None:
     """One parabola of the family, to both sides, with its speed where it leaves the view."""
-    own = speed == plate.start_speed
-    colour, width = (INK, 2.0) if own else (QUIET, 0.8)
-    c = plate.parameter(speed) * MM
-    end = min(view.right, math.sqrt(c * view.top))
-    for limit, share in ((end, 1.0), (max(view.left, -end), 0.5)):
+    is_start_speed = speed == data.start_speed
+    colour, width = (INK, 2.0) if is_start_speed else (MUTED, 0.8)
+    c = data.double_parameter(speed) * MM_PER_M
+    end = min(limits.right, math.sqrt(c * limits.top))
+    for limit, width_ratio in ((end, 1.0), (max(limits.left, -end), 0.5)):
         x = np.linspace(0, limit, 200)
-        axes.plot(x, x**2 / c, color=colour, linewidth=width * share, zorder=2)
-    words = f"{speed * PER_MINUTE:.4g}" + (" rpm" if own else "")
+        axes.plot(x, x**2 / c, color=colour, linewidth=width * width_ratio, zorder=2)
+    words = f"{speed * _RPM_PER_RAD_S:.4g}" + (" rpm" if is_start_speed else "")
     to_the_right = {"offset": (5, 0), "ha": "left", "va": "center"}
     above = {"offset": (0, 4), "ha": "center", "va": "bottom"}
-    look: dict[str, Any] = to_the_right if end == view.right else above
-    letter(axes, (end, end**2 / c), words, **look, color=colour, weight="bold" if own else "normal")
+    label_style: dict[str, Any] = to_the_right if end == limits.right else above
+    annotate_point(
+        axes, (end, end**2 / c), words, **label_style, color=colour, weight="bold" if is_start_speed else "normal"
+    )
 
 
-def _parting_line(axes: Axes, plate: Plate, view: View) -> None:
+def _draw_45_degree_line(axes: Axes, data: IsochronousPlateData, limits: FamilyPanelLimits) -> None:
     """The line x = 2 y, and on every parabola its tangent of 45 degrees there."""
-    end = min(view.right, 2 * view.top)
+    end = min(limits.right, 2 * limits.top)
     axes.plot([0, end], [0, end / 2], color=GREEN, linewidth=1.0, zorder=3)
-    half = 0.018 * view.size
-    points = [tuple(MM * value for value in plate.parting_point(speed)) for speed in plate.speeds]
-    seen = [(x, y) for x, y in points if x + half < view.right and y + half < view.top]
-    for x, y in seen:
-        axes.plot([x - half, x + half], [y - half, y + half], color=GREEN, linewidth=1.4, zorder=4)
+    half_length = 0.018 * limits.size
+    points = [tuple(MM_PER_M * value for value in data.point_at_45_degrees(speed)) for speed in data.speeds]
+    visible_points = [(x, y) for x, y in points if x + half_length < limits.right and y + half_length < limits.top]
+    for x, y in visible_points:
+        axes.plot(
+            [x - half_length, x + half_length], [y - half_length, y + half_length], color=GREEN, linewidth=1.4, zorder=4
+        )
         axes.plot([x], [y], "o", color=GREEN, markersize=3.5, zorder=4)
     words = "on $x = 2y$ all rise at 45°\nand neighbours part most:\nZehnder would start here"
-    letter(axes, (view.right, view.bottom), words, (0, 5), color=GREEN, ha="right", va="bottom", linespacing=1.4)
+    annotate_point(
+        axes, (limits.right, limits.bottom), words, (0, 5), color=GREEN, ha="right", va="bottom", linespacing=1.4
+    )
 
 
-def _circle_of_curvature(axes: Axes, plate: Plate) -> None:
+def _draw_circle_of_curvature(axes: Axes, data: IsochronousPlateData) -> None:
     """The circle that osculates the parabola at the start point, its centre and radius."""
-    centre, start = _mm(plate.centre), _mm(plate.start)
-    x, y = _on_circle(centre, plate.radius * MM, np.linspace(-math.pi / 6, math.pi / 2 + 0.1, 400))
-    axes.plot(x, y, color=BLUE, linewidth=1.3, linestyle=DASHES, zorder=5)
+    centre, start = _to_mm(data.centre_of_curvature), _to_mm(data.start_point)
+    x, y = _circle_points(
+        centre, data.radius_of_curvature * MM_PER_M, np.linspace(-math.pi / 6, math.pi / 2 + 0.1, 400)
+    )
+    axes.plot(x, y, color=BLUE, linewidth=1.3, linestyle=DASHED, zorder=5)
     axes.plot(*centre, "+", color=BLUE, markersize=12, markeredgewidth=1.5, zorder=8)
-    if plate.osculates:
+    if data.starts_at_osculation:
         words = "suspension,\ncentre of\ncurvature"
     else:
         words = "centre of\ncurvature"
-        axes.plot(*zip(centre, start, strict=True), color=BLUE, linewidth=0.8, linestyle=DASHES, zorder=3)
-        hang = _mm(plate.suspension)
-        middle = (centre[0] + hang[0]) / 2, (centre[1] + hang[1]) / 2
-        _along(axes, plate, middle, f"$\\rho$ = {plate.radius * MM:.4g} mm", BLUE)
-    letter(axes, centre, words, (-9, -9), color=BLUE, ha="right", va="top")
+        axes.plot(*zip(centre, start, strict=True), color=BLUE, linewidth=0.8, linestyle=DASHED, zorder=3)
+        suspension = _to_mm(data.suspension)
+        middle = (centre[0] + suspension[0]) / 2, (centre[1] + suspension[1]) / 2
+        _label_along_arm(axes, data, middle, f"$\\rho$ = {data.radius_of_curvature * MM_PER_M:.4g} mm", BLUE)
+    annotate_point(axes, centre, words, (-9, -9), color=BLUE, ha="right", va="top")
 
 
-def _governor(axes: Axes, plate: Plate, view: View) -> None:
+def _draw_governor(axes: Axes, data: IsochronousPlateData, limits: FamilyPanelLimits) -> None:
     """Suspension, arm and ball at the start point, and the ball's path, broad over the travel."""
-    hang, start, arm = _mm(plate.suspension), _mm(plate.start), plate.arm * MM
-    low, high = plate.travel
-    axes.plot(*_on_circle(hang, arm, np.linspace(low, high, 300)), color=SKY, linewidth=6, alpha=0.75, zorder=3)
-    axes.plot(*_on_circle(hang, arm, np.linspace(low - 0.3, low, 60)), color=SKY, linewidth=1.2, zorder=3)
-    axes.plot(*zip(hang, start, strict=True), color=INK, linewidth=1.8, zorder=6)
-    ball = STYLES["ball"]
-    axes.add_patch(Circle(start, 0.02 * view.size, facecolor=ball.fill, edgecolor=ball.stroke, linewidth=1.2, zorder=7))
+    suspension, start, arm = _to_mm(data.suspension), _to_mm(data.start_point), data.arm * MM_PER_M
+    low, high = data.travel
+    axes.plot(
+        *_circle_points(suspension, arm, np.linspace(low, high, 300)), color=SKY, linewidth=6, alpha=0.75, zorder=3
+    )
+    axes.plot(*_circle_points(suspension, arm, np.linspace(low - 0.3, low, 60)), color=SKY, linewidth=1.2, zorder=3)
+    axes.plot(*zip(suspension, start, strict=True), color=INK, linewidth=1.8, zorder=6)
+    ball = ROLE_STYLES["ball"]
+    axes.add_patch(
+        Circle(start, 0.02 * limits.size, facecolor=ball.fill, edgecolor=ball.stroke, linewidth=1.2, zorder=7)
+    )
     axes.plot(*start, "o", color=PAPER, markersize=2.5, zorder=8)
-    axes.plot(*hang, "o", color=INK, markerfacecolor=PAPER, markersize=8, zorder=7)
-    own = "= \\rho$" if plate.osculates else f"= {plate.arm / plate.radius:.2f}\\,\\rho$"
-    middle = (hang[0] + start[0]) / 2, (hang[1] + start[1]) / 2
-    _along(axes, plate, middle, f"$l {own} = {arm:.4g} mm", INK)
-    if not plate.osculates:
-        letter(axes, hang, "suspension", (9, 2), va="center")
-    end = _on_circle(hang, arm, np.array(high))
-    letter(axes, (float(end[0]), float(end[1])), "path of the ball", (-22, 0), ha="right", va="center", color=BLUE)
-    below = 0.5 * start[0] ** 2 / (plate.parameter(plate.speeds[0]) * MM)
-    axes.plot([start[0]] * 2, [start[1], below], color=INK, linewidth=0.7, zorder=6)
-    words = f"{'osculation' if plate.osculates else 'start'} point"
-    crowded = start[0] - view.left > 0.65 * (view.right - view.left)
-    letter(axes, (start[0], below), words, (0, -3), ha="right" if crowded else "center", va="top")
-    _angle(axes, plate)
+    axes.plot(*suspension, "o", color=INK, markerfacecolor=PAPER, markersize=8, zorder=7)
+    arm_ratio_text = (
+        "= \\rho$" if data.starts_at_osculation else f"= {data.arm / data.radius_of_curvature:.2f}\\,\\rho$"
+    )
+    middle = (suspension[0] + start[0]) / 2, (suspension[1] + start[1]) / 2
+    _label_along_arm(axes, data, middle, f"$l {arm_ratio_text} = {arm:.4g} mm", INK)
+    if not data.starts_at_osculation:
+        annotate_point(axes, suspension, "suspension", (9, 2), va="center")
+    end = _circle_points(suspension, arm, np.array(high))
+    annotate_point(
+        axes, (float(end[0]), float(end[1])), "path of the ball", (-22, 0), ha="right", va="center", color=BLUE
+    )
+    parabola_ordinate = 0.5 * start[0] ** 2 / (data.double_parameter(data.speeds[0]) * MM_PER_M)
+    axes.plot([start[0]] * 2, [start[1], parabola_ordinate], color=INK, linewidth=0.7, zorder=6)
+    words = f"{'osculation' if data.starts_at_osculation else 'start'} point"
+    crowded = start[0] - limits.left > 0.65 * (limits.right - limits.left)
+    annotate_point(axes, (start[0], parabola_ordinate), words, (0, -3), ha="right" if crowded else "center", va="top")
+    _draw_arm_angle(axes, data)
 
 
-def _angle(axes: Axes, plate: Plate) -> None:
+def _draw_arm_angle(axes: Axes, data: IsochronousPlateData) -> None:
     """The arm angle at the start, from the vertical beneath the suspension."""
-    hang, reach = _mm(plate.suspension), 0.24 * plate.arm * MM
-    axes.plot([hang[0]] * 2, [hang[1], hang[1] - 1.15 * reach], color=QUIET, linewidth=0.7, zorder=3)
-    axes.plot(*_on_circle(hang, reach, np.linspace(0, plate.start_angle, 60)), color=QUIET, linewidth=0.7, zorder=3)
-    x, y = _on_circle(hang, reach, np.array(plate.start_angle / 2))
-    letter(axes, (float(x), float(y)), "$\\alpha_1$", (2, -8), ha="center", va="center", color=QUIET)
+    suspension, arc_radius = _to_mm(data.suspension), 0.24 * data.arm * MM_PER_M
+    axes.plot(
+        [suspension[0]] * 2, [suspension[1], suspension[1] - 1.15 * arc_radius], color=MUTED, linewidth=0.7, zorder=3
+    )
+    axes.plot(
+        *_circle_points(suspension, arc_radius, np.linspace(0, data.start_angle, 60)),
+        color=MUTED,
+        linewidth=0.7,
+        zorder=3,
+    )
+    x, y = _circle_points(suspension, arc_radius, np.array(data.start_angle / 2))
+    annotate_point(axes, (float(x), float(y)), "$\\alpha_1$", (2, -8), ha="center", va="center", color=MUTED)
 
 
-def _along(axes: Axes, plate: Plate, middle: Point, words: str, colour: str) -> None:
+def _label_along_arm(axes: Axes, data: IsochronousPlateData, middle: PlatePoint, words: str, colour: str) -> None:
     """Words along the arm, above it."""
-    slope = math.degrees(plate.start_angle) - 90
-    a = plate.start_angle
+    rotation = math.degrees(data.start_angle) - 90
+    a = data.start_angle
     offset = 10 * math.cos(a), 10 * math.sin(a)
-    letter(axes, middle, words, offset, color=colour, ha="center", va="center", rotation=slope)
+    annotate_point(axes, middle, words, offset, color=colour, ha="center", va="center", rotation=rotation)
 
 
-def _mm(point: Point) -> Point:
-    return MM * point[0], MM * point[1]
+def _to_mm(point: PlatePoint) -> PlatePoint:
+    return MM_PER_M * point[0], MM_PER_M * point[1]
 
 
-def _on_circle(centre: Point, radius: float, angles: FloatArray) -> tuple[FloatArray, FloatArray]:
+def _circle_points(centre: PlatePoint, radius: float, angles: FloatArray) -> tuple[FloatArray, FloatArray]:
     """Points (n,), (n,) of a circle at angles (n,) from the downward vertical (rad)."""
     return centre[0] + radius * np.sin(angles), centre[1] - radius * np.cos(angles)
 
 
-def draw_leaving(axes: Axes, plate: Plate) -> None:
-    """The right panel: changes of the speed of rest (percent) against changes of the arm angle (deg) for three arms."""
-    dress(axes, "change of the arm angle, deg", "change of the speed of rest, %")
-    curves = {share: leaving(plate, share) for share in SHARES}
-    limit = 1.5 * 100 * float(np.abs(curves[0.7].true).max())
-    reach = 1.05 * math.degrees(SPAN)
-    axes.set(xlim=(-reach, reach), ylim=(-limit, limit))
-    axes.axhline(0, color=QUIET, linewidth=0.8, zorder=1)
-    axes.axvline(0, color=QUIET, linewidth=0.8, zorder=1)
-    for share, curve in curves.items():
-        arm = ARMS[share]
-        degrees, percent, read = np.degrees(curve.turns), 100 * curve.true, 100 * curve.read
-        rising = np.gradient(percent, degrees) > 0
-        for wanted, style in ((True, "-"), (False, DASHES)):
-            part = np.where(rising == wanted, percent, np.nan)
+def draw_speed_deviations(axes: Axes, data: IsochronousPlateData) -> None:
+    """The right panel: changes of the equilibrium speed (percent) against changes of the arm angle (deg) for three arms."""
+    style_plate_axes(axes, "change of the arm angle, deg", "change of the equilibrium speed, %")
+    curves = {arm_ratio: speed_deviation_curve(data, arm_ratio) for arm_ratio in ARM_RATIOS}
+    limit = 1.5 * 100 * float(np.abs(curves[0.7].equilibrium_speed_changes).max())
+    axis_limit = 1.05 * math.degrees(MAX_ANGLE_CHANGE)
+    axes.set(xlim=(-axis_limit, axis_limit), ylim=(-limit, limit))
+    axes.axhline(0, color=MUTED, linewidth=0.8, zorder=1)
+    axes.axvline(0, color=MUTED, linewidth=0.8, zorder=1)
+    for arm_ratio, curve in curves.items():
+        arm = ARM_STYLES[arm_ratio]
+        degrees, percent, parabola_percent = (
+            np.degrees(curve.angle_changes),
+            100 * curve.equilibrium_speed_changes,
+            100 * curve.parabola_speed_changes,
+        )
+        is_rising = np.gradient(percent, degrees) > 0
+        for is_stable, style in ((True, "-"), (False, DASHED)):
+            part = np.where(is_rising == is_stable, percent, np.nan)
             axes.plot(degrees, part, color=arm.colour, linewidth=2.2, linestyle=style, zorder=4)
-        axes.plot(degrees, read, color=arm.colour, linewidth=1.1, linestyle=DOTS, zorder=3)
-        axes.plot(degrees[[0, -1]], read[[0, -1]], "x", color=VERMILLION, markersize=7, markeredgewidth=1.6, zorder=6)
-        marks = leaving(plate, share, MARKS)
-        axes.plot(np.degrees(marks.turns), 100 * marks.true, "o", color=arm.colour, markersize=4.5, zorder=5)
-        letter(axes, (degrees[-1], percent[-1]), arm.name, (9, 0), color=arm.colour, va="center", fontsize=12)
-    _key(axes)
+        axes.plot(degrees, parabola_percent, color=arm.colour, linewidth=1.1, linestyle=DOTTED, zorder=3)
+        axes.plot(
+            degrees[[0, -1]],
+            parabola_percent[[0, -1]],
+            "x",
+            color=VERMILLION,
+            markersize=7,
+            markeredgewidth=1.6,
+            zorder=6,
+        )
+        marked_changes = speed_deviation_curve(data, arm_ratio, MARKED_ANGLE_CHANGES)
+        axes.plot(
+            np.degrees(marked_changes.angle_changes),
+            100 * marked_changes.equilibrium_speed_changes,
+            "o",
+            color=arm.colour,
+            markersize=4.5,
+            zorder=5,
+        )
+        annotate_point(axes, (degrees[-1], percent[-1]), arm.name, (9, 0), color=arm.colour, va="center", fontsize=12)
+    _add_legend(axes)
 
 
-def _key(axes: Axes) -> None:
+def _add_legend(axes: Axes) -> None:
     handles = [
         Line2D([], [], color=INK, linewidth=2.2, label="stable"),
-        Line2D([], [], color=INK, linewidth=2.2, linestyle=DASHES, label="unstable"),
+        Line2D([], [], color=INK, linewidth=2.2, linestyle=DASHED, label="unstable"),
         Line2D(
             [],
             [],
             color=INK,
             linewidth=1.1,
-            linestyle=DOTS,
+            linestyle=DOTTED,
             marker="x",
             markersize=7,
             markeredgewidth=1.6,
@@ -214,12 +285,12 @@ def _key(axes: Axes) -> None:
             label="parabola under the ball",
         ),
     ]
-    key = axes.legend(
+    legend = axes.legend(
         handles=handles,
         loc="lower right",
         bbox_to_anchor=(1.08, 0),
         framealpha=1,
         handlelength=2.5,
-        prop={"family": SERIF, "size": 10},
+        prop={"family": SERIF_FONT, "size": 10},
     )
-    key.get_frame().set(facecolor=PAPER, linewidth=0)
+    legend.get_frame().set(facecolor=PAPER, linewidth=0)

@@ -10,20 +10,20 @@ from matplotlib.figure import Figure
 
 from governor_mechanism.errors import MechanismError
 from governor_mechanism.model.scene import Scene
-from governor_mechanism.render.figures.engraving_sheet import MM, require_png, save, sheet, write
+from governor_mechanism.render.figures.engraving_sheet import MM_PER_M, new_plate, require_png, save_plate, write_text
 from governor_mechanism.render.figures.slide_valve.marks_panels import (
-    draw_construction,
-    draw_ellipse,
-    draw_errors,
-    draw_reuleaux,
+    draw_approximation_errors,
+    draw_error_construction,
+    draw_reuleaux_diagram,
+    draw_valve_ellipse,
 )
-from governor_mechanism.render.figures.slide_valve.zeuner_data import ValvePlate, valve_plate
-from governor_mechanism.render.figures.slide_valve.zeuner_plate import SOURCE
-from governor_mechanism.render.style import QUIET
+from governor_mechanism.render.figures.slide_valve.zeuner_data import ValveDiagramData, valve_diagram_data
+from governor_mechanism.render.figures.slide_valve.zeuner_plate import MARKS_SOURCE
+from governor_mechanism.render.style import MUTED
 
-HEADING = "Marks’ construction of the error term"
+_HEADING = "Marks’ construction of the error term"
 
-PANELS = {
+_PANEL_RECTS = {
     "construction": (0.03, 0.505, 0.47, 0.335),
     "errors": (0.60, 0.545, 0.355, 0.285),
     "ellipse": (0.068, 0.125, 0.40, 0.305),
@@ -39,14 +39,14 @@ def marks_figure(scene: Scene, path: str | os.PathLike[str]) -> Path:
     no file behind.
     """
     require_png(path)
-    return save(draw(valve_plate(scene)), path)
+    return save_plate(draw_marks_plate(valve_diagram_data(scene)), path)
 
 
-def draw(plate: ValvePlate) -> Figure:
+def draw_marks_plate(data: ValveDiagramData) -> Figure:
     """The plate as a figure. Raises MechanismError for an endless eccentric rod, which has no error term."""
-    if plate.eccentric.endless:
+    if data.eccentric.has_infinite_rod:
         raise MechanismError("Marks' construction is of an eccentric_rod of finite length; an endless one has no error")
-    figure = sheet(HEADING, plate.title, SOURCE)
+    figure = new_plate(_HEADING, data.title, MARKS_SOURCE)
     captions = (
         "Fig. 1.  On any ray $OP$ of the crank the valve goes farther by the curve’s height $z$",
         "Fig. 2.  What parabola and circle err",
@@ -54,16 +54,16 @@ def draw(plate: ValvePlate) -> Figure:
         "Fig. 4.  Reuleaux’s circle, by theory: $\\xi_0$ as distance from a leaning diameter",
     )
     for k, caption in enumerate(captions):
-        write(figure, (0.03, 0.545)[k % 2], (0.862, 0.462)[k // 2], caption, 11.5, fontstyle="italic")
-    draw_construction(figure.add_axes(PANELS["construction"]), plate)
-    draw_errors(figure.add_axes(PANELS["errors"]), plate)
-    draw_ellipse(figure.add_axes(PANELS["ellipse"]), plate)
-    draw_reuleaux(figure.add_axes(PANELS["reuleaux"]), plate)
-    r, rod = plate.eccentric.radius, plate.eccentric.rod
+        write_text(figure, (0.03, 0.545)[k % 2], (0.862, 0.462)[k // 2], caption, 11.5, fontstyle="italic")
+    draw_error_construction(figure.add_axes(_PANEL_RECTS["construction"]), data)
+    draw_approximation_errors(figure.add_axes(_PANEL_RECTS["errors"]), data)
+    draw_valve_ellipse(figure.add_axes(_PANEL_RECTS["ellipse"]), data)
+    draw_reuleaux_diagram(figure.add_axes(_PANEL_RECTS["reuleaux"]), data)
+    r, rod = data.eccentric.radius, data.eccentric.rod
     words = (
-        f"eccentric $r$ = {r * MM:.4g} mm,  rod $l$ = {rod * MM:.5g} mm,  advance $\\delta$ = "
-        f"{math.degrees(plate.eccentric.advance):.4g}°;  neglected terms are of the size $r^4/8l^3$ = "
-        f"{r**4 / (8 * rod**3) * MM:.3g} mm"
+        f"eccentric $r$ = {r * MM_PER_M:.4g} mm,  rod $l$ = {rod * MM_PER_M:.5g} mm,  advance $\\delta$ = "
+        f"{math.degrees(data.eccentric.advance):.4g}°;  neglected terms are of the size $r^4/8l^3$ = "
+        f"{r**4 / (8 * rod**3) * MM_PER_M:.3g} mm"
     )
-    write(figure, 0.5, 0.043, words.replace("= -", "= −"), 10.5, ha="center", color=QUIET)
+    write_text(figure, 0.5, 0.043, words.replace("= -", "= −"), 10.5, ha="center", color=MUTED)
     return figure

@@ -8,18 +8,18 @@ from dataclasses import dataclass
 import numpy as np
 
 from governor_mechanism.closed_form import slide_valve as closed
-from governor_mechanism.closed_form.slider_crank import CrankTrain, travel_from_outer_end
+from governor_mechanism.closed_form.slider_crank import CrankTrain, travel_from_outer_dead_centre
 from governor_mechanism.model.scene import Scene
-from governor_mechanism.observables.valve_timing import at_angles, setting_of
-from governor_mechanism.studies.slide_valve.valve_timing import ValveEvents, valve_events
+from governor_mechanism.observables.valve_timing import evaluate_at_crank_angles, valve_setting
+from governor_mechanism.studies.slide_valve.valve_timing import ValveTiming, tabulate_valve_timing
 from governor_mechanism.types import FloatArray
 
-STEPS = 720
+_N_CRANK_ANGLES = 720
 """Crank angles in a turn of the mechanism."""
 
 
 @dataclass(frozen=True, kw_only=True)
-class ValvePlate:
+class ValveDiagramData:
     """A slide valve over a turn: angles (n,) rad from the crank end's dead centre, once round and closed.
 
     displacement (n,) m is the mechanism's and theory (n,) m that of Zeuner's law; piston (n,) the part of the stroke
@@ -29,41 +29,42 @@ class ValvePlate:
     title: str
     setting: str
     eccentric: closed.Eccentric
-    train: CrankTrain
+    crank_train: CrankTrain
     outside_lap: float
     inside_lap: float
     angles: FloatArray
     displacement: FloatArray
-    theory: FloatArray
-    piston: FloatArray
-    piston_theory: FloatArray
-    events: ValveEvents
+    theoretical_displacement: FloatArray
+    piston_travel: FloatArray
+    theoretical_piston_travel: FloatArray
+    events: ValveTiming
 
     @property
-    def ratio(self) -> float:
+    def rod_ratio(self) -> float:
         """l : r."""
         return self.eccentric.rod / self.eccentric.radius
 
 
-def valve_plate(scene: Scene) -> ValvePlate:
+def valve_diagram_data(scene: Scene) -> ValveDiagramData:
     """The numbers for a slide valve's scene. Raises MechanismError for another machine."""
-    events = valve_events(scene)
-    sizes = scene.part.dimensions
-    eccentric, train = closed.Eccentric.of(sizes), CrankTrain.of(sizes)
-    angles = np.linspace(0.0, math.tau, STEPS + 1)
-    moving = at_angles(scene, angles).readings
-    endless = CrankTrain(crank=train.crank, rod=math.inf)
-    return ValvePlate(
+    events = tabulate_valve_timing(scene)
+    dimensions = scene.part.dimensions
+    eccentric, crank_train = closed.Eccentric.from_dimensions(dimensions), CrankTrain.from_dimensions(dimensions)
+    angles = np.linspace(0.0, math.tau, _N_CRANK_ANGLES + 1)
+    readings = evaluate_at_crank_angles(scene, angles).readings
+    endless = CrankTrain(crank=crank_train.crank, rod=math.inf)
+    return ValveDiagramData(
         title=scene.title,
-        setting=setting_of(scene),
+        setting=valve_setting(scene),
         eccentric=eccentric,
-        train=train,
-        outside_lap=sizes["outside_lap"],
-        inside_lap=sizes["inside_lap"],
+        crank_train=crank_train,
+        outside_lap=dimensions["outside_lap"],
+        inside_lap=dimensions["inside_lap"],
         angles=angles,
-        displacement=moving["valve_displacement"],
-        theory=np.asarray(closed.first_order(eccentric, crank_angle=angles)),
-        piston=moving["crank_end_travel"] / (2 * train.crank),
-        piston_theory=1 - np.asarray(travel_from_outer_end(endless, crank_angle=angles + math.pi)) / (2 * train.crank),
+        displacement=readings["valve_displacement"],
+        theoretical_displacement=np.asarray(closed.first_order_displacement(eccentric, crank_angle=angles)),
+        piston_travel=readings["crank_end_travel"] / (2 * crank_train.crank),
+        theoretical_piston_travel=1
+        - np.asarray(travel_from_outer_dead_centre(endless, crank_angle=angles + math.pi)) / (2 * crank_train.crank),
         events=events,
     )

@@ -10,20 +10,33 @@ from matplotlib.figure import Figure
 from matplotlib.lines import Line2D
 
 from governor_mechanism.model.scene import Scene
-from governor_mechanism.render.figures.engraving_sheet import HEIGHT, MM, WIDTH, require_png, save, sheet, write
-from governor_mechanism.render.figures.slide_valve.zeuner_data import ValvePlate, valve_plate
-from governor_mechanism.render.figures.slide_valve.zeuner_panels import CRANK_END, HEAD_END, draw_polar, draw_strokes
-from governor_mechanism.render.style import INK, QUIET, RULE, SERIF
+from governor_mechanism.render.figures.engraving_sheet import (
+    MM_PER_M,
+    PLATE_HEIGHT,
+    PLATE_WIDTH,
+    new_plate,
+    require_png,
+    save_plate,
+    write_text,
+)
+from governor_mechanism.render.figures.slide_valve.zeuner_data import ValveDiagramData, valve_diagram_data
+from governor_mechanism.render.figures.slide_valve.zeuner_panels import (
+    CRANK_END_COLOUR,
+    HEAD_END_COLOUR,
+    draw_polar_diagram,
+    draw_stroke_diagram,
+)
+from governor_mechanism.render.style import INK, MUTED, RULE, SERIF_FONT
 from governor_mechanism.studies.slide_valve.valve_timing import ValveEvent
 
-SOURCE = "after Müller-Melchiors on W. D. Marks, Dinglers Polytechnisches Journal 241 (1881), p. 161"
-HEADING = "Zeuner’s diagram of the slide valve"
+MARKS_SOURCE = "after Müller-Melchiors on W. D. Marks, Dinglers Polytechnisches Journal 241 (1881), p. 161"
+_HEADING = "Zeuner’s diagram of the slide valve"
 
-POLAR = (0.028, 0.07, 0.545, 0.785)
-STROKES = (0.645, 0.115, 0.287, 0.205)
+_POLAR_RECT = (0.028, 0.07, 0.545, 0.785)
+_STROKES_RECT = (0.645, 0.115, 0.287, 0.205)
 """Left and lower edge, width and height of the panels, in fractions of the figure."""
 
-COLUMNS = (0.605, 0.742, 0.805, 0.866, 0.917, 0.965)
+_COLUMN_POSITIONS = (0.605, 0.742, 0.805, 0.866, 0.917, 0.965)
 """Where the columns of the table stand: the first begins, the others end there."""
 
 
@@ -33,46 +46,50 @@ def zeuner_figure(scene: Scene, path: str | os.PathLike[str]) -> Path:
     Returns the path. Raises MechanismError for another machine; an exception leaves no file behind.
     """
     require_png(path)
-    return save(draw(valve_plate(scene)), path)
+    return save_plate(draw_zeuner_plate(valve_diagram_data(scene)), path)
 
 
-def draw(plate: ValvePlate) -> Figure:
+def draw_zeuner_plate(data: ValveDiagramData) -> Figure:
     """The plate as a figure."""
-    figure = sheet(HEADING, plate.title, SOURCE)
+    figure = new_plate(_HEADING, data.title, MARKS_SOURCE)
     caption = (
         "Fig. 1.  The valve’s displacement on the ray of the crank: on a circle by theory, in truth on the bold curve"
     )
-    write(figure, 0.03, 0.862, caption, 11.5, fontstyle="italic")
-    draw_polar(figure.add_axes(POLAR), plate, POLAR[2] * WIDTH / (POLAR[3] * HEIGHT))
-    _table(figure, plate)
-    write(figure, 0.605, 0.36, "Fig. 2.  What the steam does over the stroke", 11.5, fontstyle="italic")
-    draw_strokes(figure.add_axes(STROKES), plate)
-    _sizes(figure, plate)
+    write_text(figure, 0.03, 0.862, caption, 11.5, fontstyle="italic")
+    draw_polar_diagram(
+        figure.add_axes(_POLAR_RECT), data, _POLAR_RECT[2] * PLATE_WIDTH / (_POLAR_RECT[3] * PLATE_HEIGHT)
+    )
+    _write_event_table(figure, data)
+    write_text(figure, 0.605, 0.36, "Fig. 2.  What the steam does over the stroke", 11.5, fontstyle="italic")
+    draw_stroke_diagram(figure.add_axes(_STROKES_RECT), data)
+    _write_dimensions(figure, data)
     return figure
 
 
-def _table(figure: Figure, plate: ValvePlate) -> None:
+def _write_event_table(figure: Figure, data: ValveDiagramData) -> None:
     """The events in numbers, by cylinder ends."""
-    top, row = 0.862, 0.036
-    write(figure, COLUMNS[0], top, "The events of steam on the mechanism", 11.5, fontstyle="italic")
-    heads = ("crank", "theory", "later by", "stroke", "theory")
-    for x, head, unit in zip(COLUMNS[1:], heads, ("deg", "deg", "deg", "%", "%"), strict=True):
-        write(figure, x, top - 0.036, head, 10.5, ha="right", color=QUIET)
-        write(figure, x, top - 0.056, unit, 8.5, ha="right", color=QUIET)
-    _rule(figure, top - 0.064)
+    top, row_height = 0.862, 0.036
+    write_text(figure, _COLUMN_POSITIONS[0], top, "The events of steam on the mechanism", 11.5, fontstyle="italic")
+    column_headings = ("crank", "theory", "later by", "stroke", "theory")
+    for x, column_heading, unit in zip(
+        _COLUMN_POSITIONS[1:], column_headings, ("deg", "deg", "deg", "%", "%"), strict=True
+    ):
+        write_text(figure, x, top - 0.036, column_heading, 10.5, ha="right", color=MUTED)
+        write_text(figure, x, top - 0.056, unit, 8.5, ha="right", color=MUTED)
+    _draw_rule(figure, top - 0.064)
     y = top - 0.09
-    for end, colour in (("crank end", CRANK_END), ("head end", HEAD_END)):
-        write(figure, COLUMNS[0], y, end, 11, color=colour, fontstyle="italic")
-        for event in plate.events.rows:
+    for end, colour in (("crank end", CRANK_END_COLOUR), ("head end", HEAD_END_COLOUR)):
+        write_text(figure, _COLUMN_POSITIONS[0], y, end, 11, color=colour, fontstyle="italic")
+        for event in data.events.rows:
             if event.name.startswith(end):
-                y -= row
-                _line(figure, y, event, colour)
-        y -= row + 0.008
-    _rule(figure, y + row - 0.006)
+                y -= row_height
+                _write_event_row(figure, y, event, colour)
+        y -= row_height + 0.008
+    _draw_rule(figure, y + row_height - 0.006)
 
 
-def _line(figure: Figure, y: float, event: ValveEvent, colour: str) -> None:
-    write(figure, COLUMNS[0] + 0.012, y, event.name.rsplit(" ", 1)[1], 11.5, color=colour)
+def _write_event_row(figure: Figure, y: float, event: ValveEvent, colour: str) -> None:
+    write_text(figure, _COLUMN_POSITIONS[0] + 0.012, y, event.name.rsplit(" ", 1)[1], 11.5, color=colour)
     numbers = (
         f"{math.degrees(event.simulated):.3f}",
         f"{math.degrees(event.theory):.3f}",
@@ -80,25 +97,25 @@ def _line(figure: Figure, y: float, event: ValveEvent, colour: str) -> None:
         f"{100 * event.simulated_stroke:.2f}",
         f"{100 * event.theory_stroke:.2f}",
     )
-    for k, (x, number) in enumerate(zip(COLUMNS[1:], numbers, strict=True)):
-        write(figure, x, y, number, 11.5, ha="right", color=QUIET if k in (1, 4) else INK)
+    for k, (x, number) in enumerate(zip(_COLUMN_POSITIONS[1:], numbers, strict=True)):
+        write_text(figure, x, y, number, 11.5, ha="right", color=MUTED if k in (1, 4) else INK)
 
 
-def _rule(figure: Figure, y: float) -> None:
-    figure.add_artist(Line2D([COLUMNS[0], COLUMNS[-1]], [y, y], color=RULE, linewidth=1.0))
+def _draw_rule(figure: Figure, y: float) -> None:
+    figure.add_artist(Line2D([_COLUMN_POSITIONS[0], _COLUMN_POSITIONS[-1]], [y, y], color=RULE, linewidth=1.0))
 
 
-def _sizes(figure: Figure, plate: ValvePlate) -> None:
+def _write_dimensions(figure: Figure, data: ValveDiagramData) -> None:
     """The gear in numbers, beneath the diagram."""
-    eccentric, train = plate.eccentric, plate.train
+    eccentric, crank_train = data.eccentric, data.crank_train
     rods = [
-        f"${name}$ = {'∞' if math.isinf(value) else f'{value * MM:.5g} mm'}"
-        for name, value in (("l", eccentric.rod), ("L", train.rod))
+        f"${name}$ = {'∞' if math.isinf(value) else f'{value * MM_PER_M:.5g} mm'}"
+        for name, value in (("l", eccentric.rod), ("L", crank_train.rod))
     ]
-    leads = " and ".join(f"{lead * MM:.4g}" for lead in plate.events.leads)
+    leads = " and ".join(f"{lead * MM_PER_M:.4g}" for lead in data.events.leads)
     words = (
-        f"eccentric $r$ = {eccentric.radius * MM:.4g} mm,  rod {rods[0]},  advance $\\delta$ = "
-        f"{math.degrees(eccentric.advance):.4g}°,  laps $e$ = {plate.outside_lap * MM:.4g}, $i$ = "
-        f"{plate.inside_lap * MM:.4g} mm,  crank $R$ = {train.crank * MM:.4g} mm,  rod {rods[1]};  leads {leads} mm"
+        f"eccentric $r$ = {eccentric.radius * MM_PER_M:.4g} mm,  rod {rods[0]},  advance $\\delta$ = "
+        f"{math.degrees(eccentric.advance):.4g}°,  laps $e$ = {data.outside_lap * MM_PER_M:.4g}, $i$ = "
+        f"{data.inside_lap * MM_PER_M:.4g} mm,  crank $R$ = {crank_train.crank * MM_PER_M:.4g} mm,  rod {rods[1]};  leads {leads} mm"
     )
-    write(figure, 0.5, 0.043, words.replace(" -", " −"), 10.5, ha="center", color=QUIET, fontfamily=SERIF)
+    write_text(figure, 0.5, 0.043, words.replace(" -", " −"), 10.5, ha="center", color=MUTED, fontfamily=SERIF_FONT)

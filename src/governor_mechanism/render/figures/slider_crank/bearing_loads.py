@@ -14,199 +14,227 @@ from matplotlib.patches import Circle, Rectangle
 from numpy.typing import NDArray
 
 from governor_mechanism.closed_form.slider_crank import BearingLoads, CrankTrain, bearing_loads, crosshead_distance
-from governor_mechanism.effects.crank_masses import Masses
+from governor_mechanism.effects.crank_masses import CrankMasses
 from governor_mechanism.errors import MechanismError
 from governor_mechanism.model.trajectory import Trajectory
 from governor_mechanism.render.figures.engraving_sheet import (
-    CHAIN,
-    DASHES,
-    HEIGHT,
-    WIDTH,
-    dress,
-    letter,
+    CHAIN_DOTTED,
+    DASHED,
+    PLATE_HEIGHT,
+    PLATE_WIDTH,
+    annotate_point,
+    new_plate,
     require_png,
-    save,
-    sheet,
-    write,
+    save_plate,
+    style_plate_axes,
+    write_text,
 )
-from governor_mechanism.render.style import BLUE, GREEN, INK, PAPER, QUIET, SERIES, SERIF, STEEL, VERMILLION
+from governor_mechanism.render.style import (
+    BLUE,
+    GREEN,
+    INK,
+    MUTED,
+    PAPER,
+    SERIES_COLOURS,
+    SERIF_FONT,
+    STEEL,
+    VERMILLION,
+)
 from governor_mechanism.types import FloatArray
-from governor_mechanism.verification.slider_crank import train_of
+from governor_mechanism.verification.slider_crank import build_crank_train
 
-HEADING = "What the bearings of a slider crank carry"
-SOURCE = "by inertia and weight, the crank turning steadily"
+_HEADING = "What the bearings of a slider crank carry"
+_SOURCE = "by inertia and weight, the crank turning steadily"
 
-FORCES, ENGINE = (0.062, 0.37, 0.50, 0.46), (0.03, 0.085, 0.54, 0.2)
-TORQUE, GUIDE = (0.655, 0.545, 0.30, 0.285), (0.655, 0.135, 0.30, 0.285)
+_FORCES_RECT, _ENGINE_RECT = (0.062, 0.37, 0.50, 0.46), (0.03, 0.085, 0.54, 0.2)
+_TORQUE_RECT, _GUIDE_RECT = (0.655, 0.545, 0.30, 0.285), (0.655, 0.135, 0.30, 0.285)
 """Left and lower edge, width and height of the panels, in fractions of the figure."""
 
-FIGURE, USUAL = 0.008, 2
+_DIGIT_WIDTH, _N_DIGITS_WITHOUT_SHIFT = 0.008, 2
 """Breadth of a figure of the numbers up the first panel's side, of the whole plate; so many figures find room there."""
 
-BEARINGS = {"shaft": BLUE, "crank pin": VERMILLION, "gudgeon": GREEN}
+_BEARING_COLOURS = {"shaft": BLUE, "crank pin": VERMILLION, "gudgeon": GREEN}
 
-KILO = 1e-3
+_KILO_PER_UNIT = 1e-3
 
-WHOLE = math.tau * (1 - 1e-9)
+MIN_FULL_TURN = math.tau * (1 - 1e-9)
 """rad: a whole turn, but for rounding."""
 
-LEAST = 1e-3
+_MIN_FORCE_SCALE_KN = 1e-3
 """kN: less is drawn as rest, as of a balanced crank that moves nothing."""
 
-EVERY, SHOWN = 30, 300
+_LABEL_INTERVAL_DEG, _SHOWN_ANGLE_DEG = 30, 300
 """deg of the crank: between the marks that are named, and where the engine is shown."""
 
-ARROW = 1.3
+_MAX_ARROW_LENGTH = 1.3
 """Length of the largest arrow, in cranks."""
 
 
-def bearings_figure(run: Trajectory, path: str | os.PathLike[str]) -> Path:
+def bearing_loads_figure(run: Trajectory, path: str | os.PathLike[str]) -> Path:
     """Write a PNG of the loads of a slider crank's bearings, from a run of at least a turn in which parts have mass.
 
     Returns the path. Raises MechanismError for other runs; an exception leaves no file behind.
     """
     require_png(path)
-    return save(draw(run), path)
+    return save_plate(draw_bearing_loads(run), path)
 
 
-def draw(run: Trajectory) -> Figure:
+def draw_bearing_loads(run: Trajectory) -> Figure:
     """The plate as a figure. Raises MechanismError for runs that it cannot show."""
     scene = run.scene
-    _refuse(run)
-    sizes = scene.part.dimensions
-    train, speed = train_of(scene), sizes["crank_speed"]
-    turn = np.linspace(0.0, math.tau, 721)
-    exact = bearing_loads(train, crank_angle=turn, crank_rate=speed, gravity=scene.gravity)
-    one = run.readings["crank_angle"] <= sizes["crank_start"] + math.tau
-    figure = sheet(HEADING, scene.title, SOURCE)
+    _check_run(run)
+    dimensions = scene.part.dimensions
+    crank_train, speed = build_crank_train(scene), dimensions["crank_speed"]
+    crank_angles = np.linspace(0.0, math.tau, 721)
+    exact = bearing_loads(crank_train, crank_angle=crank_angles, crank_rate=speed, gravity=scene.gravity)
+    first_turn = run.readings["crank_angle"] <= dimensions["crank_start"] + math.tau
+    figure = new_plate(_HEADING, scene.title, _SOURCE)
     captions = (
         (0.03, 0.862, "Fig. 1.  Forces of frame on crank, crank on rod, and rod on crosshead, with the crank’s angle"),
-        (0.03, 0.292, f"Fig. 2.  The same at {SHOWN} degrees, as arrows on the parts that feel them"),
+        (0.03, 0.292, f"Fig. 2.  The same at {_SHOWN_ANGLE_DEG} degrees, as arrows on the parts that feel them"),
         (0.605, 0.862, "Fig. 3.  Torque of the drive"),
         (0.605, 0.452, "Fig. 4.  Force of the guide on the crosshead"),
     )
     for x, y, caption in captions:
-        write(figure, x, y, caption, 11.5, fontstyle="italic")
-    _forces(figure.add_axes(FORCES), run, exact, one)
-    _engine(figure.add_axes(ENGINE), train, exact)
-    angles = np.degrees(run.readings["crank_angle"][one] % math.tau)
-    drive, guide = run.reactions["drive"].moment[one], run.reactions["crosshead guide"].force[one, 1]
-    _curve(figure.add_axes(TORQUE), (angles, drive), (turn, exact.torque), "torque, N m", 1.0)
-    _curve(figure.add_axes(GUIDE), (angles, guide), (turn, exact.guide), "force upward, kN", KILO)
-    _sizes(figure, run, train)
+        write_text(figure, x, y, caption, 11.5, fontstyle="italic")
+    _draw_force_loci(figure.add_axes(_FORCES_RECT), run, exact, first_turn)
+    _draw_engine(figure.add_axes(_ENGINE_RECT), crank_train, exact)
+    angles = np.degrees(run.readings["crank_angle"][first_turn] % math.tau)
+    drive, guide = run.reactions["drive"].moment[first_turn], run.reactions["crosshead guide"].force[first_turn, 1]
+    _draw_load_curve(figure.add_axes(_TORQUE_RECT), (angles, drive), (crank_angles, exact.torque), "torque, N m", 1.0)
+    _draw_load_curve(
+        figure.add_axes(_GUIDE_RECT), (angles, guide), (crank_angles, exact.guide), "force upward, kN", _KILO_PER_UNIT
+    )
+    _write_dimensions(figure, run, crank_train)
     return figure
 
 
-def _refuse(run: Trajectory) -> None:
+def _check_run(run: Trajectory) -> None:
     part = run.scene.part
-    massive = any(isinstance(effect, Masses) for effect in run.scene.effects)
-    if part.machine != "slider_crank" or not massive or part.mechanism.loads or run.scene.acting:
+    has_masses = any(isinstance(effect, CrankMasses) for effect in run.scene.effects)
+    if part.machine != "slider_crank" or not has_masses or part.mechanism.force_elements or run.scene.output_effects:
         raise MechanismError(
             "loads of bearings are shown of machine 'slider_crank' with effects.masses, and nothing else that acts on "
             f"its parts; this scene has {part.machine!r}"
         )
-    if not len(run.times) or np.ptp(run.readings["crank_angle"]) < WHOLE:
+    if not len(run.times) or np.ptp(run.readings["crank_angle"]) < MIN_FULL_TURN:
         raise MechanismError("loads of bearings are shown over a whole turn, and the run ends before one; lengthen it")
 
 
-def _forces(axes: Axes, run: Trajectory, exact: BearingLoads, one: NDArray[np.bool_]) -> None:
+def _draw_force_loci(axes: Axes, run: Trajectory, exact: BearingLoads, first_turn: NDArray[np.bool_]) -> None:
     """Each force as a point of the plane (kN), over a turn: the run's points on the closed form's curve."""
-    dress(axes, "force along the line of the crosshead, kN", "force across it, kN")
-    axes.axhline(0, color=QUIET, linewidth=0.7, zorder=1)
-    axes.axvline(0, color=QUIET, linewidth=0.7, zorder=1)
+    style_plate_axes(axes, "force along the line of the crosshead, kN", "force across it, kN")
+    axes.axhline(0, color=MUTED, linewidth=0.7, zorder=1)
+    axes.axvline(0, color=MUTED, linewidth=0.7, zorder=1)
     curves = {"shaft": exact.main, "crank pin": exact.crank_pin, "gudgeon": exact.gudgeon}
-    every = np.concatenate([force for name, force in curves.items() if name in run.reactions]) * KILO
-    room = 0.12 * max(np.ptp(every[:, 0]), np.ptp(every[:, 1]), LEAST)
-    low, high = every.min(axis=0) - room, every.max(axis=0) + room
+    all_forces = np.concatenate([force for name, force in curves.items() if name in run.reactions]) * _KILO_PER_UNIT
+    margin = 0.12 * max(np.ptp(all_forces[:, 0]), np.ptp(all_forces[:, 1]), _MIN_FORCE_SCALE_KN)
+    low, high = all_forces.min(axis=0) - margin, all_forces.max(axis=0) + margin
     # Room for numbers of many figures between the label and the frame.
-    more = FIGURE * max(len(f"{1.25 * float(np.abs(every[:, 1]).max()):.0f}") - USUAL, 0)
-    axes.set_position((FORCES[0] + more, FORCES[1], FORCES[2] - more, FORCES[3]))
-    aspect = (FORCES[2] - more) * WIDTH / (FORCES[3] * HEIGHT)
-    half = max((high[0] - low[0]) / 2, aspect * (high[1] - low[1]) / 2)
+    label_space = _DIGIT_WIDTH * max(
+        len(f"{1.25 * float(np.abs(all_forces[:, 1]).max()):.0f}") - _N_DIGITS_WITHOUT_SHIFT, 0
+    )
+    axes.set_position((_FORCES_RECT[0] + label_space, _FORCES_RECT[1], _FORCES_RECT[2] - label_space, _FORCES_RECT[3]))
+    aspect = (_FORCES_RECT[2] - label_space) * PLATE_WIDTH / (_FORCES_RECT[3] * PLATE_HEIGHT)
+    half_width = max((high[0] - low[0]) / 2, aspect * (high[1] - low[1]) / 2)
     middle = (low + high) / 2
-    axes.set(xlim=(middle[0] - half, middle[0] + half), ylim=(middle[1] - half / aspect, middle[1] + half / aspect))
+    axes.set(
+        xlim=(middle[0] - half_width, middle[0] + half_width),
+        ylim=(middle[1] - half_width / aspect, middle[1] + half_width / aspect),
+    )
     handles = []
     for name, force in curves.items():
         if name not in run.reactions:
             continue
-        colour = BEARINGS[name]
-        axes.plot(*(force.T * KILO), color=colour, linewidth=1.8, zorder=3)
-        found = run.reactions[name].force[one] * KILO
-        axes.plot(found[::4, 0], found[::4, 1], "o", color=colour, markersize=2.6, zorder=4)
-        for degree in range(0, 360, EVERY):
-            at = force[2 * degree] * KILO
-            axes.plot(*at, "o", color=colour, markeredgecolor=PAPER, markersize=6, zorder=5)
+        colour = _BEARING_COLOURS[name]
+        axes.plot(*(force.T * _KILO_PER_UNIT), color=colour, linewidth=1.8, zorder=3)
+        simulated = run.reactions[name].force[first_turn] * _KILO_PER_UNIT
+        axes.plot(simulated[::4, 0], simulated[::4, 1], "o", color=colour, markersize=2.6, zorder=4)
+        for degree in range(0, 360, _LABEL_INTERVAL_DEG):
+            point = force[2 * degree] * _KILO_PER_UNIT
+            axes.plot(*point, "o", color=colour, markeredgecolor=PAPER, markersize=6, zorder=5)
             if name == "shaft":
-                out = at - middle
-                offset = 11 * out / max(float(np.hypot(*out)), 1e-12)
-                letter(
-                    axes, tuple(at), f"{degree}°", tuple(offset), ha="center", va="center", fontsize=8.5, color=QUIET
+                outward = point - middle
+                offset = 11 * outward / max(float(np.hypot(*outward)), 1e-12)
+                annotate_point(
+                    axes, tuple(point), f"{degree}°", tuple(offset), ha="center", va="center", fontsize=8.5, color=MUTED
                 )
         handles.append(Line2D([], [], color=colour, linewidth=1.8, marker="o", markersize=5, label=name))
-    key = axes.legend(handles=handles, loc="upper right", frameon=False, handlelength=2.2)
-    for text in key.get_texts():
-        text.set(fontfamily=SERIF, fontsize=10.5)
+    legend = axes.legend(handles=handles, loc="upper right", frameon=False, handlelength=2.2)
+    for text in legend.get_texts():
+        text.set(fontfamily=SERIF_FONT, fontsize=10.5)
 
 
-def _engine(axes: Axes, train: CrankTrain, exact: BearingLoads) -> None:
+def _draw_engine(axes: Axes, crank_train: CrankTrain, exact: BearingLoads) -> None:
     """The slider crank at one angle, with each force as an arrow from its bearing."""
-    k, r = 2 * SHOWN, train.crank
-    angle = math.radians(SHOWN)
+    angle_index, r = 2 * _SHOWN_ANGLE_DEG, crank_train.crank
+    angle = math.radians(_SHOWN_ANGLE_DEG)
     pin = r * math.cos(angle), r * math.sin(angle)
-    end = float(np.asarray(crosshead_distance(train, crank_angle=angle))), 0.0
-    aspect = ENGINE[2] * WIDTH / (ENGINE[3] * HEIGHT)
-    middle = (end[0] + r) / 2 - r / 2
-    half = max((end[0] + 3.2 * r) / 2, aspect * 1.25 * r)
-    axes.set(xlim=(middle - half, middle + half), ylim=(-half / aspect, half / aspect), aspect="equal")
+    crosshead = float(np.asarray(crosshead_distance(crank_train, crank_angle=angle))), 0.0
+    aspect = _ENGINE_RECT[2] * PLATE_WIDTH / (_ENGINE_RECT[3] * PLATE_HEIGHT)
+    middle = (crosshead[0] + r) / 2 - r / 2
+    half_width = max((crosshead[0] + 3.2 * r) / 2, aspect * 1.25 * r)
+    axes.set(
+        xlim=(middle - half_width, middle + half_width),
+        ylim=(-half_width / aspect, half_width / aspect),
+        aspect="equal",
+    )
     axes.set_axis_off()
-    axes.plot([-1.3 * r, end[0] + r], [0, 0], color=QUIET, linewidth=0.7, linestyle=CHAIN, zorder=1)
-    axes.add_patch(Circle((0, 0), r, fill=False, edgecolor=QUIET, linewidth=0.7, linestyle=DASHES, zorder=1))
+    axes.plot([-1.3 * r, crosshead[0] + r], [0, 0], color=MUTED, linewidth=0.7, linestyle=CHAIN_DOTTED, zorder=1)
+    axes.add_patch(Circle((0, 0), r, fill=False, edgecolor=MUTED, linewidth=0.7, linestyle=DASHED, zorder=1))
     guide, block = 0.26 * r, 0.22 * r
     for side in (guide, -guide):
-        axes.plot([end[0] - 0.9 * r, end[0] + 0.9 * r], [side, side], color=QUIET, linewidth=1.0, zorder=2)
-    for start, stop, width in (((0.0, 0.0), pin, 7.0), (pin, end, 5.0)):
-        for colour, thick in ((INK, width + 1.6), (STEEL, width)):
+        axes.plot([crosshead[0] - 0.9 * r, crosshead[0] + 0.9 * r], [side, side], color=MUTED, linewidth=1.0, zorder=2)
+    for start, stop, width in (((0.0, 0.0), pin, 7.0), (pin, crosshead, 5.0)):
+        for colour, line_width in ((INK, width + 1.6), (STEEL, width)):
             xs, ys = zip(start, stop, strict=True)
-            axes.plot(xs, ys, color=colour, linewidth=thick, solid_capstyle="round", zorder=3)
+            axes.plot(xs, ys, color=colour, linewidth=line_width, solid_capstyle="round", zorder=3)
     box = Rectangle(
-        (end[0] - 0.3 * r, -block), 0.6 * r, 2 * block, facecolor=STEEL, edgecolor=INK, linewidth=0.9, zorder=4
+        (crosshead[0] - 0.3 * r, -block), 0.6 * r, 2 * block, facecolor=STEEL, edgecolor=INK, linewidth=0.9, zorder=4
     )
     axes.add_patch(box)
-    for spot in ((0.0, 0.0), pin, end):
-        axes.plot(*spot, "o", color=INK, markerfacecolor=PAPER, markersize=7, zorder=5)
+    for point in ((0.0, 0.0), pin, crosshead):
+        axes.plot(*point, "o", color=INK, markerfacecolor=PAPER, markersize=7, zorder=5)
     forces = (
-        ((0.0, 0.0), exact.main[k], BLUE),
-        (pin, exact.crank_pin[k], VERMILLION),
-        (end, exact.gudgeon[k], GREEN),
-        (end, np.array([0.0, exact.guide[k]]), SERIES[3]),
+        ((0.0, 0.0), exact.main[angle_index], BLUE),
+        (pin, exact.crank_pin[angle_index], VERMILLION),
+        (crosshead, exact.gudgeon[angle_index], GREEN),
+        (crosshead, np.array([0.0, exact.guide[angle_index]]), SERIES_COLOURS[3]),
     )
-    largest = max(*(float(np.hypot(*force)) for _, force, _ in forces), LEAST / KILO)
-    for spot, force, colour in forces:
-        tip = spot[0] + ARROW * r * force[0] / largest, spot[1] + ARROW * r * force[1] / largest
+    largest = max(*(float(np.hypot(*force)) for _, force, _ in forces), _MIN_FORCE_SCALE_KN / _KILO_PER_UNIT)
+    for point, force, colour in forces:
+        tip = (
+            point[0] + _MAX_ARROW_LENGTH * r * force[0] / largest,
+            point[1] + _MAX_ARROW_LENGTH * r * force[1] / largest,
+        )
         arrow = {"arrowstyle": "-|>", "color": colour, "linewidth": 2.2, "shrinkA": 0, "shrinkB": 0}
-        axes.annotate("", tip, spot, arrowprops=arrow, zorder=8)
+        axes.annotate("", tip, point, arrowprops=arrow, zorder=8)
 
 
-def _curve(
-    axes: Axes, found: tuple[FloatArray, FloatArray], exact: tuple[FloatArray, FloatArray], name: str, factor: float
+def _draw_load_curve(
+    axes: Axes,
+    simulated: tuple[FloatArray, FloatArray],
+    exact: tuple[FloatArray, FloatArray],
+    label: str,
+    factor: float,
 ) -> None:
     """A load over the crank's angle: points of the run, the curve of the closed form, and its mean."""
-    dress(axes, "crank angle from the outer dead centre, deg", name)
-    axes.axhline(0, color=QUIET, linewidth=0.7, zorder=1)
-    axes.plot(np.degrees(exact[0]), exact[1] * factor, color=SERIES[3], linewidth=1.8, zorder=3)
-    axes.plot(found[0][::4], found[1][::4] * factor, "o", color=SERIES[3], markersize=2.6, zorder=4)
+    style_plate_axes(axes, "crank angle from the outer dead centre, deg", label)
+    axes.axhline(0, color=MUTED, linewidth=0.7, zorder=1)
+    axes.plot(np.degrees(exact[0]), exact[1] * factor, color=SERIES_COLOURS[3], linewidth=1.8, zorder=3)
+    axes.plot(simulated[0][::4], simulated[1][::4] * factor, "o", color=SERIES_COLOURS[3], markersize=2.6, zorder=4)
     mean = float(np.mean(exact[1][:-1])) * factor
-    axes.axhline(mean, color=INK, linewidth=0.7, linestyle=DASHES, zorder=2)
+    axes.axhline(mean, color=INK, linewidth=0.7, linestyle=DASHED, zorder=2)
     axes.set(xlim=(0, 360), xticks=range(0, 361, 60))
 
 
-def _sizes(figure: Figure, run: Trajectory, train: CrankTrain) -> None:
+def _write_dimensions(figure: Figure, run: Trajectory, crank_train: CrankTrain) -> None:
     """Sizes and masses, beneath the panels."""
     speed = run.scene.part.dimensions["crank_speed"] * 30 / math.pi
     words = (
-        f"crank $R$ = {train.crank * 1e3:.4g} mm, {train.crank_mass:.4g} kg at {train.crank_centre * 1e3:.4g} mm;  rod "
-        f"$L$ = {train.rod * 1e3:.5g} mm, {train.rod_mass:.4g} kg at {train.rod_centre * 1e3:.4g} mm;  crosshead "
-        f"{train.crosshead_mass:.4g} kg;  {speed:.4g} rpm.  Curves: closed form, points: engine {run.cost.engine}; "
+        f"crank $R$ = {crank_train.crank * 1e3:.4g} mm, {crank_train.crank_mass:.4g} kg at {crank_train.crank_centre * 1e3:.4g} mm;  rod "
+        f"$L$ = {crank_train.rod * 1e3:.5g} mm, {crank_train.rod_mass:.4g} kg at {crank_train.rod_centre * 1e3:.4g} mm;  crosshead "
+        f"{crank_train.crosshead_mass:.4g} kg;  {speed:.4g} rpm.  Curves: closed form, points: engine {run.cost.engine}; "
         "broken: the mean"
     )
-    write(figure, 0.5, 0.043, words.replace(" -", " −"), 10.5, ha="center", color=QUIET)
+    write_text(figure, 0.5, 0.043, words.replace(" -", " −"), 10.5, ha="center", color=MUTED)

@@ -5,27 +5,33 @@ from __future__ import annotations
 import math
 
 from governor_mechanism.model.joints import GROUND, Distance
-from governor_mechanism.model.scene import TURNING, Part
-from governor_mechanism.render.effect_state import NOTHING, Acting
-from governor_mechanism.render.geometry.body_points import poses_of, where
-from governor_mechanism.render.geometry.primitives import Circle, Lines, Shape, ball_radius, bar
-from governor_mechanism.render.machines.generic.bodies import bodies, tracers
-from governor_mechanism.render.machines.generic.effects import fittings
-from governor_mechanism.render.machines.generic.force_elements import arrows, drives, spans, spirals, walls
-from governor_mechanism.render.machines.generic.gears import beds, racks, wheels
-from governor_mechanism.render.machines.generic.guides import blocks, feet, guides, pins
-from governor_mechanism.render.run_extents import Stage
+from governor_mechanism.model.scene import TURNING_PLANE, Part
+from governor_mechanism.render.effect_state import NO_EFFECTS, EffectState
+from governor_mechanism.render.geometry.body_points import as_pose_tuples, point_position
+from governor_mechanism.render.geometry.primitives import Circle, DrawnShape, Lines, drawn_ball_radius, make_bar
+from governor_mechanism.render.machines.generic.bodies import body_shapes, tracer_shapes
+from governor_mechanism.render.machines.generic.effects import output_effect_shapes
+from governor_mechanism.render.machines.generic.force_elements import (
+    drive_shapes,
+    force_arrow_shapes,
+    torsional_element_shapes,
+    translational_element_shapes,
+    wall_shapes,
+)
+from governor_mechanism.render.machines.generic.gears import rack_bed_shapes, rack_shapes, wheel_shapes
+from governor_mechanism.render.machines.generic.guides import block_shapes, foot_shapes, guide_shapes, pin_centres
+from governor_mechanism.render.run_extents import RunExtents
 from governor_mechanism.types import FloatArray
 
-LINK, PIN = 0.040, 0.020
+_LINK_WIDTH, _PIN_RADIUS = 0.040, 0.020
 """Width of a massless link and radius of a pin, as fractions of the stage's unit."""
 
 
-def background(part: Part, poses: FloatArray, stage: Stage) -> tuple[Shape, ...]:
+def generic_background_shapes(part: Part, poses: FloatArray, extents: RunExtents) -> tuple[DrawnShape, ...]:
     """The axis of a turning plane, what guides points on the ground, feet, and walls."""
-    u = stage.unit
-    shapes: list[Shape] = []
-    if part.plane == TURNING:
+    u = extents.length_scale
+    shapes: list[DrawnShape] = []
+    if part.plane == TURNING_PLANE:
         ends = [point for joint in part.mechanism.joints for point in (joint.first, joint.second)]
         pins = [point.y for point in ends if point.body == GROUND]
         low, high = (
@@ -33,51 +39,58 @@ def background(part: Part, poses: FloatArray, stage: Stage) -> tuple[Shape, ...]
             max(float(poses[:, :, 1].max()), *pins, -math.inf),
         )
         shapes.append(Lines("axis", (((0.0, low - 0.2 * u), (0.0, high + 0.2 * u)),)))
-    middle = poses_of(poses[len(poses) // 2])
-    shapes += guides(part, middle, stage, fixed=True)
-    shapes += beds(part, middle, stage)
-    shapes += feet(part, stage)
-    shapes += walls(part, middle, stage)
+    mid_poses = as_pose_tuples(poses[len(poses) // 2])
+    shapes += guide_shapes(part, mid_poses, extents, fixed=True)
+    shapes += rack_bed_shapes(part, mid_poses, extents)
+    shapes += foot_shapes(part, extents)
+    shapes += wall_shapes(part, mid_poses, extents)
     return tuple(shapes)
 
 
-def moving(part: Part, pose: FloatArray, stage: Stage) -> tuple[Shape, ...]:
+def generic_moving_shapes(part: Part, pose: FloatArray, extents: RunExtents) -> tuple[DrawnShape, ...]:
     """Wheels, bodies, links, blocks, loads and pins at one pose."""
-    mechanism, u = part.mechanism, stage.unit
-    poses = poses_of(pose)
-    behind, front = bodies(part, poses, stage)
+    mechanism, u = part.mechanism, extents.length_scale
+    poses = as_pose_tuples(pose)
+    behind, front = body_shapes(part, poses, extents)
     links = [
-        bar("link", where(mechanism, poses, joint.first), where(mechanism, poses, joint.second), LINK * u)
+        make_bar(
+            "link",
+            point_position(mechanism, poses, joint.first),
+            point_position(mechanism, poses, joint.second),
+            _LINK_WIDTH * u,
+        )
         for joint in mechanism.joints
         if isinstance(joint, Distance)
     ]
     return (
-        *racks(part, poses, stage),
-        *wheels(part, poses, stage),
+        *rack_shapes(part, poses, extents),
+        *wheel_shapes(part, poses, extents),
         *behind,
-        *guides(part, poses, stage, fixed=False),
+        *guide_shapes(part, poses, extents, fixed=False),
         *links,
-        *spans(part, poses, stage),
-        *blocks(part, poses, stage),
+        *translational_element_shapes(part, poses, extents),
+        *block_shapes(part, poses, extents),
         *front,
-        *spirals(part, poses, stage),
-        *drives(part, poses, stage),
-        *(Circle("pivot", *spot, PIN * u) for spot in pins(part, poses)),
-        *fittings(part, poses, stage),
-        *tracers(part, poses, stage),
-        *arrows(part, poses, stage),
+        *torsional_element_shapes(part, poses, extents),
+        *drive_shapes(part, poses, extents),
+        *(Circle("pivot", *spot, _PIN_RADIUS * u) for spot in pin_centres(part, poses)),
+        *output_effect_shapes(part, poses, extents),
+        *tracer_shapes(part, poses, extents),
+        *force_arrow_shapes(part, poses, extents),
     )
 
 
-def plan(part: Part, pose: FloatArray, angle: float, _: Acting = NOTHING) -> tuple[Shape, ...]:
+def generic_plan_shapes(
+    part: Part, pose: FloatArray, angle: float, _: EffectState = NO_EFFECTS
+) -> tuple[DrawnShape, ...]:
     """Every body at its distance from the axis, seen from above."""
     c, s = math.cos(angle), math.sin(angle)
-    u = part.mechanism.size
-    places = [(at[0] * c, at[0] * s) for at in poses_of(pose)]
+    u = part.mechanism.length_scale
+    positions = [(position_in_plane[0] * c, position_in_plane[0] * s) for position_in_plane in as_pose_tuples(pose)]
     return (
-        *(bar("arm", (0.0, 0.0), spot, 0.05 * u) for spot in places),
+        *(make_bar("arm", (0.0, 0.0), spot, 0.05 * u) for spot in positions),
         *(
-            Circle("ball", *spot, 0.7 * ball_radius(body.mass, u))
-            for body, spot in zip(part.mechanism.bodies, places, strict=True)
+            Circle("ball", *spot, 0.7 * drawn_ball_radius(body.mass, u))
+            for body, spot in zip(part.mechanism.bodies, positions, strict=True)
         ),
     )

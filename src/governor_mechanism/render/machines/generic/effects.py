@@ -9,83 +9,91 @@ from __future__ import annotations
 import math
 from collections.abc import Sequence
 
-from governor_mechanism.effects.dashpot import OilBrake
+from governor_mechanism.effects.dashpot import Dashpot
 from governor_mechanism.effects.dry_friction import DryFriction
-from governor_mechanism.effects.spring import SpringOn
+from governor_mechanism.effects.spring import OutputSpring
 from governor_mechanism.effects.stops import Stops
-from governor_mechanism.model.effect import OnReading
+from governor_mechanism.model.effect import OutputEffect
 from governor_mechanism.model.joints import GROUND
-from governor_mechanism.model.mechanism import Coordinate
+from governor_mechanism.model.mechanism import PointCoordinate
 from governor_mechanism.model.scene import Part
-from governor_mechanism.render.geometry.body_points import put, where
-from governor_mechanism.render.geometry.outlines import burst, wall
-from governor_mechanism.render.geometry.primitives import Lines, Pair, Polygon, Pose, Shape, rectangle
+from governor_mechanism.render.geometry.body_points import axes_to_plane, point_position
+from governor_mechanism.render.geometry.outlines import make_burst, make_wall
+from governor_mechanism.render.geometry.primitives import DrawnShape, Lines, Polygon, PoseTuple, Vec2, make_rectangle
 from governor_mechanism.render.machines.generic.force_elements import damper_lines, spring_lines
-from governor_mechanism.render.run_extents import Stage
+from governor_mechanism.render.run_extents import RunExtents
 
 # As fractions of the stage's unit.
-CLEAR = 0.05
+_STOP_GAP = 0.05
 """how far a stop stands beyond the point it stops"""
-BESIDE = 0.17
+_LATERAL_OFFSET = 0.17
 """how far brakes and springs stand beside the way"""
-LEAST = 0.30
+_MIN_LENGTH = 0.30
 """their least length"""
 
 
-def fittings(part: Part, poses: Sequence[Pose], stage: Stage) -> list[Shape]:
+def output_effect_shapes(part: Part, poses: Sequence[PoseTuple], extents: RunExtents) -> list[DrawnShape]:
     """What is listed for each reading that a point's way tells, in axes along that way; all move with the point."""
-    shapes: list[Shape] = []
-    for effect in stage.acting.effects:
-        reading = part.mechanism.reading(effect.reading) if isinstance(effect, OnReading) else None
-        if isinstance(effect, OnReading) and isinstance(reading, Coordinate) and reading.origin.body == GROUND:
-            x, y = where(part.mechanism, poses, reading.point)
-            value = reading.along_x * (x - reading.origin.x) + reading.along_y * (y - reading.origin.y) - reading.zero
-            axes = (x, y, math.atan2(reading.along_y, reading.along_x))
-            shapes += _fitting(effect, axes, value, stage)
+    shapes: list[DrawnShape] = []
+    for effect in extents.effect_state.effects:
+        reading = part.mechanism.reading(effect.reading) if isinstance(effect, OutputEffect) else None
+        if isinstance(effect, OutputEffect) and isinstance(reading, PointCoordinate) and reading.origin.body == GROUND:
+            x, y = point_position(part.mechanism, poses, reading.point)
+            value = (
+                reading.direction_x * (x - reading.origin.x)
+                + reading.direction_y * (y - reading.origin.y)
+                - reading.zero
+            )
+            axes = (x, y, math.atan2(reading.direction_y, reading.direction_x))
+            shapes += _shapes_of_effect(effect, axes, value, extents)
     return shapes
 
 
-def _fitting(effect: OnReading, axes: Pose, value: float, stage: Stage) -> list[Shape]:
+def _shapes_of_effect(effect: OutputEffect, axes: PoseTuple, value: float, extents: RunExtents) -> list[DrawnShape]:
     """Of one effect, at a value (m) of its reading; `axes` have the point as origin and its way as x."""
-    u, acting = stage.unit, stage.acting
-    low, high = acting.ranges.get(effect.reading, (value, value))
+    u, effect_state = extents.length_scale, extents.effect_state
+    low, high = effect_state.reading_ranges.get(effect.reading, (value, value))
     match effect:
         case Stops():
-            return _stops(effect, axes, value, stage)
+            return _stop_shapes(effect, axes, value, extents)
         case DryFriction():
-            held, shoe = (
-                acting.sticks(effect.reading, stage.time),
-                rectangle("shoe", -0.05 * u, 0.05 * u, 0.0, 0.04 * u),
+            is_sticking, shoe = (
+                effect_state.is_held(effect.reading, extents.time),
+                make_rectangle("shoe", -0.05 * u, 0.05 * u, 0.0, 0.04 * u),
             )
-            points = tuple(put(axes, x, y - 0.085 * u) for x, y in shoe.points)
-            return [Polygon("shoe", () if held else points), Polygon("held shoe", points if held else ())]
-        case OilBrake():
-            short = LEAST * u
-            length = short + value - low
-            lines = damper_lines(length, (short, short + high - low), u)
-            return _beside("damper", lines, (*put(axes, -length, -BESIDE * u), axes[2]), length, u)
-        case SpringOn():
-            length = LEAST * u + high - value
-            start = put(axes, length, -BESIDE * u)
-            return _beside("spring", spring_lines(length, u), (*start, axes[2] + math.pi), length, u)
+            points = tuple(axes_to_plane(axes, x, y - 0.085 * u) for x, y in shoe.points)
+            return [Polygon("shoe", () if is_sticking else points), Polygon("held shoe", points if is_sticking else ())]
+        case Dashpot():
+            min_length = _MIN_LENGTH * u
+            length = min_length + value - low
+            lines = damper_lines(length, (min_length, min_length + high - low), u)
+            return _offset_element_shapes(
+                "damper", lines, (*axes_to_plane(axes, -length, -_LATERAL_OFFSET * u), axes[2]), length, u
+            )
+        case OutputSpring():
+            length = _MIN_LENGTH * u + high - value
+            start = axes_to_plane(axes, length, -_LATERAL_OFFSET * u)
+            return _offset_element_shapes("spring", spring_lines(length, u), (*start, axes[2] + math.pi), length, u)
     return []
 
 
-def _stops(stops: Stops, axes: Pose, value: float, stage: Stage) -> list[Shape]:
-    u, shapes = stage.unit, list[Shape]()
-    strike = stage.acting.struck(stops.reading, stage.time)
-    for end, way in ((stops.low, -1.0), (stops.high, 1.0)):
-        if math.isfinite(end):
-            spot = put(axes, end - value + way * CLEAR * u, 0.0)
-            struck = strike is not None and strike.high == (way > 0)
-            shapes.append(wall(spot, axes[2] + (math.pi if way > 0 else 0.0), 0.07 * u, 0.035 * u))
-            shapes.append(burst("burst", [spot] if struck else [], 0.07 * u))
+def _stop_shapes(stops: Stops, axes: PoseTuple, value: float, extents: RunExtents) -> list[DrawnShape]:
+    u, shapes = extents.length_scale, list[DrawnShape]()
+    last_impact = extents.effect_state.recent_impact(stops.reading, extents.time)
+    for limit, direction in ((stops.low, -1.0), (stops.high, 1.0)):
+        if math.isfinite(limit):
+            spot = axes_to_plane(axes, limit - value + direction * _STOP_GAP * u, 0.0)
+            is_struck = last_impact is not None and last_impact.is_high_stop == (direction > 0)
+            shapes.append(make_wall(spot, axes[2] + (math.pi if direction > 0 else 0.0), 0.07 * u, 0.035 * u))
+            shapes.append(make_burst("burst", [spot] if is_struck else [], 0.07 * u))
     return shapes
 
 
-def _beside(role: str, lines: Sequence[Sequence[Pair]], axes: Pose, length: float, u: float) -> list[Shape]:
+def _offset_element_shapes(
+    role: str, lines: Sequence[Sequence[Vec2]], axes: PoseTuple, length: float, u: float
+) -> list[DrawnShape]:
     """A spring or damper from a wall at its own axes' origin, with a beam from its end to the point's way."""
-    drawn = tuple(tuple(put(axes, *point) for point in line) for line in lines)
-    across = BESIDE * u if role == "damper" else -BESIDE * u
-    beam = (put(axes, length, 0.0), put(axes, length, across))
-    return [Lines(role, (*drawn, beam)), wall((axes[0], axes[1]), axes[2], 0.05 * u, 0.035 * u)]
+    transformed = tuple(tuple(axes_to_plane(axes, *point) for point in line) for line in lines)
+    beam_offset = _LATERAL_OFFSET * u if role == "damper" else -_LATERAL_OFFSET * u
+    beam = (axes_to_plane(axes, length, 0.0), axes_to_plane(axes, length, beam_offset))
+    return [Lines(role, (*transformed, beam)), make_wall((axes[0], axes[1]), axes[2], 0.05 * u, 0.035 * u)]

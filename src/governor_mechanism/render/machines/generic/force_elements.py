@@ -6,151 +6,166 @@ import math
 from collections.abc import Sequence
 
 from governor_mechanism.model.force_elements import Damper, Force, Spring, Torque, TorsionDamper, TorsionSpring
-from governor_mechanism.model.joints import GROUND, Distance, DrivenSlide, DrivenTurn, Pin, Weld
+from governor_mechanism.model.joints import GROUND, Distance, Pin, RotationalDriver, TranslationalDriver, Weld
 from governor_mechanism.model.scene import Part
-from governor_mechanism.render.geometry.body_points import hinge, pose_of, put, where
-from governor_mechanism.render.geometry.outlines import arrow, wall
-from governor_mechanism.render.geometry.primitives import Circle, Lines, Pair, Pose, Shape
-from governor_mechanism.render.run_extents import Stage
+from governor_mechanism.render.geometry.body_points import axes_to_plane, body_pose, hinge_point, point_position
+from governor_mechanism.render.geometry.outlines import make_arrow, make_wall
+from governor_mechanism.render.geometry.primitives import Circle, DrawnShape, Lines, PoseTuple, Vec2
+from governor_mechanism.render.run_extents import RunExtents
 
-COILS = 6
-WIDTH = 0.075
+_N_COILS = 6
+_ELEMENT_WIDTH = 0.075
 """Of a zigzag or a cylinder; this and the following as fractions of the stage's unit."""
-BESIDE = 0.065
+_LATERAL_SPACING = 0.065
 """How far loads between the same two points stand off the line."""
-ARROW, HEAD, TURN_RADIUS = 0.30, 0.06, 0.13
-LEAD = 0.14
+_ARROW_LENGTH, _ARROW_HEAD_SIZE, _TORQUE_ARROW_RADIUS = 0.30, 0.06, 0.13
+_LEAD_RATIO = 0.14
 """Straight ends of a zigzag, as a fraction of its length."""
 
 
-def spans(part: Part, poses: Sequence[Pose], stage: Stage) -> list[Shape]:
+def translational_element_shapes(part: Part, poses: Sequence[PoseTuple], extents: RunExtents) -> list[DrawnShape]:
     """Springs and dampers between their points; side by side where they share them."""
-    mechanism, u = part.mechanism, stage.unit
-    loads = [load for load in mechanism.loads if isinstance(load, Spring | Damper)]
-    ends = [tuple(where(mechanism, poses, point) for point in (load.first, load.second)) for load in loads]
+    mechanism, u = part.mechanism, extents.length_scale
+    loads = [load for load in mechanism.force_elements if isinstance(load, Spring | Damper)]
+    end_points = [
+        tuple(point_position(mechanism, poses, point) for point in (load.first, load.second)) for load in loads
+    ]
     pairs = [frozenset((load.first, load.second)) for load in loads]
-    shapes: list[Shape] = []
-    for k, (load, (start, end)) in enumerate(zip(loads, ends, strict=True)):
+    shapes: list[DrawnShape] = []
+    for k, (load, (start, end)) in enumerate(zip(loads, end_points, strict=True)):
         count, number = pairs.count(pairs[k]), pairs[:k].count(pairs[k])
-        off = (2 * number - (count - 1)) * BESIDE * u
+        lateral_offset = (2 * number - (count - 1)) * _LATERAL_SPACING * u
         if load.first != loads[pairs.index(pairs[k])].first:
-            off = -off
+            lateral_offset = -lateral_offset
         length = math.dist(start, end)
         axes = (*start, math.atan2(end[1] - start[1], end[0] - start[0]))
-        spring, reach = isinstance(load, Spring), stage.reaches[load.name]
-        drawn = spring_lines(length, u) if spring else damper_lines(length, reach, u)
-        role = "spring" if spring else "damper"
-        lines = [tuple(put(axes, x, y + off) for x, y in line) for line in drawn]
-        if off:
+        is_spring, length_range = isinstance(load, Spring), extents.element_lengths[load.name]
+        element_lines = spring_lines(length, u) if is_spring else damper_lines(length, length_range, u)
+        role = "spring" if is_spring else "damper"
+        lines = [tuple(axes_to_plane(axes, x, y + lateral_offset) for x, y in line) for line in element_lines]
+        if lateral_offset:
             # Beams carry what stands off the line.
-            lines += [(start, put(axes, 0.0, off)), (end, put(axes, length, off))]
+            lines += [
+                (start, axes_to_plane(axes, 0.0, lateral_offset)),
+                (end, axes_to_plane(axes, length, lateral_offset)),
+            ]
         shapes.append(Lines(role, tuple(lines)))
         shapes.append(Circle("eye", *start, 0.011 * u))
         shapes.append(Circle("eye", *end, 0.011 * u))
     return shapes
 
 
-def spring_lines(length: float, u: float) -> list[tuple[Pair, ...]]:
+def spring_lines(length: float, u: float) -> list[tuple[Vec2, ...]]:
     """A zigzag along x from the origin."""
-    lead, half = LEAD * length, 0.5 * WIDTH * u
-    step = (length - 2 * lead) / (2 * COILS)
-    coils = [(lead + (k + 0.5) * step, half if k % 2 else -half) for k in range(2 * COILS)]
-    return [((0.0, 0.0), (lead, 0.0), *coils, (length - lead, 0.0), (length, 0.0))]
+    lead_length, half_width = _LEAD_RATIO * length, 0.5 * _ELEMENT_WIDTH * u
+    step = (length - 2 * lead_length) / (2 * _N_COILS)
+    coils = [(lead_length + (k + 0.5) * step, half_width if k % 2 else -half_width) for k in range(2 * _N_COILS)]
+    return [((0.0, 0.0), (lead_length, 0.0), *coils, (length - lead_length, 0.0), (length, 0.0))]
 
 
-def damper_lines(length: float, reach: Pair, u: float) -> list[tuple[Pair, ...]]:
+def damper_lines(length: float, length_range: Vec2, u: float) -> list[tuple[Vec2, ...]]:
     """A cylinder along x from the origin, open toward its end, with a piston from there; true in size where it fits."""
-    short, long = reach
-    gap, stroke, half = 0.03 * u, long - short, 0.5 * WIDTH * u
-    if stroke < short - 3 * gap:
+    min_length, max_length = length_range
+    gap, stroke, half_width = 0.03 * u, max_length - min_length, 0.5 * _ELEMENT_WIDTH * u
+    if stroke < min_length - 3 * gap:
         # The piston runs from `gap` over the bottom to `gap` under the rim, which never reaches the second point.
-        rod = (stroke + short) / 2
-        bottom, piston, rim = short - rod - gap, length - rod, long - rod + gap
+        rod_length = (stroke + min_length) / 2
+        bottom, piston, rim = min_length - rod_length - gap, length - rod_length, max_length - rod_length + gap
     else:
         bottom, piston, rim = 0.2 * length, 0.5 * length, 0.75 * length
     return [
         ((0.0, 0.0), (bottom, 0.0)),
-        ((rim, half), (bottom, half), (bottom, -half), (rim, -half)),
-        ((piston, 0.82 * half), (piston, -0.82 * half)),
+        ((rim, half_width), (bottom, half_width), (bottom, -half_width), (rim, -half_width)),
+        ((piston, 0.82 * half_width), (piston, -0.82 * half_width)),
         ((piston, 0.0), (length, 0.0)),
     ]
 
 
-def walls(part: Part, poses: Sequence[Pose], stage: Stage) -> list[Shape]:
+def wall_shapes(part: Part, poses: Sequence[PoseTuple], extents: RunExtents) -> list[DrawnShape]:
     """Small hatched walls where springs and dampers are fixed to the ground, but for places with a foot."""
-    mechanism, u = part.mechanism, stage.unit
-    feet = [
+    mechanism, u = part.mechanism, extents.length_scale
+    occupied = [
         (point.x, point.y)
         for joint in mechanism.joints
         if isinstance(joint, Pin | Distance | Weld)
         for point in (joint.first, joint.second)
         if point.body == GROUND
     ]
-    shapes: list[Shape] = []
-    for load in mechanism.loads:
+    shapes: list[DrawnShape] = []
+    for load in mechanism.force_elements:
         if not isinstance(load, Spring | Damper):
             continue
-        for mine, other in ((load.first, load.second), (load.second, load.first)):
-            spot = (mine.x, mine.y)
-            if mine.body == GROUND and spot not in feet:
-                feet.append(spot)
-                far = where(mechanism, poses, other)
-                shapes.append(wall(spot, math.atan2(far[1] - spot[1], far[0] - spot[0]), 0.10 * u, 0.035 * u))
+        for own_point, other_point in ((load.first, load.second), (load.second, load.first)):
+            own_position = (own_point.x, own_point.y)
+            if own_point.body == GROUND and own_position not in occupied:
+                occupied.append(own_position)
+                other_position = point_position(mechanism, poses, other_point)
+                shapes.append(
+                    make_wall(
+                        own_position,
+                        math.atan2(other_position[1] - own_position[1], other_position[0] - own_position[0]),
+                        0.10 * u,
+                        0.035 * u,
+                    )
+                )
     return shapes
 
 
-def spirals(part: Part, poses: Sequence[Pose], stage: Stage) -> list[Shape]:
+def torsional_element_shapes(part: Part, poses: Sequence[PoseTuple], extents: RunExtents) -> list[DrawnShape]:
     """Torsion springs as spirals that wind up, torsion dampers as drums with a vane."""
-    mechanism, u = part.mechanism, stage.unit
-    shapes: list[Shape] = []
-    for load in mechanism.loads:
+    mechanism, u = part.mechanism, extents.length_scale
+    shapes: list[DrawnShape] = []
+    for load in mechanism.force_elements:
         if not isinstance(load, TorsionSpring | TorsionDamper):
             continue
-        centre = where(mechanism, poses, hinge(mechanism, load.first, load.second))
-        outer, inner = (pose_of(mechanism, poses, body)[2] for body in (load.first, load.second))
+        centre = point_position(mechanism, poses, hinge_point(mechanism, load.first, load.second))
+        outer_angle, inner_angle = (body_pose(mechanism, poses, body)[2] for body in (load.first, load.second))
         if isinstance(load, TorsionSpring):
             # Past one and a half turns a spiral would come loose or close up.
-            wound = max(min(inner - outer, 3 * math.pi), -3 * math.pi)
-            sweep = 5 * math.pi - wound
-            spots = (
-                put((*centre, outer + 2.2 - sweep * (1 - k / 72)), (0.03 + 0.07 * k / 72) * u, 0.0) for k in range(73)
+            wound_angle = max(min(inner_angle - outer_angle, 3 * math.pi), -3 * math.pi)
+            sweep = 5 * math.pi - wound_angle
+            spiral_points = (
+                axes_to_plane((*centre, outer_angle + 2.2 - sweep * (1 - k / 72)), (0.03 + 0.07 * k / 72) * u, 0.0)
+                for k in range(73)
             )
-            shapes.append(Lines("spring", (tuple(spots),)))
+            shapes.append(Lines("spring", (tuple(spiral_points),)))
         else:
             shapes.append(Circle("drum", *centre, 0.055 * u))
-            vane = tuple(put((*centre, inner), side * 0.055 * u, 0.0) for side in (-1, 1))
+            vane = tuple(axes_to_plane((*centre, inner_angle), side * 0.055 * u, 0.0) for side in (-1, 1))
             shapes.append(Lines("damper", (vane,)))
     return shapes
 
 
-def arrows(part: Part, poses: Sequence[Pose], stage: Stage) -> list[Shape]:
+def force_arrow_shapes(part: Part, poses: Sequence[PoseTuple], extents: RunExtents) -> list[DrawnShape]:
     """Forces as arrows from their points, torques as curved ones, as long as they are large; none for zero."""
-    mechanism, u = part.mechanism, stage.unit
-    shapes: list[Shape] = []
-    for load in mechanism.loads:
+    mechanism, u = part.mechanism, extents.length_scale
+    shapes: list[DrawnShape] = []
+    for load in mechanism.force_elements:
         if isinstance(load, Force):
-            x, y = where(mechanism, poses, load.point)
-            across, up = stage.push(load)
-            shapes += arrow("force", ((x, y), (x + ARROW * u * across, y + ARROW * u * up)), HEAD * u)
+            x, y = point_position(mechanism, poses, load.point)
+            across, up = extents.load_fractions(load)
+            shapes += make_arrow(
+                "force", ((x, y), (x + _ARROW_LENGTH * u * across, y + _ARROW_LENGTH * u * up)), _ARROW_HEAD_SIZE * u
+            )
         elif isinstance(load, Torque):
-            centre = where(mechanism, poses, hinge(mechanism, load.first, load.second))
-            sweep = 1.5 * math.pi * stage.push(load)[0]
+            centre = point_position(mechanism, poses, hinge_point(mechanism, load.first, load.second))
+            sweep = 1.5 * math.pi * extents.load_fractions(load)[0]
             start = 0.25 * math.pi if sweep > 0 else 0.75 * math.pi
-            chain = [put((*centre, start + sweep * k / 32), TURN_RADIUS * u, 0.0) for k in range(33)]
-            shapes += arrow("force", chain, HEAD * u)
+            chain = [axes_to_plane((*centre, start + sweep * k / 32), _TORQUE_ARROW_RADIUS * u, 0.0) for k in range(33)]
+            shapes += make_arrow("force", chain, _ARROW_HEAD_SIZE * u)
     return shapes
 
 
-def drives(part: Part, poses: Sequence[Pose], stage: Stage) -> list[Shape]:
+def drive_shapes(part: Part, poses: Sequence[PoseTuple], extents: RunExtents) -> list[DrawnShape]:
     """A ring round the pin that a drive turns, or round the point that it moves."""
-    mechanism, u = part.mechanism, stage.unit
-    shapes: list[Shape] = []
+    mechanism, u = part.mechanism, extents.length_scale
+    shapes: list[DrawnShape] = []
     for joint in mechanism.joints:
-        if isinstance(joint, DrivenTurn):
-            point = hinge(mechanism, joint.first.body, joint.second.body, joint.second)
-        elif isinstance(joint, DrivenSlide):
+        if isinstance(joint, RotationalDriver):
+            point = hinge_point(mechanism, joint.first.body, joint.second.body, joint.second)
+        elif isinstance(joint, TranslationalDriver):
             point = joint.second
         else:
             continue
-        shapes.append(Circle("drive", *where(mechanism, poses, point), 0.036 * u))
+        shapes.append(Circle("drive", *point_position(mechanism, poses, point), 0.036 * u))
     return shapes

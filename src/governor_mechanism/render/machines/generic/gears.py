@@ -7,118 +7,133 @@ from collections.abc import Sequence
 
 import numpy as np
 
-from governor_mechanism.model.joints import GROUND, Gear, Point, Rack, Slider
+from governor_mechanism.model.joints import GROUND, Gear, Point, RackAndPinion, Slider
 from governor_mechanism.model.scene import Part
-from governor_mechanism.render.geometry.body_points import pose_of, put, where
-from governor_mechanism.render.geometry.outlines import wall
-from governor_mechanism.render.geometry.primitives import Circle, Lines, Pair, Polygon, Pose, Shape
-from governor_mechanism.render.run_extents import Stage, rims
+from governor_mechanism.render.geometry.body_points import axes_to_plane, body_pose, point_position
+from governor_mechanism.render.geometry.outlines import make_wall
+from governor_mechanism.render.geometry.primitives import Circle, DrawnShape, Lines, Polygon, PoseTuple, Vec2
+from governor_mechanism.render.run_extents import RunExtents, wheel_radii
 
-THICK = 0.09
+_RACK_THICKNESS = 0.09
 """Of a rack, as a fraction of the stage's unit."""
-CONCENTRIC = 0.16
+_CONCENTRIC_WHEEL_RADIUS = 0.16
 """Radius of the larger of two wheels about one centre, as a fraction of the stage's unit."""
 
-Wheel = tuple[str, Point, float]
+WheelGeometry = tuple[str, Point, float]
 """A body, the wheel's centre on it, and its radius (m)."""
 
 
 def wheel_bodies(part: Part) -> set[str]:
     """Bodies that are drawn as wheels."""
     joints = part.mechanism.joints
-    gears = {point.body for joint in joints if isinstance(joint, Gear) for point in (joint.first, joint.second)}
-    return (gears | {joint.first.body for joint in joints if isinstance(joint, Rack)}) - {GROUND}
+    gear_bodies = {point.body for joint in joints if isinstance(joint, Gear) for point in (joint.first, joint.second)}
+    return (gear_bodies | {joint.first.body for joint in joints if isinstance(joint, RackAndPinion)}) - {GROUND}
 
 
-def wheels(part: Part, poses: Sequence[Pose], stage: Stage) -> list[Shape]:
+def wheel_shapes(part: Part, poses: Sequence[PoseTuple], extents: RunExtents) -> list[DrawnShape]:
     """Wheels with spokes that turn with their bodies, the larger ones behind; inside gears as rings."""
-    u = stage.unit
-    shapes: list[Shape] = []
-    for body, point, radius in sorted(_wheels(part, poses, stage), key=lambda wheel: -wheel[2]):
-        x, y = where(part.mechanism, poses, point)
-        turn = pose_of(part.mechanism, poses, body)[2]
-        rim = max(radius - 0.035 * u, 0.72 * radius)
-        shapes += [Circle("wheel", x, y, radius), Circle("wheel web", x, y, rim)]
-        arms = tuple(((x, y), put((x, y, turn + k * math.pi / 2), rim, 0.0)) for k in (1, 2, 3))
-        marked = (put((x, y, turn), 0.0, 0.0), put((x, y, turn), rim, 0.0))
+    u = extents.length_scale
+    shapes: list[DrawnShape] = []
+    for body, point, radius in sorted(_wheel_geometries(part, poses, extents), key=lambda wheel: -wheel[2]):
+        x, y = point_position(part.mechanism, poses, point)
+        angle = body_pose(part.mechanism, poses, body)[2]
+        rim_radius = max(radius - 0.035 * u, 0.72 * radius)
+        shapes += [Circle("wheel", x, y, radius), Circle("wheel web", x, y, rim_radius)]
+        plain_spokes = tuple(
+            ((x, y), axes_to_plane((x, y, angle + k * math.pi / 2), rim_radius, 0.0)) for k in (1, 2, 3)
+        )
+        marked_spoke = (axes_to_plane((x, y, angle), 0.0, 0.0), axes_to_plane((x, y, angle), rim_radius, 0.0))
         shapes += [
-            Lines("spoke", arms),
-            Lines("marked spoke", (marked,)),
-            Circle("wheel", x, y, min(0.22 * rim, 0.045 * u)),
+            Lines("spoke", plain_spokes),
+            Lines("marked spoke", (marked_spoke,)),
+            Circle("wheel", x, y, min(0.22 * rim_radius, 0.045 * u)),
         ]
     return shapes
 
 
-def _wheels(part: Part, poses: Sequence[Pose], stage: Stage) -> list[Wheel]:
-    found: list[Wheel] = []
+def _wheel_geometries(part: Part, poses: Sequence[PoseTuple], extents: RunExtents) -> list[WheelGeometry]:
+    wheels_of_joints: list[WheelGeometry] = []
     for joint in part.mechanism.joints:
-        if isinstance(joint, Rack):
-            found.append((joint.first.body, joint.first, abs(joint.radius)))
+        if isinstance(joint, RackAndPinion):
+            wheels_of_joints.append((joint.first.body, joint.first, abs(joint.radius)))
         elif isinstance(joint, Gear):
-            apart = math.dist(*(where(part.mechanism, poses, point) for point in (joint.first, joint.second)))
-            if apart > 0.02 * stage.unit:
-                radii = [float(radius[0]) for radius in rims(joint.ratio, np.array([apart]))]
+            centre_distance = math.dist(
+                *(point_position(part.mechanism, poses, point) for point in (joint.first, joint.second))
+            )
+            if centre_distance > 0.02 * extents.length_scale:
+                radii = [float(radius[0]) for radius in wheel_radii(joint.ratio, np.array([centre_distance]))]
             else:
-                scale = CONCENTRIC * stage.unit / max(abs(joint.ratio), 1.0)
+                scale = _CONCENTRIC_WHEEL_RADIUS * extents.length_scale / max(abs(joint.ratio), 1.0)
                 radii = [abs(joint.ratio) * scale, scale]
-            found += [(p.body, p, r) for p, r in zip((joint.first, joint.second), radii, strict=True)]
+            wheels_of_joints += [(p.body, p, r) for p, r in zip((joint.first, joint.second), radii, strict=True)]
     # One wheel may mesh with several others.
-    sizes: dict[tuple[str, float, float, int], Wheel] = {}
-    for body, point, radius in found:
-        sizes.setdefault((body, point.x, point.y, round(200 * radius / stage.unit)), (body, point, radius))
-    return list(sizes.values())
+    distinct_wheels: dict[tuple[str, float, float, int], WheelGeometry] = {}
+    for body, point, radius in wheels_of_joints:
+        distinct_wheels.setdefault(
+            (body, point.x, point.y, round(200 * radius / extents.length_scale)), (body, point, radius)
+        )
+    return list(distinct_wheels.values())
 
 
-def racks(part: Part, poses: Sequence[Pose], stage: Stage) -> list[Shape]:
+def rack_shapes(part: Part, poses: Sequence[PoseTuple], extents: RunExtents) -> list[DrawnShape]:
     """Toothed bars that touch the circles of their pinions all along the run."""
-    u = stage.unit
-    shapes: list[Shape] = []
+    u = extents.length_scale
+    shapes: list[DrawnShape] = []
     for joint in part.mechanism.joints:
-        if not isinstance(joint, Rack):
+        if not isinstance(joint, RackAndPinion):
             continue
-        centre, far = (where(part.mechanism, poses, point) for point in (joint.first, joint.second))
-        low, high = stage.ways[joint.name]
-        side, axes = _contact(part, poses, joint)
-        here = (far[0] - centre[0]) * math.cos(joint.angle) + (far[1] - centre[1]) * math.sin(joint.angle)
-        start, end = here - high - 0.18 * u, here - low + 0.18 * u
-        back = side * THICK * u
-        corners = ((start, 0.0), (end, 0.0), (end, back), (start, back))
-        shapes.append(Polygon("rack", tuple(put(axes, *corner) for corner in corners)))
+        centre, rack_point = (point_position(part.mechanism, poses, point) for point in (joint.first, joint.second))
+        low, high = extents.joint_travels[joint.name]
+        side, axes = _rack_contact(part, poses, joint)
+        rack_coordinate = (rack_point[0] - centre[0]) * math.cos(joint.angle) + (rack_point[1] - centre[1]) * math.sin(
+            joint.angle
+        )
+        start, end = rack_coordinate - high - 0.18 * u, rack_coordinate - low + 0.18 * u
+        back_offset = side * _RACK_THICKNESS * u
+        corners = ((start, 0.0), (end, 0.0), (end, back_offset), (start, back_offset))
+        shapes.append(Polygon("rack", tuple(axes_to_plane(axes, *corner) for corner in corners)))
         count = max(round((end - start) / (0.045 * u)), 2)
-        teeth: list[tuple[Pair, ...]] = []
+        teeth: list[tuple[Vec2, ...]] = []
         for k in range(count):
             x = start + (k + 0.5) * (end - start) / count
-            teeth.append((put(axes, x, 0.0), put(axes, x, 0.4 * back)))
+            teeth.append((axes_to_plane(axes, x, 0.0), axes_to_plane(axes, x, 0.4 * back_offset)))
         shapes.append(Lines("tooth", tuple(teeth)))
     return shapes
 
 
-def _contact(part: Part, poses: Sequence[Pose], joint: Rack) -> tuple[float, Pose]:
+def _rack_contact(part: Part, poses: Sequence[PoseTuple], joint: RackAndPinion) -> tuple[float, PoseTuple]:
     """On which side of the pinion its rack touches it, and axes there, with x along the rack.
 
     A pinion that turns anticlockwise drives what touches it on the right of the direction forward.
     """
     side = -1.0 if joint.radius > 0 else 1.0
-    centre = where(part.mechanism, poses, joint.first)
-    return side, (*put((*centre, joint.angle), 0.0, side * abs(joint.radius)), joint.angle)
+    centre = point_position(part.mechanism, poses, joint.first)
+    return side, (*axes_to_plane((*centre, joint.angle), 0.0, side * abs(joint.radius)), joint.angle)
 
 
-def beds(part: Part, poses: Sequence[Pose], stage: Stage) -> list[Shape]:
+def rack_bed_shapes(part: Part, poses: Sequence[PoseTuple], extents: RunExtents) -> list[DrawnShape]:
     """What racks slide on, where the ground guides them and holds their pinions."""
-    u = stage.unit
-    guided = {
+    u = extents.length_scale
+    guided_bodies = {
         joint.second.body for joint in part.mechanism.joints if isinstance(joint, Slider) and joint.first.body == GROUND
     }
-    shapes: list[Shape] = []
+    shapes: list[DrawnShape] = []
     for joint in part.mechanism.joints:
-        if isinstance(joint, Rack) and joint.second.body in guided:
-            side, axes = _contact(part, poses, joint)
-            low, high = stage.ways[joint.name]
-            half = (high - low) / 2 + 0.24 * u
-            shapes.append(wall(put(axes, 0.0, side * THICK * u), joint.angle - side * math.pi / 2, half, 0.035 * u))
+        if isinstance(joint, RackAndPinion) and joint.second.body in guided_bodies:
+            side, axes = _rack_contact(part, poses, joint)
+            low, high = extents.joint_travels[joint.name]
+            half_length = (high - low) / 2 + 0.24 * u
+            shapes.append(
+                make_wall(
+                    axes_to_plane(axes, 0.0, side * _RACK_THICKNESS * u),
+                    joint.angle - side * math.pi / 2,
+                    half_length,
+                    0.035 * u,
+                )
+            )
     return shapes
 
 
 def rack_bodies(part: Part) -> set[str]:
     """Bodies that are drawn as racks."""
-    return {joint.second.body for joint in part.mechanism.joints if isinstance(joint, Rack)} - {GROUND}
+    return {joint.second.body for joint in part.mechanism.joints if isinstance(joint, RackAndPinion)} - {GROUND}

@@ -1,174 +1,212 @@
-"""What a scene's effects hang on a Hartung governor: stops of its weights, an oil brake, a spring, what rubs."""
+"""What a scene's effects hang on a Hartung governor: stops of its weights, a dashpot, a spring, what rubs."""
 
 from __future__ import annotations
 
 import math
 
-from governor_mechanism.effects.dashpot import OilBrake
+from governor_mechanism.effects.dashpot import Dashpot
 from governor_mechanism.effects.dry_friction import DryFriction
-from governor_mechanism.effects.spring import SpringOn
+from governor_mechanism.effects.spring import OutputSpring
 from governor_mechanism.effects.stops import Stops
-from governor_mechanism.render.geometry.outlines import block, burst, wall
-from governor_mechanism.render.geometry.primitives import Lines, Pair, Polygon, Shape, bar, rectangle
-from governor_mechanism.render.machines.hartung.proportions import SPINDLE, Governor, Side
-from governor_mechanism.render.machines.pendulum.effects import helix
+from governor_mechanism.render.geometry.outlines import make_burst, make_hatched_block, make_wall
+from governor_mechanism.render.geometry.primitives import DrawnShape, Lines, Polygon, Vec2, make_bar, make_rectangle
+from governor_mechanism.render.machines.hartung.proportions import (
+    HARTUNG_SPINDLE_HALF_WIDTH,
+    HartungProportions,
+    HartungSide,
+)
+from governor_mechanism.render.machines.pendulum.effects import helical_spring_lines
 
-LIFT = "sleeve_lift"
-SWING = ("lever_angle", "weight_radius")
+_LIFT_READING = "sleeve_lift"
+_WEIGHT_READINGS = ("lever_angle", "weight_radius")
 """The readings that the weights show."""
 
 # As fractions of the weights' arm.
-CYLINDER, BESIDE = 0.24, 0.50
+_DASHPOT_HALF_WIDTH, _DASHPOT_OFFSET = 0.24, 0.50
 """half width of the dashpot, and how far its middle stands beside the sleeve"""
-BLOCK = 0.16
+_STOP_HALF_HEIGHT = 0.16
 """Half height of the stops that weights meet."""
-SHOE = 0.20
+_SHOE_HEIGHT = 0.20
 
 
-def undermost(governor: Governor, lowest: float) -> float:
+def spindle_collar_height(governor: HartungProportions, lowest: float) -> float:
     """Where the spindle's lower collar stands (m), with the sleeve's lugs lowest at a height (m)."""
-    u, room = governor.arm, 0.14 * governor.arm
-    if governor.acting.on(DryFriction, LIFT):
-        room += SHOE * u
-    if governor.acting.on(SpringOn, LIFT):
-        room += 0.9 * u
-    return lowest - governor.load[1] - room
+    u, gap = governor.arm, 0.14 * governor.arm
+    if governor.effect_state.find_effect_on(DryFriction, _LIFT_READING):
+        gap += _SHOE_HEIGHT * u
+    if governor.effect_state.find_effect_on(OutputSpring, _LIFT_READING):
+        gap += 0.9 * u
+    return lowest - governor.sleeve_size[1] - gap
 
 
-def still_fittings(governor: Governor, heights: Pair) -> list[Shape]:
+def hartung_static_effect_shapes(governor: HartungProportions, heights: Vec2) -> list[DrawnShape]:
     """What is fixed to the frame: blocks that stop the weights, the dashpot's cylinder, the spring's seat."""
-    return [*_weight_stops(governor), *_cylinder(governor, heights), *_seat(governor, heights[0])]
+    return [
+        *_weight_stop_shapes(governor),
+        *_dashpot_shapes(governor, heights),
+        *_spring_seat_shapes(governor, heights[0]),
+    ]
 
 
-def moving_fittings(governor: Governor, height: float, time: float) -> list[Shape]:
+def hartung_moving_effect_shapes(governor: HartungProportions, height: float, time: float) -> list[DrawnShape]:
     """What moves with the sleeve, whose lugs stand at a height (m), at a time (s)."""
-    return [*_piston(governor, height), *_spring(governor, height), *_shoes(governor, height, time)]
+    return [
+        *_piston_shapes(governor, height),
+        *_spring_shapes(governor, height),
+        *_friction_shoe_shapes(governor, height, time),
+    ]
 
 
-def blows(governor: Governor, sides: list[Side], time: float) -> list[Shape]:
+def hartung_impact_shapes(governor: HartungProportions, sides: list[HartungSide], time: float) -> list[DrawnShape]:
     """Rays where a weight has just struck its stop."""
-    stops = governor.acting.on(Stops, *SWING)
+    stops = governor.effect_state.find_effect_on(Stops, *_WEIGHT_READINGS)
     if stops is None:
         return []
-    blow = governor.acting.struck(stops.reading, time)
-    spots: list[Pair] = []
-    if blow is not None:
-        inside = blow.high == (stops.reading == SWING[0])  # the lever angle grows inward
+    last_impact = governor.effect_state.recent_impact(stops.reading, time)
+    impact_points: list[Vec2] = []
+    if last_impact is not None:
+        is_inner_stop = last_impact.is_high_stop == (
+            stops.reading == _WEIGHT_READINGS[0]
+        )  # the lever angle grows inward
         for side in sides:
-            face = abs(side.weight[0]) + (-governor.half_width if inside else governor.half_width)
-            spots.append((side.sign * face, _level(governor)))
-    return [burst("burst", spots, 0.3 * governor.arm)]
+            face_radius = abs(side.weight[0]) + (-governor.half_width if is_inner_stop else governor.half_width)
+            impact_points.append((side.sign * face_radius, _stop_height(governor)))
+    return [make_burst("burst", impact_points, 0.3 * governor.arm)]
 
 
-def _level(governor: Governor) -> float:
+def _stop_height(governor: HartungProportions) -> float:
     """The height at which the weights meet their stops (m)."""
-    return 0.5 * (governor.bore + governor.half_height)
+    return 0.5 * (governor.bore_half_height + governor.half_height)
 
 
-def _stop_radii(governor: Governor) -> tuple[float, float] | None:
+def _stop_radii(governor: HartungProportions) -> tuple[float, float] | None:
     """Where the weights' centres are stopped, inside and outside (m from the axis; nan where there is none)."""
-    stops = governor.acting.on(Stops, *SWING)
+    stops = governor.effect_state.find_effect_on(Stops, *_WEIGHT_READINGS)
     if stops is None:
         return None
-    if stops.reading == SWING[1]:
+    if stops.reading == _WEIGHT_READINGS[1]:
         inner, outer = stops.low, stops.high
     else:
-        inner, outer = (governor.radius(end) if math.isfinite(end) else math.nan for end in (stops.high, stops.low))
+        inner, outer = (
+            governor.weight_radius(lever_angle) if math.isfinite(lever_angle) else math.nan
+            for lever_angle in (stops.high, stops.low)
+        )
     return (inner if math.isfinite(inner) else math.nan), (outer if math.isfinite(outer) else math.nan)
 
 
-def _weight_stops(governor: Governor) -> list[Shape]:
+def _weight_stop_shapes(governor: HartungProportions) -> list[DrawnShape]:
     """Blocks that the weights' faces meet: inside on the hub, outside on brackets from the springs' seats."""
     radii = _stop_radii(governor)
     if radii is None:
         return []
-    u, y, shapes = governor.arm, _level(governor), list[Shape]()
-    half = min(BLOCK * u, 0.8 * (governor.half_height - governor.bore) / 2)
+    u, y, shapes = governor.arm, _stop_height(governor), list[DrawnShape]()
+    half_height = min(_STOP_HALF_HEIGHT * u, 0.8 * (governor.half_height - governor.bore_half_height) / 2)
     inner, outer = radii[0] - governor.half_width, radii[1] + governor.half_width
     if math.isfinite(inner):
-        near = max(inner - 0.16 * u, -0.2 * u) if inner > 0.05 * u else inner - 0.1 * u
-        shapes.append(rectangle("bracket", -max(near, 0.0), max(near, 0.0), y - 0.5 * half, y + 0.5 * half))
+        hub_face = max(inner - 0.16 * u, -0.2 * u) if inner > 0.05 * u else inner - 0.1 * u
+        shapes.append(
+            make_rectangle(
+                "bracket", -max(hub_face, 0.0), max(hub_face, 0.0), y - 0.5 * half_height, y + 0.5 * half_height
+            )
+        )
         for sign in (-1.0, 1.0):
-            left, right = sorted((sign * max(near, 0.02 * u), sign * inner))
-            shapes += block("stop", (0.0, 0.0, 0.0), (left, right, y - half, y + half), 0.07 * u)
+            left, right = sorted((sign * max(hub_face, 0.02 * u), sign * inner))
+            shapes += make_hatched_block(
+                "stop", (0.0, 0.0, 0.0), (left, right, y - half_height, y + half_height), 0.07 * u
+            )
     if math.isfinite(outer):
-        plate = governor.seat + 0.03 * u
+        plate = governor.spring_seat_radius + 0.03 * u
         for sign in (-1.0, 1.0):
             left, right = sorted((sign * outer, sign * (outer + 0.13 * u)))
-            shapes.append(bar("bracket", (sign * plate, 0.9 * governor.bore), (sign * plate, y), 0.07 * u))
-            shapes.append(bar("bracket", (sign * outer + sign * 0.1 * u, y), (sign * plate, y), 0.07 * u))
-            shapes += block("stop", (0.0, 0.0, 0.0), (left, right, y - half, y + half), 0.07 * u)
+            shapes.append(
+                make_bar("bracket", (sign * plate, 0.9 * governor.bore_half_height), (sign * plate, y), 0.07 * u)
+            )
+            shapes.append(make_bar("bracket", (sign * outer + sign * 0.1 * u, y), (sign * plate, y), 0.07 * u))
+            shapes += make_hatched_block(
+                "stop", (0.0, 0.0, 0.0), (left, right, y - half_height, y + half_height), 0.07 * u
+            )
     return shapes
 
 
-def _cylinder_box(governor: Governor, heights: Pair) -> tuple[float, float, float, float]:
+def _dashpot_box(governor: HartungProportions, heights: Vec2) -> tuple[float, float, float, float]:
     """Left, right, bottom, top of the dashpot (m), long enough for the whole way of its piston."""
     u, (low, high) = governor.arm, heights
-    x = -(governor.load[0] + BESIDE * u)
+    x = -(governor.sleeve_size[0] + _DASHPOT_OFFSET * u)
     top = low - 0.45 * u
-    return x - CYLINDER * u, x + CYLINDER * u, top - max(high - low + 0.45 * u, 0.7 * u), top
+    return x - _DASHPOT_HALF_WIDTH * u, x + _DASHPOT_HALF_WIDTH * u, top - max(high - low + 0.45 * u, 0.7 * u), top
 
 
-def _range(governor: Governor) -> Pair:
+def _lug_height_range(governor: HartungProportions) -> Vec2:
     """Between what heights the lugs move over the run (m)."""
-    low, high = governor.acting.ranges.get(LIFT, (0.0, 0.0))
-    return governor.zero + low, governor.zero + high
+    low, high = governor.effect_state.reading_ranges.get(_LIFT_READING, (0.0, 0.0))
+    return governor.zero_lift_height + low, governor.zero_lift_height + high
 
 
-def _cylinder(governor: Governor, heights: Pair) -> list[Shape]:
+def _dashpot_shapes(governor: HartungProportions, heights: Vec2) -> list[DrawnShape]:
     """An open cylinder full of oil on a hatched footing, beside the sleeve."""
-    if not governor.acting.on(OilBrake, LIFT):
+    if not governor.effect_state.find_effect_on(Dashpot, _LIFT_READING):
         return []
-    u, (left, right, bottom, top) = governor.arm, _cylinder_box(governor, heights)
-    thick = 0.05 * u
+    u, (left, right, bottom, top) = governor.arm, _dashpot_box(governor, heights)
+    wall_thickness = 0.05 * u
     return [
-        rectangle("dashpot", left, right, bottom, top),
-        rectangle("bore", left + thick, right - thick, bottom + thick, top),
-        rectangle("oil", left + thick, right - thick, bottom + thick, top - 0.1 * u),
-        wall(((left + right) / 2, bottom), math.pi / 2, 1.35 * CYLINDER * u, 0.1 * u),
+        make_rectangle("dashpot", left, right, bottom, top),
+        make_rectangle("bore", left + wall_thickness, right - wall_thickness, bottom + wall_thickness, top),
+        make_rectangle("oil", left + wall_thickness, right - wall_thickness, bottom + wall_thickness, top - 0.1 * u),
+        make_wall(((left + right) / 2, bottom), math.pi / 2, 1.35 * _DASHPOT_HALF_WIDTH * u, 0.1 * u),
     ]
 
 
-def _piston(governor: Governor, height: float) -> list[Shape]:
+def _piston_shapes(governor: HartungProportions, height: float) -> list[DrawnShape]:
     """The dashpot's piston, its rod, and the bracket by which the sleeve moves it."""
-    if not governor.acting.on(OilBrake, LIFT):
+    if not governor.effect_state.find_effect_on(Dashpot, _LIFT_READING):
         return []
-    u, low = governor.arm, _range(governor)[0]
-    left, right, bottom, _ = _cylinder_box(governor, _range(governor))
-    x, thick = (left + right) / 2, 0.06 * u
+    u, low = governor.arm, _lug_height_range(governor)[0]
+    left, right, bottom, _ = _dashpot_box(governor, _lug_height_range(governor))
+    x, clearance = (left + right) / 2, 0.06 * u
     piston = bottom + 0.14 * u + height - low
     return [
-        rectangle("piston rod", x - 0.04 * u, x + 0.04 * u, piston, height),
-        rectangle("piston", left + thick, right - thick, piston, piston + 0.1 * u),
-        bar("piston rod", (x, height), (-0.9 * governor.load[0], height), 0.1 * u),
+        make_rectangle("piston rod", x - 0.04 * u, x + 0.04 * u, piston, height),
+        make_rectangle("piston", left + clearance, right - clearance, piston, piston + 0.1 * u),
+        make_bar("piston rod", (x, height), (-0.9 * governor.sleeve_size[0], height), 0.1 * u),
     ]
 
 
-def _seat(governor: Governor, lowest: float) -> list[Shape]:
+def _spring_seat_shapes(governor: HartungProportions, lowest: float) -> list[DrawnShape]:
     """A disc on the spindle for the sleeve's spring to rest against."""
-    if not governor.acting.on(SpringOn, LIFT):
+    if not governor.effect_state.find_effect_on(OutputSpring, _LIFT_READING):
         return []
-    u, y, half = governor.arm, undermost(governor, lowest), 0.45 * governor.arm
-    return [rectangle("seat", -half, half, y - 0.04 * u, y)]
+    u, y, half_width = governor.arm, spindle_collar_height(governor, lowest), 0.45 * governor.arm
+    return [make_rectangle("seat", -half_width, half_width, y - 0.04 * u, y)]
 
 
-def _spring(governor: Governor, height: float) -> list[Shape]:
+def _spring_shapes(governor: HartungProportions, height: float) -> list[DrawnShape]:
     """A helical spring round the spindle, under the sleeve."""
-    if not governor.acting.on(SpringOn, LIFT):
+    if not governor.effect_state.find_effect_on(OutputSpring, _LIFT_READING):
         return []
-    start, end = undermost(governor, _range(governor)[0]), height - governor.load[1]
-    return [Lines("spring", helix((0.0, start), (0.0, end), 0.36 * governor.arm, SPINDLE * governor.arm))]
-
-
-def _shoes(governor: Governor, height: float, time: float) -> list[Shape]:
-    """Shoes under the sleeve that rub on the spindle, in the colour of what rubs or of what is held."""
-    if not governor.acting.on(DryFriction, LIFT):
-        return []
-    u, base, held = governor.arm, height - governor.load[1], governor.acting.sticks(LIFT, time)
-    near, far = SPINDLE * u, (SPINDLE + 0.2) * u
-    shoes = [rectangle("shoe", x, x + far - near, base - SHOE * u, base) for x in (-far, near)]
+    start, end = spindle_collar_height(governor, _lug_height_range(governor)[0]), height - governor.sleeve_size[1]
     return [
-        Polygon(role, shoe.points if shown else ())
-        for role, shown in (("shoe", not held), ("held shoe", held))
+        Lines(
+            "spring",
+            helical_spring_lines(
+                (0.0, start), (0.0, end), 0.36 * governor.arm, HARTUNG_SPINDLE_HALF_WIDTH * governor.arm
+            ),
+        )
+    ]
+
+
+def _friction_shoe_shapes(governor: HartungProportions, height: float, time: float) -> list[DrawnShape]:
+    """Shoes under the sleeve that rub on the spindle, in the colour of what rubs or of what is held."""
+    if not governor.effect_state.find_effect_on(DryFriction, _LIFT_READING):
+        return []
+    u, base, is_sticking = (
+        governor.arm,
+        height - governor.sleeve_size[1],
+        governor.effect_state.is_held(_LIFT_READING, time),
+    )
+    inner, outer = HARTUNG_SPINDLE_HALF_WIDTH * u, (HARTUNG_SPINDLE_HALF_WIDTH + 0.2) * u
+    shoes = [make_rectangle("shoe", x, x + outer - inner, base - _SHOE_HEIGHT * u, base) for x in (-outer, inner)]
+    return [
+        Polygon(role, shoe.points if is_shown else ())
+        for role, is_shown in (("shoe", not is_sticking), ("held shoe", is_sticking))
         for shoe in shoes
     ]

@@ -7,23 +7,23 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from governor_mechanism.effects.bell_crank_masses import BellCranks
-from governor_mechanism.machines.hartung.machine import LEFT, RIGHT, SLEEVE
-from governor_mechanism.model.mechanism import Coordinate
+from governor_mechanism.effects.bell_crank_masses import BellCrankMasses
+from governor_mechanism.machines.hartung.machine import LEFT_WEIGHT, RIGHT_WEIGHT, SLEEVE
+from governor_mechanism.model.mechanism import PointCoordinate
 from governor_mechanism.model.scene import Part
-from governor_mechanism.render.effect_state import NOTHING, Acting
-from governor_mechanism.render.geometry.primitives import CAST_IRON, Pair
+from governor_mechanism.render.effect_state import NO_EFFECTS, EffectState
+from governor_mechanism.render.geometry.primitives import CAST_IRON_DENSITY, Vec2
 from governor_mechanism.types import FloatArray
 
 # What the scene does not say is drawn in a proportion to the weights' arm, below called u.
-SPINDLE = 0.115
+HARTUNG_SPINDLE_HALF_WIDTH = 0.115
 """half width"""
-NOMINAL = 0.26
+_NOMINAL_LEVER_SINE = 0.26
 """sine of the lever's swing that weights and springs are laid out for"""
 
 
 @dataclass(frozen=True, kw_only=True)
-class Governor:
+class HartungProportions:
     """The dimensions a drawing needs, in m, kg and rad; hanger is infinite where it is always vertical.
 
     half_width and half_height are those of a weight, turning tells whether it turns with its arm. seat is where the
@@ -32,108 +32,130 @@ class Governor:
 
     arm: float
     sleeve_arm: float
-    angle: float
-    fulcrum: Pair
-    hanger: float
-    lug: float
+    bell_crank_angle: float
+    fulcrum: Vec2
+    hanger_length: float
+    lug_offset: float
     sleeve_mass: float
     half_width: float
     half_height: float
-    turning: bool
-    seat: float
-    zero: float
-    acting: Acting = NOTHING
+    weights_rotate: bool
+    spring_seat_radius: float
+    zero_lift_height: float
+    effect_state: EffectState = NO_EFFECTS
 
     @property
-    def bore(self) -> float:
+    def bore_half_height(self) -> float:
         """Half height of the bore that holds a weight's spring (m)."""
         return 0.48 * self.half_height
 
     @property
-    def load(self) -> Pair:
+    def sleeve_size(self) -> Vec2:
         """Half width and depth below the lugs (m) of a sleeve of cast iron with its mass, as far as it looks well."""
-        radius = math.cbrt(self.sleeve_mass / (1.3 * math.pi * CAST_IRON))
-        reach = abs(self.lug) + 0.22 * self.arm
-        if math.isinf(self.hanger):
-            feet = (self.fulcrum[0] - self.sleeve_arm * math.sin(self.angle + lever) for lever in self.swing)
-            reach = max(0.42 * self.arm, *(abs(foot) + 0.11 * self.arm for foot in feet))
-        radius = max(min(max(radius, 0.45 * self.arm), 1.1 * self.arm), reach)
+        radius = math.cbrt(self.sleeve_mass / (1.3 * math.pi * CAST_IRON_DENSITY))
+        min_radius = abs(self.lug_offset) + 0.22 * self.arm
+        if math.isinf(self.hanger_length):
+            sleeve_arm_ends = (
+                self.fulcrum[0] - self.sleeve_arm * math.sin(self.bell_crank_angle + lever)
+                for lever in self.lever_angle_range
+            )
+            min_radius = max(0.42 * self.arm, *(abs(foot) + 0.11 * self.arm for foot in sleeve_arm_ends))
+        radius = max(min(max(radius, 0.45 * self.arm), 1.1 * self.arm), min_radius)
         return radius, 0.2 * self.arm + 1.0 * radius
 
     @property
-    def swing(self) -> Pair:
+    def lever_angle_range(self) -> Vec2:
         """Between what lever angles the run goes (rad)."""
-        return self.acting.ranges.get("lever_angle", (0.0, 0.0))
+        return self.effect_state.reading_ranges.get("lever_angle", (0.0, 0.0))
 
-    def radius(self, lever: float) -> float:
+    def weight_radius(self, lever_angle: float) -> float:
         """Of a weight's centre from the axis (m)."""
-        return self.fulcrum[0] - self.arm * math.sin(lever)
+        return self.fulcrum[0] - self.arm * math.sin(lever_angle)
 
 
 @dataclass(frozen=True, kw_only=True)
-class Side:
+class HartungSide:
     """One half at one pose: its sign (-1 left, 1 right), lever angle (rad), and where its joints are (m)."""
 
     sign: float
-    lever: float
-    fulcrum: Pair
-    weight: Pair
-    foot: Pair
-    lug: Pair
+    lever_angle: float
+    fulcrum: Vec2
+    weight: Vec2
+    sleeve_arm_end: Vec2
+    lug: Vec2
 
 
-def governor_of(part: Part, acting: Acting = NOTHING) -> Governor:
+def hartung_proportions(part: Part, effect_state: EffectState = NO_EFFECTS) -> HartungProportions:
     """What the drawing of a part needs to know of it."""
-    given, cranks = part.dimensions, acting.one(BellCranks)
-    arm, radius, mass = given["weight_arm"], given["fulcrum_radius"], given["weight_mass"]
-    half_width = 0.83 * max(radius - NOMINAL * arm, 0.3 * arm)
+    dimensions, cranks = part.dimensions, effect_state.find_effect(BellCrankMasses)
+    arm, radius, mass = dimensions["weight_arm"], dimensions["fulcrum_radius"], dimensions["weight_mass"]
+    half_width = 0.83 * max(radius - _NOMINAL_LEVER_SINE * arm, 0.3 * arm)
     # A block of cast iron, as deep as it is high.
-    half_height = 0.5 * math.sqrt(mass / (CAST_IRON * 2 * half_width))
+    half_height = 0.5 * math.sqrt(mass / (CAST_IRON_DENSITY * 2 * half_width))
     half_height = min(max(half_height, 0.45 * arm), 0.82 * arm)
     if cranks and cranks.weight_width and cranks.weight_height:
         half_width, half_height = cranks.weight_width / 2, cranks.weight_height / 2
-    outermost = max(acting.ranges.get("weight_radius", (0.0, 0.0))[1], radius + NOMINAL * arm)
+    outermost = max(effect_state.reading_ranges.get("weight_radius", (0.0, 0.0))[1], radius + _NOMINAL_LEVER_SINE * arm)
     lift = part.mechanism.reading("sleeve_lift")
-    return Governor(
+    return HartungProportions(
         arm=arm,
-        sleeve_arm=given["sleeve_arm"],
-        angle=given["bell_crank_angle"],
-        fulcrum=(radius, given["fulcrum_height"]),
-        hanger=given["hanger"],
-        lug=given["lug_offset"],
-        sleeve_mass=given["sleeve_mass"],
+        sleeve_arm=dimensions["sleeve_arm"],
+        bell_crank_angle=dimensions["bell_crank_angle"],
+        fulcrum=(radius, dimensions["fulcrum_height"]),
+        hanger_length=dimensions["hanger"],
+        lug_offset=dimensions["lug_offset"],
+        sleeve_mass=dimensions["sleeve_mass"],
         half_width=half_width,
         half_height=half_height,
-        turning=bool(cranks and (cranks.weight_width or cranks.weight_height)),
-        seat=outermost + half_width + 0.22 * arm,
-        zero=lift.zero if isinstance(lift, Coordinate) else 0.0,
-        acting=acting,
+        weights_rotate=bool(cranks and (cranks.weight_width or cranks.weight_height)),
+        spring_seat_radius=outermost + half_width + 0.22 * arm,
+        zero_lift_height=lift.zero if isinstance(lift, PointCoordinate) else 0.0,
+        effect_state=effect_state,
     )
 
 
-def sleeve_height(part: Part, poses: FloatArray) -> FloatArray:
+def hartung_sleeve_height(part: Part, poses: FloatArray) -> FloatArray:
     """Height (...) of the sleeve's lugs (m) at poses (..., bodies, 3)."""
     height: FloatArray = poses[..., part.mechanism.body_index(SLEEVE), 1]
     return height
 
 
-def weight_spots(governor: Governor, part: Part, poses: FloatArray) -> FloatArray:
+def hartung_weight_centres(governor: HartungProportions, part: Part, poses: FloatArray) -> FloatArray:
     """Where the right weight's centre stands (..., 2) (m) at poses (..., bodies, 3)."""
-    lever, (x, y) = poses[..., part.mechanism.body_index(RIGHT), 2], governor.fulcrum
-    spots: FloatArray = np.stack([x - governor.arm * np.sin(lever), y + governor.arm * np.cos(lever)], axis=-1)
-    return spots
+    lever_angle, (x, y) = poses[..., part.mechanism.body_index(RIGHT_WEIGHT), 2], governor.fulcrum
+    centres: FloatArray = np.stack(
+        [x - governor.arm * np.sin(lever_angle), y + governor.arm * np.cos(lever_angle)], axis=-1
+    )
+    return centres
 
 
-def sides_of(governor: Governor, part: Part, pose: FloatArray) -> list[Side]:
+def hartung_sides(governor: HartungProportions, part: Part, pose: FloatArray) -> list[HartungSide]:
     """The left half and the right one at a pose (bodies, 3)."""
-    height, found = float(sleeve_height(part, pose)), []
-    for name, sign in ((LEFT, -1.0), (RIGHT, 1.0)):
-        lever = sign * float(pose[part.mechanism.body_index(name), 2])
+    height, sides = float(hartung_sleeve_height(part, pose)), []
+    for name, sign in ((LEFT_WEIGHT, -1.0), (RIGHT_WEIGHT, 1.0)):
+        lever_angle = sign * float(pose[part.mechanism.body_index(name), 2])
         x, y = governor.fulcrum
-        turn = governor.angle + lever
-        foot = x - governor.sleeve_arm * math.sin(turn), y + governor.sleeve_arm * math.cos(turn)
-        lug = (foot[0] if math.isinf(governor.hanger) else governor.lug, height)
-        spots = ((x, y), (governor.radius(lever), y + governor.arm * math.cos(lever)), foot, lug)
-        fulcrum, weight, foot, lug = ((sign * px, py) for px, py in spots)
-        found.append(Side(sign=sign, lever=lever, fulcrum=fulcrum, weight=weight, foot=foot, lug=lug))
-    return found
+        sleeve_arm_angle = governor.bell_crank_angle + lever_angle
+        sleeve_arm_end = (
+            x - governor.sleeve_arm * math.sin(sleeve_arm_angle),
+            y + governor.sleeve_arm * math.cos(sleeve_arm_angle),
+        )
+        lug = (sleeve_arm_end[0] if math.isinf(governor.hanger_length) else governor.lug_offset, height)
+        right_points = (
+            (x, y),
+            (governor.weight_radius(lever_angle), y + governor.arm * math.cos(lever_angle)),
+            sleeve_arm_end,
+            lug,
+        )
+        fulcrum, weight, sleeve_arm_end, lug = ((sign * px, py) for px, py in right_points)
+        sides.append(
+            HartungSide(
+                sign=sign,
+                lever_angle=lever_angle,
+                fulcrum=fulcrum,
+                weight=weight,
+                sleeve_arm_end=sleeve_arm_end,
+                lug=lug,
+            )
+        )
+    return sides

@@ -7,130 +7,174 @@ from __future__ import annotations
 
 import math
 
-from governor_mechanism.effects.dashpot import OilBrake
+from governor_mechanism.effects.dashpot import Dashpot
 from governor_mechanism.effects.dry_friction import DryFriction
-from governor_mechanism.effects.spring import SpringOn
+from governor_mechanism.effects.spring import OutputSpring
 from governor_mechanism.effects.stops import Stops
 from governor_mechanism.model.scene import Part
-from governor_mechanism.render.geometry.outlines import band, wall
-from governor_mechanism.render.geometry.primitives import Circle, Lines, Pair, Polygon, Shape, bar, rectangle
+from governor_mechanism.render.geometry.outlines import make_band, make_wall
+from governor_mechanism.render.geometry.primitives import (
+    Circle,
+    DrawnShape,
+    Lines,
+    Polygon,
+    Vec2,
+    make_bar,
+    make_rectangle,
+)
 from governor_mechanism.render.machines.pendulum.proportions import (
-    SPINDLE,
-    Governor,
-    Side,
-    arm_angles,
-    sides_of,
-    sleeve_height,
+    PENDULUM_SPINDLE_HALF_WIDTH,
+    PendulumProportions,
+    PendulumSide,
+    pendulum_arm_angles,
+    pendulum_sides,
+    pendulum_sleeve_height,
 )
 from governor_mechanism.render.machines.pendulum.stops import (
-    COLLAR,
-    GLAND,
-    LIFT,
-    SWING,
-    arm_stops,
-    blows,
-    collars,
-    over_lugs,
-    sits_above,
-    sleeve_stops,
-    under,
+    ARM_READINGS,
+    COLLAR_HEIGHT,
+    LIFT_READING,
+    SHOE_HEIGHT,
+    arm_stop_shapes,
+    collar_boxes,
+    is_spring_above_sleeve,
+    pendulum_impact_shapes,
+    sleeve_contact_above_lugs,
+    sleeve_depth,
+    sleeve_stop_shapes,
 )
 from governor_mechanism.types import FloatArray
 
 # As fractions of the arm.
-SHOE = 0.060
+_SHOE_WIDTH = 0.060
 """width of the shoes under the sleeve"""
-CYLINDER, BESIDE = 0.075, 0.16
+_DASHPOT_HALF_WIDTH, _DASHPOT_OFFSET = 0.075, 0.16
 """half width of the dashpot, and how far its middle stands beside the sleeve"""
-COILS = 7
+_N_COILS = 7
 
 
-def foot_room(governor: Governor, heights: Pair) -> float:
+def spindle_foot_distance(governor: PendulumProportions, heights: Vec2) -> float:
     """From the low end of the load to the spindle's foot (m), where the lugs stand between two heights (m)."""
-    u, gland = governor.arm, under(governor) - governor.load[1]
-    room = 0.10 * u + gland
-    stops, spring = governor.acting.on(Stops, LIFT), governor.acting.on(SpringOn, LIFT)
+    u, shoe_height = governor.arm, sleeve_depth(governor) - governor.sleeve_size[1]
+    distance = 0.10 * u + shoe_height
+    stops, spring = (
+        governor.effect_state.find_effect_on(Stops, LIFT_READING),
+        governor.effect_state.find_effect_on(OutputSpring, LIFT_READING),
+    )
     if stops and math.isfinite(stops.low):
-        room = max(room, heights[0] - (governor.zero + stops.low) + gland + (COLLAR + 0.05) * u)
-    if spring and not sits_above(governor, spring):
-        room = max(room + 0.12 * u, gland + max(0.30 * u, 0.5 * (heights[1] - heights[0])))
-    return room
+        distance = max(
+            distance, heights[0] - (governor.zero_lift_height + stops.low) + shoe_height + (COLLAR_HEIGHT + 0.05) * u
+        )
+    if spring and not is_spring_above_sleeve(governor, spring):
+        distance = max(distance + 0.12 * u, shoe_height + max(0.30 * u, 0.5 * (heights[1] - heights[0])))
+    return distance
 
 
-def still_fittings(governor: Governor) -> tuple[Shape, ...]:
+def pendulum_static_effect_shapes(governor: PendulumProportions) -> tuple[DrawnShape, ...]:
     """What is fixed to the frame: blocks that stop arms and sleeve, the spring's seat, the dashpot's cylinder."""
-    return (*arm_stops(governor), *sleeve_stops(governor), *_seat(governor), *_cylinder(governor))
+    return (
+        *arm_stop_shapes(governor),
+        *sleeve_stop_shapes(governor),
+        *_spring_seat_shapes(governor),
+        *_dashpot_shapes(governor),
+    )
 
 
-def moving_fittings(
-    governor: Governor, part: Part, pose: FloatArray, time: float
-) -> tuple[tuple[Shape, ...], tuple[Shape, ...]]:
+def pendulum_moving_effect_shapes(
+    governor: PendulumProportions, part: Part, pose: FloatArray, time: float
+) -> tuple[tuple[DrawnShape, ...], tuple[DrawnShape, ...]]:
     """What moves with the governor at a pose (bodies, 3) and a time (s): behind it, and in front of it."""
-    height = float(sleeve_height(governor, part, pose))
-    angle = float(arm_angles(governor, part, pose))
-    sides = sides_of(governor, part, pose)
-    behind = (*_piston(governor, height), *_sleeve_spring(governor, height), *_gland(governor, height, time))
+    height = float(pendulum_sleeve_height(governor, part, pose))
+    angle = float(pendulum_arm_angles(governor, part, pose))
+    sides = pendulum_sides(governor, part, pose)
+    behind = (
+        *_piston_shapes(governor, height),
+        *_sleeve_spring_shapes(governor, height),
+        *_sleeve_shoe_shapes(governor, height, time),
+    )
     front = (
-        *_ball_spring(governor, sides),
-        *_spirals(governor, angle),
-        *_drums(governor, sides),
-        *_arm_shoes(governor, time),
-        *blows(governor, time),
+        *_ball_spring_shapes(governor, sides),
+        *_spiral_spring_shapes(governor, angle),
+        *_rotary_dashpot_shapes(governor, sides),
+        *_arm_shoe_shapes(governor, time),
+        *pendulum_impact_shapes(governor, time),
     )
     return behind, front
 
 
-def _heights(governor: Governor) -> Pair:
+def _lug_height_range(governor: PendulumProportions) -> Vec2:
     """Between what heights the lugs move over the run (m)."""
-    low, high = governor.acting.ranges.get(LIFT, (0.0, 0.0))
-    return governor.zero + low, governor.zero + high
+    low, high = governor.effect_state.reading_ranges.get(LIFT_READING, (0.0, 0.0))
+    return governor.zero_lift_height + low, governor.zero_lift_height + high
 
 
-def _spring_seat(governor: Governor) -> tuple[float, float] | None:
+def _spring_seat_geometry(governor: PendulumProportions) -> tuple[float, float] | None:
     """The height of the fixed end of the sleeve's spring (m), and the half width of its coils (m)."""
-    spring = governor.acting.on(SpringOn, LIFT)
+    spring = governor.effect_state.find_effect_on(OutputSpring, LIFT_READING)
     if spring is None:
         return None
     u = governor.arm
-    low, high = _heights(governor)
-    if not sits_above(governor, spring):
-        return low - governor.load[1] - foot_room(governor, (low, high)), 0.105 * u
-    over, half = over_lugs(governor)
-    seat = high + over + max(0.24 * u, 0.4 * (high - low))
-    seat = max([seat, *(top + 0.05 * u for is_low, (_, _, _, top) in collars(governor) if not is_low)])
-    return max(min(seat, -0.085 * u), high + over + 0.04 * u), min(half, 0.085 * u)
+    low, high = _lug_height_range(governor)
+    if not is_spring_above_sleeve(governor, spring):
+        return low - governor.sleeve_size[1] - spindle_foot_distance(governor, (low, high)), 0.105 * u
+    contact_height, half_width = sleeve_contact_above_lugs(governor)
+    seat_height = high + contact_height + max(0.24 * u, 0.4 * (high - low))
+    seat_height = max(
+        [seat_height, *(top + 0.05 * u for is_low, (_, _, _, top) in collar_boxes(governor) if not is_low)]
+    )
+    return max(min(seat_height, -0.085 * u), high + contact_height + 0.04 * u), min(half_width, 0.085 * u)
 
 
-def _seat(governor: Governor) -> list[Shape]:
+def _spring_seat_shapes(governor: PendulumProportions) -> list[DrawnShape]:
     """A disc on the spindle for the spring to rest against."""
-    found, u = _spring_seat(governor), governor.arm
-    if found is None:
+    seat_geometry, u = _spring_seat_geometry(governor), governor.arm
+    if seat_geometry is None:
         return []
-    y, half = found
-    spring = governor.acting.on(SpringOn, LIFT)
-    up = 0.03 * u if spring and sits_above(governor, spring) else -0.03 * u
-    return [rectangle("seat", -half - 0.02 * u, half + 0.02 * u, min(y, y + up), max(y, y + up))]
+    y, half_width = seat_geometry
+    spring = governor.effect_state.find_effect_on(OutputSpring, LIFT_READING)
+    thickness = 0.03 * u if spring and is_spring_above_sleeve(governor, spring) else -0.03 * u
+    return [
+        make_rectangle(
+            "seat", -half_width - 0.02 * u, half_width + 0.02 * u, min(y, y + thickness), max(y, y + thickness)
+        )
+    ]
 
 
-def _sleeve_spring(governor: Governor, height: float) -> list[Shape]:
+def _sleeve_spring_shapes(governor: PendulumProportions, height: float) -> list[DrawnShape]:
     """A helical spring round the spindle, between its seat and the sleeve."""
-    found, spring = _spring_seat(governor), governor.acting.on(SpringOn, LIFT)
-    if found is None or spring is None:
+    seat_geometry, spring = (
+        _spring_seat_geometry(governor),
+        governor.effect_state.find_effect_on(OutputSpring, LIFT_READING),
+    )
+    if seat_geometry is None or spring is None:
         return []
-    y, half = found
-    end = height + over_lugs(governor)[0] if sits_above(governor, spring) else height - governor.load[1]
-    return [Lines("spring", helix((0.0, min(y, end)), (0.0, max(y, end)), half, SPINDLE * governor.arm))]
+    y, half_width = seat_geometry
+    end = (
+        height + sleeve_contact_above_lugs(governor)[0]
+        if is_spring_above_sleeve(governor, spring)
+        else height - governor.sleeve_size[1]
+    )
+    return [
+        Lines(
+            "spring",
+            helical_spring_lines(
+                (0.0, min(y, end)), (0.0, max(y, end)), half_width, PENDULUM_SPINDLE_HALF_WIDTH * governor.arm
+            ),
+        )
+    ]
 
 
-def helix(start: Pair, end: Pair, half: float, hidden: float) -> tuple[tuple[Pair, ...], ...]:
+def helical_spring_lines(
+    start: Vec2, end: Vec2, half_width: float, hidden_half_width: float
+) -> tuple[tuple[Vec2, ...], ...]:
     """A helical spring of half width `half` (m) from the side; its back is hidden within `hidden` (m) of the axis."""
-    length, pieces = math.dist(start, end), 16 * COILS
+    length, n_segments = math.dist(start, end), 16 * _N_COILS
     c, s = ((end[0] - start[0]) / length, (end[1] - start[1]) / length) if length > 0 else (0.0, 1.0)
-    chains: list[list[Pair]] = [[]]
-    for k in range(pieces + 1):
-        turn = 2 * math.pi * COILS * k / pieces
-        across, along = half * math.cos(turn), length * k / pieces
-        if math.sin(turn) < -1e-9 and abs(across) < hidden:
+    chains: list[list[Vec2]] = [[]]
+    for k in range(n_segments + 1):
+        angle = 2 * math.pi * _N_COILS * k / n_segments
+        across, along = half_width * math.cos(angle), length * k / n_segments
+        if math.sin(angle) < -1e-9 and abs(across) < hidden_half_width:
             if chains[-1]:
                 chains.append([])
             continue
@@ -138,110 +182,117 @@ def helix(start: Pair, end: Pair, half: float, hidden: float) -> tuple[tuple[Pai
     return tuple(tuple(chain) for chain in chains if len(chain) > 1)
 
 
-def _cylinder_box(governor: Governor) -> tuple[float, float, float, float]:
+def _dashpot_box(governor: PendulumProportions) -> tuple[float, float, float, float]:
     """Left, right, bottom, top of the dashpot (m), long enough for the whole way of its piston."""
-    u, (low, high) = governor.arm, _heights(governor)
-    x = -(governor.load[0] + BESIDE * u)
-    top = low - governor.load[1] - 0.06 * u
-    return x - CYLINDER * u, x + CYLINDER * u, top - max(high - low + 0.20 * u, 0.26 * u), top
+    u, (low, high) = governor.arm, _lug_height_range(governor)
+    x = -(governor.sleeve_size[0] + _DASHPOT_OFFSET * u)
+    top = low - governor.sleeve_size[1] - 0.06 * u
+    return x - _DASHPOT_HALF_WIDTH * u, x + _DASHPOT_HALF_WIDTH * u, top - max(high - low + 0.20 * u, 0.26 * u), top
 
 
-def _cylinder(governor: Governor) -> list[Shape]:
+def _dashpot_shapes(governor: PendulumProportions) -> list[DrawnShape]:
     """An open cylinder full of oil on a hatched footing, beside the sleeve."""
-    if not governor.acting.on(OilBrake, LIFT):
+    if not governor.effect_state.find_effect_on(Dashpot, LIFT_READING):
         return []
-    u, (left, right, bottom, top) = governor.arm, _cylinder_box(governor)
-    thick = 0.016 * u
+    u, (left, right, bottom, top) = governor.arm, _dashpot_box(governor)
+    wall_thickness = 0.016 * u
     return [
-        rectangle("dashpot", left, right, bottom, top),
-        rectangle("bore", left + thick, right - thick, bottom + thick, top),
-        rectangle("oil", left + thick, right - thick, bottom + thick, top - 0.035 * u),
-        wall(((left + right) / 2, bottom), math.pi / 2, 1.35 * CYLINDER * u, 0.035 * u),
+        make_rectangle("dashpot", left, right, bottom, top),
+        make_rectangle("bore", left + wall_thickness, right - wall_thickness, bottom + wall_thickness, top),
+        make_rectangle("oil", left + wall_thickness, right - wall_thickness, bottom + wall_thickness, top - 0.035 * u),
+        make_wall(((left + right) / 2, bottom), math.pi / 2, 1.35 * _DASHPOT_HALF_WIDTH * u, 0.035 * u),
     ]
 
 
-def _piston(governor: Governor, height: float) -> list[Shape]:
+def _piston_shapes(governor: PendulumProportions, height: float) -> list[DrawnShape]:
     """The dashpot's piston, its rod, and the bracket by which the sleeve at a height (m) moves it."""
-    if not governor.acting.on(OilBrake, LIFT):
+    if not governor.effect_state.find_effect_on(Dashpot, LIFT_READING):
         return []
-    u, (left, right, bottom, _) = governor.arm, _cylinder_box(governor)
-    x, base = (left + right) / 2, height - governor.load[1]
-    piston = bottom + 0.05 * u + height - _heights(governor)[0]
-    thick = 0.022 * u
+    u, (left, right, bottom, _) = governor.arm, _dashpot_box(governor)
+    x, base = (left + right) / 2, height - governor.sleeve_size[1]
+    piston = bottom + 0.05 * u + height - _lug_height_range(governor)[0]
+    clearance = 0.022 * u
     return [
-        rectangle("piston rod", x - 0.013 * u, x + 0.013 * u, piston, base + 0.035 * u),
-        rectangle("piston", left + thick, right - thick, piston, piston + 0.035 * u),
-        bar("piston rod", (x, base + 0.035 * u), (-0.9 * governor.load[0], base + 0.035 * u), 0.036 * u),
+        make_rectangle("piston rod", x - 0.013 * u, x + 0.013 * u, piston, base + 0.035 * u),
+        make_rectangle("piston", left + clearance, right - clearance, piston, piston + 0.035 * u),
+        make_bar("piston rod", (x, base + 0.035 * u), (-0.9 * governor.sleeve_size[0], base + 0.035 * u), 0.036 * u),
     ]
 
 
-def _gland(governor: Governor, height: float, time: float) -> list[Shape]:
+def _sleeve_shoe_shapes(governor: PendulumProportions, height: float, time: float) -> list[DrawnShape]:
     """Shoes under the sleeve that rub on the spindle."""
-    if not governor.acting.on(DryFriction, LIFT):
+    if not governor.effect_state.find_effect_on(DryFriction, LIFT_READING):
         return []
-    u, base = governor.arm, height - governor.load[1]
-    inner, outer = SPINDLE * u, (SPINDLE + SHOE) * u
-    return _shoes(
-        governor, LIFT, time, [rectangle("shoe", x, x + outer - inner, base - GLAND * u, base) for x in (-outer, inner)]
+    u, base = governor.arm, height - governor.sleeve_size[1]
+    inner, outer = PENDULUM_SPINDLE_HALF_WIDTH * u, (PENDULUM_SPINDLE_HALF_WIDTH + _SHOE_WIDTH) * u
+    return _friction_shoe_shapes(
+        governor,
+        LIFT_READING,
+        time,
+        [make_rectangle("shoe", x, x + outer - inner, base - SHOE_HEIGHT * u, base) for x in (-outer, inner)],
     )
 
 
-def _arm_shoes(governor: Governor, time: float) -> list[Shape]:
+def _arm_shoe_shapes(governor: PendulumProportions, time: float) -> list[DrawnShape]:
     """A shoe over the pin of each arm."""
-    friction = governor.acting.on(DryFriction, *SWING)
+    friction = governor.effect_state.find_effect_on(DryFriction, *ARM_READINGS)
     if friction is None:
         return []
     u, shoes = governor.arm, []
     for x in (-governor.offset, governor.offset):
         angles = [math.radians(30 + 120 * k / 10) for k in range(11)]
         arc = [(x + 0.075 * u * math.cos(a), 0.075 * u * math.sin(a)) for a in angles]
-        shoes.append(band("shoe", arc, 0.040 * u))
-    return _shoes(governor, friction.reading, time, shoes)
+        shoes.append(make_band("shoe", arc, 0.040 * u))
+    return _friction_shoe_shapes(governor, friction.reading, time, shoes)
 
 
-def _shoes(governor: Governor, reading: str, time: float, shoes: list[Polygon]) -> list[Shape]:
+def _friction_shoe_shapes(
+    governor: PendulumProportions, reading: str, time: float, shoes: list[Polygon]
+) -> list[DrawnShape]:
     """The shoes in the colour of what rubs, or of what is held; the others have no outline."""
-    held = governor.acting.sticks(reading, time)
+    is_sticking = governor.effect_state.is_held(reading, time)
     return [
-        Polygon(role, shoe.points if shown else ())
-        for role, shown in (("shoe", not held), ("held shoe", held))
+        Polygon(role, shoe.points if is_shown else ())
+        for role, is_shown in (("shoe", not is_sticking), ("held shoe", is_sticking))
         for shoe in shoes
     ]
 
 
-def _drums(governor: Governor, sides: list[Side]) -> list[Shape]:
+def _rotary_dashpot_shapes(governor: PendulumProportions, sides: list[PendulumSide]) -> list[DrawnShape]:
     """A small rotary damper on each arm's pin, its vane along the arm."""
-    if not governor.acting.on(OilBrake, *SWING):
+    if not governor.effect_state.find_effect_on(Dashpot, *ARM_READINGS):
         return []
-    u, shapes = governor.arm, list[Shape]()
+    u, shapes = governor.arm, list[DrawnShape]()
     for side in sides:
-        dx, dy = ((side.ball[k] - side.top[k]) / governor.arm * 0.055 * u for k in (0, 1))
-        (x, y) = side.top
+        dx, dy = ((side.ball[k] - side.arm_pivot[k]) / governor.arm * 0.055 * u for k in (0, 1))
+        (x, y) = side.arm_pivot
         shapes.append(Circle("drum", x, y, 0.055 * u))
         shapes.append(Lines("damper", (((x - dy, y + dx), (x + dy, y - dx)),)))
         shapes.append(Circle("pivot", x, y, 0.016 * u))
     return shapes
 
 
-def _spirals(governor: Governor, angle: float) -> list[Shape]:
+def _spiral_spring_shapes(governor: PendulumProportions, angle: float) -> list[DrawnShape]:
     """A spiral spring round each arm's pin, wound by the arm."""
-    if not governor.acting.on(SpringOn, SWING[0]):
+    if not governor.effect_state.find_effect_on(OutputSpring, ARM_READINGS[0]):
         return []
-    u, shapes = governor.arm, list[Shape]()
+    u, shapes = governor.arm, list[DrawnShape]()
     sweep = 5 * math.pi - angle
     for sign in (-1.0, 1.0):
-        spots = []
+        points = []
         for k in range(73):
-            turn, radius = 2.2 - sweep * (1 - k / 72), (0.03 + 0.07 * k / 72) * u
-            spots.append((sign * (governor.offset + radius * math.cos(turn)), radius * math.sin(turn)))
-        shapes.append(Lines("spring", (tuple(spots),)))
+            angle_on_spiral, radius = 2.2 - sweep * (1 - k / 72), (0.03 + 0.07 * k / 72) * u
+            points.append(
+                (sign * (governor.offset + radius * math.cos(angle_on_spiral)), radius * math.sin(angle_on_spiral))
+            )
+        shapes.append(Lines("spring", (tuple(points),)))
     return shapes
 
 
-def _ball_spring(governor: Governor, sides: list[Side]) -> list[Shape]:
+def _ball_spring_shapes(governor: PendulumProportions, sides: list[PendulumSide]) -> list[DrawnShape]:
     """A spring from ball to ball."""
-    if not governor.acting.on(SpringOn, SWING[1]):
+    if not governor.effect_state.find_effect_on(OutputSpring, ARM_READINGS[1]):
         return []
     (left, y), (right, _) = (side.ball for side in sides)
-    ends = (left + governor.ball, y), (right - governor.ball, y)
-    return [Lines("spring", helix(*ends, 0.06 * governor.arm, 0.0))]
+    ends = (left + governor.ball_radius, y), (right - governor.ball_radius, y)
+    return [Lines("spring", helical_spring_lines(*ends, 0.06 * governor.arm, 0.0))]

@@ -5,50 +5,56 @@ from __future__ import annotations
 import math
 from itertools import pairwise
 
-from governor_mechanism.render.geometry.primitives import Lines, Pair, Polygon, Shape, bar
-from governor_mechanism.render.machines.pendulum.proportions import GROOVE, Governor
+from governor_mechanism.render.geometry.primitives import DrawnShape, Lines, Polygon, Vec2, make_bar
+from governor_mechanism.render.machines.pendulum.proportions import GROOVE_RATIO, PendulumProportions
 
-SLOT = 0.022
+SLOT_HALF_LENGTH = 0.022
 """Half length of the slots that play makes, as they are drawn, as a fraction of the arm."""
-LUG = 0.085
+_LUG_WIDTH = 0.085
 """Width of a lug, as a fraction of the arm."""
 
 
-def sleeve(governor: Governor, height: float) -> tuple[Shape, ...]:
+def pendulum_sleeve_shapes(governor: PendulumProportions, height: float) -> tuple[DrawnShape, ...]:
     """Lugs, collar and load, with strokes that show the round; hung below the lugs, clear of arms and links."""
     u = governor.arm
-    width, drop = governor.load
-    neck = abs(governor.lug) + 0.06 * u
-    tip = height + (SLOT * u if governor.play else 0.0)
-    ears = [bar("sleeve", (x, height - 0.06 * u), (x, tip), LUG * u) for x in (-governor.lug, governor.lug)]
+    width, drop = governor.sleeve_size
+    neck_half_width = abs(governor.lug_offset) + 0.06 * u
+    lug_top = height + (SLOT_HALF_LENGTH * u if governor.clearance else 0.0)
+    lugs = [
+        make_bar("sleeve", (x, height - 0.06 * u), (x, lug_top), _LUG_WIDTH * u)
+        for x in (-governor.lug_offset, governor.lug_offset)
+    ]
     top, base = height - 0.045 * u, height - drop
-    outline = (_drum if governor.loaded else _collar)(neck, width, top, base, u)
-    round_part = width if governor.loaded else GROOVE * width
-    point = width + 0.085 * u
+    outline = (_drum_outline if governor.has_sleeve_body else _collar_outline)(neck_half_width, width, top, base, u)
+    shaded_half_width = width if governor.has_sleeve_body else GROOVE_RATIO * width
+    pointer_tip = width + 0.085 * u
     mirrored = tuple((-x, y) for x, y in reversed(outline))
     return (
-        *ears,
+        *lugs,
         Polygon("sleeve", outline + mirrored),
-        Lines("engraving", _strokes(outline, round_part, base, u)),
-        Polygon("pointer", ((point, base), (point - 0.07 * u, base + 0.03 * u), (point - 0.07 * u, base - 0.03 * u))),
+        Lines("engraving", _shading_strokes(outline, shaded_half_width, base, u)),
+        Polygon(
+            "pointer",
+            ((pointer_tip, base), (pointer_tip - 0.07 * u, base + 0.03 * u), (pointer_tip - 0.07 * u, base - 0.03 * u)),
+        ),
     )
 
 
-def _drum(neck: float, width: float, top: float, base: float, u: float) -> tuple[Pair, ...]:
+def _drum_outline(neck: float, width: float, top: float, base: float, u: float) -> tuple[Vec2, ...]:
     """Right half of the load's outline, from the top down: a neck, a rounded shoulder, a body and a foot moulding."""
-    round_off = min(0.10 * u, 0.5 * (width - neck)) if width > neck else 0.0
+    corner_radius = min(0.10 * u, 0.5 * (width - neck)) if width > neck else 0.0
     shoulder = top - 0.045 * u
     corner = tuple(
-        (width - round_off * (1 - math.sin(a)), shoulder - round_off * (1 - math.cos(a)))
+        (width - corner_radius * (1 - math.sin(a)), shoulder - corner_radius * (1 - math.cos(a)))
         for a in (k * math.pi / 12 for k in range(7))
     )
     return ((0.0, top), (neck, top), (neck, shoulder), *corner, (width, base + 0.03 * u), (0.93 * width, base))
 
 
-def _collar(neck: float, width: float, top: float, base: float, u: float) -> tuple[Pair, ...]:
+def _collar_outline(neck: float, width: float, top: float, base: float, u: float) -> tuple[Vec2, ...]:
     """Right half of a light collar's outline, with the groove for the fork that would move the throttle."""
     flange = 0.045 * u
-    groove = GROOVE * width
+    groove = GROOVE_RATIO * width
     return (
         (0.0, top),
         (neck, top),
@@ -61,7 +67,7 @@ def _collar(neck: float, width: float, top: float, base: float, u: float) -> tup
     )
 
 
-def _strokes(outline: tuple[Pair, ...], width: float, base: float, u: float) -> tuple[tuple[Pair, ...], ...]:
+def _shading_strokes(outline: tuple[Vec2, ...], width: float, base: float, u: float) -> tuple[tuple[Vec2, ...], ...]:
     """Upright strokes, close together toward the right edge as an engraver shades a cylinder of half `width`."""
     strokes = []
     for sine in (0.42, 0.57, 0.69, 0.79, 0.87, 0.94):

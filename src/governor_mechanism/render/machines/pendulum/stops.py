@@ -5,133 +5,146 @@ from __future__ import annotations
 import math
 
 from governor_mechanism.effects.dry_friction import DryFriction
-from governor_mechanism.effects.spring import SpringOn
+from governor_mechanism.effects.spring import OutputSpring
 from governor_mechanism.effects.stops import Stops
-from governor_mechanism.render.geometry.outlines import band, block, burst
-from governor_mechanism.render.geometry.primitives import Box, Pair, Shape, bar
-from governor_mechanism.render.machines.pendulum.proportions import ARM, SPINDLE, Governor
+from governor_mechanism.render.geometry.outlines import make_band, make_burst, make_hatched_block
+from governor_mechanism.render.geometry.primitives import BoundingBox, DrawnShape, Vec2, make_bar
+from governor_mechanism.render.machines.pendulum.proportions import (
+    ARM_WIDTH,
+    PENDULUM_SPINDLE_HALF_WIDTH,
+    PendulumProportions,
+)
 
-LIFT = "sleeve_lift"
-SWING = ("arm_angle", "ball_radius")
+LIFT_READING = "sleeve_lift"
+ARM_READINGS = ("arm_angle", "ball_radius")
 """The readings that the arms show."""
 
 # As fractions of the arm.
-COLLAR, GLAND = 0.07, 0.080
+COLLAR_HEIGHT, SHOE_HEIGHT = 0.07, 0.080
 """height of a stop on the spindle, and of the shoes under the sleeve"""
-QUADRANT, QUADRANT_CROSSED = 0.36, 0.62
+_QUADRANT_RATIO, _CROSSED_QUADRANT_RATIO = 0.36, 0.62
 """radius of the arc that carries the stops of the arms, of the length to the joint; beyond where crossed arms meet"""
-WITHIN = 0.058
+_INNER_STOP_HALF_WIDTH = 0.058
 """half width of a stop on the spindle that stands within a spring's coils"""
 
 
-def under(governor: Governor) -> float:
+def sleeve_depth(governor: PendulumProportions) -> float:
     """How far below the lugs the sleeve ends (m), with the shoes that rub on the spindle."""
-    gland = GLAND if governor.acting.on(DryFriction, LIFT) else 0.0
-    return governor.load[1] + gland * governor.arm
+    shoe_height = SHOE_HEIGHT if governor.effect_state.find_effect_on(DryFriction, LIFT_READING) else 0.0
+    return governor.sleeve_size[1] + shoe_height * governor.arm
 
 
-def over_lugs(governor: Governor) -> Pair:
+def sleeve_contact_above_lugs(governor: PendulumProportions) -> Vec2:
     """How far above the lugs something on the spindle meets the sleeve (m), and its half width (m) at most."""
     u = governor.arm
-    between = abs(governor.lug) - 0.05 * u
-    if between >= 0.065 * u:
-        return -0.045 * u, min(between, 0.10 * u)
-    return (0.068 if governor.play else 0.046) * u, 0.09 * u
+    half_gap = abs(governor.lug_offset) - 0.05 * u
+    if half_gap >= 0.065 * u:
+        return -0.045 * u, min(half_gap, 0.10 * u)
+    return (0.068 if governor.clearance else 0.046) * u, 0.09 * u
 
 
-def sits_above(governor: Governor, spring: SpringOn) -> bool:
+def is_spring_above_sleeve(governor: PendulumProportions, spring: OutputSpring) -> bool:
     """Whether a spring sits above the sleeve and pushes it down; else it carries it."""
-    low, high = governor.acting.ranges.get(LIFT, (0.0, 0.0))
-    return spring.free <= (low + high) / 2
+    low, high = governor.effect_state.reading_ranges.get(LIFT_READING, (0.0, 0.0))
+    return spring.free_value <= (low + high) / 2
 
 
-def _stop_angles(governor: Governor) -> tuple[str, float, float] | None:
+def _stop_angles(governor: PendulumProportions) -> tuple[str, float, float] | None:
     """The reading whose stops the arms meet, and the arm angles (rad, infinite where there is none)."""
-    stops = governor.acting.on(Stops, *SWING)
+    stops = governor.effect_state.find_effect_on(Stops, *ARM_READINGS)
     if stops is None:
         return None
-    if stops.reading == SWING[0]:
+    if stops.reading == ARM_READINGS[0]:
         return stops.reading, stops.low, stops.high
-    low, high = ((radius - governor.offset) / governor.arm for radius in (stops.low, stops.high))
-    return stops.reading, math.asin(low) if low > -1 else -math.inf, math.asin(high) if high < 1 else math.inf
+    low_limit, high_limit = ((radius - governor.offset) / governor.arm for radius in (stops.low, stops.high))
+    return (
+        stops.reading,
+        math.asin(low_limit) if low_limit > -1 else -math.inf,
+        math.asin(high_limit) if high_limit < 1 else math.inf,
+    )
 
 
-def arm_stops(governor: Governor) -> list[Shape]:
+def arm_stop_shapes(governor: PendulumProportions) -> list[DrawnShape]:
     """An arc on each side, held by the spindle, with a block where the arm meets it."""
-    found = _stop_angles(governor)
-    if found is None:
+    stop_angles = _stop_angles(governor)
+    if stop_angles is None:
         return []
-    _, low, high = found
-    u, radius, shapes = governor.arm, _quadrant(governor), list[Shape]()
-    least, most = (float(v) for v in governor.acting.ranges.get(SWING[0], (low, high)))
-    spread = (ARM / 2 + 0.05) * u / radius
-    start = low - spread if math.isfinite(low) else min(least, high) - spread
-    stop = high + spread if math.isfinite(high) else max(most, low) + spread
+    _, low, high = stop_angles
+    u, radius, shapes = governor.arm, _quadrant_radius(governor), list[DrawnShape]()
+    min_angle, max_angle = (float(v) for v in governor.effect_state.reading_ranges.get(ARM_READINGS[0], (low, high)))
+    angle_margin = (ARM_WIDTH / 2 + 0.05) * u / radius
+    start = low - angle_margin if math.isfinite(low) else min(min_angle, high) - angle_margin
+    stop = high + angle_margin if math.isfinite(high) else max(max_angle, low) + angle_margin
     for sign in (-1.0, 1.0):
-        arc = [_on_arc(governor, sign, start + (stop - start) * k / 24) for k in range(25)]
-        shapes.append(bar("bracket", (sign * SPINDLE * u, arc[0][1]), arc[0], 0.022 * u))
-        shapes.append(band("bracket", arc, 0.022 * u))
+        arc = [_quadrant_point(governor, sign, start + (stop - start) * k / 24) for k in range(25)]
+        shapes.append(make_bar("bracket", (sign * PENDULUM_SPINDLE_HALF_WIDTH * u, arc[0][1]), arc[0], 0.022 * u))
+        shapes.append(make_band("bracket", arc, 0.022 * u))
         for angle, side in ((low, -1.0), (high, 1.0)):
             if math.isfinite(angle):
                 axes = (sign * governor.offset, 0.0, -math.pi / 2 + sign * angle)
-                near, far = sorted((sign * side * ARM / 2 * u, sign * side * (ARM / 2 + 0.055) * u))
-                shapes += block("stop", axes, (radius - 0.05 * u, radius + 0.05 * u, near, far), 0.030 * u)
+                inner, outer = sorted((sign * side * ARM_WIDTH / 2 * u, sign * side * (ARM_WIDTH / 2 + 0.055) * u))
+                shapes += make_hatched_block(
+                    "stop", axes, (radius - 0.05 * u, radius + 0.05 * u, inner, outer), 0.030 * u
+                )
     return shapes
 
 
-def _quadrant(governor: Governor) -> float:
-    return (QUADRANT if governor.offset >= 0 else QUADRANT_CROSSED) * governor.joint
+def _quadrant_radius(governor: PendulumProportions) -> float:
+    return (_QUADRANT_RATIO if governor.offset >= 0 else _CROSSED_QUADRANT_RATIO) * governor.joint_distance
 
 
-def _on_arc(governor: Governor, sign: float, angle: float) -> Pair:
-    radius = _quadrant(governor)
+def _quadrant_point(governor: PendulumProportions, sign: float, angle: float) -> Vec2:
+    radius = _quadrant_radius(governor)
     return sign * (governor.offset + radius * math.sin(angle)), -radius * math.cos(angle)
 
 
-def sleeve_stops(governor: Governor) -> list[Shape]:
+def sleeve_stop_shapes(governor: PendulumProportions) -> list[DrawnShape]:
     """Collars on the spindle that the sleeve meets, in section on both sides of it."""
-    u, shapes = governor.arm, list[Shape]()
-    for _, (left, right, bottom, top) in collars(governor):
+    u, shapes = governor.arm, list[DrawnShape]()
+    for _, (left, right, bottom, top) in collar_boxes(governor):
         for side in (-1.0, 1.0):
             x0, x1 = sorted((side * left, side * right))
-            shapes += block("stop", (0.0, 0.0, 0.0), (x0, x1, bottom, top), 0.030 * u)
+            shapes += make_hatched_block("stop", (0.0, 0.0, 0.0), (x0, x1, bottom, top), 0.030 * u)
     return shapes
 
 
-def collars(governor: Governor) -> list[tuple[bool, Box]]:
+def collar_boxes(governor: PendulumProportions) -> list[tuple[bool, BoundingBox]]:
     """The right halves of the collars: whether it is the low one, and left, right, bottom and top (m)."""
-    stops = governor.acting.on(Stops, LIFT)
+    stops = governor.effect_state.find_effect_on(Stops, LIFT_READING)
     if stops is None:
         return []
-    u, inner, found = governor.arm, SPINDLE * governor.arm, []
-    spring = governor.acting.on(SpringOn, LIFT)
+    u, inner, boxes = governor.arm, PENDULUM_SPINDLE_HALF_WIDTH * governor.arm, []
+    spring = governor.effect_state.find_effect_on(OutputSpring, LIFT_READING)
     if math.isfinite(stops.low):
-        top = governor.zero + stops.low - under(governor)
-        half = WITHIN * u if spring and not sits_above(governor, spring) else 0.11 * u
-        found.append((True, (inner, half, top - COLLAR * u, top)))
+        top = governor.zero_lift_height + stops.low - sleeve_depth(governor)
+        half_width = _INNER_STOP_HALF_WIDTH * u if spring and not is_spring_above_sleeve(governor, spring) else 0.11 * u
+        boxes.append((True, (inner, half_width, top - COLLAR_HEIGHT * u, top)))
     if math.isfinite(stops.high):
-        over, half = over_lugs(governor)
-        if spring and sits_above(governor, spring):
-            half = min(half, WITHIN * u)
-        bottom = governor.zero + stops.high + over
-        found.append((False, (inner, half, bottom, bottom + COLLAR * u)))
-    return found
+        contact_height, half_width = sleeve_contact_above_lugs(governor)
+        if spring and is_spring_above_sleeve(governor, spring):
+            half_width = min(half_width, _INNER_STOP_HALF_WIDTH * u)
+        bottom = governor.zero_lift_height + stops.high + contact_height
+        boxes.append((False, (inner, half_width, bottom, bottom + COLLAR_HEIGHT * u)))
+    return boxes
 
 
-def blows(governor: Governor, time: float) -> list[Shape]:
+def pendulum_impact_shapes(governor: PendulumProportions, time: float) -> list[DrawnShape]:
     """Rays where arm or sleeve has just struck a stop."""
-    u, shapes = governor.arm, list[Shape]()
-    swing = _stop_angles(governor)
-    if swing is not None:
-        strike, spots = governor.acting.struck(swing[0], time), list[Pair]()
-        if strike is not None:
-            spots = [_on_arc(governor, sign, swing[2] if strike.high else swing[1]) for sign in (-1.0, 1.0)]
-        shapes.append(burst("burst", spots, 0.085 * u))
-    if governor.acting.on(Stops, LIFT):
-        strike, spots = governor.acting.struck(LIFT, time), list[Pair]()
-        for low, (_, half, bottom, top) in collars(governor):
-            if strike is not None and strike.high != low:
+    u, shapes = governor.arm, list[DrawnShape]()
+    stop_angles = _stop_angles(governor)
+    if stop_angles is not None:
+        last_impact, impact_points = governor.effect_state.recent_impact(stop_angles[0], time), list[Vec2]()
+        if last_impact is not None:
+            impact_points = [
+                _quadrant_point(governor, sign, stop_angles[2] if last_impact.is_high_stop else stop_angles[1])
+                for sign in (-1.0, 1.0)
+            ]
+        shapes.append(make_burst("burst", impact_points, 0.085 * u))
+    if governor.effect_state.find_effect_on(Stops, LIFT_READING):
+        last_impact, impact_points = governor.effect_state.recent_impact(LIFT_READING, time), list[Vec2]()
+        for is_low, (_, half_width, bottom, top) in collar_boxes(governor):
+            if last_impact is not None and last_impact.is_high_stop != is_low:
                 # Beside the collar's own middle, clear of the sleeve.
-                spots = [(side * (half + 0.01 * u), (top + bottom) / 2) for side in (-1.0, 1.0)]
-        shapes.append(burst("burst", spots, 0.075 * u))
+                impact_points = [(side * (half_width + 0.01 * u), (top + bottom) / 2) for side in (-1.0, 1.0)]
+        shapes.append(make_burst("burst", impact_points, 0.075 * u))
     return shapes

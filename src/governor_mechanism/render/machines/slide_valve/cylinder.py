@@ -7,119 +7,152 @@ from __future__ import annotations
 
 import math
 
-from governor_mechanism.render.geometry.primitives import Lines, Pair, Polygon, Shape, Text, hatching, rectangle
+from governor_mechanism.render.geometry.primitives import (
+    DrawnShape,
+    Lines,
+    Polygon,
+    TextShape,
+    Vec2,
+    make_hatching,
+    make_rectangle,
+)
 from governor_mechanism.render.machines.slide_valve.proportions import (
-    ADMITTING,
-    COMPRESSING,
-    EXHAUSTING,
-    EXPANDING,
-    Gear,
-    Standing,
-    state,
+    ADMISSION_PHASE,
+    COMPRESSION_PHASE,
+    EXHAUST_PHASE,
+    EXPANSION_PHASE,
+    ValveGearPosition,
+    ValveGearProportions,
+    steam_phase,
 )
 
 # All in cranks, from the middle of the stroke and the foot of the storey up.
-FOOT = 1.26
-WALL, BORE, BLOCK, CHEST, LID = 0.075, 0.46, 0.30, 0.34, 0.065
-PISTON, CLEAR = 0.16, 0.035
+CYLINDER_BASE = 1.26
+_WALL_THICKNESS, _BORE_HEIGHT, _BLOCK_HEIGHT, _CHEST_HEIGHT, _LID_THICKNESS = 0.075, 0.46, 0.30, 0.34, 0.065
+_PISTON_THICKNESS, _PISTON_CLEARANCE = 0.16, 0.035
 """Thickness of the piston, and the room left at its dead centres."""
-VALVE_TRAVEL = 0.33
+_MAX_DRAWN_ECCENTRIC = 0.33
 """The eccentric as it is drawn in the chest."""
-HALF = 1.0 + PISTON / 2 + CLEAR
+_BORE_HALF_LENGTH = 1.0 + _PISTON_THICKNESS / 2 + _PISTON_CLEARANCE
 """Half the length of the bore."""
-ROD, GLAND, REACH = 0.045, 0.16, 1.52
+_ROD_HALF_THICKNESS, _GLAND_LENGTH, _PICTURE_RIGHT = 0.045, 0.16, 1.52
 """Half the thickness of the piston's rod, length of its gland, and where the picture ends at the right."""
 
 # In eccentrics: half the exhaust port, the bridge, the steam port, and the thickness of the valve's back.
-EXHAUST, BRIDGE, PORT, BACK, HEIGHT = 0.75, 0.30, 0.62, 0.22, 0.78
+_EXHAUST_HALF_WIDTH, _BRIDGE_WIDTH, _PORT_WIDTH, _VALVE_BACK_THICKNESS, _VALVE_HEIGHT = 0.75, 0.30, 0.62, 0.22, 0.78
 
-TOP = FOOT + 2 * WALL + BORE + BLOCK - WALL + CHEST + LID
+CHEST_TOP = (
+    CYLINDER_BASE
+    + 2 * _WALL_THICKNESS
+    + _BORE_HEIGHT
+    + _BLOCK_HEIGHT
+    - _WALL_THICKNESS
+    + _CHEST_HEIGHT
+    + _LID_THICKNESS
+)
 """Of the chest's lid."""
 
 
-def _levels() -> tuple[float, float, float, float]:
+def _section_heights() -> tuple[float, float, float, float]:
     """Floor and ceiling of the bore, the valve's face, and the chest's ceiling (cranks)."""
-    floor = FOOT + WALL
-    ceiling = floor + BORE
-    face = ceiling + BLOCK
-    return floor, ceiling, face, face + CHEST
+    floor = CYLINDER_BASE + _WALL_THICKNESS
+    ceiling = floor + _BORE_HEIGHT
+    face = ceiling + _BLOCK_HEIGHT
+    return floor, ceiling, face, face + _CHEST_HEIGHT
 
 
-def drawn_eccentric(gear: Gear) -> float:
+def drawn_eccentric(valve_gear: ValveGearProportions) -> float:
     """What the eccentric measures in the drawing of the chest (m); less with long laps, which would not fit."""
-    return min(VALVE_TRAVEL, (HALF - 0.02) / _chest_half(gear)) * gear.crank
+    return min(_MAX_DRAWN_ECCENTRIC, (_BORE_HALF_LENGTH - 0.02) / _chest_half_length(valve_gear)) * valve_gear.crank
 
 
-def magnified(gear: Gear) -> float:
+def valve_magnification(valve_gear: ValveGearProportions) -> float:
     """How many times larger than the stroke the valve is drawn."""
-    return drawn_eccentric(gear) / gear.eccentric
+    return drawn_eccentric(valve_gear) / valve_gear.eccentric
 
 
-def background(gear: Gear) -> tuple[Shape, ...]:
+def cylinder_background_shapes(valve_gear: ValveGearProportions) -> tuple[DrawnShape, ...]:
     """The casting, and live steam in the chest."""
-    u = gear.crank
-    floor, ceiling, face, roof = _levels()
-    outer, inner = (HALF + 0.10) * u, HALF * u
-    chest = _chest_half(gear) * drawn_eccentric(gear)
-    ends = [_beside(side, inner, outer) for side in (-1, 1)]
-    sides = [_beside(side, chest, chest + 0.06 * u) for side in (-1, 1)]
-    wall = [
-        rectangle("casting", -outer, outer, FOOT * u, face * u),
-        *(rectangle("casting", left, right, face * u, roof * u) for left, right in sides),
-        rectangle("casting", -chest - 0.10 * u, chest + 0.10 * u, roof * u, (roof + LID) * u),
-        rectangle("casting", outer, outer + GLAND * u, (FOOT + 0.13) * u, (FOOT + 2 * WALL + BORE - 0.13) * u),
+    u = valve_gear.crank
+    floor, ceiling, face, roof = _section_heights()
+    outer, inner = (_BORE_HALF_LENGTH + 0.10) * u, _BORE_HALF_LENGTH * u
+    chest = _chest_half_length(valve_gear) * drawn_eccentric(valve_gear)
+    end_walls = [_mirrored_interval(side, inner, outer) for side in (-1, 1)]
+    chest_walls = [_mirrored_interval(side, chest, chest + 0.06 * u) for side in (-1, 1)]
+    casting = [
+        make_rectangle("casting", -outer, outer, CYLINDER_BASE * u, face * u),
+        *(make_rectangle("casting", left, right, face * u, roof * u) for left, right in chest_walls),
+        make_rectangle("casting", -chest - 0.10 * u, chest + 0.10 * u, roof * u, (roof + _LID_THICKNESS) * u),
+        make_rectangle(
+            "casting",
+            outer,
+            outer + _GLAND_LENGTH * u,
+            (CYLINDER_BASE + 0.13) * u,
+            (CYLINDER_BASE + 2 * _WALL_THICKNESS + _BORE_HEIGHT - 0.13) * u,
+        ),
     ]
-    lined = [
-        hatching("casting hatching", (-outer, outer, FOOT * u, floor * u), 0.05 * u),
-        hatching("casting hatching", (-outer, outer, ceiling * u, face * u), 0.05 * u),
-        *(hatching("casting hatching", (left, right, floor * u, ceiling * u), 0.05 * u) for left, right in ends),
-        hatching("casting hatching", (-chest - 0.1 * u, chest + 0.1 * u, roof * u, (roof + LID) * u), 0.05 * u),
+    casting_hatching = [
+        make_hatching("casting hatching", (-outer, outer, CYLINDER_BASE * u, floor * u), 0.05 * u),
+        make_hatching("casting hatching", (-outer, outer, ceiling * u, face * u), 0.05 * u),
+        *(
+            make_hatching("casting hatching", (left, right, floor * u, ceiling * u), 0.05 * u)
+            for left, right in end_walls
+        ),
+        make_hatching(
+            "casting hatching", (-chest - 0.1 * u, chest + 0.1 * u, roof * u, (roof + _LID_THICKNESS) * u), 0.05 * u
+        ),
     ]
     return (
-        *wall,
-        *lined,
-        rectangle("live steam", -chest, chest, face * u, roof * u),
-        rectangle("bore", -inner, inner, floor * u, ceiling * u),
+        *casting,
+        *casting_hatching,
+        make_rectangle("live steam", -chest, chest, face * u, roof * u),
+        make_rectangle("bore", -inner, inner, floor * u, ceiling * u),
         Lines("bore edge", (((-chest, roof * u), (-chest, face * u)), ((chest, roof * u), (chest, face * u)))),
-        _exhaust(gear),
-        Text("scale", -outer, (FOOT - 0.075) * u, "head end", 0.3 * u),
-        Text("scale", outer - 0.48 * u, (FOOT - 0.075) * u, "crank end", 0.48 * u),
-        Text("scale", -0.33 * u, (FOOT - 0.075) * u, f"valve {magnified(gear):.3g} : 1", 0.66 * u),
+        _exhaust_port_shape(valve_gear),
+        TextShape("scale", -outer, (CYLINDER_BASE - 0.075) * u, "head end", 0.3 * u),
+        TextShape("scale", outer - 0.48 * u, (CYLINDER_BASE - 0.075) * u, "crank end", 0.48 * u),
+        TextShape(
+            "scale",
+            -0.33 * u,
+            (CYLINDER_BASE - 0.075) * u,
+            f"valve {valve_magnification(valve_gear):.3g} : 1",
+            0.66 * u,
+        ),
     )
 
 
-def _beside(side: int, near: float, far: float) -> Pair:
+def _mirrored_interval(side: int, inner: float, outer: float) -> Vec2:
     """From left to right, on one side of the middle."""
-    return (near, far) if side > 0 else (-far, -near)
+    return (inner, outer) if side > 0 else (-outer, -inner)
 
 
-def _edges(gear: Gear) -> tuple[float, float]:
+def _port_edges(valve_gear: ValveGearProportions) -> tuple[float, float]:
     """Inner and outer edge of a steam port, from the middle (m of the picture)."""
-    inner = (EXHAUST + BRIDGE) * drawn_eccentric(gear)
-    return inner, inner + PORT * drawn_eccentric(gear)
+    inner = (_EXHAUST_HALF_WIDTH + _BRIDGE_WIDTH) * drawn_eccentric(valve_gear)
+    return inner, inner + _PORT_WIDTH * drawn_eccentric(valve_gear)
 
 
-def _chest_half(gear: Gear) -> float:
+def _chest_half_length(valve_gear: ValveGearProportions) -> float:
     """Half the length of the chest, in eccentrics: ports, lap, and how far the valve goes."""
-    lap = max(gear.outside_lap, 0.0) / gear.eccentric
-    return EXHAUST + BRIDGE + PORT + lap + 1.22
+    lap = max(valve_gear.outside_lap, 0.0) / valve_gear.eccentric
+    return _EXHAUST_HALF_WIDTH + _BRIDGE_WIDTH + _PORT_WIDTH + lap + 1.22
 
 
-def _exhaust(gear: Gear) -> Polygon:
+def _exhaust_port_shape(valve_gear: ValveGearProportions) -> Polygon:
     """The exhaust port, a bowl under the face."""
-    u, half = gear.crank, EXHAUST * drawn_eccentric(gear)
-    face = _levels()[2]
-    depth = 0.62 * BLOCK * u
+    u, half = valve_gear.crank, _EXHAUST_HALF_WIDTH * drawn_eccentric(valve_gear)
+    face = _section_heights()[2]
+    depth = 0.62 * _BLOCK_HEIGHT * u
     arc = tuple((half * math.cos(a), face * u - depth * math.sin(a)) for a in (math.pi * k / 16 for k in range(17)))
     return Polygon("spent steam", arc)
 
 
-def _passage(gear: Gear, side: float) -> tuple[Pair, ...]:
+def _passage_outline(valve_gear: ValveGearProportions, side: float) -> tuple[Vec2, ...]:
     """A steam port, from the face down to its end of the bore."""
-    u = gear.crank
-    _, ceiling, face, _ = _levels()
-    inner, outer = _edges(gear)
-    end, width = HALF * u, 0.15 * u
+    u = valve_gear.crank
+    _, ceiling, face, _ = _section_heights()
+    inner, outer = _port_edges(valve_gear)
+    end, width = _BORE_HALF_LENGTH * u, 0.15 * u
     points = [
         (inner, face * u),
         (outer, face * u),
@@ -133,67 +166,97 @@ def _passage(gear: Gear, side: float) -> tuple[Pair, ...]:
     return tuple((side * x, y) for x, y in points)
 
 
-def moving(gear: Gear, at: Standing) -> tuple[Shape, ...]:
+def cylinder_moving_shapes(valve_gear: ValveGearProportions, position: ValveGearPosition) -> tuple[DrawnShape, ...]:
     """Steam at both ends, piston with its rod, and the valve."""
-    u = gear.crank
-    floor, ceiling, face, _ = _levels()
-    half = PISTON / 2 * u
-    shapes: list[Shape] = []
+    u = valve_gear.crank
+    floor, ceiling, face, _ = _section_heights()
+    half_piston = _PISTON_THICKNESS / 2 * u
+    shapes: list[DrawnShape] = []
     for side in (1.0, -1.0):
-        now = state(gear, at, side)
-        edge = at.piston + side * half
-        room = ((edge, floor * u), (side * HALF * u, floor * u), (side * HALF * u, ceiling * u), (edge, ceiling * u))
-        for role in (ADMITTING, EXPANDING, EXHAUSTING, COMPRESSING):
-            shapes.append(Polygon(role, room if role == now else ()))
-            shapes.append(Polygon(role, _passage(gear, side) if role == now else ()))
-        shapes.append(Lines("bore edge", (_closed(_passage(gear, side)),)))
+        phase = steam_phase(valve_gear, position, side)
+        piston_face = position.piston_position + side * half_piston
+        steam_space = (
+            (piston_face, floor * u),
+            (side * _BORE_HALF_LENGTH * u, floor * u),
+            (side * _BORE_HALF_LENGTH * u, ceiling * u),
+            (piston_face, ceiling * u),
+        )
+        for role in (ADMISSION_PHASE, EXPANSION_PHASE, EXHAUST_PHASE, COMPRESSION_PHASE):
+            shapes.append(Polygon(role, steam_space if role == phase else ()))
+            shapes.append(Polygon(role, _passage_outline(valve_gear, side) if role == phase else ()))
+        shapes.append(Lines("bore edge", (_closed_polyline(_passage_outline(valve_gear, side)),)))
     middle = (floor + ceiling) / 2
-    box = ((-HALF * u, floor * u), (HALF * u, floor * u), (HALF * u, ceiling * u), (-HALF * u, ceiling * u))
+    bore_outline = (
+        (-_BORE_HALF_LENGTH * u, floor * u),
+        (_BORE_HALF_LENGTH * u, floor * u),
+        (_BORE_HALF_LENGTH * u, ceiling * u),
+        (-_BORE_HALF_LENGTH * u, ceiling * u),
+    )
     return (
         *shapes,
-        Lines("bore edge", (_closed(box),)),
-        rectangle("piston rod", at.piston, REACH * u, (middle - ROD) * u, (middle + ROD) * u),
-        rectangle("piston", at.piston - half, at.piston + half, floor * u, ceiling * u),
-        Lines("bore edge", tuple(_ring(at.piston + x * u, floor * u, ceiling * u) for x in (-0.03, 0.03))),
-        *_valve(gear, at, face * u),
+        Lines("bore edge", (_closed_polyline(bore_outline),)),
+        make_rectangle(
+            "piston rod",
+            position.piston_position,
+            _PICTURE_RIGHT * u,
+            (middle - _ROD_HALF_THICKNESS) * u,
+            (middle + _ROD_HALF_THICKNESS) * u,
+        ),
+        make_rectangle(
+            "piston",
+            position.piston_position - half_piston,
+            position.piston_position + half_piston,
+            floor * u,
+            ceiling * u,
+        ),
+        Lines(
+            "bore edge",
+            tuple(_piston_ring(position.piston_position + x * u, floor * u, ceiling * u) for x in (-0.03, 0.03)),
+        ),
+        *_valve_shapes(valve_gear, position, face * u),
     )
 
 
-def _ring(x: float, floor: float, ceiling: float) -> tuple[Pair, ...]:
+def _piston_ring(x: float, floor: float, ceiling: float) -> tuple[Vec2, ...]:
     return (x, floor), (x, ceiling)
 
 
-def _closed(points: tuple[Pair, ...]) -> tuple[Pair, ...]:
+def _closed_polyline(points: tuple[Vec2, ...]) -> tuple[Vec2, ...]:
     return (*points, points[0])
 
 
-def _valve(gear: Gear, at: Standing, face: float) -> tuple[Shape, ...]:
+def _valve_shapes(valve_gear: ValveGearProportions, position: ValveGearPosition, face: float) -> tuple[DrawnShape, ...]:
     """The D-shaped valve on the face, its cavity over bridge and exhaust port, and its spindle."""
-    s, r = drawn_eccentric(gear), gear.eccentric
-    x = -at.displacement / r * s  # away from the shaft is to the left
-    inner, outer = _edges(gear)
-    far, near = outer + gear.outside_lap / r * s, inner - gear.inside_lap / r * s
-    top, u = face + HEIGHT * s, gear.crank
+    drawn_radius, eccentric_radius = drawn_eccentric(valve_gear), valve_gear.eccentric
+    valve_centre = -position.valve_displacement / eccentric_radius * drawn_radius  # away from the shaft is to the left
+    inner, outer = _port_edges(valve_gear)
+    outer_half_width, inner_half_width = (
+        outer + valve_gear.outside_lap / eccentric_radius * drawn_radius,
+        inner - valve_gear.inside_lap / eccentric_radius * drawn_radius,
+    )
+    top, u = face + _VALVE_HEIGHT * drawn_radius, valve_gear.crank
     body = (
-        (x - far, face),
-        (x - far, face + 0.30 * s),
-        (x - near - 0.1 * s, top),
-        (x + near + 0.1 * s, top),
-        (x + far, face + 0.30 * s),
-        (x + far, face),
+        (valve_centre - outer_half_width, face),
+        (valve_centre - outer_half_width, face + 0.30 * drawn_radius),
+        (valve_centre - inner_half_width - 0.1 * drawn_radius, top),
+        (valve_centre + inner_half_width + 0.1 * drawn_radius, top),
+        (valve_centre + outer_half_width, face + 0.30 * drawn_radius),
+        (valve_centre + outer_half_width, face),
     )
-    roof = top - BACK * s
+    roof = top - _VALVE_BACK_THICKNESS * drawn_radius
     cavity = (
-        (x - near, face),
-        (x - near, face + 0.2 * s),
-        (x - near + 0.25 * s, roof),
-        (x + near - 0.25 * s, roof),
-        (x + near, face + 0.2 * s),
-        (x + near, face),
+        (valve_centre - inner_half_width, face),
+        (valve_centre - inner_half_width, face + 0.2 * drawn_radius),
+        (valve_centre - inner_half_width + 0.25 * drawn_radius, roof),
+        (valve_centre + inner_half_width - 0.25 * drawn_radius, roof),
+        (valve_centre + inner_half_width, face + 0.2 * drawn_radius),
+        (valve_centre + inner_half_width, face),
     )
-    stem = face + 0.36 * s
+    stem = face + 0.36 * drawn_radius
     return (
-        rectangle("piston rod", x, REACH * u, stem - 0.08 * s, stem + 0.08 * s),
+        make_rectangle(
+            "piston rod", valve_centre, _PICTURE_RIGHT * u, stem - 0.08 * drawn_radius, stem + 0.08 * drawn_radius
+        ),
         Polygon("valve", body),
         Polygon("valve cavity", cavity),
     )

@@ -8,49 +8,55 @@ from __future__ import annotations
 
 from governor_mechanism.machines.driven_crank import CRANK, VALVE
 from governor_mechanism.model.scene import Part
-from governor_mechanism.render.effect_state import NOTHING, Acting
-from governor_mechanism.render.geometry.primitives import Shape
+from governor_mechanism.render.effect_state import NO_EFFECTS, EffectState
+from governor_mechanism.render.geometry.primitives import DrawnShape
 from governor_mechanism.render.machines.generic import drawing as generic
 from governor_mechanism.render.machines.slide_valve import cylinder as slide_valve_cylinder
 from governor_mechanism.render.machines.slide_valve import engine as slide_valve_engine
 from governor_mechanism.render.machines.slide_valve import zeuner_dial as slide_valve_diagram
-from governor_mechanism.render.machines.slide_valve.proportions import gear_of, standing
-from governor_mechanism.render.run_extents import Stage
+from governor_mechanism.render.machines.slide_valve.proportions import valve_gear_position, valve_gear_proportions
+from governor_mechanism.render.run_extents import RunExtents
 from governor_mechanism.types import FloatArray
 
-GAP = 0.10
+_ENGINE_GAP = 0.10
 """Between the section and the engine over it, in cranks."""
 
 
-def background(part: Part, poses: FloatArray, stage: Stage | None = None) -> tuple[Shape, ...]:
+def slide_valve_background_shapes(
+    part: Part, poses: FloatArray, extents: RunExtents | None = None
+) -> tuple[DrawnShape, ...]:
     """Castings, the divided circle, circles of the valve, and the curves that the run draws."""
-    gear = gear_of(part)
-    rows = part.mechanism.body_index(CRANK), part.mechanism.body_index(VALVE)
-    angles, displacements = poses[:, rows[0], 2], poses[:, rows[1], 0] - gear.centre
+    valve_gear = valve_gear_proportions(part)
+    body_indices = part.mechanism.body_index(CRANK), part.mechanism.body_index(VALVE)
+    angles, displacements = poses[:, body_indices[0], 2], poses[:, body_indices[1], 0] - valve_gear.centre
     return (
-        *slide_valve_engine.background(gear, _foot(gear.crank)),
-        *slide_valve_cylinder.background(gear),
-        *slide_valve_diagram.background(gear, angles, displacements),
+        *slide_valve_engine.steam_engine_background_shapes(valve_gear, _engine_base_height(valve_gear.crank)),
+        *slide_valve_cylinder.cylinder_background_shapes(valve_gear),
+        *slide_valve_diagram.dial_background_shapes(valve_gear, angles, displacements),
     )
 
 
-def moving(part: Part, pose: FloatArray, stage: Stage | None = None) -> tuple[Shape, ...]:
+def slide_valve_moving_shapes(
+    part: Part, pose: FloatArray, extents: RunExtents | None = None
+) -> tuple[DrawnShape, ...]:
     """Everything that the crank moves."""
-    gear = gear_of(part)
-    at = standing(part, gear, pose)
-    height = slide_valve_cylinder.FOOT * gear.crank
+    valve_gear = valve_gear_proportions(part)
+    position = valve_gear_position(part, valve_gear, pose)
+    height = slide_valve_cylinder.CYLINDER_BASE * valve_gear.crank
     return (
-        *slide_valve_engine.moving(gear, at, _foot(gear.crank)),
-        *slide_valve_cylinder.moving(gear, at),
-        *slide_valve_diagram.moving(gear, at, height),
+        *slide_valve_engine.steam_engine_moving_shapes(valve_gear, position, _engine_base_height(valve_gear.crank)),
+        *slide_valve_cylinder.cylinder_moving_shapes(valve_gear, position),
+        *slide_valve_diagram.dial_moving_shapes(valve_gear, position, height),
     )
 
 
-def plan(part: Part, pose: FloatArray, angle: float, acting: Acting = NOTHING) -> tuple[Shape, ...]:
+def slide_valve_plan_shapes(
+    part: Part, pose: FloatArray, angle: float, effect_state: EffectState = NO_EFFECTS
+) -> tuple[DrawnShape, ...]:
     """Of a fixed plane there is none to see from above; what fits every mechanism."""
-    return generic.plan(part, pose, angle, acting)
+    return generic.generic_plan_shapes(part, pose, angle, effect_state)
 
 
-def _foot(crank: float) -> float:
+def _engine_base_height(crank: float) -> float:
     """Where the engine in small begins (m)."""
-    return (slide_valve_cylinder.TOP + GAP) * crank
+    return (slide_valve_cylinder.CHEST_TOP + _ENGINE_GAP) * crank

@@ -9,16 +9,16 @@ from governor_mechanism.machines.driven_crank import CRANK, CROSSHEAD, VALVE
 from governor_mechanism.model.scene import Part
 from governor_mechanism.types import FloatArray
 
-LONGEST_ROD, LONGEST_ECCENTRIC_ROD = 5.5, 3.2
+_MAX_DRAWN_ROD, _MAX_DRAWN_ECCENTRIC_ROD = 5.5, 3.2
 """In cranks: a longer rod, or an endless one, is drawn as long as that."""
 
 
 @dataclass(frozen=True, kw_only=True)
-class Gear:
+class ValveGearProportions:
     """Sizes (m), laps with their signs; rod and eccentric_rod may be infinite. centre is that of the valve's swing."""
 
     crank: float
-    rod: float
+    connecting_rod: float
     eccentric: float
     eccentric_rod: float
     advance: float
@@ -29,61 +29,66 @@ class Gear:
     @property
     def drawn_rod(self) -> float:
         """The connecting rod as it is drawn (m)."""
-        return min(self.rod, LONGEST_ROD * self.crank)
+        return min(self.connecting_rod, _MAX_DRAWN_ROD * self.crank)
 
     @property
     def drawn_eccentric_rod(self) -> float:
         """The eccentric rod as it is drawn (m)."""
-        return min(self.eccentric_rod, LONGEST_ECCENTRIC_ROD * self.crank)
+        return min(self.eccentric_rod, _MAX_DRAWN_ECCENTRIC_ROD * self.crank)
 
 
 @dataclass(frozen=True, kw_only=True)
-class Standing:
+class ValveGearPosition:
     """The gear at a pose: crank angle (rad), displacement of the valve away from the shaft (m).
 
     piston (m) is its place along the stroke, -crank at the head end (left) to crank at the crank end (right).
     """
 
-    angle: float
-    displacement: float
-    piston: float
+    crank_angle: float
+    valve_displacement: float
+    piston_position: float
 
 
-def gear_of(part: Part) -> Gear:
+def valve_gear_proportions(part: Part) -> ValveGearProportions:
     """The measures of a slide valve's part."""
-    sizes = part.dimensions
-    return Gear(
-        crank=sizes["crank"],
-        rod=sizes["connecting_rod"],
-        eccentric=sizes["eccentric"],
-        eccentric_rod=sizes["eccentric_rod"],
-        advance=sizes["advance"],
-        outside_lap=sizes["outside_lap"],
-        inside_lap=sizes["inside_lap"],
-        centre=sizes["centre"],
+    dimensions = part.dimensions
+    return ValveGearProportions(
+        crank=dimensions["crank"],
+        connecting_rod=dimensions["connecting_rod"],
+        eccentric=dimensions["eccentric"],
+        eccentric_rod=dimensions["eccentric_rod"],
+        advance=dimensions["advance"],
+        outside_lap=dimensions["outside_lap"],
+        inside_lap=dimensions["inside_lap"],
+        centre=dimensions["centre"],
     )
 
 
-def standing(part: Part, gear: Gear, pose: FloatArray) -> Standing:
+def valve_gear_position(part: Part, valve_gear: ValveGearProportions, pose: FloatArray) -> ValveGearPosition:
     """How the gear stands at a pose (bodies, 3)."""
     mechanism = part.mechanism
     crosshead = float(pose[mechanism.body_index(CROSSHEAD), 0])
-    return Standing(
-        angle=float(pose[mechanism.body_index(CRANK), 2]),
-        displacement=float(pose[mechanism.body_index(VALVE), 0]) - gear.centre,
-        piston=-(crosshead - (0.0 if math.isinf(gear.rod) else gear.rod)),
+    return ValveGearPosition(
+        crank_angle=float(pose[mechanism.body_index(CRANK), 2]),
+        valve_displacement=float(pose[mechanism.body_index(VALVE), 0]) - valve_gear.centre,
+        piston_position=-(crosshead - (0.0 if math.isinf(valve_gear.connecting_rod) else valve_gear.connecting_rod)),
     )
 
 
-ADMITTING, EXPANDING, EXHAUSTING, COMPRESSING = "live steam", "expanding steam", "spent steam", "pressed steam"
+ADMISSION_PHASE, EXPANSION_PHASE, EXHAUST_PHASE, COMPRESSION_PHASE = (
+    "live steam",
+    "expanding steam",
+    "spent steam",
+    "pressed steam",
+)
 
 
-def state(gear: Gear, at: Standing, side: float) -> str:
+def steam_phase(valve_gear: ValveGearProportions, position: ValveGearPosition, side: float) -> str:
     """What the steam does at one end: side is 1 at the crank end, -1 at the head end."""
-    opened = side * at.displacement
-    if opened > gear.outside_lap:
-        return ADMITTING
-    if -opened > gear.inside_lap:
-        return EXHAUSTING
+    port_displacement = side * position.valve_displacement
+    if port_displacement > valve_gear.outside_lap:
+        return ADMISSION_PHASE
+    if -port_displacement > valve_gear.inside_lap:
+        return EXHAUST_PHASE
     # The piston leaves the crank end in the first half of the turn.
-    return EXPANDING if side * math.sin(at.angle) > 0 else COMPRESSING
+    return EXPANSION_PHASE if side * math.sin(position.crank_angle) > 0 else COMPRESSION_PHASE

@@ -6,103 +6,131 @@ import math
 
 import numpy as np
 
-from governor_mechanism.render.geometry.primitives import Circle, Lines, Pair, Shape, Text, bar
-from governor_mechanism.render.machines.slide_valve.proportions import Gear, Standing
+from governor_mechanism.render.geometry.primitives import Circle, DrawnShape, Lines, TextShape, Vec2, make_bar
+from governor_mechanism.render.machines.slide_valve.proportions import ValveGearPosition, ValveGearProportions
 from governor_mechanism.types import FloatArray
 
-WITHIN = 0.80
+_ECCENTRIC_RATIO = 0.80
 """Of the crank's circle: so far an eccentric's radius reaches in the diagram."""
 
-CURVE = 240
+_MAX_CURVE_POINTS = 240
 """Points of the true curves, at most."""
 
 
-def _scale(gear: Gear) -> float:
+def _displacement_scale(valve_gear: ValveGearProportions) -> float:
     """Metres of the picture for a metre of displacement."""
-    return WITHIN * gear.crank / gear.eccentric
+    return _ECCENTRIC_RATIO * valve_gear.crank / valve_gear.eccentric
 
 
-def _polar(angle: float, length: float) -> Pair:
+def _polar_point(angle: float, length: float) -> Vec2:
     return length * math.cos(angle), length * math.sin(angle)
 
 
-def _ring(radius: float, points: int = 72) -> tuple[Pair, ...]:
-    return tuple(_polar(math.tau * k / points, radius) for k in range(points + 1))
+def _circle_polyline(radius: float, points: int = 72) -> tuple[Vec2, ...]:
+    return tuple(_polar_point(math.tau * k / points, radius) for k in range(points + 1))
 
 
-def background(gear: Gear, angles: FloatArray, displacements: FloatArray) -> tuple[Shape, ...]:
+def dial_background_shapes(
+    valve_gear: ValveGearProportions, angles: FloatArray, displacements: FloatArray
+) -> tuple[DrawnShape, ...]:
     """The divided circle, valve circles and laps by theory, and the curves that the run (n,) has drawn."""
-    u, scale = gear.crank, _scale(gear)
+    u, scale = valve_gear.crank, _displacement_scale(valve_gear)
     ticks = tuple(
-        (_polar(math.radians(k), u), _polar(math.radians(k), (1.06 if k % 30 == 0 else 1.03) * u))
+        (_polar_point(math.radians(k), u), _polar_point(math.radians(k), (1.06 if k % 30 == 0 else 1.03) * u))
         for k in range(0, 360, 10)
     )
-    half = 0.5 * gear.eccentric * scale
-    centre = half * math.sin(gear.advance), half * math.cos(gear.advance)
-    out = math.pi / 2 - gear.advance
-    line = _polar(out, 0.95 * u), _polar(out + math.pi, 0.95 * u)
+    half = 0.5 * valve_gear.eccentric * scale
+    centre = half * math.sin(valve_gear.advance), half * math.cos(valve_gear.advance)
+    line_of_centres_angle = math.pi / 2 - valve_gear.advance
+    line_of_centres = (
+        _polar_point(line_of_centres_angle, 0.95 * u),
+        _polar_point(line_of_centres_angle + math.pi, 0.95 * u),
+    )
     return (
-        Lines("axis", (((-1.12 * u, 0.0), (1.12 * u, 0.0)), ((0.0, -1.06 * u), (0.0, 1.06 * u)), line)),
-        Lines("rim", (_ring(u),)),
+        Lines("axis", (((-1.12 * u, 0.0), (1.12 * u, 0.0)), ((0.0, -1.06 * u), (0.0, 1.06 * u)), line_of_centres)),
+        Lines("rim", (_circle_polyline(u),)),
         Lines("division", ticks),
-        *(Lines("lap circle", (_ring(abs(lap) * scale),)) for lap in (gear.outside_lap, gear.inside_lap)),
         *(
-            Lines("valve circle", (tuple((s * centre[0] + x, s * centre[1] + y) for x, y in _ring(half)),))
+            Lines("lap circle", (_circle_polyline(abs(lap) * scale),))
+            for lap in (valve_gear.outside_lap, valve_gear.inside_lap)
+        ),
+        *(
+            Lines("valve circle", (tuple((s * centre[0] + x, s * centre[1] + y) for x, y in _circle_polyline(half)),))
             for s in (1.0, -1.0)
         ),
-        Text("scale", 1.09 * u, 0.09 * u, "0°", 0.2 * u),
-        Text("scale", -1.28 * u, 0.09 * u, "180°", 0.2 * u),
-        *(Lines(f"{end} curve", _curve(angles, side * displacements * scale)) for end, side in ENDS),
+        TextShape("scale", 1.09 * u, 0.09 * u, "0°", 0.2 * u),
+        TextShape("scale", -1.28 * u, 0.09 * u, "180°", 0.2 * u),
+        *(
+            Lines(f"{end} curve", _displacement_curve(angles, side * displacements * scale))
+            for end, side in _CYLINDER_ENDS
+        ),
     )
 
 
-ENDS = (("crank end", 1.0), ("head end", -1.0))
+_CYLINDER_ENDS = (("crank end", 1.0), ("head end", -1.0))
 
 
-def _curve(angles: FloatArray, lengths: FloatArray) -> tuple[tuple[Pair, ...], ...]:
+def _displacement_curve(angles: FloatArray, lengths: FloatArray) -> tuple[tuple[Vec2, ...], ...]:
     """The pieces of the first turn in which the displacement goes to one side."""
     first = angles <= angles[0] + math.tau * (1 + 1e-9)
     rows = np.flatnonzero(first)
-    rows = rows[:: max(1, len(rows) // CURVE)]
-    pieces: list[tuple[Pair, ...]] = []
-    piece: list[Pair] = []
+    rows = rows[:: max(1, len(rows) // _MAX_CURVE_POINTS)]
+    pieces: list[tuple[Vec2, ...]] = []
+    piece: list[Vec2] = []
     for k in rows:
         if lengths[k] > 0:
-            piece.append(_polar(float(angles[k]), float(lengths[k])))
+            piece.append(_polar_point(float(angles[k]), float(lengths[k])))
         elif piece:
             pieces.append(tuple(piece))
             piece = []
     return (*pieces, tuple(piece)) if piece else tuple(pieces)
 
 
-def moving(gear: Gear, at: Standing, height: float) -> tuple[Shape, ...]:
+def dial_moving_shapes(
+    valve_gear: ValveGearProportions, position: ValveGearPosition, height: float
+) -> tuple[DrawnShape, ...]:
     """The crank with the displacement on its ray, and its projection on the piston at a height (m)."""
-    u, scale = gear.crank, _scale(gear)
-    pin = _polar(at.angle, u)
-    length = at.displacement * scale
+    u, scale = valve_gear.crank, _displacement_scale(valve_gear)
+    pin = _polar_point(position.crank_angle, u)
+    length = position.valve_displacement * scale
     chords = [
-        Lines(f"{end} chord", ((((0.0, 0.0), _polar(at.angle, side * length)),) if side * length > 0 else ()))
-        for end, side in ENDS
+        Lines(
+            f"{end} chord",
+            ((((0.0, 0.0), _polar_point(position.crank_angle, side * length)),) if side * length > 0 else ()),
+        )
+        for end, side in _CYLINDER_ENDS
     ]
-    marks = [
-        Circle(f"{end} mark", *_polar(at.angle, max(side * length, 0.0)), 0.045 * u if side * length > 0 else 0.0)
-        for end, side in ENDS
+    end_markers = [
+        Circle(
+            f"{end} mark",
+            *_polar_point(position.crank_angle, max(side * length, 0.0)),
+            0.045 * u if side * length > 0 else 0.0,
+        )
+        for end, side in _CYLINDER_ENDS
     ]
     return (
-        Lines("projection", (_sweep(gear, at, pin), ((at.piston, 0.0), (at.piston, height)))),
-        bar("arm", (0.0, 0.0), pin, 0.075 * u),
+        Lines(
+            "projection",
+            (
+                _piston_projection(valve_gear, position, pin),
+                ((position.piston_position, 0.0), (position.piston_position, height)),
+            ),
+        ),
+        make_bar("arm", (0.0, 0.0), pin, 0.075 * u),
         *chords,
-        *marks,
+        *end_markers,
         Circle("pivot", 0.0, 0.0, 0.055 * u),
         Circle("pivot", *pin, 0.055 * u),
     )
 
 
-def _sweep(gear: Gear, at: Standing, pin: Pair) -> tuple[Pair, ...]:
+def _piston_projection(valve_gear: ValveGearProportions, position: ValveGearPosition, pin: Vec2) -> tuple[Vec2, ...]:
     """From the crank pin to the piston's place on the diameter: an arc about the crosshead, or straight down."""
-    if math.isinf(gear.rod):
-        return pin, (at.piston, 0.0)
-    centre = at.piston - gear.rod
-    turn = math.asin(pin[1] / gear.rod)
+    if math.isinf(valve_gear.connecting_rod):
+        return pin, (position.piston_position, 0.0)
+    centre = position.piston_position - valve_gear.connecting_rod
+    turn = math.asin(pin[1] / valve_gear.connecting_rod)
     angles = (turn * k / 12 for k in range(12, -1, -1))
-    return tuple((centre + gear.rod * math.cos(a), gear.rod * math.sin(a)) for a in angles)
+    return tuple(
+        (centre + valve_gear.connecting_rod * math.cos(a), valve_gear.connecting_rod * math.sin(a)) for a in angles
+    )

@@ -1,0 +1,336 @@
+"""The command as a person uses it: what it prints, what it writes, how it ends."""
+
+from __future__ import annotations
+
+import json
+import os
+import signal
+import subprocess
+import sys
+import time
+from pathlib import Path
+
+import pytest
+from typer.testing import CliRunner
+
+import governor_mechanism
+from governor_mechanism.cli.main import app
+from governor_mechanism.scenes.library import shipped_scenes
+
+MODELS = Path(__file__).parents[2] / "models"
+COMMAND = [sys.executable, "-m", "governor_mechanism.cli.main"]
+
+
+def call(*words: str):
+    return CliRunner().invoke(app, list(words))
+
+
+def short_scene(folder: Path, **changes: str) -> Path:
+    """The shipped Porter scene, a second long."""
+    text = (MODELS / "porter.toml").read_text(encoding="utf-8").replace('duration = "10 s"', 'duration = "1 s"')
+    for old, new in changes.items():
+        assert old in text
+        text = text.replace(old, new)
+    path = folder / "short.toml"
+    path.write_text(text, encoding="utf-8")
+    return path
+
+
+def test_models_lists_every_shipped_scene_on_a_line():
+    lines = call("models").stdout.splitlines()
+    assert [line.split()[0] for line in lines] == list(shipped_scenes())
+    answer = json.loads(call("models", "--json").stdout)
+    assert [row["name"] for row in answer["models"]] == list(shipped_scenes())
+
+
+def test_run_writes_film_figure_readings_arrays_and_record(tmp_path):
+    result = call("run", str(short_scene(tmp_path)), "--out", str(tmp_path / "out"))
+    assert result.exit_code == 0, result.output
+    assert "accurate to" in result.stdout
+    assert "(asked 1e-06)" in result.stdout
+    assert sorted(path.name for path in (tmp_path / "out").iterdir()) == [
+        f"short.{kind}" for kind in ("csv", "gif", "json", "nc", "png")
+    ]
+
+
+def told(stderr):
+    """What was said, but for the news that kernels are compiled, which the first command of all gives."""
+    return [line for line in stderr.splitlines() if not line.startswith("compiling kernels")]
+
+
+def test_run_as_json_prints_one_object_and_nothing_else(tmp_path):
+    scene = short_scene(tmp_path)
+    words = [*COMMAND, "run", str(scene), "--no-film", "--json", "--accuracy", "1e-7", "--out", str(tmp_path / "out")]
+    answer = subprocess.run(words, capture_output=True, text=True, check=True)
+    summary = json.loads(answer.stdout)
+    assert summary["outcome"] == "done"
+    assert summary["error_estimate"] <= 1e-7 == summary["settings"]["asked_accuracy"]
+    assert summary["document"]["dimensions"]["arm"] == "300 mm"
+    assert all(Path(path).is_file() for path in summary["files"])
+    assert not told(answer.stderr)
+
+
+def test_crosscheck_ends_with_0_where_all_agree_and_tells_it_as_json():
+    result = call("crosscheck", "watt_crossed", "--json")
+    assert result.exit_code == 0, result.output
+    answer = json.loads(result.stdout)
+    assert answer["passed"]
+    assert all(abs(row["difference"]) <= row["allowed"] for row in answer["rows"])
+
+
+def test_a_run_that_leaves_its_range_ends_with_1_and_keeps_what_it_has(tmp_path):
+    scene = short_scene(tmp_path, **{'"120 rpm"': '"2000 rpm"'})
+    result = call("run", str(scene), "--out", str(tmp_path / "out"))
+    assert result.exit_code == 1
+    assert "90 degrees" in result.stderr
+    record = json.loads((tmp_path / "out" / "short.json").read_text(encoding="utf-8"))
+    assert record["outcome"] == "left_range"
+    assert (tmp_path / "out" / "short.csv").stat().st_size > 0
+
+
+@pytest.mark.parametrize("command", ["run", "crosscheck"])
+def test_every_mistake_of_a_file_is_told_at_once(command, tmp_path):
+    scene = short_scene(tmp_path, **{'"300 mm"': '"300 kg"', "ball_mass": "bal_mass", '"40 deg"': '"95 deg"'})
+    result = call(command, str(scene))
+    assert result.exit_code == 2
+    assert result.stdout == ""
+    told = result.stderr.splitlines()
+    assert len(told) >= 2
+    assert any("dimensions.arm is a length" in line for line in told)
+    assert any("Did you mean 'ball_mass'" in line for line in told)
+    assert "Traceback" not in result.stderr
+
+
+def test_mistakes_as_json_are_one_object_too(tmp_path):
+    result = call("run", str(short_scene(tmp_path, **{'"300 mm"': '"300 kg"'})), "--json")
+    assert result.exit_code == 2
+    assert json.loads(result.stdout)["outcome"] == "bad_input"
+
+
+@pytest.mark.parametrize(
+    ("words", "sentence"),
+    [
+        (["run", "portr"], "Did you mean 'porter'"),
+        (["run", "porter", "--engine", "impuls"], "Did you mean 'impulse'"),
+        (["run", "porter", "--accuracy", "0"], "accuracy must lie between 0 and 1"),
+        (["run", "porter", "--accuracy", "much"], "--accuracy"),
+        (["run", "porter", "--film", "avi"], "avi"),
+        (["crosscheck", "no/such/file.toml"], "no/such/file.toml"),
+        (["sing"], "sing"),
+    ],
+)
+def test_a_wrong_word_on_the_command_line_is_answered_in_a_sentence(words, sentence):
+    result = call(*words)
+    assert result.exit_code == 2
+    assert sentence in result.output
+    assert "Traceback" not in result.output
+
+
+def test_no_equilibrium_at_that_speed_is_refused_when_the_scene_is_opened(tmp_path):
+    scene = short_scene(tmp_path, **{'"40 deg"': '"equilibrium"', '"40 mm"': '"0 mm"', '"120 rpm"': '"90 rpm"'})
+    result = call("run", str(scene))
+    assert result.exit_code == 2
+    assert "at 90 rpm (9.42478 rad/s) the mechanism rests nowhere" in result.stderr
+
+
+def test_the_version_is_told():
+    result = call("--version")
+    assert (result.exit_code, result.stdout.strip()) == (0, governor_mechanism.__version__)
+
+
+def test_usage_errors_are_one_object_too_where_json_is_asked_for():
+    answer = subprocess.run([*COMMAND, "run", "--json"], capture_output=True, text=True, check=False)
+    assert answer.returncode == 2
+    assert json.loads(answer.stdout)["outcome"] == "bad_input"
+
+
+def test_a_reader_who_has_seen_enough_is_no_failure():
+    shell = f"{sys.executable} -m governor_mechanism.cli.main crosscheck watt | head -1; exit ${{PIPESTATUS[0]}}"
+    answer = subprocess.run(["bash", "-c", shell], capture_output=True, text=True, check=False)
+    assert answer.returncode == 0
+    assert answer.stdout.splitlines() == ["Watt governor"]
+    assert not told(answer.stderr)
+
+
+def test_out_must_be_a_folder(tmp_path):
+    (tmp_path / "taken").write_text("", encoding="utf-8")
+    result = call("run", str(short_scene(tmp_path)), "--out", str(tmp_path / "taken"))
+    assert result.exit_code == 2
+    assert "is a file; give the name of a folder" in result.stderr
+
+
+@pytest.mark.parametrize("stage", ["run", "film"])
+def test_ctrl_c_leaves_no_partial_file_and_says_one_line(stage, tmp_path):
+    scene = short_scene(tmp_path, **{'"1 s"': '"3000 s"' if stage == "run" else '"400 s"', '"10 ms"': '"50 ms"'})
+    out = tmp_path / "out"
+    words = [*COMMAND, "run", str(scene), "--out", str(out), "--accuracy", "1e-9" if stage == "run" else "1e-3"]
+    with subprocess.Popen(words, stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True) as process:
+        try:
+            if stage == "run":
+                time.sleep(2.0)  # imports take a second or two, the run over a minute
+            else:
+                wait_until(lambda: any(name.endswith(".gif") for name in listing(out)))
+            process.send_signal(signal.SIGINT)
+            printed, said = process.communicate(timeout=60)
+        finally:
+            process.kill()
+    assert process.returncode == 130
+    assert said.splitlines() == ["interrupted; files already complete were kept, no half-written one was left"]
+    assert printed == ""
+    assert not [name for name in listing(out) if name.startswith(".") or name.endswith((".gif", ".json"))]
+
+
+def listing(folder: Path) -> list[str]:
+    return os.listdir(folder) if folder.is_dir() else []
+
+
+def wait_until(happened, patience: float = 60.0) -> None:
+    for _ in range(int(patience / 0.02)):
+        if happened():
+            return
+        time.sleep(0.02)
+    raise AssertionError("it did not happen")
+
+
+def test_equilibria_are_told_drawn_and_given_as_json(tmp_path):
+    words = [*COMMAND, "equilibria", "watt_improved", "--speed", "6.4 rad/s", "--out", str(tmp_path)]
+    answer = subprocess.run(words, capture_output=True, text=True, check=True)
+    lines = answer.stdout.splitlines()
+    assert "unstable, grows at" in lines[1]
+    assert "stable, swings at" in lines[2]
+    assert lines[3].startswith("jumps at 31.8721 deg, 60.42")
+    assert (tmp_path / "watt_improved_characteristic.png").read_bytes().startswith(b"\x89PNG")
+    answer = subprocess.run([*words, "--json", "--no-figure"], capture_output=True, text=True, check=True)
+    found = json.loads(answer.stdout)
+    assert [rest["stable"] for rest in found["equilibria"]] == [False, True]
+    assert found["files"] == []
+
+
+def test_equilibria_at_a_speed_that_is_none_are_refused(tmp_path):
+    words = [*COMMAND, "equilibria", "porter", "--speed", "6 kg", "--out", str(tmp_path)]
+    answer = subprocess.run(words, capture_output=True, text=True, check=False)
+    assert answer.returncode == 2
+    assert "--speed" in answer.stderr
+
+
+def test_the_bill_of_the_effects_is_told_drawn_and_given_as_json(tmp_path):
+    result = call("effects", "porter_dry_friction", "--out", str(tmp_path), "--json")
+    answer = json.loads(result.stdout)
+    assert result.exit_code == 0
+    assert {row["effect"]: row["listed"] for row in answer["effects"]} == {
+        "gravity": True,
+        "centrifugal": True,
+        "dry_friction": True,
+    }
+    assert answer["leave_out"] == []
+    assert [path.name for path in tmp_path.iterdir()] == ["porter_dry_friction_effects.png"]
+    plain = call("effects", "porter_dry_friction", "--no-figure")
+    assert "dry_friction" in plain.stdout
+    assert "not tried for want of numbers: rods, spring, dashpot, stops, play" in plain.stdout
+
+
+def test_accuracy_is_measured_told_drawn_and_given_as_json(tmp_path):
+    scene, out = str(short_scene(tmp_path)), tmp_path / "out"
+    result = call("accuracy", scene, "--for", "1e-6", "--longest", "0.05", "--out", str(out))
+    assert result.exit_code == 0, result.output
+    assert "for 1e-06: use " in result.stdout
+    assert "impulse plain never within " in result.stdout
+    assert sorted(path.name for path in out.iterdir()) == [f"short_accuracy.{kind}" for kind in ("csv", "json", "png")]
+    words = ("--for", "1e-6", "--longest", "0.05", "--out", str(out), "--no-figure", "--json")
+    answer = json.loads(call("accuracy", scene, *words).stdout)
+    assert answer["reached"]
+    assert answer["advice"].startswith("for 1e-06: use ")
+    assert [Path(path).suffix for path in answer["files"]] == [".csv", ".json"]
+
+
+def test_an_error_less_than_can_be_told_is_answered_after_all_that_was_found(tmp_path):
+    """A scene whose name has a point in it keeps all of its name."""
+    scene = short_scene(tmp_path).rename(tmp_path / "my.v1.toml")
+    result = call("accuracy", str(scene), "--for", "1e-15", "--longest", "0.02", "--out", str(tmp_path / "out"))
+    assert result.exit_code == 1
+    assert "multibody             tolerance" in result.stdout
+    assert "the reference is good to" in result.stdout
+    names = sorted(path.name for path in (tmp_path / "out").iterdir())
+    assert names == [f"my.v1_accuracy.{kind}" for kind in ("csv", "json", "png")]
+
+
+def test_an_accuracy_that_is_none_is_refused_before_anything_runs(tmp_path):
+    result = call("accuracy", "porter", "--for", "2", "--out", str(tmp_path / "out"))
+    assert result.exit_code == 2
+    assert "lies between 0 and 1" in result.output
+    assert not (tmp_path / "out").exists()
+
+
+def test_how_a_governor_regulates_is_asked_from_the_command_line(tmp_path, monkeypatch):
+    monkeypatch.setattr("governor_mechanism.studies.regulation.registry.RAMP_RATES", [4e-3, 1e-3, 2.5e-4])
+    result = call("regulation", "jump", "--out", str(tmp_path))
+    assert result.exit_code == 0
+    assert "below 6.32801 rad/s, jumps above 6.44406 rad/s" in result.stdout
+    assert [path.name for path in tmp_path.iterdir()] == ["jump.png"]
+    wrong = call("regulation", "settling", "porter", "--out", str(tmp_path))
+    assert wrong.exit_code == 2
+    assert "free spindle whose torque changes" in wrong.stderr
+
+
+SHORT = {"10 ms": "50 ms", "accuracy = 1e-6": 'accuracy = 1e-4\nengine = "multibody"'}
+
+
+def test_a_sweep_is_told_drawn_kept_and_given_as_json(tmp_path):
+    words = ["sweep", str(short_scene(tmp_path, **SHORT)), "--vary", "dimensions.arm=290mm:310mm:3"]
+    words += ["--vary", "dimensions.sleeve_mass=19kg,21kg", "--quantity", "max arm_angle"]
+    plain = call(*words, "--out", str(tmp_path / "plain"))
+    assert plain.exit_code == 0, plain.output
+    assert "6 rows, 3 of dimensions.arm x 2 of dimensions.sleeve_mass" in plain.stdout
+    assert sorted(listing(tmp_path / "plain")) == [f"short_sweep.{kind}" for kind in ("csv", "json", "png")]
+    heads = (tmp_path / "plain" / "short_sweep.csv").read_text(encoding="utf-8").splitlines()[0]
+    assert heads == "dimensions.arm [m],dimensions.sleeve_mass [kg],max arm_angle [rad],outcome,message"
+    result = call(*words, "--out", str(tmp_path / "json"), "--json", "--no-figure", "--workers", "2")
+    answer = json.loads(result.stdout)
+    assert [row["outcome"] for row in answer["rows"]] == ["uncertified"] * 6
+    assert [Path(path).name for path in answer["files"]] == ["short_sweep.csv", "short_sweep.json"]
+    assert sorted(listing(tmp_path / "json")) == ["short_sweep.csv", "short_sweep.json"]
+
+
+def test_a_sweep_with_rows_that_ended_otherwise_ends_with_1(tmp_path):
+    words = ["sweep", str(short_scene(tmp_path, **SHORT)), "--vary", "dimensions.link=100mm,300mm", "--certify"]
+    result = call(*words, "--out", str(tmp_path / "out"), "--no-figure")
+    assert result.exit_code == 1
+    assert "outcomes: 1 refused, 1 done" in result.stdout
+
+
+def test_every_mistake_of_a_sweep_is_told_at_once(tmp_path):
+    words = ["sweep", "porter", "--vary", "dimensions.amr=1,2", "--vary", "dimensions.arm=200mm:300kg:3"]
+    result = call(*words, "--quantity", "max arm_angel", "--out", str(tmp_path))
+    assert result.exit_code == 2
+    assert result.stdout == ""
+    first, second, third = result.stderr.splitlines()
+    assert "Did you mean 'arm'?" in first
+    assert 'dimensions.arm is a length; "300kg" is a mass' in second
+    assert "Did you mean 'max arm_angle'?" in third
+
+
+@pytest.mark.parametrize("workers", ["1", "2"])
+def test_an_interrupted_sweep_goes_on_where_it_was(workers, tmp_path):
+    scene, out = short_scene(tmp_path, **SHORT), tmp_path / "out"
+    words = [*COMMAND, "sweep", str(scene), "--vary", "dimensions.arm=290mm:310mm:250", "--out", str(out)]
+    words += ["--workers", workers, "--no-figure"]
+    journal = out / "short_sweep.part"
+    # A session of its own, so that the signal reaches the processes of the sweep too, as a terminal's Ctrl-C does.
+    with subprocess.Popen(words, stderr=subprocess.PIPE, text=True, start_new_session=True) as process:
+        try:
+            wait_until(lambda: journal.exists() and journal.read_bytes().count(b"\n") > 3)
+            os.killpg(process.pid, signal.SIGINT)
+            _, said = process.communicate(timeout=60)
+        finally:
+            process.kill()
+    assert process.returncode == 130
+    kept = journal.read_bytes().count(b"\n") - 1
+    assert 3 <= kept < 250
+    assert said.splitlines()[0] == f"{kept} of 250 rows are in {journal}; the same command goes on from there"
+    assert len(told(said)) == 2
+    assert listing(out) == [journal.name]
+    assert call(*words[3:]).exit_code == 0
+    whole = tmp_path / "whole"
+    assert call(*words[3:7], "--no-figure", "--out", str(whole)).exit_code == 0
+    for name in ("short_sweep.csv", "short_sweep.json"):
+        assert (out / name).read_bytes() == (whole / name).read_bytes()

@@ -1,0 +1,231 @@
+"""Hartung's governor: the rigid-body tables, identities between the formulas, refusals."""
+
+from __future__ import annotations
+
+import math
+from typing import Any
+
+import numpy as np
+import pytest
+from hypothesis import assume, given
+from hypothesis import strategies as st
+from scipy.integrate import solve_ivp
+from scipy.optimize import approx_fprime
+
+from governor_mechanism.closed_form.hartung import governor as closed
+from governor_mechanism.closed_form.hartung.governor import HartungGovernor
+from governor_mechanism.errors import MechanismError
+from reference import hartung
+from reference.zehnder import half_unit_of_last_digit
+
+PAPERS = HartungGovernor(**hartung.GOVERNOR)
+HUNG = HartungGovernor(**hartung.GOVERNOR, hanger=hartung.HANGER_LENGTH)
+
+
+def is_printed(value: float, printed: float, digits: int = 12) -> None:
+    """The value rounds to the printed one: tolerance half a unit of the last printed digit."""
+    assert abs(value - printed) <= half_unit_of_last_digit(printed, digits), (value, printed)
+
+
+def spring_force(governor: HartungGovernor, angle: float) -> float:
+    """Of the paper's spring (N)."""
+    x = float(closed.weight_radius(governor, lever_angle=angle))
+    return hartung.PRELOAD + hartung.SPRING_RATE * (x - hartung.PRELOAD_RADIUS)
+
+
+def at_rest(governor: HartungGovernor, angle: float) -> dict[str, float]:
+    """Everything that the rigid-body tables list."""
+    force = spring_force(governor, angle)
+    speed = float(closed.equilibrium_speed(governor, lever_angle=angle, spring_force=force))
+    sprung: dict[str, Any] = {"lever_angle": angle, "spring_force": force, "spring_rate": hartung.SPRING_RATE}
+    square = float(closed.squared_natural_frequency(governor, **sprung))
+    free = float(closed.squared_natural_frequency(governor, **sprung, constant_inertia=hartung.SPINDLE_INERTIA))
+    return {
+        "radius": float(closed.weight_radius(governor, lever_angle=angle)),
+        "force": force,
+        "speed": speed,
+        "rpm": speed * 30 / math.pi,
+        "stiffness": float(closed.stiffness(governor, **sprung, spindle_speed=speed)),
+        "inertia": float(closed.lever_inertia(governor, lever_angle=angle)),
+        "frequency": math.sqrt(square),
+        "free": free,
+        "static": float(closed.static_sleeve_force(governor, lever_angle=angle, spring_force=force)),
+    }
+
+
+@pytest.mark.parametrize("row", hartung.VERTICAL_HANGER, ids=lambda row: f"{row[0]} deg")
+def test_the_table_of_vertical_hangers_is_met_to_its_twelve_digits(row: tuple[float, ...]) -> None:
+    for value, printed in zip(at_rest(PAPERS, math.radians(row[0])).values(), row[1:], strict=True):
+        is_printed(value, printed)
+
+
+@pytest.mark.parametrize("row", hartung.INCLINED_HANGER, ids=lambda row: f"{row[0]} deg")
+def test_the_table_of_short_hangers_is_met_to_its_twelve_digits(row: tuple[float, ...]) -> None:
+    found = at_rest(HUNG, math.radians(row[0]))
+    for name, printed in zip(("speed", "stiffness", "inertia", "frequency", "static"), row[1:], strict=True):
+        is_printed(found[name], printed)
+
+
+def test_table_2_is_met_within_slide_rule_work_but_for_one_misprint() -> None:
+    off = []
+    for radius, degrees, *forces in hartung.TABLE_2:
+        angle = math.asin((122 - radius) / 115)
+        is_printed(math.degrees(angle), degrees)
+        for speed, printed, recomputed in zip(hartung.PRINTED_SPEEDS, forces[::2], forces[1::2], strict=True):
+            force = closed.astatic_spring_force(PAPERS, lever_angle=angle, spindle_speed=speed)
+            is_printed(float(force) / hartung.GRAVITY, recomputed)
+            if abs(printed - recomputed) > hartung.SLIDE_RULE_TOLERANCE:
+                off.append((radius, printed))
+    radius, printed, meant = hartung.MISPRINT
+    assert off == [(radius, printed)]
+    assert abs(meant - hartung.TABLE_2[0][5]) < hartung.SLIDE_RULE_TOLERANCE
+
+
+@pytest.mark.parametrize(
+    ("angle_deg", "arm", "printed"),
+    [(132.0, 0.17, hartung.STATIC_FORCES_132), (hartung.ANGLE_DEG, None, hartung.STATIC_FORCES_CORRECTED)],
+)
+def test_the_static_force_over_the_stroke(angle_deg: float, arm: float | None, printed: tuple[float, ...]) -> None:
+    governor = of_angle(angle_deg, arm)
+    for value, wanted in zip(static_forces(governor, 7) / hartung.GRAVITY, printed, strict=True):
+        is_printed(float(value), wanted, digits=8)
+
+
+@pytest.mark.parametrize(("angle_deg", "percent"), hartung.STATIC_FORCE_SPREADS)
+def test_how_constant_the_static_force_is(angle_deg: float, percent: float) -> None:
+    found = closed.relative_spread(static_forces(of_angle(angle_deg), 101))
+    assert abs(100 * found - percent) < 0.0051  # printed with two decimals; the angles, too
+
+
+def of_angle(degrees: float, arm: float | None = None) -> HartungGovernor:
+    """The paper's governor with another bell crank; b from hangers that stand even about the axis."""
+    even = hartung.GOVERNOR["fulcrum_radius"] / (math.sin(math.radians(degrees)) * math.cos(math.radians(15)))
+    return HartungGovernor(
+        **{**hartung.GOVERNOR, "angle": math.radians(degrees), "sleeve_arm": even if arm is None else arm}
+    )
+
+
+def static_forces(governor: HartungGovernor, count: int) -> np.ndarray:
+    """S (count,) N over the stroke, of the straight spring through both speeds."""
+    ends = (math.radians(15), math.radians(-15))
+    forces = [
+        closed.astatic_spring_force(governor, lever_angle=end, spindle_speed=speed)
+        for end, speed in zip(ends, hartung.PRINTED_SPEEDS, strict=True)
+    ]
+    angles = np.linspace(*ends, count)
+    x = np.asarray(closed.weight_radius(governor, lever_angle=angles))
+    line = np.interp(x, [x[0], x[-1]], forces)
+    return np.asarray(closed.static_sleeve_force(governor, lever_angle=angles, spring_force=line))
+
+
+@st.composite
+def governors(draw: st.DrawFn) -> tuple[HartungGovernor, float]:
+    """A governor, and a lever angle well within what it can do."""
+    arm, other = draw(st.floats(0.05, 0.5)), draw(st.floats(0.05, 0.5))
+    angle, lever = draw(st.floats(1.6, 2.5)), draw(st.floats(-0.3, 0.3))
+    radius = arm * draw(st.floats(0.6, 2.0))
+    hanger = draw(st.sampled_from([math.inf, 1.5 * (radius + other)]))
+    governor = HartungGovernor(
+        weight_arm=arm,
+        sleeve_arm=other,
+        angle=angle,
+        fulcrum_radius=radius,
+        weight_mass=draw(st.floats(1.0, 100.0)),
+        sleeve_mass=draw(st.floats(0.5, 100.0)),
+        hanger=hanger,
+        lug_radius=draw(st.floats(0.0, 0.1)),
+    )
+    assume(float(closed.lift_derivative(governor, lever_angle=lever)) < -0.05 * other)  # off its dead centre
+    return governor, lever
+
+
+@given(governors(), st.floats(5.0, 60.0))
+def test_both_forms_of_the_static_force_agree_at_rest(found: tuple[HartungGovernor, float], speed: float) -> None:
+    governor, angle = found
+    # Both are sums of terms no larger than these, so that rounding stays below 1e-12 of them.
+    force = float(closed.astatic_spring_force(governor, lever_angle=angle, spindle_speed=speed))
+    full = float(closed.static_sleeve_force(governor, lever_angle=angle, spring_force=force))
+    simple = float(closed.static_sleeve_force_at_speed(governor, lever_angle=angle, spindle_speed=speed))
+    load = 9.81 * (governor.sleeve_mass + governor.weight_mass * 20)  # 2 a / b is 20 at most
+    assert full == pytest.approx(simple, rel=1e-12, abs=1e-12 * load)
+
+
+@given(governors(), st.floats(5.0, 60.0))
+def test_the_stiffness_is_the_slope_of_the_balance(found: tuple[HartungGovernor, float], speed: float) -> None:
+    """Another route: the moment about the lever angle from the equation of motion, differentiated numerically."""
+    governor, angle = found
+    rate, preload = 3e4, 2000.0
+    middle = float(closed.weight_radius(governor, lever_angle=angle))
+
+    def moment(lever: np.ndarray) -> float:
+        x = float(closed.weight_radius(governor, lever_angle=float(lever[0])))
+        force = preload + rate * (x - middle)
+        bend = closed.lever_acceleration(
+            governor, lever_angle=float(lever[0]), lever_rate=0.0, spring_force=force, spindle_speed=speed
+        )
+        return -float(bend) * float(closed.lever_inertia(governor, lever_angle=float(lever[0])))
+
+    stiff = float(
+        closed.stiffness(governor, lever_angle=angle, spring_force=preload, spring_rate=rate, spindle_speed=speed)
+    )
+    slope = float(approx_fprime(np.array([angle]), moment, 1e-7)[0])
+    size = 2 * governor.weight_arm * (rate * governor.weight_arm + preload + governor.weight_mass * speed**2)
+    assert abs(stiff - slope) < 1e-5 * size  # a one-sided difference over 1e-7 rad is right to about 1e-7 of the terms
+
+
+@given(governors())
+def test_the_lift_and_its_slope_belong_together(found: tuple[HartungGovernor, float]) -> None:
+    governor, angle = found
+    h = 1e-5
+    ends = [float(closed.sleeve_height(governor, lever_angle=angle + step)) for step in (-h, h)]
+    slope = float(closed.lift_derivative(governor, lever_angle=angle))
+    assert (ends[1] - ends[0]) / (2 * h) == pytest.approx(slope, abs=1e-8)  # h^2 of a third derivative, 1e-11 / h
+
+
+def test_a_motion_keeps_its_energy() -> None:
+    """Kinetic energy, spring and weights less the turning's share, along a solution of the equation of motion."""
+
+    def slope(_: float, state: np.ndarray) -> list[float]:
+        force = spring_force(HUNG, state[0])
+        bend = closed.lever_acceleration(
+            HUNG, lever_angle=state[0], lever_rate=state[1], spring_force=force, spindle_speed=21.9
+        )
+        return [state[1], float(bend)]
+
+    found = solve_ivp(slope, (0.0, 1.0), [0.1, 0.3], method="DOP853", rtol=1e-12, atol=1e-14)
+    angles, rates = found.y
+    x = np.asarray(closed.weight_radius(HUNG, lever_angle=angles))
+    pull = hartung.PRELOAD + hartung.SPRING_RATE * (x - hartung.PRELOAD_RADIUS)
+    kinetic = 0.5 * np.asarray(closed.lever_inertia(HUNG, lever_angle=angles)) * rates**2
+    potential = pull**2 / hartung.SPRING_RATE - 45 * 21.9**2 * x**2 + 2 * 45 * 9.81 * 0.115 * np.cos(angles)
+    total = kinetic + potential + 15 * 9.81 * np.asarray(closed.sleeve_height(HUNG, lever_angle=angles))
+    np.testing.assert_allclose(total, total[0], rtol=1e-10)  # the integration's tolerance, over some hundred steps
+
+
+@pytest.mark.parametrize(
+    ("call", "message"),
+    [
+        (
+            lambda: HartungGovernor(**{**hartung.GOVERNOR, "angle": 3.2}),
+            r"angle must lie below 180 deg; got angle = 183",
+        ),
+        (lambda: HartungGovernor(**{**hartung.GOVERNOR, "weight_arm": 0.0}), "weight_arm must be above 0 m"),
+        (lambda: closed.weight_radius(PAPERS, lever_angle=1.6), "within 90 deg of upright; got lever_angle = 91.67"),
+        (
+            lambda: closed.static_sleeve_force(PAPERS, lever_angle=0.85, spring_force=1e3),
+            r"lever stands at or beyond its dead centre.*got lever_angle = 48\.7",
+        ),
+        (
+            lambda: closed.sleeve_height(HartungGovernor(**hartung.GOVERNOR, hanger=0.02), lever_angle=0.2),
+            "hanger is too short.*reach = 0.0207",
+        ),
+        (
+            lambda: closed.equilibrium_speed(PAPERS, lever_angle=-0.2, spring_force=-500.0),
+            "the spring is too weak; got spring_force = -500 N",
+        ),
+        (lambda: closed.relative_spread(np.array([1.0, -1.0])), "mean is not zero"),
+    ],
+)
+def test_what_is_outside_is_refused_with_its_value(call: Any, message: str) -> None:
+    with pytest.raises(MechanismError, match=message):
+        call()

@@ -1,0 +1,628 @@
+"""Pendulum governors: the closed forms against recomputed numbers, against each other, and their refusals."""
+
+from __future__ import annotations
+
+import dataclasses
+import math
+from collections.abc import Callable
+from typing import Any
+
+import numpy as np
+import pytest
+from hypothesis import assume, given
+from hypothesis import strategies as st
+from numpy.testing import assert_allclose
+from scipy.integrate import solve_ivp
+
+from governor_mechanism.closed_form.pendulum import dynamics as pendulum
+from governor_mechanism.closed_form.pendulum.dynamics import PendulumGovernor
+from governor_mechanism.errors import MechanismError
+from reference import zehnder
+
+RPM = math.tau / 60
+ROWS = [(name, row) for name, table in zehnder.EQUILIBRIUM_TABLES.items() for row in table["rows"]]
+
+
+def is_printed(value: float, printed: float, digits: int = 12) -> None:
+    """The value rounds to the printed one: tolerance half a unit of the last printed digit."""
+    assert abs(value - printed) <= zehnder.half_unit_of_last_digit(printed, digits), (value, printed)
+
+
+def governor_of(table: dict[str, Any]) -> PendulumGovernor:
+    return PendulumGovernor(**table["dimensions"])
+
+
+PORTER = governor_of(zehnder.PORTER_OPEN)
+CROSSED = governor_of(zehnder.CROSSED)
+UNCROSSED_LINKS = governor_of(zehnder.CROSSED_ARMS_OPEN_LINKS)
+SHORT_LINKS = dataclasses.replace(UNCROSSED_LINKS, link=0.15)  # end of reach where sin a = 0.88, at 61.6 deg
+SNAP_STOPS = np.radians(zehnder.FOLD_JUMP["stops_deg"])
+SNAP = PendulumGovernor(
+    arm=zehnder.FOLD_JUMP["arm"],
+    ball_mass=zehnder.FOLD_JUMP["ball_mass"],
+    offset=pendulum.equal_speed_offset(
+        arm=zehnder.FOLD_JUMP["arm"], lower_angle=float(SNAP_STOPS[0]), upper_angle=float(SNAP_STOPS[1])
+    ),
+)
+GENERAL = PendulumGovernor(
+    arm=0.4,
+    ball_mass=3.0,
+    offset=0.03,
+    arm_joint=0.28,
+    link=0.33,
+    lug_offset=0.06,
+    sleeve_mass=12.0,
+    arm_mass=0.7,
+    link_mass=0.4,
+    ball_inertia=0.003,
+)
+
+
+@st.composite
+def linkages(draw: Callable[..., Any]) -> PendulumGovernor:
+    """Governors of every make: off the axis, crossed, extended arms, links of their own, rods with mass."""
+    arm = draw(st.floats(0.2, 0.6))
+    joint = draw(st.floats(0.4, 1.0)) * arm
+    offset = draw(st.floats(-0.1, 0.15))
+    return PendulumGovernor(
+        arm=arm,
+        ball_mass=draw(st.floats(0.5, 10.0)),
+        offset=offset,
+        arm_joint=joint,
+        link=joint * draw(st.floats(0.8, 1.4)),
+        lug_offset=offset + draw(st.floats(-0.05, 0.05)),
+        sleeve_mass=draw(st.floats(0.0, 40.0)),
+        arm_mass=draw(st.floats(0.0, 1.0)),
+        link_mass=draw(st.floats(0.0, 1.0)),
+        ball_inertia=draw(st.floats(0.0, 0.01)),
+    )
+
+
+angles = st.floats(math.radians(25), math.radians(50))
+
+
+def slope_of(function: Callable[[Any], Any], at: float, step: float = 1e-3) -> float:
+    """First derivative by central differences over nine points: error of order step^8, rounding about eps / step."""
+    weights = np.array([1 / 280, -4 / 105, 1 / 5, -4 / 5, 0, 4 / 5, -1 / 5, 4 / 105, -1 / 280])
+    values = function(at + step * np.arange(-4, 5))
+    return float(weights @ values / step)
+
+
+# --- equilibrium, stability, oscillation: the tables -----------------------------------------------------------------
+
+
+@pytest.mark.parametrize(("name", "row"), ROWS, ids=lambda value: value if isinstance(value, str) else f"{value[0]}deg")
+def test_every_row_of_the_tables_is_met_to_the_printed_digits(name: str, row: tuple[float, ...]) -> None:
+    table = zehnder.EQUILIBRIUM_TABLES[name]
+    governor, angle = governor_of(table), math.radians(row[0])
+    speed = pendulum.equilibrium_speed(governor, arm_angle=angle)
+    is_printed(speed, row[1])
+    is_printed(speed / RPM, row[2])
+    is_printed(pendulum.stiffness(governor, arm_angle=angle), row[3])
+    is_printed(pendulum.in_plane_inertia(governor, arm_angle=angle), row[4])
+    is_printed(pendulum.squared_oscillation_frequency(governor, arm_angle=angle), row[5])
+    rest = table["rest_inertia"]
+    is_printed(pendulum.squared_free_spindle_frequency(governor, arm_angle=angle, constant_inertia=rest), row[6])
+
+
+@pytest.mark.parametrize("row", zehnder.FOLD_JUMP["rows"], ids=lambda row: f"{row[0]}deg")
+def test_every_row_of_the_jumping_governor_is_met(row: tuple[float, ...]) -> None:
+    speed = pendulum.equilibrium_speed(SNAP, arm_angle=math.radians(row[0]))
+    is_printed(speed, row[1])
+    is_printed(speed / RPM, row[2])
+    is_printed(pendulum.squared_oscillation_frequency(SNAP, arm_angle=math.radians(row[0])), row[3])
+
+
+def test_the_equilibrium_speed_of_a_rhombus_is_zehnders_third_equation() -> None:
+    angle = np.radians(np.linspace(12, 80, 18))
+    for governor in (PORTER, CROSSED, SNAP):
+        x = governor.offset + governor.arm * np.sin(angle)
+        load = governor.gravity * (1 + governor.sleeve_mass / governor.ball_mass)
+        # 1e-14: some forty roundings, the two formulas being the same
+        assert_allclose(
+            pendulum.equilibrium_speed(governor, arm_angle=angle) ** 2, load * np.tan(angle) / x, rtol=1e-14
+        )
+
+
+def test_the_equilibrium_speed_of_a_general_linkage_is_that_of_virtual_work() -> None:
+    governor = dataclasses.replace(GENERAL, arm_mass=0.0, link_mass=0.0, ball_inertia=0.0)
+    angle = np.radians(np.linspace(-5, 60, 14))[2:]
+    link = np.arcsin((0.03 + 0.28 * np.sin(angle) - 0.06) / 0.33)
+    x = 0.03 + 0.4 * np.sin(angle)
+    squared = (np.tan(angle) + (4 * 0.28 / 0.8) * (np.tan(angle) + np.tan(link))) * 9.81 / x
+    possible = squared > 0
+    speed = pendulum.equilibrium_speed(governor, arm_angle=angle[possible])
+    assert possible.sum() > 8
+    assert_allclose(speed**2, squared[possible], rtol=1e-13)  # rounding; the sum cancels near the least angle
+
+
+def test_crossed_arms_with_uncrossed_links_meet_the_exact_numbers() -> None:
+    for degrees, link, speed in zehnder.CROSSED_ARMS_OPEN_LINKS["rows"]:
+        is_printed(pendulum.equilibrium_speed(UNCROSSED_LINKS, arm_angle=math.radians(degrees)), speed)
+        found = math.degrees(pendulum.link_angle(UNCROSSED_LINKS, arm_angle=math.radians(degrees)))
+        assert abs(found - link) <= 0.505e-6  # printed to six decimals
+
+
+def test_an_extended_arm_counts_as_a_heavier_ball_at_the_joint() -> None:
+    extended = governor_of(zehnder.EXTENDED_ARM)
+    angle = math.radians(zehnder.EXTENDED_ARM["arm_angle_deg"])
+    is_printed(pendulum.equilibrium_speed(extended, arm_angle=angle), zehnder.EXTENDED_ARM["spindle_speed"])
+    # (Ia): P = P1 l / l1 is the ball that gives the same insensitivity at the joint
+    reduced = PendulumGovernor(arm=0.25, offset=0.03, ball_mass=0.4 / 0.25, sleeve_mass=3.0)
+    assert_allclose(
+        pendulum.insensitivity(extended, resistance=2.0), pendulum.insensitivity(reduced, resistance=2.0), rtol=1e-15
+    )
+
+
+def test_the_least_speed_of_crossed_arms_stands_at_the_least_stable_angle() -> None:
+    marks = zehnder.CROSSED_MARKS
+    angle = pendulum.least_stable_angle(CROSSED)
+    is_printed(math.degrees(angle), marks["least_stable_deg"])
+    speed = pendulum.equilibrium_speed(CROSSED, arm_angle=angle)
+    is_printed(speed, marks["lowest_speed"])
+    is_printed(speed / RPM, marks["lowest_speed_rpm"])
+    assert abs(pendulum.stiffness(CROSSED, arm_angle=angle)) < 1e-12  # N m/rad, of terms near 100: rounding
+    assert abs(pendulum.ball_radius(CROSSED, arm_angle=math.radians(marks["ball_on_axis_deg"]))) < 1e-14
+    for degrees, growth in marks["growth_rates"]:
+        squared = pendulum.squared_oscillation_frequency(CROSSED, arm_angle=math.radians(degrees))
+        is_printed(math.sqrt(-squared), growth)
+
+
+def test_the_marks_of_the_jumping_governor_are_met() -> None:
+    snap = zehnder.FOLD_JUMP
+    low, high = (float(angle) for angle in SNAP_STOPS)
+    is_printed(SNAP.offset, snap["offset"])
+    is_printed(SNAP.offset / SNAP.arm, snap["offset_over_arm"])
+    turn = pendulum.least_stable_angle(SNAP)
+    is_printed(math.degrees(turn), snap["least_stable_deg"])
+    speed, least = (pendulum.equilibrium_speed(SNAP, arm_angle=angle) for angle in (low, turn))
+    is_printed(speed, snap["stop_speed"])
+    is_printed(pendulum.equilibrium_speed(SNAP, arm_angle=high), snap["stop_speed"])
+    is_printed(speed / RPM, snap["stop_speed_rpm"])
+    is_printed(least, snap["lowest_speed"])
+    is_printed(least / RPM, snap["lowest_speed_rpm"])
+    is_printed(speed / least - 1, snap["hysteresis"], digits=8)
+    is_printed(math.sqrt(-pendulum.squared_oscillation_frequency(SNAP, arm_angle=low)), snap["growth_rate_lower_stop"])
+    is_printed(math.sqrt(pendulum.squared_oscillation_frequency(SNAP, arm_angle=high)), snap["frequency_upper_stop"])
+    drop = pendulum.jacobi_integral(SNAP, arm_angle=low, arm_rate=0.0, spindle_speed=speed)
+    drop -= pendulum.jacobi_integral(SNAP, arm_angle=high, arm_rate=0.0, spindle_speed=speed)
+    is_printed(drop, snap["effective_energy_drop"])
+    is_printed(math.sqrt(2 * drop / pendulum.in_plane_inertia(SNAP, arm_angle=high)), snap["arrival_rate"])
+    loaded = dataclasses.replace(SNAP, sleeve_mass=4.0)
+    is_printed(pendulum.equilibrium_speed(loaded, arm_angle=low), snap["mass_ratio_4"]["stop_speed"])
+    is_printed(pendulum.equilibrium_speed(loaded, arm_angle=turn), snap["mass_ratio_4"]["lowest_speed"])
+
+
+def test_a_spherical_pendulum_oscillates_at_the_textbook_frequency() -> None:
+    governor = PendulumGovernor(arm=0.7, ball_mass=1.3)
+    angle = np.radians([5.0, 30.0, 60.0, 85.0])
+    speed = pendulum.equilibrium_speed(governor, arm_angle=angle)
+    free = pendulum.squared_free_spindle_frequency(governor, arm_angle=angle, constant_inertia=0.0)
+    assert_allclose(free, speed**2 * (1 + 3 * np.cos(angle) ** 2), rtol=1e-13)  # rounding
+    forced = pendulum.squared_oscillation_frequency(governor, arm_angle=angle)
+    assert_allclose(forced, (speed * np.sin(angle)) ** 2, rtol=1e-12)  # rounding; K cancels to sin^2 of its terms
+
+
+# --- friction --------------------------------------------------------------------------------------------------------
+
+
+def test_the_friction_band_meets_the_recomputed_numbers() -> None:
+    band = zehnder.FRICTION_BAND
+    angle, resistance = math.radians(band["arm_angle_deg"]), band["resistance"]
+    is_printed(pendulum.rising_speed(PORTER, arm_angle=angle, resistance=resistance), band["rising_speed"])
+    is_printed(pendulum.falling_speed(PORTER, arm_angle=angle, resistance=resistance), band["falling_speed"])
+    is_printed(pendulum.equilibrium_speed(PORTER, arm_angle=angle), band["equilibrium_speed"])
+    ratio = pendulum.insensitivity(PORTER, resistance=resistance)
+    is_printed(ratio, band["insensitivity"])
+    is_printed(ratio + ratio**3 / 8, band["insensitivity_two_terms"])
+    is_printed(pendulum.insensitivity_exact(PORTER, resistance=resistance), band["insensitivity_exact"])
+
+
+@given(linkages(), angles, st.floats(0.0, 0.99))
+def test_the_friction_band_is_the_insensitivity_in_every_linkage(
+    governor: PendulumGovernor, angle: float, share: float
+) -> None:
+    try:
+        speed = pendulum.equilibrium_speed(governor, arm_angle=angle)
+        resistance = share * pendulum.sleeve_load(governor, arm_angle=angle)
+        up = pendulum.rising_speed(governor, arm_angle=angle, resistance=resistance)
+        down = pendulum.falling_speed(governor, arm_angle=angle, resistance=resistance)
+    except MechanismError:
+        assume(False)
+    exact = pendulum.insensitivity_exact(governor, resistance=resistance, arm_angle=angle)
+    # rounding (some 1e-15), a hundredfold in the falling speed where the resistance comes near the load
+    assert_allclose((up - down) / speed, exact, rtol=1e-12, atol=1e-14)
+    assert_allclose((up**2 - down**2) / (2 * speed**2), share, rtol=1e-12, atol=1e-14)
+
+
+def test_the_load_on_the_sleeve_of_a_porter_governor_is_ball_and_sleeve_weight() -> None:
+    assert_allclose(pendulum.sleeve_load(PORTER), 25 * 9.81, rtol=1e-15)
+    everywhere = pendulum.sleeve_load(PORTER, arm_angle=np.radians([20.0, 40.0]))
+    assert_allclose(everywhere, [25 * 9.81] * 2, rtol=1e-15)
+    heavy = governor_of(zehnder.PORTER_MASSIVE_RODS)
+    slopes = pendulum.potential_derivative(heavy, arm_angle=0.6) / pendulum.sleeve_height_derivative(
+        heavy, arm_angle=0.6
+    )
+    assert_allclose(pendulum.sleeve_load(heavy), slopes, rtol=1e-14)
+
+
+# --- geometry and derivatives ----------------------------------------------------------------------------------------
+
+
+@given(linkages(), angles)
+def test_arm_and_link_meet_at_the_joint(governor: PendulumGovernor, angle: float) -> None:
+    try:
+        link = pendulum.link_angle(governor, arm_angle=angle)
+    except MechanismError:
+        assume(False)
+    joint = governor.offset + governor.joint_length * math.sin(angle)
+    assert_allclose(governor.lug_radius + governor.link_length * math.sin(link), joint, atol=1e-15)
+    depth = governor.joint_length * math.cos(angle) + governor.link_length * math.cos(link)
+    assert_allclose(pendulum.sleeve_height(governor, arm_angle=angle), -depth, rtol=1e-12)  # cos b near 0 amplifies
+
+
+PAIRS = [
+    (pendulum.sleeve_height, pendulum.sleeve_height_derivative),
+    (pendulum.gravitational_potential, pendulum.potential_derivative),
+    (pendulum.potential_derivative, pendulum.potential_second_derivative),
+    (pendulum.spindle_inertia, pendulum.spindle_inertia_derivative),
+    (pendulum.spindle_inertia_derivative, pendulum.spindle_inertia_second_derivative),
+    (pendulum.in_plane_inertia, pendulum.in_plane_inertia_derivative),
+]
+
+
+@pytest.mark.parametrize(("function", "slope"), PAIRS, ids=lambda function: function.__name__)
+@pytest.mark.parametrize(
+    "governor", [PORTER, CROSSED, UNCROSSED_LINKS, GENERAL], ids=["porter", "crossed", "links", "rods"]
+)
+def test_every_slope_is_the_derivative_of_its_function(
+    function: Callable[..., Any], slope: Callable[..., Any], governor: PendulumGovernor
+) -> None:
+    for degrees in (12.0, 25.0, 40.0):
+        angle = math.radians(degrees)
+        difference = slope_of(lambda at: function(governor, arm_angle=at), angle)
+        size = abs(function(governor, arm_angle=angle))
+        # nine points at 1e-3 rad: rounding of the function over the step, 1e-16 / 1e-3, leaves twelve digits
+        assert_allclose(slope(governor, arm_angle=angle), difference, rtol=1e-11, atol=2e-12 * size)
+
+
+@given(linkages(), angles)
+def test_stiffness_is_half_the_slope_of_inertia_times_the_slope_of_squared_speed(
+    governor: PendulumGovernor, angle: float
+) -> None:
+    step = 1e-4
+    try:
+        squared = pendulum.equilibrium_speed(governor, arm_angle=angle + step * np.arange(-4, 5)) ** 2
+        link = pendulum.link_angle(governor, arm_angle=angle)
+    except MechanismError:
+        assume(False)
+    assume(abs(link) < math.radians(70) and pendulum.ball_radius(governor, arm_angle=angle) > 0.02)
+    change = slope_of(lambda at: pendulum.equilibrium_speed(governor, arm_angle=at) ** 2, angle, step)
+    lever = pendulum.spindle_inertia_derivative(governor, arm_angle=angle)
+    # rounding of w^2 (some 1e-15 of it) over the step of 1e-4 rad; K itself may cancel to nothing
+    noise = 3e-11 * abs(lever) * float(np.max(squared))
+    assert_allclose(pendulum.stiffness(governor, arm_angle=angle), lever * change / 2, rtol=1e-8, atol=noise)
+
+
+def test_the_rod_masses_are_the_sum_over_their_particles() -> None:
+    angle, parts = 0.6, 4000
+    link = pendulum.link_angle(GENERAL, arm_angle=angle)
+    share = (np.arange(parts) + 0.5) / parts
+    turn = 0.28 * math.cos(angle) / (0.33 * math.cos(link))  # db/da
+    slope = pendulum.sleeve_height_derivative(GENERAL, arm_angle=angle)
+    arm_x, arm_y = 0.03 + 0.4 * share * math.sin(angle), -0.4 * share * math.cos(angle)
+    link_x = 0.06 + 0.33 * share * math.sin(link)
+    link_y = pendulum.sleeve_height(GENERAL, arm_angle=angle) + 0.33 * share * math.cos(link)
+    link_rate = np.hypot(0.33 * share * math.cos(link) * turn, slope - 0.33 * share * math.sin(link) * turn)
+    bare = dataclasses.replace(GENERAL, arm_mass=0.0, link_mass=0.0)
+
+    def of_rods(function: Callable[..., Any]) -> float:
+        return function(GENERAL, arm_angle=angle) - function(bare, arm_angle=angle)
+
+    arms, links = 2 * 0.7 / parts, 2 * 0.4 / parts
+    # 1e-7: the midpoint sum over 4000 particles errs by 1 / (4 parts^2) = 1.6e-8
+    assert_allclose(
+        of_rods(pendulum.gravitational_potential), 9.81 * (arms * arm_y.sum() + links * link_y.sum()), rtol=1e-7
+    )
+    inertia = arms * (arm_x**2).sum() + links * (link_x**2).sum()
+    assert_allclose(of_rods(pendulum.spindle_inertia), inertia, rtol=1e-7)
+    moving = arms * ((0.4 * share) ** 2).sum() + links * (link_rate**2).sum()
+    assert_allclose(of_rods(pendulum.in_plane_inertia), moving, rtol=1e-7)
+
+
+# --- all equilibria at a speed ---------------------------------------------------------------------------------------
+
+
+def test_crossed_arms_have_two_equilibria_above_the_least_speed_one_at_it_none_below() -> None:
+    turn = pendulum.least_stable_angle(CROSSED)
+    least = pendulum.equilibrium_speed(CROSSED, arm_angle=turn)
+    assert pendulum.equilibrium_angles(CROSSED, spindle_speed=0.9999 * least).size == 0
+    # a double root: w to 1e-16 fixes the angle to about 1e-8 only
+    assert_allclose(pendulum.equilibrium_angles(CROSSED, spindle_speed=least), [turn], atol=1e-7)
+    for ratio in (1 + 1e-10, 1.001, 1.2, 50.0):
+        pair = pendulum.equilibrium_angles(CROSSED, spindle_speed=ratio * least)
+        assert pair.size == 2
+        assert pair[0] < turn < pair[1]
+        assert_allclose(pendulum.equilibrium_speed(CROSSED, arm_angle=pair), ratio * least, rtol=1e-12)
+
+
+def test_equilibria_on_the_stops_count() -> None:
+    low, high = (float(angle) for angle in SNAP_STOPS)
+    speed = pendulum.equilibrium_speed(SNAP, arm_angle=low)
+    found = pendulum.equilibrium_angles(SNAP, spindle_speed=speed, lowest=low, highest=high)
+    assert_allclose(found, SNAP_STOPS, rtol=1e-14)  # rounding of w and of the angles
+    faster = pendulum.equilibrium_angles(SNAP, spindle_speed=1.0001 * speed, lowest=low, highest=high)
+    assert faster.size == 0
+
+
+@given(linkages(), st.floats(math.radians(5), math.radians(80)))
+def test_the_angle_of_an_equilibrium_speed_is_found_again(governor: PendulumGovernor, angle: float) -> None:
+    try:
+        speed = pendulum.equilibrium_speed(governor, arm_angle=angle)
+        free = abs(pendulum.stiffness(governor, arm_angle=angle))
+    except MechanismError:
+        assume(False)
+    found = pendulum.equilibrium_angles(governor, spindle_speed=speed)
+    weight = abs(pendulum.potential_second_derivative(governor, arm_angle=angle)) + abs(
+        speed**2 * pendulum.spindle_inertia_second_derivative(governor, arm_angle=angle)
+    )
+    assume(free > 1e-4 * weight)  # next to a turning point the speed does not fix the angle
+    assert np.all(np.diff(found) > 0)
+    assert np.min(np.abs(found - angle)) < 1e-11  # rounding of the moments (1e-15) over K (1e-4 of its terms)
+
+
+def test_a_watt_governor_leaves_the_axis_only_above_its_critical_speed() -> None:
+    governor = PendulumGovernor(arm=0.4, ball_mass=1.0)
+    critical = math.sqrt(9.81 / 0.4)
+    assert pendulum.equilibrium_angles(governor, spindle_speed=0.999 * critical).size == 0
+    for ratio in (1.0000001, 1.5, 20.0):
+        found = pendulum.equilibrium_angles(governor, spindle_speed=ratio * critical)
+        # cos a = (w0 / w)^2, to the rounding of the angle
+        assert_allclose(np.cos(found), [1 / ratio**2], rtol=0, atol=1e-15)
+
+
+def test_an_open_governor_at_rest_hangs_straight_down() -> None:
+    assert_allclose(pendulum.equilibrium_angles(PORTER, spindle_speed=0.0), [0.0], atol=1e-15)
+
+
+def test_a_travel_out_of_reach_has_no_equilibrium() -> None:
+    far = pendulum.equilibrium_angles(SHORT_LINKS, spindle_speed=10.0, lowest=1.1, highest=1.5)
+    assert far.size == 0
+    assert far.dtype == np.float64
+    for speed in (12.0, 20.0, 200.0):
+        within = pendulum.equilibrium_angles(SHORT_LINKS, spindle_speed=speed)
+        assert within.size >= 1
+        # at 200 rad/s the link is 5e-7 short of its reach, so that rounding weighs 1e-16 / 5e-7 in the speed
+        assert_allclose(pendulum.equilibrium_speed(SHORT_LINKS, arm_angle=within), speed, rtol=1e-9)
+
+
+# --- motion ----------------------------------------------------------------------------------------------------------
+
+
+def motion(governor: PendulumGovernor, speed: float, start: list[float], time: float, **options: Any) -> Any:
+    """Arm angle and rate at constant spindle speed; DOP853 at rtol 1e-13, so errors of some 1e-12 over seconds."""
+
+    def law(_: float, state: Any) -> list[float]:
+        angle, rate = float(state[0]), float(state[1])
+        return [rate, pendulum.arm_acceleration(governor, arm_angle=angle, arm_rate=rate, spindle_speed=speed)]
+
+    return solve_ivp(law, (0, time), start, method="DOP853", rtol=1e-13, atol=1e-14, **options)
+
+
+def test_the_motion_at_constant_speed_ends_where_the_taylor_series_does() -> None:
+    case = zehnder.PORTER_OPEN_MOTION
+    speed, end = case["spindle_speed"], case["constant_speed"]
+    is_printed(pendulum.equilibrium_speed(PORTER, arm_angle=math.radians(40)), speed, digits=15)
+    angle, rate = motion(PORTER, speed, [case["arm_angle"], case["arm_rate"]], case["time"]).y[:, -1]
+    # rtol 1e-13 per step leaves 1e-14 in the angle and 1e-13 in the rate here; the reference has 14 and 13 digits
+    assert_allclose(angle, end["arm_angle"], rtol=1e-12)
+    assert_allclose(rate, end["arm_rate"], rtol=2e-12)
+    torque = pendulum.drive_torque(PORTER, arm_angle=float(angle), arm_rate=float(rate), spindle_speed=speed)
+    is_printed(torque, end["drive_torque"], digits=11)
+
+
+def test_the_motion_of_a_free_spindle_ends_where_the_taylor_series_does() -> None:
+    case, rest = zehnder.PORTER_OPEN_MOTION, zehnder.PORTER_OPEN["rest_inertia"]
+
+    def law(_: float, state: Any) -> list[float]:
+        now = {"arm_angle": float(state[0]), "arm_rate": float(state[1]), "spindle_speed": float(state[3])}
+        arms = pendulum.arm_acceleration(PORTER, **now)
+        return [
+            now["arm_rate"],
+            arms,
+            now["spindle_speed"],
+            pendulum.spindle_acceleration(PORTER, constant_inertia=rest, **now),
+        ]
+
+    start = [case["arm_angle"], case["arm_rate"], 0.0, case["spindle_speed"]]
+    end = solve_ivp(law, (0, case["time"]), start, method="DOP853", rtol=1e-13, atol=1e-14).y[:, -1]
+    expected = [case["free_spindle"][key] for key in ("arm_angle", "arm_rate", "turned", "spindle_speed")]
+    assert_allclose(end, expected, rtol=1e-12)  # what the integrator leaves at rtol 1e-13, as above
+
+
+@pytest.mark.parametrize("governor", [PORTER, UNCROSSED_LINKS, GENERAL], ids=["porter", "links", "rods"])
+def test_the_jacobi_integral_keeps_its_value_along_the_motion(governor: PendulumGovernor) -> None:
+    speed = pendulum.equilibrium_speed(governor, arm_angle=math.radians(30))
+    run = motion(governor, speed, [math.radians(32), 0.3], 3.0)
+    value = pendulum.jacobi_integral(governor, arm_angle=run.y[0], arm_rate=run.y[1], spindle_speed=speed)
+    swing = pendulum.in_plane_inertia(governor, arm_angle=math.radians(32)) * 0.3**2 / 2
+    assert np.ptp(run.y[0]) > math.radians(1.5)
+    # rtol 1e-13 per step over some two hundred steps, measured on the terms, which outweigh the energy of the swing
+    scale = abs(pendulum.gravitational_potential(governor, arm_angle=math.radians(32))) + swing
+    assert np.ptp(value) < 2e-12 * scale
+
+
+@pytest.mark.parametrize("way", ["up", "down"])
+def test_the_jump_between_the_stops_takes_the_recomputed_time(way: str) -> None:
+    case, low, high = zehnder.FOLD_JUMP[way], *(float(angle) for angle in SNAP_STOPS)
+    turn = pendulum.least_stable_angle(SNAP)
+    start, end = (low, high) if way == "up" else (turn, low)
+    speed = case["speed_ratio"] * pendulum.equilibrium_speed(SNAP, arm_angle=start)
+    is_printed(speed, case["speed"])
+
+    def arrival(_: float, state: Any) -> float:
+        return float(state[0]) - end
+
+    arrival.terminal = True  # type: ignore[attr-defined]
+    run = motion(SNAP, speed, [start, 0.0], 5.0, events=arrival)
+    # the start is an almost unstable rest: rounding grows e^(2.65 * 2) to e^6 fold, and the event search adds its own
+    assert_allclose(run.t_events[0][0], case["time"], rtol=1e-10)
+    assert_allclose(abs(run.y_events[0][0][1]), case["arrival_rate"], rtol=1e-10)
+    energy = pendulum.jacobi_integral(SNAP, arm_angle=start, arm_rate=0.0, spindle_speed=speed)
+    energy -= pendulum.jacobi_integral(SNAP, arm_angle=end, arm_rate=0.0, spindle_speed=speed)
+    is_printed(math.sqrt(2 * energy / pendulum.in_plane_inertia(SNAP, arm_angle=end)), case["arrival_rate"])
+
+
+def test_an_oil_brake_takes_the_power_of_its_force_at_the_sleeve() -> None:
+    state = {"arm_angle": 0.5, "arm_rate": 0.4, "spindle_speed": 9.0}
+    free, braked = (pendulum.arm_acceleration(GENERAL, damping=c, **state) for c in (0.0, 120.0))
+    lost = pendulum.in_plane_inertia(GENERAL, arm_angle=0.5) * (free - braked) * 0.4
+    sleeve_speed = pendulum.sleeve_height_derivative(GENERAL, arm_angle=0.5) * 0.4
+    assert_allclose(lost, 120.0 * sleeve_speed**2, rtol=1e-12)  # rounding of the difference
+
+
+def test_the_drive_torque_supplies_what_the_arms_take_in_angular_momentum() -> None:
+    state = {"arm_angle": 0.5, "arm_rate": 0.4, "spindle_speed": 9.0}
+    torque = pendulum.drive_torque(GENERAL, **state)
+    assert_allclose(
+        torque, slope_of(lambda a: pendulum.spindle_inertia(GENERAL, arm_angle=a), 0.5) * 9.0 * 0.4, rtol=1e-10
+    )
+    held = pendulum.spindle_acceleration(GENERAL, constant_inertia=0.2, torque=torque, **state)
+    assert abs(held) < 1e-14  # rad/s2: the same torque keeps a free spindle at its speed
+
+
+# --- design ----------------------------------------------------------------------------------------------------------
+
+
+@given(st.floats(0.1, 1.0), st.floats(0.05, 1.4), st.floats(0.01, 0.1), st.floats(0.0, 10.0))
+def test_the_equal_speed_offset_gives_equal_speeds(arm: float, low: float, apart: float, load: float) -> None:
+    offset = pendulum.equal_speed_offset(arm=arm, lower_angle=low, upper_angle=low + apart)
+    governor = PendulumGovernor(arm=arm, ball_mass=1.0, sleeve_mass=load, offset=offset)
+    first, second = pendulum.equilibrium_speed(governor, arm_angle=np.array([low, low + apart]))
+    assert_allclose(first, second, rtol=1e-12)  # x = e + l sin a cancels by up to three digits
+
+
+def test_numbers_give_floats_and_arrays_broadcast() -> None:
+    assert type(pendulum.equilibrium_speed(PORTER, arm_angle=0.5)) is float
+    assert type(pendulum.sleeve_load(PORTER, arm_angle=0.5)) is float
+    grid = pendulum.falling_speed(PORTER, arm_angle=np.array([[0.3], [0.5]]), resistance=np.array([0.0, 10.0, 20.0]))
+    assert grid.shape == (2, 3)
+    assert grid[1, 2] == pendulum.falling_speed(PORTER, arm_angle=0.5, resistance=20.0)
+    whole = pendulum.stiffness(PORTER, arm_angle=[1, 0.5])
+    assert_allclose(whole, [pendulum.stiffness(PORTER, arm_angle=a) for a in (1.0, 0.5)], rtol=1e-15)
+
+
+# --- refusals --------------------------------------------------------------------------------------------------------
+
+
+@pytest.mark.parametrize(
+    ("change", "sentence"),
+    [
+        ({"arm": 0.0}, r"arm of the governor must be positive; got 0 m"),
+        ({"ball_mass": -5.0}, r"ball_mass of the governor must be positive; got -5 kg"),
+        ({"arm": math.nan}, r"arm of the governor must be positive; got nan m"),
+        ({"offset": math.nan}, r"offset of the governor must be a finite number"),
+        ({"sleeve_mass": -1.0}, r"sleeve_mass of the governor must be zero or positive; got -1.0 kg"),
+        ({"arm_mass": math.nan}, r"arm_mass of the governor must be zero or positive"),
+        ({"link": -0.1}, r"link of the governor must be positive"),
+        ({"gravity": 0.0}, r"gravity of the governor must be positive"),
+        ({"offset": -0.3}, r"offset of crossed arms must be nearer to the axis .*lengthen the arm"),
+        ({"lug_offset": 1.0}, r"the link cannot reach at any arm angle.*lengthen the link"),
+    ],
+)
+def test_impossible_dimensions_are_refused(change: dict[str, float], sentence: str) -> None:
+    with pytest.raises(MechanismError, match=sentence):
+        dataclasses.replace(PORTER, **change)
+
+
+@pytest.mark.parametrize(
+    ("call", "sentence"),
+    [
+        (
+            lambda: pendulum.equilibrium_speed(PORTER, arm_angle=math.pi / 2),
+            r"arm_angle must lie below 90 deg.*= 90 deg",
+        ),
+        (
+            lambda: pendulum.ball_radius(PORTER, arm_angle=math.radians([10.0, -95.0][1])),
+            r"above -90 deg; got .* = -95 deg",
+        ),
+        (
+            lambda: pendulum.sleeve_height(PORTER, arm_angle=np.radians([10.0, 30.0, 120.0])),
+            r"arm_angle\[2\] = 120 deg",
+        ),
+        (
+            lambda: pendulum.gravitational_potential(PORTER, arm_angle=np.array([0.1, np.nan])),
+            r"must be finite; got arm_angle\[1\] = nan",
+        ),
+        (
+            lambda: pendulum.gravitational_potential(PORTER, arm_angle="30 deg"),
+            r"arm_angle must be a number or an array .* in rad",
+        ),
+        (lambda: pendulum.gravitational_potential(PORTER, arm_angle=1j), r"arm_angle must be a number or an array"),
+        (
+            lambda: pendulum.gravitational_potential(PORTER, arm_angle=[[0.1], [0.2, 0.3]]),
+            r"arm_angle must be a number or an array",
+        ),
+        (
+            lambda: pendulum.equilibrium_speed(CROSSED, arm_angle=np.radians([[20.0, 5.0]])),
+            r"the ball stands on the spindle axis or beyond it: no speed balances it; got arm_angle\[0, 1\] = 5 deg;"
+            r" keep arm_angle above 8.62693 deg",
+        ),
+        (lambda: pendulum.rising_speed(SNAP, arm_angle=0.0, resistance=1.0), r"the ball stands on the spindle axis"),
+        (
+            lambda: pendulum.equilibrium_speed(governor_of(zehnder.WATT_ON_AXIS), arm_angle=0.0),
+            r"the ball stands on the spindle axis",
+        ),
+        (lambda: pendulum.equilibrium_speed(PORTER, arm_angle=-0.05), r"no real equilibrium speed.* = -2.8647889756"),
+        (
+            lambda: pendulum.equilibrium_speed(SHORT_LINKS, arm_angle=np.radians([30.0, 62.0])),
+            r"the link of 0.15 m cannot reach from the arm joint to the sleeve lug; got arm_angle\[1\] = 62 deg",
+        ),
+        (
+            lambda: pendulum.falling_speed(PORTER, arm_angle=math.radians(28), resistance=np.array([100.0, 300.0])),
+            r"the resistance holds the arms up.*no falling speed.*; got resistance\[1\] = 300 N and arm_angle = 28",
+        ),
+        (
+            lambda: pendulum.rising_speed(PORTER, arm_angle=0.5, resistance=-1.0),
+            r"resistance must be 0 N or more.* = -1 N",
+        ),
+        (lambda: pendulum.insensitivity(PORTER, resistance=-1.0), r"resistance must be 0 N or more"),
+        (lambda: pendulum.insensitivity_exact(PORTER, resistance=250.0), r"resistance must not exceed the sleeve_load"),
+        (lambda: pendulum.insensitivity(GENERAL, resistance=1.0), r"no rhombus changes with the arms; give arm_angle"),
+        (
+            lambda: pendulum.squared_free_spindle_frequency(PORTER, arm_angle=0.5, constant_inertia=-0.1),
+            r"rest_inertia must be 0 kg m2 or more",
+        ),
+        (
+            lambda: pendulum.spindle_acceleration(
+                governor_of(zehnder.WATT_ON_AXIS), arm_angle=0.0, arm_rate=0.1, spindle_speed=5.0, constant_inertia=0.0
+            ),
+            r"must have some inertia about the axis",
+        ),
+        (
+            lambda: pendulum.arm_acceleration(PORTER, arm_angle=0.5, arm_rate=math.inf, spindle_speed=10.0),
+            r"arm_rate must be finite; got arm_rate = inf rad/s",
+        ),
+        (lambda: pendulum.stiffness(PORTER, arm_angle=0.5, spindle_speed=math.nan), r"spindle_speed must be finite"),
+        (lambda: pendulum.stiffness(PORTER, arm_angle=0.5, spindle_speed=1e160), r"too large or too small for double"),
+        (lambda: pendulum.least_stable_angle(PORTER), r"the arms do not cross the axis .*every angle is stable"),
+        (lambda: pendulum.least_stable_angle(UNCROSSED_LINKS), r"holds for a rhombus with massless rods"),
+        (
+            lambda: pendulum.equal_speed_offset(arm=0.4, lower_angle=0.7, upper_angle=0.5),
+            r"lower_angle must lie below upper_angle",
+        ),
+        (
+            lambda: pendulum.equal_speed_offset(arm=0.4, lower_angle=0.7, upper_angle=1.6),
+            r"upper_angle must lie below 90",
+        ),
+        (
+            lambda: pendulum.equilibrium_angles(PORTER, spindle_speed=10.0, lowest=0.5, highest=0.4),
+            r"lowest must lie below highest; got lowest = 28.6.* deg and highest = 22.9",
+        ),
+        (lambda: pendulum.equilibrium_angles(PORTER, spindle_speed=np.array([1.0, 2.0])), r"must each be one number"),
+    ],
+)
+@pytest.mark.filterwarnings("ignore:overflow")
+def test_what_has_no_answer_is_refused_with_the_value(call: Callable[[], Any], sentence: str) -> None:
+    with pytest.raises(MechanismError, match=sentence):
+        call()

@@ -1,0 +1,43 @@
+"""Scenes of driven crank machines for the tests, read as files are."""
+
+from __future__ import annotations
+
+from governor_mechanism.model.scene import Scene
+from governor_mechanism.scenes.parser import parse_scene_document
+
+SLIDE_VALVE_DIMENSIONS = {
+    "crank": 0.3,
+    "connecting_rod": 1.5,
+    "eccentric": 0.06,
+    "eccentric_rod": 0.24,
+    "advance": "30 deg",
+    "outside_lap": 0.024,
+    "inside_lap": 0.005,
+    "crank_speed": 10.0,
+}
+SLIDER_CRANK_DIMENSIONS = {"crank": 0.3, "connecting_rod": 1.5, "crank_speed": 10.0}
+SLIDER_CRANK_MASSES = {
+    "crank": 80.0,
+    "crank_centre": -0.05,
+    "rod": 70.0,
+    "rod_centre": 0.6,
+    "rod_inertia": 9.0,
+    "crosshead": 110.0,
+}
+
+
+def document(machine: str, dimensions: dict, effects: dict | None = None, **run) -> dict:
+    """A scene file as a document; a dimension of None is left out."""
+    settings = {"duration": 1.0, "output_interval": 0.01, "accuracy": 1e-6} | run
+    given = {name: value for name, value in dimensions.items() if value is not None}
+    return {"machine": machine, "dimensions": given, "effects": effects or {}, "run": settings}
+
+
+def valve_scene(changes: dict | None = None, **run) -> Scene:
+    """Marks' slide valve, l : r = 4, with some dimensions changed."""
+    return parse_scene_document(document("slide_valve", SLIDE_VALVE_DIMENSIONS | (changes or {}), **run))
+
+
+def crank_scene(changes: dict | None = None, effects: dict | None = None, **run) -> Scene:
+    """A slider crank of the reference's sizes, with some dimensions changed."""
+    return parse_scene_document(document("slider_crank", SLIDER_CRANK_DIMENSIONS | (changes or {}), effects, **run))

@@ -1,0 +1,281 @@
+"""Effects by themselves: what they refuse, what wire and orifices come to, governors built with rods and play."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+import governor_mechanism as gm
+from governor_mechanism.closed_form.pendulum import dynamics as closed
+from governor_mechanism.effects.clearance import CLEARANCE_READING, Clearance
+from governor_mechanism.effects.dashpot import Dashpot, orifice_damping_coefficient
+from governor_mechanism.effects.dry_friction import DryFriction
+from governor_mechanism.effects.rod_masses import RodMasses
+from governor_mechanism.effects.spring import OutputSpring, helical_spring_rate
+from governor_mechanism.effects.stops import Stops
+from governor_mechanism.errors import MechanismError
+from governor_mechanism.machines.parabolic import ParabolicGovernor
+from governor_mechanism.machines.pendulum.machine import PendulumGovernor
+from governor_mechanism.mechanics.kinematics.assembly import PositionSolver
+from governor_mechanism.mechanics.kinematics.output_variables import evaluate_output
+from governor_mechanism.mechanics.reduction.lagrangian import SingleDofReduction
+from governor_mechanism.model.scene import Spindle
+from governor_mechanism.model.time_functions import InputFunction
+from governor_scenes import CROSSED, EXTENDED, PORTER, UNCROSSED_LINKS, WATT, governor_scene
+from one_coordinate_reference import integrate_one_coordinate
+from reference.zehnder import PORTER_MASSIVE_RODS
+
+GOVERNORS = {
+    "Watt": WATT,
+    "Porter": PORTER,
+    "crossed": CROSSED,
+    "extended": EXTENDED,
+    "uncrossed links": UNCROSSED_LINKS,
+}
+LOADED = {name: dimensions for name, dimensions in GOVERNORS.items() if "sleeve_mass" in dimensions}
+RODS = [
+    RodMasses(arm_mass=0.6, link_mass=0.5, ball_radius=0.05),
+    RodMasses(arm_mass=0.6),
+    RodMasses(link_mass=0.5),
+    RodMasses(ball_radius=0.05),
+]
+
+
+def test_a_wire_spring_has_the_rate_of_its_formula():
+    # G d^4 / (8 D^3 n) = 80e9 * 2.56e-10 / (8 * 6.4e-5 * 8) = 20.48 / 4.096e-3
+    assert helical_spring_rate(wire=4e-3, coil=40e-3, turns=8, modulus=80e9) == pytest.approx(5000.0, rel=1e-14)
+    soft = helical_spring_rate(wire=2e-3, coil=40e-3, turns=8, modulus=80e9)
+    assert soft == pytest.approx(5000.0 / 16, rel=1e-14)
+
+
+def test_an_orifice_has_the_coefficient_of_its_formula():
+    # Q = A v = 0.62 a sqrt(2 p / rho), force p A = rho A^3 v^2 / (2 (0.62 a)^2): 900 * 8e-9 / (2 * (3.72e-6)^2)
+    found = orifice_damping_coefficient(piston=20e-4, hole=12e-6, screw=0.5)
+    assert found == pytest.approx(7.2e-6 / (2 * 1.38384e-11), rel=1e-14)
+    assert orifice_damping_coefficient(piston=20e-4, hole=12e-6) == pytest.approx(found / 4, rel=1e-14)
+    assert orifice_damping_coefficient(piston=20e-4, hole=12e-6, density=450) == pytest.approx(found / 8, rel=1e-14)
+
+
+def test_a_spring_pulls_nothing_where_it_is_free():
+    spring = OutputSpring(reading="sleeve_lift", rate=2000.0, preload=30.0, zero=0.01)
+    assert spring.preload + spring.rate * (spring.free_value - spring.zero) == pytest.approx(0.0, abs=1e-14)
+
+
+def test_play_is_stops_of_its_reading():
+    stops = Clearance(width=1e-3, restitution=0.2).stops
+    assert stops == Stops(reading=CLEARANCE_READING, low=-5e-4, high=5e-4, restitution=0.2)
+
+
+@pytest.mark.parametrize(
+    ("make", "sentence"),
+    [
+        (lambda: RodMasses(), "rods need arm_mass, link_mass or ball_radius"),
+        (lambda: RodMasses(arm_mass=-1.0), "rods.arm_mass must not be negative; got -1 kg"),
+        (lambda: RodMasses(ball_radius=math.nan), "rods.ball_radius must be a finite number"),
+        (lambda: OutputSpring(reading="a", rate=0.0), "rate of the spring on 'a' must be positive"),
+        (
+            lambda: OutputSpring(reading="a", rate=1.0, preload=math.inf),
+            "preload of the spring on 'a' must be a finite",
+        ),
+        (lambda: OutputSpring(reading="a", rate=1.0, zero=math.nan), "zero of the spring on 'a' must be a finite"),
+        (lambda: helical_spring_rate(wire=4e-3, coil=4e-3, turns=8, modulus=8e10), "must be wider than its wire"),
+        (lambda: helical_spring_rate(wire=0, coil=4e-3, turns=8, modulus=8e10), "wire of the spring must be positive"),
+        (lambda: helical_spring_rate(wire=1e-3, coil=4e-3, turns=0, modulus=8e10), "turns of the spring must be pos"),
+        (lambda: DryFriction(reading="a", force=InputFunction(values=(-1.0,))), "on 'a' must not be negative; got -1"),
+        (lambda: Dashpot(reading="a"), "the dashpot on 'a' needs a linear or a quadratic part"),
+        (lambda: Dashpot(reading="a", linear=-1.0), "linear of the dashpot on 'a' must not be negative"),
+        (lambda: orifice_damping_coefficient(piston=1e-4, hole=1e-4), "must be smaller than its piston"),
+        (
+            lambda: orifice_damping_coefficient(piston=1e-4, hole=1e-6, screw=0.0),
+            "screw of the dashpot must lie above 0",
+        ),
+        (
+            lambda: orifice_damping_coefficient(piston=1e-4, hole=1e-6, screw=1.1),
+            "screw of the dashpot must lie above 0",
+        ),
+        (lambda: orifice_damping_coefficient(piston=1e-4, hole=0.0), "hole of the dashpot must be positive"),
+        (lambda: Stops(reading="a"), "stops of 'a' need a low or a high end"),
+        (lambda: Stops(reading="a", low=1.0, high=1.0), r"the low one \(1\) must lie below the high one \(1\)"),
+        (lambda: Stops(reading="a", low=math.nan), "must lie below the high one"),
+        (lambda: Stops(reading="a", low=0.0, restitution=1.1), "restitution of the stops must lie between 0 and 1"),
+        (lambda: Clearance(width=0.0), "play must be positive"),
+        (lambda: Clearance(width=1.0, restitution=-0.1), "restitution of the play must lie between 0 and 1"),
+        (
+            lambda: Spindle(speed_fluctuation=1.0),
+            "speed fluctuation of the spindle, .* must be at least 0 and below 1; got 1",
+        ),
+        (lambda: Spindle(speed_fluctuation=math.nan), "must be at least 0 and below 1; got nan"),
+        (lambda: Spindle(cycles_per_turn=0.0), "waves of the spindle's speed fluctuation in a turn must be positive"),
+    ],
+)
+def test_what_is_no_effect_is_refused(make, sentence):
+    with pytest.raises(MechanismError, match=sentence):
+        make()
+
+
+def test_effects_of_a_scene_act_on_readings_that_exist_and_stand_once():
+    scene = governor_scene(PORTER, speed=12.0, angle=0.6)
+    friction = DryFriction(reading="sleeve_lift")
+    with pytest.raises(MechanismError, match=r"no reading 'sleve_lift'; readings are .* Did you mean 'sleeve_lift'"):
+        replace(scene, effects=(*scene.effects, DryFriction(reading="sleve_lift")))
+    with pytest.raises(MechanismError, match="no reading 'sleeve_clearance'"):
+        replace(scene, effects=(*scene.effects, Clearance(width=1e-3)))
+    with pytest.raises(MechanismError, match="effect DryFriction on 'sleeve_lift' stands twice"):
+        replace(scene, effects=(friction, friction))
+    both = replace(scene, effects=(friction, DryFriction(reading="arm_angle")))
+    assert both.output_effects == both.effects
+
+
+@pytest.mark.parametrize("dimensions", GOVERNORS.values(), ids=GOVERNORS)
+def test_a_governor_without_rods_and_play_is_as_it_was(dimensions):
+    machine = PendulumGovernor(**dimensions)
+    assert machine.mechanism_with_effects(()) == machine.mechanism()
+    assert machine.mechanism(rod_masses=None, clearance=None) == machine.mechanism()
+
+
+def test_rods_and_play_are_refused_where_there_are_none():
+    guide = ParabolicGovernor(double_parameter=0.6, inner_radius=0.05, outer_radius=0.25, ball_mass=1.0, sleeve_mass=4)
+    assert guide.mechanism_with_effects([Stops(reading="ball_radius", low=0.1)]) == guide.mechanism()
+    with pytest.raises(MechanismError, match="its bodies have their own masses") as caught:
+        guide.mechanism_with_effects([Clearance(width=1e-3), RodMasses(arm_mass=1.0)])
+    assert len(caught.value.problems) == 2
+    with pytest.raises(MechanismError, match="a governor without sleeve_mass has none") as caught:
+        PendulumGovernor(**WATT).mechanism(RodMasses(link_mass=0.5, ball_radius=0.4), Clearance(width=1e-3))
+    assert len(caught.value.problems) == 3  # links, a ball as large as its arm, play
+    with pytest.raises(MechanismError, match="link_mass cannot stand beside play"):
+        PendulumGovernor(**PORTER).mechanism(RodMasses(link_mass=0.5), Clearance(width=1e-3))
+
+
+def reduced(dimensions, rods, angles):
+    """The governor with rods along these arm angles (rad)."""
+    scene = governor_scene(dimensions, speed=10.0, angle=0.6)
+    mechanism = PendulumGovernor(**dimensions).mechanism(rods)
+    return SingleDofReduction(replace(scene, parts=(replace(scene.part, mechanism=mechanism),))).evaluate(angles)
+
+
+def test_the_row_of_the_governor_with_massive_rods_is_met():
+    table = PORTER_MASSIVE_RODS
+    rows = np.array(table["rows"])
+    given = table["dimensions"]
+    radius = math.sqrt(2.5 * given["ball_inertia"] / given["ball_mass"])  # of a solid sphere
+    rods = RodMasses(arm_mass=given["arm_mass"], link_mass=given["link_mass"], ball_radius=radius)
+    along = reduced(PORTER, rods, np.radians(rows[:, 0]))
+    square = 2 * along.potential_derivative / along.spindle_inertia_derivative
+    stiffness = along.potential_second_derivative - 0.5 * square * along.spindle_inertia_second_derivative
+    frequency = stiffness / along.inertia
+    whole = table["rest_inertia"] + along.spindle
+    free = frequency + square * along.spindle_inertia_derivative**2 / (whole * along.inertia)
+    found = np.stack([np.sqrt(square), stiffness, along.inertia, frequency, free], axis=-1)
+    # Printed to twelve digits: 1e-9, as asked.
+    np.testing.assert_allclose(found, rows[:, [1, 3, 4, 5, 6]], rtol=1e-9)
+
+
+@pytest.mark.parametrize("rods", RODS, ids=lambda rods: f"{rods.arm_mass} {rods.link_mass} {rods.ball_radius}")
+@pytest.mark.parametrize("dimensions", GOVERNORS.values(), ids=GOVERNORS)
+def test_rods_have_the_inertias_and_weights_of_the_closed_form(dimensions, rods):
+    if rods.link_mass and "sleeve_mass" not in dimensions:
+        rods = replace(rods, link_mass=0.0, arm_mass=0.3)
+    angles = np.radians([28.0, 35.0, 47.0])
+    along = reduced(dimensions, rods, angles)
+    governor = closed.PendulumGovernor(
+        **dimensions,
+        arm_mass=rods.arm_mass,
+        link_mass=rods.link_mass,
+        ball_inertia=0.4 * dimensions["ball_mass"] * rods.ball_radius**2,
+    )
+    for found, expected in (
+        (along.inertia, closed.in_plane_inertia(governor, arm_angle=angles)),
+        (along.inertia_derivative, closed.in_plane_inertia_derivative(governor, arm_angle=angles)),
+        (along.spindle, closed.spindle_inertia(governor, arm_angle=angles)),
+        (along.spindle_inertia_derivative, closed.spindle_inertia_derivative(governor, arm_angle=angles)),
+        (along.potential_derivative, closed.potential_derivative(governor, arm_angle=angles)),
+        (along.potential_second_derivative, closed.potential_second_derivative(governor, arm_angle=angles)),
+    ):
+        np.testing.assert_allclose(found, expected, rtol=1e-10, atol=1e-12)  # assembled to 1e-13, twice derived
+
+
+@pytest.mark.parametrize("engine", ["multibody", "reduced"])
+@pytest.mark.parametrize("rods", [RODS[0], RODS[1]], ids=["rods", "arms"])
+@pytest.mark.parametrize("dimensions", GOVERNORS.values(), ids=GOVERNORS)
+def test_governors_with_rods_move_as_the_closed_form_says(engine, dimensions, rods):
+    if rods.link_mass and "sleeve_mass" not in dimensions:
+        rods = replace(rods, link_mass=0.0)
+    governor = closed.PendulumGovernor(
+        **dimensions,
+        arm_mass=rods.arm_mass,
+        link_mass=rods.link_mass,
+        ball_inertia=0.4 * dimensions["ball_mass"] * rods.ball_radius**2,
+    )
+    speed = closed.equilibrium_speed(governor, arm_angle=0.6)
+    scene = governor_scene(dimensions, speed=speed, angle=0.6, rate=0.1, duration=0.3, output_interval=0.1)
+    mechanism = PendulumGovernor(**dimensions).mechanism(rods)
+    scene = replace(scene, parts=(replace(scene.part, mechanism=mechanism),))
+    run = gm.run(scene, engine=engine, accuracy=1e-10)
+    assert run.outcome.ok
+    expected = integrate_one_coordinate(scene, run.times, governor)
+    found = [run.readings["arm_angle"], run.rates["arm_angle"]]
+    np.testing.assert_allclose(found, expected, atol=1e-8)  # rates are asked to 1e-10 times some ten rad/s
+
+
+@pytest.mark.parametrize("rods", [None, *RODS])
+@pytest.mark.parametrize("dimensions", GOVERNORS.values(), ids=GOVERNORS)
+def test_readings_are_those_of_the_governor_without_rods(dimensions, rods):
+    if rods and rods.link_mass and "sleeve_mass" not in dimensions:
+        rods = RodMasses(arm_mass=1.0)
+    machine = PendulumGovernor(**dimensions)
+    plain, other = machine.mechanism(), machine.mechanism(rods)
+    for angle in (0.5, 0.8):
+        here, there = PositionSolver(plain).solve_at_coordinate(angle), PositionSolver(other).solve_at_coordinate(angle)
+        for reading in plain.readings:
+            expected = evaluate_output(plain, reading.name, here).value
+            assert evaluate_output(other, reading.name, there).value == pytest.approx(expected, abs=1e-12)
+
+
+@pytest.mark.parametrize("rods", [None, RodMasses(arm_mass=0.6, ball_radius=0.05)], ids=["points", "rods"])
+@pytest.mark.parametrize("dimensions", LOADED.values(), ids=LOADED)
+def test_play_lets_go_of_the_sleeve(dimensions, rods):
+    machine = PendulumGovernor(**dimensions)
+    mechanism, linked = machine.mechanism(rods, Clearance(width=1e-3)), machine.mechanism(rods)
+    assembler = PositionSolver(mechanism)
+    assert assembler.mobility == 2
+    assert evaluate_output(mechanism, CLEARANCE_READING, np.array(mechanism.initial_guess)).value == pytest.approx(
+        0.0, abs=1e-15
+    )
+    for angle in (0.5, 0.8):
+        held = PositionSolver(linked).solve_at_coordinate(angle)
+        for risen in (0.0, 4e-4):
+            poses = assembler.solve({"arm_angle": angle, CLEARANCE_READING: risen})
+            lift = (
+                evaluate_output(mechanism, "sleeve_lift", poses).value
+                - evaluate_output(linked, "sleeve_lift", held).value
+            )
+            assert lift == pytest.approx(risen, abs=1e-12)  # counted upward from where the links hang it
+            left = poses[mechanism.body_index("left ball")]
+            right = poses[mechanism.body_index("right ball")]
+            np.testing.assert_allclose(left[:2], [-right[0], right[1]], atol=1e-12)
+
+
+@pytest.mark.parametrize("rods", [None, RodMasses(arm_mass=0.6, ball_radius=0.05)], ids=["points", "rods"])
+@pytest.mark.parametrize("dimensions", LOADED.values(), ids=LOADED)
+@pytest.mark.parametrize("seed", range(2))
+def test_derivatives_of_the_play_are_its_differences(dimensions, rods, seed):
+    mechanism = PendulumGovernor(**dimensions).mechanism(rods, Clearance(width=1e-3))
+    random = np.random.default_rng(seed)
+    poses = PositionSolver(mechanism).solve({"arm_angle": 0.6, CLEARANCE_READING: 2e-4})
+    velocities, accelerations = (random.normal(size=poses.shape) for _ in range(2))
+    step = 1e-3
+
+    def value(k):
+        moved = poses + velocities * k * step + 0.5 * accelerations * (k * step) ** 2
+        return evaluate_output(mechanism, CLEARANCE_READING, moved).value
+
+    far, near, here, ahead, beyond = (value(k) for k in (-2, -1, 0, 1, 2))
+    now = evaluate_output(mechanism, CLEARANCE_READING, poses, velocities)
+    # Differences of fourth order: 1e-12 times derivatives of some hundreds, and 1e-16 / step^2 of rounding.
+    first = (8 * (ahead - near) - (beyond - far)) / (12 * step)
+    second = (16 * (ahead + near) - (beyond + far) - 30 * here) / (12 * step**2)
+    assert np.sum(now.gradient * velocities) == pytest.approx(first, abs=1e-7)
+    assert np.sum(now.gradient * accelerations) + now.quadratic_velocity_term == pytest.approx(second, abs=1e-5)

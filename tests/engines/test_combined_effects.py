@@ -1,0 +1,131 @@
+"""Effects that meet: holds on one freedom, play at its dead centre, certificates with bad luck, very short runs."""
+
+from __future__ import annotations
+
+import itertools
+
+import numpy as np
+import pytest
+
+import governor_mechanism as gm
+from governor_mechanism.model.trajectory import Outcome
+from governor_mechanism.scenes.parser import parse_scene_document
+
+ENGINES = pytest.mark.parametrize("engine", ["multibody", "reduced"])
+PORTER = {"arm": "300 mm", "offset": "40 mm", "ball_mass": "5 kg", "sleeve_mass": "20 kg"}
+CROSSED = {"arm": "300 mm", "offset": "-20 mm", "arm_joint": "200 mm", "link": "180 mm", "ball_mass": "5 kg"}
+
+
+def scene(effects, *, dimensions=PORTER, spindle=None, start=None, duration="2 s", every="5 ms"):
+    document = {
+        "machine": "pendulum_governor",
+        "dimensions": dimensions,
+        "effects": {"gravity": True, "centrifugal": True, **effects},
+        "spindle": spindle or {"speed": "120 rpm"},
+        "start": start or {"arm_angle": "30 deg"},
+        "run": {"duration": duration, "output_interval": every},
+    }
+    return parse_scene_document(document)
+
+
+def alternate(events, subject):
+    """Whether what a reading did begins and ends in turns."""
+    begins = {"sticks": 1, "rests on its stop": 1, "slips": 0, "leaves its stop": 0}
+    kinds = [begins[event.kind] for event in events if event.subject == subject and event.kind in begins]
+    return all(one != other for one, other in itertools.pairwise(kinds))
+
+
+@ENGINES
+def test_two_frictions_on_one_freedom_stick_and_slip_together(engine):
+    """Either alone could hold it; together they bear the sum of both, and let go as one."""
+    relieved = [[0, "40 N"], [0.5, "40 N"], [0.5, "0 N"], [0.6, "0 N"], [0.6, "40 N"]]
+    run = gm.run(
+        scene(
+            {"dry_friction": {"sleeve": relieved, "arm_angle": "5 N m"}},
+            dimensions=PORTER | {"sleeve_mass": "50 kg", "arm_joint": "200 mm", "link": "200 mm"},
+            spindle={"speed": "133.4 rpm", "speed_fluctuation": 0.2, "cycles_per_turn": 2},
+            start={"arm_angle": "30.5 deg"},
+        ),
+        engine=engine,
+    )
+    assert run.outcome is Outcome.DONE
+    assert alternate(run.events, "sleeve_lift")
+    assert alternate(run.events, "arm_angle")
+    times = {
+        name: [event.time for event in run.events if event.subject == name] for name in ("sleeve_lift", "arm_angle")
+    }
+    assert times["sleeve_lift"] == times["arm_angle"]
+    # What they take is the work of both along the way, where the first is not relieved.
+    before = run.times <= 0.4
+    way, turn = (np.sum(np.abs(np.diff(run.readings[name][before]))) for name in ("sleeve_lift", "arm_angle"))
+    assert run.energy.dissipated_energy[before][-1] == pytest.approx(
+        40 * way + 5 * turn, rel=1e-3
+    )  # turning points between
+
+
+@ENGINES
+def test_a_stop_and_a_friction_that_hold_one_freedom_let_go_as_one(engine):
+    effects = {
+        "dry_friction": {"sleeve": "40 N"},
+        "dashpot": {"sleeve": "120 N s/m"},
+        "stops": {"arm_angle": ["25 deg", "48 deg"], "restitution": 0.3},
+    }
+    speed = [[0, "140 rpm"], [0.2, "260 rpm"], [1, "260 rpm"], [2, "120 rpm"], [3, "120 rpm"]]
+    run = gm.run(scene(effects, spindle={"speed": speed}, duration="3 s"), engine=engine)
+    assert run.outcome is Outcome.DONE
+    assert alternate(run.events, "arm_angle")
+    assert alternate(run.events, "sleeve_lift")
+    kinds = {event.kind for event in run.events}
+    assert {"rests on its stop", "leaves its stop", "sticks", "slips"} <= kinds
+    assert run.energy.drift < 1e-9
+    # The arms leave when the load draws them off harder than friction holds: w^2 = 2 (V' - W s') / J'.
+    left = next(event for event in run.events if event.kind == "leaves its stop")
+    expected = gm.insensitivity_band(scene({}), [np.radians(48.0)], 40.0).falling_speed[0]
+    speeds = run.readings["spindle_speed"]
+    assert np.interp(left.time, run.times, speeds) == pytest.approx(expected, rel=1e-4)  # by lines between 5 ms
+
+
+@pytest.mark.parametrize(("engine", "clearance"), [("multibody", "3 mm"), ("multibody", False), ("reduced", False)])
+def test_a_certificate_with_bad_luck_is_tried_again(engine, play):
+    effects = {
+        "clearance": play,
+        "dashpot": {"sleeve": {"linear": "5 N s/m", "quadratic": "300 N s^2/m^2"}},
+        "stops": {"arm_angle": ["25 deg", "45 deg"]},
+        "dry_friction": {"arm_angle": "1 N m"},
+    }
+    run = gm.run(
+        scene(
+            effects,
+            dimensions=PORTER | {"offset": "30 mm", "arm_joint": "200 mm", "link": "180 mm"},
+            spindle={"speed": "103.7 rpm"},
+            start={"arm_angle": "30 deg", "arm_rate": "0.15 rad/s"},
+        ),
+        engine=engine,
+    )
+    assert run.outcome is Outcome.DONE
+
+
+@pytest.mark.parametrize(("engine", "clearance"), [("multibody", "3 mm"), ("multibody", False), ("reduced", False)])
+def test_with_play_or_without_the_links_dead_centre_ends_a_run_by_name(engine, play):
+    run = gm.run(
+        scene(
+            {"clearance": play, "dry_friction": {"sleeve": "1 N"}},
+            dimensions=CROSSED | {"sleeve_mass": "5 kg"},
+            spindle={"speed": "121.7 rpm"},
+            start={"arm_angle": "30.5 deg", "arm_rate": "-0.5 rad/s"},
+        ),
+        engine=engine,
+    )
+    assert run.outcome is Outcome.LEFT_RANGE
+    assert "the link stands at 90 degrees to the spindle" in run.message
+
+
+@pytest.mark.parametrize(("engine", "clearance"), [("multibody", "1 mm"), ("multibody", False), ("reduced", False)])
+def test_the_shortest_of_runs_ends(engine, play):
+    effects = {"dry_friction": {"sleeve": "40 N"}, "clearance": play, "stops": {"arm_angle": ["29.9 deg", "45 deg"]}}
+    assert gm.run(scene(effects, duration="1e-9 s", every="1e-9 s"), engine=engine).outcome is Outcome.DONE
+
+
+def test_an_equilibrium_with_play_is_refused_because_of_the_play():
+    with pytest.raises(gm.MechanismError, match="not settled with play"):
+        gm.run(scene({"clearance": "1 mm"}, start={"arm_angle": "equilibrium"}))

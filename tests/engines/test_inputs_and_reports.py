@@ -1,0 +1,162 @@
+"""What one slip of sign would change: torque of a ramp, velocities at a jump, turned axes, whole turns."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+from governor_mechanism.closed_form.pendulum import dynamics as closed
+from governor_mechanism.engines import ImpulseEngine, MultibodyEngine, ReducedEngine
+from governor_mechanism.engines.base import RunRequest
+from governor_mechanism.engines.impulse.richardson import ImpulseSettings, RichardsonRefinement
+from governor_mechanism.machines.pendulum.machine import PendulumGovernor
+from governor_mechanism.mechanics.dynamics.characteristic_scales import time_scale
+from governor_mechanism.model.joints import GROUND, Joint, Pin, Point, Slider
+from governor_mechanism.model.mechanism import Body, LineAngle, Mechanism, PointCoordinate, SecondMoments
+from governor_mechanism.model.scene import Spindle
+from governor_mechanism.model.trajectory import Outcome
+from governor_scenes import EXTENDED, PORTER, governor_scene
+from one_coordinate_reference import integrate_one_coordinate
+
+ENGINES = [ImpulseEngine, MultibodyEngine, ReducedEngine]
+
+
+def with_mechanism(scene, **changes):
+    return replace(scene, parts=(replace(scene.part, mechanism=replace(scene.part.mechanism, **changes)),))
+
+
+@pytest.mark.parametrize("engine", ENGINES)
+def test_the_torque_of_a_ramp_lifts_the_arms_and_speeds_up_the_parts(engine):
+    ramp = Spindle(times=(0.0, 2.0), speeds=(12.0, 14.0))
+    run = engine().run(governor_scene(PORTER, speed=ramp, angle=0.6, accuracy=1e-8))
+    governor = closed.PendulumGovernor(**PORTER)
+    angles, rates = integrate_one_coordinate(run.scene, run.times)
+    speed = 12.0 + run.times
+    lifting = [
+        closed.drive_torque(governor, arm_angle=a, arm_rate=r, spindle_speed=w)
+        for a, r, w in zip(angles, rates, speed, strict=True)
+    ]
+    speeding = closed.spindle_inertia(governor, arm_angle=angles) * 1.0  # rad/s2
+    inner = slice(0, -1)  # at the last point of the program the ramp is over
+    expected = (np.array(lifting) + speeding)[inner]
+    allowed = 1e-8 * run.scales["spindle_torque"]
+    np.testing.assert_allclose(run.readings["spindle_torque"][inner], expected, atol=allowed)
+
+
+@pytest.mark.parametrize("engine", ENGINES)
+def test_velocities_reported_at_a_jump_of_the_speed_are_right(engine):
+    jump = Spindle(times=(0.0, 0.5, 0.5), speeds=(12.0, 12.0, 14.0))
+    run = engine().run(governor_scene(PORTER, speed=jump, angle=0.7, output_interval=0.25, accuracy=1e-8))
+    _, rates = integrate_one_coordinate(run.scene, run.times)
+    assert run.times[2] == 0.5
+    assert run.outcome is Outcome.DONE
+    np.testing.assert_allclose(run.rates["arm_angle"], rates, atol=1e-8 * run.scales["spindle_speed"])
+
+
+def test_steps_of_two_lengths_keep_the_second_order():
+    # Intervals of 37 and 63 ms between reports: their steps are unequal, and double alike from level to level.
+    jump = Spindle(times=(0.0, 0.237, 0.237), speeds=(12.5, 12.5, 13.5))
+    scene = governor_scene(PORTER, speed=jump, angle=0.65)
+    times = np.linspace(0.1, 1.0, 10)
+    task = RunRequest(times=times, accuracy=1e-6, certify=False, reason="")
+    climb = RichardsonRefinement(ImpulseSettings(step=5e-3, runs=1), scene, task)
+    expected, rates = integrate_one_coordinate(scene, times)
+    levels = range(4)
+    reports = [climb.extrapolate_at_level(level).report for level in levels]
+    for found, true in (("readings", expected), ("rates", rates)):
+        errors = [np.max(np.abs(getattr(report, found)["arm_angle"] - true)) for report in reports]
+        assert np.polyfit(levels, np.log2(errors), 1)[0] == pytest.approx(-2, abs=0.1)
+
+
+@pytest.mark.parametrize("engine", ENGINES)
+def test_a_lever_may_be_described_in_any_axes(engine):
+    scene = governor_scene(EXTENDED, speed=8.4, angle=0.6, duration=0.5)
+    mechanism = scene.part.mechanism
+    turn = 0.7  # the body's axes are turned by this, so its points and its angle turn back
+
+    def turned(point: Point) -> Point:
+        if point.body == GROUND or point.body == "sleeve":
+            return point
+        cosine, sine = math.cos(turn), math.sin(turn)
+        return Point(body=point.body, x=cosine * point.x + sine * point.y, y=cosine * point.y - sine * point.x)
+
+    def rebuilt(joint: Joint) -> Joint:
+        return replace(joint, first=turned(joint.first), second=turned(joint.second))
+
+    sketch = tuple(
+        (x, y, angle + turn if body.can_rotate else angle)
+        for body, (x, y, angle) in zip(mechanism.bodies, mechanism.initial_guess, strict=True)
+    )
+    other = with_mechanism(scene, joints=tuple(map(rebuilt, mechanism.joints)), sketch=sketch)
+    one, two = engine().run(scene), engine().run(other)
+    np.testing.assert_allclose(two.poses[..., :2], one.poses[..., :2], atol=1e-9)
+    np.testing.assert_allclose(two.velocities, one.velocities, atol=1e-7)
+
+
+@pytest.mark.parametrize("engine", ENGINES)
+def test_an_angle_is_counted_on_through_whole_turns(engine):
+    rod = Body(name="rod", mass=1.0, second_moments=SecondMoments(xx=1.0 / 12))
+    mechanism = Mechanism(
+        bodies=(rod,),
+        joints=(Pin(name="hinge", first=Point(body=GROUND), second=Point(body="rod", x=-0.5)),),
+        readings=(LineAngle(name="turned", quantity="angle", start=Point(body=GROUND), end=Point(body="rod")),),
+        coordinate="turned",
+        length_scale=1.0,
+        initial_guess=((0.0, -0.5, -math.pi / 2),),
+    )
+    scene = governor_scene(PORTER, speed=13.0, angle=0.7, output_interval=0.05)
+    scene = replace(scene, effects=(), parts=(replace(scene.part, mechanism=mechanism),))
+    scene = replace(scene, start=replace(scene.start, values={"turned": 0.0}, rates={"turned": 5.0}))
+    run = engine().run(scene)
+    assert run.outcome is Outcome.DONE
+    np.testing.assert_allclose(run.readings["turned"], 5.0 * run.times, atol=1e-5)
+    # Nothing pulls, so the start's own rate sets the time scale.
+    assert time_scale(scene) == pytest.approx(1 / 5.0)
+
+
+def test_a_body_guided_beside_the_axis_feels_the_centrifugal_load():
+    def evaluations(distance: float) -> int:
+        slug = Body(name="slug", mass=1.0, can_rotate=False)
+        guide = Slider(name="guide", first=Point(body=GROUND, x=distance), second=Point(body="slug"), angle=math.pi / 2)
+        height = PointCoordinate(
+            name="height", quantity="length", point=Point(body="slug"), direction_x=0.0, direction_y=1.0
+        )
+        mechanism = Mechanism(
+            bodies=(slug,),
+            joints=(guide,),
+            readings=(height,),
+            coordinate="height",
+            length_scale=1.0,
+            initial_guess=((distance, 0.0, 0.0),),
+        )
+        scene = governor_scene(PORTER, speed=13.0, angle=0.7, duration=0.1)
+        scene = replace(scene, parts=(replace(scene.part, mechanism=mechanism),))
+        scene = replace(scene, start=replace(scene.start, values={"height": 0.0}, rates={}))
+        return ImpulseEngine().run(scene).cost.evaluations.get("centrifugal", 0)
+
+    assert evaluations(0.0) == 0
+    assert evaluations(0.1) > 0
+
+
+@pytest.mark.parametrize("engine", ENGINES)
+def test_a_link_that_passes_its_dead_centre_ends_the_run_though_the_arm_turns_back(engine):
+    # The short link comes to stand across the spindle; the arm cannot go on and turns back, the sleeve goes through.
+    dimensions = {**PORTER, "link": 0.15}
+    limit = PendulumGovernor(**dimensions).mechanism().limits[0]
+    scene = governor_scene(dimensions, speed=60.0, angle=limit.high - 0.02, rate=0.5, output_interval=0.25)
+    run = engine().run(scene)
+    assert run.outcome is Outcome.LEFT_RANGE
+    assert "the link stands at 90 degrees" in run.message
+
+
+@pytest.mark.parametrize("engine", ENGINES)
+@pytest.mark.parametrize("output_interval", [2.0, 0.1])
+def test_a_jump_of_the_speed_at_the_very_end_is_no_obstacle(engine, every):
+    jump = Spindle(times=(0.0, 2.0, 2.0), speeds=(13.0, 13.0, 14.0))
+    run = engine().run(governor_scene(PORTER, speed=jump, angle=0.7, output_interval=every, accuracy=1e-2))
+    assert run.outcome is Outcome.DONE
+    _, rates = integrate_one_coordinate(run.scene, run.times)
+    np.testing.assert_allclose(run.rates["arm_angle"], rates, atol=1e-2 * run.scales["spindle_speed"])

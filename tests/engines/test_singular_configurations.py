@@ -1,0 +1,44 @@
+"""Dead centres and change points that runs tell of, and turning back, which is neither."""
+
+from __future__ import annotations
+
+import math
+
+import numpy as np
+import pytest
+
+import governor_mechanism as gm
+from governor_scenes import PORTER, governor_scene
+
+
+@pytest.mark.parametrize(("engine", "allowed"), [("multibody", 1e-7), ("reduced", 1e-7), ("impulse", 1e-6)])
+def test_a_crank_passes_the_dead_centres_of_its_slider(engine, allowed):
+    run = gm.run("slider_crank_torque", engine=engine, accuracy=1e-6, times=np.linspace(0.0, 0.85, 171))
+    found = [event for event in run.events if event.kind == "dead centre"]
+    assert [event.subject for event in found] == ["slider_x"] * 3
+    fine = gm.run("slider_crank_torque", engine="multibody", accuracy=1e-10, times=[0.0, *(e.time for e in found)])
+    # The slider stands at every half turn of the crank; the crank is at most 20 rad/s fast, so times are as sure as
+    # the angles over that.
+    angles = fine.readings["crank_angle"][1:]
+    np.testing.assert_allclose(angles, math.pi * np.arange(1, 4), atol=20 * allowed)
+
+
+def test_a_driven_lever_stands_where_the_crank_is_square_to_it():
+    run = gm.run("quick_return", engine="multibody")
+    times = [event.time for event in run.events if event.subject == "lever_angle"]
+    # The crank pin's way is along the lever where cos(turn) of 80 mm / 200 mm is passed: half a turn + asin(0.4) on.
+    turn = math.asin(0.4) + math.pi
+    expected = sorted([turn / math.tau + k for k in range(3)] + [1.5 - turn / math.tau + k for k in range(3)])
+    np.testing.assert_allclose(times, expected, atol=1e-7)
+
+
+def test_a_swing_that_turns_back_passes_nothing():
+    scene = governor_scene(PORTER, speed=4 * math.pi, angle=0.7, duration=5.0)
+    for engine in ("multibody", "reduced", "impulse"):
+        assert gm.run(scene, engine=engine).events == ()
+
+
+@pytest.mark.parametrize("engine", ["multibody", "reduced", "impulse"])
+def test_an_event_reads_as_a_sentence(engine):
+    run = gm.run("slider_crank_torque", engine=engine, times=np.linspace(0.0, 0.5, 51))
+    assert [str(event) for event in run.events] == ["dead centre of slider_x at t = 0.450819 s"]

@@ -1,0 +1,143 @@
+"""Kinematics: a driven mechanism against the geometry of its loops, and what is refused."""
+
+from __future__ import annotations
+
+import math
+
+import numpy as np
+import pytest
+
+import governor_mechanism as gm
+from governor_mechanism.mechanics.kinematics.output_variables import evaluate_output
+from governor_mechanism.model.joints import GROUND, Point
+from governor_mechanism.model.mechanism import BodyAngle, LineAngle, Mechanism, PointCoordinate, PointDistance
+
+CRANK, ROD = 0.1, 0.3
+
+
+def slider_crank(angle, rate, acceleration):
+    """Position, speed and acceleration of the slider, by hand."""
+    s, c = np.sin(angle), np.cos(angle)
+    root = np.sqrt(ROD**2 - CRANK**2 * s**2)
+    x = CRANK * c + root
+    first = -CRANK * s - CRANK**2 * s * c / root
+    second = -CRANK * c - CRANK**2 * (c * c - s * s) / root - CRANK**4 * (s * c) ** 2 / root**3
+    return x, first * rate, second * rate**2 + first * acceleration
+
+
+def test_a_slider_crank_turns_as_its_triangle_says():
+    angles = np.linspace(0.0, 2 * math.pi, 37)
+    found = gm.kinematics("slider_crank_torque", "crank_angle", angles, rate=-7.0, acceleration=30.0)
+    x, speed, acceleration = slider_crank(angles, -7.0, 30.0)
+    # Closed to 1e-13 of the size; rates and accelerations are linear algebra on that.
+    np.testing.assert_allclose(found.readings["slider_x"], x, atol=1e-13)
+    np.testing.assert_allclose(found.rates["slider_x"], speed, atol=1e-12)
+    np.testing.assert_allclose(found.reading_accelerations["slider_x"], acceleration, atol=1e-10)
+    np.testing.assert_allclose(found.readings["crank_angle"], angles, atol=1e-13)
+    np.testing.assert_allclose(found.reading_accelerations["crank_angle"], 30.0, atol=1e-12)
+    assert found.poses.shape == found.velocities.shape == found.accelerations.shape == (37, 3, 3)
+
+
+def test_the_slider_may_lead_and_the_crank_follow():
+    found = gm.kinematics("slider_crank_torque", "slider_x", [0.35, 0.3, 0.25], rate=0.2)
+    x, speed, _ = slider_crank(found.readings["crank_angle"], found.rates["crank_angle"], 0.0)
+    np.testing.assert_allclose(x, [0.35, 0.3, 0.25], atol=1e-12)
+    np.testing.assert_allclose(speed, 0.2, atol=1e-12)
+
+
+def test_drives_move_a_mechanism_in_time():
+    times = np.linspace(0.0, 1.0, 21)
+    found = gm.kinematics("quick_return", "time", times)
+    # Crank of 80 mm at 200 mm above the lever's pivot, one turn a second.
+    turn = 2 * math.pi * times
+    lever = np.arctan2(0.2 + 0.08 * np.sin(turn), 0.08 * np.cos(turn))
+    np.testing.assert_allclose(found.readings["lever_angle"], lever, atol=1e-12)
+    x, y = 0.4 * np.cos(lever), 0.4 * np.sin(lever)
+    np.testing.assert_allclose(found.readings["ram_position"], x + np.sqrt(0.16**2 - (0.42 - y) ** 2), atol=1e-12)
+
+
+def test_kinematics_agree_with_the_run_of_the_same_drive():
+    run = gm.run("quick_return", engine="multibody")
+    found = gm.kinematics("quick_return", "time", run.times)
+    for name in run.readings:
+        np.testing.assert_allclose(found.readings[name], run.readings[name], atol=1e-11)
+        np.testing.assert_allclose(found.rates[name], run.rates[name], atol=1e-10)
+
+
+def test_drives_are_taken_off_where_a_reading_leads():
+    found = gm.kinematics("quick_return", "lever_angle", [1.2, 1.3, 1.4], rate=2.0)
+    np.testing.assert_allclose(found.rates["lever_angle"], 2.0, atol=1e-12)
+    assert np.all(found.rates["ram_position"] < 0)  # the lever leans back, and the ram with it
+
+
+@pytest.mark.parametrize(
+    ("name", "over", "values", "sentence"),
+    [
+        ("slider_crank_torque", "slider_x", [0.4], "stands at a dead centre or change point"),
+        ("slider_crank_torque", "slider_x", [0.1], "joint .* stays open by"),
+        ("slider_crank_torque", "time", [0.0], "need mobility 0: over 'time' its drives must hold it"),
+        ("slider_crank_torque", "crank_angel", [0.1], "Did you mean 'crank_angle'"),
+        ("slider_crank_torque", "crank_angle", [math.nan], "must be a list of finite numbers"),
+        ("slider_crank_torque", "crank_angle", [], "must be a list of finite numbers"),
+    ],
+)
+def test_what_settles_no_motion_is_refused(name, over, values, sentence):
+    with pytest.raises(gm.MechanismError, match=sentence):
+        gm.kinematics(name, over, values)
+
+
+READINGS = [
+    LineAngle(name="r", quantity="angle", start=Point(body="a", x=0.2, y=0.1), end=Point(body="b", x=-0.3, y=0.2)),
+    BodyAngle(name="r", quantity="angle", body="b", reference_body="a"),
+    PointDistance(name="r", quantity="length", first=Point(body="a", y=0.4), second=Point(body="b", x=0.3)),
+    PointCoordinate(name="r", quantity="length", point=Point(body="b", x=0.2), direction_x=0.6, direction_y=0.8),
+    PointCoordinate(
+        name="r",
+        quantity="length",
+        point=Point(body="b", x=0.2, y=0.1),
+        direction_x=0.6,
+        direction_y=-0.8,
+        origin=Point(body="a", x=0.1, y=-0.2),
+    ),
+    PointCoordinate(name="r", quantity="length", point=Point(body=GROUND, x=1.0), direction_x=1.0, direction_y=0.0),
+]
+
+
+@pytest.mark.parametrize("reading", READINGS, ids=lambda reading: type(reading).__name__)
+def test_gradient_and_bend_of_a_reading_are_its_derivatives(reading):
+    from governor_mechanism.model.mechanism import Body, SecondMoments
+
+    moments = SecondMoments(xx=1.0)
+    mechanism = Mechanism(
+        bodies=(Body(name="a", mass=1.0, second_moments=moments), Body(name="b", mass=1.0, second_moments=moments)),
+        joints=(),
+        readings=(reading,),
+        coordinate="r",
+        length_scale=1.0,
+        initial_guess=((0.0, 0.0, 0.0), (1.0, 0.0, 0.0)),
+    )
+    random = np.random.default_rng(3)
+    start, velocity, acceleration = (random.normal(size=(2, 3)) for _ in range(3))
+
+    def value(time):
+        return float(evaluate_output(mechanism, "r", start + velocity * time + 0.5 * acceleration * time**2).value)
+
+    h = 1e-4  # differences of fourth order: 1e-12 of rounding over h^2, and h^4
+    first = (8 * (value(h) - value(-h)) - (value(2 * h) - value(-2 * h))) / (12 * h)
+    second = (16 * (value(h) + value(-h)) - (value(2 * h) + value(-2 * h)) - 30 * value(0)) / (12 * h**2)
+    found = evaluate_output(mechanism, "r", start, velocity)
+    assert np.sum(found.gradient * velocity) == pytest.approx(first, abs=1e-10)
+    assert np.sum(found.gradient * acceleration) + found.quadratic_velocity_term == pytest.approx(second, abs=1e-6)
+
+
+@pytest.mark.parametrize(
+    "call",
+    [
+        lambda: gm.run("porter", accuracy="fine"),
+        lambda: gm.run("porter", times="soon"),
+        lambda: gm.kinematics("slider_crank_torque", "crank_angle", [0.5], rate="fast"),
+    ],
+)
+def test_arguments_that_are_no_numbers_are_refused_in_a_sentence(call):
+    with pytest.raises(gm.MechanismError, match=r"got '(fine|soon|fast)'"):
+        call()

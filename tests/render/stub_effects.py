@@ -1,0 +1,58 @@
+"""Runs with effects, made by hand, so that pictures of them need no engine."""
+
+from __future__ import annotations
+
+import dataclasses
+from collections.abc import Sequence
+
+import numpy as np
+
+from governor_mechanism.effects.clearance import CLEARANCE_READING, Clearance
+from governor_mechanism.effects.rod_masses import RodMasses
+from governor_mechanism.machines.pendulum.bodies import PendulumBuilder
+from governor_mechanism.machines.pendulum.machine import PendulumGovernor
+from governor_mechanism.model.effect import Effect
+from governor_mechanism.model.events import Event
+from governor_mechanism.model.trajectory import Trajectory
+from render.stub_run import fake_run, sleeve_lift
+
+
+@dataclasses.dataclass(frozen=True)
+class ListedEvents:
+    """What a run tells afterwards."""
+
+    listed: tuple[Event, ...] = ()
+
+    def events(self) -> tuple[Event, ...]:
+        return self.listed
+
+    def reactions(self):
+        return {}
+
+
+def fake_run_with_effects(
+    dimensions: dict[str, float], effects: Sequence[Effect], events: Sequence[Event] = (), **options
+) -> Trajectory:
+    """A swinging governor with these effects too; its sleeve goes to and fro in its play eleven times a second."""
+    run = fake_run(dimensions, **options)
+    governor = PendulumGovernor(**dimensions)
+    rods, play = (next((each for each in effects if isinstance(each, kind)), None) for kind in (RodMasses, Clearance))
+    parts = PendulumBuilder(governor=governor, rod_masses=rods, clearance=play)
+    angles = run.readings["arm_angle"]
+    poses = np.array([parts.poses(float(angle)) for angle in angles])
+    readings = dict(run.readings)
+    if play:
+        off = play.width / 2 * np.sin(2 * np.pi * 11 * run.times)
+        poses[:, 2, 1] += off
+        readings |= {CLEARANCE_READING: off, "sleeve_lift": sleeve_lift(governor, angles) + off}
+    part = dataclasses.replace(run.scene.part, mechanism=governor.mechanism_with_effects(effects))
+    scene = dataclasses.replace(run.scene, parts=(part,), effects=(*run.scene.effects, *effects))
+    return dataclasses.replace(
+        run,
+        scene=scene,
+        poses=poses,
+        velocities=np.gradient(poses, run.times, axis=0),
+        readings=readings,
+        units=run.units | {CLEARANCE_READING: "m"},
+        deferred_results=ListedEvents(tuple(events)),
+    )

@@ -1,0 +1,341 @@
+"""Runs of many kinds of mechanisms, made by hand from geometry."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping
+
+import numpy as np
+
+from governor_mechanism.effects.gravity import Gravity
+from governor_mechanism.model.curves import PolynomialCurve, SplineCurve
+from governor_mechanism.model.force_elements import (
+    Damper,
+    Force,
+    ForceElement,
+    Spring,
+    Torque,
+    TorsionDamper,
+    TorsionSpring,
+)
+from governor_mechanism.model.joints import (
+    GROUND,
+    ArcSlot,
+    CurveSlot,
+    Distance,
+    Gear,
+    Joint,
+    Pin,
+    Point,
+    Prismatic,
+    RackAndPinion,
+    RotationalDriver,
+    Slider,
+    TranslationalDriver,
+    Weld,
+)
+from governor_mechanism.model.mechanism import Body, BodyAngle, Mechanism, PointCoordinate, Reading, SecondMoments
+from governor_mechanism.model.scene import FIXED_PLANE, Part, RunSettings, Scene, Spindle, Start
+from governor_mechanism.model.time_functions import InputFunction, PrescribedMotion
+from governor_mechanism.model.trajectory import Energy, Outcome, Trajectory
+from governor_mechanism.types import FloatArray
+from render.stub_run import FAKE_COST
+
+MachineDescription = tuple[list[Body], list[Joint], list[ForceElement], Mapping[str, FloatArray]]
+
+PLATE_MOMENTS = SecondMoments(xx=0.002, yy=0.002)
+
+
+def body_point(body: str, x: float = 0.0, y: float = 0.0) -> Point:
+    """A point on a body."""
+    return Point(body=body, x=x, y=y)
+
+
+def ground_point(x: float = 0.0, y: float = 0.0) -> Point:
+    """A point on the ground."""
+    return body_point(GROUND, x, y)
+
+
+def fake_machine_run(
+    name: str, duration: float = 2.0, count: int = 201, *, readings: int = 1, title: str | None = None
+) -> Trajectory:
+    """The run of one of MACHINES: one turn or swing of it, `count` reports in `duration` (s)."""
+    times = np.linspace(0.0, duration, count)
+    bodies, joints, loads, columns = MACHINES[name](2 * np.pi * times / duration)
+    poses = np.stack([np.stack(np.broadcast_arrays(*columns[body.name]), axis=-1) for body in bodies], axis=1)
+    velocities = np.gradient(poses, times, axis=0, edge_order=2)
+    angles = [BodyAngle(name=f"turn_of_{body.name}", quantity="angle", body=body.name) for body in bodies]
+    wanted: list[Reading] = [*angles, *TRACED_READINGS.get(name, ())]
+    mechanism = Mechanism(
+        bodies=tuple(bodies),
+        joints=tuple(joints),
+        readings=tuple(wanted),
+        coordinate=wanted[0].name,
+        length_scale=0.3,
+        initial_guess=tuple(map(tuple, poses[0].tolist())),
+        force_elements=tuple(loads),
+    )
+    values = {f"reading_{k}_of_the_machine": (k + 1) * np.sin(5 * times / duration + k) for k in range(readings)}
+    part = Part(name="part", machine="custom", dimensions={}, mechanism=mechanism, plane=FIXED_PLANE)
+    scene = Scene(
+        title=name.capitalize() if title is None else title,
+        parts=(part,),
+        effects=(Gravity(),),
+        spindle=Spindle(),
+        start=Start(),
+        run=RunSettings(duration=duration, output_interval=duration / (count - 1)),
+    )
+    zero = np.zeros(count)
+    return Trajectory(
+        scene=scene,
+        times=times,
+        poses=poses,
+        velocities=velocities,
+        readings=values,
+        rates={},
+        units=dict.fromkeys(values, "rad"),
+        scales=dict.fromkeys(values, 1.0),
+        joint_gap=zero,
+        energy=Energy(kinetic=zero, potential=zero, rotation=zero, jacobi=zero, dissipated_energy=zero, scale=1.0),
+        outcome=Outcome.DONE,
+        cost=FAKE_COST,
+        error_estimate=1e-7,
+    )
+
+
+def slider_crank(phase: FloatArray) -> MachineDescription:
+    crank, rod, lag = 0.1, 0.3, 0.4
+    angle = phase + lag
+    pin = crank * np.cos(angle), crank * np.sin(angle)
+    lean = -np.arcsin(pin[1] / rod)
+    piston = pin[0] + rod * np.cos(lean)
+    bodies = [
+        Body(name="crank", mass=1.0, second_moments=PLATE_MOMENTS),
+        Body(name="rod", mass=1.0, second_moments=PLATE_MOMENTS),
+        Body(name="piston", mass=2.0, can_rotate=False),
+    ]
+    joints: list[Joint] = [
+        Pin(name="main", first=ground_point(), second=body_point("crank", -crank / 2)),
+        Pin(name="crank pin", first=body_point("crank", crank / 2), second=body_point("rod", -rod / 2)),
+        Pin(name="wrist pin", first=body_point("rod", rod / 2), second=body_point("piston")),
+        Slider(name="guide", first=ground_point(), second=body_point("piston"), angle=0.0),
+    ]
+    loads: list[ForceElement] = [
+        Torque(name="drive", second="crank", moment=InputFunction(times=(0.0, 1.0, 2.0), values=(0.0, 5.0, -2.0))),
+        Spring(
+            name="return", first=body_point("piston"), second=ground_point(0.62, 0.0), stiffness=100.0, free_length=0.2
+        ),
+        Force(
+            name="gas",
+            point=body_point("piston"),
+            x=InputFunction(times=(0.0, 1.0), values=(-10.0, 0.0)),
+            y=InputFunction(),
+        ),
+    ]
+    return (
+        bodies,
+        joints,
+        loads,
+        {
+            "crank": (pin[0] / 2, pin[1] / 2, angle),
+            "rod": ((pin[0] + piston) / 2, pin[1] / 2, lean),
+            "piston": (piston, 0.0, 0.0),
+        },
+    )
+
+
+def four_bar(phase: FloatArray) -> MachineDescription:
+    crank, coupler, rocker, base = 0.1, 0.26, 0.2, 0.28
+    x, y = crank * np.cos(phase), crank * np.sin(phase)
+    far = np.hypot(base - x, y)
+    lean = np.arctan2(-y, base - x)
+    rise = np.arccos((coupler**2 + far**2 - rocker**2) / (2 * coupler * far))
+    turn = lean + rise
+    top = x + coupler * np.cos(turn), y + coupler * np.sin(turn)
+    back = np.arctan2(top[1], top[0] - base)
+    bodies = [Body(name=name, mass=1.0, second_moments=PLATE_MOMENTS) for name in ("crank", "coupler", "rocker")]
+    centre = (0.12, 0.03)
+    joints: list[Joint] = [
+        Pin(name="a", first=ground_point(), second=body_point("crank", -crank / 2)),
+        RotationalDriver(
+            name="motor",
+            first=ground_point(),
+            second=body_point("crank"),
+            motion=PrescribedMotion.constant_rate(0.0, 3.0),
+        ),
+        Pin(name="b", first=body_point("crank", crank / 2), second=body_point("coupler", -centre[0], -centre[1])),
+        Pin(
+            name="c",
+            first=body_point("coupler", coupler - centre[0], -centre[1]),
+            second=body_point("rocker", rocker / 2),
+        ),
+        Pin(name="d", first=ground_point(base), second=body_point("rocker", -rocker / 2)),
+    ]
+    loads: list[ForceElement] = [
+        TorsionSpring(name="spiral", second="rocker", stiffness=1.0),
+        TorsionDamper(name="drum", first="coupler", second="rocker", damping=1.0),
+    ]
+    c, s = np.cos(turn), np.sin(turn)
+    return (
+        bodies,
+        joints,
+        loads,
+        {
+            "crank": (x / 2, y / 2, phase),
+            "coupler": (x + c * centre[0] - s * centre[1], y + s * centre[0] + c * centre[1], turn),
+            "rocker": ((base + top[0]) / 2, top[1] / 2, back),
+        },
+    )
+
+
+def two_gears(phase: FloatArray) -> MachineDescription:
+    bodies = [Body(name=name, mass=1.0, second_moments=PLATE_MOMENTS) for name in ("wheel", "pinion", "arm")]
+    joints: list[Joint] = [
+        Pin(name="a", first=ground_point(), second=body_point("wheel")),
+        Pin(name="b", first=ground_point(0.24), second=body_point("pinion")),
+        Gear(name="mesh", first=body_point("wheel"), second=body_point("pinion"), ratio=-2.0),
+        Weld(name="weld", first=body_point("pinion"), second=body_point("arm", -0.1), relative_angle=0.3),
+    ]
+    turn = -2 * phase + 0.3
+    loads: list[ForceElement] = [Torque(name="load", second="wheel", moment=InputFunction(values=(3.0,)))]
+    return (
+        bodies,
+        joints,
+        loads,
+        {
+            "wheel": (0.0, 0.0, phase),
+            "pinion": (0.24, 0.0, -2 * phase),
+            "arm": (0.24 + 0.1 * np.cos(turn), 0.1 * np.sin(turn), turn),
+        },
+    )
+
+
+def inside_gear(phase: FloatArray) -> MachineDescription:
+    bodies = [Body(name=name, mass=1.0, second_moments=PLATE_MOMENTS) for name in ("ring", "pinion")]
+    joints: list[Joint] = [
+        Pin(name="a", first=ground_point(), second=body_point("ring")),
+        Pin(name="b", first=ground_point(0.1, 0.1), second=body_point("pinion")),
+        Gear(name="mesh", first=body_point("ring"), second=body_point("pinion"), ratio=3.0),
+    ]
+    return bodies, joints, [], {"ring": (0.0, 0.0, phase), "pinion": (0.1, 0.1, 3 * phase)}
+
+
+def rack(phase: FloatArray) -> MachineDescription:
+    radius = 0.1
+    angle = 1.2 * np.sin(phase)
+    bodies = [
+        Body(name="pinion", mass=1.0, second_moments=PLATE_MOMENTS),
+        Body(name="rack", mass=1.0, can_rotate=False),
+    ]
+    joints: list[Joint] = [
+        Pin(name="a", first=ground_point(), second=body_point("pinion")),
+        Prismatic(name="guide", first=ground_point(0.0, -radius), second=body_point("rack"), angle=0.0),
+        RackAndPinion(name="mesh", first=body_point("pinion"), second=body_point("rack"), radius=radius),
+    ]
+    return bodies, joints, [], {"pinion": (0.0, 0.0, angle), "rack": (radius * angle, -radius, 0.0)}
+
+
+def bead(phase: FloatArray) -> MachineDescription:
+    x = 0.15 * np.sin(phase)
+    bodies = [Body(name="bead", mass=0.2, can_rotate=False)]
+    joints: list[Joint] = [
+        CurveSlot(
+            name="wire",
+            first=ground_point(),
+            second=body_point("bead"),
+            curve=PolynomialCurve(coefficients=(0.0, 0.0, 4.0)),
+        )
+    ]
+    return bodies, joints, [], {"bead": (x, 4 * x**2, 0.0)}
+
+
+def cam(phase: FloatArray) -> MachineDescription:
+    curve = SplineCurve(x=(-0.2, -0.1, 0.0, 0.1, 0.2), y=(0.0, 0.05, 0.0, -0.05, 0.0))
+    from scipy.interpolate import CubicSpline
+
+    way = 0.15 * np.sin(phase)
+    bodies = [Body(name="cam", mass=1.0, can_rotate=False), Body(name="follower", mass=1.0, can_rotate=False)]
+    joints: list[Joint] = [
+        Prismatic(name="bed", first=ground_point(0.0, -0.12), second=body_point("cam", 0.0, -0.12), angle=0.0),
+        TranslationalDriver(
+            name="push",
+            first=ground_point(0.0, -0.12),
+            second=body_point("cam", 0.0, -0.12),
+            angle=0.0,
+            motion=PrescribedMotion.constant_rate(0.0, 1.0),
+        ),
+        CurveSlot(name="groove", first=body_point("cam"), second=body_point("follower"), curve=curve),
+        Prismatic(name="stem", first=ground_point(), second=body_point("follower", 0.0, 0.25), angle=np.pi / 2),
+    ]
+    height = CubicSpline(curve.x, curve.y)(-way)
+    return bodies, joints, [], {"cam": (way, 0.0, 0.0), "follower": (0.0, height, 0.0)}
+
+
+def arc(phase: FloatArray) -> MachineDescription:
+    angle = -np.pi / 2 + 0.6 * np.sin(phase)
+    x, y = 0.2 * np.cos(angle), 0.2 * np.sin(angle)
+    lean = 0.5 * np.sin(phase + 1)
+    bodies = [Body(name="pendulum", mass=1.0, second_moments=PLATE_MOMENTS)]
+    joints: list[Joint] = [
+        ArcSlot(name="slot", first=ground_point(), second=body_point("pendulum", 0.0, 0.15), radius=0.2)
+    ]
+    return bodies, joints, [], {"pendulum": (x + 0.15 * np.sin(lean), y - 0.15 * np.cos(lean), lean)}
+
+
+def hung_mass(phase: FloatArray) -> MachineDescription:
+    y = -0.35 + 0.08 * np.sin(phase)
+    bodies = [Body(name="mass", mass=1.0, can_rotate=False), Body(name="below", mass=1.0)]
+    joints: list[Joint] = [Slider(name="guide", first=ground_point(), second=body_point("mass"), angle=np.pi / 2)]
+    loads: list[ForceElement] = [
+        Spring(name="spring", first=ground_point(), second=body_point("mass"), stiffness=100.0),
+        Damper(name="damper", first=ground_point(), second=body_point("mass"), damping=1.0),
+        Spring(name="lower", first=body_point("mass"), second=body_point("below"), stiffness=100.0),
+    ]
+    return bodies, joints, loads, {"mass": (0.0, y, 0.0), "below": (0.05 * np.sin(phase), y - 0.2, 0.0)}
+
+
+def quick_return(phase: FloatArray) -> MachineDescription:
+    x, y = 0.08 * np.cos(phase), 0.2 + 0.08 * np.sin(phase)
+    lean = np.arctan2(y, x)
+    bodies = [
+        Body(name="crank", mass=1.0, second_moments=PLATE_MOMENTS),
+        Body(name="lever", mass=1.0, second_moments=PLATE_MOMENTS),
+        Body(name="bob", mass=2.0, can_rotate=False),
+    ]
+    joints: list[Joint] = [
+        Pin(name="a", first=ground_point(0.0, 0.2), second=body_point("crank", -0.04)),
+        Pin(name="o", first=ground_point(), second=body_point("lever", -0.2)),
+        Slider(name="slot", first=body_point("lever", -0.2), second=body_point("crank", 0.04), angle=0.0),
+        Distance(name="string", first=body_point("lever", 0.16), second=body_point("bob"), length=0.2),
+    ]
+    return (
+        bodies,
+        joints,
+        [Force(name="wind", point=body_point("bob"), x=InputFunction(values=(2.0,)), y=InputFunction(values=(1.0,)))],
+        {
+            "crank": (x / 2, 0.1 + y / 2, phase),
+            "lever": (0.2 * np.cos(lean), 0.2 * np.sin(lean), lean),
+            "bob": (0.36 * np.cos(lean) + 0.2, 0.36 * np.sin(lean), 0.0),
+        },
+    )
+
+
+MACHINES: dict[str, Callable[[FloatArray], MachineDescription]] = {
+    "slider-crank": slider_crank,
+    "four-bar": four_bar,
+    "two gears": two_gears,
+    "inside gear": inside_gear,
+    "rack": rack,
+    "bead": bead,
+    "cam": cam,
+    "arc": arc,
+    "hung mass": hung_mass,
+    "quick return": quick_return,
+}
+
+TRACED_READINGS: dict[str, tuple[Reading, ...]] = {
+    "four-bar": (
+        PointCoordinate(
+            name="x", quantity="length", point=Point(body="coupler", x=-0.01, y=0.1), direction_x=1.0, direction_y=0.0
+        ),
+    )
+}

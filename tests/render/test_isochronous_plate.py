@@ -1,0 +1,232 @@
+"""Zehnder's plate: the osculation point, its circle, the true and the misread speeds, a picture without collisions."""
+
+from __future__ import annotations
+
+import dataclasses
+import math
+from itertools import combinations
+
+import numpy as np
+import pytest
+from matplotlib.backends.backend_agg import FigureCanvasAgg
+from matplotlib.colors import to_hex
+from matplotlib.lines import Line2D
+from PIL import Image
+
+from governor_mechanism.closed_form.parabolic import isochronous_curve as isochronous
+from governor_mechanism.effects.centrifugal import Centrifugal
+from governor_mechanism.effects.gravity import Gravity
+from governor_mechanism.errors import MechanismError
+from governor_mechanism.machines.pendulum.machine import PendulumGovernor
+from governor_mechanism.model.scene import RunSettings, Spindle
+from governor_mechanism.render.figures.parabolic import isochronous_plate as parabolas
+from governor_mechanism.render.figures.parabolic.isochronous_data import (
+    ARM_RATIOS,
+    MARKED_ANGLE_CHANGES,
+    isochronous_plate_data,
+    speed_deviation_curve,
+)
+from governor_mechanism.render.figures.parabolic.isochronous_plate import (
+    ZEHNDER_VERDICTS,
+    draw_isochronous_plate,
+    has_isochronous_parabolas,
+    isochronous_figure,
+)
+from governor_mechanism.render.style import VERMILLION
+from governor_mechanism.scenes.library import load_scene, shipped_scenes
+from reference import zehnder
+from render.stub_run import governor_scene_of
+
+RHOMBUSES = ("porter", "watt", "watt_crossed", "watt_improved")
+
+
+@pytest.fixture(scope="module", params=RHOMBUSES)
+def scene(request):
+    return load_scene(request.param)
+
+
+def upright_words(figure):
+    """All that is written level, but for tick labels beyond the ends of their axes."""
+    labels = []
+    for axes in figure.axes:
+        labels += [*axes.texts, axes.xaxis.label, *(axes.get_legend().get_texts() if axes.get_legend() else ())]
+        for axis in (axes.xaxis, axes.yaxis):
+            low, high = axis.get_view_interval()
+            labels += [tick.label1 for tick in axis.get_major_ticks() if low <= tick.get_loc() <= high]
+    return [text for text in [*figure.texts, *labels] if text.get_rotation() % 180 == 0]
+
+
+def test_the_plate_is_a_png_and_equal_for_equal_scenes(tmp_path, scene):
+    first, second = (isochronous_figure(scene, tmp_path / name) for name in ("a.png", "b.png"))
+    with Image.open(first) as image:
+        assert image.format == "PNG"
+        assert image.size == (1560, 1032)
+    assert first.read_bytes() == second.read_bytes()
+    assert sorted(path.name for path in tmp_path.iterdir()) == ["a.png", "b.png"]
+
+
+def is_rhombus(part):
+    given = part.dimensions
+    equal = part.machine == "pendulum_governor" and given["arm"] == given["arm_joint"] == given["link"]
+    return equal and given["lug_offset"] == given["offset"]
+
+
+def test_only_a_loaded_or_unloaded_rhombus_has_parabolas():
+    scenes = {name: load_scene(name) for name in shipped_scenes()}
+    shown = {name for name, scene in scenes.items() if has_isochronous_parabolas(scene)}
+    assert shown >= {*RHOMBUSES, "porter_free_spindle"}
+    assert shown == {name for name, scene in scenes.items() if is_rhombus(scene.parts[0])}
+    porter = load_scene("porter")
+    for effects in ((Gravity(),), (Centrifugal(),)):
+        assert not has_isochronous_parabolas(dataclasses.replace(porter, effects=effects))
+
+
+@pytest.mark.parametrize("name", ["porter_extended_arms", "porter_uncrossed_links", "parabolic", "quick_return"])
+def test_other_scenes_are_refused(tmp_path, name):
+    with pytest.raises(MechanismError, match=r"isochronous parabolas are shown of .* is no such governor"):
+        isochronous_figure(load_scene(name), tmp_path / "a.png")
+    assert list(tmp_path.iterdir()) == []
+
+
+def test_a_name_that_is_no_png_is_refused(tmp_path):
+    with pytest.raises(MechanismError, match=r"must end in \.png; got 'a\.svg'"):
+        isochronous_figure(load_scene("watt"), tmp_path / "a.svg")
+
+
+def test_an_exception_leaves_no_file(tmp_path, monkeypatch):
+    def fail(canvas, path, metadata):
+        with open(path, "wb") as file:
+            file.write(b"half")
+        raise KeyboardInterrupt
+
+    monkeypatch.setattr(parabolas.FigureCanvasAgg, "print_png", fail)
+    with pytest.raises(KeyboardInterrupt):
+        isochronous_figure(load_scene("watt"), tmp_path / "a.png")
+    assert list(tmp_path.iterdir()) == []
+
+
+def test_crossed_arms_osculate_at_the_angle_of_least_speed():
+    plate = isochronous_plate_data(load_scene("watt_improved"))
+    # the scene's offset and the reference are given to 12 digits
+    assert math.degrees(plate.start_angle) == pytest.approx(zehnder.FOLD_JUMP["least_stable_deg"], abs=1e-9)
+    assert plate.start_speed == pytest.approx(zehnder.FOLD_JUMP["lowest_speed"], rel=1e-11)
+    assert plate.starts_at_osculation
+    assert plate.radius_of_curvature == pytest.approx(plate.arm, rel=1e-12)  # rounding
+    assert plate.centre_of_curvature == pytest.approx(plate.suspension, abs=1e-12)
+
+
+def test_the_circle_of_curvature_clings_to_the_parabola_at_the_start(scene):
+    plate = isochronous_plate_data(scene)
+    (x, y), (across, up) = plate.start_point, plate.centre_of_curvature
+    assert math.hypot(x - across, y - up) == pytest.approx(plate.radius_of_curvature, rel=1e-14)
+    # the ball's circle touches there: both centres lie on the normal
+    assert (x - plate.offset) / plate.arm == pytest.approx((x - across) / plate.radius_of_curvature, rel=1e-12)
+    assert math.tan(plate.start_angle) == pytest.approx(2 * x / plate.double_parameter(plate.start_speed), rel=1e-12)
+    near = x + np.array([0.02, 0.01]) * x
+    gaps = (
+        up
+        - np.sqrt(plate.radius_of_curvature**2 - (near - across) ** 2)
+        - plate.parabola_heights(plate.start_speed, near)
+    )
+    assert gaps[0] / gaps[1] == pytest.approx(8, rel=0.03)  # contact of second order: the gap grows with the cube
+
+
+def test_open_arms_start_where_they_rest_at_the_scenes_speed():
+    scene = load_scene("porter")
+    plate = isochronous_plate_data(scene)
+    assert not plate.starts_at_osculation
+    assert plate.start_speed == pytest.approx(scene.spindle.speeds[0], rel=1e-12)
+    assert plate.radius_of_curvature > plate.arm
+
+
+@pytest.mark.parametrize("speed", [0.0, 2.0, 30.0])
+def test_open_arms_without_a_fitting_point_of_rest_start_in_the_middle_of_the_travel(speed):
+    governor = PendulumGovernor(arm=0.3, offset=0.04, ball_mass=5.0, sleeve_mass=20.0)
+    plate = isochronous_plate_data(governor_scene_of(governor, "Porter", speed, RunSettings(), 0.5))
+    assert plate.start_angle == pytest.approx(math.pi / 4)
+
+
+def test_a_spindle_that_turns_backwards_rests_like_one_that_turns_forwards():
+    scene = load_scene("porter")
+    back = dataclasses.replace(scene, spindle=Spindle(speeds=(-scene.spindle.speeds[0],)))
+    assert isochronous_plate_data(back) == isochronous_plate_data(scene)
+
+
+def test_a_free_spindle_starts_at_its_start_speed():
+    assert isochronous_plate_data(load_scene("porter_free_spindle")).start_angle == pytest.approx(
+        math.radians(40), abs=1e-9
+    )
+
+
+def test_the_family_lies_about_the_speed_at_the_start(scene):
+    plate = isochronous_plate_data(scene)
+    assert len(plate.speeds) == 7
+    assert plate.speeds[3] == plate.start_speed
+    assert np.all(np.diff(plate.speeds) > 0)
+    for speed in plate.speeds:
+        x, y = plate.point_at_45_degrees(speed)
+        assert x == pytest.approx(2 * y, rel=1e-14)
+        assert isochronous.parabola_angle(abscissa=x, double_parameter=plate.double_parameter(speed)) == pytest.approx(
+            math.pi / 4, rel=1e-14
+        )
+
+
+@pytest.mark.parametrize("name", RHOMBUSES)
+def test_what_is_written_beneath_is_what_the_curves_show(name):
+    plate = isochronous_plate_data(load_scene(name))
+    assert ZEHNDER_VERDICTS.keys() == set(ARM_RATIOS)
+    down, up = MARKED_ANGLE_CHANGES < 0, MARKED_ANGLE_CHANGES > 0
+    signs = {
+        share: [
+            np.unique(np.sign(values[side])).tolist()
+            for values in (at.parabola_speed_changes, at.equilibrium_speed_changes)
+            for side in (down, up)
+        ]
+        for share, at in ((share, speed_deviation_curve(plate, share, MARKED_ANGLE_CHANGES)) for share in ARM_RATIOS)
+    }
+    lower, higher = [-1.0], [1.0]
+    assert signs == {  # as read: down, up; in truth: down, up
+        1.0: [lower, higher, higher, higher],
+        1.3: [lower, lower, higher, lower],
+        0.7: [higher, higher, lower, higher],
+    }
+
+
+def test_arms_that_would_hang_or_cross_the_axis_are_left_out_of_the_curves():
+    governor = PendulumGovernor(arm=0.4, offset=-1e-4, ball_mass=1.0)
+    plate = isochronous_plate_data(governor_scene_of(governor, "nearly on the axis", 6.0, RunSettings(), 0.5))
+    curve = speed_deviation_curve(plate, 1.3)
+    assert math.degrees(plate.start_angle) < 8
+    assert np.all(curve.angle_changes > -plate.start_angle)
+    assert np.all(np.isfinite(curve.equilibrium_speed_changes))
+    assert np.all(np.isfinite(curve.parabola_speed_changes))
+
+
+def test_no_words_collide_and_none_leaves_the_plate(scene):
+    figure = draw_isochronous_plate(isochronous_plate_data(scene), scene.title)
+    renderer = FigureCanvasAgg(figure).get_renderer()
+    figure.draw(renderer)
+    boxes = [(text.get_text(), text.get_window_extent(renderer)) for text in upright_words(figure)]
+    assert len(boxes) > 40
+    for words, box in boxes:
+        assert 25 < box.x0 < box.x1 < 1535, words  # within the inner line of the frame
+        assert 25 < box.y0 < box.y1 < 1007, words
+    for (one, first), (other, second) in combinations(boxes, 2):
+        apart = first.x1 <= second.x0 or second.x1 <= first.x0 or first.y1 <= second.y0 + 3 or second.y1 <= first.y0 + 3
+        assert apart, (one, other)  # lines of one text block may touch within 3 pixels
+
+
+def test_wrong_claims_are_struck_out(scene):
+    figure = draw_isochronous_plate(isochronous_plate_data(scene), scene.title)
+    renderer = FigureCanvasAgg(figure).get_renderer()
+    strikes = [line for line in figure.artists if isinstance(line, Line2D) and to_hex(line.get_color()) == VERMILLION]
+    heights = [figure.transFigure.transform((0, line.get_ydata()[0]))[1] for line in strikes]
+    for wrong, right in ZEHNDER_VERDICTS.values():
+        for words, struck in ((wrong, True), (right, False)):
+            box = next(t for t in figure.texts if t.get_text() == words).get_window_extent(renderer)
+            assert any(box.y0 < height < box.y1 for height in heights) == struck
+
+
+def test_a_title_with_signs_of_formulas_and_many_words_is_shown_as_far_as_it_fits(tmp_path):
+    scene = dataclasses.replace(load_scene("watt"), title="Watt $ governor ^_{ " + 40 * "at length ")
+    assert isochronous_figure(scene, tmp_path / "a.png").exists()

@@ -1,0 +1,108 @@
+"""Two runs side by side: both are seen as they are, on one scale, for as long as they last."""
+
+from __future__ import annotations
+
+import dataclasses
+
+import numpy as np
+import pytest
+from PIL import Image
+
+import governor_mechanism as gm
+from governor_mechanism.errors import MechanismError
+from governor_mechanism.model.trajectory import Outcome
+from governor_mechanism.render.film.frame_data import interpolate_frame_data
+from governor_mechanism.render.film.side_by_side import make_side_by_side
+from governor_mechanism.render.film.writer import render_frames
+from render.decoding import decode_film
+from render.stub_run import GOVERNOR_DIMENSIONS, fake_run
+from render.test_film import words_of
+
+TITLES = ("without the brake", "with the brake")
+
+
+@pytest.fixture(scope="module")
+def pair():
+    return [fake_run(GOVERNOR_DIMENSIONS["porter"], duration=2.0, amplitude=swing) for swing in (8.0, 3.0)]
+
+
+def beside(runs, titles=TITLES):
+    return make_side_by_side(
+        runs, titles, lambda run: interpolate_frame_data(run, run.scene.part, (0.0, 2.0), np.linspace(0, 2, 51)), 480
+    )
+
+
+@pytest.mark.parametrize(("duration", "rate"), [(2.0, 25), (1.13, 20)])
+def test_it_lasts_as_long_as_each_of_its_runs(tmp_path, duration, rate):
+    runs = [fake_run(GOVERNOR_DIMENSIONS["porter"], duration=duration, amplitude=swing) for swing in (8.0, 3.0)]
+    path = gm.film(runs, tmp_path / "a.gif", titles=TITLES, frames_per_second=rate)
+    _, durations = decode_film(path)
+    assert sum(durations) == pytest.approx(duration, abs=1e-9)
+    with Image.open(path) as image:
+        assert image.size == (960, 480)
+        assert image.info["loop"] == 0
+
+
+def test_equal_runs_are_seen_twice_as_each_by_itself(tmp_path):
+    run = fake_run(GOVERNOR_DIMENSIONS["porter"], duration=1.0)
+    shown, _ = decode_film(gm.film([run, run], tmp_path / "a.gif"))
+    alone = np.array(list(render_frames(run)))
+    assert len(shown) == len(alone)
+    for half in (shown[:, :, :480], shown[:, :, 480:]):
+        difference = np.abs(half.astype(int) - alone).max(axis=3)
+        # As in a film of one run, but for the rule between them.
+        assert (difference == 0).mean() > 0.9
+        assert (difference > 64).mean() < 4e-3
+
+
+def test_both_are_on_one_scale_and_on_the_same_axes(pair):
+    first, second = beside(pair)._painters
+    assert first.view == second.view
+    for one, other in zip(first.figure.axes[1:-1], second.figure.axes[1:-1], strict=True):
+        assert one.get_ylim() == other.get_ylim()
+        assert one.get_xlim() == other.get_xlim()
+    low, high = first.figure.axes[1].get_ylim()
+    assert low < 32.0
+    assert high > 48.0
+
+
+def test_each_stands_under_its_title(pair):
+    for titles, seen in ((TITLES, TITLES), (None, [run.scene.title for run in pair])):
+        for picture, title in zip(beside(pair, titles)._painters, seen, strict=True):
+            assert title in [words for words, _ in words_of(picture)]
+
+
+def test_the_frames_of_both_move(tmp_path, pair):
+    shown, _ = decode_film(gm.film(pair, tmp_path / "a.gif", titles=TITLES))
+    for half in (shown[:, :, :280], shown[:, :, 480:760]):
+        assert (half[0] != half[10]).any()
+    assert (shown[10][50:430, :280] != shown[10][50:430, 480:760]).any()
+
+
+def test_wrong_pairs_are_refused(tmp_path, pair):
+    first, second = pair
+    longer = fake_run(GOVERNOR_DIMENSIONS["porter"], duration=3.0)
+    denser = fake_run(GOVERNOR_DIMENSIONS["porter"], duration=2.0, output_interval=0.005)
+    early = dataclasses.replace(
+        second,
+        outcome=Outcome.LEFT_RANGE,
+        **{name: getattr(second, name)[:150] for name in ("times", "poses", "velocities")},
+    )
+    for other, message in (
+        (longer, r"201 times from 0 to 2 s, the second 301 times from 0 to 3 s; run both"),
+        (denser, "401 times"),
+        (early, r"150 times from 0 to 1\.49 s and ended early"),
+        (dataclasses.replace(second, times=second.times[:0]), "the second none"),
+    ):
+        with pytest.raises(MechanismError, match=message):
+            gm.film([first, other], tmp_path / "a.gif")
+    for runs, titles, message in (
+        ([first, second, second], None, "one run, or two side by side; got 3"),
+        ([], None, "got 0"),
+        (pair, ("one",), "titles must be two"),
+        (pair, "ab", "titles must be two"),
+        (first, ("one", "two"), "titles are for a film of two runs"),
+    ):
+        with pytest.raises(MechanismError, match=message):
+            gm.film(runs, tmp_path / "a.gif", titles=titles)
+    assert list(tmp_path.iterdir()) == []

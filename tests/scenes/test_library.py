@@ -1,0 +1,126 @@
+"""Shipped scenes are found by name, files by path, and a wrong name is told with the nearest right one."""
+
+from __future__ import annotations
+
+import math
+import shutil
+from pathlib import Path
+
+import pytest
+
+from governor_mechanism.closed_form.pendulum import dynamics as pendulum
+from governor_mechanism.errors import MechanismError
+from governor_mechanism.model.scene import Scene
+from governor_mechanism.scenes import library
+
+NAMES = ["porter", "porter_extended_arms", "porter_uncrossed_links", "watt", "watt_crossed"]
+
+
+def closed_form_of(scene: Scene) -> pendulum.PendulumGovernor:
+    return pendulum.PendulumGovernor(**scene.part.dimensions)
+
+
+def test_the_shipped_scenes_are_found_sorted() -> None:
+    known = library.shipped_scenes()
+    assert list(known) == sorted(known)
+    assert set(NAMES) <= set(known)
+    assert all(path.is_file() and path.parent == library.models_folder() for path in known.values())
+
+
+@pytest.mark.parametrize("name", NAMES)
+def test_a_shipped_scene_is_the_same_by_name_and_by_path(name: str) -> None:
+    path = library.shipped_scenes()[name]
+    assert library.load_scene(name) == library.load_scene(path) == library.load_scene(str(path))
+
+
+@pytest.mark.parametrize("name", NAMES)
+def test_a_shipped_scene_opens_with_a_comment_that_names_its_source(name: str) -> None:
+    lines = library.shipped_scenes()[name].read_text(encoding="utf-8").splitlines()
+    comment = [line for line in lines[: lines.index(next(line for line in lines if not line.startswith("#")))]]
+    assert 1 <= len(comment) <= 3
+    assert "Zehnder" in " ".join(comment)
+    assert library.load_scene(name).title != name
+
+
+@pytest.mark.parametrize("name", NAMES)
+def test_a_shipped_scene_starts_beside_a_stable_equilibrium(name: str) -> None:
+    scene = library.load_scene(name)
+    governor = closed_form_of(scene)
+    angles = pendulum.equilibrium_angles(governor, spindle_speed=scene.spindle.speeds[0])
+    nearest = min(angles, key=lambda angle: abs(angle - scene.start.values["arm_angle"]))
+    assert pendulum.stiffness(governor, arm_angle=float(nearest)) > 0
+    # Near enough to swing within the travel, far enough to be seen swinging.
+    assert math.radians(1) < abs(nearest - scene.start.values["arm_angle"]) < math.radians(8)
+
+
+@pytest.mark.parametrize("name", ["porter_extended_arms", "porter_uncrossed_links"])
+def test_the_scenes_made_for_thirty_degrees_rest_there(name: str) -> None:
+    scene = library.load_scene(name)
+    (angle,) = pendulum.equilibrium_angles(closed_form_of(scene), spindle_speed=scene.spindle.speeds[0])
+    # The speed is given to 12 digits.
+    assert math.degrees(angle) == pytest.approx(30.0, abs=1e-8)
+
+
+def test_a_relative_path_is_a_path(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    shutil.copy(library.shipped_scenes()["watt"], tmp_path / "mine.toml")
+    shutil.copy(library.shipped_scenes()["watt"], tmp_path / "mine")
+    monkeypatch.chdir(tmp_path)
+    assert library.load_scene("mine.toml").source == "mine.toml"
+    assert library.load_scene("./mine").source == "./mine"
+    assert library.load_scene(Path("mine")).source == "mine"
+    (tmp_path / "mine.txt").write_bytes((tmp_path / "mine").read_bytes())
+    assert library.load_scene("mine.txt").source == "mine.txt"
+    with pytest.raises(MechanismError, match=r"no scene \"mine\".* file of that name in this folder write '\./mine'"):
+        library.load_scene("mine")
+
+
+def test_a_folder_of_results_does_not_hide_the_shipped_scene(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    (tmp_path / "porter").mkdir()
+    monkeypatch.chdir(tmp_path)
+    assert library.load_scene("porter").title == "Porter governor, open arms"
+
+
+def test_a_plain_file_does_not_hide_the_shipped_scene(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    shutil.copy(library.shipped_scenes()["watt"], tmp_path / "porter")
+    monkeypatch.chdir(tmp_path)
+    assert library.load_scene("porter") == library.load_scene(library.shipped_scenes()["porter"])
+    assert library.load_scene("./porter").title == library.load_scene("watt").title
+
+
+@pytest.mark.parametrize("scene", ["nothere.toml", "nothere", "engine.toml", "folder/other.toml"])
+def test_a_name_like_none_gets_no_suggestion(scene: str) -> None:
+    with pytest.raises(MechanismError) as caught:
+        library.load_scene(scene)
+    assert "Did you mean" not in str(caught.value)
+
+
+@pytest.mark.parametrize(
+    ("scene", "fragments"),
+    [
+        ("portr", ['no scene "portr"', "scenes are andrews_squeezer,", "watt_crossed", "Did you mean 'porter'?"]),
+        ("WATT", ["Did you mean 'watt'?"]),
+        ("steam", ["a path has a suffix or a separator, as in my_scene.toml or ./my_scene."]),
+        ("..", ["this is a folder"]),
+        ("", ['no scene ""', "shipped scenes are"]),
+        ("a\0b", ["no scene", "shipped scenes are"]),
+        ("portr.toml", ["portr.toml: no such file", "Did you mean 'porter'?"]),
+        ("no_folder/watt.toml", ["no_folder/watt.toml: no such file", "no folder 'no_folder'", "Did you mean 'watt'?"]),
+        ("a\0b.toml", ["cannot be read"]),
+        ("x" * 5000 + ".toml", ["cannot be read (File name too long)"]),
+        (3, ["a scene is a path or a name; found 3"]),
+        (None, ["found None"]),
+    ],
+)
+def test_what_is_no_scene_is_told_with_the_nearest_name(scene: str, fragments: list[str]) -> None:
+    with pytest.raises(MechanismError) as caught:
+        library.load_scene(scene)
+    for fragment in fragments:
+        assert fragment in str(caught.value)
+
+
+def test_a_package_without_its_models_says_so(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(library.resources, "files", lambda _: tmp_path / "lib" / "governor_mechanism")
+    with pytest.raises(MechanismError, match="shipped scenes are missing"):
+        library.models_folder()
+    (tmp_path / "lib" / "governor_mechanism" / "models").mkdir(parents=True)
+    assert library.models_folder() == tmp_path / "lib" / "governor_mechanism" / "models"

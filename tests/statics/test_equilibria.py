@@ -1,0 +1,444 @@
+"""Where mechanisms of one's own rest, over their whole travel: turns, seams, narrow springs, places that let go."""
+
+from __future__ import annotations
+
+import math
+import subprocess
+import sys
+
+import numpy as np
+import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
+from scipy.optimize import brentq
+
+import governor_mechanism as gm
+from governor_mechanism.mechanics.kinematics import continuation as walking
+from governor_mechanism.mechanics.kinematics import range_of_motion as travels
+from governor_mechanism.statics.speed_curve import equilibrium_speed_at
+
+FOUR_BAR = """
+machine = "custom"
+plane = "turning"
+[ground]
+A = [1.0029122975539906, 0]
+D = [1.1743410488237394, 0]
+S = [0.9529122975539905, 0.35]
+[[body]]
+name = "crank"
+mass = "1 kg"
+rod = { length = 0.25005879859865676 }
+at = [1.0029122975539906, 0]
+angle = -0.6518417572686532
+[[body]]
+name = "coupler"
+mass = "1.5 kg"
+rod = { length = 0.22669526662278572 }
+at = [1.2017010011821085, -0.15169856316542962]
+angle = -1.0856408469881669
+[[body]]
+name = "rocker"
+mass = "2 kg"
+rod = { length = 0.37653481411109657 }
+at = [1.1743410488237394, 0]
+angle = -1.2095620698393885
+[[joint]]
+type = "pin"
+first = "ground.A"
+second = "crank.start"
+[[joint]]
+type = "pin"
+first = "crank.end"
+second = "coupler.start"
+[[joint]]
+type = "pin"
+first = "coupler.end"
+second = "rocker.end"
+[[joint]]
+type = "pin"
+first = "ground.D"
+second = "rocker.start"
+[[force]]
+type = "spring"
+first = "ground.S"
+second = "coupler.centre"
+stiffness = 861.2346669752943
+free_length = 0.2395349664030299
+[readings]
+q = { line = ["coupler.start", "coupler.end"] }
+[effects]
+gravity = true
+centrifugal = true
+[spindle]
+speed = 2.648030917683111
+[run]
+duration = "1 s"
+"""
+
+PENDULUM = """
+machine = "custom"
+[ground]
+O = [0, 0]
+[[body]]
+name = "arm"
+mass = "1 kg"
+rod = {{ length = "1 m" }}
+angle = "{angle} deg"
+[[joint]]
+type = "pin"
+first = "ground.O"
+second = "arm.start"
+{load}
+[readings]
+q = {{ angle = "arm" }}
+[effects]
+gravity = true
+[run]
+duration = "1 s"
+"""
+
+GEARED = """
+machine = "custom"
+[ground]
+O = [0, 0]
+C = ["0.3 m", 0]
+[[body]]
+name = "a"
+mass = "1 kg"
+disc = {{ radius = "0.1 m" }}
+at = [0, 0]
+[[body]]
+name = "b"
+mass = "1 kg"
+rod = {{ length = "0.2 m" }}
+at = ["0.3 m", 0]
+angle = "-70 deg"
+[[joint]]
+type = "pin"
+first = "ground.O"
+second = "a.origin"
+[[joint]]
+type = "pin"
+first = "ground.C"
+second = "b.start"
+[[joint]]
+type = "gear"
+first = "a"
+second = "b"
+ratio = {ratio}
+[readings]
+q = {{ angle = "a" }}
+[effects]
+gravity = true
+[run]
+duration = "1 s"
+"""
+
+SLIDE = """
+machine = "custom"
+plane = "turning"
+{size}
+[ground]
+O = [0, 0]
+A = [0.2, {height}]
+[[body]]
+name = "m"
+mass = "1 kg"
+point = true
+turns = false
+at = [0.15, 0]
+[[joint]]
+type = "slider"
+first = "ground.O"
+second = "m.origin"
+angle = "0 deg"
+{load}
+[readings]
+x = {{ x = "m.origin" }}
+[effects]
+gravity = true
+centrifugal = true
+[spindle]
+speed = "5 rad/s"
+[run]
+duration = "1 s"
+"""
+
+DUMB_BELL = """
+machine = "custom"
+plane = "turning"
+[ground]
+O = [0, 0]
+[[body]]
+name = "b"
+mass = "2 kg"
+rod = { length = "0.4 m" }
+points = { mid = ["0.2 m", 0] }
+at = [0, -0.2]
+angle = "80 deg"
+[[joint]]
+type = "pin"
+first = "ground.O"
+second = "b.mid"
+[[force]]
+type = "torsion_spring"
+second = "b"
+stiffness = 0.3
+free_angle = "90 deg"
+[readings]
+q = { angle = "b" }
+[effects]
+gravity = true
+centrifugal = true
+[spindle]
+speed = "5 rad/s"
+[run]
+duration = "1 s"
+"""
+
+SPRING = 'type = "spring"\nfirst = "ground.A"\nsecond = "m.origin"\n'
+
+
+@pytest.fixture
+def scene(tmp_path):
+    def load(text, **numbers):
+        path = tmp_path / "scene.toml"
+        path.write_text(text.format(**numbers) if numbers else text)
+        return gm.load(path)
+
+    return load
+
+
+def sprung(scene, *, height, free_length, stiffness):
+    load = f"[[force]]\n{SPRING}stiffness = {stiffness!r}\nfree_length = {free_length!r}"
+    return scene(SLIDE, height=repr(height), load=load, size="")
+
+
+def stabilities(rests):
+    return [rest.stable for rest in rests]
+
+
+def test_rests_more_than_half_a_turn_from_the_sketch_are_found_on_the_way_there(scene):
+    linkage = scene(FOUR_BAR)
+    rests = gm.equilibria(linkage)
+    # By an integration of the joint's equation from the sketch in steps of 1e-3, worked out apart.
+    assert [rest.coordinate for rest in rests] == pytest.approx([-5.6202, -5.2574, -0.59477], abs=1e-4)
+    assert stabilities(rests) == [False, True, False]
+    for rest in rests:
+        assert rest.readings["q"] == rest.coordinate  # the line's own angle is the same but for a turn
+        band = gm.insensitivity_band(linkage, [rest.coordinate], 0.0, "q")
+        assert band.falling_speed[0] == band.rising_speed[0]
+        assert band.rising_speed[0] == pytest.approx(linkage.spindle.speeds[0], rel=1e-9)
+        again = gm.insensitivity_band(linkage, [rest.coordinate + 2 * math.pi], 0.0, "q")
+        assert again.rising_speed == pytest.approx(band.rising_speed, rel=1e-9)
+    curve = gm.speed_curve(linkage, 31)
+    np.testing.assert_array_equal(curve.readings["q"], curve.coordinate)
+
+
+@pytest.mark.parametrize("angle", [-90, 90, -60, 17])
+def test_a_pendulum_rests_hanging_and_upright_wherever_it_is_sketched(scene, angle):
+    rests = gm.equilibria(scene(PENDULUM, angle=angle, load=""))
+    kinds = {round(math.degrees(rest.coordinate)) % 360: rest.stable for rest in rests}
+    assert len(rests) == 2
+    assert kinds == {270: True, 90: False}
+
+
+@pytest.mark.parametrize("ratio", [0.5, -0.5, 0.25, 2.0, 1.5])
+def test_a_heavy_rod_geared_to_the_coordinate_rests_once_upright_and_once_hanging_a_turn(scene, ratio):
+    mechanism = scene(GEARED, ratio=ratio)
+    turns = next(n for n in (1, 2, 3, 4) if (n * ratio) % 1 == 0)
+    curve = travels.find_range_of_motion(mechanism.part.mechanism, rotates_with_spindle=False)
+    assert curve.high - curve.low == pytest.approx(2 * math.pi * turns, abs=1e-12)
+    rests = gm.equilibria(mechanism)
+    rod = [math.degrees(ratio * rest.coordinate) - 70 for rest in rests]
+    assert sorted(round(angle) % 360 for angle in rod) == sorted([90, 270] * round(abs(turns * ratio)))
+    np.testing.assert_allclose(np.array(rod) % 180, 90, atol=1e-9)
+
+
+@pytest.mark.parametrize(("height", "free_length", "stiffness"), [(0.002, 0.003, 1e5), (0.02, 0.03, 1e3)])
+def test_a_narrow_spring_on_a_long_slide_keeps_its_three_rests(scene, height, free_length, stiffness):
+    """k (1 - L0 / L) (x - a) = 0 where x = a and where L = L0."""
+    aside = math.sqrt(free_length**2 - height**2)
+    rests = gm.equilibria(sprung(scene, height=height, free_length=free_length, stiffness=stiffness), 0.0)
+    assert [rest.coordinate for rest in rests] == pytest.approx([0.2 - aside, 0.2, 0.2 + aside], abs=1e-12)
+    assert stabilities(rests) == [True, False, True]
+
+
+@pytest.mark.parametrize(
+    ("height", "free_length", "stiffness"),
+    [(0.002, 0.003, 1e5), (0.005, 0.02, 1e3), (0.02, 0.025, 1e3), (0.02, 0.03, 1e3)],
+)
+def test_a_narrow_spring_on_a_long_slide_keeps_its_fold(scene, height, free_length, stiffness):
+    """w^2 = k (1 - L0 / L) (x - a) / (m x): its slope vanishes there; the same for few points as for many."""
+
+    def slope(x):
+        length = math.hypot(x - 0.2, height)
+        pull, bend = (1 - free_length / length) * (x - 0.2), 1 - free_length * height**2 / length**3
+        return bend * x - pull
+
+    low = 0.2 - math.sqrt(free_length**2 - height**2)
+    expected = brentq(slope, low, 0.2 - 1e-4 * height, xtol=1e-14)
+    curve = gm.speed_curve(sprung(scene, height=height, free_length=free_length, stiffness=stiffness), 5)
+    ((at, speed),) = curve.folds
+    assert at == pytest.approx(expected, abs=1e-9)
+    pull = stiffness * (1 - free_length / math.hypot(at - 0.2, height)) * (at - 0.2)
+    assert speed == pytest.approx(math.sqrt(pull / at), rel=1e-9)
+
+
+@settings(max_examples=15, deadline=None)
+@given(height=st.floats(-4.0, -0.7), slack=st.floats(0.3, 6.0), share=st.floats(0.0, 0.5))
+def test_stable_and_unstable_rests_take_turns_however_narrow_the_spring(tmp_path_factory, height, slack, share):
+    path = tmp_path_factory.mktemp("slide") / "scene.toml"
+    load = f"[[force]]\n{SPRING}stiffness = 1000\nfree_length = {slack * 10**height!r}"
+    path.write_text(SLIDE.format(height=repr(10**height), load=load, size='size = "1 m"'))
+    speed = share * math.sqrt(1000.0)
+    rests = gm.equilibria(gm.load(path), speed)
+    x = np.concatenate([np.linspace(1e-3, 49.0, 20001), 0.2 + 10**height * np.linspace(-30, 30, 20001)])
+    x = np.sort(x[x > 1e-3])
+    force = 1000 * (1 - slack * 10**height / np.hypot(x - 0.2, 10**height)) * (x - 0.2) - speed**2 * x
+    signs = np.sign(force[force != 0.0])
+    assert stabilities(rests) == (np.diff(signs)[np.diff(signs) != 0] > 0).tolist()
+
+
+def test_a_torque_and_a_force_act_as_they_do_at_the_start(scene):
+    step = '[[force]]\ntype = "torque"\nbody = "arm"\nmoment = [[0, "0 N m"], [0, "2 N m"]]'
+    hanging = next(rest for rest in gm.equilibria(scene(PENDULUM, angle=-90, load=step)) if rest.stable)
+    assert hanging.coordinate == pytest.approx(-math.acos(2 / (9.81 * 0.5)), abs=1e-12)
+    ramp = '[[force]]\ntype = "force"\npoint = "arm.end"\nx = [[-1, "0 N"], [1, "4 N"]]'
+    hanging = next(rest for rest in gm.equilibria(scene(PENDULUM, angle=-90, load=ramp)) if rest.stable)
+    assert math.tan(hanging.coordinate + math.pi / 2) == pytest.approx(2 / (9.81 / 2), rel=1e-9)
+
+
+def test_where_spring_and_turning_both_let_go_the_curve_is_smooth(scene):
+    """w^2 = 2 c (q - 90 deg) / (I sin 2(q - 90 deg)) has its least value c / I in the middle."""
+    dumb_bell, inertia = scene(DUMB_BELL), 2 * 0.4**2 / 12
+    least = math.sqrt(0.3 / inertia)
+    curve = gm.speed_curve(dumb_bell)
+    assert curve.poles == pytest.approx((-math.pi / 2, 0.0, math.pi), abs=1e-9)
+    ((at, speed),) = curve.folds
+    assert (at, speed) == pytest.approx((math.pi / 2, least), rel=1e-9)
+    assert equilibrium_speed_at(dumb_bell, [math.pi / 2, math.pi / 2 + 1e-9]) == pytest.approx([least, least], rel=1e-7)
+    middle = gm.equilibria(dumb_bell)[1]
+    assert middle.coordinate == pytest.approx(math.pi / 2, abs=1e-12)
+    assert middle.sensitivity == 0.0  # no speed moves it
+    with pytest.raises(gm.MechanismError, match=r"rests at q = 90 deg at every spindle speed"):
+        gm.insensitivity_band(dumb_bell, [math.pi / 2], 0.0, "q")
+    with pytest.raises(gm.MechanismError, match=r"at q = 0 deg: turning has no grip on it there, and the loads pull"):
+        gm.insensitivity_band(dumb_bell, [0.0], 0.0, "q")
+
+
+@pytest.mark.parametrize("value", [1.7, 2.0, 3.5, -0.5, 0.0, 1e9])
+def test_no_answer_is_made_up_outside_the_travel(value):
+    for ask in (lambda: gm.insensitivity_band("porter", [0.5, value], 40.0), lambda: speed_of("porter", [value])):
+        with pytest.raises(gm.MechanismError, match=r"lies outside the travel, 0 deg to 90 deg \(0 to 1\.5708\): "):
+            ask()
+
+
+def speed_of(name, values):
+    return equilibrium_speed_at(gm.load(name), values)
+
+
+@pytest.mark.parametrize("over", [[math.nan], [math.inf], [], ["a"], "abc", [[0.5, 0.6]], [[0.5], [0.6, 0.7]], None])
+def test_values_that_are_none_are_refused(over):
+    with pytest.raises(gm.MechanismError, match="'arm_angle' must be a list of finite numbers in SI; got"):
+        gm.insensitivity_band("porter", over, 40.0)
+
+
+@pytest.mark.parametrize("resistance", [True, None, [40.0], np.array([40.0]), 10**400, 1e308, "40 kg", -1.0])
+def test_resistances_that_are_none_are_refused(resistance):
+    with pytest.raises(gm.MechanismError, match="the resistance"):
+        gm.insensitivity_band("porter", [0.5], resistance)
+
+
+def test_what_is_meant_as_a_number_is_taken():
+    plain = gm.insensitivity_band("porter", [0.5], 40.0)
+    for over, resistance in ((0.5, "40 N"), (np.float32([0.5]), np.int64(40))):
+        assert gm.insensitivity_band("porter", over, resistance).rising_speed == pytest.approx(plain.rising_speed)
+    assert len(gm.speed_curve("porter", np.int64(9)).speed) == 9
+    expected = gm.equilibria("porter", 13.0)[0].coordinate
+    for speed in (np.int64(13), np.float32(13.0), "13 rad/s"):
+        assert gm.equilibria("porter", speed)[0].coordinate == pytest.approx(expected)
+
+
+@pytest.mark.parametrize("speed", [1e200, 10**200, -1e7, True, np.array(6.4), [6.4]])
+def test_spindle_speeds_that_are_none_are_refused(speed):
+    with pytest.raises(gm.MechanismError, match="the spindle's speed"):
+        gm.equilibria("porter", speed)
+
+
+@pytest.mark.parametrize("against", [None, 3, "sleve_lift"])
+def test_what_is_no_reading_is_refused(against):
+    with pytest.raises(gm.MechanismError, match=r"readings are \['arm_angle', 'ball_radius', 'sleeve_lift'\]"):
+        gm.insensitivity_band("porter", [0.5], 40.0, against)
+
+
+def test_no_speed_is_spoken_of_where_nothing_turns(scene):
+    free = PENDULUM.replace("gravity = true", "gravity = false")
+    torque = '[[force]]\ntype = "torque"\nbody = "arm"\nmoment = "2 N m"'
+    mechanism = scene(free, angle=-90, load=torque)
+    with pytest.raises(
+        gm.MechanismError, match=r"^the mechanism rests nowhere in its travel, q from -270 deg to 90 deg$"
+    ):
+        gm.equilibria(mechanism)
+    with pytest.raises(gm.MechanismError, match="nothing turns with it here"):
+        gm.equilibria(mechanism, 2.0)
+    with pytest.raises(gm.MechanismError, match=r"'equilibrium': the mechanism rests nowhere .*; give a number$"):
+        scene(free + '[start]\nq = "equilibrium"\n', angle=-90, load=torque)
+
+
+def test_one_question_follows_a_motion_once(scene, monkeypatch):
+    walks = []
+    monkeypatch.setattr(
+        travels, "Walk", lambda *args, **words: walks.append(args) or walking.PathContinuation(*args, **words)
+    )
+    travels.find_range_of_motion.cache_clear()
+    slide = scene(SLIDE, height="0.05", load="", size='size = "1 m"')
+    with pytest.raises(gm.MechanismError, match="no turning spindle holds it anywhere"):
+        gm.equilibria(slide, 2.0)
+    assert len(walks) == 1
+    walk = walking.PathContinuation(slide.part.mechanism, rotates_with_spindle=True)
+    assert len(walk.find_end(1.0).points) < 100  # nothing curves on fifty metres
+
+
+def command(*words, text, tmp_path):
+    path = tmp_path / "scene.toml"
+    path.write_text(text)
+    line = [
+        sys.executable,
+        "-m",
+        "governor_mechanism.cli.main",
+        "equilibria",
+        str(path),
+        "--out",
+        str(tmp_path),
+        *words,
+    ]
+    return subprocess.run(line, capture_output=True, text=True, check=False)
+
+
+def test_a_curve_that_is_held_nowhere_is_drawn(tmp_path):
+    answer = command(
+        text=SLIDE.format(height="0", load="", size='size = "1 m"').replace('"5 rad/s"', "0"), tmp_path=tmp_path
+    )
+    assert answer.returncode == 0, answer.stderr
+    assert "astatic, it rests anywhere between" in answer.stdout
+    assert (tmp_path / "scene_characteristic.png").exists()
+    assert "Warning" not in answer.stderr
+
+
+def test_a_resistance_without_a_reading_to_act_at_names_the_option(tmp_path):
+    answer = command("--resistance", "1 N m", text=DUMB_BELL, tmp_path=tmp_path)
+    assert answer.returncode == 2
+    assert "name one by --against: ['q']" in answer.stderr
+    answer = command("--resistance", "1 N m", "--against", "q", text=DUMB_BELL, tmp_path=tmp_path)
+    assert "1 N m at q hold it from 0 rpm to 99.18" in answer.stdout
+    assert "rests at q = 90 deg at every spindle speed" in answer.stdout
+    assert "e-1" not in answer.stdout  # no speed moves the middle one by so many parts of rounding
+
+
+def test_a_speed_where_nothing_turns_is_refused(tmp_path):
+    answer = command("--speed", "20 rpm", text=PENDULUM.format(angle=-90, load=""), tmp_path=tmp_path)
+    assert answer.returncode == 2
+    assert "nothing turns with it here" in answer.stderr
+    answer = command("--speed", "1e200 rad/s", text=DUMB_BELL, tmp_path=tmp_path)
+    assert "at most 1e+06 rad/s" in answer.stderr

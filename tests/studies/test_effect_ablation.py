@@ -1,0 +1,109 @@
+"""The bill of a scene's effects: what is found small is small, what cannot be switched says so."""
+
+from __future__ import annotations
+
+import json
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+import governor_mechanism as gm
+from governor_mechanism.effects.dashpot import Dashpot
+from governor_mechanism.effects.dry_friction import DryFriction
+from governor_mechanism.effects.rod_masses import RodMasses
+from governor_mechanism.model.time_functions import InputFunction
+from governor_mechanism.render.figures.effect_ablation import effect_ablation_figure
+from governor_mechanism.scenes.parser import parse_scene_document
+from governor_mechanism.studies.effect_ablation import run_effects_study
+
+DOCUMENT = {
+    "title": "Porter",
+    "machine": "pendulum_governor",
+    "dimensions": {"arm": 0.3, "offset": 0.04, "ball_mass": 5.0, "sleeve_mass": 20.0},
+    "effects": {
+        "gravity": True,
+        "centrifugal": True,
+        "rods": {"arm_mass": "0.6 kg"},
+        "dry_friction": {"sleeve": "10 N"},
+        "dashpot": {"sleeve": "1e-9 N s/m"},
+        "stops": {"arm_angle": ["15 deg", "60 deg"]},
+    },
+    "spindle": {"speed": "120 rpm"},
+    "start": {"arm_angle": "40 deg"},
+    "run": {"duration": "1 s", "output_interval": "10 ms", "accuracy": 1e-6},
+}
+
+
+@pytest.fixture(scope="module")
+def study():
+    return run_effects_study(parse_scene_document(DOCUMENT))
+
+
+def test_every_listed_effect_is_switched_and_what_changes_nothing_is_named(study):
+    assert [row.effect for row in study.rows if row.listed] == list(DOCUMENT["effects"])
+    assert set(study.negligible) == {"dashpot", "stops"}  # a brake of next to nothing, stops that are never met
+    assert set(study.untried) == {"spring", "clearance"}
+    assert study.missing == ()
+    rows = {row.effect: row for row in study.rows}
+    assert rows["stops"].relative == 0.0
+    assert 0.0 < rows["dashpot"].relative < 1e-8
+    assert rows["dry_friction"].cost_with.events > rows["dry_friction"].cost_without.events == 0
+    assert rows["gravity"].relative > 0.1
+    assert rows["rods"].time_ratio > 0
+
+
+def test_a_change_is_that_of_two_runs(study):
+    """The change of a reading is the difference of the scene's run from one that never listed the effect."""
+    less = {key: value for key, value in DOCUMENT["effects"].items() if key != "dry_friction"}
+    with_it, without = (gm.run(parse_scene_document(document)) for document in (DOCUMENT, DOCUMENT | {"effects": less}))
+    row = next(row for row in study.rows if row.effect == "dry_friction")
+    expected = np.max(np.abs(with_it.readings["arm_angle"] - without.readings["arm_angle"]))
+    assert row.changes["arm_angle"] == pytest.approx(expected, rel=1e-12)
+
+
+def test_what_is_told_names_every_effect_and_goes_into_json(study):
+    text = str(study)
+    assert "leave out: dashpot, stops" in text
+    assert all(row.effect in text for row in study.rows)
+    told = json.loads(json.dumps(study.as_json(), allow_nan=False))
+    assert told["leave_out"] == ["dashpot", "stops"]
+    assert len(told["effects"]) == len(study.rows)
+
+
+def test_the_figure_is_written_and_refuses_other_names(study, tmp_path):
+    path = effect_ablation_figure(study, tmp_path / "bill.png")
+    assert path.read_bytes().startswith(b"\x89PNG")
+    with pytest.raises(gm.MechanismError, match=r"end in \.png"):
+        effect_ablation_figure(study, tmp_path / "bill.gif")
+    assert [file.name for file in tmp_path.iterdir()] == ["bill.png"]
+
+
+def test_effects_that_are_not_listed_are_tried_where_they_need_no_numbers():
+    scene = parse_scene_document(DOCUMENT | {"effects": {"gravity": True}, "run": {"duration": "0.1 s"}})
+    study = run_effects_study(scene)
+    assert [(row.effect, row.listed) for row in study.rows] == [("gravity", True), ("centrifugal", False)]
+    assert study.missing == ("centrifugal",)
+    assert "not listed, though it would show: centrifugal" in str(study)
+
+
+def test_a_scene_made_in_python_is_studied_but_for_what_built_its_mechanism():
+    base = parse_scene_document(DOCUMENT | {"effects": {"gravity": True, "centrifugal": True}})
+    friction = DryFriction(reading="sleeve_lift", force=InputFunction(values=(10.0,)))
+    made = replace(base, effects=(*base.effects, friction, Dashpot(reading="sleeve_lift", linear=1e-9)), document={})
+    study = run_effects_study(made)
+    assert study.negligible == ("OilBrake",)
+    gravity = next(row for row in study.rows if row.effect == "Gravity")
+    assert gravity.note.startswith("the run without it ends early: arm_angle: the arms stand at 90 degrees")
+    assert gravity.time_ratio is None
+    with_rods = replace(made, effects=(*made.effects, RodMasses(arm_mass=0.1)))
+    row = next(row for row in run_effects_study(with_rods).rows if row.effect == "Rods")
+    assert row.relative_change is None
+    assert "cannot be switched: Rods is built into the mechanism" in row.note
+
+
+def test_an_effect_others_need_cannot_be_switched_and_says_why():
+    uneven = DOCUMENT | {"spindle": {"speed": "120 rpm", "speed_fluctuation": 0.01}, "run": {"duration": "0.1 s"}}
+    rows = {row.effect: row for row in run_effects_study(parse_scene_document(uneven)).rows}
+    assert "speed fluctuation changes nothing" in rows["centrifugal"].note
+    assert rows["spindle.speed_fluctuation"].relative_change > 1e-6

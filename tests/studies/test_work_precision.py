@@ -1,0 +1,217 @@
+"""The study of accuracy: its reference is confirmed, errors fall as settings are tightened, and orders are as known."""
+
+from __future__ import annotations
+
+import csv
+import json
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+import governor_mechanism as gm
+from governor_mechanism.engines import MultibodyEngine
+from governor_mechanism.render.figures.work_precision import work_precision_figure
+from governor_mechanism.studies.work_precision.results import POINT_CSV_COLUMNS
+from governor_mechanism.studies.work_precision.study import _confirm_by_impulse, _fit_order
+
+NAMES = ["reduced", "multibody", "impulse extrapolated", "impulse staggered", "impulse plain"]
+
+
+def shortened(name, duration):
+    scene = gm.load(name)
+    return replace(scene, run=replace(scene.run, duration=duration))
+
+
+@pytest.fixture(scope="module")
+def study():
+    return gm.accuracy_study(shortened("porter", 2.0), longest=0.6)
+
+
+@pytest.fixture(scope="module")
+def frictional():
+    return gm.accuracy_study(shortened("porter_dry_friction", 2.0), longest=0.3)
+
+
+def test_every_variant_of_every_engine_is_measured_and_no_time_lacks_an_error(study):
+    assert [variant.name for variant in study.variants] == NAMES
+    for variant in study.variants:
+        assert variant.points
+        assert not variant.refused
+    for point in study.points:
+        assert point.seconds > 0
+        assert np.isfinite(point.error)
+        assert point.error == point.max_error == max(point.errors.values())
+        assert {"arm_angle", "rate of arm_angle", "sleeve_lift", "spindle_torque"} <= set(point.errors)
+        assert point.evaluations > 0
+        assert point.n_repeats >= 1
+
+
+def test_the_reference_is_two_decades_better_and_another_engine_confirms_it(study):
+    reference = study.reference
+    assert (reference.engine, reference.confirmed_by) == ("multibody", "reduced")
+    assert reference.confirmation_error < 1e-11
+    assert reference.error == max(reference.estimate / 10, reference.confirmation_error) < 1e-11
+    assert reference.resolvable_error == pytest.approx(100 * reference.error)
+
+
+def test_an_engine_that_is_far_off_confirms_nothing(study):
+    alone = replace(study.reference, confirmed=None, confirmed_by="")
+    variant = study.variant("impulse extrapolated")
+    assert _confirm_by_impulse(alone, [variant]).confirmation_error == variant.best.max_error
+    rough = replace(variant, points=tuple(replace(point, reach=0.04) for point in variant.points))
+    assert _confirm_by_impulse(alone, [rough]) == alone
+    assert "no other engine confirms it" in str(_confirm_by_impulse(alone, [rough]))
+
+
+def test_errors_fall_along_a_ladder(study):
+    for variant in study.variants:
+        errors = [point.error for point in variant.points]
+        assert errors[-1] < 0.5 * errors[0], variant.name
+    for name in ("impulse staggered", "impulse extrapolated"):
+        errors = np.array([point.error for point in study.variant(name).points])
+        assert np.all(np.diff(errors) < 0)
+    for name in ("reduced", "multibody"):
+        assert study.variant(name).best.error < study.reference.resolvable_error
+        runs = [(point.evaluations, point.error) for point in study.variant(name).points]
+        assert len(set(runs)) == len(runs)  # tolerances that give the same run are told once
+
+
+def test_the_orders_are_those_of_the_schemes(study):
+    assert study.variant("impulse plain").order.value == pytest.approx(1.0, abs=0.15)
+    assert study.variant("impulse staggered").order.value == pytest.approx(2.0, abs=0.1)
+    assert study.variant("impulse extrapolated").order.value == pytest.approx(4.0, abs=0.5)
+    assert study.variant("impulse staggered").order.standard_error < 0.1
+    assert study.variant("multibody").order is None
+
+
+def test_an_order_is_fitted_to_errors_that_fall_and_can_be_told(study):
+    point = study.points[0]
+    points = [replace(point, step=step, error=3.0 * step**2) for step in (0.2, 0.1, 0.05, 0.025, 0.0125)]
+    fitted = _fit_order(points, 0.0)
+    assert fitted.value == pytest.approx(2.0)
+    stuck = [replace(points[-1], step=0.006), replace(points[-1], step=0.003)]
+    assert _fit_order([*points, *stuck], 0.0).value == pytest.approx(2.0)
+    assert _fit_order(points[:3], 0.0) is None  # the first of them is too large
+
+
+def test_an_error_measured_is_that_of_a_run_made_again(study):
+    """The engine of a point, run as anyone runs it, against multibody at its own tight tolerance."""
+    point = study.variant("impulse staggered").points[0]
+    times = np.linspace(0.0, 2.0, study.n_samples)
+    scene = study.scene
+    again = gm.run(scene, point.engine, times=times, certify=False)
+    true = MultibodyEngine(tolerance=1e-13).run(scene, times=times, certify=False)
+    apart = np.max(np.abs(again.readings["arm_angle"] - true.readings["arm_angle"]))
+    assert point.errors["arm_angle"] == pytest.approx(apart, rel=1e-6)
+
+
+def test_the_cheapest_setting_for_an_error_reaches_it_and_what_never_does_says_so(study):
+    chosen = study.cheapest_for(1e-6)
+    assert chosen.max_error <= 1e-6
+    assert chosen.seconds == min(point.seconds for point in study.points if point.max_error <= 1e-6)
+    advice = study.advice(1e-6)
+    assert advice.startswith(f"for 1e-06: use {chosen.variant} ")
+    assert "impulse plain never within " in advice
+    none = replace(study, variants=(study.variant("impulse plain"),))
+    assert none.cheapest_for(1e-6) is None
+    assert none.advice(1e-6).startswith("for 1e-06: no engine reaches it; impulse plain never within ")
+
+
+@pytest.mark.parametrize("error", [0, 1, 2.0, -1e-3, float("nan"), "1e-6"])
+def test_what_is_no_error_is_refused(study, error):
+    for asked in (study.cheapest_for, study.variant("reduced").cheapest_for, study.variant("reduced").describe_cost):
+        with pytest.raises(gm.MechanismError, match="lies between 0 and 1"):
+            asked(error)
+    assert study.cheapest_for(np.float32(1e-4)) == study.cheapest_for(1e-4)
+
+
+def test_an_error_that_the_reference_cannot_tell_is_refused(study):
+    with pytest.raises(gm.MechanismError, match="the reference is good to"):
+        study.advice(1e-16)
+
+
+def test_other_wrong_questions_are_answered_in_a_sentence(study):
+    with pytest.raises(gm.MechanismError, match="positive number of seconds"):
+        gm.accuracy_study(study.scene, longest=0.0)
+    with pytest.raises(gm.MechanismError, match="variants are"):
+        study.variant("impulse")
+
+
+def test_what_is_told_names_every_variant_and_goes_into_files(study, tmp_path):
+    text = str(study)
+    assert all(f"\n{name}" in text for name in NAMES)
+    assert "reduced confirms it to" in text
+    assert "order" in text
+    told = json.loads(study.save_json(tmp_path / "study.json").read_text(encoding="utf-8"))
+    assert [one["name"] for one in told["variants"]] == NAMES
+    assert told["variants"][3]["order"]["value"] == pytest.approx(2.0, abs=0.1)
+    assert told["variants"][0]["points"][0]["settings"]["engine"] == "reduced"
+    with study.save_csv(tmp_path / "study.csv").open(newline="", encoding="utf-8") as stream:
+        rows = list(csv.reader(stream))
+    assert rows[0] == list(POINT_CSV_COLUMNS)
+    assert len(rows) == 1 + len(study.points)
+    assert all(float(row[3]) >= 0 and float(row[7]) > 0 for row in rows[1:])
+
+
+def test_the_figure_is_written_and_refuses_other_names(study, tmp_path):
+    path = work_precision_figure(study, tmp_path / "study.png", 1e-6)
+    assert path.read_bytes().startswith(b"\x89PNG")
+    with pytest.raises(gm.MechanismError, match=r"end in \.png"):
+        work_precision_figure(study, tmp_path / "study.gif")
+    assert [file.name for file in tmp_path.iterdir()] == ["study.png"]
+
+
+def test_where_things_are_held_event_times_stand_beside_the_errors(frictional):
+    assert frictional.reference.confirmed_by == "reduced"
+    assert frictional.points
+    assert all(point.late is not None for point in frictional.points)
+    assert all(point.max_error >= point.late / frictional.time_scale for point in frictional.points)
+    assert "events, s" in str(frictional)
+    assert "plain way has no friction" in frictional.variant("impulse plain").refused
+    assert "impulse plain cannot run this scene" in frictional.advice(1e-4)
+    assert frictional.variant("impulse staggered").best.max_error < 1e-3
+
+
+def test_a_driven_mechanism_is_confirmed_by_impulse(tmp_path):
+    driven = gm.accuracy_study(shortened("quick_return", 0.5), longest=0.2)
+    assert "drives move this mechanism" in driven.variant("reduced").refusal
+    assert driven.reference.confirmed_by == "impulse extrapolated"
+    assert driven.reference.confirmation_error == driven.variant("impulse extrapolated").best_point.max_error < 1e-4
+    assert "below which its own estimate stands alone" in str(driven)
+    assert driven.cheapest_for(1e-6).variant == "multibody"
+    work_precision_figure(driven, tmp_path / "driven.png")
+
+
+def test_a_scene_that_no_other_engine_holds_says_so():
+    played = gm.accuracy_study(shortened("porter_clearance", 0.3), longest=0.2)
+    assert played.reference.confirmation_error is None
+    assert "no other engine confirms it" in str(played)
+    assert [variant.name for variant in played.variants if variant.points] == ["multibody"]
+
+
+def test_progress_is_told_to_the_end():
+    told = []
+    gm.accuracy_study(shortened("porter", 0.1), longest=0.02, progress=lambda done, total: told.append((done, total)))
+    assert told[-1][0] == told[-1][1]
+    assert [done for done, _ in told] == sorted(done for done, _ in told)
+
+
+def test_a_scene_that_ends_early_is_compared_as_closely_as_any():
+    """A governor that opens fully after a fortieth of its time."""
+    scene = gm.load("porter")
+    fast = replace(scene.spindle, speeds=tuple(2 * speed for speed in scene.spindle.speeds))
+    early = gm.accuracy_study(replace(scene, spindle=fast), longest=0.05)
+    assert "range" in early.early_end_message or "centre" in early.early_end_message
+    assert early.n_samples > 100
+    assert early.cheapest_for(1e-5).variant in ("reduced", "multibody")
+
+
+def test_a_stiff_joint_solver_gets_more_iterations_before_it_is_called_useless():
+    """Seven bodies and ten pins: twenty iterations never close them, whatever the step."""
+    squeezer = gm.accuracy_study(gm.load("andrews_squeezer"), longest=0.3)
+    staggered = squeezer.variant("impulse staggered")
+    assert staggered.best_point.max_error < 0.1
+    assert "iterations" in staggered.best_point.setting
+    assert all(point.joint_gap < 1 for point in squeezer.points)
+    assert squeezer.variant("multibody").best_point.max_error < squeezer.reference.resolvable_error

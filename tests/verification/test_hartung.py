@@ -1,0 +1,77 @@
+"""The cross-check of Hartung's governor: planted errors are found, what has no closed form is noted."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import replace
+from typing import Any
+
+import pytest
+
+import governor_mechanism as gm
+from governor_mechanism.effects.bell_crank_masses import BellCrankMasses
+from governor_mechanism.effects.dry_friction import DryFriction
+from governor_mechanism.model.scene import FreeSpindle, Spindle
+from governor_mechanism.model.time_functions import InputFunction
+from governor_mechanism.verification.hartung import statics as hartung
+from hartung_scenes import PAPER_DIMENSIONS, hartung_scene
+
+
+def quantities(scene: Any) -> dict[str, bool]:
+    """What is checked, and whether it agrees."""
+    return {row.quantity: row.passed for row in gm.crosscheck(scene).rows}
+
+
+@pytest.mark.parametrize(
+    ("change", "found"),
+    [
+        ({"angle": math.radians(132.001)}, "static sleeve force at"),
+        ({"weight_mass": 45.001}, "equilibrium speed at"),
+        ({"sleeve_mass": 15.01}, "spring force that holds"),
+        ({"weight_arm": 0.11501}, "lever angle in motion"),
+        ({"sleeve_arm": 0.1701}, "period of an infinitely small swing"),
+    ],
+)
+def test_a_planted_error_is_found(monkeypatch: pytest.MonkeyPatch, change: dict[str, float], found: str) -> None:
+    right = hartung.build_closed_form_governor
+    monkeypatch.setattr(hartung, "closed_governor", lambda scene: replace(right(scene), **change))
+    scene = gm.load("hartung_dubois")
+    wrong = quantities(replace(scene, run=replace(scene.run, duration=2.0)))
+    assert any(name.startswith(found) and not passed for name, passed in wrong.items())
+
+
+def test_a_free_spindle_is_followed_with_its_speed() -> None:
+    program = InputFunction(times=(0.0, 0.5, 1.0), values=(0.0, 6.0, 0.0))
+    spindle = FreeSpindle(inertia=0.8, start_speed=21.8, torque=program)
+    scene = hartung_scene({**PAPER_DIMENSIONS, "hanger": 0.3}, speed=spindle, angle=0.02, duration=1.5)
+    report = gm.crosscheck(scene)
+    assert report.passed, str(report)
+    assert any(row.quantity.startswith("spindle speed in motion") for row in report.rows)
+    assert "the spindle is free: rest at a given speed is not checked" in report.notes
+
+
+def test_a_speed_without_rest_within_the_stroke_is_noted() -> None:
+    scene = hartung_scene(PAPER_DIMENSIONS, speed=Spindle(speeds=(24.0,)), angle=0.1, duration=0.1)
+    report = gm.crosscheck(scene)
+    assert report.passed, str(report)
+    assert any("rests nowhere within its stroke" in note for note in report.notes)
+
+
+@pytest.mark.parametrize(
+    ("more", "note"),
+    [
+        (BellCrankMasses(mass=1.0), "only the energy is checked"),
+        (DryFriction(reading="sleeve_lift", force=InputFunction(values=(20.0,))), "the closed form has no DryFriction"),
+    ],
+)
+def test_what_has_no_closed_form_is_noted(more: Any, note: str) -> None:
+    scene = hartung_scene({**PAPER_DIMENSIONS, "spring_rate": 35e3}, angle=0.05, more_effects=(more,), duration=0.2)
+    report = gm.crosscheck(replace(scene, run=replace(scene.run, engine="multibody")))
+    assert report.passed, str(report)
+    assert any(note in one for one in report.notes)
+
+
+def test_without_gravity_it_is_refused() -> None:
+    scene = hartung_scene(PAPER_DIMENSIONS)
+    with pytest.raises(gm.MechanismError, match="need both effects, gravity and centrifugal"):
+        gm.crosscheck(replace(scene, effects=scene.effects[1:]))
