@@ -64,9 +64,7 @@ def one_scene(number: int, seed: int) -> tuple[int, list[CertificateCheck]]:
     """How many refusals came before a scene, and its certificates."""
     drawn = draw_scene(number, seed)
     truth = ReferenceSolutions(drawn.scene)
-    return len(drawn.refused), [
-        guarded(drawn, engine, accuracy, truth) for engine, accuracy in draw_accuracies(drawn).items()
-    ]
+    return len(drawn.refused), [guarded(drawn, engine, accuracy, truth) for engine, accuracy in draw_accuracies(drawn).items()]
 
 
 def guarded(drawn: RandomScene, engine: str, accuracy: float, truth: ReferenceSolutions) -> CertificateCheck:
@@ -122,10 +120,7 @@ def tell_law(every: Sequence[CertificateCheck]) -> None:
             within, lawful = (100 * np.mean(over * factor >= 1) for factor in (1.0, LAW))
             name, worst = (f"**{engine}**", "") if not group else (engine, "")
             worst = f"{1 / np.min(over):.2g}" if np.min(over) > 0 else "no end"
-            print(
-                f"| {name} | {group or '**all**'} | {len(runs)} | {within:.1f} % | {lawful:.1f} % "
-                f"| {np.median(over):.1f} | {worst} |"
-            )
+            print(f"| {name} | {group or '**all**'} | {len(runs)} | {within:.1f} % | {lawful:.1f} % | {np.median(over):.1f} | {worst} |")
     print("\nworst: the largest true error over its estimate\n")
 
 
@@ -143,17 +138,12 @@ def tell_set_aside(every: Sequence[CertificateCheck]) -> None:
 
 def tell_short(every: Sequence[CertificateCheck]) -> None:
     """Every run that is farther off than the law allows, so that it can be made again."""
-    short = sorted(
-        (one for one in every if one.is_judged and LAW * one.overestimation < 1), key=lambda one: one.overestimation
-    )
+    short = sorted((one for one in every if one.is_judged and LAW * one.overestimation < 1), key=lambda one: one.overestimation)
     print(f"{len(short)} runs are farther off than {LAW:g} times their estimate:\n")
     if short:
         print("| scene | engine | asked | ended | estimate | true error | what it is |\n|---|---|---|---|---|---|---|")
     for one in short:
-        print(
-            f"| {one.number} | {one.engine} | {one.accuracy:.1e} | {one.outcome} | {one.estimate:.1e} "
-            f"| {one.true:.1e} | {one.words} |"
-        )
+        print(f"| {one.number} | {one.engine} | {one.accuracy:.1e} | {one.outcome} | {one.estimate:.1e} | {one.true:.1e} | {one.words} |")
     print()
     for one in every:
         if one.set_aside == "references disagree" and one.doubt > LAW * one.estimate:
@@ -178,16 +168,7 @@ def draw(judged: Sequence[CertificateCheck], path: Path) -> None:
     from matplotlib import pyplot
     from matplotlib.ticker import FuncFormatter, PercentFormatter
 
-    from governor_mechanism.render.style import (
-        INK,
-        MUTED,
-        PAPER,
-        RULE,
-        SANS_FONT,
-        SERIES_COLOURS,
-        SERIF_FONT,
-        VERMILLION,
-    )
+    from governor_mechanism.render.style import INK, MUTED, PAPER, RULE, SANS_FONT, SERIES_COLOURS, SERIF_FONT, VERMILLION
 
     figure, axes = pyplot.subplots(figsize=(8.4, 5.0), facecolor=PAPER)
     axes.set_facecolor(PAPER)

@@ -24,17 +24,13 @@ from render.stub_run import GOVERNOR_DIMENSIONS, fake_run
 def with_func_animation(run: Trajectory, path: Path) -> int:
     """The same film the usual way; returns the number of frames."""
     times, _ = schedule_frames(0.0, float(run.times[-1]), 25)
-    picture = FramePainter(
-        run, interpolate_frame_data(run, run.scene.part, (0.0, float(run.times[-1])), times), animated=False
-    )
+    picture = FramePainter(run, interpolate_frame_data(run, run.scene.part, (0.0, float(run.times[-1])), times), animated=False)
 
     def update(k: int) -> list[Artist]:
         picture.update(k)
         return []
 
-    FuncAnimation(picture.figure, update, frames=len(times), cache_frame_data=False).save(
-        path, writer=PillowWriter(fps=25)
-    )
+    FuncAnimation(picture.figure, update, frames=len(times), cache_frame_data=False).save(path, writer=PillowWriter(fps=25))
     return len(times)
 
 

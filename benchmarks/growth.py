@@ -191,9 +191,7 @@ def draw(every: Sequence[tuple[Growth, Found]], target: Path) -> None:
         low, high = axes.get_ylim()
         axes.set_ylim(low, high * (high / low) ** 0.35)  # room for the names
         axes.legend(loc="upper left", frameon=False, labelcolor="linecolor", prop={"family": SANS_FONT, "size": 9})
-    figure.text(
-        0.02, 0.945, "How time grows, at one true error", fontsize=14, color=INK, fontfamily=SERIF_FONT, va="center"
-    )
+    figure.text(0.02, 0.945, "How time grows, at one true error", fontsize=14, color=INK, fontfamily=SERIF_FONT, va="center")
     canvas: Any = FigureCanvasAgg(figure)
     canvas.print_png(str(target), metadata={"Software": None})
 

@@ -61,9 +61,7 @@ def against_one_coordinate() -> None:
     print(f"| the same run, with start, readings and energies | {single_seconds * 1e3:.1f} | |")
     print(f"| asked for 1e-8, certified, all of it | {whole * 1e3:.1f} | |")
     evaluations = single.cost.evaluations["equations of motion"]
-    print(
-        f"\n{stepped / evaluations * 1e6:.2f} µs an evaluation of the equations of motion (target: ratio at most 100)\n"
-    )
+    print(f"\n{stepped / evaluations * 1e6:.2f} µs an evaluation of the equations of motion (target: ratio at most 100)\n")
 
 
 def ended(engine: MultibodyEngine, scene: Scene) -> float:
@@ -154,11 +152,7 @@ def against_scipy() -> None:
     theirs = shortest(lambda: by_scipy(tolerance), 2)
     engines = (MultibodyEngine(tolerance=t) for t in 10.0 ** -np.arange(6.0, 14.0, 0.5))
     times = np.array([0.03])
-    engine = next(
-        e
-        for e in engines
-        if np.max(np.abs(e.run(scene, times=times, certify=False).poses[-1, :, 2] - true)) < 1e-9 * 15.8
-    )
+    engine = next(e for e in engines if np.max(np.abs(e.run(scene, times=times, certify=False).poses[-1, :, 2] - true)) < 1e-9 * 15.8)
     ours = shortest(lambda: engine.run(scene, times=times, certify=False))
     certified = shortest(lambda: gm.run(scene, "multibody", accuracy=1e-9, times=[0.03]))
     print("| Andrews' squeezing mechanism, 0.03 s, 1e-9 | ms | times faster |\n|---|---|---|")

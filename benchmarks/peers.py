@@ -174,9 +174,7 @@ def multibody_stepping(case: Case, exponent: int) -> Callable[[], FloatArray]:
 
     def run() -> FloatArray:
         state = stepper.state_history(stepper.integrate(10.0**-exponent).states)
-        return evaluate_output_value(
-            mechanism, case.reading, state.poses[stepper.time_grid.truncate(len(state.times)).reported_indices]
-        )
+        return evaluate_output_value(mechanism, case.reading, state.poses[stepper.time_grid.truncate(len(state.times)).reported_indices])
 
     return run
 
@@ -212,9 +210,7 @@ def measured(way: Way, rung: int, true: FloatArray) -> Measured:
     if angles.shape != true.shape:
         raise ArithmeticError("the run ended early")
     seconds: list[float] = []
-    while not seconds or (
-        seconds[0] < LONGEST and (len(seconds) < FEWEST or (sum(seconds) < TIMING and len(seconds) < REPEATS))
-    ):
+    while not seconds or (seconds[0] < LONGEST and (len(seconds) < FEWEST or (sum(seconds) < TIMING and len(seconds) < REPEATS))):
         started = time.perf_counter()
         run()
         seconds.append(time.perf_counter() - started)

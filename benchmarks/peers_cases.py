@@ -166,15 +166,11 @@ def cases() -> tuple[Case, ...]:
     porter = gm.load("porter")
     # The speed at which a sleeve 400 times as heavy as a ball rests at the same angle.
     speed = porter.spindle.speeds[0] * math.sqrt((1 + 400) / (1 + 4))
-    heavy = gm.load(
-        edited("porter", ('sleeve_mass = "20 kg"', 'sleeve_mass = "2000 kg"'), ('"120 rpm"', f'"{speed!r} rad/s"'))
-    )
+    heavy = gm.load(edited("porter", ('sleeve_mass = "20 kg"', 'sleeve_mass = "2000 kg"'), ('"120 rpm"', f'"{speed!r} rad/s"')))
     rubbing = gm.load("porter_dry_friction")
     # So that the speed's turning point is a reported time.
     rubbing = replace(rubbing, run=replace(rubbing.run, duration=40.0))
-    turning = gm.load(
-        written(SLIDER_CRANK_FILE.format(**{**vars(SLIDER_CRANK), "slider": SLIDER_CRANK.slider}), "slider_crank")
-    )
+    turning = gm.load(written(SLIDER_CRANK_FILE.format(**{**vars(SLIDER_CRANK), "slider": SLIDER_CRANK.slider}), "slider_crank"))
     return (
         governor_case("Porter governor, 10 s", porter),
         governor_case("sleeve 400 times as heavy as a ball, 10 s", heavy),

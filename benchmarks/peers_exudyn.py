@@ -73,9 +73,7 @@ def prepared(case: Case, solver: Any, smooth: bool, steps: int) -> Callable[[], 
     def run() -> FloatArray:
         begin()
         try:
-            done = system.SolveDynamic(
-                settings, solverType=solver, updateInitialValues=False, storeSolver=False, showHints=False
-            )
+            done = system.SolveDynamic(settings, solverType=solver, updateInitialValues=False, storeSolver=False, showHints=False)
         except Exception as error:
             # Its own kind of error is no public name in every version.
             raise ArithmeticError(str(error)) from error
@@ -130,9 +128,7 @@ def governor(system: Any, shape: Governor, zone: float) -> Made:
             end = system.AddMarker(item.MarkerBodyPosition(bodyNumber=body, localPosition=place))
             system.AddObject(item.DistanceConstraint(markerNumbers=[end, centre], distance=shape.arm))
     apart = 2 * (shape.offset + across)
-    pull = system.AddObject(
-        item.CoordinateSpringDamper(markerNumbers=outward[::-1], stiffness=stiffness_at(shape, 0.0), offset=-apart)
-    )
+    pull = system.AddObject(item.CoordinateSpringDamper(markerNumbers=outward[::-1], stiffness=stiffness_at(shape, 0.0), offset=-apart))
     if len(shape.speeds) > 1:
 
         def turn(system: Any, time: float) -> bool:
@@ -144,9 +140,7 @@ def governor(system: Any, shape: Governor, zone: float) -> Made:
     if shape.friction:
         rub(system, lift, shape.friction, zone)
     sensor = system.AddSensor(
-        item.SensorNode(
-            nodeNumber=nodes[0], storeInternal=True, outputVariableType=exudyn.OutputVariableType.Coordinates
-        )
+        item.SensorNode(nodeNumber=nodes[0], storeInternal=True, outputVariableType=exudyn.OutputVariableType.Coordinates)
     )
 
     def begin() -> None:
@@ -179,9 +173,7 @@ def slider_crank(system: Any, shape: SliderCrank) -> Made:
     """A rotor, a mass on a line, a distance between them."""
     cosine, sine = math.cos(shape.angle), math.sin(shape.angle)
     start = np.array([[cosine, -sine, 0.0], [sine, cosine, 0.0], [0.0, 0.0, 1.0]])
-    turn = system.AddNode(
-        item.Node1D(referenceCoordinates=[0.0], initialCoordinates=[0.0], initialVelocities=[shape.rate])
-    )
+    turn = system.AddNode(item.Node1D(referenceCoordinates=[0.0], initialCoordinates=[0.0], initialVelocities=[shape.rate]))
     flywheel = system.AddObject(
         item.ObjectRotationalMass1D(
             inertia=shape.flywheel_inertia + shape.flywheel_mass * shape.centre**2, nodeNumber=turn,
@@ -190,12 +182,8 @@ def slider_crank(system: Any, shape: SliderCrank) -> Made:
     )  # fmt: skip
     centre = system.AddMarker(item.MarkerBodyPosition(bodyNumber=flywheel, localPosition=[shape.centre, 0, 0]))
     system.AddLoad(item.Force(markerNumber=centre, loadVector=[0, -shape.flywheel_mass * GRAVITY, 0]))
-    slide = system.AddNode(
-        item.Node1D(referenceCoordinates=[0.0], initialCoordinates=[0.0], initialVelocities=[shape.slider_rate])
-    )
-    slider = system.AddObject(
-        item.ObjectMass1D(mass=shape.slider_mass, nodeNumber=slide, referencePosition=[shape.slider, 0, 0])
-    )
+    slide = system.AddNode(item.Node1D(referenceCoordinates=[0.0], initialCoordinates=[0.0], initialVelocities=[shape.slider_rate]))
+    slider = system.AddObject(item.ObjectMass1D(mass=shape.slider_mass, nodeNumber=slide, referencePosition=[shape.slider, 0, 0]))
     push = system.AddMarker(item.MarkerNodeCoordinate(nodeNumber=slide, coordinate=0))
     system.AddLoad(item.LoadCoordinate(markerNumber=push, load=shape.force))
     ends = [

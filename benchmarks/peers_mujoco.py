@@ -117,13 +117,10 @@ def governor(case: Case, shape: Governor, tuning: Tuning, step: float, steps: in
         stiffness = -0.5 * shape.ball_mass * shape.speeds[0][1] ** 2
         ends = '<site site="ball1"/><site site="ball-1"/>'
         pull = f'<spatial stiffness="{stiffness!r}" springlength="0">{ends}</spatial>'
-    links = "".join(
-        f'<spatial name="link{side}"><site site="ball{side}"/><site site="lug{side}"/></spatial>' for side in (1, -1)
-    )
+    links = "".join(f'<spatial name="link{side}"><site site="ball{side}"/><site site="lug{side}"/></spatial>' for side in (1, -1))
     holds = "".join(f'<tendon tendon1="link{side}" {tuning.held(step)}/>' for side in (1, -1))
     model = mujoco.MjModel.from_xml_string(
-        f"<mujoco>{tuning.option(step)}<worldbody>{bodies}</worldbody><tendon>{links}{pull}</tendon>"
-        f"<equality>{holds}</equality></mujoco>"
+        f"<mujoco>{tuning.option(step)}<worldbody>{bodies}</worldbody><tendon>{links}{pull}</tendon><equality>{holds}</equality></mujoco>"
     )
     data, slopes = mujoco.MjData(model), np.zeros(INTERVALS)
     for (begin, low), (end, high) in ramps:

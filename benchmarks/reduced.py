@@ -137,9 +137,7 @@ def sweeps() -> None:
     together = shortest(lambda: gm.sweep(scene, vary, engine="reduced", accuracy=1e-8), 3)
     print(f"| all together (target 0.5) | {together:.2f} | {memory():.0f} |")
     # A function as quantity takes whole runs, so each row is one.
-    single = shortest(
-        lambda: gm.sweep(scene, vary, {"final arm_angle": last_angle}, engine="reduced", accuracy=1e-8), 1
-    )
+    single = shortest(lambda: gm.sweep(scene, vary, {"final arm_angle": last_angle}, engine="reduced", accuracy=1e-8), 1)
     print(f"| one run each (target 8) | {single:.1f} | {memory():.0f} |")
 
 

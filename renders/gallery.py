@@ -20,12 +20,7 @@ from governor_mechanism.studies.regulation import registry as studies
 
 FOLDER = Path(__file__).parent
 
-SHOWN = {
-    "watt_improved": (11.0, 16.0),
-    "porter_dry_friction": (0.0, 12.0),
-    "hartung_dubois": (0.0, 7.0),
-    "hartung_right_angle": (0.0, 7.0),
-}
+SHOWN = {"watt_improved": (11.0, 16.0), "porter_dry_friction": (0.0, 12.0), "hartung_dubois": (0.0, 7.0), "hartung_right_angle": (0.0, 7.0)}
 """The piece (s) of a scene that is filmed, where it is not the first four seconds."""
 
 BRAKED = ("porter_cyclic", "porter_cyclic_damped"), ("without the brake", "with the dashpot")
@@ -70,16 +65,10 @@ def main() -> None:
 
 def _regulation() -> None:
     """The studies of how a governor regulates."""
-    figures.cyclic_figure(
-        studies.study_cyclic_motion(gm.load("porter_cyclic"), studies.FLUCTUATION_RATIOS), FOLDER / "twitch.png"
-    )
-    played = [
-        studies.study_clearance(gm.load(name), studies.CLEARANCES) for name in ("porter_clearance", "watt_clearance")
-    ]
+    figures.cyclic_figure(studies.study_cyclic_motion(gm.load("porter_cyclic"), studies.FLUCTUATION_RATIOS), FOLDER / "twitch.png")
+    played = [studies.study_clearance(gm.load(name), studies.CLEARANCES) for name in ("porter_clearance", "watt_clearance")]
     figures.clearance_figure(played, FOLDER / "play.png")
-    figures.settling_figure(
-        studies.study_settling(gm.load("porter_load_step"), studies.DAMPING_COEFFICIENTS), FOLDER / "settling.png"
-    )
+    figures.settling_figure(studies.study_settling(gm.load("porter_load_step"), studies.DAMPING_COEFFICIENTS), FOLDER / "settling.png")
     figures.fold_jump_figure(studies.study_fold_jump(gm.load("watt_improved"), studies.RAMP_RATES), FOLDER / "jump.png")
 
 

@@ -66,9 +66,7 @@ def certified_events(run: Trajectory, min_separation: float = 0.0) -> tuple[Even
     """The events of a run that its certificate speaks of, less what was undone within so many seconds."""
     if not has_contacts(run.scene):
         return ()
-    return drop_cancelled_events(
-        [event for event in run.events if event.kind not in DERIVED_EVENT_KINDS], min_separation
-    )
+    return drop_cancelled_events([event for event in run.events if event.kind not in DERIVED_EVENT_KINDS], min_separation)
 
 
 def max_difference(run: Trajectory, other: Trajectory, accuracy: float) -> float:
@@ -78,9 +76,7 @@ def max_difference(run: Trajectory, other: Trajectory, accuracy: float) -> float
     """
     scene, second = run.scene, time_scale(run.scene)
     shared, near = min(len(run.times), len(other.times)), accuracy * second
-    late, beside = compare_event_logs(
-        certified_events(other, near), certified_events(run, near), run.times[:shared], near
-    )
+    late, beside = compare_event_logs(certified_events(other, near), certified_events(run, near), run.times[:shared], near)
     kept = ~beside
     found = late / second if has_contacts(scene) else 0.0
     for values, others, unit in ((run.readings, other.readings, 1.0), (run.rates, other.rates, second)):
@@ -184,24 +180,15 @@ def draw_accuracies(drawn: RandomScene) -> dict[str, float]:
     return {name: one for name, one in asked.items() if not build_engine(name, drawn.scene, one).refusal(drawn.scene)}
 
 
-def check_certificate(
-    drawn: RandomScene, engine: str, accuracy: float, references: ReferenceSolutions
-) -> CertificateCheck:
+def check_certificate(drawn: RandomScene, engine: str, accuracy: float, references: ReferenceSolutions) -> CertificateCheck:
     """One certified run held against the truth."""
     try:
         run = build_engine(engine, drawn.scene, accuracy).run(drawn.scene, accuracy=accuracy)
     except GovernorMechanismError as error:
         told: dict[str, Any] = {"outcome": "REFUSED", "set_aside": f"refused: {error}"}
     else:
-        told = {"outcome": run.outcome.name, "seconds": run.cost.wall_time} | compare_with_references(
-            run, accuracy, references
-        )
-    about: dict[str, Any] = {
-        "seed": drawn.seed,
-        "number": drawn.number,
-        "words": drawn.description,
-        "group": drawn.group,
-    }
+        told = {"outcome": run.outcome.name, "seconds": run.cost.wall_time} | compare_with_references(run, accuracy, references)
+    about: dict[str, Any] = {"seed": drawn.seed, "number": drawn.number, "words": drawn.description, "group": drawn.group}
     return CertificateCheck(engine=engine, accuracy=accuracy, **about, **told)
 
 

@@ -36,9 +36,7 @@ def four_bar_chain(loops: int, duration: float, output_interval: float) -> Scene
         initial_guess=tuple(sketch),
     )  # fmt: skip
     start = Start(values={"crank_angle": math.pi / 2}, rates={"crank_angle": -1.0})
-    return _scene(
-        f"{loops} four-bar loops", mechanism, start, RunSettings(duration=duration, output_interval=output_interval)
-    )
+    return _scene(f"{loops} four-bar loops", mechanism, start, RunSettings(duration=duration, output_interval=output_interval))
 
 
 def four_bar_acceleration(loops: int, angle: float, gravity: float) -> float:
@@ -50,24 +48,16 @@ def four_bar_acceleration(loops: int, angle: float, gravity: float) -> float:
 def hanging_chain(rods: int, duration: float, output_interval: float) -> Scene:
     """Rods of 0.1 m and 0.1 kg, pinned end to end and to the ground, let go straight and at a slant."""
     lean = -1.2
-    bodies = [
-        Body(name=f"{k}", mass=0.1, second_moments=SecondMoments(xx=0.1 * LINK_LENGTH**2 / 12)) for k in range(rods)
-    ]
+    bodies = [Body(name=f"{k}", mass=0.1, second_moments=SecondMoments(xx=0.1 * LINK_LENGTH**2 / 12)) for k in range(rods)]
     ends = [Point(body=GROUND), *(Point(body=body.name, x=LINK_LENGTH / 2) for body in bodies)]
-    joints = [
-        _pin(body.name, end, Point(body=body.name, x=-LINK_LENGTH / 2)) for body, end in zip(bodies, ends, strict=False)
-    ]
-    sketch = [
-        ((k + 0.5) * LINK_LENGTH * math.cos(lean), (k + 0.5) * LINK_LENGTH * math.sin(lean), lean) for k in range(rods)
-    ]
+    joints = [_pin(body.name, end, Point(body=body.name, x=-LINK_LENGTH / 2)) for body, end in zip(bodies, ends, strict=False)]
+    sketch = [((k + 0.5) * LINK_LENGTH * math.cos(lean), (k + 0.5) * LINK_LENGTH * math.sin(lean), lean) for k in range(rods)]
     reading = BodyAngle(name="lean", quantity="angle", body="0")
     mechanism = Mechanism(
         bodies=tuple(bodies), joints=tuple(joints), readings=(reading,), coordinate=reading.name, length_scale=LINK_LENGTH,
         initial_guess=tuple(sketch),
     )  # fmt: skip
-    return _scene(
-        f"{rods} rods in a chain", mechanism, Start(), RunSettings(duration=duration, output_interval=output_interval)
-    )
+    return _scene(f"{rods} rods in a chain", mechanism, Start(), RunSettings(duration=duration, output_interval=output_interval))
 
 
 def _pin(name: str, first: Point, second: Point) -> Pin:

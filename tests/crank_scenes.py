@@ -16,14 +16,7 @@ SLIDE_VALVE_DIMENSIONS = {
     "crank_speed": 10.0,
 }
 SLIDER_CRANK_DIMENSIONS = {"crank": 0.3, "connecting_rod": 1.5, "crank_speed": 10.0}
-SLIDER_CRANK_MASSES = {
-    "crank": 80.0,
-    "crank_centre": -0.05,
-    "rod": 70.0,
-    "rod_centre": 0.6,
-    "rod_inertia": 9.0,
-    "crosshead": 110.0,
-}
+SLIDER_CRANK_MASSES = {"crank": 80.0, "crank_centre": -0.05, "rod": 70.0, "rod_centre": 0.6, "rod_inertia": 9.0, "crosshead": 110.0}
 
 
 def document(machine: str, dimensions: dict, effects: dict | None = None, **run) -> dict:

@@ -13,15 +13,7 @@ PORTER = {"arm": 0.3, "offset": 0.04, "ball_mass": 5.0, "sleeve_mass": 20.0}
 WATT = {"arm": 0.4, "offset": 0.05, "ball_mass": 2.0}
 CROSSED = {"arm": 0.4, "offset": -0.06, "ball_mass": 2.0, "sleeve_mass": 8.0}
 EXTENDED = {"arm": 0.4, "arm_joint": 0.25, "offset": 0.03, "ball_mass": 2.5, "sleeve_mass": 7.5}
-UNCROSSED_LINKS = {
-    "arm": 0.4,
-    "arm_joint": 0.25,
-    "offset": -0.04,
-    "lug_offset": 0.03,
-    "link": 0.2,
-    "ball_mass": 2.0,
-    "sleeve_mass": 8.0,
-}
+UNCROSSED_LINKS = {"arm": 0.4, "arm_joint": 0.25, "offset": -0.04, "lug_offset": 0.03, "link": 0.2, "ball_mass": 2.0, "sleeve_mass": 8.0}
 
 
 def governor_scene(

@@ -37,12 +37,7 @@ def hartung_scene(
 ) -> Scene:
     """A Hartung governor with gravity, centrifugal load, and more effects."""
     machine, effects = HartungGovernor(**dimensions), (Gravity(), Centrifugal(), *more_effects)
-    part = Part(
-        name="governor",
-        machine=machine.name,
-        dimensions=machine.dimensions(),
-        mechanism=machine.mechanism_with_effects(effects),
-    )
+    part = Part(name="governor", machine=machine.name, dimensions=machine.dimensions(), mechanism=machine.mechanism_with_effects(effects))
     return Scene(
         title="test",
         parts=(part,),

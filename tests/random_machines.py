@@ -57,10 +57,7 @@ def draw_pendulum_governor(random: Random, more_dimensions: Mapping[str, float])
     effects: Document = {"gravity": True, "centrifugal": True}
     if draw_bool(random, 0.3):
         effects["rods"] = draw_rods(random, dimensions)
-    start: Document = {
-        "arm_angle": middle + draw_uniform(random, -0.12, 0.12),
-        "arm_rate": draw_uniform(random, -0.4, 0.4),
-    }
+    start: Document = {"arm_angle": middle + draw_uniform(random, -0.12, 0.12), "arm_rate": draw_uniform(random, -0.4, 0.4)}
     if "sleeve_mass" in dimensions and "link_mass" not in effects.get("rods", {}) and draw_bool(random, 0.2):
         width = draw_log_uniform(random, 2e-4, 5e-3)
         effects["clearance"] = {"width": width, "restitution": draw_restitution(random)}
@@ -81,9 +78,7 @@ def draw_rods(random: Random, dimensions: Mapping[str, float]) -> Document:
     return found
 
 
-def governor_document(
-    machine: str, dimensions: Document, effects: Document, start: Document, speed: float, random: Random
-) -> Document:
+def governor_document(machine: str, dimensions: Document, effects: Document, start: Document, speed: float, random: Random) -> Document:
     """A governor's document, for a few swings, which take about as long as turns."""
     duration = math.tau / speed * draw_uniform(random, 1.0, 4.0)
     return {
@@ -103,9 +98,7 @@ def draw_run_settings(random: Random, duration: float) -> Document:
 
 def draw_spindle(random: Random, speed: float, duration: float) -> Document:
     """Steady, on a ramp, with a step, on a smooth curve, uneven, or left to itself."""
-    kind = draw_choice(
-        random, ("steady", "steady", "ramp", "step", "smooth", "uneven", "free", "free with a step of load")
-    )
+    kind = draw_choice(random, ("steady", "steady", "ramp", "step", "smooth", "uneven", "free", "free with a step of load"))
     first, second, third = (speed * draw_uniform(random, 0.95, 1.06) for _ in range(3))
     early, late = duration * draw_uniform(random, 0.0, 0.45), duration * draw_uniform(random, 0.5, 1.1)
     if kind == "ramp":
@@ -115,10 +108,7 @@ def draw_spindle(random: Random, speed: float, duration: float) -> Document:
     if kind == "smooth":
         return {"speed": [[0.0, speed], [early + 0.02 * duration, first], [late, second], [1.3 * duration, third]]}
     if kind == "uneven":
-        swing = {
-            "speed_fluctuation": draw_log_uniform(random, 0.005, 0.2),
-            "cycles_per_turn": float(draw_choice(random, (1, 2, 4))),
-        }
+        swing = {"speed_fluctuation": draw_log_uniform(random, 0.005, 0.2), "cycles_per_turn": float(draw_choice(random, (1, 2, 4)))}
         return {"speed": speed, **swing}
     if kind.startswith("free"):
         inertia = draw_log_uniform(random, 0.05, 5.0)
@@ -139,11 +129,7 @@ def draw_watt(random: Random) -> Document:
 def draw_porter(random: Random) -> Document:
     """A loaded sleeve on links as long as the arms, or on others."""
     arm = draw_log_uniform(random, 0.15, 0.6)
-    more = {
-        "arm": arm,
-        "offset": arm * draw_uniform(random, 0.0, 0.3),
-        "sleeve_mass": draw_log_uniform(random, 0.5, 60.0),
-    }
+    more = {"arm": arm, "offset": arm * draw_uniform(random, 0.0, 0.3), "sleeve_mass": draw_log_uniform(random, 0.5, 60.0)}
     if draw_bool(random, 0.4):
         more["link"] = arm * draw_uniform(random, 0.9, 1.3)
     return draw_pendulum_governor(random, more)
@@ -162,11 +148,7 @@ def draw_extended_arms(random: Random) -> Document:
 def draw_crossed_arms(random: Random) -> Document:
     """Arms that cross the axis, and links with them."""
     arm = draw_log_uniform(random, 0.2, 0.6)
-    more = {
-        "arm": arm,
-        "offset": -arm * draw_uniform(random, 0.02, 0.15),
-        "sleeve_mass": draw_log_uniform(random, 0.5, 20.0),
-    }
+    more = {"arm": arm, "offset": -arm * draw_uniform(random, 0.02, 0.15), "sleeve_mass": draw_log_uniform(random, 0.5, 20.0)}
     return draw_pendulum_governor(random, more)
 
 
@@ -188,21 +170,10 @@ def draw_parabolic(random: Random) -> Document:
     """Near the one speed at which the balls rest anywhere."""
     inner, outer = 0.05, draw_uniform(random, 0.2, 0.4)
     ball, sleeve, parameter = 1.0, draw_log_uniform(random, 0.5, 10.0), draw_uniform(random, 0.3, 0.9)
-    dimensions = {
-        "double_parameter": parameter,
-        "inner_radius": inner,
-        "outer_radius": outer,
-        "ball_mass": ball,
-        "sleeve_mass": sleeve,
-    }
-    start = {
-        "ball_radius": inner + (outer - inner) * draw_uniform(random, 0.2, 0.8),
-        "ball_rate": draw_uniform(random, -0.05, 0.05),
-    }
+    dimensions = {"double_parameter": parameter, "inner_radius": inner, "outer_radius": outer, "ball_mass": ball, "sleeve_mass": sleeve}
+    start = {"ball_radius": inner + (outer - inner) * draw_uniform(random, 0.2, 0.8), "ball_rate": draw_uniform(random, -0.05, 0.05)}
     speed = math.sqrt(2 * G * (1 + sleeve / ball) / parameter) * draw_uniform(random, 0.97, 1.03)
-    return governor_document(
-        "parabolic_governor", dimensions, {"gravity": True, "centrifugal": True}, start, speed, random
-    )
+    return governor_document("parabolic_governor", dimensions, {"gravity": True, "centrifugal": True}, start, speed, random)
 
 
 def draw_hartung(random: Random) -> Document:
@@ -227,9 +198,7 @@ def draw_hartung(random: Random) -> Document:
     effects: Document = {"gravity": True, "centrifugal": True}
     if draw_bool(random, 0.4):
         sizes = {"weight_width": 0.15, "weight_height": draw_uniform(random, 0.1, 0.25)}
-        effects["bell_cranks"] = {"mass": draw_log_uniform(random, 1.0, 8.0)} | (
-            sizes if draw_bool(random, 0.5) else {}
-        )
+        effects["bell_cranks"] = {"mass": draw_log_uniform(random, 1.0, 8.0)} | (sizes if draw_bool(random, 0.5) else {})
     start = {"lever_angle": draw_uniform(random, -0.12, 0.12), "lever_rate": draw_uniform(random, -0.3, 0.3)}
     return governor_document("hartung", dimensions, effects, start, draw_uniform(random, slow, fast), random)
 
@@ -277,9 +246,7 @@ def draw_slider_crank(random: Random) -> Document:
     return driven_crank_document("slider_crank", dimensions, effects, speed, random)
 
 
-def driven_crank_document(
-    machine: str, dimensions: Document, effects: Document, speed: float, random: Random
-) -> Document:
+def driven_crank_document(machine: str, dimensions: Document, effects: Document, speed: float, random: Random) -> Document:
     """The document of a machine whose crank is driven for a turn or two."""
     run = draw_run_settings(random, math.tau / speed * draw_uniform(random, 0.5, 2.0))
     return {"machine": machine, "dimensions": dimensions, "effects": effects, "run": run}
@@ -320,11 +287,7 @@ def draw_free_engine(random: Random) -> Document:
     duration = math.tau / rate * draw_uniform(random, 0.5, 2.0)
     push = draw_uniform(random, -20.0, 40.0)
     steam = [[0.0, push], [0.3 * duration, push], [0.3 * duration, 0.0], [0.6 * duration, 0.5 * push]]
-    wheel = {
-        "name": "crank",
-        "mass": draw_log_uniform(random, 2.0, 30.0),
-        "disc": {"radius": draw_uniform(random, 0.1, 0.5)},
-    }
+    wheel = {"name": "crank", "mass": draw_log_uniform(random, 2.0, 30.0), "disc": {"radius": draw_uniform(random, 0.1, 0.5)}}
     return custom_document(
         random,
         duration,
@@ -371,9 +334,7 @@ def draw_four_bar_pose(random: Random) -> FourBarPose:
         if abs(cosine) < 0.9:
             turn = math.acos(cosine) * draw_choice(random, (-1.0, 1.0))
             elbow = knee + cmath.rect(rod, cmath.phase(pivot - knee) + turn)
-            return FourBarPose(
-                knee, elbow, pivot, angle, draw_choice(random, (-1.0, 1.0)) * draw_uniform(random, 1.0, 8.0)
-            )
+            return FourBarPose(knee, elbow, pivot, angle, draw_choice(random, (-1.0, 1.0)) * draw_uniform(random, 1.0, 8.0))
 
 
 def draw_four_bar(random: Random) -> Document:
@@ -422,9 +383,7 @@ def four_bar_document(
         if draw_bool(random, 0.5):
             drive["rate"] = pose.rate
         else:
-            middle, last = (
-                pose.angle + pose.rate * duration * draw_uniform(random, 0.3, 1.0) * share for share in (0.5, 1.2)
-            )
+            middle, last = (pose.angle + pose.rate * duration * draw_uniform(random, 0.3, 1.0) * share for share in (0.5, 1.2))
             drive.pop("angle")
             drive["motion"] = [[0.0, pose.angle], [0.5 * duration, middle], [1.2 * duration, last]]
         pins.append(drive)

@@ -25,16 +25,7 @@ from governor_mechanism.model.effect import Effect
 from governor_mechanism.model.scene import Scene
 from governor_mechanism.model.time_functions import InputFunction
 from governor_mechanism.scenes.parser import parse_scene_document
-from random_machines import (
-    MACHINES,
-    G,
-    Random,
-    draw_bool,
-    draw_choice,
-    draw_log_uniform,
-    draw_restitution,
-    draw_uniform,
-)
+from random_machines import MACHINES, G, Random, draw_bool, draw_choice, draw_log_uniform, draw_restitution, draw_uniform
 
 MAX_DRAWS = 200
 """So many refusals in a row mean that the generator is wrong, not its luck."""
@@ -76,10 +67,7 @@ def effect_sites(scene: Scene) -> list[EffectSite]:
     for reading in mechanism.readings:
         here = evaluate_output(mechanism, reading.name, poses)
         slope = float(np.sum(here.gradient * ways))
-        if (
-            reading.name != CLEARANCE_READING
-            and abs(slope) > 0.1 * (1.0 if reading.quantity == "angle" else mechanism.length_scale) / unit
-        ):
+        if reading.name != CLEARANCE_READING and abs(slope) > 0.1 * (1.0 if reading.quantity == "angle" else mechanism.length_scale) / unit:
             found.append(
                 EffectSite(
                     name=reading.name,
@@ -121,15 +109,10 @@ def draw_spring(random: Random, site: EffectSite, _: float) -> Effect:
 
 def draw_stops(random: Random, site: EffectSite, _: float) -> Effect:
     """On one side or on both, near enough to be struck."""
-    low, high = (
-        site.value + side * site.span * abs(site.derivative) * draw_uniform(random, 0.1, 1.5) for side in (-1.0, 1.0)
-    )
+    low, high = (site.value + side * site.span * abs(site.derivative) * draw_uniform(random, 0.1, 1.5) for side in (-1.0, 1.0))
     kind = int(random.integers(4))
     return Stops(
-        reading=site.name,
-        low=low if kind != 1 else -math.inf,
-        high=high if kind != 2 else math.inf,
-        restitution=draw_restitution(random),
+        reading=site.name, low=low if kind != 1 else -math.inf, high=high if kind != 2 else math.inf, restitution=draw_restitution(random)
     )
 
 
@@ -144,9 +127,7 @@ def add_random_effects(random: Random, scene: Scene) -> Scene:
     if not where:
         return scene
     # A stop against a drive is no motion: the run ends there.
-    kinds = (
-        EFFECT_GENERATORS[:-1] if PositionSolver(scene.part.mechanism).equations.is_driven.any() else EFFECT_GENERATORS
-    )
+    kinds = EFFECT_GENERATORS[:-1] if PositionSolver(scene.part.mechanism).equations.is_driven.any() else EFFECT_GENERATORS
     order = random.permutation(len(kinds))
     made = [kinds[k](random, draw_choice(random, where), scene.run.duration) for k in order]
     return replace(scene, effects=(*scene.effects, *made[: draw_choice(random, EFFECT_COUNTS)]))

@@ -36,23 +36,15 @@ def _build_mechanism():
         bodies.append(Body(name=arm, mass=mass, second_moments=SecondMoments(xx=along)))
         bodies.append(Body(name=link, mass=LINK_MASS, second_moments=SecondMoments(xx=LINK_MASS * length**2 / 12)))
         end = Point(body=arm, x=length - centre)
-        joints.append(
-            Pin(name=f"{side} suspension", first=Point(body=GROUND, x=sign * offset), second=Point(body=arm, x=-centre))
-        )
+        joints.append(Pin(name=f"{side} suspension", first=Point(body=GROUND, x=sign * offset), second=Point(body=arm, x=-centre)))
         joints.append(Pin(name=f"{side} knee", first=end, second=Point(body=link, x=-length / 2)))
-        joints.append(
-            Pin(name=f"{side} lug", first=Point(body=link, x=length / 2), second=Point(body="sleeve", x=sign * offset))
-        )
+        joints.append(Pin(name=f"{side} lug", first=Point(body=link, x=length / 2), second=Point(body="sleeve", x=sign * offset)))
         sketch.append((sign * (offset + centre * math.sin(angle)), -centre * math.cos(angle), down))
-        sketch.append(
-            (sign * (offset + length / 2 * math.sin(angle)), -1.5 * length * math.cos(angle), -math.pi - down)
-        )
+        sketch.append((sign * (offset + length / 2 * math.sin(angle)), -1.5 * length * math.cos(angle), -math.pi - down))
     bodies.append(Body(name="sleeve", mass=PORTER["sleeve_mass"], can_rotate=False))
     sketch.append((0.0, -2 * length * math.cos(angle), 0.0))
     joints.append(Slider(name="guide", first=Point(body=GROUND), second=Point(body="sleeve"), angle=math.pi / 2))
-    reading = LineAngle(
-        name="arm_angle", quantity="angle", start=Point(body=GROUND, x=offset), end=Point(body="right arm")
-    )
+    reading = LineAngle(name="arm_angle", quantity="angle", start=Point(body=GROUND, x=offset), end=Point(body="right arm"))
     return Mechanism(
         bodies=tuple(bodies),
         joints=tuple(joints),

@@ -31,8 +31,6 @@ def test_the_source_tree_finds_its_scenes():
 
 def listed(path: Path) -> tuple[list[str], str]:
     environment = {**os.environ, "PYTHONPATH": str(path)}
-    answer = subprocess.run(
-        [sys.executable, "-c", LIST], env=environment, cwd=path, capture_output=True, text=True, check=True
-    )
+    answer = subprocess.run([sys.executable, "-c", LIST], env=environment, cwd=path, capture_output=True, text=True, check=True)
     names, source = answer.stdout.splitlines()
     return names.split(), source

@@ -65,9 +65,7 @@ def run(
 
     resolved_scene = _resolve_scene(scene)
     name = resolved_scene.run.engine if engine == "auto" else engine
-    selected_engine, reason = (
-        select_engine(name, resolved_scene, accuracy) if isinstance(name, str) else (name, "given")
-    )
+    selected_engine, reason = select_engine(name, resolved_scene, accuracy) if isinstance(name, str) else (name, "given")
     return selected_engine.run(resolved_scene, times=times, accuracy=accuracy, certify=certify, reason=reason)
 
 
@@ -93,20 +91,12 @@ def crosscheck(
 
     if over is None:
         coordinate = resolved_scene.part.mechanism.coordinate
-        raise MechanismError(
-            f"crosscheck needs over={{{coordinate!r}: [...]}}, the values at which to compare a kernel"
-        )
-    return check_kernel(
-        resolved_scene, kernel, quantity, over, KERNEL_RELATIVE_TOLERANCE if allowed is None else allowed
-    )
+        raise MechanismError(f"crosscheck needs over={{{coordinate!r}: [...]}}, the values at which to compare a kernel")
+    return check_kernel(resolved_scene, kernel, quantity, over, KERNEL_RELATIVE_TOLERANCE if allowed is None else allowed)
 
 
 def kinematics(
-    scene: Scene | str | Path,
-    over: str,
-    values: Sequence[float] | NDArray[np.float64],
-    rate: float = 1.0,
-    acceleration: float = 0.0,
+    scene: Scene | str | Path, over: str, values: Sequence[float] | NDArray[np.float64], rate: float = 1.0, acceleration: float = 0.0
 ) -> Kinematics:
     """Positions, velocities and accelerations of a scene's mechanism, without integration.
 
@@ -132,10 +122,7 @@ def speed_curve(
 
 
 def insensitivity_band(
-    scene: Scene | str | Path,
-    over: Sequence[float] | NDArray[np.float64],
-    resistance: float | str,
-    against: str = "sleeve_lift",
+    scene: Scene | str | Path, over: Sequence[float] | NDArray[np.float64], resistance: float | str, against: str = "sleeve_lift"
 ) -> InsensitivityBand:
     """Between which spindle speeds a resistance (N, or N m; or "40 N") at a reading holds a scene's mechanism.
 
@@ -159,9 +146,7 @@ def equilibria(scene: Scene | str | Path, spindle_speed: float | str | None = No
     return find_equilibria(_resolve_scene(scene), spindle_speed)
 
 
-def accuracy_study(
-    scene: Scene | str | Path, longest: float = 1.0, progress: Callable[[int, int], None] | None = None
-) -> AccuracyStudy:
+def accuracy_study(scene: Scene | str | Path, longest: float = 1.0, progress: Callable[[int, int], None] | None = None) -> AccuracyStudy:
     """Every engine at every setting: its error against a reference that another engine confirms, and its time.
 
     Settings that take more than `longest` (s) are left out. The study has .cheapest_for(1e-6), .advice(1e-6), .points,
@@ -173,10 +158,7 @@ def accuracy_study(
 
 
 def effects_study(
-    scene: Scene | str | Path,
-    engine: str = "auto",
-    accuracy: float | None = None,
-    progress: Callable[[int, int], None] | None = None,
+    scene: Scene | str | Path, engine: str = "auto", accuracy: float | None = None, progress: Callable[[int, int], None] | None = None
 ) -> EffectsStudy:
     """What each effect of a scene changes in its readings and what it costs, and which may be left out.
 

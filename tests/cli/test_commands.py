@@ -48,9 +48,7 @@ def test_run_writes_film_figure_readings_arrays_and_record(tmp_path):
     assert result.exit_code == 0, result.output
     assert "accurate to" in result.stdout
     assert "(asked 1e-06)" in result.stdout
-    assert sorted(path.name for path in (tmp_path / "out").iterdir()) == [
-        f"short.{kind}" for kind in ("csv", "gif", "json", "nc", "png")
-    ]
+    assert sorted(path.name for path in (tmp_path / "out").iterdir()) == [f"short.{kind}" for kind in ("csv", "gif", "json", "nc", "png")]
 
 
 def told(stderr):
@@ -217,11 +215,7 @@ def test_the_bill_of_the_effects_is_told_drawn_and_given_as_json(tmp_path):
     result = call("effects", "porter_dry_friction", "--out", str(tmp_path), "--json")
     answer = json.loads(result.stdout)
     assert result.exit_code == 0
-    assert {row["effect"]: row["listed"] for row in answer["effects"]} == {
-        "gravity": True,
-        "centrifugal": True,
-        "dry_friction": True,
-    }
+    assert {row["effect"]: row["listed"] for row in answer["effects"]} == {"gravity": True, "centrifugal": True, "dry_friction": True}
     assert answer["leave_out"] == []
     assert [path.name for path in tmp_path.iterdir()] == ["porter_dry_friction_effects.png"]
     plain = call("effects", "porter_dry_friction", "--no-figure")

@@ -26,11 +26,7 @@ def test_the_papers_governor_is_designed_with_its_misprints_marked(tmp_path: Pat
     assert result.exit_code == 0, result.output
     told = json.loads(result.stdout)
     assert "spring force at 92 mm, 212 rpm" in told["paper"]["misprints"]
-    assert [Path(name).name for name in told["files"]] == [
-        "hartung_design.toml",
-        "hartung_spring_lines.png",
-        "hartung_sleeve_force.png",
-    ]
+    assert [Path(name).name for name in told["files"]] == ["hartung_design.toml", "hartung_spring_lines.png", "hartung_sleeve_force.png"]
     assert all(Path(name).is_file() for name in told["files"])
     scene = gm.load(tmp_path / "hartung_design.toml")
     # The file gives twelve digits.
@@ -38,9 +34,7 @@ def test_the_papers_governor_is_designed_with_its_misprints_marked(tmp_path: Pat
 
 
 def test_inputs_of_ones_own_leave_the_paper_aside(tmp_path: Path) -> None:
-    result = call(
-        "hartung", "--with", "wire=10 mm", "--with", "weight_mass=50 kg", "--no-figure", "--out", str(tmp_path)
-    )
+    result = call("hartung", "--with", "wire=10 mm", "--with", "weight_mass=50 kg", "--no-figure", "--out", str(tmp_path))
     assert result.exit_code == 0, result.output
     assert "MISPRINT" not in result.stdout
     assert "bell crank: 137.197 deg" in result.stdout  # masses and wire do not enter it

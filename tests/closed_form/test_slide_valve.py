@@ -45,16 +45,12 @@ def stroke(train: CrankTrain, angle: float, end: str) -> float:
 
 
 @pytest.mark.parametrize(
-    ("ratio", "row"),
-    [(ratio, row) for ratio in RATIOS for row in marks.VALVE_EVENTS[ratio]],
-    ids=lambda value: str(value)[:28],
+    ("ratio", "row"), [(ratio, row) for ratio in RATIOS for row in marks.VALVE_EVENTS[ratio]], ids=lambda value: str(value)[:28]
 )
 def test_the_events_are_met_to_the_printed_digits(ratio: int, row: tuple[object, ...]) -> None:
     name = str(row[0])
     theory, exact, binomial, shift, *strokes = (float(value) for value in row[1:])  # type: ignore[arg-type]
-    angles = [
-        closed.event_angle(of_ratio(ratio), event=name, law=law, **LAPS) for law in ("theory", "exact", "binomial")
-    ]
+    angles = [closed.event_angle(of_ratio(ratio), event=name, law=law, **LAPS) for law in ("theory", "exact", "binomial")]
     for angle, printed in zip(angles, (theory, exact, binomial), strict=True):
         is_printed(math.degrees(angle), printed)
     # the shift cancels from some 360 deg to as little as 0.09: four digits of double precision
@@ -81,22 +77,14 @@ def test_the_sizes_of_the_error_are_met(ratio: int) -> None:
             # differences of lengths near l: 1e-16 of rounding
             assert abs(value - printed) <= marks.half_unit_of_last_digit(printed) + 4e-16 * ratio
     dead = np.array([math.pi / 2, 3 * math.pi / 2]) - eccentric.advance
-    for value, printed in zip(
-        closed.valve_displacement(eccentric, crank_angle=dead), sizes["displacements"], strict=True
-    ):
+    for value, printed in zip(closed.valve_displacement(eccentric, crank_angle=dead), sizes["displacements"], strict=True):
         is_printed(value, printed)
-    left = np.abs(
-        np.asarray(closed.exact_error_term(eccentric, crank_angle=TURN))
-        - closed.error_term(eccentric, crank_angle=TURN)
-    )
-    middle = closed.valve_distance(eccentric, crank_angle=TURN) - closed.binomial_valve_distance(
-        eccentric, crank_angle=TURN
-    )
+    left = np.abs(np.asarray(closed.exact_error_term(eccentric, crank_angle=TURN)) - closed.error_term(eccentric, crank_angle=TURN))
+    middle = closed.valve_distance(eccentric, crank_angle=TURN) - closed.binomial_valve_distance(eccentric, crank_angle=TURN)
     assert left.max() <= sizes["largest_neglected"]
     # what is neglected from the middle is largest across the line: l - r^2 / 2 l against sqrt(l^2 - r^2)
     assert (
-        abs(np.abs(middle).max() - sizes["largest_neglected"])
-        <= marks.half_unit_of_last_digit(sizes["largest_neglected"]) + 4e-16 * ratio
+        abs(np.abs(middle).max() - sizes["largest_neglected"]) <= marks.half_unit_of_last_digit(sizes["largest_neglected"]) + 4e-16 * ratio
     )
     leads = closed.leads(eccentric, outside_lap=marks.OUTSIDE_LAP, centre=eccentric.rod)
     for value, printed in zip(leads, sizes["leads_from_middle"], strict=True):
@@ -150,9 +138,7 @@ def test_speed_and_acceleration_are_derivatives(eccentric: Eccentric, angle: flo
     # differences of the sixth order with steps of 1e-3 rad: 1e-14 of s over the step, 1e-9 after twice
     room = eccentric.rod / unit
     assert abs(closed.valve_velocity(eccentric, crank_angle=angle, crank_rate=1.0) - first) < 1e-12 * unit * (10 + room)
-    assert abs(closed.valve_acceleration(eccentric, crank_angle=angle, crank_rate=1.0) - second) < 1e-9 * unit * (
-        10 + room
-    )
+    assert abs(closed.valve_acceleration(eccentric, crank_angle=angle, crank_rate=1.0) - second) < 1e-9 * unit * (10 + room)
 
 
 @given(eccentrics, st.floats(0.0, math.tau))
@@ -228,8 +214,7 @@ def test_the_circle_never_errs_more_than_the_parabola(advance: float, ratio: flo
     theory = np.linspace(-eccentric.radius, eccentric.radius, 801)
     true = np.asarray(closed.hyperbola_error(eccentric, theoretical=theory))
     circle, parabola = (
-        np.max(np.abs(curve(eccentric, theoretical=theory) - true))
-        for curve in (closed.circle_error, closed.parabola_error)
+        np.max(np.abs(curve(eccentric, theoretical=theory) - true)) for curve in (closed.circle_error, closed.parabola_error)
     )
     room = 1e-15 * eccentric.rod  # rounding
     limit = eccentric.radius**4 / (16 * eccentric.rod**3)
@@ -279,8 +264,7 @@ def changes(ratio: float) -> dict[str, float]:
     for end, side in (("crank end", 1.0), ("head end", -1.0)):
         at = {
             (law, event): math.remainder(
-                closed.event_angle(eccentric, event=f"{end} {event}", law=law, **LAPS) - (0 if side > 0 else math.pi),
-                math.tau,
+                closed.event_angle(eccentric, event=f"{end} {event}", law=law, **LAPS) - (0 if side > 0 else math.pi), math.tau
             )
             for law in ("exact", "theory")
             for event in ("admission", "cut-off", "release", "compression")

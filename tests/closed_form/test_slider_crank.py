@@ -67,9 +67,7 @@ def test_marks_circle_of_the_connecting_rod_is_exact(train: CrankTrain, angle: f
     nearer = train.rod + train.crank * math.cos(angle) - closed.crosshead_distance(train, crank_angle=angle)
     assert abs(nearer - z) < 1e-14 * train.rod
     # his parabola (R sin t)^2 = 2 L Z is short by Z^2 / 2 L
-    assert_allclose(
-        z - closed.parabola_rod_error(train, crank_angle=angle), z**2 / (2 * train.rod), atol=1e-15 * train.rod
-    )
+    assert_allclose(z - closed.parabola_rod_error(train, crank_angle=angle), z**2 / (2 * train.rod), atol=1e-15 * train.rod)
 
 
 @given(trains, st.floats(0.0, math.tau))
@@ -106,10 +104,7 @@ def test_the_loads_give_all_parts_their_momentum_and_the_drive_their_energy(
     angles = angle + step * np.arange(-3, 4)
     crank, rod, crosshead, lean = places(train, angles)
     heavy = [(train.crank_mass, crank), (train.rod_mass, rod), (train.crosshead_mass, crosshead)]
-    first, second = (
-        np.array([-1, 9, -45, 0, 45, -9, 1]) / 60 / step,
-        np.array([2, -27, 270, -490, 270, -27, 2]) / 180 / step**2,
-    )
+    first, second = (np.array([-1, 9, -45, 0, 45, -9, 1]) / 60 / step, np.array([2, -27, 270, -490, 270, -27, 2]) / 180 / step**2)
     pulls = sum(mass * (second @ path * rate**2 + np.array([0.0, gravity])) for mass, path in heavy)
     found = closed.bearing_loads(train, crank_angle=angle, crank_rate=rate, gravity=gravity)
     whole = sum(mass for mass, _ in heavy) * (train.rod * rate**2 + gravity) + 1e-9
@@ -158,10 +153,7 @@ def test_at_a_dead_centre_the_crosshead_pulls_with_its_own_inertia() -> None:
         (lambda: CrankTrain(crank=0.3, rod=1.0, rod_mass=-1.0), "rod_mass must be 0 or more"),
         (lambda: CrankTrain(crank=math.nan, rod=1.0), "crank must be finite"),
         (lambda: closed.crosshead_distance(CrankTrain(crank=0.3, rod=math.inf), crank_angle=0.0), "no distance"),
-        (
-            lambda: closed.bearing_loads(CrankTrain(crank=0.3, rod=math.inf), crank_angle=0.0, crank_rate=1.0),
-            "need a rod of finite length",
-        ),
+        (lambda: closed.bearing_loads(CrankTrain(crank=0.3, rod=math.inf), crank_angle=0.0, crank_rate=1.0), "need a rod of finite length"),
         (lambda: closed.rod_angle(TRAIN, crank_angle=math.inf), "crank_angle must be finite"),
     ],
 )

@@ -28,13 +28,7 @@ from governor_scenes import CROSSED, EXTENDED, PORTER, UNCROSSED_LINKS, WATT, go
 from one_coordinate_reference import integrate_one_coordinate
 from reference.zehnder import PORTER_MASSIVE_RODS
 
-GOVERNORS = {
-    "Watt": WATT,
-    "Porter": PORTER,
-    "crossed": CROSSED,
-    "extended": EXTENDED,
-    "uncrossed links": UNCROSSED_LINKS,
-}
+GOVERNORS = {"Watt": WATT, "Porter": PORTER, "crossed": CROSSED, "extended": EXTENDED, "uncrossed links": UNCROSSED_LINKS}
 LOADED = {name: dimensions for name, dimensions in GOVERNORS.items() if "sleeve_mass" in dimensions}
 RODS = [
     RodMasses(arm_mass=0.6, link_mass=0.5, ball_radius=0.05),
@@ -76,10 +70,7 @@ def test_play_is_stops_of_its_reading():
         (lambda: RodMasses(arm_mass=-1.0), "rods.arm_mass must not be negative; got -1 kg"),
         (lambda: RodMasses(ball_radius=math.nan), "rods.ball_radius must be a finite number"),
         (lambda: OutputSpring(reading="a", rate=0.0), "rate of the spring on 'a' must be positive"),
-        (
-            lambda: OutputSpring(reading="a", rate=1.0, preload=math.inf),
-            "preload of the spring on 'a' must be a finite",
-        ),
+        (lambda: OutputSpring(reading="a", rate=1.0, preload=math.inf), "preload of the spring on 'a' must be a finite"),
         (lambda: OutputSpring(reading="a", rate=1.0, zero=math.nan), "zero of the spring on 'a' must be a finite"),
         (lambda: helical_spring_rate(wire=4e-3, coil=4e-3, turns=8, modulus=8e10), "must be wider than its wire"),
         (lambda: helical_spring_rate(wire=0, coil=4e-3, turns=8, modulus=8e10), "wire of the spring must be positive"),
@@ -88,14 +79,8 @@ def test_play_is_stops_of_its_reading():
         (lambda: Dashpot(reading="a"), "the dashpot on 'a' needs a linear or a quadratic part"),
         (lambda: Dashpot(reading="a", linear=-1.0), "linear of the dashpot on 'a' must not be negative"),
         (lambda: orifice_damping_coefficient(piston=1e-4, hole=1e-4), "must be smaller than its piston"),
-        (
-            lambda: orifice_damping_coefficient(piston=1e-4, hole=1e-6, screw=0.0),
-            "screw of the dashpot must lie above 0",
-        ),
-        (
-            lambda: orifice_damping_coefficient(piston=1e-4, hole=1e-6, screw=1.1),
-            "screw of the dashpot must lie above 0",
-        ),
+        (lambda: orifice_damping_coefficient(piston=1e-4, hole=1e-6, screw=0.0), "screw of the dashpot must lie above 0"),
+        (lambda: orifice_damping_coefficient(piston=1e-4, hole=1e-6, screw=1.1), "screw of the dashpot must lie above 0"),
         (lambda: orifice_damping_coefficient(piston=1e-4, hole=0.0), "hole of the dashpot must be positive"),
         (lambda: Stops(reading="a"), "stops of 'a' need a low or a high end"),
         (lambda: Stops(reading="a", low=1.0, high=1.0), r"the low one \(1\) must lie below the high one \(1\)"),
@@ -103,10 +88,7 @@ def test_play_is_stops_of_its_reading():
         (lambda: Stops(reading="a", low=0.0, restitution=1.1), "restitution of the stops must lie between 0 and 1"),
         (lambda: Clearance(width=0.0), "play must be positive"),
         (lambda: Clearance(width=1.0, restitution=-0.1), "restitution of the play must lie between 0 and 1"),
-        (
-            lambda: Spindle(speed_fluctuation=1.0),
-            "speed fluctuation of the spindle, .* must be at least 0 and below 1; got 1",
-        ),
+        (lambda: Spindle(speed_fluctuation=1.0), "speed fluctuation of the spindle, .* must be at least 0 and below 1; got 1"),
         (lambda: Spindle(speed_fluctuation=math.nan), "must be at least 0 and below 1; got nan"),
         (lambda: Spindle(cycles_per_turn=0.0), "waves of the spindle's speed fluctuation in a turn must be positive"),
     ],
@@ -181,10 +163,7 @@ def test_rods_have_the_inertias_and_weights_of_the_closed_form(dimensions, rods)
     angles = np.radians([28.0, 35.0, 47.0])
     along = reduced(dimensions, rods, angles)
     governor = closed.PendulumGovernor(
-        **dimensions,
-        arm_mass=rods.arm_mass,
-        link_mass=rods.link_mass,
-        ball_inertia=0.4 * dimensions["ball_mass"] * rods.ball_radius**2,
+        **dimensions, arm_mass=rods.arm_mass, link_mass=rods.link_mass, ball_inertia=0.4 * dimensions["ball_mass"] * rods.ball_radius**2
     )
     for found, expected in (
         (along.inertia, closed.in_plane_inertia(governor, arm_angle=angles)),
@@ -204,10 +183,7 @@ def test_governors_with_rods_move_as_the_closed_form_says(engine, dimensions, ro
     if rods.link_mass and "sleeve_mass" not in dimensions:
         rods = replace(rods, link_mass=0.0)
     governor = closed.PendulumGovernor(
-        **dimensions,
-        arm_mass=rods.arm_mass,
-        link_mass=rods.link_mass,
-        ball_inertia=0.4 * dimensions["ball_mass"] * rods.ball_radius**2,
+        **dimensions, arm_mass=rods.arm_mass, link_mass=rods.link_mass, ball_inertia=0.4 * dimensions["ball_mass"] * rods.ball_radius**2
     )
     speed = closed.equilibrium_speed(governor, arm_angle=0.6)
     scene = governor_scene(dimensions, speed=speed, angle=0.6, rate=0.1, duration=0.3, output_interval=0.1)
@@ -241,17 +217,12 @@ def test_play_lets_go_of_the_sleeve(dimensions, rods):
     mechanism, linked = machine.mechanism(rods, Clearance(width=1e-3)), machine.mechanism(rods)
     assembler = PositionSolver(mechanism)
     assert assembler.mobility == 2
-    assert evaluate_output(mechanism, CLEARANCE_READING, np.array(mechanism.initial_guess)).value == pytest.approx(
-        0.0, abs=1e-15
-    )
+    assert evaluate_output(mechanism, CLEARANCE_READING, np.array(mechanism.initial_guess)).value == pytest.approx(0.0, abs=1e-15)
     for angle in (0.5, 0.8):
         held = PositionSolver(linked).solve_at_coordinate(angle)
         for risen in (0.0, 4e-4):
             poses = assembler.solve({"arm_angle": angle, CLEARANCE_READING: risen})
-            lift = (
-                evaluate_output(mechanism, "sleeve_lift", poses).value
-                - evaluate_output(linked, "sleeve_lift", held).value
-            )
+            lift = evaluate_output(mechanism, "sleeve_lift", poses).value - evaluate_output(linked, "sleeve_lift", held).value
             assert lift == pytest.approx(risen, abs=1e-12)  # counted upward from where the links hang it
             left = poses[mechanism.body_index("left ball")]
             right = poses[mechanism.body_index("right ball")]

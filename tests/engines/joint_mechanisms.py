@@ -60,18 +60,7 @@ class ExactCase:
 
 
 def make_scene(
-    *,
-    bodies,
-    joints,
-    readings,
-    sketch,
-    loads=(),
-    values=None,
-    rates=None,
-    gravity=GRAVITY,
-    size=1.0,
-    duration=1.0,
-    output_interval=0.1,
+    *, bodies, joints, readings, sketch, loads=(), values=None, rates=None, gravity=GRAVITY, size=1.0, duration=1.0, output_interval=0.1
 ) -> Scene:
     """A scene of one mechanism in a plane that stands still."""
     mechanism = Mechanism(
@@ -125,9 +114,7 @@ def body_angle(body: str, name: str = "") -> BodyAngle:
 
 def x_reading(body: str, name: str = "x", zero: float = 0.0) -> PointCoordinate:
     """Where the mass centre of a body is, in x."""
-    return PointCoordinate(
-        name=name, quantity="length", point=body_point(body), direction_x=1.0, direction_y=0.0, zero=zero
-    )
+    return PointCoordinate(name=name, quantity="length", point=body_point(body), direction_x=1.0, direction_y=0.0, zero=zero)
 
 
 def y_reading(body: str, name: str = "y") -> PointCoordinate:
@@ -179,9 +166,7 @@ def pendulum_on_trolley_solution(trolley: float, mass: float, length: float, ine
         return whole, 2 * off * mass * length * np.sin(q) / (trolley + mass)
 
     def exact(times):
-        q, rate = integrate_one_coordinate(
-            of_angle, lambda q, _: -mass * GRAVITY * length * np.sin(q), (start, 0.0), times
-        )
+        q, rate = integrate_one_coordinate(of_angle, lambda q, _: -mass * GRAVITY * length * np.sin(q), (start, 0.0), times)
         share = mass * length / (trolley + mass)
         way = -share * (np.sin(q) - math.sin(start))  # the common centre stays where it was in x
         return {"angle": (q, rate), "x": (way, -share * np.cos(q) * rate)}
@@ -201,9 +186,7 @@ def mass_on_rotating_path_solution(inertia: float, mass: float, path: Callable, 
         place, along, bend = (np.array(vector) for vector in path(s))
         cross, growth = _cross(place, along), _cross(place, bend)
         matrix = mass * np.array([[inertia / mass + place @ place, cross], [cross, along @ along]])
-        right = -mass * np.array(
-            [2 * (place @ along) * v * w + growth * v**2, (along @ bend) * v**2 - (place @ along) * w**2]
-        )
+        right = -mass * np.array([2 * (place @ along) * v * w + growth * v**2, (along @ bend) * v**2 - (place @ along) * w**2])
         bends = np.linalg.solve(matrix, right)
         return [w, bends[0], v, bends[1]]
 
@@ -318,12 +301,7 @@ def bent_pendulum(turn: float = 0.7) -> ExactCase:
         bodies=[rod_body("first", first, lengths[0]), rod_body("second", second, lengths[1])],
         joints=[
             Pin(name="hinge", first=ground_point(), second=body_point("first", -lengths[0] / 2)),
-            Weld(
-                name="weld",
-                first=body_point("first", lengths[0] / 2),
-                second=body_point("second", -lengths[1] / 2),
-                relative_angle=turn,
-            ),
+            Weld(name="weld", first=body_point("first", lengths[0] / 2), second=body_point("second", -lengths[1] / 2), relative_angle=turn),
         ],
         readings=[body_angle("first"), body_angle("second")],
         sketch=[(lengths[0] / 2, 0.0, 0.0), (tip.real, tip.imag, turn)],
@@ -376,9 +354,7 @@ def bead_on_a_turning_rod(angle: float = 0.3, aside: float = 0.1) -> ExactCase:
         bodies=[rod_body("rod", mass, length), point_mass("bead", 0.7)],
         joints=[
             Pin(name="hinge", first=ground_point(), second=body_point("rod", -length / 2)),
-            Slider(
-                name="bore", first=body_point("rod", n[0] - length / 2, n[1]), second=body_point("bead"), angle=angle
-            ),
+            Slider(name="bore", first=body_point("rod", n[0] - length / 2, n[1]), second=body_point("bead"), angle=angle),
         ],
         readings=[body_angle("rod", "turn"), _along("way", "rod", "bead", -length / 2, angle)],
         sketch=[(length / 2, 0.0, 0.0), (n[0] + 0.35 * math.cos(angle), n[1] + 0.35 * math.sin(angle), 0.0)],
@@ -387,9 +363,7 @@ def bead_on_a_turning_rod(angle: float = 0.3, aside: float = 0.1) -> ExactCase:
         gravity=0.0,
         size=length,
     )
-    return ExactCase(
-        scene=scene, exact=mass_on_rotating_path_solution(mass * length**2 / 3, 0.7, straight_path(angle, aside), start)
-    )
+    return ExactCase(scene=scene, exact=mass_on_rotating_path_solution(mass * length**2 / 3, 0.7, straight_path(angle, aside), start))
 
 
 def collar_on_a_turning_rod(angle: float = 0.3, turn: float = 0.5) -> ExactCase:
@@ -410,11 +384,7 @@ def collar_on_a_turning_rod(angle: float = 0.3, turn: float = 0.5) -> ExactCase:
                 relative_angle=turn,
             ),
         ],
-        readings=[
-            body_angle("rod", "turn"),
-            _along("way", "rod", "collar", -length / 2, angle, ahead),
-            body_angle("collar"),
-        ],
+        readings=[body_angle("rod", "turn"), _along("way", "rod", "collar", -length / 2, angle, ahead), body_angle("collar")],
         sketch=[(length / 2, 0.0, 0.0), (place.real, place.imag, turn)],
         values={"turn": start[0], "way": start[2]},
         rates={"turn": start[1], "way": start[3]},
@@ -457,12 +427,7 @@ def rod_through_a_swivel() -> ExactCase:
         readings=[
             body_angle("rod", "turn"),
             PointCoordinate(
-                name="way",
-                quantity="length",
-                point=ground_point(),
-                origin=body_point("rod"),
-                direction_x=-1.0,
-                direction_y=0.0,
+                name="way", quantity="length", point=ground_point(), origin=body_point("rod"), direction_x=-1.0, direction_y=0.0
             ),
         ],
         sketch=[(start[0] * math.cos(start[2]), start[0] * math.sin(start[2]), start[2])],
@@ -496,10 +461,7 @@ def bead_in_a_round_slot() -> ExactCase:
 
     def exact(times):
         q, rate = released_pendulum(times, GRAVITY / radius, start)
-        return {
-            "x": (0.2 + radius * np.sin(q), radius * np.cos(q) * rate),
-            "y": (0.1 - radius * np.cos(q), radius * np.sin(q) * rate),
-        }
+        return {"x": (0.2 + radius * np.sin(q), radius * np.cos(q) * rate), "y": (0.1 - radius * np.cos(q), radius * np.sin(q) * rate)}
 
     return ExactCase(scene=scene, exact=exact)
 
@@ -686,14 +648,7 @@ def falling_rack(lean: float = 1.2) -> ExactCase:
         joints=[
             Pin(name="shaft", first=ground_point(), second=body_point("pinion")),
             Slider(name="guide", first=ground_point(0.1), second=body_point("rack"), angle=lean),
-            RackAndPinion(
-                name="teeth",
-                first=body_point("pinion"),
-                second=body_point("rack"),
-                radius=radius,
-                angle=lean,
-                offset=offset,
-            ),
+            RackAndPinion(name="teeth", first=body_point("pinion"), second=body_point("rack"), radius=radius, angle=lean, offset=offset),
         ],
         readings=[body_angle("pinion"), y_reading("rack")],
         sketch=[(0.0, 0.0, 0.0), (0.1 + ahead * math.cos(lean), ahead * math.sin(lean), 0.0)],
@@ -728,21 +683,13 @@ def _slider_crank(motion: PrescribedMotion, start: float, duration: float) -> Sc
         ],
         joints=[
             Pin(name="shaft", first=ground_point(), second=body_point("crank")),
-            Pin(
-                name="crank pin",
-                first=body_point("crank", ENGINE_KINEMATICS.crank),
-                second=body_point("rod", -ENGINE_KINEMATICS.rod / 2),
-            ),
+            Pin(name="crank pin", first=body_point("crank", ENGINE_KINEMATICS.crank), second=body_point("rod", -ENGINE_KINEMATICS.rod / 2)),
             Pin(name="cross head", first=body_point("rod", ENGINE_KINEMATICS.rod / 2), second=body_point("piston")),
             Slider(name="guide", first=ground_point(), second=body_point("piston"), angle=0.0),
             RotationalDriver(name="drive", first=ground_point(), second=body_point("crank"), motion=motion),
         ],
         readings=[body_angle("crank"), x_reading("piston"), body_angle("rod")],
-        sketch=[
-            (0.0, 0.0, start),
-            (middle.real, middle.imag, lean),
-            (float(ENGINE_KINEMATICS.piston(np.array(start))[0]), 0.0, 0.0),
-        ],
+        sketch=[(0.0, 0.0, start), (middle.real, middle.imag, lean), (float(ENGINE_KINEMATICS.piston(np.array(start))[0]), 0.0, 0.0)],
         size=ENGINE_KINEMATICS.rod,
         duration=duration,
         output_interval=duration / 20,
@@ -759,9 +706,7 @@ def driven_slider_crank() -> ExactCase:
     """A crank driven at a constant rate."""
     start, rate = 0.3, 12.0
     scene = _slider_crank(PrescribedMotion.constant_rate(start, rate), start, 0.6)
-    return ExactCase(
-        scene=scene, exact=lambda times: _crank_readings(start + rate * times, np.full_like(times, rate)), step=0.0025
-    )
+    return ExactCase(scene=scene, exact=lambda times: _crank_readings(start + rate * times, np.full_like(times, rate)), step=0.0025)
 
 
 MOTION_TABLE = ((0.0, 0.15, 0.3, 0.5, 0.6), (0.3, 1.0, 2.4, 2.9, 2.2))
@@ -825,17 +770,11 @@ def counterweight_driven_backwards() -> ExactCase:
         joints=[
             Pin(name="shaft", first=body_point("wheel", y=0.1), second=ground_point()),
             RotationalDriver(
-                name="drive",
-                first=body_point("wheel"),
-                second=ground_point(),
-                motion=PrescribedMotion.constant_rate(0.3, speed),
+                name="drive", first=body_point("wheel"), second=ground_point(), motion=PrescribedMotion.constant_rate(0.3, speed)
             ),
             Slider(name="bore", first=body_point("wheel", y=0.1), second=body_point("bob"), angle=0.0),
         ],
-        readings=[
-            body_angle("wheel"),
-            PointDistance(name="way", quantity="length", first=ground_point(), second=body_point("bob")),
-        ],
+        readings=[body_angle("wheel"), PointDistance(name="way", quantity="length", first=ground_point(), second=body_point("bob"))],
         sketch=[(-0.1 * math.sin(0.3), -0.1 * math.cos(0.3), -0.3), (0.2 * math.cos(0.3), -0.2 * math.sin(0.3), 0.0)],
         rates={"way": 0.4},
         size=0.5,
@@ -869,10 +808,7 @@ def bead_driven_along_a_turning_rod() -> ExactCase:
                 motion=PrescribedMotion.constant_rate(first, speed),
             ),
         ],
-        readings=[
-            body_angle("rod", "turn"),
-            PointDistance(name="way", quantity="length", first=ground_point(), second=body_point("bead")),
-        ],
+        readings=[body_angle("rod", "turn"), PointDistance(name="way", quantity="length", first=ground_point(), second=body_point("bead"))],
         sketch=[(0.0, 0.0, 0.0), (first, 0.0, 0.0)],
         rates={"turn": rate},
         gravity=0.0,
@@ -900,11 +836,7 @@ def hanging_spring() -> ExactCase:
         joints=[Slider(name="guide", first=ground_point(0.1), second=body_point("mass"), angle=math.pi / 2)],
         readings=[y_reading("mass")],
         sketch=[(0.1, start, 0.0)],
-        loads=[
-            Spring(
-                name="spring", first=ground_point(0.1), second=body_point("mass"), stiffness=stiffness, free_length=free
-            )
-        ],
+        loads=[Spring(name="spring", first=ground_point(0.1), second=body_point("mass"), stiffness=stiffness, free_length=free)],
         size=free,
     )
     rest, fast = -free - mass * GRAVITY / stiffness, math.sqrt(stiffness / mass)
@@ -921,20 +853,11 @@ def spring_between_two_masses() -> ExactCase:
     masses, stiffness, free, speeds = (1.0, 2.5), 60.0, 0.3, (0.4, -0.3)
     scene = make_scene(
         bodies=[point_mass("left", masses[0]), point_mass("right", masses[1])],
-        joints=[
-            Slider(name=f"rail {name}", first=ground_point(), second=body_point(name), angle=0.0)
-            for name in ("left", "right")
-        ],
+        joints=[Slider(name=f"rail {name}", first=ground_point(), second=body_point(name), angle=0.0) for name in ("left", "right")],
         readings=[x_reading("left", "left"), x_reading("right", "right")],
         sketch=[(0.0, 0.0, 0.0), (0.5, 0.0, 0.0)],
         loads=[
-            Spring(
-                name="spring",
-                first=body_point("right", -0.05),
-                second=body_point("left", 0.05),
-                stiffness=stiffness,
-                free_length=free,
-            )
+            Spring(name="spring", first=body_point("right", -0.05), second=body_point("left", 0.05), stiffness=stiffness, free_length=free)
         ],
         rates={"left": speeds[0], "right": speeds[1]},
         gravity=0.0,
@@ -988,18 +911,12 @@ def spring_across_a_pendulum() -> ExactCase:
         return (pull * (1j * place).conjugate()).real - mass * GRAVITY * length / 2 * math.cos(q)
 
     def exact(times):
-        return {
-            "rod": tuple(
-                integrate_one_coordinate(lambda _: (mass * length**2 / 3, 0.0), push, (start - math.pi / 2, 0.0), times)
-            )
-        }
+        return {"rod": tuple(integrate_one_coordinate(lambda _: (mass * length**2 / 3, 0.0), push, (start - math.pi / 2, 0.0), times))}
 
     return ExactCase(scene=scene, exact=exact)
 
 
-def damped_oscillation(
-    times: FloatArray, square: float, decay: float, start: float, speed: float
-) -> tuple[FloatArray, FloatArray]:
+def damped_oscillation(times: FloatArray, square: float, decay: float, start: float, speed: float) -> tuple[FloatArray, FloatArray]:
     """The damped oscillator x'' + 2 decay x' + square x = 0, in its three regimes, by complex roots."""
     if math.isclose(decay**2, square):
         slope = speed + decay * start
@@ -1024,11 +941,7 @@ def damped_mass(ratio: float = 0.2) -> ExactCase:
     scene = make_scene(
         bodies=[point_mass("mass", mass)],
         joints=[Slider(name="rail", first=ground_point(), second=body_point("mass"), angle=lean)],
-        readings=[
-            PointDistance(
-                name="way", quantity="length", first=ground_point(anchor.real, anchor.imag), second=body_point("mass")
-            )
-        ],
+        readings=[PointDistance(name="way", quantity="length", first=ground_point(anchor.real, anchor.imag), second=body_point("mass"))],
         sketch=[(place.real, place.imag, 0.0)],
         loads=[
             Spring(
@@ -1038,12 +951,7 @@ def damped_mass(ratio: float = 0.2) -> ExactCase:
                 stiffness=stiffness,
                 free_length=free,
             ),
-            Damper(
-                name="damper",
-                first=body_point("mass"),
-                second=ground_point(-0.5 * u.real, -0.5 * u.imag),
-                damping=2 * mass * decay,
-            ),
+            Damper(name="damper", first=body_point("mass"), second=ground_point(-0.5 * u.real, -0.5 * u.imag), damping=2 * mass * decay),
         ],
         rates={"way": speed},
         size=free,
@@ -1084,11 +992,7 @@ def damper_across_a_pendulum() -> ExactCase:
         return -damping * arm**2 * rate - mass * GRAVITY * length / 2 * math.cos(q)
 
     def exact(times):
-        return {
-            "rod": tuple(
-                integrate_one_coordinate(lambda _: (mass * length**2 / 3, 0.0), push, (start - math.pi / 2, 0.0), times)
-            )
-        }
+        return {"rod": tuple(integrate_one_coordinate(lambda _: (mass * length**2 / 3, 0.0), push, (start - math.pi / 2, 0.0), times))}
 
     return ExactCase(scene=scene, exact=exact)
 
@@ -1213,10 +1117,7 @@ def torque_between_two_wheels() -> ExactCase:
 
     def exact(times):
         _, single, double = stepped_program_integrals(times)
-        return {
-            "first": (-double / inertias[0], -single / inertias[0]),
-            "second": (double / inertias[1], single / inertias[1]),
-        }
+        return {"first": (-double / inertias[0], -single / inertias[0]), "second": (double / inertias[1], single / inertias[1])}
 
     return ExactCase(scene=scene, exact=exact)
 
@@ -1259,20 +1160,11 @@ def pushed_plate(*, carried: bool) -> ExactCase:
         joints=joints if carried else [],
         readings=[body_angle("plate", "turn"), x_reading("plate"), y_reading("plate")],
         sketch=[(0.1, 0.2, 0.4), *([(0.1, 0.2, 0.0)] if carried else [])],
-        loads=[
-            Force(
-                name="push",
-                point=body_point("plate", hook.real, hook.imag),
-                x=STEPPED_PROGRAM,
-                y=InputFunction(values=(upward,)),
-            )
-        ],
+        loads=[Force(name="push", point=body_point("plate", hook.real, hook.imag), x=STEPPED_PROGRAM, y=InputFunction(values=(upward,)))],
         rates={"turn": 1.0, "x": 0.2, **({} if carried else {"y": -0.1})},
         size=0.5,
     )
-    before, after = (
-        PchipInterpolator(STEPPED_PROGRAM.times[side], STEPPED_PROGRAM.values[side]) for side in (slice(3), slice(3, 6))
-    )
+    before, after = (PchipInterpolator(STEPPED_PROGRAM.times[side], STEPPED_PROGRAM.values[side]) for side in (slice(3), slice(3, 6)))
 
     def slope(time, state, push):
         arm = hook * np.exp(1j * state[0])

@@ -62,18 +62,12 @@ def lawful(runs: list[CertificateCheck], factor: float = 1.0) -> float:
 
 def short(runs: list[CertificateCheck]) -> list[tuple[int, str, float, float, str]]:
     """What to look at where the law is broken."""
-    return [
-        (one.number, one.engine, one.estimate, one.true, one.words) for one in runs if one.true > LAW * one.estimate
-    ]
+    return [(one.number, one.engine, one.estimate, one.true, one.words) for one in runs if one.true > LAW * one.estimate]
 
 
 @pytest.mark.parametrize("first", range(BLOCKS))
 def test_estimates_of_fine_engines_are_neither_too_small_nor_much_too_large(first):
-    runs = [
-        one
-        for number in range(first, SCENES, BLOCKS)
-        for one in certified(draw_scene(number, SEED), "reduced", "multibody")
-    ]
+    runs = [one for number in range(first, SCENES, BLOCKS) for one in certified(draw_scene(number, SEED), "reduced", "multibody")]
     for engine in ("reduced", "multibody"):
         own = [one for one in runs if one.engine == engine]
         # The others' motion is a drive's, known to rounding, or one that no two engines agree upon closely enough.
@@ -138,12 +132,7 @@ def test_every_machine_and_effect_is_drawn_and_little_is_refused():
     assert any(isinstance(spindle, FreeSpindle) for spindle in turned)
     assert any(not isinstance(spindle, FreeSpindle) and spindle.speed_fluctuation for spindle in turned)
     assert any(not isinstance(spindle, FreeSpindle) and len(spindle.times) > 2 for spindle in turned)
-    assert (
-        len(
-            {type(effect) for one in every for effect in one.scene.output_effects if len(one.scene.output_effects) == 1}
-        )
-        == 4
-    )
+    assert len({type(effect) for one in every for effect in one.scene.output_effects if len(one.scene.output_effects) == 1}) == 4
     assert sum(len(one.refused) for one in every) < 0.2 * DRAWN
 
 

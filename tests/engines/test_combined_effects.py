@@ -51,16 +51,12 @@ def test_two_frictions_on_one_freedom_stick_and_slip_together(engine):
     assert run.outcome is Outcome.DONE
     assert alternate(run.events, "sleeve_lift")
     assert alternate(run.events, "arm_angle")
-    times = {
-        name: [event.time for event in run.events if event.subject == name] for name in ("sleeve_lift", "arm_angle")
-    }
+    times = {name: [event.time for event in run.events if event.subject == name] for name in ("sleeve_lift", "arm_angle")}
     assert times["sleeve_lift"] == times["arm_angle"]
     # What they take is the work of both along the way, where the first is not relieved.
     before = run.times <= 0.4
     way, turn = (np.sum(np.abs(np.diff(run.readings[name][before]))) for name in ("sleeve_lift", "arm_angle"))
-    assert run.energy.dissipated_energy[before][-1] == pytest.approx(
-        40 * way + 5 * turn, rel=1e-3
-    )  # turning points between
+    assert run.energy.dissipated_energy[before][-1] == pytest.approx(40 * way + 5 * turn, rel=1e-3)  # turning points between
 
 
 @ENGINES

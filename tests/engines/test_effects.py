@@ -55,11 +55,7 @@ def block(*effects, start=0.0, rate=0.0, duration=10.0, mass=2.0, upright=False)
         joints=(Slider(name="slide", first=Point(body=GROUND), second=Point(body="block"), angle=angle),),
         readings=(
             PointCoordinate(
-                name="way",
-                quantity="length",
-                point=Point(body="block"),
-                direction_x=math.cos(angle),
-                direction_y=math.sin(angle),
+                name="way", quantity="length", point=Point(body="block"), direction_x=math.cos(angle), direction_y=math.sin(angle)
             ),
         ),
         coordinate="way",
@@ -86,8 +82,7 @@ def run(engine, scene, accuracy=1e-10, **options):
 @pytest.mark.parametrize(("towards", "name"), [(13.3, "rising_speed"), (11.0, "falling_speed")])
 def test_the_sleeve_first_moves_at_the_ends_of_the_standing_band(engine, towards, name):
     scene = porter(
-        Spindle(times=(0.0, 10.0), speeds=(12.2, towards)),
-        DryFriction(reading=LIFT, force=constant(FRICTION_BAND["resistance"])),
+        Spindle(times=(0.0, 10.0), speeds=(12.2, towards)), DryFriction(reading=LIFT, force=constant(FRICTION_BAND["resistance"]))
     )
     result = run(engine, scene)
     first = result.events[0]
@@ -153,9 +148,7 @@ def test_a_bouncing_body_comes_to_rest_when_it_should(engine, restitution):
     """Thrown up from its stop at v it bounces with v, e v, e^2 v...: it rests after (2 v / g) / (1 - e)."""
     speed, mass = 2.0, 2.0
     rest = 2 * speed / G / (1 - restitution)
-    scene = block(
-        Gravity(), Stops(reading="way", low=0.0, restitution=restitution), rate=speed, duration=1.1 * rest, upright=True
-    )
+    scene = block(Gravity(), Stops(reading="way", low=0.0, restitution=restitution), rate=speed, duration=1.1 * rest, upright=True)
     result = run(engine, scene)
     strikes = [event.time for event in result.events if event.kind == "strikes its stop"]
     expected = 2 * speed / G * np.cumsum(restitution ** np.arange(len(strikes)))
@@ -217,9 +210,7 @@ def test_an_elastic_stop_loses_nothing(engine):
 def test_stops_with_friction_hold_either_way(engine):
     """Pressed on its stop, a block leaves it only when it is drawn off harder than the friction holds."""
     ramp = InputFunction(times=(0.0, 10.0), values=(-20.0, 20.0))
-    scene = block(
-        DryFriction(reading="way", force=constant(4.0)), Stops(reading="way", low=0.0), duration=10.0, mass=2.0
-    )
+    scene = block(DryFriction(reading="way", force=constant(4.0)), Stops(reading="way", low=0.0), duration=10.0, mass=2.0)
     body = Point(body="block")
     from governor_mechanism.model.force_elements import Force
 
@@ -314,9 +305,7 @@ BAND = (FRICTION_BAND["rising_speed"] - FRICTION_BAND["falling_speed"]) / MEAN
 def test_the_sleeve_twitches_once_the_unevenness_exceeds_the_band(engine, share, moves):
     turns = 10 * 2 * math.pi / MEAN
     spindle = Spindle(speeds=(MEAN,), speed_fluctuation=share * BAND)
-    result = run(
-        engine, porter(spindle, DryFriction(reading=LIFT, force=constant(40.0)), duration=turns), accuracy=1e-9
-    )
+    result = run(engine, porter(spindle, DryFriction(reading=LIFT, force=constant(40.0)), duration=turns), accuracy=1e-9)
     moved = np.ptp(result.readings[LIFT])
     assert (moved > 0.0) == moves
     assert bool(result.events) == moves
@@ -330,19 +319,13 @@ def test_about_the_speed_of_rest_itself_the_band_is_not_symmetric(engine):
     assert nearer / FRICTION_BAND["insensitivity_exact"] == pytest.approx(0.959, abs=5e-4)
     for share, moves in ((1 - 1e-3, False), (1 + 1e-3, True)):
         spindle = Spindle(speeds=(rest,), speed_fluctuation=share * nearer)
-        result = run(
-            engine, porter(spindle, DryFriction(reading=LIFT, force=constant(40.0)), duration=5.0), accuracy=1e-9
-        )
+        result = run(engine, porter(spindle, DryFriction(reading=LIFT, force=constant(40.0)), duration=5.0), accuracy=1e-9)
         assert (np.ptp(result.readings[LIFT]) > 0.0) == moves
 
 
 @ENGINES
 def test_an_uneven_spindle_swings_as_it_is_told(engine):
-    scene = porter(
-        Spindle(times=(0.0, 4.0), speeds=(12.0, 13.0), speed_fluctuation=0.1, cycles_per_turn=3.0),
-        duration=5.0,
-        every=1e-3,
-    )
+    scene = porter(Spindle(times=(0.0, 4.0), speeds=(12.0, 13.0), speed_fluctuation=0.1, cycles_per_turn=3.0), duration=5.0, every=1e-3)
     result = run(engine, scene)
     t = result.times
     mean, turned = np.minimum(12.0 + t / 4, 13.0), np.where(t < 4, 12 * t + t**2 / 8, 50.0 + 13 * (t - 4))
@@ -372,9 +355,7 @@ ALL = (
     "spindle",
     [
         Spindle(times=(0.0, 5.0), speeds=(12.0, 13.5), speed_fluctuation=0.2, cycles_per_turn=2.0),
-        FreeSpindle(
-            inertia=0.5, start_speed=12.0, torque=InputFunction(times=(0.0, 3.0, 3.0), values=(0.5, 0.5, -0.8))
-        ),
+        FreeSpindle(inertia=0.5, start_speed=12.0, torque=InputFunction(times=(0.0, 3.0, 3.0), values=(0.5, 0.5, -0.8))),
     ],
     ids=["uneven", "free"],
 )
@@ -451,16 +432,8 @@ def test_nothing_is_assembled_that_is_not_listed(engine):
     for effect, part, law in (
         (DryFriction(reading=LIFT, force=constant(1.0)), "frictions", "dry friction"),
         (Dashpot(reading=LIFT, linear=1.0), "springs and brakes along readings", "dashpots"),
-        (
-            OutputSpring(reading=LIFT, rate=1.0),
-            "springs and brakes along readings",
-            None if laid else "springs on readings",
-        ),
-        (
-            OutputSpring(reading=LIFT, rate=1.0, one_sided=True),
-            "springs and brakes along readings",
-            "springs on readings",
-        ),
+        (OutputSpring(reading=LIFT, rate=1.0), "springs and brakes along readings", None if laid else "springs on readings"),
+        (OutputSpring(reading=LIFT, rate=1.0, one_sided=True), "springs and brakes along readings", "springs on readings"),
         (Stops(reading=LIFT, low=-1.0), "stops", None),
     ):
         result = run(engine, porter(12.2, effect, duration=0.1), accuracy=1e-8)

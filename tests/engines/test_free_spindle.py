@@ -18,9 +18,7 @@ from reference.mechanisms import PORTER_IN_SPACE as REFERENCE
 
 def free_porter(torque=None, **options):
     start = REFERENCE["start"]
-    scene = governor_scene(
-        PORTER, speed=start["spindle_speed"], angle=start["arm_angle"], rate=start["arm_rate"], **options
-    )
+    scene = governor_scene(PORTER, speed=start["spindle_speed"], angle=start["arm_angle"], rate=start["arm_rate"], **options)
     spindle = FreeSpindle(inertia=REFERENCE["spindle_inertia"], start_speed=start["spindle_speed"])
     return replace(scene, spindle=spindle if torque is None else replace(spindle, torque=torque))
 
@@ -29,9 +27,7 @@ def turning_inertia(run):
     return REFERENCE["spindle_inertia"] + 2 * PORTER["ball_mass"] * run.readings["ball_radius"] ** 2
 
 
-@pytest.mark.parametrize(
-    ("engine", "accuracy", "allowed"), [("multibody", 1e-10, 1e-9), ("reduced", 1e-10, 1e-9), ("impulse", 1e-8, 1e-6)]
-)
+@pytest.mark.parametrize(("engine", "accuracy", "allowed"), [("multibody", 1e-10, 1e-9), ("reduced", 1e-10, 1e-9), ("impulse", 1e-8, 1e-6)])
 def test_the_reference_is_met(engine, accuracy, allowed):
     run = gm.run(free_porter(), engine=engine, accuracy=accuracy)
     assert run.outcome is Outcome.DONE
@@ -57,9 +53,7 @@ def test_momentum_and_energy_are_kept(engine):
     assert run.energy.drift < 1e-10  # asked
 
 
-@pytest.mark.parametrize(
-    ("engine", "asked", "allowed"), [("multibody", 1e-8, 1e-8), ("reduced", 1e-8, 1e-8), ("impulse", 1e-7, 1e-6)]
-)
+@pytest.mark.parametrize(("engine", "asked", "allowed"), [("multibody", 1e-8, 1e-8), ("reduced", 1e-8, 1e-8), ("impulse", 1e-7, 1e-6)])
 def test_a_torque_in_time_changes_the_momentum_by_its_integral(engine, asked, allowed):
     torque = InputFunction(times=(0.0, 0.5, 0.5, 1.5), values=(2.0, 2.0, -3.0, 1.0))
     run = gm.run(free_porter(torque), engine=engine, accuracy=asked)

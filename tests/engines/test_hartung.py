@@ -25,13 +25,7 @@ from governor_mechanism.model.trajectory import Outcome
 from governor_mechanism.observables.static_forces import evaluate_derived_forces
 from governor_mechanism.statics.speed_curve import equilibrium_speed_at
 from governor_mechanism.verification.oscillation import measure_period
-from hartung_scenes import (
-    PAPER_DIMENSIONS,
-    build_closed_form_governor,
-    equilibrium_angle_at,
-    hartung_scene,
-    spring_force_at,
-)
+from hartung_scenes import PAPER_DIMENSIONS, build_closed_form_governor, equilibrium_angle_at, hartung_scene, spring_force_at
 from reference import hartung
 
 NAMES = ["impulse", "multibody", "reduced"]
@@ -109,9 +103,7 @@ def test_small_swings_on_a_free_spindle_take_the_closed_forms_time(engine: str) 
         inertia = [own + 90 * (0.122 - 0.115 * math.sin(lever)) ** 2 for lever in (angle, angle + swing)]
         spindle = FreeSpindle(inertia=own, start_speed=row[3] * inertia[0] / inertia[1])
         scene = hartung_scene(PAPER_DIMENSIONS, speed=spindle, angle=angle + swing)
-        run = gm.run(
-            scene, engine=engine, accuracy=1e-9, times=np.linspace(0.0, 2.2 * 2 * math.pi / math.sqrt(row[8]), 120)
-        )
+        run = gm.run(scene, engine=engine, accuracy=1e-9, times=np.linspace(0.0, 2.2 * 2 * math.pi / math.sqrt(row[8]), 120))
         found.append(measure_period(run, "lever_angle", angle))
     assert np.mean(found) == pytest.approx(2 * math.pi / math.sqrt(row[8]), rel=1e-6)
 
@@ -145,9 +137,7 @@ def test_impulse_is_of_second_order_and_keeps_the_joints_closed(dimensions: dict
 
 @pytest.mark.parametrize("dimensions", [PAPER_DIMENSIONS, HUNG], ids=["vertical", "hung"])
 def test_the_energy_ledger_holds_the_springs(dimensions: dict[str, Any]) -> None:
-    scene = hartung_scene(
-        dimensions, speed=208 * RPM, angle=0.2, rate=-0.6, more_effects=(Dashpot(reading="sleeve_lift", linear=100.0),)
-    )
+    scene = hartung_scene(dimensions, speed=208 * RPM, angle=0.2, rate=-0.6, more_effects=(Dashpot(reading="sleeve_lift", linear=100.0),))
     run = gm.run(scene, engine="multibody", accuracy=1e-10)
     assert run.energy.drift < 1e-9  # asked
     # The springs' part of it, by their forces: k y^2 / 2 each.
@@ -159,9 +149,7 @@ def test_the_energy_ledger_holds_the_springs(dimensions: dict[str, Any]) -> None
 
 @pytest.mark.parametrize("dimensions", [PAPER_DIMENSIONS, HUNG], ids=["vertical", "hung"])
 @pytest.mark.parametrize("degrees", [15.0, 0.0, -15.0])
-def test_a_sleeve_locked_at_standstill_is_held_with_the_static_force(
-    dimensions: dict[str, Any], degrees: float
-) -> None:
+def test_a_sleeve_locked_at_standstill_is_held_with_the_static_force(dimensions: dict[str, Any], degrees: float) -> None:
     angle = math.radians(degrees)
     scene = hartung_scene(dimensions, speed=0.0, angle=angle)
     part = scene.part
@@ -183,9 +171,7 @@ def test_a_sleeve_locked_at_standstill_is_held_with_the_static_force(
     assert run.readings["lever_angle"][-1] == pytest.approx(angle, abs=1e-12)
     np.testing.assert_allclose(run.reactions["lock"].force[:, 1], float(static), rtol=1e-9)  # asked
     # What statics tell of the same poses, from virtual work and no reaction.
-    np.testing.assert_allclose(
-        evaluate_derived_forces(locked, run.poses)["static_sleeve_force"], float(static), rtol=1e-9
-    )
+    np.testing.assert_allclose(evaluate_derived_forces(locked, run.poses)["static_sleeve_force"], float(static), rtol=1e-9)
 
 
 @pytest.mark.parametrize("engine", NAMES)

@@ -37,9 +37,7 @@ STOPS = Stops(reading="arm_angle", low=0.5, high=0.75, restitution=0.5)
 
 
 def rub(force: float | InputFunction, reading: str = "sleeve_lift") -> DryFriction:
-    return DryFriction(
-        reading=reading, force=force if isinstance(force, InputFunction) else InputFunction(values=(force,))
-    )
+    return DryFriction(reading=reading, force=force if isinstance(force, InputFunction) else InputFunction(values=(force,)))
 
 
 def porter(*effects, **options) -> Scene:
@@ -52,9 +50,7 @@ def slider(*effects, rate: float = 1.0, duration: float = 1.0) -> Scene:
     mechanism = Mechanism(
         bodies=(Body(name="block", mass=2.0, can_rotate=False),),
         joints=(Slider(name="guide", first=Point(body=GROUND), second=Point(body="block"), angle=0.0),),
-        readings=(
-            PointCoordinate(name="way", quantity="length", point=Point(body="block"), direction_x=1.0, direction_y=0.0),
-        ),
+        readings=(PointCoordinate(name="way", quantity="length", point=Point(body="block"), direction_x=1.0, direction_y=0.0),),
         coordinate="way",
         length_scale=0.2,
         initial_guess=((0.0, 0.0, 0.0),),
@@ -131,9 +127,7 @@ def test_two_engines_agree_within_the_promise(scene):
         assert (one.kind, one.subject) == (other.kind, other.subject)
         assert one.time == pytest.approx(other.time, abs=1e-6 / 12)  # asked, times the time scale
     assert run.energy.drift < 1e-5  # it is no reading, but it is of the same order
-    assert run.energy.dissipated_energy[-1] == pytest.approx(
-        true.energy.dissipated_energy[-1], abs=1e-6 * run.energy.scale
-    )
+    assert run.energy.dissipated_energy[-1] == pytest.approx(true.energy.dissipated_energy[-1], abs=1e-6 * run.energy.scale)
 
 
 @pytest.mark.parametrize(
@@ -157,9 +151,7 @@ def test_the_order_is_second_after_impacts():
     assert np.all(found > 10.0), found  # sixteen; where in its step an impact falls makes it uneven
 
 
-@pytest.mark.parametrize(
-    ("ends", "sign", "expected"), [((12.5, 14.5), 1, 13.1665111187), ((11.8, 10.2), -1, 11.1686187598)]
-)
+@pytest.mark.parametrize(("ends", "sign", "expected"), [((12.5, 14.5), 1, 13.1665111187), ((11.8, 10.2), -1, 11.1686187598)])
 def test_friction_holds_up_to_the_speeds_of_the_formula(ends, sign, expected):
     # Zehnder's insensitivity band of the Porter governor at 30 degrees under W = 40 N at the sleeve.
     ramp = Spindle(times=(0.0, 1.0), speeds=ends)
@@ -291,9 +283,7 @@ def test_play_is_refused_by_name():
     play = Clearance(width=1e-3)
     machine = MACHINES["pendulum_governor"](**PORTER)
     scene = porter()
-    scene = replace(
-        scene, parts=(replace(scene.part, mechanism=machine.mechanism_with_effects([play])),), effects=(Gravity(), play)
-    )
+    scene = replace(scene, parts=(replace(scene.part, mechanism=machine.mechanism_with_effects([play])),), effects=(Gravity(), play))
     with pytest.raises(UnsupportedEffect, match=r"'impulse' cannot model \['Play'\]"):
         ImpulseEngine().run(scene)
 
@@ -303,9 +293,7 @@ def test_friction_on_a_line_between_two_bodies_is_refused():
     scene = porter()
     mechanism = scene.part.mechanism
     mechanism = replace(mechanism, readings=(*mechanism.readings, line))
-    scene = replace(
-        scene, parts=(replace(scene.part, mechanism=mechanism),), effects=(*scene.effects, rub(1.0, "link"))
-    )
+    scene = replace(scene, parts=(replace(scene.part, mechanism=mechanism),), effects=(*scene.effects, rub(1.0, "link")))
     with pytest.raises(UnsupportedEffect, match=r"cannot model dry friction on 'link'.*engine multibody"):
         ImpulseEngine().run(scene)
 
@@ -348,9 +336,7 @@ def test_when_a_held_rod_slips_is_found_to_second_order():
 
 def test_what_rubs_elsewhere_turns_with_a_bounce_too():
     """One freedom: friction of the arms shortens the sleeve's bounces as if it rubbed the sleeve."""
-    scene = porter(
-        rub(12.0, "arm_angle"), Stops(reading="sleeve_lift", low=0.08, restitution=0.6), speed=10.0, rate=0.0
-    )
+    scene = porter(rub(12.0, "arm_angle"), Stops(reading="sleeve_lift", low=0.08, restitution=0.6), speed=10.0, rate=0.0)
     true, run = gm.run(scene, "multibody", accuracy=1e-10), ImpulseEngine().run(scene, accuracy=1e-6)
     rests = [[event.time for event in one.events if event.kind == "rests on its stop"] for one in (true, run)]
     assert len(rests[0]) == len(rests[1]) == 1

@@ -70,9 +70,7 @@ def test_an_unstable_equilibrium_is_one_and_is_left_at_the_tabulated_rate(dimens
 
     growth = math.sqrt(-_table_squared(dimensions, degrees))
     nudge = 1e-6  # rad; after five e-foldings 7e-5, where the second order is still 1e-4 of the first
-    scene = governor_scene(
-        dimensions, speed=speed, angle=angle + nudge, duration=5 / growth, output_interval=1 / growth
-    )
+    scene = governor_scene(dimensions, speed=speed, angle=angle + nudge, duration=5 / growth, output_interval=1 / growth)
     away = ImpulseEngine().run(scene, accuracy=1e-10).readings["arm_angle"] - angle
     assert math.acosh(away[-1] / nudge) / (5 / growth) == pytest.approx(growth, rel=0.01)
 

@@ -19,9 +19,7 @@ from rigid_link_governor import porter_with_rods
 
 
 def porter_open(accuracy: float):
-    return governor_scene(
-        PORTER, speed=MOTION["spindle_speed"], angle=MOTION["arm_angle"], rate=MOTION["arm_rate"], accuracy=accuracy
-    )
+    return governor_scene(PORTER, speed=MOTION["spindle_speed"], angle=MOTION["arm_angle"], rate=MOTION["arm_rate"], accuracy=accuracy)
 
 
 @pytest.mark.parametrize("accuracy", [1e-6, 1e-8])
@@ -46,15 +44,12 @@ def test_the_estimate_is_not_below_the_true_error_in_random_governors():
         governor = closed.PendulumGovernor(**dimensions)
         speed = float(closed.equilibrium_speed(governor, arm_angle=middle))
         angle, rate = middle + random.uniform(-0.1, 0.1), random.uniform(-0.3, 0.3)
-        scene = governor_scene(
-            dimensions, speed=speed, angle=angle, rate=rate, output_interval=0.05, accuracy=10 ** random.uniform(-9, -4)
-        )
+        scene = governor_scene(dimensions, speed=speed, angle=angle, rate=rate, output_interval=0.05, accuracy=10 ** random.uniform(-9, -4))
         run = ImpulseEngine().run(scene)
         assert run.outcome in (Outcome.DONE, Outcome.LEFT_RANGE)
         angles, rates = integrate_one_coordinate(scene, run.times)
         true = max(
-            np.max(np.abs(run.readings["arm_angle"] - angles)),
-            np.max(np.abs(run.rates["arm_angle"] - rates)) / run.scales["spindle_speed"],
+            np.max(np.abs(run.readings["arm_angle"] - angles)), np.max(np.abs(run.rates["arm_angle"] - rates)) / run.scales["spindle_speed"]
         )
         assert true <= scene.run.accuracy
         fell_short += true > run.error_estimate
@@ -123,10 +118,7 @@ def test_a_step_of_speed_between_reported_times_is_second_order():
     times = np.linspace(0.1, 1.0, 10)
     expected, _ = integrate_one_coordinate(scene, times)
     steps = 0.1 / np.array([16, 32, 64, 128])
-    errors = [
-        np.max(np.abs(ImpulseEngine(step=h, runs=1).run(scene, times=times).readings["arm_angle"] - expected))
-        for h in steps
-    ]
+    errors = [np.max(np.abs(ImpulseEngine(step=h, runs=1).run(scene, times=times).readings["arm_angle"] - expected)) for h in steps]
     assert np.polyfit(np.log(steps), np.log(errors), 1)[0] == pytest.approx(2, abs=0.1)
 
 

@@ -29,11 +29,7 @@ def porter():
 
 def start(sense=1.0, rate=1.0):
     """The reference's start, the spindle's sense of turning and the arms' start rate reversed by signs."""
-    return {
-        "speed": sense * START["spindle_speed"],
-        "arm_angle": START["arm_angle"],
-        "arm_rate": rate * START["arm_rate"],
-    }
+    return {"speed": sense * START["spindle_speed"], "arm_angle": START["arm_angle"], "arm_rate": rate * START["arm_rate"]}
 
 
 SENSES = [(1.0, 1.0), (1.0, -1.0), (-1.0, 1.0)]
@@ -97,8 +93,7 @@ def test_the_joints_stay_closed_and_the_sides_alike(motion_of):
 
 def test_the_spindles_own_inertia_is_nothing_to_a_driven_porter():
     heavy, light = (
-        driven_motion(Governor(**PORTER["dimensions"], spindle_inertia=inertia), **start(), times=TIMES)
-        for inertia in (5.0, 0.0)
+        driven_motion(Governor(**PORTER["dimensions"], spindle_inertia=inertia), **start(), times=TIMES) for inertia in (5.0, 0.0)
     )
     assert np.max(np.abs(heavy.arm_angle - light.arm_angle)) < 1e-12  # rad, rounding alone
     assert np.max(np.abs(heavy.torque - light.torque)) < 1e-10  # N m, rounding alone, of some N m

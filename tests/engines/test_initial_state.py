@@ -113,16 +113,8 @@ def test_start_values_and_rates_are_met(engine):
             FOUR_BAR,
             r"drives \['crank', 'rocker'\] contradict .* the joints leave mobility 1, and of 2 drives only 1 find",
         ),
-        (
-            ['[[link]]\nfirst = "ground.D"\nsecond = "crank.end"\n'],
-            FOUR_BAR,
-            "joints leave mobility 0; without any one of",
-        ),
-        (
-            [DRIVE.format(name="motor", body="crank", rate="60 rpm"), "[start]\ncrank_rate = 1\n"],
-            FOUR_BAR,
-            "contradict",
-        ),
+        (['[[link]]\nfirst = "ground.D"\nsecond = "crank.end"\n'], FOUR_BAR, "joints leave mobility 0; without any one of"),
+        ([DRIVE.format(name="motor", body="crank", rate="60 rpm"), "[start]\ncrank_rate = 1\n"], FOUR_BAR, "contradict"),
     ],
     ids=["two values", "two rates", "too short", "two drives", "rigid", "rate against drive"],
 )

@@ -36,8 +36,7 @@ def test_the_torque_of_a_ramp_lifts_the_arms_and_speeds_up_the_parts(engine):
     angles, rates = integrate_one_coordinate(run.scene, run.times)
     speed = 12.0 + run.times
     lifting = [
-        closed.drive_torque(governor, arm_angle=a, arm_rate=r, spindle_speed=w)
-        for a, r, w in zip(angles, rates, speed, strict=True)
+        closed.drive_torque(governor, arm_angle=a, arm_rate=r, spindle_speed=w) for a, r, w in zip(angles, rates, speed, strict=True)
     ]
     speeding = closed.spindle_inertia(governor, arm_angle=angles) * 1.0  # rad/s2
     inner = slice(0, -1)  # at the last point of the program the ramp is over
@@ -121,9 +120,7 @@ def test_a_body_guided_beside_the_axis_feels_the_centrifugal_load():
     def evaluations(distance: float) -> int:
         slug = Body(name="slug", mass=1.0, can_rotate=False)
         guide = Slider(name="guide", first=Point(body=GROUND, x=distance), second=Point(body="slug"), angle=math.pi / 2)
-        height = PointCoordinate(
-            name="height", quantity="length", point=Point(body="slug"), direction_x=0.0, direction_y=1.0
-        )
+        height = PointCoordinate(name="height", quantity="length", point=Point(body="slug"), direction_x=0.0, direction_y=1.0)
         mechanism = Mechanism(
             bodies=(slug,),
             joints=(guide,),

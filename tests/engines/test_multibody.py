@@ -75,8 +75,7 @@ def test_the_true_error_is_within_the_accuracy_and_the_estimate_in_random_govern
         assert run.outcome in (Outcome.DONE, Outcome.LEFT_RANGE)
         angles, rates = integrate_one_coordinate(scene, run.times)
         true = max(
-            np.max(np.abs(run.readings["arm_angle"] - angles)),
-            np.max(np.abs(run.rates["arm_angle"] - rates)) / run.scales["spindle_speed"],
+            np.max(np.abs(run.readings["arm_angle"] - angles)), np.max(np.abs(run.rates["arm_angle"] - rates)) / run.scales["spindle_speed"]
         )
         assert true <= accuracy
         assert run.joint_gap.max() < 1e-12 * dimensions["arm"]
@@ -156,12 +155,7 @@ def test_the_error_falls_with_the_tolerance(engine):
     expected, _ = integrate_one_coordinate(scene, np.linspace(0.0, 2.0, 21))
     errors = [
         np.max(
-            np.abs(
-                engine(tolerance=tolerance)
-                .run(scene, times=np.linspace(0.0, 2.0, 21), certify=False)
-                .readings["arm_angle"]
-                - expected
-            )
+            np.abs(engine(tolerance=tolerance).run(scene, times=np.linspace(0.0, 2.0, 21), certify=False).readings["arm_angle"] - expected)
         )
         for tolerance in (1e-7, 1e-9, 1e-11)  # looser ones meet the longest step
     ]
@@ -172,10 +166,7 @@ def test_the_error_falls_with_the_tolerance(engine):
 def test_redundant_joints_change_no_motion(engine):
     scene = porter_open(accuracy=1e-10)
     again = Distance(
-        name="right arm again",
-        first=Point(body=GROUND, x=PORTER["offset"]),
-        second=Point(body="right ball"),
-        length=PORTER["arm"],
+        name="right arm again", first=Point(body=GROUND, x=PORTER["offset"]), second=Point(body="right ball"), length=PORTER["arm"]
     )
     plain, redundant = (engine().run(one) for one in (scene, with_joints(scene, again)))
     np.testing.assert_allclose(redundant.poses, plain.poses, atol=1e-10)
@@ -191,11 +182,7 @@ def test_a_slider_on_a_body_that_turns_is_no_obstacle():
             Pin(name="hinge", first=Point(body=GROUND), second=Point(body="rod", x=-0.5)),
             Slider(name="bore", first=Point(body="rod"), second=Point(body="bead"), angle=0.0),
         ),
-        readings=(
-            PointCoordinate(
-                name="height", quantity="length", point=Point(body="bead"), direction_x=0.0, direction_y=1.0
-            ),
-        ),
+        readings=(PointCoordinate(name="height", quantity="length", point=Point(body="bead"), direction_x=0.0, direction_y=1.0),),
         coordinate="height",
         length_scale=1.0,
         initial_guess=((0.5, 0.0, 0.0), (0.4, 0.0, 0.0)),
@@ -252,11 +239,7 @@ def test_settings_that_make_no_sense_are_refused(engine, settings):
 def test_a_cost_counts_what_was_evaluated():
     run = MultibodyEngine().run(porter_open())
     evaluations = run.cost.evaluations["equations of motion"]
-    assert run.cost.evaluations == {
-        "equations of motion": evaluations,
-        "gravity": 3 * evaluations,
-        "centrifugal": 3 * evaluations,
-    }
+    assert run.cost.evaluations == {"equations of motion": evaluations, "gravity": 3 * evaluations, "centrifugal": 3 * evaluations}
     assert run.cost.runs == 2
     # Twelve stages and a fresh slope after each step, three more where the step is interpolated.
     assert 13 * run.cost.steps <= evaluations <= 16 * (run.cost.steps + run.cost.rejected) + 2 * 2
@@ -268,12 +251,7 @@ def test_the_kernels_need_no_folder_of_their_own(tmp_path):
     shutil.copytree(SOURCE, site / "governor_mechanism", ignore=shutil.ignore_patterns("__pycache__"))
     (site / "governor_mechanism" / "__pycache__").touch()
     environment = {name: value for name, value in os.environ.items() if name not in ("HOME", "NUMBA_CACHE_DIR")}
-    environment |= {
-        "PYTHONPATH": str(site),
-        "HOME": "/dev/null",
-        "TMPDIR": str(tmp_path),
-        "PYTHONDONTWRITEBYTECODE": "1",
-    }
+    environment |= {"PYTHONPATH": str(site), "HOME": "/dev/null", "TMPDIR": str(tmp_path), "PYTHONDONTWRITEBYTECODE": "1"}
     code = (
         "import numpy as np\n"
         "from governor_mechanism.equations.rows import curve_at\n"

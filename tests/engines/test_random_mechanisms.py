@@ -12,15 +12,7 @@ import pytest
 
 from engines.joint_mechanisms import GRAVITY, body_angle, body_point, ground_point, integrate_state, make_scene
 from governor_mechanism.engines import ImpulseEngine, MultibodyEngine, ReducedEngine
-from governor_mechanism.model.force_elements import (
-    Damper,
-    Force,
-    ForceElement,
-    Spring,
-    Torque,
-    TorsionDamper,
-    TorsionSpring,
-)
+from governor_mechanism.model.force_elements import Damper, Force, ForceElement, Spring, Torque, TorsionDamper, TorsionSpring
 from governor_mechanism.model.joints import GROUND, Pin, Point, Slider
 from governor_mechanism.model.mechanism import Body, PointCoordinate, SecondMoments
 from governor_mechanism.model.scene import Scene
@@ -168,9 +160,7 @@ class Linkage:
                 turn, speed = (np.array([way[k][1][order] for way in ways]) for order in range(2))
                 found[part.name] = turn, speed * rates
             else:
-                found["x"] = tuple(
-                    np.array([way[k][0][order].real for way in ways]) * rates**order for order in range(2)
-                )
+                found["x"] = tuple(np.array([way[k][0][order].real for way in ways]) * rates**order for order in range(2))
         return found
 
 
@@ -227,10 +217,7 @@ def scene_of(linkage: Linkage, unit: float = 1.0) -> Scene:
     """The scene; in a unit of length of which a metre has so many (with kg and s kept)."""
     own = replace(
         linkage,
-        parts=tuple(
-            replace(part, inertia=part.inertia * unit**2, start=part.start * unit, end=part.end * unit)
-            for part in linkage.parts
-        ),
+        parts=tuple(replace(part, inertia=part.inertia * unit**2, start=part.start * unit, end=part.end * unit) for part in linkage.parts),
         loads=tuple(_scaled(load, unit) for load in linkage.loads),
         pivot=linkage.pivot * unit,
         aside=linkage.aside * unit,
@@ -252,9 +239,7 @@ def scene_of(linkage: Linkage, unit: float = 1.0) -> Scene:
         ]
     if own.kind == "slider-crank":
         foot = own.aside * 1j * cmath.exp(1j * own.lean)
-        joints.append(
-            Slider(name="guide", first=ground_point(foot.real, foot.imag), second=body_point(last.name), angle=own.lean)
-        )
+        joints.append(Slider(name="guide", first=ground_point(foot.real, foot.imag), second=body_point(last.name), angle=own.lean))
     else:
         pivot = ground_point(own.pivot.real, own.pivot.imag)
         joints.append(Pin(name="pivot", first=_end(last, last.start), second=pivot))
@@ -341,11 +326,7 @@ def _drawn(random: np.random.Generator, kind: str) -> Linkage:
     crank = _part(random, "crank", random.uniform(0.08, 0.3))
     pivot = random.uniform(0.25, 0.5) * cmath.exp(1j * random.uniform(-math.pi, math.pi))
     if kind == "four-bar":  # of any proportions: crank-rockers, double cranks, double rockers
-        parts = (
-            crank,
-            _part(random, "rod", random.uniform(0.15, 0.5)),
-            _part(random, "rocker", random.uniform(0.15, 0.5)),
-        )
+        parts = (crank, _part(random, "rod", random.uniform(0.15, 0.5)), _part(random, "rocker", random.uniform(0.15, 0.5)))
     elif kind == "slider-crank":
         parts = crank, _part(random, "rod", random.uniform(0.2, 0.6)), _point_mass(random, "piston")
     else:
@@ -398,11 +379,7 @@ def _load(random: np.random.Generator, kind: int, names: list[str]) -> ForceElem
         return Damper(name=name, first=first, second=somewhere(body, 0.1), damping=10 ** random.uniform(-1, 1))
     if kind == 2:
         return TorsionSpring(
-            name=name,
-            first=turning,
-            second=body,
-            stiffness=10 ** random.uniform(-1, 1),
-            free_angle=random.uniform(-2.0, 2.0),
+            name=name, first=turning, second=body, stiffness=10 ** random.uniform(-1, 1), free_angle=random.uniform(-2.0, 2.0)
         )
     if kind == 3:
         return TorsionDamper(name=name, first=turning, second=body, damping=10 ** random.uniform(-3, -1))

@@ -65,9 +65,7 @@ def link_pendulum(*, by_pin: bool, swapped: bool = False, start: float = 1.9) ->
         body, reading = point_mass("bob", mass), x_reading("bob")
     if swapped:
         joint = replace(joint, first=joint.second, second=joint.first)
-    return make_scene(
-        bodies=[body], joints=[joint], readings=[reading], sketch=[(*place, start if by_pin else 0.0)], size=length
-    )
+    return make_scene(bodies=[body], joints=[joint], readings=[reading], sketch=[(*place, start if by_pin else 0.0)], size=length)
 
 
 @ENGINES
@@ -101,9 +99,7 @@ def test_a_pin_carries_the_weight_of_what_hangs_at_rest(engine, accuracy):
     scene = pendulum_on_a_pin().scene
     run = engine.run(replace(scene, start=replace(scene.start, values={"rod": -math.pi / 2})), accuracy=accuracy)
     # At rest nothing is integrated, and -pi/2 is rounded.
-    np.testing.assert_allclose(
-        run.reactions["hinge"].force, np.tile([0.0, 2.0 * GRAVITY], (len(run.times), 1)), atol=1e-12
-    )
+    np.testing.assert_allclose(run.reactions["hinge"].force, np.tile([0.0, 2.0 * GRAVITY], (len(run.times), 1)), atol=1e-12)
     np.testing.assert_allclose(run.reactions["hinge"].moment, 0.0, atol=1e-12)
 
 
@@ -358,6 +354,4 @@ def test_links_joined_with_the_ground_second_act_on_the_ground(engine, accuracy)
     )
     run = engine.run(scene, accuracy=accuracy)
     # At rest: the ground is the second body, and the lamp pulls it down by its weight.
-    np.testing.assert_allclose(
-        run.reactions["cord"].force, np.tile([0.0, -2.0 * GRAVITY], (len(run.times), 1)), atol=1e-12
-    )
+    np.testing.assert_allclose(run.reactions["cord"].force, np.tile([0.0, -2.0 * GRAVITY], (len(run.times), 1)), atol=1e-12)

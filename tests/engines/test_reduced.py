@@ -90,9 +90,7 @@ def agree(one: Trajectory, two: Trajectory, allowed: float = CLOSE) -> None:
 
 def both(scene, accuracy: float = 1e-11, **options) -> tuple[Trajectory, Trajectory]:
     """The scene by reduced and by multibody."""
-    reduced, multibody = (
-        engine().run(scene, accuracy=accuracy, **options) for engine in (ReducedEngine, MultibodyEngine)
-    )
+    reduced, multibody = (engine().run(scene, accuracy=accuracy, **options) for engine in (ReducedEngine, MultibodyEngine))
     return reduced, multibody
 
 
@@ -136,12 +134,8 @@ PROGRAMS = {
     "step": Spindle(times=(0.0, 0.237, 0.237, 1.0), speeds=(1.0, 1.0, 1.05, 1.05)),
     "ramp": Spindle(times=(0.2, 0.9), speeds=(0.99, 1.06)),
     "uneven": Spindle(speeds=(1.0,), speed_fluctuation=0.1, cycles_per_turn=2.0),
-    "uneven on a curve with a step": Spindle(
-        times=(0.0, 0.5, 1.0, 1.0, 1.6), speeds=(1.0, 1.04, 0.99, 1.02, 1.0), speed_fluctuation=0.06
-    ),
-    "free": FreeSpindle(
-        inertia=0.4, start_speed=1.0, torque=InputFunction(times=(0.0, 0.7, 0.7, 1.5), values=(1, 2, -3, 1))
-    ),
+    "uneven on a curve with a step": Spindle(times=(0.0, 0.5, 1.0, 1.0, 1.6), speeds=(1.0, 1.04, 0.99, 1.02, 1.0), speed_fluctuation=0.06),
+    "free": FreeSpindle(inertia=0.4, start_speed=1.0, torque=InputFunction(times=(0.0, 0.7, 0.7, 1.5), values=(1, 2, -3, 1))),
 }
 
 
@@ -205,17 +199,13 @@ def crank(*loads, duration=3.0, rate=9.0, again=False, redundant=False, coordina
 PULSE = InputFunction(times=(0.0, 0.4, 0.4, 0.9, 1.3), values=(1.0, 1.0, -2.0, 0.5, 1.5))
 STILL = InputFunction(values=(0.0,))
 LOADS = {
-    "spring": Spring(
-        name="load", first=ground_point(0.2, 0.5), second=body_point("rod", 0.05, 0.02), stiffness=60.0, free_length=0.3
-    ),
+    "spring": Spring(name="load", first=ground_point(0.2, 0.5), second=body_point("rod", 0.05, 0.02), stiffness=60.0, free_length=0.3),
     "damper": Damper(name="load", first=ground_point(0.2, 0.5), second=body_point("rod", 0.05, 0.02), damping=5.0),
     "torsion spring": TorsionSpring(name="load", first="crank", second="rod", stiffness=0.05, free_angle=0.3),
     "torsion damper": TorsionDamper(name="load", first="crank", second="rod", damping=0.01),
     "torque": Torque(name="load", first="rod", second="crank", moment=InputFunction(values=(0.7,))),
     "torque in time": Torque(name="load", first="ground", second="crank", moment=PULSE),
-    "force": Force(
-        name="load", point=body_point("rod", 0.1, 0.05), x=InputFunction(values=(3.0,)), y=InputFunction(values=(-2.0,))
-    ),
+    "force": Force(name="load", point=body_point("rod", 0.1, 0.05), x=InputFunction(values=(3.0,)), y=InputFunction(values=(-2.0,))),
     "force in time": Force(name="load", point=body_point("piston"), x=PULSE, y=STILL),
 }
 
@@ -275,11 +265,7 @@ def test_random_governors_move_as_by_multibody(seed):
     dimensions, middle = random_governor(random)
     speed = float(closed.equilibrium_speed(closed.PendulumGovernor(**dimensions), arm_angle=middle))
     scene = governor_scene(
-        dimensions,
-        speed=speed,
-        angle=middle + random.uniform(-0.1, 0.1),
-        rate=random.uniform(-0.3, 0.3),
-        output_interval=0.1,
+        dimensions, speed=speed, angle=middle + random.uniform(-0.1, 0.1), rate=random.uniform(-0.3, 0.3), output_interval=0.1
     )
     reduced, multibody = both(scene)
     if reduced.outcome is not multibody.outcome or reduced.outcome is Outcome.LEFT_RANGE:
@@ -329,9 +315,7 @@ def laid(scene, values):
     def column(index):
         found = []
         for value in values:
-            piece, t, side = find_piece.py_func(
-                way.table.intervals, way.table.neighbours, way.table.periodicity, value, 0
-            )
+            piece, t, side = find_piece.py_func(way.table.intervals, way.table.neighbours, way.table.periodicity, value, 0)
             assert side == -1
             found.append(evaluate_piece.py_func(way.table.coefficients, piece, index, t))
         return np.array(found)
@@ -370,15 +354,11 @@ def test_gauges_and_their_slopes_are_in_the_tables():
     _, column = laid(scene, values)
     reduction = SingleDofReduction(scene)
     along = reduction.evaluate(values)
-    np.testing.assert_allclose(
-        column(FIRST_PROGRAM_COLUMN + 1), reduction.output_derivative(along, "sleeve_lift"), atol=1e-12
-    )
+    np.testing.assert_allclose(column(FIRST_PROGRAM_COLUMN + 1), reduction.output_derivative(along, "sleeve_lift"), atol=1e-12)
     steps = np.array([-2, -1, 1, 2]) * 1e-3
     near = [laid(scene, values + step)[1](FIRST_PROGRAM_COLUMN) for step in steps]
     slope = (8 * (near[2] - near[1]) - (near[3] - near[0])) / 12e-3
-    np.testing.assert_allclose(
-        slope, column(FIRST_PROGRAM_COLUMN + 1), atol=1e-10
-    )  # differences of fourth order: 1e-12 times a few
+    np.testing.assert_allclose(slope, column(FIRST_PROGRAM_COLUMN + 1), atol=1e-10)  # differences of fourth order: 1e-12 times a few
 
 
 def test_what_a_fit_leaves_out_falls_with_the_width_to_the_twelfth_power():
@@ -433,9 +413,7 @@ def test_a_coordinate_at_a_dead_centre_ends_the_run_by_name():
     centre = np.interp(math.pi, true.readings["crank"], true.times)
     assert run.times[-1] < centre < run.times[-1] + 2 * scene.run.output_interval
     assert many > 10
-    np.testing.assert_allclose(
-        run.readings["crank"], true.readings["crank"][:many], atol=1e-6
-    )  # ten times what was asked
+    np.testing.assert_allclose(run.readings["crank"], true.readings["crank"][:many], atol=1e-6)  # ten times what was asked
 
 
 def test_a_change_point_ends_the_run_by_name_and_auto_goes_on():
@@ -468,10 +446,7 @@ def test_a_start_at_a_dead_centre_is_refused():
 
 @pytest.mark.parametrize(
     ("name", "sentence"),
-    [
-        ("quick_return", "drives move this mechanism; choose.*multibody"),
-        ("porter_clearance", r"engine 'reduced' cannot model \['Play'\]"),
-    ],
+    [("quick_return", "drives move this mechanism; choose.*multibody"), ("porter_clearance", r"engine 'reduced' cannot model \['Play'\]")],
 )
 def test_what_it_does_not_follow_is_refused(name, sentence):
     with pytest.raises(UnsupportedEffect, match=sentence):
@@ -541,9 +516,7 @@ def test_a_lines_angle_bends_as_its_second_differences():
     """What gradient . acceleration must be for a line's angle, against differences along a motion of both bodies."""
     scene = crank()
     mechanism = scene.part.mechanism
-    line = LineAngle(
-        name="line", quantity="angle", start=body_point("crank", 0.07, -0.03), end=body_point("rod", 0.11, 0.05)
-    )
+    line = LineAngle(name="line", quantity="angle", start=body_point("crank", 0.07, -0.03), end=body_point("rod", 0.11, 0.05))
     gauges = make_output_rows(replace(mechanism, readings=(*mechanism.readings, line)), ["line"], {})
     random = np.random.default_rng(5)
     poses, velocities, accelerations = (random.normal(size=(3, 3)) for _ in range(3))
@@ -575,8 +548,6 @@ def test_within_a_step_the_motion_is_the_polynomial_of_order_five_through_its_en
     motion, h = np.polynomial.Polynomial([0.4, -1.1, 0.7, 2.3, -1.9, 0.8]), 0.3
     rate, bend = motion.deriv(), motion.deriv(2)
     for share in (0.1, 0.5, 0.9):
-        there, speed = _quintic_hermite_state.py_func(
-            motion(0.0), rate(0.0), bend(0.0), motion(h), rate(h), bend(h), h, share
-        )
+        there, speed = _quintic_hermite_state.py_func(motion(0.0), rate(0.0), bend(0.0), motion(h), rate(h), bend(h), h, share)
         assert there == pytest.approx(motion(share * h), abs=1e-14)
         assert speed == pytest.approx(rate(share * h), abs=1e-13)

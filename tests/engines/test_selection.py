@@ -33,9 +33,7 @@ def test_a_governor_is_given_to_the_reduced_engine_and_the_run_says_why():
     assert run.outcome is Outcome.DONE
 
 
-@pytest.mark.parametrize(
-    ("name", "why"), [("porter_clearance", "play is a freedom more"), ("quick_return", "it is driven")]
-)
+@pytest.mark.parametrize(("name", "why"), [("porter_clearance", "play is a freedom more"), ("quick_return", "it is driven")])
 def test_what_reduced_cannot_hold_goes_to_multibody(name, why):
     engine, reason = select_engine("auto", gm.load(name), 1e-8)
     assert engine.name == "multibody", why

@@ -67,10 +67,7 @@ def test_a_stiff_knee_makes_two_rods_swing_as_one(stiffness, damping):
     # The knee carries at most some 30 N m and has 2 s: it bends by 30 N m * 2 s / damping + 30 N m / stiffness at most.
     bend = 30.0 * min(2.0 / damping, 1 / stiffness) + 1e-6
     assert np.max(np.abs(run.readings["bend"])) < bend
-    assert (
-        np.max(np.abs(run.readings["upper"] + math.pi + angle)) < 3 * bend
-        or np.max(np.abs(run.readings["upper"] - angle)) < 3 * bend
-    )
+    assert np.max(np.abs(run.readings["upper"] + math.pi + angle)) < 3 * bend or np.max(np.abs(run.readings["upper"] - angle)) < 3 * bend
     assert run.joint_gap.max() < 1e-12
 
 
@@ -85,9 +82,7 @@ def test_a_stiff_damped_mass_is_followed_exactly():
             Spring(name="spring", first=ground, second=Point(body="ball"), stiffness=stiffness, free_length=1.0),
             Damper(name="damper", first=ground, second=Point(body="ball"), damping=damping),
         ),
-        readings=(
-            PointCoordinate(name="x", quantity="length", point=Point(body="ball"), direction_x=1.0, direction_y=0.0),
-        ),
+        readings=(PointCoordinate(name="x", quantity="length", point=Point(body="ball"), direction_x=1.0, direction_y=0.0),),
         coordinate="x",
         length_scale=1.0,
         initial_guess=((1.1, 0.0, 0.0),),

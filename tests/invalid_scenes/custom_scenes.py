@@ -22,9 +22,7 @@ def body_with(*lines: str, name: str = "crank", mass: str | None = '"2 kg"') -> 
 def joint_table(kind: str, *lines: str, name: str = "A", ends: tuple[str, str] = ("ground.O", "crank.start")) -> str:
     """A joint between two points."""
     first, second = ends
-    return "\n".join(
-        ["[[joint]]", f'type = "{kind}"', f'name = "{name}"', f'first = "{first}"', f'second = "{second}"', *lines, ""]
-    )
+    return "\n".join(["[[joint]]", f'type = "{kind}"', f'name = "{name}"', f'first = "{first}"', f'second = "{second}"', *lines, ""])
 
 
 def force_table(kind: str, *lines: str) -> str:
@@ -40,11 +38,7 @@ BROKEN_CUSTOM: list[tuple[str, str, list[str]]] = [
     ("empty list of bodies", TOP + "body = []\n", ["body is an empty list; a mechanism needs at least one [[body]]"]),
     ("one table for a list", TOP + "[body]\nmass = 1\n", ["body must be a list of", "write [[body]] above each"]),
     ("a number for a body", TOP + "body = [3]\n", ["body 1 must be a table; found 3"]),
-    (
-        "dimensions",
-        custom_scene("[dimensions]\narm = 1\n"),
-        ["[dimensions] is unknown", "lengths stand with its bodies"],
-    ),
+    ("dimensions", custom_scene("[dimensions]\narm = 1\n"), ["[dimensions] is unknown", "lengths stand with its bodies"]),
     ("misspelt table", custom_scene(top=TOP, joint=JOINT.replace("[[joint]]", "[[jiont]]")), ["Did you mean 'joint'?"]),
     (
         "unknown plane",
@@ -52,11 +46,7 @@ BROKEN_CUSTOM: list[tuple[str, str, list[str]]] = [
         ["plane \"turnin\" is unknown; known are fixed, turning. Did you mean 'turning'?"],
     ),
     ("size zero", custom_scene(top=TOP + "size = 0\n"), ["size must be positive; found 0"]),
-    (
-        "ground's point",
-        custom_scene(ground='[ground]\nO = ["5 kg", 0]\n'),
-        ['ground.O x is a length; "5 kg" is a mass'],
-    ),
+    ("ground's point", custom_scene(ground='[ground]\nO = ["5 kg", 0]\n'), ['ground.O x is a length; "5 kg" is a mass']),
     ("ground's point alone", custom_scene(ground="[ground]\nO = 5\n"), ["ground.O must be [x, y]; found 5; write [0,"]),
     ("mass missing", custom_scene(body=body_with("point = true", mass=None)), ['body "crank": mass is missing; it is']),
     (
@@ -106,21 +96,13 @@ BROKEN_CUSTOM: list[tuple[str, str, list[str]]] = [
         custom_scene(body=body_with(POINTS_LINE, "moments = { xx = 1, yy = 1, xy = 2 }")),
         ['body "crank": moments.xy must not exceed the square root of xx * yy; found 2'],
     ),
-    (
-        "moments zero",
-        custom_scene(body=body_with(POINTS_LINE, "moments = { zz = 1 }")),
-        ["moments must have xx or yy above 0"],
-    ),
+    ("moments zero", custom_scene(body=body_with(POINTS_LINE, "moments = { zz = 1 }")), ["moments must have xx or yy above 0"]),
     (
         "inertia in a turning plane",
         custom_scene(SPINDLE, body=body_with(POINTS_LINE, "inertia = 1")),
         ['body "crank": inertia does not tell how a turning plane pulls at the body; give moments'],
     ),
-    (
-        "a point mass that turns",
-        custom_scene(body=body_with("point = true", "turns = true")),
-        ['body "crank": a point mass does not turn'],
-    ),
+    ("a point mass that turns", custom_scene(body=body_with("point = true", "turns = true")), ['body "crank": a point mass does not turn']),
     (
         "an angle without turning",
         custom_scene(body=body_with("turns = false", 'angle = "30 deg"')),
@@ -163,11 +145,7 @@ BROKEN_CUSTOM: list[tuple[str, str, list[str]]] = [
         custom_scene(joint=JOINT.replace('type = "pin"\n', "")),
         ['joint "A": type is missing; it is one of pin, weld, prismatic, slider, arc, curve, gear, rack, driven_turn'],
     ),
-    (
-        "end missing",
-        custom_scene(joint=JOINT.replace('first = "ground.O"\n', "")),
-        ['joint "A": first is missing; it is'],
-    ),
+    ("end missing", custom_scene(joint=JOINT.replace('first = "ground.O"\n', "")), ['joint "A": first is missing; it is']),
     (
         "unknown body",
         custom_scene(joint=joint_table("pin", ends=("ground.O", "crnk.start"))),
@@ -176,10 +154,7 @@ BROKEN_CUSTOM: list[tuple[str, str, list[str]]] = [
     (
         "unknown point",
         custom_scene(joint=joint_table("pin", ends=("ground.O", "crank.strat"))),
-        [
-            'joint "A": second names the unknown point "strat" of "crank"; known are origin, centre, start, end',
-            "Did you mean 'start'?",
-        ],
+        ['joint "A": second names the unknown point "strat" of "crank"; known are origin, centre, start, end', "Did you mean 'start'?"],
     ),
     (
         "unknown point of the ground",
@@ -202,16 +177,8 @@ BROKEN_CUSTOM: list[tuple[str, str, list[str]]] = [
         custom_scene(joint=joint_table("pin", 'angle = "30 deg"')),
         ['joint "A": angle is unknown; known keys of [[joint]] are name, first, second, type.'],
     ),
-    (
-        "slider without angle",
-        custom_scene(joint=joint_table("slider")),
-        ['joint "A": angle is missing; it is the direction'],
-    ),
-    (
-        "arc without radius",
-        custom_scene(joint=joint_table("arc")),
-        ['joint "A": radius is missing; it is the radius of'],
-    ),
+    ("slider without angle", custom_scene(joint=joint_table("slider")), ['joint "A": angle is missing; it is the direction']),
+    ("arc without radius", custom_scene(joint=joint_table("arc")), ['joint "A": radius is missing; it is the radius of']),
     ("gear of ratio 0", custom_scene(joint=joint_table("gear", "ratio = 0")), ["ratio must not be zero; found 0"]),
     (
         "a table's points must rise",
@@ -245,9 +212,7 @@ BROKEN_CUSTOM: list[tuple[str, str, list[str]]] = [
     ),
     (
         "contradictory drives",
-        custom_scene(
-            joint_table("driven_turn", "rate = 1", name="B"), joint_table("driven_turn", "rate = 2", name="C")
-        ),
+        custom_scene(joint_table("driven_turn", "rate = 1", name="B"), joint_table("driven_turn", "rate = 2", name="C")),
         ["joints 'B' and 'C' drive the same two bodies, 'ground' and 'crank'; leave one of them out"],
     ),
     (
@@ -331,16 +296,9 @@ BROKEN_CUSTOM: list[tuple[str, str, list[str]]] = [
     (
         "unknown start",
         custom_scene("[start]\ncrank_angel = 1\n"),
-        [
-            "start.crank_angel is unknown; known keys of [start] are crank_angle, crank_rate.",
-            "Did you mean 'crank_angle'?",
-        ],
+        ["start.crank_angel is unknown; known keys of [start] are crank_angle, crank_rate.", "Did you mean 'crank_angle'?"],
     ),
-    (
-        "start of the wrong kind",
-        custom_scene('[start]\ncrank_angle = "1 m"\n'),
-        ['start.crank_angle is an angle; "1 m" is a length'],
-    ),
+    ("start of the wrong kind", custom_scene('[start]\ncrank_angle = "1 m"\n'), ['start.crank_angle is an angle; "1 m" is a length']),
     (
         "no length at all",
         custom_scene(body=body_with("inertia = 1"), joint=joint_table("pin", ends=("ground.O", "crank.origin"))),

@@ -6,24 +6,18 @@ from invalid_scenes.custom_scenes import custom_scene
 from invalid_scenes.scenes import DEFAULT_TABLES, SCENE_HEADER, format_dimensions, scene_text
 
 PARABOLIC_MACHINE = 'machine = "parabolic_governor"\n'
-PARABOLIC_DIMENSIONS = (
-    'double_parameter = 0.6\ninner_radius = 0.05\nouter_radius = 0.25\nball_mass = "1 kg"\nsleeve_mass = "4 kg"'
-)
+PARABOLIC_DIMENSIONS = 'double_parameter = 0.6\ninner_radius = 0.05\nouter_radius = 0.25\nball_mass = "1 kg"\nsleeve_mass = "4 kg"'
 NOT_APPLICABLE = "has none, its bodies have their own masses; leave the effect out"
 
 
-def with_effects(
-    *lines: str, start: str | None = DEFAULT_TABLES["start"], spindle: str = DEFAULT_TABLES["spindle"]
-) -> str:
+def with_effects(*lines: str, start: str | None = DEFAULT_TABLES["start"], spindle: str = DEFAULT_TABLES["spindle"]) -> str:
     """The Porter scene with more effects."""
     return scene_text(effects="\n".join([DEFAULT_TABLES["effects"], *lines]), start=start, spindle=spindle)
 
 
 def watt_scene(*lines: str) -> str:
     """The same without a sleeve that has mass."""
-    return scene_text(
-        SCENE_HEADER, format_dimensions(sleeve_mass=None), effects="\n".join([DEFAULT_TABLES["effects"], *lines])
-    )
+    return scene_text(SCENE_HEADER, format_dimensions(sleeve_mass=None), effects="\n".join([DEFAULT_TABLES["effects"], *lines]))
 
 
 def parabolic_scene(*lines: str, size: str = PARABOLIC_DIMENSIONS) -> str:
@@ -50,10 +44,7 @@ BROKEN_EFFECTS: list[tuple[str, str, list[str]]] = [
     (
         "rods of negative mass and of the wrong kind",
         with_effects('rods = { arm_mass = "-1 kg", ball_radius = "5 kg" }'),
-        [
-            'effects.rods.arm_mass must not be negative; found "-1 kg"',
-            'effects.rods.ball_radius is a length; "5 kg" is',
-        ],
+        ['effects.rods.arm_mass must not be negative; found "-1 kg"', 'effects.rods.ball_radius is a length; "5 kg" is'],
     ),
     (
         "a ball as large as its arm",
@@ -81,26 +72,17 @@ BROKEN_EFFECTS: list[tuple[str, str, list[str]]] = [
     (
         "rods and play of one's own mechanism",
         custom_scene('[effects]\nrods = { arm_mass = 1 }\nplay = "1 mm"'),
-        [
-            f"rods are those of a governor with arms and links; machine 'custom' {NOT_APPLICABLE}",
-            f"machine 'custom' {NOT_APPLICABLE}",
-        ],
+        [f"rods are those of a governor with arms and links; machine 'custom' {NOT_APPLICABLE}", f"machine 'custom' {NOT_APPLICABLE}"],
     ),
     (
         "a spring on nothing",
         with_effects('spring = "2 N/mm"'),
-        [
-            'effects.spring must name the readings that it acts on; found "2 N/mm"; '
-            'write spring = { sleeve = { rate = "2 N/mm" } }'
-        ],
+        ['effects.spring must name the readings that it acts on; found "2 N/mm"; write spring = { sleeve = { rate = "2 N/mm" } }'],
     ),
     (
         "a spring on no reading",
         with_effects('spring = { sleve = { rate = "2 N/mm" } }'),
-        [
-            "effects.spring.sleve is no reading; readings are arm_angle, ball_radius, sleeve_lift. "
-            "Did you mean 'sleeve'?"
-        ],
+        ["effects.spring.sleve is no reading; readings are arm_angle, ball_radius, sleeve_lift. Did you mean 'sleeve'?"],
     ),
     ("no reading at all", with_effects("spring = {}"), ["effects.spring has no reading to act on; write spring = {"]),
     (
@@ -169,10 +151,7 @@ BROKEN_EFFECTS: list[tuple[str, str, list[str]]] = [
     (
         "friction on nothing",
         with_effects('dry_friction = "40 N"'),
-        [
-            'effects.dry_friction must name the readings that it acts on; found "40 N"; '
-            'write dry_friction = { sleeve = "40 N" }'
-        ],
+        ['effects.dry_friction must name the readings that it acts on; found "40 N"; write dry_friction = { sleeve = "40 N" }'],
     ),
     (
         "friction on nothing of one's own mechanism",
@@ -214,8 +193,7 @@ BROKEN_EFFECTS: list[tuple[str, str, list[str]]] = [
         [
             'effects.dashpot.sleeve is a damping; "120 N" is a force',
             "effects.dashpot.arm_angle.linear is a damping in torsion",
-            'effects.dashpot.arm_angle.quadratic is a quadratic damping in torsion; "1 N" is a force; '
-            "write it in N m s^2/rad^2",
+            'effects.dashpot.arm_angle.quadratic is a quadratic damping in torsion; "1 N" is a force; write it in N m s^2/rad^2',
         ],
     ),
     (
@@ -297,28 +275,13 @@ BROKEN_EFFECTS: list[tuple[str, str, list[str]]] = [
         with_effects('stops = { arm_angle = ["95 deg", "120 deg"] }'),
         ["effects.stops.arm_angle, 95 deg to 120 deg, leaves nothing of the travel, 0 deg to 90 deg"],
     ),
-    (
-        "play of nought",
-        with_effects("play = 0"),
-        ["effects.clearance must be positive; found 0; write play = false if"],
-    ),
-    (
-        "play without a width",
-        with_effects("play = true"),
-        ["effects.clearance is how far the sleeve may move; found true;"],
-    ),
-    (
-        "a table of play without a width",
-        with_effects("play = {}"),
-        ["effects.clearance.width is missing; it is how far"],
-    ),
+    ("play of nought", with_effects("play = 0"), ["effects.clearance must be positive; found 0; write play = false if"]),
+    ("play without a width", with_effects("play = true"), ["effects.clearance is how far the sleeve may move; found true;"]),
+    ("a table of play without a width", with_effects("play = {}"), ["effects.clearance.width is missing; it is how far"]),
     (
         "play of the wrong kind and a restitution below 0",
         with_effects('play = { width = "1 kg", restitution = -0.1 }'),
-        [
-            'effects.clearance.width is a length; "1 kg" is a mass',
-            "effects.clearance.restitution must lie between 0 and 1",
-        ],
+        ['effects.clearance.width is a length; "1 kg" is a mass', "effects.clearance.restitution must lie between 0 and 1"],
     ),
     (
         "play without a sleeve",
@@ -333,16 +296,12 @@ BROKEN_EFFECTS: list[tuple[str, str, list[str]]] = [
     (
         "play between stops",
         with_effects('play = "0.5 mm"', 'stops = { sleeve_clearance = ["-1 mm", "1 mm"] }'),
-        [
-            "effects.stops.sleeve_clearance cannot stand beside effects.clearance, whose two ends are such stops; leave it out"
-        ],
+        ["effects.stops.sleeve_clearance cannot stand beside effects.clearance, whose two ends are such stops; leave it out"],
     ),
     (
         "a start beyond the play",
         with_effects('play = "0.5 mm"', start='arm_angle = "40 deg"\nsleeve_play = "0.3 mm"'),
-        [
-            "start.sleeve_clearance (0.3 mm) lies beyond the stops of effects.clearance, -0.25 mm to 0.25 mm; start between them"
-        ],
+        ["start.sleeve_clearance (0.3 mm) lies beyond the stops of effects.clearance, -0.25 mm to 0.25 mm; start between them"],
     ),
     (
         "play written wrong, and its start",
@@ -365,23 +324,17 @@ BROKEN_EFFECTS: list[tuple[str, str, list[str]]] = [
     (
         "waves of nothing",
         with_effects(spindle='speed = "120 rpm"\nwaves = 2'),
-        [
-            "spindle.cycles_per_turn says how often speed fluctuation comes in a turn; write speed_fluctuation = 0.03, or leave waves out"
-        ],
+        ["spindle.cycles_per_turn says how often speed fluctuation comes in a turn; write speed_fluctuation = 0.03, or leave waves out"],
     ),
     (
         "speed fluctuation of a free spindle",
         with_effects(spindle='inertia = "1 kg m^2"\nstart_speed = "120 rpm"\nunevenness = 0.03'),
-        [
-            "spindle.speed_fluctuation cannot stand beside inertia, start_speed: how unevenly a spindle left to itself turns"
-        ],
+        ["spindle.speed_fluctuation cannot stand beside inertia, start_speed: how unevenly a spindle left to itself turns"],
     ),
     (
         "speed fluctuation that nothing feels",
         scene_text(effects="gravity = true", spindle='speed = "120 rpm"\nunevenness = 0.03'),
-        [
-            "spindle.speed_fluctuation changes nothing: without effects.centrifugal = true nothing feels the spindle turn"
-        ],
+        ["spindle.speed_fluctuation changes nothing: without effects.centrifugal = true nothing feels the spindle turn"],
     ),
     (
         "speed fluctuation beside a fixed plane",
@@ -406,8 +359,7 @@ BROKEN_EFFECTS: list[tuple[str, str, list[str]]] = [
     (
         "an unknown machine and wrong effects",
         scene_text(
-            'machine = "xyzzy"\n',
-            effects='dry_friction = { whatever = "40 kg" }\nstops = { lean = ["45 deg", "15 deg"] }\nplay = "1 kg"',
+            'machine = "xyzzy"\n', effects='dry_friction = { whatever = "40 kg" }\nstops = { lean = ["45 deg", "15 deg"] }\nplay = "1 kg"'
         ),
         [
             'machine "xyzzy" is unknown',
@@ -418,9 +370,7 @@ BROKEN_EFFECTS: list[tuple[str, str, list[str]]] = [
     ),
     (
         "an unknown body and wrong effects",
-        custom_scene(
-            '[readings]\nlean = { angle = "crnk" }\n[effects]\ngravity = "x"\ndry_friction = { lean = "40 kg" }'
-        ),
+        custom_scene('[readings]\nlean = { angle = "crnk" }\n[effects]\ngravity = "x"\ndry_friction = { lean = "40 kg" }'),
         [
             'readings.lean: angle names the unknown body "crnk"',
             'effects.gravity is an acceleration; "x" has no number',

@@ -210,10 +210,7 @@ STROKE = {"inner_angle": SWING, "outer_angle": -SWING}
     [
         ({"bell_crank_angle": math.radians(80)}, r"bell_crank_angle \(80 deg\) must lie between 90 deg.* and 180 deg"),
         ({"bell_crank_angle": math.radians(181)}, r"bell_crank_angle \(181 deg\) must lie between 90 deg"),
-        (
-            {**STROKE, "bell_crank_angle": math.radians(170)},
-            r"cannot be gone through: at 1\d\.?\d* deg the lever passes its dead centre",
-        ),
+        ({**STROKE, "bell_crank_angle": math.radians(170)}, r"cannot be gone through: at 1\d\.?\d* deg the lever passes its dead centre"),
         ({**STROKE, "hanger": 0.02}, r"cannot be gone through: at -15 deg the hanger is too short"),
         ({"inner_angle": 0.0, "outer_angle": math.radians(-100)}, "the weights' arms lie level, outermost"),
         ({**STROKE, "fulcrum_radius": 0.02}, "the weights meet on the spindle axis"),
@@ -294,9 +291,7 @@ def test_a_kernel_of_the_callers_own_gets_the_machines_dimensions() -> None:
         lever = sleeve_arm * math.sin(bell_crank_angle + lever_angle) / (weight_arm * math.cos(lever_angle))
         return math.sqrt((pull + 0.5 * sleeve_mass * gravity * lever) / (weight_mass * x))
 
-    report = gm.crosscheck(
-        hartung_scene(PAPER_DIMENSIONS), kernel=dubois, over={"lever_angle": [-0.2, 0.0, 0.2]}, allowed=1e-10
-    )
+    report = gm.crosscheck(hartung_scene(PAPER_DIMENSIONS), kernel=dubois, over={"lever_angle": [-0.2, 0.0, 0.2]}, allowed=1e-10)
     assert report.passed, str(report)
 
 

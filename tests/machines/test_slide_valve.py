@@ -98,9 +98,7 @@ def test_the_settings_do_what_they_say():
     first, second = leads_of(valve_scene({"setting": EQUAL_LEADS}))
     assert abs(first - 0.006) < 1e-14
     assert abs(second - 0.006) < 1e-14
-    for lead, printed in zip(
-        leads_of(valve_scene({"setting": MIDDLE})), marks.ERROR_TERM_SIZES[4]["leads_from_middle"], strict=True
-    ):
+    for lead, printed in zip(leads_of(valve_scene({"setting": MIDDLE})), marks.ERROR_TERM_SIZES[4]["leads_from_middle"], strict=True):
         # the table is by the binomial law, which neglects r^4 / 8 l^3
         assert abs(lead - printed) < marks.ERROR_TERM_SIZES[4]["largest_neglected"]
     rows = {row.name: row for row in tabulate_valve_timing(valve_scene({"setting": EQUAL_CUT_OFFS})).rows}
@@ -112,17 +110,11 @@ def test_the_settings_do_what_they_say():
 @pytest.mark.parametrize("ratio", [4.0, 30.0])
 def test_equal_cut_offs_are_those_of_the_closed_form_and_cost_equal_leads(ratio):
     scene = valve_scene({"setting": EQUAL_CUT_OFFS, "eccentric_rod": ratio * 0.06})
-    eccentric, train = (
-        Eccentric.from_dimensions(scene.part.dimensions),
-        CrankTrain.from_dimensions(scene.part.dimensions),
-    )
+    eccentric, train = (Eccentric.from_dimensions(scene.part.dimensions), CrankTrain.from_dimensions(scene.part.dimensions))
     laps = {"outside_lap": 0.024, "inside_lap": 0.005}
 
     def fills_part(centre):
-        first, second = (
-            closed.event_angle(eccentric, event=f"{end} cut-off", centre=centre, **laps)
-            for end in ("crank end", "head end")
-        )
+        first, second = (closed.event_angle(eccentric, event=f"{end} cut-off", centre=centre, **laps) for end in ("crank end", "head end"))
         return (
             0.6
             - travel_from_outer_dead_centre(train, crank_angle=first + math.pi)
@@ -203,9 +195,7 @@ def test_impulse_is_of_the_second_order():
     expected = closed.valve_displacement(Eccentric.from_dimensions(scene.part.dimensions), crank_angle=angles)
     steps = np.array([4e-3, 2e-3, 1e-3])
     errors = [
-        np.max(
-            np.abs(ImpulseEngine(step=step, runs=1).run(scene, certify=False).readings["valve_displacement"] - expected)
-        )
+        np.max(np.abs(ImpulseEngine(step=step, runs=1).run(scene, certify=False).readings["valve_displacement"] - expected))
         for step in steps
     ]
     assert abs(np.polyfit(np.log(steps), np.log(errors), 1)[0] - 2.0) < 0.1
@@ -249,9 +239,7 @@ REFUSED = [
 ]
 
 
-@pytest.mark.parametrize(
-    ("changes", "sentence"), REFUSED, ids=lambda value: next(iter(value)) if isinstance(value, dict) else ""
-)
+@pytest.mark.parametrize(("changes", "sentence"), REFUSED, ids=lambda value: next(iter(value)) if isinstance(value, dict) else "")
 def test_what_cannot_be_built_is_refused_in_a_sentence(changes, sentence):
     with pytest.raises(MechanismError, match=sentence) as caught:
         valve_scene(changes)
@@ -259,18 +247,10 @@ def test_what_cannot_be_built_is_refused_in_a_sentence(changes, sentence):
 
 
 def test_all_that_cannot_be_built_is_told_at_once():
-    wrong = {
-        "connecting_rod": 0.2,
-        "eccentric_rod": 0.05,
-        "advance": "90 deg",
-        "outside_lap": 0.07,
-        "inside_lap": -0.08,
-    }
+    wrong = {"connecting_rod": 0.2, "eccentric_rod": 0.05, "advance": "90 deg", "outside_lap": 0.07, "inside_lap": -0.08}
     with pytest.raises(MechanismError) as caught:
         valve_scene(wrong)
-    assert [next(name for name in wrong if f" {name} (" in sentence) for sentence in caught.value.problems] == list(
-        wrong
-    )
+    assert [next(name for name in wrong if f" {name} (" in sentence) for sentence in caught.value.problems] == list(wrong)
 
 
 @pytest.mark.parametrize(("table", "values"), [("start", {"crank_angle": "20 deg"}), ("spindle", {"speed": "60 rpm"})])

@@ -91,10 +91,7 @@ def test_the_slender_rod_is_what_is_left_out():
         ({"masses": {"crank": 0.0}}, "masses.crank must be positive"),
         ({"masses": {"crank": 1.0, "rod": -1.0}}, "masses.rod must not be negative"),
         ({"masses": {"crank": 1.0, "rod_centre": 0.5}}, "give masses.rod as well"),
-        (
-            {"masses": {"crank": 1.0, "rod": 1.0, "rod_centre": 1.6}},
-            r"rod_centre \(1600 mm\) lies beyond the crosshead",
-        ),
+        ({"masses": {"crank": 1.0, "rod": 1.0, "rod_centre": 1.6}}, r"rod_centre \(1600 mm\) lies beyond the crosshead"),
         ({"masses": {"crank": 1.0, "rod": 1.0, "rod_inertia": 0.0}}, "rod_inertia must be positive"),
         ({"masses": {"crank": 1e-3, "rod": 50.0}}, r"masses.crank \(0.001 kg\) is nothing beside masses.rod \(50 kg\)"),
         ({"masses": {"crank": 50.0, "rod": 1e-3}}, "give it 0.005 kg at least, or leave it out"),

@@ -63,9 +63,7 @@ def test_the_gradient_of_every_reading_is_its_slope(seed):
     tangent = assembler.solve_velocities(assembler.solve_at_coordinate(angle), {"arm_angle": 1.0})
     for reading in mechanism.readings:
         up, down = (float(evaluate_output_value(mechanism, reading.name, poses)) for poses in ends)
-        along = np.sum(
-            evaluate_output_gradient(mechanism, reading.name, assembler.solve_at_coordinate(angle)) * tangent
-        )
+        along = np.sum(evaluate_output_gradient(mechanism, reading.name, assembler.solve_at_coordinate(angle)) * tangent)
         assert along == pytest.approx((up - down) / (2 * step), abs=2e-8)
 
 

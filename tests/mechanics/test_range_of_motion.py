@@ -13,21 +13,9 @@ from hypothesis import strategies as st
 import governor_mechanism as gm
 from governor_mechanism.mechanics.kinematics.batched_assembly import BatchedPositionSolver
 from governor_mechanism.mechanics.kinematics.continuation import PathContinuation
-from governor_mechanism.mechanics.kinematics.range_of_motion import (
-    RANGE_END_MARGIN,
-    find_range_of_motion,
-    trace_range_of_motion,
-)
+from governor_mechanism.mechanics.kinematics.range_of_motion import RANGE_END_MARGIN, find_range_of_motion, trace_range_of_motion
 from governor_mechanism.model.joints import GROUND, Distance, Gear, Pin, Point, Slider
-from governor_mechanism.model.mechanism import (
-    Body,
-    BodyAngle,
-    Limit,
-    LineAngle,
-    Mechanism,
-    PointCoordinate,
-    SecondMoments,
-)
+from governor_mechanism.model.mechanism import Body, BodyAngle, Limit, LineAngle, Mechanism, PointCoordinate, SecondMoments
 from governor_scenes import governor_scene, random_governor
 
 
@@ -120,9 +108,7 @@ def test_a_slide_without_end_is_followed_far_and_says_so():
     mechanism = Mechanism(
         bodies=(block,),
         joints=(Slider(name="bar", first=Point(body=GROUND), second=Point(body="block"), angle=0.0),),
-        readings=(
-            PointCoordinate(name="way", quantity="length", point=Point(body="block"), direction_x=1.0, direction_y=0.0),
-        ),
+        readings=(PointCoordinate(name="way", quantity="length", point=Point(body="block"), direction_x=1.0, direction_y=0.0),),
         coordinate="way",
         length_scale=0.1,
         initial_guess=((0.0, 0.0, 0.0),),
@@ -130,9 +116,7 @@ def test_a_slide_without_end_is_followed_far_and_says_so():
     travel = find_range_of_motion(mechanism, rotates_with_spindle=False)
     assert travel.high == pytest.approx(5.0, rel=1e-4)
     assert "followed no farther than 50 machine sizes" in travel.high_message
-    assert (
-        len(PathContinuation(mechanism, rotates_with_spindle=False).find_end(1.0).points) < 100
-    )  # it strides out where nothing curves
+    assert len(PathContinuation(mechanism, rotates_with_spindle=False).find_end(1.0).points) < 100  # it strides out where nothing curves
 
 
 def test_what_has_no_travel_is_refused():
@@ -143,11 +127,7 @@ def test_what_has_no_travel_is_refused():
     pendulum = Mechanism(
         bodies=(still,),
         joints=(Distance(name="arm", first=Point(body=GROUND), second=Point(body="ball"), length=0.4),),
-        readings=(
-            PointCoordinate(
-                name="height", quantity="length", point=Point(body="ball"), direction_x=0.0, direction_y=1.0
-            ),
-        ),
+        readings=(PointCoordinate(name="height", quantity="length", point=Point(body="ball"), direction_x=0.0, direction_y=1.0),),
         coordinate="height",
         length_scale=0.4,
         initial_guess=((0.0, -0.4, 0.0),),
@@ -229,6 +209,4 @@ def test_a_track_expects_the_poses_that_are_there():
     # One at a time, from the sketch's own branch, the same.
     for value in (-1.2, 0.1, 1.4):
         near = closing.position_solver.solve_at_coordinate(value)
-        np.testing.assert_allclose(
-            closing.solve(travel.path.predict_poses(np.array([value])), np.array([value]))[0], near, atol=1e-12
-        )
+        np.testing.assert_allclose(closing.solve(travel.path.predict_poses(np.array([value])), np.array([value]))[0], near, atol=1e-12)

@@ -6,12 +6,7 @@ import numpy as np
 import pytest
 
 from governor_mechanism.mechanics.dynamics.constraint_solver import find_coupled_rows
-from governor_mechanism.numerics.least_squares import (
-    MIN_SPARSE_ROWS,
-    least_norm_solution,
-    mass_weighted_least_norm,
-    numerical_rank,
-)
+from governor_mechanism.numerics.least_squares import MIN_SPARSE_ROWS, least_norm_solution, mass_weighted_least_norm, numerical_rank
 
 ROUNDING = 1e-11
 """Of solutions of order one: conditions of these matrices are below some thousands."""
@@ -33,9 +28,7 @@ def test_the_smallest_change_is_that_of_singular_values(seed):
     expected = np.linalg.pinv(rows) @ right
     assert least_norm_solution(rows, right) == pytest.approx(expected, abs=ROUNDING * np.max(np.abs(expected)))
     few = rows[: MIN_SPARSE_ROWS // 2]
-    assert least_norm_solution(few, right[: MIN_SPARSE_ROWS // 2]) == pytest.approx(
-        np.linalg.pinv(few) @ right[: MIN_SPARSE_ROWS // 2]
-    )
+    assert least_norm_solution(few, right[: MIN_SPARSE_ROWS // 2]) == pytest.approx(np.linalg.pinv(few) @ right[: MIN_SPARSE_ROWS // 2])
 
 
 def test_equations_that_nearly_depend_on_each_other_are_met_to_rounding():
@@ -53,9 +46,7 @@ def test_the_lightest_change_is_that_of_lagrange(seed):
     count = len(rows)
     system = np.block([[np.diag(masses), rows.T], [rows, np.zeros((count, count))]])
     expected = np.linalg.solve(system, np.append(np.zeros(len(masses)), right))[: len(masses)]
-    assert mass_weighted_least_norm(rows, masses, right) == pytest.approx(
-        expected, abs=ROUNDING * np.max(np.abs(expected))
-    )
+    assert mass_weighted_least_norm(rows, masses, right) == pytest.approx(expected, abs=ROUNDING * np.max(np.abs(expected)))
 
 
 def test_what_has_no_mass_is_moved_by_the_equations():

@@ -28,9 +28,7 @@ def test_a_porter_sleeve_carries_itself_and_one_ball() -> None:
     poses = np.array([assembler.solve_at_coordinate(angle) for angle in (0.3, 0.6, 0.9)])
     # In the rhombus the sleeve moves twice as far as the two balls: (20 + 2 * 5 / 2) g; joints close to 1e-13.
     np.testing.assert_allclose(compute_static_force(scene, "sleeve_lift", poses), 25 * 9.81, rtol=1e-11)
-    told = evaluate_derived_forces(
-        telling(scene, StaticForce(name="held", reading="sleeve_lift", fraction=0.02)), poses
-    )
+    told = evaluate_derived_forces(telling(scene, StaticForce(name="held", reading="sleeve_lift", fraction=0.02)), poses)
     np.testing.assert_allclose(told["held"], 0.02 * 25 * 9.81, rtol=1e-11)
 
 

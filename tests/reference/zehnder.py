@@ -182,15 +182,7 @@ SLOW_FOLD_JUMP = {
 
 # Virtual work after Zehnder (3), 25-40 digit arithmetic: crossed arms with uncrossed links.
 CROSSED_ARMS_OPEN_LINKS = {
-    "dimensions": {
-        "arm": 0.4,
-        "offset": -0.04,
-        "arm_joint": 0.25,
-        "lug_offset": 0.03,
-        "link": 0.2,
-        "ball_mass": 1.0,
-        "sleeve_mass": 4.0,
-    },
+    "dimensions": {"arm": 0.4, "offset": -0.04, "arm_joint": 0.25, "lug_offset": 0.03, "link": 0.2, "ball_mass": 1.0, "sleeve_mass": 4.0},
     "rows": [  # arm angle (deg), link angle (deg, 6 decimals), spindle speed (rad/s)
         (20, 4.446327, 9.63513458191),
         (30, 15.962014, 10.0781268599),
@@ -221,14 +213,7 @@ DESIGN = {
     "radius_squared_cm2": 2230.6272,  # 8 digits; the right side of (V), (c + 4 y)^3 / (4 c) in cm2
     "osculating_offset": -0.0568337797197,
     # arm angle above the start (deg), spindle speed (rad/s; 9 digits), arm = radius of curvature
-    "trial_speeds": [
-        (2, 12.5809011),
-        (4, 12.6223476),
-        (6, 12.688365),
-        (8, 12.7775186),
-        (10, 12.8890711),
-        (12, 13.022851),
-    ],
+    "trial_speeds": [(2, 12.5809011), (4, 12.6223476), (6, 12.688365), (8, 12.7775186), (10, 12.8890711), (12, 13.022851)],
     # for the arm of each row: arm (m; None = radius of curvature), offset (m), upper angle (deg), upper abscissa (m),
     # sleeve lift (m)
     "upper_positions": [

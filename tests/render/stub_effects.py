@@ -30,9 +30,7 @@ class ListedEvents:
         return {}
 
 
-def fake_run_with_effects(
-    dimensions: dict[str, float], effects: Sequence[Effect], events: Sequence[Event] = (), **options
-) -> Trajectory:
+def fake_run_with_effects(dimensions: dict[str, float], effects: Sequence[Effect], events: Sequence[Event] = (), **options) -> Trajectory:
     """A swinging governor with these effects too; its sleeve goes to and fro in its play eleven times a second."""
     run = fake_run(dimensions, **options)
     governor = PendulumGovernor(**dimensions)

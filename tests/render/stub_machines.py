@@ -8,15 +8,7 @@ import numpy as np
 
 from governor_mechanism.effects.gravity import Gravity
 from governor_mechanism.model.curves import PolynomialCurve, SplineCurve
-from governor_mechanism.model.force_elements import (
-    Damper,
-    Force,
-    ForceElement,
-    Spring,
-    Torque,
-    TorsionDamper,
-    TorsionSpring,
-)
+from governor_mechanism.model.force_elements import Damper, Force, ForceElement, Spring, Torque, TorsionDamper, TorsionSpring
 from governor_mechanism.model.joints import (
     GROUND,
     ArcSlot,
@@ -55,9 +47,7 @@ def ground_point(x: float = 0.0, y: float = 0.0) -> Point:
     return body_point(GROUND, x, y)
 
 
-def fake_machine_run(
-    name: str, duration: float = 2.0, count: int = 201, *, readings: int = 1, title: str | None = None
-) -> Trajectory:
+def fake_machine_run(name: str, duration: float = 2.0, count: int = 201, *, readings: int = 1, title: str | None = None) -> Trajectory:
     """The run of one of MACHINES: one turn or swing of it, `count` reports in `duration` (s)."""
     times = np.linspace(0.0, duration, count)
     bodies, joints, loads, columns = MACHINES[name](2 * np.pi * times / duration)
@@ -121,25 +111,14 @@ def slider_crank(phase: FloatArray) -> MachineDescription:
     ]
     loads: list[ForceElement] = [
         Torque(name="drive", second="crank", moment=InputFunction(times=(0.0, 1.0, 2.0), values=(0.0, 5.0, -2.0))),
-        Spring(
-            name="return", first=body_point("piston"), second=ground_point(0.62, 0.0), stiffness=100.0, free_length=0.2
-        ),
-        Force(
-            name="gas",
-            point=body_point("piston"),
-            x=InputFunction(times=(0.0, 1.0), values=(-10.0, 0.0)),
-            y=InputFunction(),
-        ),
+        Spring(name="return", first=body_point("piston"), second=ground_point(0.62, 0.0), stiffness=100.0, free_length=0.2),
+        Force(name="gas", point=body_point("piston"), x=InputFunction(times=(0.0, 1.0), values=(-10.0, 0.0)), y=InputFunction()),
     ]
     return (
         bodies,
         joints,
         loads,
-        {
-            "crank": (pin[0] / 2, pin[1] / 2, angle),
-            "rod": ((pin[0] + piston) / 2, pin[1] / 2, lean),
-            "piston": (piston, 0.0, 0.0),
-        },
+        {"crank": (pin[0] / 2, pin[1] / 2, angle), "rod": ((pin[0] + piston) / 2, pin[1] / 2, lean), "piston": (piston, 0.0, 0.0)},
     )
 
 
@@ -156,18 +135,9 @@ def four_bar(phase: FloatArray) -> MachineDescription:
     centre = (0.12, 0.03)
     joints: list[Joint] = [
         Pin(name="a", first=ground_point(), second=body_point("crank", -crank / 2)),
-        RotationalDriver(
-            name="motor",
-            first=ground_point(),
-            second=body_point("crank"),
-            motion=PrescribedMotion.constant_rate(0.0, 3.0),
-        ),
+        RotationalDriver(name="motor", first=ground_point(), second=body_point("crank"), motion=PrescribedMotion.constant_rate(0.0, 3.0)),
         Pin(name="b", first=body_point("crank", crank / 2), second=body_point("coupler", -centre[0], -centre[1])),
-        Pin(
-            name="c",
-            first=body_point("coupler", coupler - centre[0], -centre[1]),
-            second=body_point("rocker", rocker / 2),
-        ),
+        Pin(name="c", first=body_point("coupler", coupler - centre[0], -centre[1]), second=body_point("rocker", rocker / 2)),
         Pin(name="d", first=ground_point(base), second=body_point("rocker", -rocker / 2)),
     ]
     loads: list[ForceElement] = [
@@ -201,11 +171,7 @@ def two_gears(phase: FloatArray) -> MachineDescription:
         bodies,
         joints,
         loads,
-        {
-            "wheel": (0.0, 0.0, phase),
-            "pinion": (0.24, 0.0, -2 * phase),
-            "arm": (0.24 + 0.1 * np.cos(turn), 0.1 * np.sin(turn), turn),
-        },
+        {"wheel": (0.0, 0.0, phase), "pinion": (0.24, 0.0, -2 * phase), "arm": (0.24 + 0.1 * np.cos(turn), 0.1 * np.sin(turn), turn)},
     )
 
 
@@ -222,10 +188,7 @@ def inside_gear(phase: FloatArray) -> MachineDescription:
 def rack(phase: FloatArray) -> MachineDescription:
     radius = 0.1
     angle = 1.2 * np.sin(phase)
-    bodies = [
-        Body(name="pinion", mass=1.0, second_moments=PLATE_MOMENTS),
-        Body(name="rack", mass=1.0, can_rotate=False),
-    ]
+    bodies = [Body(name="pinion", mass=1.0, second_moments=PLATE_MOMENTS), Body(name="rack", mass=1.0, can_rotate=False)]
     joints: list[Joint] = [
         Pin(name="a", first=ground_point(), second=body_point("pinion")),
         Prismatic(name="guide", first=ground_point(0.0, -radius), second=body_point("rack"), angle=0.0),
@@ -238,12 +201,7 @@ def bead(phase: FloatArray) -> MachineDescription:
     x = 0.15 * np.sin(phase)
     bodies = [Body(name="bead", mass=0.2, can_rotate=False)]
     joints: list[Joint] = [
-        CurveSlot(
-            name="wire",
-            first=ground_point(),
-            second=body_point("bead"),
-            curve=PolynomialCurve(coefficients=(0.0, 0.0, 4.0)),
-        )
+        CurveSlot(name="wire", first=ground_point(), second=body_point("bead"), curve=PolynomialCurve(coefficients=(0.0, 0.0, 4.0)))
     ]
     return bodies, joints, [], {"bead": (x, 4 * x**2, 0.0)}
 
@@ -275,9 +233,7 @@ def arc(phase: FloatArray) -> MachineDescription:
     x, y = 0.2 * np.cos(angle), 0.2 * np.sin(angle)
     lean = 0.5 * np.sin(phase + 1)
     bodies = [Body(name="pendulum", mass=1.0, second_moments=PLATE_MOMENTS)]
-    joints: list[Joint] = [
-        ArcSlot(name="slot", first=ground_point(), second=body_point("pendulum", 0.0, 0.15), radius=0.2)
-    ]
+    joints: list[Joint] = [ArcSlot(name="slot", first=ground_point(), second=body_point("pendulum", 0.0, 0.15), radius=0.2)]
     return bodies, joints, [], {"pendulum": (x + 0.15 * np.sin(lean), y - 0.15 * np.cos(lean), lean)}
 
 
@@ -334,8 +290,6 @@ MACHINES: dict[str, Callable[[FloatArray], MachineDescription]] = {
 
 TRACED_READINGS: dict[str, tuple[Reading, ...]] = {
     "four-bar": (
-        PointCoordinate(
-            name="x", quantity="length", point=Point(body="coupler", x=-0.01, y=0.1), direction_x=1.0, direction_y=0.0
-        ),
+        PointCoordinate(name="x", quantity="length", point=Point(body="coupler", x=-0.01, y=0.1), direction_x=1.0, direction_y=0.0),
     )
 }

@@ -17,9 +17,7 @@ GOVERNOR_DIMENSIONS = {
     "watt": dict(arm=0.4, ball_mass=1.0),
     "crossed": dict(arm=0.4, offset=-0.06, ball_mass=2.0, sleeve_mass=8.0),
     "extended": dict(arm=0.4, arm_joint=0.25, offset=0.03, ball_mass=3.0, sleeve_mass=30.0),
-    "uncrossed links": dict(
-        arm=0.4, arm_joint=0.25, offset=-0.04, lug_offset=0.03, link=0.2, ball_mass=3.0, sleeve_mass=12.0
-    ),
+    "uncrossed links": dict(arm=0.4, arm_joint=0.25, offset=-0.04, lug_offset=0.03, link=0.2, ball_mass=3.0, sleeve_mass=12.0),
 }
 """Dimensions in SI."""
 
@@ -52,16 +50,10 @@ def governor_poses(governor: PendulumGovernor, angle: NDArray[np.float64]) -> ND
     return np.stack([np.stack(column, axis=-1) for column in columns], axis=1)
 
 
-def governor_scene_of(
-    governor: PendulumGovernor, title: str, speed: float, settings: RunSettings, angle: float
-) -> Scene:
+def governor_scene_of(governor: PendulumGovernor, title: str, speed: float, settings: RunSettings, angle: float) -> Scene:
     """A scene of one governor that starts at an arm angle (rad) and turns at a speed (rad/s)."""
     part = Part(
-        name="governor",
-        machine=governor.name,
-        dimensions=governor.dimensions(),
-        mechanism=governor.mechanism(),
-        plane=governor.plane,
+        name="governor", machine=governor.name, dimensions=governor.dimensions(), mechanism=governor.mechanism(), plane=governor.plane
     )
     return Scene(
         title=title,
@@ -101,9 +93,7 @@ def fake_run(
         "spindle_speed": speed * (1 + 0.03 * np.sin(0.5 * rate * times)),
         "spindle_torque": 3.0 * turning,
     }
-    scene = governor_scene_of(
-        governor, title, speed, RunSettings(duration=duration, output_interval=output_interval), float(angle[0])
-    )
+    scene = governor_scene_of(governor, title, speed, RunSettings(duration=duration, output_interval=output_interval), float(angle[0]))
     zero = np.zeros(len(times))
     return Trajectory(
         scene=scene,
@@ -116,12 +106,7 @@ def fake_run(
         scales={name: 1.0 for name in readings},
         joint_gap=1e-13 * (1 + np.sin(7 * times) ** 2),
         energy=Energy(
-            kinetic=zero,
-            potential=zero,
-            rotation=zero,
-            jacobi=50 + 1e-11 * np.sin(3 * times),
-            dissipated_energy=zero,
-            scale=50.0,
+            kinetic=zero, potential=zero, rotation=zero, jacobi=50 + 1e-11 * np.sin(3 * times), dissipated_energy=zero, scale=50.0
         ),
         outcome=outcome,
         cost=FAKE_COST,

@@ -272,9 +272,7 @@ def along(run, effects, events=()):
     body = part.mechanism.bodies[-1].name
     way = PointCoordinate(name="way", quantity="length", point=Point(body=body), direction_x=1.0, direction_y=0.0)
     mechanism = dataclasses.replace(part.mechanism, readings=(*part.mechanism.readings, way))
-    scene = dataclasses.replace(
-        run.scene, parts=(dataclasses.replace(part, mechanism=mechanism),), effects=(*run.scene.effects, *effects)
-    )
+    scene = dataclasses.replace(run.scene, parts=(dataclasses.replace(part, mechanism=mechanism),), effects=(*run.scene.effects, *effects))
     readings = dict(run.readings) | {"way": run.poses[:, -1, 0]}
     return dataclasses.replace(run, scene=scene, readings=readings, afterwards=ListedEvents(tuple(events)))
 

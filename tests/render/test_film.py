@@ -43,9 +43,7 @@ def test_a_run_at_rest_lasts_as_long_though_its_frames_are_equal(tmp_path):
     assert len(shown) == len(durations)
 
 
-@pytest.mark.parametrize(
-    ("start", "stop", "rate"), [(0.0, 10.0, 25), (3.0, 4.37, 20), (0.0, 0.06, 25), (0.0, 61.3, 50)]
-)
+@pytest.mark.parametrize(("start", "stop", "rate"), [(0.0, 10.0, 25), (3.0, 4.37, 20), (0.0, 0.06, 25), (0.0, 61.3, 50)])
 def test_frames_are_shown_around_their_own_time(start, stop, rate):
     times, shown = schedule_frames(start, stop, rate)
     assert sum(shown) == round(100 * (stop - start))
@@ -272,11 +270,7 @@ def test_nothing_stays_behind_what_has_moved_away(tmp_path, porter):
 
 
 def test_the_palette_keeps_the_colours_of_the_look(porter):
-    samples = [
-        FramePainter(porter, interpolate_frame_data(porter, porter.scene.part, (0.0, 2.0), np.array([0.0, 2.0]))).paint(
-            1
-        )
-    ]
+    samples = [FramePainter(porter, interpolate_frame_data(porter, porter.scene.part, (0.0, 2.0), np.array([0.0, 2.0]))).paint(1)]
     palette = Palette([parse_rgb(colour) for colour in FILM_COLOURS], samples)
     assert len(palette.colours) <= 31
     wanted = np.array([parse_rgb(colour) for colour in FILM_COLOURS], dtype=np.uint8)

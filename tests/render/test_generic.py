@@ -35,9 +35,7 @@ def drawn(request):
 def shapes_of(run):
     part = run.scene.part
     stage = measure_run_extents(part, run.poses, run.times)
-    return [
-        moving_shapes(part, pose, stage.at_time(float(time))) for pose, time in zip(run.poses, run.times, strict=True)
-    ]
+    return [moving_shapes(part, pose, stage.at_time(float(time))) for pose, time in zip(run.poses, run.times, strict=True)]
 
 
 def of_role(shapes, role):
@@ -60,10 +58,7 @@ def test_every_shape_stays_within_the_view_of_a_long_run(drawn):
     # Fewer reports than the run has are looked at for the box.
     long = fake_machine_run(run.scene.title.lower(), count=1001)
     left, right, bottom, top = drawing_bounds(part, long.poses, long.times)
-    shapes = [
-        *background_shapes(part, long.poses, measure_run_extents(part, long.poses, long.times)),
-        *itertools.chain(*shown),
-    ]
+    shapes = [*background_shapes(part, long.poses, measure_run_extents(part, long.poses, long.times)), *itertools.chain(*shown)]
     x0, x1, y0, y1 = bounding_box(shapes)
     assert left < x0 < x1 < right
     assert bottom < y0 < y1 < top
@@ -166,10 +161,7 @@ def test_a_pin_has_a_circle_a_weld_has_none_and_a_drive_has_a_ring(drawn):
     for pose, shapes in zip(run.poses[::20], shown[::20], strict=True):
         spots = [(s.x, s.y) for s in of_role(shapes, "pivot")]
         for joint in mechanism.joints:
-            near = min(
-                (math.dist(point_position(mechanism, as_pose_tuples(pose), joint.second), s) for s in spots),
-                default=1.0,
-            )
+            near = min((math.dist(point_position(mechanism, as_pose_tuples(pose), joint.second), s) for s in spots), default=1.0)
             if isinstance(joint, Pin):
                 assert near < 1e-12
         assert bool(of_role(shapes, "drive")) == any("Driven" in type(joint).__name__ for joint in mechanism.joints)
@@ -214,9 +206,7 @@ def test_links_are_drawn_in_their_true_length():
     (link,) = (joint for joint in part.mechanism.joints if isinstance(joint, Distance))
     for shapes in shapes_of(run):
         far = max(math.dist(p, q) for p, q in itertools.combinations(of_role(shapes, "link")[0].points, 2))
-        assert far - link.length == pytest.approx(
-            0.040 * measure_run_extents(part, run.poses, run.times).length_scale, rel=1e-6
-        )
+        assert far - link.length == pytest.approx(0.040 * measure_run_extents(part, run.poses, run.times).length_scale, rel=1e-6)
 
 
 def test_hulls_plates_and_bands():
@@ -225,9 +215,7 @@ def test_hulls_plates_and_bands():
     assert len(convex_hull([(0.0, 0.0), (1.0, 1.0), (2.0, 2.0)])) == 2
     assert bounding_box([make_plate_outline("plate", square, 0.2)]) == pytest.approx((-0.1, 1.1, -0.1, 1.1))
     assert bounding_box([make_plate_outline("plate", square[:2], 0.2)]) == pytest.approx((-0.1, 1.1, -0.1, 0.1))
-    assert bounding_box([make_plate_outline("plate", square[:1], 0.2)]) == pytest.approx(
-        (-0.1, 0.1, -0.1, 0.1), abs=0.01
-    )
+    assert bounding_box([make_plate_outline("plate", square[:1], 0.2)]) == pytest.approx((-0.1, 0.1, -0.1, 0.1), abs=0.01)
     assert bounding_box([make_band("slot", square[:2], 0.2)]) == pytest.approx((-0.1, 1.1, -0.1, 0.1))
     assert make_arrow("force", ((0.0, 0.0), (0.0, 0.0)), 0.1) == (Lines("force", ()), Polygon("force", ()))
 

@@ -40,9 +40,7 @@ CASES: dict[str, tuple[dict[str, Any], tuple[Any, ...]]] = {
 @pytest.fixture(params=CASES)
 def drawn(request: pytest.FixtureRequest) -> Any:
     dimensions, more = CASES[request.param]
-    scene = hartung_scene(
-        dimensions, speed=21.6, angle=0.12, rate=-0.6, more_effects=more, duration=1.0, output_interval=0.02
-    )
+    scene = hartung_scene(dimensions, speed=21.6, angle=0.12, rate=-0.6, more_effects=more, duration=1.0, output_interval=0.02)
     run = gm.run(scene, engine="multibody", accuracy=1e-5)
     return run, measure_run_extents(run.scene.part, run.poses, run.times, effect_state_of(run))
 
@@ -105,9 +103,7 @@ def length_of(shape: Polygon) -> float:
 
 
 def test_vertical_hangers_stay_within_the_slot_of_the_sleeve() -> None:
-    scene = hartung_scene(
-        {**PAPER_DIMENSIONS, "sleeve_arm": 0.4}, speed=21.6, angle=0.12, rate=-0.6, duration=0.5, output_interval=0.02
-    )
+    scene = hartung_scene({**PAPER_DIMENSIONS, "sleeve_arm": 0.4}, speed=21.6, angle=0.12, rate=-0.6, duration=0.5, output_interval=0.02)
     run = gm.run(scene, engine="multibody", accuracy=1e-5)
     stage = measure_run_extents(run.scene.part, run.poses, run.times, effect_state_of(run))
     for pose, time in zip(run.poses, run.times, strict=True):
@@ -121,9 +117,7 @@ def test_vertical_hangers_stay_within_the_slot_of_the_sleeve() -> None:
 
 def test_both_halves_are_drawn_alike(drawn: Any) -> None:
     run, stage = drawn
-    left, right, _, _ = bounding_box(
-        s for s in moving_shapes(run.scene.part, run.poses[0], stage) if s.role in ("ball", "rod")
-    )
+    left, right, _, _ = bounding_box(s for s in moving_shapes(run.scene.part, run.poses[0], stage) if s.role in ("ball", "rod"))
     assert left == pytest.approx(-right, abs=1e-12)
 
 

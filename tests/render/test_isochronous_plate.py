@@ -123,11 +123,7 @@ def test_the_circle_of_curvature_clings_to_the_parabola_at_the_start(scene):
     assert (x - plate.offset) / plate.arm == pytest.approx((x - across) / plate.radius_of_curvature, rel=1e-12)
     assert math.tan(plate.start_angle) == pytest.approx(2 * x / plate.double_parameter(plate.start_speed), rel=1e-12)
     near = x + np.array([0.02, 0.01]) * x
-    gaps = (
-        up
-        - np.sqrt(plate.radius_of_curvature**2 - (near - across) ** 2)
-        - plate.parabola_heights(plate.start_speed, near)
-    )
+    gaps = up - np.sqrt(plate.radius_of_curvature**2 - (near - across) ** 2) - plate.parabola_heights(plate.start_speed, near)
     assert gaps[0] / gaps[1] == pytest.approx(8, rel=0.03)  # contact of second order: the gap grows with the cube
 
 
@@ -153,9 +149,7 @@ def test_a_spindle_that_turns_backwards_rests_like_one_that_turns_forwards():
 
 
 def test_a_free_spindle_starts_at_its_start_speed():
-    assert isochronous_plate_data(load_scene("porter_free_spindle")).start_angle == pytest.approx(
-        math.radians(40), abs=1e-9
-    )
+    assert isochronous_plate_data(load_scene("porter_free_spindle")).start_angle == pytest.approx(math.radians(40), abs=1e-9)
 
 
 def test_the_family_lies_about_the_speed_at_the_start(scene):

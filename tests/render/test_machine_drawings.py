@@ -136,9 +136,7 @@ def test_the_pointer_shows_the_lift_on_the_scale(name):
 @pytest.mark.parametrize(("middle", "swing"), [(30.0, 8.0), (58.0, 27.0)])
 def test_nothing_passes_over_the_scale(name, middle, swing):
     run = fake_run(
-        GOVERNOR_DIMENSIONS[name] | ({"link": 0.45} if "link" in GOVERNOR_DIMENSIONS[name] else {}),
-        mean_angle=middle,
-        amplitude=swing,
+        GOVERNOR_DIMENSIONS[name] | ({"link": 0.45} if "link" in GOVERNOR_DIMENSIONS[name] else {}), mean_angle=middle, amplitude=swing
     )
     part = run.scene.part
     still = background_shapes(part, run.poses)
@@ -184,9 +182,7 @@ def test_a_speed_beyond_the_frames_closes_the_ring():
 
 def test_a_machine_is_drawn_by_what_is_registered_for_it(monkeypatch):
     run = fake_run(GOVERNOR_DIMENSIONS["porter"], duration=1.0)
-    dot = dataclasses.replace(
-        MACHINE_DRAWINGS["pendulum_governor"], moving=lambda part, pose, stage: (Circle("ball", 1.0, 2.0, 3.0),)
-    )
+    dot = dataclasses.replace(MACHINE_DRAWINGS["pendulum_governor"], moving=lambda part, pose, stage: (Circle("ball", 1.0, 2.0, 3.0),))
     monkeypatch.setitem(MACHINE_DRAWINGS, "nobody's machine", dot)
     assert moving_shapes(as_unknown(run.scene.part), run.poses[0]) == (Circle("ball", 1.0, 2.0, 3.0),)
 

@@ -27,9 +27,7 @@ def pair():
 
 
 def beside(runs, titles=TITLES):
-    return make_side_by_side(
-        runs, titles, lambda run: interpolate_frame_data(run, run.scene.part, (0.0, 2.0), np.linspace(0, 2, 51)), 480
-    )
+    return make_side_by_side(runs, titles, lambda run: interpolate_frame_data(run, run.scene.part, (0.0, 2.0), np.linspace(0, 2, 51)), 480)
 
 
 @pytest.mark.parametrize(("duration", "rate"), [(2.0, 25), (1.13, 20)])
@@ -84,9 +82,7 @@ def test_wrong_pairs_are_refused(tmp_path, pair):
     longer = fake_run(GOVERNOR_DIMENSIONS["porter"], duration=3.0)
     denser = fake_run(GOVERNOR_DIMENSIONS["porter"], duration=2.0, output_interval=0.005)
     early = dataclasses.replace(
-        second,
-        outcome=Outcome.LEFT_RANGE,
-        **{name: getattr(second, name)[:150] for name in ("times", "poses", "velocities")},
+        second, outcome=Outcome.LEFT_RANGE, **{name: getattr(second, name)[:150] for name in ("times", "poses", "velocities")}
     )
     for other, message in (
         (longer, r"201 times from 0 to 2 s, the second 301 times from 0 to 3 s; run both"),

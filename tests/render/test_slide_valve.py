@@ -23,11 +23,7 @@ from governor_mechanism.render.figures.slider_crank import bearing_loads as bear
 from governor_mechanism.render.geometry.primitives import Circle, Lines, Polygon, bounding_box
 from governor_mechanism.render.machines.registry import background_shapes, drawing_bounds, drawing_of, moving_shapes
 from governor_mechanism.render.machines.slide_valve.cylinder import valve_magnification
-from governor_mechanism.render.machines.slide_valve.proportions import (
-    steam_phase,
-    valve_gear_position,
-    valve_gear_proportions,
-)
+from governor_mechanism.render.machines.slide_valve.proportions import steam_phase, valve_gear_position, valve_gear_proportions
 
 CASES = {
     "marks": {},
@@ -97,20 +93,13 @@ def test_the_valve_stays_within_its_chest(run):
 def test_the_steam_changes_its_state_at_the_events():
     scene = valve_scene()
     gear, angles = valve_gear_proportions(scene.part), find_event_angles(scene)
-    names = {
-        "admission": "live steam",
-        "cut-off": "expanding steam",
-        "release": "spent steam",
-        "compression": "pressed steam",
-    }
+    names = {"admission": "live steam", "cut-off": "expanding steam", "release": "spent steam", "compression": "pressed steam"}
     for name, angle in angles.items():
         end, event = name.rsplit(" ", 1)
         side = 1.0 if end == "crank end" else -1.0
         just_after = gm.kinematics(scene, over="crank_angle", values=[angle + 1e-6]).poses[0]
         just_before = gm.kinematics(scene, over="crank_angle", values=[angle - 1e-6]).poses[0]
-        after, before = (
-            steam_phase(gear, valve_gear_position(scene.part, gear, pose), side) for pose in (just_after, just_before)
-        )
+        after, before = (steam_phase(gear, valve_gear_position(scene.part, gear, pose), side) for pose in (just_after, just_before))
         assert after == names[event]
         assert before != after
 
@@ -132,16 +121,12 @@ def test_the_crank_pin_and_the_displacement_lie_on_one_ray(run):
     for pose in run.poses[::9]:
         gear = valve_gear_proportions(part)
         at = valve_gear_position(part, gear, pose)
-        marks = [
-            s for s in moving_shapes(part, pose) if isinstance(s, Circle) and s.role.endswith("mark") and s.radius > 0
-        ]
+        marks = [s for s in moving_shapes(part, pose) if isinstance(s, Circle) and s.role.endswith("mark") and s.radius > 0]
         assert len(marks) == 1 or abs(at.valve_displacement) < 1e-12
         for mark in marks:
             assert abs(math.atan2(mark.y, mark.x) - math.remainder(at.crank_angle, math.tau)) < 1e-9
             # an eccentric's radius reaches to 0.8 of the circle
-            assert (
-                abs(math.hypot(mark.x, mark.y) - 0.8 * gear.crank * abs(at.valve_displacement) / gear.eccentric) < 1e-12
-            )
+            assert abs(math.hypot(mark.x, mark.y) - 0.8 * gear.crank * abs(at.valve_displacement) / gear.eccentric) < 1e-12
         (projection,) = (s for s in moving_shapes(part, pose) if isinstance(s, Lines) and s.role == "projection")
         start, end = projection.lines[0][0], projection.lines[0][-1]
         np.testing.assert_allclose(math.hypot(*start), gear.crank, rtol=1e-12)
@@ -162,11 +147,7 @@ def overlaps(figure):
     boxes = [(text.get_text(), text.get_window_extent(renderer)) for text in level_words(figure)]
     width, height = figure.get_size_inches() * figure.dpi
     frame = 0.21 * figure.dpi
-    out = [
-        words
-        for words, box in boxes
-        if box.x0 < frame or box.x1 > width - frame or box.y0 < frame or box.y1 > height - frame
-    ]
+    out = [words for words, box in boxes if box.x0 < frame or box.x1 > width - frame or box.y0 < frame or box.y1 > height - frame]
     near = [
         (one, other)
         for (one, a), (other, b) in combinations(boxes, 2)
@@ -229,9 +210,7 @@ def test_the_points_of_the_mechanism_lie_on_the_hyperbola():
 
 def crank_run(effects=None, **settings):
     return MultibodyEngine().run(
-        crank_scene(
-            effects={"gravity": True, "masses": SLIDER_CRANK_MASSES} if effects is None else effects, **settings
-        )
+        crank_scene(effects={"gravity": True, "masses": SLIDER_CRANK_MASSES} if effects is None else effects, **settings)
     )
 
 
@@ -246,10 +225,7 @@ def test_the_words_of_the_bearings_plate_stand_clear_within_the_frame(tmp_path):
 
 def test_numbers_of_many_figures_push_no_label_of_the_bearings_plate_over_its_frame():
     run = crank_run(
-        {
-            "gravity": True,
-            "masses": {name: 1000.0 * mass for name, mass in SLIDER_CRANK_MASSES.items() if "centre" not in name},
-        }
+        {"gravity": True, "masses": {name: 1000.0 * mass for name, mass in SLIDER_CRANK_MASSES.items() if "centre" not in name}}
     )
     figure = bearings.draw_bearing_loads(run)
     renderer = FigureCanvasAgg(figure).get_renderer()

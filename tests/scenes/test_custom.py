@@ -11,15 +11,7 @@ import pytest
 
 from governor_mechanism.errors import MechanismError
 from governor_mechanism.model.curves import PolynomialCurve, SplineCurve
-from governor_mechanism.model.force_elements import (
-    Damper,
-    Force,
-    ForceElement,
-    Spring,
-    Torque,
-    TorsionDamper,
-    TorsionSpring,
-)
+from governor_mechanism.model.force_elements import Damper, Force, ForceElement, Spring, Torque, TorsionDamper, TorsionSpring
 from governor_mechanism.model.joints import (
     GROUND,
     ArcSlot,
@@ -36,16 +28,7 @@ from governor_mechanism.model.joints import (
     TranslationalDriver,
     Weld,
 )
-from governor_mechanism.model.mechanism import (
-    Body,
-    BodyAngle,
-    LineAngle,
-    Mechanism,
-    PointCoordinate,
-    PointDistance,
-    Reading,
-    SecondMoments,
-)
+from governor_mechanism.model.mechanism import Body, BodyAngle, LineAngle, Mechanism, PointCoordinate, PointDistance, Reading, SecondMoments
 from governor_mechanism.model.scene import EQUILIBRIUM, FreeSpindle, Scene
 from governor_mechanism.model.time_functions import InputFunction, PrescribedMotion
 from governor_mechanism.scenes import library
@@ -68,9 +51,7 @@ def mechanism(*more: str, **tables: str) -> Mechanism:
 def body(*lines: str, **tables: str) -> tuple[Body, tuple[float, float, float]]:
     """The only body of a scene and its pose."""
     found = mechanism(
-        body=body_with(*lines),
-        joint=joint_table("pin", ends=("ground.O", "crank.origin")),
-        top='machine = "custom"\nsize = 1\n',
+        body=body_with(*lines), joint=joint_table("pin", ends=("ground.O", "crank.origin")), top='machine = "custom"\nsize = 1\n'
     )
     return found.bodies[0], found.initial_guess[0]
 
@@ -130,9 +111,7 @@ def test_the_sketch_holds_mass_centres() -> None:
     _, pose = body(*lines, 'points = { A = ["10 mm", 0] }')
     # A quarter turn takes (30, 40) mm to (-40, 30) mm.
     assert pose == pytest.approx((0.96, 2.03, math.pi / 2), rel=1e-14)
-    own = mechanism(
-        body=body_with(*lines, 'points = { A = ["10 mm", 0] }'), joint=joint_table("pin", ends=("ground.O", "crank.A"))
-    )
+    own = mechanism(body=body_with(*lines, 'points = { A = ["10 mm", 0] }'), joint=joint_table("pin", ends=("ground.O", "crank.A")))
     assert (own.joints[0].second.x, own.joints[0].second.y) == pytest.approx((-0.02, -0.04), rel=1e-14)
     # Between origin (-30, -40) mm and mass centre (0, 0); A lies nearer to both.
     assert own.length_scale == pytest.approx(0.05, rel=1e-14)
@@ -149,27 +128,16 @@ FIRST, SECOND = Point(body="crank", x=0.05), Point(body="rod", x=-0.1)
     [
         (joint_table("pin", name="J", ends=ENDS), Pin(name="J", first=FIRST, second=SECOND)),
         (joint_table("weld", name="J", ends=ENDS), Weld(name="J", first=FIRST, second=SECOND, relative_angle=0.5)),
-        (
-            joint_table("weld", 'turn = "1 rad"', name="J", ends=ENDS),
-            Weld(name="J", first=FIRST, second=SECOND, relative_angle=1.0),
-        ),
+        (joint_table("weld", 'turn = "1 rad"', name="J", ends=ENDS), Weld(name="J", first=FIRST, second=SECOND, relative_angle=1.0)),
         (
             joint_table("prismatic", 'angle = "2 rad"', name="J", ends=ENDS),
             Prismatic(name="J", first=FIRST, second=SECOND, angle=2.0, relative_angle=0.5),
         ),
-        (
-            joint_table("slider", 'angle = "2 rad"', name="J", ends=ENDS),
-            Slider(name="J", first=FIRST, second=SECOND, angle=2.0),
-        ),
-        (
-            joint_table("arc", 'radius = "70 mm"', name="J", ends=ENDS),
-            ArcSlot(name="J", first=FIRST, second=SECOND, radius=0.07),
-        ),
+        (joint_table("slider", 'angle = "2 rad"', name="J", ends=ENDS), Slider(name="J", first=FIRST, second=SECOND, angle=2.0)),
+        (joint_table("arc", 'radius = "70 mm"', name="J", ends=ENDS), ArcSlot(name="J", first=FIRST, second=SECOND, radius=0.07)),
         (
             joint_table("curve", 'curve = { coefficients = ["10 mm", 0.5, 3] }', "angle = 1", name="J", ends=ENDS),
-            CurveSlot(
-                name="J", first=FIRST, second=SECOND, angle=1.0, curve=PolynomialCurve(coefficients=(0.01, 0.5, 3.0))
-            ),
+            CurveSlot(name="J", first=FIRST, second=SECOND, angle=1.0, curve=PolynomialCurve(coefficients=(0.01, 0.5, 3.0))),
         ),
         (
             joint_table("curve", 'curve = { points = [[0, 0], ["20 mm", 0.03]] }', name="J", ends=ENDS),
@@ -185,9 +153,7 @@ FIRST, SECOND = Point(body="crank", x=0.05), Point(body="rod", x=-0.1)
             Gear(name="J", first=Point(body="crank"), second=Point(body="rod"), ratio=0.5, offset=0.5),
         ),
         (
-            joint_table(
-                "rack", 'radius = "20 mm"', 'offset = "5 mm"', "angle = 1", name="J", ends=("crank", "rod.start")
-            ),
+            joint_table("rack", 'radius = "20 mm"', 'offset = "5 mm"', "angle = 1", name="J", ends=("crank", "rod.start")),
             RackAndPinion(name="J", first=Point(body="crank"), second=SECOND, radius=0.02, angle=1.0, offset=0.005),
         ),
         (
@@ -211,11 +177,7 @@ FIRST, SECOND = Point(body="crank", x=0.05), Point(body="rod", x=-0.1)
         (
             joint_table("driven_slide", "motion = [[0, 0], [2, '30 mm']]", "angle = 0", name="J", ends=ENDS),
             TranslationalDriver(
-                name="J",
-                first=FIRST,
-                second=SECOND,
-                angle=0.0,
-                motion=PrescribedMotion(times=(0.0, 2.0), values=(0.0, 0.03)),
+                name="J", first=FIRST, second=SECOND, angle=0.0, motion=PrescribedMotion(times=(0.0, 2.0), values=(0.0, 0.03))
             ),
         ),
     ],
@@ -249,20 +211,14 @@ def test_a_link_is_as_long_as_in_the_sketch() -> None:
     assert found.length == pytest.approx(0.05, rel=1e-14)
     assert mechanism(link + 'length = "2 m"\n').joints[1].length == 2.0
     assert mechanism(link + 'length = "2 m"\n').length_scale == 2.0
-    assert [joint.name for joint in mechanism(link, link).joints] == [
-        "A",
-        "link of ground and crank",
-        "link of ground and crank 2",
-    ]
+    assert [joint.name for joint in mechanism(link, link).joints] == ["A", "link of ground and crank", "link of ground and crank 2"]
 
 
 @pytest.mark.parametrize(
     ("text", "expected"),
     [
         (
-            force_table(
-                "spring", 'first = "ground.O"', 'second = "crank.end"', 'stiffness = "2 N/mm"', "free_length = 0.1"
-            ),
+            force_table("spring", 'first = "ground.O"', 'second = "crank.end"', 'stiffness = "2 N/mm"', "free_length = 0.1"),
             Spring(name="load", first=O, second=END, stiffness=2000.0, free_length=0.1),
         ),
         (
@@ -364,10 +320,7 @@ def test_a_run_ends_where_a_point_leaves_its_table() -> None:
 def test_the_size_is_given_or_that_of_the_widest_body_or_of_the_sketch() -> None:
     assert mechanism(top='machine = "custom"\nsize = "3 m"\n').length_scale == 3.0
     bob = body_with("point = true", 'at = ["3 m", "4 m"]')
-    assert (
-        mechanism(body=bob, joint=joint_table("slider", "angle = 0", ends=("ground.O", "crank.centre"))).length_scale
-        == 5.0
-    )
+    assert mechanism(body=bob, joint=joint_table("slider", "angle = 0", ends=("ground.O", "crank.centre"))).length_scale == 5.0
 
 
 def test_a_plane_turns_with_the_spindle_unless_it_is_fixed() -> None:
@@ -380,19 +333,13 @@ def test_a_spindle_may_be_left_to_itself() -> None:
     effects = "[effects]\ncentrifugal = true\n"
     free = scene(text, effects).spindle
     assert isinstance(free, FreeSpindle)
-    assert (free.inertia, free.start_speed, free.torque) == (
-        0.5,
-        pytest.approx(2 * math.pi, rel=1e-15),
-        InputFunction(),
-    )
+    assert (free.inertia, free.start_speed, free.torque) == (0.5, pytest.approx(2 * math.pi, rel=1e-15), InputFunction())
     driven = scene(text + 'torque = [[0, "1 N m"], [2, "3 N m"]]\n', effects).spindle
     assert isinstance(driven, FreeSpindle)
     assert driven.torque == InputFunction(times=(0.0, 2.0), values=(1.0, 3.0))
 
 
-@pytest.mark.parametrize(
-    ("text", "fragments"), [case[1:] for case in BROKEN_CUSTOM], ids=[case[0] for case in BROKEN_CUSTOM]
-)
+@pytest.mark.parametrize(("text", "fragments"), [case[1:] for case in BROKEN_CUSTOM], ids=[case[0] for case in BROKEN_CUSTOM])
 def test_a_broken_file_is_refused_with_its_sentence(text: str, fragments: list[str]) -> None:
     told = problems_of(text)
     for fragment in fragments:
@@ -420,12 +367,7 @@ def test_junk_is_read_or_refused_in_sentences(key: str, junk: Any) -> None:
     assert all(problem.startswith("own.toml: ") for problem in problems)
 
 
-OWN = {
-    "andrews_squeezer": (7, 10, 2),
-    "four_bar_chain": (5, 7, 0),
-    "pendulum_iftomm": (1, 1, 0),
-    "slider_crank_torque": (3, 4, 1),
-}
+OWN = {"andrews_squeezer": (7, 10, 2), "four_bar_chain": (5, 7, 0), "pendulum_iftomm": (1, 1, 0), "slider_crank_torque": (3, 4, 1)}
 
 
 @pytest.mark.parametrize("name", OWN)

@@ -55,17 +55,12 @@ def near(value: float) -> Any:
             [OutputSpring(reading="sleeve_lift", rate=5000.0)],
         ),
         ("spring = { arm_angle = { rate = 3 } }", [OutputSpring(reading="arm_angle", rate=3.0)]),
-        (
-            'dry_friction = { sleeve_lift = "40 N" }',
-            [DryFriction(reading="sleeve_lift", force=InputFunction(values=(40.0,)))],
-        ),
+        ('dry_friction = { sleeve_lift = "40 N" }', [DryFriction(reading="sleeve_lift", force=InputFunction(values=(40.0,)))]),
         (
             'dry_friction = { arm_angle = 2, ball_radius = [[0, "40 N"], [1, "40 N"], [1, "0 N"]] }',
             [
                 DryFriction(reading="arm_angle", force=InputFunction(values=(2.0,))),
-                DryFriction(
-                    reading="ball_radius", force=InputFunction(times=(0.0, 1.0, 1.0), values=(40.0, 40.0, 0.0))
-                ),
+                DryFriction(reading="ball_radius", force=InputFunction(times=(0.0, 1.0, 1.0), values=(40.0, 40.0, 0.0))),
             ],
         ),
         ('dashpot = { sleeve = "120 N s/m" }', [Dashpot(reading="sleeve_lift", linear=120.0)]),
@@ -80,10 +75,7 @@ def near(value: float) -> Any:
         ),
         (
             'stops = { arm_angle = [0.25, 0.75], sleeve = ["none", "70 mm"], restitution = 0.3 }',
-            [
-                Stops(reading="arm_angle", low=0.25, high=0.75, restitution=0.3),
-                Stops(reading="sleeve_lift", high=0.07, restitution=0.3),
-            ],
+            [Stops(reading="arm_angle", low=0.25, high=0.75, restitution=0.3), Stops(reading="sleeve_lift", high=0.07, restitution=0.3)],
         ),
         ('play = "0.5 mm"', [Clearance(width=0.0005)]),
         ('play = { width = "0.5 mm", restitution = "20 %" }', [Clearance(width=0.0005, restitution=0.2)]),
@@ -107,13 +99,7 @@ def test_a_piston_and_its_hole_are_a_quadratic_brake() -> None:
 
 def test_effects_come_in_one_order() -> None:
     written = 'stops = { arm_angle = [0.1, 1.0] }\ndry_friction = { sleeve = 1 }\nplay = "1 mm"'
-    assert [type(effect) for effect in scene_of(with_effects(written)).effects] == [
-        Gravity,
-        Centrifugal,
-        DryFriction,
-        Stops,
-        Clearance,
-    ]
+    assert [type(effect) for effect in scene_of(with_effects(written)).effects] == [Gravity, Centrifugal, DryFriction, Stops, Clearance]
 
 
 def test_effects_act_on_the_readings_of_ones_own_mechanism() -> None:
@@ -140,17 +126,9 @@ def test_the_machine_is_built_with_its_rods_and_its_play() -> None:
     ("start", "values", "rates"),
     [
         ("", {"arm_angle": EQUILIBRIUM, CLEARANCE_READING: 0.0}, {}),
-        (
-            "arm_angle = 0.7\narm_rate = 0.1",
-            {"arm_angle": 0.7, CLEARANCE_READING: 0.0},
-            {"arm_angle": 0.1, CLEARANCE_READING: 0.0},
-        ),
+        ("arm_angle = 0.7\narm_rate = 0.1", {"arm_angle": 0.7, CLEARANCE_READING: 0.0}, {"arm_angle": 0.1, CLEARANCE_READING: 0.0}),
         ('arm_angle = 0.7\nsleeve_play = "-0.5 mm"', {"arm_angle": 0.7, CLEARANCE_READING: -5e-4}, {}),
-        (
-            "arm_angle = 0.7\nsleeve_play_rate = 0.2",
-            {"arm_angle": 0.7, CLEARANCE_READING: 0.0},
-            {CLEARANCE_READING: 0.2},
-        ),
+        ("arm_angle = 0.7\nsleeve_play_rate = 0.2", {"arm_angle": 0.7, CLEARANCE_READING: 0.0}, {CLEARANCE_READING: 0.2}),
     ],
 )
 def test_a_sleeve_starts_in_the_middle_of_its_play(start: str, values: Any, rates: Any) -> None:
@@ -163,9 +141,7 @@ def test_a_start_on_a_stop_is_allowed() -> None:
     assert scene.start.values == {"arm_angle": near(math.radians(40))}
 
 
-@pytest.mark.parametrize(
-    ("text", "fragments"), [case[1:] for case in BROKEN_EFFECTS], ids=[case[0] for case in BROKEN_EFFECTS]
-)
+@pytest.mark.parametrize(("text", "fragments"), [case[1:] for case in BROKEN_EFFECTS], ids=[case[0] for case in BROKEN_EFFECTS])
 def test_a_broken_file_is_refused_with_its_sentences_alone(text: str, fragments: list[str]) -> None:
     with pytest.raises(MechanismError) as caught:
         scene_of(text)

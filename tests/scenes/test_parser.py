@@ -146,9 +146,7 @@ def test_a_start_may_have_a_rate() -> None:
     assert parse_scene_document(document(start={"arm_rate": 1})).start.values == {"arm_angle": EQUILIBRIUM}
 
 
-@pytest.mark.parametrize(
-    ("coordinate", "key"), [("arm_angle", "arm_rate"), ("big_arm_angle", "big_arm_rate"), ("lift", "lift_rate")]
-)
+@pytest.mark.parametrize(("coordinate", "key"), [("arm_angle", "arm_rate"), ("big_arm_angle", "big_arm_rate"), ("lift", "lift_rate")])
 def test_the_rate_is_named_after_its_coordinate(coordinate: str, key: str) -> None:
     assert rate_key(coordinate) == key
 
@@ -167,9 +165,7 @@ def test_a_file_with_a_byte_order_mark_and_windows_line_ends_is_read(tmp_path: P
     assert read_scene_file(file).title == "A Porter governor"
 
 
-@pytest.mark.parametrize(
-    ("text", "fragments"), [case[1:] for case in BROKEN_SCENES], ids=[case[0] for case in BROKEN_SCENES]
-)
+@pytest.mark.parametrize(("text", "fragments"), [case[1:] for case in BROKEN_SCENES], ids=[case[0] for case in BROKEN_SCENES])
 def test_a_broken_file_is_refused_with_its_sentence(text: str, fragments: list[str], tmp_path: Path) -> None:
     told = "\n".join(problems_of(text, tmp_path))
     for fragment in fragments:
@@ -254,9 +250,7 @@ MASSES = st.integers(min_value=1, max_value=50_000)  # in g
 
 
 @given(arm=LENGTHS, offset=st.integers(min_value=-99, max_value=500), ball=MASSES, sleeve=MASSES)
-def test_a_scene_is_the_same_in_millimetres_metres_and_bare_numbers(
-    arm: int, offset: int, ball: int, sleeve: int
-) -> None:
+def test_a_scene_is_the_same_in_millimetres_metres_and_bare_numbers(arm: int, offset: int, ball: int, sleeve: int) -> None:
     lengths, masses = {"arm": arm, "offset": offset}, {"ball_mass": ball, "sleeve_mass": sleeve}
     both = [(lengths, ("mm", "cm", "m"), (1, 10, 1000)), (masses, ("g", "kg", "t"), (1, 1000, 1_000_000))]
     read_dimensions = []
@@ -279,9 +273,7 @@ LEAVES = st.one_of(
     st.just(datetime.date(1877, 1, 1)),
     st.sampled_from(["300 mm", "5 kg", "40 deg", "120 rpm", "10 s", "0.7 rad", "equilibrium", "auto", "-1 m", "2 Hz"]),
 )
-JUNK = st.recursive(
-    LEAVES, lambda inner: st.lists(inner, max_size=3) | st.dictionaries(st.text(max_size=5), inner, max_size=3)
-)
+JUNK = st.recursive(LEAVES, lambda inner: st.lists(inner, max_size=3) | st.dictionaries(st.text(max_size=5), inner, max_size=3))
 KEYS = {
     "dimensions": ["arm", "offset", "ball_mass", "sleeve_mass", "arm_joint", "link", "lug_offset", "arms"],
     "effects": ["gravity", "centrifugal", "rods", "spring", "dry_friction", "dashpot", "stops", "clearance", "wind"],
@@ -289,10 +281,7 @@ KEYS = {
     "start": ["arm_angle", "arm_rate", "arm_angel", "sleeve_clearance"],
     "run": ["duration", "output_interval", "accuracy", "engine", "step"],
 }
-JUNK_TABLES = {
-    name: st.dictionaries(st.sampled_from(keys) | st.text(max_size=5), JUNK, max_size=4) | JUNK
-    for name, keys in KEYS.items()
-}
+JUNK_TABLES = {name: st.dictionaries(st.sampled_from(keys) | st.text(max_size=5), JUNK, max_size=4) | JUNK for name, keys in KEYS.items()}
 JUNK_DOCUMENTS = st.fixed_dictionaries(
     {}, optional={"machine": st.just("pendulum_governor") | JUNK, "title": JUNK, "more": JUNK, **JUNK_TABLES}
 )
@@ -321,9 +310,7 @@ def test_any_value_in_an_otherwise_good_scene_is_read_or_refused(place: tuple[st
     reads_or_refuses(whole)
 
 
-ACTING = st.dictionaries(
-    st.sampled_from(["sleeve", "arm_angle", "restitution"]) | st.text(max_size=5), JUNK, max_size=3
-)
+ACTING = st.dictionaries(st.sampled_from(["sleeve", "arm_angle", "restitution"]) | st.text(max_size=5), JUNK, max_size=3)
 PARTS = ["rate", "preload", "wire", "coil", "turns", "modulus", "linear", "quadratic", "piston", "hole", "screw", "oil"]
 INNER = st.dictionaries(st.sampled_from([*PARTS, "width", "arm_mass", "ball_radius"]), LEAVES, max_size=5)
 

@@ -82,9 +82,7 @@ def test_dry_friction_lets_go_at_the_upper_end_of_the_band_and_holds_on_the_way_
 @pytest.mark.parametrize(("towards", "name"), [(13.4, "rising_speed"), (10.9, "falling_speed")])
 def test_at_rest_at_thirty_degrees_it_slips_at_either_end_of_the_band(engine, towards, name):
     scene = gm.load("porter_dry_friction")
-    slow = replace(
-        scene, spindle=Spindle(times=(0.0, 12.0), speeds=(12.2, towards)), run=replace(scene.run, duration=12.0)
-    )
+    slow = replace(scene, spindle=Spindle(times=(0.0, 12.0), speeds=(12.2, towards)), run=replace(scene.run, duration=12.0))
     first = gm.run(slow, engine=engine).events[0]
     assert first.kind == "slips"
     assert 12.2 + (towards - 12.2) * first.time / 12.0 == pytest.approx(FRICTION_BAND[name], abs=1e-6)  # asked
@@ -205,9 +203,7 @@ def test_the_improved_governor_is_told_as_before():
 
 
 @ENGINES
-@pytest.mark.parametrize(
-    ("way", "start", "stop"), [("up", FOLD_JUMP["stops_deg"][0], 1), ("down", FOLD_JUMP["least_stable_deg"], 0)]
-)
+@pytest.mark.parametrize(("way", "start", "stop"), [("up", FOLD_JUMP["stops_deg"][0], 1), ("down", FOLD_JUMP["least_stable_deg"], 0)])
 def test_without_its_brake_the_improved_governor_shoots_across_in_the_time_of_the_reference(engine, way, start, stop):
     scene, printed = gm.load("watt_improved"), FOLD_JUMP[way]
     quick = replace(

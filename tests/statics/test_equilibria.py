@@ -265,8 +265,7 @@ def test_a_narrow_spring_on_a_long_slide_keeps_its_three_rests(scene, height, fr
 
 
 @pytest.mark.parametrize(
-    ("height", "free_length", "stiffness"),
-    [(0.002, 0.003, 1e5), (0.005, 0.02, 1e3), (0.02, 0.025, 1e3), (0.02, 0.03, 1e3)],
+    ("height", "free_length", "stiffness"), [(0.002, 0.003, 1e5), (0.005, 0.02, 1e3), (0.02, 0.025, 1e3), (0.02, 0.03, 1e3)]
 )
 def test_a_narrow_spring_on_a_long_slide_keeps_its_fold(scene, height, free_length, stiffness):
     """w^2 = k (1 - L0 / L) (x - a) / (m x): its slope vanishes there; the same for few points as for many."""
@@ -376,9 +375,7 @@ def test_no_speed_is_spoken_of_where_nothing_turns(scene):
     free = PENDULUM.replace("gravity = true", "gravity = false")
     torque = '[[force]]\ntype = "torque"\nbody = "arm"\nmoment = "2 N m"'
     mechanism = scene(free, angle=-90, load=torque)
-    with pytest.raises(
-        gm.MechanismError, match=r"^the mechanism rests nowhere in its travel, q from -270 deg to 90 deg$"
-    ):
+    with pytest.raises(gm.MechanismError, match=r"^the mechanism rests nowhere in its travel, q from -270 deg to 90 deg$"):
         gm.equilibria(mechanism)
     with pytest.raises(gm.MechanismError, match="nothing turns with it here"):
         gm.equilibria(mechanism, 2.0)
@@ -388,9 +385,7 @@ def test_no_speed_is_spoken_of_where_nothing_turns(scene):
 
 def test_one_question_follows_a_motion_once(scene, monkeypatch):
     walks = []
-    monkeypatch.setattr(
-        travels, "Walk", lambda *args, **words: walks.append(args) or walking.PathContinuation(*args, **words)
-    )
+    monkeypatch.setattr(travels, "Walk", lambda *args, **words: walks.append(args) or walking.PathContinuation(*args, **words))
     travels.find_range_of_motion.cache_clear()
     slide = scene(SLIDE, height="0.05", load="", size='size = "1 m"')
     with pytest.raises(gm.MechanismError, match="no turning spindle holds it anywhere"):
@@ -403,23 +398,12 @@ def test_one_question_follows_a_motion_once(scene, monkeypatch):
 def command(*words, text, tmp_path):
     path = tmp_path / "scene.toml"
     path.write_text(text)
-    line = [
-        sys.executable,
-        "-m",
-        "governor_mechanism.cli.main",
-        "equilibria",
-        str(path),
-        "--out",
-        str(tmp_path),
-        *words,
-    ]
+    line = [sys.executable, "-m", "governor_mechanism.cli.main", "equilibria", str(path), "--out", str(tmp_path), *words]
     return subprocess.run(line, capture_output=True, text=True, check=False)
 
 
 def test_a_curve_that_is_held_nowhere_is_drawn(tmp_path):
-    answer = command(
-        text=SLIDE.format(height="0", load="", size='size = "1 m"').replace('"5 rad/s"', "0"), tmp_path=tmp_path
-    )
+    answer = command(text=SLIDE.format(height="0", load="", size='size = "1 m"').replace('"5 rad/s"', "0"), tmp_path=tmp_path)
     assert answer.returncode == 0, answer.stderr
     assert "astatic, it rests anywhere between" in answer.stdout
     assert (tmp_path / "scene_characteristic.png").exists()

@@ -130,9 +130,7 @@ def test_stiffness_is_half_the_inertias_slope_times_the_speeds(seed):
     slope = (8 * (square[3] - square[1]) - (square[4] - square[0])) / (12 * step)
     stiffness = along.potential_second_derivative[2] - 0.5 * square[2] * along.spindle_inertia_second_derivative[2]
     # Differences of fourth order: step^4 / 30 of a fifth derivative that may reach thousands near a dead centre.
-    scale = abs(along.potential_second_derivative[2]) + abs(
-        0.5 * square[2] * along.spindle_inertia_second_derivative[2]
-    )
+    scale = abs(along.potential_second_derivative[2]) + abs(0.5 * square[2] * along.spindle_inertia_second_derivative[2])
     assert stiffness == pytest.approx(0.5 * along.spindle_inertia_derivative[2] * slope, abs=1e-6 * scale)
 
 
@@ -201,9 +199,7 @@ def guided_ball(slopes, *, low=0.05, high=0.5):
             coordinate="radius",
             length_scale=high,
             initial_guess=((0.2, 0.0, 0.0),),
-            limits=(
-                Limit(reading="radius", low=low, high=high, low_message="the inner end", high_message="the outer end"),
-            ),
+            limits=(Limit(reading="radius", low=low, high=high, low_message="the inner end", high_message="the outer end"),),
         )
     )
 
@@ -219,16 +215,10 @@ def sprung_ball(stiffness, free_length, anchor, height):
             coordinate="radius",
             length_scale=1.0,
             initial_guess=((0.5, 0.0, 0.0),),
-            limits=(
-                Limit(reading="radius", low=0.01, high=1.5, low_message="the inner end", high_message="the outer end"),
-            ),
+            limits=(Limit(reading="radius", low=0.01, high=1.5, low_message="the inner end", high_message="the outer end"),),
             force_elements=(
                 Spring(
-                    name="spring",
-                    first=Point(body=GROUND, x=anchor, y=height),
-                    second=ball,
-                    stiffness=stiffness,
-                    free_length=free_length,
+                    name="spring", first=Point(body=GROUND, x=anchor, y=height), second=ball, stiffness=stiffness, free_length=free_length
                 ),
             ),
         )
@@ -237,9 +227,7 @@ def sprung_ball(stiffness, free_length, anchor, height):
 
 
 @settings(max_examples=80, deadline=None)
-@given(
-    anchor=st.floats(0.3, 0.9), height=st.floats(0.02, 0.3), free_length=st.floats(0.1, 0.6), share=st.floats(0.05, 0.6)
-)
+@given(anchor=st.floats(0.3, 0.9), height=st.floats(0.02, 0.3), free_length=st.floats(0.1, 0.6), share=st.floats(0.05, 0.6))
 def test_none_of_up_to_three_equilibria_is_missed(anchor, height, free_length, share):
     """k (1 - L0 / L) (x - a) = m w^2 x; squared it is a quartic, whose roots are found without us."""
     k, square = 100.0, 100.0 * share

@@ -115,9 +115,7 @@ def test_the_design_follows_the_paper_without_rounding() -> None:
     line = design.layout.spring_forces
     assert design.spring_rate == pytest.approx((line[-1] - line[0]) / (hartung.RADII[1] - hartung.RADII[0]), rel=1e-11)
     assert design.turns == pytest.approx(hartung.SPRING["turns"] * hartung.SPRING_RATE / design.spring_rate, rel=1e-11)
-    assert design.stress / TECHNICAL_ATMOSPHERE == pytest.approx(
-        8 * line[-1] / KILOGRAM_FORCE * 8 / (math.pi * 1.2**3), rel=1e-13
-    )
+    assert design.stress / TECHNICAL_ATMOSPHERE == pytest.approx(8 * line[-1] / KILOGRAM_FORCE * 8 / (math.pi * 1.2**3), rel=1e-13)
     assert design.warnings == ()
 
 
@@ -154,13 +152,9 @@ def test_inputs_that_no_governor_comes_of_are_refused() -> None:
         design_hartung(HartungInputs(angle=math.radians(170)))
     with pytest.raises(gm.MechanismError, match=r"slow_speed \(204 rpm\), .* must be below fast_speed \(95.493 rpm\)"):
         design_hartung(HartungInputs(fast_speed=10.0))
-    with pytest.raises(
-        gm.MechanismError, match=r"half_stroke \(300 mm\) does not go with .*; give half_stroke=29.76 mm"
-    ):
+    with pytest.raises(gm.MechanismError, match=r"half_stroke \(300 mm\) does not go with .*; give half_stroke=29.76 mm"):
         design_hartung(HartungInputs(half_stroke=0.3))
-    with pytest.raises(
-        gm.MechanismError, match=r"at the inner end asks for a spring of -92.98 N.*; enlarge rest_radius"
-    ):
+    with pytest.raises(gm.MechanismError, match=r"at the inner end asks for a spring of -92.98 N.*; enlarge rest_radius"):
         design_hartung(HartungInputs(rest_radius=0.001))
     with pytest.raises(gm.MechanismError) as caught:
         design_hartung(HartungInputs(fast_speed=10.0, insensitivity=2.0, coil=0.01, half_stroke=0.02))
@@ -186,10 +180,7 @@ def test_the_scene_of_a_design_runs_and_is_the_design(tmp_path: Path) -> None:
     found = evaluate_derived_forces(scene, poses[np.newaxis])
     order = np.argsort(design.layout.levers)
     lever = run.readings["lever_angle"][0]
-    for name, curve in (
-        ("spring_force", design.layout.spring_forces),
-        ("static_sleeve_force", design.layout.static_forces),
-    ):
+    for name, curve in (("spring_force", design.layout.spring_forces), ("static_sleeve_force", design.layout.static_forces)):
         wanted = np.interp(lever, design.layout.levers[order], curve[order])
         # 121 points over 30 deg, joined by straight lines: h^2 / 8 of a second derivative of about the force itself.
         assert found[name][0] == pytest.approx(wanted, rel=2e-5)

@@ -13,12 +13,7 @@ import governor_mechanism as gm
 from governor_mechanism.effects.clearance import Clearance
 from governor_mechanism.effects.dashpot import Dashpot
 from governor_mechanism.effects.dry_friction import DryFriction
-from governor_mechanism.render.figures.regulation import (
-    clearance_figure,
-    cyclic_figure,
-    fold_jump_figure,
-    settling_figure,
-)
+from governor_mechanism.render.figures.regulation import clearance_figure, cyclic_figure, fold_jump_figure, settling_figure
 from governor_mechanism.studies.regulation.registry import (
     SettlingStudy,
     study_clearance,
@@ -78,12 +73,8 @@ def test_the_jump_leaves_its_stop_at_the_static_speed(jumped):
     assert jumped.stop_speed == pytest.approx(
         FOLD_JUMP["stop_speed"], abs=half_unit_of_last_digit(FOLD_JUMP["stop_speed"])
     )  # half a printed digit, and rounding
-    assert jumped.fold_speed == pytest.approx(
-        FOLD_JUMP["lowest_speed"], abs=half_unit_of_last_digit(FOLD_JUMP["lowest_speed"])
-    )
-    assert math.degrees(jumped.fold_position) == pytest.approx(
-        FOLD_JUMP["least_stable_deg"], abs=1e-8
-    )  # where the curve is flat
+    assert jumped.fold_speed == pytest.approx(FOLD_JUMP["lowest_speed"], abs=half_unit_of_last_digit(FOLD_JUMP["lowest_speed"]))
+    assert math.degrees(jumped.fold_position) == pytest.approx(FOLD_JUMP["least_stable_deg"], abs=1e-8)  # where the curve is flat
     np.testing.assert_allclose(jumped.leaving_speeds, jumped.stop_speed, atol=1e-10)
 
 
@@ -186,9 +177,7 @@ def test_settling_is_counted_to_the_last_time_off_the_band(settled):
     scene = gm.load("porter_load_step")
     others = tuple(one for one in scene.effects if not isinstance(one, Dashpot))
     long = replace(
-        scene,
-        effects=(*others, Dashpot(reading="sleeve_lift", linear=500.0)),
-        run=replace(scene.run, duration=30.0, output_interval=1e-3),
+        scene, effects=(*others, Dashpot(reading="sleeve_lift", linear=500.0)), run=replace(scene.run, duration=30.0, output_interval=1e-3)
     )
     run = gm.run(long, certify=False)
     angles = run.readings["arm_angle"]

@@ -241,10 +241,7 @@ def test_a_key_that_changes_no_quantity_is_noted():
         ("dimensions.amr=200mm:300mm:3", "Did you mean 'arm'?"),
         ("dimension.arm=1,2", "Did you mean 'dimensions'?"),
         ("effects.dashpot.sleev=20 N s/m", "Did you mean 'sleeve'?"),
-        (
-            "dimensions.arm.x=1,2",
-            "dimensions.arm.x cannot be varied: dimensions.arm is 0.3 in this scene, and no table",
-        ),
+        ("dimensions.arm.x=1,2", "dimensions.arm.x cannot be varied: dimensions.arm is 0.3 in this scene, and no table"),
         ("dimensions.arm=200mm:300kg:3", 'dimensions.arm is a length; "300kg" is a mass'),
         ("dimensions.arm=200mm,30 s", 'dimensions.arm is a length; "30 s" is a time'),
         ("dimensions.arm=300", "dimensions.arm = 300 is 300 m;"),
@@ -399,9 +396,7 @@ def test_large_numbers_with_a_unit_are_taken_at_their_word(scene):
 
 def test_rows_do_not_depend_on_their_company(scene, monkeypatch):
     tasks = []
-    monkeypatch.setattr(
-        "governor_mechanism.studies.sweep.run.compute_rows", lambda task, indices: _noted(tasks, task, indices)
-    )
+    monkeypatch.setattr("governor_mechanism.studies.sweep.run.compute_rows", lambda task, indices: _noted(tasks, task, indices))
     whole = gm.sweep(scene, [ARMS, MASSES])
     assert compute_rows(tasks[0], [7, 2]) == [whole.rows[7], whole.rows[2]]
 
@@ -475,12 +470,7 @@ def test_rows_made_together_depend_on_nothing_but_their_values():
         (PLAIN, {"dimensions.arm": [0.29, 0.3]}, ["max spindle_torque"], {}),
         (PLAIN, {"dimensions.arm": [0.29, 0.3]}, TAKEN, {"certify": True}),
         (PLAIN, {"dimensions.arm": [0.29, 0.3]}, TAKEN, {"engine": "multibody"}),
-        (
-            replace_document_value(PLAIN, "effects.dashpot", {"sleeve": "20 N s/m"}),
-            {"dimensions.arm": [0.29, 0.3]},
-            TAKEN,
-            {},
-        ),
+        (replace_document_value(PLAIN, "effects.dashpot", {"sleeve": "20 N s/m"}), {"dimensions.arm": [0.29, 0.3]}, TAKEN, {}),
         (replace_document_value(PLAIN, "start.arm_angle", "equilibrium"), {"dimensions.arm": [0.29, 0.3]}, TAKEN, {}),
     ],
     ids=["speed", "torque", "certified", "multibody", "brake", "equilibrium"],

@@ -185,9 +185,7 @@ def test_the_sentence_about_a_wrong_kind_is_whole() -> None:
 def test_the_units_a_message_recommends_are_accepted(kind: str) -> None:
     for unit in QUANTITY_KINDS[kind].units:
         assert parse_quantity(f"2 {unit}", kind, "x") > 0
-    assert (
-        parse_quantity("1 " + QUANTITY_KINDS[kind].si_unit, kind, "x") == 1.0 if QUANTITY_KINDS[kind].si_unit else True
-    )
+    assert parse_quantity("1 " + QUANTITY_KINDS[kind].si_unit, kind, "x") == 1.0 if QUANTITY_KINDS[kind].si_unit else True
     example = QUANTITY_KINDS[kind].example
     assert parse_quantity(example if QUANTITY_KINDS[kind].units else float(example), kind, "x") > 0
 
@@ -204,9 +202,7 @@ def test_any_text_is_a_number_or_a_sentence(text: str, kind: str) -> None:
     assert number_or_one_sentence(text, kind)
 
 
-@given(
-    st.text(alphabet="0123456789.eE-+*/^() mkgNsradpHztC°%²,_1\n", max_size=20), st.sampled_from(list(QUANTITY_KINDS))
-)
+@given(st.text(alphabet="0123456789.eE-+*/^() mkgNsradpHztC°%²,_1\n", max_size=20), st.sampled_from(list(QUANTITY_KINDS)))
 def test_any_text_made_of_units_is_a_number_or_a_sentence(text: str, kind: str) -> None:
     assert number_or_one_sentence("5 " + text, kind)
 
@@ -214,20 +210,11 @@ def test_any_text_made_of_units_is_a_number_or_a_sentence(text: str, kind: str) 
 @given(st.decimals(min_value=-1000, max_value=1000, places=6))
 def test_a_length_is_the_same_in_millimetres_and_metres(metres: Decimal) -> None:
     # The registry reckons in decimals, so not even the last bit differs.
-    assert (
-        parse_quantity(f"{metres * 1000:f} mm", "length", "x")
-        == parse_quantity(f"{metres:f} m", "length", "x")
-        == float(metres)
-    )
+    assert parse_quantity(f"{metres * 1000:f} mm", "length", "x") == parse_quantity(f"{metres:f} m", "length", "x") == float(metres)
 
 
 def test_shown_is_as_a_scene_file_would_write_it() -> None:
-    assert [format_value(value) for value in ("a\nb", True, 1.5, "x" * 80)] == [
-        '"a\\nb"',
-        "true",
-        "1.5",
-        f'"{"x" * 57}..."',
-    ]
+    assert [format_value(value) for value in ("a\nb", True, 1.5, "x" * 80)] == ['"a\\nb"', "true", "1.5", f'"{"x" * 57}..."']
 
 
 def test_bare_numbers_never_import_pint() -> None:

@@ -42,12 +42,7 @@ def test_a_wrong_centre_is_found(monkeypatch):
     right = slide_valve.closed.equal_lead_centre
     monkeypatch.setattr(slide_valve.closed, "equal_lead_centre", lambda one: right(one) + 1e-9)
     names = failed(gm.crosscheck(valve_scene()))
-    assert {
-        "valve position",
-        "lead at the crank end",
-        "lead at the head end",
-        "centre of the swing for equal leads",
-    } <= {*names}
+    assert {"valve position", "lead at the crank end", "lead at the head end", "centre of the swing for equal leads"} <= {*names}
 
 
 def test_a_wrong_acceleration_of_the_piston_is_found(monkeypatch):
@@ -69,9 +64,7 @@ def test_the_loads_are_checked_and_a_wrong_mass_is_found(monkeypatch):
     right = slider_crank.closed.bearing_loads
 
     def heavier(train, **moving):
-        return right(
-            slider_crank.closed.CrankTrain(**(vars(train) | {"rod_inertia": 1.0001 * train.rod_inertia})), **moving
-        )
+        return right(slider_crank.closed.CrankTrain(**(vars(train) | {"rod_inertia": 1.0001 * train.rod_inertia})), **moving)
 
     monkeypatch.setattr(slider_crank.closed, "bearing_loads", heavier)
     assert {"shaft, y", "crank pin, y", "gudgeon, y", "crosshead guide"} <= {*failed(gm.crosscheck(scene))}

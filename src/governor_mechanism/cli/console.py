@@ -36,9 +36,7 @@ def guarded_command(command: Callable[..., int]) -> Callable[..., None]:
             with interrupt_handler:
                 status = command(*args, **options)
         except (Exception, KeyboardInterrupt) as error:
-            status = (
-                _report_interrupt() if interrupt_handler.was_interrupted else _report_failure(error, as_json=as_json)
-            )
+            status = _report_interrupt() if interrupt_handler.was_interrupted else _report_failure(error, as_json=as_json)
         raise CommandExit(status)
 
     return guarded

@@ -27,8 +27,7 @@ class DesignTarget(StrEnum):
 def design(
     machine: Annotated[DesignTarget, typer.Argument(help="What to design.")],
     changes: Annotated[
-        list[str] | None,
-        typer.Option("--with", help='An input of your own, as "wire=14 mm"; repeatable; the paper\'s if left out.'),
+        list[str] | None, typer.Option("--with", help='An input of your own, as "wire=14 mm"; repeatable; the paper\'s if left out.')
     ] = None,
     out: FigureFolder = RESULTS_FOLDER,
     no_figure: NoFigure = False,
@@ -87,9 +86,7 @@ def _write_figures(hartung_design: HartungDesign, out: Path, *, is_paper_design:
 
     drawn_design = hartung_design
     if is_paper_design:
-        drawn_design = design_hartung(
-            dataclasses.replace(hartung_design.inputs, angle=math.radians(132), sleeve_arm=0.170)
-        )
+        drawn_design = design_hartung(dataclasses.replace(hartung_design.inputs, angle=math.radians(132), sleeve_arm=0.170))
     return [
         spring_lines_figure(drawn_design, out / "hartung_spring_lines.png", with_printed_points=is_paper_design),
         sleeve_force_figure(hartung_design, out / "hartung_sleeve_force.png"),

@@ -79,9 +79,7 @@ def _show_version(wanted: bool) -> None:
 
 @app.callback()
 def options(
-    version: Annotated[
-        bool, typer.Option("--version", help="Print the version and stop.", callback=_show_version, is_eager=True)
-    ] = False,
+    version: Annotated[bool, typer.Option("--version", help="Print the version and stop.", callback=_show_version, is_eager=True)] = False,
 ) -> None:
     """Simulate, film and cross-check the mechanisms that once controlled machines."""
 
@@ -167,15 +165,7 @@ def crosscheck(scene: SceneName, as_json: AsJson = False) -> int:
             }
             for row in report.rows
         ]
-        print_json(
-            {
-                "title": report.title,
-                "against": report.against,
-                "passed": report.passed,
-                "rows": rows,
-                "notes": list(report.notes),
-            }
-        )
+        print_json({"title": report.title, "against": report.against, "passed": report.passed, "rows": rows, "notes": list(report.notes)})
     else:
         print(report)
     return EXIT_OK if report.passed else EXIT_FAILED
@@ -185,12 +175,8 @@ def crosscheck(scene: SceneName, as_json: AsJson = False) -> int:
 @guarded_command
 def equilibria(
     scene: SceneName,
-    speed: Annotated[
-        str | None, typer.Option(help='Of the spindle, as "6.4 rad/s" or "61 rpm"; the scene\'s own.')
-    ] = None,
-    resistance: Annotated[
-        str | None, typer.Option(help='Friction that holds it, as "40 N": draw the insensitivity band.')
-    ] = None,
+    speed: Annotated[str | None, typer.Option(help='Of the spindle, as "6.4 rad/s" or "61 rpm"; the scene\'s own.')] = None,
+    resistance: Annotated[str | None, typer.Option(help='Friction that holds it, as "40 N": draw the insensitivity band.')] = None,
     against: Annotated[str, typer.Option(help="The reading at which the resistance acts.")] = "sleeve_lift",
     out: FigureFolder = RESULTS_FOLDER,
     no_figure: NoFigure = False,
@@ -207,24 +193,15 @@ def equilibria(
     spindle_speed = None if speed is None else parse_quantity(speed, "angular_speed", "--speed")
     resistance_value = None if resistance is None else _parse_resistance(loaded_scene, resistance, against)
     equilibrium_points = gm.equilibria(loaded_scene, spindle_speed)
-    curve = (
-        gm.speed_curve(loaded_scene, resistance=resistance_value, against=against)
-        if has_equilibrium_speed(loaded_scene)
-        else None
-    )
+    curve = gm.speed_curve(loaded_scene, resistance=resistance_value, against=against) if has_equilibrium_speed(loaded_scene) else None
     bands = (
         []
         if resistance_value is None
         else [_compute_insensitivity_band(loaded_scene, rest, resistance_value, against) for rest in equilibrium_points]
     )
-    files = (
-        [] if no_figure or curve is None else _write_speed_curve_figures(loaded_scene, curve, equilibrium_points, out)
-    )
+    files = [] if no_figure or curve is None else _write_speed_curve_figures(loaded_scene, curve, equilibrium_points, out)
     if as_json:
-        report = {
-            "coordinate": loaded_scene.part.mechanism.coordinate,
-            **equilibria_as_json(equilibrium_points, curve, bands),
-        }
+        report = {"coordinate": loaded_scene.part.mechanism.coordinate, **equilibria_as_json(equilibrium_points, curve, bands)}
         print_json({**report, "files": [str(path) for path in files]})
     else:
         lines = [
@@ -243,15 +220,11 @@ def _parse_resistance(scene: Scene, text: str, against: str) -> float:
     require_equilibrium_speed(scene)
     quantities = {reading.name: reading.quantity for reading in scene.part.mechanism.readings}
     if against not in quantities:
-        raise MechanismError(
-            f"--resistance acts at a reading, and there is no {against!r}; name one by --against: {list(quantities)}"
-        )
+        raise MechanismError(f"--resistance acts at a reading, and there is no {against!r}; name one by --against: {list(quantities)}")
     return parse_quantity(text, "torque" if quantities[against] == "angle" else "force", "--resistance")
 
 
-def _compute_insensitivity_band(
-    scene: Scene, equilibrium: Equilibrium, resistance_value: float, against: str
-) -> InsensitivityBand | str:
+def _compute_insensitivity_band(scene: Scene, equilibrium: Equilibrium, resistance_value: float, against: str) -> InsensitivityBand | str:
     """The insensitivity band at a equilibrium position, or why there is none."""
     import governor_mechanism as gm
 
@@ -261,14 +234,9 @@ def _compute_insensitivity_band(
         return error.problems[0]
 
 
-def _write_speed_curve_figures(
-    scene: Scene, curve: SpeedCurve, equilibrium_points: Sequence[Equilibrium], out: Path
-) -> list[Path]:
+def _write_speed_curve_figures(scene: Scene, curve: SpeedCurve, equilibrium_points: Sequence[Equilibrium], out: Path) -> list[Path]:
     """The characteristic, and Zehnder's plate for the governors it speaks of."""
-    from governor_mechanism.render.figures.parabolic.isochronous_plate import (
-        has_isochronous_parabolas,
-        isochronous_figure,
-    )
+    from governor_mechanism.render.figures.parabolic.isochronous_plate import has_isochronous_parabolas, isochronous_figure
     from governor_mechanism.render.figures.speed_curve import speed_curve_figure
 
     stem = Path(scene.source).stem

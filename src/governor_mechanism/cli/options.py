@@ -10,9 +10,7 @@ import typer
 from governor_mechanism.errors import MechanismError
 
 SceneName = Annotated[str, typer.Argument(metavar="SCENE", help="A TOML file, or the name of a shipped scene.")]
-AsJson = Annotated[
-    bool, typer.Option("--json", help="Print one JSON object on standard output and nothing else there.")
-]
+AsJson = Annotated[bool, typer.Option("--json", help="Print one JSON object on standard output and nothing else there.")]
 FigureFolder = Annotated[Path, typer.Option(help="Folder for what is drawn.")]
 NoFigure = Annotated[bool, typer.Option("--no-figure", help="Draw nothing.")]
 

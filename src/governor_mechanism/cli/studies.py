@@ -118,22 +118,16 @@ def regulation(
     with show_status("running"):
         match study:
             case RegulationStudy.CYCLIC:
-                cyclic_study = studies.study_cyclic_motion(
-                    _load_scene(scene, "porter_cyclic"), studies.FLUCTUATION_RATIOS
-                )
+                cyclic_study = studies.study_cyclic_motion(_load_scene(scene, "porter_cyclic"), studies.FLUCTUATION_RATIOS)
                 figures.cyclic_figure(cyclic_study, path)
                 conclusion = f"twitches from {cyclic_study.threshold:.6g} of the insensitivity band on, which is {cyclic_study.insensitivity_band:.6g}"
             case RegulationStudy.CLEARANCE:
                 names = [scene] if scene else ["porter_clearance", "watt_clearance"]
-                clearance_studies = [
-                    studies.study_clearance(_load_scene(name, ""), studies.CLEARANCES) for name in names
-                ]
+                clearance_studies = [studies.study_clearance(_load_scene(name, ""), studies.CLEARANCES) for name in names]
                 figures.clearance_figure(clearance_studies, path)
                 conclusion = "\n".join(f"{one.title}: {one.conclusion}" for one in clearance_studies)
             case RegulationStudy.SETTLING:
-                settling_study = studies.study_settling(
-                    _load_scene(scene, "porter_load_step"), studies.DAMPING_COEFFICIENTS
-                )
+                settling_study = studies.study_settling(_load_scene(scene, "porter_load_step"), studies.DAMPING_COEFFICIENTS)
                 figures.settling_figure(settling_study, path)
                 conclusion = f"settles soonest, in {settling_study.best[1]:.4g} s, with a brake of {settling_study.best[0]:.4g} N s/m"
             case RegulationStudy.JUMP:
@@ -157,20 +151,16 @@ def _load_scene(name: str, default: str) -> Scene:
 def sweep(
     scene: SceneName,
     vary: Annotated[
-        list[str],
-        typer.Option(help="key=first:last:count or key=value,value,... as dimensions.arm=200mm:400mm:50; repeatable."),
+        list[str], typer.Option(help="key=first:last:count or key=value,value,... as dimensions.arm=200mm:400mm:50; repeatable.")
     ],
     quantity: Annotated[
-        list[str] | None,
-        typer.Option(help='As "max arm_angle", "rate of arm_angle", "duration"; repeatable. [leading coordinate]'),
+        list[str] | None, typer.Option(help='As "max arm_angle", "rate of arm_angle", "duration"; repeatable. [leading coordinate]')
     ] = None,
     engine: Annotated[str, typer.Option(help="One engine for all rows; the scene's own if left out.")] = "auto",
     accuracy: Annotated[float | None, typer.Option(help="Relative to each reading's scale; the scene's own.")] = None,
     certify: Annotated[bool, typer.Option("--certify", help="Estimate the error of every run.")] = False,
     workers: Annotated[int, typer.Option(help="Processes; the result does not depend on it.")] = 1,
-    out: Annotated[
-        Path, typer.Option(help="Folder for table, record and figure, where the sweep goes on.")
-    ] = RESULTS_FOLDER,
+    out: Annotated[Path, typer.Option(help="Folder for table, record and figure, where the sweep goes on.")] = RESULTS_FOLDER,
     no_figure: NoFigure = False,
     as_json: AsJson = False,
 ) -> int:
@@ -197,9 +187,7 @@ def sweep(
             )
     except KeyboardInterrupt:
         if journal_file.exists():
-            print_to_stderr(
-                f"{counter.done} of {counter.total} rows are in {journal_file}; the same command goes on from there"
-            )
+            print_to_stderr(f"{counter.done} of {counter.total} rows are in {journal_file}; the same command goes on from there")
         raise
     files = [journal_file.with_suffix(kind) for kind in (".csv", ".json")]
     if not no_figure:

@@ -17,10 +17,7 @@ from governor_mechanism.units.quantities import format_quantity
 
 
 def format_equilibria(
-    scene: Scene,
-    equilibria: Sequence[Equilibrium],
-    curve: SpeedCurve | None,
-    bands: Sequence[InsensitivityBand | str] = (),
+    scene: Scene, equilibria: Sequence[Equilibrium], curve: SpeedCurve | None, bands: Sequence[InsensitivityBand | str] = ()
 ) -> list[str]:
     """A line for each equilibrium position, with the insensitivity band there (or why there is none), and for each jump."""
     lines = []
@@ -30,9 +27,7 @@ def format_equilibria(
         )
         lines += [f"  {_format_band(scene, band)}" for band in bands[k : k + 1]]
     folds = curve.folds if curve else ()
-    return lines + [
-        f"jumps at {format_coordinate(scene, at)}, {format_quantity(speed, 'rad/s')}" for at, speed in folds
-    ]
+    return lines + [f"jumps at {format_coordinate(scene, at)}, {format_quantity(speed, 'rad/s')}" for at, speed in folds]
 
 
 def equilibria_as_json(
@@ -46,9 +41,7 @@ def equilibria_as_json(
         row |= {"sensitivity": finite_or_none(equilibrium.sensitivity), "readings": dict(equilibrium.readings)}
         for band in bands[k : k + 1]:
             names = ("falling_speed", "rising_speed", "insensitivity")
-            values = (
-                {} if isinstance(band, str) else {name: finite_or_none(float(getattr(band, name)[0])) for name in names}
-            )
+            values = {} if isinstance(band, str) else {name: finite_or_none(float(getattr(band, name)[0])) for name in names}
             row["insensitivity_band"] = values or band
         rows.append(row)
     if curve is None:
@@ -66,9 +59,7 @@ def _format_band(scene: Scene, band: InsensitivityBand | str) -> str:
     if isinstance(band, str):
         return band
     unit = "N m" if scene.part.mechanism.reading(band.against).quantity == "angle" else "N"
-    falling_speed, rising_speed = (
-        format_quantity(float(speed[0]), "rad/s") for speed in (band.falling_speed, band.rising_speed)
-    )
+    falling_speed, rising_speed = (format_quantity(float(speed[0]), "rad/s") for speed in (band.falling_speed, band.rising_speed))
     sentence = f"{band.resistance:g} {unit} at {band.against} hold it from {falling_speed} to {rising_speed}"
     if math.isinf(band.insensitivity[0]):
         return f"{sentence}; without resistance it rests on a spindle that stands"
@@ -153,22 +144,15 @@ def _format_events(result: Trajectory) -> str:
     """What the motion passed, and the joint that carried most."""
     listed_events = [str(event) for event in result.events[:MAX_LISTED_EVENTS]]
     n_more = len(result.events) - len(listed_events)
-    events = (
-        "; ".join(listed_events + [f"and {n_more} more events"] * (n_more > 0))
-        or "no dead centre or change point passed"
-    )
+    events = "; ".join(listed_events + [f"and {n_more} more events"] * (n_more > 0)) or "no dead centre or change point passed"
     forces = {name: reaction.magnitude for name, reaction in result.reactions.items()}
     largest = max(forces, key=lambda name: forces[name].max(initial=0.0), default=None)
     if largest is None or not len(result.times):
         return events
     index = int(forces[largest].argmax())
     indeterminate_joints = [name for name, reaction in result.reactions.items() if not reaction.determined.all()]
-    largest_force_clause = (
-        f"largest joint force {forces[largest][index]:.4g} N in {largest!r} at {result.times[index]:.4g} s"
-    )
+    largest_force_clause = f"largest joint force {forces[largest][index]:.4g} N in {largest!r} at {result.times[index]:.4g} s"
     redundancy_clause = (
-        f"; not settled by rigid bodies: the forces of {', '.join(map(repr, indeterminate_joints))}"
-        if indeterminate_joints
-        else ""
+        f"; not settled by rigid bodies: the forces of {', '.join(map(repr, indeterminate_joints))}" if indeterminate_joints else ""
     )
     return f"{events}\n{largest_force_clause}{redundancy_clause}"

@@ -132,9 +132,7 @@ def valve_displacement(eccentric: Eccentric, *, crank_angle: FloatOrArray, centr
     For an endless rod s is r sin(w + d), counted from wherever the rod ends, and the centre is 0 if left out.
     """
     if eccentric.has_infinite_rod:
-        return as_scalar_or_array(
-            np.asarray(first_order_displacement(eccentric, crank_angle=crank_angle)) - (centre or 0.0)
-        )
+        return as_scalar_or_array(np.asarray(first_order_displacement(eccentric, crank_angle=crank_angle)) - (centre or 0.0))
     middle = equal_lead_centre(eccentric) if centre is None else centre
     return as_scalar_or_array(np.asarray(valve_distance(eccentric, crank_angle=crank_angle)) - middle)
 
@@ -182,9 +180,7 @@ def parabola_constant(eccentric: Eccentric) -> float:
 def parabola_error(eccentric: Eccentric, *, theoretical: FloatOrArray) -> FloatOrArray:
     """Marks' parabola: the error term z (m) over the theoretical displacement x0 = r sin(w + d) (m)."""
     _, rod = _finite_lengths(eccentric)
-    return as_scalar_or_array(
-        (_validate_theoretical(eccentric, theoretical) ** 2 - parabola_constant(eccentric)) / (2 * rod)
-    )
+    return as_scalar_or_array((_validate_theoretical(eccentric, theoretical) ** 2 - parabola_constant(eccentric)) / (2 * rod))
 
 
 def circle_error(eccentric: Eccentric, *, theoretical: FloatOrArray) -> FloatOrArray:
@@ -211,9 +207,7 @@ def _validate_theoretical(eccentric: Eccentric, value: FloatOrArray) -> FloatArr
     return x0
 
 
-def crank_angles_at(
-    eccentric: Eccentric, *, threshold: FloatOrArray, centre: float | None = None
-) -> tuple[FloatOrArray, FloatOrArray]:
+def crank_angles_at(eccentric: Eccentric, *, threshold: FloatOrArray, centre: float | None = None) -> tuple[FloatOrArray, FloatOrArray]:
     """Crank angles (rad, 0 to 2 pi) at which the displacement passes a threshold t (m): rising, then falling.
 
     By the law of cosines, with the centre c of the swing as of displacement:
@@ -236,14 +230,10 @@ def binomial_crank_angles_at(eccentric: Eccentric, *, threshold: FloatOrArray) -
     """The same by the error term z: r sin(w + d) = -l + sqrt(l^2 + 2 l t + r^2 sin^2 d), equal leads."""
     _, rod = _finite_lengths(eccentric)
     t = validate_argument(threshold, "threshold", "m")
-    return _rising_and_falling_angles(
-        eccentric, (np.sqrt(rod**2 + 2 * rod * t + parabola_constant(eccentric)) - rod) / eccentric.radius, t
-    )
+    return _rising_and_falling_angles(eccentric, (np.sqrt(rod**2 + 2 * rod * t + parabola_constant(eccentric)) - rod) / eccentric.radius, t)
 
 
-def _rising_and_falling_angles(
-    eccentric: Eccentric, sine: FloatArray, threshold: FloatArray
-) -> tuple[FloatOrArray, FloatOrArray]:
+def _rising_and_falling_angles(eccentric: Eccentric, sine: FloatArray, threshold: FloatArray) -> tuple[FloatOrArray, FloatOrArray]:
     is_unreachable = np.abs(sine) > 1
     raise_where(is_unreachable, "the valve never stands there: lower the lap", ("threshold", threshold, "m"))
     theta = np.arcsin(np.where(is_unreachable, 0.0, sine))
@@ -271,13 +261,7 @@ def event_threshold(event: str, *, outside_lap: float, inside_lap: float) -> flo
 
 
 def event_angle(
-    eccentric: Eccentric,
-    *,
-    event: str,
-    outside_lap: float,
-    inside_lap: float,
-    law: str = "exact",
-    centre: float | None = None,
+    eccentric: Eccentric, *, event: str, outside_lap: float, inside_lap: float, law: str = "exact", centre: float | None = None
 ) -> float:
     """Crank angle (rad, 0 to 2 pi) of an event of EVENTS by a law: "exact", "theory" or "binomial".
 

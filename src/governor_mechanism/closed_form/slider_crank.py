@@ -84,16 +84,12 @@ def rod_error(train: CrankTrain, *, crank_angle: FloatOrArray) -> FloatOrArray:
     It is the sagitta of Marks' circle of radius L over R sin t, and exact.
     """
     angle = _validate_crank_angle(crank_angle)
-    return as_scalar_or_array(
-        train.crank * np.sin(angle) * train.crank_to_rod_ratio * np.sin(angle) / (1 + _cos_rod_angle(train, angle))
-    )
+    return as_scalar_or_array(train.crank * np.sin(angle) * train.crank_to_rod_ratio * np.sin(angle) / (1 + _cos_rod_angle(train, angle)))
 
 
 def parabola_rod_error(train: CrankTrain, *, crank_angle: FloatOrArray) -> FloatOrArray:
     """The same by Marks' parabola (R sin t)^2 = 2 L Z (m)."""
-    return as_scalar_or_array(
-        train.crank * train.crank_to_rod_ratio / 2 * np.sin(_validate_crank_angle(crank_angle)) ** 2
-    )
+    return as_scalar_or_array(train.crank * train.crank_to_rod_ratio / 2 * np.sin(_validate_crank_angle(crank_angle)) ** 2)
 
 
 def travel_from_outer_dead_centre(train: CrankTrain, *, crank_angle: FloatOrArray) -> FloatOrArray:
@@ -153,17 +149,13 @@ class BearingLoads:
     torque: FloatArray
 
 
-def bearing_loads(
-    train: CrankTrain, *, crank_angle: FloatOrArray, crank_rate: FloatOrArray, gravity: float = 0.0
-) -> BearingLoads:
+def bearing_loads(train: CrankTrain, *, crank_angle: FloatOrArray, crank_rate: FloatOrArray, gravity: float = 0.0) -> BearingLoads:
     """Loads of the bearings by inertia and weight, the crank turning steadily at crank_rate (rad/s); gravity m/s2, -y.
 
     Newton's laws part by part from the crosshead inward: along its line the rod must give it m X''; about the crank
     pin the rod's moments settle what it gives across. The crank's own inertia loads nothing at a steady rate.
     """
-    t, rate = np.broadcast_arrays(
-        _validate_crank_angle(crank_angle), validate_argument(crank_rate, "crank_rate", "rad/s")
-    )
+    t, rate = np.broadcast_arrays(_validate_crank_angle(crank_angle), validate_argument(crank_rate, "crank_rate", "rad/s"))
     if math.isinf(train.rod):
         raise MechanismError("loads of the bearings need a rod of finite length")
     phi = np.asarray(rod_angle(train, crank_angle=t))
@@ -188,11 +180,7 @@ def bearing_loads(
     main = train.crank_mass * (weight - train.crank_centre * rate[..., None] ** 2 * crank_direction) + pin
     torque = train.crank * _cross_z(crank_direction, pin) + train.crank_mass * train.crank_centre * gravity * np.cos(t)
     return BearingLoads(
-        main=main,
-        crank_pin=pin,
-        gudgeon=-force_on_rod,
-        guide=transverse_force + train.crosshead_mass * gravity,
-        torque=torque,
+        main=main, crank_pin=pin, gudgeon=-force_on_rod, guide=transverse_force + train.crosshead_mass * gravity, torque=torque
     )
 
 

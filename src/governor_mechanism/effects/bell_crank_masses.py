@@ -26,9 +26,7 @@ class BellCrankMasses(Effect):
         for name, unit in (("mass", "kg"), *((size, "m") for size in sizes)):
             require_not_negative(getattr(self, name), unit, f"bell_cranks.{name}")
         if self.mass == self.weight_width == self.weight_height == self.weight_depth == 0.0:
-            raise MechanismError(
-                f"bell_cranks need mass, {', '.join(sizes[:2])} or {sizes[2]}; leave the effect out if there are none"
-            )
+            raise MechanismError(f"bell_cranks need mass, {', '.join(sizes[:2])} or {sizes[2]}; leave the effect out if there are none")
         if self.weight_depth > 0.0 and self.mass == self.weight_width == self.weight_height == 0.0:
             raise MechanismError(
                 "bell_cranks.weight_depth alone leaves a weight that has no inertia to turn with in the plane; "

@@ -20,6 +20,4 @@ class DryFriction(OutputEffect):
 
     def __post_init__(self) -> None:
         if min(self.force.values) < 0:
-            raise MechanismError(
-                f"dry friction on {self.reading!r} must not be negative; got {min(self.force.values):g}"
-            )
+            raise MechanismError(f"dry friction on {self.reading!r} must not be negative; got {min(self.force.values):g}")

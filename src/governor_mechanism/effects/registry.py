@@ -15,16 +15,5 @@ from governor_mechanism.effects.stops import Stops
 from governor_mechanism.model.effect import Effect
 
 EFFECT_TYPES: frozenset[type[Effect]] = frozenset(
-    (
-        Gravity,
-        Centrifugal,
-        RodMasses,
-        OutputSpring,
-        DryFriction,
-        Dashpot,
-        Stops,
-        Clearance,
-        CrankMasses,
-        BellCrankMasses,
-    )
+    (Gravity, Centrifugal, RodMasses, OutputSpring, DryFriction, Dashpot, Stops, Clearance, CrankMasses, BellCrankMasses)
 )

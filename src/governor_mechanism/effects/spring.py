@@ -38,12 +38,7 @@ def helical_spring_rate(*, wire: float, coil: float, turns: float, modulus: floa
     wire d and coil D are diameters (m, of the coil's middle line), turns n those that work, modulus G (Pa) of shear.
     Raises MechanismError for what is not positive, and for a coil that is not wider than its wire.
     """
-    for value, unit, name in (
-        (wire, "m", "wire"),
-        (coil, "m", "coil"),
-        (turns, "", "turns"),
-        (modulus, "Pa", "modulus"),
-    ):
+    for value, unit, name in ((wire, "m", "wire"), (coil, "m", "coil"), (turns, "", "turns"), (modulus, "Pa", "modulus")):
         require_positive(value, unit, f"{name} of the spring")
     if coil <= wire:
         raise MechanismError(f"coil of the spring ({coil:g} m) must be wider than its wire ({wire:g} m)")

@@ -22,9 +22,7 @@ class Stops(OutputEffect):
 
     def __post_init__(self) -> None:
         if math.isnan(self.low) or math.isnan(self.high) or not self.low < self.high:
-            raise MechanismError(
-                f"stops of {self.reading!r}: the low one ({self.low:g}) must lie below the high one ({self.high:g})"
-            )
+            raise MechanismError(f"stops of {self.reading!r}: the low one ({self.low:g}) must lie below the high one ({self.high:g})")
         if math.isinf(self.low) and math.isinf(self.high):
             raise MechanismError(f"stops of {self.reading!r} need a low or a high end")
         if not 0 <= self.restitution <= 1:

@@ -89,9 +89,7 @@ def make_reported_times(scene: Scene) -> FloatArray:
     output_interval, duration = scene.run.output_interval, scene.run.duration
     count = int(np.floor(duration / output_interval * (1 + 1e-12)))
     if count > MAX_REPORTED_TIMES:
-        raise MechanismError(
-            f"{count} reported times are too many (at most {MAX_REPORTED_TIMES}); make run.output_interval larger"
-        )
+        raise MechanismError(f"{count} reported times are too many (at most {MAX_REPORTED_TIMES}); make run.output_interval larger")
     times: FloatArray = output_interval * np.arange(count + 1, dtype=np.float64)
     if duration - times[-1] > 1e-9 * output_interval:
         return np.append(times, duration)

@@ -50,9 +50,7 @@ def initial_tolerance(accuracy: float) -> float:
     return max(accuracy / TOLERANCE_SAFETY_FACTOR, MIN_STEP_TOLERANCE)
 
 
-def refine_tolerance(
-    run_certified: Callable[[float], Run], tolerance: float, accuracy: float, max_stagnant_runs: int
-) -> Run:
+def refine_tolerance(run_certified: Callable[[float], Run], tolerance: float, accuracy: float, max_stagnant_runs: int) -> Run:
     """A run whose estimate is within the accuracy, or the best there is; so many in a row that are no better are
     believed, for one may be bad luck."""
     best, n_stagnant = run_certified(tolerance), 0
@@ -62,11 +60,7 @@ def refine_tolerance(
         if tolerance < MIN_STEP_TOLERANCE:
             break
         better = run_certified(tolerance)
-        if (
-            better.error_estimate is not None
-            and better.error_estimate < best.error_estimate
-            and better.n_reached >= best.n_reached
-        ):
+        if better.error_estimate is not None and better.error_estimate < best.error_estimate and better.n_reached >= best.n_reached:
             best, n_stagnant = better, 0
             continue
         n_stagnant += 1

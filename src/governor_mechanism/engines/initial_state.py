@@ -71,22 +71,15 @@ def _require_independent_drivers(mechanism: Mechanism) -> None:
     position_solver = PositionSolver(mechanism)
     is_driver_row = position_solver.equations.is_driven
     driver_names = list(
-        dict.fromkeys(
-            position_solver.equations.joints[k].name for k in position_solver.equations.joint_indices[is_driver_row]
-        )
+        dict.fromkeys(position_solver.equations.joints[k].name for k in position_solver.equations.joint_indices[is_driver_row])
     )
-    undriven_mechanism = replace(
-        mechanism, joints=tuple(joint for joint in mechanism.joints if joint.name not in driver_names)
-    )
+    undriven_mechanism = replace(mechanism, joints=tuple(joint for joint in mechanism.joints if joint.name not in driver_names))
     poses = PositionSolver(undriven_mechanism).solve({})
     mobility_without_drivers, mobility = (
         position_solver.count_degrees_of_freedom(poses, include_drives=False),
         position_solver.count_degrees_of_freedom(poses),
     )
-    if (
-        mobility_without_drivers - mobility < np.sum(is_driver_row)
-        and np.sum(is_driver_row) <= mobility_without_drivers
-    ):
+    if mobility_without_drivers - mobility < np.sum(is_driver_row) and np.sum(is_driver_row) <= mobility_without_drivers:
         raise MechanismError(
             f"drives {driver_names} find only {mobility_without_drivers - mobility} of the mobility {mobility_without_drivers} that the joints leave to move "
             "where the sketch stands: at a dead centre, or two of them the same; sketch it a little further on"
@@ -106,11 +99,7 @@ def _require_mobile(position_solver: PositionSolver, poses: FloatArray) -> None:
         joint.name: replace(mechanism, joints=tuple(other for other in mechanism.joints if other is not joint))
         for joint in mechanism.joints
     }
-    freeing_joints = [
-        name
-        for name, one in mechanisms_without_joint.items()
-        if PositionSolver(one).count_degrees_of_freedom(poses) > 0
-    ]
+    freeing_joints = [name for name, one in mechanisms_without_joint.items() if PositionSolver(one).count_degrees_of_freedom(poses) > 0]
     joints_phrase = f"any one of {freeing_joints}" if freeing_joints else "more than one of them"
     raise MechanismError(f"the mechanism cannot move: its joints leave mobility 0; without {joints_phrase} it could")
 
@@ -125,11 +114,7 @@ def _require_within_stops(scene: Scene, poses: FloatArray) -> None:
         is_angle = mechanism.reading(contact.output_name).quantity == "angle"
         unit, coordinate_scale = ("rad", 1.0) if is_angle else ("m", mechanism.length_scale)
         value = float(evaluate_output_value(mechanism, contact.output_name, poses))
-        if (
-            not contact.low - STOP_TOLERANCE * coordinate_scale
-            <= value
-            <= contact.high + STOP_TOLERANCE * coordinate_scale
-        ):
+        if not contact.low - STOP_TOLERANCE * coordinate_scale <= value <= contact.high + STOP_TOLERANCE * coordinate_scale:
             stop_range = " to ".join(format_quantity(end, unit) for end in (contact.low, contact.high))
             raise MechanismError(
                 f"the start lies beyond the stops of {contact.output_name!r}, {stop_range}: it is at {format_quantity(value, unit)}; "
@@ -185,9 +170,7 @@ def stable_equilibrium_poses(scene: Scene) -> FloatArray:
     name, speed_clause = scene.part.mechanism.coordinate, _initial_speed_clause(scene)
     if stable:
         positions = ", ".join(f"{rest.coordinate:.6g}" for rest in stable)
-        raise MechanismError(
-            f"start.{name} = 'equilibrium' is not definite: {speed_clause}there are stable ones at {positions}; give one"
-        )
+        raise MechanismError(f"start.{name} = 'equilibrium' is not definite: {speed_clause}there are stable ones at {positions}; give one")
     if equilibria[0].astatic:
         low, high = equilibria[0].extent
         raise MechanismError(
@@ -197,15 +180,10 @@ def stable_equilibrium_poses(scene: Scene) -> FloatArray:
     positions = ", ".join(f"{rest.coordinate:.6g}" for rest in equilibria)
     hint = ", or change spindle.speed" if speed_clause else ""
     raise MechanismError(
-        f"start.{name} = 'equilibrium': {speed_clause}only an unstable one exists, at {name} = {positions}; "
-        f"start there by number{hint}"
+        f"start.{name} = 'equilibrium': {speed_clause}only an unstable one exists, at {name} = {positions}; start there by number{hint}"
     )
 
 
 def _initial_speed_clause(scene: Scene) -> str:
     """The words for the scene's first spindle speed; none where nothing turns with a spindle."""
-    return (
-        f"at {SpindleSpeedFunction(scene.spindle).start_speed * 30 / np.pi:.6g} rpm "
-        if has_spindle_dependent_loads(scene)
-        else ""
-    )
+    return f"at {SpindleSpeedFunction(scene.spindle).start_speed * 30 / np.pi:.6g} rpm " if has_spindle_dependent_loads(scene) else ""

@@ -68,9 +68,7 @@ class ReducedWithFallback(Engine):
 
 
 def _run_engine(engine: Engine, scene: Scene, request: RunRequest) -> Trajectory:
-    return engine.run(
-        scene, times=request.times, accuracy=request.accuracy, certify=request.certify, reason=request.reason
-    )
+    return engine.run(scene, times=request.times, accuracy=request.accuracy, certify=request.certify, reason=request.reason)
 
 
 def select_engine(name: str, scene: Scene, accuracy: float | None = None) -> tuple[Engine, str]:

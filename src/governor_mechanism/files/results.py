@@ -88,9 +88,7 @@ def summarise_run(run: Trajectory) -> dict[str, Any]:
         "units": dict(run.units),
         "mobility": run.mobility,
         "events": [asdict(event) for event in run.events],
-        "largest_joint_forces": {
-            name: float(np.max(one.magnitude, initial=0.0)) for name, one in run.reactions.items()
-        },
+        "largest_joint_forces": {name: float(np.max(one.magnitude, initial=0.0)) for name, one in run.reactions.items()},
         "notes": list(run.notes),
         "cost": asdict(run.cost),
         "versions": package_versions(),

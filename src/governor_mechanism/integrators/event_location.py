@@ -19,19 +19,11 @@ OVERSHOOT_RATIO = 0.05
 
 @jit_internal
 def evaluate_events_at_state(
-    system: System,
-    workspace: SystemWorkspace,
-    input_cubics: FloatArray,
-    local_time: float,
-    state: FloatArray,
-    event_values: FloatArray,
+    system: System, workspace: SystemWorkspace, input_cubics: FloatArray, local_time: float, state: FloatArray, event_values: FloatArray
 ) -> None:
     """What is watched, at a state whose slope was the last to be evaluated."""
     n_bodies = system.bodies.size
-    poses, velocities = (
-        state[: 3 * n_bodies].reshape(n_bodies, 3),
-        state[3 * n_bodies : 6 * n_bodies].reshape(n_bodies, 3),
-    )
+    poses, velocities = (state[: 3 * n_bodies].reshape(n_bodies, 3), state[3 * n_bodies : 6 * n_bodies].reshape(n_bodies, 3))
     evaluate_multibody_event_functions(
         system.output_rows,
         system.event_functions,
@@ -67,38 +59,20 @@ def bracket_first_event(
     marks (PARTS, watches) are known at both ends. Something that begins at nought, as a body that has just left a
     stop, must have been below it first, unless it rises at once.
     """
-    event_table, last_sample, n_coordinates = (
-        system.event_functions,
-        EVENT_SAMPLE_FRACTIONS.size - 1,
-        3 * system.bodies.size,
-    )
+    event_table, last_sample, n_coordinates = (system.event_functions, EVENT_SAMPLE_FRACTIONS.size - 1, 3 * system.bodies.size)
     has_force_events = False
     for i in range(event_table.size):
         has_force_events = has_force_events or event_table[i].kind == FORCE_EVENT
     for j in range(1, last_sample):
         interpolate_quintic_hermite(
-            state_start,
-            derivative_start,
-            state_end,
-            derivative_end,
-            n_coordinates,
-            h,
-            EVENT_SAMPLE_FRACTIONS[j],
-            trial_state,
+            state_start, derivative_start, state_end, derivative_end, n_coordinates, h, EVENT_SAMPLE_FRACTIONS[j], trial_state
         )
         if has_force_events:
             evaluate_state_derivative_inline(
-                system,
-                workspace,
-                input_cubics,
-                local_time + EVENT_SAMPLE_FRACTIONS[j] * h,
-                trial_state,
-                trial_derivative,
+                system, workspace, input_cubics, local_time + EVENT_SAMPLE_FRACTIONS[j] * h, trial_state, trial_derivative
             )
             counters[2] += 1
-        evaluate_events_at_state(
-            system, workspace, input_cubics, local_time + EVENT_SAMPLE_FRACTIONS[j] * h, trial_state, event_values[j]
-        )
+        evaluate_events_at_state(system, workspace, input_cubics, local_time + EVENT_SAMPLE_FRACTIONS[j] * h, trial_state, event_values[j])
     low = high = 2.0
     for i in range(event_table.size):
         tolerance = event_table[i].tolerance
@@ -112,11 +86,7 @@ def bracket_first_event(
             if j == last_sample or not armed:
                 continue
             fraction, maximum = locate_parabola_maximum(
-                EVENT_SAMPLE_FRACTIONS[j],
-                EVENT_SAMPLE_FRACTIONS[1],
-                event_values[j - 1, i],
-                event_values[j, i],
-                event_values[j + 1, i],
+                EVENT_SAMPLE_FRACTIONS[j], EVENT_SAMPLE_FRACTIONS[1], event_values[j - 1, i], event_values[j, i], event_values[j + 1, i]
             )
             negative_before = fraction > EVENT_SAMPLE_FRACTIONS[j] or event_values[j - 1, i] < -tolerance
             if maximum > 0.0 and fraction < high and negative_before and _is_positive_at(
@@ -124,11 +94,7 @@ def bracket_first_event(
                 has_force_events, counters,
             ):  # fmt: skip
                 low, high = (
-                    (
-                        EVENT_SAMPLE_FRACTIONS[j - 1]
-                        if fraction <= EVENT_SAMPLE_FRACTIONS[j]
-                        else EVENT_SAMPLE_FRACTIONS[j]
-                    ),
+                    (EVENT_SAMPLE_FRACTIONS[j - 1] if fraction <= EVENT_SAMPLE_FRACTIONS[j] else EVENT_SAMPLE_FRACTIONS[j]),
                     fraction,
                 )
                 break
@@ -143,10 +109,7 @@ def locate_parabola_maximum(
 
     A little is added for what a parabola does not tell; no height where it has no summit there.
     """
-    second_difference, central_difference = (
-        value_before - 2.0 * value_middle + value_after,
-        0.5 * (value_after - value_before),
-    )
+    second_difference, central_difference = (value_before - 2.0 * value_middle + value_after, 0.5 * (value_after - value_before))
     if not second_difference < 0.0 or abs(central_difference) > -second_difference:
         return midpoint, -1.0
     spread = max(value_before, value_middle, value_after) - min(value_before, value_middle, value_after)
@@ -176,13 +139,9 @@ def _is_positive_at(
     counters: IntArray,
 ) -> bool:
     """Whether a mark is above nought at a part of the step."""
-    interpolate_quintic_hermite(
-        state_start, derivative_start, state_end, derivative_end, 3 * system.bodies.size, h, fraction, trial_state
-    )
+    interpolate_quintic_hermite(state_start, derivative_start, state_end, derivative_end, 3 * system.bodies.size, h, fraction, trial_state)
     if has_force_events:
-        evaluate_state_derivative_inline(
-            system, workspace, input_cubics, local_time + fraction * h, trial_state, trial_derivative
-        )
+        evaluate_state_derivative_inline(system, workspace, input_cubics, local_time + fraction * h, trial_state, trial_derivative)
         counters[2] += 1
     values = end_values.copy()
     evaluate_events_at_state(system, workspace, input_cubics, local_time + fraction * h, trial_state, values)

@@ -7,21 +7,9 @@ import math
 import numpy as np
 
 from governor_mechanism.integrators.event_location import bracket_first_event, evaluate_events_at_state
-from governor_mechanism.integrators.tableau import (
-    DENSE_NODES,
-    DENSE_STAGES,
-    DENSE_WEIGHTS,
-    ERROR_3,
-    ERROR_5,
-    NODES,
-    STAGES,
-    WEIGHTS,
-)
+from governor_mechanism.integrators.tableau import DENSE_NODES, DENSE_STAGES, DENSE_WEIGHTS, ERROR_3, ERROR_5, NODES, STAGES, WEIGHTS
 from governor_mechanism.mechanics.dynamics.constraint_solver import apply_jacobian, solve_schur_band, subtract_minv_jt
-from governor_mechanism.mechanics.dynamics.equations_of_motion import (
-    evaluate_state_derivative_inline,
-    project_state_inline,
-)
+from governor_mechanism.mechanics.dynamics.equations_of_motion import evaluate_state_derivative_inline, project_state_inline
 from governor_mechanism.mechanics.dynamics.lowering import System, SystemWorkspace
 from governor_mechanism.mechanics.dynamics.output_forces import EVENT_SAMPLE_FRACTIONS
 from governor_mechanism.numerics.jit import jit, jit_internal
@@ -97,10 +85,7 @@ def integrate_projected_dop853(
     last_stage_state = np.empty(state.size)
     dense_coefficients = np.empty((7, state.size))
     is_full_rank = (
-        _evaluate_stage_derivative(
-            system, workspace, input_cubics, 0.0, state, stage_derivatives[0], counters, constraint_tolerance
-        )
-        > 0.0
+        _evaluate_stage_derivative(system, workspace, input_cubics, 0.0, state, stage_derivatives[0], counters, constraint_tolerance) > 0.0
     )  # else joints are redundant
     t, n_reached, n_stiff, n_nonstiff, n_retries = start, 0, 0, 0, 0
     pivot_ratio = previous_pivot_ratio = 1.0
@@ -129,14 +114,7 @@ def integrate_projected_dop853(
             min_pivot_ratio = min(
                 min_pivot_ratio,
                 _evaluate_stage_derivative(
-                    system,
-                    workspace,
-                    input_cubics,
-                    local_time,
-                    stage_state,
-                    stage_derivatives[stage],
-                    counters,
-                    constraint_tolerance,
+                    system, workspace, input_cubics, local_time, stage_state, stage_derivatives[stage], counters, constraint_tolerance
                 ),
             )
         last_stage_state[:] = stage_state
@@ -144,14 +122,7 @@ def integrate_projected_dop853(
         min_pivot_ratio = min(
             min_pivot_ratio,
             _evaluate_stage_derivative(
-                system,
-                workspace,
-                input_cubics,
-                t - start + h,
-                state_end,
-                stage_derivatives[12],
-                counters,
-                constraint_tolerance,
+                system, workspace, input_cubics, t - start + h, state_end, stage_derivatives[12], counters, constraint_tolerance
             ),
         )
         if is_full_rank and min_pivot_ratio < MIN_STAGE_PIVOT_RATIO and n_retries < MAX_SINGULAR_RETRIES:
@@ -161,12 +132,7 @@ def integrate_projected_dop853(
             continue
         error_norm = (
             _compute_error_norm(
-                system,
-                workspace,
-                stage_derivatives,
-                error_scale,
-                h,
-                is_full_rank and min_pivot_ratio < NEAR_SINGULAR_PIVOT_RATIO,
+                system, workspace, stage_derivatives, error_scale, h, is_full_rank and min_pivot_ratio < NEAR_SINGULAR_PIVOT_RATIO
             )
             / tolerance
         )
@@ -193,21 +159,13 @@ def integrate_projected_dop853(
                 )
             _prepare_dense_output(state, state_end, stage_derivatives, h, dense_coefficients)
             while n_reached < output_times.size and output_times[n_reached] <= t_next:
-                _evaluate_dense_output(
-                    state, dense_coefficients, (output_times[n_reached] - t) / h, output_states[n_reached]
-                )
+                _evaluate_dense_output(state, dense_coefficients, (output_times[n_reached] - t) / h, output_states[n_reached])
                 _project_state_vector(
-                    system,
-                    workspace,
-                    input_cubics,
-                    output_times[n_reached] - start,
-                    output_states[n_reached],
-                    constraint_tolerance,
+                    system, workspace, input_cubics, output_times[n_reached] - start, output_states[n_reached], constraint_tolerance
                 )
                 n_reached += 1
         at_stability_limit = (
-            h * _estimate_dominant_eigenvalue(stage_derivatives, state_end, last_stage_state, error_scale)
-            > STABILITY_LIMIT
+            h * _estimate_dominant_eigenvalue(stage_derivatives, state_end, last_stage_state, error_scale) > STABILITY_LIMIT
         )
         if has_events:
             state_start[:], derivative_start[:] = state, stage_derivatives[0]
@@ -230,9 +188,7 @@ def integrate_projected_dop853(
             ),
         )
         if has_events:
-            evaluate_events_at_state(
-                system, workspace, input_cubics, t - start, state, event_values[EVENT_SAMPLE_FRACTIONS.size - 1]
-            )
+            evaluate_events_at_state(system, workspace, input_cubics, t - start, state, event_values[EVENT_SAMPLE_FRACTIONS.size - 1])
             low, high = bracket_first_event(
                 system,
                 workspace,
@@ -254,19 +210,13 @@ def integrate_projected_dop853(
                 return INTEGRATION_EVENT, h, n_reached_before, t_start
             event_values[0] = event_values[EVENT_SAMPLE_FRACTIONS.size - 1]
         step_factor = min(6.0, max(0.3, 0.9 * max(error_norm, 1e-30) ** -0.125))
-        step = (
-            max(step, h * step_factor) if is_last_step else h * step_factor
-        )  # a last step may be cut to next to nothing
+        step = max(step, h * step_factor) if is_last_step else h * step_factor  # a last step may be cut to next to nothing
         n_stiff, n_nonstiff = (n_stiff + 1, 0) if at_stability_limit else (n_stiff, n_nonstiff + 1)
         if n_nonstiff >= N_NONSTIFF_STEPS:
             n_stiff = 0
         if is_full_rank and pivot_ratio < min(previous_pivot_ratio, STEERING_PIVOT_RATIO):
             step = _steer_step_over_singularity(math.sqrt(pivot_ratio), math.sqrt(previous_pivot_ratio), h, step)
-        if (
-            n_stiff >= N_STIFF_STEPS
-            and not has_events
-            and end - t > (MIN_STEPS_TO_SWITCH + MIN_STEPS_TO_SWITCH_PER_STATE * state.size) * h
-        ):
+        if n_stiff >= N_STIFF_STEPS and not has_events and end - t > (MIN_STEPS_TO_SWITCH + MIN_STEPS_TO_SWITCH_PER_STATE * state.size) * h:
             return INTEGRATION_STIFF, step, n_reached, t
     return INTEGRATION_DONE, step, n_reached, t
 
@@ -300,16 +250,9 @@ def _evaluate_stage_derivative(
     if 0.0 < pivot_ratio < NEAR_SINGULAR_PIVOT_RATIO:
         projected_state = state.copy()
         _project_state_vector(
-            system,
-            workspace,
-            input_cubics,
-            local_time,
-            projected_state,
-            SINGULAR_CONSTRAINT_TOLERANCE_RATIO * constraint_tolerance,
+            system, workspace, input_cubics, local_time, projected_state, SINGULAR_CONSTRAINT_TOLERANCE_RATIO * constraint_tolerance
         )
-        pivot_ratio = evaluate_state_derivative_inline(
-            system, workspace, input_cubics, local_time, projected_state, derivative
-        )
+        pivot_ratio = evaluate_state_derivative_inline(system, workspace, input_cubics, local_time, projected_state, derivative)
         counters[2] += 1
     if pivot_ratio == 0.0:
         counters[3] += 1
@@ -318,18 +261,10 @@ def _evaluate_stage_derivative(
 
 @jit_internal
 def _project_state_vector(
-    system: System,
-    workspace: SystemWorkspace,
-    input_cubics: FloatArray,
-    local_time: float,
-    state: FloatArray,
-    constraint_tolerance: float,
+    system: System, workspace: SystemWorkspace, input_cubics: FloatArray, local_time: float, state: FloatArray, constraint_tolerance: float
 ) -> None:
     n_bodies = system.bodies.size
-    poses, velocities = (
-        state[: 3 * n_bodies].reshape(n_bodies, 3),
-        state[3 * n_bodies : 6 * n_bodies].reshape(n_bodies, 3),
-    )
+    poses, velocities = (state[: 3 * n_bodies].reshape(n_bodies, 3), state[3 * n_bodies : 6 * n_bodies].reshape(n_bodies, 3))
     project_state_inline(system, workspace, input_cubics, local_time, poses, velocities, constraint_tolerance)
 
 
@@ -346,12 +281,7 @@ def _combine_stages(
 
 @jit_internal
 def _compute_error_norm(
-    system: System,
-    workspace: SystemWorkspace,
-    stage_derivatives: FloatArray,
-    error_scale: FloatArray,
-    h: float,
-    near_singular: bool,
+    system: System, workspace: SystemWorkspace, stage_derivatives: FloatArray, error_scale: FloatArray, h: float, near_singular: bool
 ) -> float:
     """The error of one step, as Hairer combines those of order 5 and 3.
 
@@ -383,13 +313,7 @@ def _project_error(system: System, workspace: SystemWorkspace, error: FloatArray
         error_block = error[3 * n_bodies * block : 3 * n_bodies * (block + 1)].reshape(n_bodies, 3)
         apply_jacobian(system.constraint_rows.row_bodies, workspace.jacobian, error_block, workspace.multipliers)
         solve_schur_band(workspace.band, workspace.factor, workspace.multipliers)
-        subtract_minv_jt(
-            system.constraint_rows.row_bodies,
-            workspace.jacobian,
-            system.inverse_mass,
-            workspace.multipliers,
-            error_block,
-        )
+        subtract_minv_jt(system.constraint_rows.row_bodies, workspace.jacobian, system.inverse_mass, workspace.multipliers, error_block)
 
 
 @jit_internal

@@ -8,16 +8,8 @@ import numpy as np
 from scipy.integrate import Radau
 from scipy.linalg import qr
 
-from governor_mechanism.integrators.projected_dop853 import (
-    INTEGRATION_DONE,
-    INTEGRATION_STALLED,
-    INTEGRATION_STEP_LIMIT,
-)
-from governor_mechanism.mechanics.dynamics.equations_of_motion import (
-    N_AUXILIARY_STATES,
-    evaluate_state_derivative,
-    project_state,
-)
+from governor_mechanism.integrators.projected_dop853 import INTEGRATION_DONE, INTEGRATION_STALLED, INTEGRATION_STEP_LIMIT
+from governor_mechanism.mechanics.dynamics.equations_of_motion import N_AUXILIARY_STATES, evaluate_state_derivative, project_state
 from governor_mechanism.mechanics.dynamics.lowering import System, SystemWorkspace
 from governor_mechanism.mechanics.kinematics.constraint_kernels import evaluate_jacobian
 from governor_mechanism.numerics.least_squares import RANK_TOLERANCE
@@ -42,9 +34,7 @@ class _CoordinatePartition:
 class RadauIntegrator:
     """Steps one system by Radau IIA of order 5 with error control; `scale` as in `dop853.integrate`."""
 
-    def __init__(
-        self, system: System, workspace: SystemWorkspace, error_scale: FloatArray, constraint_tolerance: float
-    ) -> None:
+    def __init__(self, system: System, workspace: SystemWorkspace, error_scale: FloatArray, constraint_tolerance: float) -> None:
         self._system, self._workspace, self._error_scale, self._constraint_tolerance = (
             system,
             workspace,
@@ -71,15 +61,11 @@ class RadauIntegrator:
         while t < end:
             partition = self._choose_partition(state)
             solver = Radau(
-                lambda time, z, partition=partition: self._evaluate_derivative(
-                    partition, input_cubics, time - cubics_start, z
-                ),
+                lambda time, z, partition=partition: self._evaluate_derivative(partition, input_cubics, time - cubics_start, z),
                 t,
                 self._reduce_state(partition, state),
                 end,
-                jac=lambda time, z, partition=partition: self._evaluate_jacobian(
-                    partition, input_cubics, time - cubics_start, z
-                ),
+                jac=lambda time, z, partition=partition: self._evaluate_jacobian(partition, input_cubics, time - cubics_start, z),
                 first_step=min(step, end - t),
                 rtol=max(tolerance, 2.3e-14),
                 atol=tolerance * self._reduce_state(partition, self._error_scale),
@@ -94,10 +80,7 @@ class RadauIntegrator:
                 dense_output = solver.dense_output()
                 while n_reached < output_times.size and output_times[n_reached] <= solver.t:
                     output_states[n_reached] = self._expand_state(
-                        partition,
-                        input_cubics,
-                        output_times[n_reached] - cubics_start,
-                        dense_output(output_times[n_reached]),
+                        partition, input_cubics, output_times[n_reached] - cubics_start, dense_output(output_times[n_reached])
                     )
                     n_reached += 1
                 t, step = solver.t, solver.step_size or step
@@ -131,27 +114,20 @@ class RadauIntegrator:
             self._free_coordinates(),
         )
         scaled_jacobian: FloatArray = (
-            constraint_jacobian.reshape(len(constraint_jacobian), poses.size)[:, free_coordinates]
-            * self._error_scale[free_coordinates]
+            constraint_jacobian.reshape(len(constraint_jacobian), poses.size)[:, free_coordinates] * self._error_scale[free_coordinates]
         )
         return scaled_jacobian
 
     def _is_ill_conditioned(self, partition: _CoordinatePartition) -> bool:
-        dependent = self._scaled_constraint_jacobian(partition.poses)[
-            :, ~np.isin(self._free_coordinates(), partition.independent)
-        ]
+        dependent = self._scaled_constraint_jacobian(partition.poses)[:, ~np.isin(self._free_coordinates(), partition.independent)]
         singular_values = np.linalg.svd(dependent, compute_uv=False)
         return bool(singular_values.size and singular_values[-1] < MIN_PARTITION_RATIO * singular_values[0])
 
     def _reduce_state(self, partition: _CoordinatePartition, state: FloatArray) -> FloatArray:
         n_coordinates = 3 * self._n_bodies
-        return np.concatenate(
-            [state[partition.independent], state[n_coordinates + partition.independent], state[-N_AUXILIARY_STATES:]]
-        )
+        return np.concatenate([state[partition.independent], state[n_coordinates + partition.independent], state[-N_AUXILIARY_STATES:]])
 
-    def _expand_state(
-        self, partition: _CoordinatePartition, input_cubics: FloatArray, local_time: float, z: FloatArray
-    ) -> FloatArray:
+    def _expand_state(self, partition: _CoordinatePartition, input_cubics: FloatArray, local_time: float, z: FloatArray) -> FloatArray:
         """The state of all bodies, joints closed, that the chosen coordinates and their speeds stand for."""
         n_coordinates, n_independent = 3 * self._n_bodies, len(partition.independent)
         poses, velocities = partition.poses.copy(), np.zeros_like(partition.poses)
@@ -159,9 +135,7 @@ class RadauIntegrator:
             z[:n_independent],
             z[n_independent : 2 * n_independent],
         )
-        project_state(
-            partition.system, self._workspace, input_cubics, local_time, poses, velocities, self._constraint_tolerance
-        )
+        project_state(partition.system, self._workspace, input_cubics, local_time, poses, velocities, self._constraint_tolerance)
         state = np.empty(2 * n_coordinates + N_AUXILIARY_STATES)
         state[:n_coordinates], state[n_coordinates : 2 * n_coordinates], state[-N_AUXILIARY_STATES:] = (
             poses.ravel(),
@@ -170,9 +144,7 @@ class RadauIntegrator:
         )
         return state
 
-    def _evaluate_jacobian(
-        self, partition: _CoordinatePartition, input_cubics: FloatArray, local_time: float, z: FloatArray
-    ) -> FloatArray:
+    def _evaluate_jacobian(self, partition: _CoordinatePartition, input_cubics: FloatArray, local_time: float, z: FloatArray) -> FloatArray:
         """Derivatives of the slope by differences; work and the spindle's angle act on nothing."""
         derivative = self._evaluate_derivative(partition, input_cubics, local_time, z)
         result = np.zeros((z.size, z.size))
@@ -180,9 +152,7 @@ class RadauIntegrator:
         for k in (*range(z.size - N_AUXILIARY_STATES), z.size - 1):
             z_shifted = z.copy()
             z_shifted[k] += steps[k]
-            result[:, k] = (self._evaluate_derivative(partition, input_cubics, local_time, z_shifted) - derivative) / (
-                z_shifted[k] - z[k]
-            )
+            result[:, k] = (self._evaluate_derivative(partition, input_cubics, local_time, z_shifted) - derivative) / (z_shifted[k] - z[k])
         return result
 
     def _evaluate_derivative(
@@ -190,6 +160,4 @@ class RadauIntegrator:
     ) -> FloatArray:
         state = self._expand_state(partition, input_cubics, local_time, z)
         self.n_evaluations += 1
-        return self._reduce_state(
-            partition, evaluate_state_derivative(self._system, self._workspace, input_cubics, local_time, state)
-        )
+        return self._reduce_state(partition, evaluate_state_derivative(self._system, self._workspace, input_cubics, local_time, state))

@@ -7,21 +7,8 @@ from typing import NamedTuple
 
 import numpy as np
 
-from governor_mechanism.integrators.tableau import (
-    DENSE_NODES,
-    DENSE_STAGES,
-    DENSE_WEIGHTS,
-    ERROR_3,
-    ERROR_5,
-    NODES,
-    STAGES,
-    WEIGHTS,
-)
-from governor_mechanism.mechanics.reduction.equation_of_motion import (
-    N_QUADRATURES,
-    ReducedModel,
-    evaluate_equation_of_motion,
-)
+from governor_mechanism.integrators.tableau import DENSE_NODES, DENSE_STAGES, DENSE_WEIGHTS, ERROR_3, ERROR_5, NODES, STAGES, WEIGHTS
+from governor_mechanism.mechanics.reduction.equation_of_motion import N_QUADRATURES, ReducedModel, evaluate_equation_of_motion
 from governor_mechanism.mechanics.reduction.lowering import IS_CONSERVATIVE
 from governor_mechanism.mechanics.reduction.node_evaluation import POTENTIAL_COLUMN, QUADRATIC_COLUMN
 from governor_mechanism.mechanics.reduction.table import find_piece
@@ -46,9 +33,7 @@ class Stages(NamedTuple):
 
 def make_stages() -> Stages:
     """Room for a step."""
-    return Stages(
-        np.zeros(16), np.zeros(16), np.zeros((16, N_QUADRATURES)), np.zeros((2 + N_QUADRATURES, 7)), np.zeros(1)
-    )
+    return Stages(np.zeros(16), np.zeros(16), np.zeros((16, N_QUADRATURES)), np.zeros((2 + N_QUADRATURES, 7)), np.zeros(1))
 
 
 @jit_internal
@@ -131,11 +116,7 @@ def _take_conservative_step(
 def _stage_increments(stage: int, rates: FloatArray, accelerations: FloatArray) -> tuple[float, float, float]:
     """The weighed means of rates and accelerations up to a stage, and its part of the step; stage 12 is its end."""
     if stage < 12:
-        node, mean_rate, mean_acceleration = (
-            NODES[stage],
-            STAGES[stage, 0] * rates[0],
-            STAGES[stage, 0] * accelerations[0],
-        )
+        node, mean_rate, mean_acceleration = (NODES[stage], STAGES[stage, 0] * rates[0], STAGES[stage, 0] * accelerations[0])
         for k in range(FIRST_NONZERO_STAGE[stage], stage):
             mean_rate += STAGES[stage, k] * rates[k]
             mean_acceleration += STAGES[stage, k] * accelerations[k]
@@ -167,18 +148,14 @@ def error_norm(
 
 
 @jit_internal
-def conservative_error_norm(
-    rates: FloatArray, accelerations: FloatArray, coordinate_scale: float, time_scale: float, h: float
-) -> float:
+def conservative_error_norm(rates: FloatArray, accelerations: FloatArray, coordinate_scale: float, time_scale: float, h: float) -> float:
     """The same where nothing flows."""
     fifth, third = _squared_errors(rates, accelerations, 1.0 / coordinate_scale, time_scale / coordinate_scale)
     return _combine_error_orders(fifth, third, h, 2.0)
 
 
 @jit_internal
-def _squared_errors(
-    first: FloatArray, second: FloatArray, first_scale: float, second_scale: float
-) -> tuple[float, float]:
+def _squared_errors(first: FloatArray, second: FloatArray, first_scale: float, second_scale: float) -> tuple[float, float]:
     """The squares of the errors of order 5 and 3 of two numbers, per second, summed."""
     first_five = first_three = second_five = second_three = 0.0
     for k in range(12):
@@ -198,9 +175,7 @@ def _combine_error_orders(fifth: float, third: float, h: float, n_components: fl
 
 
 @jit_internal
-def estimate_stiffness(
-    rates: FloatArray, accelerations: FloatArray, q_last_stage: FloatArray, q_end: float, v_end: float
-) -> float:
+def estimate_stiffness(rates: FloatArray, accelerations: FloatArray, q_last_stage: FloatArray, q_end: float, v_end: float) -> float:
     """The fastest rate (1/s) at which neighbouring motions come together, as the last two stages tell it."""
     derivative_change = (rates[12] - rates[11]) ** 2 + (accelerations[12] - accelerations[11]) ** 2
     state_change = (q_end - q_last_stage[0]) ** 2 + (v_end - rates[11]) ** 2
@@ -209,23 +184,10 @@ def estimate_stiffness(
 
 @jit_internal
 def prepare_dense_output(
-    model: ReducedModel,
-    local_time: float,
-    h: float,
-    q: float,
-    v: float,
-    q_end: float,
-    v_end: float,
-    piece_index: int,
-    stages: Stages,
+    model: ReducedModel, local_time: float, h: float, q: float, v: float, q_end: float, v_end: float, piece_index: int, stages: Stages
 ) -> int:
     """Prepare stages.dense for what lies within a step, of three more evaluations; -1, or the side to lay on."""
-    rates, accelerations, quadrature_rates, dense = (
-        stages.rates,
-        stages.accelerations,
-        stages.quadrature_rates,
-        stages.dense,
-    )
+    rates, accelerations, quadrature_rates, dense = (stages.rates, stages.accelerations, stages.quadrature_rates, stages.dense)
     coefficients, intervals, neighbours, periodicity, is_conservative = (
         model.coefficients,
         model.intervals,
@@ -244,9 +206,9 @@ def prepare_dense_output(
         v_stage = v + h * mean_acceleration
         rates[13 + extra] = v_stage
         if is_conservative:
-            accelerations[13 + extra] = evaluate_piece(
-                coefficients, piece_index, QUADRATIC_COLUMN, t
-            ) * v_stage * v_stage + evaluate_piece(coefficients, piece_index, POTENTIAL_COLUMN, t)
+            accelerations[13 + extra] = evaluate_piece(coefficients, piece_index, QUADRATIC_COLUMN, t) * v_stage * v_stage + evaluate_piece(
+                coefficients, piece_index, POTENTIAL_COLUMN, t
+            )
         else:
             stage_time = local_time + DENSE_NODES[extra] * h
             accelerations[13 + extra] = evaluate_equation_of_motion(
@@ -270,9 +232,7 @@ def mean_stage_derivative(derivatives: FloatArray) -> float:
 
 
 @jit_internal
-def _fill_dense_coefficients(
-    derivatives: FloatArray, change: float, h: float, dense: FloatArray, component: int
-) -> None:
+def _fill_dense_coefficients(derivatives: FloatArray, change: float, h: float, dense: FloatArray, component: int) -> None:
     dense[component, 0] = change
     dense[component, 1] = h * derivatives[0] - change
     dense[component, 2] = 2.0 * change - h * (derivatives[12] + derivatives[0])
@@ -290,8 +250,7 @@ def evaluate_dense_output(dense: FloatArray, component: int, fraction: float) ->
     total = (dense[component, 6] * p + dense[component, 5]) * remainder + dense[component, 4]
     return float(
         (
-            (((total * p + dense[component, 3]) * remainder + dense[component, 2]) * p + dense[component, 1])
-            * remainder
+            (((total * p + dense[component, 3]) * remainder + dense[component, 2]) * p + dense[component, 1]) * remainder
             + dense[component, 0]
         )
         * p

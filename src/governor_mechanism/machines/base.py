@@ -69,9 +69,7 @@ class Machine(ABC):
             signed, max_size = field.metadata["signed"], field.metadata["most"]
             if not (MIN_DIMENSION <= (abs(value) or MIN_DIMENSION) <= max_size and (signed or value > 0)):
                 required = "a finite" if signed else "a positive"
-                problems.append(
-                    f"{field.name} must be {required} number between {MIN_DIMENSION:g} and {max_size:g} in SI; got {value:g}"
-                )
+                problems.append(f"{field.name} must be {required} number between {MIN_DIMENSION:g} and {max_size:g} in SI; got {value:g}")
         if problems:
             raise MechanismError(*problems)
 
@@ -103,9 +101,7 @@ class Machine(ABC):
         """All dimensions by name, in SI, those left out filled with what they stand for."""
 
 
-def unsupported_effect_messages(
-    machine: str, effects: Iterable[Effect], supported: tuple[type[Effect], ...] = ()
-) -> tuple[str, ...]:
+def unsupported_effect_messages(machine: str, effects: Iterable[Effect], supported: tuple[type[Effect], ...] = ()) -> tuple[str, ...]:
     """Sentences about effects that bodies are built from, for a machine that has none of them but those it `has`."""
     explanations = {
         RodMasses: "rods are those of a governor with arms and links",

@@ -11,15 +11,7 @@ from typing import Final
 from governor_mechanism.machines.base import MIN_DIMENSION
 from governor_mechanism.model.curves import SplineCurve
 from governor_mechanism.model.force_elements import Damper, ForceElement, Spring, TorsionDamper, TorsionSpring
-from governor_mechanism.model.joints import (
-    GROUND,
-    CurveSlot,
-    Distance,
-    Joint,
-    Point,
-    RotationalDriver,
-    TranslationalDriver,
-)
+from governor_mechanism.model.joints import GROUND, CurveSlot, Distance, Joint, Point, RotationalDriver, TranslationalDriver
 from governor_mechanism.model.mechanism import Body, Limit, Mechanism, PointCoordinate, Reading, SecondMoments
 
 CUSTOM_MACHINE: Final = "custom"
@@ -51,10 +43,7 @@ def rod_shape(mass: float, length: float) -> BodyShape:
 def disc_shape(mass: float, radius: float, thickness: float = 0.0) -> BodyShape:
     """A uniform disc in the plane, its centre in the origin."""
     moment_in_plane = mass * radius**2 / 4
-    return BodyShape(
-        second_moments=SecondMoments(xx=moment_in_plane, yy=moment_in_plane, zz=mass * thickness**2 / 12),
-        extent=2 * radius,
-    )
+    return BodyShape(second_moments=SecondMoments(xx=moment_in_plane, yy=moment_in_plane, zz=mass * thickness**2 / 12), extent=2 * radius)
 
 
 def plate_shape(mass: float, width: float, height: float, thickness: float = 0.0) -> BodyShape:
@@ -85,9 +74,7 @@ class SketchedBody:
     @property
     def body(self) -> Body:
         """The same body as engines know it."""
-        return Body(
-            name=self.name, mass=self.mass, second_moments=self.shape.second_moments, can_rotate=self.can_rotate
-        )
+        return Body(name=self.name, mass=self.mass, second_moments=self.shape.second_moments, can_rotate=self.can_rotate)
 
     @property
     def pose(self) -> tuple[float, float, float]:
@@ -97,9 +84,7 @@ class SketchedBody:
 
     def point(self, position: _Vector2) -> Point:
         """A place in the body's own axes as a point counted from the mass centre."""
-        return Point(
-            body=self.name, x=position[0] - self.shape.mass_centre[0], y=position[1] - self.shape.mass_centre[1]
-        )
+        return Point(body=self.name, x=position[0] - self.shape.mass_centre[0], y=position[1] - self.shape.mass_centre[1])
 
 
 class InitialConfiguration:
@@ -134,9 +119,7 @@ def _rotate_point(point: _Vector2, angle: float) -> _Vector2:
     return cosine * point[0] - sine * point[1], sine * point[0] + cosine * point[1]
 
 
-def length_scale_of(
-    bodies: Sequence[SketchedBody], joints: Iterable[Joint], force_elements: Iterable[ForceElement]
-) -> float:
+def length_scale_of(bodies: Sequence[SketchedBody], joints: Iterable[Joint], force_elements: Iterable[ForceElement]) -> float:
     """The length that accuracies refer to: of the widest body or longest link, else of the sketch; 0 if there is none.
 
     A body is as wide as its marked points lie apart, whether they have names or only joints and loads use them.
@@ -146,36 +129,24 @@ def length_scale_of(
     for point in (*_attachment_points(joints), *_attachment_points(force_elements)):
         if point.body in points_by_body:
             points_by_body[point.body].append(point)
-    distances_on_body = [
-        math.hypot(p.x - q.x, p.y - q.y) for points in points_by_body.values() for p, q in combinations(points, 2)
-    ]
-    max_distance_on_body = max(
-        [*distances_on_body, *(joint.length for joint in joints if isinstance(joint, Distance))], default=0.0
-    )
+    distances_on_body = [math.hypot(p.x - q.x, p.y - q.y) for points in points_by_body.values() for p, q in combinations(points, 2)]
+    max_distance_on_body = max([*distances_on_body, *(joint.length for joint in joints if isinstance(joint, Distance))], default=0.0)
     configuration = InitialConfiguration(bodies)
     positions = [
         configuration.position(point)
-        for point in (
-            *_attachment_points(joints),
-            *_attachment_points(force_elements),
-            *(body.point((0.0, 0.0)) for body in bodies),
-        )
+        for point in (*_attachment_points(joints), *_attachment_points(force_elements), *(body.point((0.0, 0.0)) for body in bodies))
     ]
     distances = (math.dist(p, q) for p, q in combinations(set(positions), 2))
     max_extent = max((body.shape.extent for body in bodies), default=0.0)
     # Places reckoned in different ways differ by rounding, which is no width.
-    return next(
-        (size for size in (max_distance_on_body, max_extent, max(distances, default=0.0)) if size >= MIN_DIMENSION), 0.0
-    )
+    return next((size for size in (max_distance_on_body, max_extent, max(distances, default=0.0)) if size >= MIN_DIMENSION), 0.0)
 
 
 def _attachment_points(connections: Iterable[Joint | ForceElement]) -> list[Point]:
     return [end for one in connections for end in vars(one).values() if isinstance(end, Point)]
 
 
-def unconnected_bodies(
-    bodies: Iterable[str], joints: Iterable[Joint], force_elements: Iterable[ForceElement]
-) -> list[str]:
+def unconnected_bodies(bodies: Iterable[str], joints: Iterable[Joint], force_elements: Iterable[ForceElement]) -> list[str]:
     """The bodies without any chain of joints, springs or dampers to the ground."""
     connecting_types = (Spring, Damper, TorsionSpring, TorsionDamper)
     connections = [(joint.first.body, joint.second.body) for joint in joints]
@@ -210,9 +181,7 @@ def build_custom_mechanism(
     length_scale: float,
 ) -> Mechanism:
     """The mechanism of a sketch; a run ends by name where a point leaves the table of its slot."""
-    slots = [
-        (slot, slot.curve) for slot in joints if isinstance(slot, CurveSlot) and isinstance(slot.curve, SplineCurve)
-    ]
+    slots = [(slot, slot.curve) for slot in joints if isinstance(slot, CurveSlot) and isinstance(slot.curve, SplineCurve)]
     return Mechanism(
         bodies=tuple(body.body for body in bodies),
         joints=tuple(joints),

@@ -13,13 +13,7 @@ from governor_mechanism.model.mechanism import Body, SecondMoments
 from governor_mechanism.model.time_functions import PrescribedMotion
 
 CRANK, CROSSHEAD, VALVE, CONNECTING_ROD = "crank", "crosshead", "valve", "connecting rod"
-SHAFT, CRANK_DRIVER, CRANK_PIN, GUDGEON_PIN, CROSSHEAD_GUIDE = (
-    "shaft",
-    "drive",
-    "crank pin",
-    "gudgeon",
-    "crosshead guide",
-)
+SHAFT, CRANK_DRIVER, CRANK_PIN, GUDGEON_PIN, CROSSHEAD_GUIDE = ("shaft", "drive", "crank pin", "gudgeon", "crosshead guide")
 
 PLACEHOLDER_MASS = 1e-6
 """kg: what a part without mass has in the engines. Its motion is the drive's whatever it weighs (a test holds that),
@@ -36,10 +30,7 @@ def driven_crank_joints(speed: float, start_angle: float, mass_centre: float = 0
     return (
         Pin(name=SHAFT, first=Point(body=GROUND), second=on_crank),
         RotationalDriver(
-            name=CRANK_DRIVER,
-            first=Point(body=GROUND),
-            second=on_crank,
-            motion=PrescribedMotion.constant_rate(start_angle, speed),
+            name=CRANK_DRIVER, first=Point(body=GROUND), second=on_crank, motion=PrescribedMotion.constant_rate(start_angle, speed)
         ),
     )
 

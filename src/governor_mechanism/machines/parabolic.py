@@ -38,9 +38,7 @@ class ParabolicGovernor(Machine):
     def __post_init__(self) -> None:
         super().__post_init__()
         if self.inner_radius >= self.outer_radius:
-            raise MechanismError(
-                f"inner_radius ({self.inner_radius:g} m) must be less than outer_radius ({self.outer_radius:g} m)"
-            )
+            raise MechanismError(f"inner_radius ({self.inner_radius:g} m) must be less than outer_radius ({self.outer_radius:g} m)")
 
     def mechanism(self) -> Mechanism:
         """Balls on their curves, at one height; the sleeve on the spindle, lifted twice as far."""
@@ -60,9 +58,7 @@ class ParabolicGovernor(Machine):
                 CurveSlot(name="left guide", first=ground, second=left, curve=curve),
                 ProportionalDisplacement(name="balls in step", first=right, second=left, ratio=1.0, angle=up),
                 Slider(name="spindle guide", first=ground, second=sleeve, angle=up),
-                ProportionalDisplacement(
-                    name="lift", first=right, second=sleeve, ratio=2.0, angle=up, offset=-self.sleeve_drop
-                ),
+                ProportionalDisplacement(name="lift", first=right, second=sleeve, ratio=2.0, angle=up, offset=-self.sleeve_drop),
             ),
             readings=(
                 PointCoordinate(name="ball_radius", quantity="length", point=right, direction_x=1.0, direction_y=0.0),
@@ -77,11 +73,7 @@ class ParabolicGovernor(Machine):
             ),
             coordinate="ball_radius",
             length_scale=self.outer_radius,
-            initial_guess=(
-                (middle_radius, height, 0.0),
-                (-middle_radius, height, 0.0),
-                (0.0, 2 * height - self.sleeve_drop, 0.0),
-            ),
+            initial_guess=((middle_radius, height, 0.0), (-middle_radius, height, 0.0), (0.0, 2 * height - self.sleeve_drop, 0.0)),
             limits=(
                 Limit(
                     reading="ball_radius",
@@ -113,6 +105,4 @@ class ParabolicGovernor(Machine):
         radius = values.get("ball_radius")
         if not isinstance(radius, float) or self.inner_radius < radius < self.outer_radius:
             return ()
-        return (
-            f"start.ball_radius ({radius:g} m) lies beyond the guide, {self.inner_radius:g} to {self.outer_radius:g} m",
-        )
+        return (f"start.ball_radius ({radius:g} m) lies beyond the guide, {self.inner_radius:g} to {self.outer_radius:g} m",)

@@ -55,20 +55,12 @@ class SlideValve(Machine):
     eccentric_rod: float | None = dimension_field(
         "length", "from the eccentric's centre to the valve; endless if left out", default=None, omission_word="endless"
     )
-    advance: float = dimension_field(
-        "angle", "by which the eccentric runs ahead of a right angle to the crank", signed=True
-    )
-    outside_lap: float = dimension_field(
-        "length", "by which the valve in its middle covers the outer edges", signed=True
-    )
-    inside_lap: float = dimension_field(
-        "length", "by which it covers the inner edges; negative leaves them open", default=0.0, signed=True
-    )
+    advance: float = dimension_field("angle", "by which the eccentric runs ahead of a right angle to the crank", signed=True)
+    outside_lap: float = dimension_field("length", "by which the valve in its middle covers the outer edges", signed=True)
+    inside_lap: float = dimension_field("length", "by which it covers the inner edges; negative leaves them open", default=0.0, signed=True)
     crank_speed: float = dimension_field("angular_speed", "of the crank, which is driven")
     crank_start: float = dimension_field("angle", "of the crank at the start", default=0.0, signed=True)
-    setting: str = choice_field(
-        (EQUAL_LEADS, MIDDLE, EQUAL_CUT_OFFS), "what the centre of the valve's swing is set for"
-    )
+    setting: str = choice_field((EQUAL_LEADS, MIDDLE, EQUAL_CUT_OFFS), "what the centre of the valve's swing is set for")
 
     def __post_init__(self) -> None:
         super().__post_init__()
@@ -158,9 +150,7 @@ class SlideValve(Machine):
 
         def cut_off_difference(offset: float) -> float:
             crank_end_cut_off = self._piston_displacement(self._crank_angle_at(offset + self.outside_lap, rising=False))
-            head_end_cut_off = 2 * self.crank - self._piston_displacement(
-                self._crank_angle_at(offset - self.outside_lap, rising=True)
-            )
+            head_end_cut_off = 2 * self.crank - self._piston_displacement(self._crank_angle_at(offset - self.outside_lap, rising=True))
             return head_end_cut_off - crank_end_cut_off
 
         for _ in range(N_BISECTIONS):
@@ -173,9 +163,7 @@ class SlideValve(Machine):
         """Crank angle (rad) at which the valve passes a place (m) beyond the middle of its extremes."""
         # Between its dead centres the valve goes one way only.
         outermost_angle = math.pi / 2 - self.advance
-        low, high = (
-            (outermost_angle - math.pi, outermost_angle) if rising else (outermost_angle + math.pi, outermost_angle)
-        )
+        low, high = (outermost_angle - math.pi, outermost_angle) if rising else (outermost_angle + math.pi, outermost_angle)
         for _ in range(N_BISECTIONS):
             midpoint = 0.5 * (low + high)
             low, high = (low, midpoint) if self._valve_displacement(midpoint) > displacement else (midpoint, high)
@@ -242,9 +230,7 @@ class SlideValve(Machine):
 
 
 def _axial_coordinate(name: str, body: str, sign: float, zero: float) -> Reading:
-    return PointCoordinate(
-        name=name, quantity="length", point=Point(body=body), direction_x=sign, direction_y=0.0, zero=zero
-    )
+    return PointCoordinate(name=name, quantity="length", point=Point(body=body), direction_x=sign, direction_y=0.0, zero=zero)
 
 
 def _rod_joint(name: str, driving: Point, driven: Point, length: float | None) -> Joint:

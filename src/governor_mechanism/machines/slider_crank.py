@@ -43,9 +43,7 @@ class SliderCrank(Machine):
     crank: float = dimension_field("length", "from the shaft to the crank pin")
     connecting_rod: float = dimension_field("length", "from the crank pin to the crosshead")
     crank_speed: float = dimension_field("angular_speed", "of the crank, which is driven")
-    crank_start: float = dimension_field(
-        "angle", "of the crank at the start, from the outer dead centre", default=0.0, signed=True
-    )
+    crank_start: float = dimension_field("angle", "of the crank at the start, from the outer dead centre", default=0.0, signed=True)
 
     def __post_init__(self) -> None:
         super().__post_init__()
@@ -58,20 +56,14 @@ class SliderCrank(Machine):
         Raises MechanismError for a mass that lies beyond the rod.
         """
         parts = self._build_parts(masses)
-        rod_end = (
-            Point(body=CROSSHEAD)
-            if parts.crosshead_mass
-            else Point(body=CONNECTING_ROD, x=self.connecting_rod - parts.rod_centre)
-        )
+        rod_end = Point(body=CROSSHEAD) if parts.crosshead_mass else Point(body=CONNECTING_ROD, x=self.connecting_rod - parts.rod_centre)
         crank_pin = Point(body=CRANK, x=self.crank - parts.crank_centre)
         return Mechanism(
             bodies=self._bodies(parts),
             joints=self._joints(parts, crank_pin, rod_end),
             readings=(
                 BodyAngle(name="crank_angle", quantity="angle", body=CRANK),
-                PointCoordinate(
-                    name="crosshead_distance", quantity="length", point=rod_end, direction_x=1.0, direction_y=0.0
-                ),
+                PointCoordinate(name="crosshead_distance", quantity="length", point=rod_end, direction_x=1.0, direction_y=0.0),
                 LineAngle(name="rod_angle", quantity="angle", start=crank_pin, end=rod_end, zero=math.pi / 2),
             ),
             coordinate="crank_angle",
@@ -103,9 +95,7 @@ class SliderCrank(Machine):
     def _build_parts(self, masses: CrankMasses | None) -> _CrankTrainParts:
         """The parts as they are built; one without mass that cannot be left out gets a stand-in's."""
         if masses is None:
-            return _CrankTrainParts(
-                crank=placeholder_crank(self.crank, PLACEHOLDER_MASS), crosshead_mass=PLACEHOLDER_MASS
-            )
+            return _CrankTrainParts(crank=placeholder_crank(self.crank, PLACEHOLDER_MASS), crosshead_mass=PLACEHOLDER_MASS)
         rod_centre = 0.5 * self.connecting_rod if masses.rod_centre is None else masses.rod_centre
         if rod_centre > self.connecting_rod:
             raise MechanismError(
@@ -125,9 +115,7 @@ class SliderCrank(Machine):
     def _bodies(self, parts: _CrankTrainParts) -> tuple[Body, ...]:
         bodies = [parts.crank]
         if parts.rod_mass:
-            bodies.append(
-                Body(name=CONNECTING_ROD, mass=parts.rod_mass, second_moments=SecondMoments(xx=parts.rod_inertia))
-            )
+            bodies.append(Body(name=CONNECTING_ROD, mass=parts.rod_mass, second_moments=SecondMoments(xx=parts.rod_inertia)))
         if parts.crosshead_mass:
             bodies.append(Body(name=CROSSHEAD, mass=parts.crosshead_mass, can_rotate=False))
         return tuple(bodies)

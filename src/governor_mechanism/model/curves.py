@@ -34,9 +34,7 @@ class SplineCurve(Curve):
 
     def __post_init__(self) -> None:
         if len(self.x) != len(self.y) or len(self.x) < 2:
-            raise MechanismError(
-                f"the table of a curve needs two points or more, x and y each; got {len(self.x)} and {len(self.y)}"
-            )
+            raise MechanismError(f"the table of a curve needs two points or more, x and y each; got {len(self.x)} and {len(self.y)}")
         for x, y in zip(self.x, self.y, strict=True):
             require_finite(x, "m", "x of a curve's point")
             require_finite(y, "m", "y of a curve's point")

@@ -125,6 +125,4 @@ class Force(ForceElement):
 def _require_distinct_bodies(element: ForceElement) -> None:
     first, second = element.bodies
     if first == second:
-        raise MechanismError(
-            f"load {element.name!r} acts between body {first!r} and itself; it needs two different bodies"
-        )
+        raise MechanismError(f"load {element.name!r} acts between body {first!r} and itself; it needs two different bodies")

@@ -35,9 +35,7 @@ class Joint:
 
     def __post_init__(self) -> None:
         if self.first.body == self.second.body:
-            raise MechanismError(
-                f"joint {self.name!r} joins body {self.first.body!r} to itself; a joint needs two different bodies"
-            )
+            raise MechanismError(f"joint {self.name!r} joins body {self.first.body!r} to itself; a joint needs two different bodies")
 
 
 @dataclass(frozen=True, kw_only=True)

@@ -198,9 +198,7 @@ class Mechanism:
             for body in sorted(bodies - {GROUND, *names})
         ]
         if len(self.initial_guess) != len(self.bodies):
-            problems.append(
-                f"the sketch has {len(self.initial_guess)} poses for {len(self.bodies)} bodies; one each is needed"
-            )
+            problems.append(f"the sketch has {len(self.initial_guess)} poses for {len(self.bodies)} bodies; one each is needed")
         if problems:
             raise MechanismError(*problems)
 

@@ -122,13 +122,9 @@ class RunSettings:
         if self.duration > MAX_DURATION:
             raise MechanismError(f"duration of the run must be at most {MAX_DURATION:g} s; got {self.duration:g} s")
         if self.output_interval > self.duration:
-            raise MechanismError(
-                f"`output_interval` ({self.output_interval:g} s) must not exceed `duration` ({self.duration:g} s)"
-            )
+            raise MechanismError(f"`output_interval` ({self.output_interval:g} s) must not exceed `duration` ({self.duration:g} s)")
         if self.accuracy >= 1:
-            raise MechanismError(
-                f"accuracy must be below 1 (it is relative to each reading's scale); got {self.accuracy:g}"
-            )
+            raise MechanismError(f"accuracy must be below 1 (it is relative to each reading's scale); got {self.accuracy:g}")
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -160,9 +156,7 @@ class Scene:
                 'write plane = "turning", or leave the spindle out'
             )
         if isinstance(self.spindle, FreeSpindle) and has_turning_part and not self.has_centrifugal:
-            raise MechanismError(
-                "a free spindle is slowed by what turns with it; list effects.centrifugal, or give spindle.speed"
-            )
+            raise MechanismError("a free spindle is slowed by what turns with it; list effects.centrifugal, or give spindle.speed")
 
         for effect in self.output_effects:
             self.part.mechanism.reading(effect.reading)  # refuses one that does not exist

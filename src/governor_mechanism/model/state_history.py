@@ -28,12 +28,7 @@ class StateHistory:
         arrays = (self.times, self.poses, self.velocities, self.work, self.dissipated_energy, self.spindle_state)
         times, poses, velocities, work, dissipated_energy, spindle_state = (array[indices] for array in arrays)
         return StateHistory(
-            times=times,
-            poses=poses,
-            velocities=velocities,
-            work=work,
-            dissipated_energy=dissipated_energy,
-            spindle_state=spindle_state,
+            times=times, poses=poses, velocities=velocities, work=work, dissipated_energy=dissipated_energy, spindle_state=spindle_state
         )
 
     def first(self, count: int) -> StateHistory:

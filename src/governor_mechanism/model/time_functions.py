@@ -48,9 +48,7 @@ class PrescribedMotion:
             raise MechanismError("a motion needs two points or more; Motion.steady gives one of constant speed")
         for before, after in zip(self.times, self.times[1:], strict=False):
             if after <= before:
-                raise MechanismError(
-                    f"times of a motion must rise; {after:g} s follows {before:g} s, and nothing is driven in a jump"
-                )
+                raise MechanismError(f"times of a motion must rise; {after:g} s follows {before:g} s, and nothing is driven in a jump")
 
     @classmethod
     def constant_rate(cls, start_value: float, rate: float) -> PrescribedMotion:

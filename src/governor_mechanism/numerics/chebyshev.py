@@ -18,9 +18,7 @@ N_CHEBYSHEV_NODES = 12
 CHEBYSHEV_NODES = -np.cos(np.pi * (np.arange(N_CHEBYSHEV_NODES) + 0.5) / N_CHEBYSHEV_NODES)
 """(COUNT,) ascending, from -1 to 1: zeros of a Chebyshev polynomial, so none is an end."""
 
-BARYCENTRIC_WEIGHTS = (-1.0) ** np.arange(N_CHEBYSHEV_NODES) * np.sin(
-    np.pi * (np.arange(N_CHEBYSHEV_NODES) + 0.5) / N_CHEBYSHEV_NODES
-)
+BARYCENTRIC_WEIGHTS = (-1.0) ** np.arange(N_CHEBYSHEV_NODES) * np.sin(np.pi * (np.arange(N_CHEBYSHEV_NODES) + 0.5) / N_CHEBYSHEV_NODES)
 """(COUNT,) of the barycentric formula for these nodes."""
 
 STAGNATION_RATIO = 0.1
@@ -32,12 +30,7 @@ VALUES_TO_CHEBYSHEV = np.ascontiguousarray(_CHEBYSHEV_TRANSFORM)
 """Values at the nodes to coefficients of Chebyshev polynomials."""
 
 CHEBYSHEV_TO_POWERS = np.ascontiguousarray(
-    np.array(
-        [
-            np.pad(chebyshev.cheb2poly(one), (0, N_CHEBYSHEV_NODES))[:N_CHEBYSHEV_NODES]
-            for one in np.eye(N_CHEBYSHEV_NODES)
-        ]
-    ).T
+    np.array([np.pad(chebyshev.cheb2poly(one), (0, N_CHEBYSHEV_NODES))[:N_CHEBYSHEV_NODES] for one in np.eye(N_CHEBYSHEV_NODES)]).T
 )
 """Those to coefficients of powers, lowest first. Rounding stays small because the high ones of a good fit are."""
 
@@ -59,9 +52,7 @@ def fit_piece(values: FloatArray, coefficients: FloatArray) -> tuple[float, bool
         for j in range(k, N_CHEBYSHEV_NODES):
             total += CHEBYSHEV_TO_POWERS[k, j] * chebyshev_coefficients[j]
         coefficients[k] = total
-    truncation_error = max(
-        abs(chebyshev_coefficients[N_CHEBYSHEV_NODES - 2]), abs(chebyshev_coefficients[N_CHEBYSHEV_NODES - 1])
-    )
+    truncation_error = max(abs(chebyshev_coefficients[N_CHEBYSHEV_NODES - 2]), abs(chebyshev_coefficients[N_CHEBYSHEV_NODES - 1]))
     preceding_terms = max(
         abs(chebyshev_coefficients[N_CHEBYSHEV_NODES - 5]),
         abs(chebyshev_coefficients[N_CHEBYSHEV_NODES - 4]),
@@ -74,15 +65,9 @@ def _evaluate_piece(table: FloatArray, piece: int, column: int, t: float) -> flo
     """The polynomial table[piece, column] at t, summed in a tree: a chain would wait for each of its sums."""
     t2 = t * t
     t4 = t2 * t2
-    low = (table[piece, column, 0] + table[piece, column, 1] * t) + (
-        table[piece, column, 2] + table[piece, column, 3] * t
-    ) * t2
-    middle = (table[piece, column, 4] + table[piece, column, 5] * t) + (
-        table[piece, column, 6] + table[piece, column, 7] * t
-    ) * t2
-    high = (table[piece, column, 8] + table[piece, column, 9] * t) + (
-        table[piece, column, 10] + table[piece, column, 11] * t
-    ) * t2
+    low = (table[piece, column, 0] + table[piece, column, 1] * t) + (table[piece, column, 2] + table[piece, column, 3] * t) * t2
+    middle = (table[piece, column, 4] + table[piece, column, 5] * t) + (table[piece, column, 6] + table[piece, column, 7] * t) * t2
+    high = (table[piece, column, 8] + table[piece, column, 9] * t) + (table[piece, column, 10] + table[piece, column, 11] * t) * t2
     return float(low + (middle + high * t4) * t4)
 
 

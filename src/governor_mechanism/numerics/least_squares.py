@@ -80,9 +80,7 @@ def _factorise_normal_matrix(rows: FloatArray) -> tuple[Any, Any] | None:
     if not (np.all(np.isfinite(normal_matrix.data)) and np.all(diagonal > 0)):
         return None
     try:
-        factorisation = splu(
-            normal_matrix, permc_spec="MMD_AT_PLUS_A", diag_pivot_thresh=0.0, options={"SymmetricMode": True}
-        )
+        factorisation = splu(normal_matrix, permc_spec="MMD_AT_PLUS_A", diag_pivot_thresh=0.0, options={"SymmetricMode": True})
     except RuntimeError:  # a pivot is nothing at all
         return None
     pivots = factorisation.U.diagonal() / diagonal[np.argsort(factorisation.perm_c)]

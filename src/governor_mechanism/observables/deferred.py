@@ -14,11 +14,7 @@ from governor_mechanism.model.scene import Scene
 from governor_mechanism.model.state_history import StateHistory
 from governor_mechanism.model.trajectory import Reaction
 from governor_mechanism.observables.reactions import compute_reactions
-from governor_mechanism.observables.singular_configurations import (
-    DenseOutput,
-    SampledMotion,
-    find_singular_configurations,
-)
+from governor_mechanism.observables.singular_configurations import DenseOutput, SampledMotion, find_singular_configurations
 from governor_mechanism.types import IntArray
 
 StateProvider = Callable[[], tuple[StateHistory, DenseOutput | None]]
@@ -43,13 +39,9 @@ class DeferredMotionAnalysis:
 
     def reactions(self) -> dict[str, Reaction]:
         """Of every joint, by name."""
-        contact_modes = (
-            tuple(np.array(self.contact_modes, dtype=object)[self.reported_indices]) if self.contact_modes else ()
-        )
+        contact_modes = tuple(np.array(self.contact_modes, dtype=object)[self.reported_indices]) if self.contact_modes else ()
         return compute_reactions(
-            self.scene.part.mechanism,
-            self.reported_states.poses,
-            self._evaluate_dynamics(self.reported_states, contact_modes),
+            self.scene.part.mechanism, self.reported_states.poses, self._evaluate_dynamics(self.reported_states, contact_modes)
         )
 
     def events(self) -> tuple[Event, ...]:
@@ -59,18 +51,11 @@ class DeferredMotionAnalysis:
 
     def _find_singular_configurations(self) -> tuple[Event, ...]:
         history, dense_output = (
-            (self.monitor_states, self.dense_output)
-            if isinstance(self.monitor_states, StateHistory)
-            else self.monitor_states()
+            (self.monitor_states, self.dense_output) if isinstance(self.monitor_states, StateHistory) else self.monitor_states()
         )
         motion_dynamics = self._evaluate_dynamics(history, self.contact_modes)
         motion = SampledMotion(
-            history.times,
-            history.poses,
-            history.velocities,
-            motion_dynamics.accelerations,
-            motion_dynamics.pivot_ratios,
-            dense_output,
+            history.times, history.poses, history.velocities, motion_dynamics.accelerations, motion_dynamics.pivot_ratios, dense_output
         )
         return tuple(find_singular_configurations(self.scene.part.mechanism, motion, self.mobility))
 

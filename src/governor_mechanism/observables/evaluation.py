@@ -10,12 +10,7 @@ import numpy as np
 from governor_mechanism.mechanics.dynamics.characteristic_scales import time_scale
 from governor_mechanism.mechanics.dynamics.contacts import ContactMode, output_spring_energy, output_springs_of
 from governor_mechanism.mechanics.dynamics.force_elements import spring_potential_energy as spring_potential
-from governor_mechanism.mechanics.dynamics.force_laws import (
-    free_spindle_speed,
-    gravitational_energy,
-    spindle_inertia,
-    spindle_inertia_rate,
-)
+from governor_mechanism.mechanics.dynamics.force_laws import free_spindle_speed, gravitational_energy, spindle_inertia, spindle_inertia_rate
 from governor_mechanism.mechanics.kinematics.assembly import PositionSolver, assembly_notes
 from governor_mechanism.mechanics.kinematics.constraint_equations import ConstraintEquations
 from governor_mechanism.mechanics.kinematics.output_variables import evaluate_output, evaluate_output_value
@@ -88,9 +83,7 @@ class ReadingEvaluator:
         """1 rad or the machine's size for positions; mass, size and time scale for what the spindle does."""
         by_quantity = {"angle": 1.0, "length": self.mechanism.length_scale}
         scales = {reading.name: by_quantity[reading.quantity] for reading in self.mechanism.readings}
-        scales |= {
-            output.name: self.energy_scale / self.mechanism.length_scale for output in self.mechanism.derived_forces
-        }
+        scales |= {output.name: self.energy_scale / self.mechanism.length_scale for output in self.mechanism.derived_forces}
         if self.is_rotating_plane:
             scales["spindle_speed"] = 1.0 / self.time_scale
         if self.has_free_spindle:
@@ -124,9 +117,7 @@ class ReadingEvaluator:
         reported_states, monitor_states, observables = result.reported_states, result.monitor_states, result.observables
         position_solver = PositionSolver(self.mechanism)
         mobility = (
-            position_solver.count_degrees_of_freedom(reported_states.poses[0])
-            if len(reported_states.times)
-            else position_solver.mobility
+            position_solver.count_degrees_of_freedom(reported_states.poses[0]) if len(reported_states.times) else position_solver.mobility
         )
         return Trajectory(
             scene=self.scene,
@@ -166,9 +157,7 @@ class ReadingEvaluator:
         if not isinstance(spindle, FreeSpindle) or not len(times):
             return self.speed_function(times)
         own_inertia = spindle.inertia
-        initial_momentum = (
-            own_inertia + self.evaluate_spindle_inertia(self._initial_poses[np.newaxis])[0]
-        ) * spindle.start_speed
+        initial_momentum = (own_inertia + self.evaluate_spindle_inertia(self._initial_poses[np.newaxis])[0]) * spindle.start_speed
         torque = CubicTimeFunction(spindle.torque)
         momentum = initial_momentum + np.array([torque.integral(0.0, float(time)) for time in times])
         speeds: FloatArray = free_spindle_speed(momentum, own_inertia + self.evaluate_spindle_inertia(poses))
@@ -180,9 +169,7 @@ class ReadingEvaluator:
         (n,) J, found from their power between the stations; None where nothing does any.
         """
         has_drives = any(isinstance(joint, RotationalDriver | TranslationalDriver) for joint in self.mechanism.joints)
-        has_nonconservative_loads = any(
-            not isinstance(load, Spring | TorsionSpring) for load in self.mechanism.force_elements
-        )
+        has_nonconservative_loads = any(not isinstance(load, Spring | TorsionSpring) for load in self.mechanism.force_elements)
         if not (has_drives or has_nonconservative_loads or self.has_free_spindle) or len(history.times) < 2:
             return None
         return -integrate_work(self.scene, history, self.evaluate_spindle_speeds)
@@ -193,12 +180,8 @@ class ReadingEvaluator:
 
     def compare_observables(self, better: Observables, worse: Observables) -> dict[str, float]:
         """Largest difference of each reading, each rate (named 'rate of ...') and the joints, in SI."""
-        differences = {
-            name: _largest_difference(values, worse.readings[name]) for name, values in better.readings.items()
-        }
-        differences |= {
-            f"rate of {name}": _largest_difference(values, worse.rates[name]) for name, values in better.rates.items()
-        }
+        differences = {name: _largest_difference(values, worse.readings[name]) for name, values in better.readings.items()}
+        differences |= {f"rate of {name}": _largest_difference(values, worse.rates[name]) for name, values in better.rates.items()}
         differences["joint_gap"] = float(np.max(better.joint_gap, initial=0.0))
         return differences
 
@@ -214,10 +197,7 @@ class ReadingEvaluator:
         exits = []
         for limit in self.mechanism.limits:
             value = evaluate_output_value(self.mechanism, limit.reading, poses)
-            for is_outside, message in (
-                (~(value > limit.low), limit.low_message),
-                (~(value < limit.high), limit.high_message),
-            ):
+            for is_outside, message in ((~(value > limit.low), limit.low_message), (~(value < limit.high), limit.high_message)):
                 if is_outside.any():
                     exits.append((int(np.argmax(is_outside)), f"{limit.reading}: {message}"))
         return min(exits) if exits else None
@@ -247,13 +227,7 @@ class ReadingEvaluator:
         """J (n,) kg m2 of all bodies about the spindle."""
         total: FloatArray = sum(
             (
-                spindle_inertia(
-                    body.mass,
-                    *body.second_moments.in_plane,
-                    body.second_moments.zz,
-                    poses[:, index, 0],
-                    poses[:, index, 2],
-                )
+                spindle_inertia(body.mass, *body.second_moments.in_plane, body.second_moments.zz, poses[:, index, 0], poses[:, index, 2])
                 for index, body in enumerate(self.mechanism.bodies)
             ),
             np.zeros(len(poses)),
@@ -269,15 +243,11 @@ class ReadingEvaluator:
             potential += gravitational_energy(body.mass, self.scene.gravity, history.poses[:, index, 1])
         potential += spring_potential(self.mechanism, history.poses)
         for spring in output_springs_of(self.scene):
-            potential += output_spring_energy(
-                spring, evaluate_output_value(self.mechanism, spring.reading, history.poses)
-            )
+            potential += output_spring_energy(spring, evaluate_output_value(self.mechanism, spring.reading, history.poses))
         rotation = np.zeros_like(kinetic)
         if self.is_spindle_loaded:
             own_inertia = self.scene.spindle.inertia if isinstance(self.scene.spindle, FreeSpindle) else 0.0
-            rotation = (
-                0.5 * (own_inertia + self.evaluate_spindle_inertia(history.poses)) * history.spindle_state[:, 1] ** 2
-            )
+            rotation = 0.5 * (own_inertia + self.evaluate_spindle_inertia(history.poses)) * history.spindle_state[:, 1] ** 2
         return Energy(
             kinetic=kinetic,
             potential=potential,

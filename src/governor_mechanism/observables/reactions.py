@@ -31,9 +31,7 @@ def compute_reactions(mechanism: Mechanism, poses: FloatArray, motion_dynamics: 
         own_rows = owner == index
         forces = motion_dynamics.joint_forces[:, own_rows].sum(axis=1)
         forces[:, :2] += _point_mass_pin_force(mechanism, joint, motion_dynamics)
-        result[joint.name] = Reaction(
-            force=forces[:, :2], moment=forces[:, 2], determined=~undetermined[:, index] & bool(own_rows.any())
-        )
+        result[joint.name] = Reaction(force=forces[:, :2], moment=forces[:, 2], determined=~undetermined[:, index] & bool(own_rows.any()))
     return result
 
 
@@ -52,9 +50,7 @@ def _find_undetermined(mechanism: Mechanism, poses: FloatArray, pivot_ratios: Fl
     undetermined = np.zeros((len(poses), len(mechanism.joints)), dtype=np.bool_)
     position_solver = PositionSolver(mechanism)
     for i in np.flatnonzero(pivot_ratios < NEAR_DEPENDENT_PIVOT_RATIO):
-        left_singular_vectors, singular_values, _ = np.linalg.svd(
-            position_solver.scaled_joint_jacobian(poses[i]), full_matrices=True
-        )
+        left_singular_vectors, singular_values, _ = np.linalg.svd(position_solver.scaled_joint_jacobian(poses[i]), full_matrices=True)
         rank = int(np.sum(singular_values > RANK_TOLERANCE * singular_values[0])) if singular_values.size else 0
         participating = np.any(np.abs(left_singular_vectors[:, rank:]) > MIN_PARTICIPATION_RATIO, axis=1)
         undetermined[i, np.unique(position_solver.equations.joint_indices[participating])] = True

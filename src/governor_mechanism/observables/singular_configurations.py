@@ -124,25 +124,17 @@ def _find_change_points(mechanism: Mechanism, motion: SampledMotion) -> list[Eve
     events = []
     for k in range(1, len(times) - 1):
         if not (
-            singularity_angle[k] < NEAR_CHANGE_POINT_ANGLE
-            and singularity_angle[k - 1] >= singularity_angle[k] < singularity_angle[k + 1]
+            singularity_angle[k] < NEAR_CHANGE_POINT_ANGLE and singularity_angle[k - 1] >= singularity_angle[k] < singularity_angle[k + 1]
         ):
             continue
-        paths = (
-            motion.quintic_interpolant(k - 1),
-            motion.quintic_interpolant(k),
-        )  # no engine likes to stop within a change point
+        paths = (motion.quintic_interpolant(k - 1), motion.quintic_interpolant(k))  # no engine likes to stop within a change point
 
-        def singular_value_ratio(
-            time: float, middle: float = times[k], paths: tuple[MotionPath, MotionPath] = paths
-        ) -> float:
+        def singular_value_ratio(time: float, middle: float = times[k], paths: tuple[MotionPath, MotionPath] = paths) -> float:
             poses, _ = paths[int(time >= middle)](time)
             singular_values = np.linalg.svd(position_solver.scaled_joint_jacobian(poses), compute_uv=False)
             return float(singular_values[-1] / singular_values[0])
 
-        result = minimize_scalar(
-            singular_value_ratio, bounds=(times[k - 1], times[k + 1]), method="bounded", options={"xatol": 1e-12}
-        )
+        result = minimize_scalar(singular_value_ratio, bounds=(times[k - 1], times[k + 1]), method="bounded", options={"xatol": 1e-12})
         if result.fun < CHANGE_POINT_SINGULAR_VALUE_RATIO:
             events.append(Event(time=float(result.x), kind="change point", subject="the mechanism"))
     return events

@@ -51,18 +51,13 @@ def compute_static_force(scene: Scene, reading: str, poses: FloatArray) -> Float
     if not len(poses):
         return np.zeros(0)
     part = scene.part
-    undriven_joints = tuple(
-        joint for joint in part.mechanism.joints if not isinstance(joint, TranslationalDriver | RotationalDriver)
-    )
+    undriven_joints = tuple(joint for joint in part.mechanism.joints if not isinstance(joint, TranslationalDriver | RotationalDriver))
     mechanism = replace(part.mechanism, joints=undriven_joints)
     reduction = SingleDofReduction(replace(scene, parts=(replace(part, mechanism=mechanism),)))
     coefficients = reduction.evaluate_at_poses(poses, evaluate_output_value(mechanism, mechanism.coordinate, poses))
     reading_derivative = reduction.output_derivative(coefficients, reading)
     force: FloatArray = np.divide(
-        coefficients.potential_derivative,
-        reading_derivative,
-        out=np.full_like(reading_derivative, np.inf),
-        where=reading_derivative != 0.0,
+        coefficients.potential_derivative, reading_derivative, out=np.full_like(reading_derivative, np.inf), where=reading_derivative != 0.0
     )
     return force
 
@@ -72,8 +67,6 @@ def _spring_force(mechanism: Mechanism, name: str, poses: FloatArray) -> FloatAr
     if not isinstance(spring, Spring):
         spring_names = [load.name for load in mechanism.force_elements if isinstance(load, Spring)]
         raise MechanismError(f"there is no spring {name!r} among the loads; springs are {spring_names}")
-    separation = body_point(mechanism, spring.second).position(poses) - body_point(mechanism, spring.first).position(
-        poses
-    )
+    separation = body_point(mechanism, spring.second).position(poses) - body_point(mechanism, spring.first).position(poses)
     force: FloatArray = spring_force(spring.stiffness, spring.free_length, np.linalg.norm(separation, axis=-1))
     return force

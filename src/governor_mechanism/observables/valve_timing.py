@@ -70,9 +70,7 @@ def evaluate_at_crank_angles(scene: Scene, angles: FloatArray) -> ValveKinematic
         return {name: values[inverse_order] for name, values in sorted_arrays.items()}
 
     return ValveKinematics(
-        in_given_order(solution.readings),
-        in_given_order(solution.rates),
-        in_given_order(solution.reading_accelerations),
+        in_given_order(solution.readings), in_given_order(solution.rates), in_given_order(solution.reading_accelerations)
     )
 
 
@@ -107,9 +105,7 @@ def _find_valve_dead_centres(scene: Scene) -> tuple[float, float]:
     angles = grid[[int(np.argmin(displacements)), int(np.argmax(displacements))]]
     for _ in range(MAX_EVENT_ITERATIONS):
         valve_kinematics = evaluate_at_crank_angles(scene, angles)
-        steps = (
-            -valve_kinematics.derivatives[VALVE_DISPLACEMENT] / valve_kinematics.second_derivatives[VALVE_DISPLACEMENT]
-        )
+        steps = -valve_kinematics.derivatives[VALVE_DISPLACEMENT] / valve_kinematics.second_derivatives[VALVE_DISPLACEMENT]
         angles = angles + steps
         if np.max(np.abs(steps)) < DEAD_CENTRE_TOLERANCE:
             break
@@ -124,10 +120,7 @@ def _find_zero_crossings(scene: Scene, brackets: Sequence[tuple[str, float, floa
     angles = 0.5 * (low + high)
     for _ in range(MAX_EVENT_ITERATIONS):
         valve_kinematics = evaluate_at_crank_angles(scene, angles)
-        values, derivatives = (
-            _select_readings(valve_kinematics.readings, names),
-            _select_readings(valve_kinematics.derivatives, names),
-        )
+        values, derivatives = (_select_readings(valve_kinematics.readings, names), _select_readings(valve_kinematics.derivatives, names))
         is_past_zero = (values > 0) == rising
         low, high = np.where(is_past_zero, low, angles), np.where(is_past_zero, angles, high)
         steps = np.divide(-values, derivatives, out=np.full_like(values, np.inf), where=derivatives != 0)

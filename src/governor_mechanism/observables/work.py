@@ -35,9 +35,7 @@ QUINTIC_HERMITE_BASIS = np.array(
 """What value, slope and bend at either end of an interval contribute, by powers of the part of it that has passed."""
 
 
-CUBIC_HERMITE_BASIS = np.array(
-    [[1.0, 0.0, -3.0, 2.0], [0.0, 1.0, -2.0, 1.0], [0.0, 0.0, 3.0, -2.0], [0.0, 0.0, -1.0, 1.0]]
-)
+CUBIC_HERMITE_BASIS = np.array([[1.0, 0.0, -3.0, 2.0], [0.0, 1.0, -2.0, 1.0], [0.0, 0.0, 3.0, -2.0], [0.0, 0.0, -1.0, 1.0]])
 """The same of value and slope."""
 
 
@@ -55,9 +53,7 @@ def integrate_work(
     """
 
     def evaluate_motion(times: FloatArray, poses: FloatArray, velocities: FloatArray) -> InverseDynamics:
-        return compute_inverse_dynamics(
-            scene, times, poses, velocities, spindle_speeds(times, poses), contact_modes[: len(times)]
-        )
+        return compute_inverse_dynamics(scene, times, poses, velocities, spindle_speeds(times, poses), contact_modes[: len(times)])
 
     times, poses, velocities = history.times, history.poses, history.velocities
     durations = np.diff(times)
@@ -71,15 +67,9 @@ def integrate_work(
         exponents = np.arange(basis.shape[1])
         powers = fraction**exponents
         power_derivatives = exponents * fraction ** np.maximum(exponents - 1, 0)
-        segment_poses = np.asarray(
-            sum(coefficient * end_value for coefficient, end_value in zip(basis @ powers, end_values, strict=True))
-        )
+        segment_poses = np.asarray(sum(coefficient * end_value for coefficient, end_value in zip(basis @ powers, end_values, strict=True)))
         segment_velocities = np.asarray(
-            sum(
-                coefficient * end_value
-                for coefficient, end_value in zip(basis @ power_derivatives, end_values, strict=True)
-            )
-            / h
+            sum(coefficient * end_value for coefficient, end_value in zip(basis @ power_derivatives, end_values, strict=True)) / h
         )
         segment_times = times[:-1] + fraction * durations
         power = evaluate_motion(segment_times, segment_poses, segment_velocities).power + _compute_dissipated_power(
@@ -105,27 +95,16 @@ def _compute_dissipated_power(
     for k, contact in enumerate(contacts_of(scene) if contact_modes else ()):
         if contact.friction is not None:
             sliding_signs = np.array([mode.sliding_signs[k] for mode in contact_modes[: len(times)]])
-            dissipated_power += (
-                CubicTimeFunction(contact.friction)(times) * sliding_signs * evaluate_rate(contact.output_name)
-            )
+            dissipated_power += CubicTimeFunction(contact.friction)(times) * sliding_signs * evaluate_rate(contact.output_name)
     return dissipated_power
 
 
 def _quintic_end_values(
-    evaluate_motion: Callable[[FloatArray, FloatArray, FloatArray], InverseDynamics],
-    history: StateHistory,
-    h: FloatArray,
+    evaluate_motion: Callable[[FloatArray, FloatArray, FloatArray], InverseDynamics], history: StateHistory, h: FloatArray
 ) -> list[FloatArray]:
     """Value, slope and bend at both ends of every interval of h (s)."""
     times, poses, velocities = history.times, history.poses, history.velocities
     accelerations_after = evaluate_motion(times, poses, velocities).accelerations[:-1]
     # What jumps at a station does so after the interval that ends there.
     accelerations_before = evaluate_motion(np.nextafter(times, -np.inf), poses, velocities).accelerations[1:]
-    return [
-        poses[:-1],
-        h * velocities[:-1],
-        h**2 * accelerations_after,
-        poses[1:],
-        h * velocities[1:],
-        h**2 * accelerations_before,
-    ]
+    return [poses[:-1], h * velocities[:-1], h**2 * accelerations_after, poses[1:], h * velocities[1:], h**2 * accelerations_before]

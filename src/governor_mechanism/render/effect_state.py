@@ -53,9 +53,7 @@ class EffectState:
 
     def find_effect_on(self, kind: type[OutputEffectT], *readings: str) -> OutputEffectT | None:
         """The effect of that kind on one of these readings, where the scene lists it."""
-        return next(
-            (effect for effect in self.effects if isinstance(effect, kind) and effect.reading in readings), None
-        )
+        return next((effect for effect in self.effects if isinstance(effect, kind) and effect.reading in readings), None)
 
     def is_held(self, reading: str, time: float) -> bool:
         """Whether dry friction or a stop holds a reading at a time (s)."""
@@ -68,9 +66,7 @@ class EffectState:
 
     def recent_impact(self, reading: str, time: float) -> StopImpact | None:
         """The last blow that a time (s) still shows."""
-        recent = [
-            impact for impact in self.stop_impacts.get(reading, ()) if 0.0 <= time - impact.time < self.flash_duration
-        ]
+        recent = [impact for impact in self.stop_impacts.get(reading, ()) if 0.0 <= time - impact.time < self.flash_duration]
         return recent[-1] if recent else None
 
 

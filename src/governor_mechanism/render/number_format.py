@@ -69,6 +69,4 @@ def _format_accuracy(run: Trajectory) -> tuple[list[str], bool]:
     if run.error_estimate is None:
         return [f"accuracy not certified ({requested})"], False
     is_missed = run.outcome is Outcome.ACCURACY_MISSED
-    return [
-        f"accurate {'only ' if is_missed else ''}to {format_rounded_up(run.error_estimate)}, {requested}"
-    ], is_missed
+    return [f"accurate {'only ' if is_missed else ''}to {format_rounded_up(run.error_estimate)}, {requested}"], is_missed

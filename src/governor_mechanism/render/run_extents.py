@@ -55,16 +55,11 @@ class RunExtents:
         if not largest > 0.0:
             return 0.0, 0.0
         times = np.array([self.time])
-        x, y = (
-            0.0 if function is None else float(function(times)[0]) / largest
-            for function in self.load_functions[load.name]
-        )
+        x, y = (0.0 if function is None else float(function(times)[0]) / largest for function in self.load_functions[load.name])
         return x, y
 
 
-def measure_run_extents(
-    part: Part, poses: FloatArray, times: FloatArray, effect_state: EffectState = NO_EFFECTS
-) -> RunExtents:
+def measure_run_extents(part: Part, poses: FloatArray, times: FloatArray, effect_state: EffectState = NO_EFFECTS) -> RunExtents:
     """The stage for a run with poses (n, bodies, 3) at times (n,) s, and what acts in it."""
     mechanism = part.mechanism
     paths = drawn_point_paths(mechanism, poses)
@@ -81,15 +76,9 @@ def measure_run_extents(
         # What hardly moves and has no extent is measured by the mechanism's own size.
         length_scale=length_scale if length_scale > 1e-3 * mechanism.length_scale else mechanism.length_scale,
         mean_height=float(paths[..., 1].mean()),
-        joint_travels={
-            joint.name: travel
-            for joint in mechanism.joints
-            if (travel := _joint_travel(mechanism, poses, joint)) is not None
-        },
+        joint_travels={joint.name: travel for joint in mechanism.joints if (travel := _joint_travel(mechanism, poses, joint)) is not None},
         element_lengths={
-            load.name: _length_range(mechanism, poses, load)
-            for load in mechanism.force_elements
-            if isinstance(load, TWO_POINT_ELEMENTS)
+            load.name: _length_range(mechanism, poses, load) for load in mechanism.force_elements if isinstance(load, TWO_POINT_ELEMENTS)
         },
         load_functions=load_functions,
         largest_loads={kind: _largest_load(mechanism, load_functions, kind, times) for kind in (Force, Torque)},
@@ -103,23 +92,14 @@ TWO_POINT_ELEMENTS = (Spring, Damper)
 def drawn_point_paths(mechanism: Mechanism, poses: FloatArray) -> FloatArray:
     """Where all that is marked stands over a run: mass centres, ends of joints and loads, rims of wheels (n, m, 2)."""
     points = [point for joint in mechanism.joints for point in (joint.first, joint.second)]
-    points += [
-        point
-        for load in mechanism.force_elements
-        if isinstance(load, TWO_POINT_ELEMENTS)
-        for point in (load.first, load.second)
-    ]
+    points += [point for load in mechanism.force_elements if isinstance(load, TWO_POINT_ELEMENTS) for point in (load.first, load.second)]
     points += [load.point for load in mechanism.force_elements if isinstance(load, Force)]
     paths = [poses[:, :, :2], *(point_path(mechanism, poses, point)[:, None] for point in dict.fromkeys(points))]
     for joint in mechanism.joints:
         if isinstance(joint, Gear | RackAndPinion):
             centres = [point_path(mechanism, poses, point) for point in (joint.first, joint.second)]
             distance = np.hypot(*np.moveaxis(centres[1] - centres[0], -1, 0))
-            radii = (
-                [np.full(len(poses), abs(joint.radius))]
-                if isinstance(joint, RackAndPinion)
-                else wheel_radii(joint.ratio, distance)
-            )
+            radii = [np.full(len(poses), abs(joint.radius))] if isinstance(joint, RackAndPinion) else wheel_radii(joint.ratio, distance)
             for centre, radius in zip(centres, radii, strict=False):
                 paths += [(centre + sign * radius[:, None])[:, None] for sign in (-1, 1)]
     return np.concatenate(paths, axis=1)
@@ -155,14 +135,10 @@ def _length_range(mechanism: Mechanism, poses: FloatArray, load: Spring | Damper
     return float(lengths.min()), float(lengths.max())
 
 
-def _largest_load(
-    mechanism: Mechanism, load_functions: Mapping[str, LoadFunctions], kind: type[ForceElement], times: FloatArray
-) -> float:
+def _largest_load(mechanism: Mechanism, load_functions: Mapping[str, LoadFunctions], kind: type[ForceElement], times: FloatArray) -> float:
     magnitudes = [0.0]
     for load in mechanism.force_elements:
         if isinstance(load, kind):
-            x, y = (
-                np.zeros(len(times)) if function is None else function(times) for function in load_functions[load.name]
-            )
+            x, y = (np.zeros(len(times)) if function is None else function(times) for function in load_functions[load.name])
             magnitudes.append(float(np.hypot(x, y).max()))
     return max(magnitudes)

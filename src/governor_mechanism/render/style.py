@@ -187,13 +187,7 @@ class Brush:
                     line.set_dashes([length * self._points_per_pixel / width for length in style.dashes])
                 return line
             case _:
-                return PathPatch(
-                    _outline_path(group),
-                    facecolor=style.fill,
-                    edgecolor=style.stroke,
-                    linewidth=width,
-                    joinstyle="round",
-                )
+                return PathPatch(_outline_path(group), facecolor=style.fill, edgecolor=style.stroke, linewidth=width, joinstyle="round")
 
 
 def _group_shapes(shapes: Sequence[DrawnShape]) -> list[list[DrawnShape]]:

@@ -18,11 +18,7 @@ _SI_UNITS = {"angle": "rad", "length": "m"}
 
 
 def check_tables_together(
-    part: Part | None,
-    effects: tuple[Effect, ...],
-    spindle: Spindle | FreeSpindle,
-    start: Start,
-    tables: Mapping[str, Mapping[str, Any]],
+    part: Part | None, effects: tuple[Effect, ...], spindle: Spindle | FreeSpindle, start: Start, tables: Mapping[str, Mapping[str, Any]]
 ) -> Iterable[str]:
     """All of it; `part` is None where the mechanism is not known."""
     if "spindle" not in tables and any(isinstance(effect, Centrifugal) for effect in effects):
@@ -31,23 +27,16 @@ def check_tables_together(
     yield from _check_cycles_per_turn(spindle, tables)
     yield from _check_stops_and_clearance(effects)
     for stops, key in _iterate_stops(effects):
-        yield from tuple(_check_remaining_travel(stops, key, part)) or _check_start_within_stops(
-            stops, key, start, part
-        )
+        yield from tuple(_check_remaining_travel(stops, key, part)) or _check_start_within_stops(stops, key, start, part)
 
 
-def _check_spindle_and_plane(
-    part: Part | None, spindle: Spindle | FreeSpindle, tables: Mapping[str, Mapping[str, Any]]
-) -> Iterable[str]:
+def _check_spindle_and_plane(part: Part | None, spindle: Spindle | FreeSpindle, tables: Mapping[str, Mapping[str, Any]]) -> Iterable[str]:
     """A spindle and a mechanism that do not act upon each other as the file says."""
     is_turning = part is not None and part.plane == TURNING_PLANE
     is_fixed = part is not None and not is_turning
     centrifugal = tables.get("effects", {}).get("centrifugal", False)
     if isinstance(spindle, FreeSpindle) and is_turning and centrifugal is False:
-        yield (
-            "effects.centrifugal = true is missing: a free spindle is slowed by what turns with it; "
-            "add it, or give spindle.speed"
-        )
+        yield ("effects.centrifugal = true is missing: a free spindle is slowed by what turns with it; add it, or give spindle.speed")
     if isinstance(spindle, FreeSpindle) and is_fixed:
         yield f'spindle.inertia: nothing turns with it in a fixed plane; write plane = "{TURNING_PLANE}", or leave it out'
     if is_fixed and centrifugal is True:

@@ -50,9 +50,7 @@ SLEEVE_ALIAS, SLEEVE_LIFT_NAME = "sleeve", "sleeve_lift"
 RESTITUTION_KEY: Final = "restitution"
 
 
-def parse_effects(
-    given: Mapping[str, Any], reading_quantities: ReadingQuantities
-) -> tuple[tuple[Effect, ...], list[str]]:
+def parse_effects(given: Mapping[str, Any], reading_quantities: ReadingQuantities) -> tuple[tuple[Effect, ...], list[str]]:
     """The effects that a table [effects] switches on, and a sentence for each mistake; what has none is still read."""
     model, effects, problems = effects_table_model(reading_quantities), dict[str, tuple[Effect, ...]](), list[str]()
     for key, value in given.items():
@@ -137,9 +135,7 @@ class RestitutionTable(SceneFileTable):
 def _validate_rods(value: object, info: ValidationInfo) -> tuple[Effect, ...]:
     if value is False:
         return ()
-    parsed = parse_effect_table(
-        RodsTable, value, key_path_of(info), 'rods = { arm_mass = "0.6 kg", link_mass = "0.5 kg" }'
-    )
+    parsed = parse_effect_table(RodsTable, value, key_path_of(info), 'rods = { arm_mass = "0.6 kg", link_mass = "0.5 kg" }')
     return (prefix_errors(key_path_of(info), lambda: RodMasses(**parsed)),)
 
 
@@ -159,9 +155,7 @@ class MassesTable(SceneFileTable):
 def _validate_masses(value: object, info: ValidationInfo) -> tuple[Effect, ...]:
     if value is False:
         return ()
-    parsed = parse_effect_table(
-        MassesTable, value, key_path_of(info), 'masses = { crank = "80 kg", rod = "70 kg", crosshead = "110 kg" }'
-    )
+    parsed = parse_effect_table(MassesTable, value, key_path_of(info), 'masses = { crank = "80 kg", rod = "70 kg", crosshead = "110 kg" }')
     return (prefix_errors(key_path_of(info), lambda: CrankMasses(**parsed)),)
 
 
@@ -177,9 +171,7 @@ def _validate_clearance(value: object, info: ValidationInfo) -> tuple[Effect, ..
     if value is False:
         return ()
     if value is True:
-        raise MechanismError(
-            f'{key_path_of(info)} is how far the sleeve may move; found true; write clearance = "0.5 mm"'
-        )
+        raise MechanismError(f'{key_path_of(info)} is how far the sleeve may move; found true; write clearance = "0.5 mm"')
     if isinstance(value, Mapping):
         parsed = parse_effect_table(ClearanceTable, value, key_path_of(info), "")
     else:
@@ -199,9 +191,7 @@ def _output_effect_validator(
     def validate(value: object, info: ValidationInfo) -> tuple[Effect, ...]:
         if value is False:
             return ()
-        return _parse_output_effects(
-            _require_reading_table(value, reading_quantities, info), reading_quantities, make, key_path_of(info)
-        )
+        return _parse_output_effects(_require_reading_table(value, reading_quantities, info), reading_quantities, make, key_path_of(info))
 
     return validate
 
@@ -222,9 +212,7 @@ def _stops_validator(reading_quantities: ReadingQuantities) -> Callable[[Any, Va
 
         try:
             if not table:
-                raise MechanismError(
-                    f"{key_path_of(info)} has no reading to act on; {_example_hint(reading_quantities, 'stops')}"
-                )
+                raise MechanismError(f"{key_path_of(info)} has no reading to act on; {_example_hint(reading_quantities, 'stops')}")
             effects = _parse_output_effects(table, reading_quantities, make, key_path_of(info))
         except MechanismError as error:
             raise MechanismError(*error.problems, *problems) from error
@@ -235,15 +223,11 @@ def _stops_validator(reading_quantities: ReadingQuantities) -> Callable[[Any, Va
     return validate
 
 
-def _require_reading_table(
-    value: object, reading_quantities: ReadingQuantities, info: ValidationInfo
-) -> dict[str, Any]:
+def _require_reading_table(value: object, reading_quantities: ReadingQuantities, info: ValidationInfo) -> dict[str, Any]:
     """The table of an effect that acts along readings."""
     example = _example_hint(reading_quantities, str(info.field_name))
     if not isinstance(value, Mapping):
-        raise MechanismError(
-            f"{key_path_of(info)} must name the readings that it acts on; found {format_value(value)}; {example}"
-        )
+        raise MechanismError(f"{key_path_of(info)} must name the readings that it acts on; found {format_value(value)}; {example}")
     if not value:
         raise MechanismError(f"{key_path_of(info)} has no reading to act on; {example}")
     return {str(name): given for name, given in value.items()}
@@ -291,9 +275,7 @@ def _resolve_reading_name(name: str, reading_quantities: ReadingQuantities, key_
     if name == SLEEVE_ALIAS and SLEEVE_LIFT_NAME in names:
         return SLEEVE_LIFT_NAME
     aliases = [SLEEVE_ALIAS] if SLEEVE_LIFT_NAME in names else []
-    raise MechanismError(
-        f"{key_path} is no reading; readings are {join_names(names)}.{did_you_mean(name, [*aliases, *names])}"
-    )
+    raise MechanismError(f"{key_path} is no reading; readings are {join_names(names)}.{did_you_mean(name, [*aliases, *names])}")
 
 
 def _example_hint(reading_quantities: ReadingQuantities, key: str) -> str:

@@ -90,9 +90,7 @@ DASHPOT_TABLES: Final[dict[str, type[SceneFileTable]]] = {"length": DashpotTable
 def _parse_modulus(value: object, key_path: str) -> float:
     modulus = parse_si(value, "modulus", key_path)
     if not 1.0 <= modulus <= 1e13:
-        raise MechanismError(
-            f"{key_path} must lie between 1 Pa and 1e+13 Pa; found {format_value(value)}; steel has 80 GPa"
-        )
+        raise MechanismError(f"{key_path} must lie between 1 Pa and 1e+13 Pa; found {format_value(value)}; steel has 80 GPa")
     return modulus
 
 
@@ -119,9 +117,7 @@ def validate_restitution(value: object, info: ValidationInfo) -> float:
 def parse_spring(reading: str, quantity: str, value: Any, key_path: str) -> Effect:
     """A spring by its rate, or by the wire that it is wound of."""
     reading_name = key_path.rpartition(".")[2]
-    parsed = parse_effect_table(
-        SPRING_TABLES[quantity], value, key_path, f"{reading_name} = {OUTPUT_EFFECT_EXAMPLES['spring'][quantity]}"
-    )
+    parsed = parse_effect_table(SPRING_TABLES[quantity], value, key_path, f"{reading_name} = {OUTPUT_EFFECT_EXAMPLES['spring'][quantity]}")
     _check_spring_keys(parsed, quantity, key_path)
     wire_values = {key: parsed.pop(key) for key in WIRE_KEYS if key in parsed}
     if wire_values:
@@ -131,22 +127,15 @@ def parse_spring(reading: str, quantity: str, value: Any, key_path: str) -> Effe
 
 def _check_spring_keys(parsed: Mapping[str, Any], quantity: str, key_path: str) -> None:
     """Rates that are missing, given twice, or of a coil that would have to turn."""
-    given_keys, missing_keys = (
-        [key for key in WIRE_KEYS if key in parsed],
-        [key for key in WIRE_KEYS if key not in parsed],
-    )
+    given_keys, missing_keys = ([key for key in WIRE_KEYS if key in parsed], [key for key in WIRE_KEYS if key not in parsed])
     if given_keys and "rate" in parsed:
         raise MechanismError(
             f"{key_path}: rate cannot stand beside {join_names(given_keys)}, from which it follows; leave one of the two out"
         )
     if given_keys and quantity == "angle":
-        raise MechanismError(
-            f'{key_path} is an angle, whose spring has no {join_names(given_keys)}; write rate = "3 N m/rad"'
-        )
+        raise MechanismError(f'{key_path} is an angle, whose spring has no {join_names(given_keys)}; write rate = "3 N m/rad"')
     if given_keys and missing_keys:
-        raise MechanismError(
-            f"{key_path} lacks {join_names(missing_keys)}; a spring of wire needs {join_names(WIRE_KEYS)}"
-        )
+        raise MechanismError(f"{key_path} lacks {join_names(missing_keys)}; a spring of wire needs {join_names(WIRE_KEYS)}")
     if not given_keys and "rate" not in parsed:
         rate_example = OUTPUT_EFFECT_EXAMPLES["spring"][quantity].strip("{ }")
         alternative = f", or {join_names(WIRE_KEYS)}" if quantity == "length" else ""
@@ -161,22 +150,15 @@ def parse_dry_friction(reading: str, quantity: str, value: Any, key_path: str) -
     if negative_points:
         point_label = f", point {negative_points[0]}:" if isinstance(value, list | tuple) else ""
         found_text = format_value(value[negative_points[0] - 1][1] if point_label else value)
-        raise MechanismError(
-            f"{key_path}{point_label} must not be negative, friction opposes either way; found {found_text}"
-        )
-    return DryFriction(
-        reading=reading, force=prefix_errors(key_path, lambda: InputFunction(times=times, values=forces))
-    )
+        raise MechanismError(f"{key_path}{point_label} must not be negative, friction opposes either way; found {found_text}")
+    return DryFriction(reading=reading, force=prefix_errors(key_path, lambda: InputFunction(times=times, values=forces)))
 
 
 def parse_dashpot(reading: str, quantity: str, value: Any, key_path: str) -> Effect:
     """An dashpot: a damping alone, or a table of its parts."""
     if not isinstance(value, Mapping):
         kind = "damping" if quantity == "length" else "torsion_damping"
-        return Dashpot(
-            reading=reading,
-            linear=parse_bounded_quantity(value, kind, key_path, hint="; leave it out if there is none"),
-        )
+        return Dashpot(reading=reading, linear=parse_bounded_quantity(value, kind, key_path, hint="; leave it out if there is none"))
     parsed = parse_effect_table(DASHPOT_TABLES[quantity], value, key_path, "")
     _check_dashpot_keys(parsed, quantity, key_path)
     if "piston" in parsed:
@@ -200,9 +182,7 @@ def _check_dashpot_keys(parsed: Mapping[str, Any], quantity: str, key_path: str)
         )
     missing_keys = [key for key in ORIFICE_KEYS if key not in parsed]
     if given_keys and missing_keys:
-        raise MechanismError(
-            f"{key_path} lacks {join_names(missing_keys)}; oil through a hole needs {join_names(ORIFICE_KEYS)}"
-        )
+        raise MechanismError(f"{key_path} lacks {join_names(missing_keys)}; oil through a hole needs {join_names(ORIFICE_KEYS)}")
 
 
 def parse_stops(value: Any, quantity: str, key_path: str) -> tuple[float, float]:

@@ -46,13 +46,9 @@ def read_scene_file(path: str | Path, *, known_names: Iterable[str] = ()) -> Sce
     except RecursionError as error:
         raise MechanismError(f"{source}: tables or lists are nested too deeply for a scene") from error
     except ValueError as error:  # also what Python raises for a whole number of thousands of digits
-        raise MechanismError(
-            f'{source}: not valid TOML: {error}; text and quantities stand in quotes, as in arm = "300 mm"'
-        ) from error
+        raise MechanismError(f'{source}: not valid TOML: {error}; text and quantities stand in quotes, as in arm = "300 mm"') from error
     if not document:
-        raise MechanismError(
-            f"{source}: the file is empty; a scene needs at least machine = ... and a table [dimensions]"
-        )
+        raise MechanismError(f"{source}: the file is empty; a scene needs at least machine = ... and a table [dimensions]")
     return parse_scene_document(document, source)
 
 
@@ -68,9 +64,9 @@ def parse_scene_document(document: Mapping[str, Any], source: str = "") -> Scene
         raise MechanismError(collector.with_source(f"a scene is a table of keys; found {format_value(document)}"))
     tables = {name: dict(value) for name, value in document.items() if isinstance(value, Mapping)}
     machine_name = _find_intended_machine(document)
-    top_level, part, effects, start = (
-        _parse_custom_scene if machine_name == CUSTOM_MACHINE else _parse_dimensioned_scene
-    )(collector, document, tables)
+    top_level, part, effects, start = (_parse_custom_scene if machine_name == CUSTOM_MACHINE else _parse_dimensioned_scene)(
+        collector, document, tables
+    )
     spindle = _parse_spindle(collector, tables)
     run_values = collector.validate_table(models.RunTable, tables.get("run", {}), "run")
     run = collector.try_build("[run]", lambda: RunSettings(**run_values))
@@ -121,9 +117,7 @@ class _ProblemCollector:
         return None
 
 
-def _parse_effects(
-    collector: _ProblemCollector, tables: Mapping[str, dict[str, Any]], readings: ReadingQuantities
-) -> tuple[Effect, ...]:
+def _parse_effects(collector: _ProblemCollector, tables: Mapping[str, dict[str, Any]], readings: ReadingQuantities) -> tuple[Effect, ...]:
     """The effects switched on, of a mechanism with these readings."""
     from governor_mechanism.scenes.effect_tables import parse_effects
 
@@ -164,27 +158,17 @@ def _parse_spindle(collector: _ProblemCollector, tables: Mapping[str, dict[str, 
 def _find_intended_machine(document: Mapping[str, Any]) -> str:
     """The machine named, or the nearest to a misspelt name, so that the rest of the file is checked all the same."""
     document_keys = [machine_key for machine_key in document if isinstance(machine_key, str)]
-    machine_key = (
-        "machine" if "machine" in document else next(iter(difflib.get_close_matches("machine", document_keys, n=1)), "")
-    )
+    machine_key = "machine" if "machine" in document else next(iter(difflib.get_close_matches("machine", document_keys, n=1)), "")
     name = document.get(machine_key)
     close_matches = difflib.get_close_matches(name, [*MACHINES, CUSTOM_MACHINE], n=1) if isinstance(name, str) else []
-    return (
-        close_matches[0]
-        if close_matches
-        else CUSTOM_MACHINE
-        if "body" in document and "dimensions" not in document
-        else ""
-    )
+    return close_matches[0] if close_matches else CUSTOM_MACHINE if "body" in document and "dimensions" not in document else ""
 
 
 _SceneContents = tuple[dict[str, Any], Part | None, tuple[Effect, ...], Start]
 """The keys above the tables, the part, the effects and the start."""
 
 
-def _parse_custom_scene(
-    collector: _ProblemCollector, document: Mapping[str, Any], tables: Mapping[str, dict[str, Any]]
-) -> _SceneContents:
+def _parse_custom_scene(collector: _ProblemCollector, document: Mapping[str, Any], tables: Mapping[str, dict[str, Any]]) -> _SceneContents:
     """What a scene says that has a mechanism of the user's own."""
     from governor_mechanism.scenes.custom.parser import parse_custom_machine
     from governor_mechanism.scenes.custom.schema import CustomSceneTable
@@ -206,21 +190,15 @@ def _parse_dimensioned_scene(
     top_level = collector.validate_table(SceneTable, dict(document), "")
     machine_class = MACHINES.get(_find_intended_machine(document))
     machine = _build_machine(collector, machine_class, tables, "dimensions" in document)
-    base_mechanism = (
-        machine.mechanism() if machine else _build_placeholder_mechanism(machine_class) if machine_class else None
-    )
+    base_mechanism = machine.mechanism() if machine else _build_placeholder_mechanism(machine_class) if machine_class else None
     # Play that is written wrong brings its reading all the same, or naming that would be told as a mistake too.
     has_clearance = machine_class is not None and not machine_class.effect_problems([Clearance(width=1.0)])
     has_clearance = has_clearance and tables.get("effects", {}).get("clearance", False) is not False
     extra_readings = ((CLEARANCE_READING, "length"),) if has_clearance else ()
     effects = _parse_effects(
-        collector,
-        tables,
-        (*(_reading_quantities(base_mechanism.readings) or ()), *extra_readings) if base_mechanism else None,
+        collector, tables, (*(_reading_quantities(base_mechanism.readings) or ()), *extra_readings) if base_mechanism else None
     )
-    collector.add(
-        *(f"[effects] {problem}" for problem in (machine_class.effect_problems(effects) if machine_class else ()))
-    )
+    collector.add(*(f"[effects] {problem}" for problem in (machine_class.effect_problems(effects) if machine_class else ())))
     if machine_class is not None and machine_class.driver_dimensions:
         start = _parse_driven_start(collector, machine_class, document)
     else:
@@ -234,10 +212,7 @@ def _reading_quantities(readings: Iterable[Reading] | None) -> ReadingQuantities
 
 
 def _build_machine(
-    collector: _ProblemCollector,
-    machine_class: type[Machine] | None,
-    tables: Mapping[str, dict[str, Any]],
-    has_dimensions: bool,
+    collector: _ProblemCollector, machine_class: type[Machine] | None, tables: Mapping[str, dict[str, Any]], has_dimensions: bool
 ) -> Machine | None:
     """The machine of these dimensions; None where it cannot be made."""
     from governor_mechanism.scenes.quantities import join_names
@@ -245,20 +220,14 @@ def _build_machine(
 
     if not has_dimensions:
         requirement = (
-            f"{machine_class.name} needs {join_names(_required_dimensions(machine_class))}"
-            if machine_class
-            else "every machine needs some"
+            f"{machine_class.name} needs {join_names(_required_dimensions(machine_class))}" if machine_class else "every machine needs some"
         )
         collector.add(f"[dimensions] is missing; {requirement}")
     if machine_class is None or "dimensions" not in tables:
         return None
     n_messages_before = len(collector.messages)
     dimensions = collector.validate_table(dimensions_table_model(machine_class), tables["dimensions"], "dimensions")
-    return (
-        None
-        if len(collector.messages) > n_messages_before
-        else collector.try_build("[dimensions]", lambda: machine_class(**dimensions))
-    )
+    return None if len(collector.messages) > n_messages_before else collector.try_build("[dimensions]", lambda: machine_class(**dimensions))
 
 
 def _build_part(machine: Machine, effects: tuple[Effect, ...]) -> Part | None:
@@ -292,9 +261,7 @@ def _parse_start(
         collector.add(*find_misspelt_equilibrium(start_table))
         return Start(values={})
     coordinate = base_mechanism.coordinate
-    rate_keys = {coordinate: rate_key(coordinate)} | (
-        {CLEARANCE_READING: f"{CLEARANCE_READING}_rate"} if has_clearance else {}
-    )
+    rate_keys = {coordinate: rate_key(coordinate)} | ({CLEARANCE_READING: f"{CLEARANCE_READING}_rate"} if has_clearance else {})
     quantities = {coordinate: base_mechanism.reading(coordinate).quantity, CLEARANCE_READING: "length"}
     model = start_table_model(tuple((key, quantities[key], rate_keys[key]) for key in rate_keys))
     parsed = collector.validate_table(model, start_table, "start")
@@ -305,14 +272,10 @@ def _parse_start(
         collector.add(*(collector.try_build("[start]", lambda: machine.start_problems(values)) or ()))
     has_given_rates = any(key in parsed for key in rate_keys.values())
     default_rates = {CLEARANCE_READING: 0.0} if has_given_rates and has_clearance else {}
-    return Start(
-        values=values, rates=default_rates | {key: parsed[rate] for key, rate in rate_keys.items() if rate in parsed}
-    )
+    return Start(values=values, rates=default_rates | {key: parsed[rate] for key, rate in rate_keys.items() if rate in parsed})
 
 
-def _parse_driven_start(
-    collector: _ProblemCollector, machine_class: type[Machine], document: Mapping[str, Any]
-) -> Start:
+def _parse_driven_start(collector: _ProblemCollector, machine_class: type[Machine], document: Mapping[str, Any]) -> Start:
     """The start of a machine whose drive says how it stands and moves."""
     for table_name in ("start", "spindle"):
         if document.get(table_name):

@@ -17,11 +17,7 @@ from governor_mechanism.model.scene import MAX_SPINDLE_SPEED
 from governor_mechanism.model.time_functions import InputFunction
 from governor_mechanism.units.quantities import QUANTITY_KINDS, format_value, parse_quantity
 
-UNITLESS_LIMITS: Final = {
-    "length": (50.0, MAX_DIMENSION),
-    "mass": (1e6, MAX_DIMENSION),
-    "angular_speed": (1e3, MAX_SPINDLE_SPEED),
-}
+UNITLESS_LIMITS: Final = {"length": (50.0, MAX_DIMENSION), "mass": (1e6, MAX_DIMENSION), "angular_speed": (1e3, MAX_SPINDLE_SPEED)}
 """In SI by kind: above what a bare number is taken for a slip of units, and where the refusals of any number begin."""
 
 MIN_VALUE_BY_KIND: Final = {
@@ -73,9 +69,7 @@ def quantity_validator(kind: str, *, positive: bool = False, hint: str = "") -> 
 
 def bounded_quantity_validator(kind: str, *, sign: str = "positive", hint: str = "") -> PlainValidator:
     """A quantity of a size that can be built: 'positive', 'not negative', 'not zero', or of 'any' sign."""
-    return PlainValidator(
-        lambda value, info: parse_bounded_quantity(value, kind, key_path_of(info), sign=sign, hint=hint)
-    )
+    return PlainValidator(lambda value, info: parse_bounded_quantity(value, kind, key_path_of(info), sign=sign, hint=hint))
 
 
 def parse_bounded_quantity(value: object, kind: str, key_path: str, *, sign: str = "positive", hint: str = "") -> float:
@@ -96,17 +90,13 @@ def parse_bounded_quantity(value: object, kind: str, key_path: str, *, sign: str
 def _require_bounded(number: float, value: object, kind: str, key_path: str) -> None:
     min_value = MIN_VALUE_BY_KIND.get(kind, MIN_DIMENSION)
     if number and not min_value <= abs(number) <= MAX_DIMENSION:
-        raise MechanismError(
-            f"{key_path} must lie between {min_value:g} and {MAX_DIMENSION:g} in SI; found {format_value(value)}"
-        )
+        raise MechanismError(f"{key_path} must lie between {min_value:g} and {MAX_DIMENSION:g} in SI; found {format_value(value)}")
 
 
 def require_table(value: object, name: str) -> dict[str, Any]:
     """A table that stands under a heading of its own."""
     if not isinstance(value, Mapping):
-        raise MechanismError(
-            f"{name} must be a table; found {format_value(value)}; write [{name}] on a line of its own"
-        )
+        raise MechanismError(f"{name} must be a table; found {format_value(value)}; write [{name}] on a line of its own")
     return dict(value)
 
 
@@ -123,9 +113,7 @@ def choice_validator(names: Iterable[str]) -> PlainValidator:
         if isinstance(value, str) and value in known_words:
             return value
         suggestion = did_you_mean(value, known_words) if isinstance(value, str) else ""
-        raise MechanismError(
-            f"{key_path_of(info)} {format_value(value)} is unknown; known are {join_names(known_words)}.{suggestion}"
-        )
+        raise MechanismError(f"{key_path_of(info)} {format_value(value)} is unknown; known are {join_names(known_words)}.{suggestion}")
 
     return PlainValidator(validate)
 
@@ -199,16 +187,12 @@ def parse_pairs(value: object, kinds: tuple[str, str], names: tuple[str, str], k
     return points
 
 
-def parse_time_points(
-    value: object, kind: str, value_name: str, key_path: str
-) -> tuple[tuple[float, ...], tuple[float, ...]]:
+def parse_time_points(value: object, kind: str, value_name: str, key_path: str) -> tuple[tuple[float, ...], tuple[float, ...]]:
     """Times and values of a program of [time, value]; one value alone is held for ever."""
     if not isinstance(value, list | tuple):
         return (0.0,), (parse_si(value, kind, key_path),)
     if not value:
-        raise MechanismError(
-            f'{key_path} is an empty program; write [[0, "{QUANTITY_KINDS[kind].example}"]], or one {value_name}'
-        )
+        raise MechanismError(f'{key_path} is an empty program; write [[0, "{QUANTITY_KINDS[kind].example}"]], or one {value_name}')
     points = parse_pairs(value, ("time", kind), ("time", value_name), key_path)
     return tuple(time for time, _ in points), tuple(number for _, number in points)
 

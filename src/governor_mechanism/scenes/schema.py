@@ -79,8 +79,7 @@ def _validate_accuracy(value: object) -> float:
     accuracy = parse_quantity(value, "ratio", "run.accuracy")
     if not 0 < accuracy < 1:
         raise MechanismError(
-            f"run.accuracy must lie above 0 and below 1 (it is relative to each reading's scale); "
-            f"found {format_value(value)}; write 1e-6"
+            f"run.accuracy must lie above 0 and below 1 (it is relative to each reading's scale); found {format_value(value)}; write 1e-6"
         )
     return accuracy
 
@@ -142,19 +141,14 @@ def dimensions_table_model(machine: type[Machine]) -> type[SceneFileTable]:
     for field in dataclasses.fields(machine):
         kind, description = field.metadata["kind"], field.metadata["meaning"]
         if kind == CHOICE_KIND:
-            fields[field.name] = (
-                Annotated[str, choice_validator(field.metadata["words"])],
-                Field(None, description=description),
-            )
+            fields[field.name] = (Annotated[str, choice_validator(field.metadata["words"])], Field(None, description=description))
             continue
         hint = f"; leave {field.name} out if there is none" if field.default is None else ""
         validator = quantity_validator(kind, positive=not field.metadata["signed"], hint=hint)
         if field.metadata["word"]:
             validator = _word_or_value_validator(validator, field.metadata["word"])
         kind_name = QUANTITY_KINDS[kind].name.split(" ", 1)[1] if kind in QUANTITY_KINDS else kind
-        field_info = Field(
-            default=... if field.default is dataclasses.MISSING else None, description=f"the {kind_name} {description}"
-        )
+        field_info = Field(default=... if field.default is dataclasses.MISSING else None, description=f"the {kind_name} {description}")
         fields[field.name] = (Annotated[Any, validator], field_info)
     return create_model("DimensionsTable", __base__=SceneFileTable, **fields)
 
@@ -234,9 +228,7 @@ def validate_table(
     except ValidationError as error:
         errors = error.errors(include_url=False)
     unknown_keys = [str(detail["loc"][-1]) for detail in errors if detail["type"] == "extra_forbidden"]
-    misspelt_keys = {
-        near for key in unknown_keys for near in difflib.get_close_matches(key, list(model.model_fields), n=1)
-    }
+    misspelt_keys = {near for key in unknown_keys for near in difflib.get_close_matches(key, list(model.model_fields), n=1)}
     messages: list[str] = []
     for detail in errors:
         key = str(detail["loc"][-1]) if detail["loc"] else ""
@@ -246,9 +238,7 @@ def validate_table(
     return {}, messages
 
 
-def _error_messages(
-    detail: ErrorDetails, key: str, model: type[SceneFileTable], table_name: str, prefix: str
-) -> tuple[str, ...]:
+def _error_messages(detail: ErrorDetails, key: str, model: type[SceneFileTable], table_name: str, prefix: str) -> tuple[str, ...]:
     key_path = f"{prefix}{key}" if key else prefix.rstrip(".: ") or "the scene"
     cause = detail.get("ctx", {}).get("error")
     if isinstance(cause, MechanismError):

@@ -29,9 +29,7 @@ def read_scene_text(path: Path, source: str, known_names: Iterable[str]) -> str:
         reason = error.strerror if isinstance(error, OSError) else error
         raise MechanismError(f"{source}: this file cannot be read ({reason})") from error
     if len(content) > MAX_SCENE_FILE_SIZE:
-        raise MechanismError(
-            f"{source}: this file is larger than {MAX_SCENE_FILE_SIZE:,} bytes; a scene is a page of text"
-        )
+        raise MechanismError(f"{source}: this file is larger than {MAX_SCENE_FILE_SIZE:,} bytes; a scene is a page of text")
     try:
         return content.decode("utf-8-sig")  # some editors of Windows put a mark in front
     except UnicodeDecodeError as error:

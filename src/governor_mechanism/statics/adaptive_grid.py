@@ -55,11 +55,7 @@ class AdaptiveGrid:
         min_width = MIN_INTERVAL_RATIO * float(np.ptp(coefficients.coordinate))
         while pending.size:
             width = coefficients.coordinate[pending[:, 2]] - coefficients.coordinate[pending[:, 0]]
-            chosen = (
-                needs_refinement(coefficients, pending)
-                & (width > min_width)
-                & (len(coefficients.coordinate) < MAX_GRID_VALUES)
-            )
+            chosen = needs_refinement(coefficients, pending) & (width > min_width) & (len(coefficients.coordinate) < MAX_GRID_VALUES)
             settled.append(pending[~chosen])
             coefficients, pending = _bisect_intervals(self.reduction, coefficients, pending[chosen])
         return replace(self, coefficients=coefficients, intervals=np.concatenate(settled))
@@ -71,9 +67,7 @@ class AdaptiveGrid:
         for start, end in ranges:
             chosen |= (low < end) & (high > start)
         coefficients, new_intervals = _bisect_intervals(self.reduction, self.coefficients, self.intervals[chosen])
-        return replace(
-            self, coefficients=coefficients, intervals=np.concatenate([self.intervals[~chosen], new_intervals])
-        )
+        return replace(self, coefficients=coefficients, intervals=np.concatenate([self.intervals[~chosen], new_intervals]))
 
 
 def sample_range_of_motion(reduction: SingleDofReduction) -> AdaptiveGrid:
@@ -85,9 +79,7 @@ def sample_range_of_motion(reduction: SingleDofReduction) -> AdaptiveGrid:
     n_extra = 1 if range_of_motion.period else 0
     width = (range_of_motion.high - range_of_motion.low) / N_INITIAL_INTERVALS
     values = np.linspace(
-        range_of_motion.low - n_extra * width,
-        range_of_motion.high + n_extra * width,
-        2 * (N_INITIAL_INTERVALS + 2 * n_extra) + 1,
+        range_of_motion.low - n_extra * width, range_of_motion.high + n_extra * width, 2 * (N_INITIAL_INTERVALS + 2 * n_extra) + 1
     )
     starts = np.arange(0, len(values) - 1, 2)
     intervals = np.stack([starts, starts + 1, starts + 2], axis=-1)
@@ -95,11 +87,7 @@ def sample_range_of_motion(reduction: SingleDofReduction) -> AdaptiveGrid:
 
 
 def interpolation_error_exceeds(
-    coefficients: PathCoefficients,
-    intervals: Parts,
-    value: FloatArray,
-    derivative: FloatArray,
-    floor: FloatArray | float,
+    coefficients: PathCoefficients, intervals: Parts, value: FloatArray, derivative: FloatArray, floor: FloatArray | float
 ) -> Which:
     """Where a quantity (n,) with this slope is not in the middle what the ends of parts say, by more than a floor.
 
@@ -120,18 +108,18 @@ def _is_unresolved(coefficients: PathCoefficients, intervals: Parts) -> Which:
         (coefficients.spindle_inertia_derivative, coefficients.spindle_inertia_second_derivative),
     )
     floors = [1e-12 * np.max(np.abs(quantity[0]), initial=0.0) for quantity in (potential, spindle)]
-    unresolved = interpolation_error_exceeds(
-        coefficients, intervals, *potential, floors[0]
-    ) | interpolation_error_exceeds(coefficients, intervals, *spindle, floors[1])
+    unresolved = interpolation_error_exceeds(coefficients, intervals, *potential, floors[0]) | interpolation_error_exceeds(
+        coefficients, intervals, *spindle, floors[1]
+    )
     (potential_middle, potential_second), (spindle_middle, spindle_second) = (
         _hermite_midpoint(coefficients, intervals, *quantity) for quantity in (potential, spindle)
     )
     numerator, magnitude = equilibrium_speed_slope_numerator(coefficients)
     largest = np.max(np.abs(numerator[intervals]), axis=1)
     floor = ASTATIC_TOLERANCE * np.max(magnitude[intervals], axis=1)
-    unresolved |= np.abs(
-        potential_second * spindle_middle - potential_middle * spindle_second - numerator[intervals[:, 1]]
-    ) > np.maximum(100 * INTERPOLATION_TOLERANCE * largest, floor)
+    unresolved |= np.abs(potential_second * spindle_middle - potential_middle * spindle_second - numerator[intervals[:, 1]]) > np.maximum(
+        100 * INTERPOLATION_TOLERANCE * largest, floor
+    )
     return unresolved
 
 
@@ -154,9 +142,7 @@ def _hermite_midpoint(
     return middle, 1.5 * (value[high] - value[low]) / width - 0.25 * (derivative[low] + derivative[high])
 
 
-def _bisect_intervals(
-    reduction: SingleDofReduction, coefficients: PathCoefficients, intervals: Parts
-) -> tuple[PathCoefficients, Parts]:
+def _bisect_intervals(reduction: SingleDofReduction, coefficients: PathCoefficients, intervals: Parts) -> tuple[PathCoefficients, Parts]:
     """With the halves of parts in place of them, and the values in the middles of these."""
     if not intervals.size:
         return coefficients, intervals

@@ -101,11 +101,7 @@ def find_equilibria_or_empty(scene: Scene, spindle_speed: float | str | None = N
     def needs_refinement(coefficients: PathCoefficients, parts: Parts) -> Which:
         force, force_scale = _generalised_force(coefficients, speed_squared)
         return interpolation_error_exceeds(
-            coefficients,
-            parts,
-            force,
-            _stiffness(coefficients, speed_squared),
-            ASTATIC_TOLERANCE * np.max(force_scale[parts], axis=1),
+            coefficients, parts, force, _stiffness(coefficients, speed_squared), ASTATIC_TOLERANCE * np.max(force_scale[parts], axis=1)
         )
 
     grid = sample_range_of_motion(reduction).refine(needs_refinement)
@@ -162,9 +158,7 @@ def _without_periodic_duplicates(reduction: SingleDofReduction, equilibria: list
     return [rest for rest in in_travel if not _is_known(in_travel, rest.coordinate + travel.period, tolerance)]
 
 
-def _find_missing_ranges(
-    grid: AdaptiveGrid, equilibria: list[Equilibrium], speed_squared: float
-) -> list[tuple[float, float]]:
+def _find_missing_ranges(grid: AdaptiveGrid, equilibria: list[Equilibrium], speed_squared: float) -> list[tuple[float, float]]:
     """Ranges of the coordinate in which an equilibrium must be missing: stable and unstable ones take turns.
 
     Beside a stable one the force drives back to it; so it is told from its sign at the ends of the travel too.
@@ -184,17 +178,12 @@ def _find_missing_ranges(
 
 def _generalised_force(coefficients: PathCoefficients, speed_squared: float) -> tuple[FloatArray, FloatArray]:
     """The force (n,) along the coordinate, and the sum of its parts without their signs."""
-    load_force, centrifugal_force = (
-        coefficients.potential_derivative,
-        0.5 * speed_squared * coefficients.spindle_inertia_derivative,
-    )
+    load_force, centrifugal_force = (coefficients.potential_derivative, 0.5 * speed_squared * coefficients.spindle_inertia_derivative)
     return load_force - centrifugal_force, np.abs(load_force) + np.abs(centrifugal_force)
 
 
 def _stiffness(coefficients: PathCoefficients, speed_squared: float) -> FloatArray:
-    stiffness: FloatArray = (
-        coefficients.potential_second_derivative - 0.5 * speed_squared * coefficients.spindle_inertia_second_derivative
-    )
+    stiffness: FloatArray = coefficients.potential_second_derivative - 0.5 * speed_squared * coefficients.spindle_inertia_second_derivative
     return stiffness
 
 
@@ -217,9 +206,7 @@ def _astatic_equilibrium(
     return _build_equilibrium(reduction, coefficients.select(slice(middle, middle + 1)), speed_squared, extent)
 
 
-def _cubic_root_guesses(
-    values: FloatArray, force: FloatArray, force_derivative: FloatArray
-) -> Iterator[tuple[int, float]]:
+def _cubic_root_guesses(values: FloatArray, force: FloatArray, force_derivative: FloatArray) -> Iterator[tuple[int, float]]:
     """Where the cubics through force and slope at both ends of intervals vanish, with the interval's index."""
     h = np.diff(values)
     a, b, c, d = force[:-1], h * force_derivative[:-1], force[1:], h * force_derivative[1:]
@@ -255,10 +242,7 @@ def _refine_equilibrium(
             next_value = 0.5 * (low + high)
         elif not is_bracketed and abs(step) > interval_width:
             return None
-        is_converged, value = (
-            abs(next_value - value) < FORCE_ROUNDING * max(reduction.coordinate_scale, abs(value)),
-            next_value,
-        )
+        is_converged, value = (abs(next_value - value) < FORCE_ROUNDING * max(reduction.coordinate_scale, abs(value)), next_value)
         if is_converged:
             break
     local_coefficients, max_force_scale = reduction.evaluate([value]), float(np.max(force_scales))
@@ -281,9 +265,7 @@ def _build_equilibrium(
     return Equilibrium(
         coordinate=float(coefficients.coordinate[0]),
         extent=extent,
-        readings={
-            name: float(values[0]) for name, values in evaluate_readings(reduction.mechanism, coefficients).items()
-        },
+        readings={name: float(values[0]) for name, values in evaluate_readings(reduction.mechanism, coefficients).items()},
         stiffness=stiffness,
         frequency=math.sqrt(frequency_squared) if frequency_squared > 0 else 0.0,
         growth_rate=math.sqrt(-frequency_squared) if frequency_squared < 0 else 0.0,
@@ -319,9 +301,7 @@ def _equilibrium_speed_sentences(scene: Scene) -> Iterator[str]:
         yield f"it is astatic, and rests at {_format_speed(float(np.median(curve.speed)))} only, but there anywhere"
         return
     curve_points = [
-        *zip(
-            curve.coordinate[curve.has_equilibrium].tolist(), curve.speed[curve.has_equilibrium].tolist(), strict=True
-        ),
+        *zip(curve.coordinate[curve.has_equilibrium].tolist(), curve.speed[curve.has_equilibrium].tolist(), strict=True),
         *curve.folds,
     ]
     low, high = min(curve_points, key=lambda mark: mark[1]), max(curve_points, key=lambda mark: mark[1])

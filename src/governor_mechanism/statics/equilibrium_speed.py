@@ -38,10 +38,7 @@ MAX_RESISTANCE = 1e12
 
 def has_equilibrium_speed(scene: Scene) -> bool:
     """Whether there are both, loads and a spindle's turning that could balance them."""
-    return bool(
-        has_spindle_dependent_loads(scene)
-        and (scene.gravity or scene.part.mechanism.force_elements or output_springs_of(scene))
-    )
+    return bool(has_spindle_dependent_loads(scene) and (scene.gravity or scene.part.mechanism.force_elements or output_springs_of(scene)))
 
 
 def has_spindle_dependent_loads(scene: Scene) -> bool:
@@ -58,21 +55,15 @@ def require_equilibrium_speed(scene: Scene) -> None:
         )
 
 
-def equilibrium_speed_squared(
-    coefficients: PathCoefficients, coordinate_scale: float, extra_force: FloatArray | float = 0.0
-) -> FloatArray:
+def equilibrium_speed_squared(coefficients: PathCoefficients, coordinate_scale: float, extra_force: FloatArray | float = 0.0) -> FloatArray:
     """The square (n,) of the equilibrium speed under `more` force along the coordinate; -1 where turning does nothing.
 
     Where the loads let go together with the spindle, the limit: there it rests at every speed. unit is what a rad, or a
     machine size, of the coordinate is in SI.
     """
-    load_force, spindle_gradient = (
-        coefficients.potential_derivative + extra_force,
-        coefficients.spindle_inertia_derivative,
-    )
+    load_force, spindle_gradient = (coefficients.potential_derivative + extra_force, coefficients.spindle_inertia_derivative)
     is_removable = (
-        np.abs(load_force)
-        <= REMOVABLE_SINGULARITY_TOLERANCE * coordinate_scale * np.abs(coefficients.potential_second_derivative)
+        np.abs(load_force) <= REMOVABLE_SINGULARITY_TOLERANCE * coordinate_scale * np.abs(coefficients.potential_second_derivative)
     ) & (
         np.abs(spindle_gradient)
         <= REMOVABLE_SINGULARITY_TOLERANCE * coordinate_scale * np.abs(coefficients.spindle_inertia_second_derivative)
@@ -81,9 +72,7 @@ def equilibrium_speed_squared(
         np.where(is_removable, coefficients.potential_second_derivative, load_force),
         np.where(is_removable, coefficients.spindle_inertia_second_derivative, spindle_gradient),
     )
-    return np.where(
-        spindle_gradient != 0.0, 2 * load_force / np.where(spindle_gradient != 0.0, spindle_gradient, 1.0), -1.0
-    )
+    return np.where(spindle_gradient != 0.0, 2 * load_force / np.where(spindle_gradient != 0.0, spindle_gradient, 1.0), -1.0)
 
 
 def find_folds(reduction: SingleDofReduction, coefficients: PathCoefficients) -> tuple[tuple[float, float], ...]:
@@ -92,9 +81,7 @@ def find_folds(reduction: SingleDofReduction, coefficients: PathCoefficients) ->
     has_speed = equilibrium_speed_squared(coefficients, reduction.coordinate_scale) > 0.0
     removable_points = [place for place, met in _find_spindle_gradient_zeros(reduction, coefficients) if met]
     folds = []
-    for low, high in _sign_changes(
-        np.where(np.abs(speed_slope) <= ASTATIC_TOLERANCE * speed_slope_scale, 0.0, speed_slope)
-    ):
+    for low, high in _sign_changes(np.where(np.abs(speed_slope) <= ASTATIC_TOLERANCE * speed_slope_scale, 0.0, speed_slope)):
         if not has_speed[low : high + 1].all():
             continue
         value = _find_root(
@@ -102,19 +89,10 @@ def find_folds(reduction: SingleDofReduction, coefficients: PathCoefficients) ->
             coefficients.coordinate[low],
             coefficients.coordinate[high],
         )
-        value = next(
-            (
-                place
-                for place in removable_points
-                if abs(place - value) < FOLD_MERGE_TOLERANCE * reduction.coordinate_scale
-            ),
-            value,
-        )
+        value = next((place for place in removable_points if abs(place - value) < FOLD_MERGE_TOLERANCE * reduction.coordinate_scale), value)
         local_coefficients = reduction.evaluate([value])
         speed_squared = float(equilibrium_speed_squared(local_coefficients, reduction.coordinate_scale)[0])
-        if speed_squared > 0.0 and not _is_touching_pole(
-            coefficients, local_coefficients, low, high, reduction.coordinate_scale
-        ):
+        if speed_squared > 0.0 and not _is_touching_pole(coefficients, local_coefficients, low, high, reduction.coordinate_scale):
             folds.append((value, float(np.sqrt(speed_squared))))
     return tuple(folds[k] for k in _without_periodic_duplicates(reduction, [value for value, _ in folds]))
 
@@ -125,9 +103,7 @@ def find_poles(reduction: SingleDofReduction, coefficients: PathCoefficients) ->
     return tuple(poles[k] for k in _without_periodic_duplicates(reduction, poles))
 
 
-def _find_spindle_gradient_zeros(
-    reduction: SingleDofReduction, coefficients: PathCoefficients
-) -> Iterator[tuple[float, bool]]:
+def _find_spindle_gradient_zeros(reduction: SingleDofReduction, coefficients: PathCoefficients) -> Iterator[tuple[float, bool]]:
     """Coordinates where J' changes its sign, and whether the loads let go there too."""
     for low, high in _sign_changes(coefficients.spindle_inertia_derivative):
         zero = _find_root(
@@ -135,29 +111,19 @@ def _find_spindle_gradient_zeros(
             coefficients.coordinate[low],
             coefficients.coordinate[high],
         )
-        neighbouring_force = max(
-            abs(coefficients.potential_derivative[low]), abs(coefficients.potential_derivative[high])
-        )
-        yield (
-            zero,
-            bool(abs(reduction.evaluate([zero]).potential_derivative[0]) <= ZERO_FORCE_RATIO * neighbouring_force),
-        )
+        neighbouring_force = max(abs(coefficients.potential_derivative[low]), abs(coefficients.potential_derivative[high]))
+        yield (zero, bool(abs(reduction.evaluate([zero]).potential_derivative[0]) <= ZERO_FORCE_RATIO * neighbouring_force))
 
 
 def _is_touching_pole(
     coefficients: PathCoefficients, local_coefficients: PathCoefficients, low: int, high: int, coordinate_scale: float
 ) -> bool:
     """Whether J' only touches zero between two values while the loads pull: the curve goes up to no end and back."""
-    neighbouring_gradient = max(
-        abs(coefficients.spindle_inertia_derivative[low]), abs(coefficients.spindle_inertia_derivative[high])
+    neighbouring_gradient = max(abs(coefficients.spindle_inertia_derivative[low]), abs(coefficients.spindle_inertia_derivative[high]))
+    has_load_force = abs(local_coefficients.potential_derivative[0]) > REMOVABLE_SINGULARITY_TOLERANCE * coordinate_scale * abs(
+        local_coefficients.potential_second_derivative[0]
     )
-    has_load_force = abs(
-        local_coefficients.potential_derivative[0]
-    ) > REMOVABLE_SINGULARITY_TOLERANCE * coordinate_scale * abs(local_coefficients.potential_second_derivative[0])
-    return bool(
-        abs(local_coefficients.spindle_inertia_derivative[0]) <= ZERO_FORCE_RATIO * neighbouring_gradient
-        and has_load_force
-    )
+    return bool(abs(local_coefficients.spindle_inertia_derivative[0]) <= ZERO_FORCE_RATIO * neighbouring_gradient and has_load_force)
 
 
 def _sign_changes(values: FloatArray) -> Iterator[tuple[int, int]]:
@@ -176,11 +142,7 @@ def _without_periodic_duplicates(reduction: SingleDofReduction, candidates: Sequ
     """Which places lie in the travel; of a motion that comes round, what lies at both its ends once."""
     travel, tolerance = reduction.range_of_motion, PERIOD_END_TOLERANCE * reduction.coordinate_scale
     in_travel = [k for k, place in enumerate(candidates) if travel.low - tolerance < place < travel.high + tolerance]
-    return [
-        k
-        for k in in_travel
-        if not (travel.period and _is_near_any(candidates[k] + travel.period, candidates, tolerance))
-    ]
+    return [k for k in in_travel if not (travel.period and _is_near_any(candidates[k] + travel.period, candidates, tolerance))]
 
 
 def _is_near_any(value: float, candidates: Sequence[float], tolerance: float) -> bool:
@@ -196,9 +158,7 @@ def validate_coordinate_values(reduction: SingleDofReduction, values: object) ->
         given = np.array([], dtype=object)
     coordinate_values = np.atleast_1d(given).astype(np.float64) if given.dtype.kind in "iuf" else np.array([np.nan])
     if coordinate_values.ndim != 1 or not coordinate_values.size or not np.all(np.isfinite(coordinate_values)):
-        raise MechanismError(
-            f"values of {mechanism.coordinate!r} must be a list of finite numbers in SI; got {format_value(values)}"
-        )
+        raise MechanismError(f"values of {mechanism.coordinate!r} must be a list of finite numbers in SI; got {format_value(values)}")
     unwrapped_values = travel.unwrap_values(coordinate_values)
     outside = unwrapped_values[~travel.contains(unwrapped_values)]
     if outside.size:
@@ -216,9 +176,7 @@ def validate_resistance(mechanism: Mechanism, resistance: object, against: objec
     """A resistance (N, or N m) at a reading, as a number and the reading's name. Raises MechanismError for others."""
     names = [reading.name for reading in mechanism.readings]
     if not isinstance(against, str):
-        raise MechanismError(
-            f"`against` must be the name of a reading; got {format_value(against)}; readings are {names}"
-        )
+        raise MechanismError(f"`against` must be the name of a reading; got {format_value(against)}; readings are {names}")
     is_angle = mechanism.reading(against).quantity == "angle"
     number = parse_quantity(resistance, "torque" if is_angle else "force", "the resistance")
     if number < 0:

@@ -107,9 +107,7 @@ def compute_speed_curve(
     if not isinstance(points, Integral) or isinstance(points, bool) or points < 2:
         raise MechanismError(f"a speed curve needs 2 points or more; got {format_value(points)}")
     reduction = SingleDofReduction(scene)
-    resistance_and_reading = (
-        None if resistance is None else validate_resistance(reduction.mechanism, resistance, against)
-    )
+    resistance_and_reading = None if resistance is None else validate_resistance(reduction.mechanism, resistance, against)
     travel = reduction.range_of_motion
     coefficients, refined_coefficients = (
         reduction.evaluate(np.linspace(travel.low, travel.high, int(points))),
@@ -118,9 +116,7 @@ def compute_speed_curve(
     speed_squared = equilibrium_speed_squared(coefficients, reduction.coordinate_scale)
     has_equilibrium = speed_squared > 0.0
     speed_squared = np.where(has_equilibrium, speed_squared, 0.0)
-    stiffness = (
-        coefficients.potential_second_derivative - 0.5 * speed_squared * coefficients.spindle_inertia_second_derivative
-    )
+    stiffness = coefficients.potential_second_derivative - 0.5 * speed_squared * coefficients.spindle_inertia_second_derivative
     stiffness_magnitude = np.abs(coefficients.potential_second_derivative) + np.abs(
         0.5 * speed_squared * coefficients.spindle_inertia_second_derivative
     )
@@ -166,9 +162,9 @@ def compute_insensitivity_band(
     reduction = SingleDofReduction(scene)
     resistance_and_reading = validate_resistance(reduction.mechanism, resistance, against)
     coefficients = reduction.evaluate(validate_coordinate_values(reduction, values))
-    is_zero_speed = np.abs(
-        coefficients.potential_derivative
-    ) <= ZERO_SPEED_TOLERANCE * reduction.coordinate_scale * np.abs(coefficients.potential_second_derivative)
+    is_zero_speed = np.abs(coefficients.potential_derivative) <= ZERO_SPEED_TOLERANCE * reduction.coordinate_scale * np.abs(
+        coefficients.potential_second_derivative
+    )
     is_undefined = (coefficients.spindle_inertia_derivative == 0.0) | ~(
         (equilibrium_speed_squared(coefficients, reduction.coordinate_scale) >= 0.0) | is_zero_speed
     )
@@ -181,19 +177,14 @@ def _insensitivity_band(
     reduction: SingleDofReduction, coefficients: PathCoefficients, resistance: float, against: str
 ) -> InsensitivityBand:
     resistance_force = resistance * np.abs(reduction.output_derivative(coefficients, against))
-    squared_speeds = [
-        equilibrium_speed_squared(coefficients, reduction.coordinate_scale, sign * resistance_force)
-        for sign in (-1.0, 1.0)
-    ]
+    squared_speeds = [equilibrium_speed_squared(coefficients, reduction.coordinate_scale, sign * resistance_force) for sign in (-1.0, 1.0)]
     falling_speed, rising_speed = (
         np.sqrt(np.maximum(square, 0.0)) for square in (np.minimum(*squared_speeds), np.maximum(*squared_speeds))
     )
     is_spindle_decoupled = (coefficients.spindle_inertia_derivative == 0.0) & (resistance_force > 0.0)
     falling_speed = np.where(is_spindle_decoupled, 0.0, falling_speed)
     rising_speed = np.where(
-        is_spindle_decoupled,
-        np.where(np.abs(coefficients.potential_derivative) <= resistance_force, np.inf, 0.0),
-        rising_speed,
+        is_spindle_decoupled, np.where(np.abs(coefficients.potential_derivative) <= resistance_force, np.inf, 0.0), rising_speed
     )
     frictionless_speed = np.sqrt(np.maximum(equilibrium_speed_squared(coefficients, reduction.coordinate_scale), 0.0))
     return InsensitivityBand(
@@ -202,10 +193,7 @@ def _insensitivity_band(
         falling_speed=falling_speed,
         rising_speed=rising_speed,
         insensitivity=np.divide(
-            rising_speed - falling_speed,
-            frictionless_speed,
-            out=np.full_like(frictionless_speed, np.inf),
-            where=frictionless_speed > 0,
+            rising_speed - falling_speed, frictionless_speed, out=np.full_like(frictionless_speed, np.inf), where=frictionless_speed > 0
         ),
     )
 
@@ -220,11 +208,7 @@ def _no_equilibrium_speed_message(reduction: SingleDofReduction, coefficients: P
     ):
         return f"the mechanism rests at {position} at every spindle speed: neither the loads nor turning move it there"
     if coefficients.spindle_inertia_derivative[index] == 0.0:
-        return (
-            f"no spindle speed holds the mechanism at {position}: turning has no grip on it there, and the loads pull"
-        )
-    poles = sorted(
-        find_poles(reduction, sample_range_of_motion(reduction).sorted_coefficients), key=lambda pole: abs(pole - value)
-    )
+        return f"no spindle speed holds the mechanism at {position}: turning has no grip on it there, and the loads pull"
+    poles = sorted(find_poles(reduction, sample_range_of_motion(reduction).sorted_coefficients), key=lambda pole: abs(pole - value))
     pole_clause = "".join(f", beyond the pole of its curve at {format_coordinate(scene, pole)}" for pole in poles[:1])
     return f"no spindle speed holds the mechanism at {position}{pole_clause}: the loads do not oppose"

@@ -34,18 +34,7 @@ N_TIMED_RUNS = 3
 
 SPEED_FLUCTUATION_KEY = "spindle.speed_fluctuation"
 
-TOGGLED_EFFECT_KEYS = (
-    "gravity",
-    "centrifugal",
-    "rods",
-    "spring",
-    "dry_friction",
-    "dashpot",
-    "stops",
-    "clearance",
-    "masses",
-    "bell_cranks",
-)
+TOGGLED_EFFECT_KEYS = ("gravity", "centrifugal", "rods", "spring", "dry_friction", "dashpot", "stops", "clearance", "masses", "bell_cranks")
 """Of [effects], in the order in which they are told."""
 
 PARAMETERLESS_EFFECTS: Mapping[str, Effect] = {"gravity": Gravity(), "centrifugal": Centrifugal()}
@@ -115,22 +104,14 @@ class EffectsStudy:
     @property
     def missing(self) -> tuple[str, ...]:
         """Effects that are not listed and would change some reading by more than the accuracy."""
-        return tuple(
-            row.effect
-            for row in self.rows
-            if not row.listed and row.relative_change is not None and not self._is_negligible(row)
-        )
+        return tuple(row.effect for row in self.rows if not row.listed and row.relative_change is not None and not self._is_negligible(row))
 
     def __str__(self) -> str:
         """A line for each effect, and what to leave out."""
-        lines = [
-            f"{self.scene.title}: engine {self.engine}, accuracy {self.accuracy:g}, {_format_cost(self.base_cost)}"
-        ]
+        lines = [f"{self.scene.title}: engine {self.engine}, accuracy {self.accuracy:g}, {_format_cost(self.base_cost)}"]
         lines += [_format_comparison(row, is_negligible=self._is_negligible(row)) for row in self.rows]
         if self.negligible:
-            lines.append(
-                f"leave out: {', '.join(self.negligible)} (no reading changes by more than the asked accuracy)"
-            )
+            lines.append(f"leave out: {', '.join(self.negligible)} (no reading changes by more than the asked accuracy)")
         if self.missing:
             lines.append(f"not listed, though it would show: {', '.join(self.missing)}")
         if self.untried:
@@ -140,12 +121,7 @@ class EffectsStudy:
     def as_json(self) -> dict[str, Any]:
         """All of it as plain values."""
         rows = [asdict(row) | {"changes": dict(row.changes), "time_ratio": row.time_ratio} for row in self.rows]
-        header = {
-            "title": self.scene.title,
-            "engine": self.engine,
-            "accuracy": self.accuracy,
-            "base": asdict(self.base_cost),
-        }
+        header = {"title": self.scene.title, "engine": self.engine, "accuracy": self.accuracy, "base": asdict(self.base_cost)}
         lists = {"leave_out": list(self.negligible), "missing": list(self.missing), "untried": list(self.untried)}
         return {**header, "effects": rows, **lists}
 
@@ -162,11 +138,7 @@ def _format_comparison(row: EffectComparison, *, is_negligible: bool) -> str:
     name = f"{row.effect}{'' if row.listed else ' (not listed)'}"
     if row.relative_change is None or row.cost_with is None or row.cost_without is None:
         return f"{name:24} {row.note}"
-    verdict = (
-        "changes nothing you asked for"
-        if is_negligible
-        else f"changes {row.most_changed_reading.replace('_', ' ')} most"
-    )
+    verdict = "changes nothing you asked for" if is_negligible else f"changes {row.most_changed_reading.replace('_', ' ')} most"
     if row.note:
         return f"{name:24} {row.relative_change:8.1e}  {verdict}; {row.note}"
     cost = f"time x {row.time_ratio:.2f}, evaluations {row.cost_without.evaluations:,} -> {row.cost_with.evaluations:,}"
@@ -175,10 +147,7 @@ def _format_comparison(row: EffectComparison, *, is_negligible: bool) -> str:
 
 
 def run_effects_study(
-    scene: Scene,
-    engine: str = "auto",
-    accuracy: float | None = None,
-    progress: Callable[[int, int], None] | None = None,
+    scene: Scene, engine: str = "auto", accuracy: float | None = None, progress: Callable[[int, int], None] | None = None
 ) -> EffectsStudy:
     """Run a scene with each effect switched in turn, all by one engine at one accuracy.
 
@@ -207,9 +176,7 @@ def run_effects_study(
         engine=chosen.name,
         base_cost=base_cost,
         rows=tuple(rows),
-        untried=tuple(
-            key for key in TOGGLED_EFFECT_KEYS if key not in applied_keys and not _is_inapplicable(scene, key)
-        ),
+        untried=tuple(key for key in TOGGLED_EFFECT_KEYS if key not in applied_keys and not _is_inapplicable(scene, key)),
     )
 
 
@@ -219,11 +186,7 @@ def _is_inapplicable(scene: Scene, key: str) -> bool:
         return False
     machine_class = MACHINES.get(scene.part.machine)
     listed = [BODY_EFFECT_EXAMPLES[key]]
-    return bool(
-        machine_class.effect_problems(listed)
-        if machine_class
-        else unsupported_effect_messages(scene.part.machine, listed)
-    )
+    return bool(machine_class.effect_problems(listed) if machine_class else unsupported_effect_messages(scene.part.machine, listed))
 
 
 def _cost_of_run(run: Trajectory) -> EffectCost:
@@ -298,10 +261,7 @@ def _effect_switches(scene: Scene) -> Iterator[tuple[str, EffectSwitch]]:
         if type(default_effect) not in {type(effect) for effect in scene.effects} and (can_rotate or name == "gravity"):
             yield name, (False, partial(replace, scene, effects=(*scene.effects, default_effect)))
     if isinstance(scene.spindle, Spindle) and scene.spindle.speed_fluctuation:
-        yield (
-            SPEED_FLUCTUATION_KEY,
-            (True, partial(replace, scene, spindle=replace(scene.spindle, speed_fluctuation=0.0))),
-        )
+        yield (SPEED_FLUCTUATION_KEY, (True, partial(replace, scene, spindle=replace(scene.spindle, speed_fluctuation=0.0))))
 
 
 def _reparse_without(scene: Scene, key: str) -> Scene:

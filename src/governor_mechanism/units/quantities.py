@@ -66,27 +66,18 @@ QUANTITY_KINDS: Mapping[str, QuantityKind] = {
     "moment_of_inertia": QuantityKind("a moment of inertia", ("kg m^2",), {"kilogram": 1, "meter": 2}, "0.5 kg m^2"),
     "stiffness": QuantityKind("a stiffness", ("N/mm", "kgf/cm", "N/m"), {"kilogram": 1, "second": -2}, "2 N/mm"),
     "damping": QuantityKind("a damping", ("N s/mm", "N s/m"), {"kilogram": 1, "second": -1}, "120 N s/m"),
-    "torsion_stiffness": QuantityKind(
-        "a stiffness in torsion", ("N m/deg", "N m/rad"), _ENERGY | {"radian": -1}, "3 N m/rad"
-    ),
+    "torsion_stiffness": QuantityKind("a stiffness in torsion", ("N m/deg", "N m/rad"), _ENERGY | {"radian": -1}, "3 N m/rad"),
     "torsion_damping": QuantityKind(
         "a damping in torsion", ("N m s/rad",), {"kilogram": 1, "meter": 2, "second": -1, "radian": -1}, "0.1 N m s/rad"
     ),
-    "quadratic_damping": QuantityKind(
-        "a quadratic damping", ("N s^2/m^2",), {"kilogram": 1, "meter": -1}, "300 N s^2/m^2"
-    ),
+    "quadratic_damping": QuantityKind("a quadratic damping", ("N s^2/m^2",), {"kilogram": 1, "meter": -1}, "300 N s^2/m^2"),
     "quadratic_torsion_damping": QuantityKind(
-        "a quadratic damping in torsion",
-        ("N m s^2/rad^2",),
-        {"kilogram": 1, "meter": 2, "radian": -2},
-        "0.3 N m s^2/rad^2",
+        "a quadratic damping in torsion", ("N m s^2/rad^2",), {"kilogram": 1, "meter": 2, "radian": -2}, "0.3 N m s^2/rad^2"
     ),
     "area": QuantityKind("an area", ("mm^2", "cm^2", "m^2"), {"meter": 2}, "20 cm^2"),
     "density": QuantityKind("a density", ("g/cm^3", "kg/m^3"), {"kilogram": 1, "meter": -3}, "900 kg/m^3"),
     "pressure": QuantityKind("a pressure", ("at", "bar", "Pa"), {"kilogram": 1, "meter": -1, "second": -2}, "5 at"),
-    "modulus": QuantityKind(
-        "a modulus of shear", ("GPa", "N/mm^2", "Pa"), {"kilogram": 1, "meter": -1, "second": -2}, "80 GPa"
-    ),
+    "modulus": QuantityKind("a modulus of shear", ("GPa", "N/mm^2", "Pa"), {"kilogram": 1, "meter": -1, "second": -2}, "80 GPa"),
     "power": QuantityKind("a power", ("PS", "kW", "W"), {"kilogram": 1, "meter": 2, "second": -3}, "20 PS"),
     "ratio": QuantityKind("a ratio", (), {}, "0.3"),
     "number": QuantityKind("a number", (), {}, "0.3"),
@@ -114,9 +105,7 @@ _TURN_UNIT = re.compile(r"(?:revs?(?![^\W\d_])|[rU](?=\s*/|[\s*]+(?:s|min|h)\^-1
 _TURN_SPELLING = re.compile(r"re|ro|r(?![^\W\d_])|[tucgo]")
 _ANGLE_SPELLING = re.compile(r"ra|rd|ad|d|°")
 _PER_SECOND = re.compile(r"(?:(?:/|per|p)\s*s(?:ec\w*)?|s\^?-1)$")
-_CHARACTER_REPLACEMENTS = str.maketrans(
-    {"−": "-", "⁻": "-", "¹": "1", "²": "2", "³": "3", "·": "*", "⋅": "*", "×": "*"}
-)
+_CHARACTER_REPLACEMENTS = str.maketrans({"−": "-", "⁻": "-", "¹": "1", "²": "2", "³": "3", "·": "*", "⋅": "*", "×": "*"})
 
 
 def parse_quantity(value: object, kind: str, what: str) -> float:
@@ -127,9 +116,7 @@ def parse_quantity(value: object, kind: str, what: str) -> float:
     """
     expected = QUANTITY_KINDS.get(kind)
     if expected is None:
-        raise MechanismError(
-            f"{what}: no kind of quantity {kind!r}; kinds are {list(QUANTITY_KINDS)}.{did_you_mean(kind, QUANTITY_KINDS)}"
-        )
+        raise MechanismError(f"{what}: no kind of quantity {kind!r}; kinds are {list(QUANTITY_KINDS)}.{did_you_mean(kind, QUANTITY_KINDS)}")
     if isinstance(value, str):
         number = _text_to_si(value, expected, what)
     elif isinstance(value, Real) and not isinstance(value, bool):
@@ -198,9 +185,7 @@ def _unit_factor(unit: str, number: Decimal, expected: QuantityKind, message_sta
         return factor
     if base_exponents == _PER_TIME and expected.base_exponents == _ANGULAR:
         return _per_time_factor(normalised, number * factor, message_start)
-    raise MechanismError(
-        f"{message_start} is {_wrong_kind_message(normalised, number, factor, base_exponents, expected)}"
-    )
+    raise MechanismError(f"{message_start} is {_wrong_kind_message(normalised, number, factor, base_exponents, expected)}")
 
 
 def _in_base_units(unit: str) -> tuple[Decimal, dict[str, int]]:
@@ -230,14 +215,10 @@ def _per_time_factor(unit: str, per_second: Decimal, message_start: str) -> Deci
         return Decimal(1)
     if squeezed in ("1/min", "min^-1"):
         return _in_base_units("rpm")[0]
-    raise MechanismError(
-        f'{message_start} may count turns or radians; write "{60 * per_second:.6g} rpm" or "{per_second:.6g} rad/s"'
-    )
+    raise MechanismError(f'{message_start} may count turns or radians; write "{60 * per_second:.6g} rpm" or "{per_second:.6g} rad/s"')
 
 
-def _wrong_kind_message(
-    unit: str, number: Decimal, factor: Decimal, base_exponents: Mapping[str, int], expected: QuantityKind
-) -> str:
+def _wrong_kind_message(unit: str, number: Decimal, factor: Decimal, base_exponents: Mapping[str, int], expected: QuantityKind) -> str:
     """What the unit stands for instead, and the cure; weight and mass are often taken for each other."""
     mass, force = QUANTITY_KINDS["mass"], QUANTITY_KINDS["force"]
     if expected is mass and base_exponents == force.base_exponents:
@@ -247,12 +228,9 @@ def _wrong_kind_message(
         return f"a force: that is a weight; write {kilograms:.3g} kg (rounded: it weighs so much at 9.81 m/s^2)"
     if expected is force and base_exponents == mass.base_exponents:
         return f'no force: that is a mass; write "{float(number * factor):.12g} kgf" or in N'
-    named_dimensions = [(kind.name, kind.base_exponents) for kind in QUANTITY_KINDS.values() if kind.units] + list(
-        _OTHER_DIMENSIONS
-    )
+    named_dimensions = [(kind.name, kind.base_exponents) for kind in QUANTITY_KINDS.values() if kind.units] + list(_OTHER_DIMENSIONS)
     kind_name = next(
-        (name for name, known in named_dimensions if known == base_exponents),
-        "of another kind" if base_exponents else "a plain number",
+        (name for name, known in named_dimensions if known == base_exponents), "of another kind" if base_exponents else "a plain number"
     )
     return f"{kind_name}; {expected.units_hint}"
 
@@ -268,9 +246,7 @@ def _suggest_unit(unit: str, expected: QuantityKind) -> str:
         if _TURN_SPELLING.match(word):
             return f". Did you mean {'rev/s' if _PER_SECOND.search(word) else 'rpm'!r}?"
         angles = {"deg", "rad", "°", "deg/s", "rad/s"}
-        candidates = (
-            ["deg/s", "rad/s"] if _ANGLE_SPELLING.match(word) else [name for name in candidates if name not in angles]
-        )
+        candidates = ["deg/s", "rad/s"] if _ANGLE_SPELLING.match(word) else [name for name in candidates if name not in angles]
     lowered = {name.lower(): name for name in reversed(candidates)}
     matches = difflib.get_close_matches(word, list(lowered), n=1)
     return f". Did you mean {lowered[matches[0]]!r}?" if matches else ""

@@ -49,11 +49,7 @@ def check_relaxation(scene: Scene, quantity: str, *, start: float, expected: flo
 def check_oscillation_period(scene: Scene, reading: str, *, angle: float, period: float, label: str) -> ComparisonRow:
     """The period (s) of swings of a reading about its rest at an angle (rad), so small that none could be smaller."""
     small_amplitude_period, double_amplitude_period = (
-        (
-            _simulate_period(scene, reading, angle, amplitude, period)
-            + _simulate_period(scene, reading, angle, -amplitude, period)
-        )
-        / 2
+        (_simulate_period(scene, reading, angle, amplitude, period) + _simulate_period(scene, reading, angle, -amplitude, period)) / 2
         for amplitude in (SMALL_AMPLITUDE, 2 * SMALL_AMPLITUDE)
     )
     return ComparisonRow(

@@ -60,9 +60,7 @@ def _check_neutral_equilibrium(scene: Scene, radius: float, neutral_speed: float
     )
 
 
-def _check_transit_time(
-    scene: Scene, neutral_speed: float, mass_ratio: float, double_parameter: float
-) -> Iterator[ComparisonRow | str]:
+def _check_transit_time(scene: Scene, neutral_speed: float, mass_ratio: float, double_parameter: float) -> Iterator[ComparisonRow | str]:
     speeds = scene.spindle.speeds if isinstance(scene.spindle, Spindle) else ()
     if any(not math.isclose(speed, neutral_speed, rel_tol=1e-9) for speed in speeds) or not speeds:
         yield f"the spindle does not keep the neutral speed, {neutral_speed * 30 / math.pi:.6g} rpm: the drift is not checked"

@@ -24,12 +24,7 @@ from governor_mechanism.model.scene import FreeSpindle, Scene, Spindle
 from governor_mechanism.model.trajectory import Trajectory
 from governor_mechanism.statics.speed_curve import equilibrium_speed_at
 from governor_mechanism.types import FloatArray
-from governor_mechanism.verification.oscillation import (
-    check_oscillation_period,
-    check_relaxation,
-    format_rpm,
-    run_scene,
-)
+from governor_mechanism.verification.oscillation import check_oscillation_period, check_relaxation, format_rpm, run_scene
 from governor_mechanism.verification.report import ComparisonRow
 
 RELAXATION_OFFSETS = (-0.12, 0.03, 0.15)
@@ -56,9 +51,7 @@ def check_pendulum_governor(scene: Scene) -> Iterator[ComparisonRow | str]:
     else:
         if output_effects:
             yield f"rest and small swings are checked without {_join_effect_names(output_effects)}"
-        yield from _check_equilibria(
-            replace(scene, effects=tuple(one for one in scene.effects if one not in output_effects)), governor
-        )
+        yield from _check_equilibria(replace(scene, effects=tuple(one for one in scene.effects if one not in output_effects)), governor)
     run = run_scene(scene)
     if not run.outcome.ok:
         yield f"the run reached {run.times[-1]:.4g} of {scene.run.duration:.4g} s: {run.message}"
@@ -84,12 +77,7 @@ def _is_in_closed_form(effect: Effect) -> bool:
     return isinstance(effect, Dashpot) and effect.reading == "sleeve_lift" and not effect.quadratic
 
 
-OUTPUT_EFFECT_NAMES: dict[type[Effect], str] = {
-    OutputSpring: "spring",
-    DryFriction: "dry friction",
-    Dashpot: "dashpot",
-    Stops: "stops",
-}
+OUTPUT_EFFECT_NAMES: dict[type[Effect], str] = {OutputSpring: "spring", DryFriction: "dry friction", Dashpot: "dashpot", Stops: "stops"}
 
 
 def _join_effect_names(effects: Sequence[Effect]) -> str:
@@ -128,9 +116,7 @@ def _equilibrium_angles(governor: closed.PendulumGovernor, speed: float) -> list
     return [float(angle) for angle in closed.equilibrium_angles(governor, spindle_speed=abs(speed))] if speed else []
 
 
-def _check_equilibrium(
-    scene: Scene, governor: closed.PendulumGovernor, speed: float, angle: float
-) -> Iterator[ComparisonRow | str]:
+def _check_equilibrium(scene: Scene, governor: closed.PendulumGovernor, speed: float, angle: float) -> Iterator[ComparisonRow | str]:
     angle_label = f"{math.degrees(angle):.4g} deg"
     yield ComparisonRow(
         quantity=f"equilibrium speed at {angle_label}",
@@ -188,9 +174,7 @@ def _check_motion(scene: Scene, governor: closed.PendulumGovernor, run: Trajecto
         )
 
 
-def _integrate_closed_form(
-    scene: Scene, governor: closed.PendulumGovernor, run: Trajectory
-) -> tuple[FloatArray, FloatArray, FloatArray]:
+def _integrate_closed_form(scene: Scene, governor: closed.PendulumGovernor, run: Trajectory) -> tuple[FloatArray, FloatArray, FloatArray]:
     """Arm angle, its rate, spindle speed (n,) by the closed forms' equations of motion, from the run's own start."""
     spindle = scene.spindle
     program = SpindleSpeedFunction(spindle)
@@ -204,9 +188,7 @@ def _integrate_closed_form(
             drive_torque = float(torque(np.array([time]), left_limit=time > start)[0])
             coordinates = {"arm_angle": arm_angle, "arm_rate": arm_rate, "spindle_speed": spindle_speed}
             spindle_acceleration = float(
-                closed.spindle_acceleration(
-                    governor, **coordinates, constant_inertia=spindle.inertia, torque=drive_torque
-                )
+                closed.spindle_acceleration(governor, **coordinates, constant_inertia=spindle.inertia, torque=drive_torque)
             )
         else:
             spindle_speed = float(program(np.array([time]), left_limit=time > start)[0])
@@ -222,12 +204,8 @@ def _integrate_closed_form(
     segments = [state[:, np.newaxis]]
     for start, end in pairwise(knots):
         segment_times = run.times[(run.times > start) & (run.times <= end)]
-        evaluation_times = (
-            segment_times if segment_times.size and segment_times[-1] == end else np.append(segment_times, end)
-        )
-        solution = solve_ivp(
-            state_derivative, (start, end), state, method="DOP853", t_eval=evaluation_times, rtol=1e-13, atol=1e-14
-        )
+        evaluation_times = segment_times if segment_times.size and segment_times[-1] == end else np.append(segment_times, end)
+        solution = solve_ivp(state_derivative, (start, end), state, method="DOP853", t_eval=evaluation_times, rtol=1e-13, atol=1e-14)
         segments.append(solution.y[:, : len(segment_times)])
         state = solution.y[:, -1]
     angles, rates, speeds = np.concatenate(segments, axis=1)

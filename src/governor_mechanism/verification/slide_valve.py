@@ -43,11 +43,7 @@ def check_slide_valve(scene: Scene) -> Iterator[ComparisonRow | str]:
     simulated_angles = find_event_angles(scene)
     dimensions = scene.part.dimensions
     closed_form_angle = partial(
-        closed.event_angle,
-        eccentric,
-        outside_lap=dimensions["outside_lap"],
-        inside_lap=dimensions["inside_lap"],
-        centre=centre,
+        closed.event_angle, eccentric, outside_lap=dimensions["outside_lap"], inside_lap=dimensions["inside_lap"], centre=centre
     )
     exact_angles = {name: closed_form_angle(event=name) for name in simulated_angles}
     for name, angle in simulated_angles.items():
@@ -65,13 +61,9 @@ def check_slide_valve(scene: Scene) -> Iterator[ComparisonRow | str]:
     if len(run.times) < 2:
         return
     angles = crank_angles(scene, run)
-    yield compare_reading(
-        run, "valve_displacement", np.asarray(closed.valve_displacement(eccentric, crank_angle=angles, centre=centre))
-    )
+    yield compare_reading(run, "valve_displacement", np.asarray(closed.valve_displacement(eccentric, crank_angle=angles, centre=centre)))
     piston_travel = np.asarray(
-        crank.travel_from_outer_dead_centre(
-            crank.CrankTrain.from_dimensions(scene.part.dimensions), crank_angle=angles + math.pi
-        )
+        crank.travel_from_outer_dead_centre(crank.CrankTrain.from_dimensions(scene.part.dimensions), crank_angle=angles + math.pi)
     )
     yield compare_reading(run, "head_end_travel", piston_travel)
     yield from _check_events_in_motion(scene, exact_angles)
@@ -80,10 +72,7 @@ def check_slide_valve(scene: Scene) -> Iterator[ComparisonRow | str]:
 def _check_kinematics(scene: Scene, eccentric: closed.Eccentric, centre: float | None) -> Iterator[ComparisonRow]:
     """Valve and piston over a turn."""
     speed, train = scene.part.dimensions["crank_speed"], crank.CrankTrain.from_dimensions(scene.part.dimensions)
-    angle_arguments, rate_arguments = (
-        {"crank_angle": CHECKED_CRANK_ANGLES},
-        {"crank_angle": CHECKED_CRANK_ANGLES, "crank_rate": speed},
-    )
+    angle_arguments, rate_arguments = ({"crank_angle": CHECKED_CRANK_ANGLES}, {"crank_angle": CHECKED_CRANK_ANGLES, "crank_rate": speed})
     opposite_angle_arguments, opposite_rate_arguments = (
         {"crank_angle": CHECKED_CRANK_ANGLES + math.pi},
         {"crank_angle": CHECKED_CRANK_ANGLES + math.pi, "crank_rate": speed},
@@ -134,9 +123,7 @@ def _check_setting(
         )
     if valve_setting(scene) == EQUAL_CUT_OFFS:
         stroke = 2 * scene.part.dimensions["crank"]
-        readings = evaluate_at_crank_angles(
-            scene, np.array([simulated_angles[f"{end} cut-off"] for end in CYLINDER_ENDS])
-        ).readings
+        readings = evaluate_at_crank_angles(scene, np.array([simulated_angles[f"{end} cut-off"] for end in CYLINDER_ENDS])).readings
         yield ComparisonRow(
             quantity="cut-off at the crank end, against the head end's",
             simulated=float(readings["crank_end_travel"][0]) / stroke,

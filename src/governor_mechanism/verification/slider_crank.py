@@ -28,10 +28,7 @@ def check_slider_crank(scene: Scene) -> Iterator[ComparisonRow | str]:
     """Every comparison that applies to the scene."""
     train, speed = build_crank_train(scene), scene.part.dimensions["crank_speed"]
     kinematics = solve_kinematics(scene, "crank_angle", CHECKED_CRANK_ANGLES, speed)
-    angle_arguments, rate_arguments = (
-        {"crank_angle": CHECKED_CRANK_ANGLES},
-        {"crank_angle": CHECKED_CRANK_ANGLES, "crank_rate": speed},
-    )
+    angle_arguments, rate_arguments = ({"crank_angle": CHECKED_CRANK_ANGLES}, {"crank_angle": CHECKED_CRANK_ANGLES, "crank_rate": speed})
     length_scale = train.crank
     yield from compare_kinematics(
         kinematics,
@@ -116,9 +113,7 @@ def compare_kinematics(
     )
     for name, expected_values in expected.items():
         unit = "rad" if name.endswith("angle") else "m"
-        for (suffix, simulated, scale), value, unit_suffix in zip(
-            derivatives, expected_values, ("", "/s", "/s2"), strict=True
-        ):
+        for (suffix, simulated, scale), value, unit_suffix in zip(derivatives, expected_values, ("", "/s", "/s2"), strict=True):
             exact = np.asarray(value)
             worst_index = int(np.argmax(np.abs(simulated[name] - exact)))
             angle_label = f"{math.degrees(kinematics.values[worst_index]):.4g} deg"
@@ -157,19 +152,13 @@ def _check_bearing_loads(
             yield f"{name!r} joins nothing that has mass on both sides: it is not checked"
             continue
         for axis, letter in enumerate("xy"):
-            yield _compare_load(
-                run, f"{name}, {letter}", run.reactions[name].force[:, axis], force[:, axis], largest, "N"
-            )
+            yield _compare_load(run, f"{name}, {letter}", run.reactions[name].force[:, axis], force[:, axis], largest, "N")
     guide = run.reactions["crosshead guide"].force[:, 1]
     yield _compare_load(run, "crosshead guide", guide, exact.guide, largest, "N")
-    yield _compare_load(
-        run, "torque of the drive", run.reactions["drive"].moment, exact.torque, largest * train.crank, "N m"
-    )
+    yield _compare_load(run, "torque of the drive", run.reactions["drive"].moment, exact.torque, largest * train.crank, "N m")
 
 
-def _compare_load(
-    run: Trajectory, name: str, simulated: FloatArray, expected: FloatArray, largest: float, unit: str
-) -> ComparisonRow:
+def _compare_load(run: Trajectory, name: str, simulated: FloatArray, expected: FloatArray, largest: float, unit: str) -> ComparisonRow:
     worst_index = int(np.argmax(np.abs(simulated - expected)))
     return ComparisonRow(
         quantity=f"{name} (farthest, t = {run.times[worst_index]:.4g} s)",

@@ -56,9 +56,7 @@ def check_kernel(
     return CheckReport(title=scene.title, against=getattr(kernel, "__name__", "kernel"), rows=tuple(rows))
 
 
-def _validate_coordinate_values(
-    scene: Scene, over: Mapping[str, Sequence[float] | FloatArray]
-) -> tuple[str, FloatArray]:
+def _validate_coordinate_values(scene: Scene, over: Mapping[str, Sequence[float] | FloatArray]) -> tuple[str, FloatArray]:
     coordinate = scene.part.mechanism.coordinate
     if list(over) != [coordinate]:
         raise MechanismError(f"`over` must give values of {coordinate!r}, the leading coordinate; got {list(over)}")
@@ -67,9 +65,7 @@ def _validate_coordinate_values(
     except (TypeError, ValueError):
         values = np.array([np.nan])
     if values.ndim != 1 or not values.size or not np.all(np.isfinite(values)):
-        raise MechanismError(
-            f"values of {coordinate!r} must be a list of finite numbers in SI; got {over[coordinate]!r}"
-        )
+        raise MechanismError(f"values of {coordinate!r} must be a list of finite numbers in SI; got {over[coordinate]!r}")
     for limit in scene.part.mechanism.limits:
         outside = values[(values <= limit.low) | (values >= limit.high)]
         if limit.reading == coordinate and outside.size:
@@ -102,20 +98,14 @@ def _available_arguments(scene: Scene, values: FloatArray, poses: FloatArray) ->
     columns = {name: np.full(values.shape, number) for name, number in scene.part.dimensions.items()}
     columns["gravity"] = np.full(values.shape, scene.gravity)
     mechanism = scene.part.mechanism
-    return columns | {
-        reading.name: evaluate_output_value(mechanism, reading.name, poses) for reading in mechanism.readings
-    }
+    return columns | {reading.name: evaluate_output_value(mechanism, reading.name, poses) for reading in mechanism.readings}
 
 
-def _select_kernel_arguments(
-    kernel: Callable[..., float], available: Mapping[str, FloatArray]
-) -> dict[str, FloatArray]:
+def _select_kernel_arguments(kernel: Callable[..., float], available: Mapping[str, FloatArray]) -> dict[str, FloatArray]:
     selected = {}
     for name, parameter in inspect.signature(kernel).parameters.items():
         if parameter.kind in (parameter.VAR_POSITIONAL, parameter.VAR_KEYWORD, parameter.POSITIONAL_ONLY):
-            raise MechanismError(
-                f"the kernel's parameter {name!r} has no name to fill it by; write plain named parameters"
-            )
+            raise MechanismError(f"the kernel's parameter {name!r} has no name to fill it by; write plain named parameters")
         if name in available:
             selected[name] = available[name]
         elif parameter.default is parameter.empty:
@@ -124,9 +114,7 @@ def _select_kernel_arguments(
     return selected
 
 
-def _evaluate_kernel(
-    kernel: Callable[..., float], arguments: Mapping[str, float], coordinate: str, value: float
-) -> float:
+def _evaluate_kernel(kernel: Callable[..., float], arguments: Mapping[str, float], coordinate: str, value: float) -> float:
     """The kernel's value; what is not one real number fails its row instead of stopping the others."""
     try:
         result = np.asarray(kernel(**arguments))
@@ -134,7 +122,5 @@ def _evaluate_kernel(
         error.add_note(f"raised by the kernel at {coordinate} = {value:.6g}, called with {dict(arguments)}")
         raise
     if result.size != 1 or result.dtype.kind not in "iuf":
-        raise MechanismError(
-            f"the kernel must return one real number; at {coordinate} = {value:.6g} it gave {result!r}"
-        )
+        raise MechanismError(f"the kernel must return one real number; at {coordinate} = {value:.6g} it gave {result!r}")
     return float(result.ravel()[0]) if math.isfinite(float(result.ravel()[0])) else math.nan

@@ -112,10 +112,7 @@ def test_the_speed_limits_stand_apart_by_twice_the_part(speed: float, part: floa
 @pytest.mark.parametrize(
     ("call", "message"),
     [
-        (
-            lambda: design.effective_spring_rate(inner_force=2.0, outer_force=1.0, stroke=0.1),
-            "outer_force must exceed inner_force",
-        ),
+        (lambda: design.effective_spring_rate(inner_force=2.0, outer_force=1.0, stroke=0.1), "outer_force must exceed inner_force"),
         (lambda: design.coil_rate(wire=0.08, coil=0.012, turns=3, modulus=8e10), "coil must be wider than its wire"),
         (lambda: design.sleeve_travel(sleeve_arm=0.1, angle=4.0, swing=0.1), "angle must lie below 180 deg"),
         (lambda: design.symmetric_sleeve_arm(fulcrum_radius=0.1, angle=2.0, swing=2.0), "swing must lie below 90 deg"),

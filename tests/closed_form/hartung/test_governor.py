@@ -82,8 +82,7 @@ def test_table_2_is_met_within_slide_rule_work_but_for_one_misprint() -> None:
 
 
 @pytest.mark.parametrize(
-    ("angle_deg", "arm", "printed"),
-    [(132.0, 0.17, hartung.STATIC_FORCES_132), (hartung.ANGLE_DEG, None, hartung.STATIC_FORCES_CORRECTED)],
+    ("angle_deg", "arm", "printed"), [(132.0, 0.17, hartung.STATIC_FORCES_132), (hartung.ANGLE_DEG, None, hartung.STATIC_FORCES_CORRECTED)]
 )
 def test_the_static_force_over_the_stroke(angle_deg: float, arm: float | None, printed: tuple[float, ...]) -> None:
     governor = of_angle(angle_deg, arm)
@@ -100,9 +99,7 @@ def test_how_constant_the_static_force_is(angle_deg: float, percent: float) -> N
 def of_angle(degrees: float, arm: float | None = None) -> HartungGovernor:
     """The paper's governor with another bell crank; b from hangers that stand even about the axis."""
     even = hartung.GOVERNOR["fulcrum_radius"] / (math.sin(math.radians(degrees)) * math.cos(math.radians(15)))
-    return HartungGovernor(
-        **{**hartung.GOVERNOR, "angle": math.radians(degrees), "sleeve_arm": even if arm is None else arm}
-    )
+    return HartungGovernor(**{**hartung.GOVERNOR, "angle": math.radians(degrees), "sleeve_arm": even if arm is None else arm})
 
 
 def static_forces(governor: HartungGovernor, count: int) -> np.ndarray:
@@ -160,14 +157,10 @@ def test_the_stiffness_is_the_slope_of_the_balance(found: tuple[HartungGovernor,
     def moment(lever: np.ndarray) -> float:
         x = float(closed.weight_radius(governor, lever_angle=float(lever[0])))
         force = preload + rate * (x - middle)
-        bend = closed.lever_acceleration(
-            governor, lever_angle=float(lever[0]), lever_rate=0.0, spring_force=force, spindle_speed=speed
-        )
+        bend = closed.lever_acceleration(governor, lever_angle=float(lever[0]), lever_rate=0.0, spring_force=force, spindle_speed=speed)
         return -float(bend) * float(closed.lever_inertia(governor, lever_angle=float(lever[0])))
 
-    stiff = float(
-        closed.stiffness(governor, lever_angle=angle, spring_force=preload, spring_rate=rate, spindle_speed=speed)
-    )
+    stiff = float(closed.stiffness(governor, lever_angle=angle, spring_force=preload, spring_rate=rate, spindle_speed=speed))
     slope = float(approx_fprime(np.array([angle]), moment, 1e-7)[0])
     size = 2 * governor.weight_arm * (rate * governor.weight_arm + preload + governor.weight_mass * speed**2)
     assert abs(stiff - slope) < 1e-5 * size  # a one-sided difference over 1e-7 rad is right to about 1e-7 of the terms
@@ -187,9 +180,7 @@ def test_a_motion_keeps_its_energy() -> None:
 
     def slope(_: float, state: np.ndarray) -> list[float]:
         force = spring_force(HUNG, state[0])
-        bend = closed.lever_acceleration(
-            HUNG, lever_angle=state[0], lever_rate=state[1], spring_force=force, spindle_speed=21.9
-        )
+        bend = closed.lever_acceleration(HUNG, lever_angle=state[0], lever_rate=state[1], spring_force=force, spindle_speed=21.9)
         return [state[1], float(bend)]
 
     found = solve_ivp(slope, (0.0, 1.0), [0.1, 0.3], method="DOP853", rtol=1e-12, atol=1e-14)
@@ -205,10 +196,7 @@ def test_a_motion_keeps_its_energy() -> None:
 @pytest.mark.parametrize(
     ("call", "message"),
     [
-        (
-            lambda: HartungGovernor(**{**hartung.GOVERNOR, "angle": 3.2}),
-            r"angle must lie below 180 deg; got angle = 183",
-        ),
+        (lambda: HartungGovernor(**{**hartung.GOVERNOR, "angle": 3.2}), r"angle must lie below 180 deg; got angle = 183"),
         (lambda: HartungGovernor(**{**hartung.GOVERNOR, "weight_arm": 0.0}), "weight_arm must be above 0 m"),
         (lambda: closed.weight_radius(PAPERS, lever_angle=1.6), "within 90 deg of upright; got lever_angle = 91.67"),
         (

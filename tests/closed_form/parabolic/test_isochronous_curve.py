@@ -69,9 +69,7 @@ def test_the_upper_position_of_the_design_is_the_only_one_above_the_start(row: t
     if arm is not None:
         is_printed(length, arm)
     governor = design(length)
-    assert abs(governor.offset - offset) <= max(
-        zehnder.half_unit_of_last_digit(offset), 1e-16
-    )  # zero to rounding on the axis
+    assert abs(governor.offset - offset) <= max(zehnder.half_unit_of_last_digit(offset), 1e-16)  # zero to rounding on the axis
     found = pendulum.equilibrium_angles(governor, spindle_speed=SPEEDS[1], lowest=START_ANGLE)
     assert found.size == 1
     is_printed(math.degrees(found[0]), degrees)
@@ -143,9 +141,7 @@ def test_neighbouring_parabolas_part_most_at_the_abscissa_of_45_degrees() -> Non
     around = isochronous.angle_between_parabolas(abscissa=best * np.array([0.9, 0.99, 1.01, 1.1]), **family)
     assert np.all(around < angle)
     slopes = [
-        isochronous.parabola_angle(
-            abscissa=best, double_parameter=isochronous.double_parameter(spindle_speed=speed, mass_ratio=RATIO)
-        )
+        isochronous.parabola_angle(abscissa=best, double_parameter=isochronous.double_parameter(spindle_speed=speed, mass_ratio=RATIO))
         for speed in (low, high)
     ]
     assert_allclose(slopes[1] - slopes[0], angle, rtol=1e-13)  # rounding of the difference
@@ -156,9 +152,7 @@ GUIDE: dict[str, Any] = {
     "start": GUIDE_CASE["start"],
     "start_rate": GUIDE_CASE["start_rate"],
     "mass_ratio": GUIDE_CASE["mass_ratio"],
-    "double_parameter": isochronous.double_parameter(
-        spindle_speed=GUIDE_CASE["spindle_speed"], mass_ratio=GUIDE_CASE["mass_ratio"]
-    ),
+    "double_parameter": isochronous.double_parameter(spindle_speed=GUIDE_CASE["spindle_speed"], mass_ratio=GUIDE_CASE["mass_ratio"]),
 }
 
 
@@ -169,9 +163,7 @@ def test_the_transit_in_the_isochronous_guide_takes_the_recomputed_time() -> Non
 
 
 def test_the_transit_time_is_the_integral_of_the_inverse_rate_also_across_the_axis() -> None:
-    time, _ = quad(
-        lambda x: 1 / isochronous.guide_rate(abscissa=x, **{**GUIDE, "start": -0.1}), -0.1, 0.2, epsabs=1e-13
-    )
+    time, _ = quad(lambda x: 1 / isochronous.guide_rate(abscissa=x, **{**GUIDE, "start": -0.1}), -0.1, 0.2, epsabs=1e-13)
     assert_allclose(isochronous.guide_transit_time(end=0.2, **{**GUIDE, "start": -0.1}), time, rtol=1e-13)  # quadrature
 
 
@@ -206,20 +198,14 @@ def test_numbers_give_floats_and_arrays_broadcast() -> None:
 @pytest.mark.parametrize(
     ("call", "sentence"),
     [
-        (
-            lambda: isochronous.double_parameter(spindle_speed=0.0),
-            r"spindle_speed must be above 0 rad/s; got .* = 0 rad/s",
-        ),
+        (lambda: isochronous.double_parameter(spindle_speed=0.0), r"spindle_speed must be above 0 rad/s; got .* = 0 rad/s"),
         (lambda: isochronous.double_parameter(spindle_speed=math.nan), r"spindle_speed must be finite"),
         (
             lambda: isochronous.double_parameter(spindle_speed=10.0, mass_ratio=np.array([1.0, -1.0])),
             r"mass_ratio must be 0 or more; got mass_ratio\[1\] = -1",
         ),
         (lambda: isochronous.double_parameter(spindle_speed=10.0, gravity=-9.81), r"gravity must be above 0 m/s2"),
-        (
-            lambda: isochronous.parabola_height(abscissa=0.1, double_parameter=0.0),
-            r"double_parameter must be above 0 m",
-        ),
+        (lambda: isochronous.parabola_height(abscissa=0.1, double_parameter=0.0), r"double_parameter must be above 0 m"),
         (
             lambda: isochronous.empirical_start_abscissa(spindle_speed=200.0),
             r"gives no abscissa outside the axis.*start abscissa = -0.4.* cm; load the sleeve more",
@@ -232,10 +218,7 @@ def test_numbers_give_floats_and_arrays_broadcast() -> None:
             r"upper_speed must not be below lower_speed; got lower_speed = 12 rad/s and upper_speed = 11 rad/s",
         ),
         (lambda: isochronous.guide_transit_time(end=0.05, **GUIDE), r"the balls never come to the end.*start = 0.1 m"),
-        (
-            lambda: isochronous.guide_transit_time(end=0.2, **{**GUIDE, "start_rate": 0.0}),
-            r"start_rate must point from start to end",
-        ),
+        (lambda: isochronous.guide_transit_time(end=0.2, **{**GUIDE, "start_rate": 0.0}), r"start_rate must point from start to end"),
     ],
 )
 def test_what_has_no_answer_is_refused_with_the_value(call: Callable[[], Any], sentence: str) -> None:

@@ -66,9 +66,7 @@ def test_judged_by_the_parabola_under_the_ball_the_changes_have_the_signs_of_zeh
 
 
 @given(ANGLES, st.floats(0.02, 2.0), st.floats(0.3, 1.6), st.floats(-4, 8).map(math.radians), st.floats(0, 8))
-def test_the_change_is_that_of_the_governors_own_speed(
-    angle: float, abscissa: float, share: float, turn: float, ratio: float
-) -> None:
+def test_the_change_is_that_of_the_governors_own_speed(angle: float, abscissa: float, share: float, turn: float, ratio: float) -> None:
     arm = share * float(isochronous.osculating_arm(abscissa=abscissa, arm_angle=angle))
     offset = abscissa - arm * math.sin(angle)
     governor = PendulumGovernor(arm=arm, offset=offset, ball_mass=1.0, sleeve_mass=ratio)
@@ -81,9 +79,7 @@ def test_the_change_is_that_of_the_governors_own_speed(
 
 
 @given(ANGLES, st.floats(0.02, 2.0), st.floats(0.3, 1.6), st.floats(-2, 8).map(math.radians))
-def test_the_ball_sits_on_the_parabola_of_the_judged_speed(
-    angle: float, abscissa: float, share: float, turn: float
-) -> None:
+def test_the_ball_sits_on_the_parabola_of_the_judged_speed(angle: float, abscissa: float, share: float, turn: float) -> None:
     arm = share * float(isochronous.osculating_arm(abscissa=abscissa, arm_angle=angle))
     change = parabola_speed_change(start_angle=angle, start_abscissa=abscissa, arm=arm, angle_change=turn)
     x = abscissa + arm * (math.sin(angle + turn) - math.sin(angle))
@@ -95,9 +91,7 @@ def test_the_ball_sits_on_the_parabola_of_the_judged_speed(
 
 def test_the_change_next_to_the_start_keeps_its_digits() -> None:
     tiny = 1e-9
-    slope = {
-        share: equilibrium_speed_change(**START, arm=share * RADIUS, angle_change=tiny) / tiny for share in (0.7, 1.3)
-    }
+    slope = {share: equilibrium_speed_change(**START, arm=share * RADIUS, angle_change=tiny) / tiny for share in (0.7, 1.3)}
     # d ln w / da = (1 - l / rho) / (2 sin a cos a): from Zehnder (3); 1e-8 of second order, and of the given digits
     for share, found in slope.items():
         assert_allclose(found, (1 - share) / math.sin(2 * ANGLE), rtol=1e-7)
@@ -123,16 +117,11 @@ def test_numbers_give_floats_and_arrays_broadcast() -> None:
         ({"angle_change": math.inf}, r"angle_change must be finite"),
         ({"angle_change": -1.0}, r"must lie above 0 deg and below 90 deg; got .* angle_change = -57"),
         ({"angle_change": np.array([0.1, 1.2])}, r"angle_change\[1\] = 68"),
-        (
-            {"arm": 3 * RADIUS, "angle_change": -0.3},
-            r"onto the spindle axis or beyond it.*arm = 1\.4.*turn the arm less",
-        ),
+        ({"arm": 3 * RADIUS, "angle_change": -0.3}, r"onto the spindle axis or beyond it.*arm = 1\.4.*turn the arm less"),
     ],
 )
 @pytest.mark.parametrize("function", [equilibrium_speed_change, parabola_speed_change])
-def test_what_has_no_answer_is_refused_with_the_value(
-    function: Callable[..., Any], values: dict[str, Any], sentence: str
-) -> None:
+def test_what_has_no_answer_is_refused_with_the_value(function: Callable[..., Any], values: dict[str, Any], sentence: str) -> None:
     with pytest.raises(MechanismError, match=sentence):
         function(**{**START, "arm": RADIUS, "angle_change": 0.1, **values})
 

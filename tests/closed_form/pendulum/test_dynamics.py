@@ -40,9 +40,7 @@ SNAP_STOPS = np.radians(zehnder.FOLD_JUMP["stops_deg"])
 SNAP = PendulumGovernor(
     arm=zehnder.FOLD_JUMP["arm"],
     ball_mass=zehnder.FOLD_JUMP["ball_mass"],
-    offset=pendulum.equal_speed_offset(
-        arm=zehnder.FOLD_JUMP["arm"], lower_angle=float(SNAP_STOPS[0]), upper_angle=float(SNAP_STOPS[1])
-    ),
+    offset=pendulum.equal_speed_offset(arm=zehnder.FOLD_JUMP["arm"], lower_angle=float(SNAP_STOPS[0]), upper_angle=float(SNAP_STOPS[1])),
 )
 GENERAL = PendulumGovernor(
     arm=0.4,
@@ -119,9 +117,7 @@ def test_the_equilibrium_speed_of_a_rhombus_is_zehnders_third_equation() -> None
         x = governor.offset + governor.arm * np.sin(angle)
         load = governor.gravity * (1 + governor.sleeve_mass / governor.ball_mass)
         # 1e-14: some forty roundings, the two formulas being the same
-        assert_allclose(
-            pendulum.equilibrium_speed(governor, arm_angle=angle) ** 2, load * np.tan(angle) / x, rtol=1e-14
-        )
+        assert_allclose(pendulum.equilibrium_speed(governor, arm_angle=angle) ** 2, load * np.tan(angle) / x, rtol=1e-14)
 
 
 def test_the_equilibrium_speed_of_a_general_linkage_is_that_of_virtual_work() -> None:
@@ -149,9 +145,7 @@ def test_an_extended_arm_counts_as_a_heavier_ball_at_the_joint() -> None:
     is_printed(pendulum.equilibrium_speed(extended, arm_angle=angle), zehnder.EXTENDED_ARM["spindle_speed"])
     # (Ia): P = P1 l / l1 is the ball that gives the same insensitivity at the joint
     reduced = PendulumGovernor(arm=0.25, offset=0.03, ball_mass=0.4 / 0.25, sleeve_mass=3.0)
-    assert_allclose(
-        pendulum.insensitivity(extended, resistance=2.0), pendulum.insensitivity(reduced, resistance=2.0), rtol=1e-15
-    )
+    assert_allclose(pendulum.insensitivity(extended, resistance=2.0), pendulum.insensitivity(reduced, resistance=2.0), rtol=1e-15)
 
 
 def test_the_least_speed_of_crossed_arms_stands_at_the_least_stable_angle() -> None:
@@ -219,9 +213,7 @@ def test_the_friction_band_meets_the_recomputed_numbers() -> None:
 
 
 @given(linkages(), angles, st.floats(0.0, 0.99))
-def test_the_friction_band_is_the_insensitivity_in_every_linkage(
-    governor: PendulumGovernor, angle: float, share: float
-) -> None:
+def test_the_friction_band_is_the_insensitivity_in_every_linkage(governor: PendulumGovernor, angle: float, share: float) -> None:
     try:
         speed = pendulum.equilibrium_speed(governor, arm_angle=angle)
         resistance = share * pendulum.sleeve_load(governor, arm_angle=angle)
@@ -240,9 +232,7 @@ def test_the_load_on_the_sleeve_of_a_porter_governor_is_ball_and_sleeve_weight()
     everywhere = pendulum.sleeve_load(PORTER, arm_angle=np.radians([20.0, 40.0]))
     assert_allclose(everywhere, [25 * 9.81] * 2, rtol=1e-15)
     heavy = governor_of(zehnder.PORTER_MASSIVE_RODS)
-    slopes = pendulum.potential_derivative(heavy, arm_angle=0.6) / pendulum.sleeve_height_derivative(
-        heavy, arm_angle=0.6
-    )
+    slopes = pendulum.potential_derivative(heavy, arm_angle=0.6) / pendulum.sleeve_height_derivative(heavy, arm_angle=0.6)
     assert_allclose(pendulum.sleeve_load(heavy), slopes, rtol=1e-14)
 
 
@@ -272,9 +262,7 @@ PAIRS = [
 
 
 @pytest.mark.parametrize(("function", "slope"), PAIRS, ids=lambda function: function.__name__)
-@pytest.mark.parametrize(
-    "governor", [PORTER, CROSSED, UNCROSSED_LINKS, GENERAL], ids=["porter", "crossed", "links", "rods"]
-)
+@pytest.mark.parametrize("governor", [PORTER, CROSSED, UNCROSSED_LINKS, GENERAL], ids=["porter", "crossed", "links", "rods"])
 def test_every_slope_is_the_derivative_of_its_function(
     function: Callable[..., Any], slope: Callable[..., Any], governor: PendulumGovernor
 ) -> None:
@@ -287,9 +275,7 @@ def test_every_slope_is_the_derivative_of_its_function(
 
 
 @given(linkages(), angles)
-def test_stiffness_is_half_the_slope_of_inertia_times_the_slope_of_squared_speed(
-    governor: PendulumGovernor, angle: float
-) -> None:
+def test_stiffness_is_half_the_slope_of_inertia_times_the_slope_of_squared_speed(governor: PendulumGovernor, angle: float) -> None:
     step = 1e-4
     try:
         squared = pendulum.equilibrium_speed(governor, arm_angle=angle + step * np.arange(-4, 5)) ** 2
@@ -321,9 +307,7 @@ def test_the_rod_masses_are_the_sum_over_their_particles() -> None:
 
     arms, links = 2 * 0.7 / parts, 2 * 0.4 / parts
     # 1e-7: the midpoint sum over 4000 particles errs by 1 / (4 parts^2) = 1.6e-8
-    assert_allclose(
-        of_rods(pendulum.gravitational_potential), 9.81 * (arms * arm_y.sum() + links * link_y.sum()), rtol=1e-7
-    )
+    assert_allclose(of_rods(pendulum.gravitational_potential), 9.81 * (arms * arm_y.sum() + links * link_y.sum()), rtol=1e-7)
     inertia = arms * (arm_x**2).sum() + links * (link_x**2).sum()
     assert_allclose(of_rods(pendulum.spindle_inertia), inertia, rtol=1e-7)
     moving = arms * ((0.4 * share) ** 2).sum() + links * (link_rate**2).sum()
@@ -427,12 +411,7 @@ def test_the_motion_of_a_free_spindle_ends_where_the_taylor_series_does() -> Non
     def law(_: float, state: Any) -> list[float]:
         now = {"arm_angle": float(state[0]), "arm_rate": float(state[1]), "spindle_speed": float(state[3])}
         arms = pendulum.arm_acceleration(PORTER, **now)
-        return [
-            now["arm_rate"],
-            arms,
-            now["spindle_speed"],
-            pendulum.spindle_acceleration(PORTER, constant_inertia=rest, **now),
-        ]
+        return [now["arm_rate"], arms, now["spindle_speed"], pendulum.spindle_acceleration(PORTER, constant_inertia=rest, **now)]
 
     start = [case["arm_angle"], case["arm_rate"], 0.0, case["spindle_speed"]]
     end = solve_ivp(law, (0, case["time"]), start, method="DOP853", rtol=1e-13, atol=1e-14).y[:, -1]
@@ -484,9 +463,7 @@ def test_an_oil_brake_takes_the_power_of_its_force_at_the_sleeve() -> None:
 def test_the_drive_torque_supplies_what_the_arms_take_in_angular_momentum() -> None:
     state = {"arm_angle": 0.5, "arm_rate": 0.4, "spindle_speed": 9.0}
     torque = pendulum.drive_torque(GENERAL, **state)
-    assert_allclose(
-        torque, slope_of(lambda a: pendulum.spindle_inertia(GENERAL, arm_angle=a), 0.5) * 9.0 * 0.4, rtol=1e-10
-    )
+    assert_allclose(torque, slope_of(lambda a: pendulum.spindle_inertia(GENERAL, arm_angle=a), 0.5) * 9.0 * 0.4, rtol=1e-10)
     held = pendulum.spindle_acceleration(GENERAL, constant_inertia=0.2, torque=torque, **state)
     assert abs(held) < 1e-14  # rad/s2: the same torque keeps a free spindle at its speed
 
@@ -538,41 +515,20 @@ def test_impossible_dimensions_are_refused(change: dict[str, float], sentence: s
 @pytest.mark.parametrize(
     ("call", "sentence"),
     [
-        (
-            lambda: pendulum.equilibrium_speed(PORTER, arm_angle=math.pi / 2),
-            r"arm_angle must lie below 90 deg.*= 90 deg",
-        ),
-        (
-            lambda: pendulum.ball_radius(PORTER, arm_angle=math.radians([10.0, -95.0][1])),
-            r"above -90 deg; got .* = -95 deg",
-        ),
-        (
-            lambda: pendulum.sleeve_height(PORTER, arm_angle=np.radians([10.0, 30.0, 120.0])),
-            r"arm_angle\[2\] = 120 deg",
-        ),
-        (
-            lambda: pendulum.gravitational_potential(PORTER, arm_angle=np.array([0.1, np.nan])),
-            r"must be finite; got arm_angle\[1\] = nan",
-        ),
-        (
-            lambda: pendulum.gravitational_potential(PORTER, arm_angle="30 deg"),
-            r"arm_angle must be a number or an array .* in rad",
-        ),
+        (lambda: pendulum.equilibrium_speed(PORTER, arm_angle=math.pi / 2), r"arm_angle must lie below 90 deg.*= 90 deg"),
+        (lambda: pendulum.ball_radius(PORTER, arm_angle=math.radians([10.0, -95.0][1])), r"above -90 deg; got .* = -95 deg"),
+        (lambda: pendulum.sleeve_height(PORTER, arm_angle=np.radians([10.0, 30.0, 120.0])), r"arm_angle\[2\] = 120 deg"),
+        (lambda: pendulum.gravitational_potential(PORTER, arm_angle=np.array([0.1, np.nan])), r"must be finite; got arm_angle\[1\] = nan"),
+        (lambda: pendulum.gravitational_potential(PORTER, arm_angle="30 deg"), r"arm_angle must be a number or an array .* in rad"),
         (lambda: pendulum.gravitational_potential(PORTER, arm_angle=1j), r"arm_angle must be a number or an array"),
-        (
-            lambda: pendulum.gravitational_potential(PORTER, arm_angle=[[0.1], [0.2, 0.3]]),
-            r"arm_angle must be a number or an array",
-        ),
+        (lambda: pendulum.gravitational_potential(PORTER, arm_angle=[[0.1], [0.2, 0.3]]), r"arm_angle must be a number or an array"),
         (
             lambda: pendulum.equilibrium_speed(CROSSED, arm_angle=np.radians([[20.0, 5.0]])),
             r"the ball stands on the spindle axis or beyond it: no speed balances it; got arm_angle\[0, 1\] = 5 deg;"
             r" keep arm_angle above 8.62693 deg",
         ),
         (lambda: pendulum.rising_speed(SNAP, arm_angle=0.0, resistance=1.0), r"the ball stands on the spindle axis"),
-        (
-            lambda: pendulum.equilibrium_speed(governor_of(zehnder.WATT_ON_AXIS), arm_angle=0.0),
-            r"the ball stands on the spindle axis",
-        ),
+        (lambda: pendulum.equilibrium_speed(governor_of(zehnder.WATT_ON_AXIS), arm_angle=0.0), r"the ball stands on the spindle axis"),
         (lambda: pendulum.equilibrium_speed(PORTER, arm_angle=-0.05), r"no real equilibrium speed.* = -2.8647889756"),
         (
             lambda: pendulum.equilibrium_speed(SHORT_LINKS, arm_angle=np.radians([30.0, 62.0])),
@@ -582,10 +538,7 @@ def test_impossible_dimensions_are_refused(change: dict[str, float], sentence: s
             lambda: pendulum.falling_speed(PORTER, arm_angle=math.radians(28), resistance=np.array([100.0, 300.0])),
             r"the resistance holds the arms up.*no falling speed.*; got resistance\[1\] = 300 N and arm_angle = 28",
         ),
-        (
-            lambda: pendulum.rising_speed(PORTER, arm_angle=0.5, resistance=-1.0),
-            r"resistance must be 0 N or more.* = -1 N",
-        ),
+        (lambda: pendulum.rising_speed(PORTER, arm_angle=0.5, resistance=-1.0), r"resistance must be 0 N or more.* = -1 N"),
         (lambda: pendulum.insensitivity(PORTER, resistance=-1.0), r"resistance must be 0 N or more"),
         (lambda: pendulum.insensitivity_exact(PORTER, resistance=250.0), r"resistance must not exceed the sleeve_load"),
         (lambda: pendulum.insensitivity(GENERAL, resistance=1.0), r"no rhombus changes with the arms; give arm_angle"),
@@ -607,14 +560,8 @@ def test_impossible_dimensions_are_refused(change: dict[str, float], sentence: s
         (lambda: pendulum.stiffness(PORTER, arm_angle=0.5, spindle_speed=1e160), r"too large or too small for double"),
         (lambda: pendulum.least_stable_angle(PORTER), r"the arms do not cross the axis .*every angle is stable"),
         (lambda: pendulum.least_stable_angle(UNCROSSED_LINKS), r"holds for a rhombus with massless rods"),
-        (
-            lambda: pendulum.equal_speed_offset(arm=0.4, lower_angle=0.7, upper_angle=0.5),
-            r"lower_angle must lie below upper_angle",
-        ),
-        (
-            lambda: pendulum.equal_speed_offset(arm=0.4, lower_angle=0.7, upper_angle=1.6),
-            r"upper_angle must lie below 90",
-        ),
+        (lambda: pendulum.equal_speed_offset(arm=0.4, lower_angle=0.7, upper_angle=0.5), r"lower_angle must lie below upper_angle"),
+        (lambda: pendulum.equal_speed_offset(arm=0.4, lower_angle=0.7, upper_angle=1.6), r"upper_angle must lie below 90"),
         (
             lambda: pendulum.equilibrium_angles(PORTER, spindle_speed=10.0, lowest=0.5, highest=0.4),
             r"lowest must lie below highest; got lowest = 28.6.* deg and highest = 22.9",

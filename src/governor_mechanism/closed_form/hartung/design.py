@@ -31,9 +31,7 @@ def bell_crank_angle(*, weight_arm: FloatOrArray, middle_abscissa: FloatOrArray)
     the centrifugal forces lie on the spring's line.
     """
     arm = validate_argument(weight_arm, "weight_arm", "m", greater_than=0.0)
-    return as_scalar_or_array(
-        math.pi - np.arctan(validate_argument(middle_abscissa, "middle_abscissa", "m", greater_than=0.0) / arm)
-    )
+    return as_scalar_or_array(math.pi - np.arctan(validate_argument(middle_abscissa, "middle_abscissa", "m", greater_than=0.0) / arm))
 
 
 def symmetric_sleeve_arm(*, fulcrum_radius: FloatOrArray, angle: FloatOrArray, swing: FloatOrArray) -> FloatOrArray:
@@ -51,9 +49,7 @@ def sleeve_travel(*, sleeve_arm: FloatOrArray, angle: FloatOrArray, swing: Float
     return as_scalar_or_array(2 * arm * np.sin(_validate_bell_crank_angle(angle)) * np.sin(_validate_swing(swing)))
 
 
-def effective_spring_rate(
-    *, inner_force: FloatOrArray, outer_force: FloatOrArray, stroke: FloatOrArray
-) -> FloatOrArray:
+def effective_spring_rate(*, inner_force: FloatOrArray, outer_force: FloatOrArray, stroke: FloatOrArray) -> FloatOrArray:
     """Rate (N/m) of Doerfel's line: from the force at the inner end and low speed to that at the outer end and high."""
     first, second = _validate_rising_forces(inner_force, outer_force)
     return as_scalar_or_array((second - first) / validate_argument(stroke, "stroke", "m", greater_than=0.0))
@@ -62,10 +58,7 @@ def effective_spring_rate(
 def coil_rate(*, wire: FloatOrArray, coil: FloatOrArray, turns: FloatOrArray, modulus: FloatOrArray) -> FloatOrArray:
     """Rate k = G d^4 / (8 n D^3) (N/m) of wire d on a coil D (diameters, m), n turns, modulus G (Pa) of shear."""
     d, diameter = _validate_wire_and_coil(wire, coil)
-    n, shear = (
-        validate_argument(turns, "turns", "", greater_than=0.0),
-        validate_argument(modulus, "modulus", "Pa", greater_than=0.0),
-    )
+    n, shear = (validate_argument(turns, "turns", "", greater_than=0.0), validate_argument(modulus, "modulus", "Pa", greater_than=0.0))
     return as_scalar_or_array(shear * d**4 / (8 * n * diameter**3))
 
 
@@ -80,9 +73,7 @@ def wire_length(*, wire: FloatOrArray, coil: FloatOrArray, rate: FloatOrArray, m
     _, diameter = _validate_wire_and_coil(wire, coil)
     shear = validate_argument(modulus, "modulus", "Pa", greater_than=0.0)
     wire_polar_moment = np.asarray(polar_moment(wire=wire))
-    return as_scalar_or_array(
-        wire_polar_moment * shear / (validate_argument(rate, "rate", "N/m", greater_than=0.0) * (diameter / 2) ** 2)
-    )
+    return as_scalar_or_array(wire_polar_moment * shear / (validate_argument(rate, "rate", "N/m", greater_than=0.0) * (diameter / 2) ** 2))
 
 
 def polar_moment(*, wire: FloatOrArray) -> FloatOrArray:
@@ -119,9 +110,7 @@ def speed_limits(
     sleeve_force = validate_argument(static_force, "static_force", "N", greater_than=0.0)
     resistance = validate_argument(regulating_force, "regulating_force", "N", minimum=0.0)
     shown = (("regulating_force", resistance, "N"), ("static_force", sleeve_force, "N"))
-    raise_where(
-        resistance > sleeve_force, "regulating_force must not exceed static_force: no low speed gives way", *shown
-    )
+    raise_where(resistance > sleeve_force, "regulating_force must not exceed static_force: no low speed gives way", *shown)
     return as_scalar_or_array(speed * np.sqrt(1 - resistance / sleeve_force)), as_scalar_or_array(
         speed * np.sqrt(1 + resistance / sleeve_force)
     )
@@ -150,10 +139,7 @@ def _validate_swing(swing: FloatOrArray) -> FloatArray:
 
 
 def _validate_wire_and_coil(wire: FloatOrArray, coil: FloatOrArray) -> tuple[FloatArray, FloatArray]:
-    d, diameter = (
-        validate_argument(wire, "wire", "m", greater_than=0.0),
-        validate_argument(coil, "coil", "m", greater_than=0.0),
-    )
+    d, diameter = (validate_argument(wire, "wire", "m", greater_than=0.0), validate_argument(coil, "coil", "m", greater_than=0.0))
     shown = (("coil", diameter, "m"), ("wire", d, "m"))
     raise_where(diameter <= d, "coil must be wider than its wire", *shown)
     return d, diameter

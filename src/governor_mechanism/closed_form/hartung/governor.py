@@ -55,9 +55,7 @@ class HartungGovernor:
 
 def weight_radius(governor: HartungGovernor, *, lever_angle: FloatOrArray) -> FloatOrArray:
     """Distance x = x_H - a sin alpha (m) of a weight's centre from the axis."""
-    return as_scalar_or_array(
-        governor.fulcrum_radius - governor.weight_arm * np.sin(_validate_lever_angle(lever_angle))
-    )
+    return as_scalar_or_array(governor.fulcrum_radius - governor.weight_arm * np.sin(_validate_lever_angle(lever_angle)))
 
 
 def sleeve_height(governor: HartungGovernor, *, lever_angle: FloatOrArray) -> FloatOrArray:
@@ -74,9 +72,7 @@ def lift_derivative(governor: HartungGovernor, *, lever_angle: FloatOrArray) -> 
     return as_scalar_or_array(_lug_height_derivatives(governor, _validate_lever_angle(lever_angle))[1])
 
 
-def astatic_spring_force(
-    governor: HartungGovernor, *, lever_angle: FloatOrArray, spindle_speed: FloatOrArray
-) -> FloatOrArray:
+def astatic_spring_force(governor: HartungGovernor, *, lever_angle: FloatOrArray, spindle_speed: FloatOrArray) -> FloatOrArray:
     """Spring force P (N) that holds a weight at a lever angle (rad) and a spindle speed (rad/s).
 
     P = M w^2 x - (Q / 2) (b / a) sin(g + alpha) / cos alpha - G tan alpha, G and Q the weights of one weight and of the
@@ -84,36 +80,24 @@ def astatic_spring_force(
     """
     alpha, speed = _validate_lever_angle(lever_angle), validate_argument(spindle_speed, "spindle_speed", "rad/s")
     a, weight = governor.weight_arm, governor.weight_mass * governor.gravity
-    sleeve_force_share = (
-        0.5
-        * governor.sleeve_mass
-        * governor.gravity
-        * _lug_height_derivatives(governor, alpha)[1]
-        / (a * np.cos(alpha))
-    )
+    sleeve_force_share = 0.5 * governor.sleeve_mass * governor.gravity * _lug_height_derivatives(governor, alpha)[1] / (a * np.cos(alpha))
     return as_scalar_or_array(_centrifugal_force(governor, alpha, speed) + sleeve_force_share - weight * np.tan(alpha))
 
 
-def equilibrium_speed(
-    governor: HartungGovernor, *, lever_angle: FloatOrArray, spring_force: FloatOrArray
-) -> FloatOrArray:
+def equilibrium_speed(governor: HartungGovernor, *, lever_angle: FloatOrArray, spring_force: FloatOrArray) -> FloatOrArray:
     """Spindle speed (rad/s) at which a spring force P (N) holds a weight: astatic_spring_force solved for w.
 
     Raises MechanismError where no speed does, the weights being drawn outward by their own weight.
     """
     alpha, force = _validate_lever_angle(lever_angle), validate_argument(spring_force, "spring_force", "N")
     standstill_force = np.asarray(astatic_spring_force(governor, lever_angle=alpha, spindle_speed=0.0))
-    squared_speed = (force - standstill_force) / (
-        governor.weight_mass * np.asarray(weight_radius(governor, lever_angle=alpha))
-    )
+    squared_speed = (force - standstill_force) / (governor.weight_mass * np.asarray(weight_radius(governor, lever_angle=alpha)))
     message = "no spindle speed holds the weights there: the spring is too weak"
     raise_where(squared_speed < 0, message, ("spring_force", force, "N"), ("lever_angle", np.degrees(alpha), "deg"))
     return as_scalar_or_array(np.sqrt(squared_speed))
 
 
-def static_sleeve_force(
-    governor: HartungGovernor, *, lever_angle: FloatOrArray, spring_force: FloatOrArray
-) -> FloatOrArray:
+def static_sleeve_force(governor: HartungGovernor, *, lever_angle: FloatOrArray, spring_force: FloatOrArray) -> FloatOrArray:
     """Force S (N) with which springs and weights hold down the sleeve of a governor that stands still.
 
     S = 2 (P + G tan alpha) (a / b) cos alpha / sin(g + alpha) + Q; the lever must stand off its dead centre. Source:
@@ -125,9 +109,7 @@ def static_sleeve_force(
     return as_scalar_or_array(2 * (force + weight_force) * lever_ratio + governor.sleeve_mass * governor.gravity)
 
 
-def static_sleeve_force_at_speed(
-    governor: HartungGovernor, *, lever_angle: FloatOrArray, spindle_speed: FloatOrArray
-) -> FloatOrArray:
+def static_sleeve_force_at_speed(governor: HartungGovernor, *, lever_angle: FloatOrArray, spindle_speed: FloatOrArray) -> FloatOrArray:
     """The same S (N) by the centrifugal force C that it balances: 2 C (a / b) cos alpha / sin(g + alpha).
 
     Equal to static_sleeve_force of the spring force that holds the weights at spindle_speed (rad/s).
@@ -139,9 +121,7 @@ def static_sleeve_force_at_speed(
 def lever_inertia(governor: HartungGovernor, *, lever_angle: FloatOrArray) -> FloatOrArray:
     """Inertia I = 2 M a^2 + m z'^2 (kg m2) along the lever angle: the kinetic energy in the plane is I alpha'^2 / 2."""
     height_derivative = _lug_height_derivatives(governor, _validate_lever_angle(lever_angle))[1]
-    return as_scalar_or_array(
-        2 * governor.weight_mass * governor.weight_arm**2 + governor.sleeve_mass * height_derivative**2
-    )
+    return as_scalar_or_array(2 * governor.weight_mass * governor.weight_arm**2 + governor.sleeve_mass * height_derivative**2)
 
 
 def stiffness(
@@ -158,17 +138,12 @@ def stiffness(
     P (N) and spring_rate k (N/m) are those of one weight. With a vertical hanger m g z" is -m g b cos(g + alpha).
     """
     alpha, force = _validate_lever_angle(lever_angle), validate_argument(spring_force, "spring_force", "N")
-    rate, speed = (
-        validate_argument(spring_rate, "spring_rate", "N/m"),
-        validate_argument(spindle_speed, "spindle_speed", "rad/s"),
-    )
+    rate, speed = (validate_argument(spring_rate, "spring_rate", "N/m"), validate_argument(spindle_speed, "spindle_speed", "rad/s"))
     a, mass = governor.weight_arm, governor.weight_mass
     sine, cosine = np.sin(alpha), np.cos(alpha)
     per_weight = (rate - mass * speed**2) * (a * cosine) ** 2
     per_weight += (force - _centrifugal_force(governor, alpha, speed)) * a * sine - mass * governor.gravity * a * cosine
-    return as_scalar_or_array(
-        2 * per_weight + governor.sleeve_mass * governor.gravity * _lug_height_derivatives(governor, alpha)[2]
-    )
+    return as_scalar_or_array(2 * per_weight + governor.sleeve_mass * governor.gravity * _lug_height_derivatives(governor, alpha)[2])
 
 
 def squared_natural_frequency(
@@ -187,19 +162,13 @@ def squared_natural_frequency(
     alpha = _validate_lever_angle(lever_angle)
     speed = np.asarray(equilibrium_speed(governor, lever_angle=alpha, spring_force=spring_force))
     own_inertia = np.asarray(lever_inertia(governor, lever_angle=alpha))
-    lever_stiffness = stiffness(
-        governor, lever_angle=alpha, spring_force=spring_force, spring_rate=spring_rate, spindle_speed=speed
-    )
+    lever_stiffness = stiffness(governor, lever_angle=alpha, spring_force=spring_force, spring_rate=spring_rate, spindle_speed=speed)
     if constant_inertia is None:
         return as_scalar_or_array(np.asarray(lever_stiffness) / own_inertia)
     x = np.asarray(weight_radius(governor, lever_angle=alpha))
-    total_spindle_inertia = (
-        validate_argument(constant_inertia, "rest_inertia", "kg m2", minimum=0.0) + 2 * governor.weight_mass * x**2
-    )
+    total_spindle_inertia = validate_argument(constant_inertia, "rest_inertia", "kg m2", minimum=0.0) + 2 * governor.weight_mass * x**2
     inertia_derivative = -4 * governor.weight_mass * x * governor.weight_arm * np.cos(alpha)
-    return as_scalar_or_array(
-        (np.asarray(lever_stiffness) + (speed * inertia_derivative) ** 2 / total_spindle_inertia) / own_inertia
-    )
+    return as_scalar_or_array((np.asarray(lever_stiffness) + (speed * inertia_derivative) ** 2 / total_spindle_inertia) / own_inertia)
 
 
 def lever_acceleration(
@@ -217,10 +186,7 @@ def lever_acceleration(
     of a linear dashpot on the sleeve (N s/m).
     """
     alpha, rate = _validate_lever_angle(lever_angle), validate_argument(lever_rate, "lever_rate", "rad/s")
-    force, speed = (
-        validate_argument(spring_force, "spring_force", "N"),
-        validate_argument(spindle_speed, "spindle_speed", "rad/s"),
-    )
+    force, speed = (validate_argument(spring_force, "spring_force", "N"), validate_argument(spindle_speed, "spindle_speed", "rad/s"))
     a, mass, sleeve = governor.weight_arm, governor.weight_mass, governor.sleeve_mass
     _, height_derivative, height_second_derivative = _lug_height_derivatives(governor, alpha)
     generalised_force = 2 * (force - _centrifugal_force(governor, alpha, speed)) * a * np.cos(alpha)
@@ -252,15 +218,10 @@ def spindle_acceleration(
     rest_inertia J0 (kg m2) is that of the spindle alone, torque (N m) what drives it.
     """
     alpha, rate = _validate_lever_angle(lever_angle), validate_argument(lever_rate, "lever_rate", "rad/s")
-    speed, drive_torque = (
-        validate_argument(spindle_speed, "spindle_speed", "rad/s"),
-        validate_argument(torque, "torque", "N m"),
-    )
+    speed, drive_torque = (validate_argument(spindle_speed, "spindle_speed", "rad/s"), validate_argument(torque, "torque", "N m"))
     x = np.asarray(weight_radius(governor, lever_angle=alpha))
     inertia_derivative = -4 * governor.weight_mass * x * governor.weight_arm * np.cos(alpha)
-    total_inertia = (
-        validate_argument(constant_inertia, "rest_inertia", "kg m2", minimum=0.0) + 2 * governor.weight_mass * x**2
-    )
+    total_inertia = validate_argument(constant_inertia, "rest_inertia", "kg m2", minimum=0.0) + 2 * governor.weight_mass * x**2
     return as_scalar_or_array((drive_torque - inertia_derivative * speed * rate) / total_inertia)
 
 
@@ -316,6 +277,5 @@ def _lug_height_derivatives(governor: HartungGovernor, alpha: FloatArray) -> tup
         height - hanger_drop,
         height_derivative + hanger_tangent * offset_derivative,
         height_second_derivative
-        + (offset_derivative**2 + hanger_offset * offset_second_derivative + (hanger_tangent * offset_derivative) ** 2)
-        / hanger_drop,
+        + (offset_derivative**2 + hanger_offset * offset_second_derivative + (hanger_tangent * offset_derivative) ** 2) / hanger_drop,
     )

@@ -36,9 +36,7 @@ def _validate_arm_angle(arm_angle: FloatOrArray) -> FloatArray:
     return angle
 
 
-def double_parameter(
-    *, spindle_speed: FloatOrArray, mass_ratio: FloatOrArray = 0.0, gravity: FloatOrArray = 9.81
-) -> FloatOrArray:
+def double_parameter(*, spindle_speed: FloatOrArray, mass_ratio: FloatOrArray = 0.0, gravity: FloatOrArray = 9.81) -> FloatOrArray:
     """Double parameter c = 2 g (1 + m) / w^2 (m) of the parabola that belongs to one spindle speed (rad/s, positive).
 
     mass_ratio is not negative, gravity (m/s2) positive. Source: Zehnder (III).
@@ -46,9 +44,7 @@ def double_parameter(
     return as_scalar_or_array(2 * _gravity_load(mass_ratio, gravity) / _validate_speed(spindle_speed) ** 2)
 
 
-def abscissa_at_45_degrees(
-    *, spindle_speed: FloatOrArray, mass_ratio: FloatOrArray = 0.0, gravity: FloatOrArray = 9.81
-) -> FloatOrArray:
+def abscissa_at_45_degrees(*, spindle_speed: FloatOrArray, mass_ratio: FloatOrArray = 0.0, gravity: FloatOrArray = 9.81) -> FloatOrArray:
     """Abscissa (m) where the parabola rises at 45 deg and neighbouring parabolas part most: g (1 + m) / w^2 = c / 2.
 
     There x = 2 y. Arguments as of double_parameter. Source: Zehnder, on the most favourable start.
@@ -94,16 +90,12 @@ def osculating_arm(*, abscissa: FloatOrArray, arm_angle: FloatOrArray) -> FloatO
     abscissa positive, arm_angle between 0 and 90 deg, neither included. Equals radius_of_curvature.
     """
     angle = _validate_arm_angle(arm_angle)
-    return as_scalar_or_array(
-        validate_argument(abscissa, "abscissa", "m", greater_than=0.0) / (np.sin(angle) * np.cos(angle) ** 2)
-    )
+    return as_scalar_or_array(validate_argument(abscissa, "abscissa", "m", greater_than=0.0) / (np.sin(angle) * np.cos(angle) ** 2))
 
 
 def osculating_offset(*, abscissa: FloatOrArray, arm_angle: FloatOrArray) -> FloatOrArray:
     """Offset e = -x tan^2 a (m) of the suspension that goes with osculating_arm: always negative, the arms cross."""
-    return as_scalar_or_array(
-        -validate_argument(abscissa, "abscissa", "m", greater_than=0.0) * np.tan(_validate_arm_angle(arm_angle)) ** 2
-    )
+    return as_scalar_or_array(-validate_argument(abscissa, "abscissa", "m", greater_than=0.0) * np.tan(_validate_arm_angle(arm_angle)) ** 2)
 
 
 def angle_between_parabolas(
@@ -123,18 +115,11 @@ def angle_between_parabolas(
     low, high = _validate_speed(lower_speed, "lower_speed"), _validate_speed(upper_speed, "upper_speed")
     shown = (("lower_speed", low, "rad/s"), ("upper_speed", high, "rad/s"))
     raise_where(high < low, "upper_speed must not be below lower_speed", *shown)
-    return as_scalar_or_array(
-        np.arctan((high - low) * (high + low) * gravity_load * x / (gravity_load**2 + (low * high * x) ** 2))
-    )
+    return as_scalar_or_array(np.arctan((high - low) * (high + low) * gravity_load * x / (gravity_load**2 + (low * high * x) ** 2)))
 
 
 def guide_rate(
-    *,
-    start: FloatOrArray,
-    abscissa: FloatOrArray,
-    start_rate: FloatOrArray,
-    double_parameter: FloatOrArray,
-    mass_ratio: FloatOrArray = 0.0,
+    *, start: FloatOrArray, abscissa: FloatOrArray, start_rate: FloatOrArray, double_parameter: FloatOrArray, mass_ratio: FloatOrArray = 0.0
 ) -> FloatOrArray:
     """Rate x' (m/s) at an abscissa of balls that slide without friction in guides shaped as the isochronous parabola.
 
@@ -143,18 +128,11 @@ def guide_rate(
     """
     k = _guide_constant(double_parameter, mass_ratio)
     x1, x2 = validate_argument(start, "start", "m"), validate_argument(abscissa, "abscissa", "m")
-    return as_scalar_or_array(
-        validate_argument(start_rate, "start_rate", "m/s") * np.hypot(1, k * x1) / np.hypot(1, k * x2)
-    )
+    return as_scalar_or_array(validate_argument(start_rate, "start_rate", "m/s") * np.hypot(1, k * x1) / np.hypot(1, k * x2))
 
 
 def guide_transit_time(
-    *,
-    start: FloatOrArray,
-    end: FloatOrArray,
-    start_rate: FloatOrArray,
-    double_parameter: FloatOrArray,
-    mass_ratio: FloatOrArray = 0.0,
+    *, start: FloatOrArray, end: FloatOrArray, start_rate: FloatOrArray, double_parameter: FloatOrArray, mass_ratio: FloatOrArray = 0.0
 ) -> FloatOrArray:
     """Time (s) from abscissa start to abscissa end (m) in the guide of guide_rate, start_rate (m/s) taken at the start.
 
@@ -167,9 +145,7 @@ def guide_transit_time(
     shown = (("start", x1, "m"), ("end", x2, "m"), ("start_rate", rate, "m/s"))
     is_moving_away = (rate * (x2 - x1) < 0) | ((rate == 0) & (x1 != x2))
     raise_where(is_moving_away, "the balls never come to the end: start_rate must point from start to end", *shown)
-    path = (x2 * np.hypot(1, k * x2) - x1 * np.hypot(1, k * x1)) / 2 + (np.arcsinh(k * x2) - np.arcsinh(k * x1)) / (
-        2 * k
-    )
+    path = (x2 * np.hypot(1, k * x2) - x1 * np.hypot(1, k * x1)) / 2 + (np.arcsinh(k * x2) - np.arcsinh(k * x1)) / (2 * k)
     return as_scalar_or_array(path / np.where(rate == 0, 1.0, rate * np.hypot(1, k * x1)))
 
 

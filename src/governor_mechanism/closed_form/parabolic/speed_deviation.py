@@ -68,12 +68,8 @@ def equilibrium_speed_change(
     Source: Zehnder (3); his own account of leaving the osculation point is parabola_change_on_leaving.
     """
     displacement = _displace_arm(start_angle, start_abscissa, arm, angle_change)
-    slope_change = np.sin(displacement.angle_change) / (
-        np.cos(displacement.angle + displacement.angle_change) * np.sin(displacement.angle)
-    )
-    return as_scalar_or_array(
-        _sqrt1pm1((slope_change - displacement.abscissa_change) / (1 + displacement.abscissa_change))
-    )
+    slope_change = np.sin(displacement.angle_change) / (np.cos(displacement.angle + displacement.angle_change) * np.sin(displacement.angle))
+    return as_scalar_or_array(_sqrt1pm1((slope_change - displacement.abscissa_change) / (1 + displacement.abscissa_change)))
 
 
 def parabola_speed_change(
@@ -92,7 +88,5 @@ def parabola_speed_change(
     raise_where(height_change <= -1, message, angle_change_label, hint="turn the arm less far down")
     squared_abscissa_ratio = (1 + displacement.abscissa_change) ** 2
     return as_scalar_or_array(
-        _sqrt1pm1(
-            (height_change - displacement.abscissa_change * (2 + displacement.abscissa_change)) / squared_abscissa_ratio
-        )
+        _sqrt1pm1((height_change - displacement.abscissa_change * (2 + displacement.abscissa_change)) / squared_abscissa_ratio)
     )

@@ -19,11 +19,7 @@ import math
 import numpy as np
 
 from governor_mechanism.closed_form.arguments import FloatOrArray, as_scalar_or_array, raise_where, validate_argument
-from governor_mechanism.closed_form.pendulum.equilibria import (
-    equilibrium_angles,
-    squared_balance_speed,
-    squared_given_or_equilibrium_speed,
-)
+from governor_mechanism.closed_form.pendulum.equilibria import equilibrium_angles, squared_balance_speed, squared_given_or_equilibrium_speed
 from governor_mechanism.closed_form.pendulum.kinematics import (
     LinkageGeometry,
     PendulumGovernor,
@@ -88,9 +84,7 @@ def equilibrium_speed(governor: PendulumGovernor, *, arm_angle: FloatOrArray) ->
     Raises MechanismError for a ball on or beyond the axis and where no real speed exists. Source: Zehnder (3).
     """
     geometry = evaluate_geometry(governor, arm_angle)
-    return as_scalar_or_array(
-        np.sqrt(squared_balance_speed(governor, geometry, potential_derivatives(governor, geometry)[0]))
-    )
+    return as_scalar_or_array(np.sqrt(squared_balance_speed(governor, geometry, potential_derivatives(governor, geometry)[0])))
 
 
 def rising_speed(governor: PendulumGovernor, *, arm_angle: FloatOrArray, resistance: FloatOrArray) -> FloatOrArray:
@@ -110,9 +104,7 @@ def falling_speed(governor: PendulumGovernor, *, arm_angle: FloatOrArray, resist
     return _resisted_speed(governor, arm_angle, resistance, -1.0)
 
 
-def _resisted_speed(
-    governor: PendulumGovernor, arm_angle: FloatOrArray, resistance: FloatOrArray, direction: float
-) -> FloatOrArray:
+def _resisted_speed(governor: PendulumGovernor, arm_angle: FloatOrArray, resistance: FloatOrArray, direction: float) -> FloatOrArray:
     geometry = evaluate_geometry(governor, arm_angle)
     force = validate_argument(resistance, "resistance", "N", minimum=0.0)
     resisting_moment = force * np.abs(geometry.sleeve_derivative)
@@ -120,15 +112,8 @@ def _resisted_speed(
     if direction < 0:
         message = "the resistance holds the arms up even with the spindle at rest: no falling speed exists"
         shown = (("resistance", force, "N"), ("arm_angle", np.degrees(geometry.angle), "deg"))
-        raise_where(
-            (resisting_moment > weight_moment) & (weight_moment >= 0),
-            message,
-            *shown,
-            hint="keep it below the sleeve_load",
-        )
-    return as_scalar_or_array(
-        np.sqrt(squared_balance_speed(governor, geometry, weight_moment + direction * resisting_moment))
-    )
+        raise_where((resisting_moment > weight_moment) & (weight_moment >= 0), message, *shown, hint="keep it below the sleeve_load")
+    return as_scalar_or_array(np.sqrt(squared_balance_speed(governor, geometry, weight_moment + direction * resisting_moment)))
 
 
 def sleeve_load(governor: PendulumGovernor, *, arm_angle: FloatOrArray | None = None) -> FloatOrArray:
@@ -141,22 +126,16 @@ def sleeve_load(governor: PendulumGovernor, *, arm_angle: FloatOrArray | None = 
     if governor.is_rhombus:
         arms = (governor.ball_mass + governor.arm_mass / 2) * governor.arm / governor.joint_length
         load = governor.gravity * (arms + governor.sleeve_mass + 1.5 * governor.link_mass)
-        return as_scalar_or_array(
-            load if arm_angle is None else load + 0.0 * evaluate_geometry(governor, arm_angle).angle
-        )
+        return as_scalar_or_array(load if arm_angle is None else load + 0.0 * evaluate_geometry(governor, arm_angle).angle)
     if arm_angle is None:
         raise MechanismError("the sleeve load of a linkage that is no rhombus changes with the arms; give arm_angle")
     geometry = evaluate_geometry(governor, arm_angle)
     shown = ("arm_angle", np.degrees(geometry.angle), "deg")
-    raise_where(
-        geometry.sleeve_derivative == 0, "the sleeve does not move with the arms", shown, hint="give another arm_angle"
-    )
+    raise_where(geometry.sleeve_derivative == 0, "the sleeve does not move with the arms", shown, hint="give another arm_angle")
     return as_scalar_or_array(potential_derivatives(governor, geometry)[0] / geometry.sleeve_derivative)
 
 
-def insensitivity(
-    governor: PendulumGovernor, *, resistance: FloatOrArray, arm_angle: FloatOrArray | None = None
-) -> FloatOrArray:
+def insensitivity(governor: PendulumGovernor, *, resistance: FloatOrArray, arm_angle: FloatOrArray | None = None) -> FloatOrArray:
     """Degree of insensitivity W / (P + Q): (w'^2 - w''^2) / (2 w^2), nearly (w' - w'') / w, a plain figure.
 
     resistance W (N, at the sleeve, not negative), over the sleeve_load; arm_angle (rad) may be left out for a rhombus.
@@ -169,9 +148,7 @@ def insensitivity(
     return as_scalar_or_array(resisting_force / weight_at_sleeve)
 
 
-def insensitivity_exact(
-    governor: PendulumGovernor, *, resistance: FloatOrArray, arm_angle: FloatOrArray | None = None
-) -> FloatOrArray:
+def insensitivity_exact(governor: PendulumGovernor, *, resistance: FloatOrArray, arm_angle: FloatOrArray | None = None) -> FloatOrArray:
     """(w' - w'') / w without approximation, sqrt(1 + d) - sqrt(1 - d) of the insensitivity d, a plain figure.
 
     Arguments and errors as of insensitivity; also raises MechanismError for d above 1, where no falling speed exists.
@@ -182,9 +159,7 @@ def insensitivity_exact(
     return as_scalar_or_array(2 * ratio / (np.sqrt(1 + ratio) + np.sqrt(1 - ratio)))
 
 
-def stiffness(
-    governor: PendulumGovernor, *, arm_angle: FloatOrArray, spindle_speed: FloatOrArray | None = None
-) -> FloatOrArray:
+def stiffness(governor: PendulumGovernor, *, arm_angle: FloatOrArray, spindle_speed: FloatOrArray | None = None) -> FloatOrArray:
     """Stiffness K = V'' - w^2 J'' / 2 (N m per rad) of the arms at constant speed; positive means stable.
 
     spindle_speed (rad/s) left out means the equilibrium speed, where also K = J' d(w^2)/da / 2 and, for the rhombus
@@ -207,18 +182,12 @@ def squared_oscillation_frequency(
     """
     geometry = evaluate_geometry(governor, arm_angle)
     squared = squared_given_or_equilibrium_speed(governor, geometry, spindle_speed)
-    arm_stiffness = (
-        potential_derivatives(governor, geometry)[1] - squared * spindle_inertia_derivatives(governor, geometry)[1] / 2
-    )
+    arm_stiffness = potential_derivatives(governor, geometry)[1] - squared * spindle_inertia_derivatives(governor, geometry)[1] / 2
     return as_scalar_or_array(arm_stiffness / in_plane_inertia_and_derivative(governor, geometry)[0])
 
 
 def squared_free_spindle_frequency(
-    governor: PendulumGovernor,
-    *,
-    arm_angle: FloatOrArray,
-    constant_inertia: FloatOrArray,
-    spindle_speed: FloatOrArray | None = None,
+    governor: PendulumGovernor, *, arm_angle: FloatOrArray, constant_inertia: FloatOrArray, spindle_speed: FloatOrArray | None = None
 ) -> FloatOrArray:
     """Squared angular frequency (rad^2/s^2) when the spindle turns freely: K / I + w^2 J'^2 / ((J0 + J) I).
 
@@ -237,9 +206,7 @@ def squared_free_spindle_frequency(
     return as_scalar_or_array(arm_stiffness / in_plane_inertia_and_derivative(governor, geometry)[0])
 
 
-def _total_spindle_inertia(
-    governor: PendulumGovernor, geometry: LinkageGeometry, constant_inertia: FloatOrArray
-) -> FloatArray:
+def _total_spindle_inertia(governor: PendulumGovernor, geometry: LinkageGeometry, constant_inertia: FloatOrArray) -> FloatArray:
     fixed_part = validate_argument(constant_inertia, "rest_inertia", "kg m2", minimum=0.0)
     total: FloatArray = fixed_part + np.asarray(spindle_inertia(governor, arm_angle=geometry.angle))
     message = "spindle and governor together must have some inertia about the axis"
@@ -248,12 +215,7 @@ def _total_spindle_inertia(
 
 
 def arm_acceleration(
-    governor: PendulumGovernor,
-    *,
-    arm_angle: FloatOrArray,
-    arm_rate: FloatOrArray,
-    spindle_speed: FloatOrArray,
-    damping: FloatOrArray = 0.0,
+    governor: PendulumGovernor, *, arm_angle: FloatOrArray, arm_rate: FloatOrArray, spindle_speed: FloatOrArray, damping: FloatOrArray = 0.0
 ) -> FloatOrArray:
     """Angular acceleration of the arms (rad/s2): I a'' + I' a'^2 / 2 + V' - w^2 J' / 2 + c z'^2 a' = 0.
 
@@ -261,18 +223,11 @@ def arm_acceleration(
     force per speed of the sleeve. Holds on both sides of the axis, as if the balls could pass through the spindle.
     """
     geometry = evaluate_geometry(governor, arm_angle)
-    rate, speed = (
-        validate_argument(arm_rate, "arm_rate", "rad/s"),
-        validate_argument(spindle_speed, "spindle_speed", "rad/s"),
-    )
+    rate, speed = (validate_argument(arm_rate, "arm_rate", "rad/s"), validate_argument(spindle_speed, "spindle_speed", "rad/s"))
     sleeve_damping = validate_argument(damping, "dashpot", "N s/m", minimum=0.0)
     inertia, inertia_derivative = in_plane_inertia_and_derivative(governor, geometry)
-    moment = (
-        speed**2 * spindle_inertia_derivatives(governor, geometry)[0] / 2 - potential_derivatives(governor, geometry)[0]
-    )
-    return as_scalar_or_array(
-        (moment - inertia_derivative * rate**2 / 2 - sleeve_damping * geometry.sleeve_derivative**2 * rate) / inertia
-    )
+    moment = speed**2 * spindle_inertia_derivatives(governor, geometry)[0] / 2 - potential_derivatives(governor, geometry)[0]
+    return as_scalar_or_array((moment - inertia_derivative * rate**2 / 2 - sleeve_damping * geometry.sleeve_derivative**2 * rate) / inertia)
 
 
 def spindle_acceleration(
@@ -289,14 +244,10 @@ def spindle_acceleration(
     rest_inertia J0 (kg m2, not negative) is that of spindle and sleeve. Raises MechanismError where J0 + J is zero.
     """
     geometry = evaluate_geometry(governor, arm_angle)
-    rate, speed = (
-        validate_argument(arm_rate, "arm_rate", "rad/s"),
-        validate_argument(spindle_speed, "spindle_speed", "rad/s"),
-    )
+    rate, speed = (validate_argument(arm_rate, "arm_rate", "rad/s"), validate_argument(spindle_speed, "spindle_speed", "rad/s"))
     gyroscopic = spindle_inertia_derivatives(governor, geometry)[0] * rate * speed
     return as_scalar_or_array(
-        (validate_argument(torque, "torque", "N m") - gyroscopic)
-        / _total_spindle_inertia(governor, geometry, constant_inertia)
+        (validate_argument(torque, "torque", "N m") - gyroscopic) / _total_spindle_inertia(governor, geometry, constant_inertia)
     )
 
 
@@ -308,10 +259,7 @@ def jacobi_integral(
     arm_rate and spindle_speed in rad/s; the zero of V is at the suspension.
     """
     geometry = evaluate_geometry(governor, arm_angle)
-    rate, speed = (
-        validate_argument(arm_rate, "arm_rate", "rad/s"),
-        validate_argument(spindle_speed, "spindle_speed", "rad/s"),
-    )
+    rate, speed = (validate_argument(arm_rate, "arm_rate", "rad/s"), validate_argument(spindle_speed, "spindle_speed", "rad/s"))
     inertia = np.asarray(spindle_inertia(governor, arm_angle=geometry.angle))
     kinetic = in_plane_inertia_and_derivative(governor, geometry)[0] * rate**2 / 2 - speed**2 * inertia / 2
     return as_scalar_or_array(kinetic + gravitational_potential(governor, arm_angle=geometry.angle))
@@ -322,10 +270,7 @@ def drive_torque(
 ) -> FloatOrArray:
     """Torque (N m) the drive must supply to keep the spindle speed while the arms move, w J' a'; positive drives."""
     geometry = evaluate_geometry(governor, arm_angle)
-    rate, speed = (
-        validate_argument(arm_rate, "arm_rate", "rad/s"),
-        validate_argument(spindle_speed, "spindle_speed", "rad/s"),
-    )
+    rate, speed = (validate_argument(arm_rate, "arm_rate", "rad/s"), validate_argument(spindle_speed, "spindle_speed", "rad/s"))
     return as_scalar_or_array(speed * spindle_inertia_derivatives(governor, geometry)[0] * rate)
 
 
@@ -336,9 +281,7 @@ def least_stable_angle(governor: PendulumGovernor) -> float:
     and for arms that do not cross the axis, which are stable at every angle. Source: d(w^2)/da = 0 from Zehnder (3).
     """
     if not governor.is_rhombus or governor.arm_mass or governor.link_mass:
-        raise MechanismError(
-            "least_stable_angle holds for a rhombus with massless rods; look for the zero of stiffness"
-        )
+        raise MechanismError("least_stable_angle holds for a rhombus with massless rods; look for the zero of stiffness")
     if governor.offset >= 0:
         raise MechanismError(f"the arms do not cross the axis (offset {governor.offset:g} m): every angle is stable")
     return math.asin(math.cbrt(-governor.offset / governor.arm))
@@ -356,6 +299,4 @@ def equal_speed_offset(*, arm: FloatOrArray, lower_angle: FloatOrArray, upper_an
     ends = (("lower_angle", np.degrees(low), "deg"), ("upper_angle", np.degrees(high), "deg"))
     raise_where(high >= math.pi / 2, "upper_angle must lie below 90 deg", ends[1])
     raise_where(low >= high, "lower_angle must lie below upper_angle", *ends)
-    return as_scalar_or_array(
-        -length * np.sin(low) * np.sin(high) * np.sin((low + high) / 2) / np.cos((high - low) / 2)
-    )
+    return as_scalar_or_array(-length * np.sin(low) * np.sin(high) * np.sin((low + high) / 2) / np.cos((high - low) / 2))

@@ -70,22 +70,14 @@ def equilibrium_angles(
     knots = np.unique(np.concatenate([grid, turning_points]))
     moment, _, noise = _moment_balance(governor, speed, knots)
     is_root = np.abs(moment) <= noise
-    bracketed_roots = _bisect_between(
-        lambda angle: _moment_balance(governor, speed, angle)[0], knots, skip_knots=is_root
-    )
+    bracketed_roots = _bisect_between(lambda angle: _moment_balance(governor, speed, angle)[0], knots, skip_knots=is_root)
     root_groups = np.split(np.flatnonzero(is_root), np.flatnonzero(np.diff(np.flatnonzero(is_root)) > 1) + 1)
     root_indices = [group[np.argmin(np.abs(moment[group]))] for group in root_groups if group.size]
     angles: FloatArray = np.sort(np.concatenate([knots[np.array(root_indices, dtype=np.intp)], bracketed_roots]))
-    return (
-        angles[spindle_inertia_derivatives(governor, evaluate_geometry(governor, angles))[0] > 0]
-        if angles.size
-        else angles
-    )
+    return angles[spindle_inertia_derivatives(governor, evaluate_geometry(governor, angles))[0] > 0] if angles.size else angles
 
 
-def _moment_balance(
-    governor: PendulumGovernor, speed: FloatArray, angle: FloatArray
-) -> tuple[FloatArray, FloatArray, FloatArray]:
+def _moment_balance(governor: PendulumGovernor, speed: FloatArray, angle: FloatArray) -> tuple[FloatArray, FloatArray, FloatArray]:
     """The moment that closes the arms, its slope and the moment that rounding can feign."""
     geometry = evaluate_geometry(governor, angle)
     (potential_derivative, potential_second_derivative), (inertia_derivative, inertia_second_derivative) = (
@@ -110,9 +102,7 @@ def _travel_grid(governor: PendulumGovernor, lowest: float, highest: float) -> F
     low, high = max(low, lowest), min(high, highest)
     end_spacing = (high - low) * 10.0 ** np.arange(-16, -2.5, 0.25)
     vertical_angle = [0.0] if low <= 0.0 <= high else []
-    grid = np.unique(
-        np.concatenate([low + end_spacing, np.linspace(low, high, 513), vertical_angle, high - end_spacing])
-    )
+    grid = np.unique(np.concatenate([low + end_spacing, np.linspace(low, high, 513), vertical_angle, high - end_spacing]))
     is_reachable = governor.is_rhombus | (np.abs((radius_offset + l1 * np.sin(grid)) / l2) < 1.0)
     is_outside_axis = governor.offset + governor.arm * np.sin(grid) > 0
     valid_angles: FloatArray = grid[is_reachable & is_outside_axis & (np.abs(grid) < math.pi / 2)]

@@ -141,14 +141,10 @@ def evaluate_geometry(governor: PendulumGovernor, arm_angle: FloatOrArray) -> Li
 
 def potential_derivatives(governor: PendulumGovernor, geometry: LinkageGeometry) -> tuple[FloatArray, FloatArray]:
     """V' and V'' of the potential V."""
-    hanging_moment = (
-        2 * governor.ball_mass + governor.arm_mass
-    ) * governor.arm + governor.link_mass * governor.joint_length
+    hanging_moment = (2 * governor.ball_mass + governor.arm_mass) * governor.arm + governor.link_mass * governor.joint_length
     lifted_mass = governor.sleeve_mass + governor.link_mass
     derivative = governor.gravity * (hanging_moment * geometry.sine + lifted_mass * geometry.sleeve_derivative)
-    return derivative, governor.gravity * (
-        hanging_moment * geometry.cosine + lifted_mass * geometry.sleeve_second_derivative
-    )
+    return derivative, governor.gravity * (hanging_moment * geometry.cosine + lifted_mass * geometry.sleeve_second_derivative)
 
 
 def spindle_inertia_derivatives(governor: PendulumGovernor, geometry: LinkageGeometry) -> tuple[FloatArray, FloatArray]:
@@ -158,27 +154,16 @@ def spindle_inertia_derivatives(governor: PendulumGovernor, geometry: LinkageGeo
     cosine_coefficient = 4 * m * l * geometry.ball_radius + 2 * mu * l * (e + 2 * l * geometry.sine / 3)
     cosine_coefficient = cosine_coefficient + 2 * ml * l1 * (2 * geometry.joint_radius + governor.lug_radius) / 3
     squared_cosine_coefficient = 4 * m * l**2 + 4 * (mu * l**2 + ml * l1**2) / 3
-    return (
-        cosine_coefficient * geometry.cosine,
-        squared_cosine_coefficient * geometry.cosine** 2 - cosine_coefficient * geometry.sine,
-    )
+    return (cosine_coefficient * geometry.cosine, squared_cosine_coefficient * geometry.cosine**2 - cosine_coefficient * geometry.sine)
 
 
-def in_plane_inertia_and_derivative(
-    governor: PendulumGovernor, geometry: LinkageGeometry
-) -> tuple[FloatArray, FloatArray]:
+def in_plane_inertia_and_derivative(governor: PendulumGovernor, geometry: LinkageGeometry) -> tuple[FloatArray, FloatArray]:
     """I and I' of the in-plane inertia I, kinetic energy I a'^2 / 2."""
-    l1, sleeve_derivative, sleeve_second_derivative = (
-        governor.joint_length,
-        geometry.sleeve_derivative,
-        geometry.sleeve_second_derivative,
-    )
+    l1, sleeve_derivative, sleeve_second_derivative = (governor.joint_length, geometry.sleeve_derivative, geometry.sleeve_second_derivative)
     m, mu, ml, ms = governor.ball_mass, governor.arm_mass, governor.link_mass, governor.sleeve_mass
     constant_inertia = 2 * (m + mu / 3) * governor.arm**2 + 2 * governor.ball_inertia
     inertia = (
-        constant_inertia
-        + ms * sleeve_derivative**2
-        + 2 * ml * (l1**2 + l1 * geometry.sine * sleeve_derivative + sleeve_derivative**2) / 3
+        constant_inertia + ms * sleeve_derivative**2 + 2 * ml * (l1**2 + l1 * geometry.sine * sleeve_derivative + sleeve_derivative**2) / 3
     )
     link_term_derivative = (
         l1 * (geometry.cosine * sleeve_derivative + geometry.sine * sleeve_second_derivative)
@@ -205,21 +190,15 @@ def sleeve_height_derivative(governor: PendulumGovernor, *, arm_angle: FloatOrAr
 def link_angle(governor: PendulumGovernor, *, arm_angle: FloatOrArray) -> FloatOrArray:
     """Angle b of the link from the vertical (rad), positive when its joint is further out than the lug."""
     geometry = evaluate_geometry(governor, arm_angle)
-    return as_scalar_or_array(
-        geometry.angle if governor.is_rhombus else np.arctan2(geometry.link_sine, geometry.link_cosine)
-    )
+    return as_scalar_or_array(geometry.angle if governor.is_rhombus else np.arctan2(geometry.link_sine, geometry.link_cosine))
 
 
 def gravitational_potential(governor: PendulumGovernor, *, arm_angle: FloatOrArray) -> FloatOrArray:
     """Potential V (J) of all weights, zero at the height of the suspension; -2 (M + m_s) g l cos a in the rhombus."""
     geometry = evaluate_geometry(governor, arm_angle)
-    hanging_moment = (
-        2 * governor.ball_mass + governor.arm_mass
-    ) * governor.arm + governor.link_mass * governor.joint_length
+    hanging_moment = (2 * governor.ball_mass + governor.arm_mass) * governor.arm + governor.link_mass * governor.joint_length
     lifted_mass = governor.sleeve_mass + governor.link_mass
-    return as_scalar_or_array(
-        governor.gravity * (lifted_mass * geometry.sleeve_height - hanging_moment * geometry.cosine)
-    )
+    return as_scalar_or_array(governor.gravity * (lifted_mass * geometry.sleeve_height - hanging_moment * geometry.cosine))
 
 
 def potential_derivative(governor: PendulumGovernor, *, arm_angle: FloatOrArray) -> FloatOrArray:
@@ -238,9 +217,7 @@ def spindle_inertia(governor: PendulumGovernor, *, arm_angle: FloatOrArray) -> F
     lug_radius, offset, radial_extent = governor.lug_radius, governor.offset, governor.arm * geometry.sine
     arms = 2 * governor.arm_mass * (offset**2 + offset * radial_extent + radial_extent**2 / 3)
     links = 2 * governor.link_mass * (geometry.joint_radius**2 + geometry.joint_radius * lug_radius + lug_radius**2) / 3
-    return as_scalar_or_array(
-        2 * governor.ball_mass * geometry.ball_radius**2 + arms + links + 2 * governor.ball_inertia
-    )
+    return as_scalar_or_array(2 * governor.ball_mass * geometry.ball_radius**2 + arms + links + 2 * governor.ball_inertia)
 
 
 def spindle_inertia_derivative(governor: PendulumGovernor, *, arm_angle: FloatOrArray) -> FloatOrArray:

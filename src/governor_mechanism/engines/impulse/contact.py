@@ -6,12 +6,7 @@ import math
 from collections.abc import Callable
 
 from governor_mechanism.engines.impulse.staggered_stepper import StaggeredStepper
-from governor_mechanism.engines.impulse.step_records import (
-    DetectedEvent,
-    StepObservation,
-    make_level_function,
-    make_reversal_function,
-)
+from governor_mechanism.engines.impulse.step_records import DetectedEvent, StepObservation, make_level_function, make_reversal_function
 from governor_mechanism.mechanics.contact.tolerances import CONTACT_TOLERANCE, REST_TOLERANCE, STICTION_RATE_TOLERANCE
 from governor_mechanism.mechanics.dynamics.contacts import ContactMode, contacts_of, output_springs_of
 from governor_mechanism.mechanics.dynamics.lowering import forced_output_names
@@ -38,15 +33,11 @@ class ContactModeTracker:
         self._stepper, self._output_forces, self._time_scale = stepper, stepper.output_forces, time_scale
         self.contacts = contacts_of(scene)
         self.contact_outputs = [names.index(contact.output_name) for contact in self.contacts]
-        self.coordinate_scales = [
-            1.0 if mechanism.reading(name).quantity == "angle" else mechanism.length_scale for name in names
-        ]
+        self.coordinate_scales = [1.0 if mechanism.reading(name).quantity == "angle" else mechanism.length_scale for name in names]
         self._springs = [spring for spring in output_springs_of(scene) if spring.one_sided]
         self._spring_outputs = [names.index(spring.reading) for spring in self._springs]
         self.constraints = [
-            stepper.model.make_contact_constraint(
-                k, output, "dry friction" if contact.friction else "stops", contact.output_name
-            )
+            stepper.model.make_contact_constraint(k, output, "dry friction" if contact.friction else "stops", contact.output_name)
             for k, (contact, output) in enumerate(zip(self.contacts, self.contact_outputs, strict=True))
         ]
         self.events, self.last_release_time = list[Event](), -math.inf
@@ -66,34 +57,23 @@ class ContactModeTracker:
     def mode(self) -> ContactMode:
         """How everything stands."""
         held_values = tuple(self._held_value(k) for k in range(len(self.contacts)))
-        return ContactMode(
-            held_values, tuple(self._output_forces.sliding_directions), tuple(self._output_forces.is_taut or ())
-        )
+        return ContactMode(held_values, tuple(self._output_forces.sliding_directions), tuple(self._output_forces.is_taut or ()))
 
     def detect_events(self, observation: StepObservation) -> list[DetectedEvent]:
         """What a step has gone beyond."""
         detected = list[DetectedEvent]()
-        for k, (contact, constraint, output) in enumerate(
-            zip(self.contacts, self.constraints, self.contact_outputs, strict=True)
-        ):
+        for k, (contact, constraint, output) in enumerate(zip(self.contacts, self.constraints, self.contact_outputs, strict=True)):
             sliding_direction, direction = (
                 self._output_forces.sliding_directions[k],
                 self.release_direction(k, float(observation.rates_after_kick[output])),
             )
             if direction:
-                event_function = (
-                    self._make_leave_function(k, direction) if constraint.stop_side else self._make_slip_function(k)
-                )
-                detected.append(
-                    DetectedEvent(LEAVES if constraint.stop_side else SLIPS, k, event_function, -1.0, direction)
-                )
+                event_function = self._make_leave_function(k, direction) if constraint.stop_side else self._make_slip_function(k)
+                detected.append(DetectedEvent(LEAVES if constraint.stop_side else SLIPS, k, event_function, -1.0, direction))
             elif sliding_direction and sliding_direction * float(observation.rates[output]) <= 0.0:
                 detected.append(
                     DetectedEvent(
-                        STICKS,
-                        k,
-                        make_reversal_function(output, sliding_direction),
-                        -sliding_direction * self._stepper.output_rate(output),
+                        STICKS, k, make_reversal_function(output, sliding_direction), -sliding_direction * self._stepper.output_rate(output)
                     )
                 )
             if constraint.stop_side or constraint.held_value is not None:
@@ -101,17 +81,13 @@ class ContactModeTracker:
             for side, stop_value in ((1, contact.high), (-1, contact.low)):
                 if side * (float(observation.values[output]) - stop_value) > 0.0:
                     initial_value = side * (self._stepper.output_value(output) - stop_value)
-                    detected.append(
-                        DetectedEvent(STRIKES, k, make_level_function(output, side, stop_value), initial_value, side)
-                    )
+                    detected.append(DetectedEvent(STRIKES, k, make_level_function(output, side, stop_value), initial_value, side))
         for k, (spring, output) in enumerate(zip(self._springs, self._spring_outputs, strict=True)):
             direction = -1 if self._output_forces.is_taut and self._output_forces.is_taut[k] else 1
             if direction * (float(observation.values[output]) - spring.free_value) > 0.0:
                 initial_stretch = direction * (self._stepper.output_value(output) - spring.free_value)
                 detected.append(
-                    DetectedEvent(
-                        PULLS, k, make_level_function(output, direction, spring.free_value), initial_stretch, direction
-                    )
+                    DetectedEvent(PULLS, k, make_level_function(output, direction, spring.free_value), initial_stretch, direction)
                 )
         return detected
 
@@ -146,9 +122,7 @@ class ContactModeTracker:
 
     def update_sliding_directions(self) -> None:
         """After a throw friction opposes the motion that there is now."""
-        for k, (contact, constraint, output) in enumerate(
-            zip(self.contacts, self.constraints, self.contact_outputs, strict=True)
-        ):
+        for k, (contact, constraint, output) in enumerate(zip(self.contacts, self.constraints, self.contact_outputs, strict=True)):
             if contact.friction is None or constraint.stop_side:
                 continue
             rate = self._stepper.output_rate(output)
@@ -171,9 +145,7 @@ class ContactModeTracker:
     def record_transitions(self, rest_times: dict[int, float]) -> None:
         """Note what has come to be held, or is held no more; rest_at (s) is when the bounces of some will be over."""
         held_values = [self._held_value(k) for k in range(len(self.contacts))]
-        for k, (contact, previous, current) in enumerate(
-            zip(self.contacts, self._reported_holds, held_values, strict=False)
-        ):
+        for k, (contact, previous, current) in enumerate(zip(self.contacts, self._reported_holds, held_values, strict=False)):
             if (previous is None) == (current is None):
                 continue
             at_stop = (previous if current is None else current) in (contact.low, contact.high)
@@ -204,11 +176,7 @@ class ContactModeTracker:
     def impacting_contacts(self) -> dict[int, int]:
         """The keepers that run into a stop, and at which side."""
         sides = {k: self.active_stop(k) for k, constraint in enumerate(self.constraints) if not constraint.stop_side}
-        return {
-            k: side
-            for k, side in sides.items()
-            if side * self._stepper.output_rate(self.contact_outputs[k]) > self.stiction_rate(k)
-        }
+        return {k: side for k, side in sides.items() if side * self._stepper.output_rate(self.contact_outputs[k]) > self.stiction_rate(k)}
 
     def record_event(self, k: int, kind: str) -> None:
         """Note what a keeper does now."""
@@ -243,16 +211,10 @@ class ContactModeTracker:
         def leave_function(observation: StepObservation) -> float:
             if constraint.held_value is None and constraint.stop_force > 0.0:
                 return -constraint.stop_force
-            return direction * float(observation.rates_after_kick[output]) - (
-                min_rate if constraint.held_value is not None else 0.0
-            )
+            return direction * float(observation.rates_after_kick[output]) - (min_rate if constraint.held_value is not None else 0.0)
 
         return leave_function
 
     def _is_taut(self, stretch: float, output: int) -> bool:
         """Whether a one-sided spring pulls."""
-        return (
-            self._stepper.output_rate(output) > 0
-            if abs(stretch) < CONTACT_TOLERANCE * self.coordinate_scales[output]
-            else stretch > 0
-        )
+        return self._stepper.output_rate(output) > 0 if abs(stretch) < CONTACT_TOLERANCE * self.coordinate_scales[output] else stretch > 0

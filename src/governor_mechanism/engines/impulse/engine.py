@@ -72,8 +72,7 @@ class ImpulseEngine(ImpulseSettings, Engine):
             return ""
         if has_contacts(scene):
             return (
-                "engine 'impulse' in pymunk's plain way has no friction, stops and one-sided springs along readings; "
-                "leave plain=True out"
+                "engine 'impulse' in pymunk's plain way has no friction, stops and one-sided springs along readings; leave plain=True out"
             )
         if any(isinstance(joint, RotationalDriver | TranslationalDriver) for joint in scene.part.mechanism.joints):
             return "engine 'impulse' in pymunk's plain way does not hold drives; leave plain=True out"

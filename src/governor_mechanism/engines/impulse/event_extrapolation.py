@@ -39,10 +39,7 @@ class ExtrapolatedEvents:
     def wrong_side_error(self, times: FloatArray) -> float:
         """How far (s) the last march is off at a strike that it, or the motion, is beyond at one of these times (n,) s
         and the other is not: what is told of that time is of the wrong side."""
-        return max(
-            (high - low for low, high in self.extrapolation_intervals if np.any((times >= low) & (times <= high))),
-            default=0.0,
-        )
+        return max((high - low for low, high in self.extrapolation_intervals if np.any((times >= low) & (times <= high))), default=0.0)
 
     def are_between_impacts(self, times: FloatArray) -> NDArray[np.bool_] | None:
         """Which times (n,) s lie where some marches have struck a stop and others not yet; None for none."""
@@ -68,11 +65,7 @@ def extrapolate_events(event_logs: Sequence[Sequence[Event]], end_time: float) -
             extrapolation_intervals.append((min(known[-1], extrapolated[-1]), max(known[-1], extrapolated[-1])))
         events.append(replace(event, time=extrapolated[-1] if extrapolated else event.time))
         if len(extrapolated) > 1:
-            time_error = max(
-                time_error,
-                abs(extrapolated[-1] - extrapolated[-2]),
-                MIN_EVENT_TIME_ERROR_RATIO * abs(known[-1] - known[-2]),
-            )
+            time_error = max(time_error, abs(extrapolated[-1] - extrapolated[-2]), MIN_EVENT_TIME_ERROR_RATIO * abs(known[-1] - known[-2]))
     for coarser in event_logs[:-1]:
         for event in coarser:
             time = _nearest_event_time(event, finest)

@@ -109,8 +109,7 @@ class EventDrivenStepper:
         full_step, time, n_events = (end - start) / n_steps, start, 0
         target, steps = end, n_steps
         is_hold_step_changed = (
-            bool(self._contact_tracker.held_rates())
-            and abs(full_step - self._stepper.last_h) > STEP_LENGTH_TOLERANCE * full_step
+            bool(self._contact_tracker.held_rates()) and abs(full_step - self._stepper.last_h) > STEP_LENGTH_TOLERANCE * full_step
         )
         if is_hold_step_changed or start < self._bounce_end:
             self._stepper.close_joints()
@@ -183,9 +182,7 @@ class EventDrivenStepper:
         first = min(1.0, *fractions.values())
         _, self._stepper.state = self._stepper.take_trial_step(max(first, self._min_fraction(h)) * h)
         self.n_split_steps += 1
-        first_events = [
-            event for index, event in enumerate(detected) if fractions[index] - first <= 10 * EVENT_FRACTION_TOLERANCE
-        ]
+        first_events = [event for index, event in enumerate(detected) if fractions[index] - first <= 10 * EVENT_FRACTION_TOLERANCE]
         for event in first_events:
             self._contact_tracker.apply_transition(event)
         self._stepper.apply_impulses(self._contact_tracker.held_rates())
@@ -201,9 +198,7 @@ class EventDrivenStepper:
         def event_value(fraction: float) -> float:
             if fraction <= min_fraction:
                 return event.initial_value
-            return event.event_function(
-                self._stepper.take_trial_step(fraction * h, steps=1 if constraint is None else 2)[0]
-            )
+            return event.event_function(self._stepper.take_trial_step(fraction * h, steps=1 if constraint is None else 2)[0])
 
         held_value = None if constraint is None else constraint.held_value
         if constraint is not None:
@@ -220,25 +215,15 @@ class EventDrivenStepper:
                 low = RELEASE_SEARCH_START if event.kind == LEAVES else SLIP_SEARCH_START
                 low_value = event_value(low)
                 if low_value >= 0.0:
-                    extrapolated_root = (
-                        low - low_value * (1.0 - low) / (end_value - low_value) if end_value > low_value else 0.0
-                    )
+                    extrapolated_root = low - low_value * (1.0 - low) / (end_value - low_value) if end_value > low_value else 0.0
                     return min(max(extrapolated_root, min_fraction) + RELEASE_DELAY_FRACTION, low)
-                return min(
-                    1.0,
-                    float(brentq(event_value, low, 1.0, xtol=RELEASE_FRACTION_TOLERANCE, rtol=1e-15))
-                    + RELEASE_DELAY_FRACTION,
-                )
+                return min(1.0, float(brentq(event_value, low, 1.0, xtol=RELEASE_FRACTION_TOLERANCE, rtol=1e-15)) + RELEASE_DELAY_FRACTION)
             if event.initial_value > -RELEASE_SEARCH_START * end_value:
                 # It begins where the last one ended: look for a time at which it has gone on from there.
                 low = next((fraction for fraction in 0.5 ** np.arange(1, 30) if event_value(fraction) < 0.0), -1.0)
                 if low < 0.0:
                     # What has just slipped has no speed to begin with; what else has none had come to rest before.
-                    return (
-                        1.0
-                        if event.kind == STICKS and self._contact_tracker.last_release_time == self._stepper.state.time
-                        else 0.0
-                    )
+                    return 1.0 if event.kind == STICKS and self._contact_tracker.last_release_time == self._stepper.state.time else 0.0
             return float(brentq(event_value, low, 1.0, xtol=EVENT_FRACTION_TOLERANCE, rtol=1e-15))
         finally:
             if constraint is not None:
@@ -255,18 +240,11 @@ class EventDrivenStepper:
             impacting = tracker.impacting_contacts()
             if not impacting:
                 break
-            rebound_rates = {
-                k: -tracker.contacts[k].restitution * stepper.output_rate(tracker.contact_outputs[k]) for k in impacting
-            }
+            rebound_rates = {k: -tracker.contacts[k].restitution * stepper.output_rate(tracker.contact_outputs[k]) for k in impacting}
             # What rests on a stop is pressed against it; friction bears no impulse.
-            stop_rates = {
-                tracker.contacts[k].output_name: 0.0
-                for k, constraint in enumerate(tracker.constraints)
-                if constraint.stop_side
-            }
+            stop_rates = {tracker.contacts[k].output_name: 0.0 for k, constraint in enumerate(tracker.constraints) if constraint.stop_side}
             stepper.apply_impulses(
-                stop_rates | {tracker.contacts[k].output_name: rate for k, rate in rebound_rates.items()},
-                count_energy_loss=True,
+                stop_rates | {tracker.contacts[k].output_name: rate for k, rate in rebound_rates.items()}, count_energy_loss=True
             )
             for k, side in impacting.items():
                 tracker.record_event(k, STRIKES)
@@ -277,9 +255,7 @@ class EventDrivenStepper:
                     self._rebound_sides[k] = side
             tracker.update_sliding_directions()
         for k, side in stop_sides.items():
-            if (
-                k not in self._rebound_sides and not tracker.constraints[k].stop_side
-            ):  # pressed into it, but with no speed
+            if k not in self._rebound_sides and not tracker.constraints[k].stop_side:  # pressed into it, but with no speed
                 tracker.hold(k, side)
                 stepper.apply_impulses(tracker.held_rates())
 
@@ -314,13 +290,10 @@ class EventDrivenStepper:
             if (
                 contact.restitution < 1
                 and deceleration > 0.0
-                and departure_rate**2
-                < 2 * deceleration * MIN_REBOUND_HEIGHT * self._contact_tracker.coordinate_scales[output]
+                and departure_rate**2 < 2 * deceleration * MIN_REBOUND_HEIGHT * self._contact_tracker.coordinate_scales[output]
             ):
                 return_acceleration = self._return_acceleration(k, side, h)
-                rest_times[k] = self._stepper.state.time + zeno_time(
-                    departure_rate, deceleration, return_acceleration, contact.restitution
-                )
+                rest_times[k] = self._stepper.state.time + zeno_time(departure_rate, deceleration, return_acceleration, contact.restitution)
         for k in rest_times:
             self._bounce_duration = math.inf
             self._contact_tracker.hold(k, self._rebound_sides[k])

@@ -35,10 +35,7 @@ def relax_to_equilibrium(scene: Scene, start: float) -> float:
     mass = sum(body.mass for body in mechanism.bodies)
 
     def is_within_limits(poses: FloatArray) -> bool:
-        return all(
-            limit.low < float(evaluate_output_value(mechanism, limit.reading, poses)) < limit.high
-            for limit in mechanism.limits
-        )
+        return all(limit.low < float(evaluate_output_value(mechanism, limit.reading, poses)) < limit.high for limit in mechanism.limits)
 
     result = relax(
         PymunkModel(scene, iterations=RELAXATION_SOLVER_ITERATIONS),

@@ -147,11 +147,7 @@ class RichardsonRefinement:
             if self.iterations > iterations:
                 continue  # raised on the way: the longer steps were not solved well enough either
             # Near a dead centre, unsolved joints show in the estimate alone.
-            if (
-                not has_stagnated
-                or (best.error_estimate or 0.0) < ESTIMATE_ROUNDING_FLOOR
-                or not self._raise_iterations()
-            ):
+            if not has_stagnated or (best.error_estimate or 0.0) < ESTIMATE_ROUNDING_FLOOR or not self._raise_iterations():
                 return best
 
     def _refine(self) -> tuple[RefinementResult, bool]:
@@ -177,11 +173,7 @@ class RichardsonRefinement:
     def _first_closed_result(self) -> RefinementResult:
         """The first result; with shorter steps where joints open because steps are too long for how fast it gets."""
         best, level = self.extrapolate_at_level(0), 0
-        while (
-            best.termination.has_open_joints
-            and level < MAX_OPEN_JOINT_HALVINGS
-            and self._is_within_max_steps(self.grid, level + 1)
-        ):
+        while best.termination.has_open_joints and level < MAX_OPEN_JOINT_HALVINGS and self._is_within_max_steps(self.grid, level + 1):
             level += 1
             self.iterations = self.settings.iterations
             self.solutions.clear()
@@ -189,11 +181,7 @@ class RichardsonRefinement:
         return best
 
     def _is_accurate(self, result: RefinementResult) -> bool:
-        return (
-            result.termination.has_open_joints
-            or result.error_estimate is None
-            or result.error_estimate <= self.request.accuracy
-        )
+        return result.termination.has_open_joints or result.error_estimate is None or result.error_estimate <= self.request.accuracy
 
     @np.errstate(all="ignore")
     def extrapolate_at_level(self, level: int) -> RefinementResult:
@@ -206,25 +194,15 @@ class RichardsonRefinement:
         is_certified = self.settings.levels == 3 and (self.request.certify or self.settings.step is None)
         if not is_certified:
             extrapolated = states[0] if len(states) == 1 else _extrapolate(states[0], states[1], 8)
-            return RefinementResult(
-                extrapolated, self.evaluator.evaluate(extrapolated), {}, None, level, termination, extrapolated_events
-            )
+            return RefinementResult(extrapolated, self.evaluator.evaluate(extrapolated), {}, None, level, termination, extrapolated_events)
         report = self.evaluator.evaluate(states[1])
         if not self.has_contacts:
             errors = self.evaluator.compare_observables(report, self.evaluator.evaluate(states[0]))
-            return RefinementResult(
-                states[1], report, errors, self.evaluator.to_relative_error(errors), level, termination
-            )
-        is_near_event = extrapolated_events.are_near_events(
-            states[1].times, self.request.accuracy * self.evaluator.time_scale
-        )
-        coarse_report, fine_report = (
-            self.evaluator.evaluate(state.at(np.flatnonzero(~is_near_event))) for state in states
-        )
+            return RefinementResult(states[1], report, errors, self.evaluator.to_relative_error(errors), level, termination)
+        is_near_event = extrapolated_events.are_near_events(states[1].times, self.request.accuracy * self.evaluator.time_scale)
+        coarse_report, fine_report = (self.evaluator.evaluate(state.at(np.flatnonzero(~is_near_event))) for state in states)
         errors = self.evaluator.compare_observables(fine_report, coarse_report)
-        time_error = max(
-            extrapolated_events.time_error, extrapolated_events.wrong_side_error(states[1].times[~is_near_event])
-        )
+        time_error = max(extrapolated_events.time_error, extrapolated_events.wrong_side_error(states[1].times[~is_near_event]))
         error_estimate = max(self.evaluator.to_relative_error(errors), time_error / self.evaluator.time_scale)
         errors["event times"] = time_error
         return RefinementResult(
@@ -240,9 +218,7 @@ class RichardsonRefinement:
         contact_modes = self.solutions[levels[-1]].contact_modes[:n_monitor_times]
         uncounted_work = self.evaluator.integrate_missing_work(monitor_states)
         if contact_modes and uncounted_work is not None:
-            uncounted_work = -integrate_work(
-                self.scene, monitor_states, self.evaluator.evaluate_spindle_speeds, contact_modes
-            )
+            uncounted_work = -integrate_work(self.scene, monitor_states, self.evaluator.evaluate_spindle_speeds, contact_modes)
         if uncounted_work is not None or self.has_output_effects:
             work = monitor_states.work + monitor_states.dissipated_energy
             monitor_states = replace(monitor_states, work=work if uncounted_work is None else work + uncounted_work)
@@ -344,13 +320,7 @@ class RichardsonRefinement:
             )
         else:
             solution = integrate_fixed_step(
-                model,
-                self.grid,
-                level,
-                self.time_inputs,
-                self.start,
-                length_scale=length_scale,
-                is_within_limits=is_within_limits,
+                model, self.grid, level, self.time_inputs, self.start, length_scale=length_scale, is_within_limits=is_within_limits
             )
         steps = (int(self.grid.min_steps[: len(solution.work) - 1].sum()) << level) + solution.n_split_steps
         self.steps += steps
@@ -364,9 +334,7 @@ class RichardsonRefinement:
 
         Looked at up to the first station outside the limits, and there: joints torn open leave the limits too.
         """
-        count = min(
-            [len(self.grid.monitor_times), *(limit_exit[0] + 1 for limit_exit in exits if limit_exit is not None)]
-        )
+        count = min([len(self.grid.monitor_times), *(limit_exit[0] + 1 for limit_exit in exits if limit_exit is not None)])
         if any(len(self.solutions[level].work) < count for level in levels):
             return True
         if self.settings.plain:
@@ -382,9 +350,7 @@ class RichardsonRefinement:
         """How many stations the finest two marches reached with joints as closed as their steps explain."""
         count = min(len(self.solutions[level].work) for level in levels)
         gaps = [np.maximum.accumulate(self._gaps(level, count)) for level in levels[-2:]]
-        is_open = gaps[-1] > np.maximum(
-            0.5 * gaps[0], MIN_SIGNIFICANT_GAP_RATIO * self.evaluator.mechanism.length_scale
-        )
+        is_open = gaps[-1] > np.maximum(0.5 * gaps[0], MIN_SIGNIFICANT_GAP_RATIO * self.evaluator.mechanism.length_scale)
         return int(np.argmax(is_open)) if is_open.any() else count
 
     def _is_within_max_steps(self, grid: TimeGrid, level: int = 0) -> bool:
@@ -401,24 +367,16 @@ class RichardsonRefinement:
         detail = f"max_steps = {self.settings.max_steps} end at t = {self.grid.monitor_times[-1]:.6g} s"
         return Termination(len(self.grid.monitor_times), Outcome.STEP_LIMIT, detail)
 
-    def _project_states(
-        self, solution: FixedStepSolution, n_monitor_times: int, indices: IntArray | None = None
-    ) -> StateHistory:
+    def _project_states(self, solution: FixedStepSolution, n_monitor_times: int, indices: IntArray | None = None) -> StateHistory:
         """The state of a march at its first stations, or at those of them that are asked for."""
         selected = np.arange(n_monitor_times) if indices is None else indices
-        times, poses, velocities = (
-            self.grid.monitor_times[selected],
-            solution.poses[selected],
-            solution.velocities[selected],
-        )
+        times, poses, velocities = (self.grid.monitor_times[selected], solution.poses[selected], solution.velocities[selected])
         if not self.settings.plain and len(selected):
             # The mean of two half steps opens the joints a little, and more where the step changes its length.
             if self.has_contacts:  # how far joints open hangs on the step, which is another where a step was split
                 poses = self.impact_solver.close_joints(times, poses)
             velocities = self.projector.project(poses, velocities, times)
-        spindle = np.stack(
-            [solution.spindle_angle[selected], self.evaluator.evaluate_spindle_speeds(times, poses)], axis=-1
-        )
+        spindle = np.stack([solution.spindle_angle[selected], self.evaluator.evaluate_spindle_speeds(times, poses)], axis=-1)
         work = solution.work[selected]
         return StateHistory(
             times=times,
@@ -430,11 +388,7 @@ class RichardsonRefinement:
         )
 
     def _extrapolate_states(
-        self,
-        levels: range,
-        n_monitor_times: int,
-        extrapolated_events: ExtrapolatedEvents,
-        indices: IntArray | None = None,
+        self, levels: range, n_monitor_times: int, extrapolated_events: ExtrapolatedEvents, indices: IntArray | None = None
     ) -> list[StateHistory]:
         """The state of one march at its first stations (or some of them), or what pairs of neighbours extrapolate to.
 
@@ -451,9 +405,7 @@ class RichardsonRefinement:
         if not (self.has_contacts and n_monitor_times):
             return ExtrapolatedEvents()
         end = float(self.grid.monitor_times[n_monitor_times - 1])
-        return extrapolate_events(
-            [[event for event in self.solutions[level].events if event.time <= end] for level in levels], end
-        )
+        return extrapolate_events([[event for event in self.solutions[level].events if event.time <= end] for level in levels], end)
 
 
 def _is_improvement(finer: RefinementResult, best: RefinementResult) -> bool:

@@ -68,9 +68,7 @@ def integrate_fixed_step(
         states = [(model.poses(), _to_proxy_velocities(model, velocities), 0.0, 0.0, 0.0)]
     for index, (h, next_h) in enumerate(zip(lengths.tolist(), next_lengths.tolist(), strict=True)):
         # The last kick lasts half of this step and half of the next, whose length may be another.
-        time_inputs.prepare_interval(
-            grid.monitor_times[index], grid.monitor_times[index + 1], int(step_counts[index]), next_h
-        )
+        time_inputs.prepare_interval(grid.monitor_times[index], grid.monitor_times[index + 1], int(step_counts[index]), next_h)
         try:
             earlier, previous = _step_interval(model, int(step_counts[index]), time_inputs)
         except (ValueError, OverflowError):  # a body flew off so fast that its place is no number any more
@@ -85,9 +83,7 @@ def integrate_fixed_step(
         if not np.max(np.abs(poses_now[:, :2])) < MAX_BODY_DISTANCE_RATIO * length_scale:
             break
         states.append((poses_now, velocities_now, time_inputs.work, time_inputs.spindle_angle, model.dissipated_energy))
-        if len(states) % LIMIT_CHECK_INTERVAL == 0 and not is_within_limits(
-            _mass_centres(model, states[-LIMIT_CHECK_INTERVAL:])
-        ):
+        if len(states) % LIMIT_CHECK_INTERVAL == 0 and not is_within_limits(_mass_centres(model, states[-LIMIT_CHECK_INTERVAL:])):
             break
     columns = [np.array(column) for column in zip(*states, strict=True)]
     mass_centre_poses, mass_centre_velocities = model.to_mass_centres(columns[0], columns[1])
@@ -110,9 +106,7 @@ def integrate_with_events(
     step_counts = grid.min_steps << level
     lengths = np.diff(grid.monitor_times) / step_counts if step_counts.size else np.ones(1)
     next_lengths = np.append(lengths[1:], lengths[-1:])
-    stepper = EventDrivenStepper(
-        scene, model, time_inputs, start, time_scale=time_scale, level=level, h=float(lengths[0])
-    )
+    stepper = EventDrivenStepper(scene, model, time_inputs, start, time_scale=time_scale, level=level, h=float(lengths[0]))
     states, contact_modes = [(*start, 0.0, 0.0, stepper.dissipated_energy)], [stepper.mode]
     for index, next_h in enumerate(next_lengths[: step_counts.size].tolist()):
         begin, end = float(grid.monitor_times[index]), float(grid.monitor_times[index + 1])
@@ -131,14 +125,7 @@ def integrate_with_events(
             break
     columns = [np.array(column) for column in zip(*states, strict=True)]
     return FixedStepSolution(
-        columns[0],
-        columns[1],
-        columns[2],
-        columns[3],
-        columns[4],
-        tuple(stepper.events),
-        tuple(contact_modes),
-        stepper.n_split_steps,
+        columns[0], columns[1], columns[2], columns[3], columns[4], tuple(stepper.events), tuple(contact_modes), stepper.n_split_steps
     )
 
 
@@ -197,9 +184,7 @@ def relax(
     max_energy, steps_since_stop = 0.0, 0
     for steps in range(max_steps):
         energy = model.kinetic_energy()
-        if (
-            steps_since_stop > N_JOINT_RECOVERY_STEPS and energy < max_energy
-        ):  # past the fastest: the equilibrium lies just behind
+        if steps_since_stop > N_JOINT_RECOVERY_STEPS and energy < max_energy:  # past the fastest: the equilibrium lies just behind
             if max_energy < max_rest_energy:
                 return RelaxationResult(_mass_centre_poses(model), steps, True)
             model.zero_velocities()

@@ -35,12 +35,7 @@ class StaggeredStepper:
     is held."""
 
     def __init__(
-        self,
-        mechanism: Mechanism,
-        model: PymunkModel,
-        time_inputs: TimeInputs,
-        start: tuple[FloatArray, FloatArray],
-        h: float,
+        self, mechanism: Mechanism, model: PymunkModel, time_inputs: TimeInputs, start: tuple[FloatArray, FloatArray], h: float
     ) -> None:
         assert model.output_forces is not None
         self.model, self.output_forces, self.time_inputs, self.last_h = model, model.output_forces, time_inputs, h
@@ -52,13 +47,7 @@ class StaggeredStepper:
         time_inputs.reset(model.predict_spindle_inertia)
         proxy_velocities, values = self._to_proxy_velocities(start[1]), self.output_forces.output_values
         self.state = StepState(
-            0.0,
-            model.poses(),
-            proxy_velocities,
-            values,
-            self.output_forces.output_rates(proxy_velocities),
-            time_inputs.accumulators(),
-            0.0,
+            0.0, model.poses(), proxy_velocities, values, self.output_forces.output_rates(proxy_velocities), time_inputs.accumulators(), 0.0
         )
 
     @property
@@ -92,18 +81,8 @@ class StaggeredStepper:
         velocities_after = model.velocities()
         velocities = (inputs.next_h * velocities_before + inputs.h * velocities_after) / (inputs.h + inputs.next_h)
         values, rates = output_forces.output_values, output_forces.output_rates(velocities)
-        state = StepState(
-            time,
-            model.poses(),
-            velocities,
-            values,
-            rates,
-            self.time_inputs.accumulators(),
-            output_forces.dissipated_energy,
-        )
-        return StepObservation(
-            values, rates, output_forces.output_rates(velocities_after), inputs.friction_limits
-        ), state
+        state = StepState(time, model.poses(), velocities, values, rates, self.time_inputs.accumulators(), output_forces.dissipated_energy)
+        return StepObservation(values, rates, output_forces.output_rates(velocities_after), inputs.friction_limits), state
 
     def take_trial_step(self, h: float, steps: int = 1) -> tuple[StepObservation, StepState]:
         """h seconds alone, from where the march is; it stays there.
@@ -138,9 +117,7 @@ class StaggeredStepper:
         poses, velocities = self.mass_centre_state()
         output_jacobian = np.array([evaluate_output_gradient(self._mechanism, name, poses) for name in rates])
         output_jacobian = output_jacobian.reshape(-1, *poses.shape)
-        new_velocities = self._impact_solver.apply_impulses(
-            state.time, poses, velocities, output_jacobian, np.array(list(rates.values()))
-        )
+        new_velocities = self._impact_solver.apply_impulses(state.time, poses, velocities, output_jacobian, np.array(list(rates.values())))
         energy_loss = (
             self._impact_solver.kinetic_energy(velocities) - self._impact_solver.kinetic_energy(new_velocities)
             if count_energy_loss
@@ -173,9 +150,7 @@ class StaggeredStepper:
             accumulators=self.time_inputs.accumulators(),
             dissipated_energy=state.dissipated_energy
             + remaining
-            * self.output_forces.dissipated_power(
-                state.rates, self.time_inputs.restart_inputs(state.time, full_step).friction_limits
-            ),
+            * self.output_forces.dissipated_power(state.rates, self.time_inputs.restart_inputs(state.time, full_step).friction_limits),
         )
 
     def _with_closed_joints(self, state: StepState) -> StepState:
@@ -184,9 +159,7 @@ class StaggeredStepper:
         poses, velocities = self.model.to_mass_centres(state.poses, state.velocities)
         poses = impact_solver.close_joints(np.array([time]), poses[np.newaxis])[0]
         no_outputs = np.zeros((0, *poses.shape))
-        proxy_velocities = self._to_proxy_velocities(
-            impact_solver.apply_impulses(time, poses, velocities, no_outputs, np.zeros(0))
-        )
+        proxy_velocities = self._to_proxy_velocities(impact_solver.apply_impulses(time, poses, velocities, no_outputs, np.zeros(0)))
         proxy_poses = np.where(self._pinned, state.poses, poses)
         self.output_forces.evaluate_outputs(proxy_poses)
         return replace(

@@ -38,9 +38,7 @@ class TimeInputs:
         ]
         drives = [joint for joint in mechanism.joints if isinstance(joint, RotationalDriver | TranslationalDriver)]
         self._drive_functions = [CubicTimeFunction(joint.motion) for joint in drives]
-        self._friction_functions = [
-            CubicTimeFunction(contact.friction or InputFunction()) for contact in contacts_of(scene)
-        ]
+        self._friction_functions = [CubicTimeFunction(contact.friction or InputFunction()) for contact in contacts_of(scene)]
         self._has_varying_speed = not self._speed_program.is_constant
         self._start_speed_squared = self._speed_program.start_speed**2
         self.uses_left_limits = False
@@ -96,9 +94,7 @@ class TimeInputs:
 
     def restore(self, accumulators: tuple[float, float, float, float, float]) -> None:
         """Go back to what a march had added up then."""
-        self.work, self.spindle_angle, self._mechanism_inertia, self._spindle_speed, self._angular_momentum = (
-            accumulators
-        )
+        self.work, self.spindle_angle, self._mechanism_inertia, self._spindle_speed, self._angular_momentum = accumulators
 
     def constant_inputs(self, h: float) -> StepInputs:
         """A step of h seconds during which everything stays as it is at the start, the spindle's speed too."""
@@ -116,16 +112,9 @@ class TimeInputs:
         )
         self.has_jump = any(_has_jump_at(function, end) for function in functions)
         if self._has_varying_speed:
-            right_limits, left_limits = (
-                self._speed_program(times) ** 2,
-                self._speed_program(times, left_limit=True) ** 2,
-            )
+            right_limits, left_limits = (self._speed_program(times) ** 2, self._speed_program(times, left_limit=True) ** 2)
             self._speed_squared_changes = list(
-                zip(
-                    (left_limits[1:] - right_limits[:-1]).tolist(),
-                    (right_limits[1:] - left_limits[1:]).tolist(),
-                    strict=True,
-                )
+                zip((left_limits[1:] - right_limits[:-1]).tolist(), (right_limits[1:] - left_limits[1:]).tolist(), strict=True)
             )
         following_h = 0.0 if self.uses_left_limits else next_h
         self._speeds_squared = (
@@ -136,9 +125,7 @@ class TimeInputs:
         if self._torque_function:
             self._torque_impulses = [self._torque_function.integral(a, b) for a, b in pairwise(times.tolist())]
         self._load_values = [_sample_at_kicks(function, times, following_h, 1) for function in self._load_functions]
-        self._friction_limits = [
-            _sample_at_kicks(function, times, following_h, 1) for function in self._friction_functions
-        ]
+        self._friction_limits = [_sample_at_kicks(function, times, following_h, 1) for function in self._friction_functions]
         targets = np.append(times[2:], end + next_h)
         self._drive_values = [function(targets).tolist() for function in self._drive_functions]
 
@@ -171,9 +158,7 @@ class TimeInputs:
     def _advance_spindle(self, index: int) -> float:
         """The free spindle's speed squared at the end of a step, and its angle there by the trapezoid."""
         self._angular_momentum += self._torque_impulses[index]
-        speed = float(
-            free_spindle_speed(self._angular_momentum, self._spindle_inertia + self._predict_inertia(self._h))
-        )
+        speed = float(free_spindle_speed(self._angular_momentum, self._spindle_inertia + self._predict_inertia(self._h)))
         self.spindle_angle += 0.5 * self._h * (self._spindle_speed + speed)
         self._spindle_speed = speed
         return speed**2

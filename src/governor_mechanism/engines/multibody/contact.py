@@ -21,11 +21,7 @@ from governor_mechanism.mechanics.contact.tolerances import (
     zeno_time,
 )
 from governor_mechanism.mechanics.dynamics.contacts import ContactMode, contacts_of, initial_mode, output_springs_of
-from governor_mechanism.mechanics.dynamics.equations_of_motion import (
-    N_AUXILIARY_STATES,
-    evaluate_events_and_derivative,
-    project_state,
-)
+from governor_mechanism.mechanics.dynamics.equations_of_motion import N_AUXILIARY_STATES, evaluate_events_and_derivative, project_state
 from governor_mechanism.mechanics.dynamics.lowering import (
     System,
     SystemWorkspace,
@@ -36,11 +32,7 @@ from governor_mechanism.mechanics.dynamics.lowering import (
 )
 from governor_mechanism.mechanics.dynamics.output_forces import FORCE_EVENT
 from governor_mechanism.mechanics.kinematics.assembly import PositionSolver
-from governor_mechanism.mechanics.kinematics.constraint_kernels import (
-    evaluate_gamma,
-    evaluate_jacobian,
-    evaluate_residuals,
-)
+from governor_mechanism.mechanics.kinematics.constraint_kernels import evaluate_gamma, evaluate_jacobian, evaluate_residuals
 from governor_mechanism.model.events import LEAVES, PULLS, RESTS, SLACKENS, SLIPS, STICKS, STRIKES, Event
 from governor_mechanism.model.scene import Scene
 from governor_mechanism.types import FloatArray, RecordArray
@@ -78,9 +70,7 @@ class ContactModeSolver:
         self._output_indices = [names.index(contact.output_name) for contact in self.contacts]
         self._spring_output_indices = [names.index(spring.reading) for spring in self.one_sided_springs]
         mechanism = scene.part.mechanism
-        self._coordinate_scales = [
-            1.0 if mechanism.reading(name).quantity == "angle" else mechanism.length_scale for name in names
-        ]
+        self._coordinate_scales = [1.0 if mechanism.reading(name).quantity == "angle" else mechanism.length_scale for name in names]
         self._joint_rows = make_system(scene)[0].constraint_rows
         position_solver = PositionSolver(mechanism)
         self._mobility, self._is_driven = position_solver.mobility, bool(position_solver.equations.is_driven.any())
@@ -127,9 +117,7 @@ class ContactModeSolver:
         self.select_mode(0.0, state, input_cubics)
         self.events = []
 
-    def select_mode(
-        self, time: float, state: FloatArray, input_cubics: FloatArray, triggered: Sequence[int] = ()
-    ) -> None:
+    def select_mode(self, time: float, state: FloatArray, input_cubics: FloatArray, triggered: Sequence[int] = ()) -> None:
         """Choose the mode after what was watched about some keepers or springs happened; state changes in place.
 
         cubics count from `time`, at which state is.
@@ -148,9 +136,7 @@ class ContactModeSolver:
             if n_held > self._mobility:
                 continue  # more holds than freedoms: one of them at its bound says the same, and settles the forces
             is_at_rest = n_held == self._mobility and not self._is_driven
-            mode = ContactMode(
-                tuple(held for held, _ in choice), tuple(sign for _, sign in choice), self.mode.taut, is_at_rest
-            )
+            mode = ContactMode(tuple(held for held, _ in choice), tuple(sign for _, sign in choice), self.mode.taut, is_at_rest)
             violation = self._compute_violation(mode, state, input_cubics)
             if violation < least_violation:
                 best_mode, least_violation = mode, violation
@@ -174,9 +160,7 @@ class ContactModeSolver:
         if not self.one_sided_springs:
             return
         outputs, taut = self._evaluate_outputs(state), list(self.mode.taut)
-        for k, (spring, output_index) in enumerate(
-            zip(self.one_sided_springs, self._spring_output_indices, strict=True)
-        ):
+        for k, (spring, output_index) in enumerate(zip(self.one_sided_springs, self._spring_output_indices, strict=True)):
             extension = float(outputs.values[output_index]) - spring.free_value
             is_near_slack = abs(extension) < CONTACT_TOLERANCE * self._coordinate_scales[output_index]
             taut[k] = bool(outputs.rates[output_index] > 0 if is_near_slack else extension > 0)
@@ -192,31 +176,25 @@ class ContactModeSolver:
             impacting = [
                 k
                 for k, contact in enumerate(self.contacts)
-                if self._find_active_stop(k, outputs) * float(outputs.rates[self._output_indices[k]])
-                > self._rest_rate(k)
+                if self._find_active_stop(k, outputs) * float(outputs.rates[self._output_indices[k]]) > self._rest_rate(k)
             ]
             if not impacting:
                 break
             resting = [k for k, held in enumerate(self.mode.held_values) if held is not None and k not in impacting
                        and self._find_active_stop(k, outputs)]  # fmt: skip
-            rebound_rates = {
-                k: -self.contacts[k].restitution * float(outputs.rates[self._output_indices[k]]) for k in impacting
-            }
+            rebound_rates = {k: -self.contacts[k].restitution * float(outputs.rates[self._output_indices[k]]) for k in impacting}
             self._apply_impulses(state, outputs, rebound_rates | dict.fromkeys(resting, 0.0))
             for k in impacting:
                 self.events.append(Event(time=time, kind=STRIKES, subject=self.contacts[k].output_name))
             rest_times |= self._settle_final_bounces(time, state, input_cubics, impacting)
         return rest_times
 
-    def _settle_final_bounces(
-        self, time: float, state: FloatArray, input_cubics: FloatArray, impacted: Sequence[int]
-    ) -> dict[int, float]:
+    def _settle_final_bounces(self, time: float, state: FloatArray, input_cubics: FloatArray, impacted: Sequence[int]) -> dict[int, float]:
         """Those of the hit that rise no more: their speed is taken away, and the time (s) told at which they rest."""
         rest_times: dict[int, float] = {}
         outputs = self._evaluate_outputs(state)
         departing_accelerations, returning_accelerations = (
-            self._evaluate_sliding_accelerations(state, input_cubics, outputs, impacted, direction)
-            for direction in (1, -1)
+            self._evaluate_sliding_accelerations(state, input_cubics, outputs, impacted, direction) for direction in (1, -1)
         )
         for k in impacted:
             output_index, stop_side, restitution = (
@@ -232,14 +210,10 @@ class ContactModeSolver:
                 restitution < 1
                 and return_acceleration > 0
                 and rebound_speed > 0
-                and rebound_speed**2
-                < 2 * return_acceleration * MIN_REBOUND_HEIGHT * self._coordinate_scales[output_index]
+                and rebound_speed**2 < 2 * return_acceleration * MIN_REBOUND_HEIGHT * self._coordinate_scales[output_index]
             ):
                 rest_times[k] = time + zeno_time(
-                    rebound_speed,
-                    return_acceleration,
-                    stop_side * float(returning_accelerations[output_index]),
-                    restitution,
+                    rebound_speed, return_acceleration, stop_side * float(returning_accelerations[output_index]), restitution
                 )
         if rest_times:
             self._apply_impulses(state, outputs, dict.fromkeys(rest_times, 0.0))
@@ -277,9 +251,7 @@ class ContactModeSolver:
         energy_before = 0.5 * float(np.sum(mass * velocities**2))
         velocities += inverse_mass * (
             constraint_jacobian.T
-            @ np.linalg.lstsq(
-                (constraint_jacobian * inverse_mass) @ constraint_jacobian.T, right_hand_side, rcond=1e-13
-            )[0]
+            @ np.linalg.lstsq((constraint_jacobian * inverse_mass) @ constraint_jacobian.T, right_hand_side, rcond=1e-13)[0]
         )
         dissipated_energy = energy_before - 0.5 * float(np.sum(mass * velocities**2))
         state[-N_AUXILIARY_STATES] += dissipated_energy
@@ -310,33 +282,22 @@ class ContactModeSolver:
         is_force = system.event_functions["kind"] == FORCE_EVENT
         event_scale = np.where(system.event_functions["tolerance"] > 0, system.event_functions["tolerance"], 1.0) * 1e12
         violation = float(np.max(event_values[is_force] / event_scale[is_force], initial=0.0))
-        outputs, output_accelerations = (
-            self._evaluate_outputs(trial_state),
-            self._evaluate_output_accelerations(trial_state, derivative),
-        )
+        outputs, output_accelerations = (self._evaluate_outputs(trial_state), self._evaluate_output_accelerations(trial_state, derivative))
         for k, held in enumerate(mode.held_values):
             output_index = self._output_indices[k]
             if held is not None:
                 # At the dead centre of a reading no force along it holds it: the mechanism carries it on.
                 residual_acceleration = (
-                    abs(float(output_accelerations[output_index]))
-                    * self._time_scale**2
-                    / self._coordinate_scales[output_index]
+                    abs(float(output_accelerations[output_index])) * self._time_scale**2 / self._coordinate_scales[output_index]
                 )
-                violation = max(
-                    violation,
-                    residual_acceleration if residual_acceleration > TURNING_POINT_ACCELERATION_TOLERANCE else 0.0,
-                )
+                violation = max(violation, residual_acceleration if residual_acceleration > TURNING_POINT_ACCELERATION_TOLERANCE else 0.0)
                 continue
             if abs(float(outputs.rates[output_index])) > self._rest_rate(k):
                 continue
             direction = mode.sliding_signs[k] or -self._find_active_stop(k, outputs)
             violation = max(
                 violation,
-                -direction
-                * float(output_accelerations[output_index])
-                * self._time_scale**2
-                / self._coordinate_scales[output_index],
+                -direction * float(output_accelerations[output_index]) * self._time_scale**2 / self._coordinate_scales[output_index],
             )
         return violation
 
@@ -345,9 +306,7 @@ class ContactModeSolver:
         system, workspace = self.get_model(self.mode)
         _project_state_vector(system, workspace, input_cubics, state, self._constraint_tolerance)
 
-    def _record_events(
-        self, time: float, state: FloatArray, previous_mode: ContactMode, rest_times: dict[int, float]
-    ) -> None:
+    def _record_events(self, time: float, state: FloatArray, previous_mode: ContactMode, rest_times: dict[int, float]) -> None:
         """Note what has begun or ceased to stand still; which of several holds does the holding is not told."""
         outputs = self._evaluate_outputs(state)
         for k, contact in enumerate(self.contacts):
@@ -355,11 +314,7 @@ class ContactModeSolver:
             if was_held != is_held:
                 start_kind, end_kind = (RESTS, LEAVES) if self._find_active_stop(k, outputs) else (STICKS, SLIPS)
                 self.events.append(
-                    Event(
-                        time=rest_times.get(k, time),
-                        kind=start_kind if is_held else end_kind,
-                        subject=contact.output_name,
-                    )
+                    Event(time=rest_times.get(k, time), kind=start_kind if is_held else end_kind, subject=contact.output_name)
                 )
 
     def _is_held(self, k: int, mode: ContactMode, outputs: OutputState) -> bool:
@@ -370,9 +325,7 @@ class ContactModeSolver:
     def _evaluate_outputs(self, state: FloatArray) -> OutputState:
         output_rows: RecordArray = self.system.output_rows
         n_coordinates = 3 * len(self.system.bodies)
-        poses, velocities = (
-            part.reshape(1, -1, 3) for part in (state[:n_coordinates], state[n_coordinates : 2 * n_coordinates])
-        )
+        poses, velocities = (part.reshape(1, -1, 3) for part in (state[:n_coordinates], state[n_coordinates : 2 * n_coordinates]))
         values = evaluate_residuals(output_rows, poses, np.zeros((1, len(output_rows.table), 3)))[0]
         gradients = evaluate_jacobian(output_rows, poses)[0]
         return OutputState(values, np.sum(gradients * velocities[0], axis=(-2, -1)), gradients)
@@ -381,15 +334,11 @@ class ContactModeSolver:
         """Second derivatives (gauges,) of what the gauges tell, at a state and its slope."""
         system = self.system
         n_coordinates = 3 * len(system.bodies)
-        poses, velocities = (
-            part.reshape(1, -1, 3) for part in (state[:n_coordinates], state[n_coordinates : 2 * n_coordinates])
-        )
+        poses, velocities = (part.reshape(1, -1, 3) for part in (state[:n_coordinates], state[n_coordinates : 2 * n_coordinates]))
         prescribed = np.zeros((1, len(system.output_rows.table), 3))
         gamma = evaluate_gamma(system.output_rows, poses, velocities, prescribed)[0]
         gradients = evaluate_jacobian(system.output_rows, poses)[0]
-        accelerations: FloatArray = (
-            np.sum(gradients * derivative[n_coordinates : 2 * n_coordinates].reshape(-1, 3), axis=(-2, -1)) - gamma
-        )
+        accelerations: FloatArray = np.sum(gradients * derivative[n_coordinates : 2 * n_coordinates].reshape(-1, 3), axis=(-2, -1)) - gamma
         return accelerations
 
     def _find_active_stop(self, k: int, outputs: OutputState) -> int:

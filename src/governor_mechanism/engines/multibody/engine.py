@@ -109,10 +109,7 @@ class MultibodyRunner:
     def run_certified(self, tolerance: float) -> MultibodyResult:
         """Two runs, and the difference between them as the estimate of the better one's error."""
         # Where it is not the tolerance that bounds the steps, twice as long ones tell the runs apart.
-        worse, better = (
-            self.run_once(COMPARISON_TOLERANCE_RATIO * tolerance, 2 * MULTIBODY_MAX_STEP_RATIO),
-            self.run_once(tolerance),
-        )
+        worse, better = (self.run_once(COMPARISON_TOLERANCE_RATIO * tolerance, 2 * MULTIBODY_MAX_STEP_RATIO), self.run_once(tolerance))
         n_shared = min(len(worse.reported_states.times), len(better.reported_states.times))
         event_time_error, is_near_event = compare_event_logs(better.integration.events, worse.integration.events, better.reported_states.times[:n_shared],
                               self.request.accuracy * self.evaluator.time_scale)  # fmt: skip
@@ -139,15 +136,11 @@ class MultibodyRunner:
             detail = f"{range_exit[1]}, at {self._describe_exit(integration.states, tolerance, n_kept)}"
         elif integration.status == INTEGRATION_STALLED:
             early_outcome, detail = Outcome.STALLED, f"at {time_text}"
-        elif integration.status != INTEGRATION_DONE or len(self.integrator.time_grid.reported_indices) < len(
-            self.request.times
-        ):
+        elif integration.status != INTEGRATION_DONE or len(self.integrator.time_grid.reported_indices) < len(self.request.times):
             early_outcome, detail = Outcome.STEP_LIMIT, f"max_steps = {self.engine.max_steps} end at {time_text}"
         reported_states = history.at(self.integrator.time_grid.truncate(n_kept).reported_indices)
         observables = self.evaluator.evaluate(reported_states)
-        return MultibodyResult(
-            reported_states, history.first(n_kept), integration, tolerance, observables, early_outcome, detail, {}
-        )
+        return MultibodyResult(reported_states, history.first(n_kept), integration, tolerance, observables, early_outcome, detail, {})
 
     def _describe_exit(self, states: FloatArray, tolerance: float, exit_index: int) -> str:
         """When the motion leaves its range, before this station: by halving the time from the one before."""
@@ -168,11 +161,7 @@ class MultibodyRunner:
 
     def make_trajectory(self, best: MultibodyResult, wall_time: float) -> Trajectory:
         """The result."""
-        settings = {
-            **asdict(self.engine),
-            "asked_accuracy": self.request.accuracy,
-            "certified": best.error_estimate is not None,
-        }
+        settings = {**asdict(self.engine), "asked_accuracy": self.request.accuracy, "certified": best.error_estimate is not None}
         return self.evaluator.make_trajectory(
             RunResult(
                 reported_states=best.reported_states,
@@ -213,9 +202,7 @@ class MultibodyRunner:
         if self.scene.part.mechanism.force_elements:
             law_counts["springs, dampers, forces"] = len(self.scene.part.mechanism.force_elements) * evaluations
         effect_classes = {"springs on readings": OutputSpring, "dashpots": Dashpot, "dry friction": DryFriction}
-        for (law, effect_class), count in zip(
-            effect_classes.items(), self.integrator.output_force_counts.tolist(), strict=True
-        ):
+        for (law, effect_class), count in zip(effect_classes.items(), self.integrator.output_force_counts.tolist(), strict=True):
             if any(isinstance(effect, effect_class) for effect in self.scene.output_effects):
                 law_counts[law] = count
         return Cost(

@@ -96,9 +96,7 @@ class EventIntegrator:
                 return status, step, n_filled
             t = t_reached
             event_time, triggered = self._locate_event(system, t, state, event_bracket)
-            if (
-                not triggered and event_time - t <= EVENT_TIME_TOLERANCE * self._time_scale
-            ):  # nothing after all, and too near to look again
+            if not triggered and event_time - t <= EVENT_TIME_TOLERANCE * self._time_scale:  # nothing after all, and too near to look again
                 event_time = min(end, t + max(step, EVENT_TIME_TOLERANCE * self._time_scale))
             _, _, n_reached, _ = self._integrate(_without_event_functions(system), (t, event_time), output_times[n_filled:], state, event_time - t,
                                              output_states[n_filled:], event_bracket)  # fmt: skip
@@ -106,11 +104,7 @@ class EventIntegrator:
             n_filled += n_reached
             t = event_time
             if n_filled and self._context.is_out_of_range(output_states[n_filled - 1]):
-                return (
-                    INTEGRATION_OUT_OF_RANGE,
-                    step,
-                    n_filled,
-                )  # what happens beyond the limits is no concern of ours, and may never end
+                return (INTEGRATION_OUT_OF_RANGE, step, n_filled)  # what happens beyond the limits is no concern of ours, and may never end
             if triggered and not self._is_below_chattering_limit(t):
                 return INTEGRATION_STALLED, step, n_filled
             if triggered:
@@ -138,9 +132,7 @@ class EventIntegrator:
         self._count_output_forces(system, int(self._counters[2]) - evaluations_before)
         return result
 
-    def _locate_event(
-        self, system: System, t: float, state: FloatArray, event_bracket: FloatArray
-    ) -> tuple[float, list[int]]:
+    def _locate_event(self, system: System, t: float, state: FloatArray, event_bracket: FloatArray) -> tuple[float, list[int]]:
         """When the first thing watched rises above nought, and whom it concerns; none where it does not after all.
 
         state is at `now`, and crossed holds the times between which that is.
@@ -153,14 +145,10 @@ class EventIntegrator:
         if not crossing_times:
             return high, []
         event_time = min(crossing_times.values())
-        simultaneous = [
-            k for k, time in crossing_times.items() if time - event_time <= EVENT_TIME_TOLERANCE * self._time_scale
-        ]
+        simultaneous = [k for k, time in crossing_times.items() if time - event_time <= EVENT_TIME_TOLERANCE * self._time_scale]
         return event_time, sorted({int(system.event_functions["contact_index"][k]) for k in simultaneous})
 
-    def _find_crossing_times(
-        self, system: System, t: float, state: FloatArray, low: float, high: float
-    ) -> dict[int, float]:
+    def _find_crossing_times(self, system: System, t: float, state: FloatArray, low: float, high: float) -> dict[int, float]:
         """When (s) each mark that has risen above nought at `high` did so, after `low`."""
         input_cubics, workspace = self._context.input_cubics(t), self._contact_solver.workspace
 
@@ -181,9 +169,7 @@ class EventIntegrator:
                 if values_low[k] >= -float(tolerances[k])
                 else (low, high)
             )
-            crossing_times[k] = (
-                low if begin is None else float(brentq(event_function, begin, end, xtol=1e-15, rtol=1e-15))
-            )
+            crossing_times[k] = low if begin is None else float(brentq(event_function, begin, end, xtol=1e-15, rtol=1e-15))
         return crossing_times
 
     def _integrate_without_events(
@@ -209,16 +195,12 @@ class EventIntegrator:
 
     def _is_below_chattering_limit(self, t: float) -> bool:
         """Whether what happens at one time comes to an end."""
-        self._n_simultaneous = (
-            self._n_simultaneous + 1 if t - self._last_event_time <= EVENT_TIME_TOLERANCE * self._time_scale else 0
-        )
+        self._n_simultaneous = self._n_simultaneous + 1 if t - self._last_event_time <= EVENT_TIME_TOLERANCE * self._time_scale else 0
         self._last_event_time = t
         return self._n_simultaneous < MAX_EVENTS_AT_ONE_TIME
 
 
-def _find_negative_start(
-    event_function: Callable[[float], float], low: float, high: float, threshold: float
-) -> tuple[float | None, float]:
+def _find_negative_start(event_function: Callable[[float], float], low: float, high: float, threshold: float) -> tuple[float | None, float]:
     """A time after low at which a mark that begins at nought is below `least`, and a later one at which it is positive.
 
     The first is None where it rises at once.

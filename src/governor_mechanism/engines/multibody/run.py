@@ -9,22 +9,13 @@ import numpy as np
 
 from governor_mechanism.engines.multibody.contact import SIMULTANEITY_TOLERANCE, ContactModeSolver
 from governor_mechanism.engines.multibody.event_integration import EventIntegrator
-from governor_mechanism.integrators.projected_dop853 import (
-    INTEGRATION_DONE,
-    INTEGRATION_STIFF,
-    N_COUNTERS,
-    integrate_projected_dop853,
-)
+from governor_mechanism.integrators.projected_dop853 import INTEGRATION_DONE, INTEGRATION_STIFF, N_COUNTERS, integrate_projected_dop853
 from governor_mechanism.integrators.radau import RadauIntegrator
 from governor_mechanism.integrators.time_grid import make_time_grid
 from governor_mechanism.mechanics.contact.event_log import drop_cancelled_events
 from governor_mechanism.mechanics.dynamics.characteristic_scales import max_step_scale
 from governor_mechanism.mechanics.dynamics.contacts import ContactMode, has_contacts
-from governor_mechanism.mechanics.dynamics.equations_of_motion import (
-    N_AUXILIARY_STATES,
-    inertia_about_spindle,
-    project_state,
-)
+from governor_mechanism.mechanics.dynamics.equations_of_motion import N_AUXILIARY_STATES, inertia_about_spindle, project_state
 from governor_mechanism.mechanics.dynamics.lowering import (
     count_output_forces,
     from_mass_centres,
@@ -85,9 +76,7 @@ class ConstrainedIntegrator:
         breakpoints = np.unique(np.concatenate([function.breakpoints for function in self.input_functions]))
         self._max_step_scale = max_step_scale(scene)
         max_interval = MULTIBODY_MONITOR_INTERVAL_RATIO * evaluator.time_scale
-        self.time_grid = make_time_grid(
-            reported_times[reported_times <= max_interval * max_steps], breakpoints, np.inf, max_interval
-        )
+        self.time_grid = make_time_grid(reported_times[reported_times <= max_interval * max_steps], breakpoints, np.inf, max_interval)
         inner_breakpoints = breakpoints[(breakpoints > 0) & (breakpoints < self.time_grid.monitor_times[-1])]
         self.breakpoints = np.concatenate([[0.0], inner_breakpoints, self.time_grid.monitor_times[-1:]])
         self.counters = np.zeros(N_COUNTERS, dtype=np.int64)
@@ -95,22 +84,13 @@ class ConstrainedIntegrator:
         self.output_force_counts = np.zeros(3, dtype=np.int64)
         """Evaluations of springs, brakes and sliding friction along readings."""
         self.initial_state = self._make_initial_state(*from_mass_centres(self.system, *initial_motion))
-        self.contact_solver = (
-            ContactModeSolver(scene, evaluator.time_scale, self.constraint_tolerance) if has_contacts(scene) else None
-        )
+        self.contact_solver = ContactModeSolver(scene, evaluator.time_scale, self.constraint_tolerance) if has_contacts(scene) else None
 
     def compile_kernels(self) -> None:
         """Have the kernels compiled or loaded, by an integration over no time, so that no run's cost includes it."""
         no_outputs = np.empty((0, self.initial_state.size))
         self._integrate_explicitly(
-            (0.0, 0.0),
-            np.empty(0),
-            self.initial_state.copy(),
-            1.0,
-            1.0,
-            1.0,
-            no_outputs,
-            np.zeros(N_COUNTERS, dtype=np.int64),
+            (0.0, 0.0), np.empty(0), self.initial_state.copy(), 1.0, 1.0, 1.0, no_outputs, np.zeros(N_COUNTERS, dtype=np.int64)
         )
 
     def integrate(self, tolerance: float, max_step_ratio: float = MULTIBODY_MAX_STEP_RATIO) -> IntegrationResult:
@@ -151,25 +131,14 @@ class ConstrainedIntegrator:
         self.output_force_counts += int(counters[2]) * count_output_forces(self.system)
         return IntegrationResult(states[:n_filled], status, step)
 
-    def _integrate_with_contacts(
-        self, contact_solver: ContactModeSolver, tolerance: float, max_step_ratio: float
-    ) -> IntegrationResult:
+    def _integrate_with_contacts(self, contact_solver: ContactModeSolver, tolerance: float, max_step_ratio: float) -> IntegrationResult:
         """The same for a scene in which something sticks, strikes or goes slack."""
-        monitor_times, state, time_scale = (
-            self.time_grid.monitor_times,
-            self.initial_state.copy(),
-            self.evaluator.time_scale,
-        )
+        monitor_times, state, time_scale = (self.time_grid.monitor_times, self.initial_state.copy(), self.evaluator.time_scale)
         counters = np.zeros(N_COUNTERS, dtype=np.int64)
         event_integrator = EventIntegrator(self, contact_solver, tolerance, time_scale, max_step_ratio, counters)
         contact_solver.initialize(state, self.input_cubics(0.0))
         states, contact_modes = np.empty((len(monitor_times), state.size)), [contact_solver.mode]
-        states[0], n_filled, status, step = (
-            state,
-            1,
-            INTEGRATION_DONE,
-            MULTIBODY_FIRST_STEP_RATIO * max_step_ratio * time_scale,
-        )
+        states[0], n_filled, status, step = (state, 1, INTEGRATION_DONE, MULTIBODY_FIRST_STEP_RATIO * max_step_ratio * time_scale)
         for start, end in pairwise(self.breakpoints.tolist()):
             output_times = monitor_times[(monitor_times > start) & (monitor_times <= end)]
             status, step, n_reached = event_integrator.integrate_segment(
@@ -220,33 +189,19 @@ class ConstrainedIntegrator:
         speed = self.evaluator.speed_function(times)
         if self.system.has_free_spindle:
             own_inertia = self.system.spindle_inertia
-            speed = states[:, -1] / np.array(
-                [own_inertia + inertia_about_spindle(self.system, pose) for pose in origins]
-            )
+            speed = states[:, -1] / np.array([own_inertia + inertia_about_spindle(self.system, pose) for pose in origins])
         spindle_state = np.stack([states[:, -2], speed], axis=-1)
         work, dissipated_energy = states[:, -N_AUXILIARY_STATES], states[:, 1 - N_AUXILIARY_STATES]
         return StateHistory(
-            times=times,
-            poses=poses,
-            velocities=velocities,
-            work=work,
-            dissipated_energy=dissipated_energy,
-            spindle_state=spindle_state,
+            times=times, poses=poses, velocities=velocities, work=work, dissipated_energy=dissipated_energy, spindle_state=spindle_state
         )
 
     def is_out_of_range(self, state: FloatArray) -> bool:
         """Whether a state lies outside the mechanism's limits."""
         origins, origin_velocities = state[:-N_AUXILIARY_STATES].reshape(2, len(self.system.bodies), 3)
-        return (
-            self.evaluator.find_first_out_of_range(
-                to_mass_centres(self.system, origins, origin_velocities)[0][np.newaxis]
-            )
-            is not None
-        )
+        return self.evaluator.find_first_out_of_range(to_mass_centres(self.system, origins, origin_velocities)[0][np.newaxis]) is not None
 
-    def integrate_between(
-        self, states: FloatArray, tolerance: float, k: int, time: float
-    ) -> tuple[FloatArray, FloatArray] | None:
+    def integrate_between(self, states: FloatArray, tolerance: float, k: int, time: float) -> tuple[FloatArray, FloatArray] | None:
         """Poses and velocities of mass centres at a time (s) after station k, integrated from there, or None."""
         start = float(self.time_grid.monitor_times[k])
         state, counters = states[k].copy(), np.zeros(N_COUNTERS, dtype=np.int64)
@@ -261,9 +216,7 @@ class ConstrainedIntegrator:
 
     def _make_initial_state(self, poses: FloatArray, velocities: FloatArray) -> FloatArray:
         """The state at the start, its joints closed to rounding."""
-        project_state(
-            self.system, self.workspace, self.input_cubics(0.0), 0.0, poses, velocities, self.constraint_tolerance
-        )
+        project_state(self.system, self.workspace, self.input_cubics(0.0), 0.0, poses, velocities, self.constraint_tolerance)
         speed = self.evaluator.speed_function.start_speed
         momentum = (self.system.spindle_inertia + inertia_about_spindle(self.system, poses)) * speed
         auxiliary_states = [0.0, 0.0, 0.0, momentum if self.system.has_free_spindle else 0.0]
@@ -276,9 +229,7 @@ class ConstrainedIntegrator:
     def _compute_speed_jump_work(self, time: float, state: FloatArray) -> float:
         """What a jump of the spindle's given speed puts into the parts (J)."""
         speed_function, n_bodies = self.evaluator.speed_function, len(self.system.bodies)
-        speed_before, speed_after = (
-            float(speed_function(np.array([time]), left_limit=side)[0]) for side in (True, False)
-        )
+        speed_before, speed_after = (float(speed_function(np.array([time]), left_limit=side)[0]) for side in (True, False))
         if speed_after == speed_before or not self.system.has_centrifugal_forces:
             return 0.0
         inertia = inertia_about_spindle(self.system, state[: 3 * n_bodies].reshape(n_bodies, 3))
@@ -290,9 +241,5 @@ class ConstrainedIntegrator:
         pose_scale = np.tile([length_scale, length_scale, 1.0], len(self.system.bodies))
         momentum_scale = abs(self.initial_state[-1]) or 1.0
         return np.concatenate(
-            [
-                pose_scale,
-                pose_scale / time_scale,
-                [self.evaluator.energy_scale, self.evaluator.energy_scale, 1.0, momentum_scale],
-            ]
+            [pose_scale, pose_scale / time_scale, [self.evaluator.energy_scale, self.evaluator.energy_scale, 1.0, momentum_scale]]
         )

@@ -9,12 +9,7 @@ import numpy as np
 
 from governor_mechanism.engines.reduced.event_functions import find_active_stop, find_blocked_directions
 from governor_mechanism.mechanics.contact import tolerances as bouncing
-from governor_mechanism.mechanics.contact.tolerances import (
-    CONTACT_TOLERANCE,
-    MIN_REBOUND_HEIGHT,
-    REST_TOLERANCE,
-    STICTION_RATE_TOLERANCE,
-)
+from governor_mechanism.mechanics.contact.tolerances import CONTACT_TOLERANCE, MIN_REBOUND_HEIGHT, REST_TOLERANCE, STICTION_RATE_TOLERANCE
 from governor_mechanism.mechanics.reduction.equation_of_motion import (
     MODE_HELD,
     N_QUADRATURES,
@@ -116,13 +111,8 @@ def _apply_impacts(
     for k in range(model.contacts.shape[0]):
         value, output_derivative = evaluate_table_output(model, piece, t, model.contacts[k, 0])
         side = find_active_stop(model, k, value, CONTACT_TOLERANCE)
-        separation_rate, return_acceleration = (
-            -side * output_derivative * state[1],
-            side * output_derivative * separating_acceleration,
-        )
-        is_small = (
-            separation_rate * separation_rate < 2.0 * return_acceleration * MIN_REBOUND_HEIGHT * model.contacts[k, 5]
-        )
+        separation_rate, return_acceleration = (-side * output_derivative * state[1], side * output_derivative * separating_acceleration)
+        is_small = separation_rate * separation_rate < 2.0 * return_acceleration * MIN_REBOUND_HEIGHT * model.contacts[k, 5]
         if restitution < 1.0 and return_acceleration > 0.0 and separation_rate > 0.0 and is_small:
             rest_times[k] = time + jit_zeno_time(
                 separation_rate, return_acceleration, side * output_derivative * returning_acceleration, restitution
@@ -131,9 +121,7 @@ def _apply_impacts(
     if bouncing_ends:
         state[1] = 0.0
     dissipated_energy = (
-        0.5
-        * (v_before * v_before - state[1] * state[1])
-        / evaluate_piece(model.coefficients, piece, INVERSE_INERTIA_COLUMN, t)
+        0.5 * (v_before * v_before - state[1] * state[1]) / evaluate_piece(model.coefficients, piece, INVERSE_INERTIA_COLUMN, t)
     )
     state[2] += dissipated_energy
     state[3] += dissipated_energy

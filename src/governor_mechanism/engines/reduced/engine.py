@@ -132,9 +132,7 @@ class ReducedRunner:
             motion_table = MotionTable(self.scene, self.initial_coordinate[0], self._initial_poses)
             if motion_table.is_started and motion_table.extend(0) and motion_table.extend(1):
                 end_time = np.array([1e-9 * self.evaluator.time_scale])
-                reduced_run = ReducedRun(
-                    motion_table, self.evaluator, self.initial_coordinate, end_time, self.engine.max_steps
-                )
+                reduced_run = ReducedRun(motion_table, self.evaluator, self.initial_coordinate, end_time, self.engine.max_steps)
                 reduced_run.state_history(reduced_run.integrate(1.0))
 
     @property
@@ -147,9 +145,7 @@ class ReducedRunner:
         if width_factor not in self._reduced_runs:
             motion_table = MotionTable(self.scene, self.initial_coordinate[0], self._initial_poses, width_factor)
             if not motion_table.is_started:
-                raise MechanismError(
-                    f"engine 'reduced' cannot begin: {motion_table.end_message(1)[1]}; choose engine 'multibody'"
-                )
+                raise MechanismError(f"engine 'reduced' cannot begin: {motion_table.end_message(1)[1]}; choose engine 'multibody'")
             self._reduced_runs[width_factor] = ReducedRun(
                 motion_table, self.evaluator, self.initial_coordinate, self.request.times, self.engine.max_steps
             )
@@ -158,9 +154,7 @@ class ReducedRunner:
     def run_certified(self, tolerance: float) -> ReducedResult:
         """Two runs, and the difference between them as the estimate of the better one's error."""
         # Where it is not the tolerance that bounds the steps, twice as long ones tell the runs apart.
-        worse = self.run_once(
-            COMPARISON_TOLERANCE_RATIO * tolerance, 2 * REDUCED_MAX_STEP_RATIO, COMPARISON_WIDTH_RATIO
-        )
+        worse = self.run_once(COMPARISON_TOLERANCE_RATIO * tolerance, 2 * REDUCED_MAX_STEP_RATIO, COMPARISON_WIDTH_RATIO)
         better = self.run_once(tolerance)
         n_shared = min(len(worse.reported_states.times), len(better.reported_states.times))
         event_time_error, is_near_event = compare_event_logs(better.solution.events, worse.solution.events, better.reported_states.times[:n_shared],
@@ -169,8 +163,7 @@ class ReducedRunner:
         if is_near_event.any() or n_shared < max(len(worse.reported_states.times), len(better.reported_states.times)):
             indices = np.flatnonzero(~is_near_event)
             better_observables, worse_observables = (
-                self.evaluator.evaluate(result.reported_states.first(n_shared).at(indices))
-                for result in (better, worse)
+                self.evaluator.evaluate(result.reported_states.first(n_shared).at(indices)) for result in (better, worse)
             )
         errors = self.evaluator.compare_observables(better_observables, worse_observables)
         estimate = self.evaluator.to_relative_error(errors)
@@ -179,9 +172,7 @@ class ReducedRunner:
             estimate = max(estimate, event_time_error / self.evaluator.time_scale)
         return replace(better, reading_errors=errors, error_estimate=estimate, n_excluded=int(is_near_event.sum()))
 
-    def run_once(
-        self, tolerance: float, max_step_ratio: float = REDUCED_MAX_STEP_RATIO, width_factor: float = 1.0
-    ) -> ReducedResult:
+    def run_once(self, tolerance: float, max_step_ratio: float = REDUCED_MAX_STEP_RATIO, width_factor: float = 1.0) -> ReducedResult:
         """One run, its steps at most so many of the scene's paces long."""
         self.n_runs += 1
         reduced_run = self.get_reduced_run(width_factor)
@@ -200,23 +191,12 @@ class ReducedRunner:
         elif solution.status != RUN_COMPLETED:
             early_outcome, detail = Outcome.STEP_LIMIT, f"max_steps = {self.engine.max_steps} end at {time_text}"
         return ReducedResult(
-            solution,
-            reduced_run,
-            tolerance,
-            reported_states,
-            self.evaluator.evaluate(reported_states),
-            early_outcome,
-            detail,
-            {},
+            solution, reduced_run, tolerance, reported_states, self.evaluator.evaluate(reported_states), early_outcome, detail, {}
         )
 
     def make_trajectory(self, best: ReducedResult, wall_time: float) -> Trajectory:
         """The result."""
-        settings = {
-            **asdict(self.engine),
-            "asked_accuracy": self.request.accuracy,
-            "certified": best.error_estimate is not None,
-        }
+        settings = {**asdict(self.engine), "asked_accuracy": self.request.accuracy, "certified": best.error_estimate is not None}
         return self.evaluator.make_trajectory(
             RunResult(
                 reported_states=best.reported_states,
@@ -238,39 +218,20 @@ class ReducedRunner:
     def _make_monitor_states(self, best: ReducedResult) -> tuple[StateHistory, DenseOutput | None]:
         """States near enough to each other that nothing is passed unseen, and what lies between; ridden anew."""
         end = best.reported_states.times[-1:]
-        breakpoints = np.unique(
-            np.concatenate([function.breakpoints for function in best.reduced_run.motion_table.time_functions])
-        )
-        monitor_times = make_time_grid(
-            end, breakpoints, np.inf, TURNING_POINT_SEARCH_INTERVAL * self.evaluator.time_scale
-        ).monitor_times
+        breakpoints = np.unique(np.concatenate([function.breakpoints for function in best.reduced_run.motion_table.time_functions]))
+        monitor_times = make_time_grid(end, breakpoints, np.inf, TURNING_POINT_SEARCH_INTERVAL * self.evaluator.time_scale).monitor_times
         while True:
             reduced_run = ReducedRun(
-                best.reduced_run.motion_table,
-                self.evaluator,
-                self.initial_coordinate,
-                monitor_times,
-                self.engine.max_steps,
+                best.reduced_run.motion_table, self.evaluator, self.initial_coordinate, monitor_times, self.engine.max_steps
             )
             solution = reduced_run.integrate(best.tolerance)
-            displacements = (
-                np.abs(np.diff(solution.states[:, 0])) / best.reduced_run.motion_table.arrays.coordinate_scale
-            )
-            if (
-                not len(displacements)
-                or np.max(displacements) < MAX_MONITOR_TRAVEL
-                or len(monitor_times) > MAX_MONITOR_TIMES
-            ):
+            displacements = np.abs(np.diff(solution.states[:, 0])) / best.reduced_run.motion_table.arrays.coordinate_scale
+            if not len(displacements) or np.max(displacements) < MAX_MONITOR_TRAVEL or len(monitor_times) > MAX_MONITOR_TIMES:
                 break
             n_intervals = np.ceil(displacements / TURNING_POINT_SEARCH_INTERVAL).astype(int).clip(1)
-            segments = [
-                np.linspace(a, b, n + 1)[1:]
-                for a, b, n in zip(monitor_times, monitor_times[1:], n_intervals, strict=False)
-            ]
+            segments = [np.linspace(a, b, n + 1)[1:] for a, b, n in zip(monitor_times, monitor_times[1:], n_intervals, strict=False)]
             monitor_times = np.concatenate([monitor_times[:1], *segments])
-        return reduced_run.state_history(solution), partial(
-            reduced_run.integrate_from_row, solution.states, best.tolerance
-        )
+        return reduced_run.state_history(solution), partial(reduced_run.integrate_from_row, solution.states, best.tolerance)
 
     def _make_cost(self, best: ReducedResult, wall_time: float) -> Cost:
         reduced_runs = self._reduced_runs.values()

@@ -82,9 +82,7 @@ def evaluate_reduced_event_functions(
         if model.contacts[k, 2] > -math.inf:
             event_values[3 * k + 2] = model.contacts[k, 2] - value
     for i in range(n_springs):
-        elongation = (
-            evaluate_table_output(model, piece, t, model.one_sided_springs[i, 0])[0] - model.one_sided_springs[i, 2]
-        )
+        elongation = evaluate_table_output(model, piece, t, model.one_sided_springs[i, 0])[0] - model.one_sided_springs[i, 2]
         event_values[3 * n_contacts + i] = -elongation if model.mode[1 + n_contacts + i] != 0 else elongation
     return piece
 

@@ -72,24 +72,14 @@ def locate_first_event(
             if j == last or not is_armed:
                 continue
             fraction, peak_value = locate_parabola_maximum(
-                EVENT_SAMPLE_FRACTIONS[j],
-                EVENT_SAMPLE_FRACTIONS[1],
-                event_values[j - 1, i],
-                event_values[j, i],
-                event_values[j + 1, i],
+                EVENT_SAMPLE_FRACTIONS[j], EVENT_SAMPLE_FRACTIONS[1], event_values[j - 1, i], event_values[j, i], event_values[j + 1, i]
             )
             below_first = fraction > EVENT_SAMPLE_FRACTIONS[j] or event_values[j - 1, i] < -event_tolerances[i]
             if peak_value > 0.0 and fraction < high and below_first:
-                _evaluate_after_step(
-                    model, local_time, fraction * h, q, v, piece_index, stages, trial_stages, trial_values, counts
-                )
+                _evaluate_after_step(model, local_time, fraction * h, q, v, piece_index, stages, trial_stages, trial_values, counts)
                 if trial_values[i] > 0.0:
                     low, high = (
-                        (
-                            EVENT_SAMPLE_FRACTIONS[j - 1]
-                            if fraction <= EVENT_SAMPLE_FRACTIONS[j]
-                            else EVENT_SAMPLE_FRACTIONS[j]
-                        ),
+                        (EVENT_SAMPLE_FRACTIONS[j - 1] if fraction <= EVENT_SAMPLE_FRACTIONS[j] else EVENT_SAMPLE_FRACTIONS[j]),
                         fraction,
                     )
                     break
@@ -134,14 +124,10 @@ def _locate_in_bracket(
     fraction = high
     max_value = _max_rising_value(trial_values, rising)
     for halving in range(MAX_ARMING_BISECTIONS):
-        if max_value < 0.0 and not _is_not_armed(
-            trial_values, rising, event_values[0], event_tolerances, halving > 0 or low > 0.0
-        ):
+        if max_value < 0.0 and not _is_not_armed(trial_values, rising, event_values[0], event_tolerances, halving > 0 or low > 0.0):
             break
         fraction *= 0.5  # it begins at nought, or above by rounding: it must have been below it in between
-        _evaluate_after_step(
-            model, local_time, fraction * h, q, v, piece_index, stages, trial_stages, trial_values, counts
-        )
+        _evaluate_after_step(model, local_time, fraction * h, q, v, piece_index, stages, trial_stages, trial_values, counts)
         max_value, low = _max_rising_value(trial_values, rising), fraction
         if max_value > 0.0:
             high, event_values[last] = fraction, trial_values
@@ -152,20 +138,7 @@ def _locate_in_bracket(
     for i in range(trial_values.size):
         if rising[i] and event_values[last, i] > 0.0:  # else it rises later than what was found before it
             high = _regula_falsi(
-                model,
-                local_time,
-                h,
-                q,
-                v,
-                piece_index,
-                stages,
-                trial_stages,
-                event_values[last],
-                counts,
-                i,
-                low,
-                high,
-                trial_values,
+                model, local_time, h, q, v, piece_index, stages, trial_stages, event_values[last], counts, i, low, high, trial_values
             )
     return high
 
@@ -185,9 +158,7 @@ def _regula_falsi(
         middle = min(max(middle, low + BRACKET_INSET * width), high - BRACKET_INSET * width)
         if not low < middle < high or width <= 4e-16 * (high + abs(local_time / h)):
             break
-        _evaluate_after_step(
-            model, local_time, middle * h, q, v, piece_index, stages, trial_stages, trial_values, counts
-        )
+        _evaluate_after_step(model, local_time, middle * h, q, v, piece_index, stages, trial_stages, trial_values, counts)
         if trial_values[event_index] > 0.0:
             high, at_high, values_high[:] = middle, trial_values[event_index], trial_values
         else:
@@ -207,11 +178,7 @@ def _max_rising_value(trial_values: FloatArray, rising: BoolArray) -> float:
 
 @jit_internal
 def _is_not_armed(
-    trial_values: FloatArray,
-    rising: BoolArray,
-    start_values: FloatArray,
-    event_tolerances: FloatArray,
-    is_past_start: bool,
+    trial_values: FloatArray, rising: BoolArray, start_values: FloatArray, event_tolerances: FloatArray, is_past_start: bool
 ) -> bool:
     """Whether a mark that rises in the step, and begins at nought but for rounding, has not been seen below that."""
     not_armed = False
@@ -238,14 +205,7 @@ def _evaluate_after_step(
 
 @jit_internal
 def _quintic_hermite_state(
-    q: float,
-    v: float,
-    acceleration: float,
-    q_end: float,
-    v_end: float,
-    acceleration_end: float,
-    h: float,
-    fraction: float,
+    q: float, v: float, acceleration: float, q_end: float, v_end: float, acceleration_end: float, h: float, fraction: float
 ) -> tuple[float, float]:
     """Coordinate and rate within a step, by the polynomial of order 5 through both its ends."""
     first_difference, second_difference = h * v, h * h * acceleration
@@ -259,10 +219,5 @@ def _quintic_hermite_state(
         -15 * position_residual + 7 * velocity_residual - acceleration_residual,
         6 * position_residual - 3 * velocity_residual + 0.5 * acceleration_residual,
     )
-    q_inside = q + fraction * (
-        first_difference + fraction * (0.5 * second_difference + fraction * (c3 + fraction * (c4 + fraction * c5)))
-    )
-    return q_inside, (
-        first_difference
-        + fraction * (second_difference + fraction * (3 * c3 + fraction * (4 * c4 + fraction * 5 * c5)))
-    ) / h
+    q_inside = q + fraction * (first_difference + fraction * (0.5 * second_difference + fraction * (c3 + fraction * (c4 + fraction * c5))))
+    return q_inside, (first_difference + fraction * (second_difference + fraction * (3 * c3 + fraction * (4 * c4 + fraction * 5 * c5)))) / h

@@ -25,12 +25,7 @@ from governor_mechanism.integrators.reduced_dop853 import (
     take_step,
 )
 from governor_mechanism.mechanics.dynamics.output_forces import EVENT_SAMPLE_FRACTIONS
-from governor_mechanism.mechanics.reduction.equation_of_motion import (
-    MODE_HELD,
-    N_QUADRATURES,
-    ReducedModel,
-    evaluate_equation_of_motion,
-)
+from governor_mechanism.mechanics.reduction.equation_of_motion import MODE_HELD, N_QUADRATURES, ReducedModel, evaluate_equation_of_motion
 from governor_mechanism.mechanics.reduction.lowering import (
     COORDINATE_SCALE,
     ENERGY_SCALE,
@@ -88,33 +83,21 @@ def integrate_reduced(
     start, end = span
     tolerance, step, max_step, max_steps = limits
     time, n_reached, piece_index = start, 0, 0
-    rates, accelerations, quadrature_rates, dense = (
-        stages.rates,
-        stages.accelerations,
-        stages.quadrature_rates,
-        stages.dense,
-    )
+    rates, accelerations, quadrature_rates, dense = (stages.rates, stages.accelerations, stages.quadrature_rates, stages.dense)
     mode, is_conservative, q_last_stage, energy_scale = (
         model.mode,
         model.parameters[IS_CONSERVATIVE] != 0.0,
         stages.q_last_stage,
         model.parameters[ENERGY_SCALE],
     )
-    coordinate_scale, time_scale, stiff_steps, calm_steps = (
-        model.parameters[COORDINATE_SCALE],
-        model.parameters[TIME_SCALE],
-        0,
-        0,
-    )
+    coordinate_scale, time_scale, stiff_steps, calm_steps = (model.parameters[COORDINATE_SCALE], model.parameters[TIME_SCALE], 0, 0)
     monitors_events = model.contacts.shape[0] + model.one_sided_springs.shape[0] > 0
     event_values, event_tolerances = (
         np.full((EVENT_SAMPLE_FRACTIONS.size, count_event_functions(model)), -1.0),
         np.empty(count_event_functions(model)),
     )
     fill_event_tolerances(model, event_tolerances)
-    trial_stages = Stages(
-        np.zeros(16), np.zeros(16), np.zeros((16, N_QUADRATURES)), np.zeros((2 + N_QUADRATURES, 7)), np.zeros(1)
-    )
+    trial_stages = Stages(np.zeros(16), np.zeros(16), np.zeros((16, N_QUADRATURES)), np.zeros((2 + N_QUADRATURES, 7)), np.zeros(1))
     piece_index, t, side = find_piece(model.intervals, model.neighbours, model.periodicity, state[0], piece_index)
     if side >= 0:
         return BELOW_TABLE + side, step, n_reached, time
@@ -135,9 +118,7 @@ def integrate_reduced(
         q_end, v_end, piece_end, side = take_step(model, local_time, h, q, v, piece_index, stages)
         counts[FUNCTION_EVALUATIONS] += 12
         counts[MOVING_EVALUATIONS] += 12 if mode[MODE_HELD] == 0 else 0
-        if (
-            side >= 0 and abs(q_end - q) > MAX_STEP_OUTSIDE_TABLE * coordinate_scale
-        ):  # before the step is known to be any good
+        if side >= 0 and abs(q_end - q) > MAX_STEP_OUTSIDE_TABLE * coordinate_scale:  # before the step is known to be any good
             counts[REJECTED_STEPS] += 1
             step = 0.25 * h
             continue
@@ -193,21 +174,10 @@ def integrate_reduced(
                 return RUN_STALLED, step, n_reached, time
             time = time_end
             apply_transition(
-                model,
-                time,
-                time - start,
-                piece_index,
-                event_values[EVENT_SAMPLE_FRACTIONS.size - 1],
-                state,
-                events,
-                event_counts,
+                model, time, time - start, piece_index, event_values[EVENT_SAMPLE_FRACTIONS.size - 1], state, events, event_counts
             )
-            piece_index, t, side = find_piece(
-                model.intervals, model.neighbours, model.periodicity, state[0], piece_index
-            )
-            acceleration = evaluate_equation_of_motion(
-                model, piece_index, t, state[1], time - start, stages.quadrature_rates, 0
-            )
+            piece_index, t, side = find_piece(model.intervals, model.neighbours, model.periodicity, state[0], piece_index)
+            acceleration = evaluate_equation_of_motion(model, piece_index, t, state[1], time - start, stages.quadrature_rates, 0)
             rates[0], accelerations[0] = state[1], acceleration
             evaluate_reduced_event_functions(model, state[0], state[1], time - start, piece_index, event_values[0])
             step = min(step, POST_EVENT_STEP_RATIO * max_step)
@@ -227,8 +197,6 @@ def integrate_reduced(
 
 
 @jit
-def initialise_contact_mode(
-    model: ReducedModel, time: float, state: FloatArray, events: FloatArray, event_counts: IntArray
-) -> None:
+def initialise_contact_mode(model: ReducedModel, time: float, state: FloatArray, events: FloatArray, event_counts: IntArray) -> None:
     """Choose the mode at a start, and after a program's jump or kink; state is on a laid piece."""
     apply_transition(model, time, 0.0, 0, np.full(count_event_functions(model), -1.0), state, events, event_counts)

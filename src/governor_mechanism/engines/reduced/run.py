@@ -75,12 +75,7 @@ class ReducedRun:
     """Rides one scene through times (n,) s from coordinate and rate `start`, along a way."""
 
     def __init__(
-        self,
-        motion_table: MotionTable,
-        evaluator: ReadingEvaluator,
-        start: tuple[float, float],
-        times: FloatArray,
-        max_steps: int,
+        self, motion_table: MotionTable, evaluator: ReadingEvaluator, start: tuple[float, float], times: FloatArray, max_steps: int
     ) -> None:
         self.motion_table, self.evaluator, self.times, self.max_steps = motion_table, evaluator, times, max_steps
         self.start, self.counts = start, np.zeros(4, dtype=np.int64)
@@ -88,9 +83,7 @@ class ReducedRun:
         self.contacts = contacts_of(scene)
         self.one_sided_springs = [spring for spring in output_springs_of(scene) if spring.one_sided]
         self.has_contacts = bool(self.contacts or self.one_sided_springs)
-        breakpoints = np.unique(
-            np.concatenate([time_function.breakpoints for time_function in motion_table.time_functions])
-        )
+        breakpoints = np.unique(np.concatenate([time_function.breakpoints for time_function in motion_table.time_functions]))
         end = float(times[-1]) if len(times) else 0.0
         self._breakpoints = np.concatenate([[0.0], breakpoints[(breakpoints > 0) & (breakpoints < end)], [end]])
         self._initial_momentum = 0.0
@@ -120,18 +113,10 @@ class ReducedRun:
         counts = np.zeros_like(self.counts)
         if self.has_contacts:
             initialise_contact_mode(
-                make_reduced_model(motion_table.table, motion_table.forces, self.input_cubics(0.0), mode),
-                0.0,
-                state,
-                events,
-                event_counts,
+                make_reduced_model(motion_table.table, motion_table.forces, self.input_cubics(0.0), mode), 0.0, state, events, event_counts
             )
             event_counts[:] = 0
-        n_filled, step, status = (
-            int(len(self.times) > 0 and self.times[0] == 0.0),
-            REDUCED_FIRST_STEP_RATIO * max_step,
-            RUN_COMPLETED,
-        )
+        n_filled, step, status = (int(len(self.times) > 0 and self.times[0] == 0.0), REDUCED_FIRST_STEP_RATIO * max_step, RUN_COMPLETED)
         time, side = 0.0, 0
         states[:n_filled], modes[:n_filled] = state, mode
         for start, end in pairwise(self._breakpoints.tolist()):
@@ -170,13 +155,9 @@ class ReducedRun:
                 )
         self.counts += counts
         event_records = self._make_events(events[: min(event_counts[0], capacity)])
-        return ReducedSolution(states[:n_filled], modes[:n_filled], event_records, status, time, side, step), int(
-            event_counts[0]
-        )
+        return ReducedSolution(states[:n_filled], modes[:n_filled], event_records, status, time, side, step), int(event_counts[0])
 
-    def integrate_from_row(
-        self, states: FloatArray, tolerance: float, k: int, time: float
-    ) -> tuple[FloatArray, FloatArray] | None:
+    def integrate_from_row(self, states: FloatArray, tolerance: float, k: int, time: float) -> tuple[FloatArray, FloatArray] | None:
         """Poses and velocities (bodies, 3) at a time (s) after that of row k, ridden from there, or None."""
         start_time, mode = float(self.times[k]), np.zeros(1, dtype=np.int64)
         state, no_modes = states[k].copy(), np.zeros((0, 1), dtype=np.int64)
@@ -195,9 +176,7 @@ class ReducedRun:
         """Speed or torque, loads and frictions in time (programs, 5), until the next break; of a torque the integral
         counts from the momentum at the start.
         """
-        coefficients = np.array(
-            [time_function.local_cubics(np.array([start]))[0] for time_function in self.motion_table.time_functions]
-        )
+        coefficients = np.array([time_function.local_cubics(np.array([start]))[0] for time_function in self.motion_table.time_functions])
         coefficients[0, 4] += self._initial_momentum
         return coefficients
 
@@ -232,9 +211,7 @@ class ReducedRun:
                            if contact.friction is not None or not contact.low < values[k][index] < contact.high]  # fmt: skip
                 held[(holding or [0])[0]] = float(values[(holding or [0])[0]][index])
             contact_modes.append(
-                ContactMode(
-                    tuple(held), tuple(row[1 : 1 + n_contacts]), tuple(map(bool, row[1 + n_contacts :])), bool(row[0])
-                )
+                ContactMode(tuple(held), tuple(row[1 : 1 + n_contacts]), tuple(map(bool, row[1 + n_contacts :])), bool(row[0]))
             )
         return tuple(contact_modes)
 
@@ -242,10 +219,7 @@ class ReducedRun:
         return np.zeros((len(self.times), 1 + len(self.contacts) + len(self.one_sided_springs)), dtype=np.int64)
 
     def _make_events(self, records: FloatArray) -> tuple[Event, ...]:
-        subjects = (
-            [contact.output_name for contact in self.contacts],
-            [spring.reading for spring in self.one_sided_springs],
-        )
+        subjects = ([contact.output_name for contact in self.contacts], [spring.reading for spring in self.one_sided_springs])
         events = [
             Event(
                 time=time,

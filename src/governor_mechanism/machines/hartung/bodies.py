@@ -42,9 +42,7 @@ class HartungBuilder:
     def bodies(self) -> tuple[Body, ...]:
         """The weights with their bell cranks, and the sleeve."""
         mass = self.governor.weight_mass + self._crank_mass
-        right, left = (
-            Body(name=name, mass=mass, second_moments=self._second_moments(sign)) for name, sign in SIDE_SIGNS
-        )
+        right, left = (Body(name=name, mass=mass, second_moments=self._second_moments(sign)) for name, sign in SIDE_SIGNS)
         return right, left, Body(name=SLEEVE, mass=self.governor.sleeve_mass, can_rotate=False)
 
     def joints(self) -> tuple[Joint, ...]:
@@ -67,11 +65,7 @@ class HartungBuilder:
         spring_law = self.governor.spring_law()
         ends = (self.weight_centre(name) for name, _ in reversed(SIDE_SIGNS))
         return Spring(
-            name=SPRING_NAME,
-            first=next(ends),
-            second=next(ends),
-            stiffness=0.5 * spring_law.rate,
-            free_length=2.0 * spring_law.free_radius,
+            name=SPRING_NAME, first=next(ends), second=next(ends), stiffness=0.5 * spring_law.rate, free_length=2.0 * spring_law.free_radius
         )
 
     def readings(self, zero_lift_angle: float) -> tuple[Reading, ...]:
@@ -80,11 +74,7 @@ class HartungBuilder:
         return (
             LineAngle(name="lever_angle", quantity="angle", start=self.weight_centre(RIGHT_WEIGHT), end=fulcrum),
             PointCoordinate(
-                name="weight_radius",
-                quantity="length",
-                point=self.weight_centre(RIGHT_WEIGHT),
-                direction_x=1.0,
-                direction_y=0.0,
+                name="weight_radius", quantity="length", point=self.weight_centre(RIGHT_WEIGHT), direction_x=1.0, direction_y=0.0
             ),
             PointCoordinate(
                 name="sleeve_lift",
@@ -165,9 +155,7 @@ class HartungBuilder:
         total_mass = mass + self._crank_mass
         # About the fulcrum: a rod from there to (u, v) has m u^2 / 3 and so on.
         xx = mass * bell_cranks.weight_width**2 / 12 + sum(rod * end[0] ** 2 / 3 for rod, end in self._arm_masses())
-        yy = mass * (a**2 + bell_cranks.weight_height**2 / 12) + sum(
-            rod * end[1] ** 2 / 3 for rod, end in self._arm_masses()
-        )
+        yy = mass * (a**2 + bell_cranks.weight_height**2 / 12) + sum(rod * end[1] ** 2 / 3 for rod, end in self._arm_masses())
         xy = sum(rod * end[0] * end[1] / 3 for rod, end in self._arm_masses())
         return SecondMoments(
             xx=xx - total_mass * x**2,

@@ -42,9 +42,7 @@ class LeverGeometry:
     def hanger_top(self, lever_angle: float) -> tuple[float, float]:
         """Where the hanger's upper end stands on the right: from the axis, and above the fulcrum (m)."""
         sleeve_arm_angle = self.bell_crank_angle + lever_angle
-        return self.fulcrum_radius - self.sleeve_arm * math.sin(sleeve_arm_angle), self.sleeve_arm * math.cos(
-            sleeve_arm_angle
-        )
+        return self.fulcrum_radius - self.sleeve_arm * math.sin(sleeve_arm_angle), self.sleeve_arm * math.cos(sleeve_arm_angle)
 
     def lug_height(self, lever_angle: float) -> float:
         """Of the sleeve's lugs above the fulcrum (m); of the hangers' upper ends where hangers are vertical."""
@@ -93,6 +91,4 @@ class LeverGeometry:
             midpoint = 0.5 * (valid_angle + failing_angle)
             if midpoint in (valid_angle, failing_angle):
                 return valid_angle, self.failure_at(failing_angle) or ""
-            valid_angle, failing_angle = (
-                (midpoint, failing_angle) if self.failure_at(midpoint) is None else (valid_angle, midpoint)
-            )
+            valid_angle, failing_angle = (midpoint, failing_angle) if self.failure_at(midpoint) is None else (valid_angle, midpoint)

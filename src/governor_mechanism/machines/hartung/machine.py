@@ -18,12 +18,7 @@ from governor_mechanism.errors import MechanismError
 from governor_mechanism.machines.base import Machine, dimension_field, unsupported_effect_messages
 from governor_mechanism.machines.hartung.bodies import LEFT_WEIGHT, RIGHT_WEIGHT, SLEEVE, HartungBuilder
 from governor_mechanism.machines.hartung.geometry import FAILURE_HINTS, LeverGeometry
-from governor_mechanism.machines.hartung.spring import (
-    LinearSpringLaw,
-    build_spring_law,
-    spring_problems,
-    stress_warning,
-)
+from governor_mechanism.machines.hartung.spring import LinearSpringLaw, build_spring_law, spring_problems, stress_warning
 from governor_mechanism.model.effect import Effect
 from governor_mechanism.model.mechanism import Limit, Mechanism
 from governor_mechanism.model.scene import TURNING_PLANE
@@ -49,43 +44,26 @@ class HartungGovernor(Machine):
     bell_crank_angle: float = dimension_field("angle", "between its two arms, 90 to 180 deg", default=math.pi / 2)
     fulcrum_radius: float = dimension_field("length", "of the fulcrum from the spindle axis")
     fulcrum_height: float | None = dimension_field(
-        "length",
-        "of the fulcrum above the cross axis; as far below as weight_arm is long, if left out",
-        default=None,
-        signed=True,
+        "length", "of the fulcrum above the cross axis; as far below as weight_arm is long, if left out", default=None, signed=True
     )
     weight_mass: float = dimension_field("mass", "of one weight; there are two")
     sleeve_mass: float = dimension_field("mass", "of the whole sleeve and its load")
-    hanger: float | None = dimension_field(
-        "length", "of the hangers, from bell crank to sleeve", default=None, omission_word="vertical"
-    )
+    hanger: float | None = dimension_field("length", "of the hangers, from bell crank to sleeve", default=None, omission_word="vertical")
     lug_offset: float = dimension_field("length", "of the sleeve's lugs from the axis", default=0.0, signed=True)
-    inner_angle: float | None = dimension_field(
-        "angle", "of the lever at the inner end of the stroke", default=None, signed=True
-    )
-    outer_angle: float | None = dimension_field(
-        "angle", "of the lever at the outer end of the stroke", default=None, signed=True
-    )
+    inner_angle: float | None = dimension_field("angle", "of the lever at the inner end of the stroke", default=None, signed=True)
+    outer_angle: float | None = dimension_field("angle", "of the lever at the outer end of the stroke", default=None, signed=True)
     spring_rate: float | None = dimension_field("stiffness", "of each spring", default=None)
-    spring_preload: float | None = dimension_field(
-        "force", "of each spring at preload_radius", default=None, signed=True
-    )
+    spring_preload: float | None = dimension_field("force", "of each spring at preload_radius", default=None, signed=True)
     preload_radius: float | None = dimension_field(
         "length", "of a weight where spring_preload is its spring's force; fulcrum_radius if left out", default=None
     )
     spring_wire: float | None = dimension_field("length", "of each spring's wire, its diameter", default=None)
     spring_coil: float | None = dimension_field("length", "of each spring's coil, its mean diameter", default=None)
     spring_turns: float | None = dimension_field("number", "of each spring's turns that work", default=None)
-    spring_modulus: float | None = dimension_field(
-        "modulus", "of shear of the springs' wire", default=None, max_size=1e13
-    )
+    spring_modulus: float | None = dimension_field("modulus", "of shear of the springs' wire", default=None, max_size=1e13)
     spring_stress_limit: float | None = dimension_field("pressure", "that the springs' wire may bear", default=None)
-    inner_speed: float | None = dimension_field(
-        "angular_speed", "that holds the weights at the inner end of the stroke", default=None
-    )
-    outer_speed: float | None = dimension_field(
-        "angular_speed", "that holds the weights at the outer end of the stroke", default=None
-    )
+    inner_speed: float | None = dimension_field("angular_speed", "that holds the weights at the inner end of the stroke", default=None)
+    outer_speed: float | None = dimension_field("angular_speed", "that holds the weights at the outer end of the stroke", default=None)
     insensitivity: float = dimension_field("ratio", "that the regulating force is reckoned with", default=0.04)
 
     def __post_init__(self) -> None:
@@ -129,9 +107,7 @@ class HartungGovernor(Machine):
             coordinate="lever_angle",
             length_scale=max(self.weight_arm, self.sleeve_arm),
             initial_guess=builder.poses(self._middle_angle),
-            limits=(
-                Limit(reading="lever_angle", low=low, high=high, low_message=low_message, high_message=high_message),
-            ),
+            limits=(Limit(reading="lever_angle", low=low, high=high, low_message=low_message, high_message=high_message),),
             force_elements=(builder.spring(),),
             notes=(note,) if note else (),
         )
@@ -219,8 +195,7 @@ class HartungGovernor(Machine):
             failure = self.lever_geometry.first_failure(min(ends), max(ends))
             if failure is not None:
                 problems.append(
-                    f"the stops of 'lever_angle' lie too far apart: at {format_quantity(failure[0], 'rad')} {failure[1]}; "
-                    "move them nearer"
+                    f"the stops of 'lever_angle' lie too far apart: at {format_quantity(failure[0], 'rad')} {failure[1]}; move them nearer"
                 )
         return problems
 
@@ -229,10 +204,7 @@ class HartungGovernor(Machine):
         if failure is None:
             return []
         lever_angle, sentence = failure
-        hint = (
-            _in_degrees(max(inner_angle, -outer_angle), math.pi / 2, "15 deg")
-            or f"; {FAILURE_HINTS[sentence]}, or shorten the stroke"
-        )
+        hint = _in_degrees(max(inner_angle, -outer_angle), math.pi / 2, "15 deg") or f"; {FAILURE_HINTS[sentence]}, or shorten the stroke"
         return [
             f"the stroke, lever_angle from {format_quantity(outer_angle, 'rad')} to {format_quantity(inner_angle, 'rad')}, cannot be gone through: "
             f"at {format_quantity(lever_angle, 'rad')} {sentence}{hint}"

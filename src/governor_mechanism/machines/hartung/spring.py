@@ -17,11 +17,7 @@ WIRE_DIMENSIONS = ("spring_wire", "spring_coil", "spring_turns", "spring_modulus
 SPEED_DIMENSIONS = ("inner_speed", "outer_speed")
 SPRING_DESCRIPTIONS = (("spring_rate",), WIRE_DIMENSIONS, SPEED_DIMENSIONS)
 """To describe a spring; the first two leave its force open."""
-PRELOAD_DIMENSION, PRELOAD_RADIUS_DIMENSION, STRESS_LIMIT_DIMENSION = (
-    "spring_preload",
-    "preload_radius",
-    "spring_stress_limit",
-)
+PRELOAD_DIMENSION, PRELOAD_RADIUS_DIMENSION, STRESS_LIMIT_DIMENSION = ("spring_preload", "preload_radius", "spring_stress_limit")
 PASCAL_PER_KGF_CM2 = 98066.5
 """Pa in a kilogram-force on a square centimetre, which engineers of the time reckoned stress in."""
 
@@ -68,9 +64,7 @@ def spring_problems(governor: HartungGovernor) -> list[str]:
         if governor.inner_angle is None and governor.outer_angle is None:
             problems.append("inner_speed and outer_speed hold the ends of the stroke; give inner_angle and outer_angle")
     elif PRELOAD_DIMENSION not in given:
-        problems.append(
-            f"{PRELOAD_DIMENSION} is missing; it is the force of each spring at preload_radius, or at fulcrum_radius"
-        )
+        problems.append(f"{PRELOAD_DIMENSION} is missing; it is the force of each spring at preload_radius, or at fulcrum_radius")
     if required == WIRE_DIMENSIONS and not missing:
         try:
             _wire_rate(governor)
@@ -97,12 +91,7 @@ def build_spring_law(governor: HartungGovernor) -> LinearSpringLaw:
 
 def _given_dimensions(governor: HartungGovernor) -> set[str]:
     """What stands in a governor's dimensions of its springs."""
-    names = (
-        *(name for way in SPRING_DESCRIPTIONS for name in way),
-        PRELOAD_DIMENSION,
-        PRELOAD_RADIUS_DIMENSION,
-        STRESS_LIMIT_DIMENSION,
-    )
+    names = (*(name for way in SPRING_DESCRIPTIONS for name in way), PRELOAD_DIMENSION, PRELOAD_RADIUS_DIMENSION, STRESS_LIMIT_DIMENSION)
     return {name for name in names if getattr(governor, name) is not None}
 
 
@@ -125,9 +114,7 @@ def _spring_law_from_speeds(governor: HartungGovernor) -> LinearSpringLaw:
             f"inner_speed and outer_speed ask for springs that press with {inner_force:.6g} N inside and {outer_force:.6g} N "
             "outside; a spring presses harder outside; raise outer_speed"
         )
-    return LinearSpringLaw(
-        rate=(outer_force - inner_force) / (outer_radius - inner_radius), preload=inner_force, radius=inner_radius
-    )
+    return LinearSpringLaw(rate=(outer_force - inner_force) / (outer_radius - inner_radius), preload=inner_force, radius=inner_radius)
 
 
 def _holding_force(governor: HartungGovernor, lever_angle: float, speed: float) -> float:
@@ -135,9 +122,8 @@ def _holding_force(governor: HartungGovernor, lever_angle: float, speed: float) 
     geometry, mass = governor.lever_geometry, governor.weight_mass
     outward_derivative = -governor.weight_arm * math.cos(lever_angle)  # of the weight, for a turn of 1
     upward_derivative = -governor.weight_arm * math.sin(lever_angle)
-    gravity_work = (
-        mass * DEFAULT_GRAVITY * upward_derivative
-        + 0.5 * governor.sleeve_mass * DEFAULT_GRAVITY * geometry.lift_derivative(lever_angle)
+    gravity_work = mass * DEFAULT_GRAVITY * upward_derivative + 0.5 * governor.sleeve_mass * DEFAULT_GRAVITY * geometry.lift_derivative(
+        lever_angle
     )
     return mass * speed**2 * geometry.weight_radius(lever_angle) - gravity_work / outward_derivative
 

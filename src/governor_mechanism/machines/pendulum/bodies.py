@@ -13,15 +13,7 @@ from governor_mechanism.effects.clearance import CLEARANCE_READING, Clearance
 from governor_mechanism.effects.rod_masses import RodMasses
 from governor_mechanism.errors import MechanismError
 from governor_mechanism.model.joints import GROUND, Distance, Gear, Joint, Pin, Point, Slider
-from governor_mechanism.model.mechanism import (
-    Body,
-    FollowerHeight,
-    Limit,
-    LineAngle,
-    PointCoordinate,
-    Reading,
-    SecondMoments,
-)
+from governor_mechanism.model.mechanism import Body, FollowerHeight, Limit, LineAngle, PointCoordinate, Reading, SecondMoments
 
 if TYPE_CHECKING:
     from governor_mechanism.machines.pendulum.machine import PendulumGovernor
@@ -72,10 +64,7 @@ class PendulumBuilder:
                 "leave play out, or add sleeve_mass to [dimensions]"
             ]
         if self.clearance and self._link_mass:
-            return [
-                "rods.link_mass cannot stand beside play: links that let go of the sleeve have no mass here; "
-                "leave one of the two out"
-            ]
+            return ["rods.link_mass cannot stand beside play: links that let go of the sleeve have no mass here; leave one of the two out"]
         return []
 
     @property
@@ -102,9 +91,7 @@ class PendulumBuilder:
             bodies.append(Body(name=SLEEVE, mass=governor.sleeve_mass, can_rotate=False))
         if self._link_mass:
             slender = SecondMoments(xx=self._link_mass * governor.link_length**2 / 12)
-            bodies += [
-                Body(name=name, mass=self._link_mass, second_moments=slender) for name in (RIGHT_LINK, LEFT_LINK)
-            ]
+            bodies += [Body(name=name, mass=self._link_mass, second_moments=slender) for name in (RIGHT_LINK, LEFT_LINK)]
         return tuple(bodies)
 
     def joints(self) -> tuple[Joint, ...]:
@@ -127,12 +114,7 @@ class PendulumBuilder:
         lift: Reading = self._follower("sleeve_lift", zero=zero_lift_height)
         if self.governor.sleeve_mass is not None:
             lift = PointCoordinate(
-                name="sleeve_lift",
-                quantity="length",
-                point=Point(body=SLEEVE),
-                direction_x=0.0,
-                direction_y=1.0,
-                zero=zero_lift_height,
+                name="sleeve_lift", quantity="length", point=Point(body=SLEEVE), direction_x=0.0, direction_y=1.0, zero=zero_lift_height
             )
         return (
             LineAngle(name="arm_angle", quantity="angle", start=suspension, end=ball),
@@ -146,18 +128,10 @@ class PendulumBuilder:
 
         With play the links have no lug to end at: it is told by how far their upper ends reach beyond it.
         """
-        knee, lug = (
-            self._point_on_arm(RIGHT_BALL, self.governor.joint_length),
-            Point(body=SLEEVE, x=self.governor.lug_distance),
-        )
+        knee, lug = (self._point_on_arm(RIGHT_BALL, self.governor.joint_length), Point(body=SLEEVE, x=self.governor.lug_distance))
         if self.clearance:
             link_reach = PointCoordinate(
-                name="link_reach",
-                quantity="length",
-                point=knee,
-                direction_x=1.0,
-                direction_y=0.0,
-                zero=self.governor.lug_distance,
+                name="link_reach", quantity="length", point=knee, direction_x=1.0, direction_y=0.0, zero=self.governor.lug_distance
             )
             return (link_reach,)
         return (LineAngle(name="link_angle", quantity="angle", start=knee, end=lug),) if self.is_sleeve_linked else ()
@@ -167,13 +141,7 @@ class PendulumBuilder:
         sentence = "the link stands at 90 degrees to the spindle (dead centre)"
         max_deviation = MAX_FOLLOWER_REACH_RATIO * self.governor.link_length if self.clearance else math.pi / 2
         return tuple(
-            Limit(
-                reading=reading.name,
-                low=-max_deviation,
-                high=max_deviation,
-                low_message=sentence,
-                high_message=sentence,
-            )
+            Limit(reading=reading.name, low=-max_deviation, high=max_deviation, low_message=sentence, high_message=sentence)
             for reading in self.internal_outputs()
         )
 
@@ -215,9 +183,7 @@ class PendulumBuilder:
         """Of a slender arm and a solid ball, about their common mass centre."""
         arm, mass, mass_centre = self.governor.arm, self._arm_mass, self._mass_centre
         ball_moment = SPHERE_SECOND_MOMENT_FACTOR * self.governor.ball_mass * self._ball_radius**2
-        moment_along_arm = self.governor.ball_mass * (arm - mass_centre) ** 2 + mass * (
-            arm**2 / 12 + (mass_centre - arm / 2) ** 2
-        )
+        moment_along_arm = self.governor.ball_mass * (arm - mass_centre) ** 2 + mass * (arm**2 / 12 + (mass_centre - arm / 2) ** 2)
         return SecondMoments(xx=moment_along_arm + ball_moment, yy=ball_moment, zz=ball_moment)
 
     def _point_on_arm(self, ball: str, distance: float) -> Point:

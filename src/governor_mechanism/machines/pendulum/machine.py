@@ -15,14 +15,7 @@ from governor_mechanism.effects.clearance import Clearance
 from governor_mechanism.effects.rod_masses import RodMasses
 from governor_mechanism.errors import MechanismError
 from governor_mechanism.machines.base import Machine, dimension_field, unsupported_effect_messages
-from governor_mechanism.machines.pendulum.bodies import (
-    LEFT_BALL,
-    LEFT_LINK,
-    RIGHT_BALL,
-    RIGHT_LINK,
-    SLEEVE,
-    PendulumBuilder,
-)
+from governor_mechanism.machines.pendulum.bodies import LEFT_BALL, LEFT_LINK, RIGHT_BALL, RIGHT_LINK, SLEEVE, PendulumBuilder
 from governor_mechanism.model.effect import Effect
 from governor_mechanism.model.mechanism import Limit, Mechanism
 from governor_mechanism.model.scene import TURNING_PLANE
@@ -39,9 +32,7 @@ class PendulumGovernor(Machine):
 
     arm: float = dimension_field("length", "from the suspension to the ball's centre")
     ball_mass: float = dimension_field("mass", "of one ball; there are two")
-    offset: float = dimension_field(
-        "length", "of the suspension from the spindle axis; negative = crossed arms", default=0.0, signed=True
-    )
+    offset: float = dimension_field("length", "of the suspension from the spindle axis; negative = crossed arms", default=0.0, signed=True)
     arm_joint: float | None = dimension_field(
         "length", "from the suspension to the joint of arm and link; the whole arm if left out", default=None
     )
@@ -56,9 +47,7 @@ class PendulumGovernor(Machine):
     def __post_init__(self) -> None:
         super().__post_init__()
         if self.joint_length > self.arm:
-            raise MechanismError(
-                f"arm_joint ({_mm(self.joint_length)}) lies beyond the ball; it must not exceed arm ({_mm(self.arm)})"
-            )
+            raise MechanismError(f"arm_joint ({_mm(self.joint_length)}) lies beyond the ball; it must not exceed arm ({_mm(self.arm)})")
         low, high = self._angle_range_with_ball_off_axis()
         if low >= high:
             raise MechanismError(

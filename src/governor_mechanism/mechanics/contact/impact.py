@@ -28,12 +28,7 @@ class ImpactSolver:
         self._has_full_rank = int(self._position_solver.free_mask.sum()) - self.mobility == self._n_equations
 
     def apply_impulses(
-        self,
-        time: float,
-        poses: FloatArray,
-        velocities: FloatArray,
-        output_jacobian: FloatArray,
-        output_rates: FloatArray,
+        self, time: float, poses: FloatArray, velocities: FloatArray, output_jacobian: FloatArray, output_rates: FloatArray
     ) -> FloatArray:
         """Velocities (bodies, 3) from others at poses (bodies, 3), readings with gradients (readings, bodies, 3) having
         the rates (readings,): the nearest in kinetic energy, so impulses along joints and readings bring them about.
@@ -47,9 +42,7 @@ class ImpactSolver:
         free_velocities = velocities.ravel()[free]
         velocity_residual = np.concatenate([drive_rates, output_rates]) - jacobian @ free_velocities
         new_velocities = np.zeros(free.size)
-        new_velocities[free] = (
-            free_velocities + self._solve_correction(jacobian[np.newaxis], velocity_residual[np.newaxis])[0]
-        )
+        new_velocities[free] = free_velocities + self._solve_correction(jacobian[np.newaxis], velocity_residual[np.newaxis])[0]
         return new_velocities.reshape(velocities.shape)
 
     def close_joints(self, times: FloatArray, poses: FloatArray) -> FloatArray:
@@ -58,18 +51,14 @@ class ImpactSolver:
         closed_poses = poses.copy()
         for _ in range(N_CLOSURE_ITERATIONS):
             correction = np.zeros((len(poses), free.size))
-            correction[:, free] = self._solve_correction(
-                self._joint_jacobian(closed_poses), -equations.residuals(closed_poses, times)
-            )
+            correction[:, free] = self._solve_correction(self._joint_jacobian(closed_poses), -equations.residuals(closed_poses, times))
             closed_poses += correction.reshape(poses.shape)
         return closed_poses
 
     def _joint_jacobian(self, poses: FloatArray) -> FloatArray:
         """Gradients (n, equations, free coordinates) of the joints at poses (n, bodies, 3)."""
         free = self._position_solver.free_mask
-        jacobian: FloatArray = self._position_solver.equations.jacobian(poses).reshape(len(poses), -1, free.size)[
-            ..., free
-        ]
+        jacobian: FloatArray = self._position_solver.equations.jacobian(poses).reshape(len(poses), -1, free.size)[..., free]
         return jacobian
 
     def _solve_correction(self, jacobian: FloatArray, residual: FloatArray) -> FloatArray:
@@ -77,17 +66,12 @@ class ImpactSolver:
         n_rows, n_coordinates = jacobian.shape[1], len(self._masses)
         if n_rows >= MIN_SPARSE_ROWS:
             systems = zip(jacobian, residual, strict=True)
-            corrections = [
-                mass_weighted_least_norm(one, self._masses, right_hand_side) for one, right_hand_side in systems
-            ]
+            corrections = [mass_weighted_least_norm(one, self._masses, right_hand_side) for one, right_hand_side in systems]
             if all(one is not None for one in corrections):
                 return np.array(corrections).reshape(len(jacobian), n_coordinates)
         matrix = np.zeros((len(jacobian), n_coordinates + n_rows, n_coordinates + n_rows))
         matrix[:, :n_coordinates, :n_coordinates] = np.diag(self._masses)
-        matrix[:, :n_coordinates, n_coordinates:], matrix[:, n_coordinates:, :n_coordinates] = (
-            np.swapaxes(jacobian, 1, 2),
-            jacobian,
-        )
+        matrix[:, :n_coordinates, n_coordinates:], matrix[:, n_coordinates:, :n_coordinates] = (np.swapaxes(jacobian, 1, 2), jacobian)
         right_hand_side = np.zeros((len(jacobian), n_coordinates + n_rows, 1))
         right_hand_side[:, n_coordinates:, 0] = residual
         if self._has_full_rank and n_rows == self._n_equations:

@@ -57,10 +57,7 @@ def _max_other_rate(scene: Scene) -> float:
     for joint in scene.part.mechanism.joints:
         if isinstance(joint, RotationalDriver | TranslationalDriver):
             displacements, times = np.diff(joint.motion.values), np.diff(joint.motion.times)
-            rates.append(
-                float(np.max(np.abs(displacements / times)))
-                / (1.0 if isinstance(joint, RotationalDriver) else length_scale)
-            )
+            rates.append(float(np.max(np.abs(displacements / times))) / (1.0 if isinstance(joint, RotationalDriver) else length_scale))
     return max(rates)
 
 
@@ -68,9 +65,7 @@ def _force_element_rate_squared(mechanism: Mechanism, load: ForceElement) -> flo
     """The square (1/s2) of the rate at which a load alone would change the motion of its lighter body."""
     bodies = [body for body in mechanism.bodies if body.name in load.bodies]
     mass = min(body.mass for body in bodies)
-    inertia = min(
-        (body.second_moments.xx + body.second_moments.yy or body.mass * mechanism.length_scale**2) for body in bodies
-    )
+    inertia = min((body.second_moments.xx + body.second_moments.yy or body.mass * mechanism.length_scale**2) for body in bodies)
     if isinstance(load, Spring):
         return load.stiffness / mass
     if isinstance(load, TorsionSpring):

@@ -30,9 +30,7 @@ def find_coupled_rows(row_bodies: IntArray) -> IntArray:
         for side, body_index in sides:
             rows_of_body.setdefault(body_index, []).append((row, side))
         pairs += sorted(
-            (row, other_row, side, other_side)
-            for side, body_index in sides
-            for other_row, other_side in rows_of_body[body_index]
+            (row, other_row, side, other_side) for side, body_index in sides for other_row, other_side in rows_of_body[body_index]
         )
     return np.array(pairs, dtype=np.int64).reshape(-1, 4)
 
@@ -183,9 +181,7 @@ def _apply_jacobi_rotation(matrix: FloatArray, eigenvectors: FloatArray, p: int,
 
 
 @jit_internal
-def subtract_minv_jt(
-    row_bodies: IntArray, jacobian: FloatArray, inverse_mass: FloatArray, vector: FloatArray, target: FloatArray
-) -> None:
+def subtract_minv_jt(row_bodies: IntArray, jacobian: FloatArray, inverse_mass: FloatArray, vector: FloatArray, target: FloatArray) -> None:
     """Subtract M^-1 J^T vector from target (bodies, 3)."""
     for i in range(vector.size):
         for side in range(2):

@@ -11,23 +11,12 @@ import math
 import numpy as np
 
 from governor_mechanism.mechanics.dynamics import force_laws as forces
-from governor_mechanism.mechanics.dynamics.constraint_solver import (
-    apply_jacobian,
-    assemble_schur_band,
-    solve_schur_band,
-    subtract_minv_jt,
-)
+from governor_mechanism.mechanics.dynamics.constraint_solver import apply_jacobian, assemble_schur_band, solve_schur_band, subtract_minv_jt
 from governor_mechanism.mechanics.dynamics.force_elements import add_element_forces
 from governor_mechanism.mechanics.dynamics.lowering import System, SystemWorkspace
 from governor_mechanism.mechanics.dynamics.output_forces import add_output_forces, evaluate_multibody_event_functions
 from governor_mechanism.mechanics.kinematics import time_functions
-from governor_mechanism.mechanics.kinematics.constraint_kernels import (
-    DRIVE_RATE,
-    GAMMA,
-    RESIDUAL,
-    evaluate_drives,
-    evaluate_rows,
-)
+from governor_mechanism.mechanics.kinematics.constraint_kernels import DRIVE_RATE, GAMMA, RESIDUAL, evaluate_drives, evaluate_rows
 from governor_mechanism.numerics.jit import jit, jit_inline, jit_internal
 from governor_mechanism.types import FloatArray, RecordArray
 
@@ -205,17 +194,11 @@ def evaluate_spindle_speed(
     a, b, c, d = input_cubics[0, 0], input_cubics[0, 1], input_cubics[0, 2], input_cubics[0, 3]
     value = ((a * local_time + b) * local_time + c) * local_time + d
     if system.has_free_spindle:
-        return (
-            free_spindle_speed_jit(momentum, system.spindle_inertia + inertia_about_spindle(system, poses)),
-            0.0,
-            value,
-        )
+        return (free_spindle_speed_jit(momentum, system.spindle_inertia + inertia_about_spindle(system, poses)), 0.0, value)
     mean_acceleration = (3.0 * a * local_time + 2.0 * b) * local_time + c
     if system.fluctuation_amplitude == 0.0:
         return value, mean_acceleration, 0.0
-    mean_angle = (
-        input_cubics[0, 4] + (((0.25 * a * local_time + b / 3.0) * local_time + 0.5 * c) * local_time + d) * local_time
-    )
+    mean_angle = input_cubics[0, 4] + (((0.25 * a * local_time + b / 3.0) * local_time + 0.5 * c) * local_time + d) * local_time
     speed, acceleration = fluctuating_speed_kernel(
         system.fluctuation_amplitude, system.cycles_per_turn, mean_angle, value, mean_acceleration
     )
@@ -224,22 +207,14 @@ def evaluate_spindle_speed(
 
 @jit_inline
 def evaluate_state_derivative_inline(
-    system: System,
-    workspace: SystemWorkspace,
-    input_cubics: FloatArray,
-    local_time: float,
-    state: FloatArray,
-    result: FloatArray,
+    system: System, workspace: SystemWorkspace, input_cubics: FloatArray, local_time: float, state: FloatArray, result: FloatArray
 ) -> float:
     """Time derivative of a state: poses, velocities and what EXTRA names; how independent the rows are.
 
     Work (J) is what the changes of a given speed have put in, less what drives, loads and a free spindle's torque have.
     """
     n_bodies = system.bodies.size
-    poses, velocities = (
-        state[: 3 * n_bodies].reshape(n_bodies, 3),
-        state[3 * n_bodies : 6 * n_bodies].reshape(n_bodies, 3),
-    )
+    poses, velocities = (state[: 3 * n_bodies].reshape(n_bodies, 3), state[3 * n_bodies : 6 * n_bodies].reshape(n_bodies, 3))
     spindle_velocity, spindle_acceleration, torque = evaluate_spindle_speed(
         system, poses, input_cubics, local_time, state[6 * n_bodies + 3]
     )
@@ -247,14 +222,7 @@ def evaluate_state_derivative_inline(
         result[i] = state[3 * n_bodies + i]
     body_accelerations = result[3 * n_bodies : 6 * n_bodies].reshape(n_bodies, 3)
     pivot_ratio, power, dissipated_power = evaluate_accelerations(
-        system,
-        workspace,
-        poses,
-        velocities,
-        input_cubics,
-        local_time,
-        spindle_velocity * spindle_velocity,
-        body_accelerations,
+        system, workspace, poses, velocities, input_cubics, local_time, spindle_velocity * spindle_velocity, body_accelerations
     )
     result[6 * n_bodies] = -power - torque * spindle_velocity
     if spindle_acceleration != 0.0 and system.has_centrifugal_forces:
@@ -283,10 +251,7 @@ def evaluate_events_and_derivative(
     derivative, event_values = np.empty(state.size), np.empty(system.event_functions.size)
     evaluate_state_derivative_inline(system, workspace, input_cubics, local_time, state, derivative)
     n_bodies = system.bodies.size
-    poses, velocities = (
-        state[: 3 * n_bodies].reshape(n_bodies, 3),
-        state[3 * n_bodies : 6 * n_bodies].reshape(n_bodies, 3),
-    )
+    poses, velocities = (state[: 3 * n_bodies].reshape(n_bodies, 3), state[3 * n_bodies : 6 * n_bodies].reshape(n_bodies, 3))
     evaluate_multibody_event_functions(
         system.output_rows,
         system.event_functions,

@@ -11,15 +11,7 @@ import numpy as np
 
 from governor_mechanism.mechanics.dynamics import force_laws as forces
 from governor_mechanism.mechanics.kinematics.points import body_point
-from governor_mechanism.model.force_elements import (
-    Damper,
-    Force,
-    ForceElement,
-    Spring,
-    Torque,
-    TorsionDamper,
-    TorsionSpring,
-)
+from governor_mechanism.model.force_elements import Damper, Force, ForceElement, Spring, Torque, TorsionDamper, TorsionSpring
 from governor_mechanism.model.joints import GROUND, Point
 from governor_mechanism.model.mechanism import Mechanism
 from governor_mechanism.model.time_functions import InputFunction
@@ -117,19 +109,12 @@ def make_force_element_table(
 
 @jit_internal
 def _evaluate_input(input_cubics: FloatArray, input_index: int, local_time: float) -> float:
-    a, b, c, d = (
-        input_cubics[input_index, 0],
-        input_cubics[input_index, 1],
-        input_cubics[input_index, 2],
-        input_cubics[input_index, 3],
-    )
+    a, b, c, d = (input_cubics[input_index, 0], input_cubics[input_index, 1], input_cubics[input_index, 2], input_cubics[input_index, 3])
     return float(((a * local_time + b) * local_time + c) * local_time + d)
 
 
 @jit_internal
-def _point_kinematics(
-    poses: FloatArray, velocities: FloatArray, body: int, x: float, y: float
-) -> tuple[float, float, float, float]:
+def _point_kinematics(poses: FloatArray, velocities: FloatArray, body: int, x: float, y: float) -> tuple[float, float, float, float]:
     """Arm from the body's origin to the point, and the point's velocity."""
     if body < 0:
         return x, y, 0.0, 0.0
@@ -139,9 +124,7 @@ def _point_kinematics(
 
 
 @jit_internal
-def _add_force_at_point(
-    result: FloatArray, body: int, arm_x: float, arm_y: float, force_x: float, force_y: float
-) -> None:
+def _add_force_at_point(result: FloatArray, body: int, arm_x: float, arm_y: float, force_x: float, force_y: float) -> None:
     if body >= 0:
         result[body, 0] += force_x
         result[body, 1] += force_y
@@ -150,12 +133,7 @@ def _add_force_at_point(
 
 @jit_internal
 def add_element_forces(
-    elements: RecordArray,
-    poses: FloatArray,
-    velocities: FloatArray,
-    input_cubics: FloatArray,
-    local_time: float,
-    result: FloatArray,
+    elements: RecordArray, poses: FloatArray, velocities: FloatArray, input_cubics: FloatArray, local_time: float, result: FloatArray
 ) -> float:
     """Add the generalised forces (bodies, 3) of all loads; the power (W) of those that have no potential."""
     power = 0.0
@@ -216,14 +194,10 @@ def spring_potential_energy(mechanism: Mechanism, poses: FloatArray) -> FloatArr
     total = np.zeros(poses.shape[:-2])
     for load in mechanism.force_elements:
         if isinstance(load, Spring):
-            displacement = body_point(mechanism, load.second).position(poses) - body_point(
-                mechanism, load.first
-            ).position(poses)
+            displacement = body_point(mechanism, load.second).position(poses) - body_point(mechanism, load.first).position(poses)
             total += forces.spring_energy(load.stiffness, load.free_length, np.linalg.norm(displacement, axis=-1))
         elif isinstance(load, TorsionSpring):
             first, second = (mechanism.body_index(name) for name in load.bodies)
-            relative_angle = (poses[..., second, 2] if second >= 0 else 0.0) - (
-                poses[..., first, 2] if first >= 0 else 0.0
-            )
+            relative_angle = (poses[..., second, 2] if second >= 0 else 0.0) - (poses[..., first, 2] if first >= 0 else 0.0)
             total += forces.spring_energy(load.stiffness, load.free_angle, relative_angle)
     return total

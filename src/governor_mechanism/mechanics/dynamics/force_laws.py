@@ -37,9 +37,7 @@ def spindle_inertia(mass: float, xx: float, yy: float, xy: float, zz: float, x: 
     return mass * x * x + xx * np.cos(angle) ** 2 + yy * np.sin(angle) ** 2 - xy * np.sin(2 * angle) + zz
 
 
-def spindle_inertia_rate(
-    mass: float, xx: float, yy: float, xy: float, x: Any, angle: Any, x_rate: Any, angular_velocity: Any
-) -> Any:
+def spindle_inertia_rate(mass: float, xx: float, yy: float, xy: float, x: Any, angle: Any, x_rate: Any, angular_velocity: Any) -> Any:
     """Rate (kg m2/s) of that inertia for a mass centre moving at x_rate (m/s) and a body turning (rad/s)."""
     return 2 * mass * x * x_rate + ((yy - xx) * np.sin(2 * angle) - 2 * xy * np.cos(2 * angle)) * angular_velocity
 

@@ -38,12 +38,7 @@ class InverseDynamics:
 
 
 def compute_inverse_dynamics(
-    scene: Scene,
-    times: FloatArray,
-    poses: FloatArray,
-    velocities: FloatArray,
-    speeds: FloatArray,
-    modes: Sequence[ContactMode] = (),
+    scene: Scene, times: FloatArray, poses: FloatArray, velocities: FloatArray, speeds: FloatArray, modes: Sequence[ContactMode] = ()
 ) -> InverseDynamics:
     """From times (n,) s, poses and velocities of mass centres (n, bodies, 3), and spindle speeds (n,) rad/s.
 
@@ -54,10 +49,7 @@ def compute_inverse_dynamics(
     results = {}
     for mode in dict.fromkeys(modes):
         indices = np.flatnonzero([other == mode for other in modes])
-        results[mode] = (
-            indices,
-            _compute_in_mode(scene, mode, times[indices], poses[indices], velocities[indices], speeds[indices]),
-        )
+        results[mode] = (indices, _compute_in_mode(scene, mode, times[indices], poses[indices], velocities[indices], speeds[indices]))
     names = ("accelerations", "joint_forces", "pivot_ratios", "power")
     merged = {name: np.zeros((len(times), *getattr(results[modes[0]][1], name).shape[1:])) for name in names}
     for indices, result in results.values():
@@ -67,20 +59,12 @@ def compute_inverse_dynamics(
 
 
 def _compute_in_mode(
-    scene: Scene,
-    mode: ContactMode | None,
-    times: FloatArray,
-    poses: FloatArray,
-    velocities: FloatArray,
-    speeds: FloatArray,
+    scene: Scene, mode: ContactMode | None, times: FloatArray, poses: FloatArray, velocities: FloatArray, speeds: FloatArray
 ) -> InverseDynamics:
     system, time_functions = make_system(scene, mode)
     input_cubics = np.stack([time_function.local_cubics(times) for time_function in time_functions], axis=1)
     origin_poses, origin_velocities = from_mass_centres(system, poses, velocities)
-    origin_accelerations, row_forces = (
-        np.empty_like(poses),
-        np.empty((len(times), len(system.constraint_rows.table), 3)),
-    )
+    origin_accelerations, row_forces = (np.empty_like(poses), np.empty((len(times), len(system.constraint_rows.table), 3)))
     pivot_ratios, power = np.empty(len(times)), np.empty(len(times))
     _evaluate_along_motion(
         system,
@@ -137,9 +121,7 @@ def _evaluate_along_motion(
             row_forces[t, i, 0], row_forces[t, i, 1], row_forces[t, i, 2] = force_x, force_y, moment
 
 
-def _mass_centre_accelerations(
-    system: System, poses: FloatArray, velocities: FloatArray, origin_accelerations: FloatArray
-) -> FloatArray:
+def _mass_centre_accelerations(system: System, poses: FloatArray, velocities: FloatArray, origin_accelerations: FloatArray) -> FloatArray:
     """Accelerations of mass centres from those of origins."""
     cosine, sine = np.cos(poses[..., 2]), np.sin(poses[..., 2])
     x, y = system.bodies["x"], system.bodies["y"]

@@ -10,13 +10,7 @@ import numpy as np
 from governor_mechanism.errors import MechanismError
 from governor_mechanism.mechanics.dynamics.characteristic_scales import time_scale
 from governor_mechanism.mechanics.dynamics.constraint_solver import bandwidth_reducing_order, find_coupled_rows
-from governor_mechanism.mechanics.dynamics.contacts import (
-    ContactMode,
-    contacts_of,
-    initial_mode,
-    output_dampers_of,
-    output_springs_of,
-)
+from governor_mechanism.mechanics.dynamics.contacts import ContactMode, contacts_of, initial_mode, output_dampers_of, output_springs_of
 from governor_mechanism.mechanics.dynamics.force_elements import make_force_element_table
 from governor_mechanism.mechanics.dynamics.output_forces import (
     DASHPOT_FORCE,
@@ -129,9 +123,7 @@ def make_system(scene: Scene, mode: ContactMode | None = None) -> tuple[System, 
         fluctuation_amplitude=0.5 * spindle.speed_fluctuation if isinstance(spindle, Spindle) else 0.0,
         cycles_per_turn=spindle.cycles_per_turn if isinstance(spindle, Spindle) else 1.0,
     )
-    inputs: list[InputFunction | PrescribedMotion] = [
-        spindle.torque if isinstance(spindle, FreeSpindle) else spindle.speed_function
-    ]
+    inputs: list[InputFunction | PrescribedMotion] = [spindle.torque if isinstance(spindle, FreeSpindle) else spindle.speed_function]
     inputs += [*constraint_table.motions, *element_inputs, *friction_inputs]
     return system, tuple(map(CubicTimeFunction, inputs))
 
@@ -150,9 +142,7 @@ def constraint_row_order(scene: Scene, mode: ContactMode | None = None) -> IntAr
     """(rows,) where each row of a system stands among the joints' rows as `joint_table` lists them, then those held."""
     mechanism = scene.part.mechanism
     output_rows = make_output_rows(mechanism, forced_output_names(scene), {})
-    return _row_order(
-        make_constraint_table(mechanism).rows, _make_holding_rows(scene, mode or initial_mode(scene), output_rows)
-    )
+    return _row_order(make_constraint_table(mechanism).rows, _make_holding_rows(scene, mode or initial_mode(scene), output_rows))
 
 
 def _row_order(rows: ConstraintRows, holding_rows: RecordArray) -> IntArray:
@@ -190,9 +180,7 @@ def _make_event_functions(scene: Scene, mode: ContactMode, friction_input: int, 
     output_names, rows, records = forced_output_names(scene), iter(held_rows.tolist()), []
     tolerances = _OutputTolerances(scene)
     contacts = contacts_of(scene)
-    for contact_index, (contact, held, sign) in enumerate(
-        zip(contacts, mode.held_values, mode.sliding_signs, strict=True)
-    ):
+    for contact_index, (contact, held, sign) in enumerate(zip(contacts, mode.held_values, mode.sliding_signs, strict=True)):
         output_index = output_names.index(contact.output_name)
         friction_index = friction_input if contact.friction is not None else -1
         friction_input += contact.friction is not None
@@ -209,35 +197,15 @@ def _make_event_functions(scene: Scene, mode: ContactMode, friction_input: int, 
         if mode.is_locked:
             continue
         if sign:
-            records.append(
-                (RATE_EVENT, output_index, -float(sign), 0.0, tolerances.rate(contact.output_name), -1, contact_index)
-            )
+            records.append((RATE_EVENT, output_index, -float(sign), 0.0, tolerances.rate(contact.output_name), -1, contact_index))
         for direction, bound in ((1.0, contact.high), (-1.0, -contact.low)):
             if np.isfinite(bound):
-                records.append(
-                    (
-                        VALUE_EVENT,
-                        output_index,
-                        direction,
-                        bound,
-                        tolerances.value(contact.output_name),
-                        -1,
-                        contact_index,
-                    )
-                )
+                records.append((VALUE_EVENT, output_index, direction, bound, tolerances.value(contact.output_name), -1, contact_index))
     one_sided = [] if mode.is_locked else [spring for spring in output_springs_of(scene) if spring.one_sided]
     for contact_index, (spring, taut) in enumerate(zip(one_sided, mode.taut, strict=False), start=len(contacts)):
         direction, output_index = (-1.0 if taut else 1.0), output_names.index(spring.reading)
         records.append(
-            (
-                VALUE_EVENT,
-                output_index,
-                direction,
-                direction * spring.free_value,
-                tolerances.value(spring.reading),
-                -1,
-                contact_index,
-            )
+            (VALUE_EVENT, output_index, direction, direction * spring.free_value, tolerances.value(spring.reading), -1, contact_index)
         )
     return np.array(records, dtype=EVENT_FUNCTION_DTYPE)
 
@@ -251,10 +219,7 @@ def with_held_values(system: System, output_indices: Sequence[int], mode: Contac
     for k, value in enumerate(mode.held_values):
         if value is not None:
             is_hold = (system.event_functions["kind"] == FORCE_EVENT) & (system.event_functions["contact_index"] == k)
-            row, output_row = (
-                int(system.event_functions["source_index"][is_hold][0]),
-                system.output_rows.table[output_indices[k]],
-            )
+            row, output_row = (int(system.event_functions["source_index"][is_hold][0]), system.output_rows.table[output_indices[k]])
             constant = CONSTANT_PARAMETER[int(output_row["kind"])]
             table[row][constant] = output_row[constant] + value
     return system._replace(constraint_rows=system.constraint_rows._replace(table=table))
@@ -303,9 +268,7 @@ def from_mass_centres(system: System, poses: FloatArray, velocities: FloatArray)
     return _shift_reference_points(-_mass_centre_offsets(system), poses, velocities)
 
 
-def _shift_reference_points(
-    offsets: FloatArray, poses: FloatArray, velocities: FloatArray
-) -> tuple[FloatArray, FloatArray]:
+def _shift_reference_points(offsets: FloatArray, poses: FloatArray, velocities: FloatArray) -> tuple[FloatArray, FloatArray]:
     poses, velocities = poses.copy(), velocities.copy()
     cosine, sine = np.cos(poses[..., 2]), np.sin(poses[..., 2])
     arm_x, arm_y = cosine * offsets[:, 0] - sine * offsets[:, 1], sine * offsets[:, 0] + cosine * offsets[:, 1]

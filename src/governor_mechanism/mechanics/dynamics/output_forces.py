@@ -40,12 +40,7 @@ dashpot_force_jit = jit_internal(forces.dashpot_force)
 def _evaluate_input(input_cubics: FloatArray, input_index: int, local_time: float) -> float:
     if input_index < 0:
         return 0.0
-    a, b, c, d = (
-        input_cubics[input_index, 0],
-        input_cubics[input_index, 1],
-        input_cubics[input_index, 2],
-        input_cubics[input_index, 3],
-    )
+    a, b, c, d = (input_cubics[input_index, 0], input_cubics[input_index, 1], input_cubics[input_index, 2], input_cubics[input_index, 3])
     return float(((a * local_time + b) * local_time + c) * local_time + d)
 
 
@@ -124,9 +119,7 @@ def evaluate_multibody_event_functions(
         else:
             value = -multipliers[event_function.source_index]
         event_values[i] = (
-            event_function.sign * value
-            - event_function.threshold
-            - _evaluate_input(input_cubics, event_function.input_index, local_time)
+            event_function.sign * value - event_function.threshold - _evaluate_input(input_cubics, event_function.input_index, local_time)
         )
 
 
@@ -150,10 +143,7 @@ def interpolate_quintic_hermite(
     for i in range(2 * n_coordinates, state_start.size):
         result[i] = state_start[i] + p * (state_end[i] - state_start[i])
     for i in range(n_coordinates):
-        velocity_term, acceleration_term = (
-            h * state_start[n_coordinates + i],
-            h * h * derivative_start[n_coordinates + i],
-        )
+        velocity_term, acceleration_term = (h * state_start[n_coordinates + i], h * h * derivative_start[n_coordinates + i])
         displacement = state_end[i] - state_start[i] - velocity_term - 0.5 * acceleration_term
         velocity_change = h * state_end[n_coordinates + i] - velocity_term - acceleration_term
         acceleration_change = h * h * derivative_end[n_coordinates + i] - acceleration_term
@@ -163,6 +153,4 @@ def interpolate_quintic_hermite(
             6 * displacement - 3 * velocity_change + 0.5 * acceleration_change,
         )
         result[i] = state_start[i] + p * (velocity_term + p * (0.5 * acceleration_term + p * (c3 + p * (c4 + p * c5))))
-        result[n_coordinates + i] = (
-            velocity_term + p * (acceleration_term + p * (3 * c3 + p * (4 * c4 + p * 5 * c5)))
-        ) / h
+        result[n_coordinates + i] = (velocity_term + p * (acceleration_term + p * (3 * c3 + p * (4 * c4 + p * 5 * c5)))) / h

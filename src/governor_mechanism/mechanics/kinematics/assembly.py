@@ -45,9 +45,7 @@ class PositionSolver:
         can_rotate = [body.can_rotate for body in mechanism.bodies]
         self.free_mask = np.array([[True, True, rotates] for rotates in can_rotate], dtype=np.bool_).ravel()
         """(3 bodies,) which coordinates may change: a body that does not turn keeps its angle."""
-        self.free_coordinate_scales = np.tile([mechanism.length_scale, mechanism.length_scale, 1.0], len(can_rotate))[
-            self.free_mask
-        ]
+        self.free_coordinate_scales = np.tile([mechanism.length_scale, mechanism.length_scale, 1.0], len(can_rotate))[self.free_mask]
         """(free coordinates,) what a machine size, or a radian, of each is in SI."""
         prescribed = self.equations.prescribed_motion(np.array(time))
         self._prescribed_rates = prescribed[:, 1]
@@ -60,15 +58,11 @@ class PositionSolver:
     def count_degrees_of_freedom(self, poses: FloatArray, *, include_drives: bool = True) -> int:
         """Freedoms left at these poses by the joints, and by the drives if they count."""
         jacobian = self.scaled_joint_jacobian(poses)
-        return int(self.free_mask.sum()) - numerical_rank(
-            jacobian if include_drives else jacobian[~self.equations.is_driven]
-        )
+        return int(self.free_mask.sum()) - numerical_rank(jacobian if include_drives else jacobian[~self.equations.is_driven])
 
     def scaled_joint_jacobian(self, poses: FloatArray) -> FloatArray:
         """Joint equations (equations, free coordinates) at poses (bodies, 3), lengths in machine sizes."""
-        jacobian = self.equations.jacobian(poses).reshape(len(self.equations.joint_indices), self.free_mask.size)[
-            :, self.free_mask
-        ]
+        jacobian = self.equations.jacobian(poses).reshape(len(self.equations.joint_indices), self.free_mask.size)[:, self.free_mask]
         scaled: FloatArray = jacobian * self.free_coordinate_scales / self.mechanism.length_scale
         return scaled
 
@@ -84,18 +78,12 @@ class PositionSolver:
 
         Raises MechanismError, naming the joint that stays open, where the mechanism cannot be assembled.
         """
-        poses = self._move_off_turning_point(
-            self._gauss_newton(self._initial_guess() if guess is None else guess, {}), values
-        )
-        displacements = {
-            name: value - float(evaluate_output_value(self.mechanism, name, poses)) for name, value in values.items()
-        }
+        poses = self._move_off_turning_point(self._gauss_newton(self._initial_guess() if guess is None else guess, {}), values)
+        displacements = {name: value - float(evaluate_output_value(self.mechanism, name, poses)) for name, value in values.items()}
         for name in displacements:
             if isinstance(self.mechanism.reading(name), LineAngle):
                 displacements[name] = math.remainder(displacements[name], math.tau)
-        max_displacement = max(
-            (abs(displacement) / self._output_scale(name) for name, displacement in displacements.items()), default=0.0
-        )
+        max_displacement = max((abs(displacement) / self._output_scale(name) for name, displacement in displacements.items()), default=0.0)
         if max_displacement > MAX_TRAVEL:
             raise MechanismError(
                 f"{list(values)} lie {max_displacement:.6g} rad or machine sizes away from where the mechanism stands; "
@@ -103,9 +91,7 @@ class PositionSolver:
             )
         n_steps = max(1, math.ceil(max_displacement / MAX_CONTINUATION_STEP))
         for remaining in np.arange(n_steps - 1, -1, -1) / n_steps:
-            poses = self._gauss_newton(
-                poses, {name: value - float(remaining) * displacements[name] for name, value in values.items()}
-            )
+            poses = self._gauss_newton(poses, {name: value - float(remaining) * displacements[name] for name, value in values.items()})
         return poses
 
     def solve_velocities(self, poses: FloatArray, rates: Mapping[str, float]) -> FloatArray:
@@ -125,11 +111,7 @@ class PositionSolver:
 
     def _move_off_turning_point(self, poses: FloatArray, values: Mapping[str, float]) -> FloatArray:
         """Poses a little further on where a reading stands and would not say which way to go."""
-        moving_outputs = [
-            name
-            for name, value in values.items()
-            if abs(self._output_residual(name, value, poses)) > ASSEMBLY_TOLERANCE
-        ]
+        moving_outputs = [name for name, value in values.items() if abs(self._output_residual(name, value, poses)) > ASSEMBLY_TOLERANCE]
         if len(moving_outputs) != 1 or self.count_degrees_of_freedom(poses) != 1:
             return poses
         null_direction = np.linalg.svd(self.scaled_joint_jacobian(poses))[2][-1]
@@ -139,9 +121,7 @@ class PositionSolver:
             return poses
         return self._gauss_newton(
             poses
-            + self.expand_free(
-                TURNING_POINT_OFFSET * self.free_coordinate_scales * null_direction * np.sign(null_direction[0] or 1.0)
-            ),
+            + self.expand_free(TURNING_POINT_OFFSET * self.free_coordinate_scales * null_direction * np.sign(null_direction[0] or 1.0)),
             {},
         )
 
@@ -156,9 +136,7 @@ class PositionSolver:
         worst = int(np.argmax(np.abs(residual)))
         n_joint_rows = len(self.equations.joint_indices)
         if worst >= n_joint_rows:
-            return (
-                f"the rate of {rates[worst - n_joint_rows]!r} at the start contradicts joints, drives, or another rate"
-            )
+            return f"the rate of {rates[worst - n_joint_rows]!r} at the start contradicts joints, drives, or another rate"
         name = self.equations.joints[self.equations.joint_indices[worst]].name
         return (
             f"joint {name!r} cannot follow the drives and rates of the start: they contradict each other there, "
@@ -169,11 +147,7 @@ class PositionSolver:
         """Masses and moments of inertia of the free coordinates; a lever's about its mass centre count as small."""
         length_scale = self.mechanism.length_scale
         masses = [
-            [
-                body.mass,
-                body.mass,
-                body.second_moments.xx + body.second_moments.yy or 1e-6 * body.mass * length_scale**2,
-            ]
+            [body.mass, body.mass, body.second_moments.xx + body.second_moments.yy or 1e-6 * body.mass * length_scale**2]
             for body in self.mechanism.bodies
         ]
         return np.array(masses).ravel()[self.free_mask]
@@ -193,24 +167,18 @@ class PositionSolver:
     def _gauss_newton(self, poses: FloatArray, values: Mapping[str, float]) -> FloatArray:
         """Gauss-Newton on the joints and on the readings that values are asked for, with the smallest changes."""
         names, length_scale = list(values), self.mechanism.length_scale
-        row_scales = np.array(
-            [length_scale] * len(self.equations.joint_indices) + [self._output_scale(name) for name in names]
-        )
+        row_scales = np.array([length_scale] * len(self.equations.joint_indices) + [self._output_scale(name) for name in names])
         converged = False
         for _ in range(60):
             output_residuals = [self._output_residual(name, values[name], poses) for name in names]
             residual = np.append(self.equations.residuals(poses, self.time), output_residuals) / row_scales
             if converged:
                 return poses
-            converged = (
-                np.max(np.abs(residual), initial=0.0) < ASSEMBLY_TOLERANCE
-            )  # one step more, and rounding alone is left
+            converged = np.max(np.abs(residual), initial=0.0) < ASSEMBLY_TOLERANCE  # one step more, and rounding alone is left
             jacobian = self._jacobian(poses, names) * self.free_coordinate_scales / row_scales[:, np.newaxis]
             step = least_norm_solution(jacobian, -residual)
             step_size = float(np.max(np.abs(step)))
-            poses = poses + self.expand_free(
-                self.free_coordinate_scales * step * min(1.0, MAX_NEWTON_STEP / max(step_size, 1e-300))
-            )
+            poses = poses + self.expand_free(self.free_coordinate_scales * step * min(1.0, MAX_NEWTON_STEP / max(step_size, 1e-300)))
             if step_size < 1e-15:
                 break
         return self._check_closure(poses, values)
@@ -221,9 +189,7 @@ class PositionSolver:
 
     def _check_closure(self, poses: FloatArray, values: Mapping[str, float]) -> FloatArray:
         residuals = {name: self._output_residual(name, value, poses) for name, value in values.items()}
-        unsatisfied = [
-            name for name in residuals if not abs(residuals[name]) < 1e3 * ASSEMBLY_TOLERANCE * self._output_scale(name)
-        ]
+        unsatisfied = [name for name in residuals if not abs(residuals[name]) < 1e3 * ASSEMBLY_TOLERANCE * self._output_scale(name)]
         location = ", ".join(f"{name} = {value:.6g}" for name, value in values.items())
         location = f" at {location}" if location else ""
         joint, gap = self.equations.largest_gap(poses, self.time) if self.equations.joints else (None, 0.0)
@@ -239,9 +205,7 @@ class PositionSolver:
             closing_length = joint.length + gap
             suggestion = f"; a length near {closing_length:.6g} m instead of {joint.length:.6g} m would close it"
         name = joint.name if joint else ""
-        raise MechanismError(
-            f"the mechanism cannot be assembled{location}: joint {name!r} stays open by {abs(gap):.6g} m{suggestion}"
-        )
+        raise MechanismError(f"the mechanism cannot be assembled{location}: joint {name!r} stays open by {abs(gap):.6g} m{suggestion}")
 
     def expand_free(self, free_values: NDArray[np.floating]) -> FloatArray:
         """Free coordinates back to (bodies, 3), with zeros for bodies that do not turn."""

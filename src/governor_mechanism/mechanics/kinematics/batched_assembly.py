@@ -30,9 +30,7 @@ class BatchedPositionSolver:
     def __init__(self, mechanism: Mechanism) -> None:
         self.mechanism = mechanism
         self.position_solver = PositionSolver(mechanism)
-        self.coordinate_scale = (
-            1.0 if mechanism.reading(mechanism.coordinate).quantity == "angle" else mechanism.length_scale
-        )
+        self.coordinate_scale = 1.0 if mechanism.reading(mechanism.coordinate).quantity == "angle" else mechanism.length_scale
         """What a radian, or a machine size, of the coordinate is in SI."""
         self.pose_scales = np.array([mechanism.length_scale, mechanism.length_scale, 1.0])
         """The same of a pose's coordinates."""
@@ -76,9 +74,7 @@ class BatchedPositionSolver:
         tangent_rhs[:, -1] = 1.0
         tangents = self._solve_linear(jacobian, tangent_rhs)
         gamma = self.position_solver.equations.gamma(poses, tangents)
-        output_gamma = -evaluate_output(
-            self.mechanism, self.mechanism.coordinate, poses, tangents
-        ).quadratic_velocity_term
+        output_gamma = -evaluate_output(self.mechanism, self.mechanism.coordinate, poses, tangents).quadratic_velocity_term
         return tangents, self._solve_linear(jacobian, np.concatenate([gamma, output_gamma[:, np.newaxis]], axis=1))
 
     def _newton_step(self, poses: FloatArray, values: FloatArray) -> FloatArray:
@@ -90,9 +86,7 @@ class BatchedPositionSolver:
         )
 
     def _jacobian(self, poses: FloatArray, coordinate_output: OutputDerivatives) -> FloatArray:
-        joint_jacobian = self.position_solver.equations.jacobian(poses).reshape(
-            len(poses), -1, self.position_solver.free_mask.size
-        )
+        joint_jacobian = self.position_solver.equations.jacobian(poses).reshape(len(poses), -1, self.position_solver.free_mask.size)
         jacobian = np.concatenate([joint_jacobian, coordinate_output.gradient.reshape(len(poses), 1, -1)], axis=1)
         return jacobian[..., self.position_solver.free_mask]
 
@@ -103,9 +97,7 @@ class BatchedPositionSolver:
         try:
             solution = np.linalg.solve(jacobian, column) if is_square else np.linalg.pinv(jacobian) @ column
         except np.linalg.LinAlgError as error:
-            raise MechanismError(
-                f"{self.mechanism.coordinate!r} stands at a dead centre there and does not settle the others"
-            ) from error
+            raise MechanismError(f"{self.mechanism.coordinate!r} stands at a dead centre there and does not settle the others") from error
         changes = np.zeros((len(jacobian), free_mask.size))
         changes[:, free_mask] = solution[..., 0]
         return changes.reshape(len(jacobian), -1, 3)

@@ -64,9 +64,7 @@ def _constraint_rows(joint: Joint, length_scale: float) -> list[ConstraintRow]:
 
 
 def _relative_angle_row(angle: float, length_scale: float, motion: PrescribedMotion | None = None) -> ConstraintRow:
-    return ConstraintRow(
-        FIXED_DIRECTION, (0.0, 0.0, -length_scale, length_scale, length_scale * angle), motion, length_scale
-    )
+    return ConstraintRow(FIXED_DIRECTION, (0.0, 0.0, -length_scale, length_scale, length_scale * angle), motion, length_scale)
 
 
 @_constraint_rows.register
@@ -110,18 +108,12 @@ def _(joint: CurveSlot, length_scale: float) -> list[ConstraintRow]:
 
 @_constraint_rows.register
 def _(joint: Gear, length_scale: float) -> list[ConstraintRow]:
-    return [
-        ConstraintRow(
-            FIXED_DIRECTION, (0.0, 0.0, -length_scale * joint.ratio, length_scale, length_scale * joint.offset)
-        )
-    ]
+    return [ConstraintRow(FIXED_DIRECTION, (0.0, 0.0, -length_scale * joint.ratio, length_scale, length_scale * joint.offset))]
 
 
 @_constraint_rows.register
 def _(joint: RackAndPinion, length_scale: float) -> list[ConstraintRow]:
-    return [
-        ConstraintRow(FIXED_DIRECTION, (math.cos(joint.angle), math.sin(joint.angle), -joint.radius, 0.0, joint.offset))
-    ]
+    return [ConstraintRow(FIXED_DIRECTION, (math.cos(joint.angle), math.sin(joint.angle), -joint.radius, 0.0, joint.offset))]
 
 
 @_constraint_rows.register
@@ -152,9 +144,7 @@ class ConstraintTable:
     motions: tuple[PrescribedMotion, ...]
 
 
-def make_constraint_table(
-    mechanism: Mechanism, origins: Mapping[str, tuple[float, float]] | None = None
-) -> ConstraintTable:
+def make_constraint_table(mechanism: Mechanism, origins: Mapping[str, tuple[float, float]] | None = None) -> ConstraintTable:
     """The rows of a mechanism; its bodies' coordinates are counted from `origins` (body axes, m), or mass centres."""
     entries = [
         (index, joint, row)
@@ -184,9 +174,7 @@ def make_constraint_table(
         n_segments += len(segments)
         motions += [] if row.motion is None else [row.motion]
     joint_indices = np.array([index for index, _, _ in entries], dtype=np.int64)
-    return ConstraintTable(
-        ConstraintRows(table, bodies_of_rows(table), np.concatenate(curve_segments)), joint_indices, tuple(motions)
-    )
+    return ConstraintTable(ConstraintRows(table, bodies_of_rows(table), np.concatenate(curve_segments)), joint_indices, tuple(motions))
 
 
 def bodies_of_rows(table: RecordArray) -> IntArray:
@@ -238,10 +226,7 @@ class ConstraintEquations:
         flat_times = np.atleast_1d(np.asarray(times, dtype=np.float64)).ravel()
         result = np.zeros((flat_times.size, len(self.joint_indices), 3))
         for row in np.flatnonzero(self.is_driven):
-            time_function, drive_scale = (
-                self._drive_functions[self._rows.table[row]["drive"]],
-                self._rows.table[row]["drive_scale"],
-            )
+            time_function, drive_scale = (self._drive_functions[self._rows.table[row]["drive"]], self._rows.table[row]["drive_scale"])
             result[:, row] = drive_scale * np.stack(
                 [time_function(flat_times), time_function.slope(flat_times), time_function.bend(flat_times)], axis=-1
             )
@@ -260,10 +245,7 @@ class ConstraintEquations:
     def gamma(self, poses: FloatArray, velocities: FloatArray, times: FloatArray | float = 0.0) -> FloatArray:
         """(..., equations): what gradients . accelerations must be (m/s2)."""
         result = evaluate_gamma(
-            self._rows,
-            _flatten_poses(poses),
-            _flatten_poses(velocities),
-            self._prescribed_motion_per_pose(poses, times),
+            self._rows, _flatten_poses(poses), _flatten_poses(velocities), self._prescribed_motion_per_pose(poses, times)
         )
         return result.reshape(*poses.shape[:-2], len(self.joint_indices))
 

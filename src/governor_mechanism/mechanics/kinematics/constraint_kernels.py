@@ -64,27 +64,17 @@ def evaluate_drives(rows: ConstraintRows, input_cubics: FloatArray, local_time: 
 
 
 @jit
-def evaluate_curve(
-    curve_segments: FloatArray, first_segment: int, n_segments: int, x: float
-) -> tuple[float, float, float]:
+def evaluate_curve(curve_segments: FloatArray, first_segment: int, n_segments: int, x: float) -> tuple[float, float, float]:
     """Value, slope and second derivative of a curve of `count` cubics, the first at index `first`."""
     k = first_segment
     while k + 1 < first_segment + n_segments and x >= curve_segments[k + 1, 0]:
         k += 1
-    s, a, b, c, d = (
-        x - curve_segments[k, 0],
-        curve_segments[k, 1],
-        curve_segments[k, 2],
-        curve_segments[k, 3],
-        curve_segments[k, 4],
-    )
+    s, a, b, c, d = (x - curve_segments[k, 0], curve_segments[k, 1], curve_segments[k, 2], curve_segments[k, 3], curve_segments[k, 4])
     return ((a * s + b) * s + c) * s + d, (3.0 * a * s + 2.0 * b) * s + c, 6.0 * a * s + 2.0 * b
 
 
 @jit_internal
-def evaluate_rows(
-    rows: ConstraintRows, poses: FloatArray, velocities: FloatArray, row_values: FloatArray, jacobian: FloatArray
-) -> None:
+def evaluate_rows(rows: ConstraintRows, poses: FloatArray, velocities: FloatArray, row_values: FloatArray, jacobian: FloatArray) -> None:
     """Fill opening and bend of line (rows, 5), where `ask` was before, and gradient (rows, 2, 3) by both bodies' poses.
 
     bend is what gradient . accelerations must be for joints to stay closed, and drives to be followed.
@@ -140,9 +130,9 @@ def evaluate_rows(
             rod_slope = horizontal_offset / vertical_drop
             nx, ny = weighted_ratio * rod_slope, weighted_ratio
             residual = row.p5 * (row.p1 + row.p2 * y2 - vertical_drop) + y1 - row.p4
-            quadratic_term = weighted_ratio * row.p2 * (
-                1.0 + rod_slope * rod_slope
-            ) / vertical_drop * u2 * u2 - w1 * w1 * (nx * rx1 + (ny + 1.0) * ry1)
+            quadratic_term = weighted_ratio * row.p2 * (1.0 + rod_slope * rod_slope) / vertical_drop * u2 * u2 - w1 * w1 * (
+                nx * rx1 + (ny + 1.0) * ry1
+            )
         else:
             angle = row.p0 + angle1
             ux, uy = math.cos(angle), math.sin(angle)
@@ -171,9 +161,7 @@ def evaluate_rows(
         if row.kind == FOLLOWER_HEIGHT:
             jacobian[i, 0, 0], jacobian[i, 0, 1], jacobian[i, 0, 2] = 0.0, 1.0, rx1
         centripetal_x, centripetal_y = w1 * w1 * rx1 - w2 * w2 * rx2, w1 * w1 * ry1 - w2 * w2 * ry2
-        row_values[i, GAMMA] = row_values[i, DRIVE_ACCELERATION] - (
-            nx * centripetal_x + ny * centripetal_y + quadratic_term
-        )
+        row_values[i, GAMMA] = row_values[i, DRIVE_ACCELERATION] - (nx * centripetal_x + ny * centripetal_y + quadratic_term)
 
 
 @jit
@@ -183,17 +171,13 @@ def evaluate_residuals(rows: ConstraintRows, poses: FloatArray, drive_values: Fl
 
 
 @jit
-def evaluate_gamma(
-    rows: ConstraintRows, poses: FloatArray, velocities: FloatArray, drive_values: FloatArray
-) -> FloatArray:
+def evaluate_gamma(rows: ConstraintRows, poses: FloatArray, velocities: FloatArray, drive_values: FloatArray) -> FloatArray:
     """What gradient . accelerations must be (n, rows), from poses and velocities (n, bodies, 3), asked (n, rows, 3)."""
     return _evaluate_column(rows, poses, velocities, drive_values, GAMMA)
 
 
 @jit_internal
-def _evaluate_column(
-    rows: ConstraintRows, poses: FloatArray, velocities: FloatArray, drive_values: FloatArray, column: int
-) -> FloatArray:
+def _evaluate_column(rows: ConstraintRows, poses: FloatArray, velocities: FloatArray, drive_values: FloatArray, column: int) -> FloatArray:
     n_rows = rows.table.size
     result, row_values, jacobian = np.empty((poses.shape[0], n_rows)), np.empty((n_rows, 5)), np.empty((n_rows, 2, 3))
     for k in range(poses.shape[0]):

@@ -90,28 +90,16 @@ class PathContinuation:
             )
         )
         if abs(coordinate_derivative) < RANK_TOLERANCE * self._coordinate_scale:
-            raise MechanismError(
-                f"{mechanism.coordinate!r} stands at a dead centre in the sketch; sketch it a little further on"
-            )
+            raise MechanismError(f"{mechanism.coordinate!r} stands at a dead centre in the sketch; sketch it a little further on")
         value = self._output_value(mechanism.coordinate, initial_poses)
-        self.start = self._make_point(
-            initial_poses, right_singular_vectors[-1] * math.copysign(1.0, coordinate_derivative), value, 0.0
-        )
-        self._axis_crossing_bodies = [
-            k for k in range(len(mechanism.bodies)) if rotates_with_spindle and self._crosses_axis(k)
-        ]
-        self._monitored_readings = list(
-            dict.fromkeys([mechanism.coordinate, *(limit.reading for limit in mechanism.limits)])
-        )
+        self.start = self._make_point(initial_poses, right_singular_vectors[-1] * math.copysign(1.0, coordinate_derivative), value, 0.0)
+        self._axis_crossing_bodies = [k for k in range(len(mechanism.bodies)) if rotates_with_spindle and self._crosses_axis(k)]
+        self._monitored_readings = list(dict.fromkeys([mechanism.coordinate, *(limit.reading for limit in mechanism.limits)]))
 
     def find_end(self, direction: float) -> PathEnd:
         """The end that lies this way (1 or -1) and the stations to it, the sketch first."""
         point, step = (
-            replace(
-                self.start,
-                tangent=direction * self.start.tangent,
-                coordinate_derivative=direction * self.start.coordinate_derivative,
-            ),
+            replace(self.start, tangent=direction * self.start.tangent, coordinate_derivative=direction * self.start.coordinate_derivative),
             INITIAL_PATH_STEP,
         )
         points, n_turns = [point], 1
@@ -134,9 +122,7 @@ class PathContinuation:
         increment[:, 2] = math.tau * np.round((end.points[-1].poses - self.start.poses)[:, 2] / math.tau)
         return increment
 
-    def _make_end(
-        self, points: list[ContinuationPoint], last_point: ContinuationPoint, message: str, direction: float
-    ) -> PathEnd:
+    def _make_end(self, points: list[ContinuationPoint], last_point: ContinuationPoint, message: str, direction: float) -> PathEnd:
         """An end with its stations as a track counts them: places and slopes onward in the coordinate."""
         path_points = [
             PathPoint(
@@ -167,24 +153,14 @@ class PathContinuation:
                 break
             step /= 2
         if next_point is None:
-            raise MechanismError(
-                f"the motion cannot be followed beyond {self.mechanism.coordinate} = {point.value:.6g}"
-            )
-        curvature = (
-            max(
-                corrector_distance,
-                *(self._linearity_error(name, point, next_point) for name in self._monitored_readings),
-            )
-            / step
-        )
+            raise MechanismError(f"the motion cannot be followed beyond {self.mechanism.coordinate} = {point.value:.6g}")
+        curvature = max(corrector_distance, *(self._linearity_error(name, point, next_point) for name in self._monitored_readings)) / step
         if (
             curvature < STEP_DOUBLING_CURVATURE
             and next_point.reciprocal_condition > (1 - STEP_DOUBLING_CURVATURE) * point.reciprocal_condition
         ):
             return next_point, min(2 * step, MAX_PATH_STEP)
-        return next_point, step if curvature < 2 * STEP_DOUBLING_CURVATURE else max(
-            step / 2, min(step, INITIAL_PATH_STEP)
-        )
+        return next_point, step if curvature < 2 * STEP_DOUBLING_CURVATURE else max(step / 2, min(step, INITIAL_PATH_STEP))
 
     def _try_step(self, point: ContinuationPoint, step: float) -> tuple[ContinuationPoint | None, float]:
         """The station so far on, if the joints close there, and how far (machine sizes, rad) from where it aimed."""
@@ -194,10 +170,7 @@ class PathContinuation:
         except MechanismError:
             return None, math.inf
         corrector_distance = float(
-            np.linalg.norm(
-                (poses - predicted).ravel()[self.position_solver.free_mask]
-                / self.position_solver.free_coordinate_scales
-            )
+            np.linalg.norm((poses - predicted).ravel()[self.position_solver.free_mask] / self.position_solver.free_coordinate_scales)
         )
         return self._make_point(
             poses, point.tangent, self._unwrapped_coordinate(poses, point.value), point.arc_length + step
@@ -208,11 +181,7 @@ class PathContinuation:
         output_variable = self.mechanism.reading(name)
         change = self._output_value(name, next_point.poses) - self._output_value(name, point.poses)
         change = math.remainder(change, math.tau) if isinstance(output_variable, LineAngle) else change
-        derivative = float(
-            np.sum(
-                self._output_gradient(name, point.poses) * self.position_solver.free_coordinate_scales * point.tangent
-            )
-        )
+        derivative = float(np.sum(self._output_gradient(name, point.poses) * self.position_solver.free_coordinate_scales * point.tangent))
         scale = 1.0 if output_variable.quantity == "angle" else self.mechanism.length_scale
         return abs(change - (next_point.arc_length - point.arc_length) * derivative) / scale
 
@@ -220,26 +189,18 @@ class PathContinuation:
         self, poses: FloatArray, previous_tangent: FloatArray, value: float = 0.0, arc_length: float = 0.0
     ) -> ContinuationPoint:
         """The station at assembled poses; its direction is the free one that goes on as `onward` does."""
-        singular_values, right_singular_vectors = np.linalg.svd(
-            self.position_solver.scaled_joint_jacobian(poses), full_matrices=True
-        )[1:]
+        singular_values, right_singular_vectors = np.linalg.svd(self.position_solver.scaled_joint_jacobian(poses), full_matrices=True)[1:]
         reciprocal_condition = float(singular_values[self._rank - 1] / singular_values[0]) if self._rank else 1.0
         # Where the joints leave a second way to go, the one that goes straight on is taken.
         null_space = right_singular_vectors[self._rank - (1 if reciprocal_condition < BIFURCATION_TOLERANCE else 0) :]
         tangent = null_space.T @ (null_space @ previous_tangent)
         tangent = tangent / np.linalg.norm(tangent)
         coordinate_derivative = float(
-            np.sum(
-                self._output_gradient(self.mechanism.coordinate, poses)
-                * self.position_solver.free_coordinate_scales
-                * tangent
-            )
+            np.sum(self._output_gradient(self.mechanism.coordinate, poses) * self.position_solver.free_coordinate_scales * tangent)
         )
         return ContinuationPoint(arc_length, value, coordinate_derivative, poses, tangent, reciprocal_condition)
 
-    def _find_end_in_step(
-        self, points: list[ContinuationPoint], direction: float, n_turns: int
-    ) -> tuple[ContinuationPoint, str] | None:
+    def _find_end_in_step(self, points: list[ContinuationPoint], direction: float, n_turns: int) -> tuple[ContinuationPoint, str] | None:
         """The end that lies within the last step, if one does, and words; none where so many turns have been gone."""
         point, next_point = points[-2:]
         ends = [
@@ -252,19 +213,13 @@ class PathContinuation:
             and next_point.reciprocal_condition > BIFURCATION_TOLERANCE
         ):
             turning_point = self._locate_zero(
-                point,
-                next_point,
-                lambda poses: -self._directed_derivative(self._make_point(poses, point.tangent), direction),
+                point, next_point, lambda poses: -self._directed_derivative(self._make_point(poses, point.tangent), direction)
             )
             ends.append((turning_point, self._turning_point_message(turning_point.poses, direction)))
         triples = [points] if len(points) == 3 else []
         if ends:  # a change point may lie in the same step, before the end
             triples.append(
-                [
-                    point,
-                    next_point,
-                    self._next_point(next_point, min(INITIAL_PATH_STEP, next_point.arc_length - point.arc_length))[0],
-                ]
+                [point, next_point, self._next_point(next_point, min(INITIAL_PATH_STEP, next_point.arc_length - point.arc_length))[0]]
             )
         for first, middle, last in triples:
             if middle.reciprocal_condition < min(first.reciprocal_condition, last.reciprocal_condition):
@@ -278,9 +233,7 @@ class PathContinuation:
         return self._point_at_poses(self._correct_poses(previous, distance), previous, distance)
 
     def _point_at_poses(self, poses: FloatArray, previous: ContinuationPoint, distance: float) -> ContinuationPoint:
-        return self._make_point(
-            poses, previous.tangent, self._unwrapped_coordinate(poses, previous.value), previous.arc_length + distance
-        )
+        return self._make_point(poses, previous.tangent, self._unwrapped_coordinate(poses, previous.value), previous.arc_length + distance)
 
     def _end_conditions(
         self, point: ContinuationPoint, direction: float, n_turns: int
@@ -296,22 +249,14 @@ class PathContinuation:
             message = f"the mass centre of {mechanism.bodies[k].name!r} comes to the spindle axis"
             yield partial(_axis_crossing_distance, k, side), message
         if self._is_angle:
-            yield (
-                lambda poses: (
-                    direction * (self._unwrapped_coordinate(poses, point.value) - initial_value) - n_turns * math.tau
-                ),
-                "",
-            )
+            yield (lambda poses: direction * (self._unwrapped_coordinate(poses, point.value) - initial_value) - n_turns * math.tau, "")
 
     def _matches_start(self, poses: FloatArray) -> bool:
         """Whether poses are the sketch's again, but for whole turns of bodies."""
         difference = poses - self.start.poses
         difference[:, 2] -= math.tau * np.round(difference[:, 2] / math.tau)
         return bool(
-            np.all(
-                np.abs(difference)
-                < PATH_CLOSURE_TOLERANCE * np.array([self.mechanism.length_scale, self.mechanism.length_scale, 1.0])
-            )
+            np.all(np.abs(difference) < PATH_CLOSURE_TOLERANCE * np.array([self.mechanism.length_scale, self.mechanism.length_scale, 1.0]))
         )
 
     def _limit_violation(self, name: str, sign: float, limit: float) -> Callable[[FloatArray], float]:
@@ -324,15 +269,11 @@ class PathContinuation:
         if violation(point.poses) >= 0.0:
             return self._point_after(point, 0.0)
         length = next_point.arc_length - point.arc_length
-        distance = float(
-            brentq(lambda s: violation(self._correct_poses(point, s)), 0.0, length, xtol=1e-13, rtol=1e-13)
-        )
+        distance = float(brentq(lambda s: violation(self._correct_poses(point, s)), 0.0, length, xtol=1e-13, rtol=1e-13))
         crossing_point = self._point_after(point, distance)
         if crossing_point.reciprocal_condition > ILL_CONDITIONED_LIMIT:
             return crossing_point
-        distance = float(
-            brentq(lambda s: violation(self._hermite_poses(point, next_point, s)), 0.0, length, xtol=1e-13, rtol=1e-13)
-        )
+        distance = float(brentq(lambda s: violation(self._hermite_poses(point, next_point, s)), 0.0, length, xtol=1e-13, rtol=1e-13))
         return self._point_at_poses(self._hermite_poses(point, next_point, distance), point, distance)
 
     def _hermite_poses(self, point: ContinuationPoint, next_point: ContinuationPoint, distance: float) -> FloatArray:
@@ -347,12 +288,7 @@ class PathContinuation:
         interpolated: FloatArray = a + fraction * (
             start_derivative
             + fraction
-            * (
-                3 * (c - a)
-                - 2 * start_derivative
-                - end_derivative
-                + fraction * (start_derivative + end_derivative - 2 * (c - a))
-            )
+            * (3 * (c - a) - 2 * start_derivative - end_derivative + fraction * (start_derivative + end_derivative - 2 * (c - a)))
         )
         return interpolated
 

@@ -51,25 +51,17 @@ def solve_kinematics(
     mechanism = scene.part.mechanism
     if over == TIME_VARIABLE:
         kinematic_solver = _KinematicSolver(mechanism, [], {})
-        _require_degrees_of_freedom(
-            mechanism, kinematic_solver.degrees_of_freedom(), 0, "over 'time' its drives must hold it"
-        )
+        _require_degrees_of_freedom(mechanism, kinematic_solver.degrees_of_freedom(), 0, "over 'time' its drives must hold it")
     else:
         mechanism.reading(over)
-        joints = tuple(
-            joint for joint in mechanism.joints if not isinstance(joint, RotationalDriver | TranslationalDriver)
-        )
+        joints = tuple(joint for joint in mechanism.joints if not isinstance(joint, RotationalDriver | TranslationalDriver))
         mechanism = replace(mechanism, joints=joints)
         start_values = {name: value for name, value in scene.start.values.items() if isinstance(value, float | int)}
         kinematic_solver = _KinematicSolver(mechanism, [over], start_values)
-        _require_degrees_of_freedom(
-            mechanism, kinematic_solver.degrees_of_freedom(), 1, f"over {over!r} one reading must settle it"
-        )
+        _require_degrees_of_freedom(mechanism, kinematic_solver.degrees_of_freedom(), 1, f"over {over!r} one reading must settle it")
     states = [kinematic_solver.solve_at(float(value), rate, acceleration) for value in samples]
     poses, velocities, accelerations = (np.array(column) for column in zip(*states, strict=True))
-    output_derivatives = {
-        reading.name: evaluate_output(mechanism, reading.name, poses, velocities) for reading in mechanism.readings
-    }
+    output_derivatives = {reading.name: evaluate_output(mechanism, reading.name, poses, velocities) for reading in mechanism.readings}
     axes = (-2, -1)
     return Kinematics(
         over=over,
@@ -80,8 +72,7 @@ def solve_kinematics(
         readings={name: one.value for name, one in output_derivatives.items()},
         rates={name: np.sum(one.gradient * velocities, axis=axes) for name, one in output_derivatives.items()},
         reading_accelerations={
-            name: np.sum(one.gradient * accelerations, axis=axes) + one.quadratic_velocity_term
-            for name, one in output_derivatives.items()
+            name: np.sum(one.gradient * accelerations, axis=axes) + one.quadratic_velocity_term for name, one in output_derivatives.items()
         },
     )
 
@@ -89,9 +80,7 @@ def solve_kinematics(
 class _KinematicSolver:
     """Goes from value to value, each assembled from the one before."""
 
-    def __init__(
-        self, mechanism: Mechanism, driving_readings: list[str], start_values: Mapping[str, float | str]
-    ) -> None:
+    def __init__(self, mechanism: Mechanism, driving_readings: list[str], start_values: Mapping[str, float | str]) -> None:
         self._mechanism, self._driving_readings = mechanism, driving_readings
         self._guess = PositionSolver(mechanism).solve({name: float(value) for name, value in start_values.items()})
 
@@ -117,13 +106,10 @@ class _KinematicSolver:
         jacobian = np.concatenate(jacobian_blocks)[:, free]
         _require_nonsingular(position_solver, jacobian, driving_readings, value)
         velocities, accelerations = np.zeros(poses.shape), np.zeros(poses.shape)
-        velocities.ravel()[free] = _solve_least_squares(
-            jacobian, np.append(prescribed[:, 1], [rate] * len(driving_readings))
-        )
+        velocities.ravel()[free] = _solve_least_squares(jacobian, np.append(prescribed[:, 1], [rate] * len(driving_readings)))
         gamma = equations.gamma(poses, velocities, time)
         driving_gamma = [
-            acceleration - float(evaluate_output(mechanism, name, poses, velocities).quadratic_velocity_term)
-            for name in driving_readings
+            acceleration - float(evaluate_output(mechanism, name, poses, velocities).quadratic_velocity_term) for name in driving_readings
         ]
         accelerations.ravel()[free] = _solve_least_squares(jacobian, np.append(gamma, driving_gamma))
         return poses, velocities, accelerations
@@ -133,13 +119,9 @@ def _solve_least_squares(jacobian: FloatArray, rhs: FloatArray) -> FloatArray:
     return np.asarray(np.linalg.lstsq(jacobian, rhs, rcond=None)[0], dtype=np.float64)
 
 
-def _require_nonsingular(
-    position_solver: PositionSolver, jacobian: FloatArray, driving_readings: list[str], value: float
-) -> None:
+def _require_nonsingular(position_solver: PositionSolver, jacobian: FloatArray, driving_readings: list[str], value: float) -> None:
     length_scale = position_solver.mechanism.length_scale
-    coordinate_scale = np.tile([length_scale, length_scale, 1.0], len(position_solver.mechanism.bodies))[
-        position_solver.free_mask
-    ]
+    coordinate_scale = np.tile([length_scale, length_scale, 1.0], len(position_solver.mechanism.bodies))[position_solver.free_mask]
     scaled_jacobian = jacobian * coordinate_scale
     row_norms = np.linalg.norm(scaled_jacobian, axis=1, keepdims=True)
     singular_values = np.linalg.svd(scaled_jacobian / np.where(row_norms > 0, row_norms, 1.0), compute_uv=False)
@@ -153,9 +135,7 @@ def _require_nonsingular(
 
 def _require_degrees_of_freedom(mechanism: Mechanism, degrees_of_freedom: int, required: int, reason: str) -> None:
     if degrees_of_freedom != required:
-        raise MechanismError(
-            f"kinematics need mobility {required}: {reason}; this mechanism has mobility {degrees_of_freedom} then"
-        )
+        raise MechanismError(f"kinematics need mobility {required}: {reason}; this mechanism has mobility {degrees_of_freedom} then")
 
 
 def _validate_samples(over: str, values: Sequence[float] | FloatArray, rate: float, acceleration: float) -> FloatArray:

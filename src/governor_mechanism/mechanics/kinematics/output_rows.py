@@ -24,15 +24,7 @@ from governor_mechanism.mechanics.kinematics.constraint_kernels import (
     ConstraintRows,
 )
 from governor_mechanism.model.joints import GROUND, Point
-from governor_mechanism.model.mechanism import (
-    BodyAngle,
-    FollowerHeight,
-    LineAngle,
-    Mechanism,
-    PointCoordinate,
-    PointDistance,
-    Reading,
-)
+from governor_mechanism.model.mechanism import BodyAngle, FollowerHeight, LineAngle, Mechanism, PointCoordinate, PointDistance, Reading
 from governor_mechanism.types import RecordArray
 
 OutputRowData = tuple[int, Point, Point, tuple[float, ...]]
@@ -85,9 +77,7 @@ def _(reading: FollowerHeight) -> OutputRowData:
     return FOLLOWER_HEIGHT, base_point, reading.knee, (*offset, reading.fraction, reading.length, reading.zero, sign)
 
 
-def make_output_rows(
-    mechanism: Mechanism, names: Sequence[str], origins: Mapping[str, tuple[float, float]]
-) -> ConstraintRows:
+def make_output_rows(mechanism: Mechanism, names: Sequence[str], origins: Mapping[str, tuple[float, float]]) -> ConstraintRows:
     """The gauges of readings by name, bodies counted from `origins` (body axes, m)."""
 
     def anchor(point: Point) -> tuple[float, float]:

@@ -8,15 +8,7 @@ from functools import singledispatch
 import numpy as np
 
 from governor_mechanism.mechanics.kinematics.points import BodyPoint, body_point
-from governor_mechanism.model.mechanism import (
-    BodyAngle,
-    FollowerHeight,
-    LineAngle,
-    Mechanism,
-    PointCoordinate,
-    PointDistance,
-    Reading,
-)
+from governor_mechanism.model.mechanism import BodyAngle, FollowerHeight, LineAngle, Mechanism, PointCoordinate, PointDistance, Reading
 from governor_mechanism.types import FloatArray
 
 
@@ -32,9 +24,7 @@ class OutputDerivatives:
     quadratic_velocity_term: FloatArray
 
 
-def evaluate_output(
-    mechanism: Mechanism, name: str, poses: FloatArray, velocities: FloatArray | None = None
-) -> OutputDerivatives:
+def evaluate_output(mechanism: Mechanism, name: str, poses: FloatArray, velocities: FloatArray | None = None) -> OutputDerivatives:
     """A reading at poses and velocities (..., bodies, 3); at rest where no velocities are given."""
     given_velocities = np.zeros_like(poses) if velocities is None else velocities
     return _evaluate_output_variable(mechanism.reading(name), mechanism, poses, given_velocities)
@@ -50,17 +40,13 @@ def evaluate_output_gradient(mechanism: Mechanism, name: str, poses: FloatArray)
     return evaluate_output(mechanism, name, poses).gradient
 
 
-def evaluate_output_variable(
-    reading: Reading, mechanism: Mechanism, poses: FloatArray, velocities: FloatArray
-) -> OutputDerivatives:
+def evaluate_output_variable(reading: Reading, mechanism: Mechanism, poses: FloatArray, velocities: FloatArray) -> OutputDerivatives:
     """Any reading of a mechanism, whether it lists it or not."""
     return _evaluate_output_variable(reading, mechanism, poses, velocities)
 
 
 @singledispatch
-def _evaluate_output_variable(
-    reading: Reading, mechanism: Mechanism, poses: FloatArray, velocities: FloatArray
-) -> OutputDerivatives:
+def _evaluate_output_variable(reading: Reading, mechanism: Mechanism, poses: FloatArray, velocities: FloatArray) -> OutputDerivatives:
     raise TypeError(f"no equation is written for readings of type {type(reading).__name__}")
 
 
@@ -131,15 +117,11 @@ def _(reading: FollowerHeight, mechanism: Mechanism, poses: FloatArray, velociti
 
     knee = interpolate(top.position(poses), end.position(poses))
     relative_velocity = interpolate(top.velocity(poses, velocities), end.velocity(poses, velocities))
-    centripetal = interpolate(
-        top.centripetal_acceleration(poses, velocities), end.centripetal_acceleration(poses, velocities)
-    )
+    centripetal = interpolate(top.centripetal_acceleration(poses, velocities), end.centripetal_acceleration(poses, velocities))
     horizontal_offset = knee[..., 0] - reading.guide_x
     vertical_offset = np.sqrt(np.maximum(reading.length**2 - horizontal_offset**2, 0.0))
     # Beyond the link's reach there is no height; the machine's limits end a run before that.
-    drop_derivative = np.divide(
-        horizontal_offset, vertical_offset, out=np.zeros_like(horizontal_offset), where=vertical_offset > 0
-    )
+    drop_derivative = np.divide(horizontal_offset, vertical_offset, out=np.zeros_like(horizontal_offset), where=vertical_offset > 0)
     drop_second_derivative = np.divide(
         1 + drop_derivative**2, vertical_offset, out=np.zeros_like(horizontal_offset), where=vertical_offset > 0
     )

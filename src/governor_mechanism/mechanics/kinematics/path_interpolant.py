@@ -84,22 +84,11 @@ class PathInterpolant:
 
 
 def _hermite_cubic(
-    values: FloatArray,
-    derivatives: FloatArray,
-    intervals: NDArray[np.integer],
-    length: FloatArray,
-    fraction: FloatArray,
+    values: FloatArray, derivatives: FloatArray, intervals: NDArray[np.integer], length: FloatArray, fraction: FloatArray
 ) -> FloatArray:
     """The cubic through values and slopes at both ends of intervals k of so much length, at a part (0 to 1) of each."""
-    a, b, c, d = (
-        values[intervals],
-        length * derivatives[intervals],
-        values[intervals + 1],
-        length * derivatives[intervals + 1],
-    )
-    interpolated: FloatArray = a + fraction * (
-        b + fraction * (3 * (c - a) - 2 * b - d + fraction * (b + d - 2 * (c - a)))
-    )
+    a, b, c, d = (values[intervals], length * derivatives[intervals], values[intervals + 1], length * derivatives[intervals + 1])
+    interpolated: FloatArray = a + fraction * (b + fraction * (3 * (c - a) - 2 * b - d + fraction * (b + d - 2 * (c - a))))
     return interpolated
 
 
@@ -118,9 +107,7 @@ def build_path(mechanism: Mechanism, low: float, high: float) -> PathInterpolant
     position_solver = BatchedPositionSolver(mechanism)
     initial_guess = np.array(mechanism.initial_guess, dtype=np.float64)
     initial_value = min(max(float(evaluate_output_value(mechanism, mechanism.coordinate, initial_guess)), low), high)
-    first_point = _make_path_point(
-        position_solver, initial_value, position_solver.position_solver.solve_at_coordinate(initial_value)
-    )
+    first_point = _make_path_point(position_solver, initial_value, position_solver.position_solver.solve_at_coordinate(initial_value))
     max_spacing = (high - low) / MIN_PATH_INTERVALS
     lower_points, upper_points = (_extend_path(position_solver, first_point, end, max_spacing) for end in (low, high))
     return PathInterpolant.from_points([*lower_points[::-1], first_point, *upper_points])
@@ -140,9 +127,7 @@ def _extend_path(
             step /= 2
             continue
         point = (
-            _make_path_point(
-                position_solver, value, position_solver.position_solver.solve_at_coordinate(value, point.poses)
-            )
+            _make_path_point(position_solver, value, position_solver.position_solver.solve_at_coordinate(value, point.poses))
             if next_point is None
             else next_point
         )
@@ -151,9 +136,7 @@ def _extend_path(
     return points
 
 
-def _try_next_point(
-    position_solver: BatchedPositionSolver, point: _CurvedPathPoint, value: float
-) -> tuple[_CurvedPathPoint | None, float]:
+def _try_next_point(position_solver: BatchedPositionSolver, point: _CurvedPathPoint, value: float) -> tuple[_CurvedPathPoint | None, float]:
     """The station at a value near by, if one closes there, and how far its slopes are from having led to it."""
     displacement = value - point.value
     guess = point.poses + displacement * point.tangent + 0.5 * displacement**2 * point.curvature

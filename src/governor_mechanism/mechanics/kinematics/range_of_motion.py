@@ -57,9 +57,7 @@ class RangeOfMotion:
             return values
         low, high = (self.low, self.high) if self.period else self.ends
         shifted = values + self.full_turn * np.ceil((low - values) / self.full_turn)
-        is_unchanged = (
-            ((low <= values) & (values <= high)) | (shifted > high) | (np.abs(shifted - values) > MAX_PATH_LENGTH)
-        )
+        is_unchanged = ((low <= values) & (values <= high)) | (shifted > high) | (np.abs(shifted - values) > MAX_PATH_LENGTH)
         unwrapped: FloatArray = np.where(is_unchanged, values, shifted)
         return unwrapped
 
@@ -94,9 +92,7 @@ def trace_range_of_motion(mechanism: Mechanism, *, rotates_with_spindle: bool) -
         return _full_rotation_range(continuation, high_end)
     low_end = continuation.find_end(-1.0)
     if not high_end.value > low_end.value:
-        raise MechanismError(
-            f"{mechanism.coordinate!r} stands still while the mechanism moves; name another coordinate"
-        )
+        raise MechanismError(f"{mechanism.coordinate!r} stands still while the mechanism moves; name another coordinate")
     path = PathInterpolant.from_points([*low_end.points[:0:-1], *high_end.points])
     return _with_end_margins(mechanism, (low_end.value, high_end.value), (low_end.message, high_end.message), path)
 
@@ -105,22 +101,14 @@ def _full_rotation_range(continuation: PathContinuation, high_end: PathEnd) -> R
     """The travel of a motion that comes round: half its way to either side of the sketch."""
     initial_value, n_turns = continuation.start.value, round((high_end.value - continuation.start.value) / math.tau)
     period = math.tau * n_turns
-    description = (
-        "half a turn from the sketch"
-        if n_turns == 1
-        else f"after {n_turns} turns: {n_turns / 2:g} turns from the sketch"
-    )
+    description = "half a turn from the sketch" if n_turns == 1 else f"after {n_turns} turns: {n_turns / 2:g} turns from the sketch"
     message = f"it turns all the way round: {description}" if n_turns == 1 else f"it comes round {description}"
     low, high = initial_value - 0.5 * period, initial_value + 0.5 * period
-    path = PathInterpolant.from_points(high_end.points).with_previous_period(
-        continuation.pose_increment(high_end), period
-    )
+    path = PathInterpolant.from_points(high_end.points).with_previous_period(continuation.pose_increment(high_end), period)
     return RangeOfMotion(low, high, message, message, (low, high), path, period, period)
 
 
-def _with_end_margins(
-    mechanism: Mechanism, ends: tuple[float, float], messages: tuple[str, str], path: PathInterpolant
-) -> RangeOfMotion:
+def _with_end_margins(mechanism: Mechanism, ends: tuple[float, float], messages: tuple[str, str], path: PathInterpolant) -> RangeOfMotion:
     margin = RANGE_END_MARGIN * (ends[1] - ends[0])
     full_turn = math.tau if isinstance(mechanism.reading(mechanism.coordinate), LineAngle) else 0.0
     return RangeOfMotion(ends[0] + margin, ends[1] - margin, *messages, ends, path, full_turn=full_turn)
@@ -128,10 +116,7 @@ def _with_end_margins(
 
 def _range_within_limits(mechanism: Mechanism, coordinate_limit: Limit) -> RangeOfMotion:
     """The travel between the limits of the coordinate, as far as those of other readings leave it."""
-    ends, messages = (
-        (coordinate_limit.low, coordinate_limit.high),
-        (coordinate_limit.low_message, coordinate_limit.high_message),
-    )
+    ends, messages = ((coordinate_limit.low, coordinate_limit.high), (coordinate_limit.low_message, coordinate_limit.high_message))
     full_range = _with_end_margins(mechanism, ends, messages, build_path(mechanism, *_apply_margin(*ends)))
     other_limits = [limit for limit in mechanism.limits if limit is not coordinate_limit]
     return _restrict_to_other_limits(mechanism, full_range, other_limits) if other_limits else full_range
@@ -142,15 +127,11 @@ def _apply_margin(low: float, high: float) -> tuple[float, float]:
     return low + margin, high - margin
 
 
-def _restrict_to_other_limits(
-    mechanism: Mechanism, full_range: RangeOfMotion, other_limits: list[Limit]
-) -> RangeOfMotion:
+def _restrict_to_other_limits(mechanism: Mechanism, full_range: RangeOfMotion, other_limits: list[Limit]) -> RangeOfMotion:
     """The part of a travel within the limits of other readings: that of the sketch, or the longest without it."""
     position_solver = BatchedPositionSolver(mechanism)
     values = np.linspace(full_range.low, full_range.high, N_LIMIT_SAMPLES)
-    violations = np.array(
-        [violation for violation, _ in _limit_violations(position_solver, full_range.path, other_limits, values)]
-    )
+    violations = np.array([violation for violation, _ in _limit_violations(position_solver, full_range.path, other_limits, values)])
     is_inside = np.all(violations < 0.0, axis=0)
     if is_inside.all():
         return full_range
@@ -164,9 +145,7 @@ def _restrict_to_other_limits(
     ends, messages = list(full_range.ends), [full_range.low_message, full_range.high_message]
     for side, index, outside_index in ((0, first, first - 1), (1, last, last + 1)):
         if 0 <= outside_index < N_LIMIT_SAMPLES:
-            ends[side], messages[side] = _locate_limit(
-                position_solver, full_range.path, other_limits, values[index], values[outside_index]
-            )
+            ends[side], messages[side] = _locate_limit(position_solver, full_range.path, other_limits, values[index], values[outside_index])
     return _with_end_margins(mechanism, (ends[0], ends[1]), (messages[0], messages[1]), full_range.path)
 
 
@@ -191,9 +170,7 @@ def _select_valid_interval(is_inside: NDArray[np.bool_], values: FloatArray, ini
 
 
 def _initial_coordinate(mechanism: Mechanism) -> float:
-    return float(
-        evaluate_output_value(mechanism, mechanism.coordinate, np.array(mechanism.initial_guess, dtype=np.float64))
-    )
+    return float(evaluate_output_value(mechanism, mechanism.coordinate, np.array(mechanism.initial_guess, dtype=np.float64)))
 
 
 def _locate_limit(

@@ -107,10 +107,7 @@ def _make_piecewise_cubic(times: FloatArray, values: FloatArray, is_motion: bool
     start, end = times[0] - 1.0, times[-1] + 1.0
     end_derivatives = [float(interpolant(time, 1)) if is_motion else 0.0 for time in (times[0], times[-1])]
     end_segments = np.array([[0.0, 0.0], [0.0, 0.0], end_derivatives, [values[0] - end_derivatives[0], values[-1]]])
-    return PPoly(
-        np.hstack([end_segments[:, :1], interpolant.c, end_segments[:, 1:]]),
-        np.concatenate([[start], interpolant.x, [end]]),
-    )
+    return PPoly(np.hstack([end_segments[:, :1], interpolant.c, end_segments[:, 1:]]), np.concatenate([[start], interpolant.x, [end]]))
 
 
 class SpindleSpeedFunction(CubicTimeFunction):
@@ -118,9 +115,7 @@ class SpindleSpeedFunction(CubicTimeFunction):
     with."""
 
     def __init__(self, spindle: Spindle | FreeSpindle) -> None:
-        program = (
-            spindle.speed_function if isinstance(spindle, Spindle) else InputFunction(values=(spindle.start_speed,))
-        )
+        program = spindle.speed_function if isinstance(spindle, Spindle) else InputFunction(values=(spindle.start_speed,))
         super().__init__(program)
         self._fluctuation_amplitude = 0.5 * spindle.speed_fluctuation if isinstance(spindle, Spindle) else 0.0
         self._cycles_per_turn = spindle.cycles_per_turn if isinstance(spindle, Spindle) else 1.0
@@ -144,10 +139,6 @@ class SpindleSpeedFunction(CubicTimeFunction):
             return mean_acceleration
         mean_speed = super().__call__(times)
         acceleration: FloatArray = fluctuating_speed(
-            self._fluctuation_amplitude,
-            self._cycles_per_turn,
-            self.integrals_from_zero(times),
-            mean_speed,
-            mean_acceleration,
+            self._fluctuation_amplitude, self._cycles_per_turn, self.integrals_from_zero(times), mean_speed, mean_acceleration
         )[1]
         return acceleration

@@ -52,9 +52,7 @@ class VelocityProjector:
             prescribed_rates = equations.prescribed_motion(times)[..., 1]
             driven_velocities = (np.linalg.pinv(jacobian) @ prescribed_rates[..., np.newaxis])[..., 0]
         # The directions that open no joint are the last right singular vectors.
-        null_space = np.linalg.svd(jacobian, full_matrices=True)[2][
-            :, jacobian.shape[2] - self._degrees_of_freedom :, :
-        ]
+        null_space = np.linalg.svd(jacobian, full_matrices=True)[2][:, jacobian.shape[2] - self._degrees_of_freedom :, :]
         weighted_null_space = null_space * self._mass_diagonal
         momentum = weighted_null_space @ (free_velocities - driven_velocities)[..., np.newaxis]
         independent_velocities = np.linalg.solve(weighted_null_space @ np.swapaxes(null_space, 1, 2), momentum)

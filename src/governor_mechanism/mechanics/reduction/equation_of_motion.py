@@ -55,13 +55,9 @@ class ReducedModel(NamedTuple):
     mode: IntArray
 
 
-def make_reduced_model(
-    table: PiecewiseTable, forces: ReducedForces, input_cubics: FloatArray, mode: IntArray
-) -> ReducedModel:
+def make_reduced_model(table: PiecewiseTable, forces: ReducedForces, input_cubics: FloatArray, mode: IntArray) -> ReducedModel:
     """What is stepped along, from the time at which the cubics begin."""
-    return ReducedModel(
-        table.coefficients, table.intervals, table.neighbours, table.periodicity, *forces, input_cubics, mode
-    )
+    return ReducedModel(table.coefficients, table.intervals, table.neighbours, table.periodicity, *forces, input_cubics, mode)
 
 
 @jit_internal
@@ -82,9 +78,7 @@ def evaluate_spindle(
     """
     a, b, c, d = input_cubics[0, 0], input_cubics[0, 1], input_cubics[0, 2], input_cubics[0, 3]
     value = ((a * local_time + b) * local_time + c) * local_time + d
-    integral = (
-        input_cubics[0, 4] + (((0.25 * a * local_time + b / 3.0) * local_time + 0.5 * c) * local_time + d) * local_time
-    )
+    integral = input_cubics[0, 4] + (((0.25 * a * local_time + b / 3.0) * local_time + 0.5 * c) * local_time + d) * local_time
     if parameters[IS_SPINDLE_FREE] != 0.0:
         return free_spindle_speed_jit(integral, parameters[FREE_SPINDLE_INERTIA] + bodies_inertia), 0.0, value
     derivative = (3.0 * a * local_time + 2.0 * b) * local_time + c
@@ -98,14 +92,7 @@ def evaluate_spindle(
 
 @jit_internal
 def evaluate_acceleration(
-    model: ReducedModel,
-    piece: int,
-    t: float,
-    v: float,
-    local_time: float,
-    with_friction: bool,
-    quadrature_rates: FloatArray,
-    stage: int,
+    model: ReducedModel, piece: int, t: float, v: float, local_time: float, with_friction: bool, quadrature_rates: FloatArray, stage: int
 ) -> float:
     """The acceleration of everything that acts, friction among it or left out; fills flows[at] (FLOWS,) per second."""
     coefficients, parameters, mode = model.coefficients, model.parameters, model.mode
@@ -123,9 +110,7 @@ def evaluate_acceleration(
     acceleration += evaluate_piece(coefficients, piece, CENTRIFUGAL_COLUMN, t) * omega * omega
     power, dissipated_power, column = damping * v * v / inverse_inertia, 0.0, FIRST_PROGRAM_COLUMN
     for program in range(1, 1 + int(parameters[PROGRAM_COUNT])):
-        programmed_acceleration = evaluate_input(model.input_cubics, program, local_time) * evaluate_piece(
-            coefficients, piece, column, t
-        )
+        programmed_acceleration = evaluate_input(model.input_cubics, program, local_time) * evaluate_piece(coefficients, piece, column, t)
         acceleration += programmed_acceleration
         power += programmed_acceleration * v / inverse_inertia
         column += 1
@@ -133,9 +118,7 @@ def evaluate_acceleration(
         if mode[1 + model.contacts.shape[0] + i] != 0:
             output_column = column + 2 * int(model.one_sided_springs[i, 0])
             force = spring_force_jit(
-                model.one_sided_springs[i, 1],
-                model.one_sided_springs[i, 2],
-                evaluate_piece(coefficients, piece, output_column, t),
+                model.one_sided_springs[i, 1], model.one_sided_springs[i, 2], evaluate_piece(coefficients, piece, output_column, t)
             )
             acceleration -= force * evaluate_piece(coefficients, piece, output_column + 1, t) * inverse_inertia
     for i in range(model.output_dampers.shape[0]):
@@ -173,9 +156,7 @@ def evaluate_equation_of_motion(
 def evaluate_table_output(model: ReducedModel, piece: int, t: float, output_index: float) -> tuple[float, float]:
     """Value of a gauge and its slope along the coordinate."""
     column = FIRST_PROGRAM_COLUMN + int(model.parameters[PROGRAM_COUNT]) + 2 * int(output_index)
-    return evaluate_piece(model.coefficients, piece, column, t), evaluate_piece(
-        model.coefficients, piece, column + 1, t
-    )
+    return evaluate_piece(model.coefficients, piece, column, t), evaluate_piece(model.coefficients, piece, column + 1, t)
 
 
 @jit_internal
@@ -190,9 +171,7 @@ def evaluate_friction_limit(model: ReducedModel, piece: int, t: float, local_tim
 
 
 @jit_internal
-def evaluate_static_force(
-    model: ReducedModel, piece: int, t: float, local_time: float, quadrature_rates: FloatArray
-) -> float:
+def evaluate_static_force(model: ReducedModel, piece: int, t: float, local_time: float, quadrature_rates: FloatArray) -> float:
     """The generalised force at rest, less friction; flows (1, FLOWS) is room."""
     return float(
         evaluate_acceleration(model, piece, t, 0.0, local_time, False, quadrature_rates, 0)

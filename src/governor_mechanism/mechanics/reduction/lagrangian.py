@@ -150,17 +150,13 @@ class SingleDofReduction:
             moments, tangent = body.second_moments.in_plane, tangents[:, index]
             total[0][:] += spindle_inertia(body.mass, *moments, body.second_moments.zz, x, angle)
             total[1][:] += spindle_inertia_rate(body.mass, *moments, x, angle, tangent[:, 0], tangent[:, 2])
-            total[2][:] += spindle_inertia_second_derivative(
-                body.mass, moments, x, angle, tangent, curvatures[:, index]
-            )
+            total[2][:] += spindle_inertia_second_derivative(body.mass, moments, x, angle, tangent, curvatures[:, index])
             magnitude += 2 * body.mass * self.mechanism.length_scale * np.abs(tangent[:, 0])
             magnitude += (abs(moments[1] - moments[0]) + 2 * abs(moments[2])) * np.abs(tangent[:, 2])
         total[1][np.abs(total[1]) < CANCELLATION_RATIO * magnitude] = 0.0
         return total
 
-    def _potential(
-        self, poses: FloatArray, tangents: FloatArray, curvatures: FloatArray
-    ) -> tuple[FloatArray, FloatArray, FloatArray]:
+    def _potential(self, poses: FloatArray, tangents: FloatArray, curvatures: FloatArray) -> tuple[FloatArray, FloatArray, FloatArray]:
         total = _allocate_derivatives(len(poses))
         for index, body in enumerate(self.mechanism.bodies):
             for term, poses_or_derivatives in zip(total, (poses, tangents, curvatures), strict=True):
@@ -171,9 +167,7 @@ class SingleDofReduction:
         for spring in output_springs_of(self.scene):
             output = self._output_derivatives(self.mechanism.reading(spring.reading), poses, tangents, curvatures)
             is_taut = ~(spring.one_sided & (output[0] < spring.free_value))
-            for term, contribution in zip(
-                total, _spring_energy_derivatives(spring.rate, spring.free_value, *output), strict=True
-            ):
+            for term, contribution in zip(total, _spring_energy_derivatives(spring.rate, spring.free_value, *output), strict=True):
                 term += np.where(is_taut, contribution, 0.0)
         return total
 
@@ -188,9 +182,7 @@ class SingleDofReduction:
             angle = BodyAngle(name="", quantity="angle", body=load.second, reference_body=load.first)
             relative_angle, derivative, second_derivative = self._output_derivatives(angle, poses, tangents, curvatures)
             if isinstance(load, TorsionSpring):
-                return _spring_energy_derivatives(
-                    load.stiffness, load.free_angle, relative_angle, derivative, second_derivative
-                )
+                return _spring_energy_derivatives(load.stiffness, load.free_angle, relative_angle, derivative, second_derivative)
             torque = _initial_value(load.moment)
             return -torque * relative_angle, -torque * derivative, -torque * second_derivative
         if isinstance(load, Force):
@@ -210,17 +202,14 @@ class SingleDofReduction:
         relative_position = second.position(poses) - first.position(poses)
         relative_tangent = second.velocity(poses, tangents) - first.velocity(poses, tangents)
         relative_curvature = second.velocity(poses, curvatures) - first.velocity(poses, curvatures)
-        relative_curvature += second.centripetal_acceleration(poses, tangents) - first.centripetal_acceleration(
-            poses, tangents
-        )
+        relative_curvature += second.centripetal_acceleration(poses, tangents) - first.centripetal_acceleration(poses, tangents)
         length = np.linalg.norm(relative_position, axis=-1)
         safe_length = np.where(length > 0.0, length, 1.0)
         derivative = np.sum(relative_position * relative_tangent, axis=-1) / safe_length
         return (
             length,
             derivative,
-            (np.sum(relative_tangent**2 + relative_position * relative_curvature, axis=-1) - derivative**2)
-            / safe_length,
+            (np.sum(relative_tangent**2 + relative_position * relative_curvature, axis=-1) - derivative**2) / safe_length,
         )
 
     def _output_derivatives(
@@ -228,11 +217,7 @@ class SingleDofReduction:
     ) -> tuple[FloatArray, FloatArray, FloatArray]:
         output, axes = evaluate_output_variable(reading, self.mechanism, poses, tangents), (-2, -1)
         derivative = np.sum(output.gradient * tangents, axis=axes)
-        return (
-            output.value,
-            derivative,
-            np.sum(output.gradient * curvatures, axis=axes) + output.quadratic_velocity_term,
-        )
+        return (output.value, derivative, np.sum(output.gradient * curvatures, axis=axes) + output.quadratic_velocity_term)
 
 
 def _initial_value(program: InputFunction) -> float:
@@ -249,8 +234,4 @@ def _spring_energy_derivatives(
     stiffness: float, free_value: float, displacement: FloatArray, derivative: FloatArray, second_derivative: FloatArray
 ) -> tuple[FloatArray, FloatArray, FloatArray]:
     force = spring_force(stiffness, free_value, displacement)
-    return (
-        spring_energy(stiffness, free_value, displacement),
-        force * derivative,
-        stiffness * derivative**2 + force * second_derivative,
-    )
+    return (spring_energy(stiffness, free_value, displacement), force * derivative, stiffness * derivative**2 + force * second_derivative)

@@ -9,11 +9,7 @@ import numpy as np
 
 from governor_mechanism.mechanics.dynamics.characteristic_scales import time_scale
 from governor_mechanism.mechanics.dynamics.contacts import contacts_of, output_dampers_of, output_springs_of
-from governor_mechanism.mechanics.dynamics.force_elements import (
-    SPRING_ELEMENT,
-    TORSION_SPRING_ELEMENT,
-    make_force_element_table,
-)
+from governor_mechanism.mechanics.dynamics.force_elements import SPRING_ELEMENT, TORSION_SPRING_ELEMENT, make_force_element_table
 from governor_mechanism.mechanics.dynamics.lowering import BODY_DTYPE, forced_output_names, make_body_record
 from governor_mechanism.mechanics.dynamics.output_forces import OUTPUT_FORCE_DTYPE, SPRING_FORCE
 from governor_mechanism.mechanics.kinematics.constraint_equations import bodies_of_rows, make_constraint_table
@@ -92,16 +88,10 @@ def lower_reduced_scene(scene: Scene) -> tuple[ReductionArrays, ReducedForces]:
     arrays = ReductionArrays(
         constraint_rows=ConstraintRows(rows, bodies_of_rows(rows), joint_rows.curve_segments),
         coordinate_wraps=isinstance(mechanism.reading(mechanism.coordinate), LineAngle),
-        free_indices=np.array(
-            [3 * k + c for k, body in enumerate(mechanism.bodies) for c in range(3 if body.can_rotate else 2)]
-        ),
+        free_indices=np.array([3 * k + c for k, body in enumerate(mechanism.bodies) for c in range(3 if body.can_rotate else 2)]),
         pose_scales=np.array([mechanism.length_scale, mechanism.length_scale, 1.0] * len(mechanism.bodies)),
-        row_scales=np.array(
-            [*(1 / mechanism.length_scale,) * len(joint_rows.table), 1 / _output_scale(mechanism, mechanism.coordinate)]
-        ),
-        mass=np.array(
-            [m for b in mechanism.bodies for m in (b.mass, b.mass, b.second_moments.xx + b.second_moments.yy)]
-        ),
+        row_scales=np.array([*(1 / mechanism.length_scale,) * len(joint_rows.table), 1 / _output_scale(mechanism, mechanism.coordinate)]),
+        mass=np.array([m for b in mechanism.bodies for m in (b.mass, b.mass, b.second_moments.xx + b.second_moments.yy)]),
         bodies=np.array([make_body_record(body) for body in mechanism.bodies], dtype=BODY_DTYPE),
         gravity=scene.gravity,
         has_centrifugal_forces=has_centrifugal_forces,
@@ -171,9 +161,7 @@ def _lower_forces(scene: Scene, arrays: ReductionArrays, names: list[str]) -> Re
         for spring in output_springs_of(scene)
         if spring.one_sided
     ]
-    output_dampers = [
-        (names.index(spring.reading), spring.linear, spring.quadratic) for spring in output_dampers_of(scene)
-    ]
+    output_dampers = [(names.index(spring.reading), spring.linear, spring.quadratic) for spring in output_dampers_of(scene)]
     mass = sum(body.mass for body in mechanism.bodies)
     parameters = np.zeros(11)
     parameters[IS_SPINDLE_LOADED] = arrays.has_centrifugal_forces

@@ -238,12 +238,7 @@ def solve_position(arrays: ReductionArrays, workspace: NodeWorkspace, q: float, 
         workspace.pose_change,
         workspace.solution,
     )
-    poses, tangents, dense_row, ends = (
-        node[0].reshape(-1, 3),
-        node[1].reshape(-1, 3),
-        workspace.dense_row,
-        rows.row_bodies,
-    )
+    poses, tangents, dense_row, ends = (node[0].reshape(-1, 3), node[1].reshape(-1, 3), workspace.dense_row, rows.row_bodies)
     last, previous_step = rhs.size - 1, math.inf
     for _ in range(MAX_NODE_NEWTON_STEPS):
         row_values[:, DRIVE_VALUE] = 0.0
@@ -313,12 +308,8 @@ def evaluate_columns(arrays: ReductionArrays, workspace: NodeWorkspace, node: Fl
         inertia += arrays.mass[k] * node[1, k] * node[1, k]
         inertia_derivative += 2.0 * arrays.mass[k] * node[1, k] * node[2, k]
     is_steady = arrays.has_centrifugal_forces and arrays.spindle_speed_squared >= 0.0
-    evaluate_body_forces(
-        arrays.bodies, arrays.gravity, is_steady, poses, arrays.spindle_speed_squared, workspace.generalised_forces
-    )
-    add_element_forces(
-        arrays.springs, poses, workspace.zero_velocities, workspace.input_cubics, 0.0, workspace.generalised_forces
-    )
+    evaluate_body_forces(arrays.bodies, arrays.gravity, is_steady, poses, arrays.spindle_speed_squared, workspace.generalised_forces)
+    add_element_forces(arrays.springs, poses, workspace.zero_velocities, workspace.input_cubics, 0.0, workspace.generalised_forces)
     add_output_forces(
         arrays.output_rows,
         arrays.output_springs,
@@ -338,10 +329,7 @@ def evaluate_columns(arrays: ReductionArrays, workspace: NodeWorkspace, node: Fl
     if arrays.has_centrifugal_forces and not is_steady:
         evaluate_body_forces(arrays.bodies, 0.0, True, poses, 1.0, workspace.generalised_forces)
         columns[CENTRIFUGAL_COLUMN] = _project_on_tangent(workspace.generalised_forces, node[1]) / inertia
-    columns[INVERSE_INERTIA_COLUMN], columns[SPINDLE_INERTIA_COLUMN] = (
-        1.0 / inertia,
-        bodies_inertia_about_spindle(arrays.bodies, poses),
-    )
+    columns[INVERSE_INERTIA_COLUMN], columns[SPINDLE_INERTIA_COLUMN] = (1.0 / inertia, bodies_inertia_about_spindle(arrays.bodies, poses))
     workspace.generalised_forces[:] = 0.0
     add_element_forces(arrays.dampers, poses, tangents, workspace.input_cubics, 0.0, workspace.generalised_forces)
     columns[DAMPING_COLUMN] = _project_on_tangent(workspace.generalised_forces, node[1]) / inertia
@@ -350,12 +338,7 @@ def evaluate_columns(arrays: ReductionArrays, workspace: NodeWorkspace, node: Fl
         workspace.generalised_forces[:] = 0.0
         workspace.input_cubics[program, 3] = 1.0
         add_element_forces(
-            arrays.programmed_force_elements,
-            poses,
-            workspace.zero_velocities,
-            workspace.input_cubics,
-            0.0,
-            workspace.generalised_forces,
+            arrays.programmed_force_elements, poses, workspace.zero_velocities, workspace.input_cubics, 0.0, workspace.generalised_forces
         )
         workspace.input_cubics[program, 3] = 0.0
         columns[column] = _project_on_tangent(workspace.generalised_forces, node[1]) / inertia

@@ -7,11 +7,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from governor_mechanism.mechanics.reduction.node_evaluation import (
-    FIRST_PROGRAM_COLUMN,
-    INVERSE_INERTIA_COLUMN,
-    ReductionArrays,
-)
+from governor_mechanism.mechanics.reduction.node_evaluation import FIRST_PROGRAM_COLUMN, INVERSE_INERTIA_COLUMN, ReductionArrays
 from governor_mechanism.numerics.chebyshev import N_CHEBYSHEV_NODES, barycentric_weights
 from governor_mechanism.numerics.jit import jit, jit_internal
 from governor_mechanism.types import FloatArray, IntArray
@@ -85,9 +81,7 @@ def count_columns(arrays: ReductionArrays) -> int:
 
 
 @jit_internal
-def find_piece(
-    intervals: FloatArray, neighbours: IntArray, periodicity: FloatArray, q: float, piece_guess: int
-) -> tuple[int, float, int]:
+def find_piece(intervals: FloatArray, neighbours: IntArray, periodicity: FloatArray, q: float, piece_guess: int) -> tuple[int, float, int]:
     """The piece that holds a value, looked for from one near by, where in it the value is (-1 to 1), and -1.
 
     Where none does, the side (0 below, 1 above) to lay one on stands in place of that.
@@ -114,9 +108,7 @@ def evaluate_poses(table: PiecewiseTable, values: FloatArray, poses: FloatArray,
     for i in range(values.size):
         piece, t, _ = find_piece(table.intervals, table.neighbours, table.periodicity, values[i], piece)
         barycentric_weights(t, weights)
-        n_periods = (
-            math.floor((values[i] - table.periodicity[1]) / table.periodicity[0]) if table.periodicity[0] > 0.0 else 0.0
-        )
+        n_periods = math.floor((values[i] - table.periodicity[1]) / table.periodicity[0]) if table.periodicity[0] > 0.0 else 0.0
         for c in range(table.pose_increment.size):
             pose = tangent = 0.0
             for k in range(N_CHEBYSHEV_NODES):

@@ -26,13 +26,7 @@ from governor_mechanism.mechanics.reduction.node_evaluation import (
     solve_position,
 )
 from governor_mechanism.mechanics.reduction.table import PiecewiseTable
-from governor_mechanism.numerics.chebyshev import (
-    CHEBYSHEV_NODES,
-    N_CHEBYSHEV_NODES,
-    barycentric_weights,
-    evaluate_piece,
-    fit_piece,
-)
+from governor_mechanism.numerics.chebyshev import CHEBYSHEV_NODES, N_CHEBYSHEV_NODES, barycentric_weights, evaluate_piece, fit_piece
 from governor_mechanism.numerics.jit import jit, jit_internal
 from governor_mechanism.types import FloatArray
 
@@ -73,9 +67,7 @@ NOT_ENDED, AT_BOUND, AT_SINGULARITY, AT_LIMIT = 0, 1, 2, 3
 
 
 @jit
-def extend_table(
-    arrays: ReductionArrays, workspace: NodeWorkspace, table: PiecewiseTable, action: int, q: float, poses: FloatArray
-) -> int:
+def extend_table(arrays: ReductionArrays, workspace: NodeWorkspace, table: PiecewiseTable, action: int, q: float, poses: FloatArray) -> int:
     """Lay the next piece below (what = 0) or above (1) all others; or first (BEGIN) find the place from which pieces
     are laid, at a value of the coordinate near poses (bodies, 3), which nothing else asks for. What became of it.
 
@@ -87,9 +79,7 @@ def extend_table(
 
 
 @jit_internal
-def _start_table(
-    arrays: ReductionArrays, workspace: NodeWorkspace, table: PiecewiseTable, q: float, poses: FloatArray
-) -> bool:
+def _start_table(arrays: ReductionArrays, workspace: NodeWorkspace, table: PiecewiseTable, q: float, poses: FloatArray) -> bool:
     node, columns = np.zeros((3, arrays.pose_scales.size)), np.zeros(table.column_scales.size)
     node[0] = poses.ravel()
     table.intervals[0, 0] = table.intervals[0, 1] = table.periodicity[1] = q
@@ -129,10 +119,7 @@ def _set_scales(arrays: ReductionArrays, table: PiecewiseTable, node: FloatArray
         column_scales[column] = max_tangent * columns[INVERSE_INERTIA_COLUMN]
         column += 1
     for k in range(arrays.output_rows.table.size):
-        column_scales[column], column_scales[column + 1] = (
-            arrays.output_scales[k],
-            arrays.output_scales[k] / coordinate_scale,
-        )
+        column_scales[column], column_scales[column + 1] = (arrays.output_scales[k], arrays.output_scales[k] / coordinate_scale)
         column += 2
 
 
@@ -150,36 +137,20 @@ def _add_piece(arrays: ReductionArrays, workspace: NodeWorkspace, table: Piecewi
         end, at_bound = start + direction * width, False
         if direction * (end - bound) >= 0.0:
             end, at_bound = bound, True
-        period_end = (
-            table.intervals[table.end_pieces[1 - side], 1 - side] + direction * table.periodicity[2] * arrays.full_turn
-        )
+        period_end = table.intervals[table.end_pieces[1 - side], 1 - side] + direction * table.periodicity[2] * arrays.full_turn
         if arrays.full_turn > 0.0 and direction * (end - period_end) >= 0.0:
             end, at_bound = period_end, False
         if abs(end - start) < MIN_PIECE_WIDTH * arrays.coordinate_scale:
             table.end_reasons[side] = AT_BOUND if at_bound else AT_SINGULARITY
             return TABLE_ENDED
-        residual, rounding = _fill_piece(
-            arrays, workspace, table, piece, edge_piece, min(start, end), max(start, end), side
-        )
+        residual, rounding = _fill_piece(arrays, workspace, table, piece, edge_piece, min(start, end), max(start, end), side)
         if residual <= 1.0 and rounding < MAX_ROUNDING_RATIO:
-            if (
-                rounding > NOISE_LIMIT
-                and abs(end - start) > MIN_RESIZABLE_WIDTH * arrays.coordinate_scale
-                and not at_bound
-            ):
-                end = _reduce_rounding_by_resizing(
-                    arrays, workspace, table, piece, edge_piece, start, end, side, rounding
-                )
-                residual, rounding = _fill_piece(
-                    arrays, workspace, table, piece, edge_piece, min(start, end), max(start, end), side
-                )
+            if rounding > NOISE_LIMIT and abs(end - start) > MIN_RESIZABLE_WIDTH * arrays.coordinate_scale and not at_bound:
+                end = _reduce_rounding_by_resizing(arrays, workspace, table, piece, edge_piece, start, end, side, rounding)
+                residual, rounding = _fill_piece(arrays, workspace, table, piece, edge_piece, min(start, end), max(start, end), side)
                 # What a change point does to the tables no run can make good, and what is passed there would not show.
                 near_change_point = workspace.min_pivot[0] < CHANGE_POINT_RATIO * table.periodicity[4]
-                if (
-                    rounding > NOISE_LIMIT
-                    and near_change_point
-                    and abs(bound - end) > CHANGE_POINT_MARGIN * arrays.coordinate_scale
-                ):
+                if rounding > NOISE_LIMIT and near_change_point and abs(bound - end) > CHANGE_POINT_MARGIN * arrays.coordinate_scale:
                     table.end_reasons[side] = AT_SINGULARITY
                     return TABLE_ENDED
             limit_value, reason = _locate_limit_in_piece(arrays, table, piece, side)
@@ -225,9 +196,7 @@ def _reduce_rounding_by_resizing(
         trial_end = start + (end - start) * (0.3 + 1.4 * (k + 0.5) / N_RESIZE_TRIALS)
         if (trial_end - bound) * (end - start) >= 0.0:
             break
-        residual, rounding = _fill_piece(
-            arrays, workspace, table, piece, edge_piece, min(start, trial_end), max(start, trial_end), side
-        )
+        residual, rounding = _fill_piece(arrays, workspace, table, piece, edge_piece, min(start, trial_end), max(start, trial_end), side)
         if residual <= 1.0 and rounding < least_rounding:
             best, least_rounding = trial_end, rounding
     return best
@@ -235,14 +204,7 @@ def _reduce_rounding_by_resizing(
 
 @jit_internal
 def _fill_piece(
-    arrays: ReductionArrays,
-    workspace: NodeWorkspace,
-    table: PiecewiseTable,
-    piece: int,
-    neighbour: int,
-    low: float,
-    high: float,
-    side: int,
+    arrays: ReductionArrays, workspace: NodeWorkspace, table: PiecewiseTable, piece: int, neighbour: int, low: float, high: float, side: int
 ) -> tuple[float, float]:
     """Fill a piece, its nodes from the side of the piece near by; what its fits leave out, and how much is rounding.
 
@@ -288,23 +250,13 @@ def _fill_piece(
 
 @jit_internal
 def _extrapolate_poses(
-    arrays: ReductionArrays,
-    node: FloatArray,
-    node_before: FloatArray,
-    q: float,
-    q_before: float,
-    q_node: float,
-    guess: FloatArray,
+    arrays: ReductionArrays, node: FloatArray, node_before: FloatArray, q: float, q_before: float, q_node: float, guess: FloatArray
 ) -> None:
     """Poses at a value, by their derivatives at the place before it, and the one before that."""
     displacement, previous_displacement = q_node - q, q - q_before
     for c in range(arrays.pose_scales.size):
-        third_derivative = (
-            (node[2, c] - node_before[2, c]) / previous_displacement if previous_displacement != 0.0 else 0.0
-        )
-        guess[0, c] = node[0, c] + displacement * (
-            node[1, c] + displacement * (0.5 * node[2, c] + displacement / 6.0 * third_derivative)
-        )
+        third_derivative = (node[2, c] - node_before[2, c]) / previous_displacement if previous_displacement != 0.0 else 0.0
+        guess[0, c] = node[0, c] + displacement * (node[1, c] + displacement * (0.5 * node[2, c] + displacement / 6.0 * third_derivative))
 
 
 @jit_internal
@@ -315,11 +267,7 @@ def _unwrap_line_angles(
     for output_index in range(arrays.output_rows.table.size):
         if arrays.output_rows.table[output_index].kind == LINE_ANGLE:
             column = FIRST_PROGRAM_COLUMN + arrays.program_indices.size + 2 * output_index
-            last = (
-                evaluate_piece(table.coefficients, neighbour, column, float(direction))
-                if neighbour >= 0
-                else values[column, first]
-            )
+            last = evaluate_piece(table.coefficients, neighbour, column, float(direction)) if neighbour >= 0 else values[column, first]
             for step in range(N_CHEBYSHEV_NODES):
                 k = first + direction * step
                 values[column, k] -= 2.0 * math.pi * math.floor((values[column, k] - last) / (2.0 * math.pi) + 0.5)
@@ -327,29 +275,18 @@ def _unwrap_line_angles(
 
 
 @jit_internal
-def _fit_residual(
-    arrays: ReductionArrays, table: PiecewiseTable, piece: int, values: FloatArray
-) -> tuple[float, float]:
-    worst, worst_rounding, unused_coefficients, column = (
-        0.0,
-        0.0,
-        np.empty(N_CHEBYSHEV_NODES),
-        np.empty(N_CHEBYSHEV_NODES),
-    )
+def _fit_residual(arrays: ReductionArrays, table: PiecewiseTable, piece: int, values: FloatArray) -> tuple[float, float]:
+    worst, worst_rounding, unused_coefficients, column = (0.0, 0.0, np.empty(N_CHEBYSHEV_NODES), np.empty(N_CHEBYSHEV_NODES))
     for c in range(values.shape[0]):
         residual, has_stagnated = fit_piece(values[c], table.coefficients[piece, c])
         residual /= FIT_TOLERANCE * max(table.column_scales[c], np.max(np.abs(values[c])))
-        worst, worst_rounding = (
-            (worst, max(worst_rounding, residual)) if has_stagnated else (max(worst, residual), worst_rounding)
-        )
+        worst, worst_rounding = (worst, max(worst_rounding, residual)) if has_stagnated else (max(worst, residual), worst_rounding)
     for order in range(2):
         for c in range(arrays.pose_scales.size):
             column[:] = table.nodes[piece, :, order, c]
             residual, has_stagnated = fit_piece(column, unused_coefficients)
             residual /= FIT_TOLERANCE * max(table.node_scales[order, c], np.max(np.abs(column)))
-            worst, worst_rounding = (
-                (worst, max(worst_rounding, residual)) if has_stagnated else (max(worst, residual), worst_rounding)
-            )
+            worst, worst_rounding = (worst, max(worst_rounding, residual)) if has_stagnated else (max(worst, residual), worst_rounding)
     return worst, worst_rounding
 
 
@@ -381,14 +318,10 @@ def _locate_limit_in_piece(arrays: ReductionArrays, table: PiecewiseTable, piece
 
 
 @jit_internal
-def _limit_violation(
-    arrays: ReductionArrays, table: PiecewiseTable, piece: int, limit: int, side_index: int, q: float
-) -> float:
+def _limit_violation(arrays: ReductionArrays, table: PiecewiseTable, piece: int, limit: int, side_index: int, q: float) -> float:
     """How far a reading is beyond its low (way 0) or high (1) limit."""
     column = FIRST_PROGRAM_COLUMN + arrays.program_indices.size + 2 * int(arrays.limits[limit, 0])
-    value = evaluate_piece(
-        table.coefficients, piece, column, (q - table.intervals[piece, 2]) * table.intervals[piece, 3]
-    )
+    value = evaluate_piece(table.coefficients, piece, column, (q - table.intervals[piece, 2]) * table.intervals[piece, 3])
     return float(value - arrays.limits[limit, 2] if side_index == 1 else arrays.limits[limit, 1] - value)
 
 
@@ -400,9 +333,7 @@ def _close_period(arrays: ReductionArrays, table: PiecewiseTable) -> None:
     first, last = np.zeros(arrays.pose_scales.size), np.zeros(arrays.pose_scales.size)
     for end in range(2):
         piece, poses = (low, first) if end == 0 else (high, last)
-        barycentric_weights(
-            (table.intervals[piece, end] - table.intervals[piece, 2]) * table.intervals[piece, 3], weights
-        )
+        barycentric_weights((table.intervals[piece, end] - table.intervals[piece, 2]) * table.intervals[piece, 3], weights)
         for k in range(N_CHEBYSHEV_NODES):
             for c in range(arrays.pose_scales.size):
                 poses[c] += weights[k] * table.nodes[piece, k, 0, c]
@@ -426,14 +357,8 @@ def _is_periodic(arrays: ReductionArrays, table: PiecewiseTable, low: int, high:
     first_output_column, is_same = FIRST_PROGRAM_COLUMN + arrays.program_indices.size, True
     for c in range(table.column_scales.size):
         output_index = (c - first_output_column) // 2
-        if (
-            c >= first_output_column
-            and (c - first_output_column) % 2 == 0
-            and arrays.output_rows.table[output_index].kind == LINE_ANGLE
-        ):
+        if c >= first_output_column and (c - first_output_column) % 2 == 0 and arrays.output_rows.table[output_index].kind == LINE_ANGLE:
             continue
         first, last = evaluate_piece(table.coefficients, low, c, -1.0), evaluate_piece(table.coefficients, high, c, 1.0)
-        is_same = is_same and abs(last - first) <= TABLE_CLOSURE_TOLERANCE * max(
-            table.column_scales[c], abs(first), abs(last)
-        )
+        is_same = is_same and abs(last - first) <= TABLE_CLOSURE_TOLERANCE * max(table.column_scales[c], abs(first), abs(last))
     return is_same

@@ -38,9 +38,7 @@ def effect_ablation_figure(study: EffectsStudy, path: str | os.PathLike[str]) ->
     costs_axes = figure.add_axes((0.68, bottom, 0.28, axes_height), sharey=changes_axes)
     _draw_changes(changes_axes, study)
     _draw_costs(costs_axes, study)
-    title = figure.text(
-        0.02, 1 - 0.3 / height, f"{study.scene.title}: the bill of its effects", fontsize=14, va="center"
-    )
+    title = figure.text(0.02, 1 - 0.3 / height, f"{study.scene.title}: the bill of its effects", fontsize=14, va="center")
     title.set(color=INK, fontfamily=SERIF_FONT, parse_math=False)
     with atomic_write(target) as temporary:
         canvas: Any = FigureCanvasAgg(figure)

@@ -43,9 +43,7 @@ def new_plate(heading: str, title: str, source: str) -> Figure:
         figure.add_artist(box)
     write_text(figure, 0.5, 0.937, heading, 22, ha="center", va="center")
     short_title = textwrap.shorten(title, _MAX_TITLE_LETTERS, placeholder=" …")
-    write_text(
-        figure, 0.5, 0.901, f"{short_title}; {source}", 11.5, ha="center", va="center", color=MUTED, parse_math=False
-    )
+    write_text(figure, 0.5, 0.901, f"{short_title}; {source}", 11.5, ha="center", va="center", color=MUTED, parse_math=False)
     return figure
 
 
@@ -70,19 +68,10 @@ def write_text(figure: Figure, x: float, y: float, text: str, size: float, **pro
     return figure.text(x, y, text, fontsize=size, **text_style)
 
 
-def annotate_point(
-    axes: Axes, point: AxesPoint, label: str, offset: AxesPoint = (0, 0), **properties: Any
-) -> Annotation:
+def annotate_point(axes: Axes, point: AxesPoint, label: str, offset: AxesPoint = (0, 0), **properties: Any) -> Annotation:
     """Words `offset` points away from a point of a panel, clear of what lies beneath; formulas between dollars."""
     annotation = axes.annotate(label, point, offset, textcoords="offset points", annotation_clip=False)
-    text_style = {
-        "color": INK,
-        "fontsize": 10.5,
-        "fontfamily": SERIF_FONT,
-        "math_fontfamily": "stix",
-        "zorder": 9,
-        **properties,
-    }
+    text_style = {"color": INK, "fontsize": 10.5, "fontfamily": SERIF_FONT, "math_fontfamily": "stix", "zorder": 9, **properties}
     annotation.set(**text_style)
     annotation.set_path_effects([_TEXT_HALO])
     return annotation

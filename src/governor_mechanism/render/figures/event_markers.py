@@ -43,9 +43,7 @@ def draw_event_markers(axes: Axes, events: Sequence[Event]) -> None:
     for kind in dict.fromkeys(event.kind for event in events):
         colour, dashes = _EVENT_STYLES.get(kind, _OTHER_EVENT_STYLE)
         times = [event.time for event in events if event.kind == kind]
-        lines = axes.vlines(
-            times, 0.0, 1.0 if few else _RUG_HEIGHT_RATIO, transform=axes.get_xaxis_transform(), colors=colour
-        )
+        lines = axes.vlines(times, 0.0, 1.0 if few else _RUG_HEIGHT_RATIO, transform=axes.get_xaxis_transform(), colors=colour)
         lines.set(linewidth=0.8, zorder=1, linestyle=dashes if few else "solid", gid=kind)
 
 

@@ -35,16 +35,10 @@ class TextLabel:
         return left, left + width, bottom, bottom + height
 
 
-def label_shifts(
-    labels: Sequence[TextLabel], occupied: Sequence[LabelBox], allowed_box: LabelBox
-) -> list[tuple[float, float]]:
+def label_shifts(labels: Sequence[TextLabel], occupied: Sequence[LabelBox], allowed_box: LabelBox) -> list[tuple[float, float]]:
     """How far (points) to move each of the words: by nothing where it stands clear, else by as little as will do."""
     candidate_steps = sorted(
-        (
-            (outward, along)
-            for outward in range(_MAX_STEPS_OUT + 1)
-            for along in range(-_MAX_STEPS_ALONG, _MAX_STEPS_ALONG + 1)
-        ),
+        ((outward, along) for outward in range(_MAX_STEPS_OUT + 1) for along in range(-_MAX_STEPS_ALONG, _MAX_STEPS_ALONG + 1)),
         key=lambda way: (way[0] + abs(way[1]), way),
     )
     boxes, result = list(occupied), []
@@ -53,12 +47,7 @@ def label_shifts(
         for outward, along in candidate_steps:
             shift = _SHIFT_STEP * (outward * x - along * y), _SHIFT_STEP * (outward * y + along * x)
             box = label.bounding_box(shift)
-            inside = (
-                box[0] >= allowed_box[0]
-                and box[1] <= allowed_box[1]
-                and box[2] >= allowed_box[2]
-                and box[3] <= allowed_box[3]
-            )
+            inside = box[0] >= allowed_box[0] and box[1] <= allowed_box[1] and box[2] >= allowed_box[2] and box[3] <= allowed_box[3]
             if inside and not any(_overlap(box, other) for other in boxes):
                 chosen = shift
                 break

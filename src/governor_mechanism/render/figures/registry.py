@@ -29,11 +29,7 @@ def write_machine_figures(run: Trajectory, folder: Path, stem: str) -> list[Path
             files.append(marks_figure(scene, folder / f"{stem}_marks.png"))
         return files
     has_masses = any(isinstance(effect, CrankMasses) for effect in scene.effects)
-    if (
-        scene.part.machine == "slider_crank"
-        and has_masses
-        and not (scene.output_effects or scene.part.mechanism.force_elements)
-    ):
+    if scene.part.machine == "slider_crank" and has_masses and not (scene.output_effects or scene.part.mechanism.force_elements):
         from governor_mechanism.render.figures.slider_crank.bearing_loads import MIN_FULL_TURN, bearing_loads_figure
 
         if len(run.times) and np.ptp(run.readings["crank_angle"]) >= MIN_FULL_TURN:

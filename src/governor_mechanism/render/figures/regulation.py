@@ -15,27 +15,11 @@ from matplotlib.ticker import FuncFormatter, NullFormatter
 
 from governor_mechanism.errors import MechanismError
 from governor_mechanism.files.atomic_write import atomic_write
-from governor_mechanism.render.style import (
-    BLUE,
-    INK,
-    MUTED,
-    PAPER,
-    RULE,
-    SANS_FONT,
-    SERIES_COLOURS,
-    SERIF_FONT,
-    SKY,
-    VERMILLION,
-)
+from governor_mechanism.render.style import BLUE, INK, MUTED, PAPER, RULE, SANS_FONT, SERIES_COLOURS, SERIF_FONT, SKY, VERMILLION
 from governor_mechanism.types import FloatArray
 
 if TYPE_CHECKING:
-    from governor_mechanism.studies.regulation.registry import (
-        ClearanceStudy,
-        CyclicMotionStudy,
-        FoldJumpStudy,
-        SettlingStudy,
-    )
+    from governor_mechanism.studies.regulation.registry import ClearanceStudy, CyclicMotionStudy, FoldJumpStudy, SettlingStudy
 
 
 _FIGURE_WIDTH, _FIGURE_HEIGHT, _DPI = 7.2, 5.0, 100
@@ -50,9 +34,7 @@ _AXES_RECT = (0.11, 0.14, 0.85, 0.69)
 def cyclic_figure(study: CyclicMotionStudy, path: str | os.PathLike[str]) -> Path:
     """Write a PNG of the sleeve's amplitude against speed fluctuation over insensitivity band. Returns the path."""
     figure = _new_figure("Twitching begins where the speed fluctuation exceeds the insensitivity band", study.title)
-    axes = _add_axes(
-        figure, _AXES_RECT, "speed fluctuation / insensitivity band", "sleeve, lowest to highest in a turn, mm"
-    )
+    axes = _add_axes(figure, _AXES_RECT, "speed fluctuation / insensitivity band", "sleeve, lowest to highest in a turn, mm")
     order = np.argsort(study.fluctuation_ratios)
     fluctuation_ratios, amplitudes = study.fluctuation_ratios[order], study.amplitudes[order] * _MM_PER_M
     axes.axvspan(0.0, study.threshold, color=SKY, alpha=0.18, linewidth=0)
@@ -67,13 +49,8 @@ def cyclic_figure(study: CyclicMotionStudy, path: str | os.PathLike[str]) -> Pat
     excess = study.fluctuation_ratios - study.threshold
     above_threshold = (excess > 0) & (study.amplitudes > 0)
     if np.sum(above_threshold) > 2:
-        _draw_onset(
-            figure, study, np.sort(excess[above_threshold]), np.sort(study.amplitudes[above_threshold]) * _MM_PER_M
-        )
-    _write_footnote(
-        figure,
-        f"band {study.insensitivity_band:.4f} of the mean speed; counted in the last of {study.n_turns + 1} turns",
-    )
+        _draw_onset(figure, study, np.sort(excess[above_threshold]), np.sort(study.amplitudes[above_threshold]) * _MM_PER_M)
+    _write_footnote(figure, f"band {study.insensitivity_band:.4f} of the mean speed; counted in the last of {study.n_turns + 1} turns")
     return _save_png(figure, path)
 
 
@@ -97,32 +74,21 @@ def clearance_figure(studies: Sequence[ClearanceStudy], path: str | os.PathLike[
     for study in studies:
         if study.amplitude_without_clearance == 0:
             raise MechanismError(f"{study.title!r} stands still without play: there is nothing to compare with")
-    figure = _new_figure(
-        "Small play is no remedy against twitching", "a wide one is, where the balls can swing within it"
-    )
-    axes = _add_axes(
-        figure, (0.11, 0.19, 0.85, 0.64), "play between links and sleeve, mm", "twitch / twitch without play"
-    )
+    figure = _new_figure("Small play is no remedy against twitching", "a wide one is, where the balls can swing within it")
+    axes = _add_axes(figure, (0.11, 0.19, 0.85, 0.64), "play between links and sleeve, mm", "twitch / twitch without play")
     for study, colour in zip(studies, SERIES_COLOURS, strict=False):
         order = np.argsort(study.clearances)
-        clearances, ratio = (
-            study.clearances[order] * _MM_PER_M,
-            study.amplitudes[order] / study.amplitude_without_clearance,
-        )
+        clearances, ratio = (study.clearances[order] * _MM_PER_M, study.amplitudes[order] / study.amplitude_without_clearance)
         is_stationary = ratio == 0
         plotted = np.where(is_stationary, _ZERO_PLOTTED_AT, ratio)
         axes.plot(clearances, plotted, color=colour, linewidth=1.0)
         axes.plot(clearances[~is_stationary], plotted[~is_stationary], "o", color=colour, markersize=4.5)
-        axes.plot(
-            clearances[is_stationary], plotted[is_stationary], "o", color=colour, markerfacecolor=PAPER, markersize=6
-        )
+        axes.plot(clearances[is_stationary], plotted[is_stationary], "o", color=colour, markerfacecolor=PAPER, markersize=6)
         largest = int(np.argmax(plotted))
         note = axes.annotate(study.title, (clearances[largest], plotted[largest]), (4, 8), textcoords="offset points")
         note.set(color=colour, fontsize=8.5, fontfamily=SANS_FONT, parse_math=False)
         if is_stationary.any():
-            note = axes.annotate(
-                "stands still", (clearances[is_stationary][-1], _ZERO_PLOTTED_AT), (0, 9), textcoords="offset points"
-            )
+            note = axes.annotate("stands still", (clearances[is_stationary][-1], _ZERO_PLOTTED_AT), (0, 9), textcoords="offset points")
             note.set(color=colour, fontsize=8.5, fontfamily=SANS_FONT, ha="right")
     axes.set_xscale("log")
     axes.set_yscale("log")
@@ -150,18 +116,12 @@ def settling_figure(study: SettlingStudy, path: str | os.PathLike[str]) -> Path:
     _use_plain_numbers(axes, x=True)
     axes.set_ylim(0.0, 1.08 * float(times.max()))
     note = axes.annotate(
-        f"{best_time:.3g} s with {best_damping:.3g} N s/m",
-        (best_damping, best_time),
-        (0, -16),
-        textcoords="offset points",
+        f"{best_time:.3g} s with {best_damping:.3g} N s/m", (best_damping, best_time), (0, -16), textcoords="offset points"
     )
     note.set(ha="center", color=VERMILLION, fontsize=8.5, fontfamily=SANS_FONT)
     _write_note(axes, 0.12, 0.30, "swings", MUTED)
     _write_note(axes, 0.86, 0.30, "creeps", MUTED)
-    _write_footnote(
-        figure,
-        f"from the change of load until the arms stay within {study.tolerance:.0%} of their way about the new rest",
-    )
+    _write_footnote(figure, f"from the change of load until the arms stay within {study.tolerance:.0%} of their way about the new rest")
     return _save_png(figure, path)
 
 
@@ -173,22 +133,8 @@ def fold_jump_figure(study: FoldJumpStudy, path: str | os.PathLike[str]) -> Path
     order = np.argsort(study.ramp_rates)
     rates = study.ramp_rates[order]
     kinds = (
-        (
-            study.rising_speeds[order],
-            study.stop_speed,
-            study.rising_delay[order],
-            VERMILLION,
-            "up",
-            study.rising_exponent,
-        ),
-        (
-            study.falling_speeds[order],
-            study.fold_speed,
-            study.falling_delay[order],
-            BLUE,
-            "down",
-            study.falling_exponent,
-        ),
+        (study.rising_speeds[order], study.stop_speed, study.rising_delay[order], VERMILLION, "up", study.rising_exponent),
+        (study.falling_speeds[order], study.fold_speed, study.falling_delay[order], BLUE, "down", study.falling_exponent),
     )
     for speeds, static, delay, colour, words, exponent in kinds:
         left.axhline(static, color=colour, linewidth=0.9, linestyle=(0, (5, 3)))
@@ -199,18 +145,14 @@ def fold_jump_figure(study: FoldJumpStudy, path: str | os.PathLike[str]) -> Path
         note = left.annotate(f"{words}, {static:.6g}", position, (0, shift), textcoords="offset points")
         note.set(color=colour, fontsize=8, fontfamily=SANS_FONT)
     if np.all(np.isfinite(study.asymptotic_delay)):
-        right.loglog(
-            rates, study.asymptotic_delay[order], color=INK, linewidth=0.9, label="law of the fold, rate^(2/3)"
-        )
+        right.loglog(rates, study.asymptotic_delay[order], color=INK, linewidth=0.9, label="law of the fold, rate^(2/3)")
     rising_law = _rising_delay_law(study, rates, study.rising_delay[order])
     right.loglog(rates, rising_law, color=MUTED, linewidth=0.9, label="rate x ln(1 / rate) / growth")
     low, high = left.get_ylim()
     left.set_ylim(low - 0.05 * (high - low), high)
     right.legend(frameon=False, fontsize=7.5, loc="upper left", handlelength=1.4, borderaxespad=0.2)
     right.set_ylim(top=12 * float(study.rising_delay.max()))
-    passage = (
-        f"passage of the arms through {np.degrees(study.fold_position):.4g} deg, where the equilibrium speed is least"
-    )
+    passage = f"passage of the arms through {np.degrees(study.fold_position):.4g} deg, where the equilibrium speed is least"
     growth = f"growth on the stop {study.growth_rate:.4g} 1/s, shown by the delays {study.rising_growth_rate}"
     _write_footnote(figure, f"{passage}; {growth}")
     return _save_png(figure, path)

@@ -30,9 +30,7 @@ _MAX_SHOWN_SPEED_RATIO = 1.6
 """Speeds up to so many times the middle one are shown: toward a dead centre the curve has no end."""
 
 
-def speed_curve_figure(
-    scene: Scene, curve: SpeedCurve, path: str | os.PathLike[str], equilibria: Sequence[Equilibrium] = ()
-) -> Path:
+def speed_curve_figure(scene: Scene, curve: SpeedCurve, path: str | os.PathLike[str], equilibria: Sequence[Equilibrium] = ()) -> Path:
     """Write a PNG of speed against travel: stable solid, unstable dashed, folds and equilibria marked.
 
     Returns the path. An exception leaves no file behind.
@@ -54,9 +52,7 @@ def speed_curve_figure(
 
 
 def _draw(axes: Axes, scene: Scene, curve: SpeedCurve, equilibria: Sequence[Equilibrium]) -> None:
-    unit, factor = display_unit_of(
-        "rad" if scene.part.mechanism.reading(curve.coordinate_name).quantity == "angle" else "m"
-    )
+    unit, factor = display_unit_of("rad" if scene.part.mechanism.reading(curve.coordinate_name).quantity == "angle" else "m")
     unit = unit.replace("°", "deg")
     low, high = _speed_limits(curve)
     axes.set_facecolor(PAPER)
@@ -104,16 +100,12 @@ def _draw_curve(axes: Axes, curve: SpeedCurve, factor: float) -> None:
             axes.plot(curve.coordinate * factor, speed_rpm, linestyle=style, color=BLUE, linewidth=1.6, label=words)
 
 
-def _draw_band(
-    axes: Axes, scene: Scene, curve: SpeedCurve, band: InsensitivityBand, factor: float, high: float
-) -> None:
+def _draw_band(axes: Axes, scene: Scene, curve: SpeedCurve, band: InsensitivityBand, factor: float, high: float) -> None:
     """Between the speeds that a resistance holds; beyond the figure it goes on without end."""
     slow, fast = (np.minimum(speed * _RPM_PER_RAD_S, 2 * high) for speed in (band.falling_speed, band.rising_speed))
     unit = "N m" if scene.part.mechanism.reading(band.against).quantity == "angle" else "N"
     words = f"held by {band.resistance:g} {unit} at the {band.against.replace('_', ' ')}"
-    axes.fill_between(
-        curve.coordinate * factor, slow, fast, where=curve.has_equilibrium, color=SKY, alpha=0.25, label=words
-    )
+    axes.fill_between(curve.coordinate * factor, slow, fast, where=curve.has_equilibrium, color=SKY, alpha=0.25, label=words)
 
 
 def _mark_folds(axes: Axes, curve: SpeedCurve, factor: float) -> None:

@@ -47,8 +47,7 @@ def sweep_figure(sweep: Sweep, path: str | os.PathLike[str]) -> Path:
         raise MechanismError(f"a figure's name must end in .png; got {target.name!r}")
     if len(sweep.axes) > _MAX_SWEEP_AXES:
         raise MechanismError(
-            f"a figure shows at most {_MAX_SWEEP_AXES} keys, and this sweep varies {len(sweep.axes)}; "
-            "draw none, or sweep over fewer"
+            f"a figure shows at most {_MAX_SWEEP_AXES} keys, and this sweep varies {len(sweep.axes)}; draw none, or sweep over fewer"
         )
     figure = _draw_curves(sweep) if len(sweep.axes) == 1 else draw_heatmaps(sweep)
     with atomic_write(target) as temporary:
@@ -66,13 +65,7 @@ def _draw_curves(sweep: Sweep) -> Figure:
     height = _HEADER_HEIGHT + _FOOTER_HEIGHT + _PANEL_HEIGHT * len(groups)
     figure = Figure(figsize=(_FIGURE_WIDTH, height), dpi=_DPI, facecolor=PAPER)
     grid = figure.add_gridspec(
-        len(groups),
-        1,
-        left=0.1,
-        right=0.76,
-        top=1 - (_HEADER_HEIGHT + 0.2) / height,
-        bottom=_FOOTER_HEIGHT / height,
-        hspace=0.38,
+        len(groups), 1, left=0.1, right=0.76, top=1 - (_HEADER_HEIGHT + 0.2) / height, bottom=_FOOTER_HEIGHT / height, hspace=0.38
     )
     for k, group in enumerate(groups.values()):
         axes = figure.add_subplot(grid[k, 0])
@@ -99,12 +92,7 @@ def _draw_panel(axes: Axes, sweep: Sweep, axis_scale: SweepAxisScale, group: Seq
         marker = "o" if len(values) <= 60 else ""
         colour = SERIES_COLOURS[k % len(SERIES_COLOURS)]
         (line,) = axes.plot(
-            axis_scale.positions,
-            values,
-            linestyle=style if axis_scale.is_numeric else "",
-            marker=marker,
-            markersize=3.5,
-            color=colour,
+            axis_scale.positions, values, linestyle=style if axis_scale.is_numeric else "", marker=marker, markersize=3.5, color=colour
         )
         line.set(linewidth=1.5, label=textwrap.fill(quantity.name.replace("_", " "), _MAX_NAME_LETTERS))
         handles.append(line)
@@ -116,9 +104,7 @@ def _draw_panel(axes: Axes, sweep: Sweep, axis_scale: SweepAxisScale, group: Seq
     axis_scale.apply_to(axes, "x")
     handles += _mark_failures(axes, sweep, axis_scale)
     if len(handles) > 1:
-        legend = axes.legend(
-            handles=handles, loc="upper left", bbox_to_anchor=(1.015, 1.02), frameon=False, fontsize=8.5
-        )
+        legend = axes.legend(handles=handles, loc="upper left", bbox_to_anchor=(1.015, 1.02), frameon=False, fontsize=8.5)
         for text in legend.get_texts():
             text.set(color=INK, fontfamily=SANS_FONT, parse_math=False)
     heading = label_with_unit(group[0].name, unit) if len(group) == 1 else unit or "value"
@@ -132,14 +118,10 @@ def _mark_failures(axes: Axes, sweep: Sweep, axis_scale: SweepAxisScale) -> list
     """A mark on the lower edge for each row that ended otherwise, by its outcome."""
     outcomes = np.array([row.outcome if not row.ok else "" for row in sweep.rows])[axis_scale.order]
     handles = []
-    for outcome, marker in zip(
-        (name for name in sweep.outcomes if name in outcomes), cycle(_FAILURE_MARKERS), strict=False
-    ):
+    for outcome, marker in zip((name for name in sweep.outcomes if name in outcomes), cycle(_FAILURE_MARKERS), strict=False):
         positions = axis_scale.positions[outcomes == outcome]
         words = f"{outcome.replace('_', ' ')} ({len(positions)})"
-        (line,) = axes.plot(
-            positions, np.zeros(len(positions)), transform=axes.get_xaxis_transform(), label=words, clip_on=False
-        )
+        (line,) = axes.plot(positions, np.zeros(len(positions)), transform=axes.get_xaxis_transform(), label=words, clip_on=False)
         line.set(linestyle="", marker=marker, markersize=5, color=VERMILLION, zorder=5)
         handles.append(line)
     return handles

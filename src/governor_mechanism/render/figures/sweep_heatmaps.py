@@ -76,12 +76,8 @@ class SweepAxisScale:
         is_logarithmic = axis.is_numeric and values[0] > 0 and values[-1] >= _MIN_LOGARITHMIC_RATIO * values[0]
         transformed = np.log(values) if is_logarithmic else values
         midpoints = (transformed[1:] + transformed[:-1]) / 2
-        outer_half_widths = (
-            (midpoints[0] - transformed[0], transformed[-1] - midpoints[-1]) if len(transformed) > 1 else (0.5, 0.5)
-        )
-        edges = np.concatenate(
-            [[transformed[0] - outer_half_widths[0]], midpoints, [transformed[-1] + outer_half_widths[1]]]
-        )
+        outer_half_widths = (midpoints[0] - transformed[0], transformed[-1] - midpoints[-1]) if len(transformed) > 1 else (0.5, 0.5)
+        edges = np.concatenate([[transformed[0] - outer_half_widths[0]], midpoints, [transformed[-1] + outer_half_widths[1]]])
         return cls(
             label=label_with_unit(axis.key, unit if axis.is_numeric else ""),
             positions=values,
@@ -124,23 +120,14 @@ def draw_heatmaps(sweep: Sweep) -> Figure:
     """A row of maps for each quantity: one map, or one for each value of the third key."""
     third_indices = _shown_third_indices(sweep)
     is_two_dimensional = len(sweep.axes) == 2
-    map_scale = (
-        _SINGLE_MAP_RATIO if is_two_dimensional and len(sweep.quantities) == 1 else 1.2 if is_two_dimensional else 1.0
-    )
+    map_scale = _SINGLE_MAP_RATIO if is_two_dimensional and len(sweep.quantities) == 1 else 1.2 if is_two_dimensional else 1.0
     columns = min(len(sweep.quantities), 2) if is_two_dimensional else len(third_indices)
     rows = -(-len(sweep.quantities) // columns) if is_two_dimensional else len(sweep.quantities)
     colour_bar_space = _RIGHT_MARGIN if is_two_dimensional else 0.0
     map_width, map_height = _MAP_WIDTH * map_scale, _MAP_HEIGHT * map_scale
     map_spacing = _MAP_SPACING_X + (colour_bar_space + 0.55 if is_two_dimensional else 0.0)
     width = _LEFT_MARGIN + columns * map_width + (columns - 1) * map_spacing + _RIGHT_MARGIN
-    height = (
-        _TOP_MARGIN
-        + 0.25
-        + rows * map_height
-        + (rows - 1) * (_MAP_SPACING_Y + 0.1)
-        + _BOTTOM_MARGIN
-        + _legend_height(sweep)
-    )
+    height = _TOP_MARGIN + 0.25 + rows * map_height + (rows - 1) * (_MAP_SPACING_Y + 0.1) + _BOTTOM_MARGIN + _legend_height(sweep)
     figure = Figure(figsize=(width, height), dpi=_DPI, facecolor=PAPER)
 
     def add_map_axes(row: int, column: int) -> Axes:
@@ -173,13 +160,7 @@ def _shown_third_indices(sweep: Sweep) -> list[int]:
 
 
 def _draw_map_row(
-    figure: Figure,
-    sweep: Sweep,
-    quantity: RunQuantity,
-    map_axes: list[Axes],
-    third_indices: list[int],
-    *,
-    is_last_row: bool,
+    figure: Figure, sweep: Sweep, quantity: RunQuantity, map_axes: list[Axes], third_indices: list[int], *, is_last_row: bool
 ) -> None:
     factor, unit = quantity.display_unit
     axis_scales = [SweepAxisScale.from_axis(axis) for axis in sweep.axes]
@@ -188,15 +169,11 @@ def _draw_map_row(
     finite = values[np.isfinite(values)]
     value_range = (float(finite.min()), float(finite.max())) if finite.size else (0.0, 1.0)
     is_uniform = value_range[1] - value_range[0] < _UNIFORM_TOLERANCE * max(map(abs, value_range))
-    norm = Normalize(
-        *(axis_limits_for(np.array(value_range)) if is_uniform or value_range[0] == value_range[1] else value_range)
-    )
+    norm = Normalize(*(axis_limits_for(np.array(value_range)) if is_uniform or value_range[0] == value_range[1] else value_range))
     order = np.ix_(axis_scales[0].order, axis_scales[1].order)
     mesh: Any = None
     for axes, third_index in zip(map_axes, third_indices, strict=True):
-        mesh = _draw_map(
-            axes, axis_scales, values[..., third_index][order].T, outcomes[..., third_index][order].T, sweep, norm
-        )
+        mesh = _draw_map(axes, axis_scales, values[..., third_index][order].T, outcomes[..., third_index][order].T, sweep, norm)
         if axes is map_axes[0]:
             axes.set_ylabel(axis_scales[1].label, color=INK, fontsize=9.5, fontfamily=SERIF_FONT)
         else:
@@ -215,19 +192,12 @@ def _third_key_label(sweep: Sweep, index: int) -> str:
 
 
 def _draw_map(
-    axes: Axes,
-    axis_scales: list[SweepAxisScale],
-    values: FloatArray,
-    outcomes: NDArray[Any],
-    sweep: Sweep,
-    norm: Normalize,
+    axes: Axes, axis_scales: list[SweepAxisScale], values: FloatArray, outcomes: NDArray[Any], sweep: Sweep, norm: Normalize
 ) -> Any:
     """One map; cells of rows that ended otherwise are hatched by their outcomes, and grey where there is no number."""
     x_edges, y_edges = axis_scales[0].edges, axis_scales[1].edges
     axes.set_facecolor(PAPER)
-    mesh = axes.pcolormesh(
-        x_edges, y_edges, np.ma.masked_invalid(values), cmap=_SWEEP_COLOUR_MAP, norm=norm, rasterized=True
-    )
+    mesh = axes.pcolormesh(x_edges, y_edges, np.ma.masked_invalid(values), cmap=_SWEEP_COLOUR_MAP, norm=norm, rasterized=True)
     for outcome, (colour, hatch) in zip(_failure_outcomes(sweep), cycle(_FAILURE_STYLES), strict=False):
         has_outcome = outcomes == outcome
         cells = np.ma.masked_where(~has_outcome, np.zeros(values.shape))
@@ -263,36 +233,22 @@ def _failure_outcomes(sweep: Sweep) -> list[str]:
 
 
 def _legend_height(sweep: Sweep) -> float:
-    return (
-        0.3
-        if _failure_outcomes(sweep) or (len(sweep.axes) == 3 and len(_shown_third_indices(sweep)) < sweep.shape[2])
-        else 0.0
-    )
+    return 0.3 if _failure_outcomes(sweep) or (len(sweep.axes) == 3 and len(_shown_third_indices(sweep)) < sweep.shape[2]) else 0.0
 
 
 def _draw_legend(figure: Figure, sweep: Sweep, width: float, height: float) -> None:
     """The outcomes of cells without a number, and how many values of a third key are left out."""
     counts = sweep.outcomes
     handles = [
-        Patch(
-            facecolor=colour,
-            edgecolor=MUTED,
-            hatch=hatch,
-            linewidth=0.6,
-            label=f"{name.replace('_', ' ')} ({counts[name]})",
-        )
+        Patch(facecolor=colour, edgecolor=MUTED, hatch=hatch, linewidth=0.6, label=f"{name.replace('_', ' ')} ({counts[name]})")
         for name, (colour, hatch) in zip(_failure_outcomes(sweep), cycle(_FAILURE_STYLES), strict=False)
     ]
     if handles:
         corner = (0.2 / width, 0.02 / height)
-        legend = figure.legend(
-            handles=handles, loc="lower left", bbox_to_anchor=corner, ncols=len(handles), frameon=False
-        )
+        legend = figure.legend(handles=handles, loc="lower left", bbox_to_anchor=corner, ncols=len(handles), frameon=False)
         for name in legend.get_texts():
             name.set(color=INK, fontsize=8.5, fontfamily=SANS_FONT)
     third_indices = _shown_third_indices(sweep)
     if len(sweep.axes) == 3 and len(third_indices) < sweep.shape[2]:
-        words = (
-            f"{len(third_indices)} of the {sweep.shape[2]} values of {label_with_unit(sweep.axes[2].key, '')} are shown"
-        )
+        words = f"{len(third_indices)} of the {sweep.shape[2]} values of {label_with_unit(sweep.axes[2].key, '')} are shown"
         figure.text(1 - 0.2 / width, 0.12 / height, words, color=MUTED, fontsize=8, fontfamily=SANS_FONT, ha="right")

@@ -105,9 +105,7 @@ def _plot_reading(axes: Axes, run: Trajectory, name: str, values: FloatArray) ->
         _write_side_note(axes, f"error estimate {format_rounded_up(error * factor)} {unit}")
 
 
-def _plot_error(
-    axes: Axes, times: FloatArray, values: FloatArray, heading: tuple[str, str], reference_scale: float
-) -> None:
+def _plot_error(axes: Axes, times: FloatArray, values: FloatArray, heading: tuple[str, str], reference_scale: float) -> None:
     """A quantity that an exact run keeps at zero, on a logarithmic axis; a few last bits of `whole` are nothing."""
     _style_axes(axes, *heading)
     if values.max() <= 4 * np.finfo(float).eps * reference_scale:
@@ -117,9 +115,7 @@ def _plot_error(
         return
     axes.set_yscale("log")
     axes.plot(times, np.maximum(values, _MIN_PLOTTED_ERROR), color=VERMILLION, linewidth=0.9)
-    low, high = (
-        10.0 ** math.floor(math.log10(max(v, _MIN_PLOTTED_ERROR))) for v in (np.percentile(values, 5), values.max())
-    )
+    low, high = (10.0 ** math.floor(math.log10(max(v, _MIN_PLOTTED_ERROR))) for v in (np.percentile(values, 5), values.max()))
     axes.set_ylim(low, 10 * high)
     axes.yaxis.set_major_locator(LogLocator(numticks=5))
     axes.yaxis.set_minor_locator(NullLocator())
@@ -127,17 +123,7 @@ def _plot_error(
 
 
 def _write_side_note(axes: Axes, words: str) -> None:
-    axes.text(
-        1.0,
-        1.06,
-        words,
-        transform=axes.transAxes,
-        color=MUTED,
-        fontsize=8,
-        ha="right",
-        va="baseline",
-        fontfamily=SANS_FONT,
-    )
+    axes.text(1.0, 1.06, words, transform=axes.transAxes, color=MUTED, fontsize=8, ha="right", va="baseline", fontfamily=SANS_FONT)
 
 
 def _style_axes(axes: Axes, name: str, unit: str) -> None:

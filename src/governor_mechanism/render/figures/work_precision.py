@@ -19,12 +19,7 @@ from governor_mechanism.errors import MechanismError
 from governor_mechanism.files.atomic_write import atomic_write
 from governor_mechanism.render.style import BLUE, GREEN, INK, MUTED, PAPER, RULE, SANS_FONT, SERIF_FONT, SKY, VERMILLION
 from governor_mechanism.studies.regression import FittedParameter
-from governor_mechanism.studies.work_precision.results import (
-    AccuracyStudy,
-    EngineVariant,
-    WorkPrecisionPoint,
-    format_wall_time,
-)
+from governor_mechanism.studies.work_precision.results import AccuracyStudy, EngineVariant, WorkPrecisionPoint, format_wall_time
 from governor_mechanism.types import FloatArray
 
 _FIGURE_WIDTH, _FIGURE_HEIGHT, _DPI = 8.4, 5.6, 100
@@ -51,9 +46,7 @@ _VARIANT_STYLES = {
 """Colour and marker of a variant."""
 
 
-def work_precision_figure(
-    study: AccuracyStudy, path: str | os.PathLike[str], requested_error: float | None = None
-) -> Path:
+def work_precision_figure(study: AccuracyStudy, path: str | os.PathLike[str], requested_error: float | None = None) -> Path:
     """Write a PNG: error against time for every setting; `wanted` is an error to mark, and what reaches it quickest.
 
     Returns the path. An exception leaves no file behind.
@@ -81,9 +74,7 @@ def work_precision_figure(
     size = min(14.0, 14.0 * _MAX_TITLE_LETTERS / len(study.scene.title)) if study.scene.title else 14.0
     title = figure.text(0.02, 0.945, f"{study.scene.title}: error against time", fontsize=size, va="center")
     title.set(color=INK, fontfamily=SERIF_FONT, parse_math=False)
-    subtitle = figure.text(
-        0.02, 0.895, _reference_text(study), fontsize=8, va="center", color=MUTED, fontfamily=SANS_FONT
-    )
+    subtitle = figure.text(0.02, 0.895, _reference_text(study), fontsize=8, va="center", color=MUTED, fontfamily=SANS_FONT)
     subtitle.set_parse_math(False)
     with atomic_write(target) as temporary:
         canvas: Any = FigureCanvasAgg(figure)
@@ -108,13 +99,9 @@ class LabelPlacer:
         self._axes = axes
         self._axes_box = axes.get_window_extent()
         self._occupied_boxes: list[Bbox] = []
-        self._curve_points = (
-            np.concatenate([self._sample_curve(*line) for line in lines]) if lines else np.empty((0, 2))
-        )
+        self._curve_points = np.concatenate([self._sample_curve(*line) for line in lines]) if lines else np.empty((0, 2))
 
-    def place_label(
-        self, words: str, x: float, y: float, colour: str, size: float, directions: Sequence[tuple[int, int]]
-    ) -> None:
+    def place_label(self, words: str, x: float, y: float, colour: str, size: float, directions: Sequence[tuple[int, int]]) -> None:
         """Write words beside a point (data), where they cover least; `places` are signs of how far right and up."""
         pixels_per_point = _DPI / 72
         width, height = _LETTER_WIDTH_RATIO * size * pixels_per_point * len(words), 1.3 * size * pixels_per_point
@@ -122,15 +109,11 @@ class LabelPlacer:
         boxes = []
         for right, up in directions:
             low = at_x + right * _LABEL_DISTANCE_PIXELS + (right - 1) / 2 * width
-            boxes.append(
-                Bbox.from_bounds(low, at_y + up * (_LABEL_DISTANCE_PIXELS + height / 2) - height / 2, width, height)
-            )
+            boxes.append(Bbox.from_bounds(low, at_y + up * (_LABEL_DISTANCE_PIXELS + height / 2) - height / 2, width, height))
         box = min(boxes, key=self._overlap_cost)
         self._occupied_boxes.append(box)
         left, middle = self._axes.transData.inverted().transform((box.x0, (box.y0 + box.y1) / 2))
-        text = self._axes.text(
-            left, middle, words, color=colour, fontsize=size, fontfamily=SANS_FONT, va="center", zorder=5
-        )
+        text = self._axes.text(left, middle, words, color=colour, fontsize=size, fontfamily=SANS_FONT, va="center", zorder=5)
         text.set_parse_math(False)
 
     def reserve(self, x: float, y: float) -> None:
@@ -144,9 +127,7 @@ class LabelPlacer:
         return np.concatenate([ends, *parts])
 
     def _overlap_cost(self, box: Bbox) -> float:
-        covered_points = np.all(
-            (self._curve_points > np.asarray(box.min) - 3) & (self._curve_points < np.asarray(box.max) + 3), axis=1
-        )
+        covered_points = np.all((self._curve_points > np.asarray(box.min) - 3) & (self._curve_points < np.asarray(box.max) + 3), axis=1)
         n_overlaps = sum(box.overlaps(other) for other in self._occupied_boxes)
         outside = not (self._axes_box.contains(*box.min) and self._axes_box.contains(*box.max))
         return float(covered_points.sum()) + 100.0 * n_overlaps + 1000.0 * outside
@@ -180,9 +161,7 @@ def _variant_style(variant: EngineVariant) -> tuple[str, str]:
 def _mark_requested_error(axes: Axes, study: AccuracyStudy, requested_error: float, placer: LabelPlacer) -> None:
     axes.axhline(requested_error, color=INK, linewidth=1.0, linestyle=(0, (5, 3)), zorder=2)
     placer.place_label(f"asked {requested_error:g}", axes.get_xlim()[1], requested_error, INK, 8.5, ((-1, 1), (-1, -1)))
-    cheapest_points = [
-        point for variant in study.variants if (point := variant.cheapest_for(requested_error)) is not None
-    ]
+    cheapest_points = [point for variant in study.variants if (point := variant.cheapest_for(requested_error)) is not None]
     positions = [(1e3 * point.wall_time, _plotted_error(point, study)) for point in cheapest_points]
     for x, y in positions:
         axes.plot([x], [y], marker="o", markersize=11, markerfacecolor="none", markeredgecolor=INK, zorder=4)
@@ -193,10 +172,7 @@ def _mark_requested_error(axes: Axes, study: AccuracyStudy, requested_error: flo
 
 def _style_axes(axes: Axes, study: AccuracyStudy, requested_error: float | None) -> None:
     milliseconds = [1e3 * point.wall_time for point in study.points] or [1.0, 10.0]
-    errors = [
-        *(_plotted_error(point, study) for point in study.points),
-        *([] if requested_error is None else [requested_error]),
-    ] or [1.0]
+    errors = [*(_plotted_error(point, study) for point in study.points), *([] if requested_error is None else [requested_error])] or [1.0]
     floor = study.reference.resolvable_error
     axes.set_facecolor(PAPER)
     axes.set_xscale("log")

@@ -93,9 +93,7 @@ def interpolate_frame_data(
     )
 
 
-def _interpolate_hermite(
-    times: FloatArray, values: FloatArray, rates: FloatArray, query_times: FloatArray
-) -> FloatArray:
+def _interpolate_hermite(times: FloatArray, values: FloatArray, rates: FloatArray, query_times: FloatArray) -> FloatArray:
     """Cubic Hermite interpolation along the first axis; times (n,) rise, `wanted` (f,) lies within them."""
     if len(times) == 1:
         return np.repeat(values, len(query_times), axis=0)

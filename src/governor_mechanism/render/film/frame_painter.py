@@ -35,32 +35,10 @@ from governor_mechanism.render.film.layout import (
 from governor_mechanism.render.film.reading_panel import READING_NOISE_RATIO, ReadingPlot, ReadingSeries
 from governor_mechanism.render.film.shared_limits import SharedLimits
 from governor_mechanism.render.geometry.primitives import Circle, DrawnShape, Lines, Vec2, round_step
-from governor_mechanism.render.machines.registry import (
-    SWEEP_ARC_CAPTION,
-    background_shapes,
-    drawing_of,
-    moving_shapes,
-    plan_shapes,
-)
-from governor_mechanism.render.number_format import (
-    display_unit_of,
-    format_closing_lines,
-    format_film_speed,
-    format_numbers,
-)
+from governor_mechanism.render.machines.registry import SWEEP_ARC_CAPTION, background_shapes, drawing_of, moving_shapes, plan_shapes
+from governor_mechanism.render.number_format import display_unit_of, format_closing_lines, format_film_speed, format_numbers
 from governor_mechanism.render.run_extents import measure_run_extents
-from governor_mechanism.render.style import (
-    GREEN,
-    INK,
-    MUTED,
-    PAPER,
-    RULE,
-    SANS_FONT,
-    SERIES_COLOURS,
-    SERIF_FONT,
-    VERMILLION,
-    Brush,
-)
+from governor_mechanism.render.style import GREEN, INK, MUTED, PAPER, RULE, SANS_FONT, SERIES_COLOURS, SERIF_FONT, VERMILLION, Brush
 
 FRAME_DPI = 64
 """A power of two, so that size / DPI * DPI is exactly the size."""
@@ -117,13 +95,7 @@ class FramePainter:
     """The figure of one film. `move(k)` puts every artist where it stands in frame k; `paint(k)` gives its pixels."""
 
     def __init__(
-        self,
-        run: Trajectory,
-        frame_data: FrameData,
-        size: int = 480,
-        *,
-        shared_limits: SharedLimits | None = None,
-        animated: bool = True,
+        self, run: Trajectory, frame_data: FrameData, size: int = 480, *, shared_limits: SharedLimits | None = None, animated: bool = True
     ) -> None:
         if size < MIN_FRAME_SIZE:
             raise MechanismError(f"size of a film must be at least {MIN_FRAME_SIZE} pixels; got {size}")
@@ -200,9 +172,7 @@ class FramePainter:
 
         def shapes_at(k: int) -> Sequence[DrawnShape]:
             angle, angle_step = float(frame_data.spindle_angle[k]), float(angle_steps[k])
-            return plan_shapes(
-                frame_data.part, frame_data.poses[k], angle, angle_step, ring_radius, frame_data.effect_state
-            )
+            return plan_shapes(frame_data.part, frame_data.poses[k], angle, angle_step, ring_radius, frame_data.effect_state)
 
         lines = [(text, MUTED) for text in drawing_of(frame_data.part).plan_caption]
         lines += [(text, GREEN) for text in SWEEP_ARC_CAPTION]
@@ -223,17 +193,11 @@ class FramePainter:
             reading_colour = GREEN if name == "spindle_speed" else colour
             noise = READING_NOISE_RATIO * frame_data.scales.get(name, 0.0) * factor
             limits = self._shared_limits.axis_limits.get(name)
-            series = ReadingSeries(
-                time_span=frame_data.time_span, times=frame_data.times, values=values, noise=noise, axis_limits=limits
-            )
+            series = ReadingSeries(time_span=frame_data.time_span, times=frame_data.times, values=values, noise=noise, axis_limits=limits)
             plots.append(ReadingPlot(self.figure, rect, reading_colour, series, self._points_per_pixel))
             left, top, right, _ = rect
             max_width = (
-                self._add_number(
-                    format_numbers(values), unit, (right, top + 7), 12, color=reading_colour, fontweight="bold"
-                )
-                - left
-                - 8
+                self._add_number(format_numbers(values), unit, (right, top + 7), 12, color=reading_colour, fontweight="bold") - left - 8
             )
             self._add_text(name.replace("_", " "), (left, top + 7), 12.5, fontfamily=SERIF_FONT, max_width=max_width)
         return plots
@@ -256,11 +220,7 @@ class FramePainter:
         Returns where the longest number begins.
         """
         gap = 0.0 if unit == "°" else 0.35 * height
-        width = (
-            self._add_text(unit, position, height, ha="right", **style)
-            .get_window_extent(self._canvas.get_renderer())
-            .width
-        )
+        width = self._add_text(unit, position, height, ha="right", **style).get_window_extent(self._canvas.get_renderer()).width
         number_position = (position[0] - width * REFERENCE_SIZE / self._size - gap, position[1])
         text = self._add_text(max(texts, key=len), number_position, height, ha="right", **style)
         max_width = float(text.get_window_extent(self._canvas.get_renderer()).width) * REFERENCE_SIZE / self._size
@@ -269,18 +229,14 @@ class FramePainter:
 
     def _add_title_and_footer(self, run: Trajectory, max_title_width: float) -> None:
         """Title, rules, footer, caption and scale bar."""
-        self._add_text(
-            " ".join(self._shared_limits.title.split()), (12, 18), 15, fontfamily=SERIF_FONT, max_width=max_title_width
-        )
+        self._add_text(" ".join(self._shared_limits.title.split()), (12, 18), 15, fontfamily=SERIF_FONT, max_width=max_title_width)
         lines, is_failure = format_closing_lines(run, FRAME_CLOSING_LINE_LENGTH)
         rule_y, line_positions = CLOSING_LINE_LAYOUT[len(lines)]
         for y in (HEADER_RULE_Y, rule_y):
             self._add_line((12, y), (468, y), RULE)
         for text, y in zip(lines, line_positions, strict=True):
             size = 10 if len(lines) == 1 else 9.5
-            self._add_text(
-                text, (12, y), size, color=VERMILLION if is_failure else MUTED, max_width=456 if is_failure else 340
-            )
+            self._add_text(text, (12, y), size, color=VERMILLION if is_failure else MUTED, max_width=456 if is_failure else 340)
         if not is_failure:
             self._add_text(f"engine: {run.cost.engine}", (468, 470), 10, color=MUTED, ha="right")
         self._add_scale_bar()
@@ -295,10 +251,7 @@ class FramePainter:
         for x in (left, left + length * scale):
             self._add_line((x, y - 3), (x, y + 3), MUTED)
         self._add_text(f"{length * 1e3:g} mm", (left + length * scale + 6, y), 9.5, color=MUTED)
-        is_turning_plane, speed_text = (
-            self.frame_data.part.plane == TURNING_PLANE,
-            format_film_speed(self.frame_data.slow_down),
-        )
+        is_turning_plane, speed_text = (self.frame_data.part.plane == TURNING_PLANE, format_film_speed(self.frame_data.slow_down))
         text = (
             f"turning plane, {speed_text}"
             if is_turning_plane and speed_text
@@ -313,24 +266,14 @@ class FramePainter:
         """A thin line between two places in pixels of a 480-pixel picture."""
         xs, ys = zip(start, end, strict=True)
         line = Line2D(
-            [x / REFERENCE_SIZE for x in xs],
-            [1 - y / REFERENCE_SIZE for y in ys],
-            color=colour,
-            linewidth=0.8 * self._points_per_pixel,
+            [x / REFERENCE_SIZE for x in xs], [1 - y / REFERENCE_SIZE for y in ys], color=colour, linewidth=0.8 * self._points_per_pixel
         )
         self.figure.add_artist(line)
 
-    def _add_text(
-        self, content: str, position: Vec2, height: float, *, max_width: float | None = None, **style: Any
-    ) -> Words:
+    def _add_text(self, content: str, position: Vec2, height: float, *, max_width: float | None = None, **style: Any) -> Words:
         """Text at a place and of a height in pixels of a 480-pixel picture, made to fit into `room` pixels."""
         settings = {"color": INK, "fontfamily": SANS_FONT, "va": "center_baseline", "parse_math": False} | style
-        text = Words(
-            position[0] / REFERENCE_SIZE,
-            1 - position[1] / REFERENCE_SIZE,
-            content,
-            fontsize=height * self._points_per_pixel,
-        )
+        text = Words(position[0] / REFERENCE_SIZE, 1 - position[1] / REFERENCE_SIZE, content, fontsize=height * self._points_per_pixel)
         text.set(transform=self.figure.transFigure, **settings)
         self.figure.add_artist(text)
         if max_width is not None:

@@ -39,12 +39,8 @@ class Palette:
         blends = pixels[~np.isin(_pack_rgb(pixels), _pack_rgb(exact_table))]
         blend_table = np.empty((0, 3), dtype=np.uint8)
         if len(blends) and len(exact_table) < TRANSPARENT_INDEX:
-            chosen = Image.fromarray(blends[None]).quantize(
-                TRANSPARENT_INDEX - len(exact_table), kmeans=3, dither=Image.Dither.NONE
-            )
-            blend_table = np.array(chosen.getpalette(), dtype=np.uint8).reshape(-1, 3)[
-                : TRANSPARENT_INDEX - len(exact_table)
-            ]
+            chosen = Image.fromarray(blends[None]).quantize(TRANSPARENT_INDEX - len(exact_table), kmeans=3, dither=Image.Dither.NONE)
+            blend_table = np.array(chosen.getpalette(), dtype=np.uint8).reshape(-1, 3)[: TRANSPARENT_INDEX - len(exact_table)]
         self.colours: NDArray[np.uint8] = np.concatenate([exact_table, blend_table])
         self._nearest_index = self._build_lookup_table(len(exact_table))
         self.is_replaceable = self._find_replaceable(len(exact_table))
@@ -120,9 +116,7 @@ class GifWriter:
         self._flush()
         self._file.write(b";")
 
-    def _changed_patch(
-        self, frame: RgbaPixels, pixel_indices: NDArray[np.intp]
-    ) -> tuple[int, int, PaletteIndices] | None:
+    def _changed_patch(self, frame: RgbaPixels, pixel_indices: NDArray[np.intp]) -> tuple[int, int, PaletteIndices] | None:
         """Left, top and entries of the smallest rectangle of pixels that changed, with UNCHANGED between them."""
         entries = self._palette.indices_of(frame.reshape(-1, 4)[pixel_indices])
         shown_indices = self._shown_indices.reshape(-1)
@@ -141,9 +135,7 @@ class GifWriter:
         table = np.zeros((2**BITS_PER_PIXEL, 3), dtype=np.uint8)
         table[: len(self._palette.colours)] = self._palette.colours
         # 0xF0: a palette for all frames, eight bits per channel; the low bits are its size.
-        self._file.write(
-            b"GIF89a" + struct.pack("<HHBBB", width, height, 0xF0 | BITS_PER_PIXEL - 1, 0, 0) + table.tobytes()
-        )
+        self._file.write(b"GIF89a" + struct.pack("<HHBBB", width, height, 0xF0 | BITS_PER_PIXEL - 1, 0, 0) + table.tobytes())
         # The loop count 0 means: for ever.
         self._file.write(b"\x21\xff\x0bNETSCAPE2.0\x03\x01" + struct.pack("<H", 0) + b"\x00")
 

@@ -18,10 +18,7 @@ READINGS_RECT: PixelRect = (300.0, 46.0, 470.0, 452.0)
 DIAL_RECT: PixelRect = (300.0, 364.0, 388.0, 452.0)
 HEADER_RULE_Y, FOOTER_RULE_Y = 35.0, 459.0
 """Rules under the title and over the last line."""
-CLOSING_LINE_LAYOUT: dict[int, tuple[float, tuple[float, ...]]] = {
-    1: (FOOTER_RULE_Y, (470.0,)),
-    2: (456.0, (463.0, 473.3)),
-}
+CLOSING_LINE_LAYOUT: dict[int, tuple[float, tuple[float, ...]]] = {1: (FOOTER_RULE_Y, (470.0,)), 2: (456.0, (463.0, 473.3))}
 """By the number of last lines: the rule over them, and their middles."""
 
 

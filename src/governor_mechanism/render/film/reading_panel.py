@@ -60,9 +60,7 @@ class ReadingSeries:
 class ReadingPlot:
     """A small plot within `cell` (pixels of a 480-pixel picture); `pixel` is as many points as one of these has."""
 
-    def __init__(
-        self, figure: Figure, rect: PixelRect, colour: str, series: ReadingSeries, points_per_pixel: float
-    ) -> None:
+    def __init__(self, figure: Figure, rect: PixelRect, colour: str, series: ReadingSeries, points_per_pixel: float) -> None:
         time_span = series.time_span
         left, top, right, bottom = rect
         box = (left + LABEL_WIDTH, top + HEADING_HEIGHT, right - 3.0, bottom - TIME_LABEL_HEIGHT)
@@ -98,9 +96,7 @@ class ReadingPlot:
         axes.set_yticks([tick for tick in ticks if low <= tick <= high])
         format_plain_ticks(axes.yaxis, (low, high))
         axes.set_xticks(time_span, labels=[f"{time_span[0]:.4g}", f"{time_span[1]:.4g} s"])
-        axes.tick_params(
-            length=3 * points_per_pixel, width=0.8 * points_per_pixel, color=MUTED, pad=2 * points_per_pixel
-        )
+        axes.tick_params(length=3 * points_per_pixel, width=0.8 * points_per_pixel, color=MUTED, pad=2 * points_per_pixel)
         axes.tick_params(labelcolor=MUTED, labelsize=8.5 * points_per_pixel, labelfontfamily=SANS_FONT)
         axes.grid(axis="y", color=RULE, linewidth=0.7 * points_per_pixel)
         axes.set_axisbelow(True)

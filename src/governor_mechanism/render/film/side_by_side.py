@@ -49,9 +49,7 @@ def make_side_by_side(
     ring_radius = max(plan_ring_radius(data.part, data.run_poses, data.effect_state) for data in frame_data)
     limits = {name: _common_limits(frame_data, name) for data in frame_data for name in data.readings}
     shared_limits = [
-        SharedLimits(
-            title=name, box=(min(left), max(right), min(bottom), max(top)), ring_radius=ring_radius, axis_limits=limits
-        )
+        SharedLimits(title=name, box=(min(left), max(right), min(bottom), max(top)), ring_radius=ring_radius, axis_limits=limits)
         for name in names
     ]
     painters = [
@@ -66,9 +64,7 @@ def _common_limits(frame_data: Sequence[FrameData], name: str) -> tuple[float, f
     data_with_reading = [data for data in frame_data if name in data.readings]
     factor = display_unit_of(data_with_reading[0].units.get(name, ""))[1]
     values = np.concatenate([data.readings[name] for data in data_with_reading])
-    return axis_limits_for(
-        values * factor, READING_NOISE_RATIO * max(data.scales.get(name, 0.0) for data in data_with_reading) * factor
-    )
+    return axis_limits_for(values * factor, READING_NOISE_RATIO * max(data.scales.get(name, 0.0) for data in data_with_reading) * factor)
 
 
 def check_run_pair(runs: Sequence[Trajectory], titles: Sequence[str] | None) -> None:

@@ -130,9 +130,7 @@ def fit_film_view(run: Trajectory, *, size: int = 480, part: str | None = None) 
     """Where the machine stands in the pictures of a film: `film_view(run).pixel_of(x, y)` is a column and a row."""
     shown_part = find_part(run, part)
     return fit_view(
-        drawing_bounds(shown_part, part_poses_and_velocities(run, shown_part)[0], run.times, effect_state_of(run)),
-        ELEVATION_RECT,
-        size,
+        drawing_bounds(shown_part, part_poses_and_velocities(run, shown_part)[0], run.times, effect_state_of(run)), ELEVATION_RECT, size
     )
 
 
@@ -148,9 +146,7 @@ def choose_slow_down(duration: float) -> float:
     return 1.0 / round_step(duration / MAX_FILM_DURATION, 1)
 
 
-def schedule_frames(
-    start: float, stop: float, frames_per_second: float, slow_down: float = 1.0
-) -> tuple[FloatArray, list[int]]:
+def schedule_frames(start: float, stop: float, frames_per_second: float, slow_down: float = 1.0) -> tuple[FloatArray, list[int]]:
     """When the frames are (s), and how long each is shown (hundredths of a second, together the whole time,
     `slow` times as long as what they show).
 
@@ -175,9 +171,7 @@ def _select_time_span(run: Trajectory, start: float | None, stop: float | None) 
     first, last = float(run.times[0]), float(run.times[-1])
     begin, end = (first if start is None else start), (last if stop is None else stop)
     if not first <= begin <= end <= last:
-        raise MechanismError(
-            f"start and stop must lie within the run, {first:g}..{last:g} s, in this order; got {begin:g} and {end:g} s"
-        )
+        raise MechanismError(f"start and stop must lie within the run, {first:g}..{last:g} s, in this order; got {begin:g} and {end:g} s")
     return begin, end
 
 
@@ -186,11 +180,7 @@ def _select_slow_down(run: Trajectory, time_span: TimeSpan, requested: float | N
     begin, end = time_span
     if requested is None:
         # A piece of a run in true time is shown in true time, however short.
-        return (
-            1.0
-            if MIN_TRUE_TIME_DURATION <= run.times[-1] - run.times[0] <= MAX_TRUE_TIME_DURATION
-            else choose_slow_down(end - begin)
-        )
+        return 1.0 if MIN_TRUE_TIME_DURATION <= run.times[-1] - run.times[0] <= MAX_TRUE_TIME_DURATION else choose_slow_down(end - begin)
     if not (math.isfinite(requested) and requested > 0.0):
         raise MechanismError(f"slow_down must be a number above 0; got {requested:g}")
     if (end - begin) * requested > MAX_SLOWED_FILM_DURATION:
@@ -211,9 +201,7 @@ def _make_painter(
 ) -> Painter:
     if len(runs) == 1:
         return _make_frame_painter(runs[0], size, part, time_span, slow_down, times)
-    return make_side_by_side(
-        runs, titles, lambda run: interpolate_frame_data(run, find_part(run, part), time_span, times, slow_down), size
-    )
+    return make_side_by_side(runs, titles, lambda run: interpolate_frame_data(run, find_part(run, part), time_span, times, slow_down), size)
 
 
 def _make_frame_painter(

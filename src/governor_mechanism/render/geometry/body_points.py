@@ -49,9 +49,7 @@ def point_path(mechanism: Mechanism, poses: FloatArray, point: Point) -> FloatAr
     return np.stack([x + c * point.x - s * point.y, y + s * point.x + c * point.y], axis=-1)
 
 
-def point_path_in_axes(
-    mechanism: Mechanism, poses: FloatArray, origin: Point, axes_angle: float, point: Point
-) -> FloatArray:
+def point_path_in_axes(mechanism: Mechanism, poses: FloatArray, origin: Point, axes_angle: float, point: Point) -> FloatArray:
     """A point's coordinates (n, 2) m in axes with their origin in another, turned by `angle` from its body's."""
     separation = point_path(mechanism, poses, point) - point_path(mechanism, poses, origin)
     angles = _pose_columns(mechanism, poses, origin.body)[2] + axes_angle

@@ -7,15 +7,7 @@ from collections.abc import Sequence
 from itertools import pairwise
 
 from governor_mechanism.render.geometry.body_points import axes_to_plane
-from governor_mechanism.render.geometry.primitives import (
-    BoundingBox,
-    Lines,
-    Polygon,
-    PoseTuple,
-    Vec2,
-    make_hatching,
-    make_rectangle,
-)
+from governor_mechanism.render.geometry.primitives import BoundingBox, Lines, Polygon, PoseTuple, Vec2, make_hatching, make_rectangle
 
 N_CORNER_SEGMENTS = 8
 """Pieces a rounded corner is drawn in."""
@@ -60,14 +52,9 @@ def make_band(role: str, chain: Sequence[Vec2], width: float) -> Polygon:
         return make_plate_outline(role, chain[:1], width)
     half = width / 2
     # Towards the next point but one, so that strips of curves have no steps.
-    headings = [
-        math.atan2(b[1] - a[1], b[0] - a[0]) for a, b in zip((chain[0], *chain), (*chain[1:], chain[-1]), strict=False)
-    ]
+    headings = [math.atan2(b[1] - a[1], b[0] - a[0]) for a, b in zip((chain[0], *chain), (*chain[1:], chain[-1]), strict=False)]
     sides = [
-        tuple(
-            (x + s * half * math.sin(h), y - s * half * math.cos(h)) for (x, y), h in zip(chain, headings, strict=True)
-        )
-        for s in (1, -1)
+        tuple((x + s * half * math.sin(h), y - s * half * math.cos(h)) for (x, y), h in zip(chain, headings, strict=True)) for s in (1, -1)
     ]
     tip = _arc_points(chain[-1], headings[-1] - math.pi / 2, math.pi, half, N_CORNER_SEGMENTS)
     tail = _arc_points(chain[0], headings[0] + math.pi / 2, math.pi, half, N_CORNER_SEGMENTS)
@@ -102,8 +89,7 @@ def make_wall(position: Vec2, heading: float, half: float, depth: float) -> Line
     count = max(round(2 * half / (0.9 * depth)), 2)
     hatch_positions = [-half + (k + 0.5) * 2 * half / count for k in range(count)]
     strokes = tuple(
-        (wall_point(hatch_position, 0.0), wall_point(hatch_position - 0.8 * depth, depth))
-        for hatch_position in hatch_positions
+        (wall_point(hatch_position, 0.0), wall_point(hatch_position - 0.8 * depth, depth)) for hatch_position in hatch_positions
     )
     return Lines("wall", ((wall_point(-half, 0.0), wall_point(half, 0.0)), *strokes))
 
@@ -112,9 +98,7 @@ def make_burst(role: str, positions: Sequence[Vec2], radius: float) -> Lines:
     """Rays round each spot, from half the `reach` (m) to all of it: something has just struck there."""
     rays = [(math.cos(k * math.pi / 4 + 0.2), math.sin(k * math.pi / 4 + 0.2)) for k in range(8)]
     strokes = [
-        tuple((x + fraction * radius * c, y + fraction * radius * s) for fraction in (0.45, 1.0))
-        for x, y in positions
-        for c, s in rays
+        tuple((x + fraction * radius * c, y + fraction * radius * s) for fraction in (0.45, 1.0)) for x, y in positions for c, s in rays
     ]
     return Lines(role, tuple(strokes))
 

@@ -53,9 +53,7 @@ class MachineDrawing:
 
 
 GENERIC_DRAWING = MachineDrawing(
-    background=generic.generic_background_shapes,
-    moving=generic.generic_moving_shapes,
-    plan_view=generic.generic_plan_shapes,
+    background=generic.generic_background_shapes, moving=generic.generic_moving_shapes, plan_view=generic.generic_plan_shapes
 )
 
 MACHINE_DRAWINGS: dict[str, MachineDrawing] = {
@@ -100,12 +98,7 @@ def moving_shapes(part: Part, pose: FloatArray, extents: RunExtents | None = Non
 
 
 def plan_shapes(
-    part: Part,
-    pose: FloatArray,
-    angle: float,
-    angle_change: float,
-    ring_radius: float,
-    effect_state: EffectState = NO_EFFECTS,
+    part: Part, pose: FloatArray, angle: float, angle_change: float, ring_radius: float, effect_state: EffectState = NO_EFFECTS
 ) -> tuple[DrawnShape, ...]:
     """The turning plane seen from above, turned anticlockwise by `angle` (rad), inside a ring of radius `ring` (m).
 
@@ -113,10 +106,7 @@ def plan_shapes(
     the frames then shows as a closed ring, not as a false slow turning.
     """
     sweep_angle = math.copysign(min(abs(angle_change), 2 * math.pi), angle_change)
-    arc = tuple(
-        (ring_radius * math.cos(a), ring_radius * math.sin(a))
-        for a in (angle - sweep_angle * k / 32 for k in range(33))
-    )
+    arc = tuple((ring_radius * math.cos(a), ring_radius * math.sin(a)) for a in (angle - sweep_angle * k / 32 for k in range(33)))
     hand = ((0.0, 0.0), (ring_radius * math.cos(angle), ring_radius * math.sin(angle)))
     return (
         Lines("sweep", (arc,)),
@@ -129,15 +119,11 @@ def plan_shapes(
 def plan_ring_radius(part: Part, poses: FloatArray, effect_state: EffectState = NO_EFFECTS) -> float:
     """Radius (m) of a ring that holds the plan at every pose of a run (n, bodies, 3)."""
     plan = drawing_of(part).plan_view
-    max_distance = max(
-        max(map(abs, bounding_box(plan(part, pose, 0.0, effect_state)))) for pose in select_extreme_poses(poses)
-    )
+    max_distance = max(max(map(abs, bounding_box(plan(part, pose, 0.0, effect_state)))) for pose in select_extreme_poses(poses))
     return 1.10 * max_distance
 
 
-def drawing_bounds(
-    part: Part, poses: FloatArray, times: FloatArray, effect_state: EffectState = NO_EFFECTS
-) -> BoundingBox:
+def drawing_bounds(part: Part, poses: FloatArray, times: FloatArray, effect_state: EffectState = NO_EFFECTS) -> BoundingBox:
     """The box (m) that holds every shape over a run with poses (n, bodies, 3) at times (n,) s, with a margin."""
     extents = measure_run_extents(part, poses, times, effect_state)
     shapes = list(background_shapes(part, poses, extents))

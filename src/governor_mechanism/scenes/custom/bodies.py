@@ -56,19 +56,13 @@ class PointRegistry:
 
     def find_two_points(self, parsed: Mapping[str, Any]) -> tuple[Point, Point]:
         """The points `first` and `second`; both are told when both are wrong."""
-        first, second = evaluate_all(
-            lambda: self.find_point(parsed["first"], "first"), lambda: self.find_point(parsed["second"], "second")
-        )
+        first, second = evaluate_all(lambda: self.find_point(parsed["first"], "first"), lambda: self.find_point(parsed["second"], "second"))
         _require_different_bodies(first.body, second.body)
         return first, second
 
-    def require_two_bodies(
-        self, first: str, second: str, keys: tuple[str, str] = ("first", "second")
-    ) -> tuple[str, str]:
+    def require_two_bodies(self, first: str, second: str, keys: tuple[str, str] = ("first", "second")) -> tuple[str, str]:
         """The names of two bodies; both are told when both are wrong."""
-        first_name, second_name = evaluate_all(
-            lambda: self.require_body(first, keys[0]), lambda: self.require_body(second, keys[1])
-        )
+        first_name, second_name = evaluate_all(lambda: self.require_body(first, keys[0]), lambda: self.require_body(second, keys[1]))
         _require_different_bodies(first_name, second_name)
         return first_name, second_name
 
@@ -103,9 +97,7 @@ def evaluate_all(*builders: Callable[[], Any]) -> tuple[Any, ...]:
     return tuple(results)
 
 
-def parse_body(
-    values: Mapping[str, Any], parsed: Mapping[str, Any] | None, plane: str, problems: list[str]
-) -> SketchedBody | None:
+def parse_body(values: Mapping[str, Any], parsed: Mapping[str, Any] | None, plane: str, problems: list[str]) -> SketchedBody | None:
     """The body that a table describes, `meaning` being None where it cannot be understood; notes what contradicts."""
     new_problems = [*_find_contradictions(values), *_find_missing_mass_properties(values, plane)]
     if parsed is not None:
@@ -139,9 +131,7 @@ def _find_contradictions(values: Mapping[str, Any]) -> list[str]:
     if len(shapes) > 1:
         problems.append(f"{' and '.join(shapes)} stand together; a body has one shape, or inertia and centre")
     elif shapes and mass_properties:
-        problems.append(
-            f"{' and '.join(mass_properties)} cannot stand beside {shapes[0]}, which tells how the mass lies"
-        )
+        problems.append(f"{' and '.join(mass_properties)} cannot stand beside {shapes[0]}, which tells how the mass lies")
     if "inertia" in values and "moments" in values:
         problems.append("inertia and moments stand together; moments tell the inertia too, as xx + yy")
     if values.get("point") is True and values.get("turns") is True:
@@ -152,11 +142,7 @@ def _find_contradictions(values: Mapping[str, Any]) -> list[str]:
 def _find_missing_mass_properties(values: Mapping[str, Any], plane: str) -> list[str]:
     """A body that turns must tell how its mass lies."""
     unknown_keys = [key for key in values if isinstance(key, str) and key not in BodyTable.model_fields]
-    misspelt_keys = [
-        key
-        for key in unknown_keys
-        if difflib.get_close_matches(key, [*_SHAPE_KEYS, "inertia", "moments", "turns"], n=1)
-    ]
+    misspelt_keys = [key for key in unknown_keys if difflib.get_close_matches(key, [*_SHAPE_KEYS, "inertia", "moments", "turns"], n=1)]
     if not _can_rotate(values) or _given_shapes(values):
         return []
     if "inertia" in values and "moments" not in values and plane == TURNING_PLANE:
@@ -166,10 +152,7 @@ def _find_missing_mass_properties(values: Mapping[str, Any], plane: str) -> list
         ]
     if "inertia" in values or "moments" in values or misspelt_keys:
         return []
-    return [
-        "inertia is missing; give inertia or moments, a shape (rod, disc, plate, point), "
-        "or turns = false for a body that never turns"
-    ]
+    return ["inertia is missing; give inertia or moments, a shape (rod, disc, plate, point), or turns = false for a body that never turns"]
 
 
 def _find_invalid_values(values: Mapping[str, Any], parsed: Mapping[str, Any]) -> list[str]:
@@ -186,9 +169,7 @@ def _find_invalid_values(values: Mapping[str, Any], parsed: Mapping[str, Any]) -
         problems.append(f"angle must be left out for a body that never turns; found {format_value(values['angle'])}")
     reserved_names = {"origin", "centre"} | ({"start", "end"} if "rod" in parsed else set())
     problems += [
-        f"points.{name} is a name that this body has already; choose another"
-        for name in parsed.get("points", {})
-        if name in reserved_names
+        f"points.{name} is a name that this body has already; choose another" for name in parsed.get("points", {}) if name in reserved_names
     ]
     return problems
 
@@ -203,7 +184,5 @@ def _build_shape(parsed: Mapping[str, Any]) -> BodyShape:
         return plate_shape(mass, **parsed["plate"])
     # Only the sum counts in a plane that does not turn.
     half_inertia = parsed.get("inertia", 0.0) / 2
-    moments = (
-        SecondMoments(**parsed["moments"]) if "moments" in parsed else SecondMoments(xx=half_inertia, yy=half_inertia)
-    )
+    moments = SecondMoments(**parsed["moments"]) if "moments" in parsed else SecondMoments(xx=half_inertia, yy=half_inertia)
     return BodyShape(second_moments=moments, mass_centre=parsed.get("centre", (0.0, 0.0)))

@@ -9,15 +9,7 @@ from typing import Any, Final
 
 from governor_mechanism.errors import MechanismError
 from governor_mechanism.machines.custom import InitialConfiguration, SketchedBody
-from governor_mechanism.model.force_elements import (
-    Damper,
-    Force,
-    ForceElement,
-    Spring,
-    Torque,
-    TorsionDamper,
-    TorsionSpring,
-)
+from governor_mechanism.model.force_elements import Damper, Force, ForceElement, Spring, Torque, TorsionDamper, TorsionSpring
 from governor_mechanism.model.joints import (
     GROUND,
     ArcSlot,
@@ -59,31 +51,23 @@ def _make_weld(parsed: ParsedTable, name: str, registry: PointRegistry, initial_
     )
 
 
-def _make_slider(
-    parsed: ParsedTable, name: str, registry: PointRegistry, initial_layout: InitialConfiguration
-) -> Joint:
+def _make_slider(parsed: ParsedTable, name: str, registry: PointRegistry, initial_layout: InitialConfiguration) -> Joint:
     first, second = registry.find_two_points(parsed)
     return Slider(name=name, first=first, second=second, angle=parsed["angle"])
 
 
-def _make_prismatic(
-    parsed: ParsedTable, name: str, registry: PointRegistry, initial_layout: InitialConfiguration
-) -> Joint:
+def _make_prismatic(parsed: ParsedTable, name: str, registry: PointRegistry, initial_layout: InitialConfiguration) -> Joint:
     first, second = registry.find_two_points(parsed)
     turn = _value_or_default(parsed, "turn", initial_layout.relative_angle(first, second))
     return Prismatic(name=name, first=first, second=second, angle=parsed["angle"], relative_angle=turn)
 
 
-def _make_arc_slot(
-    parsed: ParsedTable, name: str, registry: PointRegistry, initial_layout: InitialConfiguration
-) -> Joint:
+def _make_arc_slot(parsed: ParsedTable, name: str, registry: PointRegistry, initial_layout: InitialConfiguration) -> Joint:
     first, second = registry.find_two_points(parsed)
     return ArcSlot(name=name, first=first, second=second, radius=parsed["radius"])
 
 
-def _make_curve_slot(
-    parsed: ParsedTable, name: str, registry: PointRegistry, initial_layout: InitialConfiguration
-) -> Joint:
+def _make_curve_slot(parsed: ParsedTable, name: str, registry: PointRegistry, initial_layout: InitialConfiguration) -> Joint:
     first, second = registry.find_two_points(parsed)
     return CurveSlot(name=name, first=first, second=second, curve=parsed["curve"], angle=parsed.get("angle", 0.0))
 
@@ -98,32 +82,22 @@ def _make_gear(parsed: ParsedTable, name: str, registry: PointRegistry, initial_
 def _make_rack(parsed: ParsedTable, name: str, registry: PointRegistry, initial_layout: InitialConfiguration) -> Joint:
     first, second = registry.find_two_points(parsed)
     radius, angle = parsed["radius"], parsed.get("angle", 0.0)
-    default_offset = (
-        initial_layout.displacement_along(first, second, angle) - radius * initial_layout.poses[first.body][2]
-    )
+    default_offset = initial_layout.displacement_along(first, second, angle) - radius * initial_layout.poses[first.body][2]
     offset = _value_or_default(parsed, "offset", default_offset)
     return RackAndPinion(name=name, first=first, second=second, radius=radius, angle=angle, offset=offset)
 
 
-def _make_driven_turn(
-    parsed: ParsedTable, name: str, registry: PointRegistry, initial_layout: InitialConfiguration
-) -> Joint:
+def _make_driven_turn(parsed: ParsedTable, name: str, registry: PointRegistry, initial_layout: InitialConfiguration) -> Joint:
     example = 'rate = "120 rpm", or motion = [[0, "0 deg"], [1, "90 deg"]]'
-    (first, second), _ = evaluate_all(
-        lambda: registry.find_two_points(parsed), lambda: _check_drive_keys(parsed, example)
-    )
+    (first, second), _ = evaluate_all(lambda: registry.find_two_points(parsed), lambda: _check_drive_keys(parsed, example))
     return RotationalDriver(
         name=name, first=first, second=second, motion=_make_motion(parsed, initial_layout.relative_angle(first, second))
     )
 
 
-def _make_driven_slide(
-    parsed: ParsedTable, name: str, registry: PointRegistry, initial_layout: InitialConfiguration
-) -> Joint:
+def _make_driven_slide(parsed: ParsedTable, name: str, registry: PointRegistry, initial_layout: InitialConfiguration) -> Joint:
     example = 'rate = "50 mm/s", or motion = [[0, "0 mm"], [1, "50 mm"]]'
-    (first, second), _ = evaluate_all(
-        lambda: registry.find_two_points(parsed), lambda: _check_drive_keys(parsed, example)
-    )
+    (first, second), _ = evaluate_all(lambda: registry.find_two_points(parsed), lambda: _check_drive_keys(parsed, example))
     angle = parsed["angle"]
     motion = _make_motion(parsed, initial_layout.displacement_along(first, second, angle, first.body))
     return TranslationalDriver(name=name, first=first, second=second, angle=angle, motion=motion)
@@ -221,17 +195,14 @@ def make_custom_reading(kind: str, parsed: ParsedTable, name: str, registry: Poi
     """The reading of a kind."""
     if kind == "angle":
         against, body = evaluate_all(
-            lambda: registry.require_body(parsed.get("against", GROUND), "against"),
-            lambda: registry.require_body(parsed["angle"], "angle"),
+            lambda: registry.require_body(parsed.get("against", GROUND), "against"), lambda: registry.require_body(parsed["angle"], "angle")
         )
         if body in (against, GROUND):
             raise MechanismError("angle must name a moving body, and against another one, or the ground")
         return BodyAngle(name=name, quantity="angle", body=body, reference_body=against)
     if kind in ("line", "distance"):
         ends = parsed[kind]
-        first, second = evaluate_all(
-            lambda: registry.find_point(ends[0], kind), lambda: registry.find_point(ends[1], kind)
-        )
+        first, second = evaluate_all(lambda: registry.find_point(ends[0], kind), lambda: registry.find_point(ends[1], kind))
         if first == second:
             raise MechanismError(f"{kind} needs two different points")
         if kind == "distance":
@@ -247,9 +218,7 @@ def make_custom_reading(kind: str, parsed: ParsedTable, name: str, registry: Poi
 
 def _make_coordinate(name: str, point: Point, axis: str, origin: Point) -> PointCoordinate:
     along_x, along_y = (1.0, 0.0) if axis == "x" else (0.0, 1.0)
-    return PointCoordinate(
-        name=name, quantity="length", point=point, direction_x=along_x, direction_y=along_y, origin=origin
-    )
+    return PointCoordinate(name=name, quantity="length", point=point, direction_x=along_x, direction_y=along_y, origin=origin)
 
 
 def make_default_readings(bodies: Iterable[SketchedBody]) -> list[Reading]:

@@ -74,9 +74,7 @@ class _CustomMachineParser:
         self.is_complete = bool(top_level)  # else a table may be missing only because its heading is misspelt
         self.given_length_scale: float | None = top_level.get("size")
         plane = document.get("plane")
-        self.plane = (
-            plane if plane in (FIXED_PLANE, TURNING_PLANE) else TURNING_PLANE if "spindle" in document else FIXED_PLANE
-        )
+        self.plane = plane if plane in (FIXED_PLANE, TURNING_PLANE) else TURNING_PLANE if "spindle" in document else FIXED_PLANE
         self.registry = PointRegistry()
         self.readings: tuple[Reading, ...] | None = None
         """All readings; None where one could not be understood."""
@@ -99,9 +97,7 @@ class _CustomMachineParser:
         if self.problems or not self.is_complete:
             return None, start
         coordinate = next(iter(_start_reading_order(self.document.get("start", {}), readings)), readings[0].name)
-        mechanism = self._try_build(
-            "", lambda: build_custom_mechanism(bodies, joints, force_elements, readings, coordinate, length_scale)
-        )
+        mechanism = self._try_build("", lambda: build_custom_mechanism(bodies, joints, force_elements, readings, coordinate, length_scale))
         return mechanism, start
 
     def _validate_table(
@@ -203,18 +199,11 @@ class _CustomMachineParser:
             return str(parsed["name"])
         first, second = find_connected_bodies(parsed)
         default_name = f"{kind.replace('_', ' ')} of {first} and {second}"
-        tables = [
-            table
-            for key in ("joint", "link", "force")
-            for table in self._tables_under(key)
-            if isinstance(table, Mapping)
-        ]
+        tables = [table for key in ("joint", "link", "force") for table in self._tables_under(key) if isinstance(table, Mapping)]
         used_names = {table["name"] for table in tables if isinstance(table.get("name"), str)}
         return self.registry.make_unique_name(default_name, used_names)
 
-    def _check_unique_names(
-        self, bodies: Iterable[SketchedBody], joints: Iterable[Joint], force_elements: Iterable[ForceElement]
-    ) -> None:
+    def _check_unique_names(self, bodies: Iterable[SketchedBody], joints: Iterable[Joint], force_elements: Iterable[ForceElement]) -> None:
         for element_type, elements in (("body", bodies), ("joint or link", joints), ("force", force_elements)):
             self.problems += [
                 f"{element_type} {name!r} stands {count} times; names must differ"
@@ -222,9 +211,7 @@ class _CustomMachineParser:
                 if count > 1
             ]
 
-    def _check_connections(
-        self, bodies: list[SketchedBody], joints: list[Joint], force_elements: list[ForceElement]
-    ) -> None:
+    def _check_connections(self, bodies: list[SketchedBody], joints: list[Joint], force_elements: list[ForceElement]) -> None:
         for first, second in conflicting_drivers(joints):
             self.problems.append(
                 f"joints {first.name!r} and {second.name!r} drive the same two bodies, "
@@ -232,9 +219,7 @@ class _CustomMachineParser:
             )
         # A table that could not be understood may be what holds a body.
         is_fully_parsed = self.is_complete and not self.problems
-        unconnected = (
-            unconnected_bodies([body.name for body in bodies], joints, force_elements) if is_fully_parsed else []
-        )
+        unconnected = unconnected_bodies([body.name for body in bodies], joints, force_elements) if is_fully_parsed else []
         if unconnected:
             names = join_names(repr(name) for name in unconnected)
             first_unconnected = next(body for body in bodies if body.name == unconnected[0])
@@ -270,8 +255,7 @@ class _CustomMachineParser:
         if len(kinds) != 1:
             known_kinds = ", ".join(READING_TABLES)
             self.problems.append(
-                f"{prefix} must be a table with one of {known_kinds}; found {format_value(values)}; "
-                f'write {name} = {{ angle = "crank" }}'
+                f'{prefix} must be a table with one of {known_kinds}; found {format_value(values)}; write {name} = {{ angle = "crank" }}'
             )
             return None
         parsed = self._validate_table(READING_TABLES[kinds[0]], values, prefix)
@@ -309,18 +293,13 @@ def assign_rate_keys(readings: Iterable[Reading]) -> dict[str, str]:
     names = [reading.name for reading in readings]
     short_key_counts = Counter(rate_key(name) for name in names)
     return {
-        name: rate_key(name)
-        if short_key_counts[rate_key(name)] == 1 and rate_key(name) not in names
-        else f"{name}_rate"
-        for name in names
+        name: rate_key(name) if short_key_counts[rate_key(name)] == 1 and rate_key(name) not in names else f"{name}_rate" for name in names
     }
 
 
 def _start_reading_order(start: object, readings: list[Reading]) -> list[str]:
     """The readings that [start] names, by value or by rate, as they stand there."""
-    by_key = {key: name for name, key in assign_rate_keys(readings).items()} | {
-        item.name: item.name for item in readings
-    }
+    by_key = {key: name for name, key in assign_rate_keys(readings).items()} | {item.name: item.name for item in readings}
     return [by_key[key] for key in start if key in by_key] if isinstance(start, Mapping) else []
 
 

@@ -85,17 +85,13 @@ class MomentsTable(SceneFileTable):
 class RodTable(SceneFileTable):
     """A slender rod."""
 
-    length: Annotated[float, bounded_quantity_validator("length")] = Field(
-        description='the length of the rod, as "100 mm"'
-    )
+    length: Annotated[float, bounded_quantity_validator("length")] = Field(description='the length of the rod, as "100 mm"')
 
 
 class DiscTable(SceneFileTable):
     """A disc in the plane."""
 
-    radius: Annotated[float, bounded_quantity_validator("length")] = Field(
-        description='the radius of the disc, as "100 mm"'
-    )
+    radius: Annotated[float, bounded_quantity_validator("length")] = Field(description='the radius of the disc, as "100 mm"')
     thickness: Annotated[float, bounded_quantity_validator("length", sign="not negative")] = 0.0
 
 
@@ -103,24 +99,18 @@ class PlateTable(SceneFileTable):
     """A plate in the plane."""
 
     width: Annotated[float, bounded_quantity_validator("length")] = Field(description='the width along x, as "100 mm"')
-    height: Annotated[float, bounded_quantity_validator("length")] = Field(
-        description='the height along y, as "100 mm"'
-    )
+    height: Annotated[float, bounded_quantity_validator("length")] = Field(description='the height along y, as "100 mm"')
     thickness: Annotated[float, bounded_quantity_validator("length", sign="not negative")] = 0.0
 
 
 class BodyTable(SceneFileTable):
     """[[body]]."""
 
-    name: Annotated[str, PlainValidator(validate_body_name)] = Field(
-        description='what other tables call it, as "crank"'
-    )
+    name: Annotated[str, PlainValidator(validate_body_name)] = Field(description='what other tables call it, as "crank"')
     mass: Annotated[float, bounded_quantity_validator("mass", hint="; a bar without mass is a [[link]]")] = Field(
         description='the mass, as "0.2 kg"; a bar without mass is a [[link]]'
     )
-    inertia: Annotated[
-        float, bounded_quantity_validator("moment_of_inertia", hint="; a body that never turns has turns = false")
-    ] = 0.0
+    inertia: Annotated[float, bounded_quantity_validator("moment_of_inertia", hint="; a body that never turns has turns = false")] = 0.0
     centre: PositionField = (0.0, 0.0)
     moments: Annotated[Any, nested_table_validator(MomentsTable, 'xx = "0.5 kg m^2"')] = None
     rod: Annotated[Any, nested_table_validator(RodTable, 'length = "100 mm"')] = None
@@ -169,9 +159,7 @@ class _PrismaticTable(_SliderTable):
 
 
 class _ArcTable(_JointTable):
-    radius: Annotated[float, bounded_quantity_validator("length")] = Field(
-        description='the radius of the slot, as "100 mm"'
-    )
+    radius: Annotated[float, bounded_quantity_validator("length")] = Field(description='the radius of the slot, as "100 mm"')
 
 
 class _CurveSlotTable(_JointTable):
@@ -220,9 +208,7 @@ class _TwoPointTable(NamedTable):
 
 
 class _SpringTable(_TwoPointTable):
-    stiffness: Annotated[float, bounded_quantity_validator("stiffness")] = Field(
-        description='the stiffness, as "2 N/mm"'
-    )
+    stiffness: Annotated[float, bounded_quantity_validator("stiffness")] = Field(description='the stiffness, as "2 N/mm"')
     free_length: Annotated[float, bounded_quantity_validator("length", sign="not negative")] = 0.0
 
 
@@ -236,16 +222,12 @@ class _TwoBodyTable(NamedTable):
 
 
 class _TorsionSpringTable(_TwoBodyTable):
-    stiffness: Annotated[float, bounded_quantity_validator("torsion_stiffness")] = Field(
-        description='the stiffness, as "3 N m/rad"'
-    )
+    stiffness: Annotated[float, bounded_quantity_validator("torsion_stiffness")] = Field(description='the stiffness, as "3 N m/rad"')
     free_angle: AngleField = 0.0
 
 
 class _TorsionDamperTable(_TwoBodyTable):
-    damping: Annotated[float, bounded_quantity_validator("torsion_damping")] = Field(
-        description='the damping, as "0.1 N m s/rad"'
-    )
+    damping: Annotated[float, bounded_quantity_validator("torsion_damping")] = Field(description='the damping, as "0.1 N m s/rad"')
 
 
 class _TorqueTable(NamedTable):

@@ -16,15 +16,7 @@ from governor_mechanism.model.curves import Curve, PolynomialCurve
 from governor_mechanism.model.curves import SplineCurve as CurveTable
 from governor_mechanism.model.joints import GROUND
 from governor_mechanism.model.time_functions import PrescribedMotion
-from governor_mechanism.scenes.quantities import (
-    FloatPair,
-    key_path_of,
-    parse_name,
-    parse_pairs,
-    parse_position,
-    parse_si,
-    prefix_errors,
-)
+from governor_mechanism.scenes.quantities import FloatPair, key_path_of, parse_name, parse_pairs, parse_position, parse_si, prefix_errors
 from governor_mechanism.scenes.schema import SceneFileTable, validate_table
 from governor_mechanism.units.quantities import format_value
 
@@ -49,9 +41,7 @@ def _parse_point(value: object, key_path: str, *, allow_body: bool = False) -> P
         if body and (point if dot else allow_body):
             return PointReference(body, point)
         if body and not dot:
-            raise MechanismError(
-                f'{key_path} {format_value(value)} names no point; write "{value}.origin", or ["{value}", "10 mm", 0]'
-            )
+            raise MechanismError(f'{key_path} {format_value(value)} names no point; write "{value}.origin", or ["{value}", "10 mm", 0]')
     elif isinstance(value, list | tuple) and len(value) == 3 and isinstance(value[0], str):
         return PointReference(value[0], position=parse_position(value[1:], key_path))
     raise MechanismError(f'{key_path} must be "body.point" or ["body", x, y]; found {format_value(value)}')
@@ -65,9 +55,7 @@ def validate_point_or_body(value: object, info: ValidationInfo) -> PointReferenc
 def validate_two_points(value: object, info: ValidationInfo) -> tuple[PointReference, PointReference]:
     """Two points."""
     if not isinstance(value, list | tuple) or len(value) != 2:
-        raise MechanismError(
-            f'{key_path_of(info)} must be two points, as ["ground.O", "crank.A"]; found {format_value(value)}'
-        )
+        raise MechanismError(f'{key_path_of(info)} must be two points, as ["ground.O", "crank.A"]; found {format_value(value)}')
     return _parse_point(value[0], key_path_of(info)), _parse_point(value[1], key_path_of(info))
 
 
@@ -75,18 +63,14 @@ def validate_body_name(value: object, info: ValidationInfo) -> str:
     """The name of a body."""
     body = parse_name(value, key_path_of(info))
     if body == GROUND:
-        raise MechanismError(
-            f"{key_path_of(info)} must not be {GROUND!r}; that is the plane, whose points stand in [ground]"
-        )
+        raise MechanismError(f"{key_path_of(info)} must not be {GROUND!r}; that is the plane, whose points stand in [ground]")
     return body
 
 
 def validate_named_points(value: object, info: ValidationInfo) -> dict[str, FloatPair]:
     """Named points."""
     if not isinstance(value, Mapping):
-        raise MechanismError(
-            f'{key_path_of(info)} must be a table, as {{ A = ["10 mm", 0] }}; found {format_value(value)}'
-        )
+        raise MechanismError(f'{key_path_of(info)} must be a table, as {{ A = ["10 mm", 0] }}; found {format_value(value)}')
     return parse_named_points(value, key_path_of(info))
 
 
@@ -125,8 +109,7 @@ def validate_curve(value: object, info: ValidationInfo) -> Curve:
     keys = list(value) if isinstance(value, Mapping) else []
     if not isinstance(value, Mapping) or len(keys) != 1 or keys[0] not in ("coefficients", "points"):
         raise MechanismError(
-            f"{key_path_of(info)} must be {{ coefficients = [c0, c1, ...] }} or {{ points = [[x, y], ...] }}; "
-            f"found {format_value(value)}"
+            f"{key_path_of(info)} must be {{ coefficients = [c0, c1, ...] }} or {{ points = [[x, y], ...] }}; found {format_value(value)}"
         )
     key_path = f"{key_path_of(info)}.{keys[0]}"
     if keys[0] == "points":
@@ -136,9 +119,7 @@ def validate_curve(value: object, info: ValidationInfo) -> Curve:
     given = value["coefficients"]
     if not isinstance(given, list | tuple):
         raise MechanismError(f"{key_path} must be a list of numbers; found {format_value(given)}")
-    coefficients = tuple(
-        parse_si(item, "number" if power else "length", f"{key_path}, c{power}") for power, item in enumerate(given)
-    )
+    coefficients = tuple(parse_si(item, "number" if power else "length", f"{key_path}, c{power}") for power, item in enumerate(given))
     return prefix_errors(key_path, lambda: PolynomialCurve(coefficients=coefficients))
 
 
@@ -157,7 +138,6 @@ def validate_table_list(value: object, info: ValidationInfo) -> list[Any]:
     """Tables under headings in double brackets."""
     if not isinstance(value, list | tuple):
         raise MechanismError(
-            f"{info.field_name} must be a list of tables; found {format_value(value)}; "
-            f"write [[{info.field_name}]] above each of them"
+            f"{info.field_name} must be a list of tables; found {format_value(value)}; write [[{info.field_name}]] above each of them"
         )
     return list(value)

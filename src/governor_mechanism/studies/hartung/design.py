@@ -140,11 +140,7 @@ class HartungDesign:
     def as_json(self) -> dict[str, Any]:
         """Everything as plain values, the curves as lists."""
         layout = self.layout
-        numbers = {
-            name: value
-            for name, value in asdict(self).items()
-            if name not in ("inputs", "layout") and value is not None
-        }
+        numbers = {name: value for name, value in asdict(self).items() if name not in ("inputs", "layout") and value is not None}
         curves = {
             name: getattr(layout, name).tolist()
             for name in ("levers", "radii", "slow_forces", "fast_forces", "spring_forces", "static_forces")
@@ -158,10 +154,7 @@ def design_hartung(inputs: HartungInputs = PAPER_INPUTS) -> HartungDesign:
     if problems := _validate_inputs(inputs):
         raise MechanismError(*problems)
     inner_radius, outer_radius = inputs.rest_radius, inputs.rest_radius + 2 * inputs.half_stroke
-    forces = (
-        inputs.weight_mass * inputs.slow_speed**2 * inner_radius,
-        inputs.weight_mass * inputs.fast_speed**2 * outer_radius,
-    )
+    forces = (inputs.weight_mass * inputs.slow_speed**2 * inner_radius, inputs.weight_mass * inputs.fast_speed**2 * outer_radius)
     stroke = outer_radius - inner_radius
     inner_abscissa = formulas.spring_abscissa(inner_force=forces[0], outer_force=forces[1], stroke=stroke)
     middle_abscissa = float(inner_abscissa) + inputs.half_stroke
@@ -171,14 +164,10 @@ def design_hartung(inputs: HartungInputs = PAPER_INPUTS) -> HartungDesign:
     optimal_angle, spread = find_best_angle(inputs)
     governor, ends = layout.governor, (0, -1)
     static_forces = [float(layout.static_forces[end]) for end in ends]
-    regulating_forces = [
-        float(formulas.regulating_force(static_force=one, insensitivity=inputs.insensitivity)) for one in static_forces
-    ]
+    regulating_forces = [float(formulas.regulating_force(static_force=one, insensitivity=inputs.insensitivity)) for one in static_forces]
     speed_limits = [
         _speed_limits(speed, force, static)
-        for speed, force, static in zip(
-            (inputs.slow_speed, inputs.fast_speed), regulating_forces, static_forces, strict=True
-        )
+        for speed, force, static in zip((inputs.slow_speed, inputs.fast_speed), regulating_forces, static_forces, strict=True)
     ]
     coil_arguments = {"wire": inputs.wire, "coil": inputs.coil, "modulus": inputs.modulus}
     stress = float(formulas.coil_stress(wire=inputs.wire, coil=inputs.coil, force=layout.spring_forces[-1]))
@@ -211,9 +200,7 @@ def build_hartung_layout(inputs: HartungInputs, angle: float, sleeve_arm: float 
     Raises MechanismError where the lever would pass its dead centre, and where springs cannot follow the line.
     """
     if sleeve_arm is None:
-        symmetric_arm = formulas.symmetric_sleeve_arm(
-            fulcrum_radius=inputs.fulcrum_radius, angle=angle, swing=inputs.swing
-        )
+        symmetric_arm = formulas.symmetric_sleeve_arm(fulcrum_radius=inputs.fulcrum_radius, angle=angle, swing=inputs.swing)
         sleeve_arm = float(symmetric_arm)
     governor = closed.HartungGovernor(
         weight_arm=inputs.weight_arm,
@@ -297,8 +284,7 @@ def _validate_inputs(inputs: HartungInputs) -> list[str]:
         )
     if inputs.insensitivity >= 1:
         problems.append(
-            f"insensitivity ({inputs.insensitivity:g}) must be below 1: it is a part of the static sleeve force; "
-            "the paper's is 0.04"
+            f"insensitivity ({inputs.insensitivity:g}) must be below 1: it is a part of the static sleeve force; the paper's is 0.04"
         )
     radial_travel = inputs.weight_arm * math.sin(inputs.swing)
     if abs(inputs.half_stroke - radial_travel) > HALF_STROKE_TOLERANCE_RATIO * radial_travel:
@@ -308,9 +294,7 @@ def _validate_inputs(inputs: HartungInputs) -> list[str]:
             f"{format_quantity(radial_travel, 'm', '.4g')} to each side; give half_stroke={format_quantity(radial_travel, 'm', '.4g')}, or change the others"
         )
     if inputs.coil <= inputs.wire:
-        problems.append(
-            f"coil ({format_quantity(inputs.coil, 'm')}) must be wider than wire ({format_quantity(inputs.wire, 'm')})"
-        )
+        problems.append(f"coil ({format_quantity(inputs.coil, 'm')}) must be wider than wire ({format_quantity(inputs.wire, 'm')})")
     return problems
 
 

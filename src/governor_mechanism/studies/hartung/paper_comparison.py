@@ -67,14 +67,9 @@ class PaperComparison:
         return asdict(self) | {"misprints": [number.quantity for number in self.misprints]}
 
     def __str__(self) -> str:
-        rows = [
-            (number.quantity, number.unit, number.printed, number.recomputed, number.misprint)
-            for number in self.numbers
-        ]
+        rows = [(number.quantity, number.unit, number.printed, number.recomputed, number.misprint) for number in self.numbers]
         misprinted = [number for number in self.table if number.misprint]
-        rows += [
-            (number.quantity, number.unit, number.printed, number.recomputed, number.misprint) for number in misprinted
-        ]
+        rows += [(number.quantity, number.unit, number.printed, number.recomputed, number.misprint) for number in misprinted]
         rows += [(one.quantity, one.unit, one.printed, one.recomputed, one.misprint) for one in self.counter_example]
         widths = [max(len(row[0]) for row in rows), 8, 10, 14]
         lines = [f"{'quantity':<{widths[0]}}  {'unit':<{widths[1]}}{'printed':>{widths[2]}}{'recomputed':>{widths[3]}}"]
@@ -89,12 +84,7 @@ class PaperComparison:
 def compare_with_paper() -> PaperComparison:
     """The paper, recomputed."""
     return PaperComparison(
-        numbers=(
-            *_compare_radii_and_speeds(),
-            *_compare_centrifugal_forces(),
-            *_compare_spring(),
-            *_compare_sleeve_forces(),
-        ),
+        numbers=(*_compare_radii_and_speeds(), *_compare_centrifugal_forces(), *_compare_spring(), *_compare_sleeve_forces()),
         table=tuple(_compare_spring_force_table()),
         counter_example=tuple(_compare_counter_example()),
     )
@@ -116,9 +106,7 @@ def paper_governor() -> closed.HartungGovernor:
 def _compare_radii_and_speeds() -> Iterator[PrintedNumber]:
     radii = [1e3 * float(closed.weight_radius(paper_governor(), lever_angle=math.radians(side))) for side in (15, -15)]
     misprint = "the next lines go on with 92"
-    yield PrintedNumber(
-        quantity="radius of a weight at rest", unit="mm", printed=95, recomputed=15 + 77, misprint=misprint
-    )
+    yield PrintedNumber(quantity="radius of a weight at rest", unit="mm", printed=95, recomputed=15 + 77, misprint=misprint)
     yield PrintedNumber(quantity="radius of the fulcrum", unit="mm", printed=122, recomputed=92 + 30)
     yield PrintedNumber(quantity="sagitta", unit="mm", printed=4, recomputed=115 * (1 - math.cos(math.radians(15))))
     misprint = "a figure too many; the table says 92"
@@ -128,20 +116,12 @@ def _compare_radii_and_speeds() -> Iterator[PrintedNumber]:
     yield PrintedNumber(quantity="slow speed squared", unit="1/s^2", printed=456.4, recomputed=squares[0])
     yield PrintedNumber(quantity="fast speed squared", unit="1/s^2", printed=492.9, recomputed=squares[1])
     misprint = "two lines above it is 492.9"
-    yield PrintedNumber(
-        quantity="the same, in C2", unit="1/s^2", printed=492.2, recomputed=squares[1], misprint=misprint
-    )
+    yield PrintedNumber(quantity="the same, in C2", unit="1/s^2", printed=492.2, recomputed=squares[1], misprint=misprint)
 
 
 def _compare_centrifugal_forces() -> Iterator[PrintedNumber]:
     mass = 45 / KILOGRAM_FORCE
-    yield PrintedNumber(
-        quantity="mass of a weight",
-        unit="kgf s2/m",
-        printed=4.58,
-        recomputed=mass,
-        misprint="cut off, not rounded: 4.59",
-    )
+    yield PrintedNumber(quantity="mass of a weight", unit="kgf s2/m", printed=4.58, recomputed=mass, misprint="cut off, not rounded: 4.59")
     forces = [mass * speed**2 * x for speed, x in zip(PAPER_SPEEDS, (0.092, 0.152), strict=True)]
     for quantity, printed, force in zip(("C1", "C2"), (192, 344), forces, strict=True):
         yield PrintedNumber(quantity=f"centrifugal force {quantity}", unit="kgf", printed=printed, recomputed=force)
@@ -151,9 +131,7 @@ def _compare_centrifugal_forces() -> Iterator[PrintedNumber]:
     angle = float(formulas.bell_crank_angle(weight_arm=115.0, middle_abscissa=106.0))
     yield PrintedNumber(quantity="tangent of the angle", unit="1", printed=-0.92, recomputed=math.tan(angle))
     misprint = "the arc of 0.92 was added to 90 deg instead of taken from 180 deg; 132 deg is used"
-    yield PrintedNumber(
-        quantity="angle of the bell crank", unit="deg", printed=133, recomputed=math.degrees(angle), misprint=misprint
-    )
+    yield PrintedNumber(quantity="angle of the bell crank", unit="deg", printed=133, recomputed=math.degrees(angle), misprint=misprint)
     swing = math.radians(15)
     arm = formulas.symmetric_sleeve_arm(fulcrum_radius=122.0, angle=math.radians(132), swing=swing)
     yield PrintedNumber(quantity="sleeve's arm b, at 132 deg", unit="mm", printed=170, recomputed=float(arm))
@@ -165,9 +143,7 @@ def _compare_spring() -> Iterator[PrintedNumber]:
     yield PrintedNumber(quantity="rise of the spring force", unit="kgf", printed=172, recomputed=rise)
     moment = 1e8 * float(formulas.polar_moment(wire=wire_diameter))
     misprint = "its formula lacks the fourth power of 1.2; the number is right"
-    yield PrintedNumber(
-        quantity="polar moment of the wire", unit="cm^4", printed=0.2036, recomputed=moment, misprint=misprint
-    )
+    yield PrintedNumber(quantity="polar moment of the wire", unit="cm^4", printed=0.2036, recomputed=moment, misprint=misprint)
     length = 100 * float(formulas.wire_length(wire=wire_diameter, coil=coil_diameter, rate=rate, modulus=shear_modulus))
     misprint = "should be 333; and its formula has cm^4 and cm^2 where there are none"
     yield PrintedNumber(quantity="length of the wire", unit="cm", printed=332, recomputed=length, misprint=misprint)
@@ -175,46 +151,27 @@ def _compare_spring() -> Iterator[PrintedNumber]:
     yield PrintedNumber(quantity="turns", unit="1", printed=13, recomputed=turns)
     section = 1e6 * float(formulas.section_modulus(wire=wire_diameter))
     misprint = "its formula lacks the cube of 1.2; should be 0.339"
-    yield PrintedNumber(
-        quantity="section modulus of the wire", unit="cm^3", printed=0.338, recomputed=section, misprint=misprint
-    )
-    stress = (
-        float(formulas.coil_stress(wire=wire_diameter, coil=coil_diameter, force=346 * KILOGRAM_FORCE))
-        / TECHNICAL_ATMOSPHERE
-    )
+    yield PrintedNumber(quantity="section modulus of the wire", unit="cm^3", printed=0.338, recomputed=section, misprint=misprint)
+    stress = float(formulas.coil_stress(wire=wire_diameter, coil=coil_diameter, force=346 * KILOGRAM_FORCE)) / TECHNICAL_ATMOSPHERE
     yield PrintedNumber(quantity="stress under 346 kgf", unit="kgf/cm^2", printed=4100, recomputed=stress)
 
 
 def _compare_sleeve_forces() -> Iterator[PrintedNumber]:
     static_forces, regulating_forces = [], []
     for side, force in ((15, 173.8), (-15, 345.8)):
-        static_force = closed.static_sleeve_force(
-            paper_governor(), lever_angle=math.radians(side), spring_force=force * KILOGRAM_FORCE
-        )
+        static_force = closed.static_sleeve_force(paper_governor(), lever_angle=math.radians(side), spring_force=force * KILOGRAM_FORCE)
         static_forces.append(float(static_force) / KILOGRAM_FORCE)
         regulating_forces.append(float(formulas.regulating_force(static_force=static_forces[-1])))
     misprint = "on the way - 0.677 for x 0.677, and 85.8 for 185.8; the number is right"
-    yield PrintedNumber(
-        quantity="static force S, inner", unit="kgf", printed=460, recomputed=static_forces[0], misprint=misprint
-    )
+    yield PrintedNumber(quantity="static force S, inner", unit="kgf", printed=460, recomputed=static_forces[0], misprint=misprint)
     misprint = "on the way + 5 for + 15; the number is right"
-    yield PrintedNumber(
-        quantity="static force S, outer", unit="kgf", printed=503, recomputed=static_forces[1], misprint=misprint
-    )
+    yield PrintedNumber(quantity="static force S, outer", unit="kgf", printed=503, recomputed=static_forces[1], misprint=misprint)
     yield PrintedNumber(quantity="regulating force K, inner", unit="kgf", printed=18.4, recomputed=regulating_forces[0])
     misprint = "the next line has 20.2"
-    yield PrintedNumber(
-        quantity="regulating force K, outer",
-        unit="kgf",
-        printed=26.2,
-        recomputed=regulating_forces[1],
-        misprint=misprint,
-    )
+    yield PrintedNumber(quantity="regulating force K, outer", unit="kgf", printed=26.2, recomputed=regulating_forces[1], misprint=misprint)
     change = 100 * (regulating_forces[1] - regulating_forces[0]) / (0.5 * (regulating_forces[0] + regulating_forces[1]))
     misprint = "2 / 10 is not 10 %; 2 / 20 was meant"
-    yield PrintedNumber(
-        quantity="its change over the stroke", unit="%", printed=10, recomputed=change, misprint=misprint
-    )
+    yield PrintedNumber(quantity="its change over the stroke", unit="%", printed=10, recomputed=change, misprint=misprint)
 
 
 def _compare_spring_force_table() -> Iterator[PrintedNumber]:
@@ -236,8 +193,6 @@ def _compare_spring_force_table() -> Iterator[PrintedNumber]:
 def _compare_counter_example() -> Iterator[PrintedNumber]:
     forces = [float(formulas.regulating_force(static_force=force)) for force in COUNTER_EXAMPLE_FORCES]
     for position, printed, force in zip(("low", "middle", "high"), (7.5, 10.5, 13.4), forces, strict=True):
-        yield PrintedNumber(
-            quantity=f"Pohlhausen's no. 97, K {position}", unit="kgf", printed=printed, recomputed=force
-        )
+        yield PrintedNumber(quantity=f"Pohlhausen's no. 97, K {position}", unit="kgf", printed=printed, recomputed=force)
     change = 100 * (13.4 - 7.5) / 10.5
     yield PrintedNumber(quantity="Pohlhausen's no. 97, change of K", unit="%", printed=56, recomputed=change)

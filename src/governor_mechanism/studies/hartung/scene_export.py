@@ -57,9 +57,7 @@ def export_scene_document(design: HartungDesign, title: str = "Hartung governor,
 
 def _speed_steps(slow: float, fast: float) -> list[tuple[float, float]]:
     """A program of speed (rpm): up in two steps, with time to settle after each."""
-    low, middle, high = (
-        slow + fraction * (fast - slow) for fraction in (SPEED_MARGIN_RATIO, 0.5, 1 - SPEED_MARGIN_RATIO)
-    )
+    low, middle, high = (slow + fraction * (fast - slow) for fraction in (SPEED_MARGIN_RATIO, 0.5, 1 - SPEED_MARGIN_RATIO))
     return [(0.0, low), (1.0, low), (2.0, middle), (4.0, middle), (5.0, high), (7.0, high)]
 
 
@@ -67,11 +65,7 @@ def _sleeve_damping(design: HartungDesign) -> float:
     """Of the sleeve (N s/m), from stiffness and inertia at mid stroke."""
     governor, forces = design.layout.governor, design.layout.spring_forces
     middle_force = float(forces[len(forces) // 2])
-    spring_arguments: dict[str, Any] = {
-        "lever_angle": 0.0,
-        "spring_force": middle_force,
-        "spring_rate": design.spring_rate,
-    }
+    spring_arguments: dict[str, Any] = {"lever_angle": 0.0, "spring_force": middle_force, "spring_rate": design.spring_rate}
     squared_frequency = float(closed.squared_natural_frequency(governor, **spring_arguments))
     lift_derivative = float(closed.lift_derivative(governor, lever_angle=0.0))
     inertia = float(closed.lever_inertia(governor, lever_angle=0.0))

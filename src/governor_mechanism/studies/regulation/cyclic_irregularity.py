@@ -91,17 +91,11 @@ class ClearanceStudy:
         """Whether play is a remedy here, in one sentence."""
         clearance, amplitude = self.worst
         if self.amplitude_without_clearance == 0:
-            return (
-                f"play of {clearance * 1e3:.3g} mm makes it twitch" if amplitude > 0 else "it stands still, play or not"
-            )
+            return f"play of {clearance * 1e3:.3g} mm makes it twitch" if amplitude > 0 else "it stands still, play or not"
         if np.all(np.abs(self.amplitudes - self.amplitude_without_clearance) < 1e-3 * self.amplitude_without_clearance):
-            return "play changes nothing" + (
-                "" if self.friction_carries_sleeve else ": the weight of the sleeve keeps it closed"
-            )
+            return "play changes nothing" + ("" if self.friction_carries_sleeve else ": the weight of the sleeve keeps it closed")
         standstill_text = (
-            f"; from {self.standstill_clearance * 1e3:.3g} mm on the sleeve stands still"
-            if self.standstill_clearance < math.inf
-            else ""
+            f"; from {self.standstill_clearance * 1e3:.3g} mm on the sleeve stands still" if self.standstill_clearance < math.inf else ""
         )
         amplitude_ratio = amplitude / self.amplitude_without_clearance
         if amplitude_ratio > 1.001:
@@ -109,9 +103,7 @@ class ClearanceStudy:
         return f"play helps{standstill_text}"
 
 
-def study_cyclic_motion(
-    scene: Scene, fluctuation_ratios: Sequence[float] | FloatArray, n_turns: int = 10
-) -> CyclicMotionStudy:
+def study_cyclic_motion(scene: Scene, fluctuation_ratios: Sequence[float] | FloatArray, n_turns: int = 10) -> CyclicMotionStudy:
     """Run a scene with speed fluctuations of these shares (n,) of its insensitivity band; the last of turns + 1 turns counts.
 
     The scene needs dry friction on the sleeve and a constant mean speed. The threshold is found by halving between
@@ -126,16 +118,13 @@ def study_cyclic_motion(
 
     low, high = 0.0, 2.0
     if not does_sleeve_move(high):
-        raise MechanismError(
-            "the sleeve does not move with a speed fluctuation of twice the insensitivity band; is it held?"
-        )
+        raise MechanismError("the sleeve does not move with a speed fluctuation of twice the insensitivity band; is it held?")
     while high - low > THRESHOLD_TOLERANCE:
         midpoint = 0.5 * (low + high)
         low, high = (low, midpoint) if does_sleeve_move(midpoint) else (midpoint, high)
     amplitudes = [
         _compute_reading_amplitude(
-            run_uncertified(_make_fluctuating_scene(scene, share * insensitivity_band, mean_speed, n_turns + 1)),
-            SLEEVE_READING,
+            run_uncertified(_make_fluctuating_scene(scene, share * insensitivity_band, mean_speed, n_turns + 1)), SLEEVE_READING
         )
         for share in requested_ratios.tolist()
     ]
@@ -160,9 +149,7 @@ def study_clearance(scene: Scene, clearances: Sequence[float] | FloatArray, n_tu
     mean_speed, insensitivity_band = _compute_mean_speed_and_band(scene_without_clearance)
     speed_fluctuation = scene.spindle.speed_fluctuation if isinstance(scene.spindle, Spindle) else 0.0
     runs = [
-        run_uncertified(
-            _make_fluctuating_scene(_make_scene_with_clearance(scene, play), speed_fluctuation, mean_speed, n_turns + 1)
-        )
+        run_uncertified(_make_fluctuating_scene(_make_scene_with_clearance(scene, play), speed_fluctuation, mean_speed, n_turns + 1))
         for play in requested_clearances.tolist()
     ]
     sleeve_weight = scene.part.dimensions["sleeve_mass"] * scene.gravity
@@ -171,16 +158,10 @@ def study_clearance(scene: Scene, clearances: Sequence[float] | FloatArray, n_tu
         clearances=requested_clearances,
         amplitudes=np.array([_compute_reading_amplitude(run, SLEEVE_READING) for run in runs]),
         arm_amplitudes=np.array(
-            [
-                _compute_last_turn_amplitude(run.readings[SLEEVE_READING] - run.readings.get(CLEARANCE_READING, 0.0))
-                for run in runs
-            ]
+            [_compute_last_turn_amplitude(run.readings[SLEEVE_READING] - run.readings.get(CLEARANCE_READING, 0.0)) for run in runs]
         ),
         amplitude_without_clearance=_compute_reading_amplitude(
-            run_uncertified(
-                _make_fluctuating_scene(scene_without_clearance, speed_fluctuation, mean_speed, n_turns + 1)
-            ),
-            SLEEVE_READING,
+            run_uncertified(_make_fluctuating_scene(scene_without_clearance, speed_fluctuation, mean_speed, n_turns + 1)), SLEEVE_READING
         ),
         friction_carries_sleeve=_find_sleeve_friction(scene) > sleeve_weight,
         fluctuation_ratio=speed_fluctuation / insensitivity_band,
@@ -235,9 +216,7 @@ def _make_scene_with_clearance(scene: Scene, clearance: float) -> Scene:
     values = {name: value for name, value in scene.start.values.items() if name != CLEARANCE_READING}
     if clearance:
         given_start = scene.start.values.get(CLEARANCE_READING)
-        start_ratio = (
-            float(given_start) / previous_clearance if previous_clearance and given_start is not None else -0.5
-        )
+        start_ratio = float(given_start) / previous_clearance if previous_clearance and given_start is not None else -0.5
         effects.append(Clearance(width=clearance))
         values[CLEARANCE_READING] = start_ratio * clearance
     machine = MACHINES[scene.part.machine](**scene.part.dimensions)

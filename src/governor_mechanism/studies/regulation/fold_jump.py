@@ -78,8 +78,7 @@ class FoldJumpStudy:
         """The growth (1/s) that the times of the jump show: they are ln(1 / rate) / growth and a constant."""
         inverse_growth_rate = fit_slope(np.log(1 / self.ramp_rates), self.rising_delay / self.ramp_rates)
         return FittedParameter(
-            value=1 / inverse_growth_rate.value,
-            standard_error=inverse_growth_rate.standard_error / inverse_growth_rate.value**2,
+            value=1 / inverse_growth_rate.value, standard_error=inverse_growth_rate.standard_error / inverse_growth_rate.value**2
         )
 
 
@@ -97,9 +96,7 @@ def study_fold_jump(scene: Scene, ramp_rates: Sequence[float] | FloatArray) -> F
         raise MechanismError(f"the jump needs a low stop of {coordinate!r} to jump from")
     folds_between_stops = [(at, speed) for at, speed in compute_speed_curve(scene).folds if stops.low < at < stops.high]
     if len(folds_between_stops) != 1:
-        raise MechanismError(
-            f"the jump needs one fold between the stops of {coordinate!r}; this scene has {len(folds_between_stops)}"
-        )
+        raise MechanismError(f"the jump needs one fold between the stops of {coordinate!r}; this scene has {len(folds_between_stops)}")
     ((fold_position, fold_speed),) = folds_between_stops
     stop_speed = float(equilibrium_speed_at(scene, np.array([stops.low]))[0])
     asymptotic_delay = _compute_fold_delay(scene, fold_position, fold_speed, requested_rates)
@@ -108,9 +105,7 @@ def study_fold_jump(scene: Scene, ramp_rates: Sequence[float] | FloatArray) -> F
         speed, leaving_speed = _find_rising_passage_speeds(scene, stops.low, fold_position, stop_speed, ramp_rate)
         rising_speeds.append(speed)
         leaving_speeds.append(leaving_speed)
-        falling_speeds.append(
-            _find_falling_passage_speed(scene, fold_position, fold_speed, stops.high, ramp_rate, delay)
-        )
+        falling_speeds.append(_find_falling_passage_speed(scene, fold_position, fold_speed, stops.high, ramp_rate, delay))
     return FoldJumpStudy(
         title=scene.title,
         ramp_rates=requested_rates,
@@ -130,18 +125,14 @@ def _compute_generalised_damping(scene: Scene, value: float) -> float:
     reduction = SingleDofReduction(scene)
     coefficients = reduction.evaluate([value])
     dashpots = [effect for effect in scene.effects if isinstance(effect, Dashpot)]
-    return sum(
-        brake.linear * float(reduction.output_derivative(coefficients, brake.reading)[0]) ** 2 for brake in dashpots
-    )
+    return sum(brake.linear * float(reduction.output_derivative(coefficients, brake.reading)[0]) ** 2 for brake in dashpots)
 
 
 def _compute_growth_rate(scene: Scene, value: float, speed: float) -> float:
     """How fast (1/s) a disturbance of an unstable rest grows: I x'' + c x' + K x = 0."""
     coefficients = SingleDofReduction(scene).evaluate([value])
     inertia = float(coefficients.inertia[0])
-    stiffness = float(
-        coefficients.potential_second_derivative[0] - 0.5 * speed**2 * coefficients.spindle_inertia_second_derivative[0]
-    )
+    stiffness = float(coefficients.potential_second_derivative[0] - 0.5 * speed**2 * coefficients.spindle_inertia_second_derivative[0])
     decay = 0.5 * _compute_generalised_damping(scene, value) / inertia
     return math.sqrt(decay**2 - stiffness / inertia) - decay
 
@@ -157,20 +148,14 @@ def _compute_fold_delay(scene: Scene, fold_position: float, fold_speed: float, r
         return np.full_like(ramp_rates, math.nan)
     step = 1e-3
     coefficients = SingleDofReduction(scene).evaluate([fold_position - step, fold_position, fold_position + step])
-    stiffness = (
-        coefficients.potential_second_derivative - 0.5 * fold_speed**2 * coefficients.spindle_inertia_second_derivative
-    )
+    stiffness = coefficients.potential_second_derivative - 0.5 * fold_speed**2 * coefficients.spindle_inertia_second_derivative
     stiffness_derivative = float(stiffness[2] - stiffness[0]) / (2 * step)
     speed_sensitivity = fold_speed * float(coefficients.spindle_inertia_derivative[1])
-    delay: FloatArray = AIRY_PRIME_FIRST_ZERO * np.cbrt(
-        2 * damping**2 * ramp_rates**2 / (stiffness_derivative * speed_sensitivity)
-    )
+    delay: FloatArray = AIRY_PRIME_FIRST_ZERO * np.cbrt(2 * damping**2 * ramp_rates**2 / (stiffness_derivative * speed_sensitivity))
     return delay
 
 
-def _find_passage_time(
-    scene: Scene, passage_value: float, spindle: Spindle, start_value: float
-) -> tuple[float | None, Trajectory]:
+def _find_passage_time(scene: Scene, passage_value: float, spindle: Spindle, start_value: float) -> tuple[float | None, Trajectory]:
     """When (s) the leading coordinate first passes a value on a ramp, None where it does not, and the run."""
     coordinate = scene.part.mechanism.coordinate
     duration = spindle.times[-1]
@@ -193,9 +178,7 @@ def _find_rising_passage_speeds(
     time_before, time_after = 1.0, 16.0  # s
     while time_after < 1e4:
         first_speed = stop_speed - time_before * ramp_rate
-        spindle = Spindle(
-            times=(0.0, time_before + time_after), speeds=(first_speed, stop_speed + time_after * ramp_rate)
-        )
+        spindle = Spindle(times=(0.0, time_before + time_after), speeds=(first_speed, stop_speed + time_after * ramp_rate))
         passage_time, run = _find_passage_time(scene, fold_position, spindle, low_stop)
         if passage_time is not None:
             leaving_time = next(event.time for event in run.events if event.kind == "leaves its stop")
@@ -211,9 +194,7 @@ def _find_falling_passage_speed(
     max_speed = float(equilibrium_speed_at(scene, np.array([high_stop]))[0])
     delay_estimate = 0.01 * fold_speed if math.isnan(delay) else delay
     first_speed = min(fold_speed + 15 * delay_estimate, 0.5 * (fold_speed + max_speed))
-    start = brentq(
-        lambda at: equilibrium_speed_at(scene, np.array([at]))[0] - first_speed, fold_position, high_stop, xtol=1e-12
-    )
+    start = brentq(lambda at: equilibrium_speed_at(scene, np.array([at]))[0] - first_speed, fold_position, high_stop, xtol=1e-12)
     last_speed = max(fold_speed - 5 * delay_estimate, 0.5 * fold_speed)
     spindle = Spindle(times=(0.0, (first_speed - last_speed) / ramp_rate), speeds=(first_speed, last_speed))
     passage_time, _ = _find_passage_time(scene, fold_position, spindle, float(start))

@@ -56,20 +56,14 @@ def study_settling(
 
     def settling_time_of(damping_coefficient: float) -> float:
         dashpot = Dashpot(reading=SLEEVE_READING, linear=damping_coefficient)
-        return (
-            _compute_settling_time(run_uncertified(replace(scene, effects=(*other_effects, dashpot))), tolerance)
-            - load_change_time
-        )
+        return _compute_settling_time(run_uncertified(replace(scene, effects=(*other_effects, dashpot))), tolerance) - load_change_time
 
     requested_coefficients = np.asarray(damping_coefficients, dtype=np.float64)
     settling_times = np.array([settling_time_of(brake) for brake in requested_coefficients.tolist()])
     if not np.any(np.isfinite(settling_times)):
         raise MechanismError(f"no brake settles it within {scene.run.duration:g} s; run it longer")
     k = int(np.argmin(settling_times))
-    bounds = (
-        requested_coefficients[max(k - 1, 0)],
-        requested_coefficients[min(k + 1, len(requested_coefficients) - 1)],
-    )
+    bounds = (requested_coefficients[max(k - 1, 0)], requested_coefficients[min(k + 1, len(requested_coefficients) - 1)])
     refined = minimize_scalar(
         lambda brake: min(settling_time_of(brake), 1e3 * scene.run.duration),
         bounds=bounds,

@@ -13,12 +13,7 @@ from governor_mechanism.closed_form.slide_valve import Eccentric, event_angle
 from governor_mechanism.closed_form.slider_crank import CrankTrain, travel_from_outer_dead_centre
 from governor_mechanism.machines.slide_valve import EQUAL_LEADS
 from governor_mechanism.model.scene import Scene
-from governor_mechanism.observables.valve_timing import (
-    CYLINDER_ENDS,
-    evaluate_at_crank_angles,
-    find_event_angles,
-    valve_setting,
-)
+from governor_mechanism.observables.valve_timing import CYLINDER_ENDS, evaluate_at_crank_angles, find_event_angles, valve_setting
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -64,18 +59,11 @@ class ValveTiming:
         ]
         widths = [max(len(line[k]) for line in (header, *cells)) for k in range(len(header))]
         lines = [
-            "  ".join(
-                f"{cell:<{w}}" if k == 0 else f"{cell:>{w}}"
-                for k, (cell, w) in enumerate(zip(line, widths, strict=True))
-            )
+            "  ".join(f"{cell:<{w}}" if k == 0 else f"{cell:>{w}}" for k, (cell, w) in enumerate(zip(line, widths, strict=True)))
             for line in (header, *cells)
         ]
-        footer = (
-            "crank angles and shift in deg from the crank end's dead centre; strokes as parts, from the event's own end"
-        )
-        lead = ", ".join(
-            f"{1e3 * lead_value:.6g} mm at the {end}" for lead_value, end in zip(self.leads, CYLINDER_ENDS, strict=True)
-        )
+        footer = "crank angles and shift in deg from the crank end's dead centre; strokes as parts, from the event's own end"
+        lead = ", ".join(f"{1e3 * lead_value:.6g} mm at the {end}" for lead_value, end in zip(self.leads, CYLINDER_ENDS, strict=True))
         return "\n".join([self.title, *lines, footer, f"lead {lead}"])
 
     def as_json(self) -> dict[str, Any]:
@@ -96,11 +84,7 @@ def tabulate_valve_timing(scene: Scene) -> ValveTiming:
     rows = []
     for k, (name, angle) in enumerate(simulated_angles.items()):
         closed_form_angle = partial(
-            event_angle,
-            eccentric,
-            event=name,
-            outside_lap=dimensions["outside_lap"],
-            inside_lap=dimensions["inside_lap"],
+            event_angle, eccentric, event=name, outside_lap=dimensions["outside_lap"], inside_lap=dimensions["inside_lap"]
         )
         exact, theory = closed_form_angle(centre=swing_centre), closed_form_angle(law="theory")
         end = name.rsplit(" ", 1)[0]

@@ -27,15 +27,8 @@ DIMENSION_PREFIX = "dimensions."
 class BatchedRows:
     """Rides of one scene with other dimensions."""
 
-    def __init__(
-        self, scene: Scene, machine_class: type[Machine], given_dimensions: Mapping[str, Any], batch: ReducedBatch
-    ) -> None:
-        self._scene, self._machine_class, self._given_dimensions, self._batch = (
-            scene,
-            machine_class,
-            given_dimensions,
-            batch,
-        )
+    def __init__(self, scene: Scene, machine_class: type[Machine], given_dimensions: Mapping[str, Any], batch: ReducedBatch) -> None:
+        self._scene, self._machine_class, self._given_dimensions, self._batch = (scene, machine_class, given_dimensions, batch)
 
     def run_uncertified(self, dimensions: Mapping[str, float]) -> UncertifiedResult | None:
         """The ride with some dimensions changed; None where there is none to be had so quickly."""
@@ -51,11 +44,7 @@ class BatchedRows:
 
 
 def make_batched_rows(
-    document: Mapping[str, Any],
-    axes: Sequence[SweepAxis],
-    quantities: Sequence[RunQuantity],
-    engine: str,
-    accuracy: float | None,
+    document: Mapping[str, Any], axes: Sequence[SweepAxis], quantities: Sequence[RunQuantity], engine: str, accuracy: float | None
 ) -> BatchedRows | None:
     """What makes the rows of such a sweep; None where it is of another kind."""
     from governor_mechanism.scenes.schema import dimensions_table_model, validate_table  # pydantic takes long to import
@@ -67,22 +56,12 @@ def make_batched_rows(
     machine_class = MACHINES.get(scene.part.machine)
     requested_accuracy = scene.run.accuracy if accuracy is None else accuracy
     chosen_engine = select_engine(scene.run.engine if engine == "auto" else engine, scene, requested_accuracy)[0]
-    if (
-        machine_class is None
-        or None in reading_names
-        or chosen_engine.name != ReducedEngine.name
-        or chosen_engine.refusal(scene)
-    ):
+    if machine_class is None or None in reading_names or chosen_engine.name != ReducedEngine.name or chosen_engine.refusal(scene):
         return None
-    given_dimensions, problems = validate_table(
-        dimensions_table_model(machine_class), document["dimensions"], "dimensions"
-    )
+    given_dimensions, problems = validate_table(dimensions_table_model(machine_class), document["dimensions"], "dimensions")
     if problems:
         return None
     batch = ReducedBatch(
-        scene,
-        [name for name in dict.fromkeys(reading_names) if name],
-        initial_tolerance(requested_accuracy),
-        ReducedEngine().max_steps,
+        scene, [name for name in dict.fromkeys(reading_names) if name], initial_tolerance(requested_accuracy), ReducedEngine().max_steps
     )
     return BatchedRows(scene, machine_class, given_dimensions, batch)

@@ -22,12 +22,7 @@ from governor_mechanism.studies.sweep.results import Sweep, SweepRow
 
 DISTRIBUTION_NAME = "governor-mechanism"
 
-SETTING_LABELS = {
-    "scene": "scene",
-    "axes": "values of keys",
-    "quantities": "quantities",
-    "package": "version of the package",
-}
+SETTING_LABELS = {"scene": "scene", "axes": "values of keys", "quantities": "quantities", "package": "version of the package"}
 """How a message calls what tells two sweeps apart."""
 
 
@@ -40,12 +35,7 @@ class SweepFiles:
     """The files of one sweep in a folder, which is made. Raises MechanismError where it holds another sweep."""
 
     def __init__(
-        self,
-        folder: Path,
-        scene: Scene,
-        quantities: Sequence[RunQuantity],
-        axes: Sequence[SweepAxis],
-        settings: Mapping[str, Any],
+        self, folder: Path, scene: Scene, quantities: Sequence[RunQuantity], axes: Sequence[SweepAxis], settings: Mapping[str, Any]
     ) -> None:
         if folder.exists() and not folder.is_dir():
             raise MechanismError(f"out: {folder} is a file; give the name of a folder")
@@ -69,18 +59,12 @@ class SweepFiles:
                 return rows
         if not self._journal_path.exists():
             return {}
-        journal_rows = (
-            _parse_journal_line(line, self._n_quantities)
-            for line in self._journal_path.read_text("utf-8").split("\n")[1:]
-        )
+        journal_rows = (_parse_journal_line(line, self._n_quantities) for line in self._journal_path.read_text("utf-8").split("\n")[1:])
         return {row.index: row for row in journal_rows if row is not None and 0 <= row.index < self._n_rows}
 
     def open_journal(self, rows: Iterable[SweepRow]) -> None:
         """Begin the journal anew with the rows kept: what stood half written at its end is gone."""
-        with (
-            atomic_write(self._journal_path) as temporary,
-            temporary.open("w", encoding="utf-8", newline="\n") as stream,
-        ):
+        with atomic_write(self._journal_path) as temporary, temporary.open("w", encoding="utf-8", newline="\n") as stream:
             stream.write(json.dumps({"sweep": self._identity}) + "\n" + _format_journal_lines(rows))
         self._stream = self._journal_path.open("a", encoding="utf-8", newline="\n")
 
@@ -121,9 +105,7 @@ class SweepFiles:
             identity = _read_identity(path)
             if identity is None:
                 raise MechanismError(f"out: {path} is there, and tells of no sweep; {hint}")
-            differing_settings = [
-                SETTING_LABELS.get(key, key) for key in self._identity if identity.get(key) != self._identity[key]
-            ]
+            differing_settings = [SETTING_LABELS.get(key, key) for key in self._identity if identity.get(key) != self._identity[key]]
             if differing_settings:
                 raise MechanismError(f"out: {path} is of another sweep (other {', '.join(differing_settings)}); {hint}")
         if self._table_path.exists() and not (self._record_path.exists() or self._journal_path.exists()):
@@ -150,8 +132,7 @@ def _read_identity(path: Path) -> Mapping[str, Any] | None:
 def _format_journal_lines(rows: Iterable[SweepRow]) -> str:
     """A line a row; JSON writes the shortest digits that give the same float again."""
     plain_rows = (
-        [row.index, [number if math.isfinite(number) else None for number in row.numbers], row.outcome, row.message]
-        for row in rows
+        [row.index, [number if math.isfinite(number) else None for number in row.numbers], row.outcome, row.message] for row in rows
     )
     return "".join(json.dumps(row) + "\n" for row in plain_rows)
 
@@ -163,9 +144,7 @@ def _parse_journal_line(line: str, n_quantities: int) -> SweepRow | None:
         values = tuple(math.nan if number is None else float(number) for number in numbers)
     except (ValueError, TypeError):
         return None
-    return (
-        SweepRow(index=index, numbers=values, outcome=outcome, message=message) if len(values) == n_quantities else None
-    )
+    return SweepRow(index=index, numbers=values, outcome=outcome, message=message) if len(values) == n_quantities else None
 
 
 def _read_table_rows(path: Path, n_axes: int, n_quantities: int) -> dict[int, SweepRow]:

@@ -38,9 +38,7 @@ def parse_axis_requests(vary: Mapping[str, Any] | Sequence[str]) -> tuple[list[A
     if isinstance(vary, str):
         vary = [vary]
     if not isinstance(vary, Mapping | Sequence) or not vary:
-        return [], [
-            f"vary: nothing to vary; name a key and its values, as in {AXIS_EXAMPLE}; found {format_value(vary)}"
-        ]
+        return [], [f"vary: nothing to vary; name a key and its values, as in {AXIS_EXAMPLE}; found {format_value(vary)}"]
     requests: list[AxisRequest] = []
     problems: list[str] = []
     for request in vary.items() if isinstance(vary, Mapping) else vary:
@@ -49,9 +47,7 @@ def parse_axis_requests(vary: Mapping[str, Any] | Sequence[str]) -> tuple[list[A
         except MechanismError as error:
             problems += [f"vary: {problem}" for problem in error.problems]
     counts = Counter(one.key for one in requests)
-    problems += [
-        f"vary: {key} stands {count} times; give all its values at once" for key, count in counts.items() if count > 1
-    ]
+    problems += [f"vary: {key} stands {count} times; give all its values at once" for key, count in counts.items() if count > 1]
     n_rows = math.prod(len(one.values) if one.range_count is None else one.range_count for one in requests)
     if n_rows > MAX_SWEEP_ROWS:
         problems.append(f"vary: {n_rows:,} rows are too many (at most {MAX_SWEEP_ROWS:,}); take fewer values of a key")
@@ -67,9 +63,7 @@ def _parse_request_text(text: str) -> AxisRequest:
 
 def _parse_request(key: Any, values: Any) -> AxisRequest:
     if not isinstance(key, str) or not all(part.strip() for part in key.split(".")):
-        raise MechanismError(
-            f"{format_value(key)} is no key of a scene; a key is a table and a name, as in dimensions.arm"
-        )
+        raise MechanismError(f"{format_value(key)} is no key of a scene; a key is a table and a name, as in dimensions.arm")
     if isinstance(values, np.ndarray):
         values = values.tolist()
     if isinstance(values, str):
@@ -81,22 +75,16 @@ def _parse_request(key: Any, values: Any) -> AxisRequest:
     plain_values = [value.item() if isinstance(value, np.generic) else value for value in values]
     invalid_values = [value for value in plain_values if not isinstance(value, str | int | float) or value == ""]
     if invalid_values:
-        raise MechanismError(
-            f"{key} takes numbers and text, one value each; found {format_value(invalid_values[0])} in its list"
-        )
+        raise MechanismError(f"{key} takes numbers and text, one value each; found {format_value(invalid_values[0])} in its list")
     return AxisRequest(key=key, values=tuple(plain_values))
 
 
 def _parse_range(key: str, text: str) -> AxisRequest:
     parts = [part.strip() for part in text.split(":")]
     if len(parts) != 3 or not all(parts):
-        raise MechanismError(
-            f"{key}={text} is no range; write first:last:count, as in {AXIS_EXAMPLE.partition(',')[0]}"
-        )
+        raise MechanismError(f"{key}={text} is no range; write first:last:count, as in {AXIS_EXAMPLE.partition(',')[0]}")
     if not parts[2].isdecimal() or int(parts[2]) < 1:
-        raise MechanismError(
-            f"{key}={text}: the count must be a whole number of at least 1; found {format_value(parts[2])}"
-        )
+        raise MechanismError(f"{key}={text}: the count must be a whole number of at least 1; found {format_value(parts[2])}")
     count = int(parts[2])
     if count > MAX_SWEEP_ROWS:
         raise MechanismError(f"{key}={text}: {count:,} values are too many (at most {MAX_SWEEP_ROWS:,} rows)")

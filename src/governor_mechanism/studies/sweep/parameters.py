@@ -90,9 +90,7 @@ def parse_axes(document: Mapping[str, Any], vary: Mapping[str, Any] | Sequence[s
     for request in requests:
         other_values = [(other.key, other.first_value) for other in requests if other.key != request.key]
         try:
-            axes.append(
-                _parse_axis(_apply_first_values(document, other_values), request, is_only_axis=not other_values)
-            )
+            axes.append(_parse_axis(_apply_first_values(document, other_values), request, is_only_axis=not other_values))
         except MechanismError as error:
             problems += [f"vary: {problem}" for problem in error.problems]
     if problems:
@@ -116,13 +114,9 @@ def _replace_nested_value(table: Any, path: Sequence[str], value: Any, key_path:
         nested = table.get(name, False)
         return {
             **table,
-            name: _replace_nested_value(
-                {} if nested is False and remaining_path else nested, remaining_path, value, item_path
-            ),
+            name: _replace_nested_value({} if nested is False and remaining_path else nested, remaining_path, value, item_path),
         }
-    raise MechanismError(
-        f"{item_path} cannot be varied: {key_path} is {format_value(table)} in this scene, and no table; vary {key_path}"
-    )
+    raise MechanismError(f"{item_path} cannot be varied: {key_path} is {format_value(table)} in this scene, and no table; vary {key_path}")
 
 
 def _find_item(items: Sequence[Any], name: str, key_path: str) -> int:
@@ -132,9 +126,7 @@ def _find_item(items: Sequence[Any], name: str, key_path: str) -> int:
     if names.count(name) == 1:
         return next(k for k, item in enumerate(items) if isinstance(item, Mapping) and item.get("name") == name)
     known_names = f"named {', '.join(names)}, or " if names else ""
-    raise MechanismError(
-        f"{key_path} has no {format_value(name)}; its items are {known_names}1 to {len(items)}{did_you_mean(name, names)}"
-    )
+    raise MechanismError(f"{key_path} has no {format_value(name)}; its items are {known_names}1 to {len(items)}{did_you_mean(name, names)}")
 
 
 def _apply_first_values(document: Mapping[str, Any], other_values: Iterable[tuple[str, Any]]) -> Mapping[str, Any]:
@@ -158,14 +150,7 @@ def _parse_axis(document: Mapping[str, Any], request: AxisRequest, *, is_only_ax
         ]
 
     sentinel_problems = find_problems(SENTINEL_VALUE)
-    kind = next(
-        (
-            name
-            for name, kind in QUANTITY_KINDS.items()
-            if any(f" is {kind.name}; " in line for line in sentinel_problems)
-        ),
-        None,
-    )
+    kind = next((name for name, kind in QUANTITY_KINDS.items() if any(f" is {kind.name}; " in line for line in sentinel_problems)), None)
     axis = _make_axis(request, kind, find_problems)
     _refuse_repeated_values(axis, request)
     _refuse_ineffective_axis(document, axis, is_only_axis=is_only_axis)
@@ -187,15 +172,9 @@ def _make_axis(request: AxisRequest, kind: str | None, find_problems: ProblemFin
 
     def to_document_value(value: Any) -> Any:
         """Beyond what a bare number is believed, a number with its unit."""
-        return (
-            f"{value!r} {QUANTITY_KINDS[kind].si_unit}"
-            if kind and isinstance(value, float) and abs(value) > suspicious_limit
-            else value
-        )
+        return f"{value!r} {QUANTITY_KINDS[kind].si_unit}" if kind and isinstance(value, float) and abs(value) > suspicious_limit else value
 
-    return SweepAxis(
-        key=request.key, kind=kind or "", values=tuple(values), document_values=tuple(map(to_document_value, values))
-    )
+    return SweepAxis(key=request.key, kind=kind or "", values=tuple(values), document_values=tuple(map(to_document_value, values)))
 
 
 def _parse_values(request: AxisRequest, kind: str | None, find_problems: ProblemFinder) -> list[Any]:
@@ -227,9 +206,7 @@ def _interpolate_range(low: float, high: float, count: int) -> Iterable[float]:
 
 def _refuse_repeated_values(axis: SweepAxis, request: AxisRequest) -> None:
     if request.range_count is not None and len(axis.values) > 1 and axis.values[0] == axis.values[-1]:
-        raise MechanismError(
-            f"{axis.key} goes from {request.values[0]} to the same value; write {axis.key}={request.values[0]}"
-        )
+        raise MechanismError(f"{axis.key} goes from {request.values[0]} to the same value; write {axis.key}={request.values[0]}")
     seen: set[Any] = set()
     for value, given in zip(axis.values, request.values, strict=False):
         if (type(value), value) in seen:
@@ -244,8 +221,7 @@ def _refuse_ineffective_axis(document: Mapping[str, Any], axis: SweepAxis, *, is
     """
     n_values = len(axis.document_values)
     compared_indices = sorted(
-        {round(k) for k in np.linspace(0, n_values - 1, min(n_values, MAX_COMPARED_VALUES))},
-        key=lambda k: (k != n_values - 1, k),
+        {round(k) for k in np.linspace(0, n_values - 1, min(n_values, MAX_COMPARED_VALUES))}, key=lambda k: (k != n_values - 1, k)
     )
     scenes: list[Scene] = []
     refusal: MechanismError | None = None

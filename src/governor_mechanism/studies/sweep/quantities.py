@@ -123,9 +123,7 @@ def parse_quantities(scene: Scene, requested: QuantityRequest, *, certify: bool)
         except MechanismError as error:
             problems += error.problems
     names = [one.name for one in quantities]
-    problems += [
-        f"quantity {name!r} stands twice; list it once" for name in dict.fromkeys(names) if names.count(name) > 1
-    ]
+    problems += [f"quantity {name!r} stands twice; list it once" for name in dict.fromkeys(names) if names.count(name) > 1]
     if problems:
         raise MechanismError(*problems)
     return tuple(quantities)
@@ -152,17 +150,13 @@ def find_reading_units(scene: Scene) -> dict[str, str]:
     return units
 
 
-def _parse_quantity(
-    name: Any, rule: Any, scene: Scene, reading_units: Mapping[str, str], *, certify: bool
-) -> RunQuantity:
+def _parse_quantity(name: Any, rule: Any, scene: Scene, reading_units: Mapping[str, str], *, certify: bool) -> RunQuantity:
     if not isinstance(name, str) or not name.strip():
         raise MechanismError(f"a quantity has a name; found {format_value(name)}; write 'max arm_angle'")
     if callable(rule):
         return _make_function_quantity(name, rule)
     if rule == ERROR_ESTIMATE_RULE and not certify:
-        raise MechanismError(
-            f"quantity {ERROR_ESTIMATE_RULE!r} needs runs that are certified; ask for certify, or leave it out"
-        )
+        raise MechanismError(f"quantity {ERROR_ESTIMATE_RULE!r} needs runs that are certified; ask for certify, or leave it out")
     if rule in (DURATION_RULE, ERROR_ESTIMATE_RULE):
         return RunQuantity(name=name, rule=rule, unit="s" if rule == DURATION_RULE else "")
     parts = _RULE_PATTERN.fullmatch(rule) if isinstance(rule, str) else None
@@ -178,12 +172,7 @@ def _unknown_rule_message(rule: Any, reading_units: Mapping[str, str], readings_
     text = str(rule)
     statistics = [*STATISTICS, ""]
     known_rules = [f"{one} {name}".strip() for one in statistics for name in reading_units]
-    known_rules += [
-        f"{one} {RATE_PREFIX}{name}".strip()
-        for one in statistics
-        for name in reading_units
-        if name in readings_with_rate
-    ]
+    known_rules += [f"{one} {RATE_PREFIX}{name}".strip() for one in statistics for name in reading_units if name in readings_with_rate]
     return (
         f"quantity {format_value(rule)} is unknown; known are final, min, max or span (or none of these: the final value) of "
         f"{', '.join(reading_units)}, or of 'rate of ...' those that are positions, and {DURATION_RULE} and {ERROR_ESTIMATE_RULE}."
@@ -196,8 +185,7 @@ def _make_function_quantity(name: str, function: Callable[[Trajectory], float]) 
         pickle.dumps(function)
     except Exception as error:  # pickle raises many unrelated types
         raise MechanismError(
-            f"quantity {name!r}: {function!r} cannot be sent to another process; "
-            "write a function with def at the top of a module"
+            f"quantity {name!r}: {function!r} cannot be sent to another process; write a function with def at the top of a module"
         ) from error
     return RunQuantity(name=name, function=function)
 

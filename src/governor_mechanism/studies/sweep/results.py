@@ -151,10 +151,7 @@ class Sweep:
 
     def _format_table(self) -> list[str]:
         names = [*(axis.key for axis in self.axes), *(one.name for one in self.quantities), "outcome"]
-        cells = [
-            names,
-            *([*self._format_axis_values(row), *self._format_numbers(row), row.outcome] for row in self.rows),
-        ]
+        cells = [names, *([*self._format_axis_values(row), *self._format_numbers(row), row.outcome] for row in self.rows)]
         widths = [max(len(line[k]) for line in cells) for k in range(len(names))]
         return ["  ".join(f"{cell:>{width}}" for cell, width in zip(line, widths, strict=True)) for line in cells]
 

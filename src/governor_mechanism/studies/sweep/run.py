@@ -56,15 +56,11 @@ class SweepTask:
 
     def build_scene(self, index: int) -> Scene:
         """The scene of a row. Raises MechanismError where it cannot be made."""
-        return parse_scene_with(
-            self.document, [(axis.key, axis.document_values[place]) for axis, place in self._axis_indices(index)]
-        )
+        return parse_scene_with(self.document, [(axis.key, axis.document_values[place]) for axis, place in self._axis_indices(index)])
 
     def changed_dimensions(self, index: int) -> dict[str, Any]:
         """The dimensions of a row that differ from the scene's, in SI, where all its axes are of dimensions."""
-        return {
-            axis.key.removeprefix(DIMENSION_PREFIX): axis.values[place] for axis, place in self._axis_indices(index)
-        }
+        return {axis.key.removeprefix(DIMENSION_PREFIX): axis.values[place] for axis, place in self._axis_indices(index)}
 
     @cached_property
     def batched_rows(self) -> BatchedRows | None:
@@ -133,13 +129,7 @@ def sweep(
 
 
 def _make_task(
-    scene: Scene,
-    vary: Any,
-    quantities: QuantityRequest,
-    engine: str,
-    accuracy: float | None,
-    certify: bool,
-    workers: int,
+    scene: Scene, vary: Any, quantities: QuantityRequest, engine: str, accuracy: float | None, certify: bool, workers: int
 ) -> SweepTask:
     """The task; MechanismError with every mistake of the request."""
     problems: list[str] = []
@@ -169,14 +159,10 @@ def _make_task(
         if given_for_all.get(axis.key)
     ]
     names = [axis.key for axis in axes]
-    problems += [
-        f"quantity {one.name!r} has the name of a key; choose another" for one in parsed_quantities if one.name in names
-    ]
+    problems += [f"quantity {one.name!r} has the name of a key; choose another" for one in parsed_quantities if one.name in names]
     if problems:
         raise MechanismError(*problems)
-    return SweepTask(
-        document=document, axes=axes, quantities=parsed_quantities, engine=engine, accuracy=accuracy, certify=certify
-    )
+    return SweepTask(document=document, axes=axes, quantities=parsed_quantities, engine=engine, accuracy=accuracy, certify=certify)
 
 
 def _require_unchanged_document(scene: Scene) -> Mapping[str, Any]:
@@ -185,9 +171,7 @@ def _require_unchanged_document(scene: Scene) -> Mapping[str, Any]:
         raise MechanismError("a sweep changes keys of a scene file, and this scene comes from none; load one")
     parsed_scene = parse_scene_document(scene.document, scene.source)
     if replace(parsed_scene, run=scene.run, title=scene.title) != scene:
-        raise MechanismError(
-            "this scene was changed after it was read, and a sweep reads it anew for each row; change its document"
-        )
+        raise MechanismError("this scene was changed after it was read, and a sweep reads it anew for each row; change its document")
     return scene.document if parsed_scene.run == scene.run else {**scene.document, "run": asdict(scene.run)}
 
 
@@ -218,9 +202,7 @@ def _compute_row(task: SweepTask, index: int) -> SweepRow:
 
 
 def _run_scene(task: SweepTask, scene: Scene) -> Trajectory:
-    chosen_engine, reason = select_engine(
-        scene.run.engine if task.engine == "auto" else task.engine, scene, task.accuracy
-    )
+    chosen_engine, reason = select_engine(scene.run.engine if task.engine == "auto" else task.engine, scene, task.accuracy)
     return chosen_engine.run(scene, accuracy=task.accuracy, certify=task.certify, reason=reason)
 
 
@@ -229,8 +211,7 @@ def _make_row(task: SweepTask, index: int, run: Trajectory) -> SweepRow:
     outcome = run.outcome
     has_final_values = outcome.ok or outcome.name == "ACCURACY_MISSED"
     numbers = tuple(
-        one.evaluate(run) if has_final_values or (one.rule == "duration" and len(run.times)) else math.nan
-        for one in task.quantities
+        one.evaluate(run) if has_final_values or (one.rule == "duration" and len(run.times)) else math.nan for one in task.quantities
     )
     message = "" if outcome.ok else " ".join(run.message.split())
     return SweepRow(index=index, numbers=numbers, outcome=outcome.name.lower(), message=message)

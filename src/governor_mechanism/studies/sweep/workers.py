@@ -15,9 +15,7 @@ _Item = TypeVar("_Item")
 _Result = TypeVar("_Result")
 
 
-def map_in_processes(
-    function: Callable[[_Item], _Result], items: Iterable[_Item], n_processes: int
-) -> Iterator[_Result]:
+def map_in_processes(function: Callable[[_Item], _Result], items: Iterable[_Item], n_processes: int) -> Iterator[_Result]:
     """What `make`, which can be pickled, makes of each, in the order in which it comes.
 
     `given` is asked for a few at a time. Raises RunFailed where a process is ended from outside.

@@ -79,11 +79,7 @@ class EngineVariant:
     def cheapest_for(self, error: float) -> WorkPrecisionPoint | None:
         """The quickest setting within an error; None where none is."""
         validate_target_error(error)
-        return min(
-            (point for point in self.points if point.max_error <= error),
-            key=lambda point: point.wall_time,
-            default=None,
-        )
+        return min((point for point in self.points if point.max_error <= error), key=lambda point: point.wall_time, default=None)
 
     def describe_cost(self, error: float) -> str:
         """What an error costs with it, or that it never reaches it, and what it does."""
@@ -117,9 +113,7 @@ class ErrorReference:
         return REFERENCE_MARGIN_RATIO * self.error
 
     def __str__(self) -> str:
-        summary = (
-            f"reference: {self.engine}, tolerance {self.tolerance:g}, by its own estimate within {self.estimate:.1e}"
-        )
+        summary = f"reference: {self.engine}, tolerance {self.tolerance:g}, by its own estimate within {self.estimate:.1e}"
         return f"{summary}; {self.confirmation}"
 
     @property
@@ -127,9 +121,7 @@ class ErrorReference:
         """How far another engine confirms it."""
         if self.confirmation_error is None:
             return "no other engine confirms it"
-        caveat = (
-            ", below which its own estimate stands alone" if self.confirmation_error > self.resolvable_error else ""
-        )
+        caveat = ", below which its own estimate stands alone" if self.confirmation_error > self.resolvable_error else ""
         return f"{self.confirmed_by} confirms it to {self.confirmation_error:.1e}{caveat}"
 
 
@@ -167,9 +159,7 @@ class AccuracyStudy:
         """
         self._require_resolvable(error)
         candidates = (variant.cheapest_for(error) for variant in self.variants)
-        return min(
-            (point for point in candidates if point is not None), key=lambda point: point.wall_time, default=None
-        )
+        return min((point for point in candidates if point is not None), key=lambda point: point.wall_time, default=None)
 
     def advice(self, error: float) -> str:
         """Which engine to use for an error, and what it would cost with the others, in a sentence."""
@@ -265,9 +255,7 @@ class AccuracyStudy:
             is_below_resolution = point.error < self.reference.resolvable_error
             error = f"{'< ' if is_below_resolution else ''}{max(point.error, self.reference.resolvable_error):.1e}"
             event_time_error = (
-                ""
-                if not has_event_errors
-                else f"{'' if point.event_time_error is None else f'{point.event_time_error:.1e}':>10}"
+                "" if not has_event_errors else f"{'' if point.event_time_error is None else f'{point.event_time_error:.1e}':>10}"
             )
             yield (
                 f"{name:22}{point.setting:{self._setting_width}}{error:>11}{event_time_error}{format_wall_time(point.wall_time):>10}{point.evaluations:>13,}"

@@ -29,9 +29,7 @@ def build_ladders(scene: Scene) -> Iterator[SettingsLadder]:
     """Those of every engine, the quickest first."""
 
     def tolerance_ladder(engine_class: type[ReducedEngine | MultibodyEngine]) -> SettingsLadder:
-        settings = tuple(
-            (f"tolerance {tolerance:g}", engine_class(tolerance=tolerance)) for tolerance in LADDER_TOLERANCES
-        )
+        settings = tuple((f"tolerance {tolerance:g}", engine_class(tolerance=tolerance)) for tolerance in LADDER_TOLERANCES)
         return SettingsLadder(engine_class.name, settings, varies_step=False)
 
     def step_ladder(name: str, engine: ImpulseEngine) -> SettingsLadder:

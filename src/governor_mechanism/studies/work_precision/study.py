@@ -23,12 +23,7 @@ from governor_mechanism.mechanics.dynamics.contacts import has_contacts
 from governor_mechanism.model.scene import Scene
 from governor_mechanism.model.trajectory import Outcome, Trajectory
 from governor_mechanism.studies.regression import FittedParameter, fit_slope
-from governor_mechanism.studies.work_precision.results import (
-    AccuracyStudy,
-    EngineVariant,
-    ErrorReference,
-    WorkPrecisionPoint,
-)
+from governor_mechanism.studies.work_precision.results import AccuracyStudy, EngineVariant, ErrorReference, WorkPrecisionPoint
 from governor_mechanism.studies.work_precision.settings import SettingsLadder, build_ladders, format_step
 from governor_mechanism.types import FloatArray
 
@@ -98,9 +93,7 @@ def run_accuracy_study(
     benchmark = ErrorBenchmark(scene, times, float(max_time))
     early_end_message = benchmark.reference_run.message if benchmark.reference_run.outcome is Outcome.LEFT_RANGE else ""
     if early_end_message and len(benchmark.reference_run.times) < MIN_REACHED_FRACTION * len(times):
-        benchmark = ErrorBenchmark(
-            scene, np.linspace(0.0, benchmark.reference_run.times[-1], samples + 1), float(max_time)
-        )
+        benchmark = ErrorBenchmark(scene, np.linspace(0.0, benchmark.reference_run.times[-1], samples + 1), float(max_time))
     ladders = list(build_ladders(scene))
     total = sum(len(ladder.settings) for ladder in ladders)
     n_done = 0
@@ -193,9 +186,7 @@ class ErrorBenchmark:
                 continue
             if isinstance(result, str):
                 notes.setdefault(result, []).append(setting)
-                iteration_factor *= (
-                    ITERATION_FACTOR if ladder.varies_step and iteration_factor < MAX_ITERATION_FACTOR else 1
-                )
+                iteration_factor *= ITERATION_FACTOR if ladder.varies_step and iteration_factor < MAX_ITERATION_FACTOR else 1
                 if cost_ratio * (time.perf_counter() - started) > self.max_time:
                     time_limit = self.max_time
                     break
@@ -207,8 +198,7 @@ class ErrorBenchmark:
             is_gap_decreasing = len(points) < 2 or _is_joint_gap_decreasing(points)
             n_stagnant = (
                 0
-                if result.max_error < IMPROVEMENT_RATIO * smallest_error
-                or (smallest_error > MAX_ASYMPTOTIC_ERROR and is_gap_decreasing)
+                if result.max_error < IMPROVEMENT_RATIO * smallest_error or (smallest_error > MAX_ASYMPTOTIC_ERROR and is_gap_decreasing)
                 else n_stagnant + 1
             )
             if ladder.varies_step and n_stagnant and (n_stagnant == MAX_STAGNANT_SETTINGS or not is_gap_decreasing):
@@ -217,12 +207,7 @@ class ErrorBenchmark:
                 n_stagnant, iteration_factor = 0, ITERATION_FACTOR * iteration_factor
         order = _fit_order(points, self.error_reference.resolvable_error) if ladder.varies_step else None
         return EngineVariant(
-            name=ladder.name,
-            points=tuple(points),
-            order=order,
-            refusal=refusal,
-            notes=_format_notes(notes),
-            time_limit=time_limit,
+            name=ladder.name, points=tuple(points), order=order, refusal=refusal, notes=_format_notes(notes), time_limit=time_limit
         )
 
     def _measure_setting(
@@ -299,12 +284,8 @@ class ErrorBenchmark:
         if self.has_contacts:
             times = reference_run.times[:n_shared]
             event_time_error, _ = compare_event_logs(reference_run.events, run.events, times, 0.0)
-            exclusion_time = max(
-                min(event_time_error, MAX_EVENT_EXCLUSION * self.time_scale), MIN_EVENT_EXCLUSION * self.time_scale
-            )
-            is_compared = ~compare_event_logs(
-                reference_run.events, run.events, times, exclusion_time * (1 + MIN_EVENT_EXCLUSION)
-            )[1]
+            exclusion_time = max(min(event_time_error, MAX_EVENT_EXCLUSION * self.time_scale), MIN_EVENT_EXCLUSION * self.time_scale)
+            is_compared = ~compare_event_logs(reference_run.events, run.events, times, exclusion_time * (1 + MIN_EVENT_EXCLUSION))[1]
         errors = {}
         for prefix, scale, run_values, reference_values in (
             ("", 1.0, run.readings, reference_run.readings),
@@ -318,10 +299,7 @@ class ErrorBenchmark:
 
 def _format_notes(notes: Mapping[str, list[str]]) -> tuple[str, ...]:
     """A sentence for each reason, with the settings it is true of."""
-    return tuple(
-        f"{settings[0]}{f' to {settings[-1]}' if len(settings) > 1 else ''}: {reason}"
-        for reason, settings in notes.items()
-    )
+    return tuple(f"{settings[0]}{f' to {settings[-1]}' if len(settings) > 1 else ''}: {reason}" for reason, settings in notes.items())
 
 
 def _is_joint_gap_decreasing(points: list[WorkPrecisionPoint]) -> bool:
@@ -351,9 +329,7 @@ def _confirm_by_impulse(reference: ErrorReference, variants: list[EngineVariant]
     """A reference that reduced could not confirm, confirmed by how far impulse came."""
     if reference.confirmation_error is not None:
         return reference
-    best_points = [
-        variant.best_point for variant in variants if variant.name.startswith("impulse") and variant.best_point
-    ]
+    best_points = [variant.best_point for variant in variants if variant.name.startswith("impulse") and variant.best_point]
     closest = min(best_points, key=lambda point: point.max_error, default=None)
     return (
         reference

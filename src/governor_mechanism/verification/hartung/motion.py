@@ -29,16 +29,10 @@ def hartung_spring_force(scene: Scene, lever_angle: float) -> float:
     return dimensions["spring_preload"] + dimensions["spring_rate"] * (weight_radius - dimensions["preload_radius"])
 
 
-def check_hartung_motion(
-    scene: Scene, governor: closed.HartungGovernor, run: Trajectory
-) -> Iterator[ComparisonRow | str]:
+def check_hartung_motion(scene: Scene, governor: closed.HartungGovernor, run: Trajectory) -> Iterator[ComparisonRow | str]:
     """A run against the equation of motion, until something strikes; a note where that has not all of its effects."""
     unsupported_effects = sorted(
-        {
-            type(effect).__name__
-            for effect in scene.effects
-            if isinstance(effect, OutputEffect) and not _is_in_closed_form(effect)
-        }
+        {type(effect).__name__ for effect in scene.effects if isinstance(effect, OutputEffect) and not _is_in_closed_form(effect)}
     )
     if unsupported_effects:
         yield f"motion is not checked: the closed form has no {' and '.join(unsupported_effects)}"
@@ -93,9 +87,7 @@ def _integrate_closed_form(
             drive_torque, constant_inertia = float(torque(time_array, left_limit=time > start)[0]), spindle.inertia
             coordinates = {"lever_angle": lever_angle, "lever_rate": lever_rate, "spindle_speed": spindle_speed}
             spindle_acceleration = float(
-                closed.spindle_acceleration(
-                    governor, **coordinates, constant_inertia=constant_inertia, torque=drive_torque
-                )
+                closed.spindle_acceleration(governor, **coordinates, constant_inertia=constant_inertia, torque=drive_torque)
             )
         else:
             spindle_speed = float(program(time_array, left_limit=time > start)[0])
@@ -112,18 +104,12 @@ def _integrate_closed_form(
     times = run.times[:n_compared]
     breaks = torque.breakpoints if torque else program.breakpoints
     interior_breaks = breaks[(breaks > times[0]) & (breaks < times[-1])]
-    state = np.array(
-        [run.readings[LEVER_ANGLE_READING][0], run.rates[LEVER_ANGLE_READING][0], run.readings["spindle_speed"][0]]
-    )
+    state = np.array([run.readings[LEVER_ANGLE_READING][0], run.rates[LEVER_ANGLE_READING][0], run.readings["spindle_speed"][0]])
     segments = [state[:, np.newaxis]]
     for start, end in pairwise(np.concatenate([times[:1], interior_breaks, times[-1:]]).tolist()):
         segment_times = times[(times > start) & (times <= end)]
-        evaluation_times = (
-            segment_times if segment_times.size and segment_times[-1] == end else np.append(segment_times, end)
-        )
-        solution = solve_ivp(
-            state_derivative, (start, end), state, method="DOP853", t_eval=evaluation_times, rtol=1e-12, atol=1e-13
-        )
+        evaluation_times = segment_times if segment_times.size and segment_times[-1] == end else np.append(segment_times, end)
+        solution = solve_ivp(state_derivative, (start, end), state, method="DOP853", t_eval=evaluation_times, rtol=1e-12, atol=1e-13)
         segments.append(solution.y[:, : len(segment_times)])
         state = solution.y[:, -1]
     angles, _, speeds = np.concatenate(segments, axis=1)

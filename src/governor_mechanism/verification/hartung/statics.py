@@ -20,17 +20,8 @@ from governor_mechanism.model.scene import FreeSpindle, Scene, Spindle
 from governor_mechanism.observables.static_forces import compute_static_force
 from governor_mechanism.statics.speed_curve import equilibrium_speed_at
 from governor_mechanism.types import FloatArray
-from governor_mechanism.verification.hartung.motion import (
-    LEVER_ANGLE_READING,
-    check_hartung_motion,
-    hartung_spring_force,
-)
-from governor_mechanism.verification.oscillation import (
-    check_oscillation_period,
-    check_relaxation,
-    format_rpm,
-    run_scene,
-)
+from governor_mechanism.verification.hartung.motion import LEVER_ANGLE_READING, check_hartung_motion, hartung_spring_force
+from governor_mechanism.verification.oscillation import check_oscillation_period, check_relaxation, format_rpm, run_scene
 from governor_mechanism.verification.report import ComparisonRow
 
 STROKE_FRACTIONS = (0.0, 0.25, 0.5, 0.75, 1.0)
@@ -52,9 +43,7 @@ def check_hartung_governor(scene: Scene) -> Iterator[ComparisonRow | str]:
         yield "the closed forms have weights as points on massless bell cranks: only the energy is checked"
     else:
         governor = build_closed_form_governor(scene)
-        scene_without_output_effects = replace(
-            scene, effects=tuple(one for one in scene.effects if not isinstance(one, OutputEffect))
-        )
+        scene_without_output_effects = replace(scene, effects=tuple(one for one in scene.effects if not isinstance(one, OutputEffect)))
         yield from _check_statics_over_stroke(scene_without_output_effects, governor, _lever_stroke(scene))
         yield from _check_equilibria(scene_without_output_effects, governor, _lever_stroke(scene))
     run = run_scene(scene)
@@ -86,17 +75,12 @@ def build_closed_form_governor(scene: Scene) -> closed.HartungGovernor:
 
 def _lever_stroke(scene: Scene) -> tuple[float, float]:
     """Between the stops of the lever; without them, the middle half of the travel."""
-    stops = next(
-        (effect for effect in scene.effects if isinstance(effect, Stops) and effect.reading == LEVER_ANGLE_READING),
-        None,
-    )
+    stops = next((effect for effect in scene.effects if isinstance(effect, Stops) and effect.reading == LEVER_ANGLE_READING), None)
     low, high = _lever_angle_limits(scene)
     inner_quarter, outer_quarter = 0.75 * high + 0.25 * low, 0.25 * high + 0.75 * low
     if stops is None:
         return outer_quarter, inner_quarter
-    return stops.low if math.isfinite(stops.low) else outer_quarter, stops.high if math.isfinite(
-        stops.high
-    ) else inner_quarter
+    return stops.low if math.isfinite(stops.low) else outer_quarter, stops.high if math.isfinite(stops.high) else inner_quarter
 
 
 def _lever_angle_limits(scene: Scene) -> tuple[float, float]:
@@ -104,9 +88,7 @@ def _lever_angle_limits(scene: Scene) -> tuple[float, float]:
     return limit.low, limit.high
 
 
-def _check_statics_over_stroke(
-    scene: Scene, governor: closed.HartungGovernor, stroke: tuple[float, float]
-) -> Iterator[ComparisonRow]:
+def _check_statics_over_stroke(scene: Scene, governor: closed.HartungGovernor, stroke: tuple[float, float]) -> Iterator[ComparisonRow]:
     outer, inner = stroke
     lever_angles = np.array([inner + fraction * (outer - inner) for fraction in STROKE_FRACTIONS])
     coefficients = SingleDofReduction(scene).evaluate(lever_angles)
@@ -136,14 +118,10 @@ def _check_statics_over_stroke(
     yield from _check_astatic_spring_force(scene, governor, lever_angles)
 
 
-def _check_astatic_spring_force(
-    scene: Scene, governor: closed.HartungGovernor, lever_angles: FloatArray
-) -> Iterator[ComparisonRow]:
+def _check_astatic_spring_force(scene: Scene, governor: closed.HartungGovernor, lever_angles: FloatArray) -> Iterator[ComparisonRow]:
     """The spring force that would hold the weights at one speed, from a governor without its springs."""
     part = scene.part
-    springless_scene = replace(
-        scene, parts=(replace(part, mechanism=replace(part.mechanism, force_elements=(), derived_forces=())),)
-    )
+    springless_scene = replace(scene, parts=(replace(part, mechanism=replace(part.mechanism, force_elements=(), derived_forces=())),))
     reduction = SingleDofReduction(springless_scene)
     coefficients = reduction.evaluate(lever_angles)
     speed = SpindleSpeedFunction(scene.spindle).start_speed
@@ -163,9 +141,7 @@ def _check_astatic_spring_force(
         )
 
 
-def _check_equilibria(
-    scene: Scene, governor: closed.HartungGovernor, stroke: tuple[float, float]
-) -> Iterator[ComparisonRow | str]:
+def _check_equilibria(scene: Scene, governor: closed.HartungGovernor, stroke: tuple[float, float]) -> Iterator[ComparisonRow | str]:
     if isinstance(scene.spindle, FreeSpindle):
         yield "the spindle is free: rest at a given speed is not checked"
         return
@@ -198,15 +174,11 @@ def _equilibrium_angles(scene: Scene, governor: closed.HartungGovernor, speed: f
     ]
 
 
-def _check_equilibrium(
-    scene: Scene, governor: closed.HartungGovernor, angle: float, offset: float
-) -> Iterator[ComparisonRow | str]:
+def _check_equilibrium(scene: Scene, governor: closed.HartungGovernor, angle: float, offset: float) -> Iterator[ComparisonRow | str]:
     speed, dimensions = SpindleSpeedFunction(scene.spindle).start_speed, scene.part.dimensions
     label = f"{math.degrees(angle):.4g} deg, {format_rpm(speed)}"
     force, rate = hartung_spring_force(scene, angle), dimensions["spring_rate"]
-    squared_frequency = float(
-        closed.squared_natural_frequency(governor, lever_angle=angle, spring_force=force, spring_rate=rate)
-    )
+    squared_frequency = float(closed.squared_natural_frequency(governor, lever_angle=angle, spring_force=force, spring_rate=rate))
     if squared_frequency <= 0:
         yield f"the equilibrium at {label} is unstable: nothing settles into it or swings about it"
         return

@@ -77,7 +77,5 @@ def make_body_proxy(mechanism: Mechanism, body: Body) -> BodyProxy:
             pinned_body.position = (ground.x, ground.y)
             return BodyProxy(body, pinned_body, (pin.x, pin.y), is_pinned=True)
     if inertia <= 0.0:
-        raise UnsupportedEffect(
-            f"engine 'impulse' cannot turn body {body.name!r}: its mass is in one point, and no pin joins it to ground"
-        )
+        raise UnsupportedEffect(f"engine 'impulse' cannot turn body {body.name!r}: its mass is in one point, and no pin joins it to ground")
     return BodyProxy(body, pymunk.Body(body.mass, inertia))

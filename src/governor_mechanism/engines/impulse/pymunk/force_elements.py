@@ -9,22 +9,8 @@ import pymunk
 
 from governor_mechanism.engines.impulse.pymunk.bodies import AttachedPoint, BodyProxy
 from governor_mechanism.engines.impulse.pymunk.step_inputs import StepInputs
-from governor_mechanism.mechanics.dynamics.force_laws import (
-    centrifugal_force,
-    centrifugal_moment,
-    damper_force,
-    spring_force,
-    weight,
-)
-from governor_mechanism.model.force_elements import (
-    Damper,
-    Force,
-    ForceElement,
-    Spring,
-    Torque,
-    TorsionDamper,
-    TorsionSpring,
-)
+from governor_mechanism.mechanics.dynamics.force_laws import centrifugal_force, centrifugal_moment, damper_force, spring_force, weight
+from governor_mechanism.model.force_elements import Damper, Force, ForceElement, Spring, Torque, TorsionDamper, TorsionSpring
 from governor_mechanism.model.joints import GROUND, Point, Slider
 from governor_mechanism.model.mechanism import Body, Mechanism, SecondMoments
 from governor_mechanism.model.scene import TURNING_PLANE, Scene
@@ -42,11 +28,7 @@ def make_body_force(scene: Scene, proxy: BodyProxy) -> tuple[ForceCallback, tupl
     """
     body, pymunk_body, mass = proxy.body, proxy.pymunk_body, proxy.body.mass
     weight_force = weight(mass, scene.gravity) if scene.gravity else 0.0
-    is_centrifugal = (
-        scene.has_centrifugal
-        and scene.part.plane == TURNING_PLANE
-        and not _is_on_spindle_axis(scene.part.mechanism, body)
-    )
+    is_centrifugal = scene.has_centrifugal and scene.part.plane == TURNING_PLANE and not _is_on_spindle_axis(scene.part.mechanism, body)
     law_names = ("gravity",) * bool(scene.gravity) + ("centrifugal",) * is_centrifugal
     if proxy.is_pinned:
         return _make_pinned_body_force(proxy, weight_force, is_centrifugal), law_names
@@ -56,17 +38,13 @@ def make_body_force(scene: Scene, proxy: BodyProxy) -> tuple[ForceCallback, tupl
 
     def apply_point_mass_loads(lead: float, inputs: StepInputs) -> None:
         x = pymunk_body.position.x + pymunk_body.velocity.x * lead
-        pymunk_body.force = (
-            centrifugal_force(mass, x, inputs.spindle_speed_squared) * inputs.kick_scale,
-            weight_force * inputs.kick_scale,
-        )
+        pymunk_body.force = (centrifugal_force(mass, x, inputs.spindle_speed_squared) * inputs.kick_scale, weight_force * inputs.kick_scale)
 
     def apply_rigid_body_loads(lead: float, inputs: StepInputs) -> None:
         apply_point_mass_loads(lead, inputs)
         angle = pymunk_body.angle + pymunk_body.angular_velocity * lead
         pymunk_body.torque = (
-            float(centrifugal_moment(*body.second_moments.in_plane, angle, inputs.spindle_speed_squared))
-            * inputs.kick_scale
+            float(centrifugal_moment(*body.second_moments.in_plane, angle, inputs.spindle_speed_squared)) * inputs.kick_scale
         )
 
     if not is_centrifugal:
@@ -146,10 +124,7 @@ def make_element_force(
         def apply_force(lead: float, inputs: StepInputs) -> None:
             placement = second.predict(lead)
             _add_force(
-                second.body,
-                placement,
-                inputs.load_values[x_program] * inputs.kick_scale,
-                inputs.load_values[y_program] * inputs.kick_scale,
+                second.body, placement, inputs.load_values[x_program] * inputs.kick_scale, inputs.load_values[y_program] * inputs.kick_scale
             )
 
         return apply_force
@@ -191,8 +166,7 @@ def _make_torsional_element_force(
             torque = -spring_force(element.stiffness, element.free_angle, angles[1] - angles[0])
         elif isinstance(element, TorsionDamper):
             rates = [
-                velocity_extrapolator.predicted[body][2] if body in velocity_extrapolator.predicted else 0.0
-                for body in (first, second)
+                velocity_extrapolator.predicted[body][2] if body in velocity_extrapolator.predicted else 0.0 for body in (first, second)
             ]
             torque = -damper_force(element.damping, rates[1] - rates[0])
         else:
@@ -204,9 +178,7 @@ def _make_torsional_element_force(
     return apply_torque
 
 
-def _add_force(
-    body: pymunk.Body, placement: tuple[float, float, float, float, float], force_x: float, force_y: float
-) -> None:
+def _add_force(body: pymunk.Body, placement: tuple[float, float, float, float, float], force_x: float, force_y: float) -> None:
     if body.body_type == pymunk.Body.STATIC:
         return
     previous_force = body.force

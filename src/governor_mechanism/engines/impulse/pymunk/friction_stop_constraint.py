@@ -29,16 +29,8 @@ class FrictionStopConstraint:
     high one, -1 the low one, 0 neither. bound: whether friction bears no more than its force.
     """
 
-    def __init__(
-        self, space: pymunk.Space, bodies: list[pymunk.Body], output: int, contact: int, length_scale: float
-    ) -> None:
-        self._space, self._bodies, self._output, self._contact, self._length_scale = (
-            space,
-            bodies,
-            output,
-            contact,
-            length_scale,
-        )
+    def __init__(self, space: pymunk.Space, bodies: list[pymunk.Body], output: int, contact: int, length_scale: float) -> None:
+        self._space, self._bodies, self._output, self._contact, self._length_scale = (space, bodies, output, contact, length_scale)
         self._constraints: tuple[pymunk.Constraint, pymunk.Constraint] | None = None
         self._active: set[int] = set()
         self.held_value: float | None = None
@@ -103,12 +95,8 @@ class FrictionStopConstraint:
             stop.max = self._length_scale * (1 - STOP_ENGAGEMENT_RATIO)
         stop.max_bias = max(penetration / self._gradient_norm / inputs.h, MIN_BIAS_SPEED)
         friction_limit = inputs.friction_limits[self._contact]
-        friction.max_force = (
-            friction_limit * self._gradient_norm * inputs.kick_scale if self.is_force_limited else math.inf
-        )
-        self._activate(
-            {index for index, is_needed in enumerate((self.held_value is not None, self.stop_side != 0)) if is_needed}
-        )
+        friction.max_force = friction_limit * self._gradient_norm * inputs.kick_scale if self.is_force_limited else math.inf
+        self._activate({index for index, is_needed in enumerate((self.held_value is not None, self.stop_side != 0)) if is_needed})
 
     @property
     def friction_force(self) -> float:
@@ -122,11 +110,7 @@ class FrictionStopConstraint:
     @property
     def stop_force(self) -> float:
         """Force (N, or N m) along the reading with which the stop pushed in the last step."""
-        return (
-            self._constraints[1].impulse / self._kick_duration / self._gradient_norm
-            if self._constraints and self.stop_side
-            else 0.0
-        )
+        return self._constraints[1].impulse / self._kick_duration / self._gradient_norm if self._constraints and self.stop_side else 0.0
 
     @property
     def is_saturated(self) -> bool:
@@ -136,9 +120,7 @@ class FrictionStopConstraint:
         joint = self._constraints[0]
         return bool(joint.impulse >= joint.max_force * self._step * (1 - 1e-12))
 
-    def _make_constraints(
-        self, first: int, second: int, is_rotational: bool
-    ) -> tuple[pymunk.Constraint, pymunk.Constraint]:
+    def _make_constraints(self, first: int, second: int, is_rotational: bool) -> tuple[pymunk.Constraint, pymunk.Constraint]:
         first_body = self._space.static_body if first < 0 else self._bodies[first]
         second_body = self._bodies[second]
         if is_rotational:
@@ -154,14 +136,10 @@ class FrictionStopConstraint:
         friction.max_bias = math.inf
         return friction, stop
 
-    def _set_rotation_limits(
-        self, stop: pymunk.Constraint, first: int, second: int, poses: FloatArray, direction: float
-    ) -> None:
+    def _set_rotation_limits(self, stop: pymunk.Constraint, first: int, second: int, poses: FloatArray, direction: float) -> None:
         relative_angle = float(poses[second, 2]) - (float(poses[first, 2]) if first >= 0 else 0.0)
         stop.min, stop.max = (
-            (-math.inf, relative_angle - STOP_ENGAGEMENT_RATIO)
-            if direction > 0
-            else (relative_angle + STOP_ENGAGEMENT_RATIO, math.inf)
+            (-math.inf, relative_angle - STOP_ENGAGEMENT_RATIO) if direction > 0 else (relative_angle + STOP_ENGAGEMENT_RATIO, math.inf)
         )
 
     def _set_anchors(

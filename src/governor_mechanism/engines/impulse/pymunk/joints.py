@@ -42,9 +42,7 @@ class JointConstraints:
     updates: tuple[PreStepUpdate, ...] = ()
 
 
-def make_joint_constraints(
-    joint: Joint, first: AttachedPoint, second: AttachedPoint, length_scale: float, drive: int
-) -> JointConstraints:
+def make_joint_constraints(joint: Joint, first: AttachedPoint, second: AttachedPoint, length_scale: float, drive: int) -> JointConstraints:
     """The constraints of a joint between two points; `drive` is where its motion stands among those of a Moment."""
     pivot = pymunk.PivotJoint(first.body, second.body, (first.x, first.y), (second.x, second.y))
     if isinstance(joint, Distance | ArcSlot):
@@ -57,9 +55,7 @@ def make_joint_constraints(
         return JointConstraints((pivot, *_make_rotation_lock(first, second, joint.relative_angle)))
     if isinstance(joint, Prismatic):
         slider = _make_slider(joint, first, second, length_scale)
-        return JointConstraints(
-            (*slider.constraints, *_make_rotation_lock(first, second, joint.relative_angle)), slider.updates
-        )
+        return JointConstraints((*slider.constraints, *_make_rotation_lock(first, second, joint.relative_angle)), slider.updates)
     if isinstance(joint, Slider):
         return _make_slider(joint, first, second, length_scale)
     if isinstance(joint, CurveSlot):
@@ -70,9 +66,7 @@ def make_joint_constraints(
         return JointConstraints((pymunk.GearJoint(second.body, first.body, -joint.offset, joint.ratio),))
     if isinstance(joint, RotationalDriver):
         return _make_driven_turn(first, second, drive)
-    raise UnsupportedEffect(
-        f"engine 'impulse' has no joint of type {type(joint).__name__}, as {joint.name!r} is; take engine multibody"
-    )
+    raise UnsupportedEffect(f"engine 'impulse' has no joint of type {type(joint).__name__}, as {joint.name!r} is; take engine multibody")
 
 
 def _make_rotation_lock(first: AttachedPoint, second: AttachedPoint, angle: float) -> tuple[pymunk.Constraint, ...]:

@@ -39,15 +39,10 @@ class PymunkModel:
         self._iterations = self._space.iterations = iterations
         self._proxies = [make_body_proxy(self._mechanism, body) for body in self._mechanism.bodies]
         self._space.add(*(proxy.pymunk_body for proxy in self._proxies))
-        drives = [
-            joint for joint in self._mechanism.joints if isinstance(joint, RotationalDriver | TranslationalDriver)
-        ]
+        drives = [joint for joint in self._mechanism.joints if isinstance(joint, RotationalDriver | TranslationalDriver)]
         joint_constraints = [
             make_joint_constraints(
-                joint,
-                *self._joint_points(joint),
-                self._mechanism.length_scale,
-                drives.index(joint) if joint in drives else -1,
+                joint, *self._joint_points(joint), self._mechanism.length_scale, drives.index(joint) if joint in drives else -1
             )
             for joint in self._mechanism.joints
             if not self._is_replaced_by_pin(joint)
@@ -57,9 +52,7 @@ class PymunkModel:
         self._pre_step_updates = [update for one in joint_constraints for update in one.updates]
         has_damping = any(isinstance(load, Damper | TorsionDamper) for load in self._mechanism.force_elements)
         has_damping = has_damping or bool(output_dampers_of(scene))
-        self._velocity_extrapolator = VelocityExtrapolator(
-            [proxy.pymunk_body for proxy in self._proxies] if has_damping else []
-        )
+        self._velocity_extrapolator = VelocityExtrapolator([proxy.pymunk_body for proxy in self._proxies] if has_damping else [])
         self._has_damping = has_damping
         body_forces = [make_body_force(scene, proxy) for proxy in self._proxies]
         self._force_callbacks = [force_callback for force_callback, _ in body_forces] + self._make_element_forces()
@@ -167,9 +160,7 @@ class PymunkModel:
         poses, _ = self.to_mass_centres(poses + lead * velocities, velocities)
         return float(
             sum(
-                spindle_inertia(
-                    proxy.body.mass, *proxy.body.second_moments.in_plane, proxy.body.second_moments.zz, pose[0], pose[2]
-                )
+                spindle_inertia(proxy.body.mass, *proxy.body.second_moments.in_plane, proxy.body.second_moments.zz, pose[0], pose[2])
                 for proxy, pose in zip(self._proxies, poses, strict=True)
             )
         )
@@ -184,9 +175,7 @@ class PymunkModel:
     def _is_replaced_by_pin(self, joint: Joint) -> bool:
         """A lever turns about its carrier, which cannot move: its pin needs no joint."""
         joined = {joint.first.body, joint.second.body}
-        return isinstance(joint, Pin) and any(
-            proxy.is_pinned and joined == {GROUND, proxy.body.name} for proxy in self._proxies
-        )
+        return isinstance(joint, Pin) and any(proxy.is_pinned and joined == {GROUND, proxy.body.name} for proxy in self._proxies)
 
     def _joint_points(self, joint: Joint) -> tuple[AttachedPoint, AttachedPoint]:
         return self._attach_point(joint.first), self._attach_point(joint.second)
@@ -203,9 +192,7 @@ class PymunkModel:
             count = 2 if isinstance(load, Force) else 1 if isinstance(load, Torque) else 0
             programs = tuple(range(n_assigned, n_assigned + count))
             n_assigned += count
-            force_callbacks.append(
-                make_element_force(load, self._element_points(load), self._velocity_extrapolator, programs)
-            )
+            force_callbacks.append(make_element_force(load, self._element_points(load), self._velocity_extrapolator, programs))
         return force_callbacks
 
     def _element_points(self, load: ForceElement) -> tuple[AttachedPoint, AttachedPoint]:

@@ -51,11 +51,7 @@ class OutputForces:
     @property
     def evaluation_counts(self) -> dict[str, int]:
         """How often one step evaluates each law."""
-        counts = {
-            "springs on readings": len(self._springs),
-            "dashpots": len(self._dashpots),
-            "dry friction": self._n_frictions,
-        }
+        counts = {"springs on readings": len(self._springs), "dashpots": len(self._dashpots), "dry friction": self._n_frictions}
         return {law: count for law, count in counts.items() if count}
 
     def reset(self) -> None:
@@ -76,9 +72,7 @@ class OutputForces:
             forces[output] -= spring_force(spring.rate, spring.free_value, value)
         for output, dashpot in self._dashpots:
             forces[output] -= dashpot_force(dashpot.linear, dashpot.quadratic, self._predicted_rate(output))
-        for output, sign, friction in zip(
-            self._contact_outputs, self.sliding_directions, inputs.friction_limits, strict=True
-        ):
+        for output, sign, friction in zip(self._contact_outputs, self.sliding_directions, inputs.friction_limits, strict=True):
             forces[output] -= sign * friction
         generalised_forces = (forces @ self.output_jacobian.reshape(len(forces), -1)).reshape(-1, 3) * inputs.kick_scale
         for proxy, (force_x, force_y, torque) in zip(self._proxies, generalised_forces.tolist(), strict=True):
@@ -126,9 +120,7 @@ class OutputForces:
             displacements = self.output_values - previous_values
             for output, dashpot in self._dashpots:
                 displacement = float(displacements[output])
-                self.dissipated_energy += (
-                    dashpot_force(dashpot.linear, dashpot.quadratic, displacement / inputs.h) * displacement
-                )
+                self.dissipated_energy += dashpot_force(dashpot.linear, dashpot.quadratic, displacement / inputs.h) * displacement
             for output, sign, previous_limit, limit in zip(
                 self._contact_outputs, self.sliding_directions, previous_limits, inputs.friction_limits, strict=True
             ):

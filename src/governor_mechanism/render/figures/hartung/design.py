@@ -14,18 +14,7 @@ from matplotlib.figure import Figure
 
 from governor_mechanism.errors import MechanismError
 from governor_mechanism.files.atomic_write import atomic_write
-from governor_mechanism.render.style import (
-    BLUE,
-    GREEN,
-    INK,
-    MUTED,
-    PAPER,
-    RULE,
-    SANS_FONT,
-    SERIES_COLOURS,
-    SERIF_FONT,
-    VERMILLION,
-)
+from governor_mechanism.render.style import BLUE, GREEN, INK, MUTED, PAPER, RULE, SANS_FONT, SERIES_COLOURS, SERIF_FONT, VERMILLION
 from governor_mechanism.studies.hartung.design import KILOGRAM_FORCE, HartungDesign, build_hartung_layout
 from governor_mechanism.studies.hartung.paper_comparison import (
     PAPER_SPEEDS,
@@ -45,18 +34,14 @@ _MAX_ENLARGED_SPREAD = 0.2
 """Of the mean: forces that change by less are shown enlarged."""
 
 
-def spring_lines_figure(
-    design: HartungDesign, path: str | os.PathLike[str], *, with_printed_points: bool = False
-) -> Path:
+def spring_lines_figure(design: HartungDesign, path: str | os.PathLike[str], *, with_printed_points: bool = False) -> Path:
     """Write a PNG of the spring forces that hold the weights at both speeds, and of the straight spring between them.
 
     printed: with the points of Dubois' table, whose misprint is marked (his Figs. 12 and 13).
     """
     layout, inputs = design.layout, design.inputs
     slow, fast = (f"{speed * 30 / math.pi:.4g} rpm" for speed in (inputs.slow_speed, inputs.fast_speed))
-    figure, axes = _new_figure(
-        "Astatic spring forces", f"and the effective spring from {slow} inside to {fast} outside"
-    )
+    figure, axes = _new_figure("Astatic spring forces", f"and the effective spring from {slow} inside to {fast} outside")
     x = layout.radii * _MM_PER_M
     for forces, colour, words in (
         (layout.fast_forces, VERMILLION, f"holds at {fast}"),
@@ -76,9 +61,7 @@ def spring_lines_figure(
 def sleeve_force_figure(design: HartungDesign, path: str | os.PathLike[str]) -> Path:
     """Write a PNG of the static sleeve force over the stroke, for several angles of the bell crank and the best one."""
     layouts = [(angle, build_hartung_layout(design.inputs, math.radians(angle))) for angle in _shown_angles(design)]
-    figure, axes = _new_figure(
-        "How even the static sleeve force is", "each angle with springs straight through both speeds"
-    )
+    figure, axes = _new_figure("How even the static sleeve force is", "each angle with springs straight through both speeds")
     axes.set_position((0.09, 0.15, 0.40, 0.66))
     enlarged = figure.add_axes((0.585, 0.15, 0.395, 0.66))
     _style_axes(enlarged)
@@ -112,17 +95,8 @@ def _plot_printed_points(axes: Axes) -> None:
     """Dubois' table; what is no slip of a slide rule is ringed."""
     radii = [row[0] for row in PRINTED_SPRING_FORCES]
     for column, colour in ((1, BLUE), (2, VERMILLION)):
-        axes.plot(
-            radii,
-            [row[column] for row in PRINTED_SPRING_FORCES],
-            "o",
-            color=colour,
-            markersize=4,
-            markerfacecolor=PAPER,
-        )
-    misprints = [
-        step for step in compare_with_paper().table if abs(step.printed - step.recomputed) > SLIDE_RULE_TOLERANCE
-    ]
+        axes.plot(radii, [row[column] for row in PRINTED_SPRING_FORCES], "o", color=colour, markersize=4, markerfacecolor=PAPER)
+    misprints = [step for step in compare_with_paper().table if abs(step.printed - step.recomputed) > SLIDE_RULE_TOLERANCE]
     for step in misprints:
         radius = next(row[0] for row in PRINTED_SPRING_FORCES if step.printed in row[1:])
         axes.plot([radius], [step.printed], "o", color=GREEN, markersize=13, markerfacecolor="none")

@@ -69,9 +69,7 @@ class IsochronousPlateData:
     def centre_of_curvature(self) -> PlatePoint:
         """Centre of curvature of the parabola at the start point (m)."""
         x, y = self.start_point
-        return x - self.radius_of_curvature * math.sin(self.start_angle), y + self.radius_of_curvature * math.cos(
-            self.start_angle
-        )
+        return x - self.radius_of_curvature * math.sin(self.start_angle), y + self.radius_of_curvature * math.cos(self.start_angle)
 
     @property
     def arm_ratio(self) -> float:
@@ -80,21 +78,15 @@ class IsochronousPlateData:
 
     def double_parameter(self, speed: float) -> float:
         """Double parameter (m) of the parabola of one spindle speed (rad/s)."""
-        return float(
-            isochronous.double_parameter(spindle_speed=speed, mass_ratio=self.mass_ratio, gravity=self.gravity)
-        )
+        return float(isochronous.double_parameter(spindle_speed=speed, mass_ratio=self.mass_ratio, gravity=self.gravity))
 
     def parabola_heights(self, speed: float, abscissae: FloatArray) -> FloatArray:
         """Heights (n,) above the vertex (m) of the parabola of one spindle speed (rad/s) at abscissae (n,)."""
-        return np.asarray(
-            isochronous.parabola_height(abscissa=abscissae, double_parameter=self.double_parameter(speed))
-        )
+        return np.asarray(isochronous.parabola_height(abscissa=abscissae, double_parameter=self.double_parameter(speed)))
 
     def point_at_45_degrees(self, speed: float) -> PlatePoint:
         """The point (m) of the parabola of one spindle speed (rad/s) where it rises at 45 degrees: x = 2 y."""
-        x = float(
-            isochronous.abscissa_at_45_degrees(spindle_speed=speed, mass_ratio=self.mass_ratio, gravity=self.gravity)
-        )
+        x = float(isochronous.abscissa_at_45_degrees(spindle_speed=speed, mass_ratio=self.mass_ratio, gravity=self.gravity))
         return x, float(self.parabola_heights(speed, np.array(x)))
 
 
@@ -154,17 +146,13 @@ def isochronous_plate_data(scene: Scene) -> IsochronousPlateData:
     )
 
 
-def speed_deviation_curve(
-    data: IsochronousPlateData, arm_ratio: float, angle_changes: FloatArray | None = None
-) -> SpeedDeviationCurve:
+def speed_deviation_curve(data: IsochronousPlateData, arm_ratio: float, angle_changes: FloatArray | None = None) -> SpeedDeviationCurve:
     """The speeds on leaving the start point on an arm of `share` radii of curvature.
 
     turns (n,) are changes of the arm angle (rad), as many as fit within SPAN if left out; those that would bring the
     arm to the vertical or level, or the ball near the axis or the vertex, are dropped.
     """
-    requested_changes = (
-        np.linspace(-MAX_ANGLE_CHANGE, MAX_ANGLE_CHANGE, 321) if angle_changes is None else angle_changes
-    )
+    requested_changes = np.linspace(-MAX_ANGLE_CHANGE, MAX_ANGLE_CHANGE, 321) if angle_changes is None else angle_changes
     arm, angle = arm_ratio * data.radius_of_curvature, data.start_angle
     x, y = data.start_point
     angles = angle + requested_changes
@@ -207,9 +195,6 @@ def _speed_family(start_speed: float) -> tuple[float, ...]:
     """Seven speeds (rad/s, ascending): round ones in rpm to either side of the one in the middle."""
     rpm = start_speed * 30 / math.pi
     decade = 10.0 ** math.floor(math.log10(_SPEED_STEP_RATIO * rpm))
-    step = min(
-        (m * decade for m in (1.0, 2.0, 2.5, 5.0, 10.0)),
-        key=lambda step: abs(math.log(step / (_SPEED_STEP_RATIO * rpm))),
-    )
+    step = min((m * decade for m in (1.0, 2.0, 2.5, 5.0, 10.0)), key=lambda step: abs(math.log(step / (_SPEED_STEP_RATIO * rpm))))
     nearest_multiple = round(rpm / step)
     return tuple((nearest_multiple + k) * step * math.pi / 30 if k else start_speed for k in range(-3, 4))

@@ -11,14 +11,7 @@ from matplotlib.axes import Axes
 from matplotlib.lines import Line2D
 from matplotlib.patches import Circle
 
-from governor_mechanism.render.figures.engraving_sheet import (
-    CHAIN_DOTTED,
-    DASHED,
-    DOTTED,
-    MM_PER_M,
-    annotate_point,
-    style_plate_axes,
-)
+from governor_mechanism.render.figures.engraving_sheet import CHAIN_DOTTED, DASHED, DOTTED, MM_PER_M, annotate_point, style_plate_axes
 from governor_mechanism.render.figures.parabolic.isochronous_data import (
     ARM_RATIOS,
     MARKED_ANGLE_CHANGES,
@@ -27,18 +20,7 @@ from governor_mechanism.render.figures.parabolic.isochronous_data import (
     PlatePoint,
     speed_deviation_curve,
 )
-from governor_mechanism.render.style import (
-    BLUE,
-    GREEN,
-    INK,
-    MUTED,
-    PAPER,
-    ROLE_STYLES,
-    SERIES_COLOURS,
-    SERIF_FONT,
-    SKY,
-    VERMILLION,
-)
+from governor_mechanism.render.style import BLUE, GREEN, INK, MUTED, PAPER, ROLE_STYLES, SERIES_COLOURS, SERIF_FONT, SKY, VERMILLION
 from governor_mechanism.types import FloatArray
 
 _RPM_PER_RAD_S = 30 / math.pi
@@ -116,9 +98,7 @@ def _draw_parabola(axes: Axes, data: IsochronousPlateData, limits: FamilyPanelLi
     to_the_right = {"offset": (5, 0), "ha": "left", "va": "center"}
     above = {"offset": (0, 4), "ha": "center", "va": "bottom"}
     label_style: dict[str, Any] = to_the_right if end == limits.right else above
-    annotate_point(
-        axes, (end, end**2 / c), words, **label_style, color=colour, weight="bold" if is_start_speed else "normal"
-    )
+    annotate_point(axes, (end, end**2 / c), words, **label_style, color=colour, weight="bold" if is_start_speed else "normal")
 
 
 def _draw_45_degree_line(axes: Axes, data: IsochronousPlateData, limits: FamilyPanelLimits) -> None:
@@ -129,22 +109,16 @@ def _draw_45_degree_line(axes: Axes, data: IsochronousPlateData, limits: FamilyP
     points = [tuple(MM_PER_M * value for value in data.point_at_45_degrees(speed)) for speed in data.speeds]
     visible_points = [(x, y) for x, y in points if x + half_length < limits.right and y + half_length < limits.top]
     for x, y in visible_points:
-        axes.plot(
-            [x - half_length, x + half_length], [y - half_length, y + half_length], color=GREEN, linewidth=1.4, zorder=4
-        )
+        axes.plot([x - half_length, x + half_length], [y - half_length, y + half_length], color=GREEN, linewidth=1.4, zorder=4)
         axes.plot([x], [y], "o", color=GREEN, markersize=3.5, zorder=4)
     words = "on $x = 2y$ all rise at 45°\nand neighbours part most:\nZehnder would start here"
-    annotate_point(
-        axes, (limits.right, limits.bottom), words, (0, 5), color=GREEN, ha="right", va="bottom", linespacing=1.4
-    )
+    annotate_point(axes, (limits.right, limits.bottom), words, (0, 5), color=GREEN, ha="right", va="bottom", linespacing=1.4)
 
 
 def _draw_circle_of_curvature(axes: Axes, data: IsochronousPlateData) -> None:
     """The circle that osculates the parabola at the start point, its centre and radius."""
     centre, start = _to_mm(data.centre_of_curvature), _to_mm(data.start_point)
-    x, y = _circle_points(
-        centre, data.radius_of_curvature * MM_PER_M, np.linspace(-math.pi / 6, math.pi / 2 + 0.1, 400)
-    )
+    x, y = _circle_points(centre, data.radius_of_curvature * MM_PER_M, np.linspace(-math.pi / 6, math.pi / 2 + 0.1, 400))
     axes.plot(x, y, color=BLUE, linewidth=1.3, linestyle=DASHED, zorder=5)
     axes.plot(*centre, "+", color=BLUE, markersize=12, markeredgewidth=1.5, zorder=8)
     if data.starts_at_osculation:
@@ -162,28 +136,20 @@ def _draw_governor(axes: Axes, data: IsochronousPlateData, limits: FamilyPanelLi
     """Suspension, arm and ball at the start point, and the ball's path, broad over the travel."""
     suspension, start, arm = _to_mm(data.suspension), _to_mm(data.start_point), data.arm * MM_PER_M
     low, high = data.travel
-    axes.plot(
-        *_circle_points(suspension, arm, np.linspace(low, high, 300)), color=SKY, linewidth=6, alpha=0.75, zorder=3
-    )
+    axes.plot(*_circle_points(suspension, arm, np.linspace(low, high, 300)), color=SKY, linewidth=6, alpha=0.75, zorder=3)
     axes.plot(*_circle_points(suspension, arm, np.linspace(low - 0.3, low, 60)), color=SKY, linewidth=1.2, zorder=3)
     axes.plot(*zip(suspension, start, strict=True), color=INK, linewidth=1.8, zorder=6)
     ball = ROLE_STYLES["ball"]
-    axes.add_patch(
-        Circle(start, 0.02 * limits.size, facecolor=ball.fill, edgecolor=ball.stroke, linewidth=1.2, zorder=7)
-    )
+    axes.add_patch(Circle(start, 0.02 * limits.size, facecolor=ball.fill, edgecolor=ball.stroke, linewidth=1.2, zorder=7))
     axes.plot(*start, "o", color=PAPER, markersize=2.5, zorder=8)
     axes.plot(*suspension, "o", color=INK, markerfacecolor=PAPER, markersize=8, zorder=7)
-    arm_ratio_text = (
-        "= \\rho$" if data.starts_at_osculation else f"= {data.arm / data.radius_of_curvature:.2f}\\,\\rho$"
-    )
+    arm_ratio_text = "= \\rho$" if data.starts_at_osculation else f"= {data.arm / data.radius_of_curvature:.2f}\\,\\rho$"
     middle = (suspension[0] + start[0]) / 2, (suspension[1] + start[1]) / 2
     _label_along_arm(axes, data, middle, f"$l {arm_ratio_text} = {arm:.4g} mm", INK)
     if not data.starts_at_osculation:
         annotate_point(axes, suspension, "suspension", (9, 2), va="center")
     end = _circle_points(suspension, arm, np.array(high))
-    annotate_point(
-        axes, (float(end[0]), float(end[1])), "path of the ball", (-22, 0), ha="right", va="center", color=BLUE
-    )
+    annotate_point(axes, (float(end[0]), float(end[1])), "path of the ball", (-22, 0), ha="right", va="center", color=BLUE)
     parabola_ordinate = 0.5 * start[0] ** 2 / (data.double_parameter(data.speeds[0]) * MM_PER_M)
     axes.plot([start[0]] * 2, [start[1], parabola_ordinate], color=INK, linewidth=0.7, zorder=6)
     words = f"{'osculation' if data.starts_at_osculation else 'start'} point"
@@ -195,15 +161,8 @@ def _draw_governor(axes: Axes, data: IsochronousPlateData, limits: FamilyPanelLi
 def _draw_arm_angle(axes: Axes, data: IsochronousPlateData) -> None:
     """The arm angle at the start, from the vertical beneath the suspension."""
     suspension, arc_radius = _to_mm(data.suspension), 0.24 * data.arm * MM_PER_M
-    axes.plot(
-        [suspension[0]] * 2, [suspension[1], suspension[1] - 1.15 * arc_radius], color=MUTED, linewidth=0.7, zorder=3
-    )
-    axes.plot(
-        *_circle_points(suspension, arc_radius, np.linspace(0, data.start_angle, 60)),
-        color=MUTED,
-        linewidth=0.7,
-        zorder=3,
-    )
+    axes.plot([suspension[0]] * 2, [suspension[1], suspension[1] - 1.15 * arc_radius], color=MUTED, linewidth=0.7, zorder=3)
+    axes.plot(*_circle_points(suspension, arc_radius, np.linspace(0, data.start_angle, 60)), color=MUTED, linewidth=0.7, zorder=3)
     x, y = _circle_points(suspension, arc_radius, np.array(data.start_angle / 2))
     annotate_point(axes, (float(x), float(y)), "$\\alpha_1$", (2, -8), ha="center", va="center", color=MUTED)
 
@@ -246,15 +205,7 @@ def draw_speed_deviations(axes: Axes, data: IsochronousPlateData) -> None:
             part = np.where(is_rising == is_stable, percent, np.nan)
             axes.plot(degrees, part, color=arm.colour, linewidth=2.2, linestyle=style, zorder=4)
         axes.plot(degrees, parabola_percent, color=arm.colour, linewidth=1.1, linestyle=DOTTED, zorder=3)
-        axes.plot(
-            degrees[[0, -1]],
-            parabola_percent[[0, -1]],
-            "x",
-            color=VERMILLION,
-            markersize=7,
-            markeredgewidth=1.6,
-            zorder=6,
-        )
+        axes.plot(degrees[[0, -1]], parabola_percent[[0, -1]], "x", color=VERMILLION, markersize=7, markeredgewidth=1.6, zorder=6)
         marked_changes = speed_deviation_curve(data, arm_ratio, MARKED_ANGLE_CHANGES)
         axes.plot(
             np.degrees(marked_changes.angle_changes),

@@ -13,25 +13,14 @@ from matplotlib.lines import Line2D
 from matplotlib.text import Text
 
 from governor_mechanism.model.scene import Scene
-from governor_mechanism.render.figures.engraving_sheet import (
-    PLATE_HEIGHT,
-    PLATE_WIDTH,
-    new_plate,
-    require_png,
-    save_plate,
-    write_text,
-)
+from governor_mechanism.render.figures.engraving_sheet import PLATE_HEIGHT, PLATE_WIDTH, new_plate, require_png, save_plate, write_text
 from governor_mechanism.render.figures.parabolic.isochronous_data import (
     ARM_RATIOS,
     IsochronousPlateData,
     has_isochronous_parabolas,
     isochronous_plate_data,
 )
-from governor_mechanism.render.figures.parabolic.isochronous_panels import (
-    ARM_STYLES,
-    draw_parabola_family,
-    draw_speed_deviations,
-)
+from governor_mechanism.render.figures.parabolic.isochronous_panels import ARM_STYLES, draw_parabola_family, draw_speed_deviations
 from governor_mechanism.render.style import MUTED, VERMILLION
 
 __all__ = ["draw_isochronous_plate", "has_isochronous_parabolas", "isochronous_figure"]
@@ -74,9 +63,7 @@ def draw_isochronous_plate(data: IsochronousPlateData, title: str) -> Figure:
     figure = new_plate(_HEADING, title, _SOURCE)
     for x, caption in zip((0.03, 0.605), _CAPTIONS, strict=True):
         write_text(figure, x, 0.862, caption, 11.5, fontstyle="italic")
-    draw_parabola_family(
-        figure.add_axes(_FAMILY_RECT), data, (_FAMILY_RECT[2] * PLATE_WIDTH) / (_FAMILY_RECT[3] * PLATE_HEIGHT)
-    )
+    draw_parabola_family(figure.add_axes(_FAMILY_RECT), data, (_FAMILY_RECT[2] * PLATE_WIDTH) / (_FAMILY_RECT[3] * PLATE_HEIGHT))
     draw_speed_deviations(figure.add_axes(_DEVIATION_RECT), data)
     _write_dimensions(figure, data)
     _write_verdicts(figure)

@@ -9,14 +9,7 @@ from matplotlib.axes import Axes
 from matplotlib.patches import Circle
 
 from governor_mechanism.closed_form import slide_valve as closed
-from governor_mechanism.render.figures.engraving_sheet import (
-    CHAIN_DOTTED,
-    DASHED,
-    MM_PER_M,
-    PLATE_DPI,
-    annotate_point,
-    style_plate_axes,
-)
+from governor_mechanism.render.figures.engraving_sheet import CHAIN_DOTTED, DASHED, MM_PER_M, PLATE_DPI, annotate_point, style_plate_axes
 from governor_mechanism.render.figures.label_placement import TextLabel, label_shifts
 from governor_mechanism.render.figures.slide_valve.zeuner_data import ValveDiagramData
 from governor_mechanism.render.figures.slide_valve.zeuner_panels import CRANK_END_COLOUR, HEAD_END_COLOUR
@@ -86,9 +79,7 @@ def _draw_sample_ray(axes: Axes, data: ValveDiagramData) -> None:
         axes.plot(*zip(start, end, strict=True), color=VERMILLION, linewidth=3.0, zorder=7, solid_capstyle="butt")
     axes.plot([x * ray[0]], [x * ray[1]], "o", color=INK, markerfacecolor=PAPER, markersize=5, zorder=8)
     annotate_point(axes, (x * ray[0], x * ray[1]), "$P$", (-4, 9), fontsize=11)
-    annotate_point(
-        axes, (1.1 * r * MM_PER_M * ray[0], 1.1 * r * MM_PER_M * ray[1]), f"$z$ = {z:.2f} mm", (4, -9), color=VERMILLION
-    )
+    annotate_point(axes, (1.1 * r * MM_PER_M * ray[0], 1.1 * r * MM_PER_M * ray[1]), f"$z$ = {z:.2f} mm", (4, -9), color=VERMILLION)
 
 
 def draw_approximation_errors(axes: Axes, data: ValveDiagramData) -> None:
@@ -97,15 +88,10 @@ def draw_approximation_errors(axes: Axes, data: ValveDiagramData) -> None:
     x = np.linspace(-eccentric.radius, eccentric.radius, _N_CURVE_POINTS)
     exact_errors = np.asarray(closed.hyperbola_error(eccentric, theoretical=x))
     parabola, circle = (
-        (np.asarray(curve(eccentric, theoretical=x)) - exact_errors) * _UM_PER_M
-        for curve in (closed.parabola_error, closed.circle_error)
+        (np.asarray(curve(eccentric, theoretical=x)) - exact_errors) * _UM_PER_M for curve in (closed.parabola_error, closed.circle_error)
     )
-    style_plate_axes(
-        axes, "theoretical displacement $\\xi_0 = r\\,\\sin(\\omega+\\delta)$, mm", "beyond the exact error, µm"
-    )
-    simulated_errors = (
-        data.displacement - data.theoretical_displacement + data.events.centre - closed.equal_lead_centre(eccentric)
-    )
+    style_plate_axes(axes, "theoretical displacement $\\xi_0 = r\\,\\sin(\\omega+\\delta)$, mm", "beyond the exact error, µm")
+    simulated_errors = data.displacement - data.theoretical_displacement + data.events.centre - closed.equal_lead_centre(eccentric)
     closed_form_errors = np.asarray(closed.hyperbola_error(eccentric, theoretical=data.theoretical_displacement))
     axes.plot(
         data.theoretical_displacement[::10] * MM_PER_M,
@@ -134,32 +120,17 @@ def draw_approximation_errors(axes: Axes, data: ValveDiagramData) -> None:
 def draw_valve_ellipse(axes: Axes, data: ValveDiagramData) -> None:
     """The valve's displacement over the piston's way: an ellipse by theory, and what two finite rods make of it."""
     style_plate_axes(axes, "way of the piston from the crank end, % of the stroke", "valve’s displacement $\\xi$, mm")
-    axes.plot(
-        100 * data.theoretical_piston_travel,
-        data.theoretical_displacement * MM_PER_M,
-        color=INK,
-        linewidth=0.9,
-        zorder=3,
-    )
+    axes.plot(100 * data.theoretical_piston_travel, data.theoretical_displacement * MM_PER_M, color=INK, linewidth=0.9, zorder=3)
     axes.plot(100 * data.piston_travel, data.displacement * MM_PER_M, color=BLUE, linewidth=2.4, zorder=4)
-    for lap, words in (
-        (data.outside_lap, "$e$"),
-        (-data.outside_lap, "$-e$"),
-        (data.inside_lap, "$i$"),
-        (-data.inside_lap, "$-i$"),
-    ):
+    for lap, words in ((data.outside_lap, "$e$"), (-data.outside_lap, "$-e$"), (data.inside_lap, "$i$"), (-data.inside_lap, "$-i$")):
         axes.axhline(lap * MM_PER_M, color=MUTED, linewidth=0.7, linestyle=DASHED, zorder=2)
-        annotate_point(
-            axes, (104, lap * MM_PER_M), words.replace("-", "−"), (5, 0), va="center", color=MUTED, fontsize=10
-        )
+        annotate_point(axes, (104, lap * MM_PER_M), words.replace("-", "−"), (5, 0), va="center", color=MUTED, fontsize=10)
     for event in data.events.rows:
         crank_end = event.name.startswith("crank")
         piston_travel = event.simulated_stroke if crank_end else 1 - event.simulated_stroke
         lap = float(np.interp(event.simulated, data.angles, data.displacement))
         colour = CRANK_END_COLOUR if crank_end else HEAD_END_COLOUR
-        axes.plot(
-            [100 * piston_travel], [lap * MM_PER_M], "o", color=colour, markeredgecolor=PAPER, markersize=7, zorder=6
-        )
+        axes.plot([100 * piston_travel], [lap * MM_PER_M], "o", color=colour, markeredgecolor=PAPER, markersize=7, zorder=6)
     axes.set_xlim(-4, 104)
     for piston_travel, extreme, words, colour in (
         (27, data.displacement.max(), "steam to the crank end", CRANK_END_COLOUR),
@@ -168,11 +139,7 @@ def draw_valve_ellipse(axes: Axes, data: ValveDiagramData) -> None:
         position = piston_travel, 0.68 * float(extreme) * MM_PER_M
         annotate_point(axes, position, words, ha="center", va="center", color=colour, fontstyle="italic")
     annotate_point(
-        axes,
-        (0, 0.86 * float(data.theoretical_displacement.min()) * MM_PER_M),
-        "thin: both rods endless",
-        color=INK,
-        fontsize=9.5,
+        axes, (0, 0.86 * float(data.theoretical_displacement.min()) * MM_PER_M), "thin: both rods endless", color=INK, fontsize=9.5
     )
 
 
@@ -185,9 +152,7 @@ def draw_reuleaux_diagram(axes: Axes, data: ValveDiagramData) -> None:
     axes.plot([-1.06 * r, 1.06 * r], [0, 0], color=MUTED, linewidth=0.7, linestyle=CHAIN_DOTTED, zorder=1)
     diameter_direction = np.array([math.cos(advance), -math.sin(advance)])
     normal_direction = np.array([math.sin(advance), math.cos(advance)])
-    axes.plot(
-        *np.outer(diameter_direction, [-1.12 * r, 1.12 * r]), color=INK, linewidth=0.9, linestyle=CHAIN_DOTTED, zorder=2
-    )
+    axes.plot(*np.outer(diameter_direction, [-1.12 * r, 1.12 * r]), color=INK, linewidth=0.9, linestyle=CHAIN_DOTTED, zorder=2)
     for event in data.events.rows:
         colour = CRANK_END_COLOUR if event.name.startswith("crank") else HEAD_END_COLOUR
         event_kind = event.name.rsplit(" ", 1)[1]
@@ -212,13 +177,7 @@ def draw_reuleaux_diagram(axes: Axes, data: ValveDiagramData) -> None:
     axes.plot(0.78 * r * np.cos(advance_arc), 0.78 * r * np.sin(advance_arc), color=MUTED, linewidth=0.8, zorder=3)
     middle = 0.78 * r * math.cos(advance / 2), -0.78 * r * math.sin(advance / 2)
     annotate_point(axes, middle, "$\\delta$", (5, 0), va="center", color=MUTED)
-    annotate_point(
-        axes,
-        tuple(0.5 * arrow_length * normal_direction + 0.1 * r * diameter_direction),
-        "$\\xi_0$",
-        (8, 0),
-        color=MUTED,
-    )
+    annotate_point(axes, tuple(0.5 * arrow_length * normal_direction + 0.1 * r * diameter_direction), "$\\xi_0$", (8, 0), color=MUTED)
 
 
 def _label_pins(axes: Axes, data: ValveDiagramData) -> None:
@@ -241,11 +200,7 @@ def _label_pins(axes: Axes, data: ValveDiagramData) -> None:
     ]
     allowed_box = scale * left, scale * right, scale * bottom - _LABEL_MARGIN_POINTS, scale * top + _LABEL_MARGIN_POINTS
     shifts_points = label_shifts(labels, [], allowed_box)
-    for event, label, (x, y), start_offset, shift in zip(
-        data.events.rows, labels, pins, offsets, shifts_points, strict=True
-    ):
+    for event, label, (x, y), start_offset, shift in zip(data.events.rows, labels, pins, offsets, shifts_points, strict=True):
         colour = CRANK_END_COLOUR if event.name.startswith("crank") else HEAD_END_COLOUR
         offset = start_offset[0] + shift[0], start_offset[1] + shift[1]
-        annotate_point(
-            axes, (r * x, r * y), label.text, offset, ha=label.ha, va=label.va, color=colour, fontsize=label.size
-        )
+        annotate_point(axes, (r * x, r * y), label.text, offset, ha=label.ha, va=label.va, color=colour, fontsize=label.size)

@@ -11,14 +11,7 @@ from matplotlib.axes import Axes
 from matplotlib.lines import Line2D
 from matplotlib.patches import Arc, Circle, Rectangle
 
-from governor_mechanism.render.figures.engraving_sheet import (
-    CHAIN_DOTTED,
-    DASHED,
-    MM_PER_M,
-    PLATE_DPI,
-    AxesPoint,
-    annotate_point,
-)
+from governor_mechanism.render.figures.engraving_sheet import CHAIN_DOTTED, DASHED, MM_PER_M, PLATE_DPI, AxesPoint, annotate_point
 from governor_mechanism.render.figures.label_placement import TextLabel, label_shifts
 from governor_mechanism.render.figures.slide_valve.zeuner_data import ValveDiagramData
 from governor_mechanism.render.style import BLUE, INK, MUTED, PAPER, RULE, SERIF_FONT, VERMILLION
@@ -60,10 +53,7 @@ def draw_polar_diagram(axes: Axes, data: ValveDiagramData, aspect: float) -> Non
 
 def _rim_radius(data: ValveDiagramData) -> float:
     """Radius of the crank's circle (mm), outside all curves."""
-    return (
-        max(_RIM_RATIO * data.eccentric.radius, _RIM_CLEARANCE_RATIO * float(np.max(np.abs(data.displacement))))
-        * MM_PER_M
-    )
+    return max(_RIM_RATIO * data.eccentric.radius, _RIM_CLEARANCE_RATIO * float(np.max(np.abs(data.displacement)))) * MM_PER_M
 
 
 def _polar_to_cartesian(angles: FloatArray, lengths: FloatArray) -> tuple[FloatArray, FloatArray]:
@@ -78,11 +68,7 @@ def _draw_rim(axes: Axes, rim_radius: float, event_angles: Sequence[float]) -> N
         length = 1.025 if degree % 10 else 1.045
         x, y = math.cos(math.radians(degree)), math.sin(math.radians(degree))
         axes.plot(
-            [rim_radius * x, length * rim_radius * x],
-            [rim_radius * y, length * rim_radius * y],
-            color=MUTED,
-            linewidth=0.5,
-            zorder=3,
+            [rim_radius * x, length * rim_radius * x], [rim_radius * y, length * rim_radius * y], color=MUTED, linewidth=0.5, zorder=3
         )
     for degree in range(0, 360, 30):
         if any(abs(math.remainder(degree - other, 360)) < _MIN_LABEL_DISTANCE_DEG for other in event_angles):
@@ -105,10 +91,7 @@ def _draw_steam_areas(axes: Axes, data: ValveDiagramData) -> None:
         gaps = np.flatnonzero(np.diff(angles) > 1.5 * math.tau / (len(data.angles) - 1))
         first = int(gaps[0]) + 1 if len(gaps) else 0
         angles, lengths = np.roll(angles, -first), np.roll(lengths, -first)
-        outer_edge, inner_edge = (
-            _polar_to_cartesian(angles, lengths),
-            _polar_to_cartesian(angles[::-1], np.full(len(angles), lap)),
-        )
+        outer_edge, inner_edge = (_polar_to_cartesian(angles, lengths), _polar_to_cartesian(angles[::-1], np.full(len(angles), lap)))
         axes.fill(
             np.append(outer_edge[0], inner_edge[0]),
             np.append(outer_edge[1], inner_edge[1]),
@@ -154,22 +137,14 @@ def _label_events(axes: Axes, data: ValveDiagramData, rim_radius: float) -> None
             TextLabel(
                 text=event.name.rsplit(" ", 1)[1],
                 size=10.5,
-                position=(
-                    1.06 * rim_radius * scale * x + base_offset[0],
-                    1.06 * rim_radius * scale * y + base_offset[1],
-                ),
+                position=(1.06 * rim_radius * scale * x + base_offset[0], 1.06 * rim_radius * scale * y + base_offset[1]),
                 ha="left" if x > 0.05 else "right" if x < -0.05 else "center",
                 va="bottom" if y > 0.55 else "top" if y < -0.55 else "center",
                 outward_direction=(x, y),
             )
         )
     legend_box = -width / 2, -width / 2 + _LEGEND_SIZE_POINTS[0], -height / 2, -height / 2 + _LEGEND_SIZE_POINTS[1]
-    allowed_box = (
-        -width / 2 - _LABEL_MARGIN_POINTS,
-        width / 2 + _LABEL_MARGIN_POINTS,
-        -height / 2 - _LABEL_MARGIN_POINTS,
-        height / 2,
-    )
+    allowed_box = (-width / 2 - _LABEL_MARGIN_POINTS, width / 2 + _LABEL_MARGIN_POINTS, -height / 2 - _LABEL_MARGIN_POINTS, height / 2)
     label_offsets = label_shifts(labels, [legend_box], allowed_box)
     for event, label, shift in zip(data.events.rows, labels, label_offsets, strict=True):
         x, y = label.outward_direction
@@ -183,9 +158,7 @@ def _draw_displacement_curves(axes: Axes, data: ValveDiagramData) -> None:
     """The true displacement on every ray."""
     for side, colour in ((1.0, CRANK_END_COLOUR), (-1.0, HEAD_END_COLOUR)):
         length = np.where(side * data.displacement > 0, side * data.displacement * MM_PER_M, np.nan)
-        axes.plot(
-            *_polar_to_cartesian(data.angles, length), color=colour, linewidth=2.4, zorder=5, solid_capstyle="round"
-        )
+        axes.plot(*_polar_to_cartesian(data.angles, length), color=colour, linewidth=2.4, zorder=5, solid_capstyle="round")
 
 
 def _label_diagram(axes: Axes, data: ValveDiagramData, rim_radius: float) -> None:
@@ -198,13 +171,7 @@ def _label_diagram(axes: Axes, data: ValveDiagramData, rim_radius: float) -> Non
     ):
         position: AxesPoint = 0.62 * r * math.cos(angle), 0.62 * r * math.sin(angle)
         max_displacement = float(np.max((1.0 if colour == CRANK_END_COLOUR else -1.0) * data.displacement)) * MM_PER_M
-        text_style: dict[str, Any] = {
-            "ha": "center",
-            "va": "center",
-            "fontsize": 10.5,
-            "fontstyle": "italic",
-            "linespacing": 1.4,
-        }
+        text_style: dict[str, Any] = {"ha": "center", "va": "center", "fontsize": 10.5, "fontstyle": "italic", "linespacing": 1.4}
         annotate_point(axes, position, f"{words}\n$\\xi$ at most {max_displacement:.1f} mm", color=colour, **text_style)
     for lap, words in ((data.outside_lap, "$e$"), (data.inside_lap, "$i$")):
         if lap:
@@ -222,9 +189,7 @@ def _label_diagram(axes: Axes, data: ValveDiagramData, rim_radius: float) -> Non
             )
     _draw_advance_angle(axes, rim_radius, advance)
     note_style: dict[str, Any] = {"fontsize": 9.5, "color": MUTED, "fontstyle": "italic"}
-    annotate_point(
-        axes, (0.985 * rim_radius, 0), "dead centre, crank end", (0, 4), ha="right", va="bottom", **note_style
-    )
+    annotate_point(axes, (0.985 * rim_radius, 0), "dead centre, crank end", (0, 4), ha="right", va="bottom", **note_style)
     annotate_point(axes, (-0.985 * rim_radius, 0), "dead centre, head end", (0, -5), ha="left", va="top", **note_style)
     _add_legend(axes)
 
@@ -249,16 +214,9 @@ def _add_legend(axes: Axes) -> None:
         Line2D([], [], color=INK, linewidth=0.6, linestyle=DASHED, label="event by theory"),
     ]
     text_style = {"family": SERIF_FONT, "size": 9.5, "math_fontfamily": "stix"}
-    legend = axes.legend(
-        handles=handles, loc="lower left", bbox_to_anchor=(-0.005, -0.01), frameon=False, handlelength=2.4
-    )
+    legend = axes.legend(handles=handles, loc="lower left", bbox_to_anchor=(-0.005, -0.01), frameon=False, handlelength=2.4)
     for text in legend.get_texts():
-        text.set(
-            fontfamily=text_style["family"],
-            fontsize=text_style["size"],
-            math_fontfamily=text_style["math_fontfamily"],
-            color=MUTED,
-        )
+        text.set(fontfamily=text_style["family"], fontsize=text_style["size"], math_fontfamily=text_style["math_fontfamily"], color=MUTED)
 
 
 def draw_stroke_diagram(axes: Axes, data: ValveDiagramData) -> None:
@@ -268,9 +226,7 @@ def draw_stroke_diagram(axes: Axes, data: ValveDiagramData) -> None:
         spine.set(visible=side == "bottom", color=MUTED, linewidth=0.8)
     axes.tick_params(color=MUTED, labelcolor=MUTED, labelsize=8, left=False, labelleft=False)
     axes.set_facecolor(PAPER)
-    axes.set_xlabel(
-        "part of the stroke from each end’s own dead centre, %", color=INK, fontsize=10.5, fontfamily=SERIF_FONT
-    )
+    axes.set_xlabel("part of the stroke from each end’s own dead centre, %", color=INK, fontsize=10.5, fontfamily=SERIF_FONT)
     for end, colour, base in (("crank end", CRANK_END_COLOUR, 2.0), ("head end", HEAD_END_COLOUR, 0.0)):
         events_by_name = {row.name.rsplit(" ", 1)[1]: row for row in data.events.rows if row.name.startswith(end)}
         stroke_percent = {name: 100 * row.simulated_stroke for name, row in events_by_name.items()}

@@ -52,13 +52,9 @@ def zeuner_figure(scene: Scene, path: str | os.PathLike[str]) -> Path:
 def draw_zeuner_plate(data: ValveDiagramData) -> Figure:
     """The plate as a figure."""
     figure = new_plate(_HEADING, data.title, MARKS_SOURCE)
-    caption = (
-        "Fig. 1.  The valve’s displacement on the ray of the crank: on a circle by theory, in truth on the bold curve"
-    )
+    caption = "Fig. 1.  The valve’s displacement on the ray of the crank: on a circle by theory, in truth on the bold curve"
     write_text(figure, 0.03, 0.862, caption, 11.5, fontstyle="italic")
-    draw_polar_diagram(
-        figure.add_axes(_POLAR_RECT), data, _POLAR_RECT[2] * PLATE_WIDTH / (_POLAR_RECT[3] * PLATE_HEIGHT)
-    )
+    draw_polar_diagram(figure.add_axes(_POLAR_RECT), data, _POLAR_RECT[2] * PLATE_WIDTH / (_POLAR_RECT[3] * PLATE_HEIGHT))
     _write_event_table(figure, data)
     write_text(figure, 0.605, 0.36, "Fig. 2.  What the steam does over the stroke", 11.5, fontstyle="italic")
     draw_stroke_diagram(figure.add_axes(_STROKES_RECT), data)
@@ -71,9 +67,7 @@ def _write_event_table(figure: Figure, data: ValveDiagramData) -> None:
     top, row_height = 0.862, 0.036
     write_text(figure, _COLUMN_POSITIONS[0], top, "The events of steam on the mechanism", 11.5, fontstyle="italic")
     column_headings = ("crank", "theory", "later by", "stroke", "theory")
-    for x, column_heading, unit in zip(
-        _COLUMN_POSITIONS[1:], column_headings, ("deg", "deg", "deg", "%", "%"), strict=True
-    ):
+    for x, column_heading, unit in zip(_COLUMN_POSITIONS[1:], column_headings, ("deg", "deg", "deg", "%", "%"), strict=True):
         write_text(figure, x, top - 0.036, column_heading, 10.5, ha="right", color=MUTED)
         write_text(figure, x, top - 0.056, unit, 8.5, ha="right", color=MUTED)
     _draw_rule(figure, top - 0.064)

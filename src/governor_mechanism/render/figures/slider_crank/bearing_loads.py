@@ -29,17 +29,7 @@ from governor_mechanism.render.figures.engraving_sheet import (
     style_plate_axes,
     write_text,
 )
-from governor_mechanism.render.style import (
-    BLUE,
-    GREEN,
-    INK,
-    MUTED,
-    PAPER,
-    SERIES_COLOURS,
-    SERIF_FONT,
-    STEEL,
-    VERMILLION,
-)
+from governor_mechanism.render.style import BLUE, GREEN, INK, MUTED, PAPER, SERIES_COLOURS, SERIF_FONT, STEEL, VERMILLION
 from governor_mechanism.types import FloatArray
 from governor_mechanism.verification.slider_crank import build_crank_train
 
@@ -102,9 +92,7 @@ def draw_bearing_loads(run: Trajectory) -> Figure:
     angles = np.degrees(run.readings["crank_angle"][first_turn] % math.tau)
     drive, guide = run.reactions["drive"].moment[first_turn], run.reactions["crosshead guide"].force[first_turn, 1]
     _draw_load_curve(figure.add_axes(_TORQUE_RECT), (angles, drive), (crank_angles, exact.torque), "torque, N m", 1.0)
-    _draw_load_curve(
-        figure.add_axes(_GUIDE_RECT), (angles, guide), (crank_angles, exact.guide), "force upward, kN", _KILO_PER_UNIT
-    )
+    _draw_load_curve(figure.add_axes(_GUIDE_RECT), (angles, guide), (crank_angles, exact.guide), "force upward, kN", _KILO_PER_UNIT)
     _write_dimensions(figure, run, crank_train)
     return figure
 
@@ -131,17 +119,12 @@ def _draw_force_loci(axes: Axes, run: Trajectory, exact: BearingLoads, first_tur
     margin = 0.12 * max(np.ptp(all_forces[:, 0]), np.ptp(all_forces[:, 1]), _MIN_FORCE_SCALE_KN)
     low, high = all_forces.min(axis=0) - margin, all_forces.max(axis=0) + margin
     # Room for numbers of many figures between the label and the frame.
-    label_space = _DIGIT_WIDTH * max(
-        len(f"{1.25 * float(np.abs(all_forces[:, 1]).max()):.0f}") - _N_DIGITS_WITHOUT_SHIFT, 0
-    )
+    label_space = _DIGIT_WIDTH * max(len(f"{1.25 * float(np.abs(all_forces[:, 1]).max()):.0f}") - _N_DIGITS_WITHOUT_SHIFT, 0)
     axes.set_position((_FORCES_RECT[0] + label_space, _FORCES_RECT[1], _FORCES_RECT[2] - label_space, _FORCES_RECT[3]))
     aspect = (_FORCES_RECT[2] - label_space) * PLATE_WIDTH / (_FORCES_RECT[3] * PLATE_HEIGHT)
     half_width = max((high[0] - low[0]) / 2, aspect * (high[1] - low[1]) / 2)
     middle = (low + high) / 2
-    axes.set(
-        xlim=(middle[0] - half_width, middle[0] + half_width),
-        ylim=(middle[1] - half_width / aspect, middle[1] + half_width / aspect),
-    )
+    axes.set(xlim=(middle[0] - half_width, middle[0] + half_width), ylim=(middle[1] - half_width / aspect, middle[1] + half_width / aspect))
     handles = []
     for name, force in curves.items():
         if name not in run.reactions:
@@ -156,9 +139,7 @@ def _draw_force_loci(axes: Axes, run: Trajectory, exact: BearingLoads, first_tur
             if name == "shaft":
                 outward = point - middle
                 offset = 11 * outward / max(float(np.hypot(*outward)), 1e-12)
-                annotate_point(
-                    axes, tuple(point), f"{degree}°", tuple(offset), ha="center", va="center", fontsize=8.5, color=MUTED
-                )
+                annotate_point(axes, tuple(point), f"{degree}°", tuple(offset), ha="center", va="center", fontsize=8.5, color=MUTED)
         handles.append(Line2D([], [], color=colour, linewidth=1.8, marker="o", markersize=5, label=name))
     legend = axes.legend(handles=handles, loc="upper right", frameon=False, handlelength=2.2)
     for text in legend.get_texts():
@@ -174,11 +155,7 @@ def _draw_engine(axes: Axes, crank_train: CrankTrain, exact: BearingLoads) -> No
     aspect = _ENGINE_RECT[2] * PLATE_WIDTH / (_ENGINE_RECT[3] * PLATE_HEIGHT)
     middle = (crosshead[0] + r) / 2 - r / 2
     half_width = max((crosshead[0] + 3.2 * r) / 2, aspect * 1.25 * r)
-    axes.set(
-        xlim=(middle - half_width, middle + half_width),
-        ylim=(-half_width / aspect, half_width / aspect),
-        aspect="equal",
-    )
+    axes.set(xlim=(middle - half_width, middle + half_width), ylim=(-half_width / aspect, half_width / aspect), aspect="equal")
     axes.set_axis_off()
     axes.plot([-1.3 * r, crosshead[0] + r], [0, 0], color=MUTED, linewidth=0.7, linestyle=CHAIN_DOTTED, zorder=1)
     axes.add_patch(Circle((0, 0), r, fill=False, edgecolor=MUTED, linewidth=0.7, linestyle=DASHED, zorder=1))
@@ -189,9 +166,7 @@ def _draw_engine(axes: Axes, crank_train: CrankTrain, exact: BearingLoads) -> No
         for colour, line_width in ((INK, width + 1.6), (STEEL, width)):
             xs, ys = zip(start, stop, strict=True)
             axes.plot(xs, ys, color=colour, linewidth=line_width, solid_capstyle="round", zorder=3)
-    box = Rectangle(
-        (crosshead[0] - 0.3 * r, -block), 0.6 * r, 2 * block, facecolor=STEEL, edgecolor=INK, linewidth=0.9, zorder=4
-    )
+    box = Rectangle((crosshead[0] - 0.3 * r, -block), 0.6 * r, 2 * block, facecolor=STEEL, edgecolor=INK, linewidth=0.9, zorder=4)
     axes.add_patch(box)
     for point in ((0.0, 0.0), pin, crosshead):
         axes.plot(*point, "o", color=INK, markerfacecolor=PAPER, markersize=7, zorder=5)
@@ -203,20 +178,13 @@ def _draw_engine(axes: Axes, crank_train: CrankTrain, exact: BearingLoads) -> No
     )
     largest = max(*(float(np.hypot(*force)) for _, force, _ in forces), _MIN_FORCE_SCALE_KN / _KILO_PER_UNIT)
     for point, force, colour in forces:
-        tip = (
-            point[0] + _MAX_ARROW_LENGTH * r * force[0] / largest,
-            point[1] + _MAX_ARROW_LENGTH * r * force[1] / largest,
-        )
+        tip = (point[0] + _MAX_ARROW_LENGTH * r * force[0] / largest, point[1] + _MAX_ARROW_LENGTH * r * force[1] / largest)
         arrow = {"arrowstyle": "-|>", "color": colour, "linewidth": 2.2, "shrinkA": 0, "shrinkB": 0}
         axes.annotate("", tip, point, arrowprops=arrow, zorder=8)
 
 
 def _draw_load_curve(
-    axes: Axes,
-    simulated: tuple[FloatArray, FloatArray],
-    exact: tuple[FloatArray, FloatArray],
-    label: str,
-    factor: float,
+    axes: Axes, simulated: tuple[FloatArray, FloatArray], exact: tuple[FloatArray, FloatArray], label: str, factor: float
 ) -> None:
     """A load over the crank's angle: points of the run, the curve of the closed form, and its mean."""
     style_plate_axes(axes, "crank angle from the outer dead centre, deg", label)

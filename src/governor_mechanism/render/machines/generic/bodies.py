@@ -6,17 +6,7 @@ import math
 from collections.abc import Sequence
 
 from governor_mechanism.model.force_elements import Damper, Force, Spring
-from governor_mechanism.model.joints import (
-    ArcSlot,
-    CurveSlot,
-    Distance,
-    Joint,
-    Pin,
-    Point,
-    Slider,
-    TranslationalDriver,
-    Weld,
-)
+from governor_mechanism.model.joints import ArcSlot, CurveSlot, Distance, Joint, Pin, Point, Slider, TranslationalDriver, Weld
 from governor_mechanism.model.mechanism import Body, LineAngle, PointCoordinate, PointDistance
 from governor_mechanism.model.scene import Part
 from governor_mechanism.render.geometry.body_points import GROUND_POSE, axes_to_plane, distinct_points
@@ -43,9 +33,7 @@ _MASS_SIDES = (0.22, 0.16)
 """Sides of a mass that hangs on springs."""
 
 
-def body_shapes(
-    part: Part, poses: Sequence[PoseTuple], extents: RunExtents
-) -> tuple[list[DrawnShape], list[DrawnShape]]:
+def body_shapes(part: Part, poses: Sequence[PoseTuple], extents: RunExtents) -> tuple[list[DrawnShape], list[DrawnShape]]:
     """Plates, bars and discs, which lie behind; and masses and balls, which lie in front."""
     behind: list[DrawnShape] = []
     front: list[DrawnShape] = []
@@ -70,10 +58,7 @@ def tracer_shapes(part: Part, poses: Sequence[PoseTuple], extents: RunExtents) -
         Circle("tracer", *axes_to_plane(at, *spot), 0.012 * extents.length_scale)
         for body, at in zip(part.mechanism.bodies, poses, strict=True)
         for spot in distinct_points(_reading_points(part, body), _COINCIDENCE_DISTANCE * extents.length_scale)
-        if all(
-            math.dist(spot, other) > _COINCIDENCE_DISTANCE * extents.length_scale
-            for other in _joint_and_force_points(part, body)
-        )
+        if all(math.dist(spot, other) > _COINCIDENCE_DISTANCE * extents.length_scale for other in _joint_and_force_points(part, body))
     ]
 
 
@@ -81,8 +66,7 @@ def body_outline_points(part: Part, body: Body, extents: RunExtents) -> list[Vec
     """The points a body must reach, in its own axes: marked points, slots, and its mass where it lies in one point."""
     tolerance = _COINCIDENCE_DISTANCE * extents.length_scale
     points = distinct_points(
-        [*_joint_and_force_points(part, body), *_reading_points(part, body), *_slot_points(part, body, extents)],
-        tolerance,
+        [*_joint_and_force_points(part, body), *_reading_points(part, body), *_slot_points(part, body, extents)], tolerance
     )
     is_wheel = body.name in wheel_bodies(part) | rack_bodies(part)
     if not points or (is_wheel and all(math.hypot(*spot) <= tolerance for spot in points)):
@@ -143,10 +127,7 @@ def _slot_points(part: Part, body: Body, extents: RunExtents) -> list[Vec2]:
 
 
 def _has_guide(part: Part, body: Body) -> bool:
-    return any(
-        joint.first.body == body.name and isinstance(joint, Slider | ArcSlot | CurveSlot)
-        for joint in part.mechanism.joints
-    )
+    return any(joint.first.body == body.name and isinstance(joint, Slider | ArcSlot | CurveSlot) for joint in part.mechanism.joints)
 
 
 def _is_sliding_block(part: Part, body: Body) -> bool:
@@ -170,22 +151,14 @@ def _is_between_ends(point: Vec2, points: Sequence[Vec2], tolerance: float) -> b
 def _has_end_mass(body: Body, outline: Sequence[Vec2], extents: RunExtents) -> bool:
     """Whether the whole mass sits in a corner of the outline, as a pendulum's bob does."""
     tolerance = _COINCIDENCE_DISTANCE * extents.length_scale
-    return (
-        body.can_rotate
-        and _is_point_mass(body)
-        and any(math.hypot(*corner) < tolerance for corner in convex_hull(outline))
-    )
+    return body.can_rotate and _is_point_mass(body) and any(math.hypot(*corner) < tolerance for corner in convex_hull(outline))
 
 
-def _single_point_shapes(
-    part: Part, body: Body, pose: PoseTuple, extents: RunExtents
-) -> tuple[list[DrawnShape], list[DrawnShape]]:
+def _single_point_shapes(part: Part, body: Body, pose: PoseTuple, extents: RunExtents) -> tuple[list[DrawnShape], list[DrawnShape]]:
     """A body with one marked point, in its mass centre, or none: disc, hung mass, or ball."""
     u = extents.length_scale
     joints: list[Joint] = [j for j in part.mechanism.joints if body.name in (j.first.body, j.second.body)]
-    hangs_on_springs = any(
-        isinstance(load, Spring | Damper) and body.name in load.bodies for load in part.mechanism.force_elements
-    )
+    hangs_on_springs = any(isinstance(load, Spring | Damper) and body.name in load.bodies for load in part.mechanism.force_elements)
     is_held_by_joint = any(isinstance(joint, Pin | Distance | CurveSlot | ArcSlot) for joint in joints)
     if hangs_on_springs and not is_held_by_joint:
         a, b = 0.5 * _MASS_SIDES[0] * u, 0.5 * _MASS_SIDES[1] * u
@@ -200,9 +173,4 @@ def _single_point_shapes(
 
 
 def _ball_shape(body: Body, pose: PoseTuple, extents: RunExtents) -> Circle:
-    return Circle(
-        "ball",
-        pose[0],
-        pose[1],
-        min(0.7 * drawn_ball_radius(body.mass, extents.length_scale), 0.09 * extents.length_scale),
-    )
+    return Circle("ball", pose[0], pose[1], min(0.7 * drawn_ball_radius(body.mass, extents.length_scale), 0.09 * extents.length_scale))

@@ -34,10 +34,7 @@ def generic_background_shapes(part: Part, poses: FloatArray, extents: RunExtents
     if part.plane == TURNING_PLANE:
         ends = [point for joint in part.mechanism.joints for point in (joint.first, joint.second)]
         pins = [point.y for point in ends if point.body == GROUND]
-        low, high = (
-            min(float(poses[:, :, 1].min()), *pins, math.inf),
-            max(float(poses[:, :, 1].max()), *pins, -math.inf),
-        )
+        low, high = (min(float(poses[:, :, 1].min()), *pins, math.inf), max(float(poses[:, :, 1].max()), *pins, -math.inf))
         shapes.append(Lines("axis", (((0.0, low - 0.2 * u), (0.0, high + 0.2 * u)),)))
     mid_poses = as_pose_tuples(poses[len(poses) // 2])
     shapes += guide_shapes(part, mid_poses, extents, fixed=True)
@@ -53,12 +50,7 @@ def generic_moving_shapes(part: Part, pose: FloatArray, extents: RunExtents) -> 
     poses = as_pose_tuples(pose)
     behind, front = body_shapes(part, poses, extents)
     links = [
-        make_bar(
-            "link",
-            point_position(mechanism, poses, joint.first),
-            point_position(mechanism, poses, joint.second),
-            _LINK_WIDTH * u,
-        )
+        make_bar("link", point_position(mechanism, poses, joint.first), point_position(mechanism, poses, joint.second), _LINK_WIDTH * u)
         for joint in mechanism.joints
         if isinstance(joint, Distance)
     ]
@@ -80,9 +72,7 @@ def generic_moving_shapes(part: Part, pose: FloatArray, extents: RunExtents) -> 
     )
 
 
-def generic_plan_shapes(
-    part: Part, pose: FloatArray, angle: float, _: EffectState = NO_EFFECTS
-) -> tuple[DrawnShape, ...]:
+def generic_plan_shapes(part: Part, pose: FloatArray, angle: float, _: EffectState = NO_EFFECTS) -> tuple[DrawnShape, ...]:
     """Every body at its distance from the axis, seen from above."""
     c, s = math.cos(angle), math.sin(angle)
     u = part.mechanism.length_scale

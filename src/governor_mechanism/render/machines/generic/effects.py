@@ -39,11 +39,7 @@ def output_effect_shapes(part: Part, poses: Sequence[PoseTuple], extents: RunExt
         reading = part.mechanism.reading(effect.reading) if isinstance(effect, OutputEffect) else None
         if isinstance(effect, OutputEffect) and isinstance(reading, PointCoordinate) and reading.origin.body == GROUND:
             x, y = point_position(part.mechanism, poses, reading.point)
-            value = (
-                reading.direction_x * (x - reading.origin.x)
-                + reading.direction_y * (y - reading.origin.y)
-                - reading.zero
-            )
+            value = reading.direction_x * (x - reading.origin.x) + reading.direction_y * (y - reading.origin.y) - reading.zero
             axes = (x, y, math.atan2(reading.direction_y, reading.direction_x))
             shapes += _shapes_of_effect(effect, axes, value, extents)
     return shapes
@@ -67,9 +63,7 @@ def _shapes_of_effect(effect: OutputEffect, axes: PoseTuple, value: float, exten
             min_length = _MIN_LENGTH * u
             length = min_length + value - low
             lines = damper_lines(length, (min_length, min_length + high - low), u)
-            return _offset_element_shapes(
-                "damper", lines, (*axes_to_plane(axes, -length, -_LATERAL_OFFSET * u), axes[2]), length, u
-            )
+            return _offset_element_shapes("damper", lines, (*axes_to_plane(axes, -length, -_LATERAL_OFFSET * u), axes[2]), length, u)
         case OutputSpring():
             length = _MIN_LENGTH * u + high - value
             start = axes_to_plane(axes, length, -_LATERAL_OFFSET * u)
@@ -89,9 +83,7 @@ def _stop_shapes(stops: Stops, axes: PoseTuple, value: float, extents: RunExtent
     return shapes
 
 
-def _offset_element_shapes(
-    role: str, lines: Sequence[Sequence[Vec2]], axes: PoseTuple, length: float, u: float
-) -> list[DrawnShape]:
+def _offset_element_shapes(role: str, lines: Sequence[Sequence[Vec2]], axes: PoseTuple, length: float, u: float) -> list[DrawnShape]:
     """A spring or damper from a wall at its own axes' origin, with a beam from its end to the point's way."""
     transformed = tuple(tuple(axes_to_plane(axes, *point) for point in line) for line in lines)
     beam_offset = _LATERAL_OFFSET * u if role == "damper" else -_LATERAL_OFFSET * u

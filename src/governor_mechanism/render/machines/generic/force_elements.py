@@ -27,9 +27,7 @@ def translational_element_shapes(part: Part, poses: Sequence[PoseTuple], extents
     """Springs and dampers between their points; side by side where they share them."""
     mechanism, u = part.mechanism, extents.length_scale
     loads = [load for load in mechanism.force_elements if isinstance(load, Spring | Damper)]
-    end_points = [
-        tuple(point_position(mechanism, poses, point) for point in (load.first, load.second)) for load in loads
-    ]
+    end_points = [tuple(point_position(mechanism, poses, point) for point in (load.first, load.second)) for load in loads]
     pairs = [frozenset((load.first, load.second)) for load in loads]
     shapes: list[DrawnShape] = []
     for k, (load, (start, end)) in enumerate(zip(loads, end_points, strict=True)):
@@ -45,10 +43,7 @@ def translational_element_shapes(part: Part, poses: Sequence[PoseTuple], extents
         lines = [tuple(axes_to_plane(axes, x, y + lateral_offset) for x, y in line) for line in element_lines]
         if lateral_offset:
             # Beams carry what stands off the line.
-            lines += [
-                (start, axes_to_plane(axes, 0.0, lateral_offset)),
-                (end, axes_to_plane(axes, length, lateral_offset)),
-            ]
+            lines += [(start, axes_to_plane(axes, 0.0, lateral_offset)), (end, axes_to_plane(axes, length, lateral_offset))]
         shapes.append(Lines(role, tuple(lines)))
         shapes.append(Circle("eye", *start, 0.011 * u))
         shapes.append(Circle("eye", *end, 0.011 * u))
@@ -125,8 +120,7 @@ def torsional_element_shapes(part: Part, poses: Sequence[PoseTuple], extents: Ru
             wound_angle = max(min(inner_angle - outer_angle, 3 * math.pi), -3 * math.pi)
             sweep = 5 * math.pi - wound_angle
             spiral_points = (
-                axes_to_plane((*centre, outer_angle + 2.2 - sweep * (1 - k / 72)), (0.03 + 0.07 * k / 72) * u, 0.0)
-                for k in range(73)
+                axes_to_plane((*centre, outer_angle + 2.2 - sweep * (1 - k / 72)), (0.03 + 0.07 * k / 72) * u, 0.0) for k in range(73)
             )
             shapes.append(Lines("spring", (tuple(spiral_points),)))
         else:
@@ -144,9 +138,7 @@ def force_arrow_shapes(part: Part, poses: Sequence[PoseTuple], extents: RunExten
         if isinstance(load, Force):
             x, y = point_position(mechanism, poses, load.point)
             across, up = extents.load_fractions(load)
-            shapes += make_arrow(
-                "force", ((x, y), (x + _ARROW_LENGTH * u * across, y + _ARROW_LENGTH * u * up)), _ARROW_HEAD_SIZE * u
-            )
+            shapes += make_arrow("force", ((x, y), (x + _ARROW_LENGTH * u * across, y + _ARROW_LENGTH * u * up)), _ARROW_HEAD_SIZE * u)
         elif isinstance(load, Torque):
             centre = point_position(mechanism, poses, hinge_point(mechanism, load.first, load.second))
             sweep = 1.5 * math.pi * extents.load_fractions(load)[0]

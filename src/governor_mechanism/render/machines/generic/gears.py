@@ -39,9 +39,7 @@ def wheel_shapes(part: Part, poses: Sequence[PoseTuple], extents: RunExtents) ->
         angle = body_pose(part.mechanism, poses, body)[2]
         rim_radius = max(radius - 0.035 * u, 0.72 * radius)
         shapes += [Circle("wheel", x, y, radius), Circle("wheel web", x, y, rim_radius)]
-        plain_spokes = tuple(
-            ((x, y), axes_to_plane((x, y, angle + k * math.pi / 2), rim_radius, 0.0)) for k in (1, 2, 3)
-        )
+        plain_spokes = tuple(((x, y), axes_to_plane((x, y, angle + k * math.pi / 2), rim_radius, 0.0)) for k in (1, 2, 3))
         marked_spoke = (axes_to_plane((x, y, angle), 0.0, 0.0), axes_to_plane((x, y, angle), rim_radius, 0.0))
         shapes += [
             Lines("spoke", plain_spokes),
@@ -57,9 +55,7 @@ def _wheel_geometries(part: Part, poses: Sequence[PoseTuple], extents: RunExtent
         if isinstance(joint, RackAndPinion):
             wheels_of_joints.append((joint.first.body, joint.first, abs(joint.radius)))
         elif isinstance(joint, Gear):
-            centre_distance = math.dist(
-                *(point_position(part.mechanism, poses, point) for point in (joint.first, joint.second))
-            )
+            centre_distance = math.dist(*(point_position(part.mechanism, poses, point) for point in (joint.first, joint.second)))
             if centre_distance > 0.02 * extents.length_scale:
                 radii = [float(radius[0]) for radius in wheel_radii(joint.ratio, np.array([centre_distance]))]
             else:
@@ -69,9 +65,7 @@ def _wheel_geometries(part: Part, poses: Sequence[PoseTuple], extents: RunExtent
     # One wheel may mesh with several others.
     distinct_wheels: dict[tuple[str, float, float, int], WheelGeometry] = {}
     for body, point, radius in wheels_of_joints:
-        distinct_wheels.setdefault(
-            (body, point.x, point.y, round(200 * radius / extents.length_scale)), (body, point, radius)
-        )
+        distinct_wheels.setdefault((body, point.x, point.y, round(200 * radius / extents.length_scale)), (body, point, radius))
     return list(distinct_wheels.values())
 
 
@@ -85,9 +79,7 @@ def rack_shapes(part: Part, poses: Sequence[PoseTuple], extents: RunExtents) -> 
         centre, rack_point = (point_position(part.mechanism, poses, point) for point in (joint.first, joint.second))
         low, high = extents.joint_travels[joint.name]
         side, axes = _rack_contact(part, poses, joint)
-        rack_coordinate = (rack_point[0] - centre[0]) * math.cos(joint.angle) + (rack_point[1] - centre[1]) * math.sin(
-            joint.angle
-        )
+        rack_coordinate = (rack_point[0] - centre[0]) * math.cos(joint.angle) + (rack_point[1] - centre[1]) * math.sin(joint.angle)
         start, end = rack_coordinate - high - 0.18 * u, rack_coordinate - low + 0.18 * u
         back_offset = side * _RACK_THICKNESS * u
         corners = ((start, 0.0), (end, 0.0), (end, back_offset), (start, back_offset))
@@ -114,9 +106,7 @@ def _rack_contact(part: Part, poses: Sequence[PoseTuple], joint: RackAndPinion) 
 def rack_bed_shapes(part: Part, poses: Sequence[PoseTuple], extents: RunExtents) -> list[DrawnShape]:
     """What racks slide on, where the ground guides them and holds their pinions."""
     u = extents.length_scale
-    guided_bodies = {
-        joint.second.body for joint in part.mechanism.joints if isinstance(joint, Slider) and joint.first.body == GROUND
-    }
+    guided_bodies = {joint.second.body for joint in part.mechanism.joints if isinstance(joint, Slider) and joint.first.body == GROUND}
     shapes: list[DrawnShape] = []
     for joint in part.mechanism.joints:
         if isinstance(joint, RackAndPinion) and joint.second.body in guided_bodies:
@@ -124,12 +114,7 @@ def rack_bed_shapes(part: Part, poses: Sequence[PoseTuple], extents: RunExtents)
             low, high = extents.joint_travels[joint.name]
             half_length = (high - low) / 2 + 0.24 * u
             shapes.append(
-                make_wall(
-                    axes_to_plane(axes, 0.0, side * _RACK_THICKNESS * u),
-                    joint.angle - side * math.pi / 2,
-                    half_length,
-                    0.035 * u,
-                )
+                make_wall(axes_to_plane(axes, 0.0, side * _RACK_THICKNESS * u), joint.angle - side * math.pi / 2, half_length, 0.035 * u)
             )
     return shapes
 

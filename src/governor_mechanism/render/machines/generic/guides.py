@@ -10,30 +10,11 @@ from scipy.interpolate import CubicSpline
 
 from governor_mechanism.model.curves import Curve, PolynomialCurve, SplineCurve
 from governor_mechanism.model.force_elements import Damper, Spring
-from governor_mechanism.model.joints import (
-    GROUND,
-    ArcSlot,
-    CurveSlot,
-    Distance,
-    Joint,
-    Pin,
-    Prismatic,
-    Slider,
-    TranslationalDriver,
-    Weld,
-)
+from governor_mechanism.model.joints import GROUND, ArcSlot, CurveSlot, Distance, Joint, Pin, Prismatic, Slider, TranslationalDriver, Weld
 from governor_mechanism.model.scene import TURNING_PLANE, Part
 from governor_mechanism.render.geometry.body_points import axes_at, axes_to_plane, distinct_points, point_position
 from governor_mechanism.render.geometry.outlines import make_band, make_wall
-from governor_mechanism.render.geometry.primitives import (
-    Circle,
-    DrawnShape,
-    Lines,
-    Polygon,
-    PoseTuple,
-    Vec2,
-    make_hatching,
-)
+from governor_mechanism.render.geometry.primitives import Circle, DrawnShape, Lines, Polygon, PoseTuple, Vec2, make_hatching
 from governor_mechanism.render.machines.generic.gears import rack_bodies
 from governor_mechanism.render.run_extents import RunExtents
 from governor_mechanism.types import FloatArray
@@ -62,10 +43,7 @@ def guide_centreline(joint: Joint, extents: RunExtents) -> list[Vec2]:
             if isinstance(curve, SplineCurve):
                 # It ends at its first and last point, and is shown whole unless the run uses little of it.
                 max_extension = 0.5 * (high - low) + extension
-                first, last = (
-                    max(low - max_extension, min(curve.x[0], low)),
-                    min(high + max_extension, max(curve.x[-1], high)),
-                )
+                first, last = (max(low - max_extension, min(curve.x[0], low)), min(high + max_extension, max(curve.x[-1], high)))
             xs = np.linspace(first, last, _N_SLOT_SEGMENTS + 1)
             return list(zip(xs.tolist(), _curve_ordinates(curve, xs).tolist(), strict=True))
         case _:
@@ -100,27 +78,19 @@ def guide_shapes(part: Part, poses: Sequence[PoseTuple], extents: RunExtents, *,
             case ArcSlot() | CurveSlot():
                 shapes += _slot_shapes(joint, extents, axes, fixed=fixed)
             case TranslationalDriver() if fixed and not _is_guided_by_slider(part, joint):
-                shapes.append(
-                    Lines("guide", (tuple(axes_to_plane(axes, *spot) for spot in guide_centreline(joint, extents)),))
-                )
+                shapes.append(Lines("guide", (tuple(axes_to_plane(axes, *spot) for spot in guide_centreline(joint, extents)),)))
     return shapes
 
 
 def block_sides(part: Part, joint: Slider) -> Vec2:
     """How large the block of a slider is: that of a mass on springs has room for them beside each other."""
     body = joint.second.body
-    has_no_other_joint = all(
-        body not in (other.first.body, other.second.body) or other is joint for other in part.mechanism.joints
-    )
-    has_springs = any(
-        isinstance(load, Spring | Damper) and body in load.bodies for load in part.mechanism.force_elements
-    )
+    has_no_other_joint = all(body not in (other.first.body, other.second.body) or other is joint for other in part.mechanism.joints)
+    has_springs = any(isinstance(load, Spring | Damper) and body in load.bodies for load in part.mechanism.force_elements)
     return _SPRUNG_BLOCK_SIDES if has_no_other_joint and has_springs and body != GROUND else _BLOCK_SIDES
 
 
-def _straight_guide_shapes(
-    part: Part, extents: RunExtents, joint: Slider, axes: PoseTuple, *, fixed: bool
-) -> list[DrawnShape]:
+def _straight_guide_shapes(part: Part, extents: RunExtents, joint: Slider, axes: PoseTuple, *, fixed: bool) -> list[DrawnShape]:
     u = extents.length_scale
     (low, _), (high, _) = guide_centreline(joint, extents)
     half_width = 0.5 * block_sides(part, joint)[1] * u
@@ -139,9 +109,7 @@ def _straight_guide_shapes(
 def _is_guided_by_slider(part: Part, drive: TranslationalDriver) -> bool:
     """Whether the drive's body runs in a guide, so that its way needs no line of its own."""
     bodies = {drive.first.body, drive.second.body}
-    return any(
-        isinstance(joint, Slider) and {joint.first.body, joint.second.body} == bodies for joint in part.mechanism.joints
-    )
+    return any(isinstance(joint, Slider) and {joint.first.body, joint.second.body} == bodies for joint in part.mechanism.joints)
 
 
 def _slot_shapes(joint: ArcSlot | CurveSlot, extents: RunExtents, axes: PoseTuple, *, fixed: bool) -> list[DrawnShape]:
@@ -186,9 +154,7 @@ def pin_centres(part: Part, poses: Sequence[PoseTuple]) -> list[Vec2]:
                 centres.append(second_point)
             case ArcSlot() | CurveSlot() if joint.second.body not in beads:
                 centres.append(second_point)
-            case Slider() if not isinstance(joint, Prismatic) and (
-                {joint.first.body, joint.second.body} & rotating_bodies
-            ):
+            case Slider() if not isinstance(joint, Prismatic) and ({joint.first.body, joint.second.body} & rotating_bodies):
                 centres.append(second_point)
     return centres
 
@@ -200,11 +166,7 @@ def bead_bodies(part: Part) -> set[str]:
         for point in (joint.first, joint.second):
             is_point_only = isinstance(joint, Distance | ArcSlot | CurveSlot) and not (point.x or point.y)
             point_only_joints.setdefault(point.body, set()).add(is_point_only)
-    return {
-        body.name
-        for body in part.mechanism.bodies
-        if not body.can_rotate and point_only_joints.get(body.name) == {True}
-    }
+    return {body.name for body in part.mechanism.bodies if not body.can_rotate and point_only_joints.get(body.name) == {True}}
 
 
 def foot_shapes(part: Part, extents: RunExtents) -> list[DrawnShape]:
@@ -214,14 +176,9 @@ def foot_shapes(part: Part, extents: RunExtents) -> list[DrawnShape]:
         (mine.x, mine.y)
         for joint in part.mechanism.joints
         for mine in (joint.first, joint.second)
-        if mine.body == GROUND
-        and (isinstance(joint, Pin | Distance | Weld) or _is_guided_point(joint, mine is joint.second))
+        if mine.body == GROUND and (isinstance(joint, Pin | Distance | Weld) or _is_guided_point(joint, mine is joint.second))
     ]
-    return [
-        shape
-        for spot in distinct_points(positions, 0.01 * u)
-        for shape in _foot_shape(spot, u, above=spot[1] > extents.mean_height)
-    ]
+    return [shape for spot in distinct_points(positions, 0.01 * u) for shape in _foot_shape(spot, u, above=spot[1] > extents.mean_height)]
 
 
 def _is_guided_point(joint: Joint, is_second_point: bool) -> bool:
@@ -232,17 +189,9 @@ def _foot_shape(position: Vec2, u: float, *, above: bool) -> tuple[DrawnShape, .
     x, y = position
     half_width, height, ground_thickness = 0.06 * u, 0.09 * u, 0.04 * u
     base = y + height if above else y - height
-    box = (
-        x - 1.5 * half_width,
-        x + 1.5 * half_width,
-        *((base, base + ground_thickness) if above else (base - ground_thickness, base)),
-    )
+    box = (x - 1.5 * half_width, x + 1.5 * half_width, *((base, base + ground_thickness) if above else (base - ground_thickness, base)))
     line = Lines("wall", (((box[0], base), (box[1], base)),))
-    return (
-        Polygon("frame", ((x, y), (x - half_width, base), (x + half_width, base))),
-        make_hatching("hatching", box, 0.034 * u),
-        line,
-    )
+    return (Polygon("frame", ((x, y), (x - half_width, base), (x + half_width, base))), make_hatching("hatching", box, 0.034 * u), line)
 
 
 def _box_shape(role: str, axes: PoseTuple, centre: Vec2, sides: Vec2) -> Polygon:

@@ -42,9 +42,7 @@ _N_SPRING_TURNS = 8
 """Of each spring, as many as can be told apart when it is pressed together."""
 
 
-def hartung_background_shapes(
-    part: Part, poses: FloatArray, extents: RunExtents | None = None
-) -> tuple[DrawnShape, ...]:
+def hartung_background_shapes(part: Part, poses: FloatArray, extents: RunExtents | None = None) -> tuple[DrawnShape, ...]:
     """Spindle in its bearings, the frame that carries fulcrums and springs' seats, and the scale of the lift."""
     governor = hartung_proportions(part, NO_EFFECTS if extents is None else extents.effect_state)
     u, w = governor.arm, HARTUNG_SPINDLE_HALF_WIDTH * governor.arm
@@ -70,32 +68,21 @@ def hartung_moving_shapes(part: Part, pose: FloatArray, extents: RunExtents | No
     governor = hartung_proportions(part, effect_state)
     u, height = governor.arm, float(hartung_sleeve_height(part, pose))
     sides = hartung_sides(governor, part, pose)
-    shapes: list[DrawnShape] = [
-        *hartung_moving_effect_shapes(governor, height, time),
-        *_sleeve_shapes(governor, height),
-    ]
+    shapes: list[DrawnShape] = [*hartung_moving_effect_shapes(governor, height, time), *_sleeve_shapes(governor, height)]
     shapes += [shape for side in sides for shape in _weight_shapes(governor, side)]
     shapes += [shape for side in sides for shape in _crank_shapes(governor, side)]
     coil_strands = [_coil_strands(governor, side) for side in sides]
     behind, front = (tuple(line for pair in coil_strands for line in pair[k]) for k in (0, 1))
     shapes += [
         Lines("coil behind", behind),
-        make_rectangle(
-            "rod", -governor.spring_seat_radius, governor.spring_seat_radius, -_ROD_HALF_WIDTH * u, _ROD_HALF_WIDTH * u
-        ),
+        make_rectangle("rod", -governor.spring_seat_radius, governor.spring_seat_radius, -_ROD_HALF_WIDTH * u, _ROD_HALF_WIDTH * u),
     ]
     shapes += [Lines("coil edge", front), Lines("coil", front)]
-    shapes += [
-        Circle("pivot", *spot, _PIVOT_RADIUS * u)
-        for side in sides
-        for spot in (side.fulcrum, side.sleeve_arm_end, side.lug)
-    ]
+    shapes += [Circle("pivot", *spot, _PIVOT_RADIUS * u) for side in sides for spot in (side.fulcrum, side.sleeve_arm_end, side.lug)]
     return (*shapes, *hartung_impact_shapes(governor, sides, time))
 
 
-def hartung_plan_shapes(
-    part: Part, pose: FloatArray, angle: float, effect_state: EffectState = NO_EFFECTS
-) -> tuple[DrawnShape, ...]:
+def hartung_plan_shapes(part: Part, pose: FloatArray, angle: float, effect_state: EffectState = NO_EFFECTS) -> tuple[DrawnShape, ...]:
     """Weights, cross rod and sleeve from above; the right weight carries a mark."""
     governor = hartung_proportions(part, effect_state)
     c, s = math.cos(angle), math.sin(angle)
@@ -158,9 +145,7 @@ def _crank_shapes(governor: HartungProportions, side: HartungSide) -> list[Drawn
     return shapes
 
 
-def _coil_strands(
-    governor: HartungProportions, side: HartungSide
-) -> tuple[tuple[tuple[Vec2, ...], ...], tuple[tuple[Vec2, ...], ...]]:
+def _coil_strands(governor: HartungProportions, side: HartungSide) -> tuple[tuple[tuple[Vec2, ...], ...], tuple[tuple[Vec2, ...], ...]]:
     """The strands of a spring from the weight's inner wall to its seat: those behind the cross rod, those before it."""
     start = abs(side.weight[0]) - governor.half_width + 0.28 * governor.half_width
     pitch = (governor.spring_seat_radius - start) / _N_SPRING_TURNS
@@ -217,14 +202,8 @@ def _sleeve_shapes(governor: HartungProportions, height: float) -> tuple[DrawnSh
     )
     mirrored = tuple((-x, y) for x, y in reversed(outline))
     x, y = half_width - 0.06 * u, 0.065 * u
-    slot = (
-        ((-x, height - y), (x, height - y), (x, height + y), (-x, height + y))
-        if math.isinf(governor.hanger_length)
-        else ()
-    )
-    strokes = tuple(
-        ((part * half_width, waist - 0.02 * u), (part * half_width, base + 2.7 * flange)) for part in (0.44, 0.56, 0.65)
-    )
+    slot = ((-x, height - y), (x, height - y), (x, height + y), (-x, height + y)) if math.isinf(governor.hanger_length) else ()
+    strokes = tuple(((part * half_width, waist - 0.02 * u), (part * half_width, base + 2.7 * flange)) for part in (0.44, 0.56, 0.65))
     tip = half_width + 0.34 * u
     return (
         Polygon("sleeve", outline + mirrored),
@@ -238,10 +217,7 @@ def _bearing_shapes(u: float, bottom: float, top: float) -> tuple[DrawnShape, ..
     """A bearing in section: two hatched blocks beside the spindle, from bottom to top (m)."""
     inner, outer, shapes = HARTUNG_SPINDLE_HALF_WIDTH * u, 0.42 * u, list[DrawnShape]()
     for left, right in ((-outer, -inner), (inner, outer)):
-        shapes += [
-            make_rectangle("bearing", left, right, bottom, top),
-            make_hatching("hatching", (left, right, bottom, top), 0.09 * u),
-        ]
+        shapes += [make_rectangle("bearing", left, right, bottom, top), make_hatching("hatching", (left, right, bottom, top), 0.09 * u)]
     return tuple(shapes)
 
 
@@ -256,7 +232,6 @@ def _lift_scale_shapes(governor: HartungProportions, lifts: Vec2) -> tuple[Drawn
     x = governor.sleeve_size[0] + 0.38 * u
     ticks = tuple(((x, y), (x + (0.14 if k in (first, last) else 0.08) * u, y)) for k, y in marks)
     labels = [
-        TextShape("scale", x + 0.18 * u, y, f"{k * step * 1e3:.6g}{unit}", 0.9 * u)
-        for (k, y), unit in ((marks[0], ""), (marks[-1], " mm"))
+        TextShape("scale", x + 0.18 * u, y, f"{k * step * 1e3:.6g}{unit}", 0.9 * u) for (k, y), unit in ((marks[0], ""), (marks[-1], " mm"))
     ]
     return (Lines("scale", (((x, marks[0][1]), (x, marks[-1][1])), *ticks)), *labels)

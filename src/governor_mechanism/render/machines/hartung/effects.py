@@ -10,11 +10,7 @@ from governor_mechanism.effects.spring import OutputSpring
 from governor_mechanism.effects.stops import Stops
 from governor_mechanism.render.geometry.outlines import make_burst, make_hatched_block, make_wall
 from governor_mechanism.render.geometry.primitives import DrawnShape, Lines, Polygon, Vec2, make_bar, make_rectangle
-from governor_mechanism.render.machines.hartung.proportions import (
-    HARTUNG_SPINDLE_HALF_WIDTH,
-    HartungProportions,
-    HartungSide,
-)
+from governor_mechanism.render.machines.hartung.proportions import HARTUNG_SPINDLE_HALF_WIDTH, HartungProportions, HartungSide
 from governor_mechanism.render.machines.pendulum.effects import helical_spring_lines
 
 _LIFT_READING = "sleeve_lift"
@@ -41,20 +37,12 @@ def spindle_collar_height(governor: HartungProportions, lowest: float) -> float:
 
 def hartung_static_effect_shapes(governor: HartungProportions, heights: Vec2) -> list[DrawnShape]:
     """What is fixed to the frame: blocks that stop the weights, the dashpot's cylinder, the spring's seat."""
-    return [
-        *_weight_stop_shapes(governor),
-        *_dashpot_shapes(governor, heights),
-        *_spring_seat_shapes(governor, heights[0]),
-    ]
+    return [*_weight_stop_shapes(governor), *_dashpot_shapes(governor, heights), *_spring_seat_shapes(governor, heights[0])]
 
 
 def hartung_moving_effect_shapes(governor: HartungProportions, height: float, time: float) -> list[DrawnShape]:
     """What moves with the sleeve, whose lugs stand at a height (m), at a time (s)."""
-    return [
-        *_piston_shapes(governor, height),
-        *_spring_shapes(governor, height),
-        *_friction_shoe_shapes(governor, height, time),
-    ]
+    return [*_piston_shapes(governor, height), *_spring_shapes(governor, height), *_friction_shoe_shapes(governor, height, time)]
 
 
 def hartung_impact_shapes(governor: HartungProportions, sides: list[HartungSide], time: float) -> list[DrawnShape]:
@@ -65,9 +53,7 @@ def hartung_impact_shapes(governor: HartungProportions, sides: list[HartungSide]
     last_impact = governor.effect_state.recent_impact(stops.reading, time)
     impact_points: list[Vec2] = []
     if last_impact is not None:
-        is_inner_stop = last_impact.is_high_stop == (
-            stops.reading == _WEIGHT_READINGS[0]
-        )  # the lever angle grows inward
+        is_inner_stop = last_impact.is_high_stop == (stops.reading == _WEIGHT_READINGS[0])  # the lever angle grows inward
         for side in sides:
             face_radius = abs(side.weight[0]) + (-governor.half_width if is_inner_stop else governor.half_width)
             impact_points.append((side.sign * face_radius, _stop_height(governor)))
@@ -88,8 +74,7 @@ def _stop_radii(governor: HartungProportions) -> tuple[float, float] | None:
         inner, outer = stops.low, stops.high
     else:
         inner, outer = (
-            governor.weight_radius(lever_angle) if math.isfinite(lever_angle) else math.nan
-            for lever_angle in (stops.high, stops.low)
+            governor.weight_radius(lever_angle) if math.isfinite(lever_angle) else math.nan for lever_angle in (stops.high, stops.low)
         )
     return (inner if math.isfinite(inner) else math.nan), (outer if math.isfinite(outer) else math.nan)
 
@@ -104,27 +89,17 @@ def _weight_stop_shapes(governor: HartungProportions) -> list[DrawnShape]:
     inner, outer = radii[0] - governor.half_width, radii[1] + governor.half_width
     if math.isfinite(inner):
         hub_face = max(inner - 0.16 * u, -0.2 * u) if inner > 0.05 * u else inner - 0.1 * u
-        shapes.append(
-            make_rectangle(
-                "bracket", -max(hub_face, 0.0), max(hub_face, 0.0), y - 0.5 * half_height, y + 0.5 * half_height
-            )
-        )
+        shapes.append(make_rectangle("bracket", -max(hub_face, 0.0), max(hub_face, 0.0), y - 0.5 * half_height, y + 0.5 * half_height))
         for sign in (-1.0, 1.0):
             left, right = sorted((sign * max(hub_face, 0.02 * u), sign * inner))
-            shapes += make_hatched_block(
-                "stop", (0.0, 0.0, 0.0), (left, right, y - half_height, y + half_height), 0.07 * u
-            )
+            shapes += make_hatched_block("stop", (0.0, 0.0, 0.0), (left, right, y - half_height, y + half_height), 0.07 * u)
     if math.isfinite(outer):
         plate = governor.spring_seat_radius + 0.03 * u
         for sign in (-1.0, 1.0):
             left, right = sorted((sign * outer, sign * (outer + 0.13 * u)))
-            shapes.append(
-                make_bar("bracket", (sign * plate, 0.9 * governor.bore_half_height), (sign * plate, y), 0.07 * u)
-            )
+            shapes.append(make_bar("bracket", (sign * plate, 0.9 * governor.bore_half_height), (sign * plate, y), 0.07 * u))
             shapes.append(make_bar("bracket", (sign * outer + sign * 0.1 * u, y), (sign * plate, y), 0.07 * u))
-            shapes += make_hatched_block(
-                "stop", (0.0, 0.0, 0.0), (left, right, y - half_height, y + half_height), 0.07 * u
-            )
+            shapes += make_hatched_block("stop", (0.0, 0.0, 0.0), (left, right, y - half_height, y + half_height), 0.07 * u)
     return shapes
 
 
@@ -184,25 +159,14 @@ def _spring_shapes(governor: HartungProportions, height: float) -> list[DrawnSha
     if not governor.effect_state.find_effect_on(OutputSpring, _LIFT_READING):
         return []
     start, end = spindle_collar_height(governor, _lug_height_range(governor)[0]), height - governor.sleeve_size[1]
-    return [
-        Lines(
-            "spring",
-            helical_spring_lines(
-                (0.0, start), (0.0, end), 0.36 * governor.arm, HARTUNG_SPINDLE_HALF_WIDTH * governor.arm
-            ),
-        )
-    ]
+    return [Lines("spring", helical_spring_lines((0.0, start), (0.0, end), 0.36 * governor.arm, HARTUNG_SPINDLE_HALF_WIDTH * governor.arm))]
 
 
 def _friction_shoe_shapes(governor: HartungProportions, height: float, time: float) -> list[DrawnShape]:
     """Shoes under the sleeve that rub on the spindle, in the colour of what rubs or of what is held."""
     if not governor.effect_state.find_effect_on(DryFriction, _LIFT_READING):
         return []
-    u, base, is_sticking = (
-        governor.arm,
-        height - governor.sleeve_size[1],
-        governor.effect_state.is_held(_LIFT_READING, time),
-    )
+    u, base, is_sticking = (governor.arm, height - governor.sleeve_size[1], governor.effect_state.is_held(_LIFT_READING, time))
     inner, outer = HARTUNG_SPINDLE_HALF_WIDTH * u, (HARTUNG_SPINDLE_HALF_WIDTH + 0.2) * u
     shoes = [make_rectangle("shoe", x, x + outer - inner, base - _SHOE_HEIGHT * u, base) for x in (-outer, inner)]
     return [

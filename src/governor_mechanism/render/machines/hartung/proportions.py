@@ -56,8 +56,7 @@ class HartungProportions:
         min_radius = abs(self.lug_offset) + 0.22 * self.arm
         if math.isinf(self.hanger_length):
             sleeve_arm_ends = (
-                self.fulcrum[0] - self.sleeve_arm * math.sin(self.bell_crank_angle + lever)
-                for lever in self.lever_angle_range
+                self.fulcrum[0] - self.sleeve_arm * math.sin(self.bell_crank_angle + lever) for lever in self.lever_angle_range
             )
             min_radius = max(0.42 * self.arm, *(abs(foot) + 0.11 * self.arm for foot in sleeve_arm_ends))
         radius = max(min(max(radius, 0.45 * self.arm), 1.1 * self.arm), min_radius)
@@ -123,9 +122,7 @@ def hartung_sleeve_height(part: Part, poses: FloatArray) -> FloatArray:
 def hartung_weight_centres(governor: HartungProportions, part: Part, poses: FloatArray) -> FloatArray:
     """Where the right weight's centre stands (..., 2) (m) at poses (..., bodies, 3)."""
     lever_angle, (x, y) = poses[..., part.mechanism.body_index(RIGHT_WEIGHT), 2], governor.fulcrum
-    centres: FloatArray = np.stack(
-        [x - governor.arm * np.sin(lever_angle), y + governor.arm * np.cos(lever_angle)], axis=-1
-    )
+    centres: FloatArray = np.stack([x - governor.arm * np.sin(lever_angle), y + governor.arm * np.cos(lever_angle)], axis=-1)
     return centres
 
 
@@ -136,26 +133,11 @@ def hartung_sides(governor: HartungProportions, part: Part, pose: FloatArray) ->
         lever_angle = sign * float(pose[part.mechanism.body_index(name), 2])
         x, y = governor.fulcrum
         sleeve_arm_angle = governor.bell_crank_angle + lever_angle
-        sleeve_arm_end = (
-            x - governor.sleeve_arm * math.sin(sleeve_arm_angle),
-            y + governor.sleeve_arm * math.cos(sleeve_arm_angle),
-        )
+        sleeve_arm_end = (x - governor.sleeve_arm * math.sin(sleeve_arm_angle), y + governor.sleeve_arm * math.cos(sleeve_arm_angle))
         lug = (sleeve_arm_end[0] if math.isinf(governor.hanger_length) else governor.lug_offset, height)
-        right_points = (
-            (x, y),
-            (governor.weight_radius(lever_angle), y + governor.arm * math.cos(lever_angle)),
-            sleeve_arm_end,
-            lug,
-        )
+        right_points = ((x, y), (governor.weight_radius(lever_angle), y + governor.arm * math.cos(lever_angle)), sleeve_arm_end, lug)
         fulcrum, weight, sleeve_arm_end, lug = ((sign * px, py) for px, py in right_points)
         sides.append(
-            HartungSide(
-                sign=sign,
-                lever_angle=lever_angle,
-                fulcrum=fulcrum,
-                weight=weight,
-                sleeve_arm_end=sleeve_arm_end,
-                lug=lug,
-            )
+            HartungSide(sign=sign, lever_angle=lever_angle, fulcrum=fulcrum, weight=weight, sleeve_arm_end=sleeve_arm_end, lug=lug)
         )
     return sides

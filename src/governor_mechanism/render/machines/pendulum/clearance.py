@@ -7,11 +7,7 @@ import math
 from governor_mechanism.effects.clearance import CLEARANCE_READING
 from governor_mechanism.model.scene import Part
 from governor_mechanism.render.geometry.primitives import Circle, DrawnShape, TextShape, make_bar, make_rectangle
-from governor_mechanism.render.machines.pendulum.proportions import (
-    PendulumProportions,
-    pendulum_sleeve_height,
-    taut_link_height,
-)
+from governor_mechanism.render.machines.pendulum.proportions import PendulumProportions, pendulum_sleeve_height, taut_link_height
 from governor_mechanism.render.machines.pendulum.sleeve import SLOT_HALF_LENGTH
 from governor_mechanism.types import FloatArray
 
@@ -51,16 +47,12 @@ def clearance_lens_frame(governor: PendulumProportions) -> tuple[DrawnShape, ...
     u, magnification = governor.arm, clearance_magnification(governor)
     ratio = f"{magnification:g} : 1" if magnification >= 1.0 else f"1 : {1 / magnification:g}"
     return (
-        make_rectangle(
-            "lens", _LENS_LEFT * u, (_LENS_LEFT + _LENS_WIDTH) * u, _LENS_BOTTOM * u, (_LENS_BOTTOM + _LENS_HEIGHT) * u
-        ),
+        make_rectangle("lens", _LENS_LEFT * u, (_LENS_LEFT + _LENS_WIDTH) * u, _LENS_BOTTOM * u, (_LENS_BOTTOM + _LENS_HEIGHT) * u),
         TextShape("scale", _LENS_LEFT * u, (_LENS_BOTTOM + _LENS_HEIGHT + 0.075) * u, f"play, {ratio}", 0.62 * u),
     )
 
 
-def clearance_lens_contents(
-    governor: PendulumProportions, part: Part, pose: FloatArray, time: float
-) -> tuple[DrawnShape, ...]:
+def clearance_lens_contents(governor: PendulumProportions, part: Part, pose: FloatArray, time: float) -> tuple[DrawnShape, ...]:
     """A lug with its slot, and in it the eye of a link, hung from above, which flashes when it strikes."""
     if not governor.clearance:
         return ()
@@ -71,14 +63,10 @@ def clearance_lens_contents(
     pin = (x, y - min(max(magnification * offset, -half_clearance), half_clearance))
     width = 2 * _EYELET_RADIUS * u
     return (
-        make_rectangle(
-            "sleeve", x - 0.11 * u, x + 0.11 * u, _LENS_BOTTOM * u, (_LENS_BOTTOM + 2 * _SLOT_CENTRE_HEIGHT - 0.02) * u
-        ),
+        make_rectangle("sleeve", x - 0.11 * u, x + 0.11 * u, _LENS_BOTTOM * u, (_LENS_BOTTOM + 2 * _SLOT_CENTRE_HEIGHT - 0.02) * u),
         make_bar("slot", (x, y - half_clearance), (x, y + half_clearance), width),
         make_rectangle("link", x - 0.024 * u, x + 0.024 * u, pin[1], (_LENS_BOTTOM + _LENS_HEIGHT) * u),
         Circle("eyelet", *pin, _EYELET_RADIUS * u),
-        Circle(
-            "struck", *pin, _EYELET_RADIUS * u if governor.effect_state.recent_impact(CLEARANCE_READING, time) else 0.0
-        ),
+        Circle("struck", *pin, _EYELET_RADIUS * u if governor.effect_state.recent_impact(CLEARANCE_READING, time) else 0.0),
         Circle("pivot", *pin, 0.018 * u),
     )

@@ -20,11 +20,7 @@ from governor_mechanism.render.geometry.primitives import (
     make_rectangle,
     round_step,
 )
-from governor_mechanism.render.machines.pendulum.clearance import (
-    clearance_lens_contents,
-    clearance_lens_frame,
-    clearance_slot_shapes,
-)
+from governor_mechanism.render.machines.pendulum.clearance import clearance_lens_contents, clearance_lens_frame, clearance_slot_shapes
 from governor_mechanism.render.machines.pendulum.effects import (
     pendulum_moving_effect_shapes,
     pendulum_static_effect_shapes,
@@ -49,9 +45,7 @@ _SCALE_WIDTH = 0.365
 """width of that scale with its numbers, as a fraction of the arm"""
 
 
-def pendulum_background_shapes(
-    part: Part, poses: FloatArray, extents: RunExtents | None = None
-) -> tuple[DrawnShape, ...]:
+def pendulum_background_shapes(part: Part, poses: FloatArray, extents: RunExtents | None = None) -> tuple[DrawnShape, ...]:
     """Spindle in its bearings, suspension, axis, the scale of the sleeve's lift, and what effects fix to the frame."""
     governor = pendulum_proportions(part, NO_EFFECTS if extents is None else extents.effect_state)
     u = governor.arm
@@ -70,9 +64,7 @@ def pendulum_background_shapes(
         make_rectangle("spindle", -1.6 * w, 1.6 * w, spindle_foot - 0.04 * u, spindle_foot - 0.012 * u),
         *pendulum_static_effect_shapes(governor),
         *_suspension_shapes(governor),
-        *_lift_scale_shapes(
-            governor, linkage_shapes, width + 0.10 * u, (lowest - zero_lift_height, highest - zero_lift_height)
-        ),
+        *_lift_scale_shapes(governor, linkage_shapes, width + 0.10 * u, (lowest - zero_lift_height, highest - zero_lift_height)),
         *clearance_lens_frame(governor),
     )
 
@@ -98,9 +90,7 @@ def pendulum_moving_shapes(part: Part, pose: FloatArray, extents: RunExtents | N
     )
 
 
-def pendulum_plan_shapes(
-    part: Part, pose: FloatArray, angle: float, effect_state: EffectState = NO_EFFECTS
-) -> tuple[DrawnShape, ...]:
+def pendulum_plan_shapes(part: Part, pose: FloatArray, angle: float, effect_state: EffectState = NO_EFFECTS) -> tuple[DrawnShape, ...]:
     """Sleeve, arms and balls from above; the right ball carries a mark."""
     governor = pendulum_proportions(part, effect_state)
     c, s = math.cos(angle), math.sin(angle)
@@ -127,10 +117,7 @@ def _linkage_shapes(governor: PendulumProportions, part: Part, pose: FloatArray)
     for side in sides:
         # A link with mass is a rod of its own.
         role, width = ("rod", 1.2 * LINK_WIDTH) if governor.has_link_bodies else ("link", LINK_WIDTH)
-        shapes += [
-            make_bar(role, side.link_joint, side.link_end, width * u),
-            make_bar("arm", side.arm_pivot, side.ball, ARM_WIDTH * u),
-        ]
+        shapes += [make_bar(role, side.link_joint, side.link_end, width * u), make_bar("arm", side.arm_pivot, side.ball, ARM_WIDTH * u)]
     return (*shapes, *(Circle("ball", *side.ball, governor.ball_radius) for side in sides))
 
 

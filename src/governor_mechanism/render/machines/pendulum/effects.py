@@ -13,15 +13,7 @@ from governor_mechanism.effects.spring import OutputSpring
 from governor_mechanism.effects.stops import Stops
 from governor_mechanism.model.scene import Part
 from governor_mechanism.render.geometry.outlines import make_band, make_wall
-from governor_mechanism.render.geometry.primitives import (
-    Circle,
-    DrawnShape,
-    Lines,
-    Polygon,
-    Vec2,
-    make_bar,
-    make_rectangle,
-)
+from governor_mechanism.render.geometry.primitives import Circle, DrawnShape, Lines, Polygon, Vec2, make_bar, make_rectangle
 from governor_mechanism.render.machines.pendulum.proportions import (
     PENDULUM_SPINDLE_HALF_WIDTH,
     PendulumProportions,
@@ -62,9 +54,7 @@ def spindle_foot_distance(governor: PendulumProportions, heights: Vec2) -> float
         governor.effect_state.find_effect_on(OutputSpring, LIFT_READING),
     )
     if stops and math.isfinite(stops.low):
-        distance = max(
-            distance, heights[0] - (governor.zero_lift_height + stops.low) + shoe_height + (COLLAR_HEIGHT + 0.05) * u
-        )
+        distance = max(distance, heights[0] - (governor.zero_lift_height + stops.low) + shoe_height + (COLLAR_HEIGHT + 0.05) * u)
     if spring and not is_spring_above_sleeve(governor, spring):
         distance = max(distance + 0.12 * u, shoe_height + max(0.30 * u, 0.5 * (heights[1] - heights[0])))
     return distance
@@ -72,12 +62,7 @@ def spindle_foot_distance(governor: PendulumProportions, heights: Vec2) -> float
 
 def pendulum_static_effect_shapes(governor: PendulumProportions) -> tuple[DrawnShape, ...]:
     """What is fixed to the frame: blocks that stop arms and sleeve, the spring's seat, the dashpot's cylinder."""
-    return (
-        *arm_stop_shapes(governor),
-        *sleeve_stop_shapes(governor),
-        *_spring_seat_shapes(governor),
-        *_dashpot_shapes(governor),
-    )
+    return (*arm_stop_shapes(governor), *sleeve_stop_shapes(governor), *_spring_seat_shapes(governor), *_dashpot_shapes(governor))
 
 
 def pendulum_moving_effect_shapes(
@@ -87,11 +72,7 @@ def pendulum_moving_effect_shapes(
     height = float(pendulum_sleeve_height(governor, part, pose))
     angle = float(pendulum_arm_angles(governor, part, pose))
     sides = pendulum_sides(governor, part, pose)
-    behind = (
-        *_piston_shapes(governor, height),
-        *_sleeve_spring_shapes(governor, height),
-        *_sleeve_shoe_shapes(governor, height, time),
-    )
+    behind = (*_piston_shapes(governor, height), *_sleeve_spring_shapes(governor, height), *_sleeve_shoe_shapes(governor, height, time))
     front = (
         *_ball_spring_shapes(governor, sides),
         *_spiral_spring_shapes(governor, angle),
@@ -119,9 +100,7 @@ def _spring_seat_geometry(governor: PendulumProportions) -> tuple[float, float] 
         return low - governor.sleeve_size[1] - spindle_foot_distance(governor, (low, high)), 0.105 * u
     contact_height, half_width = sleeve_contact_above_lugs(governor)
     seat_height = high + contact_height + max(0.24 * u, 0.4 * (high - low))
-    seat_height = max(
-        [seat_height, *(top + 0.05 * u for is_low, (_, _, _, top) in collar_boxes(governor) if not is_low)]
-    )
+    seat_height = max([seat_height, *(top + 0.05 * u for is_low, (_, _, _, top) in collar_boxes(governor) if not is_low)])
     return max(min(seat_height, -0.085 * u), high + contact_height + 0.04 * u), min(half_width, 0.085 * u)
 
 
@@ -133,40 +112,24 @@ def _spring_seat_shapes(governor: PendulumProportions) -> list[DrawnShape]:
     y, half_width = seat_geometry
     spring = governor.effect_state.find_effect_on(OutputSpring, LIFT_READING)
     thickness = 0.03 * u if spring and is_spring_above_sleeve(governor, spring) else -0.03 * u
-    return [
-        make_rectangle(
-            "seat", -half_width - 0.02 * u, half_width + 0.02 * u, min(y, y + thickness), max(y, y + thickness)
-        )
-    ]
+    return [make_rectangle("seat", -half_width - 0.02 * u, half_width + 0.02 * u, min(y, y + thickness), max(y, y + thickness))]
 
 
 def _sleeve_spring_shapes(governor: PendulumProportions, height: float) -> list[DrawnShape]:
     """A helical spring round the spindle, between its seat and the sleeve."""
-    seat_geometry, spring = (
-        _spring_seat_geometry(governor),
-        governor.effect_state.find_effect_on(OutputSpring, LIFT_READING),
-    )
+    seat_geometry, spring = (_spring_seat_geometry(governor), governor.effect_state.find_effect_on(OutputSpring, LIFT_READING))
     if seat_geometry is None or spring is None:
         return []
     y, half_width = seat_geometry
-    end = (
-        height + sleeve_contact_above_lugs(governor)[0]
-        if is_spring_above_sleeve(governor, spring)
-        else height - governor.sleeve_size[1]
-    )
+    end = height + sleeve_contact_above_lugs(governor)[0] if is_spring_above_sleeve(governor, spring) else height - governor.sleeve_size[1]
     return [
         Lines(
-            "spring",
-            helical_spring_lines(
-                (0.0, min(y, end)), (0.0, max(y, end)), half_width, PENDULUM_SPINDLE_HALF_WIDTH * governor.arm
-            ),
+            "spring", helical_spring_lines((0.0, min(y, end)), (0.0, max(y, end)), half_width, PENDULUM_SPINDLE_HALF_WIDTH * governor.arm)
         )
     ]
 
 
-def helical_spring_lines(
-    start: Vec2, end: Vec2, half_width: float, hidden_half_width: float
-) -> tuple[tuple[Vec2, ...], ...]:
+def helical_spring_lines(start: Vec2, end: Vec2, half_width: float, hidden_half_width: float) -> tuple[tuple[Vec2, ...], ...]:
     """A helical spring of half width `half` (m) from the side; its back is hidden within `hidden` (m) of the axis."""
     length, n_segments = math.dist(start, end), 16 * _N_COILS
     c, s = ((end[0] - start[0]) / length, (end[1] - start[1]) / length) if length > 0 else (0.0, 1.0)
@@ -226,10 +189,7 @@ def _sleeve_shoe_shapes(governor: PendulumProportions, height: float, time: floa
     u, base = governor.arm, height - governor.sleeve_size[1]
     inner, outer = PENDULUM_SPINDLE_HALF_WIDTH * u, (PENDULUM_SPINDLE_HALF_WIDTH + _SHOE_WIDTH) * u
     return _friction_shoe_shapes(
-        governor,
-        LIFT_READING,
-        time,
-        [make_rectangle("shoe", x, x + outer - inner, base - SHOE_HEIGHT * u, base) for x in (-outer, inner)],
+        governor, LIFT_READING, time, [make_rectangle("shoe", x, x + outer - inner, base - SHOE_HEIGHT * u, base) for x in (-outer, inner)]
     )
 
 
@@ -246,9 +206,7 @@ def _arm_shoe_shapes(governor: PendulumProportions, time: float) -> list[DrawnSh
     return _friction_shoe_shapes(governor, friction.reading, time, shoes)
 
 
-def _friction_shoe_shapes(
-    governor: PendulumProportions, reading: str, time: float, shoes: list[Polygon]
-) -> list[DrawnShape]:
+def _friction_shoe_shapes(governor: PendulumProportions, reading: str, time: float, shoes: list[Polygon]) -> list[DrawnShape]:
     """The shoes in the colour of what rubs, or of what is held; the others have no outline."""
     is_sticking = governor.effect_state.is_held(reading, time)
     return [
@@ -282,9 +240,7 @@ def _spiral_spring_shapes(governor: PendulumProportions, angle: float) -> list[D
         points = []
         for k in range(73):
             angle_on_spiral, radius = 2.2 - sweep * (1 - k / 72), (0.03 + 0.07 * k / 72) * u
-            points.append(
-                (sign * (governor.offset + radius * math.cos(angle_on_spiral)), radius * math.sin(angle_on_spiral))
-            )
+            points.append((sign * (governor.offset + radius * math.cos(angle_on_spiral)), radius * math.sin(angle_on_spiral)))
         shapes.append(Lines("spring", (tuple(points),)))
     return shapes
 

@@ -98,15 +98,11 @@ def pendulum_proportions(part: Part, effect_state: EffectState = NO_EFFECTS) -> 
     )
 
 
-def pendulum_ball_centres(
-    governor: PendulumProportions, part: Part, poses: FloatArray, name: str = RIGHT_BALL
-) -> FloatArray:
+def pendulum_ball_centres(governor: PendulumProportions, part: Part, poses: FloatArray, name: str = RIGHT_BALL) -> FloatArray:
     """Where a ball's centre stands (..., 2) (m) at poses (..., bodies, 3), wherever its body's mass centre is."""
     x, y, angle = np.moveaxis(poses[..., part.mechanism.body_index(name), :], -1, 0)
     ball_centre, c, s = governor.ball_centre, np.cos(angle), np.sin(angle)
-    centres: FloatArray = np.stack(
-        [x + c * ball_centre.x - s * ball_centre.y, y + s * ball_centre.x + c * ball_centre.y], axis=-1
-    )
+    centres: FloatArray = np.stack([x + c * ball_centre.x - s * ball_centre.y, y + s * ball_centre.x + c * ball_centre.y], axis=-1)
     return centres
 
 
@@ -143,12 +139,6 @@ def pendulum_sides(governor: PendulumProportions, part: Part, pose: FloatArray) 
         arm_pivot = (sign * governor.offset, 0.0)
         link_joint = (arm_pivot[0] + joint_ratio * (x - arm_pivot[0]), arm_pivot[1] + joint_ratio * (y - arm_pivot[1]))
         sides.append(
-            PendulumSide(
-                sign=sign,
-                arm_pivot=arm_pivot,
-                link_joint=link_joint,
-                ball=(x, y),
-                link_end=(sign * governor.lug_offset, height),
-            )
+            PendulumSide(sign=sign, arm_pivot=arm_pivot, link_joint=link_joint, ball=(x, y), link_end=(sign * governor.lug_offset, height))
         )
     return sides

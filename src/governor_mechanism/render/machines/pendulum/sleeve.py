@@ -20,10 +20,7 @@ def pendulum_sleeve_shapes(governor: PendulumProportions, height: float) -> tupl
     width, drop = governor.sleeve_size
     neck_half_width = abs(governor.lug_offset) + 0.06 * u
     lug_top = height + (SLOT_HALF_LENGTH * u if governor.clearance else 0.0)
-    lugs = [
-        make_bar("sleeve", (x, height - 0.06 * u), (x, lug_top), _LUG_WIDTH * u)
-        for x in (-governor.lug_offset, governor.lug_offset)
-    ]
+    lugs = [make_bar("sleeve", (x, height - 0.06 * u), (x, lug_top), _LUG_WIDTH * u) for x in (-governor.lug_offset, governor.lug_offset)]
     top, base = height - 0.045 * u, height - drop
     outline = (_drum_outline if governor.has_sleeve_body else _collar_outline)(neck_half_width, width, top, base, u)
     shaded_half_width = width if governor.has_sleeve_body else GROOVE_RATIO * width
@@ -33,10 +30,7 @@ def pendulum_sleeve_shapes(governor: PendulumProportions, height: float) -> tupl
         *lugs,
         Polygon("sleeve", outline + mirrored),
         Lines("engraving", _shading_strokes(outline, shaded_half_width, base, u)),
-        Polygon(
-            "pointer",
-            ((pointer_tip, base), (pointer_tip - 0.07 * u, base + 0.03 * u), (pointer_tip - 0.07 * u, base - 0.03 * u)),
-        ),
+        Polygon("pointer", ((pointer_tip, base), (pointer_tip - 0.07 * u, base + 0.03 * u), (pointer_tip - 0.07 * u, base - 0.03 * u))),
     )
 
 

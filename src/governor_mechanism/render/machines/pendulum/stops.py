@@ -9,11 +9,7 @@ from governor_mechanism.effects.spring import OutputSpring
 from governor_mechanism.effects.stops import Stops
 from governor_mechanism.render.geometry.outlines import make_band, make_burst, make_hatched_block
 from governor_mechanism.render.geometry.primitives import BoundingBox, DrawnShape, Vec2, make_bar
-from governor_mechanism.render.machines.pendulum.proportions import (
-    ARM_WIDTH,
-    PENDULUM_SPINDLE_HALF_WIDTH,
-    PendulumProportions,
-)
+from governor_mechanism.render.machines.pendulum.proportions import ARM_WIDTH, PENDULUM_SPINDLE_HALF_WIDTH, PendulumProportions
 
 LIFT_READING = "sleeve_lift"
 ARM_READINGS = ("arm_angle", "ball_radius")
@@ -57,11 +53,7 @@ def _stop_angles(governor: PendulumProportions) -> tuple[str, float, float] | No
     if stops.reading == ARM_READINGS[0]:
         return stops.reading, stops.low, stops.high
     low_limit, high_limit = ((radius - governor.offset) / governor.arm for radius in (stops.low, stops.high))
-    return (
-        stops.reading,
-        math.asin(low_limit) if low_limit > -1 else -math.inf,
-        math.asin(high_limit) if high_limit < 1 else math.inf,
-    )
+    return (stops.reading, math.asin(low_limit) if low_limit > -1 else -math.inf, math.asin(high_limit) if high_limit < 1 else math.inf)
 
 
 def arm_stop_shapes(governor: PendulumProportions) -> list[DrawnShape]:
@@ -83,9 +75,7 @@ def arm_stop_shapes(governor: PendulumProportions) -> list[DrawnShape]:
             if math.isfinite(angle):
                 axes = (sign * governor.offset, 0.0, -math.pi / 2 + sign * angle)
                 inner, outer = sorted((sign * side * ARM_WIDTH / 2 * u, sign * side * (ARM_WIDTH / 2 + 0.055) * u))
-                shapes += make_hatched_block(
-                    "stop", axes, (radius - 0.05 * u, radius + 0.05 * u, inner, outer), 0.030 * u
-                )
+                shapes += make_hatched_block("stop", axes, (radius - 0.05 * u, radius + 0.05 * u, inner, outer), 0.030 * u)
     return shapes
 
 
@@ -136,8 +126,7 @@ def pendulum_impact_shapes(governor: PendulumProportions, time: float) -> list[D
         last_impact, impact_points = governor.effect_state.recent_impact(stop_angles[0], time), list[Vec2]()
         if last_impact is not None:
             impact_points = [
-                _quadrant_point(governor, sign, stop_angles[2] if last_impact.is_high_stop else stop_angles[1])
-                for sign in (-1.0, 1.0)
+                _quadrant_point(governor, sign, stop_angles[2] if last_impact.is_high_stop else stop_angles[1]) for sign in (-1.0, 1.0)
             ]
         shapes.append(make_burst("burst", impact_points, 0.085 * u))
     if governor.effect_state.find_effect_on(Stops, LIFT_READING):

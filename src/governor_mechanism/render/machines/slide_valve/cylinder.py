@@ -7,15 +7,7 @@ from __future__ import annotations
 
 import math
 
-from governor_mechanism.render.geometry.primitives import (
-    DrawnShape,
-    Lines,
-    Polygon,
-    TextShape,
-    Vec2,
-    make_hatching,
-    make_rectangle,
-)
+from governor_mechanism.render.geometry.primitives import DrawnShape, Lines, Polygon, TextShape, Vec2, make_hatching, make_rectangle
 from governor_mechanism.render.machines.slide_valve.proportions import (
     ADMISSION_PHASE,
     COMPRESSION_PHASE,
@@ -41,15 +33,7 @@ _ROD_HALF_THICKNESS, _GLAND_LENGTH, _PICTURE_RIGHT = 0.045, 0.16, 1.52
 # In eccentrics: half the exhaust port, the bridge, the steam port, and the thickness of the valve's back.
 _EXHAUST_HALF_WIDTH, _BRIDGE_WIDTH, _PORT_WIDTH, _VALVE_BACK_THICKNESS, _VALVE_HEIGHT = 0.75, 0.30, 0.62, 0.22, 0.78
 
-CHEST_TOP = (
-    CYLINDER_BASE
-    + 2 * _WALL_THICKNESS
-    + _BORE_HEIGHT
-    + _BLOCK_HEIGHT
-    - _WALL_THICKNESS
-    + _CHEST_HEIGHT
-    + _LID_THICKNESS
-)
+CHEST_TOP = CYLINDER_BASE + 2 * _WALL_THICKNESS + _BORE_HEIGHT + _BLOCK_HEIGHT - _WALL_THICKNESS + _CHEST_HEIGHT + _LID_THICKNESS
 """Of the chest's lid."""
 
 
@@ -94,13 +78,8 @@ def cylinder_background_shapes(valve_gear: ValveGearProportions) -> tuple[DrawnS
     casting_hatching = [
         make_hatching("casting hatching", (-outer, outer, CYLINDER_BASE * u, floor * u), 0.05 * u),
         make_hatching("casting hatching", (-outer, outer, ceiling * u, face * u), 0.05 * u),
-        *(
-            make_hatching("casting hatching", (left, right, floor * u, ceiling * u), 0.05 * u)
-            for left, right in end_walls
-        ),
-        make_hatching(
-            "casting hatching", (-chest - 0.1 * u, chest + 0.1 * u, roof * u, (roof + _LID_THICKNESS) * u), 0.05 * u
-        ),
+        *(make_hatching("casting hatching", (left, right, floor * u, ceiling * u), 0.05 * u) for left, right in end_walls),
+        make_hatching("casting hatching", (-chest - 0.1 * u, chest + 0.1 * u, roof * u, (roof + _LID_THICKNESS) * u), 0.05 * u),
     ]
     return (
         *casting,
@@ -111,13 +90,7 @@ def cylinder_background_shapes(valve_gear: ValveGearProportions) -> tuple[DrawnS
         _exhaust_port_shape(valve_gear),
         TextShape("scale", -outer, (CYLINDER_BASE - 0.075) * u, "head end", 0.3 * u),
         TextShape("scale", outer - 0.48 * u, (CYLINDER_BASE - 0.075) * u, "crank end", 0.48 * u),
-        TextShape(
-            "scale",
-            -0.33 * u,
-            (CYLINDER_BASE - 0.075) * u,
-            f"valve {valve_magnification(valve_gear):.3g} : 1",
-            0.66 * u,
-        ),
+        TextShape("scale", -0.33 * u, (CYLINDER_BASE - 0.075) * u, f"valve {valve_magnification(valve_gear):.3g} : 1", 0.66 * u),
     )
 
 
@@ -202,17 +175,8 @@ def cylinder_moving_shapes(valve_gear: ValveGearProportions, position: ValveGear
             (middle - _ROD_HALF_THICKNESS) * u,
             (middle + _ROD_HALF_THICKNESS) * u,
         ),
-        make_rectangle(
-            "piston",
-            position.piston_position - half_piston,
-            position.piston_position + half_piston,
-            floor * u,
-            ceiling * u,
-        ),
-        Lines(
-            "bore edge",
-            tuple(_piston_ring(position.piston_position + x * u, floor * u, ceiling * u) for x in (-0.03, 0.03)),
-        ),
+        make_rectangle("piston", position.piston_position - half_piston, position.piston_position + half_piston, floor * u, ceiling * u),
+        Lines("bore edge", tuple(_piston_ring(position.piston_position + x * u, floor * u, ceiling * u) for x in (-0.03, 0.03))),
         *_valve_shapes(valve_gear, position, face * u),
     )
 
@@ -254,9 +218,7 @@ def _valve_shapes(valve_gear: ValveGearProportions, position: ValveGearPosition,
     )
     stem = face + 0.36 * drawn_radius
     return (
-        make_rectangle(
-            "piston rod", valve_centre, _PICTURE_RIGHT * u, stem - 0.08 * drawn_radius, stem + 0.08 * drawn_radius
-        ),
+        make_rectangle("piston rod", valve_centre, _PICTURE_RIGHT * u, stem - 0.08 * drawn_radius, stem + 0.08 * drawn_radius),
         Polygon("valve", body),
         Polygon("valve cavity", cavity),
     )

@@ -22,9 +22,7 @@ _ENGINE_GAP = 0.10
 """Between the section and the engine over it, in cranks."""
 
 
-def slide_valve_background_shapes(
-    part: Part, poses: FloatArray, extents: RunExtents | None = None
-) -> tuple[DrawnShape, ...]:
+def slide_valve_background_shapes(part: Part, poses: FloatArray, extents: RunExtents | None = None) -> tuple[DrawnShape, ...]:
     """Castings, the divided circle, circles of the valve, and the curves that the run draws."""
     valve_gear = valve_gear_proportions(part)
     body_indices = part.mechanism.body_index(CRANK), part.mechanism.body_index(VALVE)
@@ -36,9 +34,7 @@ def slide_valve_background_shapes(
     )
 
 
-def slide_valve_moving_shapes(
-    part: Part, pose: FloatArray, extents: RunExtents | None = None
-) -> tuple[DrawnShape, ...]:
+def slide_valve_moving_shapes(part: Part, pose: FloatArray, extents: RunExtents | None = None) -> tuple[DrawnShape, ...]:
     """Everything that the crank moves."""
     valve_gear = valve_gear_proportions(part)
     position = valve_gear_position(part, valve_gear, pose)
@@ -50,9 +46,7 @@ def slide_valve_moving_shapes(
     )
 
 
-def slide_valve_plan_shapes(
-    part: Part, pose: FloatArray, angle: float, effect_state: EffectState = NO_EFFECTS
-) -> tuple[DrawnShape, ...]:
+def slide_valve_plan_shapes(part: Part, pose: FloatArray, angle: float, effect_state: EffectState = NO_EFFECTS) -> tuple[DrawnShape, ...]:
     """Of a fixed plane there is none to see from above; what fits every mechanism."""
     return generic.generic_plan_shapes(part, pose, angle, effect_state)
 

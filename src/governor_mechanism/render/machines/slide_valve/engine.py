@@ -19,9 +19,7 @@ _VALVE_LINE_HEIGHT = 0.90
 
 def engine_scale(valve_gear: ValveGearProportions) -> float:
     """The engine's scale: metres of the picture for a metre."""
-    return _STRIP_WIDTH / (
-        1.25 + valve_gear.drawn_rod / valve_gear.crank + 1.0 + _PISTON_ROD_LENGTH + _CYLINDER_LENGTH - 1.0
-    )
+    return _STRIP_WIDTH / (1.25 + valve_gear.drawn_rod / valve_gear.crank + 1.0 + _PISTON_ROD_LENGTH + _CYLINDER_LENGTH - 1.0)
 
 
 class _EngineToPicture:
@@ -45,24 +43,18 @@ def steam_engine_background_shapes(valve_gear: ValveGearProportions, base_height
     low, high = (to_picture(0.0, y * u)[1] for y in (-_BORE_HALF_HEIGHT, _BORE_HALF_HEIGHT))
     chest = to_picture(0.0, (_VALVE_LINE_HEIGHT + 0.30) * u)[1]
     guide = [
-        (to_picture(valve_gear.drawn_rod - 1.25 * u, y * u), to_picture(valve_gear.drawn_rod + 1.25 * u, y * u))
-        for y in (-0.32, 0.32)
+        (to_picture(valve_gear.drawn_rod - 1.25 * u, y * u), to_picture(valve_gear.drawn_rod + 1.25 * u, y * u)) for y in (-0.32, 0.32)
     ]
     return (
         Lines("axis", ((to_picture(-1.2 * u, 0.0), to_picture(cylinder_far_end + 0.15 * u, 0.0)),)),
         make_rectangle("casting", left, right, low, high),
         make_rectangle("casting", left + 0.15 * (right - left), right - 0.15 * (right - left), high, chest),
         Lines("guide", tuple(guide)),
-        Lines(
-            "guide",
-            (tuple(to_picture(u * math.cos(math.tau * k / 48), u * math.sin(math.tau * k / 48)) for k in range(49)),),
-        ),
+        Lines("guide", (tuple(to_picture(u * math.cos(math.tau * k / 48), u * math.sin(math.tau * k / 48)) for k in range(49)),)),
     )
 
 
-def steam_engine_moving_shapes(
-    valve_gear: ValveGearProportions, position: ValveGearPosition, base_height: float
-) -> tuple[DrawnShape, ...]:
+def steam_engine_moving_shapes(valve_gear: ValveGearProportions, position: ValveGearPosition, base_height: float) -> tuple[DrawnShape, ...]:
     """Crank, eccentric, both rods, crosshead, and the rods of piston and valve."""
     u, to_picture, scale = valve_gear.crank, _EngineToPicture(valve_gear, base_height), engine_scale(valve_gear)
     # At 0 the crank points away from the cylinder.
@@ -75,21 +67,15 @@ def steam_engine_moving_shapes(
     valve_line_height = _VALVE_LINE_HEIGHT * u
     return (
         Lines("small rod", ((to_picture(crosshead, 0.0), to_picture(cylinder_near_end, 0.0)),)),
-        Lines(
-            "eccentric rod", ((to_picture(valve, valve_line_height), to_picture(cylinder_near_end, valve_line_height)),)
-        ),
+        Lines("eccentric rod", ((to_picture(valve, valve_line_height), to_picture(cylinder_near_end, valve_line_height)),)),
         Circle("crank web", *to_picture(0.0, 0.0), 0.30 * u * scale),
         make_bar("crank web", to_picture(0.0, 0.0), to_picture(*pin), 0.30 * u * scale),
         Circle("eccentric", *to_picture(*eccentric), 1.9 * valve_gear.eccentric * scale),
         Lines("eccentric rod", ((to_picture(*eccentric), to_picture(valve, valve_line_height)),)),
         Lines("small rod", ((to_picture(*pin), to_picture(crosshead, 0.0)),)),
+        make_rectangle("block", *_horizontal_interval(to_picture, crosshead, 0.24 * u), *_vertical_interval(to_picture, 0.30 * u)),
         make_rectangle(
-            "block", *_horizontal_interval(to_picture, crosshead, 0.24 * u), *_vertical_interval(to_picture, 0.30 * u)
-        ),
-        make_rectangle(
-            "block",
-            *_horizontal_interval(to_picture, valve, 0.10 * u),
-            *_vertical_interval(to_picture, 0.13 * u, valve_line_height),
+            "block", *_horizontal_interval(to_picture, valve, 0.10 * u), *_vertical_interval(to_picture, 0.13 * u, valve_line_height)
         ),
         Circle("pivot", *to_picture(0.0, 0.0), 0.10 * u * scale),
         Circle("pivot", *to_picture(*pin), 0.09 * u * scale),

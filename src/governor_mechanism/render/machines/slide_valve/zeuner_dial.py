@@ -30,40 +30,25 @@ def _circle_polyline(radius: float, points: int = 72) -> tuple[Vec2, ...]:
     return tuple(_polar_point(math.tau * k / points, radius) for k in range(points + 1))
 
 
-def dial_background_shapes(
-    valve_gear: ValveGearProportions, angles: FloatArray, displacements: FloatArray
-) -> tuple[DrawnShape, ...]:
+def dial_background_shapes(valve_gear: ValveGearProportions, angles: FloatArray, displacements: FloatArray) -> tuple[DrawnShape, ...]:
     """The divided circle, valve circles and laps by theory, and the curves that the run (n,) has drawn."""
     u, scale = valve_gear.crank, _displacement_scale(valve_gear)
     ticks = tuple(
-        (_polar_point(math.radians(k), u), _polar_point(math.radians(k), (1.06 if k % 30 == 0 else 1.03) * u))
-        for k in range(0, 360, 10)
+        (_polar_point(math.radians(k), u), _polar_point(math.radians(k), (1.06 if k % 30 == 0 else 1.03) * u)) for k in range(0, 360, 10)
     )
     half = 0.5 * valve_gear.eccentric * scale
     centre = half * math.sin(valve_gear.advance), half * math.cos(valve_gear.advance)
     line_of_centres_angle = math.pi / 2 - valve_gear.advance
-    line_of_centres = (
-        _polar_point(line_of_centres_angle, 0.95 * u),
-        _polar_point(line_of_centres_angle + math.pi, 0.95 * u),
-    )
+    line_of_centres = (_polar_point(line_of_centres_angle, 0.95 * u), _polar_point(line_of_centres_angle + math.pi, 0.95 * u))
     return (
         Lines("axis", (((-1.12 * u, 0.0), (1.12 * u, 0.0)), ((0.0, -1.06 * u), (0.0, 1.06 * u)), line_of_centres)),
         Lines("rim", (_circle_polyline(u),)),
         Lines("division", ticks),
-        *(
-            Lines("lap circle", (_circle_polyline(abs(lap) * scale),))
-            for lap in (valve_gear.outside_lap, valve_gear.inside_lap)
-        ),
-        *(
-            Lines("valve circle", (tuple((s * centre[0] + x, s * centre[1] + y) for x, y in _circle_polyline(half)),))
-            for s in (1.0, -1.0)
-        ),
+        *(Lines("lap circle", (_circle_polyline(abs(lap) * scale),)) for lap in (valve_gear.outside_lap, valve_gear.inside_lap)),
+        *(Lines("valve circle", (tuple((s * centre[0] + x, s * centre[1] + y) for x, y in _circle_polyline(half)),)) for s in (1.0, -1.0)),
         TextShape("scale", 1.09 * u, 0.09 * u, "0°", 0.2 * u),
         TextShape("scale", -1.28 * u, 0.09 * u, "180°", 0.2 * u),
-        *(
-            Lines(f"{end} curve", _displacement_curve(angles, side * displacements * scale))
-            for end, side in _CYLINDER_ENDS
-        ),
+        *(Lines(f"{end} curve", _displacement_curve(angles, side * displacements * scale)) for end, side in _CYLINDER_ENDS),
     )
 
 
@@ -86,35 +71,23 @@ def _displacement_curve(angles: FloatArray, lengths: FloatArray) -> tuple[tuple[
     return (*pieces, tuple(piece)) if piece else tuple(pieces)
 
 
-def dial_moving_shapes(
-    valve_gear: ValveGearProportions, position: ValveGearPosition, height: float
-) -> tuple[DrawnShape, ...]:
+def dial_moving_shapes(valve_gear: ValveGearProportions, position: ValveGearPosition, height: float) -> tuple[DrawnShape, ...]:
     """The crank with the displacement on its ray, and its projection on the piston at a height (m)."""
     u, scale = valve_gear.crank, _displacement_scale(valve_gear)
     pin = _polar_point(position.crank_angle, u)
     length = position.valve_displacement * scale
     chords = [
-        Lines(
-            f"{end} chord",
-            ((((0.0, 0.0), _polar_point(position.crank_angle, side * length)),) if side * length > 0 else ()),
-        )
+        Lines(f"{end} chord", ((((0.0, 0.0), _polar_point(position.crank_angle, side * length)),) if side * length > 0 else ()))
         for end, side in _CYLINDER_ENDS
     ]
     end_markers = [
-        Circle(
-            f"{end} mark",
-            *_polar_point(position.crank_angle, max(side * length, 0.0)),
-            0.045 * u if side * length > 0 else 0.0,
-        )
+        Circle(f"{end} mark", *_polar_point(position.crank_angle, max(side * length, 0.0)), 0.045 * u if side * length > 0 else 0.0)
         for end, side in _CYLINDER_ENDS
     ]
     return (
         Lines(
             "projection",
-            (
-                _piston_projection(valve_gear, position, pin),
-                ((position.piston_position, 0.0), (position.piston_position, height)),
-            ),
+            (_piston_projection(valve_gear, position, pin), ((position.piston_position, 0.0), (position.piston_position, height))),
         ),
         make_bar("arm", (0.0, 0.0), pin, 0.075 * u),
         *chords,
@@ -131,6 +104,4 @@ def _piston_projection(valve_gear: ValveGearProportions, position: ValveGearPosi
     centre = position.piston_position - valve_gear.connecting_rod
     turn = math.asin(pin[1] / valve_gear.connecting_rod)
     angles = (turn * k / 12 for k in range(12, -1, -1))
-    return tuple(
-        (centre + valve_gear.connecting_rod * math.cos(a), valve_gear.connecting_rod * math.sin(a)) for a in angles
-    )
+    return tuple((centre + valve_gear.connecting_rod * math.cos(a), valve_gear.connecting_rod * math.sin(a)) for a in angles)
