@@ -17,7 +17,7 @@ from governor_mechanism.errors import GovernorMechanismError
 from governor_mechanism.mechanics.contact.event_log import compare_event_logs, drop_cancelled_events
 from governor_mechanism.mechanics.dynamics.characteristic_scales import time_scale
 from governor_mechanism.mechanics.dynamics.contacts import has_contacts
-from governor_mechanism.model.events import Event
+from governor_mechanism.model.events import Event, EventKind
 from governor_mechanism.model.scene import Scene
 from governor_mechanism.model.trajectory import Outcome, Trajectory
 from random_machines import draw_uniform
@@ -49,7 +49,7 @@ SCENE_OUTCOMES = (Outcome.UNCERTIFIED, Outcome.LEFT_RANGE, Outcome.STALLED)
 COMPLETE_OUTCOMES = (Outcome.DONE, Outcome.ACCURACY_MISSED, Outcome.LEFT_RANGE)
 """Ways to end in which a run says that it came as far as there is to go."""
 
-DERIVED_EVENT_KINDS = ("dead centre", "change point")
+DERIVED_EVENT_KINDS = (EventKind.TURNING_POINT, EventKind.CHANGE_POINT)
 """Events that are told of a motion afterwards; certificates are of the others."""
 
 

@@ -9,6 +9,7 @@ import pytest
 from scipy.special import ellipj, ellipk
 
 import governor_mechanism as gm
+from governor_mechanism.model.events import EventKind
 from governor_mechanism.model.trajectory import Outcome
 from reference.mechanisms import ANDREWS, FOUR_BAR, PENDULUM, SLIDER_CRANK
 
@@ -45,12 +46,12 @@ def test_four_bar_chain_passes_its_singular_position():
 
 def test_four_bar_chain_names_its_change_points():
     run = gm.run("four_bar_chain", engine="multibody", accuracy=1e-8)
-    points = [event.time for event in run.events if event.kind == "change point"]
+    points = [event.time for event in run.events if event.kind == EventKind.CHANGE_POINT]
     level = np.flatnonzero(np.diff(np.sign(run.readings["y"])))  # the cranks lie level where their ends cross y = 0
     assert len(points) == len(level)
     for time, k in zip(points, level, strict=True):
         assert run.times[k] <= time <= run.times[k + 1]
-    dead = [event.time for event in run.events if event.kind == "dead centre" and event.subject == "x"]
+    dead = [event.time for event in run.events if event.kind == EventKind.TURNING_POINT and event.subject == "x"]
     # At a change point of this chain its ends stand at their farthest: both are found apart, and agree.
     np.testing.assert_allclose(dead, points, atol=1e-6)
 

@@ -46,6 +46,7 @@ from governor_mechanism.mechanics.reduction.node_evaluation import (
     SPINDLE_INERTIA_COLUMN,
 )
 from governor_mechanism.mechanics.reduction.table import find_piece
+from governor_mechanism.model.events import EventKind
 from governor_mechanism.model.force_elements import Damper, Force, Spring, Torque, TorsionDamper, TorsionSpring
 from governor_mechanism.model.joints import Distance, Pin, Slider
 from governor_mechanism.model.mechanism import LineAngle
@@ -68,7 +69,7 @@ def agree(one: Trajectory, two: Trajectory, allowed: float = CLOSE) -> None:
     np.testing.assert_allclose(one.times, two.times, rtol=4e-16, atol=0)  # one may put a break's own time there
     scene, second = one.scene, time_scale(one.scene)
     # Beside an event one run may be before it and the other after: its time is what is promised.
-    sudden = [event.time for event in (*one.events, *two.events) if event.kind not in ("dead centre", "change point")]
+    sudden = [event.time for event in (*one.events, *two.events) if event.kind not in (EventKind.TURNING_POINT, EventKind.CHANGE_POINT)]
     kept = np.full(len(one.times), True)
     for time in sudden:
         kept &= np.abs(one.times - time) > 1e-8 * second
@@ -422,7 +423,7 @@ def test_a_change_point_ends_the_run_by_name_and_auto_goes_on():
     assert run.outcome is Outcome.DEAD_CENTRE
     assert "the joints at a change point, and does not settle the mechanism there" in run.message
     many = len(run.times)
-    passed = next(event.time for event in true.events if event.kind == "change point")
+    passed = next(event.time for event in true.events if event.kind == EventKind.CHANGE_POINT)
     assert run.times[-1] < passed < run.times[-1] + 2 * scene.run.output_interval
     for name in run.readings:
         assert np.max(np.abs(run.readings[name] - true.readings[name][:many])) < CLOSE * run.scales[name], name

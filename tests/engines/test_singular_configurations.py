@@ -8,13 +8,14 @@ import numpy as np
 import pytest
 
 import governor_mechanism as gm
+from governor_mechanism.model.events import EventKind
 from governor_scenes import PORTER, governor_scene
 
 
 @pytest.mark.parametrize(("engine", "allowed"), [("multibody", 1e-7), ("reduced", 1e-7), ("impulse", 1e-6)])
 def test_a_crank_passes_the_dead_centres_of_its_slider(engine, allowed):
     run = gm.run("slider_crank_torque", engine=engine, accuracy=1e-6, times=np.linspace(0.0, 0.85, 171))
-    found = [event for event in run.events if event.kind == "dead centre"]
+    found = [event for event in run.events if event.kind == EventKind.TURNING_POINT]
     assert [event.subject for event in found] == ["slider_x"] * 3
     fine = gm.run("slider_crank_torque", engine="multibody", accuracy=1e-10, times=[0.0, *(e.time for e in found)])
     # The slider stands at every half turn of the crank; the crank is at most 20 rad/s fast, so times are as sure as

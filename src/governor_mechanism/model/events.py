@@ -1,23 +1,44 @@
-"""Events of a run: what happened when, and to which output variable."""
+"""Events of a run: what happened when, and to which reading."""
 
 from __future__ import annotations
 
 from dataclasses import dataclass
+from enum import StrEnum
 
-STICKS, SLIPS, STRIKES, RESTS, LEAVES = "sticks", "slips", "strikes its stop", "rests on its stop", "leaves its stop"
-SLACKENS, PULLS = "goes slack", "pulls again"
+
+class EventKind(StrEnum):
+    """What an event is; each value is what a reading does, in words."""
+
+    STICK = "sticks"
+    SLIP = "slips"
+    IMPACT = "strikes its stop"
+    REST = "rests on its stop"
+    SEPARATION = "leaves its stop"
+    SLACK = "goes slack"
+    TAUT = "pulls again"
+    TURNING_POINT = "turning point"
+    CHANGE_POINT = "change point"
 
 
 @dataclass(frozen=True, kw_only=True)
 class Event:
-    """Something a run passed: `kind` is 'dead centre', 'change point', or what something that may be held did, as
-    'sticks', 'slips', 'strikes its stop'; `subject` is the reading."""
+    """An event of a run.
+
+    Attributes
+    ----------
+    time
+        Time of the event, s.
+    kind
+        What happened.
+    subject
+        Name of the reading, or "the mechanism" for a change point.
+    """
 
     time: float
-    kind: str
+    kind: EventKind
     subject: str
 
     def __str__(self) -> str:
-        if self.kind not in ("dead centre", "change point"):
-            return f"{self.subject} {self.kind} at t = {self.time:.9g} s"
-        return f"{self.kind} of {self.subject} at t = {self.time:.6g} s"
+        if self.kind in (EventKind.TURNING_POINT, EventKind.CHANGE_POINT):
+            return f"{self.kind} of {self.subject} at t = {self.time:.6g} s"
+        return f"{self.subject} {self.kind} at t = {self.time:.9g} s"

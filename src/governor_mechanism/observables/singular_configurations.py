@@ -11,7 +11,7 @@ from scipy.optimize import brentq, minimize_scalar
 
 from governor_mechanism.mechanics.kinematics.assembly import PositionSolver
 from governor_mechanism.mechanics.kinematics.output_variables import evaluate_output
-from governor_mechanism.model.events import Event
+from governor_mechanism.model.events import Event, EventKind
 from governor_mechanism.model.mechanism import Mechanism
 from governor_mechanism.types import FloatArray
 
@@ -85,7 +85,7 @@ def _find_turning_points(mechanism: Mechanism, motion: SampledMotion) -> list[Ev
             time, turning_velocities = _locate_turning_point(mechanism, reading.name, motion, k)
             is_at_start = time == motion.times[0]  # there, and does not pass
             if _overall_speed(mechanism, turning_velocities) > reversal_speed and not is_at_start:
-                events.append(Event(time=time, kind="dead centre", subject=reading.name))
+                events.append(Event(time=time, kind=EventKind.TURNING_POINT, subject=reading.name))
     return events
 
 
@@ -136,7 +136,7 @@ def _find_change_points(mechanism: Mechanism, motion: SampledMotion) -> list[Eve
 
         result = minimize_scalar(singular_value_ratio, bounds=(times[k - 1], times[k + 1]), method="bounded", options={"xatol": 1e-12})
         if result.fun < CHANGE_POINT_SINGULAR_VALUE_RATIO:
-            events.append(Event(time=float(result.x), kind="change point", subject="the mechanism"))
+            events.append(Event(time=float(result.x), kind=EventKind.CHANGE_POINT, subject="the mechanism"))
     return events
 
 

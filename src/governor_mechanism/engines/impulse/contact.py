@@ -10,7 +10,7 @@ from governor_mechanism.engines.impulse.step_records import DetectedEvent, StepO
 from governor_mechanism.mechanics.contact.tolerances import CONTACT_TOLERANCE, REST_TOLERANCE, STICTION_RATE_TOLERANCE
 from governor_mechanism.mechanics.dynamics.contacts import ContactMode, contacts_of, output_springs_of
 from governor_mechanism.mechanics.dynamics.lowering import forced_output_names
-from governor_mechanism.model.events import LEAVES, PULLS, RESTS, SLACKENS, SLIPS, STICKS, STRIKES, Event
+from governor_mechanism.model.events import Event, EventKind
 from governor_mechanism.model.scene import Scene
 
 RELEASE_RATE_FACTOR = 10.0
@@ -69,11 +69,16 @@ class ContactModeTracker:
             )
             if direction:
                 event_function = self._make_leave_function(k, direction) if constraint.stop_side else self._make_slip_function(k)
-                detected.append(DetectedEvent(LEAVES if constraint.stop_side else SLIPS, k, event_function, -1.0, direction))
+                detected.append(
+                    DetectedEvent(EventKind.SEPARATION if constraint.stop_side else EventKind.SLIP, k, event_function, -1.0, direction)
+                )
             elif sliding_direction and sliding_direction * float(observation.rates[output]) <= 0.0:
                 detected.append(
                     DetectedEvent(
-                        STICKS, k, make_reversal_function(output, sliding_direction), -sliding_direction * self._stepper.output_rate(output)
+                        EventKind.STICK,
+                        k,
+                        make_reversal_function(output, sliding_direction),
+                        -sliding_direction * self._stepper.output_rate(output),
                     )
                 )
             if constraint.stop_side or constraint.held_value is not None:
@@ -81,27 +86,27 @@ class ContactModeTracker:
             for side, stop_value in ((1, contact.high), (-1, contact.low)):
                 if side * (float(observation.values[output]) - stop_value) > 0.0:
                     initial_value = side * (self._stepper.output_value(output) - stop_value)
-                    detected.append(DetectedEvent(STRIKES, k, make_level_function(output, side, stop_value), initial_value, side))
+                    detected.append(DetectedEvent(EventKind.IMPACT, k, make_level_function(output, side, stop_value), initial_value, side))
         for k, (spring, output) in enumerate(zip(self._springs, self._spring_outputs, strict=True)):
             direction = -1 if self._output_forces.is_taut and self._output_forces.is_taut[k] else 1
             if direction * (float(observation.values[output]) - spring.free_value) > 0.0:
                 initial_stretch = direction * (self._stepper.output_value(output) - spring.free_value)
                 detected.append(
-                    DetectedEvent(PULLS, k, make_level_function(output, direction, spring.free_value), initial_stretch, direction)
+                    DetectedEvent(EventKind.TAUT, k, make_level_function(output, direction, spring.free_value), initial_stretch, direction)
                 )
         return detected
 
     def apply_transition(self, event: DetectedEvent) -> None:
         """Change how a keeper or a spring stands; a strike waits until the joints have been closed."""
         k, output_forces = event.index, self._output_forces
-        if event.kind == PULLS:
+        if event.kind == EventKind.TAUT:
             assert output_forces.is_taut is not None
             output_forces.is_taut[k] = event.direction > 0
-            kind = PULLS if output_forces.is_taut[k] else SLACKENS
+            kind = EventKind.TAUT if output_forces.is_taut[k] else EventKind.SLACK
             self.events.append(Event(time=self._stepper.state.time, kind=kind, subject=self._springs[k].reading))
-        elif event.kind == STICKS:
+        elif event.kind == EventKind.STICK:
             self.hold(k, 0)
-        elif event.kind in (SLIPS, LEAVES):
+        elif event.kind in (EventKind.SLIP, EventKind.SEPARATION):
             self.release(k, event.direction)
 
     def hold(self, k: int, side: int) -> None:
@@ -149,10 +154,10 @@ class ContactModeTracker:
             if (previous is None) == (current is None):
                 continue
             at_stop = (previous if current is None else current) in (contact.low, contact.high)
-            start_kind, end_kind = (RESTS, LEAVES) if at_stop else (STICKS, SLIPS)
+            start_kind, end_kind = (EventKind.REST, EventKind.SEPARATION) if at_stop else (EventKind.STICK, EventKind.SLIP)
             time = rest_times.get(k, self._stepper.state.time)
             kind = end_kind if current is None else start_kind
-            if kind != SLIPS or not self._cancel_brief_stick(contact.output_name):
+            if kind != EventKind.SLIP or not self._cancel_brief_stick(contact.output_name):
                 self.events.append(Event(time=time, kind=kind, subject=contact.output_name))
         self._reported_holds = held_values
         self._stepper.is_holding = bool(self.held_rates())
@@ -163,7 +168,7 @@ class ContactModeTracker:
         for index in reversed(range(len(self.events))):
             event = self.events[index]
             if event.subject == reading:
-                only_reversed = event.kind == STICKS and self._stepper.state.time - event.time <= min_duration
+                only_reversed = event.kind == EventKind.STICK and self._stepper.state.time - event.time <= min_duration
                 if only_reversed:
                     del self.events[index]
                 return only_reversed
@@ -178,7 +183,7 @@ class ContactModeTracker:
         sides = {k: self.active_stop(k) for k, constraint in enumerate(self.constraints) if not constraint.stop_side}
         return {k: side for k, side in sides.items() if side * self._stepper.output_rate(self.contact_outputs[k]) > self.stiction_rate(k)}
 
-    def record_event(self, k: int, kind: str) -> None:
+    def record_event(self, k: int, kind: EventKind) -> None:
         """Note what a keeper does now."""
         self.events.append(Event(time=self._stepper.state.time, kind=kind, subject=self.contacts[k].output_name))
 

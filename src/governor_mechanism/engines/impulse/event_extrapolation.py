@@ -9,7 +9,7 @@ from itertools import pairwise
 import numpy as np
 from numpy.typing import NDArray
 
-from governor_mechanism.model.events import STRIKES, Event
+from governor_mechanism.model.events import Event, EventKind
 from governor_mechanism.types import FloatArray
 
 MIN_EVENT_TIME_ERROR_RATIO = 0.01
@@ -56,12 +56,12 @@ def extrapolate_events(event_logs: Sequence[Sequence[Event]], end_time: float) -
     for event in finest:
         times = [_nearest_event_time(event, coarser) for coarser in event_logs]
         known = [time for time in times if time is not None]
-        if event.kind == STRIKES:
+        if event.kind == EventKind.IMPACT:
             impact_intervals.append((min(known), max(known)))
         if len(known) < len(event_logs):
             time_error = max(time_error, end_time - event.time)
         extrapolated = [fine + (fine - coarse) / 3 for coarse, fine in pairwise(known)]
-        if event.kind == STRIKES and extrapolated:
+        if event.kind == EventKind.IMPACT and extrapolated:
             extrapolation_intervals.append((min(known[-1], extrapolated[-1]), max(known[-1], extrapolated[-1])))
         events.append(replace(event, time=extrapolated[-1] if extrapolated else event.time))
         if len(extrapolated) > 1:

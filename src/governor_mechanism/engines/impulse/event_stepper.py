@@ -19,7 +19,7 @@ from governor_mechanism.engines.impulse.staggered_stepper import StaggeredSteppe
 from governor_mechanism.engines.impulse.step_records import DetectedEvent
 from governor_mechanism.mechanics.contact.tolerances import MIN_REBOUND_HEIGHT, zeno_time
 from governor_mechanism.mechanics.dynamics.contacts import ContactMode
-from governor_mechanism.model.events import LEAVES, SLIPS, STICKS, STRIKES, Event
+from governor_mechanism.model.events import Event, EventKind
 from governor_mechanism.model.scene import Scene
 from governor_mechanism.types import FloatArray
 
@@ -186,13 +186,13 @@ class EventDrivenStepper:
         for event in first_events:
             self._contact_tracker.apply_transition(event)
         self._stepper.apply_impulses(self._contact_tracker.held_rates())
-        if any(one.kind == STICKS for one in first_events):
+        if any(one.kind == EventKind.STICK for one in first_events):
             self._contact_tracker.update_sliding_directions()
-        self._resolve_impacts({one.index: one.direction for one in first_events if one.kind == STRIKES})
+        self._resolve_impacts({one.index: one.direction for one in first_events if one.kind == EventKind.IMPACT})
 
     def _event_fraction(self, event: DetectedEvent, h: float) -> float:
         """The part of the next h seconds after which something happens; infinite where it does not after all."""
-        constraint = self._contact_tracker.constraints[event.index] if event.kind == SLIPS else None
+        constraint = self._contact_tracker.constraints[event.index] if event.kind == EventKind.SLIP else None
         min_fraction = self._min_fraction(h)
 
         def event_value(fraction: float) -> float:
@@ -211,8 +211,8 @@ class EventDrivenStepper:
             end_value, low = event_value(1.0), 0.0
             if end_value <= 0.0:
                 return math.inf  # a joint solver that lagged behind
-            if event.kind in (SLIPS, LEAVES):
-                low = RELEASE_SEARCH_START if event.kind == LEAVES else SLIP_SEARCH_START
+            if event.kind in (EventKind.SLIP, EventKind.SEPARATION):
+                low = RELEASE_SEARCH_START if event.kind == EventKind.SEPARATION else SLIP_SEARCH_START
                 low_value = event_value(low)
                 if low_value >= 0.0:
                     extrapolated_root = low - low_value * (1.0 - low) / (end_value - low_value) if end_value > low_value else 0.0
@@ -223,7 +223,11 @@ class EventDrivenStepper:
                 low = next((fraction for fraction in 0.5 ** np.arange(1, 30) if event_value(fraction) < 0.0), -1.0)
                 if low < 0.0:
                     # What has just slipped has no speed to begin with; what else has none had come to rest before.
-                    return 1.0 if event.kind == STICKS and self._contact_tracker.last_release_time == self._stepper.state.time else 0.0
+                    return (
+                        1.0
+                        if event.kind == EventKind.STICK and self._contact_tracker.last_release_time == self._stepper.state.time
+                        else 0.0
+                    )
             return float(brentq(event_value, low, 1.0, xtol=EVENT_FRACTION_TOLERANCE, rtol=1e-15))
         finally:
             if constraint is not None:
@@ -247,7 +251,7 @@ class EventDrivenStepper:
                 stop_rates | {tracker.contacts[k].output_name: rate for k, rate in rebound_rates.items()}, count_energy_loss=True
             )
             for k, side in impacting.items():
-                tracker.record_event(k, STRIKES)
+                tracker.record_event(k, EventKind.IMPACT)
                 if abs(rebound_rates[k]) <= tracker.stiction_rate(k):
                     tracker.hold(k, side)
                 else:

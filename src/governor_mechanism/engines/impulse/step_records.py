@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections.abc import Callable
 from dataclasses import dataclass
 
+from governor_mechanism.model.events import EventKind
 from governor_mechanism.types import FloatArray
 
 
@@ -42,7 +43,7 @@ class DetectedEvent:
     before: how much that was where the step began; way: the sign of the motion it leads to.
     """
 
-    kind: str
+    kind: EventKind
     index: int
     event_function: Callable[[StepObservation], float]
     initial_value: float

@@ -33,7 +33,7 @@ from governor_mechanism.mechanics.dynamics.lowering import (
 from governor_mechanism.mechanics.dynamics.output_forces import FORCE_EVENT
 from governor_mechanism.mechanics.kinematics.assembly import PositionSolver
 from governor_mechanism.mechanics.kinematics.constraint_kernels import evaluate_gamma, evaluate_jacobian, evaluate_residuals
-from governor_mechanism.model.events import LEAVES, PULLS, RESTS, SLACKENS, SLIPS, STICKS, STRIKES, Event
+from governor_mechanism.model.events import Event, EventKind
 from governor_mechanism.model.scene import Scene
 from governor_mechanism.types import FloatArray, RecordArray
 
@@ -165,7 +165,7 @@ class ContactModeSolver:
             is_near_slack = abs(extension) < CONTACT_TOLERANCE * self._coordinate_scales[output_index]
             taut[k] = bool(outputs.rates[output_index] > 0 if is_near_slack else extension > 0)
             if taut[k] != self.mode.taut[k]:
-                self.events.append(Event(time=time, kind=PULLS if taut[k] else SLACKENS, subject=spring.reading))
+                self.events.append(Event(time=time, kind=EventKind.TAUT if taut[k] else EventKind.SLACK, subject=spring.reading))
         self.mode = replace(self.mode, taut=tuple(taut))
 
     def _apply_impacts(self, time: float, state: FloatArray, input_cubics: FloatArray) -> dict[int, float]:
@@ -185,7 +185,7 @@ class ContactModeSolver:
             rebound_rates = {k: -self.contacts[k].restitution * float(outputs.rates[self._output_indices[k]]) for k in impacting}
             self._apply_impulses(state, outputs, rebound_rates | dict.fromkeys(resting, 0.0))
             for k in impacting:
-                self.events.append(Event(time=time, kind=STRIKES, subject=self.contacts[k].output_name))
+                self.events.append(Event(time=time, kind=EventKind.IMPACT, subject=self.contacts[k].output_name))
             rest_times |= self._settle_final_bounces(time, state, input_cubics, impacting)
         return rest_times
 
@@ -312,7 +312,9 @@ class ContactModeSolver:
         for k, contact in enumerate(self.contacts):
             was_held, is_held = (self._is_held(k, mode, outputs) for mode in (previous_mode, self.mode))
             if was_held != is_held:
-                start_kind, end_kind = (RESTS, LEAVES) if self._find_active_stop(k, outputs) else (STICKS, SLIPS)
+                start_kind, end_kind = (
+                    (EventKind.REST, EventKind.SEPARATION) if self._find_active_stop(k, outputs) else (EventKind.STICK, EventKind.SLIP)
+                )
                 self.events.append(
                     Event(time=rest_times.get(k, time), kind=start_kind if is_held else end_kind, subject=contact.output_name)
                 )

@@ -23,7 +23,7 @@ from governor_mechanism.mechanics.kinematics.output_variables import evaluate_ou
 from governor_mechanism.mechanics.reduction.equation_of_motion import N_QUADRATURES, make_reduced_model
 from governor_mechanism.mechanics.reduction.lowering import FREE_SPINDLE_INERTIA
 from governor_mechanism.mechanics.reduction.motion_table import MotionTable
-from governor_mechanism.model.events import LEAVES, PULLS, RESTS, SLACKENS, SLIPS, STICKS, STRIKES, Event
+from governor_mechanism.model.events import Event, EventKind
 from governor_mechanism.model.state_history import StateHistory
 from governor_mechanism.observables.evaluation import ReadingEvaluator
 from governor_mechanism.types import FloatArray, IntArray
@@ -43,7 +43,15 @@ TABLE_END_STEP_RATIO, MIN_END_STEP_RATIO = 0.25, 1e-12
 MIN_REMAINING_TRAVEL = 1e-14
 """Of the coordinate's unit, and of itself: nearer to the way's end than this, rounding alone is left of it."""
 
-REDUCED_EVENT_KINDS = (STRIKES, STICKS, SLIPS, RESTS, LEAVES, SLACKENS, PULLS)
+REDUCED_EVENT_KINDS = (
+    EventKind.IMPACT,
+    EventKind.STICK,
+    EventKind.SLIP,
+    EventKind.REST,
+    EventKind.SEPARATION,
+    EventKind.SLACK,
+    EventKind.TAUT,
+)
 """As `happening` numbers them."""
 
 MAX_INTERMEDIATE_STEPS = 100
@@ -224,7 +232,7 @@ class ReducedRun:
             Event(
                 time=time,
                 kind=REDUCED_EVENT_KINDS[int(kind)],
-                subject=subjects[REDUCED_EVENT_KINDS[int(kind)] in (SLACKENS, PULLS)][int(subject_index)],
+                subject=subjects[REDUCED_EVENT_KINDS[int(kind)] in (EventKind.SLACK, EventKind.TAUT)][int(subject_index)],
             )
             for time, kind, subject_index in records.tolist()
         ]

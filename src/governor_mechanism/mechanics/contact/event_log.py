@@ -10,7 +10,7 @@ from numpy.typing import NDArray
 from governor_mechanism.mechanics.dynamics.contacts import contacts_of, output_dampers_of, output_springs_of
 from governor_mechanism.mechanics.dynamics.lowering import forced_output_names
 from governor_mechanism.mechanics.kinematics.constraint_equations import make_constraint_table
-from governor_mechanism.model.events import LEAVES, RESTS, SLIPS, STICKS, Event
+from governor_mechanism.model.events import Event, EventKind
 from governor_mechanism.model.scene import Scene
 from governor_mechanism.types import FloatArray
 
@@ -36,7 +36,12 @@ def compare_event_logs(
     return largest_delay, is_near_event
 
 
-OPPOSITE_EVENTS = {SLIPS: STICKS, LEAVES: RESTS, STICKS: SLIPS, RESTS: LEAVES}
+OPPOSITE_EVENTS = {
+    EventKind.SLIP: EventKind.STICK,
+    EventKind.SEPARATION: EventKind.REST,
+    EventKind.STICK: EventKind.SLIP,
+    EventKind.REST: EventKind.SEPARATION,
+}
 """What each of these undoes."""
 
 

@@ -1,0 +1,28 @@
+"""How an integration ended. The numbers are what compiled integrators return."""
+
+from __future__ import annotations
+
+from enum import IntEnum
+
+
+class IntegrationStatus(IntEnum):
+    """Return code of an integrator."""
+
+    DONE = 0
+    """The end of the interval is reached."""
+    STALLED = 1
+    """The step size fell to rounding, or events follow each other without end."""
+    STEP_LIMIT = 2
+    """The allowed number of steps is used up."""
+    BELOW_TABLE = 3
+    """The coordinate is below the tabulated range."""
+    ABOVE_TABLE = 4
+    """The coordinate is above the tabulated range."""
+    STIFF = 5
+    """The equation is too stiff for an explicit method."""
+    OUT_OF_RANGE = 6
+    """The mechanism leaves the range in which its description holds."""
+    EVENT = 7
+    """An event function crosses zero within the last step."""
+    TABLE_ENDED = 8
+    """The table cannot be extended to where the motion leads."""
