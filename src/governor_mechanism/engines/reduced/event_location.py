@@ -10,7 +10,7 @@ import numpy as np
 
 from governor_mechanism.engines.reduced.event_functions import evaluate_reduced_event_functions
 from governor_mechanism.integrators.event_location import locate_parabola_maximum
-from governor_mechanism.integrators.reduced_dop853 import Stages, take_step
+from governor_mechanism.integrators.reduced_dop853 import Stages, StepCounter, take_step
 from governor_mechanism.mechanics.dynamics.output_forces import EVENT_SAMPLE_FRACTIONS
 from governor_mechanism.mechanics.reduction.equation_of_motion import ReducedModel
 from governor_mechanism.numerics.jit import jit_internal
@@ -199,7 +199,7 @@ def _evaluate_after_step(
     trial_stages.rates[0], trial_stages.accelerations[0] = stages.rates[0], stages.accelerations[0]
     trial_stages.quadrature_rates[0] = stages.quadrature_rates[0]
     q_end, v_end, piece, side = take_step(model, local_time, h, q, v, piece_index, trial_stages)
-    counts[2] += 12
+    counts[StepCounter.EVALUATIONS] += 12
     trial_values[:] = -1.0
     if side < 0:
         evaluate_reduced_event_functions(model, q_end, v_end, local_time + h, piece, trial_values)
