@@ -1,8 +1,8 @@
-"""Joint forces and projection from the equations J M^-1 J^T, factorised in the band that the mechanism's joints leave.
+"""Solution of J M^-1 J^T x = b for the Lagrange multipliers, by a band Cholesky factorisation.
 
-Rows that share a body are neighbours; ordered well, a long chain has a narrow band and costs no more per link than a
-short one. Where joints are redundant, or a mechanism stands at a change point, the band factorisation meets a vanishing
-pivot and a rank-revealing least-squares solution takes its place.
+Rows that share a body are coupled. Ordered well, a long chain has a narrow band and costs no more per link than a short
+one. Where joints are redundant or a mechanism is at a change point, a pivot of the factorisation vanishes, and a
+rank-revealing least-norm solution takes its place.
 """
 
 from __future__ import annotations
@@ -15,14 +15,17 @@ from governor_mechanism.numerics.jit import jit_internal
 from governor_mechanism.types import FloatArray, IntArray
 
 MIN_BAND_PIVOT_RATIO = 1e-12
-"""A pivot below this fraction of its diagonal has vanished: the rows depend on each other."""
+"""Pivot relative to its diagonal entry below which it counts as zero: the rows are linearly dependent."""
 
 MAX_JACOBI_SWEEPS = 60
-"""Of rotations, at most; some ten suffice."""
+"""Maximum number of sweeps of Jacobi rotations; about ten suffice."""
 
 
 def find_coupled_rows(row_bodies: IntArray) -> IntArray:
-    """Pairs (row, earlier or same row, side of the first, side of the second) of rows (rows, 2) that share a body."""
+    """Return the pairs of rows that share a body, from the bodies of all rows (rows, 2).
+
+    Each pair is (row, earlier or same row, side of the body in the first, side in the second); shape (pairs, 4).
+    """
     rows_of_body: dict[int, list[tuple[int, int]]] = {}
     pairs: list[tuple[int, int, int, int]] = []
     for row, bodies in enumerate(row_bodies.tolist()):
@@ -36,7 +39,7 @@ def find_coupled_rows(row_bodies: IntArray) -> IntArray:
 
 
 def bandwidth_reducing_order(row_bodies: IntArray) -> IntArray:
-    """An order of the rows that keeps neighbours together (reverse Cuthill-McKee)."""
+    """Return an order of the rows that keeps coupled rows together (reverse Cuthill-McKee)."""
     from scipy.sparse import coo_array
     from scipy.sparse.csgraph import reverse_cuthill_mckee
 
@@ -51,7 +54,7 @@ def bandwidth_reducing_order(row_bodies: IntArray) -> IntArray:
 def assemble_schur_band(
     row_bodies: IntArray, row_pairs: IntArray, jacobian: FloatArray, inverse_mass: FloatArray, band: FloatArray
 ) -> None:
-    """Fill band (rows, width + 1) with J M^-1 J^T: entry (i, i - k) stands at [i, width - k]."""
+    """Fill band (rows, bandwidth + 1) with J M^-1 J^T: entry (i, i - k) is at [i, bandwidth - k]."""
     band[:] = 0.0
     bandwidth = band.shape[1] - 1
     for p in range(row_pairs.shape[0]):
@@ -65,9 +68,9 @@ def assemble_schur_band(
 
 @jit_internal
 def factorise_band(band: FloatArray, factor: FloatArray) -> float:
-    """Cholesky within the band, its diagonal inverted; the smallest pivot as a fraction of its diagonal.
+    """Factorise a band matrix by Cholesky, with the inverse of the diagonal, and return the smallest pivot ratio.
 
-    0 where a pivot vanishes.
+    The pivot ratio is a pivot relative to its diagonal entry; 0 if a pivot vanishes.
     """
     bandwidth, min_pivot_ratio = band.shape[1] - 1, 1.0
     for i in range(band.shape[0]):
@@ -88,7 +91,7 @@ def factorise_band(band: FloatArray, factor: FloatArray) -> float:
 
 @jit_internal
 def solve_factorised_band(factor: FloatArray, vector: FloatArray) -> None:
-    """Solve in place with the factor of the band."""
+    """Solve in place with the band Cholesky factor."""
     bandwidth, n_rows = factor.shape[1] - 1, vector.size
     for i in range(n_rows):
         total = vector[i]
@@ -104,9 +107,22 @@ def solve_factorised_band(factor: FloatArray, vector: FloatArray) -> None:
 
 @jit_internal
 def solve_schur_band(band: FloatArray, factor: FloatArray, vector: FloatArray) -> float:
-    """Solve J M^-1 J^T x = vector in place, by the shortest solution where rows depend on each other.
+    """Solve J M^-1 J^T x = vector in place; with the least-norm solution where rows are linearly dependent.
 
-    How independent they are: the square, about, of the angle (rad) by which the nearest to depending fails to; 0 there.
+    Parameters
+    ----------
+    band
+        Band of J M^-1 J^T; shape (rows, bandwidth + 1).
+    factor
+        Workspace for the Cholesky factor, with the shape of `band`.
+    vector
+        Right-hand side; replaced by the solution; shape (rows,).
+
+    Returns
+    -------
+    float
+        Smallest pivot ratio: about the square of the angle (rad) of a row to the span of the others; 0 where rows are
+        linearly dependent.
     """
     min_pivot_ratio = factorise_band(band, factor)
     if min_pivot_ratio > 0.0:
@@ -118,7 +134,7 @@ def solve_schur_band(band: FloatArray, factor: FloatArray, vector: FloatArray) -
 
 @jit_internal
 def _solve_least_norm(band: FloatArray, vector: FloatArray) -> None:
-    """The shortest solution, in place, where rows depend on each other."""
+    """Replace vector by the least-norm solution where rows are linearly dependent."""
     n_rows, bandwidth = band.shape[0], band.shape[1] - 1
     dense = np.zeros((n_rows, n_rows))
     for i in range(n_rows):
@@ -142,9 +158,9 @@ def _solve_least_norm(band: FloatArray, vector: FloatArray) -> None:
 
 @jit_internal
 def _diagonalise_symmetric(matrix: FloatArray) -> FloatArray:
-    """Turn a symmetric matrix into a diagonal one in place, by Jacobi's rotations; its eigenvectors, as columns.
+    """Diagonalise a symmetric matrix in place by Jacobi rotations, and return the eigenvectors as columns.
 
-    numpy's own would take three seconds to compile, for what is rarely called.
+    numpy.linalg.eigh takes three seconds to compile, and this is rarely called.
     """
     order = matrix.shape[0]
     eigenvectors = np.eye(order)
@@ -165,7 +181,7 @@ def _diagonalise_symmetric(matrix: FloatArray) -> FloatArray:
 
 @jit_internal
 def _apply_jacobi_rotation(matrix: FloatArray, eigenvectors: FloatArray, p: int, q: int) -> None:
-    """One rotation, that makes entry (p, q) vanish."""
+    """Apply the rotation that makes entry (p, q) vanish."""
     cot_double_angle = 0.5 * (matrix[q, q] - matrix[p, p]) / matrix[p, q]
     tangent = 1.0 / (cot_double_angle + math.copysign(math.hypot(1.0, cot_double_angle), cot_double_angle))
     cosine = 1.0 / math.hypot(1.0, tangent)
@@ -182,7 +198,21 @@ def _apply_jacobi_rotation(matrix: FloatArray, eigenvectors: FloatArray, p: int,
 
 @jit_internal
 def subtract_minv_jt(row_bodies: IntArray, jacobian: FloatArray, inverse_mass: FloatArray, vector: FloatArray, target: FloatArray) -> None:
-    """Subtract M^-1 J^T vector from target (bodies, 3)."""
+    """Subtract M^-1 J^T vector from target, in place.
+
+    Parameters
+    ----------
+    row_bodies
+        First and second body of each row; shape (rows, 2).
+    jacobian
+        Jacobian of each row with respect to both poses; shape (rows, 2, 3).
+    inverse_mass
+        Inverse masses and moments of inertia; shape (bodies, 3).
+    vector
+        Multipliers of the rows; shape (rows,).
+    target
+        Accelerations, velocities or poses; shape (bodies, 3).
+    """
     for i in range(vector.size):
         for side in range(2):
             k = row_bodies[i, side]
@@ -193,7 +223,19 @@ def subtract_minv_jt(row_bodies: IntArray, jacobian: FloatArray, inverse_mass: F
 
 @jit_internal
 def apply_jacobian(row_bodies: IntArray, jacobian: FloatArray, body_vectors: FloatArray, result: FloatArray) -> None:
-    """Fill result (rows,) with J motion."""
+    """Evaluate the product of the Jacobian and a vector.
+
+    Parameters
+    ----------
+    row_bodies
+        First and second body of each row; shape (rows, 2).
+    jacobian
+        Jacobian of each row with respect to both poses; shape (rows, 2, 3).
+    body_vectors
+        Accelerations or velocities of the body origins; shape (bodies, 3).
+    result
+        Result: the product; shape (rows,).
+    """
     for i in range(result.size):
         total = 0.0
         for side in range(2):

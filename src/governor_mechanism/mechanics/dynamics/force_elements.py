@@ -1,4 +1,4 @@
-"""The loads of a mechanism as rows of numbers, and the generalised forces they amount to, compiled."""
+"""Force elements of a mechanism as records, and their generalised forces as compiled kernels."""
 
 from __future__ import annotations
 
@@ -9,7 +9,7 @@ from functools import singledispatch
 
 import numpy as np
 
-from governor_mechanism.mechanics.dynamics import force_laws as forces
+from governor_mechanism.mechanics.dynamics import force_laws
 from governor_mechanism.mechanics.kinematics.points import body_point
 from governor_mechanism.model.force_elements import Damper, Force, ForceElement, Spring, Torque, TorsionDamper, TorsionSpring
 from governor_mechanism.model.joints import GROUND, Point
@@ -19,10 +19,13 @@ from governor_mechanism.numerics.jit import jit_internal
 from governor_mechanism.types import FloatArray, RecordArray
 
 SPRING_ELEMENT, DAMPER_ELEMENT, TORSION_SPRING_ELEMENT, TORSION_DAMPER_ELEMENT, TORQUE_ELEMENT, FORCE_ELEMENT = range(6)
-"""Kinds. Numbers: (stiffness, free length), (damping), (stiffness, free angle), (damping), none, none."""
+"""Kinds of force elements.
 
-_damper_force = jit_internal(forces.damper_force)
-_spring_force = jit_internal(forces.spring_force)
+Their coefficient and free value are: stiffness and free length; damping; stiffness and free angle; damping; none; none.
+"""
+
+_damper_force = jit_internal(force_laws.damper_force)
+_spring_force = jit_internal(force_laws.spring_force)
 
 
 FORCE_ELEMENT_DTYPE = np.dtype(
@@ -32,11 +35,16 @@ FORCE_ELEMENT_DTYPE = np.dtype(
         *((name, "i8") for name in ("input_index", "input_index_y")),
     ]
 )
-"""One load: its kind, bodies, points on them, numbers; the programs of a torque, or of a force's two parts, or -1."""
+"""One force element: kind, bodies, attachment points in body axes (m), coefficient, free value, and inputs.
+
+input_index is the input of a torque or of the x component of a force, input_index_y that of the y component; -1 if none.
+"""
 
 
 @dataclass(frozen=True)
 class _ElementData:
+    """Kind, attachment points, coefficients and inputs of one force element."""
+
     kind: int
     first: Point
     second: Point
@@ -45,45 +53,48 @@ class _ElementData:
 
 
 @singledispatch
-def _element_data(load: ForceElement) -> _ElementData:
-    raise TypeError(f"no law is written for loads of type {type(load).__name__}")
+def _element_data(element: ForceElement) -> _ElementData:
+    raise TypeError(f"no force law is defined for force elements of type {type(element).__name__}")
 
 
 @_element_data.register
-def _(load: Spring) -> _ElementData:
-    return _ElementData(SPRING_ELEMENT, load.first, load.second, (load.stiffness, load.free_length))
+def _(element: Spring) -> _ElementData:
+    return _ElementData(SPRING_ELEMENT, element.first, element.second, (element.stiffness, element.free_length))
 
 
 @_element_data.register
-def _(load: Damper) -> _ElementData:
-    return _ElementData(DAMPER_ELEMENT, load.first, load.second, (load.damping, 0.0))
+def _(element: Damper) -> _ElementData:
+    return _ElementData(DAMPER_ELEMENT, element.first, element.second, (element.damping, 0.0))
 
 
 @_element_data.register
-def _(load: TorsionSpring) -> _ElementData:
-    points = Point(body=load.first), Point(body=load.second)
-    return _ElementData(TORSION_SPRING_ELEMENT, *points, (load.stiffness, load.free_angle))
+def _(element: TorsionSpring) -> _ElementData:
+    points = Point(body=element.first), Point(body=element.second)
+    return _ElementData(TORSION_SPRING_ELEMENT, *points, (element.stiffness, element.free_angle))
 
 
 @_element_data.register
-def _(load: TorsionDamper) -> _ElementData:
-    return _ElementData(TORSION_DAMPER_ELEMENT, Point(body=load.first), Point(body=load.second), (load.damping, 0.0))
+def _(element: TorsionDamper) -> _ElementData:
+    return _ElementData(TORSION_DAMPER_ELEMENT, Point(body=element.first), Point(body=element.second), (element.damping, 0.0))
 
 
 @_element_data.register
-def _(load: Torque) -> _ElementData:
-    return _ElementData(TORQUE_ELEMENT, Point(body=load.first), Point(body=load.second), inputs=(load.moment,))
+def _(element: Torque) -> _ElementData:
+    return _ElementData(TORQUE_ELEMENT, Point(body=element.first), Point(body=element.second), inputs=(element.moment,))
 
 
 @_element_data.register
-def _(load: Force) -> _ElementData:
-    return _ElementData(FORCE_ELEMENT, Point(body=GROUND), load.point, inputs=(load.x, load.y))
+def _(element: Force) -> _ElementData:
+    return _ElementData(FORCE_ELEMENT, Point(body=GROUND), element.point, inputs=(element.x, element.y))
 
 
 def make_force_element_table(
     mechanism: Mechanism, origins: Mapping[str, tuple[float, float]], first_input: int
 ) -> tuple[RecordArray, tuple[InputFunction, ...]]:
-    """The loads as records, and their programs; these are counted from `taken` on."""
+    """Return the force elements as records, and their inputs, which are numbered from `first_input`.
+
+    `origins` are the body origins in body axes (m), by name of body; the mass centre if left out.
+    """
     elements = [_element_data(element) for element in mechanism.force_elements]
 
     def anchor(point: Point) -> tuple[float, float]:
@@ -109,13 +120,14 @@ def make_force_element_table(
 
 @jit_internal
 def _evaluate_input(input_cubics: FloatArray, input_index: int, local_time: float) -> float:
+    """Return the value of an input."""
     a, b, c, d = (input_cubics[input_index, 0], input_cubics[input_index, 1], input_cubics[input_index, 2], input_cubics[input_index, 3])
     return float(((a * local_time + b) * local_time + c) * local_time + d)
 
 
 @jit_internal
 def _point_kinematics(poses: FloatArray, velocities: FloatArray, body: int, x: float, y: float) -> tuple[float, float, float, float]:
-    """Arm from the body's origin to the point, and the point's velocity."""
+    """Return the arm (m) from the body origin to a point, and the velocity (m/s) of the point."""
     if body < 0:
         return x, y, 0.0, 0.0
     cosine, sine, angular_velocity = math.cos(poses[body, 2]), math.sin(poses[body, 2]), velocities[body, 2]
@@ -125,6 +137,7 @@ def _point_kinematics(poses: FloatArray, velocities: FloatArray, body: int, x: f
 
 @jit_internal
 def _add_force_at_point(result: FloatArray, body: int, arm_x: float, arm_y: float, force_x: float, force_y: float) -> None:
+    """Add a force (N) that acts at the end of an arm (m) from the body origin to result (bodies, 3)."""
     if body >= 0:
         result[body, 0] += force_x
         result[body, 1] += force_y
@@ -135,7 +148,10 @@ def _add_force_at_point(result: FloatArray, body: int, arm_x: float, arm_y: floa
 def add_element_forces(
     elements: RecordArray, poses: FloatArray, velocities: FloatArray, input_cubics: FloatArray, local_time: float, result: FloatArray
 ) -> float:
-    """Add the generalised forces (bodies, 3) of all loads; the power (W) of those that have no potential."""
+    """Add the generalised forces of all force elements to result (bodies, 3).
+
+    Returns the power (W) of the elements without a potential.
+    """
     power = 0.0
     for i in range(elements.size):
         element = elements[i]
@@ -158,7 +174,7 @@ def add_element_forces(
                 dx, dy = dx + poses[second, 0], dy + poses[second, 1]
             length = math.hypot(dx, dy)
             if length == 0.0:
-                continue  # no direction to pull in
+                continue  # coincident points: no line of action
             rate = ((u2 - u1) * dx + (v2 - v1) * dy) / length
             if kind == SPRING_ELEMENT:
                 tension = _spring_force(element.coefficient, element.free_value, length)
@@ -190,14 +206,27 @@ def add_element_forces(
 
 
 def spring_potential_energy(mechanism: Mechanism, poses: FloatArray) -> FloatArray:
-    """Energy (...) J stored in all springs at poses (..., bodies, 3)."""
+    """Return the potential energy of all springs of a mechanism.
+
+    Parameters
+    ----------
+    mechanism
+        Mechanism with its force elements.
+    poses
+        Poses of the mass centres, m and rad; shape (..., bodies, 3).
+
+    Returns
+    -------
+    FloatArray
+        Energy, J; shape (...).
+    """
     total = np.zeros(poses.shape[:-2])
-    for load in mechanism.force_elements:
-        if isinstance(load, Spring):
-            displacement = body_point(mechanism, load.second).position(poses) - body_point(mechanism, load.first).position(poses)
-            total += forces.spring_energy(load.stiffness, load.free_length, np.linalg.norm(displacement, axis=-1))
-        elif isinstance(load, TorsionSpring):
-            first, second = (mechanism.body_index(name) for name in load.bodies)
+    for element in mechanism.force_elements:
+        if isinstance(element, Spring):
+            displacement = body_point(mechanism, element.second).position(poses) - body_point(mechanism, element.first).position(poses)
+            total += force_laws.spring_energy(element.stiffness, element.free_length, np.linalg.norm(displacement, axis=-1))
+        elif isinstance(element, TorsionSpring):
+            first, second = (mechanism.body_index(name) for name in element.bodies)
             relative_angle = (poses[..., second, 2] if second >= 0 else 0.0) - (poses[..., first, 2] if first >= 0 else 0.0)
-            total += forces.spring_energy(load.stiffness, load.free_angle, relative_angle)
+            total += force_laws.spring_energy(element.stiffness, element.free_angle, relative_angle)
     return total

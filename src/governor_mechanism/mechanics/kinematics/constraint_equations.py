@@ -1,4 +1,4 @@
-"""Joints as rows of numbers for the compiled equations, and questions about whole trajectories."""
+"""Joints as constraint rows, and the constraint equations of a mechanism over whole trajectories."""
 
 from __future__ import annotations
 
@@ -48,7 +48,11 @@ from governor_mechanism.types import FloatArray, IntArray, RecordArray
 
 @dataclass(frozen=True)
 class ConstraintRow:
-    """One equation of a joint: kind and parameters as in `rows`, the motion that drives it, the curve it follows."""
+    """One constraint equation of a joint.
+
+    `kind` and `parameters` are as in `constraint_kernels`. `motion` drives the row, in units of `drive_scale` (m per unit
+    of the motion). `curve` is the guide curve of a curve slot.
+    """
 
     kind: int
     parameters: tuple[float, ...]
@@ -59,11 +63,12 @@ class ConstraintRow:
 
 @singledispatch
 def _constraint_rows(joint: Joint, length_scale: float) -> list[ConstraintRow]:
-    """Equations of a joint; `size` (m) makes angles into openings."""
-    raise TypeError(f"no equation is written for joints of type {type(joint).__name__}")
+    """Return the constraint rows of a joint; `length_scale` (m) converts angles to lengths."""
+    raise TypeError(f"no constraint equations are defined for joints of type {type(joint).__name__}")
 
 
 def _relative_angle_row(angle: float, length_scale: float, motion: PrescribedMotion | None = None) -> ConstraintRow:
+    """Return the row that keeps the angle (rad) of the second body relative to the first, or drives it by a motion."""
     return ConstraintRow(FIXED_DIRECTION, (0.0, 0.0, -length_scale, length_scale, length_scale * angle), motion, length_scale)
 
 
@@ -134,9 +139,16 @@ def _(joint: TranslationalDriver, length_scale: float) -> list[ConstraintRow]:
 
 @dataclass(frozen=True)
 class ConstraintTable:
-    """All joints of a mechanism as rows; `owner` (rows,) is the joint each row belongs to.
+    """All joints of a mechanism as constraint rows.
 
-    motions are what the rows' drives refer to, by position.
+    Attributes
+    ----------
+    rows
+        Constraint rows.
+    joint_indices
+        Index of the joint to which each row belongs; shape (rows,).
+    motions
+        Prescribed motions; the field `drive` of a row is an index into them.
     """
 
     rows: ConstraintRows
@@ -145,7 +157,22 @@ class ConstraintTable:
 
 
 def make_constraint_table(mechanism: Mechanism, origins: Mapping[str, tuple[float, float]] | None = None) -> ConstraintTable:
-    """The rows of a mechanism; its bodies' coordinates are counted from `origins` (body axes, m), or mass centres."""
+    """Return the constraint rows of all joints of a mechanism.
+
+    Rows that are satisfied trivially are left out.
+
+    Parameters
+    ----------
+    mechanism
+        Mechanism with its bodies and joints.
+    origins
+        Origin of each body by name, in body axes (m), to which the poses refer; the mass centre if left out.
+
+    Returns
+    -------
+    ConstraintTable
+        Rows, their joints and the prescribed motions.
+    """
     entries = [
         (index, joint, row)
         for index, joint in enumerate(mechanism.joints)
@@ -154,6 +181,7 @@ def make_constraint_table(mechanism: Mechanism, origins: Mapping[str, tuple[floa
     ]
 
     def anchor(point: Point) -> tuple[float, float]:
+        """Return the coordinates of a point relative to the origin of its body."""
         x, y = (origins or {}).get(point.body, (0.0, 0.0))
         return point.x - x, point.y - y
 
@@ -178,24 +206,46 @@ def make_constraint_table(mechanism: Mechanism, origins: Mapping[str, tuple[floa
 
 
 def bodies_of_rows(table: RecordArray) -> IntArray:
-    """The bodies (n, 2) of records with a first and a second one."""
+    """Return the first and second body of each row; shape (n, 2)."""
     return np.stack([table["first"], table["second"]], axis=-1)
 
 
 def _is_trivially_satisfied(mechanism: Mechanism, joint: Joint, row: ConstraintRow) -> bool:
-    """Whether a row only speaks of the turning of bodies that do not turn; refuses it where it contradicts that."""
+    """Return whether a row concerns only the angles of bodies that cannot rotate.
+
+    Raises MechanismError if the row demands a rotation of them.
+    """
     if row.kind != FIXED_DIRECTION or row.parameters[:2] != (0.0, 0.0):
         return False
     bodies = [mechanism.body_index(point.body) for point in (joint.first, joint.second)]
     if any(index >= 0 and mechanism.bodies[index].can_rotate for index in bodies):
         return False
     if row.motion is not None or row.parameters[4] != 0.0:
-        raise MechanismError(f"joint {joint.name!r} asks two bodies that do not turn to turn against each other")
+        raise MechanismError(
+            f"joint {joint.name!r} prescribes a relative angle of two bodies that cannot rotate; "
+            "make one of them rotate, or remove the relative angle from the joint"
+        )
     return True
 
 
 def make_curve_segments(curve: Curve) -> FloatArray:
-    """A curve as cubics (pieces, 5): where each starts (m), and its coefficients, highest power first."""
+    """Return a guide curve as cubic segments.
+
+    Parameters
+    ----------
+    curve
+        Polynomial or spline curve y = f(x), m.
+
+    Returns
+    -------
+    FloatArray
+        Start of each segment along x (m), then its coefficients, highest power first; shape (segments, 5).
+
+    Raises
+    ------
+    TypeError
+        If there are no segments for this type of curve.
+    """
     if isinstance(curve, PolynomialCurve):
         coefficients = np.zeros(4)
         coefficients[: len(curve.coefficients)] = curve.coefficients
@@ -203,11 +253,27 @@ def make_curve_segments(curve: Curve) -> FloatArray:
     if isinstance(curve, SplineCurve):
         spline = CubicSpline(curve.x, curve.y)
         return np.column_stack([spline.x[:-1], spline.c.T])
-    raise TypeError(f"no equation is written for curves of type {type(curve).__name__}")
+    raise TypeError(f"no cubic segments are defined for curves of type {type(curve).__name__}")
 
 
 class ConstraintEquations:
-    """All joints of a mechanism as one set of equations, for poses (..., bodies, 3) at times (...) s."""
+    """Constraint equations of all joints of a mechanism, evaluated at many poses at once.
+
+    Poses (..., bodies, 3) are those of the mass centres, in m and rad; times have shape (...) and are in s. Residuals of
+    angles are multiplied by the length scale of the mechanism and are in m.
+
+    Parameters
+    ----------
+    mechanism
+        Mechanism with its bodies and joints.
+
+    Attributes
+    ----------
+    joints
+        Joints of the mechanism.
+    joint_indices
+        Index of the joint to which each row belongs; shape (rows,).
+    """
 
     def __init__(self, mechanism: Mechanism) -> None:
         self.joints = mechanism.joints
@@ -217,54 +283,56 @@ class ConstraintEquations:
 
     @property
     def is_driven(self) -> NDArray[np.bool_]:
-        """(equations,) which ones a drive moves."""
+        """Whether each row is driven; shape (rows,)."""
         is_driven: NDArray[np.bool_] = self._rows.table["drive"] >= 0
         return is_driven
 
     def prescribed_motion(self, times: FloatArray) -> FloatArray:
-        """(..., equations, 3): what drives want of each opening at times (...) s, in m, m/s, m/s2."""
+        """Return the prescribed value (m), rate (m/s) and acceleration (m/s2) of each row; shape (..., rows, 3)."""
         flat_times = np.atleast_1d(np.asarray(times, dtype=np.float64)).ravel()
         result = np.zeros((flat_times.size, len(self.joint_indices), 3))
         for row in np.flatnonzero(self.is_driven):
-            time_function, drive_scale = (self._drive_functions[self._rows.table[row]["drive"]], self._rows.table[row]["drive_scale"])
+            time_function, drive_scale = self._drive_functions[self._rows.table[row]["drive"]], self._rows.table[row]["drive_scale"]
             result[:, row] = drive_scale * np.stack(
-                [time_function(flat_times), time_function.slope(flat_times), time_function.bend(flat_times)], axis=-1
+                [time_function(flat_times), time_function.derivative(flat_times), time_function.second_derivative(flat_times)], axis=-1
             )
         return result.reshape(*np.shape(times), len(self.joint_indices), 3)
 
     def residuals(self, poses: FloatArray, times: FloatArray | float = 0.0) -> FloatArray:
-        """(..., equations) m, signed."""
+        """Return the signed residuals (m); shape (..., rows)."""
         result = evaluate_residuals(self._rows, _flatten_poses(poses), self._prescribed_motion_per_pose(poses, times))
         return result.reshape(*poses.shape[:-2], len(self.joint_indices))
 
     def jacobian(self, poses: FloatArray) -> FloatArray:
-        """(..., equations, bodies, 3): m per m, and m per rad."""
+        """Return the derivatives of the residuals with respect to the poses, m/m and m/rad; shape (..., rows, bodies, 3)."""
         result = evaluate_jacobian(self._rows, _flatten_poses(poses))
         return result.reshape(*poses.shape[:-2], len(self.joint_indices), *poses.shape[-2:])
 
     def gamma(self, poses: FloatArray, velocities: FloatArray, times: FloatArray | float = 0.0) -> FloatArray:
-        """(..., equations): what gradients . accelerations must be (m/s2)."""
+        """Return the right-hand side of J * accelerations = gamma (m/s2); shape (..., rows)."""
         result = evaluate_gamma(
             self._rows, _flatten_poses(poses), _flatten_poses(velocities), self._prescribed_motion_per_pose(poses, times)
         )
         return result.reshape(*poses.shape[:-2], len(self.joint_indices))
 
     def gap(self, poses: FloatArray, times: FloatArray | float = 0.0) -> FloatArray:
-        """(...) m: the widest opening of any joint."""
+        """Return the largest absolute residual of any row (m); shape (...)."""
         largest: FloatArray = np.max(np.abs(self.residuals(poses, times)), axis=-1, initial=0.0)
         return largest
 
     def largest_gap(self, poses: FloatArray, time: float = 0.0) -> tuple[Joint, float]:
-        """The joint that is open widest at one set of poses, and its opening (m; signed where it has one equation)."""
+        """Return the joint with the largest gap at one set of poses, and the gap (m), signed if the joint has a single row."""
         residuals = self.residuals(poses, time)
         gaps = [residuals[self.joint_indices == index] for index in range(len(self.joints))]
         worst = max(range(len(gaps)), key=lambda index: math.hypot(*gaps[index]))
         return self.joints[worst], float(gaps[worst][0]) if len(gaps[worst]) == 1 else math.hypot(*gaps[worst])
 
     def _prescribed_motion_per_pose(self, poses: FloatArray, times: FloatArray | float) -> FloatArray:
+        """Return the prescribed motion at each of the flattened poses; shape (n, rows, 3)."""
         all_times = np.broadcast_to(np.asarray(times, dtype=np.float64), poses.shape[:-2])
         return self.prescribed_motion(all_times).reshape(all_times.size, len(self.joint_indices), 3)
 
 
 def _flatten_poses(poses: FloatArray) -> FloatArray:
+    """Return poses as a contiguous array of shape (n, bodies, 3)."""
     return np.ascontiguousarray(poses, dtype=np.float64).reshape(-1, *poses.shape[-2:])

@@ -1,7 +1,8 @@
-"""The joint equations, compiled: every joint is one to three rows of one of a few kinds.
+"""Residuals, Jacobian and right-hand side gamma of the constraint rows, as compiled kernels.
 
-A row is an opening (m) between a point of a first and a point of a second body, along a direction that the kind gives,
-less what a drive asks for. Bodies are indices into poses (bodies, 3); -1 is the ground.
+Every joint is one to three rows of a few kinds. The residual of a row is the distance (m) between a point of a first
+and a point of a second body along a direction that depends on the kind, less the value that a drive prescribes. Bodies
+are indices into poses (bodies, 3); -1 is the ground.
 """
 
 from __future__ import annotations
@@ -15,15 +16,21 @@ from governor_mechanism.numerics.jit import jit, jit_internal
 from governor_mechanism.types import FloatArray, IntArray, RecordArray
 
 DISTANCE, FIXED_DIRECTION, BODY_NORMAL, LINE_ANGLE, FOLLOWER_HEIGHT = 0, 1, 2, 3, 4
-"""Kinds: the distance; the part along a fixed direction, and turning; the part across a line of the first body; the
-angle of the line between the points from the downward vertical; the height of a follower hung from the second point.
+"""Kinds of constraint rows, with d the vector from the point of the first body to that of the second.
 
-Parameters: (length); (direction x, y, m per rad of the first and of the second body's angle, constant, what the first
-point's way counts less than once); (angle, -, -, -, constant); (-, -, -, -, constant); (of the rod's other end x from
-the follower's line, and y, the second point's share of both, length, constant, sign), to which the first point's height
-is added. The last two are rad, and what only readings are."""
+DISTANCE: |d|. FIXED_DIRECTION: the component of d along a direction fixed in the plane, plus multiples of both body
+angles. BODY_NORMAL: the component of d normal to a line of the first body, or the distance from a curve on that line.
+LINE_ANGLE: the angle of d from the downward vertical (rad). FOLLOWER_HEIGHT: the height of a follower that hangs by a
+link from a rod through the second point, plus the height of the first point. The last two serve as outputs only.
+
+Parameters p0 to p5: DISTANCE: length. FIXED_DIRECTION: direction x and y, m per rad of the first and of the second
+angle, constant, and 1 minus the weight of the first point. BODY_NORMAL: angle of the line, -, -, -, constant.
+LINE_ANGLE: -, -, -, -, constant. FOLLOWER_HEIGHT: x (from the guide of the follower) and y of the other end of the rod,
+both weighted, weight of the second point, length of the link, constant, sign.
+"""
 
 N_ROW_PARAMETERS = 6
+"""Number of parameters of a row, p0 to p5."""
 
 CONSTRAINT_ROW_DTYPE = np.dtype(
     [
@@ -32,18 +39,29 @@ CONSTRAINT_ROW_DTYPE = np.dtype(
         *((name, "i8") for name in ("drive", "first_segment", "n_segments")),
     ]
 )
-"""One equation: its kind, bodies, points on them, parameters, m per unit of what drives it; the program that does, or
--1; first piece and number of pieces of its curve."""
+"""One constraint row.
+
+Kind, both bodies, a point on each (m, in body axes), the parameters, the scale (m per unit of the drive), the input
+that drives it or -1, and first index and number of the segments of its guide curve.
+"""
 
 DRIVE_VALUE, DRIVE_RATE, DRIVE_ACCELERATION, RESIDUAL, GAMMA = range(5)
-"""Columns of what is known of each row at a moment: what a drive asks for (m, m/s, m/s2), opening (m), bend (m/s2)."""
+"""Columns of the row values: prescribed value (m), rate (m/s) and acceleration (m/s2), residual (m), and gamma (m/s2)."""
 
 
 class ConstraintRows(NamedTuple):
-    """All equations of a mechanism: table (rows,) of ROW; ends (rows, 2), its bodies once more; pieces (all pieces, 5):
-    where each cubic of a curve starts (m), and its coefficients, highest power first.
+    """All constraint rows of a mechanism.
 
-    Few arrays, because each costs time in every call.
+    They are few arrays, because each array costs time in every call.
+
+    Attributes
+    ----------
+    table
+        Records of `CONSTRAINT_ROW_DTYPE`; shape (rows,).
+    row_bodies
+        First and second body of each row, as in `table`; shape (rows, 2).
+    curve_segments
+        Cubic segments of all guide curves: start (m), then coefficients, highest power first; shape (segments, 5).
     """
 
     table: RecordArray
@@ -53,7 +71,7 @@ class ConstraintRows(NamedTuple):
 
 @jit_internal
 def evaluate_drives(rows: ConstraintRows, input_cubics: FloatArray, local_time: float, row_values: FloatArray) -> None:
-    """Fill what drives ask for into line (rows, 5); cubics (programs, 4) of the time since."""
+    """Fill the prescribed motion into row_values (rows, 5) from the local cubics of the inputs, shape (inputs, 5)."""
     for i in range(rows.table.size):
         drive, drive_scale = rows.table[i].drive, rows.table[i].drive_scale
         if drive >= 0:
@@ -65,7 +83,24 @@ def evaluate_drives(rows: ConstraintRows, input_cubics: FloatArray, local_time: 
 
 @jit
 def evaluate_curve(curve_segments: FloatArray, first_segment: int, n_segments: int, x: float) -> tuple[float, float, float]:
-    """Value, slope and second derivative of a curve of `count` cubics, the first at index `first`."""
+    """Return the value of a guide curve and its first two derivatives.
+
+    Parameters
+    ----------
+    curve_segments
+        Cubic segments: start (m), then coefficients, highest power first; shape (segments, 5).
+    first_segment
+        Index of the first segment of the curve.
+    n_segments
+        Number of segments of the curve.
+    x
+        Abscissa, m.
+
+    Returns
+    -------
+    tuple[float, float, float]
+        Value, m, first derivative, and second derivative, 1/m.
+    """
     k = first_segment
     while k + 1 < first_segment + n_segments and x >= curve_segments[k + 1, 0]:
         k += 1
@@ -75,9 +110,10 @@ def evaluate_curve(curve_segments: FloatArray, first_segment: int, n_segments: i
 
 @jit_internal
 def evaluate_rows(rows: ConstraintRows, poses: FloatArray, velocities: FloatArray, row_values: FloatArray, jacobian: FloatArray) -> None:
-    """Fill opening and bend of line (rows, 5), where `ask` was before, and gradient (rows, 2, 3) by both bodies' poses.
+    """Fill residual and gamma of row_values (rows, 5), and the Jacobian (rows, 2, 3) with respect to both bodies' poses.
 
-    bend is what gradient . accelerations must be for joints to stay closed, and drives to be followed.
+    The prescribed motion is in row_values already. J * accelerations = gamma keeps the joints closed and follows the
+    drives.
     """
     for i in range(rows.table.size):
         row = rows.table[i]
@@ -140,7 +176,7 @@ def evaluate_rows(rows: ConstraintRows, poses: FloatArray, velocities: FloatArra
             normal_offset, axial_offset = nx * dx + ny * dy, ux * dx + uy * dy
             normal_velocity, axial_velocity = nx * du + ny * dv, ux * du + uy * dv
             residual = normal_offset - row.p4
-            angle_derivative1 = -axial_offset  # the line turns with its body
+            angle_derivative1 = -axial_offset  # the line rotates with its body
             quadratic_term = -2.0 * w1 * axial_velocity - w1 * w1 * normal_offset
             if row.n_segments > 0:
                 curve_value, curve_derivative, curve_second_derivative = evaluate_curve(
@@ -166,18 +202,51 @@ def evaluate_rows(rows: ConstraintRows, poses: FloatArray, velocities: FloatArra
 
 @jit
 def evaluate_residuals(rows: ConstraintRows, poses: FloatArray, drive_values: FloatArray) -> FloatArray:
-    """Openings (n, rows) of poses (n, bodies, 3), less what is asked (n, rows, 3)."""
+    """Return the residuals of constraint rows at many poses.
+
+    Parameters
+    ----------
+    rows
+        Constraint rows.
+    poses
+        Poses of the body origins, m and rad; shape (n, bodies, 3).
+    drive_values
+        Prescribed value, rate and acceleration of each row; shape (n, rows, 3).
+
+    Returns
+    -------
+    FloatArray
+        Residuals, m; shape (n, rows).
+    """
     return _evaluate_column(rows, poses, np.zeros(poses.shape), drive_values, RESIDUAL)
 
 
 @jit
 def evaluate_gamma(rows: ConstraintRows, poses: FloatArray, velocities: FloatArray, drive_values: FloatArray) -> FloatArray:
-    """What gradient . accelerations must be (n, rows), from poses and velocities (n, bodies, 3), asked (n, rows, 3)."""
+    """Return the right-hand side of J * accelerations = gamma at many states.
+
+    Parameters
+    ----------
+    rows
+        Constraint rows.
+    poses
+        Poses of the body origins, m and rad; shape (n, bodies, 3).
+    velocities
+        Their time derivatives; shape (n, bodies, 3).
+    drive_values
+        Prescribed value, rate and acceleration of each row; shape (n, rows, 3).
+
+    Returns
+    -------
+    FloatArray
+        Gamma, m/s2; shape (n, rows).
+    """
     return _evaluate_column(rows, poses, velocities, drive_values, GAMMA)
 
 
 @jit_internal
 def _evaluate_column(rows: ConstraintRows, poses: FloatArray, velocities: FloatArray, drive_values: FloatArray, column: int) -> FloatArray:
+    """Return one column of the row values at many states; shape (n, rows)."""
     n_rows = rows.table.size
     result, row_values, jacobian = np.empty((poses.shape[0], n_rows)), np.empty((n_rows, 5)), np.empty((n_rows, 2, 3))
     for k in range(poses.shape[0]):
@@ -192,7 +261,20 @@ def _evaluate_column(rows: ConstraintRows, poses: FloatArray, velocities: FloatA
 
 @jit
 def evaluate_jacobian(rows: ConstraintRows, poses: FloatArray) -> FloatArray:
-    """Gradients (n, rows, bodies, 3) of the openings, by all poses."""
+    """Return the Jacobian of the residuals at many poses.
+
+    Parameters
+    ----------
+    rows
+        Constraint rows.
+    poses
+        Poses of the body origins, m and rad; shape (n, bodies, 3).
+
+    Returns
+    -------
+    FloatArray
+        Derivatives with respect to all poses, m/m and m/rad; shape (n, rows, bodies, 3).
+    """
     n_rows = rows.table.size
     result, zero_velocities = np.zeros((poses.shape[0], n_rows, poses.shape[1], 3)), np.zeros(poses.shape[1:])
     row_values, jacobian = np.zeros((n_rows, 5)), np.empty((n_rows, 2, 3))

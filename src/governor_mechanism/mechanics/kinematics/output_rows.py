@@ -1,6 +1,6 @@
-"""Readings as rows of the compiled equations, so that loads can act along them and joints hold them.
+"""Output variables as constraint rows, so that forces act along them and contacts hold them.
 
-A gauge is the row whose opening is the reading's value: m, or rad.
+An output row is a constraint row whose residual is the value of the output variable, in m or rad.
 """
 
 from __future__ import annotations
@@ -28,15 +28,15 @@ from governor_mechanism.model.mechanism import BodyAngle, FollowerHeight, LineAn
 from governor_mechanism.types import RecordArray
 
 OutputRowData = tuple[int, Point, Point, tuple[float, ...]]
-"""Kind, points and parameters."""
+"""Kind, first and second point, and parameters of an output row."""
 
 CONSTANT_PARAMETER = {DISTANCE: "p0", FIXED_DIRECTION: "p4", BODY_NORMAL: "p4", LINE_ANGLE: "p4", FOLLOWER_HEIGHT: "p4"}
-"""Which parameter of each kind is taken off its opening."""
+"""Field of the parameter that is subtracted in the residual, for each kind of row."""
 
 
 @singledispatch
 def _output_row_data(reading: Reading) -> OutputRowData:
-    raise TypeError(f"no row is written for readings of type {type(reading).__name__}")
+    raise TypeError(f"no output row is defined for readings of type {type(reading).__name__}")
 
 
 @_output_row_data.register
@@ -60,7 +60,7 @@ def _(reading: PointCoordinate) -> OutputRowData:
         direction = reading.direction_x, reading.direction_y
         return FIXED_DIRECTION, reading.origin, reading.point, (*direction, 0.0, 0.0, reading.zero)
     if not math.isclose(math.hypot(reading.direction_x, reading.direction_y), 1.0, rel_tol=1e-12):
-        raise MechanismError(f"nothing can act along {reading.name!r}: its direction is not of unit length")
+        raise MechanismError(f"no effect can act along {reading.name!r}: its direction, relative to a body, must be a unit vector")
     angle = math.atan2(-reading.direction_x, reading.direction_y)
     return BODY_NORMAL, reading.origin, reading.point, (angle, 0.0, 0.0, 0.0, reading.zero)
 
@@ -68,19 +68,37 @@ def _(reading: PointCoordinate) -> OutputRowData:
 @_output_row_data.register
 def _(reading: FollowerHeight) -> OutputRowData:
     if reading.top.body != GROUND:
-        raise MechanismError(f"nothing can act along {reading.name!r}: the rod it hangs from has no fixed end")
+        raise MechanismError(
+            f"no effect can act along {reading.name!r}: the rod from which its follower hangs must have one end on the ground"
+        )
     complement = 1.0 - reading.fraction
     offset = complement * reading.top.x - reading.guide_x, complement * reading.top.y
-    against = reading.reference_point
-    sign = 1.0 if against is None else -1.0
-    base_point = Point(body=GROUND) if against is None else against
+    reference_point = reading.reference_point
+    sign = 1.0 if reference_point is None else -1.0
+    base_point = Point(body=GROUND) if reference_point is None else reference_point
     return FOLLOWER_HEIGHT, base_point, reading.knee, (*offset, reading.fraction, reading.length, reading.zero, sign)
 
 
 def make_output_rows(mechanism: Mechanism, names: Sequence[str], origins: Mapping[str, tuple[float, float]]) -> ConstraintRows:
-    """The gauges of readings by name, bodies counted from `origins` (body axes, m)."""
+    """Return the output rows of some readings.
+
+    Parameters
+    ----------
+    mechanism
+        Mechanism with its readings.
+    names
+        Names of the readings.
+    origins
+        Origin of each body by name, in body axes (m), to which the poses refer; the mass centre if left out.
+
+    Returns
+    -------
+    ConstraintRows
+        One row for each name.
+    """
 
     def anchor(point: Point) -> tuple[float, float]:
+        """Return the coordinates of a point relative to the origin of its body."""
         x, y = origins.get(point.body, (0.0, 0.0))
         return point.x - x, point.y - y
 
@@ -94,7 +112,7 @@ def make_output_rows(mechanism: Mechanism, names: Sequence[str], origins: Mappin
 
 
 def make_holding_rows(output_rows: RecordArray, indices: Sequence[int], values: Sequence[float]) -> RecordArray:
-    """Rows (held,) that hold some gauges at values (m or rad)."""
+    """Return the rows that hold the outputs with these indices at values (m or rad); shape (n,)."""
     rows = output_rows[list(indices)].copy()
     for i, value in enumerate(values):
         rows[i][CONSTANT_PARAMETER[int(rows[i]["kind"])]] += value
