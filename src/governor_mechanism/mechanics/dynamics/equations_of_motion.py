@@ -17,7 +17,7 @@ from governor_mechanism.mechanics.dynamics.force_elements import add_element_for
 from governor_mechanism.mechanics.dynamics.lowering import System, SystemWorkspace
 from governor_mechanism.mechanics.dynamics.output_forces import add_output_forces, evaluate_multibody_event_functions
 from governor_mechanism.mechanics.kinematics import time_functions
-from governor_mechanism.mechanics.kinematics.constraint_kernels import DRIVE_RATE, GAMMA, RESIDUAL, evaluate_drives, evaluate_rows
+from governor_mechanism.mechanics.kinematics.constraint_kernels import RowColumn, evaluate_drives, evaluate_rows
 from governor_mechanism.numerics.jit import jit, jit_inline, jit_internal
 from governor_mechanism.types import FloatArray, RecordArray
 
@@ -65,11 +65,11 @@ def evaluate_accelerations(
     assemble_schur_band(rows.row_bodies, system.row_pairs, workspace.jacobian, system.inverse_mass, workspace.band)
     apply_jacobian(rows.row_bodies, workspace.jacobian, result, workspace.multipliers)
     for i in range(workspace.multipliers.size):
-        workspace.multipliers[i] -= workspace.row_values[i, GAMMA]
+        workspace.multipliers[i] -= workspace.row_values[i, RowColumn.GAMMA]
     pivot_ratio = solve_schur_band(workspace.band, workspace.factor, workspace.multipliers)
     subtract_minv_jt(rows.row_bodies, workspace.jacobian, system.inverse_mass, workspace.multipliers, result)
     for i in range(workspace.multipliers.size):
-        power -= workspace.multipliers[i] * workspace.row_values[i, DRIVE_RATE]
+        power -= workspace.multipliers[i] * workspace.row_values[i, RowColumn.DRIVE_RATE]
     return pivot_ratio, power, dissipated_power
 
 
@@ -198,7 +198,7 @@ def project_state_inline(
         assemble_schur_band(rows.row_bodies, system.row_pairs, workspace.jacobian, system.inverse_mass, workspace.band)
         max_residual = 0.0
         for i in range(workspace.multipliers.size):
-            workspace.multipliers[i] = workspace.row_values[i, RESIDUAL]
+            workspace.multipliers[i] = workspace.row_values[i, RowColumn.RESIDUAL]
             max_residual = max(max_residual, abs(workspace.multipliers[i]))
         if not max_residual > closure_tolerance:
             break
@@ -206,7 +206,7 @@ def project_state_inline(
         subtract_minv_jt(rows.row_bodies, workspace.jacobian, system.inverse_mass, workspace.multipliers, poses)
     apply_jacobian(rows.row_bodies, workspace.jacobian, velocities, workspace.multipliers)
     for i in range(workspace.multipliers.size):
-        workspace.multipliers[i] -= workspace.row_values[i, DRIVE_RATE]
+        workspace.multipliers[i] -= workspace.row_values[i, RowColumn.DRIVE_RATE]
     solve_schur_band(workspace.band, workspace.factor, workspace.multipliers)
     subtract_minv_jt(rows.row_bodies, workspace.jacobian, system.inverse_mass, workspace.multipliers, velocities)
     return max_residual

@@ -5,6 +5,7 @@ from __future__ import annotations
 import math
 from collections.abc import Mapping
 from dataclasses import dataclass
+from enum import IntEnum
 from functools import singledispatch
 
 import numpy as np
@@ -18,11 +19,21 @@ from governor_mechanism.model.time_functions import InputFunction
 from governor_mechanism.numerics.jit import jit_internal
 from governor_mechanism.types import FloatArray, RecordArray
 
-SPRING_ELEMENT, DAMPER_ELEMENT, TORSION_SPRING_ELEMENT, TORSION_DAMPER_ELEMENT, TORQUE_ELEMENT, FORCE_ELEMENT = range(6)
-"""Kinds of force elements.
 
-Their coefficient and free value are: stiffness and free length; damping; stiffness and free angle; damping; none; none.
-"""
+class ForceElementKind(IntEnum):
+    """Kind of a force element.
+
+    Coefficient and free value are: stiffness and free length of a spring, damping of a damper, stiffness and free angle
+    of a torsion spring, damping of a torsion damper; none for a torque and a force.
+    """
+
+    SPRING = 0
+    DAMPER = 1
+    TORSION_SPRING = 2
+    TORSION_DAMPER = 3
+    TORQUE = 4
+    FORCE = 5
+
 
 _damper_force = jit_internal(force_laws.damper_force)
 _spring_force = jit_internal(force_laws.spring_force)
@@ -59,33 +70,33 @@ def _element_data(element: ForceElement) -> _ElementData:
 
 @_element_data.register
 def _(element: Spring) -> _ElementData:
-    return _ElementData(SPRING_ELEMENT, element.first, element.second, (element.stiffness, element.free_length))
+    return _ElementData(ForceElementKind.SPRING, element.first, element.second, (element.stiffness, element.free_length))
 
 
 @_element_data.register
 def _(element: Damper) -> _ElementData:
-    return _ElementData(DAMPER_ELEMENT, element.first, element.second, (element.damping, 0.0))
+    return _ElementData(ForceElementKind.DAMPER, element.first, element.second, (element.damping, 0.0))
 
 
 @_element_data.register
 def _(element: TorsionSpring) -> _ElementData:
     points = Point(body=element.first), Point(body=element.second)
-    return _ElementData(TORSION_SPRING_ELEMENT, *points, (element.stiffness, element.free_angle))
+    return _ElementData(ForceElementKind.TORSION_SPRING, *points, (element.stiffness, element.free_angle))
 
 
 @_element_data.register
 def _(element: TorsionDamper) -> _ElementData:
-    return _ElementData(TORSION_DAMPER_ELEMENT, Point(body=element.first), Point(body=element.second), (element.damping, 0.0))
+    return _ElementData(ForceElementKind.TORSION_DAMPER, Point(body=element.first), Point(body=element.second), (element.damping, 0.0))
 
 
 @_element_data.register
 def _(element: Torque) -> _ElementData:
-    return _ElementData(TORQUE_ELEMENT, Point(body=element.first), Point(body=element.second), inputs=(element.moment,))
+    return _ElementData(ForceElementKind.TORQUE, Point(body=element.first), Point(body=element.second), inputs=(element.moment,))
 
 
 @_element_data.register
 def _(element: Force) -> _ElementData:
-    return _ElementData(FORCE_ELEMENT, Point(body=GROUND), element.point, inputs=(element.x, element.y))
+    return _ElementData(ForceElementKind.FORCE, Point(body=GROUND), element.point, inputs=(element.x, element.y))
 
 
 def make_force_element_table(
@@ -156,10 +167,10 @@ def add_element_forces(
     for i in range(elements.size):
         element = elements[i]
         kind, first, second = element.kind, element.first, element.second
-        if kind in (SPRING_ELEMENT, DAMPER_ELEMENT, FORCE_ELEMENT):
+        if kind in (ForceElementKind.SPRING, ForceElementKind.DAMPER, ForceElementKind.FORCE):
             arm1_x, arm1_y, u1, v1 = _point_kinematics(poses, velocities, first, element.x1, element.y1)
             arm2_x, arm2_y, u2, v2 = _point_kinematics(poses, velocities, second, element.x2, element.y2)
-            if kind == FORCE_ELEMENT:
+            if kind == ForceElementKind.FORCE:
                 force_x, force_y = (
                     _evaluate_input(input_cubics, element.input_index, local_time),
                     _evaluate_input(input_cubics, element.input_index_y, local_time),
@@ -176,7 +187,7 @@ def add_element_forces(
             if length == 0.0:
                 continue  # coincident points: no line of action
             rate = ((u2 - u1) * dx + (v2 - v1) * dy) / length
-            if kind == SPRING_ELEMENT:
+            if kind == ForceElementKind.SPRING:
                 tension = _spring_force(element.coefficient, element.free_value, length)
             else:
                 tension = _damper_force(element.coefficient, rate)
@@ -190,9 +201,9 @@ def add_element_forces(
                 relative_angle, relative_rate = poses[second, 2], velocities[second, 2]
             if first >= 0:
                 relative_angle, relative_rate = relative_angle - poses[first, 2], relative_rate - velocities[first, 2]
-            if kind == TORSION_SPRING_ELEMENT:
+            if kind == ForceElementKind.TORSION_SPRING:
                 moment = -_spring_force(element.coefficient, element.free_value, relative_angle)
-            elif kind == TORSION_DAMPER_ELEMENT:
+            elif kind == ForceElementKind.TORSION_DAMPER:
                 moment = -_damper_force(element.coefficient, relative_rate)
                 power += moment * relative_rate
             else:

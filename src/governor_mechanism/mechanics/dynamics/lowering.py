@@ -12,18 +12,9 @@ from governor_mechanism.mechanics.dynamics.characteristic_scales import time_sca
 from governor_mechanism.mechanics.dynamics.constraint_solver import bandwidth_reducing_order, find_coupled_rows
 from governor_mechanism.mechanics.dynamics.contacts import ContactMode, contacts_of, initial_mode, output_dampers_of, output_springs_of
 from governor_mechanism.mechanics.dynamics.force_elements import make_force_element_table
-from governor_mechanism.mechanics.dynamics.output_forces import (
-    DASHPOT_FORCE,
-    EVENT_FUNCTION_DTYPE,
-    FORCE_EVENT,
-    FRICTION_FORCE,
-    OUTPUT_FORCE_DTYPE,
-    RATE_EVENT,
-    SPRING_FORCE,
-    VALUE_EVENT,
-)
+from governor_mechanism.mechanics.dynamics.output_forces import EVENT_FUNCTION_DTYPE, OUTPUT_FORCE_DTYPE, EventFunctionKind, OutputForceKind
 from governor_mechanism.mechanics.kinematics.constraint_equations import bodies_of_rows, make_constraint_table
-from governor_mechanism.mechanics.kinematics.constraint_kernels import ConstraintRows
+from governor_mechanism.mechanics.kinematics.constraint_kernels import N_ROW_COLUMNS, ConstraintRows
 from governor_mechanism.mechanics.kinematics.output_rows import CONSTANT_PARAMETER, make_holding_rows, make_output_rows
 from governor_mechanism.mechanics.kinematics.time_functions import CubicTimeFunction
 from governor_mechanism.model.joints import GROUND, Pin
@@ -222,7 +213,7 @@ def count_output_forces(system: System) -> IntArray:
     IntArray
         Number of springs, dashpots and sliding frictions; shape (3,).
     """
-    return np.bincount(system.output_forces["kind"], minlength=3)
+    return np.bincount(system.output_forces["kind"], minlength=len(OutputForceKind))
 
 
 def constraint_row_order(scene: Scene, mode: ContactMode | None = None) -> IntArray:
@@ -253,12 +244,12 @@ def _make_output_forces(scene: Scene, mode: ContactMode, friction_input: int) ->
     output_names, taut, records = forced_output_names(scene), iter(mode.taut), []
     for spring in output_springs_of(scene):
         if not spring.one_sided or next(taut):
-            records.append((SPRING_FORCE, output_names.index(spring.reading), spring.rate, spring.free_value, -1))
+            records.append((OutputForceKind.SPRING, output_names.index(spring.reading), spring.rate, spring.free_value, -1))
     for dashpot in output_dampers_of(scene):
-        records.append((DASHPOT_FORCE, output_names.index(dashpot.reading), dashpot.linear, dashpot.quadratic, -1))
+        records.append((OutputForceKind.DASHPOT, output_names.index(dashpot.reading), dashpot.linear, dashpot.quadratic, -1))
     for contact, sign in zip(contacts_of(scene), mode.sliding_signs, strict=True):
         if sign:
-            records.append((FRICTION_FORCE, output_names.index(contact.output_name), float(sign), 0.0, friction_input))
+            records.append((OutputForceKind.FRICTION, output_names.index(contact.output_name), float(sign), 0.0, friction_input))
         friction_input += contact.friction is not None
     return np.array(records, dtype=OUTPUT_FORCE_DTYPE)
 
@@ -273,32 +264,28 @@ def _make_event_functions(scene: Scene, mode: ContactMode, friction_input: int, 
     tolerances = _OutputTolerances(scene)
     contacts = contacts_of(scene)
     for contact_index, (contact, held, sign) in enumerate(zip(contacts, mode.held_values, mode.sliding_signs, strict=True)):
-        output_index = output_names.index(contact.output_name)
+        name, output_index = contact.output_name, output_names.index(contact.output_name)
         friction_index = friction_input if contact.friction is not None else -1
         friction_input += contact.friction is not None
         if held is not None:
             row = next(rows)
             # A stop pushes with unlimited force in one direction; friction holds in both, up to its limit.
-            bounds = ((1.0, held <= contact.low), (-1.0, held >= contact.high))
-            records += [
-                (FORCE_EVENT, row, direction, 0.0, tolerances.force, friction_index, contact_index)
-                for direction, is_unlimited in bounds
-                if not is_unlimited
-            ]
+            for direction, is_unlimited in ((1.0, held <= contact.low), (-1.0, held >= contact.high)):
+                if not is_unlimited:
+                    records.append((EventFunctionKind.FORCE, row, direction, 0.0, tolerances.force, friction_index, contact_index))
             continue
         if mode.is_locked:
             continue
         if sign:
-            records.append((RATE_EVENT, output_index, -float(sign), 0.0, tolerances.rate(contact.output_name), -1, contact_index))
+            records.append((EventFunctionKind.RATE, output_index, -float(sign), 0.0, tolerances.rate(name), -1, contact_index))
         for direction, bound in ((1.0, contact.high), (-1.0, -contact.low)):
             if np.isfinite(bound):
-                records.append((VALUE_EVENT, output_index, direction, bound, tolerances.value(contact.output_name), -1, contact_index))
+                records.append((EventFunctionKind.VALUE, output_index, direction, bound, tolerances.value(name), -1, contact_index))
     one_sided = [] if mode.is_locked else [spring for spring in output_springs_of(scene) if spring.one_sided]
     for contact_index, (spring, taut) in enumerate(zip(one_sided, mode.taut, strict=False), start=len(contacts)):
-        direction, output_index = (-1.0 if taut else 1.0), output_names.index(spring.reading)
-        records.append(
-            (VALUE_EVENT, output_index, direction, direction * spring.free_value, tolerances.value(spring.reading), -1, contact_index)
-        )
+        direction, name = (-1.0 if taut else 1.0), spring.reading
+        threshold, tolerance = direction * spring.free_value, tolerances.value(name)
+        records.append((EventFunctionKind.VALUE, output_names.index(name), direction, threshold, tolerance, -1, contact_index))
     return np.array(records, dtype=EVENT_FUNCTION_DTYPE)
 
 
@@ -324,7 +311,7 @@ def with_held_values(system: System, output_indices: Sequence[int], mode: Contac
     table = system.constraint_rows.table.copy()
     for k, value in enumerate(mode.held_values):
         if value is not None:
-            is_hold = (system.event_functions["kind"] == FORCE_EVENT) & (system.event_functions["contact_index"] == k)
+            is_hold = (system.event_functions["kind"] == EventFunctionKind.FORCE) & (system.event_functions["contact_index"] == k)
             row, output_row = int(system.event_functions["source_index"][is_hold][0]), system.output_rows.table[output_indices[k]]
             constant = CONSTANT_PARAMETER[int(output_row["kind"])]
             table[row][constant] = output_row[constant] + value
@@ -366,13 +353,13 @@ def make_system_workspace(system: System) -> SystemWorkspace:
     rows, bodies = len(system.constraint_rows.table), len(system.bodies)
     band = (rows, system.bandwidth + 1)
     return SystemWorkspace(
-        row_values=np.zeros((rows, 5)),
+        row_values=np.zeros((rows, N_ROW_COLUMNS)),
         jacobian=np.zeros((rows, 2, 3)),
         band=np.zeros(band),
         factor=np.zeros(band),
         multipliers=np.zeros(rows),
         generalised_forces=np.zeros((bodies, 3)),
-        output_row_values=np.zeros((len(system.output_rows.table), 5)),
+        output_row_values=np.zeros((len(system.output_rows.table), N_ROW_COLUMNS)),
         output_jacobian=np.zeros((len(system.output_rows.table), 2, 3)),
     )
 

@@ -5,25 +5,39 @@ An output row is a constraint row whose residual is the value of an output varia
 
 from __future__ import annotations
 
+from enum import IntEnum
+
 import numpy as np
 
 from governor_mechanism.mechanics.dynamics import force_laws
-from governor_mechanism.mechanics.kinematics.constraint_kernels import RESIDUAL, ConstraintRows, evaluate_rows
+from governor_mechanism.mechanics.kinematics.constraint_kernels import ConstraintRows, RowColumn, evaluate_rows
 from governor_mechanism.numerics.jit import jit_internal
 from governor_mechanism.types import FloatArray, RecordArray
 
-SPRING_FORCE, DASHPOT_FORCE, FRICTION_FORCE = range(3)
-"""Kinds of output forces.
 
-Their coefficients (a, b) are: rate and free value of a spring; linear and quadratic coefficient of a dashpot;
-sign of sliding and 0 for Coulomb friction.
-"""
+class OutputForceKind(IntEnum):
+    """Kind of an output force.
+
+    The coefficients (a, b) are: rate and free value of a spring; linear and quadratic coefficient of a dashpot; sign of
+    sliding and 0 for Coulomb friction.
+    """
+
+    SPRING = 0
+    DASHPOT = 1
+    FRICTION = 2
+
 
 OUTPUT_FORCE_DTYPE = np.dtype([("kind", "i8"), ("output_index", "i8"), ("a", "f8"), ("b", "f8"), ("input_index", "i8")])
 """One force along an output row: kind, index of the row, coefficients a and b, and the input of a friction force, or -1."""
 
-VALUE_EVENT, RATE_EVENT, FORCE_EVENT = range(3)
-"""Kinds of event functions: value of an output, rate of an output, and force of the constraint row that holds it."""
+
+class EventFunctionKind(IntEnum):
+    """Quantity of an event function: value or rate of an output, or force of the constraint row that holds it."""
+
+    VALUE = 0
+    RATE = 1
+    FORCE = 2
+
 
 EVENT_FUNCTION_DTYPE = np.dtype(
     [
@@ -38,7 +52,7 @@ EVENT_FUNCTION_DTYPE = np.dtype(
 )
 """One event function g = sign * quantity - threshold - input. An event is an upward zero crossing of g.
 
-source_index: the output row, or for a FORCE_EVENT the constraint row that holds the output. tolerance: rounding level
+source_index: the output row, or for a force the constraint row that holds the output. tolerance: rounding level
 of g. input_index: the input that is subtracted, or -1. contact_index: the contact or one-sided spring concerned.
 """
 
@@ -87,13 +101,13 @@ def add_output_forces(
     for i in range(output_forces.size):
         output_force = output_forces[i]
         k = output_force.output_index
-        if output_force.kind == SPRING_FORCE:
-            force = -spring_force_jit(output_force.a, output_force.b, row_values[k, RESIDUAL])
+        if output_force.kind == OutputForceKind.SPRING:
+            force = -spring_force_jit(output_force.a, output_force.b, row_values[k, RowColumn.RESIDUAL])
         else:
             rate = output_rate(output_rows, jacobian, k, velocities)
             resistance = (
                 dashpot_force_jit(output_force.a, output_force.b, rate)
-                if output_force.kind == DASHPOT_FORCE
+                if output_force.kind == OutputForceKind.DASHPOT
                 else output_force.a * _evaluate_input(input_cubics, output_force.input_index, local_time)
             )
             force = -resistance
@@ -147,9 +161,9 @@ def evaluate_multibody_event_functions(
     evaluate_rows(output_rows, poses, velocities, row_values, jacobian)
     for i in range(event_functions.size):
         event_function = event_functions[i]
-        if event_function.kind == VALUE_EVENT:
-            value = row_values[event_function.source_index, RESIDUAL]
-        elif event_function.kind == RATE_EVENT:
+        if event_function.kind == EventFunctionKind.VALUE:
+            value = row_values[event_function.source_index, RowColumn.RESIDUAL]
+        elif event_function.kind == EventFunctionKind.RATE:
             value = output_rate(output_rows, jacobian, event_function.source_index, velocities)
         else:
             value = -multipliers[event_function.source_index]

@@ -13,12 +13,10 @@ from scipy.interpolate import CubicSpline
 
 from governor_mechanism.errors import MechanismError
 from governor_mechanism.mechanics.kinematics.constraint_kernels import (
-    BODY_NORMAL,
     CONSTRAINT_ROW_DTYPE,
-    DISTANCE,
-    FIXED_DIRECTION,
     N_ROW_PARAMETERS,
     ConstraintRows,
+    RowKind,
     evaluate_gamma,
     evaluate_jacobian,
     evaluate_residuals,
@@ -69,62 +67,62 @@ def _constraint_rows(joint: Joint, length_scale: float) -> list[ConstraintRow]:
 
 def _relative_angle_row(angle: float, length_scale: float, motion: PrescribedMotion | None = None) -> ConstraintRow:
     """Return the row that keeps the angle (rad) of the second body relative to the first, or drives it by a motion."""
-    return ConstraintRow(FIXED_DIRECTION, (0.0, 0.0, -length_scale, length_scale, length_scale * angle), motion, length_scale)
+    return ConstraintRow(RowKind.FIXED_DIRECTION, (0.0, 0.0, -length_scale, length_scale, length_scale * angle), motion, length_scale)
 
 
 @_constraint_rows.register
 def _(joint: Pin, length_scale: float) -> list[ConstraintRow]:
-    return [ConstraintRow(FIXED_DIRECTION, (1.0, 0.0)), ConstraintRow(FIXED_DIRECTION, (0.0, 1.0))]
+    return [ConstraintRow(RowKind.FIXED_DIRECTION, (1.0, 0.0)), ConstraintRow(RowKind.FIXED_DIRECTION, (0.0, 1.0))]
 
 
 @_constraint_rows.register
 def _(joint: Weld, length_scale: float) -> list[ConstraintRow]:
     return [
-        ConstraintRow(FIXED_DIRECTION, (1.0, 0.0)),
-        ConstraintRow(FIXED_DIRECTION, (0.0, 1.0)),
+        ConstraintRow(RowKind.FIXED_DIRECTION, (1.0, 0.0)),
+        ConstraintRow(RowKind.FIXED_DIRECTION, (0.0, 1.0)),
         _relative_angle_row(joint.relative_angle, length_scale),
     ]
 
 
 @_constraint_rows.register
 def _(joint: Distance, length_scale: float) -> list[ConstraintRow]:
-    return [ConstraintRow(DISTANCE, (joint.length,))]
+    return [ConstraintRow(RowKind.DISTANCE, (joint.length,))]
 
 
 @_constraint_rows.register
 def _(joint: ArcSlot, length_scale: float) -> list[ConstraintRow]:
-    return [ConstraintRow(DISTANCE, (joint.radius,))]
+    return [ConstraintRow(RowKind.DISTANCE, (joint.radius,))]
 
 
 @_constraint_rows.register
 def _(joint: Slider, length_scale: float) -> list[ConstraintRow]:
-    return [ConstraintRow(BODY_NORMAL, (joint.angle,))]
+    return [ConstraintRow(RowKind.BODY_NORMAL, (joint.angle,))]
 
 
 @_constraint_rows.register
 def _(joint: Prismatic, length_scale: float) -> list[ConstraintRow]:
-    return [ConstraintRow(BODY_NORMAL, (joint.angle,)), _relative_angle_row(joint.relative_angle, length_scale)]
+    return [ConstraintRow(RowKind.BODY_NORMAL, (joint.angle,)), _relative_angle_row(joint.relative_angle, length_scale)]
 
 
 @_constraint_rows.register
 def _(joint: CurveSlot, length_scale: float) -> list[ConstraintRow]:
-    return [ConstraintRow(BODY_NORMAL, (joint.angle,), curve=joint.curve)]
+    return [ConstraintRow(RowKind.BODY_NORMAL, (joint.angle,), curve=joint.curve)]
 
 
 @_constraint_rows.register
 def _(joint: Gear, length_scale: float) -> list[ConstraintRow]:
-    return [ConstraintRow(FIXED_DIRECTION, (0.0, 0.0, -length_scale * joint.ratio, length_scale, length_scale * joint.offset))]
+    return [ConstraintRow(RowKind.FIXED_DIRECTION, (0.0, 0.0, -length_scale * joint.ratio, length_scale, length_scale * joint.offset))]
 
 
 @_constraint_rows.register
 def _(joint: RackAndPinion, length_scale: float) -> list[ConstraintRow]:
-    return [ConstraintRow(FIXED_DIRECTION, (math.cos(joint.angle), math.sin(joint.angle), -joint.radius, 0.0, joint.offset))]
+    return [ConstraintRow(RowKind.FIXED_DIRECTION, (math.cos(joint.angle), math.sin(joint.angle), -joint.radius, 0.0, joint.offset))]
 
 
 @_constraint_rows.register
 def _(joint: ProportionalDisplacement, length_scale: float) -> list[ConstraintRow]:
     direction = math.cos(joint.angle), math.sin(joint.angle)
-    return [ConstraintRow(FIXED_DIRECTION, (*direction, 0.0, 0.0, joint.offset, 1.0 - joint.ratio))]
+    return [ConstraintRow(RowKind.FIXED_DIRECTION, (*direction, 0.0, 0.0, joint.offset, 1.0 - joint.ratio))]
 
 
 @_constraint_rows.register
@@ -134,7 +132,7 @@ def _(joint: RotationalDriver, length_scale: float) -> list[ConstraintRow]:
 
 @_constraint_rows.register
 def _(joint: TranslationalDriver, length_scale: float) -> list[ConstraintRow]:
-    return [ConstraintRow(BODY_NORMAL, (joint.angle - math.pi / 2,), joint.motion)]
+    return [ConstraintRow(RowKind.BODY_NORMAL, (joint.angle - math.pi / 2,), joint.motion)]
 
 
 @dataclass(frozen=True)
@@ -215,7 +213,7 @@ def _is_trivially_satisfied(mechanism: Mechanism, joint: Joint, row: ConstraintR
 
     Raises MechanismError if the row demands a rotation of them.
     """
-    if row.kind != FIXED_DIRECTION or row.parameters[:2] != (0.0, 0.0):
+    if row.kind != RowKind.FIXED_DIRECTION or row.parameters[:2] != (0.0, 0.0):
         return False
     bodies = [mechanism.body_index(point.body) for point in (joint.first, joint.second)]
     if any(index >= 0 and mechanism.bodies[index].can_rotate for index in bodies):

@@ -8,6 +8,7 @@ are indices into poses (bodies, 3); -1 is the ground.
 from __future__ import annotations
 
 import math
+from enum import IntEnum
 from typing import NamedTuple
 
 import numpy as np
@@ -15,19 +16,27 @@ import numpy as np
 from governor_mechanism.numerics.jit import jit, jit_internal
 from governor_mechanism.types import FloatArray, IntArray, RecordArray
 
-DISTANCE, FIXED_DIRECTION, BODY_NORMAL, LINE_ANGLE, FOLLOWER_HEIGHT = 0, 1, 2, 3, 4
-"""Kinds of constraint rows, with d the vector from the point of the first body to that of the second.
 
-DISTANCE: |d|. FIXED_DIRECTION: the component of d along a direction fixed in the plane, plus multiples of both body
-angles. BODY_NORMAL: the component of d normal to a line of the first body, or the distance from a curve on that line.
-LINE_ANGLE: the angle of d from the downward vertical (rad). FOLLOWER_HEIGHT: the height of a follower that hangs by a
-link from a rod through the second point, plus the height of the first point. The last two serve as outputs only.
+class RowKind(IntEnum):
+    """Kind of a constraint row; d is the vector from the point of the first body to that of the second.
 
-Parameters p0 to p5: DISTANCE: length. FIXED_DIRECTION: direction x and y, m per rad of the first and of the second
-angle, constant, and 1 minus the weight of the first point. BODY_NORMAL: angle of the line, -, -, -, constant.
-LINE_ANGLE: -, -, -, -, constant. FOLLOWER_HEIGHT: x (from the guide of the follower) and y of the other end of the rod,
-both weighted, weight of the second point, length of the link, constant, sign.
-"""
+    DISTANCE: |d|. FIXED_DIRECTION: the component of d along a direction fixed in the plane, plus multiples of both body
+    angles. BODY_NORMAL: the component of d normal to a line of the first body, or the distance from a curve on that line.
+    LINE_ANGLE: the angle of d from the downward vertical (rad). FOLLOWER_HEIGHT: the height of a follower that hangs by a
+    link from a rod through the second point, plus the height of the first point. The last two serve as outputs only.
+
+    Parameters p0 to p5: DISTANCE: length. FIXED_DIRECTION: direction x and y, m per rad of the first and of the second
+    angle, constant, and 1 minus the weight of the first point. BODY_NORMAL: angle of the line, -, -, -, constant.
+    LINE_ANGLE: -, -, -, -, constant. FOLLOWER_HEIGHT: x (from the guide of the follower) and y of the other end of the
+    rod, both weighted, weight of the second point, length of the link, constant, sign.
+    """
+
+    DISTANCE = 0
+    FIXED_DIRECTION = 1
+    BODY_NORMAL = 2
+    LINE_ANGLE = 3
+    FOLLOWER_HEIGHT = 4
+
 
 N_ROW_PARAMETERS = 6
 """Number of parameters of a row, p0 to p5."""
@@ -45,8 +54,19 @@ Kind, both bodies, a point on each (m, in body axes), the parameters, the scale 
 that drives it or -1, and first index and number of the segments of its guide curve.
 """
 
-DRIVE_VALUE, DRIVE_RATE, DRIVE_ACCELERATION, RESIDUAL, GAMMA = range(5)
-"""Columns of the row values: prescribed value (m), rate (m/s) and acceleration (m/s2), residual (m), and gamma (m/s2)."""
+
+class RowColumn(IntEnum):
+    """Column of the row values: prescribed value (m), rate (m/s) and acceleration (m/s2), residual (m), gamma (m/s2)."""
+
+    DRIVE_VALUE = 0
+    DRIVE_RATE = 1
+    DRIVE_ACCELERATION = 2
+    RESIDUAL = 3
+    GAMMA = 4
+
+
+N_ROW_COLUMNS = len(RowColumn)
+"""Number of columns of the row values."""
 
 
 class ConstraintRows(NamedTuple):
@@ -76,9 +96,9 @@ def evaluate_drives(rows: ConstraintRows, input_cubics: FloatArray, local_time: 
         drive, drive_scale = rows.table[i].drive, rows.table[i].drive_scale
         if drive >= 0:
             a, b, c, d = input_cubics[drive, 0], input_cubics[drive, 1], input_cubics[drive, 2], input_cubics[drive, 3]
-            row_values[i, DRIVE_VALUE] = drive_scale * (((a * local_time + b) * local_time + c) * local_time + d)
-            row_values[i, DRIVE_RATE] = drive_scale * ((3.0 * a * local_time + 2.0 * b) * local_time + c)
-            row_values[i, DRIVE_ACCELERATION] = drive_scale * (6.0 * a * local_time + 2.0 * b)
+            row_values[i, RowColumn.DRIVE_VALUE] = drive_scale * (((a * local_time + b) * local_time + c) * local_time + d)
+            row_values[i, RowColumn.DRIVE_RATE] = drive_scale * ((3.0 * a * local_time + 2.0 * b) * local_time + c)
+            row_values[i, RowColumn.DRIVE_ACCELERATION] = drive_scale * (6.0 * a * local_time + 2.0 * b)
 
 
 @jit
@@ -134,7 +154,7 @@ def evaluate_rows(rows: ConstraintRows, poses: FloatArray, velocities: FloatArra
                 rx2, ry2 = cosine * x2 - sine * y2, sine * x2 + cosine * y2
             x2, y2 = poses[second, 0] + rx2, poses[second, 1] + ry2
             u2, v2 = velocities[second, 0] - ry2 * w2, velocities[second, 1] + rx2 * w2
-        first_point_weight = 1.0 - row.p5 if row.kind == FIXED_DIRECTION else 1.0
+        first_point_weight = 1.0 - row.p5 if row.kind == RowKind.FIXED_DIRECTION else 1.0
         if first_point_weight != 1.0:
             x1, y1, rx1, ry1, u1, v1 = (
                 first_point_weight * x1,
@@ -146,21 +166,21 @@ def evaluate_rows(rows: ConstraintRows, poses: FloatArray, velocities: FloatArra
             )
         dx, dy, du, dv = x2 - x1, y2 - y1, u2 - u1, v2 - v1
         angle_derivative1 = angle_derivative2 = quadratic_term = 0.0
-        if row.kind == DISTANCE:
+        if row.kind == RowKind.DISTANCE:
             length = math.hypot(dx, dy)
             nx, ny = dx / length, dy / length
             residual = length - row.p0
             radial_velocity = nx * du + ny * dv
             quadratic_term = (du * du + dv * dv - radial_velocity * radial_velocity) / length
-        elif row.kind == FIXED_DIRECTION:
+        elif row.kind == RowKind.FIXED_DIRECTION:
             nx, ny, angle_derivative1, angle_derivative2 = row.p0, row.p1, row.p2, row.p3
             residual = nx * dx + ny * dy + angle_derivative1 * angle1 + angle_derivative2 * angle2 - row.p4
-        elif row.kind == LINE_ANGLE:
+        elif row.kind == RowKind.LINE_ANGLE:
             length_squared = dx * dx + dy * dy
             nx, ny = -dy / length_squared, dx / length_squared
             residual = math.atan2(dx, -dy) - row.p4
             quadratic_term = -2.0 * (nx * du + ny * dv) * (dx * du + dy * dv) / length_squared
-        elif row.kind == FOLLOWER_HEIGHT:
+        elif row.kind == RowKind.FOLLOWER_HEIGHT:
             horizontal_offset, weighted_ratio = row.p0 + row.p2 * x2, row.p5 * row.p2
             vertical_drop = math.sqrt(max(row.p3 * row.p3 - horizontal_offset * horizontal_offset, 1e-300))
             rod_slope = horizontal_offset / vertical_drop
@@ -190,14 +210,16 @@ def evaluate_rows(rows: ConstraintRows, poses: FloatArray, velocities: FloatArra
                     + curve_second_derivative * slot_velocity * slot_velocity
                 )
                 nx, ny = nx - curve_derivative * ux, ny - curve_derivative * uy
-        row_values[i, RESIDUAL] = residual - row_values[i, DRIVE_VALUE]
+        row_values[i, RowColumn.RESIDUAL] = residual - row_values[i, RowColumn.DRIVE_VALUE]
         jacobian[i, 0, 0], jacobian[i, 0, 1] = -first_point_weight * nx, -first_point_weight * ny
         jacobian[i, 0, 2] = nx * ry1 - ny * rx1 + angle_derivative1
         jacobian[i, 1, 0], jacobian[i, 1, 1], jacobian[i, 1, 2] = nx, ny, ny * rx2 - nx * ry2 + angle_derivative2
-        if row.kind == FOLLOWER_HEIGHT:
+        if row.kind == RowKind.FOLLOWER_HEIGHT:
             jacobian[i, 0, 0], jacobian[i, 0, 1], jacobian[i, 0, 2] = 0.0, 1.0, rx1
         centripetal_x, centripetal_y = w1 * w1 * rx1 - w2 * w2 * rx2, w1 * w1 * ry1 - w2 * w2 * ry2
-        row_values[i, GAMMA] = row_values[i, DRIVE_ACCELERATION] - (nx * centripetal_x + ny * centripetal_y + quadratic_term)
+        row_values[i, RowColumn.GAMMA] = row_values[i, RowColumn.DRIVE_ACCELERATION] - (
+            nx * centripetal_x + ny * centripetal_y + quadratic_term
+        )
 
 
 @jit
@@ -218,7 +240,7 @@ def evaluate_residuals(rows: ConstraintRows, poses: FloatArray, drive_values: Fl
     FloatArray
         Residuals, m; shape (n, rows).
     """
-    return _evaluate_column(rows, poses, np.zeros(poses.shape), drive_values, RESIDUAL)
+    return _evaluate_column(rows, poses, np.zeros(poses.shape), drive_values, RowColumn.RESIDUAL)
 
 
 @jit
@@ -241,14 +263,14 @@ def evaluate_gamma(rows: ConstraintRows, poses: FloatArray, velocities: FloatArr
     FloatArray
         Gamma, m/s2; shape (n, rows).
     """
-    return _evaluate_column(rows, poses, velocities, drive_values, GAMMA)
+    return _evaluate_column(rows, poses, velocities, drive_values, RowColumn.GAMMA)
 
 
 @jit_internal
 def _evaluate_column(rows: ConstraintRows, poses: FloatArray, velocities: FloatArray, drive_values: FloatArray, column: int) -> FloatArray:
     """Return one column of the row values at many states; shape (n, rows)."""
     n_rows = rows.table.size
-    result, row_values, jacobian = np.empty((poses.shape[0], n_rows)), np.empty((n_rows, 5)), np.empty((n_rows, 2, 3))
+    result, row_values, jacobian = np.empty((poses.shape[0], n_rows)), np.empty((n_rows, N_ROW_COLUMNS)), np.empty((n_rows, 2, 3))
     for k in range(poses.shape[0]):
         for i in range(n_rows):
             for c in range(3):
@@ -277,7 +299,7 @@ def evaluate_jacobian(rows: ConstraintRows, poses: FloatArray) -> FloatArray:
     """
     n_rows = rows.table.size
     result, zero_velocities = np.zeros((poses.shape[0], n_rows, poses.shape[1], 3)), np.zeros(poses.shape[1:])
-    row_values, jacobian = np.zeros((n_rows, 5)), np.empty((n_rows, 2, 3))
+    row_values, jacobian = np.zeros((n_rows, N_ROW_COLUMNS)), np.empty((n_rows, 2, 3))
     for k in range(poses.shape[0]):
         evaluate_rows(rows, poses[k], zero_velocities, row_values, jacobian)
         for i in range(n_rows):

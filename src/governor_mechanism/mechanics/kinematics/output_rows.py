@@ -13,16 +13,7 @@ import numpy as np
 
 from governor_mechanism.errors import MechanismError
 from governor_mechanism.mechanics.kinematics.constraint_equations import bodies_of_rows
-from governor_mechanism.mechanics.kinematics.constraint_kernels import (
-    BODY_NORMAL,
-    CONSTRAINT_ROW_DTYPE,
-    DISTANCE,
-    FIXED_DIRECTION,
-    FOLLOWER_HEIGHT,
-    LINE_ANGLE,
-    N_ROW_PARAMETERS,
-    ConstraintRows,
-)
+from governor_mechanism.mechanics.kinematics.constraint_kernels import CONSTRAINT_ROW_DTYPE, N_ROW_PARAMETERS, ConstraintRows, RowKind
 from governor_mechanism.model.joints import GROUND, Point
 from governor_mechanism.model.mechanism import BodyAngle, FollowerHeight, LineAngle, Mechanism, PointCoordinate, PointDistance, Reading
 from governor_mechanism.types import RecordArray
@@ -30,7 +21,7 @@ from governor_mechanism.types import RecordArray
 OutputRowData = tuple[int, Point, Point, tuple[float, ...]]
 """Kind, first and second point, and parameters of an output row."""
 
-CONSTANT_PARAMETER = {DISTANCE: "p0", FIXED_DIRECTION: "p4", BODY_NORMAL: "p4", LINE_ANGLE: "p4", FOLLOWER_HEIGHT: "p4"}
+CONSTANT_PARAMETER = {int(kind): "p0" if kind == RowKind.DISTANCE else "p4" for kind in RowKind}
 """Field of the parameter that is subtracted in the residual, for each kind of row."""
 
 
@@ -41,28 +32,28 @@ def _output_row_data(reading: Reading) -> OutputRowData:
 
 @_output_row_data.register
 def _(reading: LineAngle) -> OutputRowData:
-    return LINE_ANGLE, reading.start, reading.end, (0.0, 0.0, 0.0, 0.0, reading.zero)
+    return RowKind.LINE_ANGLE, reading.start, reading.end, (0.0, 0.0, 0.0, 0.0, reading.zero)
 
 
 @_output_row_data.register
 def _(reading: BodyAngle) -> OutputRowData:
-    return FIXED_DIRECTION, Point(body=reading.reference_body), Point(body=reading.body), (0.0, 0.0, -1.0, 1.0)
+    return RowKind.FIXED_DIRECTION, Point(body=reading.reference_body), Point(body=reading.body), (0.0, 0.0, -1.0, 1.0)
 
 
 @_output_row_data.register
 def _(reading: PointDistance) -> OutputRowData:
-    return DISTANCE, reading.first, reading.second, (0.0,)
+    return RowKind.DISTANCE, reading.first, reading.second, (0.0,)
 
 
 @_output_row_data.register
 def _(reading: PointCoordinate) -> OutputRowData:
     if reading.origin.body == GROUND:
         direction = reading.direction_x, reading.direction_y
-        return FIXED_DIRECTION, reading.origin, reading.point, (*direction, 0.0, 0.0, reading.zero)
+        return RowKind.FIXED_DIRECTION, reading.origin, reading.point, (*direction, 0.0, 0.0, reading.zero)
     if not math.isclose(math.hypot(reading.direction_x, reading.direction_y), 1.0, rel_tol=1e-12):
         raise MechanismError(f"no effect can act along {reading.name!r}: its direction, relative to a body, must be a unit vector")
     angle = math.atan2(-reading.direction_x, reading.direction_y)
-    return BODY_NORMAL, reading.origin, reading.point, (angle, 0.0, 0.0, 0.0, reading.zero)
+    return RowKind.BODY_NORMAL, reading.origin, reading.point, (angle, 0.0, 0.0, 0.0, reading.zero)
 
 
 @_output_row_data.register
@@ -76,7 +67,7 @@ def _(reading: FollowerHeight) -> OutputRowData:
     reference_point = reading.reference_point
     sign = 1.0 if reference_point is None else -1.0
     base_point = Point(body=GROUND) if reference_point is None else reference_point
-    return FOLLOWER_HEIGHT, base_point, reading.knee, (*offset, reading.fraction, reading.length, reading.zero, sign)
+    return RowKind.FOLLOWER_HEIGHT, base_point, reading.knee, (*offset, reading.fraction, reading.length, reading.zero, sign)
 
 
 def make_output_rows(mechanism: Mechanism, names: Sequence[str], origins: Mapping[str, tuple[float, float]]) -> ConstraintRows:
