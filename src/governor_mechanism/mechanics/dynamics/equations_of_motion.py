@@ -1,8 +1,6 @@
 """Equations of motion of a mechanism, and the projection of its state to the constraint manifold, as compiled kernels.
 
-Inputs are functions of time. Each is given as a row of `input_cubics` (inputs, 5): the coefficients of a cubic in the
-local time since the start of a time segment, highest power first, and the integral of the input up to that start.
-Input 0 is the given speed of the spindle, or the torque on a free spindle.
+Inputs are evaluated as in `input_kernels`. Input 0 is the given speed of the spindle, or the torque on a free spindle.
 """
 
 from __future__ import annotations
@@ -11,22 +9,21 @@ import math
 
 import numpy as np
 
-from governor_mechanism.mechanics.dynamics import force_laws
 from governor_mechanism.mechanics.dynamics.constraint_solver import apply_jacobian, assemble_schur_band, solve_schur_band, subtract_minv_jt
 from governor_mechanism.mechanics.dynamics.force_elements import add_element_forces
+from governor_mechanism.mechanics.dynamics.force_kernels import (
+    centrifugal_force_jit,
+    centrifugal_moment_jit,
+    free_spindle_speed_jit,
+    spindle_inertia_jit,
+    weight_jit,
+)
 from governor_mechanism.mechanics.dynamics.lowering import System, SystemWorkspace
 from governor_mechanism.mechanics.dynamics.output_forces import add_output_forces, evaluate_multibody_event_functions
-from governor_mechanism.mechanics.kinematics import time_functions
-from governor_mechanism.mechanics.kinematics.constraint_kernels import RowColumn, evaluate_drives, evaluate_rows
+from governor_mechanism.mechanics.kinematics.constraint_kernels import RowColumn, evaluate_drives, evaluate_rows, rotate_vector_jit
+from governor_mechanism.mechanics.kinematics.input_kernels import evaluate_given_speed, evaluate_input
 from governor_mechanism.numerics.jit import jit, jit_inline, jit_internal
 from governor_mechanism.types import FloatArray, RecordArray
-
-centrifugal_force_jit = jit_internal(force_laws.centrifugal_force)
-centrifugal_moment_jit = jit_internal(force_laws.centrifugal_moment)
-free_spindle_speed_jit = jit_internal(force_laws.free_spindle_speed)
-spindle_inertia_jit = jit_internal(force_laws.spindle_inertia)
-fluctuating_speed_kernel = jit_internal(time_functions.fluctuating_speed)
-weight_jit = jit_internal(force_laws.weight)
 
 N_AUXILIARY_STATES = 4
 """Number of states after poses and velocities.
@@ -82,8 +79,7 @@ def evaluate_body_forces(
         body, angle = bodies[k], poses[k, 2]
         arm_x = arm_y = 0.0
         if body.x != 0.0 or body.y != 0.0:
-            cosine, sine = math.cos(angle), math.sin(angle)
-            arm_x, arm_y = cosine * body.x - sine * body.y, sine * body.x + cosine * body.y
+            arm_x, arm_y = rotate_vector_jit(angle, body.x, body.y)
         force_x, force_y, moment = 0.0, weight_jit(body.mass, gravity), 0.0
         if has_centrifugal_forces:
             force_x = centrifugal_force_jit(body.mass, poses[k, 0] + arm_x, speed_squared)
@@ -256,17 +252,10 @@ def evaluate_spindle_speed(
     system: System, poses: FloatArray, input_cubics: FloatArray, local_time: float, momentum: float
 ) -> tuple[float, float, float]:
     """Return the speed (rad/s) of the spindle, its prescribed acceleration (rad/s2), and the torque (N m) on a free spindle."""
-    a, b, c, d = input_cubics[0, 0], input_cubics[0, 1], input_cubics[0, 2], input_cubics[0, 3]
-    value = ((a * local_time + b) * local_time + c) * local_time + d
     if system.has_free_spindle:
-        return (free_spindle_speed_jit(momentum, system.spindle_inertia + inertia_about_spindle(system, poses)), 0.0, value)
-    mean_acceleration = (3.0 * a * local_time + 2.0 * b) * local_time + c
-    if system.fluctuation_amplitude == 0.0:
-        return value, mean_acceleration, 0.0
-    mean_angle = input_cubics[0, 4] + (((0.25 * a * local_time + b / 3.0) * local_time + 0.5 * c) * local_time + d) * local_time
-    speed, acceleration = fluctuating_speed_kernel(
-        system.fluctuation_amplitude, system.cycles_per_turn, mean_angle, value, mean_acceleration
-    )
+        inertia = system.spindle_inertia + inertia_about_spindle(system, poses)
+        return free_spindle_speed_jit(momentum, inertia), 0.0, evaluate_input(input_cubics, 0, local_time)
+    speed, acceleration = evaluate_given_speed(input_cubics, local_time, system.fluctuation_amplitude, system.cycles_per_turn)
     return speed, acceleration, 0.0
 
 

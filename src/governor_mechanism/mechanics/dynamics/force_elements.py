@@ -3,15 +3,17 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Mapping
 from dataclasses import dataclass
 from enum import IntEnum
 from functools import singledispatch
 
 import numpy as np
 
-from governor_mechanism.mechanics.dynamics import force_laws
-from governor_mechanism.mechanics.kinematics.points import body_point
+from governor_mechanism.mechanics.dynamics.force_kernels import damper_force_jit, spring_force_jit
+from governor_mechanism.mechanics.dynamics.force_laws import spring_energy
+from governor_mechanism.mechanics.kinematics.constraint_kernels import rotate_vector_jit
+from governor_mechanism.mechanics.kinematics.input_kernels import evaluate_input
+from governor_mechanism.mechanics.kinematics.points import Origins, attachment_fields, body_point
 from governor_mechanism.model.force_elements import Damper, Force, ForceElement, Spring, Torque, TorsionDamper, TorsionSpring
 from governor_mechanism.model.joints import GROUND, Point
 from governor_mechanism.model.mechanism import Mechanism
@@ -33,10 +35,6 @@ class ForceElementKind(IntEnum):
     TORSION_DAMPER = 3
     TORQUE = 4
     FORCE = 5
-
-
-_damper_force = jit_internal(force_laws.damper_force)
-_spring_force = jit_internal(force_laws.spring_force)
 
 
 FORCE_ELEMENT_DTYPE = np.dtype(
@@ -99,41 +97,21 @@ def _(element: Force) -> _ElementData:
     return _ElementData(ForceElementKind.FORCE, Point(body=GROUND), element.point, inputs=(element.x, element.y))
 
 
-def make_force_element_table(
-    mechanism: Mechanism, origins: Mapping[str, tuple[float, float]], first_input: int
-) -> tuple[RecordArray, tuple[InputFunction, ...]]:
+def make_force_element_table(mechanism: Mechanism, origins: Origins, first_input: int) -> tuple[RecordArray, tuple[InputFunction, ...]]:
     """Return the force elements as records, and their inputs, which are numbered from `first_input`.
 
     `origins` are the body origins in body axes (m), by name of body; the mass centre if left out.
     """
     elements = [_element_data(element) for element in mechanism.force_elements]
 
-    def anchor(point: Point) -> tuple[float, float]:
-        x, y = origins.get(point.body, (0.0, 0.0))
-        return point.x - x, point.y - y
-
     inputs: list[InputFunction] = []
     table = np.zeros(len(elements), dtype=FORCE_ELEMENT_DTYPE)
     for i, element in enumerate(elements):
         input_indices = [first_input + len(inputs) + k for k in range(len(element.inputs))]
         inputs += element.inputs
-        bodies = [mechanism.body_index(point.body) for point in (element.first, element.second)]
-        table[i] = (
-            element.kind,
-            *bodies,
-            *anchor(element.first),
-            *anchor(element.second),
-            *element.coefficients,
-            *(*input_indices, -1, -1)[:2],
-        )
+        points = attachment_fields(mechanism, element.first, element.second, origins)
+        table[i] = (element.kind, *points, *element.coefficients, *(*input_indices, -1, -1)[:2])
     return table, tuple(inputs)
-
-
-@jit_internal
-def _evaluate_input(input_cubics: FloatArray, input_index: int, local_time: float) -> float:
-    """Return the value of an input."""
-    a, b, c, d = (input_cubics[input_index, 0], input_cubics[input_index, 1], input_cubics[input_index, 2], input_cubics[input_index, 3])
-    return float(((a * local_time + b) * local_time + c) * local_time + d)
 
 
 @jit_internal
@@ -141,8 +119,8 @@ def _point_kinematics(poses: FloatArray, velocities: FloatArray, body: int, x: f
     """Return the arm (m) from the body origin to a point, and the velocity (m/s) of the point."""
     if body < 0:
         return x, y, 0.0, 0.0
-    cosine, sine, angular_velocity = math.cos(poses[body, 2]), math.sin(poses[body, 2]), velocities[body, 2]
-    arm_x, arm_y = cosine * x - sine * y, sine * x + cosine * y
+    arm_x, arm_y = rotate_vector_jit(poses[body, 2], x, y)
+    angular_velocity = velocities[body, 2]
     return arm_x, arm_y, velocities[body, 0] - arm_y * angular_velocity, velocities[body, 1] + arm_x * angular_velocity
 
 
@@ -172,8 +150,8 @@ def add_element_forces(
             arm2_x, arm2_y, u2, v2 = _point_kinematics(poses, velocities, second, element.x2, element.y2)
             if kind == ForceElementKind.FORCE:
                 force_x, force_y = (
-                    _evaluate_input(input_cubics, element.input_index, local_time),
-                    _evaluate_input(input_cubics, element.input_index_y, local_time),
+                    evaluate_input(input_cubics, element.input_index, local_time),
+                    evaluate_input(input_cubics, element.input_index_y, local_time),
                 )
                 _add_force_at_point(result, second, arm2_x, arm2_y, force_x, force_y)
                 power += force_x * u2 + force_y * v2
@@ -188,9 +166,9 @@ def add_element_forces(
                 continue  # coincident points: no line of action
             rate = ((u2 - u1) * dx + (v2 - v1) * dy) / length
             if kind == ForceElementKind.SPRING:
-                tension = _spring_force(element.coefficient, element.free_value, length)
+                tension = spring_force_jit(element.coefficient, element.free_value, length)
             else:
-                tension = _damper_force(element.coefficient, rate)
+                tension = damper_force_jit(element.coefficient, rate)
                 power -= tension * rate
             force_x, force_y = tension * dx / length, tension * dy / length
             _add_force_at_point(result, first, arm1_x, arm1_y, force_x, force_y)
@@ -202,12 +180,12 @@ def add_element_forces(
             if first >= 0:
                 relative_angle, relative_rate = relative_angle - poses[first, 2], relative_rate - velocities[first, 2]
             if kind == ForceElementKind.TORSION_SPRING:
-                moment = -_spring_force(element.coefficient, element.free_value, relative_angle)
+                moment = -spring_force_jit(element.coefficient, element.free_value, relative_angle)
             elif kind == ForceElementKind.TORSION_DAMPER:
-                moment = -_damper_force(element.coefficient, relative_rate)
+                moment = -damper_force_jit(element.coefficient, relative_rate)
                 power += moment * relative_rate
             else:
-                moment = _evaluate_input(input_cubics, element.input_index, local_time)
+                moment = evaluate_input(input_cubics, element.input_index, local_time)
                 power += moment * relative_rate
             if second >= 0:
                 result[second, 2] += moment
@@ -235,9 +213,9 @@ def spring_potential_energy(mechanism: Mechanism, poses: FloatArray) -> FloatArr
     for element in mechanism.force_elements:
         if isinstance(element, Spring):
             displacement = body_point(mechanism, element.second).position(poses) - body_point(mechanism, element.first).position(poses)
-            total += force_laws.spring_energy(element.stiffness, element.free_length, np.linalg.norm(displacement, axis=-1))
+            total += spring_energy(element.stiffness, element.free_length, np.linalg.norm(displacement, axis=-1))
         elif isinstance(element, TorsionSpring):
             first, second = (mechanism.body_index(name) for name in element.bodies)
             relative_angle = (poses[..., second, 2] if second >= 0 else 0.0) - (poses[..., first, 2] if first >= 0 else 0.0)
-            total += force_laws.spring_energy(element.stiffness, element.free_angle, relative_angle)
+            total += spring_energy(element.stiffness, element.free_angle, relative_angle)
     return total

@@ -6,7 +6,6 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import NDArray
 
 from governor_mechanism.mechanics.dynamics.contacts import ContactMode
 from governor_mechanism.mechanics.dynamics.equations_of_motion import evaluate_accelerations
@@ -18,6 +17,8 @@ from governor_mechanism.mechanics.dynamics.lowering import (
     make_system,
     make_system_workspace,
 )
+from governor_mechanism.mechanics.kinematics.constraint_kernels import rotate_vector_jit
+from governor_mechanism.mechanics.kinematics.points import rotate_vector
 from governor_mechanism.model.scene import Scene
 from governor_mechanism.numerics.jit import jit
 from governor_mechanism.types import FloatArray
@@ -144,18 +145,15 @@ def _evaluate_along_motion(
             force_y = -workspace.multipliers[i] * workspace.jacobian[i, 1, 1]
             moment, row = -workspace.multipliers[i] * workspace.jacobian[i, 1, 2], rows.table[i]
             if row.second >= 0:
-                cosine, sine = np.cos(poses[t, row.second, 2]), np.sin(poses[t, row.second, 2])
-                arm_x, arm_y = cosine * row.x2 - sine * row.y2, sine * row.x2 + cosine * row.y2
+                arm_x, arm_y = rotate_vector_jit(poses[t, row.second, 2], row.x2, row.y2)
                 moment -= arm_x * force_y - arm_y * force_x
             row_forces[t, i, 0], row_forces[t, i, 1], row_forces[t, i, 2] = force_x, force_y, moment
 
 
 def _mass_centre_accelerations(system: System, poses: FloatArray, velocities: FloatArray, origin_accelerations: FloatArray) -> FloatArray:
     """Return the accelerations of the mass centres from those of the body origins."""
-    cosine, sine = np.cos(poses[..., 2]), np.sin(poses[..., 2])
-    x, y = system.bodies["x"], system.bodies["y"]
-    arm_x, arm_y = cosine * x - sine * y, sine * x + cosine * y
-    result: NDArray[np.float64] = origin_accelerations.copy()
+    arm_x, arm_y = rotate_vector(poses[..., 2], system.bodies["x"], system.bodies["y"])
+    result: FloatArray = origin_accelerations.copy()
     result[..., 0] -= arm_y * origin_accelerations[..., 2] + arm_x * velocities[..., 2] ** 2
     result[..., 1] += arm_x * origin_accelerations[..., 2] - arm_y * velocities[..., 2] ** 2
     return result

@@ -16,6 +16,7 @@ from governor_mechanism.mechanics.dynamics.output_forces import EVENT_FUNCTION_D
 from governor_mechanism.mechanics.kinematics.constraint_equations import bodies_of_rows, make_constraint_table
 from governor_mechanism.mechanics.kinematics.constraint_kernels import N_ROW_COLUMNS, ConstraintRows
 from governor_mechanism.mechanics.kinematics.output_rows import CONSTANT_PARAMETER, make_holding_rows, make_output_rows
+from governor_mechanism.mechanics.kinematics.points import rotate_vector
 from governor_mechanism.mechanics.kinematics.time_functions import CubicTimeFunction
 from governor_mechanism.model.joints import GROUND, Pin
 from governor_mechanism.model.mechanism import Body, Mechanism
@@ -411,8 +412,7 @@ def from_mass_centres(system: System, poses: FloatArray, velocities: FloatArray)
 def _shift_reference_points(offsets: FloatArray, poses: FloatArray, velocities: FloatArray) -> tuple[FloatArray, FloatArray]:
     """Return poses and velocities of points at `offsets` (bodies, 2) from the reference points, in body axes (m)."""
     poses, velocities = poses.copy(), velocities.copy()
-    cosine, sine = np.cos(poses[..., 2]), np.sin(poses[..., 2])
-    arm_x, arm_y = cosine * offsets[:, 0] - sine * offsets[:, 1], sine * offsets[:, 0] + cosine * offsets[:, 1]
+    arm_x, arm_y = rotate_vector(poses[..., 2], offsets[:, 0], offsets[:, 1])
     poses[..., 0] += arm_x
     poses[..., 1] += arm_y
     velocities[..., 0] -= arm_y * velocities[..., 2]

@@ -9,8 +9,9 @@ from enum import IntEnum
 
 import numpy as np
 
-from governor_mechanism.mechanics.dynamics import force_laws
+from governor_mechanism.mechanics.dynamics.force_kernels import dashpot_force_jit, spring_force_jit
 from governor_mechanism.mechanics.kinematics.constraint_kernels import ConstraintRows, RowColumn, evaluate_rows
+from governor_mechanism.mechanics.kinematics.input_kernels import evaluate_input
 from governor_mechanism.numerics.jit import jit_internal
 from governor_mechanism.types import FloatArray, RecordArray
 
@@ -56,18 +57,6 @@ source_index: the output row, or for a force the constraint row that holds the o
 of g. input_index: the input that is subtracted, or -1. contact_index: the contact or one-sided spring concerned.
 """
 
-spring_force_jit = jit_internal(force_laws.spring_force)
-dashpot_force_jit = jit_internal(force_laws.dashpot_force)
-
-
-@jit_internal
-def _evaluate_input(input_cubics: FloatArray, input_index: int, local_time: float) -> float:
-    """Return the value of an input, or 0 for index -1."""
-    if input_index < 0:
-        return 0.0
-    a, b, c, d = (input_cubics[input_index, 0], input_cubics[input_index, 1], input_cubics[input_index, 2], input_cubics[input_index, 3])
-    return float(((a * local_time + b) * local_time + c) * local_time + d)
-
 
 @jit_internal
 def output_rate(output_rows: ConstraintRows, jacobian: FloatArray, k: int, velocities: FloatArray) -> float:
@@ -108,7 +97,7 @@ def add_output_forces(
             resistance = (
                 dashpot_force_jit(output_force.a, output_force.b, rate)
                 if output_force.kind == OutputForceKind.DASHPOT
-                else output_force.a * _evaluate_input(input_cubics, output_force.input_index, local_time)
+                else output_force.a * evaluate_input(input_cubics, output_force.input_index, local_time)
             )
             force = -resistance
             dissipated_power -= force * rate
@@ -168,7 +157,7 @@ def evaluate_multibody_event_functions(
         else:
             value = -multipliers[event_function.source_index]
         event_values[i] = (
-            event_function.sign * value - event_function.threshold - _evaluate_input(input_cubics, event_function.input_index, local_time)
+            event_function.sign * value - event_function.threshold - evaluate_input(input_cubics, event_function.input_index, local_time)
         )
 
 

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Mapping
 from dataclasses import dataclass
 from functools import singledispatch
 
@@ -21,6 +20,7 @@ from governor_mechanism.mechanics.kinematics.constraint_kernels import (
     evaluate_jacobian,
     evaluate_residuals,
 )
+from governor_mechanism.mechanics.kinematics.points import Origins, attachment_fields
 from governor_mechanism.mechanics.kinematics.time_functions import CubicTimeFunction
 from governor_mechanism.model.curves import Curve, PolynomialCurve, SplineCurve
 from governor_mechanism.model.joints import (
@@ -30,7 +30,6 @@ from governor_mechanism.model.joints import (
     Gear,
     Joint,
     Pin,
-    Point,
     Prismatic,
     ProportionalDisplacement,
     RackAndPinion,
@@ -154,7 +153,7 @@ class ConstraintTable:
     motions: tuple[PrescribedMotion, ...]
 
 
-def make_constraint_table(mechanism: Mechanism, origins: Mapping[str, tuple[float, float]] | None = None) -> ConstraintTable:
+def make_constraint_table(mechanism: Mechanism, origins: Origins | None = None) -> ConstraintTable:
     """Return the constraint rows of all joints of a mechanism.
 
     Rows that are satisfied trivially are left out.
@@ -178,24 +177,14 @@ def make_constraint_table(mechanism: Mechanism, origins: Mapping[str, tuple[floa
         if not _is_trivially_satisfied(mechanism, joint, row)
     ]
 
-    def anchor(point: Point) -> tuple[float, float]:
-        """Return the coordinates of a point relative to the origin of its body."""
-        x, y = (origins or {}).get(point.body, (0.0, 0.0))
-        return point.x - x, point.y - y
-
-    table, curve_segments, motions, n_segments = (
-        np.zeros(len(entries), dtype=CONSTRAINT_ROW_DTYPE),
-        [np.zeros((0, 5))],
-        list[PrescribedMotion](),
-        0,
-    )
+    table, curve_segments, n_segments = np.zeros(len(entries), dtype=CONSTRAINT_ROW_DTYPE), [np.zeros((0, 5))], 0
+    motions: list[PrescribedMotion] = []
     for i, (_, joint, row) in enumerate(entries):
         segments = np.zeros((0, 5)) if row.curve is None else make_curve_segments(row.curve)
         drive = -1 if row.motion is None else len(motions)
-        bodies = [mechanism.body_index(point.body) for point in (joint.first, joint.second)]
+        points = attachment_fields(mechanism, joint.first, joint.second, origins or {})
         parameters = row.parameters + (0.0,) * (N_ROW_PARAMETERS - len(row.parameters))
-        points = (*anchor(joint.first), *anchor(joint.second))
-        table[i] = (row.kind, *bodies, *points, *parameters, row.drive_scale, drive, n_segments, len(segments))
+        table[i] = (row.kind, *points, *parameters, row.drive_scale, drive, n_segments, len(segments))
         curve_segments.append(segments)
         n_segments += len(segments)
         motions += [] if row.motion is None else [row.motion]

@@ -13,6 +13,8 @@ from typing import NamedTuple
 
 import numpy as np
 
+from governor_mechanism.mechanics.kinematics.input_kernels import evaluate_input, evaluate_input_derivative
+from governor_mechanism.mechanics.kinematics.points import rotate_vector
 from governor_mechanism.numerics.jit import jit, jit_internal
 from governor_mechanism.types import FloatArray, IntArray, RecordArray
 
@@ -69,6 +71,9 @@ N_ROW_COLUMNS = len(RowColumn)
 """Number of columns of the row values."""
 
 
+rotate_vector_jit = jit_internal(rotate_vector)
+
+
 class ConstraintRows(NamedTuple):
     """All constraint rows of a mechanism.
 
@@ -95,10 +100,11 @@ def evaluate_drives(rows: ConstraintRows, input_cubics: FloatArray, local_time: 
     for i in range(rows.table.size):
         drive, drive_scale = rows.table[i].drive, rows.table[i].drive_scale
         if drive >= 0:
-            a, b, c, d = input_cubics[drive, 0], input_cubics[drive, 1], input_cubics[drive, 2], input_cubics[drive, 3]
-            row_values[i, RowColumn.DRIVE_VALUE] = drive_scale * (((a * local_time + b) * local_time + c) * local_time + d)
-            row_values[i, RowColumn.DRIVE_RATE] = drive_scale * ((3.0 * a * local_time + 2.0 * b) * local_time + c)
-            row_values[i, RowColumn.DRIVE_ACCELERATION] = drive_scale * (6.0 * a * local_time + 2.0 * b)
+            row_values[i, RowColumn.DRIVE_VALUE] = drive_scale * evaluate_input(input_cubics, drive, local_time)
+            row_values[i, RowColumn.DRIVE_RATE] = drive_scale * evaluate_input_derivative(input_cubics, drive, local_time)
+            row_values[i, RowColumn.DRIVE_ACCELERATION] = drive_scale * (
+                6.0 * input_cubics[drive, 0] * local_time + 2.0 * input_cubics[drive, 1]
+            )
 
 
 @jit
@@ -142,16 +148,14 @@ def evaluate_rows(rows: ConstraintRows, poses: FloatArray, velocities: FloatArra
         if first >= 0:
             angle1, w1 = poses[first, 2], velocities[first, 2]
             if x1 != 0.0 or y1 != 0.0:
-                cosine, sine = math.cos(angle1), math.sin(angle1)
-                rx1, ry1 = cosine * x1 - sine * y1, sine * x1 + cosine * y1
+                rx1, ry1 = rotate_vector_jit(angle1, x1, y1)
             x1, y1 = poses[first, 0] + rx1, poses[first, 1] + ry1
             u1, v1 = velocities[first, 0] - ry1 * w1, velocities[first, 1] + rx1 * w1
         x2, y2, rx2, ry2, u2, v2, w2, angle2 = row.x2, row.y2, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0
         if second >= 0:
             angle2, w2 = poses[second, 2], velocities[second, 2]
             if x2 != 0.0 or y2 != 0.0:
-                cosine, sine = math.cos(angle2), math.sin(angle2)
-                rx2, ry2 = cosine * x2 - sine * y2, sine * x2 + cosine * y2
+                rx2, ry2 = rotate_vector_jit(angle2, x2, y2)
             x2, y2 = poses[second, 0] + rx2, poses[second, 1] + ry2
             u2, v2 = velocities[second, 0] - ry2 * w2, velocities[second, 1] + rx2 * w2
         first_point_weight = 1.0 - row.p5 if row.kind == RowKind.FIXED_DIRECTION else 1.0

@@ -6,7 +6,7 @@ An output row is a constraint row whose residual is the value of the output vari
 from __future__ import annotations
 
 import math
-from collections.abc import Mapping, Sequence
+from collections.abc import Sequence
 from functools import singledispatch
 
 import numpy as np
@@ -14,6 +14,7 @@ import numpy as np
 from governor_mechanism.errors import MechanismError
 from governor_mechanism.mechanics.kinematics.constraint_equations import bodies_of_rows
 from governor_mechanism.mechanics.kinematics.constraint_kernels import CONSTRAINT_ROW_DTYPE, N_ROW_PARAMETERS, ConstraintRows, RowKind
+from governor_mechanism.mechanics.kinematics.points import Origins, attachment_fields
 from governor_mechanism.model.joints import GROUND, Point
 from governor_mechanism.model.mechanism import BodyAngle, FollowerHeight, LineAngle, Mechanism, PointCoordinate, PointDistance, Reading
 from governor_mechanism.types import RecordArray
@@ -51,7 +52,10 @@ def _(reading: PointCoordinate) -> OutputRowData:
         direction = reading.direction_x, reading.direction_y
         return RowKind.FIXED_DIRECTION, reading.origin, reading.point, (*direction, 0.0, 0.0, reading.zero)
     if not math.isclose(math.hypot(reading.direction_x, reading.direction_y), 1.0, rel_tol=1e-12):
-        raise MechanismError(f"no effect can act along {reading.name!r}: its direction, relative to a body, must be a unit vector")
+        raise MechanismError(
+            f"no effect can act along {reading.name!r}: its direction, relative to a body, must be a unit vector; "
+            f"its length is {math.hypot(reading.direction_x, reading.direction_y):g}"
+        )
     angle = math.atan2(-reading.direction_x, reading.direction_y)
     return RowKind.BODY_NORMAL, reading.origin, reading.point, (angle, 0.0, 0.0, 0.0, reading.zero)
 
@@ -60,7 +64,8 @@ def _(reading: PointCoordinate) -> OutputRowData:
 def _(reading: FollowerHeight) -> OutputRowData:
     if reading.top.body != GROUND:
         raise MechanismError(
-            f"no effect can act along {reading.name!r}: the rod from which its follower hangs must have one end on the ground"
+            f"no effect can act along {reading.name!r}: the rod from which its follower hangs must have one end on the ground; "
+            f"that end is on body {reading.top.body!r}"
         )
     complement = 1.0 - reading.fraction
     offset = complement * reading.top.x - reading.guide_x, complement * reading.top.y
@@ -70,7 +75,7 @@ def _(reading: FollowerHeight) -> OutputRowData:
     return RowKind.FOLLOWER_HEIGHT, base_point, reading.knee, (*offset, reading.fraction, reading.length, reading.zero, sign)
 
 
-def make_output_rows(mechanism: Mechanism, names: Sequence[str], origins: Mapping[str, tuple[float, float]]) -> ConstraintRows:
+def make_output_rows(mechanism: Mechanism, names: Sequence[str], origins: Origins) -> ConstraintRows:
     """Return the output rows of some readings.
 
     Parameters
@@ -87,18 +92,11 @@ def make_output_rows(mechanism: Mechanism, names: Sequence[str], origins: Mappin
     ConstraintRows
         One row for each name.
     """
-
-    def anchor(point: Point) -> tuple[float, float]:
-        """Return the coordinates of a point relative to the origin of its body."""
-        x, y = origins.get(point.body, (0.0, 0.0))
-        return point.x - x, point.y - y
-
     table = np.zeros(len(names), dtype=CONSTRAINT_ROW_DTYPE)
     for i, name in enumerate(names):
         kind, first, second, parameters = _output_row_data(mechanism.reading(name))
-        bodies = [mechanism.body_index(point.body) for point in (first, second)]
-        padded_parameters = parameters + (0.0,) * (N_ROW_PARAMETERS - len(parameters))
-        table[i] = (kind, *bodies, *anchor(first), *anchor(second), *padded_parameters, 1.0, -1, 0, 0)
+        points = attachment_fields(mechanism, first, second, origins)
+        table[i] = (kind, *points, *parameters, *(0.0,) * (N_ROW_PARAMETERS - len(parameters)), 1.0, -1, 0, 0)
     return ConstraintRows(table, bodies_of_rows(table), np.zeros((0, 5)))
 
 

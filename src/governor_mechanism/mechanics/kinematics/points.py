@@ -2,13 +2,24 @@
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from dataclasses import dataclass
+from typing import Any
 
 import numpy as np
 
 from governor_mechanism.model.joints import Point
 from governor_mechanism.model.mechanism import Mechanism
 from governor_mechanism.types import FloatArray
+
+Origins = Mapping[str, tuple[float, float]]
+"""Origin of each body by name, in body axes (m); the mass centre if left out."""
+
+
+def rotate_vector(angle: Any, x: Any, y: Any) -> tuple[Any, Any]:
+    """Return the components of the vector (x, y), floats or arrays, rotated by an angle (rad)."""
+    cosine, sine = np.cos(angle), np.sin(angle)
+    return cosine * x - sine * y, sine * x + cosine * y
 
 
 @dataclass(frozen=True)
@@ -67,8 +78,17 @@ class BodyPoint:
 
     def _global_arm(self, pose: FloatArray) -> FloatArray:
         """Return the vector (m) from the body origin to the point in global axes; shape (..., 2)."""
-        cosine, sine = np.cos(pose[..., 2]), np.sin(pose[..., 2])
-        return np.stack([cosine * self.x - sine * self.y, sine * self.x + cosine * self.y], axis=-1)
+        return np.stack(rotate_vector(pose[..., 2], self.x, self.y), axis=-1)
+
+
+def attachment_fields(mechanism: Mechanism, first: Point, second: Point, origins: Origins) -> tuple[float, ...]:
+    """Return the fields of two points in a record: both bodies, then x and y (m) of each relative to its body's origin."""
+    bodies = [mechanism.body_index(point.body) for point in (first, second)]
+    coordinates = []
+    for point in (first, second):
+        x, y = origins.get(point.body, (0.0, 0.0))
+        coordinates += [point.x - x, point.y - y]
+    return (*bodies, *coordinates)
 
 
 def body_point(mechanism: Mechanism, point: Point) -> BodyPoint:
