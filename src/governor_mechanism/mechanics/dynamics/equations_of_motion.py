@@ -9,7 +9,7 @@ import math
 
 import numpy as np
 
-from governor_mechanism.mechanics.dynamics.constraint_solver import apply_jacobian, assemble_schur_band, solve_schur_band, subtract_minv_jt
+from governor_mechanism.mechanics.dynamics.constraint_solver import apply_jacobian, assemble_schur_band, subtract_minv_jt
 from governor_mechanism.mechanics.dynamics.force_elements import add_element_forces
 from governor_mechanism.mechanics.dynamics.force_kernels import (
     centrifugal_force_jit,
@@ -22,6 +22,7 @@ from governor_mechanism.mechanics.dynamics.lowering import System, SystemWorkspa
 from governor_mechanism.mechanics.dynamics.output_forces import add_output_forces, evaluate_multibody_event_functions
 from governor_mechanism.mechanics.kinematics.constraint_kernels import RowColumn, evaluate_drives, evaluate_rows, rotate_vector_jit
 from governor_mechanism.mechanics.kinematics.input_kernels import evaluate_given_speed, evaluate_input
+from governor_mechanism.numerics.banded_cholesky import solve_band_system
 from governor_mechanism.numerics.jit import jit, jit_inline, jit_internal
 from governor_mechanism.types import FloatArray, RecordArray
 
@@ -47,7 +48,7 @@ def evaluate_accelerations(
     """Evaluate the accelerations of the body origins into result (bodies, 3).
 
     The Lagrange multipliers remain in `workspace.multipliers`, with the Jacobian of the rows in `workspace.jacobian`.
-    Returns the smallest pivot ratio (see `solve_schur_band`), the power (W) of drives and of forces without a potential,
+    Returns the smallest pivot ratio (see `solve_band_system`), the power (W) of drives and of forces without a potential,
     dissipation subtracted, and the power (W) that dashpots and friction dissipate.
     """
     rows = system.constraint_rows
@@ -63,7 +64,7 @@ def evaluate_accelerations(
     apply_jacobian(rows.row_bodies, workspace.jacobian, result, workspace.multipliers)
     for i in range(workspace.multipliers.size):
         workspace.multipliers[i] -= workspace.row_values[i, RowColumn.GAMMA]
-    pivot_ratio = solve_schur_band(workspace.band, workspace.factor, workspace.multipliers)
+    pivot_ratio = solve_band_system(workspace.band, workspace.factor, workspace.multipliers)
     subtract_minv_jt(rows.row_bodies, workspace.jacobian, system.inverse_mass, workspace.multipliers, result)
     for i in range(workspace.multipliers.size):
         power -= workspace.multipliers[i] * workspace.row_values[i, RowColumn.DRIVE_RATE]
@@ -198,12 +199,12 @@ def project_state_inline(
             max_residual = max(max_residual, abs(workspace.multipliers[i]))
         if not max_residual > closure_tolerance:
             break
-        solve_schur_band(workspace.band, workspace.factor, workspace.multipliers)
+        solve_band_system(workspace.band, workspace.factor, workspace.multipliers)
         subtract_minv_jt(rows.row_bodies, workspace.jacobian, system.inverse_mass, workspace.multipliers, poses)
     apply_jacobian(rows.row_bodies, workspace.jacobian, velocities, workspace.multipliers)
     for i in range(workspace.multipliers.size):
         workspace.multipliers[i] -= workspace.row_values[i, RowColumn.DRIVE_RATE]
-    solve_schur_band(workspace.band, workspace.factor, workspace.multipliers)
+    solve_band_system(workspace.band, workspace.factor, workspace.multipliers)
     subtract_minv_jt(rows.row_bodies, workspace.jacobian, system.inverse_mass, workspace.multipliers, velocities)
     return max_residual
 
