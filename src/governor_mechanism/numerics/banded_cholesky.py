@@ -12,9 +12,6 @@ from governor_mechanism.types import FloatArray
 MIN_BAND_PIVOT_RATIO = 1e-12
 """Pivot relative to its diagonal entry below which it counts as zero: the matrix is singular."""
 
-MAX_JACOBI_SWEEPS = 60
-"""Maximum number of sweeps of Jacobi rotations; about ten suffice."""
-
 
 @jit_internal
 def factorise_band(band: FloatArray, factor: FloatArray) -> float:
@@ -90,57 +87,12 @@ def _solve_least_norm(band: FloatArray, vector: FloatArray) -> None:
     for i in range(n_rows):
         for k in range(max(0, i - bandwidth), i + 1):
             dense[i, k] = dense[k, i] = band[i, bandwidth - (i - k)]
-    eigenvectors = _diagonalise_symmetric(dense)
-    max_eigenvalue = 0.0
+    if not np.all(np.isfinite(dense)):  # eigh raises an exception, but callers check for NaN
+        vector[:] = np.nan
+        return
+    eigenvalues, eigenvectors = np.linalg.eigh(dense)
+    projections = eigenvectors.T @ vector
     for k in range(n_rows):
-        max_eigenvalue = max(max_eigenvalue, dense[k, k])
-    solution = np.zeros(n_rows)
-    for k in range(n_rows):
-        if dense[k, k] > MIN_BAND_PIVOT_RATIO * max_eigenvalue:
-            projection = 0.0
-            for i in range(n_rows):
-                projection += eigenvectors[i, k] * vector[i]
-            for i in range(n_rows):
-                solution[i] += eigenvectors[i, k] * projection / dense[k, k]
-    for i in range(n_rows):
-        vector[i] = solution[i]
-
-
-@jit_internal
-def _diagonalise_symmetric(matrix: FloatArray) -> FloatArray:
-    """Diagonalise a symmetric matrix in place by Jacobi rotations, and return the eigenvectors as columns.
-
-    numpy.linalg.eigh takes three seconds to compile, and this is rarely called.
-    """
-    order = matrix.shape[0]
-    eigenvectors = np.eye(order)
-    for _ in range(MAX_JACOBI_SWEEPS):
-        off_diagonal_sum = diagonal_sum = 0.0
-        for i in range(order):
-            diagonal_sum += matrix[i, i] ** 2
-            for j in range(i):
-                off_diagonal_sum += matrix[i, j] ** 2
-        if not off_diagonal_sum > 1e-32 * diagonal_sum:
-            break
-        for p in range(order - 1):
-            for q in range(p + 1, order):
-                if matrix[p, q] != 0.0:
-                    _apply_jacobi_rotation(matrix, eigenvectors, p, q)
-    return eigenvectors
-
-
-@jit_internal
-def _apply_jacobi_rotation(matrix: FloatArray, eigenvectors: FloatArray, p: int, q: int) -> None:
-    """Apply the rotation that makes entry (p, q) vanish."""
-    cot_double_angle = 0.5 * (matrix[q, q] - matrix[p, p]) / matrix[p, q]
-    tangent = 1.0 / (cot_double_angle + math.copysign(math.hypot(1.0, cot_double_angle), cot_double_angle))
-    cosine = 1.0 / math.hypot(1.0, tangent)
-    sine = tangent * cosine
-    for k in range(matrix.shape[0]):
-        first, second = matrix[k, p], matrix[k, q]
-        matrix[k, p], matrix[k, q] = cosine * first - sine * second, sine * first + cosine * second
-    for k in range(matrix.shape[0]):
-        first, second = matrix[p, k], matrix[q, k]
-        matrix[p, k], matrix[q, k] = cosine * first - sine * second, sine * first + cosine * second
-        first, second = eigenvectors[k, p], eigenvectors[k, q]
-        eigenvectors[k, p], eigenvectors[k, q] = cosine * first - sine * second, sine * first + cosine * second
+        is_regular = eigenvalues[k] > MIN_BAND_PIVOT_RATIO * eigenvalues[-1]
+        projections[k] = projections[k] / eigenvalues[k] if is_regular else 0.0
+    vector[:] = eigenvectors @ projections
