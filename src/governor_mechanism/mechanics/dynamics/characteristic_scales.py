@@ -88,12 +88,13 @@ def _force_element_rate_squared(mechanism: Mechanism, element: ForceElement) -> 
     bodies = [body for body in mechanism.bodies if body.name in element.bodies]
     mass = min(body.mass for body in bodies)
     inertia = min((body.second_moments.xx + body.second_moments.yy or body.mass * mechanism.length_scale**2) for body in bodies)
-    if isinstance(element, Spring):
-        return element.stiffness / mass
-    if isinstance(element, TorsionSpring):
-        return element.stiffness / inertia
-    if isinstance(element, Torque):
-        return max(map(abs, element.moment.values)) / inertia
-    if isinstance(element, Force):
-        return max(map(abs, (*element.x.values, *element.y.values))) / (mass * mechanism.length_scale)
+    match element:
+        case Spring():
+            return element.stiffness / mass
+        case TorsionSpring():
+            return element.stiffness / inertia
+        case Torque():
+            return max(map(abs, element.moment.values)) / inertia
+        case Force():
+            return max(map(abs, (*element.x.values, *element.y.values))) / (mass * mechanism.length_scale)
     return 0.0

@@ -34,6 +34,10 @@ spindle (rad) and its angular momentum (kg m2/s).
 """
 
 
+MAX_PROJECTION_ITERATIONS = 8
+"""Maximum number of Newton iterations of a projection; they converge quadratically from a state near the manifold."""
+
+
 @jit_inline
 def evaluate_accelerations(
     system: System,
@@ -190,7 +194,7 @@ def project_state_inline(
     rows = system.constraint_rows
     evaluate_drives(rows, input_cubics, local_time, workspace.row_values)
     max_residual = 0.0
-    for _ in range(8):
+    for _ in range(MAX_PROJECTION_ITERATIONS):
         evaluate_rows(rows, poses, velocities, workspace.row_values, workspace.jacobian)
         assemble_schur_band(rows.row_bodies, system.row_pairs, workspace.jacobian, system.inverse_mass, workspace.band)
         max_residual = 0.0

@@ -5,7 +5,6 @@ from __future__ import annotations
 import math
 from dataclasses import dataclass
 from enum import IntEnum
-from functools import singledispatch
 
 import numpy as np
 
@@ -61,40 +60,25 @@ class _ElementData:
     inputs: tuple[InputFunction, ...] = ()
 
 
-@singledispatch
 def _element_data(element: ForceElement) -> _ElementData:
+    match element:
+        case Spring():
+            return _ElementData(ForceElementKind.SPRING, element.first, element.second, (element.stiffness, element.free_length))
+        case Damper():
+            return _ElementData(ForceElementKind.DAMPER, element.first, element.second, (element.damping, 0.0))
+        case TorsionSpring():
+            return _ElementData(ForceElementKind.TORSION_SPRING, *_body_origins(element), (element.stiffness, element.free_angle))
+        case TorsionDamper():
+            return _ElementData(ForceElementKind.TORSION_DAMPER, *_body_origins(element), (element.damping, 0.0))
+        case Torque():
+            return _ElementData(ForceElementKind.TORQUE, *_body_origins(element), inputs=(element.moment,))
+        case Force():
+            return _ElementData(ForceElementKind.FORCE, Point(body=GROUND), element.point, inputs=(element.x, element.y))
     raise TypeError(f"no force law is defined for force elements of type {type(element).__name__}")
 
 
-@_element_data.register
-def _(element: Spring) -> _ElementData:
-    return _ElementData(ForceElementKind.SPRING, element.first, element.second, (element.stiffness, element.free_length))
-
-
-@_element_data.register
-def _(element: Damper) -> _ElementData:
-    return _ElementData(ForceElementKind.DAMPER, element.first, element.second, (element.damping, 0.0))
-
-
-@_element_data.register
-def _(element: TorsionSpring) -> _ElementData:
-    points = Point(body=element.first), Point(body=element.second)
-    return _ElementData(ForceElementKind.TORSION_SPRING, *points, (element.stiffness, element.free_angle))
-
-
-@_element_data.register
-def _(element: TorsionDamper) -> _ElementData:
-    return _ElementData(ForceElementKind.TORSION_DAMPER, Point(body=element.first), Point(body=element.second), (element.damping, 0.0))
-
-
-@_element_data.register
-def _(element: Torque) -> _ElementData:
-    return _ElementData(ForceElementKind.TORQUE, Point(body=element.first), Point(body=element.second), inputs=(element.moment,))
-
-
-@_element_data.register
-def _(element: Force) -> _ElementData:
-    return _ElementData(ForceElementKind.FORCE, Point(body=GROUND), element.point, inputs=(element.x, element.y))
+def _body_origins(element: TorsionSpring | TorsionDamper | Torque) -> tuple[Point, Point]:
+    return Point(body=element.first), Point(body=element.second)
 
 
 def make_force_element_table(mechanism: Mechanism, origins: Origins, first_input: int) -> tuple[RecordArray, tuple[InputFunction, ...]]:

@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import math
 from dataclasses import dataclass
-from functools import singledispatch
 
 import numpy as np
 from numpy.typing import NDArray
@@ -58,80 +57,50 @@ class ConstraintRow:
     curve: Curve | None = None
 
 
-@singledispatch
 def _constraint_rows(joint: Joint, length_scale: float) -> list[ConstraintRow]:
     """Return the constraint rows of a joint; `length_scale` (m) converts angles to lengths."""
+    match joint:
+        case Pin():
+            return _coincidence_rows()
+        case Weld():
+            return [*_coincidence_rows(), _relative_angle_row(joint.relative_angle, length_scale)]
+        case Distance():
+            return [ConstraintRow(RowKind.DISTANCE, (joint.length,))]
+        case ArcSlot():
+            return [ConstraintRow(RowKind.DISTANCE, (joint.radius,))]
+        case Prismatic():  # a kind of slider
+            return [ConstraintRow(RowKind.BODY_NORMAL, (joint.angle,)), _relative_angle_row(joint.relative_angle, length_scale)]
+        case Slider():
+            return [ConstraintRow(RowKind.BODY_NORMAL, (joint.angle,))]
+        case CurveSlot():
+            return [ConstraintRow(RowKind.BODY_NORMAL, (joint.angle,), curve=joint.curve)]
+        case Gear():
+            angle_terms = -length_scale * joint.ratio, length_scale, length_scale * joint.offset
+            return [ConstraintRow(RowKind.FIXED_DIRECTION, (0.0, 0.0, *angle_terms))]
+        case RackAndPinion():
+            return [ConstraintRow(RowKind.FIXED_DIRECTION, (*_direction(joint.angle), -joint.radius, 0.0, joint.offset))]
+        case ProportionalDisplacement():
+            return [ConstraintRow(RowKind.FIXED_DIRECTION, (*_direction(joint.angle), 0.0, 0.0, joint.offset, 1.0 - joint.ratio))]
+        case RotationalDriver():
+            return [_relative_angle_row(0.0, length_scale, joint.motion)]
+        case TranslationalDriver():
+            return [ConstraintRow(RowKind.BODY_NORMAL, (joint.angle - math.pi / 2,), joint.motion)]
     raise TypeError(f"no constraint equations are defined for joints of type {type(joint).__name__}")
+
+
+def _coincidence_rows() -> list[ConstraintRow]:
+    """Return the rows that make two points coincide."""
+    return [ConstraintRow(RowKind.FIXED_DIRECTION, (1.0, 0.0)), ConstraintRow(RowKind.FIXED_DIRECTION, (0.0, 1.0))]
+
+
+def _direction(angle: float) -> tuple[float, float]:
+    """Return the unit vector at an angle (rad)."""
+    return math.cos(angle), math.sin(angle)
 
 
 def _relative_angle_row(angle: float, length_scale: float, motion: PrescribedMotion | None = None) -> ConstraintRow:
     """Return the row that keeps the angle (rad) of the second body relative to the first, or drives it by a motion."""
     return ConstraintRow(RowKind.FIXED_DIRECTION, (0.0, 0.0, -length_scale, length_scale, length_scale * angle), motion, length_scale)
-
-
-@_constraint_rows.register
-def _(joint: Pin, length_scale: float) -> list[ConstraintRow]:
-    return [ConstraintRow(RowKind.FIXED_DIRECTION, (1.0, 0.0)), ConstraintRow(RowKind.FIXED_DIRECTION, (0.0, 1.0))]
-
-
-@_constraint_rows.register
-def _(joint: Weld, length_scale: float) -> list[ConstraintRow]:
-    return [
-        ConstraintRow(RowKind.FIXED_DIRECTION, (1.0, 0.0)),
-        ConstraintRow(RowKind.FIXED_DIRECTION, (0.0, 1.0)),
-        _relative_angle_row(joint.relative_angle, length_scale),
-    ]
-
-
-@_constraint_rows.register
-def _(joint: Distance, length_scale: float) -> list[ConstraintRow]:
-    return [ConstraintRow(RowKind.DISTANCE, (joint.length,))]
-
-
-@_constraint_rows.register
-def _(joint: ArcSlot, length_scale: float) -> list[ConstraintRow]:
-    return [ConstraintRow(RowKind.DISTANCE, (joint.radius,))]
-
-
-@_constraint_rows.register
-def _(joint: Slider, length_scale: float) -> list[ConstraintRow]:
-    return [ConstraintRow(RowKind.BODY_NORMAL, (joint.angle,))]
-
-
-@_constraint_rows.register
-def _(joint: Prismatic, length_scale: float) -> list[ConstraintRow]:
-    return [ConstraintRow(RowKind.BODY_NORMAL, (joint.angle,)), _relative_angle_row(joint.relative_angle, length_scale)]
-
-
-@_constraint_rows.register
-def _(joint: CurveSlot, length_scale: float) -> list[ConstraintRow]:
-    return [ConstraintRow(RowKind.BODY_NORMAL, (joint.angle,), curve=joint.curve)]
-
-
-@_constraint_rows.register
-def _(joint: Gear, length_scale: float) -> list[ConstraintRow]:
-    return [ConstraintRow(RowKind.FIXED_DIRECTION, (0.0, 0.0, -length_scale * joint.ratio, length_scale, length_scale * joint.offset))]
-
-
-@_constraint_rows.register
-def _(joint: RackAndPinion, length_scale: float) -> list[ConstraintRow]:
-    return [ConstraintRow(RowKind.FIXED_DIRECTION, (math.cos(joint.angle), math.sin(joint.angle), -joint.radius, 0.0, joint.offset))]
-
-
-@_constraint_rows.register
-def _(joint: ProportionalDisplacement, length_scale: float) -> list[ConstraintRow]:
-    direction = math.cos(joint.angle), math.sin(joint.angle)
-    return [ConstraintRow(RowKind.FIXED_DIRECTION, (*direction, 0.0, 0.0, joint.offset, 1.0 - joint.ratio))]
-
-
-@_constraint_rows.register
-def _(joint: RotationalDriver, length_scale: float) -> list[ConstraintRow]:
-    return [_relative_angle_row(0.0, length_scale, joint.motion)]
-
-
-@_constraint_rows.register
-def _(joint: TranslationalDriver, length_scale: float) -> list[ConstraintRow]:
-    return [ConstraintRow(RowKind.BODY_NORMAL, (joint.angle - math.pi / 2,), joint.motion)]
 
 
 @dataclass(frozen=True)

@@ -71,6 +71,9 @@ N_ROW_COLUMNS = len(RowColumn)
 """Number of columns of the row values."""
 
 
+MIN_DROP_SQUARED = 1e-300
+"""Lower bound (m2) of the squared height of a follower's link, which avoids a division by zero for a horizontal link."""
+
 rotate_vector_jit = jit_internal(rotate_vector)
 
 
@@ -186,7 +189,7 @@ def evaluate_rows(rows: ConstraintRows, poses: FloatArray, velocities: FloatArra
             quadratic_term = -2.0 * (nx * du + ny * dv) * (dx * du + dy * dv) / length_squared
         elif row.kind == RowKind.FOLLOWER_HEIGHT:
             horizontal_offset, weighted_ratio = row.p0 + row.p2 * x2, row.p5 * row.p2
-            vertical_drop = math.sqrt(max(row.p3 * row.p3 - horizontal_offset * horizontal_offset, 1e-300))
+            vertical_drop = math.sqrt(max(row.p3 * row.p3 - horizontal_offset * horizontal_offset, MIN_DROP_SQUARED))
             rod_slope = horizontal_offset / vertical_drop
             nx, ny = weighted_ratio * rod_slope, weighted_ratio
             residual = row.p5 * (row.p1 + row.p2 * y2 - vertical_drop) + y1 - row.p4

@@ -7,7 +7,6 @@ from __future__ import annotations
 
 import math
 from collections.abc import Sequence
-from functools import singledispatch
 
 import numpy as np
 
@@ -26,42 +25,36 @@ CONSTANT_PARAMETER = {int(kind): "p0" if kind == RowKind.DISTANCE else "p4" for 
 """Field of the parameter that is subtracted in the residual, for each kind of row."""
 
 
-@singledispatch
 def _output_row_data(reading: Reading) -> OutputRowData:
+    """Return kind, points and parameters of the output row of a reading."""
+    match reading:
+        case LineAngle():
+            return RowKind.LINE_ANGLE, reading.start, reading.end, (0.0, 0.0, 0.0, 0.0, reading.zero)
+        case BodyAngle():
+            return RowKind.FIXED_DIRECTION, Point(body=reading.reference_body), Point(body=reading.body), (0.0, 0.0, -1.0, 1.0)
+        case PointDistance():
+            return RowKind.DISTANCE, reading.first, reading.second, (0.0,)
+        case PointCoordinate():
+            return _point_coordinate_row(reading)
+        case FollowerHeight():
+            return _follower_height_row(reading)
     raise TypeError(f"no output row is defined for readings of type {type(reading).__name__}")
 
 
-@_output_row_data.register
-def _(reading: LineAngle) -> OutputRowData:
-    return RowKind.LINE_ANGLE, reading.start, reading.end, (0.0, 0.0, 0.0, 0.0, reading.zero)
-
-
-@_output_row_data.register
-def _(reading: BodyAngle) -> OutputRowData:
-    return RowKind.FIXED_DIRECTION, Point(body=reading.reference_body), Point(body=reading.body), (0.0, 0.0, -1.0, 1.0)
-
-
-@_output_row_data.register
-def _(reading: PointDistance) -> OutputRowData:
-    return RowKind.DISTANCE, reading.first, reading.second, (0.0,)
-
-
-@_output_row_data.register
-def _(reading: PointCoordinate) -> OutputRowData:
+def _point_coordinate_row(reading: PointCoordinate) -> OutputRowData:
+    direction = reading.direction_x, reading.direction_y
     if reading.origin.body == GROUND:
-        direction = reading.direction_x, reading.direction_y
         return RowKind.FIXED_DIRECTION, reading.origin, reading.point, (*direction, 0.0, 0.0, reading.zero)
-    if not math.isclose(math.hypot(reading.direction_x, reading.direction_y), 1.0, rel_tol=1e-12):
+    if not math.isclose(math.hypot(*direction), 1.0, rel_tol=1e-12):
         raise MechanismError(
             f"no effect can act along {reading.name!r}: its direction, relative to a body, must be a unit vector; "
-            f"its length is {math.hypot(reading.direction_x, reading.direction_y):g}"
+            f"its length is {math.hypot(*direction):g}"
         )
     angle = math.atan2(-reading.direction_x, reading.direction_y)
     return RowKind.BODY_NORMAL, reading.origin, reading.point, (angle, 0.0, 0.0, 0.0, reading.zero)
 
 
-@_output_row_data.register
-def _(reading: FollowerHeight) -> OutputRowData:
+def _follower_height_row(reading: FollowerHeight) -> OutputRowData:
     if reading.top.body != GROUND:
         raise MechanismError(
             f"no effect can act along {reading.name!r}: the rod from which its follower hangs must have one end on the ground; "
