@@ -6,7 +6,7 @@ from governor_mechanism.mechanics.dynamics.equations_of_motion import evaluate_s
 from governor_mechanism.mechanics.dynamics.lowering import System, SystemWorkspace
 from governor_mechanism.mechanics.dynamics.output_forces import (
     EVENT_SAMPLE_FRACTIONS,
-    FORCE_EVENT,
+    EventFunctionKind,
     evaluate_multibody_event_functions,
     interpolate_quintic_hermite,
 )
@@ -62,7 +62,7 @@ def bracket_first_event(
     event_table, last_sample, n_coordinates = (system.event_functions, EVENT_SAMPLE_FRACTIONS.size - 1, 3 * system.bodies.size)
     has_force_events = False
     for i in range(event_table.size):
-        has_force_events = has_force_events or event_table[i].kind == FORCE_EVENT
+        has_force_events = has_force_events or event_table[i].kind == EventFunctionKind.FORCE
     for j in range(1, last_sample):
         interpolate_quintic_hermite(
             state_start, derivative_start, state_end, derivative_end, n_coordinates, h, EVENT_SAMPLE_FRACTIONS[j], trial_state

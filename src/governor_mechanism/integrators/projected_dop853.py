@@ -8,10 +8,11 @@ import numpy as np
 
 from governor_mechanism.integrators.event_location import bracket_first_event, evaluate_events_at_state
 from governor_mechanism.integrators.tableau import DENSE_NODES, DENSE_STAGES, DENSE_WEIGHTS, ERROR_3, ERROR_5, NODES, STAGES, WEIGHTS
-from governor_mechanism.mechanics.dynamics.constraint_solver import apply_jacobian, solve_schur_band, subtract_minv_jt
+from governor_mechanism.mechanics.dynamics.constraint_solver import apply_jacobian, subtract_minv_jt
 from governor_mechanism.mechanics.dynamics.equations_of_motion import evaluate_state_derivative_inline, project_state_inline
 from governor_mechanism.mechanics.dynamics.lowering import System, SystemWorkspace
 from governor_mechanism.mechanics.dynamics.output_forces import EVENT_SAMPLE_FRACTIONS
+from governor_mechanism.numerics.banded_cholesky import solve_band_system
 from governor_mechanism.numerics.jit import jit, jit_internal
 from governor_mechanism.types import FloatArray, IntArray
 
@@ -312,7 +313,7 @@ def _project_error(system: System, workspace: SystemWorkspace, error: FloatArray
     for block in range(2):
         error_block = error[3 * n_bodies * block : 3 * n_bodies * (block + 1)].reshape(n_bodies, 3)
         apply_jacobian(system.constraint_rows.row_bodies, workspace.jacobian, error_block, workspace.multipliers)
-        solve_schur_band(workspace.band, workspace.factor, workspace.multipliers)
+        solve_band_system(workspace.band, workspace.factor, workspace.multipliers)
         subtract_minv_jt(system.constraint_rows.row_bodies, workspace.jacobian, system.inverse_mass, workspace.multipliers, error_block)
 
 

@@ -30,7 +30,7 @@ from governor_mechanism.mechanics.dynamics.lowering import (
     make_system_workspace,
     with_held_values,
 )
-from governor_mechanism.mechanics.dynamics.output_forces import FORCE_EVENT
+from governor_mechanism.mechanics.dynamics.output_forces import EventFunctionKind
 from governor_mechanism.mechanics.kinematics.assembly import PositionSolver
 from governor_mechanism.mechanics.kinematics.constraint_kernels import evaluate_gamma, evaluate_jacobian, evaluate_residuals
 from governor_mechanism.model.events import Event, EventKind
@@ -279,7 +279,7 @@ class ContactModeSolver:
         trial_state = state.copy()
         _project_state_vector(system, workspace, input_cubics, trial_state, self._constraint_tolerance)
         event_values, derivative = evaluate_events_and_derivative(system, workspace, input_cubics, 0.0, trial_state)
-        is_force = system.event_functions["kind"] == FORCE_EVENT
+        is_force = system.event_functions["kind"] == EventFunctionKind.FORCE
         event_scale = np.where(system.event_functions["tolerance"] > 0, system.event_functions["tolerance"], 1.0) * 1e12
         violation = float(np.max(event_values[is_force] / event_scale[is_force], initial=0.0))
         outputs, output_accelerations = (self._evaluate_outputs(trial_state), self._evaluate_output_accelerations(trial_state, derivative))

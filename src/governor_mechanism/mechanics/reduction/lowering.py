@@ -9,9 +9,9 @@ import numpy as np
 
 from governor_mechanism.mechanics.dynamics.characteristic_scales import time_scale
 from governor_mechanism.mechanics.dynamics.contacts import contacts_of, output_dampers_of, output_springs_of
-from governor_mechanism.mechanics.dynamics.force_elements import SPRING_ELEMENT, TORSION_SPRING_ELEMENT, make_force_element_table
+from governor_mechanism.mechanics.dynamics.force_elements import ForceElementKind, make_force_element_table
 from governor_mechanism.mechanics.dynamics.lowering import BODY_DTYPE, forced_output_names, make_body_record
-from governor_mechanism.mechanics.dynamics.output_forces import OUTPUT_FORCE_DTYPE, SPRING_FORCE
+from governor_mechanism.mechanics.dynamics.output_forces import OUTPUT_FORCE_DTYPE, OutputForceKind
 from governor_mechanism.mechanics.kinematics.constraint_equations import bodies_of_rows, make_constraint_table
 from governor_mechanism.mechanics.kinematics.constraint_kernels import ConstraintRows
 from governor_mechanism.mechanics.kinematics.output_rows import make_output_rows
@@ -119,7 +119,7 @@ def _split_force_elements(force_elements: RecordArray) -> tuple[RecordArray, Rec
     """The loads with a potential, those that damp, and those with a program."""
     if not len(force_elements):
         return force_elements, force_elements, force_elements
-    has_potential = (force_elements["kind"] == SPRING_ELEMENT) | (force_elements["kind"] == TORSION_SPRING_ELEMENT)
+    has_potential = (force_elements["kind"] == ForceElementKind.SPRING) | (force_elements["kind"] == ForceElementKind.TORSION_SPRING)
     return (
         force_elements[has_potential],
         force_elements[~has_potential & (force_elements["input_index"] < 0)],
@@ -141,7 +141,7 @@ def _output_scale(mechanism: Mechanism, name: str) -> float:
 def _two_sided_springs(scene: Scene, names: list[str]) -> FloatArray:
     """Springs along readings that pull both ways."""
     springs = [
-        (SPRING_FORCE, names.index(spring.reading), spring.rate, spring.free_value, -1)
+        (OutputForceKind.SPRING, names.index(spring.reading), spring.rate, spring.free_value, -1)
         for spring in output_springs_of(scene)
         if not spring.one_sided
     ]
