@@ -1,4 +1,4 @@
-"""The multibody engine: bodies and joints, index-reduced and projected, stepped by DOP853 in compiled code."""
+"""The multibody engine: bodies and joints, index-reduced and projected, integrated by DOP853 in compiled code."""
 
 from __future__ import annotations
 
@@ -37,19 +37,31 @@ from governor_mechanism.observables.singular_configurations import DenseOutput
 from governor_mechanism.types import FloatArray
 
 MAX_MULTIBODY_STAGNANT_RUNS = 4
-"""So many tighter certificates that are no better are believed; one may be bad luck."""
+"""Number of successive refinements without improvement after which the best run is accepted; a single one may be chance."""
 
 MAX_EXIT_BISECTIONS = 40
-"""Of the time between two stations, to find when a motion leaves its range: to rounding."""
+"""Number of bisections between two monitor times to locate where a motion leaves its range: to rounding."""
 
 
 @final
 @dataclass(frozen=True, kw_only=True)
 class MultibodyEngine(Engine):
-    """Order 8 with error control, joints closed to rounding at every step; the reference.
+    """Order 8 with error control and constraints satisfied to rounding at every step; the reference engine.
 
-    tolerance is the error of one step, chosen from the accuracy where it is left out. max_steps bounds one run.
-    The error estimate is the difference from a run ten times looser.
+    The error estimate is the difference from a run with a ten times larger tolerance.
+
+    Attributes
+    ----------
+    name
+        Name of the engine.
+    effects
+        Types of effects the engine can model.
+    joints
+        Types of joints the engine can model.
+    tolerance
+        Error of one step relative to the scales; None chooses it from the accuracy.
+    max_steps
+        Largest number of steps of one run.
     """
 
     name: ClassVar[str] = "multibody"
@@ -77,7 +89,7 @@ class MultibodyEngine(Engine):
 
 @dataclass(frozen=True)
 class MultibodyResult:
-    """States at the reported times and at all stations, what they say, and why there are no more."""
+    """One run: states at the reported and monitor times, their observables, and why the run ended early if it did."""
 
     reported_states: StateHistory
     monitor_states: StateHistory
@@ -92,12 +104,12 @@ class MultibodyResult:
 
     @property
     def n_reached(self) -> int:
-        """How many of the reported times it came to."""
+        """Return how many of the reported times were reached."""
         return len(self.reported_states.times)
 
 
 class MultibodyRunner:
-    """Follows one scene at given tolerances."""
+    """Run one scene with given tolerances."""
 
     def __init__(self, engine: MultibodyEngine, scene: Scene, request: RunRequest) -> None:
         self.engine, self.scene, self.request = engine, scene, request
@@ -107,12 +119,16 @@ class MultibodyRunner:
         self.n_runs = 0
 
     def run_certified(self, tolerance: float) -> MultibodyResult:
-        """Two runs, and the difference between them as the estimate of the better one's error."""
-        # Where it is not the tolerance that bounds the steps, twice as long ones tell the runs apart.
+        """Run twice, and estimate the error of the more accurate run by the difference."""
+        # Where max_step and not the tolerance limits the steps, doubling it makes the runs differ.
         worse, better = (self.run_once(COMPARISON_TOLERANCE_RATIO * tolerance, 2 * MULTIBODY_MAX_STEP_RATIO), self.run_once(tolerance))
         n_shared = min(len(worse.reported_states.times), len(better.reported_states.times))
-        event_time_error, is_near_event = compare_event_logs(better.integration.events, worse.integration.events, better.reported_states.times[:n_shared],
-                              self.request.accuracy * self.evaluator.time_scale)  # fmt: skip
+        event_time_error, is_near_event = compare_event_logs(
+            better.integration.events,
+            worse.integration.events,
+            better.reported_states.times[:n_shared],
+            self.request.accuracy * self.evaluator.time_scale,
+        )
         indices = np.flatnonzero(~is_near_event)
         worse_observables = self.evaluator.evaluate(worse.reported_states.first(n_shared).at(indices))
         better_observables = self.evaluator.evaluate(better.reported_states.first(n_shared).at(indices))
@@ -124,7 +140,7 @@ class MultibodyRunner:
         return replace(better, reading_errors=errors, error_estimate=estimate, n_excluded=int(is_near_event.sum()))
 
     def run_once(self, tolerance: float, max_step_ratio: float = MULTIBODY_MAX_STEP_RATIO) -> MultibodyResult:
-        """One run, its steps at most so many time scales long."""
+        """Run once; max_step_ratio bounds the steps in units of the scene's step scale."""
         self.n_runs += 1
         integration = self.integrator.integrate(tolerance, max_step_ratio)
         history = self.integrator.state_history(integration.states)
@@ -137,13 +153,13 @@ class MultibodyRunner:
         elif integration.status == INTEGRATION_STALLED:
             early_outcome, detail = Outcome.STALLED, f"at {time_text}"
         elif integration.status != INTEGRATION_DONE or len(self.integrator.time_grid.reported_indices) < len(self.request.times):
-            early_outcome, detail = Outcome.STEP_LIMIT, f"max_steps = {self.engine.max_steps} end at {time_text}"
+            early_outcome, detail = Outcome.STEP_LIMIT, f"max_steps = {self.engine.max_steps} are used up at {time_text}"
         reported_states = history.at(self.integrator.time_grid.truncate(n_kept).reported_indices)
         observables = self.evaluator.evaluate(reported_states)
         return MultibodyResult(reported_states, history.first(n_kept), integration, tolerance, observables, early_outcome, detail, {})
 
     def _describe_exit(self, states: FloatArray, tolerance: float, exit_index: int) -> str:
-        """When the motion leaves its range, before this station: by halving the time from the one before."""
+        """Return when the motion leaves its range before a monitor time, located by bisection since the previous one."""
         times = self.integrator.time_grid.monitor_times
         if exit_index == 0 or self.integrator.stiffness_onset < np.inf or self.integrator.contact_solver:
             return f"about t = {times[exit_index]:.6g} s"
@@ -160,7 +176,7 @@ class MultibodyRunner:
         return f"t = {time_outside:.9g} s"
 
     def make_trajectory(self, best: MultibodyResult, wall_time: float) -> Trajectory:
-        """The result."""
+        """Return the trajectory of the best run."""
         settings = {**asdict(self.engine), "asked_accuracy": self.request.accuracy, "certified": best.error_estimate is not None}
         return self.evaluator.make_trajectory(
             RunResult(
@@ -186,11 +202,13 @@ class MultibodyRunner:
         )
 
     def _make_dense_output(self, best: MultibodyResult) -> DenseOutput | None:
+        """Return the dense output of a smooth run, or None for a stiff run or one with contacts."""
         if self.integrator.stiffness_onset < np.inf or self.integrator.contact_solver:
             return None
         return partial(self.integrator.integrate_between, best.integration.states, best.tolerance)
 
     def _make_cost(self, best: MultibodyResult, wall_time: float) -> Cost:
+        """Return the cost over all runs."""
         steps, rejected, evaluations, _ = (int(count) for count in self.integrator.counters)
         law_counts = Counter({"equations of motion": evaluations})
         system = self.integrator.system
@@ -220,6 +238,7 @@ class MultibodyRunner:
         )
 
     def _describe_method(self) -> str:
+        """Return the integration method as text."""
         if self.integrator.stiffness_onset == np.inf:
             return "explicit (DOP853)"
         return f"stiff from t = {self.integrator.stiffness_onset:.4g} s: implicit (Radau) in independent coordinates from there"

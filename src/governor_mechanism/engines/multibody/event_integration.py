@@ -1,4 +1,4 @@
-"""Steps a scene in which something sticks, strikes or goes slack: up to where that happens, and on in another mode."""
+"""Integrate a scene with contacts: locate each event, select the next contact mode, and restart."""
 
 from __future__ import annotations
 
@@ -23,31 +23,33 @@ from governor_mechanism.mechanics.dynamics.output_forces import EVENT_FUNCTION_D
 from governor_mechanism.types import FloatArray, IntArray
 
 EVENT_STEP_RATIO, RESTART_STEP_RATIO = 0.2, 0.04
-"""Of the longest step: no step is longer while something is watched, and none that follows an event. The two runs of a
-certificate have longest steps of their own, and so take other ones here too."""
+"""Largest step while event functions are monitored, and after an event, as fractions of the largest step.
+
+The two runs of a certificate have different largest steps, and therefore different steps here too.
+"""
 
 EVENT_TIME_TOLERANCE = 1e-13
-"""Of a time scale: events closer together are at one time."""
+"""Events closer than this, in units of the time scale, are simultaneous."""
 
 MAX_EVENTS_AT_ONE_TIME = 30
-"""Events at one time; more are a chatter that does not end."""
+"""Largest number of successive events at one time; more are endless chattering."""
 
 MAX_BRACKET_HALVINGS = 40
-"""Of a step, in search of where something that begins at nought was below it."""
+"""Number of halvings of a step in search of a time at which an event function that starts at zero is negative."""
 
 INTEGRATION_OUT_OF_RANGE = 9
-"""How a piece ends, beside those of `dop853`: a station lies outside the limits."""
+"""Status in addition to those of `projected_dop853`: a monitor state is outside the limits."""
 
 MAX_STEPS_TO_EVENT = 60
-"""From the beginning of a step to what happens within it takes a handful, but into a change point no end of them."""
+"""Step limit from the start of a step to an event within it: a handful suffices, except into a change point."""
 
 
 class _EventLocationError(Exception):
-    """What is watched could not be followed within a step."""
+    """The event functions could not be evaluated within a step."""
 
 
 class IntegrationContext(Protocol):
-    """What is asked of a stepper."""
+    """What an event integrator needs from the integrator that owns it."""
 
     constraint_tolerance: float
     max_steps: int
@@ -58,19 +60,26 @@ class IntegrationContext(Protocol):
 
 
 class EventIntegrator:
-    """Goes on through one run at a tolerance; counts are those of `dop853`."""
+    """Integrator of one run with events at one tolerance; counters are those of `projected_dop853`."""
 
-    def __init__(self, context: IntegrationContext, contact_solver: ContactModeSolver, tolerance: float, time_scale: float, max_step_ratio: float,
-                 counters: IntArray) -> None:  # fmt: skip
+    def __init__(
+        self,
+        context: IntegrationContext,
+        contact_solver: ContactModeSolver,
+        tolerance: float,
+        time_scale: float,
+        max_step_ratio: float,
+        counters: IntArray,
+    ) -> None:
         self._context, self._contact_solver, self._counters = context, contact_solver, counters
         self._tolerance, self._time_scale, self._max_step = tolerance, time_scale, max_step_ratio * time_scale
         self._last_event_time, self._n_simultaneous = -np.inf, 0
         self.output_force_counts = np.zeros(3, dtype=np.int64)
-        """Evaluations of springs, brakes and sliding friction along readings."""
+        """Evaluations of springs, dashpots and sliding friction along readings."""
         self._error_scale = context.make_error_scale()
 
     def restart_after_breakpoint(self, time: float, state: FloatArray) -> None:
-        """A program has jumped, or has a kink."""
+        """Select the contact mode again after an input function has a jump or a kink."""
         self._contact_solver.select_mode(time, state, self._context.input_cubics(time))
 
     def integrate_segment(
@@ -82,29 +91,40 @@ class EventIntegrator:
         output_states: FloatArray,
         contact_modes: list[ContactMode],
     ) -> tuple[int, float, int]:
-        """From span[0] to span[1], filling found at the times; how it ended, the last step, how many were reached."""
+        """Integrate over a span without breakpoints and fill output_states at output_times.
+
+        Returns the status, the last step size (s) and the number of output times reached.
+        """
         t, end = span
         n_filled, contact_solver = 0, self._contact_solver
         while t < end:
             system, event_bracket = contact_solver.system, np.empty(2)
             remaining_times = output_times[n_filled:]
-            status, step, n_reached, t_reached = self._integrate(system, (t, end), remaining_times, state, step, output_states[n_filled:],
-                                                              event_bracket)  # fmt: skip
+            status, step, n_reached, t_reached = self._integrate(
+                system, (t, end), remaining_times, state, step, output_states[n_filled:], event_bracket
+            )
             contact_modes += [contact_solver.mode] * n_reached
             n_filled += n_reached
             if status != INTEGRATION_EVENT:
                 return status, step, n_filled
             t = t_reached
             event_time, triggered = self._locate_event(system, t, state, event_bracket)
-            if not triggered and event_time - t <= EVENT_TIME_TOLERANCE * self._time_scale:  # nothing after all, and too near to look again
+            if not triggered and event_time - t <= EVENT_TIME_TOLERANCE * self._time_scale:  # a false alarm, too close to search again
                 event_time = min(end, t + max(step, EVENT_TIME_TOLERANCE * self._time_scale))
-            _, _, n_reached, _ = self._integrate(_without_event_functions(system), (t, event_time), output_times[n_filled:], state, event_time - t,
-                                             output_states[n_filled:], event_bracket)  # fmt: skip
+            _, _, n_reached, _ = self._integrate(
+                _without_event_functions(system),
+                (t, event_time),
+                output_times[n_filled:],
+                state,
+                event_time - t,
+                output_states[n_filled:],
+                event_bracket,
+            )
             contact_modes += [contact_solver.mode] * n_reached
             n_filled += n_reached
             t = event_time
             if n_filled and self._context.is_out_of_range(output_states[n_filled - 1]):
-                return (INTEGRATION_OUT_OF_RANGE, step, n_filled)  # what happens beyond the limits is no concern of ours, and may never end
+                return INTEGRATION_OUT_OF_RANGE, step, n_filled  # events beyond the limits are irrelevant and may never end
             if triggered and not self._is_below_chattering_limit(t):
                 return INTEGRATION_STALLED, step, n_filled
             if triggered:
@@ -122,26 +142,41 @@ class EventIntegrator:
         output_states: FloatArray,
         event_bracket: FloatArray,
     ) -> tuple[int, float, int, float]:
+        """Integrate up to the end of the span or to the step that contains the first event."""
         max_step = self._max_step * (EVENT_STEP_RATIO if len(system.event_functions) else 1.0)
         if not span[1] > span[0]:
             return INTEGRATION_DONE, step, 0, span[0]
         evaluations_before = int(self._counters[2])
-        result = integrate_projected_dop853(system, self._contact_solver.workspace, self._context.input_cubics(span[0]), span, output_times, state,
-                         self._error_scale, self._tolerance, step or max_step, max_step, self._context.constraint_tolerance,
-                         self._context.max_steps, output_states, self._counters, event_bracket)  # fmt: skip
+        result = integrate_projected_dop853(
+            system,
+            self._contact_solver.workspace,
+            self._context.input_cubics(span[0]),
+            span,
+            output_times,
+            state,
+            self._error_scale,
+            self._tolerance,
+            step or max_step,
+            max_step,
+            self._context.constraint_tolerance,
+            self._context.max_steps,
+            output_states,
+            self._counters,
+            event_bracket,
+        )
         self._count_output_forces(system, int(self._counters[2]) - evaluations_before)
         return result
 
     def _locate_event(self, system: System, t: float, state: FloatArray, event_bracket: FloatArray) -> tuple[float, list[int]]:
-        """When the first thing watched rises above nought, and whom it concerns; none where it does not after all.
+        """Return the time of the first event after t and the indices of its contacts; none if it proves not to occur.
 
-        state is at `now`, and crossed holds the times between which that is.
+        state is at t; event_bracket holds the times between which the event was detected.
         """
         low, high = float(event_bracket[0]), float(event_bracket[1])
         try:
             crossing_times = self._find_crossing_times(system, t, state, low, high)
         except _EventLocationError:
-            return high, []  # at a change point, say: the step goes over it, and what happens there is looked for again
+            return high, []  # for example at a change point: the step crosses it, and events there are detected again
         if not crossing_times:
             return high, []
         event_time = min(crossing_times.values())
@@ -149,7 +184,7 @@ class EventIntegrator:
         return event_time, sorted({int(system.event_functions["contact_index"][k]) for k in simultaneous})
 
     def _find_crossing_times(self, system: System, t: float, state: FloatArray, low: float, high: float) -> dict[int, float]:
-        """When (s) each mark that has risen above nought at `high` did so, after `low`."""
+        """Return for each event function that is positive at `high` when (s) it crossed zero after `low`."""
         input_cubics, workspace = self._context.input_cubics(t), self._contact_solver.workspace
 
         def event_values_at(time: float) -> FloatArray:
@@ -175,14 +210,27 @@ class EventIntegrator:
     def _integrate_without_events(
         self, system: System, span: tuple[float, float], state: FloatArray, input_cubics: FloatArray
     ) -> FloatArray:
-        """The state at span[1] from that at span[0], in a few steps with nothing watched; cubics count from span[0]."""
+        """Return the state at span[1] from that at span[0], without event functions; input_cubics count from span[0]."""
         final_state, counters = state.copy(), np.zeros(N_COUNTERS, dtype=np.int64)
         if span[1] > span[0]:
             duration = span[1] - span[0]
-            status, *_ = integrate_projected_dop853(_without_event_functions(system), self._contact_solver.workspace, input_cubics, span, np.empty(0),
-                                 final_state, self._error_scale, self._tolerance, duration, self._max_step,
-                                 self._context.constraint_tolerance, MAX_STEPS_TO_EVENT, np.empty((0, state.size)), counters,
-                                 np.empty(2))  # fmt: skip
+            status, *_ = integrate_projected_dop853(
+                _without_event_functions(system),
+                self._contact_solver.workspace,
+                input_cubics,
+                span,
+                np.empty(0),
+                final_state,
+                self._error_scale,
+                self._tolerance,
+                duration,
+                self._max_step,
+                self._context.constraint_tolerance,
+                MAX_STEPS_TO_EVENT,
+                np.empty((0, state.size)),
+                counters,
+                np.empty(2),
+            )
             self._counters[2:] += counters[2:]
             self._count_output_forces(system, int(counters[2]))
             if status != INTEGRATION_DONE:
@@ -190,20 +238,20 @@ class EventIntegrator:
         return final_state
 
     def _count_output_forces(self, system: System, evaluations: int) -> None:
-        """Note how often each kind of load along a reading was evaluated: friction that holds is none."""
+        """Count the evaluations of each kind of force along a reading; sticking friction is not evaluated."""
         self.output_force_counts += evaluations * count_output_forces(system)
 
     def _is_below_chattering_limit(self, t: float) -> bool:
-        """Whether what happens at one time comes to an end."""
+        """Record an event at t and return whether the number of simultaneous events is below its limit."""
         self._n_simultaneous = self._n_simultaneous + 1 if t - self._last_event_time <= EVENT_TIME_TOLERANCE * self._time_scale else 0
         self._last_event_time = t
         return self._n_simultaneous < MAX_EVENTS_AT_ONE_TIME
 
 
 def _find_negative_start(event_function: Callable[[float], float], low: float, high: float, threshold: float) -> tuple[float | None, float]:
-    """A time after low at which a mark that begins at nought is below `least`, and a later one at which it is positive.
+    """Return a time after low at which an event function is below the threshold, and a later one at which it is positive.
 
-    The first is None where it rises at once.
+    The first is None if the function rises at once.
     """
     positive_time = high
     for halving in range(1, MAX_BRACKET_HALVINGS):
@@ -216,5 +264,5 @@ def _find_negative_start(event_function: Callable[[float], float], low: float, h
 
 
 def _without_event_functions(system: System) -> System:
-    """The same, with nothing watched."""
+    """Return the system without event functions."""
     return system._replace(event_functions=np.zeros(0, dtype=EVENT_FUNCTION_DTYPE))
