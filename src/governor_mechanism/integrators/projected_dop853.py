@@ -7,6 +7,7 @@ import math
 import numpy as np
 
 from governor_mechanism.integrators.event_location import bracket_first_event, evaluate_events_at_state
+from governor_mechanism.integrators.status import IntegrationStatus
 from governor_mechanism.integrators.tableau import DENSE_NODES, DENSE_STAGES, DENSE_WEIGHTS, ERROR_3, ERROR_5, NODES, STAGES, WEIGHTS
 from governor_mechanism.mechanics.dynamics.constraint_solver import apply_jacobian, solve_schur_band, subtract_minv_jt
 from governor_mechanism.mechanics.dynamics.equations_of_motion import evaluate_state_derivative_inline, project_state_inline
@@ -14,9 +15,6 @@ from governor_mechanism.mechanics.dynamics.lowering import System, SystemWorkspa
 from governor_mechanism.mechanics.dynamics.output_forces import EVENT_SAMPLE_FRACTIONS
 from governor_mechanism.numerics.jit import jit, jit_internal
 from governor_mechanism.types import FloatArray, IntArray
-
-INTEGRATION_DONE, INTEGRATION_STALLED, INTEGRATION_STEP_LIMIT, INTEGRATION_STIFF, INTEGRATION_EVENT = 0, 1, 2, 3, 4
-"""Status of an integration: completed, step too small, too many steps, stiff, or an event function became positive."""
 
 STALL_WINDOW_STEPS, MIN_PROGRESS_RATIO = 2000, 1e-6
 """An integration stalls when this many accepted steps advance less than this fraction of the interval."""
@@ -71,7 +69,7 @@ def integrate_projected_dop853(
     output_states: FloatArray,
     counters: IntArray,
     event_bracket: FloatArray,
-) -> tuple[int, float, int, float]:
+) -> tuple[IntegrationStatus, float, int, float]:
     """Integrate the state of a mechanism in place over an interval without breakpoints of its inputs.
 
     Parameters
@@ -134,12 +132,12 @@ def integrate_projected_dop853(
         evaluate_events_at_state(system, workspace, input_cubics, 0.0, state, event_values[0])
     while t < end:
         if counters[0] + counters[1] >= max_steps:
-            return INTEGRATION_STEP_LIMIT, step, n_reached, t
+            return IntegrationStatus.STEP_LIMIT, step, n_reached, t
         if step < 1e-13 * (end - start) or not math.isfinite(step):
-            return INTEGRATION_STALLED, step, n_reached, t
+            return IntegrationStatus.STALLED, step, n_reached, t
         if counters[0] - progress_steps >= STALL_WINDOW_STEPS:
             if t - progress_time < MIN_PROGRESS_RATIO * (end - start):
-                return INTEGRATION_STALLED, step, n_reached, t
+                return IntegrationStatus.STALLED, step, n_reached, t
             progress_time, progress_steps = t, counters[0]
         step = min(step, max_step)
         is_last_step = t + step >= end
@@ -244,7 +242,7 @@ def integrate_projected_dop853(
             if high <= 1.0:
                 event_bracket[0], event_bracket[1] = t_start + low * h, t_start + high * h if high < 1.0 else t
                 state[:] = state_start
-                return INTEGRATION_EVENT, h, n_reached_before, t_start
+                return IntegrationStatus.EVENT, h, n_reached_before, t_start
             event_values[0] = event_values[EVENT_SAMPLE_FRACTIONS.size - 1]
         step_factor = min(6.0, max(0.3, 0.9 * max(error_norm, 1e-30) ** -0.125))
         step = max(step, h * step_factor) if is_last_step else h * step_factor  # the last step may be cut very short
@@ -254,8 +252,8 @@ def integrate_projected_dop853(
         if is_full_rank and pivot_ratio < min(previous_pivot_ratio, STEERING_PIVOT_RATIO):
             step = _steer_step_over_singularity(math.sqrt(pivot_ratio), math.sqrt(previous_pivot_ratio), h, step)
         if n_stiff >= N_STIFF_STEPS and not has_events and end - t > (MIN_STEPS_TO_SWITCH + MIN_STEPS_TO_SWITCH_PER_STATE * state.size) * h:
-            return INTEGRATION_STIFF, step, n_reached, t
-    return INTEGRATION_DONE, step, n_reached, t
+            return IntegrationStatus.STIFF, step, n_reached, t
+    return IntegrationStatus.DONE, step, n_reached, t
 
 
 @jit_internal

@@ -8,7 +8,7 @@ import numpy as np
 from scipy.integrate import Radau
 from scipy.linalg import qr
 
-from governor_mechanism.integrators.projected_dop853 import INTEGRATION_DONE, INTEGRATION_STALLED, INTEGRATION_STEP_LIMIT
+from governor_mechanism.integrators.status import IntegrationStatus
 from governor_mechanism.mechanics.dynamics.equations_of_motion import N_AUXILIARY_STATES, evaluate_state_derivative, project_state
 from governor_mechanism.mechanics.dynamics.lowering import System, SystemWorkspace
 from governor_mechanism.mechanics.kinematics.constraint_kernels import evaluate_jacobian
@@ -76,7 +76,7 @@ class RadauIntegrator:
         tolerance: float,
         max_steps: int,
         output_states: FloatArray,
-    ) -> tuple[int, float, int]:
+    ) -> tuple[IntegrationStatus, float, int]:
         """Integrate the state in place, as `integrate_projected_dop853` does; input_cubics count from `cubics_start` (s).
 
         Returns how the integration ended, the last step size (s) and the number of output times reached.
@@ -97,10 +97,10 @@ class RadauIntegrator:
             )
             while solver.status == "running":
                 if self.n_steps >= max_steps:
-                    return INTEGRATION_STEP_LIMIT, step, n_reached
+                    return IntegrationStatus.STEP_LIMIT, step, n_reached
                 solver.step()
                 if solver.status == "failed":
-                    return INTEGRATION_STALLED, step, n_reached
+                    return IntegrationStatus.STALLED, step, n_reached
                 self.n_steps += 1
                 dense_output = solver.dense_output()
                 while n_reached < output_times.size and output_times[n_reached] <= solver.t:
@@ -113,7 +113,7 @@ class RadauIntegrator:
                 partition.poses = state[: 3 * self._n_bodies].reshape(-1, 3).copy()
                 if self._is_ill_conditioned(partition):
                     break
-        return INTEGRATION_DONE, step, n_reached
+        return IntegrationStatus.DONE, step, n_reached
 
     def _choose_partition(self, state: FloatArray) -> _CoordinatePartition:
         """Return as independent the coordinates that the pivoted QR factorisation of the constraint Jacobian chooses last."""

@@ -24,7 +24,7 @@ from governor_mechanism.engines.certificate import (
 )
 from governor_mechanism.engines.initial_state import initial_state
 from governor_mechanism.engines.multibody.run import MULTIBODY_MAX_STEP_RATIO, ConstrainedIntegrator, IntegrationResult
-from governor_mechanism.integrators.projected_dop853 import INTEGRATION_DONE, INTEGRATION_STALLED
+from governor_mechanism.integrators.status import IntegrationStatus
 from governor_mechanism.mechanics.contact.event_log import compare_event_logs, count_model_size
 from governor_mechanism.model.effect import Effect
 from governor_mechanism.model.joints import JOINT_TYPES, Joint
@@ -150,9 +150,9 @@ class MultibodyRunner:
         if range_exit is not None:
             n_kept, early_outcome = range_exit[0], Outcome.LEFT_RANGE
             detail = f"{range_exit[1]}, at {self._describe_exit(integration.states, tolerance, n_kept)}"
-        elif integration.status == INTEGRATION_STALLED:
+        elif integration.status == IntegrationStatus.STALLED:
             early_outcome, detail = Outcome.STALLED, f"at {time_text}"
-        elif integration.status != INTEGRATION_DONE or len(self.integrator.time_grid.reported_indices) < len(self.request.times):
+        elif integration.status != IntegrationStatus.DONE or len(self.integrator.time_grid.reported_indices) < len(self.request.times):
             early_outcome, detail = Outcome.STEP_LIMIT, f"max_steps = {self.engine.max_steps} are used up at {time_text}"
         reported_states = history.at(self.integrator.time_grid.truncate(n_kept).reported_indices)
         observables = self.evaluator.evaluate(reported_states)

@@ -9,13 +9,8 @@ import numpy as np
 from scipy.optimize import brentq
 
 from governor_mechanism.engines.multibody.contact import ContactModeSolver
-from governor_mechanism.integrators.projected_dop853 import (
-    INTEGRATION_DONE,
-    INTEGRATION_EVENT,
-    INTEGRATION_STALLED,
-    N_COUNTERS,
-    integrate_projected_dop853,
-)
+from governor_mechanism.integrators.projected_dop853 import N_COUNTERS, integrate_projected_dop853
+from governor_mechanism.integrators.status import IntegrationStatus
 from governor_mechanism.mechanics.dynamics.contacts import ContactMode
 from governor_mechanism.mechanics.dynamics.equations_of_motion import evaluate_events_and_derivative
 from governor_mechanism.mechanics.dynamics.lowering import System, count_output_forces
@@ -36,9 +31,6 @@ MAX_EVENTS_AT_ONE_TIME = 30
 
 MAX_BRACKET_HALVINGS = 40
 """Number of halvings of a step in search of a time at which an event function that starts at zero is negative."""
-
-INTEGRATION_OUT_OF_RANGE = 9
-"""Status in addition to those of `projected_dop853`: a monitor state is outside the limits."""
 
 MAX_STEPS_TO_EVENT = 60
 """Step limit from the start of a step to an event within it: a handful suffices, except into a change point."""
@@ -90,7 +82,7 @@ class EventIntegrator:
         step: float,
         output_states: FloatArray,
         contact_modes: list[ContactMode],
-    ) -> tuple[int, float, int]:
+    ) -> tuple[IntegrationStatus, float, int]:
         """Integrate over a span without breakpoints and fill output_states at output_times.
 
         Returns the status, the last step size (s) and the number of output times reached.
@@ -105,7 +97,7 @@ class EventIntegrator:
             )
             contact_modes += [contact_solver.mode] * n_reached
             n_filled += n_reached
-            if status != INTEGRATION_EVENT:
+            if status != IntegrationStatus.EVENT:
                 return status, step, n_filled
             t = t_reached
             event_time, triggered = self._locate_event(system, t, state, event_bracket)
@@ -124,13 +116,13 @@ class EventIntegrator:
             n_filled += n_reached
             t = event_time
             if n_filled and self._context.is_out_of_range(output_states[n_filled - 1]):
-                return INTEGRATION_OUT_OF_RANGE, step, n_filled  # events beyond the limits are irrelevant and may never end
+                return IntegrationStatus.OUT_OF_RANGE, step, n_filled  # events beyond the limits are irrelevant and may never end
             if triggered and not self._is_below_chattering_limit(t):
-                return INTEGRATION_STALLED, step, n_filled
+                return IntegrationStatus.STALLED, step, n_filled
             if triggered:
                 contact_solver.select_mode(t, state, self._context.input_cubics(t), triggered)
             step = min(step, RESTART_STEP_RATIO * self._max_step)
-        return INTEGRATION_DONE, step, n_filled
+        return IntegrationStatus.DONE, step, n_filled
 
     def _integrate(
         self,
@@ -141,11 +133,11 @@ class EventIntegrator:
         step: float,
         output_states: FloatArray,
         event_bracket: FloatArray,
-    ) -> tuple[int, float, int, float]:
+    ) -> tuple[IntegrationStatus, float, int, float]:
         """Integrate up to the end of the span or to the step that contains the first event."""
         max_step = self._max_step * (EVENT_STEP_RATIO if len(system.event_functions) else 1.0)
         if not span[1] > span[0]:
-            return INTEGRATION_DONE, step, 0, span[0]
+            return IntegrationStatus.DONE, step, 0, span[0]
         evaluations_before = int(self._counters[2])
         result = integrate_projected_dop853(
             system,
@@ -233,7 +225,7 @@ class EventIntegrator:
             )
             self._counters[2:] += counters[2:]
             self._count_output_forces(system, int(counters[2]))
-            if status != INTEGRATION_DONE:
+            if status != IntegrationStatus.DONE:
                 raise _EventLocationError
         return final_state
 

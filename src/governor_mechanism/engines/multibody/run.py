@@ -9,8 +9,9 @@ import numpy as np
 
 from governor_mechanism.engines.multibody.contact import SIMULTANEITY_TOLERANCE, ContactModeSolver
 from governor_mechanism.engines.multibody.event_integration import EventIntegrator
-from governor_mechanism.integrators.projected_dop853 import INTEGRATION_DONE, INTEGRATION_STIFF, N_COUNTERS, integrate_projected_dop853
+from governor_mechanism.integrators.projected_dop853 import N_COUNTERS, integrate_projected_dop853
 from governor_mechanism.integrators.radau import RadauIntegrator
+from governor_mechanism.integrators.status import IntegrationStatus
 from governor_mechanism.integrators.time_grid import make_time_grid
 from governor_mechanism.mechanics.contact.event_log import drop_cancelled_events
 from governor_mechanism.mechanics.dynamics.characteristic_scales import max_step_scale
@@ -53,7 +54,7 @@ class IntegrationResult:
     """
 
     states: FloatArray
-    status: int
+    status: IntegrationStatus
     last_step: float
     contact_modes: tuple[ContactMode, ...] = ()
     events: tuple[Event, ...] = ()
@@ -100,7 +101,7 @@ class ConstrainedIntegrator:
             return self._integrate_with_contacts(self.contact_solver, tolerance, max_step_ratio)
         monitor_times, state = self.time_grid.monitor_times, self.initial_state.copy()
         states = np.empty((len(monitor_times), state.size))
-        states[0], n_filled, status = state, 1, INTEGRATION_DONE
+        states[0], n_filled, status = state, 1, IntegrationStatus.DONE
         max_step = max_step_ratio * self._max_step_scale
         step = MULTIBODY_FIRST_STEP_RATIO * max_step
         counters = np.zeros(N_COUNTERS, dtype=np.int64)
@@ -113,16 +114,16 @@ class ConstrainedIntegrator:
                 )
                 n_filled += n_reached
                 output_times = output_times[n_reached:]
-            if status == INTEGRATION_STIFF:
+            if status == IntegrationStatus.STIFF:
                 radau = RadauIntegrator(self.system, self.workspace, self.make_error_scale(), self.constraint_tolerance)
-                self.stiffness_onset, status = min(self.stiffness_onset, t), INTEGRATION_DONE
+                self.stiffness_onset, status = min(self.stiffness_onset, t), IntegrationStatus.DONE
             if radau is not None:
                 input_cubics, max_steps = self.input_cubics(start), self.max_steps
                 status, step, n_reached = radau.integrate(
                     input_cubics, (t, end), start, output_times, state, tolerance, max_steps, states[n_filled:]
                 )
                 n_filled += n_reached
-            if status != INTEGRATION_DONE:
+            if status != IntegrationStatus.DONE:
                 break
             self._add_speed_jump_work(end, state, states[n_filled - 1])
         if radau is not None:
@@ -139,14 +140,14 @@ class ConstrainedIntegrator:
         event_integrator = EventIntegrator(self, contact_solver, tolerance, time_scale, max_step_ratio, counters)
         contact_solver.initialize(state, self.input_cubics(0.0))
         states, contact_modes = np.empty((len(monitor_times), state.size)), [contact_solver.mode]
-        states[0], n_filled, status, step = (state, 1, INTEGRATION_DONE, MULTIBODY_FIRST_STEP_RATIO * max_step_ratio * time_scale)
+        states[0], n_filled, status, step = (state, 1, IntegrationStatus.DONE, MULTIBODY_FIRST_STEP_RATIO * max_step_ratio * time_scale)
         for start, end in pairwise(self.breakpoints.tolist()):
             output_times = monitor_times[(monitor_times > start) & (monitor_times <= end)]
             status, step, n_reached = event_integrator.integrate_segment(
                 (start, end), output_times, state, step, states[n_filled:], contact_modes
             )
             n_filled += n_reached
-            if status != INTEGRATION_DONE:
+            if status != IntegrationStatus.DONE:
                 break
             self._add_speed_jump_work(end, state, states[n_filled - 1])
             event_integrator.restart_after_breakpoint(end, state)
@@ -175,7 +176,7 @@ class ConstrainedIntegrator:
         max_step: float,
         output_states: FloatArray,
         counters: IntArray,
-    ) -> tuple[int, float, int, float]:
+    ) -> tuple[IntegrationStatus, float, int, float]:
         """Call `integrate_projected_dop853` for a scene without event functions; max_step in s."""
         return integrate_projected_dop853(
             self.system,
@@ -239,7 +240,7 @@ class ConstrainedIntegrator:
             counters,
             np.empty(2),
         )
-        if status != INTEGRATION_DONE:
+        if status != IntegrationStatus.DONE:
             return None
         origins, origin_velocities = state[:-N_AUXILIARY_STATES].reshape(2, len(self.system.bodies), 3)
         return to_mass_centres(self.system, origins, origin_velocities)
