@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import time
 from collections import Counter
-from dataclasses import asdict, dataclass, replace
+from dataclasses import asdict, dataclass, field, replace
 from functools import partial
 from typing import ClassVar, final
 
@@ -23,7 +23,8 @@ from governor_mechanism.engines.certificate import (
     refine_tolerance,
 )
 from governor_mechanism.engines.initial_state import initial_state
-from governor_mechanism.engines.multibody.run import MULTIBODY_MAX_STEP_RATIO, ConstrainedIntegrator, IntegrationResult
+from governor_mechanism.engines.multibody.run import ConstrainedIntegrator, IntegrationResult
+from governor_mechanism.engines.multibody.settings import MultibodySettings
 from governor_mechanism.integrators.status import IntegrationStatus
 from governor_mechanism.mechanics.contact.event_log import compare_event_logs, count_model_size
 from governor_mechanism.model.effect import Effect
@@ -35,12 +36,6 @@ from governor_mechanism.numerics.jit import warn_before_compiling
 from governor_mechanism.observables.evaluation import Observables, ReadingEvaluator, RunResult
 from governor_mechanism.observables.singular_configurations import DenseOutput
 from governor_mechanism.types import FloatArray
-
-MAX_MULTIBODY_STAGNANT_RUNS = 4
-"""Number of successive refinements without improvement after which the best run is accepted; a single one may be chance."""
-
-MAX_EXIT_BISECTIONS = 40
-"""Number of bisections between two monitor times to locate where a motion leaves its range: to rounding."""
 
 
 @final
@@ -62,6 +57,8 @@ class MultibodyEngine(Engine):
         Error of one step relative to the scales; None chooses it from the accuracy.
     max_steps
         Largest number of steps of one run.
+    settings
+        Numerical settings.
     """
 
     name: ClassVar[str] = "multibody"
@@ -70,6 +67,7 @@ class MultibodyEngine(Engine):
 
     tolerance: float | None = None
     max_steps: int = 1_000_000
+    settings: MultibodySettings = field(default_factory=MultibodySettings)
 
     def __post_init__(self) -> None:
         check_engine_settings("MultibodyEngine", self.tolerance, self.max_steps)
@@ -81,7 +79,7 @@ class MultibodyEngine(Engine):
         start_time = time.perf_counter()
         tolerance = self.tolerance or initial_tolerance(request.accuracy)
         if request.certify and self.tolerance is None:
-            best = refine_tolerance(runner.run_certified, tolerance, request.accuracy, MAX_MULTIBODY_STAGNANT_RUNS)
+            best = refine_tolerance(runner.run_certified, tolerance, request.accuracy, self.settings.max_stagnant_runs)
         else:
             best = runner.run_certified(tolerance) if request.certify else runner.run_once(tolerance)
         return runner.make_trajectory(best, time.perf_counter() - start_time)
@@ -115,13 +113,13 @@ class MultibodyRunner:
         self.engine, self.scene, self.request = engine, scene, request
         initial_motion = initial_state(scene)
         self.evaluator = ReadingEvaluator(scene, initial_motion[0])
-        self.integrator = ConstrainedIntegrator(scene, self.evaluator, initial_motion, request.times, engine.max_steps)
+        self.integrator = ConstrainedIntegrator(scene, self.evaluator, initial_motion, request.times, engine.max_steps, engine.settings)
         self.n_runs = 0
 
     def run_certified(self, tolerance: float) -> MultibodyResult:
         """Run twice, and estimate the error of the more accurate run by the difference."""
         # Where max_step and not the tolerance limits the steps, doubling it makes the runs differ.
-        worse, better = (self.run_once(COMPARISON_TOLERANCE_RATIO * tolerance, 2 * MULTIBODY_MAX_STEP_RATIO), self.run_once(tolerance))
+        worse, better = (self.run_once(COMPARISON_TOLERANCE_RATIO * tolerance, 2.0), self.run_once(tolerance))
         n_shared = min(len(worse.reported_states.times), len(better.reported_states.times))
         event_time_error, is_near_event = compare_event_logs(
             better.integration.events,
@@ -139,10 +137,10 @@ class MultibodyRunner:
             estimate = max(estimate, event_time_error / self.evaluator.time_scale)
         return replace(better, reading_errors=errors, error_estimate=estimate, n_excluded=int(is_near_event.sum()))
 
-    def run_once(self, tolerance: float, max_step_ratio: float = MULTIBODY_MAX_STEP_RATIO) -> MultibodyResult:
-        """Run once; max_step_ratio bounds the steps in units of the scene's step scale."""
+    def run_once(self, tolerance: float, step_factor: float = 1.0) -> MultibodyResult:
+        """Run once, with the largest step multiplied by a factor."""
         self.n_runs += 1
-        integration = self.integrator.integrate(tolerance, max_step_ratio)
+        integration = self.integrator.integrate(tolerance, step_factor * self.engine.settings.max_step_ratio)
         history = self.integrator.state_history(integration.states)
         n_kept, early_outcome, detail = len(history.times), None, ""
         range_exit = self.evaluator.find_first_out_of_range(history.poses)
@@ -164,7 +162,7 @@ class MultibodyRunner:
         if exit_index == 0 or self.integrator.stiffness_onset < np.inf or self.integrator.contact_solver:
             return f"about t = {times[exit_index]:.6g} s"
         time_inside, time_outside = float(times[exit_index - 1]), float(times[exit_index])
-        for _ in range(MAX_EXIT_BISECTIONS):
+        for _ in range(self.engine.settings.max_exit_bisections):
             middle = 0.5 * (time_inside + time_outside)
             motion = self.integrator.integrate_between(states, tolerance, exit_index - 1, middle)
             if motion is None:

@@ -9,6 +9,7 @@ import numpy as np
 from scipy.optimize import brentq
 
 from governor_mechanism.engines.multibody.contact import ContactModeSolver
+from governor_mechanism.engines.multibody.settings import MultibodySettings
 from governor_mechanism.integrators.projected_dop853 import N_COUNTERS, integrate_projected_dop853
 from governor_mechanism.integrators.status import IntegrationStatus
 from governor_mechanism.mechanics.dynamics.contacts import ContactMode
@@ -16,24 +17,6 @@ from governor_mechanism.mechanics.dynamics.equations_of_motion import evaluate_e
 from governor_mechanism.mechanics.dynamics.lowering import System, count_output_forces
 from governor_mechanism.mechanics.dynamics.output_forces import EVENT_FUNCTION_DTYPE
 from governor_mechanism.types import FloatArray, IntArray
-
-EVENT_STEP_RATIO, RESTART_STEP_RATIO = 0.2, 0.04
-"""Largest step while event functions are monitored, and after an event, as fractions of the largest step.
-
-The two runs of a certificate have different largest steps, and therefore different steps here too.
-"""
-
-EVENT_TIME_TOLERANCE = 1e-13
-"""Events closer than this, in units of the time scale, are simultaneous."""
-
-MAX_EVENTS_AT_ONE_TIME = 30
-"""Largest number of successive events at one time; more are endless chattering."""
-
-MAX_BRACKET_HALVINGS = 40
-"""Number of halvings of a step in search of a time at which an event function that starts at zero is negative."""
-
-MAX_STEPS_TO_EVENT = 60
-"""Step limit from the start of a step to an event within it: a handful suffices, except into a change point."""
 
 
 class _EventLocationError(Exception):
@@ -45,10 +28,16 @@ class IntegrationContext(Protocol):
 
     constraint_tolerance: float
     max_steps: int
+    settings: MultibodySettings
 
-    def input_cubics(self, start: float) -> FloatArray: ...
-    def is_out_of_range(self, state: FloatArray) -> bool: ...
-    def make_error_scale(self) -> FloatArray: ...
+    def input_cubics(self, start: float) -> FloatArray:
+        """Return the local cubics of the inputs from a time (s) on."""
+
+    def is_out_of_range(self, state: FloatArray) -> bool:
+        """Return whether a state is outside the mechanism's limits."""
+
+    def make_error_scale(self) -> FloatArray:
+        """Return the scales of the components of a state."""
 
 
 class EventIntegrator:
@@ -69,6 +58,7 @@ class EventIntegrator:
         self.output_force_counts = np.zeros(3, dtype=np.int64)
         """Evaluations of springs, dashpots and sliding friction along readings."""
         self._error_scale = context.make_error_scale()
+        self._simultaneity = context.settings.event_time_tolerance * time_scale
 
     def restart_after_breakpoint(self, time: float, state: FloatArray) -> None:
         """Select the contact mode again after an input function has a jump or a kink."""
@@ -101,8 +91,8 @@ class EventIntegrator:
                 return status, step, n_filled
             t = t_reached
             event_time, triggered = self._locate_event(system, t, state, event_bracket)
-            if not triggered and event_time - t <= EVENT_TIME_TOLERANCE * self._time_scale:  # a false alarm, too close to search again
-                event_time = min(end, t + max(step, EVENT_TIME_TOLERANCE * self._time_scale))
+            if not triggered and event_time - t <= self._simultaneity:  # a false alarm, too close to search again
+                event_time = min(end, t + max(step, self._simultaneity))
             _, _, n_reached, _ = self._integrate(
                 _without_event_functions(system),
                 (t, event_time),
@@ -121,7 +111,7 @@ class EventIntegrator:
                 return IntegrationStatus.STALLED, step, n_filled
             if triggered:
                 contact_solver.select_mode(t, state, self._context.input_cubics(t), triggered)
-            step = min(step, RESTART_STEP_RATIO * self._max_step)
+            step = min(step, self._context.settings.restart_step_ratio * self._max_step)
         return IntegrationStatus.DONE, step, n_filled
 
     def _integrate(
@@ -135,7 +125,7 @@ class EventIntegrator:
         event_bracket: FloatArray,
     ) -> tuple[IntegrationStatus, float, int, float]:
         """Integrate up to the end of the span or to the step that contains the first event."""
-        max_step = self._max_step * (EVENT_STEP_RATIO if len(system.event_functions) else 1.0)
+        max_step = self._max_step * (self._context.settings.event_step_ratio if len(system.event_functions) else 1.0)
         if not span[1] > span[0]:
             return IntegrationStatus.DONE, step, 0, span[0]
         evaluations_before = int(self._counters[2])
@@ -172,7 +162,7 @@ class EventIntegrator:
         if not crossing_times:
             return high, []
         event_time = min(crossing_times.values())
-        simultaneous = [k for k, time in crossing_times.items() if time - event_time <= EVENT_TIME_TOLERANCE * self._time_scale]
+        simultaneous = [k for k, time in crossing_times.items() if time - event_time <= self._simultaneity]
         return event_time, sorted({int(system.event_functions["contact_index"][k]) for k in simultaneous})
 
     def _find_crossing_times(self, system: System, t: float, state: FloatArray, low: float, high: float) -> dict[int, float]:
@@ -192,7 +182,7 @@ class EventIntegrator:
                 return float(event_values_at(time)[k])
 
             begin, end = (
-                _find_negative_start(event_function, low, high, min(float(values_low[k]), 0.0))
+                _find_negative_start(event_function, low, high, min(float(values_low[k]), 0.0), self._context.settings.max_bracket_halvings)
                 if values_low[k] >= -float(tolerances[k])
                 else (low, high)
             )
@@ -218,7 +208,7 @@ class EventIntegrator:
                 duration,
                 self._max_step,
                 self._context.constraint_tolerance,
-                MAX_STEPS_TO_EVENT,
+                self._context.settings.max_event_location_steps,
                 np.empty((0, state.size)),
                 counters,
                 np.empty(2),
@@ -235,18 +225,20 @@ class EventIntegrator:
 
     def _is_below_chattering_limit(self, t: float) -> bool:
         """Record an event at t and return whether the number of simultaneous events is below its limit."""
-        self._n_simultaneous = self._n_simultaneous + 1 if t - self._last_event_time <= EVENT_TIME_TOLERANCE * self._time_scale else 0
+        self._n_simultaneous = self._n_simultaneous + 1 if t - self._last_event_time <= self._simultaneity else 0
         self._last_event_time = t
-        return self._n_simultaneous < MAX_EVENTS_AT_ONE_TIME
+        return self._n_simultaneous < self._context.settings.max_simultaneous_events
 
 
-def _find_negative_start(event_function: Callable[[float], float], low: float, high: float, threshold: float) -> tuple[float | None, float]:
+def _find_negative_start(
+    event_function: Callable[[float], float], low: float, high: float, threshold: float, max_halvings: int
+) -> tuple[float | None, float]:
     """Return a time after low at which an event function is below the threshold, and a later one at which it is positive.
 
     The first is None if the function rises at once.
     """
     positive_time = high
-    for halving in range(1, MAX_BRACKET_HALVINGS):
+    for halving in range(1, max_halvings):
         middle = low + (high - low) * 0.5**halving
         value = event_function(middle)
         if value < threshold:

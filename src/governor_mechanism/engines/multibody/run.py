@@ -9,6 +9,7 @@ import numpy as np
 
 from governor_mechanism.engines.multibody.contact import SIMULTANEITY_TOLERANCE, ContactModeSolver
 from governor_mechanism.engines.multibody.event_integration import EventIntegrator
+from governor_mechanism.engines.multibody.settings import MultibodySettings
 from governor_mechanism.integrators.projected_dop853 import N_COUNTERS, integrate_projected_dop853
 from governor_mechanism.integrators.radau import RadauIntegrator
 from governor_mechanism.integrators.status import IntegrationStatus
@@ -29,21 +30,6 @@ from governor_mechanism.model.scene import Scene
 from governor_mechanism.model.state_history import StateHistory
 from governor_mechanism.observables.evaluation import ReadingEvaluator
 from governor_mechanism.types import FloatArray, IntArray
-
-MULTIBODY_MONITOR_INTERVAL_RATIO = 0.25
-"""Largest distance of monitor times in units of the scene's time scale; limits are checked at these times."""
-
-MULTIBODY_MAX_STEP_RATIO = 2.5
-"""Largest step size in units of the scene's step scale, whatever the tolerance."""
-
-MULTIBODY_FIRST_STEP_RATIO = 0.004
-"""First step size as a fraction of the largest one."""
-
-MAX_STEPS_BETWEEN_MONITOR_TIMES = 100
-"""Step limit from a monitor time to a time before the next one: a handful suffices, except into a change point."""
-
-CONSTRAINT_TOLERANCE_RATIO = 1e-14
-"""Constraint tolerance of the projection as a fraction of the mechanism's length scale."""
 
 
 @dataclass(frozen=True)
@@ -70,14 +56,15 @@ class ConstrainedIntegrator:
         initial_motion: tuple[FloatArray, FloatArray],
         reported_times: FloatArray,
         max_steps: int,
+        settings: MultibodySettings,
     ) -> None:
-        self.evaluator, self.max_steps = evaluator, max_steps
+        self.evaluator, self.max_steps, self.settings = evaluator, max_steps, settings
         self.system, self.input_functions = make_system(scene)
         self.workspace = make_system_workspace(self.system)
-        self.constraint_tolerance = CONSTRAINT_TOLERANCE_RATIO * evaluator.mechanism.length_scale
+        self.constraint_tolerance = settings.constraint_tolerance_ratio * evaluator.mechanism.length_scale
         breakpoints = np.unique(np.concatenate([function.breakpoints for function in self.input_functions]))
         self._max_step_scale = max_step_scale(scene)
-        max_interval = MULTIBODY_MONITOR_INTERVAL_RATIO * evaluator.time_scale
+        max_interval = settings.monitor_interval_ratio * evaluator.time_scale
         self.time_grid = make_time_grid(reported_times[reported_times <= max_interval * max_steps], breakpoints, np.inf, max_interval)
         inner_breakpoints = breakpoints[(breakpoints > 0) & (breakpoints < self.time_grid.monitor_times[-1])]
         self.breakpoints = np.concatenate([[0.0], inner_breakpoints, self.time_grid.monitor_times[-1:]])
@@ -95,7 +82,7 @@ class ConstrainedIntegrator:
             (0.0, 0.0), np.empty(0), self.initial_state.copy(), 1.0, 1.0, 1.0, no_outputs, np.zeros(N_COUNTERS, dtype=np.int64)
         )
 
-    def integrate(self, tolerance: float, max_step_ratio: float = MULTIBODY_MAX_STEP_RATIO) -> IntegrationResult:
+    def integrate(self, tolerance: float, max_step_ratio: float) -> IntegrationResult:
         """Integrate from the start over all monitor times; max_step_ratio is in units of the scene's step scale."""
         if self.contact_solver is not None:
             return self._integrate_with_contacts(self.contact_solver, tolerance, max_step_ratio)
@@ -103,7 +90,7 @@ class ConstrainedIntegrator:
         states = np.empty((len(monitor_times), state.size))
         states[0], n_filled, status = state, 1, IntegrationStatus.DONE
         max_step = max_step_ratio * self._max_step_scale
-        step = MULTIBODY_FIRST_STEP_RATIO * max_step
+        step = self.settings.first_step_ratio * max_step
         counters = np.zeros(N_COUNTERS, dtype=np.int64)
         radau: RadauIntegrator | None = None
         for start, end in pairwise(self.breakpoints.tolist()):
@@ -140,7 +127,7 @@ class ConstrainedIntegrator:
         event_integrator = EventIntegrator(self, contact_solver, tolerance, time_scale, max_step_ratio, counters)
         contact_solver.initialize(state, self.input_cubics(0.0))
         states, contact_modes = np.empty((len(monitor_times), state.size)), [contact_solver.mode]
-        states[0], n_filled, status, step = (state, 1, IntegrationStatus.DONE, MULTIBODY_FIRST_STEP_RATIO * max_step_ratio * time_scale)
+        states[0], n_filled, status, step = (state, 1, IntegrationStatus.DONE, self.settings.first_step_ratio * max_step_ratio * time_scale)
         for start, end in pairwise(self.breakpoints.tolist()):
             output_times = monitor_times[(monitor_times > start) & (monitor_times <= end)]
             status, step, n_reached = event_integrator.integrate_segment(
@@ -235,7 +222,7 @@ class ConstrainedIntegrator:
             step,
             np.inf,
             self.constraint_tolerance,
-            MAX_STEPS_BETWEEN_MONITOR_TIMES,
+            self.settings.max_interpolation_steps,
             no_outputs,
             counters,
             np.empty(2),
