@@ -26,7 +26,7 @@ from governor_mechanism.engines.initial_state import initial_state
 from governor_mechanism.engines.multibody.run import ConstrainedIntegrator, IntegrationResult
 from governor_mechanism.engines.multibody.settings import MultibodySettings
 from governor_mechanism.integrators.status import IntegrationStatus
-from governor_mechanism.mechanics.contact.event_log import compare_event_logs, count_model_size
+from governor_mechanism.mechanics.contact.event_log import compare_event_logs
 from governor_mechanism.model.effect import Effect
 from governor_mechanism.model.joints import JOINT_TYPES, Joint
 from governor_mechanism.model.scene import Scene
@@ -34,6 +34,7 @@ from governor_mechanism.model.state_history import StateHistory
 from governor_mechanism.model.trajectory import Cost, Outcome, Trajectory
 from governor_mechanism.numerics.jit import warn_before_compiling
 from governor_mechanism.observables.evaluation import Observables, ReadingEvaluator, RunResult
+from governor_mechanism.observables.model_size import count_model_size
 from governor_mechanism.observables.singular_configurations import DenseOutput
 from governor_mechanism.types import FloatArray
 

@@ -25,7 +25,7 @@ from governor_mechanism.engines.reduced.integration import BECAME_STIFF, RUN_COM
 from governor_mechanism.engines.reduced.run import PATH_ENDED, REDUCED_MAX_STEP_RATIO, ReducedRun, ReducedSolution
 from governor_mechanism.errors import MechanismError
 from governor_mechanism.integrators.time_grid import make_time_grid
-from governor_mechanism.mechanics.contact.event_log import compare_event_logs, count_model_size
+from governor_mechanism.mechanics.contact.event_log import compare_event_logs
 from governor_mechanism.mechanics.kinematics.assembly import PositionSolver
 from governor_mechanism.mechanics.kinematics.output_variables import evaluate_output
 from governor_mechanism.mechanics.reduction.motion_table import MotionTable
@@ -36,6 +36,7 @@ from governor_mechanism.model.state_history import StateHistory
 from governor_mechanism.model.trajectory import Cost, Outcome, Trajectory
 from governor_mechanism.numerics.jit import warn_before_compiling
 from governor_mechanism.observables.evaluation import Observables, ReadingEvaluator, RunResult
+from governor_mechanism.observables.model_size import count_model_size
 from governor_mechanism.observables.singular_configurations import DenseOutput
 
 COMPARISON_WIDTH_RATIO = 0.7
