@@ -1,4 +1,4 @@
-"""The reduced engine: one coordinate along tables of the assembled mechanism, stepped by DOP853 in compiled code."""
+"""Reduced engine: one coordinate along tables of the assembled mechanism, integrated by DOP853 in compiled code."""
 
 from __future__ import annotations
 
@@ -40,25 +40,37 @@ from governor_mechanism.observables.model_size import count_model_size
 from governor_mechanism.observables.singular_configurations import DenseOutput
 
 COMPARISON_WIDTH_RATIO = 0.7
-"""How much narrower its pieces are, so that what the fits leave out is told apart as well."""
+"""Factor on the piece width of the comparison run, so that the certificate includes the interpolation error of the tables."""
 
 MAX_REDUCED_STAGNANT_RUNS = 4
-"""So many tighter certificates that are no better are believed; one may be bad luck."""
+"""Number of tighter certificates without improvement after which refinement stops; a single one may be accidental."""
 
 TURNING_POINT_SEARCH_INTERVAL = 0.25
-"""In time scales, and of the coordinate's unit: how far apart the poses are at which dead centres are looked for."""
+"""Spacing of the states between which turning points are searched, in time scales and in coordinate scales."""
 
 MAX_MONITOR_TRAVEL, MAX_MONITOR_TIMES = 0.5, 200_000
-"""Of the coordinate's unit: poses farther apart get others between them, up to so many."""
+"""Travel between monitored states, in coordinate scales, above which more are inserted, and their largest number."""
 
 
 @final
 @dataclass(frozen=True, kw_only=True)
 class ReducedEngine(Engine):
-    """Order 8 with error control for mechanisms of mobility one: the fastest.
+    """Engine of order 8 with error control for mechanisms with one degree of freedom; the fastest one.
 
-    tolerance is the error of one step, chosen from the accuracy where it is left out. max_steps bounds one run.
-    The error estimate is the difference from a run ten times looser along tables of its own.
+    The error estimate is the difference from a run with a ten times larger tolerance along a table of its own.
+
+    Attributes
+    ----------
+    name
+        Name of the engine.
+    effects
+        Effects that it can simulate.
+    joints
+        Joints that it can simulate.
+    tolerance
+        Relative error of one step. Default: chosen from the requested accuracy.
+    max_steps
+        Largest number of steps of one run.
     """
 
     name: ClassVar[str] = "reduced"
@@ -69,14 +81,18 @@ class ReducedEngine(Engine):
     max_steps: int = 1_000_000
 
     def __post_init__(self) -> None:
+        """Check the settings."""
         check_engine_settings("ReducedEngine", self.tolerance, self.max_steps)
 
     def _refuses(self, scene: Scene) -> str:
         position_solver = PositionSolver(scene.part.mechanism)
         if position_solver.equations.is_driven.any():
-            return "engine 'reduced' follows one free coordinate, and drives move this mechanism; choose multibody"
+            return "engine 'reduced' integrates one free coordinate, but drives move this mechanism; choose engine 'multibody'"
         if position_solver.mobility != 1:
-            return f"engine 'reduced' follows one coordinate, not a mobility of {position_solver.mobility}; choose multibody"
+            return (
+                f"engine 'reduced' integrates one degree of freedom; this mechanism has mobility {position_solver.mobility}; "
+                "choose engine 'multibody'"
+            )
         return ""
 
     def _run(self, scene: Scene, request: RunRequest) -> Trajectory:
@@ -108,12 +124,12 @@ class ReducedResult:
 
     @property
     def n_reached(self) -> int:
-        """How many of the reported times it came to."""
+        """Number of reported times that it reached."""
         return len(self.reported_states.times)
 
 
 class ReducedRunner:
-    """Follows one scene at given tolerances."""
+    """Runs of one scene at different tolerances, each width of table pieces with its own motion table."""
 
     def __init__(self, engine: ReducedEngine, scene: Scene, request: RunRequest) -> None:
         self.engine, self.scene, self.request = engine, scene, request
@@ -126,7 +142,7 @@ class ReducedRunner:
         self._reduced_runs: dict[float, ReducedRun] = {}
 
     def compile_kernels(self) -> None:
-        """Have the kernels compiled or loaded, once in a process, so that no run's cost includes it."""
+        """Compile or load the kernels, once in a process, so that no measured time includes it."""
         kernel: Any = integrate_reduced
         if not kernel.signatures:
             warn_before_compiling("integrate_reduced", 30)
@@ -138,23 +154,23 @@ class ReducedRunner:
 
     @property
     def setup_time(self) -> float:
-        """Seconds that laying the ways has taken."""
+        """Wall time spent on the motion tables, s."""
         return sum(reduced_run.motion_table.setup_time for reduced_run in self._reduced_runs.values())
 
     def get_reduced_run(self, width_factor: float) -> ReducedRun:
-        """One along pieces that are so much narrower at first."""
+        """Return the run along the table with this factor on the width of its first pieces."""
         if width_factor not in self._reduced_runs:
             motion_table = MotionTable(self.scene, self.initial_coordinate[0], self._initial_poses, width_factor)
             if not motion_table.is_started:
-                raise MechanismError(f"engine 'reduced' cannot begin: {motion_table.end_message(1)[1]}; choose engine 'multibody'")
+                raise MechanismError(f"engine 'reduced' cannot start: {motion_table.end_message(1)[1]}; choose engine 'multibody'")
             self._reduced_runs[width_factor] = ReducedRun(
                 motion_table, self.evaluator, self.initial_coordinate, self.request.times, self.engine.max_steps
             )
         return self._reduced_runs[width_factor]
 
     def run_certified(self, tolerance: float) -> ReducedResult:
-        """Two runs, and the difference between them as the estimate of the better one's error."""
-        # Where it is not the tolerance that bounds the steps, twice as long ones tell the runs apart.
+        """Return the better of two runs, with their difference as its error estimate."""
+        # Where the largest step and not the tolerance limits the steps, twice as long steps make the runs differ.
         worse = self.run_once(COMPARISON_TOLERANCE_RATIO * tolerance, 2 * REDUCED_MAX_STEP_RATIO, COMPARISON_WIDTH_RATIO)
         better = self.run_once(tolerance)
         n_shared = min(len(worse.reported_states.times), len(better.reported_states.times))
@@ -174,7 +190,7 @@ class ReducedRunner:
         return replace(better, reading_errors=errors, error_estimate=estimate, n_excluded=int(is_near_event.sum()))
 
     def run_once(self, tolerance: float, max_step_ratio: float = REDUCED_MAX_STEP_RATIO, width_factor: float = 1.0) -> ReducedResult:
-        """One run, its steps at most so many of the scene's paces long."""
+        """Return one run with steps up to max_step_ratio step scales of the scene."""
         self.n_runs += 1
         reduced_run = self.get_reduced_run(width_factor)
         solution = reduced_run.integrate(tolerance, max_step_ratio)
@@ -190,13 +206,13 @@ class ReducedRunner:
         elif solution.status == RUN_STALLED:
             early_outcome, detail = Outcome.STALLED, f"at {time_text}"
         elif solution.status != RUN_COMPLETED:
-            early_outcome, detail = Outcome.STEP_LIMIT, f"max_steps = {self.engine.max_steps} end at {time_text}"
+            early_outcome, detail = Outcome.STEP_LIMIT, f"max_steps = {self.engine.max_steps} reached at {time_text}"
         return ReducedResult(
             solution, reduced_run, tolerance, reported_states, self.evaluator.evaluate(reported_states), early_outcome, detail, {}
         )
 
     def make_trajectory(self, best: ReducedResult, wall_time: float) -> Trajectory:
-        """The result."""
+        """Return the trajectory of the best run."""
         settings = {**asdict(self.engine), "asked_accuracy": self.request.accuracy, "certified": best.error_estimate is not None}
         return self.evaluator.make_trajectory(
             RunResult(
@@ -217,7 +233,7 @@ class ReducedRunner:
         )
 
     def _make_monitor_states(self, best: ReducedResult) -> tuple[StateHistory, DenseOutput | None]:
-        """States near enough to each other that nothing is passed unseen, and what lies between; ridden anew."""
+        """Return states close enough to each other that no singular configuration is missed, and the dense output between them."""
         end = best.reported_states.times[-1:]
         breakpoints = np.unique(np.concatenate([function.breakpoints for function in best.reduced_run.motion_table.time_functions]))
         monitor_times = make_time_grid(end, breakpoints, np.inf, TURNING_POINT_SEARCH_INTERVAL * self.evaluator.time_scale).monitor_times
@@ -239,7 +255,7 @@ class ReducedRunner:
         counters = sum((reduced_run.counts for reduced_run in reduced_runs), np.zeros(4, dtype=np.int64))
         steps, rejected, evaluations, moving_evaluations = (int(count) for count in counters)
         n_pieces = sum(reduced_run.motion_table.n_pieces for reduced_run in reduced_runs)
-        law_counts = {"equations of motion": evaluations, "pieces laid": n_pieces}
+        law_counts = {"equations of motion": evaluations, "table pieces": n_pieces}
         reduced_forces = best.reduced_run.motion_table.forces
         for law, n_elements, count in (
             ("springs on readings", len(reduced_forces.one_sided_springs), evaluations),
