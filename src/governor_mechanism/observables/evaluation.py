@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from typing import Any
 
 import numpy as np
@@ -73,7 +73,7 @@ class RunResult:
     observables
         Observables at the reported times.
     outcome
-        How the run ended.
+        How the run ended; None while a run that reached its end is not yet compared with the requested accuracy.
     detail
         Details of the outcome, as text.
     error_estimate
@@ -95,15 +95,20 @@ class RunResult:
     reported_states: StateHistory
     monitor_states: StateHistory | StateProvider
     observables: Observables
-    outcome: Outcome
+    outcome: Outcome | None
     detail: str
-    error_estimate: float | None
-    reading_errors: dict[str, float]
+    error_estimate: float | None = None
+    reading_errors: dict[str, float] = field(default_factory=dict)
     dense_output: DenseOutput | None = None
     contact_modes: tuple[ContactMode, ...] = ()
     reported_indices: slice | IntArray | None = None
     contact_events: tuple[Event, ...] = ()
     n_excluded: int = 0
+
+    @property
+    def n_reached(self) -> int:
+        """Number of reported times that the run reached."""
+        return len(self.reported_states.times)
 
 
 class ReadingEvaluator:
@@ -200,7 +205,7 @@ class ReadingEvaluator:
             scales=self.reading_scales(),
             joint_gap=observables.joint_gap,
             energy=observables.energy,
-            outcome=result.outcome,
+            outcome=result.outcome or Outcome.UNCERTIFIED,
             detail=result.detail,
             cost=cost,
             error_estimate=result.error_estimate,

@@ -82,8 +82,9 @@ class ConstrainedIntegrator:
             (0.0, 0.0), np.empty(0), self.initial_state.copy(), 1.0, 1.0, 1.0, no_outputs, np.zeros(N_COUNTERS, dtype=np.int64)
         )
 
-    def integrate(self, tolerance: float, max_step_ratio: float) -> IntegrationResult:
-        """Integrate from the start over all monitor times; max_step_ratio is in units of the scene's step scale."""
+    def integrate(self, tolerance: float, step_factor: float = 1.0) -> IntegrationResult:
+        """Integrate from the start over all monitor times, with the largest step multiplied by a factor."""
+        max_step_ratio = step_factor * self.settings.max_step_ratio
         if self.contact_solver is not None:
             return self._integrate_with_contacts(self.contact_solver, tolerance, max_step_ratio)
         monitor_times, state = self.time_grid.monitor_times, self.initial_state.copy()
