@@ -42,7 +42,7 @@ def load(scene: str | Path) -> Scene:
 
     loaded_scene = load_scene(scene)
     try:
-        initial_state(loaded_scene)  # a start that cannot be made is a mistake of the file, not of the run
+        initial_state(loaded_scene)  # an impossible start is a mistake of the file, not of the run
     except MechanismError as error:
         raise MechanismError(*(f"{loaded_scene.source}: {problem}" for problem in error.problems)) from None
     return loaded_scene

@@ -1,8 +1,8 @@
-"""Hartung's spring governor: two weights on bell cranks, a spring to each, hangers down to the sleeve.
+"""Hartung governor: two spring-loaded weights on bell cranks, with hangers to the sleeve.
 
-Geometry after Fr. Dubois, Dinglers Polytechnisches Journal 327 (1912), p. 618. The plane turns with the spindle: x from
-the spindle axis, y up, the governor's cross axis at y = 0. The lever angle is that of the weights' arm from upright,
-positive toward the spindle: it is largest where the weights stand innermost.
+Geometry after Fr. Dubois, Dinglers Polytechnisches Journal 327 (1912), p. 618. The plane turns with the spindle: x is measured from the
+spindle axis, y up from the cross axis of the governor. The lever angle is that of the weight's arm from the upright, positive toward the
+spindle: it is largest when the weights are innermost.
 """
 
 from __future__ import annotations
@@ -29,11 +29,10 @@ __all__ = ["LEFT_WEIGHT", "RIGHT_WEIGHT", "SLEEVE", "HartungGovernor"]
 
 @dataclass(frozen=True, kw_only=True)
 class HartungGovernor(Machine):
-    """Two weights as points on massless bell cranks, unless an effect gives these mass; a sleeve on hangers.
+    """Two weights as points on massless bell cranks, unless an effect gives these mass, and a sleeve on hangers.
 
-    Lengths in m, masses in kg, angles in rad, speeds in rad/s. The spring of each weight presses it inward, at its
-    centre and level. It is given by its force at a radius, and its rate or its wire; or by the two speeds that hold the
-    weights at the inner and at the outer end of the stroke, under 9.81 m/s2.
+    Lengths in m, masses in kg, angles in rad, speeds in rad/s. A horizontal spring presses each weight inward at its centre. It is given by
+    its force at a radius and its rate or its wire, or by the two equilibrium speeds at the ends of the stroke under 9.81 m/s2.
     """
 
     name: ClassVar[str] = "hartung"
@@ -59,23 +58,23 @@ class HartungGovernor(Machine):
     )
     spring_wire: float | None = dimension_field("length", "of each spring's wire, its diameter", default=None)
     spring_coil: float | None = dimension_field("length", "of each spring's coil, its mean diameter", default=None)
-    spring_turns: float | None = dimension_field("number", "of each spring's turns that work", default=None)
+    spring_turns: float | None = dimension_field("number", "of each spring's active turns", default=None)
     spring_modulus: float | None = dimension_field("modulus", "of shear of the springs' wire", default=None, max_size=1e13)
     spring_stress_limit: float | None = dimension_field("pressure", "that the springs' wire may bear", default=None)
     inner_speed: float | None = dimension_field("angular_speed", "that holds the weights at the inner end of the stroke", default=None)
     outer_speed: float | None = dimension_field("angular_speed", "that holds the weights at the outer end of the stroke", default=None)
-    insensitivity: float = dimension_field("ratio", "that the regulating force is reckoned with", default=0.04)
+    insensitivity: float = dimension_field("ratio", "that the regulating force is computed with", default=0.04)
 
     def __post_init__(self) -> None:
         super().__post_init__()
         problems = [*self._angle_problems(), *self._stroke_problems(), *spring_problems(self)]
         if problems:
             raise MechanismError(*problems)
-        self.spring_law()  # refuses two speeds that no spring holds
+        self.spring_law()  # raises for two speeds that no spring satisfies
 
     @property
     def lever_geometry(self) -> LeverGeometry:
-        """How weights, hangers and sleeve follow the lever angle."""
+        """Positions of weights, hangers and sleeve over the lever angle."""
         return LeverGeometry(
             weight_arm=self.weight_arm,
             sleeve_arm=self.sleeve_arm,
@@ -87,15 +86,15 @@ class HartungGovernor(Machine):
 
     @property
     def fulcrum_y(self) -> float:
-        """Height of the fulcrum above the cross axis (m)."""
+        """Height of the fulcrum above the cross axis, m."""
         return -self.weight_arm if self.fulcrum_height is None else self.fulcrum_height
 
     def spring_law(self) -> LinearSpringLaw:
-        """Each spring's force over the radius of its weight."""
+        """Return the force of each spring over the radius of its weight."""
         return build_spring_law(self)
 
     def mechanism(self, bell_cranks: BellCrankMasses | None = None) -> Mechanism:
-        """Weights on levers, the sleeve on its guide, hangers between them; with cranks these have mass and size."""
+        """Build weights, sleeve, hangers and springs; with bell-crank masses, levers and weights have mass and size."""
         builder = HartungBuilder(governor=self, bell_cranks=bell_cranks)
         low, high, low_message, high_message = self.lever_geometry.travel_limits(self._middle_angle)
         note = stress_warning(self)
@@ -114,11 +113,11 @@ class HartungGovernor(Machine):
 
     @classmethod
     def effect_problems(cls, effects: Iterable[Effect]) -> tuple[str, ...]:
-        """About rods, play and masses; bell cranks this machine has."""
+        """Return sentences about unsupported effects; `bell_cranks` is supported."""
         return unsupported_effect_messages(cls.name, effects, supported=(BellCrankMasses,))
 
     def mechanism_with_effects(self, effects: Iterable[Effect]) -> Mechanism:
-        """The mechanism with the bell cranks of a scene's effects."""
+        """Build the mechanism with the bell cranks of a scene's effects."""
         listed = list(effects)
         problems = [*self.effect_problems(listed), *self._stop_problems(listed)]
         if problems:
@@ -126,7 +125,7 @@ class HartungGovernor(Machine):
         return self.mechanism(next((effect for effect in listed if isinstance(effect, BellCrankMasses)), None))
 
     def dimensions(self) -> dict[str, float]:
-        """All dimensions in SI; the spring as its rate and its force at preload_radius, a vertical hanger infinite."""
+        """Return all dimensions in SI: the spring by its rate and its force at preload_radius, a vertical hanger as infinite."""
         spring = self.spring_law()
         return {
             "weight_arm": self.weight_arm,
@@ -145,7 +144,7 @@ class HartungGovernor(Machine):
         }
 
     def start_problems(self, values: Mapping[str, float | str]) -> tuple[str, ...]:
-        """A start angle outside the travel."""
+        """Return a sentence about a start angle outside the travel."""
         angle = values.get("lever_angle")
         low, high, low_message, high_message = self.lever_geometry.travel_limits(self._middle_angle)
         if not isinstance(angle, float) or low < angle < high:
@@ -158,7 +157,7 @@ class HartungGovernor(Machine):
 
     @property
     def _middle_angle(self) -> float:
-        """The lever angle at mid stroke, or upright (rad)."""
+        """Lever angle at mid stroke, rad; 0 without a stroke."""
         if self.inner_angle is None or self.outer_angle is None:
             return 0.0
         return 0.5 * (self.inner_angle + self.outer_angle)
@@ -169,12 +168,12 @@ class HartungGovernor(Machine):
             return []
         return [
             f"bell_crank_angle ({degrees:.6g} deg) must lie between 90 deg, Hartung's old right angle, and 180 deg, an "
-            "arm in line with the other: beyond them the weights' way out does not lift the sleeve"
+            "arm in line with the other: outside this range the sleeve does not rise as the weights move outward"
             f"{_in_degrees(self.bell_crank_angle, math.tau, '132 deg')}"
         ]
 
     def _stroke_problems(self) -> list[str]:
-        """A stroke the wrong way round, or one that the lever or the hanger cannot go through."""
+        """Return sentences about a reversed stroke or one that lever or hanger cannot complete."""
         if self.inner_angle is None or self.outer_angle is None:
             ends = {"inner_angle": self.inner_angle, "outer_angle": self.outer_angle}
             missing = [name for name, value in ends.items() if value is None]
@@ -188,14 +187,14 @@ class HartungGovernor(Machine):
         return self._reach_problems(self.outer_angle, self.inner_angle)
 
     def _stop_problems(self, effects: Iterable[Effect]) -> list[str]:
-        """Stops of the lever that it cannot come to."""
+        """Return sentences about stops that the lever cannot reach."""
         problems = []
         for stops in (one for one in effects if isinstance(one, Stops) and one.reading == "lever_angle"):
             ends = [self._middle_angle, *(end for end in (stops.low, stops.high) if math.isfinite(end))]
             failure = self.lever_geometry.first_failure(min(ends), max(ends))
             if failure is not None:
                 problems.append(
-                    f"the stops of 'lever_angle' lie too far apart: at {format_quantity(failure[0], 'rad')} {failure[1]}; move them nearer"
+                    f"the stops of 'lever_angle' are too far apart: at {format_quantity(failure[0], 'rad')} {failure[1]}; move them nearer"
                 )
         return problems
 
@@ -206,11 +205,11 @@ class HartungGovernor(Machine):
         lever_angle, sentence = failure
         hint = _in_degrees(max(inner_angle, -outer_angle), math.pi / 2, "15 deg") or f"; {FAILURE_HINTS[sentence]}, or shorten the stroke"
         return [
-            f"the stroke, lever_angle from {format_quantity(outer_angle, 'rad')} to {format_quantity(inner_angle, 'rad')}, cannot be gone through: "
+            f"the stroke, lever_angle from {format_quantity(outer_angle, 'rad')} to {format_quantity(inner_angle, 'rad')}, is not possible: "
             f"at {format_quantity(lever_angle, 'rad')} {sentence}{hint}"
         ]
 
 
 def _in_degrees(angle: float, max_angle: float, example: str) -> str:
-    """A hint at the unit, for an angle (rad) larger than makes sense; else empty."""
+    """Return a hint at the unit for an implausibly large angle (rad), or an empty string."""
     return f"; a bare number is in rad, so write it with its unit: {example}" if abs(angle) > max_angle else ""

@@ -1,7 +1,7 @@
-"""The pendulum governor: Watt and Porter, arms on or off the axis or crossed, extended arms, links of their own.
+"""Pendulum governors after Watt and Porter: open or crossed arms, extended arms, and separate links.
 
-Geometry after Zehnder, Dinglers Polytechnisches Journal 225 (1877), section 1. The plane turns with the spindle:
-x from the spindle axis, y up, the suspension of the arms at y = 0.
+Geometry after Zehnder, Dinglers Polytechnisches Journal 225 (1877), section 1. The plane turns with the spindle: x is measured from the
+spindle axis, y up from the suspension of the arms.
 """
 
 from __future__ import annotations
@@ -25,7 +25,7 @@ __all__ = ["LEFT_BALL", "LEFT_LINK", "RIGHT_BALL", "RIGHT_LINK", "SLEEVE", "Pend
 
 @dataclass(frozen=True, kw_only=True)
 class PendulumGovernor(Machine):
-    """Two balls on arms, a sleeve on links. Lengths in m, masses in kg; arms and links have mass where rods give it."""
+    """Two balls on arms and a sleeve on links. Lengths in m, masses in kg; the effect `rods` gives mass to arms and links."""
 
     name: ClassVar[str] = "pendulum_governor"
     plane: ClassVar[str] = TURNING_PLANE
@@ -63,25 +63,25 @@ class PendulumGovernor(Machine):
 
     @property
     def joint_length(self) -> float:
-        """From the suspension to the joint of arm and link (m)."""
+        """Distance of the joint of arm and link from the suspension, m."""
         return self.arm if self.arm_joint is None else self.arm_joint
 
     @property
     def link_length(self) -> float:
-        """Length of the sleeve link (m)."""
+        """Length of the link, m."""
         return self.joint_length if self.link is None else self.link
 
     @property
     def lug_distance(self) -> float:
-        """Distance of the sleeve's lug from the axis (m)."""
+        """Distance of the sleeve's lug from the axis, m."""
         return self.offset if self.lug_offset is None else self.lug_offset
 
     def mechanism(self, rod_masses: RodMasses | None = None, clearance: Clearance | None = None) -> Mechanism:
-        """Balls, sleeve, massless arms and links as distances; a lever where the ball stands beyond the joint.
+        """Build balls, sleeve, arms and links.
 
-        With rods those of arms and links that have mass are bodies, an arm together with its ball; any ball radius
-        makes the arms such bodies too. With play the sleeve is free of the links, and `sleeve_clearance` tells how far it
-        stands above where they would hang it. Raises MechanismError for rods and play that this governor has not.
+        Massless arms and links are distances, or levers if the ball is beyond the joint. Arms and links with mass are bodies; an arm is one body
+        with its ball, also if the ball has a radius. With clearance the sleeve is free, and `sleeve_clearance` is its height above the position
+        on the links. Raise MechanismError for rods or clearance that this governor does not support.
         """
         builder = PendulumBuilder(governor=self, rod_masses=rod_masses, clearance=clearance)
         low, high, low_message, high_message = self._travel_limits()
@@ -100,11 +100,11 @@ class PendulumGovernor(Machine):
 
     @classmethod
     def effect_problems(cls, effects: Iterable[Effect]) -> tuple[str, ...]:
-        """About masses; rods and play this machine has. Which of its governors have not, `mechanism` says."""
+        """Return sentences about unsupported effects; `mechanism` checks `rods` and `clearance` for each governor."""
         return unsupported_effect_messages(cls.name, effects, supported=(RodMasses, Clearance))
 
     def mechanism_with_effects(self, effects: Iterable[Effect]) -> Mechanism:
-        """The mechanism with the rods and the play of a scene's effects."""
+        """Build the mechanism with the rods and the clearance of a scene's effects."""
         listed = list(effects)
         return self.mechanism(
             rod_masses=next((effect for effect in listed if isinstance(effect, RodMasses)), None),
@@ -112,12 +112,12 @@ class PendulumGovernor(Machine):
         )
 
     def sleeve_height(self, angle: float) -> float:
-        """Of a sleeve that hangs on its links at an arm angle (rad), above the suspension (m)."""
+        """Return the height of the sleeve on its links above the suspension at an arm angle (rad), m."""
         reach = self.offset + self.joint_length * math.sin(angle) - self.lug_distance
         return -self.joint_length * math.cos(angle) - math.sqrt(max(self.link_length**2 - reach**2, 0.0))
 
     def dimensions(self) -> dict[str, float]:
-        """All dimensions in SI, those left out filled with what they stand for; no sleeve load is 0 kg."""
+        """Return all dimensions in SI, with the values that stand for omitted ones; no sleeve load is 0 kg."""
         return {
             "arm": self.arm,
             "ball_mass": self.ball_mass,
@@ -129,7 +129,7 @@ class PendulumGovernor(Machine):
         }
 
     def start_problems(self, values: Mapping[str, float | str]) -> tuple[str, ...]:
-        """A start angle outside the travel, with the length that would be needed."""
+        """Return a sentence about a start angle outside the travel."""
         angle = values.get("arm_angle")
         low, high, low_message, high_message = self._travel_limits()
         if not isinstance(angle, float) or low < angle < high:
@@ -140,7 +140,7 @@ class PendulumGovernor(Machine):
         return (f"{message_start} of this governor, {allowed}: {low_message if angle <= low else high_message}{hint}",)
 
     def _zero_lift_angle(self) -> float:
-        """Sleeve lift is counted from hanging arms, or from the low end of the travel where they cannot hang (rad)."""
+        """Return the arm angle at zero lift (rad): hanging arms, or the low end of the travel if they cannot hang."""
         low, high, _, _ = self._travel_limits()
         return min(max(0.0, low), high)
 
@@ -149,22 +149,22 @@ class PendulumGovernor(Machine):
         return (math.asin(ratio) if -1 < ratio < 1 else math.copysign(math.pi / 2, ratio)), math.pi / 2
 
     def _min_link_reach(self, low: float, high: float) -> float:
-        """Smallest distance in x between arm joint and lug over these arm angles (m)."""
+        """Return the smallest horizontal distance of arm joint and lug over these arm angles (m)."""
         ends = [self.offset + self.joint_length * math.sin(angle) - self.lug_distance for angle in (low, high)]
         return 0.0 if ends[0] * ends[1] <= 0 else min(abs(end) for end in ends)
 
     def _travel_limits(self) -> tuple[float, float, str, str]:
-        """Lowest and highest arm angle, and what happens there."""
+        """Return the lowest and highest arm angle, and what happens there."""
         low, high = self._angle_range_with_ball_off_axis()
         low_message = "the balls meet on the spindle axis"
-        high_message = "the arms stand at 90 degrees to the spindle (dead centre)"
+        high_message = "the arms are at 90 degrees to the spindle (dead centre)"
         reach = self.lug_distance - self.offset
         in_line_angle = math.asin(reach / (self.joint_length + self.link_length))
         if in_line_angle > low:
-            low, low_message = in_line_angle, "arms and links stand in line (dead centre)"
+            low, low_message = in_line_angle, "arms and links are in line (dead centre)"
         max_sine = (reach + self.link_length) / self.joint_length
         if max_sine < 1.0:
-            high, high_message = math.asin(max_sine), "the link stands at 90 degrees to the spindle; it is too short"
+            high, high_message = math.asin(max_sine), "the link is at 90 degrees to the spindle; it is too short"
         return low, high, low_message, high_message
 
 
