@@ -205,8 +205,8 @@ class HartungGovernor(Machine):
         lever_angle, sentence = failure
         hint = _in_degrees(max(inner_angle, -outer_angle), math.pi / 2, "15 deg") or f"; {FAILURE_HINTS[sentence]}, or shorten the stroke"
         return [
-            f"the stroke, lever_angle from {format_quantity(outer_angle, 'rad')} to {format_quantity(inner_angle, 'rad')}, is not possible: "
-            f"at {format_quantity(lever_angle, 'rad')} {sentence}{hint}"
+            f"the stroke, lever_angle from {format_quantity(outer_angle, 'rad')} to {format_quantity(inner_angle, 'rad')}, "
+            f"is not possible: at {format_quantity(lever_angle, 'rad')} {sentence}{hint}"
         ]
 
 
