@@ -97,7 +97,7 @@ def _require_independent_drivers(mechanism: Mechanism) -> None:
     if mobility_without_drivers - mobility < np.sum(is_driver_row) and np.sum(is_driver_row) <= mobility_without_drivers:
         raise MechanismError(
             f"drivers {driver_names} determine only {mobility_without_drivers - mobility} of the {mobility_without_drivers} "
-            "degrees of freedom in the initial configuration: it is singular, or two drivers are the same; draw it in a neighbouring position"
+            "degrees of freedom in the initial configuration: it is singular, or two drivers are the same; draw it in another position"
         )
     if mobility_without_drivers - mobility < np.sum(is_driver_row):
         raise MechanismError(

@@ -133,7 +133,7 @@ class SlideValve(Machine):
             missing_event, displacement = ("opens", opening) if opening <= lap else ("closes", closing)
             if opening <= lap or closing <= -lap:
                 problems.append(
-                    f"the {port} never {missing_event}: set for {self.setting}, the valve moves {displacement * 1e3:.6g} mm in that direction, "
+                    f"the {port} never {missing_event}: set for {self.setting}, the valve moves {displacement * 1e3:.6g} mm that way, "
                     f"and its lap is {lap * 1e3:.6g} mm; change the lap, or take another setting"
                 )
         return problems

@@ -24,7 +24,10 @@ ZERO_FORCE_RATIO = 1e-8
 """Force relative to neighbouring values below which it counts as zero."""
 
 FOLD_MERGE_TOLERANCE = 2e-5
-"""Distance of a fold from a common zero of V' and J', relative to the coordinate scale, within which they coincide: cube root of rounding."""
+"""Distance of a fold from a common zero of V' and J', relative to the coordinate scale, within which they coincide.
+
+It is the cube root of rounding.
+"""
 
 PERIOD_END_TOLERANCE = 1e-7
 """Distance from an end of a periodic travel, relative to the scale of the coordinate, within which a value is at the end."""

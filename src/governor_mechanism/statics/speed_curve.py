@@ -293,7 +293,7 @@ def _no_equilibrium_speed_message(reduction: SingleDofReduction, coefficients: P
         coefficients.spindle_inertia_derivative[index] == 0.0
         and equilibrium_speed_squared(coefficients, reduction.coordinate_scale)[index] >= 0.0
     ):
-        return f"the mechanism is in equilibrium at {position} at every spindle speed: neither the loads nor the centrifugal forces move it there"
+        return f"the mechanism is in equilibrium at {position} at every spindle speed: no load or centrifugal force moves it"
     if coefficients.spindle_inertia_derivative[index] == 0.0:
         return f"no spindle speed balances the mechanism at {position}: the centrifugal forces have no effect there, and the loads act"
     poles = sorted(find_poles(reduction, sample_range_of_motion(reduction).sorted_coefficients), key=lambda pole: abs(pole - value))

@@ -65,7 +65,7 @@ class PendulumBuilder:
             ]
         if self.clearance and self._link_mass:
             return [
-                "rods.link_mass cannot be combined with clearance: links that separate from the sleeve are massless here; leave one of the two out"
+                "rods.link_mass cannot be combined with clearance: links that separate from the sleeve are massless; leave one of them out"
             ]
         return []
 
@@ -128,8 +128,8 @@ class PendulumBuilder:
     def internal_outputs(self) -> tuple[Reading, ...]:
         """Return the reading that shows the dead centre of the links.
 
-        There the arm angle has a turning point, so it cannot show it. With clearance the reading is the horizontal distance of the link's upper
-        end from the lug.
+        There the arm angle has a turning point, so it cannot show it. With clearance the reading is the horizontal distance of the
+        link's upper end from the lug.
         """
         knee, lug = (self._point_on_arm(RIGHT_BALL, self.governor.joint_length), Point(body=SLEEVE, x=self.governor.lug_distance))
         if self.clearance:

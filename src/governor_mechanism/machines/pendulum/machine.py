@@ -79,9 +79,9 @@ class PendulumGovernor(Machine):
     def mechanism(self, rod_masses: RodMasses | None = None, clearance: Clearance | None = None) -> Mechanism:
         """Build balls, sleeve, arms and links.
 
-        Massless arms and links are distances, or levers if the ball is beyond the joint. Arms and links with mass are bodies; an arm is one body
-        with its ball, also if the ball has a radius. With clearance the sleeve is free, and `sleeve_clearance` is its height above the position
-        on the links. Raise MechanismError for rods or clearance that this governor does not support.
+        Massless arms and links are distances, or levers if the ball is beyond the joint. Arms and links with mass are bodies; an arm is
+        one body with its ball, also if the ball has a radius. With clearance the sleeve is free, and `sleeve_clearance` is its height
+        above the position on the links. Raise MechanismError for rods or clearance that this governor does not support.
         """
         builder = PendulumBuilder(governor=self, rod_masses=rod_masses, clearance=clearance)
         low, high, low_message, high_message = self._travel_limits()
