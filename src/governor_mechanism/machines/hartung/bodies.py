@@ -7,9 +7,10 @@ from __future__ import annotations
 
 import math
 from dataclasses import dataclass
-from typing import TYPE_CHECKING
 
 from governor_mechanism.effects.bell_crank_masses import BellCrankMasses
+from governor_mechanism.machines.hartung.dimensions import HartungDimensions
+from governor_mechanism.machines.hartung.spring import build_spring_law
 from governor_mechanism.model.force_elements import Spring
 from governor_mechanism.model.joints import GROUND, Distance, Joint, Pin, Point, Slider
 from governor_mechanism.model.mechanism import (
@@ -23,9 +24,6 @@ from governor_mechanism.model.mechanism import (
     StaticForce,
 )
 
-if TYPE_CHECKING:
-    from governor_mechanism.machines.hartung.machine import HartungGovernor
-
 RIGHT_WEIGHT, LEFT_WEIGHT, SLEEVE = "right weight", "left weight", "sleeve"
 SPRING_NAME = "springs"
 
@@ -36,7 +34,7 @@ _Vector2 = tuple[float, float]
 class HartungBuilder:
     """Builder of the mechanism. Without bell-crank masses, the weights are points on massless levers."""
 
-    governor: HartungGovernor
+    governor: HartungDimensions
     bell_cranks: BellCrankMasses | None = None
 
     def bodies(self) -> tuple[Body, ...]:
@@ -62,7 +60,7 @@ class HartungBuilder:
 
         By symmetry it stretches twice as far as each spring, so it has half the rate.
         """
-        spring_law = self.governor.spring_law()
+        spring_law = build_spring_law(self.governor)
         ends = (self.weight_centre(name) for name, _ in reversed(SIDE_SIGNS))
         return Spring(
             name=SPRING_NAME, first=next(ends), second=next(ends), stiffness=0.5 * spring_law.rate, free_length=2.0 * spring_law.free_radius

@@ -15,20 +15,19 @@ from typing import ClassVar
 from governor_mechanism.effects.bell_crank_masses import BellCrankMasses
 from governor_mechanism.effects.stops import Stops
 from governor_mechanism.errors import MechanismError
-from governor_mechanism.machines.base import Machine, dimension_field, unsupported_effect_messages
-from governor_mechanism.machines.hartung.bodies import LEFT_WEIGHT, RIGHT_WEIGHT, SLEEVE, HartungBuilder
-from governor_mechanism.machines.hartung.geometry import FAILURE_HINTS, LeverGeometry
+from governor_mechanism.machines.base import unsupported_effect_messages
+from governor_mechanism.machines.hartung.bodies import HartungBuilder
+from governor_mechanism.machines.hartung.dimensions import HartungDimensions
+from governor_mechanism.machines.hartung.geometry import FAILURE_HINTS
 from governor_mechanism.machines.hartung.spring import LinearSpringLaw, build_spring_law, spring_problems, stress_warning
 from governor_mechanism.model.effect import Effect
 from governor_mechanism.model.mechanism import Limit, Mechanism
 from governor_mechanism.model.scene import TURNING_PLANE
 from governor_mechanism.units.quantities import format_quantity
 
-__all__ = ["LEFT_WEIGHT", "RIGHT_WEIGHT", "SLEEVE", "HartungGovernor"]
-
 
 @dataclass(frozen=True, kw_only=True)
-class HartungGovernor(Machine):
+class HartungGovernor(HartungDimensions):
     """Two weights as points on massless bell cranks, unless an effect gives these mass, and a sleeve on hangers.
 
     Lengths in m, masses in kg, angles in rad, speeds in rad/s. A horizontal spring presses each weight inward at its centre. It is given by
@@ -38,56 +37,12 @@ class HartungGovernor(Machine):
     name: ClassVar[str] = "hartung"
     plane: ClassVar[str] = TURNING_PLANE
 
-    weight_arm: float = dimension_field("length", "from the fulcrum of a bell crank to its weight's centre")
-    sleeve_arm: float = dimension_field("length", "from the fulcrum to the hanger")
-    bell_crank_angle: float = dimension_field("angle", "between its two arms, 90 to 180 deg", default=math.pi / 2)
-    fulcrum_radius: float = dimension_field("length", "of the fulcrum from the spindle axis")
-    fulcrum_height: float | None = dimension_field(
-        "length", "of the fulcrum above the cross axis; as far below as weight_arm is long, if left out", default=None, signed=True
-    )
-    weight_mass: float = dimension_field("mass", "of one weight; there are two")
-    sleeve_mass: float = dimension_field("mass", "of the whole sleeve and its load")
-    hanger: float | None = dimension_field("length", "of the hangers, from bell crank to sleeve", default=None, omission_word="vertical")
-    lug_offset: float = dimension_field("length", "of the sleeve's lugs from the axis", default=0.0, signed=True)
-    inner_angle: float | None = dimension_field("angle", "of the lever at the inner end of the stroke", default=None, signed=True)
-    outer_angle: float | None = dimension_field("angle", "of the lever at the outer end of the stroke", default=None, signed=True)
-    spring_rate: float | None = dimension_field("stiffness", "of each spring", default=None)
-    spring_preload: float | None = dimension_field("force", "of each spring at preload_radius", default=None, signed=True)
-    preload_radius: float | None = dimension_field(
-        "length", "of a weight where spring_preload is its spring's force; fulcrum_radius if left out", default=None
-    )
-    spring_wire: float | None = dimension_field("length", "of each spring's wire, its diameter", default=None)
-    spring_coil: float | None = dimension_field("length", "of each spring's coil, its mean diameter", default=None)
-    spring_turns: float | None = dimension_field("number", "of each spring's active turns", default=None)
-    spring_modulus: float | None = dimension_field("modulus", "of shear of the springs' wire", default=None, max_size=1e13)
-    spring_stress_limit: float | None = dimension_field("pressure", "that the springs' wire may bear", default=None)
-    inner_speed: float | None = dimension_field("angular_speed", "that holds the weights at the inner end of the stroke", default=None)
-    outer_speed: float | None = dimension_field("angular_speed", "that holds the weights at the outer end of the stroke", default=None)
-    insensitivity: float = dimension_field("ratio", "that the regulating force is computed with", default=0.04)
-
     def __post_init__(self) -> None:
         super().__post_init__()
         problems = [*self._angle_problems(), *self._stroke_problems(), *spring_problems(self)]
         if problems:
             raise MechanismError(*problems)
         self.spring_law()  # raises for two speeds that no spring satisfies
-
-    @property
-    def lever_geometry(self) -> LeverGeometry:
-        """Positions of weights, hangers and sleeve over the lever angle."""
-        return LeverGeometry(
-            weight_arm=self.weight_arm,
-            sleeve_arm=self.sleeve_arm,
-            bell_crank_angle=self.bell_crank_angle,
-            fulcrum_radius=self.fulcrum_radius,
-            hanger=self.hanger,
-            lug_offset=self.lug_offset,
-        )
-
-    @property
-    def fulcrum_y(self) -> float:
-        """Height of the fulcrum above the cross axis, m."""
-        return -self.weight_arm if self.fulcrum_height is None else self.fulcrum_height
 
     def spring_law(self) -> LinearSpringLaw:
         """Return the force of each spring over the radius of its weight."""
@@ -96,7 +51,7 @@ class HartungGovernor(Machine):
     def mechanism(self, bell_cranks: BellCrankMasses | None = None) -> Mechanism:
         """Build weights, sleeve, hangers and springs; with bell-crank masses, levers and weights have mass and size."""
         builder = HartungBuilder(governor=self, bell_cranks=bell_cranks)
-        low, high, low_message, high_message = self.lever_geometry.travel_limits(self._middle_angle)
+        low, high, low_message, high_message = self.lever_geometry.travel_limits(self.middle_angle)
         note = stress_warning(self)
         return Mechanism(
             bodies=builder.bodies(),
@@ -105,7 +60,7 @@ class HartungGovernor(Machine):
             derived_forces=builder.outputs(),
             coordinate="lever_angle",
             length_scale=max(self.weight_arm, self.sleeve_arm),
-            initial_guess=builder.poses(self._middle_angle),
+            initial_guess=builder.poses(self.middle_angle),
             limits=(Limit(reading="lever_angle", low=low, high=high, low_message=low_message, high_message=high_message),),
             force_elements=(builder.spring(),),
             notes=(note,) if note else (),
@@ -146,7 +101,7 @@ class HartungGovernor(Machine):
     def start_problems(self, values: Mapping[str, float | str]) -> tuple[str, ...]:
         """Return a sentence about a start angle outside the travel."""
         angle = values.get("lever_angle")
-        low, high, low_message, high_message = self.lever_geometry.travel_limits(self._middle_angle)
+        low, high, low_message, high_message = self.lever_geometry.travel_limits(self.middle_angle)
         if not isinstance(angle, float) or low < angle < high:
             return ()
         allowed = f"{math.degrees(low):.6g} to {math.degrees(high):.6g} deg"
@@ -154,13 +109,6 @@ class HartungGovernor(Machine):
             f"start.lever_angle ({math.degrees(angle):g} deg) lies outside the travel of this governor, {allowed}: "
             f"{low_message if angle <= low else high_message}{_in_degrees(angle, math.pi / 2, '10 deg')}",
         )
-
-    @property
-    def _middle_angle(self) -> float:
-        """Lever angle at mid stroke, rad; 0 without a stroke."""
-        if self.inner_angle is None or self.outer_angle is None:
-            return 0.0
-        return 0.5 * (self.inner_angle + self.outer_angle)
 
     def _angle_problems(self) -> list[str]:
         degrees = math.degrees(self.bell_crank_angle)
@@ -190,7 +138,7 @@ class HartungGovernor(Machine):
         """Return sentences about stops that the lever cannot reach."""
         problems = []
         for stops in (one for one in effects if isinstance(one, Stops) and one.reading == "lever_angle"):
-            ends = [self._middle_angle, *(end for end in (stops.low, stops.high) if math.isfinite(end))]
+            ends = [self.middle_angle, *(end for end in (stops.low, stops.high) if math.isfinite(end))]
             failure = self.lever_geometry.first_failure(min(ends), max(ends))
             if failure is not None:
                 problems.append(

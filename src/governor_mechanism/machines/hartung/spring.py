@@ -4,14 +4,11 @@ from __future__ import annotations
 
 import math
 from dataclasses import dataclass
-from typing import TYPE_CHECKING
 
 from governor_mechanism.effects.gravity import DEFAULT_GRAVITY
 from governor_mechanism.effects.spring import helical_spring_rate
 from governor_mechanism.errors import MechanismError
-
-if TYPE_CHECKING:
-    from governor_mechanism.machines.hartung.machine import HartungGovernor
+from governor_mechanism.machines.hartung.dimensions import HartungDimensions
 
 WIRE_DIMENSIONS = ("spring_wire", "spring_coil", "spring_turns", "spring_modulus")
 SPEED_DIMENSIONS = ("inner_speed", "outer_speed")
@@ -40,7 +37,7 @@ class LinearSpringLaw:
         return self.radius - self.preload / self.rate
 
 
-def spring_problems(governor: HartungGovernor) -> list[str]:
+def spring_problems(governor: HartungDimensions) -> list[str]:
     """Return sentences about missing, multiple or contradictory descriptions of the springs."""
     given = _given_dimensions(governor)
     descriptions = [way for way in SPRING_DESCRIPTIONS if given & set(way)]
@@ -78,7 +75,7 @@ def spring_problems(governor: HartungGovernor) -> list[str]:
     return problems
 
 
-def build_spring_law(governor: HartungGovernor) -> LinearSpringLaw:
+def build_spring_law(governor: HartungDimensions) -> LinearSpringLaw:
     """Return the spring law of a governor. Raise MechanismError if no spring satisfies the two speeds."""
     if governor.inner_speed is not None:
         return _spring_law_from_speeds(governor)
@@ -89,18 +86,18 @@ def build_spring_law(governor: HartungGovernor) -> LinearSpringLaw:
     return LinearSpringLaw(rate=rate, preload=preload or 0.0, radius=radius)
 
 
-def _given_dimensions(governor: HartungGovernor) -> set[str]:
+def _given_dimensions(governor: HartungDimensions) -> set[str]:
     """Return the names of the given spring dimensions."""
     names = (*(name for way in SPRING_DESCRIPTIONS for name in way), PRELOAD_DIMENSION, PRELOAD_RADIUS_DIMENSION, STRESS_LIMIT_DIMENSION)
     return {name for name in names if getattr(governor, name) is not None}
 
 
-def _wire_rate(governor: HartungGovernor) -> float:
+def _wire_rate(governor: HartungDimensions) -> float:
     wire, coil, turns, modulus = (float(getattr(governor, name)) for name in WIRE_DIMENSIONS)
     return helical_spring_rate(wire=wire, coil=coil, turns=turns, modulus=modulus)
 
 
-def _spring_law_from_speeds(governor: HartungGovernor) -> LinearSpringLaw:
+def _spring_law_from_speeds(governor: HartungDimensions) -> LinearSpringLaw:
     """Return the linear law for equilibrium at both ends of the stroke, each at its speed (Doerfel)."""
     ends = governor.inner_angle, governor.outer_angle
     inner_radius, outer_radius = (governor.lever_geometry.weight_radius(end) for end in ends if end is not None)
@@ -117,7 +114,7 @@ def _spring_law_from_speeds(governor: HartungGovernor) -> LinearSpringLaw:
     return LinearSpringLaw(rate=(outer_force - inner_force) / (outer_radius - inner_radius), preload=inner_force, radius=inner_radius)
 
 
-def _holding_force(governor: HartungGovernor, lever_angle: float, speed: float) -> float:
+def _holding_force(governor: HartungDimensions, lever_angle: float, speed: float) -> float:
     """Return the spring force (N) for equilibrium of a weight, by virtual work."""
     geometry, mass = governor.lever_geometry, governor.weight_mass
     outward_derivative = -governor.weight_arm * math.cos(lever_angle)  # displacement of the weight per rad
@@ -128,15 +125,15 @@ def _holding_force(governor: HartungGovernor, lever_angle: float, speed: float) 
     return mass * speed**2 * geometry.weight_radius(lever_angle) - gravity_work / outward_derivative
 
 
-def outer_shear_stress(governor: HartungGovernor) -> float | None:
+def outer_shear_stress(governor: HartungDimensions) -> float | None:
     """Return the shear stress of the wire at the outer end of the stroke (Pa), or None without wire or stroke."""
     if governor.spring_wire is None or governor.spring_coil is None or governor.outer_angle is None:
         return None
-    force = governor.spring_law().force(governor.lever_geometry.weight_radius(governor.outer_angle))
+    force = build_spring_law(governor).force(governor.lever_geometry.weight_radius(governor.outer_angle))
     return 8 * force * governor.spring_coil / (math.pi * governor.spring_wire**3)
 
 
-def stress_warning(governor: HartungGovernor) -> str:
+def stress_warning(governor: HartungDimensions) -> str:
     """Return a warning if the stress at the outer end of the stroke exceeds its limit, or an empty string."""
     stress, limit = outer_shear_stress(governor), governor.spring_stress_limit
     if stress is None or limit is None or stress <= limit:

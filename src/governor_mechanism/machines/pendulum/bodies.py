@@ -7,16 +7,13 @@ from __future__ import annotations
 
 import math
 from dataclasses import dataclass
-from typing import TYPE_CHECKING
 
 from governor_mechanism.effects.clearance import CLEARANCE_READING, Clearance
 from governor_mechanism.effects.rod_masses import RodMasses
 from governor_mechanism.errors import MechanismError
+from governor_mechanism.machines.pendulum.dimensions import PendulumDimensions
 from governor_mechanism.model.joints import GROUND, Distance, Gear, Joint, Pin, Point, Slider
 from governor_mechanism.model.mechanism import Body, FollowerHeight, Limit, LineAngle, PointCoordinate, Reading, SecondMoments
-
-if TYPE_CHECKING:
-    from governor_mechanism.machines.pendulum.machine import PendulumGovernor
 
 RIGHT_BALL, LEFT_BALL, SLEEVE = "right ball", "left ball", "sleeve"
 RIGHT_LINK, LEFT_LINK = "right link", "left link"
@@ -34,7 +31,7 @@ SPHERE_SECOND_MOMENT_FACTOR = 1 / 5
 class PendulumBuilder:
     """Builder of the mechanism. Without rod masses and clearance, it has point masses, a sleeve and distances."""
 
-    governor: PendulumGovernor
+    governor: PendulumDimensions
     rod_masses: RodMasses | None = None
     clearance: Clearance | None = None
 
