@@ -12,3 +12,6 @@ IntArray = NDArray[np.int64]
 BoolArray = NDArray[np.bool_]
 RecordArray = Any
 """Numpy records of shape (n,); type checkers do not know their fields."""
+
+Vector2 = tuple[float, float]
+"""Vector in the plane."""

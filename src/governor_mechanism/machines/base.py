@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import dataclasses
+import math
 from abc import ABC, abstractmethod
 from collections.abc import Iterable, Mapping
 from typing import Any, ClassVar
@@ -14,6 +15,7 @@ from governor_mechanism.effects.rod_masses import RodMasses
 from governor_mechanism.errors import MechanismError
 from governor_mechanism.model.effect import Effect
 from governor_mechanism.model.mechanism import Mechanism
+from governor_mechanism.types import Vector2
 
 MIN_DIMENSION, MAX_DIMENSION = 1e-9, 1e9
 """Smallest and largest magnitude of a dimension, SI: other values are mistakes of units, and double precision does not suffice."""
@@ -135,3 +137,9 @@ def unsupported_effect_messages(machine: str, effects: Iterable[Effect], support
         for effect in effects
         if type(effect) in explanations and type(effect) not in supported
     )
+
+
+def rotate_point(x: float, y: float, angle: float) -> Vector2:
+    """Rotate a point about the origin (m, rad)."""
+    cosine, sine = math.cos(angle), math.sin(angle)
+    return cosine * x - sine * y, sine * x + cosine * y

@@ -8,16 +8,15 @@ from dataclasses import dataclass, field
 from itertools import combinations
 from typing import Final
 
-from governor_mechanism.machines.base import MIN_DIMENSION
+from governor_mechanism.machines.base import MIN_DIMENSION, rotate_point
 from governor_mechanism.model.curves import SplineCurve
 from governor_mechanism.model.force_elements import Damper, ForceElement, Spring, TorsionDamper, TorsionSpring
 from governor_mechanism.model.joints import GROUND, CurveSlot, Distance, Joint, Point, RotationalDriver, TranslationalDriver
 from governor_mechanism.model.mechanism import Body, Limit, Mechanism, PointCoordinate, Reading, SecondMoments
+from governor_mechanism.types import Vector2
 
 CUSTOM_MACHINE: Final = "custom"
 """Name of a user-defined machine in scene files."""
-
-_Vector2 = tuple[float, float]
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -37,8 +36,8 @@ class BodyShape:
     """
 
     second_moments: SecondMoments
-    mass_centre: _Vector2 = (0.0, 0.0)
-    points: Mapping[str, _Vector2] = field(default_factory=dict)
+    mass_centre: Vector2 = (0.0, 0.0)
+    points: Mapping[str, Vector2] = field(default_factory=dict)
     extent: float = 0.0
 
 
@@ -137,12 +136,12 @@ class SketchedBody:
     mass: float
     shape: BodyShape
     can_rotate: bool = True
-    points: Mapping[str, _Vector2] = field(default_factory=dict)
-    origin: _Vector2 = (0.0, 0.0)
+    points: Mapping[str, Vector2] = field(default_factory=dict)
+    origin: Vector2 = (0.0, 0.0)
     angle: float = 0.0
 
     @property
-    def named_points(self) -> dict[str, _Vector2]:
+    def named_points(self) -> dict[str, Vector2]:
         """All named points in the axes of the body, m."""
         return {"origin": (0.0, 0.0), "centre": self.shape.mass_centre, **self.shape.points, **self.points}
 
@@ -154,10 +153,10 @@ class SketchedBody:
     @property
     def pose(self) -> tuple[float, float, float]:
         """Initial pose of the mass centre (m, m, rad)."""
-        x, y = _rotate_point(self.shape.mass_centre, self.angle)
+        x, y = rotate_point(*self.shape.mass_centre, self.angle)
         return self.origin[0] + x, self.origin[1] + y, self.angle
 
-    def point(self, position: _Vector2) -> Point:
+    def point(self, position: Vector2) -> Point:
         """Return a position in the axes of the body as a point relative to the mass centre."""
         return Point(body=self.name, x=position[0] - self.shape.mass_centre[0], y=position[1] - self.shape.mass_centre[1])
 
@@ -168,10 +167,10 @@ class InitialConfiguration:
     def __init__(self, bodies: Iterable[SketchedBody]) -> None:
         self.poses = {GROUND: (0.0, 0.0, 0.0)} | {body.name: body.pose for body in bodies}
 
-    def position(self, point: Point) -> _Vector2:
+    def position(self, point: Point) -> Vector2:
         """Return the position of a point, m."""
         x, y, angle = self.poses[point.body]
-        dx, dy = _rotate_point((point.x, point.y), angle)
+        dx, dy = rotate_point(point.x, point.y, angle)
         return x + dx, y + dy
 
     def relative_angle(self, first: Point, second: Point, ratio: float = 1.0) -> float:
@@ -187,11 +186,6 @@ class InitialConfiguration:
         direction = angle + self.poses[body][2]
         (x1, y1), (x2, y2) = self.position(first), self.position(second)
         return (x2 - x1) * math.cos(direction) + (y2 - y1) * math.sin(direction)
-
-
-def _rotate_point(point: _Vector2, angle: float) -> _Vector2:
-    cosine, sine = math.cos(angle), math.sin(angle)
-    return cosine * point[0] - sine * point[1], sine * point[0] + cosine * point[1]
 
 
 def length_scale_of(bodies: Sequence[SketchedBody], joints: Iterable[Joint], force_elements: Iterable[ForceElement]) -> float:

@@ -6,8 +6,6 @@ crank turns anticlockwise.
 
 from __future__ import annotations
 
-import math
-
 from governor_mechanism.model.joints import GROUND, Joint, Pin, Point, RotationalDriver
 from governor_mechanism.model.mechanism import Body, SecondMoments
 from governor_mechanism.model.time_functions import PrescribedMotion
@@ -39,9 +37,3 @@ def placeholder_crank(radius: float, moved_mass: float) -> Body:
     """Return a crank of placeholder mass centred on the shaft; it moves the mass moved_mass (kg) at its radius (m)."""
     inertia = PLACEHOLDER_INERTIA_RATIO * moved_mass * radius**2
     return Body(name=CRANK, mass=PLACEHOLDER_MASS, second_moments=SecondMoments(xx=inertia / 2, yy=inertia / 2))
-
-
-def rotate_point(x: float, y: float, angle: float) -> tuple[float, float]:
-    """Rotate a point about the origin (m, rad)."""
-    cosine, sine = math.cos(angle), math.sin(angle)
-    return cosine * x - sine * y, sine * x + cosine * y

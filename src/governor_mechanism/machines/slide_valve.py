@@ -13,7 +13,7 @@ from dataclasses import dataclass
 from typing import ClassVar
 
 from governor_mechanism.errors import MechanismError
-from governor_mechanism.machines.base import Machine, choice_field, dimension_field
+from governor_mechanism.machines.base import Machine, choice_field, dimension_field, rotate_point
 from governor_mechanism.machines.driven_crank import (
     CONNECTING_ROD,
     CRANK,
@@ -23,7 +23,6 @@ from governor_mechanism.machines.driven_crank import (
     VALVE,
     driven_crank_joints,
     placeholder_crank,
-    rotate_point,
 )
 from governor_mechanism.machines.slider_crank import rod_length_problem
 from governor_mechanism.model.joints import GROUND, Distance, Joint, Point, Slider

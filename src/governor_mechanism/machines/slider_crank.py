@@ -13,7 +13,7 @@ from typing import ClassVar
 
 from governor_mechanism.effects.crank_masses import CrankMasses
 from governor_mechanism.errors import MechanismError
-from governor_mechanism.machines.base import Machine, dimension_field, unsupported_effect_messages
+from governor_mechanism.machines.base import Machine, dimension_field, rotate_point, unsupported_effect_messages
 from governor_mechanism.machines.driven_crank import (
     CONNECTING_ROD,
     CRANK,
@@ -24,7 +24,6 @@ from governor_mechanism.machines.driven_crank import (
     PLACEHOLDER_MASS,
     driven_crank_joints,
     placeholder_crank,
-    rotate_point,
 )
 from governor_mechanism.model.effect import Effect
 from governor_mechanism.model.joints import GROUND, Distance, Joint, Pin, Point, Slider

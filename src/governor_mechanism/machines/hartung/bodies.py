@@ -9,6 +9,7 @@ import math
 from dataclasses import dataclass
 
 from governor_mechanism.effects.bell_crank_masses import BellCrankMasses
+from governor_mechanism.machines.base import rotate_point
 from governor_mechanism.machines.hartung.dimensions import HartungDimensions
 from governor_mechanism.machines.hartung.spring import build_spring_law
 from governor_mechanism.model.force_elements import Spring
@@ -23,11 +24,10 @@ from governor_mechanism.model.mechanism import (
     SpringForce,
     StaticForce,
 )
+from governor_mechanism.types import Vector2
 
 RIGHT_WEIGHT, LEFT_WEIGHT, SLEEVE = "right weight", "left weight", "sleeve"
 SPRING_NAME = "springs"
-
-_Vector2 = tuple[float, float]
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -94,7 +94,7 @@ class HartungBuilder:
 
     def poses(self, lever_angle: float) -> tuple[tuple[float, float, float], ...]:
         """Return the poses of all bodies at a lever angle (rad)."""
-        x, y = _rotate_point(self._mass_centre(1.0), lever_angle)
+        x, y = rotate_point(*self._mass_centre(1.0), lever_angle)
         right = (self.governor.fulcrum_radius + x, self.governor.fulcrum_y + y, lever_angle)
         return right, (-right[0], right[1], -lever_angle), (0.0, self.sleeve_height(lever_angle), 0.0)
 
@@ -116,7 +116,7 @@ class HartungBuilder:
         sign, (x, y) = dict(SIDE_SIGNS)[name], self._hanger_top
         return self.point_on_crank(name, (sign * x, y))
 
-    def point_on_crank(self, name: str, position: _Vector2) -> Point:
+    def point_on_crank(self, name: str, position: Vector2) -> Point:
         """Return a point on a body from its position relative to the fulcrum in the axes of the crank (m)."""
         x, y = self._mass_centre(dict(SIDE_SIGNS)[name])
         return Point(body=name, x=position[0] - x, y=position[1] - y)
@@ -126,17 +126,17 @@ class HartungBuilder:
         return self.bell_cranks.mass if self.bell_cranks else 0.0
 
     @property
-    def _hanger_top(self) -> _Vector2:
+    def _hanger_top(self) -> Vector2:
         """Position of the right hanger's upper end relative to the fulcrum, m."""
         angle, arm = self.governor.bell_crank_angle, self.governor.sleeve_arm
         return -arm * math.sin(angle), arm * math.cos(angle)
 
-    def _arm_masses(self) -> list[tuple[float, _Vector2]]:
+    def _arm_masses(self) -> list[tuple[float, Vector2]]:
         """Return masses (kg, in proportion to length) and ends (m) of the arms of the right bell crank; both start at the fulcrum."""
         a, b = self.governor.weight_arm, self.governor.sleeve_arm
         return [(self._crank_mass * a / (a + b), (0.0, a)), (self._crank_mass * b / (a + b), self._hanger_top)]
 
-    def _mass_centre(self, sign: float) -> _Vector2:
+    def _mass_centre(self, sign: float) -> Vector2:
         """Return the mass centre of weight and bell crank relative to the fulcrum, m."""
         mass, a = self.governor.weight_mass, self.governor.weight_arm
         total_mass = mass + self._crank_mass
@@ -173,8 +173,3 @@ class HartungBuilder:
 
 
 SIDE_SIGNS = ((RIGHT_WEIGHT, 1.0), (LEFT_WEIGHT, -1.0))
-
-
-def _rotate_point(point: _Vector2, angle: float) -> _Vector2:
-    c, s = math.cos(angle), math.sin(angle)
-    return c * point[0] - s * point[1], s * point[0] + c * point[1]
