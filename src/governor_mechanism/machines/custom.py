@@ -12,7 +12,8 @@ from governor_mechanism.machines.base import MIN_DIMENSION, rotate_point
 from governor_mechanism.model.curves import SplineCurve
 from governor_mechanism.model.force_elements import Damper, ForceElement, Spring, TorsionDamper, TorsionSpring
 from governor_mechanism.model.joints import GROUND, CurveSlot, Distance, Joint, Point, RotationalDriver, TranslationalDriver
-from governor_mechanism.model.mechanism import Body, Limit, Mechanism, PointCoordinate, Reading, SecondMoments
+from governor_mechanism.model.mechanism import Body, Mechanism, SecondMoments
+from governor_mechanism.model.output_variables import Limit, PointCoordinate, Reading
 from governor_mechanism.types import Vector2
 
 CUSTOM_MACHINE: Final = "custom"

@@ -14,7 +14,8 @@ from governor_mechanism.mechanics.kinematics.points import body_point
 from governor_mechanism.mechanics.reduction.lagrangian import SingleDofReduction
 from governor_mechanism.model.force_elements import Spring
 from governor_mechanism.model.joints import RotationalDriver, TranslationalDriver
-from governor_mechanism.model.mechanism import Mechanism, SpringForce, StaticForce
+from governor_mechanism.model.mechanism import Mechanism
+from governor_mechanism.model.output_variables import SpringForce, StaticForce
 from governor_mechanism.model.scene import Scene
 from governor_mechanism.types import FloatArray
 

@@ -14,16 +14,8 @@ from governor_mechanism.machines.hartung.dimensions import HartungDimensions
 from governor_mechanism.machines.hartung.spring import build_spring_law
 from governor_mechanism.model.force_elements import Spring
 from governor_mechanism.model.joints import GROUND, Distance, Joint, Pin, Point, Slider
-from governor_mechanism.model.mechanism import (
-    Body,
-    DerivedForce,
-    LineAngle,
-    PointCoordinate,
-    Reading,
-    SecondMoments,
-    SpringForce,
-    StaticForce,
-)
+from governor_mechanism.model.mechanism import Body, SecondMoments
+from governor_mechanism.model.output_variables import DerivedForce, LineAngle, PointCoordinate, Reading, SpringForce, StaticForce
 from governor_mechanism.types import Vector2
 
 RIGHT_WEIGHT, LEFT_WEIGHT, SLEEVE = "right weight", "left weight", "sleeve"

@@ -21,7 +21,8 @@ from governor_mechanism.machines.hartung.dimensions import HartungDimensions
 from governor_mechanism.machines.hartung.geometry import FAILURE_HINTS
 from governor_mechanism.machines.hartung.spring import LinearSpringLaw, build_spring_law, spring_problems, stress_warning
 from governor_mechanism.model.effect import Effect
-from governor_mechanism.model.mechanism import Limit, Mechanism
+from governor_mechanism.model.mechanism import Mechanism
+from governor_mechanism.model.output_variables import Limit
 from governor_mechanism.model.scene import TURNING_PLANE
 from governor_mechanism.units.quantities import format_quantity
 

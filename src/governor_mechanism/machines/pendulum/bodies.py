@@ -13,7 +13,8 @@ from governor_mechanism.effects.rod_masses import RodMasses
 from governor_mechanism.errors import MechanismError
 from governor_mechanism.machines.pendulum.dimensions import PendulumDimensions
 from governor_mechanism.model.joints import GROUND, Distance, Gear, Joint, Pin, Point, Slider
-from governor_mechanism.model.mechanism import Body, FollowerHeight, Limit, LineAngle, PointCoordinate, Reading, SecondMoments
+from governor_mechanism.model.mechanism import Body, SecondMoments
+from governor_mechanism.model.output_variables import FollowerHeight, Limit, LineAngle, PointCoordinate, Reading
 
 RIGHT_BALL, LEFT_BALL, SLEEVE = "right ball", "left ball", "sleeve"
 RIGHT_LINK, LEFT_LINK = "right link", "left link"

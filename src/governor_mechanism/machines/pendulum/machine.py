@@ -17,7 +17,8 @@ from governor_mechanism.machines.base import unsupported_effect_messages
 from governor_mechanism.machines.pendulum.bodies import PendulumBuilder
 from governor_mechanism.machines.pendulum.dimensions import PendulumDimensions
 from governor_mechanism.model.effect import Effect
-from governor_mechanism.model.mechanism import Limit, Mechanism
+from governor_mechanism.model.mechanism import Mechanism
+from governor_mechanism.model.output_variables import Limit
 from governor_mechanism.model.scene import TURNING_PLANE
 
 
