@@ -22,6 +22,9 @@ from governor_mechanism.statics.equilibrium_speed import has_spindle_dependent_l
 from governor_mechanism.types import FloatArray
 from governor_mechanism.units.quantities import format_quantity
 
+_CACHE_KEY = "_initial_state"
+"""Attribute of a scene that keeps its initial state."""
+
 
 def initial_state(scene: Scene) -> tuple[FloatArray, FloatArray]:
     """Return consistent initial poses and velocities.
@@ -45,6 +48,14 @@ def initial_state(scene: Scene) -> tuple[FloatArray, FloatArray]:
     MechanismError
         If the mechanism cannot be assembled or cannot move, if the equilibrium does not exist, or if drivers are redundant.
     """
+    cache = vars(scene)  # a scene never changes, so its initial state is solved once
+    if _CACHE_KEY not in cache:
+        cache[_CACHE_KEY] = _solve_initial_state(scene)
+    poses, velocities = cache[_CACHE_KEY]
+    return poses.copy(), velocities.copy()
+
+
+def _solve_initial_state(scene: Scene) -> tuple[FloatArray, FloatArray]:
     mechanism = scene.part.mechanism
     warn_before_compiling("evaluate_jacobian", 3)
     for body in mechanism.bodies:
