@@ -22,7 +22,8 @@ from governor_mechanism.engines import ImpulseEngine, MultibodyEngine, ReducedEn
 from governor_mechanism.mechanics.dynamics.contacts import ContactMode
 from governor_mechanism.mechanics.dynamics.lowering import make_system, with_held_values
 from governor_mechanism.model.joints import GROUND, Point, Slider
-from governor_mechanism.model.mechanism import Body, Mechanism, PointCoordinate
+from governor_mechanism.model.mechanism import Body, Mechanism
+from governor_mechanism.model.output_variables import PointCoordinate
 from governor_mechanism.model.scene import FIXED_PLANE, FreeSpindle, Part, RunSettings, Scene, Spindle, Start
 from governor_mechanism.model.time_functions import InputFunction
 from governor_mechanism.model.trajectory import Outcome

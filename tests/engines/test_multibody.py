@@ -18,7 +18,8 @@ from governor_mechanism.closed_form.pendulum import dynamics as closed
 from governor_mechanism.engines import ImpulseEngine, MultibodyEngine, ReducedEngine
 from governor_mechanism.errors import MechanismError
 from governor_mechanism.model.joints import GROUND, Distance, Pin, Point, Slider
-from governor_mechanism.model.mechanism import Body, Mechanism, PointCoordinate, SecondMoments
+from governor_mechanism.model.mechanism import Body, Mechanism, SecondMoments
+from governor_mechanism.model.output_variables import PointCoordinate
 from governor_mechanism.model.scene import Spindle
 from governor_mechanism.model.trajectory import Outcome
 from governor_mechanism.numerics import jit as compiled

@@ -49,7 +49,7 @@ from governor_mechanism.mechanics.reduction.table import find_piece
 from governor_mechanism.model.events import EventKind
 from governor_mechanism.model.force_elements import Damper, Force, Spring, Torque, TorsionDamper, TorsionSpring
 from governor_mechanism.model.joints import Distance, Pin, Slider
-from governor_mechanism.model.mechanism import LineAngle
+from governor_mechanism.model.output_variables import LineAngle
 from governor_mechanism.model.scene import FreeSpindle, Spindle
 from governor_mechanism.model.time_functions import InputFunction
 from governor_mechanism.model.trajectory import Outcome, Trajectory

@@ -18,7 +18,8 @@ from governor_mechanism.mechanics.kinematics.time_functions import CubicTimeFunc
 from governor_mechanism.model.events import Event
 from governor_mechanism.model.force_elements import Spring, TorsionSpring
 from governor_mechanism.model.joints import RotationalDriver, TranslationalDriver
-from governor_mechanism.model.mechanism import LineAngle, Mechanism
+from governor_mechanism.model.mechanism import Mechanism
+from governor_mechanism.model.output_variables import LineAngle
 from governor_mechanism.model.scene import TURNING_PLANE, FreeSpindle, Scene
 from governor_mechanism.model.state_history import StateHistory
 from governor_mechanism.model.trajectory import Cost, Energy, Outcome, Trajectory

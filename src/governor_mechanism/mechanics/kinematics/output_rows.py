@@ -15,7 +15,8 @@ from governor_mechanism.mechanics.kinematics.constraint_equations import bodies_
 from governor_mechanism.mechanics.kinematics.constraint_kernels import CONSTRAINT_ROW_DTYPE, N_ROW_PARAMETERS, ConstraintRows, RowKind
 from governor_mechanism.mechanics.kinematics.points import Origins, attachment_fields
 from governor_mechanism.model.joints import GROUND, Point
-from governor_mechanism.model.mechanism import BodyAngle, FollowerHeight, LineAngle, Mechanism, PointCoordinate, PointDistance, Reading
+from governor_mechanism.model.mechanism import Mechanism
+from governor_mechanism.model.output_variables import BodyAngle, FollowerHeight, LineAngle, PointCoordinate, PointDistance, Reading
 from governor_mechanism.types import RecordArray
 
 OutputRowData = tuple[int, Point, Point, tuple[float, ...]]

@@ -17,7 +17,8 @@ from governor_mechanism.mechanics.kinematics.constraint_kernels import Constrain
 from governor_mechanism.mechanics.kinematics.output_rows import make_output_rows
 from governor_mechanism.mechanics.kinematics.time_functions import CubicTimeFunction
 from governor_mechanism.mechanics.reduction.node_evaluation import ReductionArrays
-from governor_mechanism.model.mechanism import LineAngle, Mechanism
+from governor_mechanism.model.mechanism import Mechanism
+from governor_mechanism.model.output_variables import LineAngle
 from governor_mechanism.model.scene import TURNING_PLANE, FreeSpindle, Scene, Spindle
 from governor_mechanism.types import FloatArray, RecordArray
 
