@@ -122,9 +122,8 @@ def print_error_ratios(checks: Sequence[CertificateCheck]) -> None:
             within, within_limit = (100 * np.mean(ratios * factor >= 1) for factor in (1.0, MAX_ERROR_RATIO))
             name, worst = (f"**{engine}**", "") if not group else (engine, "")
             worst = f"{1 / np.min(ratios):.2g}" if np.min(ratios) > 0 else "inf"
-            print(
-                f"| {name} | {group or '**all**'} | {len(runs)} | {within:.1f} % | {within_limit:.1f} % | {np.median(ratios):.1f} | {worst} |"
-            )
+            cells = (name, group or "**all**", len(runs), f"{within:.1f} %", f"{within_limit:.1f} %", f"{np.median(ratios):.1f}", worst)
+            print("| " + " | ".join(map(str, cells)) + " |")
     print("\nworst: the largest true error over its estimate\n")
 
 
@@ -180,7 +179,7 @@ def draw_distribution(judged: Sequence[CertificateCheck], path: Path) -> None:
     axes.set_facecolor(PAPER)
     low, high = 0.03, 3e4
     axes.axvspan(low, 1 / MAX_ERROR_RATIO, color=VERMILLION, alpha=0.10, linewidth=0)
-    for position, label, alignment in (
+    for position, caption, alignment in (
         (1 / MAX_ERROR_RATIO, "error = 3 estimates", "right"),
         (1.0, "error = estimate", "left"),
         (100.0, "estimate 100 times the error", "left"),
@@ -188,7 +187,7 @@ def draw_distribution(judged: Sequence[CertificateCheck], path: Path) -> None:
         axes.axvline(position, color=INK if position == 1.0 else MUTED, linewidth=0.9, dashes=(6, 3))
         shift = 0.93 if alignment == "right" else 1.07
         axes.text(
-            position * shift, 1.025, label, ha=alignment, va="bottom", color=MUTED, fontsize=8.5, fontfamily=SANS_FONT,
+            position * shift, 1.025, caption, ha=alignment, va="bottom", color=MUTED, fontsize=8.5, fontfamily=SANS_FONT,
             transform=axes.get_xaxis_transform(),
         )  # fmt: skip
     for engine, colour in zip(ENGINES, SERIES_COLOURS, strict=True):
