@@ -1,4 +1,4 @@
-"""Where a simulated mechanism comes to rest when its motion is taken away: artificial damping, no formula."""
+"""Equilibrium of a mechanism by kinetic damping of a simulation; uses no equilibrium equation."""
 
 from __future__ import annotations
 
@@ -15,20 +15,38 @@ from governor_mechanism.model.scene import Scene
 from governor_mechanism.types import FloatArray
 
 RELAXATION_SOLVER_ITERATIONS = 60
+"""Number of iterations of the joint solver."""
 RELAXATION_STEP_RATIO = 0.05
-"""In time scales. At rest the step leaves no error, so it need only be stable."""
+"""Step relative to the time scale. The step causes no error at rest, so it only has to be stable."""
 
 MAX_REST_SPEED_RATIO = 1e-12
-"""In machine sizes per time scale: the fastest speed of the whole mass that counts as rest."""
+"""Largest speed of the whole mass that counts as rest, in length scales per time scale."""
 
 MAX_RELAXATION_STEPS = 400_000
+"""Largest number of steps."""
 
 
 def relax_to_equilibrium(scene: Scene, start: float) -> float:
-    """The value of the leading coordinate at which the mechanism comes to rest, let go at `start`.
+    """Return the equilibrium that a mechanism reaches from rest with its kinetic energy removed at each maximum.
 
-    The spindle keeps its first speed; friction and stops do not hold it. Raises RunFailed where it leaves its range or
-    does not come to rest.
+    The spindle keeps its start speed. Friction and stops do not act.
+
+    Parameters
+    ----------
+    scene
+        Scene of one part.
+    start
+        Leading coordinate at which the mechanism is released, SI.
+
+    Returns
+    -------
+    float
+        Leading coordinate at rest, SI.
+
+    Raises
+    ------
+    RunFailed
+        If the mechanism leaves its range or does not come to rest.
     """
     mechanism, scale = scene.part.mechanism, time_scale(scene)
     name = mechanism.coordinate
@@ -48,5 +66,5 @@ def relax_to_equilibrium(scene: Scene, start: float) -> float:
     )
     value = float(evaluate_output_value(mechanism, name, result.poses))
     if not (result.at_rest and np.isfinite(value)):
-        raise RunFailed(f"from {name} = {start:.6g} the mechanism did not come to rest; it was last at {value:.6g}")
+        raise RunFailed(f"released at {name} = {start:.6g}, the mechanism did not come to rest; its last value is {value:.6g}")
     return value

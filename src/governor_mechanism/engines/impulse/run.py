@@ -1,4 +1,4 @@
-"""The march of an assembly through time, and its settling to rest."""
+"""Fixed-step integration of a pymunk model over a time grid, and relaxation to equilibrium."""
 
 from __future__ import annotations
 
@@ -17,17 +17,18 @@ from governor_mechanism.model.scene import Scene
 from governor_mechanism.types import FloatArray
 
 LIMIT_CHECK_INTERVAL = 256
-"""Stations between two looks at whether the mechanism is still within its limits."""
+"""Number of monitor times between two checks of the limits of the mechanism."""
 
 MAX_BODY_DISTANCE_RATIO = 1e3
-"""A body this many machine sizes away was thrown off by joints that were not solved."""
+"""Distance of a body from the origin, relative to the length scale, at which a run counts as diverged (unsolved joints)."""
 
 
 @dataclass(frozen=True)
 class FixedStepSolution:
-    """Poses and velocities (stations, bodies, 3), work (stations,) J of a given spindle speed's changes, angle
-    (stations,) rad of a free spindle, lost (stations,) J to brakes, friction and stops; shorter than the grid where it
-    was given up. What happened, how everything stood at the stations, and how many steps were split where that was.
+    """Poses and velocities (times, bodies, 3) at the monitor times; shorter than the grid if the run was abandoned.
+
+    `work` (times,) J is the work of changes of a prescribed spindle speed, `spindle_angle` (times,) rad that of a free spindle, and
+    `dissipated_energy` (times,) J the loss in dashpots, friction and stops. `contact_modes` has one entry per monitor time.
     """
 
     poses: FloatArray
@@ -50,9 +51,9 @@ def integrate_fixed_step(
     length_scale: float,
     is_within_limits: Callable[[FloatArray], bool],
 ) -> FixedStepSolution:
-    """Run through the grid, each interval's steps doubled `level` times, from poses and velocities (bodies, 3).
+    """Integrate over the grid, with the steps of each interval halved `level` times, from poses and velocities (bodies, 3).
 
-    Given up where a body is lost, and soon after `inside` finds poses (stations, bodies, 3) outside their limits.
+    The run is abandoned if a body diverges, and soon after `is_within_limits` rejects poses (times, bodies, 3).
     """
     poses, velocities = start
     step_counts = grid.min_steps << level
@@ -64,19 +65,19 @@ def integrate_fixed_step(
     time_inputs.reset(model.predict_spindle_inertia)
     if model.is_plain:
         states = [(model.poses(), model.velocities(), 0.0, 0.0, 0.0)]
-    else:  # the poses have just arrived at the start; the velocities are already half a step ahead
+    else:  # the poses are those of the start; the velocities are already half a step ahead
         states = [(model.poses(), _to_proxy_velocities(model, velocities), 0.0, 0.0, 0.0)]
     for index, (h, next_h) in enumerate(zip(lengths.tolist(), next_lengths.tolist(), strict=True)):
-        # The last kick lasts half of this step and half of the next, whose length may be another.
+        # The last kick spans half of this step and half of the next, which can differ in length.
         time_inputs.prepare_interval(grid.monitor_times[index], grid.monitor_times[index + 1], int(step_counts[index]), next_h)
         try:
             earlier, previous = _step_interval(model, int(step_counts[index]), time_inputs)
-        except (ValueError, OverflowError):  # a body flew off so fast that its place is no number any more
+        except (ValueError, OverflowError):  # a body diverged to a position that is not finite
             break
         current, poses_now = model.velocities(), model.poses()
         if model.is_plain:
             velocities_now = current
-        elif time_inputs.has_jump:  # the load jumps here, so the mean of both sides is not the velocity: look back only
+        elif time_inputs.has_jump:  # the load jumps, so the mean of both sides is not the velocity: extrapolate from the left
             velocities_now = previous + 0.5 * (previous - earlier)
         else:
             velocities_now = (next_h * previous + h * current) / (h + next_h)
@@ -102,7 +103,7 @@ def integrate_with_events(
     length_scale: float,
     is_within_limits: Callable[[FloatArray], bool],
 ) -> FixedStepSolution:
-    """The same where something may stick, strike or go slack on the way; second (s) is the time scale."""
+    """Integrate as `integrate_fixed_step` does, for a scene with contacts; `time_scale` is in seconds."""
     step_counts = grid.min_steps << level
     lengths = np.diff(grid.monitor_times) / step_counts if step_counts.size else np.ones(1)
     next_lengths = np.append(lengths[1:], lengths[-1:])
@@ -130,17 +131,18 @@ def integrate_with_events(
 
 
 def _mass_centres(model: PymunkModel, states: list[tuple[FloatArray, FloatArray, float, float, float]]) -> FloatArray:
+    """Return the poses (n, bodies, 3) of the mass centres of recorded states."""
     poses, velocities = (np.array([state[column] for state in states]) for column in (0, 1))
     return model.to_mass_centres(poses, velocities)[0]
 
 
 def _to_proxy_velocities(model: PymunkModel, velocities: FloatArray) -> FloatArray:
-    """The start's velocities as the carriers have them: a lever's centre is its pin, which stands still."""
+    """Convert the start velocities to those of the body proxies; the pin of a pinned body does not move."""
     return np.where(model.pinned_bodies()[:, np.newaxis], velocities * np.array([0.0, 0.0, 1.0]), velocities)
 
 
 def _step_interval(model: PymunkModel, n_steps: int, time_inputs: TimeInputs) -> tuple[FloatArray, FloatArray]:
-    """Step through one interval; velocities before the last kick but one (if it is asked for), and before the last."""
+    """Step through one interval; return the velocities before the last kick but one (empty without a jump) and before the last."""
     earlier = np.empty(0)
     for index in range(n_steps):
         if index == n_steps - 1:
@@ -152,12 +154,12 @@ def _step_interval(model: PymunkModel, n_steps: int, time_inputs: TimeInputs) ->
 
 
 N_JOINT_RECOVERY_STEPS = 3
-"""Steps after a stop in which the joints take up what the stop left open; their speeds are no swing's."""
+"""Number of steps after a stop in which the joints recover from it; the kinetic energy there is not that of the oscillation."""
 
 
 @dataclass(frozen=True)
 class RelaxationResult:
-    """Poses (bodies, 3) at rest, and the steps it took; `at_rest` is False where it did not settle."""
+    """Final poses (bodies, 3), the number of steps, and whether the mechanism came to rest."""
 
     poses: FloatArray
     steps: int
@@ -174,17 +176,17 @@ def relax(
     is_within_limits: Callable[[FloatArray], bool],
     max_steps: int,
 ) -> RelaxationResult:
-    """Let go of the mechanism and take its motion away whenever it is fastest, until it stays where it is.
+    """Release the mechanism and remove its kinetic energy at each maximum, until it stays in place (kinetic damping).
 
-    Between two such stops it swings from rest toward its equilibrium, so the distance shrinks about a hundredfold each
-    time. `still` (J) is the largest kinetic energy that counts as rest; `inside` says whether poses are in range.
+    From one stop to the next it swings from rest toward the equilibrium, which reduces the distance about a hundredfold. `max_rest_energy`
+    (J) is the largest kinetic energy that counts as rest; `is_within_limits` checks poses (bodies, 3).
     """
     model.start(poses, np.zeros_like(poses), time_inputs.start_inputs(h))
     inputs = time_inputs.constant_inputs(h)
     max_energy, steps_since_stop = 0.0, 0
     for steps in range(max_steps):
         energy = model.kinetic_energy()
-        if steps_since_stop > N_JOINT_RECOVERY_STEPS and energy < max_energy:  # past the fastest: the equilibrium lies just behind
+        if steps_since_stop > N_JOINT_RECOVERY_STEPS and energy < max_energy:  # just past the maximum, which is at the equilibrium
             if max_energy < max_rest_energy:
                 return RelaxationResult(_mass_centre_poses(model), steps, True)
             model.zero_velocities()
@@ -199,4 +201,5 @@ def relax(
 
 
 def _mass_centre_poses(model: PymunkModel) -> FloatArray:
+    """Return the present poses (bodies, 3) of the mass centres."""
     return model.to_mass_centres(model.poses(), model.velocities())[0]
