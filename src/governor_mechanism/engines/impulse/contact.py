@@ -55,16 +55,14 @@ class ContactModeTracker:
     def mode(self) -> ContactMode:
         """Return the present contact mode."""
         held_values = tuple(self._held_value(k) for k in range(len(self.contacts)))
-        return ContactMode(held_values, tuple(self._output_forces.sliding_directions), tuple(self._output_forces.is_taut or ()))
+        return ContactMode(held_values, tuple(self._output_forces.sliding_directions), tuple(self._output_forces.is_taut))
 
     def detect_events(self, observation: StepObservation) -> list[DetectedEvent]:
         """Return the events that a step has passed."""
         detected = list[DetectedEvent]()
         for k, (contact, constraint, output) in enumerate(zip(self.contacts, self.constraints, self.contact_outputs, strict=True)):
-            sliding_direction, direction = (
-                self._output_forces.sliding_directions[k],
-                self.release_direction(k, float(observation.rates_after_kick[output])),
-            )
+            sliding_direction = self._output_forces.sliding_directions[k]
+            direction = self.release_direction(k, float(observation.rates_after_kick[output]))
             if direction:
                 event_function = self._make_leave_function(k, direction) if constraint.stop_side else self._make_slip_function(k)
                 detected.append(
@@ -86,7 +84,7 @@ class ContactModeTracker:
                     initial_value = side * (self._stepper.output_value(output) - stop_value)
                     detected.append(DetectedEvent(EventKind.IMPACT, k, make_level_function(output, side, stop_value), initial_value, side))
         for k, (spring, output) in enumerate(zip(self._springs, self._spring_outputs, strict=True)):
-            direction = -1 if self._output_forces.is_taut and self._output_forces.is_taut[k] else 1
+            direction = -1 if self._output_forces.is_taut[k] else 1
             if direction * (float(observation.values[output]) - spring.free_value) > 0.0:
                 initial_stretch = direction * (self._stepper.output_value(output) - spring.free_value)
                 detected.append(
@@ -98,7 +96,6 @@ class ContactModeTracker:
         """Change the mode of the contact or spring of an event; an impact is resolved later, after the joints are closed."""
         k, output_forces = event.index, self._output_forces
         if event.kind == EventKind.TAUT:
-            assert output_forces.is_taut is not None
             output_forces.is_taut[k] = event.direction > 0
             kind = EventKind.TAUT if output_forces.is_taut[k] else EventKind.SLACK
             self.events.append(Event(time=self._stepper.state.time, kind=kind, subject=self._springs[k].reading))
@@ -189,10 +186,8 @@ class ContactModeTracker:
         """Return the stop that contact `k` touches: 1 the high one, -1 the low one, 0 neither."""
         contact, output = self.contacts[k], self.contact_outputs[k]
         is_stationary = abs(self._stepper.output_rate(output)) <= self.stiction_rate(k)
-        tolerance, value = (
-            (REST_TOLERANCE if is_stationary else CONTACT_TOLERANCE) * self.coordinate_scales[output],
-            self._stepper.output_value(output),
-        )
+        tolerance = (REST_TOLERANCE if is_stationary else CONTACT_TOLERANCE) * self.coordinate_scales[output]
+        value = self._stepper.output_value(output)
         return 1 if value >= contact.high - tolerance else -1 if value <= contact.low + tolerance else 0
 
     def stiction_rate(self, k: int) -> float:

@@ -17,7 +17,8 @@ from governor_mechanism.effects.rod_masses import RodMasses
 from governor_mechanism.effects.spring import OutputSpring
 from governor_mechanism.effects.stops import Stops
 from governor_mechanism.engines.base import Engine, RunRequest
-from governor_mechanism.engines.impulse.richardson import ImpulseSettings, RichardsonRefinement
+from governor_mechanism.engines.impulse.richardson import RichardsonRefinement
+from governor_mechanism.engines.impulse.settings import ImpulseSettings
 from governor_mechanism.errors import MechanismError
 from governor_mechanism.mechanics.dynamics.contacts import has_contacts
 from governor_mechanism.model.effect import Effect
@@ -34,6 +35,9 @@ from governor_mechanism.model.trajectory import Trajectory
 
 UNSUPPORTED_JOINTS: frozenset[type[Joint]] = frozenset((RackAndPinion, ProportionalDisplacement))
 """Joints for which pymunk has no constraint."""
+
+COUNTS = ("iterations", "max_iterations", "max_steps", "max_events_per_step", "min_steps_per_bounce", "hold_iteration_factor")
+"""Settings that are positive integers."""
 
 
 @final
@@ -59,6 +63,17 @@ class ImpulseEngine(ImpulseSettings, Engine):
         Largest number of iterations of the joint solver.
     max_steps
         Largest number of steps of one run.
+    max_step_halvings
+        Largest number of halvings of the first step before the engine gives up.
+    monitor_interval
+        Largest interval between two checks of the limits, and the largest step that the engine chooses, in time scales of the scene.
+    max_events_per_step
+        Largest mean number of contact events per step; more are chatter that does not end.
+    min_steps_per_bounce
+        Number of steps of a short bounce in the coarsest run.
+    hold_iteration_factor
+        Factor on the solver iterations at restarts and while a contact is held: contact decisions use the holding force, which converges
+        more slowly than the velocities.
     """
 
     name: ClassVar[str] = "impulse"
@@ -75,7 +90,11 @@ class ImpulseEngine(ImpulseSettings, Engine):
             raise MechanismError("ImpulseEngine chooses its own step from three runs; give step= (s) for fewer runs")
         if self.step is not None and not (self.step > 0 and math.isfinite(self.step)):
             raise MechanismError(f"ImpulseEngine.step must be a positive number of seconds; got {self.step!r}")
-        for name in ("iterations", "max_iterations", "max_steps"):
+        if not (self.monitor_interval > 0 and math.isfinite(self.monitor_interval)):
+            raise MechanismError(f"ImpulseEngine.monitor_interval must be a positive number of time scales; got {self.monitor_interval!r}")
+        if self.max_step_halvings < 0:
+            raise MechanismError(f"ImpulseEngine.max_step_halvings must be at least 0; got {self.max_step_halvings!r}")
+        for name in COUNTS:
             if getattr(self, name) < 1:
                 raise MechanismError(f"ImpulseEngine.{name} must be at least 1; got {getattr(self, name)!r}")
 

@@ -8,32 +8,27 @@ staggered scheme restarts at each event from poses and velocities of one time.
 from __future__ import annotations
 
 import math
-from typing import TYPE_CHECKING
 
 import numpy as np
 from scipy.optimize import brentq
 
 from governor_mechanism.engines.impulse.contact import ContactModeTracker
 from governor_mechanism.engines.impulse.pymunk.model import PymunkModel
+from governor_mechanism.engines.impulse.settings import ImpulseSettings
 from governor_mechanism.engines.impulse.staggered_stepper import StaggeredStepper
 from governor_mechanism.engines.impulse.step_records import DetectedEvent
+from governor_mechanism.engines.impulse.time_inputs import TimeInputs
 from governor_mechanism.mechanics.contact.tolerances import MIN_REBOUND_HEIGHT, zeno_time
 from governor_mechanism.mechanics.dynamics.contacts import ContactMode
 from governor_mechanism.model.events import Event, EventKind
 from governor_mechanism.model.scene import Scene
 from governor_mechanism.types import FloatArray
 
-if TYPE_CHECKING:
-    from governor_mechanism.engines.impulse.time_inputs import TimeInputs
-
 MIN_REMAINDER_RATIO = 1e-4
 """Remainder before a monitor time, relative to a step, that is extrapolated instead of stepped: a step would divide by rounding."""
 
-MIN_STEPS_PER_BOUNCE, BOUNCE_DURATION_FACTOR = 4, 1.2
-"""Steps of a short bounce at level 0, and the multiple of its predicted duration after which it is over."""
-
-MAX_EVENTS_PER_FIXED_STEP = 60
-"""Largest number of events per step; more are chatter that does not end."""
+BOUNCE_DURATION_FACTOR = 1.2
+"""Multiple of the predicted duration of a short bounce after which it is over."""
 
 MIN_SUBSTEP_RATIO, TIME_ROUNDING_RATIO = 1e-9, 4e-15
 """Shortest substep relative to a step, and relative to the elapsed time (rounding)."""
@@ -66,20 +61,17 @@ class EventDrivenStepper:
         model: PymunkModel,
         time_inputs: TimeInputs,
         start: tuple[FloatArray, FloatArray],
+        settings: ImpulseSettings,
         *,
         time_scale: float,
         level: int,
         h: float,
     ) -> None:
         self._time_inputs, self.n_split_steps = time_inputs, 0
-        self._stepper = StaggeredStepper(scene.part.mechanism, model, time_inputs, start, h)
+        self._stepper = StaggeredStepper(scene.part.mechanism, model, time_inputs, start, h, settings.hold_iteration_factor)
         self._contact_tracker = ContactModeTracker(scene, self._stepper, time_scale)
-        self._bounce_duration, self._steps_per_bounce, self._bounce_step, self._bounce_end = (
-            math.inf,
-            MIN_STEPS_PER_BOUNCE << level,
-            0.0,
-            -math.inf,
-        )
+        self._steps_per_bounce, self._max_events_per_step = settings.min_steps_per_bounce << level, settings.max_events_per_step
+        self._bounce_duration, self._bounce_step, self._bounce_end = math.inf, 0.0, -math.inf
         self._rebound_sides, self._rest_times = dict[int, int](), dict[int, float]()
         self._resolve_impacts({})
         self._restart(h)
@@ -124,7 +116,7 @@ class EventDrivenStepper:
                 self._locate_first_event(detected, h)
             else:
                 self._stepper.close_joints()
-            if n_events > MAX_EVENTS_PER_FIXED_STEP * n_steps:
+            if n_events > self._max_events_per_step * n_steps:
                 return False
             time = self._stepper.state.time
             if end - time < MIN_REMAINDER_RATIO * full_step:
@@ -145,10 +137,8 @@ class EventDrivenStepper:
         steps = math.ceil((end - time) / full_step * (1 - MIN_REMAINDER_RATIO))
         bounce_duration = self._restart((end - time) / steps)
         if bounce_duration < self._steps_per_bounce * full_step:
-            self._bounce_step, self._bounce_end = (
-                bounce_duration / self._steps_per_bounce,
-                time + BOUNCE_DURATION_FACTOR * bounce_duration,
-            )
+            self._bounce_step = bounce_duration / self._steps_per_bounce
+            self._bounce_end = time + BOUNCE_DURATION_FACTOR * bounce_duration
         if self._bounce_end <= time + self._bounce_step:
             return end, steps
         target = min(end, self._bounce_end)
@@ -203,10 +193,8 @@ class EventDrivenStepper:
         held_value = None if constraint is None else constraint.held_value
         if constraint is not None:
             # A short step would remove the position error left by long steps with a force that does not exist: hold the present value.
-            constraint.is_force_limited, constraint.held_value = (
-                False,
-                self._stepper.output_value(self._contact_tracker.contact_outputs[event.index]),
-            )
+            constraint.is_force_limited = False
+            constraint.held_value = self._stepper.output_value(self._contact_tracker.contact_outputs[event.index])
         try:
             end_value, low = event_value(1.0), 0.0
             if end_value <= 0.0:
@@ -223,11 +211,8 @@ class EventDrivenStepper:
                 low = next((fraction for fraction in 0.5 ** np.arange(1, 30) if event_value(fraction) < 0.0), -1.0)
                 if low < 0.0:
                     # A contact that has just slipped starts without speed; any other contact without speed was at rest before.
-                    return (
-                        1.0
-                        if event.kind == EventKind.STICK and self._contact_tracker.last_release_time == self._stepper.state.time
-                        else 0.0
-                    )
+                    has_just_slipped = self._contact_tracker.last_release_time == self._stepper.state.time
+                    return 1.0 if event.kind == EventKind.STICK and has_just_slipped else 0.0
             return float(brentq(event_value, low, 1.0, xtol=EVENT_FRACTION_TOLERANCE, rtol=1e-15))
         finally:
             if constraint is not None:

@@ -12,8 +12,9 @@ from numpy.typing import NDArray
 
 from governor_mechanism.engines.base import RunRequest
 from governor_mechanism.engines.impulse.event_extrapolation import ExtrapolatedEvents, extrapolate_events
-from governor_mechanism.engines.impulse.pymunk import PymunkModel
-from governor_mechanism.engines.impulse.run import FixedStepSolution, integrate_fixed_step, integrate_with_events
+from governor_mechanism.engines.impulse.pymunk.model import PymunkModel
+from governor_mechanism.engines.impulse.run import FixedStepSolution, integrate_over_grid
+from governor_mechanism.engines.impulse.settings import ImpulseSettings
 from governor_mechanism.engines.impulse.time_inputs import TimeInputs
 from governor_mechanism.engines.initial_state import initial_state
 from governor_mechanism.integrators.time_grid import TimeGrid, make_time_grid
@@ -28,14 +29,8 @@ from governor_mechanism.observables.evaluation import Observables, ReadingEvalua
 from governor_mechanism.observables.work import integrate_work
 from governor_mechanism.types import FloatArray, IntArray
 
-MAX_IMPULSE_MONITOR_INTERVAL = 0.25
-"""Largest interval between poses at which limits are monitored, and the largest step tried, in time scales."""
-
 ERROR_AT_UNIT_STEP = 2e-4
 """Estimated relative error of a run with a step of one time scale, extrapolated as the cube of the step; sets the first step."""
-
-MAX_STEP_HALVINGS = 12
-"""Largest number of halvings of the first step before the engine gives up."""
 
 MAX_OPEN_JOINT_HALVINGS = 5
 """Largest number of halvings of the first step because of open joints."""
@@ -57,23 +52,6 @@ EVENT_METHOD_NAME = "second order, restarted at every event"
 
 MAX_EXIT_DISAGREEMENT = 4
 """Number of monitor times within which runs with different steps must leave the limits for the exit to be accepted."""
-
-
-@dataclass(frozen=True, kw_only=True)
-class ImpulseSettings:
-    """Settings of an impulse run; see ImpulseEngine, which validates them."""
-
-    step: float | None = None
-    runs: int = 3
-    plain: bool = False
-    iterations: int = 20
-    max_iterations: int = 1280
-    max_steps: int = 4_000_000
-
-    @property
-    def levels(self) -> int:
-        """Return the number of runs, each with half the step of the one before, that make one result."""
-        return 1 if self.plain else self.runs
 
 
 @dataclass(frozen=True)
@@ -121,7 +99,7 @@ class RichardsonRefinement:
         time_scale = self.evaluator.time_scale
         step, max_step = settings.step, math.inf  # a given step is used as it is
         if step is None:
-            max_step = MAX_IMPULSE_MONITOR_INTERVAL * time_scale
+            max_step = settings.monitor_interval * time_scale
             step = min(time_scale * (request.accuracy / ERROR_AT_UNIT_STEP) ** (1 / 3), max_step)
         times = request.times
         if math.isfinite(max_step):  # no run within max_steps gets further, so the grid needs no monitor times there
@@ -157,7 +135,7 @@ class RichardsonRefinement:
         level, iterations, stagnant_levels = best.level, self.iterations, 0
         while not self._is_accurate(best):
             level += min(max(1, math.ceil(math.log2(2 * (best.error_estimate or 1.0) / self.request.accuracy) / 3)), 4)
-            if level > MAX_STEP_HALVINGS or not self._is_within_max_steps(self.grid, level):
+            if level > self.settings.max_step_halvings or not self._is_within_max_steps(self.grid, level):
                 return best, False
             finer = self.extrapolate_at_level(level)
             if not _is_improvement(finer, best):
@@ -302,28 +280,17 @@ class RichardsonRefinement:
     @np.errstate(all="ignore")  # diverging bodies give infinite values before the run is abandoned
     def _integrate_level(self, level: int) -> FixedStepSolution:
         model = PymunkModel(self.scene, iterations=self.iterations, plain=self.settings.plain)
-        length_scale = self.evaluator.mechanism.length_scale
-
-        def is_within_limits(poses: FloatArray) -> bool:
-            return self.evaluator.find_first_out_of_range(poses) is None
-
-        if self.has_contacts:
-            time_scale = self.evaluator.time_scale
-            solution = integrate_with_events(
-                self.scene,
-                model,
-                self.grid,
-                level,
-                self.time_inputs,
-                self.start,
-                time_scale=time_scale,
-                length_scale=length_scale,
-                is_within_limits=is_within_limits,
-            )
-        else:
-            solution = integrate_fixed_step(
-                model, self.grid, level, self.time_inputs, self.start, length_scale=length_scale, is_within_limits=is_within_limits
-            )
+        solution = integrate_over_grid(
+            self.scene,
+            model,
+            self.grid,
+            level,
+            self.time_inputs,
+            self.start,
+            self.settings,
+            time_scale=self.evaluator.time_scale,
+            is_within_limits=lambda poses: self.evaluator.find_first_out_of_range(poses) is None,
+        )
         steps = (int(self.grid.min_steps[: len(solution.work) - 1].sum()) << level) + solution.n_split_steps
         self.steps += steps
         self.runs += 1

@@ -3,20 +3,17 @@
 from __future__ import annotations
 
 from dataclasses import replace
-from typing import TYPE_CHECKING
 
 import numpy as np
 
 from governor_mechanism.engines.impulse.pymunk.model import PymunkModel
 from governor_mechanism.engines.impulse.pymunk.step_inputs import StepInputs
 from governor_mechanism.engines.impulse.step_records import StepObservation, StepState
+from governor_mechanism.engines.impulse.time_inputs import TimeInputs
 from governor_mechanism.mechanics.contact.impact import ImpactSolver
 from governor_mechanism.mechanics.kinematics.output_variables import evaluate_output_gradient
 from governor_mechanism.model.mechanism import Mechanism
 from governor_mechanism.types import FloatArray
-
-if TYPE_CHECKING:
-    from governor_mechanism.engines.impulse.time_inputs import TimeInputs
 
 N_WARM_STARTS = 3
 """Number of repetitions of a start, so that the joint solver begins from its converged impulses."""
@@ -24,31 +21,31 @@ N_WARM_STARTS = 3
 N_WARM_UP_STEPS = 4
 """Number of steps after a restart in which the joint solver still finds its impulses."""
 
-HOLD_ITERATION_FACTOR = 8
-"""Factor on the solver iterations for restarts and while a contact is held.
-
-Contact decisions use the holding force, which converges more slowly than the velocities.
-"""
-
 
 class StaggeredStepper:
     """A pymunk model at one time of a run.
 
-    `state` is the present state, `last_h` (s) the length of the last step, `is_holding` whether a contact is held.
+    `state` is the present state, `last_h` (s) the length of the last step, `is_holding` whether a contact is held. The solver iterations
+    are multiplied by `hold_iteration_factor` for restarts and while a contact is held: contact decisions use the holding force, which
+    converges more slowly than the velocities.
     """
 
     def __init__(
-        self, mechanism: Mechanism, model: PymunkModel, time_inputs: TimeInputs, start: tuple[FloatArray, FloatArray], h: float
+        self,
+        mechanism: Mechanism,
+        model: PymunkModel,
+        time_inputs: TimeInputs,
+        start: tuple[FloatArray, FloatArray],
+        h: float,
+        hold_iteration_factor: int,
     ) -> None:
-        assert model.output_forces is not None
         self.model, self.output_forces, self.time_inputs, self.last_h = model, model.output_forces, time_inputs, h
-        self.is_holding, self._warm_up_steps_left = False, 0
+        self.is_holding, self._warm_up_steps_left, self._hold_iteration_factor = False, 0, hold_iteration_factor
         self._mechanism, self._impact_solver = mechanism, ImpactSolver(mechanism)
-        self._pinned = model.pinned_bodies()[:, np.newaxis] & np.array([True, True, False])
         time_inputs.uses_left_limits = True
         model.start(*start, time_inputs.start_inputs(h))
         time_inputs.reset(model.predict_spindle_inertia)
-        proxy_velocities, values = self._to_proxy_velocities(start[1]), self.output_forces.output_values
+        proxy_velocities, values = model.to_proxy_velocities(start[1]), self.output_forces.output_values
         self.state = StepState(
             0.0, model.poses(), proxy_velocities, values, self.output_forces.output_rates(proxy_velocities), time_inputs.accumulators(), 0.0
         )
@@ -77,7 +74,7 @@ class StaggeredStepper:
     def step(self, inputs: StepInputs, time: float) -> tuple[StepObservation, StepState]:
         """Take one step; return its observation and the state at `time` (s), without moving to it."""
         model, output_forces = self.model, self.output_forces
-        model.set_iteration_factor(HOLD_ITERATION_FACTOR if self.is_holding or self._warm_up_steps_left else 1)
+        model.set_iteration_factor(self._hold_iteration_factor if self.is_holding or self._warm_up_steps_left else 1)
         self._warm_up_steps_left = max(self._warm_up_steps_left - 1, 0)
         velocities_before = model.velocities()
         model.step(inputs)
@@ -104,7 +101,7 @@ class StaggeredStepper:
     def restart(self, h: float) -> None:
         """Restart the scheme from the present state, before a step of `h` seconds."""
         state = self.state
-        self.model.set_iteration_factor(HOLD_ITERATION_FACTOR)
+        self.model.set_iteration_factor(self._hold_iteration_factor)
         self._warm_up_steps_left = N_WARM_UP_STEPS
         for _ in range(N_WARM_STARTS):
             self.model.start(state.poses, state.velocities, self.time_inputs.restart_inputs(state.time, h))
@@ -121,17 +118,13 @@ class StaggeredStepper:
         output_jacobian = np.array([evaluate_output_gradient(self._mechanism, name, poses) for name in rates])
         output_jacobian = output_jacobian.reshape(-1, *poses.shape)
         new_velocities = self._impact_solver.apply_impulses(state.time, poses, velocities, output_jacobian, np.array(list(rates.values())))
-        energy_loss = (
-            self._impact_solver.kinetic_energy(velocities) - self._impact_solver.kinetic_energy(new_velocities)
-            if count_energy_loss
-            else 0.0
-        )
-        proxy_velocities = self._to_proxy_velocities(new_velocities)
+        energies = [self._impact_solver.kinetic_energy(each) for each in (velocities, new_velocities)]
+        proxy_velocities = self.model.to_proxy_velocities(new_velocities)
         self.state = replace(
             state,
             velocities=proxy_velocities,
             rates=self.output_forces.output_rates(proxy_velocities),
-            dissipated_energy=state.dissipated_energy + energy_loss,
+            dissipated_energy=state.dissipated_energy + (energies[0] - energies[1] if count_energy_loss else 0.0),
         )
 
     def extrapolate_to(self, end: float, full_step: float) -> None:
@@ -143,6 +136,7 @@ class StaggeredStepper:
         acceleration = (self.model.velocities() - state.velocities) / (0.5 * full_step)
         self.time_inputs.prepare_interval(state.time, end, 1, full_step)
         self.time_inputs.step_inputs(0)
+        friction_limits = self.time_inputs.restart_inputs(state.time, full_step).friction_limits
         self.state = replace(
             state,
             time=end,
@@ -151,9 +145,7 @@ class StaggeredStepper:
             values=state.values + remaining * state.rates,
             rates=state.rates + remaining * self.output_forces.output_rates(acceleration),
             accumulators=self.time_inputs.accumulators(),
-            dissipated_energy=state.dissipated_energy
-            + remaining
-            * self.output_forces.dissipated_power(state.rates, self.time_inputs.restart_inputs(state.time, full_step).friction_limits),
+            dissipated_energy=state.dissipated_energy + remaining * self.output_forces.dissipated_power(state.rates, friction_limits),
         )
 
     def _with_closed_joints(self, state: StepState) -> StepState:
@@ -162,8 +154,8 @@ class StaggeredStepper:
         poses, velocities = self.model.to_mass_centres(state.poses, state.velocities)
         poses = impact_solver.close_joints(np.array([time]), poses[np.newaxis])[0]
         no_outputs = np.zeros((0, *poses.shape))
-        proxy_velocities = self._to_proxy_velocities(impact_solver.apply_impulses(time, poses, velocities, no_outputs, np.zeros(0)))
-        proxy_poses = np.where(self._pinned, state.poses, poses)
+        proxy_velocities = self.model.to_proxy_velocities(impact_solver.apply_impulses(time, poses, velocities, no_outputs, np.zeros(0)))
+        proxy_poses = np.where(self.model.pinned_mask, state.poses, poses)
         self.output_forces.evaluate_outputs(proxy_poses)
         return replace(
             state,
@@ -172,7 +164,3 @@ class StaggeredStepper:
             values=self.output_forces.output_values,
             rates=self.output_forces.output_rates(proxy_velocities),
         )
-
-    def _to_proxy_velocities(self, velocities: FloatArray) -> FloatArray:
-        """Convert mass-centre velocities to those of the body proxies; the pin of a pinned body does not move."""
-        return np.where(self._pinned, 0.0, velocities)

@@ -8,7 +8,7 @@ from itertools import pairwise
 
 import numpy as np
 
-from governor_mechanism.engines.impulse.pymunk import StepInputs
+from governor_mechanism.engines.impulse.pymunk.step_inputs import StepInputs
 from governor_mechanism.mechanics.dynamics.contacts import contacts_of
 from governor_mechanism.mechanics.dynamics.force_laws import free_spindle_speed
 from governor_mechanism.mechanics.kinematics.time_functions import CubicTimeFunction, SpindleSpeedFunction
@@ -61,15 +61,11 @@ class TimeInputs:
 
     def start_inputs(self, h: float) -> StepInputs:
         """Return the inputs at the start, before a first step of `h` seconds."""
-        start = np.zeros(1)
-        return StepInputs(
-            h=0.5 * h,
-            next_h=h,
-            spindle_speed_squared=self._start_speed_squared,
-            load_values=tuple(float(function(start)[0]) for function in self._load_functions),
-            drive_values=tuple(float(function(start + h)[0]) for function in self._drive_functions),
-            friction_limits=tuple(float(function(start)[0]) for function in self._friction_functions),
-        )
+        return replace(self.constant_inputs(h), h=0.5 * h)
+
+    def constant_inputs(self, h: float) -> StepInputs:
+        """Return the inputs of a step of `h` seconds with all inputs, including the spindle speed, kept at their start values."""
+        return self._inputs_at(0.0, h, self._start_speed_squared)
 
     def restart_inputs(self, time: float, h: float) -> StepInputs:
         """Return the inputs of a restart at `time` (s), before a first step of `h` seconds.
@@ -77,13 +73,16 @@ class TimeInputs:
         The kick has half the size, not half the length: if the step length changes, pymunk scales the accumulated joint impulses
         wrongly and applies wrong bounds.
         """
+        speed_squared = self._spindle_speed**2 if self._free_spindle else float(self._speed_program(np.array([time]))[0]) ** 2
+        return replace(self._inputs_at(time, h, speed_squared), kick_scale=0.5)
+
+    def _inputs_at(self, time: float, h: float, spindle_speed_squared: float) -> StepInputs:
+        """Return the inputs at a time (s) for a step of `h` seconds, with the drives at its end."""
         times = np.array([time])
-        speed_squared = self._spindle_speed**2 if self._free_spindle else float(self._speed_program(times)[0]) ** 2
         return StepInputs(
             h=h,
             next_h=h,
-            spindle_speed_squared=speed_squared,
-            kick_scale=0.5,
+            spindle_speed_squared=spindle_speed_squared,
             load_values=tuple(float(function(times)[0]) for function in self._load_functions),
             drive_values=tuple(float(function(times + h)[0]) for function in self._drive_functions),
             friction_limits=tuple(float(function(times)[0]) for function in self._friction_functions),
@@ -96,11 +95,6 @@ class TimeInputs:
     def restore(self, accumulators: tuple[float, float, float, float, float]) -> None:
         """Restore the accumulated quantities."""
         self.work, self.spindle_angle, self._mechanism_inertia, self._spindle_speed, self._angular_momentum = accumulators
-
-    def constant_inputs(self, h: float) -> StepInputs:
-        """Return the inputs of a step of `h` seconds with all inputs, including the spindle speed, kept at their start values."""
-        inputs = self.start_inputs(h)
-        return replace(inputs, h=h, next_h=h)
 
     def prepare_interval(self, start: float, end: float, n_steps: int, next_h: float) -> None:
         """Prepare `n_steps` steps from start to end (s), followed by one of `next_h`."""

@@ -7,6 +7,7 @@ from dataclasses import dataclass
 from typing import TypeVar
 
 import numpy as np
+from scipy.interpolate import CubicHermiteSpline
 
 from governor_mechanism.errors import MechanismError, did_you_mean
 from governor_mechanism.model.scene import Part
@@ -97,15 +98,5 @@ def _interpolate_hermite(times: FloatArray, values: FloatArray, rates: FloatArra
     """Interpolate along the first axis by cubic Hermite polynomials; times (n,) increase, `query_times` (f,) lie within them."""
     if len(times) == 1:
         return np.repeat(values, len(query_times), axis=0)
-    left = np.clip(np.searchsorted(times, query_times, side="right") - 1, 0, len(times) - 2)
-    step = times[left + 1] - times[left]
-    # Between two samples at one time (a jump) there is no interpolation: take the later one.
-    s = np.divide(query_times - times[left], step, out=np.ones_like(query_times), where=step > 0)[:, None, None]
-    h = step[:, None, None]
-    result: FloatArray = (
-        values[left] * (1 + 2 * s) * (1 - s) ** 2
-        + values[left + 1] * s**2 * (3 - 2 * s)
-        + h * rates[left] * s * (1 - s) ** 2
-        - h * rates[left + 1] * s**2 * (1 - s)
-    )
-    return result
+    interpolated: FloatArray = CubicHermiteSpline(times, values, rates)(query_times)
+    return interpolated

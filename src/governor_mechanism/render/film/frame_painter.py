@@ -255,14 +255,9 @@ class FramePainter:
         for x in (left, left + length * scale):
             self._add_line((x, y - 3), (x, y + 3), MUTED)
         self._add_text(f"{length * 1e3:g} mm", (left + length * scale + 6, y), 9.5, color=MUTED)
-        is_turning_plane, speed_text = (self.frame_data.part.plane == TURNING_PLANE, format_film_speed(self.frame_data.slow_down))
-        text = (
-            f"turning plane, {speed_text}"
-            if is_turning_plane and speed_text
-            else "seen in the turning plane"
-            if is_turning_plane
-            else speed_text
-        )
+        text = format_film_speed(self.frame_data.slow_down)
+        if self.frame_data.part.plane == TURNING_PLANE:
+            text = f"turning plane, {text}" if text else "seen in the turning plane"
         if text:
             self._add_text(text, (right, y), 9.5, color=MUTED, ha="right")
 

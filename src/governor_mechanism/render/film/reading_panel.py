@@ -64,13 +64,8 @@ class ReadingPlot:
         time_span = series.time_span
         left, top, right, bottom = rect
         box = (left + LABEL_WIDTH, top + HEADING_HEIGHT, right - 3.0, bottom - TIME_LABEL_HEIGHT)
-        axes_rect = (
-            box[0] / REFERENCE_SIZE,
-            1 - box[3] / REFERENCE_SIZE,
-            (box[2] - box[0]) / REFERENCE_SIZE,
-            (box[3] - box[1]) / REFERENCE_SIZE,
-        )
-        axes = figure.add_axes(axes_rect, facecolor=PAPER)
+        left, top, right, bottom = (edge / REFERENCE_SIZE for edge in box)
+        axes = figure.add_axes((left, 1 - bottom, right - left, bottom - top), facecolor=PAPER)
         limits = series.axis_limits or axis_limits_for(series.values, series.noise)
         axes.set(xlim=(time_span[0], max(time_span[1], time_span[0] + 1e-9)), ylim=limits)
         self._style_axes(axes, time_span, points_per_pixel)

@@ -20,14 +20,11 @@ from numpy.typing import NDArray
 from governor_mechanism.errors import MechanismError
 from governor_mechanism.files.atomic_write import atomic_write
 from governor_mechanism.model.trajectory import Trajectory
-from governor_mechanism.render.effect_state import effect_state_of
-from governor_mechanism.render.film.frame_data import find_part, interpolate_frame_data, part_poses_and_velocities
+from governor_mechanism.render.film.frame_data import find_part, interpolate_frame_data
 from governor_mechanism.render.film.frame_painter import FramePainter
 from governor_mechanism.render.film.gif_encoder import GifWriter, Palette
-from governor_mechanism.render.film.layout import ELEVATION_RECT, PixelView, fit_view
 from governor_mechanism.render.film.side_by_side import check_run_pair, make_side_by_side
 from governor_mechanism.render.geometry.primitives import round_step
-from governor_mechanism.render.machines.registry import drawing_bounds
 from governor_mechanism.render.style import FILM_COLOURS, parse_rgb
 from governor_mechanism.types import FloatArray
 
@@ -159,14 +156,6 @@ def render_frames(
     painter = _make_frame_painter(run, size, part, time_span, slow_factor, times)
     for k in range(len(times)):
         yield painter.paint(k)[..., :3].copy()
-
-
-def fit_film_view(run: Trajectory, *, size: int = 480, part: str | None = None) -> PixelView:
-    """Return the view of the machine in a film: `fit_film_view(run).pixel_of(x, y)` is a column and a row."""
-    shown_part = find_part(run, part)
-    return fit_view(
-        drawing_bounds(shown_part, part_poses_and_velocities(run, shown_part)[0], run.times, effect_state_of(run)), ELEVATION_RECT, size
-    )
 
 
 def choose_slow_down(duration: float) -> float:

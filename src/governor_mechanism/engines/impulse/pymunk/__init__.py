@@ -4,10 +4,3 @@ A Chipmunk step moves positions with the old velocities, then applies the forces
 half steps. If each step removes the joint errors completely and takes the loads at the pose that the step is about to reach, this is a
 second-order SHAKE/Verlet scheme. With pymunk's defaults it is first order.
 """
-
-from __future__ import annotations
-
-from governor_mechanism.engines.impulse.pymunk.model import PymunkModel
-from governor_mechanism.engines.impulse.pymunk.step_inputs import StepInputs
-
-__all__ = ["PymunkModel", "StepInputs"]

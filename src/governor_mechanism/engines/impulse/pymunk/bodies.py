@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from collections.abc import Sequence
 from dataclasses import dataclass
 
 import pymunk
@@ -62,6 +63,13 @@ class AttachedPoint:
         c, s = math.cos(angle), math.sin(angle)
         arm_x, arm_y = c * self.x - s * self.y, s * self.x + c * self.y
         return position.x + velocity.x * lead + arm_x, position.y + velocity.y * lead + arm_y, arm_x, arm_y, angle
+
+
+def to_body_axes(pose: Sequence[float] | FloatArray, point: PlanarVector) -> PlanarVector:
+    """Return a point (m) in the axes of a body at a pose (x, y, angle)."""
+    dx, dy = point[0] - float(pose[0]), point[1] - float(pose[1])
+    cosine, sine = math.cos(float(pose[2])), math.sin(float(pose[2]))
+    return cosine * dx + sine * dy, cosine * dy - sine * dx
 
 
 def make_body_proxy(mechanism: Mechanism, body: Body) -> BodyProxy:

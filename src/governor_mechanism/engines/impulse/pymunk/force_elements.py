@@ -32,13 +32,16 @@ def make_body_force(scene: Scene, proxy: BodyProxy) -> tuple[ForceCallback, tupl
         return _make_pinned_body_force(proxy, weight_force, is_centrifugal), law_names
 
     def apply_gravity(lead: float, inputs: StepInputs) -> None:
+        """Set the weight."""
         pymunk_body.force = (0.0, weight_force * inputs.kick_scale)
 
     def apply_point_mass_loads(lead: float, inputs: StepInputs) -> None:
+        """Set weight and centrifugal force."""
         x = pymunk_body.position.x + pymunk_body.velocity.x * lead
         pymunk_body.force = (centrifugal_force(mass, x, inputs.spindle_speed_squared) * inputs.kick_scale, weight_force * inputs.kick_scale)
 
     def apply_rigid_body_loads(lead: float, inputs: StepInputs) -> None:
+        """Set weight, centrifugal force and centrifugal moment."""
         apply_point_mass_loads(lead, inputs)
         angle = pymunk_body.angle + pymunk_body.angular_velocity * lead
         pymunk_body.torque = (
@@ -56,6 +59,7 @@ def _make_pinned_body_force(proxy: BodyProxy, weight_force: float, is_centrifuga
     x, y, pin_x = -proxy.origin[0], -proxy.origin[1], pymunk_body.position.x
 
     def apply_torque(lead: float, inputs: StepInputs) -> None:
+        """Set the moment about the pin."""
         angle = pymunk_body.angle + pymunk_body.angular_velocity * lead
         sine, cosine = math.sin(angle), math.cos(angle)
         arm_x, arm_y = x * cosine - y * sine, x * sine + y * cosine
@@ -135,6 +139,7 @@ def _make_linear_element_force(
     """Return the callback of a spring or damper between two points."""
 
     def apply_force(lead: float, inputs: StepInputs) -> None:
+        """Add the force of the spring or damper to both bodies."""
         first_placement, second_placement = first.predict(lead), second.predict(lead)
         dx, dy = second_placement[0] - first_placement[0], second_placement[1] - first_placement[1]
         length = math.hypot(dx, dy)
@@ -163,6 +168,7 @@ def _make_torsional_element_force(
     """Return the callback of a torsional spring, torsional damper or torque between two bodies."""
 
     def apply_torque(lead: float, inputs: StepInputs) -> None:
+        """Add the torque to both bodies."""
         if isinstance(element, TorsionSpring):
             angles = [body.angle + body.angular_velocity * lead for body in (first, second)]
             torque = -spring_force(element.stiffness, element.free_angle, angles[1] - angles[0])

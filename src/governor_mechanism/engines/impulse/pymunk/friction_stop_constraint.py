@@ -7,6 +7,7 @@ import math
 import numpy as np
 import pymunk
 
+from governor_mechanism.engines.impulse.pymunk.bodies import PlanarVector, to_body_axes
 from governor_mechanism.engines.impulse.pymunk.step_inputs import StepInputs
 from governor_mechanism.errors import UnsupportedEffect
 from governor_mechanism.types import FloatArray
@@ -30,7 +31,7 @@ class FrictionStopConstraint:
     """
 
     def __init__(self, space: pymunk.Space, bodies: list[pymunk.Body], output: int, contact: int, length_scale: float) -> None:
-        self._space, self._bodies, self._output, self._contact, self._length_scale = (space, bodies, output, contact, length_scale)
+        self._space, self._bodies, self._output, self._contact, self._length_scale = space, bodies, output, contact, length_scale
         self._constraints: tuple[pymunk.Constraint, pymunk.Constraint] | None = None
         self._active: set[int] = set()
         self.held_value: float | None = None
@@ -101,16 +102,12 @@ class FrictionStopConstraint:
     @property
     def friction_force(self) -> float:
         """Return the force (N, or N m) along the output variable with which friction held it in the last step."""
-        return (
-            self._constraints[0].impulse / self._kick_duration / self._gradient_norm
-            if self._constraints and self.held_value is not None
-            else 0.0
-        )
+        return 0.0 if self.held_value is None else self._force(0)
 
     @property
     def stop_force(self) -> float:
         """Return the force (N, or N m) along the output variable with which the stop pushed in the last step."""
-        return self._constraints[1].impulse / self._kick_duration / self._gradient_norm if self._constraints and self.stop_side else 0.0
+        return self._force(1) if self.stop_side else 0.0
 
     @property
     def is_saturated(self) -> bool:
@@ -119,6 +116,10 @@ class FrictionStopConstraint:
             return False
         joint = self._constraints[0]
         return bool(joint.impulse >= joint.max_force * self._step * (1 - 1e-12))
+
+    def _force(self, index: int) -> float:
+        """Return the force (N, or N m) along the output variable that a constraint exerted in the last step."""
+        return self._constraints[index].impulse / self._kick_duration / self._gradient_norm if self._constraints else 0.0
 
     def _make_constraints(self, first: int, second: int, is_rotational: bool) -> tuple[pymunk.Constraint, pymunk.Constraint]:
         first_body = self._space.static_body if first < 0 else self._bodies[first]
@@ -138,18 +139,17 @@ class FrictionStopConstraint:
 
     def _set_rotation_limits(self, stop: pymunk.Constraint, first: int, second: int, poses: FloatArray, direction: float) -> None:
         relative_angle = float(poses[second, 2]) - (float(poses[first, 2]) if first >= 0 else 0.0)
-        stop.min, stop.max = (
-            (-math.inf, relative_angle - STOP_ENGAGEMENT_RATIO) if direction > 0 else (relative_angle + STOP_ENGAGEMENT_RATIO, math.inf)
-        )
+        stop.min = -math.inf if direction > 0 else relative_angle + STOP_ENGAGEMENT_RATIO
+        stop.max = relative_angle - STOP_ENGAGEMENT_RATIO if direction > 0 else math.inf
 
     def _set_anchors(
-        self, joint: pymunk.Constraint, first: int, second: int, poses: FloatArray, contact_point: tuple[float, float],
-        normal: tuple[float, float], length: float,
+        self, joint: pymunk.Constraint, first: int, second: int, poses: FloatArray, contact_point: PlanarVector,
+        normal: PlanarVector, length: float,
     ) -> None:  # fmt: skip
         """Anchor a joint from `length` behind the contact point on the first body to the contact point on the second, along the normal."""
         start_point = contact_point[0] - length * normal[0], contact_point[1] - length * normal[1]
-        joint.anchor_a = start_point if first < 0 else _to_body_axes(poses[first], start_point)
-        joint.anchor_b = _to_body_axes(poses[second], contact_point)
+        joint.anchor_a = start_point if first < 0 else to_body_axes(poses[first], start_point)
+        joint.anchor_b = to_body_axes(poses[second], contact_point)
 
     def _activate(self, wanted: set[int]) -> None:
         """Keep exactly the wanted constraints in the space; a constraint that enters has no accumulated impulse."""
@@ -166,10 +166,3 @@ def _moving_bodies(gradient: FloatArray) -> list[int]:
     """Return the indices of the bodies on which a gradient (bodies, 3) depends."""
     bodies: list[int] = np.flatnonzero(np.any(gradient != 0.0, axis=-1)).tolist()
     return bodies
-
-
-def _to_body_axes(pose: FloatArray, point: tuple[float, float]) -> tuple[float, float]:
-    """Return a point (m) in the axes of a body at a pose."""
-    dx, dy = point[0] - float(pose[0]), point[1] - float(pose[1])
-    cosine, sine = math.cos(float(pose[2])), math.sin(float(pose[2]))
-    return cosine * dx + sine * dy, cosine * dy - sine * dx

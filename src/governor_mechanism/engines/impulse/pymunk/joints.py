@@ -8,7 +8,7 @@ from dataclasses import dataclass
 
 import pymunk
 
-from governor_mechanism.engines.impulse.pymunk.bodies import AttachedPoint
+from governor_mechanism.engines.impulse.pymunk.bodies import AttachedPoint, to_body_axes
 from governor_mechanism.engines.impulse.pymunk.step_inputs import StepInputs
 from governor_mechanism.errors import UnsupportedEffect
 from governor_mechanism.mechanics.kinematics.constraint_equations import make_curve_segments
@@ -119,6 +119,7 @@ def _make_reanchored_pin(
     segments = make_curve_segments(curve.curve) if curve else None
 
     def update(inputs: StepInputs) -> None:
+        """Re-anchor the pin at the predicted pose."""
         x1, y1, arm_x, arm_y, body_angle = first.predict(inputs.h)
         x2, y2, _, _, _ = second.predict(inputs.h)
         ux, uy = math.cos(angle + body_angle), math.sin(angle + body_angle)
@@ -127,19 +128,13 @@ def _make_reanchored_pin(
         if segments is not None:
             height, derivative, _ = evaluate_curve(segments, 0, len(segments), ux * (x2 - x1) + uy * (y2 - y1))
             normal_length = math.hypot(1.0, derivative)
-            residual, nx, ny = (
-                (residual - height) / normal_length,
-                (nx - derivative * ux) / normal_length,
-                (ny - derivative * uy) / normal_length,
-            )
+            residual = (residual - height) / normal_length
+            nx, ny = (nx - derivative * ux) / normal_length, (ny - derivative * uy) / normal_length
         if drive is not None:
             residual = (residual - inputs.drive_values[drive]) * inputs.h / inputs.next_h
         length = length_scale + residual
-        dx, dy = x2 - length * nx - (x1 - arm_x), y2 - length * ny - (y1 - arm_y)
-        c, s = math.cos(body_angle), math.sin(body_angle)
-        if first.body.body_type == pymunk.Body.STATIC:
-            pin.anchor_a = (x2 - length * nx, y2 - length * ny)
-        else:
-            pin.anchor_a = (c * dx + s * dy, c * dy - s * dx)
+        anchor = x2 - length * nx, y2 - length * ny
+        is_ground = first.body.body_type == pymunk.Body.STATIC
+        pin.anchor_a = anchor if is_ground else to_body_axes((x1 - arm_x, y1 - arm_y, body_angle), anchor)
 
     return JointConstraints((pin,), (update,))

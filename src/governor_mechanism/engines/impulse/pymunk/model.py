@@ -7,7 +7,6 @@ from collections import Counter
 
 import numpy as np
 import pymunk
-from numpy.typing import NDArray
 
 from governor_mechanism.engines.impulse.pymunk.bodies import AttachedPoint, make_body_proxy
 from governor_mechanism.engines.impulse.pymunk.force_elements import (
@@ -32,7 +31,7 @@ from governor_mechanism.types import FloatArray
 class PymunkModel:
     """A scene's mechanism in a pymunk space.
 
-    `plain` keeps pymunk's own joint correction, force evaluation and start. `output_forces` is None if the scene has no output effects.
+    `plain` keeps pymunk's own joint correction, force evaluation and start.
     """
 
     def __init__(self, scene: Scene, *, iterations: int, plain: bool = False) -> None:
@@ -64,10 +63,10 @@ class PymunkModel:
         self.evaluation_counts.update(
             {"springs, dampers, forces": len(self._mechanism.force_elements)} if self._mechanism.force_elements else {}
         )
-        self.output_forces: OutputForces | None = None
-        """Forces along output variables; None if the scene has none."""
+        self.output_forces = OutputForces(scene, self._proxies, self._velocity_extrapolator)
+        self.pinned_mask = np.array([[proxy.is_pinned, proxy.is_pinned, False] for proxy in self._proxies])
+        """(bodies, 3) coordinates that are fixed because a body is reduced to its pin on the ground."""
         if scene.output_effects:
-            self.output_forces = OutputForces(scene, self._proxies, self._velocity_extrapolator)
             self._force_callbacks.append(self.output_forces.apply)
             self.evaluation_counts.update(self.output_forces.evaluation_counts)
 
@@ -76,8 +75,7 @@ class PymunkModel:
 
         `inputs` are those of the start time, as if a half step had just ended: `inputs.h` is half of the following step.
         """
-        if self.output_forces is not None:
-            self.output_forces.reset()
+        self.output_forces.reset()
         lag = 0.0 if self.is_plain else inputs.h
         for proxy, pose, velocity in zip(self._proxies, poses, velocities, strict=True):
             proxy.set_state(pose, velocity, lag)
@@ -89,7 +87,6 @@ class PymunkModel:
 
         Raises UnsupportedEffect if no pymunk joint can hold the output variable. The poses must be those of a start.
         """
-        assert self.output_forces is not None
         constraint = FrictionStopConstraint(
             self._space, [proxy.pymunk_body for proxy in self._proxies], output, contact, self._mechanism.length_scale
         )
@@ -117,11 +114,6 @@ class PymunkModel:
         """Multiply the number of solver iterations by `factor` from now on."""
         self._space.iterations = factor * self._iterations
 
-    @property
-    def dissipated_energy(self) -> float:
-        """Return the energy dissipated so far by dashpots and friction (J)."""
-        return 0.0 if self.output_forces is None else self.output_forces.dissipated_energy
-
     def zero_velocities(self) -> None:
         """Set all velocities to zero."""
         for proxy in self._proxies:
@@ -140,9 +132,9 @@ class PymunkModel:
         """Return the velocities (bodies, 3) of the pymunk bodies, half a step ahead of their poses."""
         return np.array([(*proxy.pymunk_body.velocity, proxy.pymunk_body.angular_velocity) for proxy in self._proxies])
 
-    def pinned_bodies(self) -> NDArray[np.bool_]:
-        """Return a mask (bodies,) of the bodies that are reduced to their pin on the ground."""
-        return np.array([proxy.is_pinned for proxy in self._proxies])
+    def to_proxy_velocities(self, velocities: FloatArray) -> FloatArray:
+        """Convert velocities (bodies, 3) of the mass centres to those of the pymunk bodies; a pin on the ground does not move."""
+        return np.where(self.pinned_mask, 0.0, velocities)
 
     def to_mass_centres(self, poses: FloatArray, velocities: FloatArray) -> tuple[FloatArray, FloatArray]:
         """Convert poses and velocities (..., bodies, 3) of the pymunk bodies to those of the mass centres."""

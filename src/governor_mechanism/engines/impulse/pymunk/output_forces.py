@@ -29,7 +29,8 @@ class OutputForces:
 
     `output_values` (outputs,) and `output_jacobian` (outputs, bodies, 3) belong to the last step and to the poses of the body proxies.
     `sliding_directions` is the sign of the motion that the friction of each contact opposes, 0 if it does not slide. `is_taut` states for
-    each one-sided spring whether it pulls; None derives it from the length. `dissipated_energy` (J) is the loss in dashpots and friction.
+    each one-sided spring whether it pulls; an empty list derives it from the length. `dissipated_energy` (J) is the loss in dashpots and
+    friction.
     """
 
     def __init__(self, scene: Scene, proxies: list[BodyProxy], velocity_extrapolator: VelocityExtrapolator) -> None:
@@ -44,7 +45,7 @@ class OutputForces:
         self._n_frictions = sum(contact.friction is not None for contact in contacts)
         self._contact_outputs = [names.index(contact.output_name) for contact in contacts]
         self.sliding_directions = [0] * len(contacts)
-        self.is_taut: list[bool] | None = None
+        self.is_taut: list[bool] = []
         self.contact_updates: list[ContactConstraintUpdate] = []
         self.output_values, self.output_jacobian = np.zeros(len(names)), np.zeros((len(names), len(proxies), 3))
         self.dissipated_energy = 0.0
@@ -66,10 +67,10 @@ class OutputForces:
         self.evaluate_outputs(poses)
         self._add_dissipation(inputs)
         forces = np.zeros(len(self.output_values))
-        taut_flags = iter(self.is_taut or ())
+        taut_flags = iter(self.is_taut)
         for output, spring in self._springs:
             value = float(self.output_values[output])
-            if spring.one_sided and not (value > spring.free_value if self.is_taut is None else next(taut_flags)):
+            if spring.one_sided and not next(taut_flags, value > spring.free_value):
                 continue
             forces[output] -= spring_force(spring.rate, spring.free_value, value)
         for output, dashpot in self._dashpots:
