@@ -1,6 +1,6 @@
-"""The domain of the closed forms: what they take as a number, what they refuse, and how they hand results back.
+"""Validation of the arguments of the closed forms, and the form of their results.
 
-Numbers are floats or arrays that broadcast; floats give a float. A refusal is a MechanismError that shows the value.
+A number is a float or an array that broadcasts; floats give a float. An invalid value raises MechanismError and is shown.
 """
 
 from __future__ import annotations
@@ -14,10 +14,14 @@ from governor_mechanism.errors import MechanismError
 from governor_mechanism.types import FloatArray
 
 FloatOrArray = float | FloatArray
+"""A number, or an array of numbers that broadcasts with the other arguments."""
 
 
 def raise_where(invalid: Any, message: str, *arguments: tuple[str, FloatOrArray, str], hint: str = "") -> None:
-    """Raise MechanismError where `bad` holds, showing the first offending (name, value, unit) of each one found."""
+    """Raise MechanismError where `invalid` holds; the message shows the first offending value of each argument.
+
+    Each argument is (name, value, unit); the hint says how to correct the input.
+    """
     if not np.any(invalid):
         return
     first_index = np.argwhere(invalid)[0]
@@ -33,7 +37,7 @@ def raise_where(invalid: Any, message: str, *arguments: tuple[str, FloatOrArray,
 def validate_argument(
     value: FloatOrArray, name: str, unit: str, *, minimum: float = -math.inf, greater_than: float = -math.inf
 ) -> FloatArray:
-    """The value as a float array, refused unless it is finite, at least `least` and above `above`."""
+    """Return the value as a float array; it must be finite, at least `minimum` and above `greater_than`."""
     try:
         raw = np.asarray(value)
     except ValueError:  # a ragged list
@@ -49,7 +53,7 @@ def validate_argument(
 
 
 def as_scalar_or_array(result: FloatOrArray) -> FloatOrArray:
-    """A float for a single number, the array otherwise; refuses what double precision cannot hold."""
+    """Return a float for a single number, the array otherwise; raise MechanismError for a result that is not finite."""
     array = np.asarray(result, dtype=np.float64)
     if not np.all(np.isfinite(array)):
         raise MechanismError("the result is too large or too small for double precision; check the units of the input")

@@ -1,0 +1,2 @@
+"""Comparison of the simulation with closed forms and with a user's function."""
+

@@ -1,4 +1,4 @@
-"""The slide valve against Marks, Zeuner and the law of cosines: displacement, motion, leads and the events of steam."""
+"""The slide valve against Marks, Zeuner and the law of cosines: displacement, motion, leads and valve events."""
 
 from __future__ import annotations
 
@@ -32,11 +32,11 @@ from governor_mechanism.verification.slider_crank import (
 )
 
 EVENT_ANGLE_TOLERANCE = 1e-10
-"""rad: to that the events are promised; the two ways to find them part by about 1e-15."""
+"""Tolerance of a valve event (rad); both ways to compute it agree to about 1e-15."""
 
 
 def check_slide_valve(scene: Scene) -> Iterator[ComparisonRow | str]:
-    """Every comparison that applies to the scene."""
+    """Yield every comparison that applies to the scene."""
     eccentric = closed.Eccentric.from_dimensions(scene.part.dimensions)
     centre = None if valve_setting(scene) == EQUAL_LEADS else scene.part.dimensions["centre"]
     yield from _check_kinematics(scene, eccentric, centre)
@@ -53,7 +53,7 @@ def check_slide_valve(scene: Scene) -> Iterator[ComparisonRow | str]:
             expected=exact_angles[name],
             allowed=EVENT_ANGLE_TOLERANCE,
             unit="rad",
-            reason="the mechanism's port against the law of cosines; rounding leaves about 1e-15",
+            reason="port of the mechanism against the law of cosines; rounding leaves about 1e-15",
         )
     yield from _check_setting(scene, simulated_angles, eccentric, centre)
     run = run_scene_at(scene)
@@ -70,7 +70,7 @@ def check_slide_valve(scene: Scene) -> Iterator[ComparisonRow | str]:
 
 
 def _check_kinematics(scene: Scene, eccentric: closed.Eccentric, centre: float | None) -> Iterator[ComparisonRow]:
-    """Valve and piston over a turn."""
+    """Yield the kinematics of valve and piston over a revolution."""
     speed, train = scene.part.dimensions["crank_speed"], crank.CrankTrain.from_dimensions(scene.part.dimensions)
     angle_arguments, rate_arguments = ({"crank_angle": CHECKED_CRANK_ANGLES}, {"crank_angle": CHECKED_CRANK_ANGLES, "crank_rate": speed})
     opposite_angle_arguments, opposite_rate_arguments = (
@@ -100,7 +100,7 @@ def _check_kinematics(scene: Scene, eccentric: closed.Eccentric, centre: float |
 def _check_setting(
     scene: Scene, simulated_angles: Mapping[str, float], eccentric: closed.Eccentric, centre: float | None
 ) -> Iterator[ComparisonRow | str]:
-    """Leads, and what the setting promises."""
+    """Yield the leads, and what the setting of the valve prescribes."""
     exact_leads = closed.leads(eccentric, outside_lap=scene.part.dimensions["outside_lap"], centre=centre)
     dead_centre_readings = evaluate_at_crank_angles(scene, np.array([0.0, math.pi])).readings
     for k, (end, expected_lead) in enumerate(zip(CYLINDER_ENDS, exact_leads, strict=True)):
@@ -110,7 +110,7 @@ def _check_setting(
             expected=expected_lead,
             allowed=1e-10 * eccentric.radius,
             unit="m",
-            reason="of the eccentric's radius; both are algebra",
+            reason="relative to the eccentric's radius; both are algebraic",
         )
     if valve_setting(scene) == EQUAL_LEADS and not eccentric.has_infinite_rod:
         yield ComparisonRow(
@@ -119,13 +119,13 @@ def _check_setting(
             expected=closed.equal_lead_centre(eccentric),
             allowed=1e-10 * eccentric.radius,
             unit="m",
-            reason="of the eccentric's radius; both are algebra",
+            reason="relative to the eccentric's radius; both are algebraic",
         )
     if valve_setting(scene) == EQUAL_CUT_OFFS:
         stroke = 2 * scene.part.dimensions["crank"]
         readings = evaluate_at_crank_angles(scene, np.array([simulated_angles[f"{end} cut-off"] for end in CYLINDER_ENDS])).readings
         yield ComparisonRow(
-            quantity="cut-off at the crank end, against the head end's",
+            quantity="cut-off at the crank end against the head end",
             simulated=float(readings["crank_end_travel"][0]) / stroke,
             expected=float(readings["head_end_travel"][1]) / stroke,
             allowed=EVENT_ANGLE_TOLERANCE,
@@ -133,11 +133,11 @@ def _check_setting(
             reason="the setting makes the two strokes equal",
         )
     if eccentric.has_infinite_rod:
-        yield "the eccentric rod is endless: there is no error term"
+        yield "the eccentric rod is infinitely long: there is no error term"
 
 
 def _check_events_in_motion(scene: Scene, exact_angles: Mapping[str, float]) -> Iterator[ComparisonRow]:
-    """The events as a run passes them for the first time: the run reports those very moments, and how far it is off."""
+    """Yield the crank angles of the events in a run that reports at the exact event times."""
     speed, start = scene.part.dimensions["crank_speed"], scene.part.dimensions["crank_start"]
     event_times = {name: (angle - start) % math.tau / speed for name, angle in exact_angles.items()}
     times_in_run = {name: time for name, time in event_times.items() if time <= scene.run.duration}
@@ -146,7 +146,7 @@ def _check_events_in_motion(scene: Scene, exact_angles: Mapping[str, float]) -> 
     times = np.unique(list(times_in_run.values()))
     run = run_scene_at(scene, times)
     if len(run.times) < len(times):
-        return  # it ended early, as the scene's own run did, of which there is a note
+        return  # ended early like the scene's own run, which has a note
     for end in CYLINDER_ENDS:
         for port, names in PORT_EVENTS.items():
             reading = port_reading_name(end, port)
@@ -161,5 +161,5 @@ def _check_events_in_motion(scene: Scene, exact_angles: Mapping[str, float]) -> 
                     expected=exact_angles[name],
                     allowed=scene.run.accuracy * run.scales[reading] * speed / abs(rate),
                     unit="rad",
-                    reason="the accuracy asked of the run, at the speed with which the port's edge passes",
+                    reason="the requested accuracy, divided by the velocity of the port's edge",
                 )

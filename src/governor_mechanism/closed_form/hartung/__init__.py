@@ -1,0 +1,2 @@
+"""Closed forms of Hartung's governor."""
+

@@ -1,0 +1,2 @@
+"""Closed forms of the isochronous parabola."""
+

@@ -1,0 +1,2 @@
+"""Closed forms of pendulum governors."""
+

@@ -1,0 +1,2 @@
+"""Design of Hartung's governor after Dubois."""
+

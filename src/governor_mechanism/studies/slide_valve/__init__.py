@@ -1,0 +1,2 @@
+"""Studies of the slide valve."""
+

@@ -1,0 +1,2 @@
+"""Checks of Hartung's governor."""
+

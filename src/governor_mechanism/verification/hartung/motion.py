@@ -1,4 +1,4 @@
-"""Hartung's governor in motion against Lagrange's equation along its lever angle."""
+"""The motion of Hartung's governor against Lagrange's equation along its lever angle."""
 
 from __future__ import annotations
 
@@ -23,19 +23,19 @@ LEVER_ANGLE_READING = "lever_angle"
 
 
 def hartung_spring_force(scene: Scene, lever_angle: float) -> float:
-    """Force (N) of each spring at a lever angle (rad), by the scene's dimensions alone."""
+    """Return the force (N) of each spring at a lever angle (rad), from the scene's dimensions."""
     dimensions = scene.part.dimensions
     weight_radius = dimensions["fulcrum_radius"] - dimensions["weight_arm"] * math.sin(lever_angle)
     return dimensions["spring_preload"] + dimensions["spring_rate"] * (weight_radius - dimensions["preload_radius"])
 
 
 def check_hartung_motion(scene: Scene, governor: closed.HartungGovernor, run: Trajectory) -> Iterator[ComparisonRow | str]:
-    """A run against the equation of motion, until something strikes; a note where that has not all of its effects."""
+    """Yield the comparison of a run with the equation of motion until the first impact; a note if an effect is not included."""
     unsupported_effects = sorted(
         {type(effect).__name__ for effect in scene.effects if isinstance(effect, OutputEffect) and not _is_in_closed_form(effect)}
     )
     if unsupported_effects:
-        yield f"motion is not checked: the closed form has no {' and '.join(unsupported_effects)}"
+        yield f"motion is not checked: the closed form does not include {' and '.join(unsupported_effects)}"
         return
     impact_times = [event.time for event in run.events if event.kind == "strikes its stop"]
     n_compared = int(np.searchsorted(run.times, impact_times[0])) if impact_times else len(run.times)
@@ -46,27 +46,27 @@ def check_hartung_motion(scene: Scene, governor: closed.HartungGovernor, run: Tr
     angles, speeds = _integrate_closed_form(scene, governor, run, n_compared)
     worst_index = int(np.argmax(np.abs(run.readings[LEVER_ANGLE_READING][:n_compared] - angles)))
     yield ComparisonRow(
-        quantity=f"lever angle in motion (farthest, t = {run.times[worst_index]:.4g} s)",
+        quantity=f"lever angle in motion (largest deviation, t = {run.times[worst_index]:.4g} s)",
         simulated=float(run.readings[LEVER_ANGLE_READING][worst_index]),
         expected=float(angles[worst_index]),
         allowed=scene.run.accuracy,
         unit="rad",
-        reason="the accuracy asked of the run",
+        reason="the requested accuracy",
     )
     if isinstance(scene.spindle, FreeSpindle):
         worst_index = int(np.argmax(np.abs(run.readings["spindle_speed"][:n_compared] - speeds)))
         yield ComparisonRow(
-            quantity=f"spindle speed in motion (farthest, t = {run.times[worst_index]:.4g} s)",
+            quantity=f"spindle speed in motion (largest deviation, t = {run.times[worst_index]:.4g} s)",
             simulated=float(run.readings["spindle_speed"][worst_index]),
             expected=float(speeds[worst_index]),
             allowed=scene.run.accuracy * run.scales["spindle_speed"],
             unit="rad/s",
-            reason="the accuracy asked of the run, times the scale of speeds",
+            reason="the requested accuracy times the scale of the speed",
         )
 
 
 def _is_in_closed_form(effect: OutputEffect) -> bool:
-    """Whether the closed form of the motion has it, up to a blow: a linear dashpot on the sleeve, and stops."""
+    """Return whether the closed form includes the effect up to the first impact: a linear dashpot on the sleeve, and stops."""
     is_linear_sleeve_dashpot = isinstance(effect, Dashpot) and effect.reading == "sleeve_lift" and not effect.quadratic
     return is_linear_sleeve_dashpot or isinstance(effect, Stops)
 
@@ -74,7 +74,7 @@ def _is_in_closed_form(effect: OutputEffect) -> bool:
 def _integrate_closed_form(
     scene: Scene, governor: closed.HartungGovernor, run: Trajectory, n_compared: int
 ) -> tuple[FloatArray, FloatArray]:
-    """Lever angle and spindle speed (until,) by the closed forms' equations of motion, from the run's own start."""
+    """Return lever angle (rad) and spindle speed (rad/s), each (n_compared,), integrated from the run's initial state."""
     spindle = scene.spindle
     program = SpindleSpeedFunction(spindle)
     torque = CubicTimeFunction(spindle.torque) if isinstance(spindle, FreeSpindle) else None
