@@ -6,6 +6,7 @@ A number is a float or an array that broadcasts; floats give a float. An invalid
 from __future__ import annotations
 
 import math
+from collections.abc import Mapping
 from typing import Any
 
 import numpy as np
@@ -50,6 +51,21 @@ def validate_argument(
     raise_where(array < minimum, f"{name} must be {minimum:g} {unit}".rstrip() + " or more", (name, array, unit))
     raise_where(array <= greater_than, f"{name} must be above {greater_than:g} {unit}".rstrip(), (name, array, unit))
     return array
+
+
+def validate_angle(value: FloatOrArray, name: str, below: float, *, positive: bool = False) -> FloatArray:
+    """Return the angle (rad); its magnitude is below `below` (deg), and it is above 0 if it must be positive."""
+    angle = validate_argument(value, name, "rad", greater_than=0.0 if positive else -math.inf)
+    sentence = f"{name} must be below {below:g} deg" + ("" if positive else f" and above -{below:g} deg")
+    raise_where(np.abs(angle) >= math.radians(below), sentence, (name, np.degrees(angle), "deg"))
+    return angle
+
+
+def validate_fields(owner: object, units: Mapping[str, str], *, minimum: float = -math.inf, greater_than: float = -math.inf) -> None:
+    """Validate the attributes named in `units` against their unit and the bounds; an attribute may be None."""
+    for name, unit in units.items():
+        if getattr(owner, name) is not None:
+            validate_argument(getattr(owner, name), name, unit, minimum=minimum, greater_than=greater_than)
 
 
 def as_scalar_or_array(result: FloatOrArray) -> FloatOrArray:

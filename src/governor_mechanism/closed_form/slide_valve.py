@@ -96,13 +96,6 @@ def valve_distance(eccentric: Eccentric, *, crank_angle: FloatOrArray) -> FloatO
     return as_scalar_or_array(r * np.sin(theta) + np.sqrt(rod**2 - (r * np.cos(theta)) ** 2))
 
 
-def binomial_valve_distance(eccentric: Eccentric, *, crank_angle: FloatOrArray) -> FloatOrArray:
-    """The same (m) by Zeuner's reduction: s = r sin(w + d) + l - (r^2 / 2 l) cos^2(w + d)."""
-    r, rod = _finite_lengths(eccentric)
-    theta = _eccentric_angle(eccentric, crank_angle)
-    return as_scalar_or_array(r * np.sin(theta) + rod - (r * np.cos(theta)) ** 2 / (2 * rod))
-
-
 def valve_velocity(eccentric: Eccentric, *, crank_angle: FloatOrArray, crank_rate: FloatOrArray) -> FloatOrArray:
     """Return the velocity of the valve at a steady crank rate, W (r cos t + r^2 sin t cos t / q) with t = w + d.
 
@@ -178,12 +171,6 @@ def equal_lead_centre(eccentric: Eccentric) -> float:
     return math.sqrt(rod**2 - (r * math.cos(eccentric.advance)) ** 2)
 
 
-def binomial_centre(eccentric: Eccentric) -> float:
-    """The same centre (m) by Zeuner's reduction: d = l - (r^2 / 2 l) cos^2 d."""
-    r, rod = _finite_lengths(eccentric)
-    return rod - (r * math.cos(eccentric.advance)) ** 2 / (2 * rod)
-
-
 def first_order_displacement(eccentric: Eccentric, *, crank_angle: FloatOrArray) -> FloatOrArray:
     """Return the displacement by Zeuner's law, x0 = r sin(w + d): that of an infinitely long rod.
 
@@ -225,41 +212,6 @@ def valve_displacement(eccentric: Eccentric, *, crank_angle: FloatOrArray, centr
         return as_scalar_or_array(np.asarray(first_order_displacement(eccentric, crank_angle=crank_angle)) - (centre or 0.0))
     middle = equal_lead_centre(eccentric) if centre is None else centre
     return as_scalar_or_array(np.asarray(valve_distance(eccentric, crank_angle=crank_angle)) - middle)
-
-
-def error_term(eccentric: Eccentric, *, crank_angle: FloatOrArray) -> FloatOrArray:
-    """Zeuner's error term with equal leads (m): z = (r^2 / 2 l) (cos^2 d - cos^2(w + d)).
-
-    Zero at w = 0, 180, 180 - 2 d and 360 - 2 d deg; largest at 90 - d and 270 - d, least at 180 - d and 360 - d deg.
-    """
-    r, rod = _finite_lengths(eccentric)
-    theta = _eccentric_angle(eccentric, crank_angle)
-    return as_scalar_or_array(r**2 / (2 * rod) * (math.cos(eccentric.advance) ** 2 - np.cos(theta) ** 2))
-
-
-def middle_error_term(eccentric: Eccentric, *, crank_angle: FloatOrArray) -> FloatOrArray:
-    """The error term counted from the middle between the extremes (m): z' = (r^2 / 2 l) cos^2(w + d), to be taken off.
-
-    The square is missing in the print of 1881; the formula it is taken from has it.
-    """
-    r, rod = _finite_lengths(eccentric)
-    return as_scalar_or_array(r**2 / (2 * rod) * np.cos(_eccentric_angle(eccentric, crank_angle)) ** 2)
-
-
-def exact_error_term(eccentric: Eccentric, *, crank_angle: FloatOrArray) -> FloatOrArray:
-    """True displacement with equal leads less r sin(w + d) (m): what error_term stands for."""
-    theta = _eccentric_angle(eccentric, crank_angle)
-    return hyperbola_error(eccentric, theoretical=eccentric.radius * np.sin(theta))
-
-
-def neglected_error_term(eccentric: Eccentric, *, crank_angle: FloatOrArray) -> FloatOrArray:
-    """What exact_error has beyond error_term, to leading order (m): -(r^4 / 8 l^3)(cos^4(w + d) - cos^4 d).
-
-    Right to about (r / l)^2 / 2 of r^4 / 8 l^3.
-    """
-    r, rod = _finite_lengths(eccentric)
-    theta = _eccentric_angle(eccentric, crank_angle)
-    return as_scalar_or_array(-(r**4) / (8 * rod**3) * (np.cos(theta) ** 4 - math.cos(eccentric.advance) ** 4))
 
 
 def parabola_constant(eccentric: Eccentric) -> float:
@@ -355,13 +307,6 @@ def theoretical_crank_angles_at(eccentric: Eccentric, *, threshold: FloatOrArray
     return _rising_and_falling_angles(eccentric, t / eccentric.radius, t)
 
 
-def binomial_crank_angles_at(eccentric: Eccentric, *, threshold: FloatOrArray) -> tuple[FloatOrArray, FloatOrArray]:
-    """The same by the error term z: r sin(w + d) = -l + sqrt(l^2 + 2 l t + r^2 sin^2 d), equal leads."""
-    _, rod = _finite_lengths(eccentric)
-    t = validate_argument(threshold, "threshold", "m")
-    return _rising_and_falling_angles(eccentric, (np.sqrt(rod**2 + 2 * rod * t + parabola_constant(eccentric)) - rod) / eccentric.radius, t)
-
-
 def _rising_and_falling_angles(eccentric: Eccentric, sine: FloatArray, threshold: FloatArray) -> tuple[FloatOrArray, FloatOrArray]:
     """Return both solutions of sin(w + d) = sine as crank angles from 0 to 2 pi (rad)."""
     is_unreachable = np.abs(sine) > 1
@@ -419,8 +364,7 @@ def event_angle(
     if law == "exact":
         angles = crank_angles_at(eccentric, threshold=t, centre=centre)
     else:
-        laws = {"theory": theoretical_crank_angles_at, "binomial": binomial_crank_angles_at}
-        angles = laws[law](eccentric, threshold=t)
+        angles = theoretical_crank_angles_at(eccentric, threshold=t)
     return float(angles[0] if VALVE_EVENTS[event][2] else angles[1])
 
 

@@ -20,7 +20,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from governor_mechanism.closed_form.arguments import FloatOrArray, as_scalar_or_array, validate_argument
+from governor_mechanism.closed_form.arguments import FloatOrArray, as_scalar_or_array, validate_argument, validate_fields
 from governor_mechanism.errors import MechanismError
 from governor_mechanism.types import FloatArray
 
@@ -65,10 +65,8 @@ class CrankTrain:
         validate_argument(self.crank, "crank", "m", greater_than=0.0)
         if not self.rod > self.crank:  # refuses nan too
             raise MechanismError(f"rod must be longer than the crank ({self.crank:.12g} m); got {self.rod:.12g} m")
-        for name in ("crank_mass", "rod_mass", "rod_inertia", "crosshead_mass"):
-            validate_argument(getattr(self, name), name, "", minimum=0.0)
-        for name in ("crank_centre", "rod_centre"):
-            validate_argument(getattr(self, name), name, "m")
+        validate_fields(self, {"crank_mass": "kg", "rod_mass": "kg", "rod_inertia": "kg m2", "crosshead_mass": "kg"}, minimum=0.0)
+        validate_fields(self, {"crank_centre": "m", "rod_centre": "m"})
 
     @classmethod
     def from_dimensions(cls, dimensions: Mapping[str, float], **masses: float) -> CrankTrain:
@@ -135,11 +133,6 @@ def rod_error(train: CrankTrain, *, crank_angle: FloatOrArray) -> FloatOrArray:
     """
     angle = _validate_crank_angle(crank_angle)
     return as_scalar_or_array(train.crank * np.sin(angle) * train.crank_to_rod_ratio * np.sin(angle) / (1 + _cos_rod_angle(train, angle)))
-
-
-def parabola_rod_error(train: CrankTrain, *, crank_angle: FloatOrArray) -> FloatOrArray:
-    """The same by Marks' parabola (R sin t)^2 = 2 L Z (m)."""
-    return as_scalar_or_array(train.crank * train.crank_to_rod_ratio / 2 * np.sin(_validate_crank_angle(crank_angle)) ** 2)
 
 
 def travel_from_outer_dead_centre(train: CrankTrain, *, crank_angle: FloatOrArray) -> FloatOrArray:

@@ -14,7 +14,7 @@ import math
 
 import numpy as np
 
-from governor_mechanism.closed_form.arguments import FloatOrArray, as_scalar_or_array, raise_where, validate_argument
+from governor_mechanism.closed_form.arguments import FloatOrArray, as_scalar_or_array, raise_where, validate_angle, validate_argument
 from governor_mechanism.types import FloatArray
 
 
@@ -81,8 +81,8 @@ def symmetric_sleeve_arm(*, fulcrum_radius: FloatOrArray, angle: FloatOrArray, s
     FloatOrArray
         Arm b, m.
     """
-    sines = np.sin(_validate_bell_crank_angle(angle)) * np.cos(_validate_swing(swing))
-    return as_scalar_or_array(validate_argument(fulcrum_radius, "fulcrum_radius", "m", greater_than=0.0) / sines)
+    g, s = _validate_angle_and_swing(angle, swing)
+    return as_scalar_or_array(validate_argument(fulcrum_radius, "fulcrum_radius", "m", greater_than=0.0) / (np.sin(g) * np.cos(s)))
 
 
 def sleeve_travel(*, sleeve_arm: FloatOrArray, angle: FloatOrArray, swing: FloatOrArray) -> FloatOrArray:
@@ -102,8 +102,8 @@ def sleeve_travel(*, sleeve_arm: FloatOrArray, angle: FloatOrArray, swing: Float
     FloatOrArray
         Travel, m.
     """
-    arm = validate_argument(sleeve_arm, "sleeve_arm", "m", greater_than=0.0)
-    return as_scalar_or_array(2 * arm * np.sin(_validate_bell_crank_angle(angle)) * np.sin(_validate_swing(swing)))
+    g, s = _validate_angle_and_swing(angle, swing)
+    return as_scalar_or_array(2 * validate_argument(sleeve_arm, "sleeve_arm", "m", greater_than=0.0) * np.sin(g) * np.sin(s))
 
 
 def effective_spring_rate(*, inner_force: FloatOrArray, outer_force: FloatOrArray, stroke: FloatOrArray) -> FloatOrArray:
@@ -125,13 +125,6 @@ def effective_spring_rate(*, inner_force: FloatOrArray, outer_force: FloatOrArra
     """
     first, second = _validate_rising_forces(inner_force, outer_force)
     return as_scalar_or_array((second - first) / validate_argument(stroke, "stroke", "m", greater_than=0.0))
-
-
-def coil_rate(*, wire: FloatOrArray, coil: FloatOrArray, turns: FloatOrArray, modulus: FloatOrArray) -> FloatOrArray:
-    """Rate k = G d^4 / (8 n D^3) (N/m) of wire d on a coil D (diameters, m), n turns, modulus G (Pa) of shear."""
-    d, diameter = _validate_wire_and_coil(wire, coil)
-    n, shear = (validate_argument(turns, "turns", "", greater_than=0.0), validate_argument(modulus, "modulus", "Pa", greater_than=0.0))
-    return as_scalar_or_array(shear * d**4 / (8 * n * diameter**3))
 
 
 def coil_turns(*, wire: FloatOrArray, coil: FloatOrArray, rate: FloatOrArray, modulus: FloatOrArray) -> FloatOrArray:
@@ -296,27 +289,16 @@ def speed_limits(
 
 def _validate_rising_forces(inner: FloatOrArray, outer: FloatOrArray) -> tuple[FloatArray, FloatArray]:
     """Return both forces (N); they are positive and the outer is the larger."""
-    first, second = (
-        validate_argument(inner, "inner_force", "N", greater_than=0.0),
-        validate_argument(outer, "outer_force", "N", greater_than=0.0),
-    )
+    first = validate_argument(inner, "inner_force", "N", greater_than=0.0)
+    second = validate_argument(outer, "outer_force", "N", greater_than=0.0)
     shown = (("inner_force", first, "N"), ("outer_force", second, "N"))
     raise_where(second <= first, "outer_force must exceed inner_force", *shown)
     return first, second
 
 
-def _validate_bell_crank_angle(angle: FloatOrArray) -> FloatArray:
-    """Return the angle (rad); it is between 0 and 180 deg."""
-    g = validate_argument(angle, "angle", "rad", greater_than=0.0)
-    raise_where(g >= math.pi, "angle must be below 180 deg", ("angle", np.degrees(g), "deg"))
-    return g
-
-
-def _validate_swing(swing: FloatOrArray) -> FloatArray:
-    """Return the swing to each side (rad); it is between 0 and 90 deg."""
-    s = validate_argument(swing, "swing", "rad", greater_than=0.0)
-    raise_where(s >= math.pi / 2, "swing must be below 90 deg", ("swing", np.degrees(s), "deg"))
-    return s
+def _validate_angle_and_swing(angle: FloatOrArray, swing: FloatOrArray) -> tuple[FloatArray, FloatArray]:
+    """Return the angle of the bell crank (0 to 180 deg) and the swing to each side (0 to 90 deg), rad."""
+    return validate_angle(angle, "angle", 180.0, positive=True), validate_angle(swing, "swing", 90.0, positive=True)
 
 
 def _validate_wire_and_coil(wire: FloatOrArray, coil: FloatOrArray) -> tuple[FloatArray, FloatArray]:

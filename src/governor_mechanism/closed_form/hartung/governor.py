@@ -20,7 +20,14 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from governor_mechanism.closed_form.arguments import FloatOrArray, as_scalar_or_array, raise_where, validate_argument
+from governor_mechanism.closed_form.arguments import (
+    FloatOrArray,
+    as_scalar_or_array,
+    raise_where,
+    validate_angle,
+    validate_argument,
+    validate_fields,
+)
 from governor_mechanism.types import FloatArray
 
 
@@ -64,16 +71,11 @@ class HartungGovernor:
 
     def __post_init__(self) -> None:
         """Validate the dimensions."""
-        for name, unit in (("weight_arm", "m"), ("sleeve_arm", "m"), ("fulcrum_radius", "m")):
-            validate_argument(getattr(self, name), name, unit, greater_than=0.0)
-        for name in ("weight_mass", "sleeve_mass"):
-            validate_argument(getattr(self, name), name, "kg", greater_than=0.0)
-        validate_argument(self.gravity, "gravity", "m/s2", minimum=0.0)
-        validate_argument(self.lug_radius, "lug_radius", "m")
-        angle = validate_argument(self.angle, "angle", "rad", greater_than=0.0)
-        raise_where(angle >= math.pi, "angle must be below 180 deg", ("angle", np.degrees(angle), "deg"))
-        if self.hanger != math.inf:
-            validate_argument(self.hanger, "hanger", "m", greater_than=0.0)
+        positive = {"weight_arm": "m", "sleeve_arm": "m", "fulcrum_radius": "m", "weight_mass": "kg", "sleeve_mass": "kg"}
+        validate_fields(self, positive if math.isinf(self.hanger) else positive | {"hanger": "m"}, greater_than=0.0)
+        validate_fields(self, {"gravity": "m/s2"}, minimum=0.0)
+        validate_fields(self, {"lug_radius": "m"})
+        validate_angle(self.angle, "angle", 180.0, positive=True)
 
 
 def weight_radius(governor: HartungGovernor, *, lever_angle: FloatOrArray) -> FloatOrArray:
@@ -206,15 +208,6 @@ def static_sleeve_force(governor: HartungGovernor, *, lever_angle: FloatOrArray,
     lever_ratio = _lever_ratio(governor, alpha)
     weight_force = governor.weight_mass * governor.gravity * np.tan(alpha)
     return as_scalar_or_array(2 * (force + weight_force) * lever_ratio + governor.sleeve_mass * governor.gravity)
-
-
-def static_sleeve_force_at_speed(governor: HartungGovernor, *, lever_angle: FloatOrArray, spindle_speed: FloatOrArray) -> FloatOrArray:
-    """The same S (N) by the centrifugal force C that it balances: 2 C (a / b) cos alpha / sin(g + alpha).
-
-    Equal to static_sleeve_force of the spring force that holds the weights at spindle_speed (rad/s).
-    """
-    alpha, speed = _validate_lever_angle(lever_angle), validate_argument(spindle_speed, "spindle_speed", "rad/s")
-    return as_scalar_or_array(2 * _centrifugal_force(governor, alpha, speed) * _lever_ratio(governor, alpha))
 
 
 def lever_inertia(governor: HartungGovernor, *, lever_angle: FloatOrArray) -> FloatOrArray:
@@ -415,11 +408,8 @@ def relative_spread(forces: FloatArray) -> float:
 
 
 def _validate_lever_angle(lever_angle: FloatOrArray) -> FloatArray:
-    """Return the angle, rad; refuse 90 deg and more from the vertical, where the spring has no lever arm."""
-    alpha = validate_argument(lever_angle, "lever_angle", "rad")
-    degrees = ("lever_angle", np.degrees(alpha), "deg")
-    raise_where(np.abs(alpha) >= math.pi / 2, "lever_angle must be within 90 deg of the vertical", degrees)
-    return alpha
+    """Return the angle (rad); at 90 deg from the vertical the spring has no lever arm."""
+    return validate_angle(lever_angle, "lever_angle", 90.0)
 
 
 def _centrifugal_force(governor: HartungGovernor, alpha: FloatArray, speed: FloatArray) -> FloatArray:

@@ -1,2 +1,1 @@
 """Closed forms of the isochronous parabola."""
-

@@ -14,8 +14,6 @@ L. Zehnder, Dinglers Polytechnisches Journal 225 (1877), pp. 1-14.
 
 from __future__ import annotations
 
-import math
-
 import numpy as np
 
 from governor_mechanism.closed_form.arguments import FloatOrArray, as_scalar_or_array, raise_where, validate_argument
@@ -32,12 +30,6 @@ def _gravity_load(mass_ratio: FloatOrArray, gravity: FloatOrArray) -> FloatArray
     return validate_argument(gravity, "gravity", "m/s2", greater_than=0.0) * (
         1 + validate_argument(mass_ratio, "mass_ratio", "", minimum=0.0)
     )
-
-
-def _validate_arm_angle(arm_angle: FloatOrArray) -> FloatArray:
-    angle = validate_argument(arm_angle, "arm_angle", "rad", greater_than=0.0)
-    raise_where(angle >= math.pi / 2, "arm_angle must lie below 90 deg", ("arm_angle", np.degrees(angle), "deg"))
-    return angle
 
 
 def double_parameter(*, spindle_speed: FloatOrArray, mass_ratio: FloatOrArray = 0.0, gravity: FloatOrArray = 9.81) -> FloatOrArray:
@@ -90,19 +82,6 @@ def abscissa_at_45_degrees(*, spindle_speed: FloatOrArray, mass_ratio: FloatOrAr
     return as_scalar_or_array(_gravity_load(mass_ratio, gravity) / _validate_speed(spindle_speed) ** 2)
 
 
-def empirical_start_abscissa(*, spindle_speed: FloatOrArray, mass_ratio: FloatOrArray = 0.0) -> FloatOrArray:
-    """Zehnder's recommended abscissa of the ball in its lowest position, here in m from rad/s.
-
-    The rule itself is x = 1000 sqrt(1 + m) / n - 1 with x in cm and n in rpm (after III), meant for w^2 / (1 + m) from
-    15 to 80 1/s2. Raises MechanismError where the rule gives no positive abscissa.
-    """
-    revolutions = _validate_speed(spindle_speed) * 60 / math.tau
-    centimetres = 1000 * np.sqrt(1 + validate_argument(mass_ratio, "mass_ratio", "", minimum=0.0)) / revolutions - 1
-    message = "the empirical rule gives no abscissa outside the axis: spindle_speed is too high for this mass_ratio"
-    raise_where(centimetres <= 0, message, ("start abscissa", centimetres, "cm"), hint="load the sleeve more")
-    return as_scalar_or_array(centimetres / 100)
-
-
 def parabola_height(*, abscissa: FloatOrArray, double_parameter: FloatOrArray) -> FloatOrArray:
     """Return the height of the parabola above its vertex, y = x^2 / c.
 
@@ -120,12 +99,6 @@ def parabola_height(*, abscissa: FloatOrArray, double_parameter: FloatOrArray) -
     """
     c = validate_argument(double_parameter, "double_parameter", "m", greater_than=0.0)
     return as_scalar_or_array(validate_argument(abscissa, "abscissa", "m") ** 2 / c)
-
-
-def parabola_angle(*, abscissa: FloatOrArray, double_parameter: FloatOrArray) -> FloatOrArray:
-    """Slope angle (rad) of the parabola, tan a = 2 x / c: the arm angle of a governor whose circle touches it there."""
-    c = validate_argument(double_parameter, "double_parameter", "m", greater_than=0.0)
-    return as_scalar_or_array(np.arctan(2 * validate_argument(abscissa, "abscissa", "m") / c))
 
 
 def radius_of_curvature(*, abscissa: FloatOrArray, double_parameter: FloatOrArray) -> FloatOrArray:
@@ -150,53 +123,6 @@ def radius_of_curvature(*, abscissa: FloatOrArray, double_parameter: FloatOrArra
     c = validate_argument(double_parameter, "double_parameter", "m", greater_than=0.0)
     slope = 2 * validate_argument(abscissa, "abscissa", "m") / c
     return as_scalar_or_array(c / 2 * (1 + slope**2) ** 1.5)
-
-
-def osculating_arm(*, abscissa: FloatOrArray, arm_angle: FloatOrArray) -> FloatOrArray:
-    """Arm l = x / (sin a cos^2 a) (m) whose ball circle osculates the parabola at a ball abscissa (m) and arm angle.
-
-    abscissa positive, arm_angle between 0 and 90 deg, neither included. Equals radius_of_curvature.
-    """
-    angle = _validate_arm_angle(arm_angle)
-    return as_scalar_or_array(validate_argument(abscissa, "abscissa", "m", greater_than=0.0) / (np.sin(angle) * np.cos(angle) ** 2))
-
-
-def osculating_offset(*, abscissa: FloatOrArray, arm_angle: FloatOrArray) -> FloatOrArray:
-    """Offset e = -x tan^2 a (m) of the suspension that goes with osculating_arm: always negative, the arms cross."""
-    return as_scalar_or_array(-validate_argument(abscissa, "abscissa", "m", greater_than=0.0) * np.tan(_validate_arm_angle(arm_angle)) ** 2)
-
-
-def angle_between_parabolas(
-    *,
-    abscissa: FloatOrArray,
-    lower_speed: FloatOrArray,
-    upper_speed: FloatOrArray,
-    mass_ratio: FloatOrArray = 0.0,
-    gravity: FloatOrArray = 9.81,
-) -> FloatOrArray:
-    """Angle (rad) between the parabolas of two spindle speeds (rad/s) at one abscissa (m, not negative).
-
-    tan a' = (w2^2 - w1^2) g (1 + m) x / ((g (1 + m))^2 + w1^2 w2^2 x^2); greatest at x = g (1 + m) / (w1 w2). Positive,
-    or zero, since upper_speed must not be below lower_speed.
-    """
-    x, gravity_load = validate_argument(abscissa, "abscissa", "m", minimum=0.0), _gravity_load(mass_ratio, gravity)
-    low, high = _validate_speed(lower_speed, "lower_speed"), _validate_speed(upper_speed, "upper_speed")
-    shown = (("lower_speed", low, "rad/s"), ("upper_speed", high, "rad/s"))
-    raise_where(high < low, "upper_speed must not be below lower_speed", *shown)
-    return as_scalar_or_array(np.arctan((high - low) * (high + low) * gravity_load * x / (gravity_load**2 + (low * high * x) ** 2)))
-
-
-def guide_rate(
-    *, start: FloatOrArray, abscissa: FloatOrArray, start_rate: FloatOrArray, double_parameter: FloatOrArray, mass_ratio: FloatOrArray = 0.0
-) -> FloatOrArray:
-    """Rate x' (m/s) at an abscissa of balls that slide without friction in guides shaped as the isochronous parabola.
-
-    start (m) is where their rate was start_rate (m/s). At the speed the guide is made for nothing drives them, so
-    x' sqrt(1 + k^2 x^2) stays constant, k = 2 sqrt(1 + 2 m) / c. The sleeve moves at twice the balls' vertical speed.
-    """
-    k = _guide_constant(double_parameter, mass_ratio)
-    x1, x2 = validate_argument(start, "start", "m"), validate_argument(abscissa, "abscissa", "m")
-    return as_scalar_or_array(validate_argument(start_rate, "start_rate", "m/s") * np.hypot(1, k * x1) / np.hypot(1, k * x2))
 
 
 def guide_transit_time(

@@ -20,7 +20,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from governor_mechanism.closed_form.arguments import FloatOrArray, as_scalar_or_array, raise_where, validate_argument
+from governor_mechanism.closed_form.arguments import FloatOrArray, as_scalar_or_array, raise_where, validate_angle, validate_argument
 from governor_mechanism.types import FloatArray
 
 
@@ -38,15 +38,11 @@ def _displace_arm(
     start_angle: FloatOrArray, start_abscissa: FloatOrArray, arm: FloatOrArray, angle_change: FloatOrArray
 ) -> _ArmDisplacement:
     """Return the displacement of the ball when the arm turns up by `angle_change` (rad)."""
-    angle, rotation = (
-        validate_argument(start_angle, "start_angle", "rad", greater_than=0.0),
-        validate_argument(angle_change, "angle_change", "rad"),
-    )
+    angle = validate_angle(start_angle, "start_angle", 90.0, positive=True)
+    rotation = validate_argument(angle_change, "angle_change", "rad")
     abscissa = validate_argument(start_abscissa, "start_abscissa", "m", greater_than=0.0)
     length = validate_argument(arm, "arm", "m", greater_than=0.0)
-    start_label = ("start_angle", np.degrees(angle), "deg")
-    raise_where(angle >= math.pi / 2, "start_angle must be below 90 deg", start_label)
-    shown = (start_label, ("angle_change", np.degrees(rotation), "deg"))
+    shown = (("start_angle", np.degrees(angle), "deg"), ("angle_change", np.degrees(rotation), "deg"))
     is_out_of_range = (angle + rotation <= 0) | (angle + rotation >= math.pi / 2)
     raise_where(is_out_of_range, "start_angle + angle_change must be above 0 deg and below 90 deg", *shown)
     chord = 2 * length * np.sin(rotation / 2)

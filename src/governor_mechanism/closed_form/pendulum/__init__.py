@@ -1,2 +1,1 @@
 """Closed forms of pendulum governors."""
-

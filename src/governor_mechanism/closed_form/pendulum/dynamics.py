@@ -26,20 +26,15 @@ from governor_mechanism.closed_form.pendulum.kinematics import (
     PendulumGovernor,
     ball_radius,
     evaluate_geometry,
-    gravitational_potential,
     in_plane_inertia,
     in_plane_inertia_and_derivative,
     in_plane_inertia_derivative,
-    link_angle,
     potential_derivative,
     potential_derivatives,
     potential_second_derivative,
-    sleeve_height,
-    sleeve_height_derivative,
     spindle_inertia,
     spindle_inertia_derivative,
     spindle_inertia_derivatives,
-    spindle_inertia_second_derivative,
 )
 from governor_mechanism.errors import MechanismError
 from governor_mechanism.types import FloatArray
@@ -49,29 +44,18 @@ __all__ = [
     "arm_acceleration",
     "ball_radius",
     "drive_torque",
-    "equal_speed_offset",
     "equilibrium_angles",
     "equilibrium_speed",
     "falling_speed",
-    "gravitational_potential",
     "in_plane_inertia",
     "in_plane_inertia_derivative",
-    "insensitivity",
-    "insensitivity_exact",
-    "jacobi_integral",
     "least_stable_angle",
-    "link_angle",
     "potential_derivative",
     "potential_second_derivative",
     "rising_speed",
-    "sleeve_height",
-    "sleeve_height_derivative",
-    "sleeve_load",
     "spindle_acceleration",
     "spindle_inertia",
     "spindle_inertia_derivative",
-    "spindle_inertia_second_derivative",
-    "squared_free_spindle_frequency",
     "squared_oscillation_frequency",
     "stiffness",
 ]
@@ -135,49 +119,6 @@ def _resisted_speed(governor: PendulumGovernor, arm_angle: FloatOrArray, resista
     return as_scalar_or_array(np.sqrt(squared_balance_speed(governor, geometry, weight_moment + direction * resisting_moment)))
 
 
-def sleeve_load(governor: PendulumGovernor, *, arm_angle: FloatOrArray | None = None) -> FloatOrArray:
-    """Downward force (N) of all weights reduced to the sleeve, V' / (sleeve rise per arm angle).
-
-    P l / l1 + Q in a rhombus without rod masses (P one ball, Q the sleeve), the same at every angle, so arm_angle may
-    be left out there. Raises MechanismError where the sleeve does not move with the arms, or without the arm_angle that
-    another linkage needs. Source: Zehnder (Ia); the force at the sleeve of Dubois, Dinglers 327 (1912).
-    """
-    if governor.is_rhombus:
-        arms = (governor.ball_mass + governor.arm_mass / 2) * governor.arm / governor.joint_length
-        load = governor.gravity * (arms + governor.sleeve_mass + 1.5 * governor.link_mass)
-        return as_scalar_or_array(load if arm_angle is None else load + 0.0 * evaluate_geometry(governor, arm_angle).angle)
-    if arm_angle is None:
-        raise MechanismError("the sleeve load of a linkage that is no rhombus changes with the arms; give arm_angle")
-    geometry = evaluate_geometry(governor, arm_angle)
-    shown = ("arm_angle", np.degrees(geometry.angle), "deg")
-    raise_where(geometry.sleeve_derivative == 0, "the sleeve does not move with the arms", shown, hint="give another arm_angle")
-    return as_scalar_or_array(potential_derivatives(governor, geometry)[0] / geometry.sleeve_derivative)
-
-
-def insensitivity(governor: PendulumGovernor, *, resistance: FloatOrArray, arm_angle: FloatOrArray | None = None) -> FloatOrArray:
-    """Degree of insensitivity W / (P + Q): (w'^2 - w''^2) / (2 w^2), nearly (w' - w'') / w, a plain figure.
-
-    resistance W (N, at the sleeve, not negative), over the sleeve_load; arm_angle (rad) may be left out for a rhombus.
-    Raises as sleeve_load does and for a load that does not press the sleeve down. Source: Zehnder, after (3).
-    """
-    resisting_force = validate_argument(resistance, "resistance", "N", minimum=0.0)
-    weight_at_sleeve = np.asarray(sleeve_load(governor, arm_angle=arm_angle))
-    message = "the weights do not press the sleeve down"
-    raise_where(weight_at_sleeve <= 0, message, ("sleeve_load", weight_at_sleeve, "N"), hint="open the arms further")
-    return as_scalar_or_array(resisting_force / weight_at_sleeve)
-
-
-def insensitivity_exact(governor: PendulumGovernor, *, resistance: FloatOrArray, arm_angle: FloatOrArray | None = None) -> FloatOrArray:
-    """(w' - w'') / w without approximation, sqrt(1 + d) - sqrt(1 - d) of the insensitivity d, a plain figure.
-
-    Arguments and errors as of insensitivity; also raises MechanismError for d above 1, where no falling speed exists.
-    """
-    ratio = np.asarray(insensitivity(governor, resistance=resistance, arm_angle=arm_angle))
-    message = "resistance must not exceed the sleeve_load, or no falling speed exists"
-    raise_where(ratio > 1, message, ("resistance / sleeve_load", ratio, ""))
-    return as_scalar_or_array(2 * ratio / (np.sqrt(1 + ratio) + np.sqrt(1 - ratio)))
-
-
 def stiffness(governor: PendulumGovernor, *, arm_angle: FloatOrArray, spindle_speed: FloatOrArray | None = None) -> FloatOrArray:
     """Return the stiffness K = V'' - w^2 J'' / 2 (N m/rad) of the arms at constant speed; positive means stable.
 
@@ -215,26 +156,6 @@ def squared_oscillation_frequency(
     geometry = evaluate_geometry(governor, arm_angle)
     squared = squared_given_or_equilibrium_speed(governor, geometry, spindle_speed)
     arm_stiffness = potential_derivatives(governor, geometry)[1] - squared * spindle_inertia_derivatives(governor, geometry)[1] / 2
-    return as_scalar_or_array(arm_stiffness / in_plane_inertia_and_derivative(governor, geometry)[0])
-
-
-def squared_free_spindle_frequency(
-    governor: PendulumGovernor, *, arm_angle: FloatOrArray, constant_inertia: FloatOrArray, spindle_speed: FloatOrArray | None = None
-) -> FloatOrArray:
-    """Squared angular frequency (rad^2/s^2) when the spindle turns freely: K / I + w^2 J'^2 / ((J0 + J) I).
-
-    rest_inertia J0 (kg m2, not negative) is that of spindle and sleeve about the axis. Negative means unstable even at
-    constant angular momentum. Raises as stiffness does, and where J0 + J is zero.
-    """
-    geometry = evaluate_geometry(governor, arm_angle)
-    squared = squared_given_or_equilibrium_speed(governor, geometry, spindle_speed)
-    total_inertia = _total_spindle_inertia(governor, geometry, constant_inertia)
-    inertia_derivative, inertia_second_derivative = spindle_inertia_derivatives(governor, geometry)
-    arm_stiffness = (
-        potential_derivatives(governor, geometry)[1]
-        - squared * inertia_second_derivative / 2
-        + squared * inertia_derivative**2 / total_inertia
-    )
     return as_scalar_or_array(arm_stiffness / in_plane_inertia_and_derivative(governor, geometry)[0])
 
 
@@ -321,20 +242,6 @@ def spindle_acceleration(
     )
 
 
-def jacobi_integral(
-    governor: PendulumGovernor, *, arm_angle: FloatOrArray, arm_rate: FloatOrArray, spindle_speed: FloatOrArray
-) -> FloatOrArray:
-    """I a'^2 / 2 + V - w^2 J / 2 (J): constant along every undamped motion at constant spindle speed.
-
-    arm_rate and spindle_speed in rad/s; the zero of V is at the suspension.
-    """
-    geometry = evaluate_geometry(governor, arm_angle)
-    rate, speed = (validate_argument(arm_rate, "arm_rate", "rad/s"), validate_argument(spindle_speed, "spindle_speed", "rad/s"))
-    inertia = np.asarray(spindle_inertia(governor, arm_angle=geometry.angle))
-    kinetic = in_plane_inertia_and_derivative(governor, geometry)[0] * rate**2 / 2 - speed**2 * inertia / 2
-    return as_scalar_or_array(kinetic + gravitational_potential(governor, arm_angle=geometry.angle))
-
-
 def drive_torque(
     governor: PendulumGovernor, *, arm_angle: FloatOrArray, arm_rate: FloatOrArray, spindle_speed: FloatOrArray
 ) -> FloatOrArray:
@@ -390,18 +297,3 @@ def least_stable_angle(governor: PendulumGovernor) -> float:
     if governor.offset >= 0:
         raise MechanismError(f"the arms do not cross the axis (offset {governor.offset:g} m): every angle is stable")
     return math.asin(math.cbrt(-governor.offset / governor.arm))
-
-
-def equal_speed_offset(*, arm: FloatOrArray, lower_angle: FloatOrArray, upper_angle: FloatOrArray) -> FloatOrArray:
-    """Offset (m, negative: crossed arms) that gives two arm angles (rad) the same equilibrium speed.
-
-    e = -l sin a1 sin a2 sin((a1 + a2)/2) / cos((a2 - a1)/2), for the rhombus with massless rods and any sleeve; between
-    the angles the speed is lower. Raises MechanismError unless 0 < lower_angle < upper_angle < 90 deg.
-    """
-    length = validate_argument(arm, "arm", "m", greater_than=0.0)
-    low = validate_argument(lower_angle, "lower_angle", "rad", greater_than=0.0)
-    high = validate_argument(upper_angle, "upper_angle", "rad")
-    ends = (("lower_angle", np.degrees(low), "deg"), ("upper_angle", np.degrees(high), "deg"))
-    raise_where(high >= math.pi / 2, "upper_angle must lie below 90 deg", ends[1])
-    raise_where(low >= high, "lower_angle must lie below upper_angle", *ends)
-    return as_scalar_or_array(-length * np.sin(low) * np.sin(high) * np.sin((low + high) / 2) / np.cos((high - low) / 2))

@@ -100,14 +100,10 @@ def equilibrium_angles(
 def _moment_balance(governor: PendulumGovernor, speed: FloatArray, angle: FloatArray) -> tuple[FloatArray, FloatArray, FloatArray]:
     """Return the closing moment on the arms (N m), its derivative (N m/rad) and the bound of its rounding error (N m)."""
     geometry = evaluate_geometry(governor, angle)
-    (potential_derivative, potential_second_derivative), (inertia_derivative, inertia_second_derivative) = (
-        potential_derivatives(governor, geometry),
-        spindle_inertia_derivatives(governor, geometry),
-    )
-    centrifugal_moment, stiffness = (
-        speed**2 * inertia_derivative / 2,
-        potential_second_derivative - speed**2 * inertia_second_derivative / 2,
-    )
+    potential_derivative, potential_second_derivative = potential_derivatives(governor, geometry)
+    inertia_derivative, inertia_second_derivative = spindle_inertia_derivatives(governor, geometry)
+    centrifugal_moment = speed**2 * inertia_derivative / 2
+    stiffness = potential_second_derivative - speed**2 * inertia_second_derivative / 2
     moment_scale, rounding = np.abs(potential_derivative) + np.abs(centrifugal_moment), 8 * np.finfo(np.float64).eps
     # Rounding of the moments and of the angle; the stiffness is unbounded where the link is at the end of its reach.
     noise = rounding * moment_scale + np.minimum(rounding * np.abs(stiffness * angle), 1e-6 * moment_scale)

@@ -17,8 +17,8 @@ from typing import NamedTuple
 
 import numpy as np
 
-from governor_mechanism.closed_form.arguments import FloatOrArray, as_scalar_or_array, raise_where, validate_argument
-from governor_mechanism.errors import MechanismError, require_finite, require_positive
+from governor_mechanism.closed_form.arguments import FloatOrArray, as_scalar_or_array, raise_where, validate_angle, validate_fields
+from governor_mechanism.errors import MechanismError
 from governor_mechanism.types import FloatArray
 
 
@@ -66,32 +66,22 @@ class PendulumGovernor:
 
     def __post_init__(self) -> None:
         """Validate the dimensions."""
-        require_positive(self.arm, "m", "arm of the governor")
-        require_positive(self.ball_mass, "kg", "ball_mass of the governor")
-        require_positive(self.gravity, "m/s2", "gravity of the governor")
-        require_positive(self.joint_length, "m", "arm_joint of the governor")
-        require_positive(self.link_length, "m", "link of the governor")
-        require_finite(self.offset, "m", "offset of the governor")
-        require_finite(self.lug_radius, "m", "lug_offset of the governor")
-        for name, unit in (("sleeve_mass", "kg"), ("arm_mass", "kg"), ("link_mass", "kg"), ("ball_inertia", "kg m2")):
-            value = getattr(self, name)
-            if not 0.0 <= value < math.inf:
-                raise MechanismError(f"{name} of the governor must be zero or positive; got {value!r} {unit}")
+        validate_fields(self, {"arm": "m", "ball_mass": "kg", "gravity": "m/s2", "arm_joint": "m", "link": "m"}, greater_than=0.0)
+        validate_fields(self, {"offset": "m", "lug_offset": "m"})
+        validate_fields(self, {"sleeve_mass": "kg", "arm_mass": "kg", "link_mass": "kg", "ball_inertia": "kg m2"}, minimum=0.0)
         if self.joint_length > self.arm:
             raise MechanismError(
-                f"arm_joint of the governor must not exceed its arm ({self.arm!r} m), or it lies beyond the ball; got"
-                f" {self.joint_length!r} m"
+                f"arm_joint must not exceed the arm ({self.arm!r} m), so that the joint is not beyond the ball; got {self.joint_length!r} m"
             )
         if self.offset <= -self.arm:
             raise MechanismError(
-                f"offset of crossed arms must be nearer to the axis than the arm is long ({self.arm!r} m); got"
-                f" {self.offset!r} m, from where the ball never comes to its own side of the axis: lengthen the arm"
+                f"the offset of crossed arms must be smaller than the arm ({self.arm!r} m), or the ball never reaches its own side of the"
+                f" axis; got {self.offset!r} m; lengthen the arm"
             )
         if abs(self.offset - self.lug_radius) >= self.joint_length + self.link_length:
             raise MechanismError(
-                f"the link cannot reach at any arm angle: offset and lug_offset differ by"
-                f" {abs(self.offset - self.lug_radius):g} m, arm_joint and link together span only"
-                f" {self.joint_length + self.link_length:g} m; lengthen the link"
+                f"the link cannot reach at any arm angle: offset and lug_offset differ by {abs(self.offset - self.lug_radius):g} m,"
+                f" arm_joint and link have a length of {self.joint_length + self.link_length:g} m; lengthen the link"
             )
 
     @property
@@ -117,25 +107,21 @@ class PendulumGovernor:
 
 
 class LinkageGeometry(NamedTuple):
-    """Position of one arm and its link: angles, radii of ball and joint (m), sleeve height (m) and its derivatives by the arm angle."""
+    """Position of one arm and its link: angles, radii of ball and joint (m), derivatives of the sleeve's height (m/rad)."""
 
     angle: FloatArray
     sine: FloatArray
     cosine: FloatArray
     ball_radius: FloatArray
     joint_radius: FloatArray
-    link_sine: FloatArray
-    link_cosine: FloatArray
-    sleeve_height: FloatArray
     sleeve_derivative: FloatArray
     sleeve_second_derivative: FloatArray
 
 
 def evaluate_geometry(governor: PendulumGovernor, arm_angle: FloatOrArray) -> LinkageGeometry:
     """Return the geometry at an arm angle (rad) from offset + l1 sin a = lug + l2 sin b."""
-    angle = validate_argument(arm_angle, "arm_angle", "rad")
+    angle = validate_angle(arm_angle, "arm_angle", 90.0)
     shown = ("arm_angle", np.degrees(angle), "deg")
-    raise_where(np.abs(angle) >= math.pi / 2, "arm_angle must be below 90 deg and above -90 deg", shown)
     l1, l2 = governor.joint_length, governor.link_length
     s, c = np.sin(angle), np.cos(angle)
     if governor.is_rhombus:
@@ -152,9 +138,6 @@ def evaluate_geometry(governor: PendulumGovernor, arm_angle: FloatOrArray) -> Li
         cosine=c,
         ball_radius=governor.offset + governor.arm * s,
         joint_radius=governor.offset + l1 * s,
-        link_sine=sb,
-        link_cosine=cb,
-        sleeve_height=-(l1 * c + l2 * cb),
         sleeve_derivative=l1 * (s + c * tan_b),
         sleeve_second_derivative=l1 * (c - s * tan_b + c * link_angle_derivative / cb**2),
     )
@@ -211,30 +194,6 @@ def ball_radius(governor: PendulumGovernor, *, arm_angle: FloatOrArray) -> Float
     return as_scalar_or_array(evaluate_geometry(governor, arm_angle).ball_radius)
 
 
-def sleeve_height(governor: PendulumGovernor, *, arm_angle: FloatOrArray) -> FloatOrArray:
-    """Return the height of the sleeve lug (m), -(l1 cos a + l2 cos b): negative, below the suspension; it rises as the arms open."""
-    return as_scalar_or_array(evaluate_geometry(governor, arm_angle).sleeve_height)
-
-
-def sleeve_height_derivative(governor: PendulumGovernor, *, arm_angle: FloatOrArray) -> FloatOrArray:
-    """Rise of the sleeve per arm angle (m/rad), l1 (sin a + cos a tan b); 2 l sin a in the rhombus."""
-    return as_scalar_or_array(evaluate_geometry(governor, arm_angle).sleeve_derivative)
-
-
-def link_angle(governor: PendulumGovernor, *, arm_angle: FloatOrArray) -> FloatOrArray:
-    """Angle b of the link from the vertical (rad), positive when its joint is further out than the lug."""
-    geometry = evaluate_geometry(governor, arm_angle)
-    return as_scalar_or_array(geometry.angle if governor.is_rhombus else np.arctan2(geometry.link_sine, geometry.link_cosine))
-
-
-def gravitational_potential(governor: PendulumGovernor, *, arm_angle: FloatOrArray) -> FloatOrArray:
-    """Potential V (J) of all weights, zero at the height of the suspension; -2 (M + m_s) g l cos a in the rhombus."""
-    geometry = evaluate_geometry(governor, arm_angle)
-    hanging_moment = (2 * governor.ball_mass + governor.arm_mass) * governor.arm + governor.link_mass * governor.joint_length
-    lifted_mass = governor.sleeve_mass + governor.link_mass
-    return as_scalar_or_array(governor.gravity * (lifted_mass * geometry.sleeve_height - hanging_moment * geometry.cosine))
-
-
 def potential_derivative(governor: PendulumGovernor, *, arm_angle: FloatOrArray) -> FloatOrArray:
     """Return V' (N m/rad): the moment of the weights against the opening of the arms."""
     return as_scalar_or_array(potential_derivatives(governor, evaluate_geometry(governor, arm_angle))[0])
@@ -257,11 +216,6 @@ def spindle_inertia(governor: PendulumGovernor, *, arm_angle: FloatOrArray) -> F
 def spindle_inertia_derivative(governor: PendulumGovernor, *, arm_angle: FloatOrArray) -> FloatOrArray:
     """Return J' (kg m2/rad), the derivative of spindle_inertia; 4 M x l cos a without rod masses."""
     return as_scalar_or_array(spindle_inertia_derivatives(governor, evaluate_geometry(governor, arm_angle))[0])
-
-
-def spindle_inertia_second_derivative(governor: PendulumGovernor, *, arm_angle: FloatOrArray) -> FloatOrArray:
-    """Return J'' (kg m2/rad^2), the second derivative of spindle_inertia by the arm angle."""
-    return as_scalar_or_array(spindle_inertia_derivatives(governor, evaluate_geometry(governor, arm_angle))[1])
 
 
 def in_plane_inertia(governor: PendulumGovernor, *, arm_angle: FloatOrArray) -> FloatOrArray:

@@ -1,2 +1,1 @@
 """Studies of the slide valve."""
-

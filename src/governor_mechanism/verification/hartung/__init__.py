@@ -1,2 +1,1 @@
 """Checks of Hartung's governor."""
-
