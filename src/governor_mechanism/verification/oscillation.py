@@ -3,31 +3,38 @@
 from __future__ import annotations
 
 import math
+from collections.abc import Iterable, Iterator
 from dataclasses import replace
 
 import numpy as np
 from scipy.interpolate import CubicHermiteSpline
 
-from governor_mechanism.engines import select_engine
 from governor_mechanism.engines.impulse.relaxation import relax_to_equilibrium
 from governor_mechanism.errors import MechanismError, RunFailed
 from governor_mechanism.model.scene import RunSettings, Scene, Start
 from governor_mechanism.model.trajectory import Trajectory
+from governor_mechanism.verification.comparisons import run_scene
 from governor_mechanism.verification.report import ComparisonRow
 
 SMALL_AMPLITUDE = 1e-3
 """Amplitude of the small oscillation (rad); a second one has twice the amplitude."""
 
 
-def run_scene(scene: Scene) -> Trajectory:
-    """Return a run of the scene by its own engine."""
-    engine, reason = select_engine(scene.run.engine, scene)
-    return engine.run(scene, reason=reason)
-
-
 def format_rpm(speed: float) -> str:
     """Return a speed (rad/s) as text in rpm."""
     return f"{speed * 30 / math.pi:.6g} rpm"
+
+
+def check_stability(
+    scene: Scene, reading: str, *, angle: float, squared_frequency: float, starts: Iterable[float], label: str
+) -> Iterator[ComparisonRow | str]:
+    """Yield relaxation from each start and small-oscillation period of an equilibrium (rad); a note if it is unstable."""
+    if squared_frequency <= 0:
+        yield f"the equilibrium at {label} is unstable: relaxation and oscillation are not checked"
+        return
+    for start in starts:
+        yield check_relaxation(scene, f"relaxation from {math.degrees(start):.4g} deg to {label}", start=start, expected=angle)
+    yield check_oscillation_period(scene, reading, angle=angle, period=2 * math.pi / math.sqrt(squared_frequency), label=label)
 
 
 def check_relaxation(scene: Scene, quantity: str, *, start: float, expected: float) -> ComparisonRow:

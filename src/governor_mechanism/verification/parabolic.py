@@ -9,10 +9,9 @@ from dataclasses import replace
 import numpy as np
 
 from governor_mechanism.closed_form.parabolic import isochronous_curve as closed
-from governor_mechanism.errors import MechanismError
 from governor_mechanism.model.scene import RunSettings, Scene, Spindle, Start
 from governor_mechanism.statics.speed_curve import equilibrium_speed_at
-from governor_mechanism.verification.oscillation import run_scene
+from governor_mechanism.verification.comparisons import compare_algebraic, require_gravity_and_centrifugal, run_scene
 from governor_mechanism.verification.report import ComparisonRow
 
 GUIDE_FRACTIONS = (0.1, 0.5, 0.9)
@@ -24,21 +23,14 @@ NEUTRAL_RUN_DURATION = 10.0
 
 def check_parabolic_governor(scene: Scene) -> Iterator[ComparisonRow | str]:
     """Yield every comparison that applies to the scene."""
-    if not (scene.gravity and scene.has_centrifugal):
-        raise MechanismError("the isochronous parabola needs the effects gravity and centrifugal")
+    require_gravity_and_centrifugal(scene)
     dimensions = scene.part.dimensions
     mass_ratio, double_parameter = dimensions["sleeve_mass"] / dimensions["ball_mass"], dimensions["double_parameter"]
     neutral_speed = math.sqrt(2 * scene.gravity * (1 + mass_ratio) / double_parameter)
     for fraction in GUIDE_FRACTIONS:
         radius = (1 - fraction) * dimensions["inner_radius"] + fraction * dimensions["outer_radius"]
-        yield ComparisonRow(
-            quantity=f"equilibrium speed at {radius * 1e3:.4g} mm",
-            simulated=float(equilibrium_speed_at(scene, np.array([radius]))[0]),
-            expected=neutral_speed,
-            allowed=1e-10 * neutral_speed,
-            unit="rad/s",
-            reason="both are algebraic; position assembly leaves about 1e-13",
-        )
+        speed = equilibrium_speed_at(scene, np.array([radius]))[0]
+        yield compare_algebraic(f"equilibrium speed at {radius * 1e3:.4g} mm", speed, neutral_speed, "rad/s")
         yield _check_neutral_equilibrium(scene, radius, neutral_speed)
     yield from _check_transit_time(scene, neutral_speed, mass_ratio, double_parameter)
 
