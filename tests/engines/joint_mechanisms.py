@@ -212,7 +212,7 @@ class SliderCrankKinematics:
     """Crank at the origin, connecting rod of uniform mass, piston on the x axis: all of it by the crank's angle."""
 
     crank: float
-    rod_body: float
+    rod: float
     rod_mass: float
     piston_mass: float
 

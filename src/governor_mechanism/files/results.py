@@ -42,9 +42,9 @@ def save_netcdf(run: Trajectory, path: Path) -> None:
         columns = {"time": (run.times, "s"), "joint_gap": (run.joint_gap, "m")}
         columns |= {name: (values, run.units[name]) for name, values in run.readings.items()}
         columns |= {f"{name}_rate": (values, f"{run.units[name]}/s") for name, values in run.rates.items()}
-        energy_names = ("kinetic", "potential", "rotation", "jacobi", "dissipated")
+        energy_names = ("kinetic", "potential", "rotation", "jacobi", "dissipated_energy")
         energies = {name: getattr(run.energy, name) for name in energy_names}
-        columns |= {f"energy_{name}": (values, "J") for name, values in energies.items()}
+        columns |= {f"energy_{name.removesuffix('_energy')}": (values, "J") for name, values in energies.items()}
         for name, (values, unit) in columns.items():
             variable = dataset.createVariable(name, "d", ("time",))
             variable[:] = values
@@ -81,7 +81,7 @@ def summarise_run(run: Trajectory) -> dict[str, Any]:
         "joint_gap": float(np.max(run.joint_gap, initial=0.0)),
         "energy_drift": run.energy.drift,
         "dissipated": float(run.energy.dissipated_energy[-1]) if len(run.times) else None,
-        "samples_beside_events": run.n_excluded,
+        "n_excluded": run.n_excluded,
         "reported_times": len(run.times),
         "end_time": float(run.times[-1]) if len(run.times) else None,
         "final": {name: float(values[-1]) for name, values in run.readings.items() if len(values)},

@@ -228,7 +228,7 @@ class ConstraintEquations:
         for row in np.flatnonzero(self.is_driven):
             time_function, drive_scale = (self._drive_functions[self._rows.table[row]["drive"]], self._rows.table[row]["drive_scale"])
             result[:, row] = drive_scale * np.stack(
-                [time_function(flat_times), time_function.slope(flat_times), time_function.bend(flat_times)], axis=-1
+                [time_function(flat_times), time_function.derivative(flat_times), time_function.second_derivative(flat_times)], axis=-1
             )
         return result.reshape(*np.shape(times), len(self.joint_indices), 3)
 
