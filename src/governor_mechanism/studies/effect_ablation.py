@@ -28,6 +28,7 @@ from governor_mechanism.model.effect import Effect
 from governor_mechanism.model.scene import FIXED_PLANE, Scene, Spindle
 from governor_mechanism.model.trajectory import Outcome, Trajectory
 from governor_mechanism.scenes.parser import parse_scene_document
+from governor_mechanism.units.text_table import format_table
 
 N_TIMED_RUNS = 3
 """Number of timed runs; the shortest time counts."""
@@ -124,16 +125,22 @@ class EffectsStudy:
         return tuple(row.effect for row in self.rows if not row.listed and row.relative_change is not None and not self._is_negligible(row))
 
     def __str__(self) -> str:
-        """Return one line per effect, and what can be left out."""
-        lines = [f"{self.scene.title}: engine {self.engine}, accuracy {self.accuracy:g}, {_format_cost(self.base_cost)}"]
-        lines += [_format_comparison(row, is_negligible=self._is_negligible(row)) for row in self.rows]
-        if self.negligible:
-            lines.append(f"leave out: {', '.join(self.negligible)} (no reading changes by more than the accuracy)")
-        if self.missing:
-            lines.append(f"not listed, but significant: {', '.join(self.missing)}")
-        if self.untried:
-            lines.append(f"not listed and not tried, because they need parameters: {', '.join(self.untried)}")
-        return "\n".join(lines)
+        """Return a table with one line per effect, the notes, and what can be left out."""
+        cost = self.base_cost
+        totals = f"{cost.evaluations:,} evaluations, {cost.steps:,} steps, {cost.events:,} events, {cost.wall_time * 1e3:.3g} ms"
+        lists = (
+            ("leave out", self.negligible, " (no reading changes by more than the accuracy)"),
+            ("not listed, but significant", self.missing, ""),
+            ("not listed and not tried, because they need parameters", self.untried, ""),
+        )
+        return "\n".join(
+            [
+                f"{self.scene.title}: engine {self.engine}, accuracy {self.accuracy:g}, {totals}",
+                format_table(("effect", "change", "largest in", "time", "evaluations", "events"), map(self._cells, self.rows), "lrlr"),
+                *(f"{row.effect}: {row.note}" for row in self.rows if row.note),
+                *(f"{label}: {', '.join(names)}{remark}" for label, names, remark in lists if names),
+            ]
+        )
 
     def as_json(self) -> dict[str, Any]:
         """Return the study as plain values."""
@@ -145,22 +152,15 @@ class EffectsStudy:
     def _is_negligible(self, row: EffectComparison) -> bool:
         return row.relative_change is not None and row.relative_change < self.accuracy
 
-
-def _format_cost(cost: EffectCost) -> str:
-    events = f", {cost.events} events" if cost.events else ""
-    return f"{cost.evaluations:,} evaluations, {cost.steps:,} steps{events}, {cost.wall_time * 1e3:.3g} ms"
-
-
-def _format_comparison(row: EffectComparison, *, is_negligible: bool) -> str:
-    name = f"{row.effect}{'' if row.listed else ' (not listed)'}"
-    if row.relative_change is None or row.cost_with is None or row.cost_without is None:
-        return f"{name:24} {row.note}"
-    verdict = "negligible" if is_negligible else f"largest change in {row.most_changed_reading.replace('_', ' ')}"
-    if row.note:
-        return f"{name:24} {row.relative_change:8.1e}  {verdict}; {row.note}"
-    cost = f"time x {row.time_ratio:.2f}, evaluations {row.cost_without.evaluations:,} -> {row.cost_with.evaluations:,}"
-    events = f", events {row.cost_without.events} -> {row.cost_with.events}" if row.cost_with.events else ""
-    return f"{name:24} {row.relative_change:8.1e}  {verdict}; {cost}{events}"
+    def _cells(self, row: EffectComparison) -> tuple[str, ...]:
+        """Return the cells of a comparison; costs are without -> with the effect."""
+        name = row.effect if row.listed else f"{row.effect} (not listed)"
+        if row.relative_change is None or row.cost_with is None or row.cost_without is None:
+            return name, "", "", "", "", ""
+        largest = "negligible" if self._is_negligible(row) else row.most_changed_reading.replace("_", " ")
+        ratio = "" if row.time_ratio is None else f"x {row.time_ratio:.2f}"
+        pairs = [(row.cost_without.evaluations, row.cost_with.evaluations), (row.cost_without.events, row.cost_with.events)]
+        return name, f"{row.relative_change:.1e}", largest, ratio, *(f"{without:,} -> {with_it:,}" for without, with_it in pairs)
 
 
 def run_effects_study(

@@ -5,6 +5,8 @@ from __future__ import annotations
 import math
 from dataclasses import dataclass
 
+from governor_mechanism.units.text_table import format_table
+
 MAX_PRINTED_ROWS = 24
 """Printed rows; a longer report shows the rows with the largest deviations only."""
 
@@ -74,20 +76,13 @@ class CheckReport:
             )
             for row in shown
         ]
-        header = ("quantity", "simulated", self.against, "unit", "difference", "allowed", "verdict")
-        widths = [max(len(row[column]) for row in [header, *cells]) for column in range(len(header))]
-        left_aligned_columns = (0, 3, 6)
-        lines = [
-            "  ".join(
-                cell.ljust(width) if column in left_aligned_columns else cell.rjust(width)
-                for column, (cell, width) in enumerate(zip(row, widths, strict=True))
-            ).rstrip()
-            for row in [header, *cells]
-        ]
+        headers = ("quantity", "simulated", self.against, "unit", "difference", "allowed", "verdict")
         failed = sum(not row.passed for row in self.rows)
         verdict = f"all {len(self.rows)} agree" if not failed else f"{failed} of {len(self.rows)} do not agree"
         truncation_note = f" (the {MAX_PRINTED_ROWS} largest deviations shown)" if len(self.rows) > MAX_PRINTED_ROWS else ""
-        return "\n".join([self.title, *lines, *(f"note: {note}" for note in self.notes), verdict + truncation_note])
+        return "\n".join(
+            [self.title, format_table(headers, cells, "lrrlrrl"), *(f"note: {note}" for note in self.notes), verdict + truncation_note]
+        )
 
 
 def _difference_ratio(row: ComparisonRow) -> float:

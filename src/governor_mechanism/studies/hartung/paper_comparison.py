@@ -17,6 +17,7 @@ from typing import Any
 from governor_mechanism.closed_form.hartung import design as formulas
 from governor_mechanism.closed_form.hartung import governor as closed
 from governor_mechanism.studies.hartung.design import KILOGRAM_FORCE, TECHNICAL_ATMOSPHERE
+from governor_mechanism.units.text_table import format_table
 
 PAPER_SPEEDS = (21.363, 22.201)
 """204 and 212 rpm as the paper rounds them (rad/s)."""
@@ -71,18 +72,20 @@ class PaperComparison:
 
     def __str__(self) -> str:
         """Return a table of the numbers, with the misprints marked."""
-        rows = [(number.quantity, number.unit, number.printed, number.recomputed, number.misprint) for number in self.numbers]
         misprinted = [number for number in self.table if number.misprint]
-        rows += [(number.quantity, number.unit, number.printed, number.recomputed, number.misprint) for number in misprinted]
-        rows += [(one.quantity, one.unit, one.printed, one.recomputed, one.misprint) for one in self.counter_example]
-        widths = [max(len(row[0]) for row in rows), 8, 10, 14]
-        lines = [f"{'quantity':<{widths[0]}}  {'unit':<{widths[1]}}{'printed':>{widths[2]}}{'recomputed':>{widths[3]}}"]
-        for quantity, unit, printed, recomputed, misprint in rows:
-            line = f"{quantity:<{widths[0]}}  {unit:<{widths[1]}}{printed:>{widths[2]}.6g}{recomputed:>{widths[3]}.7g}"
-            lines.append(line + (f"  MISPRINT: {misprint}" if misprint else ""))
+        rows = [
+            (
+                number.quantity,
+                number.unit,
+                f"{number.printed:.6g}",
+                f"{number.recomputed:.7g}",
+                f"MISPRINT: {number.misprint}" if number.misprint else "",
+            )
+            for number in (*self.numbers, *misprinted, *self.counter_example)
+        ]
         n_agreeing = len(self.table) - len(misprinted)
-        lines.append(f"table 2: {n_agreeing} of {len(self.table)} spring forces agree with their formula")
-        return "\n".join(lines)
+        table = format_table(("quantity", "unit", "printed", "recomputed", ""), rows, "llrrl")
+        return f"{table}\ntable 2: {n_agreeing} of {len(self.table)} spring forces agree with their formula"
 
 
 def compare_with_paper() -> PaperComparison:

@@ -14,6 +14,7 @@ from governor_mechanism.closed_form.slider_crank import CrankTrain, travel_from_
 from governor_mechanism.machines.slide_valve import EQUAL_LEADS
 from governor_mechanism.model.scene import Scene
 from governor_mechanism.observables.valve_timing import CYLINDER_ENDS, evaluate_at_crank_angles, find_event_angles, valve_setting
+from governor_mechanism.units.text_table import format_table
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -85,14 +86,9 @@ class ValveTiming:
             )
             for row in self.rows
         ]
-        widths = [max(len(line[k]) for line in (header, *cells)) for k in range(len(header))]
-        lines = [
-            "  ".join(f"{cell:<{w}}" if k == 0 else f"{cell:>{w}}" for k, (cell, w) in enumerate(zip(line, widths, strict=True)))
-            for line in (header, *cells)
-        ]
         footer = "crank angles and shift in deg from the crank end's dead centre; strokes as fractions, from the event's own end"
         lead = ", ".join(f"{1e3 * lead_value:.6g} mm at the {end}" for lead_value, end in zip(self.leads, CYLINDER_ENDS, strict=True))
-        return "\n".join([self.title, *lines, footer, f"lead {lead}"])
+        return "\n".join([self.title, format_table(header, cells, "lr"), footer, f"lead {lead}"])
 
     def as_json(self) -> dict[str, Any]:
         """Return the timing as plain values in SI."""

@@ -6,7 +6,7 @@ import csv
 import json
 import math
 import os
-from collections.abc import Iterator, Mapping
+from collections.abc import Mapping
 from dataclasses import asdict, dataclass
 from numbers import Real
 from pathlib import Path
@@ -17,6 +17,7 @@ from governor_mechanism.errors import MechanismError
 from governor_mechanism.files.atomic_write import atomic_write
 from governor_mechanism.model.scene import Scene
 from governor_mechanism.studies.regression import FittedParameter
+from governor_mechanism.units.text_table import format_table
 
 REFERENCE_MARGIN_RATIO = 100.0
 """Ratio of the smallest error that is resolved to the error of the reference."""
@@ -110,6 +111,17 @@ class EngineVariant:
     def best_point(self) -> WorkPrecisionPoint | None:
         """The point with the smallest error."""
         return min(self.points, key=lambda point: point.max_error, default=None)
+
+    @property
+    def remarks(self) -> tuple[str, ...]:
+        """Why the engine cannot run the scene, the order, and the notes."""
+        order = () if self.order is None else (f"order {self.order.value:.3f} ± {self.order.standard_error:.1g}",)
+        return (*([f"cannot: {self.refusal}"] if self.refusal else []), *order, *self.notes)
+
+    def as_json(self) -> dict[str, Any]:
+        """Return the variant as plain values."""
+        order = None if self.order is None else asdict(self.order)
+        return {**vars(self), "order": order, "points": [point.as_json() for point in self.points]}
 
     def cheapest_for(self, error: float) -> WorkPrecisionPoint | None:
         """Return the fastest setting within an error; None if there is none."""
@@ -222,42 +234,39 @@ class AccuracyStudy:
         return f"for {error:g}: {'use ' if math.isfinite(seconds(ranked[0])) else 'no engine reaches it; '}{costs}"
 
     def __str__(self) -> str:
-        """Return one line per setting, grouped by variant."""
-        lines = [self.scene.title, str(self.reference)]
-        lines.append(
-            f"errors in units of each reading's scale, at {self.n_samples} times; times of one whole run, with initial state "
-            "and readings, without a certificate"
-        )
-        if self.early_end_message:
-            lines.append(f"the study ends early: {self.early_end_message}")
+        """Return a table with one line per setting, and the remarks on each variant."""
         has_event_errors = any(point.event_time_error is not None for point in self.points)
-        event_heading = f"{'events, s':>10}" if has_event_errors else ""
-        headings = f"{'error':>11}{event_heading}{'time':>10}{'evaluations':>13}{'joint gap':>11}{'drift':>10}"
-        lines.append(f"{'':22}{'setting':{self._setting_width}}{headings}")
-        for variant in self.variants:
-            lines += self._format_variant(variant, has_event_errors=has_event_errors)
-        return "\n".join(lines)
+        headers = ("variant", "setting", "error", *(["events, s"] if has_event_errors else []), "time", "evaluations", "joint gap", "drift")
+        rows = [
+            (
+                point.variant,
+                point.setting,
+                f"{'< ' if point.error < self.reference.resolvable_error else ''}{max(point.error, self.reference.resolvable_error):.1e}",
+                *(["" if point.event_time_error is None else f"{point.event_time_error:.1e}"] if has_event_errors else []),
+                format_wall_time(point.wall_time),
+                f"{point.evaluations:,}",
+                f"{point.joint_gap:.1e}",
+                f"{point.drift:.1e}",
+            )
+            for point in self.points
+        ]
+        lines = [
+            self.scene.title,
+            str(self.reference),
+            f"errors in units of each reading's scale, at {self.n_samples} times; times of one whole run, with initial state "
+            "and readings, without a certificate",
+            *([f"the study ends early: {self.early_end_message}"] if self.early_end_message else []),
+            format_table(headers, rows, "llr"),
+        ]
+        return "\n".join([*lines, *(f"{variant.name}: {remark}" for variant in self.variants for remark in variant.remarks)])
 
     def as_json(self) -> dict[str, Any]:
         """Return the study as plain values."""
-        variants = [
-            {
-                "name": variant.name,
-                "order": _order_as_json(variant.order),
-                "refused": variant.refusal,
-                "notes": list(variant.notes),
-                "within": variant.time_limit,
-                "points": [point.as_json() for point in variant.points],
-            }
-            for variant in self.variants
-        ]
         return {
+            **{name: value for name, value in vars(self).items() if name not in ("scene", "reference", "variants")},
             "title": self.scene.title,
-            "reference": {**asdict(self.reference), "floor": self.reference.resolvable_error},
-            "samples": self.n_samples,
-            "time_scale": self.time_scale,
-            "ended": self.early_end_message,
-            "variants": variants,
+            "reference": {**asdict(self.reference), "resolvable_error": self.reference.resolvable_error},
+            "variants": [variant.as_json() for variant in self.variants],
         }
 
     def save_csv(self, path: str | os.PathLike[str]) -> Path:
@@ -290,44 +299,17 @@ class AccuracyStudy:
             f"{self.reference.resolvable_error:.1e} up; {error:g} is smaller"
         )
 
-    @property
-    def _setting_width(self) -> int:
-        """Width of the column of settings (characters)."""
-        return 2 + max((len(point.setting) for point in self.points), default=16)
-
-    def _format_variant(self, variant: EngineVariant, *, has_event_errors: bool) -> Iterator[str]:
-        name = variant.name
-        if variant.refusal:
-            yield f"{name:22}cannot: {variant.refusal}"
-        for point in variant.points:
-            is_below_resolution = point.error < self.reference.resolvable_error
-            error = f"{'< ' if is_below_resolution else ''}{max(point.error, self.reference.resolvable_error):.1e}"
-            event_time_error = (
-                "" if not has_event_errors else f"{'' if point.event_time_error is None else f'{point.event_time_error:.1e}':>10}"
-            )
-            yield (
-                f"{name:22}{point.setting:{self._setting_width}}{error:>11}{event_time_error}{format_wall_time(point.wall_time):>10}{point.evaluations:>13,}"
-                f"{point.joint_gap:>11.1e}{point.drift:>10.1e}"
-            )
-            name = ""
-        if variant.order is not None:
-            yield f"{name:22}order {variant.order.value:.3f} ± {variant.order.standard_error:.1g}"
-            name = ""
-        for note in variant.notes:
-            yield f"{name:22}{note}"
-            name = ""
-
 
 POINT_CSV_COLUMNS = (
     "variant",
     "setting",
     "step [s]",
     "error",
-    "worst",
-    "late [s]",
-    "reach",
-    "seconds [s]",
-    "repeats",
+    "worst_reading",
+    "event_time_error [s]",
+    "max_error",
+    "wall_time [s]",
+    "n_repeats",
     "evaluations",
     "joint_gap",
     "drift",
@@ -368,7 +350,3 @@ def format_wall_time(seconds: float) -> str:
     if seconds >= 1:
         return f"{seconds:.2g} s"
     return f"{seconds * 1e3:.0f} ms" if seconds >= 9.95e-3 else f"{seconds * 1e3:.2g} ms"
-
-
-def _order_as_json(order: FittedParameter | None) -> dict[str, float] | None:
-    return None if order is None else asdict(order)

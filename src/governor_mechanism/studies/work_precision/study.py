@@ -79,7 +79,10 @@ SCENE_OUTCOMES = (Outcome.DONE, Outcome.UNCERTIFIED, Outcome.ACCURACY_MISSED, Ou
 
 
 def run_accuracy_study(
-    scene: Scene, max_time: float = MAX_SETTING_TIME, progress: Callable[[int, int], None] | None = None
+    scene: Scene,
+    max_time: float = MAX_SETTING_TIME,
+    progress: Callable[[int, int], None] | None = None,
+    timer: Callable[[], float] = time.perf_counter,
 ) -> AccuracyStudy:
     """Run a scene by each engine at each setting and measure errors and times.
 
@@ -91,6 +94,8 @@ def run_accuracy_study(
         Maximum time of one run of a setting, s.
     progress
         Called with the number of processed settings and the number of all.
+    timer
+        Clock that measures the runs, s.
 
     Returns
     -------
@@ -106,10 +111,10 @@ def run_accuracy_study(
         raise MechanismError(f"the maximum time of a setting must be a positive number of seconds; got {max_time!r}")
     samples = min(len(make_reported_times(scene)) - 1, MAX_COMPARED_TIMES)
     times = np.linspace(0.0, scene.run.duration, samples + 1)
-    benchmark = ErrorBenchmark(scene, times, float(max_time))
+    benchmark = ErrorBenchmark(scene, times, float(max_time), timer=timer)
     early_end_message = benchmark.reference_run.message if benchmark.reference_run.outcome is Outcome.LEFT_RANGE else ""
     if early_end_message and len(benchmark.reference_run.times) < MIN_REACHED_FRACTION * len(times):
-        benchmark = ErrorBenchmark(scene, np.linspace(0.0, benchmark.reference_run.times[-1], samples + 1), float(max_time))
+        benchmark = ErrorBenchmark(scene, np.linspace(0.0, benchmark.reference_run.times[-1], samples + 1), float(max_time), timer=timer)
     ladders = list(build_ladders(scene))
     total = sum(len(ladder.settings) for ladder in ladders)
     n_done = 0
@@ -139,8 +144,10 @@ class ErrorBenchmark:
     A setting may take max_time (s). A ladder ends below target_error, or where the reference resolves no smaller error.
     """
 
-    def __init__(self, scene: Scene, times: FloatArray, max_time: float, target_error: float = 0.0) -> None:
-        self.scene, self.times, self.max_time, self.target_error = scene, times, max_time, target_error
+    def __init__(
+        self, scene: Scene, times: FloatArray, max_time: float, target_error: float = 0.0, timer: Callable[[], float] = time.perf_counter
+    ) -> None:
+        self.scene, self.times, self.max_time, self.target_error, self.timer = scene, times, max_time, target_error, timer
         self.time_scale, self.length_scale = time_scale(scene), scene.part.mechanism.length_scale
         self.has_contacts = has_contacts(scene)
         engine = MultibodyEngine(tolerance=REFERENCE_TOLERANCE)
@@ -190,7 +197,7 @@ class ErrorBenchmark:
             if points and cost_ratio * points[-1].wall_time > self.max_time:
                 time_limit = self.max_time
                 break
-            started = time.perf_counter()
+            started = self.timer()
             try:
                 result = self._measure_setting(ladder.name, setting, engine, points[-1] if points else None)
             except GovernorMechanismError as error:
@@ -203,7 +210,7 @@ class ErrorBenchmark:
             if isinstance(result, str):
                 notes.setdefault(result, []).append(setting)
                 iteration_factor *= ITERATION_FACTOR if ladder.varies_step and iteration_factor < MAX_ITERATION_FACTOR else 1
-                if cost_ratio * (time.perf_counter() - started) > self.max_time:
+                if cost_ratio * (self.timer() - started) > self.max_time:
                     time_limit = self.max_time
                     break
                 continue
@@ -278,9 +285,9 @@ class ErrorBenchmark:
         return min(wall_times), len(wall_times)
 
     def _run_timed(self, engine: Engine) -> tuple[Trajectory, float]:
-        started = time.perf_counter()
+        started = self.timer()
         run = engine.run(self.scene, times=self.times, certify=False)
-        return run, time.perf_counter() - started
+        return run, self.timer() - started
 
     def _early_end_message(self, run: Trajectory) -> str:
         """Return the message of a run that ends before the reference does; empty otherwise."""

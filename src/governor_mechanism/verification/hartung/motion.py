@@ -10,6 +10,7 @@ import numpy as np
 from governor_mechanism.closed_form.hartung import governor as closed
 from governor_mechanism.effects.stops import Stops
 from governor_mechanism.model.effect import OutputEffect
+from governor_mechanism.model.events import EventKind
 from governor_mechanism.model.scene import FreeSpindle, Scene
 from governor_mechanism.model.trajectory import Trajectory
 from governor_mechanism.verification.comparisons import (
@@ -38,7 +39,7 @@ def check_hartung_motion(scene: Scene, governor: closed.HartungGovernor, run: Tr
     if unsupported_effects:
         yield f"motion is not checked: the closed form does not include {name_effects(unsupported_effects)}"
         return
-    impact_times = [event.time for event in run.events if event.kind == "strikes its stop"]
+    impact_times = [event.time for event in run.events if event.kind is EventKind.IMPACT]
     n_compared = int(np.searchsorted(run.times, impact_times[0])) if impact_times else len(run.times)
     if impact_times:
         yield f"motion is checked until {impact_times[0]:.4g} s, when the lever strikes its stop"
