@@ -34,7 +34,7 @@ def equilibria_as_json(
     equilibria: Sequence[Equilibrium], curve: SpeedCurve | None, bands: Sequence[InsensitivityBand | str] = ()
 ) -> dict[str, Any]:
     """The same as values in SI; where there is no insensitivity band, the sentence that says why."""
-    field_names = ("coordinate", "extent", "stable", "stiffness", "frequency", "growth_rate", "uncertainty")
+    field_names = ("coordinate", "extent", "stable", "stiffness", "frequency", "divergence_rate", "uncertainty")
     rows = []
     for k, equilibrium in enumerate(equilibria):
         row = {key: getattr(equilibrium, key) for key in field_names}
@@ -82,7 +82,7 @@ def _format_stability(scene: Scene, equilibrium: Equilibrium) -> str:
     stability = (
         f"stable, swings at {equilibrium.frequency:.6g} rad/s"
         if equilibrium.stable
-        else f"unstable, grows at {equilibrium.growth_rate:.6g} /s"
+        else f"unstable, grows at {equilibrium.divergence_rate:.6g} /s"
     )
     if not equilibrium.sensitivity:
         return f"{stability}; stiffness {equilibrium.stiffness:.6g}"

@@ -45,7 +45,7 @@ class FoldJumpStudy:
     fold_position: float
     fold_speed: float
     stop_speed: float
-    growth_rate: float
+    divergence_rate: float
     asymptotic_delay: FloatArray
 
     @property
@@ -74,11 +74,12 @@ class FoldJumpStudy:
         return fit_slope(np.log(self.ramp_rates), np.log(self.rising_delay))
 
     @property
-    def rising_growth_rate(self) -> FittedParameter:
+    def rising_divergence_rate(self) -> FittedParameter:
         """The growth (1/s) that the times of the jump show: they are ln(1 / rate) / growth and a constant."""
-        inverse_growth_rate = fit_slope(np.log(1 / self.ramp_rates), self.rising_delay / self.ramp_rates)
+        inverse_divergence_rate = fit_slope(np.log(1 / self.ramp_rates), self.rising_delay / self.ramp_rates)
         return FittedParameter(
-            value=1 / inverse_growth_rate.value, standard_error=inverse_growth_rate.standard_error / inverse_growth_rate.value**2
+            value=1 / inverse_divergence_rate.value,
+            standard_error=inverse_divergence_rate.standard_error / inverse_divergence_rate.value**2,
         )
 
 
@@ -115,7 +116,7 @@ def study_fold_jump(scene: Scene, ramp_rates: Sequence[float] | FloatArray) -> F
         fold_position=fold_position,
         fold_speed=fold_speed,
         stop_speed=stop_speed,
-        growth_rate=_compute_growth_rate(scene, stops.low, stop_speed),
+        divergence_rate=_compute_divergence_rate(scene, stops.low, stop_speed),
         asymptotic_delay=asymptotic_delay,
     )
 
@@ -128,7 +129,7 @@ def _compute_generalised_damping(scene: Scene, value: float) -> float:
     return sum(brake.linear * float(reduction.output_derivative(coefficients, brake.reading)[0]) ** 2 for brake in dashpots)
 
 
-def _compute_growth_rate(scene: Scene, value: float, speed: float) -> float:
+def _compute_divergence_rate(scene: Scene, value: float, speed: float) -> float:
     """How fast (1/s) a disturbance of an unstable rest grows: I x'' + c x' + K x = 0."""
     coefficients = SingleDofReduction(scene).evaluate([value])
     inertia = float(coefficients.inertia[0])
