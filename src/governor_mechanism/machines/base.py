@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import dataclasses
 from abc import ABC, abstractmethod
-from collections.abc import Iterable, Mapping
+from collections.abc import Iterable, Mapping, Sequence
 from typing import Any, ClassVar
 
 from governor_mechanism.effects.bell_crank_masses import BellCrankMasses
@@ -18,6 +18,9 @@ from governor_mechanism.model.mechanism import Mechanism
 MIN_DIMENSION, MAX_DIMENSION = 1e-9, 1e9
 """Sizes of dimensions in SI beyond which a number is a slip, and double precision ends."""
 
+
+BODY_EFFECTS = (RodMasses, Clearance, CrankMasses, BellCrankMasses)
+"""Effects that change the bodies of a mechanism."""
 
 CHOICE_KIND = "choice"
 """The kind of a dimension that is one of several words."""
@@ -91,6 +94,10 @@ class Machine(ABC):
         if problems:
             raise MechanismError(*problems)
         return self.mechanism()
+
+    def stop_problems(self, effects: Iterable[Effect]) -> Sequence[str]:
+        """Return sentences about stops that this machine cannot reach."""
+        return ()
 
     def start_problems(self, values: Mapping[str, float | str]) -> tuple[str, ...]:
         """Sentences about start values at which this machine cannot be assembled."""

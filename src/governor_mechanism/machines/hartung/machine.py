@@ -120,7 +120,7 @@ class HartungGovernor(Machine):
     def mechanism_with_effects(self, effects: Iterable[Effect]) -> Mechanism:
         """The mechanism with the bell cranks of a scene's effects."""
         listed = list(effects)
-        problems = [*self.effect_problems(listed), *self._stop_problems(listed)]
+        problems = [*self.effect_problems(listed), *self.stop_problems(listed)]
         if problems:
             raise MechanismError(*problems)
         return self.mechanism(next((effect for effect in listed if isinstance(effect, BellCrankMasses)), None))
@@ -187,7 +187,7 @@ class HartungGovernor(Machine):
             ]
         return self._reach_problems(self.outer_angle, self.inner_angle)
 
-    def _stop_problems(self, effects: Iterable[Effect]) -> list[str]:
+    def stop_problems(self, effects: Iterable[Effect]) -> list[str]:
         """Stops of the lever that it cannot come to."""
         problems = []
         for stops in (one for one in effects if isinstance(one, Stops) and one.reading == "lever_angle"):

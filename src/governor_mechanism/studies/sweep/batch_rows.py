@@ -48,7 +48,8 @@ def make_batched_rows(
     document: Mapping[str, Any], axes: Sequence[SweepAxis], quantities: Sequence[RunQuantity], engine: str, accuracy: float | None
 ) -> BatchedRows | None:
     """Return the fast path for the rows of a sweep, or None if it does not apply."""
-    from governor_mechanism.scenes.schema import dimensions_table_model, validate_table  # pydantic takes long to import
+    from governor_mechanism.scenes.schema import dimensions_table_model  # slow to import: pydantic
+    from governor_mechanism.scenes.table import validate
 
     if not all(axis.key.startswith(DIMENSION_PREFIX) and axis.is_numeric for axis in axes):
         return None
@@ -59,9 +60,7 @@ def make_batched_rows(
     chosen_engine = select_engine(scene.run.engine if engine == "auto" else engine, scene, requested_accuracy)[0]
     if machine_class is None or None in reading_names or chosen_engine.name != ReducedEngine.name or chosen_engine.refusal(scene):
         return None
-    given_dimensions, problems = validate_table(dimensions_table_model(machine_class), document["dimensions"], "dimensions")
-    if problems:
-        return None
+    given_dimensions = validate(dimensions_table_model(machine_class), document["dimensions"]).given_values()
     batch = ReducedBatch(
         scene, [name for name in dict.fromkeys(reading_names) if name], initial_tolerance(requested_accuracy), ReducedEngine().max_steps
     )
