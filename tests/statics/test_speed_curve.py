@@ -18,7 +18,8 @@ from governor_mechanism.mechanics.reduction.lagrangian import SingleDofReduction
 from governor_mechanism.model.curves import PolynomialCurve
 from governor_mechanism.model.force_elements import Spring
 from governor_mechanism.model.joints import GROUND, CurveSlot, Distance, Point, Slider
-from governor_mechanism.model.mechanism import Body, Limit, LineAngle, Mechanism, PointCoordinate
+from governor_mechanism.model.mechanism import Body, Mechanism
+from governor_mechanism.model.output_variables import Limit, LineAngle, PointCoordinate
 from governor_mechanism.model.scene import TURNING_PLANE, Part, Start
 from governor_mechanism.statics.equilibria import find_equilibria, find_equilibria_or_empty
 from governor_mechanism.statics.speed_curve import compute_insensitivity_band, compute_speed_curve, equilibrium_speed_at

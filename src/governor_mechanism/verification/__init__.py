@@ -1,0 +1,1 @@
+"""The simulation against closed forms and against functions of the user."""

@@ -1,0 +1,1 @@
+"""Engine `impulse`: pymunk stepped as a second-order scheme and extrapolated."""

@@ -17,7 +17,6 @@ from governor_mechanism.engines.impulse.run import FixedStepSolution, integrate_
 from governor_mechanism.engines.impulse.time_inputs import TimeInputs
 from governor_mechanism.engines.initial_state import initial_state
 from governor_mechanism.integrators.time_grid import TimeGrid, make_time_grid
-from governor_mechanism.mechanics.contact.event_log import count_model_size
 from governor_mechanism.mechanics.contact.impact import ImpactSolver
 from governor_mechanism.mechanics.dynamics.contacts import has_contacts
 from governor_mechanism.mechanics.kinematics.velocity_projection import VelocityProjector
@@ -25,6 +24,7 @@ from governor_mechanism.model.scene import Scene
 from governor_mechanism.model.state_history import StateHistory
 from governor_mechanism.model.trajectory import Cost, Outcome, Trajectory
 from governor_mechanism.observables.evaluation import Observables, ReadingEvaluator, RunResult
+from governor_mechanism.observables.model_size import count_model_size
 from governor_mechanism.observables.work import integrate_work
 from governor_mechanism.types import FloatArray, IntArray
 

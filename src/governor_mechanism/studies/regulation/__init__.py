@@ -1,1 +1,1 @@
-"""Studies of the regulation by a governor."""
+"""Studies of how a governor regulates."""

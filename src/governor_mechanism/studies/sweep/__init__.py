@@ -1,1 +1,1 @@
-"""Sweeps over the keys of a scene."""
+"""Parameter sweeps."""
