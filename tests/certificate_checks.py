@@ -124,7 +124,7 @@ class ReferenceSolutions:
 
     def reference_pairs(self, engine: str) -> Iterator[tuple[Trajectory, Trajectory]]:
         """What a run of an engine may be held against, by another way than its own, each with what confirms it."""
-        for bodies in ("multibody", "divided"):  # the second is run where the first settles nothing
+        for bodies in ("multibody", "refined_multibody"):  # the second is run where the first settles nothing
             one: Trajectory | None = getattr(self, bodies)
             other = self.multibody if self.reduced is None else self.reduced
             if one is None or other is None or one is other:

@@ -1,85 +1,75 @@
-"""The lines between the layers: imports point one way, and the two witnesses never meet."""
+"""The package layout: imports point one way between folders, no cycles, and the two independent routes never meet."""
 
 from __future__ import annotations
 
 import ast
 import subprocess
 import sys
+from functools import cache
 from pathlib import Path
 
 import pytest
 
-SOURCE = Path(__file__).parents[1] / "src" / "governor_mechanism"
+PACKAGE = "governor_mechanism"
+SOURCE = Path(__file__).parents[1] / "src" / PACKAGE
 
-# Lower ranks know nothing of higher ones. Modules of one rank do not import each other, but for those of one package.
-RANKS = [
+FOLDERS = [
     {"errors"},
-    {"units", "files"},
-    {"programs", "curves"},
+    {"types"},
+    {"numerics"},
+    {"units"},
+    {"model"},
     {"effects"},
-    {"joints"},
-    {"loads"},
-    {"mechanism"},
-    {"scene"},
-    {"trajectory"},
-    {"machines", "closed_form", "equations"},
-    {"reading_values"},
-    {"reading_models"},
-    {"reading_custom_values"},
-    {"reading_custom_models"},
-    {"reading_custom_bodies"},
-    {"reading_custom_joints"},
-    {"reading_custom"},
-    {"reading_acting"},
-    {"reading_effects"},
-    {"reading_checks", "reading_file"},
-    {"reading"},
-    {"library"},
-    {"speeds"},
-    {"characteristic"},
-    {"resting"},
-    {"statics", "driven", "outputs"},
-    {"porting"},
+    {"machines", "closed_form", "mechanics"},
+    {"integrators"},
+    {"statics"},
+    {"observables"},
     {"engines"},
-    {"checking", "studies"},
-    {"render", "saving"},
+    {"scenes", "files"},
+    {"verification", "studies"},
+    {"render"},
+    {"notebook"},
+    {"api"},
     {"__init__"},
-    {"console"},
-    {"telling"},
-    {"cli_options"},
-    {"cli_studies", "cli_design"},
-    {"cli"},
+    {"cli", "pytest_plugin"},
 ]
-RANK = {name: rank for rank, names in enumerate(RANKS) for name in names}
+"""A folder imports only folders of an earlier set."""
+
+INNER_FOLDERS = {
+    "mechanics": [{"kinematics"}, {"dynamics"}, {"reduction"}, {"contact"}],
+    "engines": [{"base", "certificate", "initial_state"}, {"impulse", "multibody", "reduced"}, {"selection"}, {"__init__"}],
+    "engines/impulse": [{"pymunk", "settings"}, {"*"}],
+}
+"""The same order inside folders; "*" stands for every other module."""
 
 ONLY = {
-    "pymunk": {"engines/chipmunk"},
+    "pymunk": {"engines/impulse/pymunk"},
     "matplotlib": {"render"},
     "PIL": {"render"},
     "imageio": {"render"},
-    "pint": {"units.py"},
-    "typer": {"cli.py", "cli_options.py", "cli_studies.py", "cli_design.py"},
+    "pint": {"units"},
+    "typer": {"cli"},
     "joblib": {"studies"},
 }
+"""The only folders that import a package."""
 
 
-def modules():
-    return sorted(SOURCE.rglob("*.py"))
+@cache
+def modules() -> dict[str, Path]:
+    """Dotted names inside the package, with their files."""
+    found = {}
+    for path in sorted(SOURCE.rglob("*.py")):
+        parts = path.relative_to(SOURCE).with_suffix("").parts
+        found[".".join(parts[:-1] if parts[-1] == "__init__" else parts) or "__init__"] = path
+    return found
 
 
-def layer(path: Path) -> str:
-    return path.relative_to(SOURCE).parts[0].removesuffix(".py")
-
-
-def imported(path: Path) -> set[str]:
-    """Every module named in any form of import, wherever it stands; imports for type checkers alone left out."""
+@cache
+def imported(path: Path) -> frozenset[str]:
+    """Every module named in any form of import, wherever it stands, also for type checkers alone."""
     names: set[str] = set()
-    package = ["governor_mechanism", *path.relative_to(SOURCE).with_suffix("").parts[:-1]]
-    tree = ast.parse(path.read_text(encoding="utf-8"))
-    for guard in ast.walk(tree):
-        if isinstance(guard, ast.If) and "TYPE_CHECKING" in ast.unparse(guard.test):
-            guard.body = []
-    for node in ast.walk(tree):
+    package = [PACKAGE, *path.relative_to(SOURCE).with_suffix("").parts[:-1]]
+    for node in ast.walk(ast.parse(path.read_text(encoding="utf-8"))):
         if isinstance(node, ast.Import):
             names |= {alias.name for alias in node.names}
         elif isinstance(node, ast.ImportFrom):
@@ -88,44 +78,104 @@ def imported(path: Path) -> set[str]:
             names |= {f"{module}.{alias.name}" for alias in node.names}
         elif isinstance(node, ast.Call) and ast.unparse(node.func).endswith(("import_module", "__import__")):
             names |= {str(argument.value) for argument in node.args if isinstance(argument, ast.Constant)}
-    return names
+    return frozenset(names)
 
 
-def ours(path: Path) -> set[str]:
-    inside = [name.split(".") for name in imported(path) if name.split(".")[0] == "governor_mechanism"]
-    return {parts[1] if len(parts) > 1 and parts[1] in RANK else "__init__" for parts in inside}
-
-
-def test_every_module_has_a_rank():
-    assert {layer(path) for path in modules()} <= set(RANK)
-
-
-@pytest.mark.parametrize("path", modules(), ids=lambda path: str(path.relative_to(SOURCE)))
-def test_imports_point_one_way(path):
-    for other in ours(path):
-        assert RANK[other] < RANK[layer(path)] or other == layer(path), f"{path}: must not import {other}"
-
-
-@pytest.mark.parametrize("path", modules(), ids=lambda path: str(path.relative_to(SOURCE)))
-def test_the_two_witnesses_never_meet(path):
-    if layer(path) == "closed_form":
-        assert ours(path) <= {"errors", "closed_form"}
-    elif layer(path) not in {"checking", "studies", "render", "console", "cli", "cli_studies", "__init__"}:
-        assert "closed_form" not in ours(path)
-
-
-@pytest.mark.parametrize("path", modules(), ids=lambda path: str(path.relative_to(SOURCE)))
-def test_heavy_packages_stay_where_they_belong(path):
+@cache
+def dependencies(path: Path) -> frozenset[str]:
+    """The modules of the package that a file imports."""
+    found = set()
     for name in imported(path):
-        homes = ONLY.get(name.split(".")[0])
-        where = str(path.relative_to(SOURCE))
-        inside = homes is None or any(where == home or where.startswith(f"{home}/") for home in homes)
-        assert inside, f"{where}: must not import {name}"
+        if name.split(".")[0] != PACKAGE:
+            continue
+        inside = name.split(".")[1:]
+        while inside and ".".join(inside) not in modules():
+            inside = inside[:-1]
+        found.add(".".join(inside) or "__init__")
+    return frozenset(found)
+
+
+def folder_of(module: str, depth: int = 0) -> str:
+    return module.split(".")[depth]
+
+
+def rank(order: list[set[str]], name: str) -> int:
+    for position, names in enumerate(order):
+        if name in names:
+            return position
+    return next((position for position, names in enumerate(order) if "*" in names), -1)
+
+
+def test_every_folder_has_a_place_in_the_order():
+    unplaced = {folder_of(module) for module in modules() if rank(FOLDERS, folder_of(module)) < 0}
+    assert not unplaced
+
+
+@pytest.mark.parametrize("folder", sorted({folder_of(module) for module in modules()}))
+def test_a_folder_imports_only_folders_before_it(folder):
+    wrong = [
+        f"{module} imports {other}"
+        for module, path in modules().items()
+        if folder_of(module) == folder
+        for other in dependencies(path)
+        if folder_of(other) != folder and rank(FOLDERS, folder_of(other)) >= rank(FOLDERS, folder)
+    ]
+    assert not wrong
+
+
+@pytest.mark.parametrize("folder", INNER_FOLDERS)
+def test_inside_a_folder_imports_point_one_way_too(folder):
+    prefix, order = folder.replace("/", "."), INNER_FOLDERS[folder]
+    depth = prefix.count(".") + 1
+
+    def inner(module: str) -> str:
+        return "__init__" if module == prefix else folder_of(module, depth)
+
+    inside = {module: path for module, path in modules().items() if f"{module}.".startswith(f"{prefix}.")}
+    wrong = [
+        f"{module} imports {other}"
+        for module, path in inside.items()
+        for other in dependencies(path) & inside.keys()
+        if inner(other) != inner(module)
+        and rank(order, inner(other)) >= rank(order, inner(module))
+        and not ("*" in order[rank(order, inner(module))] and rank(order, inner(other)) == rank(order, inner(module)))
+    ]
+    assert not wrong
+
+
+def test_no_import_cycles():
+    """Also none that only a type checker sees."""
+    graph = {module: set(dependencies(path)) - {module} for module, path in modules().items()}
+    removable = True
+    while removable:
+        removable = {module for module, others in graph.items() if not others & graph.keys()}
+        graph = {module: others for module, others in graph.items() if module not in removable}
+    assert not sorted(graph)
+
+
+@pytest.mark.parametrize("folder", sorted({folder_of(module) for module in modules()}))
+def test_closed_forms_and_simulation_never_meet(folder):
+    others = {folder_of(other) for module, path in modules().items() if folder_of(module) == folder for other in dependencies(path)}
+    if folder == "closed_form":
+        assert others <= {"errors", "types", "numerics", "closed_form"}
+    elif folder not in {"verification", "studies", "render", "cli", "api", "__init__"}:
+        assert "closed_form" not in others
+
+
+@pytest.mark.parametrize("package", ONLY)
+def test_heavy_packages_stay_where_they_belong(package):
+    wrong = [
+        where
+        for path in modules().values()
+        if any(name.split(".")[0] == package for name in imported(path))
+        and not any((where := path.relative_to(SOURCE).as_posix()).startswith(f"{home}/") for home in ONLY[package])
+    ]
+    assert not wrong
 
 
 def test_the_command_answers_help_without_the_heavy_packages():
     code = (
-        "import sys, governor_mechanism, governor_mechanism.cli\n"
+        "import sys, governor_mechanism, governor_mechanism.cli.main\n"
         "heavy = ('numpy', 'scipy', 'pymunk', 'matplotlib', 'pint', 'pydantic')\n"
         "print([name for name in heavy if name in sys.modules])"
     )

@@ -34,7 +34,7 @@ def test_scenes_run(text, engine):
 def test_python_runs(code, tmp_path, monkeypatch, capsys):
     monkeypatch.chdir(tmp_path)
     exec(compile(code, "README.md", "exec"), {})  # our own words
-    assert "nan" not in capsys.readouterr().outward_direction.lower()
+    assert "nan" not in capsys.readouterr().out.lower()
 
 
 def test_scenes_and_pictures_that_are_named_exist():

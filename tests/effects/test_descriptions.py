@@ -86,7 +86,7 @@ def test_play_is_stops_of_its_reading():
         (lambda: Stops(reading="a", low=1.0, high=1.0), r"the low one \(1\) must lie below the high one \(1\)"),
         (lambda: Stops(reading="a", low=math.nan), "must lie below the high one"),
         (lambda: Stops(reading="a", low=0.0, restitution=1.1), "restitution of the stops must lie between 0 and 1"),
-        (lambda: Clearance(width=0.0), "play must be positive"),
+        (lambda: Clearance(width=0.0), "clearance must be positive"),
         (lambda: Clearance(width=1.0, restitution=-0.1), "restitution of the play must lie between 0 and 1"),
         (lambda: Spindle(speed_fluctuation=1.0), "speed fluctuation of the spindle, .* must be at least 0 and below 1; got 1"),
         (lambda: Spindle(speed_fluctuation=math.nan), "must be at least 0 and below 1; got nan"),
@@ -148,7 +148,7 @@ def test_the_row_of_the_governor_with_massive_rods_is_met():
     square = 2 * along.potential_derivative / along.spindle_inertia_derivative
     stiffness = along.potential_second_derivative - 0.5 * square * along.spindle_inertia_second_derivative
     frequency = stiffness / along.inertia
-    whole = table["rest_inertia"] + along.spindle
+    whole = table["rest_inertia"] + along.spindle_inertia
     free = frequency + square * along.spindle_inertia_derivative**2 / (whole * along.inertia)
     found = np.stack([np.sqrt(square), stiffness, along.inertia, frequency, free], axis=-1)
     # Printed to twelve digits: 1e-9, as asked.
@@ -168,7 +168,7 @@ def test_rods_have_the_inertias_and_weights_of_the_closed_form(dimensions, rods)
     for found, expected in (
         (along.inertia, closed.in_plane_inertia(governor, arm_angle=angles)),
         (along.inertia_derivative, closed.in_plane_inertia_derivative(governor, arm_angle=angles)),
-        (along.spindle, closed.spindle_inertia(governor, arm_angle=angles)),
+        (along.spindle_inertia, closed.spindle_inertia(governor, arm_angle=angles)),
         (along.spindle_inertia_derivative, closed.spindle_inertia_derivative(governor, arm_angle=angles)),
         (along.potential_derivative, closed.potential_derivative(governor, arm_angle=angles)),
         (along.potential_second_derivative, closed.potential_second_derivative(governor, arm_angle=angles)),

@@ -30,7 +30,8 @@ from governor_mechanism.model.joints import (
     TranslationalDriver,
     Weld,
 )
-from governor_mechanism.model.mechanism import Body, BodyAngle, Mechanism, PointCoordinate, PointDistance, SecondMoments
+from governor_mechanism.model.mechanism import Body, Mechanism, SecondMoments
+from governor_mechanism.model.output_variables import BodyAngle, PointCoordinate, PointDistance
 from governor_mechanism.model.scene import FIXED_PLANE, Part, RunSettings, Scene, Spindle, Start
 from governor_mechanism.model.time_functions import InputFunction, PrescribedMotion
 from governor_mechanism.types import FloatArray
@@ -212,7 +213,7 @@ class SliderCrankKinematics:
     """Crank at the origin, connecting rod of uniform mass, piston on the x axis: all of it by the crank's angle."""
 
     crank: float
-    rod_body: float
+    rod: float
     rod_mass: float
     piston_mass: float
 

@@ -110,7 +110,7 @@ def test_an_event_that_is_not_told_is_found_out(engine):
     truth, run = ReferenceSolutions(drawn.scene), engine.run(drawn.scene, accuracy=1e-6)
     assert certified_events(run)
     assert compare_with_references(run, 1e-6, truth)["true"] <= LAW * run.error_estimate
-    assert compare_with_references(replace(run, afterwards=None), 1e-6, truth)["true"] > LAW * run.error_estimate
+    assert compare_with_references(replace(run, deferred_results=None), 1e-6, truth)["true"] > LAW * run.error_estimate
 
 
 # --- what is drawn ----------------------------------------------------------------------------------------------------

@@ -16,14 +16,14 @@ PORTER = {"arm": "300 mm", "offset": "40 mm", "ball_mass": "5 kg", "sleeve_mass"
 CROSSED = {"arm": "300 mm", "offset": "-20 mm", "arm_joint": "200 mm", "link": "180 mm", "ball_mass": "5 kg"}
 
 
-def scene(effects, *, dimensions=PORTER, spindle=None, start=None, duration="2 s", every="5 ms"):
+def scene(effects, *, dimensions=PORTER, spindle=None, start=None, duration="2 s", output_interval="5 ms"):
     document = {
         "machine": "pendulum_governor",
         "dimensions": dimensions,
         "effects": {"gravity": True, "centrifugal": True, **effects},
         "spindle": spindle or {"speed": "120 rpm"},
         "start": start or {"arm_angle": "30 deg"},
-        "run": {"duration": duration, "output_interval": every},
+        "run": {"duration": duration, "output_interval": output_interval},
     }
     return parse_scene_document(document)
 
@@ -119,7 +119,7 @@ def test_with_play_or_without_the_links_dead_centre_ends_a_run_by_name(engine, p
 @pytest.mark.parametrize(("engine", "clearance"), [("multibody", "1 mm"), ("multibody", False), ("reduced", False)])
 def test_the_shortest_of_runs_ends(engine, play):
     effects = {"dry_friction": {"sleeve": "40 N"}, "clearance": play, "stops": {"arm_angle": ["29.9 deg", "45 deg"]}}
-    assert gm.run(scene(effects, duration="1e-9 s", every="1e-9 s"), engine=engine).outcome is Outcome.DONE
+    assert gm.run(scene(effects, duration="1e-9 s", output_interval="1e-9 s"), engine=engine).outcome is Outcome.DONE
 
 
 def test_an_equilibrium_with_play_is_refused_because_of_the_play():

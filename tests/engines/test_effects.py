@@ -22,7 +22,8 @@ from governor_mechanism.engines import ImpulseEngine, MultibodyEngine, ReducedEn
 from governor_mechanism.mechanics.dynamics.contacts import ContactMode
 from governor_mechanism.mechanics.dynamics.lowering import make_system, with_held_values
 from governor_mechanism.model.joints import GROUND, Point, Slider
-from governor_mechanism.model.mechanism import Body, Mechanism, PointCoordinate
+from governor_mechanism.model.mechanism import Body, Mechanism
+from governor_mechanism.model.output_variables import PointCoordinate
 from governor_mechanism.model.scene import FIXED_PLANE, FreeSpindle, Part, RunSettings, Scene, Spindle, Start
 from governor_mechanism.model.time_functions import InputFunction
 from governor_mechanism.model.trajectory import Outcome
@@ -42,8 +43,8 @@ def with_effects(scene, *effects):
     return replace(scene, effects=(*scene.effects, *effects))
 
 
-def porter(speed, *effects, angle=30.0, duration=10.0, every=0.01):
-    scene = governor_scene(PORTER, speed=speed, angle=math.radians(angle), duration=duration, output_interval=every)
+def porter(speed, *effects, angle=30.0, duration=10.0, output_interval=0.01):
+    scene = governor_scene(PORTER, speed=speed, angle=math.radians(angle), duration=duration, output_interval=output_interval)
     return with_effects(scene, *effects)
 
 
@@ -95,7 +96,7 @@ def test_the_sleeve_first_moves_at_the_ends_of_the_standing_band(engine, towards
 
 @ENGINES
 def test_what_sticks_does_not_creep(engine):
-    scene = porter(12.2, DryFriction(reading=LIFT, force=constant(40.0)), duration=1000.0, every=10.0)
+    scene = porter(12.2, DryFriction(reading=LIFT, force=constant(40.0)), duration=1000.0, output_interval=10.0)
     result = run(engine, scene, accuracy=1e-6)
     assert np.ptp(result.readings[LIFT]) == 0.0
     assert result.events == ()
@@ -216,7 +217,7 @@ def test_stops_with_friction_hold_either_way(engine):
 
     part = scene.part
     pull = Force(name="pull", point=body, x=ramp, y=constant(0.0))
-    scene = replace(scene, parts=(replace(part, mechanism=replace(part.mechanism, loads=(pull,))),))
+    scene = replace(scene, parts=(replace(part, mechanism=replace(part.mechanism, force_elements=(pull,))),))
     result = run(engine, scene)
     (left,) = result.events
     assert left.kind == "leaves its stop"
@@ -325,7 +326,9 @@ def test_about_the_speed_of_rest_itself_the_band_is_not_symmetric(engine):
 
 @ENGINES
 def test_an_uneven_spindle_swings_as_it_is_told(engine):
-    scene = porter(Spindle(times=(0.0, 4.0), speeds=(12.0, 13.0), speed_fluctuation=0.1, cycles_per_turn=3.0), duration=5.0, every=1e-3)
+    scene = porter(
+        Spindle(times=(0.0, 4.0), speeds=(12.0, 13.0), speed_fluctuation=0.1, cycles_per_turn=3.0), duration=5.0, output_interval=1e-3
+    )
     result = run(engine, scene)
     t = result.times
     mean, turned = np.minimum(12.0 + t / 4, 13.0), np.where(t < 4, 12 * t + t**2 / 8, 50.0 + 13 * (t - 4))

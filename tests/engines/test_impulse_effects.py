@@ -21,7 +21,8 @@ from governor_mechanism.errors import UnsupportedEffect
 from governor_mechanism.machines.registry import MACHINES
 from governor_mechanism.model.events import Event
 from governor_mechanism.model.joints import GROUND, Pin, Point, Slider
-from governor_mechanism.model.mechanism import Body, BodyAngle, LineAngle, Mechanism, PointCoordinate, SecondMoments
+from governor_mechanism.model.mechanism import Body, Mechanism, SecondMoments
+from governor_mechanism.model.output_variables import BodyAngle, LineAngle, PointCoordinate
 from governor_mechanism.model.scene import FIXED_PLANE, Part, RunSettings, Scene, Spindle, Start
 from governor_mechanism.model.time_functions import InputFunction
 from governor_mechanism.model.trajectory import Outcome
@@ -114,7 +115,7 @@ def ratios(scene, name: str, steps=(2e-3, 1e-3, 5e-4)):
         porter(SLACK),
         porter(rub(6.0), SPRING, BRAKE, replace(STOPS, low=0.55, high=0.72)),
     ],
-    ids=lambda scene: "+".join(f"{type(one).__name__} on {one.reading}" for one in scene.acting),
+    ids=lambda scene: "+".join(f"{type(one).__name__} on {one.reading}" for one in scene.output_effects),
 )
 def test_two_engines_agree_within_the_promise(scene):
     true = gm.run(scene, engine="multibody", accuracy=1e-10)
@@ -133,7 +134,7 @@ def test_two_engines_agree_within_the_promise(scene):
 @pytest.mark.parametrize(
     "scene",
     [porter(SPRING), porter(ARM_SPRING), porter(BRAKE), porter(ARM_BRAKE), porter(rub(10.0)), porter(SLACK)],
-    ids=lambda scene: "+".join(f"{type(one).__name__} on {one.reading}" for one in scene.acting),
+    ids=lambda scene: "+".join(f"{type(one).__name__} on {one.reading}" for one in scene.output_effects),
 )
 def test_the_order_is_second(scene):
     found = ratios(scene, "arm_angle")
@@ -166,7 +167,7 @@ def test_friction_holds_up_to_the_speeds_of_the_formula(ends, sign, expected):
 
 
 def test_what_sticks_does_not_creep():
-    scene = porter(rub(40.0), angle=math.radians(30.0), rate=0.0, duration=1000.0, every=1.0)
+    scene = porter(rub(40.0), angle=math.radians(30.0), rate=0.0, duration=1000.0, output_interval=1.0)
     run = ImpulseEngine(step=0.02, runs=1).run(scene, certify=False)
     assert run.readings["sleeve_lift"][-1] == pytest.approx(run.readings["sleeve_lift"][0], abs=1e-12)  # rounding
     assert run.energy.dissipated_energy[-1] < 1e-10

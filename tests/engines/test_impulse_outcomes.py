@@ -117,7 +117,7 @@ def test_an_unknown_engine_is_refused_with_the_nearest_name():
 
 def test_too_many_reported_times_are_refused():
     with pytest.raises(MechanismError, match="reported times are too many"):
-        make_reported_times(porter(duration=1e4, every=1e-5))
+        make_reported_times(porter(duration=1e4, output_interval=1e-5))
 
 
 def test_a_start_outside_the_travel_is_refused():
@@ -162,7 +162,7 @@ def test_an_absurd_speed_throws_the_arms_out_and_says_so():
 
 
 def test_a_run_of_too_many_steps_ends_where_they_end():
-    run = ImpulseEngine(max_steps=1000).run(porter(duration=100.0, every=0.1))
+    run = ImpulseEngine(max_steps=1000).run(porter(duration=100.0, output_interval=0.1))
     assert run.outcome is Outcome.STEP_LIMIT
     assert 0 < run.times[-1] < 100.0
     assert "max_steps = 1000" in run.message
@@ -220,7 +220,7 @@ def test_an_absurd_step_is_no_crash(step):
 
 
 def test_a_run_of_centuries_is_cut_before_it_fills_the_memory():
-    run = ImpulseEngine(max_steps=10_000).run(porter(duration=1e9, every=1e3))
+    run = ImpulseEngine(max_steps=10_000).run(porter(duration=1e9, output_interval=1e3))
     assert run.outcome is Outcome.STEP_LIMIT
     assert len(run.times) == 1
 
@@ -229,6 +229,6 @@ def test_a_damper_too_stiff_for_its_steps_ends_the_run_by_name():
     scene = porter()
     ground, ball = Point(body=GROUND, x=1.0), Point(body="right ball")
     damper = Damper(name="damper", first=ground, second=ball, damping=1e9)
-    run = ImpulseEngine().run(with_mechanism(scene, loads=(damper,)), accuracy=1e-4)
+    run = ImpulseEngine().run(with_mechanism(scene, force_elements=(damper,)), accuracy=1e-4)
     assert not run.outcome.ok
     assert all(np.all(np.isfinite(values)) for values in run.readings.values())

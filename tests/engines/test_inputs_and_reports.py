@@ -15,7 +15,8 @@ from governor_mechanism.engines.impulse.richardson import ImpulseSettings, Richa
 from governor_mechanism.machines.pendulum.machine import PendulumGovernor
 from governor_mechanism.mechanics.dynamics.characteristic_scales import time_scale
 from governor_mechanism.model.joints import GROUND, Joint, Pin, Point, Slider
-from governor_mechanism.model.mechanism import Body, LineAngle, Mechanism, PointCoordinate, SecondMoments
+from governor_mechanism.model.mechanism import Body, Mechanism, SecondMoments
+from governor_mechanism.model.output_variables import LineAngle, PointCoordinate
 from governor_mechanism.model.scene import Spindle
 from governor_mechanism.model.trajectory import Outcome
 from governor_scenes import EXTENDED, PORTER, governor_scene

@@ -18,7 +18,8 @@ from governor_mechanism.closed_form.pendulum import dynamics as closed
 from governor_mechanism.engines import ImpulseEngine, MultibodyEngine, ReducedEngine
 from governor_mechanism.errors import MechanismError
 from governor_mechanism.model.joints import GROUND, Distance, Pin, Point, Slider
-from governor_mechanism.model.mechanism import Body, Mechanism, PointCoordinate, SecondMoments
+from governor_mechanism.model.mechanism import Body, Mechanism, SecondMoments
+from governor_mechanism.model.output_variables import PointCoordinate
 from governor_mechanism.model.scene import Spindle
 from governor_mechanism.model.trajectory import Outcome
 from governor_mechanism.numerics import jit as compiled
@@ -254,7 +255,7 @@ def test_the_kernels_need_no_folder_of_their_own(tmp_path):
     environment |= {"PYTHONPATH": str(site), "HOME": "/dev/null", "TMPDIR": str(tmp_path), "PYTHONDONTWRITEBYTECODE": "1"}
     code = (
         "import numpy as np\n"
-        "from governor_mechanism.equations.rows import curve_at\n"
+        "from governor_mechanism.mechanics.kinematics.constraint_kernels import evaluate_curve as curve_at\n"
         "print(curve_at(np.array([[0.0, 1.0, 0.0, 0.0, 0.0]]), 0, 1, 2.0))"
     )
     answer = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=True, env=environment)
@@ -263,7 +264,7 @@ def test_the_kernels_need_no_folder_of_their_own(tmp_path):
 
 
 def test_compiling_is_announced_where_no_kernel_is_kept(tmp_path, capsys, monkeypatch):
-    monkeypatch.setattr(compiled, "cache_folder", lambda: tmp_path)
+    monkeypatch.setattr(compiled, "kernel_cache_folder", lambda: tmp_path)
     compiled.warn_before_compiling("integrate", 12)
     assert capsys.readouterr().err == "compiling kernels, once for this version: about 12 s\n"
     (tmp_path / "dop853.integrate-60.py311.nbi").touch()

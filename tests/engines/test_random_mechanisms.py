@@ -14,7 +14,8 @@ from engines.joint_mechanisms import GRAVITY, body_angle, body_point, ground_poi
 from governor_mechanism.engines import ImpulseEngine, MultibodyEngine, ReducedEngine
 from governor_mechanism.model.force_elements import Damper, Force, ForceElement, Spring, Torque, TorsionDamper, TorsionSpring
 from governor_mechanism.model.joints import GROUND, Pin, Point, Slider
-from governor_mechanism.model.mechanism import Body, PointCoordinate, SecondMoments
+from governor_mechanism.model.mechanism import Body, SecondMoments
+from governor_mechanism.model.output_variables import PointCoordinate
 from governor_mechanism.model.scene import Scene
 from governor_mechanism.model.time_functions import InputFunction
 from governor_mechanism.model.trajectory import Outcome

@@ -78,7 +78,7 @@ def test_the_rod_of_a_pendulum_pulls_by_weight_and_speed(engine, accuracy, by_pi
     allowed = FOLLOWS * accuracy * np.max(np.abs(pull))
     # A rod without mass, or a pin without friction, carries nothing across: the bob's own motion needs none.
     np.testing.assert_allclose(complex_force(run, "rod"), pull * inward, atol=allowed)
-    np.testing.assert_allclose(run.reactions["rod"].size, np.abs(pull), atol=allowed)
+    np.testing.assert_allclose(run.reactions["rod"].magnitude, np.abs(pull), atol=allowed)
     np.testing.assert_allclose(run.reactions["rod"].moment, 0.0, atol=allowed * 0.7)
     assert run.reactions["rod"].determined.all()
     assert np.any(pull < 0)  # it pushes too, above the horizontal
@@ -257,7 +257,7 @@ def test_a_third_parallel_link_changes_no_motion_and_leaves_three_forces_open(en
     assert three["hanger"].determined.all()
     assert runs[0].mobility == runs[1].mobility == 2
     # What all links do together is settled: force, and moment about the table's mass centre.
-    allowed = FOLLOWS * accuracy * np.max(two["link 0"].size)
+    allowed = FOLLOWS * accuracy * np.max(two["link 0"].magnitude)
     for reactions in (two, three):
         links = [(reaction, SPREAD[int(name[-1])]) for name, reaction in reactions.items() if name != "hanger"]
         together = sum(reaction.force for reaction, _ in links)
@@ -291,7 +291,7 @@ def test_a_door_on_two_hinges_swings_as_on_one(engine, accuracy):
     determined = {name: (reaction.determined.all(), reaction.determined.any()) for name, reaction in two.items()}
     assert determined == {"hinge 0": (False, False), "hinge 1": (False, False), "knee": (True, True)}
     assert all(reaction.determined.all() for reaction in one.values())
-    allowed = FOLLOWS * accuracy * np.max(one["hinge 0"].size)
+    allowed = FOLLOWS * accuracy * np.max(one["hinge 0"].magnitude)
     np.testing.assert_allclose(two["hinge 0"].force + two["hinge 1"].force, one["hinge 0"].force, atol=allowed)
     np.testing.assert_allclose(two["knee"].force, one["knee"].force, atol=allowed)
 
@@ -332,7 +332,7 @@ def test_forces_on_every_bar_of_the_chain_make_its_acceleration(engine, accuracy
     # Bars of 1 m and 1 kg, three cranks in parallel and two couplers: J = 3/3 + 2, and the weight's moment 3/2 + 2.
     bend = -3.5 * scene.gravity * np.cos(angle) / 3.0
     end = (1j * bend - rate**2) * np.exp(1j * angle)  # acceleration of the cranks' ends
-    allowed = FOLLOWS * accuracy * max(reaction.size.max() for reaction in run.reactions.values())
+    allowed = FOLLOWS * accuracy * max(reaction.magnitude.max() for reaction in run.reactions.values())
     for name in ("first crank", "middle crank", "last crank", "first coupler", "second coupler"):
         force, moment = loads_on(run, name)
         crank = "crank" in name

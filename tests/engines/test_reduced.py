@@ -49,7 +49,7 @@ from governor_mechanism.mechanics.reduction.table import find_piece
 from governor_mechanism.model.events import EventKind
 from governor_mechanism.model.force_elements import Damper, Force, Spring, Torque, TorsionDamper, TorsionSpring
 from governor_mechanism.model.joints import Distance, Pin, Slider
-from governor_mechanism.model.mechanism import LineAngle
+from governor_mechanism.model.output_variables import LineAngle
 from governor_mechanism.model.scene import FreeSpindle, Spindle
 from governor_mechanism.model.time_functions import InputFunction
 from governor_mechanism.model.trajectory import Outcome, Trajectory
@@ -80,7 +80,7 @@ def agree(one: Trajectory, two: Trajectory, allowed: float = CLOSE) -> None:
         np.testing.assert_allclose(rates[kept], there, atol=allowed * one.scales[name] / second, rtol=0)
     units = np.array([scene.part.mechanism.length_scale] * 2 + [1.0])
     assert np.max(np.abs(one.poses - two.poses)[kept] / units, initial=0.0) < allowed
-    for name in ("kinetic", "potential", "rotation", "dissipated"):
+    for name in ("kinetic", "potential", "rotation", "dissipated_energy"):
         off = np.abs(getattr(one.energy, name) - getattr(two.energy, name))[kept]
         assert np.max(off, initial=0.0) < allowed * one.energy.scale, name
     told, other = ([event for event in run.events if event.time in sudden] for run in (one, two))
@@ -343,7 +343,7 @@ def test_tables_say_what_the_reduction_says(dimensions):
         (SPINDLE_INERTIA_COLUMN, along.spindle_inertia),
     ):
         np.testing.assert_allclose(column(index), expected, atol=1e-11 * max(1.0, np.max(np.abs(expected))), rtol=0)
-    poses, ahead = way.places(values)
+    poses, ahead = way.evaluate_poses(values)
     np.testing.assert_allclose(poses, along.poses, atol=1e-12)
     np.testing.assert_allclose(ahead, along.tangents, atol=1e-11)
 

@@ -42,4 +42,4 @@ def test_a_swing_that_turns_back_passes_nothing():
 @pytest.mark.parametrize("engine", ["multibody", "reduced", "impulse"])
 def test_an_event_reads_as_a_sentence(engine):
     run = gm.run("slider_crank_torque", engine=engine, times=np.linspace(0.0, 0.5, 51))
-    assert [str(event) for event in run.events] == ["dead centre of slider_x at t = 0.450819 s"]
+    assert [str(event) for event in run.events] == ["turning point of slider_x at t = 0.450819 s"]

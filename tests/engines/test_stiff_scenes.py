@@ -12,7 +12,8 @@ from governor_mechanism.effects.gravity import Gravity
 from governor_mechanism.engines import MultibodyEngine
 from governor_mechanism.model.force_elements import Damper, Spring, TorsionDamper, TorsionSpring
 from governor_mechanism.model.joints import GROUND, Pin, Point
-from governor_mechanism.model.mechanism import Body, BodyAngle, Mechanism, PointCoordinate, SecondMoments
+from governor_mechanism.model.mechanism import Body, Mechanism, SecondMoments
+from governor_mechanism.model.output_variables import BodyAngle, PointCoordinate
 from governor_mechanism.model.scene import FIXED_PLANE, Part, RunSettings, Scene, Spindle, Start
 from governor_mechanism.model.trajectory import Outcome
 

@@ -333,7 +333,7 @@ BROKEN_CUSTOM: list[tuple[str, str, list[str]]] = [
         "a misspelt key of the spindle",
         custom_scene("[spindle]\nsped = 1\n"),
         [
-            "spindle.sped is unknown; known keys of [spindle] are speed, speed fluctuation, waves, inertia, start_speed,",
+            "spindle.sped is unknown; known keys of [spindle] are speed, speed_fluctuation, cycles_per_turn, inertia, start_speed,",
             "Did you mean 'speed'?",
         ],
     ),

@@ -28,10 +28,10 @@ def parabolic_scene(*lines: str, size: str = PARABOLIC_DIMENSIONS) -> str:
 BROKEN_EFFECTS: list[tuple[str, str, list[str]]] = [
     (
         "misspelt effect",
-        with_effects('oil_break = { sleeve = "120 N s/m" }'),
+        with_effects('dash_pot = { sleeve = "120 N s/m" }'),
         [
-            "effects.oil_break is unknown; known keys of [effects] are gravity, centrifugal, rods, spring, "
-            "dry_friction, dashpot, stops, play, masses, bell_cranks. Did you mean 'dashpot'?"
+            "effects.dash_pot is unknown; known keys of [effects] are gravity, centrifugal, rods, spring, "
+            "dry_friction, dashpot, stops, clearance, masses, bell_cranks. Did you mean 'dashpot'?"
         ],
     ),
     ("rods without masses", with_effects("rods = true"), ["effects.rods must be a table; found true; write rods = {"]),
@@ -58,7 +58,7 @@ BROKEN_EFFECTS: list[tuple[str, str, list[str]]] = [
     ),
     (
         "rods and play of another machine",
-        parabolic_scene('rods = { arm_mass = "0.6 kg" }', 'play = "1 mm"'),
+        parabolic_scene('rods = { arm_mass = "0.6 kg" }', 'clearance = "1 mm"'),
         [
             f"[effects] rods are those of a governor with arms and links; machine 'parabolic_governor' {NOT_APPLICABLE}",
             f"[effects] play is that of a sleeve on links; machine 'parabolic_governor' {NOT_APPLICABLE}",
@@ -66,12 +66,12 @@ BROKEN_EFFECTS: list[tuple[str, str, list[str]]] = [
     ),
     (
         "play of another machine whose dimensions are wrong",
-        parabolic_scene('play = "1 mm"', size=PARABOLIC_DIMENSIONS.replace("0.6", "0")),
+        parabolic_scene('clearance = "1 mm"', size=PARABOLIC_DIMENSIONS.replace("0.6", "0")),
         ["dimensions.double_parameter must be positive", "[effects] play is that of a sleeve on links"],
     ),
     (
         "rods and play of one's own mechanism",
-        custom_scene('[effects]\nrods = { arm_mass = 1 }\nplay = "1 mm"'),
+        custom_scene('[effects]\nrods = { arm_mass = 1 }\nclearance = "1 mm"'),
         [f"rods are those of a governor with arms and links; machine 'custom' {NOT_APPLICABLE}", f"machine 'custom' {NOT_APPLICABLE}"],
     ),
     (
@@ -275,47 +275,47 @@ BROKEN_EFFECTS: list[tuple[str, str, list[str]]] = [
         with_effects('stops = { arm_angle = ["95 deg", "120 deg"] }'),
         ["effects.stops.arm_angle, 95 deg to 120 deg, leaves nothing of the travel, 0 deg to 90 deg"],
     ),
-    ("play of nought", with_effects("play = 0"), ["effects.clearance must be positive; found 0; write play = false if"]),
-    ("play without a width", with_effects("play = true"), ["effects.clearance is how far the sleeve may move; found true;"]),
-    ("a table of play without a width", with_effects("play = {}"), ["effects.clearance.width is missing; it is how far"]),
+    ("play of nought", with_effects("clearance = 0"), ["effects.clearance must be positive; found 0; write clearance = false if"]),
+    ("play without a width", with_effects("clearance = true"), ["effects.clearance is how far the sleeve may move; found true;"]),
+    ("a table of play without a width", with_effects("clearance = {}"), ["effects.clearance.width is missing; it is how far"]),
     (
         "play of the wrong kind and a restitution below 0",
-        with_effects('play = { width = "1 kg", restitution = -0.1 }'),
+        with_effects('clearance = { width = "1 kg", restitution = -0.1 }'),
         ['effects.clearance.width is a length; "1 kg" is a mass', "effects.clearance.restitution must lie between 0 and 1"],
     ),
     (
         "play without a sleeve",
-        watt_scene('play = "0.5 mm"'),
+        watt_scene('clearance = "0.5 mm"'),
         ["[effects] play is between links and sleeve; a governor without sleeve_mass has no sleeve to move in it"],
     ),
     (
         "play of links with mass",
-        with_effects('play = "0.5 mm"', 'rods = { link_mass = "0.5 kg" }'),
+        with_effects('clearance = "0.5 mm"', 'rods = { link_mass = "0.5 kg" }'),
         ["[effects] rods.link_mass cannot stand beside play: links that let go of the sleeve have no mass here"],
     ),
     (
         "play between stops",
-        with_effects('play = "0.5 mm"', 'stops = { sleeve_clearance = ["-1 mm", "1 mm"] }'),
+        with_effects('clearance = "0.5 mm"', 'stops = { sleeve_clearance = ["-1 mm", "1 mm"] }'),
         ["effects.stops.sleeve_clearance cannot stand beside effects.clearance, whose two ends are such stops; leave it out"],
     ),
     (
         "a start beyond the play",
-        with_effects('play = "0.5 mm"', start='arm_angle = "40 deg"\nsleeve_play = "0.3 mm"'),
+        with_effects('clearance = "0.5 mm"', start='arm_angle = "40 deg"\nsleeve_clearance = "0.3 mm"'),
         ["start.sleeve_clearance (0.3 mm) lies beyond the stops of effects.clearance, -0.25 mm to 0.25 mm; start between them"],
     ),
     (
         "play written wrong, and its start",
-        with_effects('play = "x"', start='arm_angle = "40 deg"\nsleeve_play = "0.1 mm"'),
+        with_effects('clearance = "x"', start='arm_angle = "40 deg"\nsleeve_clearance = "0.1 mm"'),
         ['effects.clearance is a length; "x" has no number'],
     ),
     (
         "a start in play that is not there",
-        with_effects("play = false", start="sleeve_clearance = 0"),
+        with_effects("clearance = false", start="sleeve_clearance = 0"),
         ["start.sleeve_clearance is unknown; known keys of [start] are arm_angle, arm_rate."],
     ),
     (
         "speed fluctuation of 1",
-        with_effects(spindle='speed = "120 rpm"\nunevenness = 1\nwaves = 0'),
+        with_effects(spindle='speed = "120 rpm"\nspeed_fluctuation = 1\ncycles_per_turn = 0'),
         [
             "spindle.speed_fluctuation must be at least 0 and below 1: it is (highest - lowest) / mean speed; found 1",
             "spindle.cycles_per_turn must be positive; found 0",
@@ -323,22 +323,24 @@ BROKEN_EFFECTS: list[tuple[str, str, list[str]]] = [
     ),
     (
         "waves of nothing",
-        with_effects(spindle='speed = "120 rpm"\nwaves = 2'),
-        ["spindle.cycles_per_turn says how often speed fluctuation comes in a turn; write speed_fluctuation = 0.03, or leave waves out"],
+        with_effects(spindle='speed = "120 rpm"\ncycles_per_turn = 2'),
+        [
+            "spindle.cycles_per_turn says how often the speed fluctuation comes in a turn; write speed_fluctuation = 0.03, or leave cycles_per_turn out"
+        ],
     ),
     (
         "speed fluctuation of a free spindle",
-        with_effects(spindle='inertia = "1 kg m^2"\nstart_speed = "120 rpm"\nunevenness = 0.03'),
+        with_effects(spindle='inertia = "1 kg m^2"\nstart_speed = "120 rpm"\nspeed_fluctuation = 0.03'),
         ["spindle.speed_fluctuation cannot stand beside inertia, start_speed: how unevenly a spindle left to itself turns"],
     ),
     (
         "speed fluctuation that nothing feels",
-        scene_text(effects="gravity = true", spindle='speed = "120 rpm"\nunevenness = 0.03'),
+        scene_text(effects="gravity = true", spindle='speed = "120 rpm"\nspeed_fluctuation = 0.03'),
         ["spindle.speed_fluctuation changes nothing: without effects.centrifugal = true nothing feels the spindle turn"],
     ),
     (
         "speed fluctuation beside a fixed plane",
-        custom_scene("[spindle]\nspeed = 12\nunevenness = 0.03", top='machine = "custom"\nplane = "fixed"\n'),
+        custom_scene("[spindle]\nspeed = 12\nspeed_fluctuation = 0.03", top='machine = "custom"\nplane = "fixed"\n'),
         ["spindle.speed_fluctuation changes nothing: the mechanism lives in a fixed plane; write plane ="],
     ),
     (
@@ -346,20 +348,21 @@ BROKEN_EFFECTS: list[tuple[str, str, list[str]]] = [
         scene_text(
             SCENE_HEADER,
             format_dimensions(arm='"3 kg"'),
-            effects='dry_friction = { sleve = "40 N" }\nstops = { arm_angle = ["45 deg", "15 deg"] }\nplay = "1 mm"',
+            effects='dry_friction = { sleve = "40 N" }\nstops = { arm_angle = ["45 deg", "15 deg"] }\nclearance = "1 mm"',
             start="sleeve_clearance = 0\narm_angel = 3",
         ),
         [
             'dimensions.arm is a length; "3 kg" is a mass',
             "effects.dry_friction.sleve is no reading; readings are arm_angle, ball_radius, sleeve_lift, sleeve_clearance.",
             "effects.stops.arm_angle must have its low end first",
-            "start.arm_angel is unknown; known keys of [start] are arm_angle, arm_rate, sleeve_clearance, sleeve_play_rate.",
+            "start.arm_angel is unknown; known keys of [start] are arm_angle, arm_rate, sleeve_clearance, sleeve_clearance_rate.",
         ],
     ),
     (
         "an unknown machine and wrong effects",
         scene_text(
-            'machine = "xyzzy"\n', effects='dry_friction = { whatever = "40 kg" }\nstops = { lean = ["45 deg", "15 deg"] }\nplay = "1 kg"'
+            'machine = "xyzzy"\n',
+            effects='dry_friction = { whatever = "40 kg" }\nstops = { lean = ["45 deg", "15 deg"] }\nclearance = "1 kg"',
         ),
         [
             'machine "xyzzy" is unknown',

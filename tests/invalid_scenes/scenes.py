@@ -10,7 +10,7 @@ DEFAULT_TABLES = {
     "effects": "gravity = true\ncentrifugal = true",
     "spindle": 'speed = "120 rpm"',
     "start": 'arm_angle = "40 deg"',
-    "run": 'duration = "10 s"\nevery = "10 ms"\naccuracy = 1e-6\nengine = "auto"',
+    "run": 'duration = "10 s"\noutput_interval = "10 ms"\naccuracy = 1e-6\nengine = "auto"',
 }
 
 
@@ -260,7 +260,7 @@ BROKEN_SCENES: list[tuple[str, str, list[str]]] = [
     ),
     (
         "reports rarer than the run is long",
-        scene_text(run='duration = "1 s"\nevery = "2 s"'),
+        scene_text(run='duration = "1 s"\noutput_interval = "2 s"'),
         ["[run] `output_interval` (2 s) must not exceed `duration` (1 s)"],
     ),
     ("zero duration", scene_text(run="duration = 0"), ["run.duration must be positive; found 0"]),

@@ -190,7 +190,7 @@ def test_both_engines_follow_the_drive_within_the_accuracy(engine):
 
 
 def test_impulse_is_of_the_second_order():
-    scene = valve_scene(duration=1.0, every=0.1)
+    scene = valve_scene(duration=1.0, output_interval=0.1)
     angles = 10.0 * np.arange(0.0, 1.05, 0.1)
     expected = closed.valve_displacement(Eccentric.from_dimensions(scene.part.dimensions), crank_angle=angles)
     steps = np.array([4e-3, 2e-3, 1e-3])

@@ -44,7 +44,7 @@ def test_any_governor_assembles_with_closed_joints_and_an_honest_tangent(seed):
     assembler = PositionSolver(mechanism)
     poses = assembler.solve_at_coordinate(angle)
     # 1e-12 of the size: Newton stops at 1e-13.
-    assert assembler.equations.gap(poses) < 1e-12 * mechanism.size
+    assert assembler.equations.gap(poses) < 1e-12 * mechanism.length_scale
     assert float(evaluate_output_value(mechanism, "arm_angle", poses)) == pytest.approx(angle, abs=1e-12)
     step = 1e-5
     slope = (assembler.solve_at_coordinate(angle + step) - assembler.solve_at_coordinate(angle - step)) / (2 * step)

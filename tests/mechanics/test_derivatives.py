@@ -32,7 +32,8 @@ from governor_mechanism.model.joints import (
     TranslationalDriver,
     Weld,
 )
-from governor_mechanism.model.mechanism import Body, BodyAngle, Mechanism, SecondMoments
+from governor_mechanism.model.mechanism import Body, Mechanism, SecondMoments
+from governor_mechanism.model.output_variables import BodyAngle
 from governor_mechanism.model.scene import FIXED_PLANE, TURNING_PLANE, Part, Scene, Spindle, Start
 from governor_mechanism.model.time_functions import InputFunction, PrescribedMotion
 from reference.zehnder import PORTER_OPEN
@@ -135,7 +136,7 @@ def test_a_reductions_primes_are_the_derivatives_of_its_quantities():
     along = reduction.evaluate([0.9])
     for name in ("potential", "inertia"):
         first, second = differences(lambda way, name=name: getattr(reduction.evaluate([0.9 + way]), name)[0])
-        assert getattr(along, f"{name}_slope")[0] == pytest.approx(first, rel=1e-7)
+        assert getattr(along, f"{name}_derivative")[0] == pytest.approx(first, rel=1e-7)
         if name == "potential":
             assert along.potential_second_derivative[0] == pytest.approx(second, rel=1e-5)
 
@@ -151,15 +152,15 @@ def test_stiffness_is_half_the_slope_of_inertia_times_that_of_the_speed_squared(
         replace(
             body,
             mass=body.mass * random.uniform(0.3, 3.0),
-            moments=SecondMoments(xx=0.03, yy=random.uniform(0, 0.02), xy=random.uniform(-0.01, 0.01), zz=0.01),
+            second_moments=SecondMoments(xx=0.03, yy=random.uniform(0, 0.02), xy=random.uniform(-0.01, 0.01), zz=0.01),
         )
         for body in part.mechanism.bodies
     )
     loads = tuple(
         replace(load, stiffness=load.stiffness * random.uniform(0.3, 3.0)) if isinstance(load, Spring) else load
-        for load in part.mechanism.loads
+        for load in part.mechanism.force_elements
     )
-    turning = replace(part, mechanism=replace(part.mechanism, bodies=bodies, loads=loads), plane=TURNING_PLANE)
+    turning = replace(part, mechanism=replace(part.mechanism, bodies=bodies, force_elements=loads), plane=TURNING_PLANE)
     reduction = SingleDofReduction(replace(scene, parts=(turning,), effects=(Gravity(), Centrifugal())))
     along = reduction.evaluate([value])
     square = 2 * along.potential_derivative[0] / along.spindle_inertia_derivative[0]

@@ -10,7 +10,8 @@ import pytest
 import governor_mechanism as gm
 from governor_mechanism.mechanics.kinematics.output_variables import evaluate_output
 from governor_mechanism.model.joints import GROUND, Point
-from governor_mechanism.model.mechanism import BodyAngle, LineAngle, Mechanism, PointCoordinate, PointDistance
+from governor_mechanism.model.mechanism import Mechanism
+from governor_mechanism.model.output_variables import BodyAngle, LineAngle, PointCoordinate, PointDistance
 
 CRANK, ROD = 0.1, 0.3
 

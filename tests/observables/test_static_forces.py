@@ -9,7 +9,7 @@ import pytest
 
 import governor_mechanism as gm
 from governor_mechanism.mechanics.kinematics.assembly import PositionSolver
-from governor_mechanism.model.mechanism import DerivedForce, SpringForce, StaticForce
+from governor_mechanism.model.output_variables import DerivedForce, SpringForce, StaticForce
 from governor_mechanism.model.scene import Scene
 from governor_mechanism.observables.static_forces import compute_static_force, evaluate_derived_forces
 from governor_scenes import PORTER, governor_scene

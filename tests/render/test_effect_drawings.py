@@ -17,7 +17,7 @@ from governor_mechanism.effects.spring import OutputSpring
 from governor_mechanism.effects.stops import Stops
 from governor_mechanism.model.events import Event
 from governor_mechanism.model.joints import Point
-from governor_mechanism.model.mechanism import PointCoordinate
+from governor_mechanism.model.output_variables import PointCoordinate
 from governor_mechanism.model.time_functions import InputFunction
 from governor_mechanism.render.effect_state import effect_state_of
 from governor_mechanism.render.film.frame_data import interpolate_frame_data
@@ -103,7 +103,7 @@ def test_everything_stays_within_the_view_and_keeps_its_kinds(case, name):
     effects = EVERYTHING if name == "all" else LISTED[name][0]
     blows = [Event(time=0.3, kind="strikes its stop", subject=each.reading) for each in effects
              if isinstance(each, Stops)]  # fmt: skip
-    run = fake_run_with_effects(GOVERNOR_DIMENSIONS[case], effects, blows, duration=1.0, middle=35.0, swing=8.0)
+    run = fake_run_with_effects(GOVERNOR_DIMENSIONS[case], effects, blows, duration=1.0, mean_angle=35.0, amplitude=8.0)
     still, moving = shapes_of(run)
     left, right, bottom, top = drawing_bounds(run.scene.part, run.poses, run.times, effect_state_of(run))
     x0, x1, y0, y1 = bounding_box([*still, *itertools.chain(*moving)])
@@ -164,7 +164,7 @@ def test_a_shoe_is_coloured_while_it_sticks():
 ])  # fmt: skip
 def test_whether_it_sticks_from_the_start(swing, events, held):
     friction = [DryFriction(reading="sleeve_lift", force=RUBBED)]
-    run = fake_run_with_effects(PORTER, friction, events, duration=1.0, swing=swing)
+    run = fake_run_with_effects(PORTER, friction, events, duration=1.0, amplitude=swing)
     assert effect_state_of(run).is_held("sleeve_lift", 0.1) == held
 
 
@@ -274,7 +274,7 @@ def along(run, effects, events=()):
     mechanism = dataclasses.replace(part.mechanism, readings=(*part.mechanism.readings, way))
     scene = dataclasses.replace(run.scene, parts=(dataclasses.replace(part, mechanism=mechanism),), effects=(*run.scene.effects, *effects))
     readings = dict(run.readings) | {"way": run.poses[:, -1, 0]}
-    return dataclasses.replace(run, scene=scene, readings=readings, afterwards=ListedEvents(tuple(events)))
+    return dataclasses.replace(run, scene=scene, readings=readings, deferred_results=ListedEvents(tuple(events)))
 
 
 def test_effects_on_a_points_way_are_drawn_for_any_mechanism():

@@ -78,7 +78,7 @@ def test_the_cause_of_an_early_end_comes_first_and_stays_within_the_figure(porte
 
 def test_a_run_of_one_report_can_be_drawn(tmp_path):
     run = fake_run(GOVERNOR_DIMENSIONS["porter"], duration=1.0)
-    names = ("kinetic", "potential", "rotation", "jacobi", "dissipated")
+    names = ("kinetic", "potential", "rotation", "jacobi", "dissipated_energy")
     energy = dataclasses.replace(run.energy, **{name: getattr(run.energy, name)[:1] for name in names})
     one = dataclasses.replace(
         run,
@@ -94,7 +94,7 @@ def happening(run, count):
     kinds = ("sticks", "slips", "strikes its stop")
     events = [Event(time=0.01 + 1.9 * k / count, kind=kinds[k % 3], subject="sleeve_lift") for k in range(count)]
     late = Event(time=99.0, kind="goes slack", subject="sleeve_lift")
-    return dataclasses.replace(run, afterwards=ListedEvents((*events, late)))
+    return dataclasses.replace(run, deferred_results=ListedEvents((*events, late)))
 
 
 def marks_of(axes):

@@ -11,7 +11,7 @@ import pytest
 
 from governor_mechanism.errors import MechanismError
 from governor_mechanism.model.force_elements import Damper, Spring
-from governor_mechanism.model.joints import Distance, Pin, RotationalDriver, Weld
+from governor_mechanism.model.joints import Distance, Pin, RotationalDriver, TranslationalDriver, Weld
 from governor_mechanism.render.film.frame_data import interpolate_frame_data
 from governor_mechanism.render.film.frame_painter import FramePainter
 from governor_mechanism.render.film.writer import choose_slow_down, render_frames, schedule_frames, write_film
@@ -164,7 +164,9 @@ def test_a_pin_has_a_circle_a_weld_has_none_and_a_drive_has_a_ring(drawn):
             near = min((math.dist(point_position(mechanism, as_pose_tuples(pose), joint.second), s) for s in spots), default=1.0)
             if isinstance(joint, Pin):
                 assert near < 1e-12
-        assert bool(of_role(shapes, "drive")) == any("Driven" in type(joint).__name__ for joint in mechanism.joints)
+        assert bool(of_role(shapes, "drive")) == any(
+            isinstance(joint, RotationalDriver | TranslationalDriver) for joint in mechanism.joints
+        )
     welds = sum(isinstance(joint, Weld) for joint in mechanism.joints)
     assert welds == 0 or len(of_role(shown[0], "pivot")) == sum(isinstance(j, Pin) for j in mechanism.joints)
     assert sum(isinstance(joint, RotationalDriver) for joint in mechanism.joints) <= len(of_role(shown[0], "drive"))

@@ -48,10 +48,10 @@ def drawn(request: pytest.FixtureRequest) -> Any:
 def test_every_shape_stays_within_the_view_and_has_a_style(drawn: Any) -> None:
     run, stage = drawn
     part = run.scene.part
-    left, right, bottom, top = drawing_bounds(part, run.poses, run.times, stage.acting)
+    left, right, bottom, top = drawing_bounds(part, run.poses, run.times, stage.effect_state)
     shapes = list(background_shapes(part, run.poses, stage))
     for pose, time in zip(run.poses, run.times, strict=True):
-        shapes += moving_shapes(part, pose, stage.at(float(time)))
+        shapes += moving_shapes(part, pose, stage.at_time(float(time)))
     x0, x1, y0, y1 = bounding_box(shapes)
     assert left < x0 < x1 < right
     assert bottom < y0 < y1 < top
@@ -61,7 +61,7 @@ def test_every_shape_stays_within_the_view_and_has_a_style(drawn: Any) -> None:
 def test_shapes_keep_their_kinds_and_roles_at_every_pose(drawn: Any) -> None:
     run, stage = drawn
     kinds = {
-        tuple((type(shape), shape.role) for shape in moving_shapes(run.scene.part, pose, stage.at(float(time))))
+        tuple((type(shape), shape.role) for shape in moving_shapes(run.scene.part, pose, stage.at_time(float(time))))
         for pose, time in zip(run.poses, run.times, strict=True)
     }
     assert len(kinds) == 1

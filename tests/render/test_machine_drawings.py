@@ -50,7 +50,7 @@ def drawn(request):
 
 
 def test_shapes_do_not_import_a_plotting_library():
-    code = "import governor_mechanism.render.shapes, sys; print([m for m in ('matplotlib', 'PIL') if m in sys.modules])"
+    code = "import governor_mechanism.render.machines.registry, sys; print([m for m in ('matplotlib', 'PIL') if m in sys.modules])"
     done = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=True)
     assert done.stdout.strip() == "[]"
 

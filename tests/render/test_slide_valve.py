@@ -45,7 +45,7 @@ CROWDED = {
 
 @pytest.fixture(scope="module", params=CASES)
 def run(request):
-    return MultibodyEngine().run(valve_scene(CASES[request.param], duration=0.7, every=0.01))
+    return MultibodyEngine().run(valve_scene(CASES[request.param], duration=0.7, output_interval=0.01))
 
 
 def test_the_machine_has_a_drawing_of_its_own(run):
@@ -162,9 +162,9 @@ def test_the_words_of_zeuners_plate_stand_clear_within_the_frame(name):
 
 
 @pytest.mark.parametrize("name", CROWDED)
-@pytest.mark.parametrize(("plate", "panel"), [(zeuner, 0), (marks_construction, 3)])
+@pytest.mark.parametrize(("plate", "panel"), [(zeuner.draw_zeuner_plate, 0), (marks_construction.draw_marks_plate, 3)])
 def test_the_names_of_crowded_events_stand_clear_of_each_other(name, plate, panel):
-    figure = plate.draw(valve_diagram_data(valve_scene(CROWDED[name])))
+    figure = plate(valve_diagram_data(valve_scene(CROWDED[name])))
     events = {"admission", "cut-off", "release", "compression"}
     key = [text.get_text() for legend in [figure.axes[panel].get_legend()] if legend for text in legend.get_texts()]
     out, near = overlaps(figure)

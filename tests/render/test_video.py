@@ -18,7 +18,7 @@ film_module = importlib.import_module("governor_mechanism.render.film.writer")
 def test_a_video_without_ffmpeg_is_refused_with_the_cure(tmp_path, monkeypatch):
     porter = fake_run(GOVERNOR_DIMENSIONS["porter"], duration=1.0)
     monkeypatch.setitem(sys.modules, "imageio_ffmpeg", None)
-    monkeypatch.setattr(film_module, "_span", pytest.fail)
+    monkeypatch.setattr(film_module, "_select_time_span", pytest.fail)
     with pytest.raises(MechanismError, match="pip install imageio-ffmpeg"):
         write_film(porter, tmp_path / "a.mp4")
     with pytest.raises(MechanismError, match="pip install imageio-ffmpeg"):

@@ -28,7 +28,8 @@ from governor_mechanism.model.joints import (
     TranslationalDriver,
     Weld,
 )
-from governor_mechanism.model.mechanism import Body, BodyAngle, LineAngle, Mechanism, PointCoordinate, PointDistance, Reading, SecondMoments
+from governor_mechanism.model.mechanism import Body, Mechanism, SecondMoments
+from governor_mechanism.model.output_variables import BodyAngle, LineAngle, PointCoordinate, PointDistance, Reading
 from governor_mechanism.model.scene import EQUILIBRIUM, FreeSpindle, Scene
 from governor_mechanism.model.time_functions import InputFunction, PrescribedMotion
 from governor_mechanism.scenes import library
@@ -409,7 +410,7 @@ def test_the_squeezing_mechanism_is_the_published_one() -> None:
         "epsilon": 1.2305474445498212,
     }
     turned = {"ground": 0.0} | {body.name: pose[2] for body, pose in zip(own.bodies, own.initial_guess, strict=True)}
-    read = {item.name: turned[item.body] - turned[item.against] for item in own.readings}  # type: ignore[attr-defined]
+    read = {item.name: turned[item.body] - turned[item.reference_body] for item in own.readings}  # type: ignore[attr-defined]
     # Sums of two published angles are rounded once.
     assert read == pytest.approx(angles, rel=1e-15, abs=1e-15)
     assert list(read) == list(angles)

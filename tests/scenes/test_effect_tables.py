@@ -77,8 +77,8 @@ def near(value: float) -> Any:
             'stops = { arm_angle = [0.25, 0.75], sleeve = ["none", "70 mm"], restitution = 0.3 }',
             [Stops(reading="arm_angle", low=0.25, high=0.75, restitution=0.3), Stops(reading="sleeve_lift", high=0.07, restitution=0.3)],
         ),
-        ('play = "0.5 mm"', [Clearance(width=0.0005)]),
-        ('play = { width = "0.5 mm", restitution = "20 %" }', [Clearance(width=0.0005, restitution=0.2)]),
+        ('clearance = "0.5 mm"', [Clearance(width=0.0005)]),
+        ('clearance = { width = "0.5 mm", restitution = "20 %" }', [Clearance(width=0.0005, restitution=0.2)]),
     ],
 )
 def test_an_effect_becomes_what_it_describes(line: str, expected: list[Effect]) -> None:
@@ -98,7 +98,7 @@ def test_a_piston_and_its_hole_are_a_quadratic_brake() -> None:
 
 
 def test_effects_come_in_one_order() -> None:
-    written = 'stops = { arm_angle = [0.1, 1.0] }\ndry_friction = { sleeve = 1 }\nplay = "1 mm"'
+    written = 'stops = { arm_angle = [0.1, 1.0] }\ndry_friction = { sleeve = 1 }\nclearance = "1 mm"'
     assert [type(effect) for effect in scene_of(with_effects(written)).effects] == [Gravity, Centrifugal, DryFriction, Stops, Clearance]
 
 
@@ -108,16 +108,16 @@ def test_effects_act_on_the_readings_of_ones_own_mechanism() -> None:
 
 
 def test_a_spindle_may_turn_unevenly() -> None:
-    spindle = scene_of(with_effects(spindle="speed = [[0, 12], [1, 13]]\nunevenness = 0.03\nwaves = 2")).spindle
+    spindle = scene_of(with_effects(spindle="speed = [[0, 12], [1, 13]]\nspeed_fluctuation = 0.03\ncycles_per_turn = 2")).spindle
     assert spindle == Spindle(times=(0.0, 1.0), speeds=(12.0, 13.0), speed_fluctuation=0.03, cycles_per_turn=2.0)
-    assert scene_of(with_effects(spindle="speed = 12\nunevenness = 0")).spindle == Spindle(speeds=(12.0,))
+    assert scene_of(with_effects(spindle="speed = 12\nspeed_fluctuation = 0")).spindle == Spindle(speeds=(12.0,))
 
 
 def test_the_machine_is_built_with_its_rods_and_its_play() -> None:
     machine = PendulumGovernor(**PORTER)
     rods = scene_of(with_effects('rods = { arm_mass = "0.6 kg" }'))
     assert rods.part.mechanism == machine.mechanism(rod_masses=RodMasses(arm_mass=0.6))
-    play = scene_of(with_effects('play = "1 mm"', 'dry_friction = { sleeve_clearance = "1 N" }'))
+    play = scene_of(with_effects('clearance = "1 mm"', 'dry_friction = { sleeve_clearance = "1 N" }'))
     assert play.part.mechanism == machine.mechanism(clearance=Clearance(width=1e-3))
     assert [effect.reading for effect in play.output_effects] == [CLEARANCE_READING, CLEARANCE_READING]
 
@@ -127,12 +127,12 @@ def test_the_machine_is_built_with_its_rods_and_its_play() -> None:
     [
         ("", {"arm_angle": EQUILIBRIUM, CLEARANCE_READING: 0.0}, {}),
         ("arm_angle = 0.7\narm_rate = 0.1", {"arm_angle": 0.7, CLEARANCE_READING: 0.0}, {"arm_angle": 0.1, CLEARANCE_READING: 0.0}),
-        ('arm_angle = 0.7\nsleeve_play = "-0.5 mm"', {"arm_angle": 0.7, CLEARANCE_READING: -5e-4}, {}),
-        ("arm_angle = 0.7\nsleeve_play_rate = 0.2", {"arm_angle": 0.7, CLEARANCE_READING: 0.0}, {CLEARANCE_READING: 0.2}),
+        ('arm_angle = 0.7\nsleeve_clearance = "-0.5 mm"', {"arm_angle": 0.7, CLEARANCE_READING: -5e-4}, {}),
+        ("arm_angle = 0.7\nsleeve_clearance_rate = 0.2", {"arm_angle": 0.7, CLEARANCE_READING: 0.0}, {CLEARANCE_READING: 0.2}),
     ],
 )
 def test_a_sleeve_starts_in_the_middle_of_its_play(start: str, values: Any, rates: Any) -> None:
-    found = scene_of(with_effects('play = "1 mm"', start=start)).start
+    found = scene_of(with_effects('clearance = "1 mm"', start=start)).start
     assert (found.values, found.rates) == (values, rates)
 
 

@@ -337,7 +337,7 @@ def test_any_bytes_are_refused_in_one_sentence(tmp_path_factory: pytest.TempPath
 
 def test_importing_the_reader_stays_light() -> None:
     code = (
-        "import sys, governor_mechanism.reading, governor_mechanism.library; "
+        "import sys, governor_mechanism.scenes.parser, governor_mechanism.scenes.library; "
         "print([m for m in ('pint', 'pydantic', 'pymunk', 'matplotlib') if m in sys.modules])"
     )
     done = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=True)

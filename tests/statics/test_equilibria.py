@@ -385,7 +385,7 @@ def test_no_speed_is_spoken_of_where_nothing_turns(scene):
 
 def test_one_question_follows_a_motion_once(scene, monkeypatch):
     walks = []
-    monkeypatch.setattr(travels, "Walk", lambda *args, **words: walks.append(args) or walking.PathContinuation(*args, **words))
+    monkeypatch.setattr(travels, "PathContinuation", lambda *args, **words: walks.append(args) or walking.PathContinuation(*args, **words))
     travels.find_range_of_motion.cache_clear()
     slide = scene(SLIDE, height="0.05", load="", size='size = "1 m"')
     with pytest.raises(gm.MechanismError, match="no turning spindle holds it anywhere"):

@@ -46,10 +46,10 @@ def test_every_listed_effect_is_switched_and_what_changes_nothing_is_named(study
     assert set(study.untried) == {"spring", "clearance"}
     assert study.missing == ()
     rows = {row.effect: row for row in study.rows}
-    assert rows["stops"].relative == 0.0
-    assert 0.0 < rows["dashpot"].relative < 1e-8
+    assert rows["stops"].relative_change == 0.0
+    assert 0.0 < rows["dashpot"].relative_change < 1e-8
     assert rows["dry_friction"].cost_with.events > rows["dry_friction"].cost_without.events == 0
-    assert rows["gravity"].relative > 0.1
+    assert rows["gravity"].relative_change > 0.1
     assert rows["rods"].time_ratio > 0
 
 

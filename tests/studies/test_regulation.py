@@ -50,7 +50,7 @@ def jumped():
 
 @pytest.mark.parametrize(("rate", "up", "down"), SLOW_FOLD_JUMP["passages"])
 def test_the_jump_passes_where_the_reference_says(jumped, rate, up, down):
-    k = list(jumped.rates).index(rate)
+    k = list(jumped.ramp_rates).index(rate)
     for speed, printed, start in zip(
         (jumped.rising_speeds[k], jumped.falling_speeds[k]), (up, down), SLOW_FOLD_JUMP["starts"], strict=True
     ):
@@ -61,7 +61,7 @@ def test_the_jump_passes_where_the_reference_says(jumped, rate, up, down):
 
 @pytest.mark.parametrize("rate", [4e-3, 1e-3])
 def test_the_jump_agrees_with_the_equation_of_one_coordinate(jumped, rate):
-    k = list(jumped.rates).index(rate)
+    k = list(jumped.ramp_rates).index(rate)
     up = by_lagrange(rate, FOLD_JUMP["stop_speed"], math.radians(25.0), 1)
     # The scene asks for 1e-6 of the arm, and its steps are held a hundred times tighter.
     assert jumped.rising_speeds[k] == pytest.approx(up, abs=1e-9)
@@ -89,9 +89,9 @@ def test_the_fall_is_late_by_the_two_thirds_power_of_the_rate(jumped):
 
 def test_the_jump_up_is_late_by_the_rate_and_a_logarithm(jumped):
     assert 0.8 < jumped.rising_exponent.value < 1.0
-    assert jumped.growth_rate == pytest.approx(-25 / 16 + math.sqrt((25 / 16) ** 2 + 7.04874672335), abs=1e-9)
+    assert jumped.divergence_rate == pytest.approx(-25 / 16 + math.sqrt((25 / 16) ** 2 + 7.04874672335), abs=1e-9)
     # The growth changes on the way to the fold, the less the smaller the first step off the stop: one per cent.
-    assert jumped.rising_growth_rate.value == pytest.approx(jumped.growth_rate, rel=0.02)
+    assert jumped.rising_divergence_rate.value == pytest.approx(jumped.divergence_rate, rel=0.02)
 
 
 def test_a_jump_needs_a_fold_and_a_stop():
@@ -105,7 +105,7 @@ def twitched():
 
 
 def test_twitching_begins_where_the_unevenness_exceeds_the_band(twitched):
-    assert twitched.band == pytest.approx(CYCLIC_MOTION["band"], abs=1e-9)
+    assert twitched.insensitivity_band == pytest.approx(CYCLIC_MOTION["band"], abs=1e-9)
     assert twitched.threshold == pytest.approx(1.0, abs=1e-4)
     assert np.array_equal(twitched.amplitudes > 0, twitched.fluctuation_ratios > 1)
     assert np.all(np.diff(twitched.amplitudes[1:]) > 0)
@@ -138,7 +138,7 @@ def played():
 
 def test_small_play_of_a_carried_sleeve_makes_twitching_worse_and_wide_play_ends_it(played):
     assert played.friction_carries_sleeve
-    assert played.share == pytest.approx(1.2, abs=1e-3)
+    assert played.fluctuation_ratio == pytest.approx(1.2, abs=1e-3)
     assert played.amplitudes[0] > 5 * played.amplitude_without_clearance
     assert played.amplitudes[1] > 10 * played.amplitude_without_clearance
     assert played.amplitudes[2] == 0.0
@@ -165,7 +165,7 @@ def settled():
 
 
 def test_settling_has_a_best_brake(settled):
-    times = settled.times
+    times = settled.settling_times
     assert np.argmin(times) == 2
     assert times[0] > times[1] > times[2] < times[3] < times[4]
     brake, best = settled.best
@@ -183,7 +183,7 @@ def test_settling_is_counted_to_the_last_time_off_the_band(settled):
     angles = run.readings["arm_angle"]
     outside = np.abs(angles - angles[-1]) > 0.02 * abs(angles[-1] - angles[0])
     # Found by looking at every millisecond of a run long enough to end at rest.
-    assert settled.times[3] == pytest.approx(run.times[np.flatnonzero(outside)[-1]] - 1.0, abs=2e-3)
+    assert settled.settling_times[3] == pytest.approx(run.times[np.flatnonzero(outside)[-1]] - 1.0, abs=2e-3)
 
 
 def test_what_does_not_settle_says_so():
@@ -206,7 +206,7 @@ def test_figures_are_written_whole_or_not_at_all(tmp_path, twitched, played, set
         assert path.read_bytes().startswith(b"\x89PNG")
     with pytest.raises(gm.MechanismError, match=r"must end in \.png"):
         settling_figure(settled, tmp_path / "settling.pdf")
-    hidden = replace(settled, times=np.full_like(settled.times, np.nan))
+    hidden = replace(settled, settling_times=np.full_like(settled.settling_times, np.nan))
     assert isinstance(hidden, SettlingStudy)
     with pytest.raises(ValueError, match="zero-size array"):
         settling_figure(hidden, tmp_path / "none.png")

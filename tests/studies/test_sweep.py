@@ -261,7 +261,7 @@ def test_a_key_that_changes_no_quantity_is_noted():
         ("run.engine=multibody,impuls", "Did you mean 'impulse'?"),
         ("title=first,second", "title changes nothing in this scene"),
         (f"title={','.join(f'title {k}' for k in range(50))}", "title changes nothing in this scene"),
-        ("spindle.cycles_per_turn=1,2", "write speed_fluctuation = 0.03, or leave waves out"),
+        ("spindle.cycles_per_turn=1,2", "write speed_fluctuation = 0.03, or leave cycles_per_turn out"),
         ("spindle.inertia=1,2", "spindle.speed cannot stand beside inertia"),
         ("effects.centrifugal=yes", "must be true or false"),
     ],
@@ -446,7 +446,7 @@ def test_rows_made_together_are_those_of_single_runs(monkeypatch):
     together = gm.sweep(scene, vary, TAKEN)
     made = []
     with monkeypatch.context() as patched:
-        patched.setattr(BatchedRows, "glimpse", lambda rows, dimensions: made.append(dimensions))
+        patched.setattr(BatchedRows, "run", lambda rows, dimensions: made.append(dimensions))
         single = gm.sweep(scene, vary, TAKEN)
     assert len(made) == 9  # they would have been made together
     assert together.outcomes == single.outcomes
@@ -477,7 +477,7 @@ def test_rows_made_together_depend_on_nothing_but_their_values():
 )
 def test_other_sweeps_make_their_rows_one_by_one(monkeypatch, document, vary, quantities, options):
     made = []
-    monkeypatch.setattr(ReducedBatch, "glimpse", _noting(made, ReducedBatch.run))
+    monkeypatch.setattr(ReducedBatch, "run", _noting(made, ReducedBatch.run))
     found = gm.sweep(parse_scene_document(document, "porter.toml"), vary, quantities, **options)
     assert found.ok
     assert not any(glimpse is not None for glimpse in made)

@@ -37,9 +37,9 @@ def test_every_variant_of_every_engine_is_measured_and_no_time_lacks_an_error(st
     assert [variant.name for variant in study.variants] == NAMES
     for variant in study.variants:
         assert variant.points
-        assert not variant.refused
+        assert not variant.refusal
     for point in study.points:
-        assert point.seconds > 0
+        assert point.wall_time > 0
         assert np.isfinite(point.error)
         assert point.error == point.max_error == max(point.errors.values())
         assert {"arm_angle", "rate of arm_angle", "sleeve_lift", "spindle_torque"} <= set(point.errors)
@@ -56,9 +56,9 @@ def test_the_reference_is_two_decades_better_and_another_engine_confirms_it(stud
 
 
 def test_an_engine_that_is_far_off_confirms_nothing(study):
-    alone = replace(study.reference, confirmed=None, confirmed_by="")
+    alone = replace(study.reference, confirmation_error=None, confirmed_by="")
     variant = study.variant("impulse extrapolated")
-    assert _confirm_by_impulse(alone, [variant]).confirmation_error == variant.best.max_error
+    assert _confirm_by_impulse(alone, [variant]).confirmation_error == variant.best_point.max_error
     rough = replace(variant, points=tuple(replace(point, reach=0.04) for point in variant.points))
     assert _confirm_by_impulse(alone, [rough]) == alone
     assert "no other engine confirms it" in str(_confirm_by_impulse(alone, [rough]))
@@ -72,7 +72,7 @@ def test_errors_fall_along_a_ladder(study):
         errors = np.array([point.error for point in study.variant(name).points])
         assert np.all(np.diff(errors) < 0)
     for name in ("reduced", "multibody"):
-        assert study.variant(name).best.error < study.reference.resolvable_error
+        assert study.variant(name).best_point.error < study.reference.resolvable_error
         runs = [(point.evaluations, point.error) for point in study.variant(name).points]
         assert len(set(runs)) == len(runs)  # tolerances that give the same run are told once
 
@@ -109,7 +109,7 @@ def test_an_error_measured_is_that_of_a_run_made_again(study):
 def test_the_cheapest_setting_for_an_error_reaches_it_and_what_never_does_says_so(study):
     chosen = study.cheapest_for(1e-6)
     assert chosen.max_error <= 1e-6
-    assert chosen.seconds == min(point.seconds for point in study.points if point.max_error <= 1e-6)
+    assert chosen.wall_time == min(point.wall_time for point in study.points if point.max_error <= 1e-6)
     advice = study.advice(1e-6)
     assert advice.startswith(f"for 1e-06: use {chosen.variant} ")
     assert "impulse plain never within " in advice
@@ -165,12 +165,12 @@ def test_the_figure_is_written_and_refuses_other_names(study, tmp_path):
 def test_where_things_are_held_event_times_stand_beside_the_errors(frictional):
     assert frictional.reference.confirmed_by == "reduced"
     assert frictional.points
-    assert all(point.late is not None for point in frictional.points)
-    assert all(point.max_error >= point.late / frictional.time_scale for point in frictional.points)
+    assert all(point.event_time_error is not None for point in frictional.points)
+    assert all(point.max_error >= point.event_time_error / frictional.time_scale for point in frictional.points)
     assert "events, s" in str(frictional)
-    assert "plain way has no friction" in frictional.variant("impulse plain").refused
+    assert "plain way has no friction" in frictional.variant("impulse plain").refusal
     assert "impulse plain cannot run this scene" in frictional.advice(1e-4)
-    assert frictional.variant("impulse staggered").best.max_error < 1e-3
+    assert frictional.variant("impulse staggered").best_point.max_error < 1e-3
 
 
 def test_a_driven_mechanism_is_confirmed_by_impulse(tmp_path):

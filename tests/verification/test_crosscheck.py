@@ -69,7 +69,7 @@ def test_what_has_no_closed_form_is_noted(name, words):
 
 def test_a_wrong_inertia_of_the_rods_is_found(monkeypatch):
     right = pendulum._build_closed_form_governor
-    monkeypatch.setattr(pendulum, "_closed_governor", lambda scene: replace(right(scene), link_mass=0.49))
+    monkeypatch.setattr(pendulum, "_build_closed_form_governor", lambda scene: replace(right(scene), link_mass=0.49))
     scene = gm.load("porter_heavy_rods")
     report = gm.crosscheck(replace(scene, run=replace(scene.run, duration=1.0)))
     assert sum(not row.passed for row in report.rows) >= 5
@@ -79,7 +79,7 @@ def test_a_linear_brake_on_the_sleeve_is_part_of_the_closed_motion(monkeypatch):
     scene = gm.load("porter_dashpot")
     assert any("in motion" in row.quantity for row in gm.crosscheck(scene).rows)
     right = pendulum.closed.arm_acceleration
-    monkeypatch.setattr(pendulum.closed, "arm_acceleration", lambda *a, **k: right(*a, **{**k, "dashpot": 40.1}))
+    monkeypatch.setattr(pendulum.closed, "arm_acceleration", lambda *a, **k: right(*a, **{**k, "damping": 40.1}))
     assert not gm.crosscheck(scene).passed
 
 
@@ -124,7 +124,7 @@ def test_a_run_that_ends_early_is_noted_and_compared_as_far_as_it_went():
 def test_a_run_worse_than_asked_does_not_widen_its_own_tolerance(monkeypatch):
     scene = governor_scene(PORTER, speed=13.0, angle=0.9)
     coarse = ImpulseEngine(step=2e-2, plain=True)
-    monkeypatch.setattr(pendulum, "run_of", lambda scene: coarse.run(scene))
+    monkeypatch.setattr(pendulum, "run_scene", lambda scene: coarse.run(scene))
     report = gm.crosscheck(scene)
     assert not next(row for row in report.rows if row.quantity.startswith("arm angle in motion")).passed
 

@@ -34,7 +34,7 @@ def quantities(scene: Any) -> dict[str, bool]:
 )
 def test_a_planted_error_is_found(monkeypatch: pytest.MonkeyPatch, change: dict[str, float], found: str) -> None:
     right = hartung.build_closed_form_governor
-    monkeypatch.setattr(hartung, "closed_governor", lambda scene: replace(right(scene), **change))
+    monkeypatch.setattr(hartung, "build_closed_form_governor", lambda scene: replace(right(scene), **change))
     scene = gm.load("hartung_dubois")
     wrong = quantities(replace(scene, run=replace(scene.run, duration=2.0)))
     assert any(name.startswith(found) and not passed for name, passed in wrong.items())

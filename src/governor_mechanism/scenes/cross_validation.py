@@ -50,14 +50,14 @@ def _check_spindle_and_plane(part: Part | None, spindle: Spindle | FreeSpindle, 
     elif fluctuates and centrifugal is False:
         yield (
             "spindle.speed_fluctuation changes nothing: without effects.centrifugal = true nothing feels the spindle turn; "
-            "add it, or leave speed fluctuation out"
+            "add it, or leave speed_fluctuation out"
         )
 
 
 def _check_cycles_per_turn(spindle: Spindle | FreeSpindle, tables: Mapping[str, Mapping[str, Any]]) -> Iterable[str]:
     spindle_table = tables.get("spindle", {})
     if isinstance(spindle, Spindle) and "cycles_per_turn" in spindle_table and "speed_fluctuation" not in spindle_table:
-        yield "spindle.cycles_per_turn says how often speed fluctuation comes in a turn; write speed_fluctuation = 0.03, or leave waves out"
+        yield "spindle.cycles_per_turn says how often the speed fluctuation comes in a turn; write speed_fluctuation = 0.03, or leave cycles_per_turn out"
 
 
 def _iterate_stops(effects: Iterable[Effect]) -> Iterable[tuple[Stops, str]]:

@@ -21,7 +21,8 @@ from governor_mechanism.scenes.source import MAX_SCENE_FILE_SIZE, find_nearest_n
 from governor_mechanism.units.quantities import format_value
 
 if TYPE_CHECKING:
-    from governor_mechanism.model.mechanism import Mechanism, Reading
+    from governor_mechanism.model.mechanism import Mechanism
+    from governor_mechanism.model.output_variables import Reading
     from governor_mechanism.scenes.effect_tables import ReadingQuantities
     from governor_mechanism.scenes.schema import SceneFileTable
 

@@ -22,7 +22,7 @@ from governor_mechanism.mechanics.reduction.lowering import lower_reduced_scene
 from governor_mechanism.mechanics.reduction.node_evaluation import continue_to_coordinate, make_node_workspace
 from governor_mechanism.mechanics.reduction.table import ExtensionStatus, PiecewiseTable, TableAction, allocate_table, evaluate_poses
 from governor_mechanism.mechanics.reduction.table_refinement import extend_table
-from governor_mechanism.model.mechanism import LineAngle
+from governor_mechanism.model.output_variables import LineAngle
 from governor_mechanism.model.scene import Scene
 from governor_mechanism.numerics.jit import warn_before_compiling
 from governor_mechanism.types import FloatArray

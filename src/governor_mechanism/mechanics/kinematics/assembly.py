@@ -12,7 +12,8 @@ from governor_mechanism.errors import MechanismError
 from governor_mechanism.mechanics.kinematics.constraint_equations import ConstraintEquations
 from governor_mechanism.mechanics.kinematics.output_variables import evaluate_output, evaluate_output_value
 from governor_mechanism.model.joints import Distance
-from governor_mechanism.model.mechanism import LineAngle, Mechanism
+from governor_mechanism.model.mechanism import Mechanism
+from governor_mechanism.model.output_variables import LineAngle
 from governor_mechanism.model.scene import Scene
 from governor_mechanism.numerics.least_squares import least_norm_solution, numerical_rank
 from governor_mechanism.types import FloatArray

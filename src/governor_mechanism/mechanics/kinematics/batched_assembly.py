@@ -8,7 +8,8 @@ from numpy.typing import NDArray
 from governor_mechanism.errors import MechanismError
 from governor_mechanism.mechanics.kinematics.assembly import PositionSolver
 from governor_mechanism.mechanics.kinematics.output_variables import OutputDerivatives, evaluate_output
-from governor_mechanism.model.mechanism import LineAngle, Mechanism
+from governor_mechanism.model.mechanism import Mechanism
+from governor_mechanism.model.output_variables import LineAngle
 from governor_mechanism.types import FloatArray
 
 MAX_BATCHED_NEWTON_STEPS = 12

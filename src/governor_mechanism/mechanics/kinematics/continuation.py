@@ -20,7 +20,8 @@ from governor_mechanism.errors import MechanismError
 from governor_mechanism.mechanics.kinematics.assembly import PositionSolver
 from governor_mechanism.mechanics.kinematics.output_variables import evaluate_output, evaluate_output_value
 from governor_mechanism.mechanics.kinematics.path_interpolant import PathPoint
-from governor_mechanism.model.mechanism import LineAngle, Mechanism
+from governor_mechanism.model.mechanism import Mechanism
+from governor_mechanism.model.output_variables import LineAngle
 from governor_mechanism.numerics.least_squares import RANK_TOLERANCE
 from governor_mechanism.types import FloatArray
 

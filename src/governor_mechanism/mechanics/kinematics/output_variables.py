@@ -8,7 +8,8 @@ from functools import singledispatch
 import numpy as np
 
 from governor_mechanism.mechanics.kinematics.points import BodyPoint, body_point
-from governor_mechanism.model.mechanism import BodyAngle, FollowerHeight, LineAngle, Mechanism, PointCoordinate, PointDistance, Reading
+from governor_mechanism.model.mechanism import Mechanism
+from governor_mechanism.model.output_variables import BodyAngle, FollowerHeight, LineAngle, PointCoordinate, PointDistance, Reading
 from governor_mechanism.types import FloatArray
 
 

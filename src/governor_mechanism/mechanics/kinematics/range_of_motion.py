@@ -20,7 +20,8 @@ from governor_mechanism.mechanics.kinematics.batched_assembly import BatchedPosi
 from governor_mechanism.mechanics.kinematics.continuation import MAX_PATH_LENGTH, PathContinuation, PathEnd
 from governor_mechanism.mechanics.kinematics.output_variables import evaluate_output_value
 from governor_mechanism.mechanics.kinematics.path_interpolant import PathInterpolant, build_path
-from governor_mechanism.model.mechanism import Limit, LineAngle, Mechanism
+from governor_mechanism.model.mechanism import Mechanism
+from governor_mechanism.model.output_variables import Limit, LineAngle
 from governor_mechanism.types import FloatArray
 
 RANGE_END_MARGIN = 1e-5

@@ -4,8 +4,8 @@ from __future__ import annotations
 
 from typing import NamedTuple
 
-from governor_mechanism.mechanics.dynamics.equations_of_motion import fluctuating_speed_kernel, free_spindle_speed_jit
-from governor_mechanism.mechanics.dynamics.output_forces import dashpot_force_jit, spring_force_jit
+from governor_mechanism.mechanics.dynamics.force_kernels import dashpot_force_jit, free_spindle_speed_jit, spring_force_jit
+from governor_mechanism.mechanics.kinematics.input_kernels import fluctuating_speed_jit
 from governor_mechanism.mechanics.reduction.lowering import ForceParameter, ReducedForces
 from governor_mechanism.mechanics.reduction.node_evaluation import TableColumn
 from governor_mechanism.mechanics.reduction.table import PiecewiseTable
@@ -111,7 +111,7 @@ def evaluate_spindle(
     derivative = (3.0 * a * local_time + 2.0 * b) * local_time + c
     if parameters[ForceParameter.FLUCTUATION_AMPLITUDE] == 0.0:
         return value, derivative, 0.0
-    speed, acceleration = fluctuating_speed_kernel(
+    speed, acceleration = fluctuating_speed_jit(
         parameters[ForceParameter.FLUCTUATION_AMPLITUDE], parameters[ForceParameter.CYCLES_PER_TURN], integral, value, derivative
     )
     return speed, acceleration, 0.0

@@ -28,7 +28,8 @@ from governor_mechanism.mechanics.kinematics.points import body_point
 from governor_mechanism.mechanics.kinematics.range_of_motion import RangeOfMotion, find_range_of_motion
 from governor_mechanism.mechanics.kinematics.time_functions import CubicTimeFunction
 from governor_mechanism.model.force_elements import Force, ForceElement, Spring, Torque, TorsionSpring
-from governor_mechanism.model.mechanism import BodyAngle, Mechanism, Reading
+from governor_mechanism.model.mechanism import Mechanism
+from governor_mechanism.model.output_variables import BodyAngle, Reading
 from governor_mechanism.model.scene import TURNING_PLANE, FreeSpindle, Scene
 from governor_mechanism.model.time_functions import InputFunction
 from governor_mechanism.types import FloatArray

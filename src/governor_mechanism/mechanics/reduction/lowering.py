@@ -10,15 +10,16 @@ import numpy as np
 
 from governor_mechanism.mechanics.dynamics.characteristic_scales import time_scale
 from governor_mechanism.mechanics.dynamics.contacts import contacts_of, output_dampers_of, output_springs_of
-from governor_mechanism.mechanics.dynamics.force_elements import SPRING_ELEMENT, TORSION_SPRING_ELEMENT, make_force_element_table
+from governor_mechanism.mechanics.dynamics.force_elements import ForceElementKind, make_force_element_table
 from governor_mechanism.mechanics.dynamics.lowering import BODY_DTYPE, forced_output_names, make_body_record
-from governor_mechanism.mechanics.dynamics.output_forces import OUTPUT_FORCE_DTYPE, SPRING_FORCE
+from governor_mechanism.mechanics.dynamics.output_forces import OUTPUT_FORCE_DTYPE, OutputForceKind
 from governor_mechanism.mechanics.kinematics.constraint_equations import bodies_of_rows, make_constraint_table
 from governor_mechanism.mechanics.kinematics.constraint_kernels import ConstraintRows
 from governor_mechanism.mechanics.kinematics.output_rows import make_output_rows
 from governor_mechanism.mechanics.kinematics.time_functions import CubicTimeFunction
 from governor_mechanism.mechanics.reduction.node_evaluation import ReductionArrays
-from governor_mechanism.model.mechanism import LineAngle, Mechanism
+from governor_mechanism.model.mechanism import Mechanism
+from governor_mechanism.model.output_variables import LineAngle
 from governor_mechanism.model.scene import TURNING_PLANE, FreeSpindle, Scene, Spindle
 from governor_mechanism.types import FloatArray, RecordArray
 
@@ -144,7 +145,7 @@ def _split_force_elements(force_elements: RecordArray) -> tuple[RecordArray, Rec
     """Return the force elements with a potential, those that damp, and those with a time function."""
     if not len(force_elements):
         return force_elements, force_elements, force_elements
-    has_potential = (force_elements["kind"] == SPRING_ELEMENT) | (force_elements["kind"] == TORSION_SPRING_ELEMENT)
+    has_potential = (force_elements["kind"] == ForceElementKind.SPRING) | (force_elements["kind"] == ForceElementKind.TORSION_SPRING)
     return (
         force_elements[has_potential],
         force_elements[~has_potential & (force_elements["input_index"] < 0)],
@@ -166,7 +167,7 @@ def _output_scale(mechanism: Mechanism, name: str) -> float:
 def _two_sided_springs(scene: Scene, names: list[str]) -> FloatArray:
     """Return the springs along outputs that both pull and push."""
     springs = [
-        (SPRING_FORCE, names.index(spring.reading), spring.rate, spring.free_value, -1)
+        (OutputForceKind.SPRING, names.index(spring.reading), spring.rate, spring.free_value, -1)
         for spring in output_springs_of(scene)
         if not spring.one_sided
     ]

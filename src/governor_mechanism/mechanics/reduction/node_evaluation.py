@@ -14,14 +14,7 @@ import numpy as np
 from governor_mechanism.mechanics.dynamics.equations_of_motion import bodies_inertia_about_spindle, evaluate_body_forces
 from governor_mechanism.mechanics.dynamics.force_elements import add_element_forces
 from governor_mechanism.mechanics.dynamics.output_forces import add_output_forces, output_rate
-from governor_mechanism.mechanics.kinematics.constraint_kernels import (
-    DRIVE_ACCELERATION,
-    DRIVE_VALUE,
-    GAMMA,
-    RESIDUAL,
-    ConstraintRows,
-    evaluate_rows,
-)
+from governor_mechanism.mechanics.kinematics.constraint_kernels import ConstraintRows, RowColumn, evaluate_rows
 from governor_mechanism.numerics.jit import jit, jit_internal
 from governor_mechanism.types import FloatArray, IntArray, RecordArray
 
@@ -307,11 +300,11 @@ def solve_position(arrays: ReductionArrays, workspace: NodeWorkspace, q: float, 
     poses, tangents, dense_row, row_bodies = (node[0].reshape(-1, 3), node[1].reshape(-1, 3), workspace.dense_row, rows.row_bodies)
     last, previous_step = rhs.size - 1, math.inf
     for _ in range(MAX_NODE_NEWTON_STEPS):
-        row_values[:, DRIVE_VALUE] = 0.0
+        row_values[:, RowColumn.DRIVE_VALUE] = 0.0
         evaluate_rows(rows, poses, workspace.zero_velocities, row_values, jacobian)
         for i in range(last):
-            rhs[i] = -row_values[i, RESIDUAL] * row_scales[i]
-        residual = row_values[last, RESIDUAL] - q
+            rhs[i] = -row_values[i, RowColumn.RESIDUAL] * row_scales[i]
+        residual = row_values[last, RowColumn.RESIDUAL] - q
         if arrays.coordinate_wraps:
             residual -= 2.0 * math.pi * math.floor(residual / (2.0 * math.pi) + 0.5)
         rhs[last] = -residual * row_scales[last]
@@ -332,10 +325,10 @@ def solve_position(arrays: ReductionArrays, workspace: NodeWorkspace, q: float, 
     rhs[:] = 0.0
     rhs[last] = row_scales[last]
     _solve_factorised(matrix, row_order, rhs, free_indices, pose_scales, solution, node[1])
-    row_values[:, DRIVE_ACCELERATION] = 0.0
+    row_values[:, RowColumn.DRIVE_ACCELERATION] = 0.0
     evaluate_rows(rows, poses, tangents, row_values, jacobian)
     for i in range(last + 1):
-        rhs[i] = row_values[i, GAMMA] * row_scales[i]
+        rhs[i] = row_values[i, RowColumn.GAMMA] * row_scales[i]
     _solve_factorised(matrix, row_order, rhs, free_indices, pose_scales, solution, node[2])
     return True
 
@@ -364,7 +357,7 @@ def continue_to_coordinate(arrays: ReductionArrays, workspace: NodeWorkspace, q:
     node[0] = poses.ravel()
     workspace.row_values[:] = 0.0
     evaluate_rows(arrays.constraint_rows, poses, workspace.zero_velocities, workspace.row_values, workspace.jacobian)
-    start = workspace.row_values[arrays.constraint_rows.table.size - 1, RESIDUAL]
+    start = workspace.row_values[arrays.constraint_rows.table.size - 1, RowColumn.RESIDUAL]
     n_steps = max(1, math.ceil(abs(q - start) / (NODE_CONTINUATION_STEP * arrays.coordinate_scale)))
     q_reached = start
     for k in range(n_steps + 1):
@@ -431,7 +424,7 @@ def evaluate_columns(arrays: ReductionArrays, workspace: NodeWorkspace, node: Fl
         column += 1
     evaluate_rows(arrays.output_rows, poses, tangents, workspace.output_row_values, workspace.output_jacobian)
     for k in range(arrays.output_rows.table.size):
-        columns[column] = workspace.output_row_values[k, RESIDUAL]
+        columns[column] = workspace.output_row_values[k, RowColumn.RESIDUAL]
         columns[column + 1] = output_rate(arrays.output_rows, workspace.output_jacobian, k, tangents)
         column += 2
 

@@ -10,7 +10,7 @@ import math
 
 import numpy as np
 
-from governor_mechanism.mechanics.kinematics.constraint_kernels import LINE_ANGLE
+from governor_mechanism.mechanics.kinematics.constraint_kernels import RowKind
 from governor_mechanism.mechanics.reduction.node_evaluation import (
     MAX_NODE_BRANCH_DISTANCE,
     NodeWorkspace,
@@ -271,7 +271,7 @@ def _unwrap_line_angles(
 ) -> None:
     """Remove whole turns from outputs that are angles of lines, continuing the neighbouring piece."""
     for output_index in range(arrays.output_rows.table.size):
-        if arrays.output_rows.table[output_index].kind == LINE_ANGLE:
+        if arrays.output_rows.table[output_index].kind == RowKind.LINE_ANGLE:
             column = TableColumn.FIRST_PROGRAM + arrays.program_indices.size + 2 * output_index
             last = evaluate_piece(table.coefficients, neighbour, column, float(direction)) if neighbour >= 0 else values[column, first]
             for step in range(N_CHEBYSHEV_NODES):
@@ -359,7 +359,11 @@ def _is_periodic(arrays: ReductionArrays, table: PiecewiseTable, low: int, high:
     first_output_column, is_same = TableColumn.FIRST_PROGRAM + arrays.program_indices.size, True
     for c in range(table.column_scales.size):
         output_index = (c - first_output_column) // 2
-        if c >= first_output_column and (c - first_output_column) % 2 == 0 and arrays.output_rows.table[output_index].kind == LINE_ANGLE:
+        if (
+            c >= first_output_column
+            and (c - first_output_column) % 2 == 0
+            and arrays.output_rows.table[output_index].kind == RowKind.LINE_ANGLE
+        ):
             continue
         first, last = evaluate_piece(table.coefficients, low, c, -1.0), evaluate_piece(table.coefficients, high, c, 1.0)
         is_same = is_same and abs(last - first) <= TABLE_CLOSURE_TOLERANCE * max(table.column_scales[c], abs(first), abs(last))

@@ -7,13 +7,14 @@ from collections.abc import Callable, Mapping
 from typing import Any
 
 from governor_mechanism.errors import MechanismError, did_you_mean
-from governor_mechanism.machines.custom import BodyShape, SketchedBody, _Vector2, disc_shape, plate_shape, rod_shape
+from governor_mechanism.machines.custom import BodyShape, SketchedBody, disc_shape, plate_shape, rod_shape
 from governor_mechanism.model.joints import GROUND, Point
 from governor_mechanism.model.mechanism import SecondMoments
 from governor_mechanism.model.scene import TURNING_PLANE
 from governor_mechanism.scenes.custom.schema import BodyTable
 from governor_mechanism.scenes.custom.values import PointReference
 from governor_mechanism.scenes.quantities import join_names
+from governor_mechanism.types import Vector2
 from governor_mechanism.units.quantities import format_value
 
 _SHAPE_KEYS = ("rod", "disc", "plate", "point")
@@ -24,7 +25,7 @@ class PointRegistry:
     """What bodies and points there are. `faulty` are bodies whose own tables are wrong; naming them is no mistake."""
 
     def __init__(self) -> None:
-        self.ground: dict[str, _Vector2] = {"origin": (0.0, 0.0)}
+        self.ground: dict[str, Vector2] = {"origin": (0.0, 0.0)}
         self.bodies: dict[str, SketchedBody] = {}
         self.invalid_bodies: set[str] = set()
         self._used_names: set[str] = set()

@@ -25,7 +25,7 @@ from governor_mechanism.model.joints import (
     TranslationalDriver,
     Weld,
 )
-from governor_mechanism.model.mechanism import BodyAngle, LineAngle, PointCoordinate, PointDistance, Reading
+from governor_mechanism.model.output_variables import BodyAngle, LineAngle, PointCoordinate, PointDistance, Reading
 from governor_mechanism.model.time_functions import InputFunction, PrescribedMotion
 from governor_mechanism.scenes.custom.bodies import PointRegistry, evaluate_all
 

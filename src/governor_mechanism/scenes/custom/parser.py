@@ -23,7 +23,8 @@ from governor_mechanism.machines.custom import (
 )
 from governor_mechanism.model.force_elements import ForceElement
 from governor_mechanism.model.joints import GROUND, Distance, Joint
-from governor_mechanism.model.mechanism import Mechanism, Reading
+from governor_mechanism.model.mechanism import Mechanism
+from governor_mechanism.model.output_variables import Reading
 from governor_mechanism.model.scene import FIXED_PLANE, TURNING_PLANE, Part, Start
 from governor_mechanism.scenes.custom.bodies import PointRegistry, parse_body
 from governor_mechanism.scenes.custom.joints import (
