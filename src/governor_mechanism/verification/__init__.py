@@ -1,1 +1,1 @@
-"""The simulation against closed forms and against functions of the user."""
+"""Comparison of the simulation with closed forms and with a user's function."""

@@ -1,1 +1,1 @@
-"""Closed forms of the astatic governor."""
+"""Closed forms of the isochronous parabola."""

@@ -1,1 +1,1 @@
-"""Closed forms of the pendulum governors."""
+"""Closed forms of pendulum governors."""

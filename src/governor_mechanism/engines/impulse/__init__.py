@@ -1,1 +1,1 @@
-"""Engine `impulse`: pymunk stepped as a second-order scheme and extrapolated."""
+"""Impulse engine: fixed steps on pymunk, with Richardson extrapolation."""

@@ -18,6 +18,7 @@ from governor_mechanism.mechanics.contact.tolerances import (
     CONTACT_TOLERANCE,
     MIN_REBOUND_HEIGHT,
     REST_TOLERANCE,
+    SIMULTANEITY_TOLERANCE,
     STICTION_RATE_TOLERANCE,
     zeno_time,
 )
@@ -37,9 +38,6 @@ from governor_mechanism.mechanics.kinematics.constraint_kernels import evaluate_
 from governor_mechanism.model.events import Event, EventKind
 from governor_mechanism.model.scene import Scene
 from governor_mechanism.types import FloatArray, RecordArray
-
-SIMULTANEITY_TOLERANCE = 1e-12
-"""Events closer than this, in units of the time scale, are simultaneous."""
 
 MODE_CONSISTENCY_TOLERANCE = 1e-9
 """Largest violation of a consistent contact mode, relative to the scales of force and acceleration."""

@@ -7,7 +7,6 @@ from itertools import pairwise
 
 import numpy as np
 
-from governor_mechanism.engines.multibody.contact import SIMULTANEITY_TOLERANCE
 from governor_mechanism.engines.reduced.integration import (
     ABOVE_TABLE,
     BELOW_TABLE,
@@ -17,6 +16,7 @@ from governor_mechanism.engines.reduced.integration import (
 )
 from governor_mechanism.integrators.reduced_dop853 import make_stages
 from governor_mechanism.mechanics.contact.event_log import drop_cancelled_events
+from governor_mechanism.mechanics.contact.tolerances import SIMULTANEITY_TOLERANCE
 from governor_mechanism.mechanics.dynamics.characteristic_scales import max_step_scale
 from governor_mechanism.mechanics.dynamics.contacts import ContactMode, contacts_of, output_springs_of
 from governor_mechanism.mechanics.kinematics.output_variables import evaluate_output_value

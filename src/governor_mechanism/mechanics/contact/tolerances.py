@@ -8,6 +8,9 @@ from __future__ import annotations
 
 import math
 
+SIMULTANEITY_TOLERANCE = 1e-12
+"""Events closer than this, in units of the time scale, are simultaneous."""
+
 CONTACT_TOLERANCE = 1e-10
 """Distance to a stop, in length scales or rad, below which a moving output is in contact with it."""
 

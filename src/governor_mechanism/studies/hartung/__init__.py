@@ -1,1 +1,1 @@
-"""The design of Hartung's governor."""
+"""Design of Hartung's governor after Dubois."""

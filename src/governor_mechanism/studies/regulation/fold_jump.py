@@ -65,7 +65,7 @@ class FoldJumpStudy:
     fold_position: float
     fold_speed: float
     stop_speed: float
-    growth_rate: float
+    divergence_rate: float
     asymptotic_delay: FloatArray
 
     @property
@@ -98,7 +98,8 @@ class FoldJumpStudy:
         """Growth rate from the times of the jump, 1/s: they are ln(1 / rate) / growth rate plus a constant."""
         inverse_growth_rate = fit_slope(np.log(1 / self.ramp_rates), self.rising_delay / self.ramp_rates)
         return FittedParameter(
-            value=1 / inverse_growth_rate.value, standard_error=inverse_growth_rate.standard_error / inverse_growth_rate.value**2
+            value=1 / inverse_divergence_rate.value,
+            standard_error=inverse_divergence_rate.standard_error / inverse_divergence_rate.value**2,
         )
 
 
@@ -150,7 +151,7 @@ def study_fold_jump(scene: Scene, ramp_rates: Sequence[float] | FloatArray) -> F
         fold_position=fold_position,
         fold_speed=fold_speed,
         stop_speed=stop_speed,
-        growth_rate=_compute_growth_rate(scene, stops.low, stop_speed),
+        divergence_rate=_compute_divergence_rate(scene, stops.low, stop_speed),
         asymptotic_delay=asymptotic_delay,
     )
 

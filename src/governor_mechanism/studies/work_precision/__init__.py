@@ -1,1 +1,1 @@
-"""Error against time of every engine."""
+"""Work-precision study: error and time of every engine over its settings."""
