@@ -191,6 +191,7 @@ class ReducedRunner(CertifiedRunner[ReducedResult]):
         return reduced_run.state_history(solution), partial(reduced_run.integrate_from_row, solution.states, tolerance)
 
     def make_cost(self, best: ReducedResult, wall_time: float) -> Cost:
+        """Return the cost over all runs."""
         reduced_runs = self._reduced_runs.values()
         counters = sum((reduced_run.counts for reduced_run in reduced_runs), np.zeros(4, dtype=np.int64))
         steps, rejected, evaluations, moving_evaluations = (int(count) for count in counters)
