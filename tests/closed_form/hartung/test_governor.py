@@ -39,7 +39,12 @@ def at_rest(governor: HartungGovernor, angle: float) -> dict[str, float]:
     speed = float(closed.equilibrium_speed(governor, lever_angle=angle, spring_force=force))
     sprung: dict[str, Any] = {"lever_angle": angle, "spring_force": force, "spring_rate": hartung.SPRING_RATE}
     square = float(closed.squared_natural_frequency(governor, **sprung))
-    free = float(closed.squared_natural_frequency(governor, **sprung, constant_inertia=hartung.SPINDLE_INERTIA))
+    x = float(closed.weight_radius(governor, lever_angle=angle))
+    inertia_derivative = -4 * governor.weight_mass * x * governor.weight_arm * math.cos(angle)
+    total_inertia = hartung.SPINDLE_INERTIA + 2 * governor.weight_mass * x**2
+    inertia = float(closed.lever_inertia(governor, lever_angle=angle))
+    # The angular momentum of a free spindle adds w^2 J'^2 / (J0 + J) to the stiffness.
+    stiffness = float(closed.stiffness(governor, **sprung, spindle_speed=speed)) + (speed * inertia_derivative) ** 2 / total_inertia
     return {
         "radius": float(closed.weight_radius(governor, lever_angle=angle)),
         "force": force,
@@ -48,7 +53,7 @@ def at_rest(governor: HartungGovernor, angle: float) -> dict[str, float]:
         "stiffness": float(closed.stiffness(governor, **sprung, spindle_speed=speed)),
         "inertia": float(closed.lever_inertia(governor, lever_angle=angle)),
         "frequency": math.sqrt(square),
-        "free": free,
+        "free": stiffness / inertia,
         "static": float(closed.static_sleeve_force(governor, lever_angle=angle, spring_force=force)),
     }
 
