@@ -21,7 +21,8 @@ from governor_mechanism.errors import MechanismError
 from governor_mechanism.machines.pendulum.machine import PendulumGovernor
 from governor_mechanism.model.scene import EQUILIBRIUM, RunSettings, Spindle
 from governor_mechanism.scenes.parser import parse_scene_document, read_scene_file
-from governor_mechanism.scenes.schema import coordinate_start_table_model, rate_key, validate_table
+from governor_mechanism.scenes.schema import rate_key, start_table_model
+from governor_mechanism.scenes.table import validate
 from invalid_scenes.scenes import BROKEN_SCENES, SCENE_HEADER, format_dimensions, scene_text
 
 
@@ -107,10 +108,11 @@ def test_text_with_its_unit_is_taken_at_its_word() -> None:
 
 @pytest.mark.parametrize("start", [EQUILIBRIUM, "0.1 m", 0.1])
 def test_a_bare_length_at_the_start_is_checked_like_a_dimension(start: object) -> None:
-    model = coordinate_start_table_model("lift", "length")
-    assert validate_table(model, {"lift": start}, "start")[1] == []
-    (told,) = validate_table(model, {"lift": 300}, "start")[1]
-    assert told.startswith('start.lift = 300 is 300 m; write "300 mm" if that is meant, or "300 m"; or write')
+    model = start_table_model((("lift", "length", "lift_rate"),))
+    validate(model, {"lift": start})
+    with pytest.raises(MechanismError) as caught:
+        validate(model, {"lift": 300}, "start")
+    assert str(caught.value).startswith('start.lift = 300 is 300 m; write "300 mm" if that is meant, or "300 m"; or write')
 
 
 @pytest.mark.parametrize(
