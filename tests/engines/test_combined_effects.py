@@ -113,7 +113,7 @@ def test_with_play_or_without_the_links_dead_centre_ends_a_run_by_name(engine, p
         engine=engine,
     )
     assert run.outcome is Outcome.LEFT_RANGE
-    assert "the link stands at 90 degrees to the spindle" in run.message
+    assert "the link is at 90 degrees to the spindle" in run.message
 
 
 @pytest.mark.parametrize(("engine", "clearance"), [("multibody", "1 mm"), ("multibody", False), ("reduced", False)])
@@ -123,5 +123,5 @@ def test_the_shortest_of_runs_ends(engine, play):
 
 
 def test_an_equilibrium_with_play_is_refused_because_of_the_play():
-    with pytest.raises(gm.MechanismError, match="not settled with play"):
+    with pytest.raises(gm.MechanismError, match="not determined with clearance"):
         gm.run(scene({"clearance": "1 mm"}, start={"arm_angle": "equilibrium"}))
