@@ -20,6 +20,7 @@ test: $(VENV)/installed-test
 check: $(VENV)/installed-test
 	$(BIN)/ruff check .
 	$(BIN)/ruff format --check .
+	$(BIN)/pydoclint src
 	$(BIN)/mypy
 
 gallery: $(VENV)/installed

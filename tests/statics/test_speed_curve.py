@@ -63,7 +63,7 @@ def test_the_jumping_governor_has_its_two_equilibria_and_its_fold():
         near = min(rests, key=lambda rest: abs(rest.coordinate - math.radians(degrees)))
         if abs(degrees - FOLD_JUMP["least_stable_deg"]) > 1:  # at the fold itself two flow together
             assert math.degrees(near.coordinate) == pytest.approx(degrees, abs=1e-7)  # speeds in twelve digits
-            assert near.frequency**2 - near.growth_rate**2 == pytest.approx(squared, rel=1e-8)
+            assert near.frequency**2 - near.divergence_rate**2 == pytest.approx(squared, rel=1e-8)
             assert near.stable == (squared > 0)
     ((angle, speed),) = compute_speed_curve(scene).folds
     assert math.degrees(angle) == pytest.approx(FOLD_JUMP["least_stable_deg"], abs=1e-9)
@@ -149,7 +149,7 @@ def test_every_equilibrium_is_one_and_both_witnesses_find_the_same(seed):
         force = here.potential_derivative[0] - 0.5 * speed**2 * here.spindle_inertia_derivative[0]
         assert abs(force) < 1e-10 * abs(here.potential_derivative[0])  # Newton ends at rounding
         expected = float(closed.squared_oscillation_frequency(governor, arm_angle=rest.coordinate, spindle_speed=speed))
-        assert rest.frequency**2 - rest.growth_rate**2 == pytest.approx(expected, rel=1e-7, abs=1e-7 * speed**2)
+        assert rest.frequency**2 - rest.divergence_rate**2 == pytest.approx(expected, rel=1e-7, abs=1e-7 * speed**2)
 
 
 @pytest.mark.parametrize("dimensions", [PORTER, WATT, CROSSED, EXTENDED, UNCROSSED_LINKS])
@@ -269,7 +269,7 @@ def test_an_astatic_governor_rests_over_a_continuum():
     assert rest.astatic
     assert not rest.stable
     assert rest.extent == pytest.approx((0.05, 0.25), rel=1e-4)  # the ends of the guide, but for a hair
-    assert rest.frequency == rest.growth_rate == 0.0
+    assert rest.frequency == rest.divergence_rate == 0.0
     curve = gm.speed_curve(scene)
     assert curve.astatic.all()
     assert not curve.stable.any()

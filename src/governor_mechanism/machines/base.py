@@ -5,7 +5,7 @@ from __future__ import annotations
 import dataclasses
 import math
 from abc import ABC, abstractmethod
-from collections.abc import Iterable, Mapping
+from collections.abc import Iterable, Mapping, Sequence
 from typing import Any, ClassVar
 
 from governor_mechanism.effects.bell_crank_masses import BellCrankMasses
@@ -20,6 +20,9 @@ from governor_mechanism.types import Vector2
 MIN_DIMENSION, MAX_DIMENSION = 1e-9, 1e9
 """Smallest and largest magnitude of a dimension, SI: other values are mistakes of units, and double precision does not suffice."""
 
+
+BODY_EFFECTS = (RodMasses, Clearance, CrankMasses, BellCrankMasses)
+"""Effects that change the bodies of a mechanism."""
 
 CHOICE_KIND = "choice"
 """Kind of a dimension that is one of several words."""
@@ -99,6 +102,10 @@ class Machine(ABC):
         if problems:
             raise MechanismError(*problems)
         return self.mechanism()
+
+    def stop_problems(self, effects: Iterable[Effect]) -> Sequence[str]:
+        """Return sentences about stops that this machine cannot reach."""
+        return ()
 
     def start_problems(self, values: Mapping[str, float | str]) -> tuple[str, ...]:
         """Return sentences about start values at which this machine cannot be assembled."""

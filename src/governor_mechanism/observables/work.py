@@ -1,6 +1,6 @@
-"""The work of drives, dampers, torques and forces in a motion known at stations, from their power in between.
+"""Work of drivers, dampers, torques and forces in a motion known at discrete times, by Gauss quadrature of the power.
 
-What brakes, friction and stops along readings take is not in it.
+Energy dissipated by dashpots, friction and stops along outputs is not included.
 """
 
 from __future__ import annotations
@@ -20,7 +20,7 @@ from governor_mechanism.model.state_history import StateHistory
 from governor_mechanism.types import FloatArray
 
 N_GAUSS_POINTS = 4
-"""Points of Gauss in each interval between stations: order 8."""
+"""Gauss points in each interval: order 8."""
 
 QUINTIC_HERMITE_BASIS = np.array(
     [
@@ -32,11 +32,14 @@ QUINTIC_HERMITE_BASIS = np.array(
         [0.0, 0.0, 0.0, 0.5, -1.0, 0.5],
     ]
 )
-"""What value, slope and bend at either end of an interval contribute, by powers of the part of it that has passed."""
+"""Coefficients of the quintic Hermite basis by ascending powers of the interval fraction.
+
+Rows: value, first and second derivative at the start of the interval, then the same at its end.
+"""
 
 
 CUBIC_HERMITE_BASIS = np.array([[1.0, 0.0, -3.0, 2.0], [0.0, 1.0, -2.0, 1.0], [0.0, 0.0, 3.0, -2.0], [0.0, 0.0, -1.0, 1.0]])
-"""The same of value and slope."""
+"""Coefficients of the cubic Hermite basis, likewise, for values and first derivatives."""
 
 
 def integrate_work(
@@ -45,11 +48,26 @@ def integrate_work(
     spindle_speeds: Callable[[FloatArray, FloatArray], FloatArray],
     contact_modes: Sequence[ContactMode] = (),
 ) -> FloatArray:
-    """Work (n,) J done up to each of the stations; they include every break of a program.
+    """Return the cumulative work of drivers, force elements and spindle torque.
 
-    speeds(times, poses) is the spindle's. Between stations the path is one of order 5. Where something sticks or
-    strikes, modes (n,) say how it stands at the stations: the path is then one of order 3, which no jump of an
-    acceleration disturbs; in the intervals of impacts that is rough.
+    Between the times of the history the path is a quintic Hermite interpolant. With contacts it is a cubic one, because
+    accelerations jump; that is inaccurate in the intervals of impacts.
+
+    Parameters
+    ----------
+    scene
+        Scene of the motion.
+    history
+        States at times that include every breakpoint of an input function; shape (n,).
+    spindle_speeds
+        Function of times (n,) s and poses (n, bodies, 3) that returns the spindle speed, rad/s.
+    contact_modes
+        Contact mode at each time, or empty if the scene has no contacts.
+
+    Returns
+    -------
+    FloatArray
+        Work done since the first time, J; shape (n,).
     """
 
     def evaluate_motion(times: FloatArray, poses: FloatArray, velocities: FloatArray) -> InverseDynamics:
@@ -82,7 +100,7 @@ def integrate_work(
 def _compute_dissipated_power(
     scene: Scene, times: FloatArray, poses: FloatArray, velocities: FloatArray, contact_modes: Sequence[ContactMode]
 ) -> FloatArray:
-    """What brakes and sliding friction take (n,) W."""
+    """Return the power (n,) W dissipated by dashpots and sliding friction."""
     mechanism, dissipated_power = scene.part.mechanism, np.zeros(len(times))
 
     def evaluate_rate(reading: str) -> FloatArray:
@@ -102,9 +120,9 @@ def _compute_dissipated_power(
 def _quintic_end_values(
     evaluate_motion: Callable[[FloatArray, FloatArray, FloatArray], InverseDynamics], history: StateHistory, h: FloatArray
 ) -> list[FloatArray]:
-    """Value, slope and bend at both ends of every interval of h (s)."""
+    """Return poses, scaled velocities and accelerations at both ends of every interval of length h (s)."""
     times, poses, velocities = history.times, history.poses, history.velocities
     accelerations_after = evaluate_motion(times, poses, velocities).accelerations[:-1]
-    # What jumps at a station does so after the interval that ends there.
+    # A jump at a monitor time belongs to the interval that starts there.
     accelerations_before = evaluate_motion(np.nextafter(times, -np.inf), poses, velocities).accelerations[1:]
     return [poses[:-1], h * velocities[:-1], h**2 * accelerations_after, poses[1:], h * velocities[1:], h**2 * accelerations_before]

@@ -13,14 +13,7 @@ from governor_mechanism.errors import MechanismError
 from governor_mechanism.mechanics.kinematics.time_functions import SpindleSpeedFunction
 from governor_mechanism.mechanics.reduction.lagrangian import PathCoefficients, SingleDofReduction
 from governor_mechanism.model.scene import MAX_SPINDLE_SPEED, Scene
-from governor_mechanism.statics.adaptive_grid import (
-    ASTATIC_TOLERANCE,
-    AdaptiveGrid,
-    Parts,
-    Which,
-    interpolation_error_exceeds,
-    sample_range_of_motion,
-)
+from governor_mechanism.statics.adaptive_grid import ASTATIC_TOLERANCE, AdaptiveGrid, interpolation_error_exceeds, sample_range_of_motion
 from governor_mechanism.statics.equilibrium_speed import (
     evaluate_readings,
     format_coordinate,
@@ -28,7 +21,7 @@ from governor_mechanism.statics.equilibrium_speed import (
     has_spindle_dependent_loads,
 )
 from governor_mechanism.statics.speed_curve import compute_speed_curve
-from governor_mechanism.types import FloatArray
+from governor_mechanism.types import BoolArray, FloatArray, IntArray
 from governor_mechanism.units.quantities import format_quantity, parse_quantity
 
 FORCE_ROUNDING = 1e-14
@@ -66,7 +59,7 @@ class Equilibrium:
         Stiffness K, N m/rad or N/m; 0 if astatic.
     frequency
         Frequency of small oscillations, rad/s; 0 if not stable.
-    growth_rate
+    divergence_rate
         Divergence rate of a disturbance, 1/s; 0 if not unstable.
     sensitivity
         Displacement per relative change of speed, w^2 J' / K, rad or m; large for a nearly astatic governor.
@@ -83,7 +76,7 @@ class Equilibrium:
     readings: Mapping[str, float]
     stiffness: float
     frequency: float
-    growth_rate: float
+    divergence_rate: float
     sensitivity: float
     uncertainty: float
     stable: bool
@@ -129,7 +122,7 @@ def find_equilibria_or_empty(scene: Scene, spindle_speed: float | str | None = N
     speed = _requested_speed(scene, spindle_speed)
     speed_squared = speed**2 if has_spindle_dependent_loads(scene) else 0.0
 
-    def needs_refinement(coefficients: PathCoefficients, parts: Parts) -> Which:
+    def needs_refinement(coefficients: PathCoefficients, parts: IntArray) -> BoolArray:
         force, force_scale = _generalised_force(coefficients, speed_squared)
         return interpolation_error_exceeds(
             coefficients, parts, force, _stiffness(coefficients, speed_squared), ASTATIC_TOLERANCE * np.max(force_scale[parts], axis=1)
@@ -219,7 +212,7 @@ def _stiffness(coefficients: PathCoefficients, speed_squared: float) -> FloatArr
     return stiffness
 
 
-def _zero_force_ranges(values: FloatArray, is_zero_force: Which) -> list[tuple[int, int]]:
+def _zero_force_ranges(values: FloatArray, is_zero_force: BoolArray) -> list[tuple[int, int]]:
     """Return first and last index of each wide run of three or more; a narrow one is an equilibrium at a grid value."""
     edges = np.flatnonzero(np.diff(np.concatenate([[0], is_zero_force.astype(int), [0]])))
     runs = [(int(a), int(b) - 1) for a, b in zip(edges[::2], edges[1::2], strict=True) if b - a >= 3]
@@ -300,7 +293,7 @@ def _build_equilibrium(
         readings={name: float(values[0]) for name, values in evaluate_readings(reduction.mechanism, coefficients).items()},
         stiffness=stiffness,
         frequency=math.sqrt(frequency_squared) if frequency_squared > 0 else 0.0,
-        growth_rate=math.sqrt(-frequency_squared) if frequency_squared < 0 else 0.0,
+        divergence_rate=math.sqrt(-frequency_squared) if frequency_squared < 0 else 0.0,
         sensitivity=force_per_relative_speed / abs(stiffness) if stiffness else math.inf,
         uncertainty=FORCE_ROUNDING * force_scale / abs(stiffness) if stiffness else 0.5 * (extent[1] - extent[0]),
         stable=stiffness > 0,

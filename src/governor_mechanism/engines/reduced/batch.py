@@ -1,6 +1,6 @@
-"""Many scenes that differ in numbers alone, each ridden with as little as can be: no certificate, no report.
+"""Batch of runs of scenes that differ only in numbers, without certificate and observables.
 
-For scenes in which tables are all that acts: a given steady speed, gravity, the spindle's turning, heavy bodies.
+Only for conservative scenes, whose table holds all forces: constant spindle speed, gravity, centrifugal forces.
 """
 
 from __future__ import annotations
@@ -27,12 +27,24 @@ from governor_mechanism.numerics.jit import warn_before_compiling
 from governor_mechanism.types import FloatArray
 
 BATCH_TABLE_CAPACITY = 16
-"""So many pieces have room; a motion that needs more is left to the engine."""
+"""Number of table pieces; a motion that needs more is left to the engine."""
 
 
 @dataclass(frozen=True)
 class UncertifiedResult:
-    """What is kept of a ride: times (n,) s, and some readings and their rates (n,) SI by name."""
+    """Readings and rates of one run without certificate.
+
+    Attributes
+    ----------
+    times
+        Reported times, s; shape (n,).
+    readings
+        Values by name, SI; shape (n,).
+    rates
+        Their rates by name, SI per second; shape (n,).
+    error_estimate
+        None: the run is not certified.
+    """
 
     times: FloatArray
     readings: dict[str, FloatArray]
@@ -41,9 +53,18 @@ class UncertifiedResult:
 
 
 class ReducedBatch:
-    """Rides scenes like one, which starts at a value and rate of its coordinate, at the tolerance of one step.
+    """Run scenes like a template, each from a value and rate of its coordinate, with shared buffers.
 
-    names are the readings that are wanted.
+    Parameters
+    ----------
+    template
+        A scene of the batch.
+    names
+        The readings to return.
+    tolerance
+        Error of one step, as in `ReducedEngine`.
+    max_steps
+        Largest number of steps of one run.
     """
 
     def __init__(self, template: Scene, names: Sequence[str], tolerance: float, max_steps: int) -> None:
@@ -59,7 +80,18 @@ class ReducedBatch:
         self._counts = np.zeros(4, dtype=np.int64)
 
     def run(self, scene: Scene) -> UncertifiedResult | None:
-        """A scene's ride; None where it is no plain one, from a start that can be assembled to the last time."""
+        """Run a scene.
+
+        Parameters
+        ----------
+        scene
+            The scene.
+
+        Returns
+        -------
+        UncertifiedResult | None
+            The result, or None if the scene is not conservative, cannot be assembled at its start, or does not reach its last time.
+        """
         arrays, forces = lower_reduced_scene(scene)
         mechanism, name = scene.part.mechanism, scene.part.mechanism.coordinate
         start, rate = scene.start.values.get(name), scene.start.rates.get(name, 0.0)

@@ -1,6 +1,6 @@
-"""What happens when something watched rises above nought: what strikes, sticks, slips, goes slack; compiled.
+"""Contact-mode transitions at events: impact, stick, slip, slack springs; compiled.
 
-The rules are those of `switching`, for one coordinate: whatever holds, holds everything.
+The rules are those of `engines.multibody.contact`, for one coordinate: any contact that holds, holds the whole mechanism.
 """
 
 from __future__ import annotations
@@ -29,15 +29,15 @@ from governor_mechanism.types import FloatArray, IntArray
 jit_zeno_time = jit_internal(bouncing.zeno_time)
 
 HOLDING_FORCE_TOLERANCE = 1e-9
-"""Of the scale of forces: what holding may be wrong by."""
+"""Tolerance of the force balance of a held mechanism, in force scales."""
 
 STRIKE_EVENT, STICK_EVENT, SLIP_EVENT, REST_EVENT, LEAVE_EVENT, SLACKEN_EVENT, TAUTEN_EVENT = range(7)
-"""Kinds of events: (time, kind, keeper or spring)."""
+"""Codes of the kinds of events in the records (time, kind, contact or spring)."""
 
 
 @jit_internal
 def record_event(events: FloatArray, event_counts: IntArray, time: float, kind: int, subject: int) -> None:
-    """Note an event, while there is room."""
+    """Record an event while there is capacity, and count it."""
     if event_counts[0] < events.shape[0]:
         events[event_counts[0], 0], events[event_counts[0], 1], events[event_counts[0], 2] = time, kind, subject
     event_counts[0] += 1
@@ -48,7 +48,7 @@ def apply_transition(
     model: ReducedModel, time: float, local_time: float, piece_guess: int, event_values: FloatArray,
     state: FloatArray, events: FloatArray, event_counts: IntArray,
 ) -> None:  # fmt: skip
-    """Change mode and state (coordinate, rate, flows) as what has fired (marks,) asks; all of it nought at a start."""
+    """Update contact mode and state (coordinate, rate, quadratures) after events; event_values are not positive at a start."""
     piece, t, _ = find_piece(model.intervals, model.neighbours, model.periodicity, state[0], piece_guess)
     n_contacts, n_springs = model.contacts.shape[0], model.one_sided_springs.shape[0]
     was_held, rest_times = model.mode[MODE_HELD] != 0, np.full(n_contacts, time)
@@ -72,7 +72,7 @@ def _update_one_sided_springs(
     model: ReducedModel, piece: int, t: float, state: FloatArray, time: float, events: FloatArray,
     event_counts: IntArray,
 ) -> None:  # fmt: skip
-    """One-sided springs that begin to pull, or go slack."""
+    """Update which one-sided springs are taut or slack."""
     n_contacts = model.contacts.shape[0]
     for i in range(model.one_sided_springs.shape[0]):
         value, output_derivative = evaluate_table_output(model, piece, t, model.one_sided_springs[i, 0])
@@ -89,7 +89,7 @@ def _apply_impacts(
     model: ReducedModel, piece: int, t: float, time: float, local_time: float,
     state: FloatArray, rest_times: FloatArray, events: FloatArray, event_counts: IntArray,
 ) -> None:  # fmt: skip
-    """Throw back what runs into a stop; bounces that rise no more are over, and rest_at tells when."""
+    """Reverse the rate at a stop by Newton's law of restitution; end bounces that are too low, and set their rest times."""
     has_struck, restitution = False, 1.0
     for k in range(model.contacts.shape[0]):
         value, output_derivative = evaluate_table_output(model, piece, t, model.contacts[k, 0])
@@ -129,7 +129,7 @@ def _apply_impacts(
 
 @jit_internal
 def _breakaway_direction(model: ReducedModel, piece: int, t: float, local_time: float, is_released: bool) -> int:
-    """Which way the coordinate goes from rest: 1 up, -1 down, 0 none."""
+    """Return the direction in which the coordinate leaves rest: 1, -1, or 0 if it is held."""
     quadrature_rates, tolerance = np.empty((1, N_QUADRATURES)), HOLDING_FORCE_TOLERANCE * model.parameters[FORCE_SCALE]
     force = evaluate_static_force(model, piece, t, local_time, quadrature_rates)
     resistance = evaluate_friction_limit(model, piece, t, local_time)
@@ -148,7 +148,7 @@ def _breakaway_direction(model: ReducedModel, piece: int, t: float, local_time: 
 
 @jit_internal
 def _set_friction_signs(model: ReducedModel, piece: int, t: float, direction: float) -> None:
-    """Let friction oppose each reading as the coordinate goes that way."""
+    """Set friction to oppose the rates of the outputs in a direction of motion."""
     for k in range(model.contacts.shape[0]):
         if model.contacts[k, 1] >= 0 and direction != 0.0:
             output_derivative = evaluate_table_output(model, piece, t, model.contacts[k, 0])[1]
@@ -159,7 +159,7 @@ def _set_friction_signs(model: ReducedModel, piece: int, t: float, direction: fl
 def _update_friction_signs(
     model: ReducedModel, piece: int, t: float, direction: float, event_values: FloatArray, may_reverse: bool
 ) -> None:
-    """Which way friction opposes each reading; turned: one whose rate has passed nought goes the other way."""
+    """Set friction in all contacts; one whose rate just crossed zero reverses if may_reverse is set."""
     for k in range(model.contacts.shape[0]):
         previous_sign = model.mode[1 + k]
         model.mode[1 + k] = 0
@@ -175,7 +175,7 @@ def _record_hold_changes(
     model: ReducedModel, piece: int, t: float, was_held: bool, is_held: bool, rest_times: FloatArray, events: FloatArray,
     event_counts: IntArray,
 ) -> None:  # fmt: skip
-    """Tell what has begun or ceased to stand still: all that can hold."""
+    """Record the events of all contacts that begin or cease to hold the mechanism."""
     for k in range(model.contacts.shape[0] if was_held != is_held else 0):
         value = evaluate_table_output(model, piece, t, model.contacts[k, 0])[0]
         at_stop = find_active_stop(model, k, value, REST_TOLERANCE) != 0

@@ -1,4 +1,4 @@
-"""One coordinate taken through a stretch of time, by steps of DOP853, through all that happens on the way; compiled."""
+"""Integration of the reduced model over an interval: DOP853 steps with event location; compiled."""
 
 from __future__ import annotations
 
@@ -38,26 +38,27 @@ from governor_mechanism.numerics.jit import jit
 from governor_mechanism.types import FloatArray, IntArray
 
 RUN_COMPLETED, RUN_STALLED, STEPS_EXHAUSTED, BELOW_TABLE, ABOVE_TABLE, BECAME_STIFF = range(6)
-"""How it ended: at the end; with steps or events that lead nowhere; with too many steps; where no piece is laid; where
-it gets stiff."""
+"""How an integration ends: at the end of the interval; with vanishing steps or endless events; after too many steps; below or above
+the table; where the equation is too stiff.
+"""
 
 MAX_SIMULTANEOUS_REDUCED_EVENTS = 40
-"""So many things that happen at one time have no end."""
+"""Number of events at one time at which an integration stops as stalled."""
 
 SIMULTANEOUS_EVENT_TOLERANCE = 1e-12
-"""Of a time scale: what happens closer together happens at once."""
+"""Distance of events in time scales up to which they count as simultaneous."""
 
 POST_EVENT_STEP_RATIO = 0.1
-"""Of the longest step: how long the first one after an event is at most."""
+"""Largest first step after an event, relative to the largest step."""
 
 HELD_STEP_FACTOR = 8.0
-"""So many times the longest step while nothing moves and forces change as programs do, not as an uneven spindle's."""
+"""Factor on the largest step while the mechanism is held and a given spindle speed does not fluctuate: forces then change slowly."""
 
 MAX_STEP_OUTSIDE_TABLE = 3.0
-"""Of the coordinate's unit: a step that leads so far and beyond what is laid is tried shorter first."""
+"""Displacement of a step, in coordinate scales, from which a step that leaves the table is shortened before the table is extended."""
 
 ACCEPTED_STEPS, REJECTED_STEPS, FUNCTION_EVALUATIONS, MOVING_EVALUATIONS = range(4)
-"""What is counted: MOVING are evaluations of what is not held."""
+"""Indices of the counters; the last one counts evaluations while the mechanism is not held."""
 
 
 @jit
@@ -74,11 +75,12 @@ def integrate_reduced(
     event_counts: IntArray,
     counts: IntArray,
 ) -> tuple[int, float, int, float]:
-    """Take `state` (coordinate, rate, flows) in place from span[0] to span[1] (s); fill found and modes at the times.
+    """Integrate the reduced model over a time span, with event location and dense output.
 
-    limits: the error of one step, relative to the coordinate's unit and to that per time scale; first and longest step
-    (s); most steps. The line's cubics are of the time since span[0]. told: how many events there are, how many of the
-    last at one time. Returns how it ended, the last step (s), how many times were reached, the time (s) of state.
+    state (coordinate, rate, quadratures) is advanced in place from span[0] to span[1], s; states and modes are filled at the times.
+    limits are the tolerance of one step relative to the coordinate scale (and to that per time scale), first and largest step (s), and
+    the number of steps. The model's input cubics begin at span[0]. event_counts holds the number of events, and of the last
+    simultaneous ones. Returns status, last step (s), number of times reached, and time of the state (s).
     """
     start, end = span
     tolerance, step, max_step, max_steps = limits
@@ -118,7 +120,7 @@ def integrate_reduced(
         q_end, v_end, piece_end, side = take_step(model, local_time, h, q, v, piece_index, stages)
         counts[FUNCTION_EVALUATIONS] += 12
         counts[MOVING_EVALUATIONS] += 12 if mode[MODE_HELD] == 0 else 0
-        if side >= 0 and abs(q_end - q) > MAX_STEP_OUTSIDE_TABLE * coordinate_scale:  # before the step is known to be any good
+        if side >= 0 and abs(q_end - q) > MAX_STEP_OUTSIDE_TABLE * coordinate_scale:  # a shorter step may stay inside
             counts[REJECTED_STEPS] += 1
             step = 0.25 * h
             continue
@@ -198,5 +200,5 @@ def integrate_reduced(
 
 @jit
 def initialise_contact_mode(model: ReducedModel, time: float, state: FloatArray, events: FloatArray, event_counts: IntArray) -> None:
-    """Choose the mode at a start, and after a program's jump or kink; state is on a laid piece."""
+    """Select the contact mode at a start or after a discontinuity of an input; the state must be on the table."""
     apply_transition(model, time, 0.0, 0, np.full(count_event_functions(model), -1.0), state, events, event_counts)

@@ -1,4 +1,4 @@
-"""One scene ridden along its way, through its reported times, at a tolerance."""
+"""One run of a scene through its reported times at a tolerance."""
 
 from __future__ import annotations
 
@@ -7,7 +7,6 @@ from itertools import pairwise
 
 import numpy as np
 
-from governor_mechanism.engines.multibody.contact import SIMULTANEITY_TOLERANCE
 from governor_mechanism.engines.reduced.integration import (
     ABOVE_TABLE,
     BELOW_TABLE,
@@ -17,6 +16,7 @@ from governor_mechanism.engines.reduced.integration import (
 )
 from governor_mechanism.integrators.reduced_dop853 import make_stages
 from governor_mechanism.mechanics.contact.event_log import drop_cancelled_events
+from governor_mechanism.mechanics.contact.tolerances import SIMULTANEITY_TOLERANCE
 from governor_mechanism.mechanics.dynamics.characteristic_scales import max_step_scale
 from governor_mechanism.mechanics.dynamics.contacts import ContactMode, contacts_of, output_springs_of
 from governor_mechanism.mechanics.kinematics.output_variables import evaluate_output_value
@@ -29,19 +29,19 @@ from governor_mechanism.observables.evaluation import ReadingEvaluator
 from governor_mechanism.types import FloatArray, IntArray
 
 REDUCED_MAX_STEP_RATIO = 2.5
-"""In the scene's pace: no step is longer, whatever the tolerance."""
+"""Largest step in step scales of the scene, whatever the tolerance."""
 
 MONITORED_STEP_RATIO = 0.2
-"""Of that where something is watched, which is looked at five times a step."""
+"""Factor on the largest step if events are monitored; they are sampled five times in a step."""
 
 REDUCED_FIRST_STEP_RATIO = 0.004
-"""Of the longest one."""
+"""First step relative to the largest step."""
 
 TABLE_END_STEP_RATIO, MIN_END_STEP_RATIO = 0.25, 1e-12
-"""A step that leads beyond the way is taken again so much shorter, down to this part of what is left."""
+"""Factor by which a step that leaves the table is shortened, and the smallest step relative to the remaining time."""
 
 MIN_REMAINING_TRAVEL = 1e-14
-"""Of the coordinate's unit, and of itself: nearer to the way's end than this, rounding alone is left of it."""
+"""Distance from the end of the table, relative to the coordinate and its scale, below which it is reached within rounding."""
 
 REDUCED_EVENT_KINDS = (
     EventKind.IMPACT,
@@ -52,23 +52,21 @@ REDUCED_EVENT_KINDS = (
     EventKind.SLACK,
     EventKind.TAUT,
 )
-"""As `happening` numbers them."""
+"""Kinds of events by the codes of `engines.reduced.contact`."""
 
 MAX_INTERMEDIATE_STEPS = 100
-"""From one station to a time before the next one it takes a handful."""
+"""Largest number of steps from a monitor time to a time before the next one; a few suffice."""
 
 INITIAL_EVENT_CAPACITY = 4096
-"""So many events have room at first."""
+"""Number of events for which records are allocated at first."""
 
 PATH_ENDED = 100
-"""How a ride ended: where the way does."""
+"""Status of a run that reaches the end of the table."""
 
 
 @dataclass(frozen=True)
 class ReducedSolution:
-    """Coordinate, rate and flows (n, 2 + FLOWS) at the times reached, the modes there, events; how it ended, when (s)
-    and on which side; the last step (s).
-    """
+    """Result of one integration: states (n, 2 + quadratures) and modes at the times reached, events, and how and when (s) it ended."""
 
     states: FloatArray
     modes: IntArray
@@ -80,7 +78,7 @@ class ReducedSolution:
 
 
 class ReducedRun:
-    """Rides one scene through times (n,) s from coordinate and rate `start`, along a way."""
+    """Runs of one scene through times (n,) s from a start (coordinate, rate), along a motion table."""
 
     def __init__(
         self, motion_table: MotionTable, evaluator: ReadingEvaluator, start: tuple[float, float], times: FloatArray, max_steps: int
@@ -103,7 +101,7 @@ class ReducedRun:
             self._initial_momentum = total_inertia * evaluator.speed_function.start_speed
 
     def integrate(self, tolerance: float, max_step: float = REDUCED_MAX_STEP_RATIO) -> ReducedSolution:
-        """Through all times; longest: of a step, in the scene's pace."""
+        """Integrate through all times with steps up to max_step, in step scales of the scene."""
         capacity = INITIAL_EVENT_CAPACITY if self.has_contacts else 0
         while True:
             solution, n_events = self._integrate_with_capacity(tolerance, max_step, capacity)
@@ -166,7 +164,7 @@ class ReducedRun:
         return ReducedSolution(states[:n_filled], modes[:n_filled], event_records, status, time, side, step), int(event_counts[0])
 
     def integrate_from_row(self, states: FloatArray, tolerance: float, k: int, time: float) -> tuple[FloatArray, FloatArray] | None:
-        """Poses and velocities (bodies, 3) at a time (s) after that of row k, ridden from there, or None."""
+        """Return poses and velocities (bodies, 3) at a time, s, after that of row k, integrated from that row; None on failure."""
         start_time, mode = float(self.times[k]), np.zeros(1, dtype=np.int64)
         state, no_modes = states[k].copy(), np.zeros((0, 1), dtype=np.int64)
         time_scale = self.evaluator.time_scale
@@ -181,15 +179,16 @@ class ReducedRun:
         return poses[0], tangents[0] * state[1]
 
     def input_cubics(self, start: float) -> FloatArray:
-        """Speed or torque, loads and frictions in time (programs, 5), until the next break; of a torque the integral
-        counts from the momentum at the start.
+        """Return the cubics of the inputs (inputs, 5) from a time up to their next breakpoint.
+
+        The integral of a torque on the spindle includes the initial angular momentum.
         """
         coefficients = np.array([time_function.local_cubics(np.array([start]))[0] for time_function in self.motion_table.time_functions])
         coefficients[0, 4] += self._initial_momentum
         return coefficients
 
     def state_history(self, solution: ReducedSolution) -> StateHistory:
-        """What the rows say of mass centres and spindle."""
+        """Return the states of bodies and spindle at the times reached."""
         times, states = self.times[: len(solution.states)], solution.states
         poses, tangents = self.motion_table.evaluate_poses(states[:, 0])
         speeds = self.evaluator.evaluate_spindle_speeds(times, poses)
@@ -206,7 +205,7 @@ class ReducedRun:
         )
 
     def contact_modes(self, solution: ReducedSolution, poses: FloatArray) -> tuple[ContactMode, ...]:
-        """How everything that may be held stood at each time, where there is anything."""
+        """Return the contact modes at the times reached; empty without contacts."""
         if not self.has_contacts:
             return ()
         mechanism, n_contacts = self.motion_table.scene.part.mechanism, len(self.contacts)
@@ -239,7 +238,7 @@ class ReducedRun:
         return drop_cancelled_events(events, SIMULTANEITY_TOLERANCE * self.evaluator.time_scale)
 
     def _add_speed_jump_work(self, time: float, state: FloatArray, states: FloatArray, row: int | None) -> None:
-        """Count the work that a jump of the given speed puts into the parts; a time there is the one after it."""
+        """Add the work that a jump of the given spindle speed does on the bodies; a report at that time shows the right limit."""
         program = self.evaluator.speed_function
         if program.is_constant:
             return

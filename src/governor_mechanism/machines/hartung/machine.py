@@ -75,7 +75,7 @@ class HartungGovernor(HartungDimensions):
     def mechanism_with_effects(self, effects: Iterable[Effect]) -> Mechanism:
         """Build the mechanism with the bell cranks of a scene's effects."""
         listed = list(effects)
-        problems = [*self.effect_problems(listed), *self._stop_problems(listed)]
+        problems = [*self.effect_problems(listed), *self.stop_problems(listed)]
         if problems:
             raise MechanismError(*problems)
         return self.mechanism(next((effect for effect in listed if isinstance(effect, BellCrankMasses)), None))
@@ -135,7 +135,7 @@ class HartungGovernor(HartungDimensions):
             ]
         return self._reach_problems(self.outer_angle, self.inner_angle)
 
-    def _stop_problems(self, effects: Iterable[Effect]) -> list[str]:
+    def stop_problems(self, effects: Iterable[Effect]) -> list[str]:
         """Return sentences about stops that the lever cannot reach."""
         problems = []
         for stops in (one for one in effects if isinstance(one, Stops) and one.reading == "lever_angle"):

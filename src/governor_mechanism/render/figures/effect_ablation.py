@@ -1,4 +1,4 @@
-"""The bill of a scene's effects as a figure: what each changes, and what it costs."""
+"""Figure of effect ablation: the change that each effect causes, and its cost."""
 
 from __future__ import annotations
 
@@ -17,16 +17,33 @@ from governor_mechanism.render.style import BLUE, INK, MUTED, PAPER, RULE, SANS_
 from governor_mechanism.studies.effect_ablation import EffectsStudy
 
 _FIGURE_WIDTH, _ROW_HEIGHT, _HEADER_HEIGHT, _DPI = 8.4, 0.42, 1.6, 100
-"""Inches: width, height of a row, of what stands above and below the rows; dots per inch."""
+"""Figure width, row height, height of header and footer together (inches), and resolution (dots per inch)."""
 
 _MIN_PLOTTED_CHANGE = 1e-16
-"""Changes are drawn down to this."""
+"""Left end of the bars of changes; smaller changes are not visible."""
 
 
 def effect_ablation_figure(study: EffectsStudy, path: str | os.PathLike[str]) -> Path:
-    """Write a PNG: for each effect the largest change of any reading beside the accuracy, and the time it costs.
+    """Write a PNG with the largest change of any reading by each effect, the requested accuracy, and the time of each effect.
 
-    Returns the path. An exception leaves no file behind.
+    An exception leaves no file behind.
+
+    Parameters
+    ----------
+    study
+        Result of an effect study.
+    path
+        File to write; its name ends in .png.
+
+    Returns
+    -------
+    Path
+        The path of the file.
+
+    Raises
+    ------
+    MechanismError
+        If the name does not end in .png.
     """
     target = Path(path)
     if target.suffix.lower() != ".png":
@@ -38,7 +55,7 @@ def effect_ablation_figure(study: EffectsStudy, path: str | os.PathLike[str]) ->
     costs_axes = figure.add_axes((0.68, bottom, 0.28, axes_height), sharey=changes_axes)
     _draw_changes(changes_axes, study)
     _draw_costs(costs_axes, study)
-    title = figure.text(0.02, 1 - 0.3 / height, f"{study.scene.title}: the bill of its effects", fontsize=14, va="center")
+    title = figure.text(0.02, 1 - 0.3 / height, f"{study.scene.title}: cost of its effects", fontsize=14, va="center")
     title.set(color=INK, fontfamily=SERIF_FONT, parse_math=False)
     with atomic_write(target) as temporary:
         canvas: Any = FigureCanvasAgg(figure)
@@ -51,7 +68,7 @@ def _draw_changes(axes: Axes, study: EffectsStudy) -> None:
     positions = np.arange(len(rows))[::-1]
     for position, row in zip(positions, rows, strict=True):
         if row.relative_change is None:
-            axes.text(study.accuracy, position, " cannot be switched", va="center", fontsize=8, color=MUTED)
+            axes.text(study.accuracy, position, " cannot be switched off", va="center", fontsize=8, color=MUTED)
             continue
         within_accuracy = row.relative_change < study.accuracy
         axes.barh(
@@ -62,8 +79,8 @@ def _draw_changes(axes: Axes, study: EffectsStudy) -> None:
             color=SKY if within_accuracy else BLUE,
         )
     axes.axvline(study.accuracy, color=VERMILLION, linewidth=1.2)
-    words = axes.annotate("asked accuracy", (study.accuracy, len(rows) - 0.45), (3, 2), textcoords="offset points")
-    words.set(color=VERMILLION, fontsize=8, fontfamily=SANS_FONT, annotation_clip=False)
+    text = axes.annotate("requested accuracy", (study.accuracy, len(rows) - 0.45), (3, 2), textcoords="offset points")
+    text.set(color=VERMILLION, fontsize=8, fontfamily=SANS_FONT, annotation_clip=False)
     axes.set_xscale("log")
     axes.set_xlim(min(1e-2 * study.accuracy, 1e-10), 10.0)
     axes.set_yticks(positions, [_effect_label(row.effect, listed=row.listed) for row in rows])
@@ -77,8 +94,8 @@ def _draw_costs(axes: Axes, study: EffectsStudy) -> None:
         if ratio is not None:
             axes.barh(position, ratio - 1.0, left=1.0, height=0.6, color=MUTED)
             side = 4 if ratio >= 1 else -4
-            words = axes.annotate(f"{ratio:.2f}", (ratio, position), (side, 0), textcoords="offset points")
-            words.set(va="center", ha="left" if ratio >= 1 else "right", fontsize=8, fontfamily=SANS_FONT, color=INK)
+            text = axes.annotate(f"{ratio:.2f}", (ratio, position), (side, 0), textcoords="offset points")
+            text.set(va="center", ha="left" if ratio >= 1 else "right", fontsize=8, fontfamily=SANS_FONT, color=INK)
     axes.axvline(1.0, color=INK, linewidth=0.8)
     axes.margins(x=0.25)
     axes.tick_params(labelleft=False)

@@ -1,4 +1,4 @@
-"""What plates in the manner of old engravings share: the sheet with its double frame, its lettering, quiet axes."""
+"""Common sheet of plates in the style of old engravings: double frame, lettering, quiet axes."""
 
 from __future__ import annotations
 
@@ -19,14 +19,14 @@ from governor_mechanism.files.atomic_write import atomic_write
 from governor_mechanism.render.style import INK, MUTED, PAPER, SANS_FONT, SERIF_FONT
 
 PLATE_WIDTH, PLATE_HEIGHT, PLATE_DPI = 13.0, 8.6, 120
-"""Inches, and dots per inch."""
+"""Width and height, inches, and resolution, dots per inch."""
 
 _MAX_TITLE_LETTERS = 80
-"""So many fit in the line under the heading."""
+"""Number of letters of a title that fit on the line under the heading."""
 
 MM_PER_M = 1e3
 DASHED, CHAIN_DOTTED, DOTTED = (0, (5, 2.5)), (0, (10, 2.5, 1.5, 2.5)), (0, (1, 1.8))
-"""Strokes and gaps, in widths of the line."""
+"""Lengths of dashes and gaps, in line widths."""
 
 _TEXT_HALO = withStroke(linewidth=3.0, foreground=PAPER)
 
@@ -34,7 +34,7 @@ AxesPoint = tuple[float, float]
 
 
 def new_plate(heading: str, title: str, source: str) -> Figure:
-    """An empty plate of WIDTH by HEIGHT inches, framed, with a heading over a scene's title and the source."""
+    """Return an empty framed plate of PLATE_WIDTH by PLATE_HEIGHT inches, with a heading above a scene title and the source."""
     figure = Figure(figsize=(PLATE_WIDTH, PLATE_HEIGHT), dpi=PLATE_DPI, facecolor=PAPER)
     for inches, width in ((0.14, 1.8), (0.21, 0.6)):
         corner = inches / PLATE_WIDTH, inches / PLATE_HEIGHT
@@ -48,7 +48,7 @@ def new_plate(heading: str, title: str, source: str) -> Figure:
 
 
 def save_plate(figure: Figure, path: str | os.PathLike[str]) -> Path:
-    """Write the plate as a PNG, equal for equal plates; returns the path. An exception leaves no file behind."""
+    """Write the plate as a PNG and return its path; equal plates give equal files, and an exception leaves no file behind."""
     target = Path(path)
     with atomic_write(target) as temporary:
         canvas: Any = FigureCanvasAgg(figure)
@@ -57,19 +57,19 @@ def save_plate(figure: Figure, path: str | os.PathLike[str]) -> Path:
 
 
 def require_png(path: str | os.PathLike[str]) -> None:
-    """Refuse a name that does not end in .png."""
+    """Raise MechanismError unless the name ends in .png."""
     if Path(path).suffix.lower() != ".png":
         raise MechanismError(f"a figure's name must end in .png; got {Path(path).name!r}")
 
 
 def write_text(figure: Figure, x: float, y: float, text: str, size: float, **properties: Any) -> Text:
-    """Words in the plate's serif letters, formulas between dollars, at a place in fractions of the figure."""
+    """Write serif text with formulas between dollars at a position in fractions of the figure."""
     text_style = {"color": INK, "fontfamily": SERIF_FONT, "math_fontfamily": "stix", **properties}
     return figure.text(x, y, text, fontsize=size, **text_style)
 
 
 def annotate_point(axes: Axes, point: AxesPoint, label: str, offset: AxesPoint = (0, 0), **properties: Any) -> Annotation:
-    """Words `offset` points away from a point of a panel, clear of what lies beneath; formulas between dollars."""
+    """Write a label at `offset` points from a point of a panel, with a halo; formulas are between dollars."""
     annotation = axes.annotate(label, point, offset, textcoords="offset points", annotation_clip=False)
     text_style = {"color": INK, "fontsize": 10.5, "fontfamily": SERIF_FONT, "math_fontfamily": "stix", "zorder": 9, **properties}
     annotation.set(**text_style)
@@ -78,7 +78,7 @@ def annotate_point(axes: Axes, point: AxesPoint, label: str, offset: AxesPoint =
 
 
 def style_plate_axes(axes: Axes, x_label: str, y_label: str) -> None:
-    """Quiet axes with two spines and labels in serif letters."""
+    """Style axes with two spines and serif labels."""
     axes.set_facecolor(PAPER)
     for side, spine in axes.spines.items():
         spine.set(visible=side in ("left", "bottom"), color=MUTED, linewidth=0.8)

@@ -1,4 +1,4 @@
-"""A sweep as a figure: curves over one key, heat maps over two, rows of heat maps over three."""
+"""Figure of a sweep: curves over one key, heat maps over two, rows of heat maps over three."""
 
 from __future__ import annotations
 
@@ -25,29 +25,45 @@ from governor_mechanism.studies.sweep.results import Sweep
 from governor_mechanism.types import FloatArray
 
 _DPI, _FIGURE_WIDTH, _PANEL_HEIGHT = 100, 8.4, 2.9
-"""Dots per inch; inches: width of a figure of curves, height of each of its panels."""
+"""Resolution (dots per inch), width of a figure of curves and height of each panel (inches)."""
 
 _HEADER_HEIGHT, _FOOTER_HEIGHT = 0.75, 0.75
-"""Inches above and below the panels."""
+"""Heights above and below the panels, inches."""
 
 _MAX_NAME_LETTERS = 20
-"""So many of a curve's name stand in a line beside its panel."""
+"""Number of letters per line of a curve name in the legend."""
 
 _MAX_SWEEP_AXES = 3
 
 
 def sweep_figure(sweep: Sweep, path: str | os.PathLike[str]) -> Path:
-    """Write a PNG of every quantity of a sweep over the keys that were varied, in everyday units.
+    """Write a PNG of every quantity of a sweep over the varied keys, in everyday units.
 
-    Rows that ended otherwise are marked by their outcomes. Returns the path. Raises MechanismError for a sweep over
-    more than three keys.
+    Failed rows are marked by their outcomes. An exception leaves no file behind.
+
+    Parameters
+    ----------
+    sweep
+        Result of a sweep over one to three keys.
+    path
+        File to write; its name ends in .png.
+
+    Returns
+    -------
+    Path
+        The path of the file.
+
+    Raises
+    ------
+    MechanismError
+        If the name does not end in .png, or the sweep has more than three keys.
     """
     target = Path(path)
     if target.suffix.lower() != ".png":
         raise MechanismError(f"a figure's name must end in .png; got {target.name!r}")
     if len(sweep.axes) > _MAX_SWEEP_AXES:
         raise MechanismError(
-            f"a figure shows at most {_MAX_SWEEP_AXES} keys, and this sweep varies {len(sweep.axes)}; draw none, or sweep over fewer"
+            f"a figure shows at most {_MAX_SWEEP_AXES} keys, and this sweep varies {len(sweep.axes)}; sweep over fewer keys"
         )
     figure = _draw_curves(sweep) if len(sweep.axes) == 1 else draw_heatmaps(sweep)
     with atomic_write(target) as temporary:
@@ -57,7 +73,7 @@ def sweep_figure(sweep: Sweep, path: str | os.PathLike[str]) -> Path:
 
 
 def _draw_curves(sweep: Sweep) -> Figure:
-    """A panel for the quantities of each unit, a curve for each quantity."""
+    """Draw a panel for the quantities of each unit, with a curve for each quantity."""
     axis_scale = SweepAxisScale.from_axis(sweep.axes[0])
     groups: dict[str, list[RunQuantity]] = {}
     for quantity in sweep.quantities:
@@ -78,7 +94,7 @@ def _draw_curves(sweep: Sweep) -> Figure:
 
 
 _LINE_STYLES: tuple[Any, ...] = ("-", (0, (5, 2)), (0, (1, 1)))
-"""For the first curves of a panel, and for those that have their colours again."""
+"""Line styles of the curves of a panel; the next one begins when the colours repeat."""
 
 
 def _draw_panel(axes: Axes, sweep: Sweep, axis_scale: SweepAxisScale, group: Sequence[RunQuantity]) -> None:
@@ -115,20 +131,20 @@ _FAILURE_MARKERS = ("x", "v", "s", "d", "P", "*")
 
 
 def _mark_failures(axes: Axes, sweep: Sweep, axis_scale: SweepAxisScale) -> list[Line2D]:
-    """A mark on the lower edge for each row that ended otherwise, by its outcome."""
+    """Mark each failed row on the lower edge by its outcome."""
     outcomes = np.array([row.outcome if not row.ok else "" for row in sweep.rows])[axis_scale.order]
     handles = []
     for outcome, marker in zip((name for name in sweep.outcomes if name in outcomes), cycle(_FAILURE_MARKERS), strict=False):
         positions = axis_scale.positions[outcomes == outcome]
-        words = f"{outcome.replace('_', ' ')} ({len(positions)})"
-        (line,) = axes.plot(positions, np.zeros(len(positions)), transform=axes.get_xaxis_transform(), label=words, clip_on=False)
+        text = f"{outcome.replace('_', ' ')} ({len(positions)})"
+        (line,) = axes.plot(positions, np.zeros(len(positions)), transform=axes.get_xaxis_transform(), label=text, clip_on=False)
         line.set(linestyle="", marker=marker, markersize=5, color=VERMILLION, zorder=5)
         handles.append(line)
     return handles
 
 
 def style_sweep_axes(axes: Axes) -> None:
-    """The quiet look of axes."""
+    """Style axes with two spines and a grid."""
     axes.set_facecolor(PAPER)
     for side, spine in axes.spines.items():
         spine.set(visible=side in ("left", "bottom"), color=MUTED, linewidth=0.8)

@@ -1,4 +1,4 @@
-"""Still figures of runs, off-screen."""
+"""Figure of all readings of a run over time."""
 
 from __future__ import annotations
 
@@ -23,31 +23,47 @@ from governor_mechanism.render.style import BLUE, GREEN, INK, MUTED, PAPER, RULE
 from governor_mechanism.types import FloatArray
 
 _FIGURE_WIDTH, _ROW_HEIGHT, _BORDER_HEIGHT = 9.6, 1.9, 0.85
-"""Inches: of the figure, of a row of plots, of title and footer together."""
+"""Width of the figure, height of a row of plots, height of title and footer together, inches."""
 _LEGEND_HEIGHT = 0.24
-"""Inches: of the line on what the marks of events mean."""
+"""Height of the event legend, inches."""
 _DPI = 100
 _MIN_PLOTTED_ERROR = 1e-18
-"""What is drawn for a zero on a logarithmic axis."""
+"""Lower bound of plotted errors, because a logarithmic axis has no zero."""
 _MAX_FOOTER_LETTERS = 140
-"""So many fit in the last line."""
+"""Largest number of letters in a footer line."""
 
 
 def readings_figure(run: Trajectory, path: str | os.PathLike[str]) -> Path:
-    """Write a PNG of every reading over time, in everyday units, with the joint gap and the energy drift below them.
+    """Write a PNG of every reading over time, in everyday units, with the joint gap and the energy drift below.
 
-    What the run passed, such as blows against stops, is marked in them: by a line each, or many by a rug of ticks.
+    Events such as impacts against stops are marked in the plots: few by a line each, many by a rug of ticks.
+    An exception leaves no file behind.
 
-    Returns the path. An exception leaves no file behind.
+    Parameters
+    ----------
+    run
+        Finished run with at least one reported time.
+    path
+        File to write; its name ends in .png.
+
+    Returns
+    -------
+    Path
+        The path of the file.
+
+    Raises
+    ------
+    MechanismError
+        If the name does not end in .png, or the run has no reported time.
     """
     target = Path(path)
     if target.suffix.lower() != ".png":
         raise MechanismError(f"a figure's name must end in .png; got {target.name!r}")
     if not len(run.times):
-        raise MechanismError(f"the run holds no reported time, so there is nothing to show; it says: {run.message}")
+        raise MechanismError(f"the run has no reported time, so there is nothing to plot; its message: {run.message}")
     figure = _draw_readings(run)
     with atomic_write(target) as temporary:
-        # Without the name of the program, equal runs give equal files.
+        # Without the program name in the metadata, equal runs give equal files.
         canvas: Any = FigureCanvasAgg(figure)
         canvas.print_png(str(temporary), metadata={"Software": None})
     return target
@@ -83,7 +99,7 @@ def _draw_readings(run: Trajectory) -> Figure:
 
 
 def _write_footer(figure: Figure, run: Trajectory, height: float) -> None:
-    """How accurate the run is, or why it ended early; height (in) of the figure."""
+    """Write the accuracy of the run, or why it ended early; `height` is the figure height (inches)."""
     lines, is_failure = format_closing_lines(run, _MAX_FOOTER_LETTERS)
     colour = VERMILLION if is_failure else MUTED
     middles = (0.16,) if len(lines) == 1 else (0.26, 0.10)
@@ -93,7 +109,7 @@ def _write_footer(figure: Figure, run: Trajectory, height: float) -> None:
 
 
 def _plot_reading(axes: Axes, run: Trajectory, name: str, values: FloatArray) -> None:
-    """One reading, with the error that the run promises for it."""
+    """Plot one reading with its error estimate."""
     unit, factor = display_unit_of(run.units.get(name, ""))
     unit = unit.replace("°", "deg")
     _style_axes(axes, name.replace("_", " "), unit)
@@ -106,7 +122,7 @@ def _plot_reading(axes: Axes, run: Trajectory, name: str, values: FloatArray) ->
 
 
 def _plot_error(axes: Axes, times: FloatArray, values: FloatArray, heading: tuple[str, str], reference_scale: float) -> None:
-    """A quantity that an exact run keeps at zero, on a logarithmic axis; a few last bits of `whole` are nothing."""
+    """Plot a quantity that is zero in an exact run on a logarithmic axis; below 4 machine epsilons of the reference scale it is zero."""
     _style_axes(axes, *heading)
     if values.max() <= 4 * np.finfo(float).eps * reference_scale:
         axes.set(xlim=(times[0], max(times[-1], times[0] + 1e-9)), yticks=[])
@@ -122,8 +138,8 @@ def _plot_error(axes: Axes, times: FloatArray, values: FloatArray, heading: tupl
     _write_side_note(axes, f"at most {format_rounded_up(float(values.max()))}")
 
 
-def _write_side_note(axes: Axes, words: str) -> None:
-    axes.text(1.0, 1.06, words, transform=axes.transAxes, color=MUTED, fontsize=8, ha="right", va="baseline", fontfamily=SANS_FONT)
+def _write_side_note(axes: Axes, text: str) -> None:
+    axes.text(1.0, 1.06, text, transform=axes.transAxes, color=MUTED, fontsize=8, ha="right", va="baseline", fontfamily=SANS_FONT)
 
 
 def _style_axes(axes: Axes, name: str, unit: str) -> None:

@@ -18,16 +18,16 @@ from governor_mechanism.render.style import BLUE, GREEN, INK, MUTED, PAPER, SERI
 _PARABOLA_COLOUR, _CIRCLE_COLOUR = SERIES_COLOURS[3], GREEN
 
 _N_CURVE_POINTS = 401
-"""Of each curve."""
+"""Number of points of each curve."""
 
 _UM_PER_M = 1e6
 
 _LABEL_MARGIN_POINTS = 12.0
-"""Points: so far above and below its panel may names stand."""
+"""Largest extension of labels above and below the panel, points."""
 
 
 def draw_error_construction(axes: Axes, data: ValveDiagramData) -> None:
-    """The construction to scale (mm): valve circles on their line of centres, Marks' curves over it, one ray."""
+    """Draw the construction to scale (mm): valve circles on their line of centres, Marks' curves over it, one ray."""
     eccentric, r = data.eccentric, data.eccentric.radius * MM_PER_M
     axes.set(xlim=(-1.66 * r, 1.22 * r), ylim=(-0.66 * r, 0.66 * r), aspect="equal")
     axes.set_axis_off()
@@ -51,22 +51,22 @@ def draw_error_construction(axes: Axes, data: ValveDiagramData) -> None:
 def _label_construction(axes: Axes, data: ValveDiagramData) -> None:
     r = data.eccentric.radius * MM_PER_M
     centre_distance = r * math.sin(data.eccentric.advance)
-    for position, words in ((centre_distance, "$m$"), (-centre_distance, "$m'$")):
+    for position, text in ((centre_distance, "$m$"), (-centre_distance, "$m'$")):
         axes.plot([position], [0], "o", color=INK, markerfacecolor=PAPER, markersize=5, zorder=6)
-        annotate_point(axes, (position, 0), words, (0, -14), ha="center", fontsize=11)
+        annotate_point(axes, (position, 0), text, (0, -14), ha="center", fontsize=11)
     annotate_point(axes, (0, 0), "$O$", (-9, -13), fontsize=11)
-    words = "Marks’ circle\nof radius $l$ and\nhis parabola\n(broken), both\nthrough $m$, $m'$"
-    annotate_point(axes, (-1.62 * r, 0.6 * r), words, va="top", color=_CIRCLE_COLOUR, fontsize=9.5, linespacing=1.4)
-    words = "thin: by theory\nbold: in truth"
-    annotate_point(axes, (-1.62 * r, -0.58 * r), words, va="bottom", fontsize=9.5, linespacing=1.4)
+    text = "Marks’ circle\nof radius $l$ and\nhis parabola\n(dashed), both\nthrough $m$, $m'$"
+    annotate_point(axes, (-1.62 * r, 0.6 * r), text, va="top", color=_CIRCLE_COLOUR, fontsize=9.5, linespacing=1.4)
+    text = "thin: theory\nbold: mechanism"
+    annotate_point(axes, (-1.62 * r, -0.58 * r), text, va="bottom", fontsize=9.5, linespacing=1.4)
 
 
 _SAMPLE_RAY_ANGLE = math.radians(33.0)
-"""Between the ray that is shown and the line of centres."""
+"""Angle (rad) between the drawn ray and the line of centres."""
 
 
 def _draw_sample_ray(axes: Axes, data: ValveDiagramData) -> None:
-    """One ray: its piece in the valve circle, laid off on the line of centres; there the error, laid off on the ray."""
+    """Draw one ray: its chord in the valve circle, transferred to the line of centres; there the error, transferred to the ray."""
     r = data.eccentric.radius
     theoretical = r * math.cos(_SAMPLE_RAY_ANGLE)
     z = float(closed.hyperbola_error(data.eccentric, theoretical=theoretical)) * MM_PER_M
@@ -83,14 +83,14 @@ def _draw_sample_ray(axes: Axes, data: ValveDiagramData) -> None:
 
 
 def draw_approximation_errors(axes: Axes, data: ValveDiagramData) -> None:
-    """What parabola and circle give beyond the exact error (um), with the mechanism's own points on the exact one."""
+    """Draw the errors of parabola and circle relative to the exact curve (um), with points of the mechanism on the exact curve."""
     eccentric = data.eccentric
     x = np.linspace(-eccentric.radius, eccentric.radius, _N_CURVE_POINTS)
     exact_errors = np.asarray(closed.hyperbola_error(eccentric, theoretical=x))
     parabola, circle = (
         (np.asarray(curve(eccentric, theoretical=x)) - exact_errors) * _UM_PER_M for curve in (closed.parabola_error, closed.circle_error)
     )
-    style_plate_axes(axes, "theoretical displacement $\\xi_0 = r\\,\\sin(\\omega+\\delta)$, mm", "beyond the exact error, µm")
+    style_plate_axes(axes, "theoretical displacement $\\xi_0 = r\\,\\sin(\\omega+\\delta)$, mm", "deviation from the exact error, µm")
     simulated_errors = data.displacement - data.theoretical_displacement + data.events.centre - closed.equal_lead_centre(eccentric)
     closed_form_errors = np.asarray(closed.hyperbola_error(eccentric, theoretical=data.theoretical_displacement))
     axes.plot(
@@ -111,20 +111,20 @@ def draw_approximation_errors(axes: Axes, data: ValveDiagramData) -> None:
         (parabola, _PARABOLA_COLOUR, "parabola", (-0.35 * eccentric.radius * MM_PER_M, high), "center"),
         (circle, _CIRCLE_COLOUR, "circle", (x[-1] * MM_PER_M, float(circle[-1])), "right"),
     ):
-        words = f"{name}: at most {np.abs(z).max():.3g} µm"
-        annotate_point(axes, position, words, (0, 8), ha=alignment, va="bottom", color=colour)
-    words = "on the hyperbola $(z+d)^2-\\xi_0^2=l^2-r^2$:\npoints of the mechanism"
-    annotate_point(axes, (0, 0), words, (0, -7), ha="center", va="top", color=BLUE, linespacing=1.4, fontsize=9.5)
+        text = f"{name}: at most {np.abs(z).max():.3g} µm"
+        annotate_point(axes, position, text, (0, 8), ha=alignment, va="bottom", color=colour)
+    text = "on the hyperbola $(z+d)^2-\\xi_0^2=l^2-r^2$:\npoints of the mechanism"
+    annotate_point(axes, (0, 0), text, (0, -7), ha="center", va="top", color=BLUE, linespacing=1.4, fontsize=9.5)
 
 
 def draw_valve_ellipse(axes: Axes, data: ValveDiagramData) -> None:
-    """The valve's displacement over the piston's way: an ellipse by theory, and what two finite rods make of it."""
-    style_plate_axes(axes, "way of the piston from the crank end, % of the stroke", "valve’s displacement $\\xi$, mm")
+    """Draw the valve displacement over the piston travel: the theoretical ellipse, and the curve with two finite rods."""
+    style_plate_axes(axes, "piston travel from the crank end, % of the stroke", "valve’s displacement $\\xi$, mm")
     axes.plot(100 * data.theoretical_piston_travel, data.theoretical_displacement * MM_PER_M, color=INK, linewidth=0.9, zorder=3)
     axes.plot(100 * data.piston_travel, data.displacement * MM_PER_M, color=BLUE, linewidth=2.4, zorder=4)
-    for lap, words in ((data.outside_lap, "$e$"), (-data.outside_lap, "$-e$"), (data.inside_lap, "$i$"), (-data.inside_lap, "$-i$")):
+    for lap, text in ((data.outside_lap, "$e$"), (-data.outside_lap, "$-e$"), (data.inside_lap, "$i$"), (-data.inside_lap, "$-i$")):
         axes.axhline(lap * MM_PER_M, color=MUTED, linewidth=0.7, linestyle=DASHED, zorder=2)
-        annotate_point(axes, (104, lap * MM_PER_M), words.replace("-", "−"), (5, 0), va="center", color=MUTED, fontsize=10)
+        annotate_point(axes, (104, lap * MM_PER_M), text.replace("-", "−"), (5, 0), va="center", color=MUTED, fontsize=10)
     for event in data.events.rows:
         crank_end = event.name.startswith("crank")
         piston_travel = event.simulated_stroke if crank_end else 1 - event.simulated_stroke
@@ -132,19 +132,19 @@ def draw_valve_ellipse(axes: Axes, data: ValveDiagramData) -> None:
         colour = CRANK_END_COLOUR if crank_end else HEAD_END_COLOUR
         axes.plot([100 * piston_travel], [lap * MM_PER_M], "o", color=colour, markeredgecolor=PAPER, markersize=7, zorder=6)
     axes.set_xlim(-4, 104)
-    for piston_travel, extreme, words, colour in (
+    for piston_travel, extreme, text, colour in (
         (27, data.displacement.max(), "steam to the crank end", CRANK_END_COLOUR),
         (73, data.displacement.min(), "steam to the head end", HEAD_END_COLOUR),
     ):
         position = piston_travel, 0.68 * float(extreme) * MM_PER_M
-        annotate_point(axes, position, words, ha="center", va="center", color=colour, fontstyle="italic")
+        annotate_point(axes, position, text, ha="center", va="center", color=colour, fontstyle="italic")
     annotate_point(
-        axes, (0, 0.86 * float(data.theoretical_displacement.min()) * MM_PER_M), "thin: both rods endless", color=INK, fontsize=9.5
+        axes, (0, 0.86 * float(data.theoretical_displacement.min()) * MM_PER_M), "thin: both rods infinite", color=INK, fontsize=9.5
     )
 
 
 def draw_reuleaux_diagram(axes: Axes, data: ValveDiagramData) -> None:
-    """Reuleaux's circle: the crank pin's distance from a diameter that leans by the advance, lines at the laps."""
+    """Draw Reuleaux's circle: the distance of the crank pin from a diameter inclined by the advance, with lines at the laps."""
     r, advance = data.eccentric.radius * MM_PER_M, data.eccentric.advance
     axes.set(xlim=(-1.75 * r, 1.75 * r), ylim=(-1.1 * r, 1.1 * r), aspect="equal")
     axes.set_axis_off()
@@ -181,7 +181,7 @@ def draw_reuleaux_diagram(axes: Axes, data: ValveDiagramData) -> None:
 
 
 def _label_pins(axes: Axes, data: ValveDiagramData) -> None:
-    """The events' names outside Reuleaux's circle, moved where they would stand on each other."""
+    """Write the names of the events outside Reuleaux's circle, shifted clear of each other."""
     r, box = data.eccentric.radius * MM_PER_M, axes.get_window_extent()
     (left, right), (bottom, top) = axes.get_xlim(), axes.get_ylim()
     scale = 72 / PLATE_DPI * min(box.width / (right - left), box.height / (top - bottom))

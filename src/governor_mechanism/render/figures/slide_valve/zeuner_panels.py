@@ -1,4 +1,4 @@
-"""The two panels of Zeuner's plate. The crank turns anticlockwise from the crank end's dead centre, right."""
+"""The two panels of Zeuner's plate. The crank rotates anticlockwise from the dead centre at the crank end, at the right."""
 
 from __future__ import annotations
 
@@ -20,23 +20,23 @@ from governor_mechanism.types import FloatArray
 
 CRANK_END_COLOUR, HEAD_END_COLOUR = BLUE, VERMILLION
 _STEAM_COLOURS = {CRANK_END_COLOUR: "#cfe4f1", HEAD_END_COLOUR: "#f8dcc6"}
-"""Washes of the two ends."""
+"""Fill colours of the two ends."""
 
 _RIM_RATIO, _RIM_CLEARANCE_RATIO, _HALF_HEIGHT_RATIO = 1.22, 1.08, 1.23
-"""Radius of the crank's circle in radii of the eccentric, and in displacements at least; half the height in its own."""
+"""Radius of the crank circle over the eccentricity, its least ratio to the displacement; half height of the panel over the crank circle."""
 
 _MIN_LABELLED_STROKE_PERCENT = 14.0
-"""%: a narrower piece of the stroke has no room for its name."""
+"""Smallest part of the stroke (percent) with a label."""
 
 _LEGEND_SIZE_POINTS, _LABEL_MARGIN_POINTS = (125.0, 62.0), 8.0
-"""Points: breadth and height of the key in the corner; how far words may stand outside the panel."""
+"""Width and height of the legend in the corner; largest extension of labels beyond the panel (points)."""
 
 _MIN_LABEL_DISTANCE_DEG = 4.5
-"""deg: a mark of degrees nearer to an event than that is left out."""
+"""Smallest distance (deg) of an angle label from an event."""
 
 
 def draw_polar_diagram(axes: Axes, data: ValveDiagramData, aspect: float) -> None:
-    """The polar diagram, in mm of the valve's displacement."""
+    """Draw the polar diagram, in mm of the valve displacement."""
     rim_radius = _rim_radius(data)
     height = 2 * _HALF_HEIGHT_RATIO * rim_radius
     axes.set(xlim=(-aspect * height / 2, aspect * height / 2), ylim=(-height / 2, height / 2), aspect="equal")
@@ -52,7 +52,7 @@ def draw_polar_diagram(axes: Axes, data: ValveDiagramData, aspect: float) -> Non
 
 
 def _rim_radius(data: ValveDiagramData) -> float:
-    """Radius of the crank's circle (mm), outside all curves."""
+    """Return the radius of the crank circle (mm), outside all curves."""
     return max(_RIM_RATIO * data.eccentric.radius, _RIM_CLEARANCE_RATIO * float(np.max(np.abs(data.displacement)))) * MM_PER_M
 
 
@@ -61,7 +61,7 @@ def _polar_to_cartesian(angles: FloatArray, lengths: FloatArray) -> tuple[FloatA
 
 
 def _draw_rim(axes: Axes, rim_radius: float, event_angles: Sequence[float]) -> None:
-    """The circle of the crank, divided into degrees, and the axes."""
+    """Draw the crank circle with a degree scale, and the axes."""
     axes.add_patch(Circle((0, 0), rim_radius, fill=False, edgecolor=INK, linewidth=1.1, zorder=3))
     axes.add_patch(Circle((0, 0), 1.025 * rim_radius, fill=False, edgecolor=MUTED, linewidth=0.5, zorder=3))
     for degree in range(0, 360, 2):
@@ -81,13 +81,13 @@ def _draw_rim(axes: Axes, rim_radius: float, event_angles: Sequence[float]) -> N
 
 
 def _draw_steam_areas(axes: Axes, data: ValveDiagramData) -> None:
-    """Where steam is admitted: between the circle of the outside lap and the valve's curve."""
+    """Draw the admission areas between the circle of the outside lap and the valve curve."""
     lap = max(data.outside_lap, 0.0) * MM_PER_M
     for side, colour in ((1.0, CRANK_END_COLOUR), (-1.0, HEAD_END_COLOUR)):
         length = side * data.displacement * MM_PER_M
         is_open = length > lap
         angles, lengths = data.angles[is_open], length[is_open]
-        # From the first open angle on: the crank end's opening lies across the dead centre.
+        # Start at the first open angle, because the opening of the crank end includes the dead centre.
         gaps = np.flatnonzero(np.diff(angles) > 1.5 * math.tau / (len(data.angles) - 1))
         first = int(gaps[0]) + 1 if len(gaps) else 0
         angles, lengths = np.roll(angles, -first), np.roll(lengths, -first)
@@ -102,7 +102,7 @@ def _draw_steam_areas(axes: Axes, data: ValveDiagramData) -> None:
 
 
 def _draw_circles(axes: Axes, data: ValveDiagramData) -> None:
-    """The two valve circles of theory, their line of centres, and the circles of the laps."""
+    """Draw the two theoretical valve circles, their line of centres, and the lap circles."""
     r, advance = data.eccentric.radius * MM_PER_M, data.eccentric.advance
     x, y = math.sin(advance) * r / 2, math.cos(advance) * r / 2
     for sign in (1, -1):
@@ -114,7 +114,7 @@ def _draw_circles(axes: Axes, data: ValveDiagramData) -> None:
 
 
 def _draw_event_ray(axes: Axes, event: ValveEvent, rim_radius: float) -> None:
-    """The crank at an event, bold in truth and broken by theory."""
+    """Draw the crank at an event, solid for the mechanism and dashed for the theory."""
     colour = CRANK_END_COLOUR if event.name.startswith("crank") else HEAD_END_COLOUR
     for angle, width, line_colour, style in ((event.simulated, 1.1, colour, "-"), (event.theory, 0.6, INK, DASHED)):
         x, y = rim_radius * math.cos(angle), rim_radius * math.sin(angle)
@@ -124,7 +124,7 @@ def _draw_event_ray(axes: Axes, event: ValveEvent, rim_radius: float) -> None:
 
 
 def _label_events(axes: Axes, data: ValveDiagramData, rim_radius: float) -> None:
-    """The events' names outside the rim, moved where they would stand on each other or on the key."""
+    """Write the names of the events outside the rim, shifted clear of each other and of the legend."""
     box = axes.get_window_extent()
     points = 72 / PLATE_DPI
     width, height = box.width * points, box.height * points
@@ -155,32 +155,32 @@ def _label_events(axes: Axes, data: ValveDiagramData, rim_radius: float) -> None
 
 
 def _draw_displacement_curves(axes: Axes, data: ValveDiagramData) -> None:
-    """The true displacement on every ray."""
+    """Draw the displacement of the mechanism on every ray."""
     for side, colour in ((1.0, CRANK_END_COLOUR), (-1.0, HEAD_END_COLOUR)):
         length = np.where(side * data.displacement > 0, side * data.displacement * MM_PER_M, np.nan)
         axes.plot(*_polar_to_cartesian(data.angles, length), color=colour, linewidth=2.4, zorder=5, solid_capstyle="round")
 
 
 def _label_diagram(axes: Axes, data: ValveDiagramData, rim_radius: float) -> None:
-    """What the lines mean."""
+    """Label the curves, circles and dead centres."""
     r, advance = data.eccentric.radius * MM_PER_M, data.eccentric.advance
     line_of_centres_angle = math.pi / 2 - advance
-    for angle, words, colour in (
+    for angle, text, colour in (
         (line_of_centres_angle, "steam to the crank end", CRANK_END_COLOUR),
         (line_of_centres_angle + math.pi, "steam to the head end", HEAD_END_COLOUR),
     ):
         position: AxesPoint = 0.62 * r * math.cos(angle), 0.62 * r * math.sin(angle)
         max_displacement = float(np.max((1.0 if colour == CRANK_END_COLOUR else -1.0) * data.displacement)) * MM_PER_M
         text_style: dict[str, Any] = {"ha": "center", "va": "center", "fontsize": 10.5, "fontstyle": "italic", "linespacing": 1.4}
-        annotate_point(axes, position, f"{words}\n$\\xi$ at most {max_displacement:.1f} mm", color=colour, **text_style)
-    for lap, words in ((data.outside_lap, "$e$"), (data.inside_lap, "$i$")):
+        annotate_point(axes, position, f"{text}\n$\\xi \\leq$ {max_displacement:.1f} mm", color=colour, **text_style)
+    for lap, text in ((data.outside_lap, "$e$"), (data.inside_lap, "$i$")):
         if lap:
             angle = line_of_centres_angle + math.radians(25)
             position = abs(lap) * MM_PER_M * math.cos(angle), abs(lap) * MM_PER_M * math.sin(angle)
             annotate_point(
                 axes,
                 position,
-                words,
+                text,
                 (0, -8) if abs(lap) * MM_PER_M > 0.15 * r else (5, 7),
                 ha="center",
                 va="center",
@@ -195,7 +195,7 @@ def _label_diagram(axes: Axes, data: ValveDiagramData, rim_radius: float) -> Non
 
 
 def _draw_advance_angle(axes: Axes, rim_radius: float, advance: float) -> None:
-    """The angle of advance, at the rim."""
+    """Draw the angle of advance at the rim."""
     low, high = sorted((math.pi / 2 - advance, math.pi / 2))
     arc = Arc((0, 0), 1.84 * rim_radius, 1.84 * rim_radius, theta1=math.degrees(low), theta2=math.degrees(high))
     arc.set(color=MUTED, linewidth=0.8, zorder=3)
@@ -206,12 +206,12 @@ def _draw_advance_angle(axes: Axes, rim_radius: float, advance: float) -> None:
 
 
 def _add_legend(axes: Axes) -> None:
-    """How truth and theory are drawn, in the corner."""
+    """Add the legend of mechanism and theory in the corner."""
     handles = [
         Line2D([], [], color=CRANK_END_COLOUR, linewidth=2.4, label="displacement"),
-        Line2D([], [], color=INK, linewidth=0.9, label="$r\\,\\sin(\\omega+\\delta)$, by theory"),
+        Line2D([], [], color=INK, linewidth=0.9, label="$r\\,\\sin(\\omega+\\delta)$, theory"),
         Line2D([], [], color=CRANK_END_COLOUR, linewidth=1.1, marker="o", markevery=[1], label="event"),
-        Line2D([], [], color=INK, linewidth=0.6, linestyle=DASHED, label="event by theory"),
+        Line2D([], [], color=INK, linewidth=0.6, linestyle=DASHED, label="event, theory"),
     ]
     text_style = {"family": SERIF_FONT, "size": 9.5, "math_fontfamily": "stix"}
     legend = axes.legend(handles=handles, loc="lower left", bbox_to_anchor=(-0.005, -0.01), frameon=False, handlelength=2.4)
@@ -220,13 +220,13 @@ def _add_legend(axes: Axes) -> None:
 
 
 def draw_stroke_diagram(axes: Axes, data: ValveDiagramData) -> None:
-    """For each end what the steam does as the piston goes out and comes back, by the part of the stroke."""
+    """Draw the phases of the steam at each end, as the piston goes out and back, over the stroke."""
     axes.set(xlim=(0, 100), ylim=(-0.2, 3.75))
     for side, spine in axes.spines.items():
         spine.set(visible=side == "bottom", color=MUTED, linewidth=0.8)
     axes.tick_params(color=MUTED, labelcolor=MUTED, labelsize=8, left=False, labelleft=False)
     axes.set_facecolor(PAPER)
-    axes.set_xlabel("part of the stroke from each end’s own dead centre, %", color=INK, fontsize=10.5, fontfamily=SERIF_FONT)
+    axes.set_xlabel("stroke from the dead centre of each end, %", color=INK, fontsize=10.5, fontfamily=SERIF_FONT)
     for end, colour, base in (("crank end", CRANK_END_COLOUR, 2.0), ("head end", HEAD_END_COLOUR, 0.0)):
         events_by_name = {row.name.rsplit(" ", 1)[1]: row for row in data.events.rows if row.name.startswith(end)}
         stroke_percent = {name: 100 * row.simulated_stroke for name, row in events_by_name.items()}
@@ -237,12 +237,12 @@ def draw_stroke_diagram(axes: Axes, data: ValveDiagramData) -> None:
             axes.plot([100 * row.theory_stroke] * 2, [floor, floor + 0.7], color=INK, linewidth=1.0, linestyle=DASHED)
         label_style = {"ha": "right", "va": "center", "color": colour, "linespacing": 1.3}
         annotate_point(axes, (0, base + 0.75), end.replace(" ", "\n"), (-7, 0), **label_style)
-        for words, height in (("out", 1.15), ("back", 0.35)):
-            annotate_point(axes, (100, base + height), words, (5, 0), va="center", color=MUTED, fontsize=9.5)
+        for text, height in (("out", 1.15), ("back", 0.35)):
+            annotate_point(axes, (100, base + height), text, (5, 0), va="center", color=MUTED, fontsize=9.5)
 
 
 def _stroke_phases(stroke_percent: Mapping[str, float], base: float) -> list[tuple[float, float, float, str]]:
-    """From where to where (%), how high, and what the steam does: on the way out above, on the way back below."""
+    """Return start and end (percent of the stroke), height and name of each phase: outward above, return below."""
     out_height, back_height = base + 0.8, base
     return [
         (0.0, stroke_percent["cut-off"], out_height, "steam"),

@@ -1,4 +1,4 @@
-"""The drawing of Hartung's governor: hollow weights with their springs, bell cranks, hangers, sleeve and spindle."""
+"""Drawing of Hartung's governor: hollow weights with their springs, bell cranks, hangers, sleeve and spindle."""
 
 from __future__ import annotations
 
@@ -36,14 +36,14 @@ from governor_mechanism.render.machines.hartung.proportions import (
 from governor_mechanism.render.run_extents import RunExtents
 from governor_mechanism.types import FloatArray
 
-# As fractions of the weights' arm.
+# Widths and radii as fractions of the weight arm.
 _ARM_WIDTH, _HANGER_WIDTH, _PIVOT_RADIUS, _ROD_HALF_WIDTH = 0.17, 0.12, 0.055, 0.05
 _N_SPRING_TURNS = 8
-"""Of each spring, as many as can be told apart when it is pressed together."""
+"""Coils of each spring; as many as stay distinguishable when the spring is compressed."""
 
 
 def hartung_background_shapes(part: Part, poses: FloatArray, extents: RunExtents | None = None) -> tuple[DrawnShape, ...]:
-    """Spindle in its bearings, the frame that carries fulcrums and springs' seats, and the scale of the lift."""
+    """Return the spindle in its bearings, the frame with fulcrums and spring seats, and the lift scale."""
     governor = hartung_proportions(part, NO_EFFECTS if extents is None else extents.effect_state)
     u, w = governor.arm, HARTUNG_SPINDLE_HALF_WIDTH * governor.arm
     heights = hartung_sleeve_height(part, poses)
@@ -63,7 +63,7 @@ def hartung_background_shapes(part: Part, poses: FloatArray, extents: RunExtents
 
 
 def hartung_moving_shapes(part: Part, pose: FloatArray, extents: RunExtents | None = None) -> tuple[DrawnShape, ...]:
-    """Sleeve, hangers, weights, bell cranks and springs; the right half passes before the left one."""
+    """Return sleeve, hangers, weights, bell cranks and springs; the right half covers the left one."""
     effect_state, time = (NO_EFFECTS, 0.0) if extents is None else (extents.effect_state, extents.time)
     governor = hartung_proportions(part, effect_state)
     u, height = governor.arm, float(hartung_sleeve_height(part, pose))
@@ -78,16 +78,17 @@ def hartung_moving_shapes(part: Part, pose: FloatArray, extents: RunExtents | No
         make_rectangle("rod", -governor.spring_seat_radius, governor.spring_seat_radius, -_ROD_HALF_WIDTH * u, _ROD_HALF_WIDTH * u),
     ]
     shapes += [Lines("coil edge", front), Lines("coil", front)]
-    shapes += [Circle("pivot", *spot, _PIVOT_RADIUS * u) for side in sides for spot in (side.fulcrum, side.sleeve_arm_end, side.lug)]
+    shapes += [Circle("pivot", *point, _PIVOT_RADIUS * u) for side in sides for point in (side.fulcrum, side.sleeve_arm_end, side.lug)]
     return (*shapes, *hartung_impact_shapes(governor, sides, time))
 
 
 def hartung_plan_shapes(part: Part, pose: FloatArray, angle: float, effect_state: EffectState = NO_EFFECTS) -> tuple[DrawnShape, ...]:
-    """Weights, cross rod and sleeve from above; the right weight carries a mark."""
+    """Return weights, cross rod and sleeve from above; a mark identifies the right weight."""
     governor = hartung_proportions(part, effect_state)
     c, s = math.cos(angle), math.sin(angle)
 
     def rotate(x: float, y: float) -> Vec2:
+        """Rotate a point (m) by the spindle angle."""
         return c * x - s * y, s * x + c * y
 
     w, h = governor.half_width, governor.half_height
@@ -107,17 +108,18 @@ def hartung_plan_shapes(part: Part, pose: FloatArray, angle: float, effect_state
 
 
 def hartung_weight_path(part: Part, poses: FloatArray) -> FloatArray:
-    """The path (n, 2) (m) of the right weight's centre."""
+    """Return the path (n, 2) (m) of the centre of the right weight."""
     return hartung_weight_centres(hartung_proportions(part), part, poses)
 
 
 def _weight_shapes(governor: HartungProportions, side: HartungSide) -> list[DrawnShape]:
-    """A block cut open: the bore for its spring is open outward. It keeps upright, or turns with its arm."""
+    """Return a weight in section: the bore for its spring is open outward. It stays upright or rotates with its arm."""
     w, h, bore, wall = governor.half_width, governor.half_height, governor.bore_half_height, 0.28 * governor.half_width
     tilt_angle = side.lever_angle if governor.weights_rotate else 0.0
     c, s = math.cos(tilt_angle), math.sin(tilt_angle)
 
     def to_plane(x: float, y: float) -> Vec2:
+        """Return the point of the drawing at (x, y) in the axes of the weight (m)."""
         return side.weight[0] + side.sign * (c * x - s * y), side.weight[1] + s * x + c * y
 
     corner = 0.12 * h
@@ -133,7 +135,7 @@ def _weight_shapes(governor: HartungProportions, side: HartungSide) -> list[Draw
 
 
 def _crank_shapes(governor: HartungProportions, side: HartungSide) -> list[DrawnShape]:
-    """Hanger and bell crank of one side; the crank's boss sits on the fulcrum."""
+    """Return hanger and bell crank of one side; the boss of the crank is at the fulcrum."""
     u = governor.arm
     shapes: list[DrawnShape] = [make_bar("link", side.sleeve_arm_end, side.lug, _HANGER_WIDTH * u)]
     if math.isinf(governor.hanger_length):
@@ -146,7 +148,7 @@ def _crank_shapes(governor: HartungProportions, side: HartungSide) -> list[Drawn
 
 
 def _coil_strands(governor: HartungProportions, side: HartungSide) -> tuple[tuple[tuple[Vec2, ...], ...], tuple[tuple[Vec2, ...], ...]]:
-    """The strands of a spring from the weight's inner wall to its seat: those behind the cross rod, those before it."""
+    """Return the strands of a spring from the inner wall of the weight to its seat: those behind the cross rod, those in front of it."""
     start = abs(side.weight[0]) - governor.half_width + 0.28 * governor.half_width
     pitch = (governor.spring_seat_radius - start) / _N_SPRING_TURNS
     half_height, y = 0.80 * governor.bore_half_height, 0.0
@@ -161,7 +163,7 @@ def _coil_strands(governor: HartungProportions, side: HartungSide) -> tuple[tupl
 
 
 def _frame_shapes(governor: HartungProportions) -> tuple[DrawnShape, ...]:
-    """The beam with the fulcrums, keyed to the spindle; hub and end plates of the cross rod."""
+    """Return the beam with the fulcrums, keyed to the spindle, and the hub and end plates of the cross rod."""
     u, (x, y) = governor.arm, governor.fulcrum
     plate, bore = 0.06 * u, governor.bore_half_height
     return (
@@ -185,7 +187,7 @@ def _frame_shapes(governor: HartungProportions) -> tuple[DrawnShape, ...]:
 
 
 def _sleeve_shapes(governor: HartungProportions, height: float) -> tuple[DrawnShape, ...]:
-    """Head, collar with the groove for the fork, and a pointer; vertical hangers slide in a slot of the head."""
+    """Return head, collar with the groove for the fork, and a pointer; vertical hangers slide in a slot of the head."""
     u, (half_width, drop) = governor.arm, governor.sleeve_size
     head_half_height, base = 0.14 * u, height - drop
     neck, flange = 0.62 * half_width, 0.14 * u
@@ -214,7 +216,7 @@ def _sleeve_shapes(governor: HartungProportions, height: float) -> tuple[DrawnSh
 
 
 def _bearing_shapes(u: float, bottom: float, top: float) -> tuple[DrawnShape, ...]:
-    """A bearing in section: two hatched blocks beside the spindle, from bottom to top (m)."""
+    """Return a bearing in section: two hatched blocks at the sides of the spindle, from bottom to top (m)."""
     inner, outer, shapes = HARTUNG_SPINDLE_HALF_WIDTH * u, 0.42 * u, list[DrawnShape]()
     for left, right in ((-outer, -inner), (inner, outer)):
         shapes += [make_rectangle("bearing", left, right, bottom, top), make_hatching("hatching", (left, right, bottom, top), 0.09 * u)]
@@ -222,16 +224,17 @@ def _bearing_shapes(u: float, bottom: float, top: float) -> tuple[DrawnShape, ..
 
 
 def _lift_scale_shapes(governor: HartungProportions, lifts: Vec2) -> tuple[DrawnShape, ...]:
-    """A scale right of the sleeve whose marks (mm) cover the lifts (m), lowest and highest."""
+    """Return a scale (mm) to the right of the sleeve that covers the lifts (m), lowest and highest."""
     u, (low, high) = governor.arm, lifts
     step = round_step(max(high - low, 0.1 * u), 5)
     first, last = math.floor(low / step + 1e-9), math.ceil(high / step - 1e-9)
-    # Long enough that its two numbers stand apart.
+    # Long enough for two numbers without overlap.
     last = max(last, first + math.ceil(0.3 * u / step))
-    marks = [(k, k * step + governor.zero_lift_height) for k in range(first, last + 1)]
+    ticks_mm = [(k, k * step + governor.zero_lift_height) for k in range(first, last + 1)]
     x = governor.sleeve_size[0] + 0.38 * u
-    ticks = tuple(((x, y), (x + (0.14 if k in (first, last) else 0.08) * u, y)) for k, y in marks)
+    ticks = tuple(((x, y), (x + (0.14 if k in (first, last) else 0.08) * u, y)) for k, y in ticks_mm)
     labels = [
-        TextShape("scale", x + 0.18 * u, y, f"{k * step * 1e3:.6g}{unit}", 0.9 * u) for (k, y), unit in ((marks[0], ""), (marks[-1], " mm"))
+        TextShape("scale", x + 0.18 * u, y, f"{k * step * 1e3:.6g}{unit}", 0.9 * u)
+        for (k, y), unit in ((ticks_mm[0], ""), (ticks_mm[-1], " mm"))
     ]
-    return (Lines("scale", (((x, marks[0][1]), (x, marks[-1][1])), *ticks)), *labels)
+    return (Lines("scale", (((x, ticks_mm[0][1]), (x, ticks_mm[-1][1])), *ticks)), *labels)

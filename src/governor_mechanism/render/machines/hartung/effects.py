@@ -1,4 +1,4 @@
-"""What a scene's effects hang on a Hartung governor: stops of its weights, a dashpot, a spring, what rubs."""
+"""Effects drawn on a Hartung governor: weight stops, dashpot, sleeve spring and friction shoes."""
 
 from __future__ import annotations
 
@@ -15,18 +15,17 @@ from governor_mechanism.render.machines.pendulum.effects import helical_spring_l
 
 _LIFT_READING = "sleeve_lift"
 _WEIGHT_READINGS = ("lever_angle", "weight_radius")
-"""The readings that the weights show."""
+"""Readings that determine the position of the weights."""
 
-# As fractions of the weights' arm.
 _DASHPOT_HALF_WIDTH, _DASHPOT_OFFSET = 0.24, 0.50
-"""half width of the dashpot, and how far its middle stands beside the sleeve"""
+"""Half width of the dashpot, and distance of its axis from the sleeve, as fractions of the weight arm."""
 _STOP_HALF_HEIGHT = 0.16
-"""Half height of the stops that weights meet."""
+"""Half height of the weight stops, as a fraction of the weight arm."""
 _SHOE_HEIGHT = 0.20
 
 
 def spindle_collar_height(governor: HartungProportions, lowest: float) -> float:
-    """Where the spindle's lower collar stands (m), with the sleeve's lugs lowest at a height (m)."""
+    """Return the height (m) of the lower spindle collar if the lowest height of the sleeve lugs is `lowest` (m)."""
     u, gap = governor.arm, 0.14 * governor.arm
     if governor.effect_state.find_effect_on(DryFriction, _LIFT_READING):
         gap += _SHOE_HEIGHT * u
@@ -36,24 +35,24 @@ def spindle_collar_height(governor: HartungProportions, lowest: float) -> float:
 
 
 def hartung_static_effect_shapes(governor: HartungProportions, heights: Vec2) -> list[DrawnShape]:
-    """What is fixed to the frame: blocks that stop the weights, the dashpot's cylinder, the spring's seat."""
+    """Return the shapes fixed to the frame: weight stops, dashpot cylinder and spring seat."""
     return [*_weight_stop_shapes(governor), *_dashpot_shapes(governor, heights), *_spring_seat_shapes(governor, heights[0])]
 
 
 def hartung_moving_effect_shapes(governor: HartungProportions, height: float, time: float) -> list[DrawnShape]:
-    """What moves with the sleeve, whose lugs stand at a height (m), at a time (s)."""
+    """Return the shapes that move with the sleeve, with its lugs at a height (m), at a time (s)."""
     return [*_piston_shapes(governor, height), *_spring_shapes(governor, height), *_friction_shoe_shapes(governor, height, time)]
 
 
 def hartung_impact_shapes(governor: HartungProportions, sides: list[HartungSide], time: float) -> list[DrawnShape]:
-    """Rays where a weight has just struck its stop."""
+    """Return rays where a weight has just struck its stop."""
     stops = governor.effect_state.find_effect_on(Stops, *_WEIGHT_READINGS)
     if stops is None:
         return []
     last_impact = governor.effect_state.recent_impact(stops.reading, time)
     impact_points: list[Vec2] = []
     if last_impact is not None:
-        is_inner_stop = last_impact.is_high_stop == (stops.reading == _WEIGHT_READINGS[0])  # the lever angle grows inward
+        is_inner_stop = last_impact.is_high_stop == (stops.reading == _WEIGHT_READINGS[0])  # the lever angle increases inward
         for side in sides:
             face_radius = abs(side.weight[0]) + (-governor.half_width if is_inner_stop else governor.half_width)
             impact_points.append((side.sign * face_radius, _stop_height(governor)))
@@ -61,12 +60,12 @@ def hartung_impact_shapes(governor: HartungProportions, sides: list[HartungSide]
 
 
 def _stop_height(governor: HartungProportions) -> float:
-    """The height at which the weights meet their stops (m)."""
+    """Return the height (m) at which the weights meet their stops."""
     return 0.5 * (governor.bore_half_height + governor.half_height)
 
 
 def _stop_radii(governor: HartungProportions) -> tuple[float, float] | None:
-    """Where the weights' centres are stopped, inside and outside (m from the axis; nan where there is none)."""
+    """Return the radii (m) of the weight centres at the inner and outer stop; NaN where there is no stop."""
     stops = governor.effect_state.find_effect_on(Stops, *_WEIGHT_READINGS)
     if stops is None:
         return None
@@ -80,7 +79,7 @@ def _stop_radii(governor: HartungProportions) -> tuple[float, float] | None:
 
 
 def _weight_stop_shapes(governor: HartungProportions) -> list[DrawnShape]:
-    """Blocks that the weights' faces meet: inside on the hub, outside on brackets from the springs' seats."""
+    """Return the blocks that stop the weights: inside on the hub, outside on brackets from the spring seats."""
     radii = _stop_radii(governor)
     if radii is None:
         return []
@@ -104,7 +103,7 @@ def _weight_stop_shapes(governor: HartungProportions) -> list[DrawnShape]:
 
 
 def _dashpot_box(governor: HartungProportions, heights: Vec2) -> tuple[float, float, float, float]:
-    """Left, right, bottom, top of the dashpot (m), long enough for the whole way of its piston."""
+    """Return left, right, bottom and top of the dashpot (m), long enough for the whole stroke of its piston."""
     u, (low, high) = governor.arm, heights
     x = -(governor.sleeve_size[0] + _DASHPOT_OFFSET * u)
     top = low - 0.45 * u
@@ -112,13 +111,13 @@ def _dashpot_box(governor: HartungProportions, heights: Vec2) -> tuple[float, fl
 
 
 def _lug_height_range(governor: HartungProportions) -> Vec2:
-    """Between what heights the lugs move over the run (m)."""
+    """Return the lowest and highest lug height of the run (m)."""
     low, high = governor.effect_state.reading_ranges.get(_LIFT_READING, (0.0, 0.0))
     return governor.zero_lift_height + low, governor.zero_lift_height + high
 
 
 def _dashpot_shapes(governor: HartungProportions, heights: Vec2) -> list[DrawnShape]:
-    """An open cylinder full of oil on a hatched footing, beside the sleeve."""
+    """Return an open cylinder filled with oil on a hatched base, next to the sleeve."""
     if not governor.effect_state.find_effect_on(Dashpot, _LIFT_READING):
         return []
     u, (left, right, bottom, top) = governor.arm, _dashpot_box(governor, heights)
@@ -132,7 +131,7 @@ def _dashpot_shapes(governor: HartungProportions, heights: Vec2) -> list[DrawnSh
 
 
 def _piston_shapes(governor: HartungProportions, height: float) -> list[DrawnShape]:
-    """The dashpot's piston, its rod, and the bracket by which the sleeve moves it."""
+    """Return the dashpot piston, its rod, and the bracket that connects it to the sleeve."""
     if not governor.effect_state.find_effect_on(Dashpot, _LIFT_READING):
         return []
     u, low = governor.arm, _lug_height_range(governor)[0]
@@ -147,7 +146,7 @@ def _piston_shapes(governor: HartungProportions, height: float) -> list[DrawnSha
 
 
 def _spring_seat_shapes(governor: HartungProportions, lowest: float) -> list[DrawnShape]:
-    """A disc on the spindle for the sleeve's spring to rest against."""
+    """Return the disc on the spindle that supports the sleeve spring."""
     if not governor.effect_state.find_effect_on(OutputSpring, _LIFT_READING):
         return []
     u, y, half_width = governor.arm, spindle_collar_height(governor, lowest), 0.45 * governor.arm
@@ -155,7 +154,7 @@ def _spring_seat_shapes(governor: HartungProportions, lowest: float) -> list[Dra
 
 
 def _spring_shapes(governor: HartungProportions, height: float) -> list[DrawnShape]:
-    """A helical spring round the spindle, under the sleeve."""
+    """Return a helical spring around the spindle, below the sleeve."""
     if not governor.effect_state.find_effect_on(OutputSpring, _LIFT_READING):
         return []
     start, end = spindle_collar_height(governor, _lug_height_range(governor)[0]), height - governor.sleeve_size[1]
@@ -163,7 +162,7 @@ def _spring_shapes(governor: HartungProportions, height: float) -> list[DrawnSha
 
 
 def _friction_shoe_shapes(governor: HartungProportions, height: float, time: float) -> list[DrawnShape]:
-    """Shoes under the sleeve that rub on the spindle, in the colour of what rubs or of what is held."""
+    """Return the friction shoes under the sleeve, coloured by sliding or sticking."""
     if not governor.effect_state.find_effect_on(DryFriction, _LIFT_READING):
         return []
     u, base, is_sticking = (governor.arm, height - governor.sleeve_size[1], governor.effect_state.is_held(_LIFT_READING, time))

@@ -1,6 +1,6 @@
-"""What a scene's effects hang on a pendulum governor: stops, springs, brakes and what rubs.
+"""Effects drawn on a pendulum governor: stops, springs, dashpots and friction shoes.
 
-Everything here is drawn only where the scene lists it. Effects on the ball's radius are shown on the arms.
+Only effects of the scene are drawn. Effects on the ball radius are shown on the arms.
 """
 
 from __future__ import annotations
@@ -37,16 +37,15 @@ from governor_mechanism.render.machines.pendulum.stops import (
 )
 from governor_mechanism.types import FloatArray
 
-# As fractions of the arm.
 _SHOE_WIDTH = 0.060
-"""width of the shoes under the sleeve"""
+"""Width of the friction shoes under the sleeve, as a fraction of the arm."""
 _DASHPOT_HALF_WIDTH, _DASHPOT_OFFSET = 0.075, 0.16
-"""half width of the dashpot, and how far its middle stands beside the sleeve"""
+"""Half width of the dashpot, and distance of its axis from the sleeve, as fractions of the arm."""
 _N_COILS = 7
 
 
 def spindle_foot_distance(governor: PendulumProportions, heights: Vec2) -> float:
-    """From the low end of the load to the spindle's foot (m), where the lugs stand between two heights (m)."""
+    """Return the distance (m) from the low end of the sleeve to the spindle foot, for the lowest and highest lug height (m)."""
     u, shoe_height = governor.arm, sleeve_depth(governor) - governor.sleeve_size[1]
     distance = 0.10 * u + shoe_height
     stops, spring = (
@@ -61,14 +60,14 @@ def spindle_foot_distance(governor: PendulumProportions, heights: Vec2) -> float
 
 
 def pendulum_static_effect_shapes(governor: PendulumProportions) -> tuple[DrawnShape, ...]:
-    """What is fixed to the frame: blocks that stop arms and sleeve, the spring's seat, the dashpot's cylinder."""
+    """Return the shapes fixed to the frame: stops of arms and sleeve, spring seat, dashpot cylinder."""
     return (*arm_stop_shapes(governor), *sleeve_stop_shapes(governor), *_spring_seat_shapes(governor), *_dashpot_shapes(governor))
 
 
 def pendulum_moving_effect_shapes(
     governor: PendulumProportions, part: Part, pose: FloatArray, time: float
 ) -> tuple[tuple[DrawnShape, ...], tuple[DrawnShape, ...]]:
-    """What moves with the governor at a pose (bodies, 3) and a time (s): behind it, and in front of it."""
+    """Return the effect shapes at a pose (bodies, 3) and a time (s): those behind the governor, those in front of it."""
     height = float(pendulum_sleeve_height(governor, part, pose))
     angle = float(pendulum_arm_angles(governor, part, pose))
     sides = pendulum_sides(governor, part, pose)
@@ -84,13 +83,13 @@ def pendulum_moving_effect_shapes(
 
 
 def _lug_height_range(governor: PendulumProportions) -> Vec2:
-    """Between what heights the lugs move over the run (m)."""
+    """Return the lowest and highest lug height of the run (m)."""
     low, high = governor.effect_state.reading_ranges.get(LIFT_READING, (0.0, 0.0))
     return governor.zero_lift_height + low, governor.zero_lift_height + high
 
 
 def _spring_seat_geometry(governor: PendulumProportions) -> tuple[float, float] | None:
-    """The height of the fixed end of the sleeve's spring (m), and the half width of its coils (m)."""
+    """Return the height of the fixed end of the sleeve spring (m), and the half width of its coils (m)."""
     spring = governor.effect_state.find_effect_on(OutputSpring, LIFT_READING)
     if spring is None:
         return None
@@ -105,7 +104,7 @@ def _spring_seat_geometry(governor: PendulumProportions) -> tuple[float, float] 
 
 
 def _spring_seat_shapes(governor: PendulumProportions) -> list[DrawnShape]:
-    """A disc on the spindle for the spring to rest against."""
+    """Return the disc on the spindle that supports the sleeve spring."""
     seat_geometry, u = _spring_seat_geometry(governor), governor.arm
     if seat_geometry is None:
         return []
@@ -116,7 +115,7 @@ def _spring_seat_shapes(governor: PendulumProportions) -> list[DrawnShape]:
 
 
 def _sleeve_spring_shapes(governor: PendulumProportions, height: float) -> list[DrawnShape]:
-    """A helical spring round the spindle, between its seat and the sleeve."""
+    """Return a helical spring around the spindle, between its seat and the sleeve."""
     seat_geometry, spring = (_spring_seat_geometry(governor), governor.effect_state.find_effect_on(OutputSpring, LIFT_READING))
     if seat_geometry is None or spring is None:
         return []
@@ -130,7 +129,7 @@ def _sleeve_spring_shapes(governor: PendulumProportions, height: float) -> list[
 
 
 def helical_spring_lines(start: Vec2, end: Vec2, half_width: float, hidden_half_width: float) -> tuple[tuple[Vec2, ...], ...]:
-    """A helical spring of half width `half` (m) from the side; its back is hidden within `hidden` (m) of the axis."""
+    """Return a helical spring of a half width (m) from the side; its back is hidden within `hidden_half_width` (m) of the axis."""
     length, n_segments = math.dist(start, end), 16 * _N_COILS
     c, s = ((end[0] - start[0]) / length, (end[1] - start[1]) / length) if length > 0 else (0.0, 1.0)
     chains: list[list[Vec2]] = [[]]
@@ -146,7 +145,7 @@ def helical_spring_lines(start: Vec2, end: Vec2, half_width: float, hidden_half_
 
 
 def _dashpot_box(governor: PendulumProportions) -> tuple[float, float, float, float]:
-    """Left, right, bottom, top of the dashpot (m), long enough for the whole way of its piston."""
+    """Return left, right, bottom and top of the dashpot (m), long enough for the whole stroke of its piston."""
     u, (low, high) = governor.arm, _lug_height_range(governor)
     x = -(governor.sleeve_size[0] + _DASHPOT_OFFSET * u)
     top = low - governor.sleeve_size[1] - 0.06 * u
@@ -154,7 +153,7 @@ def _dashpot_box(governor: PendulumProportions) -> tuple[float, float, float, fl
 
 
 def _dashpot_shapes(governor: PendulumProportions) -> list[DrawnShape]:
-    """An open cylinder full of oil on a hatched footing, beside the sleeve."""
+    """Return an open cylinder filled with oil on a hatched base, next to the sleeve."""
     if not governor.effect_state.find_effect_on(Dashpot, LIFT_READING):
         return []
     u, (left, right, bottom, top) = governor.arm, _dashpot_box(governor)
@@ -168,7 +167,7 @@ def _dashpot_shapes(governor: PendulumProportions) -> list[DrawnShape]:
 
 
 def _piston_shapes(governor: PendulumProportions, height: float) -> list[DrawnShape]:
-    """The dashpot's piston, its rod, and the bracket by which the sleeve at a height (m) moves it."""
+    """Return the dashpot piston, its rod, and the bracket that connects it to the sleeve at a height (m)."""
     if not governor.effect_state.find_effect_on(Dashpot, LIFT_READING):
         return []
     u, (left, right, bottom, _) = governor.arm, _dashpot_box(governor)
@@ -183,7 +182,7 @@ def _piston_shapes(governor: PendulumProportions, height: float) -> list[DrawnSh
 
 
 def _sleeve_shoe_shapes(governor: PendulumProportions, height: float, time: float) -> list[DrawnShape]:
-    """Shoes under the sleeve that rub on the spindle."""
+    """Return the friction shoes under the sleeve, which slide on the spindle."""
     if not governor.effect_state.find_effect_on(DryFriction, LIFT_READING):
         return []
     u, base = governor.arm, height - governor.sleeve_size[1]
@@ -194,7 +193,7 @@ def _sleeve_shoe_shapes(governor: PendulumProportions, height: float, time: floa
 
 
 def _arm_shoe_shapes(governor: PendulumProportions, time: float) -> list[DrawnShape]:
-    """A shoe over the pin of each arm."""
+    """Return a friction shoe over the pin of each arm."""
     friction = governor.effect_state.find_effect_on(DryFriction, *ARM_READINGS)
     if friction is None:
         return []
@@ -207,7 +206,7 @@ def _arm_shoe_shapes(governor: PendulumProportions, time: float) -> list[DrawnSh
 
 
 def _friction_shoe_shapes(governor: PendulumProportions, reading: str, time: float, shoes: list[Polygon]) -> list[DrawnShape]:
-    """The shoes in the colour of what rubs, or of what is held; the others have no outline."""
+    """Return the shoes once for sliding and once for sticking; the set that does not apply has no outline."""
     is_sticking = governor.effect_state.is_held(reading, time)
     return [
         Polygon(role, shoe.points if is_shown else ())
@@ -217,7 +216,7 @@ def _friction_shoe_shapes(governor: PendulumProportions, reading: str, time: flo
 
 
 def _rotary_dashpot_shapes(governor: PendulumProportions, sides: list[PendulumSide]) -> list[DrawnShape]:
-    """A small rotary damper on each arm's pin, its vane along the arm."""
+    """Return a small rotary dashpot on the pin of each arm, its vane along the arm."""
     if not governor.effect_state.find_effect_on(Dashpot, *ARM_READINGS):
         return []
     u, shapes = governor.arm, list[DrawnShape]()
@@ -231,7 +230,7 @@ def _rotary_dashpot_shapes(governor: PendulumProportions, sides: list[PendulumSi
 
 
 def _spiral_spring_shapes(governor: PendulumProportions, angle: float) -> list[DrawnShape]:
-    """A spiral spring round each arm's pin, wound by the arm."""
+    """Return a spiral spring around the pin of each arm, wound by the arm."""
     if not governor.effect_state.find_effect_on(OutputSpring, ARM_READINGS[0]):
         return []
     u, shapes = governor.arm, list[DrawnShape]()
@@ -246,7 +245,7 @@ def _spiral_spring_shapes(governor: PendulumProportions, angle: float) -> list[D
 
 
 def _ball_spring_shapes(governor: PendulumProportions, sides: list[PendulumSide]) -> list[DrawnShape]:
-    """A spring from ball to ball."""
+    """Return a spring from ball to ball."""
     if not governor.effect_state.find_effect_on(OutputSpring, ARM_READINGS[1]):
         return []
     (left, y), (right, _) = (side.ball for side in sides)
