@@ -10,15 +10,8 @@ from matplotlib.figure import Figure
 from matplotlib.lines import Line2D
 
 from governor_mechanism.model.scene import Scene
-from governor_mechanism.render.figures.engraving_sheet import (
-    MM_PER_M,
-    PLATE_HEIGHT,
-    PLATE_WIDTH,
-    new_plate,
-    require_png,
-    save_plate,
-    write_text,
-)
+from governor_mechanism.render.figures.engraving_sheet import MM_PER_M, PLATE_HEIGHT, PLATE_WIDTH, new_plate, write_text
+from governor_mechanism.render.figures.page import save_png
 from governor_mechanism.render.figures.slide_valve.zeuner_data import ValveDiagramData, valve_diagram_data
 from governor_mechanism.render.figures.slide_valve.zeuner_panels import (
     CRANK_END_COLOUR,
@@ -45,8 +38,7 @@ def zeuner_figure(scene: Scene, path: str | os.PathLike[str]) -> Path:
 
     Raises MechanismError for another machine. An exception leaves no file behind.
     """
-    require_png(path)
-    return save_plate(draw_zeuner_plate(valve_diagram_data(scene)), path)
+    return save_png(draw_zeuner_plate(valve_diagram_data(scene)), path)
 
 
 def draw_zeuner_plate(data: ValveDiagramData) -> Figure:
