@@ -5,11 +5,14 @@ from __future__ import annotations
 import textwrap
 from typing import Any
 
+import numpy as np
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
+from matplotlib.lines import Line2D
 from matplotlib.patches import Rectangle
 from matplotlib.patheffects import withStroke
 from matplotlib.text import Annotation, Text
+from numpy.typing import ArrayLike
 
 from governor_mechanism.render.figures.page import label_axes, new_figure, style_axes
 from governor_mechanism.render.style import INK, MUTED, PAPER, SERIF_FONT
@@ -26,7 +29,8 @@ DASHED, CHAIN_DOTTED, DOTTED = (0, (5, 2.5)), (0, (10, 2.5, 1.5, 2.5)), (0, (1, 
 
 _TEXT_HALO = withStroke(linewidth=3.0, foreground=PAPER)
 
-AxesPoint = tuple[float, float]
+AxesPoint = tuple[Any, Any]
+"""Coordinates x and y: numbers or arrays of them."""
 
 
 def new_plate(heading: str, title: str, source: str) -> Figure:
@@ -56,6 +60,24 @@ def annotate_point(axes: Axes, point: AxesPoint, label: str, offset: AxesPoint =
     annotation.set(**text_style)
     annotation.set_path_effects([_TEXT_HALO])
     return annotation
+
+
+def draw_point(axes: Axes, x: float, y: float, **style: Any) -> None:
+    """Draw a round marker at a point."""
+    axes.plot([x], [y], "o", **style)
+
+
+def polar_points(angles: ArrayLike, lengths: ArrayLike, centre: AxesPoint = (0.0, 0.0)) -> AxesPoint:
+    """Return points (n,), (n,) at lengths and angles (rad) from a centre."""
+    return centre[0] + np.multiply(lengths, np.cos(angles)), centre[1] + np.multiply(lengths, np.sin(angles))
+
+
+def add_line_legend(axes: Axes, entries: dict[str, dict[str, Any]], *, colour: str, size: float, **properties: Any) -> None:
+    """Add a legend of line styles by label."""
+    handles = [Line2D([], [], label=label, **style) for label, style in entries.items()]
+    legend = axes.legend(handles=handles, **properties)
+    for text in legend.get_texts():
+        text.set(fontfamily=SERIF_FONT, fontsize=size, math_fontfamily="stix", color=colour)
 
 
 def style_plate_axes(axes: Axes, x_label: str, y_label: str) -> None:

@@ -67,8 +67,8 @@ def _draw_onset(figure: Figure, study: CyclicMotionStudy, excess: FloatArray, am
         near_threshold = excess < 0.01
         line = amplitudes[near_threshold][-1] * (excess / excess[near_threshold][-1]) ** exponent.value
         inset.loglog(excess, line, color=VERMILLION, linewidth=1.0, zorder=1)
-        style = {"ha": "right", "color": VERMILLION, "fontsize": 7.5}
-        write_note(inset, f"exponent {exponent}", (0.97, 0.06), xycoords="axes fraction", **style)
+        text = f"exponent {exponent}"
+        write_note(inset, text, (0.97, 0.06), xycoords="axes fraction", ha="right", color=VERMILLION, fontsize=7.5)
 
 
 def clearance_figure(studies: Sequence[ClearanceStudy], path: str | os.PathLike[str]) -> Path:
