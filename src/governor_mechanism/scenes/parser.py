@@ -8,7 +8,7 @@ from typing import Any
 
 from governor_mechanism.errors import MechanismError
 from governor_mechanism.model.scene import Scene
-from governor_mechanism.scenes.problems import Problem, ProblemCode
+from governor_mechanism.scenes.problems import KEY, Problem, ProblemCode
 from governor_mechanism.scenes.source import read_document
 from governor_mechanism.units.quantities import format_value
 
@@ -76,4 +76,6 @@ def parse_scene_document(document: Mapping[str, Any], source: str = "") -> Scene
 def _with_source(problems: Iterable[str], source: str) -> MechanismError:
     """Return the error of problems that begin with their source, if there is one."""
     located = [Problem(problem) for problem in problems]
-    return MechanismError(*(Problem(f"{source}: {text}", text.code, text.key) if source else text for text in located))
+    return MechanismError(
+        *(Problem(f"{source}: {text}" if source else str(text), text.code, text.key.replace(KEY, "")) for text in located)
+    )
