@@ -146,8 +146,8 @@ def _locate_in_bracket(
 
 @jit_internal
 def _regula_falsi(
-    model: ReducedModel, local_time: float, h: float, q: float, v: float, piece_index: int, stages: Stages, trial_stages: Stages, values_high: FloatArray,
-    counts: IntArray, event_index: int, low: float, high: float, trial_values: FloatArray,
+    model: ReducedModel, local_time: float, h: float, q: float, v: float, piece_index: int, stages: Stages, trial_stages: Stages,
+    values_high: FloatArray, counts: IntArray, event_index: int, low: float, high: float, trial_values: FloatArray,
 ) -> float:  # fmt: skip
     """Return the fraction just after the zero of one event function, which is negative at `low`.
 

@@ -152,9 +152,10 @@ class ReducedRun:
         start_time, mode = float(self.times[k]), np.zeros(1, dtype=np.int64)
         state, no_modes = states[k].copy(), np.zeros((0, 1), dtype=np.int64)
         time_scale = self.evaluator.time_scale
+        model = make_reduced_model(self.motion_table.table, self.motion_table.forces, self.input_cubics(start_time), mode)
+        limits = (tolerance, 0.01 * time_scale, REDUCED_MAX_STEP_RATIO * time_scale, MAX_INTERMEDIATE_STEPS)
         status, *_ = integrate_reduced(
-            make_reduced_model(self.motion_table.table, self.motion_table.forces, self.input_cubics(start_time), mode), (start_time, time), np.empty(0), state,
-            (tolerance, 0.01 * time_scale, REDUCED_MAX_STEP_RATIO * time_scale, MAX_INTERMEDIATE_STEPS), make_stages(), np.empty((0, 2 + N_QUADRATURES)),
+            model, (start_time, time), np.empty(0), state, limits, make_stages(), np.empty((0, 2 + N_QUADRATURES)),
             no_modes, np.empty((0, 3)), np.zeros(2, dtype=np.int64), np.zeros(4, dtype=np.int64),
         )  # fmt: skip
         if status != IntegrationStatus.DONE:
