@@ -208,7 +208,7 @@ def test_with_contacts_event_time_errors_are_listed_too(frictional):
 
 
 def test_a_driven_mechanism_is_confirmed_by_impulse(timer, tmp_path):
-    driven = run_accuracy_study(shortened("quick_return", 0.5), max_time=0.02, timer=timer)
+    driven = run_accuracy_study(shortened("quick_return", 0.5), max_time=0.05, timer=timer)
     assert "drives move this mechanism" in driven.variant("reduced").refusal
     assert driven.reference.confirmed_by == "impulse extrapolated"
     assert driven.reference.confirmation_error == driven.variant("impulse extrapolated").best_point.max_error < 1e-4
