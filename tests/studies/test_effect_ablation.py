@@ -102,7 +102,7 @@ def test_a_scene_made_in_python_is_studied_but_for_what_built_its_mechanism():
     study = run_effects_study(made)
     assert study.negligible == ("Dashpot",)
     gravity = next(row for row in study.rows if row.effect == "Gravity")
-    assert gravity.note.startswith("the run without it ends early: arm_angle: the arms stand at 90 degrees")
+    assert gravity.note.startswith("the run without it ends early: arm_angle: the arms are at 90 degrees")
     assert gravity.time_ratio is None
     with_rods = replace(made, effects=(*made.effects, RodMasses(arm_mass=0.1)))
     row = next(row for row in run_effects_study(with_rods).rows if row.effect == "RodMasses")

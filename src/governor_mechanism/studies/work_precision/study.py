@@ -74,7 +74,7 @@ MAX_ASYMPTOTIC_ERROR, N_FITTED_SETTINGS = 0.03, 5
 ESTIMATE_TOLERANCE_RATIO = 10.0
 """Ratio of the tolerances behind an error estimate: it is the error of the looser run, so a confirmed reference is better by this."""
 
-SCENE_OUTCOMES = (Outcome.DONE, Outcome.UNCERTIFIED, Outcome.ACCURACY_MISSED, Outcome.LEFT_RANGE)
+SCENE_OUTCOMES = (Outcome.DONE, Outcome.NOT_CERTIFIED, Outcome.ACCURACY_MISSED, Outcome.LEFT_RANGE)
 """Outcomes that are due to the scene, not to the engine."""
 
 

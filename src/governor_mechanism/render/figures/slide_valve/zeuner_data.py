@@ -1,4 +1,4 @@
-"""What the plates of a slide valve show, in numbers: the mechanism over a turn, the theory, the events."""
+"""Data of the slide-valve plates: the mechanism over a turn, the theory, the valve events."""
 
 from __future__ import annotations
 
@@ -15,15 +15,16 @@ from governor_mechanism.studies.slide_valve.valve_timing import ValveTiming, tab
 from governor_mechanism.types import FloatArray
 
 _N_CRANK_ANGLES = 720
-"""Crank angles in a turn of the mechanism."""
+"""Number of crank-angle intervals in a turn."""
 
 
 @dataclass(frozen=True, kw_only=True)
 class ValveDiagramData:
-    """A slide valve over a turn: angles (n,) rad from the crank end's dead centre, once round and closed.
+    """Slide valve over a closed turn: angles (n,) (rad) from the dead centre at the crank end.
 
-    displacement (n,) m is the mechanism's and theory (n,) m that of Zeuner's law; piston (n,) the part of the stroke
-    that the piston has gone from the crank end, and piston_theory (n,) with an endless connecting rod.
+    `displacement` (n,) (m) is that of the mechanism, `theoretical_displacement` (n,) (m) that of Zeuner's law. `piston_travel` (n,) is
+    the travel of the piston from the crank end as a fraction of the stroke, `theoretical_piston_travel` (n,) that for an infinite
+    connecting rod.
     """
 
     title: str
@@ -41,12 +42,12 @@ class ValveDiagramData:
 
     @property
     def rod_ratio(self) -> float:
-        """l : r."""
+        """Ratio l : r of eccentric rod to eccentricity."""
         return self.eccentric.rod / self.eccentric.radius
 
 
 def valve_diagram_data(scene: Scene) -> ValveDiagramData:
-    """The numbers for a slide valve's scene. Raises MechanismError for another machine."""
+    """Return the data for the scene of a slide valve; raise MechanismError for another machine."""
     events = tabulate_valve_timing(scene)
     dimensions = scene.part.dimensions
     eccentric, crank_train = closed.Eccentric.from_dimensions(dimensions), CrankTrain.from_dimensions(dimensions)

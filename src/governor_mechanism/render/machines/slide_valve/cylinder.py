@@ -1,6 +1,6 @@
-"""The cylinder of a slide valve in section: piston, passages, and the valve over its ports in the steam chest.
+"""Section of a slide-valve cylinder: piston, passages, and the valve over its ports in the steam chest.
 
-The valve is drawn larger than the stroke, and the picture says by how much; its ports are as wide as the drawing needs.
+The valve has a larger scale than the stroke; the drawing shows the ratio. The ports are as wide as the drawing needs.
 """
 
 from __future__ import annotations
@@ -18,27 +18,27 @@ from governor_mechanism.render.machines.slide_valve.proportions import (
     steam_phase,
 )
 
-# All in cranks, from the middle of the stroke and the foot of the storey up.
+# In crank radii, from the middle of the stroke and the base of the view.
 CYLINDER_BASE = 1.26
 _WALL_THICKNESS, _BORE_HEIGHT, _BLOCK_HEIGHT, _CHEST_HEIGHT, _LID_THICKNESS = 0.075, 0.46, 0.30, 0.34, 0.065
 _PISTON_THICKNESS, _PISTON_CLEARANCE = 0.16, 0.035
-"""Thickness of the piston, and the room left at its dead centres."""
+"""Thickness of the piston, and clearance at its dead centres, in crank radii."""
 _MAX_DRAWN_ECCENTRIC = 0.33
-"""The eccentric as it is drawn in the chest."""
+"""Largest drawn eccentricity in the chest, in crank radii."""
 _BORE_HALF_LENGTH = 1.0 + _PISTON_THICKNESS / 2 + _PISTON_CLEARANCE
-"""Half the length of the bore."""
+"""Half length of the bore, in crank radii."""
 _ROD_HALF_THICKNESS, _GLAND_LENGTH, _PICTURE_RIGHT = 0.045, 0.16, 1.52
-"""Half the thickness of the piston's rod, length of its gland, and where the picture ends at the right."""
+"""Half thickness of the piston rod, length of its gland, and right edge of the picture, in crank radii."""
 
-# In eccentrics: half the exhaust port, the bridge, the steam port, and the thickness of the valve's back.
+# In eccentricities.
 _EXHAUST_HALF_WIDTH, _BRIDGE_WIDTH, _PORT_WIDTH, _VALVE_BACK_THICKNESS, _VALVE_HEIGHT = 0.75, 0.30, 0.62, 0.22, 0.78
 
 CHEST_TOP = CYLINDER_BASE + 2 * _WALL_THICKNESS + _BORE_HEIGHT + _BLOCK_HEIGHT - _WALL_THICKNESS + _CHEST_HEIGHT + _LID_THICKNESS
-"""Of the chest's lid."""
+"""Height of the top of the chest lid, in crank radii."""
 
 
 def _section_heights() -> tuple[float, float, float, float]:
-    """Floor and ceiling of the bore, the valve's face, and the chest's ceiling (cranks)."""
+    """Return the heights of bore floor, bore ceiling, valve face and chest ceiling (crank radii)."""
     floor = CYLINDER_BASE + _WALL_THICKNESS
     ceiling = floor + _BORE_HEIGHT
     face = ceiling + _BLOCK_HEIGHT
@@ -46,17 +46,17 @@ def _section_heights() -> tuple[float, float, float, float]:
 
 
 def drawn_eccentric(valve_gear: ValveGearProportions) -> float:
-    """What the eccentric measures in the drawing of the chest (m); less with long laps, which would not fit."""
+    """Return the drawn eccentricity in the chest (m); smaller for long laps, which would not fit."""
     return min(_MAX_DRAWN_ECCENTRIC, (_BORE_HALF_LENGTH - 0.02) / _chest_half_length(valve_gear)) * valve_gear.crank
 
 
 def valve_magnification(valve_gear: ValveGearProportions) -> float:
-    """How many times larger than the stroke the valve is drawn."""
+    """Return the scale of the valve relative to the scale of the stroke."""
     return drawn_eccentric(valve_gear) / valve_gear.eccentric
 
 
 def cylinder_background_shapes(valve_gear: ValveGearProportions) -> tuple[DrawnShape, ...]:
-    """The casting, and live steam in the chest."""
+    """Return the casting, and the live steam in the chest."""
     u = valve_gear.crank
     floor, ceiling, face, roof = _section_heights()
     outer, inner = (_BORE_HALF_LENGTH + 0.10) * u, _BORE_HALF_LENGTH * u
@@ -95,24 +95,24 @@ def cylinder_background_shapes(valve_gear: ValveGearProportions) -> tuple[DrawnS
 
 
 def _mirrored_interval(side: int, inner: float, outer: float) -> Vec2:
-    """From left to right, on one side of the middle."""
+    """Return left and right of an interval on one side of the centre."""
     return (inner, outer) if side > 0 else (-outer, -inner)
 
 
 def _port_edges(valve_gear: ValveGearProportions) -> tuple[float, float]:
-    """Inner and outer edge of a steam port, from the middle (m of the picture)."""
+    """Return the distances of the inner and outer edge of a steam port from the centre (m of the picture)."""
     inner = (_EXHAUST_HALF_WIDTH + _BRIDGE_WIDTH) * drawn_eccentric(valve_gear)
     return inner, inner + _PORT_WIDTH * drawn_eccentric(valve_gear)
 
 
 def _chest_half_length(valve_gear: ValveGearProportions) -> float:
-    """Half the length of the chest, in eccentrics: ports, lap, and how far the valve goes."""
+    """Return the half length of the chest in eccentricities: ports, lap and valve travel."""
     lap = max(valve_gear.outside_lap, 0.0) / valve_gear.eccentric
     return _EXHAUST_HALF_WIDTH + _BRIDGE_WIDTH + _PORT_WIDTH + lap + 1.22
 
 
 def _exhaust_port_shape(valve_gear: ValveGearProportions) -> Polygon:
-    """The exhaust port, a bowl under the face."""
+    """Return the exhaust port, a bowl under the valve face."""
     u, half = valve_gear.crank, _EXHAUST_HALF_WIDTH * drawn_eccentric(valve_gear)
     face = _section_heights()[2]
     depth = 0.62 * _BLOCK_HEIGHT * u
@@ -121,7 +121,7 @@ def _exhaust_port_shape(valve_gear: ValveGearProportions) -> Polygon:
 
 
 def _passage_outline(valve_gear: ValveGearProportions, side: float) -> tuple[Vec2, ...]:
-    """A steam port, from the face down to its end of the bore."""
+    """Return the outline of a steam passage from the valve face to its end of the bore."""
     u = valve_gear.crank
     _, ceiling, face, _ = _section_heights()
     inner, outer = _port_edges(valve_gear)
@@ -140,7 +140,7 @@ def _passage_outline(valve_gear: ValveGearProportions, side: float) -> tuple[Vec
 
 
 def cylinder_moving_shapes(valve_gear: ValveGearProportions, position: ValveGearPosition) -> tuple[DrawnShape, ...]:
-    """Steam at both ends, piston with its rod, and the valve."""
+    """Return the steam at both ends, the piston with its rod, and the valve."""
     u = valve_gear.crank
     floor, ceiling, face, _ = _section_heights()
     half_piston = _PISTON_THICKNESS / 2 * u
@@ -190,9 +190,9 @@ def _closed_polyline(points: tuple[Vec2, ...]) -> tuple[Vec2, ...]:
 
 
 def _valve_shapes(valve_gear: ValveGearProportions, position: ValveGearPosition, face: float) -> tuple[DrawnShape, ...]:
-    """The D-shaped valve on the face, its cavity over bridge and exhaust port, and its spindle."""
+    """Return the D-slide valve on its face, its cavity over bridge and exhaust port, and its spindle."""
     drawn_radius, eccentric_radius = drawn_eccentric(valve_gear), valve_gear.eccentric
-    valve_centre = -position.valve_displacement / eccentric_radius * drawn_radius  # away from the shaft is to the left
+    valve_centre = -position.valve_displacement / eccentric_radius * drawn_radius  # away from the shaft is left
     inner, outer = _port_edges(valve_gear)
     outer_half_width, inner_half_width = (
         outer + valve_gear.outside_lap / eccentric_radius * drawn_radius,
