@@ -8,7 +8,7 @@ from numpy.typing import NDArray
 from governor_mechanism.effects.centrifugal import Centrifugal
 from governor_mechanism.effects.gravity import Gravity
 from governor_mechanism.machines.pendulum.machine import PendulumGovernor
-from governor_mechanism.model.mechanism import FollowerHeight, PointCoordinate
+from governor_mechanism.model.output_variables import FollowerHeight, PointCoordinate
 from governor_mechanism.model.scene import Part, RunSettings, Scene, Spindle, Start
 from governor_mechanism.model.trajectory import Cost, Energy, Outcome, Trajectory
 

@@ -17,7 +17,7 @@ from governor_mechanism.effects.spring import OutputSpring
 from governor_mechanism.effects.stops import Stops
 from governor_mechanism.model.events import Event
 from governor_mechanism.model.joints import Point
-from governor_mechanism.model.mechanism import PointCoordinate
+from governor_mechanism.model.output_variables import PointCoordinate
 from governor_mechanism.model.time_functions import InputFunction
 from governor_mechanism.render.effect_state import effect_state_of
 from governor_mechanism.render.film.frame_data import interpolate_frame_data

@@ -89,9 +89,9 @@ def test_the_fall_is_late_by_the_two_thirds_power_of_the_rate(jumped):
 
 def test_the_jump_up_is_late_by_the_rate_and_a_logarithm(jumped):
     assert 0.8 < jumped.rising_exponent.value < 1.0
-    assert jumped.growth_rate == pytest.approx(-25 / 16 + math.sqrt((25 / 16) ** 2 + 7.04874672335), abs=1e-9)
+    assert jumped.divergence_rate == pytest.approx(-25 / 16 + math.sqrt((25 / 16) ** 2 + 7.04874672335), abs=1e-9)
     # The growth changes on the way to the fold, the less the smaller the first step off the stop: one per cent.
-    assert jumped.rising_growth_rate.value == pytest.approx(jumped.growth_rate, rel=0.02)
+    assert jumped.rising_divergence_rate.value == pytest.approx(jumped.divergence_rate, rel=0.02)
 
 
 def test_a_jump_needs_a_fold_and_a_stop():

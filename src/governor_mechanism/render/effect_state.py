@@ -1,4 +1,4 @@
-"""What a drawing is told of a scene's effects: which there are, what sticks, and what has just struck a stop."""
+"""State of a scene's effects for a drawing: which exist, which contacts are held, and recent impacts."""
 
 from __future__ import annotations
 
@@ -20,14 +20,15 @@ EffectT = TypeVar("EffectT", bound=Effect)
 OutputEffectT = TypeVar("OutputEffectT", bound=OutputEffect)
 
 HOLD_EVENT_KINDS = {"sticks": True, "rests on its stop": True, "slips": False, "leaves its stop": False}
+"""Events that begin (True) or end (False) the hold of a contact."""
 STRIKE_EVENT_KIND = "strikes its stop"
 FLASH_DURATION = 0.25
-"""Seconds of film that a strike is seen."""
+"""Duration (s of film) for which an impact is shown."""
 
 
 @dataclass(frozen=True, kw_only=True)
 class StopImpact:
-    """A blow against a stop at a time (s): the high one, or the low one."""
+    """Impact on the high or the low stop at a time (s)."""
 
     time: float
     is_high_stop: bool
@@ -35,10 +36,10 @@ class StopImpact:
 
 @dataclass(frozen=True, kw_only=True)
 class EffectState:
-    """The effects of a scene, and what happened to what they act on.
+    """Effects of a scene and the events of the outputs on which they act, by reading.
 
-    By reading: held tells when (s) it was held and when let go; strikes are the blows against its stops; ranges its
-    least and largest value over the run. A blow is shown for `flash` seconds of the run.
+    `hold_changes` are times (s) with True if the contact is held from then on; `stop_impacts` are the impacts; `reading_ranges` are the
+    smallest and largest value over the run. An impact is shown for `flash_duration` seconds of the run.
     """
 
     effects: tuple[Effect, ...] = ()
@@ -48,15 +49,15 @@ class EffectState:
     flash_duration: float = FLASH_DURATION
 
     def find_effect(self, kind: type[EffectT]) -> EffectT | None:
-        """The effect of that kind, where the scene lists it."""
+        """Return the effect of a type, or None."""
         return next((effect for effect in self.effects if isinstance(effect, kind)), None)
 
     def find_effect_on(self, kind: type[OutputEffectT], *readings: str) -> OutputEffectT | None:
-        """The effect of that kind on one of these readings, where the scene lists it."""
+        """Return the effect of a type on one of the readings, or None."""
         return next((effect for effect in self.effects if isinstance(effect, kind) and effect.reading in readings), None)
 
     def is_held(self, reading: str, time: float) -> bool:
-        """Whether dry friction or a stop holds a reading at a time (s)."""
+        """Return whether dry friction or a stop holds a reading at a time (s)."""
         changes = self.hold_changes.get(reading, ())
         if not changes:
             low, high = self.reading_ranges.get(reading, (0.0, 0.0))
@@ -65,7 +66,7 @@ class EffectState:
         return earlier[-1] if earlier else not changes[0][1]
 
     def recent_impact(self, reading: str, time: float) -> StopImpact | None:
-        """The last blow that a time (s) still shows."""
+        """Return the last impact that is still shown at a time (s), or None."""
         recent = [impact for impact in self.stop_impacts.get(reading, ()) if 0.0 <= time - impact.time < self.flash_duration]
         return recent[-1] if recent else None
 
@@ -74,12 +75,12 @@ NO_EFFECTS = EffectState()
 
 
 def effect_state_of(run: Trajectory, slow_down: float = 1.0) -> EffectState:
-    """What acts in a run whose seconds take `slow` seconds of film each."""
+    """Return the effect state of a run whose seconds take `slow_down` seconds of film stops."""
     effects = run.scene.effects
     ranges = {name: (float(values.min()), float(values.max())) for name, values in run.readings.items()}
     if not any(isinstance(effect, DryFriction | Stops | Clearance) for effect in effects):
         return EffectState(effects=effects, reading_ranges=ranges)
-    stop_values = {each.reading: (each.low, each.high) for each in run.scene.output_effects if isinstance(each, Stops)}
+    stop_values = {stops.reading: (stops.low, stops.high) for stops in run.scene.output_effects if isinstance(stops, Stops)}
     hold_changes: dict[str, list[tuple[float, bool]]] = {}
     stop_impacts: dict[str, list[StopImpact]] = {}
     for event in run.events:
@@ -97,11 +98,12 @@ def effect_state_of(run: Trajectory, slow_down: float = 1.0) -> EffectState:
 
 
 def _stop_impact(run: Trajectory, event: Event, stop_values: tuple[float, float]) -> StopImpact:
+    """Return the stop impact of an event; the nearer stop at that time is the one that is hit."""
     value = float(np.interp(event.time, run.times, run.readings[event.subject]))
     return StopImpact(time=event.time, is_high_stop=abs(value - stop_values[1]) < abs(value - stop_values[0]))
 
 
 def clearance_of(part: Part, effect_state: EffectState) -> Clearance | None:
-    """The play of a part that has some."""
+    """Return the clearance of a part, or None."""
     has_clearance_reading = any(reading.name == CLEARANCE_READING for reading in part.mechanism.readings)
     return effect_state.find_effect(Clearance) if has_clearance_reading else None

@@ -1,4 +1,4 @@
-"""What a drawing must know of the whole run: its measure, how far everything moves, how large loads become."""
+"""Extents over a whole run that a drawing needs: length scale, ranges of motion, largest loads."""
 
 from __future__ import annotations
 
@@ -21,19 +21,20 @@ from governor_mechanism.render.geometry.primitives import Vec2
 from governor_mechanism.types import FloatArray
 
 LoadFunctions = tuple[CubicTimeFunction, CubicTimeFunction | None]
+"""Components of a force over time, or a torque and None."""
 
 ELEVATION_ASPECT_RATIO = (ELEVATION_RECT[2] - ELEVATION_RECT[0]) / (ELEVATION_RECT[3] - ELEVATION_RECT[1])
-"""Width of the picture's place for the machine, of its height."""
+"""Width over height of the machine's rectangle in the frame."""
 
 
 @dataclass(frozen=True, kw_only=True)
 class RunExtents:
-    """unit (m) measures what a scene does not say, such as the width of a bar; middle (m) is the mean height.
+    """Extents of a run at one time.
 
-    ways: by joint, between what values (m, or rad in an arc slot) its second point moves in its first one's axes;
-    reaches: by spring or damper, its shortest and longest length (m). programs: by load, its parts in time, and
-    largest what their largest is over the run (N or N m). acting is what the scene's effects do. time (s) is the moment
-    shown.
+    `length_scale` (m) sizes what the scene leaves open, such as the width of a bar; `mean_height` (m) is the mean of the drawn points.
+    `joint_travels` are the smallest and largest displacement (m, or rad in an arc slot) of a joint's second point in the axes of its first;
+    `element_lengths` (m) the shortest and longest length of a spring or damper. `load_functions` are the loads over time and
+    `largest_loads` the largest of each type over the run (N or N m). `time` (s) is the shown time.
     """
 
     length_scale: float
@@ -46,11 +47,11 @@ class RunExtents:
     time: float = 0.0
 
     def at_time(self, time: float) -> RunExtents:
-        """The same at another moment (s)."""
+        """Return the same extents at another time (s)."""
         return dataclasses.replace(self, time=time)
 
     def load_fractions(self, load: Force | Torque) -> Vec2:
-        """The force's parts, or the torque and 0, each as a fraction of the largest of its kind over the run."""
+        """Return the components of a force, or a torque and 0, relative to the largest load of its type over the run."""
         largest = self.largest_loads[type(load)]
         if not largest > 0.0:
             return 0.0, 0.0
@@ -60,7 +61,7 @@ class RunExtents:
 
 
 def measure_run_extents(part: Part, poses: FloatArray, times: FloatArray, effect_state: EffectState = NO_EFFECTS) -> RunExtents:
-    """The stage for a run with poses (n, bodies, 3) at times (n,) s, and what acts in it."""
+    """Return the extents of a run with poses (n, bodies, 3) at times (n,) s."""
     mechanism = part.mechanism
     paths = drawn_point_paths(mechanism, poses)
     sides = np.ptp(paths.reshape(-1, 2), axis=0)
@@ -73,7 +74,7 @@ def measure_run_extents(part: Part, poses: FloatArray, times: FloatArray, effect
         if isinstance(load, Force | Torque)
     }
     return RunExtents(
-        # What hardly moves and has no extent is measured by the mechanism's own size.
+        # A mechanism that hardly moves and has no extent is measured by its own length scale.
         length_scale=length_scale if length_scale > 1e-3 * mechanism.length_scale else mechanism.length_scale,
         mean_height=float(paths[..., 1].mean()),
         joint_travels={joint.name: travel for joint in mechanism.joints if (travel := _joint_travel(mechanism, poses, joint)) is not None},
@@ -87,10 +88,11 @@ def measure_run_extents(part: Part, poses: FloatArray, times: FloatArray, effect
 
 
 TWO_POINT_ELEMENTS = (Spring, Damper)
+"""Force elements between two points."""
 
 
 def drawn_point_paths(mechanism: Mechanism, poses: FloatArray) -> FloatArray:
-    """Where all that is marked stands over a run: mass centres, ends of joints and loads, rims of wheels (n, m, 2)."""
+    """Return the paths (n, m, 2) m of all drawn points: mass centres, ends of joints and elements, rims of wheels."""
     points = [point for joint in mechanism.joints for point in (joint.first, joint.second)]
     points += [point for load in mechanism.force_elements if isinstance(load, TWO_POINT_ELEMENTS) for point in (load.first, load.second)]
     points += [load.point for load in mechanism.force_elements if isinstance(load, Force)]
@@ -106,15 +108,16 @@ def drawn_point_paths(mechanism: Mechanism, poses: FloatArray) -> FloatArray:
 
 
 def wheel_radii(ratio: float, distance: FloatArray) -> tuple[FloatArray, FloatArray]:
-    """Radii (m) of two wheels that touch, with centres so far apart (m): outside for a negative ratio, else inside.
+    """Return the radii (m) of two wheels in contact at a centre distance (m): external for a negative ratio, else internal.
 
-    Wheels of one size that turn alike do not touch; a belt may run round them.
+    Wheels of equal size that turn in the same sense do not touch; a belt can connect them.
     """
     second_radius = distance / abs(ratio - 1) if abs(ratio - 1) > 0.05 else 0.3 * distance
     return abs(ratio) * second_radius, second_radius
 
 
 def _joint_travel(mechanism: Mechanism, poses: FloatArray, joint: Joint) -> Vec2 | None:
+    """Return the smallest and largest displacement of a joint over the run, or None for a joint without one."""
     match joint:
         case Slider() | CurveSlot() | TranslationalDriver():
             travel = point_path_in_axes(mechanism, poses, joint.first, joint.angle, joint.second)[:, 0]
@@ -130,12 +133,14 @@ def _joint_travel(mechanism: Mechanism, poses: FloatArray, joint: Joint) -> Vec2
 
 
 def _length_range(mechanism: Mechanism, poses: FloatArray, load: Spring | Damper) -> Vec2:
+    """Return the shortest and longest length (m) of an element over the run."""
     separation = point_path(mechanism, poses, load.second) - point_path(mechanism, poses, load.first)
     lengths = np.hypot(separation[:, 0], separation[:, 1])
     return float(lengths.min()), float(lengths.max())
 
 
 def _largest_load(mechanism: Mechanism, load_functions: Mapping[str, LoadFunctions], kind: type[ForceElement], times: FloatArray) -> float:
+    """Return the largest load of one type over the run (N or N m)."""
     magnitudes = [0.0]
     for load in mechanism.force_elements:
         if isinstance(load, kind):

@@ -1,4 +1,4 @@
-"""The look: colours (Okabe-Ito, distinguishable without colour vision), strokes, and matplotlib artists for shapes."""
+"""Style of the drawings: colours (Okabe-Ito, distinguishable without colour vision), strokes, and matplotlib artists for shapes."""
 
 from __future__ import annotations
 
@@ -20,14 +20,14 @@ PAPER, INK, MUTED, RULE = "#fbfaf5", "#20262c", "#6a727a", "#d3d3cb"
 BLUE, VERMILLION, GREEN, SKY = "#0072b2", "#d55e00", "#009e73", "#56b4e9"
 STEEL, LIGHT_STEEL, IRON = "#c3ccd4", "#e9edf0", "#87929c"
 GREEN_EDGES = ("#46b897", "#97d5c1")
-"""Green thinned by paper: green edges are too few for a palette to be chosen by them."""
+"""Green blended with the paper colour: green edges are too rare for a palette to be chosen from them."""
 SERIES_COLOURS = (BLUE, VERMILLION, GREEN, "#7a3600")
 SERIF_FONT, SANS_FONT = "STIXGeneral", "DejaVu Sans"
 
 
 @dataclass(frozen=True)
 class ShapeStyle:
-    """Fill and stroke of a role; `width` in pixels of a 480-pixel picture."""
+    """Fill and stroke of a role; `width` and `dashes` in pixels of a 480-pixel frame."""
 
     fill: str = "none"
     stroke: str = INK
@@ -123,6 +123,7 @@ ROLE_STYLES = {
     "hub": ShapeStyle(fill=PAPER, width=0.8),
     "mark": ShapeStyle(fill=PAPER, stroke=PAPER, width=0.1),
 }
+"""Style of each role."""
 
 FILM_COLOURS = tuple(
     dict.fromkeys(
@@ -139,18 +140,19 @@ FILM_COLOURS = tuple(
         if colour != "none"
     )
 )
+"""All colours that occur in a film."""
 
 
 def parse_rgb(colour: str) -> tuple[int, int, int]:
-    """'#rrggbb' as three numbers 0..255."""
+    """Return '#rrggbb' as three integers 0..255."""
     return int(colour[1:3], 16), int(colour[3:5], 16), int(colour[5:7], 16)
 
 
 class Brush:
-    """Turns shapes into artists on axes that measure in metres, and moves those artists later.
+    """Creates artists for shapes on axes in metres, and moves them later.
 
-    Circles that follow one another in one role share an artist, and so do lines: drawing an artist costs more than its
-    shape. `pixel` is the number of points that a pixel of a 480-pixel picture has.
+    Consecutive circles of one role share an artist, and so do lines: an artist costs more than its shape. `points_per_pixel` is the
+    number of points in a pixel of a 480-pixel frame.
     """
 
     def __init__(self, axes: Axes, points_per_pixel: float, *, base_zorder: float = 2) -> None:
@@ -159,7 +161,7 @@ class Brush:
         self._base_zorder = base_zorder
 
     def paint(self, shapes: Sequence[DrawnShape]) -> list[Artist]:
-        """The artists, back to front."""
+        """Add artists for the shapes, back to front, and return them."""
         artists = [self._make_artist(group) for group in _group_shapes(shapes)]
         for order, artist in enumerate(artists):
             artist.set_zorder(self._base_zorder + order / 1000)
@@ -167,7 +169,7 @@ class Brush:
         return artists
 
     def update(self, artists: Sequence[Artist], shapes: Sequence[DrawnShape]) -> None:
-        """Give the artists of `paint` the places of these shapes: as many, of the same kinds and roles."""
+        """Move the artists of `paint` to shapes of the same number, types and roles."""
         for artist, group in zip(artists, _group_shapes(shapes), strict=True):
             if isinstance(artist, PathPatch):
                 artist.set_path(_outline_path(group))
@@ -175,6 +177,7 @@ class Brush:
                 artist.set_data(*_line_coordinates(group))
 
     def _make_artist(self, group: Sequence[DrawnShape]) -> Artist:
+        """Return the artist of a group of shapes."""
         style = ROLE_STYLES[group[0].role]
         width = style.width * self._points_per_pixel
         match group[0]:
@@ -191,6 +194,7 @@ class Brush:
 
 
 def _group_shapes(shapes: Sequence[DrawnShape]) -> list[list[DrawnShape]]:
+    """Return the shapes in groups that share an artist."""
     groups: list[list[DrawnShape]] = []
     for shape in shapes:
         previous = groups[-1][0] if groups else None
@@ -203,7 +207,7 @@ def _group_shapes(shapes: Sequence[DrawnShape]) -> list[list[DrawnShape]]:
 
 
 def _line_coordinates(group: Sequence[DrawnShape]) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
-    """x and y (m) of all strokes in one row, parted by NaN."""
+    """Return x and y (m) of all polylines in one row, separated by NaN."""
     lines = (line for shape in group if isinstance(shape, Lines) for line in shape.lines)
     table = np.array([point for line in lines for point in (*line, (np.nan, np.nan))], dtype=float).reshape(-1, 2)
     return table[:, 0], table[:, 1]
@@ -213,6 +217,7 @@ _UNIT_CIRCLE = Path.unit_circle()
 
 
 def _outline_path(group: Sequence[DrawnShape]) -> Path:
+    """Return the path of circles or of a polygon."""
     circles = [(shape.radius, shape.x, shape.y) for shape in group if isinstance(shape, Circle)]
     if circles:
         vertices = np.concatenate([np.asarray(_UNIT_CIRCLE.vertices) * radius + (x, y) for radius, x, y in circles])

@@ -1,0 +1,1 @@
+"""Impulse engine: fixed steps on pymunk, with Richardson extrapolation."""

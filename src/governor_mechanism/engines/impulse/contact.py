@@ -1,4 +1,4 @@
-"""How what may be held in one scene stands: friction that slides or sticks, stops that are rested on, slack springs."""
+"""Contact modes of a scene during an impulse run: sliding or sticking friction, stops in contact, slack springs."""
 
 from __future__ import annotations
 
@@ -14,18 +14,16 @@ from governor_mechanism.model.events import Event, EventKind
 from governor_mechanism.model.scene import Scene
 
 RELEASE_RATE_FACTOR = 10.0
-"""How many times faster than that it must be for what friction and a stop held together to have been let go: what
-either of them bears is the joint solver's choice.
-"""
+"""Release threshold, in units of the stiction rate, of a contact held by friction and a stop; how they share the force is indeterminate."""
 
 MIN_STICK_FRACTION = 0.06
-"""Of a step: what sticks for less has turned, and is driven on: a hold is known to be too weak only as it is moved."""
+"""Shortest stick, relative to a step, that is reported. A shorter one is a reversal: only motion shows that a hold is too weak."""
 
 
 class ContactModeTracker:
-    """The keepers of one scene on a walk, the joints that may hold them, and its one-sided springs.
+    """Contacts of a scene, the constraints that can hold them, and its one-sided springs, during a run.
 
-    second (s) is the time scale. events is what happened; slipped (s) when something was let go last.
+    `time_scale` is in seconds. `events` is the event log; `last_release_time` (s) is when a contact was last released.
     """
 
     def __init__(self, scene: Scene, stepper: StaggeredStepper, time_scale: float) -> None:
@@ -55,18 +53,16 @@ class ContactModeTracker:
 
     @property
     def mode(self) -> ContactMode:
-        """How everything stands."""
+        """Return the present contact mode."""
         held_values = tuple(self._held_value(k) for k in range(len(self.contacts)))
-        return ContactMode(held_values, tuple(self._output_forces.sliding_directions), tuple(self._output_forces.is_taut or ()))
+        return ContactMode(held_values, tuple(self._output_forces.sliding_directions), tuple(self._output_forces.is_taut))
 
     def detect_events(self, observation: StepObservation) -> list[DetectedEvent]:
-        """What a step has gone beyond."""
+        """Return the events that a step has passed."""
         detected = list[DetectedEvent]()
         for k, (contact, constraint, output) in enumerate(zip(self.contacts, self.constraints, self.contact_outputs, strict=True)):
-            sliding_direction, direction = (
-                self._output_forces.sliding_directions[k],
-                self.release_direction(k, float(observation.rates_after_kick[output])),
-            )
+            sliding_direction = self._output_forces.sliding_directions[k]
+            direction = self.release_direction(k, float(observation.rates_after_kick[output]))
             if direction:
                 event_function = self._make_leave_function(k, direction) if constraint.stop_side else self._make_slip_function(k)
                 detected.append(
@@ -88,7 +84,7 @@ class ContactModeTracker:
                     initial_value = side * (self._stepper.output_value(output) - stop_value)
                     detected.append(DetectedEvent(EventKind.IMPACT, k, make_level_function(output, side, stop_value), initial_value, side))
         for k, (spring, output) in enumerate(zip(self._springs, self._spring_outputs, strict=True)):
-            direction = -1 if self._output_forces.is_taut and self._output_forces.is_taut[k] else 1
+            direction = -1 if self._output_forces.is_taut[k] else 1
             if direction * (float(observation.values[output]) - spring.free_value) > 0.0:
                 initial_stretch = direction * (self._stepper.output_value(output) - spring.free_value)
                 detected.append(
@@ -97,10 +93,9 @@ class ContactModeTracker:
         return detected
 
     def apply_transition(self, event: DetectedEvent) -> None:
-        """Change how a keeper or a spring stands; a strike waits until the joints have been closed."""
+        """Change the mode of the contact or spring of an event; an impact is resolved later, after the joints are closed."""
         k, output_forces = event.index, self._output_forces
         if event.kind == EventKind.TAUT:
-            assert output_forces.is_taut is not None
             output_forces.is_taut[k] = event.direction > 0
             kind = EventKind.TAUT if output_forces.is_taut[k] else EventKind.SLACK
             self.events.append(Event(time=self._stepper.state.time, kind=kind, subject=self._springs[k].reading))
@@ -110,7 +105,7 @@ class ContactModeTracker:
             self.release(k, event.direction)
 
     def hold(self, k: int, side: int) -> None:
-        """Hold a keeper where it is, or at its stop of that side."""
+        """Hold contact `k` at its present value, or at its stop on `side`."""
         contact, constraint = self.contacts[k], self.constraints[k]
         constraint.stop_side, constraint.stop_value = side, contact.high if side > 0 else contact.low
         value = self._stepper.output_value(self.contact_outputs[k])
@@ -118,7 +113,7 @@ class ContactModeTracker:
         self._output_forces.sliding_directions[k] = 0
 
     def release(self, k: int, direction: int) -> None:
-        """Let go of a keeper, which begins to move that way; not into a stop that it rests at."""
+        """Release contact `k` to move in `direction`, unless that is into the stop that it touches."""
         constraint = self.constraints[k]
         if constraint.stop_side and constraint.stop_side == direction:
             return
@@ -126,7 +121,7 @@ class ContactModeTracker:
         self._output_forces.sliding_directions[k] = direction if self.contacts[k].friction is not None else 0
 
     def update_sliding_directions(self) -> None:
-        """After a throw friction opposes the motion that there is now."""
+        """Set the sliding directions from the present rates, after impulses have changed them."""
         for k, (contact, constraint, output) in enumerate(zip(self.contacts, self.constraints, self.contact_outputs, strict=True)):
             if contact.friction is None or constraint.stop_side:
                 continue
@@ -137,7 +132,7 @@ class ContactModeTracker:
                 self.hold(k, 0)
 
     def release_direction(self, k: int, rate: float) -> int:
-        """Which way what was held moves at the rate right after a kick; 0 where it is still held, or was not."""
+        """Return the direction in which contact `k` is released, given its rate after a kick; 0 if it stays held or was not held."""
         constraint = self.constraints[k]
         rate_factor = RELEASE_RATE_FACTOR if constraint.stop_side and constraint.held_value is not None else 1.0
         if self._held_value(k) is None or abs(rate) <= rate_factor * self.stiction_rate(k):
@@ -148,7 +143,7 @@ class ContactModeTracker:
         return direction if constraint.held_value is None or constraint.is_saturated else 0
 
     def record_transitions(self, rest_times: dict[int, float]) -> None:
-        """Note what has come to be held, or is held no more; rest_at (s) is when the bounces of some will be over."""
+        """Record which contacts have become held or free; `rest_times` (s) are the times at which bounce sequences end, by contact."""
         held_values = [self._held_value(k) for k in range(len(self.contacts))]
         for k, (contact, previous, current) in enumerate(zip(self.contacts, self._reported_holds, held_values, strict=False)):
             if (previous is None) == (current is None):
@@ -163,7 +158,7 @@ class ContactModeTracker:
         self._stepper.is_holding = bool(self.held_rates())
 
     def _cancel_brief_stick(self, reading: str) -> bool:
-        """Whether what slips now had only turned, there or at the start; then that it stuck is told no more."""
+        """Return whether the stick that ends now was only a reversal, and remove it from the log."""
         min_duration = MIN_STICK_FRACTION * self._stepper.last_h
         for index in reversed(range(len(self.events))):
             event = self.events[index]
@@ -175,42 +170,42 @@ class ContactModeTracker:
         return self._stepper.state.time <= min_duration
 
     def held_rates(self) -> dict[str, float]:
-        """The rates of all that is held, by reading."""
+        """Return the rates, all zero, of the held contacts by output name."""
         return {contact.output_name: 0.0 for k, contact in enumerate(self.contacts) if self._held_value(k) is not None}
 
     def impacting_contacts(self) -> dict[int, int]:
-        """The keepers that run into a stop, and at which side."""
+        """Return the contacts that move into a stop, with the side of the stop."""
         sides = {k: self.active_stop(k) for k, constraint in enumerate(self.constraints) if not constraint.stop_side}
         return {k: side for k, side in sides.items() if side * self._stepper.output_rate(self.contact_outputs[k]) > self.stiction_rate(k)}
 
     def record_event(self, k: int, kind: EventKind) -> None:
-        """Note what a keeper does now."""
+        """Append an event of contact `k` at the present time."""
         self.events.append(Event(time=self._stepper.state.time, kind=kind, subject=self.contacts[k].output_name))
 
     def active_stop(self, k: int) -> int:
-        """At which of its stops a keeper is: 1 the high one, -1 the low one, 0 neither."""
+        """Return the stop that contact `k` touches: 1 the high one, -1 the low one, 0 neither."""
         contact, output = self.contacts[k], self.contact_outputs[k]
         is_stationary = abs(self._stepper.output_rate(output)) <= self.stiction_rate(k)
-        tolerance, value = (
-            (REST_TOLERANCE if is_stationary else CONTACT_TOLERANCE) * self.coordinate_scales[output],
-            self._stepper.output_value(output),
-        )
+        tolerance = (REST_TOLERANCE if is_stationary else CONTACT_TOLERANCE) * self.coordinate_scales[output]
+        value = self._stepper.output_value(output)
         return 1 if value >= contact.high - tolerance else -1 if value <= contact.low + tolerance else 0
 
     def stiction_rate(self, k: int) -> float:
+        """Return the rate (m/s or rad/s) of contact `k` below which it counts as stationary."""
         return STICTION_RATE_TOLERANCE * self.coordinate_scales[self.contact_outputs[k]] / self._time_scale
 
     def _held_value(self, k: int) -> float | None:
+        """Return the value (m or rad) at which contact `k` is held, or None."""
         constraint = self.constraints[k]
         return constraint.stop_value if constraint.stop_side else constraint.held_value
 
     def _make_slip_function(self, k: int) -> Callable[[StepObservation], float]:
-        """By how much what holds a reading exceeds its friction."""
+        """Return an event function: the holding force minus the friction limit."""
         constraint = self.constraints[k]
-        return lambda sight: constraint.friction_force - sight.friction_limits[k]
+        return lambda observation: constraint.friction_force - observation.friction_limits[k]
 
     def _make_leave_function(self, k: int, direction: int) -> Callable[[StepObservation], float]:
-        """How fast a reading leaves its stop; less than nought by the force with which that still pushes alone."""
+        """Return an event function: the rate away from the stop, or minus the stop force while a stop without friction pushes."""
         constraint, output, min_rate = self.constraints[k], self.contact_outputs[k], self.stiction_rate(k)
 
         def leave_function(observation: StepObservation) -> float:
@@ -221,5 +216,5 @@ class ContactModeTracker:
         return leave_function
 
     def _is_taut(self, stretch: float, output: int) -> bool:
-        """Whether a one-sided spring pulls."""
+        """Return whether a one-sided spring of a stretch (m or rad) pulls."""
         return self._stepper.output_rate(output) > 0 if abs(stretch) < CONTACT_TOLERANCE * self.coordinate_scales[output] else stretch > 0

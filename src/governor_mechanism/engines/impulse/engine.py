@@ -1,4 +1,4 @@
-"""The impulse engine: pymunk's bodies and joints, second order, extrapolated from three runs, and certified."""
+"""Impulse engine: a second-order scheme on pymunk, extrapolated from three runs, with an error certificate."""
 
 from __future__ import annotations
 
@@ -17,7 +17,8 @@ from governor_mechanism.effects.rod_masses import RodMasses
 from governor_mechanism.effects.spring import OutputSpring
 from governor_mechanism.effects.stops import Stops
 from governor_mechanism.engines.base import Engine, RunRequest
-from governor_mechanism.engines.impulse.richardson import ImpulseSettings, RichardsonRefinement
+from governor_mechanism.engines.impulse.richardson import RichardsonRefinement
+from governor_mechanism.engines.impulse.settings import ImpulseSettings
 from governor_mechanism.errors import MechanismError
 from governor_mechanism.mechanics.dynamics.contacts import has_contacts
 from governor_mechanism.model.effect import Effect
@@ -35,19 +36,44 @@ from governor_mechanism.model.trajectory import Trajectory
 UNSUPPORTED_JOINTS: frozenset[type[Joint]] = frozenset((RackAndPinion, ProportionalDisplacement))
 """Joints for which pymunk has no constraint."""
 
+COUNTS = ("iterations", "max_iterations", "max_steps", "max_events_per_step", "min_steps_per_bounce", "hold_iteration_factor")
+"""Settings that are positive integers."""
+
 
 @final
 @dataclass(frozen=True, kw_only=True)
 class ImpulseEngine(ImpulseSettings, Engine):
-    """pymunk as a second-order staggered scheme; steps h, h/2, h/4 give order 3 and a certificate.
+    """Second-order staggered scheme on pymunk; runs with steps h, h/2 and h/4 give order 3 and an error estimate.
 
-    step (s) is the longest step, chosen from the accuracy where it is left out. runs = 1, 2, 3 steps are halved and
-    extrapolated (orders 2, 3, and with certify=False 4; a run that finds its own step is always certified).
-    iterations of the joint solver are raised, up to max_iterations, while joints stay open wider than the step
-    explains. max_steps bounds one run. plain=True is pymunk's ordinary use: order 1, one run.
+    A step that contains an event (stick, impact, slack spring) is split there and the scheme restarts, which keeps the order. Measured:
+    errors fall by 4 per halving of the step, those of extrapolated runs by about 8, less regularly.
 
-    Where something sticks, strikes or goes slack the step is split there, and the scheme begins anew: the order is the
-    same after it (measured: errors fall by 4 as the step is halved, those of extrapolated runs by about 8, unevenly).
+    Attributes
+    ----------
+    step
+        Largest step, s. None chooses it from the accuracy.
+    runs
+        Number of runs with halved steps that are extrapolated: 1, 2 or 3 (order 2, 3, and with ``certify=False`` 4). A run that chooses
+        its own step is always certified.
+    plain
+        Use pymunk in its ordinary way: order 1, one run.
+    iterations
+        Number of iterations of the joint solver at first. It is raised while joint gaps are larger than the step explains.
+    max_iterations
+        Largest number of iterations of the joint solver.
+    max_steps
+        Largest number of steps of one run.
+    max_step_halvings
+        Largest number of halvings of the first step before the engine gives up.
+    monitor_interval
+        Largest interval between two checks of the limits, and the largest step that the engine chooses, in time scales of the scene.
+    max_events_per_step
+        Largest mean number of contact events per step; more are chatter that does not end.
+    min_steps_per_bounce
+        Number of steps of a short bounce in the coarsest run.
+    hold_iteration_factor
+        Factor on the solver iterations at restarts and while a contact is held: contact decisions use the holding force, which converges
+        more slowly than the velocities.
     """
 
     name: ClassVar[str] = "impulse"
@@ -57,25 +83,29 @@ class ImpulseEngine(ImpulseSettings, Engine):
     joints: ClassVar[frozenset[type[Joint]]] = JOINT_TYPES - UNSUPPORTED_JOINTS
 
     def __post_init__(self) -> None:
+        """Raise MechanismError for settings out of range."""
         if self.runs not in (1, 2, 3):
             raise MechanismError(f"ImpulseEngine.runs must be 1, 2 or 3; got {self.runs!r}")
         if self.step is None and self.levels != 3:
-            raise MechanismError("ImpulseEngine finds its own step from three runs; give step= (s) for fewer runs")
+            raise MechanismError("ImpulseEngine chooses its own step from three runs; give step= (s) for fewer runs")
         if self.step is not None and not (self.step > 0 and math.isfinite(self.step)):
             raise MechanismError(f"ImpulseEngine.step must be a positive number of seconds; got {self.step!r}")
-        for name in ("iterations", "max_iterations", "max_steps"):
+        if not (self.monitor_interval > 0 and math.isfinite(self.monitor_interval)):
+            raise MechanismError(f"ImpulseEngine.monitor_interval must be a positive number of time scales; got {self.monitor_interval!r}")
+        if self.max_step_halvings < 0:
+            raise MechanismError(f"ImpulseEngine.max_step_halvings must be at least 0; got {self.max_step_halvings!r}")
+        for name in COUNTS:
             if getattr(self, name) < 1:
                 raise MechanismError(f"ImpulseEngine.{name} must be at least 1; got {getattr(self, name)!r}")
 
     def _refuses(self, scene: Scene) -> str:
+        """Return why the plain scheme cannot run a scene, or an empty string."""
         if not self.plain:
             return ""
         if has_contacts(scene):
-            return (
-                "engine 'impulse' in pymunk's plain way has no friction, stops and one-sided springs along readings; leave plain=True out"
-            )
+            return "engine 'impulse' with plain=True has no friction, stops and one-sided springs along readings; leave plain=True out"
         if any(isinstance(joint, RotationalDriver | TranslationalDriver) for joint in scene.part.mechanism.joints):
-            return "engine 'impulse' in pymunk's plain way does not hold drives; leave plain=True out"
+            return "engine 'impulse' with plain=True does not enforce drives; leave plain=True out"
         return ""
 
     def _run(self, scene: Scene, request: RunRequest) -> Trajectory:

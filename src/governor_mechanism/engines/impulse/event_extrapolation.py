@@ -1,4 +1,4 @@
-"""Events of marches of one scene, each with half the step of the one before, compared and extrapolated."""
+"""Richardson extrapolation of event times over runs of one scene, each with half the step of the one before."""
 
 from __future__ import annotations
 
@@ -13,15 +13,15 @@ from governor_mechanism.model.events import Event, EventKind
 from governor_mechanism.types import FloatArray
 
 MIN_EVENT_TIME_ERROR_RATIO = 0.01
-"""Of the difference between the last two marches: what extrapolated times may agree in by chance."""
+"""Smallest error of an extrapolated time relative to the difference of the last two runs: a closer agreement can be chance."""
 
 
 @dataclass(frozen=True)
 class ExtrapolatedEvents:
-    """Events at their extrapolated times, and how late (s) they may be.
+    """Events at their extrapolated times, and the largest error of these times.
 
-    strikes: between which times (s) the marches passed each strike; passed: between that of the last march, and the
-    extrapolated one.
+    `impact_intervals` (s) contain the time of each impact in all runs; `extrapolation_intervals` (s) lie between the time of each impact in
+    the last run and its extrapolated time. `time_error` is in seconds.
     """
 
     events: tuple[Event, ...] = ()
@@ -30,19 +30,21 @@ class ExtrapolatedEvents:
     time_error: float = 0.0
 
     def are_near_events(self, times: FloatArray, tolerance: float) -> NDArray[np.bool_]:
-        """Which times (n,) s lie within `apart` (s) of an event."""
+        """Return a mask of the times (n,) s that lie within `tolerance` (s) of an event."""
         near = np.zeros(len(times), dtype=np.bool_)
         for event in self.events:
             near |= np.abs(times - event.time) <= tolerance
         return near
 
     def wrong_side_error(self, times: FloatArray) -> float:
-        """How far (s) the last march is off at a strike that it, or the motion, is beyond at one of these times (n,) s
-        and the other is not: what is told of that time is of the wrong side."""
+        """Return the largest impact-time error (s) of the last run whose interval contains one of the times (n,) s.
+
+        At such a time either the last run or the exact motion is past the impact and the other is not, so its values are not comparable.
+        """
         return max((high - low for low, high in self.extrapolation_intervals if np.any((times >= low) & (times <= high))), default=0.0)
 
     def are_between_impacts(self, times: FloatArray) -> NDArray[np.bool_] | None:
-        """Which times (n,) s lie where some marches have struck a stop and others not yet; None for none."""
+        """Return a mask of the times (n,) s at which some runs have passed an impact and others not; None if there are none."""
         between = np.zeros(len(times), dtype=np.bool_)
         for low, high in self.impact_intervals:
             between |= (times >= low) & (times <= high)
@@ -50,7 +52,7 @@ class ExtrapolatedEvents:
 
 
 def extrapolate_events(event_logs: Sequence[Sequence[Event]], end_time: float) -> ExtrapolatedEvents:
-    """The events of the last march up to `end` (s), extrapolated from the nearest of their kind in those before."""
+    """Extrapolate each event of the last log from the nearest events of its kind in the other logs, up to `end_time` (s)."""
     finest, time_error = event_logs[-1], 0.0
     events, impact_intervals, extrapolation_intervals = [], [], []
     for event in finest:
@@ -75,6 +77,6 @@ def extrapolate_events(event_logs: Sequence[Sequence[Event]], end_time: float) -
 
 
 def _nearest_event_time(event: Event, others: Sequence[Event]) -> float | None:
-    """The time (s) of the nearest event of the same kind about the same reading."""
+    """Return the time (s) of the nearest event of the same kind and subject, or None."""
     times = [other.time for other in others if (other.kind, other.subject) == (event.kind, event.subject)]
     return min(times, key=lambda time: abs(time - event.time), default=None)

@@ -1,63 +1,58 @@
-"""The march of a scene in which something sticks, strikes or goes slack: a step in which that happens is split there.
+"""Fixed-step integration of a scene with contacts: a step with an event is split there.
 
-Where friction slides it is a force; where it holds it is a joint of pymunk that bears no more than that force, so the
-joint solver itself says when it slips, and which way. A stop throws back what strikes it, and holds what rests on it by
-a joint that only pushes. At what happens the staggered scheme begins anew, from poses and velocities of one time.
+Sliding friction is a force. Sticking friction is a pymunk joint that bears no more than the friction limit, so the joint solver itself
+decides when it slips, and in which direction. A stop reflects an impact and holds a resting contact by a joint that only pushes. The
+staggered scheme restarts at each event from poses and velocities of one time.
 """
 
 from __future__ import annotations
 
 import math
-from typing import TYPE_CHECKING
 
 import numpy as np
 from scipy.optimize import brentq
 
 from governor_mechanism.engines.impulse.contact import ContactModeTracker
 from governor_mechanism.engines.impulse.pymunk.model import PymunkModel
+from governor_mechanism.engines.impulse.settings import ImpulseSettings
 from governor_mechanism.engines.impulse.staggered_stepper import StaggeredStepper
 from governor_mechanism.engines.impulse.step_records import DetectedEvent
+from governor_mechanism.engines.impulse.time_inputs import TimeInputs
 from governor_mechanism.mechanics.contact.tolerances import MIN_REBOUND_HEIGHT, zeno_time
 from governor_mechanism.mechanics.dynamics.contacts import ContactMode
 from governor_mechanism.model.events import Event, EventKind
 from governor_mechanism.model.scene import Scene
 from governor_mechanism.types import FloatArray
 
-if TYPE_CHECKING:
-    from governor_mechanism.engines.impulse.time_inputs import TimeInputs
-
 MIN_REMAINDER_RATIO = 1e-4
-"""Of a step: so little time before a station is passed without one, or rounding would be divided by it."""
+"""Remainder before a monitor time, relative to a step, that is extrapolated instead of stepped: a step would divide by rounding."""
 
-MIN_STEPS_PER_BOUNCE, BOUNCE_DURATION_FACTOR = 4, 1.2
-"""Steps of a short bounce in a march whose steps are not halved, and the part of its time in which it will be over."""
-
-MAX_EVENTS_PER_FIXED_STEP = 60
-"""Events within one step; more are a chatter that does not end."""
+BOUNCE_DURATION_FACTOR = 1.2
+"""Multiple of the predicted duration of a short bounce after which it is over."""
 
 MIN_SUBSTEP_RATIO, TIME_ROUNDING_RATIO = 1e-9, 4e-15
-"""Of a step, and of the time that has passed: no step is shorter."""
+"""Shortest substep relative to a step, and relative to the elapsed time (rounding)."""
 
 RELEASE_SEARCH_START, RELEASE_FRACTION_TOLERANCE, RELEASE_DELAY_FRACTION = 0.05, 1e-9, 1e-4
-"""Of a step: how early what lets go is looked for, how closely, and how late it is let go: it begins to move with no
-force at all, and a little too early it would be caught at once.
+"""Step fractions of a release: where the search begins, its tolerance, and the delay of the release after the root.
+
+The contact starts to move with zero force; a release slightly too early would be held again at once.
 """
 
 SLIP_SEARCH_START = 0.5
-"""Of a step: earlier than this the load on what is held is reckoned back; in shorter parts it is lost in rounding."""
+"""Step fraction from which the holding force is computed directly; earlier it is extrapolated, since shorter steps lose it to rounding."""
 
 STEP_LENGTH_TOLERANCE = 1e-9
-"""Of a step: steps that differ by no more are of one length."""
+"""Relative difference up to which two step lengths count as equal."""
 
 EVENT_FRACTION_TOLERANCE = 1e-13
-"""Of a step: how closely an event is located in it."""
+"""Tolerance of an event location, as a fraction of the step."""
 
 
 class EventDrivenStepper:
-    """Marches a scene's assembly through intervals of time from a start, poses and velocities (bodies, 3).
+    """Integrates a pymunk model over successive intervals from start poses and velocities (bodies, 3), splitting steps at events.
 
-    second (s) is the time scale, level how often the steps are halved, h (s) the first of them. splits counts the steps
-    that were split.
+    `time_scale` is in seconds; `level` is how often the steps are halved; `h` (s) is the first step. `n_split_steps` counts split steps.
     """
 
     def __init__(
@@ -66,46 +61,43 @@ class EventDrivenStepper:
         model: PymunkModel,
         time_inputs: TimeInputs,
         start: tuple[FloatArray, FloatArray],
+        settings: ImpulseSettings,
         *,
         time_scale: float,
         level: int,
         h: float,
     ) -> None:
         self._time_inputs, self.n_split_steps = time_inputs, 0
-        self._stepper = StaggeredStepper(scene.part.mechanism, model, time_inputs, start, h)
+        self._stepper = StaggeredStepper(scene.part.mechanism, model, time_inputs, start, h, settings.hold_iteration_factor)
         self._contact_tracker = ContactModeTracker(scene, self._stepper, time_scale)
-        self._bounce_duration, self._steps_per_bounce, self._bounce_step, self._bounce_end = (
-            math.inf,
-            MIN_STEPS_PER_BOUNCE << level,
-            0.0,
-            -math.inf,
-        )
+        self._steps_per_bounce, self._max_events_per_step = settings.min_steps_per_bounce << level, settings.max_events_per_step
+        self._bounce_duration, self._bounce_step, self._bounce_end = math.inf, 0.0, -math.inf
         self._rebound_sides, self._rest_times = dict[int, int](), dict[int, float]()
         self._resolve_impacts({})
         self._restart(h)
         self._contact_tracker.events.clear()
 
     def mass_centre_state(self) -> tuple[FloatArray, FloatArray]:
-        """Poses and velocities (bodies, 3) of the mass centres where the march is."""
+        """Return poses and velocities (bodies, 3) of the mass centres at the present time."""
         return self._stepper.mass_centre_state()
 
     @property
     def events(self) -> list[Event]:
-        """What happened so far."""
+        """Return the events so far."""
         return self._contact_tracker.events
 
     @property
     def mode(self) -> ContactMode:
-        """How everything stands."""
+        """Return the present contact mode."""
         return self._contact_tracker.mode
 
     @property
     def dissipated_energy(self) -> float:
-        """What brakes, friction and stops have taken so far (J)."""
+        """Return the energy dissipated so far by dashpots, friction and stops (J)."""
         return self._stepper.state.dissipated_energy
 
     def integrate(self, start: float, end: float, n_steps: int, next_h: float) -> bool:
-        """March from start to end (s) in so many steps, followed by one of next_h; False where chatter does not end."""
+        """Integrate from start to end (s) in `n_steps` steps, followed by one of `next_h`; return False if chatter does not end."""
         full_step, time, n_events = (end - start) / n_steps, start, 0
         target, steps = end, n_steps
         is_hold_step_changed = (
@@ -124,7 +116,7 @@ class EventDrivenStepper:
                 self._locate_first_event(detected, h)
             else:
                 self._stepper.close_joints()
-            if n_events > MAX_EVENTS_PER_FIXED_STEP * n_steps:
+            if n_events > self._max_events_per_step * n_steps:
                 return False
             time = self._stepper.state.time
             if end - time < MIN_REMAINDER_RATIO * full_step:
@@ -138,17 +130,15 @@ class EventDrivenStepper:
         return True
 
     def _plan_substeps(self, time: float, end: float, full_step: float) -> tuple[float, int]:
-        """Begin anew toward a station at `end` (s) in steps of at most `whole`; until when, and in how many steps.
+        """Restart toward `end` (s) with steps of at most `full_step`; return the target time (s) and the number of steps.
 
-        A bounce is followed in so many steps that those of every run shorten alike from level to level.
+        A bounce takes a number of steps such that the steps of all runs shorten by the same factor from level to level.
         """
         steps = math.ceil((end - time) / full_step * (1 - MIN_REMAINDER_RATIO))
         bounce_duration = self._restart((end - time) / steps)
         if bounce_duration < self._steps_per_bounce * full_step:
-            self._bounce_step, self._bounce_end = (
-                bounce_duration / self._steps_per_bounce,
-                time + BOUNCE_DURATION_FACTOR * bounce_duration,
-            )
+            self._bounce_step = bounce_duration / self._steps_per_bounce
+            self._bounce_end = time + BOUNCE_DURATION_FACTOR * bounce_duration
         if self._bounce_end <= time + self._bounce_step:
             return end, steps
         target = min(end, self._bounce_end)
@@ -159,11 +149,11 @@ class EventDrivenStepper:
         return target, steps
 
     def _step_until_event(self, start: float, end: float, n_steps: int, next_h: float) -> list[DetectedEvent]:
-        """Step on until something happens."""
+        """Step until an event is detected and return the detected events."""
         time_inputs, h = self._time_inputs, (end - start) / n_steps
         self._stepper.last_h = h
         time_inputs.prepare_interval(start, end, n_steps, next_h)
-        if time_inputs.has_jump:  # to be gone on from anew, with what holds after it
+        if time_inputs.has_jump:  # the run restarts there with the right limits
             time_inputs.prepare_interval(start, end, n_steps, h)
         for index in range(n_steps):
             observation, state = self._stepper.step(
@@ -176,7 +166,7 @@ class EventDrivenStepper:
         return []
 
     def _locate_first_event(self, detected: list[DetectedEvent], h: float) -> None:
-        """Go to the first of what happens within h seconds from where the march is, and let it happen."""
+        """Move to the first of the detected events within the next `h` seconds and apply its transitions."""
         self._stepper.close_joints()
         fractions = {index: self._event_fraction(event, h) for index, event in enumerate(detected)}
         first = min(1.0, *fractions.values())
@@ -186,12 +176,12 @@ class EventDrivenStepper:
         for event in first_events:
             self._contact_tracker.apply_transition(event)
         self._stepper.apply_impulses(self._contact_tracker.held_rates())
-        if any(one.kind == EventKind.STICK for one in first_events):
+        if any(event.kind == EventKind.STICK for event in first_events):
             self._contact_tracker.update_sliding_directions()
-        self._resolve_impacts({one.index: one.direction for one in first_events if one.kind == EventKind.IMPACT})
+        self._resolve_impacts({event.index: event.direction for event in first_events if event.kind == EventKind.IMPACT})
 
     def _event_fraction(self, event: DetectedEvent, h: float) -> float:
-        """The part of the next h seconds after which something happens; infinite where it does not after all."""
+        """Return the fraction of the next `h` seconds at which an event occurs; infinite if it does not occur."""
         constraint = self._contact_tracker.constraints[event.index] if event.kind == EventKind.SLIP else None
         min_fraction = self._min_fraction(h)
 
@@ -202,15 +192,13 @@ class EventDrivenStepper:
 
         held_value = None if constraint is None else constraint.held_value
         if constraint is not None:
-            # What long steps left of the reading off its place a short one would bring back by a force that none bears.
-            constraint.is_force_limited, constraint.held_value = (
-                False,
-                self._stepper.output_value(self._contact_tracker.contact_outputs[event.index]),
-            )
+            # A short step would remove the position error left by long steps with a force that does not exist: hold the present value.
+            constraint.is_force_limited = False
+            constraint.held_value = self._stepper.output_value(self._contact_tracker.contact_outputs[event.index])
         try:
             end_value, low = event_value(1.0), 0.0
             if end_value <= 0.0:
-                return math.inf  # a joint solver that lagged behind
+                return math.inf  # the joint solver had not converged in the full step
             if event.kind in (EventKind.SLIP, EventKind.SEPARATION):
                 low = RELEASE_SEARCH_START if event.kind == EventKind.SEPARATION else SLIP_SEARCH_START
                 low_value = event_value(low)
@@ -219,33 +207,30 @@ class EventDrivenStepper:
                     return min(max(extrapolated_root, min_fraction) + RELEASE_DELAY_FRACTION, low)
                 return min(1.0, float(brentq(event_value, low, 1.0, xtol=RELEASE_FRACTION_TOLERANCE, rtol=1e-15)) + RELEASE_DELAY_FRACTION)
             if event.initial_value > -RELEASE_SEARCH_START * end_value:
-                # It begins where the last one ended: look for a time at which it has gone on from there.
+                # The step starts at the last event: find a time at which the event function is negative again.
                 low = next((fraction for fraction in 0.5 ** np.arange(1, 30) if event_value(fraction) < 0.0), -1.0)
                 if low < 0.0:
-                    # What has just slipped has no speed to begin with; what else has none had come to rest before.
-                    return (
-                        1.0
-                        if event.kind == EventKind.STICK and self._contact_tracker.last_release_time == self._stepper.state.time
-                        else 0.0
-                    )
+                    # A contact that has just slipped starts without speed; any other contact without speed was at rest before.
+                    has_just_slipped = self._contact_tracker.last_release_time == self._stepper.state.time
+                    return 1.0 if event.kind == EventKind.STICK and has_just_slipped else 0.0
             return float(brentq(event_value, low, 1.0, xtol=EVENT_FRACTION_TOLERANCE, rtol=1e-15))
         finally:
             if constraint is not None:
                 constraint.is_force_limited, constraint.held_value = True, held_value
 
     def _min_fraction(self, h: float) -> float:
-        """The part of h seconds from where the march is that is no mere rounding of its time."""
+        """Return the smallest fraction of `h` seconds that is well above the rounding of the present time."""
         return max(MIN_SUBSTEP_RATIO, TIME_ROUNDING_RATIO * self._stepper.state.time / h)
 
     def _resolve_impacts(self, stop_sides: dict[int, int]) -> None:
-        """Throw back what runs into a stop; what has no speed left rests there. which: the sides of those that ran."""
+        """Apply the impacts of contacts that move into a stop and hold those without rebound; `stop_sides` are the detected ones."""
         tracker, stepper = self._contact_tracker, self._stepper
         for _ in range(2 * len(tracker.contacts)):
             impacting = tracker.impacting_contacts()
             if not impacting:
                 break
             rebound_rates = {k: -tracker.contacts[k].restitution * stepper.output_rate(tracker.contact_outputs[k]) for k in impacting}
-            # What rests on a stop is pressed against it; friction bears no impulse.
+            # A contact at rest on a stop stays there; friction bears no impulse.
             stop_rates = {tracker.contacts[k].output_name: 0.0 for k, constraint in enumerate(tracker.constraints) if constraint.stop_side}
             stepper.apply_impulses(
                 stop_rates | {tracker.contacts[k].output_name: rate for k, rate in rebound_rates.items()}, count_energy_loss=True
@@ -259,14 +244,14 @@ class EventDrivenStepper:
                     self._rebound_sides[k] = side
             tracker.update_sliding_directions()
         for k, side in stop_sides.items():
-            if k not in self._rebound_sides and not tracker.constraints[k].stop_side:  # pressed into it, but with no speed
+            if k not in self._rebound_sides and not tracker.constraints[k].stop_side:  # in contact without speed
                 tracker.hold(k, side)
                 stepper.apply_impulses(tracker.held_rates())
 
     def _restart(self, h: float) -> float:
-        """Begin anew before a step of h seconds; the joint solver says what is still held then.
+        """Restart before a step of `h` seconds; the joint solver decides what is still held.
 
-        How long (s) the shortest bounce that has just begun will last.
+        Return the duration (s) of the shortest bounce that has just begun, infinite if there is none.
         """
         self._bounce_duration = math.inf
         for _ in range(len(self._contact_tracker.contacts) + 1):
@@ -283,7 +268,7 @@ class EventDrivenStepper:
         return self._bounce_duration
 
     def _end_bounces(self, rates_after_kick: FloatArray, h: float) -> bool:
-        """Take the speed of bounces that rise no more; whether there were any."""
+        """Stop bounces that rise no further than the smallest rebound height; return whether there were any."""
         rest_times = dict[int, float]()
         for k, side in self._rebound_sides.items():
             output, contact = self._contact_tracker.contact_outputs[k], self._contact_tracker.contacts[k]
@@ -309,10 +294,10 @@ class EventDrivenStepper:
         return bool(rest_times)
 
     def _return_acceleration(self, k: int, side: int, h: float) -> float:
-        """The acceleration towards its stop of what comes back to it, with friction against that."""
+        """Return the acceleration of contact `k` back to its stop, with friction opposing the return."""
         output_forces, output = self._stepper.output_forces, self._contact_tracker.contact_outputs[k]
         sliding_directions = output_forces.sliding_directions
-        has_many_dofs = not self._stepper.has_one_dof  # else all that rubs goes back with it
+        has_many_dofs = not self._stepper.has_one_dof  # with one degree of freedom all sliding contacts reverse together
         output_forces.sliding_directions = [
             sign if has_many_dofs and other != k else -sign for other, sign in enumerate(sliding_directions)
         ]

@@ -1,52 +1,75 @@
-"""Where a simulated mechanism comes to rest when its motion is taken away: artificial damping, no formula."""
+"""Equilibrium of a mechanism by kinetic damping of a simulation; uses no equilibrium equation."""
 
 from __future__ import annotations
 
 import numpy as np
 
-from governor_mechanism.engines.impulse.pymunk import PymunkModel
-from governor_mechanism.engines.impulse.run import relax
+from governor_mechanism.engines.impulse.pymunk.model import PymunkModel
+from governor_mechanism.engines.impulse.settings import RelaxationSettings
 from governor_mechanism.engines.impulse.time_inputs import TimeInputs
 from governor_mechanism.errors import RunFailed
 from governor_mechanism.mechanics.dynamics.characteristic_scales import time_scale
 from governor_mechanism.mechanics.kinematics.assembly import PositionSolver
 from governor_mechanism.mechanics.kinematics.output_variables import evaluate_output_value
 from governor_mechanism.model.scene import Scene
-from governor_mechanism.types import FloatArray
 
-RELAXATION_SOLVER_ITERATIONS = 60
-RELAXATION_STEP_RATIO = 0.05
-"""In time scales. At rest the step leaves no error, so it need only be stable."""
-
-MAX_REST_SPEED_RATIO = 1e-12
-"""In machine sizes per time scale: the fastest speed of the whole mass that counts as rest."""
-
-MAX_RELAXATION_STEPS = 400_000
+N_JOINT_RECOVERY_STEPS = 3
+"""Number of steps after a stop in which the joints recover from it; the kinetic energy there is not that of the oscillation."""
 
 
-def relax_to_equilibrium(scene: Scene, start: float) -> float:
-    """The value of the leading coordinate at which the mechanism comes to rest, let go at `start`.
+def relax_to_equilibrium(scene: Scene, start: float, settings: RelaxationSettings | None = None) -> float:
+    """Return the equilibrium that a mechanism reaches from rest with its kinetic energy removed at each maximum.
 
-    The spindle keeps its first speed; friction and stops do not hold it. Raises RunFailed where it leaves its range or
-    does not come to rest.
+    From one maximum to the next it swings from rest toward the equilibrium, which reduces the distance about a hundredfold. The spindle
+    keeps its start speed. Friction and stops do not act.
+
+    Parameters
+    ----------
+    scene
+        Scene of one part.
+    start
+        Leading coordinate at which the mechanism is released, SI.
+    settings
+        Step, solver iterations and what counts as rest; None takes the defaults.
+
+    Returns
+    -------
+    float
+        Leading coordinate at rest, SI.
+
+    Raises
+    ------
+    RunFailed
+        If the mechanism leaves its range or does not come to rest.
     """
+    settings = settings or RelaxationSettings()
     mechanism, scale = scene.part.mechanism, time_scale(scene)
-    name = mechanism.coordinate
     mass = sum(body.mass for body in mechanism.bodies)
+    max_rest_energy = 0.5 * mass * (settings.max_rest_speed_ratio * mechanism.length_scale / scale) ** 2
+    model, time_inputs, h = PymunkModel(scene, iterations=settings.iterations), TimeInputs(scene), settings.step_ratio * scale
 
-    def is_within_limits(poses: FloatArray) -> bool:
-        return all(limit.low < float(evaluate_output_value(mechanism, limit.reading, poses)) < limit.high for limit in mechanism.limits)
+    def present_value(reading: str) -> float:
+        return float(evaluate_output_value(mechanism, reading, model.to_mass_centres(model.poses(), model.velocities())[0]))
 
-    result = relax(
-        PymunkModel(scene, iterations=RELAXATION_SOLVER_ITERATIONS),
-        RELAXATION_STEP_RATIO * scale,
-        TimeInputs(scene),
-        PositionSolver(mechanism).solve_at_coordinate(start),
-        max_rest_energy=0.5 * mass * (MAX_REST_SPEED_RATIO * mechanism.length_scale / scale) ** 2,
-        is_within_limits=is_within_limits,
-        max_steps=MAX_RELAXATION_STEPS,
+    poses = PositionSolver(mechanism).solve_at_coordinate(start)
+    model.start(poses, np.zeros_like(poses), time_inputs.start_inputs(h))
+    inputs = time_inputs.constant_inputs(h)
+    max_energy, steps_since_stop = 0.0, 0
+    for _ in range(settings.max_steps):
+        energy = model.kinetic_energy()
+        if steps_since_stop > N_JOINT_RECOVERY_STEPS and energy < max_energy:  # just past the maximum, which is at the equilibrium
+            value = present_value(mechanism.coordinate)
+            if max_energy < max_rest_energy and np.isfinite(value):
+                return value
+            model.zero_velocities()
+            max_energy, steps_since_stop = 0.0, 0
+            if not all(limit.low < present_value(limit.reading) < limit.high for limit in mechanism.limits):
+                break
+        if steps_since_stop >= N_JOINT_RECOVERY_STEPS:
+            max_energy = max(max_energy, energy)
+        steps_since_stop += 1
+        model.step(inputs)
+    raise RunFailed(
+        f"released at {mechanism.coordinate} = {start:.6g}, the mechanism did not come to rest; "
+        f"its last value is {present_value(mechanism.coordinate):.6g}"
     )
-    value = float(evaluate_output_value(mechanism, name, result.poses))
-    if not (result.at_rest and np.isfinite(value)):
-        raise RunFailed(f"from {name} = {start:.6g} the mechanism did not come to rest; it was last at {value:.6g}")
-    return value

@@ -1,4 +1,4 @@
-"""The climb of fixed-step runs to an accuracy: halved steps, extrapolation, certificate, enough solver iterations."""
+"""Richardson refinement of fixed-step runs: step halving, extrapolation, error estimate, and control of the solver iterations."""
 
 from __future__ import annotations
 
@@ -11,13 +11,14 @@ import numpy as np
 from numpy.typing import NDArray
 
 from governor_mechanism.engines.base import RunRequest
+from governor_mechanism.engines.certificate import classify_accuracy
 from governor_mechanism.engines.impulse.event_extrapolation import ExtrapolatedEvents, extrapolate_events
-from governor_mechanism.engines.impulse.pymunk import PymunkModel
-from governor_mechanism.engines.impulse.run import FixedStepSolution, integrate_fixed_step, integrate_with_events
+from governor_mechanism.engines.impulse.pymunk.model import PymunkModel
+from governor_mechanism.engines.impulse.run import FixedStepSolution, integrate_over_grid
+from governor_mechanism.engines.impulse.settings import ImpulseSettings
 from governor_mechanism.engines.impulse.time_inputs import TimeInputs
 from governor_mechanism.engines.initial_state import initial_state
 from governor_mechanism.integrators.time_grid import TimeGrid, make_time_grid
-from governor_mechanism.mechanics.contact.event_log import count_model_size
 from governor_mechanism.mechanics.contact.impact import ImpactSolver
 from governor_mechanism.mechanics.dynamics.contacts import has_contacts
 from governor_mechanism.mechanics.kinematics.velocity_projection import VelocityProjector
@@ -25,60 +26,38 @@ from governor_mechanism.model.scene import Scene
 from governor_mechanism.model.state_history import StateHistory
 from governor_mechanism.model.trajectory import Cost, Outcome, Trajectory
 from governor_mechanism.observables.evaluation import Observables, ReadingEvaluator, RunResult
+from governor_mechanism.observables.model_size import count_model_size
 from governor_mechanism.observables.work import integrate_work
 from governor_mechanism.types import FloatArray, IntArray
 
-MAX_IMPULSE_MONITOR_INTERVAL = 0.25
-"""In time scales: how far apart the poses are at which limits are watched, and the longest step tried."""
-
 ERROR_AT_UNIT_STEP = 2e-4
-"""Estimated error of a run whose step is one time scale (extrapolated as its cube): sets the first step tried."""
-
-MAX_STEP_HALVINGS = 12
-"""How often the step may be halved below the first one before the engine gives up."""
+"""Estimated relative error of a run with a step of one time scale, extrapolated as the cube of the step; sets the first step."""
 
 MAX_OPEN_JOINT_HALVINGS = 5
-"""How often the first step may be halved because joints open."""
+"""Largest number of halvings of the first step because of open joints."""
 
 MIN_SIGNIFICANT_GAP_RATIO = 1e-11
-"""A joint gap below this fraction of the machine's size is rounding, not a sign of unsolved joints."""
+"""Joint gap, relative to the length scale, below which it is rounding and no sign of unsolved joints."""
 
 ITERATION_GROWTH_FACTOR = 4
-"""How many times more solver iterations a doubtful result is tried with."""
+"""Factor by which the solver iterations grow when a result is doubtful."""
 
 ESTIMATE_ROUNDING_FLOOR = 1e-11
-"""An estimate below this that does not fall with the step is rounding."""
+"""Relative error estimate below which a lack of convergence is rounding."""
 
 MAX_STAGNANT_LEVELS = 1
-"""How many halved steps in a row may not help where something sticks, strikes or goes slack."""
+"""Largest number of successive halvings without progress in a scene with contacts."""
 
-EVENT_METHOD_NAME = "second order, begun anew at every event"
-"""How a scene is stepped in which something sticks, strikes or goes slack."""
+EVENT_METHOD_NAME = "second order, restarted at every event"
+"""Name of the method for a scene with contacts."""
 
 MAX_EXIT_DISAGREEMENT = 4
-"""Stations within which marches of different steps must leave the limits to be believed."""
-
-
-@dataclass(frozen=True, kw_only=True)
-class ImpulseSettings:
-    """The numbers of an impulse run; see ImpulseEngine, which checks them."""
-
-    step: float | None = None
-    runs: int = 3
-    plain: bool = False
-    iterations: int = 20
-    max_iterations: int = 1280
-    max_steps: int = 4_000_000
-
-    @property
-    def levels(self) -> int:
-        """How many runs, each with half the step of the one before, make one result."""
-        return 1 if self.plain else self.runs
+"""Number of monitor times within which runs with different steps must leave the limits for the exit to be accepted."""
 
 
 @dataclass(frozen=True)
 class Termination:
-    """How many stations a run keeps, and why it keeps no more."""
+    """Number of monitor times that a run keeps, and the reason if it ends early."""
 
     n_monitor_times: int
     outcome: Outcome | None = None
@@ -86,14 +65,15 @@ class Termination:
 
     @property
     def has_open_joints(self) -> bool:
+        """Return whether the run ended because joints opened."""
         return self.outcome is Outcome.JOINT_OPENED
 
 
 @dataclass(frozen=True)
 class RefinementResult:
-    """The best states reached so far; errors and their largest relative one, where three runs certify them.
+    """Best states so far, with the error of each output and the largest relative error if three runs certify them.
 
-    happened is what they passed; excluded counts the samples too near to that to be compared.
+    `n_excluded` counts the samples too close to an event to be compared.
     """
 
     state: StateHistory
@@ -107,7 +87,7 @@ class RefinementResult:
 
 
 class RichardsonRefinement:
-    """One scene climbed to its accuracy: runs on one grid, each level half the step of the one before."""
+    """Refinement of one scene to its accuracy: runs on one grid, each level with half the step of the one before."""
 
     def __init__(self, settings: ImpulseSettings, scene: Scene, request: RunRequest) -> None:
         self.settings, self.scene, self.request = settings, scene, request
@@ -118,25 +98,25 @@ class RichardsonRefinement:
         self.time_inputs = TimeInputs(scene)
         self.has_contacts, self.has_output_effects = has_contacts(scene), bool(scene.output_effects)
         time_scale = self.evaluator.time_scale
-        step, max_step = settings.step, math.inf  # a run that is told its step takes that step
+        step, max_step = settings.step, math.inf  # a given step is used as it is
         if step is None:
-            max_step = MAX_IMPULSE_MONITOR_INTERVAL * time_scale
+            max_step = settings.monitor_interval * time_scale
             step = min(time_scale * (request.accuracy / ERROR_AT_UNIT_STEP) ** (1 / 3), max_step)
         times = request.times
-        if math.isfinite(max_step):  # beyond this no allowed run can come, so no stations are laid out there
+        if math.isfinite(max_step):  # no run within max_steps gets further, so the grid needs no monitor times there
             times = times[times <= max_step * (settings.max_steps >> (settings.levels - 1))]
         breakpoints = self.time_inputs.breakpoints
         self.grid = make_time_grid(times, breakpoints, step, max_step)
         if settings.step is None and not self._is_within_max_steps(self.grid):
-            # A guess that asks for too much is no reason to run less far: begin with the longest steps.
+            # A first step that is too short must not shorten the run: begin with the largest step.
             self.grid = make_time_grid(times, breakpoints, max_step, max_step)
-        self.full_grid = self._truncate_grid(has_all_times=len(times) == len(request.times))
+        self.grid_termination = self._truncate_grid(has_all_times=len(times) == len(request.times))
         self.iterations = settings.iterations
         self.solutions: dict[int, FixedStepSolution] = {}
         self.steps, self.runs, self.evaluation_counts = 0, 0, Counter[str]()
 
     def refine_to_accuracy(self) -> RefinementResult:
-        """Refine until the estimate is within the accuracy, or falls no further whatever the joint solver does."""
+        """Refine until the estimate meets the accuracy, or stops falling even with more solver iterations."""
         best = None
         while True:
             iterations = self.iterations
@@ -145,22 +125,22 @@ class RichardsonRefinement:
             if self._is_accurate(best):
                 return best
             if self.iterations > iterations:
-                continue  # raised on the way: the longer steps were not solved well enough either
-            # Near a dead centre, unsolved joints show in the estimate alone.
+                continue  # the iterations were raised on the way: the longer steps were not solved well enough either
+            # Near a singular configuration, unsolved joints show only in the estimate.
             if not has_stagnated or (best.error_estimate or 0.0) < ESTIMATE_ROUNDING_FLOOR or not self._raise_iterations():
                 return best
 
     def _refine(self) -> tuple[RefinementResult, bool]:
-        """Shorten the step until the accuracy is reached; the best result, and whether that stopped helping."""
+        """Shorten the step until the accuracy is met; return the best result and whether progress has stagnated."""
         best = self._first_closed_result()
         level, iterations, stagnant_levels = best.level, self.iterations, 0
         while not self._is_accurate(best):
             level += min(max(1, math.ceil(math.log2(2 * (best.error_estimate or 1.0) / self.request.accuracy) / 3)), 4)
-            if level > MAX_STEP_HALVINGS or not self._is_within_max_steps(self.grid, level):
+            if level > self.settings.max_step_halvings or not self._is_within_max_steps(self.grid, level):
                 return best, False
             finer = self.extrapolate_at_level(level)
             if not _is_improvement(finer, best):
-                # What an event leaves falls with the step unevenly: one that does not help may be followed by one.
+                # Event errors do not fall monotonically with the step: allow MAX_STAGNANT_LEVELS halvings without progress.
                 stagnant_levels += 1
                 if stagnant_levels > MAX_STAGNANT_LEVELS * self.has_contacts:
                     return best, True
@@ -171,7 +151,7 @@ class RichardsonRefinement:
         return best, False
 
     def _first_closed_result(self) -> RefinementResult:
-        """The first result; with shorter steps where joints open because steps are too long for how fast it gets."""
+        """Return the first result; halve the step while joints open because it is too long for the speeds that occur."""
         best, level = self.extrapolate_at_level(0), 0
         while best.termination.has_open_joints and level < MAX_OPEN_JOINT_HALVINGS and self._is_within_max_steps(self.grid, level + 1):
             level += 1
@@ -181,11 +161,12 @@ class RichardsonRefinement:
         return best
 
     def _is_accurate(self, result: RefinementResult) -> bool:
+        """Return whether a result needs no further refinement: accurate, not certifiable, or with open joints."""
         return result.termination.has_open_joints or result.error_estimate is None or result.error_estimate <= self.request.accuracy
 
     @np.errstate(all="ignore")
     def extrapolate_at_level(self, level: int) -> RefinementResult:
-        """The extrapolated result of runs whose coarsest has its steps doubled `level` times."""
+        """Return the extrapolated result of runs whose coarsest has its steps halved `level` times."""
         levels = range(level, level + self.settings.levels)
         termination = self._integrate_levels(levels)
         reported = self.grid.truncate(termination.n_monitor_times).reported_indices
@@ -210,7 +191,7 @@ class RichardsonRefinement:
         )
 
     def make_trajectory(self, result: RefinementResult, wall_time: float) -> Trajectory:
-        """The result of the climb."""
+        """Return the trajectory of a result."""
         levels = range(result.level, result.level + self.settings.levels)
         n_monitor_times = result.termination.n_monitor_times
         monitor_states = self._extrapolate_states(levels, n_monitor_times, result.extrapolated_events)[-1]
@@ -231,7 +212,7 @@ class RichardsonRefinement:
                 reported_states=state,
                 monitor_states=monitor_states,
                 observables=report,
-                outcome=self._outcome(result),
+                outcome=result.termination.outcome or classify_accuracy(result.error_estimate, self.request.accuracy),
                 detail=result.termination.detail,
                 error_estimate=result.error_estimate,
                 reading_errors=result.errors,
@@ -243,13 +224,6 @@ class RichardsonRefinement:
             cost=self._cost(result, wall_time),
             settings={**asdict(self.settings), "asked_accuracy": self.request.accuracy, "certified": is_certified},
         )
-
-    def _outcome(self, result: RefinementResult) -> Outcome:
-        if result.termination.outcome is not None:
-            return result.termination.outcome
-        if result.error_estimate is None:
-            return Outcome.UNCERTIFIED
-        return Outcome.DONE if result.error_estimate <= self.request.accuracy else Outcome.ACCURACY_MISSED
 
     def _cost(self, result: RefinementResult, wall_time: float) -> Cost:
         finest_counts = self.grid.min_steps << (result.level + self.settings.levels - 1)
@@ -269,7 +243,7 @@ class RichardsonRefinement:
         )
 
     def _integrate_levels(self, levels: range) -> Termination:
-        """March every level, with more solver iterations while joints stay open or the marches tell two stories."""
+        """Run every level, with more solver iterations while joints stay open or the runs leave the limits at different times."""
         while True:
             for level in levels:
                 if level not in self.solutions:
@@ -281,47 +255,36 @@ class RichardsonRefinement:
         if has_open_joints:
             n_closed = self._n_closed_monitor_times(levels)
             when = f"at about t = {self.grid.monitor_times[min(n_closed, len(self.grid.monitor_times) - 1)]:.6g} s"
-            detail = f"{self.iterations} solver iterations did not close the joints, {when}"
+            detail = f"{self.iterations} solver iterations did not close the joints {when}"
             return Termination(n_closed, Outcome.JOINT_OPENED, detail)
         first_exit = min((limit_exit for limit_exit in exits if limit_exit is not None), default=None)
         if first_exit is None:
-            return self.full_grid
+            return self.grid_termination
         index, message = first_exit
         return Termination(index, Outcome.LEFT_RANGE, f"{message}, at about t = {self.grid.monitor_times[index]:.6g} s")
 
     def _raise_iterations(self) -> bool:
-        """Forget the marches and solve the joints with more iterations, unless that is beyond the cap."""
+        """Discard the runs and raise the solver iterations; return False at the maximum."""
         if self.iterations >= self.settings.max_iterations:
             return False
         self.iterations = min(ITERATION_GROWTH_FACTOR * self.iterations, self.settings.max_iterations)
         self.solutions.clear()
         return True
 
-    @np.errstate(all="ignore")  # bodies that are lost give infinite numbers before they are missed
+    @np.errstate(all="ignore")  # diverging bodies give infinite values before the run is abandoned
     def _integrate_level(self, level: int) -> FixedStepSolution:
         model = PymunkModel(self.scene, iterations=self.iterations, plain=self.settings.plain)
-        length_scale = self.evaluator.mechanism.length_scale
-
-        def is_within_limits(poses: FloatArray) -> bool:
-            return self.evaluator.find_first_out_of_range(poses) is None
-
-        if self.has_contacts:
-            time_scale = self.evaluator.time_scale
-            solution = integrate_with_events(
-                self.scene,
-                model,
-                self.grid,
-                level,
-                self.time_inputs,
-                self.start,
-                time_scale=time_scale,
-                length_scale=length_scale,
-                is_within_limits=is_within_limits,
-            )
-        else:
-            solution = integrate_fixed_step(
-                model, self.grid, level, self.time_inputs, self.start, length_scale=length_scale, is_within_limits=is_within_limits
-            )
+        solution = integrate_over_grid(
+            self.scene,
+            model,
+            self.grid,
+            level,
+            self.time_inputs,
+            self.start,
+            self.settings,
+            time_scale=self.evaluator.time_scale,
+            is_within_limits=lambda poses: self.evaluator.find_first_out_of_range(poses) is None,
+        )
         steps = (int(self.grid.min_steps[: len(solution.work) - 1].sum()) << level) + solution.n_split_steps
         self.steps += steps
         self.runs += 1
@@ -330,9 +293,9 @@ class RichardsonRefinement:
         return solution
 
     def _has_open_joints(self, levels: range, exits: list[tuple[int, str] | None]) -> bool:
-        """Bodies lost, or joint gaps that do not shrink as the step is halved (a second-order scheme quarters them).
+        """Return whether bodies diverged or joint gaps do not shrink as the step is halved (second order divides them by four).
 
-        Looked at up to the first station outside the limits, and there: joints torn open leave the limits too.
+        The check ends at the first monitor time outside the limits, inclusive: torn joints leave the limits too.
         """
         count = min([len(self.grid.monitor_times), *(limit_exit[0] + 1 for limit_exit in exits if limit_exit is not None)])
         if any(len(self.solutions[level].work) < count for level in levels):
@@ -344,36 +307,37 @@ class RichardsonRefinement:
         return any(finer > max(0.5 * coarser, min_gap) for coarser, finer in pairwise(gaps))
 
     def _gaps(self, level: int, count: int) -> FloatArray:
+        """Return the joint gaps (count,) m of a run."""
         return self.evaluator.evaluate_joint_gap(self.solutions[level].poses[:count], self.grid.monitor_times[:count])
 
     def _n_closed_monitor_times(self, levels: range) -> int:
-        """How many stations the finest two marches reached with joints as closed as their steps explain."""
+        """Return the number of monitor times that the finest two runs reach with joint gaps that their steps explain."""
         count = min(len(self.solutions[level].work) for level in levels)
         gaps = [np.maximum.accumulate(self._gaps(level, count)) for level in levels[-2:]]
         is_open = gaps[-1] > np.maximum(0.5 * gaps[0], MIN_SIGNIFICANT_GAP_RATIO * self.evaluator.mechanism.length_scale)
         return int(np.argmax(is_open)) if is_open.any() else count
 
     def _is_within_max_steps(self, grid: TimeGrid, level: int = 0) -> bool:
-        """Whether the finest of the runs at this level stays within max_steps."""
+        """Return whether the finest of the runs at a level stays within `max_steps`."""
         return int(grid.min_steps.sum()) << (level + self.settings.levels - 1) <= self.settings.max_steps
 
     def _truncate_grid(self, *, has_all_times: bool) -> Termination:
-        """Cut the grid to what max_steps allow the finest of the first runs."""
+        """Truncate the grid to what `max_steps` allows the finest of the first runs."""
         max_steps = self.settings.max_steps >> (self.settings.levels - 1)
         n_monitor_times = int(np.searchsorted(np.cumsum(self.grid.min_steps), max_steps, side="right")) + 1
         if n_monitor_times >= len(self.grid.monitor_times) and has_all_times:
             return Termination(len(self.grid.monitor_times))
         self.grid = self.grid.truncate(n_monitor_times)
-        detail = f"max_steps = {self.settings.max_steps} end at t = {self.grid.monitor_times[-1]:.6g} s"
+        detail = f"max_steps = {self.settings.max_steps} is reached at t = {self.grid.monitor_times[-1]:.6g} s"
         return Termination(len(self.grid.monitor_times), Outcome.STEP_LIMIT, detail)
 
     def _project_states(self, solution: FixedStepSolution, n_monitor_times: int, indices: IntArray | None = None) -> StateHistory:
-        """The state of a march at its first stations, or at those of them that are asked for."""
+        """Return the states of a run at its first monitor times, or at some of them, with compatible velocities."""
         selected = np.arange(n_monitor_times) if indices is None else indices
         times, poses, velocities = (self.grid.monitor_times[selected], solution.poses[selected], solution.velocities[selected])
         if not self.settings.plain and len(selected):
-            # The mean of two half steps opens the joints a little, and more where the step changes its length.
-            if self.has_contacts:  # how far joints open hangs on the step, which is another where a step was split
+            # The mean of two half steps opens the joints slightly, and more where the step length changes.
+            if self.has_contacts:  # the gap depends on the step, which differs where a step was split
                 poses = self.impact_solver.close_joints(times, poses)
             velocities = self.projector.project(poses, velocities, times)
         spindle = np.stack([solution.spindle_angle[selected], self.evaluator.evaluate_spindle_speeds(times, poses)], axis=-1)
@@ -390,9 +354,9 @@ class RichardsonRefinement:
     def _extrapolate_states(
         self, levels: range, n_monitor_times: int, extrapolated_events: ExtrapolatedEvents, indices: IntArray | None = None
     ) -> list[StateHistory]:
-        """The state of one march at its first stations (or some of them), or what pairs of neighbours extrapolate to.
+        """Return the states of a single run, or those extrapolated from each pair of neighbouring levels.
 
-        Between the times at which marches strike a stop one after the other there is nothing to extrapolate.
+        Between the impact times of two runs there is nothing to extrapolate.
         """
         states = [self._project_states(self.solutions[level], n_monitor_times, indices) for level in levels]
         if len(states) == 1:
@@ -401,7 +365,7 @@ class RichardsonRefinement:
         return [_extrapolate(coarse, fine, 4, between_impacts) for coarse, fine in pairwise(states)]
 
     def _extrapolate_events(self, levels: range, n_monitor_times: int) -> ExtrapolatedEvents:
-        """What the marches passed up to a station."""
+        """Return the extrapolated events of the runs up to a monitor time."""
         if not (self.has_contacts and n_monitor_times):
             return ExtrapolatedEvents()
         end = float(self.grid.monitor_times[n_monitor_times - 1])
@@ -409,6 +373,7 @@ class RichardsonRefinement:
 
 
 def _is_improvement(finer: RefinementResult, best: RefinementResult) -> bool:
+    """Return whether a finer result has closed joints and a smaller error estimate."""
     return (
         not finer.termination.has_open_joints
         and finer.error_estimate is not None
@@ -417,7 +382,7 @@ def _is_improvement(finer: RefinementResult, best: RefinementResult) -> bool:
 
 
 def _exits_disagree(exits: list[tuple[int, str] | None]) -> bool:
-    """Whether marches of one motion leave the limits at different stations, or only some of them."""
+    """Return whether runs leave the limits at different monitor times, or only some of them do."""
     exit_indices = [-MAX_EXIT_DISAGREEMENT if limit_exit is None else limit_exit[0] for limit_exit in exits]
     return max(exit_indices) - min(exit_indices) >= MAX_EXIT_DISAGREEMENT
 
@@ -425,7 +390,7 @@ def _exits_disagree(exits: list[tuple[int, str] | None]) -> bool:
 def _extrapolate(
     coarse_state: StateHistory, fine_state: StateHistory, error_ratio: int, keep_fine: NDArray[np.bool_] | None = None
 ) -> StateHistory:
-    """Remove the leading error, which falls by `gain` from one state to the next (Richardson), but where as_it_is."""
+    """Remove the leading error by Richardson extrapolation; it falls by `error_ratio` per level. Samples in `keep_fine` stay."""
 
     def combine(coarse: FloatArray, fine: FloatArray) -> FloatArray:
         extrapolated: FloatArray = fine + (fine - coarse) / (error_ratio - 1)

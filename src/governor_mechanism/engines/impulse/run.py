@@ -1,33 +1,36 @@
-"""The march of an assembly through time, and its settling to rest."""
+"""Fixed-step integration of a pymunk model over a time grid."""
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass
+from typing import Protocol
 
 import numpy as np
 
 from governor_mechanism.engines.impulse.event_stepper import EventDrivenStepper
-from governor_mechanism.engines.impulse.pymunk import PymunkModel
+from governor_mechanism.engines.impulse.pymunk.model import PymunkModel
+from governor_mechanism.engines.impulse.settings import ImpulseSettings
 from governor_mechanism.engines.impulse.time_inputs import TimeInputs
 from governor_mechanism.integrators.time_grid import TimeGrid
-from governor_mechanism.mechanics.dynamics.contacts import ContactMode
+from governor_mechanism.mechanics.dynamics.contacts import ContactMode, has_contacts
 from governor_mechanism.model.events import Event
 from governor_mechanism.model.scene import Scene
 from governor_mechanism.types import FloatArray
 
 LIMIT_CHECK_INTERVAL = 256
-"""Stations between two looks at whether the mechanism is still within its limits."""
+"""Number of monitor times between two checks of the limits of the mechanism."""
 
 MAX_BODY_DISTANCE_RATIO = 1e3
-"""A body this many machine sizes away was thrown off by joints that were not solved."""
+"""Distance of a body from the origin, relative to the length scale, at which a run counts as diverged (unsolved joints)."""
 
 
 @dataclass(frozen=True)
 class FixedStepSolution:
-    """Poses and velocities (stations, bodies, 3), work (stations,) J of a given spindle speed's changes, angle
-    (stations,) rad of a free spindle, lost (stations,) J to brakes, friction and stops; shorter than the grid where it
-    was given up. What happened, how everything stood at the stations, and how many steps were split where that was.
+    """Poses and velocities (times, bodies, 3) at the monitor times; shorter than the grid if the run was abandoned.
+
+    `work` (times,) J is the work of changes of a prescribed spindle speed, `spindle_angle` (times,) rad that of a free spindle, and
+    `dissipated_energy` (times,) J the loss in dashpots, friction and stops. `contact_modes` has one entry per monitor time.
     """
 
     poses: FloatArray
@@ -40,163 +43,127 @@ class FixedStepSolution:
     n_split_steps: int = 0
 
 
-def integrate_fixed_step(
-    model: PymunkModel,
-    grid: TimeGrid,
-    level: int,
-    time_inputs: TimeInputs,
-    start: tuple[FloatArray, FloatArray],
-    *,
-    length_scale: float,
-    is_within_limits: Callable[[FloatArray], bool],
-) -> FixedStepSolution:
-    """Run through the grid, each interval's steps doubled `level` times, from poses and velocities (bodies, 3).
+class IntervalStepper(Protocol):
+    """Integrates a model over successive intervals."""
 
-    Given up where a body is lost, and soon after `inside` finds poses (stations, bodies, 3) outside their limits.
+    @property
+    def events(self) -> Sequence[Event]:
+        """Return the contact events so far."""
+
+    @property
+    def mode(self) -> ContactMode:
+        """Return the present contact mode."""
+
+    @property
+    def dissipated_energy(self) -> float:
+        """Return the energy dissipated so far (J)."""
+
+    @property
+    def n_split_steps(self) -> int:
+        """Return the number of steps that were split at events."""
+
+    def integrate(self, start: float, end: float, n_steps: int, next_h: float) -> bool:
+        """Integrate from start to end (s) in `n_steps` steps, followed by one of `next_h`; return False if that fails."""
+
+    def mass_centre_state(self) -> tuple[FloatArray, FloatArray]:
+        """Return poses and velocities (bodies, 3) of the mass centres at the present time."""
+
+
+class FixedStepper:
+    """Integrates a pymunk model without contacts over successive intervals from start poses and velocities (bodies, 3).
+
+    `h` (s) is the first step.
     """
-    poses, velocities = start
-    step_counts = grid.min_steps << level
-    if step_counts.size == 0:
-        return FixedStepSolution(poses[np.newaxis], velocities[np.newaxis], np.zeros(1), np.zeros(1), np.zeros(1))
-    lengths = np.diff(grid.monitor_times) / step_counts
-    next_lengths = np.append(lengths[1:], lengths[-1:])
-    model.start(poses, velocities, time_inputs.start_inputs(float(lengths[0])))
-    time_inputs.reset(model.predict_spindle_inertia)
-    if model.is_plain:
-        states = [(model.poses(), model.velocities(), 0.0, 0.0, 0.0)]
-    else:  # the poses have just arrived at the start; the velocities are already half a step ahead
-        states = [(model.poses(), _to_proxy_velocities(model, velocities), 0.0, 0.0, 0.0)]
-    for index, (h, next_h) in enumerate(zip(lengths.tolist(), next_lengths.tolist(), strict=True)):
-        # The last kick lasts half of this step and half of the next, whose length may be another.
-        time_inputs.prepare_interval(grid.monitor_times[index], grid.monitor_times[index + 1], int(step_counts[index]), next_h)
-        try:
-            earlier, previous = _step_interval(model, int(step_counts[index]), time_inputs)
-        except (ValueError, OverflowError):  # a body flew off so fast that its place is no number any more
-            break
-        current, poses_now = model.velocities(), model.poses()
+
+    events: tuple[Event, ...] = ()
+    mode = ContactMode()
+    n_split_steps = 0
+
+    def __init__(self, model: PymunkModel, time_inputs: TimeInputs, start: tuple[FloatArray, FloatArray], h: float) -> None:
+        self._model, self._time_inputs = model, time_inputs
+        model.start(*start, time_inputs.start_inputs(h))
+        time_inputs.reset(model.predict_spindle_inertia)
+        # Except in a plain model the velocities are half a step ahead of the poses; the start velocities belong to the poses.
+        self._velocities = model.velocities() if model.is_plain else model.to_proxy_velocities(start[1])
+
+    def integrate(self, start: float, end: float, n_steps: int, next_h: float) -> bool:
+        """Integrate from start to end (s) in `n_steps` steps, followed by one of `next_h`."""
+        model, time_inputs, h = self._model, self._time_inputs, (end - start) / n_steps
+        # The last kick spans half of this step and half of the next, which can differ in length.
+        time_inputs.prepare_interval(start, end, n_steps, next_h)
+        for index in range(n_steps):
+            if index == n_steps - 1:
+                previous = model.velocities()
+            elif time_inputs.has_jump and index == n_steps - 2:
+                earlier = model.velocities()
+            model.step(time_inputs.step_inputs(index))
         if model.is_plain:
-            velocities_now = current
-        elif time_inputs.has_jump:  # the load jumps here, so the mean of both sides is not the velocity: look back only
-            velocities_now = previous + 0.5 * (previous - earlier)
+            self._velocities = model.velocities()
+        elif time_inputs.has_jump:  # the load jumps, so the mean of both sides is not the velocity: extrapolate from the left
+            self._velocities = previous + 0.5 * (previous - earlier)
         else:
-            velocities_now = (next_h * previous + h * current) / (h + next_h)
-        if not np.max(np.abs(poses_now[:, :2])) < MAX_BODY_DISTANCE_RATIO * length_scale:
-            break
-        states.append((poses_now, velocities_now, time_inputs.work, time_inputs.spindle_angle, model.dissipated_energy))
-        if len(states) % LIMIT_CHECK_INTERVAL == 0 and not is_within_limits(_mass_centres(model, states[-LIMIT_CHECK_INTERVAL:])):
-            break
-    columns = [np.array(column) for column in zip(*states, strict=True)]
-    mass_centre_poses, mass_centre_velocities = model.to_mass_centres(columns[0], columns[1])
-    return FixedStepSolution(mass_centre_poses, mass_centre_velocities, columns[2], columns[3], columns[4])
+            self._velocities = (next_h * previous + h * model.velocities()) / (h + next_h)
+        return True
+
+    def mass_centre_state(self) -> tuple[FloatArray, FloatArray]:
+        """Return poses and velocities (bodies, 3) of the mass centres at the present time."""
+        return self._model.to_mass_centres(self._model.poses(), self._velocities)
+
+    @property
+    def dissipated_energy(self) -> float:
+        """Return the energy dissipated so far by dashpots (J)."""
+        return self._model.output_forces.dissipated_energy
 
 
-def integrate_with_events(
+def integrate_over_grid(
     scene: Scene,
     model: PymunkModel,
     grid: TimeGrid,
     level: int,
     time_inputs: TimeInputs,
     start: tuple[FloatArray, FloatArray],
+    settings: ImpulseSettings,
     *,
     time_scale: float,
-    length_scale: float,
     is_within_limits: Callable[[FloatArray], bool],
 ) -> FixedStepSolution:
-    """The same where something may stick, strike or go slack on the way; second (s) is the time scale."""
+    """Integrate over the grid, with the steps of each interval halved `level` times, from poses and velocities (bodies, 3).
+
+    The run is abandoned if a body diverges, and soon after `is_within_limits` rejects poses (times, bodies, 3). `time_scale` is in s.
+    """
     step_counts = grid.min_steps << level
     lengths = np.diff(grid.monitor_times) / step_counts if step_counts.size else np.ones(1)
     next_lengths = np.append(lengths[1:], lengths[-1:])
-    stepper = EventDrivenStepper(scene, model, time_inputs, start, time_scale=time_scale, level=level, h=float(lengths[0]))
-    states, contact_modes = [(*start, 0.0, 0.0, stepper.dissipated_energy)], [stepper.mode]
+    h, is_splitting = float(lengths[0]), has_contacts(scene)
+    stepper: IntervalStepper
+    if is_splitting:
+        stepper = EventDrivenStepper(scene, model, time_inputs, start, settings, time_scale=time_scale, level=level, h=h)
+    else:
+        stepper = FixedStepper(model, time_inputs, start, h)
+    initial = start if is_splitting or not step_counts.size else stepper.mass_centre_state()
+    states, contact_modes = [(*initial, 0.0, 0.0, stepper.dissipated_energy)], [stepper.mode]
+    max_distance = MAX_BODY_DISTANCE_RATIO * scene.part.mechanism.length_scale
     for index, next_h in enumerate(next_lengths[: step_counts.size].tolist()):
         begin, end = float(grid.monitor_times[index]), float(grid.monitor_times[index + 1])
         try:
             is_complete = stepper.integrate(begin, end, int(step_counts[index]), next_h)
-        except (ValueError, OverflowError, np.linalg.LinAlgError):
+        except (ValueError, OverflowError, np.linalg.LinAlgError):  # a body diverged to a position that is not finite
             break
         poses, velocities = stepper.mass_centre_state()
-        if not (is_complete and np.max(np.abs(poses[:, :2])) < MAX_BODY_DISTANCE_RATIO * length_scale):
+        if not (is_complete and np.max(np.abs(poses[:, :2])) < max_distance):
             break
         states.append((poses, velocities, time_inputs.work, time_inputs.spindle_angle, stepper.dissipated_energy))
         contact_modes.append(stepper.mode)
-        if len(states) % LIMIT_CHECK_INTERVAL == 0 and not is_within_limits(
-            np.array([state[0] for state in states[-LIMIT_CHECK_INTERVAL:]])
-        ):
+        if len(states) % LIMIT_CHECK_INTERVAL == 0 and not is_within_limits(np.array([row[0] for row in states[-LIMIT_CHECK_INTERVAL:]])):
             break
     columns = [np.array(column) for column in zip(*states, strict=True)]
     return FixedStepSolution(
-        columns[0], columns[1], columns[2], columns[3], columns[4], tuple(stepper.events), tuple(contact_modes), stepper.n_split_steps
+        poses=columns[0],
+        velocities=columns[1],
+        work=columns[2],
+        spindle_angle=columns[3],
+        dissipated_energy=columns[4],
+        events=tuple(stepper.events),
+        contact_modes=tuple(contact_modes) if is_splitting else (),
+        n_split_steps=stepper.n_split_steps,
     )
-
-
-def _mass_centres(model: PymunkModel, states: list[tuple[FloatArray, FloatArray, float, float, float]]) -> FloatArray:
-    poses, velocities = (np.array([state[column] for state in states]) for column in (0, 1))
-    return model.to_mass_centres(poses, velocities)[0]
-
-
-def _to_proxy_velocities(model: PymunkModel, velocities: FloatArray) -> FloatArray:
-    """The start's velocities as the carriers have them: a lever's centre is its pin, which stands still."""
-    return np.where(model.pinned_bodies()[:, np.newaxis], velocities * np.array([0.0, 0.0, 1.0]), velocities)
-
-
-def _step_interval(model: PymunkModel, n_steps: int, time_inputs: TimeInputs) -> tuple[FloatArray, FloatArray]:
-    """Step through one interval; velocities before the last kick but one (if it is asked for), and before the last."""
-    earlier = np.empty(0)
-    for index in range(n_steps):
-        if index == n_steps - 1:
-            previous = model.velocities()
-        elif time_inputs.has_jump and index == n_steps - 2:
-            earlier = model.velocities()
-        model.step(time_inputs.step_inputs(index))
-    return earlier, previous
-
-
-N_JOINT_RECOVERY_STEPS = 3
-"""Steps after a stop in which the joints take up what the stop left open; their speeds are no swing's."""
-
-
-@dataclass(frozen=True)
-class RelaxationResult:
-    """Poses (bodies, 3) at rest, and the steps it took; `at_rest` is False where it did not settle."""
-
-    poses: FloatArray
-    steps: int
-    at_rest: bool
-
-
-def relax(
-    model: PymunkModel,
-    h: float,
-    time_inputs: TimeInputs,
-    poses: FloatArray,
-    *,
-    max_rest_energy: float,
-    is_within_limits: Callable[[FloatArray], bool],
-    max_steps: int,
-) -> RelaxationResult:
-    """Let go of the mechanism and take its motion away whenever it is fastest, until it stays where it is.
-
-    Between two such stops it swings from rest toward its equilibrium, so the distance shrinks about a hundredfold each
-    time. `still` (J) is the largest kinetic energy that counts as rest; `inside` says whether poses are in range.
-    """
-    model.start(poses, np.zeros_like(poses), time_inputs.start_inputs(h))
-    inputs = time_inputs.constant_inputs(h)
-    max_energy, steps_since_stop = 0.0, 0
-    for steps in range(max_steps):
-        energy = model.kinetic_energy()
-        if steps_since_stop > N_JOINT_RECOVERY_STEPS and energy < max_energy:  # past the fastest: the equilibrium lies just behind
-            if max_energy < max_rest_energy:
-                return RelaxationResult(_mass_centre_poses(model), steps, True)
-            model.zero_velocities()
-            max_energy, steps_since_stop = 0.0, 0
-            if not is_within_limits(_mass_centre_poses(model)):
-                break
-        if steps_since_stop >= N_JOINT_RECOVERY_STEPS:
-            max_energy = max(max_energy, energy)
-        steps_since_stop += 1
-        model.step(inputs)
-    return RelaxationResult(_mass_centre_poses(model), steps, False)
-
-
-def _mass_centre_poses(model: PymunkModel) -> FloatArray:
-    return model.to_mass_centres(model.poses(), model.velocities())[0]

@@ -1,80 +1,80 @@
-"""The steps of an assembly one by one, and its beginning anew from poses and velocities of one time."""
+"""Single steps of a pymunk model with contacts, and restarts of the staggered scheme from synchronous poses and velocities."""
 
 from __future__ import annotations
 
 from dataclasses import replace
-from typing import TYPE_CHECKING
 
 import numpy as np
 
 from governor_mechanism.engines.impulse.pymunk.model import PymunkModel
 from governor_mechanism.engines.impulse.pymunk.step_inputs import StepInputs
 from governor_mechanism.engines.impulse.step_records import StepObservation, StepState
+from governor_mechanism.engines.impulse.time_inputs import TimeInputs
 from governor_mechanism.mechanics.contact.impact import ImpactSolver
 from governor_mechanism.mechanics.kinematics.output_variables import evaluate_output_gradient
 from governor_mechanism.model.mechanism import Mechanism
 from governor_mechanism.types import FloatArray
 
-if TYPE_CHECKING:
-    from governor_mechanism.engines.impulse.time_inputs import TimeInputs
-
 N_WARM_STARTS = 3
-"""How often a start is repeated, so that the joint solver begins from the impulses that it will find."""
+"""Number of repetitions of a start, so that the joint solver begins from its converged impulses."""
 
 N_WARM_UP_STEPS = 4
-"""Steps after a beginning in which the joint solver has its impulses still to find."""
-
-HOLD_ITERATION_FACTOR = 8
-"""How many times more solver iterations begin a motion anew, and follow one while something is held: what holds is
-told by its force, and not by how the bodies move.
-"""
+"""Number of steps after a restart in which the joint solver still finds its impulses."""
 
 
 class StaggeredStepper:
-    """An assembly on its way. here: where it is; stepped (s): the length of its last step; holding: whether anything
-    is held."""
+    """A pymunk model at one time of a run.
+
+    `state` is the present state, `last_h` (s) the length of the last step, `is_holding` whether a contact is held. The solver iterations
+    are multiplied by `hold_iteration_factor` for restarts and while a contact is held: contact decisions use the holding force, which
+    converges more slowly than the velocities.
+    """
 
     def __init__(
-        self, mechanism: Mechanism, model: PymunkModel, time_inputs: TimeInputs, start: tuple[FloatArray, FloatArray], h: float
+        self,
+        mechanism: Mechanism,
+        model: PymunkModel,
+        time_inputs: TimeInputs,
+        start: tuple[FloatArray, FloatArray],
+        h: float,
+        hold_iteration_factor: int,
     ) -> None:
-        assert model.output_forces is not None
         self.model, self.output_forces, self.time_inputs, self.last_h = model, model.output_forces, time_inputs, h
-        self.is_holding, self._warm_up_steps_left = False, 0
+        self.is_holding, self._warm_up_steps_left, self._hold_iteration_factor = False, 0, hold_iteration_factor
         self._mechanism, self._impact_solver = mechanism, ImpactSolver(mechanism)
-        self._pinned = model.pinned_bodies()[:, np.newaxis] & np.array([True, True, False])
         time_inputs.uses_left_limits = True
         model.start(*start, time_inputs.start_inputs(h))
         time_inputs.reset(model.predict_spindle_inertia)
-        proxy_velocities, values = self._to_proxy_velocities(start[1]), self.output_forces.output_values
+        proxy_velocities, values = model.to_proxy_velocities(start[1]), self.output_forces.output_values
         self.state = StepState(
             0.0, model.poses(), proxy_velocities, values, self.output_forces.output_rates(proxy_velocities), time_inputs.accumulators(), 0.0
         )
 
     @property
     def has_one_dof(self) -> bool:
-        """Whether one coordinate settles how everything moves."""
+        """Return whether the mechanism has one degree of freedom."""
         return self._impact_solver.mobility == 1
 
     def output_value(self, output: int) -> float:
-        """Value (m or rad) of a reading."""
+        """Return the value (m or rad) of an output variable."""
         return float(self.state.values[output])
 
     def output_rate(self, output: int) -> float:
-        """Rate (m/s or rad/s) of a reading."""
+        """Return the rate (m/s or rad/s) of an output variable."""
         return float(self.state.rates[output])
 
     def close_joints(self) -> None:
-        """Close the joints: how far a step leaves them open depends on its length."""
+        """Close the joints; the gap that a step leaves depends on its length."""
         self.state = self._with_closed_joints(self.state)
 
     def mass_centre_state(self) -> tuple[FloatArray, FloatArray]:
-        """Poses and velocities (bodies, 3) of the mass centres where the march is."""
+        """Return poses and velocities (bodies, 3) of the mass centres at the present time."""
         return self.model.to_mass_centres(self.state.poses, self.state.velocities)
 
     def step(self, inputs: StepInputs, time: float) -> tuple[StepObservation, StepState]:
-        """One step; what is seen at its end, and where it leads to."""
+        """Take one step; return its observation and the state at `time` (s), without moving to it."""
         model, output_forces = self.model, self.output_forces
-        model.set_iteration_factor(HOLD_ITERATION_FACTOR if self.is_holding or self._warm_up_steps_left else 1)
+        model.set_iteration_factor(self._hold_iteration_factor if self.is_holding or self._warm_up_steps_left else 1)
         self._warm_up_steps_left = max(self._warm_up_steps_left - 1, 0)
         velocities_before = model.velocities()
         model.step(inputs)
@@ -85,10 +85,10 @@ class StaggeredStepper:
         return StepObservation(values, rates, output_forces.output_rates(velocities_after), inputs.friction_limits), state
 
     def take_trial_step(self, h: float, steps: int = 1) -> tuple[StepObservation, StepState]:
-        """h seconds alone, from where the march is; it stays there.
+        """Return observation and state `h` seconds ahead, without moving to it.
 
-        What joints bear is seen from the second step on: the first begins with closed joints, which steps leave open
-        by the square of their length, and bears what opens them too.
+        Joint forces are valid from the second step on. The first step starts with closed joints, but a step leaves a gap proportional to
+        the square of its length, so the first joint forces also contain the force that opens this gap.
         """
         self.restart(h / steps)
         time = self.state.time
@@ -99,9 +99,9 @@ class StaggeredStepper:
         return replace(observation, values=closed_state.values, rates=closed_state.rates), closed_state
 
     def restart(self, h: float) -> None:
-        """Begin anew from where the march is, before a step of h seconds."""
+        """Restart the scheme from the present state, before a step of `h` seconds."""
         state = self.state
-        self.model.set_iteration_factor(HOLD_ITERATION_FACTOR)
+        self.model.set_iteration_factor(self._hold_iteration_factor)
         self._warm_up_steps_left = N_WARM_UP_STEPS
         for _ in range(N_WARM_STARTS):
             self.model.start(state.poses, state.velocities, self.time_inputs.restart_inputs(state.time, h))
@@ -109,30 +109,26 @@ class StaggeredStepper:
         self.output_forces.dissipated_energy, self.last_h = state.dissipated_energy, h
 
     def apply_impulses(self, rates: dict[str, float], *, count_energy_loss: bool = False) -> None:
-        """Change the velocities by impulses of the joints and along readings until these have their rates.
+        """Apply impulses along the joints and along output variables until these have the prescribed rates.
 
-        lost: what energy that takes is counted as lost.
+        `count_energy_loss` adds the loss of kinetic energy to the dissipated energy.
         """
         state = self.state
         poses, velocities = self.mass_centre_state()
         output_jacobian = np.array([evaluate_output_gradient(self._mechanism, name, poses) for name in rates])
         output_jacobian = output_jacobian.reshape(-1, *poses.shape)
         new_velocities = self._impact_solver.apply_impulses(state.time, poses, velocities, output_jacobian, np.array(list(rates.values())))
-        energy_loss = (
-            self._impact_solver.kinetic_energy(velocities) - self._impact_solver.kinetic_energy(new_velocities)
-            if count_energy_loss
-            else 0.0
-        )
-        proxy_velocities = self._to_proxy_velocities(new_velocities)
+        energies = [self._impact_solver.kinetic_energy(each) for each in (velocities, new_velocities)]
+        proxy_velocities = self.model.to_proxy_velocities(new_velocities)
         self.state = replace(
             state,
             velocities=proxy_velocities,
             rates=self.output_forces.output_rates(proxy_velocities),
-            dissipated_energy=state.dissipated_energy + energy_loss,
+            dissipated_energy=state.dissipated_energy + (energies[0] - energies[1] if count_energy_loss else 0.0),
         )
 
     def extrapolate_to(self, end: float, full_step: float) -> None:
-        """Go on to a station (s) so near that a step there would be one of rounding."""
+        """Extrapolate to a time `end` (s) so close that a step would be dominated by rounding."""
         state, remaining = self.state, end - self.state.time
         if remaining <= 0.0:
             return
@@ -140,6 +136,7 @@ class StaggeredStepper:
         acceleration = (self.model.velocities() - state.velocities) / (0.5 * full_step)
         self.time_inputs.prepare_interval(state.time, end, 1, full_step)
         self.time_inputs.step_inputs(0)
+        friction_limits = self.time_inputs.restart_inputs(state.time, full_step).friction_limits
         self.state = replace(
             state,
             time=end,
@@ -148,19 +145,17 @@ class StaggeredStepper:
             values=state.values + remaining * state.rates,
             rates=state.rates + remaining * self.output_forces.output_rates(acceleration),
             accumulators=self.time_inputs.accumulators(),
-            dissipated_energy=state.dissipated_energy
-            + remaining
-            * self.output_forces.dissipated_power(state.rates, self.time_inputs.restart_inputs(state.time, full_step).friction_limits),
+            dissipated_energy=state.dissipated_energy + remaining * self.output_forces.dissipated_power(state.rates, friction_limits),
         )
 
     def _with_closed_joints(self, state: StepState) -> StepState:
-        """The same with closed joints."""
+        """Return a state with closed joints and compatible velocities."""
         impact_solver, time = self._impact_solver, state.time
         poses, velocities = self.model.to_mass_centres(state.poses, state.velocities)
         poses = impact_solver.close_joints(np.array([time]), poses[np.newaxis])[0]
         no_outputs = np.zeros((0, *poses.shape))
-        proxy_velocities = self._to_proxy_velocities(impact_solver.apply_impulses(time, poses, velocities, no_outputs, np.zeros(0)))
-        proxy_poses = np.where(self._pinned, state.poses, poses)
+        proxy_velocities = self.model.to_proxy_velocities(impact_solver.apply_impulses(time, poses, velocities, no_outputs, np.zeros(0)))
+        proxy_poses = np.where(self.model.pinned_mask, state.poses, poses)
         self.output_forces.evaluate_outputs(proxy_poses)
         return replace(
             state,
@@ -169,7 +164,3 @@ class StaggeredStepper:
             values=self.output_forces.output_values,
             rates=self.output_forces.output_rates(proxy_velocities),
         )
-
-    def _to_proxy_velocities(self, velocities: FloatArray) -> FloatArray:
-        """Velocities of mass centres as the carriers have them: the pin of a lever stands still."""
-        return np.where(self._pinned, 0.0, velocities)

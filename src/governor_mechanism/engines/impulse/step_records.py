@@ -1,4 +1,4 @@
-"""What a march is like at one time, what a step shows at its end, and what it may go beyond."""
+"""Records of a fixed-step run: state at one time, observation of one step, and events detected in it."""
 
 from __future__ import annotations
 
@@ -11,8 +11,9 @@ from governor_mechanism.types import FloatArray
 
 @dataclass(frozen=True)
 class StepState:
-    """Time (s), poses and velocities (bodies, 3) of the carriers at it, values and rates of all readings acted along,
-    and what was added up until then.
+    """State of a run at one time (s).
+
+    Poses and velocities (bodies, 3) of the body proxies, values and rates (outputs,), spindle accumulators and dissipated energy (J).
     """
 
     time: float
@@ -26,9 +27,7 @@ class StepState:
 
 @dataclass(frozen=True)
 class StepObservation:
-    """Values and rates of all readings acted along at the end of a step, their rates right after its kick, and what
-    each friction bears then.
-    """
+    """Output values and rates (outputs,) at the end of a step, the rates right after its kick, and the friction limits there."""
 
     values: FloatArray
     rates: FloatArray
@@ -38,9 +37,9 @@ class StepObservation:
 
 @dataclass(frozen=True)
 class DetectedEvent:
-    """Something that a step goes beyond, about a keeper or a one-sided spring: by how much, nought where it happens.
+    """An event within a step, of the contact or one-sided spring `index`; its event function is zero at the event.
 
-    before: how much that was where the step began; way: the sign of the motion it leads to.
+    `initial_value` is the event function at the start of the step; `direction` is the sign of the motion after the event.
     """
 
     kind: EventKind
@@ -51,10 +50,10 @@ class DetectedEvent:
 
 
 def make_reversal_function(output: int, direction: int) -> Callable[[StepObservation], float]:
-    """How fast a reading moves against the sign of its motion."""
-    return lambda sight: -direction * float(sight.rates[output])
+    """Return an event function: the rate of an output variable against the sign of its motion."""
+    return lambda observation: -direction * float(observation.rates[output])
 
 
 def make_level_function(output: int, direction: int, level: float) -> Callable[[StepObservation], float]:
-    """How far a reading is beyond a value, that way."""
-    return lambda sight: direction * (float(sight.values[output]) - level)
+    """Return an event function: the distance of an output variable past a level, positive in `direction`."""
+    return lambda observation: direction * (float(observation.values[output]) - level)

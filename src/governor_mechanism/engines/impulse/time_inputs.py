@@ -1,4 +1,4 @@
-"""What happens in time during a march: the spindle's speed, given or free, programs of loads, ways of drives."""
+"""Time-dependent inputs of a fixed-step run: spindle speed (prescribed or free), force-element functions and drives."""
 
 from __future__ import annotations
 
@@ -8,7 +8,7 @@ from itertools import pairwise
 
 import numpy as np
 
-from governor_mechanism.engines.impulse.pymunk import StepInputs
+from governor_mechanism.engines.impulse.pymunk.step_inputs import StepInputs
 from governor_mechanism.mechanics.dynamics.contacts import contacts_of
 from governor_mechanism.mechanics.dynamics.force_laws import free_spindle_speed
 from governor_mechanism.mechanics.kinematics.time_functions import CubicTimeFunction, SpindleSpeedFunction
@@ -19,12 +19,13 @@ from governor_mechanism.model.time_functions import InputFunction
 from governor_mechanism.types import FloatArray
 
 InertiaCallback = Callable[[float], float]
+"""Return the moment of inertia about the spindle (kg m2) of the mechanism a number of seconds ahead."""
 
 
 class TimeInputs:
-    """The moments of a march, interval by interval; work (J) and angle (rad) of the spindle as far as it has come.
+    """Step inputs of a run, interval by interval; accumulates the work (J) and the angle (rad) of the spindle.
 
-    closing: an interval ends with a kick of its own length and of what held before a jump there, to be restarted after.
+    `uses_left_limits`: at a discontinuity use the left limit and the full step weight; the caller restarts the scheme there.
     """
 
     def __init__(self, scene: Scene) -> None:
@@ -45,13 +46,13 @@ class TimeInputs:
 
     @property
     def breakpoints(self) -> FloatArray:
-        """Times (s) at which something jumps or has a kink; steps must end there."""
+        """Return the times (s) of jumps and kinks, at which steps must end."""
         functions = [self._speed_program, *self._load_functions, *self._drive_functions, *self._friction_functions]
         functions += [self._torque_function] if self._torque_function else []
         return np.unique(np.concatenate([function.breakpoints for function in functions]))
 
     def reset(self, inertia: InertiaCallback) -> None:
-        """Begin a march; inertia(ahead) is what turns with the spindle (kg m2), so many seconds from now."""
+        """Begin a run; `inertia` predicts the moment of inertia that rotates with the spindle."""
         self._predict_inertia = inertia
         self.has_jump, self.work, self.spindle_angle = False, 0.0, 0.0
         self._mechanism_inertia = inertia(0.0) if self._has_varying_speed or self._free_spindle else 0.0
@@ -59,50 +60,44 @@ class TimeInputs:
         self._angular_momentum = (self._spindle_inertia + self._mechanism_inertia) * self._spindle_speed
 
     def start_inputs(self, h: float) -> StepInputs:
-        """The moment of the start, before a first step of h seconds."""
-        start = np.zeros(1)
-        return StepInputs(
-            h=0.5 * h,
-            next_h=h,
-            spindle_speed_squared=self._start_speed_squared,
-            load_values=tuple(float(function(start)[0]) for function in self._load_functions),
-            drive_values=tuple(float(function(start + h)[0]) for function in self._drive_functions),
-            friction_limits=tuple(float(function(start)[0]) for function in self._friction_functions),
-        )
+        """Return the inputs at the start, before a first step of `h` seconds."""
+        return replace(self.constant_inputs(h), h=0.5 * h)
+
+    def constant_inputs(self, h: float) -> StepInputs:
+        """Return the inputs of a step of `h` seconds with all inputs, including the spindle speed, kept at their start values."""
+        return self._inputs_at(0.0, h, self._start_speed_squared)
 
     def restart_inputs(self, time: float, h: float) -> StepInputs:
-        """The moment of a start at a later time (s), before a first step of h seconds.
+        """Return the inputs of a restart at `time` (s), before a first step of `h` seconds.
 
-        A kick of half the size, not of half the length: where the length of a step changes, pymunk counts what its
-        joints bear from a wrong level, and bounds it wrongly.
+        The kick has half the size, not half the length: if the step length changes, pymunk scales the accumulated joint impulses
+        wrongly and applies wrong bounds.
         """
+        speed_squared = self._spindle_speed**2 if self._free_spindle else float(self._speed_program(np.array([time]))[0]) ** 2
+        return replace(self._inputs_at(time, h, speed_squared), kick_scale=0.5)
+
+    def _inputs_at(self, time: float, h: float, spindle_speed_squared: float) -> StepInputs:
+        """Return the inputs at a time (s) for a step of `h` seconds, with the drives at its end."""
         times = np.array([time])
-        speed_squared = self._spindle_speed**2 if self._free_spindle else float(self._speed_program(times)[0]) ** 2
         return StepInputs(
             h=h,
             next_h=h,
-            spindle_speed_squared=speed_squared,
-            kick_scale=0.5,
+            spindle_speed_squared=spindle_speed_squared,
             load_values=tuple(float(function(times)[0]) for function in self._load_functions),
             drive_values=tuple(float(function(times + h)[0]) for function in self._drive_functions),
             friction_limits=tuple(float(function(times)[0]) for function in self._friction_functions),
         )
 
     def accumulators(self) -> tuple[float, float, float, float, float]:
-        """All that a march has added up, to go back to."""
+        """Return all accumulated quantities, for `restore`."""
         return self.work, self.spindle_angle, self._mechanism_inertia, self._spindle_speed, self._angular_momentum
 
     def restore(self, accumulators: tuple[float, float, float, float, float]) -> None:
-        """Go back to what a march had added up then."""
+        """Restore the accumulated quantities."""
         self.work, self.spindle_angle, self._mechanism_inertia, self._spindle_speed, self._angular_momentum = accumulators
 
-    def constant_inputs(self, h: float) -> StepInputs:
-        """A step of h seconds during which everything stays as it is at the start, the spindle's speed too."""
-        inputs = self.start_inputs(h)
-        return replace(inputs, h=h, next_h=h)
-
     def prepare_interval(self, start: float, end: float, n_steps: int, next_h: float) -> None:
-        """Make ready for `count` steps from start to end (s), followed by one of next_h."""
+        """Prepare `n_steps` steps from start to end (s), followed by one of `next_h`."""
         h = (end - start) / n_steps
         times = start + (end - start) * np.arange(n_steps + 1) / n_steps
         times[-1] = end
@@ -130,7 +125,7 @@ class TimeInputs:
         self._drive_values = [function(targets).tolist() for function in self._drive_functions]
 
     def step_inputs(self, index: int) -> StepInputs:
-        """What the step of that index in the interval ends with."""
+        """Return the inputs at the end of step `index` of the interval."""
         is_last = index == self._n_steps - 1
         h, next_h = self._h, self._next_h if is_last else self._h
         speed_squared = self._speeds_squared[index]
@@ -149,14 +144,14 @@ class TimeInputs:
         )
 
     def _add_work(self, index: int) -> None:
-        """Add the work of the speed's change over a step, J omega d(omega): the trapezoid, and a jump at its end."""
+        """Add the work J omega d(omega) of the speed change over a step, by the trapezoidal rule plus a jump at its end."""
         inertia = self._predict_inertia(self._h)
         change, jump = self._speed_squared_changes[index]
         self.work += 0.25 * (self._mechanism_inertia + inertia) * change + 0.5 * inertia * jump
         self._mechanism_inertia = inertia
 
     def _advance_spindle(self, index: int) -> float:
-        """The free spindle's speed squared at the end of a step, and its angle there by the trapezoid."""
+        """Return the square of the free spindle's speed at the end of a step and add its angle by the trapezoidal rule."""
         self._angular_momentum += self._torque_impulses[index]
         speed = float(free_spindle_speed(self._angular_momentum, self._spindle_inertia + self._predict_inertia(self._h)))
         self.spindle_angle += 0.5 * self._h * (self._spindle_speed + speed)
@@ -165,15 +160,16 @@ class TimeInputs:
 
 
 def _element_programs(element: ForceElement) -> tuple[InputFunction, ...]:
+    """Return the time functions of a force element."""
     if isinstance(element, Force):
         return (element.x, element.y)
     return (element.moment,) if isinstance(element, Torque) else ()
 
 
 def _sample_at_kicks(function: CubicTimeFunction, times: FloatArray, next_h: float, power: int) -> list[float]:
-    """The curve, to a power, at the end of each step; where it jumps there, shared as the kick is on either side.
+    """Return a time function, raised to `power`, at the end of each step.
 
-    What lies before the jump alone where nothing follows (next_h is nought).
+    At a jump on the last end, both sides are weighted by the two parts of the kick; with `next_h` = 0 only the left limit counts.
     """
     right_values, left_value = function(times) ** power, function(times[-1:], left_limit=True) ** power
     h = times[-1] - times[-2]
@@ -183,5 +179,6 @@ def _sample_at_kicks(function: CubicTimeFunction, times: FloatArray, next_h: flo
 
 
 def _has_jump_at(function: CubicTimeFunction, time: float) -> bool:
+    """Return whether a time function jumps at a time (s)."""
     times = np.array([time])
     return bool(function(times)[0] != function(times, left_limit=True)[0])

@@ -1,4 +1,4 @@
-"""Velocities changed by impulses of the joints and of what strikes or holds."""
+"""Velocity jumps by impulses of joints and contacts, and closure of joints."""
 
 from __future__ import annotations
 
@@ -10,14 +10,25 @@ from governor_mechanism.numerics.least_squares import MIN_SPARSE_ROWS, mass_weig
 from governor_mechanism.types import FloatArray
 
 PSEUDOINVERSE_CUTOFF_RATIO = 1e-13
-"""Singular values below this fraction of the largest one belong to equations that others contain."""
+"""Singular values below this fraction of the largest belong to redundant equations."""
 
 N_CLOSURE_ITERATIONS = 3
-"""Newton's steps in which joints are closed: from what one step of the motion opens, to rounding."""
+"""Number of Newton iterations that close the joints: enough to go from the gap of system_jacobian step to rounding."""
 
 
 class ImpactSolver:
-    """Throws the bodies of one mechanism so that its joints move with them and some readings have given rates."""
+    """Impulsive velocity changes of a mechanism: joints stay compatible and some output variables get prescribed rates.
+
+    Parameters
+    ----------
+    mechanism
+        Mechanism whose bodies the impulses move.
+
+    Attributes
+    ----------
+    mobility
+        Number of degrees of freedom of the mechanism.
+    """
 
     def __init__(self, mechanism: Mechanism) -> None:
         self._position_solver = PositionSolver(mechanism)
@@ -30,8 +41,10 @@ class ImpactSolver:
     def apply_impulses(
         self, time: float, poses: FloatArray, velocities: FloatArray, output_jacobian: FloatArray, output_rates: FloatArray
     ) -> FloatArray:
-        """Velocities (bodies, 3) from others at poses (bodies, 3), readings with gradients (readings, bodies, 3) having
-        the rates (readings,): the nearest in kinetic energy, so impulses along joints and readings bring them about.
+        """Return the velocities (bodies, 3) after impulses along the joints and along output variables with prescribed rates.
+
+        They are the velocities nearest to the given ones in the kinetic-energy norm. Poses are (bodies, 3), `output_jacobian` is
+        (outputs, bodies, 3), `output_rates` (outputs,) in m/s or rad/s, `time` in s.
         """
         equations, free = self._position_solver.equations, self._position_solver.free_mask
         joint_jacobian = self._joint_jacobian(poses[np.newaxis])[0]
@@ -46,7 +59,7 @@ class ImpactSolver:
         return new_velocities.reshape(velocities.shape)
 
     def close_joints(self, times: FloatArray, poses: FloatArray) -> FloatArray:
-        """Poses (n, bodies, 3) with closed joints at times (n,) s, nearest to others in their masses."""
+        """Return the poses (n, bodies, 3) with closed joints at times (n,) s that are nearest in the mass-weighted norm."""
         equations, free = self._position_solver.equations, self._position_solver.free_mask
         closed_poses = poses.copy()
         for _ in range(N_CLOSURE_ITERATIONS):
@@ -56,18 +69,18 @@ class ImpactSolver:
         return closed_poses
 
     def _joint_jacobian(self, poses: FloatArray) -> FloatArray:
-        """Gradients (n, equations, free coordinates) of the joints at poses (n, bodies, 3)."""
+        """Return the Jacobian (n, equations, free coordinates) of the joints at poses (n, bodies, 3)."""
         free = self._position_solver.free_mask
         jacobian: FloatArray = self._position_solver.equations.jacobian(poses).reshape(len(poses), -1, free.size)[..., free]
         return jacobian
 
     def _solve_correction(self, jacobian: FloatArray, residual: FloatArray) -> FloatArray:
-        """The least change (n, free coordinates), weighed by mass, that changes rows . change by what is wanted."""
+        """Return the least mass-weighted correction (n, free coordinates) with jacobian @ correction = residual."""
         n_rows, n_coordinates = jacobian.shape[1], len(self._masses)
         if n_rows >= MIN_SPARSE_ROWS:
             systems = zip(jacobian, residual, strict=True)
-            corrections = [mass_weighted_least_norm(one, self._masses, right_hand_side) for one, right_hand_side in systems]
-            if all(one is not None for one in corrections):
+            corrections = [mass_weighted_least_norm(rows, self._masses, right_hand_side) for rows, right_hand_side in systems]
+            if all(correction is not None for correction in corrections):
                 return np.array(corrections).reshape(len(jacobian), n_coordinates)
         matrix = np.zeros((len(jacobian), n_coordinates + n_rows, n_coordinates + n_rows))
         matrix[:, :n_coordinates, :n_coordinates] = np.diag(self._masses)
@@ -82,6 +95,6 @@ class ImpactSolver:
         return correction
 
     def kinetic_energy(self, velocities: FloatArray) -> float:
-        """Kinetic energy in the plane (J) at velocities (bodies, 3)."""
+        """Return the kinetic energy in the plane (J) at velocities (bodies, 3)."""
         free_velocities = velocities.ravel()[self._position_solver.free_mask]
         return 0.5 * float(np.sum(self._masses * free_velocities**2))

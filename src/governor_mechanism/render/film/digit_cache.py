@@ -1,4 +1,4 @@
-"""A number that changes with every frame: its digits are drawn once, and then only copied."""
+"""Text that changes with every frame: its characters are drawn once and then copied."""
 
 from __future__ import annotations
 
@@ -12,24 +12,28 @@ from matplotlib.text import Text
 from numpy.typing import NDArray
 
 GlyphPixels = NDArray[np.uint8]
+"""RGBA pixels (height, width, 4)."""
 
 
 class CachedNumber:
-    """A right-aligned text with one wording a frame: `move` changes the artist; `stamp`, after `cut`, only pixels."""
+    """Right-aligned text with one value per frame.
+
+    `update` changes the artist. After `cache_glyphs`, `blit` only copies pixels.
+    """
 
     def __init__(self, artist: Text, texts: Sequence[str]) -> None:
         self.artist = artist
-        # A minus sign is as wide as a digit, a hyphen is not.
+        # A minus sign is as wide as a digit; a hyphen is not.
         self._texts = [text.replace("-", "\N{MINUS SIGN}") for text in texts]
         self._glyphs: dict[str, GlyphPixels] = {}
         self._right_edge = self._top_edge = 0
 
     def update(self, k: int) -> None:
-        """Give the artist the text of frame k."""
+        """Set the text of frame k."""
         self.artist.set_text(self._texts[k])
 
     def cache_glyphs(self, canvas: Any) -> None:
-        """Keep the pixels of every character that occurs; the Agg canvas must show only what stands still."""
+        """Store the pixels of every character that occurs; the Agg canvas must show only the static background."""
         text, renderer = self.artist, canvas.get_renderer()
         background = canvas.copy_from_bbox(canvas.figure.bbox)
         buffer = np.asarray(canvas.buffer_rgba())
@@ -50,7 +54,7 @@ class CachedNumber:
         canvas.restore_region(background)
 
     def _glyph_width(self, character: str, renderer: RendererAgg) -> int:
-        """Whole pixels that a letter takes up in a row of its like, and no less than its ink."""
+        """Return the advance of a character in whole pixels, at least the width of its ink."""
         widths = []
         for count in (1, 11):
             self.artist.set_text(count * character)
@@ -58,7 +62,7 @@ class CachedNumber:
         return max(round((widths[1] - widths[0]) / 10), math.ceil(widths[0]))
 
     def blit(self, pixels: GlyphPixels, k: int) -> None:
-        """Copy the text of frame k into a picture (size, size, 4)."""
+        """Copy the text of frame k into a frame (size, size, 4)."""
         right = self._right_edge
         for character in reversed(self._texts[k]):
             patch = self._glyphs[character]

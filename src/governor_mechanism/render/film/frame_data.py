@@ -1,4 +1,4 @@
-"""The moments a film shows: when, and what the run says at those times."""
+"""A run interpolated to the frame times of a film."""
 
 from __future__ import annotations
 
@@ -7,6 +7,7 @@ from dataclasses import dataclass
 from typing import TypeVar
 
 import numpy as np
+from scipy.interpolate import CubicHermiteSpline
 
 from governor_mechanism.errors import MechanismError, did_you_mean
 from governor_mechanism.model.scene import Part
@@ -19,11 +20,11 @@ T = TypeVar("T")
 
 @dataclass(frozen=True, kw_only=True)
 class FrameData:
-    """One part of a run at the frames' times (f,) s, all within `span`, the piece of the run that is shown (s).
+    """One part of a run at the frame times (f,) s, all within `time_span` (s), the shown part of the run.
 
-    poses (f, bodies, 3) of the part; readings by plain name, (f,) SI, their units and scales; spindle_angle (f,) rad
-    since the start, zero where the run has no spindle speed; all_poses (n, bodies, 3) and all_times (n,) s as the run
-    reports them; acting is what its scene's effects do. A second of the run takes `slow` seconds of the film.
+    `poses` (f, bodies, 3) are those of the part; `readings` (f,) SI, `units` and `scales` are by plain name; `spindle_angle` (f,) rad
+    counts from the start and is zero without a spindle speed. `run_poses` (n, bodies, 3) and `run_times` (n,) s are those that the run
+    reports. `effect_state` is that of the run. A second of the run takes `slow_down` seconds of film.
     """
 
     part: Part
@@ -41,17 +42,17 @@ class FrameData:
 
 
 def find_part(run: Trajectory, name: str | None) -> Part:
-    """The part of that name; the first one for None."""
+    """Return the part of that name, or the first one for None."""
     parts = run.scene.parts
     match = parts[0] if name is None else next((part for part in parts if part.name == name), None)
     if match is None:
         names = [part.name for part in parts]
-        raise MechanismError(f"no part {name!r}; parts are {names}.{did_you_mean(name or '', names)}")
+        raise MechanismError(f"the scene has no part {name!r}; its parts are {names}.{did_you_mean(name or '', names)}")
     return match
 
 
 def part_poses_and_velocities(run: Trajectory, part: Part) -> tuple[FloatArray, FloatArray]:
-    """Poses and velocities (n, bodies, 3) of one part."""
+    """Return poses and velocities (n, bodies, 3) of one part."""
     first_body = 0
     for other in run.scene.parts:
         if other is part:
@@ -62,7 +63,7 @@ def part_poses_and_velocities(run: Trajectory, part: Part) -> tuple[FloatArray, 
 
 
 def select_part_entries(run: Trajectory, part: Part, entries: Mapping[str, T]) -> dict[str, T]:
-    """What a run holds by reading name, for one part, by plain names."""
+    """Return the entries of one part from a mapping by reading name, by plain names."""
     if len(run.scene.parts) == 1:
         return dict(entries)
     prefix = f"{part.name}."
@@ -72,7 +73,7 @@ def select_part_entries(run: Trajectory, part: Part, entries: Mapping[str, T]) -
 def interpolate_frame_data(
     run: Trajectory, part: Part, time_span: tuple[float, float], times: FloatArray, slow_down: float = 1.0
 ) -> FrameData:
-    """What one part does at `times` (f,) s: poses by cubics through poses and velocities, readings by lines."""
+    """Interpolate one part to `times` (f,) s: poses by cubic Hermite polynomials, readings linearly."""
     poses, velocities = part_poses_and_velocities(run, part)
     readings = select_part_entries(run, part, run.readings)
     speed = readings.get("spindle_speed", np.zeros(len(run.times)))
@@ -94,18 +95,8 @@ def interpolate_frame_data(
 
 
 def _interpolate_hermite(times: FloatArray, values: FloatArray, rates: FloatArray, query_times: FloatArray) -> FloatArray:
-    """Cubic Hermite interpolation along the first axis; times (n,) rise, `wanted` (f,) lies within them."""
+    """Interpolate along the first axis by cubic Hermite polynomials; times (n,) increase, `query_times` (f,) lie within them."""
     if len(times) == 1:
         return np.repeat(values, len(query_times), axis=0)
-    left = np.clip(np.searchsorted(times, query_times, side="right") - 1, 0, len(times) - 2)
-    step = times[left + 1] - times[left]
-    # Two reports at one time (a jump) leave nothing to interpolate: take the later one.
-    s = np.divide(query_times - times[left], step, out=np.ones_like(query_times), where=step > 0)[:, None, None]
-    h = step[:, None, None]
-    result: FloatArray = (
-        values[left] * (1 + 2 * s) * (1 - s) ** 2
-        + values[left + 1] * s**2 * (3 - 2 * s)
-        + h * rates[left] * s * (1 - s) ** 2
-        - h * rates[left + 1] * s**2 * (1 - s)
-    )
-    return result
+    interpolated: FloatArray = CubicHermiteSpline(times, values, rates)(query_times)
+    return interpolated

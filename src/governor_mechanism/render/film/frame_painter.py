@@ -1,6 +1,6 @@
-"""Paints one frame: the machine at the left in true proportions, its main readings growing at the right.
+"""Painter of one run: the machine at the left in true proportions, the curves of its main readings at the right.
 
-Everything that stands still is drawn once and kept; a frame restores it and draws only what moves.
+Everything static is drawn once; each frame restores it and draws only what moves.
 """
 
 from __future__ import annotations
@@ -43,17 +43,17 @@ from governor_mechanism.render.style import GREEN, INK, MUTED, PAPER, RULE, SANS
 FRAME_DPI = 64
 """A power of two, so that size / DPI * DPI is exactly the size."""
 MIN_FRAME_SIZE = 320
-"""Pixels; below this nothing can be read."""
+"""Smallest frame (pixels) in which text is readable."""
 TRACE_DURATION = 1.0
-"""Seconds of film, of the traced body's path that is shown."""
+"""Duration (s of film) of the traced path that is shown."""
 MAX_SHOWN_READINGS = {True: 3, False: 4}
-"""In the side panel, with and without the dial."""
+"""Number of readings in the side panel, with and without the dial."""
 FRAME_CLOSING_LINE_LENGTH = 94
-"""In the last lines; so many fit in their usual size, or nearly."""
+"""Number of characters in the closing lines that fit at about their normal size."""
 
 
 class ShapePanel:
-    """Axes in metres that show shapes: some still, and some that `shapes_at(k)` gives for frame k."""
+    """Axes in metres with static shapes and with the moving shapes `shapes_at(k)` of frame k."""
 
     def __init__(
         self,
@@ -75,24 +75,24 @@ class ShapePanel:
         self.artists = self._brush.paint(shapes_at(0))
 
     def update(self, k: int) -> None:
-        """Put the moving shapes where they stand in frame k."""
+        """Move the moving shapes to frame k."""
         self._brush.update(self.artists, self._shapes_at(k))
 
 
 def _format_times(times: NDArray[np.float64]) -> list[str]:
-    """The frames' times in s, with two decimals, or more where frames follow one another faster."""
+    """Format the frame times (s) with two decimals, or with more if frames follow one another faster."""
     step = float(times[-1] - times[0]) / max(len(times) - 1, 1)
     decimals = 2 if step >= 0.005 or step <= 0.0 else min(math.ceil(-math.log10(step)), 9)
     return [f"{time:.{decimals}f}" for time in times]
 
 
 def _make_canvas(figure: Figure) -> Any:
-    """An off-screen canvas; its methods carry no types."""
+    """Return an off-screen canvas; its methods have no types."""
     return FigureCanvasAgg(figure)
 
 
 class FramePainter:
-    """The figure of one film. `move(k)` puts every artist where it stands in frame k; `paint(k)` gives its pixels."""
+    """Figure of one film: `update(k)` moves every artist to frame k, `paint(k)` returns the pixels of frame k."""
 
     def __init__(
         self, run: Trajectory, frame_data: FrameData, size: int = 480, *, shared_limits: SharedLimits | None = None, animated: bool = True
@@ -105,7 +105,7 @@ class FramePainter:
         self.figure = Figure(figsize=(size / FRAME_DPI, size / FRAME_DPI), dpi=FRAME_DPI, facecolor=PAPER)
         self._canvas = _make_canvas(self.figure)
         self._size = size
-        # Points in one pixel of a 480-pixel picture.
+        # Points per pixel of a 480-pixel frame.
         self._points_per_pixel = size / REFERENCE_SIZE * 72 / FRAME_DPI
         self._counters: list[CachedNumber] = []
         left_edge = self._add_number(_format_times(frame_data.times), "s", (468, 18), 12, color=INK)
@@ -122,12 +122,12 @@ class FramePainter:
             counter.cache_glyphs(self._canvas)
 
     def update(self, k: int) -> None:
-        """Put everything that moves where it stands in frame k."""
+        """Move all animated artists and numbers to frame k."""
         for panel in (*self._panels, *self._counters):
             panel.update(k)
 
     def paint(self, k: int) -> NDArray[np.uint8]:
-        """Frame k as RGBA, (size, size, 4), opaque."""
+        """Return frame k as opaque RGBA pixels (size, size, 4)."""
         for panel in self._panels:
             panel.update(k)
         self._canvas.restore_region(self._background)
@@ -141,9 +141,11 @@ class FramePainter:
 
     @property
     def _has_dial(self) -> bool:
+        """Return whether the plan of the turning plane is shown."""
         return self.frame_data.part.plane == TURNING_PLANE and "spindle_speed" in self.frame_data.readings
 
     def _make_elevation(self) -> ShapePanel:
+        """Return the panel of the machine."""
         frame_data = self.frame_data
         part, poses, times = frame_data.part, frame_data.poses, frame_data.times
         run_extents = measure_run_extents(part, frame_data.run_poses, frame_data.run_times, frame_data.effect_state)
@@ -158,12 +160,13 @@ class FramePainter:
         return ShapePanel(self.figure, self.view, self._size, static_shapes, shapes_at)
 
     def _traced_path(self, path: NDArray[np.float64], k: int) -> Lines:
-        """The piece of a path (f, 2) (m) of the last second of film before frame k."""
+        """Return the part of a path (f, 2) m in the last second of film before frame k."""
         times = self.frame_data.times
         first = int(np.searchsorted(times, times[k] - TRACE_DURATION / self.frame_data.slow_down))
         return Lines("trace", (tuple(map(tuple, path[first : k + 1].tolist())),))
 
     def _make_plan(self) -> ShapePanel:
+        """Return the panel of the turning plane seen from above, and write its caption."""
         frame_data = self.frame_data
         ring_radius = self._shared_limits.ring_radius
         half_width = 1.06 * ring_radius
@@ -182,6 +185,7 @@ class FramePainter:
         return ShapePanel(self.figure, view, self._size, static_shapes, shapes_at)
 
     def _make_reading_plots(self) -> list[ReadingPlot]:
+        """Return the plots of the shown readings, and write their names and numbers."""
         frame_data = self.frame_data
         names = self._select_readings()
         plots: list[ReadingPlot] = []
@@ -203,21 +207,21 @@ class FramePainter:
         return plots
 
     def _select_readings(self) -> list[str]:
-        """The readings that the drawing asks for; else the leading coordinate, another one, and the spindle's speed."""
+        """Return the readings that the drawing lists, or else the leading coordinate, another reading and the spindle speed."""
         readings = self.frame_data.readings
-        wanted = drawing_of(self.frame_data.part).panel_readings
+        names = drawing_of(self.frame_data.part).panel_readings
         max_readings = MAX_SHOWN_READINGS[self._has_dial]
-        if not wanted:
+        if not names:
             machine_readings = [name for name in readings if not name.startswith("spindle")]
-            wanted = (self.frame_data.part.mechanism.coordinate, *machine_readings)
+            names = (self.frame_data.part.mechanism.coordinate, *machine_readings)
             if self._has_dial:
-                wanted = (*list(dict.fromkeys(wanted))[: max_readings - 1], "spindle_speed", *machine_readings)
-        return [name for name in dict.fromkeys(wanted) if name in readings][:max_readings]
+                names = (*list(dict.fromkeys(names))[: max_readings - 1], "spindle_speed", *machine_readings)
+        return [name for name in dict.fromkeys(names) if name in readings][:max_readings]
 
     def _add_number(self, texts: list[str], unit: str, position: Vec2, height: float, **style: Any) -> float:
-        """A number that changes with every frame, before a unit; `at` is where the unit ends (pixels of 480).
+        """Add a number that changes with every frame before a unit that ends at `position` (pixels of 480).
 
-        Returns where the longest number begins.
+        Return the left edge of the longest number.
         """
         gap = 0.0 if unit == "°" else 0.35 * height
         width = self._add_text(unit, position, height, ha="right", **style).get_window_extent(self._canvas.get_renderer()).width
@@ -228,7 +232,7 @@ class FramePainter:
         return float(number_position[0]) - max_width
 
     def _add_title_and_footer(self, run: Trajectory, max_title_width: float) -> None:
-        """Title, rules, footer, caption and scale bar."""
+        """Add title, rules, footer, caption and scale bar."""
         self._add_text(" ".join(self._shared_limits.title.split()), (12, 18), 15, fontfamily=SERIF_FONT, max_width=max_title_width)
         lines, is_failure = format_closing_lines(run, FRAME_CLOSING_LINE_LENGTH)
         rule_y, line_positions = CLOSING_LINE_LAYOUT[len(lines)]
@@ -242,7 +246,7 @@ class FramePainter:
         self._add_scale_bar()
 
     def _add_scale_bar(self) -> None:
-        """A length in round millimetres, to measure the picture by."""
+        """Add a scale bar of a round length in millimetres."""
         left, top, right, bottom = CAPTION_RECT
         scale = self.view.scale * REFERENCE_SIZE / self._size
         length = round_step((right - left) / scale, 8)
@@ -251,19 +255,14 @@ class FramePainter:
         for x in (left, left + length * scale):
             self._add_line((x, y - 3), (x, y + 3), MUTED)
         self._add_text(f"{length * 1e3:g} mm", (left + length * scale + 6, y), 9.5, color=MUTED)
-        is_turning_plane, speed_text = (self.frame_data.part.plane == TURNING_PLANE, format_film_speed(self.frame_data.slow_down))
-        text = (
-            f"turning plane, {speed_text}"
-            if is_turning_plane and speed_text
-            else "seen in the turning plane"
-            if is_turning_plane
-            else speed_text
-        )
+        text = format_film_speed(self.frame_data.slow_down)
+        if self.frame_data.part.plane == TURNING_PLANE:
+            text = f"turning plane, {text}" if text else "seen in the turning plane"
         if text:
             self._add_text(text, (right, y), 9.5, color=MUTED, ha="right")
 
     def _add_line(self, start: Vec2, end: Vec2, colour: str) -> None:
-        """A thin line between two places in pixels of a 480-pixel picture."""
+        """Add a thin line between two positions (pixels of 480)."""
         xs, ys = zip(start, end, strict=True)
         line = Line2D(
             [x / REFERENCE_SIZE for x in xs], [1 - y / REFERENCE_SIZE for y in ys], color=colour, linewidth=0.8 * self._points_per_pixel
@@ -271,7 +270,7 @@ class FramePainter:
         self.figure.add_artist(line)
 
     def _add_text(self, content: str, position: Vec2, height: float, *, max_width: float | None = None, **style: Any) -> Words:
-        """Text at a place and of a height in pixels of a 480-pixel picture, made to fit into `room` pixels."""
+        """Add text at a position and of a height (pixels of 480), fitted into `max_width` pixels."""
         settings = {"color": INK, "fontfamily": SANS_FONT, "va": "center_baseline", "parse_math": False} | style
         text = Words(position[0] / REFERENCE_SIZE, 1 - position[1] / REFERENCE_SIZE, content, fontsize=height * self._points_per_pixel)
         text.set(transform=self.figure.transFigure, **settings)
@@ -281,7 +280,7 @@ class FramePainter:
         return text
 
     def _shrink_to_width(self, text: Words, max_width: float) -> None:
-        """Make a text smaller, by a quarter at most, then cut its end off, until it fits into `room` pixels."""
+        """Shrink a text by at most a quarter, then cut off its end, until it fits into `max_width` pixels."""
         renderer = self._canvas.get_renderer()
         width = text.get_window_extent(renderer).width
         text.set_fontsize(float(text.get_fontsize()) * min(1.0, max(0.75, max_width / max(width, 1.0))))

@@ -1,6 +1,6 @@
-"""Writes GIF frame by frame: one palette for all, each frame only the pixels that changed. Pillow does the compression.
+"""GIF encoder that streams frames: one palette for all, and only the changed pixels of each frame. Pillow does the compression.
 
-Pillow's own writer keeps every frame in memory and looks for a palette per frame; neither is needed here.
+Pillow's own writer keeps every frame in memory and searches a palette per frame.
 """
 
 from __future__ import annotations
@@ -14,27 +14,29 @@ from numpy.typing import NDArray
 from PIL import Image
 
 RgbaPixels = NDArray[np.uint8]
-"""(height, width, 4) RGBA, opaque."""
+"""Opaque RGBA pixels (height, width, 4)."""
 PaletteIndices = NDArray[np.uint8]
-"""(height, width) palette entries."""
+"""Palette indices (height, width)."""
 
 BITS_PER_PIXEL = 5
-"""Per pixel. 31 colours do for flat areas and their blended edges, and make the file a third smaller than 255."""
+"""Bits per pixel. 31 colours suffice for flat areas and their blended edges, and make the file a third smaller than 255 do."""
 TRANSPARENT_INDEX = 2**BITS_PER_PIXEL - 1
-"""The palette's last entry: let the frame before show through."""
+"""Last palette index: the pixel of the frame before stays visible."""
 BLEND_TOLERANCE = 40
-"""Of 255: blends that differ by less in each channel pass for one another. Makes the file a tenth smaller."""
+"""Difference per channel, of 255, below which two blends count as equal. It makes the file a tenth smaller."""
 MAX_FRAME_DELAY = 65535
-"""Centiseconds a GIF frame can last."""
+"""Longest display time of a GIF frame, in hundredths of a second."""
 
 
 class Palette:
-    """At most 31 colours, and the nearest of them to any colour, looked up to five bits per channel."""
+    """At most 31 colours, with a table of the nearest colour for five bits per channel.
+
+    `exact_colours` are kept exactly; the others are chosen for the remaining colours of the sample frames.
+    """
 
     def __init__(self, exact_colours: Sequence[tuple[int, int, int]], samples: Sequence[RgbaPixels]) -> None:
-        """`fixed` colours are kept exactly; the others are chosen for what else is in the sample frames."""
         exact_table = np.unique(np.array(exact_colours, dtype=np.uint8).reshape(-1, 3), axis=0)
-        # What is not a flat area is a blend of two of them at an edge: only these need the remaining entries.
+        # All colours outside flat areas are blends at edges; the remaining entries are chosen for them.
         pixels = np.concatenate([sample.reshape(-1, 4)[:, :3] for sample in samples])
         blends = pixels[~np.isin(_pack_rgb(pixels), _pack_rgb(exact_table))]
         blend_table = np.empty((0, 3), dtype=np.uint8)
@@ -46,21 +48,22 @@ class Palette:
         self.is_replaceable = self._find_replaceable(len(exact_table))
 
     def _build_lookup_table(self, n_exact: int) -> NDArray[np.uint8]:
+        """Return the index of the nearest palette colour for each cell of the colour cube."""
         levels = (np.arange(32) * 8 + 4).astype(np.int32)
         cells = np.stack(np.meshgrid(levels, levels, levels, indexing="ij"), axis=-1).reshape(-1, 3)
         colours = self.colours.astype(np.int32)
-        # |a - b|^2 without the term of the cell itself, which does not change which colour is nearest.
+        # |a - b|^2 without the term of the cell itself, which is the same for all colours.
         distance = (colours**2).sum(axis=1)[None, :] - 2 * cells @ colours.T
         table: NDArray[np.uint8] = distance.argmin(axis=1).astype(np.uint8)
-        # A flat area must come out in its own colour, not in the colour nearest to the middle of its cell.
+        # A flat area keeps its own colour, which need not be the nearest to the middle of its cell.
         table[_colour_cell(self.colours[:n_exact])] = np.arange(n_exact)
         return table
 
     def _find_replaceable(self, n_exact: int) -> NDArray[np.bool_]:
-        """Where an entry (first index) may stay on the screen instead of another (second index).
+        """Return where an index (axis 0) may stay on the screen in place of another (axis 1).
 
-        Edges that move change from one blend to the next all the time: small changes are left out. A flat area is
-        always shown as it is, so nothing stays behind what has moved away.
+        Moving edges change from one blend to the next all the time: small changes are omitted. A flat area is always shown exactly, so
+        nothing stays behind a shape that has moved away.
         """
         colours = self.colours.astype(np.int32)
         replaceable: NDArray[np.bool_] = np.abs(colours[:, None] - colours[None]).max(axis=2) < BLEND_TOLERANCE
@@ -69,23 +72,25 @@ class Palette:
         return replaceable
 
     def indices_of(self, colours: NDArray[np.uint8]) -> PaletteIndices:
-        """Palette entries (...) of colours (..., 3 or 4)."""
+        """Return the palette indices (...) of colours (..., 3 or 4)."""
         indices: PaletteIndices = self._nearest_index[_colour_cell(colours)]
         return indices
 
 
 def _colour_cell(colours: NDArray[np.uint8]) -> NDArray[np.intp]:
+    """Return the cell number of colours (..., 3 or 4) in the colour cube with five bits per channel."""
     r, g, b = (colours[..., k].astype(np.intp) >> 3 for k in range(3))
     return r << 10 | g << 5 | b
 
 
 def _pack_rgb(colours: NDArray[np.uint8]) -> NDArray[np.intp]:
+    """Return colours (..., 3 or 4) as integers 0xRRGGBB."""
     r, g, b = (colours[..., k].astype(np.intp) for k in range(3))
     return r << 16 | g << 8 | b
 
 
 class GifWriter:
-    """Streams frames into an open binary file; `close` must be called to finish it."""
+    """Streams frames into an open binary file; call `close` to finish it."""
 
     def __init__(self, file: BinaryIO, palette: Palette) -> None:
         self._file = file
@@ -96,7 +101,7 @@ class GifWriter:
         self._delay = 0
 
     def add(self, frame: RgbaPixels, centiseconds: int) -> None:
-        """Show a frame for so many hundredths of a second; an equal frame only makes the one before last longer."""
+        """Show a frame for a number of hundredths of a second; an equal frame only extends the one before."""
         colours = np.ascontiguousarray(frame).view(np.uint32)[..., 0]
         if self._last_colours is None:
             self._write_header(frame.shape[1], frame.shape[0])
@@ -112,12 +117,12 @@ class GifWriter:
         self._delay += centiseconds
 
     def close(self) -> None:
-        """Write the last frame and the end mark."""
+        """Write the last frame and the end marker."""
         self._flush()
         self._file.write(b";")
 
     def _changed_patch(self, frame: RgbaPixels, pixel_indices: NDArray[np.intp]) -> tuple[int, int, PaletteIndices] | None:
-        """Left, top and entries of the smallest rectangle of pixels that changed, with UNCHANGED between them."""
+        """Return left, top and indices of the smallest rectangle of changed pixels; unchanged ones in it are transparent."""
         entries = self._palette.indices_of(frame.reshape(-1, 4)[pixel_indices])
         shown_indices = self._shown_indices.reshape(-1)
         differs = ~self._palette.is_replaceable[shown_indices[pixel_indices], entries]
@@ -132,14 +137,16 @@ class GifWriter:
         return left, top, patch[top : int(rows.max()) + 1, left : int(columns.max()) + 1]
 
     def _write_header(self, width: int, height: int) -> None:
+        """Write the header with the palette and endless repetition."""
         table = np.zeros((2**BITS_PER_PIXEL, 3), dtype=np.uint8)
         table[: len(self._palette.colours)] = self._palette.colours
         # 0xF0: a palette for all frames, eight bits per channel; the low bits are its size.
         self._file.write(b"GIF89a" + struct.pack("<HHBBB", width, height, 0xF0 | BITS_PER_PIXEL - 1, 0, 0) + table.tobytes())
-        # The loop count 0 means: for ever.
+        # Loop count 0: repeat for ever.
         self._file.write(b"\x21\xff\x0bNETSCAPE2.0\x03\x01" + struct.pack("<H", 0) + b"\x00")
 
     def _flush(self) -> None:
+        """Write the pending frame."""
         if self._pending_patch is None:
             return
         left, top, entries = self._pending_patch

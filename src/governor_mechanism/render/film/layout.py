@@ -1,4 +1,4 @@
-"""Where things stand on a picture: rectangles in pixels of a 480-pixel square, and the view from metres to pixels."""
+"""Layout of a film frame: rectangles in pixels of a 480-pixel square, and the view from metres to pixels."""
 
 from __future__ import annotations
 
@@ -7,24 +7,24 @@ from dataclasses import dataclass
 from governor_mechanism.render.geometry.primitives import BoundingBox
 
 REFERENCE_SIZE = 480.0
-"""The side all rectangles refer to; a picture of another size is scaled as a whole."""
+"""Side (pixels) to which all rectangles refer; a frame of another size is scaled as a whole."""
 
 PixelRect = tuple[float, float, float, float]
-"""left, top, right, bottom; from the upper left corner of the picture."""
+"""left, top, right, bottom (pixels) from the upper left corner of the frame."""
 
 ELEVATION_RECT: PixelRect = (8.0, 42.0, 286.0, 436.0)
 CAPTION_RECT: PixelRect = (14.0, 440.0, 286.0, 456.0)
 READINGS_RECT: PixelRect = (300.0, 46.0, 470.0, 452.0)
 DIAL_RECT: PixelRect = (300.0, 364.0, 388.0, 452.0)
 HEADER_RULE_Y, FOOTER_RULE_Y = 35.0, 459.0
-"""Rules under the title and over the last line."""
+"""Heights of the rules under the title and above the last line."""
 CLOSING_LINE_LAYOUT: dict[int, tuple[float, tuple[float, ...]]] = {1: (FOOTER_RULE_Y, (470.0,)), 2: (456.0, (463.0, 473.3))}
-"""By the number of last lines: the rule over them, and their middles."""
+"""By the number of closing lines: the height of the rule above them, and of their middles."""
 
 
 @dataclass(frozen=True, kw_only=True)
 class PixelView:
-    """A picture within `rect` (pixels), `scale` pixels to the metre, with the point (x, y) (m) in its middle."""
+    """View of a plane in `rect` (pixels): `scale` pixels per metre, with the point (x, y) (m) in the middle."""
 
     rect: PixelRect
     scale: float
@@ -32,21 +32,21 @@ class PixelView:
     y: float
 
     def pixel_of(self, x: float, y: float) -> tuple[float, float]:
-        """Column and row of the point (x, y) (m); whole numbers are the middles of pixels, row 0 is the top."""
+        """Return column and row of the point (x, y) (m); whole numbers are the middles of pixels, row 0 is the top."""
         left, top, right, bottom = self.rect
         column, row = (left + right) / 2 - 0.5, (top + bottom) / 2 - 0.5
         return column + (x - self.x) * self.scale, row - (y - self.y) * self.scale
 
     @property
     def box(self) -> BoundingBox:
-        """What the whole rectangle shows (m): left, right, bottom, top."""
+        """Return the bounding box (m) that the whole rectangle shows: left, right, bottom, top."""
         left, top, right, bottom = self.rect
         half_width, half_height = (right - left) / 2 / self.scale, (bottom - top) / 2 / self.scale
         return self.x - half_width, self.x + half_width, self.y - half_height, self.y + half_height
 
 
 def fit_view(box: BoundingBox, rect: PixelRect, size: int) -> PixelView:
-    """The view that shows a box (m) as large as `rect` allows, in its middle, in a picture of `size` pixels."""
+    """Return the view that shows a box (m) as large as possible and centred in `rect`, in a frame of `size` pixels."""
     factor = size / REFERENCE_SIZE
     left, top, right, bottom = (edge * factor for edge in rect)
     x0, x1, y0, y1 = box
@@ -55,7 +55,7 @@ def fit_view(box: BoundingBox, rect: PixelRect, size: int) -> PixelView:
 
 
 def reading_rects(count: int, has_dial: bool) -> list[PixelRect]:
-    """Rectangles for so many readings (one or more), one above the other, above the dial where there is one."""
+    """Return the rectangles of `count` readings (at least one), stacked, above the dial if there is one."""
     left, top, right, bottom = READINGS_RECT
     lower_edge = DIAL_RECT[1] - 8.0 if has_dial else bottom
     height = (lower_edge - top) / count

@@ -1,4 +1,4 @@
-"""One reading in the side panel: its name, its value in numbers, and its curve growing in time."""
+"""Plot of one reading in the side panel: its curve up to the present frame."""
 
 from __future__ import annotations
 
@@ -17,17 +17,17 @@ from governor_mechanism.render.style import MUTED, PAPER, RULE, SANS_FONT
 from governor_mechanism.types import FloatArray
 
 LABEL_WIDTH, HEADING_HEIGHT, TIME_LABEL_HEIGHT = 30.0, 24.0, 16.0
-"""Pixels kept free at the left for the marks of the axis, above for the heading, below for the times."""
+"""Margins (pixels of 480): left for the tick labels, above for the heading, below for the times."""
 
 
 READING_NOISE_RATIO = 1e-6
-"""What is less than this fraction of a reading's scale is drawn as rest."""
+"""Change relative to the scale of a reading below which it is drawn as constant."""
 
 
 def axis_limits_for(values: FloatArray, noise: float = 0.0) -> tuple[float, float]:
-    """The range of an axis: the values with a margin, and so wide that changes up to `noise` do not look like a motion.
+    """Return the limits of an axis: the values with a margin, wide enough that changes up to `noise` do not look like motion.
 
-    Nor do changes far below the value itself.
+    Changes far below the value itself do not fill the axis either.
     """
     low, high = float(values.min()), float(values.max())
     half = max(0.58 * (high - low), 0.02 * max(abs(low), abs(high)), 25 * noise, 1e-9)
@@ -36,7 +36,7 @@ def axis_limits_for(values: FloatArray, noise: float = 0.0) -> tuple[float, floa
 
 
 def format_plain_ticks(axis: Axis, limits: tuple[float, float]) -> None:
-    """Marks with whole numbers written out: no common factor is printed apart from them, over the heading."""
+    """Write tick labels as whole numbers, without a common factor above the axis."""
     largest = max(map(abs, limits))
     plain = ScalarFormatter(useOffset=False)
     plain.set_scientific(False)
@@ -45,9 +45,9 @@ def format_plain_ticks(axis: Axis, limits: tuple[float, float]) -> None:
 
 @dataclass(frozen=True, kw_only=True)
 class ReadingSeries:
-    """What a plot shows: values (f,) in its unit at times (f,) s within span (s); up to `noise` they count as equal.
+    """Values (f,) in the display unit at times (f,) s within `time_span` (s); changes up to `noise` count as none.
 
-    limits are the ends of the axis, where the values do not set them.
+    `axis_limits` override the limits from the values.
     """
 
     time_span: Vec2
@@ -58,19 +58,14 @@ class ReadingSeries:
 
 
 class ReadingPlot:
-    """A small plot within `cell` (pixels of a 480-pixel picture); `pixel` is as many points as one of these has."""
+    """A small plot in `rect` (pixels of 480); `points_per_pixel` converts these pixels to points."""
 
     def __init__(self, figure: Figure, rect: PixelRect, colour: str, series: ReadingSeries, points_per_pixel: float) -> None:
         time_span = series.time_span
         left, top, right, bottom = rect
         box = (left + LABEL_WIDTH, top + HEADING_HEIGHT, right - 3.0, bottom - TIME_LABEL_HEIGHT)
-        axes_rect = (
-            box[0] / REFERENCE_SIZE,
-            1 - box[3] / REFERENCE_SIZE,
-            (box[2] - box[0]) / REFERENCE_SIZE,
-            (box[3] - box[1]) / REFERENCE_SIZE,
-        )
-        axes = figure.add_axes(axes_rect, facecolor=PAPER)
+        left, top, right, bottom = (edge / REFERENCE_SIZE for edge in box)
+        axes = figure.add_axes((left, 1 - bottom, right - left, bottom - top), facecolor=PAPER)
         limits = series.axis_limits or axis_limits_for(series.values, series.noise)
         axes.set(xlim=(time_span[0], max(time_span[1], time_span[0] + 1e-9)), ylim=limits)
         self._style_axes(axes, time_span, points_per_pixel)
@@ -88,7 +83,7 @@ class ReadingPlot:
         self._dot.set_data(self._times[k : k + 1], self._values[k : k + 1])
 
     def _style_axes(self, axes: Axes, time_span: Vec2, points_per_pixel: float) -> None:
-        """Quiet axes: two spines, few marks, faint lines across."""
+        """Style the axes: two spines, few ticks, faint grid lines."""
         for side, spine in axes.spines.items():
             spine.set(visible=side in ("left", "bottom"), color=MUTED, linewidth=0.8 * points_per_pixel)
         low, high = axes.get_ylim()
@@ -100,7 +95,7 @@ class ReadingPlot:
         axes.tick_params(labelcolor=MUTED, labelsize=8.5 * points_per_pixel, labelfontfamily=SANS_FONT)
         axes.grid(axis="y", color=RULE, linewidth=0.7 * points_per_pixel)
         axes.set_axisbelow(True)
-        # The labels of the times stand inside the plot's width, so that they never leave the picture.
+        # The time labels stay within the width of the plot, so that they never leave the frame.
         first, last = axes.get_xticklabels()
         first.set_horizontalalignment("left")
         last.set_horizontalalignment("right")

@@ -1,4 +1,4 @@
-"""What pictures of several runs have in common, so that they can be compared."""
+"""Limits that the frames of several runs share, for comparison."""
 
 from __future__ import annotations
 
@@ -13,7 +13,7 @@ from governor_mechanism.render.machines.registry import drawing_bounds, plan_rin
 
 @dataclass(frozen=True, kw_only=True)
 class SharedLimits:
-    """The box (m) shown, the plan's ring (m), the ends of the readings' axes in everyday units; one picture's title."""
+    """Bounding box (m), radius of the plan (m) and axis limits of the readings in display units, with the title of one frame."""
 
     title: str
     box: BoundingBox
@@ -22,7 +22,7 @@ class SharedLimits:
 
     @classmethod
     def from_run(cls, run: Trajectory, frame_data: FrameData) -> SharedLimits:
-        """The frame of a run by itself."""
+        """Return the limits of a single run."""
         part, poses, effect_state = frame_data.part, frame_data.run_poses, frame_data.effect_state
         return cls(
             title=run.scene.title,

@@ -1,4 +1,4 @@
-"""Two runs side by side: equal in scale, in the axes of their readings, and in time."""
+"""Two runs side by side with equal scale, axes of readings, and time."""
 
 from __future__ import annotations
 
@@ -19,10 +19,11 @@ from governor_mechanism.render.number_format import display_unit_of
 from governor_mechanism.render.style import RULE, parse_rgb
 
 FrameDataFactory = Callable[[Trajectory], FrameData]
+"""Return the frame data of a run."""
 
 
 class SideBySidePainter:
-    """Pictures side by side, with a thin rule between them; `paint(k)` gives the pixels of frame k."""
+    """Frames side by side with a thin rule between them; `paint(k)` returns the pixels of frame k."""
 
     def __init__(self, painters: Sequence[FramePainter], size: int) -> None:
         self._painters = painters
@@ -31,7 +32,7 @@ class SideBySidePainter:
         self._size = size
 
     def paint(self, k: int) -> NDArray[np.uint8]:
-        """Frame k as RGBA, (size, number of pictures * size, 4), opaque."""
+        """Return frame k as opaque RGBA pixels (size, number of runs * size, 4)."""
         pixels = np.concatenate([painter.paint(k) for painter in self._painters], axis=1)
         for index in range(1, len(self._painters)):
             pixels[self._rule_rows, index * self._size, :3] = parse_rgb(RULE)
@@ -41,7 +42,7 @@ class SideBySidePainter:
 def make_side_by_side(
     runs: Sequence[Trajectory], titles: Sequence[str] | None, make_frame_data: FrameDataFactory, size: int
 ) -> SideBySidePainter:
-    """The pictures of several runs, each under its title, or its scene's."""
+    """Return the painter of several runs, each under its title or that of its scene."""
     frame_data = [make_frame_data(run) for run in runs]
     names = [run.scene.title for run in runs] if titles is None else titles
     boxes = [drawing_bounds(data.part, data.run_poses, data.run_times, data.effect_state) for data in frame_data]
@@ -60,7 +61,7 @@ def make_side_by_side(
 
 
 def _common_limits(frame_data: Sequence[FrameData], name: str) -> tuple[float, float]:
-    """The range of an axis for a reading of all runs that have it, in its everyday unit."""
+    """Return the limits of an axis, in the display unit, for a reading of all runs that have it."""
     data_with_reading = [data for data in frame_data if name in data.readings]
     factor = display_unit_of(data_with_reading[0].units.get(name, ""))[1]
     values = np.concatenate([data.readings[name] for data in data_with_reading])
@@ -68,26 +69,28 @@ def _common_limits(frame_data: Sequence[FrameData], name: str) -> tuple[float, f
 
 
 def check_run_pair(runs: Sequence[Trajectory], titles: Sequence[str] | None) -> None:
-    """Raise MechanismError for what is no film of one run, or of two that report the same times."""
+    """Raise MechanismError unless there is one run, or two that report the same times."""
     if len(runs) not in (1, 2):
         raise MechanismError(f"a film shows one run, or two side by side; got {len(runs)}")
     if titles is not None and len(runs) == 1:
-        raise MechanismError("titles are for a film of two runs; one run stands under its scene's title")
+        raise MechanismError("titles are for a film of two runs; one run takes the title of its scene")
     if titles is not None and (isinstance(titles, str) or len(titles) != 2):
-        raise MechanismError(f"titles must be two, one for each run; got {titles!r}")
+        raise MechanismError(f"titles must be a list of two, one for each run; got {titles!r}")
     if len(runs) == 2 and not _have_same_times(*(run.times for run in runs)):
         first, second = (_describe_times(run) for run in runs)
         raise MechanismError(
             f"two runs side by side must report the same times; the first reports {first}, the second {second}; "
-            "run both for as long and as often"
+            "use the same duration and output interval for both"
         )
 
 
 def _have_same_times(first: NDArray[np.float64], second: NDArray[np.float64]) -> bool:
+    """Return whether two arrays of times (s) are equal up to rounding."""
     return len(first) == len(second) and bool(np.allclose(first, second, rtol=1e-9, atol=1e-12))
 
 
 def _describe_times(run: Trajectory) -> str:
+    """Return a phrase for the reported times of a run."""
     if not len(run.times):
         return "none"
     suffix = "" if run.outcome.ok else " and ended early" if run.times[-1] < run.scene.run.duration else ""

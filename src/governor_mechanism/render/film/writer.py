@@ -1,7 +1,6 @@
-"""Makes films of runs, off-screen: GIF, or MP4 where ffmpeg is at hand.
+"""Films of runs, rendered off-screen: GIF, or MP4 if ffmpeg is available.
 
-A second of film is a second of the run, but for runs too short or too long to be watched: their caption says by how
-much the film is slower or faster.
+A second of film is a second of the run, except for very short or long runs; the caption then states how much the film is slowed or sped up.
 """
 
 from __future__ import annotations
@@ -21,43 +20,44 @@ from numpy.typing import NDArray
 from governor_mechanism.errors import MechanismError
 from governor_mechanism.files.atomic_write import atomic_write
 from governor_mechanism.model.trajectory import Trajectory
-from governor_mechanism.render.effect_state import effect_state_of
-from governor_mechanism.render.film.frame_data import find_part, interpolate_frame_data, part_poses_and_velocities
+from governor_mechanism.render.film.frame_data import find_part, interpolate_frame_data
 from governor_mechanism.render.film.frame_painter import FramePainter
 from governor_mechanism.render.film.gif_encoder import GifWriter, Palette
-from governor_mechanism.render.film.layout import ELEVATION_RECT, PixelView, fit_view
 from governor_mechanism.render.film.side_by_side import check_run_pair, make_side_by_side
 from governor_mechanism.render.geometry.primitives import round_step
-from governor_mechanism.render.machines.registry import drawing_bounds
 from governor_mechanism.render.style import FILM_COLOURS, parse_rgb
 from governor_mechanism.types import FloatArray
 
 FramePixels = NDArray[np.uint8]
+"""RGB or RGBA pixels (height, width, 3 or 4)."""
 FilmProgress = Callable[[int, int], None]
+"""Called with the number of frames done and in total."""
 TimeSpan = tuple[float, float]
+"""Start and end (s) of the shown part of a run."""
 FilmTiming = tuple[TimeSpan, float, float]
-"""The piece of the run (s), how many times slower it is shown, and the frames per second of film."""
+"""Shown part of the run, slow-down factor, and frames per second of film."""
 
 MAX_FRAME_RATE = 50
-"""Frames per second: viewers show a GIF frame of less than 2 hundredths of a second far too long."""
+"""Largest frame rate (1/s): viewers show a GIF frame of less than 2 hundredths of a second far too long."""
 N_PALETTE_SAMPLES = 5
-"""Frames from which the palette is chosen."""
+"""Number of frames from which the palette is chosen."""
 MIN_TRUE_TIME_DURATION, MAX_TRUE_TIME_DURATION = 1.0, 60.0
-"""Seconds; a run that lasts as long is shown in true time unless told otherwise."""
+"""Range of run durations (s) that are shown in true time by default."""
 MIN_FILM_DURATION, MAX_FILM_DURATION = 4.0, 20.0
-"""Seconds; a film of another run lasts at least, or at most, as long."""
+"""Range of film durations (s) for all other runs."""
 MAX_SLOWED_FILM_DURATION = 3600.0
-"""Seconds a film may last that is slowed on request."""
+"""Longest film (s) with a requested slow-down."""
 
 
 class Painter(Protocol):
-    """Paints frame after frame."""
+    """Paints the frames of a film."""
 
     def paint(self, k: int) -> FramePixels:
-        """Frame k as RGBA, opaque."""
+        """Return frame k as opaque RGBA pixels."""
 
 
 PainterFactory = Callable[[FloatArray], Painter]
+"""Return the painter for the times (f,) s of all frames."""
 
 
 def write_film(
@@ -73,15 +73,41 @@ def write_film(
     slow_down: float | None = None,
     progress: FilmProgress | None = None,
 ) -> Path:
-    """Write the run as a film of size x size pixels; a path ending in .mp4 needs imageio-ffmpeg.
+    """Write one run, or two side by side, as a film.
 
-    Two runs that report the same times are shown side by side, 2 size x size, equal in scale and in the axes of their
-    readings, under `titles`, or their scenes' own.
+    Parameters
+    ----------
+    run
+        A run, or two runs that report the same times. Two runs share the scale and the axes of their readings.
+    path
+        File that ends in .gif or .mp4; .mp4 needs imageio-ffmpeg.
+    titles
+        Titles of two runs. None takes the titles of their scenes.
+    size
+        Height of the film in pixels, and its width per run; at least 320.
+    frames_per_second
+        Frames per second of film, 1 to 50.
+    part
+        Name of the part to show. None shows the first one.
+    start
+        Start of the shown part of the run, s. None is the first reported time.
+    stop
+        End of the shown part of the run, s. None is the last reported time.
+    slow_down
+        Seconds of film per second of the run; 1 is true time. None is true time for runs of 1 to 60 s; shorter runs are slowed and longer
+        ones sped up to a film of 4 to 20 s.
+    progress
+        Called as ``progress(done, total)`` after each frame.
 
-    A second of the run takes `slow_down` seconds of film: 1 is true time. None is true time for runs of 1 to 60 s;
-    shorter ones are slowed and longer ones sped up, so that the film lasts 2 to 20 s. `start` and `stop` (s) cut a
-    piece out of the run; `part` names the part shown where the scene has several;
-    progress(done, total) is called after every frame. Returns the path. An exception leaves no file behind.
+    Returns
+    -------
+    Path
+        Path of the film. No file is left behind if an exception is raised.
+
+    Raises
+    ------
+    MechanismError
+        If the path, the runs, the titles or a number is not valid, or ffmpeg is missing for .mp4.
     """
     target = Path(path)
     writers = {".gif": _write_gif, ".mp4": _write_mp4}
@@ -100,7 +126,13 @@ def write_film(
 
 
 def require_video_writer() -> None:
-    """Raise MechanismError where films cannot be written as .mp4; to be called before long work."""
+    """Check that films can be written as .mp4; call it before long work.
+
+    Raises
+    ------
+    MechanismError
+        If imageio-ffmpeg is not installed.
+    """
     try:
         import_module("imageio_ffmpeg")
     except ImportError as missing:
@@ -117,7 +149,7 @@ def render_frames(
     stop: float | None = None,
     slow_down: float | None = None,
 ) -> Iterator[FramePixels]:
-    """The pictures of a film, (size, size, 3) RGB each, at equal steps from start to stop (both shown)."""
+    """Yield the frames of a film, (size, size, 3) RGB each, at equal time steps from start to stop, both included."""
     time_span = _select_time_span(run, start, stop)
     slow_factor = _select_slow_down(run, time_span, slow_down)
     times, _ = schedule_frames(*time_span, frames_per_second, slow_factor)
@@ -126,18 +158,10 @@ def render_frames(
         yield painter.paint(k)[..., :3].copy()
 
 
-def fit_film_view(run: Trajectory, *, size: int = 480, part: str | None = None) -> PixelView:
-    """Where the machine stands in the pictures of a film: `film_view(run).pixel_of(x, y)` is a column and a row."""
-    shown_part = find_part(run, part)
-    return fit_view(
-        drawing_bounds(shown_part, part_poses_and_velocities(run, shown_part)[0], run.times, effect_state_of(run)), ELEVATION_RECT, size
-    )
-
-
 def choose_slow_down(duration: float) -> float:
-    """How many times slower to show what lasts so long (s): 1 from 1 to 60 s; else so that the film lasts 2 to 20 s.
+    """Return the slow-down factor for a duration (s): 1 from 1 to 60 s, else a factor that gives a film of 4 to 20 s.
 
-    The factor, or what it divides by, is 1, 2 or 5 x 10^n.
+    The factor or its reciprocal is 1, 2 or 5 x 10^n.
     """
     if MIN_TRUE_TIME_DURATION <= duration <= MAX_TRUE_TIME_DURATION or duration <= 0.0:
         return 1.0
@@ -147,11 +171,10 @@ def choose_slow_down(duration: float) -> float:
 
 
 def schedule_frames(start: float, stop: float, frames_per_second: float, slow_down: float = 1.0) -> tuple[FloatArray, list[int]]:
-    """When the frames are (s), and how long each is shown (hundredths of a second, together the whole time,
-    `slow` times as long as what they show).
+    """Return the times of the frames (s) and the display time of each in hundredths of a second.
 
-    The frames stand at equal steps from start to stop. Each is shown from half a step before its time to half a step
-    after, so the first and the last one half as long as the others.
+    The display times add up to `slow_down` times the shown duration. Each frame is shown from half a step before its time to half a step
+    after it, so the first and the last frame are shown half as long as the others.
     """
     if not 1 <= frames_per_second <= MAX_FRAME_RATE:
         raise MechanismError(f"frames_per_second must be 1..{MAX_FRAME_RATE}; got {frames_per_second:g}")
@@ -165,9 +188,9 @@ def schedule_frames(start: float, stop: float, frames_per_second: float, slow_do
 
 
 def _select_time_span(run: Trajectory, start: float | None, stop: float | None) -> TimeSpan:
-    """The piece of the run to show (s), checked."""
+    """Return the validated start and end (s) of the shown part of a run."""
     if not len(run.times):
-        raise MechanismError(f"the run holds no reported time, so there is nothing to show; it says: {run.message}")
+        raise MechanismError(f"the run has no reported time, so there is nothing to show; its message: {run.message}")
     first, last = float(run.times[0]), float(run.times[-1])
     begin, end = (first if start is None else start), (last if stop is None else stop)
     if not first <= begin <= end <= last:
@@ -176,10 +199,10 @@ def _select_time_span(run: Trajectory, start: float | None, stop: float | None) 
 
 
 def _select_slow_down(run: Trajectory, time_span: TimeSpan, requested: float | None) -> float:
-    """How many times slower than the run the film is, as asked for or chosen, checked."""
+    """Return the validated slow-down factor, as requested or chosen from the duration."""
     begin, end = time_span
     if requested is None:
-        # A piece of a run in true time is shown in true time, however short.
+        # If the whole run is shown in true time, so is any part of it, however short.
         return 1.0 if MIN_TRUE_TIME_DURATION <= run.times[-1] - run.times[0] <= MAX_TRUE_TIME_DURATION else choose_slow_down(end - begin)
     if not (math.isfinite(requested) and requested > 0.0):
         raise MechanismError(f"slow_down must be a number above 0; got {requested:g}")
@@ -199,6 +222,7 @@ def _make_painter(
     slow_down: float,
     times: FloatArray,
 ) -> Painter:
+    """Return the painter of one run or of two side by side."""
     if len(runs) == 1:
         return _make_frame_painter(runs[0], size, part, time_span, slow_down, times)
     return make_side_by_side(runs, titles, lambda run: interpolate_frame_data(run, find_part(run, part), time_span, times, slow_down), size)
@@ -207,14 +231,17 @@ def _make_painter(
 def _make_frame_painter(
     run: Trajectory, size: int, part: str | None, time_span: TimeSpan, slow_down: float, times: FloatArray
 ) -> FramePainter:
+    """Return the painter of one run."""
     return FramePainter(run, interpolate_frame_data(run, find_part(run, part), time_span, times, slow_down), size)
 
 
 def _ignore_progress(done: int, total: int) -> None:
+    """Ignore a progress call."""
     pass
 
 
 def _write_gif(path: Path, make_painter: PainterFactory, timing: FilmTiming, progress: FilmProgress) -> None:
+    """Write the frames as a GIF."""
     time_span, slow_down, frame_rate = timing
     times, delays = schedule_frames(*time_span, frame_rate, slow_down)
     painter = make_painter(times)
@@ -229,13 +256,13 @@ def _write_gif(path: Path, make_painter: PainterFactory, timing: FilmTiming, pro
 
 
 def _write_mp4(path: Path, make_painter: PainterFactory, timing: FilmTiming, progress: FilmProgress) -> None:
-    # Every frame of a video lasts equally long: one frame at the middle of each step makes up the whole time.
+    """Write the frames as an MP4, with one frame at the middle of each step: every frame of a video lasts equally long."""
     (begin, end), slow_down, frame_rate = timing
     count = max(round((end - begin) * slow_down * frame_rate), 1)
     painter = make_painter(begin + (end - begin) * (np.arange(count) + 0.5) / count)
     with _open_video_writer(path, frame_rate) as writer:
         for k in range(count):
-            # Video needs an even number of rows and columns.
+            # The codec needs an even number of rows and columns.
             pixels = painter.paint(k)[..., :3]
             padding = (0, len(pixels) % 2)
             writer.append_data(np.pad(pixels, (padding, padding, (0, 0)), mode="edge"))
@@ -243,6 +270,7 @@ def _write_mp4(path: Path, make_painter: PainterFactory, timing: FilmTiming, pro
 
 
 def _open_video_writer(path: Path, frame_rate: float) -> Any:
+    """Return an open video writer."""
     import imageio.v2 as imageio
 
     return imageio.get_writer(path, format="FFMPEG", fps=frame_rate, codec="libx264", quality=8, macro_block_size=2)

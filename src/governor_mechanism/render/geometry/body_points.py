@@ -1,4 +1,4 @@
-"""Where the points marked on a mechanism's bodies stand, at one pose or over a run."""
+"""Positions of body-fixed points at one pose or over a run."""
 
 from __future__ import annotations
 
@@ -13,44 +13,45 @@ from governor_mechanism.render.geometry.primitives import PoseTuple, Vec2, place
 from governor_mechanism.types import FloatArray
 
 GROUND_POSE: PoseTuple = (0.0, 0.0, 0.0)
+"""Pose of the ground."""
 
 
 def as_pose_tuples(pose: FloatArray) -> list[PoseTuple]:
-    """The rows of an array (bodies, 3)."""
+    """Return the rows of an array (bodies, 3) as tuples."""
     return [(float(x), float(y), float(angle)) for x, y, angle in pose]
 
 
 def body_pose(mechanism: Mechanism, poses: Sequence[PoseTuple], body: str) -> PoseTuple:
-    """The pose of a body; the ground's is zero."""
+    """Return the pose of a body; that of the ground is zero."""
     index = mechanism.body_index(body)
     return GROUND_POSE if index < 0 else poses[index]
 
 
 def point_position(mechanism: Mechanism, poses: Sequence[PoseTuple], point: Point) -> Vec2:
-    """Where a point stands (m)."""
+    """Return the position of a point (m)."""
     return place_point(body_pose(mechanism, poses, point.body), point)
 
 
 def axes_at(mechanism: Mechanism, poses: Sequence[PoseTuple], origin: Point, angle: float) -> PoseTuple:
-    """Axes with their origin in a point, turned by `angle` (rad) from those of its body."""
+    """Return axes with their origin at a point, rotated by `angle` (rad) from those of its body."""
     return *point_position(mechanism, poses, origin), body_pose(mechanism, poses, origin.body)[2] + angle
 
 
 def axes_to_plane(axes: PoseTuple, x: float, y: float) -> Vec2:
-    """Where (x, y) (m) of these axes stands in the plane."""
+    """Return the position in the plane of a point (x, y) (m) given in axes."""
     c, s = math.cos(axes[2]), math.sin(axes[2])
     return axes[0] + c * x - s * y, axes[1] + s * x + c * y
 
 
 def point_path(mechanism: Mechanism, poses: FloatArray, point: Point) -> FloatArray:
-    """Where a point stands over a run with poses (n, bodies, 3): (n, 2) m."""
+    """Return the path (n, 2) m of a point over a run with poses (n, bodies, 3)."""
     x, y, angles = _pose_columns(mechanism, poses, point.body)
     c, s = np.cos(angles), np.sin(angles)
     return np.stack([x + c * point.x - s * point.y, y + s * point.x + c * point.y], axis=-1)
 
 
 def point_path_in_axes(mechanism: Mechanism, poses: FloatArray, origin: Point, axes_angle: float, point: Point) -> FloatArray:
-    """A point's coordinates (n, 2) m in axes with their origin in another, turned by `angle` from its body's."""
+    """Return the path (n, 2) m of a point in axes with their origin at another point, rotated by `axes_angle` (rad) from its body's."""
     separation = point_path(mechanism, poses, point) - point_path(mechanism, poses, origin)
     angles = _pose_columns(mechanism, poses, origin.body)[2] + axes_angle
     c, s = np.cos(angles), np.sin(angles)
@@ -58,13 +59,14 @@ def point_path_in_axes(mechanism: Mechanism, poses: FloatArray, origin: Point, a
 
 
 def _pose_columns(mechanism: Mechanism, poses: FloatArray, body: str) -> FloatArray:
+    """Return x, y and angle of a body over a run, (3, n)."""
     index = mechanism.body_index(body)
     columns: FloatArray = np.zeros((3, len(poses))) if index < 0 else np.moveaxis(poses[:, index, :], -1, 0)
     return columns
 
 
 def distinct_points(points: Iterable[Vec2], min_distance: float) -> list[Vec2]:
-    """The points in their order, without those closer than `apart` (m) to one before."""
+    """Return the points in order, without those closer than `min_distance` (m) to an earlier one."""
     kept: list[Vec2] = []
     for point in points:
         if all(math.dist(point, other) >= min_distance for other in kept):
@@ -73,7 +75,7 @@ def distinct_points(points: Iterable[Vec2], min_distance: float) -> list[Vec2]:
 
 
 def hinge_point(mechanism: Mechanism, first: str, second: str, default: Point | None = None) -> Point:
-    """Where one body turns against another: their pin; else the point given, or the second body's mass centre."""
+    """Return the pin of two bodies, or `default`, or the mass centre of the second body (of the first if the second is the ground)."""
     pins: list[Joint] = [joint for joint in mechanism.joints if isinstance(joint, Pin)]
     for joint in pins:
         if {joint.first.body, joint.second.body} == {first, second}:

@@ -1,4 +1,4 @@
-"""Where a picture has room: the widths that moving shapes sweep between two heights."""
+"""Free space in a drawing: widths swept by moving shapes between two heights."""
 
 from __future__ import annotations
 
@@ -13,7 +13,7 @@ from governor_mechanism.types import FloatArray
 
 
 def select_extreme_rows(values: FloatArray) -> list[int]:
-    """Numbers of a few hundred rows (n, ...) that hold the extremes of every column, so that long runs stay cheap."""
+    """Return the indices of at most a few hundred rows of values (n, ...) that contain the extremes of every column."""
     flat = values.reshape(len(values), -1)
     even_rows = np.linspace(0, len(values) - 1, min(len(values), 200)).astype(int)
     chosen: list[int] = np.unique(np.concatenate([even_rows, flat.argmin(axis=0), flat.argmax(axis=0)])).tolist()
@@ -21,13 +21,13 @@ def select_extreme_rows(values: FloatArray) -> list[int]:
 
 
 def select_extreme_poses(poses: FloatArray) -> FloatArray:
-    """The poses (n, bodies, 3) of those rows."""
+    """Return the poses (n, bodies, 3) of the extreme rows."""
     chosen: FloatArray = poses[select_extreme_rows(poses)]
     return chosen
 
 
 def horizontal_extents(shapes: Iterable[DrawnShape], bottom: float, top: float) -> list[Vec2]:
-    """From where to where (m) each circle and each convex polygon reaches sideways between two heights (m)."""
+    """Return the horizontal extent (m) of each circle and each convex polygon between two heights (m)."""
     extents = []
     for shape in shapes:
         xs: list[float] = []
@@ -45,7 +45,7 @@ def horizontal_extents(shapes: Iterable[DrawnShape], bottom: float, top: float) 
 
 
 def first_free_position(occupied: Iterable[Vec2], start: float, width: float) -> float:
-    """The smallest x (m), `start` or more, at which `width` (m) is free of all the widths taken."""
+    """Return the smallest x (m) from `start` at which a `width` (m) is free of all occupied extents."""
     x = start
     for left, right in sorted(occupied):
         if left < x + width and right > x:
@@ -54,7 +54,7 @@ def first_free_position(occupied: Iterable[Vec2], start: float, width: float) ->
 
 
 def _ends_within(start: Vec2, end: Vec2, bottom: float, top: float) -> list[float]:
-    """Both ends (x) of the piece of a straight line that lies between two heights; empty where there is none."""
+    """Return both ends (x) of the part of a segment between two heights, or an empty list."""
     (x0, y0), (x1, y1) = sorted((start, end), key=lambda point: point[1])
     if y1 < bottom or y0 > top:
         return []

@@ -10,11 +10,11 @@ from governor_mechanism.render.geometry.body_points import axes_to_plane
 from governor_mechanism.render.geometry.primitives import BoundingBox, Lines, Polygon, PoseTuple, Vec2, make_hatching, make_rectangle
 
 N_CORNER_SEGMENTS = 8
-"""Pieces a rounded corner is drawn in."""
+"""Number of segments of a rounded corner."""
 
 
 def convex_hull(points: Sequence[Vec2]) -> list[Vec2]:
-    """The corners of the smallest convex area that holds all points, anticlockwise; those on an edge left out."""
+    """Return the corners of the convex hull of points, anticlockwise, without points on an edge."""
     ordered = sorted(set(points))
     if len(ordered) < 3:
         return ordered
@@ -35,7 +35,7 @@ def convex_hull(points: Sequence[Vec2]) -> list[Vec2]:
 
 
 def make_plate_outline(role: str, points: Sequence[Vec2], width: float) -> Polygon:
-    """A plate round all points, half a `width` (m) beyond the outermost ones: a bar for two, a disc for one."""
+    """Return a plate around all points, half a width (m) beyond the outermost: a bar for two points, a disc for one."""
     corners = convex_hull(points)
     if len(corners) < 2:
         return Polygon(role, _arc_points(corners[0], 0.0, 2 * math.pi, width / 2, 2 * N_CORNER_SEGMENTS))
@@ -47,11 +47,11 @@ def make_plate_outline(role: str, points: Sequence[Vec2], width: float) -> Polyg
 
 
 def make_band(role: str, chain: Sequence[Vec2], width: float) -> Polygon:
-    """A strip of a `width` (m) along a chain of points, with round ends."""
+    """Return a strip of a width (m) along a chain of points, with round ends."""
     if len(set(chain)) < 2:
         return make_plate_outline(role, chain[:1], width)
     half = width / 2
-    # Towards the next point but one, so that strips of curves have no steps.
+    # Central differences give strips of curves without steps.
     headings = [math.atan2(b[1] - a[1], b[0] - a[0]) for a, b in zip((chain[0], *chain), (*chain[1:], chain[-1]), strict=False)]
     sides = [
         tuple((x + s * half * math.sin(h), y - s * half * math.cos(h)) for (x, y), h in zip(chain, headings, strict=True)) for s in (1, -1)
@@ -62,7 +62,7 @@ def make_band(role: str, chain: Sequence[Vec2], width: float) -> Polygon:
 
 
 def make_arrow(role: str, chain: Sequence[Vec2], head: float) -> tuple[Lines, Polygon]:
-    """A line with a head of that length (m) at its end; nothing where the line has no length."""
+    """Return a line and a head of a length (m) at its end; empty shapes for a line without length."""
     length = sum(math.dist(a, b) for a, b in pairwise(chain))
     if length < 0.1 * head:
         return Lines(role, ()), Polygon(role, ())
@@ -80,7 +80,7 @@ def make_arrow(role: str, chain: Sequence[Vec2], head: float) -> tuple[Lines, Po
 
 
 def make_wall(position: Vec2, heading: float, half: float, depth: float) -> Lines:
-    """A fixed wall through a spot, across a heading (rad), hatched on the side it heads away from; all in m."""
+    """Return a fixed wall through a position, perpendicular to `heading` (rad), hatched on the far side; lengths in m."""
     c, s = math.cos(heading), math.sin(heading)
 
     def wall_point(across: float, behind: float) -> Vec2:
@@ -95,7 +95,7 @@ def make_wall(position: Vec2, heading: float, half: float, depth: float) -> Line
 
 
 def make_burst(role: str, positions: Sequence[Vec2], radius: float) -> Lines:
-    """Rays round each spot, from half the `reach` (m) to all of it: something has just struck there."""
+    """Return rays around each position, from 0.45 to 1 `radius` (m): the mark of an impact."""
     rays = [(math.cos(k * math.pi / 4 + 0.2), math.sin(k * math.pi / 4 + 0.2)) for k in range(8)]
     strokes = [
         tuple((x + fraction * radius * c, y + fraction * radius * s) for fraction in (0.45, 1.0)) for x, y in positions for c, s in rays
@@ -104,7 +104,7 @@ def make_burst(role: str, positions: Sequence[Vec2], radius: float) -> Lines:
 
 
 def make_hatched_block(role: str, axes: PoseTuple, box: BoundingBox, spacing: float) -> tuple[Polygon, Lines]:
-    """A box (m) of these axes with its section lining, `spacing` (m) apart; the lining's role is named after its."""
+    """Return a box (m) in axes and its section lining, `spacing` (m) apart; the lining's role is "<role> hatching"."""
     lining = make_hatching(f"{role} hatching", box, spacing)
     outline = make_rectangle(role, *box)
     return (
@@ -114,5 +114,6 @@ def make_hatched_block(role: str, axes: PoseTuple, box: BoundingBox, spacing: fl
 
 
 def _arc_points(centre: Vec2, start: float, sweep: float, radius: float, n_segments: int) -> tuple[Vec2, ...]:
+    """Return points of an arc."""
     angles = (start + sweep * k / n_segments for k in range(n_segments + 1))
     return tuple((centre[0] + radius * math.cos(a), centre[1] + radius * math.sin(a)) for a in angles)

@@ -1,4 +1,4 @@
-"""The plain shapes that pictures are made of: metres, a role, no colours, no plotting library."""
+"""Shapes of which drawings consist: lengths in metres, a role, no colours, no plotting library."""
 
 from __future__ import annotations
 
@@ -9,14 +9,16 @@ from dataclasses import dataclass
 from governor_mechanism.model.joints import Point
 
 Vec2 = tuple[float, float]
+"""Two coordinates x, y (m), or the two ends of an interval."""
 PoseTuple = tuple[float, float, float]
+"""Position x, y (m) and angle (rad)."""
 BoundingBox = tuple[float, float, float, float]
 """left, right, bottom, top (m)."""
 
 
 @dataclass(frozen=True, slots=True)
 class Circle:
-    """A filled circle: centre (m) and radius (m)."""
+    """Filled circle with centre and radius (m)."""
 
     role: str
     x: float
@@ -26,7 +28,7 @@ class Circle:
 
 @dataclass(frozen=True, slots=True)
 class Polygon:
-    """A filled outline; `points` (m) in order, the last joined to the first; none where there is nothing to show."""
+    """Filled closed outline through `points` (m); empty if there is nothing to show."""
 
     role: str
     points: tuple[Vec2, ...]
@@ -34,7 +36,7 @@ class Polygon:
 
 @dataclass(frozen=True, slots=True)
 class Lines:
-    """Open strokes: each of `lines` is a chain of points (m)."""
+    """Open polylines through points (m)."""
 
     role: str
     lines: tuple[tuple[Vec2, ...], ...]
@@ -42,7 +44,7 @@ class Lines:
 
 @dataclass(frozen=True, slots=True)
 class TextShape:
-    """Words whose left middle stands at (x, y) (m); `room` (m) is kept free for them to the right."""
+    """Text with its left middle at (x, y) (m); `width` (m) is reserved for it to the right."""
 
     role: str
     x: float
@@ -54,16 +56,16 @@ class TextShape:
 DrawnShape = Circle | Polygon | Lines | TextShape
 
 HALF_CIRCLE_POINTS = tuple((math.cos(k * math.pi / 8), math.sin(k * math.pi / 8)) for k in range(9))
+"""Points of the upper half of the unit circle."""
 
 
 def make_bar(role: str, start: Vec2, end: Vec2, width: float) -> Polygon:
-    """A straight bar with round ends from start to end (m), `width` (m) across."""
+    """Return a straight bar with round ends from start to end (m), of a width (m)."""
     dx, dy = end[0] - start[0], end[1] - start[1]
     length = math.hypot(dx, dy)
     ux, uy = (dx / length, dy / length) if length > 0 else (1.0, 0.0)
     half = width / 2
-    # A half circle from the bar's right side round to its left one, in axes (ux, uy), (-uy, ux): round the end it
-    # bulges forward, round the start backward.
+    # A half circle from the right side of the bar to the left one, in axes (ux, uy), (-uy, ux); mirrored at the start.
     half_circle = tuple((half * s, -half * c) for c, s in HALF_CIRCLE_POINTS)
     tip = tuple((end[0] + f * ux - g * uy, end[1] + f * uy + g * ux) for f, g in half_circle)
     tail = tuple((start[0] - f * ux + g * uy, start[1] - f * uy - g * ux) for f, g in half_circle)
@@ -71,12 +73,12 @@ def make_bar(role: str, start: Vec2, end: Vec2, width: float) -> Polygon:
 
 
 def make_rectangle(role: str, left: float, right: float, bottom: float, top: float) -> Polygon:
-    """An upright rectangle (m)."""
+    """Return an upright rectangle (m)."""
     return Polygon(role, ((left, bottom), (right, bottom), (right, top), (left, top)))
 
 
 def make_hatching(role: str, box: BoundingBox, spacing: float) -> Lines:
-    """Section lining: strokes at 45 degrees that fill a box (m), `spacing` (m) apart along x."""
+    """Return section lining at 45 degrees in a box (m), with a spacing (m) along x."""
     left, right, bottom, top = box
     height = top - bottom
     strokes: list[tuple[Vec2, ...]] = []
@@ -89,14 +91,14 @@ def make_hatching(role: str, box: BoundingBox, spacing: float) -> Lines:
 
 
 def place_point(pose: PoseTuple, point: Point) -> Vec2:
-    """Where a point marked on a body stands (m) when the body has that pose."""
+    """Return the position (m) of a body-fixed point for a pose of its body."""
     x, y, angle = pose
     c, s = math.cos(angle), math.sin(angle)
     return x + c * point.x - s * point.y, y + s * point.x + c * point.y
 
 
 def bounding_box(shapes: Iterable[DrawnShape]) -> BoundingBox:
-    """The smallest box (m) that holds all shapes; words count by the room kept for them."""
+    """Return the smallest box (m) around all shapes; text counts with its reserved width."""
     xs: list[float] = []
     ys: list[float] = []
     for shape in shapes:
@@ -117,7 +119,7 @@ def bounding_box(shapes: Iterable[DrawnShape]) -> BoundingBox:
 
 
 def round_step(span: float, max_steps: int) -> float:
-    """The smallest of 1, 2, 5 x 10^n that divides `span` into at most `most` steps."""
+    """Return the smallest of 1, 2, 5 x 10^n that divides `span` into at most `max_steps` steps."""
     min_step = span / max_steps
     decade = float(10.0 ** math.floor(math.log10(min_step)))
     steps = (m * decade for m in (1.0, 2.0, 5.0, 10.0))
@@ -125,9 +127,9 @@ def round_step(span: float, max_steps: int) -> float:
 
 
 def drawn_ball_radius(mass: float, length_scale: float) -> float:
-    """Radius (m) of a cast-iron ball of that mass (kg), kept between 4 % and 20 % of `size` (m) to be seen well."""
+    """Return the radius (m) of a cast-iron ball of a mass (kg), limited to 4 % to 20 % of `length_scale` (m) for visibility."""
     return min(max(math.cbrt(3 * mass / (4 * math.pi * CAST_IRON_DENSITY)), 0.04 * length_scale), 0.20 * length_scale)
 
 
 CAST_IRON_DENSITY = 7200.0
-"""kg/m3."""
+"""Density of cast iron, kg/m3."""

@@ -1,4 +1,4 @@
-"""Gravity, the spindle's turning, springs, dampers, torques and forces, set on pymunk bodies before every step."""
+"""Gravity, centrifugal force, springs, dampers, torques and forces, applied to pymunk bodies before every step."""
 
 from __future__ import annotations
 
@@ -16,16 +16,14 @@ from governor_mechanism.model.mechanism import Body, Mechanism, SecondMoments
 from governor_mechanism.model.scene import TURNING_PLANE, Scene
 
 ForceCallback = Callable[[float, StepInputs], None]
-"""Set or add a force for the kick that ends the next step, at the pose `ahead` seconds from now."""
+"""Set or add a force for the kick that ends the next step, at the pose `lead` seconds ahead."""
 
 POINT_MASS_MOMENTS = SecondMoments()
+"""Second moments of a point mass, all zero."""
 
 
 def make_body_force(scene: Scene, proxy: BodyProxy) -> tuple[ForceCallback, tuple[str, ...]]:
-    """The function that sets one body's loads of the scene's effects, and the laws it evaluates.
-
-    What the scene leaves out is not in it.
-    """
+    """Return the callback that sets gravity and centrifugal load on one body, and the names of the laws that it evaluates."""
     body, pymunk_body, mass = proxy.body, proxy.pymunk_body, proxy.body.mass
     weight_force = weight(mass, scene.gravity) if scene.gravity else 0.0
     is_centrifugal = scene.has_centrifugal and scene.part.plane == TURNING_PLANE and not _is_on_spindle_axis(scene.part.mechanism, body)
@@ -34,13 +32,16 @@ def make_body_force(scene: Scene, proxy: BodyProxy) -> tuple[ForceCallback, tupl
         return _make_pinned_body_force(proxy, weight_force, is_centrifugal), law_names
 
     def apply_gravity(lead: float, inputs: StepInputs) -> None:
+        """Set the weight."""
         pymunk_body.force = (0.0, weight_force * inputs.kick_scale)
 
     def apply_point_mass_loads(lead: float, inputs: StepInputs) -> None:
+        """Set weight and centrifugal force."""
         x = pymunk_body.position.x + pymunk_body.velocity.x * lead
         pymunk_body.force = (centrifugal_force(mass, x, inputs.spindle_speed_squared) * inputs.kick_scale, weight_force * inputs.kick_scale)
 
     def apply_rigid_body_loads(lead: float, inputs: StepInputs) -> None:
+        """Set weight, centrifugal force and centrifugal moment."""
         apply_point_mass_loads(lead, inputs)
         angle = pymunk_body.angle + pymunk_body.angular_velocity * lead
         pymunk_body.torque = (
@@ -53,11 +54,12 @@ def make_body_force(scene: Scene, proxy: BodyProxy) -> tuple[ForceCallback, tupl
 
 
 def _make_pinned_body_force(proxy: BodyProxy, weight_force: float, is_centrifugal: bool) -> ForceCallback:
-    """Loads of a lever as a moment about its pin."""
+    """Return the callback that sets the loads of a body reduced to its pin as a moment about the pin."""
     body, pymunk_body = proxy.body, proxy.pymunk_body
     x, y, pin_x = -proxy.origin[0], -proxy.origin[1], pymunk_body.position.x
 
     def apply_torque(lead: float, inputs: StepInputs) -> None:
+        """Set the moment about the pin."""
         angle = pymunk_body.angle + pymunk_body.angular_velocity * lead
         sine, cosine = math.sin(angle), math.cos(angle)
         arm_x, arm_y = x * cosine - y * sine, x * sine + y * cosine
@@ -72,7 +74,7 @@ def _make_pinned_body_force(proxy: BodyProxy, weight_force: float, is_centrifuga
 
 
 def _is_on_spindle_axis(mechanism: Mechanism, body: Body) -> bool:
-    """A body guided along the spindle axis with its centre on it feels no centrifugal load."""
+    """Return whether a body is guided along the spindle axis with its mass centre on it, so that no centrifugal load acts."""
     return not body.can_rotate and any(
         isinstance(joint, Slider)
         and joint.first.body == GROUND
@@ -93,7 +95,7 @@ class VelocityExtrapolator:
         self.predicted: dict[pymunk.Body, tuple[float, float, float]] = {}
 
     def predict(self, half_step: float) -> None:
-        """Note the velocities before a step, `half` seconds before the kick that ends it."""
+        """Extrapolate from the present velocities to `half_step` seconds later, the kick that ends the step."""
         current = {body: (body.velocity.x, body.velocity.y, body.angular_velocity) for body in self._bodies}
         step_ratio = half_step / self._interval if self._interval > 0.0 else 0.0
         for body, (u, v, w) in current.items():
@@ -102,7 +104,7 @@ class VelocityExtrapolator:
         self._previous = current
 
     def set_interval(self, interval: float) -> None:
-        """So many seconds will lie between the velocities before the step and those after it."""
+        """Set the time (s) between the velocities before the step and those after it."""
         self._interval = interval
 
 
@@ -112,7 +114,7 @@ def make_element_force(
     velocity_extrapolator: VelocityExtrapolator,
     program_indices: tuple[int, ...],
 ) -> ForceCallback:
-    """The function that adds one load of the mechanism; programs are where its own stand among those of a Moment."""
+    """Return the callback that adds one force element; `program_indices` are its functions in `StepInputs.load_values`."""
     first, second = points
     if isinstance(element, Spring | Damper):
         return _make_linear_element_force(element, first, second, velocity_extrapolator)
@@ -128,18 +130,21 @@ def make_element_force(
             )
 
         return apply_force
-    raise TypeError(f"no law is written for loads of type {type(element).__name__}")
+    raise TypeError(f"engine 'impulse' has no force law for elements of type {type(element).__name__}")
 
 
 def _make_linear_element_force(
     element: Spring | Damper, first: AttachedPoint, second: AttachedPoint, velocity_extrapolator: VelocityExtrapolator
 ) -> ForceCallback:
+    """Return the callback of a spring or damper between two points."""
+
     def apply_force(lead: float, inputs: StepInputs) -> None:
+        """Add the force of the spring or damper to both bodies."""
         first_placement, second_placement = first.predict(lead), second.predict(lead)
         dx, dy = second_placement[0] - first_placement[0], second_placement[1] - first_placement[1]
         length = math.hypot(dx, dy)
         if length == 0.0:
-            return  # no direction to pull in
+            return  # the direction of the force is undefined
         if isinstance(element, Spring):
             magnitude = spring_force(element.stiffness, element.free_length, length)
         else:
@@ -160,7 +165,10 @@ def _make_torsional_element_force(
     velocity_extrapolator: VelocityExtrapolator,
     program_indices: tuple[int, ...],
 ) -> ForceCallback:
+    """Return the callback of a torsional spring, torsional damper or torque between two bodies."""
+
     def apply_torque(lead: float, inputs: StepInputs) -> None:
+        """Add the torque to both bodies."""
         if isinstance(element, TorsionSpring):
             angles = [body.angle + body.angular_velocity * lead for body in (first, second)]
             torque = -spring_force(element.stiffness, element.free_angle, angles[1] - angles[0])
@@ -179,6 +187,7 @@ def _make_torsional_element_force(
 
 
 def _add_force(body: pymunk.Body, placement: tuple[float, float, float, float, float], force_x: float, force_y: float) -> None:
+    """Add a force (N) at a point, with its moment about the body's centre."""
     if body.body_type == pymunk.Body.STATIC:
         return
     previous_force = body.force
@@ -189,5 +198,6 @@ def _add_force(body: pymunk.Body, placement: tuple[float, float, float, float, f
 def _point_velocity(
     body: pymunk.Body, placement: tuple[float, float, float, float, float], velocity_extrapolator: VelocityExtrapolator
 ) -> tuple[float, float]:
+    """Return the extrapolated velocity (m/s) of a point."""
     u, v, w = velocity_extrapolator.predicted.get(body, (0.0, 0.0, 0.0))
     return u - placement[3] * w, v + placement[2] * w

@@ -1,4 +1,4 @@
-"""Joints that hold a reading where it is: by friction up to its force, and by a stop, which only pushes."""
+"""pymunk constraints that hold an output variable: stiction up to the friction limit, and a unilateral stop."""
 
 from __future__ import annotations
 
@@ -7,30 +7,31 @@ import math
 import numpy as np
 import pymunk
 
+from governor_mechanism.engines.impulse.pymunk.bodies import PlanarVector, to_body_axes
 from governor_mechanism.engines.impulse.pymunk.step_inputs import StepInputs
 from governor_mechanism.errors import UnsupportedEffect
 from governor_mechanism.types import FloatArray
 
 LINE_OF_ACTION_TOLERANCE = 1e-9
-"""Of a force: what a moment may be off and still be that of one line of action."""
+"""Largest force or moment imbalance, relative to the force, of a pair of forces with one line of action."""
 
 STOP_ENGAGEMENT_RATIO = 1e-3
-"""Of its reach: how far a stop's joint is drawn out, so that rounding does not say whether it is."""
+"""Amount by which a stop constraint is set past its limit, relative to its length (rad for a rotation): rounding cannot disengage it."""
 
 MIN_BIAS_SPEED = 1e-30
-"""m/s, rad/s: pymunk takes a limit without any correction as one that is not reached."""
+"""Smallest correction speed (m/s, rad/s); pymunk treats a limit without any correction speed as not reached."""
 
 
 class FrictionStopConstraint:
-    """What may hold one reading: a joint that bears a friction, and one that only pushes back from a stop.
+    """Constraints that can hold one contact: one bears friction, the other only pushes away from a stop.
 
-    Both act along the reading's gradient, and are made anew before every step at the pose it is about to reach. held is
-    the value (m or rad) that friction keeps, None while it does not; side is the stop that the reading rests at: 1 the
-    high one, -1 the low one, 0 neither. bound: whether friction bears no more than its force.
+    Both act along the gradient of the output variable and are updated before every step for the predicted pose. `held_value` (m or rad) is
+    the value at which friction holds the contact, None if it does not. `stop_side` is 1 at the high stop, -1 at the low stop, 0 at neither.
+    `is_force_limited` states whether friction bears no more than its limit.
     """
 
     def __init__(self, space: pymunk.Space, bodies: list[pymunk.Body], output: int, contact: int, length_scale: float) -> None:
-        self._space, self._bodies, self._output, self._contact, self._length_scale = (space, bodies, output, contact, length_scale)
+        self._space, self._bodies, self._output, self._contact, self._length_scale = space, bodies, output, contact, length_scale
         self._constraints: tuple[pymunk.Constraint, pymunk.Constraint] | None = None
         self._active: set[int] = set()
         self.held_value: float | None = None
@@ -40,7 +41,7 @@ class FrictionStopConstraint:
         self._step, self._kick_duration, self._gradient_norm = 1.0, 1.0, 1.0
 
     def check_line_of_action(self, poses: FloatArray, gradient: FloatArray, effect: str, reading: str) -> None:
-        """Refuse a reading along which no joint of pymunk can act: whose forces have not one line of action."""
+        """Raise UnsupportedEffect if the forces of an output variable have no single line of action, as every pymunk joint needs."""
         bodies = _moving_bodies(gradient)
         if len(bodies) == 2:
             (fx, fy, fm), (gx, gy, gm) = gradient[bodies[0]], gradient[bodies[1]]
@@ -51,20 +52,20 @@ class FrictionStopConstraint:
         elif len(bodies) == 1:
             return
         raise UnsupportedEffect(
-            f"engine 'impulse' cannot model {effect} on {reading!r}: what holds it does not act along one line between "
-            "two bodies; take engine multibody, or a reading between two bodies or from fixed points"
+            f"engine 'impulse' cannot model {effect} on {reading!r}: the holding force does not act along one line between "
+            "two bodies; use engine 'multibody', or a reading between two bodies or from fixed points"
         )
 
     def update(self, poses: FloatArray, values: FloatArray, output_jacobian: FloatArray, inputs: StepInputs) -> None:
-        """Make the joints ready for the pose about to be reached; take out those that are not needed."""
+        """Update the constraints for the predicted poses and remove those that are not needed."""
         self._step, self._kick_duration = inputs.h, inputs.h * inputs.kick_scale
         if self.held_value is None and not self.stop_side:
             self._activate(set())
-            self._constraints = None  # what is made anew has borne nothing yet
+            self._constraints = None  # new constraints start without accumulated impulses
             return
         gradient, value = output_jacobian[self._output], float(values[self._output])
         if not math.isfinite(value):
-            raise ValueError("a body is lost")  # pymunk would end the process
+            raise ValueError("a body has no finite position")  # pymunk would abort the process
         bodies = _moving_bodies(gradient)
         second = bodies[-1]
         first = bodies[0] if len(bodies) == 2 else -1
@@ -79,7 +80,7 @@ class FrictionStopConstraint:
         residual = 0.0 if self.held_value is None else (value - self.held_value) * step_ratio
         penetration = max(self.stop_side * (value - self.stop_value), 0.0) * step_ratio if self.stop_side else 0.0
         if is_rotational:
-            # The motor keeps (second's rate - first's) at minus its rate.
+            # A motor keeps the relative angular velocity (second body minus first) at minus its rate.
             friction.rate = residual * rotation / self._gradient_norm / self._gradient_norm / inputs.h
             self._set_rotation_limits(stop, first, second, poses, self.stop_side * math.copysign(1.0, rotation))
         else:
@@ -100,25 +101,25 @@ class FrictionStopConstraint:
 
     @property
     def friction_force(self) -> float:
-        """Force (N, or N m) along the reading with which friction held it in the last step."""
-        return (
-            self._constraints[0].impulse / self._kick_duration / self._gradient_norm
-            if self._constraints and self.held_value is not None
-            else 0.0
-        )
+        """Return the force (N, or N m) along the output variable with which friction held it in the last step."""
+        return 0.0 if self.held_value is None else self._force(0)
 
     @property
     def stop_force(self) -> float:
-        """Force (N, or N m) along the reading with which the stop pushed in the last step."""
-        return self._constraints[1].impulse / self._kick_duration / self._gradient_norm if self._constraints and self.stop_side else 0.0
+        """Return the force (N, or N m) along the output variable with which the stop pushed in the last step."""
+        return self._force(1) if self.stop_side else 0.0
 
     @property
     def is_saturated(self) -> bool:
-        """Whether friction bore all that it can in the last step."""
+        """Return whether the friction force reached its limit in the last step."""
         if self._constraints is None or self.held_value is None or not self.is_force_limited:
             return False
         joint = self._constraints[0]
         return bool(joint.impulse >= joint.max_force * self._step * (1 - 1e-12))
+
+    def _force(self, index: int) -> float:
+        """Return the force (N, or N m) along the output variable that a constraint exerted in the last step."""
+        return self._constraints[index].impulse / self._kick_duration / self._gradient_norm if self._constraints else 0.0
 
     def _make_constraints(self, first: int, second: int, is_rotational: bool) -> tuple[pymunk.Constraint, pymunk.Constraint]:
         first_body = self._space.static_body if first < 0 else self._bodies[first]
@@ -138,21 +139,20 @@ class FrictionStopConstraint:
 
     def _set_rotation_limits(self, stop: pymunk.Constraint, first: int, second: int, poses: FloatArray, direction: float) -> None:
         relative_angle = float(poses[second, 2]) - (float(poses[first, 2]) if first >= 0 else 0.0)
-        stop.min, stop.max = (
-            (-math.inf, relative_angle - STOP_ENGAGEMENT_RATIO) if direction > 0 else (relative_angle + STOP_ENGAGEMENT_RATIO, math.inf)
-        )
+        stop.min = -math.inf if direction > 0 else relative_angle + STOP_ENGAGEMENT_RATIO
+        stop.max = relative_angle - STOP_ENGAGEMENT_RATIO if direction > 0 else math.inf
 
     def _set_anchors(
-        self, joint: pymunk.Constraint, first: int, second: int, poses: FloatArray, contact_point: tuple[float, float],
-        normal: tuple[float, float], length: float,
+        self, joint: pymunk.Constraint, first: int, second: int, poses: FloatArray, contact_point: PlanarVector,
+        normal: PlanarVector, length: float,
     ) -> None:  # fmt: skip
-        """From `reach` behind the foot on the first body to the foot on the second, along the normal."""
+        """Anchor a joint from `length` behind the contact point on the first body to the contact point on the second, along the normal."""
         start_point = contact_point[0] - length * normal[0], contact_point[1] - length * normal[1]
-        joint.anchor_a = start_point if first < 0 else _to_body_axes(poses[first], start_point)
-        joint.anchor_b = _to_body_axes(poses[second], contact_point)
+        joint.anchor_a = start_point if first < 0 else to_body_axes(poses[first], start_point)
+        joint.anchor_b = to_body_axes(poses[second], contact_point)
 
     def _activate(self, wanted: set[int]) -> None:
-        """Have just these joints in the space; a joint that comes in has borne nothing yet."""
+        """Keep exactly the wanted constraints in the space; a constraint that enters has no accumulated impulse."""
         if self._constraints is None or wanted == self._active:
             return
         for index in self._active - wanted:
@@ -163,11 +163,6 @@ class FrictionStopConstraint:
 
 
 def _moving_bodies(gradient: FloatArray) -> list[int]:
+    """Return the indices of the bodies on which a gradient (bodies, 3) depends."""
     bodies: list[int] = np.flatnonzero(np.any(gradient != 0.0, axis=-1)).tolist()
     return bodies
-
-
-def _to_body_axes(pose: FloatArray, point: tuple[float, float]) -> tuple[float, float]:
-    dx, dy = point[0] - float(pose[0]), point[1] - float(pose[1])
-    cosine, sine = math.cos(float(pose[2])), math.sin(float(pose[2]))
-    return cosine * dx + sine * dy, cosine * dy - sine * dx

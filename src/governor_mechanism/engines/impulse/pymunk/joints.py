@@ -1,4 +1,4 @@
-"""Our joints as pymunk constraints; those that pymunk lacks as pins that are anchored anew before every step."""
+"""Joints as pymunk constraints; joints that pymunk lacks become pins that are re-anchored before every step."""
 
 from __future__ import annotations
 
@@ -8,7 +8,7 @@ from dataclasses import dataclass
 
 import pymunk
 
-from governor_mechanism.engines.impulse.pymunk.bodies import AttachedPoint
+from governor_mechanism.engines.impulse.pymunk.bodies import AttachedPoint, to_body_axes
 from governor_mechanism.engines.impulse.pymunk.step_inputs import StepInputs
 from governor_mechanism.errors import UnsupportedEffect
 from governor_mechanism.mechanics.kinematics.constraint_equations import make_curve_segments
@@ -28,22 +28,25 @@ from governor_mechanism.model.joints import (
 )
 
 GROOVE_HALF_LENGTH_RATIO = 1e3
-"""Half length of a groove in machine sizes: grooves end, a guide does not."""
+"""Half length of a groove relative to the length scale of the mechanism; a pymunk groove has ends, a guide has none."""
 
 PreStepUpdate = Callable[[StepInputs], None]
-"""Make a constraint ready for the pose that the step is about to reach."""
+"""Update a constraint for the pose that the step is about to reach."""
 
 
 @dataclass(frozen=True)
 class JointConstraints:
-    """The constraints of one joint, and what has to be done to them before every step."""
+    """pymunk constraints of one joint, and their updates before every step."""
 
     constraints: tuple[pymunk.Constraint, ...]
     updates: tuple[PreStepUpdate, ...] = ()
 
 
 def make_joint_constraints(joint: Joint, first: AttachedPoint, second: AttachedPoint, length_scale: float, drive: int) -> JointConstraints:
-    """The constraints of a joint between two points; `drive` is where its motion stands among those of a Moment."""
+    """Return the pymunk constraints of a joint between two points; `drive` is its index in `StepInputs.drive_values`, or -1.
+
+    Raises UnsupportedEffect for a joint that pymunk cannot represent.
+    """
     pivot = pymunk.PivotJoint(first.body, second.body, (first.x, first.y), (second.x, second.y))
     if isinstance(joint, Distance | ArcSlot):
         link = pymunk.PinJoint(first.body, second.body, (first.x, first.y), (second.x, second.y))
@@ -66,18 +69,18 @@ def make_joint_constraints(joint: Joint, first: AttachedPoint, second: AttachedP
         return JointConstraints((pymunk.GearJoint(second.body, first.body, -joint.offset, joint.ratio),))
     if isinstance(joint, RotationalDriver):
         return _make_driven_turn(first, second, drive)
-    raise UnsupportedEffect(f"engine 'impulse' has no joint of type {type(joint).__name__}, as {joint.name!r} is; take engine multibody")
+    raise UnsupportedEffect(f"engine 'impulse' has no joint of type {type(joint).__name__} ({joint.name!r}); use engine 'multibody'")
 
 
 def _make_rotation_lock(first: AttachedPoint, second: AttachedPoint, angle: float) -> tuple[pymunk.Constraint, ...]:
-    """Keeps the second body's angle less the first's; nothing to do between two that do not turn."""
+    """Return the constraint that keeps the relative angle (rad) of two bodies; none for two bodies that cannot rotate."""
     if first.body.moment == math.inf and second.body.moment == math.inf:
         return ()
     return (pymunk.GearJoint(first.body, second.body, angle, 1.0),)
 
 
 def _make_slider(joint: Slider, first: AttachedPoint, second: AttachedPoint, length_scale: float) -> JointConstraints:
-    """A groove is second order only between bodies that do not turn."""
+    """Return the constraint of a slider: a groove only between bodies that cannot rotate, where it is of second order."""
     if first.body.moment != math.inf or second.body.moment != math.inf:
         return _make_reanchored_pin(first, second, joint.angle, length_scale)
     half_length = GROOVE_HALF_LENGTH_RATIO * length_scale
@@ -87,6 +90,7 @@ def _make_slider(joint: Slider, first: AttachedPoint, second: AttachedPoint, len
 
 
 def _make_driven_turn(first: AttachedPoint, second: AttachedPoint, drive: int) -> JointConstraints:
+    """Return a gear joint whose phase follows a prescribed relative angle."""
     gear = pymunk.GearJoint(first.body, second.body, 0.0, 1.0)
 
     def update(inputs: StepInputs) -> None:
@@ -105,37 +109,32 @@ def _make_reanchored_pin(
     curve: CurveSlot | None = None,
     drive: int | None = None,
 ) -> JointConstraints:
-    """Holds the second point's way across a line (or curve) of the first body, or drives it, by a pin across the line.
+    """Return a pin across a line or curve of the first body that guides the second point, or drives it across the line.
 
-    The pin starts on the first body where the second point will be, moved across by `size` and by what is open: its
-    force then goes through the second point, whatever its length.
+    The pin starts on the first body at the predicted second point, offset across the line by `length_scale` plus the residual. Its force
+    then acts through the second point, whatever its length.
     """
     pin = pymunk.PinJoint(first.body, second.body, (first.x, first.y), (second.x, second.y))
     pin.distance = length_scale
-    pieces = make_curve_segments(curve.curve) if curve else None
+    segments = make_curve_segments(curve.curve) if curve else None
 
     def update(inputs: StepInputs) -> None:
+        """Re-anchor the pin at the predicted pose."""
         x1, y1, arm_x, arm_y, body_angle = first.predict(inputs.h)
         x2, y2, _, _, _ = second.predict(inputs.h)
         ux, uy = math.cos(angle + body_angle), math.sin(angle + body_angle)
         nx, ny = -uy, ux
         residual = nx * (x2 - x1) + ny * (y2 - y1)
-        if pieces is not None:
-            height, derivative, _ = evaluate_curve(pieces, 0, len(pieces), ux * (x2 - x1) + uy * (y2 - y1))
+        if segments is not None:
+            height, derivative, _ = evaluate_curve(segments, 0, len(segments), ux * (x2 - x1) + uy * (y2 - y1))
             normal_length = math.hypot(1.0, derivative)
-            residual, nx, ny = (
-                (residual - height) / normal_length,
-                (nx - derivative * ux) / normal_length,
-                (ny - derivative * uy) / normal_length,
-            )
+            residual = (residual - height) / normal_length
+            nx, ny = (nx - derivative * ux) / normal_length, (ny - derivative * uy) / normal_length
         if drive is not None:
             residual = (residual - inputs.drive_values[drive]) * inputs.h / inputs.next_h
         length = length_scale + residual
-        dx, dy = x2 - length * nx - (x1 - arm_x), y2 - length * ny - (y1 - arm_y)
-        c, s = math.cos(body_angle), math.sin(body_angle)
-        if first.body.body_type == pymunk.Body.STATIC:
-            pin.anchor_a = (x2 - length * nx, y2 - length * ny)
-        else:
-            pin.anchor_a = (c * dx + s * dy, c * dy - s * dx)
+        anchor = x2 - length * nx, y2 - length * ny
+        is_ground = first.body.body_type == pymunk.Body.STATIC
+        pin.anchor_a = anchor if is_ground else to_body_axes((x1 - arm_x, y1 - arm_y, body_angle), anchor)
 
     return JointConstraints((pin,), (update,))

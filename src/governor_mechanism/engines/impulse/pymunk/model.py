@@ -1,4 +1,4 @@
-"""One scene's mechanism in a pymunk space: start it, step it, read it."""
+"""A scene's mechanism as a pymunk space: start it, step it, read its state."""
 
 from __future__ import annotations
 
@@ -7,7 +7,6 @@ from collections import Counter
 
 import numpy as np
 import pymunk
-from numpy.typing import NDArray
 
 from governor_mechanism.engines.impulse.pymunk.bodies import AttachedPoint, make_body_proxy
 from governor_mechanism.engines.impulse.pymunk.force_elements import (
@@ -30,7 +29,10 @@ from governor_mechanism.types import FloatArray
 
 
 class PymunkModel:
-    """One scene's mechanism in a pymunk space. `plain` keeps pymunk's own joint correction, loads and start."""
+    """A scene's mechanism in a pymunk space.
+
+    `plain` keeps pymunk's own joint correction, force evaluation and start.
+    """
 
     def __init__(self, scene: Scene, *, iterations: int, plain: bool = False) -> None:
         self.is_plain = plain
@@ -47,34 +49,33 @@ class PymunkModel:
             for joint in self._mechanism.joints
             if not self._is_replaced_by_pin(joint)
         ]
-        for constraint in [constraint for one in joint_constraints for constraint in one.constraints]:
+        for constraint in [constraint for constraints in joint_constraints for constraint in constraints.constraints]:
             self._add_constraint(constraint)
-        self._pre_step_updates = [update for one in joint_constraints for update in one.updates]
-        has_damping = any(isinstance(load, Damper | TorsionDamper) for load in self._mechanism.force_elements)
+        self._pre_step_updates = [update for constraints in joint_constraints for update in constraints.updates]
+        has_damping = any(isinstance(element, Damper | TorsionDamper) for element in self._mechanism.force_elements)
         has_damping = has_damping or bool(output_dampers_of(scene))
         self._velocity_extrapolator = VelocityExtrapolator([proxy.pymunk_body for proxy in self._proxies] if has_damping else [])
         self._has_damping = has_damping
         body_forces = [make_body_force(scene, proxy) for proxy in self._proxies]
         self._force_callbacks = [force_callback for force_callback, _ in body_forces] + self._make_element_forces()
         self.evaluation_counts = Counter(law for _, laws in body_forces for law in laws)
-        """How often one step evaluates each force law."""
+        """Number of evaluations of each force law per step."""
         self.evaluation_counts.update(
             {"springs, dampers, forces": len(self._mechanism.force_elements)} if self._mechanism.force_elements else {}
         )
-        self.output_forces: OutputForces | None = None
-        """The loads along readings; None where the scene has none."""
+        self.output_forces = OutputForces(scene, self._proxies, self._velocity_extrapolator)
+        self.pinned_mask = np.array([[proxy.is_pinned, proxy.is_pinned, False] for proxy in self._proxies])
+        """(bodies, 3) coordinates that are fixed because a body is reduced to its pin on the ground."""
         if scene.output_effects:
-            self.output_forces = OutputForces(scene, self._proxies, self._velocity_extrapolator)
             self._force_callbacks.append(self.output_forces.apply)
             self.evaluation_counts.update(self.output_forces.evaluation_counts)
 
     def start(self, poses: FloatArray, velocities: FloatArray, inputs: StepInputs) -> None:
-        """Stand at poses (bodies, 3) with velocities half a step ahead; in the plain way, as they are.
+        """Set poses (bodies, 3) and velocities half a step ahead of them; a plain model takes the velocities as they are.
 
-        The first moment is that at the start, as if half a step had just ended: h is half of the step that follows.
+        `inputs` are those of the start time, as if a half step had just ended: `inputs.h` is half of the following step.
         """
-        if self.output_forces is not None:
-            self.output_forces.reset()
+        self.output_forces.reset()
         lag = 0.0 if self.is_plain else inputs.h
         for proxy, pose, velocity in zip(self._proxies, poses, velocities, strict=True):
             proxy.set_state(pose, velocity, lag)
@@ -82,11 +83,10 @@ class PymunkModel:
             self._step(inputs, 0.0)
 
     def make_contact_constraint(self, contact: int, output: int, effect: str, reading: str) -> FrictionStopConstraint:
-        """The joints that may hold a reading; `at` and keeper are where it stands among readings and keepers.
+        """Return the constraints that can hold joint contact; `contact` and `output` are its indices among contacts and outputs.
 
-        Raises UnsupportedEffect for a reading that no joint can hold. The poses must be those of a start.
+        Raises UnsupportedEffect if no pymunk joint can hold the output variable. The poses must be those of a start.
         """
-        assert self.output_forces is not None
         constraint = FrictionStopConstraint(
             self._space, [proxy.pymunk_body for proxy in self._proxies], output, contact, self._mechanism.length_scale
         )
@@ -95,10 +95,11 @@ class PymunkModel:
         return constraint
 
     def step(self, inputs: StepInputs) -> None:
-        """One pymunk step with all loads set."""
+        """Take joint pymunk step with all forces applied."""
         self._step(inputs, 0.5 * inputs.h)
 
     def _step(self, inputs: StepInputs, half_step: float) -> None:
+        """Apply the forces, `half_step` seconds after the last velocities, and step the space."""
         lead = 0.0 if self.is_plain else inputs.h
         if self._has_damping:
             self._velocity_extrapolator.predict(0.0 if self.is_plain else half_step)
@@ -110,38 +111,33 @@ class PymunkModel:
         self._space.step(inputs.h)
 
     def set_iteration_factor(self, factor: int) -> None:
-        """Solve the joints with so many times the iterations from now on."""
+        """Multiply the number of solver iterations by `factor` from now on."""
         self._space.iterations = factor * self._iterations
 
-    @property
-    def dissipated_energy(self) -> float:
-        """What brakes and friction have taken so far (J)."""
-        return 0.0 if self.output_forces is None else self.output_forces.dissipated_energy
-
     def zero_velocities(self) -> None:
-        """Take all velocities away."""
+        """Set all velocities to zero."""
         for proxy in self._proxies:
             proxy.pymunk_body.velocity = (0.0, 0.0)
             proxy.pymunk_body.angular_velocity = 0.0
 
     def kinetic_energy(self) -> float:
-        """In the plane (J), half a step ahead of the poses."""
+        """Return the kinetic energy in the plane (J), half a step ahead of the poses."""
         return 0.5 * sum(proxy.pymunk_body.kinetic_energy for proxy in self._proxies)
 
     def poses(self) -> FloatArray:
-        """Poses (bodies, 3) of the pymunk bodies: see `of_mass_centres`."""
+        """Return the poses (bodies, 3) of the pymunk bodies; see `to_mass_centres`."""
         return np.array([(*proxy.pymunk_body.position, proxy.pymunk_body.angle) for proxy in self._proxies])
 
     def velocities(self) -> FloatArray:
-        """Velocities (bodies, 3) of the pymunk bodies, half a step ahead of their poses."""
+        """Return the velocities (bodies, 3) of the pymunk bodies, half a step ahead of their poses."""
         return np.array([(*proxy.pymunk_body.velocity, proxy.pymunk_body.angular_velocity) for proxy in self._proxies])
 
-    def pinned_bodies(self) -> NDArray[np.bool_]:
-        """(bodies,) which bodies are carried by a pin to the ground."""
-        return np.array([proxy.is_pinned for proxy in self._proxies])
+    def to_proxy_velocities(self, velocities: FloatArray) -> FloatArray:
+        """Convert velocities (bodies, 3) of the mass centres to those of the pymunk bodies; a pin on the ground does not move."""
+        return np.where(self.pinned_mask, 0.0, velocities)
 
     def to_mass_centres(self, poses: FloatArray, velocities: FloatArray) -> tuple[FloatArray, FloatArray]:
-        """Poses and velocities (..., bodies, 3) of our bodies from those of the pymunk bodies."""
+        """Convert poses and velocities (..., bodies, 3) of the pymunk bodies to those of the mass centres."""
         poses, velocities = poses.copy(), velocities.copy()
         for index, proxy in enumerate(self._proxies):
             if proxy.is_pinned:
@@ -155,7 +151,7 @@ class PymunkModel:
         return poses, velocities
 
     def predict_spindle_inertia(self, lead: float) -> float:
-        """Moment of inertia (kg m2) about the spindle at the pose predicted `ahead` seconds from now."""
+        """Return the moment of inertia about the spindle (kg m2) at the pose predicted `lead` seconds ahead."""
         poses, velocities = self.poses(), self.velocities()
         poses, _ = self.to_mass_centres(poses + lead * velocities, velocities)
         return float(
@@ -173,7 +169,7 @@ class PymunkModel:
         self._space.add(constraint)
 
     def _is_replaced_by_pin(self, joint: Joint) -> bool:
-        """A lever turns about its carrier, which cannot move: its pin needs no joint."""
+        """Return whether a pin needs no joint: a body reduced to its ground pin rotates about a pymunk body that cannot translate."""
         joined = {joint.first.body, joint.second.body}
         return isinstance(joint, Pin) and any(proxy.is_pinned and joined == {GROUND, proxy.body.name} for proxy in self._proxies)
 
@@ -188,17 +184,17 @@ class PymunkModel:
 
     def _make_element_forces(self) -> list[ForceCallback]:
         n_assigned, force_callbacks = 0, list[ForceCallback]()
-        for load in self._mechanism.force_elements:
-            count = 2 if isinstance(load, Force) else 1 if isinstance(load, Torque) else 0
-            programs = tuple(range(n_assigned, n_assigned + count))
+        for element in self._mechanism.force_elements:
+            count = 2 if isinstance(element, Force) else 1 if isinstance(element, Torque) else 0
+            program_indices = tuple(range(n_assigned, n_assigned + count))
             n_assigned += count
-            force_callbacks.append(make_element_force(load, self._element_points(load), self._velocity_extrapolator, programs))
+            force_callbacks.append(make_element_force(element, self._element_points(element), self._velocity_extrapolator, program_indices))
         return force_callbacks
 
-    def _element_points(self, load: ForceElement) -> tuple[AttachedPoint, AttachedPoint]:
-        if isinstance(load, Force):
-            return self._attach_point(Point(body=GROUND)), self._attach_point(load.point)
-        if isinstance(load, Spring | Damper):
-            return self._attach_point(load.first), self._attach_point(load.second)
-        first, second = load.bodies
+    def _element_points(self, element: ForceElement) -> tuple[AttachedPoint, AttachedPoint]:
+        if isinstance(element, Force):
+            return self._attach_point(Point(body=GROUND)), self._attach_point(element.point)
+        if isinstance(element, Spring | Damper):
+            return self._attach_point(element.first), self._attach_point(element.second)
+        first, second = element.bodies
         return self._attach_point(Point(body=first)), self._attach_point(Point(body=second))

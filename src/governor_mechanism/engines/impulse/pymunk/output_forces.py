@@ -1,4 +1,4 @@
-"""What acts along readings: springs, dashpots and friction that slides as forces, and what they take."""
+"""Forces along output variables in pymunk: springs, dashpots and sliding friction, with the energy that they dissipate."""
 
 from __future__ import annotations
 
@@ -18,16 +18,19 @@ from governor_mechanism.model.scene import Scene
 from governor_mechanism.types import FloatArray
 
 ContactConstraintUpdate = Callable[[FloatArray, FloatArray, FloatArray, StepInputs], None]
-"""Make what holds a reading ready: poses (bodies, 3) that the step is about to reach, values (readings,) and gradients
-(readings, bodies, 3) there, what holds then."""
+"""Update the constraints of one contact before a step.
+
+Arguments: predicted poses (bodies, 3), output values (outputs,), output Jacobian (outputs, bodies, 3) at these poses, step inputs.
+"""
 
 
 class OutputForces:
-    """The loads along the readings of one scene, at the pose that the next step is about to reach.
+    """Forces along the output variables of a scene, at the pose that the next step is about to reach.
 
-    values (readings,) and gradients (readings, bodies, 3) are those of the last step, by the poses of the carriers.
-    sliding: the sign of the motion that the friction of each keeper opposes, 0 where it does not slide. taut: whether
-    each one-sided spring pulls; None where its length is to say so. lost (J): what brakes and friction have taken.
+    `output_values` (outputs,) and `output_jacobian` (outputs, bodies, 3) belong to the last step and to the poses of the body proxies.
+    `sliding_directions` is the sign of the motion that the friction of each contact opposes, 0 if it does not slide. `is_taut` states for
+    each one-sided spring whether it pulls; an empty list derives it from the length. `dissipated_energy` (J) is the loss in dashpots and
+    friction.
     """
 
     def __init__(self, scene: Scene, proxies: list[BodyProxy], velocity_extrapolator: VelocityExtrapolator) -> None:
@@ -42,7 +45,7 @@ class OutputForces:
         self._n_frictions = sum(contact.friction is not None for contact in contacts)
         self._contact_outputs = [names.index(contact.output_name) for contact in contacts]
         self.sliding_directions = [0] * len(contacts)
-        self.is_taut: list[bool] | None = None
+        self.is_taut: list[bool] = []
         self.contact_updates: list[ContactConstraintUpdate] = []
         self.output_values, self.output_jacobian = np.zeros(len(names)), np.zeros((len(names), len(proxies), 3))
         self.dissipated_energy = 0.0
@@ -50,24 +53,24 @@ class OutputForces:
 
     @property
     def evaluation_counts(self) -> dict[str, int]:
-        """How often one step evaluates each law."""
+        """Return how often one step evaluates each force law."""
         counts = {"springs on readings": len(self._springs), "dashpots": len(self._dashpots), "dry friction": self._n_frictions}
         return {law: count for law, count in counts.items() if count}
 
     def reset(self) -> None:
-        """The next step is the half one with which a motion starts: nothing has moved before it."""
+        """Forget the previous step: the next one is the half step that starts a motion."""
         self._previous_step = None
 
     def apply(self, lead: float, inputs: StepInputs) -> None:
-        """Add all loads to the forces on the carriers, and make what holds readings ready."""
+        """Add all forces to the body proxies and update the contact constraints, at the pose `lead` seconds ahead."""
         poses = np.array([_predict_pose(proxy, lead) for proxy in self._proxies])
         self.evaluate_outputs(poses)
         self._add_dissipation(inputs)
         forces = np.zeros(len(self.output_values))
-        taut_flags = iter(self.is_taut or ())
+        taut_flags = iter(self.is_taut)
         for output, spring in self._springs:
             value = float(self.output_values[output])
-            if spring.one_sided and not (value > spring.free_value if self.is_taut is None else next(taut_flags)):
+            if spring.one_sided and not next(taut_flags, value > spring.free_value):
                 continue
             forces[output] -= spring_force(spring.rate, spring.free_value, value)
         for output, dashpot in self._dashpots:
@@ -86,17 +89,17 @@ class OutputForces:
             update(poses, self.output_values, self.output_jacobian, inputs)
 
     def evaluate_outputs(self, poses: FloatArray) -> None:
-        """Take values and gradients at poses (bodies, 3) of the carriers."""
+        """Evaluate the output values and their Jacobian at poses (bodies, 3) of the body proxies."""
         self.output_values = evaluate_residuals(self._rows, poses[np.newaxis], self._zero_drive_values)[0]
         self.output_jacobian = evaluate_jacobian(self._rows, poses[np.newaxis])[0]
 
     def output_rates(self, velocities: FloatArray) -> FloatArray:
-        """How fast all readings change (readings,) at velocities of the carriers (bodies, 3)."""
+        """Return the rates (outputs,) of all output variables for proxy velocities (bodies, 3)."""
         rates: FloatArray = self.output_jacobian.reshape(len(self.output_jacobian), -1) @ velocities.ravel()
         return rates
 
     def dissipated_power(self, rates: FloatArray, friction_limits: tuple[float, ...]) -> float:
-        """What brakes and sliding friction take (W) at rates (readings,) and frictions."""
+        """Return the power (W) that dashpots and sliding friction dissipate at output rates (outputs,) and friction limits."""
         power = 0.0
         for output, dashpot in self._dashpots:
             rate = float(rates[output])
@@ -106,7 +109,7 @@ class OutputForces:
         return power
 
     def _predicted_rate(self, output: int) -> float:
-        """How fast a reading changes at the end of the coming step."""
+        """Return the rate of an output variable extrapolated to the end of the coming step."""
         rate = 0.0
         for proxy, (x, y, angle) in zip(self._proxies, self.output_jacobian[output].tolist(), strict=True):
             u, v, w = self._velocity_extrapolator.predicted[proxy.pymunk_body]
@@ -114,7 +117,7 @@ class OutputForces:
         return rate
 
     def _add_dissipation(self, inputs: StepInputs) -> None:
-        """What brakes and friction take in a step whose way and time are known: the midpoint's power."""
+        """Add the energy dissipated in the last step, whose displacement and length are known, by the midpoint rule."""
         if self._previous_step is not None:
             previous_values, previous_limits = self._previous_step
             displacements = self.output_values - previous_values
@@ -129,6 +132,7 @@ class OutputForces:
 
 
 def _predict_pose(proxy: BodyProxy, lead: float) -> tuple[float, float, float]:
+    """Return the pose (x, y, angle) of a body proxy `lead` seconds ahead."""
     body = proxy.pymunk_body
     position, velocity = body.position, body.velocity
     x, y = position.x + velocity.x * lead, position.y + velocity.y * lead

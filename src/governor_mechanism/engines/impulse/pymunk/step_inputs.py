@@ -1,4 +1,4 @@
-"""What holds at the end of one step."""
+"""Values of all time functions at the end of one step."""
 
 from __future__ import annotations
 
@@ -7,11 +7,11 @@ from dataclasses import dataclass
 
 @dataclass(frozen=True, slots=True)
 class StepInputs:
-    """What a step of h seconds ends with, where its kick acts; `following` (s) is the length of the next step.
+    """Inputs of a step of `h` seconds, where its kick acts; `next_h` (s) is the length of the following step.
 
-    square: the spindle's speed squared (rad2/s2). scale lengthens the kick where the next step has another length.
-    programs: the loads' programs now; motions: where drives are to be at the end of the next step (rad, m); frictions:
-    what friction bears on each reading that may be held (N, or N m).
+    `spindle_speed_squared` is in rad2/s2. `kick_scale` lengthens the kick if the next step has another length. `load_values` are the time
+    functions of the force elements (N, N m); `drive_values` are the prescribed drives at the end of the next step (rad, m);
+    `friction_limits` are the largest friction forces of the contacts (N, or N m).
     """
 
     h: float

@@ -5,7 +5,7 @@ from __future__ import annotations
 import math
 from collections.abc import Sequence
 
-from governor_mechanism.machines.pendulum.machine import LEFT_BALL, RIGHT_BALL
+from governor_mechanism.machines.pendulum.bodies import LEFT_BALL, RIGHT_BALL
 from governor_mechanism.model.scene import Part
 from governor_mechanism.render.effect_state import NO_EFFECTS, EffectState
 from governor_mechanism.render.geometry.free_space import first_free_position, horizontal_extents, select_extreme_poses
