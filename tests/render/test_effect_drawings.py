@@ -117,7 +117,7 @@ def test_no_words_overlap_with_every_effect_in_the_picture():
     picture = FramePainter(run, interpolate_frame_data(run, run.scene.part, (0.0, 1.0), np.linspace(0, 1, 26)))
     picture.update(25)
     boxes = words_of(picture)
-    assert any(words.startswith("play, ") for words, _ in boxes)
+    assert any(words.startswith("clearance, ") for words, _ in boxes)
     for (words, box), (others, other) in itertools.combinations(boxes, 2):
         assert not box.padded(-1.0).overlaps(other.padded(-1.0)), f"{words!r} overlaps {others!r}"
 
