@@ -147,7 +147,7 @@ def test_link_that_passes_its_dead_centre_ends_the_run_although_the_arm_reverses
     scene = governor_scene(dimensions, speed=60.0, angle=limit.high - 0.02, rate=0.5, output_interval=0.25)
     run = engine().run(scene)
     assert run.outcome is Outcome.LEFT_RANGE
-    assert "the link stands at 90 degrees" in run.message
+    assert "the link is at 90 degrees" in run.message
 
 
 @pytest.mark.parametrize("engine", ENGINES)

@@ -7,7 +7,7 @@ from invalid_scenes.scenes import DEFAULT_TABLES, SCENE_HEADER, format_dimension
 
 PARABOLIC_MACHINE = 'machine = "parabolic_governor"\n'
 PARABOLIC_DIMENSIONS = 'double_parameter = 0.6\ninner_radius = 0.05\nouter_radius = 0.25\nball_mass = "1 kg"\nsleeve_mass = "4 kg"'
-NOT_APPLICABLE = "has none, its bodies have their own masses; leave the effect out"
+NOT_APPLICABLE = "does not support it; leave the effect out"
 
 
 def with_effects(*lines: str, start: str | None = DEFAULT_TABLES["start"], spindle: str = DEFAULT_TABLES["spindle"]) -> str:
@@ -60,19 +60,19 @@ BROKEN_EFFECTS: list[tuple[str, str, list[str]]] = [
         "rods and play of another machine",
         parabolic_scene('rods = { arm_mass = "0.6 kg" }', 'clearance = "1 mm"'),
         [
-            f"[effects] rods are those of a governor with arms and links; machine 'parabolic_governor' {NOT_APPLICABLE}",
-            f"[effects] play is that of a sleeve on links; machine 'parabolic_governor' {NOT_APPLICABLE}",
+            f"[effects] the effect rods is for a governor with arms and links; machine 'parabolic_governor' {NOT_APPLICABLE}",
+            f"[effects] the effect clearance is for a sleeve on links; machine 'parabolic_governor' {NOT_APPLICABLE}",
         ],
     ),
     (
         "play of another machine whose dimensions are wrong",
         parabolic_scene('clearance = "1 mm"', size=PARABOLIC_DIMENSIONS.replace("0.6", "0")),
-        ["dimensions.double_parameter must be positive", "[effects] play is that of a sleeve on links"],
+        ["dimensions.double_parameter must be positive", "[effects] the effect clearance is for a sleeve on links"],
     ),
     (
         "rods and play of one's own mechanism",
         custom_scene('[effects]\nrods = { arm_mass = 1 }\nclearance = "1 mm"'),
-        [f"rods are those of a governor with arms and links; machine 'custom' {NOT_APPLICABLE}", f"machine 'custom' {NOT_APPLICABLE}"],
+        [f"the effect rods is for a governor with arms and links; machine 'custom' {NOT_APPLICABLE}", f"machine 'custom' {NOT_APPLICABLE}"],
     ),
     (
         "a spring on nothing",
@@ -170,14 +170,14 @@ BROKEN_EFFECTS: list[tuple[str, str, list[str]]] = [
         "friction as a mass, and as a force about a pin",
         with_effects('dry_friction = { sleeve = "40 kg", arm_angle = "40 N" }'),
         [
-            'effects.dry_friction.sleeve is a force; "40 kg" is no force: that is a mass; write "40 kgf" or in N',
+            'effects.dry_friction.sleeve is a force; "40 kg" is a mass, not a force; write "40 kgf" or in N',
             'effects.dry_friction.arm_angle is a torque; "40 N" is a force; write it in kgf m or N m',
         ],
     ),
     (
         "friction back in time",
         with_effects("dry_friction = { sleeve = [[1, 40], [0, 0]] }"),
-        ["effects.dry_friction.sleeve: times of a program must not fall; 0 s follows 1 s"],
+        ["effects.dry_friction.sleeve: times of an input function must not fall; 0 s follows 1 s"],
     ),
     (
         "a dashpot without oil",
@@ -286,12 +286,12 @@ BROKEN_EFFECTS: list[tuple[str, str, list[str]]] = [
     (
         "play without a sleeve",
         watt_scene('clearance = "0.5 mm"'),
-        ["[effects] play is between links and sleeve; a governor without sleeve_mass has no sleeve to move in it"],
+        ["[effects] clearance is between links and sleeve; a governor without sleeve_mass has no sleeve"],
     ),
     (
         "play of links with mass",
         with_effects('clearance = "0.5 mm"', 'rods = { link_mass = "0.5 kg" }'),
-        ["[effects] rods.link_mass cannot stand beside play: links that let go of the sleeve have no mass here"],
+        ["[effects] rods.link_mass cannot be combined with clearance: links that separate from the sleeve are massless"],
     ),
     (
         "play between stops",
@@ -366,7 +366,7 @@ BROKEN_EFFECTS: list[tuple[str, str, list[str]]] = [
         ),
         [
             'machine "xyzzy" is unknown',
-            'effects.dry_friction.whatever is a force; "40 kg" is no force',
+            'effects.dry_friction.whatever is a force; "40 kg" is a mass, not a force',
             "effects.stops.lean must have its low end first and below the high one",
             'effects.clearance is a length; "1 kg" is a mass',
         ],
@@ -377,7 +377,7 @@ BROKEN_EFFECTS: list[tuple[str, str, list[str]]] = [
         [
             'readings.lean: angle names the unknown body "crnk"',
             'effects.gravity is an acceleration; "x" has no number',
-            'effects.dry_friction.lean is a force; "40 kg" is no force',
+            'effects.dry_friction.lean is a force; "40 kg" is a mass, not a force',
         ],
     ),
 ]

@@ -220,17 +220,17 @@ BROKEN_SCENES: list[tuple[str, str, list[str]]] = [
     (
         "speed in hertz",
         scene_text(spindle='speed = "2 Hz"'),
-        ['spindle.speed is an angular speed; "2 Hz" may count turns or radians; write "120 rpm" or "2 rad/s"'],
+        ['spindle.speed is an angular speed; "2 Hz" may mean turns or radians; write "120 rpm" or "2 rad/s"'],
     ),
     (
         "falling times",
         scene_text(spindle='speed = [[0, "120 rpm"], [5, "126 rpm"], [4, "120 rpm"]]'),
-        ["spindle.speed: times of a program must not fall; 4 s follows 5 s"],
+        ["spindle.speed: times of an input function must not fall; 4 s follows 5 s"],
     ),
     (
         "three points at one time",
         scene_text(spindle="speed = [[0, 12], [5, 12], [5, 13], [5, 14]]"),
-        ["spindle.speed: three points of a program stand at 5 s; a step takes two"],
+        ["spindle.speed: three points of an input function are at 5 s; a step takes two"],
     ),
     ("empty program", scene_text(spindle="speed = []"), ["spindle.speed is an empty program; write [[0,"]),
     (
@@ -292,7 +292,7 @@ BROKEN_SCENES: list[tuple[str, str, list[str]]] = [
             'dimensions.arm is a length; "300" has no unit',
             "dimensions.sleve_mass is unknown",
             'effects.centrifugal must be true or false; found "yes"',
-            'spindle.speed, point 1: speed is an angular speed; "2 Hz" may count',
+            'spindle.speed, point 1: speed is an angular speed; "2 Hz" may mean',
             "spindle.speed, point 2: must be [time, speed]; found [1]",
             'start.arm_angle is an angle; "40 mm" is a length',
             'run.output_interval must be positive; found "-1 s"',
