@@ -99,7 +99,7 @@ def test_settings_that_make_no_sense_are_refused(settings, sentence):
     [
         ({"accuracy": 0.0}, "between 0 and 1"),
         ({"accuracy": math.nan}, "between 0 and 1"),
-        ({"times": np.array([0.0, 1.0, 0.5])}, "rise from one to the next"),
+        ({"times": np.array([0.0, 1.0, 0.5])}, "strictly increasing"),
         ({"times": np.array([-1.0, 1.0])}, "start at 0"),
         ({"times": np.array([])}, "one-dimensional"),
         ({"times": np.array([0.0, math.nan])}, "finite"),
