@@ -43,7 +43,7 @@ ROUNDING_TOLERANCE = 1e-13
 less.
 """
 
-SCENE_OUTCOMES = (Outcome.UNCERTIFIED, Outcome.LEFT_RANGE, Outcome.STALLED)
+SCENE_OUTCOMES = (Outcome.NOT_CERTIFIED, Outcome.LEFT_RANGE, Outcome.STALLED)
 """Ways to end that are the scene's: at its end, where its description no longer holds, or where a drive locks."""
 
 COMPLETE_OUTCOMES = (Outcome.DONE, Outcome.ACCURACY_MISSED, Outcome.LEFT_RANGE)

@@ -184,7 +184,7 @@ def test_an_accuracy_out_of_reach_is_not_claimed():
 
 def test_a_single_run_is_not_certified():
     run = ImpulseEngine(step=1e-3, plain=True).run(porter())
-    assert run.outcome is Outcome.UNCERTIFIED
+    assert run.outcome is Outcome.NOT_CERTIFIED
     assert run.error_estimate is None
     run.raise_if_failed()
 
@@ -216,7 +216,7 @@ def test_the_same_pin_may_stand_on_either_side_of_its_joint():
 @pytest.mark.parametrize("step", [1e-300, 1e300])
 def test_an_absurd_step_is_no_crash(step):
     run = ImpulseEngine(step=step, runs=1, max_steps=1000).run(porter())
-    assert run.outcome in (Outcome.STEP_LIMIT, Outcome.UNCERTIFIED, Outcome.JOINT_OPENED, Outcome.LEFT_RANGE)
+    assert run.outcome in (Outcome.STEP_LIMIT, Outcome.NOT_CERTIFIED, Outcome.JOINT_OPENED, Outcome.LEFT_RANGE)
 
 
 def test_a_run_of_centuries_is_cut_before_it_fills_the_memory():

@@ -487,7 +487,7 @@ def test_too_many_steps_end_the_run_by_name():
 def test_a_run_without_certificate_says_so_and_is_the_same():
     scene = governor_scene(PORTER, speed=12.2, angle=0.6)
     certified, plain = (ReducedEngine(tolerance=1e-10).run(scene, certify=certify) for certify in (True, False))
-    assert plain.outcome is Outcome.UNCERTIFIED
+    assert plain.outcome is Outcome.NOT_CERTIFIED
     assert plain.error_estimate is None
     assert (certified.cost.runs, plain.cost.runs) == (2, 1)
     np.testing.assert_array_equal(plain.poses, certified.poses)

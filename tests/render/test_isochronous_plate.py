@@ -13,7 +13,6 @@ from matplotlib.colors import to_hex
 from matplotlib.lines import Line2D
 from PIL import Image
 
-from governor_mechanism.closed_form.parabolic import isochronous_curve as isochronous
 from governor_mechanism.effects.centrifugal import Centrifugal
 from governor_mechanism.effects.gravity import Gravity
 from governor_mechanism.errors import MechanismError
@@ -160,9 +159,7 @@ def test_the_family_lies_about_the_speed_at_the_start(scene):
     for speed in plate.speeds:
         x, y = plate.point_at_45_degrees(speed)
         assert x == pytest.approx(2 * y, rel=1e-14)
-        assert isochronous.parabola_angle(abscissa=x, double_parameter=plate.double_parameter(speed)) == pytest.approx(
-            math.pi / 4, rel=1e-14
-        )
+        assert 2 * x / plate.double_parameter(speed) == pytest.approx(1.0, rel=1e-14)
 
 
 @pytest.mark.parametrize("name", RHOMBUSES)

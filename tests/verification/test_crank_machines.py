@@ -74,8 +74,8 @@ def test_the_loads_are_checked_and_a_wrong_mass_is_found(monkeypatch):
     ("effects", "note"),
     [
         ({}, "no part has mass"),
-        ({"masses": {"crank": 9.0, "rod": 3.0}}, "'gudgeon' joins nothing that has mass on both sides"),
-        ({"masses": SLIDER_CRANK_MASSES, "spring": {"crosshead_distance": {"rate": 10.0}}}, "something else acts"),
+        ({"masses": {"crank": 9.0, "rod": 3.0}}, "'gudgeon' does not join two parts with mass"),
+        ({"masses": SLIDER_CRANK_MASSES, "spring": {"crosshead_distance": {"rate": 10.0}}}, "other forces act"),
     ],
 )
 def test_what_is_left_out_is_said(effects, note):

@@ -91,7 +91,7 @@ class CertifiedRunner(ABC, Generic[Run]):
         wall_time = time.perf_counter() - start_time - self.setup_time
         is_certified = best.error_estimate is not None
         return self.evaluator.make_trajectory(
-            replace(self.complete_result(best), outcome=best.outcome or _classify_accuracy(best.error_estimate, self.request.accuracy)),
+            replace(self.complete_result(best), outcome=best.outcome or classify_accuracy(best.error_estimate, self.request.accuracy)),
             cost=self.make_cost(best, wall_time),
             settings={**settings, "asked_accuracy": self.request.accuracy, "certified": is_certified},
         )
@@ -138,8 +138,8 @@ class CertifiedRunner(ABC, Generic[Run]):
         return best
 
 
-def _classify_accuracy(error_estimate: float | None, accuracy: float) -> Outcome:
-    """Return the outcome of a run that reached its end."""
+def classify_accuracy(error_estimate: float | None, accuracy: float) -> Outcome:
+    """Return the outcome of a run that reached its end; the estimate is None without a certificate."""
     if error_estimate is None:
-        return Outcome.UNCERTIFIED
+        return Outcome.NOT_CERTIFIED
     return Outcome.DONE if error_estimate <= accuracy else Outcome.ACCURACY_MISSED

@@ -8,8 +8,8 @@ from governor_mechanism.mechanics.dynamics.output_forces import (
     EVENT_SAMPLE_FRACTIONS,
     EventFunctionKind,
     evaluate_multibody_event_functions,
-    interpolate_quintic_hermite,
 )
+from governor_mechanism.numerics.hermite import interpolate_quintic_hermite
 from governor_mechanism.numerics.jit import jit_internal
 from governor_mechanism.types import FloatArray, IntArray
 

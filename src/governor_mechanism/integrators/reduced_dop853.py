@@ -3,14 +3,15 @@
 from __future__ import annotations
 
 import math
+from enum import IntEnum
 from typing import NamedTuple
 
 import numpy as np
 
 from governor_mechanism.integrators.tableau import DENSE_NODES, DENSE_STAGES, DENSE_WEIGHTS, ERROR_3, ERROR_5, NODES, STAGES, WEIGHTS
 from governor_mechanism.mechanics.reduction.equation_of_motion import N_QUADRATURES, ReducedModel, evaluate_equation_of_motion
-from governor_mechanism.mechanics.reduction.lowering import IS_CONSERVATIVE
-from governor_mechanism.mechanics.reduction.node_evaluation import POTENTIAL_COLUMN, QUADRATIC_COLUMN
+from governor_mechanism.mechanics.reduction.lowering import ForceParameter
+from governor_mechanism.mechanics.reduction.node_evaluation import TableColumn
 from governor_mechanism.mechanics.reduction.table import find_piece
 from governor_mechanism.numerics.chebyshev import evaluate_piece, evaluate_piece_inline
 from governor_mechanism.numerics.jit import jit_internal
@@ -18,6 +19,17 @@ from governor_mechanism.types import FloatArray, IntArray
 
 FIRST_NONZERO_STAGE = np.array([1, 1, 1, 2, 2, 3, 3, 3, 3, 3, 3, 3, 5])
 """First stage after stage 0 with a nonzero coefficient, for each stage and (last) for the step itself."""
+
+
+class StepCounter(IntEnum):
+    """Indices of the counters of an integration."""
+
+    ACCEPTED = 0
+    REJECTED = 1
+    EVALUATIONS = 2
+    """Evaluations of the equation of motion."""
+    MOVING_EVALUATIONS = 3
+    """Those while the mechanism is not held."""
 
 
 class Stages(NamedTuple):
@@ -89,7 +101,7 @@ def take_step(
     side : int
         -1, or the side on which a stage leaves the table: 0 below, 1 above.
     """
-    if model.parameters[IS_CONSERVATIVE] != 0.0:
+    if model.parameters[ForceParameter.IS_CONSERVATIVE] != 0.0:
         return _take_conservative_step(
             model.coefficients,
             model.intervals,
@@ -152,8 +164,8 @@ def _take_conservative_step(
                 break
         rates[stage] = v_end
         accelerations[stage] = evaluate_piece_inline(
-            coefficients, piece_index, QUADRATIC_COLUMN, t
-        ) * v_end * v_end + evaluate_piece_inline(coefficients, piece_index, POTENTIAL_COLUMN, t)
+            coefficients, piece_index, TableColumn.QUADRATIC, t
+        ) * v_end * v_end + evaluate_piece_inline(coefficients, piece_index, TableColumn.POTENTIAL, t)
     return q_end, v_end, piece_index, side
 
 
@@ -334,7 +346,7 @@ def prepare_dense_output(
         model.intervals,
         model.neighbours,
         model.periodicity,
-        model.parameters[IS_CONSERVATIVE] != 0.0,
+        model.parameters[ForceParameter.IS_CONSERVATIVE] != 0.0,
     )
     for extra in range(3):
         mean_rate = mean_acceleration = 0.0
@@ -347,9 +359,9 @@ def prepare_dense_output(
         v_stage = v + h * mean_acceleration
         rates[13 + extra] = v_stage
         if is_conservative:
-            accelerations[13 + extra] = evaluate_piece(coefficients, piece_index, QUADRATIC_COLUMN, t) * v_stage * v_stage + evaluate_piece(
-                coefficients, piece_index, POTENTIAL_COLUMN, t
-            )
+            accelerations[13 + extra] = evaluate_piece(
+                coefficients, piece_index, TableColumn.QUADRATIC, t
+            ) * v_stage * v_stage + evaluate_piece(coefficients, piece_index, TableColumn.POTENTIAL, t)
         else:
             stage_time = local_time + DENSE_NODES[extra] * h
             accelerations[13 + extra] = evaluate_equation_of_motion(

@@ -21,7 +21,7 @@ class Outcome(Enum):
     """How a run ended. Each value is a sentence for the user."""
 
     DONE = "ran to the end within the requested accuracy"
-    UNCERTIFIED = "ran to the end; its accuracy was not certified"
+    NOT_CERTIFIED = "ran to the end; its accuracy was not certified"
     ACCURACY_MISSED = "ran to the end, but the requested accuracy was not reached; relax it (multibody reaches the highest)"
     LEFT_RANGE = "the mechanism leaves the range in which its description is valid, and the run ends there"
     DEAD_CENTRE = "the coordinate of the engine has a turning point there; try engine multibody"
@@ -33,7 +33,7 @@ class Outcome(Enum):
     @property
     def ok(self) -> bool:
         """Whether the run reached its end and met all requirements."""
-        return self in (Outcome.DONE, Outcome.UNCERTIFIED)
+        return self in (Outcome.DONE, Outcome.NOT_CERTIFIED)
 
 
 @dataclass(frozen=True, kw_only=True)

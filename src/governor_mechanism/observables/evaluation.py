@@ -206,7 +206,7 @@ class ReadingEvaluator:
             scales=self.reading_scales(),
             joint_gap=observables.joint_gap,
             energy=observables.energy,
-            outcome=result.outcome or Outcome.UNCERTIFIED,
+            outcome=result.outcome or Outcome.NOT_CERTIFIED,
             detail=result.detail,
             cost=cost,
             error_estimate=result.error_estimate,

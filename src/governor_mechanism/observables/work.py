@@ -17,29 +17,11 @@ from governor_mechanism.mechanics.kinematics.output_variables import evaluate_ou
 from governor_mechanism.mechanics.kinematics.time_functions import CubicTimeFunction
 from governor_mechanism.model.scene import Scene
 from governor_mechanism.model.state_history import StateHistory
+from governor_mechanism.numerics.hermite import cubic_hermite, cubic_hermite_derivative, quintic_hermite
 from governor_mechanism.types import FloatArray
 
 N_GAUSS_POINTS = 4
 """Gauss points in each interval: order 8."""
-
-QUINTIC_HERMITE_BASIS = np.array(
-    [
-        [1.0, 0.0, 0.0, -10.0, 15.0, -6.0],
-        [0.0, 1.0, 0.0, -6.0, 8.0, -3.0],
-        [0.0, 0.0, 0.5, -1.5, 1.5, -0.5],
-        [0.0, 0.0, 0.0, 10.0, -15.0, 6.0],
-        [0.0, 0.0, 0.0, -4.0, 7.0, -3.0],
-        [0.0, 0.0, 0.0, 0.5, -1.0, 0.5],
-    ]
-)
-"""Coefficients of the quintic Hermite basis by ascending powers of the interval fraction.
-
-Rows: value, first and second derivative at the start of the interval, then the same at its end.
-"""
-
-
-CUBIC_HERMITE_BASIS = np.array([[1.0, 0.0, -3.0, 2.0], [0.0, 1.0, -2.0, 1.0], [0.0, 0.0, 3.0, -2.0], [0.0, 0.0, -1.0, 1.0]])
-"""Coefficients of the cubic Hermite basis, likewise, for values and first derivatives."""
 
 
 def integrate_work(
@@ -77,18 +59,19 @@ def integrate_work(
     durations = np.diff(times)
     h = durations[:, np.newaxis, np.newaxis]
     increments = np.zeros_like(durations)
-    end_values, basis = [poses[:-1], h * velocities[:-1], poses[1:], h * velocities[1:]], CUBIC_HERMITE_BASIS
+    ends = (poses[:-1], poses[1:], velocities[:-1], velocities[1:])
     if not contact_modes:
-        end_values, basis = _quintic_end_values(evaluate_motion, history, h), QUINTIC_HERMITE_BASIS
+        start_accelerations = evaluate_motion(times, poses, velocities).accelerations[:-1]
+        # A jump at a monitor time belongs to the interval that starts there.
+        end_accelerations = evaluate_motion(np.nextafter(times, -np.inf), poses, velocities).accelerations[1:]
     for node, weight in zip(*leggauss(N_GAUSS_POINTS), strict=True):
         fraction = 0.5 * (1.0 + node)
-        exponents = np.arange(basis.shape[1])
-        powers = fraction**exponents
-        power_derivatives = exponents * fraction ** np.maximum(exponents - 1, 0)
-        segment_poses = np.asarray(sum(coefficient * end_value for coefficient, end_value in zip(basis @ powers, end_values, strict=True)))
-        segment_velocities = np.asarray(
-            sum(coefficient * end_value for coefficient, end_value in zip(basis @ power_derivatives, end_values, strict=True)) / h
-        )
+        if contact_modes:
+            segment_poses, segment_velocities = cubic_hermite(*ends, h, fraction), cubic_hermite_derivative(*ends, h, fraction)
+        else:
+            segment_poses, segment_velocities = quintic_hermite(
+                poses[:-1], velocities[:-1], start_accelerations, poses[1:], velocities[1:], end_accelerations, h, fraction
+            )
         segment_times = times[:-1] + fraction * durations
         power = evaluate_motion(segment_times, segment_poses, segment_velocities).power + _compute_dissipated_power(
             scene, segment_times, segment_poses, segment_velocities, contact_modes
@@ -115,14 +98,3 @@ def _compute_dissipated_power(
             sliding_signs = np.array([mode.sliding_signs[k] for mode in contact_modes[: len(times)]])
             dissipated_power += CubicTimeFunction(contact.friction)(times) * sliding_signs * evaluate_rate(contact.output_name)
     return dissipated_power
-
-
-def _quintic_end_values(
-    evaluate_motion: Callable[[FloatArray, FloatArray, FloatArray], InverseDynamics], history: StateHistory, h: FloatArray
-) -> list[FloatArray]:
-    """Return poses, scaled velocities and accelerations at both ends of every interval of length h (s)."""
-    times, poses, velocities = history.times, history.poses, history.velocities
-    accelerations_after = evaluate_motion(times, poses, velocities).accelerations[:-1]
-    # A jump at a monitor time belongs to the interval that starts there.
-    accelerations_before = evaluate_motion(np.nextafter(times, -np.inf), poses, velocities).accelerations[1:]
-    return [poses[:-1], h * velocities[:-1], h**2 * accelerations_after, poses[1:], h * velocities[1:], h**2 * accelerations_before]

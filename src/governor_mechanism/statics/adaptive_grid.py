@@ -13,6 +13,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from governor_mechanism.mechanics.reduction.lagrangian import PathCoefficients, SingleDofReduction
+from governor_mechanism.numerics.hermite import cubic_hermite, cubic_hermite_derivative
 from governor_mechanism.types import BoolArray, FloatArray, IntArray
 
 N_INITIAL_INTERVALS = 160
@@ -132,9 +133,8 @@ def _hermite_midpoint(
 ) -> tuple[FloatArray, FloatArray]:
     """Return value and derivative at the midpoint of the cubic Hermite interpolant on each interval."""
     low, _, high = intervals.T
-    width = coefficients.coordinate[high] - coefficients.coordinate[low]
-    middle = 0.5 * (value[low] + value[high]) + 0.125 * width * (derivative[low] - derivative[high])
-    return middle, 1.5 * (value[high] - value[low]) / width - 0.25 * (derivative[low] + derivative[high])
+    ends = (value[low], value[high], derivative[low], derivative[high], coefficients.coordinate[high] - coefficients.coordinate[low], 0.5)
+    return cubic_hermite(*ends), cubic_hermite_derivative(*ends)
 
 
 def _bisect_intervals(

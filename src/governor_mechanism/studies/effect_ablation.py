@@ -205,14 +205,13 @@ def run_effects_study(
         rows.append(_compare_toggled(name, listed, base_run, base_cost, make_scene, run_repeatedly))
         if progress is not None:
             progress(n_done, len(switches))
-    applied_keys = [key for key in TOGGLED_EFFECT_KEYS if key in switches]
     return EffectsStudy(
         scene=scene,
         accuracy=requested_accuracy,
         engine=chosen.name,
         base_cost=base_cost,
         rows=tuple(rows),
-        untried=tuple(key for key in TOGGLED_EFFECT_KEYS if key not in applied_keys and not _is_inapplicable(scene, key)),
+        untried=tuple(key for key in TOGGLED_EFFECT_KEYS if key not in switches and not _is_inapplicable(scene, key)),
     )
 
 
@@ -239,20 +238,14 @@ def _compare_toggled(
     make_scene: Callable[[], Scene],
     run_repeatedly: Callable[[Scene], tuple[Trajectory, EffectCost]],
 ) -> EffectComparison:
+    changes: dict[str, float] = {}
+    toggled_cost = None
     try:
         toggled_run, toggled_cost = run_repeatedly(make_scene())
     except MechanismError as error:
-        return EffectComparison(
-            effect=name,
-            listed=listed,
-            changes={},
-            most_changed_reading="",
-            relative_change=None,
-            cost_with=base_cost if listed else None,
-            cost_without=None if listed else base_cost,
-            note=f"cannot be switched: {error.problems[0]}",
-        )
-    changes = dict(_reading_changes(base_run, toggled_run))
+        note = f"cannot be switched: {error.problems[0]}"
+    else:
+        changes, note = dict(_reading_changes(base_run, toggled_run)), _early_end_note(base_run, toggled_run, listed)
     scaled_changes = {reading: change / base_run.scales[reading] for reading, change in changes.items()}
     most_changed = max(scaled_changes, key=lambda reading: scaled_changes[reading], default="")
     return EffectComparison(
@@ -260,10 +253,10 @@ def _compare_toggled(
         listed=listed,
         changes=changes,
         most_changed_reading=most_changed,
-        relative_change=scaled_changes.get(most_changed, 0.0),
+        relative_change=None if toggled_cost is None else scaled_changes.get(most_changed, 0.0),
         cost_with=base_cost if listed else toggled_cost,
         cost_without=toggled_cost if listed else base_cost,
-        note=_early_end_note(base_run, toggled_run, listed),
+        note=note,
     )
 
 

@@ -252,17 +252,9 @@ def stiffness(
 
 
 def squared_natural_frequency(
-    governor: HartungGovernor,
-    *,
-    lever_angle: FloatOrArray,
-    spring_force: FloatOrArray,
-    spring_rate: FloatOrArray,
-    constant_inertia: FloatOrArray | None = None,
+    governor: HartungGovernor, *, lever_angle: FloatOrArray, spring_force: FloatOrArray, spring_rate: FloatOrArray
 ) -> FloatOrArray:
-    """Return the squared natural frequency of small oscillations about an equilibrium.
-
-    At constant speed it is V" / I. With a free spindle it is larger by w^2 J'^2 / ((J0 + J) I), where J = 2 M x^2 and
-    J' = -4 M x a cos alpha. The speed is the equilibrium speed.
+    """Return the squared natural frequency V" / I of small oscillations about an equilibrium at constant speed.
 
     Parameters
     ----------
@@ -271,27 +263,18 @@ def squared_natural_frequency(
     lever_angle
         Lever angle alpha, rad.
     spring_force
-        Force P of one spring, N.
+        Force P of one spring, N; the speed is the equilibrium speed.
     spring_rate
         Rate k of one spring, N/m.
-    constant_inertia
-        Moment of inertia J0 of a free spindle alone, kg m2; None for constant speed.
 
     Returns
     -------
     FloatOrArray
         Squared natural frequency, 1/s2; negative where the equilibrium is unstable.
     """
-    alpha = _validate_lever_angle(lever_angle)
-    speed = np.asarray(equilibrium_speed(governor, lever_angle=alpha, spring_force=spring_force))
-    own_inertia = np.asarray(lever_inertia(governor, lever_angle=alpha))
-    lever_stiffness = stiffness(governor, lever_angle=alpha, spring_force=spring_force, spring_rate=spring_rate, spindle_speed=speed)
-    if constant_inertia is None:
-        return as_scalar_or_array(np.asarray(lever_stiffness) / own_inertia)
-    x = np.asarray(weight_radius(governor, lever_angle=alpha))
-    total_spindle_inertia = validate_argument(constant_inertia, "constant_inertia", "kg m2", minimum=0.0) + 2 * governor.weight_mass * x**2
-    inertia_derivative = -4 * governor.weight_mass * x * governor.weight_arm * np.cos(alpha)
-    return as_scalar_or_array((np.asarray(lever_stiffness) + (speed * inertia_derivative) ** 2 / total_spindle_inertia) / own_inertia)
+    speed = equilibrium_speed(governor, lever_angle=lever_angle, spring_force=spring_force)
+    lever_stiffness = stiffness(governor, lever_angle=lever_angle, spring_force=spring_force, spring_rate=spring_rate, spindle_speed=speed)
+    return as_scalar_or_array(np.asarray(lever_stiffness) / np.asarray(lever_inertia(governor, lever_angle=lever_angle)))
 
 
 def lever_acceleration(
@@ -338,12 +321,6 @@ def lever_acceleration(
         + validate_argument(damping, "damping", "N s/m", minimum=0.0) * height_derivative**2 * rate
     )
     return as_scalar_or_array(generalised_force / (2 * mass * a**2 + sleeve * height_derivative**2))
-
-
-def spindle_inertia(governor: HartungGovernor, *, lever_angle: FloatOrArray) -> FloatOrArray:
-    """Return the moment of inertia of the weights about the spindle, J = 2 M x^2 (kg m2)."""
-    x = np.asarray(weight_radius(governor, lever_angle=lever_angle))
-    return as_scalar_or_array(2 * governor.weight_mass * x**2)
 
 
 def spindle_acceleration(

@@ -11,16 +11,17 @@ from dataclasses import dataclass
 import numpy as np
 
 from governor_mechanism.engines.base import make_reported_times
-from governor_mechanism.engines.reduced.integration import ABOVE_TABLE, BELOW_TABLE, RUN_COMPLETED, integrate_reduced
+from governor_mechanism.engines.reduced.integration import integrate_reduced
 from governor_mechanism.engines.reduced.run import REDUCED_FIRST_STEP_RATIO, REDUCED_MAX_STEP_RATIO
 from governor_mechanism.integrators.reduced_dop853 import make_stages
+from governor_mechanism.integrators.status import IntegrationStatus
 from governor_mechanism.mechanics.dynamics.characteristic_scales import max_step_scale
 from governor_mechanism.mechanics.kinematics.output_variables import evaluate_output
 from governor_mechanism.mechanics.reduction.equation_of_motion import N_QUADRATURES, make_reduced_model
 from governor_mechanism.mechanics.reduction.lowering import lower_reduced_scene
 from governor_mechanism.mechanics.reduction.node_evaluation import continue_to_coordinate, make_node_workspace
-from governor_mechanism.mechanics.reduction.table import PiecewiseTable, allocate_table, evaluate_poses
-from governor_mechanism.mechanics.reduction.table_refinement import PIECE_ADDED, START_TABLE, extend_table
+from governor_mechanism.mechanics.reduction.table import ExtensionStatus, PiecewiseTable, TableAction, allocate_table, evaluate_poses
+from governor_mechanism.mechanics.reduction.table_refinement import extend_table
 from governor_mechanism.model.output_variables import LineAngle
 from governor_mechanism.model.scene import Scene
 from governor_mechanism.numerics.jit import warn_before_compiling
@@ -101,18 +102,19 @@ class ReducedBatch:
         table = allocate_table(arrays, BATCH_TABLE_CAPACITY)
         if (
             not continue_to_coordinate(arrays, self._workspace, start, poses)
-            or extend_table(arrays, self._workspace, table, START_TABLE, start, poses) != PIECE_ADDED
+            or extend_table(arrays, self._workspace, table, int(TableAction.START), start, poses) != ExtensionStatus.PIECE_ADDED
         ):
             return None
-        if extend_table(arrays, self._workspace, table, 1, start, poses) != PIECE_ADDED:
+        if extend_table(arrays, self._workspace, table, 1, start, poses) != ExtensionStatus.PIECE_ADDED:
             return None
         state, time, n_filled, end = np.array([start, rate, *(0.0,) * N_QUADRATURES]), 0.0, 1, float(self._times[-1])
         self._states[0] = state
-        max_step, status = REDUCED_MAX_STEP_RATIO * max_step_scale(scene), BELOW_TABLE
+        max_step = REDUCED_MAX_STEP_RATIO * max_step_scale(scene)
+        status: int = IntegrationStatus.BELOW_TABLE
         step = REDUCED_FIRST_STEP_RATIO * max_step
         model = make_reduced_model(table, forces, self._input_cubics, self._mode)
         self._counts[:] = 0
-        while status in (BELOW_TABLE, ABOVE_TABLE):
+        while status in (IntegrationStatus.BELOW_TABLE, IntegrationStatus.ABOVE_TABLE):
             limits = self._tolerance, step, max_step, self._max_steps
             status, step, n_reached, time = integrate_reduced(
                 model, (time, end), self._times[n_filled:], state, limits, self._stages, self._states[n_filled:],
@@ -120,11 +122,12 @@ class ReducedBatch:
             )  # fmt: skip
             n_filled += n_reached
             if (
-                status in (BELOW_TABLE, ABOVE_TABLE)
-                and extend_table(arrays, self._workspace, table, status - BELOW_TABLE, start, poses) != PIECE_ADDED
+                status in (IntegrationStatus.BELOW_TABLE, IntegrationStatus.ABOVE_TABLE)
+                and extend_table(arrays, self._workspace, table, status - IntegrationStatus.BELOW_TABLE, start, poses)
+                != ExtensionStatus.PIECE_ADDED
             ):
                 return None
-        if status != RUN_COMPLETED or n_filled < len(self._times):
+        if status != IntegrationStatus.DONE or n_filled < len(self._times):
             return None
         return self._make_result(scene, table, n_filled)
 

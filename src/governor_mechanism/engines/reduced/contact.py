@@ -19,9 +19,10 @@ from governor_mechanism.mechanics.reduction.equation_of_motion import (
     evaluate_static_force,
     evaluate_table_output,
 )
-from governor_mechanism.mechanics.reduction.lowering import COORDINATE_SCALE, FORCE_SCALE, TIME_SCALE
-from governor_mechanism.mechanics.reduction.node_evaluation import INVERSE_INERTIA_COLUMN
+from governor_mechanism.mechanics.reduction.lowering import ForceParameter
+from governor_mechanism.mechanics.reduction.node_evaluation import TableColumn
 from governor_mechanism.mechanics.reduction.table import find_piece
+from governor_mechanism.model.events import EventKind
 from governor_mechanism.numerics.chebyshev import evaluate_piece
 from governor_mechanism.numerics.jit import jit_internal
 from governor_mechanism.types import FloatArray, IntArray
@@ -31,8 +32,11 @@ jit_zeno_time = jit_internal(bouncing.zeno_time)
 HOLDING_FORCE_TOLERANCE = 1e-9
 """Tolerance of the force balance of a held mechanism, in force scales."""
 
-STRIKE_EVENT, STICK_EVENT, SLIP_EVENT, REST_EVENT, LEAVE_EVENT, SLACKEN_EVENT, TAUTEN_EVENT = range(7)
-"""Codes of the kinds of events in the records (time, kind, contact or spring)."""
+EVENT_KINDS = tuple(EventKind)
+"""Kinds of events; their positions are the codes in the records (time, code, contact or spring)."""
+
+STICK_EVENT, SLIP_EVENT, IMPACT_EVENT, REST_EVENT, SEPARATION_EVENT, SLACK_EVENT, TAUT_EVENT = range(7)
+"""Codes of the contact events, in the order of `EventKind`."""
 
 
 @jit_internal
@@ -57,7 +61,10 @@ def apply_transition(
     _apply_impacts(model, piece, t, time, local_time, state, rest_times, events, event_counts)
     force_index = 3 * n_contacts + n_springs
     is_released = was_held and (event_values[force_index] > 0.0 or event_values[force_index + 1] > 0.0)
-    if abs(state[1]) <= STICTION_RATE_TOLERANCE * model.parameters[COORDINATE_SCALE] / model.parameters[TIME_SCALE]:
+    if (
+        abs(state[1])
+        <= STICTION_RATE_TOLERANCE * model.parameters[ForceParameter.COORDINATE_SCALE] / model.parameters[ForceParameter.TIME_SCALE]
+    ):
         direction = _breakaway_direction(model, piece, t, local_time, is_released)
         model.mode[MODE_HELD] = 1 if direction == 0 else 0
         state[1] = 0.0 if direction == 0 else state[1]
@@ -81,7 +88,7 @@ def _update_one_sided_springs(
         is_taut = output_derivative * state[1] > 0.0 if is_at_free_value else elongation > 0.0
         if is_taut != (model.mode[1 + n_contacts + i] != 0):
             model.mode[1 + n_contacts + i] = 1 if is_taut else 0
-            record_event(events, event_counts, time, TAUTEN_EVENT if is_taut else SLACKEN_EVENT, i)
+            record_event(events, event_counts, time, TAUT_EVENT if is_taut else SLACK_EVENT, i)
 
 
 @jit_internal
@@ -95,10 +102,10 @@ def _apply_impacts(
         value, output_derivative = evaluate_table_output(model, piece, t, model.contacts[k, 0])
         if (
             find_active_stop(model, k, value, CONTACT_TOLERANCE) * output_derivative * state[1]
-            > STICTION_RATE_TOLERANCE * model.contacts[k, 5] / model.parameters[TIME_SCALE]
+            > STICTION_RATE_TOLERANCE * model.contacts[k, 5] / model.parameters[ForceParameter.TIME_SCALE]
         ):
             has_struck, restitution = True, min(restitution, model.contacts[k, 4])
-            record_event(events, event_counts, time, STRIKE_EVENT, k)
+            record_event(events, event_counts, time, IMPACT_EVENT, k)
     if not has_struck:
         return
     v_before, quadrature_rates = state[1], np.empty((1, N_QUADRATURES))
@@ -121,7 +128,7 @@ def _apply_impacts(
     if bouncing_ends:
         state[1] = 0.0
     dissipated_energy = (
-        0.5 * (v_before * v_before - state[1] * state[1]) / evaluate_piece(model.coefficients, piece, INVERSE_INERTIA_COLUMN, t)
+        0.5 * (v_before * v_before - state[1] * state[1]) / evaluate_piece(model.coefficients, piece, TableColumn.INVERSE_INERTIA, t)
     )
     state[2] += dissipated_energy
     state[3] += dissipated_energy
@@ -130,7 +137,7 @@ def _apply_impacts(
 @jit_internal
 def _breakaway_direction(model: ReducedModel, piece: int, t: float, local_time: float, is_released: bool) -> int:
     """Return the direction in which the coordinate leaves rest: 1, -1, or 0 if it is held."""
-    quadrature_rates, tolerance = np.empty((1, N_QUADRATURES)), HOLDING_FORCE_TOLERANCE * model.parameters[FORCE_SCALE]
+    quadrature_rates, tolerance = np.empty((1, N_QUADRATURES)), HOLDING_FORCE_TOLERANCE * model.parameters[ForceParameter.FORCE_SCALE]
     force = evaluate_static_force(model, piece, t, local_time, quadrature_rates)
     resistance = evaluate_friction_limit(model, piece, t, local_time)
     up_blocked, down_blocked = find_blocked_directions(model, piece, t)
@@ -180,6 +187,6 @@ def _record_hold_changes(
         value = evaluate_table_output(model, piece, t, model.contacts[k, 0])[0]
         at_stop = find_active_stop(model, k, value, REST_TOLERANCE) != 0
         if at_stop:
-            record_event(events, event_counts, rest_times[k], REST_EVENT if is_held else LEAVE_EVENT, k)
+            record_event(events, event_counts, rest_times[k], REST_EVENT if is_held else SEPARATION_EVENT, k)
         elif model.contacts[k, 1] >= 0:
             record_event(events, event_counts, rest_times[k], STICK_EVENT if is_held else SLIP_EVENT, k)

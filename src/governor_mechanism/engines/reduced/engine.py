@@ -13,9 +13,10 @@ from governor_mechanism.effects.registry import EFFECT_TYPES
 from governor_mechanism.engines.base import Engine, RunRequest
 from governor_mechanism.engines.certificate import CertifiedRunner, check_engine_settings
 from governor_mechanism.engines.initial_state import initial_state
-from governor_mechanism.engines.reduced.integration import BECAME_STIFF, RUN_COMPLETED, RUN_STALLED, integrate_reduced
-from governor_mechanism.engines.reduced.run import PATH_ENDED, REDUCED_MAX_STEP_RATIO, ReducedRun, ReducedSolution
+from governor_mechanism.engines.reduced.integration import integrate_reduced
+from governor_mechanism.engines.reduced.run import REDUCED_MAX_STEP_RATIO, ReducedRun, ReducedSolution
 from governor_mechanism.errors import MechanismError
+from governor_mechanism.integrators.status import IntegrationStatus
 from governor_mechanism.integrators.time_grid import make_time_grid
 from governor_mechanism.mechanics.kinematics.assembly import PositionSolver
 from governor_mechanism.mechanics.kinematics.output_variables import evaluate_output
@@ -148,15 +149,15 @@ class ReducedRunner(CertifiedRunner[ReducedResult]):
         reported_states = reduced_run.state_history(solution)
         time_text = f"t = {solution.end_time:.9g} s"
         outcome, detail = None, ""
-        if solution.status == PATH_ENDED:
+        if solution.status == IntegrationStatus.TABLE_ENDED:
             is_at_limit, message = reduced_run.motion_table.end_message(solution.side)
             outcome = Outcome.LEFT_RANGE if is_at_limit else Outcome.DEAD_CENTRE
             detail = f"{message}, at {time_text}"
-        elif solution.status == BECAME_STIFF:
+        elif solution.status == IntegrationStatus.STIFF:
             outcome, detail = Outcome.STIFF, f"at {time_text}"
-        elif solution.status == RUN_STALLED:
+        elif solution.status == IntegrationStatus.STALLED:
             outcome, detail = Outcome.STALLED, f"at {time_text}"
-        elif solution.status != RUN_COMPLETED:
+        elif solution.status != IntegrationStatus.DONE:
             outcome, detail = Outcome.STEP_LIMIT, f"max_steps = {self.engine.max_steps} reached at {time_text}"
         return ReducedResult(
             reported_states=reported_states,
@@ -190,6 +191,7 @@ class ReducedRunner(CertifiedRunner[ReducedResult]):
         return reduced_run.state_history(solution), partial(reduced_run.integrate_from_row, solution.states, tolerance)
 
     def make_cost(self, best: ReducedResult, wall_time: float) -> Cost:
+        """Return the cost over all runs."""
         reduced_runs = self._reduced_runs.values()
         counters = sum((reduced_run.counts for reduced_run in reduced_runs), np.zeros(4, dtype=np.int64))
         steps, rejected, evaluations, moving_evaluations = (int(count) for count in counters)

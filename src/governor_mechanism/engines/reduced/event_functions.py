@@ -16,7 +16,7 @@ from governor_mechanism.mechanics.reduction.equation_of_motion import (
     evaluate_static_force,
     evaluate_table_output,
 )
-from governor_mechanism.mechanics.reduction.lowering import FORCE_SCALE, TIME_SCALE
+from governor_mechanism.mechanics.reduction.lowering import ForceParameter
 from governor_mechanism.mechanics.reduction.table import find_piece
 from governor_mechanism.numerics.jit import jit_internal
 from governor_mechanism.types import FloatArray
@@ -97,12 +97,12 @@ def fill_event_tolerances(model: ReducedModel, event_tolerances: FloatArray) -> 
     for k in range(n_contacts):
         tolerance = EVENT_ROUNDING_RATIO * model.contacts[k, 5]
         event_tolerances[3 * k], event_tolerances[3 * k + 1], event_tolerances[3 * k + 2] = (
-            tolerance / model.parameters[TIME_SCALE],
+            tolerance / model.parameters[ForceParameter.TIME_SCALE],
             tolerance,
             tolerance,
         )
     for i in range(n_springs):
         event_tolerances[3 * n_contacts + i] = EVENT_ROUNDING_RATIO * model.one_sided_springs[i, 3]
     event_tolerances[3 * n_contacts + n_springs] = event_tolerances[3 * n_contacts + n_springs + 1] = (
-        EVENT_ROUNDING_RATIO * model.parameters[FORCE_SCALE]
+        EVENT_ROUNDING_RATIO * model.parameters[ForceParameter.FORCE_SCALE]
     )

@@ -10,9 +10,10 @@ import numpy as np
 
 from governor_mechanism.engines.reduced.event_functions import evaluate_reduced_event_functions
 from governor_mechanism.integrators.event_location import locate_parabola_maximum
-from governor_mechanism.integrators.reduced_dop853 import Stages, take_step
+from governor_mechanism.integrators.reduced_dop853 import Stages, StepCounter, take_step
 from governor_mechanism.mechanics.dynamics.output_forces import EVENT_SAMPLE_FRACTIONS
 from governor_mechanism.mechanics.reduction.equation_of_motion import ReducedModel
+from governor_mechanism.numerics.hermite import quintic_hermite_jit
 from governor_mechanism.numerics.jit import jit_internal
 from governor_mechanism.types import BoolArray, FloatArray, IntArray
 
@@ -52,7 +53,7 @@ def locate_first_event(
     """
     last = EVENT_SAMPLE_FRACTIONS.size - 1
     for j in range(1, last):
-        q_inside, v_inside = _quintic_hermite_state(
+        q_inside, v_inside = quintic_hermite_jit(
             q, v, stages.accelerations[0], q_end, v_end, stages.accelerations[12], h, EVENT_SAMPLE_FRACTIONS[j]
         )
         evaluate_reduced_event_functions(
@@ -199,27 +200,7 @@ def _evaluate_after_step(
     trial_stages.rates[0], trial_stages.accelerations[0] = stages.rates[0], stages.accelerations[0]
     trial_stages.quadrature_rates[0] = stages.quadrature_rates[0]
     q_end, v_end, piece, side = take_step(model, local_time, h, q, v, piece_index, trial_stages)
-    counts[2] += 12
+    counts[StepCounter.EVALUATIONS] += 12
     trial_values[:] = -1.0
     if side < 0:
         evaluate_reduced_event_functions(model, q_end, v_end, local_time + h, piece, trial_values)
-
-
-@jit_internal
-def _quintic_hermite_state(
-    q: float, v: float, acceleration: float, q_end: float, v_end: float, acceleration_end: float, h: float, fraction: float
-) -> tuple[float, float]:
-    """Return coordinate and rate at a fraction of a step from the quintic Hermite interpolant of both ends."""
-    first_difference, second_difference = h * v, h * h * acceleration
-    position_residual, velocity_residual, acceleration_residual = (
-        q_end - q - first_difference - 0.5 * second_difference,
-        h * v_end - first_difference - second_difference,
-        h * h * acceleration_end - second_difference,
-    )
-    c3, c4, c5 = (
-        10 * position_residual - 4 * velocity_residual + 0.5 * acceleration_residual,
-        -15 * position_residual + 7 * velocity_residual - acceleration_residual,
-        6 * position_residual - 3 * velocity_residual + 0.5 * acceleration_residual,
-    )
-    q_inside = q + fraction * (first_difference + fraction * (0.5 * second_difference + fraction * (c3 + fraction * (c4 + fraction * c5))))
-    return q_inside, (first_difference + fraction * (second_difference + fraction * (3 * c3 + fraction * (4 * c4 + fraction * 5 * c5)))) / h

@@ -16,6 +16,7 @@ from governor_mechanism.engines.reduced.event_location import locate_first_event
 from governor_mechanism.integrators.projected_dop853 import N_NONSTIFF_STEPS, N_STIFF_STEPS, STABILITY_LIMIT
 from governor_mechanism.integrators.reduced_dop853 import (
     Stages,
+    StepCounter,
     conservative_error_norm,
     error_norm,
     estimate_stiffness,
@@ -24,23 +25,13 @@ from governor_mechanism.integrators.reduced_dop853 import (
     prepare_dense_output,
     take_step,
 )
+from governor_mechanism.integrators.status import IntegrationStatus
 from governor_mechanism.mechanics.dynamics.output_forces import EVENT_SAMPLE_FRACTIONS
 from governor_mechanism.mechanics.reduction.equation_of_motion import MODE_HELD, N_QUADRATURES, ReducedModel, evaluate_equation_of_motion
-from governor_mechanism.mechanics.reduction.lowering import (
-    COORDINATE_SCALE,
-    ENERGY_SCALE,
-    FLUCTUATION_AMPLITUDE,
-    IS_CONSERVATIVE,
-    TIME_SCALE,
-)
+from governor_mechanism.mechanics.reduction.lowering import ForceParameter
 from governor_mechanism.mechanics.reduction.table import find_piece
 from governor_mechanism.numerics.jit import jit
 from governor_mechanism.types import FloatArray, IntArray
-
-RUN_COMPLETED, RUN_STALLED, STEPS_EXHAUSTED, BELOW_TABLE, ABOVE_TABLE, BECAME_STIFF = range(6)
-"""How an integration ends: at the end of the interval; with vanishing steps or endless events; after too many steps; below or above
-the table; where the equation is too stiff.
-"""
 
 MAX_SIMULTANEOUS_REDUCED_EVENTS = 40
 """Number of events at one time at which an integration stops as stalled."""
@@ -56,9 +47,6 @@ HELD_STEP_FACTOR = 8.0
 
 MAX_STEP_OUTSIDE_TABLE = 3.0
 """Displacement of a step, in coordinate scales, from which a step that leaves the table is shortened before the table is extended."""
-
-ACCEPTED_STEPS, REJECTED_STEPS, FUNCTION_EVALUATIONS, MOVING_EVALUATIONS = range(4)
-"""Indices of the counters; the last one counts evaluations while the mechanism is not held."""
 
 
 @jit
@@ -88,11 +76,16 @@ def integrate_reduced(
     rates, accelerations, quadrature_rates, dense = (stages.rates, stages.accelerations, stages.quadrature_rates, stages.dense)
     mode, is_conservative, q_last_stage, energy_scale = (
         model.mode,
-        model.parameters[IS_CONSERVATIVE] != 0.0,
+        model.parameters[ForceParameter.IS_CONSERVATIVE] != 0.0,
         stages.q_last_stage,
-        model.parameters[ENERGY_SCALE],
+        model.parameters[ForceParameter.ENERGY_SCALE],
     )
-    coordinate_scale, time_scale, stiff_steps, calm_steps = (model.parameters[COORDINATE_SCALE], model.parameters[TIME_SCALE], 0, 0)
+    coordinate_scale, time_scale, stiff_steps, calm_steps = (
+        model.parameters[ForceParameter.COORDINATE_SCALE],
+        model.parameters[ForceParameter.TIME_SCALE],
+        0,
+        0,
+    )
     monitors_events = model.contacts.shape[0] + model.one_sided_springs.shape[0] > 0
     event_values, event_tolerances = (
         np.full((EVENT_SAMPLE_FRACTIONS.size, count_event_functions(model)), -1.0),
@@ -102,40 +95,40 @@ def integrate_reduced(
     trial_stages = Stages(np.zeros(16), np.zeros(16), np.zeros((16, N_QUADRATURES)), np.zeros((2 + N_QUADRATURES, 7)), np.zeros(1))
     piece_index, t, side = find_piece(model.intervals, model.neighbours, model.periodicity, state[0], piece_index)
     if side >= 0:
-        return BELOW_TABLE + side, step, n_reached, time
+        return IntegrationStatus.BELOW_TABLE + side, step, n_reached, time
     acceleration = evaluate_equation_of_motion(model, piece_index, t, state[1], 0.0, stages.quadrature_rates, 0)
     if monitors_events:
         evaluate_reduced_event_functions(model, state[0], state[1], 0.0, piece_index, event_values[0])
     stages.rates[0], stages.accelerations[0] = state[1], acceleration
     while time < end:
-        if counts[ACCEPTED_STEPS] + counts[REJECTED_STEPS] >= max_steps:
-            return STEPS_EXHAUSTED, step, n_reached, time
+        if counts[StepCounter.ACCEPTED] + counts[StepCounter.REJECTED] >= max_steps:
+            return IntegrationStatus.STEP_LIMIT, step, n_reached, time
         if step < 1e-13 * (end - start) or not math.isfinite(step):
-            return RUN_STALLED, step, n_reached, time
-        can_use_long_step = mode[MODE_HELD] != 0 and model.parameters[FLUCTUATION_AMPLITUDE] == 0.0
+            return IntegrationStatus.STALLED, step, n_reached, time
+        can_use_long_step = mode[MODE_HELD] != 0 and model.parameters[ForceParameter.FLUCTUATION_AMPLITUDE] == 0.0
         step = min(step, max_step * (HELD_STEP_FACTOR if can_use_long_step else 1.0))
         is_last = time + step >= end
         h = end - time if is_last else step
         local_time, q, v = time - start, state[0], state[1]
         q_end, v_end, piece_end, side = take_step(model, local_time, h, q, v, piece_index, stages)
-        counts[FUNCTION_EVALUATIONS] += 12
-        counts[MOVING_EVALUATIONS] += 12 if mode[MODE_HELD] == 0 else 0
+        counts[StepCounter.EVALUATIONS] += 12
+        counts[StepCounter.MOVING_EVALUATIONS] += 12 if mode[MODE_HELD] == 0 else 0
         if side >= 0 and abs(q_end - q) > MAX_STEP_OUTSIDE_TABLE * coordinate_scale:  # a shorter step may stay inside
-            counts[REJECTED_STEPS] += 1
+            counts[StepCounter.REJECTED] += 1
             step = 0.25 * h
             continue
         if side >= 0:
-            return BELOW_TABLE + side, step, n_reached, time
+            return IntegrationStatus.BELOW_TABLE + side, step, n_reached, time
         if is_conservative:
             error = conservative_error_norm(rates, accelerations, coordinate_scale, time_scale, h)
         else:
             error = error_norm(quadrature_rates, rates, accelerations, coordinate_scale, time_scale, energy_scale, h)
         error /= tolerance
         if not error <= 1.0:
-            counts[REJECTED_STEPS] += 1
+            counts[StepCounter.REJECTED] += 1
             step = h * (max(0.2, 0.9 * error**-0.125) if math.isfinite(error) else 0.1)
             continue
-        counts[ACCEPTED_STEPS] += 1
+        counts[StepCounter.ACCEPTED] += 1
         stiffness = 0.0
         if not is_conservative:
             stiffness = estimate_stiffness(rates, accelerations, q_last_stage, q_end, v_end)
@@ -149,9 +142,9 @@ def integrate_reduced(
                 q_end, v_end, piece_end, side = take_step(model, local_time, h, q, v, piece_index, stages)
         if n_reached < times.size and times[n_reached] <= time_end and h > 0.0:
             side = prepare_dense_output(model, local_time, h, q, v, q_end, v_end, piece_index, stages)
-            counts[FUNCTION_EVALUATIONS] += 3
+            counts[StepCounter.EVALUATIONS] += 3
             if side >= 0:
-                return BELOW_TABLE + side, step, n_reached, time
+                return IntegrationStatus.BELOW_TABLE + side, step, n_reached, time
             while n_reached < times.size and times[n_reached] <= time_end:
                 fraction = (times[n_reached] - time) / h
                 states[n_reached, 0], states[n_reached, 1] = (
@@ -173,7 +166,7 @@ def integrate_reduced(
         if has_event:
             event_counts[1] = event_counts[1] + 1 if time_end - time <= SIMULTANEOUS_EVENT_TOLERANCE * time_scale else 0
             if event_counts[1] >= MAX_SIMULTANEOUS_REDUCED_EVENTS:
-                return RUN_STALLED, step, n_reached, time
+                return IntegrationStatus.STALLED, step, n_reached, time
             time = time_end
             apply_transition(
                 model, time, time - start, piece_index, event_values[EVENT_SAMPLE_FRACTIONS.size - 1], state, events, event_counts
@@ -194,8 +187,8 @@ def integrate_reduced(
         if calm_steps >= N_NONSTIFF_STEPS:
             stiff_steps = 0
         if stiff_steps >= N_STIFF_STEPS and time < end:
-            return BECAME_STIFF, step, n_reached, time
-    return RUN_COMPLETED, step, n_reached, time
+            return IntegrationStatus.STIFF, step, n_reached, time
+    return IntegrationStatus.DONE, step, n_reached, time
 
 
 @jit

@@ -7,21 +7,17 @@ from itertools import pairwise
 
 import numpy as np
 
-from governor_mechanism.engines.reduced.integration import (
-    ABOVE_TABLE,
-    BELOW_TABLE,
-    RUN_COMPLETED,
-    initialise_contact_mode,
-    integrate_reduced,
-)
+from governor_mechanism.engines.reduced.contact import EVENT_KINDS
+from governor_mechanism.engines.reduced.integration import initialise_contact_mode, integrate_reduced
 from governor_mechanism.integrators.reduced_dop853 import make_stages
+from governor_mechanism.integrators.status import IntegrationStatus
 from governor_mechanism.mechanics.contact.event_log import drop_cancelled_events
 from governor_mechanism.mechanics.contact.tolerances import SIMULTANEITY_TOLERANCE
 from governor_mechanism.mechanics.dynamics.characteristic_scales import max_step_scale
 from governor_mechanism.mechanics.dynamics.contacts import ContactMode, contacts_of, output_springs_of
 from governor_mechanism.mechanics.kinematics.output_variables import evaluate_output_value
 from governor_mechanism.mechanics.reduction.equation_of_motion import N_QUADRATURES, make_reduced_model
-from governor_mechanism.mechanics.reduction.lowering import FREE_SPINDLE_INERTIA
+from governor_mechanism.mechanics.reduction.lowering import ForceParameter
 from governor_mechanism.mechanics.reduction.motion_table import MotionTable
 from governor_mechanism.model.events import Event, EventKind
 from governor_mechanism.model.state_history import StateHistory
@@ -43,25 +39,11 @@ TABLE_END_STEP_RATIO, MIN_END_STEP_RATIO = 0.25, 1e-12
 MIN_REMAINING_TRAVEL = 1e-14
 """Distance from the end of the table, relative to the coordinate and its scale, below which it is reached within rounding."""
 
-REDUCED_EVENT_KINDS = (
-    EventKind.IMPACT,
-    EventKind.STICK,
-    EventKind.SLIP,
-    EventKind.REST,
-    EventKind.SEPARATION,
-    EventKind.SLACK,
-    EventKind.TAUT,
-)
-"""Kinds of events by the codes of `engines.reduced.contact`."""
-
 MAX_INTERMEDIATE_STEPS = 100
 """Largest number of steps from a monitor time to a time before the next one; a few suffice."""
 
 INITIAL_EVENT_CAPACITY = 4096
 """Number of events for which records are allocated at first."""
-
-PATH_ENDED = 100
-"""Status of a run that reaches the end of the table."""
 
 
 @dataclass(frozen=True)
@@ -71,7 +53,7 @@ class ReducedSolution:
     states: FloatArray
     modes: IntArray
     events: tuple[Event, ...]
-    status: int
+    status: IntegrationStatus
     end_time: float
     side: int
     last_step: float
@@ -96,7 +78,7 @@ class ReducedRun:
         if motion_table.has_free_spindle:
             total_inertia = (
                 evaluator.evaluate_spindle_inertia(motion_table.evaluate_poses(np.array([start[0]]))[0])[0]
-                + motion_table.forces.parameters[FREE_SPINDLE_INERTIA]
+                + motion_table.forces.parameters[ForceParameter.FREE_SPINDLE_INERTIA]
             )
             self._initial_momentum = total_inertia * evaluator.speed_function.start_speed
 
@@ -122,7 +104,8 @@ class ReducedRun:
                 make_reduced_model(motion_table.table, motion_table.forces, self.input_cubics(0.0), mode), 0.0, state, events, event_counts
             )
             event_counts[:] = 0
-        n_filled, step, status = (int(len(self.times) > 0 and self.times[0] == 0.0), REDUCED_FIRST_STEP_RATIO * max_step, RUN_COMPLETED)
+        n_filled, step = int(len(self.times) > 0 and self.times[0] == 0.0), REDUCED_FIRST_STEP_RATIO * max_step
+        status: int = IntegrationStatus.DONE
         time, side = 0.0, 0
         states[:n_filled], modes[:n_filled] = state, mode
         for start, end in pairwise(self._breakpoints.tolist()):
@@ -136,18 +119,18 @@ class ReducedRun:
                     events, event_counts, counts,
                 )  # fmt: skip
                 n_filled += n_reached
-                if status not in (BELOW_TABLE, ABOVE_TABLE):
+                if status not in (IntegrationStatus.BELOW_TABLE, IntegrationStatus.ABOVE_TABLE):
                     break
-                side = status - BELOW_TABLE
+                side = status - IntegrationStatus.BELOW_TABLE
                 if not motion_table.extend(side):
                     step *= TABLE_END_STEP_RATIO
                     remaining = abs(motion_table.end_coordinate(side) - state[0])
                     min_remaining = MIN_REMAINING_TRAVEL * max(motion_table.arrays.coordinate_scale, abs(state[0]))
                     if step < MIN_END_STEP_RATIO * max(time_scale, end - time) or remaining < min_remaining:
                         time += max((motion_table.end_coordinate(side) - state[0]) / state[1], 0.0) if state[1] else 0.0
-                        status = PATH_ENDED
+                        status = IntegrationStatus.TABLE_ENDED
                         break
-            if status != RUN_COMPLETED:
+            if status != IntegrationStatus.DONE:
                 break
             breakpoint_row = n_filled - 1 if n_filled and self.times[n_filled - 1] == end else None
             self._add_speed_jump_work(end, state, states, breakpoint_row)
@@ -161,7 +144,8 @@ class ReducedRun:
                 )
         self.counts += counts
         event_records = self._make_events(events[: min(event_counts[0], capacity)])
-        return ReducedSolution(states[:n_filled], modes[:n_filled], event_records, status, time, side, step), int(event_counts[0])
+        solution = ReducedSolution(states[:n_filled], modes[:n_filled], event_records, IntegrationStatus(status), time, side, step)
+        return solution, int(event_counts[0])
 
     def integrate_from_row(self, states: FloatArray, tolerance: float, k: int, time: float) -> tuple[FloatArray, FloatArray] | None:
         """Return poses and velocities (bodies, 3) at a time, s, after that of row k, integrated from that row; None on failure."""
@@ -173,7 +157,7 @@ class ReducedRun:
             (tolerance, 0.01 * time_scale, REDUCED_MAX_STEP_RATIO * time_scale, MAX_INTERMEDIATE_STEPS), make_stages(), np.empty((0, 2 + N_QUADRATURES)),
             no_modes, np.empty((0, 3)), np.zeros(2, dtype=np.int64), np.zeros(4, dtype=np.int64),
         )  # fmt: skip
-        if status != RUN_COMPLETED:
+        if status != IntegrationStatus.DONE:
             return None
         poses, tangents = self.motion_table.evaluate_poses(state[:1])
         return poses[0], tangents[0] * state[1]
@@ -227,14 +211,11 @@ class ReducedRun:
 
     def _make_events(self, records: FloatArray) -> tuple[Event, ...]:
         subjects = ([contact.output_name for contact in self.contacts], [spring.reading for spring in self.one_sided_springs])
-        events = [
-            Event(
-                time=time,
-                kind=REDUCED_EVENT_KINDS[int(kind)],
-                subject=subjects[REDUCED_EVENT_KINDS[int(kind)] in (EventKind.SLACK, EventKind.TAUT)][int(subject_index)],
-            )
-            for time, kind, subject_index in records.tolist()
-        ]
+        events = []
+        for time, code, subject_index in records.tolist():
+            kind = EVENT_KINDS[int(code)]
+            subject = subjects[kind in (EventKind.SLACK, EventKind.TAUT)][int(subject_index)]
+            events.append(Event(time=time, kind=kind, subject=subject))
         return drop_cancelled_events(events, SIMULTANEITY_TOLERANCE * self.evaluator.time_scale)
 
     def _add_speed_jump_work(self, time: float, state: FloatArray, states: FloatArray, row: int | None) -> None:

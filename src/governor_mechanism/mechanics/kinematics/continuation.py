@@ -22,6 +22,7 @@ from governor_mechanism.mechanics.kinematics.output_variables import evaluate_ou
 from governor_mechanism.mechanics.kinematics.path_interpolant import PathPoint
 from governor_mechanism.model.mechanism import Mechanism
 from governor_mechanism.model.output_variables import LineAngle
+from governor_mechanism.numerics.hermite import cubic_hermite
 from governor_mechanism.numerics.least_squares import RANK_TOLERANCE
 from governor_mechanism.types import FloatArray
 
@@ -284,18 +285,10 @@ class PathContinuation:
     def _hermite_poses(self, point: ContinuationPoint, next_point: ContinuationPoint, distance: float) -> FloatArray:
         """Return poses on the cubic between two points; near a singularity they are more accurate than assembled ones."""
         length = next_point.arc_length - point.arc_length
-        fraction, start_derivative, end_derivative = (
-            distance / length,
-            length * self._body_tangent(point),
-            length * self._body_tangent(next_point),
+        poses: FloatArray = cubic_hermite(
+            point.poses, next_point.poses, self._body_tangent(point), self._body_tangent(next_point), length, distance / length
         )
-        a, c = point.poses, next_point.poses
-        interpolated: FloatArray = a + fraction * (
-            start_derivative
-            + fraction
-            * (3 * (c - a) - 2 * start_derivative - end_derivative + fraction * (start_derivative + end_derivative - 2 * (c - a)))
-        )
-        return interpolated
+        return poses
 
     def _correct_poses(self, point: ContinuationPoint, distance: float) -> FloatArray:
         return self.position_solver.solve({}, point.poses + distance * self._body_tangent(point))

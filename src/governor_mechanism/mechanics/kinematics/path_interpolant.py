@@ -8,11 +8,11 @@ from dataclasses import dataclass
 from itertools import pairwise
 
 import numpy as np
-from numpy.typing import NDArray
 
 from governor_mechanism.mechanics.kinematics.batched_assembly import BatchedPositionSolver
 from governor_mechanism.mechanics.kinematics.output_variables import evaluate_output_value
 from governor_mechanism.model.mechanism import Mechanism
+from governor_mechanism.numerics.hermite import cubic_hermite
 from governor_mechanism.types import FloatArray
 
 PATH_BISECTIONS = 24
@@ -64,13 +64,18 @@ class PathInterpolant:
         """
         intervals = np.clip(np.searchsorted(self.values, values) - 1, 0, len(self.values) - 2)
         length = self.arc_lengths[intervals + 1] - self.arc_lengths[intervals]
+        value_ends, pose_ends = (
+            (samples[intervals], samples[intervals + 1], derivatives[intervals], derivatives[intervals + 1])
+            for samples, derivatives in ((self.values, self.coordinate_derivatives), (self.poses, self.tangents))
+        )
         low, high = np.zeros(len(values)), np.ones(len(values))
         for _ in range(PATH_BISECTIONS):
             middle = 0.5 * (low + high)
-            is_below = _hermite_cubic(self.values, self.coordinate_derivatives, intervals, length, middle) < values
+            is_below = cubic_hermite(*value_ends, length, middle) < values
             low, high = np.where(is_below, middle, low), np.where(is_below, high, middle)
         fraction = 0.5 * (low + high)[:, np.newaxis, np.newaxis]
-        return _hermite_cubic(self.poses, self.tangents, intervals, length[:, np.newaxis, np.newaxis], fraction)
+        poses: FloatArray = cubic_hermite(*pose_ends, length[:, np.newaxis, np.newaxis], fraction)
+        return poses
 
     def with_previous_period(self, pose_increment: FloatArray, period: float) -> PathInterpolant:
         """Return a periodic path with one more period in front; pose_increment (bodies, 3) is the change of the poses per period."""
@@ -81,15 +86,6 @@ class PathInterpolant:
             np.concatenate([self.poses[:-1] - pose_increment, self.poses]),
             np.concatenate([self.tangents[:-1], self.tangents]),
         )
-
-
-def _hermite_cubic(
-    values: FloatArray, derivatives: FloatArray, intervals: NDArray[np.integer], length: FloatArray, fraction: FloatArray
-) -> FloatArray:
-    """Return the cubic Hermite interpolant on the given intervals, at a fraction (0 to 1) of their lengths."""
-    a, b, c, d = (values[intervals], length * derivatives[intervals], values[intervals + 1], length * derivatives[intervals + 1])
-    interpolated: FloatArray = a + fraction * (b + fraction * (3 * (c - a) - 2 * b - d + fraction * (b + d - 2 * (c - a))))
-    return interpolated
 
 
 @dataclass(frozen=True, eq=False)

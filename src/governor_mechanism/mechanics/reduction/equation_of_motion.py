@@ -6,25 +6,8 @@ from typing import NamedTuple
 
 from governor_mechanism.mechanics.dynamics.force_kernels import dashpot_force_jit, free_spindle_speed_jit, spring_force_jit
 from governor_mechanism.mechanics.kinematics.input_kernels import fluctuating_speed_jit
-from governor_mechanism.mechanics.reduction.lowering import (
-    CYCLES_PER_TURN,
-    FLUCTUATION_AMPLITUDE,
-    FREE_SPINDLE_INERTIA,
-    IS_CONSERVATIVE,
-    IS_SPINDLE_FREE,
-    IS_SPINDLE_LOADED,
-    PROGRAM_COUNT,
-    ReducedForces,
-)
-from governor_mechanism.mechanics.reduction.node_evaluation import (
-    CENTRIFUGAL_COLUMN,
-    DAMPING_COLUMN,
-    FIRST_PROGRAM_COLUMN,
-    INVERSE_INERTIA_COLUMN,
-    POTENTIAL_COLUMN,
-    QUADRATIC_COLUMN,
-    SPINDLE_INERTIA_COLUMN,
-)
+from governor_mechanism.mechanics.reduction.lowering import ForceParameter, ReducedForces
+from governor_mechanism.mechanics.reduction.node_evaluation import TableColumn
 from governor_mechanism.mechanics.reduction.table import PiecewiseTable
 from governor_mechanism.numerics.chebyshev import evaluate_piece
 from governor_mechanism.numerics.jit import jit_internal
@@ -123,12 +106,14 @@ def evaluate_spindle(
     a, b, c, d = input_cubics[0, 0], input_cubics[0, 1], input_cubics[0, 2], input_cubics[0, 3]
     value = ((a * local_time + b) * local_time + c) * local_time + d
     integral = input_cubics[0, 4] + (((0.25 * a * local_time + b / 3.0) * local_time + 0.5 * c) * local_time + d) * local_time
-    if parameters[IS_SPINDLE_FREE] != 0.0:
-        return free_spindle_speed_jit(integral, parameters[FREE_SPINDLE_INERTIA] + bodies_inertia), 0.0, value
+    if parameters[ForceParameter.IS_SPINDLE_FREE] != 0.0:
+        return free_spindle_speed_jit(integral, parameters[ForceParameter.FREE_SPINDLE_INERTIA] + bodies_inertia), 0.0, value
     derivative = (3.0 * a * local_time + 2.0 * b) * local_time + c
-    if parameters[FLUCTUATION_AMPLITUDE] == 0.0:
+    if parameters[ForceParameter.FLUCTUATION_AMPLITUDE] == 0.0:
         return value, derivative, 0.0
-    speed, acceleration = fluctuating_speed_jit(parameters[FLUCTUATION_AMPLITUDE], parameters[CYCLES_PER_TURN], integral, value, derivative)
+    speed, acceleration = fluctuating_speed_jit(
+        parameters[ForceParameter.FLUCTUATION_AMPLITUDE], parameters[ForceParameter.CYCLES_PER_TURN], integral, value, derivative
+    )
     return speed, acceleration, 0.0
 
 
@@ -164,19 +149,20 @@ def evaluate_acceleration(
     """
     coefficients, parameters, mode = model.coefficients, model.parameters, model.mode
     inverse_inertia, spindle_inertia = (
-        evaluate_piece(coefficients, piece, INVERSE_INERTIA_COLUMN, t),
-        evaluate_piece(coefficients, piece, SPINDLE_INERTIA_COLUMN, t),
+        evaluate_piece(coefficients, piece, TableColumn.INVERSE_INERTIA, t),
+        evaluate_piece(coefficients, piece, TableColumn.SPINDLE_INERTIA, t),
     )
-    damping = evaluate_piece(coefficients, piece, DAMPING_COLUMN, t)
+    damping = evaluate_piece(coefficients, piece, TableColumn.DAMPING, t)
     omega, spindle_acceleration, torque = evaluate_spindle(parameters, model.input_cubics, local_time, spindle_inertia)
     acceleration = (
-        evaluate_piece(coefficients, piece, QUADRATIC_COLUMN, t) * v * v
-        + evaluate_piece(coefficients, piece, POTENTIAL_COLUMN, t)
+        evaluate_piece(coefficients, piece, TableColumn.QUADRATIC, t) * v * v
+        + evaluate_piece(coefficients, piece, TableColumn.POTENTIAL, t)
         + damping * v
     )
-    acceleration += evaluate_piece(coefficients, piece, CENTRIFUGAL_COLUMN, t) * omega * omega
-    power, dissipated_power, column = damping * v * v / inverse_inertia, 0.0, FIRST_PROGRAM_COLUMN
-    for program in range(1, 1 + int(parameters[PROGRAM_COUNT])):
+    acceleration += evaluate_piece(coefficients, piece, TableColumn.CENTRIFUGAL, t) * omega * omega
+    power, dissipated_power = damping * v * v / inverse_inertia, 0.0
+    column: int = TableColumn.FIRST_PROGRAM
+    for program in range(1, 1 + int(parameters[ForceParameter.PROGRAM_COUNT])):
         programmed_acceleration = evaluate_input(model.input_cubics, program, local_time) * evaluate_piece(coefficients, piece, column, t)
         acceleration += programmed_acceleration
         power += programmed_acceleration * v / inverse_inertia
@@ -200,7 +186,7 @@ def evaluate_acceleration(
             acceleration -= force * output_derivative * inverse_inertia
             dissipated_power += force * output_derivative * v
     quadrature_rates[stage, 0] = dissipated_power - power - torque * omega
-    if spindle_acceleration != 0.0 and parameters[IS_SPINDLE_LOADED] != 0.0:
+    if spindle_acceleration != 0.0 and parameters[ForceParameter.IS_SPINDLE_LOADED] != 0.0:
         quadrature_rates[stage, 0] += spindle_inertia * omega * spindle_acceleration
     quadrature_rates[stage, 1], quadrature_rates[stage, 2] = dissipated_power, omega
     return float(acceleration)
@@ -234,9 +220,9 @@ def evaluate_equation_of_motion(
     float
         Acceleration q''.
     """
-    if model.parameters[IS_CONSERVATIVE] != 0.0:
-        return evaluate_piece(model.coefficients, piece, QUADRATIC_COLUMN, t) * v * v + evaluate_piece(
-            model.coefficients, piece, POTENTIAL_COLUMN, t
+    if model.parameters[ForceParameter.IS_CONSERVATIVE] != 0.0:
+        return evaluate_piece(model.coefficients, piece, TableColumn.QUADRATIC, t) * v * v + evaluate_piece(
+            model.coefficients, piece, TableColumn.POTENTIAL, t
         )
     acceleration = evaluate_acceleration(model, piece, t, v, local_time, True, quadrature_rates, stage)
     return 0.0 if model.mode[MODE_HELD] != 0 else acceleration
@@ -264,7 +250,7 @@ def evaluate_table_output(model: ReducedModel, piece: int, t: float, output_inde
     derivative : float
         Its derivative by the coordinate.
     """
-    column = FIRST_PROGRAM_COLUMN + int(model.parameters[PROGRAM_COUNT]) + 2 * int(output_index)
+    column = TableColumn.FIRST_PROGRAM + int(model.parameters[ForceParameter.PROGRAM_COUNT]) + 2 * int(output_index)
     return evaluate_piece(model.coefficients, piece, column, t), evaluate_piece(model.coefficients, piece, column + 1, t)
 
 
@@ -320,5 +306,5 @@ def evaluate_static_force(model: ReducedModel, piece: int, t: float, local_time:
     """
     return float(
         evaluate_acceleration(model, piece, t, 0.0, local_time, False, quadrature_rates, 0)
-        / evaluate_piece(model.coefficients, piece, INVERSE_INERTIA_COLUMN, t)
+        / evaluate_piece(model.coefficients, piece, TableColumn.INVERSE_INERTIA, t)
     )

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from enum import IntEnum
 from typing import NamedTuple
 
 import numpy as np
@@ -32,7 +33,7 @@ class ReducedForces(NamedTuple):
     Attributes
     ----------
     parameters
-        Scalars, indexed by `IS_SPINDLE_LOADED` and the constants after it; shape (11,).
+        Scalars, indexed by `ForceParameter`; shape (11,).
     one_sided_springs
         Springs that go slack instead of pushing: output index, rate, free value, output scale; shape (n, 4).
     output_dampers
@@ -48,25 +49,31 @@ class ReducedForces(NamedTuple):
     contacts: FloatArray
 
 
-(
-    IS_SPINDLE_LOADED,
-    IS_SPINDLE_FREE,
-    FREE_SPINDLE_INERTIA,
-    FLUCTUATION_AMPLITUDE,
-    CYCLES_PER_TURN,
-    FORCE_SCALE,
-    IS_CONSERVATIVE,
-    PROGRAM_COUNT,
-    COORDINATE_SCALE,
-    TIME_SCALE,
-    ENERGY_SCALE,
-) = range(11)
-"""Indices of `ReducedForces.parameters`.
+class ForceParameter(IntEnum):
+    """Indices of `ReducedForces.parameters`."""
 
-Whether a change of the spindle speed loads the bodies; whether the spindle is free, and its own moment of inertia (kg m2);
-amplitude of the relative fluctuation of a given speed, and its cycles per turn; force scale; whether the first two columns hold
-all forces; number of inputs of force elements; coordinate scale, time scale (s) and energy scale (J).
-"""
+    IS_SPINDLE_LOADED = 0
+    """Whether a change of the spindle speed loads the bodies."""
+    IS_SPINDLE_FREE = 1
+    """Whether the spindle turns freely."""
+    FREE_SPINDLE_INERTIA = 2
+    """Moment of inertia of a free spindle itself, kg m2."""
+    FLUCTUATION_AMPLITUDE = 3
+    """Relative amplitude of the fluctuation of a given spindle speed."""
+    CYCLES_PER_TURN = 4
+    """Cycles of that fluctuation per turn."""
+    FORCE_SCALE = 5
+    """Scale of generalised forces along the coordinate."""
+    IS_CONSERVATIVE = 6
+    """Whether the quadratic and the potential column hold all forces."""
+    PROGRAM_COUNT = 7
+    """Number of inputs of force elements."""
+    COORDINATE_SCALE = 8
+    """Scale of the coordinate, m or rad."""
+    TIME_SCALE = 9
+    """Characteristic time, s."""
+    ENERGY_SCALE = 10
+    """Scale of energies, J."""
 
 
 def time_functions_of(scene: Scene) -> tuple[CubicTimeFunction, ...]:
@@ -182,16 +189,19 @@ def _lower_forces(scene: Scene, arrays: ReductionArrays, names: list[str]) -> Re
     ]
     output_dampers = [(names.index(damper.reading), damper.linear, damper.quadratic) for damper in output_dampers_of(scene)]
     mass = sum(body.mass for body in mechanism.bodies)
-    parameters = np.zeros(11)
-    parameters[IS_SPINDLE_LOADED] = arrays.has_centrifugal_forces
-    parameters[IS_SPINDLE_FREE] = isinstance(spindle, FreeSpindle)
-    parameters[FREE_SPINDLE_INERTIA] = spindle.inertia if isinstance(spindle, FreeSpindle) else 0.0
-    parameters[FLUCTUATION_AMPLITUDE] = 0.5 * spindle.speed_fluctuation if isinstance(spindle, Spindle) else 0.0
-    parameters[CYCLES_PER_TURN] = spindle.cycles_per_turn if isinstance(spindle, Spindle) else 1.0
-    parameters[FORCE_SCALE] = mass * (mechanism.length_scale / arrays.time_scale) ** 2 / arrays.coordinate_scale
-    parameters[IS_CONSERVATIVE], parameters[PROGRAM_COUNT] = arrays.is_conservative, len(arrays.program_indices)
-    parameters[COORDINATE_SCALE], parameters[TIME_SCALE] = arrays.coordinate_scale, arrays.time_scale
-    parameters[ENERGY_SCALE] = mass * (mechanism.length_scale / arrays.time_scale) ** 2
+    parameters = np.zeros(len(ForceParameter))
+    parameters[ForceParameter.IS_SPINDLE_LOADED] = arrays.has_centrifugal_forces
+    parameters[ForceParameter.IS_SPINDLE_FREE] = isinstance(spindle, FreeSpindle)
+    parameters[ForceParameter.FREE_SPINDLE_INERTIA] = spindle.inertia if isinstance(spindle, FreeSpindle) else 0.0
+    parameters[ForceParameter.FLUCTUATION_AMPLITUDE] = 0.5 * spindle.speed_fluctuation if isinstance(spindle, Spindle) else 0.0
+    parameters[ForceParameter.CYCLES_PER_TURN] = spindle.cycles_per_turn if isinstance(spindle, Spindle) else 1.0
+    parameters[ForceParameter.FORCE_SCALE] = mass * (mechanism.length_scale / arrays.time_scale) ** 2 / arrays.coordinate_scale
+    parameters[ForceParameter.IS_CONSERVATIVE], parameters[ForceParameter.PROGRAM_COUNT] = (
+        arrays.is_conservative,
+        len(arrays.program_indices),
+    )
+    parameters[ForceParameter.COORDINATE_SCALE], parameters[ForceParameter.TIME_SCALE] = arrays.coordinate_scale, arrays.time_scale
+    parameters[ForceParameter.ENERGY_SCALE] = mass * (mechanism.length_scale / arrays.time_scale) ** 2
     return ReducedForces(
         parameters=parameters,
         one_sided_springs=np.array(one_sided_springs).reshape(-1, 4),

@@ -7,18 +7,10 @@ import time
 import numpy as np
 
 from governor_mechanism.mechanics.kinematics.time_functions import CubicTimeFunction
-from governor_mechanism.mechanics.reduction.lowering import IS_SPINDLE_FREE, lower_reduced_scene, time_functions_of
+from governor_mechanism.mechanics.reduction.lowering import ForceParameter, lower_reduced_scene, time_functions_of
 from governor_mechanism.mechanics.reduction.node_evaluation import make_node_workspace
-from governor_mechanism.mechanics.reduction.table import allocate_table, evaluate_poses, grow_table
-from governor_mechanism.mechanics.reduction.table_refinement import (
-    AT_BOUND,
-    AT_LIMIT,
-    PIECE_ADDED,
-    START_TABLE,
-    TABLE_ENDED,
-    TABLE_FULL,
-    extend_table,
-)
+from governor_mechanism.mechanics.reduction.table import EndReason, ExtensionStatus, TableAction, allocate_table, evaluate_poses, grow_table
+from governor_mechanism.mechanics.reduction.table_refinement import extend_table
 from governor_mechanism.model.scene import Scene
 from governor_mechanism.types import FloatArray
 
@@ -81,13 +73,13 @@ class MotionTable:
         self.scene = scene
         self.arrays, self.forces = lower_reduced_scene(scene)
         self.time_functions = time_functions_of(scene) if time_functions is None else time_functions
-        self.has_free_spindle = bool(self.forces.parameters[IS_SPINDLE_FREE])
+        self.has_free_spindle = bool(self.forces.parameters[ForceParameter.IS_SPINDLE_FREE])
         self._workspace = make_node_workspace(self.arrays)
         self.table = allocate_table(self.arrays, INITIAL_TABLE_CAPACITY)
         self.table.next_widths[:] *= width_ratio
         self.setup_time = 0.0
         """Wall time spent on the table, s."""
-        self.is_started = self._extend_table(START_TABLE, q, poses) == PIECE_ADDED and self.extend(1)
+        self.is_started = self._extend_table(TableAction.START, q, poses) == ExtensionStatus.PIECE_ADDED and self.extend(1)
         self.setup_time = time.perf_counter() - start_time
 
     @property
@@ -99,14 +91,14 @@ class MotionTable:
         """Add a piece below (0) or above (1); return whether that was possible."""
         start_time = time.perf_counter()
         status = self._extend_table(side)
-        if status == TABLE_FULL:
+        if status == ExtensionStatus.TABLE_FULL:
             self.table = grow_table(self.table)
             status = self._extend_table(side)
         self.setup_time += time.perf_counter() - start_time
-        return bool(status != TABLE_ENDED)
+        return status != ExtensionStatus.TABLE_ENDED
 
-    def _extend_table(self, action: int, q: float = 0.0, poses: FloatArray = NO_POSES) -> int:
-        return extend_table(self.arrays, self._workspace, self.table, action, q, poses)
+    def _extend_table(self, action: int, q: float = 0.0, poses: FloatArray = NO_POSES) -> ExtensionStatus:
+        return extend_table(self.arrays, self._workspace, self.table, int(action), q, poses)  # an enum member would compile it again
 
     def end_coordinate(self, side: int) -> float:
         """Return the coordinate at which the table ends below (0) or above (1): its bound, or the end of the last piece."""
@@ -120,10 +112,10 @@ class MotionTable:
         own_limits = [limit for limit in mechanism.limits if limit.reading == mechanism.coordinate]
         other_limits = [limit for limit in mechanism.limits if limit.reading != mechanism.coordinate]
         bound = self.arrays.high if side == 1 else self.arrays.low
-        if own_limits and (reason == AT_BOUND or self.end_coordinate(side) == bound):
+        if own_limits and (reason == EndReason.AT_BOUND or self.end_coordinate(side) == bound):
             limit, at_high = own_limits[0], side == 1
-        elif reason >= AT_LIMIT:
-            limit, at_high = other_limits[(reason - AT_LIMIT) // 2], bool((reason - AT_LIMIT) % 2)
+        elif reason >= EndReason.AT_LIMIT:
+            limit, at_high = other_limits[(reason - EndReason.AT_LIMIT) // 2], bool((reason - EndReason.AT_LIMIT) % 2)
         else:
             return False, (
                 f"{mechanism.coordinate!r} is at a turning point, or the joints at a change point, and does not determine "

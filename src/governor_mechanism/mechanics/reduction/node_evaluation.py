@@ -6,6 +6,7 @@ Dense elimination with row pivoting selects independent rows; redundant rows of 
 from __future__ import annotations
 
 import math
+from enum import IntEnum
 from typing import NamedTuple
 
 import numpy as np
@@ -37,21 +38,27 @@ MAX_NODE_BRANCH_DISTANCE = 0.05
 SINGULAR_NODE_PIVOT_RATIO = 1e-11
 """Pivot of the scaled Jacobian below which it is singular."""
 
-(
-    QUADRATIC_COLUMN,
-    POTENTIAL_COLUMN,
-    CENTRIFUGAL_COLUMN,
-    INVERSE_INERTIA_COLUMN,
-    SPINDLE_INERTIA_COLUMN,
-    DAMPING_COLUMN,
-    FIRST_PROGRAM_COLUMN,
-) = range(7)
-"""Columns along the coordinate q: -I'/2I, -V'/I, J'/2I, 1/I, J, derivative of the dampers' force by q' over I; from
-`FIRST_PROGRAM_COLUMN` on the programmed forces at unit input over I, then value and derivative of each output.
 
-With T = I q'^2 / 2 the equation of motion is q'' = QUADRATIC q'^2 + POTENTIAL + CENTRIFUGAL w^2 + DAMPING q' + other forces. At
-constant spindle speed the POTENTIAL column contains the centrifugal forces.
-"""
+class TableColumn(IntEnum):
+    """Columns of the motion table along the coordinate q.
+
+    With T = I q'^2 / 2 the equation of motion is q'' = QUADRATIC q'^2 + POTENTIAL + CENTRIFUGAL w^2 + DAMPING q' + other forces.
+    """
+
+    QUADRATIC = 0
+    """-I'/2I."""
+    POTENTIAL = 1
+    """-V'/I; at constant spindle speed it contains the centrifugal forces."""
+    CENTRIFUGAL = 2
+    """J'/2I."""
+    INVERSE_INERTIA = 3
+    """1/I."""
+    SPINDLE_INERTIA = 4
+    """J."""
+    DAMPING = 5
+    """Derivative of the dampers' force by q', over I."""
+    FIRST_PROGRAM = 6
+    """From here on the programmed forces at unit input over I, then value and derivative of each output."""
 
 
 class ReductionArrays(NamedTuple):
@@ -390,19 +397,22 @@ def evaluate_columns(arrays: ReductionArrays, workspace: NodeWorkspace, node: Fl
         workspace.output_jacobian,
         workspace.generalised_forces,
     )
-    columns[QUADRATIC_COLUMN] = -0.5 * inertia_derivative / inertia
-    columns[POTENTIAL_COLUMN] = _project_on_tangent(workspace.generalised_forces, node[1]) / inertia
-    if columns.size == INVERSE_INERTIA_COLUMN:
+    columns[TableColumn.QUADRATIC] = -0.5 * inertia_derivative / inertia
+    columns[TableColumn.POTENTIAL] = _project_on_tangent(workspace.generalised_forces, node[1]) / inertia
+    if columns.size == TableColumn.INVERSE_INERTIA:
         return
-    columns[CENTRIFUGAL_COLUMN] = 0.0
+    columns[TableColumn.CENTRIFUGAL] = 0.0
     if arrays.has_centrifugal_forces and not is_steady:
         evaluate_body_forces(arrays.bodies, 0.0, True, poses, 1.0, workspace.generalised_forces)
-        columns[CENTRIFUGAL_COLUMN] = _project_on_tangent(workspace.generalised_forces, node[1]) / inertia
-    columns[INVERSE_INERTIA_COLUMN], columns[SPINDLE_INERTIA_COLUMN] = (1.0 / inertia, bodies_inertia_about_spindle(arrays.bodies, poses))
+        columns[TableColumn.CENTRIFUGAL] = _project_on_tangent(workspace.generalised_forces, node[1]) / inertia
+    columns[TableColumn.INVERSE_INERTIA], columns[TableColumn.SPINDLE_INERTIA] = (
+        1.0 / inertia,
+        bodies_inertia_about_spindle(arrays.bodies, poses),
+    )
     workspace.generalised_forces[:] = 0.0
     add_element_forces(arrays.dampers, poses, tangents, workspace.input_cubics, 0.0, workspace.generalised_forces)
-    columns[DAMPING_COLUMN] = _project_on_tangent(workspace.generalised_forces, node[1]) / inertia
-    column = FIRST_PROGRAM_COLUMN
+    columns[TableColumn.DAMPING] = _project_on_tangent(workspace.generalised_forces, node[1]) / inertia
+    column: int = TableColumn.FIRST_PROGRAM
     for program in arrays.program_indices:
         workspace.generalised_forces[:] = 0.0
         workspace.input_cubics[program, 3] = 1.0

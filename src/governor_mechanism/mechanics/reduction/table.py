@@ -3,17 +3,47 @@
 from __future__ import annotations
 
 import math
+from enum import IntEnum
 from typing import NamedTuple
 
 import numpy as np
 
-from governor_mechanism.mechanics.reduction.node_evaluation import FIRST_PROGRAM_COLUMN, INVERSE_INERTIA_COLUMN, ReductionArrays
+from governor_mechanism.mechanics.reduction.node_evaluation import ReductionArrays, TableColumn
 from governor_mechanism.numerics.chebyshev import N_CHEBYSHEV_NODES, barycentric_weights
 from governor_mechanism.numerics.jit import jit, jit_internal
 from governor_mechanism.types import FloatArray, IntArray
 
 INITIAL_PIECE_WIDTH = 0.1
 """Width of the first piece that is tried, in coordinate scales."""
+
+
+class TableAction(IntEnum):
+    """What `extend_table` does: add a piece on a side, or start the table."""
+
+    BELOW = 0
+    ABOVE = 1
+    START = 2
+
+
+class ExtensionStatus(IntEnum):
+    """Result of `extend_table`."""
+
+    PIECE_ADDED = 0
+    TABLE_FULL = 1
+    """The capacity is used up."""
+    TABLE_ENDED = 2
+
+
+class EndReason(IntEnum):
+    """Why a table ends on a side."""
+
+    NOT_ENDED = 0
+    AT_BOUND = 1
+    """At a bound of the coordinate."""
+    AT_SINGULARITY = 2
+    """Where the coordinate does not determine the poses."""
+    AT_LIMIT = 3
+    """At a limit of a reading: this plus twice the index of the limit, plus 1 at a high one."""
 
 
 class PiecewiseTable(NamedTuple):
@@ -110,9 +140,9 @@ def grow_table(table: PiecewiseTable) -> PiecewiseTable:
 def count_columns(arrays: ReductionArrays) -> int:
     """Return the number of columns of the table."""
     return (
-        INVERSE_INERTIA_COLUMN
+        TableColumn.INVERSE_INERTIA
         if arrays.is_conservative and not len(arrays.output_rows.table)
-        else FIRST_PROGRAM_COLUMN + len(arrays.program_indices) + 2 * len(arrays.output_rows.table)
+        else TableColumn.FIRST_PROGRAM + len(arrays.program_indices) + 2 * len(arrays.output_rows.table)
     )
 
 

@@ -12,20 +12,14 @@ import numpy as np
 
 from governor_mechanism.mechanics.kinematics.constraint_kernels import RowKind
 from governor_mechanism.mechanics.reduction.node_evaluation import (
-    CENTRIFUGAL_COLUMN,
-    DAMPING_COLUMN,
-    FIRST_PROGRAM_COLUMN,
-    INVERSE_INERTIA_COLUMN,
     MAX_NODE_BRANCH_DISTANCE,
-    POTENTIAL_COLUMN,
-    QUADRATIC_COLUMN,
-    SPINDLE_INERTIA_COLUMN,
     NodeWorkspace,
     ReductionArrays,
+    TableColumn,
     evaluate_columns,
     solve_position,
 )
-from governor_mechanism.mechanics.reduction.table import PiecewiseTable
+from governor_mechanism.mechanics.reduction.table import EndReason, ExtensionStatus, PiecewiseTable, TableAction
 from governor_mechanism.numerics.chebyshev import CHEBYSHEV_NODES, N_CHEBYSHEV_NODES, barycentric_weights, evaluate_piece, fit_piece
 from governor_mechanism.numerics.jit import jit, jit_internal
 from governor_mechanism.types import FloatArray
@@ -56,18 +50,11 @@ ends; not within the margin (in coordinate scales) before the coordinate's bound
 TABLE_CLOSURE_TOLERANCE = 1e-8
 """Distance between the ends of the table, in length scales and rad, below which the motion is closed."""
 
-START_TABLE = 2
-"""Action of the first call of `extend_table`; later actions are 0 (below) and 1 (above)."""
-
-PIECE_ADDED, TABLE_FULL, TABLE_ENDED = 0, 1, 2
-"""Result of `extend_table`: a piece was added; the capacity is used up; the table ends."""
-
-NOT_ENDED, AT_BOUND, AT_SINGULARITY, AT_LIMIT = 0, 1, 2, 3
-"""Why a table ends: not at all; at a bound of the coordinate; at a singularity; from `AT_LIMIT` on at a limit of a reading."""
-
 
 @jit
-def extend_table(arrays: ReductionArrays, workspace: NodeWorkspace, table: PiecewiseTable, action: int, q: float, poses: FloatArray) -> int:
+def extend_table(
+    arrays: ReductionArrays, workspace: NodeWorkspace, table: PiecewiseTable, action: int, q: float, poses: FloatArray
+) -> ExtensionStatus:
     """Add the next piece to a table, or find the node at which it starts.
 
     One entry point from Python serves all actions, because each entry point compiles all that it calls.
@@ -81,20 +68,20 @@ def extend_table(arrays: ReductionArrays, workspace: NodeWorkspace, table: Piece
     table
         The table; changed in place.
     action
-        `START_TABLE` first; then the side of the new piece: 0 below, 1 above.
+        A `TableAction`: first the start, then the side of each new piece.
     q
-        Leading coordinate of the start, SI; only read with `START_TABLE`.
+        Leading coordinate of the start, SI; only read with `TableAction.START`.
     poses
-        Poses near the start; shape (bodies, 3); only read with `START_TABLE`.
+        Poses near the start; shape (bodies, 3); only read with `TableAction.START`.
 
     Returns
     -------
-    int
-        `PIECE_ADDED`, `TABLE_FULL` or `TABLE_ENDED`.
+    ExtensionStatus
+        Whether a piece was added.
     """
-    if action == START_TABLE:
-        return PIECE_ADDED if _start_table(arrays, workspace, table, q, poses) else TABLE_ENDED
-    return int(_add_piece(arrays, workspace, table, action))
+    if action == TableAction.START:
+        return ExtensionStatus.PIECE_ADDED if _start_table(arrays, workspace, table, q, poses) else ExtensionStatus.TABLE_ENDED
+    return _add_piece(arrays, workspace, table, action)
 
 
 @jit_internal
@@ -103,7 +90,7 @@ def _start_table(arrays: ReductionArrays, workspace: NodeWorkspace, table: Piece
     node[0] = poses.ravel()
     table.intervals[0, 0] = table.intervals[0, 1] = table.periodicity[1] = q
     if not solve_position(arrays, workspace, q, node):
-        table.end_reasons[:] = AT_SINGULARITY
+        table.end_reasons[:] = EndReason.AT_SINGULARITY
         return False
     evaluate_columns(arrays, workspace, node, columns)
     _set_scales(arrays, table, node, columns)
@@ -116,7 +103,7 @@ def _start_table(arrays: ReductionArrays, workspace: NodeWorkspace, table: Piece
 def _set_scales(arrays: ReductionArrays, table: PiecewiseTable, node: FloatArray, columns: FloatArray) -> None:
     """Set the scales of columns and poses from the initial node."""
     column_scales, coordinate_scale, time_scale = table.column_scales, arrays.coordinate_scale, arrays.time_scale
-    column_scales[QUADRATIC_COLUMN], column_scales[POTENTIAL_COLUMN], column_scales[CENTRIFUGAL_COLUMN] = (
+    column_scales[TableColumn.QUADRATIC], column_scales[TableColumn.POTENTIAL], column_scales[TableColumn.CENTRIFUGAL] = (
         1.0 / coordinate_scale,
         coordinate_scale / time_scale**2,
         coordinate_scale,
@@ -126,16 +113,16 @@ def _set_scales(arrays: ReductionArrays, table: PiecewiseTable, node: FloatArray
         max_tangent = max(max_tangent, abs(node[1, k]))
         table.node_scales[0, k] = arrays.pose_scales[k]
         table.node_scales[1, k] = arrays.pose_scales[k] / coordinate_scale
-    if columns.size == INVERSE_INERTIA_COLUMN:
+    if columns.size == TableColumn.INVERSE_INERTIA:
         return
-    column_scales[INVERSE_INERTIA_COLUMN], column_scales[SPINDLE_INERTIA_COLUMN], column_scales[DAMPING_COLUMN] = (
-        columns[INVERSE_INERTIA_COLUMN],
-        columns[SPINDLE_INERTIA_COLUMN],
+    column_scales[TableColumn.INVERSE_INERTIA], column_scales[TableColumn.SPINDLE_INERTIA], column_scales[TableColumn.DAMPING] = (
+        columns[TableColumn.INVERSE_INERTIA],
+        columns[TableColumn.SPINDLE_INERTIA],
         1.0 / time_scale,
     )
-    column = FIRST_PROGRAM_COLUMN
+    column: int = TableColumn.FIRST_PROGRAM
     for _ in range(arrays.program_indices.size):
-        column_scales[column] = max_tangent * columns[INVERSE_INERTIA_COLUMN]
+        column_scales[column] = max_tangent * columns[TableColumn.INVERSE_INERTIA]
         column += 1
     for k in range(arrays.output_rows.table.size):
         column_scales[column], column_scales[column + 1] = (arrays.output_scales[k], arrays.output_scales[k] / coordinate_scale)
@@ -143,12 +130,12 @@ def _set_scales(arrays: ReductionArrays, table: PiecewiseTable, node: FloatArray
 
 
 @jit_internal
-def _add_piece(arrays: ReductionArrays, workspace: NodeWorkspace, table: PiecewiseTable, side: int) -> int:
-    if table.end_reasons[side] != NOT_ENDED or table.periodicity[0] > 0.0:
-        return TABLE_ENDED
+def _add_piece(arrays: ReductionArrays, workspace: NodeWorkspace, table: PiecewiseTable, side: int) -> ExtensionStatus:
+    if table.end_reasons[side] != EndReason.NOT_ENDED or table.periodicity[0] > 0.0:
+        return ExtensionStatus.TABLE_ENDED
     piece, edge_piece = table.n_pieces[0], table.end_pieces[side]
     if piece >= table.intervals.shape[0]:
-        return TABLE_FULL
+        return ExtensionStatus.TABLE_FULL
     start, direction = table.intervals[edge_piece, side], 1.0 if side == 1 else -1.0
     bound = arrays.high if side == 1 else arrays.low
     width = min(table.next_widths[side], MAX_PIECE_WIDTH * arrays.coordinate_scale)
@@ -160,8 +147,8 @@ def _add_piece(arrays: ReductionArrays, workspace: NodeWorkspace, table: Piecewi
         if arrays.full_turn > 0.0 and direction * (end - period_end) >= 0.0:
             end, at_bound = period_end, False
         if abs(end - start) < MIN_PIECE_WIDTH * arrays.coordinate_scale:
-            table.end_reasons[side] = AT_BOUND if at_bound else AT_SINGULARITY
-            return TABLE_ENDED
+            table.end_reasons[side] = EndReason.AT_BOUND if at_bound else EndReason.AT_SINGULARITY
+            return ExtensionStatus.TABLE_ENDED
         residual, rounding = _fill_piece(arrays, workspace, table, piece, edge_piece, min(start, end), max(start, end), side)
         if residual <= 1.0 and rounding < MAX_ROUNDING_RATIO:
             if rounding > NOISE_LIMIT and abs(end - start) > MIN_RESIZABLE_WIDTH * arrays.coordinate_scale and not at_bound:
@@ -170,14 +157,14 @@ def _add_piece(arrays: ReductionArrays, workspace: NodeWorkspace, table: Piecewi
                 # No step control corrects the error of the table at a change point, and the error estimate would not show it.
                 near_change_point = workspace.min_pivot[0] < CHANGE_POINT_RATIO * table.periodicity[4]
                 if rounding > NOISE_LIMIT and near_change_point and abs(bound - end) > CHANGE_POINT_MARGIN * arrays.coordinate_scale:
-                    table.end_reasons[side] = AT_SINGULARITY
-                    return TABLE_ENDED
+                    table.end_reasons[side] = EndReason.AT_SINGULARITY
+                    return ExtensionStatus.TABLE_ENDED
             limit_value, reason = _locate_limit_in_piece(arrays, table, piece, side)
-            if reason == NOT_ENDED:
+            if reason == EndReason.NOT_ENDED:
                 break
             table.end_reasons[side] = reason  # the last piece ends where a reading reaches its limit
             if abs(limit_value - start) < MIN_PIECE_WIDTH * arrays.coordinate_scale:
-                return TABLE_ENDED
+                return ExtensionStatus.TABLE_ENDED
             residual, rounding = _fill_piece(
                 arrays, workspace, table, piece, edge_piece, min(start, limit_value), max(start, limit_value), side
             )
@@ -192,9 +179,9 @@ def _add_piece(arrays: ReductionArrays, workspace: NodeWorkspace, table: Piecewi
         table.neighbours[edge_piece, side] = piece
     table.n_pieces[0] = piece + 1
     table.end_pieces[side] = piece
-    if table.end_reasons[side] == NOT_ENDED and arrays.full_turn > 0.0 and end == period_end:
+    if table.end_reasons[side] == EndReason.NOT_ENDED and arrays.full_turn > 0.0 and end == period_end:
         _close_period(arrays, table)
-    return PIECE_ADDED
+    return ExtensionStatus.PIECE_ADDED
 
 
 @jit_internal
@@ -285,7 +272,7 @@ def _unwrap_line_angles(
     """Remove whole turns from outputs that are angles of lines, continuing the neighbouring piece."""
     for output_index in range(arrays.output_rows.table.size):
         if arrays.output_rows.table[output_index].kind == RowKind.LINE_ANGLE:
-            column = FIRST_PROGRAM_COLUMN + arrays.program_indices.size + 2 * output_index
+            column = TableColumn.FIRST_PROGRAM + arrays.program_indices.size + 2 * output_index
             last = evaluate_piece(table.coefficients, neighbour, column, float(direction)) if neighbour >= 0 else values[column, first]
             for step in range(N_CHEBYSHEV_NODES):
                 k = first + direction * step
@@ -312,12 +299,8 @@ def _fit_residual(arrays: ReductionArrays, table: PiecewiseTable, piece: int, va
 @jit_internal
 def _locate_limit_in_piece(arrays: ReductionArrays, table: PiecewiseTable, piece: int, side: int) -> tuple[float, int]:
     """Return the first value on a piece at which a reading reaches its limit, and the reason code; else its far end."""
-    near_edge, far_edge, reason, n_samples = (
-        table.intervals[piece, 1 - side],
-        table.intervals[piece, side],
-        NOT_ENDED,
-        4 * N_CHEBYSHEV_NODES,
-    )
+    near_edge, far_edge, n_samples = table.intervals[piece, 1 - side], table.intervals[piece, side], 4 * N_CHEBYSHEV_NODES
+    reason: int = EndReason.NOT_ENDED
     for limit in range(arrays.limits.shape[0]):
         for side_index in range(2):
             inside, outside = near_edge, far_edge
@@ -330,7 +313,7 @@ def _locate_limit_in_piece(arrays: ReductionArrays, table: PiecewiseTable, piece
                             outside = middle
                         else:
                             inside = middle
-                    far_edge, reason = inside, AT_LIMIT + 2 * limit + side_index
+                    far_edge, reason = inside, EndReason.AT_LIMIT + 2 * limit + side_index
                     break
                 inside = outside
     return far_edge, reason
@@ -339,7 +322,7 @@ def _locate_limit_in_piece(arrays: ReductionArrays, table: PiecewiseTable, piece
 @jit_internal
 def _limit_violation(arrays: ReductionArrays, table: PiecewiseTable, piece: int, limit: int, side_index: int, q: float) -> float:
     """Return how far a reading is beyond its low (0) or high (1) limit."""
-    column = FIRST_PROGRAM_COLUMN + arrays.program_indices.size + 2 * int(arrays.limits[limit, 0])
+    column = TableColumn.FIRST_PROGRAM + arrays.program_indices.size + 2 * int(arrays.limits[limit, 0])
     value = evaluate_piece(table.coefficients, piece, column, (q - table.intervals[piece, 2]) * table.intervals[piece, 3])
     return float(value - arrays.limits[limit, 2] if side_index == 1 else arrays.limits[limit, 1] - value)
 
@@ -373,7 +356,7 @@ def _close_period(arrays: ReductionArrays, table: PiecewiseTable) -> None:
 @jit_internal
 def _is_periodic(arrays: ReductionArrays, table: PiecewiseTable, low: int, high: int) -> bool:
     """Return whether all columns have the same values at both ends; angles of lines are exempt, because whole turns do not matter."""
-    first_output_column, is_same = FIRST_PROGRAM_COLUMN + arrays.program_indices.size, True
+    first_output_column, is_same = TableColumn.FIRST_PROGRAM + arrays.program_indices.size, True
     for c in range(table.column_scales.size):
         output_index = (c - first_output_column) // 2
         if (

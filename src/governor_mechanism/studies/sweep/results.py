@@ -19,7 +19,10 @@ from governor_mechanism.studies.sweep.quantities import RunQuantity
 ROW_REFUSED, ROW_FAILED = "refused", "failed"
 """Outcomes in addition to those of runs: an invalid scene or a refused run, and an unexpected error."""
 
-OK_ROW_OUTCOMES = ("done", "uncertified")
+ROW_OK = "ok"
+"""Outcome of a complete run without a certificate."""
+
+OK_ROW_OUTCOMES = ("done", ROW_OK)
 """Outcomes of a run that is complete and kept its accuracy, certified or not."""
 
 MAX_PRINTED_ROWS = 20

@@ -24,7 +24,7 @@ from governor_mechanism.studies.sweep.batch_rows import DIMENSION_PREFIX, Batche
 from governor_mechanism.studies.sweep.checkpoint import SweepFiles
 from governor_mechanism.studies.sweep.parameters import SweepAxis, parse_axes, parse_scene_with
 from governor_mechanism.studies.sweep.quantities import QuantityRequest, RunQuantity, parse_quantities
-from governor_mechanism.studies.sweep.results import ROW_FAILED, ROW_REFUSED, Sweep, SweepRow
+from governor_mechanism.studies.sweep.results import ROW_FAILED, ROW_OK, ROW_REFUSED, Sweep, SweepRow
 from governor_mechanism.studies.sweep.workers import map_in_processes, record_interrupts
 from governor_mechanism.units.quantities import format_value
 
@@ -225,7 +225,7 @@ def _compute_row(task: SweepTask, index: int) -> SweepRow:
             uncertified_result = task.batched_rows.run_uncertified(task.changed_dimensions(index))
             if uncertified_result is not None:
                 numbers = tuple(one.evaluate(uncertified_result) for one in task.quantities)
-                return SweepRow(index=index, numbers=numbers, outcome=Outcome.UNCERTIFIED.name.lower(), message="")
+                return SweepRow(index=index, numbers=numbers, outcome=ROW_OK, message="")
         run = _run_scene(task, task.build_scene(index))
         return _make_row(task, index, run)
     except GovernorMechanismError as error:
@@ -247,7 +247,8 @@ def _make_row(task: SweepTask, index: int, run: Trajectory) -> SweepRow:
         one.evaluate(run) if has_final_values or (one.rule == "duration" and len(run.times)) else math.nan for one in task.quantities
     )
     message = "" if outcome.ok else " ".join(run.message.split())
-    return SweepRow(index=index, numbers=numbers, outcome=outcome.name.lower(), message=message)
+    name = ROW_OK if outcome is Outcome.NOT_CERTIFIED else outcome.name.lower()
+    return SweepRow(index=index, numbers=numbers, outcome=name, message=message)
 
 
 def _make_failed_row(task: SweepTask, index: int, outcome: str, problems: Sequence[str]) -> SweepRow:

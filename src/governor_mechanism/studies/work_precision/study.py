@@ -74,7 +74,7 @@ MAX_ASYMPTOTIC_ERROR, N_FITTED_SETTINGS = 0.03, 5
 ESTIMATE_TOLERANCE_RATIO = 10.0
 """Ratio of the tolerances behind an error estimate: it is the error of the looser run, so a confirmed reference is better by this."""
 
-SCENE_OUTCOMES = (Outcome.DONE, Outcome.UNCERTIFIED, Outcome.ACCURACY_MISSED, Outcome.LEFT_RANGE)
+SCENE_OUTCOMES = (Outcome.DONE, Outcome.NOT_CERTIFIED, Outcome.ACCURACY_MISSED, Outcome.LEFT_RANGE)
 """Outcomes that are due to the scene, not to the engine."""
 
 
@@ -130,7 +130,7 @@ def run_accuracy_study(
         report_progress(0, n_done)
     return AccuracyStudy(
         scene=scene,
-        reference=_confirm_by_impulse(benchmark.error_reference, variants),
+        reference=confirm_by_impulse(benchmark.error_reference, variants),
         variants=tuple(variants),
         n_samples=len(benchmark.reference_run.times),
         time_scale=benchmark.time_scale,
@@ -228,7 +228,7 @@ class ErrorBenchmark:
                 if iteration_factor >= MAX_ITERATION_FACTOR:
                     break
                 n_stagnant, iteration_factor = 0, ITERATION_FACTOR * iteration_factor
-        order = _fit_order(points, self.error_reference.resolvable_error) if ladder.varies_step else None
+        order = fit_order(points, self.error_reference.resolvable_error) if ladder.varies_step else None
         return EngineVariant(
             name=ladder.name, points=tuple(points), order=order, refusal=refusal, notes=_format_notes(notes), time_limit=time_limit
         )
@@ -331,7 +331,7 @@ def _is_joint_gap_decreasing(points: list[WorkPrecisionPoint]) -> bool:
     return finer_gap <= max(0.5 * coarser_gap, JOINT_GAP_ROUNDING)
 
 
-def _fit_order(points: list[WorkPrecisionPoint], floor: float) -> FittedParameter | None:
+def fit_order(points: list[WorkPrecisionPoint], floor: float) -> FittedParameter | None:
     """Return the order of the error in the step: the log-log slope over the longest sequence of decreasing errors."""
     sequences: list[list[WorkPrecisionPoint]] = [[]]
     for coarser, finer in pairwise([None, *points]):
@@ -348,7 +348,7 @@ def _fit_order(points: list[WorkPrecisionPoint], floor: float) -> FittedParamete
     return fit_slope(*(np.log([getattr(point, name) for point in fitted_points]) for name in ("step", "error")))
 
 
-def _confirm_by_impulse(reference: ErrorReference, variants: list[EngineVariant]) -> ErrorReference:
+def confirm_by_impulse(reference: ErrorReference, variants: list[EngineVariant]) -> ErrorReference:
     """Return the reference, confirmed by the best impulse run if the reduced engine cannot confirm it."""
     if reference.confirmation_error is not None:
         return reference

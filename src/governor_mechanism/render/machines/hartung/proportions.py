@@ -13,6 +13,7 @@ from governor_mechanism.model.output_variables import PointCoordinate
 from governor_mechanism.model.scene import Part
 from governor_mechanism.render.effect_state import NO_EFFECTS, EffectState
 from governor_mechanism.render.geometry.primitives import CAST_IRON_DENSITY, Vec2
+from governor_mechanism.render.machines.governor_parts import GovernorProportions
 from governor_mechanism.types import FloatArray
 
 HARTUNG_SPINDLE_HALF_WIDTH = 0.115
@@ -22,15 +23,13 @@ _NOMINAL_LEVER_SINE = 0.26
 
 
 @dataclass(frozen=True, kw_only=True)
-class HartungProportions:
+class HartungProportions(GovernorProportions):
     """Dimensions of the drawing in m, kg and rad; `hanger_length` is infinite if the hangers stay vertical.
 
     `half_width` and `half_height` are those of a weight. `weights_rotate` is true if the weights rotate with their arms.
-    `spring_seat_radius` is the distance of the outer spring ends from the axis. `zero_lift_height` is the lug height at zero lift.
-    `effect_state` holds the effects of the scene.
+    `spring_seat_radius` is the distance of the outer spring ends from the axis.
     """
 
-    arm: float
     sleeve_arm: float
     bell_crank_angle: float
     fulcrum: Vec2
@@ -41,8 +40,6 @@ class HartungProportions:
     half_height: float
     weights_rotate: bool
     spring_seat_radius: float
-    zero_lift_height: float
-    effect_state: EffectState = NO_EFFECTS
 
     @property
     def bore_half_height(self) -> float:
@@ -55,10 +52,9 @@ class HartungProportions:
         radius = math.cbrt(self.sleeve_mass / (1.3 * math.pi * CAST_IRON_DENSITY))
         min_radius = abs(self.lug_offset) + 0.22 * self.arm
         if math.isinf(self.hanger_length):
-            sleeve_arm_ends = (
-                self.fulcrum[0] - self.sleeve_arm * math.sin(self.bell_crank_angle + lever) for lever in self.lever_angle_range
-            )
-            min_radius = max(0.42 * self.arm, *(abs(foot) + 0.11 * self.arm for foot in sleeve_arm_ends))
+            angles = (self.bell_crank_angle + lever for lever in self.lever_angle_range)
+            ends = (self.fulcrum[0] - self.sleeve_arm * math.sin(angle) for angle in angles)
+            min_radius = max(0.42 * self.arm, *(abs(end) + 0.11 * self.arm for end in ends))
         radius = max(min(max(radius, 0.45 * self.arm), 1.1 * self.arm), min_radius)
         return radius, 0.2 * self.arm + 1.0 * radius
 
