@@ -12,7 +12,7 @@ from governor_mechanism.errors import MechanismError
 from governor_mechanism.machines.slide_valve import SlideValve
 from governor_mechanism.mechanics.kinematics.kinematic_analysis import solve_kinematics
 from governor_mechanism.model.scene import Scene
-from governor_mechanism.numerics.roots import find_root
+from governor_mechanism.numerics.roots import find_roots
 from governor_mechanism.types import FloatArray
 
 CYLINDER_ENDS = ("crank end", "head end")
@@ -24,6 +24,12 @@ VALVE_DISPLACEMENT = "valve_displacement"
 
 N_SCAN_ANGLES = 24
 """Number of crank angles per turn in the search for the two dead centres of the valve."""
+
+DEAD_CENTRE_TOLERANCE = 1e-8
+"""Tolerance of the crank angle of a dead centre, rad; the valve hardly moves there."""
+
+EVENT_ANGLE_TOLERANCE = 1e-13
+"""Tolerance of the crank angle of an event, rad; rounding is about 1e-15."""
 
 
 def require_slide_valve(scene: Scene) -> None:
@@ -77,10 +83,13 @@ class ValveKinematics(NamedTuple):
         Readings by name, SI; shape (n,).
     derivatives
         First derivatives, SI/rad; shape (n,).
+    second_derivatives
+        Second derivatives, SI/rad2; shape (n,).
     """
 
     readings: Mapping[str, FloatArray]
     derivatives: Mapping[str, FloatArray]
+    second_derivatives: Mapping[str, FloatArray]
 
 
 def evaluate_at_crank_angles(scene: Scene, angles: FloatArray) -> ValveKinematics:
@@ -105,7 +114,9 @@ def evaluate_at_crank_angles(scene: Scene, angles: FloatArray) -> ValveKinematic
     def in_given_order(sorted_arrays: Mapping[str, FloatArray]) -> dict[str, FloatArray]:
         return {name: values[inverse_order] for name, values in sorted_arrays.items()}
 
-    return ValveKinematics(in_given_order(solution.readings), in_given_order(solution.rates))
+    return ValveKinematics(
+        in_given_order(solution.readings), in_given_order(solution.rates), in_given_order(solution.reading_accelerations)
+    )
 
 
 def find_event_angles(scene: Scene) -> dict[str, float]:
@@ -137,7 +148,15 @@ def find_event_angles(scene: Scene) -> dict[str, float]:
             closed_angle, open_angle = (lowest, highest) if at_highest > at_lowest else (highest, lowest)
             events.append((f"{end} {opens}", reading, closed_angle, _next_angle(closed_angle, open_angle)))
             events.append((f"{end} {closes}", reading, open_angle, _next_angle(open_angle, closed_angle)))
-    return {name: _find_zero(scene, reading, low, high) % math.tau for name, reading, low, high in events}
+    names, readings, low, high = zip(*events, strict=True)
+
+    def openings(angles: FloatArray) -> tuple[FloatArray, FloatArray]:
+        motion = evaluate_at_crank_angles(scene, angles)
+        values, derivatives = (np.array([arrays[name][k] for k, name in enumerate(readings)]) for arrays in motion[:2])
+        return values, derivatives
+
+    angles = find_roots(openings, np.array(low), np.array(high), EVENT_ANGLE_TOLERANCE)
+    return dict(zip(names, (angles % math.tau).tolist(), strict=True))
 
 
 def _next_angle(start: float, angle: float) -> float:
@@ -149,15 +168,11 @@ def _find_valve_dead_centres(scene: Scene) -> tuple[float, float]:
     """Return the crank angles (rad) of the lowest and the highest position of the valve."""
     grid = np.linspace(0.0, math.tau, N_SCAN_ANGLES, endpoint=False)
     displacements = evaluate_at_crank_angles(scene, grid).readings[VALVE_DISPLACEMENT]
+    extremes = grid[[int(np.argmin(displacements)), int(np.argmax(displacements))]]
 
-    def derivative(angle: float) -> float:
-        return float(evaluate_at_crank_angles(scene, np.array([angle])).derivatives[VALVE_DISPLACEMENT][0])
+    def derivatives(angles: FloatArray) -> tuple[FloatArray, FloatArray]:
+        motion = evaluate_at_crank_angles(scene, angles)
+        return motion.derivatives[VALVE_DISPLACEMENT], motion.second_derivatives[VALVE_DISPLACEMENT]
 
-    extremes = (grid[np.argmin(displacements)], grid[np.argmax(displacements)])
-    lowest, highest = (find_root(derivative, angle - grid[1], angle + grid[1]) for angle in extremes)
+    lowest, highest = find_roots(derivatives, extremes - grid[1], extremes + grid[1], DEAD_CENTRE_TOLERANCE).tolist()
     return lowest, highest
-
-
-def _find_zero(scene: Scene, reading: str, low: float, high: float) -> float:
-    """Return the crank angle (rad) at which a reading vanishes between two angles."""
-    return find_root(lambda angle: float(evaluate_at_crank_angles(scene, np.array([angle])).readings[reading][0]), low, high)
