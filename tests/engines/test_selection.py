@@ -77,5 +77,5 @@ def test_a_refusal_names_the_engine_that_would_do():
 
 
 def test_the_plain_way_of_pymunk_refuses_what_it_does_not_hold():
-    with pytest.raises(gm.UnsupportedEffect, match="plain way does not hold drives; leave plain=True out"):
+    with pytest.raises(gm.UnsupportedEffect, match="plain=True does not enforce drives; leave plain=True out"):
         ImpulseEngine(step=1e-3, runs=1, plain=True).run(gm.load("quick_return"))
