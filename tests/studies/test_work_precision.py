@@ -202,7 +202,7 @@ def test_with_contacts_event_time_errors_are_listed_too(frictional):
     assert all(point.event_time_error is not None for point in frictional.points)
     assert all(point.max_error >= point.event_time_error / frictional.time_scale for point in frictional.points)
     assert "events, s" in str(frictional)
-    assert "plain way has no friction" in frictional.variant("impulse plain").refusal
+    assert "plain=True has no friction" in frictional.variant("impulse plain").refusal
     assert "impulse plain cannot run this scene" in frictional.advice(1e-4)
     assert frictional.variant("impulse staggered").best_point.max_error < 1e-3
 
