@@ -450,7 +450,7 @@ def test_a_start_at_a_dead_centre_is_refused():
     [
         ("quick_return", "drives move this mechanism; choose.*multibody"),
         ("porter_clearance", r"engine 'reduced' cannot model \['Clearance'\]"),
-    ],  # fmt: skip
+    ],
 )
 def test_what_it_does_not_follow_is_refused(name, sentence):
     with pytest.raises(UnsupportedEffect, match=sentence):
