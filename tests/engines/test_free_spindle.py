@@ -82,7 +82,7 @@ def test_impulse_engine_is_of_second_order_with_a_free_spindle():
 def test_a_free_spindle_requires_a_turning_plane():
     scene = free_porter()
     part = replace(scene.part, plane=FIXED_PLANE)
-    with pytest.raises(gm.MechanismError, match="lives in a fixed plane"):
+    with pytest.raises(gm.MechanismError, match="is in a fixed plane"):
         replace(scene, parts=(part,))
 
 

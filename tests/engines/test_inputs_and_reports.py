@@ -11,7 +11,8 @@ import pytest
 from governor_mechanism.closed_form.pendulum import dynamics as closed
 from governor_mechanism.engines import ImpulseEngine, MultibodyEngine, ReducedEngine
 from governor_mechanism.engines.base import RunRequest
-from governor_mechanism.engines.impulse.richardson import ImpulseSettings, RichardsonRefinement
+from governor_mechanism.engines.impulse.richardson import RichardsonRefinement
+from governor_mechanism.engines.impulse.settings import ImpulseSettings
 from governor_mechanism.machines.pendulum.machine import PendulumGovernor
 from governor_mechanism.mechanics.dynamics.characteristic_scales import time_scale
 from governor_mechanism.model.joints import GROUND, Joint, Pin, Point, Slider
@@ -147,7 +148,7 @@ def test_link_that_passes_its_dead_centre_ends_the_run_although_the_arm_reverses
     scene = governor_scene(dimensions, speed=60.0, angle=limit.high - 0.02, rate=0.5, output_interval=0.25)
     run = engine().run(scene)
     assert run.outcome is Outcome.LEFT_RANGE
-    assert "the link stands at 90 degrees" in run.message
+    assert "the link is at 90 degrees" in run.message
 
 
 @pytest.mark.parametrize("engine", ENGINES)

@@ -112,7 +112,7 @@ def _require_independent_drivers(mechanism: Mechanism) -> None:
         )
     if mobility_without_drivers - mobility < np.sum(is_driver_row):
         raise MechanismError(
-            f"drivers {driver_names} contradict each other or the joints: the joints leave {mobility_without_drivers} degrees of freedom, "
+            f"drivers {driver_names} contradict each other or the joints: the joints leave mobility {mobility_without_drivers}, "
             f"and of {int(np.sum(is_driver_row))} drivers only {mobility_without_drivers - mobility} are independent; leave one driver out"
         )
 

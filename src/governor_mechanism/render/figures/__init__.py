@@ -1,1 +1,1 @@
-"""Figures as PNG files."""
+"""Figures of runs and studies as PNG files."""

@@ -2,21 +2,20 @@
 
 from __future__ import annotations
 
-import os
 import textwrap
-from pathlib import Path
 from typing import Any
 
+import numpy as np
 from matplotlib.axes import Axes
-from matplotlib.backends.backend_agg import FigureCanvasAgg
 from matplotlib.figure import Figure
+from matplotlib.lines import Line2D
 from matplotlib.patches import Rectangle
 from matplotlib.patheffects import withStroke
 from matplotlib.text import Annotation, Text
+from numpy.typing import ArrayLike
 
-from governor_mechanism.errors import MechanismError
-from governor_mechanism.files.atomic_write import atomic_write
-from governor_mechanism.render.style import INK, MUTED, PAPER, SANS_FONT, SERIF_FONT
+from governor_mechanism.render.figures.page import label_axes, new_figure, style_axes
+from governor_mechanism.render.style import INK, MUTED, PAPER, SERIF_FONT
 
 PLATE_WIDTH, PLATE_HEIGHT, PLATE_DPI = 13.0, 8.6, 120
 """Width and height, inches, and resolution, dots per inch."""
@@ -30,12 +29,13 @@ DASHED, CHAIN_DOTTED, DOTTED = (0, (5, 2.5)), (0, (10, 2.5, 1.5, 2.5)), (0, (1, 
 
 _TEXT_HALO = withStroke(linewidth=3.0, foreground=PAPER)
 
-AxesPoint = tuple[float, float]
+AxesPoint = tuple[Any, Any]
+"""Coordinates x and y: numbers or arrays of them."""
 
 
 def new_plate(heading: str, title: str, source: str) -> Figure:
     """Return an empty framed plate of PLATE_WIDTH by PLATE_HEIGHT inches, with a heading above a scene title and the source."""
-    figure = Figure(figsize=(PLATE_WIDTH, PLATE_HEIGHT), dpi=PLATE_DPI, facecolor=PAPER)
+    figure = new_figure(PLATE_WIDTH, PLATE_HEIGHT, PLATE_DPI)
     for inches, width in ((0.14, 1.8), (0.21, 0.6)):
         corner = inches / PLATE_WIDTH, inches / PLATE_HEIGHT
         box = Rectangle(corner, 1 - 2 * corner[0], 1 - 2 * corner[1], transform=figure.transFigure)
@@ -45,21 +45,6 @@ def new_plate(heading: str, title: str, source: str) -> Figure:
     short_title = textwrap.shorten(title, _MAX_TITLE_LETTERS, placeholder=" …")
     write_text(figure, 0.5, 0.901, f"{short_title}; {source}", 11.5, ha="center", va="center", color=MUTED, parse_math=False)
     return figure
-
-
-def save_plate(figure: Figure, path: str | os.PathLike[str]) -> Path:
-    """Write the plate as a PNG and return its path; equal plates give equal files, and an exception leaves no file behind."""
-    target = Path(path)
-    with atomic_write(target) as temporary:
-        canvas: Any = FigureCanvasAgg(figure)
-        canvas.print_png(str(temporary), metadata={"Software": None})
-    return target
-
-
-def require_png(path: str | os.PathLike[str]) -> None:
-    """Raise MechanismError unless the name ends in .png."""
-    if Path(path).suffix.lower() != ".png":
-        raise MechanismError(f"a figure's name must end in .png; got {Path(path).name!r}")
 
 
 def write_text(figure: Figure, x: float, y: float, text: str, size: float, **properties: Any) -> Text:
@@ -77,12 +62,25 @@ def annotate_point(axes: Axes, point: AxesPoint, label: str, offset: AxesPoint =
     return annotation
 
 
+def draw_point(axes: Axes, x: float, y: float, **style: Any) -> None:
+    """Draw a round marker at a point."""
+    axes.plot([x], [y], "o", **style)
+
+
+def polar_points(angles: ArrayLike, lengths: ArrayLike, centre: AxesPoint = (0.0, 0.0)) -> AxesPoint:
+    """Return points (n,), (n,) at lengths and angles (rad) from a centre."""
+    return centre[0] + np.multiply(lengths, np.cos(angles)), centre[1] + np.multiply(lengths, np.sin(angles))
+
+
+def add_line_legend(axes: Axes, entries: dict[str, dict[str, Any]], *, colour: str, size: float, **properties: Any) -> None:
+    """Add a legend of line styles by label."""
+    handles = [Line2D([], [], label=label, **style) for label, style in entries.items()]
+    legend = axes.legend(handles=handles, **properties)
+    for text in legend.get_texts():
+        text.set(fontfamily=SERIF_FONT, fontsize=size, math_fontfamily="stix", color=colour)
+
+
 def style_plate_axes(axes: Axes, x_label: str, y_label: str) -> None:
     """Style axes with two spines and serif labels."""
-    axes.set_facecolor(PAPER)
-    for side, spine in axes.spines.items():
-        spine.set(visible=side in ("left", "bottom"), color=MUTED, linewidth=0.8)
-    axes.tick_params(color=MUTED, labelcolor=MUTED, labelsize=8, labelfontfamily=SANS_FONT)
-    text_style: dict[str, Any] = {"color": INK, "fontsize": 10.5, "fontfamily": SERIF_FONT, "math_fontfamily": "stix"}
-    axes.set_xlabel(x_label, **text_style)
-    axes.set_ylabel(y_label, **text_style)
+    style_axes(axes, grid=None)
+    label_axes(axes, x_label, y_label, size=10.5, math_fontfamily="stix")

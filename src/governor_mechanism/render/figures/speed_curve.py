@@ -5,24 +5,17 @@ from __future__ import annotations
 import os
 from collections.abc import Sequence
 from pathlib import Path
-from typing import Any
 
 import numpy as np
 from matplotlib.axes import Axes
-from matplotlib.backends.backend_agg import FigureCanvasAgg
-from matplotlib.figure import Figure
 from numpy.typing import NDArray
 
-from governor_mechanism.errors import MechanismError
-from governor_mechanism.files.atomic_write import atomic_write
 from governor_mechanism.model.scene import Scene
+from governor_mechanism.render.figures.page import label_axes, new_figure, save_png, style_axes, write_footnote, write_title
 from governor_mechanism.render.number_format import display_unit_of
-from governor_mechanism.render.style import BLUE, INK, MUTED, PAPER, RULE, SANS_FONT, SERIF_FONT, SKY, VERMILLION
+from governor_mechanism.render.style import BLUE, INK, PAPER, SANS_FONT, SERIF_FONT, SKY, VERMILLION
 from governor_mechanism.statics.equilibria import Equilibrium
 from governor_mechanism.statics.speed_curve import InsensitivityBand, SpeedCurve
-
-_FIGURE_WIDTH, _FIGURE_HEIGHT, _DPI = 7.2, 5.0, 100
-"""Width and height, inches, and resolution, dots per inch."""
 
 _RPM_PER_RAD_S = 30 / np.pi
 
@@ -42,7 +35,7 @@ def speed_curve_figure(scene: Scene, curve: SpeedCurve, path: str | os.PathLike[
     curve
         Its equilibrium speed over the travel.
     path
-        File to write; its name ends in .png.
+        File to write; another ending than .png raises MechanismError.
     equilibria
         Equilibria to mark.
 
@@ -50,33 +43,19 @@ def speed_curve_figure(scene: Scene, curve: SpeedCurve, path: str | os.PathLike[
     -------
     Path
         The path of the file.
-
-    Raises
-    ------
-    MechanismError
-        If the name does not end in .png.
     """
-    target = Path(path)
-    if target.suffix.lower() != ".png":
-        raise MechanismError(f"a figure's name must end in .png; got {target.name!r}")
-    figure = Figure(figsize=(_FIGURE_WIDTH, _FIGURE_HEIGHT), dpi=_DPI, facecolor=PAPER)
+    figure = new_figure(7.2, 5.0)
     axes = figure.add_axes((0.11, 0.13, 0.85, 0.72))
     _draw(axes, scene, curve, equilibria)
-    title = figure.text(0.02, 0.945, scene.title, fontsize=15, va="center")
-    title.set(color=INK, fontfamily=SERIF_FONT, parse_math=False)
-    ends = f"low end: {curve.low_end_message};  high end: {curve.high_end_message}"
-    figure.text(0.02, 0.025, ends, color=MUTED, fontsize=7.5, fontfamily=SANS_FONT).set_parse_math(False)
-    with atomic_write(target) as temporary:
-        canvas: Any = FigureCanvasAgg(figure)
-        canvas.print_png(str(temporary), metadata={"Software": None})
-    return target
+    write_title(figure, scene.title)
+    write_footnote(figure, f"low end: {curve.low_end_message};  high end: {curve.high_end_message}", y=0.025)
+    return save_png(figure, path)
 
 
 def _draw(axes: Axes, scene: Scene, curve: SpeedCurve, equilibria: Sequence[Equilibrium]) -> None:
     unit, factor = display_unit_of("rad" if scene.part.mechanism.reading(curve.coordinate_name).quantity == "angle" else "m")
     unit = unit.replace("°", "deg")
     low, high = _speed_limits(curve)
-    axes.set_facecolor(PAPER)
     _draw_curve(axes, curve, factor)
     if curve.insensitivity_band is not None:
         _draw_band(axes, scene, curve, curve.insensitivity_band, factor, high)
@@ -84,12 +63,8 @@ def _draw(axes: Axes, scene: Scene, curve: SpeedCurve, equilibria: Sequence[Equi
     _mark_equilibria(axes, curve, equilibria, factor)
     axes.set_xlim(curve.coordinate[0] * factor, curve.coordinate[-1] * factor)
     axes.set_ylim(low, high)
-    axes.set_xlabel(f"{curve.coordinate_name.replace('_', ' ')}, {unit}", color=INK, fontsize=10, fontfamily=SERIF_FONT)
-    axes.set_ylabel("equilibrium speed, rpm", color=INK, fontsize=10, fontfamily=SERIF_FONT)
-    for side, spine in axes.spines.items():
-        spine.set(visible=side in ("left", "bottom"), color=MUTED, linewidth=0.8)
-    axes.tick_params(color=MUTED, labelcolor=MUTED, labelsize=8, labelfontfamily=SANS_FONT)
-    axes.grid(color=RULE, linewidth=0.6)
+    label_axes(axes, f"{curve.coordinate_name.replace('_', ' ')}, {unit}", "equilibrium speed, rpm")
+    style_axes(axes, is_grid_below=False)
     if axes.get_legend_handles_labels()[0]:
         axes.legend(frameon=False, fontsize=8.5, loc="upper center")
 

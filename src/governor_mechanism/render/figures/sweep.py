@@ -11,21 +11,20 @@ from typing import Any
 
 import numpy as np
 from matplotlib.axes import Axes
-from matplotlib.backends.backend_agg import FigureCanvasAgg
 from matplotlib.figure import Figure
 from matplotlib.lines import Line2D
 
 from governor_mechanism.errors import MechanismError
-from governor_mechanism.files.atomic_write import atomic_write
+from governor_mechanism.render.figures.page import label_axes, new_figure, save_png, style_axes, write_heading, write_title
 from governor_mechanism.render.figures.sweep_heatmaps import SweepAxisScale, draw_heatmaps, label_with_unit
 from governor_mechanism.render.film.reading_panel import axis_limits_for, format_plain_ticks
-from governor_mechanism.render.style import INK, MUTED, PAPER, RULE, SANS_FONT, SERIES_COLOURS, SERIF_FONT, VERMILLION
+from governor_mechanism.render.style import INK, SANS_FONT, SERIES_COLOURS, VERMILLION
 from governor_mechanism.studies.sweep.quantities import RunQuantity
 from governor_mechanism.studies.sweep.results import Sweep
 from governor_mechanism.types import FloatArray
 
-_DPI, _FIGURE_WIDTH, _PANEL_HEIGHT = 100, 8.4, 2.9
-"""Resolution (dots per inch), width of a figure of curves and height of each panel (inches)."""
+_FIGURE_WIDTH, _PANEL_HEIGHT = 8.4, 2.9
+"""Width of a figure of curves and height of each panel, inches."""
 
 _HEADER_HEIGHT, _FOOTER_HEIGHT = 0.75, 0.75
 """Heights above and below the panels, inches."""
@@ -46,7 +45,7 @@ def sweep_figure(sweep: Sweep, path: str | os.PathLike[str]) -> Path:
     sweep
         Result of a sweep over one to three keys.
     path
-        File to write; its name ends in .png.
+        File to write; another ending than .png raises MechanismError.
 
     Returns
     -------
@@ -56,20 +55,14 @@ def sweep_figure(sweep: Sweep, path: str | os.PathLike[str]) -> Path:
     Raises
     ------
     MechanismError
-        If the name does not end in .png, or the sweep has more than three keys.
+        If the sweep has more than three keys.
     """
-    target = Path(path)
-    if target.suffix.lower() != ".png":
-        raise MechanismError(f"a figure's name must end in .png; got {target.name!r}")
     if len(sweep.axes) > _MAX_SWEEP_AXES:
         raise MechanismError(
             f"a figure shows at most {_MAX_SWEEP_AXES} keys, and this sweep varies {len(sweep.axes)}; sweep over fewer keys"
         )
     figure = _draw_curves(sweep) if len(sweep.axes) == 1 else draw_heatmaps(sweep)
-    with atomic_write(target) as temporary:
-        canvas: Any = FigureCanvasAgg(figure)
-        canvas.print_png(str(temporary), metadata={"Software": None})
-    return target
+    return save_png(figure, path)
 
 
 def _draw_curves(sweep: Sweep) -> Figure:
@@ -79,7 +72,7 @@ def _draw_curves(sweep: Sweep) -> Figure:
     for quantity in sweep.quantities:
         groups.setdefault(quantity.display_unit[1] or quantity.name, []).append(quantity)
     height = _HEADER_HEIGHT + _FOOTER_HEIGHT + _PANEL_HEIGHT * len(groups)
-    figure = Figure(figsize=(_FIGURE_WIDTH, height), dpi=_DPI, facecolor=PAPER)
+    figure = new_figure(_FIGURE_WIDTH, height)
     grid = figure.add_gridspec(
         len(groups), 1, left=0.1, right=0.76, top=1 - (_HEADER_HEIGHT + 0.2) / height, bottom=_FOOTER_HEIGHT / height, hspace=0.38
     )
@@ -87,9 +80,8 @@ def _draw_curves(sweep: Sweep) -> Figure:
         axes = figure.add_subplot(grid[k, 0])
         _draw_panel(axes, sweep, axis_scale, group)
         if k == len(groups) - 1:
-            axes.set_xlabel(axis_scale.label, color=INK, fontsize=10, fontfamily=SERIF_FONT)
-    title = figure.text(0.02, 1 - 0.32 / height, sweep.title, fontsize=15, va="center")
-    title.set(color=INK, fontfamily=SERIF_FONT, parse_math=False)
+            label_axes(axes, axis_scale.label)
+    write_title(figure, sweep.title, y=1 - 0.32 / height)
     return figure
 
 
@@ -99,7 +91,7 @@ _LINE_STYLES: tuple[Any, ...] = ("-", (0, (5, 2)), (0, (1, 1)))
 
 def _draw_panel(axes: Axes, sweep: Sweep, axis_scale: SweepAxisScale, group: Sequence[RunQuantity]) -> None:
     factor, unit = group[0].display_unit
-    style_sweep_axes(axes)
+    style_axes(axes)
     handles = []
     finite_values: list[FloatArray] = []
     for k, quantity in enumerate(group):
@@ -124,7 +116,7 @@ def _draw_panel(axes: Axes, sweep: Sweep, axis_scale: SweepAxisScale, group: Seq
         for text in legend.get_texts():
             text.set(color=INK, fontfamily=SANS_FONT, parse_math=False)
     heading = label_with_unit(group[0].name, unit) if len(group) == 1 else unit or "value"
-    axes.text(0.0, 1.05, heading, transform=axes.transAxes, color=INK, fontsize=11, fontfamily=SERIF_FONT)
+    write_heading(axes, heading, y=1.05)
 
 
 _FAILURE_MARKERS = ("x", "v", "s", "d", "P", "*")
@@ -141,13 +133,3 @@ def _mark_failures(axes: Axes, sweep: Sweep, axis_scale: SweepAxisScale) -> list
         line.set(linestyle="", marker=marker, markersize=5, color=VERMILLION, zorder=5)
         handles.append(line)
     return handles
-
-
-def style_sweep_axes(axes: Axes) -> None:
-    """Style axes with two spines and a grid."""
-    axes.set_facecolor(PAPER)
-    for side, spine in axes.spines.items():
-        spine.set(visible=side in ("left", "bottom"), color=MUTED, linewidth=0.8)
-    axes.tick_params(color=MUTED, labelcolor=MUTED, labelsize=8, labelfontfamily=SANS_FONT)
-    axes.grid(color=RULE, linewidth=0.6)
-    axes.set_axisbelow(True)

@@ -14,14 +14,14 @@ from matplotlib.patches import Patch
 from matplotlib.ticker import MaxNLocator
 from numpy.typing import NDArray
 
+from governor_mechanism.render.figures.page import label_axes, new_figure, write_footnote, write_heading, write_title
 from governor_mechanism.render.film.reading_panel import axis_limits_for, format_plain_ticks
-from governor_mechanism.render.style import BLUE, INK, MUTED, PAPER, RULE, SANS_FONT, SERIF_FONT, SKY, STEEL
+from governor_mechanism.render.style import BLUE, INK, MUTED, PAPER, RULE, SANS_FONT, SKY, STEEL
 from governor_mechanism.studies.sweep.parameters import SweepAxis
 from governor_mechanism.studies.sweep.quantities import RunQuantity
 from governor_mechanism.studies.sweep.results import Sweep
 from governor_mechanism.types import FloatArray
 
-_DPI = 100
 _MAP_WIDTH, _MAP_HEIGHT, _MAP_SPACING_X, _MAP_SPACING_Y = 3.1, 2.5, 0.25, 0.7
 """Size of a map and spacing between maps, inches."""
 
@@ -128,7 +128,7 @@ def draw_heatmaps(sweep: Sweep) -> Figure:
     map_spacing = _MAP_SPACING_X + (colour_bar_space + 0.55 if is_two_dimensional else 0.0)
     width = _LEFT_MARGIN + columns * map_width + (columns - 1) * map_spacing + _RIGHT_MARGIN
     height = _TOP_MARGIN + 0.25 + rows * map_height + (rows - 1) * (_MAP_SPACING_Y + 0.1) + _BOTTOM_MARGIN + _legend_height(sweep)
-    figure = Figure(figsize=(width, height), dpi=_DPI, facecolor=PAPER)
+    figure = new_figure(width, height)
 
     def add_map_axes(row: int, column: int) -> Axes:
         """Add the axes of a map at a row and a column."""
@@ -138,16 +138,9 @@ def draw_heatmaps(sweep: Sweep) -> Figure:
 
     for k, quantity in enumerate(sweep.quantities):
         grid_cells = [divmod(k, columns)] if is_two_dimensional else [(k, column) for column in range(columns)]
-        _draw_map_row(
-            figure,
-            sweep,
-            quantity,
-            [add_map_axes(*point) for point in grid_cells],
-            third_indices,
-            is_last_row=is_two_dimensional or k == rows - 1,
-        )
-    title = figure.text(0.25 / width, 1 - 0.32 / height, sweep.title, fontsize=15, va="center")
-    title.set(color=INK, fontfamily=SERIF_FONT, parse_math=False)
+        map_axes = [add_map_axes(*cell) for cell in grid_cells]
+        _draw_map_row(figure, sweep, quantity, map_axes, third_indices, is_last_row=is_two_dimensional or k == rows - 1)
+    write_title(figure, sweep.title, x=0.25 / width, y=1 - 0.32 / height)
     _draw_legend(figure, sweep, width, height)
     return figure
 
@@ -176,14 +169,13 @@ def _draw_map_row(
     for axes, third_index in zip(map_axes, third_indices, strict=True):
         mesh = _draw_map(axes, axis_scales, values[..., third_index][order].T, outcomes[..., third_index][order].T, sweep, norm)
         if axes is map_axes[0]:
-            axes.set_ylabel(axis_scales[1].label, color=INK, fontsize=9.5, fontfamily=SERIF_FONT)
+            label_axes(axes, y_label=axis_scales[1].label, size=9.5)
         else:
             axes.tick_params(labelleft=False)
         if is_last_row:
-            axes.set_xlabel(axis_scales[0].label, color=INK, fontsize=9.5, fontfamily=SERIF_FONT)
+            label_axes(axes, axis_scales[0].label, size=9.5)
         heading = label_with_unit(quantity.name, unit) if len(sweep.axes) == 2 else _third_key_label(sweep, third_index)
-        text = axes.text(0.0, 1.04, heading, transform=axes.transAxes, color=INK, fontsize=10.5, fontfamily=SERIF_FONT)
-        text.set_parse_math(False)
+        write_heading(axes, heading, y=1.04, size=10.5)
     _draw_colour_bar(figure, map_axes[-1], mesh, "" if len(sweep.axes) == 2 else label_with_unit(quantity.name, unit))
 
 
@@ -224,8 +216,7 @@ def _draw_colour_bar(figure: Figure, map_axes: Axes, mesh: Any, label: str) -> N
     axes.tick_params(color=MUTED, labelcolor=MUTED, labelsize=8, labelfontfamily=SANS_FONT)
     axes.yaxis.set_major_locator(MaxNLocator(6, min_n_ticks=2))
     format_plain_ticks(axes.yaxis, axes.get_ylim())
-    if label:
-        axes.set_ylabel(label, color=INK, fontsize=9.5, fontfamily=SERIF_FONT)
+    label_axes(axes, y_label=label, size=9.5)
 
 
 def _failure_outcomes(sweep: Sweep) -> list[str]:
@@ -252,4 +243,4 @@ def _draw_legend(figure: Figure, sweep: Sweep, width: float, height: float) -> N
     third_indices = _shown_third_indices(sweep)
     if len(sweep.axes) == 3 and len(third_indices) < sweep.shape[2]:
         text = f"{len(third_indices)} of the {sweep.shape[2]} values of {label_with_unit(sweep.axes[2].key, '')} are shown"
-        figure.text(1 - 0.2 / width, 0.12 / height, text, color=MUTED, fontsize=8, fontfamily=SANS_FONT, ha="right")
+        write_footnote(figure, text, x=1 - 0.2 / width, y=0.12 / height, size=8, ha="right")

@@ -5,28 +5,25 @@ from __future__ import annotations
 import math
 import os
 from pathlib import Path
-from typing import Any
 
 import numpy as np
 from matplotlib.axes import Axes
-from matplotlib.backends.backend_agg import FigureCanvasAgg
 from matplotlib.figure import Figure
 from matplotlib.ticker import LogLocator, NullLocator
 
 from governor_mechanism.errors import MechanismError
-from governor_mechanism.files.atomic_write import atomic_write
 from governor_mechanism.model.trajectory import Trajectory
 from governor_mechanism.render.figures.event_markers import draw_event_legend, draw_event_markers, reported_events
+from governor_mechanism.render.figures.page import label_axes, new_figure, save_png, style_axes, write_footnote, write_heading, write_title
 from governor_mechanism.render.film.reading_panel import READING_NOISE_RATIO, axis_limits_for, format_plain_ticks
 from governor_mechanism.render.number_format import display_unit_of, format_closing_lines, format_rounded_up
-from governor_mechanism.render.style import BLUE, GREEN, INK, MUTED, PAPER, RULE, SANS_FONT, SERIF_FONT, VERMILLION
+from governor_mechanism.render.style import BLUE, GREEN, MUTED, PAPER, SANS_FONT, VERMILLION
 from governor_mechanism.types import FloatArray
 
 _FIGURE_WIDTH, _ROW_HEIGHT, _BORDER_HEIGHT = 9.6, 1.9, 0.85
 """Width of the figure, height of a row of plots, height of title and footer together, inches."""
 _LEGEND_HEIGHT = 0.24
 """Height of the event legend, inches."""
-_DPI = 100
 _MIN_PLOTTED_ERROR = 1e-18
 """Lower bound of plotted errors, because a logarithmic axis has no zero."""
 _MAX_FOOTER_LETTERS = 140
@@ -44,7 +41,7 @@ def readings_figure(run: Trajectory, path: str | os.PathLike[str]) -> Path:
     run
         Finished run with at least one reported time.
     path
-        File to write; its name ends in .png.
+        File to write; another ending than .png raises MechanismError.
 
     Returns
     -------
@@ -54,19 +51,11 @@ def readings_figure(run: Trajectory, path: str | os.PathLike[str]) -> Path:
     Raises
     ------
     MechanismError
-        If the name does not end in .png, or the run has no reported time.
+        If the run has no reported time.
     """
-    target = Path(path)
-    if target.suffix.lower() != ".png":
-        raise MechanismError(f"a figure's name must end in .png; got {target.name!r}")
     if not len(run.times):
         raise MechanismError(f"the run has no reported time, so there is nothing to plot; its message: {run.message}")
-    figure = _draw_readings(run)
-    with atomic_write(target) as temporary:
-        # Without the program name in the metadata, equal runs give equal files.
-        canvas: Any = FigureCanvasAgg(figure)
-        canvas.print_png(str(temporary), metadata={"Software": None})
-    return target
+    return save_png(_draw_readings(run), path)
 
 
 def _draw_readings(run: Trajectory) -> Figure:
@@ -74,7 +63,7 @@ def _draw_readings(run: Trajectory) -> Figure:
     events = reported_events(run)
     header_height = 0.75 + (_LEGEND_HEIGHT if events else 0.0)
     height = rows * _ROW_HEIGHT + _BORDER_HEIGHT + header_height - 0.75
-    figure = Figure(figsize=(_FIGURE_WIDTH, height), dpi=_DPI, facecolor=PAPER)
+    figure = new_figure(_FIGURE_WIDTH, height)
     grid = figure.add_gridspec(
         rows, 2, left=0.075, right=0.975, top=1 - header_height / height, bottom=0.75 / height, hspace=0.62, wspace=0.17
     )
@@ -91,21 +80,12 @@ def _draw_readings(run: Trajectory) -> Figure:
     _plot_error(gap_axes, run.times, run.joint_gap * factor, ("widest joint gap", unit), size_in_units)
     _plot_error(figure.add_subplot(grid[rows - 1, 1]), run.times, drift, ("energy drift", "of the energy scale"), 1.0)
     for axes in figure.axes[-2:]:
-        axes.set_xlabel("time, s", color=MUTED, fontsize=8, fontfamily=SANS_FONT)
-    title = figure.text(0.02, 1 - 0.27 / height, run.scene.title, fontsize=15, va="center")
-    title.set(color=INK, fontfamily=SERIF_FONT, parse_math=False)
-    _write_footer(figure, run, height)
-    return figure
-
-
-def _write_footer(figure: Figure, run: Trajectory, height: float) -> None:
-    """Write the accuracy of the run, or why it ended early; `height` is the figure height (inches)."""
+        label_axes(axes, "time, s", color=MUTED, fontsize=8, fontfamily=SANS_FONT)
+    write_title(figure, run.scene.title, y=1 - 0.27 / height)
     lines, is_failure = format_closing_lines(run, _MAX_FOOTER_LETTERS)
-    colour = VERMILLION if is_failure else MUTED
-    middles = (0.16,) if len(lines) == 1 else (0.26, 0.10)
-    for words, y in zip(lines, middles, strict=True):
-        text = figure.text(0.02, y / height, words, color=colour, fontsize=8.5, va="center", fontfamily=SANS_FONT)
-        text.set_parse_math(False)
+    for text, y in zip(lines, (0.16,) if len(lines) == 1 else (0.26, 0.10), strict=True):
+        write_footnote(figure, text, y=y / height, size=8.5, va="center", color=VERMILLION if is_failure else MUTED)
+    return figure
 
 
 def _plot_reading(axes: Axes, run: Trajectory, name: str, values: FloatArray) -> None:
@@ -143,10 +123,6 @@ def _write_side_note(axes: Axes, text: str) -> None:
 
 
 def _style_axes(axes: Axes, name: str, unit: str) -> None:
-    axes.set_facecolor(PAPER)
-    for side, spine in axes.spines.items():
-        spine.set(visible=side in ("left", "bottom"), color=MUTED, linewidth=0.8)
-    axes.tick_params(color=MUTED, labelcolor=MUTED, labelsize=8, labelfontfamily=SANS_FONT)
-    axes.grid(color=RULE, linewidth=0.6)
+    style_axes(axes, is_grid_below=False)
     axes.margins(x=0)
-    axes.text(0.0, 1.06, f"{name}, {unit}", transform=axes.transAxes, color=INK, fontsize=11, fontfamily=SERIF_FONT)
+    write_heading(axes, f"{name}, {unit}", y=1.06)

@@ -1,1 +1,1 @@
-"""Drawings of machines."""
+"""Drawings of machines: shapes in metres, without colours."""

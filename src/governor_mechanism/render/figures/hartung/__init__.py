@@ -1,1 +1,1 @@
-"""Figures of Hartung's governor."""
+"""Figures of the design of Hartung's governor."""

@@ -5,16 +5,14 @@ from __future__ import annotations
 import math
 import os
 from pathlib import Path
-from typing import Any, Literal
+from typing import Literal
 
 import numpy as np
 from matplotlib.axes import Axes
-from matplotlib.backends.backend_agg import FigureCanvasAgg
 from matplotlib.figure import Figure
 
-from governor_mechanism.errors import MechanismError
-from governor_mechanism.files.atomic_write import atomic_write
-from governor_mechanism.render.style import BLUE, GREEN, INK, MUTED, PAPER, RULE, SANS_FONT, SERIES_COLOURS, SERIF_FONT, VERMILLION
+from governor_mechanism.render.figures.page import label_axes, new_figure, save_png, style_axes, write_footnote, write_note, write_title
+from governor_mechanism.render.style import BLUE, GREEN, INK, MUTED, PAPER, SANS_FONT, SERIES_COLOURS, VERMILLION
 from governor_mechanism.studies.hartung.design import KILOGRAM_FORCE, HartungDesign, build_hartung_layout
 from governor_mechanism.studies.hartung.paper_comparison import (
     PAPER_SPEEDS,
@@ -23,8 +21,6 @@ from governor_mechanism.studies.hartung.paper_comparison import (
     compare_with_paper,
 )
 
-_FIGURE_SIZE, _DPI = (7.6, 5.2), 120
-_AXES_RECT = (0.11, 0.15, 0.85, 0.66)
 _MM_PER_M = 1e3
 _PAPER_ANGLES_DEG = (90.0, 132.0, 137.332)
 """Bell-crank angles (deg): Hartung's right angle, Dubois' angle, and the angle from Dubois' formula."""
@@ -65,11 +61,12 @@ def spring_lines_figure(design: HartungDesign, path: str | os.PathLike[str], *, 
         axes.plot(x, forces / KILOGRAM_FORCE, color=colour, linewidth=1.5, label=text)
     if with_printed_points:
         _plot_printed_points(axes)
-    axes.set_xlabel("radius of the weights' centres, mm", color=INK, fontsize=10, fontfamily=SERIF_FONT)
-    axes.set_ylabel("force of each spring, kgf", color=INK, fontsize=10, fontfamily=SERIF_FONT)
+    label_axes(axes, "radius of the weights' centres, mm", "force of each spring, kgf")
     _add_legend(axes, "upper left")
-    text = f"bell crank {math.degrees(design.angle):.5g} deg, arms {_format_mm(layout.governor.weight_arm)} and "
-    return _save_png(figure, f"{text}{_format_mm(layout.governor.sleeve_arm)}; one kgf is {KILOGRAM_FORCE:g} N", path)
+    weight_arm, sleeve_arm = (f"{arm * _MM_PER_M:.5g} mm" for arm in (layout.governor.weight_arm, layout.governor.sleeve_arm))
+    text = f"bell crank {math.degrees(design.angle):.5g} deg, arms {weight_arm} and {sleeve_arm}; one kgf is {KILOGRAM_FORCE:g} N"
+    write_footnote(figure, text, y=0.022)
+    return save_png(figure, path)
 
 
 def sleeve_force_figure(design: HartungDesign, path: str | os.PathLike[str]) -> Path:
@@ -93,7 +90,7 @@ def sleeve_force_figure(design: HartungDesign, path: str | os.PathLike[str]) -> 
     figure, axes = _new_figure("Uniformity of the static sleeve force", "each angle with straight spring lines through both speeds")
     axes.set_position((0.09, 0.15, 0.40, 0.66))
     enlarged = figure.add_axes((0.585, 0.15, 0.395, 0.66))
-    _style_axes(enlarged)
+    style_axes(enlarged)
     for (angle, layout), colour in zip(layouts, (*SERIES_COLOURS, INK, MUTED), strict=False):
         best = abs(math.radians(angle) - design.best_angle) < math.radians(0.01)
         text = f"{angle:.6g} deg: {100 * layout.spread:.3g} %" + (", the best" if best else "")
@@ -102,12 +99,13 @@ def sleeve_force_figure(design: HartungDesign, path: str | os.PathLike[str]) -> 
         if layout.spread < _MAX_ENLARGED_SPREAD:
             enlarged.plot(lever_angles, forces, color=colour, linewidth=1.6)
     axes.set_ylim(0.0, 1.12 * max(float(layout.static_forces.max()) for _, layout in layouts) / KILOGRAM_FORCE)
-    axes.set_ylabel("static sleeve force S, kgf", color=INK, fontsize=10, fontfamily=SERIF_FONT)
+    label_axes(axes, y_label="static sleeve force S, kgf")
     for each, text in ((axes, "lever angle (outward), deg"), (enlarged, "the most uniform ones, enlarged")):
         each.invert_xaxis()
-        each.set_xlabel(text, color=INK, fontsize=10, fontfamily=SERIF_FONT)
+        label_axes(each, text)
     _add_legend(axes, "lower right")
-    return _save_png(figure, "percent: largest minus smallest force over the stroke, relative to their mean", path)
+    write_footnote(figure, "percent: largest minus smallest force over the stroke, relative to their mean", y=0.022)
+    return save_png(figure, path)
 
 
 def _shown_angles(design: HartungDesign) -> list[float]:
@@ -129,48 +127,21 @@ def _plot_printed_points(axes: Axes) -> None:
     for step in misprints:
         radius = next(row[0] for row in PRINTED_SPRING_FORCES if step.printed in row[1:])
         axes.plot([radius], [step.printed], "o", color=GREEN, markersize=13, markerfacecolor="none")
-        text = f"printed {step.printed:g},\nrecomputed {step.recomputed:.1f}"
-        note = axes.annotate(text, (radius, step.printed), (-12, 20), textcoords="offset points")
-        note.set(color=GREEN, fontsize=8.5, fontfamily=SANS_FONT)
+        write_note(axes, f"printed {step.printed:g},\nrecomputed {step.recomputed:.1f}", (radius, step.printed), (-12, 20), color=GREEN)
     speeds = " and ".join(f"{speed:g}" for speed in PAPER_SPEEDS)
     axes.plot([], [], "o", color=MUTED, markersize=4, markerfacecolor=PAPER, label=f"Dubois' table, {speeds} rad/s")
 
 
 def _new_figure(title: str, subtitle: str) -> tuple[Figure, Axes]:
-    figure = Figure(figsize=_FIGURE_SIZE, dpi=_DPI, facecolor=PAPER)
-    figure.text(0.02, 0.945, title, fontsize=15, va="center", color=INK, fontfamily=SERIF_FONT)
-    figure.text(0.02, 0.89, subtitle, fontsize=10, va="center", color=MUTED, fontfamily=SERIF_FONT)
-    axes = figure.add_axes(_AXES_RECT)
-    _style_axes(axes)
+    figure = new_figure(7.6, 5.2, dpi=120)
+    write_title(figure, title)
+    write_title(figure, subtitle, y=0.89, size=10, colour=MUTED)
+    axes = figure.add_axes((0.11, 0.15, 0.85, 0.66))
+    style_axes(axes)
     return figure, axes
-
-
-def _style_axes(axes: Axes) -> None:
-    axes.set_facecolor(PAPER)
-    for side, spine in axes.spines.items():
-        spine.set(visible=side in ("left", "bottom"), color=MUTED, linewidth=0.8)
-    axes.tick_params(color=MUTED, labelcolor=MUTED, labelsize=8, labelfontfamily=SANS_FONT)
-    axes.grid(color=RULE, linewidth=0.6)
-    axes.set_axisbelow(True)
 
 
 def _add_legend(axes: Axes, location: Literal["upper left", "lower right"]) -> None:
     legend = axes.legend(frameon=False, fontsize=8.5, loc=location, handlelength=1.6, labelcolor=INK)
     for text in legend.get_texts():
         text.set_fontfamily(SANS_FONT)
-
-
-def _format_mm(length: float) -> str:
-    return f"{length * _MM_PER_M:.5g} mm"
-
-
-def _save_png(figure: Figure, footnote: str, path: str | os.PathLike[str]) -> Path:
-    """Write the figure; an exception leaves no file behind."""
-    figure.text(0.02, 0.022, footnote, color=MUTED, fontsize=7.5, fontfamily=SANS_FONT)
-    target = Path(path)
-    if target.suffix.lower() != ".png":
-        raise MechanismError(f"a figure's name must end in .png; got {target.name!r}")
-    with atomic_write(target) as temporary:
-        canvas: Any = FigureCanvasAgg(figure)
-        canvas.print_png(str(temporary), metadata={"Software": None})
-    return target

@@ -1,1 +1,1 @@
-"""Figures of the astatic governor."""
+"""Zehnder's plate of isochronous parabolas."""

@@ -1,1 +1,1 @@
-"""Figures of the slide valve."""
+"""Plates of slide valves by Zeuner and Marks."""

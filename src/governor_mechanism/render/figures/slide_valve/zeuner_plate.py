@@ -10,22 +10,10 @@ from matplotlib.figure import Figure
 from matplotlib.lines import Line2D
 
 from governor_mechanism.model.scene import Scene
-from governor_mechanism.render.figures.engraving_sheet import (
-    MM_PER_M,
-    PLATE_HEIGHT,
-    PLATE_WIDTH,
-    new_plate,
-    require_png,
-    save_plate,
-    write_text,
-)
+from governor_mechanism.render.figures.engraving_sheet import MM_PER_M, PLATE_HEIGHT, PLATE_WIDTH, new_plate, write_text
+from governor_mechanism.render.figures.page import save_png
 from governor_mechanism.render.figures.slide_valve.zeuner_data import ValveDiagramData, valve_diagram_data
-from governor_mechanism.render.figures.slide_valve.zeuner_panels import (
-    CRANK_END_COLOUR,
-    HEAD_END_COLOUR,
-    draw_polar_diagram,
-    draw_stroke_diagram,
-)
+from governor_mechanism.render.figures.slide_valve.zeuner_panels import CYLINDER_ENDS, draw_polar_diagram, draw_stroke_diagram
 from governor_mechanism.render.style import INK, MUTED, RULE, SERIF_FONT
 from governor_mechanism.studies.slide_valve.valve_timing import ValveEvent
 
@@ -45,8 +33,7 @@ def zeuner_figure(scene: Scene, path: str | os.PathLike[str]) -> Path:
 
     Raises MechanismError for another machine. An exception leaves no file behind.
     """
-    require_png(path)
-    return save_plate(draw_zeuner_plate(valve_diagram_data(scene)), path)
+    return save_png(draw_zeuner_plate(valve_diagram_data(scene)), path)
 
 
 def draw_zeuner_plate(data: ValveDiagramData) -> Figure:
@@ -72,7 +59,7 @@ def _write_event_table(figure: Figure, data: ValveDiagramData) -> None:
         write_text(figure, x, top - 0.056, unit, 8.5, ha="right", color=MUTED)
     _draw_rule(figure, top - 0.064)
     y = top - 0.09
-    for end, colour in (("crank end", CRANK_END_COLOUR), ("head end", HEAD_END_COLOUR)):
+    for end, _, colour in CYLINDER_ENDS:
         write_text(figure, _COLUMN_POSITIONS[0], y, end, 11, color=colour, fontstyle="italic")
         for event in data.events.rows:
             if event.name.startswith(end):

@@ -1,1 +1,1 @@
-"""Figures of the slider crank."""
+"""Plate of the bearing loads of a slider crank."""

@@ -1,1 +1,1 @@
-"""The drawing of mechanisms that have none of their own."""
+"""Generic drawing of any mechanism."""

@@ -1,1 +1,1 @@
-"""The drawing of Hartung's governor."""
+"""Drawing of Hartung's governor."""

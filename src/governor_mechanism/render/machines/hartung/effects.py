@@ -8,12 +8,11 @@ from governor_mechanism.effects.dashpot import Dashpot
 from governor_mechanism.effects.dry_friction import DryFriction
 from governor_mechanism.effects.spring import OutputSpring
 from governor_mechanism.effects.stops import Stops
-from governor_mechanism.render.geometry.outlines import make_burst, make_hatched_block, make_wall
-from governor_mechanism.render.geometry.primitives import DrawnShape, Lines, Polygon, Vec2, make_bar, make_rectangle
+from governor_mechanism.render.geometry.outlines import make_burst, make_hatched_block
+from governor_mechanism.render.geometry.primitives import DrawnShape, Vec2, make_bar, make_rectangle
+from governor_mechanism.render.machines.governor_parts import DashpotGeometry, spindle_shoe_shapes, spindle_spring_shapes
 from governor_mechanism.render.machines.hartung.proportions import HARTUNG_SPINDLE_HALF_WIDTH, HartungProportions, HartungSide
-from governor_mechanism.render.machines.pendulum.effects import helical_spring_lines
 
-_LIFT_READING = "sleeve_lift"
 _WEIGHT_READINGS = ("lever_angle", "weight_radius")
 """Readings that determine the position of the weights."""
 
@@ -27,21 +26,34 @@ _SHOE_HEIGHT = 0.20
 def spindle_collar_height(governor: HartungProportions, lowest: float) -> float:
     """Return the height (m) of the lower spindle collar if the lowest height of the sleeve lugs is `lowest` (m)."""
     u, gap = governor.arm, 0.14 * governor.arm
-    if governor.effect_state.find_effect_on(DryFriction, _LIFT_READING):
+    if governor.find_lift_effect(DryFriction):
         gap += _SHOE_HEIGHT * u
-    if governor.effect_state.find_effect_on(OutputSpring, _LIFT_READING):
+    if governor.find_lift_effect(OutputSpring):
         gap += 0.9 * u
     return lowest - governor.sleeve_size[1] - gap
 
 
 def hartung_static_effect_shapes(governor: HartungProportions, heights: Vec2) -> list[DrawnShape]:
     """Return the shapes fixed to the frame: weight stops, dashpot cylinder and spring seat."""
-    return [*_weight_stop_shapes(governor), *_dashpot_shapes(governor, heights), *_spring_seat_shapes(governor, heights[0])]
+    u, shapes = governor.arm, _weight_stop_shapes(governor)
+    if governor.find_lift_effect(Dashpot):
+        shapes += _dashpot_geometry(governor, heights).cylinder_shapes()
+    if governor.find_lift_effect(OutputSpring):
+        y = spindle_collar_height(governor, heights[0])
+        shapes.append(make_rectangle("seat", -0.45 * u, 0.45 * u, y - 0.04 * u, y))
+    return shapes
 
 
 def hartung_moving_effect_shapes(governor: HartungProportions, height: float, time: float) -> list[DrawnShape]:
     """Return the shapes that move with the sleeve, with its lugs at a height (m), at a time (s)."""
-    return [*_piston_shapes(governor, height), *_spring_shapes(governor, height), *_friction_shoe_shapes(governor, height, time)]
+    u, base = governor.arm, height - governor.sleeve_size[1]
+    low, high = governor.lug_height_range
+    dashpot = _dashpot_geometry(governor, (low, high))
+    shapes = dashpot.piston_shapes(height - low, height) if governor.find_lift_effect(Dashpot) else []
+    if governor.find_lift_effect(OutputSpring):
+        shapes += spindle_spring_shapes(spindle_collar_height(governor, low), base, 0.36 * u, HARTUNG_SPINDLE_HALF_WIDTH * u)
+    radii = HARTUNG_SPINDLE_HALF_WIDTH * u, (HARTUNG_SPINDLE_HALF_WIDTH + 0.2) * u
+    return [*shapes, *spindle_shoe_shapes(governor, time, radii, base, _SHOE_HEIGHT * u)]
 
 
 def hartung_impact_shapes(governor: HartungProportions, sides: list[HartungSide], time: float) -> list[DrawnShape]:
@@ -102,74 +114,19 @@ def _weight_stop_shapes(governor: HartungProportions) -> list[DrawnShape]:
     return shapes
 
 
-def _dashpot_box(governor: HartungProportions, heights: Vec2) -> tuple[float, float, float, float]:
-    """Return left, right, bottom and top of the dashpot (m), long enough for the whole stroke of its piston."""
-    u, (low, high) = governor.arm, heights
-    x = -(governor.sleeve_size[0] + _DASHPOT_OFFSET * u)
-    top = low - 0.45 * u
-    return x - _DASHPOT_HALF_WIDTH * u, x + _DASHPOT_HALF_WIDTH * u, top - max(high - low + 0.45 * u, 0.7 * u), top
-
-
-def _lug_height_range(governor: HartungProportions) -> Vec2:
-    """Return the lowest and highest lug height of the run (m)."""
-    low, high = governor.effect_state.reading_ranges.get(_LIFT_READING, (0.0, 0.0))
-    return governor.zero_lift_height + low, governor.zero_lift_height + high
-
-
-def _dashpot_shapes(governor: HartungProportions, heights: Vec2) -> list[DrawnShape]:
-    """Return an open cylinder filled with oil on a hatched base, next to the sleeve."""
-    if not governor.effect_state.find_effect_on(Dashpot, _LIFT_READING):
-        return []
-    u, (left, right, bottom, top) = governor.arm, _dashpot_box(governor, heights)
-    wall_thickness = 0.05 * u
-    return [
-        make_rectangle("dashpot", left, right, bottom, top),
-        make_rectangle("bore", left + wall_thickness, right - wall_thickness, bottom + wall_thickness, top),
-        make_rectangle("oil", left + wall_thickness, right - wall_thickness, bottom + wall_thickness, top - 0.1 * u),
-        make_wall(((left + right) / 2, bottom), math.pi / 2, 1.35 * _DASHPOT_HALF_WIDTH * u, 0.1 * u),
-    ]
-
-
-def _piston_shapes(governor: HartungProportions, height: float) -> list[DrawnShape]:
-    """Return the dashpot piston, its rod, and the bracket that connects it to the sleeve."""
-    if not governor.effect_state.find_effect_on(Dashpot, _LIFT_READING):
-        return []
-    u, low = governor.arm, _lug_height_range(governor)[0]
-    left, right, bottom, _ = _dashpot_box(governor, _lug_height_range(governor))
-    x, clearance = (left + right) / 2, 0.06 * u
-    piston = bottom + 0.14 * u + height - low
-    return [
-        make_rectangle("piston rod", x - 0.04 * u, x + 0.04 * u, piston, height),
-        make_rectangle("piston", left + clearance, right - clearance, piston, piston + 0.1 * u),
-        make_bar("piston rod", (x, height), (-0.9 * governor.sleeve_size[0], height), 0.1 * u),
-    ]
-
-
-def _spring_seat_shapes(governor: HartungProportions, lowest: float) -> list[DrawnShape]:
-    """Return the disc on the spindle that supports the sleeve spring."""
-    if not governor.effect_state.find_effect_on(OutputSpring, _LIFT_READING):
-        return []
-    u, y, half_width = governor.arm, spindle_collar_height(governor, lowest), 0.45 * governor.arm
-    return [make_rectangle("seat", -half_width, half_width, y - 0.04 * u, y)]
-
-
-def _spring_shapes(governor: HartungProportions, height: float) -> list[DrawnShape]:
-    """Return a helical spring around the spindle, below the sleeve."""
-    if not governor.effect_state.find_effect_on(OutputSpring, _LIFT_READING):
-        return []
-    start, end = spindle_collar_height(governor, _lug_height_range(governor)[0]), height - governor.sleeve_size[1]
-    return [Lines("spring", helical_spring_lines((0.0, start), (0.0, end), 0.36 * governor.arm, HARTUNG_SPINDLE_HALF_WIDTH * governor.arm))]
-
-
-def _friction_shoe_shapes(governor: HartungProportions, height: float, time: float) -> list[DrawnShape]:
-    """Return the friction shoes under the sleeve, coloured by sliding or sticking."""
-    if not governor.effect_state.find_effect_on(DryFriction, _LIFT_READING):
-        return []
-    u, base, is_sticking = (governor.arm, height - governor.sleeve_size[1], governor.effect_state.is_held(_LIFT_READING, time))
-    inner, outer = HARTUNG_SPINDLE_HALF_WIDTH * u, (HARTUNG_SPINDLE_HALF_WIDTH + 0.2) * u
-    shoes = [make_rectangle("shoe", x, x + outer - inner, base - _SHOE_HEIGHT * u, base) for x in (-outer, inner)]
-    return [
-        Polygon(role, shoe.points if is_shown else ())
-        for role, is_shown in (("shoe", not is_sticking), ("held shoe", is_sticking))
-        for shoe in shoes
-    ]
+def _dashpot_geometry(governor: HartungProportions, heights: Vec2) -> DashpotGeometry:
+    """Return the dashpot for the lowest and highest lug height (m), long enough for the whole stroke of its piston."""
+    u, (low, high), width = governor.arm, heights, governor.sleeve_size[0]
+    x, top = -(width + _DASHPOT_OFFSET * u), low - 0.45 * u
+    bottom = top - max(high - low + 0.45 * u, 0.7 * u)
+    return DashpotGeometry(
+        box=(x - _DASHPOT_HALF_WIDTH * u, x + _DASHPOT_HALF_WIDTH * u, bottom, top),
+        wall_thickness=0.05 * u,
+        gap=0.1 * u,
+        piston_clearance=0.06 * u,
+        lowest_piston=0.14 * u,
+        piston_thickness=0.1 * u,
+        rod_half_width=0.04 * u,
+        bracket_end=-0.9 * width,
+        bracket_width=0.1 * u,
+    )

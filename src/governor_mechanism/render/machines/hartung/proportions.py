@@ -13,6 +13,7 @@ from governor_mechanism.model.output_variables import PointCoordinate
 from governor_mechanism.model.scene import Part
 from governor_mechanism.render.effect_state import NO_EFFECTS, EffectState
 from governor_mechanism.render.geometry.primitives import CAST_IRON_DENSITY, Vec2
+from governor_mechanism.render.machines.governor_parts import GovernorProportions
 from governor_mechanism.types import FloatArray
 
 HARTUNG_SPINDLE_HALF_WIDTH = 0.115
@@ -22,15 +23,13 @@ _NOMINAL_LEVER_SINE = 0.26
 
 
 @dataclass(frozen=True, kw_only=True)
-class HartungProportions:
+class HartungProportions(GovernorProportions):
     """Dimensions of the drawing in m, kg and rad; `hanger_length` is infinite if the hangers stay vertical.
 
     `half_width` and `half_height` are those of a weight. `weights_rotate` is true if the weights rotate with their arms.
-    `spring_seat_radius` is the distance of the outer spring ends from the axis. `zero_lift_height` is the lug height at zero lift.
-    `effect_state` holds the effects of the scene.
+    `spring_seat_radius` is the distance of the outer spring ends from the axis.
     """
 
-    arm: float
     sleeve_arm: float
     bell_crank_angle: float
     fulcrum: Vec2
@@ -41,8 +40,6 @@ class HartungProportions:
     half_height: float
     weights_rotate: bool
     spring_seat_radius: float
-    zero_lift_height: float
-    effect_state: EffectState = NO_EFFECTS
 
     @property
     def bore_half_height(self) -> float:
@@ -55,10 +52,9 @@ class HartungProportions:
         radius = math.cbrt(self.sleeve_mass / (1.3 * math.pi * CAST_IRON_DENSITY))
         min_radius = abs(self.lug_offset) + 0.22 * self.arm
         if math.isinf(self.hanger_length):
-            sleeve_arm_ends = (
-                self.fulcrum[0] - self.sleeve_arm * math.sin(self.bell_crank_angle + lever) for lever in self.lever_angle_range
-            )
-            min_radius = max(0.42 * self.arm, *(abs(foot) + 0.11 * self.arm for foot in sleeve_arm_ends))
+            angles = (self.bell_crank_angle + lever for lever in self.lever_angle_range)
+            ends = (self.fulcrum[0] - self.sleeve_arm * math.sin(angle) for angle in angles)
+            min_radius = max(0.42 * self.arm, *(abs(end) + 0.11 * self.arm for end in ends))
         radius = max(min(max(radius, 0.45 * self.arm), 1.1 * self.arm), min_radius)
         return radius, 0.2 * self.arm + 1.0 * radius
 
@@ -98,12 +94,9 @@ def hartung_proportions(part: Part, effect_state: EffectState = NO_EFFECTS) -> H
     lift = part.mechanism.reading("sleeve_lift")
     return HartungProportions(
         arm=arm,
-        sleeve_arm=dimensions["sleeve_arm"],
-        bell_crank_angle=dimensions["bell_crank_angle"],
+        **{name: dimensions[name] for name in ("sleeve_arm", "bell_crank_angle", "lug_offset", "sleeve_mass")},
         fulcrum=(radius, dimensions["fulcrum_height"]),
         hanger_length=dimensions["hanger"],
-        lug_offset=dimensions["lug_offset"],
-        sleeve_mass=dimensions["sleeve_mass"],
         half_width=half_width,
         half_height=half_height,
         weights_rotate=bool(cranks and (cranks.weight_width or cranks.weight_height)),
@@ -131,9 +124,8 @@ def hartung_sides(governor: HartungProportions, part: Part, pose: FloatArray) ->
     height, sides = float(hartung_sleeve_height(part, pose)), []
     for name, sign in ((LEFT_WEIGHT, -1.0), (RIGHT_WEIGHT, 1.0)):
         lever_angle = sign * float(pose[part.mechanism.body_index(name), 2])
-        x, y = governor.fulcrum
-        sleeve_arm_angle = governor.bell_crank_angle + lever_angle
-        sleeve_arm_end = (x - governor.sleeve_arm * math.sin(sleeve_arm_angle), y + governor.sleeve_arm * math.cos(sleeve_arm_angle))
+        (x, y), angle = governor.fulcrum, governor.bell_crank_angle + lever_angle
+        sleeve_arm_end = (x - governor.sleeve_arm * math.sin(angle), y + governor.sleeve_arm * math.cos(angle))
         lug = (sleeve_arm_end[0] if math.isinf(governor.hanger_length) else governor.lug_offset, height)
         right_points = ((x, y), (governor.weight_radius(lever_angle), y + governor.arm * math.cos(lever_angle)), sleeve_arm_end, lug)
         fulcrum, weight, sleeve_arm_end, lug = ((sign * px, py) for px, py in right_points)

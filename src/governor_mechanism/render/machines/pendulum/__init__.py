@@ -1,1 +1,1 @@
-"""The drawing of the pendulum governors."""
+"""Drawing of pendulum governors."""

@@ -9,17 +9,8 @@ from governor_mechanism.machines.pendulum.bodies import LEFT_BALL, RIGHT_BALL
 from governor_mechanism.model.scene import Part
 from governor_mechanism.render.effect_state import NO_EFFECTS, EffectState
 from governor_mechanism.render.geometry.free_space import first_free_position, horizontal_extents, select_extreme_poses
-from governor_mechanism.render.geometry.primitives import (
-    Circle,
-    DrawnShape,
-    Lines,
-    TextShape,
-    Vec2,
-    make_bar,
-    make_hatching,
-    make_rectangle,
-    round_step,
-)
+from governor_mechanism.render.geometry.primitives import Circle, DrawnShape, Lines, Vec2, make_bar, make_rectangle
+from governor_mechanism.render.machines.governor_parts import bearing_shapes, lift_scale_shapes, lift_ticks, spindle_shapes
 from governor_mechanism.render.machines.pendulum.clearance import clearance_lens_contents, clearance_lens_frame, clearance_slot_shapes
 from governor_mechanism.render.machines.pendulum.effects import (
     pendulum_moving_effect_shapes,
@@ -56,11 +47,9 @@ def pendulum_background_shapes(part: Part, poses: FloatArray, extents: RunExtent
     w, zero_lift_height = PENDULUM_SPINDLE_HALF_WIDTH * u, governor.zero_lift_height
     linkage_shapes = [shape for pose in select_extreme_poses(poses) for shape in _linkage_shapes(governor, part, pose)]
     return (
-        Lines("axis", (((0.0, spindle_foot - 0.29 * u), (0.0, 0.40 * u)),)),
-        make_rectangle("spindle", -w, w, spindle_foot - 0.16 * u, 0.33 * u),
-        Lines("spindle shade", (((0.45 * w, spindle_foot - 0.16 * u), (0.45 * w, 0.33 * u)),)),
-        *_bearing_shapes(u, 0.17 * u, 0.27 * u),
-        *_bearing_shapes(u, spindle_foot - 0.14 * u, spindle_foot - 0.04 * u),
+        *spindle_shapes(w, (spindle_foot - 0.29 * u, 0.40 * u), spindle_foot - 0.16 * u, 0.33 * u),
+        *bearing_shapes(w, 0.15 * u, 0.17 * u, 0.27 * u, 0.034 * u),
+        *bearing_shapes(w, 0.15 * u, spindle_foot - 0.14 * u, spindle_foot - 0.04 * u, 0.034 * u),
         make_rectangle("spindle", -1.6 * w, 1.6 * w, spindle_foot - 0.04 * u, spindle_foot - 0.012 * u),
         *pendulum_static_effect_shapes(governor),
         *_suspension_shapes(governor),
@@ -132,16 +121,6 @@ def _highlight_arcs(ball: Vec2, radius: float) -> tuple[tuple[Vec2, ...], ...]:
     )
 
 
-def _bearing_shapes(u: float, bottom: float, top: float) -> tuple[DrawnShape, ...]:
-    """Return a bearing in section: two hatched blocks at the sides of the spindle, from bottom to top (m)."""
-    inner, outer = PENDULUM_SPINDLE_HALF_WIDTH * u, 0.15 * u
-    shapes: list[DrawnShape] = []
-    for left, right in ((-outer, -inner), (inner, outer)):
-        shapes.append(make_rectangle("bearing", left, right, bottom, top))
-        shapes.append(make_hatching("hatching", (left, right, bottom, top), 0.034 * u))
-    return tuple(shapes)
-
-
 def _suspension_shapes(governor: PendulumProportions) -> tuple[DrawnShape, ...]:
     """Return the cross piece with the arm pins, keyed to the spindle."""
     u = governor.arm
@@ -161,22 +140,12 @@ def _lift_scale_shapes(
     """
     u = governor.arm
     shift = governor.zero_lift_height - governor.sleeve_size[1]
-    low, high = lifts
-    step = round_step(max(high - low, 0.04 * u), 5)
-    first = math.floor(low / step + 1e-9)
-    # Long enough for two numbers without overlap.
-    last = max(math.ceil(high / step - 1e-9), first + math.ceil(0.1 * u / step))
-    ticks_mm = [(k, k * step + shift) for k in range(first, last + 1)]
+    ticks_mm = lift_ticks(lifts, shift, 0.04 * u, 0.1 * u)
     bottom, top = ticks_mm[0][1] - 0.04 * u, ticks_mm[-1][1] + 0.04 * u
     # Leave a small gap to the linkage.
     x = first_free_position(horizontal_extents(linkage_shapes, bottom, top), preferred_x - 0.01 * u, _SCALE_WIDTH * u)
     x = preferred_x if x < preferred_x else x + 0.05 * u
     leaders = () if x == preferred_x else (Lines("leader", tuple(((preferred_x, y), (x, y)) for _, y in ticks_mm)),)
-    ticks = tuple(((x, y), (x + (0.05 if k in (first, last) else 0.03) * u, y)) for k, y in ticks_mm)
     # Text keeps its size when a wide machine is drawn at a small scale: far out, its space grows with the width.
     text_width = 0.3 * u if x == preferred_x else 0.4 * x
-    labels = [
-        TextShape("scale", x + 0.065 * u, y, f"{k * step * 1e3:.6g}{unit}", text_width)
-        for (k, y), unit in ((ticks_mm[0], ""), (ticks_mm[-1], " mm"))
-    ]
-    return (*leaders, Lines("scale", (((x, ticks_mm[0][1]), (x, ticks_mm[-1][1])), *ticks)), *labels)
+    return (*leaders, *lift_scale_shapes(x, ticks_mm, (0.05 * u, 0.03 * u, 0.065 * u, text_width)))

@@ -14,6 +14,7 @@ from governor_mechanism.model.output_variables import FollowerHeight, LineAngle,
 from governor_mechanism.model.scene import Part
 from governor_mechanism.render.effect_state import NO_EFFECTS, EffectState, clearance_of
 from governor_mechanism.render.geometry.primitives import CAST_IRON_DENSITY, Vec2, drawn_ball_radius
+from governor_mechanism.render.machines.governor_parts import GovernorProportions
 from governor_mechanism.types import FloatArray
 
 PENDULUM_SPINDLE_HALF_WIDTH = 0.030
@@ -24,15 +25,13 @@ GROOVE_RATIO = 0.62
 
 
 @dataclass(frozen=True, kw_only=True)
-class PendulumProportions:
+class PendulumProportions(GovernorProportions):
     """Dimensions of the drawing in m and kg; `has_sleeve_body` is true if the sleeve is a body of the mechanism.
 
     `ball_centre` is the centre of the ball on the body of its arm. `has_link_bodies` is true if the links have mass.
-    `zero_lift_height` (m) is the lug height at zero lift. `effect_state` holds the effects of the scene; `clearance` is the width of
-    the slot in the sleeve (m).
+    `clearance` is the width of the slot in the sleeve (m).
     """
 
-    arm: float
     offset: float
     joint_distance: float
     link_length: float
@@ -42,8 +41,6 @@ class PendulumProportions:
     ball_radius: float
     ball_centre: Point
     has_link_bodies: bool
-    zero_lift_height: float
-    effect_state: EffectState = NO_EFFECTS
     clearance: float = 0.0
 
     @property

@@ -6,6 +6,7 @@ import math
 from itertools import pairwise
 
 from governor_mechanism.render.geometry.primitives import DrawnShape, Lines, Polygon, Vec2, make_bar
+from governor_mechanism.render.machines.governor_parts import mirror_outline
 from governor_mechanism.render.machines.pendulum.proportions import GROOVE_RATIO, PendulumProportions
 
 SLOT_HALF_LENGTH = 0.022
@@ -25,10 +26,9 @@ def pendulum_sleeve_shapes(governor: PendulumProportions, height: float) -> tupl
     outline = (_drum_outline if governor.has_sleeve_body else _collar_outline)(neck_half_width, width, top, base, u)
     shaded_half_width = width if governor.has_sleeve_body else GROOVE_RATIO * width
     pointer_tip = width + 0.085 * u
-    mirrored = tuple((-x, y) for x, y in reversed(outline))
     return (
         *lugs,
-        Polygon("sleeve", outline + mirrored),
+        Polygon("sleeve", mirror_outline(outline)),
         Lines("engraving", _shading_strokes(outline, shaded_half_width, base, u)),
         Polygon("pointer", ((pointer_tip, base), (pointer_tip - 0.07 * u, base + 0.03 * u), (pointer_tip - 0.07 * u, base - 0.03 * u))),
     )

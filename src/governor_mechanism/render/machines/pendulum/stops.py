@@ -9,9 +9,9 @@ from governor_mechanism.effects.spring import OutputSpring
 from governor_mechanism.effects.stops import Stops
 from governor_mechanism.render.geometry.outlines import make_band, make_burst, make_hatched_block
 from governor_mechanism.render.geometry.primitives import BoundingBox, DrawnShape, Vec2, make_bar
+from governor_mechanism.render.machines.governor_parts import LIFT_READING
 from governor_mechanism.render.machines.pendulum.proportions import ARM_WIDTH, PENDULUM_SPINDLE_HALF_WIDTH, PendulumProportions
 
-LIFT_READING = "sleeve_lift"
 ARM_READINGS = ("arm_angle", "ball_radius")
 """Readings that determine the position of the arms."""
 
@@ -25,7 +25,7 @@ _INNER_STOP_HALF_WIDTH = 0.058
 
 def sleeve_depth(governor: PendulumProportions) -> float:
     """Return the depth of the sleeve below the lugs (m), including the friction shoes."""
-    shoe_height = SHOE_HEIGHT if governor.effect_state.find_effect_on(DryFriction, LIFT_READING) else 0.0
+    shoe_height = SHOE_HEIGHT if governor.find_lift_effect(DryFriction) else 0.0
     return governor.sleeve_size[1] + shoe_height * governor.arm
 
 
@@ -99,11 +99,11 @@ def sleeve_stop_shapes(governor: PendulumProportions) -> list[DrawnShape]:
 
 def collar_boxes(governor: PendulumProportions) -> list[tuple[bool, BoundingBox]]:
     """Return the right halves of the collars: whether it is the low one, and left, right, bottom and top (m)."""
-    stops = governor.effect_state.find_effect_on(Stops, LIFT_READING)
+    stops = governor.find_lift_effect(Stops)
     if stops is None:
         return []
     u, inner, boxes = governor.arm, PENDULUM_SPINDLE_HALF_WIDTH * governor.arm, []
-    spring = governor.effect_state.find_effect_on(OutputSpring, LIFT_READING)
+    spring = governor.find_lift_effect(OutputSpring)
     if math.isfinite(stops.low):
         top = governor.zero_lift_height + stops.low - sleeve_depth(governor)
         half_width = _INNER_STOP_HALF_WIDTH * u if spring and not is_spring_above_sleeve(governor, spring) else 0.11 * u
@@ -128,7 +128,7 @@ def pendulum_impact_shapes(governor: PendulumProportions, time: float) -> list[D
                 _quadrant_point(governor, sign, stop_angles[2] if last_impact.is_high_stop else stop_angles[1]) for sign in (-1.0, 1.0)
             ]
         shapes.append(make_burst("burst", impact_points, 0.085 * u))
-    if governor.effect_state.find_effect_on(Stops, LIFT_READING):
+    if governor.find_lift_effect(Stops):
         last_impact, impact_points = governor.effect_state.recent_impact(LIFT_READING, time), list[Vec2]()
         for is_low, (_, half_width, bottom, top) in collar_boxes(governor):
             if last_impact is not None and last_impact.is_high_stop != is_low:

@@ -1,1 +1,1 @@
-"""The drawing of the slide valve."""
+"""Drawing of slide-valve engines."""
