@@ -84,7 +84,8 @@ class PositionSolver:
 
     def scaled_joint_jacobian(self, poses: FloatArray) -> FloatArray:
         """Return the dimensionless joint Jacobian (equations, free coordinates) at poses (bodies, 3), lengths in length scales."""
-        return self.joint_jacobian(poses) * self.free_coordinate_scales / self.mechanism.length_scale
+        scaled: FloatArray = self.joint_jacobian(poses) * self.free_coordinate_scales / self.mechanism.length_scale
+        return scaled
 
     def joint_jacobian(self, poses: FloatArray) -> FloatArray:
         """Return the joint Jacobian (..., equations, free coordinates) at poses (..., bodies, 3)."""
