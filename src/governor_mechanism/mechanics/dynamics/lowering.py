@@ -148,6 +148,7 @@ def make_system(scene: Scene, mode: ContactMode | None = None) -> tuple[System, 
     output_rows = make_output_rows(mechanism, forced_output_names(scene), origins)
     holding_rows = _make_holding_rows(scene, mode, output_rows)
     row_order = _row_order(constraint_table.rows, holding_rows)
+    held_rows = np.argsort(row_order)[len(constraint_table.joint_indices) :]
     ordered_rows = np.concatenate([constraint_table.rows.table, holding_rows])[row_order]
     rows = ConstraintRows(ordered_rows, bodies_of_rows(ordered_rows), constraint_table.rows.curve_segments)
     rows.table["drive"] += rows.table["drive"] >= 0  # input 0 belongs to the spindle
@@ -155,10 +156,9 @@ def make_system(scene: Scene, mode: ContactMode | None = None) -> tuple[System, 
     force_elements, element_inputs = make_force_element_table(mechanism, origins, 1 + len(constraint_table.motions))
     friction_inputs = [contact.friction for contact in contacts_of(scene) if contact.friction is not None]
     first_friction_input = 1 + len(constraint_table.motions) + len(element_inputs)
-    inertias = [_inertia_about_origin(body, origins[body.name]) for body in mechanism.bodies]
     inverse_masses = [
-        [1 / body.mass, 1 / body.mass, 1 / inertia if body.can_rotate else 0.0]
-        for body, inertia in zip(mechanism.bodies, inertias, strict=True)
+        [1 / body.mass, 1 / body.mass, 1 / _inertia_about_origin(body, origins[body.name]) if body.can_rotate else 0.0]
+        for body in mechanism.bodies
     ]
     free_spindle = spindle if isinstance(spindle, FreeSpindle) else None
     system = System(
@@ -174,9 +174,7 @@ def make_system(scene: Scene, mode: ContactMode | None = None) -> tuple[System, 
         spindle_inertia=free_spindle.inertia if free_spindle else 0.0,
         output_rows=output_rows,
         output_forces=_make_output_forces(scene, mode, first_friction_input),
-        event_functions=_make_event_functions(
-            scene, mode, first_friction_input, np.argsort(row_order)[len(constraint_table.joint_indices) :]
-        ),
+        event_functions=_make_event_functions(scene, mode, first_friction_input, held_rows),
         fluctuation_amplitude=0.5 * spindle.speed_fluctuation if isinstance(spindle, Spindle) else 0.0,
         cycles_per_turn=spindle.cycles_per_turn if isinstance(spindle, Spindle) else 1.0,
     )
@@ -237,7 +235,7 @@ def _make_holding_rows(scene: Scene, mode: ContactMode, output_rows: ConstraintR
         for contact, value in zip(contacts_of(scene), mode.held_values, strict=True)
         if value is not None
     ]
-    return make_holding_rows(output_rows.table, [index for index, _ in held], [value for _, value in held])
+    return make_holding_rows(output_rows.table, held)
 
 
 def _make_output_forces(scene: Scene, mode: ContactMode, friction_input: int) -> RecordArray:
@@ -384,7 +382,7 @@ def to_mass_centres(system: System, poses: FloatArray, velocities: FloatArray) -
     velocities : FloatArray
         Their time derivatives; shape (..., bodies, 3).
     """
-    return _shift_reference_points(_mass_centre_offsets(system), poses, velocities)
+    return _shift_reference_points(system, 1.0, poses, velocities)
 
 
 def from_mass_centres(system: System, poses: FloatArray, velocities: FloatArray) -> tuple[FloatArray, FloatArray]:
@@ -406,13 +404,13 @@ def from_mass_centres(system: System, poses: FloatArray, velocities: FloatArray)
     velocities : FloatArray
         Their time derivatives; shape (..., bodies, 3).
     """
-    return _shift_reference_points(-_mass_centre_offsets(system), poses, velocities)
+    return _shift_reference_points(system, -1.0, poses, velocities)
 
 
-def _shift_reference_points(offsets: FloatArray, poses: FloatArray, velocities: FloatArray) -> tuple[FloatArray, FloatArray]:
-    """Return poses and velocities of points at `offsets` (bodies, 2) from the reference points, in body axes (m)."""
+def _shift_reference_points(system: System, sign: float, poses: FloatArray, velocities: FloatArray) -> tuple[FloatArray, FloatArray]:
+    """Return poses and velocities of points shifted by the vector from body origin to mass centre (sign 1) or back (-1)."""
     poses, velocities = poses.copy(), velocities.copy()
-    arm_x, arm_y = rotate_vector(poses[..., 2], offsets[:, 0], offsets[:, 1])
+    arm_x, arm_y = rotate_vector(poses[..., 2], sign * system.bodies["x"], sign * system.bodies["y"])
     poses[..., 0] += arm_x
     poses[..., 1] += arm_y
     velocities[..., 0] -= arm_y * velocities[..., 2]
@@ -464,11 +462,6 @@ def ground_pin_of_point_mass(mechanism: Mechanism, body: Body) -> Pin | None:
         f"body {body.name!r} cannot turn: it is a point mass, and no pin away from that point joins it to the ground; "
         "give it second moments of mass, or turns = false (can_rotate=False in Python)"
     )
-
-
-def _mass_centre_offsets(system: System) -> FloatArray:
-    """Return the mass centres relative to the body origins in body axes (m); shape (bodies, 2)."""
-    return np.stack([system.bodies["x"], system.bodies["y"]], axis=-1)
 
 
 def make_body_record(body: Body, origin: tuple[float, float] = (0.0, 0.0)) -> tuple[float, ...]:

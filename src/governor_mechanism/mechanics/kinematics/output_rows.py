@@ -94,9 +94,9 @@ def make_output_rows(mechanism: Mechanism, names: Sequence[str], origins: Origin
     return ConstraintRows(table, bodies_of_rows(table), np.zeros((0, 5)))
 
 
-def make_holding_rows(output_rows: RecordArray, indices: Sequence[int], values: Sequence[float]) -> RecordArray:
-    """Return the rows that hold the outputs with these indices at values (m or rad); shape (n,)."""
-    rows = output_rows[list(indices)].copy()
-    for i, value in enumerate(values):
+def make_holding_rows(output_rows: RecordArray, held_values: Sequence[tuple[int, float]]) -> RecordArray:
+    """Return the rows that hold outputs at values (m or rad), from pairs of output index and value; shape (n,)."""
+    rows = output_rows[[index for index, _ in held_values]].copy()
+    for i, (_, value) in enumerate(held_values):
         rows[i][CONSTANT_PARAMETER[int(rows[i]["kind"])]] += value
     return rows

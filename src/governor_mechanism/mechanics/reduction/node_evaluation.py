@@ -11,7 +11,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from governor_mechanism.mechanics.dynamics.equations_of_motion import inertia_about_spindle, evaluate_body_forces
+from governor_mechanism.mechanics.dynamics.equations_of_motion import evaluate_body_forces, inertia_about_spindle
 from governor_mechanism.mechanics.dynamics.force_elements import add_element_forces
 from governor_mechanism.mechanics.dynamics.output_forces import add_output_forces, output_rate
 from governor_mechanism.mechanics.kinematics.constraint_kernels import ConstraintRows, RowColumn, evaluate_rows
