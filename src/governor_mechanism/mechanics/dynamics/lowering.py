@@ -15,7 +15,7 @@ from governor_mechanism.mechanics.dynamics.force_elements import make_force_elem
 from governor_mechanism.mechanics.dynamics.output_forces import EVENT_FUNCTION_DTYPE, OUTPUT_FORCE_DTYPE, EventFunctionKind, OutputForceKind
 from governor_mechanism.mechanics.kinematics.constraint_equations import bodies_of_rows, make_constraint_table
 from governor_mechanism.mechanics.kinematics.constraint_kernels import N_ROW_COLUMNS, ConstraintRows
-from governor_mechanism.mechanics.kinematics.output_rows import CONSTANT_PARAMETER, make_holding_rows, make_output_rows
+from governor_mechanism.mechanics.kinematics.output_rows import CONSTANT_PARAMETER, make_output_rows
 from governor_mechanism.mechanics.kinematics.points import rotate_vector
 from governor_mechanism.mechanics.kinematics.time_functions import CubicTimeFunction
 from governor_mechanism.model.joints import GROUND, Pin
@@ -235,7 +235,10 @@ def _make_holding_rows(scene: Scene, mode: ContactMode, output_rows: ConstraintR
         for contact, value in zip(contacts_of(scene), mode.held_values, strict=True)
         if value is not None
     ]
-    return make_holding_rows(output_rows.table, held)
+    rows: RecordArray = output_rows.table[[index for index, _ in held]]
+    for i, (_, value) in enumerate(held):
+        rows[i][CONSTANT_PARAMETER[int(rows[i]["kind"])]] += value
+    return rows
 
 
 def _make_output_forces(scene: Scene, mode: ContactMode, friction_input: int) -> RecordArray:
@@ -260,7 +263,11 @@ def _make_event_functions(scene: Scene, mode: ContactMode, friction_input: int, 
     outputs, `friction_input` is the index of the first friction input.
     """
     output_names, rows, records = forced_output_names(scene), iter(held_rows.tolist()), []
-    tolerances = _OutputTolerances(scene)
+    mechanism, time = scene.part.mechanism, time_scale(scene)
+    length_scale, mass = mechanism.length_scale, sum(body.mass for body in mechanism.bodies)
+    scales = {name: length_scale if mechanism.reading(name).quantity == "length" else 1.0 for name in output_names}
+    tolerances = {name: EVENT_ROUNDING_RATIO * scale for name, scale in scales.items()}
+    force_tolerance = EVENT_ROUNDING_RATIO * mass * length_scale / time**2
     contacts = contacts_of(scene)
     for contact_index, (contact, held, sign) in enumerate(zip(contacts, mode.held_values, mode.sliding_signs, strict=True)):
         name, output_index = contact.output_name, output_names.index(contact.output_name)
@@ -271,19 +278,19 @@ def _make_event_functions(scene: Scene, mode: ContactMode, friction_input: int, 
             # A stop pushes with unlimited force in one direction; friction holds in both, up to its limit.
             for direction, is_unlimited in ((1.0, held <= contact.low), (-1.0, held >= contact.high)):
                 if not is_unlimited:
-                    records.append((EventFunctionKind.FORCE, row, direction, 0.0, tolerances.force, friction_index, contact_index))
+                    records.append((EventFunctionKind.FORCE, row, direction, 0.0, force_tolerance, friction_index, contact_index))
             continue
         if mode.is_locked:
             continue
         if sign:
-            records.append((EventFunctionKind.RATE, output_index, -float(sign), 0.0, tolerances.rate(name), -1, contact_index))
+            records.append((EventFunctionKind.RATE, output_index, -float(sign), 0.0, tolerances[name] / time, -1, contact_index))
         for direction, bound in ((1.0, contact.high), (-1.0, -contact.low)):
             if np.isfinite(bound):
-                records.append((EventFunctionKind.VALUE, output_index, direction, bound, tolerances.value(name), -1, contact_index))
+                records.append((EventFunctionKind.VALUE, output_index, direction, bound, tolerances[name], -1, contact_index))
     one_sided = [] if mode.is_locked else [spring for spring in output_springs_of(scene) if spring.one_sided]
     for contact_index, (spring, taut) in enumerate(zip(one_sided, mode.taut, strict=False), start=len(contacts)):
         direction, name = (-1.0 if taut else 1.0), spring.reading
-        threshold, tolerance = direction * spring.free_value, tolerances.value(name)
+        threshold, tolerance = direction * spring.free_value, tolerances[name]
         records.append((EventFunctionKind.VALUE, output_names.index(name), direction, threshold, tolerance, -1, contact_index))
     return np.array(records, dtype=EVENT_FUNCTION_DTYPE)
 
@@ -315,25 +322,6 @@ def with_held_values(system: System, output_indices: Sequence[int], mode: Contac
             constant = CONSTANT_PARAMETER[int(output_row["kind"])]
             table[row][constant] = output_row[constant] + value
     return system._replace(constraint_rows=system.constraint_rows._replace(table=table))
-
-
-class _OutputTolerances:
-    """Rounding levels of outputs, of their rates, and of forces along them."""
-
-    def __init__(self, scene: Scene) -> None:
-        self._mechanism = scene.part.mechanism
-        self._time_scale = time_scale(scene)
-        mass = sum(body.mass for body in self._mechanism.bodies)
-        self.force = EVENT_ROUNDING_RATIO * mass * self._mechanism.length_scale / self._time_scale**2
-
-    def value(self, name: str) -> float:
-        """Return the rounding level of an output (m or rad)."""
-        length = self._mechanism.reading(name).quantity == "length"
-        return EVENT_ROUNDING_RATIO * (self._mechanism.length_scale if length else 1.0)
-
-    def rate(self, name: str) -> float:
-        """Return the rounding level of the rate of an output (m/s or rad/s)."""
-        return self.value(name) / self._time_scale
 
 
 def make_system_workspace(system: System) -> SystemWorkspace:

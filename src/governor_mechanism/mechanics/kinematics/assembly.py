@@ -205,13 +205,6 @@ class PositionSolver:
             gradient = np.nan_to_num(evaluate_output(self.mechanism, name, poses).gradient.ravel()[self.free_mask])
         return float(np.sum(gradient * self.free_coordinate_scales * direction))
 
-    def initial_guess_gap(self) -> tuple[str, float]:
-        """Return the name of the joint with the largest gap in the initial guess, and that gap, m."""
-        if not self.equations.joints:
-            return "", 0.0
-        joint, gap = self.equations.largest_gap(self.initial_guess, self.time)
-        return joint.name, abs(gap)
-
     def _contradiction_message(self, residual: FloatArray, rates: list[str]) -> str:
         worst = int(np.argmax(np.abs(residual)))
         n_joint_rows = len(self.equations.joint_indices)
@@ -300,7 +293,9 @@ def assembly_notes(scene: Scene) -> tuple[str, ...]:
         One sentence each; empty if there is nothing to report.
     """
     mechanism = scene.part.mechanism
-    joint, gap = PositionSolver(mechanism).initial_guess_gap()
-    if gap < REPORTABLE_GAP_RATIO * mechanism.length_scale or scene.start.values:
+    if scene.start.values or not mechanism.joints:
         return mechanism.notes
-    return (*mechanism.notes, f"the start was a guess: joint {joint!r} was open by {gap:.3g} m and has been closed")
+    joint, gap = ConstraintEquations(mechanism).largest_gap(np.array(mechanism.initial_guess, dtype=np.float64))
+    if abs(gap) < REPORTABLE_GAP_RATIO * mechanism.length_scale:
+        return mechanism.notes
+    return (*mechanism.notes, f"the start was a guess: joint {joint.name!r} was open by {abs(gap):.3g} m and has been closed")

@@ -96,7 +96,8 @@ def solve_kinematics(
         start_values = {name: value for name, value in scene.start.values.items() if isinstance(value, float | int)}
         kinematic_solver = _KinematicSolver(mechanism, [over], start_values)
         required, reason = 1, f"over {over!r} one reading must determine the motion"
-    if (degrees_of_freedom := kinematic_solver.degrees_of_freedom()) != required:
+    degrees_of_freedom = kinematic_solver.degrees_of_freedom
+    if degrees_of_freedom != required:
         raise MechanismError(f"a kinematic analysis needs {required} degrees of freedom: {reason}; this mechanism has {degrees_of_freedom}")
     states = [kinematic_solver.solve_at(float(value), rate, acceleration) for value in samples]
     poses, velocities, accelerations = (np.array(column) for column in zip(*states, strict=True))
@@ -121,11 +122,10 @@ class _KinematicSolver:
 
     def __init__(self, mechanism: Mechanism, driving_readings: list[str], start_values: Mapping[str, float | str]) -> None:
         self._mechanism, self._driving_readings = mechanism, driving_readings
-        self._guess = PositionSolver(mechanism).solve({name: float(value) for name, value in start_values.items()})
-
-    def degrees_of_freedom(self) -> int:
-        """Return the number of degrees of freedom without the driving readings."""
-        return PositionSolver(self._mechanism).count_degrees_of_freedom(self._guess)
+        position_solver = PositionSolver(mechanism)
+        self._guess = position_solver.solve({name: float(value) for name, value in start_values.items()})
+        self.degrees_of_freedom = position_solver.count_degrees_of_freedom(self._guess)
+        """Number of degrees of freedom without the driving readings."""
 
     def solve_at(self, value: float, rate: float, acceleration: float) -> tuple[FloatArray, FloatArray, FloatArray]:
         """Return poses, velocities and accelerations (bodies, 3) at one value or time."""

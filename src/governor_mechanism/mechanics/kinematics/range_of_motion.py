@@ -100,10 +100,9 @@ def _full_rotation_range(continuation: PathContinuation, high_end: PathEnd) -> R
     """Return the range of a closed motion: half a period to either side of the initial guess."""
     initial_value, n_turns = continuation.start.value, round((high_end.value - continuation.start.value) / math.tau)
     period = math.tau * n_turns
-    description = (
-        "half a turn from the initial guess" if n_turns == 1 else f"after {n_turns} turns: {n_turns / 2:g} turns from the initial guess"
-    )
-    message = f"full rotation: {description}" if n_turns == 1 else f"closed motion {description}"
+    message = f"closed motion after {n_turns} turns: {n_turns / 2:g} turns from the initial guess"
+    if n_turns == 1:
+        message = "full rotation: half a turn from the initial guess"
     low, high = initial_value - 0.5 * period, initial_value + 0.5 * period
     path = PathInterpolant.from_points(high_end.points).with_previous_period(continuation.pose_increment(high_end), period)
     return RangeOfMotion(low, high, message, message, (low, high), path, period, period)
