@@ -54,6 +54,8 @@ class PositionSolver:
         The constraint equations of its joints and drives.
     free_mask
         Which coordinates may change; shape (3 bodies,). A body that cannot rotate keeps its angle.
+    pose_scales
+        SI values of a length scale and of a radian for the coordinates of a body; shape (3,).
     free_coordinate_scales
         SI value of a length scale, or of a radian, of each free coordinate; shape (free coordinates,).
     initial_guess
@@ -65,9 +67,9 @@ class PositionSolver:
     def __init__(self, mechanism: Mechanism, time: float = 0.0) -> None:
         self.mechanism, self.time = mechanism, time
         self.equations = ConstraintEquations(mechanism)
-        can_rotate = [body.can_rotate for body in mechanism.bodies]
-        self.free_mask = np.array([[True, True, rotates] for rotates in can_rotate], dtype=np.bool_).ravel()
-        self.free_coordinate_scales = np.tile([mechanism.length_scale, mechanism.length_scale, 1.0], len(can_rotate))[self.free_mask]
+        self.free_mask = np.array([[True, True, body.can_rotate] for body in mechanism.bodies], dtype=np.bool_).ravel()
+        self.pose_scales = np.array([mechanism.length_scale, mechanism.length_scale, 1.0])
+        self.free_coordinate_scales = np.tile(self.pose_scales, len(mechanism.bodies))[self.free_mask]
         self.initial_guess = np.array(mechanism.initial_guess, dtype=np.float64)
         inertias = [[body.mass, body.mass, body.second_moments.xx + body.second_moments.yy] for body in mechanism.bodies]
         self.free_masses: FloatArray = np.array(inertias).ravel()[self.free_mask]

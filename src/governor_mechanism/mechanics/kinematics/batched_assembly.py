@@ -33,7 +33,7 @@ class BatchedPositionSolver:
         self.position_solver = PositionSolver(mechanism)
         self.coordinate_scale = self.position_solver.output_scale(mechanism.coordinate)
         """SI value of a radian, or of a length scale, of the leading coordinate."""
-        self.pose_scales = np.array([mechanism.length_scale, mechanism.length_scale, 1.0])
+        self.pose_scales = self.position_solver.pose_scales
         """SI values of a length scale and of a radian for the coordinates of a body; shape (3,)."""
         self._coordinate_wraps = isinstance(mechanism.reading(mechanism.coordinate), LineAngle)
 

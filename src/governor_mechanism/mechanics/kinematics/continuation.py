@@ -238,9 +238,7 @@ class PathContinuation:
         """Return whether poses are the initial ones apart from whole turns of bodies."""
         difference = poses - self.start.poses
         difference[:, 2] -= math.tau * np.round(difference[:, 2] / math.tau)
-        return bool(
-            np.all(np.abs(difference) < PATH_CLOSURE_TOLERANCE * np.array([self.mechanism.length_scale, self.mechanism.length_scale, 1.0]))
-        )
+        return bool(np.all(np.abs(difference) < PATH_CLOSURE_TOLERANCE * self.position_solver.pose_scales))
 
     def _limit_violation(self, name: str, sign: float, limit: float) -> Callable[[FloatArray], float]:
         return lambda poses: sign * (self._output_value(name, poses) - limit)
