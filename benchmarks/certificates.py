@@ -1,6 +1,6 @@
-"""How well certificates hold: estimates against true errors, over random scenes of every machine, effect and engine.
+"""Validity of certificates: error estimates against true errors, over random scenes of every machine, effect and engine.
 
-python benchmarks/certificates.py --scenes 300 --seed 20261124
+Usage: python benchmarks/certificates.py --scenes 300 --seed 20261124
 """
 
 from __future__ import annotations
@@ -24,18 +24,18 @@ from random_machines import MACHINES
 from random_scenes import RandomScene, draw_scene
 
 SCENES, SEED = 300, 20261124
-LONGEST = 10.0
-"""Seconds that one certificate and its references may take."""
-PICTURE = Path(__file__).with_name("certificates.png")
+TIME_LIMIT = 10.0
+"""Largest time of one certificate and its references, s."""
+FIGURE_PATH = Path(__file__).with_name("certificates.png")
 ENGINES = ("reduced", "multibody", "impulse", "auto")
 GROUPS = ("plain", "smooth effects", "events")
-LAW = 3.0
-"""So many times its estimate may the true error of a run be."""
+MAX_ERROR_RATIO = 3.0
+"""Largest accepted ratio of the true error of a run to its estimate."""
 TOO_LONG = "took too long"
 
 
 class TooLongError(Exception):
-    """A certificate that takes longer than LONGEST."""
+    """A certificate that takes longer than the time limit."""
 
 
 def main() -> None:
@@ -44,35 +44,36 @@ def main() -> None:
     parser.add_argument("--scenes", type=int, default=SCENES)
     parser.add_argument("--seed", type=int, default=SEED)
     parser.add_argument("--workers", type=int, default=2)
-    asked = parser.parse_args()
-    jobs = (delayed(one_scene)(number, asked.seed) for number in range(asked.scenes))
-    found: list[tuple[int, list[CertificateCheck]]] = []
-    for done, result in enumerate(Parallel(n_jobs=asked.workers, return_as="generator")(jobs), start=1):
-        found.append(result)
-        print(f"\r{done} of {asked.scenes} scenes", end="", file=sys.stderr, flush=True)
+    arguments = parser.parse_args()
+    jobs = (delayed(check_random_scene)(number, arguments.seed) for number in range(arguments.scenes))
+    results: list[tuple[int, list[CertificateCheck]]] = []
+    for done, result in enumerate(Parallel(n_jobs=arguments.workers, return_as="generator")(jobs), start=1):
+        results.append(result)
+        print(f"\r{done} of {arguments.scenes} scenes", end="", file=sys.stderr, flush=True)
     print(file=sys.stderr)
-    every = [one for _, many in found for one in many]
-    refused = sum(refusals for refusals, _ in found)
-    print(f"{asked.scenes} scenes of {len(MACHINES)} machines, seed {asked.seed}; {refused} more were refused\n")
-    tell_law(every)
-    tell_set_aside(every)
-    tell_short(every)
-    draw([one for one in every if one.is_judged], PICTURE)
+    checks = [one for _, scene_checks in results for one in scene_checks]
+    refused = sum(refusals for refusals, _ in results)
+    print(f"{arguments.scenes} scenes of {len(MACHINES)} machines, seed {arguments.seed}; {refused} more were refused\n")
+    print_error_ratios(checks)
+    print_unjudged_runs(checks)
+    print_violations(checks)
+    draw_distribution([one for one in checks if one.is_judged], FIGURE_PATH)
 
 
-def one_scene(number: int, seed: int) -> tuple[int, list[CertificateCheck]]:
-    """How many refusals came before a scene, and its certificates."""
+def check_random_scene(number: int, seed: int) -> tuple[int, list[CertificateCheck]]:
+    """Return the number of refused scenes before the next accepted one, and the certificates of that scene."""
     drawn = draw_scene(number, seed)
     truth = ReferenceSolutions(drawn.scene)
-    return len(drawn.refused), [guarded(drawn, engine, accuracy, truth) for engine, accuracy in draw_accuracies(drawn).items()]
+    checks = [check_within_time_limit(drawn, engine, accuracy, truth) for engine, accuracy in draw_accuracies(drawn).items()]
+    return len(drawn.refused), checks
 
 
-def guarded(drawn: RandomScene, engine: str, accuracy: float, truth: ReferenceSolutions) -> CertificateCheck:
-    """One certificate, or word that it took too long."""
+def check_within_time_limit(drawn: RandomScene, engine: str, accuracy: float, truth: ReferenceSolutions) -> CertificateCheck:
+    """Return one certificate, or a record that it took too long."""
     try:
-        with at_most(LONGEST):
+        with time_limit(TIME_LIMIT):
             return check_certificate(drawn, engine, accuracy, truth)
-    except (TooLongError, SystemError):  # compiled code that is interrupted raises the latter
+    except (TooLongError, SystemError):  # interrupted compiled code raises SystemError
         return CertificateCheck(
             seed=drawn.seed,
             number=drawn.number,
@@ -86,82 +87,86 @@ def guarded(drawn: RandomScene, engine: str, accuracy: float, truth: ReferenceSo
 
 
 @contextmanager
-def at_most(seconds: float) -> Iterator[None]:
-    """Raise TooLongError after so many seconds, where the system has alarms."""
+def time_limit(seconds: float) -> Iterator[None]:
+    """Raise TooLongError after a time (s), on systems with alarm signals."""
     if not hasattr(signal, "setitimer"):
         yield
         return
 
-    def ring(*_: Any) -> None:
+    def raise_on_alarm(*_: Any) -> None:
+        """Raise the exception on the alarm signal."""
         raise TooLongError
 
-    before = signal.signal(signal.SIGALRM, ring)
+    previous_handler = signal.signal(signal.SIGALRM, raise_on_alarm)
     signal.setitimer(signal.ITIMER_REAL, seconds)
     try:
         yield
     finally:
         signal.setitimer(signal.ITIMER_REAL, 0.0)
-        signal.signal(signal.SIGALRM, before)
+        signal.signal(signal.SIGALRM, previous_handler)
 
 
-# --- the tables -------------------------------------------------------------------------------------------------------
+# --- tables -------------------------------------------------------------------------------------------------------
 
 
-def tell_law(every: Sequence[CertificateCheck]) -> None:
-    """The law, by engine and by what is in a scene."""
+def print_error_ratios(checks: Sequence[CertificateCheck]) -> None:
+    """Print how often the error is within the estimate, by engine and by effects of the scene."""
     print("| engine | scenes | runs | error within estimate | within 3 x estimate | median estimate / error | worst |")
     print("|---|---|---|---|---|---|---|")
     for engine in ENGINES:
         for group in (*GROUPS, ""):
-            runs = [one for one in every if one.engine == engine and one.is_judged and group in ("", one.group)]
+            runs = [one for one in checks if one.engine == engine and one.is_judged and group in ("", one.group)]
             if not runs:
                 continue
-            over = np.array([one.overestimation for one in runs])
-            within, lawful = (100 * np.mean(over * factor >= 1) for factor in (1.0, LAW))
+            ratios = np.array([one.overestimation for one in runs])
+            within, within_limit = (100 * np.mean(ratios * factor >= 1) for factor in (1.0, MAX_ERROR_RATIO))
             name, worst = (f"**{engine}**", "") if not group else (engine, "")
-            worst = f"{1 / np.min(over):.2g}" if np.min(over) > 0 else "no end"
-            print(f"| {name} | {group or '**all**'} | {len(runs)} | {within:.1f} % | {lawful:.1f} % | {np.median(over):.1f} | {worst} |")
+            worst = f"{1 / np.min(ratios):.2g}" if np.min(ratios) > 0 else "inf"
+            cells = (name, group or "**all**", len(runs), f"{within:.1f} %", f"{within_limit:.1f} %", f"{np.median(ratios):.1f}", worst)
+            print("| " + " | ".join(map(str, cells)) + " |")
     print("\nworst: the largest true error over its estimate\n")
 
 
-def tell_set_aside(every: Sequence[CertificateCheck]) -> None:
-    """What could not be judged, and why."""
-    reasons = Counter((one.engine, one.set_aside.split(":")[0]) for one in every if not one.is_judged)
+def print_unjudged_runs(checks: Sequence[CertificateCheck]) -> None:
+    """Print the runs that cannot be judged, and the reasons."""
+    reasons = Counter((one.engine, one.set_aside.split(":")[0]) for one in checks if not one.is_judged)
     names = sorted({reason for _, reason in reasons})
-    print(f"| set aside | {' | '.join(ENGINES)} |\n|---|{'---|' * len(ENGINES)}")
+    print(f"| not judged | {' | '.join(ENGINES)} |\n|---|{'---|' * len(ENGINES)}")
     for name in names:
         print(f"| {name} | {' | '.join(str(reasons[engine, name]) for engine in ENGINES)} |")
-    outside = [one for one in every if one.set_aside == "references disagree" and one.doubt > LAW * one.estimate]
-    counted = Counter(one.engine for one in outside)
-    print(f"| of these, by more than 3 estimates | {' | '.join(str(counted[engine]) for engine in ENGINES)} |\n")
+    disagreeing = [one for one in checks if one.set_aside == "references disagree" and one.doubt > MAX_ERROR_RATIO * one.estimate]
+    counts = Counter(one.engine for one in disagreeing)
+    print(f"| of these, by more than 3 estimates | {' | '.join(str(counts[engine]) for engine in ENGINES)} |\n")
 
 
-def tell_short(every: Sequence[CertificateCheck]) -> None:
-    """Every run that is farther off than the law allows, so that it can be made again."""
-    short = sorted((one for one in every if one.is_judged and LAW * one.overestimation < 1), key=lambda one: one.overestimation)
-    print(f"{len(short)} runs are farther off than {LAW:g} times their estimate:\n")
-    if short:
-        print("| scene | engine | asked | ended | estimate | true error | what it is |\n|---|---|---|---|---|---|---|")
-    for one in short:
+def print_violations(checks: Sequence[CertificateCheck]) -> None:
+    """Print every run with a larger error than allowed, with the data to repeat it."""
+    violations = sorted(
+        (one for one in checks if one.is_judged and MAX_ERROR_RATIO * one.overestimation < 1), key=lambda one: one.overestimation
+    )
+    print(f"{len(violations)} runs have an error of more than {MAX_ERROR_RATIO:g} times their estimate:\n")
+    if violations:
+        print("| scene | engine | accuracy | outcome | estimate | true error | scene description |\n|---|---|---|---|---|---|---|")
+    for one in violations:
         print(f"| {one.number} | {one.engine} | {one.accuracy:.1e} | {one.outcome} | {one.estimate:.1e} | {one.true:.1e} | {one.words} |")
     print()
-    for one in every:
-        if one.set_aside == "references disagree" and one.doubt > LAW * one.estimate:
+    for one in checks:
+        if one.set_aside == "references disagree" and one.doubt > MAX_ERROR_RATIO * one.estimate:
             print(
                 f"references disagree: {one.number} {one.engine} at {one.accuracy:.0e}, estimate {one.estimate:.1e}, "
                 f"references {one.doubt:.1e} apart ({one.words})"
             )
     print()
-    lost = [one for one in every if one.set_aside == TOO_LONG]
-    told = "; ".join(f"{one.number} {one.engine} at {one.accuracy:.0e} ({one.words})" for one in lost)
-    print(f"took longer than {LONGEST:g} s: {told or 'none'}")
+    timed_out = [one for one in checks if one.set_aside == TOO_LONG]
+    timeouts = "; ".join(f"{one.number} {one.engine} at {one.accuracy:.0e} ({one.words})" for one in timed_out)
+    print(f"took longer than {TIME_LIMIT:g} s: {timeouts or 'none'}")
 
 
-# --- the picture ------------------------------------------------------------------------------------------------------
+# --- figure ------------------------------------------------------------------------------------------------------
 
 
-def draw(judged: Sequence[CertificateCheck], path: Path) -> None:
-    """How estimate over true error is distributed, a curve for each engine."""
+def draw_distribution(judged: Sequence[CertificateCheck], path: Path) -> None:
+    """Draw the distribution of estimate over true error, one curve per engine."""
     import matplotlib
 
     matplotlib.use("Agg")
@@ -173,27 +178,27 @@ def draw(judged: Sequence[CertificateCheck], path: Path) -> None:
     figure, axes = pyplot.subplots(figsize=(8.4, 5.0), facecolor=PAPER)
     axes.set_facecolor(PAPER)
     low, high = 0.03, 3e4
-    axes.axvspan(low, 1 / LAW, color=VERMILLION, alpha=0.10, linewidth=0)
-    for place, words, align in (
-        (1 / LAW, "error = 3 estimates", "right"),
+    axes.axvspan(low, 1 / MAX_ERROR_RATIO, color=VERMILLION, alpha=0.10, linewidth=0)
+    for position, caption, alignment in (
+        (1 / MAX_ERROR_RATIO, "error = 3 estimates", "right"),
         (1.0, "error = estimate", "left"),
-        (100.0, "a hundred times too careful", "left"),
+        (100.0, "estimate 100 times the error", "left"),
     ):
-        axes.axvline(place, color=INK if place == 1.0 else MUTED, linewidth=0.9, dashes=(6, 3))
-        shift = 0.93 if align == "right" else 1.07
+        axes.axvline(position, color=INK if position == 1.0 else MUTED, linewidth=0.9, dashes=(6, 3))
+        shift = 0.93 if alignment == "right" else 1.07
         axes.text(
-            place * shift, 1.025, words, ha=align, va="bottom", color=MUTED, fontsize=8.5, fontfamily=SANS_FONT,
+            position * shift, 1.025, caption, ha=alignment, va="bottom", color=MUTED, fontsize=8.5, fontfamily=SANS_FONT,
             transform=axes.get_xaxis_transform(),
         )  # fmt: skip
     for engine, colour in zip(ENGINES, SERIES_COLOURS, strict=True):
-        over = np.sort([min(max(one.overestimation, low), high) for one in judged if one.engine == engine])
-        if not len(over):
+        ratios = np.sort([min(max(one.overestimation, low), high) for one in judged if one.engine == engine])
+        if not len(ratios):
             continue
-        share = np.arange(1, len(over) + 1) / len(over)
+        cumulative_fraction = np.arange(1, len(ratios) + 1) / len(ratios)
         width = 1.3 if engine == "auto" else 2.0
         line = axes.step(
-            np.concatenate([[low], over, [high]]), np.concatenate([[0.0], share, [1.0]]), where="post", color=colour,
-            linewidth=width, label=f"{engine}: {len(over)} runs, median {np.median(over):.1f}",
+            np.concatenate([[low], ratios, [high]]), np.concatenate([[0.0], cumulative_fraction, [1.0]]), where="post", color=colour,
+            linewidth=width, label=f"{engine}: {len(ratios)} runs, median {np.median(ratios):.1f}",
         )[0]  # fmt: skip
         if engine == "auto":
             line.set_dashes((4, 2))
@@ -205,14 +210,14 @@ def draw(judged: Sequence[CertificateCheck], path: Path) -> None:
     axes.grid(color=RULE, linewidth=0.6)
     axes.set_axisbelow(True)
     axes.set_xlabel("estimate / true error", color=INK, fontfamily=SANS_FONT, fontsize=9.5)
-    axes.set_ylabel("share of runs at or below", color=INK, fontfamily=SANS_FONT, fontsize=9.5)
+    axes.set_ylabel("fraction of runs", color=INK, fontfamily=SANS_FONT, fontsize=9.5)
     for label in (*axes.get_xticklabels(), *axes.get_yticklabels()):
         label.set(color=MUTED, fontfamily=SANS_FONT, fontsize=8.5)
     axes.tick_params(which="both", color=RULE)
     for spine in axes.spines.values():
         spine.set_color(RULE)
     scenes = len({one.number for one in judged})
-    figure.text(0.09, 0.945, "What an accuracy estimate is worth", color=INK, fontfamily=SERIF_FONT, fontsize=17)
+    figure.text(0.09, 0.945, "Error estimates of certified runs", color=INK, fontfamily=SERIF_FONT, fontsize=17)
     figure.text(
         0.09, 0.905, f"{len(judged)} certified runs of {scenes} random scenes; true errors by another engine",
         color=MUTED, fontfamily=SANS_FONT, fontsize=9,

@@ -1,6 +1,6 @@
-"""How long the commands take, each in a new process: the shortest of a few.
+"""Times of the commands, each in a new process; the shortest of several calls.
 
-python benchmarks/commands.py
+Usage: python benchmarks/commands.py
 """
 
 from __future__ import annotations
@@ -26,11 +26,11 @@ def main() -> None:
         }
         print("| command | s |\n|---|---|")
         for name, words in cases.items():
-            print(f"| {name} | {min(seconds(words) for _ in range(REPEATS)):.2f} |")
+            print(f"| {name} | {min(wall_time(words) for _ in range(REPEATS)):.2f} |")
 
 
-def seconds(words: list[str]) -> float:
-    """Wall time of one call."""
+def wall_time(words: list[str]) -> float:
+    """Return the wall time of one call (s)."""
     started = time.perf_counter()
     subprocess.run([*COMMAND, *words], check=True, capture_output=True)
     return time.perf_counter() - started

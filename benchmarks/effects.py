@@ -1,6 +1,6 @@
-"""What each effect costs on the Porter governor, as ratios to the bare run, in one process.
+"""Cost of each effect on the Porter governor, as ratios to the run without effects, in one process.
 
-python benchmarks/effects.py
+Usage: python benchmarks/effects.py
 """
 
 from __future__ import annotations
@@ -22,14 +22,14 @@ from governor_mechanism.model.trajectory import Trajectory
 ACCURACY, REPEATS = 1e-8, 7
 
 EFFECTS: Mapping[str, Effect] = {
-    "dry friction, 1 N: sixteen swings": DryFriction(reading="sleeve_lift", force=InputFunction(values=(1.0,))),
-    "dry friction, 10 N: it soon sticks": DryFriction(reading="sleeve_lift", force=InputFunction(values=(10.0,))),
+    "dry friction, 1 N: sixteen oscillations": DryFriction(reading="sleeve_lift", force=InputFunction(values=(1.0,))),
+    "dry friction, 10 N: sticks early": DryFriction(reading="sleeve_lift", force=InputFunction(values=(10.0,))),
     "dashpot, linear": Dashpot(reading="sleeve_lift", linear=20.0),
     "dashpot, quadratic": Dashpot(reading="sleeve_lift", quadratic=200.0),
     "spring": OutputSpring(reading="sleeve_lift", rate=100.0),
     "spring, one-sided": OutputSpring(reading="sleeve_lift", rate=100.0, zero=0.12, one_sided=True),
-    "stops that are struck": Stops(reading="arm_angle", low=0.5, high=0.75, restitution=0.5),
-    "stops that are not struck": Stops(reading="arm_angle", low=0.1, high=1.4),
+    "stops with impacts": Stops(reading="arm_angle", low=0.5, high=0.75, restitution=0.5),
+    "stops without impacts": Stops(reading="arm_angle", low=0.1, high=1.4),
 }
 
 
@@ -38,11 +38,11 @@ def main() -> None:
     bare = gm.load("porter")
     scenes = {"bare": bare} | {name: _with(bare, effect) for name, effect in EFFECTS.items()}
     uneven = Spindle(speeds=bare.spindle.speed_function.values, speed_fluctuation=0.02)
-    scenes["uneven spindle"] = replace(bare, spindle=uneven)
-    base = seconds(bare)[0]
+    scenes["fluctuating spindle speed"] = replace(bare, spindle=uneven)
+    base = time_runs(bare)[0]
     print("| effect | time, ratio | evaluations | events | energy drift |\n|---|---|---|---|---|")
     for name, scene in scenes.items():
-        time, run = seconds(scene)
+        time, run = time_runs(scene)
         evaluations = run.cost.evaluations["equations of motion"]
         print(f"| {name} | {time / base:.2f} | {evaluations:,} | {run.cost.events} | {run.energy.drift:.0e} |")
 
@@ -51,8 +51,8 @@ def _with(scene: Scene, effect: Effect) -> Scene:
     return replace(scene, effects=(*scene.effects, effect))
 
 
-def seconds(scene: Scene) -> tuple[float, Trajectory]:
-    """The shortest wall time of several certified runs, and the last of them."""
+def time_runs(scene: Scene) -> tuple[float, Trajectory]:
+    """Return the shortest wall time (s) of several certified runs, and the last run."""
     runs = [MultibodyEngine().run(scene, accuracy=ACCURACY) for _ in range(REPEATS)]
     return min(run.cost.wall_time for run in runs), runs[-1]
 

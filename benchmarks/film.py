@@ -1,6 +1,6 @@
-"""Films: how much faster a frame is than with FuncAnimation and PillowWriter, drawing the same artists; and how large.
+"""Frame time and file size of films, compared with FuncAnimation and PillowWriter for the same artists.
 
-Both run in one process, so the ratio means something on any machine. Usage: python benchmarks/film.py [seconds of film]
+Both run in one process, so the ratio does not depend on the machine. Usage: python benchmarks/film.py [seconds of film]
 """
 
 from __future__ import annotations
@@ -22,11 +22,12 @@ from render.stub_run import GOVERNOR_DIMENSIONS, fake_run
 
 
 def with_func_animation(run: Trajectory, path: Path) -> int:
-    """The same film the usual way; returns the number of frames."""
+    """Write the same film with FuncAnimation and return the number of frames."""
     times, _ = schedule_frames(0.0, float(run.times[-1]), 25)
     picture = FramePainter(run, interpolate_frame_data(run, run.scene.part, (0.0, float(run.times[-1])), times), animated=False)
 
     def update(k: int) -> list[Artist]:
+        """Draw one frame."""
         picture.update(k)
         return []
 
@@ -35,7 +36,7 @@ def with_func_animation(run: Trajectory, path: Path) -> int:
 
 
 def main() -> None:
-    """Print one row per case: milliseconds per frame, and kilobytes, both ways."""
+    """Print one row per case: milliseconds per frame and kilobytes, for both methods."""
     seconds = float(sys.argv[1]) if len(sys.argv) > 1 else 10.0
     print(f"{'case':16}{'usual ms':>10}{'film ms':>10}{'ratio':>8}{'usual kB':>10}{'film kB':>10}")
     with tempfile.TemporaryDirectory() as folder:

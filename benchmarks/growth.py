@@ -1,8 +1,8 @@
-"""How time grows with simulated seconds, with loops in a chain of linkages, and with links in a hanging chain.
+"""Growth of run time with simulated seconds, with loops in a chain of linkages, and with links in a hanging chain.
 
-Times are those of whole runs at one true error, so a motion that needs finer steps shows as well as a dearer step.
+Times are those of whole runs at one true error, so they include both the number of steps and the cost of a step.
 
-python benchmarks/growth.py [--draw growth.png]
+Usage: python benchmarks/growth.py [--draw growth.png]
 """
 
 from __future__ import annotations
@@ -35,23 +35,23 @@ from governor_mechanism.types import FloatArray
 sys.path.insert(0, str(Path(__file__).resolve().parents[1] / "tests"))
 from chain_mechanisms import four_bar_acceleration, four_bar_chain, hanging_chain
 
-TARGET = 1.5
-"""The exponent that the engine `multibody` is not to exceed on chains."""
+MAX_EXPONENT = 1.5
+"""Largest accepted exponent of the engine `multibody` on chains."""
 
 ENGINES = ("reduced", "multibody", "impulse extrapolated")
-LONGEST = 6.0
-"""Seconds that a setting may take; an engine leaves off where it would take longer."""
+TIME_LIMIT = 6.0
+"""Largest time of a setting (s); an engine is not run at sizes that take longer."""
 
-REPORTED = 20
-"""Intervals between reported times, whatever the size: what grows is the motion, not the report."""
+N_REPORTED_INTERVALS = 20
+"""Number of intervals between reported times at every size, so that the cost of reporting does not grow."""
 
-STEADY = 3
-"""The last so many points, and more where there are more than twice as many, show how time grows in the end."""
+MIN_FIT_POINTS = 3
+"""Smallest number of points, at the largest sizes, for the fit of the exponent; the fit uses at least half of the points."""
 
 
 @dataclass(frozen=True)
 class Growth:
-    """One thing that grows: sizes, the scene of a size, and the true error at which times are compared."""
+    """One varied size: its values, the scene of a value, and the true error at which times are compared."""
 
     title: str
     unit: str
@@ -60,27 +60,27 @@ class Growth:
     error: float
 
 
-def longer(duration: int) -> Scene:
-    """The shipped Porter governor, for so many seconds."""
+def porter_of_duration(duration: int) -> Scene:
+    """Return the shipped Porter governor for a duration (s)."""
     scene = gm.load("porter")
     return replace(scene, run=replace(scene.run, duration=float(duration)))
 
 
-def loops(count: int) -> Scene:
-    """Half a second of four-bar linkages in a chain."""
+def half_second_loop_chain(count: int) -> Scene:
+    """Return a chain of four-bar linkages for half a second."""
     return four_bar_chain(count, 0.5, 0.025)
 
 
-def links(count: int) -> Scene:
-    """Half a second of a hanging chain."""
+def half_second_hanging_chain(count: int) -> Scene:
+    """Return a hanging chain for half a second."""
     return hanging_chain(count, 0.5, 0.025)
 
 
 LOOPS = (1, 2, 5, 10, 20, 40)
 GROWTHS = (
-    Growth("Porter governor", "simulated seconds", (1, 3, 10, 30, 100, 300), longer, 1e-6),
-    Growth("four-bar linkages in a chain", "loops", LOOPS, loops, 1e-6),
-    Growth("hanging chain", "links", (1, 2, 5, 10, 20, 50, 100, 200), links, 1e-5),
+    Growth("Porter governor", "simulated seconds", (1, 3, 10, 30, 100, 300), porter_of_duration, 1e-6),
+    Growth("four-bar linkages in a chain", "loops", LOOPS, half_second_loop_chain, 1e-6),
+    Growth("hanging chain", "links", (1, 2, 5, 10, 20, 50, 100, 200), half_second_hanging_chain, 1e-5),
 )
 
 Found = dict[str, list[tuple[int, WorkPrecisionPoint]]]
@@ -91,42 +91,42 @@ def main() -> None:
     options = argparse.ArgumentParser(description=__doc__)
     options.add_argument("--draw", type=Path, default=Path(__file__).with_suffix(".png"))
     target = options.parse_args().draw
-    every = [(growth, measured(growth)) for growth in GROWTHS]
-    for growth, found in every:
-        tell(growth, found)
-    singular()
-    draw(every, target)
+    results = [(growth, measure_growth(growth)) for growth in GROWTHS]
+    for growth, found in results:
+        print_growth(growth, found)
+    print_change_point_runs()
+    draw_growth(results, target)
 
 
-def measured(growth: Growth) -> Found:
-    """The quickest setting of every engine within the error, size by size, until it takes too long."""
+def measure_growth(growth: Growth) -> Found:
+    """Return the fastest setting of every engine within the error, size by size, up to the time limit."""
     found: Found = {name: [] for name in ENGINES}
-    left = set(ENGINES)
+    active_engines = set(ENGINES)
     for size in growth.sizes:
         scene = growth.scene(size)
-        times = np.linspace(0.0, scene.run.duration, REPORTED + 1)
-        bench = ErrorBenchmark(scene, times, LONGEST, growth.error)
+        times = np.linspace(0.0, scene.run.duration, N_REPORTED_INTERVALS + 1)
+        bench = ErrorBenchmark(scene, times, TIME_LIMIT, growth.error)
         for ladder in build_ladders(scene):
-            if ladder.name not in left:
+            if ladder.name not in active_engines:
                 continue
             point = bench.run_ladder(ladder, lambda _: None).cheapest_for(growth.error)
             print(f"{growth.title}, {size}: {ladder.name} {point and point.setting}", file=sys.stderr)
             if point is None:
-                left.discard(ladder.name)
+                active_engines.discard(ladder.name)
             else:
                 found[ladder.name].append((size, point))
     return found
 
 
-def exponent(points: Sequence[tuple[int, WorkPrecisionPoint]]) -> FittedParameter:
-    """Of time, by size, over the upper half of the sizes."""
-    upper = points[-max(STEADY, len(points) // 2) :]
+def fit_exponent(points: Sequence[tuple[int, WorkPrecisionPoint]]) -> FittedParameter:
+    """Return the exponent of time over size, from the upper half of the sizes."""
+    upper = points[-max(MIN_FIT_POINTS, len(points) // 2) :]
     sizes, times = np.log([size for size, _ in upper]), np.log([point.wall_time for _, point in upper])
     return fit_slope(sizes, times)
 
 
-def tell(growth: Growth, found: Found) -> None:
-    """A row for each size."""
+def print_growth(growth: Growth, found: Found) -> None:
+    """Print a row for each size."""
     shown = [name for name in ENGINES if found[name]]
     columns = [f"{name}, ms | {'steps' if 'impulse' in name else 'evaluations'}" for name in shown]
     print(f"| {growth.title}: {growth.unit}, true error {growth.error:g} | {' | '.join(columns)} |")
@@ -136,34 +136,34 @@ def tell(growth: Growth, found: Found) -> None:
         for name in shown:
             point = dict(found[name]).get(size)
             iterations = "" if point is None else point.setting.partition(", ")[2]
-            cells += ["", ""] if point is None else [told(1e3 * point.wall_time), f"{point.evaluations:,}"]
+            cells += ["", ""] if point is None else [format_milliseconds(1e3 * point.wall_time), f"{point.evaluations:,}"]
             if iterations:
                 cells[-1] += f" of {iterations}"
         print(f"| {size} | {' | '.join(cells)} |")
-    fitted = {name: exponent(found[name]) for name in shown if len(found[name]) >= STEADY}
+    fitted = {name: fit_exponent(found[name]) for name in shown if len(found[name]) >= MIN_FIT_POINTS}
     powers = "; ".join(f"{name} {one.value:.2f} ± {max(one.standard_error, 0.005):.2f}" for name, one in fitted.items())
-    print(f"\nTime grows as the power: {powers}\n")
+    print(f"\nExponents of the time: {powers}\n")
 
 
-def told(milliseconds: float) -> str:
-    """With three digits, or all of those before the point."""
+def format_milliseconds(milliseconds: float) -> str:
+    """Return a number with three significant digits, or all digits before the decimal point."""
     return f"{milliseconds:,.0f}" if milliseconds >= 100 else f"{milliseconds:.3g}"
 
 
-def singular() -> None:
-    """Ten seconds of the chain of loops, which ten times lie in one line: by multibody, certified."""
-    print("| loops, 10 s, ten change points, asked 1e-6 | multibody, ms | true error, rad |\n|---|---|---|")
+def print_change_point_runs() -> None:
+    """Run the chain of loops for ten seconds, with ten passages through a straight position, with a certified multibody run."""
+    print("| loops, 10 s, ten change points, accuracy 1e-6 | multibody, ms | true error, rad |\n|---|---|---|")
     for count in LOOPS:
         scene = four_bar_chain(count, 10.0, 0.5)
         runs = [gm.run(scene, "multibody", accuracy=1e-6) for _ in range(3)]
         best = min(run.cost.wall_time for run in runs)
-        off = float(np.max(np.abs(runs[0].readings["crank_angle"] - exact(count, runs[0].times))))
-        print(f"| {count} | {best * 1e3:.0f} | {off:.1e} |")
+        error = float(np.max(np.abs(runs[0].readings["crank_angle"] - solve_one_coordinate(count, runs[0].times))))
+        print(f"| {count} | {best * 1e3:.0f} | {error:.1e} |")
     print()
 
 
-def exact(count: int, times: FloatArray) -> FloatArray:
-    """The crank's angle by the one equation of the chain."""
+def solve_one_coordinate(count: int, times: FloatArray) -> FloatArray:
+    """Return the crank angle from the one-coordinate equation of the chain."""
     found = solve_ivp(
         lambda _, y: (y[1], four_bar_acceleration(count, y[0], 9.81)), (0.0, times[-1]), (math.pi / 2, -1.0),
         method="DOP853", t_eval=times, rtol=1e-13, atol=1e-13,
@@ -171,49 +171,49 @@ def exact(count: int, times: FloatArray) -> FloatArray:
     return np.asarray(found.y[0])
 
 
-def draw(every: Sequence[tuple[Growth, Found]], target: Path) -> None:
-    """A panel for each, both ways logarithmic."""
+def draw_growth(results: Sequence[tuple[Growth, Found]], target: Path) -> None:
+    """Draw a panel for each varied size, with logarithmic axes."""
     figure = Figure(figsize=(12.0, 4.8), dpi=100, facecolor=PAPER)
-    for at, (growth, found) in enumerate(every):
+    for at, (growth, found) in enumerate(results):
         axes = figure.add_axes((0.065 + 0.318 * at, 0.125, 0.275, 0.7))
-        dress(axes, growth, first=at == 0)
+        style_axes(axes, growth, first=at == 0)
         letter = "T" if growth.unit == "simulated seconds" else "N"
         for name in reversed(ENGINES):
             points = found[name]
-            if len(points) < STEADY:
+            if len(points) < MIN_FIT_POINTS:
                 continue
             colour, marker = _VARIANT_STYLES[name]
             sizes, times = [size for size, _ in points], [1e3 * point.wall_time for _, point in points]
-            label = rf"{name} $\propto {letter}^{{{exponent(points).value:.2f}}}$"
+            label = rf"{name} $\propto {letter}^{{{fit_exponent(points).value:.2f}}}$"
             axes.plot(sizes, times, color=colour, marker=marker, markersize=4.5, linewidth=1.5, label=label)
         if letter == "N":
-            guide(axes, found["multibody"])
+            draw_target_slope(axes, found["multibody"])
         low, high = axes.get_ylim()
-        axes.set_ylim(low, high * (high / low) ** 0.35)  # room for the names
+        axes.set_ylim(low, high * (high / low) ** 0.35)  # space for the legend
         axes.legend(loc="upper left", frameon=False, labelcolor="linecolor", prop={"family": SANS_FONT, "size": 9})
-    figure.text(0.02, 0.945, "How time grows, at one true error", fontsize=14, color=INK, fontfamily=SERIF_FONT, va="center")
+    figure.text(0.02, 0.945, "Growth of run time at equal true error", fontsize=14, color=INK, fontfamily=SERIF_FONT, va="center")
     canvas: Any = FigureCanvasAgg(figure)
     canvas.print_png(str(target), metadata={"Software": None})
 
 
-def guide(axes: Axes, points: Sequence[tuple[int, WorkPrecisionPoint]]) -> None:
-    """The slope that `multibody` is not to exceed, beneath its line."""
+def draw_target_slope(axes: Axes, points: Sequence[tuple[int, WorkPrecisionPoint]]) -> None:
+    """Draw the largest accepted slope of `multibody` below its line."""
     first, last = points[len(points) // 2][0], points[-1][0]
-    foot = 0.5 * 1e3 * points[len(points) // 2][1].wall_time
-    label = rf"target of multibody, $N^{{{TARGET}}}$"
-    ends = [foot, foot * (last / first) ** TARGET]
+    lower_end = 0.5 * 1e3 * points[len(points) // 2][1].wall_time
+    label = rf"target of multibody, $N^{{{MAX_EXPONENT}}}$"
+    ends = [lower_end, lower_end * (last / first) ** MAX_EXPONENT]
     axes.plot([first, last], ends, color=MUTED, linewidth=1.0, linestyle=(0, (5, 3)), label=label)
 
 
-def dress(axes: Axes, growth: Growth, *, first: bool) -> None:
-    """Axes and titles."""
+def style_axes(axes: Axes, growth: Growth, *, first: bool) -> None:
+    """Style axes and write titles."""
     axes.set_facecolor(PAPER)
     axes.set_xscale("log")
     axes.set_yscale("log")
     axes.set_title(f"{growth.title}, error {growth.error:g}", fontsize=10, color=INK, fontfamily=SERIF_FONT)
     axes.set_xlabel(growth.unit, fontsize=10, color=INK, fontfamily=SERIF_FONT)
     if first:
-        axes.set_ylabel("milliseconds of a whole run", fontsize=10, color=INK, fontfamily=SERIF_FONT)
+        axes.set_ylabel("time of a run, ms", fontsize=10, color=INK, fontfamily=SERIF_FONT)
     for axis in (axes.xaxis, axes.yaxis):
         axis.set_major_formatter(FuncFormatter(lambda value, _: f"{value:g}"))
         axis.set_minor_formatter(NullFormatter())

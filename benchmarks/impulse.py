@@ -1,8 +1,8 @@
-"""What the staggered scheme gains over pymunk's ordinary use, and what extrapolation adds; ratios within one run.
+"""Gain of the staggered scheme over plain use of pymunk, and of extrapolation; ratios within one process.
 
-    python benchmarks/impulse.py
+Usage: python benchmarks/impulse.py
 
-The true error is against the one-coordinate equation of motion, integrated by scipy at 1e-13.
+The true error is relative to the one-coordinate equation of motion, integrated by scipy at tolerance 1e-13.
 """
 
 from __future__ import annotations
@@ -32,6 +32,7 @@ def main() -> None:
     speed = scene.spindle.speeds[0]
 
     def slope(_: float, state: NDArray[np.float64]) -> list[float]:
+        """Return the state derivative of the one-coordinate equation."""
         bend = closed.arm_acceleration(governor, arm_angle=state[0], arm_rate=state[1], spindle_speed=speed)
         return [state[1], float(bend)]
 
@@ -39,7 +40,8 @@ def main() -> None:
     true = solve_ivp(slope, (0, 10), start, method="DOP853", t_eval=TIMES, rtol=1e-13, atol=1e-14).y[0]
 
     def row(name: str, engine: ImpulseEngine, accuracy: float | None = None) -> tuple[float, float]:
-        run, seconds = best(lambda: engine.run(scene, times=TIMES, accuracy=accuracy))
+        """Print one row."""
+        run, seconds = best_of(lambda: engine.run(scene, times=TIMES, accuracy=accuracy))
         error = float(np.max(np.abs(run.readings["arm_angle"] - true)))
         estimate = "" if run.error_estimate is None else f"{run.error_estimate:.1e}"
         microseconds = seconds / run.cost.steps * 1e6
@@ -52,14 +54,14 @@ def main() -> None:
     row("staggered, 0.5 ms", ImpulseEngine(step=5e-4, runs=1))
     row("plain pymunk, 0.1 ms", ImpulseEngine(step=1e-4, plain=True))
     for accuracy in (1e-4, 1e-6, 1e-8, 1e-10):
-        row(f"extrapolated, asked {accuracy:g}", ImpulseEngine(), accuracy)
+        row(f"extrapolated, accuracy {accuracy:g}", ImpulseEngine(), accuracy)
     print()
     print(f"staggered against plain at 1 ms: error {plain[0] / staggered[0]:.0f} times smaller (target 100 or more), ")
     print(f"cost per step {staggered[1] / plain[1]:.2f} times (target at most 1.3)")
 
 
-def best(work: Callable[[], Trajectory]) -> tuple[Trajectory, float]:
-    """The result, and the shortest of several runs after one to warm up (s)."""
+def best_of(work: Callable[[], Trajectory]) -> tuple[Trajectory, float]:
+    """Return the result, and the shortest time (s) of several runs after a warm-up run."""
     result, shortest = work(), np.inf
     for _ in range(REPEATS):
         started = time.perf_counter()

@@ -1,6 +1,6 @@
-"""What the multibody engine costs: against one coordinate, against scipy, for long chains, and to compile.
+"""Cost of the multibody engine: against one coordinate, against scipy, for long chains, and of compilation.
 
-python benchmarks/multibody.py
+Usage: python benchmarks/multibody.py
 """
 
 from __future__ import annotations
@@ -35,42 +35,42 @@ END = 10.0
 
 def main() -> None:
     """Print the tables."""
-    against_one_coordinate()
-    against_scipy()
-    long_chains()
-    compiling()
+    compare_with_one_coordinate()
+    compare_with_scipy()
+    print_chain_costs()
+    print_compile_times()
 
 
-def against_one_coordinate() -> None:
-    """Ten seconds of the Porter governor to 1e-8, by bodies and joints, and by its one-coordinate equation."""
+def compare_with_one_coordinate() -> None:
+    """Compare ten seconds of the Porter governor at 1e-8, as a multibody system and as its one-coordinate equation."""
     scene = gm.load("porter")
     scene = replace(scene, start=replace(scene.start, rates={"arm_angle": 0.15}))
-    true = one_coordinate(1e-14)
+    true = integrate_one_coordinate(1e-14)
     target = 1e-8
-    hand = next(t for t in 10.0 ** -np.arange(5.0, 14.0, 0.25) if abs(one_coordinate(t)[0] - true[0]) < target)
+    hand = next(t for t in 10.0 ** -np.arange(5.0, 14.0, 0.25) if abs(integrate_one_coordinate(t)[0] - true[0]) < target)
     engines = (MultibodyEngine(tolerance=t) for t in 10.0 ** -np.arange(5.0, 14.0, 0.25))
-    engine = next(e for e in engines if abs(ended(e, scene) - true[0]) < target)
-    seconds = shortest(lambda: one_coordinate(hand))
-    whole = shortest(lambda: gm.run(scene, "multibody", accuracy=target, times=[END]))
+    engine = next(e for e in engines if abs(final_arm_angle(e, scene) - true[0]) < target)
+    seconds = shortest_time(lambda: integrate_one_coordinate(hand))
+    whole = shortest_time(lambda: gm.run(scene, "multibody", accuracy=target, times=[END]))
     single = engine.run(scene, times=np.array([END]), certify=False)
-    single_seconds = shortest(lambda: engine.run(scene, times=np.array([END]), certify=False))
+    single_seconds = shortest_time(lambda: engine.run(scene, times=np.array([END]), certify=False))
     print("| Porter governor, 10 s, true error 1e-8 | ms | ratio |\n|---|---|---|")
     print(f"| one-coordinate equation, compiled by hand | {seconds * 1e3:.3f} | 1 |")
     stepped = min(run_cost(engine, scene, END) for _ in range(20))
-    print(f"| bodies and joints, stepping alone | {stepped * 1e3:.2f} | {stepped / seconds:.0f} |")
+    print(f"| multibody, integration only | {stepped * 1e3:.2f} | {stepped / seconds:.0f} |")
     print(f"| the same run, with start, readings and energies | {single_seconds * 1e3:.1f} | |")
-    print(f"| asked for 1e-8, certified, all of it | {whole * 1e3:.1f} | |")
+    print(f"| accuracy 1e-8, certified, whole run | {whole * 1e3:.1f} | |")
     evaluations = single.cost.evaluations["equations of motion"]
     print(f"\n{stepped / evaluations * 1e6:.2f} µs an evaluation of the equations of motion (target: ratio at most 100)\n")
 
 
-def ended(engine: MultibodyEngine, scene: Scene) -> float:
-    """The arm angle at the end of one run."""
+def final_arm_angle(engine: MultibodyEngine, scene: Scene) -> float:
+    """Return the arm angle at the end of one run."""
     return float(engine.run(scene, times=np.array([END]), certify=False).readings["arm_angle"][-1])
 
 
 def run_cost(engine: MultibodyEngine, scene: Scene, end: float) -> float:
-    """Seconds of the integration alone, up to `end` (s)."""
+    """Return the time (s) of the integration alone, up to `end` (s)."""
     from governor_mechanism.engines.base import RunRequest
     from governor_mechanism.engines.multibody.engine import MultibodyRunner
 
@@ -82,8 +82,8 @@ def run_cost(engine: MultibodyEngine, scene: Scene, end: float) -> float:
     return time.perf_counter() - started
 
 
-def shortest(work: Callable[[], Any], repeats: int = 7) -> float:
-    """The shortest time of several runs after one to warm up (s)."""
+def shortest_time(work: Callable[[], Any], repeats: int = 7) -> float:
+    """Return the shortest time (s) of several runs after a warm-up run."""
     work()
     times = []
     for _ in range(repeats):
@@ -94,8 +94,8 @@ def shortest(work: Callable[[], Any], repeats: int = 7) -> float:
 
 
 @njit  # type: ignore[misc]
-def bend(angle: float, rate: float) -> float:
-    """Zehnder's governor of the scene `porter`: I a'' + I' a'^2 / 2 + V' - J' w^2 / 2 = 0, with its numbers in."""
+def acceleration(angle: float, rate: float) -> float:
+    """Return the acceleration of the scene `porter` from I a'' + I' a'^2 / 2 + V' - J' w^2 / 2 = 0."""
     arm, offset, ball, sleeve, g, w = 0.3, 0.04, 5.0, 20.0, 9.81, 4 * math.pi
     s, c = math.sin(angle), math.cos(angle)
     inertia = 2 * ball * arm**2 + 4 * sleeve * arm**2 * s * s
@@ -106,11 +106,11 @@ def bend(angle: float, rate: float) -> float:
 
 
 @njit  # type: ignore[misc]
-def one_coordinate(tolerance: float) -> tuple[float, float]:
-    """Angle and rate at the end, by DOP853 with error control."""
+def integrate_one_coordinate(tolerance: float) -> tuple[float, float]:
+    """Return angle and rate at the end, by DOP853 with error control."""
     y, t, h = np.array([math.radians(40.0), 0.15]), 0.0, 0.01
     k, trial = np.zeros((13, 2)), np.empty(2)
-    k[0, 0], k[0, 1] = y[1], bend(y[0], y[1])
+    k[0, 0], k[0, 1] = y[1], acceleration(y[0], y[1])
     while t < END:
         h = min(h, END - t)
         for stage in range(1, 13):
@@ -119,7 +119,7 @@ def one_coordinate(tolerance: float) -> tuple[float, float]:
                 for m in range(stage):
                     total += (STAGES[stage, m] if stage < 12 else WEIGHTS[m]) * k[m, i]
                 trial[i] = y[i] + h * total
-            k[stage, 0], k[stage, 1] = trial[1], bend(trial[0], trial[1])
+            k[stage, 0], k[stage, 1] = trial[1], acceleration(trial[0], trial[1])
         fifth = third = 0.0
         for i in range(2):
             five = three = 0.0
@@ -137,34 +137,35 @@ def one_coordinate(tolerance: float) -> tuple[float, float]:
     return y[0], y[1]
 
 
-def against_scipy() -> None:
-    """Andrews' squeezing mechanism to 1e-9: this engine, and scipy's DOP853 with a right-hand side in numpy."""
+def compare_with_scipy() -> None:
+    """Compare Andrews' squeezing mechanism at 1e-9: this engine, and scipy's DOP853 with a right-hand side in numpy."""
     scene = gm.load("andrews_squeezer")
-    slope, start = numpy_right_hand_side(scene)
+    slope, start = make_numpy_right_hand_side(scene)
 
-    def by_scipy(tolerance: float) -> FloatArray:
+    def integrate_with_scipy(tolerance: float) -> FloatArray:
+        """Integrate with scipy."""
         found = solve_ivp(slope, (0.0, 0.03), start, method="DOP853", rtol=tolerance, atol=tolerance)
         angles: FloatArray = found.y[:21, -1].reshape(7, 3)[:, 2]
         return angles
 
     true = gm.run(scene, "multibody", accuracy=1e-11, times=[0.03]).poses[-1, :, 2]
-    tolerance = next(t for t in 10.0 ** -np.arange(7.0, 14.0) if np.max(np.abs(by_scipy(t) - true)) < 1e-9 * 15.8)
-    theirs = shortest(lambda: by_scipy(tolerance), 2)
+    tolerance = next(t for t in 10.0 ** -np.arange(7.0, 14.0) if np.max(np.abs(integrate_with_scipy(t) - true)) < 1e-9 * 15.8)
+    theirs = shortest_time(lambda: integrate_with_scipy(tolerance), 2)
     engines = (MultibodyEngine(tolerance=t) for t in 10.0 ** -np.arange(6.0, 14.0, 0.5))
     times = np.array([0.03])
     engine = next(e for e in engines if np.max(np.abs(e.run(scene, times=times, certify=False).poses[-1, :, 2] - true)) < 1e-9 * 15.8)
-    ours = shortest(lambda: engine.run(scene, times=times, certify=False))
-    certified = shortest(lambda: gm.run(scene, "multibody", accuracy=1e-9, times=[0.03]))
+    ours = shortest_time(lambda: engine.run(scene, times=times, certify=False))
+    certified = shortest_time(lambda: gm.run(scene, "multibody", accuracy=1e-9, times=[0.03]))
     print("| Andrews' squeezing mechanism, 0.03 s, 1e-9 | ms | times faster |\n|---|---|---|")
     print(f"| scipy DOP853, right-hand side in numpy | {theirs * 1e3:.0f} | 1 |")
     stepped = min(run_cost(engine, scene, 0.03) for _ in range(20))
-    print(f"| engine multibody, stepping alone | {stepped * 1e3:.1f} | {theirs / stepped:.0f} (target 20) |")
+    print(f"| engine multibody, integration only | {stepped * 1e3:.1f} | {theirs / stepped:.0f} (target 20) |")
     print(f"| engine multibody, one run | {ours * 1e3:.1f} | {theirs / ours:.0f} |")
     print(f"| engine multibody, certified | {certified * 1e3:.1f} | {theirs / certified:.0f} |\n")
 
 
-def numpy_right_hand_side(scene: Scene) -> tuple[Callable[[float, FloatArray], FloatArray], FloatArray]:
-    """Newton's equations of seven bodies and ten pins, with multipliers, as one writes them in numpy."""
+def make_numpy_right_hand_side(scene: Scene) -> tuple[Callable[[float, FloatArray], FloatArray], FloatArray]:
+    """Return the state derivative of seven bodies and ten pins with Lagrange multipliers, written directly in numpy."""
     mechanism = scene.part.mechanism
     run = MultibodyEngine().run(scene, times=np.array([0.0, 1e-6]))
     mass = np.array([[b.mass, b.mass, b.second_moments.xx + b.second_moments.yy] for b in mechanism.bodies]).ravel()
@@ -180,6 +181,7 @@ def numpy_right_hand_side(scene: Scene) -> tuple[Callable[[float, FloatArray], F
     triangle, crank = mechanism.body_index(hook.body), mechanism.body_index(torque.second)
 
     def slope(_: float, state: FloatArray) -> FloatArray:
+        """Return the state derivative."""
         q, v = state[:21].reshape(7, 3), state[21:].reshape(7, 3)
         c, s = np.cos(q[body, 2]), np.sin(q[body, 2])
         arm_x, arm_y = c * x - s * y, s * x + c * y
@@ -206,8 +208,8 @@ def numpy_right_hand_side(scene: Scene) -> tuple[Callable[[float, FloatArray], F
     return slope, np.concatenate([run.poses[0].ravel(), run.velocities[0].ravel()])
 
 
-def long_chains() -> None:
-    """Hanging chains of more and more rods: what an evaluation costs each rod."""
+def print_chain_costs() -> None:
+    """Print the cost of an evaluation per rod, for hanging chains of increasing length."""
     print("| rods in a chain | µs an evaluation | µs a rod |\n|---|---|---|")
     for count in (5, 20, 80):
         run = MultibodyEngine(tolerance=1e-6).run(hanging_chain(count, 0.2, 0.1), certify=False)
@@ -217,13 +219,13 @@ def long_chains() -> None:
     print()
 
 
-def compiling() -> None:
-    """The first run ever, and the first of a process whose kernels are kept."""
+def print_compile_times() -> None:
+    """Print the times of a first run with compilation, and of a first run in a process with cached kernels."""
     code = "import governor_mechanism as gm; gm.run('porter', 'multibody', times=[1.0])"
     with tempfile.TemporaryDirectory() as folder:
         environment = {**os.environ, "NUMBA_CACHE_DIR": folder}
         print("| a process with one run of Porter | s |\n|---|---|")
-        for name in ("the kernels are compiled", "the kernels are kept"):
+        for name in ("compiled kernels", "cached kernels"):
             started = time.perf_counter()
             subprocess.run([sys.executable, "-c", code], env=environment, check=True, stderr=subprocess.DEVNULL)
             print(f"| {name} | {time.perf_counter() - started:.1f} |")

@@ -1,4 +1,4 @@
-"""What `peers.py` simulates, described once for every code, and what is kept of a run."""
+"""Cases of `peers.py`, described once for every code, and the recorded results of a run."""
 
 from __future__ import annotations
 
@@ -21,7 +21,7 @@ GRAVITY = 9.81
 
 @dataclass(frozen=True, kw_only=True)
 class Governor:
-    """Two balls on arms, a sleeve on links as long as the arms; SI. Speeds are (time, rad/s), joined by ramps."""
+    """Two balls on arms, a sleeve on links as long as the arms; SI. Speeds are pairs (time, rad/s) with linear ramps between them."""
 
     arm: float
     offset: float
@@ -34,7 +34,7 @@ class Governor:
 
 @dataclass(frozen=True, kw_only=True)
 class SliderCrank:
-    """A flywheel out of balance with a crank pin, a massless rod, a slider under a steady force; SI."""
+    """An unbalanced flywheel with a crank pin, a massless rod, and a slider under a constant force; SI."""
 
     crank: float
     rod: float
@@ -48,12 +48,12 @@ class SliderCrank:
 
     @property
     def slider(self) -> float:
-        """Where the slider stands at the start (m)."""
+        """Position of the slider at the start (m)."""
         return self.crank * math.cos(self.angle) + math.sqrt(self.rod**2 - (self.crank * math.sin(self.angle)) ** 2)
 
     @property
     def slider_rate(self) -> float:
-        """Its speed there (m/s)."""
+        """Velocity of the slider at the start (m/s)."""
         height = self.crank * math.sin(self.angle)
         along = self.crank * math.cos(self.angle)
         return -height * self.rate * (1 + along / math.sqrt(self.rod**2 - height**2))
@@ -61,7 +61,7 @@ class SliderCrank:
 
 @dataclass(frozen=True, kw_only=True)
 class Case:
-    """A scene of ours, the same for the peers, and the angle (rad) that is compared."""
+    """A scene of this package, the same data for the peers, and the compared angle (rad)."""
 
     title: str
     scene: Scene
@@ -70,19 +70,21 @@ class Case:
 
     @property
     def times(self) -> FloatArray:
-        """At which every code reports (s)."""
+        """Reported times of every code (s)."""
         return np.linspace(0.0, self.scene.run.duration, INTERVALS + 1)
 
     @property
     def interval(self) -> float:
-        """Between two of them (s)."""
+        """Interval between reported times (s)."""
         return self.scene.run.duration / INTERVALS
 
 
 @dataclass(frozen=True, kw_only=True)
-class Way:
-    """A way to use a code. `prepare` takes a number of steps between reported times, or for codes with error control
-    the exponent of a tolerance, and returns what is timed: it gives the angle at every reported time.
+class Method:
+    """A method of a code.
+
+    `prepare` takes a number of steps between reported times, or for codes with error control the exponent of a tolerance. It returns
+    the timed function, which returns the angle at every reported time.
     """
 
     name: str
@@ -92,10 +94,10 @@ class Way:
 
 
 @dataclass(frozen=True)
-class Measured:
-    """A rung of a ladder: the largest error (rad), the shortest time (s), and the angles."""
+class SettingResult:
+    """A setting of a ladder: the largest error (rad), the shortest time (s), and the angles."""
 
-    rung: int
+    setting: int
     error: float
     seconds: float
     angles: FloatArray
@@ -162,15 +164,15 @@ duration = 5
 
 
 def cases() -> tuple[Case, ...]:
-    """The four cases."""
+    """Return the four cases."""
     porter = gm.load("porter")
-    # The speed at which a sleeve 400 times as heavy as a ball rests at the same angle.
+    # Equilibrium speed at the same angle with a sleeve 400 times as heavy as a ball.
     speed = porter.spindle.speeds[0] * math.sqrt((1 + 400) / (1 + 4))
-    heavy = gm.load(edited("porter", ('sleeve_mass = "20 kg"', 'sleeve_mass = "2000 kg"'), ('"120 rpm"', f'"{speed!r} rad/s"')))
+    heavy = gm.load(edit_scene_file("porter", ('sleeve_mass = "20 kg"', 'sleeve_mass = "2000 kg"'), ('"120 rpm"', f'"{speed!r} rad/s"')))
     rubbing = gm.load("porter_dry_friction")
-    # So that the speed's turning point is a reported time.
+    # The turning point of the speed is then a reported time.
     rubbing = replace(rubbing, run=replace(rubbing.run, duration=40.0))
-    turning = gm.load(written(SLIDER_CRANK_FILE.format(**{**vars(SLIDER_CRANK), "slider": SLIDER_CRANK.slider}), "slider_crank"))
+    turning = gm.load(write_scene_file(SLIDER_CRANK_FILE.format(**{**vars(SLIDER_CRANK), "slider": SLIDER_CRANK.slider}), "slider_crank"))
     return (
         governor_case("Porter governor, 10 s", porter),
         governor_case("sleeve 400 times as heavy as a ball, 10 s", heavy),
@@ -180,7 +182,7 @@ def cases() -> tuple[Case, ...]:
 
 
 def governor_case(title: str, scene: Scene) -> Case:
-    """The numbers of a governor's scene, so that they stand in one place."""
+    """Return the case of a governor scene, with its numbers defined once."""
     dimensions, spindle = scene.part.dimensions, scene.spindle
     friction = next((effect.force for effect in scene.output_effects if isinstance(effect, DryFriction)), None)
     speeds = tuple(zip(spindle.times, spindle.speeds, strict=True))
@@ -196,17 +198,17 @@ def governor_case(title: str, scene: Scene) -> Case:
     return Case(title=title, scene=scene, reading="arm_angle", model=model)
 
 
-def edited(name: str, *changes: tuple[str, str]) -> Path:
-    """A shipped scene's file with other numbers in it."""
+def edit_scene_file(name: str, *changes: tuple[str, str]) -> Path:
+    """Return the file of a shipped scene with other numbers."""
     text = (Path(__file__).parents[1] / "models" / f"{name}.toml").read_text(encoding="utf-8")
     for old, new in changes:
         assert old in text, old
         text = text.replace(old, new)
-    return written(text, name)
+    return write_scene_file(text, name)
 
 
-def written(text: str, name: str) -> Path:
-    """A scene's file."""
+def write_scene_file(text: str, name: str) -> Path:
+    """Write a scene file."""
     path = Path(tempfile.mkdtemp()) / f"{name}.toml"
     path.write_text(text, encoding="utf-8")
     return path

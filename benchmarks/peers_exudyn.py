@@ -1,13 +1,12 @@
-"""The cases of `peers.py` for Exudyn: points, masses of one coordinate, and distances for arms and links.
+"""Cases of `peers.py` for Exudyn: points, one-coordinate masses, and distance constraints for arms and links.
 
-Arms as rotors of one coordinate, so that only the links are distances, give the same errors at a tenth more a step.
-The centrifugal pull is a spring of negative stiffness between the balls in the plane that turns; where the speed
-changes its stiffness is set before every step, which costs less than a force function in Python, and no compiled
-element does it.
+With arms as one-coordinate rotors, so that only the links are distances, errors are the same and a step costs a tenth more.
+The centrifugal force is a spring of negative stiffness between the balls in the rotating plane. If the speed changes, the stiffness
+is set before every step, which costs less than a force function in Python; no compiled element does it.
 
-A new Jacobian at every step is quicker than one kept as long as it converges, and than one at every iteration; the
-dense solver is quicker than the sparse one; looser Newton tolerances than these show in the errors. The explicit
-integrators take no distances. What rubs has bristles, or friction made smooth: neither holds a sleeve exactly.
+A new Jacobian at every step is faster than one kept as long as it converges, and than one at every iteration. The dense solver is
+faster than the sparse one. Looser Newton tolerances are visible in the errors. The explicit integrators accept no distance
+constraints. Friction is modelled by bristles or by a smooth law; neither holds a sleeve exactly.
 """
 
 from __future__ import annotations
@@ -22,10 +21,10 @@ import exudyn
 import exudyn.itemInterface
 import numpy as np
 
-from peers_cases import GRAVITY, INTERVALS, Case, FloatArray, Governor, SliderCrank, Way
+from peers_cases import GRAVITY, INTERVALS, Case, FloatArray, Governor, Method, SliderCrank
 
-Made = tuple[int, Callable[[FloatArray], FloatArray], Callable[[], None]]
-"""The sensor, what turns its coordinates into the angle, and what is to be set before a run."""
+ExudynModel = tuple[int, Callable[[FloatArray], FloatArray], Callable[[], None]]
+"""Sensor, function from its coordinates to the angle, and function to call before a run."""
 
 item = exudyn.itemInterface
 exudyn.SetWriteToConsole(False)
@@ -33,18 +32,18 @@ exudyn.SetWriteToConsole(False)
 VERSION = f"Exudyn {exudyn.GetVersionString().split()[0]}"
 LADDER = tuple(2**k for k in range(13))
 
-BRISTLES, BRISTLES_DAMPING = 1e8, 4e4
-"""Stiffness (N/m) and damping (N s/m) of what holds a sleeve: among the best of 1e5 to 1e9 N/m, 0 to critical."""
+BRISTLE_STIFFNESS, BRISTLE_DAMPING = 1e8, 4e4
+"""Stiffness (N/m) and damping (N s/m) of the bristles: among the best of 1e5 to 1e9 N/m and 0 to critical damping."""
 
-ZONE = 0.1
-"""Smooth friction is in proportion to speeds below the step times this (m/s2); with a tenth of it Newton fails."""
+SMOOTHING_ACCELERATION = 0.1
+"""Acceleration (m/s2); friction is proportional to speeds below the step times this value. At a tenth of it Newton fails."""
 
-QUARTER = np.array([[0.0, -1.0, 0.0], [1.0, 0.0, 0.0], [0.0, 0.0, 1.0]])
-"""Turns the line of a mass of one coordinate from x to y."""
+QUARTER_TURN = np.array([[0.0, -1.0, 0.0], [1.0, 0.0, 0.0], [0.0, 0.0, 1.0]])
+"""Rotation of the line of a one-coordinate mass from x to y."""
 
 
-def ways(case: Case) -> tuple[Way, ...]:
-    """Both implicit integrators."""
+def methods(case: Case) -> tuple[Method, ...]:
+    """Return both implicit integrators."""
     solvers = {
         "generalised alpha, index 3": exudyn.DynamicSolverType.GeneralizedAlpha,
         "trapezoidal, index 2": exudyn.DynamicSolverType.TrapezoidalIndex2,
@@ -52,43 +51,44 @@ def ways(case: Case) -> tuple[Way, ...]:
     rubs = isinstance(case.model, Governor) and case.model.friction > 0
     held = {"; bristles": False, "; smooth friction": True} if rubs else {"": False}
     return tuple(
-        Way(name=f"Exudyn, {name}{how}", prepare=partial(prepared, case, solver, smooth), ladder=LADDER)
+        Method(name=f"Exudyn, {name}{how}", prepare=partial(prepare_run, case, solver, smooth), ladder=LADDER)
         for how, smooth in held.items()
         for name, solver in solvers.items()
     )
 
 
-def prepared(case: Case, solver: Any, smooth: bool, steps: int) -> Callable[[], FloatArray]:
-    """The system assembled, and what solves it."""
+def prepare_run(case: Case, solver: Any, smooth: bool, steps: int) -> Callable[[], FloatArray]:
+    """Return the assembled system and its solver call."""
     container = exudyn.SystemContainer()
     system = container.AddSystem()
     if isinstance(case.model, SliderCrank):
-        made = slider_crank(system, case.model)
+        made = build_slider_crank(system, case.model)
     else:
-        made = governor(system, case.model, ZONE * case.interval / steps if smooth else 0.0)
+        made = build_governor(system, case.model, SMOOTHING_ACCELERATION * case.interval / steps if smooth else 0.0)
     sensor, read, begin = made
     system.Assemble()
-    settings = settings_of(case, steps)
+    settings = solver_settings(case, steps)
 
     def run() -> FloatArray:
+        """Run once and return the angles."""
         begin()
         try:
             done = system.SolveDynamic(settings, solverType=solver, updateInitialValues=False, storeSolver=False, showHints=False)
         except Exception as error:
-            # Its own kind of error is no public name in every version.
+            # Its exception type is not public in every version.
             raise ArithmeticError(str(error)) from error
         told = system.GetSensorStoredData(sensor)
         if not done or len(told) != INTERVALS + 1:
             raise ArithmeticError("Newton's iterations failed")
         return read(told[:, 1:])
 
-    # The system lives in its container.
+    # The container owns the system and must outlive it.
     run.container = container  # type: ignore[attr-defined]
     return run
 
 
-def settings_of(case: Case, steps: int) -> Any:
-    """Fixed steps, nothing written to files or to the console."""
+def solver_settings(case: Case, steps: int) -> Any:
+    """Return fixed-step settings without output to files or console."""
     settings = exudyn.SimulationSettings()
     settings.solution.file.write = False
     settings.solution.sensors.writePeriod = case.interval
@@ -101,15 +101,15 @@ def settings_of(case: Case, steps: int) -> Any:
     return settings
 
 
-def governor(system: Any, shape: Governor, zone: float) -> Made:
-    """Four distances, a mass on the axis, two points."""
+def build_governor(system: Any, shape: Governor, zone: float) -> ExudynModel:
+    """Build four distances, a mass on the axis, two points."""
     across, down = shape.arm * math.sin(shape.angle), -shape.arm * math.cos(shape.angle)
     ground = system.AddObject(item.ObjectGround())
     sleeve_node = system.AddNode(item.Node1D(referenceCoordinates=[0.0]))
     sleeve = system.AddObject(
         item.ObjectMass1D(
             mass=shape.sleeve_mass, nodeNumber=sleeve_node, referencePosition=[0, 2 * down, 0],
-            referenceRotation=QUARTER,
+            referenceRotation=QUARTER_TURN,
         )
     )  # fmt: skip
     lift = system.AddMarker(item.MarkerNodeCoordinate(nodeNumber=sleeve_node, coordinate=0))
@@ -123,35 +123,38 @@ def governor(system: Any, shape: Governor, zone: float) -> Made:
         height = system.AddMarker(item.MarkerNodeCoordinate(nodeNumber=node, coordinate=1))
         system.AddLoad(item.LoadCoordinate(markerNumber=height, load=-shape.ball_mass * GRAVITY))
         outward.append(system.AddMarker(item.MarkerNodeCoordinate(nodeNumber=node, coordinate=0)))
-        # A body of one coordinate along y has its own x there.
+        # The local x axis of a one-coordinate body along y is y.
         for body, place in ((ground, [side * shape.offset, 0, 0]), (sleeve, [0, -side * shape.offset, 0])):
             end = system.AddMarker(item.MarkerBodyPosition(bodyNumber=body, localPosition=place))
             system.AddObject(item.DistanceConstraint(markerNumbers=[end, centre], distance=shape.arm))
     apart = 2 * (shape.offset + across)
-    pull = system.AddObject(item.CoordinateSpringDamper(markerNumbers=outward[::-1], stiffness=stiffness_at(shape, 0.0), offset=-apart))
+    pull = system.AddObject(
+        item.CoordinateSpringDamper(markerNumbers=outward[::-1], stiffness=centrifugal_stiffness(shape, 0.0), offset=-apart)
+    )
     if len(shape.speeds) > 1:
 
         def turn(system: Any, time: float) -> bool:
-            # The time is that of the step's end, where an implicit step asks for the forces.
-            system.SetObjectParameter(pull, "stiffness", stiffness_at(shape, time))
+            # An implicit step evaluates the forces at its end.
+            system.SetObjectParameter(pull, "stiffness", centrifugal_stiffness(shape, time))
             return True
 
         system.SetPreStepUserFunction(turn)
     if shape.friction:
-        rub(system, lift, shape.friction, zone)
+        add_friction(system, lift, shape.friction, zone)
     sensor = system.AddSensor(
         item.SensorNode(nodeNumber=nodes[0], storeInternal=True, outputVariableType=exudyn.OutputVariableType.Coordinates)
     )
 
     def begin() -> None:
-        # A run leaves the stiffness of its end behind.
-        system.SetObjectParameter(pull, "stiffness", stiffness_at(shape, 0.0))
+        # Reset the stiffness, which has the value of the end of the last run.
+        """Set the initial values."""
+        system.SetObjectParameter(pull, "stiffness", centrifugal_stiffness(shape, 0.0))
 
     return sensor, lambda told: np.arctan2(across + told[:, 0], -down - told[:, 1]), begin
 
 
-def stiffness_at(shape: Governor, time: float) -> float:
-    """Of the spring between the balls (N/m)."""
+def centrifugal_stiffness(shape: Governor, time: float) -> float:
+    """Return the stiffness of the spring between the balls (N/m)."""
     speed = shape.speeds[0][1]
     for (begin, low), (end, high) in pairwise(shape.speeds):
         if begin < end and time > begin:
@@ -159,18 +162,18 @@ def stiffness_at(shape: Governor, time: float) -> float:
     return -0.5 * shape.ball_mass * speed**2
 
 
-def rub(system: Any, marker: int, force: float, zone: float) -> None:
-    """Bristles that hold up to a force, or, with a zone (m/s), friction in proportion to slower speeds."""
+def add_friction(system: Any, marker: int, force: float, zone: float) -> None:
+    """Add bristles that hold up to a force, or, with a zone (m/s), friction proportional to lower speeds."""
     still = system.AddMarker(item.MarkerNodeCoordinate(nodeNumber=system.AddNode(item.NodePointGround()), coordinate=0))
     keys: dict[str, Any] = {"frictionProportionalZone": zone}
     if not zone:
         memory = system.AddNode(item.NodeGenericData(initialCoordinates=[0, 0, 0], numberOfDataCoordinates=3))
-        keys = {"nodeNumber": memory, "stickingStiffness": BRISTLES, "stickingDamping": BRISTLES_DAMPING}
+        keys = {"nodeNumber": memory, "stickingStiffness": BRISTLE_STIFFNESS, "stickingDamping": BRISTLE_DAMPING}
     system.AddObject(item.CoordinateSpringDamperExt(markerNumbers=[still, marker], dynamicFrictionForce=force, **keys))
 
 
-def slider_crank(system: Any, shape: SliderCrank) -> Made:
-    """A rotor, a mass on a line, a distance between them."""
+def build_slider_crank(system: Any, shape: SliderCrank) -> ExudynModel:
+    """Build a rotor, a mass on a line, and a distance between them."""
     cosine, sine = math.cos(shape.angle), math.sin(shape.angle)
     start = np.array([[cosine, -sine, 0.0], [sine, cosine, 0.0], [0.0, 0.0, 1.0]])
     turn = system.AddNode(item.Node1D(referenceCoordinates=[0.0], initialCoordinates=[0.0], initialVelocities=[shape.rate]))
@@ -191,12 +194,12 @@ def slider_crank(system: Any, shape: SliderCrank) -> Made:
         for body, place in ((flywheel, [shape.crank, 0, 0]), (slider, [0, 0, 0]))
     ]
     system.AddObject(item.DistanceConstraint(markerNumbers=ends, distance=shape.rod))
-    sensor = told_by(system, turn)
+    sensor = add_sensor(system, turn)
     return sensor, lambda told: shape.angle + told[:, 0], lambda: None
 
 
-def told_by(system: Any, node: int) -> int:
-    """A sensor that keeps a node's coordinates in memory."""
+def add_sensor(system: Any, node: int) -> int:
+    """Add a sensor that stores the coordinates of a node."""
     kind = exudyn.OutputVariableType.Coordinates
     sensor: int = system.AddSensor(item.SensorNode(nodeNumber=node, storeInternal=True, outputVariableType=kind))
     return sensor

@@ -1,16 +1,15 @@
-"""The cases of `peers.py` for MuJoCo: generalised coordinates, links as tendons of constant length.
+"""Cases of `peers.py` for MuJoCo: generalised coordinates, links as tendons of constant length.
 
-Arms and flywheel are hinges, sleeve and slider slides, so that only the links are left to the constraint solver; with
-the balls on slides of their own and tendons for the arms as well, errors are a third larger and steps a tenth dearer.
-In the plane that turns with a steady spindle the centrifugal pull is a spring of negative stiffness between the
-balls. Where the speed changes the spindle turns in space, with so much inertia that the governor does not change its
-speed; for steady speeds that gives the same angles, a twentieth slower.
+Arms and flywheel are hinges, sleeve and slider are slides, so that only the links need the constraint solver. With the balls on
+slides of their own and tendons for the arms as well, errors are a third larger and a step costs a tenth more.
+In the plane of a spindle at constant speed the centrifugal force is a spring of negative stiffness between the balls. If the speed
+changes, the spindle rotates in space, with such a large inertia that the governor does not change its speed; at constant speed
+that gives the same angles and takes a twentieth longer.
 
-A constraint gives way: the change of its Jacobian is left out, so the error falls with the square of its time
-constant. That is two steps at least (`solref`) unless `refsafe` is off; RK4 bears one step at half the damping, and
-errors are a thirteenth of those; still shorter or less damped it gains no more. Projected Gauss-Seidel converges in
-eight sweeps, or in 20 where something rubs, cheaper than one step of Newton. Euler and the implicit integrators are
-first order.
+Constraints are compliant. The derivative of the Jacobian is neglected, so the error is proportional to the square of the time
+constant. The time constant is at least two steps (`solref`) unless `refsafe` is off. RK4 is stable at one step with half the damping,
+with errors thirteen times smaller; shorter time constants or less damping do not improve it. Projected Gauss-Seidel converges in
+eight sweeps, or in 20 with friction, and costs less than one Newton step. Euler and the implicit integrators are of first order.
 """
 
 from __future__ import annotations
@@ -24,28 +23,28 @@ from itertools import pairwise
 import mujoco
 import numpy as np
 
-from peers_cases import GRAVITY, INTERVALS, Case, FloatArray, Governor, SliderCrank, Way
+from peers_cases import GRAVITY, INTERVALS, Case, FloatArray, Governor, Method, SliderCrank
 
-# A coarse step that fails is seen in its error; without this a log file would tell it as well.
+# A failed coarse step shows in its error; this prevents a log file.
 mujoco.set_mju_user_warning(lambda _: None)
 
 VERSION = f"MuJoCo {mujoco.__version__}"
 LADDER = tuple(2**k for k in range(13))
 
-POINT = 'diaginertia="1e-13 1e-13 1e-13"'
-"""MuJoCo asks for some inertia of every body."""
+POINT_INERTIA = 'diaginertia="1e-13 1e-13 1e-13"'
+"""Inertia of a point mass; MuJoCo requires a positive value."""
 
-HEAVY = 1e9
-"""Moment of inertia of a spindle whose speed is given (kg m2)."""
+SPINDLE_INERTIA = 1e9
+"""Moment of inertia of a spindle with a given speed (kg m2)."""
 
-UNUSED = ("sensor", "limit", "damper", "midphase", "island", "filterparent", "autoreset", "nativeccd", "clampctrl",
+DISABLED_STAGES = ("sensor", "limit", "damper", "midphase", "island", "filterparent", "autoreset", "nativeccd", "clampctrl",
           "actuation", "eulerdamp")  # fmt: skip
-"""Stages of a step with nothing to do here."""
+"""Stages of a step that these models do not need."""
 
 
 @dataclass(frozen=True, kw_only=True)
-class Tuning:
-    """How constraints are held: the solver's time constant in steps, its damping ratio, and what solves."""
+class ConstraintSettings:
+    """Constraint settings: time constant in steps, damping ratio, and solver."""
 
     constant: float = 2.0
     damping: float = 1.0
@@ -54,7 +53,7 @@ class Tuning:
     disabled: tuple[str, ...] = ()
 
     def option(self, step: float) -> str:
-        """The element that sets integrator and solver."""
+        """Return the element that sets integrator and solver."""
         flags = " ".join(f'{name}="disable"' for name in ("contact", *self.disabled))
         return (
             f'<compiler angle="radian" boundmass="0" boundinertia="0"/><option timestep="{step!r}" integrator="RK4" '
@@ -62,44 +61,44 @@ class Tuning:
             f'jacobian="dense"><flag {flags}/></option>'
         )
 
-    def held(self, step: float) -> str:
-        """The attributes of a constraint."""
+    def equality_attributes(self, step: float) -> str:
+        """Return the attributes of a constraint."""
         return f'solref="{self.constant * step!r} {self.damping!r}" solimp="0.9999 0.9999 0.001 0.5 2"'
 
-    def rubbing(self, step: float) -> str:
-        """Those of dry friction."""
+    def friction_attributes(self, step: float) -> str:
+        """Return the attributes of dry friction."""
         return f'solreffriction="{self.constant * step!r} {self.damping!r}" solimpfriction="0.9999 0.9999 0.001 0.5 2"'
 
 
-SAFE = Tuning(disabled=UNUSED)
-BEST = Tuning(constant=1.0, damping=0.5, disabled=("refsafe", *UNUSED))
+SAFE = ConstraintSettings(disabled=DISABLED_STAGES)
+BEST = ConstraintSettings(constant=1.0, damping=0.5, disabled=("refsafe", *DISABLED_STAGES))
 
 
-def ways(case: Case) -> tuple[Way, ...]:
-    """As short a time constant as MuJoCo takes of itself, and as short a one as RK4 bears."""
+def methods(case: Case) -> tuple[Method, ...]:
+    """Return the shortest time constant that MuJoCo accepts by default, and the shortest one that RK4 tolerates."""
     rubs = isinstance(case.model, Governor) and case.model.friction > 0
-    tunings = {"MuJoCo, RK4, solref of two steps": SAFE, "MuJoCo, RK4, solref of one step, half damped": BEST}
+    tunings = {"MuJoCo, RK4, solref of two steps": SAFE, "MuJoCo, RK4, solref of one step, half damping": BEST}
     return tuple(
-        Way(name=name, prepare=partial(prepared, case, replace(one, iterations=20 if rubs else 8)), ladder=LADDER)
+        Method(name=name, prepare=partial(prepare_run, case, replace(one, iterations=20 if rubs else 8)), ladder=LADDER)
         for name, one in tunings.items()
     )
 
 
-def prepared(case: Case, tuning: Tuning, steps: int) -> Callable[[], FloatArray]:
-    """The model built, and what runs it."""
+def prepare_run(case: Case, tuning: ConstraintSettings, steps: int) -> Callable[[], FloatArray]:
+    """Return the compiled model and its run function."""
     step = case.interval / steps
     if isinstance(case.model, SliderCrank):
-        return slider_crank(case.model, tuning, step, steps)
-    return governor(case, case.model, tuning, step, steps)
+        return build_slider_crank(case.model, tuning, step, steps)
+    return build_governor(case, case.model, tuning, step, steps)
 
 
-def governor(case: Case, shape: Governor, tuning: Tuning, step: float, steps: int) -> Callable[[], FloatArray]:
-    """Arms on hinges, the sleeve on a slide, links as tendons."""
+def build_governor(case: Case, shape: Governor, tuning: ConstraintSettings, step: float, steps: int) -> Callable[[], FloatArray]:
+    """Build arms on hinges, the sleeve on a slide, links as tendons."""
     ramps = [(begin, end) for begin, end in pairwise(shape.speeds) if begin[0] < end[0]]
     across, down = shape.arm * math.sin(shape.angle), -shape.arm * math.cos(shape.angle)
     arms = "".join(
         f'<body pos="{side * shape.offset} 0 0"><joint type="hinge" axis="0 {-side} 0"/>'
-        f'<inertial mass="{shape.ball_mass}" pos="{side * across} 0 {down}" {POINT}/>'
+        f'<inertial mass="{shape.ball_mass}" pos="{side * across} 0 {down}" {POINT_INERTIA}/>'
         f'<site name="ball{side}" pos="{side * across} 0 {down}"/></body>'
         for side in (1, -1)
     )
@@ -107,11 +106,11 @@ def governor(case: Case, shape: Governor, tuning: Tuning, step: float, steps: in
     lugs = "".join(f'<site name="lug{side}" pos="{side * shape.offset} 0 0"/>' for side in (1, -1))
     sleeve = (
         f'<body pos="0 0 {2 * down}"><joint type="slide" axis="0 0 1" {rubs}/>'
-        f'<inertial mass="{shape.sleeve_mass}" pos="0 0 0" {POINT}/>{lugs}</body>'
+        f'<inertial mass="{shape.sleeve_mass}" pos="0 0 0" {POINT_INERTIA}/>{lugs}</body>'
     )
     bodies, pull, first = arms + sleeve, "", 0
     if ramps:
-        turning = f'<joint type="hinge" axis="0 0 1" armature="{HEAVY}"/><inertial mass="1" pos="0 0 0" {POINT}/>'
+        turning = f'<joint type="hinge" axis="0 0 1" armature="{SPINDLE_INERTIA}"/><inertial mass="1" pos="0 0 0" {POINT_INERTIA}/>'
         bodies, first = f"<body>{turning}{bodies}</body>", 1
     else:
         stiffness = -0.5 * shape.ball_mass * shape.speeds[0][1] ** 2
@@ -127,6 +126,7 @@ def governor(case: Case, shape: Governor, tuning: Tuning, step: float, steps: in
         slopes[(case.times[:-1] >= begin - 1e-9) & (case.times[:-1] < end - 1e-9)] = (high - low) / (end - begin)
 
     def run() -> FloatArray:
+        """Run once and return the angles."""
         mujoco.mj_resetData(model, data)
         angles, coordinates, pushes = np.empty(INTERVALS + 1), data.qpos, data.qfrc_applied
         angles[0] = 0.0
@@ -134,7 +134,7 @@ def governor(case: Case, shape: Governor, tuning: Tuning, step: float, steps: in
             data.qvel[0] = shape.speeds[0][1]
         for k in range(INTERVALS):
             if ramps:
-                pushes[0] = HEAVY * slopes[k]
+                pushes[0] = SPINDLE_INERTIA * slopes[k]
             mujoco.mj_step(model, data, steps)
             angles[k + 1] = coordinates[first]
         return shape.angle + angles
@@ -142,8 +142,8 @@ def governor(case: Case, shape: Governor, tuning: Tuning, step: float, steps: in
     return run
 
 
-def slider_crank(shape: SliderCrank, tuning: Tuning, step: float, steps: int) -> Callable[[], FloatArray]:
-    """The flywheel on a hinge, the slider on a slide, the rod as a tendon."""
+def build_slider_crank(shape: SliderCrank, tuning: ConstraintSettings, step: float, steps: int) -> Callable[[], FloatArray]:
+    """Build the flywheel on a hinge, the slider on a slide, the rod as a tendon."""
     along, up = math.cos(shape.angle), math.sin(shape.angle)
     inertia = shape.flywheel_inertia
     model = mujoco.MjModel.from_xml_string(
@@ -152,13 +152,14 @@ def slider_crank(shape: SliderCrank, tuning: Tuning, step: float, steps: int) ->
         f'diaginertia="{inertia} {inertia} {inertia}"/>'
         f'<site name="pin" pos="{shape.crank * along} 0 {shape.crank * up}"/></body>'
         f'<body pos="{shape.slider} 0 0"><joint type="slide" axis="1 0 0"/>'
-        f'<inertial mass="{shape.slider_mass}" pos="0 0 0" {POINT}/><site name="slider" pos="0 0 0"/></body>'
+        f'<inertial mass="{shape.slider_mass}" pos="0 0 0" {POINT_INERTIA}/><site name="slider" pos="0 0 0"/></body>'
         '</worldbody><tendon><spatial name="rod"><site site="pin"/><site site="slider"/></spatial></tendon>'
         f'<equality><tendon tendon1="rod" {tuning.held(step)}/></equality></mujoco>'
     )
     data = mujoco.MjData(model)
 
     def run() -> FloatArray:
+        """Run once and return the angles."""
         mujoco.mj_resetData(model, data)
         data.qvel[:] = shape.rate, shape.slider_rate
         data.qfrc_applied[1] = shape.force

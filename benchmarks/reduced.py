@@ -1,6 +1,6 @@
-"""What the reduced engine costs: against hand-written C of the one-coordinate equation, to build, and in sweeps.
+"""Cost of the reduced engine: against hand-written C for the one-coordinate equation, of building, and in sweeps.
 
-python benchmarks/reduced.py
+Usage: python benchmarks/reduced.py
 """
 
 from __future__ import annotations
@@ -30,51 +30,52 @@ from governor_mechanism.model.scene import Scene
 from governor_mechanism.types import FloatArray
 
 TIMES = np.linspace(0.0, 10.0, 201)
-LADDER = 10.0 ** -np.arange(3.0, 15.0, 0.25)
+TOLERANCES = 10.0 ** -np.arange(3.0, 15.0, 0.25)
 
 
 def main() -> None:
     """Print the tables."""
     scene = gm.load("porter")
     scene = replace(scene, start=replace(scene.start, rates={"arm_angle": 0.15}))
-    against_c(scene)
-    whole_runs(scene)
-    new_process()
-    sweeps()
+    compare_with_c(scene)
+    print_whole_runs(scene)
+    print_new_process_time()
+    print_sweeps()
 
 
-def against_c(scene: Scene) -> None:
-    """Ten seconds with 201 reported times, at equal true errors."""
+def compare_with_c(scene: Scene) -> None:
+    """Compare ten seconds with 201 reported times at equal true errors."""
     compiler = shutil.which("cc")
     if compiler is None:
-        print("no C compiler here: the comparison with C is left out\n")
+        print("no C compiler found: the comparison with C is skipped\n")
         return
     true = gm.run(scene, MultibodyEngine(tolerance=1e-14), times=TIMES, certify=False).readings["arm_angle"]
-    by_hand = compiled(compiler)
+    by_hand = compile_c_code(compiler)
     angles, rates = np.empty(len(TIMES)), np.empty(len(TIMES))
     start = float(scene.start.values["arm_angle"])
 
-    def hand(tolerance: float) -> FloatArray:
+    def run_c_code(tolerance: float) -> FloatArray:
+        """Run the C code."""
         by_hand(start, 0.15, tolerance, TIMES, len(TIMES), angles, rates)
         return angles
 
-    rider = prepared(scene)
-    # Building is left out: the pieces are laid by the first ride.
-    rider.integrate(1e-14)
+    reduced_run = prepare_reduced_run(scene)
+    # The first run builds the tables, which are not timed.
+    reduced_run.integrate(1e-14)
     print("| Porter governor, 10 s, 201 times | C, µs | reduced, µs | ratio (target 2.5) |\n|---|---|---|---|")
     for target in (1e-6, 1e-8, 1e-10):
-        one = next(t for t in LADDER if np.max(np.abs(hand(t) - true)) < target)
-        other = next(t for t in LADDER if np.max(np.abs(rider.integrate(t).states[:, 0] - true)) < target)
-        c, ours = shortest(lambda t=one: hand(t), 300), shortest(lambda t=other: rider.integrate(t), 300)
+        one = next(t for t in TOLERANCES if np.max(np.abs(run_c_code(t) - true)) < target)
+        other = next(t for t in TOLERANCES if np.max(np.abs(reduced_run.integrate(t).states[:, 0] - true)) < target)
+        c, ours = shortest_time(lambda t=one: run_c_code(t), 300), shortest_time(lambda t=other: reduced_run.integrate(t), 300)
         print(f"| largest error {target:g} rad | {c * 1e6:.0f} | {ours * 1e6:.0f} | {ours / c:.1f} |")
     print()
 
 
-def compiled(compiler: str) -> Callable[..., int]:
-    """`porter.c`, compiled here."""
+def compile_c_code(compiler: str) -> Callable[..., int]:
+    """Compile `porter.c` and load it."""
     folder = Path(tempfile.mkdtemp())
     names = ("STAGES", "WEIGHTS", "ERROR_3", "ERROR_5", "DENSE_STAGES", "DENSE_WEIGHTS")
-    (folder / "tableau.h").write_text("".join(map(declared, names)), encoding="utf-8")
+    (folder / "tableau.h").write_text("".join(map(coefficient_declaration, names)), encoding="utf-8")
     shutil.copy(Path(__file__).with_name("porter.c"), folder)
     library = folder / "porter.so"
     options = ["-O3", "-march=native", "-shared", "-fPIC", "-o", str(library), str(folder / "porter.c"), "-lm"]
@@ -86,73 +87,73 @@ def compiled(compiler: str) -> Callable[..., int]:
     return found
 
 
-def declared(name: str) -> str:
-    """A coefficient array of the tableau, in C."""
+def coefficient_declaration(name: str) -> str:
+    """Return a coefficient array of the tableau as C code."""
     values = getattr(dop853_tableau, name)
     sizes = "".join(f"[{size}]" for size in values.shape)
     numbers = np.array2string(values, threshold=10_000, floatmode="unique", separator=",", max_line_width=10_000)
     return f"static const double {name}{sizes} = {numbers.replace('[', '{').replace(']', '}')};\n"
 
 
-def prepared(scene: Scene) -> ReducedRun:
-    """The engine up to where it rides."""
-    follower = ReducedRunner(ReducedEngine(), scene, RunRequest(times=TIMES, accuracy=1e-8, certify=False, reason=""))
-    follower.compile_kernels()
-    return follower.get_reduced_run(1.0)
+def prepare_reduced_run(scene: Scene) -> ReducedRun:
+    """Return the engine with its tables built."""
+    runner = ReducedRunner(ReducedEngine(), scene, RunRequest(times=TIMES, accuracy=1e-8, certify=False, reason=""))
+    runner.compile_kernels()
+    return runner.get_reduced_run(1.0)
 
 
-def whole_runs(scene: Scene) -> None:
-    """What a user waits for, and how much of it builds the tables."""
-    print("| Porter governor, 10 s, 1,001 times | ms | of that tables |\n|---|---|---|")
+def print_whole_runs(scene: Scene) -> None:
+    """Print the time of whole runs, and the part that builds the tables."""
+    print("| Porter governor, 10 s, 1,001 times | ms | tables, ms |\n|---|---|---|")
     for accuracy in (1e-6, 1e-8, 1e-10):
         for certify in (False, True):
             runs: list[Any] = []
-            run = partial(kept, runs, scene, accuracy, certify)
-            seconds = shortest(run, 20)
-            building = min(one.cost.setup_time for one in runs)
-            told = "certified" if certify else "one run"
-            print(f"| asked {accuracy:g}, {told} | {seconds * 1e3:.1f} | {building * 1e3:.1f} (target 5) |")
+            run = partial(run_and_append, runs, scene, accuracy, certify)
+            seconds = shortest_time(run, 20)
+            setup_time = min(one.cost.setup_time for one in runs)
+            description = "certified" if certify else "one run"
+            print(f"| accuracy {accuracy:g}, {description} | {seconds * 1e3:.1f} | {setup_time * 1e3:.1f} (target 5) |")
     print()
 
 
-def kept(runs: list[Any], scene: Scene, accuracy: float, certify: bool) -> None:
-    """One run, added to those."""
+def run_and_append(runs: list[Any], scene: Scene, accuracy: float, certify: bool) -> None:
+    """Run once and append the run to `runs`."""
     runs.append(gm.run(scene, "reduced", accuracy=accuracy, certify=certify))
 
 
-def new_process() -> None:
-    """A process of its own, its kernels kept from before."""
+def print_new_process_time() -> None:
+    """Print the time of a run in a new process with cached kernels."""
     code = "import governor_mechanism as gm; gm.run('porter', 'reduced', accuracy=1e-10)"
-    seconds = shortest(lambda: subprocess.run([sys.executable, "-c", code], check=True), 5)
+    seconds = shortest_time(lambda: subprocess.run([sys.executable, "-c", code], check=True), 5)
     print(f"a new process with one run: {seconds:.2f} s (target 1)\n")
 
 
-def sweeps() -> None:
-    """A thousand different Porter governors, 2 s each at 1e-8, without certificates."""
+def print_sweeps() -> None:
+    """Run a thousand different Porter governors, 2 s each at 1e-8, without certificates."""
     scene = gm.load("porter")
     scene = replace(scene, run=replace(scene.run, duration=2.0))
     arms, sleeves = np.linspace(0.29, 0.35, 40).tolist(), np.linspace(10.0, 20.0, 25).tolist()
     vary = {"dimensions.arm": arms, "dimensions.sleeve_mass": sleeves}
     print("| 1,000 Porter governors, 2 s each at 1e-8 | s | largest memory, MB |\n|---|---|---|")
-    together = shortest(lambda: gm.sweep(scene, vary, engine="reduced", accuracy=1e-8), 3)
-    print(f"| all together (target 0.5) | {together:.2f} | {memory():.0f} |")
-    # A function as quantity takes whole runs, so each row is one.
-    single = shortest(lambda: gm.sweep(scene, vary, {"final arm_angle": last_angle}, engine="reduced", accuracy=1e-8), 1)
-    print(f"| one run each (target 8) | {single:.1f} | {memory():.0f} |")
+    together = shortest_time(lambda: gm.sweep(scene, vary, engine="reduced", accuracy=1e-8), 3)
+    print(f"| all together (target 0.5) | {together:.2f} | {peak_memory():.0f} |")
+    # A function as quantity needs whole runs, so each row is a run.
+    single = shortest_time(lambda: gm.sweep(scene, vary, {"final arm_angle": final_arm_angle}, engine="reduced", accuracy=1e-8), 1)
+    print(f"| one run each (target 8) | {single:.1f} | {peak_memory():.0f} |")
 
 
-def last_angle(run: Any) -> float:
-    """The arm angle at the end of a run."""
+def final_arm_angle(run: Any) -> float:
+    """Return the arm angle at the end of a run."""
     return float(run.readings["arm_angle"][-1])
 
 
-def memory() -> float:
-    """The most that this process has held so far (MB)."""
+def peak_memory() -> float:
+    """Return the peak memory of this process (MB)."""
     return resource.getrusage(resource.RUSAGE_SELF).ru_maxrss / 1024
 
 
-def shortest(work: Callable[[], Any], repeats: int) -> float:
-    """The shortest time of several runs after one to warm up (s)."""
+def shortest_time(work: Callable[[], Any], repeats: int) -> float:
+    """Return the shortest time (s) of several runs after a warm-up run."""
     work()
     times = []
     for _ in range(repeats):

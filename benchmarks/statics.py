@@ -1,6 +1,6 @@
-"""How long a speed curve and the equilibria at a speed take: the shortest of several, in one process, warm.
+"""Times of a speed curve and of the equilibria at a speed: the shortest of several calls, in one process, warm.
 
-python benchmarks/statics.py
+Usage: python benchmarks/statics.py
 """
 
 from __future__ import annotations
@@ -18,13 +18,13 @@ def main() -> None:
     print("| scene | curve of 500 points, ms (target 20) | all equilibria, ms |\n|---|---|---|")
     for name in ("watt", "watt_improved", "porter", "porter_extended_arms", "porter_uncrossed_links", "parabolic"):
         scene = gm.load(name)
-        curve = shortest(lambda scene=scene: gm.speed_curve(scene, 500))
-        rests = shortest(lambda scene=scene: gm.equilibria(scene))
+        curve = shortest_time(lambda scene=scene: gm.speed_curve(scene, 500))
+        rests = shortest_time(lambda scene=scene: gm.equilibria(scene))
         print(f"| {name} | {curve * 1e3:.1f} | {rests * 1e3:.1f} |")
 
 
-def shortest(call: Callable[[], object]) -> float:
-    """Wall time (s) of the fastest of several calls."""
+def shortest_time(call: Callable[[], object]) -> float:
+    """Return the wall time (s) of the fastest of several calls."""
     times = []
     for _ in range(REPEATS):
         started = time.perf_counter()

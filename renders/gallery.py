@@ -1,6 +1,6 @@
-"""Render every shipped scene into this folder: the gallery that the README shows.
+"""Render every shipped scene into this folder: the gallery of the README.
 
-make gallery
+Usage: make gallery
 """
 
 from __future__ import annotations
@@ -20,54 +20,59 @@ from governor_mechanism.studies.regulation import registry as studies
 
 FOLDER = Path(__file__).parent
 
-SHOWN = {"watt_improved": (11.0, 16.0), "porter_dry_friction": (0.0, 12.0), "hartung_dubois": (0.0, 7.0), "hartung_right_angle": (0.0, 7.0)}
-"""The piece (s) of a scene that is filmed, where it is not the first four seconds."""
+FILM_INTERVALS = {
+    "watt_improved": (11.0, 16.0),
+    "porter_dry_friction": (0.0, 12.0),
+    "hartung_dubois": (0.0, 7.0),
+    "hartung_right_angle": (0.0, 7.0),
+}
+"""Filmed interval (s) of a scene; other scenes show their first four seconds."""
 
-BRAKED = ("porter_cyclic", "porter_cyclic_damped"), ("without the brake", "with the dashpot")
-"""Two scenes side by side, and what stands over them."""
+DAMPING_PAIR = ("porter_cyclic", "porter_cyclic_damped"), ("without dashpot", "with dashpot")
+"""Two scenes side by side, and their captions."""
 
-BILLS = ("porter_dry_friction", "porter_heavy_rods")
-"""Scenes whose effects are billed."""
+ABLATION_SCENES = ("porter_dry_friction", "porter_heavy_rods")
+"""Scenes of the effect-cost figures."""
 
-PRICED = ("porter", "watt_improved", "hartung_dubois", "slide_valve_marks", "porter_dry_friction")
-"""Scenes of which error is drawn against time."""
+WORK_PRECISION_SCENES = ("porter", "watt_improved", "hartung_dubois", "slide_valve_marks", "porter_dry_friction")
+"""Scenes of the work-precision diagrams."""
 
-WANTED = 1e-6
-"""The error that is marked there."""
+REQUESTED_ERROR = 1e-6
+"""Error marked in the work-precision diagrams."""
 
-CHARACTERISTICS = {"porter": 40.0, "watt_improved": None, "parabolic": None}
-"""Scenes whose speed curve is drawn, with the resistance (N) at the sleeve whose insensitivity band is shaded."""
+CHARACTERISTIC_SCENES = {"porter": 40.0, "watt_improved": None, "parabolic": None}
+"""Scenes of the speed-curve figures, with the resistance (N) at the sleeve for the shaded insensitivity band."""
 
 
 def main() -> None:
-    """Write a film, of four seconds at most of the run, and a figure of each scene."""
+    """Write a film and the figures of each scene, and the figures of the studies."""
     for name in shipped_scenes():
         run = gm.run(name)
         run.raise_if_failed()
-        start, stop = SHOWN.get(name, (0.0, min(4.0, run.times[-1])))
+        start, stop = FILM_INTERVALS.get(name, (0.0, min(4.0, run.times[-1])))
         gm.film(run, FOLDER / f"{name}.gif", start=start, stop=min(stop, run.times[-1]))
         readings_figure(run, FOLDER / f"{name}.png")
         write_machine_figures(run, FOLDER, name)
         print(f"{name}: {run.message}")
-    for name, resistance in CHARACTERISTICS.items():
+    for name, resistance in CHARACTERISTIC_SCENES.items():
         scene = gm.load(name)
         curve = gm.speed_curve(scene, resistance=resistance)
         speed_curve_figure(scene, curve, FOLDER / f"{name}_characteristic.png", gm.equilibria(scene))
-    names, titles = BRAKED
+    names, titles = DAMPING_PAIR
     gm.film([gm.run(name) for name in names], FOLDER / "porter_cyclic_pair.gif", titles=titles, stop=4.0)
-    for name in BILLS:
+    for name in ABLATION_SCENES:
         effect_ablation_figure(gm.effects_study(name), FOLDER / f"{name}_effects.png")
-    _regulation()
-    for name in PRICED:
-        work_precision_figure(gm.accuracy_study(gm.load(name)), FOLDER / f"{name}_accuracy.png", WANTED)
+    _write_regulation_figures()
+    for name in WORK_PRECISION_SCENES:
+        work_precision_figure(gm.accuracy_study(gm.load(name)), FOLDER / f"{name}_accuracy.png", REQUESTED_ERROR)
     isochronous_figure(gm.load("watt_improved"), FOLDER / "watt_improved_parabolas.png")
 
 
-def _regulation() -> None:
-    """The studies of how a governor regulates."""
-    figures.cyclic_figure(studies.study_cyclic_motion(gm.load("porter_cyclic"), studies.FLUCTUATION_RATIOS), FOLDER / "twitch.png")
-    played = [studies.study_clearance(gm.load(name), studies.CLEARANCES) for name in ("porter_clearance", "watt_clearance")]
-    figures.clearance_figure(played, FOLDER / "play.png")
+def _write_regulation_figures() -> None:
+    """Write the figures of the regulation studies."""
+    figures.cyclic_figure(studies.study_cyclic_motion(gm.load("porter_cyclic"), studies.FLUCTUATION_RATIOS), FOLDER / "cyclic.png")
+    clearance_studies = [studies.study_clearance(gm.load(name), studies.CLEARANCES) for name in ("porter_clearance", "watt_clearance")]
+    figures.clearance_figure(clearance_studies, FOLDER / "clearance.png")
     figures.settling_figure(studies.study_settling(gm.load("porter_load_step"), studies.DAMPING_COEFFICIENTS), FOLDER / "settling.png")
     figures.fold_jump_figure(studies.study_fold_jump(gm.load("watt_improved"), studies.RAMP_RATES), FOLDER / "jump.png")
 

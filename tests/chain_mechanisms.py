@@ -6,7 +6,8 @@ import math
 
 from governor_mechanism.effects.gravity import Gravity
 from governor_mechanism.model.joints import GROUND, Pin, Point
-from governor_mechanism.model.mechanism import Body, BodyAngle, Mechanism, SecondMoments
+from governor_mechanism.model.mechanism import Body, Mechanism, SecondMoments
+from governor_mechanism.model.output_variables import BodyAngle
 from governor_mechanism.model.scene import FIXED_PLANE, Part, RunSettings, Scene, Spindle, Start
 
 LINK_LENGTH = 0.1

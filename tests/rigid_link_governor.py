@@ -7,7 +7,8 @@ from dataclasses import replace
 
 from governor_mechanism.closed_form.pendulum import dynamics as closed
 from governor_mechanism.model.joints import GROUND, Pin, Point, Slider
-from governor_mechanism.model.mechanism import Body, LineAngle, Mechanism, SecondMoments
+from governor_mechanism.model.mechanism import Body, Mechanism, SecondMoments
+from governor_mechanism.model.output_variables import LineAngle
 from governor_scenes import PORTER, governor_scene
 from one_coordinate_reference import integrate_one_coordinate
 

@@ -1,6 +1,6 @@
-"""The three kinds of failure a user can meet, and the checks that raise them.
+"""Exceptions for the user's mistakes and failed runs, and checks that raise them.
 
-A message always says what, where, what was found, what is allowed, and, where one is known, the cure.
+A message says what is wrong, where, what was found, what is allowed and, if known, the cure.
 """
 
 from __future__ import annotations
@@ -11,11 +11,17 @@ from collections.abc import Iterable
 
 
 class GovernorMechanismError(Exception):
-    """Base of every error this package raises on purpose."""
+    """Base class of all exceptions that this package raises on purpose."""
 
 
 class MechanismError(GovernorMechanismError, ValueError):
-    """A description, a file or an argument is wrong; `problems` holds every mistake found, one sentence each."""
+    """A mistake in a description, a file or an argument.
+
+    Attributes
+    ----------
+    problems
+        All mistakes found, one sentence each.
+    """
 
     def __init__(self, *problems: str) -> None:
         super().__init__("\n".join(problems))
@@ -23,33 +29,91 @@ class MechanismError(GovernorMechanismError, ValueError):
 
 
 class UnsupportedEffect(GovernorMechanismError):  # noqa: N818 - the name users see
-    """The chosen engine cannot model something the scene asks for."""
+    """The engine cannot model an effect or joint of the scene."""
 
 
 class RunFailed(GovernorMechanismError, RuntimeError):  # noqa: N818 - the name users see
-    """A run ended early or missed its accuracy; raised only when the caller asks for exceptions."""
+    """A run ended early or missed its accuracy. Raised only by `Trajectory.raise_if_failed`."""
 
 
 def require_finite(value: float, unit: str, what: str) -> None:
-    """Refuse NaN and infinities; `what` names the quantity and its owner."""
+    """Raise an error unless a value is finite.
+
+    Parameters
+    ----------
+    value
+        Value to check.
+    unit
+        Its unit, for the message.
+    what
+        Name of the quantity and its owner, for the message.
+
+    Raises
+    ------
+    MechanismError
+        If the value is NaN or infinite.
+    """
     if not math.isfinite(value):
         raise MechanismError(f"{what} must be a finite number; got {value!r} {unit}".rstrip())
 
 
 def require_positive(value: float, unit: str, what: str) -> None:
-    """Refuse zero, negative numbers, NaN and infinities."""
+    """Raise an error unless a value is finite and positive.
+
+    Parameters
+    ----------
+    value
+        Value to check.
+    unit
+        Its unit, for the message.
+    what
+        Name of the quantity and its owner, for the message.
+
+    Raises
+    ------
+    MechanismError
+        If the value is zero, negative, NaN or infinite.
+    """
     if not (value > 0 and math.isfinite(value)):
         raise MechanismError(f"{what} must be positive; got {value:g} {unit}".rstrip())
 
 
 def did_you_mean(word: str, known: Iterable[str]) -> str:
-    """The sentence ' Did you mean ...?' for the nearest known name, or an empty string."""
+    """Return a hint at the nearest known name.
+
+    Parameters
+    ----------
+    word
+        Name that was not found.
+    known
+        Known names.
+
+    Returns
+    -------
+    str
+        " Did you mean ...?", or an empty string if no name is close.
+    """
     matches = difflib.get_close_matches(word, list(known), n=1)
     return f" Did you mean {matches[0]!r}?" if matches else ""
 
 
 def require_not_negative(value: float, unit: str, what: str) -> None:
-    """Raise MechanismError unless a value is finite and at least zero."""
+    """Raise an error unless a value is finite and at least zero.
+
+    Parameters
+    ----------
+    value
+        Value to check.
+    unit
+        Its unit, for the message.
+    what
+        Name of the quantity and its owner, for the message.
+
+    Raises
+    ------
+    MechanismError
+        If the value is negative, NaN or infinite.
+    """
     require_finite(value, unit, what)
     if value < 0:
         raise MechanismError(f"{what} must not be negative; got {value:g} {unit}".rstrip())

@@ -1,4 +1,4 @@
-"""Aliases of array types. Shapes and units stand in the docstrings of what uses them."""
+"""Aliases of array types. Docstrings give shapes and units."""
 
 from __future__ import annotations
 
@@ -11,4 +11,7 @@ FloatArray = NDArray[np.float64]
 IntArray = NDArray[np.int64]
 BoolArray = NDArray[np.bool_]
 RecordArray = Any
-"""(n,) numpy records; type checkers do not know their fields."""
+"""Numpy records of shape (n,); type checkers do not know their fields."""
+
+Vector2 = tuple[float, float]
+"""Vector in the plane."""

@@ -3,6 +3,8 @@
 from __future__ import annotations
 
 import math
+from collections.abc import Callable
+from typing import Any
 
 import numpy as np
 import pytest
@@ -34,8 +36,13 @@ def of_ratio(ratio: float, advance: float = math.radians(marks.ADVANCE_DEG)) -> 
     return Eccentric(radius=marks.ECCENTRIC, rod=ratio * marks.ECCENTRIC, advance=advance)
 
 
+def error_by(curve: Callable[..., Any], eccentric: Eccentric, angle: Any) -> Any:
+    """Return the error term (m) at crank angles (rad) by one of Marks' curves over the theoretical displacement."""
+    return np.asarray(curve(eccentric, theoretical=closed.first_order_displacement(eccentric, crank_angle=angle)))
+
+
 def is_printed(value: float, printed: float, digits: int = 12) -> None:
-    """The value rounds to the printed one; noughts to rounding of metres and radians."""
+    """The value rounds to the printed one, zeros to the rounding of metres and radians."""
     assert abs(value - printed) <= max(marks.half_unit_of_last_digit(printed, digits), 1e-16), (value, printed)
 
 
@@ -49,15 +56,15 @@ def stroke(train: CrankTrain, angle: float, end: str) -> float:
 )
 def test_the_events_are_met_to_the_printed_digits(ratio: int, row: tuple[object, ...]) -> None:
     name = str(row[0])
-    theory, exact, binomial, shift, *strokes = (float(value) for value in row[1:])  # type: ignore[arg-type]
-    angles = [closed.event_angle(of_ratio(ratio), event=name, law=law, **LAPS) for law in ("theory", "exact", "binomial")]
-    for angle, printed in zip(angles, (theory, exact, binomial), strict=True):
+    theory, exact, _, shift, *strokes = (float(value) for value in row[1:])  # type: ignore[arg-type]
+    angles = [closed.event_angle(of_ratio(ratio), event=name, law=law, **LAPS) for law in ("theory", "exact")]
+    for angle, printed in zip(angles, (theory, exact), strict=True):
         is_printed(math.degrees(angle), printed)
     # the shift cancels from some 360 deg to as little as 0.09: four digits of double precision
     assert abs(math.degrees(angles[1] - angles[0]) - shift) <= marks.half_unit_of_last_digit(shift) + 2e-13
-    finite, endless = (CrankTrain(crank=marks.CRANK, rod=rod) for rod in (marks.CONNECTING_ROD, math.inf))
+    finite, infinite = (CrankTrain(crank=marks.CRANK, rod=rod) for rod in (marks.CONNECTING_ROD, math.inf))
     end = name.split()[0]
-    cases = [(endless, angles[0]), (endless, angles[1]), (finite, angles[0]), (finite, angles[1])]
+    cases = [(infinite, angles[0]), (infinite, angles[1]), (finite, angles[0]), (finite, angles[1])]
     for (train, angle), printed in zip(cases, strokes, strict=True):
         # 1 less a part that is nearly 1: 1e-16 of rounding on top of the printed digits
         assert abs(stroke(train, angle, end) - printed) <= marks.half_unit_of_last_digit(printed) + 2e-16
@@ -67,25 +74,19 @@ def test_the_events_are_met_to_the_printed_digits(ratio: int, row: tuple[object,
 def test_the_sizes_of_the_error_are_met(ratio: int) -> None:
     eccentric, sizes = of_ratio(ratio), marks.ERROR_TERM_SIZES[ratio]
     is_printed(closed.equal_lead_centre(eccentric), sizes["centre"])
-    is_printed(closed.binomial_centre(eccentric), sizes["binomial_centre"])
     is_printed(closed.parabola_constant(eccentric), sizes["parabola_constant"])
     is_printed(-closed.parabola_constant(eccentric) / (2 * eccentric.rod), sizes["vertex"])
     is_printed(eccentric.radius**4 / (8 * eccentric.rod**3), sizes["neglected"])
     extremes = np.array([math.pi / 2, math.pi]) - eccentric.advance
-    for law, name in ((closed.error_term, "binomial_extremes"), (closed.exact_error_term, "exact_extremes")):
-        for value, printed in zip(law(eccentric, crank_angle=extremes), sizes[name], strict=True):
+    for law, name in ((closed.parabola_error, "binomial_extremes"), (closed.hyperbola_error, "exact_extremes")):
+        for value, printed in zip(error_by(law, eccentric, extremes), sizes[name], strict=True):
             # differences of lengths near l: 1e-16 of rounding
             assert abs(value - printed) <= marks.half_unit_of_last_digit(printed) + 4e-16 * ratio
     dead = np.array([math.pi / 2, 3 * math.pi / 2]) - eccentric.advance
     for value, printed in zip(closed.valve_displacement(eccentric, crank_angle=dead), sizes["displacements"], strict=True):
         is_printed(value, printed)
-    left = np.abs(np.asarray(closed.exact_error_term(eccentric, crank_angle=TURN)) - closed.error_term(eccentric, crank_angle=TURN))
-    middle = closed.valve_distance(eccentric, crank_angle=TURN) - closed.binomial_valve_distance(eccentric, crank_angle=TURN)
+    left = np.abs(error_by(closed.hyperbola_error, eccentric, TURN) - error_by(closed.parabola_error, eccentric, TURN))
     assert left.max() <= sizes["largest_neglected"]
-    # what is neglected from the middle is largest across the line: l - r^2 / 2 l against sqrt(l^2 - r^2)
-    assert (
-        abs(np.abs(middle).max() - sizes["largest_neglected"]) <= marks.half_unit_of_last_digit(sizes["largest_neglected"]) + 4e-16 * ratio
-    )
     leads = closed.leads(eccentric, outside_lap=marks.OUTSIDE_LAP, centre=eccentric.rod)
     for value, printed in zip(leads, sizes["leads_from_middle"], strict=True):
         # by the binomial law, as the table is; the exact ones differ by r^4 / 8 l^3
@@ -101,7 +102,7 @@ def test_the_error_table_is_met(row: tuple[float, ...]) -> None:
     # differences of lengths near l = 0.24 m: 1e-16 of rounding
     for value, printed in zip(
         (
-            closed.exact_error_term(eccentric, crank_angle=angle),
+            closed.hyperbola_error(eccentric, theoretical=theory),
             closed.parabola_error(eccentric, theoretical=theory),
             closed.circle_error(eccentric, theoretical=theory),
         ),
@@ -115,7 +116,7 @@ def test_the_error_table_is_met(row: tuple[float, ...]) -> None:
 def test_the_motion_of_the_eccentric_is_met(row: tuple[float, ...]) -> None:
     eccentric, moving = of_ratio(4), {"crank_angle": math.radians(row[0]), "crank_rate": 10.0}
     is_printed(closed.valve_distance(eccentric, crank_angle=moving["crank_angle"]), row[1])
-    # speeds and accelerations pass through nought: 1e-15 of their size, r W and r W^2
+    # speeds and accelerations pass through zero: 1e-15 of their size, r W and r W^2
     assert abs(closed.valve_velocity(eccentric, **moving) - row[2]) <= marks.half_unit_of_last_digit(row[2]) + 1e-15
     assert abs(closed.valve_acceleration(eccentric, **moving) - row[3]) <= marks.half_unit_of_last_digit(row[3]) + 2e-14
 
@@ -147,23 +148,23 @@ def test_the_exact_error_lies_on_the_hyperbola(eccentric: Eccentric, angle: floa
     z = closed.valve_displacement(eccentric, crank_angle=angle) - theory
     d, scale = closed.equal_lead_centre(eccentric), eccentric.rod**2
     assert abs((z + d) ** 2 - theory**2 - (eccentric.rod**2 - eccentric.radius**2)) < 1e-14 * scale  # rounding
-    assert abs(z - closed.exact_error_term(eccentric, crank_angle=angle)) < 1e-14 * eccentric.rod
+    assert abs(z - closed.hyperbola_error(eccentric, theoretical=theory)) < 1e-14 * eccentric.rod
 
 
 @given(eccentrics)
 def test_the_error_term_vanishes_and_is_extreme_where_the_paper_says(eccentric: Eccentric) -> None:
     advance, unit = eccentric.advance, eccentric.radius**2 / (2 * eccentric.rod)
-    noughts = np.array([0.0, math.pi, math.pi - 2 * advance, math.tau - 2 * advance])
-    for law in (closed.error_term, closed.exact_error_term):
-        assert np.max(np.abs(law(eccentric, crank_angle=noughts))) < 1e-14 * max(unit, eccentric.rod)  # rounding
+    zeros = np.array([0.0, math.pi, math.pi - 2 * advance, math.tau - 2 * advance])
+    for law in (closed.parabola_error, closed.hyperbola_error):
+        assert np.max(np.abs(error_by(law, eccentric, zeros))) < 1e-14 * max(unit, eccentric.rod)  # rounding
     high, low = np.array([0.5, 1.5]) * math.pi - advance, np.array([1.0, 2.0]) * math.pi - advance
-    assert_allclose(closed.error_term(eccentric, crank_angle=high), unit * math.cos(advance) ** 2, atol=1e-15 * unit)
-    assert_allclose(closed.error_term(eccentric, crank_angle=low), -unit * math.sin(advance) ** 2, atol=1e-15 * unit)
-    for law in (closed.error_term, closed.exact_error_term):
-        every = np.asarray(law(eccentric, crank_angle=TURN))
+    assert_allclose(error_by(closed.parabola_error, eccentric, high), unit * math.cos(advance) ** 2, atol=1e-15 * unit)
+    assert_allclose(error_by(closed.parabola_error, eccentric, low), -unit * math.sin(advance) ** 2, atol=1e-15 * unit)
+    for law in (closed.parabola_error, closed.hyperbola_error):
+        every = error_by(law, eccentric, TURN)
         room = 1e-15 * eccentric.rod  # rounding
-        assert every.max() <= max(law(eccentric, crank_angle=high)) + room
-        assert every.min() >= min(law(eccentric, crank_angle=low)) - room
+        assert every.max() <= max(error_by(law, eccentric, high)) + room
+        assert every.min() >= min(error_by(law, eccentric, low)) - room
 
 
 @given(eccentrics)
@@ -177,32 +178,12 @@ def test_half_the_sum_of_the_dead_centres_is_the_centre_and_both_leads_are_equal
     assert_allclose(np.mean(closed.valve_distance(eccentric, crank_angle=ends)), eccentric.rod, rtol=1e-14)
 
 
-def test_the_leads_from_the_middle_are_unequal_though_the_error_is_the_same_in_both_dead_centres() -> None:
-    # The paper speaks of opposite signs; cos^2 has one sign, and the valve lies on opposite sides.
-    eccentric = of_ratio(4)
-    one, other = closed.middle_error_term(eccentric, crank_angle=np.array([0.0, math.pi]))
-    assert_allclose(one, other, rtol=1e-14)  # rounding
-    first, second = marks.ERROR_TERM_SIZES[4]["leads_from_middle"]
-    lead = eccentric.radius * math.sin(eccentric.advance) - marks.OUTSIDE_LAP
-    assert_allclose((lead - one, lead + other), (first, second), rtol=1e-13)  # rounding
-
-
-@given(advances, st.floats(4.0, 100.0))
-def test_the_neglected_term_is_right_to_half_the_square_of_the_ratio(advance: float, ratio: float) -> None:
-    eccentric = of_ratio(ratio, advance)
-    left = closed.exact_error_term(eccentric, crank_angle=TURN) - closed.error_term(eccentric, crank_angle=TURN)
-    size = eccentric.radius**4 / (8 * eccentric.rod**3)
-    # The next term of the root is (r cos)^6 / 16 l^5; a tenth more for those after it, and rounding of lengths near l.
-    allowed = 0.55 / ratio**2 * size + 4e-16 * eccentric.rod
-    assert np.max(np.abs(left - closed.neglected_error_term(eccentric, crank_angle=TURN))) <= allowed
-
-
 def test_what_is_neglected_falls_with_the_fourth_power_of_the_radius() -> None:
     radii = np.array([0.08, 0.04, 0.02, 0.01])
     sizes = []
     for radius in radii:
         eccentric = Eccentric(radius=radius, rod=0.3, advance=0.5)
-        left = closed.exact_error_term(eccentric, crank_angle=TURN) - closed.error_term(eccentric, crank_angle=TURN)
+        left = error_by(closed.hyperbola_error, eccentric, TURN) - error_by(closed.parabola_error, eccentric, TURN)
         sizes.append(np.max(np.abs(left)))
     slope = np.polyfit(np.log(radii), np.log(sizes), 1)[0]
     assert abs(slope - 4) < 0.03  # the next term has (r / l)^2 / 2 of it, at most 0.036
@@ -219,7 +200,7 @@ def test_the_circle_never_errs_more_than_the_parabola(advance: float, ratio: flo
     room = 1e-15 * eccentric.rod  # rounding
     limit = eccentric.radius**4 / (16 * eccentric.rod**3)
     assert circle <= parabola + room
-    # To leading order r^4 / 16 l^3 stands between them; the next terms are about (r / l)^2 of it.
+    # To leading order r^4 / 16 l^3 is between them; the next terms are about (r / l)^2 of it.
     assert circle <= limit * (1 + 1.5 / ratio**2) + room
     assert parabola >= limit * (1 - 1.5 / ratio**2) - room
 
@@ -241,19 +222,19 @@ def test_at_an_event_the_valve_stands_at_its_lap_and_passes_the_right_way(
     assert (rate > 0) == VALVE_EVENTS[event][2]
 
 
-def test_an_endless_rod_is_the_limit_of_long_ones() -> None:
-    long, endless = of_ratio(1e6), of_ratio(math.inf)
+def test_an_infinitely_long_rod_is_the_limit_of_long_ones() -> None:
+    long, infinite = of_ratio(1e6), of_ratio(math.inf)
     assert_allclose(
         closed.valve_displacement(long, crank_angle=TURN),
-        closed.valve_displacement(endless, crank_angle=TURN),
-        atol=0.51e-6 * endless.radius,  # z is at most r^2 / 2 l
+        closed.valve_displacement(infinite, crank_angle=TURN),
+        atol=0.51e-6 * infinite.radius,  # z is at most r^2 / 2 l
     )
     for event in VALVE_EVENTS:
-        one, other = (closed.event_angle(eccentric, event=event, **LAPS) for eccentric in (long, endless))
+        one, other = (closed.event_angle(eccentric, event=event, **LAPS) for eccentric in (long, infinite))
         assert abs(math.remainder(one - other, math.tau)) < 2e-6
     assert_allclose(
-        closed.valve_acceleration(endless, crank_angle=TURN, crank_rate=3.0),
-        -9.0 * np.asarray(closed.first_order_displacement(endless, crank_angle=TURN)),
+        closed.valve_acceleration(infinite, crank_angle=TURN, crank_rate=3.0),
+        -9.0 * np.asarray(closed.first_order_displacement(infinite, crank_angle=TURN)),
         rtol=1e-14,
     )
 
@@ -301,10 +282,10 @@ def test_the_papers_sentence_on_the_two_ends_is_not_borne_out_by_its_formula(rat
         (lambda: Eccentric(radius=0.06, rod=math.nan, advance=0.1), "rod must be longer than the radius"),
         (lambda: Eccentric(radius=0.0, rod=0.06, advance=0.1), "radius must be above 0 m"),
         (lambda: Eccentric(radius=0.06, rod=0.24, advance=math.pi / 2), "between -90 and 90 deg; got 90 deg"),
-        (lambda: closed.crank_angles_at(of_ratio(4), threshold=0.07), "never stands there.*threshold = 0.07 m"),
-        (lambda: closed.theoretical_crank_angles_at(of_ratio(4), threshold=-0.061), "never stands there"),
+        (lambda: closed.crank_angles_at(of_ratio(4), threshold=0.07), "never reaches the threshold.*threshold = 0.07 m"),
+        (lambda: closed.theoretical_crank_angles_at(of_ratio(4), threshold=-0.061), "never reaches the threshold"),
         (lambda: closed.parabola_error(of_ratio(4), theoretical=0.061), "cannot exceed the radius"),
-        (lambda: closed.error_term(of_ratio(math.inf), crank_angle=0.0), "needs a rod of finite length"),
+        (lambda: closed.parabola_error(of_ratio(math.inf), theoretical=0.0), "needs a rod of finite length"),
         (lambda: closed.valve_distance(of_ratio(4), crank_angle=math.nan), "crank_angle must be finite"),
     ],
 )

@@ -1,4 +1,4 @@
-"""Small scenes, at least one for each joint and load, with what their readings must be: closed forms, or scipy's."""
+"""Small scenes, at least one for each joint and force element, with exact readings: closed forms, or integrated by scipy."""
 
 from __future__ import annotations
 
@@ -30,13 +30,14 @@ from governor_mechanism.model.joints import (
     TranslationalDriver,
     Weld,
 )
-from governor_mechanism.model.mechanism import Body, BodyAngle, Mechanism, PointCoordinate, PointDistance, SecondMoments
+from governor_mechanism.model.mechanism import Body, Mechanism, SecondMoments
+from governor_mechanism.model.output_variables import BodyAngle, PointCoordinate, PointDistance
 from governor_mechanism.model.scene import FIXED_PLANE, Part, RunSettings, Scene, Spindle, Start
 from governor_mechanism.model.time_functions import InputFunction, PrescribedMotion
 from governor_mechanism.types import FloatArray
 
 ExactReadings = dict[str, tuple[FloatArray, FloatArray]]
-"""By the name of a reading: its values (n,) and rates (n,)."""
+"""Values (n,) and rates (n,) of each reading, by name."""
 
 GRAVITY = 9.81
 SECOND_ORDER, NO_ERROR = "second order", "no error"
@@ -44,9 +45,9 @@ SECOND_ORDER, NO_ERROR = "second order", "no error"
 
 @dataclass(frozen=True, kw_only=True)
 class ExactCase:
-    """A scene; what its readings are at times (n,) s; the longest step (s) at which an order shows, and which order.
+    """A scene, its exact readings at times (n,) s, and the largest step (s) at which the impulse engine shows its order.
 
-    impulse is False where the impulse engine has no such joint.
+    impulse is False if the impulse engine does not support the joint.
     """
 
     scene: Scene
@@ -62,7 +63,7 @@ class ExactCase:
 def make_scene(
     *, bodies, joints, readings, sketch, loads=(), values=None, rates=None, gravity=GRAVITY, size=1.0, duration=1.0, output_interval=0.1
 ) -> Scene:
-    """A scene of one mechanism in a plane that stands still."""
+    """Return a scene of one mechanism in a fixed plane."""
     mechanism = Mechanism(
         bodies=tuple(bodies),
         joints=tuple(joints),
@@ -108,91 +109,93 @@ def point_mass(name: str, mass: float) -> Body:
 
 
 def body_angle(body: str, name: str = "") -> BodyAngle:
-    """How far a body has turned, by its own name."""
+    """Return a reading of the angle of a body, named after the body by default."""
     return BodyAngle(name=name or body, quantity="angle", body=body)
 
 
 def x_reading(body: str, name: str = "x", zero: float = 0.0) -> PointCoordinate:
-    """Where the mass centre of a body is, in x."""
+    """Return a reading of the x coordinate of a mass centre."""
     return PointCoordinate(name=name, quantity="length", point=body_point(body), direction_x=1.0, direction_y=0.0, zero=zero)
 
 
 def y_reading(body: str, name: str = "y") -> PointCoordinate:
-    """Where the mass centre of a body is, in y."""
+    """Return a reading of the y coordinate of a mass centre."""
     return PointCoordinate(name=name, quantity="length", point=body_point(body), direction_x=0.0, direction_y=1.0)
 
 
-# --- independent answers ----------------------------------------------------------------------------------------------
+# --- independent solutions ----------------------------------------------------------------------------------------------
 
 
 def integrate_state(state_derivative: Callable, start, times: FloatArray, breaks=()) -> FloatArray:
-    """A state (numbers, n) at the times, by scipy at its tightest, split where the right-hand side has breaks."""
-    state, found = np.array(start, dtype=np.float64), np.empty((len(start), len(times)))
-    found[:, times == 0.0] = state[:, np.newaxis]
+    """Return a state (numbers, n) at the times, integrated by scipy at its smallest tolerance, restarted at breakpoints."""
+    state, solution = np.array(start, dtype=np.float64), np.empty((len(start), len(times)))
+    solution[:, times == 0.0] = state[:, np.newaxis]
     knots = [0.0, *(float(at) for at in breaks if 0 < at < times[-1]), float(times[-1])]
     for begin, end in pairwise(knots):
-        mine = (times > begin) & (times <= end)
-        wanted = np.unique(np.append(times[mine], end))
-        piece = solve_ivp(state_derivative, (begin, end), state, method="DOP853", t_eval=wanted, rtol=1e-13, atol=1e-15)
-        found[:, mine] = piece.y[:, : int(mine.sum())]
-        state = piece.y[:, -1]
-    return found
+        in_segment = (times > begin) & (times <= end)
+        output_times = np.unique(np.append(times[in_segment], end))
+        segment = solve_ivp(state_derivative, (begin, end), state, method="DOP853", t_eval=output_times, rtol=1e-13, atol=1e-15)
+        solution[:, in_segment] = segment.y[:, : int(in_segment.sum())]
+        state = segment.y[:, -1]
+    return solution
 
 
 def released_pendulum(times: FloatArray, square: float, start: float) -> tuple[FloatArray, FloatArray]:
-    """Angle and rate of a pendulum of small-swing frequency sqrt(square), let go at `start` from rest (Jacobi's sn)."""
+    """Return angle and rate of a pendulum released from rest at `start` (Jacobi's sn); `square` is its squared natural frequency."""
     modulus = math.sin(start / 2)
-    fast = math.sqrt(square)
-    sn, cn, dn, _ = ellipj(ellipk(modulus**2) + fast * times, modulus**2)
-    return 2 * np.arcsin(modulus * sn), 2 * modulus * fast * cn * dn / np.sqrt(1 - (modulus * sn) ** 2)
+    frequency = math.sqrt(square)
+    sn, cn, dn, _ = ellipj(ellipk(modulus**2) + frequency * times, modulus**2)
+    return 2 * np.arcsin(modulus * sn), 2 * modulus * frequency * cn * dn / np.sqrt(1 - (modulus * sn) ** 2)
 
 
 def integrate_one_coordinate(inertia: Callable, generalised_force: Callable, start, times: FloatArray) -> FloatArray:
-    """Coordinate and rate (2, n): inertia(q) gives J and dJ/dq, push(q, rate) the generalised force."""
+    """Return coordinate and rate (2, n); inertia(q) gives J and dJ/dq, generalised_force(q, rate) the force."""
 
-    def slope(_, state):
-        whole, change = inertia(state[0])
-        return [state[1], (generalised_force(*state) - 0.5 * change * state[1] ** 2) / whole]
+    def state_rate(_, state):
+        total_inertia, inertia_derivative = inertia(state[0])
+        return [state[1], (generalised_force(*state) - 0.5 * inertia_derivative * state[1] ** 2) / total_inertia]
 
-    return integrate_state(slope, start, times)
+    return integrate_state(state_rate, start, times)
 
 
 def pendulum_on_trolley_solution(trolley: float, mass: float, length: float, inertia: float, start: float) -> Callable:
-    """A pendulum on a free trolley: angle from below, and the trolley's way from where both centres balance."""
+    """Return angle from the downward vertical and displacement of the trolley, for a pendulum on a free trolley."""
 
     def of_angle(q):
         off = mass * length * np.cos(q)
-        whole = inertia + mass * length**2 - off**2 / (trolley + mass)
-        return whole, 2 * off * mass * length * np.sin(q) / (trolley + mass)
+        total_inertia = inertia + mass * length**2 - off**2 / (trolley + mass)
+        return total_inertia, 2 * off * mass * length * np.sin(q) / (trolley + mass)
 
     def exact(times):
         q, rate = integrate_one_coordinate(of_angle, lambda q, _: -mass * GRAVITY * length * np.sin(q), (start, 0.0), times)
         share = mass * length / (trolley + mass)
-        way = -share * (np.sin(q) - math.sin(start))  # the common centre stays where it was in x
-        return {"angle": (q, rate), "x": (way, -share * np.cos(q) * rate)}
+        displacement = -share * (np.sin(q) - math.sin(start))  # the common mass centre keeps its x coordinate
+        return {"angle": (q, rate), "x": (displacement, -share * np.cos(q) * rate)}
 
     return exact
 
 
 def mass_on_rotating_path_solution(inertia: float, mass: float, path: Callable, start) -> Callable:
-    """A mass on a path(s) of a body that turns about its origin, free of loads: path gives place, slope and bend.
+    """Solve for a mass on a path of a body that rotates freely about its origin; path(s) gives position and two derivatives.
 
     start: the body's angle and rate, s and its rate. Lagrange's equations of T = (I + m p.p) w^2/2 + m p'.p' v^2/2
     + m (p x p') w v. The readings are 'turn' and 'way'.
     """
 
-    def slope(_, state):
+    def state_rate(_, state):
         _, w, s, v = state
-        place, along, bend = (np.array(vector) for vector in path(s))
-        cross, growth = _cross(place, along), _cross(place, bend)
-        matrix = mass * np.array([[inertia / mass + place @ place, cross], [cross, along @ along]])
-        right = -mass * np.array([2 * (place @ along) * v * w + growth * v**2, (along @ bend) * v**2 - (place @ along) * w**2])
-        bends = np.linalg.solve(matrix, right)
-        return [w, bends[0], v, bends[1]]
+        position, tangent, curvature = (np.array(vector) for vector in path(s))
+        cross, cross_derivative = _cross(position, tangent), _cross(position, curvature)
+        matrix = mass * np.array([[inertia / mass + position @ position, cross], [cross, tangent @ tangent]])
+        rhs = -mass * np.array(
+            [2 * (position @ tangent) * v * w + cross_derivative * v**2, (tangent @ curvature) * v**2 - (position @ tangent) * w**2]
+        )
+        accelerations = np.linalg.solve(matrix, rhs)
+        return [w, accelerations[0], v, accelerations[1]]
 
     def exact(times):
-        turn, w, way, v = integrate_state(slope, start, times)
-        return {"turn": (turn, w), "way": (way, v)}
+        turn, w, displacement, v = integrate_state(state_rate, start, times)
+        return {"turn": (turn, w), "way": (displacement, v)}
 
     return exact
 
@@ -202,14 +205,14 @@ def _cross(first, second):
 
 
 def straight_path(angle: float, distance: float) -> Callable:
-    """A straight path at `angle`, whose nearest point to the origin lies `aside` of it."""
+    """Return a straight path at `angle` whose nearest point is at `distance` from the origin."""
     u, n = np.array([math.cos(angle), math.sin(angle)]), np.array([-math.sin(angle), math.cos(angle)])
     return lambda s: (s * u + distance * n, u, 0 * u)
 
 
 @dataclass(frozen=True)
 class SliderCrankKinematics:
-    """Crank at the origin, connecting rod of uniform mass, piston on the x axis: all of it by the crank's angle."""
+    """Slider-crank with its crank at the origin, a uniform connecting rod, and the piston on the x axis."""
 
     crank: float
     rod: float
@@ -217,35 +220,35 @@ class SliderCrankKinematics:
     piston_mass: float
 
     def piston(self, q: FloatArray) -> tuple[FloatArray, FloatArray, FloatArray]:
-        """Way of the piston and its two derivatives by the crank's angle."""
-        lean, lean1, lean2 = self.rod_angle(q)
+        """Return the piston position and its two derivatives with respect to the crank angle."""
+        inclination, inclination1, inclination2 = self.rod_angle(q)
         r, length = self.crank, self.rod
         return (
-            r * np.cos(q) + length * np.cos(lean),
-            -r * np.sin(q) - length * np.sin(lean) * lean1,
-            -r * np.cos(q) - length * (np.cos(lean) * lean1**2 + np.sin(lean) * lean2),
+            r * np.cos(q) + length * np.cos(inclination),
+            -r * np.sin(q) - length * np.sin(inclination) * inclination1,
+            -r * np.cos(q) - length * (np.cos(inclination) * inclination1**2 + np.sin(inclination) * inclination2),
         )
 
     def rod_angle(self, q: FloatArray) -> tuple[FloatArray, FloatArray, FloatArray]:
-        """Angle of the rod, and its two derivatives."""
+        """Return the angle of the rod and its two derivatives with respect to the crank angle."""
         sine, cosine = np.sin(q), np.cos(q)
         r, drop = self.crank, np.sqrt(self.rod**2 - self.crank**2 * np.sin(q) ** 2)
         return -np.arcsin(r * sine / self.rod), -r * cosine / drop, r * sine / drop - r**3 * sine * cosine**2 / drop**3
 
     def torque(self, q: FloatArray, rate: FloatArray, acceleration: FloatArray, crank_inertia: float) -> FloatArray:
-        """What turns the crank (N m), by virtual work: mass times acceleration, and weight, along the motion."""
-        lean, lean1, lean2 = self.rod_angle(q)
+        """Return the torque on the crank (N m) by virtual work of inertia forces and weights."""
+        inclination, inclination1, inclination2 = self.rod_angle(q)
         half = self.rod / 2
-        middle1 = self.crank * 1j * np.exp(1j * q) + half * 1j * lean1 * np.exp(1j * lean)
-        middle2 = -self.crank * np.exp(1j * q) + half * (1j * lean2 - lean1**2) * np.exp(1j * lean)
+        middle1 = self.crank * 1j * np.exp(1j * q) + half * 1j * inclination1 * np.exp(1j * inclination)
+        middle2 = -self.crank * np.exp(1j * q) + half * (1j * inclination2 - inclination1**2) * np.exp(1j * inclination)
         middle = middle2 * rate**2 + middle1 * acceleration
-        _, way1, way2 = self.piston(q)
+        _, displacement1, displacement2 = self.piston(q)
         inertia = self.rod_mass * self.rod**2 / 12
         return (
             crank_inertia * acceleration
             + self.rod_mass * ((middle + 1j * GRAVITY) * middle1.conj()).real
-            + inertia * (lean2 * rate**2 + lean1 * acceleration) * lean1
-            + self.piston_mass * (way2 * rate**2 + way1 * acceleration) * way1
+            + inertia * (inclination2 * rate**2 + inclination1 * acceleration) * inclination1
+            + self.piston_mass * (displacement2 * rate**2 + displacement1 * acceleration) * displacement1
         )
 
 
@@ -253,7 +256,7 @@ class SliderCrankKinematics:
 
 
 def pendulum_on_a_pin() -> ExactCase:
-    """A rod hung from its end."""
+    """A rod that hangs from its end."""
     mass, length, start = 2.0, 0.8, 2.0
     scene = make_scene(
         bodies=[rod_body("rod", mass, length)],
@@ -272,7 +275,7 @@ def pendulum_on_a_pin() -> ExactCase:
 
 
 def pendulum_on_a_trolley() -> ExactCase:
-    """A rod pinned to a trolley that runs freely: a pin between bodies that both move, its ends named the other way."""
+    """A rod pinned to a free trolley: a pin between two moving bodies, with its ends in reverse order."""
     length, start = 0.6, 1.3
     scene = make_scene(
         bodies=[point_mass("trolley", 3.0), rod_body("rod", 2.0, length)],
@@ -285,7 +288,7 @@ def pendulum_on_a_trolley() -> ExactCase:
         values={"angle": start, "x": 0.0},
         size=length,
     )
-    # The rod lies along its y axis here, hence the moment of a rod all the same: only xx + yy counts.
+    # The rod is along its y axis here, but has the second moments of a rod along x: only xx + yy matters.
     return ExactCase(scene=scene, exact=pendulum_on_trolley_solution(3.0, 2.0, length / 2, 2.0 * length**2 / 12, start))
 
 
@@ -296,7 +299,7 @@ def bent_pendulum(turn: float = 0.7) -> ExactCase:
     tip = lengths[0] + np.exp(1j * turn) * lengths[1] / 2
     moment = first * lengths[0] / 2 + second * tip
     inertia = first * lengths[0] ** 2 / 3 + second * (lengths[1] ** 2 / 12 + abs(tip) ** 2)
-    hanging = -math.pi / 2 - np.angle(moment)  # angle of the first rod when the whole hangs straight
+    hanging = -math.pi / 2 - np.angle(moment)  # angle of the first rod at equilibrium
     scene = make_scene(
         bodies=[rod_body("first", first, lengths[0]), rod_body("second", second, lengths[1])],
         joints=[
@@ -332,8 +335,8 @@ def mass_on_a_link() -> ExactCase:
     inner = pendulum_on_trolley_solution(2.0, 1.5, length, 0.0, start)
 
     def exact(times):
-        told = inner(times)
-        (q, rate), (x, u) = told["angle"], told["x"]
+        relative_motion = inner(times)
+        (q, rate), (x, u) = relative_motion["angle"], relative_motion["x"]
         return {
             "x": (x, u),
             "bob_x": (x + length * np.sin(q), u + length * np.cos(q) * rate),
@@ -347,7 +350,7 @@ def mass_on_a_link() -> ExactCase:
 
 
 def bead_on_a_turning_rod(angle: float = 0.3, aside: float = 0.1) -> ExactCase:
-    """A mass on a straight line of a rod that turns freely about a pin; the line passes the pin at a distance."""
+    """A mass on a straight guide of a rod that rotates freely about a pin; the guide passes the pin at a distance."""
     mass, length, start = 2.0, 1.0, (0.0, 2.0, 0.35, -0.3)
     n = -aside * math.sin(angle), aside * math.cos(angle)
     scene = make_scene(
@@ -367,11 +370,11 @@ def bead_on_a_turning_rod(angle: float = 0.3, aside: float = 0.1) -> ExactCase:
 
 
 def collar_on_a_turning_rod(angle: float = 0.3, turn: float = 0.5) -> ExactCase:
-    """A collar with inertia of its own on such a rod, turning with it; its mass centre beside the line and ahead."""
+    """A collar with a moment of inertia on such a rod, rotating with it; its mass centre is off the guide."""
     mass, length, start = 2.0, 1.0, (0.0, 2.0, 0.35, -0.3)
     collar, inertia, ahead, aside = 0.7, 0.02, 0.06, 0.09
-    point = -np.exp(-1j * (turn - angle)) * (ahead + 1j * aside)  # the guided point in the collar's axes
-    place = np.exp(1j * angle) * (0.35 + ahead + 1j * aside)
+    point = -np.exp(-1j * (turn - angle)) * (ahead + 1j * aside)  # the guided point in body axes of the collar
+    position = np.exp(1j * angle) * (0.35 + ahead + 1j * aside)
     scene = make_scene(
         bodies=[rod_body("rod", mass, length), rotating_body("collar", collar, inertia)],
         joints=[
@@ -385,7 +388,7 @@ def collar_on_a_turning_rod(angle: float = 0.3, turn: float = 0.5) -> ExactCase:
             ),
         ],
         readings=[body_angle("rod", "turn"), _along("way", "rod", "collar", -length / 2, angle, ahead), body_angle("collar")],
-        sketch=[(length / 2, 0.0, 0.0), (place.real, place.imag, turn)],
+        sketch=[(length / 2, 0.0, 0.0), (position.real, position.imag, turn)],
         values={"turn": start[0], "way": start[2]},
         rates={"turn": start[1], "way": start[3]},
         gravity=0.0,
@@ -399,14 +402,14 @@ def collar_on_a_turning_rod(angle: float = 0.3, turn: float = 0.5) -> ExactCase:
     inner = mass_on_rotating_path_solution(mass * length**2 / 3 + inertia, collar, path, start)
 
     def exact(times):
-        told = inner(times)
-        return {**told, "collar": (told["turn"][0] + turn, told["turn"][1])}
+        relative_motion = inner(times)
+        return {**relative_motion, "collar": (relative_motion["turn"][0] + turn, relative_motion["turn"][1])}
 
     return ExactCase(scene=scene, exact=exact)
 
 
 def _along(name: str, body: str, point_body: str, x: float, angle: float, zero: float = 0.0) -> PointCoordinate:
-    """How far a body's mass centre is along a direction of another body, from its point (x, 0)."""
+    """Return a reading of a mass centre along a direction of another body, from the point (x, 0) of that body."""
     return PointCoordinate(
         name=name,
         quantity="length",
@@ -419,7 +422,7 @@ def _along(name: str, body: str, point_body: str, x: float, angle: float, zero: 
 
 
 def rod_through_a_swivel() -> ExactCase:
-    """A rod that slides through a swivel which stands still: the line is the rod's, the point on it the ground's."""
+    """A rod that slides through a fixed swivel: the guide line is on the rod, the guided point on the ground."""
     mass, inertia, start = 1.4, 0.06, (0.2, 0.5, -0.4, 1.5)
     scene = make_scene(
         bodies=[rotating_body("rod", mass, inertia)],
@@ -436,14 +439,14 @@ def rod_through_a_swivel() -> ExactCase:
         duration=0.6,
     )
 
-    def slope(_, state):
-        way, speed, turn, rate = state
-        twist = -mass * way * (2 * speed * rate + GRAVITY * math.cos(turn)) / (inertia + mass * way**2)
-        return [speed, way * rate**2 - GRAVITY * math.sin(turn), rate, twist]
+    def state_rate(_, state):
+        displacement, speed, turn, rate = state
+        twist = -mass * displacement * (2 * speed * rate + GRAVITY * math.cos(turn)) / (inertia + mass * displacement**2)
+        return [speed, displacement * rate**2 - GRAVITY * math.sin(turn), rate, twist]
 
     def exact(times):
-        way, speed, turn, rate = integrate_state(slope, start, times)
-        return {"turn": (turn, rate), "way": (way, speed)}
+        displacement, speed, turn, rate = integrate_state(state_rate, start, times)
+        return {"turn": (turn, rate), "way": (displacement, speed)}
 
     return ExactCase(scene=scene, exact=exact)
 
@@ -467,7 +470,7 @@ def bead_in_a_round_slot() -> ExactCase:
 
 
 def bead_in_a_round_slot_of_a_pendulum() -> ExactCase:
-    """The slot in a plate that swings about a pin: a double pendulum, in its two angles from below."""
+    """A slot in a plate that swings about a pin: a double pendulum, in its two angles from the downward vertical."""
     plate, mass, inertia, centre, slot, radius = 2.0, 0.8, 0.05, 0.25, 0.4, 0.2
     start = (0.6, 0.0, -0.5, 0.0)
     knee = slot * math.sin(start[0]), -slot * math.cos(start[0])
@@ -483,9 +486,9 @@ def bead_in_a_round_slot_of_a_pendulum() -> ExactCase:
         size=slot + radius,
         duration=0.8,
     )
-    whole = inertia + plate * centre**2 + mass * slot**2
+    total_inertia = inertia + plate * centre**2 + mass * slot**2
 
-    def slope(_, state):
+    def state_rate(_, state):
         p, u, q, v = state
         coupling = mass * slot * radius * math.cos(p - q)
         twist = mass * slot * radius * math.sin(p - q)
@@ -493,11 +496,11 @@ def bead_in_a_round_slot_of_a_pendulum() -> ExactCase:
             -twist * v**2 - (plate * centre + mass * slot) * GRAVITY * math.sin(p),
             twist * u**2 - mass * GRAVITY * radius * math.sin(q),
         ]
-        bends = np.linalg.solve([[whole, coupling], [coupling, mass * radius**2]], right)
-        return [u, bends[0], v, bends[1]]
+        accelerations = np.linalg.solve([[total_inertia, coupling], [coupling, mass * radius**2]], right)
+        return [u, accelerations[0], v, accelerations[1]]
 
     def exact(times):
-        p, u, q, v = integrate_state(slope, start, times)
+        p, u, q, v = integrate_state(state_rate, start, times)
         return {
             "plate": (p, u),
             "x": (slot * np.sin(p) + radius * np.sin(q), slot * np.cos(p) * u + radius * np.cos(q) * v),
@@ -511,7 +514,7 @@ STEEPNESS = 1.5
 
 
 def bead_on_a_parabola(curve: Curve | None = None) -> ExactCase:
-    """A bead on y = a x^2, by the curve itself or by a table of its points."""
+    """A bead on y = a x^2, as a polynomial or as a table of points."""
     start = 0.6
     scene = make_scene(
         bodies=[point_mass("bead", 0.9)],
@@ -540,25 +543,25 @@ def bead_on_a_parabola(curve: Curve | None = None) -> ExactCase:
 
 
 def bead_on_a_table_of_the_parabola() -> ExactCase:
-    """A cubic spline through points of a parabola is that parabola: third differences vanish at its ends too."""
+    """The same bead on a cubic spline through points of the parabola, which reproduces it: its third derivative is 0."""
     x = np.linspace(-0.8, 0.8, 33)
     return bead_on_a_parabola(SplineCurve(x=tuple(x.tolist()), y=tuple((STEEPNESS * x**2).tolist())))
 
 
 def bead_on_a_turning_curve(angle: float = -0.4) -> ExactCase:
-    """A bead on a cubic curve of a body that turns freely about a pin beside the curve's origin."""
+    """A bead on a cubic curve of a body that rotates freely about a pin away from the origin of the curve."""
     coefficients, inertia, mass, start = (0.1, 0.3, -0.8, 0.9), 0.2, 0.5, (0.2, 3.0, 0.3, 0.5)
-    x, y = 0.15, -0.1  # the curve's origin from the pin, in the body's axes
+    x, y = 0.15, -0.1  # origin of the curve relative to the pin, in body axes
     turn = np.exp(1j * angle)
 
     def path(s):
         c = coefficients
-        places = (
+        path_derivatives = (
             x + 1j * y + turn * (s + 1j * (((c[3] * s + c[2]) * s + c[1]) * s + c[0])),
             turn * (1 + 1j * ((3 * c[3] * s + 2 * c[2]) * s + c[1])),
             turn * 1j * (6 * c[3] * s + 2 * c[2]),
         )
-        return tuple((place.real, place.imag) for place in places)
+        return tuple((position.real, position.imag) for position in path_derivatives)
 
     first = np.exp(1j * start[0]) * complex(*path(start[2])[0])
     scene = make_scene(
@@ -595,7 +598,7 @@ def bead_on_a_turning_curve(angle: float = -0.4) -> ExactCase:
 # --- gears and racks --------------------------------------------------------------------------------------------------
 
 
-def _wheels(off: float, values: Mapping[str, float], torque: float, ratio: float, offset: float) -> Scene:
+def _geared_wheels_scene(off: float, values: Mapping[str, float], torque: float, ratio: float, offset: float) -> Scene:
     start = values["first"]
     turned = ratio * start + offset
     return make_scene(
@@ -614,22 +617,22 @@ def _wheels(off: float, values: Mapping[str, float], torque: float, ratio: float
 
 
 def geared_wheels() -> ExactCase:
-    """Two wheels in mesh with a torque on one: its own inertia and the other's, times the ratio squared."""
+    """Two gears with a torque on one: the inertia of the other counts times the squared ratio."""
     ratio, offset, torque = -0.5, 0.4, 0.6
-    scene = _wheels(0.0, {"first": 0.1}, torque, ratio, offset)
-    bend = torque / (0.04 + ratio**2 * 0.3)
+    scene = _geared_wheels_scene(0.0, {"first": 0.1}, torque, ratio, offset)
+    acceleration = torque / (0.04 + ratio**2 * 0.3)
 
     def exact(times):
-        angle, rate = 0.1 + bend * times**2 / 2, bend * times
+        angle, rate = 0.1 + acceleration * times**2 / 2, acceleration * times
         return {"first": (angle, rate), "second": (ratio * angle + offset, ratio * rate)}
 
     return ExactCase(scene=scene, exact=exact, order=NO_ERROR)
 
 
 def geared_pendulum() -> ExactCase:
-    """The second wheel's mass centre lies off its shaft, so that it swings and takes the first one along."""
+    """Two gears; the mass centre of the second is off its shaft, so that it swings and drives the first."""
     ratio, offset, off, start = -0.5, 0.4, 0.15, 1.7
-    scene = _wheels(off, {"first": (start - offset) / ratio}, 0.0, ratio, offset)
+    scene = _geared_wheels_scene(off, {"first": (start - offset) / ratio}, 0.0, ratio, offset)
     inertia = 0.3 + 5.0 * off**2 + 0.04 / ratio**2
 
     def exact(times):
@@ -639,28 +642,33 @@ def geared_pendulum() -> ExactCase:
     return ExactCase(scene=scene, exact=exact)
 
 
-def falling_rack(lean: float = 1.2) -> ExactCase:
-    """A rack slides down a steep guide and turns a pinion, which is the heavier for it."""
+def falling_rack(inclination: float = 1.2) -> ExactCase:
+    """A rack slides down a steep guide and drives a pinion, whose inertia adds to its mass."""
     radius, inertia, mass, offset = -0.1, 0.03, 2.0, 0.05
-    ahead = offset - 0.1 * math.cos(lean)  # of the guide's foot, at angle 0, where the way from the pinion is `offset`
+    ahead = offset - 0.1 * math.cos(inclination)  # position on the guide at angle 0, where the rack coordinate is `offset`
     scene = make_scene(
         bodies=[rotating_body("pinion", 1.0, inertia), point_mass("rack", mass)],
         joints=[
             Pin(name="shaft", first=ground_point(), second=body_point("pinion")),
-            Slider(name="guide", first=ground_point(0.1), second=body_point("rack"), angle=lean),
-            RackAndPinion(name="teeth", first=body_point("pinion"), second=body_point("rack"), radius=radius, angle=lean, offset=offset),
+            Slider(name="guide", first=ground_point(0.1), second=body_point("rack"), angle=inclination),
+            RackAndPinion(
+                name="teeth", first=body_point("pinion"), second=body_point("rack"), radius=radius, angle=inclination, offset=offset
+            ),
         ],
         readings=[body_angle("pinion"), y_reading("rack")],
-        sketch=[(0.0, 0.0, 0.0), (0.1 + ahead * math.cos(lean), ahead * math.sin(lean), 0.0)],
+        sketch=[(0.0, 0.0, 0.0), (0.1 + ahead * math.cos(inclination), ahead * math.sin(inclination), 0.0)],
         values={"pinion": 0.0},
         size=0.2,
         duration=0.5,
     )
-    bend = -GRAVITY * math.sin(lean) / (1 + inertia / (mass * radius**2))  # along the guide
+    acceleration = -GRAVITY * math.sin(inclination) / (1 + inertia / (mass * radius**2))  # along the guide
 
     def exact(times):
-        way, speed = bend * times**2 / 2, bend * times
-        return {"pinion": (way / radius, speed / radius), "y": ((ahead + way) * math.sin(lean), speed * math.sin(lean))}
+        displacement, speed = acceleration * times**2 / 2, acceleration * times
+        return {
+            "pinion": (displacement / radius, speed / radius),
+            "y": ((ahead + displacement) * math.sin(inclination), speed * math.sin(inclination)),
+        }
 
     return ExactCase(scene=scene, exact=exact, impulse=False)
 
@@ -673,8 +681,8 @@ CRANK_INERTIA = 0.02
 
 def _slider_crank(motion: PrescribedMotion, start: float, duration: float) -> Scene:
     pin = ENGINE_KINEMATICS.crank * np.exp(1j * start)
-    lean = float(ENGINE_KINEMATICS.rod_angle(np.array(start))[0])
-    middle = pin + np.exp(1j * lean) * ENGINE_KINEMATICS.rod / 2
+    inclination = float(ENGINE_KINEMATICS.rod_angle(np.array(start))[0])
+    middle = pin + np.exp(1j * inclination) * ENGINE_KINEMATICS.rod / 2
     return make_scene(
         bodies=[
             rotating_body("crank", 4.0, CRANK_INERTIA),
@@ -689,7 +697,11 @@ def _slider_crank(motion: PrescribedMotion, start: float, duration: float) -> Sc
             RotationalDriver(name="drive", first=ground_point(), second=body_point("crank"), motion=motion),
         ],
         readings=[body_angle("crank"), x_reading("piston"), body_angle("rod")],
-        sketch=[(0.0, 0.0, start), (middle.real, middle.imag, lean), (float(ENGINE_KINEMATICS.piston(np.array(start))[0]), 0.0, 0.0)],
+        sketch=[
+            (0.0, 0.0, start),
+            (middle.real, middle.imag, inclination),
+            (float(ENGINE_KINEMATICS.piston(np.array(start))[0]), 0.0, 0.0),
+        ],
         size=ENGINE_KINEMATICS.rod,
         duration=duration,
         output_interval=duration / 20,
@@ -697,9 +709,9 @@ def _slider_crank(motion: PrescribedMotion, start: float, duration: float) -> Sc
 
 
 def _crank_readings(angle: FloatArray, rate: FloatArray) -> ExactReadings:
-    way, way1, _ = ENGINE_KINEMATICS.piston(angle)
-    lean, lean1, _ = ENGINE_KINEMATICS.rod_angle(angle)
-    return {"crank": (angle, rate), "x": (way, way1 * rate), "rod": (lean, lean1 * rate)}
+    displacement, displacement1, _ = ENGINE_KINEMATICS.piston(angle)
+    inclination, inclination1, _ = ENGINE_KINEMATICS.rod_angle(angle)
+    return {"crank": (angle, rate), "x": (displacement, displacement1 * rate), "rod": (inclination, inclination1 * rate)}
 
 
 def driven_slider_crank() -> ExactCase:
@@ -719,16 +731,16 @@ def crank_motion(times: FloatArray) -> tuple[FloatArray, FloatArray, FloatArray]
 
 
 def slider_crank_driven_by_a_table() -> ExactCase:
-    """The same crank driven through a few points, which a natural spline joins."""
+    """The same crank driven by a natural spline through a few points."""
     scene = _slider_crank(PrescribedMotion(times=MOTION_TABLE[0], values=MOTION_TABLE[1]), MOTION_TABLE[1][0], 0.6)
     return ExactCase(scene=scene, exact=lambda times: _crank_readings(*crank_motion(times)[:2]), step=0.0025)
 
 
 def pendulum_on_a_driven_support() -> ExactCase:
-    """A rod hung from a support that a drive moves to and fro, as a table of many points says."""
+    """A rod that hangs from a support driven to and fro by a table of many points."""
     length, mass, start = 0.6, 1.5, 0.4
     at = np.linspace(0.0, 1.2, 25)
-    way = 0.05 * np.sin(9.0 * at)
+    displacement = 0.05 * np.sin(9.0 * at)
     scene = make_scene(
         bodies=[point_mass("support", 2.0), rod_body("rod", mass, length)],
         joints=[
@@ -738,7 +750,7 @@ def pendulum_on_a_driven_support() -> ExactCase:
                 first=ground_point(-0.2),
                 second=body_point("support"),
                 angle=0.0,
-                motion=PrescribedMotion(times=tuple(at.tolist()), values=tuple((0.2 + way).tolist())),
+                motion=PrescribedMotion(times=tuple(at.tolist()), values=tuple((0.2 + displacement).tolist())),
             ),
             Pin(name="hinge", first=body_point("support"), second=body_point("rod", y=length / 2)),
         ],
@@ -749,21 +761,21 @@ def pendulum_on_a_driven_support() -> ExactCase:
         size=length,
         duration=1.2,
     )
-    spline = CubicSpline(at, way, bc_type="natural")
+    spline = CubicSpline(at, displacement, bc_type="natural")
 
-    def slope(time, state):
-        lean = GRAVITY * math.sin(state[0]) + float(spline(time, 2)) * math.cos(state[0])
-        return [state[1], -lean / (2 * length / 3)]
+    def state_rate(time, state):
+        inclination = GRAVITY * math.sin(state[0]) + float(spline(time, 2)) * math.cos(state[0])
+        return [state[1], -inclination / (2 * length / 3)]
 
     def exact(times):
-        angle, rate = integrate_state(slope, (start, 0.0), times, breaks=at)
+        angle, rate = integrate_state(state_rate, (start, 0.0), times, breaks=at)
         return {"rod": (angle, rate), "x": (spline(times), spline(times, 1))}
 
     return ExactCase(scene=scene, exact=exact)
 
 
 def counterweight_driven_backwards() -> ExactCase:
-    """A drive told from a wheel to the ground: the ground's angle less the wheel's, which therefore turns back."""
+    """A drive from a wheel to the ground: it prescribes the ground angle minus the wheel angle, so the wheel turns backward."""
     speed = 4.0
     scene = make_scene(
         bodies=[rotating_body("wheel", 3.0, 0.1), point_mass("bob", 1.0)],
@@ -782,18 +794,18 @@ def counterweight_driven_backwards() -> ExactCase:
         output_interval=0.05,
     )
 
-    def slope(time, state):
+    def state_rate(time, state):
         return [state[1], state[0] * speed**2 + GRAVITY * math.sin(0.3 + speed * time)]
 
     def exact(times):
-        way, rate = integrate_state(slope, (0.2, 0.4), times)
-        return {"wheel": (-0.3 - speed * times, np.full_like(times, -speed)), "way": (way, rate)}
+        displacement, rate = integrate_state(state_rate, (0.2, 0.4), times)
+        return {"wheel": (-0.3 - speed * times, np.full_like(times, -speed)), "way": (displacement, rate)}
 
     return ExactCase(scene=scene, exact=exact)
 
 
 def bead_driven_along_a_turning_rod() -> ExactCase:
-    """A drive moves a bead outward on a rod that turns freely: it slows as its moment of inertia grows."""
+    """A drive moves a bead outward on a freely rotating rod, which slows down as the moment of inertia grows."""
     inertia, mass, rate, first, speed = 0.5, 1.5, 3.0, 0.2, 0.6
     scene = make_scene(
         bodies=[rotating_body("rod", 2.0, inertia), point_mass("bead", mass)],
@@ -818,9 +830,9 @@ def bead_driven_along_a_turning_rod() -> ExactCase:
     unit = math.sqrt(mass / inertia)
 
     def exact(times):
-        way = first + speed * times
-        swept = momentum / (inertia * unit * speed) * (np.arctan(unit * way) - math.atan(unit * first))
-        return {"turn": (swept, momentum / (inertia + mass * way**2)), "way": (way, np.full_like(times, speed))}
+        displacement = first + speed * times
+        rotation = momentum / (inertia * unit * speed) * (np.arctan(unit * displacement) - math.atan(unit * first))
+        return {"turn": (rotation, momentum / (inertia + mass * displacement**2)), "way": (displacement, np.full_like(times, speed))}
 
     return ExactCase(scene=scene, exact=exact)
 
@@ -839,17 +851,17 @@ def hanging_spring() -> ExactCase:
         loads=[Spring(name="spring", first=ground_point(0.1), second=body_point("mass"), stiffness=stiffness, free_length=free)],
         size=free,
     )
-    rest, fast = -free - mass * GRAVITY / stiffness, math.sqrt(stiffness / mass)
+    rest, frequency = -free - mass * GRAVITY / stiffness, math.sqrt(stiffness / mass)
 
     def exact(times):
         swing = start - rest
-        return {"y": (rest + swing * np.cos(fast * times), -swing * fast * np.sin(fast * times))}
+        return {"y": (rest + swing * np.cos(frequency * times), -swing * frequency * np.sin(frequency * times))}
 
     return ExactCase(scene=scene, exact=exact)
 
 
 def spring_between_two_masses() -> ExactCase:
-    """Two bodies on one rail that do not turn, with a spring from off-centre points of each: swing and drift."""
+    """Two bodies without rotation on one rail, with a spring between off-centre points: oscillation and drift."""
     masses, stiffness, free, speeds = (1.0, 2.5), 60.0, 0.3, (0.4, -0.3)
     scene = make_scene(
         bodies=[point_mass("left", masses[0]), point_mass("right", masses[1])],
@@ -864,15 +876,15 @@ def spring_between_two_masses() -> ExactCase:
         size=0.5,
     )
     total = sum(masses)
-    fast = math.sqrt(stiffness * total / (masses[0] * masses[1]))
+    frequency = math.sqrt(stiffness * total / (masses[0] * masses[1]))
     drift = (masses[0] * speeds[0] + masses[1] * speeds[1]) / total
     centre = masses[1] * 0.5 / total
 
     def exact(times):
         stretch, opening = 0.5 - 0.1 - free, speeds[1] - speeds[0]
-        cosine, sine = np.cos(fast * times), np.sin(fast * times)
-        apart = free + 0.1 + stretch * cosine + opening / fast * sine
-        rate = opening * cosine - stretch * fast * sine
+        cosine, sine = np.cos(frequency * times), np.sin(frequency * times)
+        apart = free + 0.1 + stretch * cosine + opening / frequency * sine
+        rate = opening * cosine - stretch * frequency * sine
         middle = centre + drift * times
         return {
             "left": (middle - masses[1] / total * apart, drift - masses[1] / total * rate),
@@ -883,9 +895,9 @@ def spring_between_two_masses() -> ExactCase:
 
 
 def spring_across_a_pendulum() -> ExactCase:
-    """A rod on a pin, with a spring from off its axis to the ground: the spring's direction turns."""
+    """A rod on a pin, with a spring from a point off its axis to the ground: the direction of the spring varies."""
     mass, length, stiffness, free, start = 1.5, 0.7, 80.0, 0.25, 0.9
-    hook, anchor = 0.4 + 0.1j, 0.3 - 0.9j  # the hook from the pin, with the rod along x
+    hook, anchor = 0.4 + 0.1j, 0.3 - 0.9j  # the hook relative to the pin, for the rod along x
     scene = make_scene(
         bodies=[rod_body("rod", mass, length)],
         joints=[Pin(name="hinge", first=ground_point(), second=body_point("rod", -length / 2))],
@@ -905,10 +917,10 @@ def spring_across_a_pendulum() -> ExactCase:
     )
 
     def push(q, _):
-        place = hook * np.exp(1j * q)
-        line = anchor - place
+        position = hook * np.exp(1j * q)
+        line = anchor - position
         pull = stiffness * (abs(line) - free) * line / abs(line)
-        return (pull * (1j * place).conjugate()).real - mass * GRAVITY * length / 2 * math.cos(q)
+        return (pull * (1j * position).conjugate()).real - mass * GRAVITY * length / 2 * math.cos(q)
 
     def exact(times):
         return {"rod": tuple(integrate_one_coordinate(lambda _: (mass * length**2 / 3, 0.0), push, (start - math.pi / 2, 0.0), times))}
@@ -917,11 +929,11 @@ def spring_across_a_pendulum() -> ExactCase:
 
 
 def damped_oscillation(times: FloatArray, square: float, decay: float, start: float, speed: float) -> tuple[FloatArray, FloatArray]:
-    """The damped oscillator x'' + 2 decay x' + square x = 0, in its three regimes, by complex roots."""
+    """Return x and its rate for x'' + 2 decay x' + square x = 0, in all three damping regimes, by complex roots."""
     if math.isclose(decay**2, square):
-        slope = speed + decay * start
+        state_rate = speed + decay * start
         fall = np.exp(-decay * times)
-        return (start + slope * times) * fall, (slope - decay * (start + slope * times)) * fall
+        return (start + state_rate * times) * fall, (state_rate - decay * (start + state_rate * times)) * fall
     root = np.sqrt(complex(decay**2 - square))
     one, two = -decay + root, -decay - root
     a = (speed - two * start) / (one - two)
@@ -930,19 +942,21 @@ def damped_oscillation(times: FloatArray, square: float, decay: float, start: fl
 
 
 def damped_mass(ratio: float = 0.2) -> ExactCase:
-    """A mass between a spring and a damper, `ratio` of the critical damping, on an inclined rail."""
-    mass, stiffness, free, lean = 1.2, 90.0, 0.4, 0.5
-    fast = math.sqrt(stiffness / mass)
-    decay = ratio * fast
-    rest = free + mass * GRAVITY * math.sin(lean) / stiffness  # up the rail, the anchor above
-    u = np.exp(1j * lean)
-    start, speed, anchor = 0.3, 1.0, 1.0 * u  # the mass at (1 - way) along the rail
-    place = (1.0 - start) * u
+    """A mass between a spring and a damper of damping ratio `ratio`, on an inclined rail."""
+    mass, stiffness, free, inclination = 1.2, 90.0, 0.4, 0.5
+    frequency = math.sqrt(stiffness / mass)
+    decay = ratio * frequency
+    rest = (
+        free + mass * GRAVITY * math.sin(inclination) / stiffness
+    )  # spring length at equilibrium; the anchor is at the upper end of the rail
+    u = np.exp(1j * inclination)
+    start, speed, anchor = 0.3, 1.0, 1.0 * u  # the mass is at (1 - displacement) along the rail
+    position = (1.0 - start) * u
     scene = make_scene(
         bodies=[point_mass("mass", mass)],
-        joints=[Slider(name="rail", first=ground_point(), second=body_point("mass"), angle=lean)],
+        joints=[Slider(name="rail", first=ground_point(), second=body_point("mass"), angle=inclination)],
         readings=[PointDistance(name="way", quantity="length", first=ground_point(anchor.real, anchor.imag), second=body_point("mass"))],
-        sketch=[(place.real, place.imag, 0.0)],
+        sketch=[(position.real, position.imag, 0.0)],
         loads=[
             Spring(
                 name="spring",
@@ -958,14 +972,14 @@ def damped_mass(ratio: float = 0.2) -> ExactCase:
     )
 
     def exact(times):
-        way, rate = damped_oscillation(times, stiffness / mass, decay, start - rest, speed)
-        return {"way": (rest + way, rate)}
+        displacement, rate = damped_oscillation(times, stiffness / mass, decay, start - rest, speed)
+        return {"way": (rest + displacement, rate)}
 
     return ExactCase(scene=scene, exact=exact)
 
 
 def damper_across_a_pendulum() -> ExactCase:
-    """A rod on a pin, with a damper from off its axis to the ground: its direction turns."""
+    """A rod on a pin, with a damper from a point off its axis to the ground: the direction of the damper varies."""
     mass, length, damping, start = 1.5, 0.7, 6.0, 1.4
     hook, anchor = 0.5 + 0.1j, 0.5 - 0.9j
     scene = make_scene(
@@ -986,9 +1000,9 @@ def damper_across_a_pendulum() -> ExactCase:
     )
 
     def push(q, rate):
-        place = hook * np.exp(1j * q)
-        along = (place - anchor) / abs(place - anchor)
-        arm = (1j * place * along.conjugate()).real
+        position = hook * np.exp(1j * q)
+        along = (position - anchor) / abs(position - anchor)
+        arm = (1j * position * along.conjugate()).real
         return -damping * arm**2 * rate - mass * GRAVITY * length / 2 * math.cos(q)
 
     def exact(times):
@@ -1022,7 +1036,7 @@ def torsion_pendulum(damping: float = 0.0) -> ExactCase:
 
 
 def two_wheels_on_one_wire() -> ExactCase:
-    """Two wheels, a torsion spring and a torsion damper between them, neither of them held."""
+    """Two free wheels with a torsion spring and a torsion damper between them."""
     inertias, stiffness, damping, free, start, rates = (0.2, 0.5), 8.0, 0.15, 0.3, (0.1, 1.4), (2.0, -0.5)
     scene = make_scene(
         bodies=[rotating_body("first", 2.0, inertias[0]), rotating_body("second", 3.0, inertias[1])],
@@ -1059,18 +1073,18 @@ def two_wheels_on_one_wire() -> ExactCase:
 # --- torques and forces -----------------------------------------------------------------------------------------------
 
 STEPPED_PROGRAM = InputFunction(times=(0.0, 0.3, 0.45, 0.45, 0.7, 0.9), values=(0.5, 2.0, -0.4, 1.2, 0.3, 0.3))
-"""Smooth to 0.45 s, a step there, smooth again, level from 0.9 s on; breaks off the reported tenths of a second."""
+"""Smooth to 0.45 s, a jump there, smooth again, constant from 0.9 s on; its breakpoints are not all output times."""
 
 
 def stepped_program_integrals(times: FloatArray) -> tuple[FloatArray, FloatArray, FloatArray]:
-    """STEPPED at times (n,), its integral from 0 and the integral of that: monotone cubics on either side."""
+    """Return the value of STEPPED_PROGRAM at times (n,), its integral from 0 s and the integral of that."""
     at, values = np.array(STEPPED_PROGRAM.times), np.array(STEPPED_PROGRAM.values)
     first, second = PchipInterpolator(at[:3], values[:3]), PchipInterpolator(at[3:], values[3:])
     early, late = np.minimum(times, 0.45), np.clip(times, 0.45, 0.9)
     beyond = np.maximum(times - 0.9, 0.0)
     once = first.antiderivative(), second.antiderivative()
     twice = first.antiderivative(2), second.antiderivative(2)
-    # The polynomials' integrals start at 0 at their first point.
+    # The antiderivatives are 0 at their first points.
     level = np.where(times < 0.45, first(early), np.where(times < 0.9, second(late), values[-1]))
     single = once[0](early) + once[1](late) + values[-1] * beyond
     late_way = np.maximum(times - 0.45, 0.0)
@@ -1080,7 +1094,7 @@ def stepped_program_integrals(times: FloatArray) -> tuple[FloatArray, FloatArray
 
 
 def wheel_under_a_torque(*, constant: bool) -> ExactCase:
-    """A wheel under a given moment, constant or in time with a step."""
+    """A wheel under an applied torque, constant or with a jump in time."""
     inertia, start, rate = 0.2, 0.3, -1.0
     program = InputFunction(values=(1.5,)) if constant else STEPPED_PROGRAM
     scene = make_scene(
@@ -1101,7 +1115,7 @@ def wheel_under_a_torque(*, constant: bool) -> ExactCase:
 
 
 def torque_between_two_wheels() -> ExactCase:
-    """A moment in time that one wheel takes from the other."""
+    """A torque against time between two wheels."""
     inertias = 0.2, 0.5
     scene = make_scene(
         bodies=[rotating_body("first", 2.0, inertias[0]), rotating_body("second", 3.0, inertias[1])],
@@ -1123,12 +1137,12 @@ def torque_between_two_wheels() -> ExactCase:
 
 
 def mass_under_a_force(*, constant: bool) -> ExactCase:
-    """A mass on an inclined rail under a force of two parts, constant or one of them in time with a step."""
-    mass, lean, upward = 1.5, 0.4, 7.0
+    """A mass on an inclined rail under a force with two components, constant or one of them with a jump in time."""
+    mass, inclination, upward = 1.5, 0.4, 7.0
     along = InputFunction(values=(3.0,)) if constant else STEPPED_PROGRAM
     scene = make_scene(
         bodies=[point_mass("mass", mass)],
-        joints=[Slider(name="rail", first=ground_point(), second=body_point("mass"), angle=lean)],
+        joints=[Slider(name="rail", first=ground_point(), second=body_point("mass"), angle=inclination)],
         readings=[x_reading("mass"), y_reading("mass")],
         sketch=[(0.0, 0.0, 0.0)],
         loads=[Force(name="push", point=body_point("mass"), x=along, y=InputFunction(values=(upward,)))],
@@ -1137,18 +1151,21 @@ def mass_under_a_force(*, constant: bool) -> ExactCase:
 
     def exact(times):
         single, double = (3.0 * times, 1.5 * times**2) if constant else stepped_program_integrals(times)[1:]
-        rising = (upward / mass - GRAVITY) * math.sin(lean)
-        way = math.cos(lean) / mass * double + rising * times**2 / 2
-        rate = math.cos(lean) / mass * single + rising * times
-        return {"x": (math.cos(lean) * way, math.cos(lean) * rate), "y": (math.sin(lean) * way, math.sin(lean) * rate)}
+        rising = (upward / mass - GRAVITY) * math.sin(inclination)
+        displacement = math.cos(inclination) / mass * double + rising * times**2 / 2
+        rate = math.cos(inclination) / mass * single + rising * times
+        return {
+            "x": (math.cos(inclination) * displacement, math.cos(inclination) * rate),
+            "y": (math.sin(inclination) * displacement, math.sin(inclination) * rate),
+        }
 
     return ExactCase(scene=scene, exact=exact, order=NO_ERROR if constant else SECOND_ORDER)
 
 
 def pushed_plate(*, carried: bool) -> ExactCase:
-    """A plate with a force off its centre that keeps its direction as the plate turns: on a trolley, or free of joints.
+    """A plate with an off-centre force of constant direction, on a trolley or without joints.
 
-    The trolley takes up what moves the plate up or down.
+    The rail of the trolley takes the vertical force.
     """
     mass, inertia, trolley, hook, upward = 1.5, 0.05, 0.8, 0.2 + 0.1j, 4.0
     joints = [
@@ -1166,15 +1183,15 @@ def pushed_plate(*, carried: bool) -> ExactCase:
     )
     before, after = (PchipInterpolator(STEPPED_PROGRAM.times[side], STEPPED_PROGRAM.values[side]) for side in (slice(3), slice(3, 6)))
 
-    def slope(time, state, push):
+    def state_rate(time, state, push):
         arm = hook * np.exp(1j * state[0])
         return [state[1], (arm.real * upward - arm.imag * push(min(time, 0.9))) / inertia]
 
     def exact(times):
         early, late = times[times <= 0.45], times[times > 0.45]
-        first = integrate_state(lambda t, y: slope(t, y, before), (0.4, 1.0), np.append(early, 0.45))
+        first = integrate_state(lambda t, y: state_rate(t, y, before), (0.4, 1.0), np.append(early, 0.45))
         kinks = [at - 0.45 for at in (0.7, 0.9)]
-        second = integrate_state(lambda t, y: slope(t + 0.45, y, after), first[:, -1], late - 0.45, breaks=kinks)
+        second = integrate_state(lambda t, y: state_rate(t + 0.45, y, after), first[:, -1], late - 0.45, breaks=kinks)
         turn, rate = np.concatenate([first[:, :-1], second], axis=1)
         _, single, double = stepped_program_integrals(times)
         moved = mass + trolley if carried else mass
@@ -1227,4 +1244,4 @@ CASES: dict[str, Callable[[], ExactCase]] = {
     "force off centre": lambda: pushed_plate(carried=True),
     "force off centre, no joints": lambda: pushed_plate(carried=False),
 }
-"""By what they are about."""
+"""Cases by the joint or force element under test."""

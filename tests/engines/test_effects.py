@@ -1,4 +1,4 @@
-"""What sticks, strikes, brakes and goes slack in engines multibody and reduced, against closed answers and laws."""
+"""Friction, stops, dashpots and one-sided springs in the engines multibody and reduced, against closed forms and balances."""
 
 from __future__ import annotations
 
@@ -22,7 +22,8 @@ from governor_mechanism.engines import ImpulseEngine, MultibodyEngine, ReducedEn
 from governor_mechanism.mechanics.dynamics.contacts import ContactMode
 from governor_mechanism.mechanics.dynamics.lowering import make_system, with_held_values
 from governor_mechanism.model.joints import GROUND, Point, Slider
-from governor_mechanism.model.mechanism import Body, Mechanism, PointCoordinate
+from governor_mechanism.model.mechanism import Body, Mechanism
+from governor_mechanism.model.output_variables import PointCoordinate
 from governor_mechanism.model.scene import FIXED_PLANE, FreeSpindle, Part, RunSettings, Scene, Spindle, Start
 from governor_mechanism.model.time_functions import InputFunction
 from governor_mechanism.model.trajectory import Outcome
@@ -48,17 +49,17 @@ def porter(speed, *effects, angle=30.0, duration=10.0, output_interval=0.01):
 
 
 def block(*effects, start=0.0, rate=0.0, duration=10.0, mass=2.0, upright=False):
-    """A mass on a straight slide, level or upright, with the reading 'way'."""
+    """Return a mass on a straight slide, horizontal or vertical, with the reading 'displacement'."""
     angle = math.pi / 2 if upright else 0.0
     mechanism = Mechanism(
         bodies=(Body(name="block", mass=mass, can_rotate=False),),
         joints=(Slider(name="slide", first=Point(body=GROUND), second=Point(body="block"), angle=angle),),
         readings=(
             PointCoordinate(
-                name="way", quantity="length", point=Point(body="block"), direction_x=math.cos(angle), direction_y=math.sin(angle)
+                name="displacement", quantity="length", point=Point(body="block"), direction_x=math.cos(angle), direction_y=math.sin(angle)
             ),
         ),
-        coordinate="way",
+        coordinate="displacement",
         length_scale=1.0,
         initial_guess=((0.0, 0.0, 0.0),),
     )
@@ -67,7 +68,7 @@ def block(*effects, start=0.0, rate=0.0, duration=10.0, mass=2.0, upright=False)
         parts=(Part(name="block", machine="custom", dimensions={}, mechanism=mechanism, plane=FIXED_PLANE),),
         effects=effects,
         spindle=Spindle(),
-        start=Start(values={"way": start}, rates={"way": rate}),
+        start=Start(values={"displacement": start}, rates={"displacement": rate}),
         run=RunSettings(duration=duration, output_interval=duration / 200, accuracy=1e-9),
     )
 
@@ -80,7 +81,7 @@ def run(engine, scene, accuracy=1e-10, **options):
 
 @ENGINES
 @pytest.mark.parametrize(("towards", "name"), [(13.3, "rising_speed"), (11.0, "falling_speed")])
-def test_the_sleeve_first_moves_at_the_ends_of_the_standing_band(engine, towards, name):
+def test_sleeve_starts_to_move_at_the_ends_of_the_insensitivity_band(engine, towards, name):
     scene = porter(
         Spindle(times=(0.0, 10.0), speeds=(12.2, towards)), DryFriction(reading=LIFT, force=constant(FRICTION_BAND["resistance"]))
     )
@@ -88,13 +89,13 @@ def test_the_sleeve_first_moves_at_the_ends_of_the_standing_band(engine, towards
     first = result.events[0]
     assert (first.kind, first.subject) == ("slips", LIFT)
     speed = 12.2 + (towards - 12.2) * first.time / 10.0
-    assert speed == pytest.approx(FRICTION_BAND[name], abs=1e-8)  # asked
+    assert speed == pytest.approx(FRICTION_BAND[name], abs=1e-8)  # requirement
     before = result.times < first.time
     assert np.ptp(result.readings[LIFT][before]) == 0.0
 
 
 @ENGINES
-def test_what_sticks_does_not_creep(engine):
+def test_sticking_contact_does_not_creep(engine):
     scene = porter(12.2, DryFriction(reading=LIFT, force=constant(40.0)), duration=1000.0, output_interval=10.0)
     result = run(engine, scene, accuracy=1e-6)
     assert np.ptp(result.readings[LIFT]) == 0.0
@@ -103,10 +104,10 @@ def test_what_sticks_does_not_creep(engine):
 
 
 @ENGINES
-def test_an_oscillator_with_friction_loses_the_same_at_every_swing_and_stops(engine):
-    """Each half swing is a cosine about +-W / k; it ends where the spring can no longer overcome the friction."""
+def test_friction_oscillator_loses_a_constant_amplitude_and_stops(engine):
+    """Every half oscillation is a cosine about +-W / k; the last one ends where the spring force is below the friction force."""
     k, mass, hold, start = 50.0, 2.0, 3.0, 0.5
-    scene = block(OutputSpring(reading="way", rate=k), DryFriction(reading="way", force=constant(hold)), start=start)
+    scene = block(OutputSpring(reading="displacement", rate=k), DryFriction(reading="displacement", force=constant(hold)), start=start)
     result = run(engine, scene)
     half = math.pi * math.sqrt(mass / k)
     swings, place = 0, start
@@ -114,55 +115,55 @@ def test_an_oscillator_with_friction_loses_the_same_at_every_swing_and_stops(eng
         place, swings = -math.copysign(abs(place) - 2 * hold / k, place), swings + 1
     (stuck,) = result.events
     assert stuck.kind == "sticks"
-    assert stuck.time == pytest.approx(swings * half, abs=1e-9)  # asked
-    assert result.readings["way"][-1] == pytest.approx(place, abs=1e-11)
+    assert stuck.time == pytest.approx(swings * half, abs=1e-9)  # requirement
+    assert result.readings["displacement"][-1] == pytest.approx(place, abs=1e-11)
     spent = 0.5 * k * (start**2 - place**2)
     assert result.energy.dissipated_energy[-1] == pytest.approx(spent, rel=1e-10)
     way = sum(2 * (start - (2 * n + 1) * hold / k) for n in range(swings))
-    assert result.energy.dissipated_energy[-1] == pytest.approx(hold * way, rel=1e-8)  # work of W, asked
+    assert result.energy.dissipated_energy[-1] == pytest.approx(hold * way, rel=1e-8)  # work of W, requirement
 
 
 @ENGINES
-def test_friction_that_is_relieved_lets_go_at_once_and_holds_again_after_half_a_swing(engine):
+def test_reduced_friction_releases_at_once_and_sticks_after_half_an_oscillation(engine):
     k, mass, start = 50.0, 2.0, 0.1
     times, forces = (0.0, 1.0, 1.0, 3.0, 3.0, 4.0), (10.0, 10.0, 2.0, 2.0, 0.5, 0.5)
     scene = block(
-        OutputSpring(reading="way", rate=k),
-        DryFriction(reading="way", force=InputFunction(times=times, values=forces)),
+        OutputSpring(reading="displacement", rate=k),
+        DryFriction(reading="displacement", force=InputFunction(times=times, values=forces)),
         start=start,
         duration=5.0,
     )
     result = run(engine, scene)
     half = math.pi * math.sqrt(mass / k)
-    # 5 N of the spring are held by 10 N, not by 2; it swings to -(0.1 - 2 * 2 / 50) = -0.02, where 1 N is held by 2 N,
-    # but not by 0.5 N: to 0.02 - 2 * 0.5 / 50 = 0.
+    # 10 N of friction hold 5 N of the spring, 2 N do not. It moves to -(0.1 - 2 * 2 / 50) = -0.02, where 2 N hold 1 N,
+    # but 0.5 N do not: to 0.02 - 2 * 0.5 / 50 = 0.
     expected = [("slips", 1.0), ("sticks", 1.0 + half), ("slips", 3.0), ("sticks", 3.0 + half)]
     assert [event.kind for event in result.events] == [kind for kind, _ in expected]
     np.testing.assert_allclose([event.time for event in result.events], [time for _, time in expected], atol=1e-9)
-    assert result.readings["way"][-1] == pytest.approx(0.0, abs=1e-11)
+    assert result.readings["displacement"][-1] == pytest.approx(0.0, abs=1e-11)
 
 
 @ENGINES
 @pytest.mark.parametrize("restitution", [0.0, 0.3, 0.5, 0.9])
-def test_a_bouncing_body_comes_to_rest_when_it_should(engine, restitution):
-    """Thrown up from its stop at v it bounces with v, e v, e^2 v...: it rests after (2 v / g) / (1 - e)."""
+def test_bouncing_body_comes_to_rest_at_the_predicted_time(engine, restitution):
+    """Bounces start with rates v, e v, e^2 v, ...; the sum of their times is (2 v / g) / (1 - e)."""
     speed, mass = 2.0, 2.0
     rest = 2 * speed / G / (1 - restitution)
-    scene = block(Gravity(), Stops(reading="way", low=0.0, restitution=restitution), rate=speed, duration=1.1 * rest, upright=True)
+    scene = block(Gravity(), Stops(reading="displacement", low=0.0, restitution=restitution), rate=speed, duration=1.1 * rest, upright=True)
     result = run(engine, scene)
     strikes = [event.time for event in result.events if event.kind == "strikes its stop"]
     expected = 2 * speed / G * np.cumsum(restitution ** np.arange(len(strikes)))
     np.testing.assert_allclose(strikes, expected, atol=1e-9)
     assert result.events[-1].kind == "rests on its stop"
-    assert result.events[-1].time == pytest.approx(rest, abs=1e-9)  # asked
-    assert len(result.events) < 200  # bounded: the bounces end where they are below rounding
-    assert result.readings["way"].min() > -1e-12  # asked
-    assert result.readings["way"][-1] == pytest.approx(0.0, abs=1e-13)
+    assert result.events[-1].time == pytest.approx(rest, abs=1e-9)  # requirement
+    assert len(result.events) < 200  # the bounces end where they are below rounding
+    assert result.readings["displacement"].min() > -1e-12  # requirement
+    assert result.readings["displacement"][-1] == pytest.approx(0.0, abs=1e-13)
     assert result.energy.dissipated_energy[-1] == pytest.approx(0.5 * mass * speed**2, rel=1e-12)
     assert result.energy.drift < 1e-12
 
 
-def rest_of_rubbed_bounces(speed, restitution, slowing):
+def bouncing_time_with_friction(speed, restitution, slowing):
     """When what is thrown up at a speed rests, friction slowing it by so much: up under g + f, down under g - f, and
     each bounce shorter than the last by one ratio; and when it strikes.
     """
@@ -178,12 +179,12 @@ def rest_of_rubbed_bounces(speed, restitution, slowing):
     ("engine", "within"), [(MultibodyEngine(), 1e-9), (ReducedEngine(), 1e-9), (ImpulseEngine(), 1e-6)],
     ids=lambda value: getattr(value, "name", ""),
 )  # fmt: skip
-def test_a_bouncing_body_that_is_rubbed_rests_when_it_should(engine, within, share, restitution):
-    """At the top of a bounce friction does not hold it, however low that is; the bounces left have another ratio."""
+def test_bouncing_body_with_friction_comes_to_rest_at_the_predicted_time(engine, within, share, restitution):
+    """Friction does not hold the body at the top of a bounce, and it changes the ratio of successive bounces."""
     speed, mass = 2.0, 2.0
-    rest, strikes_at = rest_of_rubbed_bounces(speed, restitution, share * G)
-    rub = DryFriction(reading="way", force=constant(share * G * mass))
-    stop = Stops(reading="way", low=0.0, restitution=restitution)
+    rest, strikes_at = bouncing_time_with_friction(speed, restitution, share * G)
+    rub = DryFriction(reading="displacement", force=constant(share * G * mass))
+    stop = Stops(reading="displacement", low=0.0, restitution=restitution)
     scene = block(Gravity(), rub, stop, rate=speed, duration=1.1 * rest, upright=True)
     result = gm.run(scene, engine, accuracy=within)
     assert result.outcome is Outcome.DONE
@@ -192,12 +193,12 @@ def test_a_bouncing_body_that_is_rubbed_rests_when_it_should(engine, within, sha
     assert [event.kind for event in result.events if "stop" not in event.kind] == []
     assert result.events[-1].kind == "rests on its stop"
     assert result.events[-1].time == pytest.approx(rest, abs=within)
-    assert result.readings["way"][-1] == pytest.approx(0.0, abs=1e-12)
+    assert result.readings["displacement"][-1] == pytest.approx(0.0, abs=1e-12)
 
 
 @ENGINES
-def test_an_elastic_stop_loses_nothing(engine):
-    scene = block(Gravity(), Stops(reading="way", low=0.0, restitution=1.0), start=0.3, upright=True, duration=5.0)
+def test_elastic_stop_dissipates_no_energy(engine):
+    scene = block(Gravity(), Stops(reading="displacement", low=0.0, restitution=1.0), start=0.3, upright=True, duration=5.0)
     result = run(engine, scene)
     period = 2 * math.sqrt(2 * 0.3 / G)
     strikes = [event.time for event in result.events]
@@ -207,10 +208,10 @@ def test_an_elastic_stop_loses_nothing(engine):
 
 
 @ENGINES
-def test_stops_with_friction_hold_either_way(engine):
-    """Pressed on its stop, a block leaves it only when it is drawn off harder than the friction holds."""
+def test_stop_with_friction_holds_in_both_directions(engine):
+    """A block on its stop leaves it only when the force away from it exceeds the friction force."""
     ramp = InputFunction(times=(0.0, 10.0), values=(-20.0, 20.0))
-    scene = block(DryFriction(reading="way", force=constant(4.0)), Stops(reading="way", low=0.0), duration=10.0, mass=2.0)
+    scene = block(DryFriction(reading="displacement", force=constant(4.0)), Stops(reading="displacement", low=0.0), duration=10.0, mass=2.0)
     body = Point(body="block")
     from governor_mechanism.model.force_elements import Force
 
@@ -224,57 +225,57 @@ def test_stops_with_friction_hold_either_way(engine):
 
 
 @ENGINES
-def test_a_one_sided_spring_pulls_only_where_it_is_stretched(engine):
-    """A half oscillation on the spring, then flight at constant speed."""
+def test_one_sided_spring_pulls_only_when_stretched(engine):
+    """Half an oscillation on the spring, then motion at constant speed."""
     k, mass, speed = 50.0, 2.0, 1.0
-    scene = block(OutputSpring(reading="way", rate=k, one_sided=True), start=0.0, rate=speed, duration=3.0)
+    scene = block(OutputSpring(reading="displacement", rate=k, one_sided=True), start=0.0, rate=speed, duration=3.0)
     result = run(engine, scene)
     half = math.pi * math.sqrt(mass / k)
     (slack,) = result.events
     assert (slack.kind, slack.time) == ("goes slack", pytest.approx(half, abs=1e-9))
     after = result.times > half
-    np.testing.assert_allclose(result.readings["way"][after], -speed * (result.times[after] - half), atol=1e-10)
-    assert result.readings["way"].max() == pytest.approx(speed * math.sqrt(mass / k), rel=1e-3)
+    np.testing.assert_allclose(result.readings["displacement"][after], -speed * (result.times[after] - half), atol=1e-10)
+    assert result.readings["displacement"].max() == pytest.approx(speed * math.sqrt(mass / k), rel=1e-3)
 
 
 @ENGINES
 @settings(max_examples=10, deadline=None)
 @given(linear=st.floats(0.1, 5.0), speed=st.floats(0.1, 3.0))
-def test_a_linear_brake_stops_a_body_after_a_finite_way(engine, linear, speed):
-    result = run(engine, block(Dashpot(reading="way", linear=linear), rate=speed, duration=4.0))
+def test_linear_dashpot_stops_a_body_after_a_finite_distance(engine, linear, speed):
+    result = run(engine, block(Dashpot(reading="displacement", linear=linear), rate=speed, duration=4.0))
     expected = speed * 2.0 / linear * -np.expm1(-linear / 2.0 * result.times)
-    np.testing.assert_allclose(result.readings["way"], expected, atol=1e-9 * max(1.0, speed))
-    lost = 0.5 * 2.0 * (speed**2 - result.rates["way"] ** 2)
+    np.testing.assert_allclose(result.readings["displacement"], expected, atol=1e-9 * max(1.0, speed))
+    lost = 0.5 * 2.0 * (speed**2 - result.rates["displacement"] ** 2)
     np.testing.assert_allclose(result.energy.dissipated_energy, lost, atol=1e-9 * max(1.0, speed**2))
 
 
 @ENGINES
-def test_a_quadratic_brake_lets_the_way_grow_as_a_logarithm(engine):
+def test_distance_grows_logarithmically_with_a_quadratic_dashpot(engine):
     quadratic, speed, mass = 3.0, 2.0, 2.0
-    result = run(engine, block(Dashpot(reading="way", quadratic=quadratic), rate=speed, duration=4.0))
+    result = run(engine, block(Dashpot(reading="displacement", quadratic=quadratic), rate=speed, duration=4.0))
     expected = mass / quadratic * np.log1p(quadratic * speed / mass * result.times)
-    np.testing.assert_allclose(result.readings["way"], expected, atol=1e-10)
+    np.testing.assert_allclose(result.readings["displacement"], expected, atol=1e-10)
 
 
 @ENGINES
-def test_both_kinds_of_brake_together(engine):
+def test_linear_and_quadratic_dashpot_together(engine):
     """m v' = -(c + b v) v: v = c / ((c / v0 + b) exp(c t / m) - b)."""
     c, b, speed, mass = 1.5, 2.0, 2.0, 2.0
-    result = run(engine, block(Dashpot(reading="way", linear=c, quadratic=b), rate=speed, duration=4.0))
+    result = run(engine, block(Dashpot(reading="displacement", linear=c, quadratic=b), rate=speed, duration=4.0))
     expected = c / ((c / speed + b) * np.exp(c * result.times / mass) - b)
-    np.testing.assert_allclose(result.rates["way"], expected, atol=1e-10)
-    # Thrown up under gravity with a linear brake it is back after the time that Lambert's function tells.
-    brakes = Dashpot(reading="way", linear=c), Stops(reading="way", low=-1.0, high=9.0)
+    np.testing.assert_allclose(result.rates["displacement"], expected, atol=1e-10)
+    # The flight time under gravity with a linear dashpot follows from Lambert's W function.
+    brakes = Dashpot(reading="displacement", linear=c), Stops(reading="displacement", low=-1.0, high=9.0)
     up = run(engine, block(Gravity(), *brakes, rate=speed, upright=True, duration=0.7, mass=mass))
     a, fall = c / mass, mass * G / c
     back = float(np.real(lambertw(-(1 + speed / fall) * math.exp(-(1 + speed / fall))) / a + (1 + speed / fall) / a))
-    place = np.interp(back, up.times, up.readings["way"])
-    assert place == pytest.approx(0.0, abs=1e-4)  # between reported times by straight lines
+    place = np.interp(back, up.times, up.readings["displacement"])
+    assert place == pytest.approx(0.0, abs=1e-4)  # linear interpolation between reported times
 
 
 @ENGINES
-def test_a_brake_lets_a_small_swing_decay_as_the_closed_form_says(engine):
-    """A linear brake adds c (ds/dq)^2 q' to the equation of a small swing: it decays at half of that over I."""
+def test_small_oscillation_with_a_dashpot_decays_as_the_closed_form(engine):
+    """A linear dashpot adds c (ds/dq)^2 q' to the linearised equation: the decay rate is c (ds/dq)^2 / (2 I)."""
     rest = gm.equilibria(porter(12.2085))[0]
     along = 2 * PORTER["arm"] * math.sin(rest.coordinate)  # ds/dq of the rhombus
     inertia = rest.stiffness / rest.frequency**2
@@ -289,11 +290,11 @@ def test_a_brake_lets_a_small_swing_decay_as_the_closed_form_says(engine):
         return run(engine, with_effects(scene, brake), accuracy=1e-12)
 
     out, back = released(small), released(-small)
-    # Half the difference of both swings has no part of second order; what is left is of the order of small^3 = 1e-12.
+    # Half the difference of both oscillations has no second-order term; the remainder is of order small^3 = 1e-12.
     off = 0.5 * (out.readings["arm_angle"] - back.readings["arm_angle"])
     t = out.times
     expected = small * np.exp(-decay * t) * (np.cos(swing * t) + decay / swing * np.sin(swing * t))
-    np.testing.assert_allclose(off, expected, atol=1e-6 * small)  # asked
+    np.testing.assert_allclose(off, expected, atol=1e-6 * small)  # requirement
 
 
 MEAN = 0.5 * (FRICTION_BAND["falling_speed"] + FRICTION_BAND["rising_speed"])
@@ -302,7 +303,7 @@ BAND = (FRICTION_BAND["rising_speed"] - FRICTION_BAND["falling_speed"]) / MEAN
 
 @ENGINES
 @pytest.mark.parametrize(("share", "moves"), [(0.5, False), (1 - 1e-4, False), (1 + 1e-4, True), (1.2, True)])
-def test_the_sleeve_twitches_once_the_unevenness_exceeds_the_band(engine, share, moves):
+def test_sleeve_moves_cyclically_once_the_speed_fluctuation_exceeds_the_band(engine, share, moves):
     turns = 10 * 2 * math.pi / MEAN
     spindle = Spindle(speeds=(MEAN,), speed_fluctuation=share * BAND)
     result = run(engine, porter(spindle, DryFriction(reading=LIFT, force=constant(40.0)), duration=turns), accuracy=1e-9)
@@ -312,8 +313,8 @@ def test_the_sleeve_twitches_once_the_unevenness_exceeds_the_band(engine, share,
 
 
 @ENGINES
-def test_about_the_speed_of_rest_itself_the_band_is_not_symmetric(engine):
-    """There the sleeve moves at 0.959 of the insensitivity, as the nearer end of the band is met."""
+def test_insensitivity_band_is_not_symmetric_about_the_equilibrium_speed(engine):
+    """The sleeve moves at 0.959 of the insensitivity, because the closer end of the band is reached first."""
     rest = FRICTION_BAND["equilibrium_speed"]
     nearer = 2 * min(rest - FRICTION_BAND["falling_speed"], FRICTION_BAND["rising_speed"] - rest) / rest
     assert nearer / FRICTION_BAND["insensitivity_exact"] == pytest.approx(0.959, abs=5e-4)
@@ -324,7 +325,7 @@ def test_about_the_speed_of_rest_itself_the_band_is_not_symmetric(engine):
 
 
 @ENGINES
-def test_an_uneven_spindle_swings_as_it_is_told(engine):
+def test_fluctuating_spindle_speed_follows_its_definition(engine):
     scene = porter(
         Spindle(times=(0.0, 4.0), speeds=(12.0, 13.0), speed_fluctuation=0.1, cycles_per_turn=3.0), duration=5.0, output_interval=1e-3
     )
@@ -334,13 +335,13 @@ def test_an_uneven_spindle_swings_as_it_is_told(engine):
     expected = mean * (1 + 0.05 * np.sin(3 * turned))
     np.testing.assert_allclose(result.readings["spindle_speed"], expected, rtol=1e-13)
     assert result.energy.drift < 1e-9
-    # The drive's torque is the rate of the angular momentum: by differences of it, order 2 in the interval.
+    # The driving torque is the rate of the angular momentum, here by differences of order 2 in the interval.
     momentum = 2 * result.energy.rotation / result.readings["spindle_speed"]
     rate = (momentum[2:] - momentum[:-2]) / (t[2:] - t[:-2])
     smooth = np.abs(t[1:-1] - 4.0) > 0.002
     torque = result.readings["spindle_torque"][1:-1]
     scale = np.max(np.abs(torque))
-    # Of a wave of 40 rad/s differences 1 ms apart miss (0.04)^2 / 6 = 3e-4.
+    # Differences over 1 ms of a fluctuation at 40 rad/s have a relative error of (0.04)^2 / 6 = 3e-4.
     np.testing.assert_allclose(rate[smooth], torque[smooth], atol=1e-3 * scale)
 
 
@@ -361,20 +362,20 @@ ALL = (
     ],
     ids=["uneven", "free"],
 )
-def test_the_ledger_closes_with_every_effect_on(engine, spindle):
+def test_energy_balance_closes_with_all_effects(engine, spindle):
     scene = replace(porter(12.0, *ALL, angle=35.0, duration=8.0), spindle=spindle)
     result = run(engine, scene)
-    assert result.energy.drift < 1e-9  # asked
+    assert result.energy.drift < 1e-9  # requirement
     assert result.energy.dissipated_energy[-1] > 0.1
     assert np.all(np.diff(result.energy.dissipated_energy) >= -1e-12)
     assert len(result.events) > 3
-    # Forces in the joints are told in every mode, also where something sticks.
+    # Joint reactions exist in every contact mode.
     assert all(np.all(np.isfinite(reaction.force)) for reaction in result.reactions.values())
 
 
 @ENGINES
-def test_a_stuck_governor_is_carried_by_its_friction(engine):
-    """At rest gravity, links and friction balance on the sleeve; away from the equilibrium speed friction makes up."""
+def test_friction_carries_a_sticking_governor(engine):
+    """At rest gravity, link forces and friction balance on the sleeve away from the equilibrium speed."""
     speed = 12.9
     result = run(engine, porter(speed, DryFriction(reading=LIFT, force=constant(40.0)), duration=0.1), accuracy=1e-9)
     links = [result.reactions[f"{side} link"].force[-1] for side in ("right", "left")]
@@ -382,14 +383,14 @@ def test_a_stuck_governor_is_carried_by_its_friction(engine):
     mass, arm, offset = PORTER["sleeve_mass"], PORTER["arm"], PORTER["offset"]
     angle = math.radians(30.0)
     lift = PORTER["ball_mass"] * (speed**2 * (offset + arm * math.sin(angle)) / math.tan(angle) - G)
-    # What the balls' centrifugal force lifts, less the sleeve's weight, friction has to hold down.
+    # Friction holds the lift of the centrifugal force less the weight of the sleeve.
     assert pull == pytest.approx(lift, rel=1e-9)
     assert 0 < lift - mass * G < 40.0
 
 
 @ENGINES
-def test_event_times_are_promised_and_samples_beside_them_left_out(engine):
-    scene = block(Gravity(), Stops(reading="way", low=0.0, restitution=0.5), rate=2.0, duration=1.0, upright=True)
+def test_estimate_covers_event_times_and_excludes_samples_close_to_events(engine):
+    scene = block(Gravity(), Stops(reading="displacement", low=0.0, restitution=0.5), rate=2.0, duration=1.0, upright=True)
     strike = 2 * 2.0 / G
     times = [0.1, strike - 1e-12, strike, strike + 1e-12, 0.5]
     result = run(engine, scene, accuracy=1e-8, times=times)
@@ -401,8 +402,8 @@ def test_event_times_are_promised_and_samples_beside_them_left_out(engine):
 @ENGINES
 @settings(max_examples=15, deadline=None)
 @given(seed=st.integers(0, 2**32 - 1))
-def test_loose_runs_are_as_accurate_as_they_say(engine, seed):
-    """Random scenes with effects: the true error, by a run a thousand times tighter, is at most three estimates."""
+def test_error_of_inaccurate_runs_is_within_their_estimate(engine, seed):
+    """The error of random scenes with effects, against a 10 000 times more accurate run, is at most three estimates."""
     random = np.random.default_rng(seed)
     effects = [
         DryFriction(reading=LIFT, force=constant(random.uniform(1.0, 30.0))),
@@ -424,33 +425,33 @@ def test_loose_runs_are_as_accurate_as_they_say(engine, seed):
 
 
 @ENGINES
-def test_nothing_is_assembled_that_is_not_listed(engine):
+def test_model_size_lists_every_element(engine):
     bare = run(engine, porter(12.2, duration=0.1), accuracy=1e-8)
     assert set(bare.cost.model_size) == {"bodies", "joint equations"}
-    # A reduced engine has what does not change in time in its pieces, springs that pull both ways among it.
-    laid = engine.name == "reduced"
-    always = {"equations of motion", "pieces laid"} if laid else {"equations of motion", "gravity", "centrifugal"}
+    # The tables of the reduced engine contain everything independent of time, two-sided springs included.
+    has_tables = engine.name == "reduced"
+    always = {"equations of motion", "table pieces"} if has_tables else {"equations of motion", "gravity", "centrifugal"}
     assert set(bare.cost.evaluations) == always
     for effect, part, law in (
         (DryFriction(reading=LIFT, force=constant(1.0)), "frictions", "dry friction"),
-        (Dashpot(reading=LIFT, linear=1.0), "springs and brakes along readings", "dashpots"),
-        (OutputSpring(reading=LIFT, rate=1.0), "springs and brakes along readings", None if laid else "springs on readings"),
-        (OutputSpring(reading=LIFT, rate=1.0, one_sided=True), "springs and brakes along readings", "springs on readings"),
+        (Dashpot(reading=LIFT, linear=1.0), "springs and dashpots along readings", "dashpots"),
+        (OutputSpring(reading=LIFT, rate=1.0), "springs and dashpots along readings", None if has_tables else "springs on readings"),
+        (OutputSpring(reading=LIFT, rate=1.0, one_sided=True), "springs and dashpots along readings", "springs on readings"),
         (Stops(reading=LIFT, low=-1.0), "stops", None),
     ):
         result = run(engine, porter(12.2, effect, duration=0.1), accuracy=1e-8)
-        assert set(result.cost.model_size) - set(bare.cost.model_size) == {part, "readings acted along"}
-        assert result.cost.model_size[part] == result.cost.model_size["readings acted along"] == 1
+        assert set(result.cost.model_size) - set(bare.cost.model_size) == {part, "readings with forces"}
+        assert result.cost.model_size[part] == result.cost.model_size["readings with forces"] == 1
         assert set(result.cost.evaluations) - set(bare.cost.evaluations) == ({law} if law else set())
     stuck = run(engine, porter(12.2, DryFriction(reading=LIFT, force=constant(40.0)), duration=0.1), accuracy=1e-8)
-    assert stuck.cost.evaluations["dry friction"] == 0  # what sticks is held, and rubs on nothing
+    assert stuck.cost.evaluations["dry friction"] == 0  # sticking friction is a constraint
     without = run(engine, replace(porter(12.2, duration=0.1), effects=(Gravity(),)), accuracy=1e-8)
     assert "centrifugal" not in without.cost.evaluations
     assert Centrifugal not in {type(effect) for effect in without.scene.effects}
 
 
-def test_holding_at_other_values_leaves_no_rounding_behind():
-    """A hold that is moved a thousand times is the hold that is made at the last value."""
+def test_changed_held_values_accumulate_no_rounding():
+    """A system updated a thousand times equals the system made with the last value."""
     scene = porter(12.2, DryFriction(reading=LIFT, force=constant(40.0)))
     system = make_system(scene, ContactMode(held_values=(0.1,), sliding_signs=(0,)))[0]
     values = np.random.default_rng(1).uniform(0.0, 0.2, 1000)
@@ -461,6 +462,6 @@ def test_holding_at_other_values_leaves_no_rounding_behind():
 
 
 @ENGINES
-def test_a_start_beyond_the_stops_is_refused(engine):
+def test_start_beyond_the_stops_is_refused(engine):
     with pytest.raises(gm.MechanismError, match=r"beyond the stops of 'arm_angle', 34\.3775 deg to 45\.8366 deg"):
         engine.run(porter(12.2, Stops(reading="arm_angle", low=0.6, high=0.8)))

@@ -1,4 +1,4 @@
-"""A spindle left to itself: reference digits, what is conserved, torque in time, and what is refused."""
+"""Free spindle: reference values, conserved quantities, a torque against time, and refused scenes."""
 
 from __future__ import annotations
 
@@ -28,65 +28,65 @@ def turning_inertia(run):
 
 
 @pytest.mark.parametrize(("engine", "accuracy", "allowed"), [("multibody", 1e-10, 1e-9), ("reduced", 1e-10, 1e-9), ("impulse", 1e-8, 1e-6)])
-def test_the_reference_is_met(engine, accuracy, allowed):
+def test_runs_match_the_reference(engine, accuracy, allowed):
     run = gm.run(free_porter(), engine=engine, accuracy=accuracy)
     assert run.outcome is Outcome.DONE
     expected = REFERENCE["free_spindle"]
-    found = {
+    results = {
         "arm_angle": run.readings["arm_angle"][-1],
         "arm_rate": run.rates["arm_angle"][-1],
         "spindle_angle": run.readings["spindle_angle"][-1],
         "spindle_speed": run.readings["spindle_speed"][-1],
     }
-    shared = found.keys() & expected.keys()
+    shared = results.keys() & expected.keys()
     assert len(shared) >= 3
     for name in shared:
-        # Rates and speeds are promised relative to the spindle's 12 rad/s, hence the factor.
-        assert found[name] == pytest.approx(expected[name], abs=allowed * (1 if name.endswith("angle") else 12)), name
+        # The accuracy of rates and speeds is relative to the spindle speed of 12 rad/s.
+        assert results[name] == pytest.approx(expected[name], abs=allowed * (1 if name.endswith("angle") else 12)), name
 
 
 @pytest.mark.parametrize("engine", ["multibody", "reduced"])
-def test_momentum_and_energy_are_kept(engine):
+def test_momentum_and_energy_are_conserved(engine):
     run = gm.run(free_porter(), engine=engine, accuracy=1e-11)
     momentum = turning_inertia(run) * run.readings["spindle_speed"]
-    np.testing.assert_allclose(momentum, REFERENCE["angular_momentum"], rtol=1e-11)  # asked
-    assert run.energy.drift < 1e-10  # asked
+    np.testing.assert_allclose(momentum, REFERENCE["angular_momentum"], rtol=1e-11)  # the requested accuracy
+    assert run.energy.drift < 1e-10
 
 
-@pytest.mark.parametrize(("engine", "asked", "allowed"), [("multibody", 1e-8, 1e-8), ("reduced", 1e-8, 1e-8), ("impulse", 1e-7, 1e-6)])
-def test_a_torque_in_time_changes_the_momentum_by_its_integral(engine, asked, allowed):
+@pytest.mark.parametrize(("engine", "accuracy", "allowed"), [("multibody", 1e-8, 1e-8), ("reduced", 1e-8, 1e-8), ("impulse", 1e-7, 1e-6)])
+def test_a_torque_in_time_changes_the_momentum_by_its_integral(engine, accuracy, allowed):
     torque = InputFunction(times=(0.0, 0.5, 0.5, 1.5), values=(2.0, 2.0, -3.0, 1.0))
-    run = gm.run(free_porter(torque), engine=engine, accuracy=asked)
+    run = gm.run(free_porter(torque), engine=engine, accuracy=accuracy)
     assert run.outcome is Outcome.DONE
     momentum = turning_inertia(run) * run.readings["spindle_speed"]
     t = run.times
     ramp = np.clip(t - 0.5, 0.0, 1.0)
-    gained = 2.0 * np.minimum(t, 0.5) - 3.0 * ramp + 2.0 * ramp**2 + np.maximum(t - 1.5, 0.0)
-    # The accuracy asked, times the 12 rad/s and 1.2 kg m2 it refers to.
-    np.testing.assert_allclose(momentum - momentum[0], gained, atol=20 * allowed)
+    impulse = 2.0 * np.minimum(t, 0.5) - 3.0 * ramp + 2.0 * ramp**2 + np.maximum(t - 1.5, 0.0)
+    # The allowed relative error, times the scale of 12 rad/s and 1.2 kg m2.
+    np.testing.assert_allclose(momentum - momentum[0], impulse, atol=20 * allowed)
     assert run.energy.drift < 10 * allowed
 
 
-def test_impulse_is_of_second_order_with_a_free_spindle():
+def test_impulse_engine_is_of_second_order_with_a_free_spindle():
     scene = free_porter(duration=1.0)
-    true = gm.run(scene, engine="multibody", accuracy=1e-11)
+    reference = gm.run(scene, engine="multibody", accuracy=1e-11)
     for name in ("arm_angle", "spindle_speed", "spindle_angle"):
         errors = []
         for step in (2e-3, 1e-3, 5e-4):
             run = ImpulseEngine(step=step, runs=1).run(scene, certify=False)
-            errors.append(np.max(np.abs(run.readings[name] - true.readings[name])))
+            errors.append(np.max(np.abs(run.readings[name] - reference.readings[name])))
         ratios = np.array(errors[:-1]) / errors[1:]
-        assert np.all((ratios > 3.8) & (ratios < 4.2)), (name, ratios)  # four, but for terms of the next order
+        assert np.all((ratios > 3.8) & (ratios < 4.2)), (name, ratios)  # 4, except for higher-order terms
 
 
-def test_a_free_spindle_needs_something_that_turns_with_it():
+def test_a_free_spindle_requires_a_turning_plane():
     scene = free_porter()
     part = replace(scene.part, plane=FIXED_PLANE)
-    with pytest.raises(gm.MechanismError, match="lives in a fixed plane"):
+    with pytest.raises(gm.MechanismError, match="is in a fixed plane"):
         replace(scene, parts=(part,))
 
 
-def test_a_free_spindle_needs_the_centrifugal_effect():
+def test_a_free_spindle_requires_the_centrifugal_effect():
     scene = free_porter()
     with pytest.raises(gm.MechanismError, match=r"list effects\.centrifugal"):
         replace(scene, effects=scene.effects[:1])

@@ -111,9 +111,9 @@ def test_start_values_and_rates_are_met(engine):
         (
             [DRIVE.format(name=name, body=name, rate="60 rpm") for name in ("crank", "rocker")],
             FOUR_BAR,
-            r"drives \['crank', 'rocker'\] contradict .* the joints leave mobility 1, and of 2 drives only 1 find",
+            r"drivers \['crank', 'rocker'\] contradict .* the joints leave mobility 1, and of 2 drivers only 1 are",
         ),
-        (['[[link]]\nfirst = "ground.D"\nsecond = "crank.end"\n'], FOUR_BAR, "joints leave mobility 0; without any one of"),
+        (['[[link]]\nfirst = "ground.D"\nsecond = "crank.end"\n'], FOUR_BAR, "joints leave 0 degrees of freedom; without any one of"),
         ([DRIVE.format(name="motor", body="crank", rate="60 rpm"), "[start]\ncrank_rate = 1\n"], FOUR_BAR, "contradict"),
     ],
     ids=["two values", "two rates", "too short", "two drives", "rigid", "rate against drive"],
@@ -177,7 +177,7 @@ def test_a_drive_that_locks_the_mechanism_ends_the_run_by_name():
     locking = FOUR_BAR.replace('"0.2 s"', '"2 s"') + motor
     run = gm.run(scene(text=locking), engine="multibody", accuracy=1e-6)
     assert run.outcome.name == "STALLED"
-    assert "as where a drive locks" in run.message
+    assert "as where a driver locks" in run.message
     assert 0 < run.times[-1] < 1.0
     assert np.all(np.isfinite(run.readings["crank_angle"]))
 
@@ -190,5 +190,5 @@ def test_values_many_turns_away_are_refused():
 
 def test_start_values_against_a_drive_name_both():
     made = scene(DRIVE.format(name="motor", body="crank", rate="60 rpm"), '[start]\ncrank_angle = "10 deg"\n')
-    with pytest.raises(gm.MechanismError, match=r"'crank_angle': .* and drives \['motor'\] contradict each other"):
+    with pytest.raises(gm.MechanismError, match=r"'crank_angle': .* and drivers \['motor'\] contradict each other"):
         initial_state(made)

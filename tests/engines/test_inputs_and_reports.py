@@ -1,4 +1,4 @@
-"""What one slip of sign would change: torque of a ramp, velocities at a jump, turned axes, whole turns."""
+"""Quantities that a wrong sign would change: torque of a speed ramp, velocities at a jump, rotated axes, full turns."""
 
 from __future__ import annotations
 
@@ -16,7 +16,8 @@ from governor_mechanism.engines.impulse.settings import ImpulseSettings
 from governor_mechanism.machines.pendulum.machine import PendulumGovernor
 from governor_mechanism.mechanics.dynamics.characteristic_scales import time_scale
 from governor_mechanism.model.joints import GROUND, Joint, Pin, Point, Slider
-from governor_mechanism.model.mechanism import Body, LineAngle, Mechanism, PointCoordinate, SecondMoments
+from governor_mechanism.model.mechanism import Body, Mechanism, SecondMoments
+from governor_mechanism.model.output_variables import LineAngle, PointCoordinate
 from governor_mechanism.model.scene import Spindle
 from governor_mechanism.model.trajectory import Outcome
 from governor_scenes import EXTENDED, PORTER, governor_scene
@@ -30,7 +31,7 @@ def with_mechanism(scene, **changes):
 
 
 @pytest.mark.parametrize("engine", ENGINES)
-def test_the_torque_of_a_ramp_lifts_the_arms_and_speeds_up_the_parts(engine):
+def test_torque_of_a_speed_ramp_raises_the_arms_and_accelerates_the_parts(engine):
     ramp = Spindle(times=(0.0, 2.0), speeds=(12.0, 14.0))
     run = engine().run(governor_scene(PORTER, speed=ramp, angle=0.6, accuracy=1e-8))
     governor = closed.PendulumGovernor(**PORTER)
@@ -40,14 +41,14 @@ def test_the_torque_of_a_ramp_lifts_the_arms_and_speeds_up_the_parts(engine):
         closed.drive_torque(governor, arm_angle=a, arm_rate=r, spindle_speed=w) for a, r, w in zip(angles, rates, speed, strict=True)
     ]
     speeding = closed.spindle_inertia(governor, arm_angle=angles) * 1.0  # rad/s2
-    inner = slice(0, -1)  # at the last point of the program the ramp is over
+    inner = slice(0, -1)  # the ramp ends at the last point
     expected = (np.array(lifting) + speeding)[inner]
     allowed = 1e-8 * run.scales["spindle_torque"]
     np.testing.assert_allclose(run.readings["spindle_torque"][inner], expected, atol=allowed)
 
 
 @pytest.mark.parametrize("engine", ENGINES)
-def test_velocities_reported_at_a_jump_of_the_speed_are_right(engine):
+def test_velocities_at_a_jump_of_the_speed_are_correct(engine):
     jump = Spindle(times=(0.0, 0.5, 0.5), speeds=(12.0, 12.0, 14.0))
     run = engine().run(governor_scene(PORTER, speed=jump, angle=0.7, output_interval=0.25, accuracy=1e-8))
     _, rates = integrate_one_coordinate(run.scene, run.times)
@@ -57,7 +58,7 @@ def test_velocities_reported_at_a_jump_of_the_speed_are_right(engine):
 
 
 def test_steps_of_two_lengths_keep_the_second_order():
-    # Intervals of 37 and 63 ms between reports: their steps are unequal, and double alike from level to level.
+    # Output intervals of 37 and 63 ms: the steps are unequal, and all are halved from level to level.
     jump = Spindle(times=(0.0, 0.237, 0.237), speeds=(12.5, 12.5, 13.5))
     scene = governor_scene(PORTER, speed=jump, angle=0.65)
     times = np.linspace(0.1, 1.0, 10)
@@ -72,10 +73,10 @@ def test_steps_of_two_lengths_keep_the_second_order():
 
 
 @pytest.mark.parametrize("engine", ENGINES)
-def test_a_lever_may_be_described_in_any_axes(engine):
+def test_lever_may_be_described_in_any_axes(engine):
     scene = governor_scene(EXTENDED, speed=8.4, angle=0.6, duration=0.5)
     mechanism = scene.part.mechanism
-    turn = 0.7  # the body's axes are turned by this, so its points and its angle turn back
+    turn = 0.7  # rotation of the body axes, reversed in its points and its angle
 
     def turned(point: Point) -> Point:
         if point.body == GROUND or point.body == "sleeve":
@@ -97,7 +98,7 @@ def test_a_lever_may_be_described_in_any_axes(engine):
 
 
 @pytest.mark.parametrize("engine", ENGINES)
-def test_an_angle_is_counted_on_through_whole_turns(engine):
+def test_angle_is_continuous_over_full_turns(engine):
     rod = Body(name="rod", mass=1.0, second_moments=SecondMoments(xx=1.0 / 12))
     mechanism = Mechanism(
         bodies=(rod,),
@@ -113,11 +114,11 @@ def test_an_angle_is_counted_on_through_whole_turns(engine):
     run = engine().run(scene)
     assert run.outcome is Outcome.DONE
     np.testing.assert_allclose(run.readings["turned"], 5.0 * run.times, atol=1e-5)
-    # Nothing pulls, so the start's own rate sets the time scale.
+    # There are no forces, so the initial rate sets the time scale.
     assert time_scale(scene) == pytest.approx(1 / 5.0)
 
 
-def test_a_body_guided_beside_the_axis_feels_the_centrifugal_load():
+def test_body_guided_off_the_axis_has_a_centrifugal_force():
     def evaluations(distance: float) -> int:
         slug = Body(name="slug", mass=1.0, can_rotate=False)
         guide = Slider(name="guide", first=Point(body=GROUND, x=distance), second=Point(body="slug"), angle=math.pi / 2)
@@ -140,19 +141,19 @@ def test_a_body_guided_beside_the_axis_feels_the_centrifugal_load():
 
 
 @pytest.mark.parametrize("engine", ENGINES)
-def test_a_link_that_passes_its_dead_centre_ends_the_run_though_the_arm_turns_back(engine):
-    # The short link comes to stand across the spindle; the arm cannot go on and turns back, the sleeve goes through.
+def test_link_that_passes_its_dead_centre_ends_the_run_although_the_arm_reverses(engine):
+    # The short link becomes perpendicular to the spindle: the arm cannot continue and reverses, the sleeve moves on.
     dimensions = {**PORTER, "link": 0.15}
     limit = PendulumGovernor(**dimensions).mechanism().limits[0]
     scene = governor_scene(dimensions, speed=60.0, angle=limit.high - 0.02, rate=0.5, output_interval=0.25)
     run = engine().run(scene)
     assert run.outcome is Outcome.LEFT_RANGE
-    assert "the link stands at 90 degrees" in run.message
+    assert "the link is at 90 degrees" in run.message
 
 
 @pytest.mark.parametrize("engine", ENGINES)
 @pytest.mark.parametrize("output_interval", [2.0, 0.1])
-def test_a_jump_of_the_speed_at_the_very_end_is_no_obstacle(engine, every):
+def test_speed_jump_at_the_end_of_the_run(engine, every):
     jump = Spindle(times=(0.0, 2.0, 2.0), speeds=(13.0, 13.0, 14.0))
     run = engine().run(governor_scene(PORTER, speed=jump, angle=0.7, output_interval=every, accuracy=1e-2))
     assert run.outcome is Outcome.DONE

@@ -1,4 +1,4 @@
-"""Mechanisms of many bodies: long chains of loops move as one bar does, and long hanging chains as both engines say."""
+"""Mechanisms with many bodies: chains of four-bar loops match one bar, and engines agree on long hanging chains."""
 
 from __future__ import annotations
 
@@ -14,49 +14,49 @@ from governor_mechanism.mechanics.kinematics.assembly import PositionSolver
 from governor_mechanism.model.trajectory import Outcome
 
 LOOPS = 12
-"""So many that equations are solved sparsely."""
+"""Number of loops; enough for the sparse solution of the equations."""
 
 
-def exact(times):
-    """The crank's angle by its one equation, to rounding."""
-    found = solve_ivp(
+def exact_crank_angle(times):
+    """Return the crank angle from its single equation of motion, to rounding."""
+    solution = solve_ivp(
         lambda _, y: (y[1], four_bar_acceleration(LOOPS, y[0], 9.81)), (0.0, times[-1]), (math.pi / 2, -1.0),
         method="DOP853", t_eval=times, rtol=1e-13, atol=1e-13,
     )  # fmt: skip
-    return found.y[0]
+    return solution.y[0]
 
 
 @pytest.mark.parametrize(("engine", "accuracy"), [("multibody", 1e-9), ("reduced", 1e-9), ("impulse", 1e-4)])
-def test_a_chain_of_loops_turns_as_its_one_equation_says(engine, accuracy):
+def test_a_chain_of_loops_matches_its_single_equation_of_motion(engine, accuracy):
     scene = four_bar_chain(LOOPS, duration=0.5, output_interval=0.05)
     run = gm.run(scene, engine, accuracy=accuracy)
     assert run.outcome is Outcome.DONE
-    assert np.max(np.abs(run.readings["crank_angle"] - exact(run.times))) < accuracy
+    assert np.max(np.abs(run.readings["crank_angle"] - exact_crank_angle(run.times))) < accuracy
 
 
-def test_a_chain_of_loops_passes_the_line_in_which_all_its_bars_lie():
-    """Ten seconds, ten change points; errors of passing grow with the number of loops that pass at once."""
+def test_a_chain_of_loops_passes_its_change_points():
+    """Ten change points in ten seconds; errors grow with the number of loops that pass one at the same time."""
     scene = four_bar_chain(LOOPS, duration=10.0, output_interval=0.5)
     run = gm.run(scene, "multibody", accuracy=1e-7)
     assert run.outcome is Outcome.DONE
-    assert np.max(np.abs(run.readings["crank_angle"] - exact(run.times))) < 1e-7
+    assert np.max(np.abs(run.readings["crank_angle"] - exact_crank_angle(run.times))) < 1e-7
 
 
 def test_both_engines_agree_on_a_long_hanging_chain():
     scene = hanging_chain(30, duration=0.3, output_interval=0.05)
     assert PositionSolver(scene.part.mechanism).mobility == 30
-    fine = gm.run(scene, "multibody", accuracy=1e-9)
-    rough = gm.run(scene, "impulse", accuracy=1e-5)
-    for name, values in fine.readings.items():
-        assert np.max(np.abs(rough.readings[name] - values)) < 1e-5
-    assert fine.energy.drift < 1e-9
+    multibody_run = gm.run(scene, "multibody", accuracy=1e-9)
+    impulse_run = gm.run(scene, "impulse", accuracy=1e-5)
+    for name, values in multibody_run.readings.items():
+        assert np.max(np.abs(impulse_run.readings[name] - values)) < 1e-5
+    assert multibody_run.energy.drift < 1e-9
 
 
-def test_a_hanging_chain_begins_as_lagrange_says():
-    """The first instant of rods at one slant, by the dense equations of their angles, and no joints."""
+def test_initial_accelerations_of_a_hanging_chain_match_lagrange_equations():
+    """Rods start at a common angle; the reference solves the dense equations of their angles, without joints."""
     count, lean, length, gravity = 20, -1.2, 0.1, 9.81
     inertia, pull = np.zeros((count, count)), np.zeros(count)
-    for k in range(count):  # the mass centre of rod k hangs on all rods before it
+    for k in range(count):  # the mass centre of rod k depends on all rods before it
         arm = np.where(np.arange(count) < k, length, np.where(np.arange(count) == k, length / 2, 0.0))
         inertia += 0.1 * np.outer(arm, arm)
         inertia[k, k] += 0.1 * length**2 / 12
@@ -64,5 +64,5 @@ def test_a_hanging_chain_begins_as_lagrange_says():
     expected = np.linalg.solve(inertia, pull)[0]
     instant = 1e-3
     run = gm.run(hanging_chain(count, duration=instant, output_interval=instant), "multibody", accuracy=1e-12)
-    # the rate is a t, and less by a share of order t^2 as the chain begins to bend
+    # the rate is a t, with a relative error of order t^2
     assert run.rates["lean"][-1] / instant == pytest.approx(expected, rel=1e-3)

@@ -1,4 +1,4 @@
-"""Engines multibody and reduced: references to nine digits, agreement with the other engine, honest certificates."""
+"""Engines multibody and reduced: references to nine digits, agreement with impulse, valid error estimates."""
 
 from __future__ import annotations
 
@@ -18,7 +18,8 @@ from governor_mechanism.closed_form.pendulum import dynamics as closed
 from governor_mechanism.engines import ImpulseEngine, MultibodyEngine, ReducedEngine
 from governor_mechanism.errors import MechanismError
 from governor_mechanism.model.joints import GROUND, Distance, Pin, Point, Slider
-from governor_mechanism.model.mechanism import Body, Mechanism, PointCoordinate, SecondMoments
+from governor_mechanism.model.mechanism import Body, Mechanism, SecondMoments
+from governor_mechanism.model.output_variables import PointCoordinate
 from governor_mechanism.model.scene import Spindle
 from governor_mechanism.model.trajectory import Outcome
 from governor_mechanism.numerics import jit as compiled
@@ -44,7 +45,7 @@ def with_joints(scene, *joints):
 
 
 @FINE
-def test_porter_open_is_where_the_reference_says_to_nine_digits(engine):
+def test_open_porter_governor_agrees_with_the_reference_to_nine_digits(engine):
     run = engine().run(porter_open(accuracy=1e-11))
     expected = MOTION["constant_speed"]
     assert run.outcome is Outcome.DONE
@@ -56,7 +57,7 @@ def test_porter_open_is_where_the_reference_says_to_nine_digits(engine):
 
 
 @FINE
-def test_the_true_error_is_within_the_accuracy_and_the_estimate_in_random_governors(engine):
+def test_error_of_random_governors_is_within_accuracy_and_estimate(engine):
     random = np.random.default_rng(20261121)
     fell_short = 0
     for _ in range(30):
@@ -80,10 +81,10 @@ def test_the_true_error_is_within_the_accuracy_and_the_estimate_in_random_govern
         assert true <= accuracy
         assert run.joint_gap.max() < 1e-12 * dimensions["arm"]
         fell_short += true > run.error_estimate
-    assert fell_short <= 1  # the estimate is of a run ten times looser
+    assert fell_short <= 1  # the estimate is for a ten times larger tolerance
 
 
-# Where impulse takes long: a crank that gets ever faster, a chain that comes to its change point at 0.7 s.
+# Impulse is slow for a crank that keeps accelerating and a chain with a change point at 0.7 s.
 COARSER = {
     "slider_crank_torque": (1e-6, 1.0),
     "four_bar_chain": (1e-6, 0.6),
@@ -94,7 +95,7 @@ COARSER = {
 
 
 def shared(name):
-    """Whether impulse follows a shipped scene; what sticks and strikes is compared in test_impulse_effects.py."""
+    """Return whether impulse can run a shipped scene; contacts are compared in test_impulse_effects.py."""
     scene = gm.load(name)
     joints = {type(joint) for joint in scene.part.mechanism.joints}
     effects = {type(effect) for effect in scene.effects}
@@ -105,7 +106,7 @@ BOTH = [name for name in shipped_scenes() if shared(name)]
 
 
 @pytest.mark.parametrize("name", BOTH)
-def test_both_engines_tell_one_story_of_every_shipped_scene(name):
+def test_engines_agree_on_every_shipped_scene(name):
     scene = gm.load(name)
     accuracy, end = COARSER.get(name, (1e-8, scene.run.duration))
     times = np.linspace(0.0, end, 101)
@@ -129,7 +130,7 @@ def test_both_engines_tell_one_story_of_every_shipped_scene(name):
     ids=["smooth", "step", "ramp", "ramp begun before"],
 )
 @pytest.mark.parametrize("dimensions", [PORTER, WATT, CROSSED, EXTENDED, UNCROSSED_LINKS])
-def test_a_changing_spindle_speed_is_followed(engine, dimensions, program):
+def test_variable_spindle_speed(engine, dimensions, program):
     factor = float(closed.equilibrium_speed(closed.PendulumGovernor(**dimensions), arm_angle=0.75))
     spindle = Spindle(times=program.times, speeds=tuple(factor * speed for speed in program.speeds))
     scene = governor_scene(dimensions, speed=spindle, angle=0.75, output_interval=0.05, accuracy=1e-10)
@@ -141,7 +142,7 @@ def test_a_changing_spindle_speed_is_followed(engine, dimensions, program):
 
 
 @FINE
-def test_rigid_links_with_mass_move_as_the_massive_governor_does(engine):
+def test_rigid_links_with_mass_agree_with_the_governor_with_rod_masses(engine):
     scene, reference = porter_with_rods(speed=13.0, angle=0.9, rate=1.5)
     times = np.linspace(0.0, 2.0, 21)
     run = engine().run(scene, times=times, accuracy=1e-10)
@@ -157,13 +158,13 @@ def test_the_error_falls_with_the_tolerance(engine):
         np.max(
             np.abs(engine(tolerance=tolerance).run(scene, times=np.linspace(0.0, 2.0, 21), certify=False).readings["arm_angle"] - expected)
         )
-        for tolerance in (1e-7, 1e-9, 1e-11)  # looser ones meet the longest step
+        for tolerance in (1e-7, 1e-9, 1e-11)  # larger tolerances are limited by the largest step
     ]
     assert all(finer < coarser / 10 for coarser, finer in pairwise(errors))
 
 
 @FINE
-def test_redundant_joints_change_no_motion(engine):
+def test_redundant_joints_do_not_change_the_motion(engine):
     scene = porter_open(accuracy=1e-10)
     again = Distance(
         name="right arm again", first=Point(body=GROUND, x=PORTER["offset"]), second=Point(body="right ball"), length=PORTER["arm"]
@@ -172,8 +173,8 @@ def test_redundant_joints_change_no_motion(engine):
     np.testing.assert_allclose(redundant.poses, plain.poses, atol=1e-10)
 
 
-def test_a_slider_on_a_body_that_turns_is_no_obstacle():
-    # A bead on a rod that turns about its own end, without loads: r'' = r w^2 and r^2 w + rod's share is conserved.
+def test_slider_on_a_rotating_body():
+    # A bead on a rod that rotates about its end, without loads: r'' = r w^2, and the total angular momentum is constant.
     rod = Body(name="rod", mass=2.0, second_moments=SecondMoments(xx=2.0 / 12))
     bead = Body(name="bead", mass=0.5, can_rotate=False)
     mechanism = Mechanism(
@@ -199,7 +200,7 @@ def test_a_slider_on_a_body_that_turns_is_no_obstacle():
 
 
 @FINE
-def test_leaving_the_travel_ends_the_run_by_name(engine):
+def test_leaving_the_range_ends_the_run_with_a_named_outcome(engine):
     run = engine().run(governor_scene(CROSSED, speed=13.0, angle=0.6, duration=5.0))
     assert run.outcome is Outcome.LEFT_RANGE
     assert "the balls meet on the spindle axis" in run.message
@@ -207,20 +208,20 @@ def test_leaving_the_travel_ends_the_run_by_name(engine):
 
 
 @FINE
-def test_too_many_steps_end_the_run_by_name(engine):
+def test_step_limit_ends_the_run_with_a_named_outcome(engine):
     run = engine(max_steps=20).run(porter_open(duration=50.0))
     assert run.outcome is Outcome.STEP_LIMIT
     assert 0 < run.times[-1] < 50.0
 
 
 @FINE
-def test_an_accuracy_out_of_reach_is_not_claimed(engine):
+def test_unattainable_accuracy_is_reported_as_missed(engine):
     run = engine().run(porter_open(), accuracy=1e-17)
     assert run.outcome is Outcome.ACCURACY_MISSED
     assert run.error_estimate > 1e-17
 
 
-def test_a_body_without_inertia_to_turn_is_refused():
+def test_rotating_body_without_inertia_is_refused():
     scene = porter_open()
     mechanism = scene.part.mechanism
     bodies = (Body(name="right ball", mass=5.0), *mechanism.bodies[1:])
@@ -231,22 +232,22 @@ def test_a_body_without_inertia_to_turn_is_refused():
 
 @FINE
 @pytest.mark.parametrize("settings", [{"tolerance": 0.0}, {"tolerance": 2.0}, {"max_steps": 0}])
-def test_settings_that_make_no_sense_are_refused(engine, settings):
+def test_invalid_settings_are_refused(engine, settings):
     with pytest.raises(MechanismError, match=next(iter(settings))):
         engine(**settings)
 
 
-def test_a_cost_counts_what_was_evaluated():
+def test_cost_counts_evaluations():
     run = MultibodyEngine().run(porter_open())
     evaluations = run.cost.evaluations["equations of motion"]
     assert run.cost.evaluations == {"equations of motion": evaluations, "gravity": 3 * evaluations, "centrifugal": 3 * evaluations}
     assert run.cost.runs == 2
-    # Twelve stages and a fresh slope after each step, three more where the step is interpolated.
+    # Twelve stages and one derivative after each step, three more where the step has dense output.
     assert 13 * run.cost.steps <= evaluations <= 16 * (run.cost.steps + run.cost.rejected) + 2 * 2
 
 
-def test_the_kernels_need_no_folder_of_their_own(tmp_path):
-    # A file where the folder would be keeps even the administrator from writing there.
+def test_kernels_work_without_a_cache_folder(tmp_path):
+    # A file in place of the folder prevents even an administrator from writing there.
     site = tmp_path / "site-packages"
     shutil.copytree(SOURCE, site / "governor_mechanism", ignore=shutil.ignore_patterns("__pycache__"))
     (site / "governor_mechanism" / "__pycache__").touch()
@@ -262,7 +263,7 @@ def test_the_kernels_need_no_folder_of_their_own(tmp_path):
     assert list(tmp_path.glob("governor-mechanism-*/kernels-*/*/*.nbi"))
 
 
-def test_compiling_is_announced_where_no_kernel_is_kept(tmp_path, capsys, monkeypatch):
+def test_compilation_is_announced_without_a_cache(tmp_path, capsys, monkeypatch):
     monkeypatch.setattr(compiled, "kernel_cache_folder", lambda: tmp_path)
     compiled.warn_before_compiling("integrate", 12)
     assert capsys.readouterr().err == "compiling kernels, once for this version: about 12 s\n"
@@ -272,7 +273,7 @@ def test_compiling_is_announced_where_no_kernel_is_kept(tmp_path, capsys, monkey
 
 
 @FINE
-def test_impulse_agrees_on_the_governor_of_rigid_links(engine):
+def test_impulse_agrees_on_the_governor_with_rigid_links(engine):
     scene, _ = porter_with_rods(speed=13.0, angle=0.9, rate=1.5)
     fine, coarse = engine().run(scene, accuracy=1e-8), ImpulseEngine().run(scene, accuracy=1e-7)
     assert fine.outcome is coarse.outcome is Outcome.DONE
@@ -281,8 +282,8 @@ def test_impulse_agrees_on_the_governor_of_rigid_links(engine):
 
 @FINE
 @pytest.mark.parametrize("accuracy", [0.9, 0.1, 1e-3, 1e-5])
-def test_loose_runs_have_an_estimate_all_the_same(engine, accuracy):
-    # However loose, the two runs of a certificate must not take the same steps: their difference would be nothing.
+def test_inaccurate_runs_have_an_estimate(engine, accuracy):
+    # The two runs of a certificate must have different steps at any accuracy, otherwise their difference is zero.
     scene = gm.load("pendulum_iftomm")
     times = np.linspace(0.0, 1.0, 11)
     run, true = (engine().run(scene, accuracy=a, times=times) for a in (accuracy, 1e-11))
@@ -291,17 +292,17 @@ def test_loose_runs_have_an_estimate_all_the_same(engine, accuracy):
 
 
 @pytest.mark.parametrize("engine", ["multibody", "reduced", "impulse"])
-def test_a_time_out_of_reach_ends_by_name(engine):
+def test_unreachable_time_ends_with_a_named_outcome(engine):
     run = gm.run("pendulum_iftomm", engine=engine, times=[1e9])
     assert run.outcome is Outcome.STEP_LIMIT
     assert len(run.times) == 0
 
 
 @FINE
-def test_the_time_of_leaving_the_range_is_found(engine):
-    # A ball thrown outward on a light arm without weight keeps its speed; at this spindle speed of none it is simple.
+def test_time_of_leaving_the_range_is_located(engine):
+    # A ball on a massless arm without gravity and with the spindle at rest keeps its speed.
     scene = governor_scene(WATT, speed=0.0, angle=0.5, rate=4.0, duration=2.0)
-    scene = replace(scene, effects=scene.effects[1:])  # no gravity, and a spindle that stands: the arm turns evenly
+    scene = replace(scene, effects=scene.effects[1:])  # no gravity and a spindle at rest: the arm rotates uniformly
     run = engine().run(scene, accuracy=1e-8)
     assert run.outcome is Outcome.LEFT_RANGE
     time = float(run.detail.split("t = ")[1].split(" s")[0])

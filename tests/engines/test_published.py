@@ -1,4 +1,4 @@
-"""Engines multibody and reduced on mechanisms of other people's benchmarks, from the shipped scene files."""
+"""Engines multibody and reduced on published benchmark mechanisms, from the shipped scene files."""
 
 from __future__ import annotations
 
@@ -17,58 +17,58 @@ ENGINES = pytest.mark.parametrize("engine", ["multibody", "reduced"])
 
 
 @ENGINES
-def test_andrews_squeezer_meets_the_published_angles(engine):
+def test_andrews_squeezer_agrees_with_the_published_angles(engine):
     run = gm.run("andrews_squeezer", engine=engine, accuracy=1e-10)
     assert run.outcome is Outcome.DONE
     assert run.times[-1] == ANDREWS["time"]
     for name, published in zip(ANDREWS["names"], ANDREWS["published"], strict=True):
-        # What is asked of this problem; an independent derivation is itself 2.7e-10 away.
+        # Required accuracy of this problem; an independent solution differs by 2.7e-10.
         assert run.readings[name][-1] == pytest.approx(published, rel=1e-8)
 
 
 @ENGINES
-def test_andrews_squeezer_begins_as_published(engine):
+def test_andrews_squeezer_starts_as_published(engine):
     run = gm.run("andrews_squeezer", engine=engine, accuracy=1e-10, times=np.linspace(0.0, 1e-5, 11))
-    for name, start, bend in zip(ANDREWS["names"], ANDREWS["start"], ANDREWS["start_accelerations"], strict=False):
+    for name, start, acceleration in zip(ANDREWS["names"], ANDREWS["start"], ANDREWS["start_accelerations"], strict=False):
         assert run.readings[name][0] == pytest.approx(start, abs=1e-14)  # rounding of the assembly
-        # From rest a rate grows by acceleration * time; over 1e-5 s the acceleration changes by 1e-7 of itself.
-        assert run.rates[name][-1] == pytest.approx(bend * 1e-5, abs=1e-6)
+        # From rest a rate is acceleration * time; over 1e-5 s the acceleration changes by a relative 1e-7.
+        assert run.rates[name][-1] == pytest.approx(acceleration * 1e-5, abs=1e-6)
 
 
 def test_four_bar_chain_passes_its_singular_position():
     run = gm.run("four_bar_chain", engine="multibody", accuracy=1e-9)
     assert run.outcome is Outcome.DONE
     found = [run.readings["x"][-1], run.readings["y"][-1], run.rates["x"][-1], run.rates["y"][-1]]
-    np.testing.assert_allclose(found, FOUR_BAR["own"], atol=1e-9)  # asked; measured 3e-11
+    np.testing.assert_allclose(found, FOUR_BAR["own"], atol=1e-9)  # requirement; measured 3e-11
     np.testing.assert_allclose(found, FOUR_BAR["published"], atol=2e-6)  # its own error, 7e-7 m and 2e-6 m/s
     assert found[:2] == pytest.approx(FOUR_BAR["published"][:2], abs=1e-6)
 
 
-def test_four_bar_chain_names_its_change_points():
+def test_four_bar_chain_locates_its_change_points():
     run = gm.run("four_bar_chain", engine="multibody", accuracy=1e-8)
     points = [event.time for event in run.events if event.kind == EventKind.CHANGE_POINT]
-    level = np.flatnonzero(np.diff(np.sign(run.readings["y"])))  # the cranks lie level where their ends cross y = 0
+    level = np.flatnonzero(np.diff(np.sign(run.readings["y"])))  # the cranks are horizontal where their ends cross y = 0
     assert len(points) == len(level)
     for time, k in zip(points, level, strict=True):
         assert run.times[k] <= time <= run.times[k + 1]
     dead = [event.time for event in run.events if event.kind == EventKind.TURNING_POINT and event.subject == "x"]
-    # At a change point of this chain its ends stand at their farthest: both are found apart, and agree.
+    # At a change point of this chain its ends are at their extreme position: both are located separately and agree.
     np.testing.assert_allclose(dead, points, atol=1e-6)
 
 
 @ENGINES
-def test_pendulum_keeps_its_phase_for_a_hundred_seconds(engine):
+def test_phase_of_the_pendulum_over_a_hundred_seconds(engine):
     times = np.linspace(0.0, 100.0, 401)
     run = gm.run("pendulum_iftomm", engine=engine, accuracy=1e-10, times=times)
     m = PENDULUM["modulus_squared"]
     sn, _, _, _ = ellipj(ellipk(m) - math.sqrt(PENDULUM["gravity"] / PENDULUM["length"]) * times, m)
     angle = 2 * np.arcsin(math.sqrt(m) * sn)
-    assert np.max(np.abs(run.readings["x"] + np.sin(angle))) < 1e-9  # asked; 42 swings at 1e-10
+    assert np.max(np.abs(run.readings["x"] + np.sin(angle))) < 1e-9  # requirement; 42 oscillations at 1e-10
     assert np.max(np.abs(run.readings["y"] + np.cos(angle))) < 1e-9
 
 
 @ENGINES
-def test_pendulum_meets_the_official_file(engine):
+def test_pendulum_agrees_with_the_official_file(engine):
     run = gm.run("pendulum_iftomm", engine=engine, times=[0.5, 1.0, 10.0])
     for k, time in enumerate((0.5, 1.0)):
         found = run.readings["x"][k], run.readings["y"][k]
@@ -82,5 +82,5 @@ def test_slider_crank_under_torque_from_its_dead_centre(engine):
     at = int(np.searchsorted(run.times, SLIDER_CRANK["time"]))
     found = run.readings["crank_angle"][at], run.rates["crank_angle"][at], run.readings["slider_x"][at]
     assert found == pytest.approx(SLIDER_CRANK["own"], abs=1e-8)
-    # The published series was made at 1e-6 and is some 5.7e-3 rad off by 3 s: at 19 revolutions, 5e-5 of them.
+    # The published series was computed at 1e-6; its error at 3 s is about 5.7e-3 rad, 5e-5 of 19 revolutions.
     assert run.readings["crank_angle"][-1] == pytest.approx(SLIDER_CRANK["published"][0], rel=1e-4)

@@ -1,4 +1,4 @@
-"""Joint forces: of pendulums, beams and redundant structures whose forces are known, and by Newton's laws."""
+"""Joint reactions of pendulums, beams and redundant structures with known forces, and by Newton's laws."""
 
 from __future__ import annotations
 
@@ -38,15 +38,15 @@ from governor_mechanism.scenes import library
 EVERY = [(MultibodyEngine(), 1e-10), (ImpulseEngine(), 1e-6), (ReducedEngine(), 1e-10)]
 NAMES = [engine.name for engine, _ in EVERY]
 ENGINES = pytest.mark.parametrize(("engine", "accuracy"), EVERY, ids=NAMES)
-# Of mechanisms of two freedoms, or at a dead centre of their coordinate, which a reduced engine does not follow.
+# Mechanisms with two degrees of freedom, or at a turning point of their coordinate: the reduced engine cannot run them.
 NOT_REDUCED = pytest.mark.parametrize(("engine", "accuracy"), EVERY[:2], ids=NAMES[:2])
-# Forces follow from poses and velocities by Newton's law, so that they are as accurate as those, in the scale of the
-# largest force; for all that squares of speeds and steep slopes multiply, an estimate is cautious by as much.
+# Forces follow from poses and velocities by Newton's law and have their accuracy, relative to the largest force. Squares
+# of speeds and large derivatives amplify errors, but the estimate is conservative by as much.
 FOLLOWS = 1.0
 
 
 def complex_force(run: Trajectory, name: str):
-    """The force of a joint on its second body, as complex numbers (n,)."""
+    """Return the force of a joint on its second body as complex numbers (n,)."""
     return run.reactions[name].force @ np.array([1.0, 1j])
 
 
@@ -54,7 +54,7 @@ def complex_force(run: Trajectory, name: str):
 
 
 def link_pendulum(*, by_pin: bool, swapped: bool = False, start: float = 1.9) -> Scene:
-    """A mass at the end of a massless rod: on a link, or as a lever on a pin; 0.7 m, 1.3 kg."""
+    """Return a mass at the end of a massless rod, on a link or as a lever on a pin; 0.7 m, 1.3 kg."""
     length, mass = 0.7, 1.3
     place = (length * math.sin(start), -length * math.cos(start))
     if by_pin:
@@ -70,46 +70,46 @@ def link_pendulum(*, by_pin: bool, swapped: bool = False, start: float = 1.9) ->
 
 @ENGINES
 @pytest.mark.parametrize("by_pin", [False, True], ids=["link", "pin"])
-def test_the_rod_of_a_pendulum_pulls_by_weight_and_speed(engine, accuracy, by_pin):
+def test_rod_force_of_a_pendulum(engine, accuracy, by_pin):
     run = engine.run(link_pendulum(by_pin=by_pin), accuracy=accuracy)
     angle, rate = released_pendulum(run.times, GRAVITY / 0.7, 1.9)
     pull = 1.3 * (GRAVITY * np.cos(angle) + 0.7 * rate**2)
     inward = 1j * np.exp(1j * angle)
     allowed = FOLLOWS * accuracy * np.max(np.abs(pull))
-    # A rod without mass, or a pin without friction, carries nothing across: the bob's own motion needs none.
+    # A massless rod or a frictionless pin has no transverse force.
     np.testing.assert_allclose(complex_force(run, "rod"), pull * inward, atol=allowed)
     np.testing.assert_allclose(run.reactions["rod"].magnitude, np.abs(pull), atol=allowed)
     np.testing.assert_allclose(run.reactions["rod"].moment, 0.0, atol=allowed * 0.7)
     assert run.reactions["rod"].determined.all()
-    assert np.any(pull < 0)  # it pushes too, above the horizontal
+    assert np.any(pull < 0)  # compression above the horizontal
 
 
 @ENGINES
 @pytest.mark.parametrize("by_pin", [False, True], ids=["link", "pin"])
-def test_a_joint_told_the_other_way_round_says_the_opposite(engine, accuracy, by_pin):
+def test_reaction_changes_sign_with_the_order_of_the_bodies(engine, accuracy, by_pin):
     runs = [engine.run(link_pendulum(by_pin=by_pin, swapped=swapped), accuracy=accuracy) for swapped in (False, True)]
-    # The same motion by the same equations but for their order and sign, so that only rounding differs (times 1e3 for
-    # what a second of swinging makes of it).
+    # The equations differ in order and sign only, so that the motions differ by rounding (times 1e3, its growth over a
+    # second of oscillation).
     there, back = (complex_force(run, "rod") for run in runs)
     np.testing.assert_allclose(back, -there, atol=1e-12 * np.max(np.abs(there)))
 
 
 @ENGINES
-def test_a_pin_carries_the_weight_of_what_hangs_at_rest(engine, accuracy):
+def test_pin_carries_the_weight_at_rest(engine, accuracy):
     scene = pendulum_on_a_pin().scene
     run = engine.run(replace(scene, start=replace(scene.start, values={"rod": -math.pi / 2})), accuracy=accuracy)
-    # At rest nothing is integrated, and -pi/2 is rounded.
+    # At rest only the rounding of -pi/2 matters.
     np.testing.assert_allclose(run.reactions["hinge"].force, np.tile([0.0, 2.0 * GRAVITY], (len(run.times), 1)), atol=1e-12)
     np.testing.assert_allclose(run.reactions["hinge"].moment, 0.0, atol=1e-12)
 
 
 @ENGINES
-def test_a_weld_carries_force_and_moment(engine, accuracy):
+def test_weld_carries_force_and_moment(engine, accuracy):
     one = bent_pendulum()
     run = engine.run(one.scene, accuracy=accuracy)
     told = one.exact(run.times)
     (first, rate), (second, _) = told["first"], told["second"]
-    # The swing: angle and rate give the acceleration; lengths 0.5 m and 0.4 m, 2 kg and 1.5 kg, welded at 0.7 rad.
+    # Angle and rate give the acceleration; lengths 0.5 m and 0.4 m, 2 kg and 1.5 kg, welded at 0.7 rad.
     tip = 0.5 + np.exp(0.7j) * 0.2
     moment = 2.0 * 0.25 + 1.5 * tip
     inertia = 2.0 * 0.5**2 / 3 + 1.5 * (0.4**2 / 12 + abs(tip) ** 2)
@@ -125,17 +125,17 @@ def test_a_weld_carries_force_and_moment(engine, accuracy):
 
 
 @NOT_REDUCED
-def test_a_prismatic_joint_pushes_across_its_line_and_holds_the_collar_straight(engine, accuracy):
+def test_prismatic_joint_has_a_normal_force_and_a_moment(engine, accuracy):
     one = collar_on_a_turning_rod()
     run = engine.run(one.scene, accuracy=accuracy)
     told = one.exact(run.times)
     (turn, rate), (way, speed) = told["turn"], told["way"]
-    offset = 0.06 + 0.09j  # of the collar's mass centre from the guided point, ahead and aside; 0.7 kg, 0.02 kg m2
+    offset = 0.06 + 0.09j  # mass centre of the collar from the guided point, along and across; 0.7 kg, 0.02 kg m2
     line = np.exp(1j * (turn + 0.3))
     place = way + offset
-    # Angular momentum gives the rod's acceleration, once across the line it is known: two unknowns, two equations.
+    # Angular momentum and the transverse acceleration of the rod: two equations for two unknowns.
     whole = 2.0 / 3 + 0.02 + 0.7 * np.abs(place) ** 2
-    cross = -0.7 * offset.imag  # place x line direction, times mass
+    cross = -0.7 * offset.imag  # position x line direction, times mass
     right = -0.7 * 2 * place.real * speed * rate, 0.7 * place.real * rate**2
     bend = (right[0] - cross * right[1] / 0.7) / (whole - cross**2 / 0.7)
     growth = (right[1] - cross * bend) / 0.7
@@ -143,7 +143,7 @@ def test_a_prismatic_joint_pushes_across_its_line_and_holds_the_collar_straight(
     force = 0.7 * acceleration
     twist = 0.02 * bend + ((offset * line).conj() * force).imag
     allowed = FOLLOWS * accuracy * np.max(np.abs(force))
-    np.testing.assert_allclose((force / line).real, 0.0, atol=1e-9)  # of the formulas above: nothing along the line
+    np.testing.assert_allclose((force / line).real, 0.0, atol=1e-9)  # no force along the line
     np.testing.assert_allclose(complex_force(run, "bore"), force, atol=allowed)
     np.testing.assert_allclose(run.reactions["bore"].moment, twist, atol=allowed)
 
@@ -152,12 +152,12 @@ def test_a_prismatic_joint_pushes_across_its_line_and_holds_the_collar_straight(
 
 
 @ENGINES
-def test_teeth_turn_the_second_wheel_and_hold_the_first_back_by_the_ratio(engine, accuracy):
+def test_gear_moments_have_the_gear_ratio(engine, accuracy):
     run = engine.run(geared_wheels().scene, accuracy=accuracy)
-    # 0.6 N m on the first; 0.04 kg m2 and 0.3 kg m2, the ratio -0.5.
+    # 0.6 N m on the first wheel; 0.04 kg m2 and 0.3 kg m2, ratio -0.5.
     bend = 0.6 / (0.04 + 0.25 * 0.3)
     teeth = run.reactions["teeth"]
-    # A constant moment: only rounding is left.
+    # A constant moment: only rounding remains.
     np.testing.assert_allclose(teeth.moment, 0.3 * -0.5 * bend, rtol=1e-12)
     np.testing.assert_allclose(0.6 + 0.5 * teeth.moment, 0.04 * bend, rtol=1e-12)
     np.testing.assert_allclose(teeth.force, 0.0, atol=1e-12)
@@ -165,12 +165,12 @@ def test_teeth_turn_the_second_wheel_and_hold_the_first_back_by_the_ratio(engine
 
 
 @pytest.mark.parametrize("engine", [MultibodyEngine(), ReducedEngine()], ids=["multibody", "reduced"])
-def test_a_rack_pulls_along_its_direction_and_its_guide_pushes_across(engine):
+def test_rack_force_is_along_its_direction_and_the_guide_force_across(engine):
     run = engine.run(falling_rack().scene, accuracy=1e-10)
     # 2 kg at 1.2 rad, a pinion of 0.03 kg m2 and 0.1 m.
     along, weight = np.exp(1.2j), 2.0 * GRAVITY
     pull = weight * math.sin(1.2) * (1 - 1 / (1 + 0.03 / (2.0 * 0.1**2)))
-    # A constant force: only rounding is left.
+    # A constant force: only rounding remains.
     np.testing.assert_allclose(complex_force(run, "teeth"), pull * along, rtol=1e-11)
     np.testing.assert_allclose(complex_force(run, "guide"), 1j * along * weight * math.cos(1.2), rtol=1e-11)
 
@@ -201,14 +201,14 @@ def beam(*, speed: float = 0.0, load: float = 0.0) -> Scene:
 
 @NOT_REDUCED
 @pytest.mark.parametrize(("speed", "load"), [(0.0, 0.0), (0.0, 50.0), (0.7, 50.0)], ids=["rest", "load", "running"])
-def test_a_beam_rests_on_two_supports_as_levers_do(engine, accuracy, speed, load):
+def test_beam_on_two_supports(engine, accuracy, speed, load):
     run = engine.run(beam(speed=speed, load=load), accuracy=accuracy)
     bead_at = -0.4 + speed * run.times
     # Moments about the left support: beam, bead, load.
     right = (10.0 * GRAVITY * 0.8 + 3.0 * GRAVITY * (bead_at + 0.8) + load * 1.7) / 1.4
     left = 13.0 * GRAVITY + load - right
     for name, expected in (("left", left), ("right", right), ("top", np.full_like(left, 3.0 * GRAVITY))):
-        # Nothing moves but at a constant speed, so only rounding is left; a pushing guide has no moment.
+        # All speeds are constant, so only rounding remains; the guide has no moment.
         np.testing.assert_allclose(run.reactions[name].force[:, 1], expected, rtol=1e-12)
         np.testing.assert_allclose(run.reactions[name].force[:, 0], 0.0, atol=1e-12)
         np.testing.assert_allclose(run.reactions[name].moment, 0.0, atol=1e-11)
@@ -222,7 +222,7 @@ LINK, SPREAD = 0.5, (-0.3, 0.1, 0.4)
 
 
 def table_on_links(count: int) -> ExactCase:
-    """A table of 4 kg on parallel links of 0.5 m that hang it from above, and a mass of 1 kg on a link below it."""
+    """Return a table of 4 kg hung on parallel links of 0.5 m, and a mass of 1 kg on a link below it."""
     start = 0.6
     down = LINK * math.sin(start), -LINK * math.cos(start)
     links = [
@@ -242,9 +242,9 @@ def table_on_links(count: int) -> ExactCase:
 
 
 @NOT_REDUCED
-def test_a_third_parallel_link_changes_no_motion_and_leaves_three_forces_open(engine, accuracy):
+def test_third_parallel_link_keeps_the_motion_and_makes_three_forces_indeterminate(engine, accuracy):
     runs = [engine.run(table_on_links(count).scene, accuracy=accuracy) for count in (2, 3)]
-    # The accuracy of each, in metres and radians.
+    # Accuracy of each, m and rad.
     np.testing.assert_allclose(runs[0].poses, runs[1].poses, atol=2 * accuracy)
     two, three = (run.reactions for run in runs)
     assert all(reaction.determined.all() for reaction in two.values())
@@ -256,7 +256,7 @@ def test_a_third_parallel_link_changes_no_motion_and_leaves_three_forces_open(en
     }
     assert three["hanger"].determined.all()
     assert runs[0].mobility == runs[1].mobility == 2
-    # What all links do together is settled: force, and moment about the table's mass centre.
+    # The resultant of all links is determinate: force, and moment about the mass centre of the table.
     allowed = FOLLOWS * accuracy * np.max(two["link 0"].magnitude)
     for reactions in (two, three):
         links = [(reaction, SPREAD[int(name[-1])]) for name, reaction in reactions.items() if name != "hanger"]
@@ -270,7 +270,7 @@ def test_a_third_parallel_link_changes_no_motion_and_leaves_three_forces_open(en
 
 
 def door(hinges: int) -> Scene:
-    """A rod on one hinge or two on the same axis, with another rod hung from its end."""
+    """Return a rod on one hinge or two on the same axis, with another rod hung from its end."""
     pins = [Pin(name=f"hinge {k}", first=ground_point(), second=body_point("door", -0.4)) for k in range(hinges)]
     return make_scene(
         bodies=[rod_body("door", 2.0, 0.8), rod_body("tail", 1.0, 0.5)],
@@ -284,7 +284,7 @@ def door(hinges: int) -> Scene:
 
 
 @NOT_REDUCED
-def test_a_door_on_two_hinges_swings_as_on_one(engine, accuracy):
+def test_door_on_two_hinges_moves_as_on_one(engine, accuracy):
     runs = [engine.run(door(hinges), accuracy=accuracy) for hinges in (1, 2)]
     np.testing.assert_allclose(runs[0].poses, runs[1].poses, atol=2 * accuracy)
     one, two = (run.reactions for run in runs)
@@ -300,7 +300,7 @@ def test_a_door_on_two_hinges_swings_as_on_one(engine, accuracy):
 
 
 def loads_on(run: Trajectory, body: str):
-    """Force (n,) as complex numbers and moment (n,) about the mass centre, of all joints on one body."""
+    """Return force (n,) as complex numbers and moment (n,) about the mass centre of all joints on one body."""
     mechanism = run.scene.part.mechanism
     poses = run.poses[:, mechanism.body_index(body)]
     force, moment = np.zeros(len(run.times), dtype=complex), np.zeros(len(run.times))
@@ -308,7 +308,7 @@ def loads_on(run: Trajectory, body: str):
         acting = complex_force(run, joint.name)
         for point, sign in ((joint.second, 1.0), (joint.first, -1.0)):
             if point.body == body:
-                # Both ends feel the force where the second one is.
+                # The force on both bodies acts at the second point.
                 arm = place_of(run, joint.second) - (poses[:, 0] + 1j * poses[:, 1])
                 force += sign * acting
                 moment += sign * ((arm.conj() * acting).imag + run.reactions[joint.name].moment)
@@ -316,7 +316,7 @@ def loads_on(run: Trajectory, body: str):
 
 
 def place_of(run: Trajectory, point: Point):
-    """Where a point is (n,), as complex numbers."""
+    """Return the position of a point (n,) as complex numbers."""
     if point.body == GROUND:
         return np.full(len(run.times), complex(point.x, point.y))
     pose = run.poses[:, run.scene.part.mechanism.body_index(point.body)]
@@ -324,7 +324,7 @@ def place_of(run: Trajectory, point: Point):
 
 
 @ENGINES
-def test_forces_on_every_bar_of_the_chain_make_its_acceleration(engine, accuracy):
+def test_forces_on_every_bar_of_the_chain_equal_mass_times_acceleration(engine, accuracy):
     scene = library.load_scene("four_bar_chain")
     times = np.linspace(0.0, 0.5, 51)
     run = engine.run(scene, times=times, accuracy=accuracy)
@@ -338,14 +338,14 @@ def test_forces_on_every_bar_of_the_chain_make_its_acceleration(engine, accuracy
         crank = "crank" in name
         np.testing.assert_allclose(force - 1j * scene.gravity, end * (0.5 if crank else 1.0), atol=allowed)
         np.testing.assert_allclose(moment, bend / 12 if crank else 0.0 * bend, atol=allowed)
-    # And the ground bears the weight of all, less what accelerates.
+    # The ground carries the total weight less the inertia forces.
     held = sum(complex_force(run, joint) for joint in run.reactions if joint.startswith("pin of ground"))
     np.testing.assert_allclose(held, 5j * scene.gravity + 3.5 * end, atol=3 * allowed)
     assert all(reaction.determined.all() for reaction in run.reactions.values())
 
 
 @NOT_REDUCED
-def test_links_joined_with_the_ground_second_act_on_the_ground(engine, accuracy):
+def test_reaction_on_the_ground_as_second_body(engine, accuracy):
     scene = make_scene(
         bodies=[point_mass("lamp", 2.0)],
         joints=[Distance(name="cord", first=body_point("lamp"), second=ground_point(0.0, 1.0), length=0.6)],
@@ -353,5 +353,5 @@ def test_links_joined_with_the_ground_second_act_on_the_ground(engine, accuracy)
         sketch=[(0.0, 0.4, 0.0)],
     )
     run = engine.run(scene, accuracy=accuracy)
-    # At rest: the ground is the second body, and the lamp pulls it down by its weight.
+    # At rest the lamp pulls the ground, the second body, down by its weight.
     np.testing.assert_allclose(run.reactions["cord"].force, np.tile([0.0, -2.0 * GRAVITY], (len(run.times), 1)), atol=1e-12)

@@ -1,4 +1,4 @@
-"""Stiff scenes: the engine finds out, goes over to implicit steps, says so, and meets a motion that is known."""
+"""Stiff scenes: the engine detects stiffness, switches to implicit steps, reports it, and agrees with known motions."""
 
 from __future__ import annotations
 
@@ -12,12 +12,13 @@ from governor_mechanism.effects.gravity import Gravity
 from governor_mechanism.engines import MultibodyEngine
 from governor_mechanism.model.force_elements import Damper, Spring, TorsionDamper, TorsionSpring
 from governor_mechanism.model.joints import GROUND, Pin, Point
-from governor_mechanism.model.mechanism import Body, BodyAngle, Mechanism, PointCoordinate, SecondMoments
+from governor_mechanism.model.mechanism import Body, Mechanism, SecondMoments
+from governor_mechanism.model.output_variables import BodyAngle, PointCoordinate
 from governor_mechanism.model.scene import FIXED_PLANE, Part, RunSettings, Scene, Spindle, Start
 from governor_mechanism.model.trajectory import Outcome
 
 
-def made(mechanism, *, gravity, duration=2.0, start=None):
+def make_scene(mechanism, *, gravity, duration=2.0, start=None):
     part = Part(name="mechanism", machine="custom", dimensions={}, mechanism=mechanism, plane=FIXED_PLANE)
     return Scene(
         title="stiff",
@@ -30,7 +31,7 @@ def made(mechanism, *, gravity, duration=2.0, start=None):
 
 
 def two_rods(stiffness, damping):
-    """Two uniform rods of 1 m end to end, level, held straight against each other: nearly one rod of 2 m."""
+    """Return two uniform rods of 1 m in line, horizontal, with a stiff joint between them: nearly one rod of 2 m."""
     bodies = tuple(Body(name=name, mass=1.0, second_moments=SecondMoments(xx=1 / 12)) for name in ("upper", "lower"))
     joints = (
         Pin(name="pin", first=Point(body=GROUND), second=Point(body="upper", x=-0.5)),
@@ -55,23 +56,26 @@ def two_rods(stiffness, damping):
 
 
 @pytest.mark.parametrize(("stiffness", "damping"), [(1e4, 1e4), (1e6, 1e5), (1e3, 1e6)])
-def test_a_stiff_knee_makes_two_rods_swing_as_one(stiffness, damping):
-    run = MultibodyEngine().run(made(two_rods(stiffness, damping), gravity=True), accuracy=1e-6)
+def test_two_rods_with_a_stiff_joint_oscillate_as_one(stiffness, damping):
+    run = MultibodyEngine().run(make_scene(two_rods(stiffness, damping), gravity=True), accuracy=1e-6)
     assert run.outcome is Outcome.DONE
     assert run.cost.method.startswith("stiff from t = ")
     assert "implicit" in run.cost.method
-    # One uniform rod of 2 m, let go level: a pendulum of the length (2/3) 2 m.
+    # One uniform rod of 2 m released from the horizontal: a pendulum of length (2/3) 2 m.
     m, length = 0.5, 4 / 3
     sn, _, _, _ = ellipj(ellipk(m) - math.sqrt(9.81 / length) * run.times, m)
     angle = 2 * np.arcsin(math.sqrt(m) * sn) - math.pi / 2
-    # The knee carries at most some 30 N m and has 2 s: it bends by 30 N m * 2 s / damping + 30 N m / stiffness at most.
-    bend = 30.0 * min(2.0 / damping, 1 / stiffness) + 1e-6
-    assert np.max(np.abs(run.readings["bend"])) < bend
-    assert np.max(np.abs(run.readings["upper"] + math.pi + angle)) < 3 * bend or np.max(np.abs(run.readings["upper"] - angle)) < 3 * bend
+    # The joint moment is at most about 30 N m for 2 s: the angle is at most 30 N m * 2 s / damping or 30 N m / stiffness.
+    max_bend = 30.0 * min(2.0 / damping, 1 / stiffness) + 1e-6
+    assert np.max(np.abs(run.readings["bend"])) < max_bend
+    assert (
+        np.max(np.abs(run.readings["upper"] + math.pi + angle)) < 3 * max_bend
+        or np.max(np.abs(run.readings["upper"] - angle)) < 3 * max_bend
+    )
     assert run.joint_gap.max() < 1e-12
 
 
-def test_a_stiff_damped_mass_is_followed_exactly():
+def test_stiff_damped_mass_agrees_with_the_exact_solution():
     mass, stiffness, damping = 1.0, 1e4, 1e4
     ball = Body(name="ball", mass=mass, can_rotate=False)
     ground = Point(body=GROUND)
@@ -87,15 +91,15 @@ def test_a_stiff_damped_mass_is_followed_exactly():
         length_scale=1.0,
         initial_guess=((1.1, 0.0, 0.0),),
     )
-    run = MultibodyEngine().run(made(mechanism, gravity=False), accuracy=1e-8)
+    run = MultibodyEngine().run(make_scene(mechanism, gravity=False), accuracy=1e-8)
     assert run.outcome is Outcome.DONE
     assert "implicit" in run.cost.method
     root = math.sqrt(damping**2 - 4 * stiffness * mass)
     slow, fast = (-damping + root) / (2 * mass), (-damping - root) / (2 * mass)
     exact = 1.0 + 0.1 * (fast * np.exp(slow * run.times) - slow * np.exp(fast * run.times)) / (fast - slow)
-    assert np.max(np.abs(run.readings["x"] - exact)) < 1e-8  # the accuracy asked for
+    assert np.max(np.abs(run.readings["x"] - exact)) < 1e-8  # the requested accuracy
 
 
-def test_a_scene_that_is_not_stiff_says_so():
-    run = MultibodyEngine().run(made(two_rods(10.0, 0.1), gravity=True), accuracy=1e-6)
+def test_method_of_a_scene_that_is_not_stiff():
+    run = MultibodyEngine().run(make_scene(two_rods(10.0, 0.1), gravity=True), accuracy=1e-6)
     assert run.cost.method == "explicit (DOP853)"

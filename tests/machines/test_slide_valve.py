@@ -226,7 +226,7 @@ def test_parts_without_mass_load_no_bearing():
 REFUSED = [
     ({"eccentric_rod": 0.06}, r"eccentric_rod \(60 mm\) must be longer than eccentric \(60 mm\)"),
     ({"connecting_rod": 0.2}, r"connecting_rod \(200 mm\) must be longer than crank \(300 mm\)"),
-    ({"outside_lap": 0.06}, r"outside_lap \(60 mm\) must be smaller than the valve's travel to either side \(60 mm\)"),
+    ({"outside_lap": 0.06}, r"outside_lap \(60 mm\) must be smaller than the valve's travel to each side \(60 mm\)"),
     ({"inside_lap": -0.07}, r"inside_lap \(-70 mm\) must be smaller than the valve's travel"),
     ({"advance": "90 deg"}, r"advance \(90 deg\) must lie between -90 and 90 deg"),
     ({"advance": 30.0}, r"advance \(1718.87 deg\) .* a bare number is in rad, so write it with its unit: 30 deg"),
@@ -261,7 +261,7 @@ def test_tables_that_would_say_nothing_are_refused(table, values):
 
 @pytest.mark.parametrize("effects", [{"masses": {"crank": 3.0}}, {"clearance": 1e-3}, {"rods": {"arm_mass": 1.0}}])
 def test_effects_of_other_machines_are_refused(effects):
-    with pytest.raises(MechanismError, match="machine 'slide_valve' has none"):
+    with pytest.raises(MechanismError, match="machine 'slide_valve' does not support it"):
         parse_scene_document(document("slide_valve", SLIDE_VALVE_DIMENSIONS, effects))
 
 
@@ -271,7 +271,7 @@ def test_a_setting_given_from_python_is_checked_too():
 
 
 def test_events_of_another_machine_are_refused():
-    with pytest.raises(MechanismError, match="events of steam are those of machine 'slide_valve'"):
+    with pytest.raises(MechanismError, match="valve timing needs machine 'slide_valve'"):
         tabulate_valve_timing(gm.load("porter"))
 
 

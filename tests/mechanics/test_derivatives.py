@@ -32,7 +32,8 @@ from governor_mechanism.model.joints import (
     TranslationalDriver,
     Weld,
 )
-from governor_mechanism.model.mechanism import Body, BodyAngle, Mechanism, SecondMoments
+from governor_mechanism.model.mechanism import Body, Mechanism, SecondMoments
+from governor_mechanism.model.output_variables import BodyAngle
 from governor_mechanism.model.scene import FIXED_PLANE, TURNING_PLANE, Part, Scene, Spindle, Start
 from governor_mechanism.model.time_functions import InputFunction, PrescribedMotion
 from reference.zehnder import PORTER_OPEN

@@ -15,7 +15,8 @@ from governor_mechanism.mechanics.kinematics.batched_assembly import BatchedPosi
 from governor_mechanism.mechanics.kinematics.continuation import PathContinuation
 from governor_mechanism.mechanics.kinematics.range_of_motion import RANGE_END_MARGIN, find_range_of_motion, trace_range_of_motion
 from governor_mechanism.model.joints import GROUND, Distance, Gear, Pin, Point, Slider
-from governor_mechanism.model.mechanism import Body, BodyAngle, Limit, LineAngle, Mechanism, PointCoordinate, SecondMoments
+from governor_mechanism.model.mechanism import Body, Mechanism, SecondMoments
+from governor_mechanism.model.output_variables import BodyAngle, Limit, LineAngle, PointCoordinate
 from governor_scenes import governor_scene, random_governor
 
 

@@ -1,4 +1,4 @@
-"""Many equations solved sparsely are solved as a few are, and where they depend on each other that is seen."""
+"""Sparse solutions agree with dense ones, and linearly dependent equations are detected."""
 
 from __future__ import annotations
 
@@ -9,11 +9,11 @@ from governor_mechanism.mechanics.dynamics.constraint_solver import find_coupled
 from governor_mechanism.numerics.least_squares import MIN_SPARSE_ROWS, least_norm_solution, mass_weighted_least_norm, numerical_rank
 
 ROUNDING = 1e-11
-"""Of solutions of order one: conditions of these matrices are below some thousands."""
+"""Error of solutions of order one; the condition numbers of these matrices are below a few thousand."""
 
 
-def chained(count, seed):
-    """Equations of neighbouring bodies, as a chain's joints make them; two for each of `count` bodies of three."""
+def chain_equations(count, seed):
+    """Return equations as of the joints of a chain (two for each of `count` bodies), their right-hand side and masses."""
     generator = np.random.default_rng(seed)
     rows = np.zeros((2 * count, 3 * count))
     for k in range(count):
@@ -23,63 +23,63 @@ def chained(count, seed):
 
 
 @pytest.mark.parametrize("seed", range(5))
-def test_the_smallest_change_is_that_of_singular_values(seed):
-    rows, right, _ = chained(MIN_SPARSE_ROWS, seed)
-    expected = np.linalg.pinv(rows) @ right
-    assert least_norm_solution(rows, right) == pytest.approx(expected, abs=ROUNDING * np.max(np.abs(expected)))
+def test_least_norm_solution_matches_the_pseudoinverse(seed):
+    rows, rhs, _ = chain_equations(MIN_SPARSE_ROWS, seed)
+    expected = np.linalg.pinv(rows) @ rhs
+    assert least_norm_solution(rows, rhs) == pytest.approx(expected, abs=ROUNDING * np.max(np.abs(expected)))
     few = rows[: MIN_SPARSE_ROWS // 2]
-    assert least_norm_solution(few, right[: MIN_SPARSE_ROWS // 2]) == pytest.approx(np.linalg.pinv(few) @ right[: MIN_SPARSE_ROWS // 2])
+    assert least_norm_solution(few, rhs[: MIN_SPARSE_ROWS // 2]) == pytest.approx(np.linalg.pinv(few) @ rhs[: MIN_SPARSE_ROWS // 2])
 
 
-def test_equations_that_nearly_depend_on_each_other_are_met_to_rounding():
-    """Two that differ by a ten-thousandth: products of rows lose eight digits, which are won back."""
-    rows, right, _ = chained(MIN_SPARSE_ROWS, 3)
+def test_nearly_dependent_equations_are_satisfied_to_rounding():
+    """Two rows differ by 1e-4: rows * rows^T loses eight digits, which the refinement restores."""
+    rows, rhs, _ = chain_equations(MIN_SPARSE_ROWS, 3)
     rows[41] = rows[40] + 1e-4 * rows[41]
-    found = least_norm_solution(rows, right)
-    assert rows @ found == pytest.approx(right, abs=1e-11)
-    assert found == pytest.approx(np.linalg.pinv(rows) @ right, rel=1e-8, abs=1e-8 * np.max(np.abs(found)))
+    solution = least_norm_solution(rows, rhs)
+    assert rows @ solution == pytest.approx(rhs, abs=1e-11)
+    assert solution == pytest.approx(np.linalg.pinv(rows) @ rhs, rel=1e-8, abs=1e-8 * np.max(np.abs(solution)))
 
 
 @pytest.mark.parametrize("seed", range(5))
-def test_the_lightest_change_is_that_of_lagrange(seed):
-    rows, right, masses = chained(MIN_SPARSE_ROWS, seed)
+def test_mass_weighted_solution_matches_lagrange_multipliers(seed):
+    rows, rhs, masses = chain_equations(MIN_SPARSE_ROWS, seed)
     count = len(rows)
-    system = np.block([[np.diag(masses), rows.T], [rows, np.zeros((count, count))]])
-    expected = np.linalg.solve(system, np.append(np.zeros(len(masses)), right))[: len(masses)]
-    assert mass_weighted_least_norm(rows, masses, right) == pytest.approx(expected, abs=ROUNDING * np.max(np.abs(expected)))
+    kkt_matrix = np.block([[np.diag(masses), rows.T], [rows, np.zeros((count, count))]])
+    expected = np.linalg.solve(kkt_matrix, np.append(np.zeros(len(masses)), rhs))[: len(masses)]
+    assert mass_weighted_least_norm(rows, masses, rhs) == pytest.approx(expected, abs=ROUNDING * np.max(np.abs(expected)))
 
 
-def test_what_has_no_mass_is_moved_by_the_equations():
-    rows, right, masses = chained(MIN_SPARSE_ROWS, 1)
+def test_unknowns_without_mass_are_determined_by_the_equations():
+    rows, rhs, masses = chain_equations(MIN_SPARSE_ROWS, 1)
     masses[5] = 0.0
-    found = mass_weighted_least_norm(rows, masses, right)
-    assert rows @ found == pytest.approx(right, abs=ROUNDING * np.max(np.abs(found)))
+    solution = mass_weighted_least_norm(rows, masses, rhs)
+    assert rows @ solution == pytest.approx(rhs, abs=ROUNDING * np.max(np.abs(solution)))
 
 
-def test_equations_that_depend_on_each_other_are_seen():
-    rows, right, masses = chained(MIN_SPARSE_ROWS, 2)
+def test_linearly_dependent_equations_are_detected():
+    rows, rhs, masses = chain_equations(MIN_SPARSE_ROWS, 2)
     assert numerical_rank(rows) == len(rows)
-    twice = np.concatenate([rows, rows[:3] + rows[3:6]])
-    assert numerical_rank(twice) == len(rows)
-    asked = np.append(right, right[:3] + right[3:6])
-    expected = np.linalg.pinv(rows) @ right
-    assert least_norm_solution(twice, asked) == pytest.approx(expected, abs=ROUNDING * np.max(np.abs(expected)))
-    assert mass_weighted_least_norm(twice, masses, np.append(right, [1.0, 2.0, 3.0])) is None
+    dependent_rows = np.concatenate([rows, rows[:3] + rows[3:6]])
+    assert numerical_rank(dependent_rows) == len(rows)
+    dependent_rhs = np.append(rhs, rhs[:3] + rhs[3:6])
+    expected = np.linalg.pinv(rows) @ rhs
+    assert least_norm_solution(dependent_rows, dependent_rhs) == pytest.approx(expected, abs=ROUNDING * np.max(np.abs(expected)))
+    assert mass_weighted_least_norm(dependent_rows, masses, np.append(rhs, [1.0, 2.0, 3.0])) is None
 
 
-def test_nothing_has_no_rank():
+def test_no_equations_have_rank_zero():
     assert numerical_rank(np.zeros((0, 6))) == 0
 
 
 @pytest.mark.parametrize("seed", range(5))
-def test_neighbours_are_all_pairs_of_rows_that_share_a_body(seed):
-    ends = np.random.default_rng(seed).integers(-1, 5, (12, 2))
+def test_coupled_rows_are_all_pairs_that_share_a_body(seed):
+    row_bodies = np.random.default_rng(seed).integers(-1, 5, (12, 2))
     expected = [
-        (i, j, side, other)
+        (i, j, side, other_side)
         for i in range(12)
         for j in range(i + 1)
         for side in range(2)
-        for other in range(2)
-        if ends[i, side] >= 0 and ends[i, side] == ends[j, other]
+        for other_side in range(2)
+        if row_bodies[i, side] >= 0 and row_bodies[i, side] == row_bodies[j, other_side]
     ]
-    assert find_coupled_rows(ends).tolist() == [list(pair) for pair in expected]
+    assert find_coupled_rows(row_bodies).tolist() == [list(pair) for pair in expected]

@@ -9,7 +9,7 @@ import pytest
 
 import governor_mechanism as gm
 from governor_mechanism.mechanics.kinematics.assembly import PositionSolver
-from governor_mechanism.model.mechanism import DerivedForce, SpringForce, StaticForce
+from governor_mechanism.model.output_variables import DerivedForce, SpringForce, StaticForce
 from governor_mechanism.model.scene import Scene
 from governor_mechanism.observables.static_forces import compute_static_force, evaluate_derived_forces
 from governor_scenes import PORTER, governor_scene
@@ -48,7 +48,7 @@ def test_no_poses_give_no_forces() -> None:
 
 def test_a_spring_that_is_none_is_told() -> None:
     scene = telling(hartung_scene(PAPER_DIMENSIONS), SpringForce(name="pull", spring="sprigs"))
-    with pytest.raises(gm.MechanismError, match=r"no spring 'sprigs' among the loads; springs are \['springs'\]"):
+    with pytest.raises(gm.MechanismError, match=r"no spring 'sprigs' among the force elements; springs are \['springs'\]"):
         evaluate_derived_forces(scene, np.array([scene.part.mechanism.initial_guess]))
 
 
@@ -59,5 +59,5 @@ class Foreign(DerivedForce):
 
 def test_an_output_without_an_equation_is_a_fault_of_the_program() -> None:
     scene = telling(hartung_scene(PAPER_DIMENSIONS), Foreign(name="what"))
-    with pytest.raises(TypeError, match="no equation is written for outputs of type Foreign"):
+    with pytest.raises(TypeError, match="no equation is known for derived forces of type Foreign"):
         evaluate_derived_forces(scene, np.array([scene.part.mechanism.initial_guess]))

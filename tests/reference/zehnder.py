@@ -2,7 +2,7 @@
 
 Source of all: the formulas of L. Zehnder, Dinglers Polyt. J. 225 (1877), pp. 1-14, and what follows from them by
 Lagrange's equation, recomputed with 25-40 digit arithmetic and g = 9.81 m/s2, printed to 12 significant digits with
-trailing zeros left out; other counts of digits stand beside the number. `dimensions` are keywords of the closed forms'
+trailing zeros left out; other numbers of digits are noted at the number. `dimensions` are keywords of the closed forms'
 PendulumGovernor; mass is per ball, per arm, per link.
 """
 
@@ -126,12 +126,10 @@ CROSSED_MARKS = {
 FRICTION_BAND = {
     "arm_angle_deg": 30,
     "resistance": 40.0,
-    "insensitivity": 0.163098878695,
     "falling_speed": 11.1686187598,
     "equilibrium_speed": 12.208502366,
     "rising_speed": 13.1665111187,
     "insensitivity_exact": 0.163647620241,
-    "insensitivity_two_terms": 0.163641207833,  # d + d^3 / 8
 }
 
 # Zehnder, Dinglers Polyt. J. 225 (1877), recomputed with 25-40 digit arithmetic: the jump of the pseudo-parabolic
@@ -235,11 +233,6 @@ OSCULATION = [
     (2, 0.00115629779891, -0.00984554294987, 0.0125332137148),
     (4, 0.00445450776254, -0.0156250884881, 0.0258152325345),
 ]
-
-# Zehnder's empirical start abscissa with 1 + m = w^2 / k, recomputed with 25-40 digit arithmetic: k (1/s2), abscissa
-# (m), slope angle there (deg; 8 digits), abscissa of the 45 deg point (m), the digits of the latter.
-EMPIRICAL_START = [(15, 0.260385245065, 21.709607, 0.654, 3), (80, 0.107080245517, 41.128547, 0.122625, 6)]
-EMPIRICAL_AT_45_DEGREES = {"root_of_load_over_rpm": 0.0100683472319, "abscissa": 0.090683472319}
 
 # Isochronous guide at 120 rpm (Zehnder, motion by Lagrange's equation, 25-40 digits).
 GUIDE = {

@@ -17,7 +17,7 @@ from governor_mechanism.effects.spring import OutputSpring
 from governor_mechanism.effects.stops import Stops
 from governor_mechanism.model.events import Event
 from governor_mechanism.model.joints import Point
-from governor_mechanism.model.mechanism import PointCoordinate
+from governor_mechanism.model.output_variables import PointCoordinate
 from governor_mechanism.model.time_functions import InputFunction
 from governor_mechanism.render.effect_state import effect_state_of
 from governor_mechanism.render.film.frame_data import interpolate_frame_data
@@ -117,7 +117,7 @@ def test_no_texts_overlap_with_every_effect_in_the_frame():
     picture = FramePainter(run, interpolate_frame_data(run, run.scene.part, (0.0, 1.0), np.linspace(0, 1, 26)))
     picture.update(25)
     boxes = words_of(picture)
-    assert any(words.startswith("play, ") for words, _ in boxes)
+    assert any(words.startswith("clearance, ") for words, _ in boxes)
     for (words, box), (others, other) in itertools.combinations(boxes, 2):
         assert not box.padded(-1.0).overlaps(other.padded(-1.0)), f"{words!r} overlaps {others!r}"
 

@@ -65,7 +65,7 @@ def test_rounding_noise_is_a_flat_line_and_no_factor_is_printed_over_a_heading(p
 
 
 def test_the_cause_of_an_early_end_comes_first_and_stays_within_the_figure(porter):
-    for detail in ("arm_angle: the arms stand at 90 degrees", 30 * "a cause told at length, "):
+    for detail in ("arm_angle: the arms are at 90 degrees", 30 * "a cause told at length, "):
         figure = figures._draw_readings(dataclasses.replace(porter, outcome=Outcome.LEFT_RANGE, detail=detail))
         renderer = FigureCanvasAgg(figure).get_renderer()
         first, second = figure.texts[-2:]
@@ -135,7 +135,7 @@ def test_an_exception_leaves_no_file(tmp_path, porter, monkeypatch):
             file.write(b"half")
         raise KeyboardInterrupt
 
-    monkeypatch.setattr(figures.FigureCanvasAgg, "print_png", fail)
+    monkeypatch.setattr(FigureCanvasAgg, "print_png", fail)
     with pytest.raises(KeyboardInterrupt):
         readings_figure(porter, tmp_path / "a.png")
     assert list(tmp_path.iterdir()) == []

@@ -1,4 +1,4 @@
-"""The bill of a scene's effects: what is found small is small, what cannot be switched says so."""
+"""Effect ablation: negligible effects, costs, and effects that cannot be switched."""
 
 from __future__ import annotations
 
@@ -15,7 +15,7 @@ from governor_mechanism.effects.rod_masses import RodMasses
 from governor_mechanism.model.time_functions import InputFunction
 from governor_mechanism.render.figures.effect_ablation import effect_ablation_figure
 from governor_mechanism.scenes.parser import parse_scene_document
-from governor_mechanism.studies.effect_ablation import run_effects_study
+from governor_mechanism.studies.effect_ablation import EffectComparison, EffectCost, run_effects_study
 
 DOCUMENT = {
     "title": "Porter",
@@ -50,7 +50,15 @@ def test_every_listed_effect_is_switched_and_what_changes_nothing_is_named(study
     assert 0.0 < rows["dashpot"].relative_change < 1e-8
     assert rows["dry_friction"].cost_with.events > rows["dry_friction"].cost_without.events == 0
     assert rows["gravity"].relative_change > 0.1
-    assert rows["rods"].time_ratio > 0
+
+
+def test_the_time_ratio_is_that_of_the_runs_with_and_without_the_effect():
+    costs = {"cost_with": EffectCost(evaluations=10, steps=5, events=0, wall_time=0.3)}
+    costs["cost_without"] = replace(costs["cost_with"], wall_time=0.1)
+    row = EffectComparison(effect="stops", listed=True, changes={}, most_changed_reading="", relative_change=0.0, **costs)
+    assert row.time_ratio == pytest.approx(3.0)
+    assert replace(row, note="the run ends early").time_ratio is None
+    assert replace(row, cost_without=None).time_ratio is None
 
 
 def test_a_change_is_that_of_two_runs(study):
@@ -62,21 +70,21 @@ def test_a_change_is_that_of_two_runs(study):
     assert row.changes["arm_angle"] == pytest.approx(expected, rel=1e-12)
 
 
-def test_what_is_told_names_every_effect_and_goes_into_json(study):
+def test_the_report_and_the_json_name_every_effect(study):
     text = str(study)
     assert "leave out: dashpot, stops" in text
     assert all(row.effect in text for row in study.rows)
-    told = json.loads(json.dumps(study.as_json(), allow_nan=False))
-    assert told["leave_out"] == ["dashpot", "stops"]
-    assert len(told["effects"]) == len(study.rows)
+    document = json.loads(json.dumps(study.as_json(), allow_nan=False))
+    assert document["leave_out"] == ["dashpot", "stops"]
+    assert len(document["effects"]) == len(study.rows)
 
 
 def test_the_figure_is_written_and_refuses_other_names(study, tmp_path):
-    path = effect_ablation_figure(study, tmp_path / "bill.png")
+    path = effect_ablation_figure(study, tmp_path / "effects.png")
     assert path.read_bytes().startswith(b"\x89PNG")
     with pytest.raises(gm.MechanismError, match=r"end in \.png"):
-        effect_ablation_figure(study, tmp_path / "bill.gif")
-    assert [file.name for file in tmp_path.iterdir()] == ["bill.png"]
+        effect_ablation_figure(study, tmp_path / "effects.gif")
+    assert [file.name for file in tmp_path.iterdir()] == ["effects.png"]
 
 
 def test_effects_that_are_not_listed_are_tried_where_they_need_no_numbers():
@@ -84,7 +92,7 @@ def test_effects_that_are_not_listed_are_tried_where_they_need_no_numbers():
     study = run_effects_study(scene)
     assert [(row.effect, row.listed) for row in study.rows] == [("gravity", True), ("centrifugal", False)]
     assert study.missing == ("centrifugal",)
-    assert "not listed, though it would show: centrifugal" in str(study)
+    assert "not listed, but significant: centrifugal" in str(study)
 
 
 def test_a_scene_made_in_python_is_studied_but_for_what_built_its_mechanism():
@@ -92,18 +100,18 @@ def test_a_scene_made_in_python_is_studied_but_for_what_built_its_mechanism():
     friction = DryFriction(reading="sleeve_lift", force=InputFunction(values=(10.0,)))
     made = replace(base, effects=(*base.effects, friction, Dashpot(reading="sleeve_lift", linear=1e-9)), document={})
     study = run_effects_study(made)
-    assert study.negligible == ("OilBrake",)
+    assert study.negligible == ("Dashpot",)
     gravity = next(row for row in study.rows if row.effect == "Gravity")
-    assert gravity.note.startswith("the run without it ends early: arm_angle: the arms stand at 90 degrees")
+    assert gravity.note.startswith("the run without it ends early: arm_angle: the arms are at 90 degrees")
     assert gravity.time_ratio is None
     with_rods = replace(made, effects=(*made.effects, RodMasses(arm_mass=0.1)))
-    row = next(row for row in run_effects_study(with_rods).rows if row.effect == "Rods")
+    row = next(row for row in run_effects_study(with_rods).rows if row.effect == "RodMasses")
     assert row.relative_change is None
-    assert "cannot be switched: Rods is built into the mechanism" in row.note
+    assert "cannot be switched: RodMasses is part of the mechanism" in row.note
 
 
 def test_an_effect_others_need_cannot_be_switched_and_says_why():
-    uneven = DOCUMENT | {"spindle": {"speed": "120 rpm", "speed_fluctuation": 0.01}, "run": {"duration": "0.1 s"}}
-    rows = {row.effect: row for row in run_effects_study(parse_scene_document(uneven)).rows}
-    assert "speed fluctuation changes nothing" in rows["centrifugal"].note
+    fluctuating = DOCUMENT | {"spindle": {"speed": "120 rpm", "speed_fluctuation": 0.01}, "run": {"duration": "0.1 s"}}
+    rows = {row.effect: row for row in run_effects_study(parse_scene_document(fluctuating)).rows}
+    assert "speed_fluctuation changes nothing" in rows["centrifugal"].note
     assert rows["spindle.speed_fluctuation"].relative_change > 1e-6

@@ -56,7 +56,7 @@ def problems_of(*words, **options):
 def test_rows_are_those_of_single_runs(scene, grid):
     assert grid.shape == (3, 3)
     assert grid.ok
-    assert grid.outcomes == {"uncertified": 9}
+    assert grid.outcomes == {"ok": 9}
     assert [axis.unit for axis in grid.axes] == ["m", "kg"]
     for row in grid.rows:
         arm, mass = grid.values_at(row.index)
@@ -155,7 +155,7 @@ def test_a_journal_of_another_sweep_is_refused(scene, tmp_path):
 def test_rows_that_cannot_be_made_or_end_early_say_so_and_stop_no_other(scene):
     speeds = "spindle.speed=120rpm,300rpm"
     found = gm.sweep(scene, [REFUSED, speeds], ["final arm_angle", "duration"])
-    assert [row.outcome for row in found.rows] == ["refused", "refused", "uncertified", "left_range"]
+    assert [row.outcome for row in found.rows] == ["refused", "refused", "ok", "left_range"]
     refused, _, fine, early = found.rows
     assert "it is too short" in refused.message
     assert all(map(math.isnan, refused.numbers))
@@ -178,7 +178,7 @@ def endless(run):
 
 def test_a_fault_in_one_row_is_told_there(scene):
     found = gm.sweep(scene, [MASSES], {"mine": faulty})
-    assert [row.outcome for row in found.rows] == ["uncertified", "failed", "uncertified"]
+    assert [row.outcome for row in found.rows] == ["ok", "failed", "ok"]
     assert found.rows[1].message == "ZeroDivisionError: float division by zero"
     assert found.column("mine")[[0, 2]].tolist() == [-0.2, 0.2]
     assert "is no finite number: inf" in gm.sweep(scene, [MASSES], {"mine": endless}).rows[0].message

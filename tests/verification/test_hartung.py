@@ -27,14 +27,14 @@ def quantities(scene: Any) -> dict[str, bool]:
     [
         ({"angle": math.radians(132.001)}, "static sleeve force at"),
         ({"weight_mass": 45.001}, "equilibrium speed at"),
-        ({"sleeve_mass": 15.01}, "spring force that holds"),
+        ({"sleeve_mass": 15.01}, "spring force that balances"),
         ({"weight_arm": 0.11501}, "lever angle in motion"),
-        ({"sleeve_arm": 0.1701}, "period of an infinitely small swing"),
+        ({"sleeve_arm": 0.1701}, "small-oscillation period"),
     ],
 )
 def test_a_planted_error_is_found(monkeypatch: pytest.MonkeyPatch, change: dict[str, float], found: str) -> None:
-    right = hartung.build_closed_form_governor
-    monkeypatch.setattr(hartung, "build_closed_form_governor", lambda scene: replace(right(scene), **change))
+    right = hartung.build_hartung_closed_form
+    monkeypatch.setattr(hartung, "build_hartung_closed_form", lambda scene: replace(right(scene), **change))
     scene = gm.load("hartung_dubois")
     wrong = quantities(replace(scene, run=replace(scene.run, duration=2.0)))
     assert any(name.startswith(found) and not passed for name, passed in wrong.items())
@@ -47,21 +47,21 @@ def test_a_free_spindle_is_followed_with_its_speed() -> None:
     report = gm.crosscheck(scene)
     assert report.passed, str(report)
     assert any(row.quantity.startswith("spindle speed in motion") for row in report.rows)
-    assert "the spindle is free: rest at a given speed is not checked" in report.notes
+    assert "the spindle is free: equilibria at a given speed are not checked" in report.notes
 
 
 def test_a_speed_without_rest_within_the_stroke_is_noted() -> None:
     scene = hartung_scene(PAPER_DIMENSIONS, speed=Spindle(speeds=(24.0,)), angle=0.1, duration=0.1)
     report = gm.crosscheck(scene)
     assert report.passed, str(report)
-    assert any("rests nowhere within its stroke" in note for note in report.notes)
+    assert any("no equilibrium within the stroke" in note for note in report.notes)
 
 
 @pytest.mark.parametrize(
     ("more", "note"),
     [
         (BellCrankMasses(mass=1.0), "only the energy is checked"),
-        (DryFriction(reading="sleeve_lift", force=InputFunction(values=(20.0,))), "the closed form has no DryFriction"),
+        (DryFriction(reading="sleeve_lift", force=InputFunction(values=(20.0,))), "the closed form does not include dry friction"),
     ],
 )
 def test_what_has_no_closed_form_is_noted(more: Any, note: str) -> None:
@@ -73,5 +73,5 @@ def test_what_has_no_closed_form_is_noted(more: Any, note: str) -> None:
 
 def test_without_gravity_it_is_refused() -> None:
     scene = hartung_scene(PAPER_DIMENSIONS)
-    with pytest.raises(gm.MechanismError, match="need both effects, gravity and centrifugal"):
+    with pytest.raises(gm.MechanismError, match="need the effects gravity and centrifugal"):
         gm.crosscheck(replace(scene, effects=scene.effects[1:]))

@@ -1,4 +1,4 @@
-"""How a command speaks and ends: sentences, JSON, signs of life, exit statuses, Ctrl-C."""
+"""Output and exit status of the commands: messages, JSON, progress, interrupts."""
 
 from __future__ import annotations
 
@@ -18,15 +18,26 @@ from governor_mechanism.errors import GovernorMechanismError, MechanismError
 EXIT_OK, EXIT_FAILED, EXIT_BAD_INPUT, EXIT_INTERRUPTED = 0, 1, 2, 130
 
 INTERRUPT_REPEAT_INTERVAL = 1.0
-"""Seconds after which an interrupt that was swallowed strikes again: long beside the clearing away of half a file."""
+"""Time after which a swallowed interrupt is raised again, s; long enough to delete a half-written file."""
 
 
 class CommandExit(SystemExit):
-    """The end of a command that has said all it has to say."""
+    """End of a command that has already printed everything."""
 
 
 def guarded_command(command: Callable[..., int]) -> Callable[..., None]:
-    """Turn a command's failures into one sentence each and an exit status."""
+    """Turn the failures of a command into one message each and an exit status.
+
+    Parameters
+    ----------
+    command
+        Function that returns an exit status.
+
+    Returns
+    -------
+    Callable[..., None]
+        The command with the same signature; it ends with `CommandExit`.
+    """
 
     @functools.wraps(command)
     def guarded(*args: Any, **options: Any) -> None:
@@ -43,17 +54,17 @@ def guarded_command(command: Callable[..., int]) -> Callable[..., None]:
 
 
 def _report_interrupt() -> int:
-    print_to_stderr("interrupted; files already complete were kept, no half-written one was left")
+    print_to_stderr("interrupted; complete files are kept, and no half-written file is left")
     return EXIT_INTERRUPTED
 
 
 def _report_failure(error: BaseException, *, as_json: bool) -> int:
-    """Say what a user can mend, and the status; anything else is a fault of ours and goes on up."""
+    """Print what the user can correct and return the exit status; raise any other error again."""
     if isinstance(error, MechanismError):
         return _report_problems(list(error.problems), as_json=as_json)
     if isinstance(error, GovernorMechanismError):
         return _report_problems([str(error)], as_json=as_json)
-    if isinstance(error, BrokenPipeError):  # whoever read our output has seen enough
+    if isinstance(error, BrokenPipeError):  # the reader of our output has closed the pipe
         sys.stdout = None
         return EXIT_OK
     if isinstance(error, OSError):
@@ -63,10 +74,10 @@ def _report_failure(error: BaseException, *, as_json: bool) -> int:
 
 
 class InterruptHandler:
-    """While it is open, a Ctrl-C is sure to end the command.
+    """Context in which Ctrl-C is certain to end the command.
 
-    Where it strikes within a finaliser or an import, Python or a library swallows the exception or turns it into
-    another; so it strikes again every second, and `struck` tells what the end of the command was.
+    Within a finaliser or an import, Python or a library may swallow KeyboardInterrupt or replace it by another exception.
+    The interrupt is therefore repeated every second, and `was_interrupted` is True at the end.
     """
 
     def __init__(self) -> None:
@@ -76,10 +87,12 @@ class InterruptHandler:
         self._previous_handlers: list[Any] = []
 
     def __enter__(self) -> None:
+        """Install the signal handlers, in the main thread only."""
         if threading.current_thread() is threading.main_thread():
             self._previous_handlers = [signal.signal(kind, self._handle_signal) for kind in self._signals]
 
     def __exit__(self, *_: object) -> None:
+        """Restore the handlers; raise KeyboardInterrupt if an interrupt was swallowed."""
         if self._previous_handlers:
             if self._can_repeat:
                 signal.setitimer(signal.ITIMER_REAL, 0.0)
@@ -97,7 +110,7 @@ class InterruptHandler:
 
 @contextmanager
 def show_status(message: str) -> Iterator[None]:
-    """A sign of life on a terminal, nothing in a pipe."""
+    """Show a spinner with a message on a terminal; do nothing in a pipe."""
     if not sys.stderr.isatty():
         yield
         return
@@ -108,13 +121,24 @@ def show_status(message: str) -> Iterator[None]:
 
 
 def finite_or_none(value: float) -> float | None:
-    """JSON has no NaN."""
+    """Return a finite value, or None, because JSON has no NaN.
+
+    Parameters
+    ----------
+    value
+        Any number.
+
+    Returns
+    -------
+    float | None
+        The value, or None for NaN and infinities.
+    """
     return value if math.isfinite(value) else None
 
 
 @contextmanager
 def show_progress_bar(label: str) -> Iterator[Callable[[int, int], None] | None]:
-    """A progress bar on a terminal, nothing in a pipe."""
+    """Show a progress bar on a terminal and yield its update function; yield None in a pipe."""
     if not sys.stderr.isatty():
         yield None
         return
@@ -135,8 +159,10 @@ def _report_problems(problems: list[str], *, as_json: bool) -> int:
 
 
 def print_to_stderr(message: str) -> None:
+    """Print a message to standard error."""
     print(message, file=sys.stderr)
 
 
 def print_json(value: dict[str, Any]) -> None:
+    """Print a JSON object to standard output."""
     print(json.dumps(value, indent=2, allow_nan=False))

@@ -1,4 +1,4 @@
-"""The command `design`: a governor laid out as its paper does it. Heavy imports wait until it is called."""
+"""The command `design`: governor design by the procedure of a paper. Heavy imports are made when it is called."""
 
 from __future__ import annotations
 
@@ -18,24 +18,25 @@ if TYPE_CHECKING:
 
 
 class DesignTarget(StrEnum):
-    """What can be designed."""
+    """Machines that can be designed."""
 
     HARTUNG = "hartung"
 
 
 @guarded_command
 def design(
-    machine: Annotated[DesignTarget, typer.Argument(help="What to design.")],
+    machine: Annotated[DesignTarget, typer.Argument(help="The machine to design.")],
     changes: Annotated[
-        list[str] | None, typer.Option("--with", help='An input of your own, as "wire=14 mm"; repeatable; the paper\'s if left out.')
+        list[str] | None, typer.Option("--with", help='An input that replaces the one of the paper, for example "wire=14 mm". Repeatable.')
     ] = None,
     out: FigureFolder = RESULTS_FOLDER,
     no_figure: NoFigure = False,
     as_json: AsJson = False,
 ) -> int:
-    """Lay out a governor as its paper does: bell cranks, springs, stress, sleeve force; figures and a scene to run.
+    """Design a governor by the procedure of its paper: bell cranks, springs, stress and sleeve force.
 
-    With the paper's own inputs its numbers stand beside the recomputed ones, misprints marked.
+    Writes figures and a scene file that can be run. With the inputs of the paper, the printed numbers are compared with the
+    recomputed ones and misprints are marked.
     """
     from governor_mechanism.studies.hartung.design import PAPER_INPUTS, design_hartung
     from governor_mechanism.studies.hartung.inputs import parse_inputs
@@ -51,7 +52,7 @@ def design(
             *([] if no_figure else _write_figures(hartung_design, out, is_paper_design=is_paper_design)),
         ]
     if as_json:
-        for warning in hartung_design.warnings:  # the table has them
+        for warning in hartung_design.warnings:  # the text output contains them
             print_to_stderr(warning)
         report = {"machine": machine.value, "design": hartung_design.as_json(), "files": [str(path) for path in files]}
         print_json(report | ({"paper": compare_with_paper().as_json()} if is_paper_design else {}))
@@ -72,7 +73,7 @@ def _write_scene(hartung_design: HartungDesign, out: Path) -> Path:
     from governor_mechanism.files.atomic_write import atomic_write
     from governor_mechanism.studies.hartung.scene_export import export_scene_document, format_scene_toml
 
-    comment = "A Hartung governor, designed after Fr. Dubois, Dinglers Polytechnisches Journal 327 (1912), pp. 618-620."
+    comment = "A Hartung governor, designed by the procedure of Fr. Dubois, Dinglers Polytechnisches Journal 327 (1912), pp. 618-620."
     path = out / "hartung_design.toml"
     with atomic_write(path) as temporary:
         temporary.write_text(format_scene_toml(export_scene_document(hartung_design), comment), encoding="utf-8")
@@ -80,7 +81,7 @@ def _write_scene(hartung_design: HartungDesign, out: Path) -> Path:
 
 
 def _write_figures(hartung_design: HartungDesign, out: Path, *, is_paper_design: bool) -> list[Path]:
-    """The spring lines, of the paper's inputs those that it draws, at 132 deg; and how even the sleeve force is."""
+    """Draw the spring lines and the spread of the sleeve force; with the inputs of the paper, its spring lines at 132 deg."""
     from governor_mechanism.render.figures.hartung.design import sleeve_force_figure, spring_lines_figure
     from governor_mechanism.studies.hartung.design import design_hartung
 

@@ -1,6 +1,6 @@
-"""The command line: `models`, `run`, `equilibria`, `crosscheck`, `design`, and the studies of `cli_studies`.
+"""The command line: `models`, `run`, `equilibria`, `crosscheck`, `design`, and the commands of `cli.studies`.
 
-Heavy imports wait until a command needs them.
+Heavy imports are made when a command needs them.
 """
 
 from __future__ import annotations
@@ -40,7 +40,7 @@ if TYPE_CHECKING:
 
 app = typer.Typer(
     name="governor-mechanism",
-    help="Simulate, film and cross-check the mechanisms that once controlled machines.",
+    help="Simulate, film and verify the mechanisms that once controlled machines.",
     no_args_is_help=True,
     add_completion=False,
     pretty_exceptions_enable=False,
@@ -48,21 +48,21 @@ app = typer.Typer(
 
 
 class FilmFormat(StrEnum):
-    """How a run is filmed."""
+    """File formats of a film."""
 
     GIF = "gif"
     MP4 = "mp4"
 
 
 def main() -> None:
-    """Entry point of the command."""
+    """Run the command line."""
     try:
         app()
     except CommandExit:
         raise
     except SystemExit as stop:
         if stop.code == EXIT_BAD_INPUT and "--json" in sys.argv:
-            print_json({"outcome": "bad_input", "problems": ["the command's words are off; see --help"]})
+            print_json({"outcome": "bad_input", "problems": ["the command line is not valid; see --help"]})
         raise
     except KeyboardInterrupt:  # before a command was reached
         print_to_stderr("interrupted")
@@ -79,15 +79,15 @@ def _show_version(wanted: bool) -> None:
 
 @app.callback()
 def options(
-    version: Annotated[bool, typer.Option("--version", help="Print the version and stop.", callback=_show_version, is_eager=True)] = False,
+    version: Annotated[bool, typer.Option("--version", help="Print the version and exit.", callback=_show_version, is_eager=True)] = False,
 ) -> None:
-    """Simulate, film and cross-check the mechanisms that once controlled machines."""
+    """Simulate, film and verify the mechanisms that once controlled machines."""
 
 
 @app.command()
 @guarded_command
 def models(as_json: AsJson = False) -> int:
-    """List the shipped scenes, one line each."""
+    """List the shipped scenes, one per line."""
     from governor_mechanism.scenes.library import read_scene_title, shipped_scenes
 
     scenes = {name: read_scene_title(path) for name, path in shipped_scenes().items()}
@@ -104,11 +104,13 @@ def models(as_json: AsJson = False) -> int:
 @guarded_command
 def run(
     scene: SceneName,
-    engine: Annotated[str, typer.Option(help="auto, or the name of an engine; the scene's own if left out.")] = "auto",
-    accuracy: Annotated[float | None, typer.Option(help="Relative to each reading's scale; the scene's own.")] = None,
+    engine: Annotated[str, typer.Option(help="Name of an engine; auto uses the engine of the scene.")] = "auto",
+    accuracy: Annotated[
+        float | None, typer.Option(help="Accuracy relative to the scale of each reading; by default the one of the scene.")
+    ] = None,
     out: Annotated[Path, typer.Option(help="Folder for the results.")] = RESULTS_FOLDER,
-    film: Annotated[FilmFormat, typer.Option(help="Kind of film; mp4 needs the extra 'video'.")] = FilmFormat.GIF,
-    no_film: Annotated[bool, typer.Option("--no-film", help="Leave the film out.")] = False,
+    film: Annotated[FilmFormat, typer.Option(help="File format of the film; mp4 needs the extra 'video'.")] = FilmFormat.GIF,
+    no_film: Annotated[bool, typer.Option("--no-film", help="Write no film.")] = False,
     as_json: AsJson = False,
 ) -> int:
     """Simulate a scene; write its film, figure, readings (CSV), arrays (netCDF) and a record (JSON)."""
@@ -145,7 +147,7 @@ def run(
 @app.command()
 @guarded_command
 def crosscheck(scene: SceneName, as_json: AsJson = False) -> int:
-    """Compare the simulation of a scene with every closed form that applies; exit status 1 when one does not agree."""
+    """Compare the simulation of a scene with every closed form that applies. The exit status is 1 if one disagrees."""
     import governor_mechanism as gm
 
     loaded_scene = gm.load(scene)
@@ -175,14 +177,18 @@ def crosscheck(scene: SceneName, as_json: AsJson = False) -> int:
 @guarded_command
 def equilibria(
     scene: SceneName,
-    speed: Annotated[str | None, typer.Option(help='Of the spindle, as "6.4 rad/s" or "61 rpm"; the scene\'s own.')] = None,
-    resistance: Annotated[str | None, typer.Option(help='Friction that holds it, as "40 N": draw the insensitivity band.')] = None,
-    against: Annotated[str, typer.Option(help="The reading at which the resistance acts.")] = "sleeve_lift",
+    speed: Annotated[
+        str | None, typer.Option(help='Spindle speed, for example "6.4 rad/s" or "61 rpm"; by default the one of the scene.')
+    ] = None,
+    resistance: Annotated[
+        str | None, typer.Option(help='Friction at a reading, for example "40 N": compute and draw the insensitivity band.')
+    ] = None,
+    against: Annotated[str, typer.Option(help="The reading along which the resistance acts.")] = "sleeve_lift",
     out: FigureFolder = RESULTS_FOLDER,
     no_figure: NoFigure = False,
     as_json: AsJson = False,
 ) -> int:
-    """Find every equilibrium position at a speed, with its stability; draw the characteristic, speed against travel."""
+    """Find all equilibria at a speed and their stability; draw the speed curve."""
     import governor_mechanism as gm
     from governor_mechanism.cli.summary import equilibria_as_json, format_equilibria
     from governor_mechanism.statics.equilibrium_speed import has_equilibrium_speed
@@ -197,7 +203,7 @@ def equilibria(
     bands = (
         []
         if resistance_value is None
-        else [_compute_insensitivity_band(loaded_scene, rest, resistance_value, against) for rest in equilibrium_points]
+        else [_compute_insensitivity_band(loaded_scene, equilibrium, resistance_value, against) for equilibrium in equilibrium_points]
     )
     files = [] if no_figure or curve is None else _write_speed_curve_figures(loaded_scene, curve, equilibrium_points, out)
     if as_json:
@@ -220,12 +226,14 @@ def _parse_resistance(scene: Scene, text: str, against: str) -> float:
     require_equilibrium_speed(scene)
     quantities = {reading.name: reading.quantity for reading in scene.part.mechanism.readings}
     if against not in quantities:
-        raise MechanismError(f"--resistance acts at a reading, and there is no {against!r}; name one by --against: {list(quantities)}")
+        raise MechanismError(
+            f"--resistance acts along a reading, and there is no reading {against!r}; choose one with --against: {list(quantities)}"
+        )
     return parse_quantity(text, "torque" if quantities[against] == "angle" else "force", "--resistance")
 
 
 def _compute_insensitivity_band(scene: Scene, equilibrium: Equilibrium, resistance_value: float, against: str) -> InsensitivityBand | str:
-    """The insensitivity band at a equilibrium position, or why there is none."""
+    """Return the insensitivity band at an equilibrium, or the reason why there is none."""
     import governor_mechanism as gm
 
     try:
@@ -235,7 +243,7 @@ def _compute_insensitivity_band(scene: Scene, equilibrium: Equilibrium, resistan
 
 
 def _write_speed_curve_figures(scene: Scene, curve: SpeedCurve, equilibrium_points: Sequence[Equilibrium], out: Path) -> list[Path]:
-    """The characteristic, and Zehnder's plate for the governors it speaks of."""
+    """Draw the speed curve, and Zehnder's plate for the governors that it covers."""
     from governor_mechanism.render.figures.parabolic.isochronous_plate import has_isochronous_parabolas, isochronous_figure
     from governor_mechanism.render.figures.speed_curve import speed_curve_figure
 
@@ -251,9 +259,9 @@ for command in (accuracy, effects, regulation, sweep, design):
 
 
 def _write_results(result: Trajectory, out: Path, stem: str, film: FilmFormat | None) -> list[Path]:
-    """Write every result: the film, which takes longest, first, and the record last.
+    """Write all results of a run: first the film, which takes longest, last the record.
 
-    Interrupted in the film, the results of an earlier run stay as they were; where a record stands, all is complete.
+    If the film is interrupted, the results of an earlier run stay unchanged; a record proves that all results are complete.
     """
     import governor_mechanism as gm
     from governor_mechanism.files.results import save_csv, save_json, save_netcdf

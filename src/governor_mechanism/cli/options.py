@@ -1,4 +1,4 @@
-"""What several commands share: their arguments and options, and the folder for results."""
+"""Arguments and options that several commands share, and the output folder."""
 
 from __future__ import annotations
 
@@ -9,17 +9,17 @@ import typer
 
 from governor_mechanism.errors import MechanismError
 
-SceneName = Annotated[str, typer.Argument(metavar="SCENE", help="A TOML file, or the name of a shipped scene.")]
-AsJson = Annotated[bool, typer.Option("--json", help="Print one JSON object on standard output and nothing else there.")]
-FigureFolder = Annotated[Path, typer.Option(help="Folder for what is drawn.")]
-NoFigure = Annotated[bool, typer.Option("--no-figure", help="Draw nothing.")]
+SceneName = Annotated[str, typer.Argument(metavar="SCENE", help="A scene file (TOML), or the name of a shipped scene.")]
+AsJson = Annotated[bool, typer.Option("--json", help="Print one JSON object to standard output, and nothing else.")]
+FigureFolder = Annotated[Path, typer.Option(help="Folder for the figures.")]
+NoFigure = Annotated[bool, typer.Option("--no-figure", help="Draw no figure.")]
 
 RESULTS_FOLDER = Path("results")
-"""Where everything is written unless --out says otherwise."""
+"""Folder for all results without the option --out."""
 
 
 def prepare_folder(out: Path) -> None:
-    """Make the folder. Raises MechanismError where a file has its name."""
+    """Create the output folder; raise MechanismError if a file has its name."""
     if out.exists() and not out.is_dir():
         raise MechanismError(f"--out {out} is a file; give the name of a folder")
     out.mkdir(parents=True, exist_ok=True)

@@ -1,6 +1,6 @@
 """The commands that run a scene many times: `accuracy`, `effects`, `regulation`, `sweep`.
 
-Heavy imports wait until a command needs them.
+Heavy imports are made when a command needs them.
 """
 
 from __future__ import annotations
@@ -31,14 +31,14 @@ if TYPE_CHECKING:
 def accuracy(
     scene: SceneName,
     wanted: Annotated[
-        float | None, typer.Option("--for", help="An error, relative to each reading's scale: what reaches it soonest.")
+        float | None, typer.Option("--for", help="Print the fastest setting for this error, relative to the scale of each reading.")
     ] = None,
-    longest: Annotated[float, typer.Option(help="Seconds that one setting may take, the reference not.")] = 1.0,
+    longest: Annotated[float, typer.Option(help="Maximum time of one setting in seconds; the reference may take longer.")] = 1.0,
     out: FigureFolder = RESULTS_FOLDER,
     no_figure: NoFigure = False,
     as_json: AsJson = False,
 ) -> int:
-    """Measure the error and the time of every engine at every setting; write figure, table (CSV) and record (JSON)."""
+    """Measure error and time of every engine at every setting; write a figure, a table (CSV) and a record (JSON)."""
     import governor_mechanism as gm
     from governor_mechanism.studies.work_precision.results import validate_target_error
 
@@ -68,13 +68,13 @@ def accuracy(
 @guarded_command
 def effects(
     scene: SceneName,
-    engine: Annotated[str, typer.Option(help="One engine for all the runs.")] = "auto",
-    accuracy: Annotated[float | None, typer.Option(help="Relative to each reading's scale.")] = None,
+    engine: Annotated[str, typer.Option(help="The engine of all runs.")] = "auto",
+    accuracy: Annotated[float | None, typer.Option(help="Accuracy relative to the scale of each reading.")] = None,
     out: FigureFolder = RESULTS_FOLDER,
     no_figure: NoFigure = False,
     as_json: AsJson = False,
 ) -> int:
-    """Show what each effect of a scene changes and what it costs, and which may be left out."""
+    """Show what each effect of a scene changes, what it costs, and which effects can be left out."""
     import governor_mechanism as gm
 
     prepare_folder(out)
@@ -95,7 +95,7 @@ def effects(
 
 
 class RegulationStudy(StrEnum):
-    """What is asked about how a governor regulates."""
+    """Studies of the regulation by a governor."""
 
     CYCLIC = "cyclic"
     CLEARANCE = "clearance"
@@ -105,11 +105,17 @@ class RegulationStudy(StrEnum):
 
 @guarded_command
 def regulation(
-    study: Annotated[RegulationStudy, typer.Argument(help="What to ask.")],
-    scene: Annotated[str, typer.Argument(help="Of a scene of yours; a shipped one where it is left out.")] = "",
+    study: Annotated[RegulationStudy, typer.Argument(help="The study to make.")],
+    scene: Annotated[
+        str, typer.Argument(help="A scene file or the name of a shipped scene; by default the shipped scene of the study.")
+    ] = "",
     out: FigureFolder = RESULTS_FOLDER,
 ) -> int:
-    """Twitching against speed fluctuation or play, settling against the brake, the jump against the ramp; many runs each."""
+    """Study how a governor regulates, with many runs each.
+
+    cyclic: amplitude of the cyclic sleeve motion against the speed fluctuation. clearance: the same against the clearance.
+    settling: settling time against the damping. jump: delay of the jump at a fold against the ramp rate of the speed.
+    """
     from governor_mechanism.render.figures import regulation as figures
     from governor_mechanism.studies.regulation import registry as studies
 
@@ -120,7 +126,10 @@ def regulation(
             case RegulationStudy.CYCLIC:
                 cyclic_study = studies.study_cyclic_motion(_load_scene(scene, "porter_cyclic"), studies.FLUCTUATION_RATIOS)
                 figures.cyclic_figure(cyclic_study, path)
-                conclusion = f"twitches from {cyclic_study.threshold:.6g} of the insensitivity band on, which is {cyclic_study.insensitivity_band:.6g}"
+                conclusion = (
+                    f"cyclic sleeve motion from a speed fluctuation of {cyclic_study.threshold:.6g} insensitivity bands; "
+                    f"the band is {cyclic_study.insensitivity_band:.6g}"
+                )
             case RegulationStudy.CLEARANCE:
                 names = [scene] if scene else ["porter_clearance", "watt_clearance"]
                 clearance_studies = [studies.study_clearance(_load_scene(name, ""), studies.CLEARANCES) for name in names]
@@ -129,13 +138,14 @@ def regulation(
             case RegulationStudy.SETTLING:
                 settling_study = studies.study_settling(_load_scene(scene, "porter_load_step"), studies.DAMPING_COEFFICIENTS)
                 figures.settling_figure(settling_study, path)
-                conclusion = f"settles soonest, in {settling_study.best[1]:.4g} s, with a brake of {settling_study.best[0]:.4g} N s/m"
+                conclusion = f"shortest settling time {settling_study.best[1]:.4g} s with a dashpot of {settling_study.best[0]:.4g} N s/m"
             case RegulationStudy.JUMP:
                 fold_jump_study = studies.study_fold_jump(_load_scene(scene, "watt_improved"), studies.RAMP_RATES)
                 figures.fold_jump_figure(fold_jump_study, path)
                 conclusion = (
-                    f"falls {fold_jump_study.falling_exponent.value:.4f} +- {fold_jump_study.falling_exponent.standard_error:.1g} (exponent of "
-                    f"the rate) below {fold_jump_study.fold_speed:.6g} rad/s, jumps above {fold_jump_study.stop_speed:.6g} rad/s"
+                    f"falls below {fold_jump_study.fold_speed:.6g} rad/s with a delay of order rate^"
+                    f"{fold_jump_study.falling_exponent.value:.4f} +- {fold_jump_study.falling_exponent.standard_error:.1g}, "
+                    f"jumps above {fold_jump_study.stop_speed:.6g} rad/s"
                 )
     print(f"{conclusion}\nwrote {path}")
     return EXIT_OK
@@ -151,20 +161,30 @@ def _load_scene(name: str, default: str) -> Scene:
 def sweep(
     scene: SceneName,
     vary: Annotated[
-        list[str], typer.Option(help="key=first:last:count or key=value,value,... as dimensions.arm=200mm:400mm:50; repeatable.")
+        list[str],
+        typer.Option(
+            help="The values of a key: key=first:last:count or key=value,value,..., for example dimensions.arm=200mm:400mm:50. Repeatable."
+        ),
     ],
     quantity: Annotated[
-        list[str] | None, typer.Option(help='As "max arm_angle", "rate of arm_angle", "duration"; repeatable. [leading coordinate]')
+        list[str] | None,
+        typer.Option(
+            help='A number to take from each run: "max arm_angle", "rate of arm_angle", "duration", ... Repeatable. [leading coordinate]'
+        ),
     ] = None,
-    engine: Annotated[str, typer.Option(help="One engine for all rows; the scene's own if left out.")] = "auto",
-    accuracy: Annotated[float | None, typer.Option(help="Relative to each reading's scale; the scene's own.")] = None,
+    engine: Annotated[str, typer.Option(help="The engine of all rows; auto uses the engine of the scene.")] = "auto",
+    accuracy: Annotated[
+        float | None, typer.Option(help="Accuracy relative to the scale of each reading; by default the one of the scene.")
+    ] = None,
     certify: Annotated[bool, typer.Option("--certify", help="Estimate the error of every run.")] = False,
-    workers: Annotated[int, typer.Option(help="Processes; the result does not depend on it.")] = 1,
-    out: Annotated[Path, typer.Option(help="Folder for table, record and figure, where the sweep goes on.")] = RESULTS_FOLDER,
+    workers: Annotated[int, typer.Option(help="Number of processes. The result does not depend on it.")] = 1,
+    out: Annotated[
+        Path, typer.Option(help="Folder for table, record and figure. An interrupted sweep continues from there.")
+    ] = RESULTS_FOLDER,
     no_figure: NoFigure = False,
     as_json: AsJson = False,
 ) -> int:
-    """Run a scene at a grid or list of values of its keys; started again after an interruption it goes on."""
+    """Run a scene at a grid or list of values of its keys. The same command continues an interrupted sweep."""
     import governor_mechanism as gm
     from governor_mechanism.studies.sweep.checkpoint import journal_path
 
@@ -187,7 +207,7 @@ def sweep(
             )
     except KeyboardInterrupt:
         if journal_file.exists():
-            print_to_stderr(f"{counter.done} of {counter.total} rows are in {journal_file}; the same command goes on from there")
+            print_to_stderr(f"{counter.done} of {counter.total} rows are in {journal_file}; the same command continues from there")
         raise
     files = [journal_file.with_suffix(kind) for kind in (".csv", ".json")]
     if not no_figure:
@@ -202,7 +222,7 @@ def sweep(
 
 
 class _ProgressCounter:
-    """Passes progress on to a bar, where there is one, and remembers it."""
+    """Progress callback that passes the counts on to a progress bar, if there is one, and stores them."""
 
     def __init__(self) -> None:
         self.done = self.total = 0

@@ -1,1 +1,1 @@
-"""Cited formulas from the papers: the witness that knows nothing of the simulation."""
+"""Cited formulas: an independent check of the simulation."""

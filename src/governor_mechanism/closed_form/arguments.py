@@ -1,11 +1,12 @@
-"""The domain of the closed forms: what they take as a number, what they refuse, and how they hand results back.
+"""Validation of the arguments of the closed forms, and the form of their results.
 
-Numbers are floats or arrays that broadcast; floats give a float. A refusal is a MechanismError that shows the value.
+A number is a float or an array that broadcasts; floats give a float. An invalid value raises MechanismError and is shown.
 """
 
 from __future__ import annotations
 
 import math
+from collections.abc import Mapping
 from typing import Any
 
 import numpy as np
@@ -14,10 +15,14 @@ from governor_mechanism.errors import MechanismError
 from governor_mechanism.types import FloatArray
 
 FloatOrArray = float | FloatArray
+"""A number, or an array of numbers that broadcasts with the other arguments."""
 
 
 def raise_where(invalid: Any, message: str, *arguments: tuple[str, FloatOrArray, str], hint: str = "") -> None:
-    """Raise MechanismError where `bad` holds, showing the first offending (name, value, unit) of each one found."""
+    """Raise MechanismError where `invalid` holds; the message shows the first offending value of each argument.
+
+    Each argument is (name, value, unit); the hint says how to correct the input.
+    """
     if not np.any(invalid):
         return
     first_index = np.argwhere(invalid)[0]
@@ -33,7 +38,7 @@ def raise_where(invalid: Any, message: str, *arguments: tuple[str, FloatOrArray,
 def validate_argument(
     value: FloatOrArray, name: str, unit: str, *, minimum: float = -math.inf, greater_than: float = -math.inf
 ) -> FloatArray:
-    """The value as a float array, refused unless it is finite, at least `least` and above `above`."""
+    """Return the value as a float array; it must be finite, at least `minimum` and above `greater_than`."""
     try:
         raw = np.asarray(value)
     except ValueError:  # a ragged list
@@ -48,8 +53,23 @@ def validate_argument(
     return array
 
 
+def validate_angle(value: FloatOrArray, name: str, below: float, *, positive: bool = False) -> FloatArray:
+    """Return the angle (rad); its magnitude is below `below` (deg), and it is above 0 if it must be positive."""
+    angle = validate_argument(value, name, "rad", greater_than=0.0 if positive else -math.inf)
+    sentence = f"{name} must be below {below:g} deg" + ("" if positive else f" and above -{below:g} deg")
+    raise_where(np.abs(angle) >= math.radians(below), sentence, (name, np.degrees(angle), "deg"))
+    return angle
+
+
+def validate_fields(owner: object, units: Mapping[str, str], *, minimum: float = -math.inf, greater_than: float = -math.inf) -> None:
+    """Validate the attributes named in `units` against their unit and the bounds; an attribute may be None."""
+    for name, unit in units.items():
+        if getattr(owner, name) is not None:
+            validate_argument(getattr(owner, name), name, unit, minimum=minimum, greater_than=greater_than)
+
+
 def as_scalar_or_array(result: FloatOrArray) -> FloatOrArray:
-    """A float for a single number, the array otherwise; refuses what double precision cannot hold."""
+    """Return a float for a single number, the array otherwise; raise MechanismError for a result that is not finite."""
     array = np.asarray(result, dtype=np.float64)
     if not np.all(np.isfinite(array)):
         raise MechanismError("the result is too large or too small for double precision; check the units of the input")

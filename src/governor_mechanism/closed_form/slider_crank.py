@@ -1,14 +1,15 @@
-"""The slider crank: positions, speeds, accelerations, Marks' error of the connecting rod, and loads of the bearings.
+"""The slider crank: positions, velocities, accelerations, Marks' error of the connecting rod, and bearing loads.
 
-The crank angle t counts from the outer dead centre, in which the crosshead stands farthest from the shaft, in the
-direction of rotation, anticlockwise; the crosshead runs on the x axis through the shaft, y is up. SI and radians.
+The crank angle t is zero at the outer dead centre, at which the crosshead is farthest from the shaft, and grows in the direction of
+rotation, anticlockwise. The crosshead moves on the x axis through the shaft; y points up. SI and radians.
 
-Every function takes the crank train first and the rest by keyword, floats or arrays that broadcast; floats give a
-float. Every function raises MechanismError, naming the value, for numbers that are not finite.
+The crank train is the first argument; the others are keywords, floats or arrays that broadcast; floats give a float. Every function raises
+MechanismError for a value that is not finite. Parts are rigid, without friction and clearance.
 
-Sources: Müller-Melchiors, Dinglers Polyt. J. 241 (1881), p. 161, for the error Z; the rest follows from the triangle
-crank, rod, line by differentiation, and from Newton's laws. Limits: rigid parts, no friction, no play, line of the
-crosshead through the shaft.
+References
+----------
+Müller-Melchiors, Dinglers Polytechnisches Journal 241 (1881), p. 161, for the error Z. The rest follows from the triangle of crank, rod and
+line by differentiation, and from Newton's laws.
 """
 
 from __future__ import annotations
@@ -19,17 +20,35 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from governor_mechanism.closed_form.arguments import FloatOrArray, as_scalar_or_array, validate_argument
+from governor_mechanism.closed_form.arguments import FloatOrArray, as_scalar_or_array, validate_argument, validate_fields
 from governor_mechanism.errors import MechanismError
 from governor_mechanism.types import FloatArray
 
 
 @dataclass(frozen=True, kw_only=True)
 class CrankTrain:
-    """Crank R and rod L (m, longer than R; math.inf), with masses (kg) where loads are asked for.
+    """A crank, its connecting rod and, for bearing loads, their masses.
 
-    crank_centre (m) is where the crank's mass lies, from the shaft toward the pin, negative for a counterweight;
-    rod_centre (m) where the rod's does, from the crank pin; rod_inertia (kg m2) is about that centre.
+    MechanismError is raised unless the rod is longer than the crank and masses are not negative.
+
+    Attributes
+    ----------
+    crank
+        Length R of the crank, m.
+    rod
+        Length L of the rod, m; may be infinite.
+    crank_mass
+        Mass of the crank, kg.
+    crank_centre
+        Position of the crank's mass centre from the shaft toward the pin, m; negative for a counterweight.
+    rod_mass
+        Mass of the rod, kg.
+    rod_centre
+        Position of the rod's mass centre from the crank pin, m.
+    rod_inertia
+        Moment of inertia of the rod about its mass centre, kg m2.
+    crosshead_mass
+        Mass of the crosshead, kg.
     """
 
     crank: float
@@ -42,44 +61,73 @@ class CrankTrain:
     crosshead_mass: float = 0.0
 
     def __post_init__(self) -> None:
+        """Validate the dimensions."""
         validate_argument(self.crank, "crank", "m", greater_than=0.0)
         if not self.rod > self.crank:  # refuses nan too
             raise MechanismError(f"rod must be longer than the crank ({self.crank:.12g} m); got {self.rod:.12g} m")
-        for name in ("crank_mass", "rod_mass", "rod_inertia", "crosshead_mass"):
-            validate_argument(getattr(self, name), name, "", minimum=0.0)
-        for name in ("crank_centre", "rod_centre"):
-            validate_argument(getattr(self, name), name, "m")
+        validate_fields(self, {"crank_mass": "kg", "rod_mass": "kg", "rod_inertia": "kg m2", "crosshead_mass": "kg"}, minimum=0.0)
+        validate_fields(self, {"crank_centre": "m", "rod_centre": "m"})
 
     @classmethod
     def from_dimensions(cls, dimensions: Mapping[str, float], **masses: float) -> CrankTrain:
-        """From a machine's sizes by name: crank and connecting_rod (m), and what has mass."""
+        """Return the crank train of a machine's dimensions crank and connecting_rod (m), with the given masses (SI).
+
+        Parameters
+        ----------
+        dimensions
+            Dimensions by name, SI.
+
+        Returns
+        -------
+        CrankTrain
+            The crank train.
+        """
         return cls(crank=dimensions["crank"], rod=dimensions["connecting_rod"], **masses)
 
     @property
     def crank_to_rod_ratio(self) -> float:
-        """R / L; 0 for an endless rod."""
+        """R / L; 0 for an infinitely long rod."""
         return self.crank / self.rod
 
 
 def _validate_crank_angle(crank_angle: FloatOrArray) -> FloatArray:
+    """Return the crank angle (rad)."""
     return validate_argument(crank_angle, "crank_angle", "rad")
 
 
 def _cos_rod_angle(train: CrankTrain, angle: FloatArray) -> FloatArray:
-    """cos f, f the rod's slope."""
+    """Return cos f of the rod angle f."""
     return np.asarray(np.sqrt(1 - (train.crank_to_rod_ratio * np.sin(angle)) ** 2))
 
 
 def crosshead_distance(train: CrankTrain, *, crank_angle: FloatOrArray) -> FloatOrArray:
-    """Distance of the crosshead from the shaft (m), on a finite rod: X = R cos t + sqrt(L^2 - R^2 sin^2 t)."""
+    """Return the distance of the crosshead from the shaft, X = R cos t + sqrt(L^2 - R^2 sin^2 t).
+
+    Parameters
+    ----------
+    train
+        The crank train, with a rod of finite length.
+    crank_angle
+        Crank angle t, rad.
+
+    Returns
+    -------
+    FloatOrArray
+        Distance, m.
+
+    Raises
+    ------
+    MechanismError
+        If the rod is infinitely long.
+    """
     if math.isinf(train.rod):
-        raise MechanismError("a crosshead on an infinitely long rod has no distance from the shaft; ask for its travel")
+        raise MechanismError("with an infinitely long rod the crosshead has no distance from the shaft; use its travel")
     angle = _validate_crank_angle(crank_angle)
     return as_scalar_or_array(train.crank * np.cos(angle) + train.rod * _cos_rod_angle(train, angle))
 
 
 def rod_error(train: CrankTrain, *, crank_angle: FloatOrArray) -> FloatOrArray:
-    """How much nearer to the shaft the crosshead stands than on an endless rod (m): Z = L - sqrt(L^2 - R^2 sin^2 t).
+    """Return how much nearer to the shaft the crosshead is than on an infinitely long rod (m), Z = L - sqrt(L^2 - R^2 sin^2 t).
 
     It is the sagitta of Marks' circle of radius L over R sin t, and exact.
     """
@@ -87,46 +135,126 @@ def rod_error(train: CrankTrain, *, crank_angle: FloatOrArray) -> FloatOrArray:
     return as_scalar_or_array(train.crank * np.sin(angle) * train.crank_to_rod_ratio * np.sin(angle) / (1 + _cos_rod_angle(train, angle)))
 
 
-def parabola_rod_error(train: CrankTrain, *, crank_angle: FloatOrArray) -> FloatOrArray:
-    """The same by Marks' parabola (R sin t)^2 = 2 L Z (m)."""
-    return as_scalar_or_array(train.crank * train.crank_to_rod_ratio / 2 * np.sin(_validate_crank_angle(crank_angle)) ** 2)
-
-
 def travel_from_outer_dead_centre(train: CrankTrain, *, crank_angle: FloatOrArray) -> FloatOrArray:
-    """How far the crosshead has come from its outer dead centre (m): R (1 - cos t) + Z, from 0 to 2 R."""
+    """Return the travel of the crosshead from its outer dead centre, R (1 - cos t) + Z.
+
+    Parameters
+    ----------
+    train
+        The crank train.
+    crank_angle
+        Crank angle t, rad.
+
+    Returns
+    -------
+    FloatOrArray
+        Travel, m; from 0 to 2 R.
+    """
     angle = _validate_crank_angle(crank_angle)
     return as_scalar_or_array(train.crank * (1 - np.cos(angle)) + np.asarray(rod_error(train, crank_angle=angle)))
 
 
 def rod_angle(train: CrankTrain, *, crank_angle: FloatOrArray) -> FloatOrArray:
-    """Angle f of the rod against the line of the crosshead (rad), sin f = (R / L) sin t: positive, crank pin above."""
+    """Return the angle f of the rod against the line of the crosshead, sin f = (R / L) sin t.
+
+    Parameters
+    ----------
+    train
+        The crank train.
+    crank_angle
+        Crank angle t, rad.
+
+    Returns
+    -------
+    FloatOrArray
+        Rod angle, rad; positive with the crank pin above the line.
+    """
     return as_scalar_or_array(np.arcsin(train.crank_to_rod_ratio * np.sin(_validate_crank_angle(crank_angle))))
 
 
 def rod_angular_velocity(train: CrankTrain, *, crank_angle: FloatOrArray, crank_rate: FloatOrArray) -> FloatOrArray:
-    """Its rate (rad/s) at a steady crank_rate W (rad/s): W (R / L) cos t / cos f."""
+    """Return the angular velocity of the rod at a steady crank rate, W (R / L) cos t / cos f.
+
+    Parameters
+    ----------
+    train
+        The crank train.
+    crank_angle
+        Crank angle t, rad.
+    crank_rate
+        Angular velocity W of the crank, rad/s.
+
+    Returns
+    -------
+    FloatOrArray
+        Angular velocity, rad/s.
+    """
     angle, rate = _validate_crank_angle(crank_angle), validate_argument(crank_rate, "crank_rate", "rad/s")
     return as_scalar_or_array(train.crank_to_rod_ratio * rate * np.cos(angle) / _cos_rod_angle(train, angle))
 
 
 def rod_angular_acceleration(train: CrankTrain, *, crank_angle: FloatOrArray, crank_rate: FloatOrArray) -> FloatOrArray:
-    """Its acceleration (rad/s2) at a steady crank_rate: -W^2 n (1 - n^2) sin t / cos^3 f with n = R / L."""
+    """Return the angular acceleration of the rod at a steady crank rate, -W^2 n (1 - n^2) sin t / cos^3 f with n = R / L.
+
+    Parameters
+    ----------
+    train
+        The crank train.
+    crank_angle
+        Crank angle t, rad.
+    crank_rate
+        Angular velocity W of the crank, rad/s.
+
+    Returns
+    -------
+    FloatOrArray
+        Angular acceleration, rad/s2.
+    """
     angle, rate = _validate_crank_angle(crank_angle), validate_argument(crank_rate, "crank_rate", "rad/s")
     n = train.crank_to_rod_ratio
     return as_scalar_or_array(-n * rate**2 * (1 - n**2) * np.sin(angle) / _cos_rod_angle(train, angle) ** 3)
 
 
 def crosshead_velocity(train: CrankTrain, *, crank_angle: FloatOrArray, crank_rate: FloatOrArray) -> FloatOrArray:
-    """Speed of the crosshead away from the shaft (m/s): -R W sin t (1 + n cos t / cos f), n = R / L."""
+    """Return the velocity of the crosshead away from the shaft, -R W sin t (1 + n cos t / cos f) with n = R / L.
+
+    Parameters
+    ----------
+    train
+        The crank train.
+    crank_angle
+        Crank angle t, rad.
+    crank_rate
+        Angular velocity W of the crank, rad/s.
+
+    Returns
+    -------
+    FloatOrArray
+        Velocity, m/s.
+    """
     angle, rate = _validate_crank_angle(crank_angle), validate_argument(crank_rate, "crank_rate", "rad/s")
     rod_term = train.crank_to_rod_ratio * np.cos(angle) / _cos_rod_angle(train, angle)
     return as_scalar_or_array(-train.crank * rate * np.sin(angle) * (1 + rod_term))
 
 
 def crosshead_acceleration(train: CrankTrain, *, crank_angle: FloatOrArray, crank_rate: FloatOrArray) -> FloatOrArray:
-    """Its acceleration (m/s2) at a steady crank_rate W (rad/s), n = R / L:
+    """Return the acceleration of the crosshead at a steady crank rate.
 
-    -R W^2 (cos t + n cos 2t / cos f + n^3 sin^2 2t / 4 cos^3 f).
+    -R W^2 (cos t + n cos 2t / cos f + n^3 sin^2 2t / 4 cos^3 f) with n = R / L.
+
+    Parameters
+    ----------
+    train
+        The crank train.
+    crank_angle
+        Crank angle t, rad.
+    crank_rate
+        Angular velocity W of the crank, rad/s.
+
+    Returns
+    -------
+    FloatOrArray
+        Acceleration, m/s2.
     """
     angle, rate = _validate_crank_angle(crank_angle), validate_argument(crank_rate, "crank_rate", "rad/s")
     n, cos_phi = train.crank_to_rod_ratio, _cos_rod_angle(train, angle)
@@ -136,10 +264,20 @@ def crosshead_acceleration(train: CrankTrain, *, crank_angle: FloatOrArray, cran
 
 @dataclass(frozen=True, kw_only=True)
 class BearingLoads:
-    """Forces (..., 2) N along x and y: of the frame on the crank, of the crank on the rod, of the rod on the crosshead.
+    """Loads of the bearings; forces along x and y have the shape (..., 2).
 
-    guide (...) N along y is that of the guide on the crosshead; torque (...) N m that of the drive on the crank,
-    anticlockwise.
+    Attributes
+    ----------
+    main
+        Force of the frame on the crank, N.
+    crank_pin
+        Force of the crank on the rod, N.
+    gudgeon
+        Force of the rod on the crosshead, N.
+    guide
+        Force of the guide on the crosshead along y, N; shape (...).
+    torque
+        Torque of the drive on the crank, N m, anticlockwise; shape (...).
     """
 
     main: FloatArray
@@ -150,14 +288,35 @@ class BearingLoads:
 
 
 def bearing_loads(train: CrankTrain, *, crank_angle: FloatOrArray, crank_rate: FloatOrArray, gravity: float = 0.0) -> BearingLoads:
-    """Loads of the bearings by inertia and weight, the crank turning steadily at crank_rate (rad/s); gravity m/s2, -y.
+    """Return the loads of the bearings due to inertia and weight at a steady crank rate.
 
-    Newton's laws part by part from the crosshead inward: along its line the rod must give it m X''; about the crank
-    pin the rod's moments settle what it gives across. The crank's own inertia loads nothing at a steady rate.
+    Newton's laws are applied part by part, from the crosshead inward. Along its line the rod gives the crosshead its inertia force m X'';
+    the transverse force follows from the rod's moments about the crank pin. The crank's own inertia causes no load at a steady rate.
+
+    Parameters
+    ----------
+    train
+        The crank train with its masses and a rod of finite length.
+    crank_angle
+        Crank angle t, rad.
+    crank_rate
+        Angular velocity of the crank, rad/s.
+    gravity
+        Gravitational acceleration along -y, m/s2.
+
+    Returns
+    -------
+    BearingLoads
+        Forces and torque of the bearings.
+
+    Raises
+    ------
+    MechanismError
+        If the rod is infinitely long.
     """
     t, rate = np.broadcast_arrays(_validate_crank_angle(crank_angle), validate_argument(crank_rate, "crank_rate", "rad/s"))
     if math.isinf(train.rod):
-        raise MechanismError("loads of the bearings need a rod of finite length")
+        raise MechanismError("bearing loads need a rod of finite length")
     phi = np.asarray(rod_angle(train, crank_angle=t))
     phi_rate = np.asarray(rod_angular_velocity(train, crank_angle=t, crank_rate=rate))
     phi_acceleration = np.asarray(rod_angular_acceleration(train, crank_angle=t, crank_rate=rate))
@@ -185,8 +344,10 @@ def bearing_loads(train: CrankTrain, *, crank_angle: FloatOrArray, crank_rate: F
 
 
 def _stack_xy(x: FloatArray, y: FloatArray) -> FloatArray:
+    """Return the vectors (..., 2) of two components."""
     return np.stack([x, y], axis=-1)
 
 
 def _cross_z(first: FloatArray, second: FloatArray) -> FloatArray:
+    """Return the z component of the cross product of vectors (..., 2)."""
     return np.asarray(first[..., 0] * second[..., 1] - first[..., 1] * second[..., 0])

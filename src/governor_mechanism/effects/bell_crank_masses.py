@@ -1,4 +1,4 @@
-"""Bell cranks with mass, weights with a size."""
+"""Effect `bell_cranks`: bell cranks with mass and weights of finite size."""
 
 from __future__ import annotations
 
@@ -10,10 +10,20 @@ from governor_mechanism.model.effect import Effect
 
 @dataclass(frozen=True, kw_only=True)
 class BellCrankMasses(Effect):
-    """Bell cranks with mass (kg, each): two slender arms of one section, and on them weights that have a size.
+    """Bell cranks with mass and weights of finite size. The machine builds its bodies from them; zero leaves a body unchanged.
 
-    A weight is a block fixed to its arm: width (m) across the arm, height along it, depth out of the plane. The machine
-    builds its bodies from them; what is nought is left as it was.
+    A bell crank is two slender arms of equal section. A weight is a block fixed to its arm.
+
+    Attributes
+    ----------
+    mass
+        Mass of each bell crank, kg.
+    weight_width
+        Size of a weight across its arm, m.
+    weight_height
+        Size of a weight along its arm, m.
+    weight_depth
+        Size of a weight normal to the plane, m.
     """
 
     mass: float = 0.0
@@ -29,6 +39,6 @@ class BellCrankMasses(Effect):
             raise MechanismError(f"bell_cranks need mass, {', '.join(sizes[:2])} or {sizes[2]}; leave the effect out if there are none")
         if self.weight_depth > 0.0 and self.mass == self.weight_width == self.weight_height == 0.0:
             raise MechanismError(
-                "bell_cranks.weight_depth alone leaves a weight that has no inertia to turn with in the plane; "
+                "bell_cranks.weight_depth alone leaves a weight without moment of inertia in the plane; "
                 "give weight_width or weight_height as well"
             )

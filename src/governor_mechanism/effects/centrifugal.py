@@ -1,4 +1,4 @@
-"""The centrifugal load in a plane that turns with the spindle."""
+"""Effect `centrifugal`: centrifugal load in a plane that turns with the spindle."""
 
 from __future__ import annotations
 
@@ -9,7 +9,7 @@ from governor_mechanism.model.effect import Effect
 
 @dataclass(frozen=True, kw_only=True)
 class Centrifugal(Effect):
-    """The centrifugal load on bodies whose plane turns with the spindle."""
+    """Centrifugal load on bodies whose plane turns with the spindle."""
 
     @property
     def loads_turning_bodies(self) -> bool:

@@ -1,4 +1,4 @@
-"""Clearance between links and sleeve."""
+"""Effect `clearance`: clearance between links and sleeve."""
 
 from __future__ import annotations
 
@@ -9,14 +9,21 @@ from governor_mechanism.errors import MechanismError, require_positive
 from governor_mechanism.model.effect import Effect, OutputEffect
 
 CLEARANCE_READING = "sleeve_clearance"
-"""The reading that tells where in its play a sleeve is."""
+"""Reading of the position of the sleeve within its clearance, m."""
 
 
 @dataclass(frozen=True, kw_only=True)
 class Clearance(Effect):
-    """Play (m) between links and sleeve: the sleeve may move so far before the links take it along.
+    """Clearance between links and sleeve: free travel of the sleeve before the links carry it along.
 
-    restitution as of Stops. The machine adds the reading `sleeve_clearance`, from -width / 2 to width / 2.
+    The machine adds the reading `sleeve_clearance`, from -width / 2 to width / 2.
+
+    Attributes
+    ----------
+    width
+        Width of the clearance, m; positive.
+    restitution
+        Coefficient of restitution at its ends, 0 to 1.
     """
 
     width: float
@@ -25,11 +32,11 @@ class Clearance(Effect):
     def __post_init__(self) -> None:
         require_positive(self.width, "m", "clearance")
         if not 0 <= self.restitution <= 1:
-            raise MechanismError(f"restitution of the play must lie between 0 and 1; got {self.restitution:g}")
+            raise MechanismError(f"restitution of the clearance must lie between 0 and 1; got {self.restitution:g}")
 
     @property
     def stops(self) -> Stops:
-        """The play as stops of its reading."""
+        """The clearance as stops of its reading."""
         return Stops(reading=CLEARANCE_READING, low=-self.width / 2, high=self.width / 2, restitution=self.restitution)
 
     @property

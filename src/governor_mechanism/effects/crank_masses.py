@@ -1,4 +1,4 @@
-"""Masses of the parts of a slider crank."""
+"""Effect `masses`: masses of the parts of a slider crank."""
 
 from __future__ import annotations
 
@@ -10,11 +10,22 @@ from governor_mechanism.model.effect import Effect
 
 @dataclass(frozen=True, kw_only=True)
 class CrankMasses(Effect):
-    """Masses (kg) of the parts of a slider crank: the crank, and rod and crosshead where they have some.
+    """Masses of the parts of a slider crank. The machine builds its bodies from them.
 
-    crank_centre (m) is where the crank's mass lies, from the shaft toward the crank pin, negative for a counterweight.
-    The rod's lies rod_centre (m) from the crank pin, in the middle if left out, and has rod_inertia (kg m2) about that
-    centre, that of a slender uniform rod if left out. The machine builds its bodies from them.
+    Attributes
+    ----------
+    crank
+        Mass of the crank, kg; positive.
+    crank_centre
+        Position of the crank's mass centre from the shaft toward the crank pin, m; negative for a counterweight.
+    rod
+        Mass of the connecting rod, kg; 0 for a massless rod.
+    rod_centre
+        Distance of the rod's mass centre from the crank pin, m; the middle of the rod if None.
+    rod_inertia
+        Moment of inertia of the rod about its mass centre, kg m2; that of a slender uniform rod if None.
+    crosshead
+        Mass of the crosshead, kg; 0 for none.
     """
 
     crank: float
@@ -34,12 +45,12 @@ class CrankMasses(Effect):
         if self.rod_inertia is not None:
             require_positive(self.rod_inertia, "kg m2", "masses.rod_inertia")
         if self.rod == 0.0 and (self.rod_centre is not None or self.rod_inertia is not None):
-            raise MechanismError("masses.rod_centre and rod_inertia are of a rod with mass; give masses.rod as well")
+            raise MechanismError("masses.rod_centre and rod_inertia need a rod with mass; give masses.rod as well")
         _require_comparable_masses({"crank": self.crank, "rod": self.rod, "crosshead": self.crosshead})
 
 
 MIN_MASS_RATIO = 1e-4
-"""A part so much lighter than another is as good as massless, and rigid bodies so unlike are not solved well."""
+"""Smallest ratio of two masses: a lighter part is practically massless and makes the equations ill-conditioned."""
 
 
 def _require_comparable_masses(masses: dict[str, float]) -> None:
@@ -48,6 +59,6 @@ def _require_comparable_masses(masses: dict[str, float]) -> None:
         if 0.0 < mass < MIN_MASS_RATIO * masses[heaviest]:
             hint = "" if name == "crank" else ", or leave it out"
             raise MechanismError(
-                f"masses.{name} ({mass:g} kg) is nothing beside masses.{heaviest} ({masses[heaviest]:g} kg); "
+                f"masses.{name} ({mass:g} kg) is negligible compared to masses.{heaviest} ({masses[heaviest]:g} kg); "
                 f"give it {MIN_MASS_RATIO * masses[heaviest]:g} kg at least{hint}"
             )

@@ -1,4 +1,4 @@
-"""A dashpot along a reading."""
+"""Effect `dashpot`: viscous and quadratic damping along a reading."""
 
 from __future__ import annotations
 
@@ -10,9 +10,14 @@ from governor_mechanism.model.effect import OutputEffect
 
 @dataclass(frozen=True, kw_only=True)
 class Dashpot(OutputEffect):
-    """An dashpot along a reading: it pulls by -(linear rate + quadratic |rate| rate).
+    """A dashpot along a reading, with the force -(linear * rate + quadratic * |rate| * rate).
 
-    linear in N s/m or N m s/rad; quadratic in N s2/m2 or N m s2/rad2, as of oil forced through an orifice.
+    Attributes
+    ----------
+    linear
+        Linear coefficient, N s/m or N m s/rad.
+    quadratic
+        Quadratic coefficient, as of oil forced through an orifice, N s2/m2 or N m s2/rad2.
     """
 
     linear: float = 0.0
@@ -26,14 +31,32 @@ class Dashpot(OutputEffect):
 
 
 DISCHARGE_COEFFICIENT = 0.62
-"""Coefficient of discharge of a sharp-edged orifice."""
+"""Discharge coefficient of a sharp-edged orifice."""
 
 
 def orifice_damping_coefficient(*, piston: float, hole: float, screw: float = 1.0, density: float = 900.0) -> float:
-    """Quadratic coefficient (N s2/m2) of a piston that forces oil through an orifice: rho A^3 / (2 (0.62 a)^2).
+    """Return the quadratic coefficient of a piston that forces oil through an orifice, rho A^3 / (2 (0.62 a)^2), N s2/m2.
 
-    piston A and hole a are areas (m2), screw is the part of the hole that an adjusting screw leaves open (above 0, to
-    1), density rho (kg/m3). Raises MechanismError outside that, and for a hole not smaller than the piston.
+    Parameters
+    ----------
+    piston
+        Area of the piston A, m2.
+    hole
+        Area of the orifice, m2; smaller than the piston.
+    screw
+        Fraction of the orifice that an adjusting screw leaves open, above 0 and at most 1; a = screw * hole.
+    density
+        Density of the oil rho, kg/m3.
+
+    Returns
+    -------
+    float
+        Quadratic damping coefficient, N s2/m2.
+
+    Raises
+    ------
+    MechanismError
+        If an argument is out of range.
     """
     for value, unit, name in ((piston, "m2", "piston"), (hole, "m2", "hole"), (density, "kg/m3", "oil")):
         require_positive(value, unit, f"{name} of the dashpot")

@@ -1,4 +1,4 @@
-"""Dry friction along a reading."""
+"""Effect `dry_friction`: Coulomb friction along a reading."""
 
 from __future__ import annotations
 
@@ -11,9 +11,12 @@ from governor_mechanism.model.time_functions import InputFunction
 
 @dataclass(frozen=True, kw_only=True)
 class DryFriction(OutputEffect):
-    """Dry friction along a reading: it holds against any force up to `force` (N, or N m), and opposes motion with it.
+    """Coulomb friction along a reading. It sticks against any force up to its limit and opposes sliding with it.
 
-    force is a program of time, so that friction may be relieved now and then.
+    Attributes
+    ----------
+    force
+        Friction limit over time, N or N m; at least 0.
     """
 
     force: InputFunction = field(default_factory=InputFunction)

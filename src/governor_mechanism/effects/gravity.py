@@ -1,4 +1,4 @@
-"""Uniform gravity."""
+"""Effect `gravity`: uniform gravity."""
 
 from __future__ import annotations
 
@@ -8,12 +8,18 @@ from governor_mechanism.errors import require_positive
 from governor_mechanism.model.effect import Effect
 
 DEFAULT_GRAVITY = 9.81
-"""m/s2: what `gravity = true` means."""
+"""Gravitational acceleration for `gravity = true`, m/s2."""
 
 
 @dataclass(frozen=True, kw_only=True)
 class Gravity(Effect):
-    """A uniform pull along -y, in m/s2."""
+    """Uniform gravity along -y.
+
+    Attributes
+    ----------
+    acceleration
+        Gravitational acceleration, m/s2; positive.
+    """
 
     acceleration: float = DEFAULT_GRAVITY
 

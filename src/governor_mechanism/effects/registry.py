@@ -1,4 +1,4 @@
-"""All effects."""
+"""Registry of all effects."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Arms and links with mass, balls with a size."""
+"""Effect `rods`: arms and links with mass, balls with a size."""
 
 from __future__ import annotations
 
@@ -10,9 +10,18 @@ from governor_mechanism.model.effect import Effect
 
 @dataclass(frozen=True, kw_only=True)
 class RodMasses(Effect):
-    """Arms and links as slender uniform rods of these masses (kg, each), balls as solid spheres of this radius (m).
+    """Arms and links as slender uniform rods, balls as solid spheres. The machine builds its bodies from them.
 
-    The machine builds its bodies from them; what is nought is left as it was.
+    A value of zero leaves the part unchanged.
+
+    Attributes
+    ----------
+    arm_mass
+        Mass of each arm, kg.
+    link_mass
+        Mass of each link, kg.
+    ball_radius
+        Radius of each ball, m.
     """
 
     arm_mass: float = 0.0

@@ -1,4 +1,4 @@
-"""A spring along a reading."""
+"""Effect `spring`: a linear spring along a reading."""
 
 from __future__ import annotations
 
@@ -10,10 +10,18 @@ from governor_mechanism.model.effect import OutputEffect
 
 @dataclass(frozen=True, kw_only=True)
 class OutputSpring(OutputEffect):
-    """A spring along a reading: it pulls by -(preload + rate (value - zero)).
+    """A linear spring along a reading, with the force -(preload + rate * (value - zero)).
 
-    rate in N/m or N m/rad, preload in N or N m, zero in m or rad. one_sided: it only ever pulls one way, and is slack
-    where it would push (where that sum is below nought).
+    Attributes
+    ----------
+    rate
+        Stiffness, N/m or N m/rad; positive.
+    preload
+        Force at the value `zero`, N or N m.
+    zero
+        Reference value of the reading, m or rad.
+    one_sided
+        Whether the spring only pulls and is slack where preload + rate * (value - zero) is negative.
     """
 
     rate: float
@@ -28,15 +36,33 @@ class OutputSpring(OutputEffect):
 
     @property
     def free_value(self) -> float:
-        """The value of the reading at which it pulls nothing."""
+        """Value of the reading at zero force."""
         return self.zero - self.preload / self.rate
 
 
 def helical_spring_rate(*, wire: float, coil: float, turns: float, modulus: float) -> float:
-    """Rate (N/m) of a helical spring: G d^4 / (8 D^3 n).
+    """Return the rate of a helical spring, G d^4 / (8 D^3 n), N/m.
 
-    wire d and coil D are diameters (m, of the coil's middle line), turns n those that work, modulus G (Pa) of shear.
-    Raises MechanismError for what is not positive, and for a coil that is not wider than its wire.
+    Parameters
+    ----------
+    wire
+        Diameter of the wire d, m.
+    coil
+        Mean diameter of the coil D, m; larger than the wire.
+    turns
+        Number of active turns n.
+    modulus
+        Shear modulus G, Pa.
+
+    Returns
+    -------
+    float
+        Rate, N/m.
+
+    Raises
+    ------
+    MechanismError
+        If an argument is not positive, or the coil is not wider than the wire.
     """
     for value, unit, name in ((wire, "m", "wire"), (coil, "m", "coil"), (turns, "", "turns"), (modulus, "Pa", "modulus")):
         require_positive(value, unit, f"{name} of the spring")

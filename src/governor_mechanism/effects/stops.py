@@ -1,4 +1,4 @@
-"""Hard stops of a reading."""
+"""Effect `stops`: hard stops of a reading."""
 
 from __future__ import annotations
 
@@ -11,9 +11,14 @@ from governor_mechanism.model.effect import OutputEffect
 
 @dataclass(frozen=True, kw_only=True)
 class Stops(OutputEffect):
-    """Hard stops at the low and the high end of a reading (m or rad; infinite where there is none).
+    """Hard stops at the low and the high end of a reading.
 
-    restitution is the part of the speed with which it bounces back, 0 to 1.
+    Attributes
+    ----------
+    low, high
+        Positions of the stops, m or rad; infinite for none.
+    restitution
+        Coefficient of restitution, 0 to 1.
     """
 
     low: float = -math.inf
@@ -22,7 +27,7 @@ class Stops(OutputEffect):
 
     def __post_init__(self) -> None:
         if math.isnan(self.low) or math.isnan(self.high) or not self.low < self.high:
-            raise MechanismError(f"stops of {self.reading!r}: the low one ({self.low:g}) must lie below the high one ({self.high:g})")
+            raise MechanismError(f"stops of {self.reading!r}: the low end ({self.low:g}) must be below the high end ({self.high:g})")
         if math.isinf(self.low) and math.isinf(self.high):
             raise MechanismError(f"stops of {self.reading!r} need a low or a high end")
         if not 0 <= self.restitution <= 1:

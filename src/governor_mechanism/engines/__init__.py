@@ -1,4 +1,4 @@
-"""The engines: each runs a scene, refuses what it cannot model, and says how accurate it was and what it cost."""
+"""Engines: each runs a scene, refuses what it cannot model, and reports the accuracy and cost of the run."""
 
 from __future__ import annotations
 

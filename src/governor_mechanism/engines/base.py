@@ -1,4 +1,4 @@
-"""One door for every engine: what is asked of it, what it may refuse."""
+"""Common interface of all engines: the request of a run and the checks before it."""
 
 from __future__ import annotations
 
@@ -17,11 +17,12 @@ from governor_mechanism.model.trajectory import Trajectory
 from governor_mechanism.types import FloatArray
 
 MAX_REPORTED_TIMES = 5_000_000
+"""Largest number of reported times of one run: it bounds the memory of the results."""
 
 
 @dataclass(frozen=True, kw_only=True)
 class RunRequest:
-    """What is asked of an engine: reported times (n,) s, accuracy relative to the scales, whether to certify it."""
+    """Request of a run: reported times (n,) s, accuracy relative to the scales, whether to certify it, reason of the choice."""
 
     times: FloatArray
     accuracy: float
@@ -30,7 +31,19 @@ class RunRequest:
 
 
 class Engine(ABC):
-    """Runs a scene. Concrete engines are final, own their tuning numbers, and never import one another."""
+    """Abstract engine that runs a scene.
+
+    Concrete engines are final, own their settings, and never import one another.
+
+    Attributes
+    ----------
+    name
+        Name of the engine in scene files and messages.
+    effects
+        Types of effects the engine can model.
+    joints
+        Types of joints the engine can model.
+    """
 
     name: ClassVar[str]
     effects: ClassVar[frozenset[type[Effect]]]
@@ -49,10 +62,32 @@ class Engine(ABC):
         certify: bool = True,
         reason: str = "asked for",
     ) -> Trajectory:
-        """Run a scene from its start; a run that cannot go on comes back with a named outcome.
+        """Run a scene from its initial state; a run that ends early returns a trajectory with a named outcome.
 
-        times (n,) s are reported instead of the scene's own; accuracy replaces the scene's. Raises UnsupportedEffect
-        for effects and joints this engine does not have, MechanismError for a start that cannot be made.
+        Parameters
+        ----------
+        scene
+            Scene to run.
+        times
+            Reported times, s, ascending from 0 or later, instead of the scene's own; shape (n,).
+        accuracy
+            Requested accuracy relative to the scales of the readings, between 0 and 1, instead of the scene's own.
+        certify
+            Whether to estimate the error by a second run and to refine until it meets the accuracy.
+        reason
+            Why this engine was chosen; recorded in the cost of the run.
+
+        Returns
+        -------
+        Trajectory
+            Motion, readings, outcome, error estimate and cost.
+
+        Raises
+        ------
+        UnsupportedEffect
+            If the engine cannot model an effect, a joint or another property of the scene.
+        MechanismError
+            If the accuracy or a time is invalid, or the initial state cannot be assembled.
         """
         refusal_reason = self.refusal(scene)
         if refusal_reason:
@@ -65,31 +100,58 @@ class Engine(ABC):
 
     @final
     def refusal(self, scene: Scene) -> str:
-        """Why this engine cannot run a scene, in a sentence; empty where it can."""
+        """Return why this engine cannot run a scene, as a sentence; empty if it can.
+
+        Parameters
+        ----------
+        scene
+            Scene to check.
+
+        Returns
+        -------
+        str
+            Reason, or an empty string.
+        """
         parts = [part.mechanism for part in scene.parts]
         missing = {type(effect) for effect in scene.effects} - self.effects
         missing_joints = {type(joint) for mechanism in parts for joint in mechanism.joints} - self.joints
         if missing or missing_joints:
             names = sorted(missing_type.__name__ for missing_type in missing | missing_joints)
-            return f"engine {self.name!r} cannot model {names}; choose another engine or leave them out"
+            return f"engine {self.name!r} cannot model {names}; choose another engine or remove them from the scene"
         if len(scene.parts) > 1 or scene.couplings:
             return (
-                f"engine {self.name!r} runs scenes of one part without couplings; "
-                f"this one has {len(scene.parts)} and {len(scene.couplings)}"
+                f"engine {self.name!r} runs scenes with one part and no couplings; "
+                f"this scene has {len(scene.parts)} parts and {len(scene.couplings)} couplings"
             )
         return self._refuses(scene)
 
     def _refuses(self, scene: Scene) -> str:
-        """What an engine refuses beside effects and joints it does not have."""
+        """Return what an engine refuses in addition to unknown effects and joints; empty if nothing."""
         return ""
 
 
 def make_reported_times(scene: Scene) -> FloatArray:
-    """Multiples of `output_interval` up to the duration, and the duration itself (s)."""
+    """Return the reported times of a scene: multiples of its output interval up to the duration, and the duration itself.
+
+    Parameters
+    ----------
+    scene
+        Scene with its run settings.
+
+    Returns
+    -------
+    FloatArray
+        Times, s; shape (n,).
+
+    Raises
+    ------
+    MechanismError
+        If there are more than MAX_REPORTED_TIMES.
+    """
     output_interval, duration = scene.run.output_interval, scene.run.duration
     count = int(np.floor(duration / output_interval * (1 + 1e-12)))
     if count > MAX_REPORTED_TIMES:
-        raise MechanismError(f"{count} reported times are too many (at most {MAX_REPORTED_TIMES}); make run.output_interval larger")
+        raise MechanismError(f"{count} reported times are too many (at most {MAX_REPORTED_TIMES}); increase run.output_interval")
     times: FloatArray = output_interval * np.arange(count + 1, dtype=np.float64)
     if duration - times[-1] > 1e-9 * output_interval:
         return np.append(times, duration)
@@ -98,6 +160,7 @@ def make_reported_times(scene: Scene) -> FloatArray:
 
 
 def _validate_times(given: Sequence[float] | FloatArray) -> FloatArray:
+    """Return the given times as an array (n,) s, or raise MechanismError."""
     try:
         times = np.asarray(given, dtype=np.float64)
     except (TypeError, ValueError) as error:
@@ -105,5 +168,5 @@ def _validate_times(given: Sequence[float] | FloatArray) -> FloatArray:
     if times.ndim != 1 or times.size == 0 or not np.all(np.isfinite(times)):
         raise MechanismError(f"times must be a one-dimensional array of finite numbers; got shape {times.shape}")
     if times[0] < 0 or np.any(np.diff(times) <= 0):
-        raise MechanismError("times must start at 0 or later and rise from one to the next")
+        raise MechanismError("times must start at 0 or later and be strictly increasing")
     return times

@@ -1,4 +1,4 @@
-"""How a scene starts: assembled, at rest or moving, and refused where it cannot."""
+"""Consistent initial positions and velocities of a scene."""
 
 from __future__ import annotations
 
@@ -22,18 +22,44 @@ from governor_mechanism.statics.equilibrium_speed import has_spindle_dependent_l
 from governor_mechanism.types import FloatArray
 from governor_mechanism.units.quantities import format_quantity
 
+_CACHE_KEY = "_initial_state"
+"""Attribute of a scene that keeps its initial state."""
+
 
 def initial_state(scene: Scene) -> tuple[FloatArray, FloatArray]:
-    """Poses and velocities (bodies, 3) with which a scene starts.
+    """Return consistent initial poses and velocities.
 
-    Start values and rates are met exactly; what they leave open stays nearest to the sketch, and slowest. Raises
-    MechanismError where that cannot be assembled, an equilibrium does not exist, joints or drives contradict each
-    other, or nothing can move.
+    Start values and rates are met exactly. Otherwise the poses are nearest to the initial guess, and the velocities are smallest.
+
+    Parameters
+    ----------
+    scene
+        Scene of one part.
+
+    Returns
+    -------
+    poses : FloatArray
+        Initial poses, m and rad; shape (bodies, 3).
+    velocities : FloatArray
+        Initial velocities, m/s and rad/s; shape (bodies, 3).
+
+    Raises
+    ------
+    MechanismError
+        If the mechanism cannot be assembled or cannot move, if the equilibrium does not exist, or if drivers are redundant.
     """
+    cache = vars(scene)  # a scene never changes, so its initial state is solved once
+    if _CACHE_KEY not in cache:
+        cache[_CACHE_KEY] = _solve_initial_state(scene)
+    poses, velocities = cache[_CACHE_KEY]
+    return poses.copy(), velocities.copy()
+
+
+def _solve_initial_state(scene: Scene) -> tuple[FloatArray, FloatArray]:
     mechanism = scene.part.mechanism
     warn_before_compiling("evaluate_jacobian", 3)
     for body in mechanism.bodies:
-        ground_pin_of_point_mass(mechanism, body)  # refuses those that cannot turn
+        ground_pin_of_point_mass(mechanism, body)  # raises for point masses that cannot rotate
     position_solver = PositionSolver(mechanism)
     values = scene.start.values
     if position_solver.equations.is_driven.any():
@@ -55,19 +81,19 @@ def _equilibrium_poses(scene: Scene) -> FloatArray:
     mechanism, values = scene.part.mechanism, scene.start.values
     if CLEARANCE_READING in values:
         raise MechanismError(
-            f"start = '{EQUILIBRIUM}' is not settled with play, which leaves the sleeve free between two ends; give "
+            f"start = '{EQUILIBRIUM}' is not determined with clearance, which leaves the sleeve free between two ends; give "
             f"start.{mechanism.coordinate} as a number"
         )
     if list(values) != [mechanism.coordinate] or PositionSolver(mechanism).mobility != 1:
         raise MechanismError(
-            f"start = '{EQUILIBRIUM}' is for one coordinate of a mechanism of mobility one, {mechanism.coordinate!r}; "
+            f"start = '{EQUILIBRIUM}' is for the coordinate of a mechanism with one degree of freedom, {mechanism.coordinate!r}; "
             f"found {list(values)}; give numbers"
         )
     return stable_equilibrium_poses(scene)
 
 
 def _require_independent_drivers(mechanism: Mechanism) -> None:
-    """Drives that joints or other drives leave nothing to move; seen where the joints alone are closed."""
+    """Raise an error for drivers that the joints or other drivers leave nothing to move; tested where only the joints are closed."""
     position_solver = PositionSolver(mechanism)
     is_driver_row = position_solver.equations.is_driven
     driver_names = list(
@@ -81,13 +107,13 @@ def _require_independent_drivers(mechanism: Mechanism) -> None:
     )
     if mobility_without_drivers - mobility < np.sum(is_driver_row) and np.sum(is_driver_row) <= mobility_without_drivers:
         raise MechanismError(
-            f"drives {driver_names} find only {mobility_without_drivers - mobility} of the mobility {mobility_without_drivers} that the joints leave to move "
-            "where the sketch stands: at a dead centre, or two of them the same; sketch it a little further on"
+            f"drivers {driver_names} determine only {mobility_without_drivers - mobility} of the {mobility_without_drivers} "
+            "degrees of freedom in the initial configuration: it is singular, or two drivers are the same; draw it in another position"
         )
     if mobility_without_drivers - mobility < np.sum(is_driver_row):
         raise MechanismError(
-            f"drives {driver_names} contradict each other or the joints: the joints leave mobility {mobility_without_drivers}, "
-            f"and of {int(np.sum(is_driver_row))} drives only {mobility_without_drivers - mobility} find something to move; leave one drive out"
+            f"drivers {driver_names} contradict each other or the joints: the joints leave mobility {mobility_without_drivers}, "
+            f"and of {int(np.sum(is_driver_row))} drivers only {mobility_without_drivers - mobility} are independent; leave one driver out"
         )
 
 
@@ -101,11 +127,11 @@ def _require_mobile(position_solver: PositionSolver, poses: FloatArray) -> None:
     }
     freeing_joints = [name for name, one in mechanisms_without_joint.items() if PositionSolver(one).count_degrees_of_freedom(poses) > 0]
     joints_phrase = f"any one of {freeing_joints}" if freeing_joints else "more than one of them"
-    raise MechanismError(f"the mechanism cannot move: its joints leave mobility 0; without {joints_phrase} it could")
+    raise MechanismError(f"the mechanism cannot move: its joints leave 0 degrees of freedom; without {joints_phrase} it could")
 
 
 STOP_TOLERANCE = 1e-9
-"""Machine sizes, or rad: less than this beyond a stop is at it."""
+"""Violation of a stop, relative to the scale of the reading, that counts as contact."""
 
 
 def _require_within_stops(scene: Scene, poses: FloatArray) -> None:
@@ -123,7 +149,7 @@ def _require_within_stops(scene: Scene, poses: FloatArray) -> None:
 
 
 def _assemble(position_solver: PositionSolver, start_values: Mapping[str, float]) -> FloatArray:
-    """Assembled at start values; where drives are in the way, they are named."""
+    """Assemble at start values; an error names the drivers involved."""
     try:
         return position_solver.solve(start_values)
     except MechanismError as error:
@@ -132,8 +158,8 @@ def _assemble(position_solver: PositionSolver, start_values: Mapping[str, float]
             raise
         driver_names = [position_solver.equations.joints[k].name for k in dict.fromkeys(driver_joints.tolist())]
         raise MechanismError(
-            f"start values {dict(start_values)} and drives {driver_names} contradict each other at t = 0: "
-            "leave the values out, or let the drives begin there"
+            f"start values {dict(start_values)} and drivers {driver_names} contradict each other at t = 0: "
+            "leave the values out, or let the drivers begin there"
         ) from error
 
 
@@ -157,27 +183,27 @@ def _require_start_value_in_range(mechanism: Mechanism, name: str, value: float)
 
 
 def stable_equilibrium_poses(scene: Scene) -> FloatArray:
-    """Poses of the one stable equilibrium at the scene's first spindle speed; refuses none, and more than one."""
+    """Return the poses of the only stable equilibrium at the first spindle speed. Raise an error if there is none or more than one."""
     try:
         equilibria = find_equilibria(scene)
     except MechanismError as error:
         message_start = f"start.{scene.part.mechanism.coordinate} = 'equilibrium'"
         hint = "change spindle.speed, or give a number" if has_spindle_dependent_loads(scene) else "give a number"
         raise MechanismError(f"{message_start}: {error.problems[0]}; {hint}") from error
-    stable = [rest for rest in equilibria if rest.stable]
+    stable = [equilibrium for equilibrium in equilibria if equilibrium.stable]
     if len(stable) == 1:
         return stable[0].poses
     name, speed_clause = scene.part.mechanism.coordinate, _initial_speed_clause(scene)
     if stable:
-        positions = ", ".join(f"{rest.coordinate:.6g}" for rest in stable)
-        raise MechanismError(f"start.{name} = 'equilibrium' is not definite: {speed_clause}there are stable ones at {positions}; give one")
+        positions = ", ".join(f"{equilibrium.coordinate:.6g}" for equilibrium in stable)
+        raise MechanismError(f"start.{name} = 'equilibrium' is not unique: {speed_clause}there are stable ones at {positions}; give one")
     if equilibria[0].astatic:
         low, high = equilibria[0].extent
         raise MechanismError(
-            f"start.{name} = 'equilibrium' is not definite: {speed_clause}the mechanism is astatic and rests "
-            f"anywhere from {low:.6g} to {high:.6g}; give a number"
+            f"start.{name} = 'equilibrium' is not unique: {speed_clause}the mechanism is astatic, with "
+            f"equilibria from {low:.6g} to {high:.6g}; give a number"
         )
-    positions = ", ".join(f"{rest.coordinate:.6g}" for rest in equilibria)
+    positions = ", ".join(f"{equilibrium.coordinate:.6g}" for equilibrium in equilibria)
     hint = ", or change spindle.speed" if speed_clause else ""
     raise MechanismError(
         f"start.{name} = 'equilibrium': {speed_clause}only an unstable one exists, at {name} = {positions}; start there by number{hint}"
@@ -185,5 +211,5 @@ def stable_equilibrium_poses(scene: Scene) -> FloatArray:
 
 
 def _initial_speed_clause(scene: Scene) -> str:
-    """The words for the scene's first spindle speed; none where nothing turns with a spindle."""
+    """Return the words for the first spindle speed, or an empty string if the loads do not depend on it."""
     return f"at {SpindleSpeedFunction(scene.spindle).start_speed * 30 / np.pi:.6g} rpm " if has_spindle_dependent_loads(scene) else ""

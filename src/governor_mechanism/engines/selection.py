@@ -1,7 +1,7 @@
-"""Which engine a scene is given when none is asked for: the cheapest that holds it, by a small model of costs.
+"""Select an engine for a scene: the cheapest that can model it, by a simple cost model.
 
-The numbers are of one machine, and rough; only their ratios matter. `python benchmarks/reduced.py` prints what they
-stand for.
+The numbers were measured on one machine and are rough; only their ratios matter. `python benchmarks/reduced.py` prints
+what they represent.
 """
 
 from __future__ import annotations
@@ -21,31 +21,32 @@ from governor_mechanism.model.scene import Scene
 from governor_mechanism.model.trajectory import Outcome, Trajectory
 
 ENGINES: dict[str, type[Engine]] = {"reduced": ReducedEngine, "multibody": MultibodyEngine, "impulse": ImpulseEngine}
+"""Engine classes by name."""
 
 RUN_OVERHEAD_SECONDS = {"reduced": 0.004, "multibody": 0.006, "impulse": 0.02}
-"""Seconds of a run beside its steps: start, readings, certificate."""
+"""Time of a run in addition to its steps, s: initial state, readings, certificate."""
 
 EVALUATION_SECONDS = {"reduced": (2e-8, 0.0), "multibody": (1e-6, 2.5e-7), "impulse": (3e-6, 1e-6)}
-"""Seconds of an evaluation, or of one of impulse's steps, and what each joint adds to it."""
+"""Time of one evaluation (of one step for impulse), s, and additional time for each joint, s."""
 
 TABLE_PIECE_SECONDS = 4e-5
-"""Seconds of one piece of `reduced`'s tables and each joint; a certified run lays some ten."""
+"""Time to build one table segment of `reduced`, s per joint; a certified run builds about ten."""
 
 EVENT_COST_RATIO = 4.0
-"""So many times as long take impulse's runs where something acts along a reading."""
+"""Cost factor of impulse runs with effects along readings."""
 
 IMPULSE_STEP_COUNT_MODEL = 34.0, 1.5, -0.28
-"""Of a time scale, over the runs of a certificate: a + b accuracy^c."""
+"""Steps of impulse per time scale over all runs of a certificate: a + b accuracy^c."""
 
 
 FALLBACK_OUTCOMES = (Outcome.DEAD_CENTRE, Outcome.STIFF, Outcome.STALLED, Outcome.ACCURACY_MISSED)
-"""What multibody may do better."""
+"""Outcomes of `reduced` that multibody may improve."""
 
 
 @final
 @dataclass(frozen=True, kw_only=True)
 class ReducedWithFallback(Engine):
-    """The reduced engine, and multibody in its stead where its coordinate leads no farther, or not as exactly."""
+    """The reduced engine, replaced by multibody where its coordinate cannot continue or its accuracy is missed."""
 
     name: ClassVar[str] = ReducedEngine.name
     effects: ClassVar[frozenset[type[Effect]]] = ReducedEngine.effects
@@ -58,7 +59,7 @@ class ReducedWithFallback(Engine):
         reduced_result = _run_engine(ReducedEngine(), scene, request)
         if reduced_result.outcome not in FALLBACK_OUTCOMES:
             return reduced_result
-        fallback_reason = f"reduced gave it up: {reduced_result.message}"
+        fallback_reason = f"reduced could not complete the run: {reduced_result.message}"
         multibody_result = _run_engine(MultibodyEngine(), scene, replace(request, reason=fallback_reason))
         if multibody_result.outcome is Outcome.ACCURACY_MISSED and (reduced_result.error_estimate or 1.0) < (
             multibody_result.error_estimate or 1.0
@@ -68,37 +69,55 @@ class ReducedWithFallback(Engine):
 
 
 def _run_engine(engine: Engine, scene: Scene, request: RunRequest) -> Trajectory:
+    """Run a scene with one engine as requested."""
     return engine.run(scene, times=request.times, accuracy=request.accuracy, certify=request.certify, reason=request.reason)
 
 
 def select_engine(name: str, scene: Scene, accuracy: float | None = None) -> tuple[Engine, str]:
-    """The engine of that name with its default settings, and why it was chosen; 'auto' picks one for the scene.
+    """Return the engine of a name with its default settings; 'auto' selects the cheapest one that can model the scene.
 
-    accuracy replaces the scene's.
+    Parameters
+    ----------
+    name
+        Name of an engine, or 'auto'.
+    scene
+        Scene to run.
+    accuracy
+        Requested accuracy, instead of the scene's own; it affects the expected cost.
+
+    Returns
+    -------
+    tuple[Engine, str]
+        Engine, and the reason of the choice.
+
+    Raises
+    ------
+    MechanismError
+        If there is no engine of that name.
     """
     if name != "auto":
         if name not in ENGINES:
             known = ["auto", *ENGINES]
-            raise MechanismError(f"no engine {name!r}; engines are {known}.{did_you_mean(name, known)}")
+            raise MechanismError(f"unknown engine {name!r}; the engines are {known}.{did_you_mean(name, known)}")
         return ENGINES[name](), "asked for"
     requested_accuracy = scene.run.accuracy if accuracy is None else accuracy
     engines = {name: engine_class() for name, engine_class in ENGINES.items()}
     capable = {name: engine for name, engine in engines.items() if not engine.refusal(scene)}
-    if not capable:  # none holds it; the one that holds most says what is wrong
-        return engines["multibody"], "the engine that holds most"
+    if not capable:  # multibody models most, so its refusal is the most specific
+        return engines["multibody"], "the engine that can model most"
     run_times = {name: estimate_run_time(name, scene, requested_accuracy) for name in capable}
     cheapest = min(capable, key=lambda name: run_times[name])
     others = ", ".join(f"{name} {format_seconds(run_times[name])}" for name in capable if name != cheapest)
     missing = ", ".join(name for name in engines if name not in capable)
     reason = f"the cheapest: about {format_seconds(run_times[cheapest])}"
     reason += f" ({others})" if others else ""
-    reason += f"; {missing} cannot hold this scene" if missing else ""
+    reason += f"; {missing} cannot model this scene" if missing else ""
     return (ReducedWithFallback() if cheapest == "reduced" else capable[cheapest]), reason
 
 
 def estimate_run_time(name: str, scene: Scene, accuracy: float) -> float:
-    """Seconds that a certified run of an engine takes, roughly."""
-    # What is no accuracy the engine refuses.
+    """Return the approximate time of a certified run of an engine, s."""
+    # The engine itself refuses an invalid accuracy.
     valid_accuracy = accuracy if isinstance(accuracy, int | float) and 0 < accuracy < 1 else 1e-6
     n_time_scales, n_joints = scene.run.duration / time_scale(scene), len(scene.part.mechanism.joints)
     base_cost, joint_cost = EVALUATION_SECONDS[name]
@@ -115,5 +134,5 @@ def estimate_run_time(name: str, scene: Scene, accuracy: float) -> float:
 
 
 def format_seconds(seconds: float) -> str:
-    """As '3 ms', '0.2 s', '40 s'."""
+    """Return a duration as '3 ms', '0.2 s' or '40 s'."""
     return f"{seconds * 1e3:.0f} ms" if seconds < 0.1 else f"{seconds:.2g} s"

@@ -1,4 +1,4 @@
-"""Results are written beside their final name and moved into place, so that an interrupted run leaves no half file."""
+"""Atomic writing: a temporary file is renamed to the final name, so an interrupted run leaves no partial file."""
 
 from __future__ import annotations
 
@@ -13,9 +13,24 @@ from governor_mechanism.errors import MechanismError
 
 @contextmanager
 def atomic_write(path: Path) -> Iterator[Path]:
-    """Give a temporary name in the folder of `path`, with its ending; rename it to `path` at the end.
+    """Provide a temporary file name and rename the file to its final name at the end.
 
-    On any exception, Ctrl-C included, the temporary file is removed and `path` stays as it was.
+    On any exception, also on Ctrl-C, the temporary file is removed and `path` stays as it was.
+
+    Parameters
+    ----------
+    path
+        Final name.
+
+    Yields
+    ------
+    Path
+        Temporary name in the same folder with the same suffix.
+
+    Raises
+    ------
+    MechanismError
+        If the folder does not exist.
     """
     if not path.parent.is_dir():
         raise MechanismError(f"cannot write {path}: the folder {path.parent} does not exist; create it first")

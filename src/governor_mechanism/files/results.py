@@ -1,4 +1,4 @@
-"""Results on disk: CSV of the readings, netCDF of everything, JSON of what ran and how it ended."""
+"""Files of a run: CSV of the readings, netCDF of all arrays, JSON of the summary."""
 
 from __future__ import annotations
 
@@ -19,7 +19,15 @@ REPORTED_PACKAGES = ("governor-mechanism", "pymunk", "numpy", "scipy")
 
 
 def save_csv(run: Trajectory, path: Path) -> None:
-    """Write time and readings, one row a reported time, SI units in the header."""
+    """Write times and readings as CSV: one row per reported time, SI units in the header.
+
+    Parameters
+    ----------
+    run
+        The run.
+    path
+        Path of the file.
+    """
     names = list(run.readings)
     with atomic_write(path) as temporary, temporary.open("w", newline="", encoding="utf-8") as stream:
         writer = csv.writer(stream)
@@ -29,7 +37,15 @@ def save_csv(run: Trajectory, path: Path) -> None:
 
 
 def save_netcdf(run: Trajectory, path: Path) -> None:
-    """Write every array of the run as netCDF-3 (opens in xarray); dimensions time, body, component (x, y, angle)."""
+    """Write all arrays of a run as netCDF-3, with the dimensions time, body and component (x, y, angle).
+
+    Parameters
+    ----------
+    run
+        The run.
+    path
+        Path of the file.
+    """
     from scipy.io import netcdf_file
 
     with atomic_write(path) as temporary, netcdf_file(temporary, "w", version=2) as dataset:
@@ -55,7 +71,7 @@ def save_netcdf(run: Trajectory, path: Path) -> None:
 
 
 def _save_reactions(run: Trajectory, dataset: Any) -> None:
-    """What each joint does to its second body: force x, y (N) and moment (N m), and whether it is determined (1, 0)."""
+    """Write the reactions on second bodies: force x, y (N) and moment (N m), and whether they are determined (1 or 0)."""
     if not run.reactions:
         return
     dataset.joints = ", ".join(run.reactions)
@@ -68,7 +84,18 @@ def _save_reactions(run: Trajectory, dataset: Any) -> None:
 
 
 def summarise_run(run: Trajectory) -> dict[str, Any]:
-    """What ran and how it ended, as plain JSON values."""
+    """Return the summary of a run as plain JSON values.
+
+    Parameters
+    ----------
+    run
+        The run.
+
+    Returns
+    -------
+    dict
+        Scene, engine, settings, outcome, errors, final readings, events, cost and package versions.
+    """
     return {
         "scene": run.scene.source,
         "title": run.scene.title,
@@ -97,13 +124,21 @@ def summarise_run(run: Trajectory) -> dict[str, Any]:
 
 
 def save_json(run: Trajectory, path: Path) -> None:
-    """Write the summary of a run."""
+    """Write the summary of a run as JSON.
+
+    Parameters
+    ----------
+    run
+        The run.
+    path
+        Path of the file.
+    """
     with atomic_write(path) as temporary:
         temporary.write_text(json.dumps(summarise_run(run), indent=2, allow_nan=False) + "\n", encoding="utf-8")
 
 
 def package_versions() -> dict[str, str]:
-    """Versions of Python and of the packages that results depend on."""
+    """Return the versions of Python and of the packages that results depend on."""
     versions = {"python": platform.python_version()}
     for name in REPORTED_PACKAGES:
         try:

@@ -1,0 +1,1 @@
+"""Integration of first-order equations with events and projection."""

@@ -1,4 +1,4 @@
-"""Whether something that is watched rises above nought within a step, compiled."""
+"""Bracket the first event within a step: an upward zero crossing of an event function; compiled."""
 
 from __future__ import annotations
 
@@ -6,22 +6,22 @@ from governor_mechanism.mechanics.dynamics.equations_of_motion import evaluate_s
 from governor_mechanism.mechanics.dynamics.lowering import System, SystemWorkspace
 from governor_mechanism.mechanics.dynamics.output_forces import (
     EVENT_SAMPLE_FRACTIONS,
-    FORCE_EVENT,
+    EventFunctionKind,
     evaluate_multibody_event_functions,
-    interpolate_quintic_hermite,
 )
+from governor_mechanism.numerics.hermite import interpolate_quintic_hermite
 from governor_mechanism.numerics.jit import jit_internal
 from governor_mechanism.types import FloatArray, IntArray
 
 OVERSHOOT_RATIO = 0.05
-"""Of the spread of three values: by so much a summit between them may be higher than their parabola's."""
+"""Allowance for a maximum between three samples above that of their parabola, relative to the spread of the samples."""
 
 
 @jit_internal
 def evaluate_events_at_state(
     system: System, workspace: SystemWorkspace, input_cubics: FloatArray, local_time: float, state: FloatArray, event_values: FloatArray
 ) -> None:
-    """What is watched, at a state whose slope was the last to be evaluated."""
+    """Evaluate the event functions at the state whose derivative was evaluated last."""
     n_bodies = system.bodies.size
     poses, velocities = (state[: 3 * n_bodies].reshape(n_bodies, 3), state[3 * n_bodies : 6 * n_bodies].reshape(n_bodies, 3))
     evaluate_multibody_event_functions(
@@ -54,15 +54,15 @@ def bracket_first_event(
     event_values: FloatArray,
     counters: IntArray,
 ) -> tuple[float, float]:
-    """Between which parts of a step the first mark rises above nought; (2, 2) where none does.
+    """Return the step fractions (low, high) that bracket the first upward zero crossing, or (2, 2) if there is none.
 
-    marks (PARTS, watches) are known at both ends. Something that begins at nought, as a body that has just left a
-    stop, must have been below it first, unless it rises at once.
+    Row 0 and the last row of event_values (samples, functions) are given; the rows between them are filled in. A function
+    that starts at zero, as after a body has left a stop, must become negative before it can trigger, unless it rises at once.
     """
     event_table, last_sample, n_coordinates = (system.event_functions, EVENT_SAMPLE_FRACTIONS.size - 1, 3 * system.bodies.size)
     has_force_events = False
     for i in range(event_table.size):
-        has_force_events = has_force_events or event_table[i].kind == FORCE_EVENT
+        has_force_events = has_force_events or event_table[i].kind == EventFunctionKind.FORCE
     for j in range(1, last_sample):
         interpolate_quintic_hermite(
             state_start, derivative_start, state_end, derivative_end, n_coordinates, h, EVENT_SAMPLE_FRACTIONS[j], trial_state
@@ -89,10 +89,29 @@ def bracket_first_event(
                 EVENT_SAMPLE_FRACTIONS[j], EVENT_SAMPLE_FRACTIONS[1], event_values[j - 1, i], event_values[j, i], event_values[j + 1, i]
             )
             negative_before = fraction > EVENT_SAMPLE_FRACTIONS[j] or event_values[j - 1, i] < -tolerance
-            if maximum > 0.0 and fraction < high and negative_before and _is_positive_at(
-                system, workspace, input_cubics, local_time, h, state_start, derivative_start, state_end, derivative_end, trial_state, trial_derivative, event_values[last_sample], i, fraction,
-                has_force_events, counters,
-            ):  # fmt: skip
+            if (
+                maximum > 0.0
+                and fraction < high
+                and negative_before
+                and _is_positive_at(
+                    system,
+                    workspace,
+                    input_cubics,
+                    local_time,
+                    h,
+                    state_start,
+                    derivative_start,
+                    state_end,
+                    derivative_end,
+                    trial_state,
+                    trial_derivative,
+                    event_values[last_sample],
+                    i,
+                    fraction,
+                    has_force_events,
+                    counters,
+                )
+            ):
                 low, high = (
                     (EVENT_SAMPLE_FRACTIONS[j - 1] if fraction <= EVENT_SAMPLE_FRACTIONS[j] else EVENT_SAMPLE_FRACTIONS[j]),
                     fraction,
@@ -105,9 +124,26 @@ def bracket_first_event(
 def locate_parabola_maximum(
     midpoint: float, spacing: float, value_before: float, value_middle: float, value_after: float
 ) -> tuple[float, float]:
-    """Where the parabola through three equally spaced values is highest between them, and how high it may be there.
+    """Locate the maximum of the parabola through three equally spaced samples.
 
-    A little is added for what a parabola does not tell; no height where it has no summit there.
+    Parameters
+    ----------
+    midpoint
+        Abscissa of the middle sample.
+    spacing
+        Distance of the samples.
+    value_before
+        First sample.
+    value_middle
+        Middle sample.
+    value_after
+        Last sample.
+
+    Returns
+    -------
+    tuple[float, float]
+        Abscissa and an upper estimate of the maximum, raised by OVERSHOOT_RATIO of the spread of the samples.
+        The estimate is -1 if the parabola has no maximum between the samples.
     """
     second_difference, central_difference = (value_before - 2.0 * value_middle + value_after, 0.5 * (value_after - value_before))
     if not second_difference < 0.0 or abs(central_difference) > -second_difference:
@@ -138,7 +174,7 @@ def _is_positive_at(
     has_force_events: bool,
     counters: IntArray,
 ) -> bool:
-    """Whether a mark is above nought at a part of the step."""
+    """Return whether one event function is positive at a fraction of the step."""
     interpolate_quintic_hermite(state_start, derivative_start, state_end, derivative_end, 3 * system.bodies.size, h, fraction, trial_state)
     if has_force_events:
         evaluate_state_derivative_inline(system, workspace, input_cubics, local_time + fraction * h, trial_state, trial_derivative)

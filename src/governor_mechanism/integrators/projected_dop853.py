@@ -1,4 +1,4 @@
-"""DOP853 with error control for a mechanism's state, projected onto its joints at every accepted step; compiled."""
+"""DOP853 with error control for the state of a mechanism, projected onto its constraints after every accepted step; compiled."""
 
 from __future__ import annotations
 
@@ -7,52 +7,50 @@ import math
 import numpy as np
 
 from governor_mechanism.integrators.event_location import bracket_first_event, evaluate_events_at_state
+from governor_mechanism.integrators.status import IntegrationStatus
 from governor_mechanism.integrators.tableau import DENSE_NODES, DENSE_STAGES, DENSE_WEIGHTS, ERROR_3, ERROR_5, NODES, STAGES, WEIGHTS
-from governor_mechanism.mechanics.dynamics.constraint_solver import apply_jacobian, solve_schur_band, subtract_minv_jt
+from governor_mechanism.mechanics.dynamics.constraint_solver import apply_jacobian, subtract_minv_jt
 from governor_mechanism.mechanics.dynamics.equations_of_motion import evaluate_state_derivative_inline, project_state_inline
 from governor_mechanism.mechanics.dynamics.lowering import System, SystemWorkspace
 from governor_mechanism.mechanics.dynamics.output_forces import EVENT_SAMPLE_FRACTIONS
+from governor_mechanism.numerics.banded_cholesky import solve_band_system
 from governor_mechanism.numerics.jit import jit, jit_internal
 from governor_mechanism.types import FloatArray, IntArray
 
-INTEGRATION_DONE, INTEGRATION_STALLED, INTEGRATION_STEP_LIMIT, INTEGRATION_STIFF, INTEGRATION_EVENT = 0, 1, 2, 3, 4
-"""How an integration ends: at its end; with a step too short to matter; with too many steps; where it gets stiff; where
-something watched rose above nought."""
-
 STALL_WINDOW_STEPS, MIN_PROGRESS_RATIO = 2000, 1e-6
-"""So many steps that together get no farther than this fraction of the way get nowhere."""
+"""An integration stalls when this many accepted steps advance less than this fraction of the interval."""
 
 STABILITY_LIMIT = 6.1
-"""Step times largest rate of decay (Hairer's estimate) up to which the method is stable."""
+"""Limit of step size times dominant eigenvalue (Hairer's estimate) up to which DOP853 is stable."""
 
 NEAR_SINGULAR_PIVOT_RATIO, MIN_STAGE_PIVOT_RATIO = 1e-3, 1e-6
-"""Independence of the rows (see `schur.solve`) below which stages are closed first, and at which no stage is taken.
+"""Pivot ratio of J M^-1 J^T (see `solve_schur_band`) below which stages are projected, and below which a step is retried.
 
-Off its joints by d, a mechanism an angle e away from a change point has accelerations wrong by d / e^3. So the motion
-is stepped across it: a step begins so far before it that it falls into the widest gap between stages, and one with a
-stage within is tried at another length.
+At an angle e from a change point, a constraint violation d causes an acceleration error of order d / e^3. The step is
+therefore placed so that the change point falls into the widest gap between stages. A step with a stage too close to
+the change point is repeated with another length.
 """
 
 STAGE_GAP_FRACTION = 0.466
-"""The middle of the widest gap between stages, as a fraction of the step."""
+"""Middle of the widest gap between the stage nodes, as a fraction of the step."""
 
 STEERING_PIVOT_RATIO = 0.1
-"""Independence of the rows below which steps are aimed."""
+"""Pivot ratio below which step sizes are steered so that the change point falls into the gap between stages."""
 
 SINGULAR_CONSTRAINT_TOLERANCE_RATIO = 1e-3
-"""So much tighter are joints closed near a change point: what they leave open counts there e times more."""
+"""Factor on the constraint tolerance near a change point, where the error that a violation causes grows like 1 / e."""
 
 MAX_SINGULAR_RETRIES = 60
-"""So many other lengths are tried."""
+"""Largest number of other step lengths tried at one change point."""
 
 N_STIFF_STEPS, N_NONSTIFF_STEPS = 15, 6
-"""So many steps at the limit of stability make a motion stiff, unless so many others come in between."""
+"""Number of steps at the stability limit that make a motion stiff, and number of other steps that resets the count."""
 
 MIN_STEPS_TO_SWITCH, MIN_STEPS_TO_SWITCH_PER_STATE = 300, 0.5
-"""Fewer explicit steps than this, and for each number of the state so many more, are not worth implicit ones."""
+"""Fewest remaining explicit steps, and additional ones per component of the state, that justify an implicit method."""
 
 N_COUNTERS = 4
-"""Length of the counts: steps, rejected steps, evaluations, evaluations with joints that depend on each other."""
+"""Number of counters: accepted steps, rejected steps, evaluations, evaluations with linearly dependent constraint rows."""
 
 
 @jit
@@ -72,13 +70,51 @@ def integrate_projected_dop853(
     output_states: FloatArray,
     counters: IntArray,
     event_bracket: FloatArray,
-) -> tuple[int, float, int, float]:
-    """Take `state` in place from span[0] to span[1] (s), and fill `found` at the `times` (n,) in between.
+) -> tuple[IntegrationStatus, float, int, float]:
+    """Integrate the state of a mechanism in place over an interval without breakpoints of its inputs.
 
-    tolerance is the error of one step, relative to `scale`; longest (s) bounds the step. cubics (programs, 4) are of
-    the time since span[0]. Returns how it ended, the last length of a step, how many of the times were reached, and the
-    time (s) that state is at. Where something watched crosses nought within a step, state is as before that step, and
-    crossed (2,) holds the times (s) between which it does.
+    Parameters
+    ----------
+    system
+        Mechanism, force elements and contact mode as arrays.
+    workspace
+        Arrays of one evaluation, overwritten.
+    input_cubics
+        Local cubics of the input functions, in the time since span[0], and their integrals; shape (functions, 5).
+    span
+        Start and end of the interval, s.
+    output_times
+        Times in (start, end] at which the state is wanted, s, ascending; shape (n,).
+    state
+        Poses and velocities of the body origins and auxiliary states, overwritten; shape (6 bodies + N_AUXILIARY_STATES,).
+    error_scale
+        Scale of every component of the state; shape of `state`.
+    tolerance
+        Error of one step, relative to `error_scale`.
+    step
+        First step size, s.
+    max_step
+        Largest step size, s.
+    constraint_tolerance
+        Largest constraint violation left by the projection, m.
+    max_steps
+        Largest number of accepted and rejected steps together.
+    output_states
+        States at `output_times`, filled in; shape (n, states).
+    counters
+        Counters, increased; shape (N_COUNTERS,).
+    event_bracket
+        Times between which an event function first becomes positive, s, filled in; shape (2,).
+
+    Returns
+    -------
+    tuple[int, float, int, float]
+        How the integration ended, the last step size (s), the number of output times reached, and the time of `state` (s).
+        When an event function becomes positive within a step, `state` is the one before that step.
+
+    References
+    ----------
+    E. Hairer, S. P. Norsett, G. Wanner, Solving Ordinary Differential Equations I, 2nd edition 1993, section II.10.
     """
     start, end = span
     stage_derivatives, stage_state, state_end = np.zeros((16, state.size)), np.empty(state.size), np.empty(state.size)
@@ -86,7 +122,7 @@ def integrate_projected_dop853(
     dense_coefficients = np.empty((7, state.size))
     is_full_rank = (
         _evaluate_stage_derivative(system, workspace, input_cubics, 0.0, state, stage_derivatives[0], counters, constraint_tolerance) > 0.0
-    )  # else joints are redundant
+    )  # otherwise constraints are redundant
     t, n_reached, n_stiff, n_nonstiff, n_retries = start, 0, 0, 0, 0
     pivot_ratio = previous_pivot_ratio = 1.0
     progress_time, progress_steps = start, counters[0]
@@ -97,12 +133,12 @@ def integrate_projected_dop853(
         evaluate_events_at_state(system, workspace, input_cubics, 0.0, state, event_values[0])
     while t < end:
         if counters[0] + counters[1] >= max_steps:
-            return INTEGRATION_STEP_LIMIT, step, n_reached, t
+            return IntegrationStatus.STEP_LIMIT, step, n_reached, t
         if step < 1e-13 * (end - start) or not math.isfinite(step):
-            return INTEGRATION_STALLED, step, n_reached, t
+            return IntegrationStatus.STALLED, step, n_reached, t
         if counters[0] - progress_steps >= STALL_WINDOW_STEPS:
             if t - progress_time < MIN_PROGRESS_RATIO * (end - start):
-                return INTEGRATION_STALLED, step, n_reached, t
+                return IntegrationStatus.STALLED, step, n_reached, t
             progress_time, progress_steps = t, counters[0]
         step = min(step, max_step)
         is_last_step = t + step >= end
@@ -128,7 +164,7 @@ def integrate_projected_dop853(
         if is_full_rank and min_pivot_ratio < MIN_STAGE_PIVOT_RATIO and n_retries < MAX_SINGULAR_RETRIES:
             n_retries += 1
             counters[1] += 1
-            step = h * (0.83 if n_retries % 8 else 3.1)  # shorter and shorter, then longer again
+            step = h * (0.83 if n_retries % 8 else 3.1)  # ever shorter, then longer once
             continue
         error_norm = (
             _compute_error_norm(
@@ -207,28 +243,28 @@ def integrate_projected_dop853(
             if high <= 1.0:
                 event_bracket[0], event_bracket[1] = t_start + low * h, t_start + high * h if high < 1.0 else t
                 state[:] = state_start
-                return INTEGRATION_EVENT, h, n_reached_before, t_start
+                return IntegrationStatus.EVENT, h, n_reached_before, t_start
             event_values[0] = event_values[EVENT_SAMPLE_FRACTIONS.size - 1]
         step_factor = min(6.0, max(0.3, 0.9 * max(error_norm, 1e-30) ** -0.125))
-        step = max(step, h * step_factor) if is_last_step else h * step_factor  # a last step may be cut to next to nothing
+        step = max(step, h * step_factor) if is_last_step else h * step_factor  # the last step may be cut very short
         n_stiff, n_nonstiff = (n_stiff + 1, 0) if at_stability_limit else (n_stiff, n_nonstiff + 1)
         if n_nonstiff >= N_NONSTIFF_STEPS:
             n_stiff = 0
         if is_full_rank and pivot_ratio < min(previous_pivot_ratio, STEERING_PIVOT_RATIO):
             step = _steer_step_over_singularity(math.sqrt(pivot_ratio), math.sqrt(previous_pivot_ratio), h, step)
         if n_stiff >= N_STIFF_STEPS and not has_events and end - t > (MIN_STEPS_TO_SWITCH + MIN_STEPS_TO_SWITCH_PER_STATE * state.size) * h:
-            return INTEGRATION_STIFF, step, n_reached, t
-    return INTEGRATION_DONE, step, n_reached, t
+            return IntegrationStatus.STIFF, step, n_reached, t
+    return IntegrationStatus.DONE, step, n_reached, t
 
 
 @jit_internal
 def _steer_step_over_singularity(angle: float, previous_angle: float, h: float, step: float) -> float:
-    """The next step so that a change point lies in the gap between stages; near, far: angles from it, h apart."""
+    """Return the next step size that places the change point in the gap between stages, from its angles one step h apart."""
     time_to_singularity = angle * h / (previous_angle - angle)
     time_to_step_start = time_to_singularity - STAGE_GAP_FRACTION * step
-    if time_to_step_start > step:  # two steps or more away
+    if time_to_step_start > step:  # at least two steps away
         return step
-    if time_to_step_start > 0.0:  # stop where the step after this one crosses it in its gap
+    if time_to_step_start > 0.0:  # end this step where the next one has the singularity in its gap
         return max(time_to_step_start, 0.02 * step)
     return time_to_singularity / STAGE_GAP_FRACTION if time_to_singularity > 0.1 * step else step
 
@@ -244,7 +280,7 @@ def _evaluate_stage_derivative(
     counters: IntArray,
     constraint_tolerance: float,
 ) -> float:
-    """The slope at a state, with joints closed first near a change point; how independent their rows are."""
+    """Evaluate the state derivative, near a change point after a projection, and return the pivot ratio of the constraint rows."""
     pivot_ratio = evaluate_state_derivative_inline(system, workspace, input_cubics, local_time, state, derivative)
     counters[2] += 1
     if 0.0 < pivot_ratio < NEAR_SINGULAR_PIVOT_RATIO:
@@ -263,6 +299,7 @@ def _evaluate_stage_derivative(
 def _project_state_vector(
     system: System, workspace: SystemWorkspace, input_cubics: FloatArray, local_time: float, state: FloatArray, constraint_tolerance: float
 ) -> None:
+    """Project poses and velocities of a state vector onto the constraints."""
     n_bodies = system.bodies.size
     poses, velocities = (state[: 3 * n_bodies].reshape(n_bodies, 3), state[3 * n_bodies : 6 * n_bodies].reshape(n_bodies, 3))
     project_state_inline(system, workspace, input_cubics, local_time, poses, velocities, constraint_tolerance)
@@ -272,6 +309,7 @@ def _project_state_vector(
 def _combine_stages(
     state: FloatArray, stage_derivatives: FloatArray, weights: FloatArray, n_stages: int, h: float, result: FloatArray
 ) -> None:
+    """Fill `result` with the state plus h times a weighted sum of the stage derivatives."""
     for i in range(state.size):
         total = 0.0
         for k in range(n_stages):
@@ -283,9 +321,9 @@ def _combine_stages(
 def _compute_error_norm(
     system: System, workspace: SystemWorkspace, stage_derivatives: FloatArray, error_scale: FloatArray, h: float, near_singular: bool
 ) -> float:
-    """The error of one step, as Hairer combines those of order 5 and 3.
+    """Return the error of one step, from Hairer's combination of the estimates of order 5 and 3.
 
-    Near a change point what opens joints is taken out of it first: the projection after the step does the same.
+    Near a change point the part that violates the constraints is removed first, because the projection removes it after the step.
     """
     error_5, error_3 = np.empty(error_scale.size), np.empty(error_scale.size)
     for i in range(error_scale.size):
@@ -307,12 +345,12 @@ def _compute_error_norm(
 
 @jit_internal
 def _project_error(system: System, workspace: SystemWorkspace, error: FloatArray) -> None:
-    """Leave of an error in poses and velocities what opens no joint, at the poses last evaluated."""
+    """Remove from an error of poses and velocities what violates the constraints, at the poses of the last evaluation."""
     n_bodies = system.bodies.size
     for block in range(2):
         error_block = error[3 * n_bodies * block : 3 * n_bodies * (block + 1)].reshape(n_bodies, 3)
         apply_jacobian(system.constraint_rows.row_bodies, workspace.jacobian, error_block, workspace.multipliers)
-        solve_schur_band(workspace.band, workspace.factor, workspace.multipliers)
+        solve_band_system(workspace.band, workspace.factor, workspace.multipliers)
         subtract_minv_jt(system.constraint_rows.row_bodies, workspace.jacobian, system.inverse_mass, workspace.multipliers, error_block)
 
 
@@ -320,7 +358,7 @@ def _project_error(system: System, workspace: SystemWorkspace, error: FloatArray
 def _estimate_dominant_eigenvalue(
     stage_derivatives: FloatArray, state_end: FloatArray, last_stage_state: FloatArray, error_scale: FloatArray
 ) -> float:
-    """The fastest rate (1/s) at which neighbouring motions come together, as the last two stages tell it."""
+    """Return Hairer's estimate of the largest eigenvalue (1/s) from the last two stages."""
     derivative_difference = state_difference = 0.0
     for i in range(error_scale.size):
         derivative_difference += ((stage_derivatives[12, i] - stage_derivatives[11, i]) / error_scale[i]) ** 2
@@ -332,6 +370,7 @@ def _estimate_dominant_eigenvalue(
 def _prepare_dense_output(
     state: FloatArray, state_end: FloatArray, stage_derivatives: FloatArray, h: float, dense_coefficients: FloatArray
 ) -> None:
+    """Fill in the coefficients (7, states) of the interpolant of order 7."""
     for i in range(state.size):
         increment = state_end[i] - state[i]
         dense_coefficients[0, i] = increment
@@ -346,6 +385,7 @@ def _prepare_dense_output(
 
 @jit_internal
 def _evaluate_dense_output(state: FloatArray, dense_coefficients: FloatArray, theta: float, result: FloatArray) -> None:
+    """Evaluate the interpolant at a fraction theta of the step."""
     for i in range(state.size):
         total = 0.0
         for r in range(6, -1, -1):

@@ -1,4 +1,4 @@
-"""Implicit steps in independent coordinates, for stiff scenes: few numbers, and no joint in the way of the solver."""
+"""Radau IIA in independent coordinates for stiff scenes: an unconstrained equation with few components."""
 
 from __future__ import annotations
 
@@ -8,7 +8,7 @@ import numpy as np
 from scipy.integrate import Radau
 from scipy.linalg import qr
 
-from governor_mechanism.integrators.projected_dop853 import INTEGRATION_DONE, INTEGRATION_STALLED, INTEGRATION_STEP_LIMIT
+from governor_mechanism.integrators.status import IntegrationStatus
 from governor_mechanism.mechanics.dynamics.equations_of_motion import N_AUXILIARY_STATES, evaluate_state_derivative, project_state
 from governor_mechanism.mechanics.dynamics.lowering import System, SystemWorkspace
 from governor_mechanism.mechanics.kinematics.constraint_kernels import evaluate_jacobian
@@ -16,15 +16,18 @@ from governor_mechanism.numerics.least_squares import RANK_TOLERANCE
 from governor_mechanism.types import FloatArray, IntArray
 
 DIFFERENCE_STEP_RATIO = 1e-7
-"""Of a coordinate or its scale: the step of differences, between rounding and curvature."""
+"""Step of the finite differences relative to a component or its scale: a compromise between rounding and curvature."""
 
 MIN_PARTITION_RATIO = 1e-3
-"""Where the dependent coordinates would move more than 1/POOR times as fast as the chosen ones, others are chosen."""
+"""Smallest ratio of singular values of the dependent coordinates' Jacobian; below it, other coordinates are chosen.
+
+Beyond this the dependent coordinates would move more than 1 / MIN_PARTITION_RATIO times as fast as the independent ones.
+"""
 
 
 @dataclass
 class _CoordinatePartition:
-    """Which coordinates stand for all of them, and the poses from which the others are found."""
+    """Independent coordinates, and the poses from which the dependent coordinates are solved."""
 
     system: System
     independent: IntArray
@@ -32,7 +35,26 @@ class _CoordinatePartition:
 
 
 class RadauIntegrator:
-    """Steps one system by Radau IIA of order 5 with error control; `scale` as in `dop853.integrate`."""
+    """Radau IIA of order 5 with error control for one system, by coordinate partitioning.
+
+    Parameters
+    ----------
+    system
+        Mechanism, force elements and contact mode as arrays.
+    workspace
+        Arrays of one evaluation, overwritten.
+    error_scale
+        Scale of every component of the state, as in `integrate_projected_dop853`.
+    constraint_tolerance
+        Largest constraint violation, m.
+
+    Attributes
+    ----------
+    n_evaluations
+        Number of evaluations of the state derivative.
+    n_steps
+        Number of accepted steps.
+    """
 
     def __init__(self, system: System, workspace: SystemWorkspace, error_scale: FloatArray, constraint_tolerance: float) -> None:
         self._system, self._workspace, self._error_scale, self._constraint_tolerance = (
@@ -54,8 +76,11 @@ class RadauIntegrator:
         tolerance: float,
         max_steps: int,
         output_states: FloatArray,
-    ) -> tuple[int, float, int]:
-        """As `dop853.integrate`; the cubics count from `since` (s). How it ended, last step, times reached."""
+    ) -> tuple[IntegrationStatus, float, int]:
+        """Integrate the state in place, as `integrate_projected_dop853` does; input_cubics count from `cubics_start` (s).
+
+        Returns how the integration ended, the last step size (s) and the number of output times reached.
+        """
         t, end = span
         step, n_reached = (end - t) * 1e-3, 0
         while t < end:
@@ -72,10 +97,10 @@ class RadauIntegrator:
             )
             while solver.status == "running":
                 if self.n_steps >= max_steps:
-                    return INTEGRATION_STEP_LIMIT, step, n_reached
+                    return IntegrationStatus.STEP_LIMIT, step, n_reached
                 solver.step()
                 if solver.status == "failed":
-                    return INTEGRATION_STALLED, step, n_reached
+                    return IntegrationStatus.STALLED, step, n_reached
                 self.n_steps += 1
                 dense_output = solver.dense_output()
                 while n_reached < output_times.size and output_times[n_reached] <= solver.t:
@@ -88,10 +113,10 @@ class RadauIntegrator:
                 partition.poses = state[: 3 * self._n_bodies].reshape(-1, 3).copy()
                 if self._is_ill_conditioned(partition):
                     break
-        return INTEGRATION_DONE, step, n_reached
+        return IntegrationStatus.DONE, step, n_reached
 
     def _choose_partition(self, state: FloatArray) -> _CoordinatePartition:
-        """The coordinates along which the mechanism moves most freely: those the joints' equations pivot last."""
+        """Return as independent the coordinates that the pivoted QR factorisation of the constraint Jacobian chooses last."""
         poses = state[: 3 * self._n_bodies].reshape(-1, 3).copy()
         free, scaled_jacobian = self._free_coordinates(), self._scaled_constraint_jacobian(poses)
         independent = free
@@ -100,15 +125,15 @@ class RadauIntegrator:
             pivots = np.abs(np.diag(triangle))
             independent = np.sort(free[order[np.sum(pivots > RANK_TOLERANCE * pivots[0]) :]])
         inverse_mass = self._system.inverse_mass.copy()
-        inverse_mass.ravel()[independent] = 0.0  # a projection leaves these as they are
+        inverse_mass.ravel()[independent] = 0.0  # the projection does not change these
         return _CoordinatePartition(self._system._replace(inverse_mass=inverse_mass), independent, poses)
 
     def _free_coordinates(self) -> IntArray:
-        """Coordinates that can change, among all (3 bodies)."""
+        """Return the indices of the coordinates with finite mass among all 3 n_bodies."""
         return np.flatnonzero(self._system.inverse_mass.ravel() > 0.0)
 
     def _scaled_constraint_jacobian(self, poses: FloatArray) -> FloatArray:
-        """Joint equations by the free coordinates, each in units of its scale."""
+        """Return the constraint Jacobian (rows, free coordinates), each column multiplied by the scale of its coordinate."""
         constraint_jacobian, free_coordinates = (
             evaluate_jacobian(self._system.constraint_rows, poses[np.newaxis])[0],
             self._free_coordinates(),
@@ -119,16 +144,18 @@ class RadauIntegrator:
         return scaled_jacobian
 
     def _is_ill_conditioned(self, partition: _CoordinatePartition) -> bool:
+        """Return whether the dependent coordinates are close to singular."""
         dependent = self._scaled_constraint_jacobian(partition.poses)[:, ~np.isin(self._free_coordinates(), partition.independent)]
         singular_values = np.linalg.svd(dependent, compute_uv=False)
         return bool(singular_values.size and singular_values[-1] < MIN_PARTITION_RATIO * singular_values[0])
 
     def _reduce_state(self, partition: _CoordinatePartition, state: FloatArray) -> FloatArray:
+        """Return independent coordinates, their velocities and the auxiliary states."""
         n_coordinates = 3 * self._n_bodies
         return np.concatenate([state[partition.independent], state[n_coordinates + partition.independent], state[-N_AUXILIARY_STATES:]])
 
     def _expand_state(self, partition: _CoordinatePartition, input_cubics: FloatArray, local_time: float, z: FloatArray) -> FloatArray:
-        """The state of all bodies, joints closed, that the chosen coordinates and their speeds stand for."""
+        """Return the state of all bodies, with constraints satisfied, from the reduced state z."""
         n_coordinates, n_independent = 3 * self._n_bodies, len(partition.independent)
         poses, velocities = partition.poses.copy(), np.zeros_like(partition.poses)
         poses.ravel()[partition.independent], velocities.ravel()[partition.independent] = (
@@ -145,7 +172,10 @@ class RadauIntegrator:
         return state
 
     def _evaluate_jacobian(self, partition: _CoordinatePartition, input_cubics: FloatArray, local_time: float, z: FloatArray) -> FloatArray:
-        """Derivatives of the slope by differences; work and the spindle's angle act on nothing."""
+        """Return the Jacobian of the reduced derivative by finite differences.
+
+        Work and spindle angle act on nothing: their columns are zero.
+        """
         derivative = self._evaluate_derivative(partition, input_cubics, local_time, z)
         result = np.zeros((z.size, z.size))
         steps = DIFFERENCE_STEP_RATIO * np.maximum(np.abs(z), self._reduce_state(partition, self._error_scale))
@@ -158,6 +188,7 @@ class RadauIntegrator:
     def _evaluate_derivative(
         self, partition: _CoordinatePartition, input_cubics: FloatArray, local_time: float, z: FloatArray
     ) -> FloatArray:
+        """Return the derivative of the reduced state z."""
         state = self._expand_state(partition, input_cubics, local_time, z)
         self.n_evaluations += 1
         return self._reduce_state(partition, evaluate_state_derivative(self._system, self._workspace, input_cubics, local_time, state))

@@ -1,28 +1,53 @@
-"""One step of DOP853 for one coordinate and its rate, its error, and what lies within it; compiled."""
+"""One step of DOP853 for the reduced model: step, error estimate and dense output; compiled."""
 
 from __future__ import annotations
 
 import math
+from enum import IntEnum
 from typing import NamedTuple
 
 import numpy as np
 
 from governor_mechanism.integrators.tableau import DENSE_NODES, DENSE_STAGES, DENSE_WEIGHTS, ERROR_3, ERROR_5, NODES, STAGES, WEIGHTS
 from governor_mechanism.mechanics.reduction.equation_of_motion import N_QUADRATURES, ReducedModel, evaluate_equation_of_motion
-from governor_mechanism.mechanics.reduction.lowering import IS_CONSERVATIVE
-from governor_mechanism.mechanics.reduction.node_evaluation import POTENTIAL_COLUMN, QUADRATIC_COLUMN
+from governor_mechanism.mechanics.reduction.lowering import ForceParameter
+from governor_mechanism.mechanics.reduction.node_evaluation import TableColumn
 from governor_mechanism.mechanics.reduction.table import find_piece
 from governor_mechanism.numerics.chebyshev import evaluate_piece, evaluate_piece_inline
 from governor_mechanism.numerics.jit import jit_internal
 from governor_mechanism.types import FloatArray, IntArray
 
 FIRST_NONZERO_STAGE = np.array([1, 1, 1, 2, 2, 3, 3, 3, 3, 3, 3, 3, 5])
-"""The first stage after stage 0 that counts in each, and in the step itself: those between have no weight."""
+"""First stage after stage 0 with a nonzero coefficient, for each stage and (last) for the step itself."""
+
+
+class StepCounter(IntEnum):
+    """Indices of the counters of an integration."""
+
+    ACCEPTED = 0
+    REJECTED = 1
+    EVALUATIONS = 2
+    """Evaluations of the equation of motion."""
+    MOVING_EVALUATIONS = 3
+    """Those while the mechanism is not held."""
 
 
 class Stages(NamedTuple):
-    """Rates (16,) and accelerations (16,) at the stages of a step, and what flows (16, FLOWS); room for the inside of
-    a step (2 + FLOWS, 7); last (1,), the coordinate at the stage before its end."""
+    """Stage values and buffers of one step.
+
+    Attributes
+    ----------
+    rates
+        Rate of the coordinate at the stages; shape (16,).
+    accelerations
+        Acceleration at the stages; shape (16,).
+    quadrature_rates
+        Rates of the quadrature states at the stages; shape (16, 3).
+    dense
+        Coefficients of the dense output; shape (5, 7).
+    q_last_stage
+        Coordinate at stage 11, the last one before the end of the step; shape (1,).
+    """
 
     rates: FloatArray
     accelerations: FloatArray
@@ -32,7 +57,13 @@ class Stages(NamedTuple):
 
 
 def make_stages() -> Stages:
-    """Room for a step."""
+    """Allocate the stages of a step.
+
+    Returns
+    -------
+    Stages
+        Buffers filled with zeros.
+    """
     return Stages(np.zeros(16), np.zeros(16), np.zeros((16, N_QUADRATURES)), np.zeros((2 + N_QUADRATURES, 7)), np.zeros(1))
 
 
@@ -40,11 +71,37 @@ def make_stages() -> Stages:
 def take_step(
     model: ReducedModel, local_time: float, h: float, q: float, v: float, piece_index: int, stages: Stages
 ) -> tuple[float, float, int, int]:
-    """Coordinate and rate a step h later, from stages[0]; the piece they are on, and -1.
+    """Take one step from the derivatives in stage 0.
 
-    Where none is laid, the side to lay one on stands in place of that.
+    Parameters
+    ----------
+    model
+        The reduced model.
+    local_time
+        Time of the start since the inputs' cubics begin, s.
+    h
+        Length of the step, s.
+    q
+        Coordinate at the start.
+    v
+        Rate at the start.
+    piece_index
+        Index of the table piece at the start.
+    stages
+        Its stage 0 is read, all others are filled.
+
+    Returns
+    -------
+    q_end : float
+        Coordinate at the end.
+    v_end : float
+        Rate at the end.
+    piece_index : int
+        Index of the table piece at the end.
+    side : int
+        -1, or the side on which a stage leaves the table: 0 below, 1 above.
     """
-    if model.parameters[IS_CONSERVATIVE] != 0.0:
+    if model.parameters[ForceParameter.IS_CONSERVATIVE] != 0.0:
         return _take_conservative_step(
             model.coefficients,
             model.intervals,
@@ -86,7 +143,7 @@ def _take_conservative_step(
     rates: FloatArray,
     accelerations: FloatArray,
 ) -> tuple[float, float, int, int]:
-    """The same where the first two columns are all that acts, in one loop without calls: five times as fast."""
+    """Take a step of a conservative model, in one loop without calls: five times as fast."""
     q_end, v_end, side, is_periodic = q, v, -1, periodicity[0] > 0.0
     for stage in range(1, 13):
         if stage < 12:
@@ -107,14 +164,14 @@ def _take_conservative_step(
                 break
         rates[stage] = v_end
         accelerations[stage] = evaluate_piece_inline(
-            coefficients, piece_index, QUADRATIC_COLUMN, t
-        ) * v_end * v_end + evaluate_piece_inline(coefficients, piece_index, POTENTIAL_COLUMN, t)
+            coefficients, piece_index, TableColumn.QUADRATIC, t
+        ) * v_end * v_end + evaluate_piece_inline(coefficients, piece_index, TableColumn.POTENTIAL, t)
     return q_end, v_end, piece_index, side
 
 
 @jit_internal
 def _stage_increments(stage: int, rates: FloatArray, accelerations: FloatArray) -> tuple[float, float, float]:
-    """The weighed means of rates and accelerations up to a stage, and its part of the step; stage 12 is its end."""
+    """Return the weighted means of rates and accelerations before a stage, and its node c_i; stage 12 is the end of the step."""
     if stage < 12:
         node, mean_rate, mean_acceleration = (NODES[stage], STAGES[stage, 0] * rates[0], STAGES[stage, 0] * accelerations[0])
         for k in range(FIRST_NONZERO_STAGE[stage], stage):
@@ -138,7 +195,34 @@ def error_norm(
     energy_scale: float,
     h: float,
 ) -> float:
-    """The error of a step, each number relative to its scale, as Hairer combines those of order 5 and 3."""
+    """Return the error norm of a step, as DOP853 combines its estimates of order 5 and 3.
+
+    Parameters
+    ----------
+    quadrature_rates
+        Rates of the quadrature states at the stages; shape (16, 3).
+    rates
+        Rate of the coordinate at the stages; shape (16,).
+    accelerations
+        Acceleration at the stages; shape (16,).
+    coordinate_scale
+        Scale of the coordinate.
+    time_scale
+        Time scale, s.
+    energy_scale
+        Scale of work and dissipated energy, J.
+    h
+        Length of the step, s.
+
+    Returns
+    -------
+    float
+        Root mean square of the errors relative to their scales.
+
+    References
+    ----------
+    Hairer, Norsett, Wanner: Solving Ordinary Differential Equations I, section II.10.
+    """
     fifth, third = _squared_errors(rates, accelerations, 1.0 / coordinate_scale, time_scale / coordinate_scale)
     for c in range(N_QUADRATURES):
         column, scale = quadrature_rates[:, c], 1.0 if c == N_QUADRATURES - 1 else 1.0 / energy_scale
@@ -149,14 +233,33 @@ def error_norm(
 
 @jit_internal
 def conservative_error_norm(rates: FloatArray, accelerations: FloatArray, coordinate_scale: float, time_scale: float, h: float) -> float:
-    """The same where nothing flows."""
+    """Return the error norm of a step without quadrature states; see `error_norm`.
+
+    Parameters
+    ----------
+    rates
+        Rate of the coordinate at the stages; shape (16,).
+    accelerations
+        Acceleration at the stages; shape (16,).
+    coordinate_scale
+        Scale of the coordinate.
+    time_scale
+        Time scale, s.
+    h
+        Length of the step, s.
+
+    Returns
+    -------
+    float
+        Root mean square of the errors relative to their scales.
+    """
     fifth, third = _squared_errors(rates, accelerations, 1.0 / coordinate_scale, time_scale / coordinate_scale)
     return _combine_error_orders(fifth, third, h, 2.0)
 
 
 @jit_internal
 def _squared_errors(first: FloatArray, second: FloatArray, first_scale: float, second_scale: float) -> tuple[float, float]:
-    """The squares of the errors of order 5 and 3 of two numbers, per second, summed."""
+    """Return the sums of the squared errors of order 5 and of order 3, per second, of two components."""
     first_five = first_three = second_five = second_three = 0.0
     for k in range(12):
         first_five += ERROR_5[k] * first[k]
@@ -176,7 +279,30 @@ def _combine_error_orders(fifth: float, third: float, h: float, n_components: fl
 
 @jit_internal
 def estimate_stiffness(rates: FloatArray, accelerations: FloatArray, q_last_stage: FloatArray, q_end: float, v_end: float) -> float:
-    """The fastest rate (1/s) at which neighbouring motions come together, as the last two stages tell it."""
+    """Estimate the dominant eigenvalue of the Jacobian from the last two stages.
+
+    Parameters
+    ----------
+    rates
+        Rate of the coordinate at the stages; shape (16,).
+    accelerations
+        Acceleration at the stages; shape (16,).
+    q_last_stage
+        Coordinate at stage 11; shape (1,).
+    q_end
+        Coordinate at the end of the step.
+    v_end
+        Rate at the end of the step.
+
+    Returns
+    -------
+    float
+        Its magnitude, 1/s.
+
+    References
+    ----------
+    Hairer, Wanner: Solving Ordinary Differential Equations II, section IV.2.
+    """
     derivative_change = (rates[12] - rates[11]) ** 2 + (accelerations[12] - accelerations[11]) ** 2
     state_change = (q_end - q_last_stage[0]) ** 2 + (v_end - rates[11]) ** 2
     return math.sqrt(derivative_change / state_change) if state_change > 0.0 else 0.0
@@ -186,14 +312,41 @@ def estimate_stiffness(rates: FloatArray, accelerations: FloatArray, q_last_stag
 def prepare_dense_output(
     model: ReducedModel, local_time: float, h: float, q: float, v: float, q_end: float, v_end: float, piece_index: int, stages: Stages
 ) -> int:
-    """Prepare stages.dense for what lies within a step, of three more evaluations; -1, or the side to lay on."""
+    """Fill the coefficients of the dense output of a step, with three more evaluations.
+
+    Parameters
+    ----------
+    model
+        The reduced model.
+    local_time
+        Time of the start since the inputs' cubics begin, s.
+    h
+        Length of the step, s.
+    q
+        Coordinate at the start.
+    v
+        Rate at the start.
+    q_end
+        Coordinate at the end.
+    v_end
+        Rate at the end.
+    piece_index
+        Index of the table piece at the start.
+    stages
+        The stages of the step; `dense` is filled.
+
+    Returns
+    -------
+    int
+        -1, or the side on which a stage leaves the table: 0 below, 1 above.
+    """
     rates, accelerations, quadrature_rates, dense = (stages.rates, stages.accelerations, stages.quadrature_rates, stages.dense)
     coefficients, intervals, neighbours, periodicity, is_conservative = (
         model.coefficients,
         model.intervals,
         model.neighbours,
         model.periodicity,
-        model.parameters[IS_CONSERVATIVE] != 0.0,
+        model.parameters[ForceParameter.IS_CONSERVATIVE] != 0.0,
     )
     for extra in range(3):
         mean_rate = mean_acceleration = 0.0
@@ -206,9 +359,9 @@ def prepare_dense_output(
         v_stage = v + h * mean_acceleration
         rates[13 + extra] = v_stage
         if is_conservative:
-            accelerations[13 + extra] = evaluate_piece(coefficients, piece_index, QUADRATIC_COLUMN, t) * v_stage * v_stage + evaluate_piece(
-                coefficients, piece_index, POTENTIAL_COLUMN, t
-            )
+            accelerations[13 + extra] = evaluate_piece(
+                coefficients, piece_index, TableColumn.QUADRATIC, t
+            ) * v_stage * v_stage + evaluate_piece(coefficients, piece_index, TableColumn.POTENTIAL, t)
         else:
             stage_time = local_time + DENSE_NODES[extra] * h
             accelerations[13 + extra] = evaluate_equation_of_motion(
@@ -224,7 +377,18 @@ def prepare_dense_output(
 
 @jit_internal
 def mean_stage_derivative(derivatives: FloatArray) -> float:
-    """The step's mean of something whose slopes are known at its stages."""
+    """Return the weighted mean of a derivative over the stages, which times the step is the increment.
+
+    Parameters
+    ----------
+    derivatives
+        Derivative at the stages; shape (16,).
+
+    Returns
+    -------
+    float
+        Mean derivative over the step.
+    """
     total = WEIGHTS[0] * derivatives[0]
     for k in range(5, 12):
         total += WEIGHTS[k] * derivatives[k]
@@ -245,7 +409,22 @@ def _fill_dense_coefficients(derivatives: FloatArray, change: float, h: float, d
 
 @jit_internal
 def evaluate_dense_output(dense: FloatArray, component: int, fraction: float) -> float:
-    """The change from the step's beginning to a part of it."""
+    """Evaluate the increment of a component from the start of the step to a fraction of it.
+
+    Parameters
+    ----------
+    dense
+        Coefficients filled by `prepare_dense_output`; shape (5, 7).
+    component
+        0 coordinate, 1 rate, from 2 on the quadrature states.
+    fraction
+        Fraction of the step, 0 to 1.
+
+    Returns
+    -------
+    float
+        Increment of the component.
+    """
     p, remainder = fraction, 1.0 - fraction
     total = (dense[component, 6] * p + dense[component, 5]) * remainder + dense[component, 4]
     return float(

@@ -1,0 +1,1 @@
+"""Machines: dimensions in, Mechanism out."""

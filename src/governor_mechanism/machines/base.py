@@ -1,10 +1,11 @@
-"""What every machine shares: how it declares its dimensions, and what it must be able to build."""
+"""Base class of machines: declared dimensions, from which a mechanism is built."""
 
 from __future__ import annotations
 
 import dataclasses
+import math
 from abc import ABC, abstractmethod
-from collections.abc import Iterable, Mapping
+from collections.abc import Iterable, Mapping, Sequence
 from typing import Any, ClassVar
 
 from governor_mechanism.effects.bell_crank_masses import BellCrankMasses
@@ -14,17 +15,21 @@ from governor_mechanism.effects.rod_masses import RodMasses
 from governor_mechanism.errors import MechanismError
 from governor_mechanism.model.effect import Effect
 from governor_mechanism.model.mechanism import Mechanism
+from governor_mechanism.types import Vector2
 
 MIN_DIMENSION, MAX_DIMENSION = 1e-9, 1e9
-"""Sizes of dimensions in SI beyond which a number is a slip, and double precision ends."""
+"""Smallest and largest magnitude of a dimension, SI: other values are mistakes of units, and double precision does not suffice."""
 
+
+BODY_EFFECTS = (RodMasses, Clearance, CrankMasses, BellCrankMasses)
+"""Effects that change the bodies of a mechanism."""
 
 CHOICE_KIND = "choice"
-"""The kind of a dimension that is one of several words."""
+"""Kind of a dimension that is one of several words."""
 
 
 def choice_field(words: tuple[str, ...], meaning: str) -> Any:
-    """Declare something about a machine that is one of several words; the first one if left out."""
+    """Declare a dimension that is one of several words; the first word is the default."""
     return dataclasses.field(default=words[0], metadata={"kind": CHOICE_KIND, "meaning": meaning, "words": words})
 
 
@@ -37,10 +42,10 @@ def dimension_field(
     max_size: float = MAX_DIMENSION,
     omission_word: str = "",
 ) -> Any:
-    """Declare one dimension of a machine: its kind of quantity ('length', 'mass', ...) and what it means.
+    """Declare a dimension of a machine: its kind of quantity ('length', 'mass', ...) and its meaning.
 
-    A `signed` dimension may be zero or negative; the others must be positive. A default makes it optional; `word` is
-    what a scene file may write to leave it out. `most` (SI) is the largest size that is no slip.
+    A `signed` dimension may be zero or negative; the others are positive. A default makes it optional. `omission_word` is the word for
+    "left out" in a scene file. `max_size` (SI) is the largest plausible magnitude.
     """
     metadata = {"kind": kind, "meaning": meaning, "signed": signed, "most": max_size, "word": omission_word}
     return dataclasses.field(default=default, metadata=metadata)
@@ -48,12 +53,21 @@ def dimension_field(
 
 @dataclasses.dataclass(frozen=True, kw_only=True)
 class Machine(ABC):
-    """A machine's dimensions in SI, checked when it is made."""
+    """Base class of machines: dimensions in SI, checked on construction.
+
+    Attributes
+    ----------
+    name
+        Name in scene files.
+    plane
+        TURNING_PLANE or FIXED_PLANE.
+    driver_dimensions
+        Dimensions that prescribe the motion of a driven machine; empty for a machine that [start] sets in motion.
+    """
 
     name: ClassVar[str]
     plane: ClassVar[str]
     driver_dimensions: ClassVar[tuple[str, ...]] = ()
-    """The dimensions that say how fast and from where a driven machine moves; none where [start] sets it going."""
 
     def __post_init__(self) -> None:
         problems = []
@@ -75,42 +89,64 @@ class Machine(ABC):
 
     @abstractmethod
     def mechanism(self) -> Mechanism:
-        """The bodies, joints and readings of this machine."""
+        """Build the bodies, joints and readings of this machine."""
 
     @classmethod
     def effect_problems(cls, effects: Iterable[Effect]) -> tuple[str, ...]:
-        """Sentences about effects that the bodies of no such machine can have."""
+        """Return sentences about effects that this kind of machine does not support."""
         return unsupported_effect_messages(cls.name, effects)
 
     def mechanism_with_effects(self, effects: Iterable[Effect]) -> Mechanism:
-        """The mechanism with those of a scene's effects that bodies are built from; other effects leave it as it is.
-
-        Raises MechanismError for rods and play of a machine that has none.
-        """
+        """Build the mechanism with the effects that change its bodies. Raise MechanismError for effects it does not support."""
         problems = self.effect_problems(effects)
         if problems:
             raise MechanismError(*problems)
         return self.mechanism()
 
+    def stop_problems(self, effects: Iterable[Effect]) -> Sequence[str]:
+        """Return sentences about stops that this machine cannot reach."""
+        return ()
+
     def start_problems(self, values: Mapping[str, float | str]) -> tuple[str, ...]:
-        """Sentences about start values at which this machine cannot be assembled."""
+        """Return sentences about start values at which this machine cannot be assembled."""
         return ()
 
     @abstractmethod
     def dimensions(self) -> dict[str, float]:
-        """All dimensions by name, in SI, those left out filled with what they stand for."""
+        """Return all dimensions by name in SI, with the values that stand for omitted ones."""
 
 
 def unsupported_effect_messages(machine: str, effects: Iterable[Effect], supported: tuple[type[Effect], ...] = ()) -> tuple[str, ...]:
-    """Sentences about effects that bodies are built from, for a machine that has none of them but those it `has`."""
+    """Return sentences about effects that change bodies and that a machine does not support.
+
+    Parameters
+    ----------
+    machine
+        Name of the machine.
+    effects
+        Effects of the scene.
+    supported
+        Types of the body-changing effects that the machine supports.
+
+    Returns
+    -------
+    tuple of str
+        One sentence per unsupported effect.
+    """
     explanations = {
-        RodMasses: "rods are those of a governor with arms and links",
-        Clearance: "play is that of a sleeve on links",
-        CrankMasses: "masses are those of a slider crank",
-        BellCrankMasses: "bell_cranks are those of a Hartung governor",
+        RodMasses: "the effect rods is for a governor with arms and links",
+        Clearance: "the effect clearance is for a sleeve on links",
+        CrankMasses: "the effect masses is for a slider crank",
+        BellCrankMasses: "the effect bell_cranks is for a Hartung governor",
     }
     return tuple(
-        f"{explanations[type(effect)]}; machine {machine!r} has none, its bodies have their own masses; leave the effect out"
+        f"{explanations[type(effect)]}; machine {machine!r} does not support it; leave the effect out"
         for effect in effects
         if type(effect) in explanations and type(effect) not in supported
     )
+
+
+def rotate_point(x: float, y: float, angle: float) -> Vector2:
+    """Rotate a point about the origin (m, rad)."""
+    cosine, sine = math.cos(angle), math.sin(angle)
+    return cosine * x - sine * y, sine * x + cosine * y

@@ -1,4 +1,4 @@
-"""A mechanism of the user's own: bodies sketched with their marked points, and what follows from the sketch. SI."""
+"""User-defined mechanisms: bodies with named points in an initial configuration. SI units."""
 
 from __future__ import annotations
 
@@ -8,30 +8,55 @@ from dataclasses import dataclass, field
 from itertools import combinations
 from typing import Final
 
-from governor_mechanism.machines.base import MIN_DIMENSION
+from governor_mechanism.machines.base import MIN_DIMENSION, rotate_point
 from governor_mechanism.model.curves import SplineCurve
 from governor_mechanism.model.force_elements import Damper, ForceElement, Spring, TorsionDamper, TorsionSpring
 from governor_mechanism.model.joints import GROUND, CurveSlot, Distance, Joint, Point, RotationalDriver, TranslationalDriver
-from governor_mechanism.model.mechanism import Body, Limit, Mechanism, PointCoordinate, Reading, SecondMoments
+from governor_mechanism.model.mechanism import Body, Mechanism, SecondMoments
+from governor_mechanism.model.output_variables import Limit, PointCoordinate, Reading
+from governor_mechanism.types import Vector2
 
 CUSTOM_MACHINE: Final = "custom"
-"""The name of such a machine in scene files."""
-
-_Vector2 = tuple[float, float]
+"""Name of a user-defined machine in scene files."""
 
 
 @dataclass(frozen=True, kw_only=True)
 class BodyShape:
-    """How the mass of a body lies: moments about the mass centre, and marks in axes of its own."""
+    """Mass distribution of a body and named points in its own axes.
+
+    Attributes
+    ----------
+    second_moments
+        Second moments of mass about the mass centre.
+    mass_centre
+        Position of the mass centre, m.
+    points
+        Positions of named points, m.
+    extent
+        Largest dimension, m.
+    """
 
     second_moments: SecondMoments
-    mass_centre: _Vector2 = (0.0, 0.0)
-    points: Mapping[str, _Vector2] = field(default_factory=dict)
+    mass_centre: Vector2 = (0.0, 0.0)
+    points: Mapping[str, Vector2] = field(default_factory=dict)
     extent: float = 0.0
 
 
 def rod_shape(mass: float, length: float) -> BodyShape:
-    """A slender uniform rod along x, its first end in the origin."""
+    """Return a slender uniform rod along x with its first end at the origin.
+
+    Parameters
+    ----------
+    mass
+        Mass, kg.
+    length
+        Length, m.
+
+    Returns
+    -------
+    BodyShape
+        Shape with the points `start` and `end`.
+    """
     return BodyShape(
         second_moments=SecondMoments(xx=mass * length**2 / 12),
         mass_centre=(length / 2, 0.0),
@@ -41,13 +66,45 @@ def rod_shape(mass: float, length: float) -> BodyShape:
 
 
 def disc_shape(mass: float, radius: float, thickness: float = 0.0) -> BodyShape:
-    """A uniform disc in the plane, its centre in the origin."""
+    """Return a uniform disc in the plane with its centre at the origin.
+
+    Parameters
+    ----------
+    mass
+        Mass, kg.
+    radius
+        Radius, m.
+    thickness
+        Thickness, m.
+
+    Returns
+    -------
+    BodyShape
+        Shape of the disc.
+    """
     moment_in_plane = mass * radius**2 / 4
     return BodyShape(second_moments=SecondMoments(xx=moment_in_plane, yy=moment_in_plane, zz=mass * thickness**2 / 12), extent=2 * radius)
 
 
 def plate_shape(mass: float, width: float, height: float, thickness: float = 0.0) -> BodyShape:
-    """A uniform plate in the plane, width along x, its centre in the origin."""
+    """Return a uniform plate in the plane with its centre at the origin.
+
+    Parameters
+    ----------
+    mass
+        Mass, kg.
+    width
+        Size along x, m.
+    height
+        Size along y, m.
+    thickness
+        Thickness, m.
+
+    Returns
+    -------
+    BodyShape
+        Shape of the plate.
+    """
     return BodyShape(
         second_moments=SecondMoments(xx=mass * width**2 / 12, yy=mass * height**2 / 12, zz=mass * thickness**2 / 12),
         extent=math.hypot(width, height),
@@ -56,73 +113,101 @@ def plate_shape(mass: float, width: float, height: float, thickness: float = 0.0
 
 @dataclass(frozen=True, kw_only=True)
 class SketchedBody:
-    """A body as its user draws it: points in axes of its own, whose origin stands at `at`, turned by `angle` (rad)."""
+    """A body of the user: points in its own axes, and the pose of these axes in the initial configuration.
+
+    Attributes
+    ----------
+    name
+        Name of the body.
+    mass
+        Mass, kg.
+    shape
+        Mass distribution.
+    can_rotate
+        Whether the body can rotate.
+    points
+        Positions of the user's named points, m.
+    origin
+        Position of the origin of its axes, m.
+    angle
+        Angle of its axes, rad.
+    """
 
     name: str
     mass: float
     shape: BodyShape
     can_rotate: bool = True
-    points: Mapping[str, _Vector2] = field(default_factory=dict)
-    origin: _Vector2 = (0.0, 0.0)
+    points: Mapping[str, Vector2] = field(default_factory=dict)
+    origin: Vector2 = (0.0, 0.0)
     angle: float = 0.0
 
     @property
-    def named_points(self) -> dict[str, _Vector2]:
-        """Every point with a name, in the body's own axes."""
+    def named_points(self) -> dict[str, Vector2]:
+        """All named points in the axes of the body, m."""
         return {"origin": (0.0, 0.0), "centre": self.shape.mass_centre, **self.shape.points, **self.points}
 
     @property
     def body(self) -> Body:
-        """The same body as engines know it."""
+        """The body of the model."""
         return Body(name=self.name, mass=self.mass, second_moments=self.shape.second_moments, can_rotate=self.can_rotate)
 
     @property
     def pose(self) -> tuple[float, float, float]:
-        """Of the mass centre, in the sketch."""
-        x, y = _rotate_point(self.shape.mass_centre, self.angle)
+        """Initial pose of the mass centre (m, m, rad)."""
+        x, y = rotate_point(*self.shape.mass_centre, self.angle)
         return self.origin[0] + x, self.origin[1] + y, self.angle
 
-    def point(self, position: _Vector2) -> Point:
-        """A place in the body's own axes as a point counted from the mass centre."""
+    def point(self, position: Vector2) -> Point:
+        """Return a position in the axes of the body as a point relative to the mass centre."""
         return Point(body=self.name, x=position[0] - self.shape.mass_centre[0], y=position[1] - self.shape.mass_centre[1])
 
 
 class InitialConfiguration:
-    """Where everything stands at the start, as drawn."""
+    """Initial poses of all bodies."""
 
     def __init__(self, bodies: Iterable[SketchedBody]) -> None:
         self.poses = {GROUND: (0.0, 0.0, 0.0)} | {body.name: body.pose for body in bodies}
 
-    def position(self, point: Point) -> _Vector2:
-        """Where a point is (m)."""
+    def position(self, point: Point) -> Vector2:
+        """Return the position of a point, m."""
         x, y, angle = self.poses[point.body]
-        dx, dy = _rotate_point((point.x, point.y), angle)
+        dx, dy = rotate_point(point.x, point.y, angle)
         return x + dx, y + dy
 
     def relative_angle(self, first: Point, second: Point, ratio: float = 1.0) -> float:
-        """The second body's angle less ratio * the first's (rad)."""
+        """Return the angle of the second body minus ratio times that of the first, rad."""
         return self.poses[second.body][2] - ratio * self.poses[first.body][2]
 
     def distance(self, first: Point, second: Point) -> float:
-        """From point to point (m)."""
+        """Return the distance of two points, m."""
         return math.dist(self.position(first), self.position(second))
 
     def displacement_along(self, first: Point, second: Point, angle: float, body: str = GROUND) -> float:
-        """From the first point to the second along a direction at `angle` (rad) from the body's x axis (m)."""
+        """Return the displacement from the first to the second point along a direction at `angle` (rad) from the x axis of a body, m."""
         direction = angle + self.poses[body][2]
         (x1, y1), (x2, y2) = self.position(first), self.position(second)
         return (x2 - x1) * math.cos(direction) + (y2 - y1) * math.sin(direction)
 
 
-def _rotate_point(point: _Vector2, angle: float) -> _Vector2:
-    cosine, sine = math.cos(angle), math.sin(angle)
-    return cosine * point[0] - sine * point[1], sine * point[0] + cosine * point[1]
-
-
 def length_scale_of(bodies: Sequence[SketchedBody], joints: Iterable[Joint], force_elements: Iterable[ForceElement]) -> float:
-    """The length that accuracies refer to: of the widest body or longest link, else of the sketch; 0 if there is none.
+    """Return the characteristic length of a mechanism, m.
 
-    A body is as wide as its marked points lie apart, whether they have names or only joints and loads use them.
+    It is the largest distance of two points of a body or the longest link, or else the extent of a body, or else that of the initial
+    configuration.
+
+    Parameters
+    ----------
+    bodies
+        Bodies.
+    joints
+        Joints.
+    force_elements
+        Force elements.
+
+    Returns
+    -------
+    float
+        Characteristic length, m; 0 if there is none.
     """
     points_by_body = {body.name: [body.point(place) for place in body.named_points.values()] for body in bodies}
     joints = list(joints)
@@ -138,7 +223,7 @@ def length_scale_of(bodies: Sequence[SketchedBody], joints: Iterable[Joint], for
     ]
     distances = (math.dist(p, q) for p, q in combinations(set(positions), 2))
     max_extent = max((body.shape.extent for body in bodies), default=0.0)
-    # Places reckoned in different ways differ by rounding, which is no width.
+    # Equal positions computed in different ways differ by rounding.
     return next((size for size in (max_distance_on_body, max_extent, max(distances, default=0.0)) if size >= MIN_DIMENSION), 0.0)
 
 
@@ -147,7 +232,22 @@ def _attachment_points(connections: Iterable[Joint | ForceElement]) -> list[Poin
 
 
 def unconnected_bodies(bodies: Iterable[str], joints: Iterable[Joint], force_elements: Iterable[ForceElement]) -> list[str]:
-    """The bodies without any chain of joints, springs or dampers to the ground."""
+    """Return the bodies that no chain of joints, springs or dampers connects to the ground.
+
+    Parameters
+    ----------
+    bodies
+        Names of the bodies.
+    joints
+        Joints.
+    force_elements
+        Force elements.
+
+    Returns
+    -------
+    list of str
+        Names of the unconnected bodies.
+    """
     connecting_types = (Spring, Damper, TorsionSpring, TorsionDamper)
     connections = [(joint.first.body, joint.second.body) for joint in joints]
     connections += [load.bodies for load in force_elements if isinstance(load, connecting_types)]
@@ -159,7 +259,18 @@ def unconnected_bodies(bodies: Iterable[str], joints: Iterable[Joint], force_ele
 
 
 def conflicting_drivers(joints: Iterable[Joint]) -> list[tuple[Joint, Joint]]:
-    """Pairs of drives that turn the same two bodies, or move them along the same direction."""
+    """Return pairs of drivers that rotate the same two bodies or move them along the same direction.
+
+    Parameters
+    ----------
+    joints
+        Joints.
+
+    Returns
+    -------
+    list of tuple
+        Pairs of conflicting drivers.
+    """
     drivers = [joint for joint in joints if isinstance(joint, RotationalDriver | TranslationalDriver)]
     return [(one, other) for one, other in combinations(drivers, 2) if _are_conflicting(one, other)]
 
@@ -180,7 +291,28 @@ def build_custom_mechanism(
     coordinate: str,
     length_scale: float,
 ) -> Mechanism:
-    """The mechanism of a sketch; a run ends by name where a point leaves the table of its slot."""
+    """Build the mechanism. A run ends where a point leaves the table of its slot.
+
+    Parameters
+    ----------
+    bodies
+        Bodies.
+    joints
+        Joints.
+    force_elements
+        Force elements.
+    readings
+        Readings.
+    coordinate
+        Name of the leading coordinate.
+    length_scale
+        Characteristic length, m.
+
+    Returns
+    -------
+    Mechanism
+        The mechanism.
+    """
     slots = [(slot, slot.curve) for slot in joints if isinstance(slot, CurveSlot) and isinstance(slot.curve, SplineCurve)]
     return Mechanism(
         bodies=tuple(body.body for body in bodies),

@@ -1,8 +1,8 @@
-"""The astatic governor: balls in parabolic guides, a sleeve that rises twice as far as they do.
+"""Parabolic governor (astatic): balls in parabolic guides, and a sleeve that rises twice as far.
 
-After Zehnder, Dinglers Polytechnisches Journal 225 (1877): on the parabola x^2 = c y the balls rest anywhere at one
-speed, w^2 = 2 g (1 + m) / c, with m the sleeve's mass over that of a ball. The plane turns with the spindle: x from the
-spindle axis, y up, the vertex of the parabola at y = 0.
+On the parabola x^2 = c y the balls are in equilibrium everywhere at one speed, w^2 = 2 g (1 + m) / c, with m the ratio of sleeve mass
+to ball mass (Zehnder, Dinglers Polytechnisches Journal 225, 1877). The plane turns with the spindle: x is measured from the spindle
+axis, y up from the vertex of the parabola.
 """
 
 from __future__ import annotations
@@ -16,7 +16,8 @@ from governor_mechanism.errors import MechanismError
 from governor_mechanism.machines.base import Machine, dimension_field
 from governor_mechanism.model.curves import PolynomialCurve
 from governor_mechanism.model.joints import GROUND, CurveSlot, Point, ProportionalDisplacement, Slider
-from governor_mechanism.model.mechanism import Body, Limit, Mechanism, PointCoordinate
+from governor_mechanism.model.mechanism import Body, Mechanism
+from governor_mechanism.model.output_variables import Limit, PointCoordinate
 from governor_mechanism.model.scene import TURNING_PLANE
 
 RIGHT_BALL, LEFT_BALL, SLEEVE = "right ball", "left ball", "sleeve"
@@ -24,7 +25,7 @@ RIGHT_BALL, LEFT_BALL, SLEEVE = "right ball", "left ball", "sleeve"
 
 @dataclass(frozen=True, kw_only=True)
 class ParabolicGovernor(Machine):
-    """Two balls as points in guides, a sleeve. Lengths in m, masses in kg."""
+    """Two balls as points in guides, and a sleeve. Lengths in m, masses in kg."""
 
     name: ClassVar[str] = "parabolic_governor"
     plane: ClassVar[str] = TURNING_PLANE
@@ -41,7 +42,7 @@ class ParabolicGovernor(Machine):
             raise MechanismError(f"inner_radius ({self.inner_radius:g} m) must be less than outer_radius ({self.outer_radius:g} m)")
 
     def mechanism(self) -> Mechanism:
-        """Balls on their curves, at one height; the sleeve on the spindle, lifted twice as far."""
+        """Build the balls on their guides at equal height, and the sleeve on the spindle."""
         curve = PolynomialCurve(coefficients=(0.0, 0.0, 1.0 / self.double_parameter))
         ground, up = Point(body=GROUND), math.pi / 2
         right, left, sleeve = (Point(body=name) for name in (RIGHT_BALL, LEFT_BALL, SLEEVE))
@@ -87,11 +88,11 @@ class ParabolicGovernor(Machine):
 
     @property
     def sleeve_drop(self) -> float:
-        """How far below the vertex of the parabola the sleeve hangs with the balls at it (m): drawn only."""
+        """Distance of the sleeve below the vertex while the balls are at the vertex, m. It only affects the drawing."""
         return 2 * self.outer_radius
 
     def dimensions(self) -> dict[str, float]:
-        """All dimensions in SI."""
+        """Return all dimensions in SI."""
         return {
             "double_parameter": self.double_parameter,
             "inner_radius": self.inner_radius,
@@ -101,7 +102,7 @@ class ParabolicGovernor(Machine):
         }
 
     def start_problems(self, values: Mapping[str, float | str]) -> tuple[str, ...]:
-        """A start beyond the ends of the guide."""
+        """Return a sentence about a start beyond the ends of the guide."""
         radius = values.get("ball_radius")
         if not isinstance(radius, float) or self.inner_radius < radius < self.outer_radius:
             return ()

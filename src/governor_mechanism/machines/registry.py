@@ -1,4 +1,4 @@
-"""The machines: dimensions in, Mechanism out. `MACHINES` maps the names used in scene files to their classes."""
+"""Registry of machines. `MACHINES` maps the names in scene files to classes."""
 
 from __future__ import annotations
 

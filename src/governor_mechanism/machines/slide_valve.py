@@ -1,10 +1,9 @@
-"""The slide valve: an eccentric on the crank's shaft drives a valve, the crank a piston; both by rods, or endless ones.
+"""Slide valve: an eccentric drives the valve and a crank the piston, by rods of finite or infinite length.
 
-After Müller-Melchiors on Marks' construction, Dinglers Polyt. J. 241 (1881), p. 161. The crank angle counts from the
-dead centre in which the piston stands nearest to the shaft; its end of the cylinder is the crank end, the other the
-head end. The eccentric runs ahead of the crank by a right angle and the advance. The valve admits steam by its outer
-edges: to the crank end while it stands away from the shaft by more than the outside lap, to the head end while it
-stands as far toward the shaft.
+The crank angle is measured from the dead centre at which the piston is nearest to the shaft. That end of the cylinder is the crank end,
+the other the head end. The eccentric leads the crank by a right angle plus the angle of advance. The valve admits steam with its outer
+edges: to the crank end while its displacement away from the shaft exceeds the outside lap, and to the head end while its displacement
+toward the shaft does. After Müller-Melchiors on Marks' construction, Dinglers Polytechnisches Journal 241 (1881), p. 161.
 """
 
 from __future__ import annotations
@@ -14,7 +13,7 @@ from dataclasses import dataclass
 from typing import ClassVar
 
 from governor_mechanism.errors import MechanismError
-from governor_mechanism.machines.base import Machine, choice_field, dimension_field
+from governor_mechanism.machines.base import Machine, choice_field, dimension_field, rotate_point
 from governor_mechanism.machines.driven_crank import (
     CONNECTING_ROD,
     CRANK,
@@ -24,24 +23,46 @@ from governor_mechanism.machines.driven_crank import (
     VALVE,
     driven_crank_joints,
     placeholder_crank,
-    rotate_point,
 )
 from governor_mechanism.machines.slider_crank import rod_length_problem
 from governor_mechanism.model.joints import GROUND, Distance, Joint, Point, Slider
-from governor_mechanism.model.mechanism import Body, BodyAngle, Mechanism, PointCoordinate, Reading
+from governor_mechanism.model.mechanism import Body, Mechanism
+from governor_mechanism.model.output_variables import BodyAngle, PointCoordinate, Reading
 from governor_mechanism.model.scene import FIXED_PLANE
+from governor_mechanism.numerics.roots import find_root
 
 ECCENTRIC_ROD, VALVE_GUIDE = "eccentric rod", "valve guide"
 
 EQUAL_LEADS, MIDDLE, EQUAL_CUT_OFFS = "equal leads", "middle of extremes", "equal cut-offs"
 
-N_BISECTIONS = 64
-"""Of an interval that holds a crank angle, or the centre for equal cut-offs: to rounding."""
-
 
 @dataclass(frozen=True, kw_only=True)
 class SlideValve(Machine):
-    """Lengths in m, angles in rad, the crank's steady speed in rad/s; a rod that is left out is infinitely long."""
+    """Slide valve. Lengths in m, angles in rad, constant crank speed in rad/s; an omitted rod is infinitely long.
+
+    Attributes
+    ----------
+    crank
+        Crank radius, m: half the stroke.
+    connecting_rod
+        Length of the connecting rod, m; None if infinite.
+    eccentric
+        Eccentricity, m: half the travel of the valve.
+    eccentric_rod
+        Length of the eccentric rod, m; None if infinite.
+    advance
+        Angle of advance, rad.
+    outside_lap
+        Outside lap, m.
+    inside_lap
+        Inside lap, m; negative leaves the ports open in mid position.
+    crank_speed
+        Crank speed, rad/s.
+    crank_start
+        Crank angle at the start, rad.
+    setting
+        Rule for the centre of the valve's motion: equal leads, middle of extremes, or equal cut-offs.
+    """
 
     name: ClassVar[str] = "slide_valve"
     plane: ClassVar[str] = FIXED_PLANE
@@ -60,12 +81,12 @@ class SlideValve(Machine):
     inside_lap: float = dimension_field("length", "by which it covers the inner edges; negative leaves them open", default=0.0, signed=True)
     crank_speed: float = dimension_field("angular_speed", "of the crank, which is driven")
     crank_start: float = dimension_field("angle", "of the crank at the start", default=0.0, signed=True)
-    setting: str = choice_field((EQUAL_LEADS, MIDDLE, EQUAL_CUT_OFFS), "what the centre of the valve's swing is set for")
+    setting: str = choice_field((EQUAL_LEADS, MIDDLE, EQUAL_CUT_OFFS), "rule for the centre of the valve's motion")
 
     def __post_init__(self) -> None:
         super().__post_init__()
         problems = [*self._rod_problems(), *self._turning_problems()]
-        # Where the valve goes is known only once it goes at all.
+        # The ports can only be tested for valid rods and laps.
         if problems := problems or self._port_problems():
             raise MechanismError(*problems)
 
@@ -77,27 +98,27 @@ class SlideValve(Machine):
         return [sentence for sentence in rods if sentence]
 
     def _turning_problems(self) -> list[str]:
-        """An advance that is none, and laps that the valve's travel does not reach over."""
+        """Return sentences about a wrong angle of advance and laps larger than the travel of the valve."""
         problems = []
         if not abs(self.advance) < math.pi / 2:
             hint = "; a bare number is in rad, so write it with its unit: 30 deg" if abs(self.advance) > math.pi else ""
             problems.append(
-                f"advance ({math.degrees(self.advance):.6g} deg) must lie between -90 and 90 deg: it is counted from "
+                f"advance ({math.degrees(self.advance):.6g} deg) must lie between -90 and 90 deg: it is measured from "
                 f"the right angle to the crank{hint}"
             )
         for name in ("outside_lap", "inside_lap"):
             lap = getattr(self, name)
             if abs(lap) >= self.eccentric:
                 problems.append(
-                    f"{name} ({lap * 1e3:.6g} mm) must be smaller than the valve's travel to either side "
-                    f"({self.eccentric * 1e3:.6g} mm), or its ports never open or never close; lower it, or enlarge "
+                    f"{name} ({lap * 1e3:.6g} mm) must be smaller than the valve's travel to each side "
+                    f"({self.eccentric * 1e3:.6g} mm), or its ports never open or never close; reduce it, or enlarge "
                     "eccentric"
                 )
         return problems
 
     def _port_problems(self) -> list[str]:
-        """Ports that the setting leaves shut, or open, for the whole turn."""
-        # The extremes lie in the eccentric's own dead centres, whatever the rod.
+        """Return sentences about ports that never open or never close."""
+        # The valve is at its extremes at the dead centres of the eccentric, whatever the rod.
         out, back = self.eccentric - self._centre_offset, self.eccentric + self._centre_offset
         openings = {
             "crank end's steam port": (out, back, self.outside_lap),
@@ -110,19 +131,19 @@ class SlideValve(Machine):
             missing_event, displacement = ("opens", opening) if opening <= lap else ("closes", closing)
             if opening <= lap or closing <= -lap:
                 problems.append(
-                    f"the {port} never {missing_event}: set for {self.setting}, the valve goes {displacement * 1e3:.6g} mm that way, "
+                    f"the {port} never {missing_event}: set for {self.setting}, the valve moves {displacement * 1e3:.6g} mm that way, "
                     f"and its lap is {lap * 1e3:.6g} mm; change the lap, or take another setting"
                 )
         return problems
 
     @property
     def valve_centre(self) -> float:
-        """Centre of the valve's swing (m) from the shaft; with an endless rod, from the middle of the extremes."""
+        """Centre of the valve's motion from the shaft, m; with an infinite rod, from the middle of its extremes."""
         return (self.eccentric_rod or 0.0) + self._centre_offset
 
     @property
     def _centre_offset(self) -> float:
-        """How far the centre lies beyond the middle between the extremes (m)."""
+        """Position of the centre relative to the middle of the extremes, m."""
         if self.setting == MIDDLE:
             return 0.0
         if self.setting == EQUAL_LEADS:
@@ -130,47 +151,39 @@ class SlideValve(Machine):
         return self._offset_for_equal_cut_offs()
 
     def _valve_displacement(self, angle: float) -> float:
-        """How far the valve stands beyond the middle between its extremes at a crank angle (m, rad)."""
+        """Return the position of the valve relative to the middle of its extremes at a crank angle (rad), m."""
         along, across = rotate_point(0.0, self.eccentric, -angle - self.advance)
         if self.eccentric_rod is None:
             return along
         return along - across**2 / (self.eccentric_rod + math.sqrt(self.eccentric_rod**2 - across**2))
 
     def _piston_displacement(self, angle: float) -> float:
-        """The piston's way from the crank end at a crank angle (m, rad)."""
+        """Return the displacement of the piston from the crank end at a crank angle (rad), m."""
         along, across = rotate_point(self.crank, 0.0, angle)
         if self.connecting_rod is None:
             return self.crank - along
         return self.crank - along - across**2 / (self.connecting_rod + math.sqrt(self.connecting_rod**2 - across**2))
 
     def _offset_for_equal_cut_offs(self) -> float:
-        """The offset at which both ends cut off after equal parts of the stroke."""
-        reach = self.eccentric - abs(self.outside_lap)
-        low, high = -reach, reach
+        """Return the offset for cut-off after equal parts of the stroke at both ends, m."""
 
         def cut_off_difference(offset: float) -> float:
             crank_end_cut_off = self._piston_displacement(self._crank_angle_at(offset + self.outside_lap, rising=False))
             head_end_cut_off = 2 * self.crank - self._piston_displacement(self._crank_angle_at(offset - self.outside_lap, rising=True))
             return head_end_cut_off - crank_end_cut_off
 
-        for _ in range(N_BISECTIONS):
-            midpoint = 0.5 * (low + high)
-            # A centre farther out cuts off earlier at the crank end, and later at the head end.
-            low, high = (low, midpoint) if cut_off_difference(midpoint) > 0 else (midpoint, high)
-        return 0.5 * (low + high)
+        reach = self.eccentric - abs(self.outside_lap)
+        return find_root(cut_off_difference, -reach, reach)
 
     def _crank_angle_at(self, displacement: float, *, rising: bool) -> float:
-        """Crank angle (rad) at which the valve passes a place (m) beyond the middle of its extremes."""
-        # Between its dead centres the valve goes one way only.
+        """Return the crank angle (rad) at which the valve passes a position (m) relative to the middle of its extremes."""
+        # Between its dead centres the displacement is monotonic.
         outermost_angle = math.pi / 2 - self.advance
-        low, high = (outermost_angle - math.pi, outermost_angle) if rising else (outermost_angle + math.pi, outermost_angle)
-        for _ in range(N_BISECTIONS):
-            midpoint = 0.5 * (low + high)
-            low, high = (low, midpoint) if self._valve_displacement(midpoint) > displacement else (midpoint, high)
-        return 0.5 * (low + high)
+        innermost_angle = outermost_angle - math.pi if rising else outermost_angle + math.pi
+        return find_root(lambda angle: self._valve_displacement(angle) - displacement, innermost_angle, outermost_angle)
 
     def mechanism(self) -> Mechanism:
-        """Crank with its eccentric, valve and crosshead, all of stand-in masses; endless rods are crossed slides."""
+        """Build crank with eccentric, valve and crosshead from placeholder masses. An infinite rod is a crossed slide."""
         pin, crosshead, valve = Point(body=CRANK, x=-self.crank), Point(body=CROSSHEAD), Point(body=VALVE)
         sine, cosine = math.sin(self.advance), math.cos(self.advance)
         eccentric = Point(body=CRANK, x=self.eccentric * sine, y=-self.eccentric * cosine)
@@ -200,7 +213,7 @@ class SlideValve(Machine):
         )
 
     def _readings(self) -> tuple[Reading, ...]:
-        """Crank angle, the valve's displacement, the piston's ways, and how far each port is open (negative: shut)."""
+        """Return crank angle, valve displacement, piston displacements and port openings (negative: closed)."""
         zero = (self.connecting_rod or 0.0) - self.crank
         return (
             BodyAngle(name="crank_angle", quantity="angle", body=CRANK),
@@ -214,7 +227,7 @@ class SlideValve(Machine):
         )
 
     def dimensions(self) -> dict[str, float]:
-        """All dimensions in SI; infinite for a rod that is left out; centre is where the valve swings about."""
+        """Return all dimensions in SI; an omitted rod is infinite. `centre` is the centre of the valve's motion."""
         return {
             "crank": self.crank,
             "connecting_rod": math.inf if self.connecting_rod is None else self.connecting_rod,
@@ -234,7 +247,7 @@ def _axial_coordinate(name: str, body: str, sign: float, zero: float) -> Reading
 
 
 def _rod_joint(name: str, driving: Point, driven: Point, length: float | None) -> Joint:
-    """A rod without mass; an endless one is a slide across the line, in which the driving point runs."""
+    """Return a massless rod. An infinite one is a slide normal to the line, in which the driving point moves."""
     if length is None:
         return Slider(name=name, first=driven, second=driving, angle=math.pi / 2)
     return Distance(name=name, first=driving, second=driven, length=length)

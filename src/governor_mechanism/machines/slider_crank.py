@@ -1,7 +1,7 @@
-"""The slider crank: a driven crank, a connecting rod, a crosshead on a line through the shaft.
+"""Slider crank: a driven crank, a connecting rod, and a crosshead on a line through the shaft.
 
-The crank angle counts anticlockwise from the outer dead centre, where the crosshead stands farthest from the shaft.
-Parts are without mass unless the effect `masses` gives them some; then the bearings carry what their motion asks for.
+The crank angle is measured anticlockwise from the outer dead centre, at which the crosshead is farthest from the shaft. Parts are
+massless unless the effect `masses` gives them mass; then the bearings carry the inertia forces.
 """
 
 from __future__ import annotations
@@ -13,7 +13,7 @@ from typing import ClassVar
 
 from governor_mechanism.effects.crank_masses import CrankMasses
 from governor_mechanism.errors import MechanismError
-from governor_mechanism.machines.base import Machine, dimension_field, unsupported_effect_messages
+from governor_mechanism.machines.base import Machine, dimension_field, rotate_point, unsupported_effect_messages
 from governor_mechanism.machines.driven_crank import (
     CONNECTING_ROD,
     CRANK,
@@ -24,17 +24,17 @@ from governor_mechanism.machines.driven_crank import (
     PLACEHOLDER_MASS,
     driven_crank_joints,
     placeholder_crank,
-    rotate_point,
 )
 from governor_mechanism.model.effect import Effect
 from governor_mechanism.model.joints import GROUND, Distance, Joint, Pin, Point, Slider
-from governor_mechanism.model.mechanism import Body, BodyAngle, LineAngle, Mechanism, PointCoordinate, SecondMoments
+from governor_mechanism.model.mechanism import Body, Mechanism, SecondMoments
+from governor_mechanism.model.output_variables import BodyAngle, LineAngle, PointCoordinate
 from governor_mechanism.model.scene import FIXED_PLANE
 
 
 @dataclass(frozen=True, kw_only=True)
 class SliderCrank(Machine):
-    """Lengths in m, angles in rad, the crank's steady speed in rad/s."""
+    """Slider crank. Lengths in m, angles in rad, constant crank speed in rad/s."""
 
     name: ClassVar[str] = "slider_crank"
     plane: ClassVar[str] = FIXED_PLANE
@@ -51,10 +51,7 @@ class SliderCrank(Machine):
             raise MechanismError(sentence)
 
     def mechanism(self, masses: CrankMasses | None = None) -> Mechanism:
-        """Crank and crosshead, with a rod between them: a body where it has mass, a distance where it has none.
-
-        Raises MechanismError for a mass that lies beyond the rod.
-        """
+        """Build crank, rod and crosshead. A massless rod is a distance. Raise MechanismError for a mass centre beyond the rod."""
         parts = self._build_parts(masses)
         rod_end = Point(body=CROSSHEAD) if parts.crosshead_mass else Point(body=CONNECTING_ROD, x=self.connecting_rod - parts.rod_centre)
         crank_pin = Point(body=CRANK, x=self.crank - parts.crank_centre)
@@ -73,18 +70,18 @@ class SliderCrank(Machine):
 
     @classmethod
     def effect_problems(cls, effects: Iterable[Effect]) -> tuple[str, ...]:
-        """About rods and play; masses this machine has."""
+        """Return sentences about unsupported effects; `masses` is supported."""
         return unsupported_effect_messages(cls.name, effects, supported=(CrankMasses,))
 
     def mechanism_with_effects(self, effects: Iterable[Effect]) -> Mechanism:
-        """The mechanism with the masses of a scene's effects."""
+        """Build the mechanism with the masses of a scene's effects."""
         listed = list(effects)
         if problems := self.effect_problems(listed):
             raise MechanismError(*problems)
         return self.mechanism(next((effect for effect in listed if isinstance(effect, CrankMasses)), None))
 
     def dimensions(self) -> dict[str, float]:
-        """All dimensions in SI."""
+        """Return all dimensions in SI."""
         return {
             "crank": self.crank,
             "connecting_rod": self.connecting_rod,
@@ -93,13 +90,13 @@ class SliderCrank(Machine):
         }
 
     def _build_parts(self, masses: CrankMasses | None) -> _CrankTrainParts:
-        """The parts as they are built; one without mass that cannot be left out gets a stand-in's."""
+        """Return the parts. A massless part that is necessary gets a placeholder mass."""
         if masses is None:
             return _CrankTrainParts(crank=placeholder_crank(self.crank, PLACEHOLDER_MASS), crosshead_mass=PLACEHOLDER_MASS)
         rod_centre = 0.5 * self.connecting_rod if masses.rod_centre is None else masses.rod_centre
         if rod_centre > self.connecting_rod:
             raise MechanismError(
-                f"masses.rod_centre ({rod_centre * 1e3:.6g} mm) lies beyond the crosshead; it is counted from the crank "
+                f"masses.rod_centre ({rod_centre * 1e3:.6g} mm) lies beyond the crosshead; it is measured from the crank "
                 f"pin, and connecting_rod is {self.connecting_rod * 1e3:.6g} mm"
             )
         crank_moments = SecondMoments(xx=masses.crank * self.crank**2 / 12)
@@ -146,7 +143,7 @@ class SliderCrank(Machine):
 
 @dataclass(frozen=True, kw_only=True)
 class _CrankTrainParts:
-    """What the mechanism is built of; a rod or crosshead of no mass is no body."""
+    """Parts of the mechanism; a rod or crosshead without mass is no body."""
 
     crank: Body
     crank_centre: float = 0.0
@@ -157,7 +154,7 @@ class _CrankTrainParts:
 
 
 def rod_length_problem(rod_length: float | None, radius: float, rod_name: str, radius_name: str) -> str:
-    """A sentence on a rod with which the crank cannot turn over; empty where it can, as with an endless one (None)."""
+    """Return a sentence about a rod too short for the crank to turn over; empty if it can, as with an infinite rod (None)."""
     if rod_length is None or rod_length > radius:
         return ""
     return (

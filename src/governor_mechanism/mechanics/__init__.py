@@ -1,0 +1,1 @@
+"""Kinematics, dynamics, reduction to one coordinate, and contact."""

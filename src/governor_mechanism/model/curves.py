@@ -1,4 +1,4 @@
-"""Curves that a point may be guided on, y = f(x) in axes of their own. Frozen values, no maths."""
+"""Guide curves y = f(x) for points, in their own axes. Frozen values without mathematics."""
 
 from __future__ import annotations
 
@@ -9,12 +9,18 @@ from governor_mechanism.errors import MechanismError, require_finite
 
 @dataclass(frozen=True, kw_only=True)
 class Curve:
-    """A curve y = f(x), both in m."""
+    """Base class of a curve y = f(x); x and y in m."""
 
 
 @dataclass(frozen=True, kw_only=True)
 class PolynomialCurve(Curve):
-    """y = c0 + c1 x + c2 x^2 + c3 x^3 with coefficients (c0, c1, ...) in m, 1, 1/m, 1/m2; a parabola has three."""
+    """A polynomial y = c0 + c1 x + c2 x^2 + c3 x^3.
+
+    Attributes
+    ----------
+    coefficients
+        c0, c1, ... in m, 1, 1/m, 1/m2; one to four values. A parabola has three.
+    """
 
     coefficients: tuple[float, ...]
 
@@ -27,7 +33,15 @@ class PolynomialCurve(Curve):
 
 @dataclass(frozen=True, kw_only=True)
 class SplineCurve(Curve):
-    """A smooth curve (cubic spline) through points: x (m) rising, y (m). It ends at the first and the last point."""
+    """A cubic spline through given points. It ends at the first and at the last point.
+
+    Attributes
+    ----------
+    x
+        Abscissas, m, strictly rising; two or more.
+    y
+        Ordinates, m; as many as x.
+    """
 
     x: tuple[float, ...]
     y: tuple[float, ...]

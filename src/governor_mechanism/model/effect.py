@@ -1,4 +1,4 @@
-"""The base classes of physical effects. Each effect has a file of its own in `effects/`."""
+"""Base classes of physical effects. Each effect has its own file in `effects/`."""
 
 from __future__ import annotations
 
@@ -7,11 +7,11 @@ from dataclasses import dataclass
 
 @dataclass(frozen=True, kw_only=True)
 class Effect:
-    """Something the engines add to the bare linkage. A scene asks each of its effects for what it contributes."""
+    """A physical effect beyond the bare linkage. A scene asks each effect for its contribution."""
 
     @property
     def gravity(self) -> float:
-        """Gravitational acceleration along -y that it adds, m/s2."""
+        """Gravitational acceleration that the effect adds along -y, m/s2."""
         return 0.0
 
     @property
@@ -21,17 +21,25 @@ class Effect:
 
     @property
     def output_effects(self) -> tuple[OutputEffect, ...]:
-        """What it does along single readings."""
+        """Effects along single readings that this effect consists of."""
         return ()
 
 
 @dataclass(frozen=True, kw_only=True)
 class OutputEffect(Effect):
-    """An effect that acts along one reading."""
+    """An effect along one reading.
+
+    A force (N) acts on a length and a moment (N m) on an angle. Both are positive toward larger values of the reading.
+
+    Attributes
+    ----------
+    reading
+        Name of the reading.
+    """
 
     reading: str
 
     @property
     def output_effects(self) -> tuple[OutputEffect, ...]:
-        """Itself."""
+        """The effect itself."""
         return (self,)

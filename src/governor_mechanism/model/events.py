@@ -1,4 +1,4 @@
-"""Events of a run: what happened when, and to which reading."""
+"""Events of a run: time, kind and reading."""
 
 from __future__ import annotations
 
@@ -7,7 +7,7 @@ from enum import StrEnum
 
 
 class EventKind(StrEnum):
-    """What an event is; each value is what a reading does, in words."""
+    """Kind of an event. Each value is a predicate whose subject is the reading."""
 
     STICK = "sticks"
     SLIP = "slips"
@@ -29,7 +29,7 @@ class Event:
     time
         Time of the event, s.
     kind
-        What happened.
+        Kind of the event.
     subject
         Name of the reading, or "the mechanism" for a change point.
     """

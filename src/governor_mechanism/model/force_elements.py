@@ -1,4 +1,4 @@
-"""What acts on a mechanism's bodies beside gravity and the spindle's turning. Frozen values; laws in `equations`."""
+"""Force elements between bodies: springs, dampers, applied forces and torques. Frozen values; the laws are in `mechanics.dynamics`."""
 
 from __future__ import annotations
 
@@ -11,25 +11,32 @@ from governor_mechanism.model.time_functions import InputFunction
 
 @dataclass(frozen=True, kw_only=True)
 class ForceElement:
-    """Something that pushes or turns bodies; `name` is what messages and results call it."""
+    """Base class of a force element between two bodies.
+
+    Attributes
+    ----------
+    name
+        Name in messages and results.
+    """
 
     name: str
 
     @property
     def bodies(self) -> tuple[str, str]:
-        """The two bodies it acts between."""
+        """Names of the two bodies that the element acts between."""
         raise NotImplementedError
 
 
 @dataclass(frozen=True, kw_only=True)
 class _PointToPointElement(ForceElement):
-    """A load along the line between two points, the same on both and opposite."""
+    """A force along the line between two points, equal and opposite on both."""
 
     first: Point
     second: Point
 
     @property
     def bodies(self) -> tuple[str, str]:
+        """Bodies of the two points."""
         return self.first.body, self.second.body
 
     def __post_init__(self) -> None:
@@ -38,7 +45,19 @@ class _PointToPointElement(ForceElement):
 
 @dataclass(frozen=True, kw_only=True)
 class Spring(_PointToPointElement):
-    """Pulls its points together with stiffness (N/m) * (distance - free_length (m)); pushes where it is shorter."""
+    """A linear spring between two points.
+
+    It pulls the points together with stiffness * (distance - free_length) and pushes them apart when it is shorter.
+
+    Attributes
+    ----------
+    first, second
+        End points.
+    stiffness
+        Stiffness, N/m; positive.
+    free_length
+        Distance at zero force, m.
+    """
 
     stiffness: float
     free_length: float = 0.0
@@ -51,7 +70,15 @@ class Spring(_PointToPointElement):
 
 @dataclass(frozen=True, kw_only=True)
 class Damper(_PointToPointElement):
-    """Resists the change of its points' distance with damping (N s/m) * rate."""
+    """A linear damper between two points: its force is damping times the rate of their distance and opposes it.
+
+    Attributes
+    ----------
+    first, second
+        End points.
+    damping
+        Damping coefficient, N s/m; positive.
+    """
 
     damping: float
 
@@ -62,13 +89,14 @@ class Damper(_PointToPointElement):
 
 @dataclass(frozen=True, kw_only=True)
 class _RotationalElement(ForceElement):
-    """A moment on the second body about the first, and the opposite one on the first."""
+    """A moment on the second body relative to the first, and the opposite moment on the first."""
 
     second: str
     first: str = GROUND
 
     @property
     def bodies(self) -> tuple[str, str]:
+        """The first and the second body."""
         return self.first, self.second
 
     def __post_init__(self) -> None:
@@ -77,7 +105,17 @@ class _RotationalElement(ForceElement):
 
 @dataclass(frozen=True, kw_only=True)
 class TorsionSpring(_RotationalElement):
-    """Turns the second body back to free_angle (rad) against the first, with stiffness (N m/rad)."""
+    """A linear torsion spring between two bodies. It turns the second body back to free_angle relative to the first.
+
+    Attributes
+    ----------
+    first, second
+        Names of the bodies; the first is the ground by default.
+    stiffness
+        Stiffness, N m/rad; positive.
+    free_angle
+        Relative angle at zero moment, rad.
+    """
 
     stiffness: float
     free_angle: float = 0.0
@@ -90,7 +128,15 @@ class TorsionSpring(_RotationalElement):
 
 @dataclass(frozen=True, kw_only=True)
 class TorsionDamper(_RotationalElement):
-    """Resists the turning of the second body against the first with damping (N m s/rad) * rate."""
+    """A linear torsion damper between two bodies: its moment is damping times their relative angular velocity and opposes it.
+
+    Attributes
+    ----------
+    first, second
+        Names of the bodies; the first is the ground by default.
+    damping
+        Damping coefficient, N m s/rad; positive.
+    """
 
     damping: float
 
@@ -101,14 +147,30 @@ class TorsionDamper(_RotationalElement):
 
 @dataclass(frozen=True, kw_only=True)
 class Torque(_RotationalElement):
-    """A given moment (N m, anticlockwise) on the second body; the first takes the opposite one."""
+    """A prescribed moment on the second body. The first body takes the opposite moment.
+
+    Attributes
+    ----------
+    first, second
+        Names of the bodies; the first is the ground by default.
+    moment
+        Moment over time, N m, anticlockwise.
+    """
 
     moment: InputFunction
 
 
 @dataclass(frozen=True, kw_only=True)
 class Force(ForceElement):
-    """A given force (N) at a point of a body, by its parts along the plane's x and y; it keeps its direction."""
+    """A prescribed force at a point of a body. Its direction is fixed in the plane.
+
+    Attributes
+    ----------
+    point
+        Point of application.
+    x, y
+        Components along the axes of the plane over time, N.
+    """
 
     point: Point
     x: InputFunction
@@ -116,6 +178,7 @@ class Force(ForceElement):
 
     @property
     def bodies(self) -> tuple[str, str]:
+        """The ground and the body of the point."""
         return GROUND, self.point.body
 
     def __post_init__(self) -> None:
@@ -125,4 +188,4 @@ class Force(ForceElement):
 def _require_distinct_bodies(element: ForceElement) -> None:
     first, second = element.bodies
     if first == second:
-        raise MechanismError(f"load {element.name!r} acts between body {first!r} and itself; it needs two different bodies")
+        raise MechanismError(f"force element {element.name!r} acts between body {first!r} and itself; it needs two different bodies")

@@ -1,4 +1,4 @@
-"""What holds bodies together: points marked on bodies, and the joints between them. Frozen values, no maths."""
+"""Points on bodies and the joints between them. Frozen values without mathematics."""
 
 from __future__ import annotations
 
@@ -9,12 +9,20 @@ from governor_mechanism.model.curves import Curve
 from governor_mechanism.model.time_functions import PrescribedMotion
 
 GROUND = "ground"
-"""The plane the mechanism lives in: fixed, or turning with the spindle."""
+"""Name of the plane that the mechanism moves in. The plane is fixed or turns with the spindle."""
 
 
 @dataclass(frozen=True, kw_only=True)
 class Point:
-    """A point marked on a body, in the body's own axes (m, from its mass centre); on GROUND in the plane's axes."""
+    """A body-fixed point.
+
+    Attributes
+    ----------
+    body
+        Name of the body, or GROUND.
+    x, y
+        Coordinates in the axes of the body, m, from its mass centre; on GROUND in the axes of the plane.
+    """
 
     body: str
     x: float = 0.0
@@ -27,7 +35,15 @@ class Point:
 
 @dataclass(frozen=True, kw_only=True)
 class Joint:
-    """A holonomic constraint between two points; `name` is what messages call it."""
+    """Base class of a holonomic constraint between two points.
+
+    Attributes
+    ----------
+    name
+        Name in messages and results.
+    first, second
+        Points on two different bodies.
+    """
 
     name: str
     first: Point
@@ -40,12 +56,18 @@ class Joint:
 
 @dataclass(frozen=True, kw_only=True)
 class Pin(Joint):
-    """The two points coincide; the bodies may turn about each other. Takes two freedoms."""
+    """A revolute joint: the two points coincide. It removes two degrees of freedom."""
 
 
 @dataclass(frozen=True, kw_only=True)
 class Distance(Joint):
-    """A massless link: the two points keep `length` (m). Takes one freedom."""
+    """A massless link: the two points keep their distance. It removes one degree of freedom.
+
+    Attributes
+    ----------
+    length
+        Distance of the points, m; positive.
+    """
 
     length: float
 
@@ -56,9 +78,12 @@ class Distance(Joint):
 
 @dataclass(frozen=True, kw_only=True)
 class Slider(Joint):
-    """The second point runs on a straight line of the first body. Takes one freedom.
+    """The second point moves on a straight line of the first body. The joint removes one degree of freedom.
 
-    The line passes through the first point at `angle` (rad, anticlockwise from that body's x axis).
+    Attributes
+    ----------
+    angle
+        Direction of the line through the first point, rad, anticlockwise from the x axis of the first body.
     """
 
     angle: float
@@ -70,29 +95,47 @@ class Slider(Joint):
 
 @dataclass(frozen=True, kw_only=True)
 class Weld(Joint):
-    """The two points coincide and the bodies keep `turn` (rad): the second's angle less the first's. Takes three."""
+    """A rigid connection: the points coincide and the relative angle is constant. It removes three degrees of freedom.
+
+    Attributes
+    ----------
+    relative_angle
+        Angle of the second body minus that of the first, rad.
+    """
 
     relative_angle: float = 0.0
 
     def __post_init__(self) -> None:
         super().__post_init__()
-        require_finite(self.relative_angle, "rad", f"turn of weld {self.name!r}")
+        require_finite(self.relative_angle, "rad", f"relative angle of weld {self.name!r}")
 
 
 @dataclass(frozen=True, kw_only=True)
 class Prismatic(Slider):
-    """A slider whose bodies also keep `turn` (rad): the second's angle less the first's. Takes two freedoms."""
+    """A slider whose bodies keep their relative angle. It removes two degrees of freedom.
+
+    Attributes
+    ----------
+    relative_angle
+        Angle of the second body minus that of the first, rad.
+    """
 
     relative_angle: float = 0.0
 
     def __post_init__(self) -> None:
         super().__post_init__()
-        require_finite(self.relative_angle, "rad", f"turn of prismatic joint {self.name!r}")
+        require_finite(self.relative_angle, "rad", f"relative angle of prismatic joint {self.name!r}")
 
 
 @dataclass(frozen=True, kw_only=True)
 class ArcSlot(Joint):
-    """The second point runs in a slot of the first body, an arc of `radius` (m) about the first point. Takes one."""
+    """The second point moves in a circular slot of the first body about the first point. It removes one degree of freedom.
+
+    Attributes
+    ----------
+    radius
+        Radius of the slot, m; positive.
+    """
 
     radius: float
 
@@ -103,9 +146,14 @@ class ArcSlot(Joint):
 
 @dataclass(frozen=True, kw_only=True)
 class CurveSlot(Joint):
-    """The second point runs on a curve of the first body, y = curve(x). Takes one freedom.
+    """The second point moves on a curve y = curve(x) of the first body. It removes one degree of freedom.
 
-    The curve's axes have their origin in the first point, x at `angle` (rad, anticlockwise) from the body's x axis.
+    Attributes
+    ----------
+    curve
+        Curve in axes with their origin at the first point.
+    angle
+        Direction of the curve's x axis, rad, anticlockwise from the x axis of the first body.
     """
 
     curve: Curve
@@ -118,9 +166,16 @@ class CurveSlot(Joint):
 
 @dataclass(frozen=True, kw_only=True)
 class Gear(Joint):
-    """The second body's angle is ratio * the first's + offset (rad), each against the plane. Takes one freedom.
+    """A gear pair: the angle of the second body is ratio * angle of the first + offset. It removes one degree of freedom.
 
-    Toothed wheels that mesh outside have a negative ratio. The points only say where the wheels' centres are.
+    Both angles are measured in the plane. The points only give the centres of the wheels.
+
+    Attributes
+    ----------
+    ratio
+        Ratio of the angles; negative for external teeth, not 0.
+    offset
+        Angle of the second body at zero angle of the first, rad.
     """
 
     ratio: float
@@ -131,15 +186,23 @@ class Gear(Joint):
         require_finite(self.ratio, "", f"ratio of gear {self.name!r}")
         require_finite(self.offset, "rad", f"offset of gear {self.name!r}")
         if self.ratio == 0.0:
-            raise MechanismError(f"ratio of gear {self.name!r} must not be 0; to hold a body still use a weld")
+            raise MechanismError(f"ratio of gear {self.name!r} must not be 0; to fix a body use a weld")
 
 
 @dataclass(frozen=True, kw_only=True)
 class RackAndPinion(Joint):
-    """A pinion, the first body, drives a rack: the second point's way along a direction is radius * angle + offset.
+    """A pinion, the first body, drives a rack: the displacement of the second point is radius * angle + offset.
 
-    The way (m) is counted from the first point, the pinion's centre, along `angle` (rad, anticlockwise from the plane's
-    x axis). A negative radius (m) drives the other way. Takes one freedom.
+    The displacement is measured from the first point, the centre of the pinion. The joint removes one degree of freedom.
+
+    Attributes
+    ----------
+    radius
+        Pitch radius, m; negative for the opposite direction, not 0.
+    angle
+        Direction of the displacement, rad, anticlockwise from the x axis of the plane.
+    offset
+        Displacement at zero angle of the pinion, m.
     """
 
     radius: float
@@ -156,9 +219,18 @@ class RackAndPinion(Joint):
 
 @dataclass(frozen=True, kw_only=True)
 class ProportionalDisplacement(Joint):
-    """A linkage without mass moves the second point along a direction ratio times as far as the first, plus offset (m).
+    """A massless linkage: the displacement of the second point is ratio * displacement of the first + offset.
 
-    Both ways are counted in the plane, along `angle` (rad, anticlockwise from x). Takes one freedom.
+    Both displacements are measured in the plane along one direction. The joint removes one degree of freedom.
+
+    Attributes
+    ----------
+    ratio
+        Ratio of the displacements.
+    angle
+        Direction, rad, anticlockwise from the x axis of the plane.
+    offset
+        Displacement of the second point at zero displacement of the first, m.
     """
 
     ratio: float
@@ -173,16 +245,29 @@ class ProportionalDisplacement(Joint):
 
 @dataclass(frozen=True, kw_only=True)
 class RotationalDriver(Joint):
-    """A drive turns the second body against the first: its angle less the first's follows `motion` (rad)."""
+    """A rotational driver: the angle of the second body minus that of the first follows a prescribed motion.
+
+    Attributes
+    ----------
+    motion
+        Relative angle over time, rad.
+    """
 
     motion: PrescribedMotion
 
 
 @dataclass(frozen=True, kw_only=True)
 class TranslationalDriver(Joint):
-    """A drive moves the second point along a line of the first body: its way from the first point follows `motion` (m).
+    """A translational driver: the displacement of the second point along a line of the first body follows a prescribed motion.
 
-    The line has `angle` (rad, anticlockwise from the first body's x axis). Across the line the point is free.
+    The displacement is measured from the first point. Across the line the point is free.
+
+    Attributes
+    ----------
+    motion
+        Displacement over time, m.
+    angle
+        Direction of the line, rad, anticlockwise from the x axis of the first body.
     """
 
     motion: PrescribedMotion
@@ -190,7 +275,7 @@ class TranslationalDriver(Joint):
 
     def __post_init__(self) -> None:
         super().__post_init__()
-        require_finite(self.angle, "rad", f"angle of drive {self.name!r}")
+        require_finite(self.angle, "rad", f"angle of driver {self.name!r}")
 
 
 JOINT_TYPES: frozenset[type[Joint]] = frozenset(

@@ -1,4 +1,4 @@
-"""A scene: parts, couplings, effects, the spindle, the start, how long to run. Frozen values, no maths."""
+"""A scene: parts, couplings, effects, spindle, start and run settings. Frozen values without mathematics."""
 
 from __future__ import annotations
 
@@ -12,20 +12,37 @@ from governor_mechanism.model.mechanism import Mechanism
 from governor_mechanism.model.time_functions import InputFunction
 
 EQUILIBRIUM: Final = "equilibrium"
-"""A start value that means: where the mechanism stands still at the first spindle speed."""
+"""Start value that stands for the stable equilibrium at the first spindle speed."""
 
 TURNING_PLANE: Final = "turning"
+"""Name of a plane that turns with the spindle."""
 FIXED_PLANE: Final = "fixed"
+"""Name of a plane that does not turn."""
 
 
 MAX_SPINDLE_SPEED: Final = 1e6
+"""Largest spindle speed, rad/s: no machine turns faster; a larger value is a mistake of units."""
 MAX_DURATION: Final = 1e9
-"""rad/s and s: more than any machine turns and any run lasts; beyond them lies a slip of units."""
+"""Largest duration, s: no run lasts longer; a larger value is a mistake of units."""
 
 
 @dataclass(frozen=True, kw_only=True)
 class Part:
-    """One mechanism in one plane: 'turning' with the spindle, or 'fixed'. `dimensions` are its numbers in SI."""
+    """A mechanism in its plane.
+
+    Attributes
+    ----------
+    name
+        Name of the part.
+    machine
+        Name of the machine in scene files.
+    dimensions
+        Dimensions of the machine by name, SI.
+    mechanism
+        The mechanism built from them.
+    plane
+        TURNING_PLANE or FIXED_PLANE.
+    """
 
     name: str
     machine: str
@@ -36,7 +53,7 @@ class Part:
 
 @dataclass(frozen=True, kw_only=True)
 class Coupling:
-    """Ties a reading of one part to a coordinate, parameter or load of another."""
+    """A coupling between a reading of one part and a coordinate, parameter or force of another."""
 
     source: str
     target: str
@@ -45,11 +62,21 @@ class Coupling:
 
 @dataclass(frozen=True, kw_only=True)
 class Spindle:
-    """The spindle's given speed: `times` (s) and `speeds` (rad/s) of a program, smooth between points.
+    """A spindle with a given speed, smooth between points of time and constant before the first and after the last point.
 
-    One point is a constant speed. Two points at one time are a step. Before the first and after the last point the
-    speed is held. speed fluctuation: the speed swings about the program by this part of it from lowest to highest, as a sine
-    of the angle that the program has turned, `cycles_per_turn` times a turn.
+    One point is a constant speed; two points at one time are a step.
+
+    Attributes
+    ----------
+    times
+        Points of time, s.
+    speeds
+        Speeds at these times, rad/s.
+    speed_fluctuation
+        Coefficient of fluctuation of speed, (highest - lowest) / mean, at least 0 and below 1. The fluctuation is a sine of the
+        angle that the mean speed has turned.
+    cycles_per_turn
+        Cycles of the fluctuation per turn of the spindle.
     """
 
     times: tuple[float, ...] = (0.0,)
@@ -63,22 +90,29 @@ class Spindle:
                 f"speed fluctuation of the spindle, (highest - lowest) / mean speed, must be at least 0 and below 1; "
                 f"got {self.speed_fluctuation:g}"
             )
-        require_positive(self.cycles_per_turn, "", "waves of the spindle's speed fluctuation in a turn")
-        InputFunction(times=self.times, values=self.speeds)  # refuses what is no program
+        require_positive(self.cycles_per_turn, "", "cycles per turn of the spindle's speed fluctuation")
+        InputFunction(times=self.times, values=self.speeds)  # validates times and speeds
         for speed in self.speeds:
             _require_plausible_speed(speed)
 
     @property
     def speed_function(self) -> InputFunction:
-        """The speed as a program (rad/s)."""
+        """Mean speed over time, rad/s."""
         return InputFunction(times=self.times, values=self.speeds)
 
 
 @dataclass(frozen=True, kw_only=True)
 class FreeSpindle:
-    """A spindle left to itself: its own moment of inertia (kg m2), start speed (rad/s), and torque on it (N m).
+    """A spindle that turns freely under a torque and the reaction of the mechanism.
 
-    What the mechanism's bodies take up in turning it loses.
+    Attributes
+    ----------
+    inertia
+        Moment of inertia of the spindle alone, kg m2; at least 0.
+    start_speed
+        Speed at the start, rad/s.
+    torque
+        Torque on the spindle over time, N m.
     """
 
     inertia: float
@@ -100,7 +134,15 @@ def _require_plausible_speed(speed: float) -> None:
 
 @dataclass(frozen=True, kw_only=True)
 class Start:
-    """Start values (numbers, or EQUILIBRIUM) and rates, by reading name; what they leave open the sketch says."""
+    """Start values and start rates of readings. The initial guess of the mechanism settles the rest.
+
+    Attributes
+    ----------
+    values
+        Start values by reading name, SI, or EQUILIBRIUM.
+    rates
+        Start rates by reading name, SI/s.
+    """
 
     values: Mapping[str, float | str] = field(default_factory=dict)
     rates: Mapping[str, float] = field(default_factory=dict)
@@ -108,7 +150,19 @@ class Start:
 
 @dataclass(frozen=True, kw_only=True)
 class RunSettings:
-    """How long to run (s), how often to report (s), how accurate (relative to each reading's scale), which engine."""
+    """Settings of a run.
+
+    Attributes
+    ----------
+    duration
+        Duration, s.
+    output_interval
+        Interval of the reported times, s; at most the duration.
+    accuracy
+        Largest error, relative to the scale of each reading; below 1.
+    engine
+        Name of the engine, or "auto".
+    """
 
     duration: float = 10.0
     output_interval: float = 0.01
@@ -129,7 +183,29 @@ class RunSettings:
 
 @dataclass(frozen=True, kw_only=True)
 class Scene:
-    """Everything a run needs. `document` is the scene file as read, `source` its path or name."""
+    """Complete description of a simulation.
+
+    Attributes
+    ----------
+    title
+        Title.
+    parts
+        Mechanisms; at least one.
+    effects
+        Physical effects, each at most once, or once per reading.
+    spindle
+        Given or free spindle.
+    start
+        Start values and rates.
+    run
+        Settings of the run.
+    couplings
+        Couplings between parts.
+    source
+        Path or name of the scene file; empty for a scene without one.
+    document
+        Scene file as a dictionary.
+    """
 
     title: str
     parts: tuple[Part, ...]
@@ -146,39 +222,39 @@ class Scene:
         for kind, reading in kinds:
             if kinds.count((kind, reading)) > 1:
                 location = f" on {reading!r}" if reading else ""
-                raise MechanismError(f"effect {kind.__name__}{location} stands twice; list it once")
+                raise MechanismError(f"effect {kind.__name__}{location} is listed twice; list it once")
         if not self.parts:
             raise MechanismError("a scene needs at least one part")
         has_turning_part = any(part.plane == TURNING_PLANE for part in self.parts)
         if isinstance(self.spindle, FreeSpindle) and not has_turning_part:
             raise MechanismError(
-                "a free spindle needs a mechanism that turns with it, and this one lives in a fixed plane; "
+                "a free spindle needs a mechanism that turns with it, and this one is in a fixed plane; "
                 'write plane = "turning", or leave the spindle out'
             )
         if isinstance(self.spindle, FreeSpindle) and has_turning_part and not self.has_centrifugal:
-            raise MechanismError("a free spindle is slowed by what turns with it; list effects.centrifugal, or give spindle.speed")
+            raise MechanismError("a free spindle reacts to the bodies that turn with it; list effects.centrifugal, or give spindle.speed")
 
         for effect in self.output_effects:
-            self.part.mechanism.reading(effect.reading)  # refuses one that does not exist
+            self.part.mechanism.reading(effect.reading)  # raises for an unknown reading
 
     @property
     def output_effects(self) -> tuple[OutputEffect, ...]:
-        """The effects that act along readings, play as the stops it amounts to."""
-        return tuple(acting for effect in self.effects for acting in effect.output_effects)
+        """Effects along readings; a clearance counts as its stops."""
+        return tuple(part for effect in self.effects for part in effect.output_effects)
 
     @property
     def part(self) -> Part:
-        """The only part; refuses a scene of several."""
+        """The only part. Raise MechanismError if there are several."""
         if len(self.parts) != 1:
-            raise MechanismError(f"this needs a scene of one part; the scene has {[part.name for part in self.parts]}")
+            raise MechanismError(f"a scene of one part is needed; this scene has {[part.name for part in self.parts]}")
         return self.parts[0]
 
     @property
     def gravity(self) -> float:
-        """m/s2; 0 where the scene lists no gravity."""
+        """Gravitational acceleration along -y, m/s2; 0 without the effect gravity."""
         return sum((effect.gravity for effect in self.effects), 0.0)
 
     @property
     def has_centrifugal(self) -> bool:
-        """Whether the spindle's turning loads the bodies."""
+        """Whether bodies in a turning plane carry a centrifugal load."""
         return any(effect.loads_turning_bodies for effect in self.effects)

@@ -1,4 +1,4 @@
-"""What an engine finds: a motion at some times."""
+"""States of a motion at a number of times."""
 
 from __future__ import annotations
 
@@ -9,11 +9,23 @@ from governor_mechanism.types import FloatArray, IntArray
 
 @dataclass(frozen=True, kw_only=True)
 class StateHistory:
-    """What an engine found at n times: poses and velocities (n, bodies, 3), work (n,) J, spindle (n, 2).
+    """States of a motion at n times.
 
-    work is what changes of a given spindle speed have put in, less what drives, loads and torque have; lost (n,) J is
-    what brakes, friction and stops have taken, and is part of it; spindle holds the angle (rad) and speed (rad/s) of
-    the spindle.
+    Attributes
+    ----------
+    times
+        Times, s; shape (n,).
+    poses
+        Position (m) of the mass centre and angle (rad) of every body; shape (n, bodies, 3).
+    velocities
+        Their rates, m/s and rad/s; shape (n, bodies, 3).
+    work
+        Work put in by changes of a given spindle speed, less the work of drivers, force elements and spindle torque, J;
+        shape (n,). It includes `dissipated_energy`.
+    dissipated_energy
+        Energy dissipated by dashpots, dry friction and stops, J; shape (n,).
+    spindle_state
+        Angle (rad) and speed (rad/s) of the spindle; shape (n, 2).
     """
 
     times: FloatArray
@@ -24,7 +36,7 @@ class StateHistory:
     spindle_state: FloatArray
 
     def at(self, indices: slice | IntArray) -> StateHistory:
-        """The state at some of the times."""
+        """Return the states at some of the times."""
         arrays = (self.times, self.poses, self.velocities, self.work, self.dissipated_energy, self.spindle_state)
         times, poses, velocities, work, dissipated_energy, spindle_state = (array[indices] for array in arrays)
         return StateHistory(
@@ -32,5 +44,5 @@ class StateHistory:
         )
 
     def first(self, count: int) -> StateHistory:
-        """The state at the first so many times."""
+        """Return the states at the first `count` times."""
         return self.at(slice(count))

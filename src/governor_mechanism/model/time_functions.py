@@ -1,4 +1,4 @@
-"""What a user lets happen in time: a load or a speed by points, and a motion that a drive enforces. Frozen values."""
+"""Functions of time: inputs given by points, and prescribed motions of drivers. Frozen values."""
 
 from __future__ import annotations
 
@@ -9,34 +9,48 @@ from governor_mechanism.errors import MechanismError, require_finite
 
 @dataclass(frozen=True, kw_only=True)
 class InputFunction:
-    """A value against time: `times` (s) and `values` (SI), smooth between points and held before and after them.
+    """A value over time, smooth between points and constant before the first and after the last point.
 
-    One point is a constant. Two points alone are a straight ramp. Two points at one time are a step.
+    One point is a constant, two points are a ramp, and two points at one time are a step.
+
+    Attributes
+    ----------
+    times
+        Points of time, s, not falling; at most two at one time.
+    values
+        Values at these times, SI.
     """
 
     times: tuple[float, ...] = (0.0,)
     values: tuple[float, ...] = (0.0,)
 
     def __post_init__(self) -> None:
-        _require_equal_lengths("a program", self.times, self.values)
+        _require_equal_lengths("an input function", self.times, self.values)
         for before, after in zip(self.times, self.times[1:], strict=False):
             if after < before:
-                raise MechanismError(f"times of a program must not fall; {after:g} s follows {before:g} s")
+                raise MechanismError(f"times of an input function must not fall; {after:g} s follows {before:g} s")
         for first, _, third in zip(self.times, self.times[1:], self.times[2:], strict=False):
             if first == third:
-                raise MechanismError(f"three points of a program stand at {first:g} s; a step takes two")
+                raise MechanismError(f"three points of an input function are at {first:g} s; a step takes two")
 
     @property
     def is_constant(self) -> bool:
-        """True when the value never changes."""
+        """Whether all values are equal."""
         return len(set(self.values)) == 1
 
 
 @dataclass(frozen=True, kw_only=True)
 class PrescribedMotion:
-    """A motion that a drive enforces: `times` (s) and `values` (rad or m), a curve without kinks through the points.
+    """A prescribed motion of a driver: a curve without kinks through given points.
 
-    Before the first and after the last point it goes on at its speed there; two points are a steady motion.
+    Before the first and after the last point it continues at the rate there. Two points are a motion at constant rate.
+
+    Attributes
+    ----------
+    times
+        Points of time, s, strictly rising; two or more.
+    values
+        Values at these times, rad or m.
     """
 
     times: tuple[float, ...]
@@ -45,14 +59,14 @@ class PrescribedMotion:
     def __post_init__(self) -> None:
         _require_equal_lengths("a motion", self.times, self.values)
         if len(self.times) < 2:
-            raise MechanismError("a motion needs two points or more; Motion.steady gives one of constant speed")
+            raise MechanismError("a motion needs two points or more; PrescribedMotion.constant_rate gives one of constant rate")
         for before, after in zip(self.times, self.times[1:], strict=False):
             if after <= before:
-                raise MechanismError(f"times of a motion must rise; {after:g} s follows {before:g} s, and nothing is driven in a jump")
+                raise MechanismError(f"times of a motion must rise; {after:g} s follows {before:g} s; a driver cannot jump")
 
     @classmethod
     def constant_rate(cls, start_value: float, rate: float) -> PrescribedMotion:
-        """The motion start + rate * time."""
+        """Return the motion start_value + rate * time."""
         return cls(times=(0.0, 1.0), values=(start_value, start_value + rate))
 
 

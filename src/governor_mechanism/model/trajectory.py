@@ -1,4 +1,4 @@
-"""What a run returns: plain arrays, how it ended, how accurate it is, and what it cost."""
+"""Result of a run: arrays, outcome, energy, error estimate, events and cost."""
 
 from __future__ import annotations
 
@@ -18,32 +18,43 @@ from governor_mechanism.types import FloatArray
 
 
 class Outcome(Enum):
-    """How a run ended; each value is a sentence a user can act on."""
+    """How a run ended. Each value is a sentence for the user."""
 
-    DONE = "ran to the end within the asked accuracy"
-    UNCERTIFIED = "ran to the end; its accuracy was not certified"
-    ACCURACY_MISSED = "ran to the end, but the asked accuracy was not reached; ask for less (multibody goes furthest)"
-    LEFT_RANGE = "the mechanism leaves the range in which its description holds, and the run ends there"
-    DEAD_CENTRE = "the coordinate that the engine follows leads no farther there; try engine multibody"
-    STIFF = "the motion gets stiff, and this engine steps explicitly; try engine multibody"
+    DONE = "ran to the end within the requested accuracy"
+    NOT_CERTIFIED = "ran to the end; its accuracy was not certified"
+    ACCURACY_MISSED = "ran to the end, but the requested accuracy was not reached; relax it (multibody reaches the highest)"
+    LEFT_RANGE = "the mechanism leaves the range in which its description is valid, and the run ends there"
+    DEAD_CENTRE = "the coordinate of the engine has a turning point there; try engine multibody"
+    STIFF = "the motion is stiff, and this engine integrates explicitly; try engine multibody"
     STEP_LIMIT = "the run needs more steps than the engine allows; shorten it, slow it, or raise max_steps"
-    STALLED = "the motion could not be followed any further: its steps shrank to nothing, as where a drive locks"
+    STALLED = "the integration failed: its steps became too small, as where a driver locks the mechanism"
     JOINT_OPENED = "a joint opened by more than a second-order step explains; try engine multibody"
 
     @property
     def ok(self) -> bool:
-        """True when the run reached its end and nothing promised was missed."""
-        return self in (Outcome.DONE, Outcome.UNCERTIFIED)
+        """Whether the run reached its end and met all requirements."""
+        return self in (Outcome.DONE, Outcome.NOT_CERTIFIED)
 
 
 @dataclass(frozen=True, kw_only=True)
 class Energy:
-    """The energy ledger at each reported time, (n,) arrays in J.
+    """Energies at the reported times, J; shape (n,).
 
-    kinetic: in the plane; potential: of gravity and springs; rotation: of the parts about the spindle, J omega^2 / 2,
-    and of a free spindle with them. jacobi, constant in an exact run, is kinetic + potential - rotation (+ rotation
-    where the spindle is free), less the work that drives, dampers, forces and torques have done; its changes are
-    errors. dissipated: what dashpots, dry friction and stops have taken up to then.
+    Attributes
+    ----------
+    kinetic
+        Kinetic energy of the motion in the plane.
+    potential
+        Potential energy of gravity and springs.
+    rotation
+        Kinetic energy of the rotation about the spindle, J omega^2 / 2, including that of a free spindle.
+    jacobi
+        Jacobi integral, constant in an exact run: kinetic + potential - rotation (+ rotation for a free spindle), minus the work of
+        drivers, dampers, forces and torques. Its changes are errors.
+    dissipated_energy
+        Energy that dashpots, dry friction and stops have dissipated since the start.
+    scale
+        Energy scale of the scene, J.
     """
 
     kinetic: FloatArray
@@ -61,12 +72,19 @@ class Energy:
 
 @dataclass(frozen=True, kw_only=True)
 class Reaction:
-    """What a joint does to its second body, at its second point, at each reported time.
+    """Reaction of a joint on its second body at its second point, at the reported times.
 
-    force (n, 2) N along the plane's x and y; moment (n,) N m, anticlockwise. The first body takes the opposite force at
-    that point, but for gears and racks, whose first body takes a moment of its own: -ratio times the second's, or
-    radius times the force along the rack.
-    determined (n,): whether rigid bodies settle it; False where joints are redundant, and one choice of many is given.
+    The first body takes the opposite force at that point. Gears and racks are different: their first body takes a moment of its own,
+    -ratio times that of the second body, or radius times the force along the rack.
+
+    Attributes
+    ----------
+    force
+        Components along the axes of the plane, N; shape (n, 2).
+    moment
+        Moment, N m, anticlockwise; shape (n,).
+    determined
+        Whether rigid-body mechanics determines the reaction; shape (n,). False for redundant joints, where it is one of many solutions.
     """
 
     force: FloatArray
@@ -75,18 +93,42 @@ class Reaction:
 
     @property
     def magnitude(self) -> FloatArray:
-        """(n,) N: how large the force is."""
+        """Magnitude of the force, N; shape (n,)."""
         return np.hypot(self.force[:, 0], self.force[:, 1])
 
 
 @dataclass(frozen=True, kw_only=True)
 class Cost:
-    """What the run took. `evaluations` counts the calls of each law, over all the runs of the certificate.
+    """Cost of a run.
 
-    step (s) is the longest of the finest run's, or the last one; rejected are steps that had to be repeated; iterations
-    are those of the joint solver, where it iterates; building (s) is what making tables took, which wall_time leaves
-    out; method says how the engine stepped, where it has a choice; events is how often something stuck, slipped, struck
-    or went slack; assembled counts what was put together.
+    Attributes
+    ----------
+    engine
+        Name of the engine.
+    reason
+        Reason for the choice of the engine.
+    step
+        Longest step of the finest run, s, or its last one.
+    steps
+        Number of steps.
+    runs
+        Number of runs for the error certificate.
+    evaluations
+        Number of evaluations by force law, over all runs.
+    wall_time
+        Time of the simulation without setup_time, s.
+    setup_time
+        Time to build tables, s.
+    rejected
+        Number of rejected steps.
+    iterations
+        Number of iterations of the joint solver, if it iterates.
+    method
+        Integration method, if the engine has a choice.
+    events
+        Number of contact events: stick, slip, impact, slack.
+    model_size
+        Counts of the model, such as bodies and constraints.
     """
 
     engine: str
@@ -105,25 +147,61 @@ class Cost:
 
 
 class DeferredResults(Protocol):
-    """What can be told of a motion once it is known, and costs nothing until it is asked for."""
+    """Results that a motion implies, computed on first access."""
 
     def reactions(self) -> Mapping[str, Reaction]:
-        """By joint name."""
+        """Return the reactions by joint name."""
 
     def events(self) -> tuple[Event, ...]:
-        """In the order of time."""
+        """Return the events in order of time."""
 
 
 @dataclass(frozen=True, kw_only=True)
 class Trajectory:
-    """A run. Poses are of mass centres, (n, bodies, 3): x (m), y (m), angle (rad), in the plane of the part.
+    """Result of a run.
 
-    times (n,) s are the reported times. readings maps names to (n,) SI arrays (`units`), rates to the speeds of those
-    that are positions. joint_gap (n,) m is the widest opening of any joint. error_estimate is the largest error of any
-    reading or rate at any reported time, in units of its scale (`scales`); reading_errors the same one by one in SI;
-    None and empty where the run was not certified; excluded counts the samples so near an event that its own time,
-    which is promised instead, decides on which side of it they are. mobility counts the freedoms that joints and drives
-    leave; notes are sentences on how the start was assembled.
+    Attributes
+    ----------
+    scene
+        The simulated scene.
+    times
+        Reported times, s; shape (n,).
+    poses
+        Poses x (m), y (m), angle (rad) of the mass centres in the plane of the part; shape (n, bodies, 3).
+    velocities
+        Their time derivatives; shape (n, bodies, 3).
+    readings
+        Readings by name, SI; shape (n,).
+    rates
+        Time derivatives of the readings that are positions, SI/s; shape (n,).
+    units
+        SI units of the readings.
+    scales
+        Scales of the readings for relative errors, SI.
+    joint_gap
+        Largest gap of any joint, m; shape (n,).
+    energy
+        Energies.
+    outcome
+        How the run ended.
+    cost
+        Cost of the run.
+    detail
+        Cause of an early end, or empty.
+    error_estimate
+        Largest error of a reading or rate at any reported time, relative to its scale; None if not certified.
+    reading_errors
+        Largest error by reading, SI; empty if not certified.
+    settings
+        Settings of the engine.
+    n_excluded
+        Number of samples excluded from the error estimate because an event is too close. The estimate bounds the time of that event.
+    mobility
+        Number of degrees of freedom that joints and drivers leave.
+    notes
+        Sentences on the assembly of the start.
+    deferred_results
+        Provider of reactions and events.
     """
 
     scene: Scene
@@ -149,12 +227,12 @@ class Trajectory:
 
     @cached_property
     def reactions(self) -> Mapping[str, Reaction]:
-        """What each joint did, by its name; reckoned when first asked for."""
+        """Reactions by joint name, computed on first access."""
         return {} if self.deferred_results is None else self.deferred_results.reactions()
 
     @cached_property
     def events(self) -> tuple[Event, ...]:
-        """What it passed, in the order of time: what stuck or struck, dead centres, change points (looked for now)."""
+        """Events in order of time: contact events, turning points and change points. Computed on first access."""
         return () if self.deferred_results is None else self.deferred_results.events()
 
     @property
@@ -164,10 +242,10 @@ class Trajectory:
 
     @property
     def message(self) -> str:
-        """What happened, its cause first where there is one."""
+        """Outcome as a sentence, after its cause if there is one."""
         return f"{self.detail}: {self.outcome.value}" if self.detail else self.outcome.value
 
     def raise_if_failed(self) -> None:
-        """Raise RunFailed unless the run reached its end within what was promised."""
+        """Raise RunFailed unless the run reached its end and met its accuracy."""
         if not self.outcome.ok:
             raise RunFailed(self.message)

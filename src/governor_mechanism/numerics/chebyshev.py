@@ -1,7 +1,7 @@
-"""Functions of one number as polynomials of degree eleven, piece by piece: fitted at Chebyshev's nodes, compiled.
+"""Piecewise polynomials of degree eleven, fitted at Chebyshev nodes, as compiled kernels.
 
-A piece is known by its values at NODES, where they were reckoned, and by its coefficients in powers of the way from the
-piece's middle (-1 to 1), which are quicker.
+A piece has its values at CHEBYSHEV_NODES, and for faster evaluation the coefficients of powers of the coordinate
+relative to the middle of the piece, -1 to 1.
 """
 
 from __future__ import annotations
@@ -13,33 +13,48 @@ from governor_mechanism.numerics.jit import jit_inline, jit_internal
 from governor_mechanism.types import FloatArray
 
 N_CHEBYSHEV_NODES = 12
-"""Nodes, and coefficients, of a piece."""
+"""Number of nodes, and of coefficients, of a piece."""
 
 CHEBYSHEV_NODES = -np.cos(np.pi * (np.arange(N_CHEBYSHEV_NODES) + 0.5) / N_CHEBYSHEV_NODES)
-"""(COUNT,) ascending, from -1 to 1: zeros of a Chebyshev polynomial, so none is an end."""
+"""Nodes, ascending in (-1, 1): zeros of a Chebyshev polynomial, so that no node is at an end; shape (N_CHEBYSHEV_NODES,)."""
 
 BARYCENTRIC_WEIGHTS = (-1.0) ** np.arange(N_CHEBYSHEV_NODES) * np.sin(np.pi * (np.arange(N_CHEBYSHEV_NODES) + 0.5) / N_CHEBYSHEV_NODES)
-"""(COUNT,) of the barycentric formula for these nodes."""
+"""Weights of the barycentric formula for these nodes; shape (N_CHEBYSHEV_NODES,)."""
 
 STAGNATION_RATIO = 0.1
-"""A fit whose last two terms are no smaller than this part of the three before them has stopped falling."""
+"""Ratio of the last two coefficients to the three before them above which a fit no longer converges."""
 
 _CHEBYSHEV_TRANSFORM = chebyshev.chebvander(CHEBYSHEV_NODES, N_CHEBYSHEV_NODES - 1).T * (2.0 / N_CHEBYSHEV_NODES)
 _CHEBYSHEV_TRANSFORM[0] *= 0.5
 VALUES_TO_CHEBYSHEV = np.ascontiguousarray(_CHEBYSHEV_TRANSFORM)
-"""Values at the nodes to coefficients of Chebyshev polynomials."""
+"""Matrix that maps values at the nodes to Chebyshev coefficients."""
 
 CHEBYSHEV_TO_POWERS = np.ascontiguousarray(
-    np.array([np.pad(chebyshev.cheb2poly(one), (0, N_CHEBYSHEV_NODES))[:N_CHEBYSHEV_NODES] for one in np.eye(N_CHEBYSHEV_NODES)]).T
+    np.array([np.pad(chebyshev.cheb2poly(row), (0, N_CHEBYSHEV_NODES))[:N_CHEBYSHEV_NODES] for row in np.eye(N_CHEBYSHEV_NODES)]).T
 )
-"""Those to coefficients of powers, lowest first. Rounding stays small because the high ones of a good fit are."""
+"""Matrix that maps Chebyshev coefficients to those of powers, lowest first.
+
+Its rounding error stays small, because the high Chebyshev coefficients of a good fit are small.
+"""
 
 
 @jit_internal
 def fit_piece(values: FloatArray, coefficients: FloatArray) -> tuple[float, bool]:
-    """Fill coefficients (COUNT,) of powers from values (COUNT,) at the nodes.
+    """Fit a polynomial to values at the nodes.
 
-    The size of what the fit leaves out, and whether it has stopped falling from term to term: then it is rounding.
+    Parameters
+    ----------
+    values
+        Values at the nodes; shape (N_CHEBYSHEV_NODES,).
+    coefficients
+        Result: coefficients of powers, lowest first; shape (N_CHEBYSHEV_NODES,).
+
+    Returns
+    -------
+    truncation_error : float
+        Estimate of the truncation error, the largest of the last two Chebyshev coefficients.
+    is_stagnant : bool
+        Whether the coefficients have stopped decreasing: the estimate is at rounding level.
     """
     chebyshev_coefficients = np.empty(N_CHEBYSHEV_NODES)
     for k in range(N_CHEBYSHEV_NODES):
@@ -62,7 +77,10 @@ def fit_piece(values: FloatArray, coefficients: FloatArray) -> tuple[float, bool
 
 
 def _evaluate_piece(table: FloatArray, piece: int, column: int, t: float) -> float:
-    """The polynomial table[piece, column] at t, summed in a tree: a chain would wait for each of its sums."""
+    """Return the polynomial table[piece, column] at t, -1 to 1.
+
+    The sum is a tree, because each sum of Horner's scheme would wait for the one before it.
+    """
     t2 = t * t
     t4 = t2 * t2
     low = (table[piece, column, 0] + table[piece, column, 1] * t) + (table[piece, column, 2] + table[piece, column, 3] * t) * t2
@@ -73,12 +91,20 @@ def _evaluate_piece(table: FloatArray, piece: int, column: int, t: float) -> flo
 
 evaluate_piece = jit_internal(_evaluate_piece)
 evaluate_piece_inline = jit_inline(_evaluate_piece)
-"""The same for the innermost loop, where even a call costs."""
+"""`evaluate_piece` inlined in its callers, for innermost loops where a call is too slow."""
 
 
 @jit_internal
 def barycentric_weights(t: float, weights: FloatArray) -> None:
-    """Fill weights (COUNT,) so that their sum with values at the nodes is the fit's value at t."""
+    """Evaluate the weights with which the values at the nodes sum to the polynomial's value at t.
+
+    Parameters
+    ----------
+    t
+        Coordinate in the piece, -1 to 1.
+    weights
+        Result: the weights; shape (N_CHEBYSHEV_NODES,).
+    """
     total = 0.0
     for k in range(N_CHEBYSHEV_NODES):
         difference = t - CHEBYSHEV_NODES[k]

@@ -1,4 +1,4 @@
-"""How the kernels are compiled: once, by numba, kept on disk for later processes."""
+"""Numba decorators for the kernels, and their compile cache on disk."""
 
 from __future__ import annotations
 
@@ -17,30 +17,64 @@ from typing import Any, TypeVar, cast
 CompiledFunction = TypeVar("CompiledFunction", bound=Callable[..., object])
 
 PACKAGE_ROOT = Path(__file__).parents[1]
+"""Folder of this package."""
 
 KERNEL_IMPORT_PATTERN = re.compile(rb"numerics\.jit import")
-"""What stands in a file that has kernels."""
-
+"""Import that marks a file with kernels."""
 
 KERNEL_FOLDERS = {"numerics", "mechanics", "integrators"}
-"""Kernels there use constants of their neighbours that have no kernels."""
+"""Folders whose files all enter the cache key: kernels there use constants of modules without kernels."""
 
 
 def jit(function: CompiledFunction) -> CompiledFunction:
-    """The function compiled on its first call, without fast-math, and kept in a cache that can be written.
+    """Compile a function at its first call and keep it in the cache; without fast-math.
 
-    A division by zero gives infinity or NaN, as in numpy: the callers look at what comes out.
+    A division by zero gives infinity or NaN, as in numpy; callers check the results.
+
+    Parameters
+    ----------
+    function
+        Function to compile.
+
+    Returns
+    -------
+    CompiledFunction
+        Dispatcher with the signature of `function`.
     """
     return _jit_with_options(function, {})
 
 
 def jit_internal(function: CompiledFunction) -> CompiledFunction:
-    """The same for a function that only compiled ones call: without a way in from Python, which is half the work."""
+    """Compile a function that only compiled functions call.
+
+    It has no wrapper for calls from Python, which halves the compile time.
+
+    Parameters
+    ----------
+    function
+        Function to compile.
+
+    Returns
+    -------
+    CompiledFunction
+        Dispatcher with the signature of `function`, not callable from Python.
+    """
     return _jit_with_options(function, {"no_cpython_wrapper": True, "no_cfunc_wrapper": True})
 
 
 def jit_inline(function: CompiledFunction) -> CompiledFunction:
-    """The same for a function that is written into each that calls it: a call with many arrays costs like a joint."""
+    """Compile a function that is inlined in each caller, because a call with many arrays costs as much as a joint.
+
+    Parameters
+    ----------
+    function
+        Function to compile.
+
+    Returns
+    -------
+    CompiledFunction
+        Dispatcher with the signature of `function`.
+    """
     return _jit_with_options(function, {"inline": "always"})
 
 
@@ -53,10 +87,10 @@ def _jit_with_options(function: CompiledFunction, options: dict[str, Any]) -> Co
 
 @cache
 def kernel_cache_folder() -> Path:
-    """Where this version's kernels are kept: beside the package, else with the user, else in a temporary folder.
+    """Return the cache folder of this version: in the package, else in the user's cache, else in a temporary folder.
 
-    The folder is named after the text of all kernels: numba itself looks only at the file a kernel stands in, and would
-    keep one that calls a changed kernel of another file.
+    Its name contains a hash of the text of all kernels. Numba checks only the file that defines a kernel, and would keep a
+    kernel that calls a changed kernel of another file.
     """
     digest = hashlib.sha256()
     for path in sorted(PACKAGE_ROOT.glob("**/*.py")):
@@ -70,7 +104,7 @@ def kernel_cache_folder() -> Path:
     if _is_writable(package_cache / name):
         _remove_older_caches(package_cache, name)
         return package_cache / name
-    with suppress(RuntimeError):  # a user without a home
+    with suppress(RuntimeError):  # no home folder
         user_cache = Path.home() / ".cache" / "governor-mechanism" / name
         if _is_writable(user_cache):
             return user_cache
@@ -79,8 +113,8 @@ def kernel_cache_folder() -> Path:
 
 @contextmanager
 def _numba_cache_folder(folder: Path) -> Iterator[None]:
-    """Let numba keep what is declared meanwhile in that folder; other users of numba keep theirs."""
-    from numba.core import config  # its settings are made at run time, and no checker knows them
+    """Let numba cache what is declared in this context in `folder`; other users of numba keep their folder."""
+    from numba.core import config  # numba creates its settings at run time; type checkers do not know them
 
     settings: Any = config
     previous_folder = settings.CACHE_DIR
@@ -92,13 +126,14 @@ def _numba_cache_folder(folder: Path) -> Iterator[None]:
 
 
 def _remove_older_caches(base: Path, name: str) -> None:
-    """Kernels of earlier versions are never read again."""
+    """Delete the caches of earlier versions, which are never read again."""
     for folder in base.glob("kernels-*"):
         if folder.name != name:
             shutil.rmtree(folder, ignore_errors=True)
 
 
 def _is_writable(folder: Path) -> bool:
+    """Return whether files can be created in a folder, which is created if it is missing."""
     try:
         folder.mkdir(parents=True, exist_ok=True)
         with tempfile.TemporaryFile(dir=folder):
@@ -108,7 +143,15 @@ def _is_writable(folder: Path) -> bool:
 
 
 def warn_before_compiling(kernel_name: str, seconds: int) -> None:
-    """Say on standard error that kernels up to this one are about to be compiled, where it is not kept yet."""
+    """Print a notice on standard error if a kernel is not in the cache and has to be compiled.
+
+    Parameters
+    ----------
+    kernel_name
+        Name of the kernel function that is compiled last.
+    seconds
+        Approximate compile time, s.
+    """
     try:
         _require_cached_kernel(kernel_cache_folder(), kernel_name)
     except FileNotFoundError:
@@ -118,6 +161,6 @@ def warn_before_compiling(kernel_name: str, seconds: int) -> None:
 
 @cache
 def _require_cached_kernel(folder: Path, kernel_name: str) -> None:
-    """Raise FileNotFoundError where it is not kept; once it is, no folder is searched again."""
+    """Raise FileNotFoundError if a kernel is not in the cache; a folder that contains it is searched only once."""
     if not any(folder.rglob(f"*.{kernel_name}-*.nbi")):
         raise FileNotFoundError(kernel_name)

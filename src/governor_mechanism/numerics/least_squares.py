@@ -1,8 +1,8 @@
-"""Linear equations of an assembly: the smallest change that meets them, and how many of them are independent.
+"""Least-norm solutions and numerical rank of underdetermined linear equations.
 
-A few are solved as they stand, by singular values. Of many each speaks of two bodies only and leaves most of a matrix
-empty: they are factorised as a sparse matrix, whose cost grows as the mechanism does, unless a pivot says that
-equations depend on each other.
+Small systems are solved by singular values. In large systems each equation concerns two bodies only and most of the
+matrix is zero: they are solved by a sparse factorisation, whose cost grows in proportion to the mechanism, unless a
+pivot shows that equations may be linearly dependent.
 """
 
 from __future__ import annotations
@@ -14,32 +14,58 @@ import numpy as np
 from governor_mechanism.types import FloatArray
 
 MIN_SPARSE_ROWS = 48
-"""Equations from which on a sparse factorisation pays."""
+"""Number of equations from which a sparse factorisation is faster."""
 
 RANK_TOLERANCE = 1e-9
-"""Singular values of scaled equations below this fraction of the largest one belong to dependent ones."""
+"""Singular value of scaled equations, relative to the largest, below which it counts as zero."""
 
 MIN_SPARSE_PIVOT_RATIO = 1e-9
-"""Pivots above this fraction of their diagonal, the square of a sine, leave no doubt that equations are independent.
+"""Pivot relative to its diagonal entry (the square of a sine) above which equations are certainly independent.
 
-Rounding makes 1e-16 of it; a chain of pivots loses some digits more.
+Rounding alone gives 1e-16; a chain of pivots loses a few digits more.
 """
 
 
 def least_norm_solution(rows: FloatArray, rhs: FloatArray) -> FloatArray:
-    """The shortest x of those that come nearest to rows . x = right; rows (equations, unknowns)."""
+    """Return the shortest of the least-squares solutions of rows * x = rhs.
+
+    Parameters
+    ----------
+    rows
+        Coefficients; shape (equations, unknowns).
+    rhs
+        Right-hand side; shape (equations,).
+
+    Returns
+    -------
+    FloatArray
+        Solution; shape (unknowns,).
+    """
     if len(rows) >= MIN_SPARSE_ROWS:
         factorisation = _factorise_normal_matrix(rows)
         if factorisation is not None:
             matrix, solve = factorisation
             solution: FloatArray = matrix.T @ solve(rhs)
-            solution += matrix.T @ solve(rhs - matrix @ solution)  # products square the condition; this mends it
+            solution += matrix.T @ solve(
+                rhs - matrix @ solution
+            )  # rows * rows^T squares the condition number; one refinement restores the digits
             return solution
     return np.asarray(np.linalg.lstsq(rows, rhs, rcond=None)[0], dtype=np.float64)
 
 
 def numerical_rank(rows: FloatArray) -> int:
-    """How many of these scaled equations are independent."""
+    """Return the number of linearly independent equations.
+
+    Parameters
+    ----------
+    rows
+        Coefficients of scaled equations; shape (equations, unknowns).
+
+    Returns
+    -------
+    int
+        Rank.
+    """
     if not rows.size:
         return 0
     if len(rows) >= MIN_SPARSE_ROWS and _factorise_normal_matrix(rows) is not None:
@@ -49,9 +75,21 @@ def numerical_rank(rows: FloatArray) -> int:
 
 
 def mass_weighted_least_norm(rows: FloatArray, masses: FloatArray, rhs: FloatArray) -> FloatArray | None:
-    """The x of least sum(masses x^2) with rows . x = wanted, of many equations; None where they depend on each other.
+    """Return the x that minimises sum(masses * x^2) subject to rows * x = rhs.
 
-    Masses (unknowns,) may be 0 where the equations settle what they belong to.
+    Parameters
+    ----------
+    rows
+        Coefficients, of many equations; shape (equations, unknowns).
+    masses
+        Weights, which may be 0 for unknowns that the equations determine; shape (unknowns,).
+    rhs
+        Right-hand side; shape (equations,).
+
+    Returns
+    -------
+    FloatArray or None
+        Solution; shape (unknowns,). None if the equations are linearly dependent.
     """
     from scipy.sparse import block_array, csr_array, diags_array
     from scipy.sparse.linalg import splu
@@ -70,7 +108,7 @@ def mass_weighted_least_norm(rows: FloatArray, masses: FloatArray, rhs: FloatArr
 
 
 def _factorise_normal_matrix(rows: FloatArray) -> tuple[Any, Any] | None:
-    """The rows as a sparse matrix, and what solves rows . rows^T; None where they are not clearly independent."""
+    """Return rows as a sparse matrix, and a solver for rows * rows^T; None if they are not certainly independent."""
     from scipy.sparse import csr_array
     from scipy.sparse.linalg import splu
 
@@ -81,7 +119,7 @@ def _factorise_normal_matrix(rows: FloatArray) -> tuple[Any, Any] | None:
         return None
     try:
         factorisation = splu(normal_matrix, permc_spec="MMD_AT_PLUS_A", diag_pivot_thresh=0.0, options={"SymmetricMode": True})
-    except RuntimeError:  # a pivot is nothing at all
+    except RuntimeError:  # a pivot is exactly 0
         return None
     pivots = factorisation.U.diagonal() / diagonal[np.argsort(factorisation.perm_c)]
     return (matrix, factorisation.solve) if np.min(pivots) > MIN_SPARSE_PIVOT_RATIO else None

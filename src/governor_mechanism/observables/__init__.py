@@ -1,0 +1,1 @@
+"""Quantities computed from states: readings, energy, work, reactions, turning points."""

@@ -1,4 +1,4 @@
-"""Joint forces and events of a run, reckoned when someone asks for them."""
+"""Joint reactions and events of a run, computed on first access."""
 
 from __future__ import annotations
 
@@ -18,14 +18,15 @@ from governor_mechanism.observables.singular_configurations import DenseOutput, 
 from governor_mechanism.types import IntArray
 
 StateProvider = Callable[[], tuple[StateHistory, DenseOutput | None]]
+"""Function that computes the states at the monitor times, and a dense output between them where there is one."""
 
 
 @dataclass(frozen=True)
 class DeferredMotionAnalysis:
-    """What a run's states at its reported times, and at all its stations, imply.
+    """States of a run from which joint reactions and events are computed on request.
 
-    stations may be something that finds them, and what lies between, when they are asked for. modes are those at the
-    stations, which times[which] of them are reported; happened is what stuck and struck.
+    monitor_states may be a function that computes them. contact_modes are those at the monitor times;
+    reported_indices selects the reported ones. contact_events are the events the engine located itself.
     """
 
     scene: Scene
@@ -38,14 +39,14 @@ class DeferredMotionAnalysis:
     contact_events: tuple[Event, ...] = ()
 
     def reactions(self) -> dict[str, Reaction]:
-        """Of every joint, by name."""
+        """Return the reaction of every joint, by name, at the reported times."""
         contact_modes = tuple(np.array(self.contact_modes, dtype=object)[self.reported_indices]) if self.contact_modes else ()
         return compute_reactions(
             self.scene.part.mechanism, self.reported_states.poses, self._evaluate_dynamics(self.reported_states, contact_modes)
         )
 
     def events(self) -> tuple[Event, ...]:
-        """In the order of time."""
+        """Return all events in the order of time."""
         singular_configurations = () if self.contact_modes else self._find_singular_configurations()
         return tuple(sorted((*singular_configurations, *self.contact_events), key=lambda event: event.time))
 

@@ -1,8 +1,8 @@
-"""From poses and velocities to a Trajectory: readings, rates, energies, joint gaps. The same for every engine."""
+"""Evaluate observables from states, for every engine: readings, rates, energies, joint gaps, and the trajectory of a run."""
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from typing import Any
 
 import numpy as np
@@ -18,7 +18,8 @@ from governor_mechanism.mechanics.kinematics.time_functions import CubicTimeFunc
 from governor_mechanism.model.events import Event
 from governor_mechanism.model.force_elements import Spring, TorsionSpring
 from governor_mechanism.model.joints import RotationalDriver, TranslationalDriver
-from governor_mechanism.model.mechanism import LineAngle, Mechanism
+from governor_mechanism.model.mechanism import Mechanism
+from governor_mechanism.model.output_variables import LineAngle
 from governor_mechanism.model.scene import TURNING_PLANE, FreeSpindle, Scene
 from governor_mechanism.model.state_history import StateHistory
 from governor_mechanism.model.trajectory import Cost, Energy, Outcome, Trajectory
@@ -29,14 +30,29 @@ from governor_mechanism.observables.work import integrate_work
 from governor_mechanism.types import FloatArray, IntArray
 
 READING_UNITS = {"angle": "rad", "length": "m"}
+"""Unit of a reading by its quantity."""
 
 ERROR_ESTIMATE_FLOOR = 1e-13
-"""In units of the scales: two runs of one motion may agree to their last digits, and both be off by so much."""
+"""Smallest error estimate, relative to the scales: two runs may agree to the last digit and share the same rounding error."""
 
 
 @dataclass(frozen=True, kw_only=True)
 class Observables:
-    """Readings, their rates and units by name; joint gaps; the energy ledger."""
+    """Observables at n times.
+
+    Attributes
+    ----------
+    readings
+        Readings by name, SI; shape (n,) each.
+    rates
+        Rates of the readings by name, SI per second; shape (n,) each.
+    units
+        Units of the readings by name.
+    joint_gap
+        Largest constraint violation, m; shape (n,).
+    energy
+        Energy balance.
+    """
 
     readings: dict[str, FloatArray]
     rates: dict[str, FloatArray]
@@ -47,24 +63,84 @@ class Observables:
 
 @dataclass(frozen=True, kw_only=True)
 class RunResult:
-    """What an engine has to tell: states at the reported times and at all its stations, how it ended, its errors."""
+    """Result of an engine's run, from which the trajectory is made.
+
+    Attributes
+    ----------
+    reported_states
+        States at the reported times.
+    monitor_states
+        States at all monitor times, or a function that computes them.
+    observables
+        Observables at the reported times.
+    outcome
+        How the run ended; None while a run that reached its end is not yet compared with the requested accuracy.
+    detail
+        Details of the outcome, as text.
+    error_estimate
+        Largest error relative to the scales; None without a certificate.
+    reading_errors
+        Error of each reading, rate, and the joints, SI.
+    dense_output
+        Motion between the monitor times, where the engine can give it.
+    contact_modes
+        Contact mode at each monitor time; empty without contacts.
+    reported_indices
+        Monitor times that are reported.
+    contact_events
+        Contact events that the engine located.
+    n_excluded
+        Number of reported times excluded from the error estimate because they are too close to an event.
+    """
 
     reported_states: StateHistory
     monitor_states: StateHistory | StateProvider
     observables: Observables
-    outcome: Outcome
+    outcome: Outcome | None
     detail: str
-    error_estimate: float | None
-    reading_errors: dict[str, float]
+    error_estimate: float | None = None
+    reading_errors: dict[str, float] = field(default_factory=dict)
     dense_output: DenseOutput | None = None
     contact_modes: tuple[ContactMode, ...] = ()
     reported_indices: slice | IntArray | None = None
     contact_events: tuple[Event, ...] = ()
     n_excluded: int = 0
 
+    @property
+    def n_reached(self) -> int:
+        """Number of reported times that the run reached."""
+        return len(self.reported_states.times)
+
 
 class ReadingEvaluator:
-    """Reads states of one scene that starts at poses `start` (bodies, 3); holds the scales of its accuracies."""
+    """Evaluator of the states of one scene, with the scales of its errors.
+
+    Parameters
+    ----------
+    scene
+        Scene with one part.
+    initial_poses
+        Poses of the mass centres at the start; shape (bodies, 3).
+
+    Attributes
+    ----------
+    scene
+        Scene.
+    mechanism
+        Mechanism of its only part.
+    speed_function
+        Spindle speed as a function of time.
+    is_rotating_plane
+        Whether the plane of the mechanism turns with the spindle.
+    is_spindle_loaded
+        Whether the motion loads the spindle.
+    has_free_spindle
+        Whether the spindle is free, driven by a torque.
+    time_scale
+        Time scale of the scene, s.
+    energy_scale
+        Energy scale of the scene, J.
+    """
 
     def __init__(self, scene: Scene, initial_poses: FloatArray) -> None:
         self.scene = scene
@@ -80,7 +156,7 @@ class ReadingEvaluator:
         self.energy_scale = mass * self.mechanism.length_scale**2 / self.time_scale**2
 
     def reading_scales(self) -> dict[str, float]:
-        """1 rad or the machine's size for positions; mass, size and time scale for what the spindle does."""
+        """Return the scale of each reading: 1 rad or the length scale; for the spindle from mass, length and time scale."""
         by_quantity = {"angle": 1.0, "length": self.mechanism.length_scale}
         scales = {reading.name: by_quantity[reading.quantity] for reading in self.mechanism.readings}
         scales |= {output.name: self.energy_scale / self.mechanism.length_scale for output in self.mechanism.derived_forces}
@@ -93,7 +169,7 @@ class ReadingEvaluator:
         return scales
 
     def evaluate(self, history: StateHistory) -> Observables:
-        """Everything that is read off n states."""
+        """Return all observables at the states of a history."""
         readings, rates = self._evaluate_readings(history)
         units = {reading.name: READING_UNITS[reading.quantity] for reading in self.mechanism.readings}
         readings |= evaluate_derived_forces(self.scene, history.poses)
@@ -113,7 +189,7 @@ class ReadingEvaluator:
         )
 
     def make_trajectory(self, result: RunResult, *, cost: Cost, settings: dict[str, Any]) -> Trajectory:
-        """The result of a run; joint forces and events wait in it until they are asked for."""
+        """Return the trajectory of a run; its joint reactions and events are computed on first access."""
         reported_states, monitor_states, observables = result.reported_states, result.monitor_states, result.observables
         position_solver = PositionSolver(self.mechanism)
         mobility = (
@@ -130,7 +206,7 @@ class ReadingEvaluator:
             scales=self.reading_scales(),
             joint_gap=observables.joint_gap,
             energy=observables.energy,
-            outcome=result.outcome,
+            outcome=result.outcome or Outcome.NOT_CERTIFIED,
             detail=result.detail,
             cost=cost,
             error_estimate=result.error_estimate,
@@ -152,7 +228,7 @@ class ReadingEvaluator:
         )
 
     def evaluate_spindle_speeds(self, times: FloatArray, poses: FloatArray) -> FloatArray:
-        """Speed (n,) rad/s of the spindle at times (n,) s and poses (n, bodies, 3)."""
+        """Return the spindle speed (n,) rad/s at times (n,) s and poses (n, bodies, 3)."""
         spindle = self.scene.spindle
         if not isinstance(spindle, FreeSpindle) or not len(times):
             return self.speed_function(times)
@@ -164,9 +240,9 @@ class ReadingEvaluator:
         return speeds
 
     def integrate_missing_work(self, history: StateHistory) -> FloatArray | None:
-        """What an engine that counts no work of drives, loads and a free spindle's torque has to add to State.work.
+        """Return the work (n,) J to add for an engine that does not integrate the work of drivers, loads and spindle torque.
 
-        (n,) J, found from their power between the stations; None where nothing does any.
+        It is integrated from their power between the times of the history; None if nothing does such work.
         """
         has_drives = any(isinstance(joint, RotationalDriver | TranslationalDriver) for joint in self.mechanism.joints)
         has_nonconservative_loads = any(not isinstance(load, Spring | TorsionSpring) for load in self.mechanism.force_elements)
@@ -175,25 +251,25 @@ class ReadingEvaluator:
         return -integrate_work(self.scene, history, self.evaluate_spindle_speeds)
 
     def evaluate_joint_gap(self, poses: FloatArray, times: FloatArray) -> FloatArray:
-        """Widest joint opening (...) m at times (...) s."""
+        """Return the largest constraint violation (...) m at poses and times (...) s."""
         return self._constraint_equations.gap(poses, times)
 
     def compare_observables(self, better: Observables, worse: Observables) -> dict[str, float]:
-        """Largest difference of each reading, each rate (named 'rate of ...') and the joints, in SI."""
+        """Return the largest difference of each reading and rate (named 'rate of ...') and the largest joint gap, in SI."""
         differences = {name: _largest_difference(values, worse.readings[name]) for name, values in better.readings.items()}
         differences |= {f"rate of {name}": _largest_difference(values, worse.rates[name]) for name, values in better.rates.items()}
         differences["joint_gap"] = float(np.max(better.joint_gap, initial=0.0))
         return differences
 
     def to_relative_error(self, errors: dict[str, float]) -> float:
-        """The largest of these errors in units of its scale; not less than rounding, which all runs share."""
+        """Return the largest of these errors relative to its scale, and at least the rounding error that all runs share."""
         scales = self.reading_scales()
         scales |= {f"rate of {name}": scale / self.time_scale for name, scale in scales.items()}
         scales["joint_gap"] = self.mechanism.length_scale
         return max(ERROR_ESTIMATE_FLOOR, *(error / scales[name] for name, error in errors.items()))
 
     def find_first_out_of_range(self, poses: FloatArray) -> tuple[int, str] | None:
-        """Index of the first pose outside the mechanism's limits, and the sentence that says what happened."""
+        """Return the index of the first pose outside the mechanism's limits and the sentence that describes it, or None."""
         exits = []
         for limit in self.mechanism.limits:
             value = evaluate_output_value(self.mechanism, limit.reading, poses)
@@ -203,16 +279,17 @@ class ReadingEvaluator:
         return min(exits) if exits else None
 
     def _evaluate_readings(self, history: StateHistory) -> tuple[dict[str, FloatArray], dict[str, FloatArray]]:
+        """Return readings and their rates by name."""
         readings, rates = {}, {}
         for reading in self.mechanism.readings:
             derivatives = evaluate_output(self.mechanism, reading.name, history.poses)
-            is_wrapped = isinstance(reading, LineAngle)  # the angle of a body is counted on
+            is_wrapped = isinstance(reading, LineAngle)  # the angle of a body is continuous already
             readings[reading.name] = np.unwrap(derivatives.value) if is_wrapped else derivatives.value
             rates[reading.name] = np.sum(derivatives.gradient * history.velocities, axis=(-2, -1))
         return readings, rates
 
     def _evaluate_spindle_torque(self, history: StateHistory) -> FloatArray:
-        """The drive's torque at a given speed: the rate of the parts' angular momentum, d(J omega)/dt."""
+        """Return the driving torque at a given speed: the rate of the parts' angular momentum, d(J omega)/dt."""
         speed, acceleration = self.speed_function(history.times), self.speed_function.derivative(history.times)
         inertia_rate = np.zeros_like(speed)
         for index, body in enumerate(self.mechanism.bodies):
@@ -224,7 +301,7 @@ class ReadingEvaluator:
         return torque
 
     def evaluate_spindle_inertia(self, poses: FloatArray) -> FloatArray:
-        """J (n,) kg m2 of all bodies about the spindle."""
+        """Return the moment of inertia J (n,) kg m2 of all bodies about the spindle."""
         total: FloatArray = sum(
             (
                 spindle_inertia(body.mass, *body.second_moments.in_plane, body.second_moments.zz, poses[:, index, 0], poses[:, index, 2])
@@ -235,6 +312,7 @@ class ReadingEvaluator:
         return total
 
     def _evaluate_energy(self, history: StateHistory) -> Energy:
+        """Return the energy balance."""
         kinetic, potential = np.zeros(len(history.times)), np.zeros(len(history.times))
         for index, body in enumerate(self.mechanism.bodies):
             velocity = history.velocities[:, index]
@@ -259,4 +337,5 @@ class ReadingEvaluator:
 
 
 def _largest_difference(first: FloatArray, second: FloatArray) -> float:
+    """Return the largest absolute difference of two arrays, 0 if they are empty."""
     return float(np.max(np.abs(first - second), initial=0.0))

@@ -1,4 +1,4 @@
-"""Joint forces of a run, and which of them rigid bodies settle."""
+"""Joint reactions of a run, and which of them are statically determinate."""
 
 from __future__ import annotations
 
@@ -16,14 +16,14 @@ from governor_mechanism.numerics.least_squares import RANK_TOLERANCE
 from governor_mechanism.types import FloatArray
 
 NEAR_DEPENDENT_PIVOT_RATIO = 1e-9
-"""Rows less independent than this (squared, in the kernel's terms) are looked at for undetermined forces."""
+"""Pivot ratio (a squared angle) below which the constraint rows are examined for indeterminate forces."""
 
 MIN_PARTICIPATION_RATIO = 1e-6
-"""A row takes part in a dependence where its part in it is larger than this."""
+"""A row takes part in a linear dependence if its component in the left null vector exceeds this."""
 
 
 def compute_reactions(mechanism: Mechanism, poses: FloatArray, motion_dynamics: InverseDynamics) -> dict[str, Reaction]:
-    """The reaction of every joint by name, from poses (n, bodies, 3) and what their motion implies."""
+    """Return the reaction of every joint, by name, from poses (n, bodies, 3) and the inverse dynamics of their motion."""
     owner = make_constraint_table(mechanism).joint_indices
     undetermined = _find_undetermined(mechanism, poses, motion_dynamics.pivot_ratios)
     result = {}
@@ -36,7 +36,10 @@ def compute_reactions(mechanism: Mechanism, poses: FloatArray, motion_dynamics: 
 
 
 def _point_mass_pin_force(mechanism: Mechanism, joint: Joint, motion_dynamics: InverseDynamics) -> FloatArray:
-    """What a lever's pin gives its mass beside what the equations about the pin tell: (n, 2) N on the second body."""
+    """Return the pin force (n, 2), N, on the second body that accelerates a body treated as a point mass about a ground pin.
+
+    The equations of motion about the pin do not contain it.
+    """
     total = np.zeros((len(motion_dynamics.accelerations), 2))
     for point, sign in ((joint.second, 1.0), (joint.first, -1.0)):
         index = mechanism.body_index(point.body)
@@ -46,7 +49,7 @@ def _point_mass_pin_force(mechanism: Mechanism, joint: Joint, motion_dynamics: I
 
 
 def _find_undetermined(mechanism: Mechanism, poses: FloatArray, pivot_ratios: FloatArray) -> NDArray[np.bool_]:
-    """(n, joints) whether forces within a joint could be exchanged for others without any body noticing."""
+    """Return for each pose and joint (n, joints) whether its forces are statically indeterminate."""
     undetermined = np.zeros((len(poses), len(mechanism.joints)), dtype=np.bool_)
     position_solver = PositionSolver(mechanism)
     for i in np.flatnonzero(pivot_ratios < NEAR_DEPENDENT_PIVOT_RATIO):

@@ -1,4 +1,4 @@
-"""Dead centres and change points that a motion passes, found between its stations by root finding."""
+"""Turning points of readings and change points of the mechanism, located on a finished motion by root finding."""
 
 from __future__ import annotations
 
@@ -16,30 +16,33 @@ from governor_mechanism.model.mechanism import Mechanism
 from governor_mechanism.types import FloatArray
 
 REVERSAL_SPEED_RATIO = 0.05
-"""Where all bodies together slow down to this fraction of their speed while a rate changes sign, they turn back."""
+"""Ratio of speeds: if all bodies slow down below this fraction while a rate changes sign, the whole motion reverses."""
 
 NEAR_CHANGE_POINT_ANGLE = 0.1
-"""A change point is looked for where the joint rows are less independent than this (an angle, about, in rad)."""
+"""A change point is searched where the constraint rows are closer to dependence than this angle, rad."""
 
 ZERO_RATE_RATIO = 1e-9
-"""A rate this much smaller than that at the other end of a step is nought."""
+"""A rate is zero if it is below this fraction of the rate at the other end of the interval."""
 
 N_NEWTON_POLISH_STEPS = 3
-"""Newton steps on the engine's own motion, each some thousand times nearer."""
+"""Number of Newton steps with the engine's own dense output; each reduces the error about a thousandfold."""
 
 CHANGE_POINT_SINGULAR_VALUE_RATIO = 1e-5
-"""At a change point the least singular value falls below this fraction of the largest."""
+"""At a change point the smallest singular value of the constraint Jacobian is below this fraction of the largest."""
 
 
 MotionPath = Callable[[float], tuple[FloatArray, FloatArray]]
+"""Function of time (s) that returns poses and velocities (bodies, 3)."""
 DenseOutput = Callable[[int, float], tuple[FloatArray, FloatArray] | None]
+"""Function of interval index and time (s) that returns poses and velocities (bodies, 3), or None if it cannot."""
 
 
 @dataclass(frozen=True)
 class SampledMotion:
-    """A motion at times (n,) s: poses, velocities, accelerations (n, bodies, 3), independence of joint rows (n,).
+    """A motion sampled at n times (s).
 
-    exactly(k, time) gives poses and velocities between station k and the next, or None where the engine cannot.
+    Poses, velocities and accelerations have shape (n, bodies, 3); pivot_ratios (n,) measure the independence of the
+    constraint rows. dense_output(k, time) gives poses and velocities between samples k and k + 1.
     """
 
     times: FloatArray
@@ -50,7 +53,7 @@ class SampledMotion:
     dense_output: DenseOutput | None = None
 
     def quintic_interpolant(self, k: int) -> MotionPath:
-        """A path of order 5 from station k to the next."""
+        """Return the quintic Hermite interpolant between samples k and k + 1."""
         ends = slice(k, k + 2)
         parts = (self.poses[ends], self.velocities[ends], self.accelerations[ends])
         path = BPoly.from_derivatives(self.times[ends], np.stack(parts, axis=1))
@@ -59,10 +62,10 @@ class SampledMotion:
 
 
 def find_singular_configurations(mechanism: Mechanism, motion: SampledMotion, mobility: int) -> tuple[Event, ...]:
-    """Events between stations, in the order of time.
+    """Return turning points and change points between the samples, in the order of time.
 
-    A reading stands at a dead centre where its rate changes sign while the mechanism, of mobility one or driven, moves
-    on. At a change point the joints leave more freedoms than elsewhere, and the mechanism may change its way.
+    At a turning point the rate of a reading changes sign while the mechanism, with one degree of freedom or driven, moves
+    on. At a change point the mechanism gains a degree of freedom and may change its branch.
     """
     events = _find_change_points(mechanism, motion)
     if mobility <= 1:
@@ -71,6 +74,7 @@ def find_singular_configurations(mechanism: Mechanism, motion: SampledMotion, mo
 
 
 def _find_turning_points(mechanism: Mechanism, motion: SampledMotion) -> list[Event]:
+    """Return the turning points of all readings."""
     poses, velocities = motion.poses, motion.velocities
     speed = _overall_speed(mechanism, velocities)
     events = []
@@ -81,18 +85,18 @@ def _find_turning_points(mechanism: Mechanism, motion: SampledMotion) -> list[Ev
             fraction = rates[k] / (rates[k] - rates[k + 1])
             interpolated_velocities = (1 - fraction) * velocities[k] + fraction * velocities[k + 1]
             if _overall_speed(mechanism, interpolated_velocities) <= reversal_speed:
-                continue  # everything turns back here, and nothing passes
+                continue  # the whole motion reverses here
             time, turning_velocities = _locate_turning_point(mechanism, reading.name, motion, k)
-            is_at_start = time == motion.times[0]  # there, and does not pass
+            is_at_start = time == motion.times[0]  # it starts there and does not pass
             if _overall_speed(mechanism, turning_velocities) > reversal_speed and not is_at_start:
                 events.append(Event(time=time, kind=EventKind.TURNING_POINT, subject=reading.name))
     return events
 
 
 def _locate_turning_point(mechanism: Mechanism, name: str, motion: SampledMotion, k: int) -> tuple[float, FloatArray]:
-    """When between stations k and k + 1 the reading stands, and how fast the bodies move then (bodies, 3).
+    """Return the time at which a reading turns between samples k and k + 1, and the velocities (bodies, 3) then.
 
-    Found on the smooth path, and mended by the engine's own motion where it has one.
+    The root is found on the quintic interpolant and refined with the engine's dense output where there is one.
     """
     path = motion.quintic_interpolant(k)
 
@@ -105,7 +109,7 @@ def _locate_turning_point(mechanism: Mechanism, name: str, motion: SampledMotion
         slow_end, fast_end = sorted((start, end), key=lambda time: abs(rate(path(time))))
         if abs(rate(path(slow_end))) < ZERO_RATE_RATIO * abs(rate(path(fast_end))):
             return slow_end, path(slow_end)[1]
-        # So rough a path that it does not show what its ends say.
+        # The interpolant is too inaccurate to show the sign change of its end rates.
         return 0.5 * (start + end), path(0.5 * (start + end))[1]
     time = float(brentq(lambda time: rate(path(time)), start, end, xtol=1e-12 * (end - start)))
     time_offset = 1e-3 * (end - start)
@@ -119,6 +123,7 @@ def _locate_turning_point(mechanism: Mechanism, name: str, motion: SampledMotion
 
 
 def _find_change_points(mechanism: Mechanism, motion: SampledMotion) -> list[Event]:
+    """Return the change points: minima of the singular value ratio of the constraint Jacobian close to zero."""
     position_solver, times = PositionSolver(mechanism), motion.times
     singularity_angle = np.sqrt(motion.pivot_ratios)
     events = []
@@ -127,7 +132,10 @@ def _find_change_points(mechanism: Mechanism, motion: SampledMotion) -> list[Eve
             singularity_angle[k] < NEAR_CHANGE_POINT_ANGLE and singularity_angle[k - 1] >= singularity_angle[k] < singularity_angle[k + 1]
         ):
             continue
-        paths = (motion.quintic_interpolant(k - 1), motion.quintic_interpolant(k))  # no engine likes to stop within a change point
+        paths = (
+            motion.quintic_interpolant(k - 1),
+            motion.quintic_interpolant(k),
+        )  # engines avoid stopping at a change point, so there is no dense output
 
         def singular_value_ratio(time: float, middle: float = times[k], paths: tuple[MotionPath, MotionPath] = paths) -> float:
             poses, _ = paths[int(time >= middle)](time)
@@ -141,7 +149,7 @@ def _find_change_points(mechanism: Mechanism, motion: SampledMotion) -> list[Eve
 
 
 def _overall_speed(mechanism: Mechanism, velocities: FloatArray) -> FloatArray:
-    """How fast the bodies move altogether (m/s), at velocities (..., bodies, 3)."""
+    """Return the root sum of squares of all velocities (..., bodies, 3), m/s; rotations count by the length scale."""
     coordinate_scale = np.array([1.0, 1.0, mechanism.length_scale])
     speed: FloatArray = np.sqrt(np.sum((velocities * coordinate_scale) ** 2, axis=(-2, -1)))
     return speed

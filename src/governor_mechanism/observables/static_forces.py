@@ -1,4 +1,4 @@
-"""What a mechanism tells beside its readings: forces that follow from where it stands, at any poses of a run."""
+"""Forces that follow from the configuration of a mechanism: spring forces and static forces."""
 
 from __future__ import annotations
 
@@ -14,16 +14,14 @@ from governor_mechanism.mechanics.kinematics.points import body_point
 from governor_mechanism.mechanics.reduction.lagrangian import SingleDofReduction
 from governor_mechanism.model.force_elements import Spring
 from governor_mechanism.model.joints import RotationalDriver, TranslationalDriver
-from governor_mechanism.model.mechanism import Mechanism, SpringForce, StaticForce
+from governor_mechanism.model.mechanism import Mechanism
+from governor_mechanism.model.output_variables import SpringForce, StaticForce
 from governor_mechanism.model.scene import Scene
 from governor_mechanism.types import FloatArray
 
 
 def evaluate_derived_forces(scene: Scene, poses: FloatArray) -> dict[str, FloatArray]:
-    """The outputs (n,) N of a scene's mechanism by name, at poses (n, bodies, 3) that close its joints.
-
-    Raises MechanismError for a static force of a mechanism of another mobility than one, or at a dead centre.
-    """
+    """Return the derived forces (n,), N, by name at poses (n, bodies, 3) that close the joints. Raise as `compute_static_force` does."""
     mechanism = scene.part.mechanism
 
     @cache
@@ -38,15 +36,33 @@ def evaluate_derived_forces(scene: Scene, poses: FloatArray) -> dict[str, FloatA
             case StaticForce():
                 forces[output.name] = output.fraction * cached_static_force(output.reading)
             case _:
-                raise TypeError(f"no equation is written for outputs of type {type(output).__name__}")
+                raise TypeError(f"no equation is known for derived forces of type {type(output).__name__}")
     return forces
 
 
 def compute_static_force(scene: Scene, reading: str, poses: FloatArray) -> FloatArray:
-    """Force (n,) N that has to push along a reading to hold the mechanism at poses (n, bodies, 3) on a still spindle.
+    """Return the force along a reading that holds the mechanism without rotation of the spindle, by virtual work.
 
-    By virtual work: what springs and weights take up on a small way along the coordinate, over the reading's way.
-    Drives, which may be what holds it, are left out. Raises MechanismError as `outputs_of` does.
+    It is the change of the potential of springs and weights over the change of the reading. Drivers are left out.
+
+    Parameters
+    ----------
+    scene
+        Scene of one part with one degree of freedom.
+    reading
+        Name of the reading.
+    poses
+        Poses, m and rad; shape (n, bodies, 3).
+
+    Returns
+    -------
+    FloatArray
+        Force, N or N m; shape (n,). Infinite at a turning point of the reading.
+
+    Raises
+    ------
+    MechanismError
+        If the mechanism has another number of degrees of freedom, or at a singular configuration.
     """
     if not len(poses):
         return np.zeros(0)
@@ -66,7 +82,7 @@ def _spring_force(mechanism: Mechanism, name: str, poses: FloatArray) -> FloatAr
     spring = next((load for load in mechanism.force_elements if load.name == name), None)
     if not isinstance(spring, Spring):
         spring_names = [load.name for load in mechanism.force_elements if isinstance(load, Spring)]
-        raise MechanismError(f"there is no spring {name!r} among the loads; springs are {spring_names}")
+        raise MechanismError(f"there is no spring {name!r} among the force elements; springs are {spring_names}")
     separation = body_point(mechanism, spring.second).position(poses) - body_point(mechanism, spring.first).position(poses)
     force: FloatArray = spring_force(spring.stiffness, spring.free_length, np.linalg.norm(separation, axis=-1))
     return force

@@ -1,9 +1,9 @@
-"""When a slide valve's ports open and close: the events of steam on the mechanism itself, by kinematics alone."""
+"""Valve timing: opening and closing of a slide valve's ports, from the kinematics of the mechanism."""
 
 from __future__ import annotations
 
 import math
-from collections.abc import Mapping, Sequence
+from collections.abc import Mapping
 from typing import NamedTuple
 
 import numpy as np
@@ -12,48 +12,80 @@ from governor_mechanism.errors import MechanismError
 from governor_mechanism.machines.slide_valve import SlideValve
 from governor_mechanism.mechanics.kinematics.kinematic_analysis import solve_kinematics
 from governor_mechanism.model.scene import Scene
+from governor_mechanism.numerics.roots import find_roots
 from governor_mechanism.types import FloatArray
 
 CYLINDER_ENDS = ("crank end", "head end")
 
 PORT_EVENTS = {"steam": ("admission", "cut-off"), "exhaust": ("release", "compression")}
-"""By port, what it is called when it opens and when it closes."""
+"""Names of the opening and the closing event of each port."""
 
 VALVE_DISPLACEMENT = "valve_displacement"
 
 N_SCAN_ANGLES = 24
-"""Crank angles in a turn at which the valve's dead centres are looked for; it has two."""
+"""Number of crank angles per turn in the search for the two dead centres of the valve."""
 
 DEAD_CENTRE_TOLERANCE = 1e-8
-"""rad: a dead centre found to that is found; near it the valve hardly moves."""
+"""Tolerance of the crank angle of a dead centre, rad; the valve hardly moves there."""
 
 EVENT_ANGLE_TOLERANCE = 1e-13
-"""rad: a crank angle found to that is found; rounding leaves about 1e-15."""
-
-MAX_EVENT_ITERATIONS = 60
-"""Of Newton's method, kept between two ends by halving; a dozen are the rule."""
+"""Tolerance of the crank angle of an event, rad; rounding is about 1e-15."""
 
 
 def require_slide_valve(scene: Scene) -> None:
-    """Refuse a scene whose machine has no slide valve."""
+    """Raise MechanismError unless the machine of a scene is a slide valve."""
     machine = scene.part.machine
     if machine != SlideValve.name:
-        raise MechanismError(f"events of steam are those of machine {SlideValve.name!r}; this scene has {machine!r}")
+        raise MechanismError(f"valve timing needs machine {SlideValve.name!r}; this scene has {machine!r}")
 
 
 def valve_setting(scene: Scene) -> str:
-    """What the centre of the valve's swing is set for, as the scene's file says; empty for a scene from no file."""
+    """Return the rule for the centre of the valve's motion in the scene file.
+
+    Parameters
+    ----------
+    scene
+        Scene of a slide valve.
+
+    Returns
+    -------
+    str
+        The rule, or an empty string for a scene without a file.
+    """
     dimensions = dict(scene.document.get("dimensions", {}))
     return str(dimensions.get("setting", SlideValve.setting)) if dimensions else ""
 
 
 def port_reading_name(end: str, port: str) -> str:
-    """The reading that tells how far a port of one of ENDS and PORTS is open."""
+    """Return the name of the reading of a port's opening.
+
+    Parameters
+    ----------
+    end
+        One of CYLINDER_ENDS.
+    port
+        One of PORT_EVENTS.
+
+    Returns
+    -------
+    str
+        Name of the reading.
+    """
     return f"{end.replace(' ', '_')}_{port}"
 
 
 class ValveKinematics(NamedTuple):
-    """Readings by name (n,), with their first and second derivatives by the crank angle."""
+    """Readings and their derivatives with respect to the crank angle.
+
+    Attributes
+    ----------
+    readings
+        Readings by name, SI; shape (n,).
+    derivatives
+        First derivatives, SI/rad; shape (n,).
+    second_derivatives
+        Second derivatives, SI/rad2; shape (n,).
+    """
 
     readings: Mapping[str, FloatArray]
     derivatives: Mapping[str, FloatArray]
@@ -61,7 +93,20 @@ class ValveKinematics(NamedTuple):
 
 
 def evaluate_at_crank_angles(scene: Scene, angles: FloatArray) -> ValveKinematics:
-    """The mechanism at crank angles (n,), each reached from the next lower one."""
+    """Return the readings and their derivatives at crank angles; each assembly starts from that of the next lower angle.
+
+    Parameters
+    ----------
+    scene
+        Scene of a crank machine.
+    angles
+        Crank angles, rad; shape (n,).
+
+    Returns
+    -------
+    ValveKinematics
+        Readings and derivatives in the order of the angles.
+    """
     order = np.argsort(angles)
     solution = solve_kinematics(scene, "crank_angle", angles[order])
     inverse_order = np.argsort(order)
@@ -75,64 +120,59 @@ def evaluate_at_crank_angles(scene: Scene, angles: FloatArray) -> ValveKinematic
 
 
 def find_event_angles(scene: Scene) -> dict[str, float]:
-    """Crank angles (rad, 0 to 2 pi) of all eight events, by names such as "crank end cut-off", to about 1e-13.
+    """Return the crank angles of all eight valve events, to about 1e-13 rad.
 
-    Raises MechanismError for another machine.
+    Parameters
+    ----------
+    scene
+        Scene of a slide valve.
+
+    Returns
+    -------
+    dict
+        Crank angles, rad, from 0 to 2 pi, by names such as "crank end cut-off".
+
+    Raises
+    ------
+    MechanismError
+        If the machine is not a slide valve.
     """
     require_slide_valve(scene)
     lowest, highest = _find_valve_dead_centres(scene)
+    displaced_readings = evaluate_at_crank_angles(scene, np.array([lowest, highest])).readings
     events: list[tuple[str, str, float, float]] = []
     for end in CYLINDER_ENDS:
         for port, (opens, closes) in PORT_EVENTS.items():
             reading = port_reading_name(end, port)
-            displaced = evaluate_at_crank_angles(scene, np.array([lowest, highest])).readings[reading]
-            closed_angle, open_angle = (lowest, highest) if displaced[1] > displaced[0] else (highest, lowest)
+            at_lowest, at_highest = displaced_readings[reading]
+            closed_angle, open_angle = (lowest, highest) if at_highest > at_lowest else (highest, lowest)
             events.append((f"{end} {opens}", reading, closed_angle, _next_angle(closed_angle, open_angle)))
             events.append((f"{end} {closes}", reading, open_angle, _next_angle(open_angle, closed_angle)))
-    angles = _find_zero_crossings(scene, [(reading, low, high) for _, reading, low, high in events])
-    return {name: angle % math.tau for (name, *_), angle in zip(events, angles.tolist(), strict=True)}
+    names, readings, low, high = zip(*events, strict=True)
+
+    def openings(angles: FloatArray) -> tuple[FloatArray, FloatArray]:
+        motion = evaluate_at_crank_angles(scene, angles)
+        values, derivatives = (np.array([arrays[name][k] for k, name in enumerate(readings)]) for arrays in motion[:2])
+        return values, derivatives
+
+    angles = find_roots(openings, np.array(low), np.array(high), EVENT_ANGLE_TOLERANCE)
+    return dict(zip(names, (angles % math.tau).tolist(), strict=True))
 
 
 def _next_angle(start: float, angle: float) -> float:
-    """The second angle, in the turn that follows the first."""
+    """Return an angle shifted by full turns to the turn that follows `start`, rad."""
     return start + (angle - start) % math.tau
 
 
 def _find_valve_dead_centres(scene: Scene) -> tuple[float, float]:
-    """Crank angles (rad) at which the valve stands lowest and highest."""
+    """Return the crank angles (rad) of the lowest and the highest position of the valve."""
     grid = np.linspace(0.0, math.tau, N_SCAN_ANGLES, endpoint=False)
     displacements = evaluate_at_crank_angles(scene, grid).readings[VALVE_DISPLACEMENT]
-    angles = grid[[int(np.argmin(displacements)), int(np.argmax(displacements))]]
-    for _ in range(MAX_EVENT_ITERATIONS):
-        valve_kinematics = evaluate_at_crank_angles(scene, angles)
-        steps = -valve_kinematics.derivatives[VALVE_DISPLACEMENT] / valve_kinematics.second_derivatives[VALVE_DISPLACEMENT]
-        angles = angles + steps
-        if np.max(np.abs(steps)) < DEAD_CENTRE_TOLERANCE:
-            break
-    return float(angles[0]), float(angles[1])
+    extremes = grid[[int(np.argmin(displacements)), int(np.argmax(displacements))]]
 
+    def derivatives(angles: FloatArray) -> tuple[FloatArray, FloatArray]:
+        motion = evaluate_at_crank_angles(scene, angles)
+        return motion.derivatives[VALVE_DISPLACEMENT], motion.second_derivatives[VALVE_DISPLACEMENT]
 
-def _find_zero_crossings(scene: Scene, brackets: Sequence[tuple[str, float, float]]) -> FloatArray:
-    """Where each reading passes nought between two crank angles (rad), by Newton's method kept between them."""
-    names = [name for name, _, _ in brackets]
-    low, high = (np.array(column) for column in list(zip(*brackets, strict=True))[1:])
-    rising = _select_readings(evaluate_at_crank_angles(scene, high).readings, names) > 0
-    angles = 0.5 * (low + high)
-    for _ in range(MAX_EVENT_ITERATIONS):
-        valve_kinematics = evaluate_at_crank_angles(scene, angles)
-        values, derivatives = (_select_readings(valve_kinematics.readings, names), _select_readings(valve_kinematics.derivatives, names))
-        is_past_zero = (values > 0) == rising
-        low, high = np.where(is_past_zero, low, angles), np.where(is_past_zero, angles, high)
-        steps = np.divide(-values, derivatives, out=np.full_like(values, np.inf), where=derivatives != 0)
-        newton_angles = angles + steps
-        is_bracketed = (newton_angles > low) & (newton_angles < high)
-        if np.all(np.abs(steps) < EVENT_ANGLE_TOLERANCE):
-            break
-        angles = np.where(is_bracketed | (np.abs(steps) < EVENT_ANGLE_TOLERANCE), newton_angles, 0.5 * (low + high))
-    zero_angles: FloatArray = angles
-    return zero_angles
-
-
-def _select_readings(readings: Mapping[str, FloatArray], names: Sequence[str]) -> FloatArray:
-    """Each row's own reading."""
-    return np.array([readings[name][k] for k, name in enumerate(names)])
+    lowest, highest = find_roots(derivatives, extremes - grid[1], extremes + grid[1], DEAD_CENTRE_TOLERANCE).tolist()
+    return lowest, highest

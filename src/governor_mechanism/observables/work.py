@@ -1,6 +1,6 @@
-"""The work of drives, dampers, torques and forces in a motion known at stations, from their power in between.
+"""Work of drivers, dampers, torques and forces in a motion known at discrete times, by Gauss quadrature of the power.
 
-What brakes, friction and stops along readings take is not in it.
+Energy dissipated by dashpots, friction and stops along outputs is not included.
 """
 
 from __future__ import annotations
@@ -17,26 +17,11 @@ from governor_mechanism.mechanics.kinematics.output_variables import evaluate_ou
 from governor_mechanism.mechanics.kinematics.time_functions import CubicTimeFunction
 from governor_mechanism.model.scene import Scene
 from governor_mechanism.model.state_history import StateHistory
+from governor_mechanism.numerics.hermite import cubic_hermite, cubic_hermite_derivative, quintic_hermite
 from governor_mechanism.types import FloatArray
 
 N_GAUSS_POINTS = 4
-"""Points of Gauss in each interval between stations: order 8."""
-
-QUINTIC_HERMITE_BASIS = np.array(
-    [
-        [1.0, 0.0, 0.0, -10.0, 15.0, -6.0],
-        [0.0, 1.0, 0.0, -6.0, 8.0, -3.0],
-        [0.0, 0.0, 0.5, -1.5, 1.5, -0.5],
-        [0.0, 0.0, 0.0, 10.0, -15.0, 6.0],
-        [0.0, 0.0, 0.0, -4.0, 7.0, -3.0],
-        [0.0, 0.0, 0.0, 0.5, -1.0, 0.5],
-    ]
-)
-"""What value, slope and bend at either end of an interval contribute, by powers of the part of it that has passed."""
-
-
-CUBIC_HERMITE_BASIS = np.array([[1.0, 0.0, -3.0, 2.0], [0.0, 1.0, -2.0, 1.0], [0.0, 0.0, 3.0, -2.0], [0.0, 0.0, -1.0, 1.0]])
-"""The same of value and slope."""
+"""Gauss points in each interval: order 8."""
 
 
 def integrate_work(
@@ -45,11 +30,26 @@ def integrate_work(
     spindle_speeds: Callable[[FloatArray, FloatArray], FloatArray],
     contact_modes: Sequence[ContactMode] = (),
 ) -> FloatArray:
-    """Work (n,) J done up to each of the stations; they include every break of a program.
+    """Return the cumulative work of drivers, force elements and spindle torque.
 
-    speeds(times, poses) is the spindle's. Between stations the path is one of order 5. Where something sticks or
-    strikes, modes (n,) say how it stands at the stations: the path is then one of order 3, which no jump of an
-    acceleration disturbs; in the intervals of impacts that is rough.
+    Between the times of the history the path is a quintic Hermite interpolant. With contacts it is a cubic one, because
+    accelerations jump; that is inaccurate in the intervals of impacts.
+
+    Parameters
+    ----------
+    scene
+        Scene of the motion.
+    history
+        States at times that include every breakpoint of an input function; shape (n,).
+    spindle_speeds
+        Function of times (n,) s and poses (n, bodies, 3) that returns the spindle speed, rad/s.
+    contact_modes
+        Contact mode at each time, or empty if the scene has no contacts.
+
+    Returns
+    -------
+    FloatArray
+        Work done since the first time, J; shape (n,).
     """
 
     def evaluate_motion(times: FloatArray, poses: FloatArray, velocities: FloatArray) -> InverseDynamics:
@@ -59,18 +59,19 @@ def integrate_work(
     durations = np.diff(times)
     h = durations[:, np.newaxis, np.newaxis]
     increments = np.zeros_like(durations)
-    end_values, basis = [poses[:-1], h * velocities[:-1], poses[1:], h * velocities[1:]], CUBIC_HERMITE_BASIS
+    ends = (poses[:-1], poses[1:], velocities[:-1], velocities[1:])
     if not contact_modes:
-        end_values, basis = _quintic_end_values(evaluate_motion, history, h), QUINTIC_HERMITE_BASIS
+        start_accelerations = evaluate_motion(times, poses, velocities).accelerations[:-1]
+        # A jump at a monitor time belongs to the interval that starts there.
+        end_accelerations = evaluate_motion(np.nextafter(times, -np.inf), poses, velocities).accelerations[1:]
     for node, weight in zip(*leggauss(N_GAUSS_POINTS), strict=True):
         fraction = 0.5 * (1.0 + node)
-        exponents = np.arange(basis.shape[1])
-        powers = fraction**exponents
-        power_derivatives = exponents * fraction ** np.maximum(exponents - 1, 0)
-        segment_poses = np.asarray(sum(coefficient * end_value for coefficient, end_value in zip(basis @ powers, end_values, strict=True)))
-        segment_velocities = np.asarray(
-            sum(coefficient * end_value for coefficient, end_value in zip(basis @ power_derivatives, end_values, strict=True)) / h
-        )
+        if contact_modes:
+            segment_poses, segment_velocities = cubic_hermite(*ends, h, fraction), cubic_hermite_derivative(*ends, h, fraction)
+        else:
+            segment_poses, segment_velocities = quintic_hermite(
+                poses[:-1], velocities[:-1], start_accelerations, poses[1:], velocities[1:], end_accelerations, h, fraction
+            )
         segment_times = times[:-1] + fraction * durations
         power = evaluate_motion(segment_times, segment_poses, segment_velocities).power + _compute_dissipated_power(
             scene, segment_times, segment_poses, segment_velocities, contact_modes
@@ -82,7 +83,7 @@ def integrate_work(
 def _compute_dissipated_power(
     scene: Scene, times: FloatArray, poses: FloatArray, velocities: FloatArray, contact_modes: Sequence[ContactMode]
 ) -> FloatArray:
-    """What brakes and sliding friction take (n,) W."""
+    """Return the power (n,) W dissipated by dashpots and sliding friction."""
     mechanism, dissipated_power = scene.part.mechanism, np.zeros(len(times))
 
     def evaluate_rate(reading: str) -> FloatArray:
@@ -97,14 +98,3 @@ def _compute_dissipated_power(
             sliding_signs = np.array([mode.sliding_signs[k] for mode in contact_modes[: len(times)]])
             dissipated_power += CubicTimeFunction(contact.friction)(times) * sliding_signs * evaluate_rate(contact.output_name)
     return dissipated_power
-
-
-def _quintic_end_values(
-    evaluate_motion: Callable[[FloatArray, FloatArray, FloatArray], InverseDynamics], history: StateHistory, h: FloatArray
-) -> list[FloatArray]:
-    """Value, slope and bend at both ends of every interval of h (s)."""
-    times, poses, velocities = history.times, history.poses, history.velocities
-    accelerations_after = evaluate_motion(times, poses, velocities).accelerations[:-1]
-    # What jumps at a station does so after the interval that ends there.
-    accelerations_before = evaluate_motion(np.nextafter(times, -np.inf), poses, velocities).accelerations[1:]
-    return [poses[:-1], h * velocities[:-1], h**2 * accelerations_after, poses[1:], h * velocities[1:], h**2 * accelerations_before]

@@ -1,1 +1,1 @@
-"""Pictures of runs: films and figures. The rest of the package imports nothing of it."""
+"""Films and figures of runs. No folder before `render` imports it."""

@@ -1,4 +1,4 @@
-"""The scenes that come with the package, and the one door to any scene: a path or a name."""
+"""Access to scenes: a path, or the name of a shipped scene."""
 
 from __future__ import annotations
 
@@ -9,12 +9,13 @@ from pathlib import Path
 
 from governor_mechanism.errors import MechanismError
 from governor_mechanism.model.scene import Scene
-from governor_mechanism.scenes.parser import find_nearest_name, read_scene_file
+from governor_mechanism.scenes.parser import read_scene_file
+from governor_mechanism.scenes.source import find_nearest_name
 from governor_mechanism.units.quantities import format_value
 
 
 def models_folder() -> Path:
-    """The folder of the shipped scenes: inside an installed package, or beside `src` in a checkout."""
+    """Return the folder of the shipped scenes: in an installed package, or next to `src` in a checkout."""
     package = Path(str(resources.files("governor_mechanism")))
     for folder in (package / "models", package.parents[1] / "models"):
         if folder.is_dir():
@@ -23,20 +24,49 @@ def models_folder() -> Path:
 
 
 def shipped_scenes() -> dict[str, Path]:
-    """The shipped scenes by name, sorted."""
+    """Return the paths of the shipped scenes by name, sorted.
+
+    Returns
+    -------
+    dict
+        Path by name.
+    """
     return {path.stem: path for path in sorted(models_folder().glob("*.toml"))}
 
 
 def read_scene_title(path: Path) -> str:
-    """The title a scene file gives itself, without reading the rest of it; its stem where it has none."""
+    """Return the title of a scene file without parsing the rest.
+
+    Parameters
+    ----------
+    path
+        Path of the file.
+
+    Returns
+    -------
+    str
+        The title, or the stem of the path without one.
+    """
     return str(tomllib.loads(path.read_text(encoding="utf-8")).get("title", path.stem))
 
 
 def load_scene(scene: str | Path) -> Scene:
-    """The scene of a file, or the shipped scene of that name.
+    """Return the scene of a file or the shipped scene of a name.
 
-    Text with a dot or a separator is a path; a bare word is always a shipped scene's name. Raises MechanismError
-    as `reading.read` does, and for an unknown name.
+    Parameters
+    ----------
+    scene
+        A path, or the name of a shipped scene. Text with a dot or a separator is a path.
+
+    Returns
+    -------
+    Scene
+        The scene.
+
+    Raises
+    ------
+    MechanismError
+        If the name is unknown, or the file cannot be read or has mistakes.
     """
     if not isinstance(scene, str | Path):
         raise MechanismError(f"a scene is a path or a name; found {format_value(scene)}")
@@ -56,4 +86,5 @@ def load_scene(scene: str | Path) -> Scene:
 
 
 def _is_path(scene: str) -> bool:
+    """Return whether text is a path."""
     return any(mark in scene for mark in (".", "/", os.sep))

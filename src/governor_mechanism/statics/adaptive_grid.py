@@ -1,9 +1,8 @@
-"""Values along a travel, denser where the forces curve: what lies between two of them is known from both.
+"""Adaptive grid of coordinate values over a range of motion, on which forces can be interpolated.
 
-The travel is taken in parts. Where cubics through the slopes of the potential and of the spindle's inertia at both ends
-of a part do not say what they are in its middle, the part is halved. A feature shows if it reaches an end or a middle
-of some part, or bends what is there; one narrower than a part of PARTS, of which nothing is felt farther away, does
-not.
+The range is divided into intervals. An interval is bisected where cubic Hermite interpolation of V' and J' (potential, inertia
+about the spindle) between its ends does not match them at its midpoint. A feature narrower than an interval of the initial
+division is missed unless it reaches an end or a midpoint, or changes the curve there.
 """
 
 from __future__ import annotations
@@ -12,45 +11,42 @@ from collections.abc import Callable
 from dataclasses import dataclass, replace
 
 import numpy as np
-from numpy.typing import NDArray
 
 from governor_mechanism.mechanics.reduction.lagrangian import PathCoefficients, SingleDofReduction
-from governor_mechanism.types import FloatArray
-
-Which = NDArray[np.bool_]
-Parts = NDArray[np.int64]
+from governor_mechanism.numerics.hermite import cubic_hermite, cubic_hermite_derivative
+from governor_mechanism.types import BoolArray, FloatArray, IntArray
 
 N_INITIAL_INTERVALS = 160
-"""The travel is first taken in so many parts."""
+"""Number of intervals of the initial division."""
 
 INTERPOLATION_TOLERANCE = 1e-4
-"""A middle off by this fraction of what is largest there makes a part be halved."""
+"""Error at a midpoint, relative to the largest value in the interval, above which the interval is bisected."""
 
 MIN_INTERVAL_RATIO = 2.0**-24
-"""Parts narrower than this fraction of the travel are not halved."""
+"""Smallest width of an interval relative to the range."""
 
 MAX_GRID_VALUES = 20_000
-"""So many values are enough."""
+"""Number of grid values at which refinement stops."""
 
 ASTATIC_TOLERANCE = 1e-11
-"""A force, or a stiffness, below this fraction of its parts is rounding and dimensions of twelve digits: astatic."""
+"""Force or stiffness relative to its terms below which it counts as zero (astatic): rounding, and dimensions given to twelve digits."""
 
 
 @dataclass(frozen=True, eq=False)
 class AdaptiveGrid:
-    """Values along a travel in any order, and the parts (p, 3) that they make: low end, middle and high end of each."""
+    """Coefficients at grid values in any order, and intervals (p, 3): indices of low end, midpoint and high end."""
 
     reduction: SingleDofReduction
     coefficients: PathCoefficients
-    intervals: Parts
+    intervals: IntArray
 
     @property
     def sorted_coefficients(self) -> PathCoefficients:
-        """All values in ascending order."""
+        """The coefficients in ascending order of the coordinate."""
         return self.coefficients.select(np.argsort(self.coefficients.coordinate, kind="stable"))
 
-    def refine(self, needs_refinement: Callable[[PathCoefficients, Parts], Which]) -> AdaptiveGrid:
-        """With the parts halved in which something bends, and their halves, until nothing does."""
+    def refine(self, needs_refinement: Callable[[PathCoefficients, IntArray], BoolArray]) -> AdaptiveGrid:
+        """Return the grid with intervals bisected until none needs refinement."""
         coefficients, settled, pending = self.coefficients, [np.zeros((0, 3), dtype=np.int64)], self.intervals
         min_width = MIN_INTERVAL_RATIO * float(np.ptp(coefficients.coordinate))
         while pending.size:
@@ -61,7 +57,7 @@ class AdaptiveGrid:
         return replace(self, coefficients=coefficients, intervals=np.concatenate(settled))
 
     def bisect_ranges(self, ranges: list[tuple[float, float]]) -> AdaptiveGrid:
-        """With all parts halved that lie in some of these ranges of the coordinate."""
+        """Return the grid with all intervals bisected that overlap some of these ranges of the coordinate."""
         low, high = (self.coefficients.coordinate[self.intervals[:, k]] for k in (0, 2))
         chosen = np.zeros(len(self.intervals), dtype=np.bool_)
         for start, end in ranges:
@@ -71,9 +67,9 @@ class AdaptiveGrid:
 
 
 def sample_range_of_motion(reduction: SingleDofReduction) -> AdaptiveGrid:
-    """A travel in parts in which potential and spindle's inertia are known from their ends.
+    """Return the grid over a range of motion on which V' and J' are resolved.
 
-    Of a motion that comes round one part more is taken at each end: what lies at the seam lies within.
+    A closed motion gets one more interval at each end, so that the seam is in the interior.
     """
     range_of_motion = reduction.range_of_motion
     n_extra = 1 if range_of_motion.period else 0
@@ -87,22 +83,22 @@ def sample_range_of_motion(reduction: SingleDofReduction) -> AdaptiveGrid:
 
 
 def interpolation_error_exceeds(
-    coefficients: PathCoefficients, intervals: Parts, value: FloatArray, derivative: FloatArray, floor: FloatArray | float
-) -> Which:
-    """Where a quantity (n,) with this slope is not in the middle what the ends of parts say, by more than a floor.
+    coefficients: PathCoefficients, intervals: IntArray, value: FloatArray, derivative: FloatArray, floor: FloatArray | float
+) -> BoolArray:
+    """Return where Hermite interpolation between the ends of an interval misses a quantity (n,) at the midpoint by more than a floor.
 
-    A slope that is not what they say counts by what it makes of the value.
+    An error of the derivative counts by its effect on the value.
     """
     predicted, predicted_derivative = _hermite_midpoint(coefficients, intervals, value, derivative)
     low, middle, high = intervals.T
     width = coefficients.coordinate[high] - coefficients.coordinate[low]
     error = np.abs(predicted - value[middle]) + 0.125 * width * np.abs(predicted_derivative - derivative[middle])
-    exceeds: Which = error > np.maximum(INTERPOLATION_TOLERANCE * np.max(np.abs(value[intervals]), axis=1), floor)
+    exceeds: BoolArray = error > np.maximum(INTERPOLATION_TOLERANCE * np.max(np.abs(value[intervals]), axis=1), floor)
     return exceeds
 
 
-def _is_unresolved(coefficients: PathCoefficients, intervals: Parts) -> Which:
-    """Where V', J', or V'' J' - V' J'' (what says whether the equilibrium speed rises), are not what the ends say."""
+def _is_unresolved(coefficients: PathCoefficients, intervals: IntArray) -> BoolArray:
+    """Return where V', J' or V'' J' - V' J'' (its sign says whether the equilibrium speed rises) is not interpolated accurately."""
     potential, spindle = (
         (coefficients.potential_derivative, coefficients.potential_second_derivative),
         (coefficients.spindle_inertia_derivative, coefficients.spindle_inertia_second_derivative),
@@ -124,7 +120,7 @@ def _is_unresolved(coefficients: PathCoefficients, intervals: Parts) -> Which:
 
 
 def equilibrium_speed_slope_numerator(coefficients: PathCoefficients) -> tuple[FloatArray, FloatArray]:
-    """V'' J' - V' J'' (n,), which has the sign of d(w^2)/dq at rest, and the sum of its parts without their signs."""
+    """Return V'' J' - V' J'' (n,), which has the sign of d(w^2)/dq in equilibrium, and the sum of its terms' magnitudes."""
     first_product, second_product = (
         coefficients.potential_second_derivative * coefficients.spindle_inertia_derivative,
         coefficients.potential_derivative * coefficients.spindle_inertia_second_derivative,
@@ -133,17 +129,18 @@ def equilibrium_speed_slope_numerator(coefficients: PathCoefficients) -> tuple[F
 
 
 def _hermite_midpoint(
-    coefficients: PathCoefficients, intervals: Parts, value: FloatArray, derivative: FloatArray
+    coefficients: PathCoefficients, intervals: IntArray, value: FloatArray, derivative: FloatArray
 ) -> tuple[FloatArray, FloatArray]:
-    """Value and slope in the middle of parts, by the cubics through both at their ends."""
+    """Return value and derivative at the midpoint of the cubic Hermite interpolant on each interval."""
     low, _, high = intervals.T
-    width = coefficients.coordinate[high] - coefficients.coordinate[low]
-    middle = 0.5 * (value[low] + value[high]) + 0.125 * width * (derivative[low] - derivative[high])
-    return middle, 1.5 * (value[high] - value[low]) / width - 0.25 * (derivative[low] + derivative[high])
+    ends = (value[low], value[high], derivative[low], derivative[high], coefficients.coordinate[high] - coefficients.coordinate[low], 0.5)
+    return cubic_hermite(*ends), cubic_hermite_derivative(*ends)
 
 
-def _bisect_intervals(reduction: SingleDofReduction, coefficients: PathCoefficients, intervals: Parts) -> tuple[PathCoefficients, Parts]:
-    """With the halves of parts in place of them, and the values in the middles of these."""
+def _bisect_intervals(
+    reduction: SingleDofReduction, coefficients: PathCoefficients, intervals: IntArray
+) -> tuple[PathCoefficients, IntArray]:
+    """Return coefficients with the new midpoints appended, and the halves of the intervals."""
     if not intervals.size:
         return coefficients, intervals
     low, middle, high = intervals.T

@@ -1,4 +1,4 @@
-"""Where a mechanism of mobility one rests at a given spindle speed: every equilibrium, and how it holds."""
+"""Equilibria of a mechanism with one degree of freedom at a given spindle speed, and their stability."""
 
 from __future__ import annotations
 
@@ -13,14 +13,7 @@ from governor_mechanism.errors import MechanismError
 from governor_mechanism.mechanics.kinematics.time_functions import SpindleSpeedFunction
 from governor_mechanism.mechanics.reduction.lagrangian import PathCoefficients, SingleDofReduction
 from governor_mechanism.model.scene import MAX_SPINDLE_SPEED, Scene
-from governor_mechanism.statics.adaptive_grid import (
-    ASTATIC_TOLERANCE,
-    AdaptiveGrid,
-    Parts,
-    Which,
-    interpolation_error_exceeds,
-    sample_range_of_motion,
-)
+from governor_mechanism.statics.adaptive_grid import ASTATIC_TOLERANCE, AdaptiveGrid, interpolation_error_exceeds, sample_range_of_motion
 from governor_mechanism.statics.equilibrium_speed import (
     evaluate_readings,
     format_coordinate,
@@ -28,38 +21,54 @@ from governor_mechanism.statics.equilibrium_speed import (
     has_spindle_dependent_loads,
 )
 from governor_mechanism.statics.speed_curve import compute_speed_curve
-from governor_mechanism.types import FloatArray
+from governor_mechanism.types import BoolArray, FloatArray, IntArray
 from governor_mechanism.units.quantities import format_quantity, parse_quantity
 
 FORCE_ROUNDING = 1e-14
-"""Of the parts of a force: what assembly and arithmetic leave in it."""
+"""Rounding error of the generalised force, relative to the magnitude of its terms."""
 
 ROOT_INTERVAL_MARGIN = 1e-6
-"""Of the distance of two values: a root at one of them must not fall between two such distances."""
+"""Margin at the ends of an interval, relative to its width, so that a root at a grid value belongs to an interval."""
 
 MIN_EQUILIBRIUM_SEPARATION = 1e-10
-"""rad, or machine sizes: equilibria nearer than this are one."""
+"""Distance within which two equilibria are the same, relative to the scale of the coordinate."""
 
 MIN_ASTATIC_RANGE_RATIO = 1e-3
-"""Of the travel: a stretch without force that is shorter is one equilibrium."""
+"""Smallest range of neutral equilibrium, relative to the travel; a shorter one is a single equilibrium."""
 
 MAX_REFINEMENTS = 4
-"""So often the travel between two equilibria is halved where one of the other kind is missing between them."""
+"""Largest number of bisections of a range between two equilibria in which one of the other stability is missing."""
 
 MAX_EQUILIBRIUM_ITERATIONS = 60
-"""So many steps of Newton's iteration, or halvings where it leaves its bracket, are made for one equilibrium."""
+"""Largest number of Newton or bisection steps for one equilibrium."""
 
 
 @dataclass(frozen=True, kw_only=True)
 class Equilibrium:
-    """A equilibrium position at a speed: value of the leading coordinate, all readings (SI), and how it holds.
+    """An equilibrium at a given spindle speed.
 
-    stiffness K (N m/rad, or N/m); frequency (rad/s) of small oscillations at that speed where it is stable, growth_rate
-    (1/s) of a disturbance where it is not, the other one 0. sensitivity (rad or m) is how far it moves for a relative
-    change of speed, w^2 J' / K: large where the governor is nearly astatic; uncertainty (rad or m) is how far rounding
-    may have put it. extent is the range over which it rests: one value, or a continuum where it is astatic, with the
-    coordinate in its middle, no stiffness, and `stable` False: it neither returns nor leaves. The coordinate, and the
-    reading of its name, count on over whole turns as the travel does. poses (bodies, 3).
+    Attributes
+    ----------
+    coordinate
+        Value of the leading coordinate, SI, continuous over full turns like the travel; the middle of `extent` if astatic.
+    extent
+        Range of the coordinate: one value twice, or a range of neutral equilibrium.
+    readings
+        Readings by name, SI.
+    stiffness
+        Stiffness K, N m/rad or N/m; 0 if astatic.
+    frequency
+        Frequency of small oscillations, rad/s; 0 if not stable.
+    divergence_rate
+        Divergence rate of a disturbance, 1/s; 0 if not unstable.
+    sensitivity
+        Displacement per relative change of speed, w^2 J' / K, rad or m; large for a nearly astatic governor.
+    uncertainty
+        Error of the coordinate due to rounding, rad or m.
+    stable
+        Whether the equilibrium is stable; False if astatic.
+    poses
+        Poses; shape (bodies, 3).
     """
 
     coordinate: float
@@ -67,7 +76,7 @@ class Equilibrium:
     readings: Mapping[str, float]
     stiffness: float
     frequency: float
-    growth_rate: float
+    divergence_rate: float
     sensitivity: float
     uncertainty: float
     stable: bool
@@ -75,16 +84,31 @@ class Equilibrium:
 
     @property
     def astatic(self) -> bool:
-        """Whether it rests over a whole range."""
+        """Whether the equilibrium is a range."""
         return self.extent[1] > self.extent[0]
 
 
 def find_equilibria(scene: Scene, spindle_speed: float | str | None = None) -> tuple[Equilibrium, ...]:
-    """All equilibrium positions at a spindle speed (rad/s; the scene's first if left out), in ascending order.
+    """Return all equilibria at a spindle speed, in ascending order.
 
-    They lie in the travel; of a motion that comes round, one at both its ends is found once, at the high one. Raises
-    MechanismError where there is none, with the speeds at which there are, for a speed that loads nothing, and where a
-    travel is not known.
+    An equilibrium at both ends of a periodic travel is returned once, at the high end.
+
+    Parameters
+    ----------
+    scene
+        Scene of one part with one degree of freedom.
+    spindle_speed
+        Spindle speed, rad/s, or text with a unit; the first speed of the scene if None.
+
+    Returns
+    -------
+    tuple of Equilibrium
+        At least one equilibrium.
+
+    Raises
+    ------
+    MechanismError
+        If there is none (the message gives the speeds for which there are some), if the speed has no effect, or if the travel is unknown.
     """
     equilibria = find_equilibria_or_empty(scene, spindle_speed)
     if not equilibria:
@@ -93,12 +117,12 @@ def find_equilibria(scene: Scene, spindle_speed: float | str | None = None) -> t
 
 
 def find_equilibria_or_empty(scene: Scene, spindle_speed: float | str | None = None) -> tuple[Equilibrium, ...]:
-    """As `find_equilibria`, but nothing where there is none."""
+    """Return all equilibria as `find_equilibria` does, or an empty tuple if there is none."""
     reduction = SingleDofReduction(scene)
     speed = _requested_speed(scene, spindle_speed)
     speed_squared = speed**2 if has_spindle_dependent_loads(scene) else 0.0
 
-    def needs_refinement(coefficients: PathCoefficients, parts: Parts) -> Which:
+    def needs_refinement(coefficients: PathCoefficients, parts: IntArray) -> BoolArray:
         force, force_scale = _generalised_force(coefficients, speed_squared)
         return interpolation_error_exceeds(
             coefficients, parts, force, _stiffness(coefficients, speed_squared), ASTATIC_TOLERANCE * np.max(force_scale[parts], axis=1)
@@ -122,14 +146,14 @@ def _requested_speed(scene: Scene, spindle_speed: object) -> float:
         raise MechanismError(f"the spindle's speed must be at most {MAX_SPINDLE_SPEED:g} rad/s; got {speed:g} rad/s")
     if speed and not has_spindle_dependent_loads(scene):
         raise MechanismError(
-            f"a spindle's speed of {_format_speed(abs(speed))} is asked for, but nothing turns with it here: the scene has a "
+            f"a spindle's speed of {_format_speed(abs(speed))} has no effect on the loads: the scene has a "
             "fixed plane, or no effects.centrifugal; leave the speed out"
         )
     return speed
 
 
 def _find_in_grid(reduction: SingleDofReduction, grid: AdaptiveGrid, speed_squared: float) -> list[Equilibrium]:
-    """Equilibria between the values of a scan, in ascending order."""
+    """Return the equilibria between the values of a grid, in ascending order."""
     coefficients = grid.sorted_coefficients
     force, force_scale = _generalised_force(coefficients, speed_squared)
     zero_force_ranges = _zero_force_ranges(coefficients.coordinate, np.abs(force) <= ASTATIC_TOLERANCE * force_scale)
@@ -146,22 +170,22 @@ def _find_in_grid(reduction: SingleDofReduction, grid: AdaptiveGrid, speed_squar
 
 
 def _is_known(equilibria: list[Equilibrium], value: float, tolerance: float) -> bool:
-    return any(rest.extent[0] - tolerance < value < rest.extent[1] + tolerance for rest in equilibria)
+    return any(equilibrium.extent[0] - tolerance < value < equilibrium.extent[1] + tolerance for equilibrium in equilibria)
 
 
 def _without_periodic_duplicates(reduction: SingleDofReduction, equilibria: list[Equilibrium]) -> list[Equilibrium]:
-    """Those in the travel; of a motion that comes round, the one at both its ends once."""
+    """Return the equilibria within the travel; one at both ends of a periodic travel is returned once."""
     travel, tolerance = reduction.range_of_motion, 10 * MIN_EQUILIBRIUM_SEPARATION * reduction.coordinate_scale
     if not travel.period:
         return equilibria
-    in_travel = [rest for rest in equilibria if travel.low - tolerance < rest.coordinate < travel.high + tolerance]
-    return [rest for rest in in_travel if not _is_known(in_travel, rest.coordinate + travel.period, tolerance)]
+    in_travel = [equilibrium for equilibrium in equilibria if travel.low - tolerance < equilibrium.coordinate < travel.high + tolerance]
+    return [equilibrium for equilibrium in in_travel if not _is_known(in_travel, equilibrium.coordinate + travel.period, tolerance)]
 
 
 def _find_missing_ranges(grid: AdaptiveGrid, equilibria: list[Equilibrium], speed_squared: float) -> list[tuple[float, float]]:
-    """Ranges of the coordinate in which an equilibrium must be missing: stable and unstable ones take turns.
+    """Return ranges of the coordinate in which an equilibrium is missing, since stable and unstable ones alternate.
 
-    Beside a stable one the force drives back to it; so it is told from its sign at the ends of the travel too.
+    The force next to a stable equilibrium restores, so its sign at the ends of the travel counts as well.
     """
     coefficients = grid.sorted_coefficients
     end_forces = (
@@ -170,25 +194,26 @@ def _find_missing_ranges(grid: AdaptiveGrid, equilibria: list[Equilibrium], spee
     )
     force_signs = [
         (float(coefficients.coordinate[0]), 0.0, float(end_forces[0])),
-        *((rest.coordinate, -rest.stiffness, rest.stiffness) for rest in equilibria),
+        *((equilibrium.coordinate, -equilibrium.stiffness, equilibrium.stiffness) for equilibrium in equilibria),
         (float(coefficients.coordinate[-1]), float(end_forces[1]), 0.0),
     ]
     return [(here[0], there[0]) for here, there in pairwise(force_signs) if here[2] * there[1] < 0.0]
 
 
 def _generalised_force(coefficients: PathCoefficients, speed_squared: float) -> tuple[FloatArray, FloatArray]:
-    """The force (n,) along the coordinate, and the sum of its parts without their signs."""
+    """Return the generalised force (n,) and the sum of the magnitudes of its terms."""
     load_force, centrifugal_force = (coefficients.potential_derivative, 0.5 * speed_squared * coefficients.spindle_inertia_derivative)
     return load_force - centrifugal_force, np.abs(load_force) + np.abs(centrifugal_force)
 
 
 def _stiffness(coefficients: PathCoefficients, speed_squared: float) -> FloatArray:
+    """Return the stiffness K (n,)."""
     stiffness: FloatArray = coefficients.potential_second_derivative - 0.5 * speed_squared * coefficients.spindle_inertia_second_derivative
     return stiffness
 
 
-def _zero_force_ranges(values: FloatArray, is_zero_force: Which) -> list[tuple[int, int]]:
-    """First and last index of each wide run of three or more; else it is an equilibrium that lies on a value."""
+def _zero_force_ranges(values: FloatArray, is_zero_force: BoolArray) -> list[tuple[int, int]]:
+    """Return first and last index of each wide run of three or more; a narrow one is an equilibrium at a grid value."""
     edges = np.flatnonzero(np.diff(np.concatenate([[0], is_zero_force.astype(int), [0]])))
     runs = [(int(a), int(b) - 1) for a, b in zip(edges[::2], edges[1::2], strict=True) if b - a >= 3]
     return [(a, b) for a, b in runs if values[b] - values[a] > MIN_ASTATIC_RANGE_RATIO * (values[-1] - values[0])]
@@ -197,7 +222,7 @@ def _zero_force_ranges(values: FloatArray, is_zero_force: Which) -> list[tuple[i
 def _astatic_equilibrium(
     reduction: SingleDofReduction, coefficients: PathCoefficients, index_range: tuple[int, int], speed_squared: float
 ) -> Equilibrium:
-    """The rest of an astatic mechanism, from one end of its range to the other."""
+    """Return the neutral equilibrium over a range of grid indices."""
     travel, middle = reduction.range_of_motion, (index_range[0] + index_range[1]) // 2
     extent = (
         max(float(coefficients.coordinate[index_range[0]]), travel.low),
@@ -207,10 +232,10 @@ def _astatic_equilibrium(
 
 
 def _cubic_root_guesses(values: FloatArray, force: FloatArray, force_derivative: FloatArray) -> Iterator[tuple[int, float]]:
-    """Where the cubics through force and slope at both ends of intervals vanish, with the interval's index."""
+    """Return roots of the cubic Hermite interpolants of the force, with the indices of their intervals."""
     h = np.diff(values)
     a, b, c, d = force[:-1], h * force_derivative[:-1], force[1:], h * force_derivative[1:]
-    max_change = np.abs(b) + np.abs(d)  # no farther could the slopes bring it toward nought
+    max_change = np.abs(b) + np.abs(d)  # largest change that the derivatives allow
     for k in np.flatnonzero((np.minimum(a, c) <= max_change) & (np.maximum(a, c) >= -max_change)).tolist():
         cubic = [2 * a[k] + b[k] - 2 * c[k] + d[k], -3 * a[k] - 2 * b[k] + 3 * c[k] - d[k], b[k], a[k]]
         for root in np.roots(cubic):
@@ -221,9 +246,9 @@ def _cubic_root_guesses(values: FloatArray, force: FloatArray, force_derivative:
 def _refine_equilibrium(
     reduction: SingleDofReduction, coefficients: PathCoefficients, speed_squared: float, index: int, guess: float
 ) -> Equilibrium | None:
-    """The equilibrium that Newton's iteration finds from a guess between two values; None where there is none.
+    """Return the equilibrium that Newton's method finds from a guess in an interval, or None.
 
-    Where the force changes its sign between them, its steps are kept there by halving.
+    If the force changes sign in the interval, bisection safeguards the steps.
     """
     force, force_scales = _generalised_force(coefficients.select(slice(index, index + 2)), speed_squared)
     low, high = float(coefficients.coordinate[index]), float(coefficients.coordinate[index + 1])
@@ -247,7 +272,7 @@ def _refine_equilibrium(
             break
     local_coefficients, max_force_scale = reduction.evaluate([value]), float(np.max(force_scales))
     if abs(float(_generalised_force(local_coefficients, speed_squared)[0][0])) > 1e3 * FORCE_ROUNDING * max_force_scale:
-        return None  # a near miss beside a fold, or a force that jumps
+        return None  # no root near a fold, or a discontinuous force
     return _build_equilibrium(reduction, local_coefficients, speed_squared, (value, value), max_force_scale)
 
 
@@ -268,7 +293,7 @@ def _build_equilibrium(
         readings={name: float(values[0]) for name, values in evaluate_readings(reduction.mechanism, coefficients).items()},
         stiffness=stiffness,
         frequency=math.sqrt(frequency_squared) if frequency_squared > 0 else 0.0,
-        growth_rate=math.sqrt(-frequency_squared) if frequency_squared < 0 else 0.0,
+        divergence_rate=math.sqrt(-frequency_squared) if frequency_squared < 0 else 0.0,
         sensitivity=force_per_relative_speed / abs(stiffness) if stiffness else math.inf,
         uncertainty=FORCE_ROUNDING * force_scale / abs(stiffness) if stiffness else 0.5 * (extent[1] - extent[0]),
         stable=stiffness > 0,
@@ -277,11 +302,11 @@ def _build_equilibrium(
 
 
 def _no_equilibrium_message(reduction: SingleDofReduction, speed: float) -> str:
-    """That there is no rest at a speed, and at which speeds there is."""
+    """Return a sentence that no equilibrium exists at a speed, and at which speeds there is one."""
     scene, travel = reduction.scene, reduction.range_of_motion
     low, high = (format_coordinate(scene, end) for end in (travel.low, travel.high))
     speed_clause = f"at {_format_speed(abs(speed))} " if has_spindle_dependent_loads(scene) else ""
-    sentence = f"{speed_clause}the mechanism rests nowhere in its travel, {reduction.mechanism.coordinate} from {low} to {high}"
+    sentence = f"{speed_clause}the mechanism has no equilibrium in its travel, {reduction.mechanism.coordinate} from {low} to {high}"
     return "; ".join([sentence, *_equilibrium_speed_sentences(scene)])
 
 
@@ -290,15 +315,15 @@ def _format_speed(speed: float) -> str:
 
 
 def _equilibrium_speed_sentences(scene: Scene) -> Iterator[str]:
-    """The lowest and the highest speed at which the mechanism rests somewhere, and the poles of its curve."""
+    """Return the lowest and highest equilibrium speed and the poles of the curve, as sentences."""
     if not has_equilibrium_speed(scene):
         return
     curve = compute_speed_curve(scene)
     if not curve.has_equilibrium.any():
-        yield "no turning spindle holds it anywhere: the loads do not oppose"
+        yield "no spindle speed balances it anywhere: the loads do not oppose the centrifugal forces"
         return
     if curve.astatic.all():
-        yield f"it is astatic, and rests at {_format_speed(float(np.median(curve.speed)))} only, but there anywhere"
+        yield f"it is astatic, with equilibria at {_format_speed(float(np.median(curve.speed)))} only, but everywhere"
         return
     curve_points = [
         *zip(curve.coordinate[curve.has_equilibrium].tolist(), curve.speed[curve.has_equilibrium].tolist(), strict=True),
@@ -306,6 +331,6 @@ def _equilibrium_speed_sentences(scene: Scene) -> Iterator[str]:
     ]
     low, high = min(curve_points, key=lambda mark: mark[1]), max(curve_points, key=lambda mark: mark[1])
     phrases = [f"{_format_speed(speed)} at {format_coordinate(scene, value)}" for value, speed in (low, high)]
-    yield f"it rests at speeds from {phrases[0]} to {phrases[1]}"
+    yield f"it has equilibria at speeds from {phrases[0]} to {phrases[1]}"
     for pole in curve.poles:
-        yield f"its curve has a pole at {format_coordinate(scene, pole)}, where turning loses its grip"
+        yield f"its speed curve has a pole at {format_coordinate(scene, pole)}, where the centrifugal forces have no effect"

@@ -1,11 +1,10 @@
-"""At what speed a mechanism rests at a place: where one holds it at all, where it jumps, and what a caller may ask."""
+"""Square of the equilibrium speed at a position, its folds and poles, and validation of arguments."""
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterator, Sequence
+from collections.abc import Iterator, Sequence
 
 import numpy as np
-from scipy.optimize import brentq
 
 from governor_mechanism.errors import MechanismError
 from governor_mechanism.mechanics.dynamics.contacts import output_springs_of
@@ -13,41 +12,78 @@ from governor_mechanism.mechanics.kinematics.output_variables import evaluate_ou
 from governor_mechanism.mechanics.reduction.lagrangian import PathCoefficients, SingleDofReduction
 from governor_mechanism.model.mechanism import Mechanism
 from governor_mechanism.model.scene import TURNING_PLANE, Scene
+from governor_mechanism.numerics.roots import find_root
 from governor_mechanism.statics.adaptive_grid import ASTATIC_TOLERANCE, equilibrium_speed_slope_numerator
 from governor_mechanism.types import FloatArray
 from governor_mechanism.units.quantities import format_quantity, format_value, parse_quantity
 
 REMOVABLE_SINGULARITY_TOLERANCE = 1e-8
-"""rad, or machine sizes: so near a place where loads and spindle both let go, the curve is its limit there."""
+"""Distance from a common zero of V' and J', relative to the scale of the coordinate, within which the limit V'' / J'' is used."""
 
 ZERO_FORCE_RATIO = 1e-8
-"""Of what the loads' force is beside it: so little of it is none."""
+"""Force relative to neighbouring values below which it counts as zero."""
 
 FOLD_MERGE_TOLERANCE = 2e-5
-"""rad, or machine sizes: so near a place where loads and spindle both let go a fold is at it: rounding's cube root."""
+"""Distance of a fold from a common zero of V' and J', relative to the coordinate scale, within which they coincide.
+
+It is the cube root of rounding.
+"""
 
 PERIOD_END_TOLERANCE = 1e-7
-"""rad, or machine sizes: what lies so near an end of a motion that comes round lies at it."""
+"""Distance from an end of a periodic travel, relative to the scale of the coordinate, within which a value is at the end."""
 
 MAX_ZERO_RUN = 2
-"""So many values on which nothing rises or falls may be a fold; more are a stretch of it."""
+"""Largest number of successive zeros that can be a sign change; a longer run is a constant stretch."""
 
 MAX_RESISTANCE = 1e12
-"""N, or N m: harder resists nothing; beyond it lies a slip of units."""
+"""Largest resistance, N or N m; a larger value is a mistake of units."""
 
 
 def has_equilibrium_speed(scene: Scene) -> bool:
-    """Whether there are both, loads and a spindle's turning that could balance them."""
+    """Return whether a scene has both loads and a spindle-dependent load that can balance them.
+
+    Parameters
+    ----------
+    scene
+        Scene of one part.
+
+    Returns
+    -------
+    bool
+        Whether an equilibrium speed can exist.
+    """
     return bool(has_spindle_dependent_loads(scene) and (scene.gravity or scene.part.mechanism.force_elements or output_springs_of(scene)))
 
 
 def has_spindle_dependent_loads(scene: Scene) -> bool:
-    """Whether a spindle's turning loads the mechanism."""
+    """Return whether the loads of a scene depend on the spindle speed.
+
+    Parameters
+    ----------
+    scene
+        Scene of one part.
+
+    Returns
+    -------
+    bool
+        Whether the plane turns and the centrifugal load is active.
+    """
     return bool(scene.has_centrifugal and scene.part.plane == TURNING_PLANE)
 
 
 def require_equilibrium_speed(scene: Scene) -> None:
-    """Refuse a scene whose loads a spindle's speed cannot balance."""
+    """Raise an error unless a spindle speed can balance the loads.
+
+    Parameters
+    ----------
+    scene
+        Scene of one part.
+
+    Raises
+    ------
+    MechanismError
+        If it cannot.
+    """
     if not has_equilibrium_speed(scene):
         raise MechanismError(
             "an equilibrium speed needs both effects, gravity and centrifugal (or a spring instead of gravity), and a "
@@ -56,10 +92,9 @@ def require_equilibrium_speed(scene: Scene) -> None:
 
 
 def equilibrium_speed_squared(coefficients: PathCoefficients, coordinate_scale: float, extra_force: FloatArray | float = 0.0) -> FloatArray:
-    """The square (n,) of the equilibrium speed under `more` force along the coordinate; -1 where turning does nothing.
+    """Return the squared equilibrium speed 2 (V' + extra_force) / J' (n,), rad2/s2; -1 where J' is zero.
 
-    Where the loads let go together with the spindle, the limit: there it rests at every speed. unit is what a rad, or a
-    machine size, of the coordinate is in SI.
+    Where V' and J' vanish together, the result is the limit 2 V'' / J''. coordinate_scale is the scale of the coordinate in SI.
     """
     load_force, spindle_gradient = (coefficients.potential_derivative + extra_force, coefficients.spindle_inertia_derivative)
     is_removable = (
@@ -76,7 +111,7 @@ def equilibrium_speed_squared(coefficients: PathCoefficients, coordinate_scale: 
 
 
 def find_folds(reduction: SingleDofReduction, coefficients: PathCoefficients) -> tuple[tuple[float, float], ...]:
-    """Coordinates and speeds where the equilibrium speed turns back: where V'' J' - V' J'' changes its sign."""
+    """Return coordinates and speeds at which the equilibrium speed has an extremum: V'' J' - V' J'' changes its sign."""
     speed_slope, speed_slope_scale = equilibrium_speed_slope_numerator(coefficients)
     has_speed = equilibrium_speed_squared(coefficients, reduction.coordinate_scale) > 0.0
     removable_points = [place for place, met in _find_spindle_gradient_zeros(reduction, coefficients) if met]
@@ -84,8 +119,8 @@ def find_folds(reduction: SingleDofReduction, coefficients: PathCoefficients) ->
     for low, high in _sign_changes(np.where(np.abs(speed_slope) <= ASTATIC_TOLERANCE * speed_slope_scale, 0.0, speed_slope)):
         if not has_speed[low : high + 1].all():
             continue
-        value = _find_root(
-            lambda value: equilibrium_speed_slope_numerator(reduction.evaluate([value]))[0],
+        value = find_root(
+            lambda value: float(equilibrium_speed_slope_numerator(reduction.evaluate([value]))[0][0]),
             coefficients.coordinate[low],
             coefficients.coordinate[high],
         )
@@ -98,16 +133,16 @@ def find_folds(reduction: SingleDofReduction, coefficients: PathCoefficients) ->
 
 
 def find_poles(reduction: SingleDofReduction, coefficients: PathCoefficients) -> tuple[float, ...]:
-    """Coordinates where J' changes its sign while the loads pull: toward them the equilibrium speed grows without end."""
+    """Return coordinates at which J' changes its sign while V' is not zero: the equilibrium speed tends to infinity there."""
     poles = [place for place, met in _find_spindle_gradient_zeros(reduction, coefficients) if not met]
     return tuple(poles[k] for k in _without_periodic_duplicates(reduction, poles))
 
 
 def _find_spindle_gradient_zeros(reduction: SingleDofReduction, coefficients: PathCoefficients) -> Iterator[tuple[float, bool]]:
-    """Coordinates where J' changes its sign, and whether the loads let go there too."""
+    """Return coordinates at which J' changes its sign, and whether V' vanishes there too."""
     for low, high in _sign_changes(coefficients.spindle_inertia_derivative):
-        zero = _find_root(
-            lambda value: reduction.evaluate([value]).spindle_inertia_derivative,
+        zero = find_root(
+            lambda value: float(reduction.evaluate([value]).spindle_inertia_derivative[0]),
             coefficients.coordinate[low],
             coefficients.coordinate[high],
         )
@@ -118,7 +153,7 @@ def _find_spindle_gradient_zeros(reduction: SingleDofReduction, coefficients: Pa
 def _is_touching_pole(
     coefficients: PathCoefficients, local_coefficients: PathCoefficients, low: int, high: int, coordinate_scale: float
 ) -> bool:
-    """Whether J' only touches zero between two values while the loads pull: the curve goes up to no end and back."""
+    """Return whether J' only touches zero in an interval while V' is not zero: a pole without a sign change."""
     neighbouring_gradient = max(abs(coefficients.spindle_inertia_derivative[low]), abs(coefficients.spindle_inertia_derivative[high]))
     has_load_force = abs(local_coefficients.potential_derivative[0]) > REMOVABLE_SINGULARITY_TOLERANCE * coordinate_scale * abs(
         local_coefficients.potential_second_derivative[0]
@@ -127,19 +162,15 @@ def _is_touching_pole(
 
 
 def _sign_changes(values: FloatArray) -> Iterator[tuple[int, int]]:
-    """Indices of neighbours of opposite sign, or of those around a zero or two."""
+    """Return index pairs of neighbours of opposite sign, also around one or two zeros."""
     significant = np.flatnonzero(values)
     for low, high in zip(significant[:-1].tolist(), significant[1:].tolist(), strict=True):
         if values[low] * values[high] < 0.0 and high - low - 1 <= MAX_ZERO_RUN:
             yield low, high
 
 
-def _find_root(function: Callable[[float], FloatArray], low: float, high: float) -> float:
-    return float(brentq(lambda at: float(function(at)[0]), low, high, xtol=1e-14, rtol=1e-14))
-
-
 def _without_periodic_duplicates(reduction: SingleDofReduction, candidates: Sequence[float]) -> list[int]:
-    """Which places lie in the travel; of a motion that comes round, what lies at both its ends once."""
+    """Return the indices of candidates within the travel; one at both ends of a periodic travel is returned once."""
     travel, tolerance = reduction.range_of_motion, PERIOD_END_TOLERANCE * reduction.coordinate_scale
     in_travel = [k for k, place in enumerate(candidates) if travel.low - tolerance < place < travel.high + tolerance]
     return [k for k in in_travel if not (travel.period and _is_near_any(candidates[k] + travel.period, candidates, tolerance))]
@@ -150,7 +181,7 @@ def _is_near_any(value: float, candidates: Sequence[float], tolerance: float) ->
 
 
 def validate_coordinate_values(reduction: SingleDofReduction, values: object) -> FloatArray:
-    """Values (n,) of the leading coordinate as numbers in its travel. Raises MechanismError for anything else."""
+    """Return values (n,) of the leading coordinate within its travel. Raise MechanismError for anything else."""
     mechanism, travel = reduction.mechanism, reduction.range_of_motion
     try:
         given = np.asarray(values)
@@ -173,7 +204,7 @@ def validate_coordinate_values(reduction: SingleDofReduction, values: object) ->
 
 
 def validate_resistance(mechanism: Mechanism, resistance: object, against: object) -> tuple[float, str]:
-    """A resistance (N, or N m) at a reading, as a number and the reading's name. Raises MechanismError for others."""
+    """Return a resistance (N or N m) as a number, and the name of its reading. Raise MechanismError for anything else."""
     names = [reading.name for reading in mechanism.readings]
     if not isinstance(against, str):
         raise MechanismError(f"`against` must be the name of a reading; got {format_value(against)}; readings are {names}")
@@ -187,12 +218,25 @@ def validate_resistance(mechanism: Mechanism, resistance: object, against: objec
 
 
 def format_coordinate(scene: Scene, value: float) -> str:
-    """A value (SI) of the leading coordinate in everyday units."""
+    """Return a value of the leading coordinate as text with a customary unit.
+
+    Parameters
+    ----------
+    scene
+        Scene of one part.
+    value
+        Value, SI.
+
+    Returns
+    -------
+    str
+        Text in deg or mm.
+    """
     mechanism = scene.part.mechanism
     return format_quantity(value, "rad" if mechanism.reading(mechanism.coordinate).quantity == "angle" else "m")
 
 
 def evaluate_readings(mechanism: Mechanism, coefficients: PathCoefficients) -> dict[str, FloatArray]:
-    """All readings (n,) SI; the leading coordinate counted on over turns, as the travel counts it."""
+    """Return all readings (n,), SI; the leading coordinate is continuous over full turns like the travel."""
     readings = {one.name: evaluate_output_value(mechanism, one.name, coefficients.poses) for one in mechanism.readings}
     return readings | {mechanism.coordinate: coefficients.coordinate} if mechanism.coordinate in readings else readings

@@ -1,8 +1,9 @@
-"""The speed at which a mechanism of mobility one rests, over its travel: its characteristic.
+"""Equilibrium speed over the travel of a mechanism with one degree of freedom: its speed curve.
 
-Along the coordinate q, with potential V, moment of inertia J about the spindle and inertia I: rest where
-V' = J' w^2 / 2; stiffness K = V'' - J'' w^2 / 2 = J' d(w^2)/dq / 2; small oscillations K / I, of a free spindle
-w^2 J'^2 / ((J0 + J) I) more. A resistance W at a reading s holds it where w^2 lies within 2 (V' -+ W |s'|) / J'.
+With the coordinate q, potential V, moment of inertia J about the spindle and reduced inertia I, the equilibrium condition is
+V' = J' w^2 / 2. The stiffness is K = V'' - J'' w^2 / 2 = J' d(w^2)/dq / 2. The squared frequency of small oscillations is K / I; a free
+spindle of inertia J0 adds w^2 J'^2 / ((J0 + J) I). A resistance W along a reading s keeps equilibrium for w^2 between
+2 (V' - W |s'|) / J' and 2 (V' + W |s'|) / J'.
 """
 
 from __future__ import annotations
@@ -32,17 +33,26 @@ from governor_mechanism.types import FloatArray
 from governor_mechanism.units.quantities import format_value
 
 ZERO_SPEED_TOLERANCE = 1e-10
-"""rad, or machine sizes: so near a place where the loads let go the equilibrium speed is zero, and not none."""
+"""Distance from a zero of V', relative to the scale of the coordinate, within which the equilibrium speed counts as zero."""
 
 
 @dataclass(frozen=True, kw_only=True)
 class InsensitivityBand:
-    """Between which speeds (n,) rad/s a resistance (N, or N m) at the reading `against` holds the mechanism.
+    """Spindle speeds between which a resistance along a reading keeps the mechanism in equilibrium; shape (n,).
 
-    Below falling_speed it begins to fall, above rising_speed to rise; falling_speed is 0 where it is held even on a
-    spindle that stands, rising_speed infinite where turning has no grip and it is held at every speed, both are 0 where
-    it is held at none. insensitivity is their difference over the equilibrium speed without resistance, infinite where none
-    but 0 is one.
+    Attributes
+    ----------
+    resistance
+        Resistance, N or N m.
+    against
+        Name of the reading.
+    falling_speed
+        Speed below which the mechanism begins to fall, rad/s; 0 if the resistance holds it even without rotation.
+    rising_speed
+        Speed above which it begins to rise, rad/s; infinite if rotation has no effect and the resistance holds it at every speed. Both
+        speeds are 0 if no speed holds it.
+    insensitivity
+        Difference of the speeds over the equilibrium speed without resistance; infinite where that is zero or does not exist.
     """
 
     resistance: float
@@ -54,13 +64,38 @@ class InsensitivityBand:
 
 @dataclass(frozen=True, kw_only=True)
 class SpeedCurve:
-    """The speed at which a mechanism rests, over its travel, (n,) arrays.
+    """Equilibrium speed over the travel; arrays of shape (n,).
 
-    Where no speed holds it, `held` is False and speed 0. stiffness K in N m/rad, or N/m; frequency_squared and
-    free_frequency_squared (1/s2) at a kept speed and with the spindle left to itself, negative where it grows away.
-    `stable` where it returns, `astatic` where it neither returns nor leaves. folds are the coordinates and speeds at
-    which the curve turns back: the governor jumps there. poles are the coordinates at which the spindle's turning
-    loses its grip, and beyond which no speed holds it.
+    Attributes
+    ----------
+    coordinate_name
+        Name of the leading coordinate.
+    coordinate
+        Its values, SI.
+    readings
+        Readings by name, SI.
+    speed
+        Equilibrium speed, rad/s; 0 where none exists.
+    has_equilibrium
+        Whether an equilibrium speed exists.
+    stiffness
+        Stiffness K, N m/rad or N/m.
+    frequency_squared
+        Squared frequency of small oscillations at constant speed, 1/s2; negative where they diverge.
+    free_frequency_squared
+        The same with a free spindle.
+    stable
+        Whether the equilibrium is stable.
+    astatic
+        Whether the equilibrium is neutral.
+    folds
+        Coordinates and speeds at which the curve turns back (saddle-node folds). The governor jumps there.
+    poles
+        Coordinates at which J' vanishes. Beyond them no equilibrium speed exists.
+    low_end_message, high_end_message
+        Sentences on what happens at the ends of the travel.
+    insensitivity_band
+        Band under a given resistance, or None.
     """
 
     coordinate_name: str
@@ -81,10 +116,24 @@ class SpeedCurve:
 
 
 def equilibrium_speed_at(scene: Scene, values: Sequence[float] | FloatArray) -> FloatArray:
-    """Spindle speed (rad/s) at which the mechanism rests at each value (n,) of its leading coordinate.
+    """Return the equilibrium speed at given positions.
 
-    Where loads and turning both let go, and it rests at every speed, that of its neighbourhood. Raises MechanismError
-    for values outside the travel, and where no speed holds it.
+    Parameters
+    ----------
+    scene
+        Scene of one part with one degree of freedom.
+    values
+        Values of the leading coordinate, SI; shape (n,).
+
+    Returns
+    -------
+    FloatArray
+        Spindle speed, rad/s; shape (n,). Where V' and J' vanish together, every speed is one of equilibrium; the limit is returned.
+
+    Raises
+    ------
+    MechanismError
+        If a value is outside the travel, or no speed balances the loads there.
     """
     require_equilibrium_speed(scene)
     reduction = SingleDofReduction(scene)
@@ -98,10 +147,30 @@ def equilibrium_speed_at(scene: Scene, values: Sequence[float] | FloatArray) -> 
 def compute_speed_curve(
     scene: Scene, points: int = 500, *, resistance: float | str | None = None, against: str = "sleeve_lift"
 ) -> SpeedCurve:
-    """The speed curve over the whole travel, its stability, folds and poles; with a resistance its insensitivity band too.
+    """Return the speed curve over the whole travel with its stability, folds and poles.
 
-    Folds and poles are looked for where forces and stiffness ask for it, whatever the points (`equations.scanning`).
-    resistance (N, or N m) acts at the reading `against`. Raises MechanismError as `Reduction` and `find_travel` do.
+    Folds and poles are located on an adaptive grid (`statics.adaptive_grid`), whatever the number of points.
+
+    Parameters
+    ----------
+    scene
+        Scene of one part with one degree of freedom.
+    points
+        Number of points; at least 2.
+    resistance
+        Resistance, N or N m, or text with a unit, for the insensitivity band; None for no band.
+    against
+        Name of the reading that the resistance acts along.
+
+    Returns
+    -------
+    SpeedCurve
+        The curve.
+
+    Raises
+    ------
+    MechanismError
+        If no spindle speed can balance the loads, the mechanism does not have one degree of freedom, or an argument is wrong.
     """
     require_equilibrium_speed(scene)
     if not isinstance(points, Integral) or isinstance(points, bool) or points < 2:
@@ -153,10 +222,28 @@ def compute_speed_curve(
 def compute_insensitivity_band(
     scene: Scene, values: Sequence[float] | FloatArray, resistance: float | str, against: str = "sleeve_lift"
 ) -> InsensitivityBand:
-    """The insensitivity band under a resistance (N, or N m) at a reading, at values (n,) of the leading coordinate.
+    """Return the insensitivity band at given positions.
 
-    Raises MechanismError for a resistance that is negative or no number, for values outside the travel, and where
-    without resistance no speed holds the mechanism, or turning has no grip on it.
+    Parameters
+    ----------
+    scene
+        Scene of one part with one degree of freedom.
+    values
+        Values of the leading coordinate, SI; shape (n,).
+    resistance
+        Resistance along the reading, N or N m, or text with a unit; at least 0.
+    against
+        Name of the reading.
+
+    Returns
+    -------
+    InsensitivityBand
+        The band.
+
+    Raises
+    ------
+    MechanismError
+        If the resistance is wrong, a value is outside the travel, or no speed balances the loads there without resistance.
     """
     require_equilibrium_speed(scene)
     reduction = SingleDofReduction(scene)
@@ -199,16 +286,16 @@ def _insensitivity_band(
 
 
 def _no_equilibrium_speed_message(reduction: SingleDofReduction, coefficients: PathCoefficients, index: int) -> str:
-    """That no speed holds the mechanism at a value of its coordinate, and why, or beyond which pole of its curve."""
+    """Return a sentence on why no equilibrium speed exists at a position."""
     scene, value = reduction.scene, float(coefficients.coordinate[index])
     position = f"{reduction.mechanism.coordinate} = {format_coordinate(scene, value)}"
     if (
         coefficients.spindle_inertia_derivative[index] == 0.0
         and equilibrium_speed_squared(coefficients, reduction.coordinate_scale)[index] >= 0.0
     ):
-        return f"the mechanism rests at {position} at every spindle speed: neither the loads nor turning move it there"
+        return f"the mechanism is in equilibrium at {position} at every spindle speed: no load or centrifugal force moves it"
     if coefficients.spindle_inertia_derivative[index] == 0.0:
-        return f"no spindle speed holds the mechanism at {position}: turning has no grip on it there, and the loads pull"
+        return f"no spindle speed balances the mechanism at {position}: the centrifugal forces have no effect there, and the loads act"
     poles = sorted(find_poles(reduction, sample_range_of_motion(reduction).sorted_coefficients), key=lambda pole: abs(pole - value))
-    pole_clause = "".join(f", beyond the pole of its curve at {format_coordinate(scene, pole)}" for pole in poles[:1])
-    return f"no spindle speed holds the mechanism at {position}{pole_clause}: the loads do not oppose"
+    pole_clause = "".join(f", beyond the pole of the speed curve at {format_coordinate(scene, pole)}" for pole in poles[:1])
+    return f"no spindle speed balances the mechanism at {position}{pole_clause}: the loads do not oppose the centrifugal forces"

@@ -1,1 +1,1 @@
-"""Questions that many runs of a scene answer: pure functions that return arrays; `render` draws them."""
+"""Studies over many runs of a scene. They return arrays; `render` draws them."""

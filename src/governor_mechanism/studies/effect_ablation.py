@@ -1,7 +1,7 @@
-"""The bill of a scene's effects: what each changes in the readings, what it costs, and which may be left out.
+"""What each effect of a scene changes in its readings, what it costs, and which effects can be left out.
 
-The scene is run as it is, and once for each effect with that one effect switched: off where the scene lists it, on
-where it does not and needs no numbers. What an effect costs is the run with it against the run without it.
+The scene is run as it is, and once per effect with that effect switched: off if the scene lists it, on if it does not and needs no
+parameters. The cost of an effect is the run with it against the run without it.
 """
 
 from __future__ import annotations
@@ -28,17 +28,19 @@ from governor_mechanism.model.effect import Effect
 from governor_mechanism.model.scene import FIXED_PLANE, Scene, Spindle
 from governor_mechanism.model.trajectory import Outcome, Trajectory
 from governor_mechanism.scenes.parser import parse_scene_document
+from governor_mechanism.units.text_table import format_table
 
 N_TIMED_RUNS = 3
-"""Runs of each kind; the shortest time counts."""
+"""Number of timed runs; the shortest time counts."""
 
 SPEED_FLUCTUATION_KEY = "spindle.speed_fluctuation"
+"""Key of the speed fluctuation, which is switched like an effect."""
 
 TOGGLED_EFFECT_KEYS = ("gravity", "centrifugal", "rods", "spring", "dry_friction", "dashpot", "stops", "clearance", "masses", "bell_cranks")
-"""Of [effects], in the order in which they are told."""
+"""Keys of [effects] in the order of the report."""
 
 PARAMETERLESS_EFFECTS: Mapping[str, Effect] = {"gravity": Gravity(), "centrifugal": Centrifugal()}
-"""Effects that need no numbers."""
+"""Effects without parameters."""
 
 
 BODY_EFFECT_EXAMPLES: Mapping[str, Effect] = {
@@ -47,12 +49,12 @@ BODY_EFFECT_EXAMPLES: Mapping[str, Effect] = {
     "masses": CrankMasses(crank=1.0),
     "bell_cranks": BellCrankMasses(mass=1.0),
 }
-"""An example of each effect that bodies are built from; not every machine has them."""
+"""An example of each effect that changes the bodies of a machine; not every machine supports them."""
 
 
 @dataclass(frozen=True, kw_only=True)
 class EffectCost:
-    """What a run with or without an effect took: evaluations of the equations of motion, steps, events, seconds."""
+    """Cost of a run: evaluations of the equations of motion, steps, events, wall time (s)."""
 
     evaluations: int
     steps: int
@@ -62,10 +64,10 @@ class EffectCost:
 
 @dataclass(frozen=True, kw_only=True)
 class EffectComparison:
-    """One effect switched: `changes` is the largest change of each reading (SI) over the times both runs reached.
+    """One switched effect and its changes over the times that both runs reach.
 
-    relative is the largest of them in units of the readings' scales, that of most_changed; None where no run could be
-    made. with_it and without_it are the two bills; note says what is not as it should be.
+    `changes` is the largest change of each reading (SI); relative_change is the largest in units of the readings' scales, that of
+    most_changed_reading, and None without a run. cost_with and cost_without are the costs; note describes a problem.
     """
 
     effect: str
@@ -79,7 +81,7 @@ class EffectComparison:
 
     @property
     def time_ratio(self) -> float | None:
-        """How many times longer a run takes with the effect than without it; None where one of them ends early."""
+        """Ratio of the wall times with and without the effect; None if one run ends early."""
         if self.cost_with is None or self.cost_without is None or self.note:
             return None
         return self.cost_with.wall_time / self.cost_without.wall_time
@@ -87,7 +89,23 @@ class EffectComparison:
 
 @dataclass(frozen=True, kw_only=True)
 class EffectsStudy:
-    """All effects of a scene, and those tried beside them; accuracy is what was asked of the runs."""
+    """Effects of a scene and of those not listed that can be tried.
+
+    Attributes
+    ----------
+    scene
+        The scene.
+    accuracy
+        Requested accuracy of the runs.
+    engine
+        Name of the engine.
+    base_cost
+        Cost of the scene as it is.
+    rows
+        The switched effects.
+    untried
+        Keys of effects that need parameters and are not listed.
+    """
 
     scene: Scene
     accuracy: float
@@ -98,28 +116,34 @@ class EffectsStudy:
 
     @property
     def negligible(self) -> tuple[str, ...]:
-        """Listed effects that change every reading by less than the accuracy: leave those out."""
+        """Listed effects that change every reading by less than the accuracy; they can be left out."""
         return tuple(row.effect for row in self.rows if row.listed and self._is_negligible(row))
 
     @property
     def missing(self) -> tuple[str, ...]:
-        """Effects that are not listed and would change some reading by more than the accuracy."""
+        """Effects that are not listed and would change a reading by more than the accuracy."""
         return tuple(row.effect for row in self.rows if not row.listed and row.relative_change is not None and not self._is_negligible(row))
 
     def __str__(self) -> str:
-        """A line for each effect, and what to leave out."""
-        lines = [f"{self.scene.title}: engine {self.engine}, accuracy {self.accuracy:g}, {_format_cost(self.base_cost)}"]
-        lines += [_format_comparison(row, is_negligible=self._is_negligible(row)) for row in self.rows]
-        if self.negligible:
-            lines.append(f"leave out: {', '.join(self.negligible)} (no reading changes by more than the asked accuracy)")
-        if self.missing:
-            lines.append(f"not listed, though it would show: {', '.join(self.missing)}")
-        if self.untried:
-            lines.append(f"not listed, and not tried for want of numbers: {', '.join(self.untried)}")
-        return "\n".join(lines)
+        """Return a table with one line per effect, the notes, and what can be left out."""
+        cost = self.base_cost
+        totals = f"{cost.evaluations:,} evaluations, {cost.steps:,} steps, {cost.events:,} events, {cost.wall_time * 1e3:.3g} ms"
+        lists = (
+            ("leave out", self.negligible, " (no reading changes by more than the accuracy)"),
+            ("not listed, but significant", self.missing, ""),
+            ("not listed and not tried, because they need parameters", self.untried, ""),
+        )
+        return "\n".join(
+            [
+                f"{self.scene.title}: engine {self.engine}, accuracy {self.accuracy:g}, {totals}",
+                format_table(("effect", "change", "largest in", "time", "evaluations", "events"), map(self._cells, self.rows), "lrlr"),
+                *(f"{row.effect}: {row.note}" for row in self.rows if row.note),
+                *(f"{label}: {', '.join(names)}{remark}" for label, names, remark in lists if names),
+            ]
+        )
 
     def as_json(self) -> dict[str, Any]:
-        """All of it as plain values."""
+        """Return the study as plain values."""
         rows = [asdict(row) | {"changes": dict(row.changes), "time_ratio": row.time_ratio} for row in self.rows]
         header = {"title": self.scene.title, "engine": self.engine, "accuracy": self.accuracy, "base": asdict(self.base_cost)}
         lists = {"leave_out": list(self.negligible), "missing": list(self.missing), "untried": list(self.untried)}
@@ -128,22 +152,15 @@ class EffectsStudy:
     def _is_negligible(self, row: EffectComparison) -> bool:
         return row.relative_change is not None and row.relative_change < self.accuracy
 
-
-def _format_cost(cost: EffectCost) -> str:
-    events = f", {cost.events} events" if cost.events else ""
-    return f"{cost.evaluations:,} evaluations, {cost.steps:,} steps{events}, {cost.wall_time * 1e3:.3g} ms"
-
-
-def _format_comparison(row: EffectComparison, *, is_negligible: bool) -> str:
-    name = f"{row.effect}{'' if row.listed else ' (not listed)'}"
-    if row.relative_change is None or row.cost_with is None or row.cost_without is None:
-        return f"{name:24} {row.note}"
-    verdict = "changes nothing you asked for" if is_negligible else f"changes {row.most_changed_reading.replace('_', ' ')} most"
-    if row.note:
-        return f"{name:24} {row.relative_change:8.1e}  {verdict}; {row.note}"
-    cost = f"time x {row.time_ratio:.2f}, evaluations {row.cost_without.evaluations:,} -> {row.cost_with.evaluations:,}"
-    events = f", events {row.cost_without.events} -> {row.cost_with.events}" if row.cost_with.events else ""
-    return f"{name:24} {row.relative_change:8.1e}  {verdict}; {cost}{events}"
+    def _cells(self, row: EffectComparison) -> tuple[str, ...]:
+        """Return the cells of a comparison; costs are without -> with the effect."""
+        name = row.effect if row.listed else f"{row.effect} (not listed)"
+        if row.relative_change is None or row.cost_with is None or row.cost_without is None:
+            return name, "", "", "", "", ""
+        largest = "negligible" if self._is_negligible(row) else row.most_changed_reading.replace("_", " ")
+        ratio = "" if row.time_ratio is None else f"x {row.time_ratio:.2f}"
+        pairs = [(row.cost_without.evaluations, row.cost_with.evaluations), (row.cost_without.events, row.cost_with.events)]
+        return name, f"{row.relative_change:.1e}", largest, ratio, *(f"{without:,} -> {with_it:,}" for without, with_it in pairs)
 
 
 def run_effects_study(
@@ -151,7 +168,26 @@ def run_effects_study(
 ) -> EffectsStudy:
     """Run a scene with each effect switched in turn, all by one engine at one accuracy.
 
-    progress is told how many of all have been run. Raises MechanismError where the scene itself cannot be run.
+    Parameters
+    ----------
+    scene
+        The scene.
+    engine
+        Name of an engine, or "auto".
+    accuracy
+        Accuracy of the runs; None: that of the scene.
+    progress
+        Called with the number of finished runs and the number of all.
+
+    Returns
+    -------
+    EffectsStudy
+        Changes and costs of the effects.
+
+    Raises
+    ------
+    MechanismError
+        If the scene itself cannot be run.
     """
     chosen, _ = select_engine(scene.run.engine if engine == "auto" else engine, scene, accuracy)
     requested_accuracy = scene.run.accuracy if accuracy is None else accuracy
@@ -162,26 +198,25 @@ def run_effects_study(
 
     base_run, base_cost = run_repeatedly(scene)
     if not base_run.times.size:
-        raise MechanismError(f"the scene itself comes to nothing: {base_run.message}")
+        raise MechanismError(f"the scene itself cannot be run: {base_run.message}")
     switches = dict(_effect_switches(scene))
     rows = []
     for n_done, (name, (listed, make_scene)) in enumerate(switches.items(), start=1):
         rows.append(_compare_toggled(name, listed, base_run, base_cost, make_scene, run_repeatedly))
         if progress is not None:
             progress(n_done, len(switches))
-    applied_keys = [key for key in TOGGLED_EFFECT_KEYS if key in switches]
     return EffectsStudy(
         scene=scene,
         accuracy=requested_accuracy,
         engine=chosen.name,
         base_cost=base_cost,
         rows=tuple(rows),
-        untried=tuple(key for key in TOGGLED_EFFECT_KEYS if key not in applied_keys and not _is_inapplicable(scene, key)),
+        untried=tuple(key for key in TOGGLED_EFFECT_KEYS if key not in switches and not _is_inapplicable(scene, key)),
     )
 
 
 def _is_inapplicable(scene: Scene, key: str) -> bool:
-    """Whether no machine of the scene's kind can have an effect."""
+    """Return whether the machine of the scene cannot have the effect."""
     if key not in BODY_EFFECT_EXAMPLES:
         return False
     machine_class = MACHINES.get(scene.part.machine)
@@ -203,20 +238,14 @@ def _compare_toggled(
     make_scene: Callable[[], Scene],
     run_repeatedly: Callable[[Scene], tuple[Trajectory, EffectCost]],
 ) -> EffectComparison:
+    changes: dict[str, float] = {}
+    toggled_cost = None
     try:
         toggled_run, toggled_cost = run_repeatedly(make_scene())
     except MechanismError as error:
-        return EffectComparison(
-            effect=name,
-            listed=listed,
-            changes={},
-            most_changed_reading="",
-            relative_change=None,
-            cost_with=base_cost if listed else None,
-            cost_without=None if listed else base_cost,
-            note=f"cannot be switched: {error.problems[0]}",
-        )
-    changes = dict(_reading_changes(base_run, toggled_run))
+        note = f"cannot be switched: {error.problems[0]}"
+    else:
+        changes, note = dict(_reading_changes(base_run, toggled_run)), _early_end_note(base_run, toggled_run, listed)
     scaled_changes = {reading: change / base_run.scales[reading] for reading, change in changes.items()}
     most_changed = max(scaled_changes, key=lambda reading: scaled_changes[reading], default="")
     return EffectComparison(
@@ -224,10 +253,10 @@ def _compare_toggled(
         listed=listed,
         changes=changes,
         most_changed_reading=most_changed,
-        relative_change=scaled_changes.get(most_changed, 0.0),
+        relative_change=None if toggled_cost is None else scaled_changes.get(most_changed, 0.0),
         cost_with=base_cost if listed else toggled_cost,
         cost_without=toggled_cost if listed else base_cost,
-        note=_early_end_note(base_run, toggled_run, listed),
+        note=note,
     )
 
 
@@ -248,7 +277,7 @@ EffectSwitch = tuple[bool, Callable[[], Scene]]
 
 
 def _effect_switches(scene: Scene) -> Iterator[tuple[str, EffectSwitch]]:
-    """Each effect that can be switched: whether it is listed, and how to make the scene with it switched."""
+    """Yield each effect that can be switched: its name, whether it is listed, and how to build the scene with it switched."""
     if scene.document:
         listed = {key for key, value in dict(scene.document.get("effects", {})).items() if value is not False}
         for key in (key for key in TOGGLED_EFFECT_KEYS if key in listed):
@@ -265,7 +294,7 @@ def _effect_switches(scene: Scene) -> Iterator[tuple[str, EffectSwitch]]:
 
 
 def _reparse_without(scene: Scene, key: str) -> Scene:
-    """The scene read anew with one effect switched off, for some effects build the mechanism."""
+    """Return the scene parsed again with one effect off, because some effects change the bodies."""
     document = copy.deepcopy(dict(scene.document))
     document["effects"] = dict(document["effects"]) | {key: False}
     if key == "clearance":
@@ -277,5 +306,5 @@ def _reparse_without(scene: Scene, key: str) -> Scene:
 
 def _drop_effect(scene: Scene, effect_class: type[Effect]) -> Scene:
     if effect_class in {type(example) for example in BODY_EFFECT_EXAMPLES.values()}:
-        raise MechanismError(f"{effect_class.__name__} is built into the mechanism of a scene that comes from no file")
+        raise MechanismError(f"{effect_class.__name__} is part of the mechanism, which can be rebuilt for a scene from a file only")
     return replace(scene, effects=tuple(effect for effect in scene.effects if type(effect) is not effect_class))

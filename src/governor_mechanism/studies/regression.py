@@ -1,4 +1,4 @@
-"""What studies share: a run without a certificate, and a slope with its scatter."""
+"""Shared by the studies: a run without certificate, and a linear regression with its standard error."""
 
 from __future__ import annotations
 
@@ -13,22 +13,31 @@ from governor_mechanism.model.trajectory import Trajectory
 from governor_mechanism.types import FloatArray
 
 SLEEVE_READING = "sleeve_lift"
-"""The reading of a governor's sleeve."""
+"""Name of the reading that measures the lift of a governor's sleeve."""
 
 
 @dataclass(frozen=True, kw_only=True)
 class FittedParameter:
-    """A number fitted to runs: its value, and its scatter (one standard deviation, from how the runs stray)."""
+    """A fitted parameter.
+
+    Attributes
+    ----------
+    value
+        Least-squares estimate.
+    standard_error
+        Standard error of the estimate, from the residuals of the fit.
+    """
 
     value: float
     standard_error: float
 
     def __str__(self) -> str:
+        """Return value and standard error."""
         return f"{self.value:.4g} ± {self.standard_error:.1g}"
 
 
 def run_uncertified(scene: Scene) -> Trajectory:
-    """Uncertified: many runs are compared, and their tolerance stays that of the scene's accuracy."""
+    """Run a scene without certificate at the tolerance of its accuracy, for studies that compare many runs."""
     engine, reason = select_engine(scene.run.engine, scene)
     run = engine.run(scene, certify=False, reason=reason)
     run.raise_if_failed()
@@ -36,7 +45,7 @@ def run_uncertified(scene: Scene) -> Trajectory:
 
 
 def fit_slope(x: FloatArray, y: FloatArray, covariate: FloatArray | None = None) -> FittedParameter:
-    """Of a straight line through the points, by least squares, beside a multiple of `more` where that is given."""
+    """Return the slope of a least-squares line y(x), shape (n,) each, optionally with a multiple of a covariate (n,)."""
     design_matrix = np.column_stack([x, np.ones_like(x), *([] if covariate is None else [covariate])])
     degrees_of_freedom = len(x) - design_matrix.shape[1]
     if degrees_of_freedom < 1:

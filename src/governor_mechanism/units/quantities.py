@@ -1,6 +1,6 @@
-"""Numbers and quantities to SI: bare numbers are SI already, text needs a unit.
+"""Conversion of quantities to SI. Numbers are in SI; text needs a unit.
 
-pint is imported when the first text with a unit is met, and its registry is then kept.
+pint is imported for the first text with a unit, since its import is slow.
 """
 
 from __future__ import annotations
@@ -22,7 +22,7 @@ from governor_mechanism.errors import MechanismError, did_you_mean
 
 @dataclass(frozen=True)
 class QuantityKind:
-    """A kind of quantity: its name with an article, everyday units (the last is SI), exponents of its base units."""
+    """A kind of quantity: its name with an article, customary units (the last is SI), exponents of its base units, and an example."""
 
     name: str
     units: tuple[str, ...]
@@ -31,19 +31,19 @@ class QuantityKind:
 
     @property
     def si_unit(self) -> str:
-        """The unit of a bare number."""
+        """Unit of a bare number."""
         return self.units[-1] if self.units else ""
 
     @property
     def hint(self) -> str:
-        """How to write a quantity of this kind."""
+        """Sentence on how to write a quantity of this kind."""
         if not self.units:
             return f"write a bare number such as {self.example}"
         return f'write "{self.example}", or the bare number in {self.si_unit}'
 
     @property
     def units_hint(self) -> str:
-        """The everyday units as a phrase."""
+        """Sentence with the customary units."""
         *others, last = self.units or ("bare numbers",)
         return f"write it in {', '.join(others)} or {last}" if others else f"write it in {last}"
 
@@ -82,9 +82,9 @@ QUANTITY_KINDS: Mapping[str, QuantityKind] = {
     "ratio": QuantityKind("a ratio", (), {}, "0.3"),
     "number": QuantityKind("a number", (), {}, "0.3"),
 }
-"""The kinds of quantity by the names that descriptions use."""
+"""Kinds of quantity by the names in descriptions."""
 
-# What a wrong unit may stand for besides the kinds above; only messages need these.
+# Other dimensions of a wrong unit, for messages only.
 _OTHER_DIMENSIONS = (
     ("a volume", {"meter": 3}),
     ("a temperature", {"kelvin": 1}),
@@ -94,14 +94,14 @@ _OTHER_DIMENSIONS = (
 
 _MAX_TEXT_LENGTH = 100  # characters; a quantity is short, and long digit strings would cost time
 _KILOGRAM_FORCE = Decimal("9.80665")
-_NEWTON_PER_KILOGRAM = Decimal("9.81")  # what `gravity = true` means; weights given in newtons are reckoned with it
+_NEWTON_PER_KILOGRAM = Decimal("9.81")  # what `gravity = true` means; converts weights in newtons
 _NUMBER = re.compile(r"([+-]?(?:[0-9]+\.?[0-9]*|\.[0-9]+)(?:[eE][+-]?[0-9]+)?)\s*")
 _NOT_A_NUMBER = re.compile(r"[+-]?(nan|inf|infinity)\b", re.IGNORECASE)
-# Only small exponents and no other figures: pint would otherwise work out 9^9^9^9.
+# Only small exponents and no other digits: pint would evaluate 9^9^9^9.
 _UNIT = re.compile(r"(?:[()*/\s]|1(?![0-9])|(?:[^\W\d]|[°%])+(?:\^-?[1-9](?![0-9]))?)+")
-# Turns as engineers write them; r and U only per time, since alone they may be slips for rad or something else.
+# Turns; r and U only per time, since alone they may be misspelt rad or something else.
 _TURN_UNIT = re.compile(r"(?:revs?(?![^\W\d_])|[rU](?=\s*/|[\s*]+(?:s|min|h)\^-1))")
-# For suggestions only: how misspelt turns and misspelt angles begin, in small letters, and what ends "per second".
+# For suggestions only: beginnings of misspelt turns and angles in lower case, and endings of "per second".
 _TURN_SPELLING = re.compile(r"re|ro|r(?![^\W\d_])|[tucgo]")
 _ANGLE_SPELLING = re.compile(r"ra|rd|ad|d|°")
 _PER_SECOND = re.compile(r"(?:(?:/|per|p)\s*s(?:ec\w*)?|s\^?-1)$")
@@ -109,10 +109,28 @@ _CHARACTER_REPLACEMENTS = str.maketrans({"−": "-", "⁻": "-", "¹": "1", "²"
 
 
 def parse_quantity(value: object, kind: str, what: str) -> float:
-    """The value in SI; `what` names it in messages, `kind` is one of KINDS.
+    """Return a quantity in SI.
 
-    Numbers are SI already. Text holds a number and a unit; for angular speeds rev, r and U per time are turns, 1/min
-    means turns per minute and 1/s means rad/s. Raises MechanismError with one sentence for anything else.
+    In angular speeds, rev, r and U per time are turns, 1/min means turns per minute, and 1/s means rad/s.
+
+    Parameters
+    ----------
+    value
+        A number in SI, or text of a number and a unit.
+    kind
+        Key of QUANTITY_KINDS.
+    what
+        Name of the quantity for messages.
+
+    Returns
+    -------
+    float
+        Value in SI.
+
+    Raises
+    ------
+    MechanismError
+        If the value is not a finite quantity of this kind.
     """
     expected = QUANTITY_KINDS.get(kind)
     if expected is None:
@@ -132,7 +150,18 @@ def parse_quantity(value: object, kind: str, what: str) -> float:
 
 
 def format_value(value: object) -> str:
-    """How a message shows a value that was found: as a scene file would write it, shortened."""
+    """Return a value as a scene file would write it, shortened, for messages.
+
+    Parameters
+    ----------
+    value
+        Value that was found.
+
+    Returns
+    -------
+    str
+        Its text.
+    """
     if isinstance(value, str):
         return json.dumps(value if len(value) <= 60 else value[:57] + "...", ensure_ascii=False)
     return str(value).lower() if isinstance(value, bool) else reprlib.repr(value)
@@ -150,7 +179,7 @@ def _text_to_si(text: str, expected: QuantityKind, what: str) -> float:
         raise MechanismError(f"{message_start} {'is empty' if not cleaned else 'has no number'}; {expected.hint}")
     unit = cleaned[number.end() :]
     if unit.startswith(","):
-        raise MechanismError(f"{message_start} has a comma; write a decimal point, and thousands without a mark")
+        raise MechanismError(f"{message_start} has a comma; write a decimal point, and no thousands separator")
     if not unit and not expected.units:
         raise MechanismError(f"{message_start} is text; write the bare number {number[1]}")
     if not unit:
@@ -159,17 +188,17 @@ def _text_to_si(text: str, expected: QuantityKind, what: str) -> float:
         )
     try:
         return float(Decimal(number[1]) * _unit_factor(unit, Decimal(number[1]), expected, message_start))
-    except ArithmeticError:  # an exponent beyond what Decimal works out
+    except ArithmeticError:  # an exponent beyond the range of Decimal
         return math.inf
 
 
 def _first_unit(expected: QuantityKind) -> str:
-    """The unit that the kind's example is written in."""
+    """Return the unit of the kind's example."""
     return expected.example.partition(" ")[2]
 
 
 def _unit_factor(unit: str, number: Decimal, expected: QuantityKind, message_start: str) -> Decimal:
-    """What one `unit` is in SI, if it is of the kind wanted."""
+    """Return the SI value of one `unit`, if it is of the expected kind."""
     normalised = re.sub(r"([^\W\d_])(-?[1-9])", r"\1^\2", unit)
     normalised = f"1{normalised}" if normalised.startswith("/") else normalised
     turn_match = _TURN_UNIT.match(normalised)
@@ -177,7 +206,7 @@ def _unit_factor(unit: str, number: Decimal, expected: QuantityKind, message_sta
     try:
         factor, base_exponents = _in_base_units(normalised)
     except Exception as error:
-        # pint raises many unrelated types (its own, tokenizer's, AssertionError); to the user all mean one thing.
+        # pint raises many unrelated types (its own, tokenizer's, AssertionError) with one meaning for the user.
         raise MechanismError(
             f'{message_start} has an unknown unit "{unit}"; {expected.units_hint}{_suggest_unit(unit, expected)}'
         ) from error
@@ -190,7 +219,7 @@ def _unit_factor(unit: str, number: Decimal, expected: QuantityKind, message_sta
 
 def _in_base_units(unit: str) -> tuple[Decimal, dict[str, int]]:
     if not _UNIT.fullmatch(unit):
-        raise MechanismError(f"{unit!r} is not made of unit names")
+        raise MechanismError(f"{unit!r} contains no unit names")
     registry = _unit_registry()
     factor, base_units = registry.get_base_units(registry.parse_units(unit))
     return Decimal(factor), {str(name): int(power) for name, power in dict(base_units._units).items()}
@@ -198,7 +227,7 @@ def _in_base_units(unit: str) -> tuple[Decimal, dict[str, int]]:
 
 @cache
 def _unit_registry() -> Any:
-    """pint's registry, reckoning in decimals so that "300 mm" and 0.3 are the same float."""
+    """Return pint's registry with decimal arithmetic, so that "300 mm" and 0.3 are the same float."""
     import pint
 
     registry: Any = pint.UnitRegistry(non_int_type=Decimal)
@@ -209,25 +238,25 @@ def _unit_registry() -> Any:
 
 
 def _per_time_factor(unit: str, per_second: Decimal, message_start: str) -> Decimal:
-    """Units without an angle, as angular speeds: the two that engineers write, and no guess at the others."""
+    """Return the factor of an angular speed without an angle; only 1/s and 1/min have a customary meaning."""
     squeezed = re.sub(r"\s", "", unit)
     if squeezed in ("1/s", "s^-1"):
         return Decimal(1)
     if squeezed in ("1/min", "min^-1"):
         return _in_base_units("rpm")[0]
-    raise MechanismError(f'{message_start} may count turns or radians; write "{60 * per_second:.6g} rpm" or "{per_second:.6g} rad/s"')
+    raise MechanismError(f'{message_start} may mean turns or radians; write "{60 * per_second:.6g} rpm" or "{per_second:.6g} rad/s"')
 
 
 def _wrong_kind_message(unit: str, number: Decimal, factor: Decimal, base_exponents: Mapping[str, int], expected: QuantityKind) -> str:
-    """What the unit stands for instead, and the cure; weight and mass are often taken for each other."""
+    """Return the kind that a unit belongs to instead, and the cure; weight and mass are often confused."""
     mass, force = QUANTITY_KINDS["mass"], QUANTITY_KINDS["force"]
     if expected is mass and base_exponents == force.base_exponents:
         if unit in ("kgf", "kp"):
             return f"a force: that is a weight; write {float(number * factor / _KILOGRAM_FORCE):.12g} kg"
         kilograms = float(number * factor / _NEWTON_PER_KILOGRAM)
-        return f"a force: that is a weight; write {kilograms:.3g} kg (rounded: it weighs so much at 9.81 m/s^2)"
+        return f"a force: that is a weight; write {kilograms:.3g} kg (rounded: its mass at 9.81 m/s^2)"
     if expected is force and base_exponents == mass.base_exponents:
-        return f'no force: that is a mass; write "{float(number * factor):.12g} kgf" or in N'
+        return f'a mass, not a force; write "{float(number * factor):.12g} kgf" or in N'
     named_dimensions = [(kind.name, kind.base_exponents) for kind in QUANTITY_KINDS.values() if kind.units] + list(_OTHER_DIMENSIONS)
     kind_name = next(
         (name for name, known in named_dimensions if known == base_exponents), "of another kind" if base_exponents else "a plain number"
@@ -236,9 +265,9 @@ def _wrong_kind_message(unit: str, number: Decimal, factor: Decimal, base_expone
 
 
 def _suggest_unit(unit: str, expected: QuantityKind) -> str:
-    """A known unit spelt nearly like this one; those of the kind wanted come first.
+    """Return a hint at a known unit with a similar spelling, first among those of the expected kind.
 
-    Where turning is wanted, never radians for what may be turns, nor turns for what may be radians.
+    For angular speeds the hint never mistakes turns for radians, or the reverse.
     """
     word = unit.lower()
     candidates = [*expected.units, "1/min", "°", *(name for kind in QUANTITY_KINDS.values() for name in kind.units)]
@@ -253,10 +282,25 @@ def _suggest_unit(unit: str, expected: QuantityKind) -> str:
 
 
 DISPLAY_UNITS = {"rad": (180 / math.pi, "deg"), "m": (1e3, "mm"), "rad/s": (30 / math.pi, "rpm")}
-"""How many of an everyday unit make an SI unit; others are said as they are."""
+"""Customary units for display by SI unit, with their number per SI unit; other units are displayed as they are."""
 
 
 def format_quantity(value: float, unit: str, digits: str = ".6g") -> str:
-    """A value in SI with the unit an engineer says it in."""
+    """Return a value as text with a customary unit.
+
+    Parameters
+    ----------
+    value
+        Value, SI.
+    unit
+        SI unit.
+    digits
+        Format specification of the number.
+
+    Returns
+    -------
+    str
+        Text such as "61 rpm".
+    """
     factor, name = DISPLAY_UNITS.get(unit, (1.0, unit))
-    return f"{value * factor + 0.0:{digits}} {name}"  # adding zero: no minus before a zero
+    return f"{value * factor + 0.0:{digits}} {name}"  # adding zero turns -0 into 0

@@ -1,0 +1,1 @@
+"""Comparison of the simulation with closed forms and with a user's function."""

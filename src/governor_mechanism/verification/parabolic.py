@@ -1,4 +1,4 @@
-"""The astatic governor against Zehnder's isochronous parabola: one equilibrium speed, neutral rest, time of a drift."""
+"""The astatic governor against Zehnder's isochronous parabola: equilibrium speed, neutral equilibrium, transit time."""
 
 from __future__ import annotations
 
@@ -9,41 +9,34 @@ from dataclasses import replace
 import numpy as np
 
 from governor_mechanism.closed_form.parabolic import isochronous_curve as closed
-from governor_mechanism.errors import MechanismError
 from governor_mechanism.model.scene import RunSettings, Scene, Spindle, Start
 from governor_mechanism.statics.speed_curve import equilibrium_speed_at
-from governor_mechanism.verification.oscillation import run_scene
+from governor_mechanism.verification.comparisons import compare_algebraic, require_gravity_and_centrifugal, run_scene
 from governor_mechanism.verification.report import ComparisonRow
 
 GUIDE_FRACTIONS = (0.1, 0.5, 0.9)
-"""Of the way between the ends of the guide."""
+"""Checked positions as fractions of the guide's length."""
 
 NEUTRAL_RUN_DURATION = 10.0
-"""s: so long a governor at rest is watched."""
+"""Duration of the run that checks the neutral equilibrium (s)."""
 
 
 def check_parabolic_governor(scene: Scene) -> Iterator[ComparisonRow | str]:
-    """Every comparison that applies to the scene."""
-    if not (scene.gravity and scene.has_centrifugal):
-        raise MechanismError("the isochronous parabola needs both effects, gravity and centrifugal")
+    """Yield every comparison that applies to the scene."""
+    require_gravity_and_centrifugal(scene)
     dimensions = scene.part.dimensions
     mass_ratio, double_parameter = dimensions["sleeve_mass"] / dimensions["ball_mass"], dimensions["double_parameter"]
     neutral_speed = math.sqrt(2 * scene.gravity * (1 + mass_ratio) / double_parameter)
     for fraction in GUIDE_FRACTIONS:
         radius = (1 - fraction) * dimensions["inner_radius"] + fraction * dimensions["outer_radius"]
-        yield ComparisonRow(
-            quantity=f"equilibrium speed at {radius * 1e3:.4g} mm",
-            simulated=float(equilibrium_speed_at(scene, np.array([radius]))[0]),
-            expected=neutral_speed,
-            allowed=1e-10 * neutral_speed,
-            unit="rad/s",
-            reason="both are algebra; the closing of the joints leaves about 1e-13",
-        )
+        speed = equilibrium_speed_at(scene, np.array([radius]))[0]
+        yield compare_algebraic(f"equilibrium speed at {radius * 1e3:.4g} mm", speed, neutral_speed, "rad/s")
         yield _check_neutral_equilibrium(scene, radius, neutral_speed)
     yield from _check_transit_time(scene, neutral_speed, mass_ratio, double_parameter)
 
 
 def _check_neutral_equilibrium(scene: Scene, radius: float, neutral_speed: float) -> ComparisonRow:
+    """Return the drift from an equilibrium at a radius (m), which must vanish."""
     neutral_scene = replace(
         scene,
         spindle=Spindle(speeds=(neutral_speed,)),
@@ -51,24 +44,25 @@ def _check_neutral_equilibrium(scene: Scene, radius: float, neutral_speed: float
         run=RunSettings(duration=NEUTRAL_RUN_DURATION, output_interval=0.5, accuracy=1e-10),
     )
     return ComparisonRow(
-        quantity=f"left alone at {radius * 1e3:.4g} mm, farthest in {NEUTRAL_RUN_DURATION:g} s",
+        quantity=f"drift from equilibrium at {radius * 1e3:.4g} mm, maximum in {NEUTRAL_RUN_DURATION:g} s",
         simulated=float(np.max(np.abs(run_scene(neutral_scene).readings["ball_radius"] - radius))),
         expected=0.0,
         allowed=1e-10,
         unit="m",
-        reason="neutral rest keeps what the start leaves: forces are zero but for rounding",
+        reason="in neutral equilibrium the forces are zero up to rounding",
     )
 
 
 def _check_transit_time(scene: Scene, neutral_speed: float, mass_ratio: float, double_parameter: float) -> Iterator[ComparisonRow | str]:
+    """Yield the time in which the balls drift along the guide at the neutral speed."""
     speeds = scene.spindle.speeds if isinstance(scene.spindle, Spindle) else ()
     if any(not math.isclose(speed, neutral_speed, rel_tol=1e-9) for speed in speeds) or not speeds:
-        yield f"the spindle does not keep the neutral speed, {neutral_speed * 30 / math.pi:.6g} rpm: the drift is not checked"
+        yield f"the spindle does not keep the neutral speed, {neutral_speed * 30 / math.pi:.6g} rpm: the transit time is not checked"
         return
     run = run_scene(scene)
     radius, rate = run.readings["ball_radius"], float(run.rates["ball_radius"][0])
     if rate == 0.0:
-        yield "the balls start at rest: there is no drift to check"
+        yield "the initial velocity is zero: the transit time is not checked"
         return
     transit_time = closed.guide_transit_time(
         start=radius[0], end=radius[-1], start_rate=rate, double_parameter=double_parameter, mass_ratio=mass_ratio
@@ -79,5 +73,5 @@ def _check_transit_time(scene: Scene, neutral_speed: float, mass_ratio: float, d
         expected=float(transit_time),
         allowed=scene.run.accuracy * run.times[-1],
         unit="s",
-        reason="the accuracy asked of the run, on a drift at nearly one speed",
+        reason="the requested accuracy, at a nearly constant drift speed",
     )

@@ -1,4 +1,4 @@
-"""Simulation against closed forms, and against kernels of the caller's own."""
+"""The closed-form checks of each machine."""
 
 from __future__ import annotations
 
@@ -15,14 +15,30 @@ CHECKS = {
     "slide_valve": slide_valve.check_slide_valve,
     "slider_crank": slider_crank.check_slider_crank,
 }
-"""The closed-form checks of each machine: scene -> rows, and notes (strings) on what was left out."""
+"""Closed-form checks by machine; each maps a scene to comparison rows and notes on what is left out."""
 
 
 def check_against_closed_forms(scene: Scene) -> CheckReport:
-    """Compare the simulation of a scene with every closed form that applies to its machine."""
+    """Compare the simulation of a scene with every closed form that applies to its machine.
+
+    Parameters
+    ----------
+    scene
+        The scene to simulate.
+
+    Returns
+    -------
+    CheckReport
+        Comparison rows, and notes on what is not checked.
+
+    Raises
+    ------
+    MechanismError
+        If there is no closed form for the machine.
+    """
     machine = scene.part.machine
     if machine not in CHECKS:
-        raise MechanismError(f"no closed form is written for machine {machine!r}; those with one are {sorted(CHECKS)}")
+        raise MechanismError(f"there is no closed form for machine {machine!r}; available: {sorted(CHECKS)}")
     results = list(CHECKS[machine](scene))
     return CheckReport(
         title=scene.title,

@@ -1,17 +1,19 @@
-"""A cross-check as rows: what was compared, what came out, what was allowed."""
+"""The report of a check: what is compared, the result and the tolerance."""
 
 from __future__ import annotations
 
 import math
 from dataclasses import dataclass
 
+from governor_mechanism.units.text_table import format_table
+
 MAX_PRINTED_ROWS = 24
-"""Rows printed before a long table is cut to its worst ones."""
+"""Printed rows; a longer report shows the rows with the largest deviations only."""
 
 
 @dataclass(frozen=True, kw_only=True)
 class ComparisonRow:
-    """One comparison in `unit`; `allowed` is absolute, in the same unit, and `reason` says why it is what it is."""
+    """One comparison in `unit`; `allowed` is an absolute tolerance in the same unit, and `reason` justifies it."""
 
     quantity: str
     simulated: float
@@ -22,18 +24,30 @@ class ComparisonRow:
 
     @property
     def difference(self) -> float:
-        """simulated - expected."""
+        """Difference simulated - expected, in `unit`."""
         return self.simulated - self.expected
 
     @property
     def passed(self) -> bool:
-        """False for NaN too."""
+        """Whether the difference is within the tolerance; False for NaN."""
         return abs(self.difference) <= self.allowed
 
 
 @dataclass(frozen=True, kw_only=True)
 class CheckReport:
-    """The rows of one cross-check, against a 'closed form' or a 'kernel'; notes say what was left out, and why."""
+    """Comparison of a simulation with closed forms or with a user's kernel.
+
+    Attributes
+    ----------
+    title
+        Title of the scene.
+    against
+        What the simulation is compared with: "closed form", or the name of the kernel.
+    rows
+        The comparisons.
+    notes
+        What is not checked, and why.
+    """
 
     title: str
     against: str
@@ -42,10 +56,11 @@ class CheckReport:
 
     @property
     def passed(self) -> bool:
-        """True when there are rows and every one passed."""
+        """Whether there are rows and every one passes."""
         return bool(self.rows) and all(row.passed for row in self.rows)
 
     def __str__(self) -> str:
+        """Return the report as a table with its notes and the verdict."""
         shown = self.rows
         if len(shown) > MAX_PRINTED_ROWS:
             shown = tuple(sorted(shown, key=_difference_ratio, reverse=True)[:MAX_PRINTED_ROWS])
@@ -61,20 +76,13 @@ class CheckReport:
             )
             for row in shown
         ]
-        header = ("quantity", "simulated", self.against, "unit", "difference", "allowed", "verdict")
-        widths = [max(len(row[column]) for row in [header, *cells]) for column in range(len(header))]
-        left_aligned_columns = (0, 3, 6)
-        lines = [
-            "  ".join(
-                cell.ljust(width) if column in left_aligned_columns else cell.rjust(width)
-                for column, (cell, width) in enumerate(zip(row, widths, strict=True))
-            ).rstrip()
-            for row in [header, *cells]
-        ]
+        headers = ("quantity", "simulated", self.against, "unit", "difference", "allowed", "verdict")
         failed = sum(not row.passed for row in self.rows)
         verdict = f"all {len(self.rows)} agree" if not failed else f"{failed} of {len(self.rows)} do not agree"
-        truncation_note = f" (the {MAX_PRINTED_ROWS} farthest shown)" if len(self.rows) > MAX_PRINTED_ROWS else ""
-        return "\n".join([self.title, *lines, *(f"note: {note}" for note in self.notes), verdict + truncation_note])
+        truncation_note = f" (the {MAX_PRINTED_ROWS} largest deviations shown)" if len(self.rows) > MAX_PRINTED_ROWS else ""
+        return "\n".join(
+            [self.title, format_table(headers, cells, "lrrlrrl"), *(f"note: {note}" for note in self.notes), verdict + truncation_note]
+        )
 
 
 def _difference_ratio(row: ComparisonRow) -> float:

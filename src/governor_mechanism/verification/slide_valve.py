@@ -1,4 +1,4 @@
-"""The slide valve against Marks, Zeuner and the law of cosines: displacement, motion, leads and the events of steam."""
+"""The slide valve against Marks, Zeuner and the law of cosines: displacement, motion, leads and valve events."""
 
 from __future__ import annotations
 
@@ -11,7 +11,6 @@ import numpy as np
 from governor_mechanism.closed_form import slide_valve as closed
 from governor_mechanism.closed_form import slider_crank as crank
 from governor_mechanism.machines.slide_valve import EQUAL_CUT_OFFS, EQUAL_LEADS
-from governor_mechanism.mechanics.kinematics.kinematic_analysis import solve_kinematics
 from governor_mechanism.model.scene import Scene
 from governor_mechanism.observables.valve_timing import (
     CYLINDER_ENDS,
@@ -21,22 +20,13 @@ from governor_mechanism.observables.valve_timing import (
     port_reading_name,
     valve_setting,
 )
+from governor_mechanism.verification.comparisons import compare_algebraic, compare_reading, note_early_end, run_scene
 from governor_mechanism.verification.report import ComparisonRow
-from governor_mechanism.verification.slider_crank import (
-    CHECKED_CRANK_ANGLES,
-    compare_kinematics,
-    compare_reading,
-    crank_angles,
-    note_early_end,
-    run_scene_at,
-)
-
-EVENT_ANGLE_TOLERANCE = 1e-10
-"""rad: to that the events are promised; the two ways to find them part by about 1e-15."""
+from governor_mechanism.verification.slider_crank import CHECKED_CRANK_ANGLES, compare_kinematics, crank_angles
 
 
 def check_slide_valve(scene: Scene) -> Iterator[ComparisonRow | str]:
-    """Every comparison that applies to the scene."""
+    """Yield every comparison that applies to the scene."""
     eccentric = closed.Eccentric.from_dimensions(scene.part.dimensions)
     centre = None if valve_setting(scene) == EQUAL_LEADS else scene.part.dimensions["centre"]
     yield from _check_kinematics(scene, eccentric, centre)
@@ -47,16 +37,9 @@ def check_slide_valve(scene: Scene) -> Iterator[ComparisonRow | str]:
     )
     exact_angles = {name: closed_form_angle(event=name) for name in simulated_angles}
     for name, angle in simulated_angles.items():
-        yield ComparisonRow(
-            quantity=name,
-            simulated=angle,
-            expected=exact_angles[name],
-            allowed=EVENT_ANGLE_TOLERANCE,
-            unit="rad",
-            reason="the mechanism's port against the law of cosines; rounding leaves about 1e-15",
-        )
+        yield compare_algebraic(name, angle, exact_angles[name], "rad", scale=1.0)
     yield from _check_setting(scene, simulated_angles, eccentric, centre)
-    run = run_scene_at(scene)
+    run = run_scene(scene)
     yield from note_early_end(run)
     if len(run.times) < 2:
         return
@@ -70,7 +53,7 @@ def check_slide_valve(scene: Scene) -> Iterator[ComparisonRow | str]:
 
 
 def _check_kinematics(scene: Scene, eccentric: closed.Eccentric, centre: float | None) -> Iterator[ComparisonRow]:
-    """Valve and piston over a turn."""
+    """Yield the kinematics of valve and piston over a revolution."""
     speed, train = scene.part.dimensions["crank_speed"], crank.CrankTrain.from_dimensions(scene.part.dimensions)
     angle_arguments, rate_arguments = ({"crank_angle": CHECKED_CRANK_ANGLES}, {"crank_angle": CHECKED_CRANK_ANGLES, "crank_rate": speed})
     opposite_angle_arguments, opposite_rate_arguments = (
@@ -78,7 +61,7 @@ def _check_kinematics(scene: Scene, eccentric: closed.Eccentric, centre: float |
         {"crank_angle": CHECKED_CRANK_ANGLES + math.pi, "crank_rate": speed},
     )
     yield from compare_kinematics(
-        solve_kinematics(scene, "crank_angle", CHECKED_CRANK_ANGLES, speed),
+        scene,
         {"valve_displacement": "valve", "head_end_travel": "piston"},
         {
             "valve_displacement": (
@@ -92,7 +75,6 @@ def _check_kinematics(scene: Scene, eccentric: closed.Eccentric, centre: float |
                 -np.asarray(crank.crosshead_acceleration(train, **opposite_rate_arguments)),
             ),
         },
-        speed,
         {"valve_displacement": eccentric.radius, "head_end_travel": train.crank},
     )
 
@@ -100,53 +82,35 @@ def _check_kinematics(scene: Scene, eccentric: closed.Eccentric, centre: float |
 def _check_setting(
     scene: Scene, simulated_angles: Mapping[str, float], eccentric: closed.Eccentric, centre: float | None
 ) -> Iterator[ComparisonRow | str]:
-    """Leads, and what the setting promises."""
+    """Yield the leads, and what the setting of the valve prescribes."""
     exact_leads = closed.leads(eccentric, outside_lap=scene.part.dimensions["outside_lap"], centre=centre)
     dead_centre_readings = evaluate_at_crank_angles(scene, np.array([0.0, math.pi])).readings
     for k, (end, expected_lead) in enumerate(zip(CYLINDER_ENDS, exact_leads, strict=True)):
-        yield ComparisonRow(
-            quantity=f"lead at the {end}",
-            simulated=float(dead_centre_readings[port_reading_name(end, "steam")][k]),
-            expected=expected_lead,
-            allowed=1e-10 * eccentric.radius,
-            unit="m",
-            reason="of the eccentric's radius; both are algebra",
-        )
+        simulated_lead = dead_centre_readings[port_reading_name(end, "steam")][k]
+        yield compare_algebraic(f"lead at the {end}", simulated_lead, expected_lead, "m", scale=eccentric.radius)
     if valve_setting(scene) == EQUAL_LEADS and not eccentric.has_infinite_rod:
-        yield ComparisonRow(
-            quantity="centre of the swing for equal leads",
-            simulated=scene.part.dimensions["centre"],
-            expected=closed.equal_lead_centre(eccentric),
-            allowed=1e-10 * eccentric.radius,
-            unit="m",
-            reason="of the eccentric's radius; both are algebra",
-        )
+        centre, expected_centre = scene.part.dimensions["centre"], closed.equal_lead_centre(eccentric)
+        yield compare_algebraic("centre of the swing for equal leads", centre, expected_centre, "m", scale=eccentric.radius)
     if valve_setting(scene) == EQUAL_CUT_OFFS:
         stroke = 2 * scene.part.dimensions["crank"]
         readings = evaluate_at_crank_angles(scene, np.array([simulated_angles[f"{end} cut-off"] for end in CYLINDER_ENDS])).readings
-        yield ComparisonRow(
-            quantity="cut-off at the crank end, against the head end's",
-            simulated=float(readings["crank_end_travel"][0]) / stroke,
-            expected=float(readings["head_end_travel"][1]) / stroke,
-            allowed=EVENT_ANGLE_TOLERANCE,
-            unit="1",
-            reason="the setting makes the two strokes equal",
-        )
+        crank_end, head_end = readings["crank_end_travel"][0] / stroke, readings["head_end_travel"][1] / stroke
+        yield compare_algebraic("cut-off at the crank end against the head end", crank_end, head_end, "1", scale=1.0)
     if eccentric.has_infinite_rod:
-        yield "the eccentric rod is endless: there is no error term"
+        yield "the eccentric rod is infinitely long: there is no error term"
 
 
 def _check_events_in_motion(scene: Scene, exact_angles: Mapping[str, float]) -> Iterator[ComparisonRow]:
-    """The events as a run passes them for the first time: the run reports those very moments, and how far it is off."""
+    """Yield the crank angles of the events in a run that reports at the exact event times."""
     speed, start = scene.part.dimensions["crank_speed"], scene.part.dimensions["crank_start"]
     event_times = {name: (angle - start) % math.tau / speed for name, angle in exact_angles.items()}
     times_in_run = {name: time for name, time in event_times.items() if time <= scene.run.duration}
     if not times_in_run:
         return
     times = np.unique(list(times_in_run.values()))
-    run = run_scene_at(scene, times)
+    run = run_scene(scene, times)
     if len(run.times) < len(times):
-        return  # it ended early, as the scene's own run did, of which there is a note
+        return  # ended early like the scene's own run, which has a note
     for end in CYLINDER_ENDS:
         for port, names in PORT_EVENTS.items():
             reading = port_reading_name(end, port)
@@ -161,5 +125,5 @@ def _check_events_in_motion(scene: Scene, exact_angles: Mapping[str, float]) -> 
                     expected=exact_angles[name],
                     allowed=scene.run.accuracy * run.scales[reading] * speed / abs(rate),
                     unit="rad",
-                    reason="the accuracy asked of the run, at the speed with which the port's edge passes",
+                    reason="the requested accuracy, divided by the velocity of the port's edge",
                 )

@@ -1,4 +1,4 @@
-"""The slider crank against its closed forms: positions, speeds and accelerations, and what the bearings carry."""
+"""The slider crank against its closed forms: positions, velocities, accelerations and bearing loads."""
 
 from __future__ import annotations
 
@@ -9,29 +9,33 @@ import numpy as np
 
 from governor_mechanism.closed_form import slider_crank as closed
 from governor_mechanism.effects.crank_masses import CrankMasses
-from governor_mechanism.engines import select_engine
-from governor_mechanism.mechanics.kinematics.kinematic_analysis import Kinematics, solve_kinematics
+from governor_mechanism.mechanics.kinematics.kinematic_analysis import solve_kinematics
 from governor_mechanism.model.scene import Scene
 from governor_mechanism.model.trajectory import Trajectory
 from governor_mechanism.types import FloatArray
+from governor_mechanism.verification.comparisons import (
+    ALGEBRAIC_TOLERANCE,
+    compare_in_motion,
+    compare_largest_deviation,
+    compare_reading,
+    note_early_end,
+    run_scene,
+)
 from governor_mechanism.verification.report import ComparisonRow
 
 CHECKED_CRANK_ANGLES = np.radians(np.arange(0.0, 360.0, 10.0))
-
-KINEMATICS_REASON = "nothing is integrated; rounding and the closing of the joints leave about 1e-14"
+"""Crank angles at which the kinematics is checked (rad)."""
 
 BEARING_LOAD_RELATIVE_TOLERANCE = 1e-9
-"""Of the largest load: Newton's laws at poses closed to rounding, solved with masses that differ a thousandfold."""
+"""Tolerance relative to the largest load: rounding of a system whose masses differ by a factor of a thousand."""
 
 
 def check_slider_crank(scene: Scene) -> Iterator[ComparisonRow | str]:
-    """Every comparison that applies to the scene."""
+    """Yield every comparison that applies to the scene."""
     train, speed = build_crank_train(scene), scene.part.dimensions["crank_speed"]
-    kinematics = solve_kinematics(scene, "crank_angle", CHECKED_CRANK_ANGLES, speed)
     angle_arguments, rate_arguments = ({"crank_angle": CHECKED_CRANK_ANGLES}, {"crank_angle": CHECKED_CRANK_ANGLES, "crank_rate": speed})
-    length_scale = train.crank
     yield from compare_kinematics(
-        kinematics,
+        scene,
         {"crosshead_distance": "crosshead", "rod_angle": "rod"},
         {
             "crosshead_distance": (
@@ -45,25 +49,35 @@ def check_slider_crank(scene: Scene) -> Iterator[ComparisonRow | str]:
                 -np.asarray(closed.rod_angular_acceleration(train, **rate_arguments)),
             ),
         },
-        speed,
-        {"crosshead_distance": length_scale, "rod_angle": 1.0},
+        {"crosshead_distance": train.crank, "rod_angle": 1.0},
     )
-    run = run_scene_at(scene)
+    run = run_scene(scene)
     yield from note_early_end(run)
     if len(run.times) < 2:
         return
     angles = crank_angles(scene, run)
     yield compare_reading(run, "crosshead_distance", np.asarray(closed.crosshead_distance(train, crank_angle=angles)))
     if not any(isinstance(effect, CrankMasses) for effect in scene.effects):
-        yield "no part has mass: loads of the bearings are not checked; list effects.masses"
+        yield "no part has mass: bearing loads are not checked; add effects.masses"
     elif scene.part.mechanism.force_elements or scene.output_effects:
-        yield "something else acts on the parts: loads of the bearings are not checked"
+        yield "other forces act on the parts: bearing loads are not checked"
     else:
         yield from _check_bearing_loads(scene, run, train, angles, speed)
 
 
 def build_crank_train(scene: Scene) -> closed.CrankTrain:
-    """The closed form's crank, rod and masses."""
+    """Return the closed form's crank train with the masses of the scene.
+
+    Parameters
+    ----------
+    scene
+        A scene of a slider crank.
+
+    Returns
+    -------
+    CrankTrain
+        Crank, rod and masses; a rod without rod_centre and rod_inertia is uniform.
+    """
     dimensions = scene.part.dimensions
     masses = next((effect for effect in scene.effects if isinstance(effect, CrankMasses)), None)
     if masses is None:
@@ -81,90 +95,57 @@ def build_crank_train(scene: Scene) -> closed.CrankTrain:
 
 
 def crank_angles(scene: Scene, run: Trajectory) -> FloatArray:
-    """Where the drive has the crank at the reported times (rad)."""
+    """Return the crank angle that the drive prescribes at the reported times (rad); shape (n,)."""
     dimensions = scene.part.dimensions
     return dimensions["crank_start"] + dimensions["crank_speed"] * run.times
 
 
-def run_scene_at(scene: Scene, times: FloatArray | None = None) -> Trajectory:
-    """A run of the scene's own engine, at the scene's own times or at others."""
-    engine, reason = select_engine(scene.run.engine, scene)
-    return engine.run(scene, times=times, reason=reason)
-
-
-def note_early_end(run: Trajectory) -> Iterator[str]:
-    """A note on a run that ended early, or missed what was asked."""
-    if not run.outcome.ok:
-        yield f"the run reached {run.times[-1] if len(run.times) else 0.0:.4g} s: {run.message}"
-
-
 def compare_kinematics(
-    kinematics: Kinematics,
-    labels: Mapping[str, str],
-    expected: Mapping[str, tuple[object, object, object]],
-    speed: float,
-    scales: Mapping[str, float],
+    scene: Scene, labels: Mapping[str, str], expected: Mapping[str, tuple[object, object, object]], scales: Mapping[str, float]
 ) -> Iterator[ComparisonRow]:
-    """Value, rate and acceleration of readings, each where it is farthest off; allowed are 1e-10 of their scales."""
+    """Yield value, velocity and acceleration of each reading where it deviates most; the tolerance is 1e-10 of its scale."""
+    speed = scene.part.dimensions["crank_speed"]
+    kinematics = solve_kinematics(scene, "crank_angle", CHECKED_CRANK_ANGLES, speed)
+    places = [f"{math.degrees(angle):.4g} deg" for angle in kinematics.values]
     derivatives = (
-        ("", kinematics.readings, 1.0),
-        (" speed", kinematics.rates, speed),
-        (" acceleration", kinematics.reading_accelerations, speed**2),
+        (" position", "", kinematics.readings, 1.0),
+        (" speed", "/s", kinematics.rates, speed),
+        (" acceleration", "/s2", kinematics.reading_accelerations, speed**2),
     )
     for name, expected_values in expected.items():
         unit = "rad" if name.endswith("angle") else "m"
-        for (suffix, simulated, scale), value, unit_suffix in zip(derivatives, expected_values, ("", "/s", "/s2"), strict=True):
-            exact = np.asarray(value)
-            worst_index = int(np.argmax(np.abs(simulated[name] - exact)))
-            angle_label = f"{math.degrees(kinematics.values[worst_index]):.4g} deg"
-            yield ComparisonRow(
-                quantity=f"{labels[name]}{suffix or ' position'} (farthest, {angle_label})",
-                simulated=float(simulated[name][worst_index]),
-                expected=float(exact[worst_index]),
-                allowed=1e-10 * scales[name] * scale,
+        for (suffix, unit_suffix, simulated, scale), exact in zip(derivatives, expected_values, strict=True):
+            yield compare_largest_deviation(
+                labels[name] + suffix,
+                simulated[name],
+                np.asarray(exact),
+                places,
+                allowed=ALGEBRAIC_TOLERANCE * scales[name] * scale,
                 unit=unit + unit_suffix,
-                reason=KINEMATICS_REASON,
+                reason="no integration; rounding and position assembly leave about 1e-14",
             )
-
-
-def compare_reading(run: Trajectory, name: str, expected: FloatArray) -> ComparisonRow:
-    """A reading of the run where it is farthest off."""
-    worst_index = int(np.argmax(np.abs(run.readings[name] - expected)))
-    return ComparisonRow(
-        quantity=f"{name.replace('_', ' ')} in motion (farthest, t = {run.times[worst_index]:.4g} s)",
-        simulated=float(run.readings[name][worst_index]),
-        expected=float(expected[worst_index]),
-        allowed=run.scene.run.accuracy * run.scales[name],
-        unit=run.units[name],
-        reason="the accuracy asked of the run",
-    )
 
 
 def _check_bearing_loads(
     scene: Scene, run: Trajectory, train: closed.CrankTrain, angles: FloatArray, speed: float
 ) -> Iterator[ComparisonRow | str]:
-    """Every bearing that the scene has, where it is farthest off."""
+    """Yield the comparison of every bearing of the scene where its load deviates most."""
     exact = closed.bearing_loads(train, crank_angle=angles, crank_rate=speed, gravity=scene.gravity)
     largest = max(float(np.max(np.hypot(force[:, 0], force[:, 1]))) for force in (exact.main, exact.crank_pin))
     forces = {"shaft": exact.main, "crank pin": exact.crank_pin, "gudgeon": exact.gudgeon}
+    allowed = max(BEARING_LOAD_RELATIVE_TOLERANCE, run.scene.run.accuracy) * largest
+    reason = "relative to the largest load: 1e-9, or the requested accuracy where that is coarser"
+
+    def compare(name: str, simulated: FloatArray, expected: FloatArray) -> ComparisonRow:
+        return compare_in_motion(run, name, simulated, expected, allowed=allowed, unit="N", reason=reason)
+
     for name, force in forces.items():
         if name not in run.reactions:
-            yield f"{name!r} joins nothing that has mass on both sides: it is not checked"
+            yield f"{name!r} does not join two parts with mass: it is not checked"
             continue
         for axis, letter in enumerate("xy"):
-            yield _compare_load(run, f"{name}, {letter}", run.reactions[name].force[:, axis], force[:, axis], largest, "N")
-    guide = run.reactions["crosshead guide"].force[:, 1]
-    yield _compare_load(run, "crosshead guide", guide, exact.guide, largest, "N")
-    yield _compare_load(run, "torque of the drive", run.reactions["drive"].moment, exact.torque, largest * train.crank, "N m")
-
-
-def _compare_load(run: Trajectory, name: str, simulated: FloatArray, expected: FloatArray, largest: float, unit: str) -> ComparisonRow:
-    worst_index = int(np.argmax(np.abs(simulated - expected)))
-    return ComparisonRow(
-        quantity=f"{name} (farthest, t = {run.times[worst_index]:.4g} s)",
-        simulated=float(simulated[worst_index]),
-        expected=float(expected[worst_index]),
-        allowed=max(BEARING_LOAD_RELATIVE_TOLERANCE, run.scene.run.accuracy) * largest,
-        unit=unit,
-        reason="of the largest load: 1e-9, or the accuracy asked of the run where that is coarser",
+            yield compare(f"{name}, {letter}", run.reactions[name].force[:, axis], force[:, axis])
+    yield compare("crosshead guide", run.reactions["crosshead guide"].force[:, 1], exact.guide)
+    yield compare_in_motion(
+        run, "drive torque", run.reactions["drive"].moment, exact.torque, allowed=allowed * train.crank, unit="N m", reason=reason
     )

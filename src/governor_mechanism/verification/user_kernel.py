@@ -1,4 +1,4 @@
-"""The caller's own function against the assembled mechanism."""
+"""Comparison of the assembled mechanism with a user's function."""
 
 from __future__ import annotations
 
@@ -17,7 +17,7 @@ from governor_mechanism.types import FloatArray
 from governor_mechanism.verification.report import CheckReport, ComparisonRow
 
 KERNEL_RELATIVE_TOLERANCE = 1e-6
-"""Relative difference allowed to a kernel: far above our own error (1e-11), far below any slip in a formula."""
+"""Relative tolerance of a kernel: far above the error of the simulation (1e-11), far below that of a wrong formula."""
 
 
 def check_kernel(
@@ -29,9 +29,23 @@ def check_kernel(
 ) -> CheckReport:
     """Compare a function with the assembled mechanism over values of its leading coordinate.
 
-    quantity is 'equilibrium_speed' (rad/s) or a position reading. The kernel gets floats in SI by the names of its
-    parameters: dimensions, `gravity`, and readings of the mechanism at each value. allowed is relative to the value
-    expected (to its largest size over the values, where that is zero). Raises MechanismError for names it cannot fill.
+    Parameters
+    ----------
+    scene
+        The scene with the mechanism.
+    kernel
+        Function of floats in SI. Its parameters are matched by name: dimensions, `gravity`, and readings of the mechanism.
+    quantity
+        What the kernel returns: "equilibrium_speed" (rad/s) or the name of a position reading.
+    over
+        Values of the leading coordinate by its name, SI; shape (n,).
+    allowed
+        Tolerance relative to the mechanism's value, or to the largest value where that is zero.
+
+    Returns
+    -------
+    CheckReport
+        One row per value.
     """
     coordinate, values = _validate_coordinate_values(scene, over)
     poses = _assemble_poses(scene, values)
@@ -50,13 +64,14 @@ def check_kernel(
                 expected=kernel_value,
                 allowed=allowed * (abs(float(mechanism_values[index])) or largest_value),
                 unit=unit,
-                reason="asked for",
+                reason="the requested relative tolerance",
             )
         )
     return CheckReport(title=scene.title, against=getattr(kernel, "__name__", "kernel"), rows=tuple(rows))
 
 
 def _validate_coordinate_values(scene: Scene, over: Mapping[str, Sequence[float] | FloatArray]) -> tuple[str, FloatArray]:
+    """Return the name and the values of the leading coordinate; raise MechanismError for values outside the travel."""
     coordinate = scene.part.mechanism.coordinate
     if list(over) != [coordinate]:
         raise MechanismError(f"`over` must give values of {coordinate!r}, the leading coordinate; got {list(over)}")
@@ -70,11 +85,12 @@ def _validate_coordinate_values(scene: Scene, over: Mapping[str, Sequence[float]
         outside = values[(values <= limit.low) | (values >= limit.high)]
         if limit.reading == coordinate and outside.size:
             range_text = f"{limit.low:.6g} to {limit.high:.6g} in SI"
-            raise MechanismError(f"{coordinate} = {outside[0]:.6g} lies outside the travel, {range_text}")
+            raise MechanismError(f"{coordinate} = {outside[0]:.6g} is outside the travel, {range_text}")
     return coordinate, values
 
 
 def _assemble_poses(scene: Scene, values: FloatArray) -> FloatArray:
+    """Return the poses (n, bodies, 3) at the values of the leading coordinate."""
     assembler = PositionSolver(scene.part.mechanism)
     poses: list[FloatArray] = []
     for value in values:
@@ -83,18 +99,20 @@ def _assemble_poses(scene: Scene, values: FloatArray) -> FloatArray:
 
 
 def _evaluate_quantity(scene: Scene, quantity: str, values: FloatArray, poses: FloatArray) -> tuple[FloatArray, str]:
+    """Return the quantity of the mechanism (n,) and its unit."""
     if quantity == "equilibrium_speed":
         return equilibrium_speed_at(scene, values), "rad/s"
     mechanism = scene.part.mechanism
     names = [reading.name for reading in mechanism.readings]
     if quantity not in names:
         known = ["equilibrium_speed", *names]
-        raise MechanismError(f"no quantity {quantity!r} to check; known are {known}.{did_you_mean(quantity, known)}")
+        raise MechanismError(f"unknown quantity {quantity!r}; available: {known}.{did_you_mean(quantity, known)}")
     unit = "rad" if mechanism.reading(quantity).quantity == "angle" else "m"
     return evaluate_output_value(mechanism, quantity, poses), unit
 
 
 def _available_arguments(scene: Scene, values: FloatArray, poses: FloatArray) -> dict[str, FloatArray]:
+    """Return what a kernel may take, by name: dimensions, gravity and readings, each of shape (n,)."""
     columns = {name: np.full(values.shape, number) for name, number in scene.part.dimensions.items()}
     columns["gravity"] = np.full(values.shape, scene.gravity)
     mechanism = scene.part.mechanism
@@ -102,25 +120,26 @@ def _available_arguments(scene: Scene, values: FloatArray, poses: FloatArray) ->
 
 
 def _select_kernel_arguments(kernel: Callable[..., float], available: Mapping[str, FloatArray]) -> dict[str, FloatArray]:
+    """Return the arguments that the kernel's parameters name; raise MechanismError for a parameter without a value."""
     selected = {}
     for name, parameter in inspect.signature(kernel).parameters.items():
         if parameter.kind in (parameter.VAR_POSITIONAL, parameter.VAR_KEYWORD, parameter.POSITIONAL_ONLY):
-            raise MechanismError(f"the kernel's parameter {name!r} has no name to fill it by; write plain named parameters")
+            raise MechanismError(f"the kernel's parameter {name!r} cannot be matched by name; use plain named parameters")
         if name in available:
             selected[name] = available[name]
         elif parameter.default is parameter.empty:
             known = sorted(available)
-            raise MechanismError(f"the kernel asks for {name!r}; it can have {known}.{did_you_mean(name, known)}")
+            raise MechanismError(f"the kernel has an unknown parameter {name!r}; available: {known}.{did_you_mean(name, known)}")
     return selected
 
 
 def _evaluate_kernel(kernel: Callable[..., float], arguments: Mapping[str, float], coordinate: str, value: float) -> float:
-    """The kernel's value; what is not one real number fails its row instead of stopping the others."""
+    """Return the kernel's value; NaN for a result that is not finite, so that only its row fails."""
     try:
         result = np.asarray(kernel(**arguments))
     except Exception as error:
         error.add_note(f"raised by the kernel at {coordinate} = {value:.6g}, called with {dict(arguments)}")
         raise
     if result.size != 1 or result.dtype.kind not in "iuf":
-        raise MechanismError(f"the kernel must return one real number; at {coordinate} = {value:.6g} it gave {result!r}")
+        raise MechanismError(f"the kernel must return one real number; at {coordinate} = {value:.6g} it returned {result!r}")
     return float(result.ravel()[0]) if math.isfinite(float(result.ravel()[0])) else math.nan

@@ -39,7 +39,12 @@ def at_rest(governor: HartungGovernor, angle: float) -> dict[str, float]:
     speed = float(closed.equilibrium_speed(governor, lever_angle=angle, spring_force=force))
     sprung: dict[str, Any] = {"lever_angle": angle, "spring_force": force, "spring_rate": hartung.SPRING_RATE}
     square = float(closed.squared_natural_frequency(governor, **sprung))
-    free = float(closed.squared_natural_frequency(governor, **sprung, constant_inertia=hartung.SPINDLE_INERTIA))
+    x = float(closed.weight_radius(governor, lever_angle=angle))
+    inertia_derivative = -4 * governor.weight_mass * x * governor.weight_arm * math.cos(angle)
+    total_inertia = hartung.SPINDLE_INERTIA + 2 * governor.weight_mass * x**2
+    inertia = float(closed.lever_inertia(governor, lever_angle=angle))
+    # The angular momentum of a free spindle adds w^2 J'^2 / (J0 + J) to the stiffness.
+    stiffness = float(closed.stiffness(governor, **sprung, spindle_speed=speed)) + (speed * inertia_derivative) ** 2 / total_inertia
     return {
         "radius": float(closed.weight_radius(governor, lever_angle=angle)),
         "force": force,
@@ -48,7 +53,7 @@ def at_rest(governor: HartungGovernor, angle: float) -> dict[str, float]:
         "stiffness": float(closed.stiffness(governor, **sprung, spindle_speed=speed)),
         "inertia": float(closed.lever_inertia(governor, lever_angle=angle)),
         "frequency": math.sqrt(square),
-        "free": free,
+        "free": stiffness / inertia,
         "static": float(closed.static_sleeve_force(governor, lever_angle=angle, spring_force=force)),
     }
 
@@ -97,7 +102,7 @@ def test_how_constant_the_static_force_is(angle_deg: float, percent: float) -> N
 
 
 def of_angle(degrees: float, arm: float | None = None) -> HartungGovernor:
-    """The paper's governor with another bell crank; b from hangers that stand even about the axis."""
+    """The paper's governor with another bell crank; b from hangers symmetric about the axis."""
     even = hartung.GOVERNOR["fulcrum_radius"] / (math.sin(math.radians(degrees)) * math.cos(math.radians(15)))
     return HartungGovernor(**{**hartung.GOVERNOR, "angle": math.radians(degrees), "sleeve_arm": even if arm is None else arm})
 
@@ -132,7 +137,7 @@ def governors(draw: st.DrawFn) -> tuple[HartungGovernor, float]:
         hanger=hanger,
         lug_radius=draw(st.floats(0.0, 0.1)),
     )
-    assume(float(closed.lift_derivative(governor, lever_angle=lever)) < -0.05 * other)  # off its dead centre
+    assume(float(closed.lift_derivative(governor, lever_angle=lever)) < -0.05 * other)  # away from its change point
     return governor, lever
 
 
@@ -142,7 +147,10 @@ def test_both_forms_of_the_static_force_agree_at_rest(found: tuple[HartungGovern
     # Both are sums of terms no larger than these, so that rounding stays below 1e-12 of them.
     force = float(closed.astatic_spring_force(governor, lever_angle=angle, spindle_speed=speed))
     full = float(closed.static_sleeve_force(governor, lever_angle=angle, spring_force=force))
-    simple = float(closed.static_sleeve_force_at_speed(governor, lever_angle=angle, spindle_speed=speed))
+    # S = 2 C (a / b) cos alpha / sin(g + alpha) of the centrifugal force C; z' replaces b sin for a hanger
+    centrifugal = governor.weight_mass * speed**2 * float(closed.weight_radius(governor, lever_angle=angle))
+    lever = governor.weight_arm * math.cos(angle) / -float(closed.lift_derivative(governor, lever_angle=angle))
+    simple = 2 * centrifugal * lever
     load = 9.81 * (governor.sleeve_mass + governor.weight_mass * 20)  # 2 a / b is 20 at most
     assert full == pytest.approx(simple, rel=1e-12, abs=1e-12 * load)
 
@@ -196,22 +204,25 @@ def test_a_motion_keeps_its_energy() -> None:
 @pytest.mark.parametrize(
     ("call", "message"),
     [
-        (lambda: HartungGovernor(**{**hartung.GOVERNOR, "angle": 3.2}), r"angle must lie below 180 deg; got angle = 183"),
+        (lambda: HartungGovernor(**{**hartung.GOVERNOR, "angle": 3.2}), r"angle must be below 180 deg; got angle = 183"),
         (lambda: HartungGovernor(**{**hartung.GOVERNOR, "weight_arm": 0.0}), "weight_arm must be above 0 m"),
-        (lambda: closed.weight_radius(PAPERS, lever_angle=1.6), "within 90 deg of upright; got lever_angle = 91.67"),
+        (
+            lambda: closed.weight_radius(PAPERS, lever_angle=1.6),
+            "lever_angle must be below 90 deg and above -90 deg; got lever_angle = 91.67",
+        ),
         (
             lambda: closed.static_sleeve_force(PAPERS, lever_angle=0.85, spring_force=1e3),
-            r"lever stands at or beyond its dead centre.*got lever_angle = 48\.7",
+            r"lever is at or beyond its change point.*got lever_angle = 48\.7",
         ),
         (
             lambda: closed.sleeve_height(HartungGovernor(**hartung.GOVERNOR, hanger=0.02), lever_angle=0.2),
-            "hanger is too short.*reach = 0.0207",
+            "hanger is too short.*hanger offset = 0.0207",
         ),
         (
             lambda: closed.equilibrium_speed(PAPERS, lever_angle=-0.2, spring_force=-500.0),
             "the spring is too weak; got spring_force = -500 N",
         ),
-        (lambda: closed.relative_spread(np.array([1.0, -1.0])), "mean is not zero"),
+        (lambda: closed.relative_spread(np.array([1.0, -1.0])), "with a mean other than zero"),
     ],
 )
 def test_what_is_outside_is_refused_with_its_value(call: Any, message: str) -> None:

@@ -23,8 +23,8 @@ DESIGN = zehnder.DESIGN
 RATIO = DESIGN["mass_ratio"]
 SPEEDS = tuple(math.tau * rpm / 60 for rpm in DESIGN["speeds_rpm"])
 PARAMETER = isochronous.double_parameter(spindle_speed=SPEEDS[0], mass_ratio=RATIO)
-START = isochronous.empirical_start_abscissa(spindle_speed=SPEEDS[0], mass_ratio=RATIO)
-START_ANGLE = isochronous.parabola_angle(abscissa=START, double_parameter=PARAMETER)
+START = (1000 * math.sqrt(1 + RATIO) / DESIGN["speeds_rpm"][0] - 1) / 100  # Zehnder's rule, in cm and rpm
+START_ANGLE = math.atan(2 * START / PARAMETER)
 RADIUS = isochronous.radius_of_curvature(abscissa=START, double_parameter=PARAMETER)
 
 
@@ -52,8 +52,7 @@ def test_the_design_example_is_met_to_the_printed_digits() -> None:
     is_printed(RADIUS, DESIGN["radius_of_curvature"])
     is_printed(1e4 * RADIUS**2, DESIGN["radius_squared_cm2"], digits=8)
     is_printed(1e4 * (PARAMETER + 4 * height) ** 3 / (4 * PARAMETER), DESIGN["radius_squared_cm2"], digits=8)
-    offset = isochronous.osculating_offset(abscissa=START, arm_angle=START_ANGLE)
-    is_printed(offset, DESIGN["osculating_offset"])
+    is_printed(-START * math.tan(START_ANGLE) ** 2, DESIGN["osculating_offset"])
 
 
 def test_the_trial_speeds_of_the_design_are_met() -> None:
@@ -74,8 +73,7 @@ def test_the_upper_position_of_the_design_is_the_only_one_above_the_start(row: t
     assert found.size == 1
     is_printed(math.degrees(found[0]), degrees)
     is_printed(pendulum.ball_radius(governor, arm_angle=float(found[0])), abscissa)
-    rise = pendulum.sleeve_height(governor, arm_angle=np.array([START_ANGLE, found[0]]))
-    is_printed(rise[1] - rise[0], lift)
+    is_printed(2 * length * (math.cos(START_ANGLE) - math.cos(found[0])), lift)
 
 
 @pytest.mark.parametrize("row", zehnder.OSCULATION, ids=lambda row: f"{row[0]}deg")
@@ -96,55 +94,30 @@ def test_the_speed_is_least_at_the_osculation_point() -> None:
 
 @given(st.floats(0.01, 0.5), st.floats(0.05, 3.0))
 def test_the_osculating_arm_is_the_radius_of_curvature(abscissa: float, parameter: float) -> None:
-    angle = isochronous.parabola_angle(abscissa=abscissa, double_parameter=parameter)
+    angle = math.atan(2 * abscissa / parameter)
     radius = isochronous.radius_of_curvature(abscissa=abscissa, double_parameter=parameter)
     # cos^2 of a steep angle loses up to three digits
-    assert_allclose(isochronous.osculating_arm(abscissa=abscissa, arm_angle=angle), radius, rtol=1e-12)
-    offset = isochronous.osculating_offset(abscissa=abscissa, arm_angle=angle)
-    assert_allclose(offset + radius * math.sin(angle), abscissa, rtol=1e-9)  # e and l sin a may be 1e3 x, cancelling
+    assert_allclose(abscissa / (math.sin(angle) * math.cos(angle) ** 2), radius, rtol=1e-12)
     assert_allclose(radius, (parameter**2 + 4 * abscissa**2) ** 1.5 / (2 * parameter**2), rtol=1e-13)
 
 
 def test_the_parabola_rises_at_45_degrees_where_x_is_twice_y() -> None:
     x = isochronous.abscissa_at_45_degrees(spindle_speed=SPEEDS[0], mass_ratio=RATIO)
     assert_allclose(x, 2 * isochronous.parabola_height(abscissa=x, double_parameter=PARAMETER), rtol=1e-15)
-    assert_allclose(isochronous.parabola_angle(abscissa=x, double_parameter=PARAMETER), math.pi / 4, rtol=1e-15)
-
-
-@pytest.mark.parametrize("speed", [4 * math.pi, 30.0])
-@pytest.mark.parametrize(("limit", "abscissa", "degrees", "ideal", "digits"), zehnder.EMPIRICAL_START)
-def test_the_empirical_abscissa_depends_on_the_limit_only(
-    speed: float, limit: float, abscissa: float, degrees: float, ideal: float, digits: int
-) -> None:
-    load = {"spindle_speed": speed, "mass_ratio": speed**2 / limit - 1}
-    start = isochronous.empirical_start_abscissa(**load)
-    is_printed(start, abscissa)
-    angle = isochronous.parabola_angle(abscissa=start, double_parameter=isochronous.double_parameter(**load))
-    is_printed(math.degrees(angle), degrees, digits=8)
-    is_printed(isochronous.abscissa_at_45_degrees(**load), ideal, digits)
-
-
-def test_the_empirical_abscissa_is_the_ideal_one_at_one_load_only() -> None:
-    case = zehnder.EMPIRICAL_AT_45_DEGREES
-    load = {"spindle_speed": 100 * math.tau / 60, "mass_ratio": (100 * case["root_of_load_over_rpm"]) ** 2 - 1}
-    # 1e-10: the load is given to 12 digits, the rule subtracts 1 from 10, and the ideal abscissa goes with its square
-    assert_allclose(isochronous.empirical_start_abscissa(**load), case["abscissa"], rtol=1e-10)
-    assert_allclose(isochronous.abscissa_at_45_degrees(**load), case["abscissa"], rtol=1e-10)
+    assert_allclose(2 * x / PARAMETER, 1.0, rtol=1e-15)
 
 
 def test_neighbouring_parabolas_part_most_at_the_abscissa_of_45_degrees() -> None:
     low, high = SPEEDS
-    family = {"lower_speed": low, "upper_speed": high, "mass_ratio": RATIO}
+
+    def angle_between(abscissa: Any) -> Any:
+        slopes = [2 * abscissa / isochronous.double_parameter(spindle_speed=speed, mass_ratio=RATIO) for speed in (low, high)]
+        return np.arctan(slopes[1]) - np.arctan(slopes[0])
+
     best = isochronous.abscissa_at_45_degrees(spindle_speed=math.sqrt(low * high), mass_ratio=RATIO)
-    angle = isochronous.angle_between_parabolas(abscissa=best, **family)
+    angle = angle_between(best)
     assert_allclose(math.tan(angle), (high**2 - low**2) / (2 * low * high), rtol=1e-13)  # rounding
-    around = isochronous.angle_between_parabolas(abscissa=best * np.array([0.9, 0.99, 1.01, 1.1]), **family)
-    assert np.all(around < angle)
-    slopes = [
-        isochronous.parabola_angle(abscissa=best, double_parameter=isochronous.double_parameter(spindle_speed=speed, mass_ratio=RATIO))
-        for speed in (low, high)
-    ]
-    assert_allclose(slopes[1] - slopes[0], angle, rtol=1e-13)  # rounding of the difference
+    assert np.all(angle_between(best * np.array([0.9, 0.99, 1.01, 1.1])) < angle)
 
 
 GUIDE_CASE = zehnder.GUIDE
@@ -159,11 +132,11 @@ GUIDE: dict[str, Any] = {
 def test_the_transit_in_the_isochronous_guide_takes_the_recomputed_time() -> None:
     is_printed(GUIDE["double_parameter"], GUIDE_CASE["double_parameter"])
     is_printed(isochronous.guide_transit_time(end=GUIDE_CASE["end"], **GUIDE), GUIDE_CASE["time"])
-    is_printed(isochronous.guide_rate(abscissa=GUIDE_CASE["end"], **GUIDE), GUIDE_CASE["end_rate"])
 
 
 def test_the_transit_time_is_the_integral_of_the_inverse_rate_also_across_the_axis() -> None:
-    time, _ = quad(lambda x: 1 / isochronous.guide_rate(abscissa=x, **{**GUIDE, "start": -0.1}), -0.1, 0.2, epsabs=1e-13)
+    k = 2 * math.sqrt(1 + 2 * GUIDE["mass_ratio"]) / GUIDE["double_parameter"]  # x' sqrt(1 + k^2 x^2) is constant
+    time, _ = quad(lambda x: math.hypot(1, k * x) / (GUIDE["start_rate"] * math.hypot(1, -0.1 * k)), -0.1, 0.2, epsabs=1e-13)
     assert_allclose(isochronous.guide_transit_time(end=0.2, **{**GUIDE, "start": -0.1}), time, rtol=1e-13)  # quadrature
 
 
@@ -206,18 +179,7 @@ def test_numbers_give_floats_and_arrays_broadcast() -> None:
         ),
         (lambda: isochronous.double_parameter(spindle_speed=10.0, gravity=-9.81), r"gravity must be above 0 m/s2"),
         (lambda: isochronous.parabola_height(abscissa=0.1, double_parameter=0.0), r"double_parameter must be above 0 m"),
-        (
-            lambda: isochronous.empirical_start_abscissa(spindle_speed=200.0),
-            r"gives no abscissa outside the axis.*start abscissa = -0.4.* cm; load the sleeve more",
-        ),
-        (lambda: isochronous.osculating_arm(abscissa=0.1, arm_angle=math.pi / 2), r"arm_angle must lie below 90 deg"),
-        (lambda: isochronous.osculating_offset(abscissa=0.1, arm_angle=0.0), r"arm_angle must be above 0 rad"),
-        (lambda: isochronous.osculating_offset(abscissa=-0.1, arm_angle=0.5), r"abscissa must be above 0 m"),
-        (
-            lambda: isochronous.angle_between_parabolas(abscissa=0.1, lower_speed=12.0, upper_speed=11.0),
-            r"upper_speed must not be below lower_speed; got lower_speed = 12 rad/s and upper_speed = 11 rad/s",
-        ),
-        (lambda: isochronous.guide_transit_time(end=0.05, **GUIDE), r"the balls never come to the end.*start = 0.1 m"),
+        (lambda: isochronous.guide_transit_time(end=0.05, **GUIDE), r"the balls never reach the end.*start = 0.1 m"),
         (lambda: isochronous.guide_transit_time(end=0.2, **{**GUIDE, "start_rate": 0.0}), r"start_rate must point from start to end"),
     ],
 )

@@ -30,6 +30,11 @@ DOWN = -UP
 ANGLES = st.floats(math.radians(10), math.radians(60))
 
 
+def osculating_arm(abscissa: float, angle: float) -> float:
+    """Return the radius of curvature of the parabola that has the slope angle (rad) at an abscissa (m)."""
+    return float(isochronous.radius_of_curvature(abscissa=abscissa, double_parameter=2 * abscissa / math.tan(angle)))
+
+
 @pytest.mark.parametrize("row", zehnder.OSCULATION, ids=lambda row: f"{row[0]}deg")
 def test_the_speed_changes_as_recomputed(row: tuple[float, ...]) -> None:
     arms = RADIUS * np.array(zehnder.OSCULATION_ARMS)
@@ -67,7 +72,7 @@ def test_judged_by_the_parabola_under_the_ball_the_changes_have_the_signs_of_zeh
 
 @given(ANGLES, st.floats(0.02, 2.0), st.floats(0.3, 1.6), st.floats(-4, 8).map(math.radians), st.floats(0, 8))
 def test_the_change_is_that_of_the_governors_own_speed(angle: float, abscissa: float, share: float, turn: float, ratio: float) -> None:
-    arm = share * float(isochronous.osculating_arm(abscissa=abscissa, arm_angle=angle))
+    arm = share * osculating_arm(abscissa, angle)
     offset = abscissa - arm * math.sin(angle)
     governor = PendulumGovernor(arm=arm, offset=offset, ball_mass=1.0, sleeve_mass=ratio)
     if offset + arm * math.sin(angle + turn) < 0.05 * abscissa:
@@ -80,7 +85,7 @@ def test_the_change_is_that_of_the_governors_own_speed(angle: float, abscissa: f
 
 @given(ANGLES, st.floats(0.02, 2.0), st.floats(0.3, 1.6), st.floats(-2, 8).map(math.radians))
 def test_the_ball_sits_on_the_parabola_of_the_judged_speed(angle: float, abscissa: float, share: float, turn: float) -> None:
-    arm = share * float(isochronous.osculating_arm(abscissa=abscissa, arm_angle=angle))
+    arm = share * osculating_arm(abscissa, angle)
     change = parabola_speed_change(start_angle=angle, start_abscissa=abscissa, arm=arm, angle_change=turn)
     x = abscissa + arm * (math.sin(angle + turn) - math.sin(angle))
     y = abscissa * math.tan(angle) / 2 + arm * (math.cos(angle) - math.cos(angle + turn))
@@ -109,15 +114,15 @@ def test_numbers_give_floats_and_arrays_broadcast() -> None:
     ("values", "sentence"),
     [
         ({"start_angle": 0.0}, r"start_angle must be above 0 rad"),
-        ({"start_angle": math.pi / 2}, r"start_angle must lie below 90 deg; got start_angle = 90 deg"),
+        ({"start_angle": math.pi / 2}, r"start_angle must be below 90 deg; got start_angle = 90 deg"),
         ({"start_angle": math.nan}, r"start_angle must be finite"),
         ({"start_abscissa": 0.0}, r"start_abscissa must be above 0 m"),
         ({"arm": -0.3}, r"arm must be above 0 m; got arm = -0.3 m"),
         ({"arm": "0.3 m"}, r"arm must be a number"),
         ({"angle_change": math.inf}, r"angle_change must be finite"),
-        ({"angle_change": -1.0}, r"must lie above 0 deg and below 90 deg; got .* angle_change = -57"),
+        ({"angle_change": -1.0}, r"must be above 0 deg and below 90 deg; got .* angle_change = -57"),
         ({"angle_change": np.array([0.1, 1.2])}, r"angle_change\[1\] = 68"),
-        ({"arm": 3 * RADIUS, "angle_change": -0.3}, r"onto the spindle axis or beyond it.*arm = 1\.4.*turn the arm less"),
+        ({"arm": 3 * RADIUS, "angle_change": -0.3}, r"on or beyond the spindle axis.*arm = 1\.4.*turn the arm less"),
     ],
 )
 @pytest.mark.parametrize("function", [equilibrium_speed_change, parabola_speed_change])
@@ -129,5 +134,5 @@ def test_what_has_no_answer_is_refused_with_the_value(function: Callable[..., An
 def test_a_ball_below_the_vertex_sits_on_no_parabola() -> None:
     start = {"start_angle": 0.2, "start_abscissa": 1.0, "arm": 20.0}
     assert equilibrium_speed_change(**start, angle_change=-0.04) > 0
-    with pytest.raises(MechanismError, match=r"below it: no parabola passes there; got angle_change = -2\.2"):
+    with pytest.raises(MechanismError, match=r"at or below the height of the vertex: no parabola passes there; got angle_change = -2\.2"):
         parabola_speed_change(**start, angle_change=-0.04)

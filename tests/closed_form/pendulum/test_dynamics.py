@@ -32,6 +32,43 @@ def governor_of(table: dict[str, Any]) -> PendulumGovernor:
     return PendulumGovernor(**table["dimensions"])
 
 
+def equal_speed_offset(arm: float, low: float, high: float) -> float:
+    """Return the offset at which two arm angles (rad) have the same equilibrium speed in a rhombus."""
+    return -arm * math.sin(low) * math.sin(high) * math.sin((low + high) / 2) / math.cos((high - low) / 2)
+
+
+def link_angle(governor: PendulumGovernor, angle: Any) -> Any:
+    return np.arcsin((governor.offset + governor.joint_length * np.sin(angle) - governor.lug_radius) / governor.link_length)
+
+
+def sleeve_height(governor: PendulumGovernor, angle: Any) -> Any:
+    return -governor.joint_length * np.cos(angle) - governor.link_length * np.cos(link_angle(governor, angle))
+
+
+def sleeve_derivative(governor: PendulumGovernor, angle: float) -> float:
+    return governor.joint_length * (math.sin(angle) + math.cos(angle) * math.tan(link_angle(governor, angle)))
+
+
+def potential(governor: PendulumGovernor, *, arm_angle: Any) -> Any:
+    """Return the potential energy of all weights (J), zero at the suspension."""
+    arms = (2 * governor.ball_mass + governor.arm_mass) * governor.arm + governor.link_mass * governor.joint_length
+    lifted = (governor.sleeve_mass + governor.link_mass) * sleeve_height(governor, arm_angle)
+    return governor.gravity * (lifted - arms * np.cos(arm_angle))
+
+
+def jacobi_integral(governor: PendulumGovernor, angle: Any, rate: Any, speed: float) -> Any:
+    kinetic = pendulum.in_plane_inertia(governor, arm_angle=angle) * rate**2 / 2
+    return kinetic + potential(governor, arm_angle=angle) - speed**2 * pendulum.spindle_inertia(governor, arm_angle=angle) / 2
+
+
+def free_spindle_frequency_squared(governor: PendulumGovernor, angle: Any, constant_inertia: float) -> Any:
+    speed = pendulum.equilibrium_speed(governor, arm_angle=angle)
+    coupling = (speed * pendulum.spindle_inertia_derivative(governor, arm_angle=angle)) ** 2
+    total = constant_inertia + pendulum.spindle_inertia(governor, arm_angle=angle)
+    stiffness = pendulum.stiffness(governor, arm_angle=angle) + coupling / total
+    return stiffness / pendulum.in_plane_inertia(governor, arm_angle=angle)
+
+
 PORTER = governor_of(zehnder.PORTER_OPEN)
 CROSSED = governor_of(zehnder.CROSSED)
 UNCROSSED_LINKS = governor_of(zehnder.CROSSED_ARMS_OPEN_LINKS)
@@ -40,7 +77,7 @@ SNAP_STOPS = np.radians(zehnder.FOLD_JUMP["stops_deg"])
 SNAP = PendulumGovernor(
     arm=zehnder.FOLD_JUMP["arm"],
     ball_mass=zehnder.FOLD_JUMP["ball_mass"],
-    offset=pendulum.equal_speed_offset(arm=zehnder.FOLD_JUMP["arm"], lower_angle=float(SNAP_STOPS[0]), upper_angle=float(SNAP_STOPS[1])),
+    offset=equal_speed_offset(zehnder.FOLD_JUMP["arm"], float(SNAP_STOPS[0]), float(SNAP_STOPS[1])),
 )
 GENERAL = PendulumGovernor(
     arm=0.4,
@@ -99,8 +136,7 @@ def test_every_row_of_the_tables_is_met_to_the_printed_digits(name: str, row: tu
     is_printed(pendulum.stiffness(governor, arm_angle=angle), row[3])
     is_printed(pendulum.in_plane_inertia(governor, arm_angle=angle), row[4])
     is_printed(pendulum.squared_oscillation_frequency(governor, arm_angle=angle), row[5])
-    rest = table["rest_inertia"]
-    is_printed(pendulum.squared_free_spindle_frequency(governor, arm_angle=angle, constant_inertia=rest), row[6])
+    is_printed(free_spindle_frequency_squared(governor, angle, table["rest_inertia"]), row[6])
 
 
 @pytest.mark.parametrize("row", zehnder.FOLD_JUMP["rows"], ids=lambda row: f"{row[0]}deg")
@@ -135,7 +171,7 @@ def test_the_equilibrium_speed_of_a_general_linkage_is_that_of_virtual_work() ->
 def test_crossed_arms_with_uncrossed_links_meet_the_exact_numbers() -> None:
     for degrees, link, speed in zehnder.CROSSED_ARMS_OPEN_LINKS["rows"]:
         is_printed(pendulum.equilibrium_speed(UNCROSSED_LINKS, arm_angle=math.radians(degrees)), speed)
-        found = math.degrees(pendulum.link_angle(UNCROSSED_LINKS, arm_angle=math.radians(degrees)))
+        found = math.degrees(link_angle(UNCROSSED_LINKS, math.radians(degrees)))
         assert abs(found - link) <= 0.505e-6  # printed to six decimals
 
 
@@ -143,9 +179,13 @@ def test_an_extended_arm_counts_as_a_heavier_ball_at_the_joint() -> None:
     extended = governor_of(zehnder.EXTENDED_ARM)
     angle = math.radians(zehnder.EXTENDED_ARM["arm_angle_deg"])
     is_printed(pendulum.equilibrium_speed(extended, arm_angle=angle), zehnder.EXTENDED_ARM["spindle_speed"])
-    # (Ia): P = P1 l / l1 is the ball that gives the same insensitivity at the joint
+    # (Ia): P = P1 l / l1 is the ball at the joint with the same ratio of falling and rising speed
     reduced = PendulumGovernor(arm=0.25, offset=0.03, ball_mass=0.4 / 0.25, sleeve_mass=3.0)
-    assert_allclose(pendulum.insensitivity(extended, resistance=2.0), pendulum.insensitivity(reduced, resistance=2.0), rtol=1e-15)
+    ratios = [
+        pendulum.falling_speed(governor, arm_angle=angle, resistance=2.0) / pendulum.rising_speed(governor, arm_angle=angle, resistance=2.0)
+        for governor in (extended, reduced)
+    ]
+    assert_allclose(*ratios, rtol=1e-14)  # rounding
 
 
 def test_the_least_speed_of_crossed_arms_stands_at_the_least_stable_angle() -> None:
@@ -178,8 +218,8 @@ def test_the_marks_of_the_jumping_governor_are_met() -> None:
     is_printed(speed / least - 1, snap["hysteresis"], digits=8)
     is_printed(math.sqrt(-pendulum.squared_oscillation_frequency(SNAP, arm_angle=low)), snap["growth_rate_lower_stop"])
     is_printed(math.sqrt(pendulum.squared_oscillation_frequency(SNAP, arm_angle=high)), snap["frequency_upper_stop"])
-    drop = pendulum.jacobi_integral(SNAP, arm_angle=low, arm_rate=0.0, spindle_speed=speed)
-    drop -= pendulum.jacobi_integral(SNAP, arm_angle=high, arm_rate=0.0, spindle_speed=speed)
+    drop = jacobi_integral(SNAP, low, 0.0, speed)
+    drop -= jacobi_integral(SNAP, high, 0.0, speed)
     is_printed(drop, snap["effective_energy_drop"])
     is_printed(math.sqrt(2 * drop / pendulum.in_plane_inertia(SNAP, arm_angle=high)), snap["arrival_rate"])
     loaded = dataclasses.replace(SNAP, sleeve_mass=4.0)
@@ -191,7 +231,7 @@ def test_a_spherical_pendulum_oscillates_at_the_textbook_frequency() -> None:
     governor = PendulumGovernor(arm=0.7, ball_mass=1.3)
     angle = np.radians([5.0, 30.0, 60.0, 85.0])
     speed = pendulum.equilibrium_speed(governor, arm_angle=angle)
-    free = pendulum.squared_free_spindle_frequency(governor, arm_angle=angle, constant_inertia=0.0)
+    free = free_spindle_frequency_squared(governor, angle, 0.0)
     assert_allclose(free, speed**2 * (1 + 3 * np.cos(angle) ** 2), rtol=1e-13)  # rounding
     forced = pendulum.squared_oscillation_frequency(governor, arm_angle=angle)
     assert_allclose(forced, (speed * np.sin(angle)) ** 2, rtol=1e-12)  # rounding; K cancels to sin^2 of its terms
@@ -206,57 +246,28 @@ def test_the_friction_band_meets_the_recomputed_numbers() -> None:
     is_printed(pendulum.rising_speed(PORTER, arm_angle=angle, resistance=resistance), band["rising_speed"])
     is_printed(pendulum.falling_speed(PORTER, arm_angle=angle, resistance=resistance), band["falling_speed"])
     is_printed(pendulum.equilibrium_speed(PORTER, arm_angle=angle), band["equilibrium_speed"])
-    ratio = pendulum.insensitivity(PORTER, resistance=resistance)
-    is_printed(ratio, band["insensitivity"])
-    is_printed(ratio + ratio**3 / 8, band["insensitivity_two_terms"])
-    is_printed(pendulum.insensitivity_exact(PORTER, resistance=resistance), band["insensitivity_exact"])
 
 
 @given(linkages(), angles, st.floats(0.0, 0.99))
 def test_the_friction_band_is_the_insensitivity_in_every_linkage(governor: PendulumGovernor, angle: float, share: float) -> None:
     try:
         speed = pendulum.equilibrium_speed(governor, arm_angle=angle)
-        resistance = share * pendulum.sleeve_load(governor, arm_angle=angle)
+        resistance = share * pendulum.potential_derivative(governor, arm_angle=angle) / sleeve_derivative(governor, angle)
         up = pendulum.rising_speed(governor, arm_angle=angle, resistance=resistance)
         down = pendulum.falling_speed(governor, arm_angle=angle, resistance=resistance)
     except MechanismError:
         assume(False)
-    exact = pendulum.insensitivity_exact(governor, resistance=resistance, arm_angle=angle)
     # rounding (some 1e-15), a hundredfold in the falling speed where the resistance comes near the load
-    assert_allclose((up - down) / speed, exact, rtol=1e-12, atol=1e-14)
     assert_allclose((up**2 - down**2) / (2 * speed**2), share, rtol=1e-12, atol=1e-14)
-
-
-def test_the_load_on_the_sleeve_of_a_porter_governor_is_ball_and_sleeve_weight() -> None:
-    assert_allclose(pendulum.sleeve_load(PORTER), 25 * 9.81, rtol=1e-15)
-    everywhere = pendulum.sleeve_load(PORTER, arm_angle=np.radians([20.0, 40.0]))
-    assert_allclose(everywhere, [25 * 9.81] * 2, rtol=1e-15)
-    heavy = governor_of(zehnder.PORTER_MASSIVE_RODS)
-    slopes = pendulum.potential_derivative(heavy, arm_angle=0.6) / pendulum.sleeve_height_derivative(heavy, arm_angle=0.6)
-    assert_allclose(pendulum.sleeve_load(heavy), slopes, rtol=1e-14)
 
 
 # --- geometry and derivatives ----------------------------------------------------------------------------------------
 
 
-@given(linkages(), angles)
-def test_arm_and_link_meet_at_the_joint(governor: PendulumGovernor, angle: float) -> None:
-    try:
-        link = pendulum.link_angle(governor, arm_angle=angle)
-    except MechanismError:
-        assume(False)
-    joint = governor.offset + governor.joint_length * math.sin(angle)
-    assert_allclose(governor.lug_radius + governor.link_length * math.sin(link), joint, atol=1e-15)
-    depth = governor.joint_length * math.cos(angle) + governor.link_length * math.cos(link)
-    assert_allclose(pendulum.sleeve_height(governor, arm_angle=angle), -depth, rtol=1e-12)  # cos b near 0 amplifies
-
-
 PAIRS = [
-    (pendulum.sleeve_height, pendulum.sleeve_height_derivative),
-    (pendulum.gravitational_potential, pendulum.potential_derivative),
+    (potential, pendulum.potential_derivative),
     (pendulum.potential_derivative, pendulum.potential_second_derivative),
     (pendulum.spindle_inertia, pendulum.spindle_inertia_derivative),
-    (pendulum.spindle_inertia_derivative, pendulum.spindle_inertia_second_derivative),
     (pendulum.in_plane_inertia, pendulum.in_plane_inertia_derivative),
 ]
 
@@ -279,9 +290,9 @@ def test_stiffness_is_half_the_slope_of_inertia_times_the_slope_of_squared_speed
     step = 1e-4
     try:
         squared = pendulum.equilibrium_speed(governor, arm_angle=angle + step * np.arange(-4, 5)) ** 2
-        link = pendulum.link_angle(governor, arm_angle=angle)
     except MechanismError:
         assume(False)
+    link = link_angle(governor, angle)
     assume(abs(link) < math.radians(70) and pendulum.ball_radius(governor, arm_angle=angle) > 0.02)
     change = slope_of(lambda at: pendulum.equilibrium_speed(governor, arm_angle=at) ** 2, angle, step)
     lever = pendulum.spindle_inertia_derivative(governor, arm_angle=angle)
@@ -292,13 +303,13 @@ def test_stiffness_is_half_the_slope_of_inertia_times_the_slope_of_squared_speed
 
 def test_the_rod_masses_are_the_sum_over_their_particles() -> None:
     angle, parts = 0.6, 4000
-    link = pendulum.link_angle(GENERAL, arm_angle=angle)
+    link = link_angle(GENERAL, angle)
     share = (np.arange(parts) + 0.5) / parts
     turn = 0.28 * math.cos(angle) / (0.33 * math.cos(link))  # db/da
-    slope = pendulum.sleeve_height_derivative(GENERAL, arm_angle=angle)
+    slope = sleeve_derivative(GENERAL, angle)
     arm_x, arm_y = 0.03 + 0.4 * share * math.sin(angle), -0.4 * share * math.cos(angle)
     link_x = 0.06 + 0.33 * share * math.sin(link)
-    link_y = pendulum.sleeve_height(GENERAL, arm_angle=angle) + 0.33 * share * math.cos(link)
+    link_y = sleeve_height(GENERAL, angle) + 0.33 * share * math.cos(link)
     link_rate = np.hypot(0.33 * share * math.cos(link) * turn, slope - 0.33 * share * math.sin(link) * turn)
     bare = dataclasses.replace(GENERAL, arm_mass=0.0, link_mass=0.0)
 
@@ -307,7 +318,7 @@ def test_the_rod_masses_are_the_sum_over_their_particles() -> None:
 
     arms, links = 2 * 0.7 / parts, 2 * 0.4 / parts
     # 1e-7: the midpoint sum over 4000 particles errs by 1 / (4 parts^2) = 1.6e-8
-    assert_allclose(of_rods(pendulum.gravitational_potential), 9.81 * (arms * arm_y.sum() + links * link_y.sum()), rtol=1e-7)
+    assert_allclose(of_rods(potential), 9.81 * (arms * arm_y.sum() + links * link_y.sum()), rtol=1e-7)
     inertia = arms * (arm_x**2).sum() + links * (link_x**2).sum()
     assert_allclose(of_rods(pendulum.spindle_inertia), inertia, rtol=1e-7)
     moving = arms * ((0.4 * share) ** 2).sum() + links * (link_rate**2).sum()
@@ -343,14 +354,13 @@ def test_equilibria_on_the_stops_count() -> None:
 def test_the_angle_of_an_equilibrium_speed_is_found_again(governor: PendulumGovernor, angle: float) -> None:
     try:
         speed = pendulum.equilibrium_speed(governor, arm_angle=angle)
-        free = abs(pendulum.stiffness(governor, arm_angle=angle))
+        stiffness = pendulum.stiffness(governor, arm_angle=angle)
     except MechanismError:
         assume(False)
     found = pendulum.equilibrium_angles(governor, spindle_speed=speed)
-    weight = abs(pendulum.potential_second_derivative(governor, arm_angle=angle)) + abs(
-        speed**2 * pendulum.spindle_inertia_second_derivative(governor, arm_angle=angle)
-    )
-    assume(free > 1e-4 * weight)  # next to a turning point the speed does not fix the angle
+    weight_stiffness = pendulum.potential_second_derivative(governor, arm_angle=angle)
+    terms = abs(weight_stiffness) + 2 * abs(weight_stiffness - stiffness)  # |V''| + |w^2 J''|
+    assume(abs(stiffness) > 1e-4 * terms)  # next to a turning point the speed does not fix the angle
     assert np.all(np.diff(found) > 0)
     assert np.min(np.abs(found - angle)) < 1e-11  # rounding of the moments (1e-15) over K (1e-4 of its terms)
 
@@ -423,11 +433,11 @@ def test_the_motion_of_a_free_spindle_ends_where_the_taylor_series_does() -> Non
 def test_the_jacobi_integral_keeps_its_value_along_the_motion(governor: PendulumGovernor) -> None:
     speed = pendulum.equilibrium_speed(governor, arm_angle=math.radians(30))
     run = motion(governor, speed, [math.radians(32), 0.3], 3.0)
-    value = pendulum.jacobi_integral(governor, arm_angle=run.y[0], arm_rate=run.y[1], spindle_speed=speed)
+    value = jacobi_integral(governor, run.y[0], run.y[1], speed)
     swing = pendulum.in_plane_inertia(governor, arm_angle=math.radians(32)) * 0.3**2 / 2
     assert np.ptp(run.y[0]) > math.radians(1.5)
     # rtol 1e-13 per step over some two hundred steps, measured on the terms, which outweigh the energy of the swing
-    scale = abs(pendulum.gravitational_potential(governor, arm_angle=math.radians(32))) + swing
+    scale = abs(potential(governor, arm_angle=math.radians(32))) + swing
     assert np.ptp(value) < 2e-12 * scale
 
 
@@ -444,11 +454,11 @@ def test_the_jump_between_the_stops_takes_the_recomputed_time(way: str) -> None:
 
     arrival.terminal = True  # type: ignore[attr-defined]
     run = motion(SNAP, speed, [start, 0.0], 5.0, events=arrival)
-    # the start is an almost unstable rest: rounding grows e^(2.65 * 2) to e^6 fold, and the event search adds its own
+    # the start is close to an unstable equilibrium: rounding grows e^(2.65 * 2) to e^6 fold, and the event search adds its own
     assert_allclose(run.t_events[0][0], case["time"], rtol=1e-10)
     assert_allclose(abs(run.y_events[0][0][1]), case["arrival_rate"], rtol=1e-10)
-    energy = pendulum.jacobi_integral(SNAP, arm_angle=start, arm_rate=0.0, spindle_speed=speed)
-    energy -= pendulum.jacobi_integral(SNAP, arm_angle=end, arm_rate=0.0, spindle_speed=speed)
+    energy = jacobi_integral(SNAP, start, 0.0, speed)
+    energy -= jacobi_integral(SNAP, end, 0.0, speed)
     is_printed(math.sqrt(2 * energy / pendulum.in_plane_inertia(SNAP, arm_angle=end)), case["arrival_rate"])
 
 
@@ -456,7 +466,7 @@ def test_an_oil_brake_takes_the_power_of_its_force_at_the_sleeve() -> None:
     state = {"arm_angle": 0.5, "arm_rate": 0.4, "spindle_speed": 9.0}
     free, braked = (pendulum.arm_acceleration(GENERAL, damping=c, **state) for c in (0.0, 120.0))
     lost = pendulum.in_plane_inertia(GENERAL, arm_angle=0.5) * (free - braked) * 0.4
-    sleeve_speed = pendulum.sleeve_height_derivative(GENERAL, arm_angle=0.5) * 0.4
+    sleeve_speed = sleeve_derivative(GENERAL, 0.5) * 0.4
     assert_allclose(lost, 120.0 * sleeve_speed**2, rtol=1e-12)  # rounding of the difference
 
 
@@ -473,7 +483,7 @@ def test_the_drive_torque_supplies_what_the_arms_take_in_angular_momentum() -> N
 
 @given(st.floats(0.1, 1.0), st.floats(0.05, 1.4), st.floats(0.01, 0.1), st.floats(0.0, 10.0))
 def test_the_equal_speed_offset_gives_equal_speeds(arm: float, low: float, apart: float, load: float) -> None:
-    offset = pendulum.equal_speed_offset(arm=arm, lower_angle=low, upper_angle=low + apart)
+    offset = equal_speed_offset(arm, low, low + apart)
     governor = PendulumGovernor(arm=arm, ball_mass=1.0, sleeve_mass=load, offset=offset)
     first, second = pendulum.equilibrium_speed(governor, arm_angle=np.array([low, low + apart]))
     assert_allclose(first, second, rtol=1e-12)  # x = e + l sin a cancels by up to three digits
@@ -481,7 +491,6 @@ def test_the_equal_speed_offset_gives_equal_speeds(arm: float, low: float, apart
 
 def test_numbers_give_floats_and_arrays_broadcast() -> None:
     assert type(pendulum.equilibrium_speed(PORTER, arm_angle=0.5)) is float
-    assert type(pendulum.sleeve_load(PORTER, arm_angle=0.5)) is float
     grid = pendulum.falling_speed(PORTER, arm_angle=np.array([[0.3], [0.5]]), resistance=np.array([0.0, 10.0, 20.0]))
     assert grid.shape == (2, 3)
     assert grid[1, 2] == pendulum.falling_speed(PORTER, arm_angle=0.5, resistance=20.0)
@@ -495,15 +504,15 @@ def test_numbers_give_floats_and_arrays_broadcast() -> None:
 @pytest.mark.parametrize(
     ("change", "sentence"),
     [
-        ({"arm": 0.0}, r"arm of the governor must be positive; got 0 m"),
-        ({"ball_mass": -5.0}, r"ball_mass of the governor must be positive; got -5 kg"),
-        ({"arm": math.nan}, r"arm of the governor must be positive; got nan m"),
-        ({"offset": math.nan}, r"offset of the governor must be a finite number"),
-        ({"sleeve_mass": -1.0}, r"sleeve_mass of the governor must be zero or positive; got -1.0 kg"),
-        ({"arm_mass": math.nan}, r"arm_mass of the governor must be zero or positive"),
-        ({"link": -0.1}, r"link of the governor must be positive"),
-        ({"gravity": 0.0}, r"gravity of the governor must be positive"),
-        ({"offset": -0.3}, r"offset of crossed arms must be nearer to the axis .*lengthen the arm"),
+        ({"arm": 0.0}, r"^arm must be above 0 m; got arm = 0 m"),
+        ({"ball_mass": -5.0}, r"ball_mass must be above 0 kg; got ball_mass = -5 kg"),
+        ({"arm": math.nan}, r"^arm must be finite; got arm = nan m"),
+        ({"offset": math.nan}, r"^offset must be finite"),
+        ({"sleeve_mass": -1.0}, r"sleeve_mass must be 0 kg or more; got sleeve_mass = -1 kg"),
+        ({"arm_mass": math.nan}, r"arm_mass must be finite"),
+        ({"link": -0.1}, r"^link must be above 0 m"),
+        ({"gravity": 0.0}, r"gravity must be above 0 m/s2"),
+        ({"offset": -0.3}, r"offset of crossed arms must be smaller than the arm .*lengthen the arm"),
         ({"lug_offset": 1.0}, r"the link cannot reach at any arm angle.*lengthen the link"),
     ],
 )
@@ -515,20 +524,20 @@ def test_impossible_dimensions_are_refused(change: dict[str, float], sentence: s
 @pytest.mark.parametrize(
     ("call", "sentence"),
     [
-        (lambda: pendulum.equilibrium_speed(PORTER, arm_angle=math.pi / 2), r"arm_angle must lie below 90 deg.*= 90 deg"),
+        (lambda: pendulum.equilibrium_speed(PORTER, arm_angle=math.pi / 2), r"arm_angle must be below 90 deg.*= 90 deg"),
         (lambda: pendulum.ball_radius(PORTER, arm_angle=math.radians([10.0, -95.0][1])), r"above -90 deg; got .* = -95 deg"),
-        (lambda: pendulum.sleeve_height(PORTER, arm_angle=np.radians([10.0, 30.0, 120.0])), r"arm_angle\[2\] = 120 deg"),
-        (lambda: pendulum.gravitational_potential(PORTER, arm_angle=np.array([0.1, np.nan])), r"must be finite; got arm_angle\[1\] = nan"),
-        (lambda: pendulum.gravitational_potential(PORTER, arm_angle="30 deg"), r"arm_angle must be a number or an array .* in rad"),
-        (lambda: pendulum.gravitational_potential(PORTER, arm_angle=1j), r"arm_angle must be a number or an array"),
-        (lambda: pendulum.gravitational_potential(PORTER, arm_angle=[[0.1], [0.2, 0.3]]), r"arm_angle must be a number or an array"),
+        (lambda: pendulum.in_plane_inertia(PORTER, arm_angle=np.radians([10.0, 30.0, 120.0])), r"arm_angle\[2\] = 120 deg"),
+        (lambda: pendulum.potential_derivative(PORTER, arm_angle=np.array([0.1, np.nan])), r"must be finite; got arm_angle\[1\] = nan"),
+        (lambda: pendulum.potential_derivative(PORTER, arm_angle="30 deg"), r"arm_angle must be a number or an array .* in rad"),
+        (lambda: pendulum.potential_derivative(PORTER, arm_angle=1j), r"arm_angle must be a number or an array"),
+        (lambda: pendulum.potential_derivative(PORTER, arm_angle=[[0.1], [0.2, 0.3]]), r"arm_angle must be a number or an array"),
         (
             lambda: pendulum.equilibrium_speed(CROSSED, arm_angle=np.radians([[20.0, 5.0]])),
-            r"the ball stands on the spindle axis or beyond it: no speed balances it; got arm_angle\[0, 1\] = 5 deg;"
+            r"the ball is on or beyond the spindle axis: no speed balances it; got arm_angle\[0, 1\] = 5 deg;"
             r" keep arm_angle above 8.62693 deg",
         ),
-        (lambda: pendulum.rising_speed(SNAP, arm_angle=0.0, resistance=1.0), r"the ball stands on the spindle axis"),
-        (lambda: pendulum.equilibrium_speed(governor_of(zehnder.WATT_ON_AXIS), arm_angle=0.0), r"the ball stands on the spindle axis"),
+        (lambda: pendulum.rising_speed(SNAP, arm_angle=0.0, resistance=1.0), r"on or beyond the spindle axis"),
+        (lambda: pendulum.equilibrium_speed(governor_of(zehnder.WATT_ON_AXIS), arm_angle=0.0), r"on or beyond the spindle axis"),
         (lambda: pendulum.equilibrium_speed(PORTER, arm_angle=-0.05), r"no real equilibrium speed.* = -2.8647889756"),
         (
             lambda: pendulum.equilibrium_speed(SHORT_LINKS, arm_angle=np.radians([30.0, 62.0])),
@@ -536,15 +545,12 @@ def test_impossible_dimensions_are_refused(change: dict[str, float], sentence: s
         ),
         (
             lambda: pendulum.falling_speed(PORTER, arm_angle=math.radians(28), resistance=np.array([100.0, 300.0])),
-            r"the resistance holds the arms up.*no falling speed.*; got resistance\[1\] = 300 N and arm_angle = 28",
+            r"the resistance holds the arms up.*there is no falling speed; got resistance\[1\] = 300 N and arm_angle = 28",
         ),
         (lambda: pendulum.rising_speed(PORTER, arm_angle=0.5, resistance=-1.0), r"resistance must be 0 N or more.* = -1 N"),
-        (lambda: pendulum.insensitivity(PORTER, resistance=-1.0), r"resistance must be 0 N or more"),
-        (lambda: pendulum.insensitivity_exact(PORTER, resistance=250.0), r"resistance must not exceed the sleeve_load"),
-        (lambda: pendulum.insensitivity(GENERAL, resistance=1.0), r"no rhombus changes with the arms; give arm_angle"),
         (
-            lambda: pendulum.squared_free_spindle_frequency(PORTER, arm_angle=0.5, constant_inertia=-0.1),
-            r"rest_inertia must be 0 kg m2 or more",
+            lambda: pendulum.spindle_acceleration(PORTER, arm_angle=0.5, arm_rate=0.1, spindle_speed=5.0, constant_inertia=-0.1),
+            r"constant_inertia must be 0 kg m2 or more",
         ),
         (
             lambda: pendulum.spindle_acceleration(
@@ -560,11 +566,9 @@ def test_impossible_dimensions_are_refused(change: dict[str, float], sentence: s
         (lambda: pendulum.stiffness(PORTER, arm_angle=0.5, spindle_speed=1e160), r"too large or too small for double"),
         (lambda: pendulum.least_stable_angle(PORTER), r"the arms do not cross the axis .*every angle is stable"),
         (lambda: pendulum.least_stable_angle(UNCROSSED_LINKS), r"holds for a rhombus with massless rods"),
-        (lambda: pendulum.equal_speed_offset(arm=0.4, lower_angle=0.7, upper_angle=0.5), r"lower_angle must lie below upper_angle"),
-        (lambda: pendulum.equal_speed_offset(arm=0.4, lower_angle=0.7, upper_angle=1.6), r"upper_angle must lie below 90"),
         (
             lambda: pendulum.equilibrium_angles(PORTER, spindle_speed=10.0, lowest=0.5, highest=0.4),
-            r"lowest must lie below highest; got lowest = 28.6.* deg and highest = 22.9",
+            r"lowest must be below highest; got lowest = 28.6.* deg and highest = 22.9",
         ),
         (lambda: pendulum.equilibrium_angles(PORTER, spindle_speed=np.array([1.0, 2.0])), r"must each be one number"),
     ],

@@ -1,14 +1,16 @@
-"""Hartung's spring governor: the spring force that balances it, its sleeve force, rest, stability and small swings.
+"""Hartung's spring governor: equilibrium, sleeve force, stability and motion.
 
-Two weights on bell cranks: the arm a carries a weight, the arm b at the angle `angle` to it the sleeve's hanger. The
-lever angle (rad) is that of the arm a from upright, positive toward the spindle: the paper's letter for it is alpha. A
-weight stands at x = x_H - a sin alpha, the foot of b at the height b cos(angle + alpha) above the fulcrum; moving out,
-the weights lift the sleeve. A spring presses each weight inward with the force P at its mass centre.
+Two bell cranks carry a weight each on the arm a; the arm b, at the angle `angle` to it, carries the hanger of the sleeve. The lever angle
+alpha (rad) is that of the arm a from the vertical, positive toward the spindle. A weight is at x = x_H - a sin alpha; the end of b is
+b cos(angle + alpha) above the fulcrum. The sleeve rises as the weights move outward. A horizontal spring presses each weight inward with
+the force P at its mass centre.
 
-Every function takes keywords only after the governor, floats or arrays that broadcast; floats give a float. Each raises
-MechanismError, naming the value, for numbers that are not finite or outside the range its docstring gives.
-Source: Fr. Dubois, Dinglers Polyt. J. 327 (1912), pp. 599-620; motion by Lagrange's equation. Limits: weights as
-points, massless bell cranks and hangers, no friction, horizontal springs.
+Arguments after the governor are keywords, floats or arrays that broadcast; floats give a float. Every function raises MechanismError for
+a value that is not finite or out of range. The weights are points; bell cranks and hangers are massless; there is no friction.
+
+References
+----------
+Fr. Dubois, Dinglers Polytechnisches Journal 327 (1912), pp. 599-620. The equations of motion follow from Lagrange's equation.
 """
 
 from __future__ import annotations
@@ -18,16 +20,43 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from governor_mechanism.closed_form.arguments import FloatOrArray, as_scalar_or_array, raise_where, validate_argument
+from governor_mechanism.closed_form.arguments import (
+    FloatOrArray,
+    as_scalar_or_array,
+    raise_where,
+    validate_angle,
+    validate_argument,
+    validate_fields,
+)
 from governor_mechanism.types import FloatArray
 
 
 @dataclass(frozen=True, kw_only=True)
 class HartungGovernor:
-    """A governor's dimensions: lengths in m, masses in kg, angle in rad, gravity in m/s2.
+    """Dimensions and masses of a Hartung governor.
 
-    hanger is the length of the hangers down to lugs `lug_radius` beside the axis; infinite: always vertical, as the
-    paper takes them. Raises MechanismError unless lengths and masses are positive and angle lies between 0 and pi.
+    MechanismError is raised unless lengths and masses are positive and the angle is between 0 and pi.
+
+    Attributes
+    ----------
+    weight_arm
+        Arm a of the bell crank, m.
+    sleeve_arm
+        Arm b of the bell crank, m.
+    angle
+        Angle between the arms, rad.
+    fulcrum_radius
+        Distance x_H of the fulcrum from the spindle axis, m.
+    weight_mass
+        Mass M of one weight, kg.
+    sleeve_mass
+        Mass m of the sleeve, kg.
+    hanger
+        Length of a hanger, m; infinite if the hangers are always vertical, as in the paper.
+    lug_radius
+        Distance of the sleeve lugs from the axis, m; used with a finite hanger only.
+    gravity
+        Gravitational acceleration, m/s2.
     """
 
     weight_arm: float
@@ -41,42 +70,81 @@ class HartungGovernor:
     gravity: float = 9.81
 
     def __post_init__(self) -> None:
-        for name, unit in (("weight_arm", "m"), ("sleeve_arm", "m"), ("fulcrum_radius", "m")):
-            validate_argument(getattr(self, name), name, unit, greater_than=0.0)
-        for name in ("weight_mass", "sleeve_mass"):
-            validate_argument(getattr(self, name), name, "kg", greater_than=0.0)
-        validate_argument(self.gravity, "gravity", "m/s2", minimum=0.0)
-        validate_argument(self.lug_radius, "lug_radius", "m")
-        angle = validate_argument(self.angle, "angle", "rad", greater_than=0.0)
-        raise_where(angle >= math.pi, "angle must lie below 180 deg", ("angle", np.degrees(angle), "deg"))
-        if self.hanger != math.inf:
-            validate_argument(self.hanger, "hanger", "m", greater_than=0.0)
+        """Validate the dimensions."""
+        positive = {"weight_arm": "m", "sleeve_arm": "m", "fulcrum_radius": "m", "weight_mass": "kg", "sleeve_mass": "kg"}
+        validate_fields(self, positive if math.isinf(self.hanger) else positive | {"hanger": "m"}, greater_than=0.0)
+        validate_fields(self, {"gravity": "m/s2"}, minimum=0.0)
+        validate_fields(self, {"lug_radius": "m"})
+        validate_angle(self.angle, "angle", 180.0, positive=True)
 
 
 def weight_radius(governor: HartungGovernor, *, lever_angle: FloatOrArray) -> FloatOrArray:
-    """Distance x = x_H - a sin alpha (m) of a weight's centre from the axis."""
+    """Return the distance of a weight's mass centre from the spindle axis, x = x_H - a sin alpha.
+
+    Parameters
+    ----------
+    governor
+        Dimensions and masses.
+    lever_angle
+        Lever angle alpha, rad.
+
+    Returns
+    -------
+    FloatOrArray
+        Distance, m.
+    """
     return as_scalar_or_array(governor.fulcrum_radius - governor.weight_arm * np.sin(_validate_lever_angle(lever_angle)))
 
 
 def sleeve_height(governor: HartungGovernor, *, lever_angle: FloatOrArray) -> FloatOrArray:
-    """Height (m) of the sleeve's lugs above the fulcrum: b cos(angle + alpha), less the drop of a hanger."""
+    """Return the height (m) of the sleeve lugs above the fulcrum: b cos(angle + alpha), less the vertical extent of a hanger."""
     height_derivatives = _lug_height_derivatives(governor, _validate_lever_angle(lever_angle))
     return as_scalar_or_array(height_derivatives[0])
 
 
 def lift_derivative(governor: HartungGovernor, *, lever_angle: FloatOrArray) -> FloatOrArray:
-    """How the sleeve's height follows the lever angle (m/rad): -b (sin(g + alpha) + cos(g + alpha) tan psi).
+    """Return the derivative of the sleeve's height by the lever angle, z' = -b (sin(g + alpha) + cos(g + alpha) tan psi).
 
-    g is the angle of the bell crank, psi that of the hanger from the vertical. Negative where outward lifts.
+    g is the angle of the bell crank, psi the angle of the hanger from the vertical.
+
+    Parameters
+    ----------
+    governor
+        Dimensions and masses.
+    lever_angle
+        Lever angle alpha, rad.
+
+    Returns
+    -------
+    FloatOrArray
+        Derivative, m/rad; negative where an outward motion of the weights lifts the sleeve.
     """
     return as_scalar_or_array(_lug_height_derivatives(governor, _validate_lever_angle(lever_angle))[1])
 
 
 def astatic_spring_force(governor: HartungGovernor, *, lever_angle: FloatOrArray, spindle_speed: FloatOrArray) -> FloatOrArray:
-    """Spring force P (N) that holds a weight at a lever angle (rad) and a spindle speed (rad/s).
+    """Return the spring force that balances a weight at a lever angle and a spindle speed.
 
-    P = M w^2 x - (Q / 2) (b / a) sin(g + alpha) / cos alpha - G tan alpha, G and Q the weights of one weight and of the
-    sleeve; with a hanger that is not vertical -z' takes the place of b sin(g + alpha). Source: Dubois p. 618.
+    P = M w^2 x - (Q / 2) (b / a) sin(g + alpha) / cos alpha - G tan alpha, with the weights G of one weight and Q of the sleeve. With a
+    hanger that is not vertical, -z' replaces b sin(g + alpha).
+
+    Parameters
+    ----------
+    governor
+        Dimensions and masses.
+    lever_angle
+        Lever angle alpha, rad.
+    spindle_speed
+        Spindle speed w, rad/s.
+
+    Returns
+    -------
+    FloatOrArray
+        Force P of one spring, N.
+
+    References
+    ----------
+    Dubois (1912), p. 618.
     """
     alpha, speed = _validate_lever_angle(lever_angle), validate_argument(spindle_speed, "spindle_speed", "rad/s")
     a, weight = governor.weight_arm, governor.weight_mass * governor.gravity
@@ -85,23 +153,56 @@ def astatic_spring_force(governor: HartungGovernor, *, lever_angle: FloatOrArray
 
 
 def equilibrium_speed(governor: HartungGovernor, *, lever_angle: FloatOrArray, spring_force: FloatOrArray) -> FloatOrArray:
-    """Spindle speed (rad/s) at which a spring force P (N) holds a weight: astatic_spring_force solved for w.
+    """Return the spindle speed at which a spring force balances a weight: `astatic_spring_force` solved for the speed.
 
-    Raises MechanismError where no speed does, the weights being drawn outward by their own weight.
+    It raises MechanismError if the spring is too weak to balance the weight at any speed.
+
+    Parameters
+    ----------
+    governor
+        Dimensions and masses.
+    lever_angle
+        Lever angle alpha, rad.
+    spring_force
+        Force P of one spring, N.
+
+    Returns
+    -------
+    FloatOrArray
+        Spindle speed w, rad/s.
     """
     alpha, force = _validate_lever_angle(lever_angle), validate_argument(spring_force, "spring_force", "N")
     standstill_force = np.asarray(astatic_spring_force(governor, lever_angle=alpha, spindle_speed=0.0))
     squared_speed = (force - standstill_force) / (governor.weight_mass * np.asarray(weight_radius(governor, lever_angle=alpha)))
-    message = "no spindle speed holds the weights there: the spring is too weak"
+    message = "no spindle speed balances the weights: the spring is too weak"
     raise_where(squared_speed < 0, message, ("spring_force", force, "N"), ("lever_angle", np.degrees(alpha), "deg"))
     return as_scalar_or_array(np.sqrt(squared_speed))
 
 
 def static_sleeve_force(governor: HartungGovernor, *, lever_angle: FloatOrArray, spring_force: FloatOrArray) -> FloatOrArray:
-    """Force S (N) with which springs and weights hold down the sleeve of a governor that stands still.
+    """Return the force with which springs and weights hold down the sleeve at standstill.
 
-    S = 2 (P + G tan alpha) (a / b) cos alpha / sin(g + alpha) + Q; the lever must stand off its dead centre. Source:
-    Dubois p. 620.
+    S = 2 (P + G tan alpha) (a / b) cos alpha / sin(g + alpha) + Q.
+
+    It raises MechanismError if the lever is at or beyond the change point, where an outward motion does not lift the sleeve.
+
+    Parameters
+    ----------
+    governor
+        Dimensions and masses.
+    lever_angle
+        Lever angle alpha, rad.
+    spring_force
+        Force P of one spring, N.
+
+    Returns
+    -------
+    FloatOrArray
+        Static sleeve force S, N.
+
+    References
+    ----------
+    Dubois (1912), p. 620.
     """
     alpha, force = _validate_lever_angle(lever_angle), validate_argument(spring_force, "spring_force", "N")
     lever_ratio = _lever_ratio(governor, alpha)
@@ -109,17 +210,21 @@ def static_sleeve_force(governor: HartungGovernor, *, lever_angle: FloatOrArray,
     return as_scalar_or_array(2 * (force + weight_force) * lever_ratio + governor.sleeve_mass * governor.gravity)
 
 
-def static_sleeve_force_at_speed(governor: HartungGovernor, *, lever_angle: FloatOrArray, spindle_speed: FloatOrArray) -> FloatOrArray:
-    """The same S (N) by the centrifugal force C that it balances: 2 C (a / b) cos alpha / sin(g + alpha).
-
-    Equal to static_sleeve_force of the spring force that holds the weights at spindle_speed (rad/s).
-    """
-    alpha, speed = _validate_lever_angle(lever_angle), validate_argument(spindle_speed, "spindle_speed", "rad/s")
-    return as_scalar_or_array(2 * _centrifugal_force(governor, alpha, speed) * _lever_ratio(governor, alpha))
-
-
 def lever_inertia(governor: HartungGovernor, *, lever_angle: FloatOrArray) -> FloatOrArray:
-    """Inertia I = 2 M a^2 + m z'^2 (kg m2) along the lever angle: the kinetic energy in the plane is I alpha'^2 / 2."""
+    """Return the generalised inertia along the lever angle, I = 2 M a^2 + m z'^2; the planar kinetic energy is I alpha'^2 / 2.
+
+    Parameters
+    ----------
+    governor
+        Dimensions and masses.
+    lever_angle
+        Lever angle alpha, rad.
+
+    Returns
+    -------
+    FloatOrArray
+        Inertia, kg m2.
+    """
     height_derivative = _lug_height_derivatives(governor, _validate_lever_angle(lever_angle))[1]
     return as_scalar_or_array(2 * governor.weight_mass * governor.weight_arm**2 + governor.sleeve_mass * height_derivative**2)
 
@@ -132,10 +237,10 @@ def stiffness(
     spring_rate: FloatOrArray,
     spindle_speed: FloatOrArray,
 ) -> FloatOrArray:
-    """Stiffness (N m/rad) of rest at a kept speed, positive where the governor is stable.
+    """Return the stiffness (N m/rad) along the lever angle at constant speed; positive where the equilibrium is stable.
 
-    2 [(k - M w^2) a^2 cos^2 + (P - M w^2 x) a sin - M g a cos] + m g z", sin and cos of the lever angle; spring_force
-    P (N) and spring_rate k (N/m) are those of one weight. With a vertical hanger m g z" is -m g b cos(g + alpha).
+    2 [(k - M w^2) a^2 cos^2 + (P - M w^2 x) a sin - M g a cos] + m g z", sin and cos of the lever angle. The force P (N) and the rate
+    k (N/m) are those of one spring. With a vertical hanger m g z" is -m g b cos(g + alpha).
     """
     alpha, force = _validate_lever_angle(lever_angle), validate_argument(spring_force, "spring_force", "N")
     rate, speed = (validate_argument(spring_rate, "spring_rate", "N/m"), validate_argument(spindle_speed, "spindle_speed", "rad/s"))
@@ -147,28 +252,29 @@ def stiffness(
 
 
 def squared_natural_frequency(
-    governor: HartungGovernor,
-    *,
-    lever_angle: FloatOrArray,
-    spring_force: FloatOrArray,
-    spring_rate: FloatOrArray,
-    constant_inertia: FloatOrArray | None = None,
+    governor: HartungGovernor, *, lever_angle: FloatOrArray, spring_force: FloatOrArray, spring_rate: FloatOrArray
 ) -> FloatOrArray:
-    """Squared frequency (1/s2) of small swings about rest, at a kept speed or with the spindle left to itself.
+    """Return the squared natural frequency V" / I of small oscillations about an equilibrium at constant speed.
 
-    V" / I at a kept speed; with rest_inertia J0 (kg m2, of the spindle alone) w^2 J'^2 / ((J0 + J) I) more, where
-    J = 2 M x^2 and J' = -4 M x a cos alpha. The speed is that of rest. Negative where the governor is not stable.
+    Parameters
+    ----------
+    governor
+        Dimensions and masses.
+    lever_angle
+        Lever angle alpha, rad.
+    spring_force
+        Force P of one spring, N; the speed is the equilibrium speed.
+    spring_rate
+        Rate k of one spring, N/m.
+
+    Returns
+    -------
+    FloatOrArray
+        Squared natural frequency, 1/s2; negative where the equilibrium is unstable.
     """
-    alpha = _validate_lever_angle(lever_angle)
-    speed = np.asarray(equilibrium_speed(governor, lever_angle=alpha, spring_force=spring_force))
-    own_inertia = np.asarray(lever_inertia(governor, lever_angle=alpha))
-    lever_stiffness = stiffness(governor, lever_angle=alpha, spring_force=spring_force, spring_rate=spring_rate, spindle_speed=speed)
-    if constant_inertia is None:
-        return as_scalar_or_array(np.asarray(lever_stiffness) / own_inertia)
-    x = np.asarray(weight_radius(governor, lever_angle=alpha))
-    total_spindle_inertia = validate_argument(constant_inertia, "rest_inertia", "kg m2", minimum=0.0) + 2 * governor.weight_mass * x**2
-    inertia_derivative = -4 * governor.weight_mass * x * governor.weight_arm * np.cos(alpha)
-    return as_scalar_or_array((np.asarray(lever_stiffness) + (speed * inertia_derivative) ** 2 / total_spindle_inertia) / own_inertia)
+    speed = equilibrium_speed(governor, lever_angle=lever_angle, spring_force=spring_force)
+    lever_stiffness = stiffness(governor, lever_angle=lever_angle, spring_force=spring_force, spring_rate=spring_rate, spindle_speed=speed)
+    return as_scalar_or_array(np.asarray(lever_stiffness) / np.asarray(lever_inertia(governor, lever_angle=lever_angle)))
 
 
 def lever_acceleration(
@@ -180,10 +286,29 @@ def lever_acceleration(
     spindle_speed: FloatOrArray,
     damping: FloatOrArray = 0.0,
 ) -> FloatOrArray:
-    """Acceleration (rad/s2) of the lever at a kept speed (rad/s), of Lagrange's equation along the lever angle.
+    """Return the angular acceleration of the lever from Lagrange's equation.
 
-    I alpha" + m z' z" alpha'^2 - 2 P a cos - 2 M g a sin + m g z' + 2 M w^2 x a cos = -brake z'^2 alpha'; brake is that
-    of a linear dashpot on the sleeve (N s/m).
+    I alpha" + m z' z" alpha'^2 - 2 P a cos - 2 M g a sin + m g z' + 2 M w^2 x a cos = -c z'^2 alpha', sin and cos of alpha.
+
+    Parameters
+    ----------
+    governor
+        Dimensions and masses.
+    lever_angle
+        Lever angle alpha, rad.
+    lever_rate
+        Angular velocity alpha', rad/s.
+    spring_force
+        Force P of one spring, N.
+    spindle_speed
+        Spindle speed w, rad/s.
+    damping
+        Damping c of a linear dashpot on the sleeve, N s/m; at least 0.
+
+    Returns
+    -------
+    FloatOrArray
+        Angular acceleration, rad/s2.
     """
     alpha, rate = _validate_lever_angle(lever_angle), validate_argument(lever_rate, "lever_rate", "rad/s")
     force, speed = (validate_argument(spring_force, "spring_force", "N"), validate_argument(spindle_speed, "spindle_speed", "rad/s"))
@@ -193,15 +318,9 @@ def lever_acceleration(
     generalised_force += 2 * mass * governor.gravity * a * np.sin(alpha) - sleeve * governor.gravity * height_derivative
     generalised_force -= (
         sleeve * height_derivative * height_second_derivative * rate**2
-        + validate_argument(damping, "brake", "N s/m", minimum=0.0) * height_derivative**2 * rate
+        + validate_argument(damping, "damping", "N s/m", minimum=0.0) * height_derivative**2 * rate
     )
     return as_scalar_or_array(generalised_force / (2 * mass * a**2 + sleeve * height_derivative**2))
-
-
-def spindle_inertia(governor: HartungGovernor, *, lever_angle: FloatOrArray) -> FloatOrArray:
-    """Moment of inertia J = 2 M x^2 (kg m2) of the weights about the spindle."""
-    x = np.asarray(weight_radius(governor, lever_angle=lever_angle))
-    return as_scalar_or_array(2 * governor.weight_mass * x**2)
 
 
 def spindle_acceleration(
@@ -213,52 +332,81 @@ def spindle_acceleration(
     constant_inertia: FloatOrArray,
     torque: FloatOrArray = 0.0,
 ) -> FloatOrArray:
-    """Acceleration (rad/s2) of a spindle left to itself: (torque - J' w alpha') / (J0 + J), J' = -4 M x a cos alpha.
+    """Return the angular acceleration of a free spindle, (torque - J' w alpha') / (J0 + J) with J' = -4 M x a cos alpha.
 
-    rest_inertia J0 (kg m2) is that of the spindle alone, torque (N m) what drives it.
+    Parameters
+    ----------
+    governor
+        Dimensions and masses.
+    lever_angle
+        Lever angle alpha, rad.
+    lever_rate
+        Angular velocity alpha', rad/s.
+    spindle_speed
+        Spindle speed w, rad/s.
+    constant_inertia
+        Moment of inertia J0 of the spindle alone, kg m2; at least 0.
+    torque
+        Driving torque, N m.
+
+    Returns
+    -------
+    FloatOrArray
+        Angular acceleration, rad/s2.
     """
     alpha, rate = _validate_lever_angle(lever_angle), validate_argument(lever_rate, "lever_rate", "rad/s")
     speed, drive_torque = (validate_argument(spindle_speed, "spindle_speed", "rad/s"), validate_argument(torque, "torque", "N m"))
     x = np.asarray(weight_radius(governor, lever_angle=alpha))
     inertia_derivative = -4 * governor.weight_mass * x * governor.weight_arm * np.cos(alpha)
-    total_inertia = validate_argument(constant_inertia, "rest_inertia", "kg m2", minimum=0.0) + 2 * governor.weight_mass * x**2
+    total_inertia = validate_argument(constant_inertia, "constant_inertia", "kg m2", minimum=0.0) + 2 * governor.weight_mass * x**2
     return as_scalar_or_array((drive_torque - inertia_derivative * speed * rate) / total_inertia)
 
 
 def relative_spread(forces: FloatArray) -> float:
-    """Largest less smallest of some forces (n,), over their mean: how far a sleeve force is from constant."""
+    """Return the range of the forces relative to their mean: a measure of how far a sleeve force is from constant.
+
+    It raises MechanismError if there are fewer than two forces, or their mean is zero.
+
+    Parameters
+    ----------
+    forces
+        Two or more forces, N; shape (n,).
+
+    Returns
+    -------
+    float
+        (maximum - minimum) / |mean|.
+    """
     values = validate_argument(forces, "forces", "N")
-    raise_where(np.asarray(values.size < 2), "a spread needs two forces or more", ("count", values.size, ""))
+    raise_where(np.asarray(values.size < 2), "a relative spread needs at least two forces", ("count", values.size, ""))
     mean = float(np.mean(values))
-    raise_where(np.asarray(mean == 0.0), "a spread needs forces whose mean is not zero", ("mean", mean, "N"))
+    raise_where(np.asarray(mean == 0.0), "a relative spread needs forces with a mean other than zero", ("mean", mean, "N"))
     return float((np.max(values) - np.min(values)) / abs(mean))
 
 
 def _validate_lever_angle(lever_angle: FloatOrArray) -> FloatArray:
-    """The angle, refused where the weights' arm lies down: there the spring has no grip."""
-    alpha = validate_argument(lever_angle, "lever_angle", "rad")
-    degrees = ("lever_angle", np.degrees(alpha), "deg")
-    raise_where(np.abs(alpha) >= math.pi / 2, "lever_angle must lie within 90 deg of upright", degrees)
-    return alpha
+    """Return the angle (rad); at 90 deg from the vertical the spring has no lever arm."""
+    return validate_angle(lever_angle, "lever_angle", 90.0)
 
 
 def _centrifugal_force(governor: HartungGovernor, alpha: FloatArray, speed: FloatArray) -> FloatArray:
+    """Return the centrifugal force of one weight, M w^2 x (N)."""
     x = np.asarray(weight_radius(governor, lever_angle=alpha))
     force: FloatArray = governor.weight_mass * speed**2 * x
     return force
 
 
 def _lever_ratio(governor: HartungGovernor, alpha: FloatArray) -> FloatArray:
-    """a cos alpha / -z': how far the weights move out for the sleeve's rise."""
+    """Return a cos alpha / -z', the ratio of the weight's radial displacement to the lift of the sleeve."""
     height_derivative = _lug_height_derivatives(governor, alpha)[1]
-    message = "the lever stands at or beyond its dead centre: outward does not lift the sleeve there"
+    message = "the lever is at or beyond its change point: an outward motion does not lift the sleeve"
     raise_where(height_derivative >= 0, message, ("lever_angle", np.degrees(alpha), "deg"))
     lever_ratio: FloatArray = governor.weight_arm * np.cos(alpha) / -height_derivative
     return lever_ratio
 
 
 def _lug_height_derivatives(governor: HartungGovernor, alpha: FloatArray) -> tuple[FloatArray, FloatArray, FloatArray]:
-    """Height z of the lugs above the fulcrum (m), and its two derivatives by alpha."""
+    """Return the height z of the lugs above the fulcrum (m) and its two derivatives by alpha (m/rad, m/rad^2)."""
     b, phi = governor.sleeve_arm, governor.angle + alpha
     height, height_derivative, height_second_derivative = b * np.cos(phi), -b * np.sin(phi), -b * np.cos(phi)
     if governor.hanger == math.inf:
@@ -268,8 +416,8 @@ def _lug_height_derivatives(governor: HartungGovernor, alpha: FloatArray) -> tup
         -b * np.cos(phi),
         b * np.sin(phi),
     )
-    shown = (("lever_angle", np.degrees(alpha), "deg"), ("reach", np.abs(hanger_offset), "m"))
-    message = "the hanger is too short: its upper end stands farther from the lug than it is long"
+    shown = (("lever_angle", np.degrees(alpha), "deg"), ("hanger offset", np.abs(hanger_offset), "m"))
+    message = "the hanger is too short: the horizontal offset of its upper end from the lug exceeds its length"
     raise_where(np.abs(hanger_offset) >= governor.hanger, message, *shown)
     hanger_drop = np.sqrt(governor.hanger**2 - hanger_offset**2)
     hanger_tangent = hanger_offset / hanger_drop

@@ -1,17 +1,18 @@
-"""The isochronous parabola of pendulum governors, its circle of curvature, and the guide that follows it.
+"""The isochronous parabola of pendulum governors, its osculating circle, and the guide along it.
 
-A ball whose path has the slope w^2 x / (g (1 + m)) rests anywhere on it at the spindle speed w; m, the `mass_ratio`, is
-the mass of the sleeve over that of one ball, and the sleeve moves twice as fast as the balls rise. The path is the
-parabola x^2 = c y with vertex on the axis: x the distance from the spindle axis, y up, in m; angles in rad.
+A ball is in neutral equilibrium at the spindle speed w on a path of slope w^2 x / (g (1 + m)), the parabola x^2 = c y with its vertex on
+the axis. m is `mass_ratio`, the mass of the sleeve over that of one ball; the sleeve moves twice as fast as the balls rise. x is the
+distance from the spindle axis, y the height, both in m; angles are in rad.
 
-Every function takes keywords only, floats or arrays that broadcast; floats give a float. Every function raises
-MechanismError, naming the value, for numbers that are not finite or outside the range its docstring gives.
-Source: L. Zehnder, Dinglers Polyt. J. 225 (1877), pp. 1-14. Limits: rhombus, massless rods, no friction, g = `gravity`.
+Arguments are keywords, floats or arrays that broadcast; floats give a float. Every function raises MechanismError for a value that is not
+finite or out of range. The linkage is a rhombus with massless rods and no friction.
+
+References
+----------
+L. Zehnder, Dinglers Polytechnisches Journal 225 (1877), pp. 1-14.
 """
 
 from __future__ import annotations
-
-import math
 
 import numpy as np
 
@@ -20,136 +21,149 @@ from governor_mechanism.types import FloatArray
 
 
 def _validate_speed(value: FloatOrArray, name: str = "spindle_speed") -> FloatArray:
+    """Return the speed (rad/s); it is positive."""
     return validate_argument(value, name, "rad/s", greater_than=0.0)
 
 
 def _gravity_load(mass_ratio: FloatOrArray, gravity: FloatOrArray) -> FloatArray:
-    """g (1 + m)."""
+    """Return g (1 + m) (m/s2)."""
     return validate_argument(gravity, "gravity", "m/s2", greater_than=0.0) * (
         1 + validate_argument(mass_ratio, "mass_ratio", "", minimum=0.0)
     )
 
 
-def _validate_arm_angle(arm_angle: FloatOrArray) -> FloatArray:
-    angle = validate_argument(arm_angle, "arm_angle", "rad", greater_than=0.0)
-    raise_where(angle >= math.pi / 2, "arm_angle must lie below 90 deg", ("arm_angle", np.degrees(angle), "deg"))
-    return angle
-
-
 def double_parameter(*, spindle_speed: FloatOrArray, mass_ratio: FloatOrArray = 0.0, gravity: FloatOrArray = 9.81) -> FloatOrArray:
-    """Double parameter c = 2 g (1 + m) / w^2 (m) of the parabola that belongs to one spindle speed (rad/s, positive).
+    """Return the double parameter of the isochronous parabola of a spindle speed, c = 2 g (1 + m) / w^2.
 
-    mass_ratio is not negative, gravity (m/s2) positive. Source: Zehnder (III).
+    Parameters
+    ----------
+    spindle_speed
+        Spindle speed w, rad/s; positive.
+    mass_ratio
+        Mass of the sleeve over the mass of one ball; at least 0.
+    gravity
+        Gravitational acceleration g, m/s2; positive.
+
+    Returns
+    -------
+    FloatOrArray
+        Double parameter c, m.
+
+    References
+    ----------
+    Zehnder (1877), equation (III).
     """
     return as_scalar_or_array(2 * _gravity_load(mass_ratio, gravity) / _validate_speed(spindle_speed) ** 2)
 
 
 def abscissa_at_45_degrees(*, spindle_speed: FloatOrArray, mass_ratio: FloatOrArray = 0.0, gravity: FloatOrArray = 9.81) -> FloatOrArray:
-    """Abscissa (m) where the parabola rises at 45 deg and neighbouring parabolas part most: g (1 + m) / w^2 = c / 2.
+    """Return the abscissa at which the parabola rises at 45 deg, g (1 + m) / w^2 = c / 2; there x = 2 y.
 
-    There x = 2 y. Arguments as of double_parameter. Source: Zehnder, on the most favourable start.
+    Neighbouring parabolas of the family differ most in slope there.
+
+    Parameters
+    ----------
+    spindle_speed
+        Spindle speed w, rad/s; positive.
+    mass_ratio
+        Mass of the sleeve over the mass of one ball; at least 0.
+    gravity
+        Gravitational acceleration g, m/s2; positive.
+
+    Returns
+    -------
+    FloatOrArray
+        Abscissa, m.
+
+    References
+    ----------
+    Zehnder (1877), on the most favourable start.
     """
     return as_scalar_or_array(_gravity_load(mass_ratio, gravity) / _validate_speed(spindle_speed) ** 2)
 
 
-def empirical_start_abscissa(*, spindle_speed: FloatOrArray, mass_ratio: FloatOrArray = 0.0) -> FloatOrArray:
-    """Zehnder's recommended abscissa of the ball in its lowest position, here in m from rad/s.
-
-    The rule itself is x = 1000 sqrt(1 + m) / n - 1 with x in cm and n in rpm (after III), meant for w^2 / (1 + m) from
-    15 to 80 1/s2. Raises MechanismError where the rule gives no positive abscissa.
-    """
-    revolutions = _validate_speed(spindle_speed) * 60 / math.tau
-    centimetres = 1000 * np.sqrt(1 + validate_argument(mass_ratio, "mass_ratio", "", minimum=0.0)) / revolutions - 1
-    message = "the empirical rule gives no abscissa outside the axis: spindle_speed is too high for this mass_ratio"
-    raise_where(centimetres <= 0, message, ("start abscissa", centimetres, "cm"), hint="load the sleeve more")
-    return as_scalar_or_array(centimetres / 100)
-
-
 def parabola_height(*, abscissa: FloatOrArray, double_parameter: FloatOrArray) -> FloatOrArray:
-    """Height y = x^2 / c (m) of the parabola above its vertex; double_parameter c (m) is positive."""
+    """Return the height of the parabola above its vertex, y = x^2 / c.
+
+    Parameters
+    ----------
+    abscissa
+        Distance x from the axis, m.
+    double_parameter
+        Double parameter c, m; positive.
+
+    Returns
+    -------
+    FloatOrArray
+        Height y, m.
+    """
     c = validate_argument(double_parameter, "double_parameter", "m", greater_than=0.0)
     return as_scalar_or_array(validate_argument(abscissa, "abscissa", "m") ** 2 / c)
 
 
-def parabola_angle(*, abscissa: FloatOrArray, double_parameter: FloatOrArray) -> FloatOrArray:
-    """Slope angle (rad) of the parabola, tan a = 2 x / c: the arm angle of a governor whose circle touches it there."""
-    c = validate_argument(double_parameter, "double_parameter", "m", greater_than=0.0)
-    return as_scalar_or_array(np.arctan(2 * validate_argument(abscissa, "abscissa", "m") / c))
-
-
 def radius_of_curvature(*, abscissa: FloatOrArray, double_parameter: FloatOrArray) -> FloatOrArray:
-    """Radius of curvature (c^2 + 4 x^2)^(3/2) / (2 c^2) of the parabola (m): the longest arm of use. Source: (V)."""
+    """Return the radius of curvature of the parabola, (c^2 + 4 x^2)^(3/2) / (2 c^2): the longest useful arm.
+
+    Parameters
+    ----------
+    abscissa
+        Distance x from the axis, m.
+    double_parameter
+        Double parameter c, m; positive.
+
+    Returns
+    -------
+    FloatOrArray
+        Radius of curvature, m.
+
+    References
+    ----------
+    Zehnder (1877), equation (V).
+    """
     c = validate_argument(double_parameter, "double_parameter", "m", greater_than=0.0)
     slope = 2 * validate_argument(abscissa, "abscissa", "m") / c
     return as_scalar_or_array(c / 2 * (1 + slope**2) ** 1.5)
 
 
-def osculating_arm(*, abscissa: FloatOrArray, arm_angle: FloatOrArray) -> FloatOrArray:
-    """Arm l = x / (sin a cos^2 a) (m) whose ball circle osculates the parabola at a ball abscissa (m) and arm angle.
-
-    abscissa positive, arm_angle between 0 and 90 deg, neither included. Equals radius_of_curvature.
-    """
-    angle = _validate_arm_angle(arm_angle)
-    return as_scalar_or_array(validate_argument(abscissa, "abscissa", "m", greater_than=0.0) / (np.sin(angle) * np.cos(angle) ** 2))
-
-
-def osculating_offset(*, abscissa: FloatOrArray, arm_angle: FloatOrArray) -> FloatOrArray:
-    """Offset e = -x tan^2 a (m) of the suspension that goes with osculating_arm: always negative, the arms cross."""
-    return as_scalar_or_array(-validate_argument(abscissa, "abscissa", "m", greater_than=0.0) * np.tan(_validate_arm_angle(arm_angle)) ** 2)
-
-
-def angle_between_parabolas(
-    *,
-    abscissa: FloatOrArray,
-    lower_speed: FloatOrArray,
-    upper_speed: FloatOrArray,
-    mass_ratio: FloatOrArray = 0.0,
-    gravity: FloatOrArray = 9.81,
-) -> FloatOrArray:
-    """Angle (rad) between the parabolas of two spindle speeds (rad/s) at one abscissa (m, not negative).
-
-    tan a' = (w2^2 - w1^2) g (1 + m) x / ((g (1 + m))^2 + w1^2 w2^2 x^2); greatest at x = g (1 + m) / (w1 w2). Positive,
-    or zero, since upper_speed must not be below lower_speed.
-    """
-    x, gravity_load = validate_argument(abscissa, "abscissa", "m", minimum=0.0), _gravity_load(mass_ratio, gravity)
-    low, high = _validate_speed(lower_speed, "lower_speed"), _validate_speed(upper_speed, "upper_speed")
-    shown = (("lower_speed", low, "rad/s"), ("upper_speed", high, "rad/s"))
-    raise_where(high < low, "upper_speed must not be below lower_speed", *shown)
-    return as_scalar_or_array(np.arctan((high - low) * (high + low) * gravity_load * x / (gravity_load**2 + (low * high * x) ** 2)))
-
-
-def guide_rate(
-    *, start: FloatOrArray, abscissa: FloatOrArray, start_rate: FloatOrArray, double_parameter: FloatOrArray, mass_ratio: FloatOrArray = 0.0
-) -> FloatOrArray:
-    """Rate x' (m/s) at an abscissa of balls that slide without friction in guides shaped as the isochronous parabola.
-
-    start (m) is where their rate was start_rate (m/s). At the speed the guide is made for nothing drives them, so
-    x' sqrt(1 + k^2 x^2) stays constant, k = 2 sqrt(1 + 2 m) / c. The sleeve moves at twice the balls' vertical speed.
-    """
-    k = _guide_constant(double_parameter, mass_ratio)
-    x1, x2 = validate_argument(start, "start", "m"), validate_argument(abscissa, "abscissa", "m")
-    return as_scalar_or_array(validate_argument(start_rate, "start_rate", "m/s") * np.hypot(1, k * x1) / np.hypot(1, k * x2))
-
-
 def guide_transit_time(
     *, start: FloatOrArray, end: FloatOrArray, start_rate: FloatOrArray, double_parameter: FloatOrArray, mass_ratio: FloatOrArray = 0.0
 ) -> FloatOrArray:
-    """Time (s) from abscissa start to abscissa end (m) in the guide of guide_rate, start_rate (m/s) taken at the start.
+    """Return the time in which balls slide without friction along a guide shaped as the isochronous parabola.
 
-    t = [x sqrt(1 + k^2 x^2) / 2 + asinh(k x) / (2 k)] / (x' sqrt(1 + k^2 x^2)), between the abscissae.
-    Raises MechanismError where the balls do not move towards the end.
+    At the speed that the guide is made for, no force acts along it, so x' sqrt(1 + k^2 x^2) is constant with k = 2 sqrt(1 + 2 m) / c.
+    t = [x sqrt(1 + k^2 x^2) / 2 + asinh(k x) / (2 k)] / (x' sqrt(1 + k^2 x^2)), between the two abscissae.
+
+    It raises MechanismError if the balls do not move toward the end.
+
+    Parameters
+    ----------
+    start
+        Abscissa at the start, m.
+    end
+        Abscissa at the end, m.
+    start_rate
+        Rate x' at the start, m/s; directed from start to end.
+    double_parameter
+        Double parameter c, m; positive.
+    mass_ratio
+        Mass m of the sleeve over the mass of one ball; at least 0.
+
+    Returns
+    -------
+    FloatOrArray
+        Time, s.
     """
     k = _guide_constant(double_parameter, mass_ratio)
     x1, x2 = validate_argument(start, "start", "m"), validate_argument(end, "end", "m")
     rate = validate_argument(start_rate, "start_rate", "m/s")
     shown = (("start", x1, "m"), ("end", x2, "m"), ("start_rate", rate, "m/s"))
     is_moving_away = (rate * (x2 - x1) < 0) | ((rate == 0) & (x1 != x2))
-    raise_where(is_moving_away, "the balls never come to the end: start_rate must point from start to end", *shown)
+    raise_where(is_moving_away, "the balls never reach the end: start_rate must point from start to end", *shown)
     path = (x2 * np.hypot(1, k * x2) - x1 * np.hypot(1, k * x1)) / 2 + (np.arcsinh(k * x2) - np.arcsinh(k * x1)) / (2 * k)
     return as_scalar_or_array(path / np.where(rate == 0, 1.0, rate * np.hypot(1, k * x1)))
 
 
 def _guide_constant(double_parameter: FloatOrArray, mass_ratio: FloatOrArray) -> FloatArray:
-    """The k (1/m) in the inertia of the guided balls and their sleeve, 2 M (1 + k^2 x^2)."""
+    """Return k (1/m) of the inertia of the guided balls and their sleeve, 2 M (1 + k^2 x^2)."""
     c = validate_argument(double_parameter, "double_parameter", "m", greater_than=0.0)
     return 2 * np.sqrt(1 + 2 * validate_argument(mass_ratio, "mass_ratio", "", minimum=0.0)) / c

@@ -1,7 +1,7 @@
-"""Where weight and centrifugal pull balance, V' = w^2 J' / 2: the speed for an arm angle, the angles for a speed.
+"""Equilibria of the arms, V' = w^2 J' / 2: the speed at an arm angle, and the angles at a speed.
 
-The angles: the travel is scanned, cut where the moment turns, and every piece, monotone by then, is bisected to machine
-precision.
+The angles are found by a scan of the travel. It is split where the moment has an extremum, and each monotone piece is bisected to
+machine precision.
 """
 
 from __future__ import annotations
@@ -25,15 +25,15 @@ from governor_mechanism.types import FloatArray
 
 
 def squared_balance_speed(governor: PendulumGovernor, geometry: LinkageGeometry, moment: FloatArray) -> FloatArray:
-    """The square of the spindle speed whose centrifugal pull holds `moment` (N m) on the arms."""
+    """Return the square of the spindle speed (rad^2/s^2) at which the centrifugal load balances `moment` (N m) on the arms."""
     shown = ("arm_angle", np.degrees(geometry.angle), "deg")
     min_arm_angle_deg = math.degrees(math.asin(max(-1.0, -governor.offset / governor.arm))) + 0.0  # no -0
-    message = "the ball stands on the spindle axis or beyond it: no speed balances it"
+    message = "the ball is on or beyond the spindle axis: no speed balances it"
     raise_where(geometry.ball_radius <= 0, message, shown, hint=f"keep arm_angle above {min_arm_angle_deg:g} deg")
     inertia_derivative = spindle_inertia_derivatives(governor, geometry)[0]
-    message = "the centrifugal pull on balls and rods does not raise the arms: no speed balances them"
+    message = "the centrifugal load does not raise the arms: no speed balances them"
     raise_where(inertia_derivative <= 0, message, shown, hint="open the arms further")
-    message = "no real equilibrium speed: weight and centrifugal pull turn the arms the same way"
+    message = "no real equilibrium speed: weight and centrifugal load turn the arms in the same direction"
     raise_where(moment < 0, message, shown, hint="open the arms further")
     return 2 * moment / inertia_derivative
 
@@ -41,7 +41,7 @@ def squared_balance_speed(governor: PendulumGovernor, geometry: LinkageGeometry,
 def squared_given_or_equilibrium_speed(
     governor: PendulumGovernor, geometry: LinkageGeometry, spindle_speed: FloatOrArray | None
 ) -> FloatArray:
-    """The square of the speed given, or of the equilibrium speed when none is given."""
+    """Return the square of the given spindle speed, or of the equilibrium speed if none is given (rad^2/s^2)."""
     if spindle_speed is None:
         return squared_balance_speed(governor, geometry, potential_derivatives(governor, geometry)[0])
     return validate_argument(spindle_speed, "spindle_speed", "rad/s") ** 2
@@ -50,19 +50,39 @@ def squared_given_or_equilibrium_speed(
 def equilibrium_angles(
     governor: PendulumGovernor, *, spindle_speed: float, lowest: float = -math.pi / 2, highest: float = math.pi / 2
 ) -> FloatArray:
-    """All arm angles (rad, ascending) at which the governor rests at one spindle speed (rad/s), to machine precision.
+    """Return all arm angles at which the governor is in equilibrium at one spindle speed.
 
-    Searches the travel from lowest to highest, as far as the link reaches and the balls stay on their own side of the
-    axis, so the rest of an open governor without offset hanging on the axis is not listed. Ends of the travel count.
-    The array is empty when no angle balances. Raises MechanismError unless lowest < highest.
-    Limit: an equilibrium whose speed curve turns twice within 1/500 of the travel may be overlooked.
+    The search covers the part of the range that the link reaches and in which the balls are on their own side of the axis. The equilibrium
+    of an open governor without offset whose balls hang on the axis is therefore not included. The ends of the range are included. An
+    equilibrium may be missed where the speed curve has two extrema within 1/500 of the range.
+
+    Parameters
+    ----------
+    governor
+        Dimensions and masses.
+    spindle_speed
+        Spindle speed, rad/s.
+    lowest
+        Lower end of the search range, rad.
+    highest
+        Upper end of the search range, rad.
+
+    Returns
+    -------
+    FloatArray
+        Arm angles, rad, ascending, to machine precision; empty if there is no equilibrium.
+
+    Raises
+    ------
+    MechanismError
+        If an argument is not one finite number, or lowest is not below highest.
     """
     speed = validate_argument(spindle_speed, "spindle_speed", "rad/s")
     low, high = validate_argument(lowest, "lowest", "rad"), validate_argument(highest, "highest", "rad")
     if speed.ndim or low.ndim or high.ndim:
         raise MechanismError("spindle_speed, lowest and highest must each be one number")
     ends = (("lowest", np.degrees(low), "deg"), ("highest", np.degrees(high), "deg"))
-    raise_where(low >= high, "lowest must lie below highest", *ends)
+    raise_where(low >= high, "lowest must be below highest", *ends)
     grid = _travel_grid(governor, float(low), float(high))
     if grid.size == 0:
         return grid
@@ -78,24 +98,20 @@ def equilibrium_angles(
 
 
 def _moment_balance(governor: PendulumGovernor, speed: FloatArray, angle: FloatArray) -> tuple[FloatArray, FloatArray, FloatArray]:
-    """The moment that closes the arms, its slope and the moment that rounding can feign."""
+    """Return the closing moment on the arms (N m), its derivative (N m/rad) and the bound of its rounding error (N m)."""
     geometry = evaluate_geometry(governor, angle)
-    (potential_derivative, potential_second_derivative), (inertia_derivative, inertia_second_derivative) = (
-        potential_derivatives(governor, geometry),
-        spindle_inertia_derivatives(governor, geometry),
-    )
-    centrifugal_moment, stiffness = (
-        speed**2 * inertia_derivative / 2,
-        potential_second_derivative - speed**2 * inertia_second_derivative / 2,
-    )
+    potential_derivative, potential_second_derivative = potential_derivatives(governor, geometry)
+    inertia_derivative, inertia_second_derivative = spindle_inertia_derivatives(governor, geometry)
+    centrifugal_moment = speed**2 * inertia_derivative / 2
+    stiffness = potential_second_derivative - speed**2 * inertia_second_derivative / 2
     moment_scale, rounding = np.abs(potential_derivative) + np.abs(centrifugal_moment), 8 * np.finfo(np.float64).eps
-    # of the moments and of the angle; the slope grows without bound where the link comes to the end of its reach
+    # Rounding of the moments and of the angle; the stiffness is unbounded where the link is at the end of its reach.
     noise = rounding * moment_scale + np.minimum(rounding * np.abs(stiffness * angle), 1e-6 * moment_scale)
     return potential_derivative - centrifugal_moment, stiffness, noise
 
 
 def _travel_grid(governor: PendulumGovernor, lowest: float, highest: float) -> FloatArray:
-    """Angles to scan: even over the travel and crowded at its ends, where the speed may grow without bound."""
+    """Return the scan angles (rad): uniform over the travel, graded at its ends, where the speed may grow without bound."""
     radius_offset, l1, l2 = governor.offset - governor.lug_radius, governor.joint_length, governor.link_length
     low = math.asin(min(1.0, max(-1.0, -governor.offset / governor.arm, (-l2 - radius_offset) / l1)))
     high = math.asin(max(-1.0, min(1.0, (l2 - radius_offset) / l1)))
@@ -112,7 +128,7 @@ def _travel_grid(governor: PendulumGovernor, lowest: float, highest: float) -> F
 def _bisect_between(
     function: Callable[[FloatArray], FloatArray], knots: FloatArray, skip_knots: NDArray[np.bool_] | None = None
 ) -> FloatArray:
-    """Roots of a function monotone between knots, by bisection; knots that are roots are skipped or returned."""
+    """Return the roots of a function that is monotone between knots, by bisection; roots at knots are returned or, if given, skipped."""
     sign = np.sign(function(knots))
     on_knot = sign == 0 if skip_knots is None else skip_knots
     has_sign_change = (sign[:-1] * sign[1:] < 0) & ~on_knot[:-1] & ~on_knot[1:]

@@ -1,14 +1,12 @@
-"""The linkage of pendulum governors: dimensions, position of arms, links and sleeve, energies and their derivatives.
+"""The linkage of pendulum governors: dimensions, kinematics, energies and their derivatives.
 
-One geometry covers Watt, improved Watt and Porter. The arm hangs from a suspension at `offset` from the spindle axis
-(negative: crossed arms) and carries the ball at its end. The link joins the arm at `arm_joint` below the suspension and
-holds the sleeve by a lug at `lug_offset`. There are two arms, two balls, two links and one sleeve. x is the distance
-from the axis, y points up, y = 0 at the suspension; arm_angle is measured from the vertical, positive outwards; all in
-SI and radians. The energies are T = I a'^2 / 2 + J w^2 / 2, with the arm angle a and the spindle speed w, and V.
+One geometry covers Watt, improved Watt and Porter. Two arms hang from suspensions at `offset` from the spindle axis (negative: crossed
+arms) and carry the balls at their ends. Two links join the arms, `arm_joint` below the suspension, to the lugs of the sleeve at
+`lug_offset`. x is the distance from the axis, y points up with y = 0 at the suspension; arm_angle is measured from the vertical, positive
+outward; SI and radians. The energies are T = I a'^2 / 2 + J w^2 / 2, with the arm angle a and the spindle speed w, and V.
 
-Every function raises MechanismError, naming the value, for numbers that are not finite, for an arm_angle not between
--90 and 90 deg and for a position that the link cannot reach.
-Limits: rigid slender uniform rods, spindle upright, balls of any size that do not touch the spindle.
+Every function raises MechanismError for a value that is not finite, for an arm_angle not between -90 and 90 deg and for a position that
+the link cannot reach. Rods are rigid, slender and uniform; the spindle is vertical; balls have any size and do not touch the spindle.
 """
 
 from __future__ import annotations
@@ -19,17 +17,39 @@ from typing import NamedTuple
 
 import numpy as np
 
-from governor_mechanism.closed_form.arguments import FloatOrArray, as_scalar_or_array, raise_where, validate_argument
-from governor_mechanism.errors import MechanismError, require_finite, require_positive
+from governor_mechanism.closed_form.arguments import FloatOrArray, as_scalar_or_array, raise_where, validate_angle, validate_fields
+from governor_mechanism.errors import MechanismError
 from governor_mechanism.types import FloatArray
 
 
 @dataclass(frozen=True, kw_only=True)
 class PendulumGovernor:
-    """Dimensions (m) and masses (kg) of one pendulum governor; mass of ball, arm and link is that of each of the two.
+    """Dimensions and masses of a pendulum governor; the defaults of the lengths give a rhombus.
 
-    Defaults make the rhombus: arm_joint None means at the ball, link None as long as arm_joint, lug_offset None means
-    offset. ball_inertia (kg m2) is that of one ball about any axis through its centre, gravity in m/s2.
+    Attributes
+    ----------
+    arm
+        Length of an arm from suspension to ball centre, m.
+    ball_mass
+        Mass of one ball, kg.
+    offset
+        Distance of the suspension from the axis, m; negative for crossed arms.
+    arm_joint
+        Distance from the suspension to the joint of arm and link, m; None: at the ball.
+    link
+        Length of a link, m; None: as long as arm_joint.
+    lug_offset
+        Distance of the sleeve lug from the axis, m; None: as offset.
+    sleeve_mass
+        Mass of the sleeve, kg.
+    arm_mass
+        Mass of one arm, kg.
+    link_mass
+        Mass of one link, kg.
+    ball_inertia
+        Moment of inertia of one ball about any axis through its centre, kg m2.
+    gravity
+        Gravitational acceleration, m/s2.
     """
 
     arm: float
@@ -45,32 +65,23 @@ class PendulumGovernor:
     gravity: float = 9.81
 
     def __post_init__(self) -> None:
-        require_positive(self.arm, "m", "arm of the governor")
-        require_positive(self.ball_mass, "kg", "ball_mass of the governor")
-        require_positive(self.gravity, "m/s2", "gravity of the governor")
-        require_positive(self.joint_length, "m", "arm_joint of the governor")
-        require_positive(self.link_length, "m", "link of the governor")
-        require_finite(self.offset, "m", "offset of the governor")
-        require_finite(self.lug_radius, "m", "lug_offset of the governor")
-        for name, unit in (("sleeve_mass", "kg"), ("arm_mass", "kg"), ("link_mass", "kg"), ("ball_inertia", "kg m2")):
-            value = getattr(self, name)
-            if not 0.0 <= value < math.inf:
-                raise MechanismError(f"{name} of the governor must be zero or positive; got {value!r} {unit}")
+        """Validate the dimensions."""
+        validate_fields(self, {"arm": "m", "ball_mass": "kg", "gravity": "m/s2", "arm_joint": "m", "link": "m"}, greater_than=0.0)
+        validate_fields(self, {"offset": "m", "lug_offset": "m"})
+        validate_fields(self, {"sleeve_mass": "kg", "arm_mass": "kg", "link_mass": "kg", "ball_inertia": "kg m2"}, minimum=0.0)
         if self.joint_length > self.arm:
             raise MechanismError(
-                f"arm_joint of the governor must not exceed its arm ({self.arm!r} m), or it lies beyond the ball; got"
-                f" {self.joint_length!r} m"
+                f"arm_joint must not exceed the arm ({self.arm!r} m), so that the joint is not beyond the ball; got {self.joint_length!r} m"
             )
         if self.offset <= -self.arm:
             raise MechanismError(
-                f"offset of crossed arms must be nearer to the axis than the arm is long ({self.arm!r} m); got"
-                f" {self.offset!r} m, from where the ball never comes to its own side of the axis: lengthen the arm"
+                f"the offset of crossed arms must be smaller than the arm ({self.arm!r} m), or the ball never reaches its own side of the"
+                f" axis; got {self.offset!r} m; lengthen the arm"
             )
         if abs(self.offset - self.lug_radius) >= self.joint_length + self.link_length:
             raise MechanismError(
-                f"the link cannot reach at any arm angle: offset and lug_offset differ by"
-                f" {abs(self.offset - self.lug_radius):g} m, arm_joint and link together span only"
-                f" {self.joint_length + self.link_length:g} m; lengthen the link"
+                f"the link cannot reach at any arm angle: offset and lug_offset differ by {abs(self.offset - self.lug_radius):g} m,"
+                f" arm_joint and link have a length of {self.joint_length + self.link_length:g} m; lengthen the link"
             )
 
     @property
@@ -90,31 +101,27 @@ class PendulumGovernor:
 
     @property
     def is_rhombus(self) -> bool:
-        """Whether the link always stands at the arm's angle: as long as arm_joint, lug below the suspension."""
+        """Whether the link is always at the arm's angle: as long as arm_joint, with the lug below the suspension."""
         same_length = math.isclose(self.link_length, self.joint_length, rel_tol=1e-12)
         return same_length and math.isclose(self.lug_radius, self.offset, rel_tol=1e-12)
 
 
 class LinkageGeometry(NamedTuple):
-    """Where one arm stands: sine and cosine of its angle, ball and joint abscissa, link, sleeve height and slopes."""
+    """Position of one arm and its link: angles, radii of ball and joint (m), derivatives of the sleeve's height (m/rad)."""
 
     angle: FloatArray
     sine: FloatArray
     cosine: FloatArray
     ball_radius: FloatArray
     joint_radius: FloatArray
-    link_sine: FloatArray
-    link_cosine: FloatArray
-    sleeve_height: FloatArray
     sleeve_derivative: FloatArray
     sleeve_second_derivative: FloatArray
 
 
 def evaluate_geometry(governor: PendulumGovernor, arm_angle: FloatOrArray) -> LinkageGeometry:
-    """The geometry at an arm angle: offset + l1 sin a = lug + l2 sin b; sleeve height and its slopes in a."""
-    angle = validate_argument(arm_angle, "arm_angle", "rad")
+    """Return the geometry at an arm angle (rad) from offset + l1 sin a = lug + l2 sin b."""
+    angle = validate_angle(arm_angle, "arm_angle", 90.0)
     shown = ("arm_angle", np.degrees(angle), "deg")
-    raise_where(np.abs(angle) >= math.pi / 2, "arm_angle must lie below 90 deg and above -90 deg", shown)
     l1, l2 = governor.joint_length, governor.link_length
     s, c = np.sin(angle), np.cos(angle)
     if governor.is_rhombus:
@@ -131,16 +138,13 @@ def evaluate_geometry(governor: PendulumGovernor, arm_angle: FloatOrArray) -> Li
         cosine=c,
         ball_radius=governor.offset + governor.arm * s,
         joint_radius=governor.offset + l1 * s,
-        link_sine=sb,
-        link_cosine=cb,
-        sleeve_height=-(l1 * c + l2 * cb),
         sleeve_derivative=l1 * (s + c * tan_b),
         sleeve_second_derivative=l1 * (c - s * tan_b + c * link_angle_derivative / cb**2),
     )
 
 
 def potential_derivatives(governor: PendulumGovernor, geometry: LinkageGeometry) -> tuple[FloatArray, FloatArray]:
-    """V' and V'' of the potential V."""
+    """Return V' (N m/rad) and V'' (N m/rad^2) of the potential energy V."""
     hanging_moment = (2 * governor.ball_mass + governor.arm_mass) * governor.arm + governor.link_mass * governor.joint_length
     lifted_mass = governor.sleeve_mass + governor.link_mass
     derivative = governor.gravity * (hanging_moment * geometry.sine + lifted_mass * geometry.sleeve_derivative)
@@ -148,7 +152,7 @@ def potential_derivatives(governor: PendulumGovernor, geometry: LinkageGeometry)
 
 
 def spindle_inertia_derivatives(governor: PendulumGovernor, geometry: LinkageGeometry) -> tuple[FloatArray, FloatArray]:
-    """J' and J'' of the moment of inertia J about the spindle."""
+    """Return J' and J'' (kg m2 per rad, per rad^2) of the moment of inertia J about the spindle."""
     m, mu, ml = governor.ball_mass, governor.arm_mass, governor.link_mass
     l, l1, e = governor.arm, governor.joint_length, governor.offset  # noqa: E741
     cosine_coefficient = 4 * m * l * geometry.ball_radius + 2 * mu * l * (e + 2 * l * geometry.sine / 3)
@@ -158,7 +162,7 @@ def spindle_inertia_derivatives(governor: PendulumGovernor, geometry: LinkageGeo
 
 
 def in_plane_inertia_and_derivative(governor: PendulumGovernor, geometry: LinkageGeometry) -> tuple[FloatArray, FloatArray]:
-    """I and I' of the in-plane inertia I, kinetic energy I a'^2 / 2."""
+    """Return I (kg m2) and I' (kg m2/rad) of the in-plane inertia; the kinetic energy in the plane is I a'^2 / 2."""
     l1, sleeve_derivative, sleeve_second_derivative = (governor.joint_length, geometry.sleeve_derivative, geometry.sleeve_second_derivative)
     m, mu, ml, ms = governor.ball_mass, governor.arm_mass, governor.link_mass, governor.sleeve_mass
     constant_inertia = 2 * (m + mu / 3) * governor.arm**2 + 2 * governor.ball_inertia
@@ -173,46 +177,35 @@ def in_plane_inertia_and_derivative(governor: PendulumGovernor, geometry: Linkag
 
 
 def ball_radius(governor: PendulumGovernor, *, arm_angle: FloatOrArray) -> FloatOrArray:
-    """Distance x = e + l sin a of the ball centre from the axis (m); negative beyond the axis (Zehnder)."""
+    """Return the distance of the ball centre from the axis, x = e + l sin a; negative beyond the axis.
+
+    Parameters
+    ----------
+    governor
+        Dimensions and masses.
+    arm_angle
+        Arm angle a, rad.
+
+    Returns
+    -------
+    FloatOrArray
+        Distance, m.
+    """
     return as_scalar_or_array(evaluate_geometry(governor, arm_angle).ball_radius)
 
 
-def sleeve_height(governor: PendulumGovernor, *, arm_angle: FloatOrArray) -> FloatOrArray:
-    """Height of the sleeve lug (m), -(l1 cos a + l2 cos b): negative, below the suspension; grows as the arms open."""
-    return as_scalar_or_array(evaluate_geometry(governor, arm_angle).sleeve_height)
-
-
-def sleeve_height_derivative(governor: PendulumGovernor, *, arm_angle: FloatOrArray) -> FloatOrArray:
-    """Rise of the sleeve per arm angle (m/rad), l1 (sin a + cos a tan b); 2 l sin a in the rhombus."""
-    return as_scalar_or_array(evaluate_geometry(governor, arm_angle).sleeve_derivative)
-
-
-def link_angle(governor: PendulumGovernor, *, arm_angle: FloatOrArray) -> FloatOrArray:
-    """Angle b of the link from the vertical (rad), positive when its joint is further out than the lug."""
-    geometry = evaluate_geometry(governor, arm_angle)
-    return as_scalar_or_array(geometry.angle if governor.is_rhombus else np.arctan2(geometry.link_sine, geometry.link_cosine))
-
-
-def gravitational_potential(governor: PendulumGovernor, *, arm_angle: FloatOrArray) -> FloatOrArray:
-    """Potential V (J) of all weights, zero at the height of the suspension; -2 (M + m_s) g l cos a in the rhombus."""
-    geometry = evaluate_geometry(governor, arm_angle)
-    hanging_moment = (2 * governor.ball_mass + governor.arm_mass) * governor.arm + governor.link_mass * governor.joint_length
-    lifted_mass = governor.sleeve_mass + governor.link_mass
-    return as_scalar_or_array(governor.gravity * (lifted_mass * geometry.sleeve_height - hanging_moment * geometry.cosine))
-
-
 def potential_derivative(governor: PendulumGovernor, *, arm_angle: FloatOrArray) -> FloatOrArray:
-    """V' (N m per rad): moment that the weights set against the opening of the arms."""
+    """Return V' (N m/rad): the moment of the weights against the opening of the arms."""
     return as_scalar_or_array(potential_derivatives(governor, evaluate_geometry(governor, arm_angle))[0])
 
 
 def potential_second_derivative(governor: PendulumGovernor, *, arm_angle: FloatOrArray) -> FloatOrArray:
-    """V'' (N m per rad^2): the derivative of potential_slope in the arm angle."""
+    """Return V'' (N m/rad^2), the derivative of potential_derivative by the arm angle."""
     return as_scalar_or_array(potential_derivatives(governor, evaluate_geometry(governor, arm_angle))[1])
 
 
 def spindle_inertia(governor: PendulumGovernor, *, arm_angle: FloatOrArray) -> FloatOrArray:
-    """Moment of inertia J (kg m2) of balls and rods about the spindle; 2 M x^2 without rod masses and ball_inertia."""
+    """Return the moment of inertia J (kg m2) of balls and rods about the spindle; 2 M x^2 without rod masses and ball_inertia."""
     geometry = evaluate_geometry(governor, arm_angle)
     lug_radius, offset, radial_extent = governor.lug_radius, governor.offset, governor.arm * geometry.sine
     arms = 2 * governor.arm_mass * (offset**2 + offset * radial_extent + radial_extent**2 / 3)
@@ -221,20 +214,15 @@ def spindle_inertia(governor: PendulumGovernor, *, arm_angle: FloatOrArray) -> F
 
 
 def spindle_inertia_derivative(governor: PendulumGovernor, *, arm_angle: FloatOrArray) -> FloatOrArray:
-    """J' (kg m2 per rad): the derivative of spindle_inertia; 4 M x l cos a without rod masses."""
+    """Return J' (kg m2/rad), the derivative of spindle_inertia; 4 M x l cos a without rod masses."""
     return as_scalar_or_array(spindle_inertia_derivatives(governor, evaluate_geometry(governor, arm_angle))[0])
 
 
-def spindle_inertia_second_derivative(governor: PendulumGovernor, *, arm_angle: FloatOrArray) -> FloatOrArray:
-    """J'' (kg m2 per rad^2): the derivative of spindle_inertia_slope in the arm angle."""
-    return as_scalar_or_array(spindle_inertia_derivatives(governor, evaluate_geometry(governor, arm_angle))[1])
-
-
 def in_plane_inertia(governor: PendulumGovernor, *, arm_angle: FloatOrArray) -> FloatOrArray:
-    """Inertia I (kg m2) of the motion in the arms' plane, energy I a'^2 / 2; 2 M l^2 + m_s z'^2 without rod masses."""
+    """Return the in-plane inertia I (kg m2) of the energy I a'^2 / 2; 2 M l^2 + m_s z'^2 without rod masses."""
     return as_scalar_or_array(in_plane_inertia_and_derivative(governor, evaluate_geometry(governor, arm_angle))[0])
 
 
 def in_plane_inertia_derivative(governor: PendulumGovernor, *, arm_angle: FloatOrArray) -> FloatOrArray:
-    """I' (kg m2 per rad): the derivative of in_plane_inertia in the arm angle."""
+    """Return I' (kg m2/rad), the derivative of in_plane_inertia by the arm angle."""
     return as_scalar_or_array(in_plane_inertia_and_derivative(governor, evaluate_geometry(governor, arm_angle))[1])

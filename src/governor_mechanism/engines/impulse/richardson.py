@@ -11,6 +11,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from governor_mechanism.engines.base import RunRequest
+from governor_mechanism.engines.certificate import classify_accuracy
 from governor_mechanism.engines.impulse.event_extrapolation import ExtrapolatedEvents, extrapolate_events
 from governor_mechanism.engines.impulse.pymunk.model import PymunkModel
 from governor_mechanism.engines.impulse.run import FixedStepSolution, integrate_over_grid
@@ -18,7 +19,6 @@ from governor_mechanism.engines.impulse.settings import ImpulseSettings
 from governor_mechanism.engines.impulse.time_inputs import TimeInputs
 from governor_mechanism.engines.initial_state import initial_state
 from governor_mechanism.integrators.time_grid import TimeGrid, make_time_grid
-from governor_mechanism.mechanics.contact.event_log import count_model_size
 from governor_mechanism.mechanics.contact.impact import ImpactSolver
 from governor_mechanism.mechanics.dynamics.contacts import has_contacts
 from governor_mechanism.mechanics.kinematics.velocity_projection import VelocityProjector
@@ -26,6 +26,7 @@ from governor_mechanism.model.scene import Scene
 from governor_mechanism.model.state_history import StateHistory
 from governor_mechanism.model.trajectory import Cost, Outcome, Trajectory
 from governor_mechanism.observables.evaluation import Observables, ReadingEvaluator, RunResult
+from governor_mechanism.observables.model_size import count_model_size
 from governor_mechanism.observables.work import integrate_work
 from governor_mechanism.types import FloatArray, IntArray
 
@@ -211,7 +212,7 @@ class RichardsonRefinement:
                 reported_states=state,
                 monitor_states=monitor_states,
                 observables=report,
-                outcome=self._outcome(result),
+                outcome=result.termination.outcome or classify_accuracy(result.error_estimate, self.request.accuracy),
                 detail=result.termination.detail,
                 error_estimate=result.error_estimate,
                 reading_errors=result.errors,
@@ -223,13 +224,6 @@ class RichardsonRefinement:
             cost=self._cost(result, wall_time),
             settings={**asdict(self.settings), "asked_accuracy": self.request.accuracy, "certified": is_certified},
         )
-
-    def _outcome(self, result: RefinementResult) -> Outcome:
-        if result.termination.outcome is not None:
-            return result.termination.outcome
-        if result.error_estimate is None:
-            return Outcome.UNCERTIFIED
-        return Outcome.DONE if result.error_estimate <= self.request.accuracy else Outcome.ACCURACY_MISSED
 
     def _cost(self, result: RefinementResult, wall_time: float) -> Cost:
         finest_counts = self.grid.min_steps << (result.level + self.settings.levels - 1)

@@ -1,0 +1,1 @@
+"""Engine `multibody`: rigid bodies and joints, integrated with projection."""

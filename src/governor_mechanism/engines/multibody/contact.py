@@ -1,7 +1,8 @@
-"""What sticks, strikes and goes slack in one scene: in which mode it goes on after something has happened.
+"""Contact modes of one scene: which mode follows an event, by complementarity, and the impacts at stops.
 
-A keeper is a reading that friction or stops may hold. At rest it is held while the force that this takes is within what
-friction bears and a stop can push; else it slides the way it is drawn. At a stop its speed is thrown back.
+A contact is a reading that dry friction or stops may hold. At rest it is held while the holding force is within the
+friction limit, or pushes away from the stop; otherwise it slides in the direction of the net force. At a stop its rate is
+reversed by the coefficient of restitution.
 """
 
 from __future__ import annotations
@@ -17,6 +18,7 @@ from governor_mechanism.mechanics.contact.tolerances import (
     CONTACT_TOLERANCE,
     MIN_REBOUND_HEIGHT,
     REST_TOLERANCE,
+    SIMULTANEITY_TOLERANCE,
     STICTION_RATE_TOLERANCE,
     zeno_time,
 )
@@ -30,30 +32,27 @@ from governor_mechanism.mechanics.dynamics.lowering import (
     make_system_workspace,
     with_held_values,
 )
-from governor_mechanism.mechanics.dynamics.output_forces import FORCE_EVENT
+from governor_mechanism.mechanics.dynamics.output_forces import EventFunctionKind
 from governor_mechanism.mechanics.kinematics.assembly import PositionSolver
 from governor_mechanism.mechanics.kinematics.constraint_kernels import evaluate_gamma, evaluate_jacobian, evaluate_residuals
 from governor_mechanism.model.events import Event, EventKind
 from governor_mechanism.model.scene import Scene
 from governor_mechanism.types import FloatArray, RecordArray
 
-SIMULTANEITY_TOLERANCE = 1e-12
-"""Of a time scale: what happens closer together happens at once."""
-
 MODE_CONSISTENCY_TOLERANCE = 1e-9
-"""Of the scales of force and acceleration: what a check of a mode may be wrong by."""
+"""Largest violation of a consistent contact mode, relative to the scales of force and acceleration."""
 
 TURNING_POINT_ACCELERATION_TOLERANCE = 1e-6
-"""Machine sizes, or rad, in the square of a time scale: what is held is accelerated by less than this, by rounding."""
+"""Largest acceleration of a held output, in length scales (or rad) per time scale squared, that is rounding."""
 
 
 ContactModeKey = tuple[tuple[int | None, ...], tuple[int, ...], tuple[bool, ...], bool]
-"""What modes have in common whose systems differ only in where something is held."""
+"""Properties shared by modes whose systems differ only in the held values."""
 
 
 @dataclass(frozen=True)
 class OutputState:
-    """Values, rates, and gradients (gauges, bodies, 3) of all gauges at a state."""
+    """Values (outputs,), rates (outputs,) and gradients (outputs, bodies, 3) of all output variables at a state."""
 
     values: FloatArray
     rates: FloatArray
@@ -61,7 +60,7 @@ class OutputState:
 
 
 class ContactModeSolver:
-    """The mode of one scene as it moves on, and the events it passed."""
+    """Contact mode of one scene in the course of a run, and the events so far."""
 
     def __init__(self, scene: Scene, time_scale: float, constraint_tolerance: float) -> None:
         self.scene, self._time_scale, self._constraint_tolerance = scene, time_scale, constraint_tolerance
@@ -79,7 +78,7 @@ class ContactModeSolver:
         self._released_at, self._released = -math.inf, set[int]()
 
     def get_model(self, mode: ContactMode) -> tuple[System, SystemWorkspace]:
-        """The system of a mode, and room for it."""
+        """Return the system of a contact mode and its workspace."""
         key = (
             tuple(self._classify_hold(k, held) for k, held in enumerate(mode.held_values)),
             mode.sliding_signs,
@@ -95,32 +94,33 @@ class ContactModeSolver:
         return self._models[key][1:]
 
     def _classify_hold(self, k: int, held: float | None) -> int | None:
-        """How a keeper holds: at a stop (1, -1), in between (0), or not."""
+        """Return where a contact is held: at the high stop (1), at the low stop (-1), in between (0), or None if it is free."""
         if held is None:
             return None
         return 1 if held >= self.contacts[k].high else -1 if held <= self.contacts[k].low else 0
 
     @property
     def system(self) -> System:
-        """That of the present mode."""
+        """Return the system of the current mode."""
         return self.get_model(self.mode)[0]
 
     @property
     def workspace(self) -> SystemWorkspace:
-        """For the system of the present mode."""
+        """Return the workspace of the current mode's system."""
         return self.get_model(self.mode)[1]
 
     def initialize(self, state: FloatArray, input_cubics: FloatArray) -> None:
-        """The mode at the start; nothing has happened yet."""
+        """Select the initial mode and clear the events."""
         self.mode, self.events = initial_mode(self.scene), []
         self._released_at, self._released = -math.inf, set[int]()
         self.select_mode(0.0, state, input_cubics)
         self.events = []
 
     def select_mode(self, time: float, state: FloatArray, input_cubics: FloatArray, triggered: Sequence[int] = ()) -> None:
-        """Choose the mode after what was watched about some keepers or springs happened; state changes in place.
+        """Select the mode after events of the contacts or springs `triggered`; impacts change the state in place.
 
-        cubics count from `time`, at which state is.
+        input_cubics count from `time` (s), the time of the state. Modes are enumerated; the first consistent one is taken,
+        else the one with the least violation.
         """
         previous_mode = self.mode
         self._update_one_sided_springs(time, state)
@@ -134,7 +134,7 @@ class ContactModeSolver:
         for choice in itertools.product(*candidates):
             n_held = sum(held is not None for held, _ in choice)
             if n_held > self._mobility:
-                continue  # more holds than freedoms: one of them at its bound says the same, and settles the forces
+                continue  # redundant: fewer held contacts, one at its force limit, describe the same motion with determinate forces
             is_at_rest = n_held == self._mobility and not self._is_driven
             mode = ContactMode(tuple(held for held, _ in choice), tuple(sign for _, sign in choice), self.mode.taut, is_at_rest)
             violation = self._compute_violation(mode, state, input_cubics)
@@ -148,15 +148,17 @@ class ContactModeSolver:
         self._record_events(time, state, previous_mode, rest_times)
 
     def _update_released(self, time: float, released: set[int]) -> set[int]:
-        """Those that let go now, and those that did at this same time: between two that hold one thing, each would hand
-        it to the other without end."""
+        """Return the contacts released at this event time.
+
+        Excluding them prevents cycling between two redundant contacts.
+        """
         if time - self._released_at <= SIMULTANEITY_TOLERANCE * self._time_scale:
             released = released | self._released
         self._released_at, self._released = time, released
         return released
 
     def _update_one_sided_springs(self, time: float, state: FloatArray) -> None:
-        """One-sided springs that begin to pull, or go slack."""
+        """Update which one-sided springs are taut."""
         if not self.one_sided_springs:
             return
         outputs, taut = self._evaluate_outputs(state), list(self.mode.taut)
@@ -169,7 +171,7 @@ class ContactModeSolver:
         self.mode = replace(self.mode, taut=tuple(taut))
 
     def _apply_impacts(self, time: float, state: FloatArray, input_cubics: FloatArray) -> dict[int, float]:
-        """Throw back what runs into a stop; when the bounces of those that come to rest there will be over (s)."""
+        """Reverse the rates of contacts that strike a stop; return for those whose bouncing ends when (s) it ends."""
         rest_times: dict[int, float] = {}
         for _ in range(2 * len(self.contacts)):
             outputs = self._evaluate_outputs(state)
@@ -180,8 +182,11 @@ class ContactModeSolver:
             ]
             if not impacting:
                 break
-            resting = [k for k, held in enumerate(self.mode.held_values) if held is not None and k not in impacting
-                       and self._find_active_stop(k, outputs)]  # fmt: skip
+            resting = [
+                k
+                for k, held in enumerate(self.mode.held_values)
+                if held is not None and k not in impacting and self._find_active_stop(k, outputs)
+            ]
             rebound_rates = {k: -self.contacts[k].restitution * float(outputs.rates[self._output_indices[k]]) for k in impacting}
             self._apply_impulses(state, outputs, rebound_rates | dict.fromkeys(resting, 0.0))
             for k in impacting:
@@ -190,7 +195,7 @@ class ContactModeSolver:
         return rest_times
 
     def _settle_final_bounces(self, time: float, state: FloatArray, input_cubics: FloatArray, impacted: Sequence[int]) -> dict[int, float]:
-        """Those of the hit that rise no more: their speed is taken away, and the time (s) told at which they rest."""
+        """Stop the contacts that bounce no higher than the limit; return when (s) their bounces would end."""
         rest_times: dict[int, float] = {}
         outputs = self._evaluate_outputs(state)
         departing_accelerations, returning_accelerations = (
@@ -222,8 +227,10 @@ class ContactModeSolver:
     def _evaluate_sliding_accelerations(
         self, state: FloatArray, input_cubics: FloatArray, outputs: OutputState, impacted: Sequence[int], direction: int
     ) -> FloatArray:
-        """Second derivatives of what the gauges tell while what was hit moves on (way 1), or back (-1), and friction
-        opposes that; with one freedom all else goes back with it."""
+        """Return the second derivatives (outputs,) while impacted contacts move on (direction 1) or back (-1) against friction.
+
+        With one degree of freedom all other outputs reverse with them.
+        """
         sliding_signs = []
         for k, contact in enumerate(self.contacts):
             rate = float(outputs.rates[self._output_indices[k]])
@@ -237,7 +244,7 @@ class ContactModeSolver:
         return self._evaluate_output_accelerations(state, derivative)
 
     def _apply_impulses(self, state: FloatArray, outputs: OutputState, target_rates: dict[int, float]) -> None:
-        """Change the velocities by impulses of joints and stops until some keepers have these rates."""
+        """Change the velocities by joint and contact impulses so that some contacts have given rates."""
         system = self.system
         n_coordinates = 3 * len(system.bodies)
         joint_jacobian = evaluate_jacobian(self._joint_rows, state[:n_coordinates].reshape(1, -1, 3))[0]
@@ -258,7 +265,7 @@ class ContactModeSolver:
         state[-N_AUXILIARY_STATES + 1] += dissipated_energy
 
     def _list_candidates(self, k: int, outputs: OutputState, is_released: bool) -> Iterator[tuple[float | None, int]]:
-        """How a keeper may go on: the value it is held at, or the sign of its sliding."""
+        """Yield the possible states of a contact: the value it is held at, or None and the sign of its sliding."""
         contact = self.contacts[k]
         value, rate = float(outputs.values[self._output_indices[k]]), float(outputs.rates[self._output_indices[k]])
         has_friction, stop_side = contact.friction is not None, self._find_active_stop(k, outputs)
@@ -274,19 +281,19 @@ class ContactModeSolver:
             yield None, 0
 
     def _compute_violation(self, mode: ContactMode, state: FloatArray, input_cubics: FloatArray) -> float:
-        """By how much a mode contradicts itself, in units of the scales; nought where it does not."""
+        """Return the largest violation of the complementarity conditions of a mode, relative to force and acceleration scales."""
         system, workspace = self.get_model(mode)
         trial_state = state.copy()
         _project_state_vector(system, workspace, input_cubics, trial_state, self._constraint_tolerance)
         event_values, derivative = evaluate_events_and_derivative(system, workspace, input_cubics, 0.0, trial_state)
-        is_force = system.event_functions["kind"] == FORCE_EVENT
+        is_force = system.event_functions["kind"] == EventFunctionKind.FORCE
         event_scale = np.where(system.event_functions["tolerance"] > 0, system.event_functions["tolerance"], 1.0) * 1e12
         violation = float(np.max(event_values[is_force] / event_scale[is_force], initial=0.0))
         outputs, output_accelerations = (self._evaluate_outputs(trial_state), self._evaluate_output_accelerations(trial_state, derivative))
         for k, held in enumerate(mode.held_values):
             output_index = self._output_indices[k]
             if held is not None:
-                # At the dead centre of a reading no force along it holds it: the mechanism carries it on.
+                # At a turning point of a reading no force along it can hold it: the mechanism moves on.
                 residual_acceleration = (
                     abs(float(output_accelerations[output_index])) * self._time_scale**2 / self._coordinate_scales[output_index]
                 )
@@ -302,12 +309,15 @@ class ContactModeSolver:
         return violation
 
     def _project_onto_mode(self, state: FloatArray, input_cubics: FloatArray) -> None:
-        """Close joints, and what is held, to rounding; a speed that this takes away is rounding too."""
+        """Satisfy joints and held outputs to rounding; the velocity removed is rounding too."""
         system, workspace = self.get_model(self.mode)
         _project_state_vector(system, workspace, input_cubics, state, self._constraint_tolerance)
 
     def _record_events(self, time: float, state: FloatArray, previous_mode: ContactMode, rest_times: dict[int, float]) -> None:
-        """Note what has begun or ceased to stand still; which of several holds does the holding is not told."""
+        """Record contacts that come to rest or start to move.
+
+        Which of several redundant contacts carries the load is not recorded.
+        """
         outputs = self._evaluate_outputs(state)
         for k, contact in enumerate(self.contacts):
             was_held, is_held = (self._is_held(k, mode, outputs) for mode in (previous_mode, self.mode))
@@ -320,11 +330,12 @@ class ContactModeSolver:
                 )
 
     def _is_held(self, k: int, mode: ContactMode, outputs: OutputState) -> bool:
-        """Whether a keeper stands still in a mode, by its own hold or because nothing moves."""
+        """Return whether a contact is at rest in a mode: held itself, or because nothing can move."""
         can_hold = self.contacts[k].friction is not None or self._find_active_stop(k, outputs) != 0
         return mode.held_values[k] is not None or (mode.is_locked and can_hold)
 
     def _evaluate_outputs(self, state: FloatArray) -> OutputState:
+        """Evaluate all output variables at a state."""
         output_rows: RecordArray = self.system.output_rows
         n_coordinates = 3 * len(self.system.bodies)
         poses, velocities = (part.reshape(1, -1, 3) for part in (state[:n_coordinates], state[n_coordinates : 2 * n_coordinates]))
@@ -333,7 +344,7 @@ class ContactModeSolver:
         return OutputState(values, np.sum(gradients * velocities[0], axis=(-2, -1)), gradients)
 
     def _evaluate_output_accelerations(self, state: FloatArray, derivative: FloatArray) -> FloatArray:
-        """Second derivatives (gauges,) of what the gauges tell, at a state and its slope."""
+        """Return the second derivatives (outputs,) of the output variables from a state and its derivative."""
         system = self.system
         n_coordinates = 3 * len(system.bodies)
         poses, velocities = (part.reshape(1, -1, 3) for part in (state[:n_coordinates], state[n_coordinates : 2 * n_coordinates]))
@@ -344,7 +355,7 @@ class ContactModeSolver:
         return accelerations
 
     def _find_active_stop(self, k: int, outputs: OutputState) -> int:
-        """At which of its stops a keeper is: 1 the high one, -1 the low one, 0 neither."""
+        """Return the stop that a contact touches: 1 the high one, -1 the low one, 0 none."""
         contact, output_index = self.contacts[k], self._output_indices[k]
         is_at_rest = abs(float(outputs.rates[output_index])) <= self._rest_rate(k)
         tolerance, value = (
@@ -354,12 +365,14 @@ class ContactModeSolver:
         return 1 if value >= contact.high - tolerance else -1 if value <= contact.low + tolerance else 0
 
     def _rest_rate(self, k: int) -> float:
+        """Return the rate below which a contact is at rest."""
         return STICTION_RATE_TOLERANCE * self._coordinate_scales[self._output_indices[k]] / self._time_scale
 
 
 def _project_state_vector(
     system: System, workspace: SystemWorkspace, input_cubics: FloatArray, state: FloatArray, constraint_tolerance: float
 ) -> None:
+    """Project poses and velocities of a state vector onto the constraints."""
     n_coordinates = 3 * len(system.bodies)
     poses, velocities = state[:n_coordinates].reshape(-1, 3), state[n_coordinates : 2 * n_coordinates].reshape(-1, 3)
     project_state(system, workspace, input_cubics, 0.0, poses, velocities, constraint_tolerance)

@@ -1,10 +1,9 @@
-"""The multibody engine: bodies and joints, index-reduced and projected, stepped by DOP853 in compiled code."""
+"""The multibody engine: bodies and joints, index-reduced and projected, integrated by DOP853 in compiled code."""
 
 from __future__ import annotations
 
-import time
 from collections import Counter
-from dataclasses import asdict, dataclass, replace
+from dataclasses import asdict, dataclass, field, replace
 from functools import partial
 from typing import ClassVar, final
 
@@ -15,41 +14,42 @@ from governor_mechanism.effects.dry_friction import DryFriction
 from governor_mechanism.effects.registry import EFFECT_TYPES
 from governor_mechanism.effects.spring import OutputSpring
 from governor_mechanism.engines.base import Engine, RunRequest
-from governor_mechanism.engines.certificate import (
-    COMPARISON_TOLERANCE_RATIO,
-    check_engine_settings,
-    classify_outcome,
-    initial_tolerance,
-    refine_tolerance,
-)
+from governor_mechanism.engines.certificate import CertifiedRunner, check_engine_settings
 from governor_mechanism.engines.initial_state import initial_state
-from governor_mechanism.engines.multibody.run import MULTIBODY_MAX_STEP_RATIO, ConstrainedIntegrator, IntegrationResult
-from governor_mechanism.integrators.projected_dop853 import INTEGRATION_DONE, INTEGRATION_STALLED
-from governor_mechanism.mechanics.contact.event_log import compare_event_logs, count_model_size
+from governor_mechanism.engines.multibody.run import ConstrainedIntegrator, IntegrationResult
+from governor_mechanism.engines.multibody.settings import MultibodySettings
+from governor_mechanism.integrators.status import IntegrationStatus
 from governor_mechanism.model.effect import Effect
 from governor_mechanism.model.joints import JOINT_TYPES, Joint
 from governor_mechanism.model.scene import Scene
-from governor_mechanism.model.state_history import StateHistory
 from governor_mechanism.model.trajectory import Cost, Outcome, Trajectory
 from governor_mechanism.numerics.jit import warn_before_compiling
-from governor_mechanism.observables.evaluation import Observables, ReadingEvaluator, RunResult
-from governor_mechanism.observables.singular_configurations import DenseOutput
+from governor_mechanism.observables.evaluation import ReadingEvaluator, RunResult
+from governor_mechanism.observables.model_size import count_model_size
 from governor_mechanism.types import FloatArray
-
-MAX_MULTIBODY_STAGNANT_RUNS = 4
-"""So many tighter certificates that are no better are believed; one may be bad luck."""
-
-MAX_EXIT_BISECTIONS = 40
-"""Of the time between two stations, to find when a motion leaves its range: to rounding."""
 
 
 @final
 @dataclass(frozen=True, kw_only=True)
 class MultibodyEngine(Engine):
-    """Order 8 with error control, joints closed to rounding at every step; the reference.
+    """Order 8 with error control and constraints satisfied to rounding at every step; the reference engine.
 
-    tolerance is the error of one step, chosen from the accuracy where it is left out. max_steps bounds one run.
-    The error estimate is the difference from a run ten times looser.
+    The error estimate is the difference from a run with a ten times larger tolerance.
+
+    Attributes
+    ----------
+    name
+        Name of the engine.
+    effects
+        Types of effects the engine can model.
+    joints
+        Types of joints the engine can model.
+    tolerance
+        Error of one step relative to the scales; None chooses it from the accuracy.
+    max_steps
+        Largest number of steps of one run.
+    settings
+        Numerical settings.
     """
 
     name: ClassVar[str] = "multibody"
@@ -58,6 +58,7 @@ class MultibodyEngine(Engine):
 
     tolerance: float | None = None
     max_steps: int = 1_000_000
+    settings: MultibodySettings = field(default_factory=MultibodySettings)
 
     def __post_init__(self) -> None:
         check_engine_settings("MultibodyEngine", self.tolerance, self.max_steps)
@@ -66,89 +67,63 @@ class MultibodyEngine(Engine):
         warn_before_compiling("integrate_projected_dop853", 12)
         runner = MultibodyRunner(self, scene, request)
         runner.integrator.compile_kernels()
-        start_time = time.perf_counter()
-        tolerance = self.tolerance or initial_tolerance(request.accuracy)
-        if request.certify and self.tolerance is None:
-            best = refine_tolerance(runner.run_certified, tolerance, request.accuracy, MAX_MULTIBODY_STAGNANT_RUNS)
-        else:
-            best = runner.run_certified(tolerance) if request.certify else runner.run_once(tolerance)
-        return runner.make_trajectory(best, time.perf_counter() - start_time)
+        return runner.run(self.tolerance, self.settings.max_stagnant_runs, asdict(self))
 
 
-@dataclass(frozen=True)
-class MultibodyResult:
-    """States at the reported times and at all stations, what they say, and why there are no more."""
+@dataclass(frozen=True, kw_only=True)
+class MultibodyResult(RunResult):
+    """Result of one run with the integration behind it."""
 
-    reported_states: StateHistory
-    monitor_states: StateHistory
     integration: IntegrationResult
     tolerance: float
-    observables: Observables
-    early_outcome: Outcome | None
-    detail: str
-    reading_errors: dict[str, float]
-    error_estimate: float | None = None
-    n_excluded: int = 0
-
-    @property
-    def n_reached(self) -> int:
-        """How many of the reported times it came to."""
-        return len(self.reported_states.times)
 
 
-class MultibodyRunner:
-    """Follows one scene at given tolerances."""
+class MultibodyRunner(CertifiedRunner[MultibodyResult]):
+    """Runs of one scene with given tolerances."""
 
     def __init__(self, engine: MultibodyEngine, scene: Scene, request: RunRequest) -> None:
-        self.engine, self.scene, self.request = engine, scene, request
         initial_motion = initial_state(scene)
-        self.evaluator = ReadingEvaluator(scene, initial_motion[0])
-        self.integrator = ConstrainedIntegrator(scene, self.evaluator, initial_motion, request.times, engine.max_steps)
-        self.n_runs = 0
+        super().__init__(scene, request, ReadingEvaluator(scene, initial_motion[0]))
+        self.engine = engine
+        self.integrator = ConstrainedIntegrator(scene, self.evaluator, initial_motion, request.times, engine.max_steps, engine.settings)
 
-    def run_certified(self, tolerance: float) -> MultibodyResult:
-        """Two runs, and the difference between them as the estimate of the better one's error."""
-        # Where it is not the tolerance that bounds the steps, twice as long ones tell the runs apart.
-        worse, better = (self.run_once(COMPARISON_TOLERANCE_RATIO * tolerance, 2 * MULTIBODY_MAX_STEP_RATIO), self.run_once(tolerance))
-        n_shared = min(len(worse.reported_states.times), len(better.reported_states.times))
-        event_time_error, is_near_event = compare_event_logs(better.integration.events, worse.integration.events, better.reported_states.times[:n_shared],
-                              self.request.accuracy * self.evaluator.time_scale)  # fmt: skip
-        indices = np.flatnonzero(~is_near_event)
-        worse_observables = self.evaluator.evaluate(worse.reported_states.first(n_shared).at(indices))
-        better_observables = self.evaluator.evaluate(better.reported_states.first(n_shared).at(indices))
-        errors = self.evaluator.compare_observables(better_observables, worse_observables)
-        estimate = self.evaluator.to_relative_error(errors)
-        if self.integrator.contact_solver:
-            errors["event times"] = event_time_error
-            estimate = max(estimate, event_time_error / self.evaluator.time_scale)
-        return replace(better, reading_errors=errors, error_estimate=estimate, n_excluded=int(is_near_event.sum()))
-
-    def run_once(self, tolerance: float, max_step_ratio: float = MULTIBODY_MAX_STEP_RATIO) -> MultibodyResult:
-        """One run, its steps at most so many time scales long."""
+    def run_once(self, tolerance: float, is_comparison: bool = False) -> MultibodyResult:
+        """Run once; a comparison run may take steps twice as long."""
         self.n_runs += 1
-        integration = self.integrator.integrate(tolerance, max_step_ratio)
+        integration = self.integrator.integrate(tolerance, 2.0 if is_comparison else 1.0)
         history = self.integrator.state_history(integration.states)
-        n_kept, early_outcome, detail = len(history.times), None, ""
+        n_kept, outcome, detail = len(history.times), None, ""
         range_exit = self.evaluator.find_first_out_of_range(history.poses)
         time_text = f"t = {self.integrator.time_grid.monitor_times[n_kept - 1]:.6g} s"
         if range_exit is not None:
-            n_kept, early_outcome = range_exit[0], Outcome.LEFT_RANGE
+            n_kept, outcome = range_exit[0], Outcome.LEFT_RANGE
             detail = f"{range_exit[1]}, at {self._describe_exit(integration.states, tolerance, n_kept)}"
-        elif integration.status == INTEGRATION_STALLED:
-            early_outcome, detail = Outcome.STALLED, f"at {time_text}"
-        elif integration.status != INTEGRATION_DONE or len(self.integrator.time_grid.reported_indices) < len(self.request.times):
-            early_outcome, detail = Outcome.STEP_LIMIT, f"max_steps = {self.engine.max_steps} end at {time_text}"
-        reported_states = history.at(self.integrator.time_grid.truncate(n_kept).reported_indices)
-        observables = self.evaluator.evaluate(reported_states)
-        return MultibodyResult(reported_states, history.first(n_kept), integration, tolerance, observables, early_outcome, detail, {})
+        elif integration.status == IntegrationStatus.STALLED:
+            outcome, detail = Outcome.STALLED, f"at {time_text}"
+        elif integration.status != IntegrationStatus.DONE or len(self.integrator.time_grid.reported_indices) < len(self.request.times):
+            outcome, detail = Outcome.STEP_LIMIT, f"max_steps = {self.engine.max_steps} reached at {time_text}"
+        reported_indices = self.integrator.time_grid.truncate(n_kept).reported_indices
+        reported_states = history.at(reported_indices)
+        return MultibodyResult(
+            reported_states=reported_states,
+            monitor_states=history.first(n_kept),
+            observables=self.evaluator.evaluate(reported_states),
+            outcome=outcome,
+            detail=detail,
+            contact_modes=integration.contact_modes[:n_kept],
+            reported_indices=reported_indices,
+            contact_events=integration.events,
+            integration=integration,
+            tolerance=tolerance,
+        )
 
     def _describe_exit(self, states: FloatArray, tolerance: float, exit_index: int) -> str:
-        """When the motion leaves its range, before this station: by halving the time from the one before."""
+        """Return when the motion leaves its range before a monitor time, located by bisection since the previous one."""
         times = self.integrator.time_grid.monitor_times
         if exit_index == 0 or self.integrator.stiffness_onset < np.inf or self.integrator.contact_solver:
             return f"about t = {times[exit_index]:.6g} s"
         time_inside, time_outside = float(times[exit_index - 1]), float(times[exit_index])
-        for _ in range(MAX_EXIT_BISECTIONS):
+        for _ in range(self.engine.settings.max_exit_bisections):
             middle = 0.5 * (time_inside + time_outside)
             motion = self.integrator.integrate_between(states, tolerance, exit_index - 1, middle)
             if motion is None:
@@ -159,38 +134,18 @@ class MultibodyRunner:
                 time_outside = middle
         return f"t = {time_outside:.9g} s"
 
-    def make_trajectory(self, best: MultibodyResult, wall_time: float) -> Trajectory:
-        """The result."""
-        settings = {**asdict(self.engine), "asked_accuracy": self.request.accuracy, "certified": best.error_estimate is not None}
-        return self.evaluator.make_trajectory(
-            RunResult(
-                reported_states=best.reported_states,
-                monitor_states=best.monitor_states,
-                observables=best.observables,
-                outcome=classify_outcome(best, self.request.accuracy),
-                detail=best.detail,
-                error_estimate=best.error_estimate,
-                reading_errors=best.reading_errors,
-                dense_output=self._make_dense_output(best),
-                contact_modes=best.integration.contact_modes[: len(best.monitor_states.times)],
-                reported_indices=self.integrator.time_grid.truncate(len(best.monitor_states.times)).reported_indices,
-                contact_events=tuple(
-                    event
-                    for event in best.integration.events
-                    if not len(best.monitor_states.times) or event.time <= best.monitor_states.times[-1]
-                ),
-                n_excluded=best.n_excluded,
-            ),
-            cost=self._make_cost(best, wall_time),
-            settings=settings,
+    def complete_result(self, best: MultibodyResult) -> MultibodyResult:
+        """Add the dense output of a smooth run, and remove events after the end of the motion."""
+        is_smooth = self.integrator.stiffness_onset == np.inf and not self.integrator.contact_solver
+        times = self.integrator.time_grid.monitor_times[: len(best.contact_modes)]
+        return replace(
+            best,
+            dense_output=partial(self.integrator.integrate_between, best.integration.states, best.tolerance) if is_smooth else None,
+            contact_events=tuple(event for event in best.contact_events if not len(times) or event.time <= times[-1]),
         )
 
-    def _make_dense_output(self, best: MultibodyResult) -> DenseOutput | None:
-        if self.integrator.stiffness_onset < np.inf or self.integrator.contact_solver:
-            return None
-        return partial(self.integrator.integrate_between, best.integration.states, best.tolerance)
-
-    def _make_cost(self, best: MultibodyResult, wall_time: float) -> Cost:
+    def make_cost(self, best: MultibodyResult, wall_time: float) -> Cost:
+        """Return the cost over all runs."""
         steps, rejected, evaluations, _ = (int(count) for count in self.integrator.counters)
         law_counts = Counter({"equations of motion": evaluations})
         system = self.integrator.system
@@ -214,12 +169,13 @@ class MultibodyRunner:
             runs=self.n_runs,
             evaluations=dict(law_counts),
             wall_time=wall_time,
-            events=len(best.integration.events),
+            events=len(best.contact_events),
             model_size=count_model_size(self.scene),
             method=self._describe_method(),
         )
 
     def _describe_method(self) -> str:
+        """Return the integration method as text."""
         if self.integrator.stiffness_onset == np.inf:
             return "explicit (DOP853)"
         return f"stiff from t = {self.integrator.stiffness_onset:.4g} s: implicit (Radau) in independent coordinates from there"

@@ -1,4 +1,4 @@
-"""Steps a scene in which something sticks, strikes or goes slack: up to where that happens, and on in another mode."""
+"""Integrate a scene with contacts: locate each event, select the next contact mode, and restart."""
 
 from __future__ import annotations
 
@@ -9,68 +9,59 @@ import numpy as np
 from scipy.optimize import brentq
 
 from governor_mechanism.engines.multibody.contact import ContactModeSolver
-from governor_mechanism.integrators.projected_dop853 import (
-    INTEGRATION_DONE,
-    INTEGRATION_EVENT,
-    INTEGRATION_STALLED,
-    N_COUNTERS,
-    integrate_projected_dop853,
-)
+from governor_mechanism.engines.multibody.settings import MultibodySettings
+from governor_mechanism.integrators.projected_dop853 import N_COUNTERS, integrate_projected_dop853
+from governor_mechanism.integrators.status import IntegrationStatus
 from governor_mechanism.mechanics.dynamics.contacts import ContactMode
 from governor_mechanism.mechanics.dynamics.equations_of_motion import evaluate_events_and_derivative
 from governor_mechanism.mechanics.dynamics.lowering import System, count_output_forces
 from governor_mechanism.mechanics.dynamics.output_forces import EVENT_FUNCTION_DTYPE
 from governor_mechanism.types import FloatArray, IntArray
 
-EVENT_STEP_RATIO, RESTART_STEP_RATIO = 0.2, 0.04
-"""Of the longest step: no step is longer while something is watched, and none that follows an event. The two runs of a
-certificate have longest steps of their own, and so take other ones here too."""
-
-EVENT_TIME_TOLERANCE = 1e-13
-"""Of a time scale: events closer together are at one time."""
-
-MAX_EVENTS_AT_ONE_TIME = 30
-"""Events at one time; more are a chatter that does not end."""
-
-MAX_BRACKET_HALVINGS = 40
-"""Of a step, in search of where something that begins at nought was below it."""
-
-INTEGRATION_OUT_OF_RANGE = 9
-"""How a piece ends, beside those of `dop853`: a station lies outside the limits."""
-
-MAX_STEPS_TO_EVENT = 60
-"""From the beginning of a step to what happens within it takes a handful, but into a change point no end of them."""
-
 
 class _EventLocationError(Exception):
-    """What is watched could not be followed within a step."""
+    """The event functions could not be evaluated within a step."""
 
 
 class IntegrationContext(Protocol):
-    """What is asked of a stepper."""
+    """What an event integrator needs from the integrator that owns it."""
 
     constraint_tolerance: float
     max_steps: int
+    settings: MultibodySettings
 
-    def input_cubics(self, start: float) -> FloatArray: ...
-    def is_out_of_range(self, state: FloatArray) -> bool: ...
-    def make_error_scale(self) -> FloatArray: ...
+    def input_cubics(self, start: float) -> FloatArray:
+        """Return the local cubics of the inputs from a time (s) on."""
+
+    def is_out_of_range(self, state: FloatArray) -> bool:
+        """Return whether a state is outside the mechanism's limits."""
+
+    def make_error_scale(self) -> FloatArray:
+        """Return the scales of the components of a state."""
 
 
 class EventIntegrator:
-    """Goes on through one run at a tolerance; counts are those of `dop853`."""
+    """Integrator of one run with events at one tolerance; counters are those of `projected_dop853`."""
 
-    def __init__(self, context: IntegrationContext, contact_solver: ContactModeSolver, tolerance: float, time_scale: float, max_step_ratio: float,
-                 counters: IntArray) -> None:  # fmt: skip
+    def __init__(
+        self,
+        context: IntegrationContext,
+        contact_solver: ContactModeSolver,
+        tolerance: float,
+        time_scale: float,
+        max_step_ratio: float,
+        counters: IntArray,
+    ) -> None:
         self._context, self._contact_solver, self._counters = context, contact_solver, counters
         self._tolerance, self._time_scale, self._max_step = tolerance, time_scale, max_step_ratio * time_scale
         self._last_event_time, self._n_simultaneous = -np.inf, 0
         self.output_force_counts = np.zeros(3, dtype=np.int64)
-        """Evaluations of springs, brakes and sliding friction along readings."""
+        """Evaluations of springs, dashpots and sliding friction along readings."""
         self._error_scale = context.make_error_scale()
+        self._simultaneity = context.settings.event_time_tolerance * time_scale
 
     def restart_after_breakpoint(self, time: float, state: FloatArray) -> None:
-        """A program has jumped, or has a kink."""
+        """Select the contact mode again after an input function has a jump or a kink."""
         self._contact_solver.select_mode(time, state, self._context.input_cubics(time))
 
     def integrate_segment(
@@ -81,36 +72,47 @@ class EventIntegrator:
         step: float,
         output_states: FloatArray,
         contact_modes: list[ContactMode],
-    ) -> tuple[int, float, int]:
-        """From span[0] to span[1], filling found at the times; how it ended, the last step, how many were reached."""
+    ) -> tuple[IntegrationStatus, float, int]:
+        """Integrate over a span without breakpoints and fill output_states at output_times.
+
+        Returns the status, the last step size (s) and the number of output times reached.
+        """
         t, end = span
         n_filled, contact_solver = 0, self._contact_solver
         while t < end:
             system, event_bracket = contact_solver.system, np.empty(2)
             remaining_times = output_times[n_filled:]
-            status, step, n_reached, t_reached = self._integrate(system, (t, end), remaining_times, state, step, output_states[n_filled:],
-                                                              event_bracket)  # fmt: skip
+            status, step, n_reached, t_reached = self._integrate(
+                system, (t, end), remaining_times, state, step, output_states[n_filled:], event_bracket
+            )
             contact_modes += [contact_solver.mode] * n_reached
             n_filled += n_reached
-            if status != INTEGRATION_EVENT:
+            if status != IntegrationStatus.EVENT:
                 return status, step, n_filled
             t = t_reached
             event_time, triggered = self._locate_event(system, t, state, event_bracket)
-            if not triggered and event_time - t <= EVENT_TIME_TOLERANCE * self._time_scale:  # nothing after all, and too near to look again
-                event_time = min(end, t + max(step, EVENT_TIME_TOLERANCE * self._time_scale))
-            _, _, n_reached, _ = self._integrate(_without_event_functions(system), (t, event_time), output_times[n_filled:], state, event_time - t,
-                                             output_states[n_filled:], event_bracket)  # fmt: skip
+            if not triggered and event_time - t <= self._simultaneity:  # a false alarm, too close to search again
+                event_time = min(end, t + max(step, self._simultaneity))
+            _, _, n_reached, _ = self._integrate(
+                _without_event_functions(system),
+                (t, event_time),
+                output_times[n_filled:],
+                state,
+                event_time - t,
+                output_states[n_filled:],
+                event_bracket,
+            )
             contact_modes += [contact_solver.mode] * n_reached
             n_filled += n_reached
             t = event_time
             if n_filled and self._context.is_out_of_range(output_states[n_filled - 1]):
-                return (INTEGRATION_OUT_OF_RANGE, step, n_filled)  # what happens beyond the limits is no concern of ours, and may never end
+                return IntegrationStatus.OUT_OF_RANGE, step, n_filled  # events beyond the limits are irrelevant and may never end
             if triggered and not self._is_below_chattering_limit(t):
-                return INTEGRATION_STALLED, step, n_filled
+                return IntegrationStatus.STALLED, step, n_filled
             if triggered:
                 contact_solver.select_mode(t, state, self._context.input_cubics(t), triggered)
-            step = min(step, RESTART_STEP_RATIO * self._max_step)
-        return INTEGRATION_DONE, step, n_filled
+            step = min(step, self._context.settings.restart_step_ratio * self._max_step)
+        return IntegrationStatus.DONE, step, n_filled
 
     def _integrate(
         self,
@@ -121,35 +123,50 @@ class EventIntegrator:
         step: float,
         output_states: FloatArray,
         event_bracket: FloatArray,
-    ) -> tuple[int, float, int, float]:
-        max_step = self._max_step * (EVENT_STEP_RATIO if len(system.event_functions) else 1.0)
+    ) -> tuple[IntegrationStatus, float, int, float]:
+        """Integrate up to the end of the span or to the step that contains the first event."""
+        max_step = self._max_step * (self._context.settings.event_step_ratio if len(system.event_functions) else 1.0)
         if not span[1] > span[0]:
-            return INTEGRATION_DONE, step, 0, span[0]
+            return IntegrationStatus.DONE, step, 0, span[0]
         evaluations_before = int(self._counters[2])
-        result = integrate_projected_dop853(system, self._contact_solver.workspace, self._context.input_cubics(span[0]), span, output_times, state,
-                         self._error_scale, self._tolerance, step or max_step, max_step, self._context.constraint_tolerance,
-                         self._context.max_steps, output_states, self._counters, event_bracket)  # fmt: skip
+        result = integrate_projected_dop853(
+            system,
+            self._contact_solver.workspace,
+            self._context.input_cubics(span[0]),
+            span,
+            output_times,
+            state,
+            self._error_scale,
+            self._tolerance,
+            step or max_step,
+            max_step,
+            self._context.constraint_tolerance,
+            self._context.max_steps,
+            output_states,
+            self._counters,
+            event_bracket,
+        )
         self._count_output_forces(system, int(self._counters[2]) - evaluations_before)
         return result
 
     def _locate_event(self, system: System, t: float, state: FloatArray, event_bracket: FloatArray) -> tuple[float, list[int]]:
-        """When the first thing watched rises above nought, and whom it concerns; none where it does not after all.
+        """Return the time of the first event after t and the indices of its contacts; none if it proves not to occur.
 
-        state is at `now`, and crossed holds the times between which that is.
+        state is at t; event_bracket holds the times between which the event was detected.
         """
         low, high = float(event_bracket[0]), float(event_bracket[1])
         try:
             crossing_times = self._find_crossing_times(system, t, state, low, high)
         except _EventLocationError:
-            return high, []  # at a change point, say: the step goes over it, and what happens there is looked for again
+            return high, []  # for example at a change point: the step crosses it, and events there are detected again
         if not crossing_times:
             return high, []
         event_time = min(crossing_times.values())
-        simultaneous = [k for k, time in crossing_times.items() if time - event_time <= EVENT_TIME_TOLERANCE * self._time_scale]
+        simultaneous = [k for k, time in crossing_times.items() if time - event_time <= self._simultaneity]
         return event_time, sorted({int(system.event_functions["contact_index"][k]) for k in simultaneous})
 
     def _find_crossing_times(self, system: System, t: float, state: FloatArray, low: float, high: float) -> dict[int, float]:
-        """When (s) each mark that has risen above nought at `high` did so, after `low`."""
+        """Return for each event function that is positive at `high` when (s) it crossed zero after `low`."""
         input_cubics, workspace = self._context.input_cubics(t), self._contact_solver.workspace
 
         def event_values_at(time: float) -> FloatArray:
@@ -165,7 +182,7 @@ class EventIntegrator:
                 return float(event_values_at(time)[k])
 
             begin, end = (
-                _find_negative_start(event_function, low, high, min(float(values_low[k]), 0.0))
+                _find_negative_start(event_function, low, high, min(float(values_low[k]), 0.0), self._context.settings.max_bracket_halvings)
                 if values_low[k] >= -float(tolerances[k])
                 else (low, high)
             )
@@ -175,38 +192,53 @@ class EventIntegrator:
     def _integrate_without_events(
         self, system: System, span: tuple[float, float], state: FloatArray, input_cubics: FloatArray
     ) -> FloatArray:
-        """The state at span[1] from that at span[0], in a few steps with nothing watched; cubics count from span[0]."""
+        """Return the state at span[1] from that at span[0], without event functions; input_cubics count from span[0]."""
         final_state, counters = state.copy(), np.zeros(N_COUNTERS, dtype=np.int64)
         if span[1] > span[0]:
             duration = span[1] - span[0]
-            status, *_ = integrate_projected_dop853(_without_event_functions(system), self._contact_solver.workspace, input_cubics, span, np.empty(0),
-                                 final_state, self._error_scale, self._tolerance, duration, self._max_step,
-                                 self._context.constraint_tolerance, MAX_STEPS_TO_EVENT, np.empty((0, state.size)), counters,
-                                 np.empty(2))  # fmt: skip
+            status, *_ = integrate_projected_dop853(
+                _without_event_functions(system),
+                self._contact_solver.workspace,
+                input_cubics,
+                span,
+                np.empty(0),
+                final_state,
+                self._error_scale,
+                self._tolerance,
+                duration,
+                self._max_step,
+                self._context.constraint_tolerance,
+                self._context.settings.max_event_location_steps,
+                np.empty((0, state.size)),
+                counters,
+                np.empty(2),
+            )
             self._counters[2:] += counters[2:]
             self._count_output_forces(system, int(counters[2]))
-            if status != INTEGRATION_DONE:
+            if status != IntegrationStatus.DONE:
                 raise _EventLocationError
         return final_state
 
     def _count_output_forces(self, system: System, evaluations: int) -> None:
-        """Note how often each kind of load along a reading was evaluated: friction that holds is none."""
+        """Count the evaluations of each kind of force along a reading; sticking friction is not evaluated."""
         self.output_force_counts += evaluations * count_output_forces(system)
 
     def _is_below_chattering_limit(self, t: float) -> bool:
-        """Whether what happens at one time comes to an end."""
-        self._n_simultaneous = self._n_simultaneous + 1 if t - self._last_event_time <= EVENT_TIME_TOLERANCE * self._time_scale else 0
+        """Record an event at t and return whether the number of simultaneous events is below its limit."""
+        self._n_simultaneous = self._n_simultaneous + 1 if t - self._last_event_time <= self._simultaneity else 0
         self._last_event_time = t
-        return self._n_simultaneous < MAX_EVENTS_AT_ONE_TIME
+        return self._n_simultaneous < self._context.settings.max_simultaneous_events
 
 
-def _find_negative_start(event_function: Callable[[float], float], low: float, high: float, threshold: float) -> tuple[float | None, float]:
-    """A time after low at which a mark that begins at nought is below `least`, and a later one at which it is positive.
+def _find_negative_start(
+    event_function: Callable[[float], float], low: float, high: float, threshold: float, max_halvings: int
+) -> tuple[float | None, float]:
+    """Return a time after low at which an event function is below the threshold, and a later one at which it is positive.
 
-    The first is None where it rises at once.
+    The first is None if the function rises at once.
     """
     positive_time = high
-    for halving in range(1, MAX_BRACKET_HALVINGS):
+    for halving in range(1, max_halvings):
         middle = low + (high - low) * 0.5**halving
         value = event_function(middle)
         if value < threshold:
@@ -216,5 +248,5 @@ def _find_negative_start(event_function: Callable[[float], float], low: float, h
 
 
 def _without_event_functions(system: System) -> System:
-    """The same, with nothing watched."""
+    """Return the system without event functions."""
     return system._replace(event_functions=np.zeros(0, dtype=EVENT_FUNCTION_DTYPE))

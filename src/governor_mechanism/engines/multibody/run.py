@@ -1,4 +1,4 @@
-"""One scene stepped through its stations at given tolerances, explicitly, and implicitly from where it gets stiff."""
+"""Integrate one scene over its monitor times at a given tolerance: explicitly, and implicitly once it becomes stiff."""
 
 from __future__ import annotations
 
@@ -7,12 +7,15 @@ from itertools import pairwise
 
 import numpy as np
 
-from governor_mechanism.engines.multibody.contact import SIMULTANEITY_TOLERANCE, ContactModeSolver
+from governor_mechanism.engines.multibody.contact import ContactModeSolver
 from governor_mechanism.engines.multibody.event_integration import EventIntegrator
-from governor_mechanism.integrators.projected_dop853 import INTEGRATION_DONE, INTEGRATION_STIFF, N_COUNTERS, integrate_projected_dop853
+from governor_mechanism.engines.multibody.settings import MultibodySettings
+from governor_mechanism.integrators.projected_dop853 import N_COUNTERS, integrate_projected_dop853
 from governor_mechanism.integrators.radau import RadauIntegrator
+from governor_mechanism.integrators.status import IntegrationStatus
 from governor_mechanism.integrators.time_grid import make_time_grid
 from governor_mechanism.mechanics.contact.event_log import drop_cancelled_events
+from governor_mechanism.mechanics.contact.tolerances import SIMULTANEITY_TOLERANCE
 from governor_mechanism.mechanics.dynamics.characteristic_scales import max_step_scale
 from governor_mechanism.mechanics.dynamics.contacts import ContactMode, has_contacts
 from governor_mechanism.mechanics.dynamics.equations_of_motion import N_AUXILIARY_STATES, inertia_about_spindle, project_state
@@ -29,37 +32,23 @@ from governor_mechanism.model.state_history import StateHistory
 from governor_mechanism.observables.evaluation import ReadingEvaluator
 from governor_mechanism.types import FloatArray, IntArray
 
-MULTIBODY_MONITOR_INTERVAL_RATIO = 0.25
-"""In time scales: how far apart the poses are at which limits are watched."""
-
-MULTIBODY_MAX_STEP_RATIO = 2.5
-"""In the scene's pace: no step is longer, whatever the tolerance."""
-
-MULTIBODY_FIRST_STEP_RATIO = 0.004
-"""Of the longest one."""
-
-MAX_STEPS_BETWEEN_MONITOR_TIMES = 100
-"""From one station to an event before the next one it takes a handful, but into a change point no end of them."""
-
-CONSTRAINT_TOLERANCE_RATIO = 1e-14
-"""Fraction of the machine's size to which joints are closed at every step."""
-
 
 @dataclass(frozen=True)
 class IntegrationResult:
-    """States (stations reached, numbers), how the integration ended, the last step (s); where something sticks, strikes
-    or goes slack, the mode at each station and the events.
+    """States (monitor times reached, components), status and last step size (s) of one integration.
+
+    For a scene with contacts also the contact mode at each monitor time and the events.
     """
 
     states: FloatArray
-    status: int
+    status: IntegrationStatus
     last_step: float
     contact_modes: tuple[ContactMode, ...] = ()
     events: tuple[Event, ...] = ()
 
 
 class ConstrainedIntegrator:
-    """Steps a scene that starts at poses and velocities `standing`, to stations that include the reported times."""
+    """Integrator of a scene from given initial poses and velocities over monitor times that include the reported times."""
 
     def __init__(
         self,
@@ -68,40 +57,42 @@ class ConstrainedIntegrator:
         initial_motion: tuple[FloatArray, FloatArray],
         reported_times: FloatArray,
         max_steps: int,
+        settings: MultibodySettings,
     ) -> None:
-        self.evaluator, self.max_steps = evaluator, max_steps
+        self.evaluator, self.max_steps, self.settings = evaluator, max_steps, settings
         self.system, self.input_functions = make_system(scene)
         self.workspace = make_system_workspace(self.system)
-        self.constraint_tolerance = CONSTRAINT_TOLERANCE_RATIO * evaluator.mechanism.length_scale
+        self.constraint_tolerance = settings.constraint_tolerance_ratio * evaluator.mechanism.length_scale
         breakpoints = np.unique(np.concatenate([function.breakpoints for function in self.input_functions]))
         self._max_step_scale = max_step_scale(scene)
-        max_interval = MULTIBODY_MONITOR_INTERVAL_RATIO * evaluator.time_scale
+        max_interval = settings.monitor_interval_ratio * evaluator.time_scale
         self.time_grid = make_time_grid(reported_times[reported_times <= max_interval * max_steps], breakpoints, np.inf, max_interval)
         inner_breakpoints = breakpoints[(breakpoints > 0) & (breakpoints < self.time_grid.monitor_times[-1])]
         self.breakpoints = np.concatenate([[0.0], inner_breakpoints, self.time_grid.monitor_times[-1:]])
         self.counters = np.zeros(N_COUNTERS, dtype=np.int64)
         self.implicit_steps, self.stiffness_onset = 0, np.inf
         self.output_force_counts = np.zeros(3, dtype=np.int64)
-        """Evaluations of springs, brakes and sliding friction along readings."""
+        """Evaluations of springs, dashpots and sliding friction along readings."""
         self.initial_state = self._make_initial_state(*from_mass_centres(self.system, *initial_motion))
         self.contact_solver = ContactModeSolver(scene, evaluator.time_scale, self.constraint_tolerance) if has_contacts(scene) else None
 
     def compile_kernels(self) -> None:
-        """Have the kernels compiled or loaded, by an integration over no time, so that no run's cost includes it."""
+        """Compile or load the kernels by an integration over an empty interval, so that no run's cost includes it."""
         no_outputs = np.empty((0, self.initial_state.size))
         self._integrate_explicitly(
             (0.0, 0.0), np.empty(0), self.initial_state.copy(), 1.0, 1.0, 1.0, no_outputs, np.zeros(N_COUNTERS, dtype=np.int64)
         )
 
-    def integrate(self, tolerance: float, max_step_ratio: float = MULTIBODY_MAX_STEP_RATIO) -> IntegrationResult:
-        """From the start through all stations; longest: of a step, in the scene's pace."""
+    def integrate(self, tolerance: float, step_factor: float = 1.0) -> IntegrationResult:
+        """Integrate from the start over all monitor times, with the largest step multiplied by a factor."""
+        max_step_ratio = step_factor * self.settings.max_step_ratio
         if self.contact_solver is not None:
             return self._integrate_with_contacts(self.contact_solver, tolerance, max_step_ratio)
         monitor_times, state = self.time_grid.monitor_times, self.initial_state.copy()
         states = np.empty((len(monitor_times), state.size))
-        states[0], n_filled, status = state, 1, INTEGRATION_DONE
+        states[0], n_filled, status = state, 1, IntegrationStatus.DONE
         max_step = max_step_ratio * self._max_step_scale
-        step = MULTIBODY_FIRST_STEP_RATIO * max_step
+        step = self.settings.first_step_ratio * max_step
         counters = np.zeros(N_COUNTERS, dtype=np.int64)
         radau: RadauIntegrator | None = None
         for start, end in pairwise(self.breakpoints.tolist()):
@@ -112,16 +103,16 @@ class ConstrainedIntegrator:
                 )
                 n_filled += n_reached
                 output_times = output_times[n_reached:]
-            if status == INTEGRATION_STIFF:
+            if status == IntegrationStatus.STIFF:
                 radau = RadauIntegrator(self.system, self.workspace, self.make_error_scale(), self.constraint_tolerance)
-                self.stiffness_onset, status = min(self.stiffness_onset, t), INTEGRATION_DONE
+                self.stiffness_onset, status = min(self.stiffness_onset, t), IntegrationStatus.DONE
             if radau is not None:
                 input_cubics, max_steps = self.input_cubics(start), self.max_steps
                 status, step, n_reached = radau.integrate(
                     input_cubics, (t, end), start, output_times, state, tolerance, max_steps, states[n_filled:]
                 )
                 n_filled += n_reached
-            if status != INTEGRATION_DONE:
+            if status != IntegrationStatus.DONE:
                 break
             self._add_speed_jump_work(end, state, states[n_filled - 1])
         if radau is not None:
@@ -132,20 +123,20 @@ class ConstrainedIntegrator:
         return IntegrationResult(states[:n_filled], status, step)
 
     def _integrate_with_contacts(self, contact_solver: ContactModeSolver, tolerance: float, max_step_ratio: float) -> IntegrationResult:
-        """The same for a scene in which something sticks, strikes or goes slack."""
+        """Integrate a scene with contacts or one-sided springs."""
         monitor_times, state, time_scale = (self.time_grid.monitor_times, self.initial_state.copy(), self.evaluator.time_scale)
         counters = np.zeros(N_COUNTERS, dtype=np.int64)
         event_integrator = EventIntegrator(self, contact_solver, tolerance, time_scale, max_step_ratio, counters)
         contact_solver.initialize(state, self.input_cubics(0.0))
         states, contact_modes = np.empty((len(monitor_times), state.size)), [contact_solver.mode]
-        states[0], n_filled, status, step = (state, 1, INTEGRATION_DONE, MULTIBODY_FIRST_STEP_RATIO * max_step_ratio * time_scale)
+        states[0], n_filled, status, step = (state, 1, IntegrationStatus.DONE, self.settings.first_step_ratio * max_step_ratio * time_scale)
         for start, end in pairwise(self.breakpoints.tolist()):
             output_times = monitor_times[(monitor_times > start) & (monitor_times <= end)]
             status, step, n_reached = event_integrator.integrate_segment(
                 (start, end), output_times, state, step, states[n_filled:], contact_modes
             )
             n_filled += n_reached
-            if status != INTEGRATION_DONE:
+            if status != IntegrationStatus.DONE:
                 break
             self._add_speed_jump_work(end, state, states[n_filled - 1])
             event_integrator.restart_after_breakpoint(end, state)
@@ -160,7 +151,7 @@ class ConstrainedIntegrator:
         )
 
     def _add_speed_jump_work(self, time: float, state: FloatArray, monitor_state: FloatArray) -> None:
-        """Count the work of a jump of the speed; a knot is a station, and there the speed is the one after the jump."""
+        """Add the work of a jump of the given spindle speed at a breakpoint; the state recorded there is the one after the jump."""
         state[-N_AUXILIARY_STATES] += self._compute_speed_jump_work(time, state)
         monitor_state[-N_AUXILIARY_STATES] = state[-N_AUXILIARY_STATES]
 
@@ -174,13 +165,28 @@ class ConstrainedIntegrator:
         max_step: float,
         output_states: FloatArray,
         counters: IntArray,
-    ) -> tuple[int, float, int, float]:
-        """`dop853.integrate` of a scene in which nothing is watched; longest in s."""
-        return integrate_projected_dop853(self.system, self.workspace, self.input_cubics(span[0]), span, output_times, state, self.make_error_scale(), tolerance,
-                         step, max_step, self.constraint_tolerance, self.max_steps, output_states, counters, np.empty(2))  # fmt: skip
+    ) -> tuple[IntegrationStatus, float, int, float]:
+        """Call `integrate_projected_dop853` for a scene without event functions; max_step in s."""
+        return integrate_projected_dop853(
+            self.system,
+            self.workspace,
+            self.input_cubics(span[0]),
+            span,
+            output_times,
+            state,
+            self.make_error_scale(),
+            tolerance,
+            step,
+            max_step,
+            self.constraint_tolerance,
+            self.max_steps,
+            output_states,
+            counters,
+            np.empty(2),
+        )
 
     def state_history(self, states: FloatArray) -> StateHistory:
-        """What the rows (stations, numbers) say of mass centres and spindle."""
+        """Return mass centres and spindle from state vectors (monitor times, components)."""
         n_bodies = len(self.system.bodies)
         parts = (states[:, : 3 * n_bodies], states[:, 3 * n_bodies : 6 * n_bodies])
         origins, origin_velocities = (part.reshape(-1, n_bodies, 3) for part in parts)
@@ -197,25 +203,39 @@ class ConstrainedIntegrator:
         )
 
     def is_out_of_range(self, state: FloatArray) -> bool:
-        """Whether a state lies outside the mechanism's limits."""
+        """Return whether a state is outside the mechanism's limits."""
         origins, origin_velocities = state[:-N_AUXILIARY_STATES].reshape(2, len(self.system.bodies), 3)
         return self.evaluator.find_first_out_of_range(to_mass_centres(self.system, origins, origin_velocities)[0][np.newaxis]) is not None
 
     def integrate_between(self, states: FloatArray, tolerance: float, k: int, time: float) -> tuple[FloatArray, FloatArray] | None:
-        """Poses and velocities of mass centres at a time (s) after station k, integrated from there, or None."""
+        """Return poses and velocities of the mass centres at a time (s) after monitor time k, or None if that fails."""
         start = float(self.time_grid.monitor_times[k])
         state, counters = states[k].copy(), np.zeros(N_COUNTERS, dtype=np.int64)
         step, no_outputs = 0.01 * self.evaluator.time_scale, np.empty((0, states.shape[1]))
-        status, *_ = integrate_projected_dop853(self.system, self.workspace, self.input_cubics(start), (start, time), np.empty(0), state,
-                             self.make_error_scale(), tolerance, step, np.inf, self.constraint_tolerance, MAX_STEPS_BETWEEN_MONITOR_TIMES, no_outputs, counters,
-                             np.empty(2))  # fmt: skip
-        if status != INTEGRATION_DONE:
+        status, *_ = integrate_projected_dop853(
+            self.system,
+            self.workspace,
+            self.input_cubics(start),
+            (start, time),
+            np.empty(0),
+            state,
+            self.make_error_scale(),
+            tolerance,
+            step,
+            np.inf,
+            self.constraint_tolerance,
+            self.settings.max_interpolation_steps,
+            no_outputs,
+            counters,
+            np.empty(2),
+        )
+        if status != IntegrationStatus.DONE:
             return None
         origins, origin_velocities = state[:-N_AUXILIARY_STATES].reshape(2, len(self.system.bodies), 3)
         return to_mass_centres(self.system, origins, origin_velocities)
 
     def _make_initial_state(self, poses: FloatArray, velocities: FloatArray) -> FloatArray:
-        """The state at the start, its joints closed to rounding."""
+        """Return the initial state vector, with constraints satisfied to rounding."""
         project_state(self.system, self.workspace, self.input_cubics(0.0), 0.0, poses, velocities, self.constraint_tolerance)
         speed = self.evaluator.speed_function.start_speed
         momentum = (self.system.spindle_inertia + inertia_about_spindle(self.system, poses)) * speed
@@ -223,11 +243,11 @@ class ConstrainedIntegrator:
         return np.concatenate([poses.ravel(), velocities.ravel(), auxiliary_states])
 
     def input_cubics(self, start: float) -> FloatArray:
-        """Speed, drives and loads in time, (programs, 4), until the next break."""
+        """Return the local cubics (functions, 5) of spindle speed, drivers and force elements from a time (s) to the next breakpoint."""
         return np.array([function.local_cubics(np.array([start]))[0] for function in self.input_functions])
 
     def _compute_speed_jump_work(self, time: float, state: FloatArray) -> float:
-        """What a jump of the spindle's given speed puts into the parts (J)."""
+        """Return the work (J) that a jump of the given spindle speed does on the parts."""
         speed_function, n_bodies = self.evaluator.speed_function, len(self.system.bodies)
         speed_before, speed_after = (float(speed_function(np.array([time]), left_limit=side)[0]) for side in (True, False))
         if speed_after == speed_before or not self.system.has_centrifugal_forces:
@@ -236,7 +256,7 @@ class ConstrainedIntegrator:
         return 0.5 * inertia * (speed_after**2 - speed_before**2)
 
     def make_error_scale(self) -> FloatArray:
-        """What errors of a state are relative to."""
+        """Return the scales to which errors of a state vector are relative."""
         length_scale, time_scale = self.evaluator.mechanism.length_scale, self.evaluator.time_scale
         pose_scale = np.tile([length_scale, length_scale, 1.0], len(self.system.bodies))
         momentum_scale = abs(self.initial_state[-1]) or 1.0

@@ -1,0 +1,1 @@
+"""Engine `reduced`: one coordinate, integrated along tables."""

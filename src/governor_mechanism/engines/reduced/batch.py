@@ -1,6 +1,6 @@
-"""Many scenes that differ in numbers alone, each ridden with as little as can be: no certificate, no report.
+"""Batch of runs of scenes that differ only in numbers, without certificate and observables.
 
-For scenes in which tables are all that acts: a given steady speed, gravity, the spindle's turning, heavy bodies.
+Only for conservative scenes, whose table holds all forces: constant spindle speed, gravity, centrifugal forces.
 """
 
 from __future__ import annotations
@@ -11,28 +11,41 @@ from dataclasses import dataclass
 import numpy as np
 
 from governor_mechanism.engines.base import make_reported_times
-from governor_mechanism.engines.reduced.integration import ABOVE_TABLE, BELOW_TABLE, RUN_COMPLETED, integrate_reduced
-from governor_mechanism.engines.reduced.run import REDUCED_FIRST_STEP_RATIO, REDUCED_MAX_STEP_RATIO
+from governor_mechanism.engines.reduced.integration import integrate_reduced
+from governor_mechanism.engines.reduced.settings import ReducedSettings
 from governor_mechanism.integrators.reduced_dop853 import make_stages
+from governor_mechanism.integrators.status import IntegrationStatus
 from governor_mechanism.mechanics.dynamics.characteristic_scales import max_step_scale
 from governor_mechanism.mechanics.kinematics.output_variables import evaluate_output
 from governor_mechanism.mechanics.reduction.equation_of_motion import N_QUADRATURES, make_reduced_model
 from governor_mechanism.mechanics.reduction.lowering import lower_reduced_scene
 from governor_mechanism.mechanics.reduction.node_evaluation import continue_to_coordinate, make_node_workspace
-from governor_mechanism.mechanics.reduction.table import PiecewiseTable, allocate_table, evaluate_poses
-from governor_mechanism.mechanics.reduction.table_refinement import PIECE_ADDED, START_TABLE, extend_table
-from governor_mechanism.model.mechanism import LineAngle
+from governor_mechanism.mechanics.reduction.table import ExtensionStatus, PiecewiseTable, TableAction, allocate_table, evaluate_poses
+from governor_mechanism.mechanics.reduction.table_refinement import extend_table
+from governor_mechanism.model.output_variables import LineAngle
 from governor_mechanism.model.scene import Scene
 from governor_mechanism.numerics.jit import warn_before_compiling
 from governor_mechanism.types import FloatArray
 
 BATCH_TABLE_CAPACITY = 16
-"""So many pieces have room; a motion that needs more is left to the engine."""
+"""Number of table pieces; a motion that needs more is left to the engine."""
 
 
 @dataclass(frozen=True)
 class UncertifiedResult:
-    """What is kept of a ride: times (n,) s, and some readings and their rates (n,) SI by name."""
+    """Readings and rates of one run without certificate.
+
+    Attributes
+    ----------
+    times
+        Reported times, s; shape (n,).
+    readings
+        Values by name, SI; shape (n,).
+    rates
+        Their rates by name, SI per second; shape (n,).
+    error_estimate
+        None: the run is not certified.
+    """
 
     times: FloatArray
     readings: dict[str, FloatArray]
@@ -41,15 +54,24 @@ class UncertifiedResult:
 
 
 class ReducedBatch:
-    """Rides scenes like one, which starts at a value and rate of its coordinate, at the tolerance of one step.
+    """Run scenes like a template, each from a value and rate of its coordinate, with shared buffers.
 
-    names are the readings that are wanted.
+    Parameters
+    ----------
+    template
+        A scene of the batch.
+    names
+        The readings to return.
+    tolerance
+        Error of one step, as in `ReducedEngine`.
+    max_steps
+        Largest number of steps of one run.
     """
 
     def __init__(self, template: Scene, names: Sequence[str], tolerance: float, max_steps: int) -> None:
         warn_before_compiling("integrate_reduced", 30)
         self._times, self._names = make_reported_times(template), list(names)
-        self._tolerance, self._max_steps = tolerance, max_steps
+        self._tolerance, self._max_steps, self._settings = tolerance, max_steps, ReducedSettings()
         arrays, _ = lower_reduced_scene(template)
         self._workspace, self._stages = make_node_workspace(arrays), make_stages()
         n_times = len(self._times)
@@ -59,7 +81,18 @@ class ReducedBatch:
         self._counts = np.zeros(4, dtype=np.int64)
 
     def run(self, scene: Scene) -> UncertifiedResult | None:
-        """A scene's ride; None where it is no plain one, from a start that can be assembled to the last time."""
+        """Run a scene.
+
+        Parameters
+        ----------
+        scene
+            The scene.
+
+        Returns
+        -------
+        UncertifiedResult | None
+            The result, or None if the scene is not conservative, cannot be assembled at its start, or does not reach its last time.
+        """
         arrays, forces = lower_reduced_scene(scene)
         mechanism, name = scene.part.mechanism, scene.part.mechanism.coordinate
         start, rate = scene.start.values.get(name), scene.start.rates.get(name, 0.0)
@@ -67,34 +100,30 @@ class ReducedBatch:
             return None
         poses = np.array(mechanism.initial_guess, dtype=np.float64)
         table = allocate_table(arrays, BATCH_TABLE_CAPACITY)
-        if (
-            not continue_to_coordinate(arrays, self._workspace, start, poses)
-            or extend_table(arrays, self._workspace, table, START_TABLE, start, poses) != PIECE_ADDED
-        ):
-            return None
-        if extend_table(arrays, self._workspace, table, 1, start, poses) != PIECE_ADDED:
+
+        def extend(action: int) -> bool:
+            # An enum member as argument would compile the kernel again.
+            return extend_table(arrays, self._workspace, table, int(action), start, poses) == ExtensionStatus.PIECE_ADDED
+
+        if not (continue_to_coordinate(arrays, self._workspace, start, poses) and extend(TableAction.START) and extend(TableAction.ABOVE)):
             return None
         state, time, n_filled, end = np.array([start, rate, *(0.0,) * N_QUADRATURES]), 0.0, 1, float(self._times[-1])
         self._states[0] = state
-        max_step, status = REDUCED_MAX_STEP_RATIO * max_step_scale(scene), BELOW_TABLE
-        step = REDUCED_FIRST_STEP_RATIO * max_step
+        max_step = self._settings.max_step_ratio * max_step_scale(scene)
+        step = self._settings.first_step_ratio * max_step
+        status: int = IntegrationStatus.BELOW_TABLE
         model = make_reduced_model(table, forces, self._input_cubics, self._mode)
         self._counts[:] = 0
-        while status in (BELOW_TABLE, ABOVE_TABLE):
+        while status in (IntegrationStatus.BELOW_TABLE, IntegrationStatus.ABOVE_TABLE):
             limits = self._tolerance, step, max_step, self._max_steps
-            status, step, n_reached, time = integrate_reduced(
-                model, (time, end), self._times[n_filled:], state, limits, self._stages, self._states[n_filled:],
-                self._modes[n_filled:], self._events, self._event_counts, self._counts,
-            )  # fmt: skip
+            buffers = (self._stages, self._states[n_filled:], self._modes[n_filled:], self._events, self._event_counts, self._counts)
+            status, step, n_reached, time = integrate_reduced(model, (time, end), self._times[n_filled:], state, limits, *buffers)
             n_filled += n_reached
-            if (
-                status in (BELOW_TABLE, ABOVE_TABLE)
-                and extend_table(arrays, self._workspace, table, status - BELOW_TABLE, start, poses) != PIECE_ADDED
-            ):
+            leaves_table = status in (IntegrationStatus.BELOW_TABLE, IntegrationStatus.ABOVE_TABLE)
+            if leaves_table and not extend(status - IntegrationStatus.BELOW_TABLE):
                 return None
-        if status != RUN_COMPLETED or n_filled < len(self._times):
-            return None
-        return self._make_result(scene, table, n_filled)
+        is_complete = status == IntegrationStatus.DONE and n_filled == len(self._times)
+        return self._make_result(scene, table, n_filled) if is_complete else None
 
     def _make_result(self, scene: Scene, table: PiecewiseTable, n_filled: int) -> UncertifiedResult:
         mechanism, rows = scene.part.mechanism, self._states

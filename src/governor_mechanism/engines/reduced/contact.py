@@ -1,6 +1,6 @@
-"""What happens when something watched rises above nought: what strikes, sticks, slips, goes slack; compiled.
+"""Contact-mode transitions at events: impact, stick, slip, slack springs; compiled.
 
-The rules are those of `switching`, for one coordinate: whatever holds, holds everything.
+The rules are those of `engines.multibody.contact`, for one coordinate: any contact that holds, holds the whole mechanism.
 """
 
 from __future__ import annotations
@@ -19,9 +19,10 @@ from governor_mechanism.mechanics.reduction.equation_of_motion import (
     evaluate_static_force,
     evaluate_table_output,
 )
-from governor_mechanism.mechanics.reduction.lowering import COORDINATE_SCALE, FORCE_SCALE, TIME_SCALE
-from governor_mechanism.mechanics.reduction.node_evaluation import INVERSE_INERTIA_COLUMN
+from governor_mechanism.mechanics.reduction.lowering import ForceParameter
+from governor_mechanism.mechanics.reduction.node_evaluation import TableColumn
 from governor_mechanism.mechanics.reduction.table import find_piece
+from governor_mechanism.model.events import EventKind
 from governor_mechanism.numerics.chebyshev import evaluate_piece
 from governor_mechanism.numerics.jit import jit_internal
 from governor_mechanism.types import FloatArray, IntArray
@@ -29,15 +30,18 @@ from governor_mechanism.types import FloatArray, IntArray
 jit_zeno_time = jit_internal(bouncing.zeno_time)
 
 HOLDING_FORCE_TOLERANCE = 1e-9
-"""Of the scale of forces: what holding may be wrong by."""
+"""Tolerance of the force balance of a held mechanism, in force scales."""
 
-STRIKE_EVENT, STICK_EVENT, SLIP_EVENT, REST_EVENT, LEAVE_EVENT, SLACKEN_EVENT, TAUTEN_EVENT = range(7)
-"""Kinds of events: (time, kind, keeper or spring)."""
+EVENT_KINDS = tuple(EventKind)
+"""Kinds of events; their positions are the codes in the records (time, code, contact or spring)."""
+
+STICK_EVENT, SLIP_EVENT, IMPACT_EVENT, REST_EVENT, SEPARATION_EVENT, SLACK_EVENT, TAUT_EVENT = range(7)
+"""Codes of the contact events, in the order of `EventKind`."""
 
 
 @jit_internal
 def record_event(events: FloatArray, event_counts: IntArray, time: float, kind: int, subject: int) -> None:
-    """Note an event, while there is room."""
+    """Record an event while there is capacity, and count it."""
     if event_counts[0] < events.shape[0]:
         events[event_counts[0], 0], events[event_counts[0], 1], events[event_counts[0], 2] = time, kind, subject
     event_counts[0] += 1
@@ -45,10 +49,16 @@ def record_event(events: FloatArray, event_counts: IntArray, time: float, kind: 
 
 @jit_internal
 def apply_transition(
-    model: ReducedModel, time: float, local_time: float, piece_guess: int, event_values: FloatArray,
-    state: FloatArray, events: FloatArray, event_counts: IntArray,
-) -> None:  # fmt: skip
-    """Change mode and state (coordinate, rate, flows) as what has fired (marks,) asks; all of it nought at a start."""
+    model: ReducedModel,
+    time: float,
+    local_time: float,
+    piece_guess: int,
+    event_values: FloatArray,
+    state: FloatArray,
+    events: FloatArray,
+    event_counts: IntArray,
+) -> None:
+    """Update contact mode and state (coordinate, rate, quadratures) after events; event_values are not positive at a start."""
     piece, t, _ = find_piece(model.intervals, model.neighbours, model.periodicity, state[0], piece_guess)
     n_contacts, n_springs = model.contacts.shape[0], model.one_sided_springs.shape[0]
     was_held, rest_times = model.mode[MODE_HELD] != 0, np.full(n_contacts, time)
@@ -57,7 +67,10 @@ def apply_transition(
     _apply_impacts(model, piece, t, time, local_time, state, rest_times, events, event_counts)
     force_index = 3 * n_contacts + n_springs
     is_released = was_held and (event_values[force_index] > 0.0 or event_values[force_index + 1] > 0.0)
-    if abs(state[1]) <= STICTION_RATE_TOLERANCE * model.parameters[COORDINATE_SCALE] / model.parameters[TIME_SCALE]:
+    if (
+        abs(state[1])
+        <= STICTION_RATE_TOLERANCE * model.parameters[ForceParameter.COORDINATE_SCALE] / model.parameters[ForceParameter.TIME_SCALE]
+    ):
         direction = _breakaway_direction(model, piece, t, local_time, is_released)
         model.mode[MODE_HELD] = 1 if direction == 0 else 0
         state[1] = 0.0 if direction == 0 else state[1]
@@ -69,10 +82,9 @@ def apply_transition(
 
 @jit_internal
 def _update_one_sided_springs(
-    model: ReducedModel, piece: int, t: float, state: FloatArray, time: float, events: FloatArray,
-    event_counts: IntArray,
-) -> None:  # fmt: skip
-    """One-sided springs that begin to pull, or go slack."""
+    model: ReducedModel, piece: int, t: float, state: FloatArray, time: float, events: FloatArray, event_counts: IntArray
+) -> None:
+    """Update which one-sided springs are taut or slack."""
     n_contacts = model.contacts.shape[0]
     for i in range(model.one_sided_springs.shape[0]):
         value, output_derivative = evaluate_table_output(model, piece, t, model.one_sided_springs[i, 0])
@@ -81,24 +93,31 @@ def _update_one_sided_springs(
         is_taut = output_derivative * state[1] > 0.0 if is_at_free_value else elongation > 0.0
         if is_taut != (model.mode[1 + n_contacts + i] != 0):
             model.mode[1 + n_contacts + i] = 1 if is_taut else 0
-            record_event(events, event_counts, time, TAUTEN_EVENT if is_taut else SLACKEN_EVENT, i)
+            record_event(events, event_counts, time, TAUT_EVENT if is_taut else SLACK_EVENT, i)
 
 
 @jit_internal
 def _apply_impacts(
-    model: ReducedModel, piece: int, t: float, time: float, local_time: float,
-    state: FloatArray, rest_times: FloatArray, events: FloatArray, event_counts: IntArray,
-) -> None:  # fmt: skip
-    """Throw back what runs into a stop; bounces that rise no more are over, and rest_at tells when."""
+    model: ReducedModel,
+    piece: int,
+    t: float,
+    time: float,
+    local_time: float,
+    state: FloatArray,
+    rest_times: FloatArray,
+    events: FloatArray,
+    event_counts: IntArray,
+) -> None:
+    """Reverse the rate at a stop by Newton's law of restitution; end bounces that are too low, and set their rest times."""
     has_struck, restitution = False, 1.0
     for k in range(model.contacts.shape[0]):
         value, output_derivative = evaluate_table_output(model, piece, t, model.contacts[k, 0])
         if (
             find_active_stop(model, k, value, CONTACT_TOLERANCE) * output_derivative * state[1]
-            > STICTION_RATE_TOLERANCE * model.contacts[k, 5] / model.parameters[TIME_SCALE]
+            > STICTION_RATE_TOLERANCE * model.contacts[k, 5] / model.parameters[ForceParameter.TIME_SCALE]
         ):
             has_struck, restitution = True, min(restitution, model.contacts[k, 4])
-            record_event(events, event_counts, time, STRIKE_EVENT, k)
+            record_event(events, event_counts, time, IMPACT_EVENT, k)
     if not has_struck:
         return
     v_before, quadrature_rates = state[1], np.empty((1, N_QUADRATURES))
@@ -121,7 +140,7 @@ def _apply_impacts(
     if bouncing_ends:
         state[1] = 0.0
     dissipated_energy = (
-        0.5 * (v_before * v_before - state[1] * state[1]) / evaluate_piece(model.coefficients, piece, INVERSE_INERTIA_COLUMN, t)
+        0.5 * (v_before * v_before - state[1] * state[1]) / evaluate_piece(model.coefficients, piece, TableColumn.INVERSE_INERTIA, t)
     )
     state[2] += dissipated_energy
     state[3] += dissipated_energy
@@ -129,8 +148,8 @@ def _apply_impacts(
 
 @jit_internal
 def _breakaway_direction(model: ReducedModel, piece: int, t: float, local_time: float, is_released: bool) -> int:
-    """Which way the coordinate goes from rest: 1 up, -1 down, 0 none."""
-    quadrature_rates, tolerance = np.empty((1, N_QUADRATURES)), HOLDING_FORCE_TOLERANCE * model.parameters[FORCE_SCALE]
+    """Return the direction in which the coordinate leaves rest: 1, -1, or 0 if it is held."""
+    quadrature_rates, tolerance = np.empty((1, N_QUADRATURES)), HOLDING_FORCE_TOLERANCE * model.parameters[ForceParameter.FORCE_SCALE]
     force = evaluate_static_force(model, piece, t, local_time, quadrature_rates)
     resistance = evaluate_friction_limit(model, piece, t, local_time)
     up_blocked, down_blocked = find_blocked_directions(model, piece, t)
@@ -148,7 +167,7 @@ def _breakaway_direction(model: ReducedModel, piece: int, t: float, local_time: 
 
 @jit_internal
 def _set_friction_signs(model: ReducedModel, piece: int, t: float, direction: float) -> None:
-    """Let friction oppose each reading as the coordinate goes that way."""
+    """Set friction to oppose the rates of the outputs in a direction of motion."""
     for k in range(model.contacts.shape[0]):
         if model.contacts[k, 1] >= 0 and direction != 0.0:
             output_derivative = evaluate_table_output(model, piece, t, model.contacts[k, 0])[1]
@@ -159,7 +178,7 @@ def _set_friction_signs(model: ReducedModel, piece: int, t: float, direction: fl
 def _update_friction_signs(
     model: ReducedModel, piece: int, t: float, direction: float, event_values: FloatArray, may_reverse: bool
 ) -> None:
-    """Which way friction opposes each reading; turned: one whose rate has passed nought goes the other way."""
+    """Set friction in all contacts; one whose rate just crossed zero reverses if may_reverse is set."""
     for k in range(model.contacts.shape[0]):
         previous_sign = model.mode[1 + k]
         model.mode[1 + k] = 0
@@ -172,14 +191,20 @@ def _update_friction_signs(
 
 @jit_internal
 def _record_hold_changes(
-    model: ReducedModel, piece: int, t: float, was_held: bool, is_held: bool, rest_times: FloatArray, events: FloatArray,
+    model: ReducedModel,
+    piece: int,
+    t: float,
+    was_held: bool,
+    is_held: bool,
+    rest_times: FloatArray,
+    events: FloatArray,
     event_counts: IntArray,
-) -> None:  # fmt: skip
-    """Tell what has begun or ceased to stand still: all that can hold."""
+) -> None:
+    """Record the events of all contacts that begin or cease to hold the mechanism."""
     for k in range(model.contacts.shape[0] if was_held != is_held else 0):
         value = evaluate_table_output(model, piece, t, model.contacts[k, 0])[0]
         at_stop = find_active_stop(model, k, value, REST_TOLERANCE) != 0
         if at_stop:
-            record_event(events, event_counts, rest_times[k], REST_EVENT if is_held else LEAVE_EVENT, k)
+            record_event(events, event_counts, rest_times[k], REST_EVENT if is_held else SEPARATION_EVENT, k)
         elif model.contacts[k, 1] >= 0:
             record_event(events, event_counts, rest_times[k], STICK_EVENT if is_held else SLIP_EVENT, k)

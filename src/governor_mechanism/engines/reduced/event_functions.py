@@ -1,4 +1,4 @@
-"""What is watched in a motion that sticks, strikes and goes slack: must not rise above nought; compiled."""
+"""Event functions g(q, q', t) of the reduced model: an event is an upward zero crossing; compiled."""
 
 from __future__ import annotations
 
@@ -16,25 +16,28 @@ from governor_mechanism.mechanics.reduction.equation_of_motion import (
     evaluate_static_force,
     evaluate_table_output,
 )
-from governor_mechanism.mechanics.reduction.lowering import FORCE_SCALE, TIME_SCALE
+from governor_mechanism.mechanics.reduction.lowering import ForceParameter
 from governor_mechanism.mechanics.reduction.table import find_piece
 from governor_mechanism.numerics.jit import jit_internal
 from governor_mechanism.types import FloatArray
 
 INACTIVE_EVENT_VALUE = -1.0
-"""The mark of what is not watched."""
+"""Value of an event function that is not monitored."""
 
 
 @jit_internal
 def count_event_functions(model: ReducedModel) -> int:
-    """How many marks there are: of each keeper its rate, its high and its low stop; of each spring where it goes slack;
-    the force that draws up, and down, against what holds."""
+    """Return the number of event functions.
+
+    Each contact has its rate, its high and its low stop; each one-sided spring its elongation; two more are the static force
+    upwards and downwards minus the friction limit.
+    """
     return int(3 * model.contacts.shape[0] + model.one_sided_springs.shape[0] + 2)
 
 
 @jit_internal
 def find_active_stop(model: ReducedModel, contact: int, value: float, relative_distance: float) -> int:
-    """At which of its stops, within so many of its sizes, a keeper is: 1 the high one, -1 the low one, 0 neither."""
+    """Return the stop that a contact is at within a relative distance: 1 the high one, -1 the low one, 0 neither."""
     distance = relative_distance * model.contacts[contact, 5]
     if value >= model.contacts[contact, 3] - distance:
         return 1
@@ -43,7 +46,7 @@ def find_active_stop(model: ReducedModel, contact: int, value: float, relative_d
 
 @jit_internal
 def find_blocked_directions(model: ReducedModel, piece_index: int, t: float) -> tuple[bool, bool]:
-    """Whether stops keep the coordinate from rising, and from falling."""
+    """Return whether stops block an increase, and a decrease, of the coordinate."""
     up_blocked = down_blocked = False
     for k in range(model.contacts.shape[0]):
         value, output_derivative = evaluate_table_output(model, piece_index, t, model.contacts[k, 0])
@@ -54,10 +57,9 @@ def find_blocked_directions(model: ReducedModel, piece_index: int, t: float) -> 
 
 @jit_internal
 def evaluate_reduced_event_functions(
-    model: ReducedModel, q: float, v: float, local_time: float, piece_guess: int,
-    event_values: FloatArray,
-) -> int:  # fmt: skip
-    """Fill marks at a state; the piece it is on, or -1 where none is."""
+    model: ReducedModel, q: float, v: float, local_time: float, piece_guess: int, event_values: FloatArray
+) -> int:
+    """Fill the event functions at a state; return its table piece, or -1 outside the table."""
     piece, t, side = find_piece(model.intervals, model.neighbours, model.periodicity, q, piece_guess)
     if side >= 0:
         return -1
@@ -89,17 +91,17 @@ def evaluate_reduced_event_functions(
 
 @jit_internal
 def fill_event_tolerances(model: ReducedModel, event_tolerances: FloatArray) -> None:
-    """Fill what is rounding in each mark."""
+    """Fill the rounding tolerances of the event functions."""
     n_contacts, n_springs = model.contacts.shape[0], model.one_sided_springs.shape[0]
     for k in range(n_contacts):
         tolerance = EVENT_ROUNDING_RATIO * model.contacts[k, 5]
         event_tolerances[3 * k], event_tolerances[3 * k + 1], event_tolerances[3 * k + 2] = (
-            tolerance / model.parameters[TIME_SCALE],
+            tolerance / model.parameters[ForceParameter.TIME_SCALE],
             tolerance,
             tolerance,
         )
     for i in range(n_springs):
         event_tolerances[3 * n_contacts + i] = EVENT_ROUNDING_RATIO * model.one_sided_springs[i, 3]
     event_tolerances[3 * n_contacts + n_springs] = event_tolerances[3 * n_contacts + n_springs + 1] = (
-        EVENT_ROUNDING_RATIO * model.parameters[FORCE_SCALE]
+        EVENT_ROUNDING_RATIO * model.parameters[ForceParameter.FORCE_SCALE]
     )

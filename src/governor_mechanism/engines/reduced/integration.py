@@ -1,4 +1,4 @@
-"""One coordinate taken through a stretch of time, by steps of DOP853, through all that happens on the way; compiled."""
+"""Integration of the reduced model over an interval: DOP853 steps with event location; compiled."""
 
 from __future__ import annotations
 
@@ -12,10 +12,11 @@ from governor_mechanism.engines.reduced.event_functions import (
     evaluate_reduced_event_functions,
     fill_event_tolerances,
 )
-from governor_mechanism.engines.reduced.event_location import locate_first_event
+from governor_mechanism.engines.reduced.event_location import EventStep, locate_first_event
 from governor_mechanism.integrators.projected_dop853 import N_NONSTIFF_STEPS, N_STIFF_STEPS, STABILITY_LIMIT
 from governor_mechanism.integrators.reduced_dop853 import (
     Stages,
+    StepCounter,
     conservative_error_norm,
     error_norm,
     estimate_stiffness,
@@ -24,40 +25,28 @@ from governor_mechanism.integrators.reduced_dop853 import (
     prepare_dense_output,
     take_step,
 )
+from governor_mechanism.integrators.status import IntegrationStatus
 from governor_mechanism.mechanics.dynamics.output_forces import EVENT_SAMPLE_FRACTIONS
 from governor_mechanism.mechanics.reduction.equation_of_motion import MODE_HELD, N_QUADRATURES, ReducedModel, evaluate_equation_of_motion
-from governor_mechanism.mechanics.reduction.lowering import (
-    COORDINATE_SCALE,
-    ENERGY_SCALE,
-    FLUCTUATION_AMPLITUDE,
-    IS_CONSERVATIVE,
-    TIME_SCALE,
-)
+from governor_mechanism.mechanics.reduction.lowering import ForceParameter
 from governor_mechanism.mechanics.reduction.table import find_piece
 from governor_mechanism.numerics.jit import jit
 from governor_mechanism.types import FloatArray, IntArray
 
-RUN_COMPLETED, RUN_STALLED, STEPS_EXHAUSTED, BELOW_TABLE, ABOVE_TABLE, BECAME_STIFF = range(6)
-"""How it ended: at the end; with steps or events that lead nowhere; with too many steps; where no piece is laid; where
-it gets stiff."""
-
 MAX_SIMULTANEOUS_REDUCED_EVENTS = 40
-"""So many things that happen at one time have no end."""
+"""Number of events at one time at which an integration stops as stalled."""
 
 SIMULTANEOUS_EVENT_TOLERANCE = 1e-12
-"""Of a time scale: what happens closer together happens at once."""
+"""Distance of events in time scales up to which they count as simultaneous."""
 
 POST_EVENT_STEP_RATIO = 0.1
-"""Of the longest step: how long the first one after an event is at most."""
+"""Largest first step after an event, relative to the largest step."""
 
 HELD_STEP_FACTOR = 8.0
-"""So many times the longest step while nothing moves and forces change as programs do, not as an uneven spindle's."""
+"""Factor on the largest step while the mechanism is held and a given spindle speed does not fluctuate: forces then change slowly."""
 
 MAX_STEP_OUTSIDE_TABLE = 3.0
-"""Of the coordinate's unit: a step that leads so far and beyond what is laid is tried shorter first."""
-
-ACCEPTED_STEPS, REJECTED_STEPS, FUNCTION_EVALUATIONS, MOVING_EVALUATIONS = range(4)
-"""What is counted: MOVING are evaluations of what is not held."""
+"""Displacement of a step, in coordinate scales, from which a step that leaves the table is shortened before the table is extended."""
 
 
 @jit
@@ -74,11 +63,12 @@ def integrate_reduced(
     event_counts: IntArray,
     counts: IntArray,
 ) -> tuple[int, float, int, float]:
-    """Take `state` (coordinate, rate, flows) in place from span[0] to span[1] (s); fill found and modes at the times.
+    """Integrate the reduced model over a time span, with event location and dense output.
 
-    limits: the error of one step, relative to the coordinate's unit and to that per time scale; first and longest step
-    (s); most steps. The line's cubics are of the time since span[0]. told: how many events there are, how many of the
-    last at one time. Returns how it ended, the last step (s), how many times were reached, the time (s) of state.
+    state (coordinate, rate, quadratures) is advanced in place from span[0] to span[1], s; states and modes are filled at the times.
+    limits are the tolerance of one step relative to the coordinate scale (and to that per time scale), first and largest step (s), and
+    the number of steps. The model's input cubics begin at span[0]. event_counts holds the number of events, and of the last
+    simultaneous ones. Returns status, last step (s), number of times reached, and time of the state (s).
     """
     start, end = span
     tolerance, step, max_step, max_steps = limits
@@ -86,11 +76,16 @@ def integrate_reduced(
     rates, accelerations, quadrature_rates, dense = (stages.rates, stages.accelerations, stages.quadrature_rates, stages.dense)
     mode, is_conservative, q_last_stage, energy_scale = (
         model.mode,
-        model.parameters[IS_CONSERVATIVE] != 0.0,
+        model.parameters[ForceParameter.IS_CONSERVATIVE] != 0.0,
         stages.q_last_stage,
-        model.parameters[ENERGY_SCALE],
+        model.parameters[ForceParameter.ENERGY_SCALE],
     )
-    coordinate_scale, time_scale, stiff_steps, calm_steps = (model.parameters[COORDINATE_SCALE], model.parameters[TIME_SCALE], 0, 0)
+    coordinate_scale, time_scale, stiff_steps, calm_steps = (
+        model.parameters[ForceParameter.COORDINATE_SCALE],
+        model.parameters[ForceParameter.TIME_SCALE],
+        0,
+        0,
+    )
     monitors_events = model.contacts.shape[0] + model.one_sided_springs.shape[0] > 0
     event_values, event_tolerances = (
         np.full((EVENT_SAMPLE_FRACTIONS.size, count_event_functions(model)), -1.0),
@@ -100,56 +95,56 @@ def integrate_reduced(
     trial_stages = Stages(np.zeros(16), np.zeros(16), np.zeros((16, N_QUADRATURES)), np.zeros((2 + N_QUADRATURES, 7)), np.zeros(1))
     piece_index, t, side = find_piece(model.intervals, model.neighbours, model.periodicity, state[0], piece_index)
     if side >= 0:
-        return BELOW_TABLE + side, step, n_reached, time
+        return IntegrationStatus.BELOW_TABLE + side, step, n_reached, time
     acceleration = evaluate_equation_of_motion(model, piece_index, t, state[1], 0.0, stages.quadrature_rates, 0)
     if monitors_events:
         evaluate_reduced_event_functions(model, state[0], state[1], 0.0, piece_index, event_values[0])
     stages.rates[0], stages.accelerations[0] = state[1], acceleration
     while time < end:
-        if counts[ACCEPTED_STEPS] + counts[REJECTED_STEPS] >= max_steps:
-            return STEPS_EXHAUSTED, step, n_reached, time
+        if counts[StepCounter.ACCEPTED] + counts[StepCounter.REJECTED] >= max_steps:
+            return IntegrationStatus.STEP_LIMIT, step, n_reached, time
         if step < 1e-13 * (end - start) or not math.isfinite(step):
-            return RUN_STALLED, step, n_reached, time
-        can_use_long_step = mode[MODE_HELD] != 0 and model.parameters[FLUCTUATION_AMPLITUDE] == 0.0
+            return IntegrationStatus.STALLED, step, n_reached, time
+        can_use_long_step = mode[MODE_HELD] != 0 and model.parameters[ForceParameter.FLUCTUATION_AMPLITUDE] == 0.0
         step = min(step, max_step * (HELD_STEP_FACTOR if can_use_long_step else 1.0))
         is_last = time + step >= end
         h = end - time if is_last else step
         local_time, q, v = time - start, state[0], state[1]
         q_end, v_end, piece_end, side = take_step(model, local_time, h, q, v, piece_index, stages)
-        counts[FUNCTION_EVALUATIONS] += 12
-        counts[MOVING_EVALUATIONS] += 12 if mode[MODE_HELD] == 0 else 0
-        if side >= 0 and abs(q_end - q) > MAX_STEP_OUTSIDE_TABLE * coordinate_scale:  # before the step is known to be any good
-            counts[REJECTED_STEPS] += 1
+        counts[StepCounter.EVALUATIONS] += 12
+        counts[StepCounter.MOVING_EVALUATIONS] += 12 if mode[MODE_HELD] == 0 else 0
+        if side >= 0 and abs(q_end - q) > MAX_STEP_OUTSIDE_TABLE * coordinate_scale:  # a shorter step may stay inside
+            counts[StepCounter.REJECTED] += 1
             step = 0.25 * h
             continue
         if side >= 0:
-            return BELOW_TABLE + side, step, n_reached, time
+            return IntegrationStatus.BELOW_TABLE + side, step, n_reached, time
         if is_conservative:
             error = conservative_error_norm(rates, accelerations, coordinate_scale, time_scale, h)
         else:
             error = error_norm(quadrature_rates, rates, accelerations, coordinate_scale, time_scale, energy_scale, h)
         error /= tolerance
         if not error <= 1.0:
-            counts[REJECTED_STEPS] += 1
+            counts[StepCounter.REJECTED] += 1
             step = h * (max(0.2, 0.9 * error**-0.125) if math.isfinite(error) else 0.1)
             continue
-        counts[ACCEPTED_STEPS] += 1
+        counts[StepCounter.ACCEPTED] += 1
         stiffness = 0.0
         if not is_conservative:
             stiffness = estimate_stiffness(rates, accelerations, q_last_stage, q_end, v_end)
         has_event, time_end = False, end if is_last else time + h
         if monitors_events:
-            has_event, event_fraction = locate_first_event(model, local_time, h, q, v, q_end, v_end, piece_index, stages, trial_stages,
-                                     event_values, event_tolerances, counts)  # fmt: skip
+            event_step = EventStep(model, local_time, h, q, v, piece_index, stages, trial_stages, event_tolerances, counts)
+            has_event, event_fraction = locate_first_event(event_step, q_end, v_end, event_values)
             if has_event:
                 time_end = time + event_fraction * h if event_fraction < 1.0 else time_end
                 h *= event_fraction
                 q_end, v_end, piece_end, side = take_step(model, local_time, h, q, v, piece_index, stages)
         if n_reached < times.size and times[n_reached] <= time_end and h > 0.0:
             side = prepare_dense_output(model, local_time, h, q, v, q_end, v_end, piece_index, stages)
-            counts[FUNCTION_EVALUATIONS] += 3
+            counts[StepCounter.EVALUATIONS] += 3
             if side >= 0:
-                return BELOW_TABLE + side, step, n_reached, time
+                return IntegrationStatus.BELOW_TABLE + side, step, n_reached, time
             while n_reached < times.size and times[n_reached] <= time_end:
                 fraction = (times[n_reached] - time) / h
                 states[n_reached, 0], states[n_reached, 1] = (
@@ -171,7 +166,7 @@ def integrate_reduced(
         if has_event:
             event_counts[1] = event_counts[1] + 1 if time_end - time <= SIMULTANEOUS_EVENT_TOLERANCE * time_scale else 0
             if event_counts[1] >= MAX_SIMULTANEOUS_REDUCED_EVENTS:
-                return RUN_STALLED, step, n_reached, time
+                return IntegrationStatus.STALLED, step, n_reached, time
             time = time_end
             apply_transition(
                 model, time, time - start, piece_index, event_values[EVENT_SAMPLE_FRACTIONS.size - 1], state, events, event_counts
@@ -192,11 +187,11 @@ def integrate_reduced(
         if calm_steps >= N_NONSTIFF_STEPS:
             stiff_steps = 0
         if stiff_steps >= N_STIFF_STEPS and time < end:
-            return BECAME_STIFF, step, n_reached, time
-    return RUN_COMPLETED, step, n_reached, time
+            return IntegrationStatus.STIFF, step, n_reached, time
+    return IntegrationStatus.DONE, step, n_reached, time
 
 
 @jit
 def initialise_contact_mode(model: ReducedModel, time: float, state: FloatArray, events: FloatArray, event_counts: IntArray) -> None:
-    """Choose the mode at a start, and after a program's jump or kink; state is on a laid piece."""
+    """Select the contact mode at a start or after a discontinuity of an input; the state must be on the table."""
     apply_transition(model, time, 0.0, 0, np.full(count_event_functions(model), -1.0), state, events, event_counts)

@@ -1,0 +1,1 @@
+"""Hartung's spring governor."""

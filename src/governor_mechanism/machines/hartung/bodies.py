@@ -1,52 +1,42 @@
-"""The bodies, joints, springs and readings of a Hartung governor, as its dimensions and its bell cranks make them.
+"""Bodies, joints, springs and readings of a Hartung governor.
 
-Axes of a bell crank with its weight: those of the plane where the weights' arm stands upright.
+The axes of a bell crank with its weight are parallel to those of the plane when the arm of the weight is upright.
 """
 
 from __future__ import annotations
 
 import math
 from dataclasses import dataclass
-from typing import TYPE_CHECKING
 
 from governor_mechanism.effects.bell_crank_masses import BellCrankMasses
+from governor_mechanism.machines.base import rotate_point
+from governor_mechanism.machines.hartung.dimensions import HartungDimensions
+from governor_mechanism.machines.hartung.spring import build_spring_law
 from governor_mechanism.model.force_elements import Spring
 from governor_mechanism.model.joints import GROUND, Distance, Joint, Pin, Point, Slider
-from governor_mechanism.model.mechanism import (
-    Body,
-    DerivedForce,
-    LineAngle,
-    PointCoordinate,
-    Reading,
-    SecondMoments,
-    SpringForce,
-    StaticForce,
-)
-
-if TYPE_CHECKING:
-    from governor_mechanism.machines.hartung.machine import HartungGovernor
+from governor_mechanism.model.mechanism import Body, SecondMoments
+from governor_mechanism.model.output_variables import DerivedForce, LineAngle, PointCoordinate, Reading, SpringForce, StaticForce
+from governor_mechanism.types import Vector2
 
 RIGHT_WEIGHT, LEFT_WEIGHT, SLEEVE = "right weight", "left weight", "sleeve"
 SPRING_NAME = "springs"
 
-_Vector2 = tuple[float, float]
-
 
 @dataclass(frozen=True, kw_only=True)
 class HartungBuilder:
-    """What a governor is put together from; without cranks its weights are points on massless levers."""
+    """Builder of the mechanism. Without bell-crank masses, the weights are points on massless levers."""
 
-    governor: HartungGovernor
+    governor: HartungDimensions
     bell_cranks: BellCrankMasses | None = None
 
     def bodies(self) -> tuple[Body, ...]:
-        """The weights with their bell cranks, and the sleeve."""
+        """Return the weights with their bell cranks, and the sleeve."""
         mass = self.governor.weight_mass + self._crank_mass
         right, left = (Body(name=name, mass=mass, second_moments=self._second_moments(sign)) for name, sign in SIDE_SIGNS)
         return right, left, Body(name=SLEEVE, mass=self.governor.sleeve_mass, can_rotate=False)
 
     def joints(self) -> tuple[Joint, ...]:
-        """Fulcrums, hangers, and the sleeve's guide on the spindle."""
+        """Return fulcrums, hangers, and the guide of the sleeve."""
         joints: list[Joint] = []
         for name, sign in SIDE_SIGNS:
             side = name.split()[0]
@@ -58,18 +48,18 @@ class HartungBuilder:
         return tuple(joints)
 
     def spring(self) -> Spring:
-        """Both springs in one, from weight to weight: level, and on each weight the force of its own.
+        """Return one horizontal spring between the weights that replaces both springs.
 
-        The weights stand even about the axis, so a spring of half the rate between them is stretched by twice as much.
+        By symmetry it stretches twice as far as each spring, so it has half the rate.
         """
-        spring_law = self.governor.spring_law()
+        spring_law = build_spring_law(self.governor)
         ends = (self.weight_centre(name) for name, _ in reversed(SIDE_SIGNS))
         return Spring(
             name=SPRING_NAME, first=next(ends), second=next(ends), stiffness=0.5 * spring_law.rate, free_length=2.0 * spring_law.free_radius
         )
 
     def readings(self, zero_lift_angle: float) -> tuple[Reading, ...]:
-        """What the governor tells; the sleeve's lift is counted from its place at the lever angle `down` (rad)."""
+        """Return the readings; the sleeve lift is zero at the lever angle zero_lift_angle (rad)."""
         fulcrum = Point(body=GROUND, x=self.governor.fulcrum_radius, y=self.governor.fulcrum_y)
         return (
             LineAngle(name="lever_angle", quantity="angle", start=self.weight_centre(RIGHT_WEIGHT), end=fulcrum),
@@ -87,7 +77,7 @@ class HartungBuilder:
         )
 
     def outputs(self) -> tuple[DerivedForce, ...]:
-        """Forces that follow from the pose: of each spring, at the sleeve, and what the governor can shift there."""
+        """Return the derived forces: of each spring, at the sleeve, and the regulating force."""
         return (
             SpringForce(name="spring_force", spring=SPRING_NAME),
             StaticForce(name="static_sleeve_force", reading="sleeve_lift"),
@@ -95,31 +85,31 @@ class HartungBuilder:
         )
 
     def poses(self, lever_angle: float) -> tuple[tuple[float, float, float], ...]:
-        """Of all bodies, at a lever angle (rad)."""
-        x, y = _rotate_point(self._mass_centre(1.0), lever_angle)
+        """Return the poses of all bodies at a lever angle (rad)."""
+        x, y = rotate_point(*self._mass_centre(1.0), lever_angle)
         right = (self.governor.fulcrum_radius + x, self.governor.fulcrum_y + y, lever_angle)
         return right, (-right[0], right[1], -lever_angle), (0.0, self.sleeve_height(lever_angle), 0.0)
 
     def sleeve_height(self, lever_angle: float) -> float:
-        """Of the sleeve above the cross axis at a lever angle (rad), m."""
+        """Return the height of the sleeve above the cross axis at a lever angle (rad), m."""
         return self.governor.fulcrum_y + self.governor.lever_geometry.lug_height(lever_angle) - self.sleeve_drop
 
     @property
     def sleeve_drop(self) -> float:
-        """How far below the upper ends of vertical hangers the sleeve is drawn (m); it moves alike at any length."""
+        """Distance of the sleeve below the upper ends of vertical hangers, m. Its motion does not depend on it."""
         return 1.5 * self.governor.weight_arm if self.governor.hanger is None else 0.0
 
     def weight_centre(self, name: str) -> Point:
-        """The centre of a weight, on its body."""
+        """Return the centre of a weight on its body."""
         return self.point_on_crank(name, (0.0, self.governor.weight_arm))
 
     def hanger_top(self, name: str) -> Point:
-        """The upper end of a hanger, on its bell crank."""
+        """Return the upper end of a hanger on its bell crank."""
         sign, (x, y) = dict(SIDE_SIGNS)[name], self._hanger_top
         return self.point_on_crank(name, (sign * x, y))
 
-    def point_on_crank(self, name: str, position: _Vector2) -> Point:
-        """A point so far from the fulcrum (m, in the crank's axes), on its body."""
+    def point_on_crank(self, name: str, position: Vector2) -> Point:
+        """Return a point on a body from its position relative to the fulcrum in the axes of the crank (m)."""
         x, y = self._mass_centre(dict(SIDE_SIGNS)[name])
         return Point(body=name, x=position[0] - x, y=position[1] - y)
 
@@ -128,18 +118,18 @@ class HartungBuilder:
         return self.bell_cranks.mass if self.bell_cranks else 0.0
 
     @property
-    def _hanger_top(self) -> _Vector2:
-        """The right hanger's upper end from the fulcrum (m)."""
+    def _hanger_top(self) -> Vector2:
+        """Position of the right hanger's upper end relative to the fulcrum, m."""
         angle, arm = self.governor.bell_crank_angle, self.governor.sleeve_arm
         return -arm * math.sin(angle), arm * math.cos(angle)
 
-    def _arm_masses(self) -> list[tuple[float, _Vector2]]:
-        """The arms of the right bell crank: masses, shared by length, and ends; both start at the fulcrum."""
+    def _arm_masses(self) -> list[tuple[float, Vector2]]:
+        """Return masses (kg, in proportion to length) and ends (m) of the arms of the right bell crank; both start at the fulcrum."""
         a, b = self.governor.weight_arm, self.governor.sleeve_arm
         return [(self._crank_mass * a / (a + b), (0.0, a)), (self._crank_mass * b / (a + b), self._hanger_top)]
 
-    def _mass_centre(self, sign: float) -> _Vector2:
-        """The common mass centre of weight and bell crank, from the fulcrum (m)."""
+    def _mass_centre(self, sign: float) -> Vector2:
+        """Return the mass centre of weight and bell crank relative to the fulcrum, m."""
         mass, a = self.governor.weight_mass, self.governor.weight_arm
         total_mass = mass + self._crank_mass
         x = sum(rod * end[0] / 2 for rod, end in self._arm_masses()) / total_mass
@@ -147,13 +137,13 @@ class HartungBuilder:
         return sign * x, y
 
     def _second_moments(self, sign: float) -> SecondMoments:
-        """Of the weight as a block and two slender arms, about their common mass centre."""
+        """Return the second moments of a block and two slender arms about their mass centre."""
         if self.bell_cranks is None:
             return SecondMoments()
         bell_cranks = self.bell_cranks
         mass, a, (x, y) = self.governor.weight_mass, self.governor.weight_arm, self._mass_centre(1.0)
         total_mass = mass + self._crank_mass
-        # About the fulcrum: a rod from there to (u, v) has m u^2 / 3 and so on.
+        # About the fulcrum, a rod from there to (u, v) has the second moment m u^2 / 3, and so on.
         xx = mass * bell_cranks.weight_width**2 / 12 + sum(rod * end[0] ** 2 / 3 for rod, end in self._arm_masses())
         yy = mass * (a**2 + bell_cranks.weight_height**2 / 12) + sum(rod * end[1] ** 2 / 3 for rod, end in self._arm_masses())
         xy = sum(rod * end[0] * end[1] / 3 for rod, end in self._arm_masses())
@@ -165,7 +155,7 @@ class HartungBuilder:
         )
 
     def _hanger(self, side: str, name: str, sign: float) -> Joint:
-        """A rod to the sleeve's lug; where it always hangs vertical, bell crank and sleeve move up and down alike."""
+        """Return a rod to the lug of the sleeve. With a vertical hanger, bell crank and sleeve have equal vertical displacements."""
         hanger_top, length = self.hanger_top(name), self.governor.hanger
         if length is None:
             sleeve_point = Point(body=SLEEVE, y=self.sleeve_drop)
@@ -175,8 +165,3 @@ class HartungBuilder:
 
 
 SIDE_SIGNS = ((RIGHT_WEIGHT, 1.0), (LEFT_WEIGHT, -1.0))
-
-
-def _rotate_point(point: _Vector2, angle: float) -> _Vector2:
-    c, s = math.cos(angle), math.sin(angle)
-    return c * point[0] - s * point[1], s * point[0] + c * point[1]

@@ -1,4 +1,4 @@
-"""How weights, hangers and sleeve of a Hartung governor follow its lever angle, and how far they can go."""
+"""Geometry of a Hartung governor: positions of weights, hangers and sleeve over the lever angle, and limits of the travel."""
 
 from __future__ import annotations
 
@@ -6,13 +6,13 @@ import math
 from dataclasses import dataclass
 
 N_TRAVEL_SAMPLES = 720
-"""Into so many a quarter turn is divided where an end of the travel is looked for, before it is halved down to."""
+"""Samples per quarter turn to bracket an end of the travel, before bisection."""
 
-ARMS_LEVEL_OUTERMOST = "the weights' arms lie level, outermost (dead centre)"
-ARMS_LEVEL_INNERMOST = "the weights' arms lie level, innermost (dead centre)"
+ARMS_LEVEL_OUTERMOST = "the weights' arms are horizontal, outermost (dead centre)"
+ARMS_LEVEL_INNERMOST = "the weights' arms are horizontal, innermost (dead centre)"
 WEIGHTS_MEET = "the weights meet on the spindle axis"
-LEVER_DEAD_CENTRE = "the lever passes its dead centre: it no longer lifts the sleeve"
-HANGER_TOO_SHORT = "the hanger is too short: it stands at 90 degrees to the spindle"
+LEVER_DEAD_CENTRE = "the sleeve has a turning point: the lever no longer lifts it"
+HANGER_TOO_SHORT = "the hanger is too short: it is at 90 degrees to the spindle"
 
 FAILURE_HINTS = {
     ARMS_LEVEL_OUTERMOST: "keep outer_angle above -90 deg",
@@ -21,12 +21,12 @@ FAILURE_HINTS = {
     LEVER_DEAD_CENTRE: "lower bell_crank_angle, lengthen the hanger where it has a length",
     HANGER_TOO_SHORT: "lengthen the hanger",
 }
-"""What helps against each of them."""
+"""Cures by failure."""
 
 
 @dataclass(frozen=True, kw_only=True)
 class LeverGeometry:
-    """The dimensions that the way depends on, as of the machine (m, rad); hanger None: always vertical."""
+    """Dimensions that the geometry depends on (m, rad); hanger is None for vertical hangers."""
 
     weight_arm: float
     sleeve_arm: float
@@ -36,21 +36,21 @@ class LeverGeometry:
     lug_offset: float
 
     def weight_radius(self, lever_angle: float) -> float:
-        """Of a weight's centre from the axis (m)."""
+        """Return the distance of a weight's centre from the axis, m."""
         return self.fulcrum_radius - self.weight_arm * math.sin(lever_angle)
 
     def hanger_top(self, lever_angle: float) -> tuple[float, float]:
-        """Where the hanger's upper end stands on the right: from the axis, and above the fulcrum (m)."""
+        """Return the upper end of the right hanger: distance from the axis and height above the fulcrum, m."""
         sleeve_arm_angle = self.bell_crank_angle + lever_angle
         return self.fulcrum_radius - self.sleeve_arm * math.sin(sleeve_arm_angle), self.sleeve_arm * math.cos(sleeve_arm_angle)
 
     def lug_height(self, lever_angle: float) -> float:
-        """Of the sleeve's lugs above the fulcrum (m); of the hangers' upper ends where hangers are vertical."""
+        """Return the height of the sleeve's lugs above the fulcrum, m; that of the hangers' upper ends for vertical hangers."""
         x, y = self.hanger_top(lever_angle)
         return y if self.hanger is None else y - math.sqrt(self.hanger**2 - (x - self.lug_offset) ** 2)
 
     def lift_derivative(self, lever_angle: float) -> float:
-        """Of the sleeve's height over the lever angle (m/rad)."""
+        """Return the derivative of the sleeve height with respect to the lever angle, m/rad."""
         sleeve_arm_angle, (x, _) = self.bell_crank_angle + lever_angle, self.hanger_top(lever_angle)
         hanger_tangent = 0.0
         if self.hanger is not None:
@@ -59,7 +59,7 @@ class LeverGeometry:
         return -self.sleeve_arm * (math.sin(sleeve_arm_angle) + math.cos(sleeve_arm_angle) * hanger_tangent)
 
     def failure_at(self, lever_angle: float) -> str | None:
-        """What is wrong at a lever angle (rad); None where the governor works."""
+        """Return why the governor does not work at a lever angle (rad), or None if it does."""
         if abs(lever_angle) >= math.pi / 2:
             return ARMS_LEVEL_INNERMOST if lever_angle > 0 else ARMS_LEVEL_OUTERMOST
         if self.weight_radius(lever_angle) <= 0:
@@ -69,7 +69,7 @@ class LeverGeometry:
         return LEVER_DEAD_CENTRE if self.lift_derivative(lever_angle) >= 0 else None
 
     def first_failure(self, outer_angle: float, inner_angle: float) -> tuple[float, str] | None:
-        """The lever angle (rad) within a stroke at which something is wrong first, going in; None where nothing is."""
+        """Return the first failing lever angle (rad) of a stroke from outer to inner end and its reason, or None."""
         n_samples = max(round((inner_angle - outer_angle) / (math.pi / 2) * N_TRAVEL_SAMPLES), 1)
         for k in range(n_samples + 1):
             lever_angle = outer_angle + (inner_angle - outer_angle) * k / n_samples
@@ -79,7 +79,7 @@ class LeverGeometry:
         return None
 
     def travel_limits(self, middle_angle: float) -> tuple[float, float, str, str]:
-        """Lowest and highest lever angle (rad) round one where all is well, and what happens there."""
+        """Return the lowest and highest working lever angle (rad) around middle_angle, and what happens there."""
         (low, low_message), (high, high_message) = (self._travel_limit(middle_angle, side) for side in (-1.0, 1.0))
         return low, high, low_message, high_message
 

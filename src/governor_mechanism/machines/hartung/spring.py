@@ -1,47 +1,44 @@
-"""The spring of a Hartung governor: by its rate, its wire, or the two speeds that hold the ends of the stroke."""
+"""Spring of a Hartung governor: by its rate, by its wire, or by the equilibrium speeds at the ends of the stroke."""
 
 from __future__ import annotations
 
 import math
 from dataclasses import dataclass
-from typing import TYPE_CHECKING
 
 from governor_mechanism.effects.gravity import DEFAULT_GRAVITY
 from governor_mechanism.effects.spring import helical_spring_rate
 from governor_mechanism.errors import MechanismError
-
-if TYPE_CHECKING:
-    from governor_mechanism.machines.hartung.machine import HartungGovernor
+from governor_mechanism.machines.hartung.dimensions import HartungDimensions
 
 WIRE_DIMENSIONS = ("spring_wire", "spring_coil", "spring_turns", "spring_modulus")
 SPEED_DIMENSIONS = ("inner_speed", "outer_speed")
 SPRING_DESCRIPTIONS = (("spring_rate",), WIRE_DIMENSIONS, SPEED_DIMENSIONS)
-"""To describe a spring; the first two leave its force open."""
+"""Alternative descriptions of the spring; the first two do not determine its preload."""
 PRELOAD_DIMENSION, PRELOAD_RADIUS_DIMENSION, STRESS_LIMIT_DIMENSION = ("spring_preload", "preload_radius", "spring_stress_limit")
 PASCAL_PER_KGF_CM2 = 98066.5
-"""Pa in a kilogram-force on a square centimetre, which engineers of the time reckoned stress in."""
+"""Pa per kgf/cm2, the unit of stress of the period."""
 
 
 @dataclass(frozen=True, kw_only=True)
 class LinearSpringLaw:
-    """One spring presses its weight inward with preload (N) at a radius (m), and with rate (N/m) more beyond."""
+    """Linear law of one spring: it presses its weight inward with preload (N) at a radius (m), increasing with rate (N/m)."""
 
     rate: float
     preload: float
     radius: float
 
     def force(self, radius: float) -> float:
-        """With the weight at a radius (m), N."""
+        """Return the force (N) for the weight at a radius (m)."""
         return self.preload + self.rate * (radius - self.radius)
 
     @property
     def free_radius(self) -> float:
-        """Where it would press no longer (m)."""
+        """Radius at zero force, m."""
         return self.radius - self.preload / self.rate
 
 
-def spring_problems(governor: HartungGovernor) -> list[str]:
-    """Sentences about a spring that a governor's dimensions do not describe, or twice, or by what would say nothing."""
+def spring_problems(governor: HartungDimensions) -> list[str]:
+    """Return sentences about missing, multiple or contradictory descriptions of the springs."""
     given = _given_dimensions(governor)
     descriptions = [way for way in SPRING_DESCRIPTIONS if given & set(way)]
     if len(descriptions) != 1:
@@ -54,10 +51,10 @@ def spring_problems(governor: HartungGovernor) -> list[str]:
     missing = [name for name in required if name not in given]
     problems = []
     if missing:
-        problems.append(f"the springs lack {', '.join(missing)}; to describe them takes {', '.join(required)}")
+        problems.append(f"the description of the springs lacks {', '.join(missing)}; it needs {', '.join(required)}")
     if required == SPEED_DIMENSIONS:
         problems += [
-            f"{name} cannot stand beside {' and '.join(SPEED_DIMENSIONS)}, from which it follows; leave it out"
+            f"{name} cannot be combined with {' and '.join(SPEED_DIMENSIONS)}, which determine it; leave it out"
             for name in (PRELOAD_DIMENSION, PRELOAD_RADIUS_DIMENSION)
             if name in given
         ]
@@ -72,14 +69,14 @@ def spring_problems(governor: HartungGovernor) -> list[str]:
             problems += error.problems
     if STRESS_LIMIT_DIMENSION in given and (required != WIRE_DIMENSIONS or governor.outer_angle is None):
         problems.append(
-            f"{STRESS_LIMIT_DIMENSION} is that of springs described by their wire, at the end of a stroke; give {', '.join(WIRE_DIMENSIONS)} and "
+            f"{STRESS_LIMIT_DIMENSION} needs springs described by their wire, and a stroke; give {', '.join(WIRE_DIMENSIONS)} and "
             "inner_angle and outer_angle, or leave it out"
         )
     return problems
 
 
-def build_spring_law(governor: HartungGovernor) -> LinearSpringLaw:
-    """The spring that a governor's dimensions describe. Raises MechanismError where two speeds describe none."""
+def build_spring_law(governor: HartungDimensions) -> LinearSpringLaw:
+    """Return the spring law of a governor. Raise MechanismError if no spring satisfies the two speeds."""
     if governor.inner_speed is not None:
         return _spring_law_from_speeds(governor)
     rate, preload = governor.spring_rate, governor.spring_preload
@@ -89,19 +86,19 @@ def build_spring_law(governor: HartungGovernor) -> LinearSpringLaw:
     return LinearSpringLaw(rate=rate, preload=preload or 0.0, radius=radius)
 
 
-def _given_dimensions(governor: HartungGovernor) -> set[str]:
-    """What stands in a governor's dimensions of its springs."""
+def _given_dimensions(governor: HartungDimensions) -> set[str]:
+    """Return the names of the given spring dimensions."""
     names = (*(name for way in SPRING_DESCRIPTIONS for name in way), PRELOAD_DIMENSION, PRELOAD_RADIUS_DIMENSION, STRESS_LIMIT_DIMENSION)
     return {name for name in names if getattr(governor, name) is not None}
 
 
-def _wire_rate(governor: HartungGovernor) -> float:
+def _wire_rate(governor: HartungDimensions) -> float:
     wire, coil, turns, modulus = (float(getattr(governor, name)) for name in WIRE_DIMENSIONS)
     return helical_spring_rate(wire=wire, coil=coil, turns=turns, modulus=modulus)
 
 
-def _spring_law_from_speeds(governor: HartungGovernor) -> LinearSpringLaw:
-    """Doerfel's line: what holds the weights at the ends of the stroke, each at its speed."""
+def _spring_law_from_speeds(governor: HartungDimensions) -> LinearSpringLaw:
+    """Return the linear law for equilibrium at both ends of the stroke, each at its speed (Doerfel)."""
     ends = governor.inner_angle, governor.outer_angle
     inner_radius, outer_radius = (governor.lever_geometry.weight_radius(end) for end in ends if end is not None)
     inner_force, outer_force = (
@@ -111,16 +108,16 @@ def _spring_law_from_speeds(governor: HartungGovernor) -> LinearSpringLaw:
     )
     if outer_force <= inner_force:
         raise MechanismError(
-            f"inner_speed and outer_speed ask for springs that press with {inner_force:.6g} N inside and {outer_force:.6g} N "
+            f"inner_speed and outer_speed require spring forces of {inner_force:.6g} N at the inner and {outer_force:.6g} N at the outer "
             "outside; a spring presses harder outside; raise outer_speed"
         )
     return LinearSpringLaw(rate=(outer_force - inner_force) / (outer_radius - inner_radius), preload=inner_force, radius=inner_radius)
 
 
-def _holding_force(governor: HartungGovernor, lever_angle: float, speed: float) -> float:
-    """The force (N) that holds a weight, from the work in a small turn of the lever: that of all forces is nought."""
+def _holding_force(governor: HartungDimensions, lever_angle: float, speed: float) -> float:
+    """Return the spring force (N) for equilibrium of a weight, by virtual work."""
     geometry, mass = governor.lever_geometry, governor.weight_mass
-    outward_derivative = -governor.weight_arm * math.cos(lever_angle)  # of the weight, for a turn of 1
+    outward_derivative = -governor.weight_arm * math.cos(lever_angle)  # displacement of the weight per rad
     upward_derivative = -governor.weight_arm * math.sin(lever_angle)
     gravity_work = mass * DEFAULT_GRAVITY * upward_derivative + 0.5 * governor.sleeve_mass * DEFAULT_GRAVITY * geometry.lift_derivative(
         lever_angle
@@ -128,16 +125,16 @@ def _holding_force(governor: HartungGovernor, lever_angle: float, speed: float) 
     return mass * speed**2 * geometry.weight_radius(lever_angle) - gravity_work / outward_derivative
 
 
-def outer_shear_stress(governor: HartungGovernor) -> float | None:
-    """Shear stress (Pa) in the springs' wire at the outer end of the stroke; None where wire or stroke is not given."""
+def outer_shear_stress(governor: HartungDimensions) -> float | None:
+    """Return the shear stress of the wire at the outer end of the stroke (Pa), or None without wire or stroke."""
     if governor.spring_wire is None or governor.spring_coil is None or governor.outer_angle is None:
         return None
-    force = governor.spring_law().force(governor.lever_geometry.weight_radius(governor.outer_angle))
+    force = build_spring_law(governor).force(governor.lever_geometry.weight_radius(governor.outer_angle))
     return 8 * force * governor.spring_coil / (math.pi * governor.spring_wire**3)
 
 
-def stress_warning(governor: HartungGovernor) -> str:
-    """A warning of a spring that is stressed over its limit at the outer end of the stroke; empty where it is not."""
+def stress_warning(governor: HartungDimensions) -> str:
+    """Return a warning if the stress at the outer end of the stroke exceeds its limit, or an empty string."""
     stress, limit = outer_shear_stress(governor), governor.spring_stress_limit
     if stress is None or limit is None or stress <= limit:
         return ""

@@ -1,0 +1,1 @@
+"""The pendulum governors of Watt and Porter."""

@@ -1,22 +1,20 @@
-"""The bodies, joints and readings of a pendulum governor, as its dimensions, its rods and its play make them.
+"""Bodies, joints and readings of a pendulum governor.
 
-Axes of an arm and of a link: x along it, from the suspension to the ball, and from the knee to the sleeve's lug.
+The x axis of an arm points from the suspension to the ball, that of a link from the knee to the lug of the sleeve.
 """
 
 from __future__ import annotations
 
 import math
 from dataclasses import dataclass
-from typing import TYPE_CHECKING
 
 from governor_mechanism.effects.clearance import CLEARANCE_READING, Clearance
 from governor_mechanism.effects.rod_masses import RodMasses
 from governor_mechanism.errors import MechanismError
+from governor_mechanism.machines.pendulum.dimensions import PendulumDimensions
 from governor_mechanism.model.joints import GROUND, Distance, Gear, Joint, Pin, Point, Slider
-from governor_mechanism.model.mechanism import Body, FollowerHeight, Limit, LineAngle, PointCoordinate, Reading, SecondMoments
-
-if TYPE_CHECKING:
-    from governor_mechanism.machines.pendulum.machine import PendulumGovernor
+from governor_mechanism.model.mechanism import Body, SecondMoments
+from governor_mechanism.model.output_variables import FollowerHeight, Limit, LineAngle, PointCoordinate, Reading
 
 RIGHT_BALL, LEFT_BALL, SLEEVE = "right ball", "left ball", "sleeve"
 RIGHT_LINK, LEFT_LINK = "right link", "left link"
@@ -24,17 +22,17 @@ RIGHT_LINK, LEFT_LINK = "right link", "left link"
 _Pose = tuple[float, float, float]
 
 MAX_FOLLOWER_REACH_RATIO = 0.9999
-"""Of a link's length: a follower hung on it falls without bound at the whole of it, and cannot be followed there."""
+"""Largest horizontal reach of a follower, relative to the link length: at 1, its derivatives are infinite."""
 
 SPHERE_SECOND_MOMENT_FACTOR = 1 / 5
-"""Of M r^2: the integral of x^2 dm over a solid sphere about its centre, and the same for y and z."""
+"""Second moment of a solid sphere about its centre, the integral of x^2 dm, relative to M r^2."""
 
 
 @dataclass(frozen=True, kw_only=True)
 class PendulumBuilder:
-    """What a governor is put together from; without rods and play points, a sleeve, and distances between them."""
+    """Builder of the mechanism. Without rod masses and clearance, it has point masses, a sleeve and distances."""
 
-    governor: PendulumGovernor
+    governor: PendulumDimensions
     rod_masses: RodMasses | None = None
     clearance: Clearance | None = None
 
@@ -53,34 +51,36 @@ class PendulumBuilder:
         if self._ball_radius >= arm:
             problems.append(
                 f"rods.ball_radius ({self._ball_radius * 1e3:.6g} mm) must be less than arm ({arm * 1e3:.6g} mm), "
-                "or the ball would hold its own suspension"
+                "or the ball would contain its suspension"
             )
         return problems
 
     def _clearance_problems(self) -> list[str]:
         if self.clearance and self.governor.sleeve_mass is None:
             return [
-                "play is between links and sleeve; a governor without sleeve_mass has no sleeve to move in it; "
-                "leave play out, or add sleeve_mass to [dimensions]"
+                "clearance is between links and sleeve; a governor without sleeve_mass has no sleeve; "
+                "leave clearance out, or add sleeve_mass to [dimensions]"
             ]
         if self.clearance and self._link_mass:
-            return ["rods.link_mass cannot stand beside play: links that let go of the sleeve have no mass here; leave one of the two out"]
+            return [
+                "rods.link_mass cannot be combined with clearance: links that separate from the sleeve are massless; leave one of them out"
+            ]
         return []
 
     @property
     def is_sleeve_linked(self) -> bool:
-        """Whether joints hold the sleeve to the arms; else the balls are kept in step without them."""
+        """Whether joints connect the sleeve to the arms; otherwise another joint synchronises the balls."""
         return self.governor.sleeve_mass is not None and self.clearance is None
 
     @property
     def can_arms_rotate(self) -> bool:
-        """Arms are bodies that turn where they have mass, the ball size, or the load pulls short of the ball."""
+        """Whether arms are rotating bodies: they have mass, the balls have a size, or the load acts inside the ball."""
         governor = self.governor
         is_lever = governor.sleeve_mass is not None and governor.joint_length < governor.arm
         return is_lever or self._arm_mass > 0 or self._ball_radius > 0
 
     def bodies(self) -> tuple[Body, ...]:
-        """Balls with their arms, the sleeve where it has mass, links where they have mass."""
+        """Return the balls with their arms, the sleeve if it has mass, and links if they have mass."""
         governor = self.governor
         mass = governor.ball_mass + self._arm_mass
         bodies = [
@@ -95,13 +95,13 @@ class PendulumBuilder:
         return tuple(bodies)
 
     def joints(self) -> tuple[Joint, ...]:
-        """Arms, links and the sleeve's guide; without links something keeps the arms in step."""
+        """Return the joints of arms and links and the guide of the sleeve; without links a joint synchronises the arms."""
         joints: list[Joint] = []
         for side, sign in (("right", 1.0), ("left", -1.0)):
             joints.append(self._arm_joint(side, sign))
             joints += self._link_joints(side, sign) if self.is_sleeve_linked else []
         if not self.is_sleeve_linked:
-            # A sleeve without mass, or with play, still makes both arms rise together: the balls stay at one height.
+            # A sleeve without mass or with clearance keeps the balls at equal height.
             joints.append(self._synchronising_joint())
         if self.governor.sleeve_mass is not None:
             ground, sleeve = Point(body=GROUND), Point(body=SLEEVE)
@@ -109,7 +109,7 @@ class PendulumBuilder:
         return tuple(joints)
 
     def readings(self, zero_lift_height: float) -> tuple[Reading, ...]:
-        """What the governor tells; the sleeve's lift is counted from the height `hanging` (m)."""
+        """Return the readings; the sleeve lift is measured from zero_lift_height (m)."""
         suspension, ball = Point(body=GROUND, x=self.governor.offset), self._point_on_arm(RIGHT_BALL, self.governor.arm)
         lift: Reading = self._follower("sleeve_lift", zero=zero_lift_height)
         if self.governor.sleeve_mass is not None:
@@ -124,9 +124,10 @@ class PendulumBuilder:
         )
 
     def internal_outputs(self) -> tuple[Reading, ...]:
-        """A link that pulls at a sleeve passes its dead centre while the arm turns back: the arm does not tell.
+        """Return the reading that shows the dead centre of the links.
 
-        With play the links have no lug to end at: it is told by how far their upper ends reach beyond it.
+        There the arm angle has a turning point, so it cannot show it. With clearance the reading is the horizontal distance of the
+        link's upper end from the lug.
         """
         knee, lug = (self._point_on_arm(RIGHT_BALL, self.governor.joint_length), Point(body=SLEEVE, x=self.governor.lug_distance))
         if self.clearance:
@@ -137,8 +138,8 @@ class PendulumBuilder:
         return (LineAngle(name="link_angle", quantity="angle", start=knee, end=lug),) if self.is_sleeve_linked else ()
 
     def dead_centre_limits(self) -> tuple[Limit, ...]:
-        """The limits of what is watched."""
-        sentence = "the link stands at 90 degrees to the spindle (dead centre)"
+        """Return the limits of the internal outputs."""
+        sentence = "the link is at 90 degrees to the spindle (dead centre)"
         max_deviation = MAX_FOLLOWER_REACH_RATIO * self.governor.link_length if self.clearance else math.pi / 2
         return tuple(
             Limit(reading=reading.name, low=-max_deviation, high=max_deviation, low_message=sentence, high_message=sentence)
@@ -146,7 +147,7 @@ class PendulumBuilder:
         )
 
     def poses(self, angle: float) -> tuple[_Pose, ...]:
-        """Of all bodies, at an arm angle (rad); the sleeve hangs on its links."""
+        """Return the poses of all bodies at an arm angle (rad), with the sleeve hanging on its links."""
         governor, mass_centre = self.governor, self._mass_centre
         x, y = governor.offset + mass_centre * math.sin(angle), -mass_centre * math.cos(angle)
         right, left = (angle - math.pi / 2, -math.pi / 2 - angle) if self.can_arms_rotate else (0.0, 0.0)
@@ -175,19 +176,19 @@ class PendulumBuilder:
 
     @property
     def _mass_centre(self) -> float:
-        """From the suspension to the common mass centre of arm and ball (m)."""
+        """Distance of the mass centre of arm and ball from the suspension, m."""
         arm = self.governor.arm
         return arm - self._arm_mass * arm / (2 * (self.governor.ball_mass + self._arm_mass))
 
     def _second_moments(self) -> SecondMoments:
-        """Of a slender arm and a solid ball, about their common mass centre."""
+        """Return the second moments of a slender arm and a solid ball about their mass centre."""
         arm, mass, mass_centre = self.governor.arm, self._arm_mass, self._mass_centre
         ball_moment = SPHERE_SECOND_MOMENT_FACTOR * self.governor.ball_mass * self._ball_radius**2
         moment_along_arm = self.governor.ball_mass * (arm - mass_centre) ** 2 + mass * (arm**2 / 12 + (mass_centre - arm / 2) ** 2)
         return SecondMoments(xx=moment_along_arm + ball_moment, yy=ball_moment, zz=ball_moment)
 
     def _point_on_arm(self, ball: str, distance: float) -> Point:
-        """The point of an arm so far from its suspension (m)."""
+        """Return the point of an arm at a distance (m) from its suspension."""
         return Point(body=ball, x=distance - self._mass_centre)
 
     def _arm_joint(self, side: str, sign: float) -> Joint:
@@ -210,7 +211,7 @@ class PendulumBuilder:
 
     def _synchronising_joint(self) -> Joint:
         right, left = (self._point_on_arm(name, self.governor.arm) for name in (RIGHT_BALL, LEFT_BALL))
-        if self.can_arms_rotate:  # a line on an arm would turn with it
+        if self.can_arms_rotate:  # a slider line on an arm would rotate with it
             return Gear(name="arms in step", first=right, second=left, ratio=-1.0, offset=-math.pi)
         return Slider(name="arms in step", first=right, second=left, angle=0.0)
 

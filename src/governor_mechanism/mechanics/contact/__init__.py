@@ -1,0 +1,1 @@
+"""Contact tolerances, impact, and comparison of events."""

@@ -1,33 +1,58 @@
-"""What counts as standing, as touching a stop and as bouncing no more, and how long the last bounces take.
+"""Contact tolerances, and the remaining time of a bouncing sequence.
 
-One set of numbers for every engine: each lets the same motions end in the same way.
+Every engine uses these numbers, so that the same motions end in the same way. Lengths are relative to the length scale
+of the mechanism; angles are in rad.
 """
 
 from __future__ import annotations
 
 import math
 
+SIMULTANEITY_TOLERANCE = 1e-12
+"""Events closer than this, in units of the time scale, are simultaneous."""
+
 CONTACT_TOLERANCE = 1e-10
-"""Machine sizes, or rad: what moves nearer than this to a stop is at it."""
+"""Distance to a stop, in length scales or rad, below which a moving output is in contact with it."""
 
 REST_TOLERANCE = 3e-12
-"""Machine sizes, or rad: what stands nearer than this to a stop rests on it; farther off friction alone holds it."""
+"""Distance to a stop, in length scales or rad, below which an output at rest is held by the stop.
+
+Farther away friction alone holds it.
+"""
 
 MIN_REBOUND_HEIGHT = 1e-11
-"""Machine sizes, or rad: bounces that would rise no higher are over, and what is left of their time is reckoned.
+"""Rebound height, in length scales or rad, below which the rest of a bouncing sequence is summed by `zeno_time`.
 
-Of lower ones rounding (1e-16 of a height) would time each worse than the whole sum is off by taking forces as constant:
-both are about 1e-10 of a time scale. It is more than STANDING: at the top of a bounce that is followed nothing rests.
+Rounding (1e-16 of a length scale) would time each lower bounce worse than the sum is off by assuming constant forces:
+both errors are about 1e-10 of a time scale. The height exceeds REST_TOLERANCE, so that no output is taken as held at
+the top of a simulated bounce.
 """
 
 STICTION_RATE_TOLERANCE = 1e-11
-"""Machine sizes, or rad, in a time scale: slower than this a reading stands still."""
+"""Rate of an output, in length scales or rad per time scale, below which it is at rest."""
 
 
 def zeno_time(rebound_rate: float, deceleration: float, return_acceleration: float, restitution: float) -> float:
-    """How long (s) bounces go on that begin at a rate `away` and are slowed by `back`, and fetched by `returning`.
+    """Return the time until an infinite sequence of bounces comes to rest, a geometric series.
 
-    Friction makes these accelerations differ; where it fetches nothing, the first way up is all there is.
+    Friction makes the accelerations away from the stop and back to it differ. Without an acceleration back, the time is
+    that of the first rise alone.
+
+    Parameters
+    ----------
+    rebound_rate
+        Rate at which the first bounce leaves the stop, m/s or rad/s; positive.
+    deceleration
+        Deceleration while the output moves away from the stop, m/s2 or rad/s2; positive.
+    return_acceleration
+        Acceleration back to the stop, m/s2 or rad/s2.
+    restitution
+        Coefficient of restitution, 0 to 1.
+
+    Returns
+    -------
+    float
+        Time, s.
     """
     if not return_acceleration > 0.0:
         return rebound_rate / deceleration

@@ -1,4 +1,4 @@
-"""The time in which a scene's motion changes, which its accuracies of speeds refer to."""
+"""Characteristic time of a scene, which scales tolerances of rates and bounds steps."""
 
 from __future__ import annotations
 
@@ -13,21 +13,43 @@ from governor_mechanism.model.mechanism import Mechanism
 from governor_mechanism.model.scene import FreeSpindle, Scene, Spindle
 
 MAX_STEP_SCALE_RATIO = 8.0
-"""How many times the time scale a scene's pace is at most."""
+"""Upper bound of `max_step_scale` relative to `time_scale`."""
 
 
 def time_scale(scene: Scene) -> float:
-    """The time (s) in which the scene's motion changes, from what sets it going: one radian, or one machine size.
+    """Return the characteristic time of a scene: the time to move by one radian or one length scale.
 
-    The shortest of those of the spindle's fastest speed, a free fall, rates at the start, springs, drives and loads.
+    It is the shortest time of those given by the largest spindle speed, free fall, initial rates, springs, drives and
+    applied forces.
+
+    Parameters
+    ----------
+    scene
+        Scene of one part.
+
+    Returns
+    -------
+    float
+        Time, s; 1 s if nothing moves the mechanism.
     """
     return 1 / (max(_max_spindle_rate(scene), _max_other_rate(scene)) or 1.0)
 
 
 def max_step_scale(scene: Scene) -> float:
-    """The time (s) that bounds steps: the time scale, unless that is a steady spindle's and nothing has to be watched.
+    """Return the time that bounds the steps of an integration.
 
-    In the plane that turns with it a steady spindle pulls as any force does, which error control sees to.
+    It is the time scale, unless only a constant spindle speed makes that short and the scene has no contacts: in the
+    turning plane a constant spindle speed acts as any force, and error control limits the steps.
+
+    Parameters
+    ----------
+    scene
+        Scene of one part.
+
+    Returns
+    -------
+    float
+        Time, s.
     """
     motion_time_scale, spindle = time_scale(scene), scene.spindle
     is_steady = isinstance(spindle, Spindle) and spindle.speed_function.is_constant and not spindle.speed_fluctuation
@@ -37,7 +59,7 @@ def max_step_scale(scene: Scene) -> float:
 
 
 def _max_spindle_rate(scene: Scene) -> float:
-    """The spindle's fastest speed (rad/s), where it matters."""
+    """Return the largest spindle speed (rad/s), or 0 without centrifugal forces."""
     if not scene.has_centrifugal:
         return 0.0
     spindle = scene.spindle
@@ -45,11 +67,11 @@ def _max_spindle_rate(scene: Scene) -> float:
 
 
 def _max_other_rate(scene: Scene) -> float:
-    """The fastest of all others (1/s)."""
+    """Return the largest characteristic rate (1/s) of everything but the spindle."""
     length_scale = scene.part.mechanism.length_scale
     rates_squared = [
         scene.gravity / length_scale,
-        *(_force_element_rate_squared(scene.part.mechanism, load) for load in scene.part.mechanism.force_elements),
+        *(_force_element_rate_squared(scene.part.mechanism, element) for element in scene.part.mechanism.force_elements),
     ]
     rates = [0.0, *(math.sqrt(square) for square in rates_squared)]
     for name, rate in scene.start.rates.items():
@@ -61,17 +83,18 @@ def _max_other_rate(scene: Scene) -> float:
     return max(rates)
 
 
-def _force_element_rate_squared(mechanism: Mechanism, load: ForceElement) -> float:
-    """The square (1/s2) of the rate at which a load alone would change the motion of its lighter body."""
-    bodies = [body for body in mechanism.bodies if body.name in load.bodies]
+def _force_element_rate_squared(mechanism: Mechanism, element: ForceElement) -> float:
+    """Return the square (1/s2) of the rate at which a force element alone would change the motion of its lighter body."""
+    bodies = [body for body in mechanism.bodies if body.name in element.bodies]
     mass = min(body.mass for body in bodies)
     inertia = min((body.second_moments.xx + body.second_moments.yy or body.mass * mechanism.length_scale**2) for body in bodies)
-    if isinstance(load, Spring):
-        return load.stiffness / mass
-    if isinstance(load, TorsionSpring):
-        return load.stiffness / inertia
-    if isinstance(load, Torque):
-        return max(map(abs, load.moment.values)) / inertia
-    if isinstance(load, Force):
-        return max(map(abs, (*load.x.values, *load.y.values))) / (mass * mechanism.length_scale)
+    match element:
+        case Spring():
+            return element.stiffness / mass
+        case TorsionSpring():
+            return element.stiffness / inertia
+        case Torque():
+            return max(map(abs, element.moment.values)) / inertia
+        case Force():
+            return max(map(abs, (*element.x.values, *element.y.values))) / (mass * mechanism.length_scale)
     return 0.0

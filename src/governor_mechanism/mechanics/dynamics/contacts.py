@@ -1,4 +1,4 @@
-"""How the parts of a scene that stick, strike and go slack stand at a moment, and what there is of them."""
+"""Contacts of a scene (dry friction, stops, one-sided springs) and their discrete mode."""
 
 from __future__ import annotations
 
@@ -19,7 +19,21 @@ from governor_mechanism.types import FloatArray
 
 @dataclass(frozen=True)
 class Contact:
-    """What may hold one reading: dry friction (N or N m, in time), stops (m or rad), or both."""
+    """One output variable that dry friction or stops may hold.
+
+    Attributes
+    ----------
+    output_name
+        Name of the reading.
+    friction
+        Friction force against time, N or N m, or None.
+    low
+        Lower stop, m or rad.
+    high
+        Upper stop, m or rad.
+    restitution
+        Coefficient of restitution of the stops, 0 to 1.
+    """
 
     output_name: str
     friction: InputFunction | None = None
@@ -30,11 +44,18 @@ class Contact:
 
 @dataclass(frozen=True)
 class ContactMode:
-    """How each keeper and each one-sided spring stands.
+    """Discrete state of all contacts and one-sided springs of a scene.
 
-    held: the value (m or rad) at which a keeper holds its reading, or None; sliding: the sign of the motion that
-    friction opposes, 0 where there is none; taut: whether a one-sided spring pulls; still: whether so much is held that
-    nothing can move.
+    Attributes
+    ----------
+    held_values
+        Value at which each contact holds its output, m or rad; None where it holds nothing.
+    sliding_signs
+        Sign of the rate that friction opposes at each contact; 0 without friction.
+    taut
+        Whether each one-sided spring pulls.
+    is_locked
+        Whether the held outputs leave no degree of freedom.
     """
 
     held_values: tuple[float | None, ...] = ()
@@ -44,7 +65,18 @@ class ContactMode:
 
 
 def contacts_of(scene: Scene) -> tuple[Contact, ...]:
-    """One for each reading that friction or stops may hold."""
+    """Return the contacts of a scene.
+
+    Parameters
+    ----------
+    scene
+        Scene with its output effects.
+
+    Returns
+    -------
+    tuple[Contact, ...]
+        One contact for each reading with dry friction or stops.
+    """
     effects = scene.output_effects
     friction_forces = {effect.reading: effect.force for effect in effects if isinstance(effect, DryFriction)}
     stops = {effect.reading: effect for effect in effects if isinstance(effect, Stops)}
@@ -59,29 +91,88 @@ def contacts_of(scene: Scene) -> tuple[Contact, ...]:
 
 
 def output_springs_of(scene: Scene) -> tuple[OutputSpring, ...]:
-    """The springs along readings."""
+    """Return the springs of a scene that act along readings.
+
+    Parameters
+    ----------
+    scene
+        Scene with its output effects.
+
+    Returns
+    -------
+    tuple[OutputSpring, ...]
+        The springs.
+    """
     return tuple(effect for effect in scene.output_effects if isinstance(effect, OutputSpring))
 
 
 def output_dampers_of(scene: Scene) -> tuple[Dashpot, ...]:
-    """The dashpots."""
+    """Return the dashpots of a scene.
+
+    Parameters
+    ----------
+    scene
+        Scene with its output effects.
+
+    Returns
+    -------
+    tuple[Dashpot, ...]
+        The dashpots.
+    """
     return tuple(effect for effect in scene.output_effects if isinstance(effect, Dashpot))
 
 
 def initial_mode(scene: Scene) -> ContactMode:
-    """Nothing held, nothing sliding, every one-sided spring slack: what `switching` starts from."""
+    """Return the mode in which nothing is held, nothing slides and every one-sided spring is slack.
+
+    The search for the consistent mode at the start begins with it.
+
+    Parameters
+    ----------
+    scene
+        Scene with its output effects.
+
+    Returns
+    -------
+    ContactMode
+        The mode.
+    """
     n_contacts = len(contacts_of(scene))
     n_one_sided = sum(spring.one_sided for spring in output_springs_of(scene))
     return ContactMode((None,) * n_contacts, (0,) * n_contacts, (False,) * n_one_sided)
 
 
 def has_contacts(scene: Scene) -> bool:
-    """Whether anything in a scene sticks, strikes or goes slack."""
+    """Return whether a scene has contacts or one-sided springs.
+
+    Parameters
+    ----------
+    scene
+        Scene with its output effects.
+
+    Returns
+    -------
+    bool
+        True if its mode can change during a run.
+    """
     return initial_mode(scene) != ContactMode()
 
 
 def output_spring_energy(spring: OutputSpring, value: FloatArray) -> FloatArray:
-    """Energy (n,) J of a spring along a reading, at its values (n,)."""
+    """Return the energy of a spring along a reading.
+
+    Parameters
+    ----------
+    spring
+        Spring along a reading.
+    value
+        Values of the reading, m or rad; shape (n,).
+
+    Returns
+    -------
+    FloatArray
+        Potential energy, J; 0 where a one-sided spring is slack; shape (n,).
+    """
     is_taut = ~(spring.one_sided & (value < spring.free_value))
     energy: FloatArray = np.where(is_taut, spring_energy(spring.rate, spring.free_value, value), 0.0)
     return energy

@@ -1,7 +1,6 @@
-"""Accelerations of a mechanism under its joints and loads, and the projection of its state, compiled.
+"""Equations of motion of a mechanism, and the projection of its state to the constraint manifold, as compiled kernels.
 
-Time enters as cubics (programs, 5) of the time `since` the start of a piece, highest power first, and what the program
-has integrated to before: program 0 is the speed of a given spindle, or the torque on a free one.
+Inputs are evaluated as in `input_kernels`. Input 0 is the given speed of the spindle, or the torque on a free spindle.
 """
 
 from __future__ import annotations
@@ -10,26 +9,33 @@ import math
 
 import numpy as np
 
-from governor_mechanism.mechanics.dynamics import force_laws as forces
-from governor_mechanism.mechanics.dynamics.constraint_solver import apply_jacobian, assemble_schur_band, solve_schur_band, subtract_minv_jt
+from governor_mechanism.mechanics.dynamics.constraint_solver import apply_jacobian, assemble_schur_band, subtract_minv_jt
 from governor_mechanism.mechanics.dynamics.force_elements import add_element_forces
+from governor_mechanism.mechanics.dynamics.force_kernels import (
+    centrifugal_force_jit,
+    centrifugal_moment_jit,
+    free_spindle_speed_jit,
+    spindle_inertia_jit,
+    weight_jit,
+)
 from governor_mechanism.mechanics.dynamics.lowering import System, SystemWorkspace
 from governor_mechanism.mechanics.dynamics.output_forces import add_output_forces, evaluate_multibody_event_functions
-from governor_mechanism.mechanics.kinematics import time_functions
-from governor_mechanism.mechanics.kinematics.constraint_kernels import DRIVE_RATE, GAMMA, RESIDUAL, evaluate_drives, evaluate_rows
+from governor_mechanism.mechanics.kinematics.constraint_kernels import RowColumn, evaluate_drives, evaluate_rows, rotate_vector_jit
+from governor_mechanism.mechanics.kinematics.input_kernels import evaluate_given_speed, evaluate_input
+from governor_mechanism.numerics.banded_cholesky import solve_band_system
 from governor_mechanism.numerics.jit import jit, jit_inline, jit_internal
 from governor_mechanism.types import FloatArray, RecordArray
 
-centrifugal_force_jit = jit_internal(forces.centrifugal_force)
-centrifugal_moment_jit = jit_internal(forces.centrifugal_moment)
-free_spindle_speed_jit = jit_internal(forces.free_spindle_speed)
-spindle_inertia_jit = jit_internal(forces.spindle_inertia)
-fluctuating_speed_kernel = jit_internal(time_functions.fluctuating_speed)
-weight_jit = jit_internal(forces.weight)
-
 N_AUXILIARY_STATES = 4
-"""Numbers of a state beside poses and velocities: work (J), what brakes and friction took of it (J), angle of the
-spindle (rad), its momentum (kg m2/s)."""
+"""Number of states after poses and velocities.
+
+They are the work term of the energy balance (J), the energy dissipated by dashpots and friction (J), the angle of the
+spindle (rad) and its angular momentum (kg m2/s).
+"""
+
+
+MAX_PROJECTION_ITERATIONS = 8
+"""Maximum number of Newton iterations of a projection; they converge quadratically from a state near the manifold."""
 
 
 @jit_inline
@@ -43,10 +49,11 @@ def evaluate_accelerations(
     speed_squared: float,
     result: FloatArray,
 ) -> tuple[float, float, float]:
-    """Fill result (bodies, 3); room.vector then holds the joint forces (N), row by row, against its gradient.
+    """Evaluate the accelerations of the body origins into result (bodies, 3).
 
-    How independent the rows are (see `schur.solve`), the power (W) of drives and of loads that have no potential, and
-    what brakes and friction take (W), which that power is less by.
+    The Lagrange multipliers remain in `workspace.multipliers`, with the Jacobian of the rows in `workspace.jacobian`.
+    Returns the smallest pivot ratio (see `solve_band_system`), the power (W) of drives and of forces without a potential,
+    dissipation subtracted, and the power (W) that dashpots and friction dissipate.
     """
     rows = system.constraint_rows
     evaluate_drives(rows, input_cubics, local_time, workspace.row_values)
@@ -60,27 +67,26 @@ def evaluate_accelerations(
     assemble_schur_band(rows.row_bodies, system.row_pairs, workspace.jacobian, system.inverse_mass, workspace.band)
     apply_jacobian(rows.row_bodies, workspace.jacobian, result, workspace.multipliers)
     for i in range(workspace.multipliers.size):
-        workspace.multipliers[i] -= workspace.row_values[i, GAMMA]
-    pivot_ratio = solve_schur_band(workspace.band, workspace.factor, workspace.multipliers)
+        workspace.multipliers[i] -= workspace.row_values[i, RowColumn.GAMMA]
+    pivot_ratio = solve_band_system(workspace.band, workspace.factor, workspace.multipliers)
     subtract_minv_jt(rows.row_bodies, workspace.jacobian, system.inverse_mass, workspace.multipliers, result)
     for i in range(workspace.multipliers.size):
-        power -= workspace.multipliers[i] * workspace.row_values[i, DRIVE_RATE]
+        power -= workspace.multipliers[i] * workspace.row_values[i, RowColumn.DRIVE_RATE]
     return pivot_ratio, power, dissipated_power
 
 
 @jit_internal
 def evaluate_body_forces(
-    bodies: RecordArray, gravity: float, centrifugal: bool, poses: FloatArray, speed_squared: float, result: FloatArray
+    bodies: RecordArray, gravity: float, has_centrifugal_forces: bool, poses: FloatArray, speed_squared: float, result: FloatArray
 ) -> None:
-    """Fill result (bodies, 3) with what gravity and the spindle's turning do to the bodies' origins."""
+    """Fill result (bodies, 3) with gravity and centrifugal forces on the bodies, reduced to their origins."""
     for k in range(bodies.size):
         body, angle = bodies[k], poses[k, 2]
         arm_x = arm_y = 0.0
         if body.x != 0.0 or body.y != 0.0:
-            cosine, sine = math.cos(angle), math.sin(angle)
-            arm_x, arm_y = cosine * body.x - sine * body.y, sine * body.x + cosine * body.y
+            arm_x, arm_y = rotate_vector_jit(angle, body.x, body.y)
         force_x, force_y, moment = 0.0, weight_jit(body.mass, gravity), 0.0
-        if centrifugal:
+        if has_centrifugal_forces:
             force_x = centrifugal_force_jit(body.mass, poses[k, 0] + arm_x, speed_squared)
             moment = centrifugal_moment_jit(body.xx, body.yy, body.xy, angle, speed_squared)
         result[k, 0] = force_x
@@ -99,9 +105,9 @@ def evaluate_generalised_forces(
     speed_squared: float,
     result: FloatArray,
 ) -> tuple[float, float]:
-    """Fill result (bodies, 3) with all loads on the bodies' origins.
+    """Fill result (bodies, 3) with all applied forces, reduced to the body origins.
 
-    The power (W) of those without a potential, and what brakes and friction take, which it is less by.
+    Returns the power (W) of forces without a potential, dissipation subtracted, and the dissipated power (W).
     """
     evaluate_body_forces(system.bodies, system.gravity, system.has_centrifugal_forces, poses, speed_squared, result)
     power = add_element_forces(system.force_elements, poses, velocities, input_cubics, local_time, result)
@@ -121,13 +127,26 @@ def evaluate_generalised_forces(
 
 @jit
 def inertia_about_spindle(system: System, poses: FloatArray) -> float:
-    """J (kg m2) of all bodies."""
+    """Return the moment of inertia of all bodies about the spindle axis.
+
+    Parameters
+    ----------
+    system
+        Arrays of the multibody model.
+    poses
+        Poses of the body origins, m and rad; shape (bodies, 3).
+
+    Returns
+    -------
+    float
+        Moment of inertia, kg m2.
+    """
     return bodies_inertia_about_spindle(system.bodies, poses)
 
 
 @jit_internal
 def bodies_inertia_about_spindle(bodies: RecordArray, poses: FloatArray) -> float:
-    """J (kg m2) of these bodies."""
+    """Return the moment of inertia (kg m2) of body records about the spindle axis."""
     total = 0.0
     for k in range(bodies.size):
         body, angle = bodies[k], poses[k, 2]
@@ -146,28 +165,50 @@ def project_state_inline(
     velocities: FloatArray,
     closure_tolerance: float,
 ) -> float:
-    """Close all joints to `closed` (m), take from the velocities what opens them, in place; the gap that was left.
+    """Project positions and velocities to the constraint manifold, in place; inlined in its callers.
 
-    Where inverse_mass is zero, coordinates stay as they are.
+    Corrections are weighted by the inverse masses: a coordinate whose inverse mass is 0 keeps its value.
+
+    Parameters
+    ----------
+    system
+        Arrays of the multibody model.
+    workspace
+        Work arrays.
+    input_cubics
+        Local cubics of all inputs; shape (inputs, 5).
+    local_time
+        Time since the start of these cubics, s.
+    poses
+        Poses of the body origins, m and rad; shape (bodies, 3).
+    velocities
+        Their time derivatives; shape (bodies, 3).
+    closure_tolerance
+        Residual below which a joint is closed, m.
+
+    Returns
+    -------
+    float
+        Largest residual at the last evaluation, m.
     """
     rows = system.constraint_rows
     evaluate_drives(rows, input_cubics, local_time, workspace.row_values)
     max_residual = 0.0
-    for _ in range(8):
+    for _ in range(MAX_PROJECTION_ITERATIONS):
         evaluate_rows(rows, poses, velocities, workspace.row_values, workspace.jacobian)
         assemble_schur_band(rows.row_bodies, system.row_pairs, workspace.jacobian, system.inverse_mass, workspace.band)
         max_residual = 0.0
         for i in range(workspace.multipliers.size):
-            workspace.multipliers[i] = workspace.row_values[i, RESIDUAL]
+            workspace.multipliers[i] = workspace.row_values[i, RowColumn.RESIDUAL]
             max_residual = max(max_residual, abs(workspace.multipliers[i]))
         if not max_residual > closure_tolerance:
             break
-        solve_schur_band(workspace.band, workspace.factor, workspace.multipliers)
+        solve_band_system(workspace.band, workspace.factor, workspace.multipliers)
         subtract_minv_jt(rows.row_bodies, workspace.jacobian, system.inverse_mass, workspace.multipliers, poses)
     apply_jacobian(rows.row_bodies, workspace.jacobian, velocities, workspace.multipliers)
     for i in range(workspace.multipliers.size):
-        workspace.multipliers[i] -= workspace.row_values[i, DRIVE_RATE]
-    solve_schur_band(workspace.band, workspace.factor, workspace.multipliers)
+        workspace.multipliers[i] -= workspace.row_values[i, RowColumn.DRIVE_RATE]
+    solve_band_system(workspace.band, workspace.factor, workspace.multipliers)
     subtract_minv_jt(rows.row_bodies, workspace.jacobian, system.inverse_mass, workspace.multipliers, velocities)
     return max_residual
 
@@ -182,7 +223,32 @@ def project_state(
     velocities: FloatArray,
     closure_tolerance: float,
 ) -> float:
-    """That projection, for Python to call."""
+    """Project positions and velocities to the constraint manifold, in place; callable from Python.
+
+    Corrections are weighted by the inverse masses: a coordinate whose inverse mass is 0 keeps its value.
+
+    Parameters
+    ----------
+    system
+        Arrays of the multibody model.
+    workspace
+        Work arrays.
+    input_cubics
+        Local cubics of all inputs; shape (inputs, 5).
+    local_time
+        Time since the start of these cubics, s.
+    poses
+        Poses of the body origins, m and rad; shape (bodies, 3).
+    velocities
+        Their time derivatives; shape (bodies, 3).
+    closure_tolerance
+        Residual below which a joint is closed, m.
+
+    Returns
+    -------
+    float
+        Largest residual at the last evaluation, m.
+    """
     return project_state_inline(system, workspace, input_cubics, local_time, poses, velocities, closure_tolerance)
 
 
@@ -190,18 +256,11 @@ def project_state(
 def evaluate_spindle_speed(
     system: System, poses: FloatArray, input_cubics: FloatArray, local_time: float, momentum: float
 ) -> tuple[float, float, float]:
-    """Speed (rad/s) of the spindle, its given slope (rad/s2), and the torque (N m) on a free one."""
-    a, b, c, d = input_cubics[0, 0], input_cubics[0, 1], input_cubics[0, 2], input_cubics[0, 3]
-    value = ((a * local_time + b) * local_time + c) * local_time + d
+    """Return the speed (rad/s) of the spindle, its prescribed acceleration (rad/s2), and the torque (N m) on a free spindle."""
     if system.has_free_spindle:
-        return (free_spindle_speed_jit(momentum, system.spindle_inertia + inertia_about_spindle(system, poses)), 0.0, value)
-    mean_acceleration = (3.0 * a * local_time + 2.0 * b) * local_time + c
-    if system.fluctuation_amplitude == 0.0:
-        return value, mean_acceleration, 0.0
-    mean_angle = input_cubics[0, 4] + (((0.25 * a * local_time + b / 3.0) * local_time + 0.5 * c) * local_time + d) * local_time
-    speed, acceleration = fluctuating_speed_kernel(
-        system.fluctuation_amplitude, system.cycles_per_turn, mean_angle, value, mean_acceleration
-    )
+        inertia = system.spindle_inertia + inertia_about_spindle(system, poses)
+        return free_spindle_speed_jit(momentum, inertia), 0.0, evaluate_input(input_cubics, 0, local_time)
+    speed, acceleration = evaluate_given_speed(input_cubics, local_time, system.fluctuation_amplitude, system.cycles_per_turn)
     return speed, acceleration, 0.0
 
 
@@ -209,9 +268,30 @@ def evaluate_spindle_speed(
 def evaluate_state_derivative_inline(
     system: System, workspace: SystemWorkspace, input_cubics: FloatArray, local_time: float, state: FloatArray, result: FloatArray
 ) -> float:
-    """Time derivative of a state: poses, velocities and what EXTRA names; how independent the rows are.
+    """Evaluate the time derivative of a state; inlined in its callers.
 
-    Work (J) is what the changes of a given speed have put in, less what drives, loads and a free spindle's torque have.
+    The work state is the work put in by changes of a given spindle speed, less the work of drives, of forces without a
+    potential and of the torque on a free spindle.
+
+    Parameters
+    ----------
+    system
+        Arrays of the multibody model.
+    workspace
+        Work arrays.
+    input_cubics
+        Local cubics of all inputs; shape (inputs, 5).
+    local_time
+        Time since the start of these cubics, s.
+    state
+        Poses and velocities of the body origins, then the auxiliary states; shape (6 * bodies + N_AUXILIARY_STATES,).
+    result
+        Result: the time derivative, with the shape of `state`.
+
+    Returns
+    -------
+    float
+        Smallest pivot ratio of J M^-1 J^T; 0 where rows are linearly dependent.
     """
     n_bodies = system.bodies.size
     poses, velocities = (state[: 3 * n_bodies].reshape(n_bodies, 3), state[3 * n_bodies : 6 * n_bodies].reshape(n_bodies, 3))
@@ -237,7 +317,26 @@ def evaluate_state_derivative_inline(
 def evaluate_state_derivative(
     system: System, workspace: SystemWorkspace, input_cubics: FloatArray, local_time: float, state: FloatArray
 ) -> FloatArray:
-    """That derivative, for Python to call."""
+    """Return the time derivative of a state; callable from Python.
+
+    Parameters
+    ----------
+    system
+        Arrays of the multibody model.
+    workspace
+        Work arrays.
+    input_cubics
+        Local cubics of all inputs; shape (inputs, 5).
+    local_time
+        Time since the start of these cubics, s.
+    state
+        Poses and velocities of the body origins, then the auxiliary states; shape (6 * bodies + N_AUXILIARY_STATES,).
+
+    Returns
+    -------
+    FloatArray
+        Time derivative, with the shape of `state`.
+    """
     result = np.empty(state.size)
     evaluate_state_derivative_inline(system, workspace, input_cubics, local_time, state, result)
     return result
@@ -247,7 +346,28 @@ def evaluate_state_derivative(
 def evaluate_events_and_derivative(
     system: System, workspace: SystemWorkspace, input_cubics: FloatArray, local_time: float, state: FloatArray
 ) -> tuple[FloatArray, FloatArray]:
-    """What is watched at a state, and the state's slope, for Python to call."""
+    """Return the event functions at a state and its time derivative; callable from Python.
+
+    Parameters
+    ----------
+    system
+        Arrays of the multibody model.
+    workspace
+        Work arrays.
+    input_cubics
+        Local cubics of all inputs; shape (inputs, 5).
+    local_time
+        Time since the start of these cubics, s.
+    state
+        Poses and velocities of the body origins, then the auxiliary states; shape (6 * bodies + N_AUXILIARY_STATES,).
+
+    Returns
+    -------
+    event_values : FloatArray
+        Values of the event functions; an event is an upward zero crossing; shape (event functions,).
+    derivative : FloatArray
+        Time derivative of the state, with the shape of `state`.
+    """
     derivative, event_values = np.empty(state.size), np.empty(system.event_functions.size)
     evaluate_state_derivative_inline(system, workspace, input_cubics, local_time, state, derivative)
     n_bodies = system.bodies.size

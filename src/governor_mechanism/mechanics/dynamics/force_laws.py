@@ -1,6 +1,7 @@
-"""Every force law, written once for all engines. Each takes floats or arrays; SI, radians.
+"""Scalar force laws, each written once for all engines.
 
-Plane: x from the spindle axis, y up. Loads act at the mass centre; moments are anticlockwise.
+They take floats or arrays, in SI units and radians. The x axis points away from the spindle axis, y points up. Forces
+act at the mass centre; moments are positive anticlockwise.
 """
 
 from __future__ import annotations
@@ -9,68 +10,239 @@ from typing import Any
 
 import numpy as np
 
-# Any: one law serves floats in the impulse engine's loop and arrays everywhere else.
+# Any: the same law takes floats in the loops of the impulse engine and arrays elsewhere.
 
 
 def weight(mass: float, gravity: float) -> float:
-    """Force along y (N) of uniform gravity (m/s2)."""
+    """Return the force of gravity on a body.
+
+    Parameters
+    ----------
+    mass
+        Mass, kg.
+    gravity
+        Gravitational acceleration, m/s2.
+
+    Returns
+    -------
+    float
+        Force along y, N.
+    """
     return -mass * gravity
 
 
 def gravitational_energy(mass: float, gravity: float, y: Any) -> Any:
-    """Potential energy (J) at height y (m)."""
+    """Return the gravitational potential energy of a body.
+
+    Parameters
+    ----------
+    mass
+        Mass, kg.
+    gravity
+        Gravitational acceleration, m/s2.
+    y
+        Height of the mass centre, m.
+
+    Returns
+    -------
+    Any
+        Energy, J; zero at y = 0.
+    """
     return mass * gravity * y
 
 
 def centrifugal_force(mass: float, x: Any, speed_squared: Any) -> Any:
-    """Force along x (N) on a body whose mass centre is x (m) from the spindle axis."""
+    """Return the centrifugal force on a body.
+
+    Parameters
+    ----------
+    mass
+        Mass, kg.
+    x
+        Distance of the mass centre from the spindle axis, m.
+    speed_squared
+        Square of the spindle speed, rad2/s2.
+
+    Returns
+    -------
+    Any
+        Force along x, N.
+    """
     return mass * speed_squared * x
 
 
 def centrifugal_moment(xx: float, yy: float, xy: float, angle: Any, speed_squared: Any) -> Any:
-    """Moment (N m) about the mass centre: second moments (kg m2, body axes) turn a body toward the horizontal."""
+    """Return the centrifugal moment on a body about its mass centre.
+
+    The moment turns the longer principal axis of the body toward the horizontal.
+
+    Parameters
+    ----------
+    xx
+        Second moment of mass along the body's x axis, kg m2.
+    yy
+        Second moment of mass along the body's y axis, kg m2.
+    xy
+        Mixed second moment of mass in body axes, kg m2.
+    angle
+        Angle of the body axes, rad.
+    speed_squared
+        Square of the spindle speed, rad2/s2.
+
+    Returns
+    -------
+    Any
+        Moment, N m.
+    """
     return -0.5 * speed_squared * ((xx - yy) * np.sin(2 * angle) + 2 * xy * np.cos(2 * angle))
 
 
 def spindle_inertia(mass: float, xx: float, yy: float, xy: float, zz: float, x: Any, angle: Any) -> Any:
-    """Moment of inertia (kg m2) of a body about the spindle axis, x (m) away from its mass centre."""
+    """Return the moment of inertia of a body about the spindle axis.
+
+    Parameters
+    ----------
+    mass
+        Mass, kg.
+    xx
+        Second moment of mass along the body's x axis, kg m2.
+    yy
+        Second moment of mass along the body's y axis, kg m2.
+    xy
+        Mixed second moment of mass in body axes, kg m2.
+    zz
+        Second moment of mass out of the plane, kg m2.
+    x
+        Distance of the mass centre from the spindle axis, m.
+    angle
+        Angle of the body axes, rad.
+
+    Returns
+    -------
+    Any
+        Moment of inertia, kg m2.
+    """
     return mass * x * x + xx * np.cos(angle) ** 2 + yy * np.sin(angle) ** 2 - xy * np.sin(2 * angle) + zz
 
 
 def spindle_inertia_rate(mass: float, xx: float, yy: float, xy: float, x: Any, angle: Any, x_rate: Any, angular_velocity: Any) -> Any:
-    """Rate (kg m2/s) of that inertia for a mass centre moving at x_rate (m/s) and a body turning (rad/s)."""
+    """Return the time derivative of the moment of inertia of a body about the spindle axis.
+
+    Parameters
+    ----------
+    mass
+        Mass, kg.
+    xx
+        Second moment of mass along the body's x axis, kg m2.
+    yy
+        Second moment of mass along the body's y axis, kg m2.
+    xy
+        Mixed second moment of mass in body axes, kg m2.
+    x
+        Distance of the mass centre from the spindle axis, m.
+    angle
+        Angle of the body axes, rad.
+    x_rate
+        Rate of x, m/s.
+    angular_velocity
+        Rate of the angle, rad/s.
+
+    Returns
+    -------
+    Any
+        Rate of the moment of inertia, kg m2/s.
+    """
     return 2 * mass * x * x_rate + ((yy - xx) * np.sin(2 * angle) - 2 * xy * np.cos(2 * angle)) * angular_velocity
 
 
 def spring_force(stiffness: float, free_length: float, length: Any) -> Any:
-    """Pull (N, or N m) of a spring whose length (m, or rad) is `stretch`, and which is at rest at `free`."""
+    """Return the tension of a linear spring, or the restoring moment of a torsion spring.
+
+    Parameters
+    ----------
+    stiffness
+        Stiffness, N/m or N m/rad.
+    free_length
+        Length or angle of the free spring, m or rad.
+    length
+        Length or angle, m or rad.
+
+    Returns
+    -------
+    Any
+        Tension, N, or moment, N m; negative in compression.
+    """
     return stiffness * (length - free_length)
 
 
 def spring_energy(stiffness: float, free_length: float, length: Any) -> Any:
-    """Potential energy (J) of that spring."""
+    """Return the potential energy (J) of a linear spring with the arguments of `spring_force`."""
     return 0.5 * stiffness * (length - free_length) ** 2
 
 
 def damper_force(damping: float, rate: Any) -> Any:
-    """Pull (N, or N m) of a damper that grows longer at `rate` (m/s, or rad/s)."""
+    """Return the tension of a linear damper.
+
+    Parameters
+    ----------
+    damping
+        Damping coefficient, N s/m or N m s/rad.
+    rate
+        Rate of its length or angle, m/s or rad/s.
+
+    Returns
+    -------
+    Any
+        Tension, N, or moment, N m.
+    """
     return damping * rate
 
 
 def dashpot_force(linear: float, quadratic: float, rate: Any) -> Any:
-    """Pull (N, or N m) of a dashpot whose reading changes at `rate` (m/s, or rad/s)."""
+    """Return the resistance of a dashpot with a linear and a quadratic term.
+
+    Parameters
+    ----------
+    linear
+        Linear damping coefficient, N s/m or N m s/rad.
+    quadratic
+        Quadratic damping coefficient, N s2/m2 or N m s2/rad2.
+    rate
+        Rate of the output variable it acts along, m/s or rad/s.
+
+    Returns
+    -------
+    Any
+        Resistance, N or N m, with the sign of the rate.
+    """
     return (linear + quadratic * abs(rate)) * rate
 
 
 def free_spindle_speed(momentum: Any, inertia: Any) -> Any:
-    """Speed (rad/s) of a free spindle with so much angular momentum (kg m2/s) at so much inertia (kg m2) in all."""
+    """Return the speed of a free spindle from its angular momentum.
+
+    Parameters
+    ----------
+    momentum
+        Angular momentum, kg m2/s.
+    inertia
+        Total moment of inertia about the spindle axis, kg m2.
+
+    Returns
+    -------
+    Any
+        Spindle speed, rad/s.
+    """
     return momentum / inertia
 
 
 def spindle_inertia_second_derivative(
     mass: float, second_moments: tuple[float, float, float], x: Any, angle: Any, tangent: Any, second_derivative: Any
 ) -> Any:
-    """Second derivative of that inertia along a path, by the path's two derivatives (..., 3)."""
+    """Return the second derivative (kg m2 per squared unit) of the spindle inertia along a path.
+
+    `tangent` and `second_derivative` are the path's derivatives of the pose (x, y, angle); shape (..., 3).
+    """
     xx, yy, xy = second_moments
     angle_derivative = (yy - xx) * np.sin(2 * angle) - 2 * xy * np.cos(2 * angle)
     angle_second_derivative = 2 * (yy - xx) * np.cos(2 * angle) + 4 * xy * np.sin(2 * angle)

@@ -1,4 +1,4 @@
-"""What a motion that is already known implies at its times: accelerations and joint forces, compiled."""
+"""Inverse dynamics: accelerations and joint forces of a known motion."""
 
 from __future__ import annotations
 
@@ -6,7 +6,6 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import NDArray
 
 from governor_mechanism.mechanics.dynamics.contacts import ContactMode
 from governor_mechanism.mechanics.dynamics.equations_of_motion import evaluate_accelerations
@@ -18,6 +17,8 @@ from governor_mechanism.mechanics.dynamics.lowering import (
     make_system,
     make_system_workspace,
 )
+from governor_mechanism.mechanics.kinematics.constraint_kernels import rotate_vector_jit
+from governor_mechanism.mechanics.kinematics.points import rotate_vector
 from governor_mechanism.model.scene import Scene
 from governor_mechanism.numerics.jit import jit
 from governor_mechanism.types import FloatArray
@@ -25,10 +26,19 @@ from governor_mechanism.types import FloatArray
 
 @dataclass(frozen=True)
 class InverseDynamics:
-    """At n times: accelerations of mass centres (n, bodies, 3); forces (n, rows, 3) of each joint row (as
-    `constraints.joint_table` lists them) on its second body, as force (N) and moment about that body's point (N m);
-    how independent the rows are (n,), 0 where they depend; power (n,) W of drives, of loads without a potential, and of
-    the torque on a free spindle.
+    """Accelerations, joint forces and power of a known motion at n times.
+
+    Attributes
+    ----------
+    accelerations
+        Accelerations of the mass centres, m/s2 and rad/s2; shape (n, bodies, 3).
+    joint_forces
+        Force (N) and moment about the joint's point on the second body (N m) that each joint row exerts on that body, in
+        the order of `make_constraint_table`; shape (n, rows, 3).
+    pivot_ratios
+        Smallest pivot ratio of J M^-1 J^T; 0 where rows are linearly dependent; shape (n,).
+    power
+        Power of drives, of forces without a potential, and of the torque on a free spindle, W; shape (n,).
     """
 
     accelerations: FloatArray
@@ -40,9 +50,27 @@ class InverseDynamics:
 def compute_inverse_dynamics(
     scene: Scene, times: FloatArray, poses: FloatArray, velocities: FloatArray, speeds: FloatArray, modes: Sequence[ContactMode] = ()
 ) -> InverseDynamics:
-    """From times (n,) s, poses and velocities of mass centres (n, bodies, 3), and spindle speeds (n,) rad/s.
+    """Return the accelerations and joint forces of a known motion.
 
-    modes (n,) say what sticks and rests at each time; left out, nothing does.
+    Parameters
+    ----------
+    scene
+        Scene of one part.
+    times
+        Times, s; shape (n,).
+    poses
+        Poses of the mass centres, m and rad; shape (n, bodies, 3).
+    velocities
+        Their time derivatives; shape (n, bodies, 3).
+    speeds
+        Spindle speeds, rad/s; shape (n,).
+    modes
+        Contact mode at each time; if empty, no output is held and no friction acts.
+
+    Returns
+    -------
+    InverseDynamics
+        Accelerations, joint forces, pivot ratios and power.
     """
     if not modes:
         return _compute_in_mode(scene, None, times, poses, velocities, speeds)
@@ -61,6 +89,7 @@ def compute_inverse_dynamics(
 def _compute_in_mode(
     scene: Scene, mode: ContactMode | None, times: FloatArray, poses: FloatArray, velocities: FloatArray, speeds: FloatArray
 ) -> InverseDynamics:
+    """Return the inverse dynamics at times that share one contact mode."""
     system, time_functions = make_system(scene, mode)
     input_cubics = np.stack([time_function.local_cubics(times) for time_function in time_functions], axis=1)
     origin_poses, origin_velocities = from_mass_centres(system, poses, velocities)
@@ -105,6 +134,7 @@ def _evaluate_along_motion(
     pivot_ratios: FloatArray,
     power: FloatArray,
 ) -> None:
+    """Fill accelerations of the body origins, forces of the constraint rows, pivot ratios and power at all times."""
     rows = system.constraint_rows
     for t in range(poses.shape[0]):
         pivot_ratios[t], power[t], _ = evaluate_accelerations(
@@ -115,18 +145,15 @@ def _evaluate_along_motion(
             force_y = -workspace.multipliers[i] * workspace.jacobian[i, 1, 1]
             moment, row = -workspace.multipliers[i] * workspace.jacobian[i, 1, 2], rows.table[i]
             if row.second >= 0:
-                cosine, sine = np.cos(poses[t, row.second, 2]), np.sin(poses[t, row.second, 2])
-                arm_x, arm_y = cosine * row.x2 - sine * row.y2, sine * row.x2 + cosine * row.y2
+                arm_x, arm_y = rotate_vector_jit(poses[t, row.second, 2], row.x2, row.y2)
                 moment -= arm_x * force_y - arm_y * force_x
             row_forces[t, i, 0], row_forces[t, i, 1], row_forces[t, i, 2] = force_x, force_y, moment
 
 
 def _mass_centre_accelerations(system: System, poses: FloatArray, velocities: FloatArray, origin_accelerations: FloatArray) -> FloatArray:
-    """Accelerations of mass centres from those of origins."""
-    cosine, sine = np.cos(poses[..., 2]), np.sin(poses[..., 2])
-    x, y = system.bodies["x"], system.bodies["y"]
-    arm_x, arm_y = cosine * x - sine * y, sine * x + cosine * y
-    result: NDArray[np.float64] = origin_accelerations.copy()
+    """Return the accelerations of the mass centres from those of the body origins."""
+    arm_x, arm_y = rotate_vector(poses[..., 2], system.bodies["x"], system.bodies["y"])
+    result: FloatArray = origin_accelerations.copy()
     result[..., 0] -= arm_y * origin_accelerations[..., 2] + arm_x * velocities[..., 2] ** 2
     result[..., 1] += arm_x * origin_accelerations[..., 2] - arm_y * velocities[..., 2] ** 2
     return result

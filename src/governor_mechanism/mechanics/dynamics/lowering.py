@@ -1,4 +1,4 @@
-"""A scene as arrays for the compiled kernels: bodies, rows, loads."""
+"""Lowering of a scene to the arrays of the compiled kernels: bodies, constraint rows, forces, event functions."""
 
 from __future__ import annotations
 
@@ -12,19 +12,11 @@ from governor_mechanism.mechanics.dynamics.characteristic_scales import time_sca
 from governor_mechanism.mechanics.dynamics.constraint_solver import bandwidth_reducing_order, find_coupled_rows
 from governor_mechanism.mechanics.dynamics.contacts import ContactMode, contacts_of, initial_mode, output_dampers_of, output_springs_of
 from governor_mechanism.mechanics.dynamics.force_elements import make_force_element_table
-from governor_mechanism.mechanics.dynamics.output_forces import (
-    DASHPOT_FORCE,
-    EVENT_FUNCTION_DTYPE,
-    FORCE_EVENT,
-    FRICTION_FORCE,
-    OUTPUT_FORCE_DTYPE,
-    RATE_EVENT,
-    SPRING_FORCE,
-    VALUE_EVENT,
-)
+from governor_mechanism.mechanics.dynamics.output_forces import EVENT_FUNCTION_DTYPE, OUTPUT_FORCE_DTYPE, EventFunctionKind, OutputForceKind
 from governor_mechanism.mechanics.kinematics.constraint_equations import bodies_of_rows, make_constraint_table
-from governor_mechanism.mechanics.kinematics.constraint_kernels import ConstraintRows
+from governor_mechanism.mechanics.kinematics.constraint_kernels import N_ROW_COLUMNS, ConstraintRows
 from governor_mechanism.mechanics.kinematics.output_rows import CONSTANT_PARAMETER, make_holding_rows, make_output_rows
+from governor_mechanism.mechanics.kinematics.points import rotate_vector
 from governor_mechanism.mechanics.kinematics.time_functions import CubicTimeFunction
 from governor_mechanism.model.joints import GROUND, Pin
 from governor_mechanism.model.mechanism import Body, Mechanism
@@ -33,19 +25,51 @@ from governor_mechanism.model.time_functions import InputFunction, PrescribedMot
 from governor_mechanism.types import FloatArray, IntArray, RecordArray
 
 BODY_DTYPE = np.dtype([(name, "f8") for name in ("mass", "x", "y", "xx", "yy", "xy", "zz")])
-"""One body: mass; where the mass centre is from the origin, in body axes; second moments about the mass centre."""
+"""One body: mass (kg), mass centre relative to the origin in body axes (m), second moments about the mass centre (kg m2)."""
 
 
 EVENT_ROUNDING_RATIO = 1e-12
-"""Of a size, a speed or a force: less is rounding."""
+"""Rounding level of event functions, relative to a length, rate or force scale."""
 
 
 class System(NamedTuple):
-    """Rows, loads and pairs as in `rows`, `applied` and `schur`; bodies (bodies,) of BODY, inverse_mass (bodies, 3).
+    """Arrays of the multibody model in one contact mode.
 
-    Coordinates are counted from a body's origin, its mass centre but for a lever. A free spindle has spindle_inertia
-    (kg m2) of its own. The last rows hold readings that stick or rest; gauges, acts and watch as in `acting`; a given
-    speed swings by `uneven` of itself, `cycles_per_turn` times a turn.
+    Poses refer to the origin of each body: its mass centre, or the ground pin of a point mass. The last of the joints' rows
+    are those of held outputs, before the rows are reordered to a narrow band.
+
+    Attributes
+    ----------
+    constraint_rows
+        Rows of the joints and of held outputs.
+    force_elements
+        Records of `FORCE_ELEMENT_DTYPE`.
+    row_pairs
+        Pairs of rows that share a body, see `find_coupled_rows`; shape (pairs, 4).
+    bandwidth
+        Half bandwidth of J M^-1 J^T, without the diagonal.
+    bodies
+        Records of `BODY_DTYPE`; shape (bodies,).
+    inverse_mass
+        Inverse mass (twice) and inverse moment of inertia about the origin, 0 if the body cannot rotate; shape (bodies, 3).
+    gravity
+        Gravitational acceleration, m/s2.
+    has_centrifugal_forces
+        Whether the plane turns with the spindle and centrifugal forces are on.
+    has_free_spindle
+        Whether the spindle is free rather than driven at a given speed.
+    spindle_inertia
+        Moment of inertia of a free spindle without the bodies, kg m2.
+    output_rows
+        Rows of the outputs along which effects act.
+    output_forces
+        Records of `OUTPUT_FORCE_DTYPE`.
+    event_functions
+        Records of `EVENT_FUNCTION_DTYPE`.
+    fluctuation_amplitude
+        Amplitude of a given spindle speed relative to its mean.
+    cycles_per_turn
+        Cycles of the speed fluctuation per turn of the spindle.
     """
 
     constraint_rows: ConstraintRows
@@ -66,7 +90,27 @@ class System(NamedTuple):
 
 
 class SystemWorkspace(NamedTuple):
-    """Room for one evaluation, so that none is allocated in the loop."""
+    """Work arrays of one evaluation, so that the kernels allocate nothing in their loops.
+
+    Attributes
+    ----------
+    row_values
+        Prescribed motion, residual and gamma of each row; shape (rows, 5).
+    jacobian
+        Jacobian of each row with respect to both poses; shape (rows, 2, 3).
+    band
+        Band of J M^-1 J^T; shape (rows, bandwidth + 1).
+    factor
+        Its Cholesky factor, with the shape of `band`.
+    multipliers
+        Lagrange multipliers, N; shape (rows,).
+    generalised_forces
+        Applied forces, N and N m; shape (bodies, 3).
+    output_row_values
+        As `row_values`, for the outputs; shape (outputs, 5).
+    output_jacobian
+        As `jacobian`, for the outputs; shape (outputs, 2, 3).
+    """
 
     row_values: FloatArray
     jacobian: FloatArray
@@ -79,10 +123,23 @@ class SystemWorkspace(NamedTuple):
 
 
 def make_system(scene: Scene, mode: ContactMode | None = None) -> tuple[System, tuple[CubicTimeFunction, ...]]:
-    """The arrays of a scene of one part, and its programs: the spindle's speed or torque, the drives', the loads'.
+    """Lower a scene of one part to arrays.
 
-    mode says what sticks, rests and pulls; left out, nothing does. Raises MechanismError for a body that has no inertia
-    of its own to turn.
+    A body that rotates and has no moment of inertia raises MechanismError.
+
+    Parameters
+    ----------
+    scene
+        Scene of one part.
+    mode
+        Contact mode; the initial mode if left out, in which nothing is held and no friction acts.
+
+    Returns
+    -------
+    system : System
+        The arrays.
+    inputs : tuple[CubicTimeFunction, ...]
+        Inputs as functions of time: spindle speed or torque, drives, force elements, friction forces.
     """
     mechanism, spindle = scene.part.mechanism, scene.spindle
     mode = initial_mode(scene) if mode is None else mode
@@ -93,7 +150,7 @@ def make_system(scene: Scene, mode: ContactMode | None = None) -> tuple[System, 
     row_order = _row_order(constraint_table.rows, holding_rows)
     ordered_rows = np.concatenate([constraint_table.rows.table, holding_rows])[row_order]
     rows = ConstraintRows(ordered_rows, bodies_of_rows(ordered_rows), constraint_table.rows.curve_segments)
-    rows.table["drive"] += rows.table["drive"] >= 0  # program 0 is the spindle's
+    rows.table["drive"] += rows.table["drive"] >= 0  # input 0 belongs to the spindle
     row_pairs = find_coupled_rows(rows.row_bodies)
     force_elements, element_inputs = make_force_element_table(mechanism, origins, 1 + len(constraint_table.motions))
     friction_inputs = [contact.friction for contact in contacts_of(scene) if contact.friction is not None]
@@ -129,104 +186,141 @@ def make_system(scene: Scene, mode: ContactMode | None = None) -> tuple[System, 
 
 
 def forced_output_names(scene: Scene) -> list[str]:
-    """The readings along which something acts, in the order of a system's gauges."""
+    """Return the readings along which effects act.
+
+    Parameters
+    ----------
+    scene
+        Scene with its output effects.
+
+    Returns
+    -------
+    list[str]
+        Names in the order of the output rows of a system.
+    """
     return list(dict.fromkeys(effect.reading for effect in scene.output_effects))
 
 
 def count_output_forces(system: System) -> IntArray:
-    """(3,) how many loads along readings there are of each kind: springs, brakes, frictions that slide."""
-    return np.bincount(system.output_forces["kind"], minlength=3)
+    """Return how many output forces of each kind a system has.
+
+    Parameters
+    ----------
+    system
+        Arrays of the multibody model.
+
+    Returns
+    -------
+    IntArray
+        Number of springs, dashpots and sliding frictions; shape (3,).
+    """
+    return np.bincount(system.output_forces["kind"], minlength=len(OutputForceKind))
 
 
 def constraint_row_order(scene: Scene, mode: ContactMode | None = None) -> IntArray:
-    """(rows,) where each row of a system stands among the joints' rows as `joint_table` lists them, then those held."""
+    """Return the index of each row of a system in the list of the joints' rows, then the holding rows; shape (rows,)."""
     mechanism = scene.part.mechanism
     output_rows = make_output_rows(mechanism, forced_output_names(scene), {})
     return _row_order(make_constraint_table(mechanism).rows, _make_holding_rows(scene, mode or initial_mode(scene), output_rows))
 
 
 def _row_order(rows: ConstraintRows, holding_rows: RecordArray) -> IntArray:
+    """Return the order of joint rows and holding rows that gives a narrow band."""
     return bandwidth_reducing_order(np.concatenate([rows.row_bodies, bodies_of_rows(holding_rows)]))
 
 
 def _make_holding_rows(scene: Scene, mode: ContactMode, output_rows: ConstraintRows) -> RecordArray:
-    """The rows of what sticks or rests."""
+    """Return the rows of the outputs that are held in a mode."""
     output_names = forced_output_names(scene)
     held = [
         (output_names.index(contact.output_name), value)
         for contact, value in zip(contacts_of(scene), mode.held_values, strict=True)
         if value is not None
     ]
-    return make_holding_rows(output_rows.table, [at for at, _ in held], [value for _, value in held])
+    return make_holding_rows(output_rows.table, [index for index, _ in held], [value for _, value in held])
 
 
 def _make_output_forces(scene: Scene, mode: ContactMode, friction_input: int) -> RecordArray:
-    """The loads along gauges; the program of the first friction is given."""
+    """Return the output forces in a mode; `friction_input` is the index of the first friction input."""
     output_names, taut, records = forced_output_names(scene), iter(mode.taut), []
     for spring in output_springs_of(scene):
         if not spring.one_sided or next(taut):
-            records.append((SPRING_FORCE, output_names.index(spring.reading), spring.rate, spring.free_value, -1))
+            records.append((OutputForceKind.SPRING, output_names.index(spring.reading), spring.rate, spring.free_value, -1))
     for dashpot in output_dampers_of(scene):
-        records.append((DASHPOT_FORCE, output_names.index(dashpot.reading), dashpot.linear, dashpot.quadratic, -1))
+        records.append((OutputForceKind.DASHPOT, output_names.index(dashpot.reading), dashpot.linear, dashpot.quadratic, -1))
     for contact, sign in zip(contacts_of(scene), mode.sliding_signs, strict=True):
         if sign:
-            records.append((FRICTION_FORCE, output_names.index(contact.output_name), float(sign), 0.0, friction_input))
+            records.append((OutputForceKind.FRICTION, output_names.index(contact.output_name), float(sign), 0.0, friction_input))
         friction_input += contact.friction is not None
     return np.array(records, dtype=OUTPUT_FORCE_DTYPE)
 
 
 def _make_event_functions(scene: Scene, mode: ContactMode, friction_input: int, held_rows: IntArray) -> RecordArray:
-    """What has to be watched in a mode; `about` counts keepers, then one-sided springs."""
+    """Return the event functions of a mode.
+
+    Their contact index counts the contacts, then the one-sided springs. `held_rows` are the constraint rows of the held
+    outputs, `friction_input` is the index of the first friction input.
+    """
     output_names, rows, records = forced_output_names(scene), iter(held_rows.tolist()), []
     tolerances = _OutputTolerances(scene)
     contacts = contacts_of(scene)
     for contact_index, (contact, held, sign) in enumerate(zip(contacts, mode.held_values, mode.sliding_signs, strict=True)):
-        output_index = output_names.index(contact.output_name)
+        name, output_index = contact.output_name, output_names.index(contact.output_name)
         friction_index = friction_input if contact.friction is not None else -1
         friction_input += contact.friction is not None
         if held is not None:
             row = next(rows)
-            # A stop pushes off its own side without bound; friction holds either way.
-            bounds = ((1.0, held <= contact.low), (-1.0, held >= contact.high))
-            records += [
-                (FORCE_EVENT, row, direction, 0.0, tolerances.force, friction_index, contact_index)
-                for direction, unbounded in bounds
-                if not unbounded
-            ]
+            # A stop pushes with unlimited force in one direction; friction holds in both, up to its limit.
+            for direction, is_unlimited in ((1.0, held <= contact.low), (-1.0, held >= contact.high)):
+                if not is_unlimited:
+                    records.append((EventFunctionKind.FORCE, row, direction, 0.0, tolerances.force, friction_index, contact_index))
             continue
         if mode.is_locked:
             continue
         if sign:
-            records.append((RATE_EVENT, output_index, -float(sign), 0.0, tolerances.rate(contact.output_name), -1, contact_index))
+            records.append((EventFunctionKind.RATE, output_index, -float(sign), 0.0, tolerances.rate(name), -1, contact_index))
         for direction, bound in ((1.0, contact.high), (-1.0, -contact.low)):
             if np.isfinite(bound):
-                records.append((VALUE_EVENT, output_index, direction, bound, tolerances.value(contact.output_name), -1, contact_index))
+                records.append((EventFunctionKind.VALUE, output_index, direction, bound, tolerances.value(name), -1, contact_index))
     one_sided = [] if mode.is_locked else [spring for spring in output_springs_of(scene) if spring.one_sided]
     for contact_index, (spring, taut) in enumerate(zip(one_sided, mode.taut, strict=False), start=len(contacts)):
-        direction, output_index = (-1.0 if taut else 1.0), output_names.index(spring.reading)
-        records.append(
-            (VALUE_EVENT, output_index, direction, direction * spring.free_value, tolerances.value(spring.reading), -1, contact_index)
-        )
+        direction, name = (-1.0 if taut else 1.0), spring.reading
+        threshold, tolerance = direction * spring.free_value, tolerances.value(name)
+        records.append((EventFunctionKind.VALUE, output_names.index(name), direction, threshold, tolerance, -1, contact_index))
     return np.array(records, dtype=EVENT_FUNCTION_DTYPE)
 
 
 def with_held_values(system: System, output_indices: Sequence[int], mode: ContactMode) -> System:
-    """The system of a mode that holds the same readings as this one's, but at values of its own.
+    """Return a system with other values of the held outputs.
 
-    gauges are those of the keepers. A value is set anew, not moved on from the last, so that rounding does not add up.
+    The values are set, not incremented, so that rounding does not accumulate.
+
+    Parameters
+    ----------
+    system
+        Arrays of the multibody model.
+    output_indices
+        Output row of each contact.
+    mode
+        Mode that holds the same outputs as the system, at its own values.
+
+    Returns
+    -------
+    System
+        The system with the constants of the holding rows replaced.
     """
     table = system.constraint_rows.table.copy()
     for k, value in enumerate(mode.held_values):
         if value is not None:
-            is_hold = (system.event_functions["kind"] == FORCE_EVENT) & (system.event_functions["contact_index"] == k)
-            row, output_row = (int(system.event_functions["source_index"][is_hold][0]), system.output_rows.table[output_indices[k]])
+            is_hold = (system.event_functions["kind"] == EventFunctionKind.FORCE) & (system.event_functions["contact_index"] == k)
+            row, output_row = int(system.event_functions["source_index"][is_hold][0]), system.output_rows.table[output_indices[k]]
             constant = CONSTANT_PARAMETER[int(output_row["kind"])]
             table[row][constant] = output_row[constant] + value
     return system._replace(constraint_rows=system.constraint_rows._replace(table=table))
 
 
 class _OutputTolerances:
-    """What is rounding in readings, their rates, and forces along them."""
+    """Rounding levels of outputs, of their rates, and of forces along them."""
 
     def __init__(self, scene: Scene) -> None:
         self._mechanism = scene.part.mechanism
@@ -235,43 +329,90 @@ class _OutputTolerances:
         self.force = EVENT_ROUNDING_RATIO * mass * self._mechanism.length_scale / self._time_scale**2
 
     def value(self, name: str) -> float:
+        """Return the rounding level of an output (m or rad)."""
         length = self._mechanism.reading(name).quantity == "length"
         return EVENT_ROUNDING_RATIO * (self._mechanism.length_scale if length else 1.0)
 
     def rate(self, name: str) -> float:
+        """Return the rounding level of the rate of an output (m/s or rad/s)."""
         return self.value(name) / self._time_scale
 
 
 def make_system_workspace(system: System) -> SystemWorkspace:
-    """Room for evaluations of this system."""
+    """Return work arrays for the evaluation of a system.
+
+    Parameters
+    ----------
+    system
+        Arrays of the multibody model.
+
+    Returns
+    -------
+    SystemWorkspace
+        Arrays of zeros.
+    """
     rows, bodies = len(system.constraint_rows.table), len(system.bodies)
     band = (rows, system.bandwidth + 1)
     return SystemWorkspace(
-        row_values=np.zeros((rows, 5)),
+        row_values=np.zeros((rows, N_ROW_COLUMNS)),
         jacobian=np.zeros((rows, 2, 3)),
         band=np.zeros(band),
         factor=np.zeros(band),
         multipliers=np.zeros(rows),
         generalised_forces=np.zeros((bodies, 3)),
-        output_row_values=np.zeros((len(system.output_rows.table), 5)),
+        output_row_values=np.zeros((len(system.output_rows.table), N_ROW_COLUMNS)),
         output_jacobian=np.zeros((len(system.output_rows.table), 2, 3)),
     )
 
 
 def to_mass_centres(system: System, poses: FloatArray, velocities: FloatArray) -> tuple[FloatArray, FloatArray]:
-    """Poses and velocities (..., bodies, 3) of mass centres from those of the origins."""
+    """Convert poses and velocities of the body origins to those of the mass centres.
+
+    Parameters
+    ----------
+    system
+        Arrays of the multibody model.
+    poses
+        Poses of the body origins, m and rad; shape (..., bodies, 3).
+    velocities
+        Their time derivatives; shape (..., bodies, 3).
+
+    Returns
+    -------
+    poses : FloatArray
+        Poses of the mass centres; shape (..., bodies, 3).
+    velocities : FloatArray
+        Their time derivatives; shape (..., bodies, 3).
+    """
     return _shift_reference_points(_mass_centre_offsets(system), poses, velocities)
 
 
 def from_mass_centres(system: System, poses: FloatArray, velocities: FloatArray) -> tuple[FloatArray, FloatArray]:
-    """Poses and velocities (..., bodies, 3) of the origins from those of mass centres."""
+    """Convert poses and velocities of the mass centres to those of the body origins.
+
+    Parameters
+    ----------
+    system
+        Arrays of the multibody model.
+    poses
+        Poses of the mass centres, m and rad; shape (..., bodies, 3).
+    velocities
+        Their time derivatives; shape (..., bodies, 3).
+
+    Returns
+    -------
+    poses : FloatArray
+        Poses of the body origins; shape (..., bodies, 3).
+    velocities : FloatArray
+        Their time derivatives; shape (..., bodies, 3).
+    """
     return _shift_reference_points(-_mass_centre_offsets(system), poses, velocities)
 
 
 def _shift_reference_points(offsets: FloatArray, poses: FloatArray, velocities: FloatArray) -> tuple[FloatArray, FloatArray]:
+    """Return poses and velocities of points at `offsets` (bodies, 2) from the reference points, in body axes (m)."""
     poses, velocities = poses.copy(), velocities.copy()
-    cosine, sine = np.cos(poses[..., 2]), np.sin(poses[..., 2])
-    arm_x, arm_y = cosine * offsets[:, 0] - sine * offsets[:, 1], sine * offsets[:, 0] + cosine * offsets[:, 1]
+    arm_x, arm_y = rotate_vector(poses[..., 2], offsets[:, 0], offsets[:, 1])
     poses[..., 0] += arm_x
     poses[..., 1] += arm_y
     velocities[..., 0] -= arm_y * velocities[..., 2]
@@ -280,7 +421,7 @@ def _shift_reference_points(offsets: FloatArray, poses: FloatArray, velocities: 
 
 
 def body_reference_point(mechanism: Mechanism, body: Body) -> tuple[float, float]:
-    """From where a body's coordinates are counted, in its own axes (m): the pin of a lever, else the mass centre."""
+    """Return the origin of a body in body axes (m): the ground pin of a point mass, else the mass centre."""
     pin = ground_pin_of_point_mass(mechanism, body)
     if pin is None:
         return (0.0, 0.0)
@@ -289,10 +430,27 @@ def body_reference_point(mechanism: Mechanism, body: Body) -> tuple[float, float
 
 
 def ground_pin_of_point_mass(mechanism: Mechanism, body: Body) -> Pin | None:
-    """The pin of a lever; None for other bodies. Raises MechanismError for a body that has no inertia to turn with.
+    """Return the pin about which a point mass rotates.
 
-    A lever is a body whose mass is in one point and that a pin holds to the ground: about that pin it has inertia. The
-    pin stands still, so the mass's coupling between turning and moving never acts on the motion.
+    A point mass has a moment of inertia only about a pin that joins it to the ground. The pin does not move, so the
+    coupling of rotation and translation in its mass matrix never acts on the motion.
+
+    Parameters
+    ----------
+    mechanism
+        Mechanism with its bodies and joints.
+    body
+        Body of the mechanism.
+
+    Returns
+    -------
+    Pin or None
+        The pin; None if the body cannot rotate or has a moment of inertia of its own.
+
+    Raises
+    ------
+    MechanismError
+        If the body rotates and has no moment of inertia.
     """
     if not body.can_rotate or body.second_moments.xx + body.second_moments.yy > 0:
         return None
@@ -303,21 +461,22 @@ def ground_pin_of_point_mass(mechanism: Mechanism, body: Body) -> Pin | None:
             if own_point.x != 0.0 or own_point.y != 0.0:
                 return joint
     raise MechanismError(
-        f"body {body.name!r} cannot turn: its mass is in one point, and no pin beside that point joins it to ground; "
-        "give it second moments, or turns=False"
+        f"body {body.name!r} cannot turn: it is a point mass, and no pin away from that point joins it to the ground; "
+        "give it second moments of mass, or turns = false (can_rotate=False in Python)"
     )
 
 
 def _mass_centre_offsets(system: System) -> FloatArray:
-    """(bodies, 2) m: where mass centres are from the origins, in body axes."""
+    """Return the mass centres relative to the body origins in body axes (m); shape (bodies, 2)."""
     return np.stack([system.bodies["x"], system.bodies["y"]], axis=-1)
 
 
 def make_body_record(body: Body, origin: tuple[float, float] = (0.0, 0.0)) -> tuple[float, ...]:
-    """A body as a record of BODY, its coordinates counted from an origin (body axes, m)."""
+    """Return a body as a record of `BODY_DTYPE`, for an origin in body axes (m)."""
     moments = body.second_moments
     return (body.mass, -origin[0], -origin[1], moments.xx, moments.yy, moments.xy, moments.zz)
 
 
 def _inertia_about_origin(body: Body, origin: tuple[float, float]) -> float:
+    """Return the moment of inertia (kg m2) of a body about its origin."""
     return body.second_moments.xx + body.second_moments.yy + body.mass * (origin[0] ** 2 + origin[1] ** 2)

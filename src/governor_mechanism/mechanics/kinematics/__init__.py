@@ -1,0 +1,1 @@
+"""Positions and velocities of mechanisms; no forces."""

@@ -1,4 +1,4 @@
-"""Put a mechanism together: poses at values of its readings, the directions in which it can move, its mobility."""
+"""Assembly of a mechanism: poses at given values of its outputs, consistent velocities, degrees of freedom."""
 
 from __future__ import annotations
 
@@ -12,31 +12,50 @@ from governor_mechanism.errors import MechanismError
 from governor_mechanism.mechanics.kinematics.constraint_equations import ConstraintEquations
 from governor_mechanism.mechanics.kinematics.output_variables import evaluate_output, evaluate_output_value
 from governor_mechanism.model.joints import Distance
-from governor_mechanism.model.mechanism import LineAngle, Mechanism
+from governor_mechanism.model.mechanism import Mechanism
+from governor_mechanism.model.output_variables import LineAngle
 from governor_mechanism.model.scene import Scene
 from governor_mechanism.numerics.least_squares import least_norm_solution, numerical_rank
 from governor_mechanism.types import FloatArray
 
 MAX_CONTINUATION_STEP = 0.1
-"""Largest change of a reading (rad, or machine sizes) in one continuation step: Newton stays on its branch."""
+"""Largest change of an output in one continuation step, in length scales or rad; keeps Newton's iteration on its branch."""
 
 MAX_TRAVEL = 200.0
-"""rad, or machine sizes: some thirty turns; farther away a value is a slip."""
+"""Largest distance of a requested value from the guess, in length scales or rad (about thirty turns); a larger one is a user error."""
 
 ASSEMBLY_TOLERANCE = 1e-13
-"""Joints count as closed at this fraction of the machine's size; rounding leaves about 1e-15."""
+"""Closure tolerance of the joints relative to the mechanism's length scale; rounding leaves about 1e-15."""
 
 TURNING_POINT_OFFSET = 1e-3
-"""Machine sizes, and rad: how near a dead centre an assembly that begins there goes off it first, and how far."""
+"""Distance from a turning point of an output, in length scales and rad, below which the guess is moved off it, and by how much."""
 
 MAX_NEWTON_STEP = 0.3
-"""rad, and machine sizes: the longest step of Newton's iteration, which near a dead centre would go round and round."""
+"""Largest Newton step, in length scales and rad; near a turning point longer steps can cycle without converging."""
 
 
 class PositionSolver:
-    """Assembles one mechanism at any values of its readings, from its sketch or from poses near by.
+    """Assemble one mechanism at given values of its outputs, from its initial guess or from nearby poses.
 
-    Drives stand where they are at `time` (s).
+    Parameters
+    ----------
+    mechanism
+        The mechanism to assemble.
+    time
+        Time at which the drives are evaluated, s.
+
+    Attributes
+    ----------
+    mechanism
+        The mechanism to assemble.
+    time
+        Time at which the drives are evaluated, s.
+    equations
+        The constraint equations of its joints and drives.
+    free_mask
+        Which coordinates may change; shape (3 bodies,). A body that cannot rotate keeps its angle.
+    free_coordinate_scales
+        SI value of a length scale, or of a radian, of each free coordinate; shape (free coordinates,).
     """
 
     def __init__(self, mechanism: Mechanism, time: float = 0.0) -> None:
@@ -44,39 +63,69 @@ class PositionSolver:
         self.equations = ConstraintEquations(mechanism)
         can_rotate = [body.can_rotate for body in mechanism.bodies]
         self.free_mask = np.array([[True, True, rotates] for rotates in can_rotate], dtype=np.bool_).ravel()
-        """(3 bodies,) which coordinates may change: a body that does not turn keeps its angle."""
+        """Which coordinates may change; shape (3 bodies,). A body that cannot rotate keeps its angle."""
         self.free_coordinate_scales = np.tile([mechanism.length_scale, mechanism.length_scale, 1.0], len(can_rotate))[self.free_mask]
-        """(free coordinates,) what a machine size, or a radian, of each is in SI."""
+        """SI value of a length scale, or of a radian, of each free coordinate; shape (free coordinates,)."""
         prescribed = self.equations.prescribed_motion(np.array(time))
         self._prescribed_rates = prescribed[:, 1]
 
     @property
     def mobility(self) -> int:
-        """Freedoms that joints and drives leave at the sketch: free coordinates less the rank of the equations."""
+        """Degrees of freedom that joints and drives leave at the initial guess: free coordinates minus the rank of the Jacobian."""
         return self.count_degrees_of_freedom(self._initial_guess())
 
     def count_degrees_of_freedom(self, poses: FloatArray, *, include_drives: bool = True) -> int:
-        """Freedoms left at these poses by the joints, and by the drives if they count."""
+        """Return the degrees of freedom at poses (bodies, 3), with or without the constraints of the drives."""
         jacobian = self.scaled_joint_jacobian(poses)
         return int(self.free_mask.sum()) - numerical_rank(jacobian if include_drives else jacobian[~self.equations.is_driven])
 
     def scaled_joint_jacobian(self, poses: FloatArray) -> FloatArray:
-        """Joint equations (equations, free coordinates) at poses (bodies, 3), lengths in machine sizes."""
+        """Return the dimensionless joint Jacobian (equations, free coordinates) at poses (bodies, 3), lengths in length scales."""
         jacobian = self.equations.jacobian(poses).reshape(len(self.equations.joint_indices), self.free_mask.size)[:, self.free_mask]
         scaled: FloatArray = jacobian * self.free_coordinate_scales / self.mechanism.length_scale
         return scaled
 
     def solve_at_coordinate(self, value: float, guess: FloatArray | None = None) -> FloatArray:
-        """Poses (bodies, 3) at a value of the leading coordinate, on the branch of `near` (or of the sketch).
+        """Solve for the poses at a value of the leading coordinate, on the branch of the guess.
 
-        Raises MechanismError, naming the joint that stays open, where the mechanism cannot be assembled.
+        A mechanism that cannot be assembled raises MechanismError as in `solve`.
+
+        Parameters
+        ----------
+        value
+            Leading coordinate, SI.
+        guess
+            Poses near the solution; shape (bodies, 3). Default: the mechanism's initial guess.
+
+        Returns
+        -------
+        FloatArray
+            Assembled poses; shape (bodies, 3).
         """
         return self.solve({self.mechanism.coordinate: value}, guess)
 
     def solve(self, values: Mapping[str, float], guess: FloatArray | None = None) -> FloatArray:
-        """Poses (bodies, 3) at values of any readings, on the branch of `near` (or of the sketch), else nearest to it.
+        """Solve for the poses at values of any outputs, on the branch of the guess or, without values, nearest to it.
 
-        Raises MechanismError, naming the joint that stays open, where the mechanism cannot be assembled.
+        The solution is reached by continuation: Newton's iteration restarts after every `MAX_CONTINUATION_STEP`.
+
+        Parameters
+        ----------
+        values
+            Values of outputs by name, SI.
+        guess
+            Poses near the solution; shape (bodies, 3). Default: the mechanism's initial guess.
+
+        Returns
+        -------
+        FloatArray
+            Assembled poses; shape (bodies, 3).
+
+        Raises
+        ------
+        MechanismError
+            If the mechanism cannot be assembled (the message names the joint that stays open), or if a value is farther than
+            `MAX_TRAVEL` from the guess.
         """
         poses = self._move_off_turning_point(self._gauss_newton(self._initial_guess() if guess is None else guess, {}), values)
         displacements = {name: value - float(evaluate_output_value(self.mechanism, name, poses)) for name, value in values.items()}
@@ -86,8 +135,8 @@ class PositionSolver:
         max_displacement = max((abs(displacement) / self._output_scale(name) for name, displacement in displacements.items()), default=0.0)
         if max_displacement > MAX_TRAVEL:
             raise MechanismError(
-                f"{list(values)} lie {max_displacement:.6g} rad or machine sizes away from where the mechanism stands; "
-                f"at most {MAX_TRAVEL:g} are gone: sketch it nearer, or leave out whole turns"
+                f"the values of {list(values)} are {max_displacement:.6g} rad or length scales away from the initial guess; "
+                f"at most {MAX_TRAVEL:g} are allowed: use a nearer initial guess, or leave out whole turns"
             )
         n_steps = max(1, math.ceil(max_displacement / MAX_CONTINUATION_STEP))
         for remaining in np.arange(n_steps - 1, -1, -1) / n_steps:
@@ -95,9 +144,24 @@ class PositionSolver:
         return poses
 
     def solve_velocities(self, poses: FloatArray, rates: Mapping[str, float]) -> FloatArray:
-        """Velocities (bodies, 3) that follow the drives and have these rates of readings; of all such the slowest.
+        """Solve for the velocities that satisfy drives and given rates with the least kinetic energy.
 
-        Slowest in kinetic energy. Raises MechanismError where joints, drives and rates contradict each other.
+        Parameters
+        ----------
+        poses
+            Assembled poses; shape (bodies, 3).
+        rates
+            Rates of outputs by name, SI per second.
+
+        Returns
+        -------
+        FloatArray
+            Velocities; shape (bodies, 3).
+
+        Raises
+        ------
+        MechanismError
+            If joints, drives and rates contradict each other.
         """
         jacobian = self._jacobian(poses, list(rates))
         rhs = np.append(self._prescribed_rates, list(rates.values()))
@@ -110,7 +174,7 @@ class PositionSolver:
         return self.expand_free(free_velocities)
 
     def _move_off_turning_point(self, poses: FloatArray, values: Mapping[str, float]) -> FloatArray:
-        """Poses a little further on where a reading stands and would not say which way to go."""
+        """Return poses slightly moved along the motion if the only output to be changed is at a turning point there."""
         moving_outputs = [name for name, value in values.items() if abs(self._output_residual(name, value, poses)) > ASSEMBLY_TOLERANCE]
         if len(moving_outputs) != 1 or self.count_degrees_of_freedom(poses) != 1:
             return poses
@@ -126,7 +190,7 @@ class PositionSolver:
         )
 
     def initial_guess_gap(self) -> tuple[str, float]:
-        """The joint that is open widest in the sketch as it was given, and by how much (m)."""
+        """Return the name of the joint with the largest gap in the initial guess, and that gap, m."""
         if not self.equations.joints:
             return "", 0.0
         joint, gap = self.equations.largest_gap(self._initial_guess(), self.time)
@@ -140,11 +204,11 @@ class PositionSolver:
         name = self.equations.joints[self.equations.joint_indices[worst]].name
         return (
             f"joint {name!r} cannot follow the drives and rates of the start: they contradict each other there, "
-            "or the start is a change point, where the joints do not say which way to go"
+            "or the start is a change point, where the joints do not determine the direction of motion"
         )
 
     def _mass_diagonal(self) -> FloatArray:
-        """Masses and moments of inertia of the free coordinates; a lever's about its mass centre count as small."""
+        """Return the masses of the free coordinates; a massless rotation gets a small moment of inertia."""
         length_scale = self.mechanism.length_scale
         masses = [
             [body.mass, body.mass, body.second_moments.xx + body.second_moments.yy or 1e-6 * body.mass * length_scale**2]
@@ -159,13 +223,13 @@ class PositionSolver:
         return np.array(self.mechanism.initial_guess, dtype=np.float64)
 
     def _jacobian(self, poses: FloatArray, names: list[str]) -> FloatArray:
-        """Joint equations and, last, the readings of these names, by the free coordinates."""
+        """Return the Jacobian of the joints and then of the named outputs with respect to the free coordinates."""
         blocks = [self.equations.jacobian(poses).reshape(len(self.equations.joint_indices), self.free_mask.size)]
         blocks += [evaluate_output(self.mechanism, name, poses).gradient.reshape(1, -1) for name in names]
         return np.concatenate(blocks)[:, self.free_mask]
 
     def _gauss_newton(self, poses: FloatArray, values: Mapping[str, float]) -> FloatArray:
-        """Gauss-Newton on the joints and on the readings that values are asked for, with the smallest changes."""
+        """Solve joints and requested output values by Gauss-Newton iteration with minimum-norm steps."""
         names, length_scale = list(values), self.mechanism.length_scale
         row_scales = np.array([length_scale] * len(self.equations.joint_indices) + [self._output_scale(name) for name in names])
         converged = False
@@ -174,7 +238,7 @@ class PositionSolver:
             residual = np.append(self.equations.residuals(poses, self.time), output_residuals) / row_scales
             if converged:
                 return poses
-            converged = np.max(np.abs(residual), initial=0.0) < ASSEMBLY_TOLERANCE  # one step more, and rounding alone is left
+            converged = np.max(np.abs(residual), initial=0.0) < ASSEMBLY_TOLERANCE  # one more step leaves only rounding
             jacobian = self._jacobian(poses, names) * self.free_coordinate_scales / row_scales[:, np.newaxis]
             step = least_norm_solution(jacobian, -residual)
             step_size = float(np.max(np.abs(step)))
@@ -197,8 +261,8 @@ class PositionSolver:
             if not unsatisfied:
                 return poses
             raise MechanismError(
-                f"the mechanism cannot be assembled{location}: its joints close, but {unsatisfied[0]} stays off by "
-                f"{abs(residuals[unsatisfied[0]]):.6g}; the values contradict each other or its joints"
+                f"the mechanism cannot be assembled{location}: its joints close, but {unsatisfied[0]} misses its value by "
+                f"{abs(residuals[unsatisfied[0]]):.6g}; the values contradict each other or the joints"
             )
         suggestion = ""
         if isinstance(joint, Distance):
@@ -208,20 +272,31 @@ class PositionSolver:
         raise MechanismError(f"the mechanism cannot be assembled{location}: joint {name!r} stays open by {abs(gap):.6g} m{suggestion}")
 
     def expand_free(self, free_values: NDArray[np.floating]) -> FloatArray:
-        """Free coordinates back to (bodies, 3), with zeros for bodies that do not turn."""
+        """Expand values of the free coordinates to shape (bodies, 3), with zeros for the angles of bodies that cannot rotate."""
         expanded = np.zeros(self.free_mask.size)
         expanded[self.free_mask] = free_values
         return expanded.reshape(-1, 3)
 
 
 REPORTABLE_GAP_RATIO = 1e-9
-"""A guess open by less than this fraction of the machine's size was no guess."""
+"""Gap of the initial guess relative to the length scale below which the guess counts as exact and is not reported."""
 
 
 def assembly_notes(scene: Scene) -> tuple[str, ...]:
-    """What there is to say about the dimensions, and about how the start came about."""
+    """Return the notes on a scene's dimensions and on the closing of its initial guess.
+
+    Parameters
+    ----------
+    scene
+        The scene to assemble.
+
+    Returns
+    -------
+    tuple[str, ...]
+        One sentence each; empty if there is nothing to report.
+    """
     mechanism = scene.part.mechanism
     joint, gap = PositionSolver(mechanism).initial_guess_gap()
     if gap < REPORTABLE_GAP_RATIO * mechanism.length_scale or scene.start.values:
         return mechanism.notes
-    return (*mechanism.notes, f"the start was a guess: joint {joint!r} was open by {gap:.3g} m in it, and was closed")
+    return (*mechanism.notes, f"the start was a guess: joint {joint!r} was open by {gap:.3g} m and has been closed")

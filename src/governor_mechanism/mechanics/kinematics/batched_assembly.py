@@ -1,4 +1,4 @@
-"""Many poses of a mechanism of mobility one closed at once, each at its value of the leading coordinate."""
+"""Assembly of a mechanism with one degree of freedom at many values of its leading coordinate at once."""
 
 from __future__ import annotations
 
@@ -8,36 +8,37 @@ from numpy.typing import NDArray
 from governor_mechanism.errors import MechanismError
 from governor_mechanism.mechanics.kinematics.assembly import PositionSolver
 from governor_mechanism.mechanics.kinematics.output_variables import OutputDerivatives, evaluate_output
-from governor_mechanism.model.mechanism import LineAngle, Mechanism
+from governor_mechanism.model.mechanism import Mechanism
+from governor_mechanism.model.output_variables import LineAngle
 from governor_mechanism.types import FloatArray
 
 MAX_BATCHED_NEWTON_STEPS = 12
-"""So many Newton steps are made."""
+"""Largest number of Newton steps."""
 
 MAX_BRANCH_DISTANCE = 0.05
-"""Machine sizes, and rad: poses that close farther from where they were expected may be on another branch."""
+"""Distance from the guess, in length scales and rad, beyond which a solution may belong to another branch."""
 
 NEWTON_DIVERGENCE_STEP = 1.0
-"""Machine sizes, and rad: after a Newton step of this size nothing is near by."""
+"""Newton step, in length scales and rad, from which the iteration counts as diverged: no solution is near."""
 
 NEWTON_CONVERGENCE_STEP = 1e-8
-"""Machine sizes, and rad: after a Newton step of this size rounding alone is left."""
+"""Newton step, in length scales and rad, below which the iteration has converged; the next error is of rounding size."""
 
 
 class BatchedPositionSolver:
-    """Closes the joints of one mechanism at many values of its coordinate, and says how the bodies move along it."""
+    """Assemble one mechanism at many values of its leading coordinate and differentiate the poses along it."""
 
     def __init__(self, mechanism: Mechanism) -> None:
         self.mechanism = mechanism
         self.position_solver = PositionSolver(mechanism)
         self.coordinate_scale = 1.0 if mechanism.reading(mechanism.coordinate).quantity == "angle" else mechanism.length_scale
-        """What a radian, or a machine size, of the coordinate is in SI."""
+        """SI value of a radian, or of a length scale, of the leading coordinate."""
         self.pose_scales = np.array([mechanism.length_scale, mechanism.length_scale, 1.0])
-        """The same of a pose's coordinates."""
+        """SI values of a length scale and of a radian for the coordinates of a body; shape (3,)."""
         self._coordinate_wraps = isinstance(mechanism.reading(mechanism.coordinate), LineAngle)
 
     def solve(self, guesses: FloatArray, values: FloatArray) -> FloatArray:
-        """Poses (n, bodies, 3) at values (n,), on the branches of expected ones.
+        """Return poses (n, bodies, 3) at values (n,), on the branches of the guesses (n, bodies, 3).
 
         Raises MechanismError, naming the joint that stays open, where the mechanism cannot be assembled.
         """
@@ -47,7 +48,7 @@ class BatchedPositionSolver:
         return poses
 
     def try_solve(self, guesses: FloatArray, values: FloatArray) -> tuple[FloatArray, NDArray[np.bool_]]:
-        """Poses (n, bodies, 3) at values (n,), and which of them closed near enough to the expected ones."""
+        """Return poses (n, bodies, 3) at values (n,), and which of them converged on the branch of their guess."""
         poses, active, converged = guesses.copy(), np.arange(len(values)), np.zeros(len(values), dtype=np.bool_)
         for _ in range(MAX_BATCHED_NEWTON_STEPS):
             try:
@@ -64,9 +65,9 @@ class BatchedPositionSolver:
         return poses, converged & (distances < MAX_BRANCH_DISTANCE)
 
     def path_derivatives(self, poses: FloatArray) -> tuple[FloatArray, FloatArray]:
-        """First and second derivative of poses (n, bodies, 3) by the coordinate.
+        """Return the first and second derivative of poses (n, bodies, 3) with respect to the leading coordinate.
 
-        Raises MechanismError at a dead centre of the coordinate.
+        Raises MechanismError at a turning point of the coordinate.
         """
         output = evaluate_output(self.mechanism, self.mechanism.coordinate, poses)
         jacobian = self._jacobian(poses, output)
@@ -91,13 +92,13 @@ class BatchedPositionSolver:
         return jacobian[..., self.position_solver.free_mask]
 
     def _solve_linear(self, jacobian: FloatArray, rhs: FloatArray) -> FloatArray:
-        """Changes of all poses (n, bodies, 3) that the joints and the coordinate ask for."""
+        """Return the changes of all poses (n, bodies, 3) that solve the linearised equations of joints and coordinate."""
         free_mask, is_square = self.position_solver.free_mask, jacobian.shape[1] == jacobian.shape[2]
         column = rhs[..., np.newaxis]
         try:
             solution = np.linalg.solve(jacobian, column) if is_square else np.linalg.pinv(jacobian) @ column
         except np.linalg.LinAlgError as error:
-            raise MechanismError(f"{self.mechanism.coordinate!r} stands at a dead centre there and does not settle the others") from error
+            raise MechanismError(f"{self.mechanism.coordinate!r} is at a turning point there and does not determine the poses") from error
         changes = np.zeros((len(jacobian), free_mask.size))
         changes[:, free_mask] = solution[..., 0]
         return changes.reshape(len(jacobian), -1, 3)

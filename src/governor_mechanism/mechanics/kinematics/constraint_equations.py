@@ -1,11 +1,9 @@
-"""Joints as rows of numbers for the compiled equations, and questions about whole trajectories."""
+"""Joints as constraint rows, and the constraint equations of a mechanism over whole trajectories."""
 
 from __future__ import annotations
 
 import math
-from collections.abc import Mapping
 from dataclasses import dataclass
-from functools import singledispatch
 
 import numpy as np
 from numpy.typing import NDArray
@@ -13,16 +11,15 @@ from scipy.interpolate import CubicSpline
 
 from governor_mechanism.errors import MechanismError
 from governor_mechanism.mechanics.kinematics.constraint_kernels import (
-    BODY_NORMAL,
     CONSTRAINT_ROW_DTYPE,
-    DISTANCE,
-    FIXED_DIRECTION,
     N_ROW_PARAMETERS,
     ConstraintRows,
+    RowKind,
     evaluate_gamma,
     evaluate_jacobian,
     evaluate_residuals,
 )
+from governor_mechanism.mechanics.kinematics.points import Origins, attachment_fields
 from governor_mechanism.mechanics.kinematics.time_functions import CubicTimeFunction
 from governor_mechanism.model.curves import Curve, PolynomialCurve, SplineCurve
 from governor_mechanism.model.joints import (
@@ -32,7 +29,6 @@ from governor_mechanism.model.joints import (
     Gear,
     Joint,
     Pin,
-    Point,
     Prismatic,
     ProportionalDisplacement,
     RackAndPinion,
@@ -48,7 +44,11 @@ from governor_mechanism.types import FloatArray, IntArray, RecordArray
 
 @dataclass(frozen=True)
 class ConstraintRow:
-    """One equation of a joint: kind and parameters as in `rows`, the motion that drives it, the curve it follows."""
+    """One constraint equation of a joint.
+
+    `kind` and `parameters` are as in `constraint_kernels`. `motion` drives the row, in units of `drive_scale` (m per unit
+    of the motion). `curve` is the guide curve of a curve slot.
+    """
 
     kind: int
     parameters: tuple[float, ...]
@@ -57,86 +57,64 @@ class ConstraintRow:
     curve: Curve | None = None
 
 
-@singledispatch
 def _constraint_rows(joint: Joint, length_scale: float) -> list[ConstraintRow]:
-    """Equations of a joint; `size` (m) makes angles into openings."""
-    raise TypeError(f"no equation is written for joints of type {type(joint).__name__}")
+    """Return the constraint rows of a joint; `length_scale` (m) converts angles to lengths."""
+    match joint:
+        case Pin():
+            return _coincidence_rows()
+        case Weld():
+            return [*_coincidence_rows(), _relative_angle_row(joint.relative_angle, length_scale)]
+        case Distance():
+            return [ConstraintRow(RowKind.DISTANCE, (joint.length,))]
+        case ArcSlot():
+            return [ConstraintRow(RowKind.DISTANCE, (joint.radius,))]
+        case Prismatic():  # a kind of slider
+            return [ConstraintRow(RowKind.BODY_NORMAL, (joint.angle,)), _relative_angle_row(joint.relative_angle, length_scale)]
+        case Slider():
+            return [ConstraintRow(RowKind.BODY_NORMAL, (joint.angle,))]
+        case CurveSlot():
+            return [ConstraintRow(RowKind.BODY_NORMAL, (joint.angle,), curve=joint.curve)]
+        case Gear():
+            angle_terms = -length_scale * joint.ratio, length_scale, length_scale * joint.offset
+            return [ConstraintRow(RowKind.FIXED_DIRECTION, (0.0, 0.0, *angle_terms))]
+        case RackAndPinion():
+            return [ConstraintRow(RowKind.FIXED_DIRECTION, (*_direction(joint.angle), -joint.radius, 0.0, joint.offset))]
+        case ProportionalDisplacement():
+            return [ConstraintRow(RowKind.FIXED_DIRECTION, (*_direction(joint.angle), 0.0, 0.0, joint.offset, 1.0 - joint.ratio))]
+        case RotationalDriver():
+            return [_relative_angle_row(0.0, length_scale, joint.motion)]
+        case TranslationalDriver():
+            return [ConstraintRow(RowKind.BODY_NORMAL, (joint.angle - math.pi / 2,), joint.motion)]
+    raise TypeError(f"no constraint equations are defined for joints of type {type(joint).__name__}")
+
+
+def _coincidence_rows() -> list[ConstraintRow]:
+    """Return the rows that make two points coincide."""
+    return [ConstraintRow(RowKind.FIXED_DIRECTION, (1.0, 0.0)), ConstraintRow(RowKind.FIXED_DIRECTION, (0.0, 1.0))]
+
+
+def _direction(angle: float) -> tuple[float, float]:
+    """Return the unit vector at an angle (rad)."""
+    return math.cos(angle), math.sin(angle)
 
 
 def _relative_angle_row(angle: float, length_scale: float, motion: PrescribedMotion | None = None) -> ConstraintRow:
-    return ConstraintRow(FIXED_DIRECTION, (0.0, 0.0, -length_scale, length_scale, length_scale * angle), motion, length_scale)
-
-
-@_constraint_rows.register
-def _(joint: Pin, length_scale: float) -> list[ConstraintRow]:
-    return [ConstraintRow(FIXED_DIRECTION, (1.0, 0.0)), ConstraintRow(FIXED_DIRECTION, (0.0, 1.0))]
-
-
-@_constraint_rows.register
-def _(joint: Weld, length_scale: float) -> list[ConstraintRow]:
-    return [
-        ConstraintRow(FIXED_DIRECTION, (1.0, 0.0)),
-        ConstraintRow(FIXED_DIRECTION, (0.0, 1.0)),
-        _relative_angle_row(joint.relative_angle, length_scale),
-    ]
-
-
-@_constraint_rows.register
-def _(joint: Distance, length_scale: float) -> list[ConstraintRow]:
-    return [ConstraintRow(DISTANCE, (joint.length,))]
-
-
-@_constraint_rows.register
-def _(joint: ArcSlot, length_scale: float) -> list[ConstraintRow]:
-    return [ConstraintRow(DISTANCE, (joint.radius,))]
-
-
-@_constraint_rows.register
-def _(joint: Slider, length_scale: float) -> list[ConstraintRow]:
-    return [ConstraintRow(BODY_NORMAL, (joint.angle,))]
-
-
-@_constraint_rows.register
-def _(joint: Prismatic, length_scale: float) -> list[ConstraintRow]:
-    return [ConstraintRow(BODY_NORMAL, (joint.angle,)), _relative_angle_row(joint.relative_angle, length_scale)]
-
-
-@_constraint_rows.register
-def _(joint: CurveSlot, length_scale: float) -> list[ConstraintRow]:
-    return [ConstraintRow(BODY_NORMAL, (joint.angle,), curve=joint.curve)]
-
-
-@_constraint_rows.register
-def _(joint: Gear, length_scale: float) -> list[ConstraintRow]:
-    return [ConstraintRow(FIXED_DIRECTION, (0.0, 0.0, -length_scale * joint.ratio, length_scale, length_scale * joint.offset))]
-
-
-@_constraint_rows.register
-def _(joint: RackAndPinion, length_scale: float) -> list[ConstraintRow]:
-    return [ConstraintRow(FIXED_DIRECTION, (math.cos(joint.angle), math.sin(joint.angle), -joint.radius, 0.0, joint.offset))]
-
-
-@_constraint_rows.register
-def _(joint: ProportionalDisplacement, length_scale: float) -> list[ConstraintRow]:
-    direction = math.cos(joint.angle), math.sin(joint.angle)
-    return [ConstraintRow(FIXED_DIRECTION, (*direction, 0.0, 0.0, joint.offset, 1.0 - joint.ratio))]
-
-
-@_constraint_rows.register
-def _(joint: RotationalDriver, length_scale: float) -> list[ConstraintRow]:
-    return [_relative_angle_row(0.0, length_scale, joint.motion)]
-
-
-@_constraint_rows.register
-def _(joint: TranslationalDriver, length_scale: float) -> list[ConstraintRow]:
-    return [ConstraintRow(BODY_NORMAL, (joint.angle - math.pi / 2,), joint.motion)]
+    """Return the row that keeps the angle (rad) of the second body relative to the first, or drives it by a motion."""
+    return ConstraintRow(RowKind.FIXED_DIRECTION, (0.0, 0.0, -length_scale, length_scale, length_scale * angle), motion, length_scale)
 
 
 @dataclass(frozen=True)
 class ConstraintTable:
-    """All joints of a mechanism as rows; `owner` (rows,) is the joint each row belongs to.
+    """All joints of a mechanism as constraint rows.
 
-    motions are what the rows' drives refer to, by position.
+    Attributes
+    ----------
+    rows
+        Constraint rows.
+    joint_indices
+        Index of the joint to which each row belongs; shape (rows,).
+    motions
+        Prescribed motions; the field `drive` of a row is an index into them.
     """
 
     rows: ConstraintRows
@@ -144,8 +122,23 @@ class ConstraintTable:
     motions: tuple[PrescribedMotion, ...]
 
 
-def make_constraint_table(mechanism: Mechanism, origins: Mapping[str, tuple[float, float]] | None = None) -> ConstraintTable:
-    """The rows of a mechanism; its bodies' coordinates are counted from `origins` (body axes, m), or mass centres."""
+def make_constraint_table(mechanism: Mechanism, origins: Origins | None = None) -> ConstraintTable:
+    """Return the constraint rows of all joints of a mechanism.
+
+    Rows that are satisfied trivially are left out.
+
+    Parameters
+    ----------
+    mechanism
+        Mechanism with its bodies and joints.
+    origins
+        Origin of each body by name, in body axes (m), to which the poses refer; the mass centre if left out.
+
+    Returns
+    -------
+    ConstraintTable
+        Rows, their joints and the prescribed motions.
+    """
     entries = [
         (index, joint, row)
         for index, joint in enumerate(mechanism.joints)
@@ -153,23 +146,14 @@ def make_constraint_table(mechanism: Mechanism, origins: Mapping[str, tuple[floa
         if not _is_trivially_satisfied(mechanism, joint, row)
     ]
 
-    def anchor(point: Point) -> tuple[float, float]:
-        x, y = (origins or {}).get(point.body, (0.0, 0.0))
-        return point.x - x, point.y - y
-
-    table, curve_segments, motions, n_segments = (
-        np.zeros(len(entries), dtype=CONSTRAINT_ROW_DTYPE),
-        [np.zeros((0, 5))],
-        list[PrescribedMotion](),
-        0,
-    )
+    table, curve_segments, n_segments = np.zeros(len(entries), dtype=CONSTRAINT_ROW_DTYPE), [np.zeros((0, 5))], 0
+    motions: list[PrescribedMotion] = []
     for i, (_, joint, row) in enumerate(entries):
         segments = np.zeros((0, 5)) if row.curve is None else make_curve_segments(row.curve)
         drive = -1 if row.motion is None else len(motions)
-        bodies = [mechanism.body_index(point.body) for point in (joint.first, joint.second)]
+        points = attachment_fields(mechanism, joint.first, joint.second, origins or {})
         parameters = row.parameters + (0.0,) * (N_ROW_PARAMETERS - len(row.parameters))
-        points = (*anchor(joint.first), *anchor(joint.second))
-        table[i] = (row.kind, *bodies, *points, *parameters, row.drive_scale, drive, n_segments, len(segments))
+        table[i] = (row.kind, *points, *parameters, row.drive_scale, drive, n_segments, len(segments))
         curve_segments.append(segments)
         n_segments += len(segments)
         motions += [] if row.motion is None else [row.motion]
@@ -178,24 +162,46 @@ def make_constraint_table(mechanism: Mechanism, origins: Mapping[str, tuple[floa
 
 
 def bodies_of_rows(table: RecordArray) -> IntArray:
-    """The bodies (n, 2) of records with a first and a second one."""
+    """Return the first and second body of each row; shape (n, 2)."""
     return np.stack([table["first"], table["second"]], axis=-1)
 
 
 def _is_trivially_satisfied(mechanism: Mechanism, joint: Joint, row: ConstraintRow) -> bool:
-    """Whether a row only speaks of the turning of bodies that do not turn; refuses it where it contradicts that."""
-    if row.kind != FIXED_DIRECTION or row.parameters[:2] != (0.0, 0.0):
+    """Return whether a row concerns only the angles of bodies that cannot rotate.
+
+    Raises MechanismError if the row demands a rotation of them.
+    """
+    if row.kind != RowKind.FIXED_DIRECTION or row.parameters[:2] != (0.0, 0.0):
         return False
     bodies = [mechanism.body_index(point.body) for point in (joint.first, joint.second)]
     if any(index >= 0 and mechanism.bodies[index].can_rotate for index in bodies):
         return False
     if row.motion is not None or row.parameters[4] != 0.0:
-        raise MechanismError(f"joint {joint.name!r} asks two bodies that do not turn to turn against each other")
+        raise MechanismError(
+            f"joint {joint.name!r} prescribes a relative angle of two bodies that cannot rotate; "
+            "make one of them rotate, or remove the relative angle from the joint"
+        )
     return True
 
 
 def make_curve_segments(curve: Curve) -> FloatArray:
-    """A curve as cubics (pieces, 5): where each starts (m), and its coefficients, highest power first."""
+    """Return a guide curve as cubic segments.
+
+    Parameters
+    ----------
+    curve
+        Polynomial or spline curve y = f(x), m.
+
+    Returns
+    -------
+    FloatArray
+        Start of each segment along x (m), then its coefficients, highest power first; shape (segments, 5).
+
+    Raises
+    ------
+    TypeError
+        If there are no segments for this type of curve.
+    """
     if isinstance(curve, PolynomialCurve):
         coefficients = np.zeros(4)
         coefficients[: len(curve.coefficients)] = curve.coefficients
@@ -203,11 +209,27 @@ def make_curve_segments(curve: Curve) -> FloatArray:
     if isinstance(curve, SplineCurve):
         spline = CubicSpline(curve.x, curve.y)
         return np.column_stack([spline.x[:-1], spline.c.T])
-    raise TypeError(f"no equation is written for curves of type {type(curve).__name__}")
+    raise TypeError(f"no cubic segments are defined for curves of type {type(curve).__name__}")
 
 
 class ConstraintEquations:
-    """All joints of a mechanism as one set of equations, for poses (..., bodies, 3) at times (...) s."""
+    """Constraint equations of all joints of a mechanism, evaluated at many poses at once.
+
+    Poses (..., bodies, 3) are those of the mass centres, in m and rad; times have shape (...) and are in s. Residuals of
+    angles are multiplied by the length scale of the mechanism and are in m.
+
+    Parameters
+    ----------
+    mechanism
+        Mechanism with its bodies and joints.
+
+    Attributes
+    ----------
+    joints
+        Joints of the mechanism.
+    joint_indices
+        Index of the joint to which each row belongs; shape (rows,).
+    """
 
     def __init__(self, mechanism: Mechanism) -> None:
         self.joints = mechanism.joints
@@ -217,54 +239,56 @@ class ConstraintEquations:
 
     @property
     def is_driven(self) -> NDArray[np.bool_]:
-        """(equations,) which ones a drive moves."""
+        """Whether each row is driven; shape (rows,)."""
         is_driven: NDArray[np.bool_] = self._rows.table["drive"] >= 0
         return is_driven
 
     def prescribed_motion(self, times: FloatArray) -> FloatArray:
-        """(..., equations, 3): what drives want of each opening at times (...) s, in m, m/s, m/s2."""
+        """Return the prescribed value (m), rate (m/s) and acceleration (m/s2) of each row; shape (..., rows, 3)."""
         flat_times = np.atleast_1d(np.asarray(times, dtype=np.float64)).ravel()
         result = np.zeros((flat_times.size, len(self.joint_indices), 3))
         for row in np.flatnonzero(self.is_driven):
-            time_function, drive_scale = (self._drive_functions[self._rows.table[row]["drive"]], self._rows.table[row]["drive_scale"])
+            time_function, drive_scale = self._drive_functions[self._rows.table[row]["drive"]], self._rows.table[row]["drive_scale"]
             result[:, row] = drive_scale * np.stack(
                 [time_function(flat_times), time_function.derivative(flat_times), time_function.second_derivative(flat_times)], axis=-1
             )
         return result.reshape(*np.shape(times), len(self.joint_indices), 3)
 
     def residuals(self, poses: FloatArray, times: FloatArray | float = 0.0) -> FloatArray:
-        """(..., equations) m, signed."""
+        """Return the signed residuals (m); shape (..., rows)."""
         result = evaluate_residuals(self._rows, _flatten_poses(poses), self._prescribed_motion_per_pose(poses, times))
         return result.reshape(*poses.shape[:-2], len(self.joint_indices))
 
     def jacobian(self, poses: FloatArray) -> FloatArray:
-        """(..., equations, bodies, 3): m per m, and m per rad."""
+        """Return the derivatives of the residuals with respect to the poses, m/m and m/rad; shape (..., rows, bodies, 3)."""
         result = evaluate_jacobian(self._rows, _flatten_poses(poses))
         return result.reshape(*poses.shape[:-2], len(self.joint_indices), *poses.shape[-2:])
 
     def gamma(self, poses: FloatArray, velocities: FloatArray, times: FloatArray | float = 0.0) -> FloatArray:
-        """(..., equations): what gradients . accelerations must be (m/s2)."""
+        """Return the right-hand side of J * accelerations = gamma (m/s2); shape (..., rows)."""
         result = evaluate_gamma(
             self._rows, _flatten_poses(poses), _flatten_poses(velocities), self._prescribed_motion_per_pose(poses, times)
         )
         return result.reshape(*poses.shape[:-2], len(self.joint_indices))
 
     def gap(self, poses: FloatArray, times: FloatArray | float = 0.0) -> FloatArray:
-        """(...) m: the widest opening of any joint."""
+        """Return the largest absolute residual of any row (m); shape (...)."""
         largest: FloatArray = np.max(np.abs(self.residuals(poses, times)), axis=-1, initial=0.0)
         return largest
 
     def largest_gap(self, poses: FloatArray, time: float = 0.0) -> tuple[Joint, float]:
-        """The joint that is open widest at one set of poses, and its opening (m; signed where it has one equation)."""
+        """Return the joint with the largest gap at one set of poses, and the gap (m), signed if the joint has a single row."""
         residuals = self.residuals(poses, time)
         gaps = [residuals[self.joint_indices == index] for index in range(len(self.joints))]
         worst = max(range(len(gaps)), key=lambda index: math.hypot(*gaps[index]))
         return self.joints[worst], float(gaps[worst][0]) if len(gaps[worst]) == 1 else math.hypot(*gaps[worst])
 
     def _prescribed_motion_per_pose(self, poses: FloatArray, times: FloatArray | float) -> FloatArray:
+        """Return the prescribed motion at each of the flattened poses; shape (n, rows, 3)."""
         all_times = np.broadcast_to(np.asarray(times, dtype=np.float64), poses.shape[:-2])
         return self.prescribed_motion(all_times).reshape(all_times.size, len(self.joint_indices), 3)
 
 
 def _flatten_poses(poses: FloatArray) -> FloatArray:
+    """Return poses as a contiguous array of shape (n, bodies, 3)."""
     return np.ascontiguousarray(poses, dtype=np.float64).reshape(-1, *poses.shape[-2:])

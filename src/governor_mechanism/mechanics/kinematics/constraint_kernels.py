@@ -1,29 +1,47 @@
-"""The joint equations, compiled: every joint is one to three rows of one of a few kinds.
+"""Residuals, Jacobian and right-hand side gamma of the constraint rows, as compiled kernels.
 
-A row is an opening (m) between a point of a first and a point of a second body, along a direction that the kind gives,
-less what a drive asks for. Bodies are indices into poses (bodies, 3); -1 is the ground.
+Every joint is one to three rows of a few kinds. The residual of a row is the distance (m) between a point of a first
+and a point of a second body along a direction that depends on the kind, less the value that a drive prescribes. Bodies
+are indices into poses (bodies, 3); -1 is the ground.
 """
 
 from __future__ import annotations
 
 import math
+from enum import IntEnum
 from typing import NamedTuple
 
 import numpy as np
 
+from governor_mechanism.mechanics.kinematics.input_kernels import evaluate_input, evaluate_input_derivative
+from governor_mechanism.mechanics.kinematics.points import rotate_vector
 from governor_mechanism.numerics.jit import jit, jit_internal
 from governor_mechanism.types import FloatArray, IntArray, RecordArray
 
-DISTANCE, FIXED_DIRECTION, BODY_NORMAL, LINE_ANGLE, FOLLOWER_HEIGHT = 0, 1, 2, 3, 4
-"""Kinds: the distance; the part along a fixed direction, and turning; the part across a line of the first body; the
-angle of the line between the points from the downward vertical; the height of a follower hung from the second point.
 
-Parameters: (length); (direction x, y, m per rad of the first and of the second body's angle, constant, what the first
-point's way counts less than once); (angle, -, -, -, constant); (-, -, -, -, constant); (of the rod's other end x from
-the follower's line, and y, the second point's share of both, length, constant, sign), to which the first point's height
-is added. The last two are rad, and what only readings are."""
+class RowKind(IntEnum):
+    """Kind of a constraint row; d is the vector from the point of the first body to that of the second.
+
+    DISTANCE: |d|. FIXED_DIRECTION: the component of d along a direction fixed in the plane, plus multiples of both body
+    angles. BODY_NORMAL: the component of d normal to a line of the first body, or the distance from a curve on that line.
+    LINE_ANGLE: the angle of d from the downward vertical (rad). FOLLOWER_HEIGHT: the height of a follower that hangs by a
+    link from a rod through the second point, plus the height of the first point. The last two serve as outputs only.
+
+    Parameters p0 to p5: DISTANCE: length. FIXED_DIRECTION: direction x and y, m per rad of the first and of the second
+    angle, constant, and 1 minus the weight of the first point. BODY_NORMAL: angle of the line, -, -, -, constant.
+    LINE_ANGLE: -, -, -, -, constant. FOLLOWER_HEIGHT: x (from the guide of the follower) and y of the other end of the
+    rod, both weighted, weight of the second point, length of the link, constant, sign.
+    """
+
+    DISTANCE = 0
+    FIXED_DIRECTION = 1
+    BODY_NORMAL = 2
+    LINE_ANGLE = 3
+    FOLLOWER_HEIGHT = 4
+
 
 N_ROW_PARAMETERS = 6
+"""Number of parameters of a row, p0 to p5."""
 
 CONSTRAINT_ROW_DTYPE = np.dtype(
     [
@@ -32,18 +50,46 @@ CONSTRAINT_ROW_DTYPE = np.dtype(
         *((name, "i8") for name in ("drive", "first_segment", "n_segments")),
     ]
 )
-"""One equation: its kind, bodies, points on them, parameters, m per unit of what drives it; the program that does, or
--1; first piece and number of pieces of its curve."""
+"""One constraint row.
 
-DRIVE_VALUE, DRIVE_RATE, DRIVE_ACCELERATION, RESIDUAL, GAMMA = range(5)
-"""Columns of what is known of each row at a moment: what a drive asks for (m, m/s, m/s2), opening (m), bend (m/s2)."""
+Kind, both bodies, a point on each (m, in body axes), the parameters, the scale (m per unit of the drive), the input
+that drives it or -1, and first index and number of the segments of its guide curve.
+"""
+
+
+class RowColumn(IntEnum):
+    """Column of the row values: prescribed value (m), rate (m/s) and acceleration (m/s2), residual (m), gamma (m/s2)."""
+
+    DRIVE_VALUE = 0
+    DRIVE_RATE = 1
+    DRIVE_ACCELERATION = 2
+    RESIDUAL = 3
+    GAMMA = 4
+
+
+N_ROW_COLUMNS = len(RowColumn)
+"""Number of columns of the row values."""
+
+
+MIN_DROP_SQUARED = 1e-300
+"""Lower bound (m2) of the squared height of a follower's link, which avoids a division by zero for a horizontal link."""
+
+rotate_vector_jit = jit_internal(rotate_vector)
 
 
 class ConstraintRows(NamedTuple):
-    """All equations of a mechanism: table (rows,) of ROW; ends (rows, 2), its bodies once more; pieces (all pieces, 5):
-    where each cubic of a curve starts (m), and its coefficients, highest power first.
+    """All constraint rows of a mechanism.
 
-    Few arrays, because each costs time in every call.
+    They are few arrays, because each array costs time in every call.
+
+    Attributes
+    ----------
+    table
+        Records of `CONSTRAINT_ROW_DTYPE`; shape (rows,).
+    row_bodies
+        First and second body of each row, as in `table`; shape (rows, 2).
+    curve_segments
+        Cubic segments of all guide curves: start (m), then coefficients, highest power first; shape (segments, 5).
     """
 
     table: RecordArray
@@ -53,19 +99,37 @@ class ConstraintRows(NamedTuple):
 
 @jit_internal
 def evaluate_drives(rows: ConstraintRows, input_cubics: FloatArray, local_time: float, row_values: FloatArray) -> None:
-    """Fill what drives ask for into line (rows, 5); cubics (programs, 4) of the time since."""
+    """Fill the prescribed motion into row_values (rows, 5) from the local cubics of the inputs, shape (inputs, 5)."""
     for i in range(rows.table.size):
         drive, drive_scale = rows.table[i].drive, rows.table[i].drive_scale
         if drive >= 0:
-            a, b, c, d = input_cubics[drive, 0], input_cubics[drive, 1], input_cubics[drive, 2], input_cubics[drive, 3]
-            row_values[i, DRIVE_VALUE] = drive_scale * (((a * local_time + b) * local_time + c) * local_time + d)
-            row_values[i, DRIVE_RATE] = drive_scale * ((3.0 * a * local_time + 2.0 * b) * local_time + c)
-            row_values[i, DRIVE_ACCELERATION] = drive_scale * (6.0 * a * local_time + 2.0 * b)
+            row_values[i, RowColumn.DRIVE_VALUE] = drive_scale * evaluate_input(input_cubics, drive, local_time)
+            row_values[i, RowColumn.DRIVE_RATE] = drive_scale * evaluate_input_derivative(input_cubics, drive, local_time)
+            row_values[i, RowColumn.DRIVE_ACCELERATION] = drive_scale * (
+                6.0 * input_cubics[drive, 0] * local_time + 2.0 * input_cubics[drive, 1]
+            )
 
 
 @jit
 def evaluate_curve(curve_segments: FloatArray, first_segment: int, n_segments: int, x: float) -> tuple[float, float, float]:
-    """Value, slope and second derivative of a curve of `count` cubics, the first at index `first`."""
+    """Return the value of a guide curve and its first two derivatives.
+
+    Parameters
+    ----------
+    curve_segments
+        Cubic segments: start (m), then coefficients, highest power first; shape (segments, 5).
+    first_segment
+        Index of the first segment of the curve.
+    n_segments
+        Number of segments of the curve.
+    x
+        Abscissa, m.
+
+    Returns
+    -------
+    tuple[float, float, float]
+        Value, m, first derivative, and second derivative, 1/m.
+    """
     k = first_segment
     while k + 1 < first_segment + n_segments and x >= curve_segments[k + 1, 0]:
         k += 1
@@ -75,9 +139,10 @@ def evaluate_curve(curve_segments: FloatArray, first_segment: int, n_segments: i
 
 @jit_internal
 def evaluate_rows(rows: ConstraintRows, poses: FloatArray, velocities: FloatArray, row_values: FloatArray, jacobian: FloatArray) -> None:
-    """Fill opening and bend of line (rows, 5), where `ask` was before, and gradient (rows, 2, 3) by both bodies' poses.
+    """Fill residual and gamma of row_values (rows, 5), and the Jacobian (rows, 2, 3) with respect to both bodies' poses.
 
-    bend is what gradient . accelerations must be for joints to stay closed, and drives to be followed.
+    The prescribed motion is in row_values already. J * accelerations = gamma keeps the joints closed and follows the
+    drives.
     """
     for i in range(rows.table.size):
         row = rows.table[i]
@@ -86,19 +151,17 @@ def evaluate_rows(rows: ConstraintRows, poses: FloatArray, velocities: FloatArra
         if first >= 0:
             angle1, w1 = poses[first, 2], velocities[first, 2]
             if x1 != 0.0 or y1 != 0.0:
-                cosine, sine = math.cos(angle1), math.sin(angle1)
-                rx1, ry1 = cosine * x1 - sine * y1, sine * x1 + cosine * y1
+                rx1, ry1 = rotate_vector_jit(angle1, x1, y1)
             x1, y1 = poses[first, 0] + rx1, poses[first, 1] + ry1
             u1, v1 = velocities[first, 0] - ry1 * w1, velocities[first, 1] + rx1 * w1
         x2, y2, rx2, ry2, u2, v2, w2, angle2 = row.x2, row.y2, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0
         if second >= 0:
             angle2, w2 = poses[second, 2], velocities[second, 2]
             if x2 != 0.0 or y2 != 0.0:
-                cosine, sine = math.cos(angle2), math.sin(angle2)
-                rx2, ry2 = cosine * x2 - sine * y2, sine * x2 + cosine * y2
+                rx2, ry2 = rotate_vector_jit(angle2, x2, y2)
             x2, y2 = poses[second, 0] + rx2, poses[second, 1] + ry2
             u2, v2 = velocities[second, 0] - ry2 * w2, velocities[second, 1] + rx2 * w2
-        first_point_weight = 1.0 - row.p5 if row.kind == FIXED_DIRECTION else 1.0
+        first_point_weight = 1.0 - row.p5 if row.kind == RowKind.FIXED_DIRECTION else 1.0
         if first_point_weight != 1.0:
             x1, y1, rx1, ry1, u1, v1 = (
                 first_point_weight * x1,
@@ -110,23 +173,23 @@ def evaluate_rows(rows: ConstraintRows, poses: FloatArray, velocities: FloatArra
             )
         dx, dy, du, dv = x2 - x1, y2 - y1, u2 - u1, v2 - v1
         angle_derivative1 = angle_derivative2 = quadratic_term = 0.0
-        if row.kind == DISTANCE:
+        if row.kind == RowKind.DISTANCE:
             length = math.hypot(dx, dy)
             nx, ny = dx / length, dy / length
             residual = length - row.p0
             radial_velocity = nx * du + ny * dv
             quadratic_term = (du * du + dv * dv - radial_velocity * radial_velocity) / length
-        elif row.kind == FIXED_DIRECTION:
+        elif row.kind == RowKind.FIXED_DIRECTION:
             nx, ny, angle_derivative1, angle_derivative2 = row.p0, row.p1, row.p2, row.p3
             residual = nx * dx + ny * dy + angle_derivative1 * angle1 + angle_derivative2 * angle2 - row.p4
-        elif row.kind == LINE_ANGLE:
+        elif row.kind == RowKind.LINE_ANGLE:
             length_squared = dx * dx + dy * dy
             nx, ny = -dy / length_squared, dx / length_squared
             residual = math.atan2(dx, -dy) - row.p4
             quadratic_term = -2.0 * (nx * du + ny * dv) * (dx * du + dy * dv) / length_squared
-        elif row.kind == FOLLOWER_HEIGHT:
+        elif row.kind == RowKind.FOLLOWER_HEIGHT:
             horizontal_offset, weighted_ratio = row.p0 + row.p2 * x2, row.p5 * row.p2
-            vertical_drop = math.sqrt(max(row.p3 * row.p3 - horizontal_offset * horizontal_offset, 1e-300))
+            vertical_drop = math.sqrt(max(row.p3 * row.p3 - horizontal_offset * horizontal_offset, MIN_DROP_SQUARED))
             rod_slope = horizontal_offset / vertical_drop
             nx, ny = weighted_ratio * rod_slope, weighted_ratio
             residual = row.p5 * (row.p1 + row.p2 * y2 - vertical_drop) + y1 - row.p4
@@ -140,7 +203,7 @@ def evaluate_rows(rows: ConstraintRows, poses: FloatArray, velocities: FloatArra
             normal_offset, axial_offset = nx * dx + ny * dy, ux * dx + uy * dy
             normal_velocity, axial_velocity = nx * du + ny * dv, ux * du + uy * dv
             residual = normal_offset - row.p4
-            angle_derivative1 = -axial_offset  # the line turns with its body
+            angle_derivative1 = -axial_offset  # the line rotates with its body
             quadratic_term = -2.0 * w1 * axial_velocity - w1 * w1 * normal_offset
             if row.n_segments > 0:
                 curve_value, curve_derivative, curve_second_derivative = evaluate_curve(
@@ -154,32 +217,67 @@ def evaluate_rows(rows: ConstraintRows, poses: FloatArray, velocities: FloatArra
                     + curve_second_derivative * slot_velocity * slot_velocity
                 )
                 nx, ny = nx - curve_derivative * ux, ny - curve_derivative * uy
-        row_values[i, RESIDUAL] = residual - row_values[i, DRIVE_VALUE]
+        row_values[i, RowColumn.RESIDUAL] = residual - row_values[i, RowColumn.DRIVE_VALUE]
         jacobian[i, 0, 0], jacobian[i, 0, 1] = -first_point_weight * nx, -first_point_weight * ny
         jacobian[i, 0, 2] = nx * ry1 - ny * rx1 + angle_derivative1
         jacobian[i, 1, 0], jacobian[i, 1, 1], jacobian[i, 1, 2] = nx, ny, ny * rx2 - nx * ry2 + angle_derivative2
-        if row.kind == FOLLOWER_HEIGHT:
+        if row.kind == RowKind.FOLLOWER_HEIGHT:
             jacobian[i, 0, 0], jacobian[i, 0, 1], jacobian[i, 0, 2] = 0.0, 1.0, rx1
         centripetal_x, centripetal_y = w1 * w1 * rx1 - w2 * w2 * rx2, w1 * w1 * ry1 - w2 * w2 * ry2
-        row_values[i, GAMMA] = row_values[i, DRIVE_ACCELERATION] - (nx * centripetal_x + ny * centripetal_y + quadratic_term)
+        row_values[i, RowColumn.GAMMA] = row_values[i, RowColumn.DRIVE_ACCELERATION] - (
+            nx * centripetal_x + ny * centripetal_y + quadratic_term
+        )
 
 
 @jit
 def evaluate_residuals(rows: ConstraintRows, poses: FloatArray, drive_values: FloatArray) -> FloatArray:
-    """Openings (n, rows) of poses (n, bodies, 3), less what is asked (n, rows, 3)."""
-    return _evaluate_column(rows, poses, np.zeros(poses.shape), drive_values, RESIDUAL)
+    """Return the residuals of constraint rows at many poses.
+
+    Parameters
+    ----------
+    rows
+        Constraint rows.
+    poses
+        Poses of the body origins, m and rad; shape (n, bodies, 3).
+    drive_values
+        Prescribed value, rate and acceleration of each row; shape (n, rows, 3).
+
+    Returns
+    -------
+    FloatArray
+        Residuals, m; shape (n, rows).
+    """
+    return _evaluate_column(rows, poses, np.zeros(poses.shape), drive_values, RowColumn.RESIDUAL)
 
 
 @jit
 def evaluate_gamma(rows: ConstraintRows, poses: FloatArray, velocities: FloatArray, drive_values: FloatArray) -> FloatArray:
-    """What gradient . accelerations must be (n, rows), from poses and velocities (n, bodies, 3), asked (n, rows, 3)."""
-    return _evaluate_column(rows, poses, velocities, drive_values, GAMMA)
+    """Return the right-hand side of J * accelerations = gamma at many states.
+
+    Parameters
+    ----------
+    rows
+        Constraint rows.
+    poses
+        Poses of the body origins, m and rad; shape (n, bodies, 3).
+    velocities
+        Their time derivatives; shape (n, bodies, 3).
+    drive_values
+        Prescribed value, rate and acceleration of each row; shape (n, rows, 3).
+
+    Returns
+    -------
+    FloatArray
+        Gamma, m/s2; shape (n, rows).
+    """
+    return _evaluate_column(rows, poses, velocities, drive_values, RowColumn.GAMMA)
 
 
 @jit_internal
 def _evaluate_column(rows: ConstraintRows, poses: FloatArray, velocities: FloatArray, drive_values: FloatArray, column: int) -> FloatArray:
+    """Return one column of the row values at many states; shape (n, rows)."""
     n_rows = rows.table.size
-    result, row_values, jacobian = np.empty((poses.shape[0], n_rows)), np.empty((n_rows, 5)), np.empty((n_rows, 2, 3))
+    result, row_values, jacobian = np.empty((poses.shape[0], n_rows)), np.empty((n_rows, N_ROW_COLUMNS)), np.empty((n_rows, 2, 3))
     for k in range(poses.shape[0]):
         for i in range(n_rows):
             for c in range(3):
@@ -192,10 +290,23 @@ def _evaluate_column(rows: ConstraintRows, poses: FloatArray, velocities: FloatA
 
 @jit
 def evaluate_jacobian(rows: ConstraintRows, poses: FloatArray) -> FloatArray:
-    """Gradients (n, rows, bodies, 3) of the openings, by all poses."""
+    """Return the Jacobian of the residuals at many poses.
+
+    Parameters
+    ----------
+    rows
+        Constraint rows.
+    poses
+        Poses of the body origins, m and rad; shape (n, bodies, 3).
+
+    Returns
+    -------
+    FloatArray
+        Derivatives with respect to all poses, m/m and m/rad; shape (n, rows, bodies, 3).
+    """
     n_rows = rows.table.size
     result, zero_velocities = np.zeros((poses.shape[0], n_rows, poses.shape[1], 3)), np.zeros(poses.shape[1:])
-    row_values, jacobian = np.zeros((n_rows, 5)), np.empty((n_rows, 2, 3))
+    row_values, jacobian = np.zeros((n_rows, N_ROW_COLUMNS)), np.empty((n_rows, 2, 3))
     for k in range(poses.shape[0]):
         evaluate_rows(rows, poses[k], zero_velocities, row_values, jacobian)
         for i in range(n_rows):

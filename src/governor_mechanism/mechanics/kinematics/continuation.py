@@ -1,8 +1,8 @@
-"""Follow a mechanism of mobility one from its sketch, the way that its joints leave free, to where that ends.
+"""Path continuation of a mechanism with one degree of freedom, from its initial guess to the end of its motion.
 
-An end is a limit of a reading, a dead centre where the coordinate turns back (beyond it some joint would stay open), a
-change point where the joints leave a second way to go, a body that comes to the spindle axis, or the sketch itself
-again, come all the way round.
+An end is a limit of a reading, a turning point of the coordinate (beyond it some joint would stay open), a change point where
+the joints leave a second direction of motion, a mass centre that reaches the spindle axis, or the initial guess again after a
+closed motion.
 """
 
 from __future__ import annotations
@@ -20,45 +20,47 @@ from governor_mechanism.errors import MechanismError
 from governor_mechanism.mechanics.kinematics.assembly import PositionSolver
 from governor_mechanism.mechanics.kinematics.output_variables import evaluate_output, evaluate_output_value
 from governor_mechanism.mechanics.kinematics.path_interpolant import PathPoint
-from governor_mechanism.model.mechanism import LineAngle, Mechanism
+from governor_mechanism.model.mechanism import Mechanism
+from governor_mechanism.model.output_variables import LineAngle
+from governor_mechanism.numerics.hermite import cubic_hermite
 from governor_mechanism.numerics.least_squares import RANK_TOLERANCE
 from governor_mechanism.types import FloatArray
 
 INITIAL_PATH_STEP, MIN_PATH_STEP, MAX_PATH_STEP = 0.02, 1e-5, 1.0
-"""First, shortest and longest step along the motion, in machine sizes and rad together."""
+"""First, smallest and largest step along the path, as the norm of all changes in length scales and rad."""
 
 MAX_CORRECTOR_RATIO = 0.2
-"""A step whose joints close farther from where it aimed than this part of it is taken again, shorter."""
+"""Largest distance of the corrected point from the predicted one relative to the step; a longer one halves the step."""
 
 STEP_DOUBLING_CURVATURE = 0.02
-"""Where joints and readings bend by less than this part of a step, the next one is twice as long."""
+"""Deviation of poses and readings from their linear prediction, relative to the step, below which the step is doubled."""
 
 MIN_CONDITION_RATIO = 0.5
-"""A step on which the joints' independence falls below this part of itself is taken again, shorter."""
+"""Smallest ratio of the reciprocal condition numbers at the ends of a step; below it the step is halved."""
 
 BIFURCATION_TOLERANCE = 1e-6
-"""Least singular value of the joints' equations, of its largest, that counts as none: there the motion may fork."""
+"""Reciprocal condition number of the joint Jacobian below which it is rank-deficient and the path may bifurcate."""
 
 ILL_CONDITIONED_LIMIT = 1e-3
-"""Joints less independent than this leave poses open by some roots of rounding."""
+"""Reciprocal condition number below which closing the joints leaves pose errors much larger than rounding."""
 
 PATH_CLOSURE_TOLERANCE = 1e-6
-"""Machine sizes, and rad: poses so near the sketch's, but for whole turns, are the sketch's again."""
+"""Distance from the initial poses, apart from whole turns, below which the path is closed; length scales and rad."""
 
 MAX_PATH_LENGTH = 50.0
-"""Machine sizes, and rad: a motion without end is followed so far."""
+"""Length at which the continuation of an unbounded motion stops; length scales and rad."""
 
 
 @dataclass(frozen=True, eq=False)
 class ContinuationPoint(PathPoint):
-    """A station with the joints' independence there; `ahead` is the free direction, of unit length, onward."""
+    """A path point with the reciprocal condition number of the joint Jacobian; `tangent` is the unit vector of the free coordinates."""
 
     reciprocal_condition: float
 
 
 @dataclass(frozen=True, eq=False)
 class PathEnd:
-    """Where a way ends: value of the coordinate, what happens there, the stations up to it, whether it came round."""
+    """The end of a path: coordinate, message, the points up to it, and whether the path is closed."""
 
     value: float
     message: str
@@ -67,14 +69,18 @@ class PathEnd:
 
 
 class PathContinuation:
-    """Follows one mechanism from its sketch. Raises MechanismError where that cannot be done."""
+    """Trace the motion of one mechanism from its initial guess.
+
+    Raises MechanismError if the mechanism has another number of degrees of freedom or if the coordinate is at a turning point.
+    """
 
     def __init__(self, mechanism: Mechanism, *, rotates_with_spindle: bool) -> None:
         self.mechanism, self.position_solver = mechanism, PositionSolver(mechanism)
         initial_poses = self.position_solver.solve({})
         if self.position_solver.count_degrees_of_freedom(initial_poses) != 1:
             raise MechanismError(
-                f"a travel has one coordinate; this mechanism has mobility {self.position_solver.count_degrees_of_freedom(initial_poses)}"
+                "a range of motion needs one degree of freedom; this mechanism has mobility "
+                f"{self.position_solver.count_degrees_of_freedom(initial_poses)}"
             )
         self._is_angle = mechanism.reading(mechanism.coordinate).quantity == "angle"
         self._coordinate_scale = 1.0 if self._is_angle else mechanism.length_scale
@@ -90,14 +96,14 @@ class PathContinuation:
             )
         )
         if abs(coordinate_derivative) < RANK_TOLERANCE * self._coordinate_scale:
-            raise MechanismError(f"{mechanism.coordinate!r} stands at a dead centre in the sketch; sketch it a little further on")
+            raise MechanismError(f"{mechanism.coordinate!r} is at a turning point in the initial guess; move the initial guess a little")
         value = self._output_value(mechanism.coordinate, initial_poses)
         self.start = self._make_point(initial_poses, right_singular_vectors[-1] * math.copysign(1.0, coordinate_derivative), value, 0.0)
         self._axis_crossing_bodies = [k for k in range(len(mechanism.bodies)) if rotates_with_spindle and self._crosses_axis(k)]
         self._monitored_readings = list(dict.fromkeys([mechanism.coordinate, *(limit.reading for limit in mechanism.limits)]))
 
     def find_end(self, direction: float) -> PathEnd:
-        """The end that lies this way (1 or -1) and the stations to it, the sketch first."""
+        """Return the end of the path in a direction (1 or -1 along the coordinate), with its points from the initial guess on."""
         point, step = (
             replace(self.start, tangent=direction * self.start.tangent, coordinate_derivative=direction * self.start.coordinate_derivative),
             INITIAL_PATH_STEP,
@@ -113,17 +119,17 @@ class PathContinuation:
                 return self._make_end(points, *end_found, direction)
             points.append(next_point)
             point = next_point
-        message = f"the motion was followed no farther than {MAX_PATH_LENGTH:g} machine sizes or rad"
+        message = f"the motion was followed over a length of {MAX_PATH_LENGTH:g} length scales or rad and no farther"
         return self._make_end(points, point, message, direction)
 
     def pose_increment(self, end: PathEnd) -> FloatArray:
-        """What the way adds to the poses (bodies, 3) that come round: whole turns of bodies."""
+        """Return the change of the poses (bodies, 3) over a closed path: whole turns of bodies."""
         increment = np.zeros_like(self.start.poses)
         increment[:, 2] = math.tau * np.round((end.points[-1].poses - self.start.poses)[:, 2] / math.tau)
         return increment
 
     def _make_end(self, points: list[ContinuationPoint], last_point: ContinuationPoint, message: str, direction: float) -> PathEnd:
-        """An end with its stations as a track counts them: places and slopes onward in the coordinate."""
+        """Return a path end whose points have arc length and tangent oriented with increasing coordinate."""
         path_points = [
             PathPoint(
                 direction * point.arc_length,
@@ -140,7 +146,7 @@ class PathContinuation:
         return self.position_solver.expand_free(self.position_solver.free_coordinate_scales * point.tangent)
 
     def _next_point(self, point: ContinuationPoint, step: float) -> tuple[ContinuationPoint, float]:
-        """The next station, and how long a step to try from there."""
+        """Return the next point and the step to try from there."""
         while True:
             next_point, corrector_distance = self._try_step(point, step)
             is_close = next_point is not None and corrector_distance < MAX_CORRECTOR_RATIO * step
@@ -163,7 +169,7 @@ class PathContinuation:
         return next_point, step if curvature < 2 * STEP_DOUBLING_CURVATURE else max(step / 2, min(step, INITIAL_PATH_STEP))
 
     def _try_step(self, point: ContinuationPoint, step: float) -> tuple[ContinuationPoint | None, float]:
-        """The station so far on, if the joints close there, and how far (machine sizes, rad) from where it aimed."""
+        """Return the corrected point after a step, or None if the joints do not close, and its distance from the predicted one."""
         predicted = point.poses + step * self._body_tangent(point)
         try:
             poses = self.position_solver.solve({}, predicted)
@@ -177,7 +183,7 @@ class PathContinuation:
         ), corrector_distance
 
     def _linearity_error(self, name: str, point: ContinuationPoint, next_point: ContinuationPoint) -> float:
-        """How far (machine sizes, rad) a reading strays from going on as it goes."""
+        """Return the deviation of a reading from its linear prediction over a step, in length scales or rad."""
         output_variable = self.mechanism.reading(name)
         change = self._output_value(name, next_point.poses) - self._output_value(name, point.poses)
         change = math.remainder(change, math.tau) if isinstance(output_variable, LineAngle) else change
@@ -188,10 +194,10 @@ class PathContinuation:
     def _make_point(
         self, poses: FloatArray, previous_tangent: FloatArray, value: float = 0.0, arc_length: float = 0.0
     ) -> ContinuationPoint:
-        """The station at assembled poses; its direction is the free one that goes on as `onward` does."""
+        """Return the point at assembled poses, with the free direction that continues the previous tangent."""
         singular_values, right_singular_vectors = np.linalg.svd(self.position_solver.scaled_joint_jacobian(poses), full_matrices=True)[1:]
         reciprocal_condition = float(singular_values[self._rank - 1] / singular_values[0]) if self._rank else 1.0
-        # Where the joints leave a second way to go, the one that goes straight on is taken.
+        # Where the joints leave a second direction of motion, the tangent is continued straight on.
         null_space = right_singular_vectors[self._rank - (1 if reciprocal_condition < BIFURCATION_TOLERANCE else 0) :]
         tangent = null_space.T @ (null_space @ previous_tangent)
         tangent = tangent / np.linalg.norm(tangent)
@@ -201,7 +207,7 @@ class PathContinuation:
         return ContinuationPoint(arc_length, value, coordinate_derivative, poses, tangent, reciprocal_condition)
 
     def _find_end_in_step(self, points: list[ContinuationPoint], direction: float, n_turns: int) -> tuple[ContinuationPoint, str] | None:
-        """The end that lies within the last step, if one does, and words; none where so many turns have been gone."""
+        """Return the end within the last step with its message, or None if there is none or only a turn already counted."""
         point, next_point = points[-2:]
         ends = [
             (self._locate_zero(point, next_point, violation), message)
@@ -224,12 +230,12 @@ class PathContinuation:
         for first, middle, last in triples:
             if middle.reciprocal_condition < min(first.reciprocal_condition, last.reciprocal_condition):
                 change_point = self._find_change_point([first, middle, last])
-                message = "the joints leave a second way to go there: a change point"
+                message = "change point: the joints leave a second direction of motion"
                 ends += [] if change_point is None else [(change_point, message)]
         return min(ends, key=lambda end: direction * end[0].value, default=None)
 
     def _point_after(self, previous: ContinuationPoint, distance: float) -> ContinuationPoint:
-        """The station so far beyond another."""
+        """Return the assembled point at a distance after another one."""
         return self._point_at_poses(self._correct_poses(previous, distance), previous, distance)
 
     def _point_at_poses(self, poses: FloatArray, previous: ContinuationPoint, distance: float) -> ContinuationPoint:
@@ -238,7 +244,7 @@ class PathContinuation:
     def _end_conditions(
         self, point: ContinuationPoint, direction: float, n_turns: int
     ) -> Iterator[tuple[Callable[[FloatArray], float], str]]:
-        """What must stay below zero on the way, and what is said where it does not; nothing for a whole turn."""
+        """Yield functions that are negative on the path, each with the message of its zero; a whole turn has an empty message."""
         mechanism, initial_value = self.mechanism, self.start.value
         for limit in mechanism.limits:
             if limit.reading != mechanism.coordinate:
@@ -246,13 +252,13 @@ class PathContinuation:
                 yield self._limit_violation(limit.reading, 1.0, limit.high), limit.high_message
         for k in self._axis_crossing_bodies:
             side = math.copysign(1.0, self.start.poses[k, 0])
-            message = f"the mass centre of {mechanism.bodies[k].name!r} comes to the spindle axis"
+            message = f"the mass centre of {mechanism.bodies[k].name!r} reaches the spindle axis"
             yield partial(_axis_crossing_distance, k, side), message
         if self._is_angle:
             yield (lambda poses: direction * (self._unwrapped_coordinate(poses, point.value) - initial_value) - n_turns * math.tau, "")
 
     def _matches_start(self, poses: FloatArray) -> bool:
-        """Whether poses are the sketch's again, but for whole turns of bodies."""
+        """Return whether poses are the initial ones apart from whole turns of bodies."""
         difference = poses - self.start.poses
         difference[:, 2] -= math.tau * np.round(difference[:, 2] / math.tau)
         return bool(
@@ -265,7 +271,7 @@ class PathContinuation:
     def _locate_zero(
         self, point: ContinuationPoint, next_point: ContinuationPoint, violation: Callable[[FloatArray], float]
     ) -> ContinuationPoint:
-        """The station between two at which an excess vanishes."""
+        """Return the point between two at which a violation function is zero."""
         if violation(point.poses) >= 0.0:
             return self._point_after(point, 0.0)
         length = next_point.arc_length - point.arc_length
@@ -277,77 +283,69 @@ class PathContinuation:
         return self._point_at_poses(self._hermite_poses(point, next_point, distance), point, distance)
 
     def _hermite_poses(self, point: ContinuationPoint, next_point: ContinuationPoint, distance: float) -> FloatArray:
-        """Poses on the cubic from one station to the next: where the joints hardly settle them, better than closed."""
+        """Return poses on the cubic between two points; near a singularity they are more accurate than assembled ones."""
         length = next_point.arc_length - point.arc_length
-        fraction, start_derivative, end_derivative = (
-            distance / length,
-            length * self._body_tangent(point),
-            length * self._body_tangent(next_point),
+        poses: FloatArray = cubic_hermite(
+            point.poses, next_point.poses, self._body_tangent(point), self._body_tangent(next_point), length, distance / length
         )
-        a, c = point.poses, next_point.poses
-        interpolated: FloatArray = a + fraction * (
-            start_derivative
-            + fraction
-            * (3 * (c - a) - 2 * start_derivative - end_derivative + fraction * (start_derivative + end_derivative - 2 * (c - a)))
-        )
-        return interpolated
+        return poses
 
     def _correct_poses(self, point: ContinuationPoint, distance: float) -> FloatArray:
         return self.position_solver.solve({}, point.poses + distance * self._body_tangent(point))
 
     def _find_change_point(self, points: list[ContinuationPoint]) -> ContinuationPoint | None:
-        """The station between three at which the joints depend on each other, if they do."""
-        for here, there in pairwise(points):
+        """Return the point between three at which the joint Jacobian loses rank, or None."""
+        for point, next_point in pairwise(points):
             minimum = minimize_scalar(
-                lambda way, here=here, there=there: (
-                    self._point_at_poses(self._hermite_poses(here, there, way), here, way).reciprocal_condition
+                lambda distance, point=point, next_point=next_point: (
+                    self._point_at_poses(self._hermite_poses(point, next_point, distance), point, distance).reciprocal_condition
                 ),
-                bounds=(0.0, there.arc_length - here.arc_length),
+                bounds=(0.0, next_point.arc_length - point.arc_length),
                 method="bounded",
                 options={"xatol": 1e-12},
             )
             if minimum.fun < BIFURCATION_TOLERANCE:
-                return self._point_at_poses(self._hermite_poses(here, there, float(minimum.x)), here, float(minimum.x))
+                return self._point_at_poses(self._hermite_poses(point, next_point, float(minimum.x)), point, float(minimum.x))
         return None
 
     def _directed_derivative(self, point: ContinuationPoint, direction: float) -> float:
-        """How fast the coordinate goes its way (sign) along the motion."""
+        """Return the derivative of the coordinate along the path in a direction (1 or -1)."""
         return direction * point.coordinate_derivative
 
     def _turning_point_message(self, poses: FloatArray, direction: float) -> str:
-        """Why the coordinate goes no farther: the joint that would stay open beyond."""
+        """Return why the coordinate turns back: the joint that would stay open beyond."""
         name, value = self.mechanism.coordinate, self._output_value(self.mechanism.coordinate, poses)
         try:
-            with np.errstate(invalid="ignore"):  # a distance that vanishes has no direction
+            with np.errstate(invalid="ignore"):  # a vanishing distance has no direction
                 self.position_solver.solve_at_coordinate(value + direction * 1e-3 * self._coordinate_scale, poses)
         except MechanismError as error:
-            return f"dead centre: {name} turns back; beyond, {error.problems[0].partition(': ')[2]}"
-        return f"dead centre: {name} turns back there"
+            return f"turning point: {name} turns back; beyond it, {error.problems[0].partition(': ')[2]}"
+        return f"turning point: {name} turns back there"
 
     def _crosses_axis(self, k: int) -> bool:
-        """Whether a body moves off the spindle axis and on to it, in the sketch."""
+        """Return whether the mass centre of a body is off the spindle axis and moves towards or away from it at the initial guess."""
         horizontal_tangent = self._body_tangent(self.start)[k, 0]
         is_off_axis = abs(self.start.poses[k, 0]) > RANK_TOLERANCE * self.mechanism.length_scale
         return bool(is_off_axis and abs(horizontal_tangent) > RANK_TOLERANCE * self.mechanism.length_scale)
 
     def _output_gradient(self, name: str, poses: FloatArray) -> FloatArray:
-        """By the free coordinates; a distance that vanishes has no direction, and none is taken."""
+        """Return the gradient of a reading by the free coordinates; zero where a vanishing distance has no direction."""
         with np.errstate(invalid="ignore"):
             gradient = evaluate_output(self.mechanism, name, poses).gradient.ravel()[self.position_solver.free_mask]
         return np.nan_to_num(gradient)
 
     def _unwrapped_coordinate(self, poses: FloatArray, reference: float) -> float:
-        """The coordinate at poses; one that jumps at half a turn is counted on from a value near by."""
+        """Return the coordinate at poses; the angle of a line is unwrapped to the value nearest the reference."""
         value = self._output_value(self.mechanism.coordinate, poses)
         if isinstance(self.mechanism.reading(self.mechanism.coordinate), LineAngle):
             return reference + math.remainder(value - reference, math.tau)
         return value
 
     def _output_value(self, name: str, poses: FloatArray) -> float:
-        with np.errstate(invalid="ignore"):  # a distance that vanishes: its value is sound
+        with np.errstate(invalid="ignore"):  # a vanishing distance: its value is correct
             return float(evaluate_output_value(self.mechanism, name, poses))
 
 
 def _axis_crossing_distance(body: int, side: float, poses: FloatArray) -> float:
-    """How far (m) a body has come beyond the spindle axis from its side of it (1 or -1)."""
+    """Return how far, m, a mass centre has passed the spindle axis from its original side (1 or -1)."""
     return -side * float(poses[body, 0])

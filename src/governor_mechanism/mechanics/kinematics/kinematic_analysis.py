@@ -1,4 +1,4 @@
-"""Kinematics: how a driven mechanism stands and moves along its coordinate, or in the time of its drives."""
+"""Kinematic analysis: positions, velocities and accelerations of a driven mechanism without integration."""
 
 from __future__ import annotations
 
@@ -17,15 +17,31 @@ from governor_mechanism.numerics.least_squares import RANK_TOLERANCE
 from governor_mechanism.types import FloatArray
 
 TIME_VARIABLE = "time"
-"""The name of what drives follow."""
+"""Name of the independent variable of drivers."""
 
 
 @dataclass(frozen=True, kw_only=True)
 class Kinematics:
-    """A mechanism at n values of a coordinate, or at n times: nothing is integrated.
+    """Kinematics of a mechanism at n values of a reading, or at n times.
 
-    poses, velocities, accelerations (n, bodies, 3) of mass centres in m, rad, s; readings map names to (n,) SI arrays,
-    rates and accelerations_of them to their first and second time derivatives.
+    Attributes
+    ----------
+    over
+        Name of the reading, or "time".
+    values
+        Values of the reading, SI, or times, s; shape (n,).
+    poses
+        Poses of the mass centres, m and rad; shape (n, bodies, 3).
+    velocities
+        Velocities, m/s and rad/s; shape (n, bodies, 3).
+    accelerations
+        Accelerations, m/s2 and rad/s2; shape (n, bodies, 3).
+    readings
+        Readings by name, SI; shape (n,).
+    rates
+        First time derivatives of the readings; shape (n,).
+    reading_accelerations
+        Second time derivatives of the readings; shape (n,).
     """
 
     over: str
@@ -41,24 +57,49 @@ class Kinematics:
 def solve_kinematics(
     scene: Scene, over: str, values: Sequence[float] | FloatArray, rate: float = 1.0, acceleration: float = 0.0
 ) -> Kinematics:
-    """Positions, velocities and accelerations of a scene's mechanism over values (n,) of a reading, or over times.
+    """Return positions, velocities and accelerations over values of a reading or over time.
 
-    Over a reading (SI), the scene's drives are taken off, and the reading moves at `rate` and `acceleration` (SI/s,
-    SI/s2) at each value. Over "time" (s), the drives themselves move it. Raises MechanismError for a mechanism that
-    this does not settle, and where it cannot be assembled or stands at a dead centre.
+    Over a reading, it drives the mechanism in place of the scene's drivers. Over "time", the drivers move it.
+
+    Parameters
+    ----------
+    scene
+        Scene of one part.
+    over
+        Name of a reading, or "time".
+    values
+        Values of the reading, SI, or times, s; shape (n,).
+    rate
+        First time derivative of the reading at each value, SI/s.
+    acceleration
+        Second time derivative of the reading at each value, SI/s2.
+
+    Returns
+    -------
+    Kinematics
+        The motion.
+
+    Raises
+    ------
+    MechanismError
+        If degrees of freedom remain, if the mechanism cannot be assembled, or at a singular configuration.
     """
     samples = _validate_samples(over, values, rate, acceleration)
     mechanism = scene.part.mechanism
     if over == TIME_VARIABLE:
         kinematic_solver = _KinematicSolver(mechanism, [], {})
-        _require_degrees_of_freedom(mechanism, kinematic_solver.degrees_of_freedom(), 0, "over 'time' its drives must hold it")
+        _require_degrees_of_freedom(
+            mechanism, kinematic_solver.degrees_of_freedom(), 0, "over 'time' the drivers must determine the motion"
+        )
     else:
         mechanism.reading(over)
         joints = tuple(joint for joint in mechanism.joints if not isinstance(joint, RotationalDriver | TranslationalDriver))
         mechanism = replace(mechanism, joints=joints)
         start_values = {name: value for name, value in scene.start.values.items() if isinstance(value, float | int)}
         kinematic_solver = _KinematicSolver(mechanism, [over], start_values)
-        _require_degrees_of_freedom(mechanism, kinematic_solver.degrees_of_freedom(), 1, f"over {over!r} one reading must settle it")
+        _require_degrees_of_freedom(
+            mechanism, kinematic_solver.degrees_of_freedom(), 1, f"over {over!r} one reading must determine the motion"
+        )
     states = [kinematic_solver.solve_at(float(value), rate, acceleration) for value in samples]
     poses, velocities, accelerations = (np.array(column) for column in zip(*states, strict=True))
     output_derivatives = {reading.name: evaluate_output(mechanism, reading.name, poses, velocities) for reading in mechanism.readings}
@@ -78,24 +119,25 @@ def solve_kinematics(
 
 
 class _KinematicSolver:
-    """Goes from value to value, each assembled from the one before."""
+    """Kinematic solver. Each assembly starts from the previous one."""
 
     def __init__(self, mechanism: Mechanism, driving_readings: list[str], start_values: Mapping[str, float | str]) -> None:
         self._mechanism, self._driving_readings = mechanism, driving_readings
         self._guess = PositionSolver(mechanism).solve({name: float(value) for name, value in start_values.items()})
 
     def degrees_of_freedom(self) -> int:
+        """Return the number of degrees of freedom without the driving readings."""
         return PositionSolver(self._mechanism).count_degrees_of_freedom(self._guess)
 
     def solve_at(self, value: float, rate: float, acceleration: float) -> tuple[FloatArray, FloatArray, FloatArray]:
-        """Poses, velocities and accelerations (bodies, 3) at one value, or one time."""
+        """Return poses, velocities and accelerations (bodies, 3) at one value or time."""
         mechanism, driving_readings = self._mechanism, self._driving_readings
         time = 0.0 if driving_readings else value
         position_solver = PositionSolver(mechanism, time)
         try:
             poses = position_solver.solve(dict.fromkeys(driving_readings, value), self._guess)
         except MechanismError as error:
-            time_clause = "" if driving_readings else f"at t = {value:.6g} s, where its drives stand then: "
+            time_clause = "" if driving_readings else f"at t = {value:.6g} s, at the positions of its drivers: "
             raise MechanismError(f"{time_clause}{error}") from error
         self._guess = poses
         equations, free = position_solver.equations, position_solver.free_mask
@@ -128,14 +170,14 @@ def _require_nonsingular(position_solver: PositionSolver, jacobian: FloatArray, 
     if np.sum(singular_values > RANK_TOLERANCE * singular_values[0]) < len(coordinate_scale):
         location = f"{driving_readings[0]} = {value:.6g}" if driving_readings else f"t = {value:.6g} s"
         raise MechanismError(
-            f"at {location} the mechanism stands at a dead centre or change point: what drives it there does not settle "
-            "how it moves; leave that value out, or drive it elsewhere"
+            f"at {location} the configuration is singular: the drivers do not determine the motion; "
+            "leave this value out, or drive the mechanism elsewhere"
         )
 
 
 def _require_degrees_of_freedom(mechanism: Mechanism, degrees_of_freedom: int, required: int, reason: str) -> None:
     if degrees_of_freedom != required:
-        raise MechanismError(f"kinematics need mobility {required}: {reason}; this mechanism has mobility {degrees_of_freedom} then")
+        raise MechanismError(f"a kinematic analysis needs {required} degrees of freedom: {reason}; this mechanism has {degrees_of_freedom}")
 
 
 def _validate_samples(over: str, values: Sequence[float] | FloatArray, rate: float, acceleration: float) -> FloatArray:

@@ -1,4 +1,4 @@
-"""Readings as equations: value, gradient and what velocities bend of every named output, over whole trajectories."""
+"""Output variables: value, gradient and velocity-dependent acceleration term of every reading, along whole trajectories."""
 
 from __future__ import annotations
 
@@ -8,15 +8,17 @@ from functools import singledispatch
 import numpy as np
 
 from governor_mechanism.mechanics.kinematics.points import BodyPoint, body_point
-from governor_mechanism.model.mechanism import BodyAngle, FollowerHeight, LineAngle, Mechanism, PointCoordinate, PointDistance, Reading
+from governor_mechanism.model.mechanism import Mechanism
+from governor_mechanism.model.output_variables import BodyAngle, FollowerHeight, LineAngle, PointCoordinate, PointDistance, Reading
 from governor_mechanism.types import FloatArray
 
 
 @dataclass(frozen=True)
 class OutputDerivatives:
-    """A reading at poses (..., bodies, 3): value (...) SI; gradient (..., bodies, 3) SI per m, and per rad.
+    """An output variable and its derivatives at poses (..., bodies, 3).
 
-    bend (...) SI/s2 is what its second derivative has beside gradient . accelerations, from the velocities.
+    value (...) in SI; gradient (..., bodies, 3) in SI per m and per rad; quadratic_velocity_term (...) in SI/s2: the second time
+    derivative minus gradient times accelerations.
     """
 
     value: FloatArray
@@ -25,29 +27,76 @@ class OutputDerivatives:
 
 
 def evaluate_output(mechanism: Mechanism, name: str, poses: FloatArray, velocities: FloatArray | None = None) -> OutputDerivatives:
-    """A reading at poses and velocities (..., bodies, 3); at rest where no velocities are given."""
+    """Evaluate a reading and its derivatives.
+
+    Parameters
+    ----------
+    mechanism
+        The mechanism with that reading.
+    name
+        Name of the reading.
+    poses
+        Poses; shape (..., bodies, 3).
+    velocities
+        Velocities; same shape. Default: zero.
+
+    Returns
+    -------
+    OutputDerivatives
+        Value, gradient and quadratic velocity term.
+    """
     given_velocities = np.zeros_like(poses) if velocities is None else velocities
     return _evaluate_output_variable(mechanism.reading(name), mechanism, poses, given_velocities)
 
 
 def evaluate_output_value(mechanism: Mechanism, name: str, poses: FloatArray) -> FloatArray:
-    """Value (...) of a reading in SI, from poses (..., bodies, 3)."""
+    """Return the value of a reading.
+
+    Parameters
+    ----------
+    mechanism
+        The mechanism with that reading.
+    name
+        Name of the reading.
+    poses
+        Poses; shape (..., bodies, 3).
+
+    Returns
+    -------
+    FloatArray
+        Value, SI; shape (...).
+    """
     return evaluate_output(mechanism, name, poses).value
 
 
 def evaluate_output_gradient(mechanism: Mechanism, name: str, poses: FloatArray) -> FloatArray:
-    """Gradient (..., bodies, 3) of a reading: SI units per m, and per rad."""
+    """Return the gradient of a reading.
+
+    Parameters
+    ----------
+    mechanism
+        The mechanism with that reading.
+    name
+        Name of the reading.
+    poses
+        Poses; shape (..., bodies, 3).
+
+    Returns
+    -------
+    FloatArray
+        Derivatives in SI per m and per rad; shape (..., bodies, 3).
+    """
     return evaluate_output(mechanism, name, poses).gradient
 
 
 def evaluate_output_variable(reading: Reading, mechanism: Mechanism, poses: FloatArray, velocities: FloatArray) -> OutputDerivatives:
-    """Any reading of a mechanism, whether it lists it or not."""
+    """Evaluate an output variable that the mechanism need not list among its readings."""
     return _evaluate_output_variable(reading, mechanism, poses, velocities)
 
 
 @singledispatch
 def _evaluate_output_variable(reading: Reading, mechanism: Mechanism, poses: FloatArray, velocities: FloatArray) -> OutputDerivatives:
-    raise TypeError(f"no equation is written for readings of type {type(reading).__name__}")
+    raise TypeError(f"no equation exists for readings of type {type(reading).__name__}")
 
 
 @_evaluate_output_variable.register
@@ -96,7 +145,7 @@ def _(reading: PointCoordinate, mechanism: Mechanism, poses: FloatArray, velocit
     direction = origin.rotate_to_global(poses, np.array([reading.direction_x, reading.direction_y]))
     gradient = point.gradient_along(poses, direction) - origin.gradient_along(poses, direction)
     angular_velocity = np.zeros(poses.shape[:-2])
-    if origin.body >= 0:  # the direction turns with its body
+    if origin.body >= 0:  # the direction rotates with its body
         gradient[..., origin.body, 2] += _dot(_perpendicular(direction), relative_position)
         angular_velocity = velocities[..., origin.body, 2]
     quadratic_term = (
@@ -120,7 +169,7 @@ def _(reading: FollowerHeight, mechanism: Mechanism, poses: FloatArray, velociti
     centripetal = interpolate(top.centripetal_acceleration(poses, velocities), end.centripetal_acceleration(poses, velocities))
     horizontal_offset = knee[..., 0] - reading.guide_x
     vertical_offset = np.sqrt(np.maximum(reading.length**2 - horizontal_offset**2, 0.0))
-    # Beyond the link's reach there is no height; the machine's limits end a run before that.
+    # Beyond the reach of the link there is no height; the limits of the machine end a run before that.
     drop_derivative = np.divide(horizontal_offset, vertical_offset, out=np.zeros_like(horizontal_offset), where=vertical_offset > 0)
     drop_second_derivative = np.divide(
         1 + drop_derivative**2, vertical_offset, out=np.zeros_like(horizontal_offset), where=vertical_offset > 0
@@ -143,7 +192,7 @@ def _(reading: FollowerHeight, mechanism: Mechanism, poses: FloatArray, velociti
 def _relative_motion(
     start: BodyPoint, end: BodyPoint, poses: FloatArray, velocities: FloatArray
 ) -> tuple[FloatArray, FloatArray, FloatArray]:
-    """The line from start to end (..., 2), how it changes, and what turning adds to its second derivative."""
+    """Return position (..., 2) and velocity of end relative to start, and the difference of their centripetal accelerations."""
     return (
         end.position(poses) - start.position(poses),
         end.velocity(poses, velocities) - start.velocity(poses, velocities),
@@ -157,5 +206,5 @@ def _dot(first: FloatArray, second: FloatArray) -> FloatArray:
 
 
 def _perpendicular(vector: FloatArray) -> FloatArray:
-    """Turned by a right angle, anticlockwise."""
+    """Return vectors (..., 2) rotated by 90 degrees counterclockwise."""
     return np.stack([-vector[..., 1], vector[..., 0]], axis=-1)

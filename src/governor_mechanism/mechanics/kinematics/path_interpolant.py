@@ -1,4 +1,4 @@
-"""The way of a mechanism of mobility one, as stations along it: where poses are to be expected at any value."""
+"""Interpolant of the poses along the leading coordinate of a mechanism with one degree of freedom: initial guesses for assembly."""
 
 from __future__ import annotations
 
@@ -8,29 +8,29 @@ from dataclasses import dataclass
 from itertools import pairwise
 
 import numpy as np
-from numpy.typing import NDArray
 
 from governor_mechanism.mechanics.kinematics.batched_assembly import BatchedPositionSolver
 from governor_mechanism.mechanics.kinematics.output_variables import evaluate_output_value
 from governor_mechanism.model.mechanism import Mechanism
+from governor_mechanism.numerics.hermite import cubic_hermite
 from governor_mechanism.types import FloatArray
 
 PATH_BISECTIONS = 24
-"""Halvings that bring a place on the way near enough for Newton's iteration."""
+"""Number of bisections that locate a coordinate value on the path closely enough for Newton's iteration."""
 
 MIN_PATH_INTERVALS = 16
-"""So many stations, or more, are laid over a range."""
+"""Smallest number of intervals between path points over a range."""
 
 TANGENT_ERROR_TOLERANCE = 1e-3
-"""Machine sizes, and rad: stations are laid so near that their slopes lead from one to the next but for this."""
+"""Largest difference, in length scales and rad, between neighbouring poses and their trapezoidal prediction from the tangents."""
 
 MIN_PATH_SPACING_RATIO = 1e-9
-"""Of the longest distance of two stations: nearer they are not laid."""
+"""Smallest spacing of path points relative to the largest spacing."""
 
 
 @dataclass(frozen=True, eq=False)
 class PathPoint:
-    """A place on the way, the leading coordinate there, its slope along the way, poses and theirs (bodies, 3)."""
+    """A point of the path: arc length, leading coordinate and its derivative along the path, poses and their tangent (bodies, 3)."""
 
     arc_length: float
     value: float
@@ -41,7 +41,7 @@ class PathPoint:
 
 @dataclass(frozen=True, eq=False)
 class PathInterpolant:
-    """Stations in ascending order of the coordinate, as arrays (m,) and (m, bodies, 3)."""
+    """Path points in ascending order of the leading coordinate, as arrays (m,) and (m, bodies, 3)."""
 
     arc_lengths: FloatArray
     values: FloatArray
@@ -51,29 +51,34 @@ class PathInterpolant:
 
     @classmethod
     def from_points(cls, points: Sequence[PathPoint]) -> PathInterpolant:
-        """The track through stations; those that the coordinate does not come to in ascending order are left out."""
+        """Return the interpolant through points, without those at which the coordinate does not increase."""
         ascending = [points[0]]
         ascending += [following for previous, following in pairwise(points) if following.value > previous.value]
         field_names = ("arc_length", "value", "coordinate_derivative", "poses", "tangent")
         return cls(*(np.array([getattr(point, name) for point in ascending]) for name in field_names))
 
     def predict_poses(self, values: FloatArray) -> FloatArray:
-        """Poses (n, bodies, 3) at values (n,) of the coordinate, by cubics along the way; beyond its ends, those there.
+        """Return poses (n, bodies, 3) at values (n,) of the coordinate by cubic Hermite interpolation; clamp beyond the ends.
 
-        The coordinate may turn back at an end: along the way itself all is smooth.
+        The coordinate may turn back at an end: the poses are a smooth function of the arc length, not of the coordinate.
         """
         intervals = np.clip(np.searchsorted(self.values, values) - 1, 0, len(self.values) - 2)
         length = self.arc_lengths[intervals + 1] - self.arc_lengths[intervals]
+        value_ends, pose_ends = (
+            (samples[intervals], samples[intervals + 1], derivatives[intervals], derivatives[intervals + 1])
+            for samples, derivatives in ((self.values, self.coordinate_derivatives), (self.poses, self.tangents))
+        )
         low, high = np.zeros(len(values)), np.ones(len(values))
         for _ in range(PATH_BISECTIONS):
             middle = 0.5 * (low + high)
-            is_below = _hermite_cubic(self.values, self.coordinate_derivatives, intervals, length, middle) < values
+            is_below = cubic_hermite(*value_ends, length, middle) < values
             low, high = np.where(is_below, middle, low), np.where(is_below, high, middle)
         fraction = 0.5 * (low + high)[:, np.newaxis, np.newaxis]
-        return _hermite_cubic(self.poses, self.tangents, intervals, length[:, np.newaxis, np.newaxis], fraction)
+        poses: FloatArray = cubic_hermite(*pose_ends, length[:, np.newaxis, np.newaxis], fraction)
+        return poses
 
     def with_previous_period(self, pose_increment: FloatArray, period: float) -> PathInterpolant:
-        """This track, which comes round, with itself one period before; turned (bodies, 3) is what a period adds."""
+        """Return a periodic path with one more period in front; pose_increment (bodies, 3) is the change of the poses per period."""
         return PathInterpolant(
             np.concatenate([self.arc_lengths[:-1] - (self.arc_lengths[-1] - self.arc_lengths[0]), self.arc_lengths]),
             np.concatenate([self.values[:-1] - period, self.values]),
@@ -83,24 +88,15 @@ class PathInterpolant:
         )
 
 
-def _hermite_cubic(
-    values: FloatArray, derivatives: FloatArray, intervals: NDArray[np.integer], length: FloatArray, fraction: FloatArray
-) -> FloatArray:
-    """The cubic through values and slopes at both ends of intervals k of so much length, at a part (0 to 1) of each."""
-    a, b, c, d = (values[intervals], length * derivatives[intervals], values[intervals + 1], length * derivatives[intervals + 1])
-    interpolated: FloatArray = a + fraction * (b + fraction * (3 * (c - a) - 2 * b - d + fraction * (b + d - 2 * (c - a))))
-    return interpolated
-
-
 @dataclass(frozen=True, eq=False)
 class _CurvedPathPoint(PathPoint):
-    """A station laid at a value of the coordinate, its own place, with the second derivative of poses (bodies, 3)."""
+    """A path point at a value of the coordinate, which is also its arc length, with the second derivative of the poses (bodies, 3)."""
 
     curvature: FloatArray
 
 
 def build_path(mechanism: Mechanism, low: float, high: float) -> PathInterpolant:
-    """The track over a range of the coordinate, each station from its neighbour, outward from the sketch.
+    """Return the path over a range of the coordinate, built outward from the initial guess, each point from its neighbour.
 
     Raises MechanismError, naming the joint that stays open, where the mechanism cannot be assembled.
     """
@@ -116,7 +112,7 @@ def build_path(mechanism: Mechanism, low: float, high: float) -> PathInterpolant
 def _extend_path(
     position_solver: BatchedPositionSolver, first_point: _CurvedPathPoint, end: float, max_spacing: float
 ) -> list[_CurvedPathPoint]:
-    """The stations from the first one, left out, to an end; none jumps to another branch that meets its own there."""
+    """Return the points after the first one up to an end; short steps keep them from jumping to another branch."""
     points, point, step = list[_CurvedPathPoint](), first_point, max_spacing
     while point.value != end:
         step = min(step, max_spacing)
@@ -137,7 +133,7 @@ def _extend_path(
 
 
 def _try_next_point(position_solver: BatchedPositionSolver, point: _CurvedPathPoint, value: float) -> tuple[_CurvedPathPoint | None, float]:
-    """The station at a value near by, if one closes there, and how far its slopes are from having led to it."""
+    """Return the point at a nearby value, or None if Newton's iteration fails, and the error of the tangents' prediction."""
     displacement = value - point.value
     guess = point.poses + displacement * point.tangent + 0.5 * displacement**2 * point.curvature
     poses, converged = position_solver.try_solve(guess[np.newaxis], np.array([value]))

@@ -1,7 +1,7 @@
-"""How far a mechanism of mobility one can go: its travel, what ends it on either side, and the track along it.
+"""Range of motion of a mechanism with one degree of freedom: its limits, what causes them, and the path between them.
 
-Where the description sets no limit to the leading coordinate, the motion is followed from the sketch both ways, as
-`walking` does; else it is laid out between those limits, and cut where another reading meets one of its own.
+Without a given limit of the leading coordinate the motion is traced from the initial guess in both directions (see
+`continuation`). With a given limit the path is built between its ends, and cut where another reading reaches a limit of its own.
 """
 
 from __future__ import annotations
@@ -20,26 +20,27 @@ from governor_mechanism.mechanics.kinematics.batched_assembly import BatchedPosi
 from governor_mechanism.mechanics.kinematics.continuation import MAX_PATH_LENGTH, PathContinuation, PathEnd
 from governor_mechanism.mechanics.kinematics.output_variables import evaluate_output_value
 from governor_mechanism.mechanics.kinematics.path_interpolant import PathInterpolant, build_path
-from governor_mechanism.model.mechanism import Limit, LineAngle, Mechanism
+from governor_mechanism.model.mechanism import Mechanism
+from governor_mechanism.model.output_variables import Limit, LineAngle
 from governor_mechanism.types import FloatArray
 
 RANGE_END_MARGIN = 1e-5
-"""Fraction of the travel left out at each end, where the linkage may stand at a dead centre."""
+"""Fraction of the range left out at each end, where the mechanism may be at a turning point."""
 
 N_LIMIT_SAMPLES = 257
-"""At so many values it is seen whether other readings are within their limits."""
+"""Number of coordinate values at which the other readings are compared with their limits."""
 
 RANGE_CACHE_SIZE = 16
-"""The travels of so many mechanisms are remembered: one question about a scene asks for its travel several times."""
+"""Number of mechanisms whose range of motion is cached: one study of a scene needs it several times."""
 
 
 @dataclass(frozen=True, eq=False)
 class RangeOfMotion:
     """The range of the leading coordinate (SI) and a sentence on what happens at each end.
 
-    low and high lie a hair inside `ends`; of a motion that comes round they are one `period` (else 0) apart and the
-    same place. `turn` is what may be added to a value without changing the poses (else 0). track leads along it, and of
-    a motion that comes round beyond both ends.
+    low and high lie inside `ends` by a small margin; for a closed motion they are one `period` (else 0) apart and the same
+    configuration. `full_turn` may be added to a value without changing the poses (else 0). path covers the range, and one of a
+    closed motion extends beyond both ends.
     """
 
     low: float
@@ -52,7 +53,7 @@ class RangeOfMotion:
     full_turn: float = 0.0
 
     def unwrap_values(self, values: FloatArray) -> FloatArray:
-        """Values (n,) of the coordinate with whole turns added that bring them into the travel, where any do."""
+        """Return values (n,) of the coordinate shifted by whole turns into the range, where that is possible."""
         if not self.full_turn:
             return values
         low, high = (self.low, self.high) if self.period else self.ends
@@ -62,7 +63,7 @@ class RangeOfMotion:
         return unwrapped
 
     def contains(self, values: FloatArray) -> NDArray[np.bool_]:
-        """Which values (n,) lie in the travel."""
+        """Return which of the values (n,) lie in the range."""
         if self.period:
             is_inside: NDArray[np.bool_] = (self.low <= values) & (values <= self.high)
             return is_inside
@@ -72,11 +73,11 @@ class RangeOfMotion:
 
 @lru_cache(maxsize=RANGE_CACHE_SIZE)
 def find_range_of_motion(mechanism: Mechanism, *, rotates_with_spindle: bool) -> RangeOfMotion:
-    """The travel of a mechanism of mobility one, in a plane that turns with the spindle or in a fixed one.
+    """Return the range of motion of a mechanism with one degree of freedom, in a fixed plane or one that rotates with the spindle.
 
-    A limit that the description sets to the leading coordinate is taken as it stands; without one the motion is
-    followed from the sketch. Raises MechanismError for another mobility, where the coordinate stands still, and where
-    the limits of other readings leave nothing.
+    A limit given for the leading coordinate is taken as it is; without one the motion is traced from the initial guess. Raises
+    MechanismError for another number of degrees of freedom, if the coordinate does not change, or if the limits of other
+    readings leave no range.
     """
     for limit in mechanism.limits:
         if limit.reading == mechanism.coordinate:
@@ -85,24 +86,26 @@ def find_range_of_motion(mechanism: Mechanism, *, rotates_with_spindle: bool) ->
 
 
 def trace_range_of_motion(mechanism: Mechanism, *, rotates_with_spindle: bool) -> RangeOfMotion:
-    """The travel found by following the motion from the sketch both ways, whatever limit the coordinate itself has."""
+    """Return the range found by tracing the motion from the initial guess in both directions, ignoring limits of the coordinate itself."""
     continuation = PathContinuation(mechanism, rotates_with_spindle=rotates_with_spindle)
     high_end = continuation.find_end(1.0)
     if high_end.is_closed:
         return _full_rotation_range(continuation, high_end)
     low_end = continuation.find_end(-1.0)
     if not high_end.value > low_end.value:
-        raise MechanismError(f"{mechanism.coordinate!r} stands still while the mechanism moves; name another coordinate")
+        raise MechanismError(f"{mechanism.coordinate!r} does not change while the mechanism moves; choose another coordinate")
     path = PathInterpolant.from_points([*low_end.points[:0:-1], *high_end.points])
     return _with_end_margins(mechanism, (low_end.value, high_end.value), (low_end.message, high_end.message), path)
 
 
 def _full_rotation_range(continuation: PathContinuation, high_end: PathEnd) -> RangeOfMotion:
-    """The travel of a motion that comes round: half its way to either side of the sketch."""
+    """Return the range of a closed motion: half a period to either side of the initial guess."""
     initial_value, n_turns = continuation.start.value, round((high_end.value - continuation.start.value) / math.tau)
     period = math.tau * n_turns
-    description = "half a turn from the sketch" if n_turns == 1 else f"after {n_turns} turns: {n_turns / 2:g} turns from the sketch"
-    message = f"it turns all the way round: {description}" if n_turns == 1 else f"it comes round {description}"
+    description = (
+        "half a turn from the initial guess" if n_turns == 1 else f"after {n_turns} turns: {n_turns / 2:g} turns from the initial guess"
+    )
+    message = f"full rotation: {description}" if n_turns == 1 else f"closed motion {description}"
     low, high = initial_value - 0.5 * period, initial_value + 0.5 * period
     path = PathInterpolant.from_points(high_end.points).with_previous_period(continuation.pose_increment(high_end), period)
     return RangeOfMotion(low, high, message, message, (low, high), path, period, period)
@@ -115,7 +118,7 @@ def _with_end_margins(mechanism: Mechanism, ends: tuple[float, float], messages:
 
 
 def _range_within_limits(mechanism: Mechanism, coordinate_limit: Limit) -> RangeOfMotion:
-    """The travel between the limits of the coordinate, as far as those of other readings leave it."""
+    """Return the range between the limits of the coordinate, restricted by those of other readings."""
     ends, messages = ((coordinate_limit.low, coordinate_limit.high), (coordinate_limit.low_message, coordinate_limit.high_message))
     full_range = _with_end_margins(mechanism, ends, messages, build_path(mechanism, *_apply_margin(*ends)))
     other_limits = [limit for limit in mechanism.limits if limit is not coordinate_limit]
@@ -128,7 +131,7 @@ def _apply_margin(low: float, high: float) -> tuple[float, float]:
 
 
 def _restrict_to_other_limits(mechanism: Mechanism, full_range: RangeOfMotion, other_limits: list[Limit]) -> RangeOfMotion:
-    """The part of a travel within the limits of other readings: that of the sketch, or the longest without it."""
+    """Return the part of a range within the limits of other readings: the one with the initial guess, else the longest."""
     position_solver = BatchedPositionSolver(mechanism)
     values = np.linspace(full_range.low, full_range.high, N_LIMIT_SAMPLES)
     violations = np.array([violation for violation, _ in _limit_violations(position_solver, full_range.path, other_limits, values)])
@@ -137,8 +140,8 @@ def _restrict_to_other_limits(mechanism: Mechanism, full_range: RangeOfMotion, o
         return full_range
     if not is_inside.any():
         raise MechanismError(
-            f"the mechanism has no travel: over the whole range of {mechanism.coordinate!r}, {full_range.ends[0]:.6g} to "
-            f"{full_range.ends[1]:.6g}, other readings are outside theirs: {other_limits[0].reading!r} must lie within "
+            f"the mechanism has no range of motion: over the whole range of {mechanism.coordinate!r}, {full_range.ends[0]:.6g} to "
+            f"{full_range.ends[1]:.6g}, other readings are outside their limits: {other_limits[0].reading!r} must lie within "
             f"{other_limits[0].low:.6g} to {other_limits[0].high:.6g}; change the dimensions"
         )
     first, last = _select_valid_interval(is_inside, values, _initial_coordinate(mechanism))
@@ -152,7 +155,7 @@ def _restrict_to_other_limits(mechanism: Mechanism, full_range: RangeOfMotion, o
 def _limit_violations(
     position_solver: BatchedPositionSolver, path: PathInterpolant, limits: list[Limit], values: FloatArray
 ) -> Iterator[tuple[FloatArray, str]]:
-    """How far (n,) readings are beyond each of their limits at values (n,), and what happens there."""
+    """Yield the amounts (n,) by which readings exceed each limit at values (n,), with the message of that limit."""
     poses = position_solver.solve(path.predict_poses(values), values)
     for limit in limits:
         value = evaluate_output_value(position_solver.mechanism, limit.reading, poses)
@@ -161,7 +164,7 @@ def _limit_violations(
 
 
 def _select_valid_interval(is_inside: NDArray[np.bool_], values: FloatArray, initial_value: float) -> tuple[int, int]:
-    """First and last index of the run of values that holds the sketch's, else of the longest one."""
+    """Return the first and last index of the valid run with the initial value, else of the longest one."""
     edges = np.flatnonzero(np.diff(np.concatenate([[0], is_inside.astype(int), [0]])))
     runs = list(zip(edges[::2].tolist(), (edges[1::2] - 1).tolist(), strict=True))
     containing = [run for run in runs if values[run[0]] <= initial_value <= values[run[1]]]
@@ -176,7 +179,7 @@ def _initial_coordinate(mechanism: Mechanism) -> float:
 def _locate_limit(
     position_solver: BatchedPositionSolver, path: PathInterpolant, limits: list[Limit], inside: float, outside: float
 ) -> tuple[float, str]:
-    """The first value on the way from inside to outside at which a reading meets a limit, and what happens there."""
+    """Return the first value between inside and outside at which a reading reaches a limit, with its message."""
 
     def violation_at(value: float, limit_index: int) -> float:
         return float(list(_limit_violations(position_solver, path, limits, np.array([value])))[limit_index][0][0])
@@ -187,4 +190,4 @@ def _locate_limit(
         for limit_index, (violation, message) in enumerate(violations)
         if violation[0] >= 0.0
     ]
-    return min(crossings, key=lambda one: abs(one[0] - inside))
+    return min(crossings, key=lambda crossing: abs(crossing[0] - inside))

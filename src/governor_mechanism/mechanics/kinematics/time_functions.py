@@ -1,4 +1,4 @@
-"""Programs and motions as functions of time: values and slopes, and the cubics the compiled kernels step through."""
+"""Inputs and prescribed motions as piecewise cubic functions of time: values, derivatives, integrals, local cubics."""
 
 from __future__ import annotations
 
@@ -16,9 +16,9 @@ from governor_mechanism.types import FloatArray
 def fluctuating_speed(
     amplitude: float, cycles_per_turn: float, mean_angle: Any, mean_speed: Any, mean_acceleration: Any
 ) -> tuple[Any, Any]:
-    """Speed (rad/s) and its slope (rad/s2) of a spindle that swings by `uneven` of its mean speed, which grows.
+    """Return the speed (rad/s) and acceleration (rad/s2) of a spindle whose speed fluctuates about its mean.
 
-    turned (rad) is the angle that the mean speed has turned.
+    `amplitude` is relative to the mean speed; `mean_angle` (rad) is the integral of the mean speed.
     """
     phase = cycles_per_turn * mean_angle
     fluctuation = amplitude * np.sin(phase)
@@ -28,51 +28,65 @@ def fluctuating_speed(
 
 
 class CubicTimeFunction:
-    """A Program or a Motion against time (s).
+    """An input or a prescribed motion as a function of time (s).
 
-    Programs are monotone cubics through the points, with a step where two share a time, held outside; a motion is a
-    spline that goes on straight. Values at the time of a step are those after it, unless asked otherwise.
+    An input is a monotone piecewise cubic through its points; two points at one time are a jump; outside its points it is
+    constant. A prescribed motion is a cubic spline that continues at its end rates. At a jump, the value is the right limit
+    unless the left limit is requested.
+
+    Parameters
+    ----------
+    function
+        Times and values of an input or a prescribed motion.
+
+    Attributes
+    ----------
+    is_motion
+        Whether it is a prescribed motion.
+    is_constant
+        Whether the value never changes.
+    breakpoints
+        Times at which the value or a derivative jumps, s; integration steps must end there.
     """
 
-    def __init__(self, program: InputFunction | PrescribedMotion) -> None:
-        times, values = np.array(program.times), np.array(program.values)
-        self.is_motion = isinstance(program, PrescribedMotion)
-        self._is_level = len(set(program.values)) == 1
+    def __init__(self, function: InputFunction | PrescribedMotion) -> None:
+        times, values = np.array(function.times), np.array(function.values)
+        self.is_motion = isinstance(function, PrescribedMotion)
+        self._is_level = len(set(function.values)) == 1
         self.is_constant = self._is_level
-        """Whether the value never changes."""
         jumps = np.flatnonzero(np.diff(times) == 0.0) + 1
         segments = list(zip(np.split(times, jumps), np.split(values, jumps), strict=True))
         self._segments = [_make_piecewise_cubic(t, v, self.is_motion) for t, v in segments]
         self._segment_starts = np.array([t[0] for t, _ in segments])
         self.breakpoints: FloatArray = np.unique(times) if not self.is_constant else np.array([])
-        """Times (s) at which the value or one of its slopes jumps; steps of an engine must end there."""
         if self.is_motion and len(times) == 2:
             self.breakpoints = np.array([])
 
     def __call__(self, times: FloatArray, *, left_limit: bool = False) -> FloatArray:
-        """Values (n,); at a step the value after it, or before it."""
+        """Return values (n,); at a jump the right limit, or the left limit if requested."""
         return self._evaluate(times, left_limit, 0)
 
     def derivative(self, times: FloatArray) -> FloatArray:
-        """Time derivative (n,); at a break the one after it."""
+        """Return time derivatives (n,); at a breakpoint the right limit."""
         return self._evaluate(times, False, 1)
 
     def second_derivative(self, times: FloatArray) -> FloatArray:
-        """Second time derivative (n,); at a break the one after it."""
+        """Return second time derivatives (n,); at a breakpoint the right limit."""
         return self._evaluate(times, False, 2)
 
     def integral(self, start: float, end: float) -> float:
-        """The integral over time from start to end (s)."""
-        knots = [start, *(float(at) for at in self._segment_starts if start < at < end), end]
+        """Return the integral over time from start to end (s)."""
+        knots = [start, *(float(knot) for knot in self._segment_starts if start < knot < end), end]
         return sum(float(self._segments[self._segment_index(a)].integrate(a, b)) for a, b in pairwise(knots))
 
     def _segment_index(self, time: float) -> int:
+        """Return the index of the segment between jumps that contains a time."""
         return max(int(np.searchsorted(self._segment_starts, time, side="right")) - 1, 0)
 
     def local_cubics(self, times: FloatArray) -> FloatArray:
-        """The curve after each time, up to the next break, as cubics (n, 5) of the time since, highest power first.
+        """Return the function after each time, up to the next breakpoint, as cubics in the local time since then; shape (n, 5).
 
-        The fifth number is what the curve has integrated to from 0 s.
+        Coefficients come with the highest power first; the fifth number is the integral from 0 s to the time.
         """
         if self._is_level and not self.is_motion:
             level = float(self._segments[0](0.0))
@@ -84,13 +98,14 @@ class CubicTimeFunction:
         return np.stack([*cubics, self.integrals_from_zero(times)], axis=-1)
 
     def integrals_from_zero(self, times: FloatArray) -> FloatArray:
-        """The integral (n,) from 0 s to each time."""
+        """Return the integrals (n,) from 0 s to each time."""
         if self._is_level and not self.is_motion:
             level: FloatArray = times * float(self._segments[0](0.0))
             return level
         return np.array([self.integral(0.0, float(time)) for time in times])
 
     def _evaluate(self, times: FloatArray, left_limit: bool, derivative_order: int) -> FloatArray:
+        """Return the derivative of the given order (n,); at a breakpoint the right limit, or the left limit if requested."""
         segment_indices = np.searchsorted(self._segment_starts, times, side="left" if left_limit else "right") - 1
         result = np.empty_like(times)
         for index, segment in enumerate(self._segments):
@@ -100,7 +115,7 @@ class CubicTimeFunction:
 
 
 def _make_piecewise_cubic(times: FloatArray, values: FloatArray, is_motion: bool) -> PPoly:
-    """A piecewise cubic that goes on beyond its ends: a program level, a motion at the speed it has there."""
+    """Return a piecewise cubic that continues beyond its ends: an input at its value, a motion at its rate there."""
     if len(times) == 1:
         return PPoly(np.array([[0.0], [values[0]]]), np.array([times[0], times[0] + 1.0]))
     interpolant = CubicSpline(times, values, bc_type="natural") if is_motion else PchipInterpolator(times, values)
@@ -111,19 +126,33 @@ def _make_piecewise_cubic(times: FloatArray, values: FloatArray, is_motion: bool
 
 
 class SpindleSpeedFunction(CubicTimeFunction):
-    """The spindle's given speed (rad/s) against time (s), uneven where it is; of a free spindle, the speed it starts
-    with."""
+    """The given spindle speed (rad/s) as a function of time (s), with its fluctuation.
+
+    For a free spindle it is constant at the start speed.
+
+    Parameters
+    ----------
+    spindle
+        Spindle with a given speed, or a free spindle.
+
+    Attributes
+    ----------
+    is_constant
+        Whether the speed never changes.
+    start_speed
+        Speed at 0 s, rad/s.
+    """
 
     def __init__(self, spindle: Spindle | FreeSpindle) -> None:
-        program = spindle.speed_function if isinstance(spindle, Spindle) else InputFunction(values=(spindle.start_speed,))
-        super().__init__(program)
+        function = spindle.speed_function if isinstance(spindle, Spindle) else InputFunction(values=(spindle.start_speed,))
+        super().__init__(function)
         self._fluctuation_amplitude = 0.5 * spindle.speed_fluctuation if isinstance(spindle, Spindle) else 0.0
         self._cycles_per_turn = spindle.cycles_per_turn if isinstance(spindle, Spindle) else 1.0
         self.is_constant = self._is_level and not self._fluctuation_amplitude
         self.start_speed = float(self(np.array([0.0]))[0])
 
     def __call__(self, times: FloatArray, *, left_limit: bool = False) -> FloatArray:
-        """Values (n,); at a step the value after it, or before it."""
+        """Return speeds (n,), rad/s; at a jump the right limit, or the left limit if requested."""
         mean_speed = super().__call__(times, left_limit=left_limit)
         if not self._fluctuation_amplitude:
             return mean_speed
@@ -133,7 +162,7 @@ class SpindleSpeedFunction(CubicTimeFunction):
         return speed
 
     def derivative(self, times: FloatArray) -> FloatArray:
-        """Time derivative (n,); at a break the one after it."""
+        """Return accelerations (n,), rad/s2; at a breakpoint the right limit."""
         mean_acceleration = super().derivative(times)
         if not self._fluctuation_amplitude:
             return mean_acceleration

@@ -1,4 +1,4 @@
-"""Velocities that open no joint: the part of given velocities that the mechanism can have."""
+"""Projection of velocities onto the velocity constraints of the joints."""
 
 from __future__ import annotations
 
@@ -11,10 +11,14 @@ from governor_mechanism.types import FloatArray
 
 
 class VelocityProjector:
-    """Projects velocities of one mechanism along its momentum, so that the joints move with them.
+    """Project velocities of one mechanism onto its velocity constraints, in the metric of the mass matrix.
 
-    Of all velocities with closed joints these are nearest in kinetic energy: impulses of the joints alone would bring
-    them about.
+    The result is the admissible velocity nearest in kinetic energy: the one that impulses of the joints alone bring about.
+
+    Parameters
+    ----------
+    mechanism
+        The mechanism whose joints and drives constrain the velocities.
     """
 
     def __init__(self, mechanism: Mechanism) -> None:
@@ -25,7 +29,22 @@ class VelocityProjector:
         self._mass_diagonal: FloatArray = masses.ravel()[self._position_solver.free_mask]
 
     def project(self, poses: FloatArray, velocities: FloatArray, times: FloatArray) -> FloatArray:
-        """(n, bodies, 3) from poses and velocities (n, bodies, 3) at times (n,) s."""
+        """Project velocities at n times.
+
+        Parameters
+        ----------
+        poses
+            Assembled poses; shape (n, bodies, 3).
+        velocities
+            Velocities to project; shape (n, bodies, 3).
+        times
+            Times at which the drives are evaluated, s; shape (n,).
+
+        Returns
+        -------
+        FloatArray
+            Velocities that satisfy joints and drives; shape (n, bodies, 3).
+        """
         if len(self._position_solver.equations.joint_indices) < MIN_SPARSE_ROWS:
             return self._project_onto_null_space(poses, velocities, times)
         instants = [slice(k, k + 1) for k in range(len(poses))]
@@ -33,7 +52,7 @@ class VelocityProjector:
         return np.concatenate([np.zeros((0, *velocities.shape[1:])), *projected])
 
     def _project_by_impulses(self, poses: FloatArray, velocities: FloatArray, times: FloatArray) -> FloatArray:
-        """Of one instant, by the impulses of many joints; where they depend on each other, by the directions left."""
+        """Project at one time by the impulses of the joints; use the null space where the joints are redundant."""
         equations, free_mask = self._position_solver.equations, self._position_solver.free_mask
         jacobian = equations.jacobian(poses).reshape(-1, free_mask.size)[:, free_mask]
         rate_residual = equations.prescribed_motion(times)[0, :, 1] - jacobian @ velocities.reshape(-1)[free_mask]
@@ -43,7 +62,7 @@ class VelocityProjector:
         return velocities + self._position_solver.expand_free(change)
 
     def _project_onto_null_space(self, poses: FloatArray, velocities: FloatArray, times: FloatArray) -> FloatArray:
-        """By the directions that joints leave."""
+        """Project onto the null space of the joint Jacobian."""
         equations, free_mask, count = self._position_solver.equations, self._position_solver.free_mask, len(poses)
         jacobian = equations.jacobian(poses).reshape(count, -1, free_mask.size)[..., free_mask]
         free_velocities = velocities.reshape(count, -1)[:, free_mask]
@@ -51,7 +70,7 @@ class VelocityProjector:
         if equations.is_driven.any():
             prescribed_rates = equations.prescribed_motion(times)[..., 1]
             driven_velocities = (np.linalg.pinv(jacobian) @ prescribed_rates[..., np.newaxis])[..., 0]
-        # The directions that open no joint are the last right singular vectors.
+        # The last right singular vectors span the null space of the joints.
         null_space = np.linalg.svd(jacobian, full_matrices=True)[2][:, jacobian.shape[2] - self._degrees_of_freedom :, :]
         weighted_null_space = null_space * self._mass_diagonal
         momentum = weighted_null_space @ (free_velocities - driven_velocities)[..., np.newaxis]

@@ -1,0 +1,1 @@
+"""Mechanisms with one degree of freedom as functions of their coordinate."""

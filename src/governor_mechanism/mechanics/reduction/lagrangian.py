@@ -1,7 +1,6 @@
-"""A mechanism of mobility one, followed along its coordinate: inertias, potential, and their derivatives.
+"""Lagrangian coefficients of a mechanism with one degree of freedom: inertias, potential and their derivatives.
 
-Knows no machine by name: all is read off the joints, the bodies and the loads. A prime is a derivative by the leading
-coordinate, in rad or m.
+They follow from joints, bodies and force elements of any machine. A prime is a derivative by the leading coordinate, in rad or m.
 """
 
 from __future__ import annotations
@@ -29,21 +28,46 @@ from governor_mechanism.mechanics.kinematics.points import body_point
 from governor_mechanism.mechanics.kinematics.range_of_motion import RangeOfMotion, find_range_of_motion
 from governor_mechanism.mechanics.kinematics.time_functions import CubicTimeFunction
 from governor_mechanism.model.force_elements import Force, ForceElement, Spring, Torque, TorsionSpring
-from governor_mechanism.model.mechanism import BodyAngle, Mechanism, Reading
+from governor_mechanism.model.mechanism import Mechanism
+from governor_mechanism.model.output_variables import BodyAngle, Reading
 from governor_mechanism.model.scene import TURNING_PLANE, FreeSpindle, Scene
 from governor_mechanism.model.time_functions import InputFunction
 from governor_mechanism.types import FloatArray
 
 CANCELLATION_RATIO = 1e-15
-"""Of its parts: a slope of the spindle's inertia smaller than this is rounding, and counts as none."""
+"""Derivative of the spindle inertia relative to its terms below which it is rounding and set to zero."""
 
 
 @dataclass(frozen=True, kw_only=True)
 class PathCoefficients:
-    """A mechanism at n values of its coordinate: poses and their two derivatives (n, bodies, 3), and what follows.
+    """The Lagrangian coefficients at n values of the coordinate.
 
-    inertia I (n,): kinetic energy is I q'^2 / 2; spindle J (n,): moment of inertia about the spindle (kg m2); potential
-    V (n,) J; each with its derivatives by the coordinate.
+    Attributes
+    ----------
+    coordinate
+        Leading coordinate q, SI; shape (n,).
+    poses
+        Poses; shape (n, bodies, 3).
+    tangents
+        First derivative of the poses; shape (n, bodies, 3).
+    curvatures
+        Second derivative of the poses; shape (n, bodies, 3).
+    inertia
+        I in the kinetic energy I q'^2 / 2; shape (n,).
+    inertia_derivative
+        I'; shape (n,).
+    spindle_inertia
+        Moment of inertia J of the bodies about the spindle, kg m2; shape (n,).
+    spindle_inertia_derivative
+        J'; shape (n,).
+    spindle_inertia_second_derivative
+        J''; shape (n,).
+    potential
+        Potential energy V, J; shape (n,).
+    potential_derivative
+        V'; shape (n,).
+    potential_second_derivative
+        V''; shape (n,).
     """
 
     coordinate: FloatArray
@@ -60,17 +84,39 @@ class PathCoefficients:
     potential_second_derivative: FloatArray
 
     def concatenate(self, other: PathCoefficients) -> PathCoefficients:
-        """These values and then those of another."""
+        """Return these values followed by those of another."""
         pairs = {name: (getattr(self, name), getattr(other, name)) for name in self.__dataclass_fields__}
         return PathCoefficients(**{name: np.concatenate(pair) for name, pair in pairs.items()})
 
     def select(self, indices: NDArray[np.integer] | slice) -> PathCoefficients:
-        """Some of the values, in the order of their indices."""
+        """Return the values at some indices."""
         return PathCoefficients(**{name: getattr(self, name)[indices] for name in self.__dataclass_fields__})
 
 
 class SingleDofReduction:
-    """One scene's mechanism along its leading coordinate; loads as they are at the start."""
+    """One scene's mechanism reduced to its leading coordinate; time functions have their values at t = 0.
+
+    Parameters
+    ----------
+    scene
+        The scene.
+
+    Attributes
+    ----------
+    scene
+        The scene.
+    mechanism
+        Its mechanism.
+    coordinate_scale
+        SI value of a radian, or of a length scale, of the coordinate.
+    free_spindle_inertia
+        Moment of inertia of a free spindle itself, kg m2; else 0.
+
+    Raises
+    ------
+    MechanismError
+        If the mechanism has drives or another number of degrees of freedom than one.
+    """
 
     def __init__(self, scene: Scene) -> None:
         self.scene = scene
@@ -79,22 +125,21 @@ class SingleDofReduction:
         position_solver = self._position_solver.position_solver
         if position_solver.equations.is_driven.any() or position_solver.mobility != 1:
             raise MechanismError(
-                f"statics follow one coordinate of a mechanism of mobility one without drives; this one has mobility "
-                f"{position_solver.mobility}"
+                f"statics need a mechanism with one degree of freedom and without drives; this one has mobility {position_solver.mobility}"
             )
         self.coordinate_scale = self._position_solver.coordinate_scale
-        """What a radian, or a machine size, of the coordinate is in SI."""
+        """SI value of a radian, or of a length scale, of the coordinate."""
         free_spindle = scene.spindle if isinstance(scene.spindle, FreeSpindle) else None
         self.free_spindle_inertia = free_spindle.inertia if free_spindle else 0.0
-        """Moment of inertia (kg m2) of the spindle itself, where it is known."""
+        """Moment of inertia of a free spindle itself, kg m2; else 0."""
 
     @cached_property
     def range_of_motion(self) -> RangeOfMotion:
-        """How far the mechanism goes. Raises MechanismError as `find_travel` does."""
+        """Range of motion of the mechanism. Raises MechanismError as `find_range_of_motion` does."""
         return find_range_of_motion(self.mechanism, rotates_with_spindle=self.scene.part.plane == TURNING_PLANE)
 
     def evaluate(self, values: Sequence[float] | FloatArray, guess: FloatArray | None = None) -> PathCoefficients:
-        """Assembled at values (n,) of the coordinate, on the track of the travel, or all near poses (bodies, 3).
+        """Assemble the mechanism at values (n,) of the coordinate, guided by the path or by one guess (bodies, 3), and evaluate it.
 
         Raises MechanismError, naming the joint that stays open, where the mechanism cannot be assembled.
         """
@@ -107,7 +152,7 @@ class SingleDofReduction:
         return self.evaluate_at_poses(self._position_solver.solve(guesses, coordinates), coordinates)
 
     def evaluate_at_poses(self, poses: FloatArray, values: FloatArray) -> PathCoefficients:
-        """Everything at poses (n, bodies, 3) assembled at values (n,). Raises MechanismError at a dead centre."""
+        """Return the coefficients at poses (n, bodies, 3) assembled at values (n,). Raises MechanismError at a turning point."""
         tangents, curvatures = self._position_solver.path_derivatives(poses)
         path = (poses, tangents, curvatures)
         inertia, inertia_derivative = self._reduced_inertia(tangents, curvatures)
@@ -129,7 +174,7 @@ class SingleDofReduction:
         )
 
     def output_derivative(self, coefficients: PathCoefficients, name: str) -> FloatArray:
-        """Derivative (n,) of a reading by the coordinate."""
+        """Return the derivative (n,) of a reading by the coordinate."""
         gradient = evaluate_output(self.mechanism, name, coefficients.poses).gradient
         derivative: FloatArray = np.sum(gradient * coefficients.tangents, axis=(-2, -1))
         return derivative
@@ -161,8 +206,8 @@ class SingleDofReduction:
         for index, body in enumerate(self.mechanism.bodies):
             for term, poses_or_derivatives in zip(total, (poses, tangents, curvatures), strict=True):
                 term += gravitational_energy(body.mass, self.scene.gravity, poses_or_derivatives[:, index, 1])
-        for load in self.mechanism.force_elements:
-            for term, contribution in zip(total, self._load_potential(load, poses, tangents, curvatures), strict=True):
+        for element in self.mechanism.force_elements:
+            for term, contribution in zip(total, self._element_potential(element, poses, tangents, curvatures), strict=True):
                 term += contribution
         for spring in output_springs_of(self.scene):
             output = self._output_derivatives(self.mechanism.reading(spring.reading), poses, tangents, curvatures)
@@ -171,23 +216,23 @@ class SingleDofReduction:
                 term += np.where(is_taut, contribution, 0.0)
         return total
 
-    def _load_potential(
-        self, load: ForceElement, poses: FloatArray, tangents: FloatArray, curvatures: FloatArray
+    def _element_potential(
+        self, element: ForceElement, poses: FloatArray, tangents: FloatArray, curvatures: FloatArray
     ) -> tuple[FloatArray, FloatArray, FloatArray]:
-        """Energy of a load and its derivatives; dampers have none, forces and torques that of their value at t = 0."""
-        if isinstance(load, Spring):
-            length = self._spring_length(load, poses, tangents, curvatures)
-            return _spring_energy_derivatives(load.stiffness, load.free_length, *length)
-        if isinstance(load, TorsionSpring | Torque):
-            angle = BodyAngle(name="", quantity="angle", body=load.second, reference_body=load.first)
+        """Return the potential of a force element and its derivatives; zero for dampers, forces and torques as at t = 0."""
+        if isinstance(element, Spring):
+            length = self._spring_length(element, poses, tangents, curvatures)
+            return _spring_energy_derivatives(element.stiffness, element.free_length, *length)
+        if isinstance(element, TorsionSpring | Torque):
+            angle = BodyAngle(name="", quantity="angle", body=element.second, reference_body=element.first)
             relative_angle, derivative, second_derivative = self._output_derivatives(angle, poses, tangents, curvatures)
-            if isinstance(load, TorsionSpring):
-                return _spring_energy_derivatives(load.stiffness, load.free_angle, relative_angle, derivative, second_derivative)
-            torque = _initial_value(load.moment)
+            if isinstance(element, TorsionSpring):
+                return _spring_energy_derivatives(element.stiffness, element.free_angle, relative_angle, derivative, second_derivative)
+            torque = _initial_value(element.moment)
             return -torque * relative_angle, -torque * derivative, -torque * second_derivative
-        if isinstance(load, Force):
-            force = np.array([_initial_value(load.x), _initial_value(load.y)])
-            point = body_point(self.mechanism, load.point)
+        if isinstance(element, Force):
+            force = np.array([_initial_value(element.x), _initial_value(element.y)])
+            point = body_point(self.mechanism, element.point)
             centripetal = point.centripetal_acceleration(poses, tangents)
             second_derivative = point.velocity(poses, curvatures) + centripetal
             return -point.position(poses) @ force, -point.velocity(poses, tangents) @ force, -second_derivative @ force
@@ -197,7 +242,7 @@ class SingleDofReduction:
     def _spring_length(
         self, spring: Spring, poses: FloatArray, tangents: FloatArray, curvatures: FloatArray
     ) -> tuple[FloatArray, FloatArray, FloatArray]:
-        """Length of a spring and its derivatives; where its ends meet it has no direction, and pulls nowhere."""
+        """Return the length of a spring and its derivatives; both derivatives are zero where its ends meet."""
         first, second = body_point(self.mechanism, spring.first), body_point(self.mechanism, spring.second)
         relative_position = second.position(poses) - first.position(poses)
         relative_tangent = second.velocity(poses, tangents) - first.velocity(poses, tangents)
@@ -221,12 +266,12 @@ class SingleDofReduction:
 
 
 def _initial_value(program: InputFunction) -> float:
-    """The value at t = 0; at a step there the one after it."""
+    """Return the value at t = 0; at a discontinuity the right limit."""
     return float(CubicTimeFunction(program)(np.array([0.0]))[0])
 
 
 def _allocate_derivatives(n_values: int) -> tuple[FloatArray, FloatArray, FloatArray]:
-    """Room for a quantity and its two derivatives."""
+    """Allocate a quantity and its two derivatives, each (n_values,)."""
     return np.zeros(n_values), np.zeros(n_values), np.zeros(n_values)
 
 

@@ -1,36 +1,46 @@
-"""A scene of mobility one as what is sampled along its coordinate, and what acts on the motion along it."""
+"""Lowering of a scene with one degree of freedom to the arrays of the reduced model."""
 
 from __future__ import annotations
 
 import math
+from enum import IntEnum
 from typing import NamedTuple
 
 import numpy as np
 
 from governor_mechanism.mechanics.dynamics.characteristic_scales import time_scale
 from governor_mechanism.mechanics.dynamics.contacts import contacts_of, output_dampers_of, output_springs_of
-from governor_mechanism.mechanics.dynamics.force_elements import SPRING_ELEMENT, TORSION_SPRING_ELEMENT, make_force_element_table
+from governor_mechanism.mechanics.dynamics.force_elements import ForceElementKind, make_force_element_table
 from governor_mechanism.mechanics.dynamics.lowering import BODY_DTYPE, forced_output_names, make_body_record
-from governor_mechanism.mechanics.dynamics.output_forces import OUTPUT_FORCE_DTYPE, SPRING_FORCE
+from governor_mechanism.mechanics.dynamics.output_forces import OUTPUT_FORCE_DTYPE, OutputForceKind
 from governor_mechanism.mechanics.kinematics.constraint_equations import bodies_of_rows, make_constraint_table
 from governor_mechanism.mechanics.kinematics.constraint_kernels import ConstraintRows
 from governor_mechanism.mechanics.kinematics.output_rows import make_output_rows
 from governor_mechanism.mechanics.kinematics.time_functions import CubicTimeFunction
 from governor_mechanism.mechanics.reduction.node_evaluation import ReductionArrays
-from governor_mechanism.model.mechanism import LineAngle, Mechanism
+from governor_mechanism.model.mechanism import Mechanism
+from governor_mechanism.model.output_variables import LineAngle
 from governor_mechanism.model.scene import TURNING_PLANE, FreeSpindle, Scene, Spindle
 from governor_mechanism.types import FloatArray, RecordArray
 
 UNBOUNDED_RANGE = 1e9
-"""Of the coordinate's unit: where the description bounds it nowhere."""
+"""Bound of the coordinate where the scene sets none, in coordinate scales."""
 
 
 class ReducedForces(NamedTuple):
-    """What acts on a motion along the columns of a Plan, whose gauges it counts; few arrays, for each costs time.
+    """The forces along the output columns of the motion table; few arrays, because each one adds to the cost of a kernel call.
 
-    numbers: see TURNS and those after it; springs (n, 4) that are slack where they would push: gauge, rate, free value,
-    size; brakes (n, 3): gauge, linear, quadratic; keepers (n, 6): gauge, program of friction or -1, low, high,
-    restitution, size. A size is what the reading is relative to.
+    Attributes
+    ----------
+    parameters
+        Scalars, indexed by `ForceParameter`; shape (11,).
+    one_sided_springs
+        Springs that go slack instead of pushing: output index, rate, free value, output scale; shape (n, 4).
+    output_dampers
+        Output index, linear and quadratic coefficient; shape (n, 3).
+    contacts
+        Output index, input index of the friction force or -1, low stop, high stop, coefficient of restitution, output scale;
+        shape (n, 6).
     """
 
     parameters: FloatArray
@@ -39,37 +49,53 @@ class ReducedForces(NamedTuple):
     contacts: FloatArray
 
 
-(
-    IS_SPINDLE_LOADED,
-    IS_SPINDLE_FREE,
-    FREE_SPINDLE_INERTIA,
-    FLUCTUATION_AMPLITUDE,
-    CYCLES_PER_TURN,
-    FORCE_SCALE,
-    IS_CONSERVATIVE,
-    PROGRAM_COUNT,
-    COORDINATE_SCALE,
-    TIME_SCALE,
-    ENERGY_SCALE,
-) = range(11)
-"""Numbers of Acts: whether the spindle's changing speed loads the bodies; whether it is free, and its own inertia; the
-part by which a given speed swings, and how often a turn; the size of forces; whether the first two columns are all that
-acts; how many programs loads have; what the coordinate, times
-and energies are relative to."""
+class ForceParameter(IntEnum):
+    """Indices of `ReducedForces.parameters`."""
+
+    IS_SPINDLE_LOADED = 0
+    """Whether a change of the spindle speed loads the bodies."""
+    IS_SPINDLE_FREE = 1
+    """Whether the spindle turns freely."""
+    FREE_SPINDLE_INERTIA = 2
+    """Moment of inertia of a free spindle itself, kg m2."""
+    FLUCTUATION_AMPLITUDE = 3
+    """Relative amplitude of the fluctuation of a given spindle speed."""
+    CYCLES_PER_TURN = 4
+    """Cycles of that fluctuation per turn."""
+    FORCE_SCALE = 5
+    """Scale of generalised forces along the coordinate."""
+    IS_CONSERVATIVE = 6
+    """Whether the quadratic and the potential column hold all forces."""
+    PROGRAM_COUNT = 7
+    """Number of inputs of force elements."""
+    COORDINATE_SCALE = 8
+    """Scale of the coordinate, m or rad."""
+    TIME_SCALE = 9
+    """Characteristic time, s."""
+    ENERGY_SCALE = 10
+    """Scale of energies, J."""
 
 
 def time_functions_of(scene: Scene) -> tuple[CubicTimeFunction, ...]:
-    """The programs of a scene: of the spindle's speed, or the torque on it, of loads, and of frictions."""
-    spindle, programs = scene.spindle, make_force_element_table(scene.part.mechanism, {}, 1)[1]
-    spindle_program = spindle.torque if isinstance(spindle, FreeSpindle) else spindle.speed_function
-    frictions = [contact.friction for contact in contacts_of(scene) if contact.friction is not None]
-    return tuple(map(CubicTimeFunction, [spindle_program, *programs, *frictions]))
+    """Return the time functions of a scene: spindle speed or torque, then inputs of force elements, then friction forces."""
+    spindle, inputs = scene.spindle, make_force_element_table(scene.part.mechanism, {}, 1)[1]
+    spindle_function = spindle.torque if isinstance(spindle, FreeSpindle) else spindle.speed_function
+    friction_forces = [contact.friction for contact in contacts_of(scene) if contact.friction is not None]
+    return tuple(map(CubicTimeFunction, [spindle_function, *inputs, *friction_forces]))
 
 
 def lower_reduced_scene(scene: Scene) -> tuple[ReductionArrays, ReducedForces]:
-    """What there is to sample of a scene of one part, and what acts on it.
+    """Lower a scene of one part to the arrays of its motion table and its forces.
 
-    The mechanism's joints must leave it one freedom and drive nothing.
+    Parameters
+    ----------
+    scene
+        The scene. Its mechanism has one degree of freedom and no drives.
+
+    Returns
+    -------
+    tuple[ReductionArrays, ReducedForces]
+        What is tabulated along the coordinate, and the forces that act along it.
     """
     mechanism, spindle = scene.part.mechanism, scene.spindle
     forced_outputs = forced_output_names(scene)
@@ -78,8 +104,8 @@ def lower_reduced_scene(scene: Scene) -> tuple[ReductionArrays, ReducedForces]:
     output_rows = make_output_rows(mechanism, [*names, mechanism.coordinate], {})
     joint_rows = make_constraint_table(mechanism).rows
     rows = np.concatenate([joint_rows.table, output_rows.table[-1:]])
-    loads, programs = make_force_element_table(mechanism, {}, 1)
-    springs, dampers, programmed_force_elements = _split_force_elements(loads)
+    force_elements, inputs = make_force_element_table(mechanism, {}, 1)
+    springs, dampers, programmed_force_elements = _split_force_elements(force_elements)
     low, high = _coordinate_bounds(mechanism)
     scene_time_scale = time_scale(scene)
     has_centrifugal_forces = scene.has_centrifugal and scene.part.plane == TURNING_PLANE
@@ -98,11 +124,11 @@ def lower_reduced_scene(scene: Scene) -> tuple[ReductionArrays, ReducedForces]:
         springs=springs,
         dampers=dampers,
         programmed_force_elements=programmed_force_elements,
-        program_indices=np.arange(1, 1 + len(programs)),
+        program_indices=np.arange(1, 1 + len(inputs)),
         output_rows=ConstraintRows(output_rows.table[:-1], output_rows.row_bodies[:-1], output_rows.curve_segments),
         output_scales=output_scales,
         output_springs=_two_sided_springs(scene, names),
-        limits=np.array([(names.index(one.reading), one.low, one.high) for one in limits]).reshape(-1, 3),
+        limits=np.array([(names.index(limit.reading), limit.low, limit.high) for limit in limits]).reshape(-1, 3),
         spindle_speed_squared=spindle.speeds[0] ** 2 if is_steady and isinstance(spindle, Spindle) else -1.0,
         coordinate_scale=_output_scale(mechanism, mechanism.coordinate),
         time_scale=scene_time_scale,
@@ -116,10 +142,10 @@ def lower_reduced_scene(scene: Scene) -> tuple[ReductionArrays, ReducedForces]:
 
 
 def _split_force_elements(force_elements: RecordArray) -> tuple[RecordArray, RecordArray, RecordArray]:
-    """The loads with a potential, those that damp, and those with a program."""
+    """Return the force elements with a potential, those that damp, and those with a time function."""
     if not len(force_elements):
         return force_elements, force_elements, force_elements
-    has_potential = (force_elements["kind"] == SPRING_ELEMENT) | (force_elements["kind"] == TORSION_SPRING_ELEMENT)
+    has_potential = (force_elements["kind"] == ForceElementKind.SPRING) | (force_elements["kind"] == ForceElementKind.TORSION_SPRING)
     return (
         force_elements[has_potential],
         force_elements[~has_potential & (force_elements["input_index"] < 0)],
@@ -139,9 +165,9 @@ def _output_scale(mechanism: Mechanism, name: str) -> float:
 
 
 def _two_sided_springs(scene: Scene, names: list[str]) -> FloatArray:
-    """Springs along readings that pull both ways."""
+    """Return the springs along outputs that both pull and push."""
     springs = [
-        (SPRING_FORCE, names.index(spring.reading), spring.rate, spring.free_value, -1)
+        (OutputForceKind.SPRING, names.index(spring.reading), spring.rate, spring.free_value, -1)
         for spring in output_springs_of(scene)
         if not spring.one_sided
     ]
@@ -152,27 +178,30 @@ def _lower_forces(scene: Scene, arrays: ReductionArrays, names: list[str]) -> Re
     mechanism, spindle, program = scene.part.mechanism, scene.spindle, 1 + len(arrays.program_indices)
     contacts = []
     for contact in contacts_of(scene):
-        has_friction = contact.friction is not None
-        contacts.append((names.index(contact.output_name), program if has_friction else -1, contact.low, contact.high,
-                        contact.restitution, _output_scale(mechanism, contact.output_name)))  # fmt: skip
+        has_friction, scale = contact.friction is not None, _output_scale(mechanism, contact.output_name)
+        friction_index = program if has_friction else -1
+        contacts.append((names.index(contact.output_name), friction_index, contact.low, contact.high, contact.restitution, scale))
         program += has_friction
     one_sided_springs = [
         (names.index(spring.reading), spring.rate, spring.free_value, _output_scale(mechanism, spring.reading))
         for spring in output_springs_of(scene)
         if spring.one_sided
     ]
-    output_dampers = [(names.index(spring.reading), spring.linear, spring.quadratic) for spring in output_dampers_of(scene)]
+    output_dampers = [(names.index(damper.reading), damper.linear, damper.quadratic) for damper in output_dampers_of(scene)]
     mass = sum(body.mass for body in mechanism.bodies)
-    parameters = np.zeros(11)
-    parameters[IS_SPINDLE_LOADED] = arrays.has_centrifugal_forces
-    parameters[IS_SPINDLE_FREE] = isinstance(spindle, FreeSpindle)
-    parameters[FREE_SPINDLE_INERTIA] = spindle.inertia if isinstance(spindle, FreeSpindle) else 0.0
-    parameters[FLUCTUATION_AMPLITUDE] = 0.5 * spindle.speed_fluctuation if isinstance(spindle, Spindle) else 0.0
-    parameters[CYCLES_PER_TURN] = spindle.cycles_per_turn if isinstance(spindle, Spindle) else 1.0
-    parameters[FORCE_SCALE] = mass * (mechanism.length_scale / arrays.time_scale) ** 2 / arrays.coordinate_scale
-    parameters[IS_CONSERVATIVE], parameters[PROGRAM_COUNT] = arrays.is_conservative, len(arrays.program_indices)
-    parameters[COORDINATE_SCALE], parameters[TIME_SCALE] = arrays.coordinate_scale, arrays.time_scale
-    parameters[ENERGY_SCALE] = mass * (mechanism.length_scale / arrays.time_scale) ** 2
+    parameters = np.zeros(len(ForceParameter))
+    parameters[ForceParameter.IS_SPINDLE_LOADED] = arrays.has_centrifugal_forces
+    parameters[ForceParameter.IS_SPINDLE_FREE] = isinstance(spindle, FreeSpindle)
+    parameters[ForceParameter.FREE_SPINDLE_INERTIA] = spindle.inertia if isinstance(spindle, FreeSpindle) else 0.0
+    parameters[ForceParameter.FLUCTUATION_AMPLITUDE] = 0.5 * spindle.speed_fluctuation if isinstance(spindle, Spindle) else 0.0
+    parameters[ForceParameter.CYCLES_PER_TURN] = spindle.cycles_per_turn if isinstance(spindle, Spindle) else 1.0
+    parameters[ForceParameter.FORCE_SCALE] = mass * (mechanism.length_scale / arrays.time_scale) ** 2 / arrays.coordinate_scale
+    parameters[ForceParameter.IS_CONSERVATIVE], parameters[ForceParameter.PROGRAM_COUNT] = (
+        arrays.is_conservative,
+        len(arrays.program_indices),
+    )
+    parameters[ForceParameter.COORDINATE_SCALE], parameters[ForceParameter.TIME_SCALE] = arrays.coordinate_scale, arrays.time_scale
+    parameters[ForceParameter.ENERGY_SCALE] = mass * (mechanism.length_scale / arrays.time_scale) ** 2
     return ReducedForces(
         parameters=parameters,
         one_sided_springs=np.array(one_sided_springs).reshape(-1, 4),

@@ -1,4 +1,4 @@
-"""A scene's way as far as it has been laid, and what to say where it ends."""
+"""Motion table of one scene: it grows with the motion, and says why it ends."""
 
 from __future__ import annotations
 
@@ -7,36 +7,58 @@ import time
 import numpy as np
 
 from governor_mechanism.mechanics.kinematics.time_functions import CubicTimeFunction
-from governor_mechanism.mechanics.reduction.lowering import IS_SPINDLE_FREE, lower_reduced_scene, time_functions_of
+from governor_mechanism.mechanics.reduction.lowering import ForceParameter, lower_reduced_scene, time_functions_of
 from governor_mechanism.mechanics.reduction.node_evaluation import make_node_workspace
-from governor_mechanism.mechanics.reduction.table import allocate_table, evaluate_poses, grow_table
-from governor_mechanism.mechanics.reduction.table_refinement import (
-    AT_BOUND,
-    AT_LIMIT,
-    PIECE_ADDED,
-    START_TABLE,
-    TABLE_ENDED,
-    TABLE_FULL,
-    extend_table,
-)
+from governor_mechanism.mechanics.reduction.table import EndReason, ExtensionStatus, TableAction, allocate_table, evaluate_poses, grow_table
+from governor_mechanism.mechanics.reduction.table_refinement import extend_table
 from governor_mechanism.model.scene import Scene
 from governor_mechanism.types import FloatArray
 
 BOUND_TOLERANCE = 1e-3
-"""Of the coordinate's unit: a way that cannot be laid so near its bound ends there: the joints hardly settle it."""
+"""Distance from the coordinate's bound, in coordinate scales, within which a table that cannot be extended counts as ending there."""
 
 INITIAL_TABLE_CAPACITY = 32
-"""So many pieces have room at first."""
+"""Number of pieces allocated at first."""
 
 
 NO_POSES = np.zeros((0, 3))
-"""The poses that stand where none are asked for."""
+"""Empty poses for actions that do not read them."""
 
 
 class MotionTable:
-    """The way of one scene from a start; `share` makes its pieces that much narrower at first.
+    """The motion table of one scene, from its initial configuration on.
 
-    curves are its programs, where they are known.
+    Parameters
+    ----------
+    scene
+        The scene; its mechanism has one degree of freedom.
+    q
+        Leading coordinate at the start, SI.
+    poses
+        Poses at the start; shape (bodies, 3).
+    width_ratio
+        Factor on the width of the first pieces.
+    time_functions
+        Time functions of the scene, if they are already known.
+
+    Attributes
+    ----------
+    scene
+        The scene.
+    arrays
+        The lowered mechanism.
+    forces
+        The forces along the coordinate.
+    time_functions
+        Spindle speed or torque, inputs of force elements, friction forces.
+    has_free_spindle
+        Whether the spindle turns freely.
+    table
+        The pieces.
+    setup_time
+        Wall time spent on the table, s.
+    is_started
+        Whether the first piece could be computed.
     """
 
     def __init__(
@@ -51,58 +73,58 @@ class MotionTable:
         self.scene = scene
         self.arrays, self.forces = lower_reduced_scene(scene)
         self.time_functions = time_functions_of(scene) if time_functions is None else time_functions
-        self.has_free_spindle = bool(self.forces.parameters[IS_SPINDLE_FREE])
+        self.has_free_spindle = bool(self.forces.parameters[ForceParameter.IS_SPINDLE_FREE])
         self._workspace = make_node_workspace(self.arrays)
         self.table = allocate_table(self.arrays, INITIAL_TABLE_CAPACITY)
         self.table.next_widths[:] *= width_ratio
         self.setup_time = 0.0
-        """Seconds that laying has taken."""
-        self.is_started = self._extend_table(START_TABLE, q, poses) == PIECE_ADDED and self.extend(1)
+        """Wall time spent on the table, s."""
+        self.is_started = self._extend_table(TableAction.START, q, poses) == ExtensionStatus.PIECE_ADDED and self.extend(1)
         self.setup_time = time.perf_counter() - start_time
 
     @property
     def n_pieces(self) -> int:
-        """How many there are."""
+        """Number of pieces."""
         return int(self.table.n_pieces[0])
 
     def extend(self, side: int) -> bool:
-        """Whether one more piece could be laid below (0) or above (1)."""
+        """Add a piece below (0) or above (1); return whether that was possible."""
         start_time = time.perf_counter()
         status = self._extend_table(side)
-        if status == TABLE_FULL:
+        if status == ExtensionStatus.TABLE_FULL:
             self.table = grow_table(self.table)
             status = self._extend_table(side)
         self.setup_time += time.perf_counter() - start_time
-        return bool(status != TABLE_ENDED)
+        return status != ExtensionStatus.TABLE_ENDED
 
-    def _extend_table(self, action: int, q: float = 0.0, poses: FloatArray = NO_POSES) -> int:
-        return extend_table(self.arrays, self._workspace, self.table, action, q, poses)
+    def _extend_table(self, action: int, q: float = 0.0, poses: FloatArray = NO_POSES) -> ExtensionStatus:
+        return extend_table(self.arrays, self._workspace, self.table, int(action), q, poses)  # an enum member would compile it again
 
     def end_coordinate(self, side: int) -> float:
-        """Where the way ends below (0) or above (1): at the coordinate's bound, or as far as it could be laid."""
+        """Return the coordinate at which the table ends below (0) or above (1): its bound, or the end of the last piece."""
         edge = float(self.table.intervals[self.table.end_pieces[side], side])
         bound = self.arrays.high if side == 1 else self.arrays.low
         return bound if abs(edge - bound) < BOUND_TOLERANCE * self.arrays.coordinate_scale else edge
 
     def end_message(self, side: int) -> tuple[bool, str]:
-        """Whether the description ends where the way does, and what happens there."""
+        """Return whether the table ends at a limit given in the scene, and what happens there."""
         mechanism, reason = self.scene.part.mechanism, int(self.table.end_reasons[side])
         own_limits = [limit for limit in mechanism.limits if limit.reading == mechanism.coordinate]
         other_limits = [limit for limit in mechanism.limits if limit.reading != mechanism.coordinate]
         bound = self.arrays.high if side == 1 else self.arrays.low
-        if own_limits and (reason == AT_BOUND or self.end_coordinate(side) == bound):
+        if own_limits and (reason == EndReason.AT_BOUND or self.end_coordinate(side) == bound):
             limit, at_high = own_limits[0], side == 1
-        elif reason >= AT_LIMIT:
-            limit, at_high = other_limits[(reason - AT_LIMIT) // 2], bool((reason - AT_LIMIT) % 2)
+        elif reason >= EndReason.AT_LIMIT:
+            limit, at_high = other_limits[(reason - EndReason.AT_LIMIT) // 2], bool((reason - EndReason.AT_LIMIT) % 2)
         else:
             return False, (
-                f"{mechanism.coordinate!r} stands at a dead centre, or the joints at a change point, and does not "
-                f"settle the mechanism there, at {self.end_coordinate(side):.6g}"
+                f"{mechanism.coordinate!r} is at a turning point, or the joints at a change point, and does not determine "
+                f"the poses at {self.end_coordinate(side):.6g}"
             )
         return True, f"{limit.reading}: {limit.high_message if at_high else limit.low_message}"
 
     def evaluate_poses(self, values: FloatArray) -> tuple[FloatArray, FloatArray]:
-        """Poses and their derivative (n, bodies, 3) at values (n,) of the coordinate that have been laid."""
+        """Return poses and their derivative (n, bodies, 3) at tabulated values (n,) of the coordinate."""
         flat_poses = np.empty((2, len(values), len(self.arrays.pose_scales)))
         evaluate_poses(self.table, np.ascontiguousarray(values), flat_poses[0], flat_poses[1])
         poses, tangents = flat_poses.reshape(2, len(values), len(self.arrays.bodies), 3)

@@ -1,11 +1,12 @@
-"""One place on the way of a mechanism of mobility one: poses, how they move, what follows; compiled.
+"""Position solution and coefficients of the reduced model at one value of the coordinate; compiled.
 
-Dense elimination that picks independent rows: where joints are redundant, those left over say the same.
+Dense elimination with row pivoting selects independent rows; redundant rows of joints are consistent with them.
 """
 
 from __future__ import annotations
 
 import math
+from enum import IntEnum
 from typing import NamedTuple
 
 import numpy as np
@@ -13,60 +14,108 @@ import numpy as np
 from governor_mechanism.mechanics.dynamics.equations_of_motion import bodies_inertia_about_spindle, evaluate_body_forces
 from governor_mechanism.mechanics.dynamics.force_elements import add_element_forces
 from governor_mechanism.mechanics.dynamics.output_forces import add_output_forces, output_rate
-from governor_mechanism.mechanics.kinematics.constraint_kernels import (
-    DRIVE_ACCELERATION,
-    DRIVE_VALUE,
-    GAMMA,
-    RESIDUAL,
-    ConstraintRows,
-    evaluate_rows,
-)
+from governor_mechanism.mechanics.kinematics.constraint_kernels import ConstraintRows, RowColumn, evaluate_rows
 from governor_mechanism.numerics.jit import jit, jit_internal
 from governor_mechanism.types import FloatArray, IntArray, RecordArray
 
 MAX_NODE_NEWTON_STEPS = 16
-"""So many Newton steps are made."""
+"""Largest number of Newton steps."""
 
 NODE_DIVERGENCE_STEP = 0.3
-"""Machine sizes, and rad: after a Newton step of this size nothing is near by."""
+"""Newton step, in length scales and rad, from which the iteration counts as diverged: no solution is near."""
 
 NODE_ROUNDING_STEP, NODE_CONVERGENCE_STEP = 2e-15, 1e-8
-"""Machine sizes, and rad: a Newton step this small is the last; one that is no smaller than half the one before it is
-rounding, if it is at least that small."""
+"""Newton steps, in length scales and rad: one of the first size ends the iteration; one below the second ends it if it does not
+halve the step before it, because only rounding is left.
+"""
 
 NODE_CONTINUATION_STEP = 0.1
-"""Of the coordinate's unit: steps by which a start is reached."""
+"""Continuation step with which a start is reached, in coordinate scales."""
 
 MAX_NODE_BRANCH_DISTANCE = 0.05
-"""Machine sizes, and rad: poses that close farther from where they were expected may be on another branch."""
+"""Distance from the guess, in length scales and rad, beyond which a solution may belong to another branch."""
 
 SINGULAR_NODE_PIVOT_RATIO = 1e-11
-"""A pivot below this fraction of its row has vanished."""
+"""Pivot of the scaled Jacobian below which it is singular."""
 
-(
-    QUADRATIC_COLUMN,
-    POTENTIAL_COLUMN,
-    CENTRIFUGAL_COLUMN,
-    INVERSE_INERTIA_COLUMN,
-    SPINDLE_INERTIA_COLUMN,
-    DAMPING_COLUMN,
-    FIRST_PROGRAM_COLUMN,
-) = range(7)
-"""Columns along a coordinate q: -I'/2I, -V'/I, J'/2I, 1/I, J, the slope of dampers' force by q' over I; from FIRST on
-those of programmed loads over I, then value and slope of each gauge.
 
-T = I q'^2 / 2, so q'' is OWN q'^2 + PULL + GRIP w^2 + DRAG q' and more. PULL has the spindle's turning in it where that
-never changes."""
+class TableColumn(IntEnum):
+    """Columns of the motion table along the coordinate q.
+
+    With T = I q'^2 / 2 the equation of motion is q'' = QUADRATIC q'^2 + POTENTIAL + CENTRIFUGAL w^2 + DAMPING q' + other forces.
+    """
+
+    QUADRATIC = 0
+    """-I'/2I."""
+    POTENTIAL = 1
+    """-V'/I; at constant spindle speed it contains the centrifugal forces."""
+    CENTRIFUGAL = 2
+    """J'/2I."""
+    INVERSE_INERTIA = 3
+    """1/I."""
+    SPINDLE_INERTIA = 4
+    """J."""
+    DAMPING = 5
+    """Derivative of the dampers' force by q', over I."""
+    FIRST_PROGRAM = 6
+    """From here on the programmed forces at unit input over I, then value and derivative of each output."""
 
 
 class ReductionArrays(NamedTuple):
-    """What there is to sample. rows: the joints', and last the coordinate's; free: coordinates (of poses.ravel()) that
-    may change; units and mass (3 bodies,) of all of them; scales (rows,): what makes openings relative; loads apart by
-    kind; sizes (gauges,): what they are relative to; limits (n, 3): gauge, low, high.
+    """A mechanism with one degree of freedom as arrays, from which the columns of its motion table are computed.
 
-    squared (rad2/s2) is the spindle's speed where it never changes, else below nought; unit, second and size are what
-    the coordinate, times and lengths are relative to; low and high bound the coordinate. plain: OWN and PULL are all
-    that acts.
+    Attributes
+    ----------
+    constraint_rows
+        Rows of the joints, and last the row of the leading coordinate.
+    coordinate_wraps
+        Whether the coordinate is the angle of a line, which is known up to whole turns.
+    free_indices
+        Indices of the coordinates of poses.ravel() that may change.
+    pose_scales
+        Scales of all coordinates; shape (3 bodies,).
+    row_scales
+        Factors that make the residuals of the rows dimensionless; shape (rows,).
+    mass
+        Mass, mass and moment of inertia of each body; shape (3 bodies,).
+    bodies
+        Mass properties; shape (bodies,).
+    gravity
+        Acceleration of gravity, m/s2.
+    has_centrifugal_forces
+        Whether the plane rotates with the spindle and centrifugal forces act.
+    springs
+        Force elements with a potential.
+    dampers
+        Force elements that damp.
+    programmed_force_elements
+        Force elements with a time function.
+    program_indices
+        Indices of their time functions.
+    output_rows
+        Rows of the outputs with forces or limits.
+    output_scales
+        Their scales; shape (outputs,).
+    output_springs
+        Springs along outputs that both pull and push.
+    limits
+        Output index, low and high limit; shape (n, 3).
+    spindle_speed_squared
+        Square of a constant spindle speed, rad2/s2; negative if the speed changes.
+    coordinate_scale
+        Scale of the coordinate, m or rad.
+    time_scale
+        Characteristic time, s.
+    length_scale
+        Characteristic length, m.
+    low
+        Lower bound of the coordinate.
+    high
+        Upper bound of the coordinate.
+    full_turn
+        Whole turn of a coordinate that is an angle, rad; else 0.
+    is_conservative
+        Whether the quadratic and the potential column hold all forces.
     """
 
     constraint_rows: ConstraintRows
@@ -97,7 +146,7 @@ class ReductionArrays(NamedTuple):
 
 
 class NodeWorkspace(NamedTuple):
-    """Room to work in; pivot (1,): how independent the rows were at the place last closed."""
+    """Buffers of the node evaluation; min_pivot (1,) is the smallest pivot of the last solved position."""
 
     row_values: FloatArray
     jacobian: FloatArray
@@ -116,7 +165,18 @@ class NodeWorkspace(NamedTuple):
 
 
 def make_node_workspace(arrays: ReductionArrays) -> NodeWorkspace:
-    """Room for samples of this plan."""
+    """Allocate the buffers of the node evaluation.
+
+    Parameters
+    ----------
+    arrays
+        The lowered mechanism.
+
+    Returns
+    -------
+    NodeWorkspace
+        Buffers of matching sizes.
+    """
     n_rows, n_bodies, n_outputs = len(arrays.constraint_rows.table), len(arrays.bodies), len(arrays.output_rows.table)
     return NodeWorkspace(
         row_values=np.zeros((n_rows, 5)),
@@ -138,7 +198,7 @@ def make_node_workspace(arrays: ReductionArrays) -> NodeWorkspace:
 
 @jit_internal
 def _factorise(matrix: FloatArray, row_order: IntArray) -> float:
-    """Factors in place, rows in an order of their own; the least pivot, which is nought where rows are too few."""
+    """Factorise a matrix in place with row pivoting; return the smallest pivot, or 0 if the matrix is singular."""
     n_rows, n_columns = matrix.shape
     min_pivot = math.inf
     for i in range(n_rows):
@@ -176,7 +236,7 @@ def _solve_factorised(
     solution: FloatArray,
     pose_change: FloatArray,
 ) -> float:
-    """Fill found (3 bodies,) with what makes the factorised rows equal to right; its size, in units."""
+    """Fill pose_change (3 bodies,) with the solution of the factorised system; return its largest component in pose scales."""
     n_columns, step_size = free_indices.size, 0.0
     for i in range(n_columns):
         total = rhs[row_order[i]]
@@ -195,7 +255,7 @@ def _solve_factorised(
 
 @jit_internal
 def _fill_scaled_jacobian(
-    ends: IntArray,
+    row_bodies: IntArray,
     jacobian: FloatArray,
     row_scales: FloatArray,
     free_indices: IntArray,
@@ -203,18 +263,17 @@ def _fill_scaled_jacobian(
     dense_row: FloatArray,
     matrix: FloatArray,
 ) -> None:
-    """Fill the matrix (rows, free) with gradients in units of rows and coordinates; every (3 bodies,) is room, and
-    nought before and after."""
-    for i in range(ends.shape[0]):
+    """Fill the dimensionless Jacobian (rows, free coordinates); dense_row (3 bodies,) is a buffer of zeros before and after."""
+    for i in range(row_bodies.shape[0]):
         for side in range(2):
-            body = ends[i, side]
+            body = row_bodies[i, side]
             if body >= 0:
                 for c in range(3):
                     dense_row[3 * body + c] += row_scales[i] * jacobian[i, side, c] * pose_scales[3 * body + c]
         for k in range(free_indices.size):
             matrix[i, k] = dense_row[free_indices[k]]
         for side in range(2):
-            body = ends[i, side]
+            body = row_bodies[i, side]
             if body >= 0:
                 for c in range(3):
                     dense_row[3 * body + c] = 0.0
@@ -222,7 +281,7 @@ def _fill_scaled_jacobian(
 
 @jit_internal
 def solve_position(arrays: ReductionArrays, workspace: NodeWorkspace, q: float, node: FloatArray) -> bool:
-    """Close place[0] (poses) at a value of the coordinate, from a guess; fill in its two derivatives."""
+    """Solve for the poses node[0] at a value of the coordinate from a guess; fill in their two derivatives."""
     rows, free_indices, pose_scales, row_scales, row_values, jacobian = (
         arrays.constraint_rows,
         arrays.free_indices,
@@ -238,18 +297,18 @@ def solve_position(arrays: ReductionArrays, workspace: NodeWorkspace, q: float, 
         workspace.pose_change,
         workspace.solution,
     )
-    poses, tangents, dense_row, ends = (node[0].reshape(-1, 3), node[1].reshape(-1, 3), workspace.dense_row, rows.row_bodies)
+    poses, tangents, dense_row, row_bodies = (node[0].reshape(-1, 3), node[1].reshape(-1, 3), workspace.dense_row, rows.row_bodies)
     last, previous_step = rhs.size - 1, math.inf
     for _ in range(MAX_NODE_NEWTON_STEPS):
-        row_values[:, DRIVE_VALUE] = 0.0
+        row_values[:, RowColumn.DRIVE_VALUE] = 0.0
         evaluate_rows(rows, poses, workspace.zero_velocities, row_values, jacobian)
         for i in range(last):
-            rhs[i] = -row_values[i, RESIDUAL] * row_scales[i]
-        residual = row_values[last, RESIDUAL] - q
+            rhs[i] = -row_values[i, RowColumn.RESIDUAL] * row_scales[i]
+        residual = row_values[last, RowColumn.RESIDUAL] - q
         if arrays.coordinate_wraps:
             residual -= 2.0 * math.pi * math.floor(residual / (2.0 * math.pi) + 0.5)
         rhs[last] = -residual * row_scales[last]
-        _fill_scaled_jacobian(ends, jacobian, row_scales, free_indices, pose_scales, dense_row, matrix)
+        _fill_scaled_jacobian(row_bodies, jacobian, row_scales, free_indices, pose_scales, dense_row, matrix)
         workspace.min_pivot[0] = _factorise(matrix, row_order)
         if workspace.min_pivot[0] == 0.0:
             return False
@@ -266,42 +325,59 @@ def solve_position(arrays: ReductionArrays, workspace: NodeWorkspace, q: float, 
     rhs[:] = 0.0
     rhs[last] = row_scales[last]
     _solve_factorised(matrix, row_order, rhs, free_indices, pose_scales, solution, node[1])
-    row_values[:, DRIVE_ACCELERATION] = 0.0
+    row_values[:, RowColumn.DRIVE_ACCELERATION] = 0.0
     evaluate_rows(rows, poses, tangents, row_values, jacobian)
     for i in range(last + 1):
-        rhs[i] = row_values[i, GAMMA] * row_scales[i]
+        rhs[i] = row_values[i, RowColumn.GAMMA] * row_scales[i]
     _solve_factorised(matrix, row_order, rhs, free_indices, pose_scales, solution, node[2])
     return True
 
 
 @jit
 def continue_to_coordinate(arrays: ReductionArrays, workspace: NodeWorkspace, q: float, poses: FloatArray) -> bool:
-    """Bring poses (bodies, 3) that all but close the joints to a value of the coordinate, by steps of NEAR."""
+    """Move poses by continuation to a value of the coordinate.
+
+    Parameters
+    ----------
+    arrays
+        The lowered mechanism.
+    workspace
+        Buffers of the node evaluation.
+    q
+        Requested coordinate, SI.
+    poses
+        Poses that nearly close the joints; changed in place; shape (bodies, 3).
+
+    Returns
+    -------
+    bool
+        Whether the value was reached on the same branch.
+    """
     node, predicted = np.zeros((3, arrays.pose_scales.size)), np.zeros(arrays.pose_scales.size)
     node[0] = poses.ravel()
     workspace.row_values[:] = 0.0
     evaluate_rows(arrays.constraint_rows, poses, workspace.zero_velocities, workspace.row_values, workspace.jacobian)
-    start = workspace.row_values[arrays.constraint_rows.table.size - 1, RESIDUAL]
+    start = workspace.row_values[arrays.constraint_rows.table.size - 1, RowColumn.RESIDUAL]
     n_steps = max(1, math.ceil(abs(q - start) / (NODE_CONTINUATION_STEP * arrays.coordinate_scale)))
-    q_here = start
+    q_reached = start
     for k in range(n_steps + 1):
-        q_there = start + (q - start) * k / n_steps
+        q_next = start + (q - start) * k / n_steps
         for c in range(arrays.pose_scales.size):
-            node[0, c] += (q_there - q_here) * node[1, c]
+            node[0, c] += (q_next - q_reached) * node[1, c]
         predicted[:] = node[0]
-        if not solve_position(arrays, workspace, q_there, node):
+        if not solve_position(arrays, workspace, q_next, node):
             return False
         for c in range(arrays.pose_scales.size):
             if not abs(node[0, c] - predicted[c]) < MAX_NODE_BRANCH_DISTANCE * arrays.pose_scales[c]:
                 return False
-        q_here = q_there
+        q_reached = q_next
     poses[:] = node[0].reshape(-1, 3)
     return True
 
 
 @jit_internal
 def evaluate_columns(arrays: ReductionArrays, workspace: NodeWorkspace, node: FloatArray, columns: FloatArray) -> None:
-    """Fill columns with what follows from a place (3, 3 bodies)."""
+    """Fill the columns of the table from a node (3, 3 bodies): poses, tangent and curvature."""
     poses, tangents = node[0].reshape(-1, 3), node[1].reshape(-1, 3)
     inertia = inertia_derivative = 0.0
     for k in range(arrays.mass.size):
@@ -321,19 +397,22 @@ def evaluate_columns(arrays: ReductionArrays, workspace: NodeWorkspace, node: Fl
         workspace.output_jacobian,
         workspace.generalised_forces,
     )
-    columns[QUADRATIC_COLUMN] = -0.5 * inertia_derivative / inertia
-    columns[POTENTIAL_COLUMN] = _project_on_tangent(workspace.generalised_forces, node[1]) / inertia
-    if columns.size == INVERSE_INERTIA_COLUMN:
+    columns[TableColumn.QUADRATIC] = -0.5 * inertia_derivative / inertia
+    columns[TableColumn.POTENTIAL] = _project_on_tangent(workspace.generalised_forces, node[1]) / inertia
+    if columns.size == TableColumn.INVERSE_INERTIA:
         return
-    columns[CENTRIFUGAL_COLUMN] = 0.0
+    columns[TableColumn.CENTRIFUGAL] = 0.0
     if arrays.has_centrifugal_forces and not is_steady:
         evaluate_body_forces(arrays.bodies, 0.0, True, poses, 1.0, workspace.generalised_forces)
-        columns[CENTRIFUGAL_COLUMN] = _project_on_tangent(workspace.generalised_forces, node[1]) / inertia
-    columns[INVERSE_INERTIA_COLUMN], columns[SPINDLE_INERTIA_COLUMN] = (1.0 / inertia, bodies_inertia_about_spindle(arrays.bodies, poses))
+        columns[TableColumn.CENTRIFUGAL] = _project_on_tangent(workspace.generalised_forces, node[1]) / inertia
+    columns[TableColumn.INVERSE_INERTIA], columns[TableColumn.SPINDLE_INERTIA] = (
+        1.0 / inertia,
+        bodies_inertia_about_spindle(arrays.bodies, poses),
+    )
     workspace.generalised_forces[:] = 0.0
     add_element_forces(arrays.dampers, poses, tangents, workspace.input_cubics, 0.0, workspace.generalised_forces)
-    columns[DAMPING_COLUMN] = _project_on_tangent(workspace.generalised_forces, node[1]) / inertia
-    column = FIRST_PROGRAM_COLUMN
+    columns[TableColumn.DAMPING] = _project_on_tangent(workspace.generalised_forces, node[1]) / inertia
+    column: int = TableColumn.FIRST_PROGRAM
     for program in arrays.program_indices:
         workspace.generalised_forces[:] = 0.0
         workspace.input_cubics[program, 3] = 1.0
@@ -345,7 +424,7 @@ def evaluate_columns(arrays: ReductionArrays, workspace: NodeWorkspace, node: Fl
         column += 1
     evaluate_rows(arrays.output_rows, poses, tangents, workspace.output_row_values, workspace.output_jacobian)
     for k in range(arrays.output_rows.table.size):
-        columns[column] = workspace.output_row_values[k, RESIDUAL]
+        columns[column] = workspace.output_row_values[k, RowColumn.RESIDUAL]
         columns[column + 1] = output_rate(arrays.output_rows, workspace.output_jacobian, k, tangents)
         column += 2
 

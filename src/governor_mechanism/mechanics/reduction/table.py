@@ -1,30 +1,83 @@
-"""What has been laid of a mechanism's way: pieces along its coordinate, looked up and read off; compiled."""
+"""Piecewise Chebyshev table of a motion along its coordinate: storage, lookup and evaluation of poses; compiled."""
 
 from __future__ import annotations
 
 import math
+from enum import IntEnum
 from typing import NamedTuple
 
 import numpy as np
 
-from governor_mechanism.mechanics.reduction.node_evaluation import FIRST_PROGRAM_COLUMN, INVERSE_INERTIA_COLUMN, ReductionArrays
+from governor_mechanism.mechanics.reduction.node_evaluation import ReductionArrays, TableColumn
 from governor_mechanism.numerics.chebyshev import N_CHEBYSHEV_NODES, barycentric_weights
 from governor_mechanism.numerics.jit import jit, jit_internal
 from governor_mechanism.types import FloatArray, IntArray
 
 INITIAL_PIECE_WIDTH = 0.1
-"""Of the coordinate's unit: the first piece tried."""
+"""Width of the first piece that is tried, in coordinate scales."""
+
+
+class TableAction(IntEnum):
+    """What `extend_table` does: add a piece on a side, or start the table."""
+
+    BELOW = 0
+    ABOVE = 1
+    START = 2
+
+
+class ExtensionStatus(IntEnum):
+    """Result of `extend_table`."""
+
+    PIECE_ADDED = 0
+    TABLE_FULL = 1
+    """The capacity is used up."""
+    TABLE_ENDED = 2
+
+
+class EndReason(IntEnum):
+    """Why a table ends on a side."""
+
+    NOT_ENDED = 0
+    AT_BOUND = 1
+    """At a bound of the coordinate."""
+    AT_SINGULARITY = 2
+    """Where the coordinate does not determine the poses."""
+    AT_LIMIT = 3
+    """At a limit of a reading: this plus twice the index of the limit, plus 1 at a high one."""
 
 
 class PiecewiseTable(NamedTuple):
-    """Pieces, in the order in which they were laid: edges (pieces, 4), their low and high end, middle and 1 / half
-    width; beside (pieces, 2), the ones below and above, -1 where none is; table (pieces, columns, COUNT);
-    places (pieces, COUNT, 3, 3 bodies), poses and their two derivatives at the nodes.
+    """Pieces of the table in the order in which they were added, and the state of its construction.
 
-    number (1,): how many there are. ends, why (2,): the lowest and highest piece, and why the way ends there; width
-    (2,) of the next piece; ring (5,): period, beginning, whole turns to try next, most rounding in units of TIGHT, how
-    independent the joints were at first; turned (3 bodies,): what a turn adds to poses; natural (columns,) and
-    natural_places (2, 3 bodies): what fits are relative to; first (3, 3 bodies): the place that all begins at.
+    Attributes
+    ----------
+    intervals
+        Low end, high end, midpoint and 1 / half width of each piece; shape (pieces, 4).
+    neighbours
+        Index of the piece below and above, or -1; shape (pieces, 2).
+    coefficients
+        Power-series coefficients of the columns; shape (pieces, columns, 12).
+    nodes
+        Poses and their first two derivatives at the Chebyshev nodes; shape (pieces, 12, 3, 3 bodies).
+    n_pieces
+        Number of pieces; shape (1,).
+    end_pieces
+        Index of the lowest and the highest piece; shape (2,).
+    end_reasons
+        Why the table ends below and above; shape (2,).
+    next_widths
+        Width of the next piece below and above; shape (2,).
+    periodicity
+        Period (0 if not periodic), its beginning, number of whole turns to try next, largest rounding error in units of
+        `FIT_TOLERANCE`, pivot ratio of the joints at the start; shape (5,).
+    pose_increment
+        Change of the poses over a period; shape (3 bodies,).
+    column_scales
+        Scales of the fit errors of the columns; shape (columns,).
+    node_scales
+        Scales of the fit errors of poses and tangents; shape (2, 3 bodies).
+    initial_node
+        Poses at the start and their first two derivatives; shape (3, 3 bodies).
     """
 
     intervals: FloatArray
@@ -43,7 +96,20 @@ class PiecewiseTable(NamedTuple):
 
 
 def allocate_table(arrays: ReductionArrays, capacity: int) -> PiecewiseTable:
-    """Room for so many pieces, none laid."""
+    """Allocate an empty table.
+
+    Parameters
+    ----------
+    arrays
+        The lowered mechanism.
+    capacity
+        Number of pieces.
+
+    Returns
+    -------
+    PiecewiseTable
+        A table without pieces.
+    """
     n_columns, n_bodies = count_columns(arrays), len(arrays.bodies)
     return PiecewiseTable(
         intervals=np.zeros((capacity, 4)),
@@ -63,7 +129,7 @@ def allocate_table(arrays: ReductionArrays, capacity: int) -> PiecewiseTable:
 
 
 def grow_table(table: PiecewiseTable) -> PiecewiseTable:
-    """The same with room for twice as many pieces."""
+    """Return the table with twice the capacity."""
     grown = {}
     for name in ("intervals", "neighbours", "coefficients", "nodes"):
         old = getattr(table, name)
@@ -72,19 +138,39 @@ def grow_table(table: PiecewiseTable) -> PiecewiseTable:
 
 
 def count_columns(arrays: ReductionArrays) -> int:
-    """How many columns there are."""
+    """Return the number of columns of the table."""
     return (
-        INVERSE_INERTIA_COLUMN
+        TableColumn.INVERSE_INERTIA
         if arrays.is_conservative and not len(arrays.output_rows.table)
-        else FIRST_PROGRAM_COLUMN + len(arrays.program_indices) + 2 * len(arrays.output_rows.table)
+        else TableColumn.FIRST_PROGRAM + len(arrays.program_indices) + 2 * len(arrays.output_rows.table)
     )
 
 
 @jit_internal
 def find_piece(intervals: FloatArray, neighbours: IntArray, periodicity: FloatArray, q: float, piece_guess: int) -> tuple[int, float, int]:
-    """The piece that holds a value, looked for from one near by, where in it the value is (-1 to 1), and -1.
+    """Find the piece that contains a value of the coordinate.
 
-    Where none does, the side (0 below, 1 above) to lay one on stands in place of that.
+    Parameters
+    ----------
+    intervals
+        As in `PiecewiseTable`.
+    neighbours
+        As in `PiecewiseTable`.
+    periodicity
+        As in `PiecewiseTable`.
+    q
+        Leading coordinate, SI.
+    piece_guess
+        Index of the piece at which the search starts.
+
+    Returns
+    -------
+    piece : int
+        Index of the piece, or of the nearest one.
+    t : float
+        Local coordinate in that piece, -1 to 1.
+    side : int
+        -1, or the side on which the table must be extended: 0 below, 1 above.
     """
     piece, wrapped, side = piece_guess, q, -1
     if periodicity[0] > 0.0:
@@ -96,14 +182,26 @@ def find_piece(intervals: FloatArray, neighbours: IntArray, periodicity: FloatAr
         while wrapped < intervals[piece, 0] and neighbours[piece, 0] >= 0:
             piece = neighbours[piece, 0]
         t = (wrapped - intervals[piece, 2]) * intervals[piece, 3]
-        if periodicity[0] == 0.0:  # on a ring it would be rounding
+        if periodicity[0] == 0.0:  # in a periodic table only rounding leads beyond an end
             side = 1 if wrapped > intervals[piece, 1] else 0 if wrapped < intervals[piece, 0] else -1
     return piece, t, side
 
 
 @jit
 def evaluate_poses(table: PiecewiseTable, values: FloatArray, poses: FloatArray, tangents: FloatArray) -> None:
-    """Fill poses and their derivative (n, 3 bodies) at values (n,) of the coordinate that have been laid."""
+    """Evaluate poses and their derivative by barycentric interpolation.
+
+    Parameters
+    ----------
+    table
+        The table; it must cover the values.
+    values
+        Leading coordinate, SI; shape (n,).
+    poses
+        Filled with the poses; shape (n, 3 bodies).
+    tangents
+        Filled with their derivatives by the coordinate; shape (n, 3 bodies).
+    """
     weights, piece = np.empty(N_CHEBYSHEV_NODES), 0
     for i in range(values.size):
         piece, t, _ = find_piece(table.intervals, table.neighbours, table.periodicity, values[i], piece)

@@ -1,7 +1,7 @@
-"""A mechanism's way laid out piece by piece, as far as a motion goes: poses and columns along the coordinate; compiled.
+"""Adaptive construction of the motion table, piece by piece, as far as a motion needs it; compiled.
 
-Each piece is a fit (see `pieces`) that leaves out no more than TIGHT; where it does, it is laid anew, half as wide. A
-way that comes all the way round is closed to a ring.
+Each piece is a Chebyshev fit (see `chebyshev`) with a truncation error of at most `FIT_TOLERANCE`; a piece that exceeds it is
+computed again with half the width. The table of a closed motion becomes periodic.
 """
 
 from __future__ import annotations
@@ -10,72 +10,78 @@ import math
 
 import numpy as np
 
-from governor_mechanism.mechanics.kinematics.constraint_kernels import LINE_ANGLE
+from governor_mechanism.mechanics.kinematics.constraint_kernels import RowKind
 from governor_mechanism.mechanics.reduction.node_evaluation import (
-    CENTRIFUGAL_COLUMN,
-    DAMPING_COLUMN,
-    FIRST_PROGRAM_COLUMN,
-    INVERSE_INERTIA_COLUMN,
     MAX_NODE_BRANCH_DISTANCE,
-    POTENTIAL_COLUMN,
-    QUADRATIC_COLUMN,
-    SPINDLE_INERTIA_COLUMN,
     NodeWorkspace,
     ReductionArrays,
+    TableColumn,
     evaluate_columns,
     solve_position,
 )
-from governor_mechanism.mechanics.reduction.table import PiecewiseTable
+from governor_mechanism.mechanics.reduction.table import EndReason, ExtensionStatus, PiecewiseTable, TableAction
 from governor_mechanism.numerics.chebyshev import CHEBYSHEV_NODES, N_CHEBYSHEV_NODES, barycentric_weights, evaluate_piece, fit_piece
 from governor_mechanism.numerics.jit import jit, jit_internal
 from governor_mechanism.types import FloatArray
 
 FIT_TOLERANCE = 1e-13
-"""What a fit may leave out, of what its column is natural in."""
+"""Truncation tolerance of a piece, relative to the scale of its column."""
 
 MAX_PIECE_WIDTH = 1.0
-"""Of the coordinate's unit: no piece is wider."""
+"""Largest width of a piece, in coordinate scales."""
 
 MIN_PIECE_WIDTH = 1e-9
-"""Of the coordinate's unit: where a piece must be narrower, the way ends."""
+"""Smallest width of a piece, in coordinate scales; where a narrower one is needed, the table ends."""
 
 WIDEN_THRESHOLD = 1e-3
-"""A piece that leaves out less than this part of what it may lets the next one be wider."""
+"""Fit residual relative to the tolerance below which the next piece is twice as wide."""
 
 MAX_ROUNDING_RATIO = 1e6
-"""So many times more than TIGHT may be left out where it is rounding: near a change point, where the way soon ends."""
+"""Relaxation of `FIT_TOLERANCE` once the coefficients have stagnated at rounding level, as near a change point."""
 
 NOISE_LIMIT, MIN_RESIZABLE_WIDTH, N_RESIZE_TRIALS = 10.0, 1e-3, 24
-"""More rounding than that, in units of TIGHT, on a piece wider than this part of the coordinate's unit: so many other
-widths are tried."""
+"""Rounding error in units of `FIT_TOLERANCE`, and piece width in coordinate scales, above which other widths are tried; their number."""
 
 CHANGE_POINT_RATIO, CHANGE_POINT_MARGIN = 0.1, 0.1
-"""A piece with that much rounding, and with joints that much less independent than at the start, holds a change point,
-where the way ends; but for the last part (of the coordinate's unit) before its bound, which ends it anyhow."""
+"""Ratio of the pivots to those at the start below which a piece with that rounding error holds a change point, where the table
+ends; not within the margin (in coordinate scales) before the coordinate's bound, which ends the table anyway.
+"""
 
 TABLE_CLOSURE_TOLERANCE = 1e-8
-"""Machine sizes, and rad: a way that comes so near its beginning is closed."""
-
-START_TABLE = 2
-"""What `lay` is asked for first; else 0 is below, and 1 above."""
-
-PIECE_ADDED, TABLE_FULL, TABLE_ENDED = 0, 1, 2
-"""What became of it: a piece was laid; there is no room; the way ends."""
-
-NOT_ENDED, AT_BOUND, AT_SINGULARITY, AT_LIMIT = 0, 1, 2, 3
-"""Why a way ends: it does not; at the coordinate's bound; where it cannot be followed; from BEYOND on at a limit."""
+"""Distance between the ends of the table, in length scales and rad, below which the motion is closed."""
 
 
 @jit
-def extend_table(arrays: ReductionArrays, workspace: NodeWorkspace, table: PiecewiseTable, action: int, q: float, poses: FloatArray) -> int:
-    """Lay the next piece below (what = 0) or above (1) all others; or first (BEGIN) find the place from which pieces
-    are laid, at a value of the coordinate near poses (bodies, 3), which nothing else asks for. What became of it.
+def extend_table(
+    arrays: ReductionArrays, workspace: NodeWorkspace, table: PiecewiseTable, action: int, q: float, poses: FloatArray
+) -> ExtensionStatus:
+    """Add the next piece to a table, or find the node at which it starts.
 
-    One way in from Python for both: each is compiled with all that it calls.
+    One entry point from Python serves all actions, because each entry point compiles all that it calls.
+
+    Parameters
+    ----------
+    arrays
+        The lowered mechanism.
+    workspace
+        Buffers of the node evaluation.
+    table
+        The table; changed in place.
+    action
+        A `TableAction`: first the start, then the side of each new piece.
+    q
+        Leading coordinate of the start, SI; only read with `TableAction.START`.
+    poses
+        Poses near the start; shape (bodies, 3); only read with `TableAction.START`.
+
+    Returns
+    -------
+    ExtensionStatus
+        Whether a piece was added.
     """
-    if action == START_TABLE:
-        return PIECE_ADDED if _start_table(arrays, workspace, table, q, poses) else TABLE_ENDED
-    return int(_add_piece(arrays, workspace, table, action))
+    if action == TableAction.START:
+        return ExtensionStatus.PIECE_ADDED if _start_table(arrays, workspace, table, q, poses) else ExtensionStatus.TABLE_ENDED
+    return _add_piece(arrays, workspace, table, action)
 
 
 @jit_internal
@@ -84,7 +90,7 @@ def _start_table(arrays: ReductionArrays, workspace: NodeWorkspace, table: Piece
     node[0] = poses.ravel()
     table.intervals[0, 0] = table.intervals[0, 1] = table.periodicity[1] = q
     if not solve_position(arrays, workspace, q, node):
-        table.end_reasons[:] = AT_SINGULARITY
+        table.end_reasons[:] = EndReason.AT_SINGULARITY
         return False
     evaluate_columns(arrays, workspace, node, columns)
     _set_scales(arrays, table, node, columns)
@@ -95,9 +101,9 @@ def _start_table(arrays: ReductionArrays, workspace: NodeWorkspace, table: Piece
 
 @jit_internal
 def _set_scales(arrays: ReductionArrays, table: PiecewiseTable, node: FloatArray, columns: FloatArray) -> None:
-    """What columns and places are relative to, from the first place."""
+    """Set the scales of columns and poses from the initial node."""
     column_scales, coordinate_scale, time_scale = table.column_scales, arrays.coordinate_scale, arrays.time_scale
-    column_scales[QUADRATIC_COLUMN], column_scales[POTENTIAL_COLUMN], column_scales[CENTRIFUGAL_COLUMN] = (
+    column_scales[TableColumn.QUADRATIC], column_scales[TableColumn.POTENTIAL], column_scales[TableColumn.CENTRIFUGAL] = (
         1.0 / coordinate_scale,
         coordinate_scale / time_scale**2,
         coordinate_scale,
@@ -107,16 +113,16 @@ def _set_scales(arrays: ReductionArrays, table: PiecewiseTable, node: FloatArray
         max_tangent = max(max_tangent, abs(node[1, k]))
         table.node_scales[0, k] = arrays.pose_scales[k]
         table.node_scales[1, k] = arrays.pose_scales[k] / coordinate_scale
-    if columns.size == INVERSE_INERTIA_COLUMN:
+    if columns.size == TableColumn.INVERSE_INERTIA:
         return
-    column_scales[INVERSE_INERTIA_COLUMN], column_scales[SPINDLE_INERTIA_COLUMN], column_scales[DAMPING_COLUMN] = (
-        columns[INVERSE_INERTIA_COLUMN],
-        columns[SPINDLE_INERTIA_COLUMN],
+    column_scales[TableColumn.INVERSE_INERTIA], column_scales[TableColumn.SPINDLE_INERTIA], column_scales[TableColumn.DAMPING] = (
+        columns[TableColumn.INVERSE_INERTIA],
+        columns[TableColumn.SPINDLE_INERTIA],
         1.0 / time_scale,
     )
-    column = FIRST_PROGRAM_COLUMN
+    column: int = TableColumn.FIRST_PROGRAM
     for _ in range(arrays.program_indices.size):
-        column_scales[column] = max_tangent * columns[INVERSE_INERTIA_COLUMN]
+        column_scales[column] = max_tangent * columns[TableColumn.INVERSE_INERTIA]
         column += 1
     for k in range(arrays.output_rows.table.size):
         column_scales[column], column_scales[column + 1] = (arrays.output_scales[k], arrays.output_scales[k] / coordinate_scale)
@@ -124,12 +130,12 @@ def _set_scales(arrays: ReductionArrays, table: PiecewiseTable, node: FloatArray
 
 
 @jit_internal
-def _add_piece(arrays: ReductionArrays, workspace: NodeWorkspace, table: PiecewiseTable, side: int) -> int:
-    if table.end_reasons[side] != NOT_ENDED or table.periodicity[0] > 0.0:
-        return TABLE_ENDED
+def _add_piece(arrays: ReductionArrays, workspace: NodeWorkspace, table: PiecewiseTable, side: int) -> ExtensionStatus:
+    if table.end_reasons[side] != EndReason.NOT_ENDED or table.periodicity[0] > 0.0:
+        return ExtensionStatus.TABLE_ENDED
     piece, edge_piece = table.n_pieces[0], table.end_pieces[side]
     if piece >= table.intervals.shape[0]:
-        return TABLE_FULL
+        return ExtensionStatus.TABLE_FULL
     start, direction = table.intervals[edge_piece, side], 1.0 if side == 1 else -1.0
     bound = arrays.high if side == 1 else arrays.low
     width = min(table.next_widths[side], MAX_PIECE_WIDTH * arrays.coordinate_scale)
@@ -141,24 +147,24 @@ def _add_piece(arrays: ReductionArrays, workspace: NodeWorkspace, table: Piecewi
         if arrays.full_turn > 0.0 and direction * (end - period_end) >= 0.0:
             end, at_bound = period_end, False
         if abs(end - start) < MIN_PIECE_WIDTH * arrays.coordinate_scale:
-            table.end_reasons[side] = AT_BOUND if at_bound else AT_SINGULARITY
-            return TABLE_ENDED
+            table.end_reasons[side] = EndReason.AT_BOUND if at_bound else EndReason.AT_SINGULARITY
+            return ExtensionStatus.TABLE_ENDED
         residual, rounding = _fill_piece(arrays, workspace, table, piece, edge_piece, min(start, end), max(start, end), side)
         if residual <= 1.0 and rounding < MAX_ROUNDING_RATIO:
             if rounding > NOISE_LIMIT and abs(end - start) > MIN_RESIZABLE_WIDTH * arrays.coordinate_scale and not at_bound:
                 end = _reduce_rounding_by_resizing(arrays, workspace, table, piece, edge_piece, start, end, side, rounding)
                 residual, rounding = _fill_piece(arrays, workspace, table, piece, edge_piece, min(start, end), max(start, end), side)
-                # What a change point does to the tables no run can make good, and what is passed there would not show.
+                # No step control corrects the error of the table at a change point, and the error estimate would not show it.
                 near_change_point = workspace.min_pivot[0] < CHANGE_POINT_RATIO * table.periodicity[4]
                 if rounding > NOISE_LIMIT and near_change_point and abs(bound - end) > CHANGE_POINT_MARGIN * arrays.coordinate_scale:
-                    table.end_reasons[side] = AT_SINGULARITY
-                    return TABLE_ENDED
+                    table.end_reasons[side] = EndReason.AT_SINGULARITY
+                    return ExtensionStatus.TABLE_ENDED
             limit_value, reason = _locate_limit_in_piece(arrays, table, piece, side)
-            if reason == NOT_ENDED:
+            if reason == EndReason.NOT_ENDED:
                 break
-            table.end_reasons[side] = reason  # the last piece ends where a reading meets its limit
+            table.end_reasons[side] = reason  # the last piece ends where a reading reaches its limit
             if abs(limit_value - start) < MIN_PIECE_WIDTH * arrays.coordinate_scale:
-                return TABLE_ENDED
+                return ExtensionStatus.TABLE_ENDED
             residual, rounding = _fill_piece(
                 arrays, workspace, table, piece, edge_piece, min(start, limit_value), max(start, limit_value), side
             )
@@ -173,9 +179,9 @@ def _add_piece(arrays: ReductionArrays, workspace: NodeWorkspace, table: Piecewi
         table.neighbours[edge_piece, side] = piece
     table.n_pieces[0] = piece + 1
     table.end_pieces[side] = piece
-    if table.end_reasons[side] == NOT_ENDED and arrays.full_turn > 0.0 and end == period_end:
+    if table.end_reasons[side] == EndReason.NOT_ENDED and arrays.full_turn > 0.0 and end == period_end:
         _close_period(arrays, table)
-    return PIECE_ADDED
+    return ExtensionStatus.PIECE_ADDED
 
 
 @jit_internal
@@ -190,7 +196,7 @@ def _reduce_rounding_by_resizing(
     side: int,
     least_rounding: float,
 ) -> float:
-    """Where else a piece may end so that less is rounding: near a change point it matters where its nodes stand."""
+    """Return the end of the piece with the least rounding error; near a change point that depends on the positions of the nodes."""
     best, bound = end, arrays.high if side == 1 else arrays.low
     for k in range(N_RESIZE_TRIALS):
         trial_end = start + (end - start) * (0.3 + 1.4 * (k + 0.5) / N_RESIZE_TRIALS)
@@ -206,9 +212,9 @@ def _reduce_rounding_by_resizing(
 def _fill_piece(
     arrays: ReductionArrays, workspace: NodeWorkspace, table: PiecewiseTable, piece: int, neighbour: int, low: float, high: float, side: int
 ) -> tuple[float, float]:
-    """Fill a piece, its nodes from the side of the piece near by; what its fits leave out, and how much is rounding.
+    """Fill a piece, node by node from the side of its neighbour; return its truncation error and its rounding error.
 
-    bench.pivot becomes the least of all its nodes.
+    workspace.min_pivot becomes the smallest pivot ratio of all nodes.
     """
     middle, half = 0.5 * (low + high), 0.5 * (high - low)
     columns, values = np.empty(table.column_scales.size), np.empty((table.column_scales.size, N_CHEBYSHEV_NODES))
@@ -216,7 +222,7 @@ def _fill_piece(
     node, node_before = np.empty((3, arrays.pose_scales.size)), np.empty((3, arrays.pose_scales.size))
     node[:], node_before[:] = table.initial_node, table.initial_node
     q = q_before = table.intervals[0, 0]
-    if piece > 0:  # the two nodes of its neighbour nearest to this piece
+    if piece > 0:  # the two nearest nodes of its neighbour
         node[:], node_before[:] = table.nodes[neighbour, last], table.nodes[neighbour, last - direction]
         q = table.intervals[neighbour, 2] + CHEBYSHEV_NODES[last] / table.intervals[neighbour, 3]
         q_before = table.intervals[neighbour, 2] + CHEBYSHEV_NODES[last - direction] / table.intervals[neighbour, 3]
@@ -252,7 +258,7 @@ def _fill_piece(
 def _extrapolate_poses(
     arrays: ReductionArrays, node: FloatArray, node_before: FloatArray, q: float, q_before: float, q_node: float, guess: FloatArray
 ) -> None:
-    """Poses at a value, by their derivatives at the place before it, and the one before that."""
+    """Extrapolate the poses by a Taylor polynomial from the last two nodes."""
     displacement, previous_displacement = q_node - q, q - q_before
     for c in range(arrays.pose_scales.size):
         third_derivative = (node[2, c] - node_before[2, c]) / previous_displacement if previous_displacement != 0.0 else 0.0
@@ -263,10 +269,10 @@ def _extrapolate_poses(
 def _unwrap_line_angles(
     arrays: ReductionArrays, table: PiecewiseTable, neighbour: int, values: FloatArray, first: int, direction: int
 ) -> None:
-    """Take whole turns out of gauges that tell the angle of a line, on from the neighbour's."""
+    """Remove whole turns from outputs that are angles of lines, continuing the neighbouring piece."""
     for output_index in range(arrays.output_rows.table.size):
-        if arrays.output_rows.table[output_index].kind == LINE_ANGLE:
-            column = FIRST_PROGRAM_COLUMN + arrays.program_indices.size + 2 * output_index
+        if arrays.output_rows.table[output_index].kind == RowKind.LINE_ANGLE:
+            column = TableColumn.FIRST_PROGRAM + arrays.program_indices.size + 2 * output_index
             last = evaluate_piece(table.coefficients, neighbour, column, float(direction)) if neighbour >= 0 else values[column, first]
             for step in range(N_CHEBYSHEV_NODES):
                 k = first + direction * step
@@ -292,13 +298,9 @@ def _fit_residual(arrays: ReductionArrays, table: PiecewiseTable, piece: int, va
 
 @jit_internal
 def _locate_limit_in_piece(arrays: ReductionArrays, table: PiecewiseTable, piece: int, side: int) -> tuple[float, int]:
-    """Where on a piece a reading first meets its limit, and which; at its far end none does."""
-    near_edge, far_edge, reason, n_samples = (
-        table.intervals[piece, 1 - side],
-        table.intervals[piece, side],
-        NOT_ENDED,
-        4 * N_CHEBYSHEV_NODES,
-    )
+    """Return the first value on a piece at which a reading reaches its limit, and the reason code; else its far end."""
+    near_edge, far_edge, n_samples = table.intervals[piece, 1 - side], table.intervals[piece, side], 4 * N_CHEBYSHEV_NODES
+    reason: int = EndReason.NOT_ENDED
     for limit in range(arrays.limits.shape[0]):
         for side_index in range(2):
             inside, outside = near_edge, far_edge
@@ -311,7 +313,7 @@ def _locate_limit_in_piece(arrays: ReductionArrays, table: PiecewiseTable, piece
                             outside = middle
                         else:
                             inside = middle
-                    far_edge, reason = inside, AT_LIMIT + 2 * limit + side_index
+                    far_edge, reason = inside, EndReason.AT_LIMIT + 2 * limit + side_index
                     break
                 inside = outside
     return far_edge, reason
@@ -319,15 +321,15 @@ def _locate_limit_in_piece(arrays: ReductionArrays, table: PiecewiseTable, piece
 
 @jit_internal
 def _limit_violation(arrays: ReductionArrays, table: PiecewiseTable, piece: int, limit: int, side_index: int, q: float) -> float:
-    """How far a reading is beyond its low (way 0) or high (1) limit."""
-    column = FIRST_PROGRAM_COLUMN + arrays.program_indices.size + 2 * int(arrays.limits[limit, 0])
+    """Return how far a reading is beyond its low (0) or high (1) limit."""
+    column = TableColumn.FIRST_PROGRAM + arrays.program_indices.size + 2 * int(arrays.limits[limit, 0])
     value = evaluate_piece(table.coefficients, piece, column, (q - table.intervals[piece, 2]) * table.intervals[piece, 3])
     return float(value - arrays.limits[limit, 2] if side_index == 1 else arrays.limits[limit, 1] - value)
 
 
 @jit_internal
 def _close_period(arrays: ReductionArrays, table: PiecewiseTable) -> None:
-    """Join the ends of a way that has come round to where it began; else let it go on for another turn."""
+    """Make a table periodic whose ends meet; else let it continue for another turn."""
     low, high = table.end_pieces[0], table.end_pieces[1]
     weights = np.empty(N_CHEBYSHEV_NODES)
     first, last = np.zeros(arrays.pose_scales.size), np.zeros(arrays.pose_scales.size)
@@ -344,7 +346,7 @@ def _close_period(arrays: ReductionArrays, table: PiecewiseTable) -> None:
             table.periodicity[2] += 1.0
             return
         table.pose_increment[c] = whole_turns
-    if not _is_periodic(arrays, table, low, high):  # as where a spring is wound up
+    if not _is_periodic(arrays, table, low, high):  # for example a spring that is wound up
         table.periodicity[2] += 1.0
         return
     table.periodicity[1] = table.intervals[low, 0]
@@ -353,11 +355,15 @@ def _close_period(arrays: ReductionArrays, table: PiecewiseTable) -> None:
 
 @jit_internal
 def _is_periodic(arrays: ReductionArrays, table: PiecewiseTable, low: int, high: int) -> bool:
-    """Whether all columns are after a turn what they were, but for angles of lines, which no turn changes."""
-    first_output_column, is_same = FIRST_PROGRAM_COLUMN + arrays.program_indices.size, True
+    """Return whether all columns have the same values at both ends; angles of lines are exempt, because whole turns do not matter."""
+    first_output_column, is_same = TableColumn.FIRST_PROGRAM + arrays.program_indices.size, True
     for c in range(table.column_scales.size):
         output_index = (c - first_output_column) // 2
-        if c >= first_output_column and (c - first_output_column) % 2 == 0 and arrays.output_rows.table[output_index].kind == LINE_ANGLE:
+        if (
+            c >= first_output_column
+            and (c - first_output_column) % 2 == 0
+            and arrays.output_rows.table[output_index].kind == RowKind.LINE_ANGLE
+        ):
             continue
         first, last = evaluate_piece(table.coefficients, low, c, -1.0), evaluate_piece(table.coefficients, high, c, 1.0)
         is_same = is_same and abs(last - first) <= TABLE_CLOSURE_TOLERANCE * max(table.column_scales[c], abs(first), abs(last))

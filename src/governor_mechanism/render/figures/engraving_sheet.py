@@ -1,41 +1,41 @@
-"""What plates in the manner of old engravings share: the sheet with its double frame, its lettering, quiet axes."""
+"""Common sheet of plates in the style of old engravings: double frame, lettering, quiet axes."""
 
 from __future__ import annotations
 
-import os
 import textwrap
-from pathlib import Path
 from typing import Any
 
+import numpy as np
 from matplotlib.axes import Axes
-from matplotlib.backends.backend_agg import FigureCanvasAgg
 from matplotlib.figure import Figure
+from matplotlib.lines import Line2D
 from matplotlib.patches import Rectangle
 from matplotlib.patheffects import withStroke
 from matplotlib.text import Annotation, Text
+from numpy.typing import ArrayLike
 
-from governor_mechanism.errors import MechanismError
-from governor_mechanism.files.atomic_write import atomic_write
-from governor_mechanism.render.style import INK, MUTED, PAPER, SANS_FONT, SERIF_FONT
+from governor_mechanism.render.figures.page import label_axes, new_figure, style_axes
+from governor_mechanism.render.style import INK, MUTED, PAPER, SERIF_FONT
 
 PLATE_WIDTH, PLATE_HEIGHT, PLATE_DPI = 13.0, 8.6, 120
-"""Inches, and dots per inch."""
+"""Width and height, inches, and resolution, dots per inch."""
 
 _MAX_TITLE_LETTERS = 80
-"""So many fit in the line under the heading."""
+"""Number of letters of a title that fit on the line under the heading."""
 
 MM_PER_M = 1e3
 DASHED, CHAIN_DOTTED, DOTTED = (0, (5, 2.5)), (0, (10, 2.5, 1.5, 2.5)), (0, (1, 1.8))
-"""Strokes and gaps, in widths of the line."""
+"""Lengths of dashes and gaps, in line widths."""
 
 _TEXT_HALO = withStroke(linewidth=3.0, foreground=PAPER)
 
-AxesPoint = tuple[float, float]
+AxesPoint = tuple[Any, Any]
+"""Coordinates x and y: numbers or arrays of them."""
 
 
 def new_plate(heading: str, title: str, source: str) -> Figure:
-    """An empty plate of WIDTH by HEIGHT inches, framed, with a heading over a scene's title and the source."""
-    figure = Figure(figsize=(PLATE_WIDTH, PLATE_HEIGHT), dpi=PLATE_DPI, facecolor=PAPER)
+    """Return an empty framed plate of PLATE_WIDTH by PLATE_HEIGHT inches, with a heading above a scene title and the source."""
+    figure = new_figure(PLATE_WIDTH, PLATE_HEIGHT, PLATE_DPI)
     for inches, width in ((0.14, 1.8), (0.21, 0.6)):
         corner = inches / PLATE_WIDTH, inches / PLATE_HEIGHT
         box = Rectangle(corner, 1 - 2 * corner[0], 1 - 2 * corner[1], transform=figure.transFigure)
@@ -47,29 +47,14 @@ def new_plate(heading: str, title: str, source: str) -> Figure:
     return figure
 
 
-def save_plate(figure: Figure, path: str | os.PathLike[str]) -> Path:
-    """Write the plate as a PNG, equal for equal plates; returns the path. An exception leaves no file behind."""
-    target = Path(path)
-    with atomic_write(target) as temporary:
-        canvas: Any = FigureCanvasAgg(figure)
-        canvas.print_png(str(temporary), metadata={"Software": None})
-    return target
-
-
-def require_png(path: str | os.PathLike[str]) -> None:
-    """Refuse a name that does not end in .png."""
-    if Path(path).suffix.lower() != ".png":
-        raise MechanismError(f"a figure's name must end in .png; got {Path(path).name!r}")
-
-
 def write_text(figure: Figure, x: float, y: float, text: str, size: float, **properties: Any) -> Text:
-    """Words in the plate's serif letters, formulas between dollars, at a place in fractions of the figure."""
+    """Write serif text with formulas between dollars at a position in fractions of the figure."""
     text_style = {"color": INK, "fontfamily": SERIF_FONT, "math_fontfamily": "stix", **properties}
     return figure.text(x, y, text, fontsize=size, **text_style)
 
 
 def annotate_point(axes: Axes, point: AxesPoint, label: str, offset: AxesPoint = (0, 0), **properties: Any) -> Annotation:
-    """Words `offset` points away from a point of a panel, clear of what lies beneath; formulas between dollars."""
+    """Write a label at `offset` points from a point of a panel, with a halo; formulas are between dollars."""
     annotation = axes.annotate(label, point, offset, textcoords="offset points", annotation_clip=False)
     text_style = {"color": INK, "fontsize": 10.5, "fontfamily": SERIF_FONT, "math_fontfamily": "stix", "zorder": 9, **properties}
     annotation.set(**text_style)
@@ -77,12 +62,25 @@ def annotate_point(axes: Axes, point: AxesPoint, label: str, offset: AxesPoint =
     return annotation
 
 
+def draw_point(axes: Axes, x: float, y: float, **style: Any) -> None:
+    """Draw a round marker at a point."""
+    axes.plot([x], [y], "o", **style)
+
+
+def polar_points(angles: ArrayLike, lengths: ArrayLike, centre: AxesPoint = (0.0, 0.0)) -> AxesPoint:
+    """Return points (n,), (n,) at lengths and angles (rad) from a centre."""
+    return centre[0] + np.multiply(lengths, np.cos(angles)), centre[1] + np.multiply(lengths, np.sin(angles))
+
+
+def add_line_legend(axes: Axes, entries: dict[str, dict[str, Any]], *, colour: str, size: float, **properties: Any) -> None:
+    """Add a legend of line styles by label."""
+    handles = [Line2D([], [], label=label, **style) for label, style in entries.items()]
+    legend = axes.legend(handles=handles, **properties)
+    for text in legend.get_texts():
+        text.set(fontfamily=SERIF_FONT, fontsize=size, math_fontfamily="stix", color=colour)
+
+
 def style_plate_axes(axes: Axes, x_label: str, y_label: str) -> None:
-    """Quiet axes with two spines and labels in serif letters."""
-    axes.set_facecolor(PAPER)
-    for side, spine in axes.spines.items():
-        spine.set(visible=side in ("left", "bottom"), color=MUTED, linewidth=0.8)
-    axes.tick_params(color=MUTED, labelcolor=MUTED, labelsize=8, labelfontfamily=SANS_FONT)
-    text_style: dict[str, Any] = {"color": INK, "fontsize": 10.5, "fontfamily": SERIF_FONT, "math_fontfamily": "stix"}
-    axes.set_xlabel(x_label, **text_style)
-    axes.set_ylabel(y_label, **text_style)
+    """Style axes with two spines and serif labels."""
+    style_axes(axes, grid=None)
+    label_axes(axes, x_label, y_label, size=10.5, math_fontfamily="stix")

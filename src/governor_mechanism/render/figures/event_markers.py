@@ -1,4 +1,4 @@
-"""Marks of what a run passed: lines across its plots where they are few, a rug of ticks where they are many."""
+"""Event markers on time axes: a line per event, or a rug of ticks for many events."""
 
 from __future__ import annotations
 
@@ -15,11 +15,11 @@ from governor_mechanism.model.trajectory import Trajectory
 from governor_mechanism.render.style import GREEN, INK, MUTED, SANS_FONT, SERIES_COLOURS, SKY, VERMILLION
 
 _MAX_EVENT_LINES = 30
-"""So many events are marked by a line each."""
+"""Largest number of events with a line each."""
 _RUG_HEIGHT_RATIO = 0.09
-"""Height of a rug's ticks, of the plot's."""
+"""Height of the rug ticks, as a fraction of the plot."""
 _MAX_NAMED_KINDS = 6
-"""So many kinds are named."""
+"""Largest number of event kinds in the legend."""
 
 _EVENT_STYLES: dict[str, tuple[str, Any]] = {
     "sticks": (VERMILLION, (0, (4, 2))),
@@ -29,16 +29,16 @@ _EVENT_STYLES: dict[str, tuple[str, Any]] = {
     "strikes its stop": (INK, (0, (1, 2))),
 }
 _OTHER_EVENT_STYLE = (MUTED, (0, (5, 2, 1, 2)))
-"""Colour and dashes of a kind's lines."""
+"""Colour and dashes of the lines of other event kinds."""
 
 
 def reported_events(run: Trajectory) -> list[Event]:
-    """The events between a run's first reported time and its last one."""
+    """Return the events between the first and the last reported time of a run."""
     return [event for event in run.events if run.times[0] <= event.time <= run.times[-1]]
 
 
 def draw_event_markers(axes: Axes, events: Sequence[Event]) -> None:
-    """A mark at each event's time."""
+    """Draw a marker at the time of each event."""
     few = len(events) <= _MAX_EVENT_LINES
     for kind in dict.fromkeys(event.kind for event in events):
         colour, dashes = _EVENT_STYLES.get(kind, _OTHER_EVENT_STYLE)
@@ -48,7 +48,7 @@ def draw_event_markers(axes: Axes, events: Sequence[Event]) -> None:
 
 
 def draw_event_legend(figure: Figure, events: Sequence[Event], height: float) -> None:
-    """A line of words on what the marks mean, `middle` of the figure's height up: each kind, and how many."""
+    """Draw a one-line legend of the event kinds and their numbers at a height, as a fraction of the figure."""
     few, counts = len(events) <= _MAX_EVENT_LINES, Counter(event.kind for event in events)
     handles = []
     for kind, count in list(counts.items())[:_MAX_NAMED_KINDS]:

@@ -1,4 +1,4 @@
-"""Where words along a circle stand clear of each other and of what is there already."""
+"""Placement of labels around a circle without overlap."""
 
 from __future__ import annotations
 
@@ -6,11 +6,11 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 
 _SHIFT_STEP = 4.0
-"""Points: words are moved by multiples of it, out from the circle and along it."""
+"""Step of a label shift, outward or along the circle, points."""
 _MAX_STEPS_OUT, _MAX_STEPS_ALONG = 5, 14
-"""So far at most."""
+"""Largest numbers of steps outward and along the circle."""
 _LETTER_WIDTH_RATIO, _LINE_HEIGHT_RATIO = 0.5, 1.15
-"""Breadth of a letter and height of a line, of the size of the letters."""
+"""Width of a letter and height of a line, as fractions of the font size."""
 
 LabelBox = tuple[float, float, float, float]
 """Left, right, bottom and top (points)."""
@@ -18,7 +18,7 @@ LabelBox = tuple[float, float, float, float]
 
 @dataclass(frozen=True, kw_only=True)
 class TextLabel:
-    """Words at a place (points) with their alignment, and the direction out of the circle there."""
+    """Label at a position (points) with its alignment, and the outward direction of the circle there."""
 
     text: str
     size: float
@@ -28,7 +28,7 @@ class TextLabel:
     outward_direction: tuple[float, float]
 
     def bounding_box(self, shift: tuple[float, float]) -> LabelBox:
-        """The room it takes when it is moved by a shift (points)."""
+        """Return the box of the label (points) after a shift (points)."""
         width, height = _LETTER_WIDTH_RATIO * self.size * len(self.text), _LINE_HEIGHT_RATIO * self.size
         left = self.position[0] + shift[0] - {"left": 0.0, "center": 0.5, "right": 1.0}[self.ha] * width
         bottom = self.position[1] + shift[1] - {"bottom": 0.0, "center": 0.5, "top": 1.0}[self.va] * height
@@ -36,10 +36,10 @@ class TextLabel:
 
 
 def label_shifts(labels: Sequence[TextLabel], occupied: Sequence[LabelBox], allowed_box: LabelBox) -> list[tuple[float, float]]:
-    """How far (points) to move each of the words: by nothing where it stands clear, else by as little as will do."""
+    """Return the shift (points) of each label: the smallest one without overlap, or none if no shift within the limits is free."""
     candidate_steps = sorted(
         ((outward, along) for outward in range(_MAX_STEPS_OUT + 1) for along in range(-_MAX_STEPS_ALONG, _MAX_STEPS_ALONG + 1)),
-        key=lambda way: (way[0] + abs(way[1]), way),
+        key=lambda step: (step[0] + abs(step[1]), step),
     )
     boxes, result = list(occupied), []
     for label in labels:

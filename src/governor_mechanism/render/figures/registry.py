@@ -1,4 +1,4 @@
-"""Plates that go with a run of a machine, beside its film and the figure of its readings."""
+"""Additional figures of a run by machine."""
 
 from __future__ import annotations
 
@@ -12,10 +12,24 @@ from governor_mechanism.model.trajectory import Trajectory
 
 
 def write_machine_figures(run: Trajectory, folder: Path, stem: str) -> list[Path]:
-    """Write what plates there are for a run's machine into a folder, as <stem>_<plate>.png; returns the paths.
+    """Write the additional figures of a run's machine as <stem>_<figure>.png.
 
-    Of a slide valve Zeuner's diagram and, on a finite eccentric rod, Marks' construction; of a slider crank whose parts
-    have mass, the loads of its bearings over a whole turn. Of other machines nothing.
+    A slide valve has Zeuner's diagram and, for a finite eccentric rod, Marks' construction. A slider crank with masses and no other
+    loads has the bearing loads, if the run covers a whole turn. Other machines have none.
+
+    Parameters
+    ----------
+    run
+        Finished run.
+    folder
+        Folder of the files.
+    stem
+        Start of the file names.
+
+    Returns
+    -------
+    list[Path]
+        The paths of the files.
     """
     scene = run.scene
     if len(scene.parts) != 1:

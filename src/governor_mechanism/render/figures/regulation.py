@@ -1,40 +1,44 @@
-"""Figures of the studies of regulation: twitching, play, settling, and the jump. They draw, and reckon nothing."""
+"""Figures of the regulation studies: cyclic sleeve motion, clearance, settling time, and jump through a fold."""
 
 from __future__ import annotations
 
 import os
 from collections.abc import Sequence
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING
 
 import numpy as np
 from matplotlib.axes import Axes
-from matplotlib.backends.backend_agg import FigureCanvasAgg
 from matplotlib.figure import Figure
-from matplotlib.ticker import FuncFormatter, NullFormatter
 
 from governor_mechanism.errors import MechanismError
-from governor_mechanism.files.atomic_write import atomic_write
-from governor_mechanism.render.style import BLUE, INK, MUTED, PAPER, RULE, SANS_FONT, SERIES_COLOURS, SERIF_FONT, SKY, VERMILLION
+from governor_mechanism.render.figures.page import (
+    label_axes,
+    new_figure,
+    save_png,
+    style_axes,
+    use_plain_decades,
+    write_footnote,
+    write_note,
+    write_title,
+)
+from governor_mechanism.render.style import BLUE, INK, MUTED, PAPER, SERIES_COLOURS, SKY, VERMILLION
 from governor_mechanism.types import FloatArray
 
 if TYPE_CHECKING:
     from governor_mechanism.studies.regulation.registry import ClearanceStudy, CyclicMotionStudy, FoldJumpStudy, SettlingStudy
 
 
-_FIGURE_WIDTH, _FIGURE_HEIGHT, _DPI = 7.2, 5.0, 100
-"""Inches, and dots per inch."""
-
 _MM_PER_M = 1e3
 
 _AXES_RECT = (0.11, 0.14, 0.85, 0.69)
-"""Of the axes in a figure of one panel."""
+"""Rectangle of the axes in a figure of one panel, in fractions of the figure."""
 
 
 def cyclic_figure(study: CyclicMotionStudy, path: str | os.PathLike[str]) -> Path:
-    """Write a PNG of the sleeve's amplitude against speed fluctuation over insensitivity band. Returns the path."""
-    figure = _new_figure("Twitching begins where the speed fluctuation exceeds the insensitivity band", study.title)
-    axes = _add_axes(figure, _AXES_RECT, "speed fluctuation / insensitivity band", "sleeve, lowest to highest in a turn, mm")
+    """Write a PNG of the sleeve amplitude against speed fluctuation over insensitivity band, and return its path."""
+    figure = _new_figure("The sleeve moves when the speed fluctuation exceeds the insensitivity band", study.title)
+    axes = _add_axes(figure, _AXES_RECT, "speed fluctuation / insensitivity band", "sleeve stroke in a turn, mm")
     order = np.argsort(study.fluctuation_ratios)
     fluctuation_ratios, amplitudes = study.fluctuation_ratios[order], study.amplitudes[order] * _MM_PER_M
     axes.axvspan(0.0, study.threshold, color=SKY, alpha=0.18, linewidth=0)
@@ -42,20 +46,20 @@ def cyclic_figure(study: CyclicMotionStudy, path: str | os.PathLike[str]) -> Pat
     axes.plot(fluctuation_ratios, amplitudes, "o", color=BLUE, markersize=4)
     axes.set_xlim(0.0, float(fluctuation_ratios.max()))
     axes.set_ylim(-0.03 * float(amplitudes.max()), 1.05 * float(amplitudes.max()))
-    _write_note(axes, study.threshold / 2, 0.10, "stands still", BLUE, x_is_data=True)
-    words = f"threshold {study.threshold:.6f}"
+    transform = axes.get_xaxis_transform()
+    write_note(axes, "at rest", (study.threshold / 2, 0.10), xycoords=transform, ha="center", color=BLUE)
     axes.axvline(study.threshold, color=VERMILLION, linewidth=1.0)
-    _write_note(axes, study.threshold, 0.30, words, VERMILLION, x_is_data=True, shift=6, ha="left")
+    write_note(axes, f"threshold {study.threshold:.6f}", (study.threshold, 0.30), (6, 0), xycoords=transform, color=VERMILLION)
     excess = study.fluctuation_ratios - study.threshold
     above_threshold = (excess > 0) & (study.amplitudes > 0)
     if np.sum(above_threshold) > 2:
         _draw_onset(figure, study, np.sort(excess[above_threshold]), np.sort(study.amplitudes[above_threshold]) * _MM_PER_M)
-    _write_footnote(figure, f"band {study.insensitivity_band:.4f} of the mean speed; counted in the last of {study.n_turns + 1} turns")
-    return _save_png(figure, path)
+    write_footnote(figure, f"band {study.insensitivity_band:.4f} of the mean speed; last of {study.n_turns + 1} turns")
+    return save_png(figure, path)
 
 
 def _draw_onset(figure: Figure, study: CyclicMotionStudy, excess: FloatArray, amplitudes: FloatArray) -> None:
-    """The same beyond the threshold, on logarithmic scales."""
+    """Draw the amplitudes beyond the threshold on logarithmic scales."""
     inset = _add_axes(figure, (0.20, 0.48, 0.26, 0.30), "excess over the threshold", "mm", size=8)
     inset.loglog(excess, amplitudes, "o", color=BLUE, markersize=3)
     exponent = study.onset_exponent
@@ -63,19 +67,22 @@ def _draw_onset(figure: Figure, study: CyclicMotionStudy, excess: FloatArray, am
         near_threshold = excess < 0.01
         line = amplitudes[near_threshold][-1] * (excess / excess[near_threshold][-1]) ** exponent.value
         inset.loglog(excess, line, color=VERMILLION, linewidth=1.0, zorder=1)
-        _write_note(inset, 0.97, 0.06, f"exponent {exponent}", VERMILLION, ha="right", size=7.5)
+        text = f"exponent {exponent}"
+        write_note(inset, text, (0.97, 0.06), xycoords="axes fraction", ha="right", color=VERMILLION, fontsize=7.5)
 
 
 def clearance_figure(studies: Sequence[ClearanceStudy], path: str | os.PathLike[str]) -> Path:
-    """Write a PNG of the sleeve's amplitude, over that without play, against play: a line for each study.
+    """Write a PNG of the sleeve amplitude over that without clearance, against clearance, one line per study, and return its path.
 
-    Raises MechanismError for a study of a scene that does not twitch without play.
+    Raises MechanismError if a scene has no cyclic sleeve motion without clearance.
     """
     for study in studies:
         if study.amplitude_without_clearance == 0:
-            raise MechanismError(f"{study.title!r} stands still without play: there is nothing to compare with")
-    figure = _new_figure("Small play is no remedy against twitching", "a wide one is, where the balls can swing within it")
-    axes = _add_axes(figure, (0.11, 0.19, 0.85, 0.64), "play between links and sleeve, mm", "twitch / twitch without play")
+            raise MechanismError(
+                f"{study.title!r} has no sleeve motion without clearance, the reference of the figure; increase the speed fluctuation"
+            )
+    figure = _new_figure("Small clearance does not stop cyclic sleeve motion", "large clearance does, if the balls can swing within it")
+    axes = _add_axes(figure, (0.11, 0.19, 0.85, 0.64), "clearance between links and sleeve, mm", "sleeve stroke / stroke without clearance")
     for study, colour in zip(studies, SERIES_COLOURS, strict=False):
         order = np.argsort(study.clearances)
         clearances, ratio = (study.clearances[order] * _MM_PER_M, study.amplitudes[order] / study.amplitude_without_clearance)
@@ -85,27 +92,24 @@ def clearance_figure(studies: Sequence[ClearanceStudy], path: str | os.PathLike[
         axes.plot(clearances[~is_stationary], plotted[~is_stationary], "o", color=colour, markersize=4.5)
         axes.plot(clearances[is_stationary], plotted[is_stationary], "o", color=colour, markerfacecolor=PAPER, markersize=6)
         largest = int(np.argmax(plotted))
-        note = axes.annotate(study.title, (clearances[largest], plotted[largest]), (4, 8), textcoords="offset points")
-        note.set(color=colour, fontsize=8.5, fontfamily=SANS_FONT, parse_math=False)
+        write_note(axes, study.title, (clearances[largest], plotted[largest]), (4, 8), color=colour)
         if is_stationary.any():
-            note = axes.annotate("stands still", (clearances[is_stationary][-1], _ZERO_PLOTTED_AT), (0, 9), textcoords="offset points")
-            note.set(color=colour, fontsize=8.5, fontfamily=SANS_FONT, ha="right")
-    axes.set_xscale("log")
-    axes.set_yscale("log")
-    _use_plain_numbers(axes, x=True, y=True)
+            write_note(axes, "at rest", (clearances[is_stationary][-1], _ZERO_PLOTTED_AT), (0, 9), color=colour, ha="right")
+    axes.set(xscale="log", yscale="log")
+    use_plain_decades(axes.xaxis, axes.yaxis)
     axes.set_ylim(0.7 * _ZERO_PLOTTED_AT, 30)
-    _write_footnote(figure, "\n".join(f"{study.title}: {study.conclusion}" for study in studies))
-    return _save_png(figure, path)
+    write_footnote(figure, "\n".join(f"{study.title}: {study.conclusion}" for study in studies))
+    return save_png(figure, path)
 
 
 _ZERO_PLOTTED_AT = 0.1
-"""Where nought is drawn on the logarithmic scale."""
+"""Ordinate of zero on the logarithmic scale."""
 
 
 def settling_figure(study: SettlingStudy, path: str | os.PathLike[str]) -> Path:
-    """Write a PNG of the time to settle against the strength of the dashpot, the shortest marked."""
-    figure = _new_figure("The brake that settles soonest", study.title)
-    axes = _add_axes(figure, _AXES_RECT, "dashpot on the sleeve, N s/m", "time to settle, s")
+    """Write a PNG of the settling time against the dashpot coefficient with the shortest time marked, and return its path."""
+    figure = _new_figure("Dashpot with the shortest settling time", study.title)
+    axes = _add_axes(figure, _AXES_RECT, "dashpot coefficient at the sleeve, N s/m", "settling time, s")
     settled = np.isfinite(study.settling_times)
     damping_coefficients, times = study.damping_coefficients[settled], study.settling_times[settled]
     axes.plot(damping_coefficients, times, color=BLUE, linewidth=1.4)
@@ -113,116 +117,63 @@ def settling_figure(study: SettlingStudy, path: str | os.PathLike[str]) -> Path:
     best_damping, best_time = study.best
     axes.plot([best_damping], [best_time], "o", color=VERMILLION, markersize=8)
     axes.set_xscale("log")
-    _use_plain_numbers(axes, x=True)
+    use_plain_decades(axes.xaxis)
     axes.set_ylim(0.0, 1.08 * float(times.max()))
-    note = axes.annotate(
-        f"{best_time:.3g} s with {best_damping:.3g} N s/m", (best_damping, best_time), (0, -16), textcoords="offset points"
-    )
-    note.set(ha="center", color=VERMILLION, fontsize=8.5, fontfamily=SANS_FONT)
-    _write_note(axes, 0.12, 0.30, "swings", MUTED)
-    _write_note(axes, 0.86, 0.30, "creeps", MUTED)
-    _write_footnote(figure, f"from the change of load until the arms stay within {study.tolerance:.0%} of their way about the new rest")
-    return _save_png(figure, path)
+    write_note(axes, f"{best_time:.3g} s with {best_damping:.3g} N s/m", study.best, (0, -16), ha="center", color=VERMILLION)
+    for text, x in (("oscillates", 0.12), ("creeps", 0.86)):
+        write_note(axes, text, (x, 0.30), xycoords="axes fraction", ha="center", color=MUTED)
+    band = f"{study.tolerance:.0%} of their travel around the new equilibrium"
+    write_footnote(figure, f"from the load change until the arms stay within {band}")
+    return save_png(figure, path)
 
 
 def fold_jump_figure(study: FoldJumpStudy, path: str | os.PathLike[str]) -> Path:
-    """Write a PNG of the speeds of passage against the rate of the ramp, and of their delays on logarithmic scales."""
-    figure = _new_figure("The jump comes later the faster the speed changes", study.title)
-    left = _add_axes(figure, (0.105, 0.15, 0.36, 0.66), "ramp of the speed, rad/s²", "speed of passage, rad/s")
-    right = _add_axes(figure, (0.60, 0.15, 0.36, 0.66), "ramp of the speed, rad/s²", "delay, rad/s")
+    """Write a PNG of the passage speed and its delay against the rate of the speed ramp, and return its path."""
+    figure = _new_figure("A faster change of speed delays the jump", study.title)
+    left = _add_axes(figure, (0.105, 0.15, 0.36, 0.66), "rate of the speed ramp, rad/s²", "passage speed, rad/s")
+    right = _add_axes(figure, (0.60, 0.15, 0.36, 0.66), "rate of the speed ramp, rad/s²", "delay, rad/s")
     order = np.argsort(study.ramp_rates)
     rates = study.ramp_rates[order]
     kinds = (
         (study.rising_speeds[order], study.stop_speed, study.rising_delay[order], VERMILLION, "up", study.rising_exponent),
         (study.falling_speeds[order], study.fold_speed, study.falling_delay[order], BLUE, "down", study.falling_exponent),
     )
-    for speeds, static, delay, colour, words, exponent in kinds:
+    for speeds, static, delay, colour, text, exponent in kinds:
         left.axhline(static, color=colour, linewidth=0.9, linestyle=(0, (5, 3)))
         left.semilogx(rates, speeds, "o-", color=colour, markersize=3.5, linewidth=1.3)
-        right.loglog(rates, delay, "o", color=colour, markersize=3.5, label=f"{words}: exponent {exponent}")
-    for (_, static, _, colour, _, _), words, shift in zip(kinds, ("leaves its stop", "fold"), (-11, 5), strict=True):
-        position = (float(rates[0]), static)
-        note = left.annotate(f"{words}, {static:.6g}", position, (0, shift), textcoords="offset points")
-        note.set(color=colour, fontsize=8, fontfamily=SANS_FONT)
+        right.loglog(rates, delay, "o", color=colour, markersize=3.5, label=f"{text}: exponent {exponent}")
+    for (_, static, _, colour, _, _), text, shift in zip(kinds, ("leaves its stop", "fold"), (-11, 5), strict=True):
+        write_note(left, f"{text}, {static:.6g}", (float(rates[0]), static), (0, shift), color=colour, fontsize=8)
     if np.all(np.isfinite(study.asymptotic_delay)):
-        right.loglog(rates, study.asymptotic_delay[order], color=INK, linewidth=0.9, label="law of the fold, rate^(2/3)")
+        right.loglog(rates, study.asymptotic_delay[order], color=INK, linewidth=0.9, label="fold law, rate^(2/3)")
     rising_law = _rising_delay_law(study, rates, study.rising_delay[order])
-    right.loglog(rates, rising_law, color=MUTED, linewidth=0.9, label="rate x ln(1 / rate) / growth")
+    right.loglog(rates, rising_law, color=MUTED, linewidth=0.9, label="rate x ln(1 / rate) / divergence rate")
     low, high = left.get_ylim()
     left.set_ylim(low - 0.05 * (high - low), high)
     right.legend(frameon=False, fontsize=7.5, loc="upper left", handlelength=1.4, borderaxespad=0.2)
     right.set_ylim(top=12 * float(study.rising_delay.max()))
-    passage = f"passage of the arms through {np.degrees(study.fold_position):.4g} deg, where the equilibrium speed is least"
-    growth = f"growth on the stop {study.growth_rate:.4g} 1/s, shown by the delays {study.rising_growth_rate}"
-    _write_footnote(figure, f"{passage}; {growth}")
-    return _save_png(figure, path)
+    passage = f"passage of the arms at {np.degrees(study.fold_position):.4g} deg, where the equilibrium speed has its minimum"
+    growth = f"divergence rate at the stop {study.divergence_rate:.4g} 1/s, from the delays {study.rising_divergence_rate}"
+    write_footnote(figure, f"{passage}; {growth}")
+    return save_png(figure, path)
 
 
 def _rising_delay_law(study: FoldJumpStudy, rates: FloatArray, delays: FloatArray) -> FloatArray:
-    """rate (ln(1 / rate) / growth + constant), through the slowest run."""
-    constant = delays[0] / rates[0] - np.log(1 / rates[0]) / study.growth_rate
-    law: FloatArray = rates * (np.log(1 / rates) / study.growth_rate + constant)
+    """Return rate (ln(1 / rate) / divergence rate + constant), with the constant from the slowest run."""
+    constant = delays[0] / rates[0] - np.log(1 / rates[0]) / study.divergence_rate
+    law: FloatArray = rates * (np.log(1 / rates) / study.divergence_rate + constant)
     return law
 
 
 def _new_figure(title: str, subtitle: str) -> Figure:
-    figure = Figure(figsize=(_FIGURE_WIDTH, _FIGURE_HEIGHT), dpi=_DPI, facecolor=PAPER)
-    words = figure.text(0.02, 0.945, title, fontsize=15, va="center")
-    words.set(color=INK, fontfamily=SERIF_FONT, parse_math=False)
-    words = figure.text(0.02, 0.895, subtitle, fontsize=10, va="center")
-    words.set(color=MUTED, fontfamily=SERIF_FONT, parse_math=False)
+    figure = new_figure(7.2, 5.0)
+    write_title(figure, title)
+    write_title(figure, subtitle, y=0.895, size=10, colour=MUTED)
     return figure
 
 
-def _add_axes(figure: Figure, rect: tuple[float, float, float, float], x: str, y: str, *, size: float = 10) -> Axes:
+def _add_axes(figure: Figure, rect: tuple[float, float, float, float], x_label: str, y_label: str, *, size: float = 10) -> Axes:
     axes = figure.add_axes(rect)
-    axes.set_facecolor(PAPER)
-    axes.set_xlabel(x, color=INK, fontsize=size, fontfamily=SERIF_FONT)
-    axes.set_ylabel(y, color=INK, fontsize=size, fontfamily=SERIF_FONT)
-    for side, spine in axes.spines.items():
-        spine.set(visible=side in ("left", "bottom"), color=MUTED, linewidth=0.8)
-    axes.tick_params(color=MUTED, labelcolor=MUTED, labelsize=0.8 * size, labelfontfamily=SANS_FONT, which="both")
-    axes.grid(color=RULE, linewidth=0.6)
-    axes.set_axisbelow(True)
+    label_axes(axes, x_label, y_label, size=size)
+    style_axes(axes, tick_size=0.8 * size, which="both")
     return axes
-
-
-def _use_plain_numbers(axes: Axes, *, x: bool = False, y: bool = False) -> None:
-    """Plain numbers at the decades of a logarithmic scale."""
-    for axis in [*([axes.xaxis] if x else []), *([axes.yaxis] if y else [])]:
-        axis.set_major_formatter(FuncFormatter(lambda value, _: f"{value:g}"))
-        axis.set_minor_formatter(NullFormatter())
-
-
-def _write_note(
-    axes: Axes,
-    x: float,
-    y: float,
-    text: str,
-    colour: str,
-    *,
-    x_is_data: bool = False,
-    shift: float = 0,
-    ha: str = "center",
-    size: float = 8.5,
-) -> None:
-    """Words at a part of the axes; across: x is a value instead."""
-    system: Any = axes.get_xaxis_transform() if x_is_data else axes.transAxes
-    note = axes.annotate(text, (x, y), (shift, 0), xycoords=system, textcoords="offset points")
-    note.set(ha=ha, color=colour, fontsize=size, fontfamily=SANS_FONT)
-    note.set_parse_math(False)
-
-
-def _write_footnote(figure: Figure, words: str) -> None:
-    figure.text(0.02, 0.018, words, color=MUTED, fontsize=7.5, fontfamily=SANS_FONT).set_parse_math(False)
-
-
-def _save_png(figure: Figure, path: str | os.PathLike[str]) -> Path:
-    """Write the figure; an exception leaves no file behind."""
-    target = Path(path)
-    if target.suffix.lower() != ".png":
-        raise MechanismError(f"a figure's name must end in .png; got {target.name!r}")
-    with atomic_write(target) as temporary:
-        canvas: Any = FigureCanvasAgg(figure)
-        canvas.print_png(str(temporary), metadata={"Software": None})
-    return target

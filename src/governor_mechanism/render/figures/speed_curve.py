@@ -1,61 +1,61 @@
-"""The characteristic of a governor: the speed at which it rests, over its travel."""
+"""Figure of the characteristic of a governor: its equilibrium speed over the travel."""
 
 from __future__ import annotations
 
 import os
 from collections.abc import Sequence
 from pathlib import Path
-from typing import Any
 
 import numpy as np
 from matplotlib.axes import Axes
-from matplotlib.backends.backend_agg import FigureCanvasAgg
-from matplotlib.figure import Figure
 from numpy.typing import NDArray
 
-from governor_mechanism.errors import MechanismError
-from governor_mechanism.files.atomic_write import atomic_write
 from governor_mechanism.model.scene import Scene
+from governor_mechanism.render.figures.page import label_axes, new_figure, save_png, style_axes, write_footnote, write_title
 from governor_mechanism.render.number_format import display_unit_of
-from governor_mechanism.render.style import BLUE, INK, MUTED, PAPER, RULE, SANS_FONT, SERIF_FONT, SKY, VERMILLION
+from governor_mechanism.render.style import BLUE, INK, PAPER, SANS_FONT, SERIF_FONT, SKY, VERMILLION
 from governor_mechanism.statics.equilibria import Equilibrium
 from governor_mechanism.statics.speed_curve import InsensitivityBand, SpeedCurve
-
-_FIGURE_WIDTH, _FIGURE_HEIGHT, _DPI = 7.2, 5.0, 100
-"""Inches, and dots per inch."""
 
 _RPM_PER_RAD_S = 30 / np.pi
 
 _MAX_SHOWN_SPEED_RATIO = 1.6
-"""Speeds up to so many times the middle one are shown: toward a dead centre the curve has no end."""
+"""Largest shown speed over the median speed; the curve is unbounded towards a dead centre."""
 
 
 def speed_curve_figure(scene: Scene, curve: SpeedCurve, path: str | os.PathLike[str], equilibria: Sequence[Equilibrium] = ()) -> Path:
     """Write a PNG of speed against travel: stable solid, unstable dashed, folds and equilibria marked.
 
-    Returns the path. An exception leaves no file behind.
+    An exception leaves no file behind.
+
+    Parameters
+    ----------
+    scene
+        Scene of the governor.
+    curve
+        Its equilibrium speed over the travel.
+    path
+        File to write; another ending than .png raises MechanismError.
+    equilibria
+        Equilibria to mark.
+
+    Returns
+    -------
+    Path
+        The path of the file.
     """
-    target = Path(path)
-    if target.suffix.lower() != ".png":
-        raise MechanismError(f"a figure's name must end in .png; got {target.name!r}")
-    figure = Figure(figsize=(_FIGURE_WIDTH, _FIGURE_HEIGHT), dpi=_DPI, facecolor=PAPER)
+    figure = new_figure(7.2, 5.0)
     axes = figure.add_axes((0.11, 0.13, 0.85, 0.72))
     _draw(axes, scene, curve, equilibria)
-    title = figure.text(0.02, 0.945, scene.title, fontsize=15, va="center")
-    title.set(color=INK, fontfamily=SERIF_FONT, parse_math=False)
-    ends = f"low end: {curve.low_end_message};  high end: {curve.high_end_message}"
-    figure.text(0.02, 0.025, ends, color=MUTED, fontsize=7.5, fontfamily=SANS_FONT).set_parse_math(False)
-    with atomic_write(target) as temporary:
-        canvas: Any = FigureCanvasAgg(figure)
-        canvas.print_png(str(temporary), metadata={"Software": None})
-    return target
+    write_title(figure, scene.title)
+    write_footnote(figure, f"low end: {curve.low_end_message};  high end: {curve.high_end_message}", y=0.025)
+    return save_png(figure, path)
 
 
 def _draw(axes: Axes, scene: Scene, curve: SpeedCurve, equilibria: Sequence[Equilibrium]) -> None:
     unit, factor = display_unit_of("rad" if scene.part.mechanism.reading(curve.coordinate_name).quantity == "angle" else "m")
     unit = unit.replace("°", "deg")
     low, high = _speed_limits(curve)
-    axes.set_facecolor(PAPER)
     _draw_curve(axes, curve, factor)
     if curve.insensitivity_band is not None:
         _draw_band(axes, scene, curve, curve.insensitivity_band, factor, high)
@@ -63,18 +63,14 @@ def _draw(axes: Axes, scene: Scene, curve: SpeedCurve, equilibria: Sequence[Equi
     _mark_equilibria(axes, curve, equilibria, factor)
     axes.set_xlim(curve.coordinate[0] * factor, curve.coordinate[-1] * factor)
     axes.set_ylim(low, high)
-    axes.set_xlabel(f"{curve.coordinate_name.replace('_', ' ')}, {unit}", color=INK, fontsize=10, fontfamily=SERIF_FONT)
-    axes.set_ylabel("equilibrium speed, rpm", color=INK, fontsize=10, fontfamily=SERIF_FONT)
-    for side, spine in axes.spines.items():
-        spine.set(visible=side in ("left", "bottom"), color=MUTED, linewidth=0.8)
-    axes.tick_params(color=MUTED, labelcolor=MUTED, labelsize=8, labelfontfamily=SANS_FONT)
-    axes.grid(color=RULE, linewidth=0.6)
+    label_axes(axes, f"{curve.coordinate_name.replace('_', ' ')}, {unit}", "equilibrium speed, rpm")
+    style_axes(axes, is_grid_below=False)
     if axes.get_legend_handles_labels()[0]:
         axes.legend(frameon=False, fontsize=8.5, loc="upper center")
 
 
 def _speed_limits(curve: SpeedCurve) -> tuple[float, float]:
-    """The lowest and the highest speed (rpm) in the figure."""
+    """Return the lowest and the highest speed (rpm) in the figure."""
     rpm = curve.speed[curve.has_equilibrium] * _RPM_PER_RAD_S
     if not rpm.size:
         return 0.0, 1.0
@@ -86,33 +82,33 @@ def _speed_limits(curve: SpeedCurve) -> tuple[float, float]:
 
 def _draw_curve(axes: Axes, curve: SpeedCurve, factor: float) -> None:
     if not curve.has_equilibrium.any():
-        words = "no turning spindle holds it anywhere: the loads do not oppose"
-        note = axes.text(0.5, 0.5, words, ha="center", transform=axes.transAxes)
+        text = "no spindle speed gives an equilibrium: no load opposes the centrifugal force"
+        note = axes.text(0.5, 0.5, text, ha="center", transform=axes.transAxes)
         note.set(color=INK, fontsize=9, fontfamily=SERIF_FONT)
     kinds: tuple[tuple[NDArray[np.bool_], str | tuple[int, tuple[int, int]], str], ...] = (
         (curve.stable, "-", "stable"),
         (~curve.stable & ~curve.astatic, (0, (5, 3)), "unstable"),
-        (curve.astatic, (0, (1, 1)), "astatic: rests anywhere"),
+        (curve.astatic, (0, (1, 1)), "neutral: equilibrium at any position"),
     )
-    for kind, style, words in kinds:
+    for kind, style, text in kinds:
         speed_rpm = np.where(curve.has_equilibrium & kind, curve.speed * _RPM_PER_RAD_S, np.nan)
         if not np.all(np.isnan(speed_rpm)):
-            axes.plot(curve.coordinate * factor, speed_rpm, linestyle=style, color=BLUE, linewidth=1.6, label=words)
+            axes.plot(curve.coordinate * factor, speed_rpm, linestyle=style, color=BLUE, linewidth=1.6, label=text)
 
 
 def _draw_band(axes: Axes, scene: Scene, curve: SpeedCurve, band: InsensitivityBand, factor: float, high: float) -> None:
-    """Between the speeds that a resistance holds; beyond the figure it goes on without end."""
+    """Draw the speeds at which a resistance holds the governor; the band is not clipped at the upper limit."""
     slow, fast = (np.minimum(speed * _RPM_PER_RAD_S, 2 * high) for speed in (band.falling_speed, band.rising_speed))
     unit = "N m" if scene.part.mechanism.reading(band.against).quantity == "angle" else "N"
-    words = f"held by {band.resistance:g} {unit} at the {band.against.replace('_', ' ')}"
-    axes.fill_between(curve.coordinate * factor, slow, fast, where=curve.has_equilibrium, color=SKY, alpha=0.25, label=words)
+    text = f"held by {band.resistance:g} {unit} at the {band.against.replace('_', ' ')}"
+    axes.fill_between(curve.coordinate * factor, slow, fast, where=curve.has_equilibrium, color=SKY, alpha=0.25, label=text)
 
 
 def _mark_folds(axes: Axes, curve: SpeedCurve, factor: float) -> None:
     for value, speed in curve.folds:
         axes.plot([value * factor], [speed * _RPM_PER_RAD_S], "o", color=VERMILLION, markersize=6)
-        words = f"jump at {speed * _RPM_PER_RAD_S:.4g} rpm"
-        note = axes.annotate(words, (value * factor, speed * _RPM_PER_RAD_S), (0, -16), textcoords="offset points")
+        text = f"jump at {speed * _RPM_PER_RAD_S:.4g} rpm"
+        note = axes.annotate(text, (value * factor, speed * _RPM_PER_RAD_S), (0, -16), textcoords="offset points")
         note.set(ha="center", color=VERMILLION, fontsize=8.5, fontfamily=SANS_FONT)
 
 

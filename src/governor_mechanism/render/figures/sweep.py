@@ -1,4 +1,4 @@
-"""A sweep as a figure: curves over one key, heat maps over two, rows of heat maps over three."""
+"""Figure of a sweep: curves over one key, heat maps over two, rows of heat maps over three."""
 
 from __future__ import annotations
 
@@ -11,59 +11,68 @@ from typing import Any
 
 import numpy as np
 from matplotlib.axes import Axes
-from matplotlib.backends.backend_agg import FigureCanvasAgg
 from matplotlib.figure import Figure
 from matplotlib.lines import Line2D
 
 from governor_mechanism.errors import MechanismError
-from governor_mechanism.files.atomic_write import atomic_write
+from governor_mechanism.render.figures.page import label_axes, new_figure, save_png, style_axes, write_heading, write_title
 from governor_mechanism.render.figures.sweep_heatmaps import SweepAxisScale, draw_heatmaps, label_with_unit
 from governor_mechanism.render.film.reading_panel import axis_limits_for, format_plain_ticks
-from governor_mechanism.render.style import INK, MUTED, PAPER, RULE, SANS_FONT, SERIES_COLOURS, SERIF_FONT, VERMILLION
+from governor_mechanism.render.style import INK, SANS_FONT, SERIES_COLOURS, VERMILLION
 from governor_mechanism.studies.sweep.quantities import RunQuantity
 from governor_mechanism.studies.sweep.results import Sweep
 from governor_mechanism.types import FloatArray
 
-_DPI, _FIGURE_WIDTH, _PANEL_HEIGHT = 100, 8.4, 2.9
-"""Dots per inch; inches: width of a figure of curves, height of each of its panels."""
+_FIGURE_WIDTH, _PANEL_HEIGHT = 8.4, 2.9
+"""Width of a figure of curves and height of each panel, inches."""
 
 _HEADER_HEIGHT, _FOOTER_HEIGHT = 0.75, 0.75
-"""Inches above and below the panels."""
+"""Heights above and below the panels, inches."""
 
 _MAX_NAME_LETTERS = 20
-"""So many of a curve's name stand in a line beside its panel."""
+"""Number of letters per line of a curve name in the legend."""
 
 _MAX_SWEEP_AXES = 3
 
 
 def sweep_figure(sweep: Sweep, path: str | os.PathLike[str]) -> Path:
-    """Write a PNG of every quantity of a sweep over the keys that were varied, in everyday units.
+    """Write a PNG of every quantity of a sweep over the varied keys, in everyday units.
 
-    Rows that ended otherwise are marked by their outcomes. Returns the path. Raises MechanismError for a sweep over
-    more than three keys.
+    Failed rows are marked by their outcomes. An exception leaves no file behind.
+
+    Parameters
+    ----------
+    sweep
+        Result of a sweep over one to three keys.
+    path
+        File to write; another ending than .png raises MechanismError.
+
+    Returns
+    -------
+    Path
+        The path of the file.
+
+    Raises
+    ------
+    MechanismError
+        If the sweep has more than three keys.
     """
-    target = Path(path)
-    if target.suffix.lower() != ".png":
-        raise MechanismError(f"a figure's name must end in .png; got {target.name!r}")
     if len(sweep.axes) > _MAX_SWEEP_AXES:
         raise MechanismError(
-            f"a figure shows at most {_MAX_SWEEP_AXES} keys, and this sweep varies {len(sweep.axes)}; draw none, or sweep over fewer"
+            f"a figure shows at most {_MAX_SWEEP_AXES} keys, and this sweep varies {len(sweep.axes)}; sweep over fewer keys"
         )
     figure = _draw_curves(sweep) if len(sweep.axes) == 1 else draw_heatmaps(sweep)
-    with atomic_write(target) as temporary:
-        canvas: Any = FigureCanvasAgg(figure)
-        canvas.print_png(str(temporary), metadata={"Software": None})
-    return target
+    return save_png(figure, path)
 
 
 def _draw_curves(sweep: Sweep) -> Figure:
-    """A panel for the quantities of each unit, a curve for each quantity."""
+    """Draw a panel for the quantities of each unit, with a curve for each quantity."""
     axis_scale = SweepAxisScale.from_axis(sweep.axes[0])
     groups: dict[str, list[RunQuantity]] = {}
     for quantity in sweep.quantities:
         groups.setdefault(quantity.display_unit[1] or quantity.name, []).append(quantity)
     height = _HEADER_HEIGHT + _FOOTER_HEIGHT + _PANEL_HEIGHT * len(groups)
-    figure = Figure(figsize=(_FIGURE_WIDTH, height), dpi=_DPI, facecolor=PAPER)
+    figure = new_figure(_FIGURE_WIDTH, height)
     grid = figure.add_gridspec(
         len(groups), 1, left=0.1, right=0.76, top=1 - (_HEADER_HEIGHT + 0.2) / height, bottom=_FOOTER_HEIGHT / height, hspace=0.38
     )
@@ -71,19 +80,18 @@ def _draw_curves(sweep: Sweep) -> Figure:
         axes = figure.add_subplot(grid[k, 0])
         _draw_panel(axes, sweep, axis_scale, group)
         if k == len(groups) - 1:
-            axes.set_xlabel(axis_scale.label, color=INK, fontsize=10, fontfamily=SERIF_FONT)
-    title = figure.text(0.02, 1 - 0.32 / height, sweep.title, fontsize=15, va="center")
-    title.set(color=INK, fontfamily=SERIF_FONT, parse_math=False)
+            label_axes(axes, axis_scale.label)
+    write_title(figure, sweep.title, y=1 - 0.32 / height)
     return figure
 
 
 _LINE_STYLES: tuple[Any, ...] = ("-", (0, (5, 2)), (0, (1, 1)))
-"""For the first curves of a panel, and for those that have their colours again."""
+"""Line styles of the curves of a panel; the next one begins when the colours repeat."""
 
 
 def _draw_panel(axes: Axes, sweep: Sweep, axis_scale: SweepAxisScale, group: Sequence[RunQuantity]) -> None:
     factor, unit = group[0].display_unit
-    style_sweep_axes(axes)
+    style_axes(axes)
     handles = []
     finite_values: list[FloatArray] = []
     for k, quantity in enumerate(group):
@@ -108,30 +116,20 @@ def _draw_panel(axes: Axes, sweep: Sweep, axis_scale: SweepAxisScale, group: Seq
         for text in legend.get_texts():
             text.set(color=INK, fontfamily=SANS_FONT, parse_math=False)
     heading = label_with_unit(group[0].name, unit) if len(group) == 1 else unit or "value"
-    axes.text(0.0, 1.05, heading, transform=axes.transAxes, color=INK, fontsize=11, fontfamily=SERIF_FONT)
+    write_heading(axes, heading, y=1.05)
 
 
 _FAILURE_MARKERS = ("x", "v", "s", "d", "P", "*")
 
 
 def _mark_failures(axes: Axes, sweep: Sweep, axis_scale: SweepAxisScale) -> list[Line2D]:
-    """A mark on the lower edge for each row that ended otherwise, by its outcome."""
+    """Mark each failed row on the lower edge by its outcome."""
     outcomes = np.array([row.outcome if not row.ok else "" for row in sweep.rows])[axis_scale.order]
     handles = []
     for outcome, marker in zip((name for name in sweep.outcomes if name in outcomes), cycle(_FAILURE_MARKERS), strict=False):
         positions = axis_scale.positions[outcomes == outcome]
-        words = f"{outcome.replace('_', ' ')} ({len(positions)})"
-        (line,) = axes.plot(positions, np.zeros(len(positions)), transform=axes.get_xaxis_transform(), label=words, clip_on=False)
+        text = f"{outcome.replace('_', ' ')} ({len(positions)})"
+        (line,) = axes.plot(positions, np.zeros(len(positions)), transform=axes.get_xaxis_transform(), label=text, clip_on=False)
         line.set(linestyle="", marker=marker, markersize=5, color=VERMILLION, zorder=5)
         handles.append(line)
     return handles
-
-
-def style_sweep_axes(axes: Axes) -> None:
-    """The quiet look of axes."""
-    axes.set_facecolor(PAPER)
-    for side, spine in axes.spines.items():
-        spine.set(visible=side in ("left", "bottom"), color=MUTED, linewidth=0.8)
-    axes.tick_params(color=MUTED, labelcolor=MUTED, labelsize=8, labelfontfamily=SANS_FONT)
-    axes.grid(color=RULE, linewidth=0.6)
-    axes.set_axisbelow(True)

@@ -1,4 +1,4 @@
-"""Heat maps of a sweep over two keys, and rows of them over three."""
+"""Heat maps of a sweep over two keys, and rows of heat maps over three keys."""
 
 from __future__ import annotations
 
@@ -14,23 +14,23 @@ from matplotlib.patches import Patch
 from matplotlib.ticker import MaxNLocator
 from numpy.typing import NDArray
 
+from governor_mechanism.render.figures.page import label_axes, new_figure, write_footnote, write_heading, write_title
 from governor_mechanism.render.film.reading_panel import axis_limits_for, format_plain_ticks
-from governor_mechanism.render.style import BLUE, INK, MUTED, PAPER, RULE, SANS_FONT, SERIF_FONT, SKY, STEEL
+from governor_mechanism.render.style import BLUE, INK, MUTED, PAPER, RULE, SANS_FONT, SKY, STEEL
 from governor_mechanism.studies.sweep.parameters import SweepAxis
 from governor_mechanism.studies.sweep.quantities import RunQuantity
 from governor_mechanism.studies.sweep.results import Sweep
 from governor_mechanism.types import FloatArray
 
-_DPI = 100
 _MAP_WIDTH, _MAP_HEIGHT, _MAP_SPACING_X, _MAP_SPACING_Y = 3.1, 2.5, 0.25, 0.7
-"""Inches: of a map and between maps; a map by itself is larger by LARGER."""
+"""Size of a map and spacing between maps, inches."""
 
 _SINGLE_MAP_RATIO = 1.7
 _LEFT_MARGIN, _RIGHT_MARGIN, _TOP_MARGIN, _BOTTOM_MARGIN, _COLOUR_BAR_WIDTH = 0.85, 0.95, 0.8, 0.7, 0.16
-"""Inches: beside, above and below the maps, and the width of a colour bar."""
+"""Margins around the maps and width of a colour bar, inches."""
 
 _MAX_THIRD_KEY_MAPS = 6
-"""Of a third key, so many values are shown, from the first to the last."""
+"""Largest number of shown values of a third key, from the first to the last."""
 
 _SWEEP_COLOUR_MAP = LinearSegmentedColormap.from_list("sweep", ["#f0ecd9", SKY, BLUE, "#00243d"])
 
@@ -38,24 +38,24 @@ _FAILURE_STYLES = ((RULE, "////"), (STEEL, "...."), (PAPER, "xxxx"), (RULE, "\\\
 """Colour and hatching of cells without a number, by the order of outcomes."""
 
 _UNIFORM_TOLERANCE = 1e-4
-"""Of the greatest value: a map whose values differ by less is of one colour."""
+"""Range of values, relative to the largest one, below which a map has one colour."""
 
 _MAX_HATCHED_CELLS = 20_000
-"""Cells: in larger maps hatching would take long, and be too fine to be seen."""
+"""Largest number of cells with hatching; in larger maps hatching is slow and too fine to see."""
 
 _MAX_TICKS = 24
-"""Words on an axis; of more only some are written."""
+"""Largest number of text labels on an axis."""
 
 _AXIS_MARGIN_RATIO = 0.02
-"""Of its length an axis of curves goes on beyond its outer values."""
+"""Margin of an axis of curves beyond its outer values, as a fraction of its length."""
 
 _MIN_LOGARITHMIC_RATIO = 100.0
-"""Positive values that span as much stand on a logarithmic axis."""
+"""Ratio of the largest to the smallest positive value from which an axis is logarithmic."""
 
 
 @dataclass(frozen=True, kw_only=True)
 class SweepAxisScale:
-    """An axis of a sweep along an axis of a figure: where its values stand, in rising order, and their names."""
+    """Axis of a sweep on an axis of a figure: positions of its values in ascending order, and their labels."""
 
     label: str
     positions: FloatArray
@@ -67,7 +67,7 @@ class SweepAxisScale:
 
     @classmethod
     def from_axis(cls, axis: SweepAxis) -> SweepAxisScale:
-        """Numbers in everyday units, words one beside the other in the order in which they were given."""
+        """Create the scale of a sweep axis: numbers in everyday units, text values at integer positions in the given order."""
         factor, unit = axis.display_unit
         tick_labels = tuple(f"{v * factor:.5g} {unit}".strip() if isinstance(v, float) else str(v) for v in axis.values)
         values = np.array(axis.values, dtype=float) * factor if axis.is_numeric else np.arange(float(len(axis.values)))
@@ -89,7 +89,7 @@ class SweepAxisScale:
         )
 
     def apply_to(self, axes: Axes, axis_name: Literal["x", "y"], *, cells: bool = False) -> None:
-        """Scale, ends and marks of an axis of a figure; its ends are those of the cells, or the outer values."""
+        """Set scale, limits and ticks of a figure axis; the limits are those of the cells, or the outer values with a margin."""
         axis = axes.xaxis if axis_name == "x" else axes.yaxis
         set_limits = axes.set_xlim if axis_name == "x" else axes.set_ylim
         if self.is_logarithmic:
@@ -111,13 +111,13 @@ class SweepAxisScale:
 
 
 def label_with_unit(name: str, unit: str) -> str:
-    """A key or a quantity with its unit, as a label."""
-    words = name.removeprefix("dimensions.").removeprefix("effects.").replace(".", " ").replace("_", " ")
-    return f"{words}, {unit}" if unit else words
+    """Return the label of a key or a quantity with its unit."""
+    text = name.removeprefix("dimensions.").removeprefix("effects.").replace(".", " ").replace("_", " ")
+    return f"{text}, {unit}" if unit else text
 
 
 def draw_heatmaps(sweep: Sweep) -> Figure:
-    """A row of maps for each quantity: one map, or one for each value of the third key."""
+    """Draw a row of maps for each quantity: one map, or one for each shown value of the third key."""
     third_indices = _shown_third_indices(sweep)
     is_two_dimensional = len(sweep.axes) == 2
     map_scale = _SINGLE_MAP_RATIO if is_two_dimensional and len(sweep.quantities) == 1 else 1.2 if is_two_dimensional else 1.0
@@ -128,31 +128,25 @@ def draw_heatmaps(sweep: Sweep) -> Figure:
     map_spacing = _MAP_SPACING_X + (colour_bar_space + 0.55 if is_two_dimensional else 0.0)
     width = _LEFT_MARGIN + columns * map_width + (columns - 1) * map_spacing + _RIGHT_MARGIN
     height = _TOP_MARGIN + 0.25 + rows * map_height + (rows - 1) * (_MAP_SPACING_Y + 0.1) + _BOTTOM_MARGIN + _legend_height(sweep)
-    figure = Figure(figsize=(width, height), dpi=_DPI, facecolor=PAPER)
+    figure = new_figure(width, height)
 
     def add_map_axes(row: int, column: int) -> Axes:
+        """Add the axes of a map at a row and a column."""
         left = _LEFT_MARGIN + column * (map_width + map_spacing)
         top = _TOP_MARGIN + 0.25 + row * (map_height + _MAP_SPACING_Y + 0.1)
         return figure.add_axes((left / width, 1 - (top + map_height) / height, map_width / width, map_height / height))
 
     for k, quantity in enumerate(sweep.quantities):
         grid_cells = [divmod(k, columns)] if is_two_dimensional else [(k, column) for column in range(columns)]
-        _draw_map_row(
-            figure,
-            sweep,
-            quantity,
-            [add_map_axes(*spot) for spot in grid_cells],
-            third_indices,
-            is_last_row=is_two_dimensional or k == rows - 1,
-        )
-    title = figure.text(0.25 / width, 1 - 0.32 / height, sweep.title, fontsize=15, va="center")
-    title.set(color=INK, fontfamily=SERIF_FONT, parse_math=False)
+        map_axes = [add_map_axes(*cell) for cell in grid_cells]
+        _draw_map_row(figure, sweep, quantity, map_axes, third_indices, is_last_row=is_two_dimensional or k == rows - 1)
+    write_title(figure, sweep.title, x=0.25 / width, y=1 - 0.32 / height)
     _draw_legend(figure, sweep, width, height)
     return figure
 
 
 def _shown_third_indices(sweep: Sweep) -> list[int]:
-    """Which values of the third key are shown."""
+    """Return the indices of the shown values of the third key."""
     if len(sweep.axes) == 2:
         return [0]
     count = sweep.shape[2]
@@ -175,14 +169,13 @@ def _draw_map_row(
     for axes, third_index in zip(map_axes, third_indices, strict=True):
         mesh = _draw_map(axes, axis_scales, values[..., third_index][order].T, outcomes[..., third_index][order].T, sweep, norm)
         if axes is map_axes[0]:
-            axes.set_ylabel(axis_scales[1].label, color=INK, fontsize=9.5, fontfamily=SERIF_FONT)
+            label_axes(axes, y_label=axis_scales[1].label, size=9.5)
         else:
             axes.tick_params(labelleft=False)
         if is_last_row:
-            axes.set_xlabel(axis_scales[0].label, color=INK, fontsize=9.5, fontfamily=SERIF_FONT)
+            label_axes(axes, axis_scales[0].label, size=9.5)
         heading = label_with_unit(quantity.name, unit) if len(sweep.axes) == 2 else _third_key_label(sweep, third_index)
-        words = axes.text(0.0, 1.04, heading, transform=axes.transAxes, color=INK, fontsize=10.5, fontfamily=SERIF_FONT)
-        words.set_parse_math(False)
+        write_heading(axes, heading, y=1.04, size=10.5)
     _draw_colour_bar(figure, map_axes[-1], mesh, "" if len(sweep.axes) == 2 else label_with_unit(quantity.name, unit))
 
 
@@ -194,7 +187,7 @@ def _third_key_label(sweep: Sweep, index: int) -> str:
 def _draw_map(
     axes: Axes, axis_scales: list[SweepAxisScale], values: FloatArray, outcomes: NDArray[Any], sweep: Sweep, norm: Normalize
 ) -> Any:
-    """One map; cells of rows that ended otherwise are hatched by their outcomes, and grey where there is no number."""
+    """Draw one map; cells of failed rows are hatched by outcome, and filled with a plain colour if they have no number."""
     x_edges, y_edges = axis_scales[0].edges, axis_scales[1].edges
     axes.set_facecolor(PAPER)
     mesh = axes.pcolormesh(x_edges, y_edges, np.ma.masked_invalid(values), cmap=_SWEEP_COLOUR_MAP, norm=norm, rasterized=True)
@@ -223,12 +216,11 @@ def _draw_colour_bar(figure: Figure, map_axes: Axes, mesh: Any, label: str) -> N
     axes.tick_params(color=MUTED, labelcolor=MUTED, labelsize=8, labelfontfamily=SANS_FONT)
     axes.yaxis.set_major_locator(MaxNLocator(6, min_n_ticks=2))
     format_plain_ticks(axes.yaxis, axes.get_ylim())
-    if label:
-        axes.set_ylabel(label, color=INK, fontsize=9.5, fontfamily=SERIF_FONT)
+    label_axes(axes, y_label=label, size=9.5)
 
 
 def _failure_outcomes(sweep: Sweep) -> list[str]:
-    """The outcomes of rows that ended otherwise."""
+    """Return the outcomes of the failed rows."""
     return list(dict.fromkeys(row.outcome for row in sweep.rows if not row.ok))
 
 
@@ -237,7 +229,7 @@ def _legend_height(sweep: Sweep) -> float:
 
 
 def _draw_legend(figure: Figure, sweep: Sweep, width: float, height: float) -> None:
-    """The outcomes of cells without a number, and how many values of a third key are left out."""
+    """Draw the legend of failed cells, and the number of shown values of a third key."""
     counts = sweep.outcomes
     handles = [
         Patch(facecolor=colour, edgecolor=MUTED, hatch=hatch, linewidth=0.6, label=f"{name.replace('_', ' ')} ({counts[name]})")
@@ -250,5 +242,5 @@ def _draw_legend(figure: Figure, sweep: Sweep, width: float, height: float) -> N
             name.set(color=INK, fontsize=8.5, fontfamily=SANS_FONT)
     third_indices = _shown_third_indices(sweep)
     if len(sweep.axes) == 3 and len(third_indices) < sweep.shape[2]:
-        words = f"{len(third_indices)} of the {sweep.shape[2]} values of {label_with_unit(sweep.axes[2].key, '')} are shown"
-        figure.text(1 - 0.2 / width, 0.12 / height, words, color=MUTED, fontsize=8, fontfamily=SANS_FONT, ha="right")
+        text = f"{len(third_indices)} of the {sweep.shape[2]} values of {label_with_unit(sweep.axes[2].key, '')} are shown"
+        write_footnote(figure, text, x=1 - 0.2 / width, y=0.12 / height, size=8, ha="right")

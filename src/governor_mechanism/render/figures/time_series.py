@@ -1,56 +1,61 @@
-"""Still figures of runs, off-screen."""
+"""Figure of all readings of a run over time."""
 
 from __future__ import annotations
 
 import math
 import os
 from pathlib import Path
-from typing import Any
 
 import numpy as np
 from matplotlib.axes import Axes
-from matplotlib.backends.backend_agg import FigureCanvasAgg
 from matplotlib.figure import Figure
 from matplotlib.ticker import LogLocator, NullLocator
 
 from governor_mechanism.errors import MechanismError
-from governor_mechanism.files.atomic_write import atomic_write
 from governor_mechanism.model.trajectory import Trajectory
 from governor_mechanism.render.figures.event_markers import draw_event_legend, draw_event_markers, reported_events
+from governor_mechanism.render.figures.page import label_axes, new_figure, save_png, style_axes, write_footnote, write_heading, write_title
 from governor_mechanism.render.film.reading_panel import READING_NOISE_RATIO, axis_limits_for, format_plain_ticks
 from governor_mechanism.render.number_format import display_unit_of, format_closing_lines, format_rounded_up
-from governor_mechanism.render.style import BLUE, GREEN, INK, MUTED, PAPER, RULE, SANS_FONT, SERIF_FONT, VERMILLION
+from governor_mechanism.render.style import BLUE, GREEN, MUTED, PAPER, SANS_FONT, VERMILLION
 from governor_mechanism.types import FloatArray
 
 _FIGURE_WIDTH, _ROW_HEIGHT, _BORDER_HEIGHT = 9.6, 1.9, 0.85
-"""Inches: of the figure, of a row of plots, of title and footer together."""
+"""Width of the figure, height of a row of plots, height of title and footer together, inches."""
 _LEGEND_HEIGHT = 0.24
-"""Inches: of the line on what the marks of events mean."""
-_DPI = 100
+"""Height of the event legend, inches."""
 _MIN_PLOTTED_ERROR = 1e-18
-"""What is drawn for a zero on a logarithmic axis."""
+"""Lower bound of plotted errors, because a logarithmic axis has no zero."""
 _MAX_FOOTER_LETTERS = 140
-"""So many fit in the last line."""
+"""Largest number of letters in a footer line."""
 
 
 def readings_figure(run: Trajectory, path: str | os.PathLike[str]) -> Path:
-    """Write a PNG of every reading over time, in everyday units, with the joint gap and the energy drift below them.
+    """Write a PNG of every reading over time, in everyday units, with the joint gap and the energy drift below.
 
-    What the run passed, such as blows against stops, is marked in them: by a line each, or many by a rug of ticks.
+    Events such as impacts against stops are marked in the plots: few by a line each, many by a rug of ticks.
+    An exception leaves no file behind.
 
-    Returns the path. An exception leaves no file behind.
+    Parameters
+    ----------
+    run
+        Finished run with at least one reported time.
+    path
+        File to write; another ending than .png raises MechanismError.
+
+    Returns
+    -------
+    Path
+        The path of the file.
+
+    Raises
+    ------
+    MechanismError
+        If the run has no reported time.
     """
-    target = Path(path)
-    if target.suffix.lower() != ".png":
-        raise MechanismError(f"a figure's name must end in .png; got {target.name!r}")
     if not len(run.times):
-        raise MechanismError(f"the run holds no reported time, so there is nothing to show; it says: {run.message}")
-    figure = _draw_readings(run)
-    with atomic_write(target) as temporary:
-        # Without the name of the program, equal runs give equal files.
-        canvas: Any = FigureCanvasAgg(figure)
-        canvas.print_png(str(temporary), metadata={"Software": None})
-    return target
+        raise MechanismError(f"the run has no reported time, so there is nothing to plot; its message: {run.message}")
+    return save_png(_draw_readings(run), path)
 
 
 def _draw_readings(run: Trajectory) -> Figure:
@@ -58,7 +63,7 @@ def _draw_readings(run: Trajectory) -> Figure:
     events = reported_events(run)
     header_height = 0.75 + (_LEGEND_HEIGHT if events else 0.0)
     height = rows * _ROW_HEIGHT + _BORDER_HEIGHT + header_height - 0.75
-    figure = Figure(figsize=(_FIGURE_WIDTH, height), dpi=_DPI, facecolor=PAPER)
+    figure = new_figure(_FIGURE_WIDTH, height)
     grid = figure.add_gridspec(
         rows, 2, left=0.075, right=0.975, top=1 - header_height / height, bottom=0.75 / height, hspace=0.62, wspace=0.17
     )
@@ -75,25 +80,16 @@ def _draw_readings(run: Trajectory) -> Figure:
     _plot_error(gap_axes, run.times, run.joint_gap * factor, ("widest joint gap", unit), size_in_units)
     _plot_error(figure.add_subplot(grid[rows - 1, 1]), run.times, drift, ("energy drift", "of the energy scale"), 1.0)
     for axes in figure.axes[-2:]:
-        axes.set_xlabel("time, s", color=MUTED, fontsize=8, fontfamily=SANS_FONT)
-    title = figure.text(0.02, 1 - 0.27 / height, run.scene.title, fontsize=15, va="center")
-    title.set(color=INK, fontfamily=SERIF_FONT, parse_math=False)
-    _write_footer(figure, run, height)
+        label_axes(axes, "time, s", color=MUTED, fontsize=8, fontfamily=SANS_FONT)
+    write_title(figure, run.scene.title, y=1 - 0.27 / height)
+    lines, is_failure = format_closing_lines(run, _MAX_FOOTER_LETTERS)
+    for text, y in zip(lines, (0.16,) if len(lines) == 1 else (0.26, 0.10), strict=True):
+        write_footnote(figure, text, y=y / height, size=8.5, va="center", color=VERMILLION if is_failure else MUTED)
     return figure
 
 
-def _write_footer(figure: Figure, run: Trajectory, height: float) -> None:
-    """How accurate the run is, or why it ended early; height (in) of the figure."""
-    lines, is_failure = format_closing_lines(run, _MAX_FOOTER_LETTERS)
-    colour = VERMILLION if is_failure else MUTED
-    middles = (0.16,) if len(lines) == 1 else (0.26, 0.10)
-    for words, y in zip(lines, middles, strict=True):
-        text = figure.text(0.02, y / height, words, color=colour, fontsize=8.5, va="center", fontfamily=SANS_FONT)
-        text.set_parse_math(False)
-
-
 def _plot_reading(axes: Axes, run: Trajectory, name: str, values: FloatArray) -> None:
-    """One reading, with the error that the run promises for it."""
+    """Plot one reading with its error estimate."""
     unit, factor = display_unit_of(run.units.get(name, ""))
     unit = unit.replace("°", "deg")
     _style_axes(axes, name.replace("_", " "), unit)
@@ -106,7 +102,7 @@ def _plot_reading(axes: Axes, run: Trajectory, name: str, values: FloatArray) ->
 
 
 def _plot_error(axes: Axes, times: FloatArray, values: FloatArray, heading: tuple[str, str], reference_scale: float) -> None:
-    """A quantity that an exact run keeps at zero, on a logarithmic axis; a few last bits of `whole` are nothing."""
+    """Plot a quantity that is zero in an exact run on a logarithmic axis; below 4 machine epsilons of the reference scale it is zero."""
     _style_axes(axes, *heading)
     if values.max() <= 4 * np.finfo(float).eps * reference_scale:
         axes.set(xlim=(times[0], max(times[-1], times[0] + 1e-9)), yticks=[])
@@ -122,15 +118,11 @@ def _plot_error(axes: Axes, times: FloatArray, values: FloatArray, heading: tupl
     _write_side_note(axes, f"at most {format_rounded_up(float(values.max()))}")
 
 
-def _write_side_note(axes: Axes, words: str) -> None:
-    axes.text(1.0, 1.06, words, transform=axes.transAxes, color=MUTED, fontsize=8, ha="right", va="baseline", fontfamily=SANS_FONT)
+def _write_side_note(axes: Axes, text: str) -> None:
+    axes.text(1.0, 1.06, text, transform=axes.transAxes, color=MUTED, fontsize=8, ha="right", va="baseline", fontfamily=SANS_FONT)
 
 
 def _style_axes(axes: Axes, name: str, unit: str) -> None:
-    axes.set_facecolor(PAPER)
-    for side, spine in axes.spines.items():
-        spine.set(visible=side in ("left", "bottom"), color=MUTED, linewidth=0.8)
-    axes.tick_params(color=MUTED, labelcolor=MUTED, labelsize=8, labelfontfamily=SANS_FONT)
-    axes.grid(color=RULE, linewidth=0.6)
+    style_axes(axes, is_grid_below=False)
     axes.margins(x=0)
-    axes.text(0.0, 1.06, f"{name}, {unit}", transform=axes.transAxes, color=INK, fontsize=11, fontfamily=SERIF_FONT)
+    write_heading(axes, f"{name}, {unit}", y=1.06)

@@ -1,4 +1,4 @@
-"""Error against time as a figure: a line for each variant of each engine, both ways logarithmic."""
+"""Work-precision diagram: error against time, one line per engine variant, both axes logarithmic."""
 
 from __future__ import annotations
 
@@ -6,35 +6,39 @@ import os
 from collections.abc import Sequence
 from itertools import pairwise
 from pathlib import Path
-from typing import Any
 
 import numpy as np
 from matplotlib.axes import Axes
-from matplotlib.backends.backend_agg import FigureCanvasAgg
-from matplotlib.figure import Figure
-from matplotlib.ticker import FuncFormatter, LogLocator, NullFormatter
+from matplotlib.ticker import LogLocator, NullFormatter
 from matplotlib.transforms import Bbox
 
-from governor_mechanism.errors import MechanismError
-from governor_mechanism.files.atomic_write import atomic_write
-from governor_mechanism.render.style import BLUE, GREEN, INK, MUTED, PAPER, RULE, SANS_FONT, SERIF_FONT, SKY, VERMILLION
+from governor_mechanism.render.figures.page import (
+    FIGURE_DPI,
+    label_axes,
+    new_figure,
+    save_png,
+    style_axes,
+    use_plain_decades,
+    write_footnote,
+    write_note,
+    write_title,
+)
+from governor_mechanism.render.style import BLUE, GREEN, INK, MUTED, RULE, SANS_FONT, SKY, VERMILLION
 from governor_mechanism.studies.regression import FittedParameter
 from governor_mechanism.studies.work_precision.results import AccuracyStudy, EngineVariant, WorkPrecisionPoint, format_wall_time
 from governor_mechanism.types import FloatArray
 
-_FIGURE_WIDTH, _FIGURE_HEIGHT, _DPI = 8.4, 5.6, 100
-
 _AXES_HEIGHT_RATIO = 0.75
-"""Of the figure's height: that of the axes."""
+"""Height of the axes, as a fraction of the figure."""
 
 _MAX_TITLE_LETTERS = 60
-"""Letters of a scene's title that fit in a line; longer ones are written smaller."""
+"""Number of letters of a scene title that fit on a line; a longer title has a smaller font."""
 
 _LETTER_WIDTH_RATIO = 0.56
-"""Of the size of type: how wide a letter is, or a little less."""
+"""Width of a letter, or a little less, as a fraction of the font size."""
 
 _LABEL_DISTANCE_PIXELS, _RING_RADIUS_PIXELS = 10.0, 9.0
-"""Pixels: how far words stand from their point, and half the width of a ring about one."""
+"""Distance of a label from its point, and half width of a ring around a point, pixels."""
 
 _VARIANT_STYLES = {
     "reduced": (GREEN, "o"),
@@ -43,20 +47,31 @@ _VARIANT_STYLES = {
     "impulse staggered": (VERMILLION, "D"),
     "impulse plain": (MUTED, "v"),
 }
-"""Colour and marker of a variant."""
+"""Colour and marker of each variant."""
 
 
 def work_precision_figure(study: AccuracyStudy, path: str | os.PathLike[str], requested_error: float | None = None) -> Path:
-    """Write a PNG: error against time for every setting; `wanted` is an error to mark, and what reaches it quickest.
+    """Write a PNG of error against time for every setting.
 
-    Returns the path. An exception leaves no file behind.
+    An exception leaves no file behind.
+
+    Parameters
+    ----------
+    study
+        Result of a work-precision study.
+    path
+        File to write; another ending than .png raises MechanismError.
+    requested_error
+        Relative error to mark, with the cheapest setting of each variant that reaches it.
+
+    Returns
+    -------
+    Path
+        The path of the file.
     """
-    target = Path(path)
-    if target.suffix.lower() != ".png":
-        raise MechanismError(f"a figure's name must end in .png; got {target.name!r}")
-    figure = Figure(figsize=(_FIGURE_WIDTH, _FIGURE_HEIGHT), dpi=_DPI, facecolor=PAPER)
+    figure = new_figure(8.4, 5.6)
     axes = figure.add_axes((0.095, 0.105, 0.875, _AXES_HEIGHT_RATIO))
-    _style_axes(axes, study, requested_error)
+    _prepare_axes(axes, study, requested_error)
     shown = [variant for variant in study.variants if variant.points]
     lines = []
     for variant in shown:
@@ -72,20 +87,11 @@ def work_precision_figure(study: AccuracyStudy, path: str | os.PathLike[str], re
         _mark_requested_error(axes, study, requested_error, placer)
     _label_variants(axes, shown, study, placer)
     size = min(14.0, 14.0 * _MAX_TITLE_LETTERS / len(study.scene.title)) if study.scene.title else 14.0
-    title = figure.text(0.02, 0.945, f"{study.scene.title}: error against time", fontsize=size, va="center")
-    title.set(color=INK, fontfamily=SERIF_FONT, parse_math=False)
-    subtitle = figure.text(0.02, 0.895, _reference_text(study), fontsize=8, va="center", color=MUTED, fontfamily=SANS_FONT)
-    subtitle.set_parse_math(False)
-    with atomic_write(target) as temporary:
-        canvas: Any = FigureCanvasAgg(figure)
-        canvas.print_png(str(temporary), metadata={"Software": None})
-    return target
-
-
-def _reference_text(study: AccuracyStudy) -> str:
+    write_title(figure, f"{study.scene.title}: error against time", size=size)
     reference = study.reference
-    accuracy_text = f"against {reference.engine} at tolerance {reference.tolerance:g}, good to {reference.error:.0e}"
-    return f"{accuracy_text}; {reference.confirmation}"
+    accuracy_text = f"against {reference.engine} at tolerance {reference.tolerance:g}, error {reference.error:.0e}"
+    write_footnote(figure, f"{accuracy_text}; {reference.confirmation}", y=0.895, size=8, va="center")
+    return save_png(figure, path)
 
 
 def _plotted_error(point: WorkPrecisionPoint, study: AccuracyStudy) -> float:
@@ -93,7 +99,7 @@ def _plotted_error(point: WorkPrecisionPoint, study: AccuracyStudy) -> float:
 
 
 class LabelPlacer:
-    """Where on the axes words find room: beside a point, away from lines and from words that stand already."""
+    """Places labels next to points of the axes, away from lines and earlier labels."""
 
     def __init__(self, axes: Axes, lines: Sequence[tuple[FloatArray, FloatArray]]) -> None:
         self._axes = axes
@@ -102,8 +108,8 @@ class LabelPlacer:
         self._curve_points = np.concatenate([self._sample_curve(*line) for line in lines]) if lines else np.empty((0, 2))
 
     def place_label(self, words: str, x: float, y: float, colour: str, size: float, directions: Sequence[tuple[int, int]]) -> None:
-        """Write words beside a point (data), where they cover least; `places` are signs of how far right and up."""
-        pixels_per_point = _DPI / 72
+        """Write a label next to a point (data) where it covers least; `directions` are signs of right and up."""
+        pixels_per_point = FIGURE_DPI / 72
         width, height = _LETTER_WIDTH_RATIO * size * pixels_per_point * len(words), 1.3 * size * pixels_per_point
         at_x, at_y = self._axes.transData.transform((x, y))
         boxes = []
@@ -117,7 +123,7 @@ class LabelPlacer:
         text.set_parse_math(False)
 
     def reserve(self, x: float, y: float) -> None:
-        """Leave a ring about a point (data) free."""
+        """Keep a ring around a point (data) free of labels."""
         middle = self._axes.transData.transform((x, y))
         self._occupied_boxes.append(Bbox([middle - _RING_RADIUS_PIXELS, middle + _RING_RADIUS_PIXELS]))
 
@@ -134,14 +140,14 @@ class LabelPlacer:
 
 
 _NAME_DIRECTIONS = ((1, 0), (1, 1), (-1, 0), (-1, 1), (0, 1), (1, -1), (-1, -1), (0, -1))
-"""Where a name may stand beside its point, the best first."""
+"""Directions of a name from its point, the preferred one first."""
 
 _TIME_DIRECTIONS = ((-1, -1), (-1, 0), (1, -1), (1, 0), (1, 1), (-1, 1), (0, -1))
-"""Where the time of a point may stand."""
+"""Directions of a time from its point, the preferred one first."""
 
 
 def _label_variants(axes: Axes, variants: Sequence[EngineVariant], study: AccuracyStudy, placer: LabelPlacer) -> None:
-    """A name at the coarse end of each line."""
+    """Write a name at the coarse end of each line."""
     for variant in variants:
         point = variant.points[0]
         order = "" if variant.order is None else f", order {_format_order(variant.order)}"
@@ -150,7 +156,7 @@ def _label_variants(axes: Axes, variants: Sequence[EngineVariant], study: Accura
 
 
 def _format_order(order: FittedParameter) -> str:
-    """With its scatter, where that shows."""
+    """Return an order with its standard error, if the error is at least 0.05."""
     return f"{order.value:.1f} ± {order.standard_error:.1f}" if order.standard_error >= 0.05 else f"{order.value:.1f}"
 
 
@@ -160,7 +166,7 @@ def _variant_style(variant: EngineVariant) -> tuple[str, str]:
 
 def _mark_requested_error(axes: Axes, study: AccuracyStudy, requested_error: float, placer: LabelPlacer) -> None:
     axes.axhline(requested_error, color=INK, linewidth=1.0, linestyle=(0, (5, 3)), zorder=2)
-    placer.place_label(f"asked {requested_error:g}", axes.get_xlim()[1], requested_error, INK, 8.5, ((-1, 1), (-1, -1)))
+    placer.place_label(f"requested {requested_error:g}", axes.get_xlim()[1], requested_error, INK, 8.5, ((-1, 1), (-1, -1)))
     cheapest_points = [point for variant in study.variants if (point := variant.cheapest_for(requested_error)) is not None]
     positions = [(1e3 * point.wall_time, _plotted_error(point, study)) for point in cheapest_points]
     for x, y in positions:
@@ -170,32 +176,21 @@ def _mark_requested_error(axes: Axes, study: AccuracyStudy, requested_error: flo
         placer.place_label(format_wall_time(point.wall_time), x, y, INK, 8.5, _TIME_DIRECTIONS)
 
 
-def _style_axes(axes: Axes, study: AccuracyStudy, requested_error: float | None) -> None:
+def _prepare_axes(axes: Axes, study: AccuracyStudy, requested_error: float | None) -> None:
     milliseconds = [1e3 * point.wall_time for point in study.points] or [1.0, 10.0]
     errors = [*(_plotted_error(point, study) for point in study.points), *([] if requested_error is None else [requested_error])] or [1.0]
     floor = study.reference.resolvable_error
-    axes.set_facecolor(PAPER)
-    axes.set_xscale("log")
-    axes.set_yscale("log")
+    axes.set(xscale="log", yscale="log")
     axes.set_xlim(min(milliseconds) / 2.5, max(milliseconds) * 2.0)
     low = min(floor, min(errors))
     axes.set_ylim(low / 30, max(*errors, 100 * low) * 30)
     axes.axhspan(low / 30, floor, color=RULE, alpha=0.45, linewidth=0)
-    note = axes.annotate(
-        "less than the reference can tell", (1.0, floor), (-4, -11), xycoords=("axes fraction", "data"),
-        textcoords="offset points",
-    )  # fmt: skip
-    note.set(color=MUTED, fontsize=8, fontfamily=SANS_FONT, ha="right")
-    axes.set_xlabel("milliseconds of a whole run", color=INK, fontsize=10, fontfamily=SERIF_FONT)
+    xycoords = ("axes fraction", "data")
+    write_note(axes, "below the error of the reference", (1.0, floor), (-4, -11), xycoords=xycoords, color=MUTED, fontsize=8, ha="right")
     has_event_errors = any(point.event_time_error is not None for point in study.points)
     label = f"largest error of a reading{' or an event time' if has_event_errors else ''}, in units of its scale"
-    axes.set_ylabel(label, color=INK, fontsize=10, fontfamily=SERIF_FONT)
-    axes.xaxis.set_major_formatter(FuncFormatter(lambda value, _: f"{value:g}"))
-    axes.xaxis.set_minor_formatter(NullFormatter())
+    label_axes(axes, "time of a run, ms", label)
+    use_plain_decades(axes.xaxis)
     axes.yaxis.set_major_locator(LogLocator(numticks=12))
     axes.yaxis.set_minor_formatter(NullFormatter())
-    for side, spine in axes.spines.items():
-        spine.set(visible=side in ("left", "bottom"), color=MUTED, linewidth=0.8)
-    axes.tick_params(which="both", color=MUTED, labelcolor=INK, labelsize=8, labelfontfamily=SANS_FONT)
-    axes.grid(color=RULE, linewidth=0.6)
-    axes.set_axisbelow(True)
+    style_axes(axes, tick_colour=INK, which="both")

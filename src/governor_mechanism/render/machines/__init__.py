@@ -1,0 +1,1 @@
+"""Drawings of machines: shapes in metres, without colours."""

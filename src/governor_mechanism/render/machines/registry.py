@@ -1,6 +1,6 @@
-"""What to draw for a mechanism: shapes in metres, without colours.
+"""Registry of machine drawings: shapes in metres, without colours.
 
-Machines register drawings of their own in `DRAWINGS`; any other mechanism is drawn from its bodies and joints.
+A machine registers its own drawing in `MACHINE_DRAWINGS`. Every other mechanism is drawn from its bodies and joints.
 """
 
 from __future__ import annotations
@@ -28,20 +28,21 @@ PlanFunction = Callable[[Part, FloatArray, float, EffectState], tuple[DrawnShape
 PathFunction = Callable[[Part, FloatArray], FloatArray]
 
 SWEEP_ARC_CAPTION = ("arc: turned", "since the", "last frame")
-"""What the arc on the plan's ring means, line by line."""
+"""Caption of the arc on the ring of the plan view, line by line."""
 _MARGIN_RATIO = 0.02
-"""Free border round the shapes, as a fraction of the larger side."""
+"""Free border around the shapes, as a fraction of the larger side."""
 
 
 @dataclass(frozen=True, kw_only=True)
 class MachineDrawing:
-    """How one kind of machine is drawn.
+    """Drawing functions of one kind of machine.
 
-    background(part, poses (n, bodies, 3), stage) gives what stands still over the whole run; moving(part, pose (bodies,
-    3), stage) what moves, with the stage at its moment; plan(part, pose, spindle angle (rad), what acts) a turning
-    plane seen from above. Shapes are listed back to front, at every pose as many, of the same kinds and roles.
-    traced(part, poses) is the path (n, 2) (m) that is shown; `readings` what the side panel shows, most important
-    first; `plan_words` stand beside the plan, line by line.
+    `background(part, poses (n, bodies, 3), extents)` returns the shapes that do not move during the run.
+    `moving(part, pose (bodies, 3), extents)` returns the moving shapes at the time of `extents`.
+    `plan_view(part, pose, spindle angle (rad), effect_state)` returns a rotating plane seen from above.
+    Shapes are listed back to front. Every pose gives the same number of shapes, of the same kinds and roles.
+    `traced_path(part, poses)` is the path (n, 2) (m) to draw. `panel_readings` are the readings of the side panel, most important first.
+    `plan_caption` is the text at the plan view, line by line.
     """
 
     background: BackgroundFunction
@@ -83,48 +84,48 @@ MACHINE_DRAWINGS: dict[str, MachineDrawing] = {
 
 
 def drawing_of(part: Part) -> MachineDrawing:
-    """The machine's own drawing, or the one that fits every mechanism."""
+    """Return the drawing registered for the machine, or the generic drawing."""
     return MACHINE_DRAWINGS.get(part.machine, GENERIC_DRAWING)
 
 
 def background_shapes(part: Part, poses: FloatArray, extents: RunExtents | None = None) -> tuple[DrawnShape, ...]:
-    """What stands still over a run with poses (n, bodies, 3)."""
+    """Return the shapes that do not move during a run with poses (n, bodies, 3)."""
     return drawing_of(part).background(part, poses, extents or measure_run_extents(part, poses, np.zeros(1)))
 
 
 def moving_shapes(part: Part, pose: FloatArray, extents: RunExtents | None = None) -> tuple[DrawnShape, ...]:
-    """What moves, at one pose (bodies, 3) and the moment of the stage; without a stage, as if the pose were a run."""
+    """Return the moving shapes at one pose (bodies, 3) and the time of `extents`; without extents, the pose is the whole run."""
     return drawing_of(part).moving(part, pose, extents or measure_run_extents(part, pose[None], np.zeros(1)))
 
 
 def plan_shapes(
     part: Part, pose: FloatArray, angle: float, angle_change: float, ring_radius: float, effect_state: EffectState = NO_EFFECTS
 ) -> tuple[DrawnShape, ...]:
-    """The turning plane seen from above, turned anticlockwise by `angle` (rad), inside a ring of radius `ring` (m).
+    """Return the rotating plane seen from above, turned anticlockwise by `angle` (rad), inside a ring of radius `ring_radius` (m).
 
-    `sweep` (rad) is the angle turned since the frame before. It is drawn as an arc on the ring: a speed too fast for
-    the frames then shows as a closed ring, not as a false slow turning.
+    `angle_change` (rad) is the rotation since the last frame. It is drawn as an arc on the ring, so that a speed too high for the
+    frame rate shows as a closed ring and not as a false slow rotation.
     """
     sweep_angle = math.copysign(min(abs(angle_change), 2 * math.pi), angle_change)
     arc = tuple((ring_radius * math.cos(a), ring_radius * math.sin(a)) for a in (angle - sweep_angle * k / 32 for k in range(33)))
-    hand = ((0.0, 0.0), (ring_radius * math.cos(angle), ring_radius * math.sin(angle)))
+    pointer = ((0.0, 0.0), (ring_radius * math.cos(angle), ring_radius * math.sin(angle)))
     return (
         Lines("sweep", (arc,)),
-        Lines("hand", (hand,)),
+        Lines("hand", (pointer,)),
         *drawing_of(part).plan_view(part, pose, angle, effect_state),
         Circle("hub", 0.0, 0.0, 0.05 * ring_radius),
     )
 
 
 def plan_ring_radius(part: Part, poses: FloatArray, effect_state: EffectState = NO_EFFECTS) -> float:
-    """Radius (m) of a ring that holds the plan at every pose of a run (n, bodies, 3)."""
+    """Return the radius (m) of a ring that contains the plan view at every pose of a run (n, bodies, 3)."""
     plan = drawing_of(part).plan_view
     max_distance = max(max(map(abs, bounding_box(plan(part, pose, 0.0, effect_state)))) for pose in select_extreme_poses(poses))
     return 1.10 * max_distance
 
 
 def drawing_bounds(part: Part, poses: FloatArray, times: FloatArray, effect_state: EffectState = NO_EFFECTS) -> BoundingBox:
-    """The box (m) that holds every shape over a run with poses (n, bodies, 3) at times (n,) s, with a margin."""
+    """Return the box (m) that contains every shape of a run with poses (n, bodies, 3) at times (n,) s, with a margin."""
     extents = measure_run_extents(part, poses, times, effect_state)
     shapes = list(background_shapes(part, poses, extents))
     for k in select_extreme_rows(drawn_point_paths(part.mechanism, poses)):

@@ -1,0 +1,1 @@
+"""Scenes with a mechanism of the user: bodies, joints, force elements."""

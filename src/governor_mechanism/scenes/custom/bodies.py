@@ -1,188 +1,229 @@
-"""The bodies of a user's own mechanism, and the points that its other tables name."""
+"""[[body]] of a custom machine, and the bodies and points to which its other tables refer. Slow to import: pydantic."""
 
 from __future__ import annotations
 
-import difflib
-from collections.abc import Callable, Mapping
-from typing import Any
+from collections.abc import Callable, Iterable, Iterator, Mapping
+from functools import cached_property
+from typing import Annotated, Any, Final, TypeVar
+
+from pydantic import Field, model_validator
 
 from governor_mechanism.errors import MechanismError, did_you_mean
-from governor_mechanism.machines.custom import BodyShape, SketchedBody, _Vector2, disc_shape, plate_shape, rod_shape
+from governor_mechanism.machines.custom import BodyShape, InitialConfiguration, SketchedBody, disc_shape, plate_shape, rod_shape
 from governor_mechanism.model.joints import GROUND, Point
 from governor_mechanism.model.mechanism import SecondMoments
 from governor_mechanism.model.scene import TURNING_PLANE
-from governor_mechanism.scenes.custom.schema import BodyTable
-from governor_mechanism.scenes.custom.values import PointReference
-from governor_mechanism.scenes.quantities import join_names
+from governor_mechanism.scenes.custom.values import NamedPoints, NewBodyName, PointReference
+from governor_mechanism.scenes.problems import KEY, Problem, ProblemCode, ProblemCollector, mistake
+from governor_mechanism.scenes.quantities import Angle, Bool, FloatPair, Length, Position, PositiveLength, built
+from governor_mechanism.scenes.table import SceneFileTable
 from governor_mechanism.units.quantities import format_value
 
-_SHAPE_KEYS = ("rod", "disc", "plate", "point")
-_MASS_PROPERTY_KEYS = ("inertia", "moments", "centre")
+_Argument = TypeVar("_Argument")
+_Result = TypeVar("_Result")
+
+SHAPE_KEYS: Final = ("rod", "disc", "plate", "point")
+MASS_PROPERTY_KEYS: Final = ("inertia", "moments", "centre")
+"""Keys of a body that describe its mass: one shape, or mass properties."""
+
+
+class MomentsTable(SceneFileTable):
+    """Arguments of SecondMoments."""
+
+    example = '{ xx = "0.5 kg m^2" }'
+    xx: Annotated[float, built("moment_of_inertia", "not negative")] = 0.0
+    yy: Annotated[float, built("moment_of_inertia", "not negative")] = 0.0
+    xy: Annotated[float, built("moment_of_inertia", "any")] = 0.0
+    zz: Annotated[float, built("moment_of_inertia", "not negative")] = 0.0
+
+    @model_validator(mode="after")
+    def _check_determinant(self) -> MomentsTable:
+        if self.xy**2 > self.xx * self.yy * (1 + 1e-9):
+            text = f"{KEY}.xy must not exceed the square root of xx * yy; found {format_value(self.xy)}"
+            raise mistake(ProblemCode.OUT_OF_RANGE, text)
+        return self
+
+
+class RodTable(SceneFileTable):
+    """A slender rod."""
+
+    example = '{ length = "100 mm" }'
+    length: PositiveLength = Field(description='the length of the rod, as "100 mm"')
+
+
+class DiscTable(SceneFileTable):
+    """A disc in the plane."""
+
+    example = '{ radius = "100 mm" }'
+    radius: PositiveLength = Field(description='the radius of the disc, as "100 mm"')
+    thickness: Length = 0.0
+
+
+class PlateTable(SceneFileTable):
+    """A plate in the plane."""
+
+    example = '{ width = "100 mm", height = "50 mm" }'
+    width: PositiveLength = Field(description='the width along x, as "100 mm"')
+    height: PositiveLength = Field(description='the height along y, as "100 mm"')
+    thickness: Length = 0.0
+
+
+class BodyTable(SceneFileTable):
+    """[[body]]; the validation context is the plane of the mechanism."""
+
+    name: NewBodyName = Field(description='the name of the body in other tables, as "crank"')
+    mass: Annotated[float, built("mass", hint="; a bar without mass is a [[link]]")] = Field(
+        description='the mass, as "0.2 kg"; a bar without mass is a [[link]]'
+    )
+    inertia: Annotated[float, built("moment_of_inertia", hint="; a body that does not rotate has turns = false")] = 0.0
+    centre: Position = (0.0, 0.0)
+    moments: MomentsTable | None = None
+    rod: RodTable | None = None
+    disc: DiscTable | None = None
+    plate: PlateTable | None = None
+    point: Bool = False
+    turns: Bool = True
+    points: NamedPoints = None
+    at: Position = (0.0, 0.0)
+    angle: Angle = 0.0
+
+    @classmethod
+    def find_conflicts(cls, values: Mapping[str, Any], context: Any) -> Iterator[Problem]:
+        """Yield mass properties that are missing, given twice or not sufficient."""
+        shapes = [key for key in SHAPE_KEYS if key in values and values[key] is not False]
+        properties = [key for key in MASS_PROPERTY_KEYS if key in values]
+        if len(shapes) > 1:
+            yield Problem(f"{' and '.join(shapes)} are given; a body has one shape, or inertia and centre", ProblemCode.CONFLICT)
+        elif shapes and properties:
+            text = f"{' and '.join(properties)} cannot be combined with {shapes[0]}, which determines them"
+            yield Problem(text, ProblemCode.CONFLICT)
+        if "inertia" in values and "moments" in values:
+            yield Problem("inertia cannot be combined with moments, from which it follows as xx + yy", ProblemCode.CONFLICT)
+        if values.get("point") is True and values.get("turns") is True:
+            yield Problem("a point mass does not rotate; leave out turns = true, or point = true", ProblemCode.CONFLICT)
+        if shapes or values.get("turns") is False:
+            return
+        if "inertia" in values and "moments" not in values and context == TURNING_PLANE:
+            text = "inertia does not determine the centrifugal forces in a turning plane"
+            hint = 'give moments = { xx = "0.5 kg m^2", ... } or a shape (rod, disc, plate) instead'
+            yield Problem(f"{text}; {hint}", ProblemCode.MISSING_KEY)
+        if "inertia" not in values and "moments" not in values:
+            hint = "give inertia or moments, a shape (rod, disc, plate, point), or turns = false for a body that does not rotate"
+            yield Problem(f"inertia is missing; {hint}", ProblemCode.MISSING_KEY, f"{KEY}.inertia")
+
+    @model_validator(mode="after")
+    def _check_values(self) -> BodyTable:
+        collector = ProblemCollector()
+        if self.moments is not None and self.can_rotate and self.moments.xx + self.moments.yy <= 0:
+            collector.add(ProblemCode.OUT_OF_RANGE, "moments must have xx or yy above 0; a body without extent has point = true")
+        if self.angle and not self.can_rotate:
+            text = f"angle must be left out for a body that does not rotate; found {format_value(self.angle)} rad"
+            collector.add(ProblemCode.CONFLICT, text)
+        for name in {"origin", "centre", *(("start", "end") if self.rod else ())}.intersection(self.points or {}):
+            collector.add(ProblemCode.DUPLICATE, f"points.{name} is the name of a point that the body already has; choose another")
+        collector.raise_if_failed()
+        return self
+
+    @property
+    def can_rotate(self) -> bool:
+        """Whether the body rotates in the plane."""
+        return self.turns and not self.point
+
+    def build(self) -> SketchedBody:
+        """Return the body."""
+        return SketchedBody(
+            name=self.name,
+            mass=self.mass,
+            shape=self._build_shape(),
+            can_rotate=self.can_rotate,
+            points=self.points or {},
+            origin=self.at,
+            angle=self.angle,
+        )
+
+    def _build_shape(self) -> BodyShape:
+        for table, shape in ((self.rod, rod_shape), (self.disc, disc_shape), (self.plate, plate_shape)):
+            if table is not None:
+                return shape(self.mass, **table.given_values())
+        if self.moments is not None:
+            moments = SecondMoments(**self.moments.given_values())
+        else:  # in a fixed plane only the sum counts
+            moments = SecondMoments(xx=self.inertia / 2, yy=self.inertia / 2)
+        return BodyShape(second_moments=moments, mass_centre=self.centre)
 
 
 class PointRegistry:
-    """What bodies and points there are. `faulty` are bodies whose own tables are wrong; naming them is no mistake."""
+    """Bodies, their points and their initial positions, for the tables that refer to them by name.
+
+    Attributes
+    ----------
+    ground
+        Named points of the ground, m.
+    bodies
+        Bodies by name.
+    invalid_bodies
+        Names of bodies whose own tables are wrong; a reference to one of them fails without a message.
+    """
 
     def __init__(self) -> None:
-        self.ground: dict[str, _Vector2] = {"origin": (0.0, 0.0)}
+        self.ground: dict[str, FloatPair] = {"origin": (0.0, 0.0)}
         self.bodies: dict[str, SketchedBody] = {}
         self.invalid_bodies: set[str] = set()
-        self._used_names: set[str] = set()
+        self.used_names: set[str] = set()
+
+    @cached_property
+    def initial_configuration(self) -> InitialConfiguration:
+        """Initial poses of the bodies; use it when all bodies are known."""
+        return InitialConfiguration(self.bodies.values())
 
     def require_body(self, name: str, key: str) -> str:
-        """The name of a body; refuses an unknown one, and one that is wrong itself without another word."""
+        """Return the name of a body; refuse an unknown one."""
         if name in self.invalid_bodies:
             raise MechanismError
         known_names = [GROUND, *self.bodies, *sorted(self.invalid_bodies - {GROUND})]
         if name not in known_names:
-            raise MechanismError(
-                f"{key} names the unknown body {format_value(name)}; bodies are {join_names(known_names)}.{did_you_mean(name, known_names)}"
-            )
+            text = f"{KEY}.{key} names the unknown body {format_value(name)}; bodies are {', '.join(known_names)}."
+            raise mistake(ProblemCode.UNKNOWN_NAME, text + did_you_mean(name, known_names), key=f"{KEY}.{key}")
         return name
 
     def find_point(self, reference: PointReference, key: str) -> Point:
-        """The point that an end names; a body alone is its mass centre."""
+        """Return the point of a reference; a body alone means its mass centre."""
         name = self.require_body(reference.body, key)
         body = self.bodies.get(name)
         named_points = self.ground if body is None else body.named_points
         position = reference.position or named_points.get(reference.point or ("origin" if body is None else "centre"))
         if position is None:
             location = "[ground]" if body is None else f"the points of body {format_value(name)}"
-            raise MechanismError(
-                f"{key} names the unknown point {format_value(reference.point)} of {format_value(name)}; "
-                f"known are {join_names(named_points)}, and more may stand in {location}.{did_you_mean(reference.point, named_points)}"
+            text = (
+                f"{KEY}.{key} names the unknown point {format_value(reference.point)} of {format_value(name)}; "
+                f"known are {', '.join(named_points)}; add others to {location}."
             )
+            raise mistake(ProblemCode.UNKNOWN_NAME, text + did_you_mean(reference.point, named_points), key=f"{KEY}.{key}")
         return Point(body=GROUND, x=position[0], y=position[1]) if body is None else body.point(position)
 
-    def find_two_points(self, parsed: Mapping[str, Any]) -> tuple[Point, Point]:
-        """The points `first` and `second`; both are told when both are wrong."""
-        first, second = evaluate_all(lambda: self.find_point(parsed["first"], "first"), lambda: self.find_point(parsed["second"], "second"))
-        _require_different_bodies(first.body, second.body)
-        return first, second
+    def find_points(self, *references: tuple[str, PointReference]) -> list[Point]:
+        """Return the points of (key, reference); report every wrong one."""
+        return _evaluate_all(self.find_point, references)
 
-    def require_two_bodies(self, first: str, second: str, keys: tuple[str, str] = ("first", "second")) -> tuple[str, str]:
-        """The names of two bodies; both are told when both are wrong."""
-        first_name, second_name = evaluate_all(lambda: self.require_body(first, keys[0]), lambda: self.require_body(second, keys[1]))
-        _require_different_bodies(first_name, second_name)
-        return first_name, second_name
+    def require_bodies(self, *names: tuple[str, str]) -> list[str]:
+        """Return the names of bodies of (key, name); report every unknown one."""
+        return _evaluate_all(self.require_body, names)
 
-    def make_unique_name(self, base_name: str, used_names: set[Any]) -> str:
-        """The plain name, numbered where another has it."""
+    def make_unique_name(self, base_name: str) -> str:
+        """Return a name that is not used, with a number at its end if necessary, and reserve it."""
         number, name = 1, base_name
-        while name in self._used_names or name in used_names:
+        while name in self.used_names:
             number += 1
             name = f"{base_name} {number}"
-        self._used_names.add(name)
+        self.used_names.add(name)
         return name
 
 
-def _require_different_bodies(first: str, second: str) -> None:
-    if first == second:
-        raise MechanismError(f"first and second must be of two different bodies; both are of {format_value(first)}")
-
-
-def evaluate_all(*builders: Callable[[], Any]) -> tuple[Any, ...]:
-    """What each makes; the mistakes of all together."""
-    results: list[Any] = []
-    problems: list[str] = []
-    has_failed = False
-    for build in builders:
-        try:
-            results.append(build())
-        except MechanismError as error:
-            has_failed = True
-            problems += error.problems
-    if has_failed:
-        raise MechanismError(*problems)
-    return tuple(results)
-
-
-def parse_body(values: Mapping[str, Any], parsed: Mapping[str, Any] | None, plane: str, problems: list[str]) -> SketchedBody | None:
-    """The body that a table describes, `meaning` being None where it cannot be understood; notes what contradicts."""
-    new_problems = [*_find_contradictions(values), *_find_missing_mass_properties(values, plane)]
-    if parsed is not None:
-        new_problems += _find_invalid_values(values, parsed)
-    problems += new_problems
-    if parsed is None or new_problems:
-        return None
-    return SketchedBody(
-        name=parsed["name"],
-        mass=parsed["mass"],
-        shape=_build_shape(parsed),
-        can_rotate=_can_rotate(values),
-        points=parsed.get("points", {}),
-        origin=parsed.get("at", (0.0, 0.0)),
-        angle=parsed.get("angle", 0.0),
-    )
-
-
-def _given_shapes(values: Mapping[str, Any]) -> list[str]:
-    return [key for key in _SHAPE_KEYS if key in values and values[key] is not False]
-
-
-def _can_rotate(values: Mapping[str, Any]) -> bool:
-    return values.get("turns") is not False and values.get("point") is not True
-
-
-def _find_contradictions(values: Mapping[str, Any]) -> list[str]:
-    """What one table says twice."""
-    shapes, mass_properties = _given_shapes(values), [key for key in _MASS_PROPERTY_KEYS if key in values]
-    problems = []
-    if len(shapes) > 1:
-        problems.append(f"{' and '.join(shapes)} stand together; a body has one shape, or inertia and centre")
-    elif shapes and mass_properties:
-        problems.append(f"{' and '.join(mass_properties)} cannot stand beside {shapes[0]}, which tells how the mass lies")
-    if "inertia" in values and "moments" in values:
-        problems.append("inertia and moments stand together; moments tell the inertia too, as xx + yy")
-    if values.get("point") is True and values.get("turns") is True:
-        problems.append("a point mass does not turn; leave out turns = true, or point = true")
-    return problems
-
-
-def _find_missing_mass_properties(values: Mapping[str, Any], plane: str) -> list[str]:
-    """A body that turns must tell how its mass lies."""
-    unknown_keys = [key for key in values if isinstance(key, str) and key not in BodyTable.model_fields]
-    misspelt_keys = [key for key in unknown_keys if difflib.get_close_matches(key, [*_SHAPE_KEYS, "inertia", "moments", "turns"], n=1)]
-    if not _can_rotate(values) or _given_shapes(values):
-        return []
-    if "inertia" in values and "moments" not in values and plane == TURNING_PLANE:
-        return [
-            "inertia does not tell how a turning plane pulls at the body; "
-            'give moments = { xx = "0.5 kg m^2", ... } or a shape (rod, disc, plate) instead'
-        ]
-    if "inertia" in values or "moments" in values or misspelt_keys:
-        return []
-    return ["inertia is missing; give inertia or moments, a shape (rod, disc, plate, point), or turns = false for a body that never turns"]
-
-
-def _find_invalid_values(values: Mapping[str, Any], parsed: Mapping[str, Any]) -> list[str]:
-    """What numbers cannot be, and names that are taken."""
-    problems = []
-    moments = parsed.get("moments")
-    if moments is not None:
-        xx, yy, xy = (moments.get(key, 0.0) for key in ("xx", "yy", "xy"))
-        if _can_rotate(values) and xx + yy <= 0:
-            problems.append("moments must have xx or yy above 0; a body without extent has point = true")
-        if xy**2 > xx * yy * (1 + 1e-9):
-            problems.append(f"moments.xy must not exceed the square root of xx * yy; found {format_value(xy)}")
-    if parsed.get("angle") and not _can_rotate(values):
-        problems.append(f"angle must be left out for a body that never turns; found {format_value(values['angle'])}")
-    reserved_names = {"origin", "centre"} | ({"start", "end"} if "rod" in parsed else set())
-    problems += [
-        f"points.{name} is a name that this body has already; choose another" for name in parsed.get("points", {}) if name in reserved_names
-    ]
-    return problems
-
-
-def _build_shape(parsed: Mapping[str, Any]) -> BodyShape:
-    mass = parsed["mass"]
-    if "rod" in parsed:
-        return rod_shape(mass, **parsed["rod"])
-    if "disc" in parsed:
-        return disc_shape(mass, **parsed["disc"])
-    if "plate" in parsed:
-        return plate_shape(mass, **parsed["plate"])
-    # Only the sum counts in a plane that does not turn.
-    half_inertia = parsed.get("inertia", 0.0) / 2
-    moments = SecondMoments(**parsed["moments"]) if "moments" in parsed else SecondMoments(xx=half_inertia, yy=half_inertia)
-    return BodyShape(second_moments=moments, mass_centre=parsed.get("centre", (0.0, 0.0)))
+def _evaluate_all(function: Callable[[_Argument, str], _Result], arguments: Iterable[tuple[str, _Argument]]) -> list[_Result]:
+    """Return the results of a function of (argument, key); raise the problems of all arguments together."""
+    collector, results = ProblemCollector(), list[_Result]()
+    for key, argument in arguments:
+        with collector.at():
+            results.append(function(argument, key))
+    collector.raise_if_failed()
+    return results

@@ -1,0 +1,1 @@
+"""Design of Hartung's governor after Dubois."""

@@ -1,7 +1,10 @@
-"""A Hartung governor designed as Dubois does it: bell cranks, springs, their stress, the sleeve's force; a scene of it.
+"""Design of a Hartung governor after Dubois: bell cranks, springs and their stress, sleeve force.
 
-After Fr. Dubois, Dinglers Polytechnisches Journal 327 (1912), pp. 618-620; by the closed forms alone, and nothing is
-rounded on the way. What the paper prints stands in `studies.dubois`.
+It uses the closed forms only and does not round intermediate results. The printed numbers of the paper are in `paper_comparison`.
+
+References
+----------
+Fr. Dubois, Dinglers Polytechnisches Journal 327 (1912), pp. 618-620.
 """
 
 from __future__ import annotations
@@ -20,25 +23,25 @@ from governor_mechanism.types import FloatArray
 from governor_mechanism.units.quantities import format_quantity
 
 KILOGRAM_FORCE = 9.81
-"""N in a kilogram-force, as the paper reckons."""
+"""One kilogram-force in N, with the paper's value of gravity."""
 TECHNICAL_ATMOSPHERE = KILOGRAM_FORCE * 1e4
-"""Pa in one of them on a square centimetre."""
+"""One technical atmosphere, kgf/cm^2, in Pa."""
 N_STROKE_POINTS = 121
-"""Of a curve over the stroke."""
+"""Number of points of a curve over the stroke."""
 HALF_STROKE_TOLERANCE_RATIO = 0.05
-"""Of the weights' way, which the paper rounds by 0.008: so far half_stroke may be from it."""
+"""Tolerance of half_stroke relative to the geometric value; the paper's rounding is 0.008."""
 MIN_COIL_TURNS = 3.0
-"""Turns: with fewer a coil is hardly a spring."""
+"""Minimum number of turns of a useful coil spring."""
 ANGLE_SEARCH_STEP = math.radians(1.0)
-"""rad between the angles among which the best one is looked for first."""
+"""Step of the initial search for the best angle (rad)."""
 
 
 @dataclass(frozen=True, kw_only=True)
 class HartungInputs:
-    """What a design starts from, in SI; those left out are the paper's.
+    """Inputs of a design in SI; the defaults are the paper's.
 
-    swing is the lever's way from upright to each side, rest_radius the weights' radius at the inner end, half_stroke
-    their radial way from there to upright. angle and sleeve_arm (of the bell crank) follow where they are left out.
+    swing is the lever's angle from the vertical to each side, rest_radius the radius of the weights at the inner end, half_stroke their
+    radial travel from there to the vertical lever. angle and sleeve_arm (of the bell crank) follow from the design if they are None.
     """
 
     weight_mass: float = 45.0
@@ -60,19 +63,20 @@ class HartungInputs:
 
     @property
     def fulcrum_radius(self) -> float:
-        """Of the fulcrum from the spindle axis (m)."""
+        """Distance of the fulcrum from the spindle axis (m)."""
         return self.rest_radius + self.half_stroke
 
 
 PAPER_INPUTS = HartungInputs()
+"""The inputs of the paper."""
 
 
 @dataclass(frozen=True, kw_only=True)
 class HartungLayout:
-    """A governor with springs along Doerfel's line, and what it comes to over the stroke, inner end first.
+    """A governor with springs along Doerfel's line and its forces over the stroke, inner end first.
 
-    levers (n,) rad and radii (n,) m of the weights; slow_forces and fast_forces (n,) N balance the slow and the fast
-    speed, spring_forces are those of each spring; static_forces (n,) N hold down the sleeve at standstill.
+    levers (n,) rad and radii (n,) m describe the position of the weights; slow_forces and fast_forces (n,) N balance the slow and the fast
+    speed; spring_forces (n,) N are those of each spring; static_forces (n,) N hold down the sleeve at standstill; spring_rate is in N/m.
     """
 
     governor: closed.HartungGovernor
@@ -86,17 +90,52 @@ class HartungLayout:
 
     @property
     def spread(self) -> float:
-        """Largest less smallest static force, over their mean."""
+        """Range of the static force relative to its mean."""
         return closed.relative_spread(self.static_forces)
 
 
 @dataclass(frozen=True, kw_only=True)
 class HartungDesign:
-    """What comes of a design, in SI: lengths m, forces N, angles rad, stress Pa; warnings are sentences.
+    """Result of a design in SI: lengths m, forces N, angles rad, stress Pa.
 
-    angle and sleeve_arm are those of the bell crank taken, formula_angle what tan = -y0 / a asks for, best_angle what
-    keeps the static sleeve force most even. regulating_forces and speed_limits (two speeds, rad/s) are at the inner and
-    the outer end of the stroke.
+    Attributes
+    ----------
+    inputs
+        The inputs.
+    layout
+        The governor and its forces over the stroke.
+    centrifugal_forces
+        Centrifugal force at the inner end and slow speed, and at the outer end and fast speed.
+    middle_abscissa
+        Deflection y0 of the spring at mid stroke.
+    formula_angle
+        Angle of the bell crank by tan = -y0 / a.
+    best_angle
+        Angle with the smallest spread of the static sleeve force.
+    best_spread
+        Spread at that angle.
+    angle
+        Angle of the bell crank used.
+    sleeve_arm
+        Sleeve arm of the bell crank used.
+    travel
+        Travel of the sleeve.
+    spring_rate
+        Rate of each spring, N/m.
+    preload
+        Force of each spring at the inner end.
+    turns
+        Number of turns of the spring.
+    wire_length
+        Length of the spring wire.
+    stress
+        Shear stress of the spring at the outer end.
+    regulating_forces
+        Regulating force at the inner and the outer end.
+    speed_limits
+        Lower and upper speed (rad/s) at which the sleeve moves, at the inner and the outer end.
+    warnings
+        Warnings, one sentence each.
     """
 
     inputs: HartungInputs
@@ -119,26 +158,26 @@ class HartungDesign:
     warnings: tuple[str, ...] = ()
 
     def summary_lines(self) -> list[str]:
-        """The design in words, in the units of the drawing office."""
+        """Return the design as text in workshop units."""
         layout, static_forces = self.layout, self.layout.static_forces / KILOGRAM_FORCE
         speed_limits = [[f"{speed * 30 / math.pi:.4g}" for speed in pair] for pair in self.speed_limits]
         regulating_forces = [f"{force / KILOGRAM_FORCE:.4g}" for force in self.regulating_forces]
         return [
             f"bell crank: {math.degrees(self.angle):.6g} deg, arms {self.inputs.weight_arm * 1e3:.6g} and "
-            f"{self.sleeve_arm * 1e3:.6g} mm; tan = -y0 / a asks for {math.degrees(self.formula_angle):.6g} deg",
+            f"{self.sleeve_arm * 1e3:.6g} mm; tan = -y0 / a gives {math.degrees(self.formula_angle):.6g} deg",
             f"springs: {self.spring_rate / KILOGRAM_FORCE / 1e3:.5g} kgf/mm, {self.preload / KILOGRAM_FORCE:.5g} kgf innermost; "
             f"{self.turns:.4g} turns of {self.wire_length:.4g} m wire, stressed to {self.stress / TECHNICAL_ATMOSPHERE:.5g} kgf/cm^2",
             f"static sleeve force: {static_forces[0]:.5g} kgf inside, {static_forces[-1]:.5g} outside, changes by "
-            f"{100 * layout.spread:.3g} %; the most even angle is {math.degrees(self.best_angle):.5g} deg, with "
+            f"{100 * layout.spread:.3g} %; the smallest spread is at {math.degrees(self.best_angle):.5g} deg, with "
             f"{100 * self.best_spread:.3g} %",
-            f"regulating force: {regulating_forces[0]} kgf inside, gives way at {' and '.join(speed_limits[0])} rpm; {regulating_forces[1]} kgf "
-            f"outside, at {' and '.join(speed_limits[1])} rpm",
+            f"regulating force: {regulating_forces[0]} kgf inside, overcome at {' and '.join(speed_limits[0])} rpm; "
+            f"{regulating_forces[1]} kgf outside, at {' and '.join(speed_limits[1])} rpm",
             f"sleeve travel: {self.travel * 1e3:.5g} mm",
             *(f"warning: {sentence}" for sentence in self.warnings),
         ]
 
     def as_json(self) -> dict[str, Any]:
-        """Everything as plain values, the curves as lists."""
+        """Return the design as plain values, the curves as lists."""
         layout = self.layout
         numbers = {name: value for name, value in asdict(self).items() if name not in ("inputs", "layout") and value is not None}
         curves = {
@@ -149,8 +188,24 @@ class HartungDesign:
 
 
 def design_hartung(inputs: HartungInputs = PAPER_INPUTS) -> HartungDesign:
-    """The paper's way through a design. Raises MechanismError for inputs that no governor comes of."""
-    _max_bell_crank_angle(inputs)  # refuses a swing that is too wide
+    """Design a Hartung governor by the procedure of the paper.
+
+    Parameters
+    ----------
+    inputs
+        The inputs; by default the paper's.
+
+    Returns
+    -------
+    HartungDesign
+        The design.
+
+    Raises
+    ------
+    MechanismError
+        If no governor can be built from the inputs.
+    """
+    _max_bell_crank_angle(inputs)  # raises for a swing that is too large
     if problems := _validate_inputs(inputs):
         raise MechanismError(*problems)
     inner_radius, outer_radius = inputs.rest_radius, inputs.rest_radius + 2 * inputs.half_stroke
@@ -195,9 +250,26 @@ def design_hartung(inputs: HartungInputs = PAPER_INPUTS) -> HartungDesign:
 
 
 def build_hartung_layout(inputs: HartungInputs, angle: float, sleeve_arm: float | None = None) -> HartungLayout:
-    """A governor with a bell crank of this angle (rad); sleeve_arm (m) from hangers even about the axis if left out.
+    """Return the governor with a given bell crank and its forces over the stroke.
 
-    Raises MechanismError where the lever would pass its dead centre, and where springs cannot follow the line.
+    Parameters
+    ----------
+    inputs
+        The inputs.
+    angle
+        Angle of the bell crank, rad.
+    sleeve_arm
+        Sleeve arm of the bell crank, m; None: hangers symmetric about the axis.
+
+    Returns
+    -------
+    HartungLayout
+        Governor and forces.
+
+    Raises
+    ------
+    MechanismError
+        If the lever would pass its change point, or springs cannot follow the line.
     """
     if sleeve_arm is None:
         symmetric_arm = formulas.symmetric_sleeve_arm(fulcrum_radius=inputs.fulcrum_radius, angle=angle, swing=inputs.swing)
@@ -219,9 +291,9 @@ def build_hartung_layout(inputs: HartungInputs, angle: float, sleeve_arm: float 
     )
     if not 0 < slow_forces[0] < fast_forces[-1]:
         raise MechanismError(
-            f"at slow_speed a weight at the inner end asks for a spring of {slow_forces[0]:.4g} N, and at fast_speed one at "
-            f"the outer end for {fast_forces[-1]:.4g} N; springs press, and harder outside; enlarge rest_radius, weight_mass "
-            "or the speeds, or lower swing"
+            f"a weight needs a spring force of {slow_forces[0]:.4g} N at slow_speed and the inner end, and of "
+            f"{fast_forces[-1]:.4g} N at fast_speed and the outer end;"
+            " it must be positive and rise outward; increase rest_radius, weight_mass or the speeds, or reduce swing"
         )
     spring_rate = formulas.effective_spring_rate(
         inner_force=float(slow_forces[0]), outer_force=float(fast_forces[-1]), stroke=float(radii[-1] - radii[0])
@@ -240,7 +312,7 @@ def build_hartung_layout(inputs: HartungInputs, angle: float, sleeve_arm: float 
 
 
 def find_best_angle(inputs: HartungInputs = PAPER_INPUTS) -> tuple[float, float]:
-    """The angle (rad, from 90 deg on) that keeps the static sleeve force most even, and the spread it leaves."""
+    """Return the angle (rad, at least 90 deg) with the smallest spread of the static sleeve force, and that spread."""
 
     def spread(angle: float) -> float:
         return build_hartung_layout(inputs, angle).spread
@@ -249,29 +321,29 @@ def find_best_angle(inputs: HartungInputs = PAPER_INPUTS) -> tuple[float, float]
     angles = np.arange(math.pi / 2, max_angle, ANGLE_SEARCH_STEP)
     coarse = float(angles[int(np.argmin([spread(float(angle)) for angle in angles]))])
     bounds = (max(coarse - ANGLE_SEARCH_STEP, math.pi / 2), min(coarse + ANGLE_SEARCH_STEP, max_angle))
-    # A spread has corners at its minimum: what is sure is the place, to the tolerance.
+    # The spread has a corner at its minimum: its position is known to the tolerance.
     minimum = minimize_scalar(spread, bounds=bounds, method="bounded", options={"xatol": 1e-8})
     return float(minimum.x), float(minimum.fun)
 
 
 def _max_bell_crank_angle(inputs: HartungInputs) -> float:
-    """The widest angle (rad) of the bell crank that keeps its lever off the dead centre."""
+    """Return the largest angle (rad) of the bell crank at which the lever does not reach its change point."""
     max_angle = math.pi - inputs.swing - ANGLE_SEARCH_STEP
     if max_angle <= math.pi / 2:
         raise MechanismError(
-            f"a swing of {math.degrees(inputs.swing):g} deg to each side leaves no angle of the bell crank from 90 deg "
-            "on whose lever stays off its dead centre; it must be less than 89 deg"
+            f"with a swing of {math.degrees(inputs.swing):g} deg to each side the lever reaches its change point at "
+            "every angle of the bell crank from 90 deg up; the swing must be less than 89 deg"
         )
     return max_angle
 
 
 def _validate_inputs(inputs: HartungInputs) -> list[str]:
-    """Sentences about inputs that are no sizes, or that do not go together."""
+    """Return sentences about inputs that are not positive or not consistent."""
     units = {"weight_mass": "kg", "sleeve_mass": "kg", "slow_speed": "rad/s", "fast_speed": "rad/s"}
     lengths = dict.fromkeys(("weight_arm", "rest_radius", "half_stroke", "wire", "coil", "sleeve_arm"), "m")
     others = {"modulus": "Pa", "stress_limit": "Pa", "insensitivity": "", "swing": "rad", "angle": "rad"}
     problems = [
-        f"{name} must be positive; found {format_quantity(value, unit).strip()}"
+        f"{name} must be positive; got {format_quantity(value, unit).strip()}"
         for name, unit in (units | lengths | others).items()
         if (value := getattr(inputs, name)) is not None and not value > 0
     ]
@@ -284,17 +356,19 @@ def _validate_inputs(inputs: HartungInputs) -> list[str]:
         )
     if inputs.insensitivity >= 1:
         problems.append(
-            f"insensitivity ({inputs.insensitivity:g}) must be below 1: it is a part of the static sleeve force; the paper's is 0.04"
+            f"insensitivity ({inputs.insensitivity:g}) must be below 1: it is a fraction of the static sleeve force; "
+            "the paper's value is 0.04"
         )
     radial_travel = inputs.weight_arm * math.sin(inputs.swing)
     if abs(inputs.half_stroke - radial_travel) > HALF_STROKE_TOLERANCE_RATIO * radial_travel:
         problems.append(
-            f"half_stroke ({format_quantity(inputs.half_stroke, 'm')}) does not go with weight_arm "
-            f"({format_quantity(inputs.weight_arm, 'm')}) and swing ({format_quantity(inputs.swing, 'rad')}), which take a weight "
-            f"{format_quantity(radial_travel, 'm', '.4g')} to each side; give half_stroke={format_quantity(radial_travel, 'm', '.4g')}, or change the others"
+            f"half_stroke ({format_quantity(inputs.half_stroke, 'm')}) is not consistent with weight_arm "
+            f"({format_quantity(inputs.weight_arm, 'm')}) and swing ({format_quantity(inputs.swing, 'rad')}), which move a weight by "
+            f"{format_quantity(radial_travel, 'm', '.4g')} to each side; "
+            f"give half_stroke={format_quantity(radial_travel, 'm', '.4g')}, or change the others"
         )
     if inputs.coil <= inputs.wire:
-        problems.append(f"coil ({format_quantity(inputs.coil, 'm')}) must be wider than wire ({format_quantity(inputs.wire, 'm')})")
+        problems.append(f"coil ({format_quantity(inputs.coil, 'm')}) must exceed wire ({format_quantity(inputs.wire, 'm')})")
     return problems
 
 
@@ -307,12 +381,11 @@ def _warnings(inputs: HartungInputs, stress: float, turns: float) -> tuple[str, 
     warnings = []
     if stress > inputs.stress_limit:
         warnings.append(
-            f"the springs are stressed over their limit: {stress / TECHNICAL_ATMOSPHERE:.4g} kgf/cm^2 at the outer end of the stroke, "
-            f"allowed are {inputs.stress_limit / TECHNICAL_ATMOSPHERE:.4g} kgf/cm^2; take a thicker wire or a narrower coil"
+            f"the springs are overstressed: {stress / TECHNICAL_ATMOSPHERE:.4g} kgf/cm^2 at the outer end of the stroke, "
+            f"the limit is {inputs.stress_limit / TECHNICAL_ATMOSPHERE:.4g} kgf/cm^2; use a thicker wire or a smaller coil"
         )
     if turns < MIN_COIL_TURNS:
         warnings.append(
-            f"the springs have {turns:.3g} turns, and with fewer than {MIN_COIL_TURNS:g} a coil is hardly one; take a "
-            "thicker wire or a narrower coil"
+            f"the springs have {turns:.3g} turns, fewer than the {MIN_COIL_TURNS:g} of a useful coil; use a thicker wire or a smaller coil"
         )
     return tuple(warnings)

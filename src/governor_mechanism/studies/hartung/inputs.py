@@ -1,4 +1,4 @@
-"""The inputs of a design from words, as a command has them: "wire=14 mm"."""
+"""Design inputs from text, such as "wire=14 mm" on the command line."""
 
 from __future__ import annotations
 
@@ -27,13 +27,26 @@ INPUT_DIMENSIONS = {
     "angle": "angle",
     "sleeve_arm": "length",
 }
-"""Of the inputs, by the kind of their quantity."""
+"""Physical dimension of each input."""
 
 
 def parse_inputs(assignments: Iterable[str]) -> HartungInputs:
-    """The inputs that words like "wire=14 mm" change from the paper's.
+    """Return the paper's inputs with the given assignments applied.
 
-    Raises MechanismError with a sentence for each word that is none.
+    Parameters
+    ----------
+    assignments
+        Texts such as "wire=14 mm"; a number without a unit is in SI.
+
+    Returns
+    -------
+    HartungInputs
+        The inputs.
+
+    Raises
+    ------
+    MechanismError
+        With one sentence per assignment that is not valid.
     """
     values: dict[str, float] = {}
     problems: list[str] = []
@@ -42,7 +55,7 @@ def parse_inputs(assignments: Iterable[str]) -> HartungInputs:
         if not sign or name not in INPUT_DIMENSIONS:
             known = ", ".join(INPUT_DIMENSIONS)
             problems.append(
-                f"--with {format_value(assignment)} is no input and its value; write them as wire=14 mm; inputs are {known}."
+                f"--with {format_value(assignment)} is not an assignment to an input, such as wire=14 mm; inputs: {known}."
                 f"{did_you_mean(name, INPUT_DIMENSIONS)}"
             )
             continue
@@ -56,7 +69,7 @@ def parse_inputs(assignments: Iterable[str]) -> HartungInputs:
 
 
 def _parse_number(text: str) -> str | float:
-    """A bare number is in SI, as in a scene file; everything else says its unit."""
+    """Return a number in SI as a float, as in a scene file; a text with a unit unchanged."""
     try:
         return float(text)
     except ValueError:

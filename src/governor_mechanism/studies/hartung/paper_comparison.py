@@ -1,7 +1,10 @@
-"""What Dubois prints of his Hartung governor beside what his own formulas give, and where the print is wrong.
+"""The numbers that Dubois prints of his Hartung governor against the results of his formulas, and the misprints.
 
-Fr. Dubois, Dinglers Polytechnisches Journal 327 (1912), pp. 618-620. Each number is recomputed from what the paper
-states just before it, so that a slip shows where it was made and not in all that follows.
+Each number is recomputed from what the paper states just before it, so that an error is located where it was made.
+
+References
+----------
+Fr. Dubois, Dinglers Polytechnisches Journal 327 (1912), pp. 618-620.
 """
 
 from __future__ import annotations
@@ -14,12 +17,13 @@ from typing import Any
 from governor_mechanism.closed_form.hartung import design as formulas
 from governor_mechanism.closed_form.hartung import governor as closed
 from governor_mechanism.studies.hartung.design import KILOGRAM_FORCE, TECHNICAL_ATMOSPHERE
+from governor_mechanism.units.text_table import format_table
 
 PAPER_SPEEDS = (21.363, 22.201)
-"""rad/s, as the paper rounds 204 and 212 rpm."""
+"""204 and 212 rpm as the paper rounds them (rad/s)."""
 
 SLIDE_RULE_TOLERANCE = 1.0
-"""kgf: a force of the table farther from its formula is no slip of a slide rule; the others are within 0.66."""
+"""Tolerance of the table (kgf); the errors of the slide rule are within 0.66, the misprint is larger."""
 
 PRINTED_SPRING_FORCES = (
     (92.0, 173.8, 199.8),
@@ -32,15 +36,15 @@ PRINTED_SPRING_FORCES = (
     (144.0, 301.2, 325.2),
     (152.0, 319.8, 345.8),
 )
-"""Table 2: radius in mm, and the astatic spring force in kgf at each of the two speeds."""
+"""Table 2 of the paper: radius (mm), and the astatic spring force (kgf) at each of the two speeds."""
 
 COUNTER_EXAMPLE_FORCES = (189.0, 262.0, 335.0)
-"""kgf: the static sleeve force of Pohlhausen's no. 97, a Hartung governor with right angles, low, middle and high."""
+"""Static sleeve force (kgf) at low, middle and high position of Pohlhausen's no. 97, a Hartung governor with right angles."""
 
 
 @dataclass(frozen=True, kw_only=True)
 class PrintedNumber:
-    """One number of the paper, in `unit`: as printed, and recomputed; misprint says what is wrong with it, if it is."""
+    """One number of the paper in `unit`, printed and recomputed; misprint describes the error, if there is one."""
 
     quantity: str
     unit: str
@@ -51,7 +55,7 @@ class PrintedNumber:
 
 @dataclass(frozen=True, kw_only=True)
 class PaperComparison:
-    """The paper's numbers one by one, its table of spring forces, and the governor it warns of (forces in kgf)."""
+    """The paper's numbers in order, its table of spring forces and the governor of its counter-example (forces in kgf)."""
 
     numbers: tuple[PrintedNumber, ...]
     table: tuple[PrintedNumber, ...]
@@ -59,30 +63,39 @@ class PaperComparison:
 
     @property
     def misprints(self) -> tuple[PrintedNumber, ...]:
-        """The numbers that are printed wrong, in the paper's order."""
+        """The misprinted numbers in the paper's order."""
         return tuple(number for number in (*self.numbers, *self.table, *self.counter_example) if number.misprint)
 
     def as_json(self) -> dict[str, Any]:
-        """Plain values."""
+        """Return the comparison as plain values."""
         return asdict(self) | {"misprints": [number.quantity for number in self.misprints]}
 
     def __str__(self) -> str:
-        rows = [(number.quantity, number.unit, number.printed, number.recomputed, number.misprint) for number in self.numbers]
+        """Return a table of the numbers, with the misprints marked."""
         misprinted = [number for number in self.table if number.misprint]
-        rows += [(number.quantity, number.unit, number.printed, number.recomputed, number.misprint) for number in misprinted]
-        rows += [(one.quantity, one.unit, one.printed, one.recomputed, one.misprint) for one in self.counter_example]
-        widths = [max(len(row[0]) for row in rows), 8, 10, 14]
-        lines = [f"{'quantity':<{widths[0]}}  {'unit':<{widths[1]}}{'printed':>{widths[2]}}{'recomputed':>{widths[3]}}"]
-        for quantity, unit, printed, recomputed, misprint in rows:
-            line = f"{quantity:<{widths[0]}}  {unit:<{widths[1]}}{printed:>{widths[2]}.6g}{recomputed:>{widths[3]}.7g}"
-            lines.append(line + (f"  MISPRINT: {misprint}" if misprint else ""))
+        rows = [
+            (
+                number.quantity,
+                number.unit,
+                f"{number.printed:.6g}",
+                f"{number.recomputed:.7g}",
+                f"MISPRINT: {number.misprint}" if number.misprint else "",
+            )
+            for number in (*self.numbers, *misprinted, *self.counter_example)
+        ]
         n_agreeing = len(self.table) - len(misprinted)
-        lines.append(f"table 2: {n_agreeing} of {len(self.table)} spring forces agree with their formula")
-        return "\n".join(lines)
+        table = format_table(("quantity", "unit", "printed", "recomputed", ""), rows, "llrrl")
+        return f"{table}\ntable 2: {n_agreeing} of {len(self.table)} spring forces agree with their formula"
 
 
 def compare_with_paper() -> PaperComparison:
-    """The paper, recomputed."""
+    """Return all numbers of the paper, recomputed.
+
+    Returns
+    -------
+    PaperComparison
+        The numbers by section of the paper.
+    """
     return PaperComparison(
         numbers=(*_compare_radii_and_speeds(), *_compare_centrifugal_forces(), *_compare_spring(), *_compare_sleeve_forces()),
         table=tuple(_compare_spring_force_table()),
@@ -91,7 +104,7 @@ def compare_with_paper() -> PaperComparison:
 
 
 def paper_governor() -> closed.HartungGovernor:
-    """The governor that the paper reckons with, at 132 deg."""
+    """Return the governor of the paper's calculations, with bell cranks of 132 deg."""
     return closed.HartungGovernor(
         weight_arm=0.115,
         sleeve_arm=0.170,
@@ -105,23 +118,25 @@ def paper_governor() -> closed.HartungGovernor:
 
 def _compare_radii_and_speeds() -> Iterator[PrintedNumber]:
     radii = [1e3 * float(closed.weight_radius(paper_governor(), lever_angle=math.radians(side))) for side in (15, -15)]
-    misprint = "the next lines go on with 92"
-    yield PrintedNumber(quantity="radius of a weight at rest", unit="mm", printed=95, recomputed=15 + 77, misprint=misprint)
+    misprint = "the next lines use 92"
+    yield PrintedNumber(quantity="radius of a weight at the inner end", unit="mm", printed=95, recomputed=15 + 77, misprint=misprint)
     yield PrintedNumber(quantity="radius of the fulcrum", unit="mm", printed=122, recomputed=92 + 30)
     yield PrintedNumber(quantity="sagitta", unit="mm", printed=4, recomputed=115 * (1 - math.cos(math.radians(15))))
-    misprint = "a figure too many; the table says 92"
+    misprint = "one digit too many; the table has 92"
     yield PrintedNumber(quantity="radius innermost", unit="mm", printed=192, recomputed=radii[0], misprint=misprint)
     yield PrintedNumber(quantity="radius outermost", unit="mm", printed=152, recomputed=radii[1])
     squares = [speed**2 for speed in PAPER_SPEEDS]
     yield PrintedNumber(quantity="slow speed squared", unit="1/s^2", printed=456.4, recomputed=squares[0])
     yield PrintedNumber(quantity="fast speed squared", unit="1/s^2", printed=492.9, recomputed=squares[1])
-    misprint = "two lines above it is 492.9"
+    misprint = "it is 492.9 two lines above"
     yield PrintedNumber(quantity="the same, in C2", unit="1/s^2", printed=492.2, recomputed=squares[1], misprint=misprint)
 
 
 def _compare_centrifugal_forces() -> Iterator[PrintedNumber]:
     mass = 45 / KILOGRAM_FORCE
-    yield PrintedNumber(quantity="mass of a weight", unit="kgf s2/m", printed=4.58, recomputed=mass, misprint="cut off, not rounded: 4.59")
+    yield PrintedNumber(
+        quantity="mass of a weight", unit="kgf s2/m", printed=4.58, recomputed=mass, misprint="truncated, not rounded: 4.59"
+    )
     forces = [mass * speed**2 * x for speed, x in zip(PAPER_SPEEDS, (0.092, 0.152), strict=True)]
     for quantity, printed, force in zip(("C1", "C2"), (192, 344), forces, strict=True):
         yield PrintedNumber(quantity=f"centrifugal force {quantity}", unit="kgf", printed=printed, recomputed=force)
@@ -142,10 +157,10 @@ def _compare_spring() -> Iterator[PrintedNumber]:
     rate = rise * KILOGRAM_FORCE / 0.06
     yield PrintedNumber(quantity="rise of the spring force", unit="kgf", printed=172, recomputed=rise)
     moment = 1e8 * float(formulas.polar_moment(wire=wire_diameter))
-    misprint = "its formula lacks the fourth power of 1.2; the number is right"
+    misprint = "its formula lacks the fourth power of 1.2; the number is correct"
     yield PrintedNumber(quantity="polar moment of the wire", unit="cm^4", printed=0.2036, recomputed=moment, misprint=misprint)
     length = 100 * float(formulas.wire_length(wire=wire_diameter, coil=coil_diameter, rate=rate, modulus=shear_modulus))
-    misprint = "should be 333; and its formula has cm^4 and cm^2 where there are none"
+    misprint = "should be 333; its formula has cm^4 and cm^2 that do not belong there"
     yield PrintedNumber(quantity="length of the wire", unit="cm", printed=332, recomputed=length, misprint=misprint)
     turns = float(formulas.coil_turns(wire=wire_diameter, coil=coil_diameter, rate=rate, modulus=shear_modulus))
     yield PrintedNumber(quantity="turns", unit="1", printed=13, recomputed=turns)
@@ -162,15 +177,15 @@ def _compare_sleeve_forces() -> Iterator[PrintedNumber]:
         static_force = closed.static_sleeve_force(paper_governor(), lever_angle=math.radians(side), spring_force=force * KILOGRAM_FORCE)
         static_forces.append(float(static_force) / KILOGRAM_FORCE)
         regulating_forces.append(float(formulas.regulating_force(static_force=static_forces[-1])))
-    misprint = "on the way - 0.677 for x 0.677, and 85.8 for 185.8; the number is right"
+    misprint = "intermediate - 0.677 for x 0.677, and 85.8 for 185.8; the number is correct"
     yield PrintedNumber(quantity="static force S, inner", unit="kgf", printed=460, recomputed=static_forces[0], misprint=misprint)
-    misprint = "on the way + 5 for + 15; the number is right"
+    misprint = "intermediate + 5 for + 15; the number is correct"
     yield PrintedNumber(quantity="static force S, outer", unit="kgf", printed=503, recomputed=static_forces[1], misprint=misprint)
     yield PrintedNumber(quantity="regulating force K, inner", unit="kgf", printed=18.4, recomputed=regulating_forces[0])
     misprint = "the next line has 20.2"
     yield PrintedNumber(quantity="regulating force K, outer", unit="kgf", printed=26.2, recomputed=regulating_forces[1], misprint=misprint)
     change = 100 * (regulating_forces[1] - regulating_forces[0]) / (0.5 * (regulating_forces[0] + regulating_forces[1]))
-    misprint = "2 / 10 is not 10 %; 2 / 20 was meant"
+    misprint = "2 / 10 is not 10 %; 2 / 20 is meant"
     yield PrintedNumber(quantity="its change over the stroke", unit="%", printed=10, recomputed=change, misprint=misprint)
 
 
@@ -186,7 +201,7 @@ def _compare_spring_force_table() -> Iterator[PrintedNumber]:
                 unit="kgf",
                 printed=force,
                 recomputed=recomputed,
-                misprint="breaks the even slope of its neighbours; one figure off, 189.8" if is_misprint else "",
+                misprint="not on the curve of its neighbours; one digit wrong, 189.8 is meant" if is_misprint else "",
             )
 
 

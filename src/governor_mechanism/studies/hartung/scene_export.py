@@ -1,4 +1,4 @@
-"""The scene of a governor that was designed, as a document and as the text of a file."""
+"""A designed governor as a scene: as a document and as the text of a scene file."""
 
 from __future__ import annotations
 
@@ -10,13 +10,26 @@ from governor_mechanism.closed_form.hartung import governor as closed
 from governor_mechanism.studies.hartung.design import HartungDesign
 
 SPEED_MARGIN_RATIO = 0.02
-"""Of the way from the slow to the fast speed: so much nearer than these it is run, or it would rest on its stops."""
+"""Distance of the simulated speeds from the slow and the fast speed, relative to their difference; at these it would be at its stops."""
 DAMPING_RATIO = 0.7
-"""Of the critical damping at mid stroke: the brake that a scene is given."""
+"""Damping ratio of the dashpot of the scene at mid stroke."""
 
 
 def export_scene_document(design: HartungDesign, title: str = "Hartung governor, designed") -> dict[str, Any]:
-    """A scene of the design, ready to run: run up from the slow to the fast speed, with stops and a dashpot."""
+    """Return a runnable scene of the design: a run-up from the slow to the fast speed, with stops and a dashpot.
+
+    Parameters
+    ----------
+    design
+        The design.
+    title
+        Title of the scene.
+
+    Returns
+    -------
+    dict[str, Any]
+        The document of a scene file.
+    """
     inputs, governor = design.inputs, design.layout.governor
     slow, fast = (speed * 30 / math.pi for speed in (inputs.slow_speed, inputs.fast_speed))
     swing = f"{math.degrees(inputs.swing):.12g} deg"
@@ -56,13 +69,13 @@ def export_scene_document(design: HartungDesign, title: str = "Hartung governor,
 
 
 def _speed_steps(slow: float, fast: float) -> list[tuple[float, float]]:
-    """A program of speed (rpm): up in two steps, with time to settle after each."""
+    """Return (time s, speed rpm) of a run-up in two steps, each with time to settle."""
     low, middle, high = (slow + fraction * (fast - slow) for fraction in (SPEED_MARGIN_RATIO, 0.5, 1 - SPEED_MARGIN_RATIO))
     return [(0.0, low), (1.0, low), (2.0, middle), (4.0, middle), (5.0, high), (7.0, high)]
 
 
 def _sleeve_damping(design: HartungDesign) -> float:
-    """Of the sleeve (N s/m), from stiffness and inertia at mid stroke."""
+    """Return the damping of the dashpot on the sleeve (N s/m) from stiffness and inertia at mid stroke."""
     governor, forces = design.layout.governor, design.layout.spring_forces
     middle_force = float(forces[len(forces) // 2])
     spring_arguments: dict[str, Any] = {"lever_angle": 0.0, "spring_force": middle_force, "spring_rate": design.spring_rate}
@@ -73,7 +86,20 @@ def _sleeve_damping(design: HartungDesign) -> float:
 
 
 def format_scene_toml(document: Mapping[str, Any], comment: str) -> str:
-    """The document of a scene as a TOML file that opens with a remark."""
+    """Return the document of a scene as the text of a TOML file that begins with a comment.
+
+    Parameters
+    ----------
+    document
+        The document of a scene.
+    comment
+        The first line.
+
+    Returns
+    -------
+    str
+        The text.
+    """
     scalars = {key: value for key, value in document.items() if not isinstance(value, Mapping)}
     lines = [f"# {comment}", *(f"{key} = {_format_toml(value)}" for key, value in scalars.items())]
     for name, table in document.items():

@@ -1,0 +1,1 @@
+"""Studies of how a governor regulates."""

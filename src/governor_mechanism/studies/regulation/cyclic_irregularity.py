@@ -1,4 +1,4 @@
-"""Twitching: how far the sleeve goes in a turn of an uneven spindle, against speed fluctuation and against play."""
+"""Cyclic sleeve motion under a fluctuating spindle speed, against speed fluctuation and clearance."""
 
 from __future__ import annotations
 
@@ -22,21 +22,33 @@ from governor_mechanism.studies.regression import SLEEVE_READING, FittedParamete
 from governor_mechanism.types import FloatArray
 
 SAMPLES_PER_TURN = 200
-"""In a turn of the spindle."""
+"""Reported times per turn of the spindle."""
 
 STANDSTILL_TOLERANCE = 1e-13
-"""m: what goes no farther stands still."""
+"""Amplitude below which the sleeve is at rest, m; rounding is smaller."""
 
 THRESHOLD_TOLERANCE = 1e-6
-"""Of the band: so near the threshold of twitching is found."""
+"""Tolerance of the threshold of cyclic motion, relative to the insensitivity band."""
 
 
 @dataclass(frozen=True, kw_only=True)
 class CyclicMotionStudy:
-    """How far the sleeve goes in a turn, after a number of turns, against the speed fluctuation of the spindle.
+    """Amplitude of the sleeve per turn, after a number of turns, against the speed fluctuation.
 
-    shares (n,): speed fluctuation over the insensitivity band at the start; amplitudes (n,) m, from lowest to highest; band, the
-    relative width of the insensitivity band, (w' - w'') / mean speed; threshold, the share at which the sleeve first moves.
+    Attributes
+    ----------
+    title
+        Title of the scene.
+    fluctuation_ratios
+        Speed fluctuation over insensitivity band at the start; shape (n,).
+    amplitudes
+        Sleeve motion from lowest to highest point, m; shape (n,).
+    insensitivity_band
+        Relative width of the insensitivity band, (w' - w'') / mean speed.
+    threshold
+        Fluctuation ratio at which the sleeve first moves.
+    n_turns
+        Turns before the one that is measured.
     """
 
     title: str
@@ -48,7 +60,7 @@ class CyclicMotionStudy:
 
     @property
     def onset_exponent(self) -> FittedParameter:
-        """The exponent with which the amplitude grows with share - threshold, fitted where that is below 0.01."""
+        """Exponent of the amplitude in (ratio - threshold), fitted where this is below 0.01."""
         excess = self.fluctuation_ratios - self.threshold
         is_near_threshold = (excess > 10 * THRESHOLD_TOLERANCE) & (excess < 0.01) & (self.amplitudes > 0)
         return fit_slope(np.log(excess[is_near_threshold]), np.log(self.amplitudes[is_near_threshold]))
@@ -56,11 +68,26 @@ class CyclicMotionStudy:
 
 @dataclass(frozen=True, kw_only=True)
 class ClearanceStudy:
-    """How far sleeve and arms go in a turn, after a number of turns, against play.
+    """Amplitudes of sleeve and arms per turn, after a number of turns, against the clearance.
 
-    plays (n,) m; amplitudes (n,) m of the sleeve, without_play (m) the one without any; arm_amplitudes (n,) m those of
-    the links, as the lift that they would give a sleeve hanging on them; carried: whether friction bears the sleeve's
-    weight, so that it can stand without its links; share: speed fluctuation over the insensitivity band.
+    Attributes
+    ----------
+    title
+        Title of the scene.
+    clearances
+        Clearance between links and sleeve, m; shape (n,).
+    amplitudes
+        Sleeve motion from lowest to highest point, m; shape (n,).
+    arm_amplitudes
+        The same of the links, as the lift of a sleeve without clearance, m; shape (n,).
+    amplitude_without_clearance
+        Sleeve amplitude without clearance, m.
+    friction_carries_sleeve
+        Whether the friction exceeds the weight of the sleeve, so that it can stay at rest without its links.
+    fluctuation_ratio
+        Speed fluctuation over insensitivity band.
+    n_turns
+        Turns before the one that is measured.
     """
 
     title: str
@@ -74,13 +101,13 @@ class ClearanceStudy:
 
     @property
     def worst(self) -> tuple[float, float]:
-        """The play (m) with the largest amplitude, and that amplitude (m)."""
+        """Clearance with the largest sleeve amplitude, and that amplitude, m."""
         index = int(np.argmax(self.amplitudes))
         return float(self.clearances[index]), float(self.amplitudes[index])
 
     @property
     def standstill_clearance(self) -> float:
-        """The play (m) from which on the sleeve stands still with all that are wider; infinite where it never does."""
+        """Least clearance from which the sleeve is at rest for all larger ones, m; infinite if there is none."""
         order = np.argsort(self.clearances)
         moving_indices = np.flatnonzero(self.amplitudes[order] > 0)
         first_index = int(moving_indices[-1]) + 1 if moving_indices.size else 0
@@ -88,26 +115,50 @@ class ClearanceStudy:
 
     @property
     def conclusion(self) -> str:
-        """Whether play is a remedy here, in one sentence."""
+        """One sentence on whether clearance reduces the cyclic motion."""
         clearance, amplitude = self.worst
         if self.amplitude_without_clearance == 0:
-            return f"play of {clearance * 1e3:.3g} mm makes it twitch" if amplitude > 0 else "it stands still, play or not"
+            return (
+                f"a clearance of {clearance * 1e3:.3g} mm causes cyclic motion"
+                if amplitude > 0
+                else "the sleeve is at rest with and without clearance"
+            )
         if np.all(np.abs(self.amplitudes - self.amplitude_without_clearance) < 1e-3 * self.amplitude_without_clearance):
-            return "play changes nothing" + ("" if self.friction_carries_sleeve else ": the weight of the sleeve keeps it closed")
+            return "clearance changes nothing" + (
+                "" if self.friction_carries_sleeve else ": the weight of the sleeve keeps the clearance closed"
+            )
         standstill_text = (
-            f"; from {self.standstill_clearance * 1e3:.3g} mm on the sleeve stands still" if self.standstill_clearance < math.inf else ""
+            f"; from {self.standstill_clearance * 1e3:.3g} mm the sleeve is at rest" if self.standstill_clearance < math.inf else ""
         )
         amplitude_ratio = amplitude / self.amplitude_without_clearance
         if amplitude_ratio > 1.001:
-            return f"play of {clearance * 1e3:.3g} mm makes it {amplitude_ratio:.3g} times worse{standstill_text}"
-        return f"play helps{standstill_text}"
+            return f"a clearance of {clearance * 1e3:.3g} mm multiplies the amplitude by {amplitude_ratio:.3g}{standstill_text}"
+        return f"clearance reduces the amplitude{standstill_text}"
 
 
 def study_cyclic_motion(scene: Scene, fluctuation_ratios: Sequence[float] | FloatArray, n_turns: int = 10) -> CyclicMotionStudy:
-    """Run a scene with speed fluctuations of these shares (n,) of its insensitivity band; the last of turns + 1 turns counts.
+    """Run a scene at several speed fluctuations and measure the last turn.
 
-    The scene needs dry friction on the sleeve and a constant mean speed. The threshold is found by halving between
-    shares 0 and 2; it is 1 where the mean speed lies in the middle of the band. Raises MechanismError otherwise.
+    The threshold is found by bisection between the ratios 0 and 2; it is 1 if the mean speed is in the middle of the band.
+
+    Parameters
+    ----------
+    scene
+        Scene with dry friction on the sleeve and a constant mean speed.
+    fluctuation_ratios
+        Speed fluctuation over insensitivity band; shape (n,).
+    n_turns
+        Turns before the one that is measured.
+
+    Returns
+    -------
+    CyclicMotionStudy
+        Amplitudes and threshold.
+
+    Raises
+    ------
+    MechanismError
+        If the scene has no such friction or speed, or if the sleeve does not move at a ratio of 2.
     """
     requested_ratios = np.asarray(fluctuation_ratios, dtype=np.float64)
     mean_speed, insensitivity_band = _compute_mean_speed_and_band(scene)
@@ -118,7 +169,9 @@ def study_cyclic_motion(scene: Scene, fluctuation_ratios: Sequence[float] | Floa
 
     low, high = 0.0, 2.0
     if not does_sleeve_move(high):
-        raise MechanismError("the sleeve does not move with a speed fluctuation of twice the insensitivity band; is it held?")
+        raise MechanismError(
+            "the sleeve does not move at a speed fluctuation of twice the insensitivity band; is it held by something else?"
+        )
     while high - low > THRESHOLD_TOLERANCE:
         midpoint = 0.5 * (low + high)
         low, high = (low, midpoint) if does_sleeve_move(midpoint) else (midpoint, high)
@@ -139,18 +192,32 @@ def study_cyclic_motion(scene: Scene, fluctuation_ratios: Sequence[float] | Floa
 
 
 def study_clearance(scene: Scene, clearances: Sequence[float] | FloatArray, n_turns: int = 20) -> ClearanceStudy:
-    """Run a twitching scene with these plays (n,) m between links and sleeve; the last of turns + 1 turns counts.
+    """Run a scene with cyclic sleeve motion at several clearances and measure the last turn.
 
-    It starts where in its play the scene starts; a scene without play starts with the sleeve hanging on its links.
-    Raises MechanismError as `twitch` does.
+    Each run starts at the same relative position in the clearance as the scene; a scene without clearance starts with the
+    sleeve hanging on its links. Raises MechanismError if the scene has no such friction or speed.
+
+    Parameters
+    ----------
+    scene
+        Scene with dry friction on the sleeve and a constant mean speed.
+    clearances
+        Clearance between links and sleeve, m; shape (n,).
+    n_turns
+        Turns before the one that is measured.
+
+    Returns
+    -------
+    ClearanceStudy
+        Amplitudes of sleeve and arms.
     """
     requested_clearances = np.asarray(clearances, dtype=np.float64)
     scene_without_clearance = _make_scene_with_clearance(scene, 0.0)
     mean_speed, insensitivity_band = _compute_mean_speed_and_band(scene_without_clearance)
     speed_fluctuation = scene.spindle.speed_fluctuation if isinstance(scene.spindle, Spindle) else 0.0
     runs = [
-        run_uncertified(_make_fluctuating_scene(_make_scene_with_clearance(scene, play), speed_fluctuation, mean_speed, n_turns + 1))
-        for play in requested_clearances.tolist()
+        run_uncertified(_make_fluctuating_scene(_make_scene_with_clearance(scene, clearance), speed_fluctuation, mean_speed, n_turns + 1))
+        for clearance in requested_clearances.tolist()
     ]
     sleeve_weight = scene.part.dimensions["sleeve_mass"] * scene.gravity
     return ClearanceStudy(
@@ -170,18 +237,18 @@ def study_clearance(scene: Scene, clearances: Sequence[float] | FloatArray, n_tu
 
 
 def _find_sleeve_friction(scene: Scene) -> float:
-    """The dry friction (N) on the sleeve, at the start."""
+    """Return the dry friction on the sleeve at the start, N."""
     for effect in scene.effects:
         if isinstance(effect, DryFriction) and effect.reading == SLEEVE_READING:
             return effect.force.values[0]
-    raise MechanismError("a sleeve twitches against dry friction; list effects.dry_friction = { sleeve = ... }")
+    raise MechanismError("cyclic sleeve motion needs dry friction on the sleeve; add effects.dry_friction = { sleeve = ... }")
 
 
 def _compute_mean_speed_and_band(scene: Scene) -> tuple[float, float]:
-    """The mean speed (rad/s), and the relative width of the insensitivity band where the scene starts."""
+    """Return the mean speed, rad/s, and the relative width of the insensitivity band at the start."""
     spindle = scene.spindle
     if not isinstance(spindle, Spindle) or not spindle.speed_function.is_constant:
-        raise MechanismError("twitching is studied about one mean speed; give spindle.speed as a number")
+        raise MechanismError("cyclic sleeve motion needs a constant mean speed; give spindle.speed as a number")
     mean_speed, coordinate = spindle.speeds[0], scene.part.mechanism.coordinate
     start_value = float(evaluate_output_value(scene.part.mechanism, coordinate, initial_state(scene)[0]))
     band = compute_insensitivity_band(scene, [start_value], _find_sleeve_friction(scene), SLEEVE_READING)
@@ -189,7 +256,7 @@ def _compute_mean_speed_and_band(scene: Scene) -> tuple[float, float]:
 
 
 def _make_fluctuating_scene(scene: Scene, speed_fluctuation: float, mean_speed: float, n_turns: int) -> Scene:
-    """The scene for so many turns of an uneven spindle."""
+    """Return the scene with a speed fluctuation about a mean speed, rad/s, and a duration in turns."""
     spindle = scene.spindle
     cycles_per_turn = spindle.cycles_per_turn if isinstance(spindle, Spindle) else 1.0
     turn_period = 2 * math.pi / mean_speed
@@ -201,6 +268,7 @@ def _make_fluctuating_scene(scene: Scene, speed_fluctuation: float, mean_speed: 
 
 
 def _compute_last_turn_amplitude(values: FloatArray) -> float:
+    """Return the peak-to-peak value over the last turn; 0 below STANDSTILL_TOLERANCE."""
     amplitude = float(np.ptp(values[-SAMPLES_PER_TURN - 1 :]))
     return amplitude if amplitude > STANDSTILL_TOLERANCE else 0.0
 
@@ -210,7 +278,7 @@ def _compute_reading_amplitude(run: Trajectory, reading: str) -> float:
 
 
 def _make_scene_with_clearance(scene: Scene, clearance: float) -> Scene:
-    """The scene with another play, or with none, starting at the same part of it."""
+    """Return the scene with another clearance, m, or none, at the same relative start position."""
     previous_clearance = next((effect.width for effect in scene.effects if isinstance(effect, Clearance)), 0.0)
     effects: list[Effect] = [effect for effect in scene.effects if not isinstance(effect, Clearance)]
     values = {name: value for name, value in scene.start.values.items() if name != CLEARANCE_READING}

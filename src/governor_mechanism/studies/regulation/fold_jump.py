@@ -1,4 +1,4 @@
-"""The jump of a governor that is unstable in part of its travel, against the rate at which its speed changes."""
+"""Jump of a governor that is unstable in part of its travel, against the ramp rate of the spindle speed."""
 
 from __future__ import annotations
 
@@ -14,6 +14,7 @@ from governor_mechanism.effects.dashpot import Dashpot
 from governor_mechanism.effects.stops import Stops
 from governor_mechanism.errors import MechanismError
 from governor_mechanism.mechanics.reduction.lagrangian import SingleDofReduction
+from governor_mechanism.model.events import EventKind
 from governor_mechanism.model.scene import RunSettings, Scene, Spindle, Start
 from governor_mechanism.model.trajectory import Trajectory
 from governor_mechanism.statics.speed_curve import compute_speed_curve, equilibrium_speed_at
@@ -21,20 +22,39 @@ from governor_mechanism.studies.regression import FittedParameter, fit_slope, ru
 from governor_mechanism.types import FloatArray
 
 SAMPLES_PER_RUN = 2000
-"""In the time of a run."""
+"""Reported times per run."""
 
 AIRY_PRIME_FIRST_ZERO = 1.018792971647471
-"""y' = t + y^2, come from far below on its stable branch, passes y = 0 here: the first zero of Ai' without its sign."""
+"""First zero of Ai', negated: y' = t + y^2, started far below on its stable branch, passes y = 0 at this t."""
 
 
 @dataclass(frozen=True, kw_only=True)
 class FoldJumpStudy:
-    """The speeds (rad/s) at which arms pass the position of the fold, against the rate of a ramp of speed.
+    """Speeds at which the arms pass the fold, against the ramp rate of the spindle speed.
 
-    rates (n,) rad/s2; rising (n,) on the way up from the low stop, leaving (n,) when they leave that stop, falling (n,)
-    on the way down. stop_speed and fold_speed are the static ones, fold (rad) the position; growth (1/s) is how fast a
-    disturbance on the stop grows, brake and all; law (n,) the delay of the fall that a fold of these stiffnesses and
-    this brake has as the rate tends to nought, NaN without a brake.
+    Attributes
+    ----------
+    title
+        Title of the scene.
+    ramp_rates
+        Magnitude of the spindle acceleration, rad/s2; shape (n,).
+    rising_speeds
+        Speed at the fold position on the way up from the low stop, rad/s; shape (n,).
+    leaving_speeds
+        Speed at which the governor leaves the low stop, rad/s; shape (n,).
+    falling_speeds
+        Speed at the fold position on the way down, rad/s; shape (n,).
+    fold_position
+        Leading coordinate at the fold, rad.
+    fold_speed
+        Equilibrium speed at the fold, rad/s.
+    stop_speed
+        Equilibrium speed at the low stop, rad/s.
+    divergence_rate
+        Divergence rate of a disturbance at the low stop, with damping, 1/s.
+    asymptotic_delay
+        Delay of the fall for a ramp rate that tends to zero, from the stiffnesses at the fold and the damping, rad/s; shape (n,).
+        NaN without damping.
     """
 
     title: str
@@ -45,55 +65,71 @@ class FoldJumpStudy:
     fold_position: float
     fold_speed: float
     stop_speed: float
-    growth_rate: float
+    divergence_rate: float
     asymptotic_delay: FloatArray
 
     @property
     def falling_delay(self) -> FloatArray:
-        """(n,) rad/s: how far below the fold the speed is when it falls through."""
+        """Fold speed minus the speed at which the governor falls through the fold, rad/s; shape (n,)."""
         return self.fold_speed - self.falling_speeds
 
     @property
     def rising_delay(self) -> FloatArray:
-        """(n,) rad/s: how far above the speed of the stop the speed is when it has jumped."""
+        """Speed at which the governor has jumped minus the stop speed, rad/s; shape (n,)."""
         return self.rising_speeds - self.stop_speed
 
     @property
     def falling_exponent(self) -> FittedParameter:
-        """Of the delay of the fall by the rate; 2/3 at a fold, where the motion there is slow."""
+        """Exponent of the falling delay in the ramp rate; 2/3 at a fold with slow motion."""
         return fit_slope(np.log(self.ramp_rates), np.log(self.falling_delay))
 
     @property
     def falling_exponent_limit(self) -> FittedParameter:
-        """The same as the rate tends to nought: what inertia adds is of the relative order rate^(1/3)."""
+        """The exponent in the limit of small ramp rates: inertia adds a relative order of rate^(1/3)."""
         return fit_slope(np.log(self.ramp_rates), np.log(self.falling_delay), np.cbrt(self.ramp_rates))
 
     @property
     def rising_exponent(self) -> FittedParameter:
-        """Of the delay of the jump by the rate; below 1, as the time of it grows as the logarithm of 1 / rate."""
+        """Exponent of the rising delay in the ramp rate; below 1, because the jump takes a time of order ln(1 / rate)."""
         return fit_slope(np.log(self.ramp_rates), np.log(self.rising_delay))
 
     @property
-    def rising_growth_rate(self) -> FittedParameter:
-        """The growth (1/s) that the times of the jump show: they are ln(1 / rate) / growth and a constant."""
-        inverse_growth_rate = fit_slope(np.log(1 / self.ramp_rates), self.rising_delay / self.ramp_rates)
+    def rising_divergence_rate(self) -> FittedParameter:
+        """Divergence rate from the times of the jump, 1/s: they are ln(1 / rate) / divergence rate plus a constant."""
+        inverse_divergence_rate = fit_slope(np.log(1 / self.ramp_rates), self.rising_delay / self.ramp_rates)
         return FittedParameter(
-            value=1 / inverse_growth_rate.value, standard_error=inverse_growth_rate.standard_error / inverse_growth_rate.value**2
+            value=1 / inverse_divergence_rate.value,
+            standard_error=inverse_divergence_rate.standard_error / inverse_divergence_rate.value**2,
         )
 
 
 def study_fold_jump(scene: Scene, ramp_rates: Sequence[float] | FloatArray) -> FoldJumpStudy:
-    """Run a scene up and down through its fold with ramps of the spindle's speed of these rates (n,) rad/s2.
+    """Run a scene up and down through its fold with ramps of the spindle speed.
 
-    The scene needs stops on its leading coordinate with one fold between them, unstable at the low one. Up it starts on
-    the low stop, down on the stable branch so far above the fold that no way in is left. Raises MechanismError
-    otherwise, and where a motion does not pass.
+    The way up starts on the low stop, the way down on the stable branch far enough above the fold that the transient decays.
+
+    Parameters
+    ----------
+    scene
+        Scene with stops on its leading coordinate, one fold between them, and an unstable equilibrium at the low stop.
+    ramp_rates
+        Magnitudes of the spindle acceleration, rad/s2; shape (n,).
+
+    Returns
+    -------
+    FoldJumpStudy
+        Speeds at the fold and their delays.
+
+    Raises
+    ------
+    MechanismError
+        If the scene has no such stops or fold, or if a run does not pass the fold.
     """
     requested_rates = np.asarray(ramp_rates, dtype=np.float64)
     coordinate = scene.part.mechanism.coordinate
     stops = next((one for one in scene.effects if isinstance(one, Stops) and one.reading == coordinate), None)
     if stops is None or math.isinf(stops.low):
-        raise MechanismError(f"the jump needs a low stop of {coordinate!r} to jump from")
+        raise MechanismError(f"the jump starts at a low stop, but {coordinate!r} has none; add effects.stops")
     folds_between_stops = [(at, speed) for at, speed in compute_speed_curve(scene).folds if stops.low < at < stops.high]
     if len(folds_between_stops) != 1:
         raise MechanismError(f"the jump needs one fold between the stops of {coordinate!r}; this scene has {len(folds_between_stops)}")
@@ -115,21 +151,21 @@ def study_fold_jump(scene: Scene, ramp_rates: Sequence[float] | FloatArray) -> F
         fold_position=fold_position,
         fold_speed=fold_speed,
         stop_speed=stop_speed,
-        growth_rate=_compute_growth_rate(scene, stops.low, stop_speed),
+        divergence_rate=_compute_divergence_rate(scene, stops.low, stop_speed),
         asymptotic_delay=asymptotic_delay,
     )
 
 
 def _compute_generalised_damping(scene: Scene, value: float) -> float:
-    """What the linear dashpots do along the leading coordinate there (N m s/rad, or N s/m)."""
+    """Return the damping of the linear dashpots along the leading coordinate, N m s/rad or N s/m."""
     reduction = SingleDofReduction(scene)
     coefficients = reduction.evaluate([value])
     dashpots = [effect for effect in scene.effects if isinstance(effect, Dashpot)]
-    return sum(brake.linear * float(reduction.output_derivative(coefficients, brake.reading)[0]) ** 2 for brake in dashpots)
+    return sum(dashpot.linear * float(reduction.output_derivative(coefficients, dashpot.reading)[0]) ** 2 for dashpot in dashpots)
 
 
-def _compute_growth_rate(scene: Scene, value: float, speed: float) -> float:
-    """How fast (1/s) a disturbance of an unstable rest grows: I x'' + c x' + K x = 0."""
+def _compute_divergence_rate(scene: Scene, value: float, speed: float) -> float:
+    """Return the divergence rate, 1/s, of a disturbance at an unstable equilibrium: I x'' + c x' + K x = 0."""
     coefficients = SingleDofReduction(scene).evaluate([value])
     inertia = float(coefficients.inertia[0])
     stiffness = float(coefficients.potential_second_derivative[0] - 0.5 * speed**2 * coefficients.spindle_inertia_second_derivative[0])
@@ -138,10 +174,11 @@ def _compute_growth_rate(scene: Scene, value: float, speed: float) -> float:
 
 
 def _compute_fold_delay(scene: Scene, fold_position: float, fold_speed: float, ramp_rates: FloatArray) -> FloatArray:
-    """The delay (n,) rad/s of the fall at a fold: where a brake c rules, c x' = -A r t - K' x^2 / 2.
+    """Return the delay of the fall at a fold, rad/s, shape (n,), if damping c dominates: c x' = -A r t - K' x^2 / 2.
 
-    Scaled that is y' = t + y^2, whose solution Ai'(-t) / Ai(-t) passes nought at `AIRY`: a delay of AIRY (2 c^2 r^2 /
-    (K' A))^(1/3), with A = w J' and K' the change of the stiffness with the coordinate at that speed.
+    Scaled, this is y' = t + y^2 with the solution Ai'(-t) / Ai(-t), which is zero at AIRY_PRIME_FIRST_ZERO. The delay is
+    AIRY_PRIME_FIRST_ZERO (2 c^2 r^2 / (K' A))^(1/3), with A = w J' and K' the derivative of the stiffness with respect to the
+    coordinate at that speed.
     """
     damping = _compute_generalised_damping(scene, fold_position)
     if not damping:
@@ -156,7 +193,7 @@ def _compute_fold_delay(scene: Scene, fold_position: float, fold_speed: float, r
 
 
 def _find_passage_time(scene: Scene, passage_value: float, spindle: Spindle, start_value: float) -> tuple[float | None, Trajectory]:
-    """When (s) the leading coordinate first passes a value on a ramp, None where it does not, and the run."""
+    """Return the time, s, at which the leading coordinate first passes a value on a ramp (None if never), and the run."""
     coordinate = scene.part.mechanism.coordinate
     duration = spindle.times[-1]
     settings = RunSettings(duration=duration, output_interval=duration / (SAMPLES_PER_RUN), accuracy=scene.run.accuracy)
@@ -174,23 +211,23 @@ def _find_passage_time(scene: Scene, passage_value: float, spindle: Spindle, sta
 def _find_rising_passage_speeds(
     scene: Scene, low_stop: float, fold_position: float, stop_speed: float, ramp_rate: float
 ) -> tuple[float, float]:
-    """The speeds (rad/s) at which it passes the fold on the way up, and at which it has left its stop."""
+    """Return the speeds, rad/s, at the fold on the way up and when the governor leaves its stop."""
     time_before, time_after = 1.0, 16.0  # s
     while time_after < 1e4:
         first_speed = stop_speed - time_before * ramp_rate
         spindle = Spindle(times=(0.0, time_before + time_after), speeds=(first_speed, stop_speed + time_after * ramp_rate))
         passage_time, run = _find_passage_time(scene, fold_position, spindle, low_stop)
         if passage_time is not None:
-            leaving_time = next(event.time for event in run.events if event.kind == "leaves its stop")
+            leaving_time = next(event.time for event in run.events if event.kind == EventKind.SEPARATION)
             return first_speed + ramp_rate * passage_time, first_speed + ramp_rate * leaving_time
         time_after *= 2
-    raise MechanismError(f"with {ramp_rate:g} rad/s2 the governor does not rise from its stop to the fold")
+    raise MechanismError(f"with {ramp_rate:g} rad/s2 the governor does not rise from its low stop to the fold")
 
 
 def _find_falling_passage_speed(
     scene: Scene, fold_position: float, fold_speed: float, high_stop: float, ramp_rate: float, delay: float
 ) -> float:
-    """The speed (rad/s) at which it passes the fold on the way down, from the stable branch above it."""
+    """Return the speed, rad/s, at the fold on the way down from the stable branch above it."""
     max_speed = float(equilibrium_speed_at(scene, np.array([high_stop]))[0])
     delay_estimate = 0.01 * fold_speed if math.isnan(delay) else delay
     first_speed = min(fold_speed + 15 * delay_estimate, 0.5 * (fold_speed + max_speed))

@@ -1,4 +1,4 @@
-"""Settling: how soon a governor comes to its new rest after a change of load, against the strength of its dashpot."""
+"""Settling time of a governor after a change of load, against the strength of its dashpot."""
 
 from __future__ import annotations
 
@@ -20,16 +20,25 @@ from governor_mechanism.studies.regression import SLEEVE_READING, run_uncertifie
 from governor_mechanism.types import FloatArray
 
 SETTLING_TOLERANCE = 0.02
-"""Of the way between two rests: nearer than that to the new one it has settled."""
+"""Half-width of the settling band about the new equilibrium, relative to the whole change."""
 
 
 @dataclass(frozen=True, kw_only=True)
 class SettlingStudy:
-    """How long it takes to settle after a change of load, against the strength of the dashpot on the sleeve.
+    """Settling time after a change of load, against the damping of the sleeve.
 
-    brakes (n,) N s/m; times (n,) s, from when the load changes until the arms leave, for the last time, a band of
-    `within` (part of their whole change) about the new rest; infinite where they do not settle in the run. best: the
-    brake with the shortest time, and that time.
+    Attributes
+    ----------
+    title
+        Title of the scene.
+    damping_coefficients
+        Linear dashpot on the sleeve, N s/m; shape (n,).
+    settling_times
+        Time from the change of load until the arms stay within the settling band, s; shape (n,); infinite if they do not settle in the run.
+    tolerance
+        Half-width of the settling band, relative to the whole change.
+    best
+        Damping coefficient with the shortest settling time, N s/m, and that time, s.
     """
 
     title: str
@@ -42,14 +51,32 @@ class SettlingStudy:
 def study_settling(
     scene: Scene, damping_coefficients: Sequence[float] | FloatArray, tolerance: float = SETTLING_TOLERANCE
 ) -> SettlingStudy:
-    """Run a scene of a free spindle whose torque changes with dashpots of these strengths (n,) N s/m on the sleeve.
+    """Run a scene whose load changes with several dashpots on the sleeve, and find the best one.
 
-    The new rest is the one that belongs to the angular momentum at the end. Time counts from the first jump of the
-    torque. Raises MechanismError for a scene without such a spindle, and where no brake settles it in its run.
+    The new equilibrium is the one of the angular momentum at the end. Time counts from the first jump of the torque.
+
+    Parameters
+    ----------
+    scene
+        Scene with a free spindle and a torque that changes.
+    damping_coefficients
+        Linear dashpots on the sleeve, N s/m; shape (n,).
+    tolerance
+        Half-width of the settling band, relative to the whole change.
+
+    Returns
+    -------
+    SettlingStudy
+        Settling times and the best damping.
+
+    Raises
+    ------
+    MechanismError
+        If the scene has no such spindle, or if no dashpot makes it settle within its run.
     """
     spindle = scene.spindle
     if not isinstance(spindle, FreeSpindle) or spindle.torque.is_constant:
-        raise MechanismError("settling is that of a free spindle whose torque changes; give spindle.torque in time")
+        raise MechanismError("the settling study needs a free spindle with a torque that changes; give spindle.torque over time")
     times, values = spindle.torque.times, spindle.torque.values
     load_change_time = times[next(k for k, (before, value) in enumerate(pairwise(values)) if value != before)]
     other_effects = tuple(effect for effect in scene.effects if not isinstance(effect, Dashpot))
@@ -59,13 +86,13 @@ def study_settling(
         return _compute_settling_time(run_uncertified(replace(scene, effects=(*other_effects, dashpot))), tolerance) - load_change_time
 
     requested_coefficients = np.asarray(damping_coefficients, dtype=np.float64)
-    settling_times = np.array([settling_time_of(brake) for brake in requested_coefficients.tolist()])
+    settling_times = np.array([settling_time_of(coefficient) for coefficient in requested_coefficients.tolist()])
     if not np.any(np.isfinite(settling_times)):
-        raise MechanismError(f"no brake settles it within {scene.run.duration:g} s; run it longer")
+        raise MechanismError(f"with no dashpot does the governor settle within {scene.run.duration:g} s; increase run.duration")
     k = int(np.argmin(settling_times))
     bounds = (requested_coefficients[max(k - 1, 0)], requested_coefficients[min(k + 1, len(requested_coefficients) - 1)])
     refined = minimize_scalar(
-        lambda brake: min(settling_time_of(brake), 1e3 * scene.run.duration),
+        lambda coefficient: min(settling_time_of(coefficient), 1e3 * scene.run.duration),
         bounds=bounds,
         method="bounded",
         options={"xatol": 1e-3 * requested_coefficients[k]},
@@ -81,7 +108,7 @@ def study_settling(
 
 
 def _compute_settling_time(run: Trajectory, tolerance: float) -> float:
-    """When (s) the coordinate comes for good to within a part of its whole change of its new rest, or infinity."""
+    """Return the time, s, from which the coordinate stays in the settling band about its new equilibrium, or infinity."""
     scene = run.scene
     name = scene.part.mechanism.coordinate
     values = run.readings[name]
@@ -97,7 +124,7 @@ def _compute_settling_time(run: Trajectory, tolerance: float) -> float:
 
 
 def _find_equilibrium_of_momentum(run: Trajectory) -> float:
-    """Where the governor rests on its free spindle with the angular momentum that it has at the end."""
+    """Return the equilibrium on the free spindle at the angular momentum of the end of the run."""
     reduction, last_value = SingleDofReduction(run.scene), float(run.readings[run.scene.part.mechanism.coordinate][-1])
     angular_momentum = 2 * run.energy.rotation[-1] / run.readings["spindle_speed"][-1]
 

@@ -1,4 +1,4 @@
-"""The events of a slide valve in a table: as the mechanism has them, in closed form, and by Zeuner's law alone."""
+"""Timing of a slide valve: by the mechanism, in closed form, and by Zeuner's law alone."""
 
 from __future__ import annotations
 
@@ -14,13 +14,29 @@ from governor_mechanism.closed_form.slider_crank import CrankTrain, travel_from_
 from governor_mechanism.machines.slide_valve import EQUAL_LEADS
 from governor_mechanism.model.scene import Scene
 from governor_mechanism.observables.valve_timing import CYLINDER_ENDS, evaluate_at_crank_angles, find_event_angles, valve_setting
+from governor_mechanism.units.text_table import format_table
 
 
 @dataclass(frozen=True, kw_only=True)
 class ValveEvent:
-    """One event: crank angle (rad, 0 to 2 pi) and stroke, the part of its own end's stroke that the piston has gone.
+    """One valve event: crank angle (rad, 0 to 2 pi) and stroke, the fraction of its end's piston stroke.
 
-    simulated is the mechanism's, exact the closed form's, theory Zeuner's law with endless rods.
+    Attributes
+    ----------
+    name
+        Name of the event.
+    simulated
+        Crank angle by the mechanism, rad.
+    exact
+        Crank angle by the closed form, rad.
+    theory
+        Crank angle by Zeuner's law with infinitely long rods, rad.
+    simulated_stroke
+        Stroke by the mechanism.
+    exact_stroke
+        Stroke by the closed form.
+    theory_stroke
+        Stroke by Zeuner's law.
     """
 
     name: str
@@ -33,13 +49,25 @@ class ValveEvent:
 
     @property
     def shift(self) -> float:
-        """By how much it comes later than in theory (rad)."""
+        """Delay against the theory (rad)."""
         return math.remainder(self.simulated - self.theory, math.tau)
 
 
 @dataclass(frozen=True, kw_only=True)
 class ValveTiming:
-    """All eight, crank end first; leads (m) of crank end and head end, and the centre of the swing (m)."""
+    """The eight events of a slide valve, crank end first.
+
+    Attributes
+    ----------
+    title
+        Title of the scene.
+    rows
+        The events.
+    leads
+        Lead of crank end and head end, m.
+    centre
+        Centre of the swing, m.
+    """
 
     title: str
     rows: tuple[ValveEvent, ...]
@@ -47,6 +75,7 @@ class ValveTiming:
     centre: float
 
     def __str__(self) -> str:
+        """Return the timing as a table."""
         header = ("event", "simulated", "exact", "theory", "shift", "stroke", "exact", "theory")
         cells = [
             (
@@ -57,23 +86,31 @@ class ValveTiming:
             )
             for row in self.rows
         ]
-        widths = [max(len(line[k]) for line in (header, *cells)) for k in range(len(header))]
-        lines = [
-            "  ".join(f"{cell:<{w}}" if k == 0 else f"{cell:>{w}}" for k, (cell, w) in enumerate(zip(line, widths, strict=True)))
-            for line in (header, *cells)
-        ]
-        footer = "crank angles and shift in deg from the crank end's dead centre; strokes as parts, from the event's own end"
+        footer = "crank angles and shift in deg from the crank end's dead centre; strokes as fractions, from the event's own end"
         lead = ", ".join(f"{1e3 * lead_value:.6g} mm at the {end}" for lead_value, end in zip(self.leads, CYLINDER_ENDS, strict=True))
-        return "\n".join([self.title, *lines, footer, f"lead {lead}"])
+        return "\n".join([self.title, format_table(header, cells, "lr"), footer, f"lead {lead}"])
 
     def as_json(self) -> dict[str, Any]:
-        """The same as plain values in SI."""
+        """Return the timing as plain values in SI."""
         rows = [{**vars(row), "shift": row.shift} for row in self.rows]
         return {"title": self.title, "events": rows, "leads": list(self.leads), "centre": self.centre}
 
 
 def tabulate_valve_timing(scene: Scene) -> ValveTiming:
-    """The events of a slide valve's scene, to about 1e-13 rad. Raises MechanismError for another machine."""
+    """Return the valve events of a slide valve scene, to about 1e-13 rad.
+
+    It raises MechanismError for another machine.
+
+    Parameters
+    ----------
+    scene
+        A scene of a slide valve.
+
+    Returns
+    -------
+    ValveTiming
+        The eight events.
+    """
     simulated_angles = find_event_angles(scene)
     dimensions = scene.part.dimensions
     eccentric, train = Eccentric.from_dimensions(dimensions), CrankTrain.from_dimensions(dimensions)
@@ -110,12 +147,12 @@ def tabulate_valve_timing(scene: Scene) -> ValveTiming:
 
 
 def closed_form_centre(scene: Scene) -> float | None:
-    """The centre of the swing (m) for the closed forms; None, their own, where the leads are set equal by the file."""
+    """Return the centre of the swing (m) for the closed forms; None, their own, if the scene file sets equal leads."""
     return None if valve_setting(scene) == EQUAL_LEADS else scene.part.dimensions["centre"]
 
 
 def stroke_fraction(train: CrankTrain, angle: float, end: str) -> float:
-    """The part of the stroke gone at a crank angle (rad), counted from one of ENDS."""
-    # The closed form counts from the outer dead centre, half a turn on.
+    """Return the fraction of the stroke at a crank angle (rad), measured from one of the cylinder ends."""
+    # The closed form counts from the outer dead centre, half a revolution later.
     fraction = float(travel_from_outer_dead_centre(train, crank_angle=angle + math.pi)) / (2 * train.crank)
     return fraction if end == "head end" else 1.0 - fraction

@@ -1,7 +1,7 @@
-"""Rows of a sweep over dimensions made all at once: what is the same in all is read and made once.
+"""Fast path for the rows of a sweep over dimensions: what all rows share is parsed and prepared once.
 
-For the engine `reduced` without certificates, and scenes in which its tables are all that acts. A row that is not as
-plain as the others is left to be made by itself.
+It needs the engine `reduced`, runs without certificates, and a scene whose forces all stand in the tables of the reduced
+model. A row that does not fit is computed on its own.
 """
 
 from __future__ import annotations
@@ -22,16 +22,17 @@ from governor_mechanism.studies.sweep.parameters import SweepAxis
 from governor_mechanism.studies.sweep.quantities import RunQuantity, find_quantity_reading
 
 DIMENSION_PREFIX = "dimensions."
+"""First part of the key of a dimension."""
 
 
 class BatchedRows:
-    """Rides of one scene with other dimensions."""
+    """Uncertified runs of one scene with different dimensions."""
 
     def __init__(self, scene: Scene, machine_class: type[Machine], given_dimensions: Mapping[str, Any], batch: ReducedBatch) -> None:
         self._scene, self._machine_class, self._given_dimensions, self._batch = (scene, machine_class, given_dimensions, batch)
 
     def run_uncertified(self, dimensions: Mapping[str, float]) -> UncertifiedResult | None:
-        """The ride with some dimensions changed; None where there is none to be had so quickly."""
+        """Return the run with changed dimensions (SI), or None if the fast path does not apply."""
         scene = self._scene
         try:
             machine = self._machine_class(**{**self._given_dimensions, **dimensions})
@@ -46,8 +47,9 @@ class BatchedRows:
 def make_batched_rows(
     document: Mapping[str, Any], axes: Sequence[SweepAxis], quantities: Sequence[RunQuantity], engine: str, accuracy: float | None
 ) -> BatchedRows | None:
-    """What makes the rows of such a sweep; None where it is of another kind."""
-    from governor_mechanism.scenes.schema import dimensions_table_model, validate_table  # pydantic takes long to import
+    """Return the fast path for the rows of a sweep, or None if it does not apply."""
+    from governor_mechanism.scenes.schema import dimensions_table_model  # slow to import: pydantic
+    from governor_mechanism.scenes.table import validate
 
     if not all(axis.key.startswith(DIMENSION_PREFIX) and axis.is_numeric for axis in axes):
         return None
@@ -58,9 +60,7 @@ def make_batched_rows(
     chosen_engine = select_engine(scene.run.engine if engine == "auto" else engine, scene, requested_accuracy)[0]
     if machine_class is None or None in reading_names or chosen_engine.name != ReducedEngine.name or chosen_engine.refusal(scene):
         return None
-    given_dimensions, problems = validate_table(dimensions_table_model(machine_class), document["dimensions"], "dimensions")
-    if problems:
-        return None
+    given_dimensions = validate(dimensions_table_model(machine_class), document["dimensions"]).given_values()
     batch = ReducedBatch(
         scene, [name for name in dict.fromkeys(reading_names) if name], initial_tolerance(requested_accuracy), ReducedEngine().max_steps
     )

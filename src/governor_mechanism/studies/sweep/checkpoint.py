@@ -1,6 +1,6 @@
-"""A sweep on disk: a journal of finished rows while it goes on, and at the end a table (CSV) and a record (JSON).
+"""A sweep on disk: a journal of finished rows while it runs; at its end a table (CSV) and a record (JSON).
 
-The journal's first line says which sweep it is of, so that none is continued as another; so does the record.
+The first line of the journal identifies the sweep, and so does the record: a sweep never continues another one.
 """
 
 from __future__ import annotations
@@ -22,17 +22,30 @@ from governor_mechanism.studies.sweep.results import Sweep, SweepRow
 
 DISTRIBUTION_NAME = "governor-mechanism"
 
-SETTING_LABELS = {"scene": "scene", "axes": "values of keys", "quantities": "quantities", "package": "version of the package"}
-"""How a message calls what tells two sweeps apart."""
+SETTING_LABELS = {"scene": "scene", "axes": "values of the keys", "quantities": "quantities", "package": "version of the package"}
+"""Names in messages of the settings that distinguish two sweeps."""
 
 
 def journal_path(folder: Path, source: str) -> Path:
-    """Where the journal of a sweep of this scene is while the sweep goes on."""
+    """Return the path of the journal of a sweep.
+
+    Parameters
+    ----------
+    folder
+        Output folder.
+    source
+        Path of the scene file; empty for a scene without a file.
+
+    Returns
+    -------
+    Path
+        The journal, which exists while the sweep runs.
+    """
     return folder / f"{Path(source).stem or 'scene'}_sweep.part"
 
 
 class SweepFiles:
-    """The files of one sweep in a folder, which is made. Raises MechanismError where it holds another sweep."""
+    """Files of one sweep in a folder, which is created. Raises MechanismError if the folder holds another sweep."""
 
     def __init__(
         self, folder: Path, scene: Scene, quantities: Sequence[RunQuantity], axes: Sequence[SweepAxis], settings: Mapping[str, Any]
@@ -43,7 +56,7 @@ class SweepFiles:
         self._journal_path = journal_path(folder, scene.source)
         self._table_path = self._journal_path.with_suffix(".csv")
         self._record_path = self._journal_path.with_suffix(".json")
-        # Through JSON and back, so that what is compared with a file is what a file would hold.
+        # Round trip through JSON: the identity is compared with one read from a file.
         self._identity: dict[str, Any] = json.loads(json.dumps({"package": _package_version(), **settings}))
         self._n_quantities = len(quantities)
         self._n_rows = math.prod(len(axis.values) for axis in axes)
@@ -52,7 +65,7 @@ class SweepFiles:
         self._refuse_other_sweep()
 
     def read_finished_rows(self) -> dict[int, SweepRow]:
-        """The rows that are on disk already, by index."""
+        """Return the rows that are on disk, by index."""
         if self._record_path.exists() and self._table_path.exists():
             rows = _read_table_rows(self._table_path, self._n_axes, self._n_quantities)
             if len(rows) == self._n_rows:
@@ -63,25 +76,25 @@ class SweepFiles:
         return {row.index: row for row in journal_rows if row is not None and 0 <= row.index < self._n_rows}
 
     def open_journal(self, rows: Iterable[SweepRow]) -> None:
-        """Begin the journal anew with the rows kept: what stood half written at its end is gone."""
+        """Rewrite the journal with the given rows, without a half-written last line, and open it."""
         with atomic_write(self._journal_path) as temporary, temporary.open("w", encoding="utf-8", newline="\n") as stream:
             stream.write(json.dumps({"sweep": self._identity}) + "\n" + _format_journal_lines(rows))
         self._stream = self._journal_path.open("a", encoding="utf-8", newline="\n")
 
     def append_rows(self, rows: Iterable[SweepRow]) -> None:
-        """Put a chunk of rows into the journal."""
+        """Append a chunk of rows to the journal."""
         if self._stream is not None:
             self._stream.write(_format_journal_lines(rows))
             self._stream.flush()
 
     def close_journal(self) -> None:
-        """Let go of the journal."""
+        """Close the journal."""
         if self._stream is not None:
             self._stream.close()
             self._stream = None
 
     def write_results(self, sweep: Sweep) -> None:
-        """Write table and record, the same for the same sweep however it came about, and drop the journal."""
+        """Write table and record and delete the journal. The same sweep always gives the same files."""
         with atomic_write(self._table_path) as temporary, temporary.open("w", newline="", encoding="utf-8") as stream:
             writer = csv.writer(stream)
             units = sweep.units
@@ -98,24 +111,24 @@ class SweepFiles:
         self._journal_path.unlink(missing_ok=True)
 
     def _refuse_other_sweep(self) -> None:
-        hint = "give another folder, or move it away"
+        hint = "choose another folder, or move the file"
         for path in (self._record_path, self._journal_path):
             if not path.exists():
                 continue
             identity = _read_identity(path)
             if identity is None:
-                raise MechanismError(f"out: {path} is there, and tells of no sweep; {hint}")
+                raise MechanismError(f"out: {path} exists and is not the file of a sweep; {hint}")
             differing_settings = [SETTING_LABELS.get(key, key) for key in self._identity if identity.get(key) != self._identity[key]]
             if differing_settings:
-                raise MechanismError(f"out: {path} is of another sweep (other {', '.join(differing_settings)}); {hint}")
+                raise MechanismError(f"out: {path} belongs to another sweep (different {', '.join(differing_settings)}); {hint}")
         if self._table_path.exists() and not (self._record_path.exists() or self._journal_path.exists()):
-            raise MechanismError(f"out: {self._table_path} is there, and nothing tells of which sweep it is; {hint}")
+            raise MechanismError(f"out: {self._table_path} exists, but the record of its sweep is missing; {hint}")
 
 
 def _package_version() -> str:
     try:
         return version(DISTRIBUTION_NAME)
-    except PackageNotFoundError:  # run from a source tree that was not installed
+    except PackageNotFoundError:  # run from a source tree
         return "not installed"
 
 
@@ -130,7 +143,7 @@ def _read_identity(path: Path) -> Mapping[str, Any] | None:
 
 
 def _format_journal_lines(rows: Iterable[SweepRow]) -> str:
-    """A line a row; JSON writes the shortest digits that give the same float again."""
+    """Return one line per row; JSON writes the shortest digits that give the same float."""
     plain_rows = (
         [row.index, [number if math.isfinite(number) else None for number in row.numbers], row.outcome, row.message] for row in rows
     )
@@ -138,7 +151,7 @@ def _format_journal_lines(rows: Iterable[SweepRow]) -> str:
 
 
 def _parse_journal_line(line: str, n_quantities: int) -> SweepRow | None:
-    """The row of a line; None where it was only half written."""
+    """Return the row of a line, or None for a half-written line."""
     try:
         index, numbers, outcome, message = json.loads(line)
         values = tuple(math.nan if number is None else float(number) for number in numbers)
@@ -148,7 +161,7 @@ def _parse_journal_line(line: str, n_quantities: int) -> SweepRow | None:
 
 
 def _read_table_rows(path: Path, n_axes: int, n_quantities: int) -> dict[int, SweepRow]:
-    """The rows of a finished table; none where it is not whole."""
+    """Return the rows of a finished table, by index; none if it is incomplete."""
     with path.open(newline="", encoding="utf-8") as stream:
         lines = list(csv.reader(stream))[1:]
     try:

@@ -1,7 +1,7 @@
-"""What a sweep varies: values of keys of a scene's document, as ranges or lists, and the scene that has them.
+"""Axes of a sweep: keys of a scene document with ranges or lists of values, and the scenes that have them.
 
-What may stand at a key the reader of scene files alone knows. So it is asked: by a value that no quantity is, to
-which it answers with a sentence that names the kind, or the nearest right key.
+Only the parser of scene files knows which kind of value a key takes. The kind is read from the parser's error for a
+sentinel value: its message names the kind, or the nearest right key.
 """
 
 from __future__ import annotations
@@ -21,24 +21,33 @@ from governor_mechanism.studies.sweep.quantities import find_display_unit
 from governor_mechanism.units.quantities import QUANTITY_KINDS, format_value
 
 MAX_REPORTED_VALUES = 3
-"""So many wrong values of one key are told."""
+"""Maximum number of wrong values reported per key."""
 
 MAX_COMPARED_VALUES = 20
-"""So many values of a key must all make the same scene for it to be taken to change nothing."""
+"""Maximum number of values of a key that are compared to decide that the key has no effect."""
 
 SENTINEL_VALUE = "?"
-"""What the reader takes for no quantity of any kind."""
+"""Value that no kind of quantity accepts."""
 
 
 ProblemFinder = Callable[[Any], list[str]]
-"""What the reader says against a value at a key."""
+"""Function that returns the parser's messages for a value at a key."""
 
 
 @dataclass(frozen=True, kw_only=True)
 class SweepAxis:
-    """One key and its values, numbers in SI or words; `written` is what stands for them in the document.
+    """One key of a scene and its values.
 
-    kind is one of units.KINDS, empty where only words stand at the key.
+    Attributes
+    ----------
+    key
+        Dotted key of the scene document.
+    kind
+        Kind of quantity (key of QUANTITY_KINDS); empty if only words are allowed.
+    values
+        Numbers in SI, or words.
+    document_values
+        The same values as they are written into the document.
     """
 
     key: str
@@ -48,42 +57,42 @@ class SweepAxis:
 
     @property
     def unit(self) -> str:
-        """SI, empty where there is none."""
+        """SI unit; empty if there is none."""
         return QUANTITY_KINDS[self.kind].si_unit if self.kind else ""
 
     @property
     def display_unit(self) -> tuple[float, str]:
-        """How many of which unit make the SI unit, for people."""
+        """Factor from SI to the unit shown to users, and that unit."""
         return find_display_unit(self.unit, is_rate=self.kind in ("angular_rate", "speed"))
 
     @property
     def is_numeric(self) -> bool:
-        """Whether all the values are numbers."""
+        """Whether all values are numbers."""
         return all(isinstance(value, float) for value in self.values)
 
 
 def replace_document_value(document: Mapping[str, Any], key: str, value: Any) -> dict[str, Any]:
-    """A copy of the document with a value at a dotted key; what does not change is shared with the original.
+    """Return a copy of the document with a value at a dotted key; unchanged tables are shared.
 
-    An item of a list is meant by its name, or by its number from 1. Raises MechanismError for a key that leads through
-    what is no table.
+    An item of a list is selected by its name or by its number, counted from 1. Raises MechanismError if the key leads
+    through something that is not a table.
     """
     changed_document: dict[str, Any] = _replace_nested_value(document, key.split("."), value, "")
     return changed_document
 
 
 def parse_scene_with(document: Mapping[str, Any], values: Iterable[tuple[str, Any]]) -> Scene:
-    """The scene of a document that has these values at these keys. Raises MechanismError as the reader does."""
+    """Return the scene of a document with these values at these keys; raise MechanismError as the parser does."""
     for key, value in values:
         document = replace_document_value(document, key, value)
     return parse_scene_document(document)
 
 
 def parse_axes(document: Mapping[str, Any], vary: Mapping[str, Any] | Sequence[str]) -> tuple[SweepAxis, ...]:
-    """The axes asked for: "key=first:last:count", "key=value,value", or a mapping of keys to lists of values.
+    """Return the axes of "key=first:last:count", "key=value,value", or a mapping of keys to lists of values.
 
-    Raises MechanismError with a sentence for each key that does not exist or changes nothing, each range or list that
-    is malformed, and each value of a wrong unit.
+    Raises MechanismError with a message for each key that does not exist or changes nothing, each malformed range or list,
+    and each value with a wrong unit.
     """
     requests, problems = parse_axis_requests(vary)
     axes = []
@@ -110,13 +119,13 @@ def _replace_nested_value(table: Any, path: Sequence[str], value: Any, key_path:
             for index, item in enumerate(table)
         ]
     if isinstance(table, Mapping):
-        # What is switched off is as good as not there, so a table may take its place.
+        # A key that is switched off (false) may be replaced by a table.
         nested = table.get(name, False)
         return {
             **table,
             name: _replace_nested_value({} if nested is False and remaining_path else nested, remaining_path, value, item_path),
         }
-    raise MechanismError(f"{item_path} cannot be varied: {key_path} is {format_value(table)} in this scene, and no table; vary {key_path}")
+    raise MechanismError(f"{item_path} cannot be varied: in this scene {key_path} is {format_value(table)}, not a table; vary {key_path}")
 
 
 def _find_item(items: Sequence[Any], name: str, key_path: str) -> int:
@@ -130,11 +139,11 @@ def _find_item(items: Sequence[Any], name: str, key_path: str) -> int:
 
 
 def _apply_first_values(document: Mapping[str, Any], other_values: Iterable[tuple[str, Any]]) -> Mapping[str, Any]:
-    """The document as it is where one axis is looked at: the others at their first values, if they can be."""
+    """Return the document for the check of one axis: all other axes have their first values, if these are valid."""
     for key, value in other_values:
         try:
             document = replace_document_value(document, key, value)
-        except MechanismError:  # told where that axis is looked at
+        except MechanismError:  # reported when that axis is checked
             continue
     return document
 
@@ -158,8 +167,8 @@ def _parse_axis(document: Mapping[str, Any], request: AxisRequest, *, is_only_ax
 
 
 def _make_axis(request: AxisRequest, kind: str | None, find_problems: ProblemFinder) -> SweepAxis:
-    """The axis of a key whose values are of that kind; None where only words may stand there."""
-    from governor_mechanism.scenes.quantities import UNITLESS_LIMITS  # brings pydantic, which takes long to import
+    """Return the axis of a key that takes quantities of a kind; `kind` is None if only words are allowed."""
+    from governor_mechanism.scenes.quantities import UNITLESS_LIMITS  # slow to import: pydantic
 
     if request.range_count is not None and kind is None:
         no_range_message = f"{request.key} takes no range; list its values, as in {request.key}=a,b"
@@ -171,14 +180,14 @@ def _make_axis(request: AxisRequest, kind: str | None, find_problems: ProblemFin
     suspicious_limit, _ = UNITLESS_LIMITS.get(kind or "", (math.inf, math.inf))
 
     def to_document_value(value: Any) -> Any:
-        """Beyond what a bare number is believed, a number with its unit."""
+        """Return the value to write: a number above the limit for bare numbers gets its unit."""
         return f"{value!r} {QUANTITY_KINDS[kind].si_unit}" if kind and isinstance(value, float) and abs(value) > suspicious_limit else value
 
     return SweepAxis(key=request.key, kind=kind or "", values=tuple(values), document_values=tuple(map(to_document_value, values)))
 
 
 def _parse_values(request: AxisRequest, kind: str | None, find_problems: ProblemFinder) -> list[Any]:
-    """The values given, in SI; a word stays as it is where the key takes it, as "equilibrium" or false."""
+    """Return the values in SI; a word that the key accepts ("equilibrium", false) stays a word."""
     from governor_mechanism.scenes.quantities import parse_si
 
     values: list[Any] = []
@@ -192,7 +201,7 @@ def _parse_values(request: AxisRequest, kind: str | None, find_problems: Problem
             values.append(value)
             problems += error.problems if request.range_count is not None or find_problems(value) else ()
         if len(problems) >= MAX_REPORTED_VALUES and number < len(request.values):
-            problems.append(f"{request.key} has more values, which were not looked at after these")
+            problems.append(f"{request.key} has more values; they are not checked")
             break
     if problems:
         raise MechanismError(*problems)
@@ -215,9 +224,9 @@ def _refuse_repeated_values(axis: SweepAxis, request: AxisRequest) -> None:
 
 
 def _refuse_ineffective_axis(document: Mapping[str, Any], axis: SweepAxis, *, is_only_axis: bool) -> None:
-    """Refuse a key whose values all make the same scene, or, where no other is varied, none at all.
+    """Refuse a key whose values all give the same scene or, if it is the only axis, no valid scene.
 
-    Of many values some are compared, the ends first.
+    At most MAX_COMPARED_VALUES values are compared, the ends first.
     """
     n_values = len(axis.document_values)
     compared_indices = sorted(
@@ -228,7 +237,7 @@ def _refuse_ineffective_axis(document: Mapping[str, Any], axis: SweepAxis, *, is
     for k in compared_indices:
         try:
             scene = parse_scene_with(document, [(axis.key, axis.document_values[k])])
-        except MechanismError as error:  # for its row to tell, if there are others
+        except MechanismError as error:  # reported in its row, if there are others
             refusal = refusal or error
             continue
         scenes.append(replace(scene, title="", source="", document={}))
@@ -237,7 +246,7 @@ def _refuse_ineffective_axis(document: Mapping[str, Any], axis: SweepAxis, *, is
     if not scenes and refusal is not None and is_only_axis and len(compared_indices) == n_values:
         raise MechanismError(*refusal.problems)
     if len(scenes) > 1:
-        raise MechanismError(f"{axis.key} changes nothing in this scene: every value makes the same; leave it out")
+        raise MechanismError(f"{axis.key} has no effect in this scene: all values give the same scene; leave it out")
 
 
 def _find_document_problems(document: Mapping[str, Any]) -> tuple[str, ...]:

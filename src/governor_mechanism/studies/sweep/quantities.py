@@ -1,4 +1,4 @@
-"""What a sweep takes from each run: the final, least or greatest value of a reading, or what a function says."""
+"""Numbers taken from each run of a sweep: final, least or greatest value of a reading, or a function of the run."""
 
 from __future__ import annotations
 
@@ -25,41 +25,58 @@ STATISTICS: Mapping[str, Callable[[Any], float]] = {
     "max": lambda values: float(np.max(values)),
     "span": lambda values: float(np.max(values) - np.min(values)),
 }
-"""What may be taken of a reading, over its reported times."""
+"""Statistics of a reading over its reported times."""
 
 DURATION_RULE, ERROR_ESTIMATE_RULE = "duration", "error_estimate"
+"""Rules that need no reading: the last reported time, s, and the relative error estimate."""
 
 RATE_PREFIX = "rate of "
+"""Prefix of a rule that takes the rate of a reading."""
 
 _SI_UNITS = {"angle": "rad", "length": "m"}
 
 DISPLAY_RATE_UNITS = {"rad/s": (180 / math.pi, "deg/s"), "m/s": (1e3, "mm/s")}
-"""As units.EVERYDAY, of what is no shaft's speed."""
+"""Display units of rates of readings; shaft speeds have their own in DISPLAY_UNITS."""
 
 _RULE_PATTERN = re.compile(rf"(?:({'|'.join(STATISTICS)}) )?({RATE_PREFIX})?(.+)")
 
 
 class RunOutput(Protocol):
-    """What quantities that have a name are taken from: a run, or as much of one."""
+    """What the rules of a quantity need from a run."""
 
     @property
-    def times(self) -> NDArray[np.float64]: ...
+    def times(self) -> NDArray[np.float64]:
+        """Reported times, s; shape (n,)."""
 
     @property
-    def readings(self) -> Mapping[str, NDArray[np.float64]]: ...
+    def readings(self) -> Mapping[str, NDArray[np.float64]]:
+        """Readings by name, SI; each of shape (n,)."""
 
     @property
-    def rates(self) -> Mapping[str, NDArray[np.float64]]: ...
+    def rates(self) -> Mapping[str, NDArray[np.float64]]:
+        """Rates of the readings by name, SI; each of shape (n,)."""
 
     @property
-    def error_estimate(self) -> float | None: ...
+    def error_estimate(self) -> float | None:
+        """Estimated relative error, or None for a run without certificate."""
 
 
 @dataclass(frozen=True, kw_only=True)
 class RunQuantity:
-    """A number taken from a run: by `rule`, as "max arm_angle" or "duration", or by a function of the caller's.
+    """A number taken from a run by a rule or by a function of the caller.
 
-    unit is SI, empty where it is not known; what is less than `scale` times the accuracy is no change.
+    Attributes
+    ----------
+    name
+        Name of the column.
+    rule
+        Rule such as "max arm_angle" or "duration"; empty for a function.
+    function
+        Function of the run; None for a rule.
+    unit
+        SI unit; empty if it is not known.
+    scale
+        Coordinate scale, SI; a change below scale times accuracy counts as none.
     """
 
     name: str
@@ -69,43 +86,43 @@ class RunQuantity:
     scale: float = 0.0
 
     def evaluate(self, run: RunOutput) -> float:
-        """Its value in SI. Raises MechanismError where the run has no such reading or the value is no finite number."""
+        """Return the value in SI; raise MechanismError if the run has no such reading or the value is not finite."""
         value = float(self.function(run)) if self.function else _evaluate_rule(self.rule, run)
         if not math.isfinite(value):
-            raise MechanismError(f"quantity {self.name!r} is no finite number: {value}")
+            raise MechanismError(f"quantity {self.name!r} is not a finite number: {value}")
         return value
 
     @property
     def display_unit(self) -> tuple[float, str]:
-        """How many of which unit make the SI unit, for people."""
+        """Factor from SI to the unit shown to users, and that unit."""
         return find_display_unit(self.unit, is_rate=RATE_PREFIX in self.rule)
 
     @property
     def identity(self) -> str:
-        """What tells it from another: its rule, or the function's name and a digest of what it is."""
+        """Text that identifies the quantity: its rule, or the name of its function and a digest of its code."""
         if self.function is None:
             return self.rule
         try:
             source = inspect.getsource(self.function)
-        except (OSError, TypeError):  # typed in by hand, or no plain function
+        except (OSError, TypeError):  # defined interactively, or not a plain function
             source = ""
         digest = hashlib.sha256(pickle.dumps(self.function) + source.encode()).hexdigest()
         return f"{getattr(self.function, '__qualname__', type(self.function).__qualname__)} {digest[:16]}"
 
 
 def find_display_unit(unit: str, *, is_rate: bool) -> tuple[float, str]:
-    """How many of an everyday unit make an SI unit, and its name; of rates of readings, not of speeds of shafts."""
+    """Return the factor from an SI unit to the unit shown to users, and that unit."""
     return (DISPLAY_RATE_UNITS if is_rate else DISPLAY_UNITS).get(unit, DISPLAY_UNITS.get(unit, (1.0, unit)))
 
 
 QuantityRequest = Mapping[str, "str | Callable[[Trajectory], float]"] | Sequence[str] | None
-"""Names of quantities, or a mapping of names of one's own to those or to functions."""
+"""Names of quantities, or a mapping of the user's names to rules or functions."""
 
 
 def parse_quantities(scene: Scene, requested: QuantityRequest, *, certify: bool) -> tuple[RunQuantity, ...]:
-    """The quantities asked for; None means final, least and greatest value of the leading coordinate.
+    """Return the requested quantities; None requests final, least and greatest value of the leading coordinate.
 
-    Raises MechanismError with a sentence for each that is not known, stands twice, or cannot be sent to a process.
+    Raises MechanismError with a message for each quantity that is unknown, occurs twice, or cannot be sent to a process.
     """
     reading_units = find_reading_units(scene)
     if requested is None:
@@ -113,7 +130,7 @@ def parse_quantities(scene: Scene, requested: QuantityRequest, *, certify: bool)
         requested = [f"{taken} {leading[0]}" for taken in ("final", "min", "max")] if leading else [DURATION_RULE]
     if isinstance(requested, str) or not isinstance(requested, Mapping | Sequence) or not requested:
         raise MechanismError(
-            f"quantities are a list of names, as in ['max arm_angle'], or names with functions; found {format_value(requested)}"
+            f"quantities must be a list of names, as ['max arm_angle'], or map names to functions; found {format_value(requested)}"
         )
     named_rules = list(requested.items()) if isinstance(requested, Mapping) else [(name, name) for name in requested]
     quantities, problems = list[RunQuantity](), list[str]()
@@ -123,14 +140,14 @@ def parse_quantities(scene: Scene, requested: QuantityRequest, *, certify: bool)
         except MechanismError as error:
             problems += error.problems
     names = [one.name for one in quantities]
-    problems += [f"quantity {name!r} stands twice; list it once" for name in dict.fromkeys(names) if names.count(name) > 1]
+    problems += [f"quantity {name!r} is listed twice; list it once" for name in dict.fromkeys(names) if names.count(name) > 1]
     if problems:
         raise MechanismError(*problems)
     return tuple(quantities)
 
 
 def find_quantity_reading(quantity: RunQuantity, scene: Scene) -> str | None:
-    """The mechanism's reading that a quantity is taken from, empty for the time reached; None for any other."""
+    """Return the mechanism's reading of a quantity, "" for the duration, or None for any other quantity."""
     if quantity.function is None and quantity.rule == DURATION_RULE:
         return ""
     parts = _RULE_PATTERN.fullmatch(quantity.rule) if quantity.function is None else None
@@ -139,7 +156,7 @@ def find_quantity_reading(quantity: RunQuantity, scene: Scene) -> str | None:
 
 
 def find_reading_units(scene: Scene) -> dict[str, str]:
-    """Names of the readings that a run of a scene has, with their SI units."""
+    """Return the names of the readings of a run with their SI units."""
     units = {reading.name: _SI_UNITS[reading.quantity] for reading in scene.part.mechanism.readings}
     if scene.part.plane == TURNING_PLANE:
         units["spindle_speed"] = "rad/s"
@@ -152,11 +169,11 @@ def find_reading_units(scene: Scene) -> dict[str, str]:
 
 def _parse_quantity(name: Any, rule: Any, scene: Scene, reading_units: Mapping[str, str], *, certify: bool) -> RunQuantity:
     if not isinstance(name, str) or not name.strip():
-        raise MechanismError(f"a quantity has a name; found {format_value(name)}; write 'max arm_angle'")
+        raise MechanismError(f"a quantity needs a name; found {format_value(name)}; write 'max arm_angle'")
     if callable(rule):
         return _make_function_quantity(name, rule)
     if rule == ERROR_ESTIMATE_RULE and not certify:
-        raise MechanismError(f"quantity {ERROR_ESTIMATE_RULE!r} needs runs that are certified; ask for certify, or leave it out")
+        raise MechanismError(f"quantity {ERROR_ESTIMATE_RULE!r} needs certified runs; set certify, or leave it out")
     if rule in (DURATION_RULE, ERROR_ESTIMATE_RULE):
         return RunQuantity(name=name, rule=rule, unit="s" if rule == DURATION_RULE else "")
     parts = _RULE_PATTERN.fullmatch(rule) if isinstance(rule, str) else None
@@ -174,8 +191,8 @@ def _unknown_rule_message(rule: Any, reading_units: Mapping[str, str], readings_
     known_rules = [f"{one} {name}".strip() for one in statistics for name in reading_units]
     known_rules += [f"{one} {RATE_PREFIX}{name}".strip() for one in statistics for name in reading_units if name in readings_with_rate]
     return (
-        f"quantity {format_value(rule)} is unknown; known are final, min, max or span (or none of these: the final value) of "
-        f"{', '.join(reading_units)}, or of 'rate of ...' those that are positions, and {DURATION_RULE} and {ERROR_ESTIMATE_RULE}."
+        f"quantity {format_value(rule)} is unknown; known are final, min, max or span of a reading (final if none is given): "
+        f"{', '.join(reading_units)}, or of 'rate of' a position; also {DURATION_RULE} and {ERROR_ESTIMATE_RULE}."
         f"{did_you_mean(text, [*known_rules, DURATION_RULE, ERROR_ESTIMATE_RULE])}"
     )
 
@@ -183,9 +200,9 @@ def _unknown_rule_message(rule: Any, reading_units: Mapping[str, str], readings_
 def _make_function_quantity(name: str, function: Callable[[Trajectory], float]) -> RunQuantity:
     try:
         pickle.dumps(function)
-    except Exception as error:  # pickle raises many unrelated types
+    except Exception as error:  # pickle raises many types of error
         raise MechanismError(
-            f"quantity {name!r}: {function!r} cannot be sent to another process; write a function with def at the top of a module"
+            f"quantity {name!r}: {function!r} cannot be sent to another process; define the function with def at module level"
         ) from error
     return RunQuantity(name=name, function=function)
 

@@ -1,4 +1,4 @@
-"""The result of a sweep: rows of numbers with their outcomes, as columns, as grids, and in words."""
+"""Result of a sweep: rows of numbers with their outcomes, as columns, as grids, and as text."""
 
 from __future__ import annotations
 
@@ -17,17 +17,21 @@ from governor_mechanism.studies.sweep.parameters import SweepAxis
 from governor_mechanism.studies.sweep.quantities import RunQuantity
 
 ROW_REFUSED, ROW_FAILED = "refused", "failed"
-"""Outcomes beside those of runs: of a scene that cannot be made or run, and of a row that met a fault."""
+"""Outcomes in addition to those of runs: an invalid scene or a refused run, and an unexpected error."""
 
-OK_ROW_OUTCOMES = ("done", "uncertified")
+ROW_OK = "ok"
+"""Outcome of a complete run without a certificate."""
+
+OK_ROW_OUTCOMES = ("done", ROW_OK)
+"""Outcomes of a run that is complete and kept its accuracy, certified or not."""
 
 MAX_PRINTED_ROWS = 20
-"""Rows: longer tables are told by their extremes."""
+"""Maximum number of rows printed; a longer table is summarised by its extremes."""
 
 
 @dataclass(frozen=True, kw_only=True)
 class SweepRow:
-    """One run's numbers (SI, NaN where there is none), how it ended, and a sentence where that is not well."""
+    """Numbers of one run (SI, NaN if missing), its outcome, and a message if it is not ok."""
 
     index: int
     numbers: tuple[float, ...]
@@ -36,15 +40,28 @@ class SweepRow:
 
     @property
     def ok(self) -> bool:
-        """Whether the run reached its end and missed nothing that was promised."""
+        """Whether the run is complete and kept its accuracy."""
         return self.outcome in OK_ROW_OUTCOMES
 
 
 @dataclass(frozen=True, kw_only=True)
 class Sweep:
-    """A scene run at every combination of the axes' values; the rows stand in their order, the last axis fastest.
+    """A scene run at every combination of the values of the axes.
 
-    Numbers are SI. Of runs that ended early there is none but their duration.
+    Attributes
+    ----------
+    title
+        Title of the scene.
+    source
+        Path of the scene file.
+    axes
+        Keys and their values; the last axis varies fastest.
+    quantities
+        Columns of the rows.
+    accuracy
+        Requested relative accuracy of the runs.
+    rows
+        One row per combination. Numbers are SI; a run that ended early has only its duration.
     """
 
     title: str
@@ -56,28 +73,41 @@ class Sweep:
 
     @property
     def shape(self) -> tuple[int, ...]:
-        """How many values each axis has."""
+        """Number of values of each axis."""
         return tuple(len(axis.values) for axis in self.axes)
 
     @property
     def units(self) -> dict[str, str]:
-        """SI units of the axes and the quantities, by name; empty where there is none."""
+        """SI units of the axes and the quantities by name; empty if there is none."""
         return {axis.key: axis.unit for axis in self.axes} | {one.name: one.unit for one in self.quantities}
 
     @property
     def ok(self) -> bool:
-        """Whether every row is."""
+        """Whether every row is ok."""
         return all(row.ok for row in self.rows)
 
     @property
     def outcomes(self) -> dict[str, int]:
-        """How many rows ended how, in the order in which they come."""
+        """Number of rows per outcome, in the order in which the outcomes occur."""
         return dict(Counter(row.outcome for row in self.rows))
 
     def column(self, name: str) -> NDArray[Any]:
-        """The values (rows,) of a quantity (SI, NaN where there is none), or of a key that was varied.
+        """Return the values of a quantity or of a varied key.
 
-        Raises MechanismError for another name.
+        Parameters
+        ----------
+        name
+            Name of a quantity or key of an axis.
+
+        Returns
+        -------
+        NDArray
+            SI, NaN if missing; shape (rows,).
+
+        Raises
+        ------
+        MechanismError
+            If the sweep has neither a quantity nor an axis of this name.
         """
         names = [one.name for one in self.quantities]
         if name in names:
@@ -92,11 +122,11 @@ class Sweep:
         return np.array([values[place] for place in np.indices(self.shape)[position].ravel()])
 
     def grid(self, name: str) -> NDArray[Any]:
-        """The values of `column`, shaped as the axes: its first index counts the values of the first axis."""
+        """Return the values of `column` in the shape of the axes: the first index counts the values of the first axis."""
         return self.column(name).reshape(self.shape)
 
     def values_at(self, index: int) -> tuple[float | str | bool, ...]:
-        """The values of the keys in a row."""
+        """Return the values of the keys in a row."""
         axis_indices = np.unravel_index(index, self.shape)
         return tuple(axis.values[int(place)] for axis, place in zip(self.axes, axis_indices, strict=True))
 
@@ -104,13 +134,13 @@ class Sweep:
     def notes(self) -> tuple[str, ...]:
         """Sentences on keys that change no quantity by more than the accuracy."""
         return tuple(
-            f"{axis.key} changes none of {', '.join(one.name for one in self.quantities)} by more than the accuracy"
+            f"{axis.key} changes {', '.join(one.name for one in self.quantities)} by less than the accuracy"
             for at, axis in enumerate(self.axes)
             if self._has_no_effect(at)
         )
 
     def __str__(self) -> str:
-        """A line for each row, or of many for each quantity its extremes; how the rows ended, and the notes."""
+        """Return a line per row, or for many rows the extremes of each quantity; then outcomes and notes."""
         shape_text = " x ".join(f"{len(axis.values)} of {axis.key}" for axis in self.axes)
         lines = [f"{self.title}: {len(self.rows):,} rows, {shape_text}"]
         lines += self._format_table() if len(self.rows) <= MAX_PRINTED_ROWS else self._format_extremes()
@@ -120,7 +150,7 @@ class Sweep:
         return "\n".join([*lines, *(f"note: {note}" for note in self.notes)])
 
     def as_json(self) -> dict[str, Any]:
-        """All of it as plain values; None where there is no number."""
+        """Return the sweep as JSON values; a missing number is None."""
         axes = [{"key": axis.key, "unit": axis.unit, "values": list(axis.values)} for axis in self.axes]
         rows = [
             {
@@ -136,7 +166,7 @@ class Sweep:
         return {**header, "quantities": quantities, "outcomes": self.outcomes, "notes": list(self.notes), "rows": rows}
 
     def _has_no_effect(self, axis_index: int) -> bool:
-        """Whether nothing changes along an axis, and something could have."""
+        """Return whether no quantity changes along an axis although there are values to compare."""
         has_comparison = False
         for quantity in self.quantities:
             values = np.moveaxis(self.grid(quantity.name), axis_index, 0).reshape(self.shape[axis_index], -1)
@@ -159,7 +189,7 @@ class Sweep:
         for quantity in self.quantities:
             column = self.column(quantity.name)
             if not np.isfinite(column).any():
-                yield f"{quantity.name}: no number in any row"
+                yield f"{quantity.name}: no value in any row"
                 continue
             extremes = (("least", int(np.nanargmin(column))), ("greatest", int(np.nanargmax(column))))
             descriptions = (
@@ -169,7 +199,7 @@ class Sweep:
             yield f"{quantity.name}: {'; '.join(descriptions)}"
 
     def _format_failures(self) -> Iterator[str]:
-        """One sentence for each outcome that is not well."""
+        """Yield one sentence for each outcome that is not ok."""
         reported_outcomes: set[str] = set()
         for row in self.rows:
             if not row.ok and row.outcome not in reported_outcomes:
@@ -187,4 +217,4 @@ class Sweep:
 
 def _format_value(value: float, source: SweepAxis | RunQuantity) -> str:
     factor, unit = source.display_unit
-    return f"{value * factor + 0.0:.6g} {unit}".strip()  # adding zero: no minus before a zero
+    return f"{value * factor + 0.0:.6g} {unit}".strip()  # adding 0.0 turns -0 into 0

@@ -1,7 +1,7 @@
-"""Sweeps: one scene run at many values of its keys, a row of numbers for each.
+"""Sweeps: one scene run at many values of its keys, one row of numbers each.
 
-Every row is a pure function of the task and its index, so it does not matter which process makes it, when, or in what
-company. Trajectories are dropped as soon as their numbers are taken.
+Each row is a pure function of the task and its index, whichever process computes it, and whenever. Trajectories are
+dropped as soon as their numbers are taken.
 """
 
 from __future__ import annotations
@@ -24,23 +24,25 @@ from governor_mechanism.studies.sweep.batch_rows import DIMENSION_PREFIX, Batche
 from governor_mechanism.studies.sweep.checkpoint import SweepFiles
 from governor_mechanism.studies.sweep.parameters import SweepAxis, parse_axes, parse_scene_with
 from governor_mechanism.studies.sweep.quantities import QuantityRequest, RunQuantity, parse_quantities
-from governor_mechanism.studies.sweep.results import ROW_FAILED, ROW_REFUSED, Sweep, SweepRow
+from governor_mechanism.studies.sweep.results import ROW_FAILED, ROW_OK, ROW_REFUSED, Sweep, SweepRow
 from governor_mechanism.studies.sweep.workers import map_in_processes, record_interrupts
 from governor_mechanism.units.quantities import format_value
 
 __all__ = ["Sweep", "SweepRow", "SweepTask", "compute_rows", "sweep"]
 
 TARGET_CHUNK_TIME = 0.5
-"""So long a chunk of rows should take: what an interruption loses."""
+"""Target time of a chunk of rows, s; an interruption loses at most about as much."""
 
 MAX_CHUNK_SIZE = 512
+"""Maximum number of rows in a chunk."""
 
 SweepProgress = Callable[[int, int], None]
+"""Callback with the number of finished rows and of all rows."""
 
 
 @dataclass(frozen=True, kw_only=True)
 class SweepTask:
-    """All that rows are made from; it can be pickled. The last axis runs fastest."""
+    """Everything that determines the rows; it can be pickled. The last axis varies fastest."""
 
     document: Mapping[str, Any]
     axes: tuple[SweepAxis, ...]
@@ -51,20 +53,20 @@ class SweepTask:
 
     @property
     def shape(self) -> tuple[int, ...]:
-        """How many values each axis has."""
+        """Number of values of each axis."""
         return tuple(len(axis.values) for axis in self.axes)
 
     def build_scene(self, index: int) -> Scene:
-        """The scene of a row. Raises MechanismError where it cannot be made."""
+        """Return the scene of a row; raise MechanismError if it is invalid."""
         return parse_scene_with(self.document, [(axis.key, axis.document_values[place]) for axis, place in self._axis_indices(index)])
 
     def changed_dimensions(self, index: int) -> dict[str, Any]:
-        """The dimensions of a row that differ from the scene's, in SI, where all its axes are of dimensions."""
+        """Return the dimensions of a row that differ from the scene's, SI, if all axes are dimensions."""
         return {axis.key.removeprefix(DIMENSION_PREFIX): axis.values[place] for axis, place in self._axis_indices(index)}
 
     @cached_property
     def batched_rows(self) -> BatchedRows | None:
-        """What makes the rows with little ado, where they are of that kind."""
+        """Fast path for the rows, or None if it does not apply."""
         if self.certify:
             return None
         return make_batched_rows(self.document, self.axes, self.quantities, self.engine, self.accuracy)
@@ -78,7 +80,7 @@ class SweepTask:
 
 
 def compute_rows(task: SweepTask, indices: Sequence[int]) -> list[SweepRow]:
-    """The rows of these indices, in their order; none depends on which others are among them."""
+    """Return the rows of these indices in their order; no row depends on another."""
     return [_compute_row(task, index) for index in indices]
 
 
@@ -94,7 +96,36 @@ def sweep(
     out: str | Path | None = None,
     progress: SweepProgress | None = None,
 ) -> Sweep:
-    """Run a scene at every combination of values; `gm.sweep` says what the arguments are."""
+    """Run a scene at every combination of values of its keys.
+
+    Raises MechanismError with a message for each mistake of the request, or if `out` holds another sweep.
+
+    Parameters
+    ----------
+    scene
+        Scene with its document, as loaded from a file.
+    vary
+        Axes, "key=first:last:count" or "key=value,value", or a mapping of keys to lists of values.
+    quantities
+        Numbers to take from each run; None requests final, least and greatest value of the leading coordinate.
+    engine
+        Name of the engine of all rows, or "auto".
+    accuracy
+        Relative accuracy of all rows; None keeps the scene's.
+    certify
+        Whether to estimate the error of every run.
+    workers
+        Number of processes; the result does not depend on it.
+    out
+        Folder for journal, table and record; an interrupted sweep continues from there. None writes nothing.
+    progress
+        Callback with the number of finished rows and of all rows.
+
+    Returns
+    -------
+    Sweep
+        Rows and axes.
+    """
     task = _make_task(scene, vary, quantities, engine, accuracy, certify, workers)
     files = None if out is None else SweepFiles(Path(out), scene, task.quantities, task.axes, _task_settings(task))
     rows = {} if files is None else files.read_finished_rows()
@@ -131,7 +162,7 @@ def sweep(
 def _make_task(
     scene: Scene, vary: Any, quantities: QuantityRequest, engine: str, accuracy: float | None, certify: bool, workers: int
 ) -> SweepTask:
-    """The task; MechanismError with every mistake of the request."""
+    """Return the task; raise MechanismError with all mistakes of the request."""
     problems: list[str] = []
 
     def collect_problems(parse: Callable[[], Any]) -> Any:
@@ -145,7 +176,7 @@ def _make_task(
     axes = collect_problems(lambda: parse_axes(document, vary)) if document else ()
     parsed_quantities = collect_problems(lambda: parse_quantities(scene, quantities, certify=certify))
     if not isinstance(engine, str):
-        problems.append(f"a sweep takes the name of an engine; found {format_value(engine)}")
+        problems.append(f"engine must be the name of an engine; found {format_value(engine)}")
     else:
         collect_problems(lambda: select_engine(engine, scene))
     if accuracy is not None and not (isinstance(accuracy, int | float) and 0 < accuracy < 1):
@@ -154,24 +185,26 @@ def _make_task(
         problems.append(f"workers must be a whole number of at least 1; got {workers!r}")
     given_for_all = {"run.engine": engine != "auto", "run.accuracy": accuracy is not None}
     problems += [
-        f"vary: {axis.key} changes nothing where one is given for all rows; leave that or this out"
+        f"vary: {axis.key} has no effect if it is also given for all rows; leave one of the two out"
         for axis in axes
         if given_for_all.get(axis.key)
     ]
     names = [axis.key for axis in axes]
-    problems += [f"quantity {one.name!r} has the name of a key; choose another" for one in parsed_quantities if one.name in names]
+    problems += [
+        f"quantity {one.name!r} has the name of a varied key; choose another name" for one in parsed_quantities if one.name in names
+    ]
     if problems:
         raise MechanismError(*problems)
     return SweepTask(document=document, axes=axes, quantities=parsed_quantities, engine=engine, accuracy=accuracy, certify=certify)
 
 
 def _require_unchanged_document(scene: Scene) -> Mapping[str, Any]:
-    """What the rows' scenes are read from; a scene that was changed since it was read may differ in its [run] alone."""
+    """Return the document of the rows; the scene may differ from it only in its [run]."""
     if not scene.document:
-        raise MechanismError("a sweep changes keys of a scene file, and this scene comes from none; load one")
+        raise MechanismError("a sweep varies keys of a scene file, but this scene was not loaded from a file; load one")
     parsed_scene = parse_scene_document(scene.document, scene.source)
     if replace(parsed_scene, run=scene.run, title=scene.title) != scene:
-        raise MechanismError("this scene was changed after it was read, and a sweep reads it anew for each row; change its document")
+        raise MechanismError("this scene was changed after loading, but a sweep parses its document for each row; change the document")
     return scene.document if parsed_scene.run == scene.run else {**scene.document, "run": asdict(scene.run)}
 
 
@@ -192,12 +225,12 @@ def _compute_row(task: SweepTask, index: int) -> SweepRow:
             uncertified_result = task.batched_rows.run_uncertified(task.changed_dimensions(index))
             if uncertified_result is not None:
                 numbers = tuple(one.evaluate(uncertified_result) for one in task.quantities)
-                return SweepRow(index=index, numbers=numbers, outcome=Outcome.UNCERTIFIED.name.lower(), message="")
+                return SweepRow(index=index, numbers=numbers, outcome=ROW_OK, message="")
         run = _run_scene(task, task.build_scene(index))
         return _make_row(task, index, run)
     except GovernorMechanismError as error:
         return _make_failed_row(task, index, ROW_REFUSED, getattr(error, "problems", (str(error),)))
-    except Exception as error:  # whatever one row meets, the others go on; the row tells it
+    except Exception as error:  # an error of one row is stored in that row; the others continue
         return _make_failed_row(task, index, ROW_FAILED, [f"{type(error).__name__}: {error}"])
 
 
@@ -207,14 +240,15 @@ def _run_scene(task: SweepTask, scene: Scene) -> Trajectory:
 
 
 def _make_row(task: SweepTask, index: int, run: Trajectory) -> SweepRow:
-    """The numbers of a run; of one that ended early only how far it came, for its last value is not the final one."""
+    """Return the numbers of a run; a run that ended early has only its duration, because its last value is not the final one."""
     outcome = run.outcome
     has_final_values = outcome.ok or outcome.name == "ACCURACY_MISSED"
     numbers = tuple(
         one.evaluate(run) if has_final_values or (one.rule == "duration" and len(run.times)) else math.nan for one in task.quantities
     )
     message = "" if outcome.ok else " ".join(run.message.split())
-    return SweepRow(index=index, numbers=numbers, outcome=outcome.name.lower(), message=message)
+    name = ROW_OK if outcome is Outcome.NOT_CERTIFIED else outcome.name.lower()
+    return SweepRow(index=index, numbers=numbers, outcome=name, message=message)
 
 
 def _make_failed_row(task: SweepTask, index: int, outcome: str, problems: Sequence[str]) -> SweepRow:
@@ -223,7 +257,7 @@ def _make_failed_row(task: SweepTask, index: int, outcome: str, problems: Sequen
 
 
 class _ChunkScheduler:
-    """Indices in chunks that take about CHUNK_SECONDS, as the rows before them took."""
+    """Iterator over chunks of indices that take about TARGET_CHUNK_TIME each, estimated from the rows before."""
 
     def __init__(self, indices: Sequence[int], workers: int) -> None:
         self._indices = indices
@@ -238,13 +272,13 @@ class _ChunkScheduler:
             start = end
 
     def record_chunk_time(self, n_rows: int, duration: float) -> None:
-        """Learn from a chunk; at most four times the rows at once, for the first ones may not be like the others."""
+        """Adapt the chunk size; it grows at most fourfold, because the first rows may not be typical."""
         fitting_size = int(TARGET_CHUNK_TIME * n_rows / max(duration, 1e-9))
         self._size = max(1, min(fitting_size, 4 * n_rows, self._max_size))
 
 
 def _compute_chunks(task: SweepTask, indices: Sequence[int], workers: int) -> Generator[list[SweepRow], None, None]:
-    """Chunks of rows as they come, made here, or by processes."""
+    """Yield chunks of rows as they are finished, computed in this process or in several."""
     scheduler = _ChunkScheduler(indices, workers)
     is_serial = workers == 1 or len(indices) < 2
     timed_chunks = (
@@ -258,7 +292,7 @@ def _compute_chunks(task: SweepTask, indices: Sequence[int], workers: int) -> Ge
 
 
 def _compute_in_process(task: SweepTask, scheduler: _ChunkScheduler) -> Iterator[tuple[list[SweepRow], float]]:
-    """Made in this process; rows that a Ctrl-C has struck are no rows."""
+    """Yield chunks computed in this process; an interrupted chunk is dropped."""
     with record_interrupts() as was_interrupted:
         for chunk in scheduler:
             timed_chunk = _compute_rows_timed(task, chunk)

@@ -1,4 +1,4 @@
-"""Work on many things by several processes, ended cleanly by Ctrl-C."""
+"""Work on many items in several processes, ended cleanly by Ctrl-C."""
 
 from __future__ import annotations
 
@@ -16,9 +16,9 @@ _Result = TypeVar("_Result")
 
 
 def map_in_processes(function: Callable[[_Item], _Result], items: Iterable[_Item], n_processes: int) -> Iterator[_Result]:
-    """What `make`, which can be pickled, makes of each, in the order in which it comes.
+    """Yield the results of a function for each item, in the order in which they are finished.
 
-    `given` is asked for a few at a time. Raises RunFailed where a process is ended from outside.
+    The function must be picklable; items are taken a few at a time. Raises RunFailed if a process is terminated from outside.
     """
     from joblib import Parallel, delayed
     from joblib.externals.loky.process_executor import TerminatedWorkerError
@@ -26,21 +26,22 @@ def map_in_processes(function: Callable[[_Item], _Result], items: Iterable[_Item
     parallel = Parallel(n_jobs=n_processes, batch_size=1, pre_dispatch=2 * n_processes, return_as="generator_unordered")
     with record_interrupts(only_first=True):
         try:
-            with _ignore_interrupts():  # inherited by the processes: a Ctrl-C is for the one that started them
+            with _ignore_interrupts():  # inherited by the processes: only the main process handles Ctrl-C
                 results = parallel(delayed(function)(one) for one in items)
             with closing(results):
                 yield from results
         except TerminatedWorkerError as error:
             raise RunFailed(
-                "a process was ended from outside, as for want of memory; take fewer workers; what is on disk is kept"
+                "a process was terminated from outside, for example for lack of memory; use fewer workers; finished rows on disk are kept"
             ) from error
 
 
 @contextmanager
 def record_interrupts(*, only_first: bool = False) -> Iterator[Callable[[], bool]]:
-    """Tells whether a Ctrl-C has struck, for what it strikes may swallow it or make another exception of it.
+    """Yield a function that returns whether Ctrl-C was pressed.
 
-    With `one` no second is taken, nor given to what is started then: such as ends the processes of a sweep.
+    The interrupted code may swallow KeyboardInterrupt or replace it by another exception. With `only_first` later interrupts
+    are ignored, here and in processes started afterwards, so that the processes of a sweep can be ended.
     """
     signals: list[int] = []
     if threading.current_thread() is not threading.main_thread():
@@ -49,6 +50,7 @@ def record_interrupts(*, only_first: bool = False) -> Iterator[Callable[[], bool
     previous_handler: Any = signal.getsignal(signal.SIGINT)
 
     def record_signal(signal_number: int, frame: FrameType | None) -> None:
+        """Record the signal and call the previous handler."""
         signals.append(signal_number)
         if only_first:
             signal.signal(signal.SIGINT, signal.SIG_IGN)

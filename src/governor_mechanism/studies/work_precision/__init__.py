@@ -1,0 +1,1 @@
+"""Work-precision study: error and time of every engine over its settings."""

@@ -1,7 +1,4 @@
-"""What a study of accuracy found: its reference, and for every variant of an engine the error and time of each setting.
-
-A time never stands without the error it bought.
-"""
+"""Results of a work-precision study: the reference, and error and time of each setting of each engine variant."""
 
 from __future__ import annotations
 
@@ -9,7 +6,7 @@ import csv
 import json
 import math
 import os
-from collections.abc import Iterator, Mapping
+from collections.abc import Mapping
 from dataclasses import asdict, dataclass
 from numbers import Real
 from pathlib import Path
@@ -20,19 +17,46 @@ from governor_mechanism.errors import MechanismError
 from governor_mechanism.files.atomic_write import atomic_write
 from governor_mechanism.model.scene import Scene
 from governor_mechanism.studies.regression import FittedParameter
+from governor_mechanism.units.text_table import format_table
 
 REFERENCE_MARGIN_RATIO = 100.0
-"""How much better than an error the reference must be for that error to be told."""
+"""Ratio of the smallest error that is resolved to the error of the reference."""
 
 
 @dataclass(frozen=True, kw_only=True)
 class WorkPrecisionPoint:
-    """One setting of a variant, run without a certificate: its errors against the reference, and what it took.
+    """One setting of an engine variant: its errors against the reference and its cost, run without a certificate.
 
-    error is the largest of `errors` (readings and their rates, in units of their scales, away from events), that of
-    `worst`; late (s) is how far event times are off, None where nothing can be held or struck. reach is the larger of
-    error and late, that in time scales: what an accuracy promises. seconds is the shortest of `repeats` whole runs;
-    step (s) is the longest of the finest run; joint_gap is in machine sizes, drift that of the energy in its scale.
+    Attributes
+    ----------
+    variant
+        Name of the engine variant.
+    engine
+        The engine with this setting.
+    setting
+        The setting as text.
+    error
+        Largest of `errors`, that of `worst_reading`.
+    worst_reading
+        Reading or rate with the largest error.
+    errors
+        Errors of readings and rates away from events, in their scales.
+    event_time_error
+        Error of the event times, s; None for a scene without contacts.
+    max_error
+        Larger of error and event_time_error in time scales: what an accuracy refers to.
+    wall_time
+        Shortest time of `n_repeats` whole runs, s.
+    n_repeats
+        Number of timed runs.
+    step
+        Longest step of the finest run, s.
+    evaluations
+        Evaluations of the equations of motion.
+    joint_gap
+        Largest joint gap, in length scales of the mechanism.
+    drift
+        Energy drift in its scale.
     """
 
     variant: str
@@ -51,17 +75,29 @@ class WorkPrecisionPoint:
     drift: float
 
     def as_json(self) -> dict[str, Any]:
-        """All of it as plain values."""
+        """Return the point as plain values."""
         plain = {name: value for name, value in vars(self).items() if name not in ("variant", "engine", "errors")}
         return {**plain, "errors": dict(self.errors), "settings": {"engine": self.engine.name, **vars(self.engine)}}
 
 
 @dataclass(frozen=True, kw_only=True)
 class EngineVariant:
-    """A way to use an engine, coarse settings first; order is how its error falls with its step, where it has one.
+    """One way to use an engine, coarse settings first.
 
-    refused says why it cannot run the scene, notes which settings came to nothing; within (s) is the time that a
-    setting may take, where finer ones were left out because they would take longer.
+    Attributes
+    ----------
+    name
+        Name of the variant.
+    points
+        The measured settings.
+    order
+        Order of the error in the step; None where it cannot be fitted.
+    refusal
+        Why the engine cannot run the scene; empty if it can.
+    notes
+        Settings without a result, and why.
+    time_limit
+        Time that a setting may take, s, where finer settings are left out because of it.
     """
 
     name: str
@@ -73,31 +109,42 @@ class EngineVariant:
 
     @property
     def best_point(self) -> WorkPrecisionPoint | None:
-        """The point that came nearest to the reference."""
+        """The point with the smallest error."""
         return min(self.points, key=lambda point: point.max_error, default=None)
 
+    @property
+    def remarks(self) -> tuple[str, ...]:
+        """Why the engine cannot run the scene, the order, and the notes."""
+        order = () if self.order is None else (f"order {self.order.value:.3f} ± {self.order.standard_error:.1g}",)
+        return (*([f"cannot: {self.refusal}"] if self.refusal else []), *order, *self.notes)
+
+    def as_json(self) -> dict[str, Any]:
+        """Return the variant as plain values."""
+        order = None if self.order is None else asdict(self.order)
+        return {**vars(self), "order": order, "points": [point.as_json() for point in self.points]}
+
     def cheapest_for(self, error: float) -> WorkPrecisionPoint | None:
-        """The quickest setting within an error; None where none is."""
+        """Return the fastest setting within an error; None if there is none."""
         validate_target_error(error)
         return min((point for point in self.points if point.max_error <= error), key=lambda point: point.wall_time, default=None)
 
     def describe_cost(self, error: float) -> str:
-        """What an error costs with it, or that it never reaches it, and what it does."""
+        """Return what an error costs with this variant, or that it is not reached, as text."""
         point, best_point = self.cheapest_for(error), self.best_point
         if point is not None:
             return f"{self.name} {format_wall_time(point.wall_time)} ({point.setting})"
         never_reached = "never" if self.time_limit is None else f"never within {format_wall_time(self.time_limit)}"
         if best_point is None:
-            return f"{self.name} {'cannot run this scene' if self.refusal else f'{never_reached} (no setting came through)'}"
+            return f"{self.name} {'cannot run this scene' if self.refusal else f'{never_reached} (no setting gave a result)'}"
         return f"{self.name} {never_reached} (at best {best_point.max_error:.1e} in {format_wall_time(best_point.wall_time)})"
 
 
 @dataclass(frozen=True, kw_only=True)
 class ErrorReference:
-    """The run that errors are measured against.
+    """The run that errors are measured against; errors are in units of the scales.
 
-    estimate is its own (against ten times looser tolerance), confirmed the difference of another engine's best run
-    from it, both in units of the scales; error is what it is taken to be good to.
+    estimate is its own error estimate (against a ten times looser tolerance), confirmation_error the difference of another engine's best
+    run from it, error the error that it is taken to have.
     """
 
     engine: str
@@ -109,28 +156,41 @@ class ErrorReference:
 
     @property
     def resolvable_error(self) -> float:
-        """Errors below this are not told apart."""
+        """Smallest error that is resolved."""
         return REFERENCE_MARGIN_RATIO * self.error
 
     def __str__(self) -> str:
-        summary = f"reference: {self.engine}, tolerance {self.tolerance:g}, by its own estimate within {self.estimate:.1e}"
+        """Return the reference and its confirmation as one line."""
+        summary = f"reference: {self.engine}, tolerance {self.tolerance:g}, own error estimate {self.estimate:.1e}"
         return f"{summary}; {self.confirmation}"
 
     @property
     def confirmation(self) -> str:
-        """How far another engine confirms it."""
+        """How well another engine confirms the reference, as text."""
         if self.confirmation_error is None:
             return "no other engine confirms it"
-        caveat = ", below which its own estimate stands alone" if self.confirmation_error > self.resolvable_error else ""
+        caveat = "; below that only its own estimate holds" if self.confirmation_error > self.resolvable_error else ""
         return f"{self.confirmed_by} confirms it to {self.confirmation_error:.1e}{caveat}"
 
 
 @dataclass(frozen=True, kw_only=True)
 class AccuracyStudy:
-    """Every variant of every engine over its settings. samples is the number of times at which readings are compared.
+    """Work-precision study of a scene: every variant of every engine over its settings.
 
-    time_scale (s) is that of the scene's motion, which event times and rates are measured in. ended says where and why
-    the reference, and with it the study, ends before its time.
+    Attributes
+    ----------
+    scene
+        The scene.
+    reference
+        The run that errors are measured against.
+    variants
+        The engine variants.
+    n_samples
+        Number of compared times.
+    time_scale
+        Time scale of the motion, s; unit of rates and event times.
+    early_end_message
+        Why the reference, and with it the study, ends early; empty otherwise.
     """
 
     scene: Scene
@@ -142,27 +202,27 @@ class AccuracyStudy:
 
     @property
     def points(self) -> tuple[WorkPrecisionPoint, ...]:
-        """Those of all variants."""
+        """The points of all variants."""
         return tuple(point for variant in self.variants for point in variant.points)
 
     def variant(self, name: str) -> EngineVariant:
-        """The one of that name, as 'impulse staggered'."""
+        """Return the variant of that name, such as "impulse staggered"."""
         match = next((variant for variant in self.variants if variant.name == name), None)
         if match is None:
-            raise MechanismError(f"no variant {name!r}; variants are {[variant.name for variant in self.variants]}")
+            raise MechanismError(f"unknown variant {name!r}; available: {[variant.name for variant in self.variants]}")
         return match
 
     def cheapest_for(self, error: float) -> WorkPrecisionPoint | None:
-        """The quickest setting of all within an error; gm.run(scene, point.engine) runs it. None where none is.
+        """Return the fastest of all settings within an error; None if there is none.
 
-        Raises MechanismError for an error that the reference cannot tell.
+        `gm.run(scene, point.engine)` uses it. It raises MechanismError for an error that the reference does not resolve.
         """
         self._require_resolvable(error)
         candidates = (variant.cheapest_for(error) for variant in self.variants)
         return min((point for point in candidates if point is not None), key=lambda point: point.wall_time, default=None)
 
     def advice(self, error: float) -> str:
-        """Which engine to use for an error, and what it would cost with the others, in a sentence."""
+        """Return which engine to use for an error and what it costs with the others, as one sentence."""
         self._require_resolvable(error)
 
         def seconds(variant: EngineVariant) -> float:
@@ -174,46 +234,43 @@ class AccuracyStudy:
         return f"for {error:g}: {'use ' if math.isfinite(seconds(ranked[0])) else 'no engine reaches it; '}{costs}"
 
     def __str__(self) -> str:
-        """A line for each setting, under its variant."""
-        lines = [self.scene.title, str(self.reference)]
-        lines.append(
-            f"errors in units of each reading's scale, at {self.n_samples} times; times of one whole run, start and "
-            "readings included, without a certificate"
-        )
-        if self.early_end_message:
-            lines.append(f"the study ends early: {self.early_end_message}")
+        """Return a table with one line per setting, and the remarks on each variant."""
         has_event_errors = any(point.event_time_error is not None for point in self.points)
-        event_heading = f"{'events, s':>10}" if has_event_errors else ""
-        headings = f"{'error':>11}{event_heading}{'time':>10}{'evaluations':>13}{'joint gap':>11}{'drift':>10}"
-        lines.append(f"{'':22}{'setting':{self._setting_width}}{headings}")
-        for variant in self.variants:
-            lines += self._format_variant(variant, has_event_errors=has_event_errors)
-        return "\n".join(lines)
+        headers = ("variant", "setting", "error", *(["events, s"] if has_event_errors else []), "time", "evaluations", "joint gap", "drift")
+        rows = [
+            (
+                point.variant,
+                point.setting,
+                f"{'< ' if point.error < self.reference.resolvable_error else ''}{max(point.error, self.reference.resolvable_error):.1e}",
+                *(["" if point.event_time_error is None else f"{point.event_time_error:.1e}"] if has_event_errors else []),
+                format_wall_time(point.wall_time),
+                f"{point.evaluations:,}",
+                f"{point.joint_gap:.1e}",
+                f"{point.drift:.1e}",
+            )
+            for point in self.points
+        ]
+        lines = [
+            self.scene.title,
+            str(self.reference),
+            f"errors in units of each reading's scale, at {self.n_samples} times; times of one whole run, with initial state "
+            "and readings, without a certificate",
+            *([f"the study ends early: {self.early_end_message}"] if self.early_end_message else []),
+            format_table(headers, rows, "llr"),
+        ]
+        return "\n".join([*lines, *(f"{variant.name}: {remark}" for variant in self.variants for remark in variant.remarks)])
 
     def as_json(self) -> dict[str, Any]:
-        """All of it as plain values."""
-        variants = [
-            {
-                "name": variant.name,
-                "order": _order_as_json(variant.order),
-                "refused": variant.refusal,
-                "notes": list(variant.notes),
-                "within": variant.time_limit,
-                "points": [point.as_json() for point in variant.points],
-            }
-            for variant in self.variants
-        ]
+        """Return the study as plain values."""
         return {
+            **{name: value for name, value in vars(self).items() if name not in ("scene", "reference", "variants")},
             "title": self.scene.title,
-            "reference": {**asdict(self.reference), "floor": self.reference.resolvable_error},
-            "samples": self.n_samples,
-            "time_scale": self.time_scale,
-            "ended": self.early_end_message,
-            "variants": variants,
+            "reference": {**asdict(self.reference), "resolvable_error": self.reference.resolvable_error},
+            "variants": [variant.as_json() for variant in self.variants],
         }
 
     def save_csv(self, path: str | os.PathLike[str]) -> Path:
-        """A row for each setting, SI."""
+        """Write one row per setting in SI, and return the path."""
         path = Path(path)
         with atomic_write(path) as temporary, temporary.open("w", newline="", encoding="utf-8") as stream:
             writer = csv.writer(stream)
@@ -224,7 +281,7 @@ class AccuracyStudy:
         return path
 
     def save_json(self, path: str | os.PathLike[str]) -> Path:
-        """All of it."""
+        """Write the study as JSON, and return the path."""
         path = Path(path)
         with atomic_write(path) as temporary:
             temporary.write_text(json.dumps(self.as_json(), indent=2, allow_nan=False) + "\n", encoding="utf-8")
@@ -236,38 +293,11 @@ class AccuracyStudy:
             raise MechanismError(self.unresolvable_message(error))
 
     def unresolvable_message(self, error: float) -> str:
-        """Why an error is less than can be told, in a sentence."""
+        """Return why an error is too small for the reference, as a sentence."""
         return (
-            f"the reference is good to {self.reference.error:.1e}, which tells errors from "
-            f"{self.reference.resolvable_error:.1e} on; {error:g} is less"
+            f"the reference has an error of {self.reference.error:.1e} and resolves errors from "
+            f"{self.reference.resolvable_error:.1e} up; {error:g} is smaller"
         )
-
-    @property
-    def _setting_width(self) -> int:
-        """Letters of the longest setting, and a gap."""
-        return 2 + max((len(point.setting) for point in self.points), default=16)
-
-    def _format_variant(self, variant: EngineVariant, *, has_event_errors: bool) -> Iterator[str]:
-        name = variant.name
-        if variant.refusal:
-            yield f"{name:22}cannot: {variant.refusal}"
-        for point in variant.points:
-            is_below_resolution = point.error < self.reference.resolvable_error
-            error = f"{'< ' if is_below_resolution else ''}{max(point.error, self.reference.resolvable_error):.1e}"
-            event_time_error = (
-                "" if not has_event_errors else f"{'' if point.event_time_error is None else f'{point.event_time_error:.1e}':>10}"
-            )
-            yield (
-                f"{name:22}{point.setting:{self._setting_width}}{error:>11}{event_time_error}{format_wall_time(point.wall_time):>10}{point.evaluations:>13,}"
-                f"{point.joint_gap:>11.1e}{point.drift:>10.1e}"
-            )
-            name = ""
-        if variant.order is not None:
-            yield f"{name:22}order {variant.order.value:.3f} ± {variant.order.standard_error:.1g}"
-            name = ""
-        for note in variant.notes:
-            yield f"{name:22}{note}"
-            name = ""
 
 
 POINT_CSV_COLUMNS = (
@@ -275,30 +305,48 @@ POINT_CSV_COLUMNS = (
     "setting",
     "step [s]",
     "error",
-    "worst",
-    "late [s]",
-    "reach",
-    "seconds [s]",
-    "repeats",
+    "worst_reading",
+    "event_time_error [s]",
+    "max_error",
+    "wall_time [s]",
+    "n_repeats",
     "evaluations",
     "joint_gap",
     "drift",
 )
-"""Of the table on disk: attributes of a point."""
+"""Columns of the CSV file: attributes of a point, some with their unit."""
 
 
 def validate_target_error(error: float) -> None:
-    """Raise MechanismError for what is no error to ask for."""
+    """Raise MechanismError unless the error is a number between 0 and 1.
+
+    Parameters
+    ----------
+    error
+        Requested error, in units of the scales.
+
+    Raises
+    ------
+    MechanismError
+        If it is not between 0 and 1.
+    """
     if not (isinstance(error, Real) and 0 < error < 1):
-        raise MechanismError(f"an error to ask for lies between 0 and 1, as 1e-6; got {error!r}")
+        raise MechanismError(f"the error must be between 0 and 1, such as 1e-6; got {error!r}")
 
 
 def format_wall_time(seconds: float) -> str:
-    """As '0.21 ms', '12 ms', '1.3 s'."""
+    """Return a time as text, such as "0.21 ms", "12 ms" or "1.3 s".
+
+    Parameters
+    ----------
+    seconds
+        Time, s.
+
+    Returns
+    -------
+    str
+        The time with its unit.
+    """
     if seconds >= 1:
         return f"{seconds:.2g} s"
     return f"{seconds * 1e3:.0f} ms" if seconds >= 9.95e-3 else f"{seconds * 1e3:.2g} ms"
-
-
-def _order_as_json(order: FittedParameter | None) -> dict[str, float] | None:
-    return None if order is None else asdict(order)

@@ -1,4 +1,4 @@
-"""The ladders of a study of accuracy: every way to use an engine, from coarse settings to fine ones."""
+"""The ladders of settings of a work-precision study, from coarse to fine."""
 
 from __future__ import annotations
 
@@ -10,15 +10,15 @@ from governor_mechanism.mechanics.dynamics.characteristic_scales import time_sca
 from governor_mechanism.model.scene import Scene
 
 LADDER_TOLERANCES = tuple(10.0**-k for k in range(2, 15))
-"""Where these do not bound the steps, several give the same run; it is told once."""
+"""Tolerances; where they do not limit the step, several give the same run, which is listed once."""
 
 LADDER_STEP_RATIOS = tuple(0.25 / 2**k for k in range(17))
-"""In time scales."""
+"""Steps in time scales of the scene."""
 
 
 @dataclass(frozen=True)
 class SettingsLadder:
-    """A variant's settings, coarse ones first; `stepped` where they are steps, whose order is fitted."""
+    """Settings of one engine variant, coarse first; `varies_step` if they are steps, so that an order can be fitted."""
 
     name: str
     settings: tuple[tuple[str, Engine], ...]
@@ -26,7 +26,7 @@ class SettingsLadder:
 
 
 def build_ladders(scene: Scene) -> Iterator[SettingsLadder]:
-    """Those of every engine, the quickest first."""
+    """Yield the ladders of every engine, the fastest first."""
 
     def tolerance_ladder(engine_class: type[ReducedEngine | MultibodyEngine]) -> SettingsLadder:
         settings = tuple((f"tolerance {tolerance:g}", engine_class(tolerance=tolerance)) for tolerance in LADDER_TOLERANCES)
@@ -44,5 +44,5 @@ def build_ladders(scene: Scene) -> Iterator[SettingsLadder]:
 
 
 def format_step(step: float) -> str:
-    """As 'step 2.5 ms', 'step 78 µs'."""
+    """Return a step (s) as text, such as "step 2.5 ms" or "step 78 µs"."""
     return f"step {step * 1e3:.3g} ms" if step >= 1e-4 else f"step {step * 1e6:.3g} µs"

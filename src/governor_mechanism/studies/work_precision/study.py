@@ -1,7 +1,7 @@
-"""Error against time: every engine, and every way to use it, over a ladder of settings.
+"""Error and time of every engine over a ladder of settings.
 
-A scene is run once as well as multibody can, another engine confirms that, and each setting is held against it. Runs
-are made without certificates: here the error is measured.
+The reference is a multibody run at a tight tolerance, confirmed by another engine. Every setting is compared with it. Runs are not
+certified: the error is measured here.
 """
 
 from __future__ import annotations
@@ -28,72 +28,93 @@ from governor_mechanism.studies.work_precision.settings import SettingsLadder, b
 from governor_mechanism.types import FloatArray
 
 REFERENCE_TOLERANCE = 1e-14
-"""The tolerance of the reference and of what confirms it."""
+"""Tolerance of the reference and of the run that confirms it."""
 
 MAX_COMPARED_TIMES = 200
-"""Intervals between the times at which readings are compared, at most: more cost every engine time of their own."""
+"""Maximum number of intervals between the compared times; more would cost every engine time of their own."""
 
 MAX_SETTING_TIME = 1.0
-"""Seconds that a setting may take; a ladder ends where the next would take longer."""
+"""Time (s) that a setting may take; a ladder ends before a setting that would take longer."""
 
 MIN_TIMING_DURATION, MIN_REPEATS, MAX_REPEATS = 0.15, 3, 7
-"""Seconds in which a setting is run again and again, how often in any case, and how often at most."""
+"""Time (s) for which a setting is repeated, the minimum and the maximum number of repeats."""
 
 MAX_CONFIRMATION_ERROR = 1e-3
-"""An engine that comes no nearer to the reference than this confirms nothing."""
+"""Largest difference from the reference with which an engine confirms it."""
 
 MIN_REACHED_FRACTION = 0.5
-"""Where less than this part of the time is reached, times are laid closer."""
+"""Fraction of the compared times below which the study is repeated on the shorter duration."""
 
 MAX_COMPARED_JOINT_GAP = 1.0
-"""Machine sizes: bodies whose joints are open by more are lost."""
+"""Joint gap (in length scales of the mechanism) above which a run is invalid."""
 
 MAX_STAGNANT_SETTINGS, IMPROVEMENT_RATIO = 2, 0.95
-"""After so many settings in a row that are not better by this factor than the best, or one whose joints close no
-better, a ladder of steps goes on with more iterations of the joint solver, and ends where there are no more to be had.
+"""Consecutive settings without an improvement by IMPROVEMENT_RATIO, or one whose joint gaps do not decrease either, after which a ladder of
+steps continues with more iterations of the joint solver; it ends at MAX_ITERATION_FACTOR.
 """
 
 JOINT_GAP_ROUNDING = 1e-11
-"""Machine sizes: a joint open by less than this is open by rounding."""
+"""Joint gap (in length scales of the mechanism) that is rounding."""
 
 ITERATION_FACTOR, MAX_ITERATION_FACTOR = 4, 64
-"""How many times more iterations of the joint solver it goes on with, each time and in all."""
+"""Factor on the iterations of the joint solver, each time and in total."""
 
 SAME_RUN_TOLERANCE = 1e-6
-"""Settings whose errors differ by no more, and that take as many evaluations, gave the same run."""
+"""Relative difference of the errors below which two settings with equally many evaluations are the same run."""
 
 MAX_EVENT_EXCLUSION = 0.1
-"""In time scales: samples nearer to an event than it is late are left out, up to this."""
+"""Upper bound of the interval around an event that is not compared, in time scales; the interval is the error of the event times."""
 
 MIN_EVENT_EXCLUSION = 1e-9
-"""In time scales: samples nearer to an event than this always are."""
+"""Lower bound of that interval, in time scales."""
 
 MAX_ASYMPTOTIC_ERROR, N_FITTED_SETTINGS = 0.03, 5
-"""Orders are fitted to errors below this, and to so many of the finest steps; no ladder ends before it is reached."""
+"""Error below which an order is fitted, and number of the finest steps used; no ladder ends above this error."""
 
 ESTIMATE_TOLERANCE_RATIO = 10.0
-"""The estimate of a run is the error of one so many times looser: where another engine confirms it, it is better."""
+"""Ratio of the tolerances behind an error estimate: it is the error of the looser run, so a confirmed reference is better by this."""
 
-SCENE_OUTCOMES = (Outcome.DONE, Outcome.UNCERTIFIED, Outcome.ACCURACY_MISSED, Outcome.LEFT_RANGE)
-"""Ways to end that are the scene's, not the engine's."""
+SCENE_OUTCOMES = (Outcome.DONE, Outcome.NOT_CERTIFIED, Outcome.ACCURACY_MISSED, Outcome.LEFT_RANGE)
+"""Outcomes that are due to the scene, not to the engine."""
 
 
 def run_accuracy_study(
-    scene: Scene, max_time: float = MAX_SETTING_TIME, progress: Callable[[int, int], None] | None = None
+    scene: Scene,
+    max_time: float = MAX_SETTING_TIME,
+    progress: Callable[[int, int], None] | None = None,
+    timer: Callable[[], float] = time.perf_counter,
 ) -> AccuracyStudy:
-    """Run a scene by each engine at each setting that takes at most `longest` (s), and measure errors and times.
+    """Run a scene by each engine at each setting and measure errors and times.
 
-    progress is told how many of all settings have been dealt with. Raises MechanismError where no run is long enough
-    to be compared.
+    Parameters
+    ----------
+    scene
+        The scene to run.
+    max_time
+        Maximum time of one run of a setting, s.
+    progress
+        Called with the number of processed settings and the number of all.
+    timer
+        Clock that measures the runs, s.
+
+    Returns
+    -------
+    AccuracyStudy
+        Errors and times of every setting.
+
+    Raises
+    ------
+    MechanismError
+        If max_time is not positive and finite, or there is no reference run that is long enough.
     """
     if not (isinstance(max_time, int | float) and 0 < max_time < math.inf):
-        raise MechanismError(f"the longest time of a setting must be a positive number of seconds; got {max_time!r}")
+        raise MechanismError(f"the maximum time of a setting must be a positive number of seconds; got {max_time!r}")
     samples = min(len(make_reported_times(scene)) - 1, MAX_COMPARED_TIMES)
     times = np.linspace(0.0, scene.run.duration, samples + 1)
-    benchmark = ErrorBenchmark(scene, times, float(max_time))
+    benchmark = ErrorBenchmark(scene, times, float(max_time), timer=timer)
     early_end_message = benchmark.reference_run.message if benchmark.reference_run.outcome is Outcome.LEFT_RANGE else ""
     if early_end_message and len(benchmark.reference_run.times) < MIN_REACHED_FRACTION * len(times):
-        benchmark = ErrorBenchmark(scene, np.linspace(0.0, benchmark.reference_run.times[-1], samples + 1), float(max_time))
+        benchmark = ErrorBenchmark(scene, np.linspace(0.0, benchmark.reference_run.times[-1], samples + 1), float(max_time), timer=timer)
     ladders = list(build_ladders(scene))
     total = sum(len(ladder.settings) for ladder in ladders)
     n_done = 0
@@ -109,7 +130,7 @@ def run_accuracy_study(
         report_progress(0, n_done)
     return AccuracyStudy(
         scene=scene,
-        reference=_confirm_by_impulse(benchmark.error_reference, variants),
+        reference=confirm_by_impulse(benchmark.error_reference, variants),
         variants=tuple(variants),
         n_samples=len(benchmark.reference_run.times),
         time_scale=benchmark.time_scale,
@@ -118,26 +139,28 @@ def run_accuracy_study(
 
 
 class ErrorBenchmark:
-    """Where the engines of one scene are measured: the reference run, and the times at which they are compared.
+    """Measures the engines of one scene against a reference run at common times.
 
-    longest (s) is what a setting may take; a ladder ends below `enough`, or where the reference tells nothing more.
+    A setting may take max_time (s). A ladder ends below target_error, or where the reference resolves no smaller error.
     """
 
-    def __init__(self, scene: Scene, times: FloatArray, max_time: float, target_error: float = 0.0) -> None:
-        self.scene, self.times, self.max_time, self.target_error = scene, times, max_time, target_error
+    def __init__(
+        self, scene: Scene, times: FloatArray, max_time: float, target_error: float = 0.0, timer: Callable[[], float] = time.perf_counter
+    ) -> None:
+        self.scene, self.times, self.max_time, self.target_error, self.timer = scene, times, max_time, target_error, timer
         self.time_scale, self.length_scale = time_scale(scene), scene.part.mechanism.length_scale
         self.has_contacts = has_contacts(scene)
         engine = MultibodyEngine(tolerance=REFERENCE_TOLERANCE)
         refusal = engine.refusal(scene)
         if refusal:
-            raise MechanismError(f"there is no reference to measure errors by: {refusal}")
+            raise MechanismError(f"there is no reference run to measure errors against: {refusal}")
         self.reference_run = engine.run(scene, times=times)
         if len(self.reference_run.times) < 2 or self.reference_run.outcome not in SCENE_OUTCOMES:
-            raise MechanismError(f"there is no reference to measure errors by: {self.reference_run.message}")
+            raise MechanismError(f"there is no reference run to measure errors against: {self.reference_run.message}")
         self.error_reference = self._confirm_by_reduced(self.reference_run.error_estimate or 0.0)
 
     def _confirm_by_reduced(self, estimate: float) -> ErrorReference:
-        """The reference, confirmed by the reduced engine where that holds the scene."""
+        """Return the reference, confirmed by the reduced engine if that supports the scene."""
         unconfirmed = ErrorReference(
             engine=MultibodyEngine.name, tolerance=REFERENCE_TOLERANCE, estimate=estimate, confirmed_by="", confirmation_error=None,
             error=max(estimate, float(np.finfo(float).eps)),
@@ -161,7 +184,7 @@ class ErrorBenchmark:
         )
 
     def run_ladder(self, ladder: SettingsLadder, report_progress: Callable[[int], None]) -> EngineVariant:
-        """A ladder run up to where it is not worth going on."""
+        """Run the settings of a ladder from coarse to fine until more of them are of no use."""
         refusal = ladder.settings[0][1].refusal(self.scene)
         points: list[WorkPrecisionPoint] = []
         notes: dict[str, list[str]] = {}
@@ -174,7 +197,7 @@ class ErrorBenchmark:
             if points and cost_ratio * points[-1].wall_time > self.max_time:
                 time_limit = self.max_time
                 break
-            started = time.perf_counter()
+            started = self.timer()
             try:
                 result = self._measure_setting(ladder.name, setting, engine, points[-1] if points else None)
             except GovernorMechanismError as error:
@@ -187,7 +210,7 @@ class ErrorBenchmark:
             if isinstance(result, str):
                 notes.setdefault(result, []).append(setting)
                 iteration_factor *= ITERATION_FACTOR if ladder.varies_step and iteration_factor < MAX_ITERATION_FACTOR else 1
-                if cost_ratio * (time.perf_counter() - started) > self.max_time:
+                if cost_ratio * (self.timer() - started) > self.max_time:
                     time_limit = self.max_time
                     break
                 continue
@@ -205,7 +228,7 @@ class ErrorBenchmark:
                 if iteration_factor >= MAX_ITERATION_FACTOR:
                     break
                 n_stagnant, iteration_factor = 0, ITERATION_FACTOR * iteration_factor
-        order = _fit_order(points, self.error_reference.resolvable_error) if ladder.varies_step else None
+        order = fit_order(points, self.error_reference.resolvable_error) if ladder.varies_step else None
         return EngineVariant(
             name=ladder.name, points=tuple(points), order=order, refusal=refusal, notes=_format_notes(notes), time_limit=time_limit
         )
@@ -213,19 +236,19 @@ class ErrorBenchmark:
     def _measure_setting(
         self, variant: str, setting: str, engine: Engine, previous: WorkPrecisionPoint | None
     ) -> WorkPrecisionPoint | str | None:
-        """One setting measured, or why there is nothing to measure; None where the last one gave the same run."""
+        """Return the measured setting, or why it cannot be measured; None if the previous setting gave the same run."""
         run, first_time = self._run_timed(engine)
         shortfall = self._early_end_message(run)
         if shortfall:
             return shortfall
-        if isinstance(engine, ImpulseEngine):  # steps end at reported times, and may be shorter than was asked
+        if isinstance(engine, ImpulseEngine):  # Steps end at reported times and may be shorter than requested.
             setting = format_step(run.cost.step * 2 ** (engine.levels - 1))
         if run.cost.iterations > ImpulseEngine.iterations:
             setting = f"{setting}, {run.cost.iterations} iterations"
         errors, event_time_error = self._measure_errors(run)
         joint_gap = float(np.max(run.joint_gap)) / self.length_scale
         if not all(map(math.isfinite, (*errors.values(), run.energy.drift))) or not joint_gap < MAX_COMPARED_JOINT_GAP:
-            return "its bodies are lost"
+            return "the joints open: the solution is lost"
         worst_reading = max(errors, key=lambda name: errors[name])
         evaluations = run.cost.evaluations.get("equations of motion", run.cost.steps)
         if (
@@ -253,30 +276,30 @@ class ErrorBenchmark:
         )
 
     def _measure_wall_time(self, engine: Engine, first_time: float) -> tuple[float, int]:
-        """The shortest time of several runs; the one before them warmed up, and counts where it took too long."""
+        """Return the shortest time (s) of several runs and their number; the first run is a warm-up unless it takes too long to repeat."""
         if first_time > self.max_time:
             return first_time, 1
-        wall_times = [self._run_timed(engine)[1] for _ in range(MIN_REPEATS)]  # one may be held up by something else
+        wall_times = [self._run_timed(engine)[1] for _ in range(MIN_REPEATS)]  # one run may be delayed by other processes
         while sum(wall_times) < MIN_TIMING_DURATION and len(wall_times) < MAX_REPEATS:
             wall_times.append(self._run_timed(engine)[1])
         return min(wall_times), len(wall_times)
 
     def _run_timed(self, engine: Engine) -> tuple[Trajectory, float]:
-        started = time.perf_counter()
+        started = self.timer()
         run = engine.run(self.scene, times=self.times, certify=False)
-        return run, time.perf_counter() - started
+        return run, self.timer() - started
 
     def _early_end_message(self, run: Trajectory) -> str:
-        """How a run ended where the reference went on, in a sentence."""
+        """Return the message of a run that ends before the reference does; empty otherwise."""
         n_missing = len(self.reference_run.times) - len(run.times)
         if run.outcome not in SCENE_OUTCOMES or n_missing > 1:
             return run.message
         return ""
 
     def _measure_errors(self, run: Trajectory) -> tuple[Mapping[str, float], float | None]:
-        """The largest difference of each reading and each rate in its scale, away from events; how late (s) those are.
+        """Return the largest scaled difference of each reading and rate away from events, and the error of the event times (s).
 
-        Late is None where nothing in the scene can be held or struck.
+        The event time error is None for a scene without contacts.
         """
         reference_run = self.reference_run
         n_shared = min(len(reference_run.times), len(run.times))
@@ -298,18 +321,18 @@ class ErrorBenchmark:
 
 
 def _format_notes(notes: Mapping[str, list[str]]) -> tuple[str, ...]:
-    """A sentence for each reason, with the settings it is true of."""
+    """Return one sentence per reason with the settings concerned."""
     return tuple(f"{settings[0]}{f' to {settings[-1]}' if len(settings) > 1 else ''}: {reason}" for reason, settings in notes.items())
 
 
 def _is_joint_gap_decreasing(points: list[WorkPrecisionPoint]) -> bool:
-    """Whether joints still close better with shorter steps; by a quarter, where the step alone keeps them open."""
+    """Return whether the joint gap still decreases with the step: to half at least, or below rounding."""
     coarser_gap, finer_gap = points[-2].joint_gap, points[-1].joint_gap
     return finer_gap <= max(0.5 * coarser_gap, JOINT_GAP_ROUNDING)
 
 
-def _fit_order(points: list[WorkPrecisionPoint], floor: float) -> FittedParameter | None:
-    """How fast errors fall with the step: the slope of their logarithms, where longest they fall on and on."""
+def fit_order(points: list[WorkPrecisionPoint], floor: float) -> FittedParameter | None:
+    """Return the order of the error in the step: the log-log slope over the longest sequence of decreasing errors."""
     sequences: list[list[WorkPrecisionPoint]] = [[]]
     for coarser, finer in pairwise([None, *points]):
         if finer is None:
@@ -325,8 +348,8 @@ def _fit_order(points: list[WorkPrecisionPoint], floor: float) -> FittedParamete
     return fit_slope(*(np.log([getattr(point, name) for point in fitted_points]) for name in ("step", "error")))
 
 
-def _confirm_by_impulse(reference: ErrorReference, variants: list[EngineVariant]) -> ErrorReference:
-    """A reference that reduced could not confirm, confirmed by how far impulse came."""
+def confirm_by_impulse(reference: ErrorReference, variants: list[EngineVariant]) -> ErrorReference:
+    """Return the reference, confirmed by the best impulse run if the reduced engine cannot confirm it."""
     if reference.confirmation_error is not None:
         return reference
     best_points = [variant.best_point for variant in variants if variant.name.startswith("impulse") and variant.best_point]

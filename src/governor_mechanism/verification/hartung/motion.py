@@ -1,116 +1,62 @@
-"""Hartung's governor in motion against Lagrange's equation along its lever angle."""
+"""The motion of Hartung's governor against Lagrange's equation along its lever angle."""
 
 from __future__ import annotations
 
 import math
-from collections.abc import Iterator, Sequence
-from itertools import pairwise
+from collections.abc import Iterator
 
 import numpy as np
-from scipy.integrate import solve_ivp
 
 from governor_mechanism.closed_form.hartung import governor as closed
-from governor_mechanism.effects.dashpot import Dashpot
 from governor_mechanism.effects.stops import Stops
-from governor_mechanism.mechanics.kinematics.time_functions import CubicTimeFunction, SpindleSpeedFunction
 from governor_mechanism.model.effect import OutputEffect
+from governor_mechanism.model.events import EventKind
 from governor_mechanism.model.scene import FreeSpindle, Scene
 from governor_mechanism.model.trajectory import Trajectory
-from governor_mechanism.types import FloatArray
+from governor_mechanism.verification.comparisons import (
+    compare_reading,
+    integrate_governor,
+    is_linear_sleeve_dashpot,
+    name_effects,
+    sleeve_damping,
+)
 from governor_mechanism.verification.report import ComparisonRow
 
 LEVER_ANGLE_READING = "lever_angle"
 
 
 def hartung_spring_force(scene: Scene, lever_angle: float) -> float:
-    """Force (N) of each spring at a lever angle (rad), by the scene's dimensions alone."""
+    """Return the force (N) of each spring at a lever angle (rad), from the scene's dimensions."""
     dimensions = scene.part.dimensions
     weight_radius = dimensions["fulcrum_radius"] - dimensions["weight_arm"] * math.sin(lever_angle)
     return dimensions["spring_preload"] + dimensions["spring_rate"] * (weight_radius - dimensions["preload_radius"])
 
 
 def check_hartung_motion(scene: Scene, governor: closed.HartungGovernor, run: Trajectory) -> Iterator[ComparisonRow | str]:
-    """A run against the equation of motion, until something strikes; a note where that has not all of its effects."""
-    unsupported_effects = sorted(
-        {type(effect).__name__ for effect in scene.effects if isinstance(effect, OutputEffect) and not _is_in_closed_form(effect)}
-    )
+    """Yield the comparison of a run with the equation of motion until the first impact; a note if an effect is not included."""
+    output_effects = (effect for effect in scene.effects if isinstance(effect, OutputEffect))
+    unsupported_effects = [effect for effect in output_effects if not (is_linear_sleeve_dashpot(effect) or isinstance(effect, Stops))]
     if unsupported_effects:
-        yield f"motion is not checked: the closed form has no {' and '.join(unsupported_effects)}"
+        yield f"motion is not checked: the closed form does not include {name_effects(unsupported_effects)}"
         return
-    impact_times = [event.time for event in run.events if event.kind == "strikes its stop"]
+    impact_times = [event.time for event in run.events if event.kind is EventKind.IMPACT]
     n_compared = int(np.searchsorted(run.times, impact_times[0])) if impact_times else len(run.times)
     if impact_times:
         yield f"motion is checked until {impact_times[0]:.4g} s, when the lever strikes its stop"
     if n_compared < 2:
         return
-    angles, speeds = _integrate_closed_form(scene, governor, run, n_compared)
-    worst_index = int(np.argmax(np.abs(run.readings[LEVER_ANGLE_READING][:n_compared] - angles)))
-    yield ComparisonRow(
-        quantity=f"lever angle in motion (farthest, t = {run.times[worst_index]:.4g} s)",
-        simulated=float(run.readings[LEVER_ANGLE_READING][worst_index]),
-        expected=float(angles[worst_index]),
-        allowed=scene.run.accuracy,
-        unit="rad",
-        reason="the accuracy asked of the run",
-    )
-    if isinstance(scene.spindle, FreeSpindle):
-        worst_index = int(np.argmax(np.abs(run.readings["spindle_speed"][:n_compared] - speeds)))
-        yield ComparisonRow(
-            quantity=f"spindle speed in motion (farthest, t = {run.times[worst_index]:.4g} s)",
-            simulated=float(run.readings["spindle_speed"][worst_index]),
-            expected=float(speeds[worst_index]),
-            allowed=scene.run.accuracy * run.scales["spindle_speed"],
-            unit="rad/s",
-            reason="the accuracy asked of the run, times the scale of speeds",
-        )
+    spindle, damping = scene.spindle, sleeve_damping(scene)
 
+    def lever_acceleration(angle: float, rate: float, speed: float) -> float:
+        force, state = hartung_spring_force(scene, angle), {"lever_angle": angle, "lever_rate": rate, "spindle_speed": speed}
+        return float(closed.lever_acceleration(governor, **state, spring_force=force, damping=damping))
 
-def _is_in_closed_form(effect: OutputEffect) -> bool:
-    """Whether the closed form of the motion has it, up to a blow: a linear dashpot on the sleeve, and stops."""
-    is_linear_sleeve_dashpot = isinstance(effect, Dashpot) and effect.reading == "sleeve_lift" and not effect.quadratic
-    return is_linear_sleeve_dashpot or isinstance(effect, Stops)
+    def spindle_acceleration(angle: float, rate: float, speed: float, torque: float) -> float:
+        inertia = spindle.inertia if isinstance(spindle, FreeSpindle) else 0.0
+        state = {"lever_angle": angle, "lever_rate": rate, "spindle_speed": speed}
+        return float(closed.spindle_acceleration(governor, **state, constant_inertia=inertia, torque=torque))
 
-
-def _integrate_closed_form(
-    scene: Scene, governor: closed.HartungGovernor, run: Trajectory, n_compared: int
-) -> tuple[FloatArray, FloatArray]:
-    """Lever angle and spindle speed (until,) by the closed forms' equations of motion, from the run's own start."""
-    spindle = scene.spindle
-    program = SpindleSpeedFunction(spindle)
-    torque = CubicTimeFunction(spindle.torque) if isinstance(spindle, FreeSpindle) else None
-    damping = sum(effect.linear for effect in scene.effects if isinstance(effect, Dashpot))
-
-    def state_derivative(time: float, state: Sequence[float]) -> list[float]:
-        lever_angle, lever_rate, spindle_speed = (float(value) for value in state)
-        spindle_acceleration, time_array = 0.0, np.array([time])
-        if isinstance(spindle, FreeSpindle) and torque:
-            drive_torque, constant_inertia = float(torque(time_array, left_limit=time > start)[0]), spindle.inertia
-            coordinates = {"lever_angle": lever_angle, "lever_rate": lever_rate, "spindle_speed": spindle_speed}
-            spindle_acceleration = float(
-                closed.spindle_acceleration(governor, **coordinates, constant_inertia=constant_inertia, torque=drive_torque)
-            )
-        else:
-            spindle_speed = float(program(time_array, left_limit=time > start)[0])
-        lever_acceleration = closed.lever_acceleration(
-            governor,
-            lever_angle=lever_angle,
-            lever_rate=lever_rate,
-            spring_force=hartung_spring_force(scene, lever_angle),
-            spindle_speed=spindle_speed,
-            damping=damping,
-        )
-        return [lever_rate, float(lever_acceleration), spindle_acceleration]
-
-    times = run.times[:n_compared]
-    breaks = torque.breakpoints if torque else program.breakpoints
-    interior_breaks = breaks[(breaks > times[0]) & (breaks < times[-1])]
-    state = np.array([run.readings[LEVER_ANGLE_READING][0], run.rates[LEVER_ANGLE_READING][0], run.readings["spindle_speed"][0]])
-    segments = [state[:, np.newaxis]]
-    for start, end in pairwise(np.concatenate([times[:1], interior_breaks, times[-1:]]).tolist()):
-        segment_times = times[(times > start) & (times <= end)]
-        evaluation_times = segment_times if segment_times.size and segment_times[-1] == end else np.append(segment_times, end)
-        solution = solve_ivp(state_derivative, (start, end), state, method="DOP853", t_eval=evaluation_times, rtol=1e-12, atol=1e-13)
-        segments.append(solution.y[:, : len(segment_times)])
-        state = solution.y[:, -1]
-    angles, _, speeds = np.concatenate(segments, axis=1)
-    return angles, speeds
+    angles, _, speeds = integrate_governor(run, n_compared, LEVER_ANGLE_READING, lever_acceleration, spindle_acceleration)
+    yield compare_reading(run, LEVER_ANGLE_READING, angles)
+    if isinstance(spindle, FreeSpindle):
+        yield compare_reading(run, "spindle_speed", speeds)

@@ -1,4 +1,4 @@
-"""Hartung's governor against Dubois' formulas: spring force, equilibrium speed, sleeve force, swing, motion, energy."""
+"""Hartung's governor against Dubois' formulas: spring force, equilibrium speed, sleeve force, stability, motion, energy."""
 
 from __future__ import annotations
 
@@ -12,57 +12,52 @@ from scipy.optimize import brentq
 from governor_mechanism.closed_form.hartung import governor as closed
 from governor_mechanism.effects.bell_crank_masses import BellCrankMasses
 from governor_mechanism.effects.stops import Stops
-from governor_mechanism.errors import MechanismError
 from governor_mechanism.mechanics.kinematics.time_functions import SpindleSpeedFunction
 from governor_mechanism.mechanics.reduction.lagrangian import SingleDofReduction
-from governor_mechanism.model.effect import OutputEffect
 from governor_mechanism.model.scene import FreeSpindle, Scene, Spindle
 from governor_mechanism.observables.static_forces import compute_static_force
 from governor_mechanism.statics.speed_curve import equilibrium_speed_at
 from governor_mechanism.types import FloatArray
+from governor_mechanism.verification.comparisons import (
+    compare_algebraic,
+    compare_jacobi_integral,
+    note_early_end,
+    require_gravity_and_centrifugal,
+    run_scene,
+    travel_limits,
+    without_output_effects,
+)
 from governor_mechanism.verification.hartung.motion import LEVER_ANGLE_READING, check_hartung_motion, hartung_spring_force
-from governor_mechanism.verification.oscillation import check_oscillation_period, check_relaxation, format_rpm, run_scene
+from governor_mechanism.verification.oscillation import check_stability, format_rpm
 from governor_mechanism.verification.report import ComparisonRow
 
 STROKE_FRACTIONS = (0.0, 0.25, 0.5, 0.75, 1.0)
-"""Of the way between the ends of the stroke."""
+"""Checked positions as fractions of the stroke."""
 
 RELAXATION_OFFSET = 0.05
-"""rad: so far to each side of its rest the simulation is let go to settle; less where it might settle elsewhere."""
+"""Largest start offset of the relaxation (rad), to each side of an equilibrium; smaller where another equilibrium is near."""
 
 
 def check_hartung_governor(scene: Scene) -> Iterator[ComparisonRow | str]:
-    """Every comparison that applies to the scene: over the stroke, at rest at its first and last speed, in motion.
+    """Yield every comparison that applies to the scene: over the stroke, at equilibria of the first and last speed, in motion.
 
-    What is at rest is checked without the effects that act along readings, and motion until something strikes.
+    Equilibria are checked without output effects, motion until the first impact.
     """
-    if not (scene.gravity and scene.has_centrifugal):
-        raise MechanismError("the closed forms of a Hartung governor need both effects, gravity and centrifugal")
-    has_bell_cranks = any(isinstance(effect, BellCrankMasses) for effect in scene.effects)
-    if has_bell_cranks:
-        yield "the closed forms have weights as points on massless bell cranks: only the energy is checked"
-    else:
-        governor = build_closed_form_governor(scene)
-        scene_without_output_effects = replace(scene, effects=tuple(one for one in scene.effects if not isinstance(one, OutputEffect)))
-        yield from _check_statics_over_stroke(scene_without_output_effects, governor, _lever_stroke(scene))
-        yield from _check_equilibria(scene_without_output_effects, governor, _lever_stroke(scene))
+    require_gravity_and_centrifugal(scene)
     run = run_scene(scene)
-    if not has_bell_cranks:
+    if any(isinstance(effect, BellCrankMasses) for effect in scene.effects):
+        yield "the closed forms assume point weights on massless bell cranks: only the energy is checked"
+    else:
+        governor = build_hartung_closed_form(scene)
+        yield from _check_statics_over_stroke(without_output_effects(scene), governor, _lever_stroke(scene))
+        yield from _check_equilibria(without_output_effects(scene), governor, _lever_stroke(scene))
         yield from check_hartung_motion(scene, governor, run)
-    if not run.outcome.ok:
-        yield f"the run reached {run.times[-1]:.4g} of {scene.run.duration:.4g} s: {run.message}"
-    yield ComparisonRow(
-        quantity="Jacobi integral, largest change",
-        simulated=run.energy.drift,
-        expected=0.0,
-        allowed=scene.run.accuracy,
-        unit="1",
-        reason="relative to mass x size^2 / time scale^2, like the accuracy",
-    )
+    yield from note_early_end(run)
+    yield compare_jacobi_integral(run)
 
 
-def build_closed_form_governor(scene: Scene) -> closed.HartungGovernor:
-    """The closed form's governor of a scene."""
+def build_hartung_closed_form(scene: Scene) -> closed.HartungGovernor:
+    """Return the closed form's governor of a scene."""
     dimensions = scene.part.dimensions
     names = ("weight_arm", "sleeve_arm", "fulcrum_radius", "weight_mass", "sleeve_mass", "hanger")
     return closed.HartungGovernor(
@@ -74,96 +69,72 @@ def build_closed_form_governor(scene: Scene) -> closed.HartungGovernor:
 
 
 def _lever_stroke(scene: Scene) -> tuple[float, float]:
-    """Between the stops of the lever; without them, the middle half of the travel."""
+    """Return the lever angles (rad) of the stops; without stops, the middle half of the travel."""
     stops = next((effect for effect in scene.effects if isinstance(effect, Stops) and effect.reading == LEVER_ANGLE_READING), None)
-    low, high = _lever_angle_limits(scene)
+    low, high = travel_limits(scene, LEVER_ANGLE_READING)
     inner_quarter, outer_quarter = 0.75 * high + 0.25 * low, 0.25 * high + 0.75 * low
     if stops is None:
         return outer_quarter, inner_quarter
     return stops.low if math.isfinite(stops.low) else outer_quarter, stops.high if math.isfinite(stops.high) else inner_quarter
 
 
-def _lever_angle_limits(scene: Scene) -> tuple[float, float]:
-    limit = next(limit for limit in scene.part.mechanism.limits if limit.reading == LEVER_ANGLE_READING)
-    return limit.low, limit.high
-
-
 def _check_statics_over_stroke(scene: Scene, governor: closed.HartungGovernor, stroke: tuple[float, float]) -> Iterator[ComparisonRow]:
+    """Yield the comparisons of equilibrium speed and static sleeve force over the stroke."""
     outer, inner = stroke
     lever_angles = np.array([inner + fraction * (outer - inner) for fraction in STROKE_FRACTIONS])
-    coefficients = SingleDofReduction(scene).evaluate(lever_angles)
-    sleeve_forces = compute_static_force(scene, "sleeve_lift", coefficients.poses)
-    for k, lever_angle in enumerate(lever_angles.tolist()):
-        angle_label, force = f"at {math.degrees(lever_angle):.4g} deg", hartung_spring_force(scene, lever_angle)
-        reason = "both are algebra; rounding and the closing of the joints leave about 1e-12"
-        expected_speed = float(closed.equilibrium_speed(governor, lever_angle=lever_angle, spring_force=force))
-        simulated_speed = float(equilibrium_speed_at(scene, np.array([lever_angle]))[0])
-        yield ComparisonRow(
-            quantity=f"equilibrium speed {angle_label}",
-            simulated=simulated_speed,
-            expected=expected_speed,
-            allowed=1e-10 * expected_speed,
-            unit="rad/s",
-            reason=reason,
+    sleeve_forces = compute_static_force(scene, "sleeve_lift", SingleDofReduction(scene).evaluate(lever_angles).poses)
+    for lever_angle, sleeve_force in zip(lever_angles.tolist(), sleeve_forces.tolist(), strict=True):
+        label, state = (
+            f"at {math.degrees(lever_angle):.4g} deg",
+            {"lever_angle": lever_angle, "spring_force": hartung_spring_force(scene, lever_angle)},
         )
-        expected_sleeve_force = float(closed.static_sleeve_force(governor, lever_angle=lever_angle, spring_force=force))
-        yield ComparisonRow(
-            quantity=f"static sleeve force {angle_label}",
-            simulated=float(sleeve_forces[k]),
-            expected=expected_sleeve_force,
-            allowed=1e-10 * abs(expected_sleeve_force),
-            unit="N",
-            reason=reason,
-        )
+        speed = equilibrium_speed_at(scene, np.array([lever_angle]))[0]
+        yield compare_algebraic(f"equilibrium speed {label}", speed, float(closed.equilibrium_speed(governor, **state)), "rad/s")
+        yield compare_algebraic(f"static sleeve force {label}", sleeve_force, float(closed.static_sleeve_force(governor, **state)), "N")
     yield from _check_astatic_spring_force(scene, governor, lever_angles)
 
 
 def _check_astatic_spring_force(scene: Scene, governor: closed.HartungGovernor, lever_angles: FloatArray) -> Iterator[ComparisonRow]:
-    """The spring force that would hold the weights at one speed, from a governor without its springs."""
+    """Yield the spring force that balances the weights at one speed, from the reduction of a governor without springs."""
     part = scene.part
     springless_scene = replace(scene, parts=(replace(part, mechanism=replace(part.mechanism, force_elements=(), derived_forces=())),))
     reduction = SingleDofReduction(springless_scene)
     coefficients = reduction.evaluate(lever_angles)
     speed = SpindleSpeedFunction(scene.spindle).start_speed
-    # The work of two springs on a small way balances that of weights and turning.
+    # Virtual work: both springs against weights and centrifugal load.
     forces = (0.5 * coefficients.spindle_inertia_derivative * speed**2 - coefficients.potential_derivative) / (
         2 * reduction.output_derivative(coefficients, "weight_radius")
     )
     for lever_angle, force in zip(lever_angles.tolist(), forces.tolist(), strict=True):
         expected = float(closed.astatic_spring_force(governor, lever_angle=lever_angle, spindle_speed=speed))
-        yield ComparisonRow(
-            quantity=f"spring force that holds {math.degrees(lever_angle):.4g} deg at {format_rpm(speed)}",
-            simulated=force,
-            expected=expected,
-            allowed=1e-10 * max(abs(expected), governor.weight_mass * scene.gravity),
-            unit="N",
-            reason="both are algebra; rounding and the closing of the joints leave about 1e-12",
-        )
+        quantity = f"spring force that balances {math.degrees(lever_angle):.4g} deg at {format_rpm(speed)}"
+        yield compare_algebraic(quantity, force, expected, "N", scale=max(abs(expected), governor.weight_mass * scene.gravity))
 
 
 def _check_equilibria(scene: Scene, governor: closed.HartungGovernor, stroke: tuple[float, float]) -> Iterator[ComparisonRow | str]:
+    """Yield the comparisons of the equilibria at the spindle's first and last speed."""
     if isinstance(scene.spindle, FreeSpindle):
-        yield "the spindle is free: rest at a given speed is not checked"
+        yield "the spindle is free: equilibria at a given speed are not checked"
         return
     speeds = list(dict.fromkeys((scene.spindle.speeds[0], scene.spindle.speeds[-1])))
     for speed in speeds:
         all_angles = _equilibrium_angles(scene, governor, abs(speed))
         angles_in_stroke = [angle for angle in all_angles if stroke[0] <= angle <= stroke[1]]
         if not angles_in_stroke:
-            yield f"at {format_rpm(speed)} this governor rests nowhere within its stroke: rest is not checked"
+            yield f"at {format_rpm(speed)} there is no equilibrium within the stroke: nothing is checked there"
         for angle in angles_in_stroke:
             offset = min([RELAXATION_OFFSET, *(0.3 * abs(angle - other) for other in all_angles if other != angle)])
             yield from _check_equilibrium(replace(scene, spindle=Spindle(speeds=(speed,))), governor, angle, offset)
 
 
 def _equilibrium_angles(scene: Scene, governor: closed.HartungGovernor, speed: float) -> list[float]:
-    """Lever angles (rad) at which the springs' force is what the speed asks for."""
-    low, high = _lever_angle_limits(scene)
+    """Return the lever angles (rad) at which the spring force balances the speed."""
+    low, high = travel_limits(scene, LEVER_ANGLE_READING)
     margin = 1e-3 * (high - low)
 
     def force_excess(lever_angle: float) -> float:
-        asked = closed.astatic_spring_force(governor, lever_angle=lever_angle, spindle_speed=speed)
-        return hartung_spring_force(scene, lever_angle) - float(asked)
+        required_force = closed.astatic_spring_force(governor, lever_angle=lever_angle, spindle_speed=speed)
+        return hartung_spring_force(scene, lever_angle) - float(required_force)
 
     grid = np.linspace(low + margin, high - margin, 400)
     values = [force_excess(float(lever)) for lever in grid]
@@ -175,19 +146,13 @@ def _equilibrium_angles(scene: Scene, governor: closed.HartungGovernor, speed: f
 
 
 def _check_equilibrium(scene: Scene, governor: closed.HartungGovernor, angle: float, offset: float) -> Iterator[ComparisonRow | str]:
-    speed, dimensions = SpindleSpeedFunction(scene.spindle).start_speed, scene.part.dimensions
-    label = f"{math.degrees(angle):.4g} deg, {format_rpm(speed)}"
-    force, rate = hartung_spring_force(scene, angle), dimensions["spring_rate"]
-    squared_frequency = float(closed.squared_natural_frequency(governor, lever_angle=angle, spring_force=force, spring_rate=rate))
-    if squared_frequency <= 0:
-        yield f"the equilibrium at {label} is unstable: nothing settles into it or swings about it"
-        return
-    for signed_offset in (-offset, offset):
-        yield check_relaxation(
-            scene,
-            f"settled from {math.degrees(angle + signed_offset):.4g} deg at {format_rpm(speed)}",
-            start=angle + signed_offset,
-            expected=angle,
-        )
-    period = 2 * math.pi / math.sqrt(squared_frequency)
-    yield check_oscillation_period(scene, LEVER_ANGLE_READING, angle=angle, period=period, label=label)
+    """Yield the comparisons of one equilibrium: relaxation from both sides, oscillation period."""
+    force, rate = hartung_spring_force(scene, angle), scene.part.dimensions["spring_rate"]
+    yield from check_stability(
+        scene,
+        LEVER_ANGLE_READING,
+        angle=angle,
+        squared_frequency=float(closed.squared_natural_frequency(governor, lever_angle=angle, spring_force=force, spring_rate=rate)),
+        starts=(angle - offset, angle + offset),
+        label=f"{math.degrees(angle):.4g} deg, {format_rpm(SpindleSpeedFunction(scene.spindle).start_speed)}",
+    )

@@ -1,20 +1,18 @@
-"""Figures of a designed Hartung governor: its astatic spring lines, and how even its sleeve force is."""
+"""Figures of a Hartung governor design: its astatic spring lines, and the uniformity of its sleeve force."""
 
 from __future__ import annotations
 
 import math
 import os
 from pathlib import Path
-from typing import Any, Literal
+from typing import Literal
 
 import numpy as np
 from matplotlib.axes import Axes
-from matplotlib.backends.backend_agg import FigureCanvasAgg
 from matplotlib.figure import Figure
 
-from governor_mechanism.errors import MechanismError
-from governor_mechanism.files.atomic_write import atomic_write
-from governor_mechanism.render.style import BLUE, GREEN, INK, MUTED, PAPER, RULE, SANS_FONT, SERIES_COLOURS, SERIF_FONT, VERMILLION
+from governor_mechanism.render.figures.page import label_axes, new_figure, save_png, style_axes, write_footnote, write_note, write_title
+from governor_mechanism.render.style import BLUE, GREEN, INK, MUTED, PAPER, SANS_FONT, SERIES_COLOURS, VERMILLION
 from governor_mechanism.studies.hartung.design import KILOGRAM_FORCE, HartungDesign, build_hartung_layout
 from governor_mechanism.studies.hartung.paper_comparison import (
     PAPER_SPEEDS,
@@ -23,66 +21,95 @@ from governor_mechanism.studies.hartung.paper_comparison import (
     compare_with_paper,
 )
 
-_FIGURE_SIZE, _DPI = (7.6, 5.2), 120
-_AXES_RECT = (0.11, 0.15, 0.85, 0.66)
 _MM_PER_M = 1e3
 _PAPER_ANGLES_DEG = (90.0, 132.0, 137.332)
-"""deg: Hartung's right angle, the angle that Dubois takes, and the one that his formula gives."""
+"""Bell-crank angles (deg): Hartung's right angle, Dubois' angle, and the angle from Dubois' formula."""
 
 
 _MAX_ENLARGED_SPREAD = 0.2
-"""Of the mean: forces that change by less are shown enlarged."""
+"""Largest variation of a force, relative to its mean, that is also shown enlarged."""
 
 
 def spring_lines_figure(design: HartungDesign, path: str | os.PathLike[str], *, with_printed_points: bool = False) -> Path:
-    """Write a PNG of the spring forces that hold the weights at both speeds, and of the straight spring between them.
+    """Write a PNG of the astatic spring forces at both speeds, and of the straight spring line between them.
 
-    printed: with the points of Dubois' table, whose misprint is marked (his Figs. 12 and 13).
+    An exception leaves no file behind.
+
+    Parameters
+    ----------
+    design
+        Design of the governor.
+    path
+        File to write; another ending than .png raises MechanismError.
+    with_printed_points
+        Whether to plot the points of Dubois' table and mark its misprint (his Figs. 12 and 13).
+
+    Returns
+    -------
+    Path
+        The path of the file.
     """
     layout, inputs = design.layout, design.inputs
     slow, fast = (f"{speed * 30 / math.pi:.4g} rpm" for speed in (inputs.slow_speed, inputs.fast_speed))
     figure, axes = _new_figure("Astatic spring forces", f"and the effective spring from {slow} inside to {fast} outside")
     x = layout.radii * _MM_PER_M
-    for forces, colour, words in (
-        (layout.fast_forces, VERMILLION, f"holds at {fast}"),
-        (layout.slow_forces, BLUE, f"holds at {slow}"),
+    for forces, colour, text in (
+        (layout.fast_forces, VERMILLION, f"equilibrium at {fast}"),
+        (layout.slow_forces, BLUE, f"equilibrium at {slow}"),
         (layout.spring_forces, INK, f"spring, {layout.spring_rate / KILOGRAM_FORCE / _MM_PER_M:.4g} kgf/mm"),
     ):
-        axes.plot(x, forces / KILOGRAM_FORCE, color=colour, linewidth=1.5, label=words)
+        axes.plot(x, forces / KILOGRAM_FORCE, color=colour, linewidth=1.5, label=text)
     if with_printed_points:
         _plot_printed_points(axes)
-    axes.set_xlabel("radius of the weights' centres, mm", color=INK, fontsize=10, fontfamily=SERIF_FONT)
-    axes.set_ylabel("force of each spring, kgf", color=INK, fontsize=10, fontfamily=SERIF_FONT)
+    label_axes(axes, "radius of the weights' centres, mm", "force of each spring, kgf")
     _add_legend(axes, "upper left")
-    words = f"bell crank {math.degrees(design.angle):.5g} deg, arms {_format_mm(layout.governor.weight_arm)} and "
-    return _save_png(figure, f"{words}{_format_mm(layout.governor.sleeve_arm)}; one kgf is {KILOGRAM_FORCE:g} N", path)
+    weight_arm, sleeve_arm = (f"{arm * _MM_PER_M:.5g} mm" for arm in (layout.governor.weight_arm, layout.governor.sleeve_arm))
+    text = f"bell crank {math.degrees(design.angle):.5g} deg, arms {weight_arm} and {sleeve_arm}; one kgf is {KILOGRAM_FORCE:g} N"
+    write_footnote(figure, text, y=0.022)
+    return save_png(figure, path)
 
 
 def sleeve_force_figure(design: HartungDesign, path: str | os.PathLike[str]) -> Path:
-    """Write a PNG of the static sleeve force over the stroke, for several angles of the bell crank and the best one."""
+    """Write a PNG of the static sleeve force over the stroke, for several bell-crank angles and the best one.
+
+    An exception leaves no file behind.
+
+    Parameters
+    ----------
+    design
+        Design of the governor.
+    path
+        File to write; another ending than .png raises MechanismError.
+
+    Returns
+    -------
+    Path
+        The path of the file.
+    """
     layouts = [(angle, build_hartung_layout(design.inputs, math.radians(angle))) for angle in _shown_angles(design)]
-    figure, axes = _new_figure("How even the static sleeve force is", "each angle with springs straight through both speeds")
+    figure, axes = _new_figure("Uniformity of the static sleeve force", "each angle with straight spring lines through both speeds")
     axes.set_position((0.09, 0.15, 0.40, 0.66))
     enlarged = figure.add_axes((0.585, 0.15, 0.395, 0.66))
-    _style_axes(enlarged)
+    style_axes(enlarged)
     for (angle, layout), colour in zip(layouts, (*SERIES_COLOURS, INK, MUTED), strict=False):
         best = abs(math.radians(angle) - design.best_angle) < math.radians(0.01)
-        words = f"{angle:.6g} deg: {100 * layout.spread:.3g} %" + (", the best" if best else "")
+        text = f"{angle:.6g} deg: {100 * layout.spread:.3g} %" + (", the best" if best else "")
         lever_angles, forces = np.degrees(layout.levers), layout.static_forces / KILOGRAM_FORCE
-        axes.plot(lever_angles, forces, color=colour, linewidth=1.6, label=words)
+        axes.plot(lever_angles, forces, color=colour, linewidth=1.6, label=text)
         if layout.spread < _MAX_ENLARGED_SPREAD:
             enlarged.plot(lever_angles, forces, color=colour, linewidth=1.6)
     axes.set_ylim(0.0, 1.12 * max(float(layout.static_forces.max()) for _, layout in layouts) / KILOGRAM_FORCE)
-    axes.set_ylabel("static sleeve force S, kgf", color=INK, fontsize=10, fontfamily=SERIF_FONT)
-    for each, words in ((axes, "lever angle, deg, going out"), (enlarged, "the same, the even ones enlarged")):
+    label_axes(axes, y_label="static sleeve force S, kgf")
+    for each, text in ((axes, "lever angle (outward), deg"), (enlarged, "the most uniform ones, enlarged")):
         each.invert_xaxis()
-        each.set_xlabel(words, color=INK, fontsize=10, fontfamily=SERIF_FONT)
+        label_axes(each, text)
     _add_legend(axes, "lower right")
-    return _save_png(figure, "percent: largest less smallest force over the stroke, of their mean", path)
+    write_footnote(figure, "percent: largest minus smallest force over the stroke, relative to their mean", y=0.022)
+    return save_png(figure, path)
 
 
 def _shown_angles(design: HartungDesign) -> list[float]:
-    """The paper's angles (deg), and those of the design and the best one where a line could tell them from these."""
+    """Return the angles of the paper (deg), and those of the design and the best one if they differ visibly."""
     angles = list(_PAPER_ANGLES_DEG)
     for angle in (design.best_angle, design.angle):
         degrees = math.degrees(angle)
@@ -92,7 +119,7 @@ def _shown_angles(design: HartungDesign) -> list[float]:
 
 
 def _plot_printed_points(axes: Axes) -> None:
-    """Dubois' table; what is no slip of a slide rule is ringed."""
+    """Plot Dubois' table; values that differ by more than slide-rule accuracy are ringed."""
     radii = [row[0] for row in PRINTED_SPRING_FORCES]
     for column, colour in ((1, BLUE), (2, VERMILLION)):
         axes.plot(radii, [row[column] for row in PRINTED_SPRING_FORCES], "o", color=colour, markersize=4, markerfacecolor=PAPER)
@@ -100,48 +127,21 @@ def _plot_printed_points(axes: Axes) -> None:
     for step in misprints:
         radius = next(row[0] for row in PRINTED_SPRING_FORCES if step.printed in row[1:])
         axes.plot([radius], [step.printed], "o", color=GREEN, markersize=13, markerfacecolor="none")
-        words = f"printed {step.printed:g},\nrecomputed {step.recomputed:.1f}"
-        note = axes.annotate(words, (radius, step.printed), (-12, 20), textcoords="offset points")
-        note.set(color=GREEN, fontsize=8.5, fontfamily=SANS_FONT)
+        write_note(axes, f"printed {step.printed:g},\nrecomputed {step.recomputed:.1f}", (radius, step.printed), (-12, 20), color=GREEN)
     speeds = " and ".join(f"{speed:g}" for speed in PAPER_SPEEDS)
     axes.plot([], [], "o", color=MUTED, markersize=4, markerfacecolor=PAPER, label=f"Dubois' table, {speeds} rad/s")
 
 
 def _new_figure(title: str, subtitle: str) -> tuple[Figure, Axes]:
-    figure = Figure(figsize=_FIGURE_SIZE, dpi=_DPI, facecolor=PAPER)
-    figure.text(0.02, 0.945, title, fontsize=15, va="center", color=INK, fontfamily=SERIF_FONT)
-    figure.text(0.02, 0.89, subtitle, fontsize=10, va="center", color=MUTED, fontfamily=SERIF_FONT)
-    axes = figure.add_axes(_AXES_RECT)
-    _style_axes(axes)
+    figure = new_figure(7.6, 5.2, dpi=120)
+    write_title(figure, title)
+    write_title(figure, subtitle, y=0.89, size=10, colour=MUTED)
+    axes = figure.add_axes((0.11, 0.15, 0.85, 0.66))
+    style_axes(axes)
     return figure, axes
-
-
-def _style_axes(axes: Axes) -> None:
-    axes.set_facecolor(PAPER)
-    for side, spine in axes.spines.items():
-        spine.set(visible=side in ("left", "bottom"), color=MUTED, linewidth=0.8)
-    axes.tick_params(color=MUTED, labelcolor=MUTED, labelsize=8, labelfontfamily=SANS_FONT)
-    axes.grid(color=RULE, linewidth=0.6)
-    axes.set_axisbelow(True)
 
 
 def _add_legend(axes: Axes, location: Literal["upper left", "lower right"]) -> None:
     legend = axes.legend(frameon=False, fontsize=8.5, loc=location, handlelength=1.6, labelcolor=INK)
     for text in legend.get_texts():
         text.set_fontfamily(SANS_FONT)
-
-
-def _format_mm(length: float) -> str:
-    return f"{length * _MM_PER_M:.5g} mm"
-
-
-def _save_png(figure: Figure, footnote: str, path: str | os.PathLike[str]) -> Path:
-    """Write the figure; an exception leaves no file behind."""
-    figure.text(0.02, 0.022, footnote, color=MUTED, fontsize=7.5, fontfamily=SANS_FONT)
-    target = Path(path)
-    if target.suffix.lower() != ".png":
-        raise MechanismError(f"a figure's name must end in .png; got {target.name!r}")
-    with atomic_write(target) as temporary:
-        canvas: Any = FigureCanvasAgg(figure)
-        canvas.print_png(str(temporary), metadata={"Software": None})
-    return target

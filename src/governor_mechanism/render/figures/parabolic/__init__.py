@@ -1,0 +1,1 @@
+"""Zehnder's plate of isochronous parabolas."""

@@ -1,4 +1,4 @@
-"""What Zehnder's plate shows, in numbers: the start point, its parabola and circles, and the speeds on leaving it."""
+"""Data of Zehnder's plate: the start point, its parabola and circles, and the speed deviations near it."""
 
 from __future__ import annotations
 
@@ -19,28 +19,28 @@ from governor_mechanism.types import FloatArray
 PlatePoint = tuple[float, float]
 
 ARM_RATIOS = (1.0, 1.3, 0.7)
-"""Arms that are compared on leaving the start point, as shares of the radius of curvature."""
+"""Compared arm lengths, as ratios to the radius of curvature."""
 
 MARKED_ANGLE_CHANGES = np.radians([-4.0, -2.0, -1.0, 1.0, 2.0, 4.0])
-"""Changes of the arm angle (rad) that are marked."""
+"""Changes of the arm angle (rad) with a marker."""
 
 MAX_ANGLE_CHANGE = math.radians(8.0)
-"""Largest change of the arm angle shown (rad), up and down."""
+"""Largest shown change of the arm angle (rad), up and down."""
 
 _START_ANGLE_RANGE = math.radians(10.0), math.radians(55.0)
-"""A point of rest flatter or steeper than that has a circle of curvature too large for the plate."""
+"""Arm angles (rad) with a circle of curvature that fits the plate."""
 
 _SPEED_STEP_RATIO = 0.085
-"""Wanted step from one parabola's speed to the next, as a share of the speed in the middle."""
+"""Target step between the speeds of neighbouring parabolas, as a fraction of the middle speed."""
 
 
 @dataclass(frozen=True, kw_only=True)
 class IsochronousPlateData:
-    """The plate in SI and radians: x from the spindle axis, y up, both zero at the vertex that all parabolas share.
+    """Data of the plate in SI and radians: x from the spindle axis, y up, both zero at the common vertex of all parabolas.
 
-    The start point is the osculation point of crossed arms (`osculates`), otherwise a point of rest; start_speed rests
-    there, and the parabola of that speed has there the radius of curvature. travel is the lowest and highest arm angle,
-    speeds are seven of the family with start_speed amid.
+    The start point is the osculation point of crossed arms (`starts_at_osculation`), otherwise an equilibrium. `start_speed` is its
+    equilibrium speed, and `radius_of_curvature` that of the parabola of this speed there. `travel` is the lowest and highest arm angle.
+    `speeds` are seven speeds of the family, with `start_speed` in the middle.
     """
 
     arm: float
@@ -57,12 +57,12 @@ class IsochronousPlateData:
 
     @property
     def start_point(self) -> PlatePoint:
-        """The start point (m)."""
+        """Start point (m)."""
         return self.start_abscissa, float(self.parabola_heights(self.start_speed, np.array(self.start_abscissa)))
 
     @property
     def suspension(self) -> PlatePoint:
-        """Where the arm hangs (m)."""
+        """Suspension point of the arm (m)."""
         return self.offset, self.start_point[1] + self.arm * math.cos(self.start_angle)
 
     @property
@@ -73,28 +73,29 @@ class IsochronousPlateData:
 
     @property
     def arm_ratio(self) -> float:
-        """The governor's own arm over the radius of curvature."""
+        """Arm of the governor over the radius of curvature."""
         return self.arm / self.radius_of_curvature
 
     def double_parameter(self, speed: float) -> float:
-        """Double parameter (m) of the parabola of one spindle speed (rad/s)."""
+        """Return the double parameter (m) of the parabola of one spindle speed (rad/s)."""
         return float(isochronous.double_parameter(spindle_speed=speed, mass_ratio=self.mass_ratio, gravity=self.gravity))
 
     def parabola_heights(self, speed: float, abscissae: FloatArray) -> FloatArray:
-        """Heights (n,) above the vertex (m) of the parabola of one spindle speed (rad/s) at abscissae (n,)."""
+        """Return the heights (n,) above the vertex (m) of the parabola of one spindle speed (rad/s) at abscissae (n,) (m)."""
         return np.asarray(isochronous.parabola_height(abscissa=abscissae, double_parameter=self.double_parameter(speed)))
 
     def point_at_45_degrees(self, speed: float) -> PlatePoint:
-        """The point (m) of the parabola of one spindle speed (rad/s) where it rises at 45 degrees: x = 2 y."""
+        """Return the point (m) with x = 2 y, where the parabola of one spindle speed (rad/s) has a slope of 45 degrees."""
         x = float(isochronous.abscissa_at_45_degrees(spindle_speed=speed, mass_ratio=self.mass_ratio, gravity=self.gravity))
         return x, float(self.parabola_heights(speed, np.array(x)))
 
 
 @dataclass(frozen=True, kw_only=True)
 class SpeedDeviationCurve:
-    """Relative changes of speed (n,) against changes of the arm angle (n,) (rad), on an arm of `share` radii.
+    """Relative speed changes (n,) against changes of the arm angle (n,) (rad), for an arm of `arm_ratio` radii of curvature.
 
-    `true` is the equilibrium speed; `read` the speed of the parabola under the ball, by which Zehnder judged.
+    `equilibrium_speed_changes` are those of the equilibrium speed, `parabola_speed_changes` those of the parabola through the ball,
+    which Zehnder used.
     """
 
     arm_ratio: float
@@ -104,7 +105,18 @@ class SpeedDeviationCurve:
 
 
 def has_isochronous_parabolas(scene: Scene) -> bool:
-    """Whether the plate can show the scene: a plain rhombus of a pendulum governor, with gravity and centrifugal."""
+    """Return whether the plate can show a scene: a rhombic pendulum governor with gravity and centrifugal force.
+
+    Parameters
+    ----------
+    scene
+        Scene of any machine.
+
+    Returns
+    -------
+    bool
+        True for a pendulum governor with the balls at the joints, links as long as the arms and lugs below the suspensions.
+    """
     if len(scene.parts) != 1 or scene.part.machine != "pendulum_governor":
         return False
     if not (scene.gravity and scene.has_centrifugal):
@@ -114,15 +126,14 @@ def has_isochronous_parabolas(scene: Scene) -> bool:
 
 
 def isochronous_plate_data(scene: Scene) -> IsochronousPlateData:
-    """The plate of a scene.
+    """Return the plate data of a scene.
 
-    Raises MechanismError for any other scene than a rhombus with the balls at its joints, gravity and centrifugal on.
+    Raises MechanismError unless the governor is a rhombus with the balls at its joints, with gravity and centrifugal force.
     """
     if not has_isochronous_parabolas(scene):
         raise MechanismError(
-            "isochronous parabolas are shown of a pendulum governor with gravity and centrifugal, its balls at the "
-            "joints of arms and links, its links as long as its arms and its lugs below the suspensions; the scene "
-            f"{scene.title!r} is no such governor"
+            "isochronous parabolas need machine 'pendulum_governor' with gravity and centrifugal, balls at the joints of arms "
+            f"and links, links as long as the arms, and lugs below the suspensions; the scene {scene.title!r} differs"
         )
     governor = _closed_form_governor(scene)
     travel = next((limit.low, limit.high) for limit in scene.part.mechanism.limits if limit.reading == "arm_angle")
@@ -147,10 +158,10 @@ def isochronous_plate_data(scene: Scene) -> IsochronousPlateData:
 
 
 def speed_deviation_curve(data: IsochronousPlateData, arm_ratio: float, angle_changes: FloatArray | None = None) -> SpeedDeviationCurve:
-    """The speeds on leaving the start point on an arm of `share` radii of curvature.
+    """Return the speed deviations near the start point for an arm of `arm_ratio` radii of curvature.
 
-    turns (n,) are changes of the arm angle (rad), as many as fit within SPAN if left out; those that would bring the
-    arm to the vertical or level, or the ball near the axis or the vertex, are dropped.
+    `angle_changes` (n,) are changes of the arm angle (rad), by default a grid within MAX_ANGLE_CHANGE. Changes that bring the arm to the
+    vertical or the horizontal, or the ball close to the axis or the vertex, are dropped.
     """
     requested_changes = np.linspace(-MAX_ANGLE_CHANGE, MAX_ANGLE_CHANGE, 321) if angle_changes is None else angle_changes
     arm, angle = arm_ratio * data.radius_of_curvature, data.start_angle
@@ -182,7 +193,7 @@ def _initial_speed(scene: Scene) -> float:
 
 
 def _start_angle(governor: PendulumGovernor, travel: tuple[float, float], speed: float) -> float:
-    """The osculation point; without one, a point of rest at the speed; else the middle of the raised arm's travel."""
+    """Return the osculation angle, else an equilibrium angle at the speed, else the middle of the travel above the vertical."""
     if governor.offset < 0:
         return pendulum.least_stable_angle(governor)
     for angle in pendulum.equilibrium_angles(governor, spindle_speed=speed) if speed else ():
@@ -192,7 +203,7 @@ def _start_angle(governor: PendulumGovernor, travel: tuple[float, float], speed:
 
 
 def _speed_family(start_speed: float) -> tuple[float, ...]:
-    """Seven speeds (rad/s, ascending): round ones in rpm to either side of the one in the middle."""
+    """Return seven speeds (rad/s, ascending): round values in rpm on both sides of the start speed."""
     rpm = start_speed * 30 / math.pi
     decade = 10.0 ** math.floor(math.log10(_SPEED_STEP_RATIO * rpm))
     step = min((m * decade for m in (1.0, 2.0, 2.5, 5.0, 10.0)), key=lambda step: abs(math.log(step / (_SPEED_STEP_RATIO * rpm))))

@@ -11,7 +11,17 @@ from matplotlib.axes import Axes
 from matplotlib.lines import Line2D
 from matplotlib.patches import Circle
 
-from governor_mechanism.render.figures.engraving_sheet import CHAIN_DOTTED, DASHED, DOTTED, MM_PER_M, annotate_point, style_plate_axes
+from governor_mechanism.render.figures.engraving_sheet import (
+    CHAIN_DOTTED,
+    DASHED,
+    DOTTED,
+    MM_PER_M,
+    AxesPoint,
+    annotate_point,
+    draw_point,
+    polar_points,
+    style_plate_axes,
+)
 from governor_mechanism.render.figures.parabolic.isochronous_data import (
     ARM_RATIOS,
     MARKED_ANGLE_CHANGES,
@@ -28,7 +38,7 @@ _RPM_PER_RAD_S = 30 / math.pi
 
 @dataclass(frozen=True)
 class ArmStyle:
-    """How an arm is named and coloured."""
+    """Label and colour of an arm."""
 
     name: str
     colour: str
@@ -39,12 +49,12 @@ ARM_STYLES = {
     1.3: ArmStyle("$l = 1.3\\,\\rho$", SERIES_COLOURS[3]),
     0.7: ArmStyle("$l = 0.7\\,\\rho$", GREEN),
 }
-"""By share of the radius of curvature."""
+"""Styles by ratio of the arm to the radius of curvature."""
 
 
 @dataclass(frozen=True)
 class FamilyPanelLimits:
-    """What the left panel shows (mm)."""
+    """Limits of the left panel (mm)."""
 
     left: float
     right: float
@@ -53,12 +63,12 @@ class FamilyPanelLimits:
 
     @property
     def size(self) -> float:
-        """The larger side (mm)."""
+        """Larger side (mm)."""
         return max(self.right - self.left, self.top - self.bottom)
 
 
 def family_panel_limits(data: IsochronousPlateData, aspect: float) -> FamilyPanelLimits:
-    """Room of width : height = aspect for both centres, the arm raised level and the point of 45 degrees."""
+    """Return limits with width : height = aspect that contain both centres, the horizontal arm and the 45-degree point."""
     x45, y45 = data.point_at_45_degrees(data.start_speed)
     xs = (0.0, data.centre_of_curvature[0], data.suspension[0], data.offset + data.arm, 1.5 * x45)
     ys = (0.0, data.centre_of_curvature[1], data.suspension[1], 1.5 * y45)
@@ -72,7 +82,7 @@ def family_panel_limits(data: IsochronousPlateData, aspect: float) -> FamilyPane
 
 
 def draw_parabola_family(axes: Axes, data: IsochronousPlateData, aspect: float) -> None:
-    """The left panel: parabolas, the ball's path and the circle of curvature, in mm and to one scale both ways."""
+    """Draw the left panel: parabolas, the ball path and the circle of curvature, in mm and to one scale on both axes."""
     limits = family_panel_limits(data, aspect)
     style_plate_axes(axes, "distance from the spindle axis, mm", "height above the vertex, mm")
     axes.set(xlim=(limits.left, limits.right), ylim=(limits.bottom, limits.top), aspect="equal")
@@ -86,7 +96,7 @@ def draw_parabola_family(axes: Axes, data: IsochronousPlateData, aspect: float) 
 
 
 def _draw_parabola(axes: Axes, data: IsochronousPlateData, limits: FamilyPanelLimits, speed: float) -> None:
-    """One parabola of the family, to both sides, with its speed where it leaves the view."""
+    """Draw one parabola of the family on both sides, with its speed at the edge of the panel."""
     is_start_speed = speed == data.start_speed
     colour, width = (INK, 2.0) if is_start_speed else (MUTED, 0.8)
     c = data.double_parameter(speed) * MM_PER_M
@@ -94,15 +104,13 @@ def _draw_parabola(axes: Axes, data: IsochronousPlateData, limits: FamilyPanelLi
     for limit, width_ratio in ((end, 1.0), (max(limits.left, -end), 0.5)):
         x = np.linspace(0, limit, 200)
         axes.plot(x, x**2 / c, color=colour, linewidth=width * width_ratio, zorder=2)
-    words = f"{speed * _RPM_PER_RAD_S:.4g}" + (" rpm" if is_start_speed else "")
-    to_the_right = {"offset": (5, 0), "ha": "left", "va": "center"}
-    above = {"offset": (0, 4), "ha": "center", "va": "bottom"}
-    label_style: dict[str, Any] = to_the_right if end == limits.right else above
-    annotate_point(axes, (end, end**2 / c), words, **label_style, color=colour, weight="bold" if is_start_speed else "normal")
+    text = f"{speed * _RPM_PER_RAD_S:.4g}" + (" rpm" if is_start_speed else "")
+    offset, ha, va = ((5, 0), "left", "center") if end == limits.right else ((0, 4), "center", "bottom")
+    annotate_point(axes, (end, end**2 / c), text, offset, ha=ha, va=va, color=colour, weight="bold" if is_start_speed else "normal")
 
 
 def _draw_45_degree_line(axes: Axes, data: IsochronousPlateData, limits: FamilyPanelLimits) -> None:
-    """The line x = 2 y, and on every parabola its tangent of 45 degrees there."""
+    """Draw the line x = 2 y, and the 45-degree tangents of the parabolas on it."""
     end = min(limits.right, 2 * limits.top)
     axes.plot([0, end], [0, end / 2], color=GREEN, linewidth=1.0, zorder=3)
     half_length = 0.018 * limits.size
@@ -110,30 +118,30 @@ def _draw_45_degree_line(axes: Axes, data: IsochronousPlateData, limits: FamilyP
     visible_points = [(x, y) for x, y in points if x + half_length < limits.right and y + half_length < limits.top]
     for x, y in visible_points:
         axes.plot([x - half_length, x + half_length], [y - half_length, y + half_length], color=GREEN, linewidth=1.4, zorder=4)
-        axes.plot([x], [y], "o", color=GREEN, markersize=3.5, zorder=4)
-    words = "on $x = 2y$ all rise at 45°\nand neighbours part most:\nZehnder would start here"
-    annotate_point(axes, (limits.right, limits.bottom), words, (0, 5), color=GREEN, ha="right", va="bottom", linespacing=1.4)
+        draw_point(axes, x, y, color=GREEN, markersize=3.5, zorder=4)
+    text = "on $x = 2y$ all slopes are 45°\nand the spacing is largest:\nZehnder's start point"
+    annotate_point(axes, (limits.right, limits.bottom), text, (0, 5), color=GREEN, ha="right", va="bottom", linespacing=1.4)
 
 
 def _draw_circle_of_curvature(axes: Axes, data: IsochronousPlateData) -> None:
-    """The circle that osculates the parabola at the start point, its centre and radius."""
+    """Draw the osculating circle of the parabola at the start point, its centre and radius."""
     centre, start = _to_mm(data.centre_of_curvature), _to_mm(data.start_point)
-    x, y = _circle_points(centre, data.radius_of_curvature * MM_PER_M, np.linspace(-math.pi / 6, math.pi / 2 + 0.1, 400))
-    axes.plot(x, y, color=BLUE, linewidth=1.3, linestyle=DASHED, zorder=5)
+    circle = _circle_points(centre, data.radius_of_curvature * MM_PER_M, np.linspace(-math.pi / 6, math.pi / 2 + 0.1, 400))
+    axes.plot(*circle, color=BLUE, linewidth=1.3, linestyle=DASHED, zorder=5)
     axes.plot(*centre, "+", color=BLUE, markersize=12, markeredgewidth=1.5, zorder=8)
     if data.starts_at_osculation:
-        words = "suspension,\ncentre of\ncurvature"
+        text = "suspension,\ncentre of\ncurvature"
     else:
-        words = "centre of\ncurvature"
+        text = "centre of\ncurvature"
         axes.plot(*zip(centre, start, strict=True), color=BLUE, linewidth=0.8, linestyle=DASHED, zorder=3)
         suspension = _to_mm(data.suspension)
         middle = (centre[0] + suspension[0]) / 2, (centre[1] + suspension[1]) / 2
         _label_along_arm(axes, data, middle, f"$\\rho$ = {data.radius_of_curvature * MM_PER_M:.4g} mm", BLUE)
-    annotate_point(axes, centre, words, (-9, -9), color=BLUE, ha="right", va="top")
+    annotate_point(axes, centre, text, (-9, -9), color=BLUE, ha="right", va="top")
 
 
 def _draw_governor(axes: Axes, data: IsochronousPlateData, limits: FamilyPanelLimits) -> None:
-    """Suspension, arm and ball at the start point, and the ball's path, broad over the travel."""
+    """Draw suspension, arm and ball at the start point, and the path of the ball, wide over the travel."""
     suspension, start, arm = _to_mm(data.suspension), _to_mm(data.start_point), data.arm * MM_PER_M
     low, high = data.travel
     axes.plot(*_circle_points(suspension, arm, np.linspace(low, high, 300)), color=SKY, linewidth=6, alpha=0.75, zorder=3)
@@ -148,44 +156,42 @@ def _draw_governor(axes: Axes, data: IsochronousPlateData, limits: FamilyPanelLi
     _label_along_arm(axes, data, middle, f"$l {arm_ratio_text} = {arm:.4g} mm", INK)
     if not data.starts_at_osculation:
         annotate_point(axes, suspension, "suspension", (9, 2), va="center")
-    end = _circle_points(suspension, arm, np.array(high))
-    annotate_point(axes, (float(end[0]), float(end[1])), "path of the ball", (-22, 0), ha="right", va="center", color=BLUE)
+    annotate_point(axes, _circle_points(suspension, arm, high), "path of the ball", (-22, 0), ha="right", va="center", color=BLUE)
     parabola_ordinate = 0.5 * start[0] ** 2 / (data.double_parameter(data.speeds[0]) * MM_PER_M)
     axes.plot([start[0]] * 2, [start[1], parabola_ordinate], color=INK, linewidth=0.7, zorder=6)
-    words = f"{'osculation' if data.starts_at_osculation else 'start'} point"
+    text = f"{'osculation' if data.starts_at_osculation else 'start'} point"
     crowded = start[0] - limits.left > 0.65 * (limits.right - limits.left)
-    annotate_point(axes, (start[0], parabola_ordinate), words, (0, -3), ha="right" if crowded else "center", va="top")
+    annotate_point(axes, (start[0], parabola_ordinate), text, (0, -3), ha="right" if crowded else "center", va="top")
     _draw_arm_angle(axes, data)
 
 
 def _draw_arm_angle(axes: Axes, data: IsochronousPlateData) -> None:
-    """The arm angle at the start, from the vertical beneath the suspension."""
+    """Draw the arm angle at the start, from the vertical below the suspension."""
     suspension, arc_radius = _to_mm(data.suspension), 0.24 * data.arm * MM_PER_M
     axes.plot([suspension[0]] * 2, [suspension[1], suspension[1] - 1.15 * arc_radius], color=MUTED, linewidth=0.7, zorder=3)
     axes.plot(*_circle_points(suspension, arc_radius, np.linspace(0, data.start_angle, 60)), color=MUTED, linewidth=0.7, zorder=3)
-    x, y = _circle_points(suspension, arc_radius, np.array(data.start_angle / 2))
-    annotate_point(axes, (float(x), float(y)), "$\\alpha_1$", (2, -8), ha="center", va="center", color=MUTED)
+    annotate_point(
+        axes, _circle_points(suspension, arc_radius, data.start_angle / 2), "$\\alpha_1$", (2, -8), ha="center", va="center", color=MUTED
+    )
 
 
-def _label_along_arm(axes: Axes, data: IsochronousPlateData, middle: PlatePoint, words: str, colour: str) -> None:
-    """Words along the arm, above it."""
-    rotation = math.degrees(data.start_angle) - 90
-    a = data.start_angle
-    offset = 10 * math.cos(a), 10 * math.sin(a)
-    annotate_point(axes, middle, words, offset, color=colour, ha="center", va="center", rotation=rotation)
+def _label_along_arm(axes: Axes, data: IsochronousPlateData, middle: PlatePoint, text: str, colour: str) -> None:
+    """Write a label along the arm, above it."""
+    offset, rotation = polar_points(data.start_angle, 10), math.degrees(data.start_angle) - 90
+    annotate_point(axes, middle, text, offset, color=colour, ha="center", va="center", rotation=rotation)
 
 
 def _to_mm(point: PlatePoint) -> PlatePoint:
     return MM_PER_M * point[0], MM_PER_M * point[1]
 
 
-def _circle_points(centre: PlatePoint, radius: float, angles: FloatArray) -> tuple[FloatArray, FloatArray]:
-    """Points (n,), (n,) of a circle at angles (n,) from the downward vertical (rad)."""
+def _circle_points(centre: PlatePoint, radius: float, angles: FloatArray | float) -> AxesPoint:
+    """Return points (n,), (n,) of a circle at angles (n,) from the downward vertical (rad)."""
     return centre[0] + radius * np.sin(angles), centre[1] - radius * np.cos(angles)
 
 
 def draw_speed_deviations(axes: Axes, data: IsochronousPlateData) -> None:
-    """The right panel: changes of the equilibrium speed (percent) against changes of the arm angle (deg) for three arms."""
+    """Draw the right panel: changes of the equilibrium speed (percent) against changes of the arm angle (deg) for three arms."""
     style_plate_axes(axes, "change of the arm angle, deg", "change of the equilibrium speed, %")
     curves = {arm_ratio: speed_deviation_curve(data, arm_ratio) for arm_ratio in ARM_RATIOS}
     limit = 1.5 * 100 * float(np.abs(curves[0.7].equilibrium_speed_changes).max())
@@ -195,11 +201,8 @@ def draw_speed_deviations(axes: Axes, data: IsochronousPlateData) -> None:
     axes.axvline(0, color=MUTED, linewidth=0.8, zorder=1)
     for arm_ratio, curve in curves.items():
         arm = ARM_STYLES[arm_ratio]
-        degrees, percent, parabola_percent = (
-            np.degrees(curve.angle_changes),
-            100 * curve.equilibrium_speed_changes,
-            100 * curve.parabola_speed_changes,
-        )
+        degrees, percent = np.degrees(curve.angle_changes), 100 * curve.equilibrium_speed_changes
+        parabola_percent = 100 * curve.parabola_speed_changes
         is_rising = np.gradient(percent, degrees) > 0
         for is_stable, style in ((True, "-"), (False, DASHED)):
             part = np.where(is_rising == is_stable, percent, np.nan)
@@ -207,41 +210,21 @@ def draw_speed_deviations(axes: Axes, data: IsochronousPlateData) -> None:
         axes.plot(degrees, parabola_percent, color=arm.colour, linewidth=1.1, linestyle=DOTTED, zorder=3)
         axes.plot(degrees[[0, -1]], parabola_percent[[0, -1]], "x", color=VERMILLION, markersize=7, markeredgewidth=1.6, zorder=6)
         marked_changes = speed_deviation_curve(data, arm_ratio, MARKED_ANGLE_CHANGES)
-        axes.plot(
-            np.degrees(marked_changes.angle_changes),
-            100 * marked_changes.equilibrium_speed_changes,
-            "o",
-            color=arm.colour,
-            markersize=4.5,
-            zorder=5,
-        )
+        points = np.degrees(marked_changes.angle_changes), 100 * marked_changes.equilibrium_speed_changes
+        axes.plot(*points, "o", color=arm.colour, markersize=4.5, zorder=5)
         annotate_point(axes, (degrees[-1], percent[-1]), arm.name, (9, 0), color=arm.colour, va="center", fontsize=12)
     _add_legend(axes)
 
 
 def _add_legend(axes: Axes) -> None:
-    handles = [
-        Line2D([], [], color=INK, linewidth=2.2, label="stable"),
-        Line2D([], [], color=INK, linewidth=2.2, linestyle=DASHED, label="unstable"),
-        Line2D(
-            [],
-            [],
-            color=INK,
-            linewidth=1.1,
-            linestyle=DOTTED,
-            marker="x",
-            markersize=7,
-            markeredgewidth=1.6,
-            markeredgecolor=VERMILLION,
-            label="parabola under the ball",
-        ),
+    cross = {"marker": "x", "markersize": 7, "markeredgewidth": 1.6, "markeredgecolor": VERMILLION}
+    styles: list[dict[str, Any]] = [
+        {"linewidth": 2.2},
+        {"linewidth": 2.2, "linestyle": DASHED},
+        {"linewidth": 1.1, "linestyle": DOTTED, **cross},
     ]
-    legend = axes.legend(
-        handles=handles,
-        loc="lower right",
-        bbox_to_anchor=(1.08, 0),
-        framealpha=1,
-        handlelength=2.5,
-        prop={"family": SERIF_FONT, "size": 10},
-    )
+    labels = ("stable", "unstable", "parabola through the ball")
+    handles = [Line2D([], [], color=INK, label=label, **style) for label, style in zip(labels, styles, strict=True)]
+    text_style = {"family": SERIF_FONT, "size": 10}
+    legend = axes.legend(handles=handles, loc="lower right", bbox_to_anchor=(1.08, 0), framealpha=1, handlelength=2.5, prop=text_style)
     legend.get_frame().set(facecolor=PAPER, linewidth=0)

@@ -1,0 +1,1 @@
+"""Plates of slide valves by Zeuner and Marks."""

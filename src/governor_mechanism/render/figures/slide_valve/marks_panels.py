@@ -9,35 +9,48 @@ from matplotlib.axes import Axes
 from matplotlib.patches import Circle
 
 from governor_mechanism.closed_form import slide_valve as closed
-from governor_mechanism.render.figures.engraving_sheet import CHAIN_DOTTED, DASHED, MM_PER_M, PLATE_DPI, annotate_point, style_plate_axes
-from governor_mechanism.render.figures.label_placement import TextLabel, label_shifts
+from governor_mechanism.render.figures.engraving_sheet import (
+    CHAIN_DOTTED,
+    DASHED,
+    MM_PER_M,
+    PLATE_DPI,
+    annotate_point,
+    draw_point,
+    polar_points,
+    style_plate_axes,
+)
 from governor_mechanism.render.figures.slide_valve.zeuner_data import ValveDiagramData
-from governor_mechanism.render.figures.slide_valve.zeuner_panels import CRANK_END_COLOUR, HEAD_END_COLOUR
+from governor_mechanism.render.figures.slide_valve.zeuner_panels import (
+    CRANK_END_COLOUR,
+    CYLINDER_ENDS,
+    draw_displacement_curves,
+    draw_event_marker,
+    event_kind_and_colour,
+    label_events,
+)
 from governor_mechanism.render.style import BLUE, GREEN, INK, MUTED, PAPER, SERIES_COLOURS, VERMILLION
 
 _PARABOLA_COLOUR, _CIRCLE_COLOUR = SERIES_COLOURS[3], GREEN
 
 _N_CURVE_POINTS = 401
-"""Of each curve."""
+"""Number of points of each curve."""
 
 _UM_PER_M = 1e6
 
 _LABEL_MARGIN_POINTS = 12.0
-"""Points: so far above and below its panel may names stand."""
+"""Largest extension of labels above and below the panel, points."""
 
 
 def draw_error_construction(axes: Axes, data: ValveDiagramData) -> None:
-    """The construction to scale (mm): valve circles on their line of centres, Marks' curves over it, one ray."""
+    """Draw the construction to scale (mm): valve circles on their line of centres, Marks' curves over it, one ray."""
     eccentric, r = data.eccentric, data.eccentric.radius * MM_PER_M
     axes.set(xlim=(-1.66 * r, 1.22 * r), ylim=(-0.66 * r, 0.66 * r), aspect="equal")
     axes.set_axis_off()
-    axes.plot([-1.18 * r, 1.18 * r], [0, 0], color=MUTED, linewidth=0.7, linestyle=CHAIN_DOTTED, zorder=1)
-    axes.plot([0, 0], [-0.6 * r, 0.6 * r], color=MUTED, linewidth=0.7, linestyle=CHAIN_DOTTED, zorder=1)
-    ray_angles = data.angles + eccentric.advance - math.pi / 2
-    for side, colour in ((1, CRANK_END_COLOUR), (-1, HEAD_END_COLOUR)):
+    for ends in (([-1.18 * r, 1.18 * r], [0, 0]), ([0, 0], [-0.6 * r, 0.6 * r])):
+        axes.plot(*ends, color=MUTED, linewidth=0.7, linestyle=CHAIN_DOTTED, zorder=1)
+    for side in (1, -1):
         axes.add_patch(Circle((side * r / 2, 0), r / 2, fill=False, edgecolor=INK, linewidth=0.9, zorder=3))
-        length = np.where(side * data.displacement > 0, side * data.displacement * MM_PER_M, np.nan)
-        axes.plot(length * np.cos(ray_angles), length * np.sin(ray_angles), color=colour, linewidth=2.2, zorder=4)
+    draw_displacement_curves(axes, data, eccentric.advance - math.pi / 2, linewidth=2.2, zorder=4)
     x = np.linspace(-data.eccentric.radius, data.eccentric.radius, _N_CURVE_POINTS)
     for z, colour, style in (
         (closed.parabola_error(eccentric, theoretical=x), _PARABOLA_COLOUR, DASHED),
@@ -51,56 +64,47 @@ def draw_error_construction(axes: Axes, data: ValveDiagramData) -> None:
 def _label_construction(axes: Axes, data: ValveDiagramData) -> None:
     r = data.eccentric.radius * MM_PER_M
     centre_distance = r * math.sin(data.eccentric.advance)
-    for position, words in ((centre_distance, "$m$"), (-centre_distance, "$m'$")):
-        axes.plot([position], [0], "o", color=INK, markerfacecolor=PAPER, markersize=5, zorder=6)
-        annotate_point(axes, (position, 0), words, (0, -14), ha="center", fontsize=11)
+    for position, text in ((centre_distance, "$m$"), (-centre_distance, "$m'$")):
+        draw_point(axes, position, 0, color=INK, markerfacecolor=PAPER, markersize=5, zorder=6)
+        annotate_point(axes, (position, 0), text, (0, -14), ha="center", fontsize=11)
     annotate_point(axes, (0, 0), "$O$", (-9, -13), fontsize=11)
-    words = "Marks’ circle\nof radius $l$ and\nhis parabola\n(broken), both\nthrough $m$, $m'$"
-    annotate_point(axes, (-1.62 * r, 0.6 * r), words, va="top", color=_CIRCLE_COLOUR, fontsize=9.5, linespacing=1.4)
-    words = "thin: by theory\nbold: in truth"
-    annotate_point(axes, (-1.62 * r, -0.58 * r), words, va="bottom", fontsize=9.5, linespacing=1.4)
+    text = "Marks’ circle\nof radius $l$ and\nhis parabola\n(dashed), both\nthrough $m$, $m'$"
+    annotate_point(axes, (-1.62 * r, 0.6 * r), text, va="top", color=_CIRCLE_COLOUR, fontsize=9.5, linespacing=1.4)
+    annotate_point(axes, (-1.62 * r, -0.58 * r), "thin: theory\nbold: mechanism", va="bottom", fontsize=9.5, linespacing=1.4)
 
 
 _SAMPLE_RAY_ANGLE = math.radians(33.0)
-"""Between the ray that is shown and the line of centres."""
+"""Angle (rad) between the drawn ray and the line of centres."""
 
 
 def _draw_sample_ray(axes: Axes, data: ValveDiagramData) -> None:
-    """One ray: its piece in the valve circle, laid off on the line of centres; there the error, laid off on the ray."""
-    r = data.eccentric.radius
-    theoretical = r * math.cos(_SAMPLE_RAY_ANGLE)
+    """Draw one ray: its chord in the valve circle, transferred to the line of centres; there the error, transferred to the ray."""
+    angle, r = _SAMPLE_RAY_ANGLE, data.eccentric.radius
+    theoretical = r * math.cos(angle)
     z = float(closed.hyperbola_error(data.eccentric, theoretical=theoretical)) * MM_PER_M
     x = theoretical * MM_PER_M
-    ray = math.cos(_SAMPLE_RAY_ANGLE), math.sin(_SAMPLE_RAY_ANGLE)
-    axes.plot([0, 1.16 * r * MM_PER_M * ray[0]], [0, 1.16 * r * MM_PER_M * ray[1]], color=INK, linewidth=0.9, zorder=3)
-    arc_angles = np.linspace(0.0, _SAMPLE_RAY_ANGLE, 40)
-    axes.plot(x * np.cos(arc_angles), x * np.sin(arc_angles), color=MUTED, linewidth=0.8, linestyle=DASHED, zorder=3)
-    for start, end in (((x, 0.0), (x, z)), ((x * ray[0], x * ray[1]), ((x + z) * ray[0], (x + z) * ray[1]))):
-        axes.plot(*zip(start, end, strict=True), color=VERMILLION, linewidth=3.0, zorder=7, solid_capstyle="butt")
-    axes.plot([x * ray[0]], [x * ray[1]], "o", color=INK, markerfacecolor=PAPER, markersize=5, zorder=8)
-    annotate_point(axes, (x * ray[0], x * ray[1]), "$P$", (-4, 9), fontsize=11)
-    annotate_point(axes, (1.1 * r * MM_PER_M * ray[0], 1.1 * r * MM_PER_M * ray[1]), f"$z$ = {z:.2f} mm", (4, -9), color=VERMILLION)
+    axes.plot(*polar_points(angle, [0, 1.16 * r * MM_PER_M]), color=INK, linewidth=0.9, zorder=3)
+    axes.plot(*polar_points(np.linspace(0.0, angle, 40), x), color=MUTED, linewidth=0.8, linestyle=DASHED, zorder=3)
+    for line in (([x, x], [0.0, z]), polar_points(angle, [x, x + z])):
+        axes.plot(*line, color=VERMILLION, linewidth=3.0, zorder=7, solid_capstyle="butt")
+    draw_point(axes, *polar_points(angle, x), color=INK, markerfacecolor=PAPER, markersize=5, zorder=8)
+    annotate_point(axes, polar_points(angle, x), "$P$", (-4, 9), fontsize=11)
+    annotate_point(axes, polar_points(angle, 1.1 * r * MM_PER_M), f"$z$ = {z:.2f} mm", (4, -9), color=VERMILLION)
 
 
 def draw_approximation_errors(axes: Axes, data: ValveDiagramData) -> None:
-    """What parabola and circle give beyond the exact error (um), with the mechanism's own points on the exact one."""
+    """Draw the errors of parabola and circle relative to the exact curve (um), with points of the mechanism on the exact curve."""
     eccentric = data.eccentric
     x = np.linspace(-eccentric.radius, eccentric.radius, _N_CURVE_POINTS)
     exact_errors = np.asarray(closed.hyperbola_error(eccentric, theoretical=x))
     parabola, circle = (
         (np.asarray(curve(eccentric, theoretical=x)) - exact_errors) * _UM_PER_M for curve in (closed.parabola_error, closed.circle_error)
     )
-    style_plate_axes(axes, "theoretical displacement $\\xi_0 = r\\,\\sin(\\omega+\\delta)$, mm", "beyond the exact error, µm")
+    style_plate_axes(axes, "theoretical displacement $\\xi_0 = r\\,\\sin(\\omega+\\delta)$, mm", "deviation from the exact error, µm")
     simulated_errors = data.displacement - data.theoretical_displacement + data.events.centre - closed.equal_lead_centre(eccentric)
     closed_form_errors = np.asarray(closed.hyperbola_error(eccentric, theoretical=data.theoretical_displacement))
-    axes.plot(
-        data.theoretical_displacement[::10] * MM_PER_M,
-        (simulated_errors - closed_form_errors)[::10] * _UM_PER_M,
-        "o",
-        color=BLUE,
-        markersize=4.5,
-        zorder=3,
-    )
+    points = data.theoretical_displacement[::10] * MM_PER_M, (simulated_errors - closed_form_errors)[::10] * _UM_PER_M
+    axes.plot(*points, "o", color=BLUE, markersize=4.5, zorder=3)
     axes.axhline(0, color=BLUE, linewidth=0.9, zorder=2)
     low, high = min(parabola.min(), circle.min()), max(parabola.max(), circle.max())
     height = high - low
@@ -111,40 +115,34 @@ def draw_approximation_errors(axes: Axes, data: ValveDiagramData) -> None:
         (parabola, _PARABOLA_COLOUR, "parabola", (-0.35 * eccentric.radius * MM_PER_M, high), "center"),
         (circle, _CIRCLE_COLOUR, "circle", (x[-1] * MM_PER_M, float(circle[-1])), "right"),
     ):
-        words = f"{name}: at most {np.abs(z).max():.3g} µm"
-        annotate_point(axes, position, words, (0, 8), ha=alignment, va="bottom", color=colour)
-    words = "on the hyperbola $(z+d)^2-\\xi_0^2=l^2-r^2$:\npoints of the mechanism"
-    annotate_point(axes, (0, 0), words, (0, -7), ha="center", va="top", color=BLUE, linespacing=1.4, fontsize=9.5)
+        annotate_point(axes, position, f"{name}: at most {np.abs(z).max():.3g} µm", (0, 8), ha=alignment, va="bottom", color=colour)
+    text = "on the hyperbola $(z+d)^2-\\xi_0^2=l^2-r^2$:\npoints of the mechanism"
+    annotate_point(axes, (0, 0), text, (0, -7), ha="center", va="top", color=BLUE, linespacing=1.4, fontsize=9.5)
 
 
 def draw_valve_ellipse(axes: Axes, data: ValveDiagramData) -> None:
-    """The valve's displacement over the piston's way: an ellipse by theory, and what two finite rods make of it."""
-    style_plate_axes(axes, "way of the piston from the crank end, % of the stroke", "valve’s displacement $\\xi$, mm")
+    """Draw the valve displacement over the piston travel: the theoretical ellipse, and the curve with two finite rods."""
+    style_plate_axes(axes, "piston travel from the crank end, % of the stroke", "valve’s displacement $\\xi$, mm")
     axes.plot(100 * data.theoretical_piston_travel, data.theoretical_displacement * MM_PER_M, color=INK, linewidth=0.9, zorder=3)
     axes.plot(100 * data.piston_travel, data.displacement * MM_PER_M, color=BLUE, linewidth=2.4, zorder=4)
-    for lap, words in ((data.outside_lap, "$e$"), (-data.outside_lap, "$-e$"), (data.inside_lap, "$i$"), (-data.inside_lap, "$-i$")):
+    for lap, text in ((data.outside_lap, "$e$"), (-data.outside_lap, "$-e$"), (data.inside_lap, "$i$"), (-data.inside_lap, "$-i$")):
         axes.axhline(lap * MM_PER_M, color=MUTED, linewidth=0.7, linestyle=DASHED, zorder=2)
-        annotate_point(axes, (104, lap * MM_PER_M), words.replace("-", "−"), (5, 0), va="center", color=MUTED, fontsize=10)
+        annotate_point(axes, (104, lap * MM_PER_M), text.replace("-", "−"), (5, 0), va="center", color=MUTED, fontsize=10)
     for event in data.events.rows:
-        crank_end = event.name.startswith("crank")
-        piston_travel = event.simulated_stroke if crank_end else 1 - event.simulated_stroke
+        _, colour = event_kind_and_colour(event)
+        piston_travel = event.simulated_stroke if colour == CRANK_END_COLOUR else 1 - event.simulated_stroke
         lap = float(np.interp(event.simulated, data.angles, data.displacement))
-        colour = CRANK_END_COLOUR if crank_end else HEAD_END_COLOUR
-        axes.plot([100 * piston_travel], [lap * MM_PER_M], "o", color=colour, markeredgecolor=PAPER, markersize=7, zorder=6)
+        draw_event_marker(axes, 100 * piston_travel, lap * MM_PER_M, colour, size=7)
     axes.set_xlim(-4, 104)
-    for piston_travel, extreme, words, colour in (
-        (27, data.displacement.max(), "steam to the crank end", CRANK_END_COLOUR),
-        (73, data.displacement.min(), "steam to the head end", HEAD_END_COLOUR),
-    ):
-        position = piston_travel, 0.68 * float(extreme) * MM_PER_M
-        annotate_point(axes, position, words, ha="center", va="center", color=colour, fontstyle="italic")
-    annotate_point(
-        axes, (0, 0.86 * float(data.theoretical_displacement.min()) * MM_PER_M), "thin: both rods endless", color=INK, fontsize=9.5
-    )
+    for end, side, colour in CYLINDER_ENDS:
+        position = 50 - 23 * side, 0.68 * side * float(np.max(side * data.displacement)) * MM_PER_M
+        annotate_point(axes, position, f"steam to the {end}", ha="center", va="center", color=colour, fontstyle="italic")
+    position = 0, 0.86 * float(data.theoretical_displacement.min()) * MM_PER_M
+    annotate_point(axes, position, "thin: both rods infinite", color=INK, fontsize=9.5)
 
 
 def draw_reuleaux_diagram(axes: Axes, data: ValveDiagramData) -> None:
-    """Reuleaux's circle: the crank pin's distance from a diameter that leans by the advance, lines at the laps."""
+    """Draw Reuleaux's circle: the distance of the crank pin from a diameter inclined by the advance, with lines at the laps."""
     r, advance = data.eccentric.radius * MM_PER_M, data.eccentric.advance
     axes.set(xlim=(-1.75 * r, 1.75 * r), ylim=(-1.1 * r, 1.1 * r), aspect="equal")
     axes.set_axis_off()
@@ -154,53 +152,28 @@ def draw_reuleaux_diagram(axes: Axes, data: ValveDiagramData) -> None:
     normal_direction = np.array([math.sin(advance), math.cos(advance)])
     axes.plot(*np.outer(diameter_direction, [-1.12 * r, 1.12 * r]), color=INK, linewidth=0.9, linestyle=CHAIN_DOTTED, zorder=2)
     for event in data.events.rows:
-        colour = CRANK_END_COLOUR if event.name.startswith("crank") else HEAD_END_COLOUR
-        event_kind = event.name.rsplit(" ", 1)[1]
+        event_kind, colour = event_kind_and_colour(event)
         if event_kind in ("admission", "release"):
             side, lap, _ = closed.VALVE_EVENTS[event.name]
             lap_distance = side * (data.outside_lap if lap == "outside" else data.inside_lap) * MM_PER_M
             half_chord = math.sqrt(max(r**2 - lap_distance**2, 0.0))
             line = lap_distance * normal_direction[:, None] + np.outer(diameter_direction, [-half_chord, half_chord])
             axes.plot(*line, color=colour, linewidth=1.2, zorder=3)
-        pin = r * math.cos(event.theory), r * math.sin(event.theory)
-        axes.plot([0, pin[0]], [0, pin[1]], color=colour, linewidth=0.7, zorder=2.5)
-        axes.plot(*pin, "o", color=colour, markeredgecolor=PAPER, markersize=6, zorder=6)
+        axes.plot(*polar_points(event.theory, [0, r]), color=colour, linewidth=0.7, zorder=2.5)
+        draw_event_marker(axes, *polar_points(event.theory, r), colour)
     _label_pins(axes, data)
-    arrow_length = 0.62 * r
-    axes.annotate(
-        "",
-        tuple(arrow_length * normal_direction + 0.1 * r * diameter_direction),
-        tuple(0.1 * r * diameter_direction),
-        arrowprops={"arrowstyle": "<->", "color": MUTED, "linewidth": 0.7},
-    )
-    advance_arc = np.linspace(-advance, 0.0, 30)
-    axes.plot(0.78 * r * np.cos(advance_arc), 0.78 * r * np.sin(advance_arc), color=MUTED, linewidth=0.8, zorder=3)
-    middle = 0.78 * r * math.cos(advance / 2), -0.78 * r * math.sin(advance / 2)
-    annotate_point(axes, middle, "$\\delta$", (5, 0), va="center", color=MUTED)
-    annotate_point(axes, tuple(0.5 * arrow_length * normal_direction + 0.1 * r * diameter_direction), "$\\xi_0$", (8, 0), color=MUTED)
+    start, arrow = 0.1 * r * diameter_direction, 0.62 * r * normal_direction
+    axes.annotate("", tuple(start + arrow), tuple(start), arrowprops={"arrowstyle": "<->", "color": MUTED, "linewidth": 0.7})
+    axes.plot(*polar_points(np.linspace(-advance, 0.0, 30), 0.78 * r), color=MUTED, linewidth=0.8, zorder=3)
+    annotate_point(axes, polar_points(-advance / 2, 0.78 * r), "$\\delta$", (5, 0), va="center", color=MUTED)
+    annotate_point(axes, tuple(start + 0.5 * arrow), "$\\xi_0$", (8, 0), color=MUTED)
 
 
 def _label_pins(axes: Axes, data: ValveDiagramData) -> None:
-    """The events' names outside Reuleaux's circle, moved where they would stand on each other."""
+    """Write the names of the events outside Reuleaux's circle, shifted clear of each other."""
     r, box = data.eccentric.radius * MM_PER_M, axes.get_window_extent()
     (left, right), (bottom, top) = axes.get_xlim(), axes.get_ylim()
     scale = 72 / PLATE_DPI * min(box.width / (right - left), box.height / (top - bottom))
-    pins = [(math.cos(event.theory), math.sin(event.theory)) for event in data.events.rows]
-    offsets = [(5 * math.copysign(1, x), 3 * math.copysign(1, y)) for x, y in pins]
-    labels = [
-        TextLabel(
-            text=event.name.rsplit(" ", 1)[1],
-            size=9.5,
-            position=(scale * r * x + offset[0], scale * r * y + offset[1]),
-            ha="left" if x > 0 else "right",
-            va="bottom" if y > 0.5 else "top" if y < -0.5 else "center",
-            outward_direction=(x, y),
-        )
-        for event, (x, y), offset in zip(data.events.rows, pins, offsets, strict=True)
-    ]
     allowed_box = scale * left, scale * right, scale * bottom - _LABEL_MARGIN_POINTS, scale * top + _LABEL_MARGIN_POINTS
-    shifts_points = label_shifts(labels, [], allowed_box)
-    for event, label, (x, y), start_offset, shift in zip(data.events.rows, labels, pins, offsets, shifts_points, strict=True):
-        colour = CRANK_END_COLOUR if event.name.startswith("crank") else HEAD_END_COLOUR
-        offset = start_offset[0] + shift[0], start_offset[1] + shift[1]
-        annotate_point(axes, (r * x, r * y), label.text, offset, ha=label.ha, va=label.va, color=colour, fontsize=label.size)
+    events = [(event, event.theory) for event in data.events.rows]
+    label_events(axes, events, r, scale, allowed_box, offset=(5, 3), centred=(0.0, 0.5), size=9.5)

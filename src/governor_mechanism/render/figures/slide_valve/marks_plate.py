@@ -10,7 +10,8 @@ from matplotlib.figure import Figure
 
 from governor_mechanism.errors import MechanismError
 from governor_mechanism.model.scene import Scene
-from governor_mechanism.render.figures.engraving_sheet import MM_PER_M, new_plate, require_png, save_plate, write_text
+from governor_mechanism.render.figures.engraving_sheet import MM_PER_M, new_plate, write_text
+from governor_mechanism.render.figures.page import save_png
 from governor_mechanism.render.figures.slide_valve.marks_panels import (
     draw_approximation_errors,
     draw_error_construction,
@@ -33,25 +34,23 @@ _PANEL_RECTS = {
 
 
 def marks_figure(scene: Scene, path: str | os.PathLike[str]) -> Path:
-    """Write a PNG of Marks' plate for the scene of a slide valve on a finite eccentric rod.
+    """Write a PNG of Marks' plate for the scene of a slide valve with a finite eccentric rod, and return its path.
 
-    Returns the path. Raises MechanismError for another machine, and for an endless eccentric rod; an exception leaves
-    no file behind.
+    Raises MechanismError for another machine and for an infinite eccentric rod. An exception leaves no file behind.
     """
-    require_png(path)
-    return save_plate(draw_marks_plate(valve_diagram_data(scene)), path)
+    return save_png(draw_marks_plate(valve_diagram_data(scene)), path)
 
 
 def draw_marks_plate(data: ValveDiagramData) -> Figure:
-    """The plate as a figure. Raises MechanismError for an endless eccentric rod, which has no error term."""
+    """Return the plate as a figure; raise MechanismError for an infinite eccentric rod, which has no error term."""
     if data.eccentric.has_infinite_rod:
-        raise MechanismError("Marks' construction is of an eccentric_rod of finite length; an endless one has no error")
+        raise MechanismError("Marks' construction needs a finite eccentric_rod; an infinite one has no error term")
     figure = new_plate(_HEADING, data.title, MARKS_SOURCE)
     captions = (
-        "Fig. 1.  On any ray $OP$ of the crank the valve goes farther by the curve’s height $z$",
-        "Fig. 2.  What parabola and circle err",
+        "Fig. 1.  On any crank ray $OP$ the displacement is larger by the ordinate $z$ of the curve",
+        "Fig. 2.  Errors of parabola and circle",
         "Fig. 3.  The valve’s ellipse: its displacement over the stroke of the piston",
-        "Fig. 4.  Reuleaux’s circle, by theory: $\\xi_0$ as distance from a leaning diameter",
+        "Fig. 4.  Reuleaux’s circle, theory: $\\xi_0$ is the distance from an inclined diameter",
     )
     for k, caption in enumerate(captions):
         write_text(figure, (0.03, 0.545)[k % 2], (0.862, 0.462)[k // 2], caption, 11.5, fontstyle="italic")
@@ -60,10 +59,10 @@ def draw_marks_plate(data: ValveDiagramData) -> Figure:
     draw_valve_ellipse(figure.add_axes(_PANEL_RECTS["ellipse"]), data)
     draw_reuleaux_diagram(figure.add_axes(_PANEL_RECTS["reuleaux"]), data)
     r, rod = data.eccentric.radius, data.eccentric.rod
-    words = (
+    text = (
         f"eccentric $r$ = {r * MM_PER_M:.4g} mm,  rod $l$ = {rod * MM_PER_M:.5g} mm,  advance $\\delta$ = "
-        f"{math.degrees(data.eccentric.advance):.4g}°;  neglected terms are of the size $r^4/8l^3$ = "
+        f"{math.degrees(data.eccentric.advance):.4g}°;  neglected terms are of order $r^4/8l^3$ = "
         f"{r**4 / (8 * rod**3) * MM_PER_M:.3g} mm"
     )
-    write_text(figure, 0.5, 0.043, words.replace("= -", "= −"), 10.5, ha="center", color=MUTED)
+    write_text(figure, 0.5, 0.043, text.replace("= -", "= −"), 10.5, ha="center", color=MUTED)
     return figure

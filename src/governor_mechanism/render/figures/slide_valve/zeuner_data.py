@@ -1,4 +1,4 @@
-"""What the plates of a slide valve show, in numbers: the mechanism over a turn, the theory, the events."""
+"""Data of the slide-valve plates: the mechanism over a turn, the theory, the valve events."""
 
 from __future__ import annotations
 
@@ -10,24 +10,24 @@ import numpy as np
 from governor_mechanism.closed_form import slide_valve as closed
 from governor_mechanism.closed_form.slider_crank import CrankTrain, travel_from_outer_dead_centre
 from governor_mechanism.model.scene import Scene
-from governor_mechanism.observables.valve_timing import evaluate_at_crank_angles, valve_setting
+from governor_mechanism.observables.valve_timing import evaluate_at_crank_angles
 from governor_mechanism.studies.slide_valve.valve_timing import ValveTiming, tabulate_valve_timing
 from governor_mechanism.types import FloatArray
 
 _N_CRANK_ANGLES = 720
-"""Crank angles in a turn of the mechanism."""
+"""Number of crank-angle intervals in a turn."""
 
 
 @dataclass(frozen=True, kw_only=True)
 class ValveDiagramData:
-    """A slide valve over a turn: angles (n,) rad from the crank end's dead centre, once round and closed.
+    """Slide valve over a closed turn: angles (n,) (rad) from the dead centre at the crank end.
 
-    displacement (n,) m is the mechanism's and theory (n,) m that of Zeuner's law; piston (n,) the part of the stroke
-    that the piston has gone from the crank end, and piston_theory (n,) with an endless connecting rod.
+    `displacement` (n,) (m) is that of the mechanism, `theoretical_displacement` (n,) (m) that of Zeuner's law. `piston_travel` (n,) is
+    the travel of the piston from the crank end as a fraction of the stroke, `theoretical_piston_travel` (n,) that for an infinite
+    connecting rod.
     """
 
     title: str
-    setting: str
     eccentric: closed.Eccentric
     crank_train: CrankTrain
     outside_lap: float
@@ -39,14 +39,9 @@ class ValveDiagramData:
     theoretical_piston_travel: FloatArray
     events: ValveTiming
 
-    @property
-    def rod_ratio(self) -> float:
-        """l : r."""
-        return self.eccentric.rod / self.eccentric.radius
-
 
 def valve_diagram_data(scene: Scene) -> ValveDiagramData:
-    """The numbers for a slide valve's scene. Raises MechanismError for another machine."""
+    """Return the data for the scene of a slide valve; raise MechanismError for another machine."""
     events = tabulate_valve_timing(scene)
     dimensions = scene.part.dimensions
     eccentric, crank_train = closed.Eccentric.from_dimensions(dimensions), CrankTrain.from_dimensions(dimensions)
@@ -55,7 +50,6 @@ def valve_diagram_data(scene: Scene) -> ValveDiagramData:
     endless = CrankTrain(crank=crank_train.crank, rod=math.inf)
     return ValveDiagramData(
         title=scene.title,
-        setting=valve_setting(scene),
         eccentric=eccentric,
         crank_train=crank_train,
         outside_lap=dimensions["outside_lap"],

@@ -1,0 +1,1 @@
+"""Plate of the bearing loads of a slider crank."""

@@ -1,4 +1,4 @@
-"""The plate of a slider crank's bearings: what they carry over a turn, by its run and by the closed form."""
+"""Plate of the bearing loads of a slider crank over a turn, from a run and from the closed form."""
 
 from __future__ import annotations
 
@@ -24,53 +24,52 @@ from governor_mechanism.render.figures.engraving_sheet import (
     PLATE_WIDTH,
     annotate_point,
     new_plate,
-    require_png,
-    save_plate,
+    polar_points,
     style_plate_axes,
     write_text,
 )
+from governor_mechanism.render.figures.page import save_png
 from governor_mechanism.render.style import BLUE, GREEN, INK, MUTED, PAPER, SERIES_COLOURS, SERIF_FONT, STEEL, VERMILLION
 from governor_mechanism.types import FloatArray
 from governor_mechanism.verification.slider_crank import build_crank_train
 
-_HEADING = "What the bearings of a slider crank carry"
-_SOURCE = "by inertia and weight, the crank turning steadily"
+_HEADING = "Bearing loads of a slider crank"
+_SOURCE = "from inertia and weight, at constant crank speed"
 
 _FORCES_RECT, _ENGINE_RECT = (0.062, 0.37, 0.50, 0.46), (0.03, 0.085, 0.54, 0.2)
 _TORQUE_RECT, _GUIDE_RECT = (0.655, 0.545, 0.30, 0.285), (0.655, 0.135, 0.30, 0.285)
 """Left and lower edge, width and height of the panels, in fractions of the figure."""
 
 _DIGIT_WIDTH, _N_DIGITS_WITHOUT_SHIFT = 0.008, 2
-"""Breadth of a figure of the numbers up the first panel's side, of the whole plate; so many figures find room there."""
+"""Width of a digit of the ordinate labels, as a fraction of the figure; number of digits that fit without moving the axes."""
 
 _BEARING_COLOURS = {"shaft": BLUE, "crank pin": VERMILLION, "gudgeon": GREEN}
 
 _KILO_PER_UNIT = 1e-3
 
 MIN_FULL_TURN = math.tau * (1 - 1e-9)
-"""rad: a whole turn, but for rounding."""
+"""Smallest crank rotation (rad) that counts as a whole turn; the margin allows for rounding."""
 
 _MIN_FORCE_SCALE_KN = 1e-3
-"""kN: less is drawn as rest, as of a balanced crank that moves nothing."""
+"""Smallest force scale (kN); a balanced crank without moving masses has zero force."""
 
 _LABEL_INTERVAL_DEG, _SHOWN_ANGLE_DEG = 30, 300
-"""deg of the crank: between the marks that are named, and where the engine is shown."""
+"""Crank angle between labelled markers, and crank angle of the drawn engine (deg)."""
 
 _MAX_ARROW_LENGTH = 1.3
-"""Length of the largest arrow, in cranks."""
+"""Length of the longest arrow, in crank radii."""
 
 
 def bearing_loads_figure(run: Trajectory, path: str | os.PathLike[str]) -> Path:
-    """Write a PNG of the loads of a slider crank's bearings, from a run of at least a turn in which parts have mass.
+    """Write a PNG of the bearing loads of a slider crank, from a run of at least one turn with masses, and return its path.
 
-    Returns the path. Raises MechanismError for other runs; an exception leaves no file behind.
+    Raises MechanismError for other runs. An exception leaves no file behind.
     """
-    require_png(path)
-    return save_plate(draw_bearing_loads(run), path)
+    return save_png(draw_bearing_loads(run), path)
 
 
 def draw_bearing_loads(run: Trajectory) -> Figure:
-    """The plate as a figure. Raises MechanismError for runs that it cannot show."""
+    """Return the plate as a figure; raise MechanismError for a run that it cannot show."""
     scene = run.scene
     _check_run(run)
     dimensions = scene.part.dimensions
@@ -80,10 +79,10 @@ def draw_bearing_loads(run: Trajectory) -> Figure:
     first_turn = run.readings["crank_angle"] <= dimensions["crank_start"] + math.tau
     figure = new_plate(_HEADING, scene.title, _SOURCE)
     captions = (
-        (0.03, 0.862, "Fig. 1.  Forces of frame on crank, crank on rod, and rod on crosshead, with the crank’s angle"),
-        (0.03, 0.292, f"Fig. 2.  The same at {_SHOWN_ANGLE_DEG} degrees, as arrows on the parts that feel them"),
-        (0.605, 0.862, "Fig. 3.  Torque of the drive"),
-        (0.605, 0.452, "Fig. 4.  Force of the guide on the crosshead"),
+        (0.03, 0.862, "Fig. 1.  Forces of frame on crank, crank on rod, and rod on crosshead, with crank angles"),
+        (0.03, 0.292, f"Fig. 2.  The same at {_SHOWN_ANGLE_DEG} degrees, as arrows at the loaded parts"),
+        (0.605, 0.862, "Fig. 3.  Drive torque"),
+        (0.605, 0.452, "Fig. 4.  Guide force on the crosshead"),
     )
     for x, y, caption in captions:
         write_text(figure, x, y, caption, 11.5, fontstyle="italic")
@@ -102,15 +101,15 @@ def _check_run(run: Trajectory) -> None:
     has_masses = any(isinstance(effect, CrankMasses) for effect in run.scene.effects)
     if part.machine != "slider_crank" or not has_masses or part.mechanism.force_elements or run.scene.output_effects:
         raise MechanismError(
-            "loads of bearings are shown of machine 'slider_crank' with effects.masses, and nothing else that acts on "
-            f"its parts; this scene has {part.machine!r}"
+            "bearing loads need machine 'slider_crank' with effects.masses, and no output effects or force elements; "
+            f"this scene has machine {part.machine!r}; the closed form knows no other loads"
         )
     if not len(run.times) or np.ptp(run.readings["crank_angle"]) < MIN_FULL_TURN:
-        raise MechanismError("loads of bearings are shown over a whole turn, and the run ends before one; lengthen it")
+        raise MechanismError("bearing loads need a run of a whole turn of the crank, and this run is shorter; increase run.duration")
 
 
 def _draw_force_loci(axes: Axes, run: Trajectory, exact: BearingLoads, first_turn: NDArray[np.bool_]) -> None:
-    """Each force as a point of the plane (kN), over a turn: the run's points on the closed form's curve."""
+    """Draw each force over a turn as a locus in the plane (kN): points of the run on the curve of the closed form."""
     style_plate_axes(axes, "force along the line of the crosshead, kN", "force across it, kN")
     axes.axhline(0, color=MUTED, linewidth=0.7, zorder=1)
     axes.axvline(0, color=MUTED, linewidth=0.7, zorder=1)
@@ -118,7 +117,7 @@ def _draw_force_loci(axes: Axes, run: Trajectory, exact: BearingLoads, first_tur
     all_forces = np.concatenate([force for name, force in curves.items() if name in run.reactions]) * _KILO_PER_UNIT
     margin = 0.12 * max(np.ptp(all_forces[:, 0]), np.ptp(all_forces[:, 1]), _MIN_FORCE_SCALE_KN)
     low, high = all_forces.min(axis=0) - margin, all_forces.max(axis=0) + margin
-    # Room for numbers of many figures between the label and the frame.
+    # Leave room for numbers of many digits between the label and the frame.
     label_space = _DIGIT_WIDTH * max(len(f"{1.25 * float(np.abs(all_forces[:, 1]).max()):.0f}") - _N_DIGITS_WITHOUT_SHIFT, 0)
     axes.set_position((_FORCES_RECT[0] + label_space, _FORCES_RECT[1], _FORCES_RECT[2] - label_space, _FORCES_RECT[3]))
     aspect = (_FORCES_RECT[2] - label_space) * PLATE_WIDTH / (_FORCES_RECT[3] * PLATE_HEIGHT)
@@ -147,10 +146,10 @@ def _draw_force_loci(axes: Axes, run: Trajectory, exact: BearingLoads, first_tur
 
 
 def _draw_engine(axes: Axes, crank_train: CrankTrain, exact: BearingLoads) -> None:
-    """The slider crank at one angle, with each force as an arrow from its bearing."""
+    """Draw the slider crank at one angle, with each force as an arrow at its bearing."""
     angle_index, r = 2 * _SHOWN_ANGLE_DEG, crank_train.crank
     angle = math.radians(_SHOWN_ANGLE_DEG)
-    pin = r * math.cos(angle), r * math.sin(angle)
+    pin = polar_points(angle, r)
     crosshead = float(np.asarray(crosshead_distance(crank_train, crank_angle=angle))), 0.0
     aspect = _ENGINE_RECT[2] * PLATE_WIDTH / (_ENGINE_RECT[3] * PLATE_HEIGHT)
     middle = (crosshead[0] + r) / 2 - r / 2
@@ -164,8 +163,7 @@ def _draw_engine(axes: Axes, crank_train: CrankTrain, exact: BearingLoads) -> No
         axes.plot([crosshead[0] - 0.9 * r, crosshead[0] + 0.9 * r], [side, side], color=MUTED, linewidth=1.0, zorder=2)
     for start, stop, width in (((0.0, 0.0), pin, 7.0), (pin, crosshead, 5.0)):
         for colour, line_width in ((INK, width + 1.6), (STEEL, width)):
-            xs, ys = zip(start, stop, strict=True)
-            axes.plot(xs, ys, color=colour, linewidth=line_width, solid_capstyle="round", zorder=3)
+            axes.plot(*zip(start, stop, strict=True), color=colour, linewidth=line_width, solid_capstyle="round", zorder=3)
     box = Rectangle((crosshead[0] - 0.3 * r, -block), 0.6 * r, 2 * block, facecolor=STEEL, edgecolor=INK, linewidth=0.9, zorder=4)
     axes.add_patch(box)
     for point in ((0.0, 0.0), pin, crosshead):
@@ -178,15 +176,14 @@ def _draw_engine(axes: Axes, crank_train: CrankTrain, exact: BearingLoads) -> No
     )
     largest = max(*(float(np.hypot(*force)) for _, force, _ in forces), _MIN_FORCE_SCALE_KN / _KILO_PER_UNIT)
     for point, force, colour in forces:
-        tip = (point[0] + _MAX_ARROW_LENGTH * r * force[0] / largest, point[1] + _MAX_ARROW_LENGTH * r * force[1] / largest)
         arrow = {"arrowstyle": "-|>", "color": colour, "linewidth": 2.2, "shrinkA": 0, "shrinkB": 0}
-        axes.annotate("", tip, point, arrowprops=arrow, zorder=8)
+        axes.annotate("", tuple(np.add(point, _MAX_ARROW_LENGTH * r * force / largest)), point, arrowprops=arrow, zorder=8)
 
 
 def _draw_load_curve(
     axes: Axes, simulated: tuple[FloatArray, FloatArray], exact: tuple[FloatArray, FloatArray], label: str, factor: float
 ) -> None:
-    """A load over the crank's angle: points of the run, the curve of the closed form, and its mean."""
+    """Draw a load over the crank angle: points of the run, the curve of the closed form, and its mean."""
     style_plate_axes(axes, "crank angle from the outer dead centre, deg", label)
     axes.axhline(0, color=MUTED, linewidth=0.7, zorder=1)
     axes.plot(np.degrees(exact[0]), exact[1] * factor, color=SERIES_COLOURS[3], linewidth=1.8, zorder=3)
@@ -197,12 +194,12 @@ def _draw_load_curve(
 
 
 def _write_dimensions(figure: Figure, run: Trajectory, crank_train: CrankTrain) -> None:
-    """Sizes and masses, beneath the panels."""
+    """Write lengths and masses below the panels."""
     speed = run.scene.part.dimensions["crank_speed"] * 30 / math.pi
-    words = (
+    text = (
         f"crank $R$ = {crank_train.crank * 1e3:.4g} mm, {crank_train.crank_mass:.4g} kg at {crank_train.crank_centre * 1e3:.4g} mm;  rod "
         f"$L$ = {crank_train.rod * 1e3:.5g} mm, {crank_train.rod_mass:.4g} kg at {crank_train.rod_centre * 1e3:.4g} mm;  crosshead "
         f"{crank_train.crosshead_mass:.4g} kg;  {speed:.4g} rpm.  Curves: closed form, points: engine {run.cost.engine}; "
-        "broken: the mean"
+        "dashed: the mean"
     )
-    write_text(figure, 0.5, 0.043, words.replace(" -", " −"), 10.5, ha="center", color=MUTED)
+    write_text(figure, 0.5, 0.043, text.replace(" -", " −"), 10.5, ha="center", color=MUTED)

@@ -1,0 +1,1 @@
+"""Generic drawing of any mechanism."""

@@ -1,4 +1,4 @@
-"""Generic drawing of bodies: plates and bars through their marked points, discs, masses, and balls."""
+"""Generic drawing of bodies: plates and bars through their joint points, discs, masses and balls."""
 
 from __future__ import annotations
 
@@ -7,7 +7,8 @@ from collections.abc import Sequence
 
 from governor_mechanism.model.force_elements import Damper, Force, Spring
 from governor_mechanism.model.joints import ArcSlot, CurveSlot, Distance, Joint, Pin, Point, Slider, TranslationalDriver, Weld
-from governor_mechanism.model.mechanism import Body, LineAngle, PointCoordinate, PointDistance
+from governor_mechanism.model.mechanism import Body
+from governor_mechanism.model.output_variables import LineAngle, PointCoordinate, PointDistance
 from governor_mechanism.model.scene import Part
 from governor_mechanism.render.geometry.body_points import GROUND_POSE, axes_to_plane, distinct_points
 from governor_mechanism.render.geometry.outlines import convex_hull, make_plate_outline
@@ -26,15 +27,15 @@ from governor_mechanism.render.machines.generic.guides import STRIP_WIDTH, guide
 from governor_mechanism.render.run_extents import RunExtents
 
 _BAR_WIDTH = 0.052
-"""Width of a bar, as a fraction of the stage's unit."""
+"""Width of a bar, as a fraction of the length scale."""
 _COINCIDENCE_DISTANCE = 0.02
-"""Points closer than this, as a fraction of the unit, are drawn as one."""
+"""Distance below which two points are drawn as one, as a fraction of the length scale."""
 _MASS_SIDES = (0.22, 0.16)
-"""Sides of a mass that hangs on springs."""
+"""Sides of a mass that hangs on springs, as fractions of the length scale."""
 
 
 def body_shapes(part: Part, poses: Sequence[PoseTuple], extents: RunExtents) -> tuple[list[DrawnShape], list[DrawnShape]]:
-    """Plates, bars and discs, which lie behind; and masses and balls, which lie in front."""
+    """Return plates, bars and discs, which are behind, and masses and balls, which are in front."""
     behind: list[DrawnShape] = []
     front: list[DrawnShape] = []
     wheel_and_rack_names = wheel_bodies(part) | rack_bodies(part)
@@ -42,7 +43,7 @@ def body_shapes(part: Part, poses: Sequence[PoseTuple], extents: RunExtents) -> 
         outline = body_outline_points(part, body, extents)
         width = (STRIP_WIDTH if _has_guide(part, body) else _BAR_WIDTH) * extents.length_scale
         if len(outline) > 1:
-            behind.append(make_plate_outline("plate", [axes_to_plane(pose, *spot) for spot in outline], width))
+            behind.append(make_plate_outline("plate", [axes_to_plane(pose, *point) for point in outline], width))
         elif body.name not in wheel_and_rack_names and not _is_sliding_block(part, body):
             disc_shapes, mass_shapes = _single_point_shapes(part, body, pose, extents)
             behind += disc_shapes
@@ -53,39 +54,37 @@ def body_shapes(part: Part, poses: Sequence[PoseTuple], extents: RunExtents) -> 
 
 
 def tracer_shapes(part: Part, poses: Sequence[PoseTuple], extents: RunExtents) -> list[DrawnShape]:
-    """Points that readings follow though no joint holds them."""
+    """Return the points that readings follow and no joint holds."""
     return [
-        Circle("tracer", *axes_to_plane(at, *spot), 0.012 * extents.length_scale)
+        Circle("tracer", *axes_to_plane(at, *point), 0.012 * extents.length_scale)
         for body, at in zip(part.mechanism.bodies, poses, strict=True)
-        for spot in distinct_points(_reading_points(part, body), _COINCIDENCE_DISTANCE * extents.length_scale)
-        if all(math.dist(spot, other) > _COINCIDENCE_DISTANCE * extents.length_scale for other in _joint_and_force_points(part, body))
+        for point in distinct_points(_reading_points(part, body), _COINCIDENCE_DISTANCE * extents.length_scale)
+        if all(math.dist(point, other) > _COINCIDENCE_DISTANCE * extents.length_scale for other in _joint_and_force_points(part, body))
     ]
 
 
 def body_outline_points(part: Part, body: Body, extents: RunExtents) -> list[Vec2]:
-    """The points a body must reach, in its own axes: marked points, slots, and its mass where it lies in one point."""
+    """Return the points that the body outline contains, in body axes: joint points, slots, and a point mass."""
     tolerance = _COINCIDENCE_DISTANCE * extents.length_scale
-    points = distinct_points(
-        [*_joint_and_force_points(part, body), *_reading_points(part, body), *_slot_points(part, body, extents)], tolerance
-    )
+    marked = [*_joint_and_force_points(part, body), *_reading_points(part, body), *_slot_points(part, body, extents)]
+    points = distinct_points(marked, tolerance)
     is_wheel = body.name in wheel_bodies(part) | rack_bodies(part)
-    if not points or (is_wheel and all(math.hypot(*spot) <= tolerance for spot in points)):
-        return points  # a wheel about its own centre; one that leans is a rod with a wheel
-    mass_centre = (0.0, 0.0)
+    if not points or (is_wheel and all(math.hypot(*point) <= tolerance for point in points)):
+        return points  # a wheel about its own centre; an eccentric wheel is drawn as a rod with a wheel
     if len(points) == 1 and not _is_sliding_block(part, body):
         distance = math.hypot(*points[0])
         if distance > tolerance:
-            # A rod of this radius of gyration reaches as far beyond its mass centre.
+            # A rod with this radius of gyration extends by this ratio beyond its mass centre.
             xx, yy, _ = body.second_moments.in_plane
             extension_ratio = min(math.sqrt(3 * max(xx + yy, 0.0) / body.mass) / distance, 1.0)
             return [points[0], (-extension_ratio * points[0][0], -extension_ratio * points[0][1])]
-    elif body.can_rotate and _is_point_mass(body) and not _is_inside_hull(mass_centre, points, tolerance):
-        return distinct_points([*points, mass_centre], tolerance)
+    elif body.can_rotate and _is_point_mass(body) and not _is_inside_hull((0.0, 0.0), points, tolerance):
+        return distinct_points([*points, (0.0, 0.0)], tolerance)
     return points
 
 
 def _joint_and_force_points(part: Part, body: Body) -> list[Vec2]:
-    """Points of joints and loads."""
+    """Return the points of joints and force elements on the body."""
     points: list[Point] = []
     for joint in part.mechanism.joints:
         if isinstance(joint, Pin | Distance | Weld):
@@ -101,7 +100,7 @@ def _joint_and_force_points(part: Part, body: Body) -> list[Vec2]:
 
 
 def _reading_points(part: Part, body: Body) -> list[Vec2]:
-    """Points of readings, but for the mass centre, which they may mean where they name no point."""
+    """Return the points of readings on the body, except the mass centre, which is the default of a reading without a point."""
     points: list[Point] = []
     for reading in part.mechanism.readings:
         match reading:
@@ -115,14 +114,14 @@ def _reading_points(part: Part, body: Body) -> list[Vec2]:
 
 
 def _slot_points(part: Part, body: Body, extents: RunExtents) -> list[Vec2]:
-    """What the plate must hold of the guides that the body carries."""
+    """Return points of the guides on the body, which its plate must contain."""
     points: list[Vec2] = []
     for joint in part.mechanism.joints:
         if joint.first.body == body.name and isinstance(joint, Slider | ArcSlot | CurveSlot):
             angle = 0.0 if isinstance(joint, ArcSlot) else joint.angle
             axes = (*place_point(GROUND_POSE, joint.first), angle)
             chain = guide_centreline(joint, extents)
-            points += [axes_to_plane(axes, *spot) for spot in chain[:: max(len(chain) // 12, 1)]]
+            points += [axes_to_plane(axes, *point) for point in chain[:: max(len(chain) // 12, 1)]]
     return points
 
 
@@ -131,7 +130,7 @@ def _has_guide(part: Part, body: Body) -> bool:
 
 
 def _is_sliding_block(part: Part, body: Body) -> bool:
-    """Whether a sliding block stands for the body."""
+    """Return whether a sliding block represents the body."""
     return any(isinstance(joint, Slider) and joint.second.body == body.name for joint in part.mechanism.joints)
 
 
@@ -140,22 +139,19 @@ def _is_point_mass(body: Body) -> bool:
 
 
 def _is_inside_hull(point: Vec2, points: Sequence[Vec2], tolerance: float) -> bool:
-    corners = convex_hull([*points, point])
-    return point not in corners or (len(corners) < 3 and _is_between_ends(point, points, tolerance))
-
-
-def _is_between_ends(point: Vec2, points: Sequence[Vec2], tolerance: float) -> bool:
-    return math.dist(points[0], point) + math.dist(point, points[-1]) < math.dist(points[0], points[-1]) + tolerance
+    corners, start, end = convex_hull([*points, point]), points[0], points[-1]
+    is_between_ends = math.dist(start, point) + math.dist(point, end) < math.dist(start, end) + tolerance
+    return point not in corners or (len(corners) < 3 and is_between_ends)
 
 
 def _has_end_mass(body: Body, outline: Sequence[Vec2], extents: RunExtents) -> bool:
-    """Whether the whole mass sits in a corner of the outline, as a pendulum's bob does."""
+    """Return whether the whole mass is at a corner of the outline, as in a pendulum bob."""
     tolerance = _COINCIDENCE_DISTANCE * extents.length_scale
     return body.can_rotate and _is_point_mass(body) and any(math.hypot(*corner) < tolerance for corner in convex_hull(outline))
 
 
 def _single_point_shapes(part: Part, body: Body, pose: PoseTuple, extents: RunExtents) -> tuple[list[DrawnShape], list[DrawnShape]]:
-    """A body with one marked point, in its mass centre, or none: disc, hung mass, or ball."""
+    """Return the shapes of a body with at most one point, at its mass centre: disc, hanging mass or ball."""
     u = extents.length_scale
     joints: list[Joint] = [j for j in part.mechanism.joints if body.name in (j.first.body, j.second.body)]
     hangs_on_springs = any(isinstance(load, Spring | Damper) and body.name in load.bodies for load in part.mechanism.force_elements)
@@ -165,7 +161,7 @@ def _single_point_shapes(part: Part, body: Body, pose: PoseTuple, extents: RunEx
         return [], [Polygon("block", tuple(axes_to_plane(pose, x, y) for x, y in ((a, b), (-a, b), (-a, -b), (a, -b))))]
     xx, yy, _ = body.second_moments.in_plane
     if xx + yy > 0.0 and body.can_rotate:
-        # A disc of this moment of inertia.
+        # A disc with this moment of inertia.
         radius = min(max(math.sqrt(2 * (xx + yy) / body.mass), 0.06 * u), 0.25 * u)
         spoke = (axes_to_plane(pose, 0.0, 0.0), axes_to_plane(pose, radius, 0.0))
         return [Circle("wheel", pose[0], pose[1], radius), Lines("marked spoke", (spoke,))], []

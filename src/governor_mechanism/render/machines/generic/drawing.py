@@ -1,4 +1,4 @@
-"""The drawing that fits every mechanism, from its bodies, joints, loads and poses alone."""
+"""Generic drawing of any mechanism from its bodies, joints, force elements and poses."""
 
 from __future__ import annotations
 
@@ -24,11 +24,11 @@ from governor_mechanism.render.run_extents import RunExtents
 from governor_mechanism.types import FloatArray
 
 _LINK_WIDTH, _PIN_RADIUS = 0.040, 0.020
-"""Width of a massless link and radius of a pin, as fractions of the stage's unit."""
+"""Width of a massless link and radius of a pin, as fractions of the length scale."""
 
 
 def generic_background_shapes(part: Part, poses: FloatArray, extents: RunExtents) -> tuple[DrawnShape, ...]:
-    """The axis of a turning plane, what guides points on the ground, feet, and walls."""
+    """Return the axis of a rotating plane, the guides on the ground, feet and walls."""
     u = extents.length_scale
     shapes: list[DrawnShape] = []
     if part.plane == TURNING_PLANE:
@@ -45,7 +45,7 @@ def generic_background_shapes(part: Part, poses: FloatArray, extents: RunExtents
 
 
 def generic_moving_shapes(part: Part, pose: FloatArray, extents: RunExtents) -> tuple[DrawnShape, ...]:
-    """Wheels, bodies, links, blocks, loads and pins at one pose."""
+    """Return wheels, bodies, links, blocks, force elements and pins at one pose."""
     mechanism, u = part.mechanism, extents.length_scale
     poses = as_pose_tuples(pose)
     behind, front = body_shapes(part, poses, extents)
@@ -65,7 +65,7 @@ def generic_moving_shapes(part: Part, pose: FloatArray, extents: RunExtents) -> 
         *front,
         *torsional_element_shapes(part, poses, extents),
         *drive_shapes(part, poses, extents),
-        *(Circle("pivot", *spot, _PIN_RADIUS * u) for spot in pin_centres(part, poses)),
+        *(Circle("pivot", *point, _PIN_RADIUS * u) for point in pin_centres(part, poses)),
         *output_effect_shapes(part, poses, extents),
         *tracer_shapes(part, poses, extents),
         *force_arrow_shapes(part, poses, extents),
@@ -73,14 +73,14 @@ def generic_moving_shapes(part: Part, pose: FloatArray, extents: RunExtents) -> 
 
 
 def generic_plan_shapes(part: Part, pose: FloatArray, angle: float, _: EffectState = NO_EFFECTS) -> tuple[DrawnShape, ...]:
-    """Every body at its distance from the axis, seen from above."""
+    """Return every body at its distance from the axis, seen from above."""
     c, s = math.cos(angle), math.sin(angle)
     u = part.mechanism.length_scale
     positions = [(position_in_plane[0] * c, position_in_plane[0] * s) for position_in_plane in as_pose_tuples(pose)]
     return (
-        *(make_bar("arm", (0.0, 0.0), spot, 0.05 * u) for spot in positions),
+        *(make_bar("arm", (0.0, 0.0), point, 0.05 * u) for point in positions),
         *(
-            Circle("ball", *spot, 0.7 * drawn_ball_radius(body.mass, u))
-            for body, spot in zip(part.mechanism.bodies, positions, strict=True)
+            Circle("ball", *point, 0.7 * drawn_ball_radius(body.mass, u))
+            for body, point in zip(part.mechanism.bodies, positions, strict=True)
         ),
     )

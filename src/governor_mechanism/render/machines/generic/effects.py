@@ -1,7 +1,6 @@
-"""Generic drawing of what acts along readings: stops, brakes, springs and friction on the way of a point.
+"""Generic drawing of effects along readings: stops, dashpots, springs and friction on the path of a point.
 
-Readings that are no position of a point along the plane's own directions have nothing to hang these on, and are left
-out.
+Only readings that are the coordinate of a point along a direction of the ground can carry these shapes.
 """
 
 from __future__ import annotations
@@ -15,7 +14,7 @@ from governor_mechanism.effects.spring import OutputSpring
 from governor_mechanism.effects.stops import Stops
 from governor_mechanism.model.effect import OutputEffect
 from governor_mechanism.model.joints import GROUND
-from governor_mechanism.model.mechanism import PointCoordinate
+from governor_mechanism.model.output_variables import PointCoordinate
 from governor_mechanism.model.scene import Part
 from governor_mechanism.render.geometry.body_points import axes_to_plane, point_position
 from governor_mechanism.render.geometry.outlines import make_burst, make_wall
@@ -23,17 +22,16 @@ from governor_mechanism.render.geometry.primitives import DrawnShape, Lines, Pol
 from governor_mechanism.render.machines.generic.force_elements import damper_lines, spring_lines
 from governor_mechanism.render.run_extents import RunExtents
 
-# As fractions of the stage's unit.
 _STOP_GAP = 0.05
-"""how far a stop stands beyond the point it stops"""
+"""Distance of a stop beyond the point that it stops, as a fraction of the length scale."""
 _LATERAL_OFFSET = 0.17
-"""how far brakes and springs stand beside the way"""
+"""Distance of dashpots and springs from the path, as a fraction of the length scale."""
 _MIN_LENGTH = 0.30
-"""their least length"""
+"""Smallest drawn length of dashpots and springs, as a fraction of the length scale."""
 
 
 def output_effect_shapes(part: Part, poses: Sequence[PoseTuple], extents: RunExtents) -> list[DrawnShape]:
-    """What is listed for each reading that a point's way tells, in axes along that way; all move with the point."""
+    """Return the effects of each reading that is a coordinate of a point, in axes along that coordinate; all move with the point."""
     shapes: list[DrawnShape] = []
     for effect in extents.effect_state.effects:
         reading = part.mechanism.reading(effect.reading) if isinstance(effect, OutputEffect) else None
@@ -46,7 +44,7 @@ def output_effect_shapes(part: Part, poses: Sequence[PoseTuple], extents: RunExt
 
 
 def _shapes_of_effect(effect: OutputEffect, axes: PoseTuple, value: float, extents: RunExtents) -> list[DrawnShape]:
-    """Of one effect, at a value (m) of its reading; `axes` have the point as origin and its way as x."""
+    """Return the shapes of one effect at a value (m) of its reading; `axes` have their origin in the point and x along its path."""
     u, effect_state = extents.length_scale, extents.effect_state
     low, high = effect_state.reading_ranges.get(effect.reading, (value, value))
     match effect:
@@ -76,15 +74,15 @@ def _stop_shapes(stops: Stops, axes: PoseTuple, value: float, extents: RunExtent
     last_impact = extents.effect_state.recent_impact(stops.reading, extents.time)
     for limit, direction in ((stops.low, -1.0), (stops.high, 1.0)):
         if math.isfinite(limit):
-            spot = axes_to_plane(axes, limit - value + direction * _STOP_GAP * u, 0.0)
+            point = axes_to_plane(axes, limit - value + direction * _STOP_GAP * u, 0.0)
             is_struck = last_impact is not None and last_impact.is_high_stop == (direction > 0)
-            shapes.append(make_wall(spot, axes[2] + (math.pi if direction > 0 else 0.0), 0.07 * u, 0.035 * u))
-            shapes.append(make_burst("burst", [spot] if is_struck else [], 0.07 * u))
+            shapes.append(make_wall(point, axes[2] + (math.pi if direction > 0 else 0.0), 0.07 * u, 0.035 * u))
+            shapes.append(make_burst("burst", [point] if is_struck else [], 0.07 * u))
     return shapes
 
 
 def _offset_element_shapes(role: str, lines: Sequence[Sequence[Vec2]], axes: PoseTuple, length: float, u: float) -> list[DrawnShape]:
-    """A spring or damper from a wall at its own axes' origin, with a beam from its end to the point's way."""
+    """Return a spring or dashpot from a wall at the origin of its axes, with a beam from its end to the path of the point."""
     transformed = tuple(tuple(axes_to_plane(axes, *point) for point in line) for line in lines)
     beam_offset = _LATERAL_OFFSET * u if role == "damper" else -_LATERAL_OFFSET * u
     beam = (axes_to_plane(axes, length, 0.0), axes_to_plane(axes, length, beam_offset))

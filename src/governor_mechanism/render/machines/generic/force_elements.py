@@ -1,4 +1,4 @@
-"""Generic drawing of loads: springs, dampers, spirals, drums, and the arrows of given forces and torques."""
+"""Generic drawing of force elements: springs, dampers, spiral springs, rotary dampers, and arrows of applied forces and torques."""
 
 from __future__ import annotations
 
@@ -15,16 +15,16 @@ from governor_mechanism.render.run_extents import RunExtents
 
 _N_COILS = 6
 _ELEMENT_WIDTH = 0.075
-"""Of a zigzag or a cylinder; this and the following as fractions of the stage's unit."""
+"""Width of a zigzag or a cylinder, as a fraction of the length scale."""
 _LATERAL_SPACING = 0.065
-"""How far loads between the same two points stand off the line."""
+"""Offset of elements between the same two points from the line, as a fraction of the length scale."""
 _ARROW_LENGTH, _ARROW_HEAD_SIZE, _TORQUE_ARROW_RADIUS = 0.30, 0.06, 0.13
 _LEAD_RATIO = 0.14
-"""Straight ends of a zigzag, as a fraction of its length."""
+"""Length of the straight ends of a zigzag, as a fraction of its length."""
 
 
 def translational_element_shapes(part: Part, poses: Sequence[PoseTuple], extents: RunExtents) -> list[DrawnShape]:
-    """Springs and dampers between their points; side by side where they share them."""
+    """Return springs and dampers between their points; side by side if they share both points."""
     mechanism, u = part.mechanism, extents.length_scale
     loads = [load for load in mechanism.force_elements if isinstance(load, Spring | Damper)]
     end_points = [tuple(point_position(mechanism, poses, point) for point in (load.first, load.second)) for load in loads]
@@ -37,21 +37,18 @@ def translational_element_shapes(part: Part, poses: Sequence[PoseTuple], extents
             lateral_offset = -lateral_offset
         length = math.dist(start, end)
         axes = (*start, math.atan2(end[1] - start[1], end[0] - start[0]))
-        is_spring, length_range = isinstance(load, Spring), extents.element_lengths[load.name]
-        element_lines = spring_lines(length, u) if is_spring else damper_lines(length, length_range, u)
-        role = "spring" if is_spring else "damper"
+        role = "spring" if isinstance(load, Spring) else "damper"
+        element_lines = spring_lines(length, u) if role == "spring" else damper_lines(length, extents.element_lengths[load.name], u)
         lines = [tuple(axes_to_plane(axes, x, y + lateral_offset) for x, y in line) for line in element_lines]
         if lateral_offset:
-            # Beams carry what stands off the line.
+            # Beams connect an offset element to its points.
             lines += [(start, axes_to_plane(axes, 0.0, lateral_offset)), (end, axes_to_plane(axes, length, lateral_offset))]
-        shapes.append(Lines(role, tuple(lines)))
-        shapes.append(Circle("eye", *start, 0.011 * u))
-        shapes.append(Circle("eye", *end, 0.011 * u))
+        shapes += [Lines(role, tuple(lines)), Circle("eye", *start, 0.011 * u), Circle("eye", *end, 0.011 * u)]
     return shapes
 
 
 def spring_lines(length: float, u: float) -> list[tuple[Vec2, ...]]:
-    """A zigzag along x from the origin."""
+    """Return a zigzag along x from the origin."""
     lead_length, half_width = _LEAD_RATIO * length, 0.5 * _ELEMENT_WIDTH * u
     step = (length - 2 * lead_length) / (2 * _N_COILS)
     coils = [(lead_length + (k + 0.5) * step, half_width if k % 2 else -half_width) for k in range(2 * _N_COILS)]
@@ -59,11 +56,11 @@ def spring_lines(length: float, u: float) -> list[tuple[Vec2, ...]]:
 
 
 def damper_lines(length: float, length_range: Vec2, u: float) -> list[tuple[Vec2, ...]]:
-    """A cylinder along x from the origin, open toward its end, with a piston from there; true in size where it fits."""
+    """Return a cylinder along x from the origin with a piston in its open end; piston and rod have fixed lengths if the stroke allows."""
     min_length, max_length = length_range
     gap, stroke, half_width = 0.03 * u, max_length - min_length, 0.5 * _ELEMENT_WIDTH * u
     if stroke < min_length - 3 * gap:
-        # The piston runs from `gap` over the bottom to `gap` under the rim, which never reaches the second point.
+        # The piston moves from `gap` above the bottom to `gap` below the rim, which never reaches the second point.
         rod_length = (stroke + min_length) / 2
         bottom, piston, rim = min_length - rod_length - gap, length - rod_length, max_length - rod_length + gap
     else:
@@ -77,37 +74,25 @@ def damper_lines(length: float, length_range: Vec2, u: float) -> list[tuple[Vec2
 
 
 def wall_shapes(part: Part, poses: Sequence[PoseTuple], extents: RunExtents) -> list[DrawnShape]:
-    """Small hatched walls where springs and dampers are fixed to the ground, but for places with a foot."""
+    """Return small hatched walls where springs and dampers are fixed to the ground, except where there is a foot."""
     mechanism, u = part.mechanism, extents.length_scale
-    occupied = [
-        (point.x, point.y)
-        for joint in mechanism.joints
-        if isinstance(joint, Pin | Distance | Weld)
-        for point in (joint.first, joint.second)
-        if point.body == GROUND
-    ]
+    held = [joint for joint in mechanism.joints if isinstance(joint, Pin | Distance | Weld)]
+    occupied = [(point.x, point.y) for joint in held for point in (joint.first, joint.second) if point.body == GROUND]
     shapes: list[DrawnShape] = []
     for load in mechanism.force_elements:
         if not isinstance(load, Spring | Damper):
             continue
-        for own_point, other_point in ((load.first, load.second), (load.second, load.first)):
-            own_position = (own_point.x, own_point.y)
-            if own_point.body == GROUND and own_position not in occupied:
-                occupied.append(own_position)
-                other_position = point_position(mechanism, poses, other_point)
-                shapes.append(
-                    make_wall(
-                        own_position,
-                        math.atan2(other_position[1] - own_position[1], other_position[0] - own_position[0]),
-                        0.10 * u,
-                        0.035 * u,
-                    )
-                )
+        for point, other in ((load.first, load.second), (load.second, load.first)):
+            x, y = point.x, point.y
+            if point.body == GROUND and (x, y) not in occupied:
+                occupied.append((x, y))
+                other_x, other_y = point_position(mechanism, poses, other)
+                shapes.append(make_wall((x, y), math.atan2(other_y - y, other_x - x), 0.10 * u, 0.035 * u))
     return shapes
 
 
 def torsional_element_shapes(part: Part, poses: Sequence[PoseTuple], extents: RunExtents) -> list[DrawnShape]:
-    """Torsion springs as spirals that wind up, torsion dampers as drums with a vane."""
+    """Return torsion springs as spirals that wind up, and torsion dampers as drums with a vane."""
     mechanism, u = part.mechanism, extents.length_scale
     shapes: list[DrawnShape] = []
     for load in mechanism.force_elements:
@@ -116,7 +101,7 @@ def torsional_element_shapes(part: Part, poses: Sequence[PoseTuple], extents: Ru
         centre = point_position(mechanism, poses, hinge_point(mechanism, load.first, load.second))
         outer_angle, inner_angle = (body_pose(mechanism, poses, body)[2] for body in (load.first, load.second))
         if isinstance(load, TorsionSpring):
-            # Past one and a half turns a spiral would come loose or close up.
+            # Beyond one and a half turns a spiral would unwind or close up.
             wound_angle = max(min(inner_angle - outer_angle, 3 * math.pi), -3 * math.pi)
             sweep = 5 * math.pi - wound_angle
             spiral_points = (
@@ -124,40 +109,39 @@ def torsional_element_shapes(part: Part, poses: Sequence[PoseTuple], extents: Ru
             )
             shapes.append(Lines("spring", (tuple(spiral_points),)))
         else:
-            shapes.append(Circle("drum", *centre, 0.055 * u))
             vane = tuple(axes_to_plane((*centre, inner_angle), side * 0.055 * u, 0.0) for side in (-1, 1))
-            shapes.append(Lines("damper", (vane,)))
+            shapes += [Circle("drum", *centre, 0.055 * u), Lines("damper", (vane,))]
     return shapes
 
 
 def force_arrow_shapes(part: Part, poses: Sequence[PoseTuple], extents: RunExtents) -> list[DrawnShape]:
-    """Forces as arrows from their points, torques as curved ones, as long as they are large; none for zero."""
+    """Return forces as arrows and torques as curved arrows, of a length proportional to their magnitude; none for zero."""
     mechanism, u = part.mechanism, extents.length_scale
     shapes: list[DrawnShape] = []
     for load in mechanism.force_elements:
         if isinstance(load, Force):
             x, y = point_position(mechanism, poses, load.point)
             across, up = extents.load_fractions(load)
-            shapes += make_arrow("force", ((x, y), (x + _ARROW_LENGTH * u * across, y + _ARROW_LENGTH * u * up)), _ARROW_HEAD_SIZE * u)
+            chain = [(x, y), (x + _ARROW_LENGTH * u * across, y + _ARROW_LENGTH * u * up)]
         elif isinstance(load, Torque):
             centre = point_position(mechanism, poses, hinge_point(mechanism, load.first, load.second))
             sweep = 1.5 * math.pi * extents.load_fractions(load)[0]
             start = 0.25 * math.pi if sweep > 0 else 0.75 * math.pi
             chain = [axes_to_plane((*centre, start + sweep * k / 32), _TORQUE_ARROW_RADIUS * u, 0.0) for k in range(33)]
-            shapes += make_arrow("force", chain, _ARROW_HEAD_SIZE * u)
+        else:
+            continue
+        shapes += make_arrow("force", chain, _ARROW_HEAD_SIZE * u)
     return shapes
 
 
 def drive_shapes(part: Part, poses: Sequence[PoseTuple], extents: RunExtents) -> list[DrawnShape]:
-    """A ring round the pin that a drive turns, or round the point that it moves."""
+    """Return a ring around the pin that a drive rotates, or around the point that it moves."""
     mechanism, u = part.mechanism, extents.length_scale
-    shapes: list[DrawnShape] = []
-    for joint in mechanism.joints:
-        if isinstance(joint, RotationalDriver):
-            point = hinge_point(mechanism, joint.first.body, joint.second.body, joint.second)
-        elif isinstance(joint, TranslationalDriver):
-            point = joint.second
-        else:
-            continue
-        shapes.append(Circle("drive", *point_position(mechanism, poses, point), 0.036 * u))
-    return shapes
+    points = [
+        joint.second
+        if isinstance(joint, TranslationalDriver)
+        else hinge_point(mechanism, joint.first.body, joint.second.body, joint.second)
+        for joint in mechanism.joints
+        if isinstance(joint, RotationalDriver | TranslationalDriver)
+    ]
+    return [Circle("drive", *point_position(mechanism, poses, point), 0.036 * u) for point in points]

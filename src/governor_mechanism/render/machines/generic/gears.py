@@ -1,4 +1,4 @@
-"""Generic drawing of toothed wheels that touch, and of racks on their pinions."""
+"""Generic drawing of meshing toothed wheels, and of racks on their pinions."""
 
 from __future__ import annotations
 
@@ -15,23 +15,23 @@ from governor_mechanism.render.geometry.primitives import Circle, DrawnShape, Li
 from governor_mechanism.render.run_extents import RunExtents, wheel_radii
 
 _RACK_THICKNESS = 0.09
-"""Of a rack, as a fraction of the stage's unit."""
+"""Thickness of a rack, as a fraction of the length scale."""
 _CONCENTRIC_WHEEL_RADIUS = 0.16
-"""Radius of the larger of two wheels about one centre, as a fraction of the stage's unit."""
+"""Radius of the larger of two wheels with a common centre, as a fraction of the length scale."""
 
 WheelGeometry = tuple[str, Point, float]
-"""A body, the wheel's centre on it, and its radius (m)."""
+"""Body name, wheel centre on the body, and wheel radius (m)."""
 
 
 def wheel_bodies(part: Part) -> set[str]:
-    """Bodies that are drawn as wheels."""
+    """Return the names of bodies drawn as wheels."""
     joints = part.mechanism.joints
     gear_bodies = {point.body for joint in joints if isinstance(joint, Gear) for point in (joint.first, joint.second)}
     return (gear_bodies | {joint.first.body for joint in joints if isinstance(joint, RackAndPinion)}) - {GROUND}
 
 
 def wheel_shapes(part: Part, poses: Sequence[PoseTuple], extents: RunExtents) -> list[DrawnShape]:
-    """Wheels with spokes that turn with their bodies, the larger ones behind; inside gears as rings."""
+    """Return wheels with spokes that rotate with their bodies, larger ones behind; internal gears are rings."""
     u = extents.length_scale
     shapes: list[DrawnShape] = []
     for body, point, radius in sorted(_wheel_geometries(part, poses, extents), key=lambda wheel: -wheel[2]):
@@ -62,7 +62,7 @@ def _wheel_geometries(part: Part, poses: Sequence[PoseTuple], extents: RunExtent
                 scale = _CONCENTRIC_WHEEL_RADIUS * extents.length_scale / max(abs(joint.ratio), 1.0)
                 radii = [abs(joint.ratio) * scale, scale]
             wheels_of_joints += [(p.body, p, r) for p, r in zip((joint.first, joint.second), radii, strict=True)]
-    # One wheel may mesh with several others.
+    # A wheel can mesh with several others.
     distinct_wheels: dict[tuple[str, float, float, int], WheelGeometry] = {}
     for body, point, radius in wheels_of_joints:
         distinct_wheels.setdefault((body, point.x, point.y, round(200 * radius / extents.length_scale)), (body, point, radius))
@@ -70,7 +70,7 @@ def _wheel_geometries(part: Part, poses: Sequence[PoseTuple], extents: RunExtent
 
 
 def rack_shapes(part: Part, poses: Sequence[PoseTuple], extents: RunExtents) -> list[DrawnShape]:
-    """Toothed bars that touch the circles of their pinions all along the run."""
+    """Return toothed bars that touch the circles of their pinions during the whole run."""
     u = extents.length_scale
     shapes: list[DrawnShape] = []
     for joint in part.mechanism.joints:
@@ -94,9 +94,9 @@ def rack_shapes(part: Part, poses: Sequence[PoseTuple], extents: RunExtents) -> 
 
 
 def _rack_contact(part: Part, poses: Sequence[PoseTuple], joint: RackAndPinion) -> tuple[float, PoseTuple]:
-    """On which side of the pinion its rack touches it, and axes there, with x along the rack.
+    """Return the side (+1 or -1) of the pinion on which its rack touches it, and axes there with x along the rack.
 
-    A pinion that turns anticlockwise drives what touches it on the right of the direction forward.
+    A pinion that rotates anticlockwise drives a rack on the right of the forward direction.
     """
     side = -1.0 if joint.radius > 0 else 1.0
     centre = point_position(part.mechanism, poses, joint.first)
@@ -104,7 +104,7 @@ def _rack_contact(part: Part, poses: Sequence[PoseTuple], joint: RackAndPinion) 
 
 
 def rack_bed_shapes(part: Part, poses: Sequence[PoseTuple], extents: RunExtents) -> list[DrawnShape]:
-    """What racks slide on, where the ground guides them and holds their pinions."""
+    """Return the beds of racks that the ground guides and whose pinions it holds."""
     u = extents.length_scale
     guided_bodies = {joint.second.body for joint in part.mechanism.joints if isinstance(joint, Slider) and joint.first.body == GROUND}
     shapes: list[DrawnShape] = []
@@ -120,5 +120,5 @@ def rack_bed_shapes(part: Part, poses: Sequence[PoseTuple], extents: RunExtents)
 
 
 def rack_bodies(part: Part) -> set[str]:
-    """Bodies that are drawn as racks."""
+    """Return the names of bodies drawn as racks."""
     return {joint.second.body for joint in part.mechanism.joints if isinstance(joint, RackAndPinion)} - {GROUND}

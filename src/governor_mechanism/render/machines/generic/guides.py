@@ -1,4 +1,4 @@
-"""Generic drawing of what guides a point: straight guides, slots, blocks in them, and the feet of ground pins."""
+"""Generic drawing of guides: straight guides, slots, their sliding blocks, and the feet of ground pins."""
 
 from __future__ import annotations
 
@@ -20,17 +20,17 @@ from governor_mechanism.render.run_extents import RunExtents
 from governor_mechanism.types import FloatArray
 
 _SLOT_WIDTH, STRIP_WIDTH = 0.046, 0.100
-"""Widths of a slot and of the strip it is cut into."""
+"""Widths of a slot and of the strip around it, as fractions of the length scale."""
 _BLOCK_SIDES, _SPRUNG_BLOCK_SIDES = (0.15, 0.08), (0.16, 0.22)
-"""Sides, along the guide and across, of a sliding block and of a mass that springs hold in its guide."""
+"""Sides, along and across the guide, of a sliding block and of a mass held by springs in its guide, as fractions of the length scale."""
 _GUIDE_EXTENSION = 0.12
-"""What a guide is longer than the way at each end. All as fractions of the stage's unit."""
+"""Length of a guide beyond the travel at each end, as a fraction of the length scale."""
 _N_SLOT_SEGMENTS = 48
-"""A slot is drawn in."""
+"""Number of straight segments of a drawn slot."""
 
 
 def guide_centreline(joint: Joint, extents: RunExtents) -> list[Vec2]:
-    """The middle line of what guides the joint's second point (m, in the axes of the joint's first point)."""
+    """Return the centre line of the guide of the joint's second point (m, in the axes of the joint's first point)."""
     low, high = extents.joint_travels[joint.name]
     extension = _GUIDE_EXTENSION * extents.length_scale
     match joint:
@@ -41,7 +41,7 @@ def guide_centreline(joint: Joint, extents: RunExtents) -> list[Vec2]:
         case CurveSlot(curve=curve):
             first, last = low - 0.6 * extension, high + 0.6 * extension
             if isinstance(curve, SplineCurve):
-                # It ends at its first and last point, and is shown whole unless the run uses little of it.
+                # A table curve ends at its first and last point; it is drawn whole unless the run uses a small part of it.
                 max_extension = 0.5 * (high - low) + extension
                 first, last = (max(low - max_extension, min(curve.x[0], low)), min(high + max_extension, max(curve.x[-1], high)))
             xs = np.linspace(first, last, _N_SLOT_SEGMENTS + 1)
@@ -56,17 +56,17 @@ def _curve_ordinates(curve: Curve, xs: FloatArray) -> FloatArray:
             return np.asarray(np.polynomial.polynomial.polyval(xs, coefficients), dtype=np.float64)
         case SplineCurve(x=x, y=y):
             return np.asarray(CubicSpline(x, y)(xs))
-    raise NotImplementedError(f"a curve of kind {type(curve).__name__} has no drawing")
+    raise NotImplementedError(f"curves of type {type(curve).__name__} cannot be drawn")
 
 
 def guide_axes(part: Part, poses: Sequence[PoseTuple], joint: Joint) -> PoseTuple:
-    """The axes of a guide: origin in the joint's first point, x along the guide where it is straight."""
+    """Return the axes of a guide: origin in the joint's first point, x along a straight guide."""
     angle = joint.angle if isinstance(joint, Slider | CurveSlot | TranslationalDriver) else 0.0
     return axes_at(part.mechanism, poses, joint.first, angle)
 
 
 def guide_shapes(part: Part, poses: Sequence[PoseTuple], extents: RunExtents, *, fixed: bool) -> list[DrawnShape]:
-    """What guides points, on the ground (`fixed`) or on bodies; a body's own plate is drawn elsewhere."""
+    """Return the guides on the ground (`fixed`) or on bodies; the plate of a body is drawn elsewhere."""
     shapes: list[DrawnShape] = []
     for joint in part.mechanism.joints:
         if joint.name not in extents.joint_travels or (joint.first.body == GROUND) != fixed:
@@ -78,12 +78,12 @@ def guide_shapes(part: Part, poses: Sequence[PoseTuple], extents: RunExtents, *,
             case ArcSlot() | CurveSlot():
                 shapes += _slot_shapes(joint, extents, axes, fixed=fixed)
             case TranslationalDriver() if fixed and not _is_guided_by_slider(part, joint):
-                shapes.append(Lines("guide", (tuple(axes_to_plane(axes, *spot) for spot in guide_centreline(joint, extents)),)))
+                shapes.append(Lines("guide", (tuple(axes_to_plane(axes, *point) for point in guide_centreline(joint, extents)),)))
     return shapes
 
 
 def block_sides(part: Part, joint: Slider) -> Vec2:
-    """How large the block of a slider is: that of a mass on springs has room for them beside each other."""
+    """Return the sides of the block of a slider; a mass on springs is large enough to show them side by side."""
     body = joint.second.body
     has_no_other_joint = all(body not in (other.first.body, other.second.body) or other is joint for other in part.mechanism.joints)
     has_springs = any(isinstance(load, Spring | Damper) and body in load.bodies for load in part.mechanism.force_elements)
@@ -99,15 +99,12 @@ def _straight_guide_shapes(part: Part, extents: RunExtents, joint: Slider, axes:
     start, end = axes_to_plane(axes, low, 0.0), axes_to_plane(axes, high, 0.0)
     if part.plane == TURNING_PLANE and max(abs(start[0]), abs(end[0])) < 1e-6 * u:
         return [Lines("guide", ((start, end),))]
-    rails: list[DrawnShape] = []
-    for side in (1, -1):
-        middle = axes_to_plane(axes, (low + high) / 2, side * half_width)
-        rails.append(make_wall(middle, axes[2] - side * math.pi / 2, (high - low) / 2, 0.035 * u))
-    return rails
+    middles = ((side, axes_to_plane(axes, (low + high) / 2, side * half_width)) for side in (1, -1))
+    return [make_wall(middle, axes[2] - side * math.pi / 2, (high - low) / 2, 0.035 * u) for side, middle in middles]
 
 
 def _is_guided_by_slider(part: Part, drive: TranslationalDriver) -> bool:
-    """Whether the drive's body runs in a guide, so that its way needs no line of its own."""
+    """Return whether the driven body also runs in a guide, so that its path needs no line."""
     bodies = {drive.first.body, drive.second.body}
     return any(isinstance(joint, Slider) and {joint.first.body, joint.second.body} == bodies for joint in part.mechanism.joints)
 
@@ -119,12 +116,12 @@ def _slot_shapes(joint: ArcSlot | CurveSlot, extents: RunExtents, axes: PoseTupl
     if isinstance(joint, ArcSlot) and high - low > 2 * math.pi - 0.4:
         edges = (("", STRIP_WIDTH), ("slot", _SLOT_WIDTH), (rim, -_SLOT_WIDTH))
         return [Circle(role or rim, axes[0], axes[1], joint.radius + w * u / 2) for role, w in edges]
-    chain = [axes_to_plane(axes, *spot) for spot in guide_centreline(joint, extents)]
+    chain = [axes_to_plane(axes, *point) for point in guide_centreline(joint, extents)]
     return [*([make_band(rim, chain, STRIP_WIDTH * u)] if fixed else []), make_band("slot", chain, _SLOT_WIDTH * u)]
 
 
 def block_shapes(part: Part, poses: Sequence[PoseTuple], extents: RunExtents) -> list[DrawnShape]:
-    """The blocks that slide in straight guides; a rack slides by itself."""
+    """Return the blocks that slide in straight guides; a rack is its own block."""
     u = extents.length_scale
     shapes: list[DrawnShape] = []
     for joint in part.mechanism.joints:
@@ -137,9 +134,9 @@ def block_shapes(part: Part, poses: Sequence[PoseTuple], extents: RunExtents) ->
 
 
 def pin_centres(part: Part, poses: Sequence[PoseTuple]) -> list[Vec2]:
-    """Where a pin is seen: at pins, ends of links, and what runs in a slot or turns on a sliding block.
+    """Return the visible pin positions: pins, ends of links, points in slots, and points that rotate on a sliding block.
 
-    A bead, which does not turn and is held in one point, needs none.
+    A bead, which does not rotate and is held in one point, has no pin.
     """
     centres: list[Vec2] = []
     beads = bead_bodies(part)
@@ -160,7 +157,7 @@ def pin_centres(part: Part, poses: Sequence[PoseTuple]) -> list[Vec2]:
 
 
 def bead_bodies(part: Part) -> set[str]:
-    """Bodies that do not turn and are held in their mass centre alone, in slots or by links."""
+    """Return the names of bodies that do not rotate and are held at their mass centre only, in slots or by links."""
     point_only_joints: dict[str, set[bool]] = {}
     for joint in part.mechanism.joints:
         for point in (joint.first, joint.second):
@@ -170,26 +167,26 @@ def bead_bodies(part: Part) -> set[str]:
 
 
 def foot_shapes(part: Part, extents: RunExtents) -> list[DrawnShape]:
-    """A hatched foot under every pin, link, block or weld on the ground; above it where the mechanism hangs."""
+    """Return a hatched foot under every pin, link, block or weld on the ground; above it where the mechanism hangs."""
     u = extents.length_scale
     positions = [
         (mine.x, mine.y)
         for joint in part.mechanism.joints
         for mine in (joint.first, joint.second)
-        if mine.body == GROUND and (isinstance(joint, Pin | Distance | Weld) or _is_guided_point(joint, mine is joint.second))
+        if mine.body == GROUND
+        and (isinstance(joint, Pin | Distance | Weld) or (mine is joint.second and isinstance(joint, Slider | ArcSlot | CurveSlot)))
     ]
-    return [shape for spot in distinct_points(positions, 0.01 * u) for shape in _foot_shape(spot, u, above=spot[1] > extents.mean_height)]
-
-
-def _is_guided_point(joint: Joint, is_second_point: bool) -> bool:
-    return is_second_point and isinstance(joint, Slider | ArcSlot | CurveSlot)
+    return [
+        shape for point in distinct_points(positions, 0.01 * u) for shape in _foot_shape(point, u, above=point[1] > extents.mean_height)
+    ]
 
 
 def _foot_shape(position: Vec2, u: float, *, above: bool) -> tuple[DrawnShape, ...]:
     x, y = position
     half_width, height, ground_thickness = 0.06 * u, 0.09 * u, 0.04 * u
     base = y + height if above else y - height
-    box = (x - 1.5 * half_width, x + 1.5 * half_width, *((base, base + ground_thickness) if above else (base - ground_thickness, base)))
+    bottom = base if above else base - ground_thickness
+    box = (x - 1.5 * half_width, x + 1.5 * half_width, bottom, bottom + ground_thickness)
     line = Lines("wall", (((box[0], base), (box[1], base)),))
     return (Polygon("frame", ((x, y), (x - half_width, base), (x + half_width, base))), make_hatching("hatching", box, 0.034 * u), line)
 

@@ -1,4 +1,4 @@
-"""What a scene's effects hang on a Hartung governor: stops of its weights, a dashpot, a spring, what rubs."""
+"""Effects drawn on a Hartung governor: weight stops, dashpot, sleeve spring and friction shoes."""
 
 from __future__ import annotations
 
@@ -8,52 +8,63 @@ from governor_mechanism.effects.dashpot import Dashpot
 from governor_mechanism.effects.dry_friction import DryFriction
 from governor_mechanism.effects.spring import OutputSpring
 from governor_mechanism.effects.stops import Stops
-from governor_mechanism.render.geometry.outlines import make_burst, make_hatched_block, make_wall
-from governor_mechanism.render.geometry.primitives import DrawnShape, Lines, Polygon, Vec2, make_bar, make_rectangle
+from governor_mechanism.render.geometry.outlines import make_burst, make_hatched_block
+from governor_mechanism.render.geometry.primitives import DrawnShape, Vec2, make_bar, make_rectangle
+from governor_mechanism.render.machines.governor_parts import DashpotGeometry, spindle_shoe_shapes, spindle_spring_shapes
 from governor_mechanism.render.machines.hartung.proportions import HARTUNG_SPINDLE_HALF_WIDTH, HartungProportions, HartungSide
-from governor_mechanism.render.machines.pendulum.effects import helical_spring_lines
 
-_LIFT_READING = "sleeve_lift"
 _WEIGHT_READINGS = ("lever_angle", "weight_radius")
-"""The readings that the weights show."""
+"""Readings that determine the position of the weights."""
 
-# As fractions of the weights' arm.
 _DASHPOT_HALF_WIDTH, _DASHPOT_OFFSET = 0.24, 0.50
-"""half width of the dashpot, and how far its middle stands beside the sleeve"""
+"""Half width of the dashpot, and distance of its axis from the sleeve, as fractions of the weight arm."""
 _STOP_HALF_HEIGHT = 0.16
-"""Half height of the stops that weights meet."""
+"""Half height of the weight stops, as a fraction of the weight arm."""
 _SHOE_HEIGHT = 0.20
 
 
 def spindle_collar_height(governor: HartungProportions, lowest: float) -> float:
-    """Where the spindle's lower collar stands (m), with the sleeve's lugs lowest at a height (m)."""
+    """Return the height (m) of the lower spindle collar if the lowest height of the sleeve lugs is `lowest` (m)."""
     u, gap = governor.arm, 0.14 * governor.arm
-    if governor.effect_state.find_effect_on(DryFriction, _LIFT_READING):
+    if governor.find_lift_effect(DryFriction):
         gap += _SHOE_HEIGHT * u
-    if governor.effect_state.find_effect_on(OutputSpring, _LIFT_READING):
+    if governor.find_lift_effect(OutputSpring):
         gap += 0.9 * u
     return lowest - governor.sleeve_size[1] - gap
 
 
 def hartung_static_effect_shapes(governor: HartungProportions, heights: Vec2) -> list[DrawnShape]:
-    """What is fixed to the frame: blocks that stop the weights, the dashpot's cylinder, the spring's seat."""
-    return [*_weight_stop_shapes(governor), *_dashpot_shapes(governor, heights), *_spring_seat_shapes(governor, heights[0])]
+    """Return the shapes fixed to the frame: weight stops, dashpot cylinder and spring seat."""
+    u, shapes = governor.arm, _weight_stop_shapes(governor)
+    if governor.find_lift_effect(Dashpot):
+        shapes += _dashpot_geometry(governor, heights).cylinder_shapes()
+    if governor.find_lift_effect(OutputSpring):
+        y = spindle_collar_height(governor, heights[0])
+        shapes.append(make_rectangle("seat", -0.45 * u, 0.45 * u, y - 0.04 * u, y))
+    return shapes
 
 
 def hartung_moving_effect_shapes(governor: HartungProportions, height: float, time: float) -> list[DrawnShape]:
-    """What moves with the sleeve, whose lugs stand at a height (m), at a time (s)."""
-    return [*_piston_shapes(governor, height), *_spring_shapes(governor, height), *_friction_shoe_shapes(governor, height, time)]
+    """Return the shapes that move with the sleeve, with its lugs at a height (m), at a time (s)."""
+    u, base = governor.arm, height - governor.sleeve_size[1]
+    low, high = governor.lug_height_range
+    dashpot = _dashpot_geometry(governor, (low, high))
+    shapes = dashpot.piston_shapes(height - low, height) if governor.find_lift_effect(Dashpot) else []
+    if governor.find_lift_effect(OutputSpring):
+        shapes += spindle_spring_shapes(spindle_collar_height(governor, low), base, 0.36 * u, HARTUNG_SPINDLE_HALF_WIDTH * u)
+    radii = HARTUNG_SPINDLE_HALF_WIDTH * u, (HARTUNG_SPINDLE_HALF_WIDTH + 0.2) * u
+    return [*shapes, *spindle_shoe_shapes(governor, time, radii, base, _SHOE_HEIGHT * u)]
 
 
 def hartung_impact_shapes(governor: HartungProportions, sides: list[HartungSide], time: float) -> list[DrawnShape]:
-    """Rays where a weight has just struck its stop."""
+    """Return rays where a weight has just struck its stop."""
     stops = governor.effect_state.find_effect_on(Stops, *_WEIGHT_READINGS)
     if stops is None:
         return []
     last_impact = governor.effect_state.recent_impact(stops.reading, time)
     impact_points: list[Vec2] = []
     if last_impact is not None:
-        is_inner_stop = last_impact.is_high_stop == (stops.reading == _WEIGHT_READINGS[0])  # the lever angle grows inward
+        is_inner_stop = last_impact.is_high_stop == (stops.reading == _WEIGHT_READINGS[0])  # the lever angle increases inward
         for side in sides:
             face_radius = abs(side.weight[0]) + (-governor.half_width if is_inner_stop else governor.half_width)
             impact_points.append((side.sign * face_radius, _stop_height(governor)))
@@ -61,12 +72,12 @@ def hartung_impact_shapes(governor: HartungProportions, sides: list[HartungSide]
 
 
 def _stop_height(governor: HartungProportions) -> float:
-    """The height at which the weights meet their stops (m)."""
+    """Return the height (m) at which the weights meet their stops."""
     return 0.5 * (governor.bore_half_height + governor.half_height)
 
 
 def _stop_radii(governor: HartungProportions) -> tuple[float, float] | None:
-    """Where the weights' centres are stopped, inside and outside (m from the axis; nan where there is none)."""
+    """Return the radii (m) of the weight centres at the inner and outer stop; NaN where there is no stop."""
     stops = governor.effect_state.find_effect_on(Stops, *_WEIGHT_READINGS)
     if stops is None:
         return None
@@ -80,7 +91,7 @@ def _stop_radii(governor: HartungProportions) -> tuple[float, float] | None:
 
 
 def _weight_stop_shapes(governor: HartungProportions) -> list[DrawnShape]:
-    """Blocks that the weights' faces meet: inside on the hub, outside on brackets from the springs' seats."""
+    """Return the blocks that stop the weights: inside on the hub, outside on brackets from the spring seats."""
     radii = _stop_radii(governor)
     if radii is None:
         return []
@@ -103,74 +114,19 @@ def _weight_stop_shapes(governor: HartungProportions) -> list[DrawnShape]:
     return shapes
 
 
-def _dashpot_box(governor: HartungProportions, heights: Vec2) -> tuple[float, float, float, float]:
-    """Left, right, bottom, top of the dashpot (m), long enough for the whole way of its piston."""
-    u, (low, high) = governor.arm, heights
-    x = -(governor.sleeve_size[0] + _DASHPOT_OFFSET * u)
-    top = low - 0.45 * u
-    return x - _DASHPOT_HALF_WIDTH * u, x + _DASHPOT_HALF_WIDTH * u, top - max(high - low + 0.45 * u, 0.7 * u), top
-
-
-def _lug_height_range(governor: HartungProportions) -> Vec2:
-    """Between what heights the lugs move over the run (m)."""
-    low, high = governor.effect_state.reading_ranges.get(_LIFT_READING, (0.0, 0.0))
-    return governor.zero_lift_height + low, governor.zero_lift_height + high
-
-
-def _dashpot_shapes(governor: HartungProportions, heights: Vec2) -> list[DrawnShape]:
-    """An open cylinder full of oil on a hatched footing, beside the sleeve."""
-    if not governor.effect_state.find_effect_on(Dashpot, _LIFT_READING):
-        return []
-    u, (left, right, bottom, top) = governor.arm, _dashpot_box(governor, heights)
-    wall_thickness = 0.05 * u
-    return [
-        make_rectangle("dashpot", left, right, bottom, top),
-        make_rectangle("bore", left + wall_thickness, right - wall_thickness, bottom + wall_thickness, top),
-        make_rectangle("oil", left + wall_thickness, right - wall_thickness, bottom + wall_thickness, top - 0.1 * u),
-        make_wall(((left + right) / 2, bottom), math.pi / 2, 1.35 * _DASHPOT_HALF_WIDTH * u, 0.1 * u),
-    ]
-
-
-def _piston_shapes(governor: HartungProportions, height: float) -> list[DrawnShape]:
-    """The dashpot's piston, its rod, and the bracket by which the sleeve moves it."""
-    if not governor.effect_state.find_effect_on(Dashpot, _LIFT_READING):
-        return []
-    u, low = governor.arm, _lug_height_range(governor)[0]
-    left, right, bottom, _ = _dashpot_box(governor, _lug_height_range(governor))
-    x, clearance = (left + right) / 2, 0.06 * u
-    piston = bottom + 0.14 * u + height - low
-    return [
-        make_rectangle("piston rod", x - 0.04 * u, x + 0.04 * u, piston, height),
-        make_rectangle("piston", left + clearance, right - clearance, piston, piston + 0.1 * u),
-        make_bar("piston rod", (x, height), (-0.9 * governor.sleeve_size[0], height), 0.1 * u),
-    ]
-
-
-def _spring_seat_shapes(governor: HartungProportions, lowest: float) -> list[DrawnShape]:
-    """A disc on the spindle for the sleeve's spring to rest against."""
-    if not governor.effect_state.find_effect_on(OutputSpring, _LIFT_READING):
-        return []
-    u, y, half_width = governor.arm, spindle_collar_height(governor, lowest), 0.45 * governor.arm
-    return [make_rectangle("seat", -half_width, half_width, y - 0.04 * u, y)]
-
-
-def _spring_shapes(governor: HartungProportions, height: float) -> list[DrawnShape]:
-    """A helical spring round the spindle, under the sleeve."""
-    if not governor.effect_state.find_effect_on(OutputSpring, _LIFT_READING):
-        return []
-    start, end = spindle_collar_height(governor, _lug_height_range(governor)[0]), height - governor.sleeve_size[1]
-    return [Lines("spring", helical_spring_lines((0.0, start), (0.0, end), 0.36 * governor.arm, HARTUNG_SPINDLE_HALF_WIDTH * governor.arm))]
-
-
-def _friction_shoe_shapes(governor: HartungProportions, height: float, time: float) -> list[DrawnShape]:
-    """Shoes under the sleeve that rub on the spindle, in the colour of what rubs or of what is held."""
-    if not governor.effect_state.find_effect_on(DryFriction, _LIFT_READING):
-        return []
-    u, base, is_sticking = (governor.arm, height - governor.sleeve_size[1], governor.effect_state.is_held(_LIFT_READING, time))
-    inner, outer = HARTUNG_SPINDLE_HALF_WIDTH * u, (HARTUNG_SPINDLE_HALF_WIDTH + 0.2) * u
-    shoes = [make_rectangle("shoe", x, x + outer - inner, base - _SHOE_HEIGHT * u, base) for x in (-outer, inner)]
-    return [
-        Polygon(role, shoe.points if is_shown else ())
-        for role, is_shown in (("shoe", not is_sticking), ("held shoe", is_sticking))
-        for shoe in shoes
-    ]
+def _dashpot_geometry(governor: HartungProportions, heights: Vec2) -> DashpotGeometry:
+    """Return the dashpot for the lowest and highest lug height (m), long enough for the whole stroke of its piston."""
+    u, (low, high), width = governor.arm, heights, governor.sleeve_size[0]
+    x, top = -(width + _DASHPOT_OFFSET * u), low - 0.45 * u
+    bottom = top - max(high - low + 0.45 * u, 0.7 * u)
+    return DashpotGeometry(
+        box=(x - _DASHPOT_HALF_WIDTH * u, x + _DASHPOT_HALF_WIDTH * u, bottom, top),
+        wall_thickness=0.05 * u,
+        gap=0.1 * u,
+        piston_clearance=0.06 * u,
+        lowest_piston=0.14 * u,
+        piston_thickness=0.1 * u,
+        rod_half_width=0.04 * u,
+        bracket_end=-0.9 * width,
+        bracket_width=0.1 * u,
+    )

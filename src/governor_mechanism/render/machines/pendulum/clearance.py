@@ -1,4 +1,4 @@
-"""Play between links and sleeve: slots in the sleeve's lugs, and a detail of one, so much larger that it is seen."""
+"""Clearance between links and sleeve: slots in the sleeve lugs, and an enlarged detail of one slot."""
 
 from __future__ import annotations
 
@@ -11,19 +11,18 @@ from governor_mechanism.render.machines.pendulum.proportions import PendulumProp
 from governor_mechanism.render.machines.pendulum.sleeve import SLOT_HALF_LENGTH
 from governor_mechanism.types import FloatArray
 
-# As fractions of the arm.
 _EYELET_RADIUS = 0.040
-"""radius of a link's eye"""
+"""Radius of the eye of a link, as a fraction of the arm."""
 _LENS_LEFT, _LENS_BOTTOM, _LENS_WIDTH, _LENS_HEIGHT = -0.66, 0.06, 0.34, 0.42
-"""the detail's place, beside the bearing at the top"""
+"""Rectangle of the detail, next to the upper bearing, as fractions of the arm."""
 _MAX_DRAWN_CLEARANCE = 0.13
-"""what the play measures in the detail at most"""
+"""Largest size of the clearance in the detail, as a fraction of the arm."""
 _SLOT_CENTRE_HEIGHT = 0.16
-"""height of the slot's middle in it"""
+"""Height of the slot centre in the detail, as a fraction of the arm."""
 
 
 def clearance_slot_shapes(governor: PendulumProportions, height: float) -> tuple[DrawnShape, ...]:
-    """A slot in each lug of a sleeve at a height (m); none without play."""
+    """Return a slot in each lug of a sleeve at a height (m); none without clearance."""
     if not governor.clearance:
         return ()
     u = governor.arm
@@ -34,26 +33,26 @@ def clearance_slot_shapes(governor: PendulumProportions, height: float) -> tuple
 
 
 def clearance_magnification(governor: PendulumProportions) -> float:
-    """How many times larger the detail shows the play: 1, 2 or 5 x 10^n."""
+    """Return the magnification of the clearance in the detail: 1, 2 or 5 x 10^n."""
     max_magnification = _MAX_DRAWN_CLEARANCE * governor.arm / governor.clearance
     decade = float(10.0 ** math.floor(math.log10(max_magnification)))
     return next(step * decade for step in (5.0, 2.0, 1.0) if step * decade <= max_magnification * (1 + 1e-9))
 
 
 def clearance_lens_frame(governor: PendulumProportions) -> tuple[DrawnShape, ...]:
-    """The frame of the detail, and how large it shows the play; none without play."""
+    """Return the frame of the detail and its magnification; none without clearance."""
     if not governor.clearance:
         return ()
     u, magnification = governor.arm, clearance_magnification(governor)
     ratio = f"{magnification:g} : 1" if magnification >= 1.0 else f"1 : {1 / magnification:g}"
     return (
         make_rectangle("lens", _LENS_LEFT * u, (_LENS_LEFT + _LENS_WIDTH) * u, _LENS_BOTTOM * u, (_LENS_BOTTOM + _LENS_HEIGHT) * u),
-        TextShape("scale", _LENS_LEFT * u, (_LENS_BOTTOM + _LENS_HEIGHT + 0.075) * u, f"play, {ratio}", 0.62 * u),
+        TextShape("scale", _LENS_LEFT * u, (_LENS_BOTTOM + _LENS_HEIGHT + 0.075) * u, f"clearance, {ratio}", 0.62 * u),
     )
 
 
 def clearance_lens_contents(governor: PendulumProportions, part: Part, pose: FloatArray, time: float) -> tuple[DrawnShape, ...]:
-    """A lug with its slot, and in it the eye of a link, hung from above, which flashes when it strikes."""
+    """Return a lug with its slot, and in it the eye of a link from above; the eye flashes at an impact."""
     if not governor.clearance:
         return ()
     u, magnification = governor.arm, clearance_magnification(governor)

@@ -1,25 +1,16 @@
-"""The drawing of the pendulum governor: spindle, cross piece, arms, links, balls, and the sleeve with its load."""
+"""Drawing of the pendulum governor: spindle, cross piece, arms, links, balls, and the sleeve with its load."""
 
 from __future__ import annotations
 
 import math
 from collections.abc import Sequence
 
-from governor_mechanism.machines.pendulum.machine import LEFT_BALL, RIGHT_BALL
+from governor_mechanism.machines.pendulum.bodies import LEFT_BALL, RIGHT_BALL
 from governor_mechanism.model.scene import Part
 from governor_mechanism.render.effect_state import NO_EFFECTS, EffectState
 from governor_mechanism.render.geometry.free_space import first_free_position, horizontal_extents, select_extreme_poses
-from governor_mechanism.render.geometry.primitives import (
-    Circle,
-    DrawnShape,
-    Lines,
-    TextShape,
-    Vec2,
-    make_bar,
-    make_hatching,
-    make_rectangle,
-    round_step,
-)
+from governor_mechanism.render.geometry.primitives import Circle, DrawnShape, Lines, Vec2, make_bar, make_rectangle
+from governor_mechanism.render.machines.governor_parts import bearing_shapes, lift_scale_shapes, lift_ticks, spindle_shapes
 from governor_mechanism.render.machines.pendulum.clearance import clearance_lens_contents, clearance_lens_frame, clearance_slot_shapes
 from governor_mechanism.render.machines.pendulum.effects import (
     pendulum_moving_effect_shapes,
@@ -42,11 +33,11 @@ from governor_mechanism.render.run_extents import RunExtents
 from governor_mechanism.types import FloatArray
 
 _SCALE_WIDTH = 0.365
-"""width of that scale with its numbers, as a fraction of the arm"""
+"""Width of the lift scale with its numbers, as a fraction of the arm."""
 
 
 def pendulum_background_shapes(part: Part, poses: FloatArray, extents: RunExtents | None = None) -> tuple[DrawnShape, ...]:
-    """Spindle in its bearings, suspension, axis, the scale of the sleeve's lift, and what effects fix to the frame."""
+    """Return the spindle in its bearings, the suspension, the axis, the lift scale, and the effects fixed to the frame."""
     governor = pendulum_proportions(part, NO_EFFECTS if extents is None else extents.effect_state)
     u = governor.arm
     heights = pendulum_sleeve_height(governor, part, poses)
@@ -56,11 +47,9 @@ def pendulum_background_shapes(part: Part, poses: FloatArray, extents: RunExtent
     w, zero_lift_height = PENDULUM_SPINDLE_HALF_WIDTH * u, governor.zero_lift_height
     linkage_shapes = [shape for pose in select_extreme_poses(poses) for shape in _linkage_shapes(governor, part, pose)]
     return (
-        Lines("axis", (((0.0, spindle_foot - 0.29 * u), (0.0, 0.40 * u)),)),
-        make_rectangle("spindle", -w, w, spindle_foot - 0.16 * u, 0.33 * u),
-        Lines("spindle shade", (((0.45 * w, spindle_foot - 0.16 * u), (0.45 * w, 0.33 * u)),)),
-        *_bearing_shapes(u, 0.17 * u, 0.27 * u),
-        *_bearing_shapes(u, spindle_foot - 0.14 * u, spindle_foot - 0.04 * u),
+        *spindle_shapes(w, (spindle_foot - 0.29 * u, 0.40 * u), spindle_foot - 0.16 * u, 0.33 * u),
+        *bearing_shapes(w, 0.15 * u, 0.17 * u, 0.27 * u, 0.034 * u),
+        *bearing_shapes(w, 0.15 * u, spindle_foot - 0.14 * u, spindle_foot - 0.04 * u, 0.034 * u),
         make_rectangle("spindle", -1.6 * w, 1.6 * w, spindle_foot - 0.04 * u, spindle_foot - 0.012 * u),
         *pendulum_static_effect_shapes(governor),
         *_suspension_shapes(governor),
@@ -70,28 +59,28 @@ def pendulum_background_shapes(part: Part, poses: FloatArray, extents: RunExtent
 
 
 def pendulum_moving_shapes(part: Part, pose: FloatArray, extents: RunExtents | None = None) -> tuple[DrawnShape, ...]:
-    """Sleeve, links, arms, balls, pins and what effects hang on them; the right half passes before the left one."""
+    """Return sleeve, links, arms, balls, pins and their effects; the right half covers the left one."""
     effect_state, time = (NO_EFFECTS, 0.0) if extents is None else (extents.effect_state, extents.time)
     governor = pendulum_proportions(part, effect_state)
     u = governor.arm
     height = float(pendulum_sleeve_height(governor, part, pose))
     sides = pendulum_sides(governor, part, pose)
     behind, front = pendulum_moving_effect_shapes(governor, part, pose, time)
-    pivots = [spot for side in sides for spot in (side.arm_pivot, side.link_joint, side.link_end)]
+    pivots = [point for side in sides for point in (side.arm_pivot, side.link_joint, side.link_end)]
     return (
         *behind,
         *pendulum_sleeve_shapes(governor, height),
         *clearance_slot_shapes(governor, height),
         *_linkage_shapes(governor, part, pose),
         *(Lines("ball shine", _highlight_arcs(side.ball, governor.ball_radius)) for side in sides),
-        *(Circle("pivot", *spot, PIVOT_RADIUS * u) for spot in pivots),
+        *(Circle("pivot", *point, PIVOT_RADIUS * u) for point in pivots),
         *front,
         *clearance_lens_contents(governor, part, pose, time),
     )
 
 
 def pendulum_plan_shapes(part: Part, pose: FloatArray, angle: float, effect_state: EffectState = NO_EFFECTS) -> tuple[DrawnShape, ...]:
-    """Sleeve, arms and balls from above; the right ball carries a mark."""
+    """Return sleeve, arms and balls from above; a mark identifies the right ball."""
     governor = pendulum_proportions(part, effect_state)
     c, s = math.cos(angle), math.sin(angle)
     right, left = (float(pendulum_ball_centres(governor, part, pose, name)[0]) for name in (RIGHT_BALL, LEFT_BALL))
@@ -100,29 +89,29 @@ def pendulum_plan_shapes(part: Part, pose: FloatArray, angle: float, effect_stat
     return (
         Circle("sleeve", 0.0, 0.0, governor.sleeve_size[0]),
         Lines("plan arm", ((ball_positions[0], ball_positions[1]),)),
-        *(Circle("ball", *spot, radius) for spot in ball_positions),
+        *(Circle("ball", *point, radius) for point in ball_positions),
         Circle("mark", *ball_positions[1], 0.42 * radius),
     )
 
 
 def pendulum_ball_path(part: Part, poses: FloatArray) -> FloatArray:
-    """The path (n, 2) (m) of the right ball's centre."""
+    """Return the path (n, 2) (m) of the centre of the right ball."""
     return pendulum_ball_centres(pendulum_proportions(part), part, poses)
 
 
 def _linkage_shapes(governor: PendulumProportions, part: Part, pose: FloatArray) -> tuple[DrawnShape, ...]:
-    """Links, arms and balls."""
+    """Return links, arms and balls."""
     u, shapes = governor.arm, list[DrawnShape]()
     sides = pendulum_sides(governor, part, pose)
     for side in sides:
-        # A link with mass is a rod of its own.
+        # A link with mass is drawn as a rod.
         role, width = ("rod", 1.2 * LINK_WIDTH) if governor.has_link_bodies else ("link", LINK_WIDTH)
         shapes += [make_bar(role, side.link_joint, side.link_end, width * u), make_bar("arm", side.arm_pivot, side.ball, ARM_WIDTH * u)]
     return (*shapes, *(Circle("ball", *side.ball, governor.ball_radius) for side in sides))
 
 
 def _highlight_arcs(ball: Vec2, radius: float) -> tuple[tuple[Vec2, ...], ...]:
-    """Two arcs inside the ball's rim, upper left: the light on a sphere."""
+    """Return two arcs inside the upper left rim of the ball: the highlight of a sphere."""
     return tuple(
         tuple(
             (ball[0] + radius_ratio * radius * math.cos(a), ball[1] + radius_ratio * radius * math.sin(a))
@@ -132,18 +121,8 @@ def _highlight_arcs(ball: Vec2, radius: float) -> tuple[tuple[Vec2, ...], ...]:
     )
 
 
-def _bearing_shapes(u: float, bottom: float, top: float) -> tuple[DrawnShape, ...]:
-    """A bearing in section: two hatched blocks beside the spindle, from bottom to top (m)."""
-    inner, outer = PENDULUM_SPINDLE_HALF_WIDTH * u, 0.15 * u
-    shapes: list[DrawnShape] = []
-    for left, right in ((-outer, -inner), (inner, outer)):
-        shapes.append(make_rectangle("bearing", left, right, bottom, top))
-        shapes.append(make_hatching("hatching", (left, right, bottom, top), 0.034 * u))
-    return tuple(shapes)
-
-
 def _suspension_shapes(governor: PendulumProportions) -> tuple[DrawnShape, ...]:
-    """The cross piece that carries the arms' pins, keyed to the spindle."""
+    """Return the cross piece with the arm pins, keyed to the spindle."""
     u = governor.arm
     half_length = abs(governor.offset)
     return (
@@ -155,28 +134,18 @@ def _suspension_shapes(governor: PendulumProportions) -> tuple[DrawnShape, ...]:
 def _lift_scale_shapes(
     governor: PendulumProportions, linkage_shapes: Sequence[DrawnShape], preferred_x: float, lifts: Vec2
 ) -> tuple[DrawnShape, ...]:
-    """A scale whose marks (mm) cover the lifts (m), lowest and highest, as the pointer shows them.
+    """Return a scale (mm) that covers the lifts (m), lowest and highest, at the height of the pointer.
 
-    It stands at x = near (m), or where something passes there, beside that, with lines that lead to it.
+    It is at x = `preferred_x` (m), or further out with leader lines if a part of the linkage passes there.
     """
     u = governor.arm
     shift = governor.zero_lift_height - governor.sleeve_size[1]
-    low, high = lifts
-    step = round_step(max(high - low, 0.04 * u), 5)
-    first = math.floor(low / step + 1e-9)
-    # Long enough that its two numbers stand apart.
-    last = max(math.ceil(high / step - 1e-9), first + math.ceil(0.1 * u / step))
-    marks = [(k, k * step + shift) for k in range(first, last + 1)]
-    bottom, top = marks[0][1] - 0.04 * u, marks[-1][1] + 0.04 * u
-    # Beside what passes, a little air.
+    ticks_mm = lift_ticks(lifts, shift, 0.04 * u, 0.1 * u)
+    bottom, top = ticks_mm[0][1] - 0.04 * u, ticks_mm[-1][1] + 0.04 * u
+    # Leave a small gap to the linkage.
     x = first_free_position(horizontal_extents(linkage_shapes, bottom, top), preferred_x - 0.01 * u, _SCALE_WIDTH * u)
     x = preferred_x if x < preferred_x else x + 0.05 * u
-    leaders = () if x == preferred_x else (Lines("leader", tuple(((preferred_x, y), (x, y)) for _, y in marks)),)
-    ticks = tuple(((x, y), (x + (0.05 if k in (first, last) else 0.03) * u, y)) for k, y in marks)
-    # Letters keep their size where a wide machine is drawn small: far out, their room grows with the width.
+    leaders = () if x == preferred_x else (Lines("leader", tuple(((preferred_x, y), (x, y)) for _, y in ticks_mm)),)
+    # Text keeps its size when a wide machine is drawn at a small scale: far out, its space grows with the width.
     text_width = 0.3 * u if x == preferred_x else 0.4 * x
-    labels = [
-        TextShape("scale", x + 0.065 * u, y, f"{k * step * 1e3:.6g}{unit}", text_width)
-        for (k, y), unit in ((marks[0], ""), (marks[-1], " mm"))
-    ]
-    return (*leaders, Lines("scale", (((x, marks[0][1]), (x, marks[-1][1])), *ticks)), *labels)
+    return (*leaders, *lift_scale_shapes(x, ticks_mm, (0.05 * u, 0.03 * u, 0.065 * u, text_width)))

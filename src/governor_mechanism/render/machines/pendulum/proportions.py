@@ -1,4 +1,4 @@
-"""The sizes of a pendulum governor's drawing, and where its arms, links and sleeve stand."""
+"""Proportions of the drawing of a pendulum governor, and positions of its arms, links and sleeve."""
 
 from __future__ import annotations
 
@@ -8,31 +8,30 @@ from dataclasses import dataclass
 import numpy as np
 
 from governor_mechanism.effects.rod_masses import RodMasses
-from governor_mechanism.machines.pendulum.machine import LEFT_BALL, RIGHT_BALL, RIGHT_LINK, SLEEVE
+from governor_mechanism.machines.pendulum.bodies import LEFT_BALL, RIGHT_BALL, RIGHT_LINK, SLEEVE
 from governor_mechanism.model.joints import Point
-from governor_mechanism.model.mechanism import FollowerHeight, LineAngle, PointCoordinate
+from governor_mechanism.model.output_variables import FollowerHeight, LineAngle, PointCoordinate
 from governor_mechanism.model.scene import Part
 from governor_mechanism.render.effect_state import NO_EFFECTS, EffectState, clearance_of
 from governor_mechanism.render.geometry.primitives import CAST_IRON_DENSITY, Vec2, drawn_ball_radius
+from governor_mechanism.render.machines.governor_parts import GovernorProportions
 from governor_mechanism.types import FloatArray
 
-# All as fractions of the arm: what the scene does not say is drawn in a proportion to it.
 PENDULUM_SPINDLE_HALF_WIDTH = 0.030
-"""half width"""
+"""Half width of the spindle, as a fraction of the arm."""
 ARM_WIDTH, LINK_WIDTH, PIVOT_RADIUS = 0.058, 0.042, 0.021
 GROOVE_RATIO = 0.62
-"""half width of a light sleeve's groove, as a fraction of the sleeve's"""
+"""Half width of the groove of a light sleeve, as a fraction of the half width of the sleeve."""
 
 
 @dataclass(frozen=True, kw_only=True)
-class PendulumProportions:
-    """The dimensions a drawing needs, in m and kg; `loaded` tells whether the sleeve is a body of its own.
+class PendulumProportions(GovernorProportions):
+    """Dimensions of the drawing in m and kg; `has_sleeve_body` is true if the sleeve is a body of the mechanism.
 
-    ball is the ball's radius, end its centre on its arm's body; heavy_links are bodies; zero (m) is the height at which
-    the lift is nought. acting is what the scene lists beside weights, and play how wide the sleeve's slot is (m).
+    `ball_centre` is the centre of the ball on the body of its arm. `has_link_bodies` is true if the links have mass.
+    `clearance` is the width of the slot in the sleeve (m).
     """
 
-    arm: float
     offset: float
     joint_distance: float
     link_length: float
@@ -42,17 +41,15 @@ class PendulumProportions:
     ball_radius: float
     ball_centre: Point
     has_link_bodies: bool
-    zero_lift_height: float
-    effect_state: EffectState = NO_EFFECTS
     clearance: float = 0.0
 
     @property
     def sleeve_size(self) -> Vec2:
-        """Half width and depth below the lugs (m) of a drum of cast iron with the sleeve's mass, or a light collar."""
+        """Half width, and depth below the lugs (m), of a cast-iron drum with the mass of the sleeve, or of a light collar."""
         u = self.arm
         if not self.has_sleeve_body:
             return max(0.115 * u, abs(self.lug_offset) + 0.06 * u), 0.24 * u
-        # A cylinder 1.3 radii high has this radius; one too heavy or too light to be seen well is drawn at the limit.
+        # A cylinder with a height of 1.3 radii has this radius; very heavy or very light drums are drawn at a limit.
         radius = math.cbrt(self.sleeve_mass / (1.3 * math.pi * CAST_IRON_DENSITY))
         radius = min(max(radius, 0.16 * u), 0.38 * u)
         return max(radius, abs(self.lug_offset) + 0.06 * u), 0.09 * u + 1.3 * radius
@@ -60,9 +57,9 @@ class PendulumProportions:
 
 @dataclass(frozen=True, kw_only=True)
 class PendulumSide:
-    """One half of the governor at one pose: its side (-1 left, 1 right) and where its joints are (m).
+    """One half of the governor at one pose: its sign (-1 left, 1 right) and the positions of its joints (m).
 
-    The link ends in `ring`; the sleeve's lug is there too, but for play.
+    The lug of the sleeve is at `link_end`, except for the clearance.
     """
 
     sign: float
@@ -73,7 +70,7 @@ class PendulumSide:
 
 
 def pendulum_proportions(part: Part, effect_state: EffectState = NO_EFFECTS) -> PendulumProportions:
-    """What the drawing of a part needs to know of it."""
+    """Return the proportions of the drawing of a part."""
     dimensions = part.dimensions
     arm, offset = dimensions["arm"], dimensions.get("offset", 0.0)
     joint_distance = dimensions.get("arm_joint", arm)
@@ -99,7 +96,7 @@ def pendulum_proportions(part: Part, effect_state: EffectState = NO_EFFECTS) -> 
 
 
 def pendulum_ball_centres(governor: PendulumProportions, part: Part, poses: FloatArray, name: str = RIGHT_BALL) -> FloatArray:
-    """Where a ball's centre stands (..., 2) (m) at poses (..., bodies, 3), wherever its body's mass centre is."""
+    """Return the centre of a ball (..., 2) (m) at poses (..., bodies, 3); the mass centre of its body may be elsewhere."""
     x, y, angle = np.moveaxis(poses[..., part.mechanism.body_index(name), :], -1, 0)
     ball_centre, c, s = governor.ball_centre, np.cos(angle), np.sin(angle)
     centres: FloatArray = np.stack([x + c * ball_centre.x - s * ball_centre.y, y + s * ball_centre.x + c * ball_centre.y], axis=-1)
@@ -107,14 +104,14 @@ def pendulum_ball_centres(governor: PendulumProportions, part: Part, poses: Floa
 
 
 def pendulum_arm_angles(governor: PendulumProportions, part: Part, poses: FloatArray) -> FloatArray:
-    """Of the right arm from the vertical (...) (rad)."""
+    """Return the angle of the right arm from the vertical (...) (rad)."""
     x, y = np.moveaxis(pendulum_ball_centres(governor, part, poses), -1, 0)
     angles: FloatArray = np.arctan2(x - governor.offset, -y)
     return angles
 
 
 def taut_link_height(governor: PendulumProportions, part: Part, poses: FloatArray) -> FloatArray:
-    """Height (...) (m) at which the links would hang the lugs, at poses (..., bodies, 3)."""
+    """Return the lug height (...) (m) without clearance, from the links, at poses (..., bodies, 3)."""
     x, y = np.moveaxis(pendulum_ball_centres(governor, part, poses), -1, 0)
     joint_ratio = governor.joint_distance / governor.arm
     lateral_distance = governor.offset + joint_ratio * (x - governor.offset) - governor.lug_offset
@@ -123,7 +120,7 @@ def taut_link_height(governor: PendulumProportions, part: Part, poses: FloatArra
 
 
 def pendulum_sleeve_height(governor: PendulumProportions, part: Part, poses: FloatArray) -> FloatArray:
-    """Height (...) of the lugs (m) at poses (..., bodies, 3): the sleeve's own, or that of a sleeve without mass."""
+    """Return the lug height (...) (m) at poses (..., bodies, 3), of the sleeve body or of a massless sleeve."""
     if governor.has_sleeve_body:
         height: FloatArray = poses[..., part.mechanism.body_index(SLEEVE), 1]
         return height
@@ -131,7 +128,7 @@ def pendulum_sleeve_height(governor: PendulumProportions, part: Part, poses: Flo
 
 
 def pendulum_sides(governor: PendulumProportions, part: Part, pose: FloatArray) -> list[PendulumSide]:
-    """The left half and the right one at a pose (bodies, 3)."""
+    """Return the left and the right half at a pose (bodies, 3)."""
     height = float((taut_link_height if governor.clearance else pendulum_sleeve_height)(governor, part, pose))
     joint_ratio, sides = governor.joint_distance / governor.arm, []
     for name, sign in ((LEFT_BALL, -1.0), (RIGHT_BALL, 1.0)):

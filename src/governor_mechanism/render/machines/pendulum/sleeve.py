@@ -1,4 +1,4 @@
-"""The sleeve of a pendulum governor: lugs, collar and load, shaded as an engraver shades what is round."""
+"""Drawing of the sleeve of a pendulum governor: lugs, collar and load, with engraved shading."""
 
 from __future__ import annotations
 
@@ -6,16 +6,17 @@ import math
 from itertools import pairwise
 
 from governor_mechanism.render.geometry.primitives import DrawnShape, Lines, Polygon, Vec2, make_bar
+from governor_mechanism.render.machines.governor_parts import mirror_outline
 from governor_mechanism.render.machines.pendulum.proportions import GROOVE_RATIO, PendulumProportions
 
 SLOT_HALF_LENGTH = 0.022
-"""Half length of the slots that play makes, as they are drawn, as a fraction of the arm."""
+"""Half length of the clearance slots in the lugs, as a fraction of the arm."""
 _LUG_WIDTH = 0.085
 """Width of a lug, as a fraction of the arm."""
 
 
 def pendulum_sleeve_shapes(governor: PendulumProportions, height: float) -> tuple[DrawnShape, ...]:
-    """Lugs, collar and load, with strokes that show the round; hung below the lugs, clear of arms and links."""
+    """Return lugs, collar and load with shading; the load is below the lugs, clear of arms and links."""
     u = governor.arm
     width, drop = governor.sleeve_size
     neck_half_width = abs(governor.lug_offset) + 0.06 * u
@@ -25,17 +26,16 @@ def pendulum_sleeve_shapes(governor: PendulumProportions, height: float) -> tupl
     outline = (_drum_outline if governor.has_sleeve_body else _collar_outline)(neck_half_width, width, top, base, u)
     shaded_half_width = width if governor.has_sleeve_body else GROOVE_RATIO * width
     pointer_tip = width + 0.085 * u
-    mirrored = tuple((-x, y) for x, y in reversed(outline))
     return (
         *lugs,
-        Polygon("sleeve", outline + mirrored),
+        Polygon("sleeve", mirror_outline(outline)),
         Lines("engraving", _shading_strokes(outline, shaded_half_width, base, u)),
         Polygon("pointer", ((pointer_tip, base), (pointer_tip - 0.07 * u, base + 0.03 * u), (pointer_tip - 0.07 * u, base - 0.03 * u))),
     )
 
 
 def _drum_outline(neck: float, width: float, top: float, base: float, u: float) -> tuple[Vec2, ...]:
-    """Right half of the load's outline, from the top down: a neck, a rounded shoulder, a body and a foot moulding."""
+    """Return the right half of the outline of the load, from the top down: neck, rounded shoulder, body and foot moulding."""
     corner_radius = min(0.10 * u, 0.5 * (width - neck)) if width > neck else 0.0
     shoulder = top - 0.045 * u
     corner = tuple(
@@ -46,7 +46,7 @@ def _drum_outline(neck: float, width: float, top: float, base: float, u: float) 
 
 
 def _collar_outline(neck: float, width: float, top: float, base: float, u: float) -> tuple[Vec2, ...]:
-    """Right half of a light collar's outline, with the groove for the fork that would move the throttle."""
+    """Return the right half of the outline of a light collar, with the groove for the throttle fork."""
     flange = 0.045 * u
     groove = GROOVE_RATIO * width
     return (
@@ -62,11 +62,11 @@ def _collar_outline(neck: float, width: float, top: float, base: float, u: float
 
 
 def _shading_strokes(outline: tuple[Vec2, ...], width: float, base: float, u: float) -> tuple[tuple[Vec2, ...], ...]:
-    """Upright strokes, close together toward the right edge as an engraver shades a cylinder of half `width`."""
+    """Return upright strokes whose spacing decreases toward the right edge: the shading of a cylinder of half width `width`."""
     strokes = []
     for sine in (0.42, 0.57, 0.69, 0.79, 0.87, 0.94):
         x = sine * width
-        # The outline starts at the axis: wherever it crosses x, its highest crossing is the top of the stroke.
+        # The outline starts at the axis; its highest crossing of x is the top of the stroke.
         tops = [y0 + (y1 - y0) * (x - x0) / (x1 - x0) for (x0, y0), (x1, y1) in pairwise(outline) if x0 <= x < x1]
         strokes.append(((x, max(tops) - 0.02 * u), (x, base + 0.03 * u)))
     strokes.append(((-0.94 * width, strokes[-1][0][1]), (-0.94 * width, base + 0.03 * u)))

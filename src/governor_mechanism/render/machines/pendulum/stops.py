@@ -1,4 +1,4 @@
-"""The stops of a pendulum governor: blocks that arms meet, collars that the sleeve meets, and the blows they take."""
+"""Stops of a pendulum governor: blocks for the arms, collars for the sleeve, and their impacts."""
 
 from __future__ import annotations
 
@@ -9,29 +9,28 @@ from governor_mechanism.effects.spring import OutputSpring
 from governor_mechanism.effects.stops import Stops
 from governor_mechanism.render.geometry.outlines import make_band, make_burst, make_hatched_block
 from governor_mechanism.render.geometry.primitives import BoundingBox, DrawnShape, Vec2, make_bar
+from governor_mechanism.render.machines.governor_parts import LIFT_READING
 from governor_mechanism.render.machines.pendulum.proportions import ARM_WIDTH, PENDULUM_SPINDLE_HALF_WIDTH, PendulumProportions
 
-LIFT_READING = "sleeve_lift"
 ARM_READINGS = ("arm_angle", "ball_radius")
-"""The readings that the arms show."""
+"""Readings that determine the position of the arms."""
 
-# As fractions of the arm.
 COLLAR_HEIGHT, SHOE_HEIGHT = 0.07, 0.080
-"""height of a stop on the spindle, and of the shoes under the sleeve"""
+"""Heights of a stop on the spindle and of the friction shoes under the sleeve, as fractions of the arm."""
 _QUADRANT_RATIO, _CROSSED_QUADRANT_RATIO = 0.36, 0.62
-"""radius of the arc that carries the stops of the arms, of the length to the joint; beyond where crossed arms meet"""
+"""Radius of the arc with the arm stops, as a fraction of the joint distance; for crossed arms beyond their intersection."""
 _INNER_STOP_HALF_WIDTH = 0.058
-"""half width of a stop on the spindle that stands within a spring's coils"""
+"""Half width of a stop on the spindle inside a spring, as a fraction of the arm."""
 
 
 def sleeve_depth(governor: PendulumProportions) -> float:
-    """How far below the lugs the sleeve ends (m), with the shoes that rub on the spindle."""
-    shoe_height = SHOE_HEIGHT if governor.effect_state.find_effect_on(DryFriction, LIFT_READING) else 0.0
+    """Return the depth of the sleeve below the lugs (m), including the friction shoes."""
+    shoe_height = SHOE_HEIGHT if governor.find_lift_effect(DryFriction) else 0.0
     return governor.sleeve_size[1] + shoe_height * governor.arm
 
 
 def sleeve_contact_above_lugs(governor: PendulumProportions) -> Vec2:
-    """How far above the lugs something on the spindle meets the sleeve (m), and its half width (m) at most."""
+    """Return the height above the lugs at which a part on the spindle meets the sleeve (m), and its largest half width (m)."""
     u = governor.arm
     half_gap = abs(governor.lug_offset) - 0.05 * u
     if half_gap >= 0.065 * u:
@@ -40,13 +39,13 @@ def sleeve_contact_above_lugs(governor: PendulumProportions) -> Vec2:
 
 
 def is_spring_above_sleeve(governor: PendulumProportions, spring: OutputSpring) -> bool:
-    """Whether a spring sits above the sleeve and pushes it down; else it carries it."""
+    """Return whether a spring is above the sleeve and pushes it down; otherwise it carries the sleeve."""
     low, high = governor.effect_state.reading_ranges.get(LIFT_READING, (0.0, 0.0))
     return spring.free_value <= (low + high) / 2
 
 
 def _stop_angles(governor: PendulumProportions) -> tuple[str, float, float] | None:
-    """The reading whose stops the arms meet, and the arm angles (rad, infinite where there is none)."""
+    """Return the reading with stops on the arms, and the limits of the arm angle (rad, infinite if there is no stop)."""
     stops = governor.effect_state.find_effect_on(Stops, *ARM_READINGS)
     if stops is None:
         return None
@@ -57,7 +56,7 @@ def _stop_angles(governor: PendulumProportions) -> tuple[str, float, float] | No
 
 
 def arm_stop_shapes(governor: PendulumProportions) -> list[DrawnShape]:
-    """An arc on each side, held by the spindle, with a block where the arm meets it."""
+    """Return an arc on each side, fixed to the spindle, with a block at each stop of the arm."""
     stop_angles = _stop_angles(governor)
     if stop_angles is None:
         return []
@@ -89,7 +88,7 @@ def _quadrant_point(governor: PendulumProportions, sign: float, angle: float) ->
 
 
 def sleeve_stop_shapes(governor: PendulumProportions) -> list[DrawnShape]:
-    """Collars on the spindle that the sleeve meets, in section on both sides of it."""
+    """Return the collars on the spindle that stop the sleeve, in section on both sides."""
     u, shapes = governor.arm, list[DrawnShape]()
     for _, (left, right, bottom, top) in collar_boxes(governor):
         for side in (-1.0, 1.0):
@@ -99,12 +98,12 @@ def sleeve_stop_shapes(governor: PendulumProportions) -> list[DrawnShape]:
 
 
 def collar_boxes(governor: PendulumProportions) -> list[tuple[bool, BoundingBox]]:
-    """The right halves of the collars: whether it is the low one, and left, right, bottom and top (m)."""
-    stops = governor.effect_state.find_effect_on(Stops, LIFT_READING)
+    """Return the right halves of the collars: whether it is the low one, and left, right, bottom and top (m)."""
+    stops = governor.find_lift_effect(Stops)
     if stops is None:
         return []
     u, inner, boxes = governor.arm, PENDULUM_SPINDLE_HALF_WIDTH * governor.arm, []
-    spring = governor.effect_state.find_effect_on(OutputSpring, LIFT_READING)
+    spring = governor.find_lift_effect(OutputSpring)
     if math.isfinite(stops.low):
         top = governor.zero_lift_height + stops.low - sleeve_depth(governor)
         half_width = _INNER_STOP_HALF_WIDTH * u if spring and not is_spring_above_sleeve(governor, spring) else 0.11 * u
@@ -119,7 +118,7 @@ def collar_boxes(governor: PendulumProportions) -> list[tuple[bool, BoundingBox]
 
 
 def pendulum_impact_shapes(governor: PendulumProportions, time: float) -> list[DrawnShape]:
-    """Rays where arm or sleeve has just struck a stop."""
+    """Return rays where an arm or the sleeve has just struck a stop."""
     u, shapes = governor.arm, list[DrawnShape]()
     stop_angles = _stop_angles(governor)
     if stop_angles is not None:
@@ -129,11 +128,11 @@ def pendulum_impact_shapes(governor: PendulumProportions, time: float) -> list[D
                 _quadrant_point(governor, sign, stop_angles[2] if last_impact.is_high_stop else stop_angles[1]) for sign in (-1.0, 1.0)
             ]
         shapes.append(make_burst("burst", impact_points, 0.085 * u))
-    if governor.effect_state.find_effect_on(Stops, LIFT_READING):
+    if governor.find_lift_effect(Stops):
         last_impact, impact_points = governor.effect_state.recent_impact(LIFT_READING, time), list[Vec2]()
         for is_low, (_, half_width, bottom, top) in collar_boxes(governor):
             if last_impact is not None and last_impact.is_high_stop != is_low:
-                # Beside the collar's own middle, clear of the sleeve.
+                # At the sides of the collar, clear of the sleeve.
                 impact_points = [(side * (half_width + 0.01 * u), (top + bottom) / 2) for side in (-1.0, 1.0)]
         shapes.append(make_burst("burst", impact_points, 0.075 * u))
     return shapes

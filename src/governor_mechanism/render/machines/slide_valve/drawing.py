@@ -1,7 +1,7 @@
-"""The drawing of a slide valve: the engine in small, the cylinder in section, and Zeuner's diagram under the stroke.
+"""Drawing of a slide valve: the engine at a small scale, the cylinder in section, and Zeuner's diagram below the stroke.
 
-The crank's circle stands right under the cylinder and to the same scale, so that the piston is found from the crank
-pin as Marks does it: by an arc of the connecting rod's length. The shaft lies at the right.
+The crank circle is below the cylinder and at its scale. The piston position follows from the crank pin by an arc of the
+connecting-rod length, as in Marks' construction. The shaft is at the right.
 """
 
 from __future__ import annotations
@@ -19,11 +19,11 @@ from governor_mechanism.render.run_extents import RunExtents
 from governor_mechanism.types import FloatArray
 
 _ENGINE_GAP = 0.10
-"""Between the section and the engine over it, in cranks."""
+"""Gap between the section and the engine above it, in crank radii."""
 
 
 def slide_valve_background_shapes(part: Part, poses: FloatArray, extents: RunExtents | None = None) -> tuple[DrawnShape, ...]:
-    """Castings, the divided circle, circles of the valve, and the curves that the run draws."""
+    """Return castings, the divided circle, valve circles, and the curves of the run."""
     valve_gear = valve_gear_proportions(part)
     body_indices = part.mechanism.body_index(CRANK), part.mechanism.body_index(VALVE)
     angles, displacements = poses[:, body_indices[0], 2], poses[:, body_indices[1], 0] - valve_gear.centre
@@ -35,7 +35,7 @@ def slide_valve_background_shapes(part: Part, poses: FloatArray, extents: RunExt
 
 
 def slide_valve_moving_shapes(part: Part, pose: FloatArray, extents: RunExtents | None = None) -> tuple[DrawnShape, ...]:
-    """Everything that the crank moves."""
+    """Return all parts that the crank moves."""
     valve_gear = valve_gear_proportions(part)
     position = valve_gear_position(part, valve_gear, pose)
     height = slide_valve_cylinder.CYLINDER_BASE * valve_gear.crank
@@ -47,10 +47,10 @@ def slide_valve_moving_shapes(part: Part, pose: FloatArray, extents: RunExtents 
 
 
 def slide_valve_plan_shapes(part: Part, pose: FloatArray, angle: float, effect_state: EffectState = NO_EFFECTS) -> tuple[DrawnShape, ...]:
-    """Of a fixed plane there is none to see from above; what fits every mechanism."""
+    """Return the generic plan view; a fixed plane has no view from above."""
     return generic.generic_plan_shapes(part, pose, angle, effect_state)
 
 
 def _engine_base_height(crank: float) -> float:
-    """Where the engine in small begins (m)."""
+    """Return the height of the base of the small engine view (m)."""
     return (slide_valve_cylinder.CHEST_TOP + _ENGINE_GAP) * crank

@@ -1,4 +1,4 @@
-"""The whole engine in small: shaft with crank and eccentric at the right, rods, crosshead, cylinder at the left."""
+"""View of the whole engine at a small scale: shaft with crank and eccentric at the right, rods, crosshead, cylinder at the left."""
 
 from __future__ import annotations
 
@@ -8,22 +8,22 @@ from governor_mechanism.render.geometry.primitives import Circle, DrawnShape, Li
 from governor_mechanism.render.machines.slide_valve.proportions import ValveGearPosition, ValveGearProportions
 
 _STRIP_WIDTH = 2.96
-"""Of the strip, in cranks."""
+"""Width of the strip, in crank radii."""
 
 _PISTON_ROD_LENGTH, _CYLINDER_LENGTH, _BORE_HALF_HEIGHT = 2.5, 2.5, 0.62
-"""In cranks of the engine: piston's rod, length of the cylinder, half its height."""
+"""Length of the piston rod, length of the cylinder and half height of the bore, in crank radii of the engine view."""
 
 _VALVE_LINE_HEIGHT = 0.90
-"""In cranks of the engine: the valve's line over that of the cylinder, in the drawing alone, so that both are seen."""
+"""Height of the valve line above the cylinder axis, in crank radii of the engine view; only so that both are visible."""
 
 
 def engine_scale(valve_gear: ValveGearProportions) -> float:
-    """The engine's scale: metres of the picture for a metre."""
+    """Return the scale of the engine view: metres of the picture per metre."""
     return _STRIP_WIDTH / (1.25 + valve_gear.drawn_rod / valve_gear.crank + 1.0 + _PISTON_ROD_LENGTH + _CYLINDER_LENGTH - 1.0)
 
 
 class _EngineToPicture:
-    """Turns places of the engine (m from the shaft, away from it and up) into places of the picture."""
+    """Map from engine coordinates (m from the shaft, away from it and up) to picture coordinates (m)."""
 
     def __init__(self, valve_gear: ValveGearProportions, base_height: float) -> None:
         self.scale = engine_scale(valve_gear)
@@ -35,7 +35,7 @@ class _EngineToPicture:
 
 
 def steam_engine_background_shapes(valve_gear: ValveGearProportions, base_height: float) -> tuple[DrawnShape, ...]:
-    """Cylinder and chest, guides, the line of the engine; foot (m) is where the strip begins."""
+    """Return cylinder and chest, guides and centre line; `base_height` (m) is the lower edge of the strip."""
     u, to_picture = valve_gear.crank, _EngineToPicture(valve_gear, base_height)
     cylinder_near_end = valve_gear.drawn_rod + (_PISTON_ROD_LENGTH - 1.0) * u
     cylinder_far_end = cylinder_near_end + _CYLINDER_LENGTH * u
@@ -55,7 +55,7 @@ def steam_engine_background_shapes(valve_gear: ValveGearProportions, base_height
 
 
 def steam_engine_moving_shapes(valve_gear: ValveGearProportions, position: ValveGearPosition, base_height: float) -> tuple[DrawnShape, ...]:
-    """Crank, eccentric, both rods, crosshead, and the rods of piston and valve."""
+    """Return crank, eccentric, both rods, crosshead, and the rods of piston and valve."""
     u, to_picture, scale = valve_gear.crank, _EngineToPicture(valve_gear, base_height), engine_scale(valve_gear)
     # At 0 the crank points away from the cylinder.
     pin = -u * math.cos(position.crank_angle), u * math.sin(position.crank_angle)

@@ -1,21 +1,21 @@
-"""What the drawing of a slide valve measures by, and how the gear stands at a pose. The shaft lies at the right."""
+"""Proportions of the drawing of a slide valve, and the position of the valve gear at a pose. The shaft is at the right."""
 
 from __future__ import annotations
 
 import math
-from dataclasses import dataclass
+from dataclasses import dataclass, fields
 
 from governor_mechanism.machines.driven_crank import CRANK, CROSSHEAD, VALVE
 from governor_mechanism.model.scene import Part
 from governor_mechanism.types import FloatArray
 
 _MAX_DRAWN_ROD, _MAX_DRAWN_ECCENTRIC_ROD = 5.5, 3.2
-"""In cranks: a longer rod, or an endless one, is drawn as long as that."""
+"""Largest drawn lengths of connecting and eccentric rod, in crank radii; longer and infinite rods are shortened."""
 
 
 @dataclass(frozen=True, kw_only=True)
 class ValveGearProportions:
-    """Sizes (m), laps with their signs; rod and eccentric_rod may be infinite. centre is that of the valve's swing."""
+    """Dimensions (m); laps have a sign. Both rods may be infinite. `centre` is the centre of the valve travel."""
 
     crank: float
     connecting_rod: float
@@ -28,20 +28,20 @@ class ValveGearProportions:
 
     @property
     def drawn_rod(self) -> float:
-        """The connecting rod as it is drawn (m)."""
+        """Drawn length of the connecting rod (m)."""
         return min(self.connecting_rod, _MAX_DRAWN_ROD * self.crank)
 
     @property
     def drawn_eccentric_rod(self) -> float:
-        """The eccentric rod as it is drawn (m)."""
+        """Drawn length of the eccentric rod (m)."""
         return min(self.eccentric_rod, _MAX_DRAWN_ECCENTRIC_ROD * self.crank)
 
 
 @dataclass(frozen=True, kw_only=True)
 class ValveGearPosition:
-    """The gear at a pose: crank angle (rad), displacement of the valve away from the shaft (m).
+    """Valve gear at a pose: crank angle (rad), valve displacement away from the shaft (m), piston position (m).
 
-    piston (m) is its place along the stroke, -crank at the head end (left) to crank at the crank end (right).
+    The piston position along the stroke is -crank at the head end (left) to crank at the crank end (right).
     """
 
     crank_angle: float
@@ -50,22 +50,12 @@ class ValveGearPosition:
 
 
 def valve_gear_proportions(part: Part) -> ValveGearProportions:
-    """The measures of a slide valve's part."""
-    dimensions = part.dimensions
-    return ValveGearProportions(
-        crank=dimensions["crank"],
-        connecting_rod=dimensions["connecting_rod"],
-        eccentric=dimensions["eccentric"],
-        eccentric_rod=dimensions["eccentric_rod"],
-        advance=dimensions["advance"],
-        outside_lap=dimensions["outside_lap"],
-        inside_lap=dimensions["inside_lap"],
-        centre=dimensions["centre"],
-    )
+    """Return the dimensions of the part of a slide valve."""
+    return ValveGearProportions(**{field.name: part.dimensions[field.name] for field in fields(ValveGearProportions)})
 
 
 def valve_gear_position(part: Part, valve_gear: ValveGearProportions, pose: FloatArray) -> ValveGearPosition:
-    """How the gear stands at a pose (bodies, 3)."""
+    """Return the position of the valve gear at a pose (bodies, 3)."""
     mechanism = part.mechanism
     crosshead = float(pose[mechanism.body_index(CROSSHEAD), 0])
     return ValveGearPosition(
@@ -79,11 +69,11 @@ ADMISSION_PHASE, EXPANSION_PHASE, EXHAUST_PHASE, COMPRESSION_PHASE = ("live stea
 
 
 def steam_phase(valve_gear: ValveGearProportions, position: ValveGearPosition, side: float) -> str:
-    """What the steam does at one end: side is 1 at the crank end, -1 at the head end."""
+    """Return the phase of the steam at one end; `side` is 1 at the crank end, -1 at the head end."""
     port_displacement = side * position.valve_displacement
     if port_displacement > valve_gear.outside_lap:
         return ADMISSION_PHASE
     if -port_displacement > valve_gear.inside_lap:
         return EXHAUST_PHASE
-    # The piston leaves the crank end in the first half of the turn.
+    # In the first half of a turn the piston moves away from the crank end.
     return EXPANSION_PHASE if side * math.sin(position.crank_angle) > 0 else COMPRESSION_PHASE

@@ -1,4 +1,4 @@
-"""Zeuner's diagram on the circle of the crank: it turns with the film, under the piston whose stroke it measures."""
+"""Zeuner's diagram on the crank circle: it moves with the film, below the piston whose stroke it measures."""
 
 from __future__ import annotations
 
@@ -11,14 +11,14 @@ from governor_mechanism.render.machines.slide_valve.proportions import ValveGear
 from governor_mechanism.types import FloatArray
 
 _ECCENTRIC_RATIO = 0.80
-"""Of the crank's circle: so far an eccentric's radius reaches in the diagram."""
+"""Radius of the eccentric in the diagram, as a fraction of the crank circle."""
 
 _MAX_CURVE_POINTS = 240
-"""Points of the true curves, at most."""
+"""Largest number of points of the simulated curves."""
 
 
 def _displacement_scale(valve_gear: ValveGearProportions) -> float:
-    """Metres of the picture for a metre of displacement."""
+    """Return metres of the picture per metre of displacement."""
     return _ECCENTRIC_RATIO * valve_gear.crank / valve_gear.eccentric
 
 
@@ -31,7 +31,7 @@ def _circle_polyline(radius: float, points: int = 72) -> tuple[Vec2, ...]:
 
 
 def dial_background_shapes(valve_gear: ValveGearProportions, angles: FloatArray, displacements: FloatArray) -> tuple[DrawnShape, ...]:
-    """The divided circle, valve circles and laps by theory, and the curves that the run (n,) has drawn."""
+    """Return the divided circle, the theoretical valve and lap circles, and the curves (n,) of the run."""
     u, scale = valve_gear.crank, _displacement_scale(valve_gear)
     ticks = tuple(
         (_polar_point(math.radians(k), u), _polar_point(math.radians(k), (1.06 if k % 30 == 0 else 1.03) * u)) for k in range(0, 360, 10)
@@ -56,7 +56,7 @@ _CYLINDER_ENDS = (("crank end", 1.0), ("head end", -1.0))
 
 
 def _displacement_curve(angles: FloatArray, lengths: FloatArray) -> tuple[tuple[Vec2, ...], ...]:
-    """The pieces of the first turn in which the displacement goes to one side."""
+    """Return the segments of the first turn with a positive displacement."""
     first = angles <= angles[0] + math.tau * (1 + 1e-9)
     rows = np.flatnonzero(first)
     rows = rows[:: max(1, len(rows) // _MAX_CURVE_POINTS)]
@@ -72,7 +72,7 @@ def _displacement_curve(angles: FloatArray, lengths: FloatArray) -> tuple[tuple[
 
 
 def dial_moving_shapes(valve_gear: ValveGearProportions, position: ValveGearPosition, height: float) -> tuple[DrawnShape, ...]:
-    """The crank with the displacement on its ray, and its projection on the piston at a height (m)."""
+    """Return the crank with the displacement on its ray, and its projection on the piston at a height (m)."""
     u, scale = valve_gear.crank, _displacement_scale(valve_gear)
     pin = _polar_point(position.crank_angle, u)
     length = position.valve_displacement * scale
@@ -98,7 +98,7 @@ def dial_moving_shapes(valve_gear: ValveGearProportions, position: ValveGearPosi
 
 
 def _piston_projection(valve_gear: ValveGearProportions, position: ValveGearPosition, pin: Vec2) -> tuple[Vec2, ...]:
-    """From the crank pin to the piston's place on the diameter: an arc about the crosshead, or straight down."""
+    """Return the line from the crank pin to the piston position on the diameter: an arc about the crosshead, or a vertical line."""
     if math.isinf(valve_gear.connecting_rod):
         return pin, (position.piston_position, 0.0)
     centre = position.piston_position - valve_gear.connecting_rod

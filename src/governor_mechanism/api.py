@@ -1,0 +1,526 @@
+"""Public functions of the package. Each imports what it needs on its first call, so that the package imports quickly."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping, Sequence
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+from governor_mechanism.errors import MechanismError
+
+if TYPE_CHECKING:
+    import numpy as np
+    from numpy.typing import NDArray
+
+    from governor_mechanism.engines import Engine
+    from governor_mechanism.mechanics.kinematics.kinematic_analysis import Kinematics
+    from governor_mechanism.model.scene import Scene
+    from governor_mechanism.model.trajectory import Trajectory
+    from governor_mechanism.statics.equilibria import Equilibrium
+    from governor_mechanism.statics.speed_curve import InsensitivityBand, SpeedCurve
+    from governor_mechanism.studies.effect_ablation import EffectsStudy
+    from governor_mechanism.studies.slide_valve.valve_timing import ValveTiming
+    from governor_mechanism.studies.sweep.run import Sweep
+    from governor_mechanism.studies.work_precision.results import AccuracyStudy
+    from governor_mechanism.verification.registry import CheckReport
+
+
+def list_models() -> dict[str, str]:
+    """Return the shipped scenes.
+
+    Returns
+    -------
+    dict
+        Title by name.
+
+    Examples
+    --------
+    >>> import governor_mechanism as gm
+    >>> "porter" in gm.list_models()
+    True
+    """
+    from governor_mechanism.scenes.library import read_scene_title, shipped_scenes
+
+    return {name: read_scene_title(path) for name, path in shipped_scenes().items()}
+
+
+def load(scene: str | Path) -> Scene:
+    """Read a scene and verify that it has a consistent initial state.
+
+    Parameters
+    ----------
+    scene
+        Path of a TOML file, or the name of a shipped scene.
+
+    Returns
+    -------
+    Scene
+        The scene.
+
+    Raises
+    ------
+    MechanismError
+        If the file has mistakes; one sentence for each.
+
+    Examples
+    --------
+    >>> import governor_mechanism as gm
+    >>> gm.load("porter").run.duration
+    10.0
+    """
+    from governor_mechanism.engines.initial_state import initial_state
+    from governor_mechanism.scenes.library import load_scene
+
+    loaded_scene = load_scene(scene)
+    try:
+        initial_state(loaded_scene)  # an impossible start is a mistake of the file, not of the run
+    except MechanismError as error:
+        raise MechanismError(*(f"{loaded_scene.source}: {problem}" for problem in error.problems)) from None
+    return loaded_scene
+
+
+def run(
+    scene: Scene | str | Path,
+    engine: str | Engine = "auto",
+    accuracy: float | None = None,
+    times: NDArray[np.float64] | Sequence[float] | None = None,
+    certify: bool = True,
+) -> Trajectory:
+    """Simulate a scene.
+
+    A run that ends early returns normally; its `outcome` says why it ended.
+
+    Parameters
+    ----------
+    scene
+        A scene, the path of a file, or the name of a shipped scene.
+    engine
+        Name of an engine, "auto" for the cheapest suitable one, or an engine with its own settings.
+    accuracy
+        Largest error relative to the scale of each reading; that of the scene if None.
+    times
+        Reported times, s; shape (n,). Those of the scene if None.
+    certify
+        Whether to estimate the error by further runs, and to refine until the accuracy is met.
+
+    Returns
+    -------
+    Trajectory
+        Motion, readings, energies, events, error estimate and cost.
+
+    Raises
+    ------
+    MechanismError
+        If the scene or an argument is wrong.
+    UnsupportedEffect
+        If the engine cannot model an effect or a joint of the scene.
+
+    Examples
+    --------
+    >>> import governor_mechanism as gm
+    >>> run = gm.run("porter", accuracy=1e-8)
+    >>> angle = run.readings["arm_angle"]
+    """
+    from governor_mechanism.engines import select_engine
+
+    resolved_scene = _resolve_scene(scene)
+    name = resolved_scene.run.engine if engine == "auto" else engine
+    selected_engine, reason = select_engine(name, resolved_scene, accuracy) if isinstance(name, str) else (name, "given")
+    return selected_engine.run(resolved_scene, times=times, accuracy=accuracy, certify=certify, reason=reason)
+
+
+def crosscheck(
+    scene: Scene | str | Path,
+    kernel: Callable[..., float] | None = None,
+    quantity: str = "equilibrium_speed",
+    over: Mapping[str, Any] | None = None,
+    allowed: float | None = None,
+) -> CheckReport:
+    """Compare the simulation of a scene with all applicable closed forms, or with a function of the user.
+
+    Parameters
+    ----------
+    scene
+        A scene, the path of a file, or the name of a shipped scene.
+    kernel
+        Function whose parameters are named after dimensions and readings; it gets their values in SI. None for the closed forms.
+    quantity
+        "equilibrium_speed", or the name of a reading that the kernel returns.
+    over
+        Values of the leading coordinate for the comparison, SI, as {"arm_angle": [...]}; needed for a kernel.
+    allowed
+        Relative tolerance of the kernel; the default of `verification.user_kernel` if None.
+
+    Returns
+    -------
+    CheckReport
+        Comparison with `passed` and `rows`; it prints as a table.
+
+    Raises
+    ------
+    MechanismError
+        If `over` is missing for a kernel, or a name or value is wrong.
+
+    Examples
+    --------
+    >>> import governor_mechanism as gm
+    >>> print(gm.crosscheck("porter"))  # doctest: +SKIP
+    """
+    resolved_scene = _resolve_scene(scene)
+    if kernel is None:
+        from governor_mechanism.verification.registry import check_against_closed_forms
+
+        return check_against_closed_forms(resolved_scene)
+    from governor_mechanism.verification.user_kernel import KERNEL_RELATIVE_TOLERANCE, check_kernel
+
+    if over is None:
+        coordinate = resolved_scene.part.mechanism.coordinate
+        raise MechanismError(f"crosscheck needs over={{{coordinate!r}: [...]}}, the values at which to compare a kernel")
+    return check_kernel(resolved_scene, kernel, quantity, over, KERNEL_RELATIVE_TOLERANCE if allowed is None else allowed)
+
+
+def kinematics(
+    scene: Scene | str | Path, over: str, values: Sequence[float] | NDArray[np.float64], rate: float = 1.0, acceleration: float = 0.0
+) -> Kinematics:
+    """Return positions, velocities and accelerations of a mechanism without integration.
+
+    Parameters
+    ----------
+    scene
+        A scene, the path of a file, or the name of a shipped scene.
+    over
+        Name of the reading that drives the mechanism in place of the scene's drivers, or "time" for the drivers themselves.
+    values
+        Values of the reading, SI, or times, s; shape (n,).
+    rate
+        First time derivative of the reading at each value, SI/s.
+    acceleration
+        Second time derivative of the reading at each value, SI/s2.
+
+    Returns
+    -------
+    Kinematics
+        The motion.
+
+    Raises
+    ------
+    MechanismError
+        If the motion is not determined, if the mechanism cannot be assembled, or at a singular configuration.
+
+    Examples
+    --------
+    >>> import governor_mechanism as gm
+    >>> motion = gm.kinematics("slider_crank_torque", over="crank_angle", values=[0.1, 0.2], rate=10.0)
+    >>> motion.poses.shape[0]
+    2
+    """
+    from governor_mechanism.mechanics.kinematics.kinematic_analysis import solve_kinematics
+
+    return solve_kinematics(_resolve_scene(scene), over, values, rate, acceleration)
+
+
+def speed_curve(
+    scene: Scene | str | Path, points: int = 500, *, resistance: float | str | None = None, against: str = "sleeve_lift"
+) -> SpeedCurve:
+    """Return the equilibrium speed over the travel of a mechanism, with stiffness, frequencies, folds and poles.
+
+    Parameters
+    ----------
+    scene
+        A scene, the path of a file, or the name of a shipped scene.
+    points
+        Number of points; at least 2.
+    resistance
+        Resistance, N or N m, or text with a unit, for the insensitivity band; None for no band.
+    against
+        Name of the reading that the resistance acts along.
+
+    Returns
+    -------
+    SpeedCurve
+        The curve.
+
+    Raises
+    ------
+    MechanismError
+        If the mechanism does not have one degree of freedom, if no spindle speed can balance its loads, or if an argument is wrong.
+
+    Examples
+    --------
+    >>> import governor_mechanism as gm
+    >>> curve = gm.speed_curve("watt_improved", points=100)
+    >>> curve.speed.shape
+    (100,)
+    """
+    from governor_mechanism.statics.speed_curve import compute_speed_curve
+
+    return compute_speed_curve(_resolve_scene(scene), points, resistance=resistance, against=against)
+
+
+def insensitivity_band(
+    scene: Scene | str | Path, over: Sequence[float] | NDArray[np.float64], resistance: float | str, against: str = "sleeve_lift"
+) -> InsensitivityBand:
+    """Return the spindle speeds between which a resistance keeps a mechanism in equilibrium.
+
+    Parameters
+    ----------
+    scene
+        A scene, the path of a file, or the name of a shipped scene.
+    over
+        Values of the leading coordinate, SI; shape (n,).
+    resistance
+        Resistance, N or N m, or text with a unit such as "40 N"; at least 0.
+    against
+        Name of the reading that the resistance acts along.
+
+    Returns
+    -------
+    InsensitivityBand
+        The band.
+
+    Raises
+    ------
+    MechanismError
+        If the resistance is wrong, a value is outside the travel, or no speed balances the loads there without resistance.
+
+    Examples
+    --------
+    >>> import governor_mechanism as gm
+    >>> band = gm.insensitivity_band("porter", over=[0.5], resistance="40 N")
+    >>> bool(band.falling_speed[0] < band.rising_speed[0])
+    True
+    """
+    from governor_mechanism.statics.speed_curve import compute_insensitivity_band
+
+    return compute_insensitivity_band(_resolve_scene(scene), over, resistance, against)
+
+
+def equilibria(scene: Scene | str | Path, spindle_speed: float | str | None = None) -> tuple[Equilibrium, ...]:
+    """Return all equilibria of a mechanism at a spindle speed, and their stability.
+
+    Parameters
+    ----------
+    scene
+        A scene, the path of a file, or the name of a shipped scene.
+    spindle_speed
+        Spindle speed, rad/s, or text with a unit such as "61 rpm"; the first speed of the scene if None.
+
+    Returns
+    -------
+    tuple of Equilibrium
+        At least one, in ascending order. An astatic mechanism has a range of equilibria, the `extent` of one entry.
+
+    Raises
+    ------
+    MechanismError
+        If there is none (the message gives the speeds for which there are some), if the mechanism does not have one degree of freedom,
+        or if its loads do not depend on a given speed.
+
+    Examples
+    --------
+    >>> import governor_mechanism as gm
+    >>> [equilibrium.stable for equilibrium in gm.equilibria("watt_improved", spindle_speed=6.4)]  # doctest: +SKIP
+    """
+    from governor_mechanism.statics.equilibria import find_equilibria
+
+    return find_equilibria(_resolve_scene(scene), spindle_speed)
+
+
+def accuracy_study(scene: Scene | str | Path, longest: float = 1.0, progress: Callable[[int, int], None] | None = None) -> AccuracyStudy:
+    """Measure error and time of every engine at every setting, against a reference that a second engine confirms.
+
+    Parameters
+    ----------
+    scene
+        A scene, the path of a file, or the name of a shipped scene.
+    longest
+        Time limit of a setting, s; slower settings are omitted.
+    progress
+        Function of the number of finished and of all settings.
+
+    Returns
+    -------
+    AccuracyStudy
+        Errors and times, with `cheapest_for` and `advice` for an accuracy; it prints as a table.
+
+    Raises
+    ------
+    MechanismError
+        If there is no reference.
+
+    Examples
+    --------
+    >>> import governor_mechanism as gm
+    >>> print(gm.accuracy_study("porter").advice(1e-6))  # doctest: +SKIP
+    """
+    from governor_mechanism.studies.work_precision.study import run_accuracy_study
+
+    return run_accuracy_study(_resolve_scene(scene), longest, progress)
+
+
+def effects_study(
+    scene: Scene | str | Path, engine: str = "auto", accuracy: float | None = None, progress: Callable[[int, int], None] | None = None
+) -> EffectsStudy:
+    """Measure the influence of each effect of a scene on the readings, and its cost.
+
+    The scene is run as it is, and once with each effect switched.
+
+    Parameters
+    ----------
+    scene
+        A scene, the path of a file, or the name of a shipped scene.
+    engine
+        Name of an engine, or "auto".
+    accuracy
+        Accuracy of the runs; that of the scene if None.
+    progress
+        Function of the number of finished and of all runs.
+
+    Returns
+    -------
+    EffectsStudy
+        Changes and costs, and effects that may be left out; it prints as a table.
+
+    Raises
+    ------
+    MechanismError
+        If the scene cannot be run.
+
+    Examples
+    --------
+    >>> import governor_mechanism as gm
+    >>> print(gm.effects_study("porter"))  # doctest: +SKIP
+    """
+    from governor_mechanism.studies.effect_ablation import run_effects_study
+
+    return run_effects_study(_resolve_scene(scene), engine, accuracy, progress)
+
+
+def sweep(
+    scene: Scene | str | Path,
+    vary: Mapping[str, Any] | Sequence[str],
+    quantities: Mapping[str, str | Callable[[Trajectory], float]] | Sequence[str] | None = None,
+    *,
+    engine: str = "auto",
+    accuracy: float | None = None,
+    certify: bool = False,
+    workers: int = 1,
+    out: str | Path | None = None,
+    progress: Callable[[int, int], None] | None = None,
+) -> Sweep:
+    """Run a scene for every combination of values of its keys, and record quantities of each run.
+
+    Parameters
+    ----------
+    scene
+        A scene, the path of a file, or the name of a shipped scene.
+    vary
+        Values by key, as {"dimensions.arm": [0.2, "300 mm"]}, or as on the command line, ["dimensions.arm=200mm:400mm:50"].
+    quantities
+        Names such as "max arm_angle" or "final rate of sleeve_lift" (min, max and span are over the reported times), or functions of the
+        run by name.
+    engine
+        Name of an engine, or "auto".
+    accuracy
+        Accuracy of the runs; that of the scene if None.
+    certify
+        Whether to estimate the errors.
+    workers
+        Number of processes. The rows do not depend on it.
+    out
+        Folder for the rows. A sweep that was interrupted continues from it.
+    progress
+        Function of the number of finished and of all rows.
+
+    Returns
+    -------
+    Sweep
+        Rows in SI, each with its outcome, and access by `column` and `grid`. A row that cannot be run states the reason.
+
+    Raises
+    ------
+    MechanismError
+        If the arguments have mistakes; one sentence for each.
+
+    Examples
+    --------
+    >>> import governor_mechanism as gm
+    >>> table = gm.sweep("porter", {"dimensions.arm": ["280 mm", "300 mm"]}, ["max arm_angle"])  # doctest: +SKIP
+    >>> table.column("max arm_angle")  # doctest: +SKIP
+    """
+    from governor_mechanism.studies.sweep.run import sweep as run_sweep
+
+    return run_sweep(
+        _resolve_scene(scene),
+        vary,
+        quantities,
+        engine=engine,
+        accuracy=accuracy,
+        certify=certify,
+        workers=workers,
+        out=out,
+        progress=progress,
+    )
+
+
+def valve_timing(scene: Scene | str | Path) -> ValveTiming:
+    """Return the timing of a slide valve: admission, cut-off, release and compression at both ends of the cylinder.
+
+    Crank angles and piston positions come from the mechanism, from the exact closed form, and from the theory without its error term.
+
+    Parameters
+    ----------
+    scene
+        A scene, the path of a file, or the name of a shipped scene.
+
+    Returns
+    -------
+    ValveTiming
+        The timing; it prints as a table.
+
+    Raises
+    ------
+    MechanismError
+        If the machine is not a slide valve.
+
+    Examples
+    --------
+    >>> import governor_mechanism as gm
+    >>> print(gm.valve_timing("slide_valve_30"))  # doctest: +SKIP
+    """
+    from governor_mechanism.studies.slide_valve.valve_timing import tabulate_valve_timing
+
+    return tabulate_valve_timing(_resolve_scene(scene))
+
+
+def _resolve_scene(scene: Scene | str | Path) -> Scene:
+    """Return a scene as it is, and load one that is given by name or path."""
+    return load(scene) if isinstance(scene, str | Path) else scene
+
+
+def film(run: Trajectory | Sequence[Trajectory], path: str | Path, **options: Any) -> Path:
+    """Write one or several runs as an animation.
+
+    Runs with the same reported times can be shown side by side, with titles=("left", "right"). The options are those of
+    `render.film.writer.write_film`.
+
+    Parameters
+    ----------
+    run
+        A run, or two runs.
+    path
+        Path of the file: .gif, or .mp4 with the optional dependency `video`.
+
+    Returns
+    -------
+    Path
+        Path of the file.
+
+    Examples
+    --------
+    >>> import governor_mechanism as gm
+    >>> gm.film(gm.run("porter"), "porter.gif")  # doctest: +SKIP
+    """
+    from governor_mechanism.render.film.writer import write_film
+
+    return write_film(run, path, **options)

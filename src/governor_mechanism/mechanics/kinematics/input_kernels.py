@@ -1,0 +1,48 @@
+"""Inputs as functions of time, evaluated by compiled kernels.
+
+Each input is a row of `input_cubics` (inputs, 5): the coefficients of a cubic in the local time since the start of a
+time segment, highest power first, and the integral of the input up to that start. Input 0 is the given speed of the
+spindle, or the torque on a free spindle.
+"""
+
+from __future__ import annotations
+
+from governor_mechanism.mechanics.kinematics import time_functions
+from governor_mechanism.numerics.jit import jit_internal
+from governor_mechanism.types import FloatArray
+
+fluctuating_speed_jit = jit_internal(time_functions.fluctuating_speed)
+
+
+@jit_internal
+def evaluate_input(input_cubics: FloatArray, k: int, local_time: float) -> float:
+    """Return the value of input k, or 0 for k = -1."""
+    if k < 0:
+        return 0.0
+    a, b, c, d = input_cubics[k, 0], input_cubics[k, 1], input_cubics[k, 2], input_cubics[k, 3]
+    return float(((a * local_time + b) * local_time + c) * local_time + d)
+
+
+@jit_internal
+def evaluate_input_derivative(input_cubics: FloatArray, k: int, local_time: float) -> float:
+    """Return the time derivative of input k."""
+    return float((3.0 * input_cubics[k, 0] * local_time + 2.0 * input_cubics[k, 1]) * local_time + input_cubics[k, 2])
+
+
+@jit_internal
+def evaluate_input_integral(input_cubics: FloatArray, k: int, local_time: float) -> float:
+    """Return the integral of input k since 0 s."""
+    a, b, c, d = input_cubics[k, 0], input_cubics[k, 1], input_cubics[k, 2], input_cubics[k, 3]
+    return float(input_cubics[k, 4] + (((0.25 * a * local_time + b / 3.0) * local_time + 0.5 * c) * local_time + d) * local_time)
+
+
+@jit_internal
+def evaluate_given_speed(
+    input_cubics: FloatArray, local_time: float, fluctuation_amplitude: float, cycles_per_turn: float
+) -> tuple[float, float]:
+    """Return the given speed (rad/s) and acceleration (rad/s2) of the spindle, with the fluctuation of its speed."""
+    speed, acceleration = evaluate_input(input_cubics, 0, local_time), evaluate_input_derivative(input_cubics, 0, local_time)
+    if fluctuation_amplitude == 0.0:
+        return speed, acceleration
+    mean_angle = evaluate_input_integral(input_cubics, 0, local_time)
+    return fluctuating_speed_jit(fluctuation_amplitude, cycles_per_turn, mean_angle, speed, acceleration)

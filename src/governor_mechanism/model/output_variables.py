@@ -1,0 +1,190 @@
+"""Output variables of a mechanism: readings, derived forces and limits of validity. Frozen values without mathematics."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, field
+
+from governor_mechanism.model.joints import GROUND, Point
+
+
+@dataclass(frozen=True, kw_only=True)
+class Reading:
+    """Base class of a named output variable of the mechanism.
+
+    Attributes
+    ----------
+    name
+        Name of the reading.
+    quantity
+        'angle' (rad) or 'length' (m).
+    """
+
+    name: str
+    quantity: str
+
+
+@dataclass(frozen=True, kw_only=True)
+class LineAngle(Reading):
+    """Angle of the line start -> end from the downward vertical, minus zero.
+
+    The angle is positive toward +x and lies within -pi..pi.
+
+    Attributes
+    ----------
+    start, end
+        End points of the line.
+    zero
+        Angle to subtract, rad.
+    """
+
+    start: Point
+    end: Point
+    zero: float = 0.0
+
+
+@dataclass(frozen=True, kw_only=True)
+class BodyAngle(Reading):
+    """Angle of a body relative to another one, rad, anticlockwise, continuous over full turns.
+
+    Attributes
+    ----------
+    body
+        Name of the body.
+    reference_body
+        Name of the body whose angle is subtracted; the ground by default.
+    """
+
+    body: str
+    reference_body: str = GROUND
+
+
+@dataclass(frozen=True, kw_only=True)
+class PointDistance(Reading):
+    """Distance of two points, m.
+
+    Attributes
+    ----------
+    first, second
+        The points.
+    """
+
+    first: Point
+    second: Point
+
+
+@dataclass(frozen=True, kw_only=True)
+class PointCoordinate(Reading):
+    """Position of a point along a direction: direction_x * x + direction_y * y - zero, m.
+
+    Attributes
+    ----------
+    point
+        The point.
+    direction_x, direction_y
+        Components of the direction.
+    zero
+        Position to subtract, m.
+    origin
+        Point that x and y are measured from, along the axes of its body; by default the origin of the plane.
+    """
+
+    point: Point
+    direction_x: float
+    direction_y: float
+    zero: float = 0.0
+    origin: Point = field(default_factory=lambda: Point(body=GROUND))
+
+
+@dataclass(frozen=True, kw_only=True)
+class FollowerHeight(Reading):
+    """Height of a massless follower that hangs by a link from a rod and slides on the line x = guide_x, m.
+
+    Attributes
+    ----------
+    top, knee
+        End points of the rod.
+    fraction
+        Position of the upper end of the link on the rod, as a fraction of top -> knee.
+    guide_x
+        Position of the guide, m.
+    length
+        Length of the link, m. The follower is below the rod.
+    zero
+        Height to subtract, m.
+    reference_point
+        If given, the reading is the height of this point above the follower, minus zero.
+    """
+
+    top: Point
+    knee: Point
+    fraction: float
+    guide_x: float
+    length: float
+    zero: float = 0.0
+    reference_point: Point | None = None
+
+
+@dataclass(frozen=True, kw_only=True)
+class DerivedForce:
+    """Base class of a named force (N) that follows from the configuration. No force acts along it.
+
+    Attributes
+    ----------
+    name
+        Name of the force.
+    """
+
+    name: str
+
+
+@dataclass(frozen=True, kw_only=True)
+class SpringForce(DerivedForce):
+    """Force in a spring of the mechanism, N, positive in tension.
+
+    Attributes
+    ----------
+    spring
+        Name of the Spring.
+    """
+
+    spring: str
+
+
+@dataclass(frozen=True, kw_only=True)
+class StaticForce(DerivedForce):
+    """Fraction of the static force of springs and weights along a reading at zero speed, N.
+
+    It is the force along the reading, a length, that holds a mechanism with one degree of freedom. It is infinite at a turning point
+    of the reading.
+
+    Attributes
+    ----------
+    reading
+        Name of the reading.
+    fraction
+        Factor on the force.
+    """
+
+    reading: str
+    fraction: float = 1.0
+
+
+@dataclass(frozen=True, kw_only=True)
+class Limit:
+    """Range of a reading within which the description is valid. A run ends where it leaves the range.
+
+    Attributes
+    ----------
+    reading
+        Name of the reading.
+    low, high
+        Ends of the range, SI.
+    low_message, high_message
+        Sentences on what happens at each end.
+    """
+
+    reading: str
+    low: float
+    high: float
+    low_message: str
+    high_message: str

@@ -1,0 +1,153 @@
+"""Cubic and quintic Hermite interpolation between the ends of an interval; numbers and arrays, plain and compiled."""
+
+from __future__ import annotations
+
+from typing import Any
+
+from governor_mechanism.numerics.jit import jit_internal
+from governor_mechanism.types import FloatArray
+
+
+def cubic_hermite(start: Any, end: Any, start_derivative: Any, end_derivative: Any, length: Any, fraction: Any) -> Any:
+    """Interpolate by the cubic through values and derivatives at both ends; arguments broadcast.
+
+    Parameters
+    ----------
+    start
+        Value at the start.
+    end
+        Value at the end.
+    start_derivative
+        Derivative at the start.
+    end_derivative
+        Derivative at the end.
+    length
+        Length of the interval.
+    fraction
+        Position in the interval, 0 to 1.
+
+    Returns
+    -------
+    Any
+        Interpolated value.
+    """
+    d0, d1, change = length * start_derivative, length * end_derivative, end - start
+    return start + fraction * (d0 + fraction * (3 * change - 2 * d0 - d1 + fraction * (d0 + d1 - 2 * change)))
+
+
+def cubic_hermite_derivative(start: Any, end: Any, start_derivative: Any, end_derivative: Any, length: Any, fraction: Any) -> Any:
+    """Return the derivative of `cubic_hermite` by the position, for the same arguments.
+
+    Parameters
+    ----------
+    start
+        Value at the start.
+    end
+        Value at the end.
+    start_derivative
+        Derivative at the start.
+    end_derivative
+        Derivative at the end.
+    length
+        Length of the interval.
+    fraction
+        Position in the interval, 0 to 1.
+
+    Returns
+    -------
+    Any
+        Derivative of the interpolant.
+    """
+    d0, d1, change = length * start_derivative, length * end_derivative, end - start
+    return (d0 + fraction * (2 * (3 * change - 2 * d0 - d1) + fraction * 3 * (d0 + d1 - 2 * change))) / length
+
+
+def quintic_hermite(
+    start: Any, start_rate: Any, start_acceleration: Any, end: Any, end_rate: Any, end_acceleration: Any, h: Any, fraction: Any
+) -> tuple[Any, Any]:
+    """Interpolate by the quintic through values, rates and accelerations at both ends; arguments broadcast.
+
+    Parameters
+    ----------
+    start
+        Value at the start.
+    start_rate
+        Rate at the start.
+    start_acceleration
+        Acceleration at the start.
+    end
+        Value at the end.
+    end_rate
+        Rate at the end.
+    end_acceleration
+        Acceleration at the end.
+    h
+        Length of the interval, s.
+    fraction
+        Position in the interval, 0 to 1.
+
+    Returns
+    -------
+    value : Any
+        Interpolated value.
+    rate : Any
+        Interpolated rate.
+    """
+    c1, c2, p = h * start_rate, h * h * start_acceleration, fraction
+    value_residual, rate_residual, acceleration_residual = (
+        end - start - c1 - 0.5 * c2,
+        h * end_rate - c1 - c2,
+        h * h * end_acceleration - c2,
+    )
+    c3 = 10 * value_residual - 4 * rate_residual + 0.5 * acceleration_residual
+    c4 = -15 * value_residual + 7 * rate_residual - acceleration_residual
+    c5 = 6 * value_residual - 3 * rate_residual + 0.5 * acceleration_residual
+    value = start + p * (c1 + p * (0.5 * c2 + p * (c3 + p * (c4 + p * c5))))
+    return value, (c1 + p * (c2 + p * (3 * c3 + p * (4 * c4 + p * 5 * c5)))) / h
+
+
+quintic_hermite_jit = jit_internal(quintic_hermite)
+
+
+@jit_internal
+def interpolate_quintic_hermite(
+    state_start: FloatArray,
+    derivative_start: FloatArray,
+    state_end: FloatArray,
+    derivative_end: FloatArray,
+    n_coordinates: int,
+    h: float,
+    fraction: float,
+    result: FloatArray,
+) -> None:
+    """Interpolate a state within a step.
+
+    Coordinates and velocities follow the quintic Hermite polynomial through positions, velocities and accelerations at
+    both ends of the step. Auxiliary states are interpolated linearly.
+
+    Parameters
+    ----------
+    state_start
+        State at the start of the step: coordinates, velocities, auxiliary states.
+    derivative_start
+        Time derivative of that state.
+    state_end
+        State at the end of the step.
+    derivative_end
+        Time derivative of that state.
+    n_coordinates
+        Number of coordinates.
+    h
+        Step size, s.
+    fraction
+        Fraction of the step, 0 to 1.
+    result
+        Result: the state at that fraction.
+    """
+    for i in range(2 * n_coordinates, state_start.size):
+        result[i] = state_start[i] + fraction * (state_end[i] - state_start[i])
+    for i in range(n_coordinates):
+        k = n_coordinates + i
+        result[i], result[k] = quintic_hermite_jit(
+            state_start[i], state_start[k], derivative_start[k], state_end[i], state_end[k], derivative_end[k], h, fraction
+        )

@@ -1,0 +1,208 @@
+"""Parser of a scene document: its tables in order, and their consistency. Slow to import: pydantic."""
+
+from __future__ import annotations
+
+import dataclasses
+import difflib
+from collections.abc import Iterable, Mapping
+from pathlib import Path
+from typing import Any
+
+from governor_mechanism.effects.clearance import CLEARANCE_READING, Clearance
+from governor_mechanism.errors import MechanismError
+from governor_mechanism.machines.base import BODY_EFFECTS, Machine, unsupported_effect_messages
+from governor_mechanism.machines.custom import CUSTOM_MACHINE
+from governor_mechanism.machines.registry import MACHINES
+from governor_mechanism.model.effect import Effect
+from governor_mechanism.model.mechanism import Mechanism
+from governor_mechanism.model.output_variables import Reading
+from governor_mechanism.model.scene import EQUILIBRIUM, FreeSpindle, Part, RunSettings, Scene, Spindle, Start
+from governor_mechanism.scenes.cross_validation import check_tables_together
+from governor_mechanism.scenes.custom.parser import CustomMachineParser, CustomSceneTable
+from governor_mechanism.scenes.effect_tables import parse_effects
+from governor_mechanism.scenes.problems import Problem, ProblemCode, ProblemCollector
+from governor_mechanism.scenes.schema import (
+    SPINDLE,
+    RunTable,
+    SceneTable,
+    dimensions_table_model,
+    find_misspelt_equilibrium,
+    rate_key,
+    start_table_model,
+)
+from governor_mechanism.scenes.table import validate
+
+GOVERNOR_PART_NAME = "governor"
+"""Name of the only part of a scene."""
+
+
+class DocumentParser:
+    """Parser of one document; it collects all mistakes."""
+
+    def __init__(self, document: Mapping[str, Any], source: str) -> None:
+        self.document, self.source, self.collector = document, source, ProblemCollector()
+        self.tables: dict[str, dict[str, Any]] = {name: dict(value) for name, value in document.items() if isinstance(value, Mapping)}
+        self.title = ""
+
+    def parse(self) -> Scene | None:
+        """Return the scene, or None if there are mistakes."""
+        is_custom = _find_intended_machine(self.document) == CUSTOM_MACHINE
+        part, effects, start = self._parse_custom() if is_custom else self._parse_dimensioned()
+        spindle = self._parse_spindle()
+        run, run_values = None, dict[str, Any]()
+        with self.collector.at("run"):
+            run_values = validate(RunTable, self.tables.get("run", {})).given_values()
+        with self.collector.at("[run]"):
+            run = RunSettings(**run_values)
+        has_spindle = "spindle" in self.document  # even if it is not a table, which is reported
+        self.collector.problems += check_tables_together(
+            part, effects, spindle, start, self.tables.get("effects", {}), has_spindle=has_spindle
+        )
+        if self.collector.problems or part is None or run is None:
+            return None
+        return Scene(
+            title=self.title or Path(self.source).stem or part.machine,
+            parts=(part,),
+            effects=effects,
+            spindle=spindle,
+            start=start,
+            run=run,
+            source=self.source,
+            document=_copy_document(self.document),
+        )
+
+    def _parse_spindle(self) -> Spindle | FreeSpindle:
+        """Return the spindle; one at rest if the file has none, or a wrong one."""
+        spindle: Spindle | FreeSpindle = Spindle()
+        if "spindle" in self.tables:
+            with self.collector.at("spindle"):
+                spindle = validate(SPINDLE, self.tables["spindle"]).build()
+        return spindle
+
+    def _parse_effects(self, readings: Iterable[tuple[str, str]] | None) -> tuple[Effect, ...]:
+        return parse_effects(self.tables.get("effects", {}), None if readings is None else dict(readings), self.collector)
+
+    def _parse_custom(self) -> tuple[Part | None, tuple[Effect, ...], Start]:
+        """Return part, effects and start of a scene with a custom machine."""
+        top_level = None
+        with self.collector.at(""):
+            top_level = validate(CustomSceneTable, self.document)
+            self.title = top_level.title or ""
+        part, start, readings = CustomMachineParser(self.document, top_level, self.collector).parse()
+        effects = self._parse_effects(None if readings is None else _quantities(readings))
+        self._add_effect_problems(unsupported_effect_messages(CUSTOM_MACHINE, effects))
+        return part, effects, start
+
+    def _add_effect_problems(self, messages: Iterable[str]) -> None:
+        self.collector.problems += [Problem(message, ProblemCode.CONFLICT).at("[effects]") for message in messages]
+
+    def _parse_dimensioned(self) -> tuple[Part | None, tuple[Effect, ...], Start]:
+        """Return part, effects and start of a scene with a machine that dimensions describe."""
+        with self.collector.at(""):
+            self.title = validate(SceneTable, self.document).title or ""
+        machine_class = MACHINES.get(_find_intended_machine(self.document))
+        machine = self._build_machine(machine_class)
+        mechanism = machine.mechanism() if machine else _build_placeholder_mechanism(machine_class) if machine_class else None
+        # A clearance with a mistake still brings its reading, or naming that reading would be reported as a mistake too.
+        has_clearance = machine_class is not None and not machine_class.effect_problems([Clearance(width=1.0)])
+        has_clearance = has_clearance and self.tables.get("effects", {}).get("clearance", False) is not False
+        extra_readings = ((CLEARANCE_READING, "length"),) if has_clearance else ()
+        effects = self._parse_effects((*_quantities(mechanism.readings), *extra_readings) if mechanism else None)
+        self._add_effect_problems(machine_class.effect_problems(effects) if machine_class else ())
+        if machine_class is not None and machine_class.driver_dimensions:
+            start = self._parse_driven_start(machine_class)
+        else:
+            start = self._parse_start(machine, mechanism, has_clearance)
+        part = None
+        if machine and mechanism and not machine.effect_problems(effects):
+            with self.collector.at("[effects]"):
+                part = _build_part(machine, mechanism, effects)
+        return part, effects, start
+
+    def _build_machine(self, machine_class: type[Machine] | None) -> Machine | None:
+        """Return the machine of [dimensions], or None if it cannot be built."""
+        if "dimensions" not in self.document:
+            needs = (
+                f"{machine_class.name} needs {', '.join(_required_dimensions(machine_class))}"
+                if machine_class
+                else "every machine needs it"
+            )
+            self.collector.add(ProblemCode.MISSING_KEY, f"[dimensions] is missing; {needs}", key="dimensions")
+        machine, dimensions = None, None
+        if machine_class is not None and "dimensions" in self.tables:
+            with self.collector.at("dimensions"):
+                dimensions = validate(dimensions_table_model(machine_class), self.tables["dimensions"]).given_values()
+            with self.collector.at("[dimensions]"):
+                machine = None if dimensions is None else machine_class(**dimensions)
+        return machine
+
+    def _parse_start(self, machine: Machine | None, mechanism: Mechanism | None, has_clearance: bool) -> Start:
+        """Return values and rates of the coordinate, and of the clearance; it starts in its middle and at rest by default."""
+        table = self.tables.get("start", {})
+        if mechanism is None:
+            self.collector.add(ProblemCode.UNKNOWN_NAME, *find_misspelt_equilibrium(table), key="start")
+            return Start(values={})
+        coordinate = mechanism.coordinate
+        rate_keys = {coordinate: rate_key(coordinate)} | ({CLEARANCE_READING: f"{CLEARANCE_READING}_rate"} if has_clearance else {})
+        quantities = {coordinate: mechanism.reading(coordinate).quantity, CLEARANCE_READING: "length"}
+        parsed: dict[str, Any] = {}
+        with self.collector.at("start"):
+            parsed = validate(start_table_model(tuple((key, quantities[key], rate_keys[key]) for key in rate_keys)), table).given_values()
+        values = {coordinate: EQUILIBRIUM} | ({CLEARANCE_READING: 0.0} if has_clearance else {})
+        values |= {key: parsed[key] for key in values if key in parsed}
+        if machine:
+            with self.collector.at("[start]"):
+                self.collector.add(ProblemCode.OUT_OF_RANGE, *machine.start_problems(values), key="start")
+        rates = {key: parsed[rate] for key, rate in rate_keys.items() if rate in parsed}
+        return Start(values=values, rates={CLEARANCE_READING: 0.0, **rates} if rates and has_clearance else rates)
+
+    def _parse_driven_start(self, machine_class: type[Machine]) -> Start:
+        """Return the start of a driven machine, which its drive determines."""
+        for name in ("start", "spindle"):
+            if self.document.get(name):
+                text = f"[{name}] has no meaning for machine {machine_class.name!r}, whose crank is driven"
+                hint = f"its speed and start are {' and '.join(machine_class.driver_dimensions)} in [dimensions]"
+                self.collector.add(ProblemCode.CONFLICT, f"{text}: {hint}", key=name)
+        return Start(values={})
+
+
+def _find_intended_machine(document: Mapping[str, Any]) -> str:
+    """Return the machine of the document, or the one nearest to a misspelt name, so that the rest can be checked."""
+    keys = [key for key in document if isinstance(key, str)]
+    machine_key = "machine" if "machine" in document else next(iter(difflib.get_close_matches("machine", keys, n=1)), "")
+    name = document.get(machine_key)
+    close_matches = difflib.get_close_matches(name, [*MACHINES, CUSTOM_MACHINE], n=1) if isinstance(name, str) else []
+    return close_matches[0] if close_matches else CUSTOM_MACHINE if "body" in document and "dimensions" not in document else ""
+
+
+def _quantities(readings: Iterable[Reading]) -> list[tuple[str, str]]:
+    return [(reading.name, reading.quantity) for reading in readings]
+
+
+def _build_part(machine: Machine, mechanism: Mechanism, effects: tuple[Effect, ...]) -> Part:
+    """Return the part; `mechanism` is used unless the effects change its bodies."""
+    if problems := machine.stop_problems(effects):
+        raise MechanismError(*problems)
+    if any(isinstance(effect, BODY_EFFECTS) for effect in effects):
+        mechanism = machine.mechanism_with_effects(effects)
+    name = GOVERNOR_PART_NAME
+    return Part(name=name, machine=machine.name, dimensions=machine.dimensions(), mechanism=mechanism, plane=machine.plane)
+
+
+def _required_dimensions(machine_class: type[Machine]) -> list[str]:
+    return [field.name for field in dataclasses.fields(machine_class) if field.default is dataclasses.MISSING]
+
+
+def _build_placeholder_mechanism(machine_class: type[Machine]) -> Mechanism | None:
+    """Return some mechanism of this kind, so that [start] can be checked although [dimensions] is wrong."""
+    try:
+        return machine_class(**dict.fromkeys(_required_dimensions(machine_class), 1.0)).mechanism()
+    except ValueError:
+        return None
+
+
+def _copy_document(value: Any) -> Any:
+    """Return a copy that does not change with the caller's document."""
+    if isinstance(value, Mapping):
+        return {key: _copy_document(item) for key, item in value.items()}
+    return [_copy_document(item) for item in value] if isinstance(value, list | tuple) else value

@@ -1,0 +1,94 @@
+"""Mistakes of a scene file: sentences with a code and a key, collected until the whole file is checked."""
+
+from __future__ import annotations
+
+import re
+from collections.abc import Iterator
+from contextlib import contextmanager
+from enum import StrEnum
+from typing import Final
+
+from governor_mechanism.errors import MechanismError
+
+KEY: Final = "\0"
+"""Placeholder in a message for the key path of the value; `Problem.at` replaces it."""
+
+
+class ProblemCode(StrEnum):
+    """Kind of a mistake in a scene file."""
+
+    UNREADABLE = "unreadable"
+    UNKNOWN_KEY = "unknown key"
+    MISSING_KEY = "missing key"
+    WRONG_TYPE = "wrong type"
+    WRONG_QUANTITY = "wrong quantity"
+    OUT_OF_RANGE = "out of range"
+    UNKNOWN_NAME = "unknown name"
+    DUPLICATE = "duplicate"
+    CONFLICT = "conflict"
+    INCONSISTENT = "inconsistent"
+
+
+class Problem(str):
+    """One mistake of a scene file as a sentence.
+
+    Attributes
+    ----------
+    code
+        Kind of the mistake.
+    key
+        Path of the key at which it is, for example "dimensions.arm".
+    """
+
+    code: ProblemCode
+    key: str
+
+    def __new__(cls, text: str, code: ProblemCode = ProblemCode.INCONSISTENT, key: str = KEY) -> Problem:
+        """Return the sentence; a `Problem` keeps its own code and key."""
+        problem = super().__new__(cls, text)
+        problem.code, problem.key = (text.code, text.key) if isinstance(text, Problem) else (code, key)
+        return problem
+
+    def at(self, path: str) -> Problem:
+        """Return the problem at a key path; a path that ends with ":" or "]" is the start of a sentence."""
+        text = _replace_key(self, path)
+        if KEY not in self and path not in ("", KEY):
+            text = f"{path} {self}" if path.endswith((":", "]")) else f"{path}: {self}"
+        return Problem(text, self.code, _replace_key(self.key, path))
+
+
+def _replace_key(text: str, path: str) -> str:
+    joint = f"{path} " if path.endswith(":") else f"{path}." if path else ""
+    return re.sub(rf"{KEY}(\.?)", lambda match: joint if match[1] else path.rstrip(":"), text)
+
+
+def mistake(code: ProblemCode, *messages: str, key: str = KEY) -> MechanismError:
+    """Return the error of one or more messages with a code at a key."""
+    return MechanismError(*(Problem(message, code, key) for message in messages))
+
+
+class ProblemCollector:
+    """The problems found so far; errors raised in the context `at` are collected instead of ending the check."""
+
+    def __init__(self) -> None:
+        self.problems: list[Problem] = []
+        self.has_failed = False
+
+    def add(self, code: ProblemCode, *messages: str, key: str = KEY) -> None:
+        """Add messages with a code at a key."""
+        self.problems += [Problem(message, code, key) for message in messages]
+        self.has_failed |= bool(messages)
+
+    @contextmanager
+    def at(self, path: str = KEY) -> Iterator[None]:
+        """Collect the problems of a MechanismError at a key path and continue after the context."""
+        try:
+            yield
+        except MechanismError as error:
+            self.has_failed = True
+            self.problems += [Problem(problem).at(path) for problem in error.problems]
+
+    def raise_if_failed(self) -> None:
+        """Raise MechanismError with all problems, if any check has failed."""
+        if self.has_failed:
+            raise MechanismError(*self.problems)

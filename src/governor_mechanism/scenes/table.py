@@ -1,0 +1,159 @@
+"""Base of the pydantic models of scene tables. Slow to import: pydantic."""
+
+from __future__ import annotations
+
+import difflib
+from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
+from typing import Annotated, Any, ClassVar, Final, Self, TypeVar, Union
+
+from pydantic import (
+    BaseModel,
+    ConfigDict,
+    Discriminator,
+    ModelWrapValidatorHandler,
+    Tag,
+    TypeAdapter,
+    ValidationError,
+    ValidationInfo,
+    model_validator,
+)
+from pydantic.fields import FieldInfo
+from pydantic_core import ErrorDetails
+
+from governor_mechanism.errors import MechanismError, did_you_mean
+from governor_mechanism.scenes.problems import KEY, Problem, ProblemCode, mistake
+from governor_mechanism.units.quantities import format_value
+
+TOP_LEVEL_KEYS: Final = ("machine", "title", "dimensions", "effects", "spindle", "start", "run")
+"""Keys of a scene file outside its tables, and its tables."""
+
+_Parsed = TypeVar("_Parsed")
+_Table = TypeVar("_Table", bound="SceneFileTable")
+
+
+class SceneFileTable(BaseModel):
+    """A table of a scene file. Every mistake is reported as a sentence, with `KEY` for the path of the table."""
+
+    model_config = ConfigDict(extra="forbid", protected_namespaces=())
+    alternative_keys: ClassVar[tuple[str, ...]] = ()
+    """Keys that the same table may have instead, in another scene."""
+    alternative_hint: ClassVar[str] = ""
+    """What to do if keys of both kinds are given."""
+    example: ClassVar[str] = ""
+    """A valid table, for messages."""
+
+    @classmethod
+    def fields_by_key(cls) -> dict[str, FieldInfo]:
+        """Return the fields by their keys in the file."""
+        return {field.alias or name: field for name, field in cls.model_fields.items()}
+
+    def given_values(self) -> dict[str, Any]:
+        """Return the parsed values of the keys in the file, in the order of the class."""
+        return {name: getattr(self, name) for name in type(self).model_fields if name in self.model_fields_set}
+
+    @classmethod
+    def find_conflicts(cls, values: Mapping[str, Any], context: Any) -> Iterable[Problem]:
+        """Yield the problems of keys that are missing, or exclude each other; `context` is the caller's."""
+        return ()
+
+    @classmethod
+    def unknown_key(cls, key: str, value: object) -> str:
+        """Return the message about an unknown key."""
+        known_keys = [*cls.fields_by_key(), *cls.alternative_keys]
+        elsewhere = f" {key!r} stands above the first [table], or is a table of its own." if key in TOP_LEVEL_KEYS else ""
+        return f"{KEY}.{key} is unknown; known keys are {', '.join(known_keys)}.{elsewhere or did_you_mean(key, known_keys)}"
+
+    @model_validator(mode="wrap")
+    @classmethod
+    def _report(cls, values: Any, handler: ModelWrapValidatorHandler[Self], info: ValidationInfo) -> Self:
+        if not isinstance(values, Mapping):
+            hint = f"; write {cls.example}" if cls.example else ""
+            raise mistake(ProblemCode.WRONG_TYPE, f"{KEY} must be a table; found {format_value(values)}{hint}")
+        own_keys = [key for key in values if key in cls.fields_by_key()]
+        misplaced_keys = [key for key in values if key in cls.alternative_keys] if own_keys else []
+        problems = [
+            Problem(
+                f"{KEY}.{key} cannot be combined with {', '.join(own_keys)}; {cls.alternative_hint}", ProblemCode.CONFLICT, f"{KEY}.{key}"
+            )
+            for key in misplaced_keys[:1]
+        ]
+        table = None
+        try:
+            table = handler({key: value for key, value in values.items() if key not in misplaced_keys})
+        except ValidationError as error:
+            problems += cls._field_problems(error)
+        if not any(problem.code == ProblemCode.UNKNOWN_KEY for problem in problems):
+            problems += cls.find_conflicts(values, info.context)
+        if table is None or problems:
+            raise MechanismError(*problems)
+        return table
+
+    @classmethod
+    def _field_problems(cls, error: ValidationError) -> Iterator[Problem]:
+        details = error.errors(include_url=False)
+        unknown_keys = [str(detail["loc"][-1]) for detail in details if detail["type"] == "extra_forbidden"]
+        misspelt_keys = {near for key in unknown_keys for near in difflib.get_close_matches(key, list(cls.fields_by_key()), n=1)}
+        for detail in details:
+            key = str(detail["loc"][0]) if detail["loc"] else ""
+            # A required key that is misspelt is one mistake, reported where the wrong spelling is.
+            if not (detail["type"] == "missing" and key in misspelt_keys):
+                yield from cls._problems_at(key, detail)
+
+    @classmethod
+    def _problems_at(cls, key: str, detail: ErrorDetails) -> Iterator[Problem]:
+        path = f"{KEY}.{key}" if key else KEY
+        cause = detail.get("ctx", {}).get("error")
+        if isinstance(cause, MechanismError):
+            yield from (Problem(problem).at(path) for problem in cause.problems)
+        elif detail["type"] == "missing":
+            yield Problem(f"{path} is missing; it is {cls.fields_by_key()[key].description}", ProblemCode.MISSING_KEY, path)
+        elif detail["type"] == "extra_forbidden":
+            yield Problem(cls.unknown_key(key, detail["input"]), ProblemCode.UNKNOWN_KEY, path)
+        else:
+            text = f"{path} cannot be read ({detail['msg'].lower()}); found {format_value(detail['input'])}"
+            yield Problem(text, ProblemCode.WRONG_TYPE, path)
+
+
+def validate(model: type[_Parsed] | TypeAdapter[_Parsed], values: object, path: str = KEY, context: Any = None) -> _Parsed:
+    """Return the parsed table.
+
+    Parameters
+    ----------
+    model
+        Model of the table, or adapter of a union of models.
+    values
+        The table as read from TOML.
+    path
+        Key path of the table.
+    context
+        Passed to the validators.
+
+    Returns
+    -------
+    SceneFileTable
+        An instance of the model.
+
+    Raises
+    ------
+    MechanismError
+        With a `Problem` for each mistake.
+    """
+    adapter = model if isinstance(model, TypeAdapter) else TypeAdapter(model)
+    try:
+        return adapter.validate_python(values, context=context)
+    except ValidationError as error:
+        causes = [detail.get("ctx", {}).get("error") for detail in error.errors(include_url=False)]
+        raise MechanismError(*(Problem(problem).at(path) for cause in causes for problem in getattr(cause, "problems", ()))) from error
+
+
+def union_by_key(tables: Mapping[str, type[_Table]], find_key: Callable[[Any, Sequence[str]], str]) -> TypeAdapter[_Table]:
+    """Return the discriminated union of tables; `find_key` chooses one for a value and the keys of `tables`."""
+    members = tuple(Annotated[table, Tag(key)] for key, table in tables.items())
+    union: Any = Annotated[Union[members], Discriminator(lambda values: find_key(values, list(tables)))]  # noqa: UP007 - not static
+    return TypeAdapter(union)
+
+
+def nearest_type(values: Any, known_types: Sequence[str]) -> str:
+    """Return the `type` of a table, or the known type nearest to it; "" if none is near."""
+    word = values.get("type") if isinstance(values, Mapping) else None
+    return next(iter(difflib.get_close_matches(word, known_types, n=1)), "") if isinstance(word, str) else ""

@@ -1,0 +1,43 @@
+"""Plain text tables for the terminal and for results as text."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Sequence
+
+COLUMN_GAP = 2
+"""Spaces between two columns of a text table."""
+
+
+def format_table(headers: Sequence[str], rows: Iterable[Sequence[str]], justify: str = "l") -> str:
+    """Return a table as plain text without rules or colour, as wide as its cells need.
+
+    Parameters
+    ----------
+    headers
+        Column headings; empty for a table without a heading line.
+    rows
+        Cells of each row, as many as there are columns.
+    justify
+        One letter per column, "l", "c" or "r"; the last letter also holds for all columns after it.
+
+    Returns
+    -------
+    str
+        Lines without trailing spaces, joined by newlines.
+    """
+    from rich.console import Console  # imported late: the command line starts without it
+    from rich.table import Table
+    from rich.text import Text
+
+    cells = [[Text(cell) for cell in row] for row in rows]
+    n_columns = len(headers) or max(map(len, cells), default=0)
+    table = Table(box=None, show_header=bool(headers), pad_edge=False, padding=(0, COLUMN_GAP, 0, 0), header_style="")
+    sides = {"l": "left", "c": "center", "r": "right"}
+    for k in range(n_columns):
+        table.add_column(Text(headers[k]) if headers else "", justify=sides[justify[min(k, len(justify) - 1)]], no_wrap=True)  # type: ignore[arg-type]
+    for row in cells:
+        table.add_row(*row)
+    console = Console(width=100_000, color_system=None, force_terminal=False)
+    with console.capture() as capture:
+        console.print(table)
+    return "\n".join(line.rstrip() for line in capture.get().splitlines())
