@@ -1,6 +1,6 @@
-"""What an accuracy estimate is worth: over random scenes, and that the measure which says so can fail.
+"""Validity of error estimates over random scenes, and proof that the check can fail.
 
-`python benchmarks/certificates.py` measures every engine over the same scenes, with what is left out here for its time.
+`python benchmarks/certificates.py` checks every engine over the same scenes, without limits on the time.
 """
 
 from __future__ import annotations
@@ -31,116 +31,127 @@ from governor_mechanism.model.effect import Effect
 from governor_mechanism.model.scene import FreeSpindle
 from governor_mechanism.model.trajectory import Outcome
 from random_machines import MACHINES
-from random_scenes import RandomScene, draw_scene
+from random_scenes import draw_scene
 
 SEED = 20261124
-SCENES, BLOCKS = 300, 3
-LAW, SHARE = 3.0, 0.98
-"""So many times its estimate may the true error be, and in so many of the runs it must be no more."""
+N_SCENES, GROUP_SIZE = 300, 20
+"""Number of random scenes, and number of scenes in one test."""
 
-WITHOUT_EVENTS = 42
-"""Of so many scenes those that impulse steps smoothly: with events it takes seconds each, and sometimes minutes."""
+MAX_ERROR_RATIO = 3.0
+"""Largest ratio of the true error of a run to its estimate."""
 
+MAX_UNJUDGED = {"reduced": 2, "multibody": 3}
+"""Largest number of runs in a group whose references disagree; over all scenes they are 6 and 11."""
 
-DRAWN = 10 * len(MACHINES)
-"""So many scenes hold everything there is."""
+N_SMOOTH_SCENES = 42
+"""Number of scenes of which impulse runs those without contacts: with contacts it takes seconds, sometimes minutes."""
 
-PLAIN, STRUCK = 0, 16
-"""Scenes of a governor without effects, and of one whose stops are struck."""
+N_DRAWN = 10 * len(MACHINES)
+"""Number of scenes that contain every machine and effect."""
 
-
-def certified(drawn: RandomScene, *engines: str) -> list[CertificateCheck]:
-    truth, asked = ReferenceSolutions(drawn.scene), draw_accuracies(drawn)
-    every = [check_certificate(drawn, engine, asked[engine], truth) for engine in engines if engine in asked]
-    return [one for one in every if one.is_judged]
+PLAIN_SCENE, IMPACT_SCENE = 0, 16
+"""Numbers of a scene of a governor without effects, and of one with impacts."""
 
 
-def lawful(runs: list[CertificateCheck], factor: float = 1.0) -> float:
-    """The share of runs that are no farther off than three times a part of their estimate."""
-    return float(np.mean([one.true <= LAW * factor * one.estimate for one in runs]))
+def check_scenes(numbers, *engines: str) -> list[CertificateCheck]:
+    """Return the checks of all runs of some scenes by some engines."""
+    checks = []
+    for scene in (draw_scene(number, SEED) for number in numbers):
+        references, accuracies = ReferenceSolutions(scene.scene), draw_accuracies(scene)
+        checks += [check_certificate(scene, engine, accuracies[engine], references) for engine in engines if engine in accuracies]
+    return checks
 
 
-def short(runs: list[CertificateCheck]) -> list[tuple[int, str, float, float, str]]:
-    """What to look at where the law is broken."""
-    return [(one.number, one.engine, one.estimate, one.true, one.words) for one in runs if one.true > LAW * one.estimate]
+def judged(checks: list[CertificateCheck]) -> list[CertificateCheck]:
+    """Return the checks with a known true error."""
+    return [check for check in checks if check.is_judged]
 
 
-@pytest.mark.parametrize("first", range(BLOCKS))
-def test_estimates_of_fine_engines_are_neither_too_small_nor_much_too_large(first):
-    runs = [one for number in range(first, SCENES, BLOCKS) for one in certified(draw_scene(number, SEED), "reduced", "multibody")]
-    for engine in ("reduced", "multibody"):
-        own = [one for one in runs if one.engine == engine]
-        # The others' motion is a drive's, known to rounding, or one that no two engines agree upon closely enough.
-        assert len(own) > 0.4 * SCENES / BLOCKS
-        assert lawful(own) >= SHARE, short(own)
-        # The estimate is the error of a run ten times looser; where steps are bounded otherwise, of one twice as long.
-        assert 1 <= np.median([one.overestimation for one in own]) <= 100
+def violations(checks: list[CertificateCheck], factor: float = 1.0) -> list[tuple[int, str, float, float, str]]:
+    """Return the judged runs with an error above the limit when their estimate is multiplied by a factor."""
+    return [
+        (check.number, check.engine, check.estimate, check.true, check.words)
+        for check in judged(checks)
+        if check.true > MAX_ERROR_RATIO * factor * check.estimate
+    ]
 
 
-def test_estimates_of_impulse_are_neither_too_small_nor_much_too_large():
-    drawn = [draw_scene(number, SEED) for number in range(WITHOUT_EVENTS)]
-    runs = [one for scene in drawn if scene.group != "events" for one in certified(scene, "impulse")]
-    assert len(runs) > 0.3 * WITHOUT_EVENTS
-    assert lawful(runs) >= SHARE, short(runs)
-    assert 1 <= np.median([one.overestimation for one in runs]) <= 100
+@pytest.mark.parametrize("first", range(0, N_SCENES, GROUP_SIZE))
+def test_errors_of_accurate_engines_are_within_their_estimates(first):
+    checks = check_scenes(range(first, first + GROUP_SIZE), "reduced", "multibody")
+    assert not violations(checks)
+    for engine, limit in MAX_UNJUDGED.items():
+        unjudged = [(check.number, check.set_aside) for check in checks if check.engine == engine and not check.is_judged]
+        assert len(unjudged) <= limit, unjudged
+        # The estimate is the error of a run with a ten times larger tolerance, or with twice the largest step.
+        assert 1 <= np.median([check.overestimation for check in judged(checks) if check.engine == engine]) <= 100
 
 
-def test_an_estimate_a_thousand_times_too_small_is_found_out():
-    runs = [one for number in range(14) for one in certified(draw_scene(number, SEED), "reduced", "multibody")]
-    assert lawful(runs) == 1.0
-    assert lawful(runs, 1e-3) < 0.5  # estimates are some ten times too large, seldom a thousand
+def test_errors_of_impulse_are_within_their_estimates():
+    smooth = [number for number in range(N_SMOOTH_SCENES) if draw_scene(number, SEED).group != "events"]
+    checks = check_scenes(smooth, "impulse")
+    assert len(checks) > 0.3 * N_SMOOTH_SCENES
+    assert len(judged(checks)) == len(checks)
+    assert not violations(checks)
+    assert 1 <= np.median([check.overestimation for check in checks]) <= 100
+
+
+def test_estimate_that_is_a_thousand_times_too_small_is_detected():
+    checks = check_scenes(range(14), "reduced", "multibody")
+    assert not violations(checks)
+    assert len(violations(checks, 1e-3)) > 0.5 * len(judged(checks))  # estimates are about ten times too large
 
 
 @pytest.mark.parametrize("engine", [ReducedEngine(), MultibodyEngine()], ids=["reduced", "multibody"])
-def test_a_run_that_is_not_what_it_says_is_found_out(engine):
-    drawn = draw_scene(PLAIN, SEED)
+def test_wrong_sample_is_detected(engine):
+    drawn = draw_scene(PLAIN_SCENE, SEED)
     assert drawn.group == "plain"
-    truth, run = ReferenceSolutions(drawn.scene), engine.run(drawn.scene, accuracy=1e-6)
-    assert compare_with_references(run, 1e-6, truth)["true"] <= LAW * run.error_estimate
+    references, run = ReferenceSolutions(drawn.scene), engine.run(drawn.scene, accuracy=1e-6)
+    assert compare_with_references(run, 1e-6, references)["true"] <= MAX_ERROR_RATIO * run.error_estimate
     name = run.scene.part.mechanism.coordinate
     wrong = run.readings[name].copy()
     wrong[len(wrong) // 2] += 10 * run.error_estimate  # one sample of one reading
-    found = compare_with_references(replace(run, readings={**run.readings, name: wrong}), 1e-6, truth)
-    assert found["true"] > LAW * run.error_estimate
+    result = compare_with_references(replace(run, readings={**run.readings, name: wrong}), 1e-6, references)
+    assert result["true"] > MAX_ERROR_RATIO * run.error_estimate
 
 
 @pytest.mark.parametrize("engine", [ReducedEngine(), MultibodyEngine()], ids=["reduced", "multibody"])
-def test_an_event_that_is_not_told_is_found_out(engine):
-    drawn = draw_scene(STRUCK, SEED)
-    truth, run = ReferenceSolutions(drawn.scene), engine.run(drawn.scene, accuracy=1e-6)
+def test_missing_event_is_detected(engine):
+    drawn = draw_scene(IMPACT_SCENE, SEED)
+    references, run = ReferenceSolutions(drawn.scene), engine.run(drawn.scene, accuracy=1e-6)
     assert certified_events(run)
-    assert compare_with_references(run, 1e-6, truth)["true"] <= LAW * run.error_estimate
-    assert compare_with_references(replace(run, deferred_results=None), 1e-6, truth)["true"] > LAW * run.error_estimate
+    assert compare_with_references(run, 1e-6, references)["true"] <= MAX_ERROR_RATIO * run.error_estimate
+    assert compare_with_references(replace(run, deferred_results=None), 1e-6, references)["true"] > MAX_ERROR_RATIO * run.error_estimate
 
 
-# --- what is drawn ----------------------------------------------------------------------------------------------------
+# --- random scenes ----------------------------------------------------------------------------------------------------
 
 
-def test_a_scene_follows_from_its_number():
+def test_scene_is_determined_by_its_number():
     for number in range(len(MACHINES)):
         one, two = (draw_scene(number, SEED) for _ in range(2))
         assert one == two
         assert one.scene.part.mechanism != draw_scene(number, SEED + 1).scene.part.mechanism
 
 
-def test_every_machine_and_effect_is_drawn_and_little_is_refused():
-    every = [draw_scene(number, SEED) for number in range(DRAWN)]
+def test_random_scenes_contain_every_machine_and_effect_and_few_are_refused():
+    every = [draw_scene(number, SEED) for number in range(N_DRAWN)]
     effects: set[type[Effect]] = {type(effect) for one in every for effect in one.scene.effects}
     assert effects >= {DryFriction, Dashpot, OutputSpring, Stops, Clearance, RodMasses, CrankMasses, BellCrankMasses}
     assert {one.machine for one in every} == set(MACHINES)
-    turned = [one.scene.spindle for one in every if one.scene.has_centrifugal]
-    assert any(isinstance(spindle, FreeSpindle) for spindle in turned)
-    assert any(not isinstance(spindle, FreeSpindle) and spindle.speed_fluctuation for spindle in turned)
-    assert any(not isinstance(spindle, FreeSpindle) and len(spindle.times) > 2 for spindle in turned)
+    spindles = [one.scene.spindle for one in every if one.scene.has_centrifugal]
+    assert any(isinstance(spindle, FreeSpindle) for spindle in spindles)
+    assert any(not isinstance(spindle, FreeSpindle) and spindle.speed_fluctuation for spindle in spindles)
+    assert any(not isinstance(spindle, FreeSpindle) and len(spindle.times) > 2 for spindle in spindles)
     assert len({type(effect) for one in every for effect in one.scene.output_effects if len(one.scene.output_effects) == 1}) == 4
-    assert sum(len(one.refused) for one in every) < 0.2 * DRAWN
+    assert sum(len(one.refused) for one in every) < 0.2 * N_DRAWN
 
 
-# --- what it has taught -----------------------------------------------------------------------------------------------
+# --- scenes that failed once -----------------------------------------------------------------------------------------------
 
 
-def test_at_its_own_dead_centre_a_rubbed_reading_is_not_held_and_does_not_hold_up_the_run():
-    """The mechanism carries it on, whatever force acts along it; it had been held there, step after tiny step."""
+def test_friction_does_not_hold_a_reading_at_its_turning_point():
+    """The mechanism moves on whatever force acts along the reading."""
     drawn = draw_scene(192, 2)
     assert any(isinstance(effect, DryFriction) for effect in drawn.scene.output_effects)
     run = MultibodyEngine(max_steps=2000).run(drawn.scene, accuracy=1e-7)
@@ -149,7 +160,7 @@ def test_at_its_own_dead_centre_a_rubbed_reading_is_not_held_and_does_not_hold_u
     assert run.energy.dissipated_energy[-1] > 0
 
 
-def test_a_coordinate_that_comes_to_its_dead_centre_within_rounding_ends_the_run_by_name():
+def test_coordinate_at_its_turning_point_within_rounding_ends_the_run_with_a_named_outcome():
     scene = draw_scene(108, 2).scene
     run = ReducedEngine(max_steps=2000).run(scene, accuracy=1e-6)
     assert run.outcome is Outcome.DEAD_CENTRE

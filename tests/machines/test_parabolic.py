@@ -59,7 +59,7 @@ def test_impulse_is_not_chosen_and_refuses():
     scene = gm.load("parabolic")
     engine, reason = select_engine("auto", scene, 1e-4)
     assert engine.name == "reduced"
-    assert "impulse cannot hold this scene" in reason
+    assert "impulse cannot model this scene" in reason
     with pytest.raises(gm.UnsupportedEffect, match="Proportion"):
         ImpulseEngine().run(scene)
 

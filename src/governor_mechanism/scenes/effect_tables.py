@@ -55,6 +55,9 @@ NO_CLEARANCE_HINT: Final = "; write clearance = false if there is none"
 WIRE_KEYS: Final = ("wire", "coil", "turns", "modulus")
 """Keys of a helical spring; all are needed."""
 
+ORIFICE_KEYS: Final = ("piston", "hole")
+"""Keys of an orifice that are needed."""
+
 OUTPUT_EFFECT_EXAMPLES: Final = {
     "spring": {"length": '{ rate = "2 N/mm" }', "angle": '{ rate = "3 N m/rad" }'},
     "dry_friction": {"length": '"40 N"', "angle": '"5 N m"'},
@@ -65,37 +68,44 @@ OUTPUT_EFFECT_EXAMPLES: Final = {
 
 
 def _derived_key_problems(
-    values: Mapping[str, Any], derived: str, needed: tuple[str, ...], optional: tuple[str, ...] = ()
+    values: Mapping[str, Any], derived: str, needed: tuple[str, ...], optional: tuple[str, ...] = (), reason_against: str = ""
 ) -> list[Problem]:
-    """Return the problems of keys from which a value follows: given with the value, or incomplete."""
+    """Return the problems of keys from which a value follows: given with the value, not allowed, or incomplete."""
     given = [key for key in (*needed, *optional) if key in values]
     missing = [key for key in needed if key not in values]
-    text = ""
     if given and derived in values:
         text = f"{KEY}: {derived} cannot be combined with {', '.join(given)}, from which it follows; leave one of the two out"
+    elif given and reason_against:
+        text = f"{KEY} is an angle and cannot have {', '.join(given)}; {reason_against}"
     elif given and missing:
         text = f"{KEY} lacks {', '.join(missing)}; {', '.join(needed)} are all needed"
-    return [Problem(text, ProblemCode.CONFLICT)] if text else []
+    else:
+        return []
+    return [Problem(text, ProblemCode.CONFLICT)]
 
 
-class TorsionSpringTable(SceneFileTable):
-    """A spring along an angle."""
+class SpringTable(SceneFileTable):
+    """A spring along a length."""
 
-    example = OUTPUT_EFFECT_EXAMPLES["spring"]["angle"]
+    example = OUTPUT_EFFECT_EXAMPLES["spring"]["length"]
+    missing_hint: ClassVar[str] = f'write rate = "2 N/mm", or {", ".join(WIRE_KEYS)}'
+    wire_hint: ClassVar[str] = ""
 
-    rate: Annotated[float, built("torsion_stiffness")] = 0.0
-    preload: Annotated[float, built("torque", "any")] = 0.0
-    zero: Annotated[float, built("angle", "any")] = 0.0
+    rate: Annotated[float, built("stiffness")] = 0.0
+    wire: PositiveLength = 0.0
+    coil: PositiveLength = 0.0
+    turns: Annotated[float, built("number")] = 0.0
+    modulus: Annotated[float, PlainValidator(lambda value: _parse_modulus(value))] = 0.0
+    preload: Annotated[float, built("force", "any")] = 0.0
+    zero: Annotated[float, built("length", "any")] = 0.0
     one_sided: Bool = False
 
     @classmethod
     def find_conflicts(cls, values: Mapping[str, Any], context: Any) -> Iterator[Problem]:
         """Yield a missing rate, or a rate given twice."""
-        alternatives = [key for key in WIRE_KEYS if key in cls.model_fields]
-        yield from _derived_key_problems(values, "rate", WIRE_KEYS)
-        if not any(key in values for key in ("rate", *alternatives)):
-            hint = " or ".join((f"write {cls.example}", *((", ".join(alternatives),) if alternatives else ())))
-            yield Problem(f"{KEY}: rate is missing; {hint}", ProblemCode.MISSING_KEY)
+        yield from _derived_key_problems(values, "rate", WIRE_KEYS, reason_against=cls.wire_hint)
+        if not any(key in values for key in ("rate", *WIRE_KEYS)):
+            yield Problem(f"{KEY}: rate is missing; {cls.missing_hint}", ProblemCode.MISSING_KEY)
 
     def build(self, reading: str) -> Effect:
         """Return the spring, its rate given or computed from its wire."""
@@ -106,18 +116,15 @@ class TorsionSpringTable(SceneFileTable):
         return OutputSpring(reading=reading, **values)
 
 
-class SpringTable(TorsionSpringTable):
-    """A spring along a length."""
+class TorsionSpringTable(SpringTable):
+    """A spring along an angle."""
 
-    example = OUTPUT_EFFECT_EXAMPLES["spring"]["length"]
+    example = OUTPUT_EFFECT_EXAMPLES["spring"]["angle"]
+    missing_hint = wire_hint = 'write rate = "3 N m/rad"'
 
-    rate: Annotated[float, built("stiffness")] = 0.0
-    wire: PositiveLength = 0.0
-    coil: PositiveLength = 0.0
-    turns: Annotated[float, built("number")] = 0.0
-    modulus: Annotated[float, PlainValidator(lambda value: _parse_modulus(value))] = 0.0
-    preload: Annotated[float, built("force", "any")] = 0.0
-    zero: Annotated[float, built("length", "any")] = 0.0
+    rate: Annotated[float, built("torsion_stiffness")] = 0.0
+    preload: Annotated[float, built("torque", "any")] = 0.0
+    zero: Annotated[float, built("angle", "any")] = 0.0
 
 
 def _parse_modulus(value: object) -> float:
@@ -128,39 +135,40 @@ def _parse_modulus(value: object) -> float:
     return modulus
 
 
-class TorsionDashpotTable(SceneFileTable):
-    """A dashpot along an angle."""
-
-    linear: Annotated[float, built("torsion_damping", "not negative")] = 0.0
-    quadratic: Annotated[float, built("quadratic_torsion_damping", "not negative")] = 0.0
-
-    def build(self, reading: str) -> Effect:
-        """Return the dashpot."""
-        return Dashpot(reading=reading, **self.given_values())
-
-
 class DashpotTable(SceneFileTable):
     """A dashpot along a length."""
+
+    piston_hint: ClassVar[str] = ""
 
     linear: Annotated[float, built("damping", "not negative")] = 0.0
     quadratic: Annotated[float, built("quadratic_damping", "not negative")] = 0.0
     piston: Annotated[float, built("area")] = 0.0
     hole: Annotated[float, built("area")] = 0.0
     screw: Annotated[float, built("ratio")] = 1.0
-    density: Annotated[float, built("density")] = Field(900.0, alias="oil")
+    oil: Annotated[float, built("density")] = 900.0
 
     @classmethod
     def find_conflicts(cls, values: Mapping[str, Any], context: Any) -> Iterable[Problem]:
         """Return the problem of a quadratic part given twice or incompletely."""
-        return _derived_key_problems(values, "quadratic", ("piston", "hole"), ("screw", "oil"))
+        return _derived_key_problems(values, "quadratic", ORIFICE_KEYS, ("screw", "oil"), reason_against=cls.piston_hint)
 
     def build(self, reading: str) -> Effect:
         """Return the dashpot, its quadratic part given or computed from its orifice."""
         values = self.given_values()
-        orifice = {key: values.pop(key) for key in ("piston", "hole", "screw", "density") if key in values}
-        if orifice:
-            values["quadratic"] = orifice_damping_coefficient(**orifice)
-        return Dashpot(reading=reading, **values)
+        coefficients = {key: values[key] for key in ("linear", "quadratic") if key in values}
+        if "piston" in values:
+            names = {"piston": "piston", "hole": "hole", "screw": "screw", "oil": "density"}
+            coefficients["quadratic"] = orifice_damping_coefficient(**{names[key]: values[key] for key in names if key in values})
+        return Dashpot(reading=reading, **coefficients)
+
+
+class TorsionDashpotTable(DashpotTable):
+    """A dashpot along an angle."""
+
+    piston_hint = 'write quadratic = "0.3 N m s^2/rad^2"'
+
+    linear: Annotated[float, built("torsion_damping", "not negative")] = 0.0
+    quadratic: Annotated[float, built("quadratic_torsion_damping", "not negative")] = 0.0
 
 
 class RodsTable(SceneFileTable):
