@@ -49,7 +49,7 @@ def draw_restitution(random: Random) -> float:
 
 
 def draw_pendulum_governor(random: Random, more_dimensions: Mapping[str, float]) -> Document:
-    """A pendulum governor with these dimensions beside arm and ball, near its rest at the mean spindle speed."""
+    """Return a pendulum governor with further dimensions, near its equilibrium at the mean spindle speed."""
     dimensions = {"ball_mass": draw_log_uniform(random, 0.5, 10.0), **more_dimensions}
     middle = draw_uniform(random, 0.45, 0.95)
     named = {name: value for name, value in dimensions.items() if value is not None}
@@ -97,8 +97,8 @@ def draw_run_settings(random: Random, duration: float) -> Document:
 
 
 def draw_spindle(random: Random, speed: float, duration: float) -> Document:
-    """Steady, on a ramp, with a step, on a smooth curve, uneven, or left to itself."""
-    kind = draw_choice(random, ("steady", "steady", "ramp", "step", "smooth", "uneven", "free", "free with a step of load"))
+    """Return a spindle: steady, on a ramp, with a step, on a smooth curve, with speed fluctuation, or free."""
+    kind = draw_choice(random, ("steady", "steady", "ramp", "step", "smooth", "fluctuating", "free", "free with a step of load"))
     first, second, third = (speed * draw_uniform(random, 0.95, 1.06) for _ in range(3))
     early, late = duration * draw_uniform(random, 0.0, 0.45), duration * draw_uniform(random, 0.5, 1.1)
     if kind == "ramp":
@@ -107,7 +107,7 @@ def draw_spindle(random: Random, speed: float, duration: float) -> Document:
         return {"speed": [[0.0, speed], [early, speed], [early, first], [late, first]]}
     if kind == "smooth":
         return {"speed": [[0.0, speed], [early + 0.02 * duration, first], [late, second], [1.3 * duration, third]]}
-    if kind == "uneven":
+    if kind == "fluctuating":
         swing = {"speed_fluctuation": draw_log_uniform(random, 0.005, 0.2), "cycles_per_turn": float(draw_choice(random, (1, 2, 4)))}
         return {"speed": speed, **swing}
     if kind.startswith("free"):
@@ -167,7 +167,7 @@ def draw_uncrossed_links(random: Random) -> Document:
 
 
 def draw_parabolic(random: Random) -> Document:
-    """Near the one speed at which the balls rest anywhere."""
+    """Return a parabolic governor near its neutral speed."""
     inner, outer = 0.05, draw_uniform(random, 0.2, 0.4)
     ball, sleeve, parameter = 1.0, draw_log_uniform(random, 0.5, 10.0), draw_uniform(random, 0.3, 0.9)
     dimensions = {"double_parameter": parameter, "inner_radius": inner, "outer_radius": outer, "ball_mass": ball, "sleeve_mass": sleeve}
@@ -207,7 +207,7 @@ def draw_hartung(random: Random) -> Document:
 
 
 def draw_slide_valve(random: Random) -> Document:
-    """Driven steadily, with rods of any length or endless ones."""
+    """Return a slide valve driven at constant speed, with rods of any length or infinitely long ones."""
     eccentric, speed = draw_uniform(random, 0.03, 0.08), draw_log_uniform(random, 2.0, 20.0)
     dimensions: Document = {
         "crank": draw_uniform(random, 0.15, 0.4),
@@ -330,7 +330,7 @@ def draw_four_bar_pose(random: Random) -> FourBarPose:
         knee = cmath.rect(crank, angle)
         far = abs(pivot - knee)
         cosine = (rod**2 + far**2 - rocker**2) / (2 * rod * far)
-        # Not near a dead centre, where linkages may go either way: they are to be met on the way, not at the start.
+        # Not near a change point, where the branch is ambiguous: it may occur in the motion, not at the start.
         if abs(cosine) < 0.9:
             turn = math.acos(cosine) * draw_choice(random, (-1.0, 1.0))
             elbow = knee + cmath.rect(rod, cmath.phase(pivot - knee) + turn)

@@ -9,7 +9,9 @@ import zipfile
 from pathlib import Path
 
 ROOT = Path(__file__).parents[1]
-LIST = "from governor_mechanism.scenes.library import load_scene, shipped_scenes\nprint(*shipped_scenes())\nprint(load_scene('porter').source)"
+LIST = (
+    "from governor_mechanism.scenes.library import load_scene, shipped_scenes\nprint(*shipped_scenes())\nprint(load_scene('porter').source)"
+)
 
 
 def test_the_wheel_holds_the_scenes_and_finds_them(tmp_path):

@@ -62,9 +62,9 @@ def test_the_events_are_met_to_the_printed_digits(ratio: int, row: tuple[object,
         is_printed(math.degrees(angle), printed)
     # the shift cancels from some 360 deg to as little as 0.09: four digits of double precision
     assert abs(math.degrees(angles[1] - angles[0]) - shift) <= marks.half_unit_of_last_digit(shift) + 2e-13
-    finite, endless = (CrankTrain(crank=marks.CRANK, rod=rod) for rod in (marks.CONNECTING_ROD, math.inf))
+    finite, infinite = (CrankTrain(crank=marks.CRANK, rod=rod) for rod in (marks.CONNECTING_ROD, math.inf))
     end = name.split()[0]
-    cases = [(endless, angles[0]), (endless, angles[1]), (finite, angles[0]), (finite, angles[1])]
+    cases = [(infinite, angles[0]), (infinite, angles[1]), (finite, angles[0]), (finite, angles[1])]
     for (train, angle), printed in zip(cases, strokes, strict=True):
         # 1 less a part that is nearly 1: 1e-16 of rounding on top of the printed digits
         assert abs(stroke(train, angle, end) - printed) <= marks.half_unit_of_last_digit(printed) + 2e-16
@@ -200,7 +200,7 @@ def test_the_circle_never_errs_more_than_the_parabola(advance: float, ratio: flo
     room = 1e-15 * eccentric.rod  # rounding
     limit = eccentric.radius**4 / (16 * eccentric.rod**3)
     assert circle <= parabola + room
-    # To leading order r^4 / 16 l^3 stands between them; the next terms are about (r / l)^2 of it.
+    # To leading order r^4 / 16 l^3 is between them; the next terms are about (r / l)^2 of it.
     assert circle <= limit * (1 + 1.5 / ratio**2) + room
     assert parabola >= limit * (1 - 1.5 / ratio**2) - room
 
@@ -222,19 +222,19 @@ def test_at_an_event_the_valve_stands_at_its_lap_and_passes_the_right_way(
     assert (rate > 0) == VALVE_EVENTS[event][2]
 
 
-def test_an_endless_rod_is_the_limit_of_long_ones() -> None:
-    long, endless = of_ratio(1e6), of_ratio(math.inf)
+def test_an_infinitely_long_rod_is_the_limit_of_long_ones() -> None:
+    long, infinite = of_ratio(1e6), of_ratio(math.inf)
     assert_allclose(
         closed.valve_displacement(long, crank_angle=TURN),
-        closed.valve_displacement(endless, crank_angle=TURN),
-        atol=0.51e-6 * endless.radius,  # z is at most r^2 / 2 l
+        closed.valve_displacement(infinite, crank_angle=TURN),
+        atol=0.51e-6 * infinite.radius,  # z is at most r^2 / 2 l
     )
     for event in VALVE_EVENTS:
-        one, other = (closed.event_angle(eccentric, event=event, **LAPS) for eccentric in (long, endless))
+        one, other = (closed.event_angle(eccentric, event=event, **LAPS) for eccentric in (long, infinite))
         assert abs(math.remainder(one - other, math.tau)) < 2e-6
     assert_allclose(
-        closed.valve_acceleration(endless, crank_angle=TURN, crank_rate=3.0),
-        -9.0 * np.asarray(closed.first_order_displacement(endless, crank_angle=TURN)),
+        closed.valve_acceleration(infinite, crank_angle=TURN, crank_rate=3.0),
+        -9.0 * np.asarray(closed.first_order_displacement(infinite, crank_angle=TURN)),
         rtol=1e-14,
     )
 

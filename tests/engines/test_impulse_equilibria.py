@@ -1,4 +1,4 @@
-"""Rest, simulated: every tabulated equilibrium, stable or not, against Zehnder's closed forms in numbers."""
+"""Simulated equilibria: every tabulated one, stable or not, against Zehnder's closed-form numbers."""
 
 from __future__ import annotations
 
@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 
 from governor_mechanism.engines import ImpulseEngine
-from governor_mechanism.engines.impulse.pymunk import PymunkModel
+from governor_mechanism.engines.impulse.pymunk.model import PymunkModel
 from governor_mechanism.engines.impulse.relaxation import relax_to_equilibrium
 from governor_mechanism.engines.impulse.time_inputs import TimeInputs
 from governor_mechanism.mechanics.kinematics.assembly import PositionSolver
@@ -45,10 +45,10 @@ def test_the_tables_hold_stable_and_unstable_rows():
 
 
 @pytest.mark.parametrize(("dimensions", "degrees", "speed"), STABLE)
-def test_the_governor_settles_where_zehnder_says(dimensions, degrees, speed):
+def test_the_governor_settles_at_zehnders_equilibrium(dimensions, degrees, speed):
     scene = governor_scene(dimensions, speed=speed, angle=0.5)
     start = math.radians(degrees) + 0.05  # to the stable side of a fold
-    # 1e-8 rad: rest has no stepping error; the speeds are printed to 12 digits, the joints close to 1e-12.
+    # 1e-8 rad: the step causes no error at rest; the speeds are printed to 12 digits, the joints close to 1e-12.
     assert relax_to_equilibrium(scene, start) == pytest.approx(math.radians(degrees), abs=1e-8)
 
 
@@ -57,22 +57,22 @@ def test_the_governor_settles_where_zehnder_says(dimensions, degrees, speed):
     [(CROSSED_ARMS_OPEN_LINKS["dimensions"], row[0], row[2]) for row in CROSSED_ARMS_OPEN_LINKS["rows"]]
     + [(EXTENDED_ARM["dimensions"], EXTENDED_ARM["arm_angle_deg"], EXTENDED_ARM["spindle_speed"])],
 )
-def test_linkages_with_levers_settle_where_the_exact_equilibrium_is(dimensions, degrees, speed):
+def test_linkages_with_levers_settle_at_the_exact_equilibrium(dimensions, degrees, speed):
     scene = governor_scene(dimensions, speed=speed, angle=0.5)
     assert relax_to_equilibrium(scene, math.radians(degrees) + 0.05) == pytest.approx(math.radians(degrees), abs=1e-8)
 
 
 @pytest.mark.parametrize(("dimensions", "degrees", "speed"), UNSTABLE)
-def test_an_unstable_equilibrium_is_one_and_is_left_at_the_tabulated_rate(dimensions, degrees, speed):
+def test_an_unstable_equilibrium_diverges_at_the_tabulated_rate(dimensions, degrees, speed):
     angle = math.radians(degrees)
     scene = governor_scene(dimensions, speed=speed, angle=angle)
     assert abs(_arm_acceleration_from_rest(scene, angle, speed)) < 1e-8 * speed**2
 
     growth = math.sqrt(-_table_squared(dimensions, degrees))
-    nudge = 1e-6  # rad; after five e-foldings 7e-5, where the second order is still 1e-4 of the first
-    scene = governor_scene(dimensions, speed=speed, angle=angle + nudge, duration=5 / growth, output_interval=1 / growth)
-    away = ImpulseEngine().run(scene, accuracy=1e-10).readings["arm_angle"] - angle
-    assert math.acosh(away[-1] / nudge) / (5 / growth) == pytest.approx(growth, rel=0.01)
+    perturbation = 1e-6  # rad; after five e-foldings 7e-5, where the second-order term is still 1e-4 of the first
+    scene = governor_scene(dimensions, speed=speed, angle=angle + perturbation, duration=5 / growth, output_interval=1 / growth)
+    deviation = ImpulseEngine().run(scene, accuracy=1e-10).readings["arm_angle"] - angle
+    assert math.acosh(deviation[-1] / perturbation) / (5 / growth) == pytest.approx(growth, rel=0.01)
 
 
 def test_growth_rates_of_the_crossed_governor_are_the_printed_ones():
@@ -81,9 +81,9 @@ def test_growth_rates_of_the_crossed_governor_are_the_printed_ones():
 
 
 @pytest.mark.parametrize(("dimensions", "degrees", "speed", "stable"), ROWS)
-def test_the_assembled_mechanism_rests_at_the_tabulated_speed(dimensions, degrees, speed, stable):
+def test_the_equilibrium_speed_of_the_mechanism_is_the_tabulated_one(dimensions, degrees, speed, stable):
     scene = governor_scene(dimensions, speed=speed, angle=0.5)
-    # 1e-11: half a unit of the twelfth printed digit, twice over for joints closed to 1e-13.
+    # 1e-11: half a unit of the twelfth printed digit, doubled for joints closed to 1e-13.
     assert equilibrium_speed_at(scene, np.array([math.radians(degrees)]))[0] == pytest.approx(speed, rel=1e-11)
 
 
@@ -102,10 +102,10 @@ def _table_squared(dimensions, degrees):
 
 
 def _arm_acceleration_from_rest(scene, angle, speed):
-    """What one short first half step makes of the arm's rate, over its time."""
-    assembler = PositionSolver(scene.part.mechanism)
-    poses = assembler.solve_at_coordinate(angle)
-    assembly, h = PymunkModel(scene, iterations=200), 1e-3
-    assembly.start(poses, np.zeros_like(poses), TimeInputs(scene).start_inputs(h))
-    _, velocities = assembly.to_mass_centres(assembly.poses(), assembly.velocities())
+    """Return the change of the arm rate in one short first half step, divided by its duration."""
+    position_solver = PositionSolver(scene.part.mechanism)
+    poses = position_solver.solve_at_coordinate(angle)
+    model, h = PymunkModel(scene, iterations=200), 1e-3
+    model.start(poses, np.zeros_like(poses), TimeInputs(scene).start_inputs(h))
+    _, velocities = model.to_mass_centres(model.poses(), model.velocities())
     return float(np.sum(evaluate_output_gradient(scene.part.mechanism, "arm_angle", poses) * velocities)) / (h / 2)

@@ -1,4 +1,4 @@
-"""Motion, simulated: against references, the one-coordinate equation of motion, and its own order of convergence."""
+"""Simulated motion against references and the one-coordinate equation of motion, and its order of convergence."""
 
 from __future__ import annotations
 
@@ -23,7 +23,7 @@ def porter_open(accuracy: float):
 
 
 @pytest.mark.parametrize("accuracy", [1e-6, 1e-8])
-def test_porter_open_is_where_the_reference_says_after_two_seconds(accuracy):
+def test_porter_open_matches_the_reference_after_two_seconds(accuracy):
     run = ImpulseEngine().run(porter_open(accuracy))
     expected = MOTION["constant_speed"]
     assert run.outcome is Outcome.DONE
@@ -38,7 +38,7 @@ def test_porter_open_is_where_the_reference_says_after_two_seconds(accuracy):
 
 def test_the_estimate_is_not_below_the_true_error_in_random_governors():
     random = np.random.default_rng(20260921)
-    fell_short, compared = 0, 0
+    n_underestimated, compared = 0, 0
     while compared < 40:
         dimensions, middle = random_governor(random)
         governor = closed.PendulumGovernor(**dimensions)
@@ -52,9 +52,9 @@ def test_the_estimate_is_not_below_the_true_error_in_random_governors():
             np.max(np.abs(run.readings["arm_angle"] - angles)), np.max(np.abs(run.rates["arm_angle"] - rates)) / run.scales["spindle_speed"]
         )
         assert true <= scene.run.accuracy
-        fell_short += true > run.error_estimate
+        n_underestimated += true > run.error_estimate
         compared += 1
-    assert fell_short <= 2  # 5 %: what a difference of two extrapolated runs can promise
+    assert n_underestimated <= 2  # 5 %: the reliability of a difference of two extrapolated runs
 
 
 @pytest.mark.parametrize(
@@ -68,7 +68,7 @@ def test_the_estimate_is_not_below_the_true_error_in_random_governors():
     ],
 )
 @pytest.mark.parametrize("machine", ["point masses", "levers", "rigid links"])
-def test_the_error_falls_with_the_promised_order(machine, settings, certify, order, scatter):
+def test_the_error_falls_with_the_stated_order(machine, settings, certify, order, scatter):
     if machine == "rigid links":
         scene, reference = porter_with_rods(speed=13.0, angle=0.9, rate=1.5)
     else:
@@ -77,7 +77,7 @@ def test_the_error_falls_with_the_promised_order(machine, settings, certify, ord
         angle, rate = (0.9, 1.5) if machine == "point masses" else (0.65, 0.5)
         scene = governor_scene(dimensions, speed=speed, angle=angle, rate=rate)
         reference = integrate_one_coordinate
-    times = np.linspace(0.1, 1.1, 11)  # the largest error of many times has no lucky zero
+    times = np.linspace(0.1, 1.1, 11)  # the largest error over many times has no accidental zero
     expected, _ = reference(scene, times)
     # Fine enough for the leading error to lead, coarse enough to stay above rounding (4e-13).
     coarsest = {1: 256, 2: 16, 3: 8, 4: 4}[1 if settings.get("plain") else order]
@@ -100,7 +100,7 @@ def test_the_error_falls_with_the_promised_order(machine, settings, certify, ord
     ids=["smooth", "step", "ramp"],
 )
 @pytest.mark.parametrize("dimensions", [PORTER, WATT, CROSSED, EXTENDED, UNCROSSED_LINKS])
-def test_a_changing_spindle_speed_is_followed(dimensions, program):
+def test_a_varying_spindle_speed_is_followed(dimensions, program):
     factor = float(closed.equilibrium_speed(closed.PendulumGovernor(**dimensions), arm_angle=0.75))
     spindle = Spindle(times=program.times, speeds=tuple(factor * speed for speed in program.speeds))
     scene = governor_scene(dimensions, speed=spindle, angle=0.75, output_interval=0.05, accuracy=1e-7)
@@ -109,7 +109,7 @@ def test_a_changing_spindle_speed_is_followed(dimensions, program):
     assert run.outcome is Outcome.DONE
     assert np.max(np.abs(run.readings["arm_angle"] - angles)) < 1e-7
     assert np.max(np.abs(run.rates["arm_angle"] - rates)) < 1e-7 * run.scales["spindle_speed"]
-    assert run.energy.drift < 1e-7  # the work of the speed's changes is in the ledger
+    assert run.energy.drift < 1e-7  # the energy balance contains the work of the speed changes
 
 
 def test_a_step_of_speed_between_reported_times_is_second_order():
@@ -122,28 +122,28 @@ def test_a_step_of_speed_between_reported_times_is_second_order():
     assert np.polyfit(np.log(steps), np.log(errors), 1)[0] == pytest.approx(2, abs=0.1)
 
 
-def test_poses_velocities_and_readings_tell_one_story():
+def test_poses_velocities_and_readings_are_consistent():
     run = ImpulseEngine().run(porter_open(1e-6))
     right, sleeve = run.poses[:, 0], run.poses[:, 2]
     angle = run.readings["arm_angle"]
-    # 1e-12: the same poses, read once by the package and once here.
+    # 1e-12: the same poses, evaluated by the package and here.
     np.testing.assert_allclose(right[:, 0], run.readings["ball_radius"], atol=1e-12)
     np.testing.assert_allclose(np.arctan2(right[:, 0] - PORTER["offset"], -right[:, 1]), angle, atol=1e-12)
     np.testing.assert_allclose(run.readings["sleeve_lift"], sleeve[:, 1] + 2 * PORTER["arm"], atol=1e-12)
     # 1e-5: the centred difference of 10 ms has an error of h^2/6 times the third derivative.
-    slope = (angle[2:] - angle[:-2]) / (run.times[2:] - run.times[:-2])
-    np.testing.assert_allclose(run.rates["arm_angle"][1:-1], slope, atol=2e-3)
+    difference_quotient = (angle[2:] - angle[:-2]) / (run.times[2:] - run.times[:-2])
+    np.testing.assert_allclose(run.rates["arm_angle"][1:-1], difference_quotient, atol=2e-3)
 
 
 @pytest.mark.parametrize("dimensions", [PORTER, WATT, EXTENDED])
-def test_reported_velocities_open_no_joint(dimensions):
+def test_reported_velocities_satisfy_the_joints(dimensions):
     # The jump lies between reported times, so that steps of three lengths meet.
     spindle = Spindle(times=(0.0, 0.237, 0.237), speeds=(8.0, 8.0, 8.4))
     run = ImpulseEngine().run(governor_scene(dimensions, speed=spindle, angle=0.6, duration=0.5, output_interval=0.05))
-    gradients = ConstraintEquations(run.scene.part.mechanism).jacobian(run.poses)
-    opening = np.einsum("nebc,nbc->ne", gradients, run.velocities)
-    # 1e-6 of the fastest ball, by the accuracy of the poses at which the gradients are taken.
-    np.testing.assert_allclose(opening, 0.0, atol=1e-6 * np.abs(run.velocities).max())
+    jacobian = ConstraintEquations(run.scene.part.mechanism).jacobian(run.poses)
+    residual_rates = np.einsum("nebc,nbc->ne", jacobian, run.velocities)
+    # 1e-6 of the fastest ball: the accuracy of the poses of the Jacobian.
+    np.testing.assert_allclose(residual_rates, 0.0, atol=1e-6 * np.abs(run.velocities).max())
 
 
 def test_the_two_balls_mirror_each_other():
@@ -152,9 +152,9 @@ def test_the_two_balls_mirror_each_other():
     np.testing.assert_allclose(run.poses[:, 0, 1], run.poses[:, 1, 1], atol=1e-6 * PORTER["arm"])
 
 
-def test_a_pass_close_by_the_dead_centre_is_certified_all_the_same():
-    # At 0.4 degrees arms and links are nearly in line and hardly hold the balls in step: few iterations tear the
-    # mirror image apart while every joint stays closed.
+def test_a_pass_close_to_a_singular_configuration_is_certified():
+    # At 0.4 degrees arms and links are nearly collinear and hardly constrain the relative motion of the balls: with few iterations
+    # the symmetry is lost while every joint stays closed.
     scene = governor_scene(EXTENDED, speed=8.4, angle=0.75, rate=1.0, duration=1.1, accuracy=1e-8)
     run = ImpulseEngine().run(scene)
     angles, _ = integrate_one_coordinate(scene, run.times)
@@ -163,8 +163,8 @@ def test_a_pass_close_by_the_dead_centre_is_certified_all_the_same():
     assert np.max(np.abs(run.readings["arm_angle"] - angles)) < 1e-8
 
 
-def test_iterations_rise_by_themselves_where_few_leave_joints_open():
-    # Five iterations blow this up within the run (ten do at a finer step): the gap shows it and more are taken.
+def test_iterations_are_raised_if_joints_stay_open():
+    # With five iterations the run diverges (with ten at a finer step): the joint gap shows it and the iterations are raised.
     dimensions = {"arm": 0.3, "offset": 0.04, "ball_mass": 5.0, "sleeve_mass": 1.0}
     speed = float(closed.equilibrium_speed(closed.PendulumGovernor(**dimensions), arm_angle=math.radians(40)))
     scene = governor_scene(dimensions, speed=speed, angle=0.9, rate=1.5, accuracy=1e-8)
@@ -175,7 +175,7 @@ def test_iterations_rise_by_themselves_where_few_leave_joints_open():
     assert np.max(np.abs(run.readings["arm_angle"] - angles)) < 1e-8
 
 
-def test_a_run_costs_what_it_says():
+def test_the_cost_of_a_run_is_counted():
     run = ImpulseEngine(step=0.01, runs=1).run(porter_open(1e-6))
     assert run.cost.steps == 200
     assert run.cost.runs == 1

@@ -137,7 +137,7 @@ def test_a_table_of_a_parabola_gives_the_same_motion_as_the_parabola(engine):
 
 
 def test_the_impulse_engine_refuses_a_rack_by_name():
-    with pytest.raises(UnsupportedEffect, match=r"engine 'impulse' cannot model \['Rack'\]"):
+    with pytest.raises(UnsupportedEffect, match=r"engine 'impulse' cannot model \['RackAndPinion'\]"):
         ImpulseEngine().run(falling_rack().scene)
 
 

@@ -447,7 +447,10 @@ def test_a_start_at_a_dead_centre_is_refused():
 
 @pytest.mark.parametrize(
     ("name", "sentence"),
-    [("quick_return", "drives move this mechanism; choose.*multibody"), ("porter_clearance", r"engine 'reduced' cannot model \['Play'\]")],
+    [
+        ("quick_return", "drives move this mechanism; choose.*multibody"),
+        ("porter_clearance", r"engine 'reduced' cannot model \['Clearance'\]"),
+    ],
 )
 def test_what_it_does_not_follow_is_refused(name, sentence):
     with pytest.raises(UnsupportedEffect, match=sentence):

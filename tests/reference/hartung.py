@@ -1,7 +1,7 @@
-"""Reference numbers for the Hartung governor: plain data; forces in kgf where a name says so, reckoned with g = 9.81.
+"""Reference numbers for the Hartung governor: plain data; forces in kgf where a name says so, with g = 9.81 m/s2.
 
 Source: Fr. Dubois, Ueber eine wuenschenswerte Berichtigung am Hartung-Regulator, Dinglers Polyt. J. 327 (1912), pp.
-618-620: what is called printed stands there, what is called recomputed its own formulas give with the inputs it states,
+618-620: printed values are from the paper, recomputed values from its formulas with the inputs it states,
 in 12 significant digits unless a comment says otherwise. The rigid-body tables follow from the virtual work and from
 Lagrange's equation of two point weights on massless bell cranks, and have 12 significant digits.
 """
@@ -11,7 +11,7 @@ from __future__ import annotations
 import math
 
 GRAVITY = 9.81
-"""m/s2, and newtons in the papers' kilogram-force as these numbers are reckoned."""
+"""Gravity in m/s2, and newtons per kilogram-force in these numbers."""
 
 GOVERNOR = {
     "weight_arm": 0.115,

@@ -14,7 +14,7 @@ OUTSIDE_LAP, INSIDE_LAP = 0.024, 0.005
 CRANK, CONNECTING_ROD = 0.3, 1.5
 
 # Columns: event, crank angle (deg) by theory, exactly and by the binomial error term, the exact one's shift from theory
-# (deg), and the piston's way as a part of the stroke: by theory (both rods endless), exact eccentric and endless
+# (deg), and the piston's way as a part of the stroke: by theory (both rods infinite), exact eccentric and infinite
 # connecting rod, theory of the eccentric and exact connecting rod, both exact.
 VALVE_EVENTS = {
     4: [

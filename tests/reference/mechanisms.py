@@ -1,7 +1,7 @@
 """Reference numbers for mechanisms of other people's benchmarks, and for the Porter governor in space: plain data, SI.
 
 Angles in rad unless a name says otherwise. `own` numbers were computed apart from this project's engines, to all the
-digits printed here; `published` ones stand as their authors print them, with the digits they print.
+digits printed here; `published` ones have the digits that their authors print.
 """
 
 from __future__ import annotations
@@ -88,8 +88,8 @@ PENDULUM = {
     "published": {0.5: (-0.391049, -0.92037), 1.0: (0.986292, -0.165011), 2000.0: (0.814603, -0.580019)},
 }
 
-# The governor PORTER_OPEN from one start on two spindles: one kept at its speed, one left to itself. Lagrange's
-# equations by Taylor series, as said beside PORTER_OPEN_MOTION, with g = 9.81 m/s2; angular_momentum is
+# The governor PORTER_OPEN from one start on two spindles: one at constant speed, one free. Lagrange's
+# equations by Taylor series, as for PORTER_OPEN_MOTION, with g = 9.81 m/s2; angular_momentum is
 # (J0 + 2 M x^2) omega at the start, x the balls' distance from the axis. Numbers named cartesian are of a redundant
 # model of points in space, the torque read from its multiplier, in as many digits as it is sure of.
 PORTER_IN_SPACE = {

@@ -2,7 +2,7 @@
 
 Source of all: the formulas of L. Zehnder, Dinglers Polyt. J. 225 (1877), pp. 1-14, and what follows from them by
 Lagrange's equation, recomputed with 25-40 digit arithmetic and g = 9.81 m/s2, printed to 12 significant digits with
-trailing zeros left out; other counts of digits stand beside the number. `dimensions` are keywords of the closed forms'
+trailing zeros left out; other numbers of digits are noted at the number. `dimensions` are keywords of the closed forms'
 PendulumGovernor; mass is per ball, per arm, per link.
 """
 

@@ -1,4 +1,4 @@
-"""Reads films back."""
+"""Decoding of films."""
 
 from __future__ import annotations
 
@@ -7,7 +7,7 @@ from PIL import Image
 
 
 def decode_film(path):
-    """Frames (n, height, width, 3) and how long each is shown (s)."""
+    """Return the frames (n, height, width, 3) and their display times (s)."""
     with Image.open(path) as image:
         shown, durations = [], []
         for k in range(image.n_frames):

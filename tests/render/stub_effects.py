@@ -1,4 +1,4 @@
-"""Runs with effects, made by hand, so that pictures of them need no engine."""
+"""Runs with effects built from geometry, so that drawings of them need no engine."""
 
 from __future__ import annotations
 
@@ -19,7 +19,7 @@ from render.stub_run import fake_run, sleeve_lift
 
 @dataclasses.dataclass(frozen=True)
 class ListedEvents:
-    """What a run tells afterwards."""
+    """Deferred results of a run: a list of events and no reactions."""
 
     listed: tuple[Event, ...] = ()
 
@@ -31,18 +31,18 @@ class ListedEvents:
 
 
 def fake_run_with_effects(dimensions: dict[str, float], effects: Sequence[Effect], events: Sequence[Event] = (), **options) -> Trajectory:
-    """A swinging governor with these effects too; its sleeve goes to and fro in its play eleven times a second."""
+    """Return a swinging governor with these effects; its sleeve oscillates in its clearance eleven times a second."""
     run = fake_run(dimensions, **options)
     governor = PendulumGovernor(**dimensions)
-    rods, play = (next((each for each in effects if isinstance(each, kind)), None) for kind in (RodMasses, Clearance))
-    parts = PendulumBuilder(governor=governor, rod_masses=rods, clearance=play)
+    rods, clearance = (next((effect for effect in effects if isinstance(effect, kind)), None) for kind in (RodMasses, Clearance))
+    builder = PendulumBuilder(governor=governor, rod_masses=rods, clearance=clearance)
     angles = run.readings["arm_angle"]
-    poses = np.array([parts.poses(float(angle)) for angle in angles])
+    poses = np.array([builder.poses(float(angle)) for angle in angles])
     readings = dict(run.readings)
-    if play:
-        off = play.width / 2 * np.sin(2 * np.pi * 11 * run.times)
-        poses[:, 2, 1] += off
-        readings |= {CLEARANCE_READING: off, "sleeve_lift": sleeve_lift(governor, angles) + off}
+    if clearance:
+        offset = clearance.width / 2 * np.sin(2 * np.pi * 11 * run.times)
+        poses[:, 2, 1] += offset
+        readings |= {CLEARANCE_READING: offset, "sleeve_lift": sleeve_lift(governor, angles) + offset}
     part = dataclasses.replace(run.scene.part, mechanism=governor.mechanism_with_effects(effects))
     scene = dataclasses.replace(run.scene, parts=(part,), effects=(*run.scene.effects, *effects))
     return dataclasses.replace(

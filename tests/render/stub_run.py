@@ -1,4 +1,4 @@
-"""Runs made by hand from geometry, so that pictures can be tested without an engine."""
+"""Runs built from geometry, so that drawings can be tested without an engine."""
 
 from __future__ import annotations
 
@@ -8,7 +8,6 @@ from numpy.typing import NDArray
 from governor_mechanism.effects.centrifugal import Centrifugal
 from governor_mechanism.effects.gravity import Gravity
 from governor_mechanism.machines.pendulum.machine import PendulumGovernor
-from governor_mechanism.model.output_variables import FollowerHeight, PointCoordinate
 from governor_mechanism.model.scene import Part, RunSettings, Scene, Spindle, Start
 from governor_mechanism.model.trajectory import Cost, Energy, Outcome, Trajectory
 
@@ -33,17 +32,16 @@ def sleeve_height(governor: PendulumGovernor, angle: NDArray[np.float64]) -> NDA
 
 
 def sleeve_lift(governor: PendulumGovernor, angle: NDArray[np.float64]) -> NDArray[np.float64]:
-    """Lift (m) at arm angles (n,), counted as the machine counts it."""
+    """Sleeve lift (m) at arm angles (n,), from the zero of the machine."""
     lift = governor.mechanism().reading("sleeve_lift")
-    assert isinstance(lift, PointCoordinate | FollowerHeight)
     return sleeve_height(governor, angle) - lift.zero
 
 
 def governor_poses(governor: PendulumGovernor, angle: NDArray[np.float64]) -> NDArray[np.float64]:
     """Poses (n, bodies, 3) at arm angles (n,)."""
     x, y = governor.offset + governor.arm * np.sin(angle), -governor.arm * np.cos(angle)
-    turns = governor.mechanism().bodies[0].can_rotate
-    right, left = (angle - np.pi / 2, -np.pi / 2 - angle) if turns else (0 * angle, 0 * angle)
+    can_rotate = governor.mechanism().bodies[0].can_rotate
+    right, left = (angle - np.pi / 2, -np.pi / 2 - angle) if can_rotate else (0 * angle, 0 * angle)
     columns = [(x, y, right), (-x, y, left)]
     if governor.sleeve_mass is not None:
         columns.append((0 * angle, sleeve_height(governor, angle), 0 * angle))
@@ -77,21 +75,21 @@ def fake_run(
     outcome: Outcome = Outcome.DONE,
     error_estimate: float | None = 3.1e-7,
 ) -> Trajectory:
-    """Arms that swing by `swing` about `middle` (deg) once in 1.7 s, on a spindle of about `speed` (rad/s)."""
+    """Return a run whose arms swing by `amplitude` about `mean_angle` (deg) in 1.7 s, at about `speed` (rad/s) of the spindle."""
     governor = PendulumGovernor(**dimensions)
     times = np.linspace(0.0, duration, round(duration / output_interval) + 1)
     rate = 2 * np.pi / 1.7
     angle = np.radians(mean_angle + amplitude * np.sin(rate * times))
-    turning = np.radians(amplitude) * rate * np.cos(rate * times)
+    angle_rate = np.radians(amplitude) * rate * np.cos(rate * times)
     poses = governor_poses(governor, angle)
     small = 1e-6
-    velocities = (governor_poses(governor, angle + small) - poses) / small * turning[:, None, None]
+    velocities = (governor_poses(governor, angle + small) - poses) / small * angle_rate[:, None, None]
     readings = {
         "arm_angle": angle,
         "ball_radius": poses[:, 0, 0],
         "sleeve_lift": sleeve_lift(governor, angle),
         "spindle_speed": speed * (1 + 0.03 * np.sin(0.5 * rate * times)),
-        "spindle_torque": 3.0 * turning,
+        "spindle_torque": 3.0 * angle_rate,
     }
     scene = governor_scene_of(governor, title, speed, RunSettings(duration=duration, output_interval=output_interval), float(angle[0]))
     zero = np.zeros(len(times))

@@ -1,4 +1,4 @@
-"""What a scene lists is seen, where it acts and as it acts; what it does not list is not drawn."""
+"""Effects of a scene are drawn where and as they act; effects that it does not list are not drawn."""
 
 from __future__ import annotations
 
@@ -34,7 +34,7 @@ from render.stub_run import GOVERNOR_DIMENSIONS, fake_run
 from render.test_film import words_of
 
 PORTER = GOVERNOR_DIMENSIONS["porter"]
-RUBBED = InputFunction(values=(40.0,))
+FRICTION_FORCE = InputFunction(values=(40.0,))
 RODS = RodMasses(arm_mass=0.6, link_mass=0.5, ball_radius=0.05)
 ARM_STOPS = Stops(reading="arm_angle", low=math.radians(30), high=math.radians(49), restitution=0.3)
 SLEEVE_STOPS = Stops(reading="sleeve_lift", low=0.05, high=0.22)
@@ -46,9 +46,9 @@ LISTED = {
     "spring under the sleeve": ([OutputSpring(reading="sleeve_lift", rate=2e3, zero=0.3)], {"spring", "seat"}),
     "spring on the arms": ([OutputSpring(reading="arm_angle", rate=5.0)], {"spring"}),
     "spring between the balls": ([OutputSpring(reading="ball_radius", rate=500.0)], {"spring"}),
-    "friction of the sleeve": ([DryFriction(reading="sleeve_lift", force=RUBBED)], SHOES),
-    "friction of the arms": ([DryFriction(reading="arm_angle", force=RUBBED)], SHOES),
-    "friction on the balls' radius": ([DryFriction(reading="ball_radius", force=RUBBED)], SHOES),
+    "friction of the sleeve": ([DryFriction(reading="sleeve_lift", force=FRICTION_FORCE)], SHOES),
+    "friction of the arms": ([DryFriction(reading="arm_angle", force=FRICTION_FORCE)], SHOES),
+    "friction on the balls' radius": ([DryFriction(reading="ball_radius", force=FRICTION_FORCE)], SHOES),
     "dashpot": ([Dashpot(reading="sleeve_lift", linear=120.0)],
                 {"dashpot", "bore", "oil", "wall", "piston", "piston rod"}),
     "rotary dampers": ([Dashpot(reading="arm_angle", linear=2.0)], {"drum", "damper"}),
@@ -57,13 +57,13 @@ LISTED = {
     "stops of the sleeve": ([SLEEVE_STOPS], {"stop", "stop hatching", "burst"}),
     "clearance": ([Clearance(width=5e-4)], {"slot", "lens", "eyelet", "struck"}),
 }  # fmt: skip
-"""The effects, and the roles that only they bring."""
+"""Effects, and the roles that only they add."""
 
 EVERYTHING = [
     RodMasses(arm_mass=0.6, ball_radius=0.05),
     OutputSpring(reading="sleeve_lift", rate=2e3),
-    DryFriction(reading="sleeve_lift", force=RUBBED),
-    DryFriction(reading="arm_angle", force=RUBBED),
+    DryFriction(reading="sleeve_lift", force=FRICTION_FORCE),
+    DryFriction(reading="arm_angle", force=FRICTION_FORCE),
     Dashpot(reading="sleeve_lift", linear=120.0),
     Dashpot(reading="arm_angle", linear=2.0),
     SLEEVE_STOPS,
@@ -73,10 +73,10 @@ EVERYTHING = [
 
 
 def shapes_of(run):
-    """What stands still, and what moves at every report."""
-    part, stage = run.scene.part, measure_run_extents(run.scene.part, run.poses, run.times, effect_state_of(run))
-    moving = [moving_shapes(part, pose, stage.at_time(float(t))) for pose, t in zip(run.poses, run.times, strict=True)]
-    return background_shapes(part, run.poses, stage), moving
+    """Return the static shapes, and the moving shapes at every reported time."""
+    part, extents = run.scene.part, measure_run_extents(run.scene.part, run.poses, run.times, effect_state_of(run))
+    moving = [moving_shapes(part, pose, extents.at_time(float(t))) for pose, t in zip(run.poses, run.times, strict=True)]
+    return background_shapes(part, run.poses, extents), moving
 
 
 def roles(run):
@@ -89,21 +89,21 @@ def of_role(shapes, role):
 
 
 @pytest.mark.parametrize("name", LISTED)
-def test_what_is_listed_is_drawn_and_nothing_else(name):
-    effects, wanted = LISTED[name]
+def test_only_listed_effects_are_drawn(name):
+    effects, expected_roles = LISTED[name]
     bare = roles(fake_run(PORTER, duration=1.0))
     shown = roles(fake_run_with_effects(PORTER, effects, duration=1.0))
-    assert shown - bare == wanted
-    assert bare - shown == ({"link"} if "rod" in wanted else set())
+    assert shown - bare == expected_roles
+    assert bare - shown == ({"link"} if "rod" in expected_roles else set())
 
 
 @pytest.mark.parametrize("case", ["porter", "crossed", "extended", "uncrossed links"])
 @pytest.mark.parametrize("name", ["all", *LISTED])
-def test_everything_stays_within_the_view_and_keeps_its_kinds(case, name):
+def test_all_shapes_stay_within_the_view_and_keep_their_types(case, name):
     effects = EVERYTHING if name == "all" else LISTED[name][0]
-    blows = [Event(time=0.3, kind="strikes its stop", subject=each.reading) for each in effects
+    impacts = [Event(time=0.3, kind="strikes its stop", subject=each.reading) for each in effects
              if isinstance(each, Stops)]  # fmt: skip
-    run = fake_run_with_effects(GOVERNOR_DIMENSIONS[case], effects, blows, duration=1.0, mean_angle=35.0, amplitude=8.0)
+    run = fake_run_with_effects(GOVERNOR_DIMENSIONS[case], effects, impacts, duration=1.0, mean_angle=35.0, amplitude=8.0)
     still, moving = shapes_of(run)
     left, right, bottom, top = drawing_bounds(run.scene.part, run.poses, run.times, effect_state_of(run))
     x0, x1, y0, y1 = bounding_box([*still, *itertools.chain(*moving)])
@@ -112,30 +112,30 @@ def test_everything_stays_within_the_view_and_keeps_its_kinds(case, name):
     assert len({tuple((type(s), s.role) for s in shapes) for shapes in moving}) == 1
 
 
-def test_no_words_overlap_with_every_effect_in_the_picture():
+def test_no_texts_overlap_with_every_effect_in_the_frame():
     run = fake_run_with_effects(PORTER, EVERYTHING, duration=1.0)
     picture = FramePainter(run, interpolate_frame_data(run, run.scene.part, (0.0, 1.0), np.linspace(0, 1, 26)))
     picture.update(25)
     boxes = words_of(picture)
-    assert any(words.startswith("play, ") for words, _ in boxes)
+    assert any(words.startswith("clearance, ") for words, _ in boxes)
     for (words, box), (others, other) in itertools.combinations(boxes, 2):
         assert not box.padded(-1.0).overlaps(other.padded(-1.0)), f"{words!r} overlaps {others!r}"
 
 
 def test_a_ball_on_a_heavy_arm_is_drawn_at_the_arms_end_and_in_its_own_size():
     run, bare = fake_run_with_effects(PORTER, [RODS], duration=1.0), fake_run(PORTER, duration=1.0)
-    assert not np.allclose(run.poses[7, 0, :2], bare.poses[7, 0, :2], atol=1e-3)  # its mass centre is elsewhere
-    acting = effect_state_of(run)
+    assert not np.allclose(run.poses[7, 0, :2], bare.poses[7, 0, :2], atol=1e-3)  # the mass centres differ
+    effect_state = effect_state_of(run)
     seen = {s.role: s for s in shapes_of(run)[1][7]}
     ball = of_role(shapes_of(run)[1][7], "ball")[1]
     assert (ball.x, ball.y) == pytest.approx(tuple(bare.poses[7, 0, :2]), abs=1e-12)
     assert ball.radius == 0.05
     assert seen["ball"].radius == 0.05
-    mark = of_role(plan_shapes(run.scene.part, run.poses[7], 0.0, 0.1, 1.0, acting), "mark")[0]
+    mark = of_role(plan_shapes(run.scene.part, run.poses[7], 0.0, 0.1, 1.0, effect_state), "mark")[0]
     assert mark.x == pytest.approx(bare.poses[7, 0, 0], abs=1e-12)
 
 
-def test_links_with_mass_end_where_their_bodies_do():
+def test_links_with_mass_are_centred_on_their_bodies():
     run = fake_run_with_effects(PORTER, [RODS], duration=1.0)
     for k in (0, 50):
         rods = of_role(shapes_of(run)[1][k], "rod")
@@ -150,7 +150,7 @@ def test_a_shoe_is_coloured_while_it_sticks():
         Event(time=0.4, kind="sticks", subject="arm_angle"),
         Event(time=0.6, kind="slips", subject="sleeve_lift"),
     ]
-    run = fake_run_with_effects(PORTER, [DryFriction(reading="sleeve_lift", force=RUBBED)], events, duration=1.0)
+    run = fake_run_with_effects(PORTER, [DryFriction(reading="sleeve_lift", force=FRICTION_FORCE)], events, duration=1.0)
     for shapes, time in zip(shapes_of(run)[1], run.times, strict=True):
         held = 0.3 <= time < 0.6
         assert all(bool(shoe.points) == held for shoe in of_role(shapes, "held shoe"))
@@ -162,8 +162,8 @@ def test_a_shoe_is_coloured_while_it_sticks():
     (0.0, [], True),
     (8.0, [Event(time=0.6, kind="slips", subject="sleeve_lift")], True),
 ])  # fmt: skip
-def test_whether_it_sticks_from_the_start(swing, events, held):
-    friction = [DryFriction(reading="sleeve_lift", force=RUBBED)]
+def test_the_initial_hold_follows_from_motion_and_events(swing, events, held):
+    friction = [DryFriction(reading="sleeve_lift", force=FRICTION_FORCE)]
     run = fake_run_with_effects(PORTER, friction, events, duration=1.0, amplitude=swing)
     assert effect_state_of(run).is_held("sleeve_lift", 0.1) == held
 
@@ -180,7 +180,7 @@ def test_a_spring_over_the_sleeve_is_shortened_by_the_lift_and_one_under_it_leng
     assert min(long) > 0.02
 
 
-def test_the_piston_stays_in_its_cylinder_and_goes_with_the_sleeve():
+def test_the_piston_stays_in_its_cylinder_and_moves_with_the_sleeve():
     run = fake_run_with_effects(PORTER, [Dashpot(reading="sleeve_lift", linear=120.0)], duration=2.0)
     still, moving = shapes_of(run)
     left, right, bottom, top = bounding_box(of_role(still, "bore"))
@@ -197,15 +197,15 @@ def test_the_arms_meet_their_blocks_at_the_angles_of_the_stops():
     blocks = of_role(shapes_of(run)[0], "stop")
     assert len(blocks) == 4
     half = 0.058 * 0.3 / 2
-    ways = []
+    distances = []
     for block, angle in zip(blocks[2:], (ARM_STOPS.low, ARM_STOPS.high), strict=True):
-        # How far each corner lies beside the arm's middle line, toward larger angles.
-        ways.append([(x - 0.04) * math.cos(angle) + y * math.sin(angle) for x, y in block.points])
-    assert max(ways[0]) == pytest.approx(-half)
-    assert min(ways[1]) == pytest.approx(half)
+        # Distance of each corner from the centre line of the arm, positive toward larger angles.
+        distances.append([(x - 0.04) * math.cos(angle) + y * math.sin(angle) for x, y in block.points])
+    assert max(distances[0]) == pytest.approx(-half)
+    assert min(distances[1]) == pytest.approx(half)
 
 
-def test_the_sleeve_meets_its_collars_at_the_ends_of_its_way():
+def test_the_sleeve_meets_its_collars_at_its_stops():
     run = fake_run_with_effects(PORTER, [SLEEVE_STOPS], duration=2.0)
     still, moving = shapes_of(run)
     blocks = [bounding_box([block]) for block in of_role(still, "stop")]
@@ -219,9 +219,9 @@ def test_the_sleeve_meets_its_collars_at_the_ends_of_its_way():
         assert base - high == pytest.approx(SLEEVE_STOPS.high - lift)
 
 
-def test_blows_flash_at_the_stop_that_was_struck():
-    blow = Event(time=0.425, kind="strikes its stop", subject="arm_angle")  # the swing is highest there
-    run = fake_run_with_effects(PORTER, [ARM_STOPS], [blow], duration=1.0)
+def test_impacts_flash_at_their_stop():
+    impact = Event(time=0.425, kind="strikes its stop", subject="arm_angle")  # the swing is highest there
+    run = fake_run_with_effects(PORTER, [ARM_STOPS], [impact], duration=1.0)
     still, moving = shapes_of(run)
     high = of_role(still, "stop")[3]
     for shapes, time in zip(moving, run.times, strict=True):
@@ -236,30 +236,30 @@ def rays_at(shapes):
     return of_role(shapes, "burst")[0].lines
 
 
-def test_a_film_slowed_down_flashes_as_long():
-    blow = Event(time=0.1, kind="strikes its stop", subject="arm_angle")
-    run = fake_run_with_effects(PORTER, [ARM_STOPS], [blow], duration=1.0)
+def test_a_slowed_film_flashes_for_the_same_film_time():
+    impact = Event(time=0.1, kind="strikes its stop", subject="arm_angle")
+    run = fake_run_with_effects(PORTER, [ARM_STOPS], [impact], duration=1.0)
     assert effect_state_of(run, slow_down=10.0).recent_impact("arm_angle", 0.12)
     assert not effect_state_of(run, slow_down=10.0).recent_impact("arm_angle", 0.13)
 
 
-def test_play_is_shown_so_many_times_larger_as_it_says():
+def test_the_clearance_is_drawn_with_the_stated_magnification():
     run = fake_run_with_effects(PORTER, [Clearance(width=5e-4)], duration=1.0)
     _, moving = shapes_of(run)
-    times = clearance_magnification(pendulum_proportions(run.scene.part, effect_state_of(run)))
-    assert times == 50.0
+    magnification = clearance_magnification(pendulum_proportions(run.scene.part, effect_state_of(run)))
+    assert magnification == 50.0
     eyes = np.array([of_role(shapes, "eyelet")[0].y for shapes in moving])
-    # A sleeve high in its play has the eye low in its slot.
-    np.testing.assert_allclose(eyes - eyes.mean(), -times * run.readings["sleeve_clearance"], atol=1e-4)
+    # A sleeve high in its clearance has the eye low in its slot.
+    np.testing.assert_allclose(eyes - eyes.mean(), -magnification * run.readings["sleeve_clearance"], atol=1e-4)
     slot = bounding_box([of_role(moving[0], "slot")[-1]])
     eye = of_role(moving[0], "eyelet")[0]
-    assert slot[2] == pytest.approx(eyes.min() - eye.radius, abs=2e-5)  # the reports miss the very ends
+    assert slot[2] == pytest.approx(eyes.min() - eye.radius, abs=2e-5)  # the samples miss the exact ends
     assert slot[3] == pytest.approx(eyes.max() + eye.radius, abs=2e-5)
 
 
-def test_an_eye_flashes_when_it_strikes():
-    blow = Event(time=0.5, kind="strikes its stop", subject="sleeve_clearance")
-    run = fake_run_with_effects(PORTER, [Clearance(width=5e-4)], [blow], duration=1.0)
+def test_an_eye_flashes_at_an_impact():
+    impact = Event(time=0.5, kind="strikes its stop", subject="sleeve_clearance")
+    run = fake_run_with_effects(PORTER, [Clearance(width=5e-4)], [impact], duration=1.0)
     for shapes, time in zip(shapes_of(run)[1], run.times, strict=True):
         (flash,) = of_role(shapes, "struck")
         assert isinstance(flash, Circle)
@@ -267,27 +267,27 @@ def test_an_eye_flashes_when_it_strikes():
 
 
 def along(run, effects, events=()):
-    """A run of a mechanism of one's own whose last body's place along x is a reading, with these effects."""
+    """Return a run whose last body's x coordinate is a reading, with these effects."""
     part = run.scene.part
     body = part.mechanism.bodies[-1].name
-    way = PointCoordinate(name="way", quantity="length", point=Point(body=body), direction_x=1.0, direction_y=0.0)
-    mechanism = dataclasses.replace(part.mechanism, readings=(*part.mechanism.readings, way))
+    displacement = PointCoordinate(name="displacement", quantity="length", point=Point(body=body), direction_x=1.0, direction_y=0.0)
+    mechanism = dataclasses.replace(part.mechanism, readings=(*part.mechanism.readings, displacement))
     scene = dataclasses.replace(run.scene, parts=(dataclasses.replace(part, mechanism=mechanism),), effects=(*run.scene.effects, *effects))
-    readings = dict(run.readings) | {"way": run.poses[:, -1, 0]}
+    readings = dict(run.readings) | {"displacement": run.poses[:, -1, 0]}
     return dataclasses.replace(run, scene=scene, readings=readings, deferred_results=ListedEvents(tuple(events)))
 
 
-def test_effects_on_a_points_way_are_drawn_for_any_mechanism():
+def test_effects_on_a_point_coordinate_are_drawn_for_any_mechanism():
     bare = fake_machine_run("slider-crank", count=101)
     low, high = float(bare.poses[:, -1, 0].min()), float(bare.poses[:, -1, 0].max())
     effects = [
-        Stops(reading="way", low=low, high=high),
-        DryFriction(reading="way", force=RUBBED),
-        Dashpot(reading="way", linear=1.0),
-        OutputSpring(reading="way", rate=1.0),
+        Stops(reading="displacement", low=low, high=high),
+        DryFriction(reading="displacement", force=FRICTION_FORCE),
+        Dashpot(reading="displacement", linear=1.0),
+        OutputSpring(reading="displacement", rate=1.0),
         Dashpot(reading="turn_of_crank", linear=1.0),
     ]
-    run = along(bare, effects, [Event(time=0.0, kind="strikes its stop", subject="way")])
+    run = along(bare, effects, [Event(time=0.0, kind="strikes its stop", subject="displacement")])
     added = roles(run) - roles(bare)
     assert added == {"shoe", "held shoe", "burst", "damper"}
     still, moving = shapes_of(run)
@@ -296,7 +296,7 @@ def test_effects_on_a_points_way_are_drawn_for_any_mechanism():
     assert left < x0 < x1 < right
     assert bottom < y0 < y1 < top
     assert len({tuple((type(s), s.role) for s in shapes) for shapes in moving}) == 1
-    # The walls stand still, though they are drawn from the point that moves.
+    # The walls are fixed, although they are drawn from the moving point.
     first, last = (np.array(of_role(moving[k], "wall")[0].lines[0]) for k in (0, 30))
     np.testing.assert_allclose(first, last, atol=1e-12)
     assert len(next(render_frames(run))) == 480

@@ -135,7 +135,7 @@ def test_an_exception_leaves_no_file(tmp_path, porter, monkeypatch):
             file.write(b"half")
         raise KeyboardInterrupt
 
-    monkeypatch.setattr(figures.FigureCanvasAgg, "print_png", fail)
+    monkeypatch.setattr(FigureCanvasAgg, "print_png", fail)
     with pytest.raises(KeyboardInterrupt):
         readings_figure(porter, tmp_path / "a.png")
     assert list(tmp_path.iterdir()) == []

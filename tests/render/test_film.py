@@ -1,4 +1,4 @@
-"""Films last as long as what they show, show it where it is, and leave nothing half written."""
+"""Films have the right duration, show bodies at their positions, and leave no partial file."""
 
 from __future__ import annotations
 
@@ -17,7 +17,7 @@ from governor_mechanism.render.film.frame_data import interpolate_frame_data
 from governor_mechanism.render.film.frame_painter import FramePainter
 from governor_mechanism.render.film.gif_encoder import Palette
 from governor_mechanism.render.film.layout import ELEVATION_RECT
-from governor_mechanism.render.film.writer import fit_film_view, render_frames, schedule_frames, write_film
+from governor_mechanism.render.film.writer import render_frames, schedule_frames, write_film
 from governor_mechanism.render.style import FILM_COLOURS, ROLE_STYLES, parse_rgb
 from render.decoding import decode_film
 from render.stub_run import GOVERNOR_DIMENSIONS, fake_run
@@ -35,10 +35,10 @@ def test_a_gif_in_true_time_lasts_as_long_as_the_run(tmp_path, duration, rate):
     assert sum(durations) == pytest.approx(duration, abs=1e-9)
 
 
-def test_a_run_at_rest_lasts_as_long_though_its_frames_are_equal(tmp_path):
+def test_a_run_at_rest_keeps_its_duration(tmp_path):
     run = fake_run(GOVERNOR_DIMENSIONS["porter"], duration=2.0, amplitude=0.0, speed=0.0)
     shown, durations = decode_film(write_film(run, tmp_path / "a.gif"))
-    # Time and curves still move; the rest is equal.
+    # Only the time and the curves change.
     assert sum(durations) == pytest.approx(2.0, abs=1e-9)
     assert len(shown) == len(durations)
 
@@ -49,7 +49,7 @@ def test_frames_are_shown_around_their_own_time(start, stop, rate):
     assert sum(shown) == round(100 * (stop - start))
     begins = start + np.cumsum([0, *shown[:-1]]) / 100
     ends = start + np.cumsum(shown) / 100
-    # Half a hundredth is the rounding of the borders.
+    # Display times are rounded to hundredths.
     assert np.all(begins <= times + 0.005)
     assert np.all(times <= ends + 0.005)
     assert min(shown) >= 1
@@ -68,12 +68,12 @@ def test_a_gif_repeats_for_ever(tmp_path, porter):
 
 
 @pytest.mark.parametrize("name", GOVERNOR_DIMENSIONS)
-def test_the_ball_is_seen_where_the_run_says_it_is(tmp_path, name):
+def test_the_ball_is_drawn_at_its_position(tmp_path, name):
     run = fake_run(GOVERNOR_DIMENSIONS[name], duration=1.0, mean_angle=30.0)
     shown, _ = decode_film(write_film(run, tmp_path / "a.gif"))
     times, _ = schedule_frames(0.0, 1.0, 25)
     assert len(shown) == len(times)
-    view = fit_film_view(run)
+    view = FramePainter(run, interpolate_frame_data(run, run.scene.part, (0.0, 1.0), times)).view
     middle = round(view.pixel_of(0.0, 0.0)[0])
     colours = [
         parse_rgb(colour)
@@ -108,7 +108,7 @@ def test_the_plan_turns_by_the_integral_of_the_speed(porter):
     assert shown.spindle_angle[-1] == pytest.approx(exact)
 
 
-def test_a_piece_of_a_run_lasts_as_long_as_the_piece(tmp_path, porter):
+def test_a_part_of_a_run_keeps_its_duration(tmp_path, porter):
     _, durations = decode_film(write_film(porter, tmp_path / "a.gif", start=0.5, stop=1.25))
     assert sum(durations) == pytest.approx(0.75, abs=1e-9)
 
@@ -119,7 +119,7 @@ def test_a_gif_shows_the_frames(tmp_path, porter):
     assert painted.shape == shown.shape
     assert painted.dtype == np.uint8
     difference = np.abs(shown.astype(int) - painted).max(axis=3)
-    # 31 colours for flat areas and blended edges: flat areas exact, edges near.
+    # 31 colours: flat areas are exact, blended edges close.
     assert (difference == 0).mean() > 0.9
     assert (difference > 64).mean() < 2e-3
 
@@ -134,7 +134,7 @@ def test_equal_runs_give_equal_films(tmp_path):
 
 
 @pytest.mark.parametrize("error", [KeyboardInterrupt, RuntimeError])
-def test_an_exception_half_way_leaves_no_file_and_keeps_the_old_one(tmp_path, porter, error):
+def test_an_exception_leaves_no_file_and_keeps_the_old_one(tmp_path, porter, error):
     def stop(done, total):
         if done > total // 2:
             raise error
@@ -150,7 +150,7 @@ def test_an_exception_half_way_leaves_no_file_and_keeps_the_old_one(tmp_path, po
     assert old.read_bytes() == b"old"
 
 
-def test_films_need_no_screen_and_leave_the_callers_plots_alone():
+def test_films_do_not_import_pyplot():
     code = "from governor_mechanism.render import film, figures; import sys; print('matplotlib.pyplot' in sys.modules)"
     done = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=True)
     assert done.stdout.strip() == "False"
@@ -163,13 +163,13 @@ def test_progress_counts_to_the_end(tmp_path, porter):
 
 
 def words_of(picture):
-    """Every text of the picture that says something, with its box in pixels."""
+    """Return every visible text of a frame with its box in pixels."""
     renderer = picture.figure.canvas.get_renderer()
     texts = (text for text in picture.figure.findobj(lambda artist: hasattr(artist, "get_text")) if text.get_visible())
     return [(text.get_text(), text.get_window_extent(renderer)) for text in texts if text.get_text().strip()]
 
 
-def test_the_numbers_of_a_scale_beside_wide_arms_are_seen_whole():
+def test_the_numbers_of_a_scale_next_to_wide_arms_are_not_cut_off():
     run = fake_run(GOVERNOR_DIMENSIONS["porter"], duration=2.0, mean_angle=60.0, amplitude=25.0)
     picture = FramePainter(run, interpolate_frame_data(run, run.scene.part, (0.0, 2.0), np.linspace(0, 2, 51)))
     right = [box.x1 for words, box in words_of(picture) if words.endswith("00 mm") and box.y0 > 60]
@@ -183,7 +183,7 @@ def test_no_words_are_cut_off_or_overlap(name, outcome):
     title = "A governor with a title far longer than anybody should give to a scene, with arms, links and a sleeve"
     run = fake_run(GOVERNOR_DIMENSIONS[name], duration=1.0, mean_angle=30.0, title=title, outcome=outcome)
     if not outcome.ok:
-        run = dataclasses.replace(run, detail="arm_angle: " + 20 * "a cause told at great length, ")
+        run = dataclasses.replace(run, detail="arm_angle: " + 20 * "a very long cause, ")
     picture = FramePainter(run, interpolate_frame_data(run, run.scene.part, (0.0, 1.0), np.linspace(0, 1, 26)))
     picture.update(25)
     boxes = words_of(picture)
@@ -199,37 +199,37 @@ def test_no_words_are_cut_off_or_overlap(name, outcome):
             assert not box.padded(-1.0).overlaps(other.padded(-1.0)), f"{words!r} overlaps {others!r}"
 
 
-def test_stamped_numbers_look_like_the_text(porter):
+def test_cached_numbers_look_like_the_text(porter):
     times = np.linspace(0.0, 2.0, 51)
     shown = interpolate_frame_data(porter, porter.scene.part, (0.0, 2.0), times)
-    usual = FramePainter(porter, shown, animated=False)
-    usual.update(20)
-    usual.figure.canvas.draw()
-    drawn = np.asarray(usual.figure.canvas.buffer_rgba())
-    stamped = FramePainter(porter, shown).paint(20)
+    regular = FramePainter(porter, shown, animated=False)
+    regular.update(20)
+    regular.figure.canvas.draw()
+    drawn = np.asarray(regular.figure.canvas.buffer_rgba())
+    cached = FramePainter(porter, shown).paint(20)
     inks = []
-    for pixels in (drawn, stamped):
+    for pixels in (drawn, cached):
         time = pixels[6:30, 420:456, :3].astype(int)
         ink = (time[0, 0] - time).clip(0).sum(axis=2)
         rows, columns = np.nonzero(ink > 100)
         inks.append((ink.sum(), rows.min(), rows.max(), columns.min(), columns.max()))
-    (much, *box), (as_much, *other) = inks
-    # Letters of a text may stand on fractions of a pixel, the copies stand on whole ones.
-    assert np.abs(np.subtract(box, other)).max() <= 2
-    assert as_much == pytest.approx(much, rel=0.05)
+    (ink_of_text, *box_of_text), (ink_of_copy, *box_of_copy) = inks
+    # Characters of a text may start at fractions of a pixel, copies start at whole ones.
+    assert np.abs(np.subtract(box_of_text, box_of_copy)).max() <= 2
+    assert ink_of_copy == pytest.approx(ink_of_text, rel=0.05)
 
 
-def test_the_footer_tells_accuracy_or_early_end(porter):
+def test_the_footer_states_accuracy_or_early_end(porter):
     def footer(**changes):
         run = dataclasses.replace(porter, **changes)
         picture = FramePainter(run, interpolate_frame_data(run, run.scene.part, (0.0, 2.0), np.array([0.0, 2.0])))
         return [words for words, _ in words_of(picture)]
 
-    assert "accurate to 4e-07, asked 1e-06" in footer(error_estimate=3.1e-7)
-    assert "accurate to 3e-07, asked 1e-04" in footer(error_estimate=3e-7, settings={"asked_accuracy": 1e-4})
-    assert "accurate only to 3e-03, asked 1e-06" in footer(error_estimate=2.1e-3, outcome=Outcome.ACCURACY_MISSED)
-    assert "accuracy not certified (asked 1e-06)" in footer(error_estimate=None)
-    cause = "arm_angle: the arms are at 90 degrees to the spindle (dead centre), at about t = 0.115 s"
+    assert "accurate to 4e-07, requested 1e-06" in footer(error_estimate=3.1e-7)
+    assert "accurate to 3e-07, requested 1e-04" in footer(error_estimate=3e-7, settings={"asked_accuracy": 1e-4})
+    assert "accurate only to 3e-03, requested 1e-06" in footer(error_estimate=2.1e-3, outcome=Outcome.ACCURACY_MISSED)
+    assert "accuracy not certified (requested 1e-06)" in footer(error_estimate=None)
+    cause = "arm_angle: the arms stand at 90 degrees to the spindle (dead centre), at about t = 0.115 s"
     words = footer(outcome=Outcome.LEFT_RANGE, detail=cause)
     assert cause in words
     assert Outcome.LEFT_RANGE.value in words
@@ -261,7 +261,7 @@ def test_wrong_names_and_empty_runs_are_refused(tmp_path, porter):
         write_film(nothing, tmp_path / "a.gif")
 
 
-def test_nothing_stays_behind_what_has_moved_away(tmp_path, porter):
+def test_moving_shapes_leave_no_traces(tmp_path, porter):
     shown, _ = decode_film(write_film(porter, tmp_path / "a.gif"))
     still = np.array(list(render_frames(porter)))
     paper = np.array(parse_rgb(FILM_COLOURS[0]))
@@ -269,9 +269,9 @@ def test_nothing_stays_behind_what_has_moved_away(tmp_path, porter):
     assert (shown[bare] == paper).all()
 
 
-def test_the_palette_keeps_the_colours_of_the_look(porter):
+def test_the_palette_keeps_all_film_colours(porter):
     samples = [FramePainter(porter, interpolate_frame_data(porter, porter.scene.part, (0.0, 2.0), np.array([0.0, 2.0]))).paint(1)]
     palette = Palette([parse_rgb(colour) for colour in FILM_COLOURS], samples)
     assert len(palette.colours) <= 31
-    wanted = np.array([parse_rgb(colour) for colour in FILM_COLOURS], dtype=np.uint8)
-    assert_array_equal(palette.colours[palette.indices_of(wanted)], wanted)
+    film_colours = np.array([parse_rgb(colour) for colour in FILM_COLOURS], dtype=np.uint8)
+    assert_array_equal(palette.colours[palette.indices_of(film_colours)], film_colours)

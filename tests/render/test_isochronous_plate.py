@@ -82,7 +82,7 @@ def test_only_a_loaded_or_unloaded_rhombus_has_parabolas():
 
 @pytest.mark.parametrize("name", ["porter_extended_arms", "porter_uncrossed_links", "parabolic", "quick_return"])
 def test_other_scenes_are_refused(tmp_path, name):
-    with pytest.raises(MechanismError, match=r"isochronous parabolas are shown of .* is no such governor"):
+    with pytest.raises(MechanismError, match=r"isochronous parabolas need .* differs"):
         isochronous_figure(load_scene(name), tmp_path / "a.png")
     assert list(tmp_path.iterdir()) == []
 

@@ -1,4 +1,4 @@
-"""Two runs side by side: both are seen as they are, on one scale, for as long as they last."""
+"""Two runs side by side: both are shown unchanged, on one scale, with their full duration."""
 
 from __future__ import annotations
 
@@ -18,7 +18,7 @@ from render.decoding import decode_film
 from render.stub_run import GOVERNOR_DIMENSIONS, fake_run
 from render.test_film import words_of
 
-TITLES = ("without the brake", "with the brake")
+TITLES = ("without the dashpot", "with the dashpot")
 
 
 @pytest.fixture(scope="module")
@@ -26,12 +26,12 @@ def pair():
     return [fake_run(GOVERNOR_DIMENSIONS["porter"], duration=2.0, amplitude=swing) for swing in (8.0, 3.0)]
 
 
-def beside(runs, titles=TITLES):
+def side_by_side(runs, titles=TITLES):
     return make_side_by_side(runs, titles, lambda run: interpolate_frame_data(run, run.scene.part, (0.0, 2.0), np.linspace(0, 2, 51)), 480)
 
 
 @pytest.mark.parametrize(("duration", "rate"), [(2.0, 25), (1.13, 20)])
-def test_it_lasts_as_long_as_each_of_its_runs(tmp_path, duration, rate):
+def test_the_film_has_the_duration_of_its_runs(tmp_path, duration, rate):
     runs = [fake_run(GOVERNOR_DIMENSIONS["porter"], duration=duration, amplitude=swing) for swing in (8.0, 3.0)]
     path = gm.film(runs, tmp_path / "a.gif", titles=TITLES, frames_per_second=rate)
     _, durations = decode_film(path)
@@ -41,20 +41,20 @@ def test_it_lasts_as_long_as_each_of_its_runs(tmp_path, duration, rate):
         assert image.info["loop"] == 0
 
 
-def test_equal_runs_are_seen_twice_as_each_by_itself(tmp_path):
+def test_equal_runs_are_shown_twice(tmp_path):
     run = fake_run(GOVERNOR_DIMENSIONS["porter"], duration=1.0)
     shown, _ = decode_film(gm.film([run, run], tmp_path / "a.gif"))
     alone = np.array(list(render_frames(run)))
     assert len(shown) == len(alone)
     for half in (shown[:, :, :480], shown[:, :, 480:]):
         difference = np.abs(half.astype(int) - alone).max(axis=3)
-        # As in a film of one run, but for the rule between them.
+        # As in a film of one run, except for the rule between them.
         assert (difference == 0).mean() > 0.9
         assert (difference > 64).mean() < 4e-3
 
 
-def test_both_are_on_one_scale_and_on_the_same_axes(pair):
-    first, second = beside(pair)._painters
+def test_both_runs_share_scale_and_axes(pair):
+    first, second = side_by_side(pair).painters
     assert first.view == second.view
     for one, other in zip(first.figure.axes[1:-1], second.figure.axes[1:-1], strict=True):
         assert one.get_ylim() == other.get_ylim()
@@ -64,9 +64,9 @@ def test_both_are_on_one_scale_and_on_the_same_axes(pair):
     assert high > 48.0
 
 
-def test_each_stands_under_its_title(pair):
-    for titles, seen in ((TITLES, TITLES), (None, [run.scene.title for run in pair])):
-        for picture, title in zip(beside(pair, titles)._painters, seen, strict=True):
+def test_each_run_has_its_title(pair):
+    for titles, expected in ((TITLES, TITLES), (None, [run.scene.title for run in pair])):
+        for picture, title in zip(side_by_side(pair, titles).painters, expected, strict=True):
             assert title in [words for words, _ in words_of(picture)]
 
 
@@ -85,7 +85,7 @@ def test_wrong_pairs_are_refused(tmp_path, pair):
         second, outcome=Outcome.LEFT_RANGE, **{name: getattr(second, name)[:150] for name in ("times", "poses", "velocities")}
     )
     for other, message in (
-        (longer, r"201 times from 0 to 2 s, the second 301 times from 0 to 3 s; run both"),
+        (longer, r"201 times from 0 to 2 s, the second 301 times from 0 to 3 s; use the same"),
         (denser, "401 times"),
         (early, r"150 times from 0 to 1\.49 s and ended early"),
         (dataclasses.replace(second, times=second.times[:0]), "the second none"),
@@ -95,8 +95,8 @@ def test_wrong_pairs_are_refused(tmp_path, pair):
     for runs, titles, message in (
         ([first, second, second], None, "one run, or two side by side; got 3"),
         ([], None, "got 0"),
-        (pair, ("one",), "titles must be two"),
-        (pair, "ab", "titles must be two"),
+        (pair, ("one",), "titles must be a list of two"),
+        (pair, "ab", "titles must be a list of two"),
         (first, ("one", "two"), "titles are for a film of two runs"),
     ):
         with pytest.raises(MechanismError, match=message):

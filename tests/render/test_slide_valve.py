@@ -198,7 +198,7 @@ def test_what_a_plate_cannot_show_is_refused(tmp_path, figure):
 
 
 def test_an_endless_eccentric_rod_has_no_error_to_construct():
-    with pytest.raises(MechanismError, match="an endless one has no error"):
+    with pytest.raises(MechanismError, match="an infinite one has no error"):
         marks_construction.draw_marks_plate(valve_diagram_data(valve_scene(CASES["endless"])))
 
 

@@ -24,9 +24,10 @@ from governor_mechanism.model.effect import Effect
 from governor_mechanism.model.scene import EQUILIBRIUM, Scene, Spindle
 from governor_mechanism.model.time_functions import InputFunction
 from governor_mechanism.scenes.parser import parse_scene_document
+from governor_mechanism.scenes.problems import Problem
 from governor_scenes import PORTER
 from invalid_scenes.custom_scenes import custom_scene
-from invalid_scenes.effect_scenes import BROKEN_EFFECTS, with_effects
+from invalid_scenes.effect_scenes import BROKEN_EFFECTS, WORDING_EFFECTS, with_effects
 
 ALL = ("gravity", "centrifugal", "rods", "spring", "dry_friction", "dashpot", "stops", "clearance")
 
@@ -141,14 +142,18 @@ def test_a_start_on_a_stop_is_allowed() -> None:
     assert scene.start.values == {"arm_angle": near(math.radians(40))}
 
 
-@pytest.mark.parametrize(("text", "fragments"), [case[1:] for case in BROKEN_EFFECTS], ids=[case[0] for case in BROKEN_EFFECTS])
-def test_a_broken_file_is_refused_with_its_sentences_alone(text: str, fragments: list[str]) -> None:
+@pytest.mark.parametrize(("text", "expected"), [case[1:] for case in BROKEN_EFFECTS], ids=[case[0] for case in BROKEN_EFFECTS])
+def test_every_mistake_of_a_scene_is_found_at_its_key(text: str, expected: list[tuple[str, str]]) -> None:
     with pytest.raises(MechanismError) as caught:
         scene_of(text)
-    told = caught.value.problems
-    assert len(told) == len(fragments), told
-    for fragment, problem in zip(fragments, told, strict=True):
-        assert fragment in problem
+    assert [(problem.code, problem.key) for problem in map(Problem, caught.value.problems)] == expected
+
+
+@pytest.mark.parametrize(("case", "message"), WORDING_EFFECTS)
+def test_each_message_says_what_is_wrong_and_how_to_correct_it(case: str, message: str) -> None:
+    with pytest.raises(MechanismError) as caught:
+        scene_of(next(text for name, text, _ in BROKEN_EFFECTS if name == case))
+    assert message in caught.value.problems
 
 
 def run_of(effects: dict[str, bool], engine: str) -> gm.Trajectory:

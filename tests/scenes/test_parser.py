@@ -21,8 +21,10 @@ from governor_mechanism.errors import MechanismError
 from governor_mechanism.machines.pendulum.machine import PendulumGovernor
 from governor_mechanism.model.scene import EQUILIBRIUM, RunSettings, Spindle
 from governor_mechanism.scenes.parser import parse_scene_document, read_scene_file
-from governor_mechanism.scenes.schema import coordinate_start_table_model, rate_key, validate_table
-from invalid_scenes.scenes import BROKEN_SCENES, SCENE_HEADER, format_dimensions, scene_text
+from governor_mechanism.scenes.problems import Problem
+from governor_mechanism.scenes.schema import rate_key, start_table_model
+from governor_mechanism.scenes.table import validate
+from invalid_scenes.scenes import BROKEN_SCENES, SCENE_HEADER, WORDING_SCENES, format_dimensions, scene_text
 
 
 def document(**changed: Any) -> dict[str, Any]:
@@ -38,13 +40,17 @@ def document(**changed: Any) -> dict[str, Any]:
     return {key: value for key, value in {**whole, **changed}.items() if value is not None}
 
 
-def problems_of(text: str, folder: Path) -> tuple[str, ...]:
+def errors_of(text: str, folder: Path) -> tuple[Problem, ...]:
     file = folder / "scene.toml"
     file.write_text(text, encoding="utf-8")
     with pytest.raises(MechanismError) as caught:
         read_scene_file(file)
     assert all(problem.startswith(f"{file}: ") for problem in caught.value.problems)
-    return tuple(problem.removeprefix(f"{file}: ") for problem in caught.value.problems)
+    return tuple(Problem(problem) for problem in caught.value.problems)
+
+
+def problems_of(text: str, folder: Path) -> tuple[str, ...]:
+    return tuple(problem.removeprefix(f"{folder / 'scene.toml'}: ") for problem in errors_of(text, folder))
 
 
 def test_a_scene_file_becomes_the_scene_it_describes(tmp_path: Path) -> None:
@@ -107,10 +113,11 @@ def test_text_with_its_unit_is_taken_at_its_word() -> None:
 
 @pytest.mark.parametrize("start", [EQUILIBRIUM, "0.1 m", 0.1])
 def test_a_bare_length_at_the_start_is_checked_like_a_dimension(start: object) -> None:
-    model = coordinate_start_table_model("lift", "length")
-    assert validate_table(model, {"lift": start}, "start")[1] == []
-    (told,) = validate_table(model, {"lift": 300}, "start")[1]
-    assert told.startswith('start.lift = 300 is 300 m; write "300 mm" if that is meant, or "300 m"; or write')
+    model = start_table_model((("lift", "length", "lift_rate"),))
+    validate(model, {"lift": start})
+    with pytest.raises(MechanismError) as caught:
+        validate(model, {"lift": 300}, "start")
+    assert str(caught.value).startswith('start.lift = 300 is 300 m; write "300 mm" if that is meant, or "300 m"; or write')
 
 
 @pytest.mark.parametrize(
@@ -165,11 +172,15 @@ def test_a_file_with_a_byte_order_mark_and_windows_line_ends_is_read(tmp_path: P
     assert read_scene_file(file).title == "A Porter governor"
 
 
-@pytest.mark.parametrize(("text", "fragments"), [case[1:] for case in BROKEN_SCENES], ids=[case[0] for case in BROKEN_SCENES])
-def test_a_broken_file_is_refused_with_its_sentence(text: str, fragments: list[str], tmp_path: Path) -> None:
-    told = "\n".join(problems_of(text, tmp_path))
-    for fragment in fragments:
-        assert fragment in told
+@pytest.mark.parametrize(("text", "expected"), [case[1:] for case in BROKEN_SCENES], ids=[case[0] for case in BROKEN_SCENES])
+def test_every_mistake_of_a_file_is_found_at_its_key(text: str, expected: list[tuple[str, str]], tmp_path: Path) -> None:
+    assert [(problem.code, problem.key) for problem in errors_of(text, tmp_path)] == expected
+
+
+@pytest.mark.parametrize(("case", "message"), WORDING_SCENES)
+def test_each_message_says_what_is_wrong_and_how_to_correct_it(case: str, message: str, tmp_path: Path) -> None:
+    text = next(text for name, text, _ in BROKEN_SCENES if name == case)
+    assert message in problems_of(text, tmp_path)
 
 
 @pytest.mark.parametrize(

@@ -1,4 +1,4 @@
-"""The bill of a scene's effects: what is found small is small, what cannot be switched says so."""
+"""Effect ablation: negligible effects, costs, and effects that cannot be switched."""
 
 from __future__ import annotations
 
@@ -70,21 +70,21 @@ def test_a_change_is_that_of_two_runs(study):
     assert row.changes["arm_angle"] == pytest.approx(expected, rel=1e-12)
 
 
-def test_what_is_told_names_every_effect_and_goes_into_json(study):
+def test_the_report_and_the_json_name_every_effect(study):
     text = str(study)
     assert "leave out: dashpot, stops" in text
     assert all(row.effect in text for row in study.rows)
-    told = json.loads(json.dumps(study.as_json(), allow_nan=False))
-    assert told["leave_out"] == ["dashpot", "stops"]
-    assert len(told["effects"]) == len(study.rows)
+    document = json.loads(json.dumps(study.as_json(), allow_nan=False))
+    assert document["leave_out"] == ["dashpot", "stops"]
+    assert len(document["effects"]) == len(study.rows)
 
 
 def test_the_figure_is_written_and_refuses_other_names(study, tmp_path):
-    path = effect_ablation_figure(study, tmp_path / "bill.png")
+    path = effect_ablation_figure(study, tmp_path / "effects.png")
     assert path.read_bytes().startswith(b"\x89PNG")
     with pytest.raises(gm.MechanismError, match=r"end in \.png"):
-        effect_ablation_figure(study, tmp_path / "bill.gif")
-    assert [file.name for file in tmp_path.iterdir()] == ["bill.png"]
+        effect_ablation_figure(study, tmp_path / "effects.gif")
+    assert [file.name for file in tmp_path.iterdir()] == ["effects.png"]
 
 
 def test_effects_that_are_not_listed_are_tried_where_they_need_no_numbers():
@@ -111,7 +111,7 @@ def test_a_scene_made_in_python_is_studied_but_for_what_built_its_mechanism():
 
 
 def test_an_effect_others_need_cannot_be_switched_and_says_why():
-    uneven = DOCUMENT | {"spindle": {"speed": "120 rpm", "speed_fluctuation": 0.01}, "run": {"duration": "0.1 s"}}
-    rows = {row.effect: row for row in run_effects_study(parse_scene_document(uneven)).rows}
-    assert "speed fluctuation changes nothing" in rows["centrifugal"].note
+    fluctuating = DOCUMENT | {"spindle": {"speed": "120 rpm", "speed_fluctuation": 0.01}, "run": {"duration": "0.1 s"}}
+    rows = {row.effect: row for row in run_effects_study(parse_scene_document(fluctuating)).rows}
+    assert "speed_fluctuation changes nothing" in rows["centrifugal"].note
     assert rows["spindle.speed_fluctuation"].relative_change > 1e-6

@@ -186,9 +186,9 @@ def test_the_scene_of_a_design_runs_and_is_the_design(tmp_path: Path) -> None:
 
 
 def test_a_design_is_plain_json() -> None:
-    told = json.loads(json.dumps(design_hartung().as_json() | compare_with_paper().as_json(), allow_nan=False))
-    assert len(told["curves"]["static_forces"]) == 121
-    assert "angle of the bell crank" in told["misprints"]
+    document = json.loads(json.dumps(design_hartung().as_json() | compare_with_paper().as_json(), allow_nan=False))
+    assert len(document["curves"]["static_forces"]) == 121
+    assert "angle of the bell crank" in document["misprints"]
 
 
 def test_the_paper_prints_as_a_table() -> None:

@@ -154,8 +154,8 @@ def test_small_play_makes_a_carried_sleeve_twitch_within_its_band():
     assert study.amplitude_without_clearance == 0.0
     assert study.amplitudes[0] > 0.0
     assert study.conclusion == "play of 1 mm makes it twitch"
-    with pytest.raises(gm.MechanismError, match="nothing to compare with"):
-        clearance_figure([study], "play.png")
+    with pytest.raises(gm.MechanismError, match="the reference of the figure"):
+        clearance_figure([study], "clearance.png")
 
 
 @pytest.fixture(scope="module")
@@ -197,8 +197,8 @@ def test_what_does_not_settle_says_so():
 
 def test_figures_are_written_whole_or_not_at_all(tmp_path, twitched, played, settled, jumped):
     written = [
-        cyclic_figure(twitched, tmp_path / "twitch.png"),
-        clearance_figure([played], tmp_path / "play.png"),
+        cyclic_figure(twitched, tmp_path / "cyclic.png"),
+        clearance_figure([played], tmp_path / "clearance.png"),
         settling_figure(settled, tmp_path / "settling.png"),
         fold_jump_figure(jumped, tmp_path / "jump.png"),
     ]
@@ -210,7 +210,7 @@ def test_figures_are_written_whole_or_not_at_all(tmp_path, twitched, played, set
     assert isinstance(hidden, SettlingStudy)
     with pytest.raises(ValueError, match="zero-size array"):
         settling_figure(hidden, tmp_path / "none.png")
-    assert sorted(path.name for path in tmp_path.iterdir()) == ["jump.png", "play.png", "settling.png", "twitch.png"]
+    assert sorted(path.name for path in tmp_path.iterdir()) == ["clearance.png", "cyclic.png", "jump.png", "settling.png"]
 
 
 def test_a_scene_keeps_its_part_of_the_play():

@@ -28,7 +28,7 @@ def zehnder(arm_angle, arm, offset, ball_mass, sleeve_mass, gravity):
 
 CHECKED = [name for name in shipped_scenes() if gm.load(name).part.machine in CHECKS]
 
-# Free spindles have no equilibrium speed; with play, friction or stops motion has no closed form, and with a program of
+# Free spindles have no equilibrium speed; with clearance, friction or stops motion has no closed form, and with a program of
 # speeds the torque is left out.
 FEWER = {
     "parabolic": 7,

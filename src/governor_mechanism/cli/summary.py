@@ -33,7 +33,7 @@ def equilibria_as_json(
     equilibria: Sequence[Equilibrium], curve: SpeedCurve | None, bands: Sequence[InsensitivityBand | str] = ()
 ) -> dict[str, Any]:
     """Return equilibria and speed curve as JSON values in SI; instead of a missing insensitivity band, the reason."""
-    field_names = ("coordinate", "extent", "stable", "stiffness", "frequency", "growth_rate", "uncertainty")
+    field_names = ("coordinate", "extent", "stable", "stiffness", "frequency", "divergence_rate", "uncertainty")
     rows = []
     for k, equilibrium in enumerate(equilibria):
         row = {key: getattr(equilibrium, key) for key in field_names}
@@ -81,7 +81,7 @@ def _format_stability(scene: Scene, equilibrium: Equilibrium) -> str:
     stability = (
         f"stable, natural frequency {equilibrium.frequency:.6g} rad/s"
         if equilibrium.stable
-        else f"unstable, divergence rate {equilibrium.growth_rate:.6g} 1/s"
+        else f"unstable, divergence rate {equilibrium.divergence_rate:.6g} 1/s"
     )
     if not equilibrium.sensitivity:
         return f"{stability}; stiffness {equilibrium.stiffness:.6g}"

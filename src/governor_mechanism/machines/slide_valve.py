@@ -29,13 +29,11 @@ from governor_mechanism.model.joints import GROUND, Distance, Joint, Point, Slid
 from governor_mechanism.model.mechanism import Body, Mechanism
 from governor_mechanism.model.output_variables import BodyAngle, PointCoordinate, Reading
 from governor_mechanism.model.scene import FIXED_PLANE
+from governor_mechanism.numerics.roots import find_root
 
 ECCENTRIC_ROD, VALVE_GUIDE = "eccentric rod", "valve guide"
 
 EQUAL_LEADS, MIDDLE, EQUAL_CUT_OFFS = "equal leads", "middle of extremes", "equal cut-offs"
-
-N_BISECTIONS = 64
-"""Number of bisections of an interval of the crank angle or of the centre: to rounding."""
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -168,29 +166,21 @@ class SlideValve(Machine):
 
     def _offset_for_equal_cut_offs(self) -> float:
         """Return the offset for cut-off after equal parts of the stroke at both ends, m."""
-        reach = self.eccentric - abs(self.outside_lap)
-        low, high = -reach, reach
 
         def cut_off_difference(offset: float) -> float:
             crank_end_cut_off = self._piston_displacement(self._crank_angle_at(offset + self.outside_lap, rising=False))
             head_end_cut_off = 2 * self.crank - self._piston_displacement(self._crank_angle_at(offset - self.outside_lap, rising=True))
             return head_end_cut_off - crank_end_cut_off
 
-        for _ in range(N_BISECTIONS):
-            midpoint = 0.5 * (low + high)
-            # With a larger offset, cut-off is earlier at the crank end and later at the head end.
-            low, high = (low, midpoint) if cut_off_difference(midpoint) > 0 else (midpoint, high)
-        return 0.5 * (low + high)
+        reach = self.eccentric - abs(self.outside_lap)
+        return find_root(cut_off_difference, -reach, reach)
 
     def _crank_angle_at(self, displacement: float, *, rising: bool) -> float:
         """Return the crank angle (rad) at which the valve passes a position (m) relative to the middle of its extremes."""
         # Between its dead centres the displacement is monotonic.
         outermost_angle = math.pi / 2 - self.advance
-        low, high = (outermost_angle - math.pi, outermost_angle) if rising else (outermost_angle + math.pi, outermost_angle)
-        for _ in range(N_BISECTIONS):
-            midpoint = 0.5 * (low + high)
-            low, high = (low, midpoint) if self._valve_displacement(midpoint) > displacement else (midpoint, high)
-        return 0.5 * (low + high)
+        innermost_angle = outermost_angle - math.pi if rising else outermost_angle + math.pi
+        return find_root(lambda angle: self._valve_displacement(angle) - displacement, innermost_angle, outermost_angle)
 
     def mechanism(self) -> Mechanism:
         """Build crank with eccentric, valve and crosshead from placeholder masses. An infinite rod is a crossed slide."""

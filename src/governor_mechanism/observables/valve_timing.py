@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Mapping, Sequence
+from collections.abc import Mapping
 from typing import NamedTuple
 
 import numpy as np
@@ -12,6 +12,7 @@ from governor_mechanism.errors import MechanismError
 from governor_mechanism.machines.slide_valve import SlideValve
 from governor_mechanism.mechanics.kinematics.kinematic_analysis import solve_kinematics
 from governor_mechanism.model.scene import Scene
+from governor_mechanism.numerics.roots import find_roots
 from governor_mechanism.types import FloatArray
 
 CYLINDER_ENDS = ("crank end", "head end")
@@ -29,9 +30,6 @@ DEAD_CENTRE_TOLERANCE = 1e-8
 
 EVENT_ANGLE_TOLERANCE = 1e-13
 """Tolerance of the crank angle of an event, rad; rounding is about 1e-15."""
-
-MAX_EVENT_ITERATIONS = 60
-"""Largest number of Newton steps with bisection as a safeguard; about a dozen are usual."""
 
 
 def require_slide_valve(scene: Scene) -> None:
@@ -141,16 +139,24 @@ def find_event_angles(scene: Scene) -> dict[str, float]:
     """
     require_slide_valve(scene)
     lowest, highest = _find_valve_dead_centres(scene)
+    displaced_readings = evaluate_at_crank_angles(scene, np.array([lowest, highest])).readings
     events: list[tuple[str, str, float, float]] = []
     for end in CYLINDER_ENDS:
         for port, (opens, closes) in PORT_EVENTS.items():
             reading = port_reading_name(end, port)
-            displaced = evaluate_at_crank_angles(scene, np.array([lowest, highest])).readings[reading]
-            closed_angle, open_angle = (lowest, highest) if displaced[1] > displaced[0] else (highest, lowest)
+            at_lowest, at_highest = displaced_readings[reading]
+            closed_angle, open_angle = (lowest, highest) if at_highest > at_lowest else (highest, lowest)
             events.append((f"{end} {opens}", reading, closed_angle, _next_angle(closed_angle, open_angle)))
             events.append((f"{end} {closes}", reading, open_angle, _next_angle(open_angle, closed_angle)))
-    angles = _find_zero_crossings(scene, [(reading, low, high) for _, reading, low, high in events])
-    return {name: angle % math.tau for (name, *_), angle in zip(events, angles.tolist(), strict=True)}
+    names, readings, low, high = zip(*events, strict=True)
+
+    def openings(angles: FloatArray) -> tuple[FloatArray, FloatArray]:
+        motion = evaluate_at_crank_angles(scene, angles)
+        values, derivatives = (np.array([arrays[name][k] for k, name in enumerate(readings)]) for arrays in motion[:2])
+        return values, derivatives
+
+    angles = find_roots(openings, np.array(low), np.array(high), EVENT_ANGLE_TOLERANCE)
+    return dict(zip(names, (angles % math.tau).tolist(), strict=True))
 
 
 def _next_angle(start: float, angle: float) -> float:
@@ -162,37 +168,11 @@ def _find_valve_dead_centres(scene: Scene) -> tuple[float, float]:
     """Return the crank angles (rad) of the lowest and the highest position of the valve."""
     grid = np.linspace(0.0, math.tau, N_SCAN_ANGLES, endpoint=False)
     displacements = evaluate_at_crank_angles(scene, grid).readings[VALVE_DISPLACEMENT]
-    angles = grid[[int(np.argmin(displacements)), int(np.argmax(displacements))]]
-    for _ in range(MAX_EVENT_ITERATIONS):
-        valve_kinematics = evaluate_at_crank_angles(scene, angles)
-        steps = -valve_kinematics.derivatives[VALVE_DISPLACEMENT] / valve_kinematics.second_derivatives[VALVE_DISPLACEMENT]
-        angles = angles + steps
-        if np.max(np.abs(steps)) < DEAD_CENTRE_TOLERANCE:
-            break
-    return float(angles[0]), float(angles[1])
+    extremes = grid[[int(np.argmin(displacements)), int(np.argmax(displacements))]]
 
+    def derivatives(angles: FloatArray) -> tuple[FloatArray, FloatArray]:
+        motion = evaluate_at_crank_angles(scene, angles)
+        return motion.derivatives[VALVE_DISPLACEMENT], motion.second_derivatives[VALVE_DISPLACEMENT]
 
-def _find_zero_crossings(scene: Scene, brackets: Sequence[tuple[str, float, float]]) -> FloatArray:
-    """Return the crank angles (rad) at which each reading vanishes within its bracket, by safeguarded Newton iteration."""
-    names = [name for name, _, _ in brackets]
-    low, high = (np.array(column) for column in list(zip(*brackets, strict=True))[1:])
-    rising = _select_readings(evaluate_at_crank_angles(scene, high).readings, names) > 0
-    angles = 0.5 * (low + high)
-    for _ in range(MAX_EVENT_ITERATIONS):
-        valve_kinematics = evaluate_at_crank_angles(scene, angles)
-        values, derivatives = (_select_readings(valve_kinematics.readings, names), _select_readings(valve_kinematics.derivatives, names))
-        is_past_zero = (values > 0) == rising
-        low, high = np.where(is_past_zero, low, angles), np.where(is_past_zero, angles, high)
-        steps = np.divide(-values, derivatives, out=np.full_like(values, np.inf), where=derivatives != 0)
-        newton_angles = angles + steps
-        is_bracketed = (newton_angles > low) & (newton_angles < high)
-        if np.all(np.abs(steps) < EVENT_ANGLE_TOLERANCE):
-            break
-        angles = np.where(is_bracketed | (np.abs(steps) < EVENT_ANGLE_TOLERANCE), newton_angles, 0.5 * (low + high))
-    zero_angles: FloatArray = angles
-    return zero_angles
-
-
-def _select_readings(readings: Mapping[str, FloatArray], names: Sequence[str]) -> FloatArray:
-    """Return the reading of each row."""
-    return np.array([readings[name][k] for k, name in enumerate(names)])
+    lowest, highest = find_roots(derivatives, extremes - grid[1], extremes + grid[1], DEAD_CENTRE_TOLERANCE).tolist()
+    return lowest, highest

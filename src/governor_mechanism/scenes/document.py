@@ -14,7 +14,8 @@ from governor_mechanism.machines.base import BODY_EFFECTS, Machine, unsupported_
 from governor_mechanism.machines.custom import CUSTOM_MACHINE
 from governor_mechanism.machines.registry import MACHINES
 from governor_mechanism.model.effect import Effect
-from governor_mechanism.model.mechanism import Mechanism, Reading
+from governor_mechanism.model.mechanism import Mechanism
+from governor_mechanism.model.output_variables import Reading
 from governor_mechanism.model.scene import EQUILIBRIUM, FreeSpindle, Part, RunSettings, Scene, Spindle, Start
 from governor_mechanism.scenes.cross_validation import check_tables_together
 from governor_mechanism.scenes.custom.parser import CustomMachineParser, CustomSceneTable
@@ -38,8 +39,8 @@ GOVERNOR_PART_NAME = "governor"
 class DocumentParser:
     """Parser of one document; it collects all mistakes."""
 
-    def __init__(self, document: Mapping[str, Any], source: str, collector: ProblemCollector) -> None:
-        self.document, self.source, self.collector = document, source, collector
+    def __init__(self, document: Mapping[str, Any], source: str) -> None:
+        self.document, self.source, self.collector = document, source, ProblemCollector()
         self.tables: dict[str, dict[str, Any]] = {name: dict(value) for name, value in document.items() if isinstance(value, Mapping)}
         self.title = ""
 
@@ -126,7 +127,7 @@ class DocumentParser:
                 if machine_class
                 else "every machine needs it"
             )
-            self.collector.add(ProblemCode.MISSING_KEY, f"[dimensions] is missing; {needs}")
+            self.collector.add(ProblemCode.MISSING_KEY, f"[dimensions] is missing; {needs}", key="dimensions")
         machine, dimensions = None, None
         if machine_class is not None and "dimensions" in self.tables:
             with self.collector.at("dimensions"):
@@ -139,7 +140,7 @@ class DocumentParser:
         """Return values and rates of the coordinate, and of the clearance; it starts in its middle and at rest by default."""
         table = self.tables.get("start", {})
         if mechanism is None:
-            self.collector.add(ProblemCode.UNKNOWN_NAME, *find_misspelt_equilibrium(table))
+            self.collector.add(ProblemCode.UNKNOWN_NAME, *find_misspelt_equilibrium(table), key="start")
             return Start(values={})
         coordinate = mechanism.coordinate
         rate_keys = {coordinate: rate_key(coordinate)} | ({CLEARANCE_READING: f"{CLEARANCE_READING}_rate"} if has_clearance else {})
@@ -151,7 +152,7 @@ class DocumentParser:
         values |= {key: parsed[key] for key in values if key in parsed}
         if machine:
             with self.collector.at("[start]"):
-                self.collector.add(ProblemCode.OUT_OF_RANGE, *machine.start_problems(values))
+                self.collector.add(ProblemCode.OUT_OF_RANGE, *machine.start_problems(values), key="start")
         rates = {key: parsed[rate] for key, rate in rate_keys.items() if rate in parsed}
         return Start(values=values, rates={CLEARANCE_READING: 0.0, **rates} if rates and has_clearance else rates)
 
@@ -161,7 +162,7 @@ class DocumentParser:
             if self.document.get(name):
                 text = f"[{name}] has no meaning for machine {machine_class.name!r}, whose crank is driven"
                 hint = f"its speed and start are {' and '.join(machine_class.driver_dimensions)} in [dimensions]"
-                self.collector.add(ProblemCode.CONFLICT, f"{text}: {hint}")
+                self.collector.add(ProblemCode.CONFLICT, f"{text}: {hint}", key=name)
         return Start(values={})
 
 

@@ -9,7 +9,8 @@ from pathlib import Path
 
 from governor_mechanism.errors import MechanismError
 from governor_mechanism.model.scene import Scene
-from governor_mechanism.scenes.parser import find_nearest_name, read_scene_file
+from governor_mechanism.scenes.parser import read_scene_file
+from governor_mechanism.scenes.source import find_nearest_name
 from governor_mechanism.units.quantities import format_value
 
 

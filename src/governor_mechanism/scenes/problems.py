@@ -62,9 +62,9 @@ def _replace_key(text: str, path: str) -> str:
     return re.sub(rf"{KEY}(\.?)", lambda match: joint if match[1] else path.rstrip(":"), text)
 
 
-def mistake(code: ProblemCode, *messages: str) -> MechanismError:
-    """Return the error of one or more messages with a code."""
-    return MechanismError(*(Problem(message, code) for message in messages))
+def mistake(code: ProblemCode, *messages: str, key: str = KEY) -> MechanismError:
+    """Return the error of one or more messages with a code at a key."""
+    return MechanismError(*(Problem(message, code, key) for message in messages))
 
 
 class ProblemCollector:
@@ -74,9 +74,9 @@ class ProblemCollector:
         self.problems: list[Problem] = []
         self.has_failed = False
 
-    def add(self, code: ProblemCode, *messages: str) -> None:
-        """Add messages with a code."""
-        self.problems += [Problem(message, code) for message in messages]
+    def add(self, code: ProblemCode, *messages: str, key: str = KEY) -> None:
+        """Add messages with a code at a key."""
+        self.problems += [Problem(message, code, key) for message in messages]
         self.has_failed |= bool(messages)
 
     @contextmanager

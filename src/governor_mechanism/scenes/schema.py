@@ -99,7 +99,7 @@ class SpindleTable(SceneFileTable):
         if "cycles_per_turn" not in values or "speed_fluctuation" in values:
             return []
         text = f"{KEY}.cycles_per_turn has no effect without a fluctuation; write speed_fluctuation = 0.03, or leave cycles_per_turn out"
-        return [Problem(text, ProblemCode.CONFLICT)]
+        return [Problem(text, ProblemCode.CONFLICT, f"{KEY}.cycles_per_turn")]
 
     def build(self) -> Spindle:
         """Return the spindle."""

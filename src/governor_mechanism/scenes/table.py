@@ -72,7 +72,9 @@ class SceneFileTable(BaseModel):
         own_keys = [key for key in values if key in cls.fields_by_key()]
         misplaced_keys = [key for key in values if key in cls.alternative_keys] if own_keys else []
         problems = [
-            Problem(f"{KEY}.{key} cannot be combined with {', '.join(own_keys)}; {cls.alternative_hint}", ProblemCode.CONFLICT)
+            Problem(
+                f"{KEY}.{key} cannot be combined with {', '.join(own_keys)}; {cls.alternative_hint}", ProblemCode.CONFLICT, f"{KEY}.{key}"
+            )
             for key in misplaced_keys[:1]
         ]
         table = None

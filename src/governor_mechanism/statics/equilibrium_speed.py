@@ -2,10 +2,9 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterator, Sequence
+from collections.abc import Iterator, Sequence
 
 import numpy as np
-from scipy.optimize import brentq
 
 from governor_mechanism.errors import MechanismError
 from governor_mechanism.mechanics.dynamics.contacts import output_springs_of
@@ -13,6 +12,7 @@ from governor_mechanism.mechanics.kinematics.output_variables import evaluate_ou
 from governor_mechanism.mechanics.reduction.lagrangian import PathCoefficients, SingleDofReduction
 from governor_mechanism.model.mechanism import Mechanism
 from governor_mechanism.model.scene import TURNING_PLANE, Scene
+from governor_mechanism.numerics.roots import find_root
 from governor_mechanism.statics.adaptive_grid import ASTATIC_TOLERANCE, equilibrium_speed_slope_numerator
 from governor_mechanism.types import FloatArray
 from governor_mechanism.units.quantities import format_quantity, format_value, parse_quantity
@@ -119,8 +119,8 @@ def find_folds(reduction: SingleDofReduction, coefficients: PathCoefficients) ->
     for low, high in _sign_changes(np.where(np.abs(speed_slope) <= ASTATIC_TOLERANCE * speed_slope_scale, 0.0, speed_slope)):
         if not has_speed[low : high + 1].all():
             continue
-        value = _find_root(
-            lambda value: equilibrium_speed_slope_numerator(reduction.evaluate([value]))[0],
+        value = find_root(
+            lambda value: float(equilibrium_speed_slope_numerator(reduction.evaluate([value]))[0][0]),
             coefficients.coordinate[low],
             coefficients.coordinate[high],
         )
@@ -141,8 +141,8 @@ def find_poles(reduction: SingleDofReduction, coefficients: PathCoefficients) ->
 def _find_spindle_gradient_zeros(reduction: SingleDofReduction, coefficients: PathCoefficients) -> Iterator[tuple[float, bool]]:
     """Return coordinates at which J' changes its sign, and whether V' vanishes there too."""
     for low, high in _sign_changes(coefficients.spindle_inertia_derivative):
-        zero = _find_root(
-            lambda value: reduction.evaluate([value]).spindle_inertia_derivative,
+        zero = find_root(
+            lambda value: float(reduction.evaluate([value]).spindle_inertia_derivative[0]),
             coefficients.coordinate[low],
             coefficients.coordinate[high],
         )
@@ -167,10 +167,6 @@ def _sign_changes(values: FloatArray) -> Iterator[tuple[int, int]]:
     for low, high in zip(significant[:-1].tolist(), significant[1:].tolist(), strict=True):
         if values[low] * values[high] < 0.0 and high - low - 1 <= MAX_ZERO_RUN:
             yield low, high
-
-
-def _find_root(function: Callable[[float], FloatArray], low: float, high: float) -> float:
-    return float(brentq(lambda at: float(function(at)[0]), low, high, xtol=1e-14, rtol=1e-14))
 
 
 def _without_periodic_duplicates(reduction: SingleDofReduction, candidates: Sequence[float]) -> list[int]:

@@ -102,7 +102,7 @@ def test_how_constant_the_static_force_is(angle_deg: float, percent: float) -> N
 
 
 def of_angle(degrees: float, arm: float | None = None) -> HartungGovernor:
-    """The paper's governor with another bell crank; b from hangers that stand even about the axis."""
+    """The paper's governor with another bell crank; b from hangers symmetric about the axis."""
     even = hartung.GOVERNOR["fulcrum_radius"] / (math.sin(math.radians(degrees)) * math.cos(math.radians(15)))
     return HartungGovernor(**{**hartung.GOVERNOR, "angle": math.radians(degrees), "sleeve_arm": even if arm is None else arm})
 
@@ -137,7 +137,7 @@ def governors(draw: st.DrawFn) -> tuple[HartungGovernor, float]:
         hanger=hanger,
         lug_radius=draw(st.floats(0.0, 0.1)),
     )
-    assume(float(closed.lift_derivative(governor, lever_angle=lever)) < -0.05 * other)  # off its dead centre
+    assume(float(closed.lift_derivative(governor, lever_angle=lever)) < -0.05 * other)  # away from its change point
     return governor, lever
 
 

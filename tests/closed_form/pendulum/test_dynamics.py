@@ -454,7 +454,7 @@ def test_the_jump_between_the_stops_takes_the_recomputed_time(way: str) -> None:
 
     arrival.terminal = True  # type: ignore[attr-defined]
     run = motion(SNAP, speed, [start, 0.0], 5.0, events=arrival)
-    # the start is an almost unstable rest: rounding grows e^(2.65 * 2) to e^6 fold, and the event search adds its own
+    # the start is close to an unstable equilibrium: rounding grows e^(2.65 * 2) to e^6 fold, and the event search adds its own
     assert_allclose(run.t_events[0][0], case["time"], rtol=1e-10)
     assert_allclose(abs(run.y_events[0][0][1]), case["arrival_rate"], rtol=1e-10)
     energy = jacobi_integral(SNAP, start, 0.0, speed)

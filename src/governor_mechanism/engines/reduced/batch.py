@@ -12,7 +12,7 @@ import numpy as np
 
 from governor_mechanism.engines.base import make_reported_times
 from governor_mechanism.engines.reduced.integration import integrate_reduced
-from governor_mechanism.engines.reduced.run import REDUCED_FIRST_STEP_RATIO, REDUCED_MAX_STEP_RATIO
+from governor_mechanism.engines.reduced.settings import ReducedSettings
 from governor_mechanism.integrators.reduced_dop853 import make_stages
 from governor_mechanism.integrators.status import IntegrationStatus
 from governor_mechanism.mechanics.dynamics.characteristic_scales import max_step_scale
@@ -71,7 +71,7 @@ class ReducedBatch:
     def __init__(self, template: Scene, names: Sequence[str], tolerance: float, max_steps: int) -> None:
         warn_before_compiling("integrate_reduced", 30)
         self._times, self._names = make_reported_times(template), list(names)
-        self._tolerance, self._max_steps = tolerance, max_steps
+        self._tolerance, self._max_steps, self._settings = tolerance, max_steps, ReducedSettings()
         arrays, _ = lower_reduced_scene(template)
         self._workspace, self._stages = make_node_workspace(arrays), make_stages()
         n_times = len(self._times)
@@ -100,36 +100,30 @@ class ReducedBatch:
             return None
         poses = np.array(mechanism.initial_guess, dtype=np.float64)
         table = allocate_table(arrays, BATCH_TABLE_CAPACITY)
-        if (
-            not continue_to_coordinate(arrays, self._workspace, start, poses)
-            or extend_table(arrays, self._workspace, table, int(TableAction.START), start, poses) != ExtensionStatus.PIECE_ADDED
-        ):
-            return None
-        if extend_table(arrays, self._workspace, table, 1, start, poses) != ExtensionStatus.PIECE_ADDED:
+
+        def extend(action: int) -> bool:
+            # An enum member as argument would compile the kernel again.
+            return extend_table(arrays, self._workspace, table, int(action), start, poses) == ExtensionStatus.PIECE_ADDED
+
+        if not (continue_to_coordinate(arrays, self._workspace, start, poses) and extend(TableAction.START) and extend(TableAction.ABOVE)):
             return None
         state, time, n_filled, end = np.array([start, rate, *(0.0,) * N_QUADRATURES]), 0.0, 1, float(self._times[-1])
         self._states[0] = state
-        max_step = REDUCED_MAX_STEP_RATIO * max_step_scale(scene)
+        max_step = self._settings.max_step_ratio * max_step_scale(scene)
+        step = self._settings.first_step_ratio * max_step
         status: int = IntegrationStatus.BELOW_TABLE
-        step = REDUCED_FIRST_STEP_RATIO * max_step
         model = make_reduced_model(table, forces, self._input_cubics, self._mode)
         self._counts[:] = 0
         while status in (IntegrationStatus.BELOW_TABLE, IntegrationStatus.ABOVE_TABLE):
             limits = self._tolerance, step, max_step, self._max_steps
-            status, step, n_reached, time = integrate_reduced(
-                model, (time, end), self._times[n_filled:], state, limits, self._stages, self._states[n_filled:],
-                self._modes[n_filled:], self._events, self._event_counts, self._counts,
-            )  # fmt: skip
+            buffers = (self._stages, self._states[n_filled:], self._modes[n_filled:], self._events, self._event_counts, self._counts)
+            status, step, n_reached, time = integrate_reduced(model, (time, end), self._times[n_filled:], state, limits, *buffers)
             n_filled += n_reached
-            if (
-                status in (IntegrationStatus.BELOW_TABLE, IntegrationStatus.ABOVE_TABLE)
-                and extend_table(arrays, self._workspace, table, status - IntegrationStatus.BELOW_TABLE, start, poses)
-                != ExtensionStatus.PIECE_ADDED
-            ):
+            leaves_table = status in (IntegrationStatus.BELOW_TABLE, IntegrationStatus.ABOVE_TABLE)
+            if leaves_table and not extend(status - IntegrationStatus.BELOW_TABLE):
                 return None
-        if status != IntegrationStatus.DONE or n_filled < len(self._times):
-            return None
-        return self._make_result(scene, table, n_filled)
+        is_complete = status == IntegrationStatus.DONE and n_filled == len(self._times)
+        return self._make_result(scene, table, n_filled) if is_complete else None
 
     def _make_result(self, scene: Scene, table: PiecewiseTable, n_filled: int) -> UncertifiedResult:
         mechanism, rows = scene.part.mechanism, self._states

@@ -49,9 +49,15 @@ def record_event(events: FloatArray, event_counts: IntArray, time: float, kind: 
 
 @jit_internal
 def apply_transition(
-    model: ReducedModel, time: float, local_time: float, piece_guess: int, event_values: FloatArray,
-    state: FloatArray, events: FloatArray, event_counts: IntArray,
-) -> None:  # fmt: skip
+    model: ReducedModel,
+    time: float,
+    local_time: float,
+    piece_guess: int,
+    event_values: FloatArray,
+    state: FloatArray,
+    events: FloatArray,
+    event_counts: IntArray,
+) -> None:
     """Update contact mode and state (coordinate, rate, quadratures) after events; event_values are not positive at a start."""
     piece, t, _ = find_piece(model.intervals, model.neighbours, model.periodicity, state[0], piece_guess)
     n_contacts, n_springs = model.contacts.shape[0], model.one_sided_springs.shape[0]
@@ -76,9 +82,8 @@ def apply_transition(
 
 @jit_internal
 def _update_one_sided_springs(
-    model: ReducedModel, piece: int, t: float, state: FloatArray, time: float, events: FloatArray,
-    event_counts: IntArray,
-) -> None:  # fmt: skip
+    model: ReducedModel, piece: int, t: float, state: FloatArray, time: float, events: FloatArray, event_counts: IntArray
+) -> None:
     """Update which one-sided springs are taut or slack."""
     n_contacts = model.contacts.shape[0]
     for i in range(model.one_sided_springs.shape[0]):
@@ -93,9 +98,16 @@ def _update_one_sided_springs(
 
 @jit_internal
 def _apply_impacts(
-    model: ReducedModel, piece: int, t: float, time: float, local_time: float,
-    state: FloatArray, rest_times: FloatArray, events: FloatArray, event_counts: IntArray,
-) -> None:  # fmt: skip
+    model: ReducedModel,
+    piece: int,
+    t: float,
+    time: float,
+    local_time: float,
+    state: FloatArray,
+    rest_times: FloatArray,
+    events: FloatArray,
+    event_counts: IntArray,
+) -> None:
     """Reverse the rate at a stop by Newton's law of restitution; end bounces that are too low, and set their rest times."""
     has_struck, restitution = False, 1.0
     for k in range(model.contacts.shape[0]):
@@ -179,9 +191,15 @@ def _update_friction_signs(
 
 @jit_internal
 def _record_hold_changes(
-    model: ReducedModel, piece: int, t: float, was_held: bool, is_held: bool, rest_times: FloatArray, events: FloatArray,
+    model: ReducedModel,
+    piece: int,
+    t: float,
+    was_held: bool,
+    is_held: bool,
+    rest_times: FloatArray,
+    events: FloatArray,
     event_counts: IntArray,
-) -> None:  # fmt: skip
+) -> None:
     """Record the events of all contacts that begin or cease to hold the mechanism."""
     for k in range(model.contacts.shape[0] if was_held != is_held else 0):
         value = evaluate_table_output(model, piece, t, model.contacts[k, 0])[0]

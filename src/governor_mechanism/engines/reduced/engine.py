@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from dataclasses import asdict, dataclass, replace
+from dataclasses import asdict, dataclass, field, replace
 from functools import partial
 from typing import Any, ClassVar, final
 
@@ -14,7 +14,8 @@ from governor_mechanism.engines.base import Engine, RunRequest
 from governor_mechanism.engines.certificate import CertifiedRunner, check_engine_settings
 from governor_mechanism.engines.initial_state import initial_state
 from governor_mechanism.engines.reduced.integration import integrate_reduced
-from governor_mechanism.engines.reduced.run import REDUCED_MAX_STEP_RATIO, ReducedRun, ReducedSolution
+from governor_mechanism.engines.reduced.run import ReducedRun, ReducedSolution
+from governor_mechanism.engines.reduced.settings import ReducedSettings
 from governor_mechanism.errors import MechanismError
 from governor_mechanism.integrators.status import IntegrationStatus
 from governor_mechanism.integrators.time_grid import make_time_grid
@@ -31,18 +32,6 @@ from governor_mechanism.observables.evaluation import ReadingEvaluator, RunResul
 from governor_mechanism.observables.model_size import count_model_size
 from governor_mechanism.observables.singular_configurations import DenseOutput
 from governor_mechanism.types import FloatArray
-
-COMPARISON_WIDTH_RATIO = 0.7
-"""Factor on the piece width of the comparison run, so that the certificate includes the interpolation error of the tables."""
-
-MAX_REDUCED_STAGNANT_RUNS = 4
-"""Number of tighter certificates without improvement after which refinement stops; a single one may be accidental."""
-
-TURNING_POINT_SEARCH_INTERVAL = 0.25
-"""Spacing of the states between which turning points are searched, in time scales and in coordinate scales."""
-
-MAX_MONITOR_TRAVEL, MAX_MONITOR_TIMES = 0.5, 200_000
-"""Travel between monitored states, in coordinate scales, above which more are inserted, and their largest number."""
 
 
 @final
@@ -64,6 +53,8 @@ class ReducedEngine(Engine):
         Relative error of one step. Default: chosen from the requested accuracy.
     max_steps
         Largest number of steps of one run.
+    settings
+        Numerical settings.
     """
 
     name: ClassVar[str] = "reduced"
@@ -72,6 +63,7 @@ class ReducedEngine(Engine):
 
     tolerance: float | None = None
     max_steps: int = 1_000_000
+    settings: ReducedSettings = field(default_factory=ReducedSettings)
 
     def __post_init__(self) -> None:
         """Check the settings."""
@@ -91,7 +83,7 @@ class ReducedEngine(Engine):
     def _run(self, scene: Scene, request: RunRequest) -> Trajectory:
         runner = ReducedRunner(self, scene, request)
         runner.compile_kernels()
-        return runner.run(self.tolerance, MAX_REDUCED_STAGNANT_RUNS, asdict(self))
+        return runner.run(self.tolerance, self.settings.max_stagnant_runs, asdict(self))
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -122,7 +114,7 @@ class ReducedRunner(CertifiedRunner[ReducedResult]):
             motion_table = MotionTable(self.scene, self.initial_coordinate[0], self._initial_poses)
             if motion_table.is_started and motion_table.extend(0) and motion_table.extend(1):
                 end_time = np.array([1e-9 * self.evaluator.time_scale])
-                reduced_run = ReducedRun(motion_table, self.evaluator, self.initial_coordinate, end_time, self.engine.max_steps)
+                reduced_run = self._make_run(motion_table, end_time)
                 reduced_run.state_history(reduced_run.integrate(1.0))
 
     @property
@@ -136,16 +128,17 @@ class ReducedRunner(CertifiedRunner[ReducedResult]):
             motion_table = MotionTable(self.scene, self.initial_coordinate[0], self._initial_poses, width_factor)
             if not motion_table.is_started:
                 raise MechanismError(f"engine 'reduced' cannot start: {motion_table.end_message(1)[1]}; choose engine 'multibody'")
-            self._reduced_runs[width_factor] = ReducedRun(
-                motion_table, self.evaluator, self.initial_coordinate, self.request.times, self.engine.max_steps
-            )
+            self._reduced_runs[width_factor] = self._make_run(motion_table, self.request.times)
         return self._reduced_runs[width_factor]
+
+    def _make_run(self, motion_table: MotionTable, times: FloatArray) -> ReducedRun:
+        return ReducedRun(motion_table, self.evaluator, self.initial_coordinate, times, self.engine.max_steps, self.engine.settings)
 
     def run_once(self, tolerance: float, is_comparison: bool = False) -> ReducedResult:
         """Return one run; a comparison run may take steps twice as long along a table with narrower pieces."""
         self.n_runs += 1
-        reduced_run = self.get_reduced_run(COMPARISON_WIDTH_RATIO if is_comparison else 1.0)
-        solution = reduced_run.integrate(tolerance, (2.0 if is_comparison else 1.0) * REDUCED_MAX_STEP_RATIO)
+        reduced_run = self.get_reduced_run(self.engine.settings.comparison_width_ratio if is_comparison else 1.0)
+        solution = reduced_run.integrate(tolerance, step_factor=2.0 if is_comparison else 1.0)
         reported_states = reduced_run.state_history(solution)
         time_text = f"t = {solution.end_time:.9g} s"
         outcome, detail = None, ""
@@ -177,15 +170,20 @@ class ReducedRunner(CertifiedRunner[ReducedResult]):
 
     def _make_monitor_states(self, table_run: ReducedRun, tolerance: float, end: FloatArray) -> tuple[StateHistory, DenseOutput | None]:
         """Return states close enough to each other that no singular configuration is missed, and the dense output between them."""
+        settings = self.engine.settings
         breakpoints = np.unique(np.concatenate([function.breakpoints for function in table_run.motion_table.time_functions]))
-        monitor_times = make_time_grid(end, breakpoints, np.inf, TURNING_POINT_SEARCH_INTERVAL * self.evaluator.time_scale).monitor_times
+        monitor_times = make_time_grid(end, breakpoints, np.inf, settings.monitor_interval_ratio * self.evaluator.time_scale).monitor_times
         while True:
-            reduced_run = ReducedRun(table_run.motion_table, self.evaluator, self.initial_coordinate, monitor_times, self.engine.max_steps)
+            reduced_run = self._make_run(table_run.motion_table, monitor_times)
             solution = reduced_run.integrate(tolerance)
             displacements = np.abs(np.diff(solution.states[:, 0])) / table_run.motion_table.arrays.coordinate_scale
-            if not len(displacements) or np.max(displacements) < MAX_MONITOR_TRAVEL or len(monitor_times) > MAX_MONITOR_TIMES:
+            if (
+                not len(displacements)
+                or np.max(displacements) < settings.max_monitor_travel
+                or len(monitor_times) > settings.max_monitor_times
+            ):
                 break
-            n_intervals = np.ceil(displacements / TURNING_POINT_SEARCH_INTERVAL).astype(int).clip(1)
+            n_intervals = np.ceil(displacements / settings.monitor_interval_ratio).astype(int).clip(1)
             segments = [np.linspace(a, b, n + 1)[1:] for a, b, n in zip(monitor_times, monitor_times[1:], n_intervals, strict=False)]
             monitor_times = np.concatenate([monitor_times[:1], *segments])
         return reduced_run.state_history(solution), partial(reduced_run.integrate_from_row, solution.states, tolerance)

@@ -57,9 +57,8 @@ def find_blocked_directions(model: ReducedModel, piece_index: int, t: float) -> 
 
 @jit_internal
 def evaluate_reduced_event_functions(
-    model: ReducedModel, q: float, v: float, local_time: float, piece_guess: int,
-    event_values: FloatArray,
-) -> int:  # fmt: skip
+    model: ReducedModel, q: float, v: float, local_time: float, piece_guess: int, event_values: FloatArray
+) -> int:
     """Fill the event functions at a state; return its table piece, or -1 outside the table."""
     piece, t, side = find_piece(model.intervals, model.neighbours, model.periodicity, q, piece_guess)
     if side >= 0:

@@ -6,6 +6,8 @@ time locate it with the accuracy of the integrator.
 
 from __future__ import annotations
 
+from typing import NamedTuple
+
 import numpy as np
 
 from governor_mechanism.engines.reduced.event_functions import evaluate_reduced_event_functions
@@ -30,88 +32,68 @@ MAX_ROOT_ITERATIONS = 100
 """Largest number of regula-falsi iterations; far fewer locate a zero to rounding."""
 
 
+class EventStep(NamedTuple):
+    """A step in which events are located: its start, its stages, and buffers for steps integrated again from the same start."""
+
+    model: ReducedModel
+    local_time: float
+    h: float
+    q: float
+    v: float
+    piece_index: int
+    stages: Stages
+    trial_stages: Stages
+    event_tolerances: FloatArray
+    counts: IntArray
+
+
 @jit_internal
-def locate_first_event(
-    model: ReducedModel,
-    local_time: float,
-    h: float,
-    q: float,
-    v: float,
-    q_end: float,
-    v_end: float,
-    piece_index: int,
-    stages: Stages,
-    trial_stages: Stages,
-    event_values: FloatArray,
-    event_tolerances: FloatArray,
-    counts: IntArray,
-) -> tuple[bool, float]:
+def locate_first_event(step: EventStep, q_end: float, v_end: float, event_values: FloatArray) -> tuple[bool, float]:
     """Return whether an event function becomes positive in a step, and the fraction of the step after which it does.
 
     event_values (sample fractions, n) holds the values at the start in its first row, and the values at the event in its last one on
     return. A function that starts at zero, as at a body that just left a stop, must be negative first, unless it rises at once.
     """
-    last = EVENT_SAMPLE_FRACTIONS.size - 1
-    for j in range(1, last):
-        q_inside, v_inside = quintic_hermite_jit(
-            q, v, stages.accelerations[0], q_end, v_end, stages.accelerations[12], h, EVENT_SAMPLE_FRACTIONS[j]
-        )
+    last, tolerances, accelerations = EVENT_SAMPLE_FRACTIONS.size - 1, step.event_tolerances, step.stages.accelerations
+    for j in range(1, last + 1):
+        q_inside, v_inside, fraction = q_end, v_end, EVENT_SAMPLE_FRACTIONS[j]
+        if j < last:
+            q_inside, v_inside = quintic_hermite_jit(step.q, step.v, accelerations[0], q_end, v_end, accelerations[12], step.h, fraction)
         evaluate_reduced_event_functions(
-            model, q_inside, v_inside, local_time + EVENT_SAMPLE_FRACTIONS[j] * h, piece_index, event_values[j]
+            step.model, q_inside, v_inside, step.local_time + fraction * step.h, step.piece_index, event_values[j]
         )
-    evaluate_reduced_event_functions(model, q_end, v_end, local_time + h, piece_index, event_values[last])
-    high, trial_values = 2.0, np.empty(event_tolerances.size)
-    low = 0.0
-    for i in range(event_tolerances.size):
-        is_armed = event_values[0, i] < -event_tolerances[i]
+    low, high, trial_values = 0.0, 2.0, np.empty(tolerances.size)
+    for i in range(tolerances.size):
+        is_armed = event_values[0, i] < -tolerances[i]
         for j in range(1, last + 1):
-            if event_values[j, i] > (0.0 if is_armed else event_tolerances[i]):
+            if event_values[j, i] > (0.0 if is_armed else tolerances[i]):
                 if EVENT_SAMPLE_FRACTIONS[j] < high:
                     low, high = EVENT_SAMPLE_FRACTIONS[j - 1], EVENT_SAMPLE_FRACTIONS[j]
                 break
-            is_armed = is_armed or event_values[j, i] < -event_tolerances[i]
+            is_armed = is_armed or event_values[j, i] < -tolerances[i]
             if j == last or not is_armed:
                 continue
             fraction, peak_value = locate_parabola_maximum(
                 EVENT_SAMPLE_FRACTIONS[j], EVENT_SAMPLE_FRACTIONS[1], event_values[j - 1, i], event_values[j, i], event_values[j + 1, i]
             )
-            below_first = fraction > EVENT_SAMPLE_FRACTIONS[j] or event_values[j - 1, i] < -event_tolerances[i]
+            below_first = fraction > EVENT_SAMPLE_FRACTIONS[j] or event_values[j - 1, i] < -tolerances[i]
             if peak_value > 0.0 and fraction < high and below_first:
-                _evaluate_after_step(model, local_time, fraction * h, q, v, piece_index, stages, trial_stages, trial_values, counts)
+                _evaluate_after_fraction(step, fraction, trial_values)
                 if trial_values[i] > 0.0:
-                    low, high = (
-                        (EVENT_SAMPLE_FRACTIONS[j - 1] if fraction <= EVENT_SAMPLE_FRACTIONS[j] else EVENT_SAMPLE_FRACTIONS[j]),
-                        fraction,
-                    )
+                    low, high = EVENT_SAMPLE_FRACTIONS[j - 1 if fraction <= EVENT_SAMPLE_FRACTIONS[j] else j], fraction
                     break
     if high > 1.0:
         return False, 1.0
-    _evaluate_after_step(model, local_time, high * h, q, v, piece_index, stages, trial_stages, trial_values, counts)
+    _evaluate_after_fraction(step, high, trial_values)
     if not np.any(trial_values > 0.0):
-        if not np.any(event_values[last] > event_tolerances):
+        if not np.any(event_values[last] > tolerances):
             return False, 1.0
         low, high, trial_values[:] = high, 1.0, event_values[last]
-    return True, _locate_in_bracket(model, local_time, h, q, v, piece_index, stages, trial_stages, event_values, event_tolerances, counts,
-                           low, high, trial_values)  # fmt: skip
+    return True, _locate_in_bracket(step, event_values, low, high, trial_values)
 
 
 @jit_internal
-def _locate_in_bracket(
-    model: ReducedModel,
-    local_time: float,
-    h: float,
-    q: float,
-    v: float,
-    piece_index: int,
-    stages: Stages,
-    trial_stages: Stages,
-    event_values: FloatArray,
-    event_tolerances: FloatArray,
-    counts: IntArray,
-    low: float,
-    high: float,
-    trial_values: FloatArray,
-) -> float:
+def _locate_in_bracket(step: EventStep, event_values: FloatArray, low: float, high: float, trial_values: FloatArray) -> float:
     """Return the fraction of the step at which the first of the functions positive at `high` becomes positive.
 
     trial_values are the values at `high`; the last row of event_values becomes the values just after the event.
@@ -119,16 +101,16 @@ def _locate_in_bracket(
     last = EVENT_SAMPLE_FRACTIONS.size - 1
     event_values[last], rising = trial_values, trial_values > 0.0
     if low > 0.0:
-        _evaluate_after_step(model, local_time, low * h, q, v, piece_index, stages, trial_stages, trial_values, counts)
+        _evaluate_after_fraction(step, low, trial_values)
     else:
         trial_values[:] = event_values[0]
     fraction = high
     max_value = _max_rising_value(trial_values, rising)
     for halving in range(MAX_ARMING_BISECTIONS):
-        if max_value < 0.0 and not _is_not_armed(trial_values, rising, event_values[0], event_tolerances, halving > 0 or low > 0.0):
+        if max_value < 0.0 and not _is_not_armed(trial_values, rising, event_values[0], step.event_tolerances, halving > 0 or low > 0.0):
             break
         fraction *= 0.5  # it starts at zero, or above by rounding: it must be negative in between
-        _evaluate_after_step(model, local_time, fraction * h, q, v, piece_index, stages, trial_stages, trial_values, counts)
+        _evaluate_after_fraction(step, fraction, trial_values)
         max_value, low = _max_rising_value(trial_values, rising), fraction
         if max_value > 0.0:
             high, event_values[last] = fraction, trial_values
@@ -138,30 +120,25 @@ def _locate_in_bracket(
         return fraction
     for i in range(trial_values.size):
         if rising[i] and event_values[last, i] > 0.0:  # else its zero is after the one found before
-            high = _regula_falsi(
-                model, local_time, h, q, v, piece_index, stages, trial_stages, event_values[last], counts, i, low, high, trial_values
-            )
+            high = _regula_falsi(step, event_values[last], i, low, high, trial_values)
     return high
 
 
 @jit_internal
-def _regula_falsi(
-    model: ReducedModel, local_time: float, h: float, q: float, v: float, piece_index: int, stages: Stages, trial_stages: Stages, values_high: FloatArray,
-    counts: IntArray, event_index: int, low: float, high: float, trial_values: FloatArray,
-) -> float:  # fmt: skip
+def _regula_falsi(step: EventStep, values_high: FloatArray, event_index: int, low: float, high: float, trial_values: FloatArray) -> float:
     """Return the fraction just after the zero of one event function, which is negative at `low`.
 
     values_high are the values at `high`, and become those at the returned fraction.
     """
-    _evaluate_after_step(model, local_time, low * h, q, v, piece_index, stages, trial_stages, trial_values, counts)
+    _evaluate_after_fraction(step, low, trial_values)
     at_low, at_high, bisect = min(trial_values[event_index], -MIN_POSITIVE_EVENT_VALUE), values_high[event_index], False
     for _ in range(MAX_ROOT_ITERATIONS):
         width = high - low
         middle = 0.5 * (low + high) if bisect else (low * at_high - high * at_low) / (at_high - at_low)
         middle = min(max(middle, low + BRACKET_INSET * width), high - BRACKET_INSET * width)
-        if not low < middle < high or width <= 4e-16 * (high + abs(local_time / h)):
+        if not low < middle < high or width <= 4e-16 * (high + abs(step.local_time / step.h)):
             break
-        _evaluate_after_step(model, local_time, middle * h, q, v, piece_index, stages, trial_stages, trial_values, counts)
+        _evaluate_after_fraction(step, middle, trial_values)
         if trial_values[event_index] > 0.0:
             high, at_high, values_high[:] = middle, trial_values[event_index], trial_values
         else:
@@ -192,15 +169,13 @@ def _is_not_armed(
 
 
 @jit_internal
-def _evaluate_after_step(
-    model: ReducedModel, local_time: float, h: float, q: float, v: float,
-    piece_index: int, stages: Stages, trial_stages: Stages, trial_values: FloatArray, counts: IntArray,
-) -> None:  # fmt: skip
-    """Fill trial_values with the event functions after a step of length h from the same start; inactive outside the table."""
+def _evaluate_after_fraction(step: EventStep, fraction: float, trial_values: FloatArray) -> None:
+    """Fill trial_values with the event functions after a fraction of the step, integrated again; inactive outside the table."""
+    stages, trial_stages, h = step.stages, step.trial_stages, fraction * step.h
     trial_stages.rates[0], trial_stages.accelerations[0] = stages.rates[0], stages.accelerations[0]
     trial_stages.quadrature_rates[0] = stages.quadrature_rates[0]
-    q_end, v_end, piece, side = take_step(model, local_time, h, q, v, piece_index, trial_stages)
-    counts[StepCounter.EVALUATIONS] += 12
+    q_end, v_end, piece, side = take_step(step.model, step.local_time, h, step.q, step.v, step.piece_index, trial_stages)
+    step.counts[StepCounter.EVALUATIONS] += 12
     trial_values[:] = -1.0
     if side < 0:
-        evaluate_reduced_event_functions(model, q_end, v_end, local_time + h, piece, trial_values)
+        evaluate_reduced_event_functions(step.model, q_end, v_end, step.local_time + h, piece, trial_values)

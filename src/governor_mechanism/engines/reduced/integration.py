@@ -12,7 +12,7 @@ from governor_mechanism.engines.reduced.event_functions import (
     evaluate_reduced_event_functions,
     fill_event_tolerances,
 )
-from governor_mechanism.engines.reduced.event_location import locate_first_event
+from governor_mechanism.engines.reduced.event_location import EventStep, locate_first_event
 from governor_mechanism.integrators.projected_dop853 import N_NONSTIFF_STEPS, N_STIFF_STEPS, STABILITY_LIMIT
 from governor_mechanism.integrators.reduced_dop853 import (
     Stages,
@@ -134,8 +134,8 @@ def integrate_reduced(
             stiffness = estimate_stiffness(rates, accelerations, q_last_stage, q_end, v_end)
         has_event, time_end = False, end if is_last else time + h
         if monitors_events:
-            has_event, event_fraction = locate_first_event(model, local_time, h, q, v, q_end, v_end, piece_index, stages, trial_stages,
-                                     event_values, event_tolerances, counts)  # fmt: skip
+            event_step = EventStep(model, local_time, h, q, v, piece_index, stages, trial_stages, event_tolerances, counts)
+            has_event, event_fraction = locate_first_event(event_step, q_end, v_end, event_values)
             if has_event:
                 time_end = time + event_fraction * h if event_fraction < 1.0 else time_end
                 h *= event_fraction

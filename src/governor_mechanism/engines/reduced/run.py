@@ -9,6 +9,7 @@ import numpy as np
 
 from governor_mechanism.engines.reduced.contact import EVENT_KINDS
 from governor_mechanism.engines.reduced.integration import initialise_contact_mode, integrate_reduced
+from governor_mechanism.engines.reduced.settings import ReducedSettings
 from governor_mechanism.integrators.reduced_dop853 import make_stages
 from governor_mechanism.integrators.status import IntegrationStatus
 from governor_mechanism.mechanics.contact.event_log import drop_cancelled_events
@@ -16,31 +17,13 @@ from governor_mechanism.mechanics.contact.tolerances import SIMULTANEITY_TOLERAN
 from governor_mechanism.mechanics.dynamics.characteristic_scales import max_step_scale
 from governor_mechanism.mechanics.dynamics.contacts import ContactMode, contacts_of, output_springs_of
 from governor_mechanism.mechanics.kinematics.output_variables import evaluate_output_value
-from governor_mechanism.mechanics.reduction.equation_of_motion import N_QUADRATURES, make_reduced_model
+from governor_mechanism.mechanics.reduction.equation_of_motion import N_QUADRATURES, ReducedModel, make_reduced_model
 from governor_mechanism.mechanics.reduction.lowering import ForceParameter
 from governor_mechanism.mechanics.reduction.motion_table import MotionTable
 from governor_mechanism.model.events import Event, EventKind
 from governor_mechanism.model.state_history import StateHistory
 from governor_mechanism.observables.evaluation import ReadingEvaluator
 from governor_mechanism.types import FloatArray, IntArray
-
-REDUCED_MAX_STEP_RATIO = 2.5
-"""Largest step in step scales of the scene, whatever the tolerance."""
-
-MONITORED_STEP_RATIO = 0.2
-"""Factor on the largest step if events are monitored; they are sampled five times in a step."""
-
-REDUCED_FIRST_STEP_RATIO = 0.004
-"""First step relative to the largest step."""
-
-TABLE_END_STEP_RATIO, MIN_END_STEP_RATIO = 0.25, 1e-12
-"""Factor by which a step that leaves the table is shortened, and the smallest step relative to the remaining time."""
-
-MIN_REMAINING_TRAVEL = 1e-14
-"""Distance from the end of the table, relative to the coordinate and its scale, below which it is reached within rounding."""
-
-MAX_INTERMEDIATE_STEPS = 100
-"""Largest number of steps from a monitor time to a time before the next one; a few suffice."""
 
 INITIAL_EVENT_CAPACITY = 4096
 """Number of events for which records are allocated at first."""
@@ -63,9 +46,16 @@ class ReducedRun:
     """Runs of one scene through times (n,) s from a start (coordinate, rate), along a motion table."""
 
     def __init__(
-        self, motion_table: MotionTable, evaluator: ReadingEvaluator, start: tuple[float, float], times: FloatArray, max_steps: int
+        self,
+        motion_table: MotionTable,
+        evaluator: ReadingEvaluator,
+        start: tuple[float, float],
+        times: FloatArray,
+        max_steps: int,
+        settings: ReducedSettings,
     ) -> None:
-        self.motion_table, self.evaluator, self.times, self.max_steps = motion_table, evaluator, times, max_steps
+        self.motion_table, self.evaluator, self.times = motion_table, evaluator, times
+        self.max_steps, self.settings = max_steps, settings
         self.start, self.counts = start, np.zeros(4, dtype=np.int64)
         scene = motion_table.scene
         self.contacts = contacts_of(scene)
@@ -82,29 +72,28 @@ class ReducedRun:
             )
             self._initial_momentum = total_inertia * evaluator.speed_function.start_speed
 
-    def integrate(self, tolerance: float, max_step: float = REDUCED_MAX_STEP_RATIO) -> ReducedSolution:
-        """Integrate through all times with steps up to max_step, in step scales of the scene."""
+    def integrate(self, tolerance: float, step_factor: float = 1.0) -> ReducedSolution:
+        """Integrate through all times, with a factor on the largest step."""
         capacity = INITIAL_EVENT_CAPACITY if self.has_contacts else 0
         while True:
-            solution, n_events = self._integrate_with_capacity(tolerance, max_step, capacity)
+            solution, n_events = self._integrate_with_capacity(tolerance, step_factor, capacity)
             if n_events <= capacity:
                 return solution
             capacity = 2 * n_events
 
-    def _integrate_with_capacity(self, tolerance: float, max_step: float, capacity: int) -> tuple[ReducedSolution, int]:
-        motion_table, time_scale = self.motion_table, self.evaluator.time_scale
-        max_step *= max_step_scale(motion_table.scene) * (MONITORED_STEP_RATIO if self.has_contacts else 1.0)
+    def _integrate_with_capacity(self, tolerance: float, step_factor: float, capacity: int) -> tuple[ReducedSolution, int]:
+        motion_table, settings, time_scale = self.motion_table, self.settings, self.evaluator.time_scale
+        max_step = step_factor * settings.max_step_ratio
+        max_step *= max_step_scale(motion_table.scene) * (settings.event_step_ratio if self.has_contacts else 1.0)
         state = np.array([*self.start, *(0.0,) * N_QUADRATURES])
         states, modes = np.empty((len(self.times), 2 + N_QUADRATURES)), self._allocate_modes()
         mode, stages = np.zeros(modes.shape[1], dtype=np.int64), make_stages()
         events, event_counts = np.empty((capacity, 3)), np.zeros(2, dtype=np.int64)
         counts = np.zeros_like(self.counts)
         if self.has_contacts:
-            initialise_contact_mode(
-                make_reduced_model(motion_table.table, motion_table.forces, self.input_cubics(0.0), mode), 0.0, state, events, event_counts
-            )
+            initialise_contact_mode(self._make_model(0.0, mode), 0.0, state, events, event_counts)
             event_counts[:] = 0
-        n_filled, step = int(len(self.times) > 0 and self.times[0] == 0.0), REDUCED_FIRST_STEP_RATIO * max_step
+        n_filled, step = int(len(self.times) > 0 and self.times[0] == 0.0), settings.first_step_ratio * max_step
         status: int = IntegrationStatus.DONE
         time, side = 0.0, 0
         states[:n_filled], modes[:n_filled] = state, mode
@@ -113,20 +102,19 @@ class ReducedRun:
             while time < end:
                 limits = (tolerance, step, max_step, self.max_steps)
                 last_row = int(np.searchsorted(self.times, end, side="right"))
-                model = make_reduced_model(motion_table.table, motion_table.forces, self.input_cubics(time), mode)
+                buffers = (stages, states[n_filled:], modes[n_filled:], events, event_counts, counts)
                 status, step, n_reached, time = integrate_reduced(
-                    model, (time, end), self.times[n_filled:last_row], state, limits, stages, states[n_filled:], modes[n_filled:],
-                    events, event_counts, counts,
-                )  # fmt: skip
+                    self._make_model(time, mode), (time, end), self.times[n_filled:last_row], state, limits, *buffers
+                )
                 n_filled += n_reached
                 if status not in (IntegrationStatus.BELOW_TABLE, IntegrationStatus.ABOVE_TABLE):
                     break
                 side = status - IntegrationStatus.BELOW_TABLE
                 if not motion_table.extend(side):
-                    step *= TABLE_END_STEP_RATIO
+                    step *= settings.table_end_step_ratio
                     remaining = abs(motion_table.end_coordinate(side) - state[0])
-                    min_remaining = MIN_REMAINING_TRAVEL * max(motion_table.arrays.coordinate_scale, abs(state[0]))
-                    if step < MIN_END_STEP_RATIO * max(time_scale, end - time) or remaining < min_remaining:
+                    min_remaining = settings.min_remaining_travel * max(motion_table.arrays.coordinate_scale, abs(state[0]))
+                    if step < settings.min_end_step_ratio * max(time_scale, end - time) or remaining < min_remaining:
                         time += max((motion_table.end_coordinate(side) - state[0]) / state[1], 0.0) if state[1] else 0.0
                         status = IntegrationStatus.TABLE_ENDED
                         break
@@ -135,13 +123,7 @@ class ReducedRun:
             breakpoint_row = n_filled - 1 if n_filled and self.times[n_filled - 1] == end else None
             self._add_speed_jump_work(end, state, states, breakpoint_row)
             if self.has_contacts:
-                initialise_contact_mode(
-                    make_reduced_model(motion_table.table, motion_table.forces, self.input_cubics(end), mode),
-                    end,
-                    state,
-                    events,
-                    event_counts,
-                )
+                initialise_contact_mode(self._make_model(end, mode), end, state, events, event_counts)
         self.counts += counts
         event_records = self._make_events(events[: min(event_counts[0], capacity)])
         solution = ReducedSolution(states[:n_filled], modes[:n_filled], event_records, IntegrationStatus(status), time, side, step)
@@ -149,18 +131,19 @@ class ReducedRun:
 
     def integrate_from_row(self, states: FloatArray, tolerance: float, k: int, time: float) -> tuple[FloatArray, FloatArray] | None:
         """Return poses and velocities (bodies, 3) at a time, s, after that of row k, integrated from that row; None on failure."""
-        start_time, mode = float(self.times[k]), np.zeros(1, dtype=np.int64)
-        state, no_modes = states[k].copy(), np.zeros((0, 1), dtype=np.int64)
-        time_scale = self.evaluator.time_scale
-        status, *_ = integrate_reduced(
-            make_reduced_model(self.motion_table.table, self.motion_table.forces, self.input_cubics(start_time), mode), (start_time, time), np.empty(0), state,
-            (tolerance, 0.01 * time_scale, REDUCED_MAX_STEP_RATIO * time_scale, MAX_INTERMEDIATE_STEPS), make_stages(), np.empty((0, 2 + N_QUADRATURES)),
-            no_modes, np.empty((0, 3)), np.zeros(2, dtype=np.int64), np.zeros(4, dtype=np.int64),
-        )  # fmt: skip
+        start_time, state, time_scale = float(self.times[k]), states[k].copy(), self.evaluator.time_scale
+        model = self._make_model(start_time, np.zeros(1, dtype=np.int64))
+        limits = (tolerance, 0.01 * time_scale, self.settings.max_step_ratio * time_scale, self.settings.max_interpolation_steps)
+        no_states, no_modes, no_events = np.empty((0, 2 + N_QUADRATURES)), np.zeros((0, 1), dtype=np.int64), np.empty((0, 3))
+        buffers = (make_stages(), no_states, no_modes, no_events, np.zeros(2, dtype=np.int64), np.zeros(4, dtype=np.int64))
+        status, *_ = integrate_reduced(model, (start_time, time), np.empty(0), state, limits, *buffers)
         if status != IntegrationStatus.DONE:
             return None
         poses, tangents = self.motion_table.evaluate_poses(state[:1])
         return poses[0], tangents[0] * state[1]
+
+    def _make_model(self, start: float, mode: IntArray) -> ReducedModel:
+        return make_reduced_model(self.motion_table.table, self.motion_table.forces, self.input_cubics(start), mode)
 
     def input_cubics(self, start: float) -> FloatArray:
         """Return the cubics of the inputs (inputs, 5) from a time up to their next breakpoint.
@@ -198,8 +181,11 @@ class ReducedRun:
         for index, row in enumerate(solution.modes.tolist()):
             held: list[float | None] = [None] * n_contacts
             if row[0]:
-                holding = [k for k, contact in enumerate(self.contacts)
-                           if contact.friction is not None or not contact.low < values[k][index] < contact.high]  # fmt: skip
+                holding = [
+                    k
+                    for k, contact in enumerate(self.contacts)
+                    if contact.friction is not None or not contact.low < values[k][index] < contact.high
+                ]
                 held[(holding or [0])[0]] = float(values[(holding or [0])[0]][index])
             contact_modes.append(
                 ContactMode(tuple(held), tuple(row[1 : 1 + n_contacts]), tuple(map(bool, row[1 + n_contacts :])), bool(row[0]))

@@ -178,9 +178,9 @@ def _lower_forces(scene: Scene, arrays: ReductionArrays, names: list[str]) -> Re
     mechanism, spindle, program = scene.part.mechanism, scene.spindle, 1 + len(arrays.program_indices)
     contacts = []
     for contact in contacts_of(scene):
-        has_friction = contact.friction is not None
-        contacts.append((names.index(contact.output_name), program if has_friction else -1, contact.low, contact.high,
-                        contact.restitution, _output_scale(mechanism, contact.output_name)))  # fmt: skip
+        has_friction, scale = contact.friction is not None, _output_scale(mechanism, contact.output_name)
+        friction_index = program if has_friction else -1
+        contacts.append((names.index(contact.output_name), friction_index, contact.low, contact.high, contact.restitution, scale))
         program += has_friction
     one_sided_springs = [
         (names.index(spring.reading), spring.rate, spring.free_value, _output_scale(mechanism, spring.reading))

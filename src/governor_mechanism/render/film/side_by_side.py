@@ -26,15 +26,15 @@ class SideBySidePainter:
     """Frames side by side with a thin rule between them; `paint(k)` returns the pixels of frame k."""
 
     def __init__(self, painters: Sequence[FramePainter], size: int) -> None:
-        self._painters = painters
+        self.painters = painters
         factor = size / REFERENCE_SIZE
         self._rule_rows = slice(round((HEADER_RULE_Y + 7) * factor), round(ELEVATION_RECT[3] * factor))
         self._size = size
 
     def paint(self, k: int) -> NDArray[np.uint8]:
         """Return frame k as opaque RGBA pixels (size, number of runs * size, 4)."""
-        pixels = np.concatenate([painter.paint(k) for painter in self._painters], axis=1)
-        for index in range(1, len(self._painters)):
+        pixels = np.concatenate([painter.paint(k) for painter in self.painters], axis=1)
+        for index in range(1, len(self.painters)):
             pixels[self._rule_rows, index * self._size, :3] = parse_rgb(RULE)
         return pixels
 

@@ -182,8 +182,8 @@ class PointRegistry:
             raise MechanismError
         known_names = [GROUND, *self.bodies, *sorted(self.invalid_bodies - {GROUND})]
         if name not in known_names:
-            text = f"{key} names the unknown body {format_value(name)}; bodies are {', '.join(known_names)}."
-            raise mistake(ProblemCode.UNKNOWN_NAME, text + did_you_mean(name, known_names))
+            text = f"{KEY}.{key} names the unknown body {format_value(name)}; bodies are {', '.join(known_names)}."
+            raise mistake(ProblemCode.UNKNOWN_NAME, text + did_you_mean(name, known_names), key=f"{KEY}.{key}")
         return name
 
     def find_point(self, reference: PointReference, key: str) -> Point:
@@ -195,10 +195,10 @@ class PointRegistry:
         if position is None:
             location = "[ground]" if body is None else f"the points of body {format_value(name)}"
             text = (
-                f"{key} names the unknown point {format_value(reference.point)} of {format_value(name)}; "
+                f"{KEY}.{key} names the unknown point {format_value(reference.point)} of {format_value(name)}; "
                 f"known are {', '.join(named_points)}; add others to {location}."
             )
-            raise mistake(ProblemCode.UNKNOWN_NAME, text + did_you_mean(reference.point, named_points))
+            raise mistake(ProblemCode.UNKNOWN_NAME, text + did_you_mean(reference.point, named_points), key=f"{KEY}.{key}")
         return Point(body=GROUND, x=position[0], y=position[1]) if body is None else body.point(position)
 
     def find_points(self, *references: tuple[str, PointReference]) -> list[Point]:

@@ -18,7 +18,7 @@ from governor_mechanism.machines.custom import (
 )
 from governor_mechanism.model.force_elements import ForceElement
 from governor_mechanism.model.joints import GROUND, Joint
-from governor_mechanism.model.mechanism import Reading
+from governor_mechanism.model.output_variables import Reading
 from governor_mechanism.model.scene import FIXED_PLANE, TURNING_PLANE, Part, Start
 from governor_mechanism.scenes.custom.bodies import BodyTable, PointRegistry
 from governor_mechanism.scenes.custom.elements import FORCE, JOINT, ElementTable, LinkTable
@@ -92,7 +92,7 @@ class CustomMachineParser:
         length_scale = self.given_length_scale or length_scale_of(bodies, joints, force_elements)
         if not length_scale and not self.has_problems:
             text = 'size is missing: the initial configuration has no length that could be the length scale; write size = "1 m"'
-            self.collector.add(ProblemCode.MISSING_KEY, text)
+            self.collector.add(ProblemCode.MISSING_KEY, text, key="size")
         known_readings = tuple(readings) if readings and are_all_known else None
         part = None
         if not self.has_problems:
@@ -126,7 +126,7 @@ class CustomMachineParser:
 
     def _parse_bodies(self) -> list[SketchedBody]:
         if "body" in self.document and self.document["body"] in ([], ()):
-            self.collector.add(ProblemCode.MISSING_KEY, "body is an empty list; a mechanism needs at least one [[body]]")
+            self.collector.add(ProblemCode.MISSING_KEY, "body is an empty list; a mechanism needs at least one [[body]]", key="body")
         bodies = self._parse_tables("body", TypeAdapter(BodyTable), BodyTable.build, self.plane)
         self.registry.bodies = {body.name: body for body in reversed(bodies)}
         written_names = [values.get("name") for values in self._tables_under("body") if isinstance(values, Mapping)]
@@ -143,15 +143,15 @@ class CustomMachineParser:
         return self._parse_tables(key, adapter, build)
 
     def _check_unique_names(self, bodies: Iterable[SketchedBody], joints: Iterable[Joint], force_elements: Iterable[ForceElement]) -> None:
-        for element_type, elements in (("body", bodies), ("joint or link", joints), ("force", force_elements)):
+        for kind, elements in (("body", bodies), ("joint or link", joints), ("force", force_elements)):
             for name, count in Counter(item.name for item in elements).items():
                 if count > 1:
-                    self.collector.add(ProblemCode.DUPLICATE, f"{element_type} {name!r} is defined {count} times; names must differ")
+                    self.collector.add(ProblemCode.DUPLICATE, f"{kind} {name!r} is defined {count} times; names must differ", key=kind)
 
     def _check_connections(self, bodies: list[SketchedBody], joints: list[Joint], force_elements: list[ForceElement]) -> None:
         for first, second in conflicting_drivers(joints):
             text = f"joints {first.name!r} and {second.name!r} drive the same two bodies, {first.first.body!r} and {first.second.body!r}"
-            self.collector.add(ProblemCode.CONFLICT, f"{text}; leave one of them out")
+            self.collector.add(ProblemCode.CONFLICT, f"{text}; leave one of them out", key="joint")
         # A table with a mistake may be the one that connects a body.
         unconnected = [] if self.has_problems else unconnected_bodies([body.name for body in bodies], joints, force_elements)
         if unconnected:
@@ -159,7 +159,7 @@ class CustomMachineParser:
             text = (
                 f"nothing connects {noun} {', '.join(map(repr, unconnected))} to the ground: no chain of joints, links, springs or dampers"
             )
-            self.collector.add(ProblemCode.MISSING_KEY, f"{text}; add a [[joint]] or a [[link]]")
+            self.collector.add(ProblemCode.MISSING_KEY, f"{text}; add a [[joint]] or a [[link]]", key="body")
 
     def _parse_readings(self, bodies: list[SketchedBody]) -> tuple[list[Reading], bool]:
         """Return the readings, and whether there is one for each entry of the file."""

@@ -12,7 +12,7 @@ from pydantic import Field, TypeAdapter
 
 from governor_mechanism.machines.custom import SketchedBody
 from governor_mechanism.model.joints import GROUND, Point
-from governor_mechanism.model.mechanism import BodyAngle, LineAngle, PointCoordinate, PointDistance, Reading
+from governor_mechanism.model.output_variables import BodyAngle, LineAngle, PointCoordinate, PointDistance, Reading
 from governor_mechanism.scenes.custom.bodies import PointRegistry
 from governor_mechanism.scenes.custom.values import BodyName, PointRef, PointReference, TwoPointRefs
 from governor_mechanism.scenes.problems import ProblemCode, mistake

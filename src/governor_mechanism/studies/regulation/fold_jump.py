@@ -50,8 +50,8 @@ class FoldJumpStudy:
         Equilibrium speed at the fold, rad/s.
     stop_speed
         Equilibrium speed at the low stop, rad/s.
-    growth_rate
-        Growth rate of a disturbance at the low stop, with damping, 1/s.
+    divergence_rate
+        Divergence rate of a disturbance at the low stop, with damping, 1/s.
     asymptotic_delay
         Delay of the fall for a ramp rate that tends to zero, from the stiffnesses at the fold and the damping, rad/s; shape (n,).
         NaN without damping.
@@ -94,9 +94,9 @@ class FoldJumpStudy:
         return fit_slope(np.log(self.ramp_rates), np.log(self.rising_delay))
 
     @property
-    def rising_growth_rate(self) -> FittedParameter:
-        """Growth rate from the times of the jump, 1/s: they are ln(1 / rate) / growth rate plus a constant."""
-        inverse_growth_rate = fit_slope(np.log(1 / self.ramp_rates), self.rising_delay / self.ramp_rates)
+    def rising_divergence_rate(self) -> FittedParameter:
+        """Divergence rate from the times of the jump, 1/s: they are ln(1 / rate) / divergence rate plus a constant."""
+        inverse_divergence_rate = fit_slope(np.log(1 / self.ramp_rates), self.rising_delay / self.ramp_rates)
         return FittedParameter(
             value=1 / inverse_divergence_rate.value,
             standard_error=inverse_divergence_rate.standard_error / inverse_divergence_rate.value**2,
@@ -164,8 +164,8 @@ def _compute_generalised_damping(scene: Scene, value: float) -> float:
     return sum(dashpot.linear * float(reduction.output_derivative(coefficients, dashpot.reading)[0]) ** 2 for dashpot in dashpots)
 
 
-def _compute_growth_rate(scene: Scene, value: float, speed: float) -> float:
-    """Return the growth rate, 1/s, of a disturbance at an unstable equilibrium: I x'' + c x' + K x = 0."""
+def _compute_divergence_rate(scene: Scene, value: float, speed: float) -> float:
+    """Return the divergence rate, 1/s, of a disturbance at an unstable equilibrium: I x'' + c x' + K x = 0."""
     coefficients = SingleDofReduction(scene).evaluate([value])
     inertia = float(coefficients.inertia[0])
     stiffness = float(coefficients.potential_second_derivative[0] - 0.5 * speed**2 * coefficients.spindle_inertia_second_derivative[0])

@@ -11,7 +11,17 @@ from matplotlib.axes import Axes
 from matplotlib.lines import Line2D
 from matplotlib.patches import Circle
 
-from governor_mechanism.render.figures.engraving_sheet import CHAIN_DOTTED, DASHED, DOTTED, MM_PER_M, annotate_point, style_plate_axes
+from governor_mechanism.render.figures.engraving_sheet import (
+    CHAIN_DOTTED,
+    DASHED,
+    DOTTED,
+    MM_PER_M,
+    AxesPoint,
+    annotate_point,
+    draw_point,
+    polar_points,
+    style_plate_axes,
+)
 from governor_mechanism.render.figures.parabolic.isochronous_data import (
     ARM_RATIOS,
     MARKED_ANGLE_CHANGES,
@@ -95,10 +105,8 @@ def _draw_parabola(axes: Axes, data: IsochronousPlateData, limits: FamilyPanelLi
         x = np.linspace(0, limit, 200)
         axes.plot(x, x**2 / c, color=colour, linewidth=width * width_ratio, zorder=2)
     text = f"{speed * _RPM_PER_RAD_S:.4g}" + (" rpm" if is_start_speed else "")
-    to_the_right = {"offset": (5, 0), "ha": "left", "va": "center"}
-    above = {"offset": (0, 4), "ha": "center", "va": "bottom"}
-    label_style: dict[str, Any] = to_the_right if end == limits.right else above
-    annotate_point(axes, (end, end**2 / c), text, **label_style, color=colour, weight="bold" if is_start_speed else "normal")
+    offset, ha, va = ((5, 0), "left", "center") if end == limits.right else ((0, 4), "center", "bottom")
+    annotate_point(axes, (end, end**2 / c), text, offset, ha=ha, va=va, color=colour, weight="bold" if is_start_speed else "normal")
 
 
 def _draw_45_degree_line(axes: Axes, data: IsochronousPlateData, limits: FamilyPanelLimits) -> None:
@@ -110,7 +118,7 @@ def _draw_45_degree_line(axes: Axes, data: IsochronousPlateData, limits: FamilyP
     visible_points = [(x, y) for x, y in points if x + half_length < limits.right and y + half_length < limits.top]
     for x, y in visible_points:
         axes.plot([x - half_length, x + half_length], [y - half_length, y + half_length], color=GREEN, linewidth=1.4, zorder=4)
-        axes.plot([x], [y], "o", color=GREEN, markersize=3.5, zorder=4)
+        draw_point(axes, x, y, color=GREEN, markersize=3.5, zorder=4)
     text = "on $x = 2y$ all slopes are 45°\nand the spacing is largest:\nZehnder's start point"
     annotate_point(axes, (limits.right, limits.bottom), text, (0, 5), color=GREEN, ha="right", va="bottom", linespacing=1.4)
 
@@ -118,8 +126,8 @@ def _draw_45_degree_line(axes: Axes, data: IsochronousPlateData, limits: FamilyP
 def _draw_circle_of_curvature(axes: Axes, data: IsochronousPlateData) -> None:
     """Draw the osculating circle of the parabola at the start point, its centre and radius."""
     centre, start = _to_mm(data.centre_of_curvature), _to_mm(data.start_point)
-    x, y = _circle_points(centre, data.radius_of_curvature * MM_PER_M, np.linspace(-math.pi / 6, math.pi / 2 + 0.1, 400))
-    axes.plot(x, y, color=BLUE, linewidth=1.3, linestyle=DASHED, zorder=5)
+    circle = _circle_points(centre, data.radius_of_curvature * MM_PER_M, np.linspace(-math.pi / 6, math.pi / 2 + 0.1, 400))
+    axes.plot(*circle, color=BLUE, linewidth=1.3, linestyle=DASHED, zorder=5)
     axes.plot(*centre, "+", color=BLUE, markersize=12, markeredgewidth=1.5, zorder=8)
     if data.starts_at_osculation:
         text = "suspension,\ncentre of\ncurvature"
@@ -148,8 +156,7 @@ def _draw_governor(axes: Axes, data: IsochronousPlateData, limits: FamilyPanelLi
     _label_along_arm(axes, data, middle, f"$l {arm_ratio_text} = {arm:.4g} mm", INK)
     if not data.starts_at_osculation:
         annotate_point(axes, suspension, "suspension", (9, 2), va="center")
-    end = _circle_points(suspension, arm, np.array(high))
-    annotate_point(axes, (float(end[0]), float(end[1])), "path of the ball", (-22, 0), ha="right", va="center", color=BLUE)
+    annotate_point(axes, _circle_points(suspension, arm, high), "path of the ball", (-22, 0), ha="right", va="center", color=BLUE)
     parabola_ordinate = 0.5 * start[0] ** 2 / (data.double_parameter(data.speeds[0]) * MM_PER_M)
     axes.plot([start[0]] * 2, [start[1], parabola_ordinate], color=INK, linewidth=0.7, zorder=6)
     text = f"{'osculation' if data.starts_at_osculation else 'start'} point"
@@ -163,15 +170,14 @@ def _draw_arm_angle(axes: Axes, data: IsochronousPlateData) -> None:
     suspension, arc_radius = _to_mm(data.suspension), 0.24 * data.arm * MM_PER_M
     axes.plot([suspension[0]] * 2, [suspension[1], suspension[1] - 1.15 * arc_radius], color=MUTED, linewidth=0.7, zorder=3)
     axes.plot(*_circle_points(suspension, arc_radius, np.linspace(0, data.start_angle, 60)), color=MUTED, linewidth=0.7, zorder=3)
-    x, y = _circle_points(suspension, arc_radius, np.array(data.start_angle / 2))
-    annotate_point(axes, (float(x), float(y)), "$\\alpha_1$", (2, -8), ha="center", va="center", color=MUTED)
+    annotate_point(
+        axes, _circle_points(suspension, arc_radius, data.start_angle / 2), "$\\alpha_1$", (2, -8), ha="center", va="center", color=MUTED
+    )
 
 
 def _label_along_arm(axes: Axes, data: IsochronousPlateData, middle: PlatePoint, text: str, colour: str) -> None:
     """Write a label along the arm, above it."""
-    rotation = math.degrees(data.start_angle) - 90
-    a = data.start_angle
-    offset = 10 * math.cos(a), 10 * math.sin(a)
+    offset, rotation = polar_points(data.start_angle, 10), math.degrees(data.start_angle) - 90
     annotate_point(axes, middle, text, offset, color=colour, ha="center", va="center", rotation=rotation)
 
 
@@ -179,7 +185,7 @@ def _to_mm(point: PlatePoint) -> PlatePoint:
     return MM_PER_M * point[0], MM_PER_M * point[1]
 
 
-def _circle_points(centre: PlatePoint, radius: float, angles: FloatArray) -> tuple[FloatArray, FloatArray]:
+def _circle_points(centre: PlatePoint, radius: float, angles: FloatArray | float) -> AxesPoint:
     """Return points (n,), (n,) of a circle at angles (n,) from the downward vertical (rad)."""
     return centre[0] + radius * np.sin(angles), centre[1] - radius * np.cos(angles)
 
@@ -195,11 +201,8 @@ def draw_speed_deviations(axes: Axes, data: IsochronousPlateData) -> None:
     axes.axvline(0, color=MUTED, linewidth=0.8, zorder=1)
     for arm_ratio, curve in curves.items():
         arm = ARM_STYLES[arm_ratio]
-        degrees, percent, parabola_percent = (
-            np.degrees(curve.angle_changes),
-            100 * curve.equilibrium_speed_changes,
-            100 * curve.parabola_speed_changes,
-        )
+        degrees, percent = np.degrees(curve.angle_changes), 100 * curve.equilibrium_speed_changes
+        parabola_percent = 100 * curve.parabola_speed_changes
         is_rising = np.gradient(percent, degrees) > 0
         for is_stable, style in ((True, "-"), (False, DASHED)):
             part = np.where(is_rising == is_stable, percent, np.nan)
@@ -207,41 +210,21 @@ def draw_speed_deviations(axes: Axes, data: IsochronousPlateData) -> None:
         axes.plot(degrees, parabola_percent, color=arm.colour, linewidth=1.1, linestyle=DOTTED, zorder=3)
         axes.plot(degrees[[0, -1]], parabola_percent[[0, -1]], "x", color=VERMILLION, markersize=7, markeredgewidth=1.6, zorder=6)
         marked_changes = speed_deviation_curve(data, arm_ratio, MARKED_ANGLE_CHANGES)
-        axes.plot(
-            np.degrees(marked_changes.angle_changes),
-            100 * marked_changes.equilibrium_speed_changes,
-            "o",
-            color=arm.colour,
-            markersize=4.5,
-            zorder=5,
-        )
+        points = np.degrees(marked_changes.angle_changes), 100 * marked_changes.equilibrium_speed_changes
+        axes.plot(*points, "o", color=arm.colour, markersize=4.5, zorder=5)
         annotate_point(axes, (degrees[-1], percent[-1]), arm.name, (9, 0), color=arm.colour, va="center", fontsize=12)
     _add_legend(axes)
 
 
 def _add_legend(axes: Axes) -> None:
-    handles = [
-        Line2D([], [], color=INK, linewidth=2.2, label="stable"),
-        Line2D([], [], color=INK, linewidth=2.2, linestyle=DASHED, label="unstable"),
-        Line2D(
-            [],
-            [],
-            color=INK,
-            linewidth=1.1,
-            linestyle=DOTTED,
-            marker="x",
-            markersize=7,
-            markeredgewidth=1.6,
-            markeredgecolor=VERMILLION,
-            label="parabola through the ball",
-        ),
+    cross = {"marker": "x", "markersize": 7, "markeredgewidth": 1.6, "markeredgecolor": VERMILLION}
+    styles: list[dict[str, Any]] = [
+        {"linewidth": 2.2},
+        {"linewidth": 2.2, "linestyle": DASHED},
+        {"linewidth": 1.1, "linestyle": DOTTED, **cross},
     ]
-    legend = axes.legend(
-        handles=handles,
-        loc="lower right",
-        bbox_to_anchor=(1.08, 0),
-        framealpha=1,
-        handlelength=2.5,
-        prop={"family": SERIF_FONT, "size": 10},
-    )
+    labels = ("stable", "unstable", "parabola through the ball")
+    handles = [Line2D([], [], color=INK, label=label, **style) for label, style in zip(labels, styles, strict=True)]
+    text_style = {"family": SERIF_FONT, "size": 10}
+    legend = axes.legend(handles=handles, loc="lower right", bbox_to_anchor=(1.08, 0), framealpha=1, handlelength=2.5, prop=text_style)
     legend.get_frame().set(facecolor=PAPER, linewidth=0)

@@ -10,7 +10,7 @@ import numpy as np
 from governor_mechanism.closed_form import slide_valve as closed
 from governor_mechanism.closed_form.slider_crank import CrankTrain, travel_from_outer_dead_centre
 from governor_mechanism.model.scene import Scene
-from governor_mechanism.observables.valve_timing import evaluate_at_crank_angles, valve_setting
+from governor_mechanism.observables.valve_timing import evaluate_at_crank_angles
 from governor_mechanism.studies.slide_valve.valve_timing import ValveTiming, tabulate_valve_timing
 from governor_mechanism.types import FloatArray
 
@@ -28,7 +28,6 @@ class ValveDiagramData:
     """
 
     title: str
-    setting: str
     eccentric: closed.Eccentric
     crank_train: CrankTrain
     outside_lap: float
@@ -39,11 +38,6 @@ class ValveDiagramData:
     piston_travel: FloatArray
     theoretical_piston_travel: FloatArray
     events: ValveTiming
-
-    @property
-    def rod_ratio(self) -> float:
-        """Ratio l : r of eccentric rod to eccentricity."""
-        return self.eccentric.rod / self.eccentric.radius
 
 
 def valve_diagram_data(scene: Scene) -> ValveDiagramData:
@@ -56,7 +50,6 @@ def valve_diagram_data(scene: Scene) -> ValveDiagramData:
     endless = CrankTrain(crank=crank_train.crank, rod=math.inf)
     return ValveDiagramData(
         title=scene.title,
-        setting=valve_setting(scene),
         eccentric=eccentric,
         crank_train=crank_train,
         outside_lap=dimensions["outside_lap"],

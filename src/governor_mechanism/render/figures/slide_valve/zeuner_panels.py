@@ -217,7 +217,7 @@ def _add_legend(axes: Axes) -> None:
     """Add the legend of mechanism and theory in the corner."""
     entries: dict[str, dict[str, Any]] = {
         "displacement": {"color": CRANK_END_COLOUR, "linewidth": 2.4},
-        "$r\,\sin(\omega+\delta)$, theory": {"color": INK, "linewidth": 0.9},
+        r"$r\,\sin(\omega+\delta)$, theory": {"color": INK, "linewidth": 0.9},
         "event": {"color": CRANK_END_COLOUR, "linewidth": 1.1, "marker": "o", "markevery": [1]},
         "event, theory": {"color": INK, "linewidth": 0.6, "linestyle": DASHED},
     }

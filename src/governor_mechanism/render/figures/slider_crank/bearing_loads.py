@@ -24,6 +24,7 @@ from governor_mechanism.render.figures.engraving_sheet import (
     PLATE_WIDTH,
     annotate_point,
     new_plate,
+    polar_points,
     style_plate_axes,
     write_text,
 )
@@ -148,7 +149,7 @@ def _draw_engine(axes: Axes, crank_train: CrankTrain, exact: BearingLoads) -> No
     """Draw the slider crank at one angle, with each force as an arrow at its bearing."""
     angle_index, r = 2 * _SHOWN_ANGLE_DEG, crank_train.crank
     angle = math.radians(_SHOWN_ANGLE_DEG)
-    pin = r * math.cos(angle), r * math.sin(angle)
+    pin = polar_points(angle, r)
     crosshead = float(np.asarray(crosshead_distance(crank_train, crank_angle=angle))), 0.0
     aspect = _ENGINE_RECT[2] * PLATE_WIDTH / (_ENGINE_RECT[3] * PLATE_HEIGHT)
     middle = (crosshead[0] + r) / 2 - r / 2
@@ -162,8 +163,7 @@ def _draw_engine(axes: Axes, crank_train: CrankTrain, exact: BearingLoads) -> No
         axes.plot([crosshead[0] - 0.9 * r, crosshead[0] + 0.9 * r], [side, side], color=MUTED, linewidth=1.0, zorder=2)
     for start, stop, width in (((0.0, 0.0), pin, 7.0), (pin, crosshead, 5.0)):
         for colour, line_width in ((INK, width + 1.6), (STEEL, width)):
-            xs, ys = zip(start, stop, strict=True)
-            axes.plot(xs, ys, color=colour, linewidth=line_width, solid_capstyle="round", zorder=3)
+            axes.plot(*zip(start, stop, strict=True), color=colour, linewidth=line_width, solid_capstyle="round", zorder=3)
     box = Rectangle((crosshead[0] - 0.3 * r, -block), 0.6 * r, 2 * block, facecolor=STEEL, edgecolor=INK, linewidth=0.9, zorder=4)
     axes.add_patch(box)
     for point in ((0.0, 0.0), pin, crosshead):
@@ -176,9 +176,8 @@ def _draw_engine(axes: Axes, crank_train: CrankTrain, exact: BearingLoads) -> No
     )
     largest = max(*(float(np.hypot(*force)) for _, force, _ in forces), _MIN_FORCE_SCALE_KN / _KILO_PER_UNIT)
     for point, force, colour in forces:
-        tip = (point[0] + _MAX_ARROW_LENGTH * r * force[0] / largest, point[1] + _MAX_ARROW_LENGTH * r * force[1] / largest)
         arrow = {"arrowstyle": "-|>", "color": colour, "linewidth": 2.2, "shrinkA": 0, "shrinkB": 0}
-        axes.annotate("", tip, point, arrowprops=arrow, zorder=8)
+        axes.annotate("", tuple(np.add(point, _MAX_ARROW_LENGTH * r * force / largest)), point, arrowprops=arrow, zorder=8)
 
 
 def _draw_load_curve(

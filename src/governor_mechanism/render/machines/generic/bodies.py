@@ -66,13 +66,11 @@ def tracer_shapes(part: Part, poses: Sequence[PoseTuple], extents: RunExtents) -
 def body_outline_points(part: Part, body: Body, extents: RunExtents) -> list[Vec2]:
     """Return the points that the body outline contains, in body axes: joint points, slots, and a point mass."""
     tolerance = _COINCIDENCE_DISTANCE * extents.length_scale
-    points = distinct_points(
-        [*_joint_and_force_points(part, body), *_reading_points(part, body), *_slot_points(part, body, extents)], tolerance
-    )
+    marked = [*_joint_and_force_points(part, body), *_reading_points(part, body), *_slot_points(part, body, extents)]
+    points = distinct_points(marked, tolerance)
     is_wheel = body.name in wheel_bodies(part) | rack_bodies(part)
     if not points or (is_wheel and all(math.hypot(*point) <= tolerance for point in points)):
         return points  # a wheel about its own centre; an eccentric wheel is drawn as a rod with a wheel
-    mass_centre = (0.0, 0.0)
     if len(points) == 1 and not _is_sliding_block(part, body):
         distance = math.hypot(*points[0])
         if distance > tolerance:
@@ -80,8 +78,8 @@ def body_outline_points(part: Part, body: Body, extents: RunExtents) -> list[Vec
             xx, yy, _ = body.second_moments.in_plane
             extension_ratio = min(math.sqrt(3 * max(xx + yy, 0.0) / body.mass) / distance, 1.0)
             return [points[0], (-extension_ratio * points[0][0], -extension_ratio * points[0][1])]
-    elif body.can_rotate and _is_point_mass(body) and not _is_inside_hull(mass_centre, points, tolerance):
-        return distinct_points([*points, mass_centre], tolerance)
+    elif body.can_rotate and _is_point_mass(body) and not _is_inside_hull((0.0, 0.0), points, tolerance):
+        return distinct_points([*points, (0.0, 0.0)], tolerance)
     return points
 
 
@@ -141,12 +139,9 @@ def _is_point_mass(body: Body) -> bool:
 
 
 def _is_inside_hull(point: Vec2, points: Sequence[Vec2], tolerance: float) -> bool:
-    corners = convex_hull([*points, point])
-    return point not in corners or (len(corners) < 3 and _is_between_ends(point, points, tolerance))
-
-
-def _is_between_ends(point: Vec2, points: Sequence[Vec2], tolerance: float) -> bool:
-    return math.dist(points[0], point) + math.dist(point, points[-1]) < math.dist(points[0], points[-1]) + tolerance
+    corners, start, end = convex_hull([*points, point]), points[0], points[-1]
+    is_between_ends = math.dist(start, point) + math.dist(point, end) < math.dist(start, end) + tolerance
+    return point not in corners or (len(corners) < 3 and is_between_ends)
 
 
 def _has_end_mass(body: Body, outline: Sequence[Vec2], extents: RunExtents) -> bool:

@@ -37,16 +37,13 @@ def translational_element_shapes(part: Part, poses: Sequence[PoseTuple], extents
             lateral_offset = -lateral_offset
         length = math.dist(start, end)
         axes = (*start, math.atan2(end[1] - start[1], end[0] - start[0]))
-        is_spring, length_range = isinstance(load, Spring), extents.element_lengths[load.name]
-        element_lines = spring_lines(length, u) if is_spring else damper_lines(length, length_range, u)
-        role = "spring" if is_spring else "damper"
+        role = "spring" if isinstance(load, Spring) else "damper"
+        element_lines = spring_lines(length, u) if role == "spring" else damper_lines(length, extents.element_lengths[load.name], u)
         lines = [tuple(axes_to_plane(axes, x, y + lateral_offset) for x, y in line) for line in element_lines]
         if lateral_offset:
             # Beams connect an offset element to its points.
             lines += [(start, axes_to_plane(axes, 0.0, lateral_offset)), (end, axes_to_plane(axes, length, lateral_offset))]
-        shapes.append(Lines(role, tuple(lines)))
-        shapes.append(Circle("eye", *start, 0.011 * u))
-        shapes.append(Circle("eye", *end, 0.011 * u))
+        shapes += [Lines(role, tuple(lines)), Circle("eye", *start, 0.011 * u), Circle("eye", *end, 0.011 * u)]
     return shapes
 
 
@@ -79,30 +76,18 @@ def damper_lines(length: float, length_range: Vec2, u: float) -> list[tuple[Vec2
 def wall_shapes(part: Part, poses: Sequence[PoseTuple], extents: RunExtents) -> list[DrawnShape]:
     """Return small hatched walls where springs and dampers are fixed to the ground, except where there is a foot."""
     mechanism, u = part.mechanism, extents.length_scale
-    occupied = [
-        (point.x, point.y)
-        for joint in mechanism.joints
-        if isinstance(joint, Pin | Distance | Weld)
-        for point in (joint.first, joint.second)
-        if point.body == GROUND
-    ]
+    held = [joint for joint in mechanism.joints if isinstance(joint, Pin | Distance | Weld)]
+    occupied = [(point.x, point.y) for joint in held for point in (joint.first, joint.second) if point.body == GROUND]
     shapes: list[DrawnShape] = []
     for load in mechanism.force_elements:
         if not isinstance(load, Spring | Damper):
             continue
-        for own_point, other_point in ((load.first, load.second), (load.second, load.first)):
-            own_position = (own_point.x, own_point.y)
-            if own_point.body == GROUND and own_position not in occupied:
-                occupied.append(own_position)
-                other_position = point_position(mechanism, poses, other_point)
-                shapes.append(
-                    make_wall(
-                        own_position,
-                        math.atan2(other_position[1] - own_position[1], other_position[0] - own_position[0]),
-                        0.10 * u,
-                        0.035 * u,
-                    )
-                )
+        for point, other in ((load.first, load.second), (load.second, load.first)):
+            x, y = point.x, point.y
+            if point.body == GROUND and (x, y) not in occupied:
+                occupied.append((x, y))
+                other_x, other_y = point_position(mechanism, poses, other)
+                shapes.append(make_wall((x, y), math.atan2(other_y - y, other_x - x), 0.10 * u, 0.035 * u))
     return shapes
 
 
@@ -124,9 +109,8 @@ def torsional_element_shapes(part: Part, poses: Sequence[PoseTuple], extents: Ru
             )
             shapes.append(Lines("spring", (tuple(spiral_points),)))
         else:
-            shapes.append(Circle("drum", *centre, 0.055 * u))
             vane = tuple(axes_to_plane((*centre, inner_angle), side * 0.055 * u, 0.0) for side in (-1, 1))
-            shapes.append(Lines("damper", (vane,)))
+            shapes += [Circle("drum", *centre, 0.055 * u), Lines("damper", (vane,))]
     return shapes
 
 
@@ -138,26 +122,26 @@ def force_arrow_shapes(part: Part, poses: Sequence[PoseTuple], extents: RunExten
         if isinstance(load, Force):
             x, y = point_position(mechanism, poses, load.point)
             across, up = extents.load_fractions(load)
-            shapes += make_arrow("force", ((x, y), (x + _ARROW_LENGTH * u * across, y + _ARROW_LENGTH * u * up)), _ARROW_HEAD_SIZE * u)
+            chain = [(x, y), (x + _ARROW_LENGTH * u * across, y + _ARROW_LENGTH * u * up)]
         elif isinstance(load, Torque):
             centre = point_position(mechanism, poses, hinge_point(mechanism, load.first, load.second))
             sweep = 1.5 * math.pi * extents.load_fractions(load)[0]
             start = 0.25 * math.pi if sweep > 0 else 0.75 * math.pi
             chain = [axes_to_plane((*centre, start + sweep * k / 32), _TORQUE_ARROW_RADIUS * u, 0.0) for k in range(33)]
-            shapes += make_arrow("force", chain, _ARROW_HEAD_SIZE * u)
+        else:
+            continue
+        shapes += make_arrow("force", chain, _ARROW_HEAD_SIZE * u)
     return shapes
 
 
 def drive_shapes(part: Part, poses: Sequence[PoseTuple], extents: RunExtents) -> list[DrawnShape]:
     """Return a ring around the pin that a drive rotates, or around the point that it moves."""
     mechanism, u = part.mechanism, extents.length_scale
-    shapes: list[DrawnShape] = []
-    for joint in mechanism.joints:
-        if isinstance(joint, RotationalDriver):
-            point = hinge_point(mechanism, joint.first.body, joint.second.body, joint.second)
-        elif isinstance(joint, TranslationalDriver):
-            point = joint.second
-        else:
-            continue
-        shapes.append(Circle("drive", *point_position(mechanism, poses, point), 0.036 * u))
-    return shapes
+    points = [
+        joint.second
+        if isinstance(joint, TranslationalDriver)
+        else hinge_point(mechanism, joint.first.body, joint.second.body, joint.second)
+        for joint in mechanism.joints
+        if isinstance(joint, RotationalDriver | TranslationalDriver)
+    ]
+    return [Circle("drive", *point_position(mechanism, poses, point), 0.036 * u) for point in points]

@@ -99,11 +99,8 @@ def _straight_guide_shapes(part: Part, extents: RunExtents, joint: Slider, axes:
     start, end = axes_to_plane(axes, low, 0.0), axes_to_plane(axes, high, 0.0)
     if part.plane == TURNING_PLANE and max(abs(start[0]), abs(end[0])) < 1e-6 * u:
         return [Lines("guide", ((start, end),))]
-    rails: list[DrawnShape] = []
-    for side in (1, -1):
-        middle = axes_to_plane(axes, (low + high) / 2, side * half_width)
-        rails.append(make_wall(middle, axes[2] - side * math.pi / 2, (high - low) / 2, 0.035 * u))
-    return rails
+    middles = ((side, axes_to_plane(axes, (low + high) / 2, side * half_width)) for side in (1, -1))
+    return [make_wall(middle, axes[2] - side * math.pi / 2, (high - low) / 2, 0.035 * u) for side, middle in middles]
 
 
 def _is_guided_by_slider(part: Part, drive: TranslationalDriver) -> bool:
@@ -176,22 +173,20 @@ def foot_shapes(part: Part, extents: RunExtents) -> list[DrawnShape]:
         (mine.x, mine.y)
         for joint in part.mechanism.joints
         for mine in (joint.first, joint.second)
-        if mine.body == GROUND and (isinstance(joint, Pin | Distance | Weld) or _is_guided_point(joint, mine is joint.second))
+        if mine.body == GROUND
+        and (isinstance(joint, Pin | Distance | Weld) or (mine is joint.second and isinstance(joint, Slider | ArcSlot | CurveSlot)))
     ]
     return [
         shape for point in distinct_points(positions, 0.01 * u) for shape in _foot_shape(point, u, above=point[1] > extents.mean_height)
     ]
 
 
-def _is_guided_point(joint: Joint, is_second_point: bool) -> bool:
-    return is_second_point and isinstance(joint, Slider | ArcSlot | CurveSlot)
-
-
 def _foot_shape(position: Vec2, u: float, *, above: bool) -> tuple[DrawnShape, ...]:
     x, y = position
     half_width, height, ground_thickness = 0.06 * u, 0.09 * u, 0.04 * u
     base = y + height if above else y - height
-    box = (x - 1.5 * half_width, x + 1.5 * half_width, *((base, base + ground_thickness) if above else (base - ground_thickness, base)))
+    bottom = base if above else base - ground_thickness
+    box = (x - 1.5 * half_width, x + 1.5 * half_width, bottom, bottom + ground_thickness)
     line = Lines("wall", (((box[0], base), (box[1], base)),))
     return (Polygon("frame", ((x, y), (x - half_width, base), (x + half_width, base))), make_hatching("hatching", box, 0.034 * u), line)
 

@@ -94,12 +94,9 @@ def hartung_proportions(part: Part, effect_state: EffectState = NO_EFFECTS) -> H
     lift = part.mechanism.reading("sleeve_lift")
     return HartungProportions(
         arm=arm,
-        sleeve_arm=dimensions["sleeve_arm"],
-        bell_crank_angle=dimensions["bell_crank_angle"],
+        **{name: dimensions[name] for name in ("sleeve_arm", "bell_crank_angle", "lug_offset", "sleeve_mass")},
         fulcrum=(radius, dimensions["fulcrum_height"]),
         hanger_length=dimensions["hanger"],
-        lug_offset=dimensions["lug_offset"],
-        sleeve_mass=dimensions["sleeve_mass"],
         half_width=half_width,
         half_height=half_height,
         weights_rotate=bool(cranks and (cranks.weight_width or cranks.weight_height)),
@@ -127,9 +124,8 @@ def hartung_sides(governor: HartungProportions, part: Part, pose: FloatArray) ->
     height, sides = float(hartung_sleeve_height(part, pose)), []
     for name, sign in ((LEFT_WEIGHT, -1.0), (RIGHT_WEIGHT, 1.0)):
         lever_angle = sign * float(pose[part.mechanism.body_index(name), 2])
-        x, y = governor.fulcrum
-        sleeve_arm_angle = governor.bell_crank_angle + lever_angle
-        sleeve_arm_end = (x - governor.sleeve_arm * math.sin(sleeve_arm_angle), y + governor.sleeve_arm * math.cos(sleeve_arm_angle))
+        (x, y), angle = governor.fulcrum, governor.bell_crank_angle + lever_angle
+        sleeve_arm_end = (x - governor.sleeve_arm * math.sin(angle), y + governor.sleeve_arm * math.cos(angle))
         lug = (sleeve_arm_end[0] if math.isinf(governor.hanger_length) else governor.lug_offset, height)
         right_points = ((x, y), (governor.weight_radius(lever_angle), y + governor.arm * math.cos(lever_angle)), sleeve_arm_end, lug)
         fulcrum, weight, sleeve_arm_end, lug = ((sign * px, py) for px, py in right_points)

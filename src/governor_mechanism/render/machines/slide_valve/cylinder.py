@@ -8,6 +8,7 @@ from __future__ import annotations
 import math
 
 from governor_mechanism.render.geometry.primitives import DrawnShape, Lines, Polygon, TextShape, Vec2, make_hatching, make_rectangle
+from governor_mechanism.render.machines.governor_parts import both_sides, mirror_outline
 from governor_mechanism.render.machines.slide_valve.proportions import (
     ADMISSION_PHASE,
     COMPRESSION_PHASE,
@@ -61,29 +62,20 @@ def cylinder_background_shapes(valve_gear: ValveGearProportions) -> tuple[DrawnS
     floor, ceiling, face, roof = _section_heights()
     outer, inner = (_BORE_HALF_LENGTH + 0.10) * u, _BORE_HALF_LENGTH * u
     chest = _chest_half_length(valve_gear) * drawn_eccentric(valve_gear)
-    end_walls = [_mirrored_interval(side, inner, outer) for side in (-1, 1)]
-    chest_walls = [_mirrored_interval(side, chest, chest + 0.06 * u) for side in (-1, 1)]
-    casting = [
-        make_rectangle("casting", -outer, outer, CYLINDER_BASE * u, face * u),
-        *(make_rectangle("casting", left, right, face * u, roof * u) for left, right in chest_walls),
-        make_rectangle("casting", -chest - 0.10 * u, chest + 0.10 * u, roof * u, (roof + _LID_THICKNESS) * u),
-        make_rectangle(
-            "casting",
-            outer,
-            outer + _GLAND_LENGTH * u,
-            (CYLINDER_BASE + 0.13) * u,
-            (CYLINDER_BASE + 2 * _WALL_THICKNESS + _BORE_HEIGHT - 0.13) * u,
-        ),
+    roof_edge = chest + 0.10 * u
+    sections = [
+        (-outer, outer, CYLINDER_BASE * u, floor * u),
+        (-outer, outer, ceiling * u, face * u),
+        *((left, right, floor * u, ceiling * u) for left, right in both_sides(inner, outer)),
+        (-roof_edge, roof_edge, roof * u, (roof + _LID_THICKNESS) * u),
     ]
-    casting_hatching = [
-        make_hatching("casting hatching", (-outer, outer, CYLINDER_BASE * u, floor * u), 0.05 * u),
-        make_hatching("casting hatching", (-outer, outer, ceiling * u, face * u), 0.05 * u),
-        *(make_hatching("casting hatching", (left, right, floor * u, ceiling * u), 0.05 * u) for left, right in end_walls),
-        make_hatching("casting hatching", (-chest - 0.1 * u, chest + 0.1 * u, roof * u, (roof + _LID_THICKNESS) * u), 0.05 * u),
-    ]
+    gland_top = CYLINDER_BASE + 2 * _WALL_THICKNESS + _BORE_HEIGHT - 0.13
     return (
-        *casting,
-        *casting_hatching,
+        make_rectangle("casting", -outer, outer, CYLINDER_BASE * u, face * u),
+        *(make_rectangle("casting", *sides, face * u, roof * u) for sides in both_sides(chest, chest + 0.06 * u)),
+        make_rectangle("casting", *sections[-1]),
+        make_rectangle("casting", outer, outer + _GLAND_LENGTH * u, (CYLINDER_BASE + 0.13) * u, gland_top * u),
+        *(make_hatching("casting hatching", section, 0.05 * u) for section in sections),
         make_rectangle("live steam", -chest, chest, face * u, roof * u),
         make_rectangle("bore", -inner, inner, floor * u, ceiling * u),
         Lines("bore edge", (((-chest, roof * u), (-chest, face * u)), ((chest, roof * u), (chest, face * u)))),
@@ -92,11 +84,6 @@ def cylinder_background_shapes(valve_gear: ValveGearProportions) -> tuple[DrawnS
         TextShape("scale", outer - 0.48 * u, (CYLINDER_BASE - 0.075) * u, "crank end", 0.48 * u),
         TextShape("scale", -0.33 * u, (CYLINDER_BASE - 0.075) * u, f"valve {valve_magnification(valve_gear):.3g} : 1", 0.66 * u),
     )
-
-
-def _mirrored_interval(side: int, inner: float, outer: float) -> Vec2:
-    """Return left and right of an interval on one side of the centre."""
-    return (inner, outer) if side > 0 else (-outer, -inner)
 
 
 def _port_edges(valve_gear: ValveGearProportions) -> tuple[float, float]:
@@ -144,81 +131,40 @@ def cylinder_moving_shapes(valve_gear: ValveGearProportions, position: ValveGear
     u = valve_gear.crank
     floor, ceiling, face, _ = _section_heights()
     half_piston = _PISTON_THICKNESS / 2 * u
+    piston, half_bore = position.piston_position, _BORE_HALF_LENGTH * u
     shapes: list[DrawnShape] = []
     for side in (1.0, -1.0):
         phase = steam_phase(valve_gear, position, side)
-        piston_face = position.piston_position + side * half_piston
-        steam_space = (
-            (piston_face, floor * u),
-            (side * _BORE_HALF_LENGTH * u, floor * u),
-            (side * _BORE_HALF_LENGTH * u, ceiling * u),
-            (piston_face, ceiling * u),
-        )
+        face_x, end_x, passage = piston + side * half_piston, side * half_bore, _passage_outline(valve_gear, side)
+        steam_space = ((face_x, floor * u), (end_x, floor * u), (end_x, ceiling * u), (face_x, ceiling * u))
         for role in (ADMISSION_PHASE, EXPANSION_PHASE, EXHAUST_PHASE, COMPRESSION_PHASE):
-            shapes.append(Polygon(role, steam_space if role == phase else ()))
-            shapes.append(Polygon(role, _passage_outline(valve_gear, side) if role == phase else ()))
-        shapes.append(Lines("bore edge", (_closed_polyline(_passage_outline(valve_gear, side)),)))
-    middle = (floor + ceiling) / 2
-    bore_outline = (
-        (-_BORE_HALF_LENGTH * u, floor * u),
-        (_BORE_HALF_LENGTH * u, floor * u),
-        (_BORE_HALF_LENGTH * u, ceiling * u),
-        (-_BORE_HALF_LENGTH * u, ceiling * u),
-    )
+            shapes += [Polygon(role, outline if role == phase else ()) for outline in (steam_space, passage)]
+        shapes.append(Lines("bore edge", ((*passage, passage[0]),)))
+    middle, rod = (floor + ceiling) / 2 * u, _ROD_HALF_THICKNESS * u
+    corners = ((-half_bore, floor * u), (half_bore, floor * u), (half_bore, ceiling * u), (-half_bore, ceiling * u))
+    rings = tuple(((x, floor * u), (x, ceiling * u)) for x in (piston - 0.03 * u, piston + 0.03 * u))
     return (
         *shapes,
-        Lines("bore edge", (_closed_polyline(bore_outline),)),
-        make_rectangle(
-            "piston rod",
-            position.piston_position,
-            _PICTURE_RIGHT * u,
-            (middle - _ROD_HALF_THICKNESS) * u,
-            (middle + _ROD_HALF_THICKNESS) * u,
-        ),
-        make_rectangle("piston", position.piston_position - half_piston, position.piston_position + half_piston, floor * u, ceiling * u),
-        Lines("bore edge", tuple(_piston_ring(position.piston_position + x * u, floor * u, ceiling * u) for x in (-0.03, 0.03))),
+        Lines("bore edge", ((*corners, corners[0]),)),
+        make_rectangle("piston rod", piston, _PICTURE_RIGHT * u, middle - rod, middle + rod),
+        make_rectangle("piston", piston - half_piston, piston + half_piston, floor * u, ceiling * u),
+        Lines("bore edge", rings),
         *_valve_shapes(valve_gear, position, face * u),
     )
 
 
-def _piston_ring(x: float, floor: float, ceiling: float) -> tuple[Vec2, ...]:
-    return (x, floor), (x, ceiling)
-
-
-def _closed_polyline(points: tuple[Vec2, ...]) -> tuple[Vec2, ...]:
-    return (*points, points[0])
-
-
 def _valve_shapes(valve_gear: ValveGearProportions, position: ValveGearPosition, face: float) -> tuple[DrawnShape, ...]:
     """Return the D-slide valve on its face, its cavity over bridge and exhaust port, and its spindle."""
-    drawn_radius, eccentric_radius = drawn_eccentric(valve_gear), valve_gear.eccentric
-    valve_centre = -position.valve_displacement / eccentric_radius * drawn_radius  # away from the shaft is left
+    r, u = drawn_eccentric(valve_gear), valve_gear.crank
+    scale = r / valve_gear.eccentric
+    x = -position.valve_displacement * scale  # away from the shaft is left
     inner, outer = _port_edges(valve_gear)
-    outer_half_width, inner_half_width = (
-        outer + valve_gear.outside_lap / eccentric_radius * drawn_radius,
-        inner - valve_gear.inside_lap / eccentric_radius * drawn_radius,
-    )
-    top, u = face + _VALVE_HEIGHT * drawn_radius, valve_gear.crank
-    body = (
-        (valve_centre - outer_half_width, face),
-        (valve_centre - outer_half_width, face + 0.30 * drawn_radius),
-        (valve_centre - inner_half_width - 0.1 * drawn_radius, top),
-        (valve_centre + inner_half_width + 0.1 * drawn_radius, top),
-        (valve_centre + outer_half_width, face + 0.30 * drawn_radius),
-        (valve_centre + outer_half_width, face),
-    )
-    roof = top - _VALVE_BACK_THICKNESS * drawn_radius
-    cavity = (
-        (valve_centre - inner_half_width, face),
-        (valve_centre - inner_half_width, face + 0.2 * drawn_radius),
-        (valve_centre - inner_half_width + 0.25 * drawn_radius, roof),
-        (valve_centre + inner_half_width - 0.25 * drawn_radius, roof),
-        (valve_centre + inner_half_width, face + 0.2 * drawn_radius),
-        (valve_centre + inner_half_width, face),
-    )
-    stem = face + 0.36 * drawn_radius
+    outer, inner = outer + valve_gear.outside_lap * scale, inner - valve_gear.inside_lap * scale
+    top, stem = face + _VALVE_HEIGHT * r, face + 0.36 * r
+    body = mirror_outline(((outer, face), (outer, face + 0.30 * r), (inner + 0.1 * r, top)))
+    cavity = mirror_outline(((inner, face), (inner, face + 0.2 * r), (inner - 0.25 * r, top - _VALVE_BACK_THICKNESS * r)))
     return (
-        make_rectangle("piston rod", valve_centre, _PICTURE_RIGHT * u, stem - 0.08 * drawn_radius, stem + 0.08 * drawn_radius),
-        Polygon("valve", body),
-        Polygon("valve cavity", cavity),
+        make_rectangle("piston rod", x, _PICTURE_RIGHT * u, stem - 0.08 * r, stem + 0.08 * r),
+        Polygon("valve", tuple((x - dx, y) for dx, y in body)),
+        Polygon("valve cavity", tuple((x - dx, y) for dx, y in cavity)),
     )

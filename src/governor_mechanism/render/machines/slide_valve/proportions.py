@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from dataclasses import dataclass
+from dataclasses import dataclass, fields
 
 from governor_mechanism.machines.driven_crank import CRANK, CROSSHEAD, VALVE
 from governor_mechanism.model.scene import Part
@@ -51,17 +51,7 @@ class ValveGearPosition:
 
 def valve_gear_proportions(part: Part) -> ValveGearProportions:
     """Return the dimensions of the part of a slide valve."""
-    dimensions = part.dimensions
-    return ValveGearProportions(
-        crank=dimensions["crank"],
-        connecting_rod=dimensions["connecting_rod"],
-        eccentric=dimensions["eccentric"],
-        eccentric_rod=dimensions["eccentric_rod"],
-        advance=dimensions["advance"],
-        outside_lap=dimensions["outside_lap"],
-        inside_lap=dimensions["inside_lap"],
-        centre=dimensions["centre"],
-    )
+    return ValveGearProportions(**{field.name: part.dimensions[field.name] for field in fields(ValveGearProportions)})
 
 
 def valve_gear_position(part: Part, valve_gear: ValveGearProportions, pose: FloatArray) -> ValveGearPosition:
