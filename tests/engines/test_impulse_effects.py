@@ -285,7 +285,7 @@ def test_play_is_refused_by_name():
     machine = MACHINES["pendulum_governor"](**PORTER)
     scene = porter()
     scene = replace(scene, parts=(replace(scene.part, mechanism=machine.mechanism_with_effects([play])),), effects=(Gravity(), play))
-    with pytest.raises(UnsupportedEffect, match=r"'impulse' cannot model \['Play'\]"):
+    with pytest.raises(UnsupportedEffect, match=r"'impulse' cannot model \['Clearance'\]"):
         ImpulseEngine().run(scene)
 
 

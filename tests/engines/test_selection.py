@@ -47,7 +47,7 @@ def test_where_the_coordinate_leads_no_farther_multibody_goes_on():
     run = gm.run(scene)
     assert run.outcome is Outcome.DONE
     assert run.cost.engine == "multibody"
-    assert run.cost.reason.startswith("reduced gave it up: 'x' stands at a dead centre")
+    assert run.cost.reason.startswith("reduced gave it up: 'x' is at a turning point")
 
 
 @pytest.mark.parametrize("name", sorted(shipped_scenes()))
