@@ -74,7 +74,7 @@ def test_a_rotating_point_mass_without_a_pin_is_refused():
 def test_several_parts_are_refused():
     scene = porter()
     scene = replace(scene, couplings=(Coupling(source="a.b", target="c.d"),))
-    with pytest.raises(UnsupportedEffect, match="scenes of one part"):
+    with pytest.raises(UnsupportedEffect, match="scenes with one part"):
         ImpulseEngine().run(scene)
 
 
