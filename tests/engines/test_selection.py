@@ -96,6 +96,6 @@ def test_refusal_names_a_suitable_engine():
         gm.run("porter", engine="reducd")
 
 
-def test_the_plain_way_of_pymunk_refuses_what_it_does_not_hold():
-    with pytest.raises(gm.UnsupportedEffect, match="plain=True does not enforce drives; leave plain=True out"):
+def test_plain_pymunk_refuses_drivers():
+    with pytest.raises(gm.UnsupportedEffect, match="plain"):
         ImpulseEngine(step=1e-3, runs=1, plain=True).run(gm.load("quick_return"))
