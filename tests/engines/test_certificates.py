@@ -41,7 +41,7 @@ MAX_ERROR_RATIO = 3.0
 """Largest ratio of the true error of a run to its estimate."""
 
 MAX_UNJUDGED = {"reduced": 2, "multibody": 3}
-"""Largest number of runs in a group whose references disagree; over all scenes they are 6 and 11."""
+"""Largest number of runs in a group whose references disagree; in all 300 scenes they are 6 and 14."""
 
 N_SMOOTH_SCENES = 42
 """Number of scenes of which impulse runs those without contacts: with contacts it takes seconds, sometimes minutes."""
