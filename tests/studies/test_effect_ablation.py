@@ -113,5 +113,5 @@ def test_a_scene_made_in_python_is_studied_but_for_what_built_its_mechanism():
 def test_an_effect_others_need_cannot_be_switched_and_says_why():
     fluctuating = DOCUMENT | {"spindle": {"speed": "120 rpm", "speed_fluctuation": 0.01}, "run": {"duration": "0.1 s"}}
     rows = {row.effect: row for row in run_effects_study(parse_scene_document(fluctuating)).rows}
-    assert "speed_fluctuation changes nothing" in rows["centrifugal"].note
+    assert "speed_fluctuation has no effect" in rows["centrifugal"].note
     assert rows["spindle.speed_fluctuation"].relative_change > 1e-6

@@ -131,6 +131,11 @@ def find_event_angles(scene: Scene) -> dict[str, float]:
     -------
     dict
         Crank angles, rad, from 0 to 2 pi, by names such as "crank end cut-off".
+
+    Raises
+    ------
+    MechanismError
+        If the machine is not a slide valve.
     """
     require_slide_valve(scene)
     lowest, highest = _find_valve_dead_centres(scene)
