@@ -20,8 +20,10 @@ def find_root(function: Callable[[float], float], low: float, high: float) -> fl
     ----------
     function
         Function with values of opposite sign at the ends of the bracket.
-    low, high
+    low
         Ends of the bracket, in either order.
+    high
+        The other ends of the brackets; shape as low.
 
     Returns
     -------
