@@ -47,7 +47,9 @@ def find_roots(
     ----------
     function
         Function of n arguments (n,) that returns n values and n derivatives.
-    low, high
+    low
+        Ends of the brackets; shape (n,).
+    high
         Ends of the brackets; shape (n,).
     tolerance
         Largest last step.
