@@ -87,11 +87,11 @@ def test_lever_may_be_described_in_any_axes(engine):
     def rebuilt(joint: Joint) -> Joint:
         return replace(joint, first=turned(joint.first), second=turned(joint.second))
 
-    sketch = tuple(
+    initial_guess = tuple(
         (x, y, angle + turn if body.can_rotate else angle)
         for body, (x, y, angle) in zip(mechanism.bodies, mechanism.initial_guess, strict=True)
     )
-    other = with_mechanism(scene, joints=tuple(map(rebuilt, mechanism.joints)), sketch=sketch)
+    other = with_mechanism(scene, joints=tuple(map(rebuilt, mechanism.joints)), initial_guess=initial_guess)
     one, two = engine().run(scene), engine().run(other)
     np.testing.assert_allclose(two.poses[..., :2], one.poses[..., :2], atol=1e-9)
     np.testing.assert_allclose(two.velocities, one.velocities, atol=1e-7)

@@ -78,15 +78,6 @@ def test_multibody_replaces_reduced_at_a_turning_point_of_its_coordinate():
     assert run.cost.reason.startswith("reduced could not complete the run: 'slider_x' is at a turning point")
 
 
-@pytest.mark.parametrize("name", sorted(shipped_scenes()))
-def test_the_engine_chosen_holds_the_scene_and_is_expected_to_be_the_cheapest(name):
-    scene = gm.load(name)
-    engine, _ = select_engine("auto", scene)
-    assert not engine.refusal(scene)
-    able = [other for other, kind in ENGINES.items() if not kind().refusal(scene)]
-    assert min(able, key=lambda other: estimate_run_time(other, scene, scene.run.accuracy)) == engine.name
-
-
 @pytest.mark.parametrize("name", ENGINES)
 def test_estimated_run_time_increases_with_accuracy_and_duration(name):
     scene = gm.load("porter")
