@@ -81,7 +81,7 @@ BROKEN_EFFECTS: list[tuple[str, str, list[tuple[str, str]]]] = [
         with_effects('spring = { sleeve = { preload = "3 N" }, arm_angle = { zero = 0 } }'),
         [("missing key", "effects.spring.sleeve"), ("missing key", "effects.spring.arm_angle")],
     ),
-    ("a spring of rate nought", with_effects("spring = { sleeve = { rate = 0 } }"), [("out of range", "effects.spring.sleeve.rate")]),
+    ("a spring of rate zero", with_effects("spring = { sleeve = { rate = 0 } }"), [("out of range", "effects.spring.sleeve.rate")]),
     (
         "wire and rate",
         with_effects('spring = { sleeve = { rate = 2, wire = "4 mm", coil = "40 mm" } }'),
@@ -183,7 +183,7 @@ BROKEN_EFFECTS: list[tuple[str, str, list[tuple[str, str]]]] = [
         with_effects('stops = { arm_angle = ["95 deg", "120 deg"] }'),
         [("out of range", "effects.stops.arm_angle")],
     ),
-    ("play of nought", with_effects("clearance = 0"), [("out of range", "effects.clearance")]),
+    ("clearance of zero", with_effects("clearance = 0"), [("out of range", "effects.clearance")]),
     ("play without a width", with_effects("clearance = true"), [("wrong type", "effects.clearance")]),
     ("a table of play without a width", with_effects("clearance = {}"), [("missing key", "effects.clearance.width")]),
     (
@@ -385,7 +385,7 @@ WORDING_EFFECTS: list[tuple[str, str]] = [
         ("start.crank_angle (90 deg) is beyond the stops of effects.stops.crank_angle, 0 deg to 45 deg; start between them"),
     ),
     ("stops beyond the travel", "effects.stops.arm_angle, 95 deg to 120 deg, leaves nothing of the travel, 0 deg to 90 deg"),
-    ("play of nought", "effects.clearance must be positive; found 0; write clearance = false if there is none"),
+    ("clearance of zero", "effects.clearance must be positive; found 0; write clearance = false if there is none"),
     ("play without a width", 'effects.clearance is the distance that the sleeve may move; found true; write clearance = "0.5 mm"'),
     (
         "play without a sleeve",

@@ -28,7 +28,7 @@ STABILITY_LIMIT = 6.1
 """Limit of step size times dominant eigenvalue (Hairer's estimate) up to which DOP853 is stable."""
 
 NEAR_SINGULAR_PIVOT_RATIO, MIN_STAGE_PIVOT_RATIO = 1e-3, 1e-6
-"""Pivot ratio of J M^-1 J^T (see `solve_schur_band`) below which stages are projected, and below which a step is retried.
+"""Pivot ratio of J M^-1 J^T (see `solve_band_system`) below which stages are projected, and below which a step is retried.
 
 At an angle e from a change point, a constraint violation d causes an acceleration error of order d / e^3. The step is
 therefore placed so that the change point falls into the widest gap between stages. A step with a stage too close to

@@ -12,16 +12,15 @@ from governor_mechanism.effects.clearance import CLEARANCE_READING, Clearance
 from governor_mechanism.effects.dry_friction import DryFriction
 from governor_mechanism.effects.stops import Stops
 from governor_mechanism.model.effect import Effect, OutputEffect
-from governor_mechanism.model.events import Event
+from governor_mechanism.model.events import Event, EventKind
 from governor_mechanism.model.scene import Part
 from governor_mechanism.model.trajectory import Trajectory
 
 EffectT = TypeVar("EffectT", bound=Effect)
 OutputEffectT = TypeVar("OutputEffectT", bound=OutputEffect)
 
-HOLD_EVENT_KINDS = {"sticks": True, "rests on its stop": True, "slips": False, "leaves its stop": False}
+HOLD_EVENT_KINDS = {EventKind.STICK: True, EventKind.REST: True, EventKind.SLIP: False, EventKind.SEPARATION: False}
 """Events that begin (True) or end (False) the hold of a contact."""
-STRIKE_EVENT_KIND = "strikes its stop"
 FLASH_DURATION = 0.25
 """Duration (s of film) for which an impact is shown."""
 
@@ -86,7 +85,7 @@ def effect_state_of(run: Trajectory, slow_down: float = 1.0) -> EffectState:
     for event in run.events:
         if event.kind in HOLD_EVENT_KINDS:
             hold_changes.setdefault(event.subject, []).append((event.time, HOLD_EVENT_KINDS[event.kind]))
-        elif event.kind == STRIKE_EVENT_KIND and event.subject in stop_values:
+        elif event.kind == EventKind.IMPACT and event.subject in stop_values:
             stop_impacts.setdefault(event.subject, []).append(_stop_impact(run, event, stop_values[event.subject]))
     return EffectState(
         effects=effects,

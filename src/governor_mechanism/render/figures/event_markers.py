@@ -10,7 +10,7 @@ from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 from matplotlib.lines import Line2D
 
-from governor_mechanism.model.events import Event
+from governor_mechanism.model.events import Event, EventKind
 from governor_mechanism.model.trajectory import Trajectory
 from governor_mechanism.render.style import GREEN, INK, MUTED, SANS_FONT, SERIES_COLOURS, SKY, VERMILLION
 
@@ -21,12 +21,12 @@ _RUG_HEIGHT_RATIO = 0.09
 _MAX_NAMED_KINDS = 6
 """Largest number of event kinds in the legend."""
 
-_EVENT_STYLES: dict[str, tuple[str, Any]] = {
-    "sticks": (VERMILLION, (0, (4, 2))),
-    "rests on its stop": (SERIES_COLOURS[3], (0, (1, 1.5))),
-    "slips": (GREEN, (0, (4, 2))),
-    "leaves its stop": (SKY, (0, (1, 1.5))),
-    "strikes its stop": (INK, (0, (1, 2))),
+_EVENT_STYLES: dict[EventKind, tuple[str, Any]] = {
+    EventKind.STICK: (VERMILLION, (0, (4, 2))),
+    EventKind.REST: (SERIES_COLOURS[3], (0, (1, 1.5))),
+    EventKind.SLIP: (GREEN, (0, (4, 2))),
+    EventKind.SEPARATION: (SKY, (0, (1, 1.5))),
+    EventKind.IMPACT: (INK, (0, (1, 2))),
 }
 _OTHER_EVENT_STYLE = (MUTED, (0, (5, 2, 1, 2)))
 """Colour and dashes of the lines of other event kinds."""
