@@ -77,10 +77,10 @@ def prepare_run(case: Case, solver: Any, smooth: bool, steps: int) -> Callable[[
         except Exception as error:
             # Its exception type is not public in every version.
             raise ArithmeticError(str(error)) from error
-        told = system.GetSensorStoredData(sensor)
-        if not done or len(told) != INTERVALS + 1:
+        samples = system.GetSensorStoredData(sensor)
+        if not done or len(samples) != INTERVALS + 1:
             raise ArithmeticError("Newton's iterations failed")
-        return read(told[:, 1:])
+        return read(samples[:, 1:])
 
     # The container owns the system and must outlive it.
     run.container = container  # type: ignore[attr-defined]
@@ -150,7 +150,7 @@ def build_governor(system: Any, shape: Governor, zone: float) -> ExudynModel:
         """Set the initial values."""
         system.SetObjectParameter(pull, "stiffness", centrifugal_stiffness(shape, 0.0))
 
-    return sensor, lambda told: np.arctan2(across + told[:, 0], -down - told[:, 1]), begin
+    return sensor, lambda samples: np.arctan2(across + samples[:, 0], -down - samples[:, 1]), begin
 
 
 def centrifugal_stiffness(shape: Governor, time: float) -> float:
@@ -195,7 +195,7 @@ def build_slider_crank(system: Any, shape: SliderCrank) -> ExudynModel:
     ]
     system.AddObject(item.DistanceConstraint(markerNumbers=ends, distance=shape.rod))
     sensor = add_sensor(system, turn)
-    return sensor, lambda told: shape.angle + told[:, 0], lambda: None
+    return sensor, lambda samples: shape.angle + samples[:, 0], lambda: None
 
 
 def add_sensor(system: Any, node: int) -> int:

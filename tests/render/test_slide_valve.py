@@ -192,7 +192,7 @@ def test_a_plate_is_a_png_and_equal_for_equal_scenes(tmp_path, figure):
 def test_what_a_plate_cannot_show_is_refused(tmp_path, figure):
     with pytest.raises(MechanismError, match=r"must end in \.png"):
         figure(valve_scene(), tmp_path / "a.jpg")
-    with pytest.raises(MechanismError, match="are those of machine 'slide_valve'"):
+    with pytest.raises(MechanismError, match="needs machine 'slide_valve'"):
         figure(gm.load("porter"), tmp_path / "a.png")
     assert list(tmp_path.iterdir()) == []
 

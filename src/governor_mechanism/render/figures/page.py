@@ -25,14 +25,20 @@ def new_figure(width: float, height: float, dpi: float = FIGURE_DPI) -> Figure:
     return Figure(figsize=(width, height), dpi=dpi, facecolor=PAPER)
 
 
+def require_png(path: str | os.PathLike[str]) -> Path:
+    """Return the path of a figure; raise MechanismError unless the name ends in .png."""
+    target = Path(path)
+    if target.suffix.lower() != ".png":
+        raise MechanismError(f"a figure's name must end in .png; got {target.name!r}")
+    return target
+
+
 def save_png(figure: Figure, path: str | os.PathLike[str]) -> Path:
     """Write a figure as a PNG and return its path; an exception leaves no file behind.
 
     Raises MechanismError unless the name ends in .png.
     """
-    target = Path(path)
-    if target.suffix.lower() != ".png":
-        raise MechanismError(f"a figure's name must end in .png; got {target.name!r}")
+    target = require_png(path)
     with atomic_write(target) as temporary:
         # Without the program name in the metadata, equal figures give equal files.
         canvas: Any = FigureCanvasAgg(figure)

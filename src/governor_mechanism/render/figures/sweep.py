@@ -15,7 +15,7 @@ from matplotlib.figure import Figure
 from matplotlib.lines import Line2D
 
 from governor_mechanism.errors import MechanismError
-from governor_mechanism.render.figures.page import label_axes, new_figure, save_png, style_axes, write_heading, write_title
+from governor_mechanism.render.figures.page import label_axes, new_figure, require_png, save_png, style_axes, write_heading, write_title
 from governor_mechanism.render.figures.sweep_heatmaps import SweepAxisScale, draw_heatmaps, label_with_unit
 from governor_mechanism.render.film.reading_panel import axis_limits_for, format_plain_ticks
 from governor_mechanism.render.style import INK, SANS_FONT, SERIES_COLOURS, VERMILLION
@@ -57,6 +57,7 @@ def sweep_figure(sweep: Sweep, path: str | os.PathLike[str]) -> Path:
     MechanismError
         If the sweep has more than three keys.
     """
+    require_png(path)
     if len(sweep.axes) > _MAX_SWEEP_AXES:
         raise MechanismError(
             f"a figure shows at most {_MAX_SWEEP_AXES} keys, and this sweep varies {len(sweep.axes)}; sweep over fewer keys"

@@ -14,7 +14,16 @@ from matplotlib.ticker import LogLocator, NullLocator
 from governor_mechanism.errors import MechanismError
 from governor_mechanism.model.trajectory import Trajectory
 from governor_mechanism.render.figures.event_markers import draw_event_legend, draw_event_markers, reported_events
-from governor_mechanism.render.figures.page import label_axes, new_figure, save_png, style_axes, write_footnote, write_heading, write_title
+from governor_mechanism.render.figures.page import (
+    label_axes,
+    new_figure,
+    require_png,
+    save_png,
+    style_axes,
+    write_footnote,
+    write_heading,
+    write_title,
+)
 from governor_mechanism.render.film.reading_panel import READING_NOISE_RATIO, axis_limits_for, format_plain_ticks
 from governor_mechanism.render.number_format import display_unit_of, format_closing_lines, format_rounded_up
 from governor_mechanism.render.style import BLUE, GREEN, MUTED, PAPER, SANS_FONT, VERMILLION
@@ -53,6 +62,7 @@ def readings_figure(run: Trajectory, path: str | os.PathLike[str]) -> Path:
     MechanismError
         If the run has no reported time.
     """
+    require_png(path)
     if not len(run.times):
         raise MechanismError(f"the run has no reported time, so there is nothing to plot; its message: {run.message}")
     return save_png(_draw_readings(run), path)

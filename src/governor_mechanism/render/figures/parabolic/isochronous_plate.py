@@ -14,7 +14,7 @@ from matplotlib.text import Text
 
 from governor_mechanism.model.scene import Scene
 from governor_mechanism.render.figures.engraving_sheet import PLATE_HEIGHT, PLATE_WIDTH, new_plate, write_text
-from governor_mechanism.render.figures.page import save_png
+from governor_mechanism.render.figures.page import require_png, save_png
 from governor_mechanism.render.figures.parabolic.isochronous_data import (
     ARM_RATIOS,
     IsochronousPlateData,
@@ -67,6 +67,7 @@ def isochronous_figure(scene: Scene, path: str | os.PathLike[str]) -> Path:
     Path
         The path of the file.
     """
+    require_png(path)
     return save_png(draw_isochronous_plate(isochronous_plate_data(scene), scene.title), path)
 
 

@@ -11,7 +11,7 @@ from matplotlib.figure import Figure
 from governor_mechanism.errors import MechanismError
 from governor_mechanism.model.scene import Scene
 from governor_mechanism.render.figures.engraving_sheet import MM_PER_M, new_plate, write_text
-from governor_mechanism.render.figures.page import save_png
+from governor_mechanism.render.figures.page import require_png, save_png
 from governor_mechanism.render.figures.slide_valve.marks_panels import (
     draw_approximation_errors,
     draw_error_construction,
@@ -38,6 +38,7 @@ def marks_figure(scene: Scene, path: str | os.PathLike[str]) -> Path:
 
     Raises MechanismError for another machine and for an infinite eccentric rod. An exception leaves no file behind.
     """
+    require_png(path)
     return save_png(draw_marks_plate(valve_diagram_data(scene)), path)
 
 

@@ -11,7 +11,7 @@ from matplotlib.lines import Line2D
 
 from governor_mechanism.model.scene import Scene
 from governor_mechanism.render.figures.engraving_sheet import MM_PER_M, PLATE_HEIGHT, PLATE_WIDTH, new_plate, write_text
-from governor_mechanism.render.figures.page import save_png
+from governor_mechanism.render.figures.page import require_png, save_png
 from governor_mechanism.render.figures.slide_valve.zeuner_data import ValveDiagramData, valve_diagram_data
 from governor_mechanism.render.figures.slide_valve.zeuner_panels import CYLINDER_ENDS, draw_polar_diagram, draw_stroke_diagram
 from governor_mechanism.render.style import INK, MUTED, RULE, SERIF_FONT
@@ -33,6 +33,7 @@ def zeuner_figure(scene: Scene, path: str | os.PathLike[str]) -> Path:
 
     Raises MechanismError for another machine. An exception leaves no file behind.
     """
+    require_png(path)
     return save_png(draw_zeuner_plate(valve_diagram_data(scene)), path)
 
 

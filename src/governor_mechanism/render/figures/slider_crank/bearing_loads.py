@@ -28,7 +28,7 @@ from governor_mechanism.render.figures.engraving_sheet import (
     style_plate_axes,
     write_text,
 )
-from governor_mechanism.render.figures.page import save_png
+from governor_mechanism.render.figures.page import require_png, save_png
 from governor_mechanism.render.style import BLUE, GREEN, INK, MUTED, PAPER, SERIES_COLOURS, SERIF_FONT, STEEL, VERMILLION
 from governor_mechanism.types import FloatArray
 from governor_mechanism.verification.slider_crank import build_crank_train
@@ -65,6 +65,7 @@ def bearing_loads_figure(run: Trajectory, path: str | os.PathLike[str]) -> Path:
 
     Raises MechanismError for other runs. An exception leaves no file behind.
     """
+    require_png(path)
     return save_png(draw_bearing_loads(run), path)
 
 
