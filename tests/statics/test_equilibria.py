@@ -413,7 +413,7 @@ def test_a_curve_that_is_held_nowhere_is_drawn(tmp_path):
 def test_a_resistance_without_a_reading_to_act_at_names_the_option(tmp_path):
     answer = command("--resistance", "1 N m", text=DUMB_BELL, tmp_path=tmp_path)
     assert answer.returncode == 2
-    assert "name one by --against: ['q']" in answer.stderr
+    assert "choose one with --against: ['q']" in answer.stderr
     answer = command("--resistance", "1 N m", "--against", "q", text=DUMB_BELL, tmp_path=tmp_path)
     assert "1 N m at q: in equilibrium between 0 rpm and 99.18" in answer.stdout
     assert "is in equilibrium at q = 90 deg at every spindle speed" in answer.stdout

@@ -178,7 +178,7 @@ def test_speeds_and_points_that_are_none_are_refused():
 
 
 def test_equilibria_of_what_has_no_single_coordinate_are_refused():
-    with pytest.raises(gm.MechanismError, match="mobility one without drives"):
+    with pytest.raises(gm.MechanismError, match="one degree of freedom and without drives"):
         gm.equilibria("quick_return", 1.0)
 
 
