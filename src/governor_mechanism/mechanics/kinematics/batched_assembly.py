@@ -31,7 +31,7 @@ class BatchedPositionSolver:
     def __init__(self, mechanism: Mechanism) -> None:
         self.mechanism = mechanism
         self.position_solver = PositionSolver(mechanism)
-        self.coordinate_scale = 1.0 if mechanism.reading(mechanism.coordinate).quantity == "angle" else mechanism.length_scale
+        self.coordinate_scale = mechanism.output_scale(mechanism.coordinate)
         """SI value of a radian, or of a length scale, of the leading coordinate."""
         self.pose_scales = np.array([mechanism.length_scale, mechanism.length_scale, 1.0])
         """SI values of a length scale and of a radian for the coordinates of a body; shape (3,)."""

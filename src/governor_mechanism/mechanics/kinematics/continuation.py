@@ -83,7 +83,7 @@ class PathContinuation:
                 f"{self.position_solver.count_degrees_of_freedom(initial_poses)}"
             )
         self._is_angle = mechanism.reading(mechanism.coordinate).quantity == "angle"
-        self._coordinate_scale = 1.0 if self._is_angle else mechanism.length_scale
+        self._coordinate_scale = mechanism.output_scale(mechanism.coordinate)
         singular_values, right_singular_vectors = np.linalg.svd(
             self.position_solver.scaled_joint_jacobian(initial_poses), full_matrices=True
         )[1:]
@@ -188,8 +188,7 @@ class PathContinuation:
         change = self._output_value(name, next_point.poses) - self._output_value(name, point.poses)
         change = math.remainder(change, math.tau) if isinstance(output_variable, LineAngle) else change
         derivative = float(np.sum(self._output_gradient(name, point.poses) * self.position_solver.free_coordinate_scales * point.tangent))
-        scale = 1.0 if output_variable.quantity == "angle" else self.mechanism.length_scale
-        return abs(change - (next_point.arc_length - point.arc_length) * derivative) / scale
+        return abs(change - (next_point.arc_length - point.arc_length) * derivative) / self.mechanism.output_scale(name)
 
     def _make_point(
         self, poses: FloatArray, previous_tangent: FloatArray, value: float = 0.0, arc_length: float = 0.0
