@@ -2,40 +2,15 @@
 
 from __future__ import annotations
 
-from governor_mechanism.mechanics.dynamics.equations_of_motion import evaluate_state_derivative_inline
+from governor_mechanism.mechanics.dynamics.equations_of_motion import evaluate_event_functions, evaluate_state_derivative_inline
 from governor_mechanism.mechanics.dynamics.lowering import System, SystemWorkspace
-from governor_mechanism.mechanics.dynamics.output_forces import (
-    EVENT_SAMPLE_FRACTIONS,
-    EventFunctionKind,
-    evaluate_multibody_event_functions,
-)
+from governor_mechanism.mechanics.dynamics.output_forces import EVENT_SAMPLE_FRACTIONS, EventFunctionKind
 from governor_mechanism.numerics.hermite import interpolate_quintic_hermite
 from governor_mechanism.numerics.jit import jit_internal
 from governor_mechanism.types import FloatArray, IntArray
 
 OVERSHOOT_RATIO = 0.05
 """Allowance for a maximum between three samples above that of their parabola, relative to the spread of the samples."""
-
-
-@jit_internal
-def evaluate_events_at_state(
-    system: System, workspace: SystemWorkspace, input_cubics: FloatArray, local_time: float, state: FloatArray, event_values: FloatArray
-) -> None:
-    """Evaluate the event functions at the state whose derivative was evaluated last."""
-    n_bodies = system.bodies.size
-    poses, velocities = (state[: 3 * n_bodies].reshape(n_bodies, 3), state[3 * n_bodies : 6 * n_bodies].reshape(n_bodies, 3))
-    evaluate_multibody_event_functions(
-        system.output_rows,
-        system.event_functions,
-        poses,
-        velocities,
-        input_cubics,
-        local_time,
-        workspace.multipliers,
-        workspace.output_row_values,
-        workspace.output_jacobian,
-        event_values,
-    )
 
 
 @jit_internal
@@ -72,7 +47,7 @@ def bracket_first_event(
                 system, workspace, input_cubics, local_time + EVENT_SAMPLE_FRACTIONS[j] * h, trial_state, trial_derivative
             )
             counters[2] += 1
-        evaluate_events_at_state(system, workspace, input_cubics, local_time + EVENT_SAMPLE_FRACTIONS[j] * h, trial_state, event_values[j])
+        evaluate_event_functions(system, workspace, input_cubics, local_time + EVENT_SAMPLE_FRACTIONS[j] * h, trial_state, event_values[j])
     low = high = 2.0
     for i in range(event_table.size):
         tolerance = event_table[i].tolerance
@@ -180,5 +155,5 @@ def _is_positive_at(
         evaluate_state_derivative_inline(system, workspace, input_cubics, local_time + fraction * h, trial_state, trial_derivative)
         counters[2] += 1
     values = end_values.copy()
-    evaluate_events_at_state(system, workspace, input_cubics, local_time + fraction * h, trial_state, values)
+    evaluate_event_functions(system, workspace, input_cubics, local_time + fraction * h, trial_state, values)
     return bool(values[event_index] > 0.0)

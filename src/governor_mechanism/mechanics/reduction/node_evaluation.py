@@ -11,7 +11,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from governor_mechanism.mechanics.dynamics.equations_of_motion import bodies_inertia_about_spindle, evaluate_body_forces
+from governor_mechanism.mechanics.dynamics.equations_of_motion import evaluate_body_forces, inertia_about_spindle
 from governor_mechanism.mechanics.dynamics.force_elements import add_element_forces
 from governor_mechanism.mechanics.dynamics.output_forces import add_output_forces, output_rate
 from governor_mechanism.mechanics.kinematics.constraint_kernels import ConstraintRows, RowColumn, evaluate_rows
@@ -388,7 +388,7 @@ def evaluate_columns(arrays: ReductionArrays, workspace: NodeWorkspace, node: Fl
         evaluate_body_forces(arrays.bodies, 0.0, True, poses, 1.0, forces)
         columns[TableColumn.CENTRIFUGAL] = _project_on_tangent(forces, node[1]) / inertia
     columns[TableColumn.INVERSE_INERTIA] = 1.0 / inertia
-    columns[TableColumn.SPINDLE_INERTIA] = bodies_inertia_about_spindle(arrays.bodies, poses)
+    columns[TableColumn.SPINDLE_INERTIA] = inertia_about_spindle(arrays.bodies, poses)
     forces[:] = 0.0
     add_element_forces(arrays.dampers, poses, tangents, input_cubics, 0.0, forces)
     columns[TableColumn.DAMPING] = _project_on_tangent(forces, node[1]) / inertia

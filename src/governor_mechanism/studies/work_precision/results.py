@@ -7,7 +7,7 @@ import json
 import math
 import os
 from collections.abc import Mapping
-from dataclasses import asdict, dataclass
+from dataclasses import asdict, dataclass, is_dataclass
 from numbers import Real
 from pathlib import Path
 from typing import Any
@@ -77,7 +77,8 @@ class WorkPrecisionPoint:
     def as_json(self) -> dict[str, Any]:
         """Return the point as plain values."""
         plain = {name: value for name, value in vars(self).items() if name not in ("variant", "engine", "errors")}
-        return {**plain, "errors": dict(self.errors), "settings": {"engine": self.engine.name, **vars(self.engine)}}
+        settings = {name: asdict(value) if is_dataclass(value) else value for name, value in vars(self.engine).items()}
+        return {**plain, "errors": dict(self.errors), "settings": {"engine": self.engine.name, **settings}}
 
 
 @dataclass(frozen=True, kw_only=True)
