@@ -260,7 +260,8 @@ def test_how_a_governor_regulates_is_asked_from_the_command_line(tmp_path, monke
     monkeypatch.setattr("governor_mechanism.studies.regulation.registry.RAMP_RATES", [4e-3, 1e-3, 2.5e-4])
     result = call("regulation", "jump", "--out", str(tmp_path))
     assert result.exit_code == 0
-    assert "below 6.32801 rad/s, jumps above 6.44406 rad/s" in result.stdout
+    assert "falls below 6.32801 rad/s" in result.stdout
+    assert "jumps above 6.44406 rad/s" in result.stdout
     assert [path.name for path in tmp_path.iterdir()] == ["jump.png"]
     wrong = call("regulation", "settling", "porter", "--out", str(tmp_path))
     assert wrong.exit_code == 2
@@ -321,7 +322,7 @@ def test_an_interrupted_sweep_goes_on_where_it_was(workers, tmp_path):
     assert process.returncode == 130
     kept = journal.read_bytes().count(b"\n") - 1
     assert 3 <= kept < 250
-    assert said.splitlines()[0] == f"{kept} of 250 rows are in {journal}; the same command goes on from there"
+    assert said.splitlines()[0] == f"{kept} of 250 rows are in {journal}; the same command continues from there"
     assert len(told(said)) == 2
     assert listing(out) == [journal.name]
     assert call(*words[3:]).exit_code == 0

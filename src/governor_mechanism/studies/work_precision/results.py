@@ -7,10 +7,10 @@ import json
 import math
 import os
 from collections.abc import Mapping
-from dataclasses import asdict, dataclass, is_dataclass
+from dataclasses import asdict, dataclass
 from numbers import Real
 from pathlib import Path
-from typing import Any
+from typing import Any, cast
 
 from governor_mechanism.engines import Engine
 from governor_mechanism.errors import MechanismError
@@ -77,7 +77,7 @@ class WorkPrecisionPoint:
     def as_json(self) -> dict[str, Any]:
         """Return the point as plain values."""
         plain = {name: value for name, value in vars(self).items() if name not in ("variant", "engine", "errors")}
-        settings = {name: asdict(value) if is_dataclass(value) else value for name, value in vars(self.engine).items()}
+        settings = asdict(cast(Any, self.engine))
         return {**plain, "errors": dict(self.errors), "settings": {"engine": self.engine.name, **settings}}
 
 
