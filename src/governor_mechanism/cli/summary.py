@@ -87,7 +87,7 @@ def _format_stability(scene: Scene, equilibrium: Equilibrium) -> str:
         return f"{stability}; stiffness {equilibrium.stiffness:.6g}"
     sensitivity_clause = f"sensitivity {format_coordinate(scene, 0.01 * equilibrium.sensitivity)} per 1 % of speed"
     mechanism = scene.part.mechanism
-    coordinate_scale = 1.0 if mechanism.reading(mechanism.coordinate).quantity == "angle" else mechanism.length_scale
+    coordinate_scale = mechanism.output_scale(mechanism.coordinate)
     qualifier = "nearly astatic, " if equilibrium.sensitivity > NEARLY_ASTATIC_SENSITIVITY * coordinate_scale else ""
     return f"{stability}; stiffness {equilibrium.stiffness:.6g}; {qualifier}{sensitivity_clause}"
 

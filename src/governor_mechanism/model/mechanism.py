@@ -148,3 +148,7 @@ class Mechanism:
                 return reading
         names = [reading.name for reading in self.readings]
         raise MechanismError(f"no reading {name!r}; readings are {names}.{did_you_mean(name, names)}")
+
+    def output_scale(self, name: str) -> float:
+        """Return the scale of a reading: 1 rad, or the length scale in m."""
+        return 1.0 if self.reading(name).quantity == "angle" else self.length_scale

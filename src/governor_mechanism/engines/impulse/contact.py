@@ -31,7 +31,7 @@ class ContactModeTracker:
         self._stepper, self._output_forces, self._time_scale = stepper, stepper.output_forces, time_scale
         self.contacts = contacts_of(scene)
         self.contact_outputs = [names.index(contact.output_name) for contact in self.contacts]
-        self.coordinate_scales = [1.0 if mechanism.reading(name).quantity == "angle" else mechanism.length_scale for name in names]
+        self.coordinate_scales = [mechanism.output_scale(name) for name in names]
         self._springs = [spring for spring in output_springs_of(scene) if spring.one_sided]
         self._spring_outputs = [names.index(spring.reading) for spring in self._springs]
         self.constraints = [

@@ -69,7 +69,7 @@ class ContactModeSolver:
         self._output_indices = [names.index(contact.output_name) for contact in self.contacts]
         self._spring_output_indices = [names.index(spring.reading) for spring in self.one_sided_springs]
         mechanism = scene.part.mechanism
-        self._coordinate_scales = [1.0 if mechanism.reading(name).quantity == "angle" else mechanism.length_scale for name in names]
+        self._coordinate_scales = [mechanism.output_scale(name) for name in names]
         self._joint_rows = make_system(scene)[0].constraint_rows
         position_solver = PositionSolver(mechanism)
         self._mobility, self._is_driven = position_solver.mobility, bool(position_solver.equations.is_driven.any())

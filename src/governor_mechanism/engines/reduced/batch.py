@@ -11,6 +11,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from governor_mechanism.engines.base import make_reported_times
+from governor_mechanism.engines.reduced.contact import EventLog
 from governor_mechanism.engines.reduced.integration import integrate_reduced
 from governor_mechanism.engines.reduced.settings import ReducedSettings
 from governor_mechanism.integrators.reduced_dop853 import make_stages
@@ -77,7 +78,7 @@ class ReducedBatch:
         n_times = len(self._times)
         self._states, self._modes = np.empty((n_times, 2 + N_QUADRATURES)), np.zeros((n_times, 1), dtype=np.int64)
         self._input_cubics, self._mode = np.zeros((1, 5)), np.zeros(1, dtype=np.int64)
-        self._events, self._event_counts = np.empty((0, 3)), np.zeros(2, dtype=np.int64)
+        self._event_log = EventLog(np.empty((0, 3)), np.zeros(2, dtype=np.int64))
         self._counts = np.zeros(4, dtype=np.int64)
 
     def run(self, scene: Scene) -> UncertifiedResult | None:
@@ -116,7 +117,7 @@ class ReducedBatch:
         self._counts[:] = 0
         while status in (IntegrationStatus.BELOW_TABLE, IntegrationStatus.ABOVE_TABLE):
             limits = self._tolerance, step, max_step, self._max_steps
-            buffers = (self._stages, self._states[n_filled:], self._modes[n_filled:], self._events, self._event_counts, self._counts)
+            buffers = (self._stages, self._states[n_filled:], self._modes[n_filled:], self._event_log, self._counts)
             status, step, n_reached, time = integrate_reduced(model, (time, end), self._times[n_filled:], state, limits, *buffers)
             n_filled += n_reached
             leaves_table = status in (IntegrationStatus.BELOW_TABLE, IntegrationStatus.ABOVE_TABLE)

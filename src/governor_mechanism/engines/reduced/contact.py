@@ -5,6 +5,8 @@ The rules are those of `engines.multibody.contact`, for one coordinate: any cont
 
 from __future__ import annotations
 
+from typing import NamedTuple
+
 import numpy as np
 
 from governor_mechanism.engines.reduced.event_functions import find_active_stop, find_blocked_directions
@@ -39,32 +41,33 @@ STICK_EVENT, SLIP_EVENT, IMPACT_EVENT, REST_EVENT, SEPARATION_EVENT, SLACK_EVENT
 """Codes of the contact events, in the order of `EventKind`."""
 
 
+class EventLog(NamedTuple):
+    """Records (time, code, contact or spring) of events, and the number of events and of the last simultaneous ones."""
+
+    records: FloatArray
+    counts: IntArray
+
+
 @jit_internal
-def record_event(events: FloatArray, event_counts: IntArray, time: float, kind: int, subject: int) -> None:
+def record_event(log: EventLog, time: float, kind: int, subject: int) -> None:
     """Record an event while there is capacity, and count it."""
-    if event_counts[0] < events.shape[0]:
-        events[event_counts[0], 0], events[event_counts[0], 1], events[event_counts[0], 2] = time, kind, subject
-    event_counts[0] += 1
+    n_events = log.counts[0]
+    if n_events < log.records.shape[0]:
+        log.records[n_events, 0], log.records[n_events, 1], log.records[n_events, 2] = time, kind, subject
+    log.counts[0] += 1
 
 
 @jit_internal
 def apply_transition(
-    model: ReducedModel,
-    time: float,
-    local_time: float,
-    piece_guess: int,
-    event_values: FloatArray,
-    state: FloatArray,
-    events: FloatArray,
-    event_counts: IntArray,
+    model: ReducedModel, time: float, local_time: float, piece_guess: int, event_values: FloatArray, state: FloatArray, log: EventLog
 ) -> None:
     """Update contact mode and state (coordinate, rate, quadratures) after events; event_values are not positive at a start."""
     piece, t, _ = find_piece(model.intervals, model.neighbours, model.periodicity, state[0], piece_guess)
     n_contacts, n_springs = model.contacts.shape[0], model.one_sided_springs.shape[0]
     was_held, rest_times = model.mode[MODE_HELD] != 0, np.full(n_contacts, time)
-    _update_one_sided_springs(model, piece, t, state, time, events, event_counts)
+    _update_one_sided_springs(model, piece, t, state, time, log)
     model.mode[MODE_HELD] = 0
-    _apply_impacts(model, piece, t, time, local_time, state, rest_times, events, event_counts)
+    _apply_impacts(model, piece, t, time, local_time, state, rest_times, log)
     force_index = 3 * n_contacts + n_springs
     is_released = was_held and (event_values[force_index] > 0.0 or event_values[force_index + 1] > 0.0)
     if (
@@ -77,13 +80,11 @@ def apply_transition(
         _update_friction_signs(model, piece, t, float(direction), event_values, False)
     else:
         _update_friction_signs(model, piece, t, state[1], event_values, True)
-    _record_hold_changes(model, piece, t, was_held, model.mode[MODE_HELD] != 0, rest_times, events, event_counts)
+    _record_hold_changes(model, piece, t, was_held, model.mode[MODE_HELD] != 0, rest_times, log)
 
 
 @jit_internal
-def _update_one_sided_springs(
-    model: ReducedModel, piece: int, t: float, state: FloatArray, time: float, events: FloatArray, event_counts: IntArray
-) -> None:
+def _update_one_sided_springs(model: ReducedModel, piece: int, t: float, state: FloatArray, time: float, log: EventLog) -> None:
     """Update which one-sided springs are taut or slack."""
     n_contacts = model.contacts.shape[0]
     for i in range(model.one_sided_springs.shape[0]):
@@ -93,20 +94,12 @@ def _update_one_sided_springs(
         is_taut = output_derivative * state[1] > 0.0 if is_at_free_value else elongation > 0.0
         if is_taut != (model.mode[1 + n_contacts + i] != 0):
             model.mode[1 + n_contacts + i] = 1 if is_taut else 0
-            record_event(events, event_counts, time, TAUT_EVENT if is_taut else SLACK_EVENT, i)
+            record_event(log, time, TAUT_EVENT if is_taut else SLACK_EVENT, i)
 
 
 @jit_internal
 def _apply_impacts(
-    model: ReducedModel,
-    piece: int,
-    t: float,
-    time: float,
-    local_time: float,
-    state: FloatArray,
-    rest_times: FloatArray,
-    events: FloatArray,
-    event_counts: IntArray,
+    model: ReducedModel, piece: int, t: float, time: float, local_time: float, state: FloatArray, rest_times: FloatArray, log: EventLog
 ) -> None:
     """Reverse the rate at a stop by Newton's law of restitution; end bounces that are too low, and set their rest times."""
     has_struck, restitution = False, 1.0
@@ -117,7 +110,7 @@ def _apply_impacts(
             > STICTION_RATE_TOLERANCE * model.contacts[k, 5] / model.parameters[ForceParameter.TIME_SCALE]
         ):
             has_struck, restitution = True, min(restitution, model.contacts[k, 4])
-            record_event(events, event_counts, time, IMPACT_EVENT, k)
+            record_event(log, time, IMPACT_EVENT, k)
     if not has_struck:
         return
     v_before, quadrature_rates = state[1], np.empty((1, N_QUADRATURES))
@@ -191,20 +184,13 @@ def _update_friction_signs(
 
 @jit_internal
 def _record_hold_changes(
-    model: ReducedModel,
-    piece: int,
-    t: float,
-    was_held: bool,
-    is_held: bool,
-    rest_times: FloatArray,
-    events: FloatArray,
-    event_counts: IntArray,
+    model: ReducedModel, piece: int, t: float, was_held: bool, is_held: bool, rest_times: FloatArray, log: EventLog
 ) -> None:
     """Record the events of all contacts that begin or cease to hold the mechanism."""
     for k in range(model.contacts.shape[0] if was_held != is_held else 0):
         value = evaluate_table_output(model, piece, t, model.contacts[k, 0])[0]
         at_stop = find_active_stop(model, k, value, REST_TOLERANCE) != 0
         if at_stop:
-            record_event(events, event_counts, rest_times[k], REST_EVENT if is_held else SEPARATION_EVENT, k)
+            record_event(log, rest_times[k], REST_EVENT if is_held else SEPARATION_EVENT, k)
         elif model.contacts[k, 1] >= 0:
-            record_event(events, event_counts, rest_times[k], STICK_EVENT if is_held else SLIP_EVENT, k)
+            record_event(log, rest_times[k], STICK_EVENT if is_held else SLIP_EVENT, k)

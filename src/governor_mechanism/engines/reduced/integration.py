@@ -6,7 +6,7 @@ import math
 
 import numpy as np
 
-from governor_mechanism.engines.reduced.contact import apply_transition
+from governor_mechanism.engines.reduced.contact import EventLog, apply_transition
 from governor_mechanism.engines.reduced.event_functions import (
     count_event_functions,
     evaluate_reduced_event_functions,
@@ -17,7 +17,6 @@ from governor_mechanism.integrators.projected_dop853 import N_NONSTIFF_STEPS, N_
 from governor_mechanism.integrators.reduced_dop853 import (
     Stages,
     StepCounter,
-    conservative_error_norm,
     error_norm,
     estimate_stiffness,
     evaluate_dense_output,
@@ -59,38 +58,26 @@ def integrate_reduced(
     stages: Stages,
     states: FloatArray,
     modes: IntArray,
-    events: FloatArray,
-    event_counts: IntArray,
+    event_log: EventLog,
     counts: IntArray,
 ) -> tuple[int, float, int, float]:
     """Integrate the reduced model over a time span, with event location and dense output.
 
     state (coordinate, rate, quadratures) is advanced in place from span[0] to span[1], s; states and modes are filled at the times.
     limits are the tolerance of one step relative to the coordinate scale (and to that per time scale), first and largest step (s), and
-    the number of steps. The model's input cubics begin at span[0]. event_counts holds the number of events, and of the last
-    simultaneous ones. Returns status, last step (s), number of times reached, and time of the state (s).
+    the number of steps. The model's input cubics begin at span[0]. Returns status, last step (s), number of times reached, and time
+    of the state (s).
     """
     start, end = span
     tolerance, step, max_step, max_steps = limits
     time, n_reached, piece_index = start, 0, 0
-    rates, accelerations, quadrature_rates, dense = (stages.rates, stages.accelerations, stages.quadrature_rates, stages.dense)
-    mode, is_conservative, q_last_stage, energy_scale = (
-        model.mode,
-        model.parameters[ForceParameter.IS_CONSERVATIVE] != 0.0,
-        stages.q_last_stage,
-        model.parameters[ForceParameter.ENERGY_SCALE],
-    )
-    coordinate_scale, time_scale, stiff_steps, calm_steps = (
-        model.parameters[ForceParameter.COORDINATE_SCALE],
-        model.parameters[ForceParameter.TIME_SCALE],
-        0,
-        0,
-    )
+    rates, accelerations, quadrature_rates, dense = stages.rates, stages.accelerations, stages.quadrature_rates, stages.dense
+    mode, parameters, stiff_steps, calm_steps = model.mode, model.parameters, 0, 0
+    is_conservative, energy_scale = parameters[ForceParameter.IS_CONSERVATIVE] != 0.0, parameters[ForceParameter.ENERGY_SCALE]
+    coordinate_scale, time_scale = parameters[ForceParameter.COORDINATE_SCALE], parameters[ForceParameter.TIME_SCALE]
     monitors_events = model.contacts.shape[0] + model.one_sided_springs.shape[0] > 0
-    event_values, event_tolerances = (
-        np.full((EVENT_SAMPLE_FRACTIONS.size, count_event_functions(model)), -1.0),
-        np.empty(count_event_functions(model)),
-    )
+    event_tolerances = np.empty(count_event_functions(model))
+    event_values = np.full((EVENT_SAMPLE_FRACTIONS.size, event_tolerances.size), -1.0)
     fill_event_tolerances(model, event_tolerances)
     trial_stages = Stages(np.zeros(16), np.zeros(16), np.zeros((16, N_QUADRATURES)), np.zeros((2 + N_QUADRATURES, 7)), np.zeros(1))
     piece_index, t, side = find_piece(model.intervals, model.neighbours, model.periodicity, state[0], piece_index)
@@ -105,7 +92,7 @@ def integrate_reduced(
             return IntegrationStatus.STEP_LIMIT, step, n_reached, time
         if step < 1e-13 * (end - start) or not math.isfinite(step):
             return IntegrationStatus.STALLED, step, n_reached, time
-        can_use_long_step = mode[MODE_HELD] != 0 and model.parameters[ForceParameter.FLUCTUATION_AMPLITUDE] == 0.0
+        can_use_long_step = mode[MODE_HELD] != 0 and parameters[ForceParameter.FLUCTUATION_AMPLITUDE] == 0.0
         step = min(step, max_step * (HELD_STEP_FACTOR if can_use_long_step else 1.0))
         is_last = time + step >= end
         h = end - time if is_last else step
@@ -119,19 +106,13 @@ def integrate_reduced(
             continue
         if side >= 0:
             return IntegrationStatus.BELOW_TABLE + side, step, n_reached, time
-        if is_conservative:
-            error = conservative_error_norm(rates, accelerations, coordinate_scale, time_scale, h)
-        else:
-            error = error_norm(quadrature_rates, rates, accelerations, coordinate_scale, time_scale, energy_scale, h)
-        error /= tolerance
+        error = error_norm(stages, coordinate_scale, time_scale, energy_scale, h, not is_conservative) / tolerance
         if not error <= 1.0:
             counts[StepCounter.REJECTED] += 1
             step = h * (max(0.2, 0.9 * error**-0.125) if math.isfinite(error) else 0.1)
             continue
         counts[StepCounter.ACCEPTED] += 1
-        stiffness = 0.0
-        if not is_conservative:
-            stiffness = estimate_stiffness(rates, accelerations, q_last_stage, q_end, v_end)
+        stiffness = 0.0 if is_conservative else estimate_stiffness(stages, q_end, v_end)
         has_event, time_end = False, end if is_last else time + h
         if monitors_events:
             event_step = EventStep(model, local_time, h, q, v, piece_index, stages, trial_stages, event_tolerances, counts)
@@ -164,13 +145,11 @@ def integrate_reduced(
         rates[0], accelerations[0] = rates[12], accelerations[12]
         piece_index = piece_end
         if has_event:
-            event_counts[1] = event_counts[1] + 1 if time_end - time <= SIMULTANEOUS_EVENT_TOLERANCE * time_scale else 0
-            if event_counts[1] >= MAX_SIMULTANEOUS_REDUCED_EVENTS:
+            event_log.counts[1] = event_log.counts[1] + 1 if time_end - time <= SIMULTANEOUS_EVENT_TOLERANCE * time_scale else 0
+            if event_log.counts[1] >= MAX_SIMULTANEOUS_REDUCED_EVENTS:
                 return IntegrationStatus.STALLED, step, n_reached, time
             time = time_end
-            apply_transition(
-                model, time, time - start, piece_index, event_values[EVENT_SAMPLE_FRACTIONS.size - 1], state, events, event_counts
-            )
+            apply_transition(model, time, time - start, piece_index, event_values[-1], state, event_log)
             piece_index, t, side = find_piece(model.intervals, model.neighbours, model.periodicity, state[0], piece_index)
             acceleration = evaluate_equation_of_motion(model, piece_index, t, state[1], time - start, stages.quadrature_rates, 0)
             rates[0], accelerations[0] = state[1], acceleration
@@ -179,7 +158,7 @@ def integrate_reduced(
             continue
         time = time_end
         if monitors_events:
-            event_values[0] = event_values[EVENT_SAMPLE_FRACTIONS.size - 1]
+            event_values[0] = event_values[-1]
         step_factor = min(6.0, max(0.3, 0.9 * max(error, 1e-30) ** -0.125))
         step = max(step, h * step_factor) if is_last else h * step_factor
         at_stability_limit = not is_conservative and mode[MODE_HELD] == 0 and h * stiffness > STABILITY_LIMIT
@@ -192,6 +171,6 @@ def integrate_reduced(
 
 
 @jit
-def initialise_contact_mode(model: ReducedModel, time: float, state: FloatArray, events: FloatArray, event_counts: IntArray) -> None:
+def initialise_contact_mode(model: ReducedModel, time: float, state: FloatArray, event_log: EventLog) -> None:
     """Select the contact mode at a start or after a discontinuity of an input; the state must be on the table."""
-    apply_transition(model, time, 0.0, 0, np.full(count_event_functions(model), -1.0), state, events, event_counts)
+    apply_transition(model, time, 0.0, 0, np.full(count_event_functions(model), -1.0), state, event_log)

@@ -7,7 +7,7 @@ from itertools import pairwise
 
 import numpy as np
 
-from governor_mechanism.engines.reduced.contact import EVENT_KINDS
+from governor_mechanism.engines.reduced.contact import EVENT_KINDS, EventLog
 from governor_mechanism.engines.reduced.integration import initialise_contact_mode, integrate_reduced
 from governor_mechanism.engines.reduced.settings import ReducedSettings
 from governor_mechanism.integrators.reduced_dop853 import make_stages
@@ -88,11 +88,11 @@ class ReducedRun:
         state = np.array([*self.start, *(0.0,) * N_QUADRATURES])
         states, modes = np.empty((len(self.times), 2 + N_QUADRATURES)), self._allocate_modes()
         mode, stages = np.zeros(modes.shape[1], dtype=np.int64), make_stages()
-        events, event_counts = np.empty((capacity, 3)), np.zeros(2, dtype=np.int64)
+        event_log = EventLog(np.empty((capacity, 3)), np.zeros(2, dtype=np.int64))
         counts = np.zeros_like(self.counts)
         if self.has_contacts:
-            initialise_contact_mode(self._make_model(0.0, mode), 0.0, state, events, event_counts)
-            event_counts[:] = 0
+            initialise_contact_mode(self._make_model(0.0, mode), 0.0, state, event_log)
+            event_log.counts[:] = 0
         n_filled, step = int(len(self.times) > 0 and self.times[0] == 0.0), settings.first_step_ratio * max_step
         status: int = IntegrationStatus.DONE
         time, side = 0.0, 0
@@ -102,7 +102,7 @@ class ReducedRun:
             while time < end:
                 limits = (tolerance, step, max_step, self.max_steps)
                 last_row = int(np.searchsorted(self.times, end, side="right"))
-                buffers = (stages, states[n_filled:], modes[n_filled:], events, event_counts, counts)
+                buffers = (stages, states[n_filled:], modes[n_filled:], event_log, counts)
                 status, step, n_reached, time = integrate_reduced(
                     self._make_model(time, mode), (time, end), self.times[n_filled:last_row], state, limits, *buffers
                 )
@@ -123,19 +123,23 @@ class ReducedRun:
             breakpoint_row = n_filled - 1 if n_filled and self.times[n_filled - 1] == end else None
             self._add_speed_jump_work(end, state, states, breakpoint_row)
             if self.has_contacts:
-                initialise_contact_mode(self._make_model(end, mode), end, state, events, event_counts)
+                initialise_contact_mode(self._make_model(end, mode), end, state, event_log)
         self.counts += counts
-        event_records = self._make_events(events[: min(event_counts[0], capacity)])
+        event_records = self._make_events(event_log.records[: min(event_log.counts[0], capacity)])
         solution = ReducedSolution(states[:n_filled], modes[:n_filled], event_records, IntegrationStatus(status), time, side, step)
-        return solution, int(event_counts[0])
+        return solution, int(event_log.counts[0])
 
     def integrate_from_row(self, states: FloatArray, tolerance: float, k: int, time: float) -> tuple[FloatArray, FloatArray] | None:
         """Return poses and velocities (bodies, 3) at a time, s, after that of row k, integrated from that row; None on failure."""
         start_time, state, time_scale = float(self.times[k]), states[k].copy(), self.evaluator.time_scale
         model = self._make_model(start_time, np.zeros(1, dtype=np.int64))
         limits = (tolerance, 0.01 * time_scale, self.settings.max_step_ratio * time_scale, self.settings.max_interpolation_steps)
-        no_states, no_modes, no_events = np.empty((0, 2 + N_QUADRATURES)), np.zeros((0, 1), dtype=np.int64), np.empty((0, 3))
-        buffers = (make_stages(), no_states, no_modes, no_events, np.zeros(2, dtype=np.int64), np.zeros(4, dtype=np.int64))
+        no_states, no_modes, no_log = (
+            np.empty((0, 2 + N_QUADRATURES)),
+            np.zeros((0, 1), dtype=np.int64),
+            EventLog(np.empty((0, 3)), np.zeros(2, dtype=np.int64)),
+        )
+        buffers = (make_stages(), no_states, no_modes, no_log, np.zeros(4, dtype=np.int64))
         status, *_ = integrate_reduced(model, (start_time, time), np.empty(0), state, limits, *buffers)
         if status != IntegrationStatus.DONE:
             return None

@@ -75,7 +75,7 @@ def _max_other_rate(scene: Scene) -> float:
     ]
     rates = [0.0, *(math.sqrt(square) for square in rates_squared)]
     for name, rate in scene.start.rates.items():
-        rates.append(abs(rate) / (1.0 if scene.part.mechanism.reading(name).quantity == "angle" else length_scale))
+        rates.append(abs(rate) / scene.part.mechanism.output_scale(name))
     for joint in scene.part.mechanism.joints:
         if isinstance(joint, RotationalDriver | TranslationalDriver):
             displacements, times = np.diff(joint.motion.values), np.diff(joint.motion.times)

@@ -142,7 +142,9 @@ class PositionSolver:
         for name in displacements:
             if isinstance(self.mechanism.reading(name), LineAngle):
                 displacements[name] = math.remainder(displacements[name], math.tau)
-        max_displacement = max((abs(displacement) / self.output_scale(name) for name, displacement in displacements.items()), default=0.0)
+        max_displacement = max(
+            (abs(displacement) / self.mechanism.output_scale(name) for name, displacement in displacements.items()), default=0.0
+        )
         if max_displacement > MAX_TRAVEL:
             raise MechanismError(
                 f"the values of {list(values)} are {max_displacement:.6g} rad or length scales away from the initial guess; "
@@ -193,7 +195,7 @@ class PositionSolver:
             return poses
         null_direction = np.linalg.svd(self.scaled_joint_jacobian(poses))[2][-1]
         output_rate = self.output_derivative(moving_outputs[0], poses, null_direction)
-        if abs(output_rate) > TURNING_POINT_OFFSET * self.output_scale(moving_outputs[0]):
+        if abs(output_rate) > TURNING_POINT_OFFSET * self.mechanism.output_scale(moving_outputs[0]):
             return poses
         offset = TURNING_POINT_OFFSET * self.free_coordinate_scales * null_direction * np.sign(null_direction[0] or 1.0)
         return self._gauss_newton(poses + self.expand_free(offset), {})
@@ -218,10 +220,6 @@ class PositionSolver:
             "or the start is a change point, where the joints do not determine the direction of motion"
         )
 
-    def output_scale(self, name: str) -> float:
-        """Return the SI value of a length scale, or of a radian, for an output."""
-        return 1.0 if self.mechanism.reading(name).quantity == "angle" else self.mechanism.length_scale
-
     def jacobian(self, poses: FloatArray, names: list[str]) -> FloatArray:
         """Return the Jacobian of the joints and then of the named outputs with respect to the free coordinates."""
         gradients = [evaluate_output(self.mechanism, name, poses).gradient.reshape(1, -1)[:, self.free_mask] for name in names]
@@ -230,7 +228,7 @@ class PositionSolver:
     def _gauss_newton(self, poses: FloatArray, values: Mapping[str, float]) -> FloatArray:
         """Solve joints and requested output values by Gauss-Newton iteration with minimum-norm steps."""
         names, length_scale = list(values), self.mechanism.length_scale
-        row_scales = np.array([length_scale] * len(self.equations.joint_indices) + [self.output_scale(name) for name in names])
+        row_scales = np.array([length_scale] * len(self.equations.joint_indices) + [self.mechanism.output_scale(name) for name in names])
         converged = False
         for _ in range(60):
             output_residuals = [self._output_residual(name, values[name], poses) for name in names]
@@ -252,7 +250,9 @@ class PositionSolver:
 
     def _check_closure(self, poses: FloatArray, values: Mapping[str, float]) -> FloatArray:
         residuals = {name: self._output_residual(name, value, poses) for name, value in values.items()}
-        unsatisfied = [name for name in residuals if not abs(residuals[name]) < 1e3 * ASSEMBLY_TOLERANCE * self.output_scale(name)]
+        unsatisfied = [
+            name for name in residuals if not abs(residuals[name]) < 1e3 * ASSEMBLY_TOLERANCE * self.mechanism.output_scale(name)
+        ]
         location = ", ".join(f"{name} = {value:.6g}" for name, value in values.items())
         location = f" at {location}" if location else ""
         joint, gap = self.equations.largest_gap(poses, self.time) if self.equations.joints else (None, 0.0)

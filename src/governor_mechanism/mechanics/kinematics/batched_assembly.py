@@ -31,7 +31,7 @@ class BatchedPositionSolver:
     def __init__(self, mechanism: Mechanism) -> None:
         self.mechanism = mechanism
         self.position_solver = PositionSolver(mechanism)
-        self.coordinate_scale = self.position_solver.output_scale(mechanism.coordinate)
+        self.coordinate_scale = self.mechanism.output_scale(mechanism.coordinate)
         """SI value of a radian, or of a length scale, of the leading coordinate."""
         self.pose_scales = self.position_solver.pose_scales
         """SI values of a length scale and of a radian for the coordinates of a body; shape (3,)."""

@@ -83,7 +83,7 @@ class PathContinuation:
                 f"{self.position_solver.count_degrees_of_freedom(initial_poses)}"
             )
         self._is_angle = mechanism.reading(mechanism.coordinate).quantity == "angle"
-        self._coordinate_scale = self.position_solver.output_scale(mechanism.coordinate)
+        self._coordinate_scale = self.mechanism.output_scale(mechanism.coordinate)
         singular_values, right_singular_vectors = np.linalg.svd(self.position_solver.scaled_joint_jacobian(initial_poses))[1:]
         self._rank = int(np.sum(singular_values > RANK_TOLERANCE * singular_values[0])) if singular_values.size else 0
         coordinate_derivative = self.position_solver.output_derivative(mechanism.coordinate, initial_poses, right_singular_vectors[-1])
@@ -168,7 +168,7 @@ class PathContinuation:
         change = self._output_value(name, next_point.poses) - self._output_value(name, point.poses)
         change = math.remainder(change, math.tau) if isinstance(output_variable, LineAngle) else change
         derivative = self.position_solver.output_derivative(name, point.poses, point.tangent)
-        return abs(change - (next_point.arc_length - point.arc_length) * derivative) / self.position_solver.output_scale(name)
+        return abs(change - (next_point.arc_length - point.arc_length) * derivative) / self.mechanism.output_scale(name)
 
     def _make_point(
         self, poses: FloatArray, previous_tangent: FloatArray, value: float = 0.0, arc_length: float = 0.0

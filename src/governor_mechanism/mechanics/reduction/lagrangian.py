@@ -28,6 +28,7 @@ from governor_mechanism.mechanics.kinematics.points import body_point
 from governor_mechanism.mechanics.kinematics.range_of_motion import RangeOfMotion, find_range_of_motion
 from governor_mechanism.mechanics.kinematics.time_functions import CubicTimeFunction
 from governor_mechanism.model.force_elements import Force, ForceElement, Spring, Torque, TorsionSpring
+from governor_mechanism.model.joints import Point
 from governor_mechanism.model.mechanism import Mechanism
 from governor_mechanism.model.output_variables import BodyAngle, Reading
 from governor_mechanism.model.scene import TURNING_PLANE, FreeSpindle, Scene
@@ -38,7 +39,7 @@ CANCELLATION_RATIO = 1e-15
 """Derivative of the spindle inertia relative to its terms below which it is rounding and set to zero."""
 
 
-@dataclass(frozen=True, kw_only=True)
+@dataclass(frozen=True)
 class PathCoefficients:
     """The Lagrangian coefficients at n values of the coordinate.
 
@@ -154,24 +155,8 @@ class SingleDofReduction:
     def evaluate_at_poses(self, poses: FloatArray, values: FloatArray) -> PathCoefficients:
         """Return the coefficients at poses (n, bodies, 3) assembled at values (n,). Raises MechanismError at a turning point."""
         tangents, curvatures = self._position_solver.path_derivatives(poses)
-        path = (poses, tangents, curvatures)
-        inertia, inertia_derivative = self._reduced_inertia(tangents, curvatures)
-        spindle_inertias = self._spindle_inertia(*path)
-        potential = self._potential(*path)
-        return PathCoefficients(
-            coordinate=values,
-            poses=poses,
-            tangents=tangents,
-            curvatures=curvatures,
-            inertia=inertia,
-            inertia_derivative=inertia_derivative,
-            spindle_inertia=spindle_inertias[0],
-            spindle_inertia_derivative=spindle_inertias[1],
-            spindle_inertia_second_derivative=spindle_inertias[2],
-            potential=potential[0],
-            potential_derivative=potential[1],
-            potential_second_derivative=potential[2],
-        )
+        path = np.stack([poses, tangents, curvatures])
+        return PathCoefficients(values, *path, *self._reduced_inertia(path), *self._spindle_inertia(path), *self._potential(path))
 
     def output_derivative(self, coefficients: PathCoefficients, name: str) -> FloatArray:
         """Return the derivative (n,) of a reading by the coordinate."""
@@ -179,90 +164,78 @@ class SingleDofReduction:
         derivative: FloatArray = np.sum(gradient * coefficients.tangents, axis=(-2, -1))
         return derivative
 
-    def _reduced_inertia(self, tangents: FloatArray, curvatures: FloatArray) -> tuple[FloatArray, FloatArray]:
+    def _reduced_inertia(self, path: FloatArray) -> FloatArray:
+        """Return the inertia and its derivative (2, n) along a path (3, n, bodies, 3): poses, tangents and curvatures."""
         masses = np.array([[b.mass, b.mass, b.second_moments.xx + b.second_moments.yy] for b in self.mechanism.bodies])
-        axes = (-2, -1)
-        return np.sum(masses * tangents**2, axis=axes), 2 * np.sum(masses * tangents * curvatures, axis=axes)
+        axes, (_, tangents, curvatures) = (-2, -1), path
+        return np.array([np.sum(masses * tangents**2, axis=axes), 2 * np.sum(masses * tangents * curvatures, axis=axes)])
 
-    def _spindle_inertia(
-        self, poses: FloatArray, tangents: FloatArray, curvatures: FloatArray
-    ) -> tuple[FloatArray, FloatArray, FloatArray]:
-        total, magnitude = _allocate_derivatives(len(poses)), np.zeros(len(poses))
+    def _spindle_inertia(self, path: FloatArray) -> FloatArray:
+        """Return the moment of inertia about the spindle and its two derivatives (3, n) along a path."""
+        (poses, tangents, curvatures), total = path, np.zeros(path.shape[:2])
         if not (self.scene.has_centrifugal and self.scene.part.plane == TURNING_PLANE):
             return total
+        magnitude = np.zeros(len(poses))
         for index, body in enumerate(self.mechanism.bodies):
             x, angle = poses[:, index, 0], poses[:, index, 2]
             moments, tangent = body.second_moments.in_plane, tangents[:, index]
-            total[0][:] += spindle_inertia(body.mass, *moments, body.second_moments.zz, x, angle)
-            total[1][:] += spindle_inertia_rate(body.mass, *moments, x, angle, tangent[:, 0], tangent[:, 2])
-            total[2][:] += spindle_inertia_second_derivative(body.mass, moments, x, angle, tangent, curvatures[:, index])
+            total[0] += spindle_inertia(body.mass, *moments, body.second_moments.zz, x, angle)
+            total[1] += spindle_inertia_rate(body.mass, *moments, x, angle, tangent[:, 0], tangent[:, 2])
+            total[2] += spindle_inertia_second_derivative(body.mass, moments, x, angle, tangent, curvatures[:, index])
             magnitude += 2 * body.mass * self.mechanism.length_scale * np.abs(tangent[:, 0])
             magnitude += (abs(moments[1] - moments[0]) + 2 * abs(moments[2])) * np.abs(tangent[:, 2])
         total[1][np.abs(total[1]) < CANCELLATION_RATIO * magnitude] = 0.0
         return total
 
-    def _potential(self, poses: FloatArray, tangents: FloatArray, curvatures: FloatArray) -> tuple[FloatArray, FloatArray, FloatArray]:
-        total = _allocate_derivatives(len(poses))
+    def _potential(self, path: FloatArray) -> FloatArray:
+        """Return the potential and its two derivatives (3, n) along a path."""
+        total = np.zeros(path.shape[:2])
         for index, body in enumerate(self.mechanism.bodies):
-            for term, poses_or_derivatives in zip(total, (poses, tangents, curvatures), strict=True):
-                term += gravitational_energy(body.mass, self.scene.gravity, poses_or_derivatives[:, index, 1])
+            total += gravitational_energy(body.mass, self.scene.gravity, path[:, :, index, 1])
         for element in self.mechanism.force_elements:
-            for term, contribution in zip(total, self._element_potential(element, poses, tangents, curvatures), strict=True):
-                term += contribution
+            total += self._element_potential(element, path)
         for spring in output_springs_of(self.scene):
-            output = self._output_derivatives(self.mechanism.reading(spring.reading), poses, tangents, curvatures)
+            output = self._output_derivatives(self.mechanism.reading(spring.reading), path)
             is_taut = ~(spring.one_sided & (output[0] < spring.free_value))
-            for term, contribution in zip(total, _spring_energy_derivatives(spring.rate, spring.free_value, *output), strict=True):
-                term += np.where(is_taut, contribution, 0.0)
+            total += np.where(is_taut, _spring_energy_derivatives(spring.rate, spring.free_value, output), 0.0)
         return total
 
-    def _element_potential(
-        self, element: ForceElement, poses: FloatArray, tangents: FloatArray, curvatures: FloatArray
-    ) -> tuple[FloatArray, FloatArray, FloatArray]:
+    def _element_potential(self, element: ForceElement, path: FloatArray) -> FloatArray:
         """Return the potential of a force element and its derivatives; zero for dampers, forces and torques as at t = 0."""
         if isinstance(element, Spring):
-            length = self._spring_length(element, poses, tangents, curvatures)
-            return _spring_energy_derivatives(element.stiffness, element.free_length, *length)
+            return _spring_energy_derivatives(element.stiffness, element.free_length, self._spring_length(element, path))
         if isinstance(element, TorsionSpring | Torque):
             angle = BodyAngle(name="", quantity="angle", body=element.second, reference_body=element.first)
-            relative_angle, derivative, second_derivative = self._output_derivatives(angle, poses, tangents, curvatures)
+            relative_angle = self._output_derivatives(angle, path)
             if isinstance(element, TorsionSpring):
-                return _spring_energy_derivatives(element.stiffness, element.free_angle, relative_angle, derivative, second_derivative)
-            torque = _initial_value(element.moment)
-            return -torque * relative_angle, -torque * derivative, -torque * second_derivative
+                return _spring_energy_derivatives(element.stiffness, element.free_angle, relative_angle)
+            return -_initial_value(element.moment) * relative_angle
         if isinstance(element, Force):
             force = np.array([_initial_value(element.x), _initial_value(element.y)])
-            point = body_point(self.mechanism, element.point)
-            centripetal = point.centripetal_acceleration(poses, tangents)
-            second_derivative = point.velocity(poses, curvatures) + centripetal
-            return -point.position(poses) @ force, -point.velocity(poses, tangents) @ force, -second_derivative @ force
-        zero = np.zeros(len(poses))
-        return zero, zero, zero
+            energy: FloatArray = -self._point_derivatives(element.point, path) @ force
+            return energy
+        return np.zeros(path.shape[:2])
 
-    def _spring_length(
-        self, spring: Spring, poses: FloatArray, tangents: FloatArray, curvatures: FloatArray
-    ) -> tuple[FloatArray, FloatArray, FloatArray]:
-        """Return the length of a spring and its derivatives; both derivatives are zero where its ends meet."""
-        first, second = body_point(self.mechanism, spring.first), body_point(self.mechanism, spring.second)
-        relative_position = second.position(poses) - first.position(poses)
-        relative_tangent = second.velocity(poses, tangents) - first.velocity(poses, tangents)
-        relative_curvature = second.velocity(poses, curvatures) - first.velocity(poses, curvatures)
-        relative_curvature += second.centripetal_acceleration(poses, tangents) - first.centripetal_acceleration(poses, tangents)
-        length = np.linalg.norm(relative_position, axis=-1)
+    def _point_derivatives(self, location: Point, path: FloatArray) -> FloatArray:
+        """Return the position of a point and its two derivatives (3, n, 2) along a path."""
+        (poses, tangents, curvatures), point = path, body_point(self.mechanism, location)
+        second_derivative = point.velocity(poses, curvatures) + point.centripetal_acceleration(poses, tangents)
+        return np.array([point.position(poses), point.velocity(poses, tangents), second_derivative])
+
+    def _spring_length(self, spring: Spring, path: FloatArray) -> FloatArray:
+        """Return the length of a spring and its derivatives (3, n); both derivatives are zero where its ends meet."""
+        line, tangent, curvature = self._point_derivatives(spring.second, path) - self._point_derivatives(spring.first, path)
+        length = np.linalg.norm(line, axis=-1)
         safe_length = np.where(length > 0.0, length, 1.0)
-        derivative = np.sum(relative_position * relative_tangent, axis=-1) / safe_length
-        return (
-            length,
-            derivative,
-            (np.sum(relative_tangent**2 + relative_position * relative_curvature, axis=-1) - derivative**2) / safe_length,
-        )
+        derivative = np.sum(line * tangent, axis=-1) / safe_length
+        return np.array([length, derivative, (np.sum(tangent**2 + line * curvature, axis=-1) - derivative**2) / safe_length])
 
-    def _output_derivatives(
-        self, reading: Reading, poses: FloatArray, tangents: FloatArray, curvatures: FloatArray
-    ) -> tuple[FloatArray, FloatArray, FloatArray]:
-        output, axes = evaluate_output_variable(reading, self.mechanism, poses, tangents), (-2, -1)
-        derivative = np.sum(output.gradient * tangents, axis=axes)
-        return (output.value, derivative, np.sum(output.gradient * curvatures, axis=axes) + output.quadratic_velocity_term)
+    def _output_derivatives(self, reading: Reading, path: FloatArray) -> FloatArray:
+        """Return the value of an output and its two derivatives (3, n) along a path."""
+        (poses, tangents, curvatures), axes = path, (-2, -1)
+        output = evaluate_output_variable(reading, self.mechanism, poses, tangents)
+        second_derivative = np.sum(output.gradient * curvatures, axis=axes) + output.quadratic_velocity_term
+        return np.array([output.value, np.sum(output.gradient * tangents, axis=axes), second_derivative])
 
 
 def _initial_value(program: InputFunction) -> float:
@@ -270,13 +243,9 @@ def _initial_value(program: InputFunction) -> float:
     return float(CubicTimeFunction(program)(np.array([0.0]))[0])
 
 
-def _allocate_derivatives(n_values: int) -> tuple[FloatArray, FloatArray, FloatArray]:
-    """Allocate a quantity and its two derivatives, each (n_values,)."""
-    return np.zeros(n_values), np.zeros(n_values), np.zeros(n_values)
-
-
-def _spring_energy_derivatives(
-    stiffness: float, free_value: float, displacement: FloatArray, derivative: FloatArray, second_derivative: FloatArray
-) -> tuple[FloatArray, FloatArray, FloatArray]:
-    force = spring_force(stiffness, free_value, displacement)
-    return (spring_energy(stiffness, free_value, displacement), force * derivative, stiffness * derivative**2 + force * second_derivative)
+def _spring_energy_derivatives(stiffness: float, free_value: float, displacement: FloatArray) -> FloatArray:
+    """Return the energy of a spring and its two derivatives (3, n) from those of its length or angle."""
+    value, derivative, second_derivative = displacement
+    force = spring_force(stiffness, free_value, value)
+    energy = spring_energy(stiffness, free_value, value)
+    return np.array([energy, force * derivative, stiffness * derivative**2 + force * second_derivative])

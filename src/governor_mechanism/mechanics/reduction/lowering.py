@@ -110,13 +110,13 @@ def lower_reduced_scene(scene: Scene) -> tuple[ReductionArrays, ReducedForces]:
     scene_time_scale = time_scale(scene)
     has_centrifugal_forces = scene.has_centrifugal and scene.part.plane == TURNING_PLANE
     is_steady = isinstance(spindle, Spindle) and spindle.speed_function.is_constant and not spindle.speed_fluctuation
-    output_scales = np.array([_output_scale(mechanism, name) for name in names])
+    output_scales = np.array([mechanism.output_scale(name) for name in names])
     arrays = ReductionArrays(
         constraint_rows=ConstraintRows(rows, bodies_of_rows(rows), joint_rows.curve_segments),
         coordinate_wraps=isinstance(mechanism.reading(mechanism.coordinate), LineAngle),
         free_indices=np.array([3 * k + c for k, body in enumerate(mechanism.bodies) for c in range(3 if body.can_rotate else 2)]),
         pose_scales=np.array([mechanism.length_scale, mechanism.length_scale, 1.0] * len(mechanism.bodies)),
-        row_scales=np.array([*(1 / mechanism.length_scale,) * len(joint_rows.table), 1 / _output_scale(mechanism, mechanism.coordinate)]),
+        row_scales=np.array([*(1 / mechanism.length_scale,) * len(joint_rows.table), 1 / mechanism.output_scale(mechanism.coordinate)]),
         mass=np.array([m for b in mechanism.bodies for m in (b.mass, b.mass, b.second_moments.xx + b.second_moments.yy)]),
         bodies=np.array([make_body_record(body) for body in mechanism.bodies], dtype=BODY_DTYPE),
         gravity=scene.gravity,
@@ -130,7 +130,7 @@ def lower_reduced_scene(scene: Scene) -> tuple[ReductionArrays, ReducedForces]:
         output_springs=_two_sided_springs(scene, names),
         limits=np.array([(names.index(limit.reading), limit.low, limit.high) for limit in limits]).reshape(-1, 3),
         spindle_speed_squared=spindle.speeds[0] ** 2 if is_steady and isinstance(spindle, Spindle) else -1.0,
-        coordinate_scale=_output_scale(mechanism, mechanism.coordinate),
+        coordinate_scale=mechanism.output_scale(mechanism.coordinate),
         time_scale=scene_time_scale,
         length_scale=mechanism.length_scale,
         low=low,
@@ -154,14 +154,10 @@ def _split_force_elements(force_elements: RecordArray) -> tuple[RecordArray, Rec
 
 
 def _coordinate_bounds(mechanism: Mechanism) -> tuple[float, float]:
-    coordinate_scale = _output_scale(mechanism, mechanism.coordinate)
+    coordinate_scale = mechanism.output_scale(mechanism.coordinate)
     coordinate_limits = [limit for limit in mechanism.limits if limit.reading == mechanism.coordinate]
     low = max((limit.low for limit in coordinate_limits), default=-UNBOUNDED_RANGE * coordinate_scale)
     return low, min((limit.high for limit in coordinate_limits), default=UNBOUNDED_RANGE * coordinate_scale)
-
-
-def _output_scale(mechanism: Mechanism, name: str) -> float:
-    return 1.0 if mechanism.reading(name).quantity == "angle" else mechanism.length_scale
 
 
 def _two_sided_springs(scene: Scene, names: list[str]) -> FloatArray:
@@ -178,12 +174,12 @@ def _lower_forces(scene: Scene, arrays: ReductionArrays, names: list[str]) -> Re
     mechanism, spindle, program = scene.part.mechanism, scene.spindle, 1 + len(arrays.program_indices)
     contacts = []
     for contact in contacts_of(scene):
-        has_friction, scale = contact.friction is not None, _output_scale(mechanism, contact.output_name)
+        has_friction, scale = contact.friction is not None, mechanism.output_scale(contact.output_name)
         friction_index = program if has_friction else -1
         contacts.append((names.index(contact.output_name), friction_index, contact.low, contact.high, contact.restitution, scale))
         program += has_friction
     one_sided_springs = [
-        (names.index(spring.reading), spring.rate, spring.free_value, _output_scale(mechanism, spring.reading))
+        (names.index(spring.reading), spring.rate, spring.free_value, mechanism.output_scale(spring.reading))
         for spring in output_springs_of(scene)
         if spring.one_sided
     ]

@@ -282,22 +282,10 @@ def _fill_scaled_jacobian(
 @jit_internal
 def solve_position(arrays: ReductionArrays, workspace: NodeWorkspace, q: float, node: FloatArray) -> bool:
     """Solve for the poses node[0] at a value of the coordinate from a guess; fill in their two derivatives."""
-    rows, free_indices, pose_scales, row_scales, row_values, jacobian = (
-        arrays.constraint_rows,
-        arrays.free_indices,
-        arrays.pose_scales,
-        arrays.row_scales,
-        workspace.row_values,
-        workspace.jacobian,
-    )
-    matrix, row_order, rhs, pose_change, solution = (
-        workspace.matrix,
-        workspace.row_order,
-        workspace.rhs,
-        workspace.pose_change,
-        workspace.solution,
-    )
-    poses, tangents, dense_row, row_bodies = (node[0].reshape(-1, 3), node[1].reshape(-1, 3), workspace.dense_row, rows.row_bodies)
+    rows, free_indices, pose_scales, row_scales = arrays.constraint_rows, arrays.free_indices, arrays.pose_scales, arrays.row_scales
+    row_values, jacobian, dense_row, matrix = workspace.row_values, workspace.jacobian, workspace.dense_row, workspace.matrix
+    row_order, rhs, pose_change, solution = workspace.row_order, workspace.rhs, workspace.pose_change, workspace.solution
+    poses, tangents, row_bodies = node[0].reshape(-1, 3), node[1].reshape(-1, 3), rows.row_bodies
     last, previous_step = rhs.size - 1, math.inf
     for _ in range(MAX_NODE_NEWTON_STEPS):
         row_values[:, RowColumn.DRIVE_VALUE] = 0.0
@@ -378,49 +366,39 @@ def continue_to_coordinate(arrays: ReductionArrays, workspace: NodeWorkspace, q:
 @jit_internal
 def evaluate_columns(arrays: ReductionArrays, workspace: NodeWorkspace, node: FloatArray, columns: FloatArray) -> None:
     """Fill the columns of the table from a node (3, 3 bodies): poses, tangent and curvature."""
-    poses, tangents = node[0].reshape(-1, 3), node[1].reshape(-1, 3)
+    poses, tangents, zero_velocities = node[0].reshape(-1, 3), node[1].reshape(-1, 3), workspace.zero_velocities
+    input_cubics, forces = workspace.input_cubics, workspace.generalised_forces
     inertia = inertia_derivative = 0.0
     for k in range(arrays.mass.size):
         inertia += arrays.mass[k] * node[1, k] * node[1, k]
         inertia_derivative += 2.0 * arrays.mass[k] * node[1, k] * node[2, k]
     is_steady = arrays.has_centrifugal_forces and arrays.spindle_speed_squared >= 0.0
-    evaluate_body_forces(arrays.bodies, arrays.gravity, is_steady, poses, arrays.spindle_speed_squared, workspace.generalised_forces)
-    add_element_forces(arrays.springs, poses, workspace.zero_velocities, workspace.input_cubics, 0.0, workspace.generalised_forces)
+    evaluate_body_forces(arrays.bodies, arrays.gravity, is_steady, poses, arrays.spindle_speed_squared, forces)
+    add_element_forces(arrays.springs, poses, zero_velocities, input_cubics, 0.0, forces)
+    rows, springs = arrays.output_rows, arrays.output_springs
     add_output_forces(
-        arrays.output_rows,
-        arrays.output_springs,
-        poses,
-        workspace.zero_velocities,
-        workspace.input_cubics,
-        0.0,
-        workspace.output_row_values,
-        workspace.output_jacobian,
-        workspace.generalised_forces,
+        rows, springs, poses, zero_velocities, input_cubics, 0.0, workspace.output_row_values, workspace.output_jacobian, forces
     )
     columns[TableColumn.QUADRATIC] = -0.5 * inertia_derivative / inertia
-    columns[TableColumn.POTENTIAL] = _project_on_tangent(workspace.generalised_forces, node[1]) / inertia
+    columns[TableColumn.POTENTIAL] = _project_on_tangent(forces, node[1]) / inertia
     if columns.size == TableColumn.INVERSE_INERTIA:
         return
     columns[TableColumn.CENTRIFUGAL] = 0.0
     if arrays.has_centrifugal_forces and not is_steady:
-        evaluate_body_forces(arrays.bodies, 0.0, True, poses, 1.0, workspace.generalised_forces)
-        columns[TableColumn.CENTRIFUGAL] = _project_on_tangent(workspace.generalised_forces, node[1]) / inertia
-    columns[TableColumn.INVERSE_INERTIA], columns[TableColumn.SPINDLE_INERTIA] = (
-        1.0 / inertia,
-        inertia_about_spindle(arrays.bodies, poses),
-    )
-    workspace.generalised_forces[:] = 0.0
-    add_element_forces(arrays.dampers, poses, tangents, workspace.input_cubics, 0.0, workspace.generalised_forces)
-    columns[TableColumn.DAMPING] = _project_on_tangent(workspace.generalised_forces, node[1]) / inertia
+        evaluate_body_forces(arrays.bodies, 0.0, True, poses, 1.0, forces)
+        columns[TableColumn.CENTRIFUGAL] = _project_on_tangent(forces, node[1]) / inertia
+    columns[TableColumn.INVERSE_INERTIA] = 1.0 / inertia
+    columns[TableColumn.SPINDLE_INERTIA] = inertia_about_spindle(arrays.bodies, poses)
+    forces[:] = 0.0
+    add_element_forces(arrays.dampers, poses, tangents, input_cubics, 0.0, forces)
+    columns[TableColumn.DAMPING] = _project_on_tangent(forces, node[1]) / inertia
     column: int = TableColumn.FIRST_PROGRAM
     for program in arrays.program_indices:
-        workspace.generalised_forces[:] = 0.0
-        workspace.input_cubics[program, 3] = 1.0
-        add_element_forces(
-            arrays.programmed_force_elements, poses, workspace.zero_velocities, workspace.input_cubics, 0.0, workspace.generalised_forces
-        )
-        workspace.input_cubics[program, 3] = 0.0
-        columns[column] = _project_on_tangent(workspace.generalised_forces, node[1]) / inertia
+        forces[:] = 0.0
+        input_cubics[program, 3] = 1.0
+        add_element_forces(arrays.programmed_force_elements, poses, zero_velocities, input_cubics, 0.0, forces)
+        input_cubics[program, 3] = 0.0
+        columns[column] = _project_on_tangent(forces, node[1]) / inertia
         column += 1
     evaluate_rows(arrays.output_rows, poses, tangents, workspace.output_row_values, workspace.output_jacobian)
     for k in range(arrays.output_rows.table.size):

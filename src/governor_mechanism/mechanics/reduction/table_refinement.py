@@ -103,11 +103,9 @@ def _start_table(arrays: ReductionArrays, workspace: NodeWorkspace, table: Piece
 def _set_scales(arrays: ReductionArrays, table: PiecewiseTable, node: FloatArray, columns: FloatArray) -> None:
     """Set the scales of columns and poses from the initial node."""
     column_scales, coordinate_scale, time_scale = table.column_scales, arrays.coordinate_scale, arrays.time_scale
-    column_scales[TableColumn.QUADRATIC], column_scales[TableColumn.POTENTIAL], column_scales[TableColumn.CENTRIFUGAL] = (
-        1.0 / coordinate_scale,
-        coordinate_scale / time_scale**2,
-        coordinate_scale,
-    )
+    column_scales[TableColumn.QUADRATIC] = 1.0 / coordinate_scale
+    column_scales[TableColumn.POTENTIAL] = coordinate_scale / time_scale**2
+    column_scales[TableColumn.CENTRIFUGAL] = coordinate_scale
     max_tangent = 0.0
     for k in range(arrays.pose_scales.size):
         max_tangent = max(max_tangent, abs(node[1, k]))
@@ -115,11 +113,9 @@ def _set_scales(arrays: ReductionArrays, table: PiecewiseTable, node: FloatArray
         table.node_scales[1, k] = arrays.pose_scales[k] / coordinate_scale
     if columns.size == TableColumn.INVERSE_INERTIA:
         return
-    column_scales[TableColumn.INVERSE_INERTIA], column_scales[TableColumn.SPINDLE_INERTIA], column_scales[TableColumn.DAMPING] = (
-        columns[TableColumn.INVERSE_INERTIA],
-        columns[TableColumn.SPINDLE_INERTIA],
-        1.0 / time_scale,
-    )
+    column_scales[TableColumn.INVERSE_INERTIA] = columns[TableColumn.INVERSE_INERTIA]
+    column_scales[TableColumn.SPINDLE_INERTIA] = columns[TableColumn.SPINDLE_INERTIA]
+    column_scales[TableColumn.DAMPING] = 1.0 / time_scale
     column: int = TableColumn.FIRST_PROGRAM
     for _ in range(arrays.program_indices.size):
         column_scales[column] = max_tangent * columns[TableColumn.INVERSE_INERTIA]
@@ -149,11 +145,11 @@ def _add_piece(arrays: ReductionArrays, workspace: NodeWorkspace, table: Piecewi
         if abs(end - start) < MIN_PIECE_WIDTH * arrays.coordinate_scale:
             table.end_reasons[side] = EndReason.AT_BOUND if at_bound else EndReason.AT_SINGULARITY
             return ExtensionStatus.TABLE_ENDED
-        residual, rounding = _fill_piece(arrays, workspace, table, piece, edge_piece, min(start, end), max(start, end), side)
+        residual, rounding = _fill_piece(arrays, workspace, table, piece, edge_piece, start, end)
         if residual <= 1.0 and rounding < MAX_ROUNDING_RATIO:
             if rounding > NOISE_LIMIT and abs(end - start) > MIN_RESIZABLE_WIDTH * arrays.coordinate_scale and not at_bound:
-                end = _reduce_rounding_by_resizing(arrays, workspace, table, piece, edge_piece, start, end, side, rounding)
-                residual, rounding = _fill_piece(arrays, workspace, table, piece, edge_piece, min(start, end), max(start, end), side)
+                end = _reduce_rounding_by_resizing(arrays, workspace, table, piece, edge_piece, start, end, rounding)
+                residual, rounding = _fill_piece(arrays, workspace, table, piece, edge_piece, start, end)
                 # No step control corrects the error of the table at a change point, and the error estimate would not show it.
                 near_change_point = workspace.min_pivot[0] < CHANGE_POINT_RATIO * table.periodicity[4]
                 if rounding > NOISE_LIMIT and near_change_point and abs(bound - end) > CHANGE_POINT_MARGIN * arrays.coordinate_scale:
@@ -165,9 +161,7 @@ def _add_piece(arrays: ReductionArrays, workspace: NodeWorkspace, table: Piecewi
             table.end_reasons[side] = reason  # the last piece ends where a reading reaches its limit
             if abs(limit_value - start) < MIN_PIECE_WIDTH * arrays.coordinate_scale:
                 return ExtensionStatus.TABLE_ENDED
-            residual, rounding = _fill_piece(
-                arrays, workspace, table, piece, edge_piece, min(start, limit_value), max(start, limit_value), side
-            )
+            residual, rounding = _fill_piece(arrays, workspace, table, piece, edge_piece, start, limit_value)
             end = limit_value
             break
         width = 0.5 * abs(end - start)
@@ -190,35 +184,35 @@ def _reduce_rounding_by_resizing(
     workspace: NodeWorkspace,
     table: PiecewiseTable,
     piece: int,
-    edge_piece: int,
+    neighbour: int,
     start: float,
     end: float,
-    side: int,
-    least_rounding: float,
+    least: float,
 ) -> float:
     """Return the end of the piece with the least rounding error; near a change point that depends on the positions of the nodes."""
-    best, bound = end, arrays.high if side == 1 else arrays.low
+    best, bound = end, arrays.high if end > start else arrays.low
     for k in range(N_RESIZE_TRIALS):
         trial_end = start + (end - start) * (0.3 + 1.4 * (k + 0.5) / N_RESIZE_TRIALS)
         if (trial_end - bound) * (end - start) >= 0.0:
             break
-        residual, rounding = _fill_piece(arrays, workspace, table, piece, edge_piece, min(start, trial_end), max(start, trial_end), side)
-        if residual <= 1.0 and rounding < least_rounding:
-            best, least_rounding = trial_end, rounding
+        residual, rounding = _fill_piece(arrays, workspace, table, piece, neighbour, start, trial_end)
+        if residual <= 1.0 and rounding < least:
+            best, least = trial_end, rounding
     return best
 
 
 @jit_internal
 def _fill_piece(
-    arrays: ReductionArrays, workspace: NodeWorkspace, table: PiecewiseTable, piece: int, neighbour: int, low: float, high: float, side: int
+    arrays: ReductionArrays, workspace: NodeWorkspace, table: PiecewiseTable, piece: int, neighbour: int, start: float, end: float
 ) -> tuple[float, float]:
     """Fill a piece, node by node from the side of its neighbour; return its truncation error and its rounding error.
 
     workspace.min_pivot becomes the smallest pivot ratio of all nodes.
     """
+    low, high = min(start, end), max(start, end)
     middle, half = 0.5 * (low + high), 0.5 * (high - low)
     columns, values = np.empty(table.column_scales.size), np.empty((table.column_scales.size, N_CHEBYSHEV_NODES))
-    first, last, direction = (0, N_CHEBYSHEV_NODES - 1, 1) if side == 1 else (N_CHEBYSHEV_NODES - 1, 0, -1)
+    first, last, direction = (0, N_CHEBYSHEV_NODES - 1, 1) if end > start else (N_CHEBYSHEV_NODES - 1, 0, -1)
     node, node_before = np.empty((3, arrays.pose_scales.size)), np.empty((3, arrays.pose_scales.size))
     node[:], node_before[:] = table.initial_node, table.initial_node
     q = q_before = table.intervals[0, 0]
@@ -245,12 +239,8 @@ def _fill_piece(
         node[:], q = table.nodes[piece, k], q_node
     workspace.min_pivot[0] = min_pivot
     _unwrap_line_angles(arrays, table, neighbour if piece > 0 else -1, values, first, direction)
-    table.intervals[piece, 0], table.intervals[piece, 1], table.intervals[piece, 2], table.intervals[piece, 3] = (
-        low,
-        high,
-        middle,
-        1.0 / half,
-    )
+    interval = table.intervals[piece]
+    interval[0], interval[1], interval[2], interval[3] = low, high, middle, 1.0 / half
     return _fit_residual(arrays, table, piece, values)
 
 
