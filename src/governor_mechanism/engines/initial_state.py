@@ -170,8 +170,8 @@ def _assemble(position_solver: PositionSolver, start_values: Mapping[str, float]
 
 def _require_in_range(limit: Limit, value: float, message_start: str) -> None:
     if not limit.low < value < limit.high:
-        message = limit.low_message if value <= limit.low else limit.high_message
-        raise MechanismError(f"{message_start} lies outside the travel of {limit.reading!r}, {limit.low:.6g} to {limit.high:.6g}: {message}")
+        event = limit.low_message if value <= limit.low else limit.high_message
+        raise MechanismError(f"{message_start} lies outside the travel of {limit.reading!r}, {limit.low:.6g} to {limit.high:.6g}: {event}")
 
 
 def stable_equilibrium_poses(scene: Scene) -> FloatArray:
