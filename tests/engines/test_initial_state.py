@@ -167,7 +167,7 @@ duration = "1 s"
 
 
 def test_a_start_off_the_table_of_a_slot_is_refused():
-    with pytest.raises(gm.MechanismError, match=r"outside the range of .* leaves the table"):
+    with pytest.raises(gm.MechanismError, match=r"outside the travel of .* leaves the table"):
         initial_state(scene(text=SLOT.format(x=0.3, y=0.2)))
     initial_state(scene(text=SLOT.format(x=0.1, y=0.0)))
 

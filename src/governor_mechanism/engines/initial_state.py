@@ -15,6 +15,7 @@ from governor_mechanism.mechanics.kinematics.assembly import PositionSolver
 from governor_mechanism.mechanics.kinematics.output_variables import evaluate_output_value
 from governor_mechanism.mechanics.kinematics.time_functions import SpindleSpeedFunction
 from governor_mechanism.model.mechanism import Mechanism
+from governor_mechanism.model.output_variables import Limit
 from governor_mechanism.model.scene import EQUILIBRIUM, Scene
 from governor_mechanism.numerics.jit import warn_before_compiling
 from governor_mechanism.statics.equilibria import find_equilibria
@@ -68,10 +69,14 @@ def _solve_initial_state(scene: Scene) -> tuple[FloatArray, FloatArray]:
         poses = _equilibrium_poses(scene)
     else:
         start_values = {name: float(value) for name, value in values.items()}
-        for name, value in start_values.items():
-            _require_start_value_in_range(mechanism, name, value)
+        for limit in mechanism.limits:
+            if limit.reading in start_values:
+                value = start_values[limit.reading]
+                _require_in_range(limit, value, f"start.{limit.reading} = {value:.6g}")
         poses = _assemble(position_solver, start_values)
-        _require_poses_in_range(mechanism, poses)
+        for limit in mechanism.limits:
+            value = float(evaluate_output_value(mechanism, limit.reading, poses))
+            _require_in_range(limit, value, f"the start, {limit.reading} = {value:.6g},")
     _require_mobile(position_solver, poses)
     _require_within_stops(scene, poses)
     return poses, position_solver.solve_velocities(poses, scene.start.rates)
@@ -163,23 +168,10 @@ def _assemble(position_solver: PositionSolver, start_values: Mapping[str, float]
         ) from error
 
 
-def _require_poses_in_range(mechanism: Mechanism, poses: FloatArray) -> None:
-    for limit in mechanism.limits:
-        value = float(evaluate_output_value(mechanism, limit.reading, poses))
-        if not limit.low < value < limit.high:
-            raise MechanismError(
-                f"the start lies outside the range of {limit.reading!r}, {limit.low:.6g} to {limit.high:.6g}: it is at "
-                f"{value:.6g}; {limit.low_message if value <= limit.low else limit.high_message}"
-            )
-
-
-def _require_start_value_in_range(mechanism: Mechanism, name: str, value: float) -> None:
-    for limit in mechanism.limits:
-        if limit.reading == name and not limit.low < value < limit.high:
-            raise MechanismError(
-                f"start.{name} = {value:.6g} lies outside the travel, "
-                f"{limit.low:.6g} to {limit.high:.6g}: {limit.low_message if value <= limit.low else limit.high_message}"
-            )
+def _require_in_range(limit: Limit, value: float, message_start: str) -> None:
+    if not limit.low < value < limit.high:
+        event = limit.low_message if value <= limit.low else limit.high_message
+        raise MechanismError(f"{message_start} lies outside the travel of {limit.reading!r}, {limit.low:.6g} to {limit.high:.6g}: {event}")
 
 
 def stable_equilibrium_poses(scene: Scene) -> FloatArray:

@@ -3,9 +3,11 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
+from typing import ClassVar
 
-from governor_mechanism.errors import MechanismError, require_finite, require_positive
+from governor_mechanism.errors import MechanismError
 from governor_mechanism.model.joints import GROUND, Point
+from governor_mechanism.model.measured_fields import measured, require_valid_fields
 from governor_mechanism.model.time_functions import InputFunction
 
 
@@ -19,12 +21,20 @@ class ForceElement:
         Name in messages and results.
     """
 
+    noun: ClassVar[str] = "force element"
+
     name: str
 
     @property
     def bodies(self) -> tuple[str, str]:
         """Names of the two bodies that the element acts between."""
         raise NotImplementedError
+
+    def __post_init__(self) -> None:
+        first, second = self.bodies
+        if first == second:
+            raise MechanismError(f"force element {self.name!r} acts between body {first!r} and itself; it needs two different bodies")
+        require_valid_fields(self, f"{self.noun} {self.name!r}")
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -38,9 +48,6 @@ class _PointToPointElement(ForceElement):
     def bodies(self) -> tuple[str, str]:
         """Bodies of the two points."""
         return self.first.body, self.second.body
-
-    def __post_init__(self) -> None:
-        _require_distinct_bodies(self)
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -59,13 +66,10 @@ class Spring(_PointToPointElement):
         Distance at zero force, m.
     """
 
-    stiffness: float
-    free_length: float = 0.0
+    noun: ClassVar[str] = "spring"
 
-    def __post_init__(self) -> None:
-        super().__post_init__()
-        require_positive(self.stiffness, "N/m", f"stiffness of spring {self.name!r}")
-        require_finite(self.free_length, "m", f"free length of spring {self.name!r}")
+    stiffness: float = measured("N/m", positive=True)
+    free_length: float = measured("m", default=0.0)
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -80,11 +84,9 @@ class Damper(_PointToPointElement):
         Damping coefficient, N s/m; positive.
     """
 
-    damping: float
+    noun: ClassVar[str] = "damper"
 
-    def __post_init__(self) -> None:
-        super().__post_init__()
-        require_positive(self.damping, "N s/m", f"damping of damper {self.name!r}")
+    damping: float = measured("N s/m", positive=True)
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -98,9 +100,6 @@ class _RotationalElement(ForceElement):
     def bodies(self) -> tuple[str, str]:
         """The first and the second body."""
         return self.first, self.second
-
-    def __post_init__(self) -> None:
-        _require_distinct_bodies(self)
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -117,13 +116,10 @@ class TorsionSpring(_RotationalElement):
         Relative angle at zero moment, rad.
     """
 
-    stiffness: float
-    free_angle: float = 0.0
+    noun: ClassVar[str] = "torsion spring"
 
-    def __post_init__(self) -> None:
-        super().__post_init__()
-        require_positive(self.stiffness, "N m/rad", f"stiffness of torsion spring {self.name!r}")
-        require_finite(self.free_angle, "rad", f"free angle of torsion spring {self.name!r}")
+    stiffness: float = measured("N m/rad", positive=True)
+    free_angle: float = measured("rad", default=0.0)
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -138,11 +134,9 @@ class TorsionDamper(_RotationalElement):
         Damping coefficient, N m s/rad; positive.
     """
 
-    damping: float
+    noun: ClassVar[str] = "torsion damper"
 
-    def __post_init__(self) -> None:
-        super().__post_init__()
-        require_positive(self.damping, "N m s/rad", f"damping of torsion damper {self.name!r}")
+    damping: float = measured("N m s/rad", positive=True)
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -180,12 +174,3 @@ class Force(ForceElement):
     def bodies(self) -> tuple[str, str]:
         """The ground and the body of the point."""
         return GROUND, self.point.body
-
-    def __post_init__(self) -> None:
-        _require_distinct_bodies(self)
-
-
-def _require_distinct_bodies(element: ForceElement) -> None:
-    first, second = element.bodies
-    if first == second:
-        raise MechanismError(f"force element {element.name!r} acts between body {first!r} and itself; it needs two different bodies")

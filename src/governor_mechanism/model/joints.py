@@ -3,9 +3,11 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
+from typing import ClassVar
 
-from governor_mechanism.errors import MechanismError, require_finite, require_positive
+from governor_mechanism.errors import MechanismError, require_finite
 from governor_mechanism.model.curves import Curve
+from governor_mechanism.model.measured_fields import measured, require_valid_fields
 from governor_mechanism.model.time_functions import PrescribedMotion
 
 GROUND = "ground"
@@ -45,6 +47,8 @@ class Joint:
         Points on two different bodies.
     """
 
+    noun: ClassVar[str] = "joint"
+
     name: str
     first: Point
     second: Point
@@ -52,6 +56,7 @@ class Joint:
     def __post_init__(self) -> None:
         if self.first.body == self.second.body:
             raise MechanismError(f"joint {self.name!r} joins body {self.first.body!r} to itself; a joint needs two different bodies")
+        require_valid_fields(self, f"{self.noun} {self.name!r}")
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -69,11 +74,9 @@ class Distance(Joint):
         Distance of the points, m; positive.
     """
 
-    length: float
+    noun: ClassVar[str] = "link"
 
-    def __post_init__(self) -> None:
-        super().__post_init__()
-        require_positive(self.length, "m", f"length of link {self.name!r}")
+    length: float = measured("m", positive=True)
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -86,11 +89,9 @@ class Slider(Joint):
         Direction of the line through the first point, rad, anticlockwise from the x axis of the first body.
     """
 
-    angle: float
+    noun: ClassVar[str] = "slider"
 
-    def __post_init__(self) -> None:
-        super().__post_init__()
-        require_finite(self.angle, "rad", f"angle of slider {self.name!r}")
+    angle: float = measured("rad")
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -103,11 +104,9 @@ class Weld(Joint):
         Angle of the second body minus that of the first, rad.
     """
 
-    relative_angle: float = 0.0
+    noun: ClassVar[str] = "weld"
 
-    def __post_init__(self) -> None:
-        super().__post_init__()
-        require_finite(self.relative_angle, "rad", f"relative angle of weld {self.name!r}")
+    relative_angle: float = measured("rad", default=0.0)
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -120,11 +119,9 @@ class Prismatic(Slider):
         Angle of the second body minus that of the first, rad.
     """
 
-    relative_angle: float = 0.0
+    noun: ClassVar[str] = "prismatic joint"
 
-    def __post_init__(self) -> None:
-        super().__post_init__()
-        require_finite(self.relative_angle, "rad", f"relative angle of prismatic joint {self.name!r}")
+    relative_angle: float = measured("rad", default=0.0)
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -137,11 +134,9 @@ class ArcSlot(Joint):
         Radius of the slot, m; positive.
     """
 
-    radius: float
+    noun: ClassVar[str] = "arc slot"
 
-    def __post_init__(self) -> None:
-        super().__post_init__()
-        require_positive(self.radius, "m", f"radius of arc slot {self.name!r}")
+    radius: float = measured("m", positive=True)
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -156,12 +151,10 @@ class CurveSlot(Joint):
         Direction of the curve's x axis, rad, anticlockwise from the x axis of the first body.
     """
 
-    curve: Curve
-    angle: float = 0.0
+    noun: ClassVar[str] = "curve slot"
 
-    def __post_init__(self) -> None:
-        super().__post_init__()
-        require_finite(self.angle, "rad", f"angle of curve slot {self.name!r}")
+    curve: Curve
+    angle: float = measured("rad", default=0.0)
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -178,13 +171,13 @@ class Gear(Joint):
         Angle of the second body at zero angle of the first, rad.
     """
 
-    ratio: float
-    offset: float = 0.0
+    noun: ClassVar[str] = "gear"
+
+    ratio: float = measured("")
+    offset: float = measured("rad", default=0.0)
 
     def __post_init__(self) -> None:
         super().__post_init__()
-        require_finite(self.ratio, "", f"ratio of gear {self.name!r}")
-        require_finite(self.offset, "rad", f"offset of gear {self.name!r}")
         if self.ratio == 0.0:
             raise MechanismError(f"ratio of gear {self.name!r} must not be 0; to fix a body use a weld")
 
@@ -205,14 +198,14 @@ class RackAndPinion(Joint):
         Displacement at zero angle of the pinion, m.
     """
 
-    radius: float
-    angle: float = 0.0
-    offset: float = 0.0
+    noun: ClassVar[str] = "rack"
+
+    radius: float = measured("m")
+    angle: float = measured("rad", default=0.0)
+    offset: float = measured("m", default=0.0)
 
     def __post_init__(self) -> None:
         super().__post_init__()
-        for name, unit in (("radius", "m"), ("angle", "rad"), ("offset", "m")):
-            require_finite(getattr(self, name), unit, f"{name} of rack {self.name!r}")
         if self.radius == 0.0:
             raise MechanismError(f"radius of rack {self.name!r} must not be 0")
 
@@ -233,14 +226,11 @@ class ProportionalDisplacement(Joint):
         Displacement of the second point at zero displacement of the first, m.
     """
 
-    ratio: float
-    angle: float
-    offset: float = 0.0
+    noun: ClassVar[str] = "proportion"
 
-    def __post_init__(self) -> None:
-        super().__post_init__()
-        for name, unit in (("ratio", ""), ("angle", "rad"), ("offset", "m")):
-            require_finite(getattr(self, name), unit, f"{name} of proportion {self.name!r}")
+    ratio: float = measured("")
+    angle: float = measured("rad")
+    offset: float = measured("m", default=0.0)
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -270,12 +260,10 @@ class TranslationalDriver(Joint):
         Direction of the line, rad, anticlockwise from the x axis of the first body.
     """
 
-    motion: PrescribedMotion
-    angle: float
+    noun: ClassVar[str] = "driver"
 
-    def __post_init__(self) -> None:
-        super().__post_init__()
-        require_finite(self.angle, "rad", f"angle of driver {self.name!r}")
+    motion: PrescribedMotion
+    angle: float = measured("rad")
 
 
 JOINT_TYPES: frozenset[type[Joint]] = frozenset(
