@@ -16,7 +16,8 @@ from governor_mechanism.mechanics.contact.event_log import compare_event_logs
 from governor_mechanism.mechanics.dynamics.contacts import has_contacts
 from governor_mechanism.model.scene import Scene
 from governor_mechanism.model.trajectory import Cost, Outcome, Trajectory
-from governor_mechanism.observables.evaluation import ReadingEvaluator, RunResult
+from governor_mechanism.observables.evaluation import ReadingEvaluator
+from governor_mechanism.observables.run_result import RunResult
 
 TOLERANCE_SAFETY_FACTOR = 100.0
 """Ratio of accuracy to first tolerance: the estimate is the error of a run with a ten times larger tolerance."""
