@@ -48,7 +48,7 @@ def test_run_writes_film_figure_readings_arrays_and_record(tmp_path):
     result = call("run", str(short_scene(tmp_path)), "--out", str(tmp_path / "out"))
     assert result.exit_code == 0, result.output
     assert "accurate to" in result.stdout
-    assert "(asked 1e-06)" in result.stdout
+    assert "(requested 1e-06)" in result.stdout
     assert sorted(path.name for path in (tmp_path / "out").iterdir()) == [f"short.{kind}" for kind in ("csv", "gif", "json", "nc", "png")]
 
 
@@ -195,8 +195,8 @@ def test_equilibria_are_told_drawn_and_given_as_json(tmp_path):
     words = [*COMMAND, "equilibria", "watt_improved", "--speed", "6.4 rad/s", "--out", str(tmp_path)]
     answer = subprocess.run(words, capture_output=True, text=True, check=True)
     lines = answer.stdout.splitlines()
-    assert "unstable, grows at" in lines[1]
-    assert "stable, swings at" in lines[2]
+    assert "unstable, divergence rate" in lines[1]
+    assert "stable, natural frequency" in lines[2]
     assert lines[3].startswith("jumps at 31.8721 deg, 60.42")
     assert (tmp_path / "watt_improved_characteristic.png").read_bytes().startswith(b"\x89PNG")
     answer = subprocess.run([*words, "--json", "--no-figure"], capture_output=True, text=True, check=True)
@@ -264,7 +264,7 @@ def test_how_a_governor_regulates_is_asked_from_the_command_line(tmp_path, monke
     assert [path.name for path in tmp_path.iterdir()] == ["jump.png"]
     wrong = call("regulation", "settling", "porter", "--out", str(tmp_path))
     assert wrong.exit_code == 2
-    assert "free spindle whose torque changes" in wrong.stderr
+    assert "free spindle with a torque that changes" in wrong.stderr
 
 
 SHORT = {"10 ms": "50 ms", "accuracy = 1e-6": 'accuracy = 1e-4\nengine = "multibody"'}

@@ -74,7 +74,7 @@ def test_a_rotating_point_mass_without_a_pin_is_refused():
 def test_several_parts_are_refused():
     scene = porter()
     scene = replace(scene, couplings=(Coupling(source="a.b", target="c.d"),))
-    with pytest.raises(UnsupportedEffect, match="scenes of one part"):
+    with pytest.raises(UnsupportedEffect, match="scenes with one part"):
         ImpulseEngine().run(scene)
 
 
@@ -131,7 +131,7 @@ def test_a_start_outside_the_travel_is_refused():
 
 @pytest.mark.parametrize(
     ("dimensions", "speed", "message"),
-    [({**PORTER, "offset": 0.0}, 5.0, r"at 47\.7465 rpm .* rests nowhere"), (CROSSED, 14.0, "rests nowhere in its travel")],
+    [({**PORTER, "offset": 0.0}, 5.0, r"at 47\.7465 rpm .* has no equilibrium"), (CROSSED, 14.0, "has no equilibrium in its travel")],
 )
 def test_a_start_in_an_equilibrium_that_does_not_exist_is_refused(dimensions, speed, message):
     with pytest.raises(MechanismError, match=message):

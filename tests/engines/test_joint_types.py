@@ -124,7 +124,7 @@ def test_a_turning_point_of_the_coordinate_ends_a_reduced_run_by_name():
     one = bead_in_a_round_slot()
     run = ReducedEngine().run(one.scene, accuracy=1e-10)
     assert run.outcome is Outcome.DEAD_CENTRE
-    assert "'x' stands at a dead centre" in run.message
+    assert "'x' is at a turning point" in run.message
     assert 0 < run.times[-1] < one.scene.run.duration
     assert max(max_errors(run, one.exact(run.times))) <= 1e-10  # the requested accuracy, up to there
 

@@ -29,7 +29,6 @@ from governor_mechanism.effects.spring import OutputSpring
 from governor_mechanism.effects.stops import Stops
 from governor_mechanism.engines import MultibodyEngine, ReducedEngine
 from governor_mechanism.engines.initial_state import initial_state
-from governor_mechanism.engines.reduced.event_location import _quintic_hermite_state
 from governor_mechanism.errors import MechanismError, UnsupportedEffect
 from governor_mechanism.mechanics.dynamics.characteristic_scales import time_scale
 from governor_mechanism.mechanics.kinematics.assembly import PositionSolver
@@ -37,14 +36,7 @@ from governor_mechanism.mechanics.kinematics.constraint_kernels import evaluate_
 from governor_mechanism.mechanics.kinematics.output_rows import make_output_rows
 from governor_mechanism.mechanics.reduction.lagrangian import SingleDofReduction
 from governor_mechanism.mechanics.reduction.motion_table import MotionTable
-from governor_mechanism.mechanics.reduction.node_evaluation import (
-    CENTRIFUGAL_COLUMN,
-    FIRST_PROGRAM_COLUMN,
-    INVERSE_INERTIA_COLUMN,
-    POTENTIAL_COLUMN,
-    QUADRATIC_COLUMN,
-    SPINDLE_INERTIA_COLUMN,
-)
+from governor_mechanism.mechanics.reduction.node_evaluation import TableColumn
 from governor_mechanism.mechanics.reduction.table import find_piece
 from governor_mechanism.model.events import EventKind
 from governor_mechanism.model.force_elements import Damper, Force, Spring, Torque, TorsionDamper, TorsionSpring
@@ -54,43 +46,46 @@ from governor_mechanism.model.scene import FreeSpindle, Spindle
 from governor_mechanism.model.time_functions import InputFunction
 from governor_mechanism.model.trajectory import Outcome, Trajectory
 from governor_mechanism.numerics.chebyshev import CHEBYSHEV_NODES, N_CHEBYSHEV_NODES, evaluate_piece, fit_piece
+from governor_mechanism.numerics.hermite import quintic_hermite
 from governor_mechanism.scenes.library import shipped_scenes
 from governor_scenes import CROSSED, EXTENDED, PORTER, UNCROSSED_LINKS, WATT, governor_scene, random_governor
 from one_coordinate_reference import integrate_one_coordinate
 from reference.zehnder import PORTER_OPEN_MOTION as MOTION
 
-CLOSE = 1e-10
-"""In scales: how far two engines of order 8, each asked for a tenth of it, may be apart."""
+AGREEMENT_TOLERANCE = 1e-10
+"""Allowed difference, in scales, of two engines of order 8 that are each run with a tenth of it."""
 
 
-def agree(one: Trajectory, two: Trajectory, allowed: float = CLOSE) -> None:
-    """Two runs of one scene tell the same: readings, rates, poses, energy and events, each in its scale."""
+def agree(one: Trajectory, two: Trajectory, allowed: float = AGREEMENT_TOLERANCE) -> None:
+    """Assert that two runs of one scene have the same readings, rates, poses, energies and events, each in its scale."""
     assert one.outcome is two.outcome, (one.message, two.message)
-    np.testing.assert_allclose(one.times, two.times, rtol=4e-16, atol=0)  # one may put a break's own time there
+    np.testing.assert_allclose(one.times, two.times, rtol=4e-16, atol=0)  # a breakpoint may replace a time
     scene, second = one.scene, time_scale(one.scene)
-    # Beside an event one run may be before it and the other after: its time is what is promised.
-    sudden = [event.time for event in (*one.events, *two.events) if event.kind not in (EventKind.TURNING_POINT, EventKind.CHANGE_POINT)]
-    kept = np.full(len(one.times), True)
-    for time in sudden:
-        kept &= np.abs(one.times - time) > 1e-8 * second
+    # Near an event one run may be before it and the other after: only its time is certified.
+    event_times = [
+        event.time for event in (*one.events, *two.events) if event.kind not in (EventKind.TURNING_POINT, EventKind.CHANGE_POINT)
+    ]
+    is_compared = np.full(len(one.times), True)
+    for time in event_times:
+        is_compared &= np.abs(one.times - time) > 1e-8 * second
     for name, scale in one.scales.items():
-        np.testing.assert_allclose(one.readings[name][kept], two.readings[name][kept], atol=allowed * scale, rtol=0)
+        np.testing.assert_allclose(one.readings[name][is_compared], two.readings[name][is_compared], atol=allowed * scale, rtol=0)
     for name, rates in one.rates.items():
-        there = two.rates[name][kept]
-        np.testing.assert_allclose(rates[kept], there, atol=allowed * one.scales[name] / second, rtol=0)
+        there = two.rates[name][is_compared]
+        np.testing.assert_allclose(rates[is_compared], there, atol=allowed * one.scales[name] / second, rtol=0)
     units = np.array([scene.part.mechanism.length_scale] * 2 + [1.0])
-    assert np.max(np.abs(one.poses - two.poses)[kept] / units, initial=0.0) < allowed
+    assert np.max(np.abs(one.poses - two.poses)[is_compared] / units, initial=0.0) < allowed
     for name in ("kinetic", "potential", "rotation", "dissipated_energy"):
-        off = np.abs(getattr(one.energy, name) - getattr(two.energy, name))[kept]
+        off = np.abs(getattr(one.energy, name) - getattr(two.energy, name))[is_compared]
         assert np.max(off, initial=0.0) < allowed * one.energy.scale, name
-    told, other = ([event for event in run.events if event.time in sudden] for run in (one, two))
-    assert [(event.kind, event.subject) for event in told] == [(event.kind, event.subject) for event in other]
-    # A slow crossing makes more of an error: of the order of its root where friction just holds.
-    np.testing.assert_allclose([e.time for e in told], [e.time for e in other], atol=1e-9 * max(1.0, second))
+    recorded, other = ([event for event in run.events if event.time in event_times] for run in (one, two))
+    assert [(event.kind, event.subject) for event in recorded] == [(event.kind, event.subject) for event in other]
+    # A slow zero crossing magnifies the error, up to its square root where friction just holds.
+    np.testing.assert_allclose([e.time for e in recorded], [e.time for e in other], atol=1e-9 * max(1.0, second))
 
 
 def both(scene, accuracy: float = 1e-11, **options) -> tuple[Trajectory, Trajectory]:
-    """The scene by reduced and by multibody."""
+    """Run the scene with the reduced and the multibody engine."""
     reduced, multibody = (engine().run(scene, accuracy=accuracy, **options) for engine in (ReducedEngine, MultibodyEngine))
     return reduced, multibody
 
@@ -98,36 +93,36 @@ def both(scene, accuracy: float = 1e-11, **options) -> tuple[Trajectory, Traject
 # --- against multibody ------------------------------------------------------------------------------------------------
 
 
-def followed(name: str) -> bool:
-    """Whether a shipped scene is one that this engine follows."""
+def can_run(name: str) -> bool:
+    """Return whether the reduced engine can run a shipped scene."""
     scene = gm.load(name)
     assembler = PositionSolver(scene.part.mechanism)
     return assembler.mobility == 1 and not assembler.equations.is_driven.any()
 
 
-# At a change point the joints leave a second way to go, and one coordinate leads no farther; see the test of its own.
-MODELS = [name for name in shipped_scenes() if followed(name) and name != "four_bar_chain"]
-# A crank that gets ever faster, and sliding that just comes to rest, multiply rounding: less can be asked of either.
-LESS = {"slider_crank_torque": 1e-10, "porter_dry_friction": 1e-8, "watt_improved": 1e-10}
+# At a change point one coordinate does not determine the motion; see the separate test.
+MODELS = [name for name in shipped_scenes() if can_run(name) and name != "four_bar_chain"]
+# A crank that accelerates, and sliding that just comes to rest, amplify rounding: their tolerance is larger.
+SPECIAL_ACCURACY = {"slider_crank_torque": 1e-10, "porter_dry_friction": 1e-8, "watt_improved": 1e-10}
 
 
 @pytest.mark.parametrize("name", MODELS)
-def test_every_shipped_scene_moves_as_by_multibody(name):
-    reduced, multibody = both(gm.load(name), LESS.get(name, 1e-11))
+def test_every_shipped_scene_agrees_with_multibody(name):
+    reduced, multibody = both(gm.load(name), SPECIAL_ACCURACY.get(name, 1e-11))
     assert reduced.outcome is Outcome.DONE, reduced.message
     agree(reduced, multibody)
 
 
-def test_porter_open_is_where_the_reference_says():
+def test_porter_open_agrees_with_the_reference():
     start = {"speed": MOTION["spindle_speed"], "angle": MOTION["arm_angle"], "rate": MOTION["arm_rate"]}
     run = ReducedEngine().run(governor_scene(PORTER, accuracy=1e-11, **start))
     expected = MOTION["constant_speed"]
     assert run.outcome is Outcome.DONE
-    assert run.readings["arm_angle"][-1] == pytest.approx(expected["arm_angle"], abs=1e-11)  # asked
+    assert run.readings["arm_angle"][-1] == pytest.approx(expected["arm_angle"], abs=1e-11)  # requested
     assert run.rates["arm_angle"][-1] == pytest.approx(expected["arm_rate"], abs=1e-10)  # times 12 rad/s
     assert run.readings["spindle_torque"][-1] == pytest.approx(expected["drive_torque"], abs=1e-9)
     assert run.energy.drift < 1e-10
-    assert run.joint_gap.max() < 1e-12 * PORTER["arm"]  # what the fits leave out
+    assert run.joint_gap.max() < 1e-12 * PORTER["arm"]  # interpolation error of the tables
 
 
 PROGRAMS = {
@@ -142,7 +137,7 @@ PROGRAMS = {
 
 @pytest.mark.parametrize("program", PROGRAMS.values(), ids=PROGRAMS)
 @pytest.mark.parametrize("dimensions", [PORTER, CROSSED, UNCROSSED_LINKS], ids=["porter", "crossed", "uncrossed links"])
-def test_every_program_of_the_spindle_is_followed(dimensions, program):
+def test_every_spindle_program_agrees_with_multibody(dimensions, program):
     speed = float(closed.equilibrium_speed(closed.PendulumGovernor(**dimensions), arm_angle=0.75))
     if isinstance(program, FreeSpindle):
         spindle = replace(program, start_speed=speed)
@@ -152,23 +147,23 @@ def test_every_program_of_the_spindle_is_followed(dimensions, program):
     reduced, multibody = both(scene)
     assert reduced.outcome is Outcome.DONE
     agree(reduced, multibody)
-    assert reduced.energy.drift < CLOSE
+    assert reduced.energy.drift < AGREEMENT_TOLERANCE
 
 
 @pytest.mark.parametrize("engine", [MultibodyEngine(), ReducedEngine()], ids=["multibody", "reduced"])
-def test_an_uneven_spindle_swings_by_the_angle_it_has_turned(engine):
-    """On a curved program the angle is the integral of a cubic; the witness integrates the program itself."""
+def test_a_fluctuating_spindle_speed_depends_on_the_angle(engine):
+    """The angle is the integral of the speed program; the reference integrates the program itself."""
     spindle = Spindle(times=(0.0, 0.6, 2.0), speeds=(11.0, 12.8, 13.1), speed_fluctuation=0.2, cycles_per_turn=2.0)
     scene = governor_scene(PORTER, speed=spindle, angle=0.6, output_interval=0.05, accuracy=1e-10)
     run = engine.run(scene)
     angles, rates = integrate_one_coordinate(scene, run.times)
     assert run.outcome is Outcome.DONE
-    np.testing.assert_allclose(run.readings["arm_angle"], angles, atol=1e-10)  # asked
+    np.testing.assert_allclose(run.readings["arm_angle"], angles, atol=1e-10)  # requested
     np.testing.assert_allclose(run.rates["arm_angle"], rates, atol=1e-10 * run.scales["spindle_speed"])
 
 
 def crank(*loads, duration=3.0, rate=9.0, again=False, redundant=False, coordinate="crank", angle=0.5):
-    """A crank with a flywheel, a rod and a piston; `redundant` guides the piston twice."""
+    """Return a crank with a flywheel, a rod and a piston; `redundant` guides the piston twice."""
     r, length = 0.1, 0.32
     place = r * np.exp(1j * angle)
     lean = -math.asin(place.imag / length)
@@ -212,16 +207,16 @@ LOADS = {
 
 
 @pytest.mark.parametrize("load", LOADS.values(), ids=LOADS)
-def test_every_load_is_felt_over_several_turns(load):
+def test_every_force_element_agrees_over_several_turns(load):
     reduced, multibody = both(crank(load))
     assert reduced.outcome is Outcome.DONE
     turns = np.ptp(reduced.readings["crank"]) / math.tau
-    assert turns > 1  # so that the ring is closed, and gone round again
+    assert turns > 1  # so that the table is periodic and used again
     agree(reduced, multibody)
-    assert reduced.energy.drift < CLOSE
+    assert reduced.energy.drift < AGREEMENT_TOLERANCE
 
 
-def test_all_loads_together_and_a_joint_too_many():
+def test_all_force_elements_together_with_a_redundant_joint():
     loads = [replace(load, name=name) for name, load in LOADS.items()]
     reduced, multibody = both(crank(*loads, redundant=True, duration=2.0))
     agree(reduced, multibody)
@@ -230,13 +225,13 @@ def test_all_loads_together_and_a_joint_too_many():
     }
 
 
-def test_turns_are_counted_on_and_need_no_more_pieces():
-    """Without loads and weight, after whole turns all is as before but for the crank's own angle."""
+def test_more_turns_need_no_more_table_pieces():
+    """Without forces everything but the crank angle repeats after a whole turn."""
     one, many = (ReducedEngine().run(replace(crank(duration=d), effects=()), accuracy=1e-11) for d in (1.0, 30.0))
     assert np.ptp(many.poses[:, 0, 2]) > 40 * math.tau
-    assert many.cost.evaluations["pieces laid"] == one.cost.evaluations["pieces laid"]
-    np.testing.assert_allclose(many.readings["crank"], many.poses[:, 0, 2], atol=1e-12)  # rounding of some 300 rad
-    assert np.ptp(many.poses[:, 1, 2]) < 2 * math.asin(0.1 / 0.32) + 1e-9  # the rod swings
+    assert many.cost.evaluations["table pieces"] == one.cost.evaluations["table pieces"]
+    np.testing.assert_allclose(many.readings["crank"], many.poses[:, 0, 2], atol=1e-12)  # rounding of about 300 rad
+    assert np.ptp(many.poses[:, 1, 2]) < 2 * math.asin(0.1 / 0.32) + 1e-9  # the rod oscillates
     place = 0.1 * np.exp(1j * many.readings["crank"])
     np.testing.assert_allclose(many.readings["x"], place.real + np.sqrt(0.32**2 - place.imag**2), atol=1e-12)
 
@@ -250,9 +245,9 @@ def test_turns_are_counted_on_and_need_no_more_pieces():
         DryFriction(reading="crank", force=InputFunction(values=(0.3,))),
         Dashpot(reading="crank", linear=0.02),
     ],
-    ids=["stop", "spring", "one-sided spring", "friction", "brake"],
+    ids=["stop", "spring", "one-sided spring", "friction", "dashpot"],
 )
-def test_what_acts_along_an_angle_knows_how_often_it_has_turned(effect):
+def test_effects_along_an_angle_count_its_turns(effect):
     scene = crank()
     reduced, multibody = both(replace(scene, effects=(*scene.effects, effect)))
     assert np.ptp(multibody.readings["crank"]) > math.tau  # more than a turn
@@ -261,7 +256,7 @@ def test_what_acts_along_an_angle_knows_how_often_it_has_turned(effect):
 
 @settings(max_examples=12, deadline=None)
 @given(seed=st.integers(0, 2**32 - 1))
-def test_random_governors_move_as_by_multibody(seed):
+def test_random_governors_agree_with_multibody(seed):
     random = np.random.default_rng(seed)
     dimensions, middle = random_governor(random)
     speed = float(closed.equilibrium_speed(closed.PendulumGovernor(**dimensions), arm_angle=middle))
@@ -293,17 +288,17 @@ def test_the_estimate_is_no_less_than_the_true_error():
             )
             for name in run.rates
         )
-        assert error <= max(accuracy, 1e-11)  # of the reference's own rounding
+        assert error <= max(accuracy, 1e-11)  # rounding of the reference
         short.append(error / (run.error_estimate + 1e-13))
-    assert np.sum(np.array(short) > 1) <= 1  # 98 of a hundred
+    assert np.sum(np.array(short) > 1) <= 1  # 98 percent
     assert max(short) < 3
 
 
 # --- the tables -------------------------------------------------------------------------------------------------------
 
 
-def laid(scene, values):
-    """A way from the scene's start that reaches all values of the coordinate, and a function of them by column."""
+def make_table(scene, values):
+    """Return a motion table that covers values of the coordinate, and a function that evaluates a column at them."""
     poses, _ = initial_state(scene)
     mechanism = scene.part.mechanism
     start = float(scene.start.values[mechanism.coordinate])
@@ -328,58 +323,58 @@ GOVERNORS = {"porter": PORTER, "watt": WATT, "extended": EXTENDED, "crossed": CR
 
 
 @pytest.mark.parametrize("dimensions", GOVERNORS.values(), ids=GOVERNORS)
-def test_tables_say_what_the_reduction_says(dimensions):
+def test_tables_agree_with_the_lagrangian_coefficients(dimensions):
     ramp = Spindle(times=(0.0, 1.0), speeds=(9.0, 10.0))
     scene = governor_scene(dimensions, speed=ramp, angle=0.7)
     values = np.random.default_rng(3).uniform(0.5, 0.95, 40)
-    way, column = laid(scene, values)
-    along = SingleDofReduction(scene).evaluate(values)
-    # 1e-13 of the largest value on a piece is what a fit may leave out; the witness is assembled to as much.
+    way, column = make_table(scene, values)
+    coefficients = SingleDofReduction(scene).evaluate(values)
+    # A fit is accurate to 1e-13 of the largest value on a piece; the reference is assembled to the same accuracy.
     for index, expected in (
-        (INVERSE_INERTIA_COLUMN, 1 / along.inertia),
-        (QUADRATIC_COLUMN, -along.inertia_derivative / (2 * along.inertia)),
-        (POTENTIAL_COLUMN, -along.potential_derivative / along.inertia),
-        (CENTRIFUGAL_COLUMN, along.spindle_inertia_derivative / (2 * along.inertia)),
-        (SPINDLE_INERTIA_COLUMN, along.spindle_inertia),
+        (TableColumn.INVERSE_INERTIA, 1 / coefficients.inertia),
+        (TableColumn.QUADRATIC, -coefficients.inertia_derivative / (2 * coefficients.inertia)),
+        (TableColumn.POTENTIAL, -coefficients.potential_derivative / coefficients.inertia),
+        (TableColumn.CENTRIFUGAL, coefficients.spindle_inertia_derivative / (2 * coefficients.inertia)),
+        (TableColumn.SPINDLE_INERTIA, coefficients.spindle_inertia),
     ):
         np.testing.assert_allclose(column(index), expected, atol=1e-11 * max(1.0, np.max(np.abs(expected))), rtol=0)
     poses, ahead = way.evaluate_poses(values)
-    np.testing.assert_allclose(poses, along.poses, atol=1e-12)
-    np.testing.assert_allclose(ahead, along.tangents, atol=1e-11)
+    np.testing.assert_allclose(poses, coefficients.poses, atol=1e-12)
+    np.testing.assert_allclose(ahead, coefficients.tangents, atol=1e-11)
 
 
-def test_gauges_and_their_slopes_are_in_the_tables():
+def test_outputs_and_their_derivatives_are_in_the_tables():
     scene = governor_scene(EXTENDED, speed=9.0, angle=0.7)
     scene = replace(scene, effects=(*scene.effects, Dashpot(reading="sleeve_lift", linear=1.0)))
     values = np.linspace(0.5, 0.95, 10)
-    _, column = laid(scene, values)
+    _, column = make_table(scene, values)
     reduction = SingleDofReduction(scene)
-    along = reduction.evaluate(values)
-    np.testing.assert_allclose(column(FIRST_PROGRAM_COLUMN + 1), reduction.output_derivative(along, "sleeve_lift"), atol=1e-12)
+    coefficients = reduction.evaluate(values)
+    np.testing.assert_allclose(column(TableColumn.FIRST_PROGRAM + 1), reduction.output_derivative(coefficients, "sleeve_lift"), atol=1e-12)
     steps = np.array([-2, -1, 1, 2]) * 1e-3
-    near = [laid(scene, values + step)[1](FIRST_PROGRAM_COLUMN) for step in steps]
+    near = [make_table(scene, values + step)[1](TableColumn.FIRST_PROGRAM) for step in steps]
     slope = (8 * (near[2] - near[1]) - (near[3] - near[0])) / 12e-3
-    np.testing.assert_allclose(slope, column(FIRST_PROGRAM_COLUMN + 1), atol=1e-10)  # differences of fourth order: 1e-12 times a few
+    np.testing.assert_allclose(slope, column(TableColumn.FIRST_PROGRAM + 1), atol=1e-10)  # differences of fourth order: a few 1e-12
 
 
-def test_what_a_fit_leaves_out_falls_with_the_width_to_the_twelfth_power():
+def test_the_truncation_error_of_a_fit_is_of_order_twelve_in_the_width():
     def error(half):
         values, coefficients = 1 / (1.3 + half * CHEBYSHEV_NODES), np.empty(N_CHEBYSHEV_NODES)
         fit_piece.py_func(values, coefficients)
         t = np.linspace(-1.0, 1.0, 201)
         return np.max(np.abs(np.polynomial.polynomial.polyval(t, coefficients) - 1 / (1.3 + half * t)))
 
-    # From 1e-8 to 1e-13, above rounding; what a wide piece leaves out falls faster, the sooner the nearer the pole.
+    # From 1e-8 to 1e-13, above rounding; near the pole the error of a wide piece falls faster.
     orders = np.log2([error(half) / error(half / 2) for half in (0.6, 0.5, 0.4)])
     assert np.all(np.diff(orders) < 0)
     assert orders[-1] == pytest.approx(12, abs=0.75)
 
 
-# --- where the way ends -----------------------------------------------------------------------------------------------
+# --- where the table ends ---------------------------------------------------------------------------------------------
 
 
-def test_the_range_ends_as_by_multibody():
-    # A ball thrown outward at a spindle that stands, without weight: the arm turns evenly, to 90 degrees.
+def test_the_range_ends_as_with_multibody():
+    # Spindle at rest, no gravity, an outward start rate: the arm rotates uniformly to 90 degrees.
     scene = governor_scene(WATT, speed=0.0, angle=0.5, rate=4.0, duration=2.0)
     scene = replace(scene, effects=scene.effects[1:])
     reduced, multibody = both(scene, 1e-9)
@@ -387,13 +382,13 @@ def test_the_range_ends_as_by_multibody():
     sentence, time = zip(*(run.detail.split(", at t = ") for run in (reduced, multibody)), strict=True)
     assert sentence[0] == sentence[1]
     found, expected = (float(one.split(" s")[0]) for one in time)
-    # The way ends a billionth of a radian before its bound at the latest.
+    # The table ends at most 1e-9 rad before its bound.
     assert found == pytest.approx((math.pi / 2 - 0.5) / 4.0, abs=1e-8)
     assert found == pytest.approx(expected, abs=1e-8)
     np.testing.assert_array_equal(reduced.times, multibody.times)
 
 
-def test_another_readings_limit_ends_the_range_too():
+def test_the_limit_of_another_reading_ends_the_range():
     scene = governor_scene(CROSSED, speed=13.0, angle=0.6, duration=5.0)
     reduced, multibody = both(scene, 1e-9)
     assert reduced.outcome is multibody.outcome is Outcome.LEFT_RANGE
@@ -403,61 +398,58 @@ def test_another_readings_limit_ends_the_range_too():
     np.testing.assert_array_equal(reduced.times, multibody.times)
 
 
-def test_a_coordinate_at_a_dead_centre_ends_the_run_by_name():
-    # Told by the piston's place, a crank cannot be followed beyond the end of the stroke; by its own angle it can.
+def test_a_turning_point_of_the_coordinate_ends_the_run():
+    # With the piston position as coordinate the run ends at the end of the stroke; with the crank angle it continues.
     scene = crank(coordinate="x", duration=1.0)
     run, true = ReducedEngine().run(scene, accuracy=1e-7), MultibodyEngine().run(scene, accuracy=1e-9)
     assert true.outcome is Outcome.DONE
     assert run.outcome is Outcome.DEAD_CENTRE
-    assert "'x' stands at a dead centre" in run.message
+    assert "'x' is at a turning point" in run.message
     many = len(run.times)
     centre = np.interp(math.pi, true.readings["crank"], true.times)
     assert run.times[-1] < centre < run.times[-1] + 2 * scene.run.output_interval
     assert many > 10
-    np.testing.assert_allclose(run.readings["crank"], true.readings["crank"][:many], atol=1e-6)  # ten times what was asked
+    np.testing.assert_allclose(run.readings["crank"], true.readings["crank"][:many], atol=1e-6)  # ten times the requested accuracy
 
 
-def test_a_change_point_ends_the_run_by_name_and_auto_goes_on():
+def test_a_change_point_ends_the_run_and_auto_continues():
     scene = gm.load("four_bar_chain")
-    run, true = both(scene, 1e-9)  # multibody misses 1e-10 later on, past ten change points
+    run, true = both(scene, 1e-9)  # multibody misses 1e-10 after ten change points
     assert run.outcome is Outcome.DEAD_CENTRE
-    assert "the joints at a change point, and does not settle the mechanism there" in run.message
+    assert "the joints at a change point, and does not determine the poses at" in run.message
     many = len(run.times)
     passed = next(event.time for event in true.events if event.kind == EventKind.CHANGE_POINT)
     assert run.times[-1] < passed < run.times[-1] + 2 * scene.run.output_interval
     for name in run.readings:
-        assert np.max(np.abs(run.readings[name] - true.readings[name][:many])) < CLOSE * run.scales[name], name
+        assert np.max(np.abs(run.readings[name] - true.readings[name][:many])) < AGREEMENT_TOLERANCE * run.scales[name], name
     by_auto = gm.run(scene, accuracy=1e-8)
     assert by_auto.outcome is Outcome.DONE
     assert by_auto.cost.engine == "multibody"
     assert len(by_auto.events) == len(true.events)
 
 
-def test_a_start_at_a_dead_centre_is_refused():
-    # A lamp on a cord hangs straight down: its height tells nothing of where it is.
+def test_a_start_at_a_turning_point_is_refused():
+    # A lamp on a cord hangs straight down: its height does not determine its position.
     scene = make_scene(
         bodies=[point_mass("lamp", 2.0)],
         joints=[Distance(name="cord", first=body_point("lamp"), second=ground_point(0.0, 1.0), length=0.6)],
         readings=[y_reading("lamp"), x_reading("lamp")],
         sketch=[(0.0, 0.4, 0.0)],
     )
-    with pytest.raises(MechanismError, match=r"'reduced' cannot begin: 'y' stands at a dead centre.*'multibody'"):
+    with pytest.raises(MechanismError, match=r"'reduced' cannot start: 'y' is at a turning point.*'multibody'"):
         ReducedEngine().run(scene)
 
 
 @pytest.mark.parametrize(
     ("name", "sentence"),
-    [
-        ("quick_return", "drives move this mechanism; choose.*multibody"),
-        ("porter_clearance", r"engine 'reduced' cannot model \['Clearance'\]"),
-    ],
+    [("quick_return", "drives move this mechanism; choose.*multibody"), ("porter_clearance", r"engine 'reduced' cannot model \['Clearance'\]")],
 )
-def test_what_it_does_not_follow_is_refused(name, sentence):
+def test_an_unsupported_scene_is_refused(name, sentence):
     with pytest.raises(UnsupportedEffect, match=sentence):
         gm.run(name, engine="reduced")
 
 
-def test_two_freedoms_are_refused():
+def test_two_degrees_of_freedom_are_refused():
     scene = make_scene(
         bodies=[rod_body("one", 1.0, 1.0), rod_body("two", 1.0, 1.0)],
         joints=[
@@ -475,19 +467,19 @@ def test_two_freedoms_are_refused():
 
 
 @pytest.mark.parametrize("made", [{"tolerance": 0.0}, {"tolerance": 1e-16}, {"tolerance": 2.0}, {"max_steps": 0}])
-def test_settings_that_make_no_sense_are_refused(made):
+def test_invalid_settings_are_refused(made):
     with pytest.raises(MechanismError, match=f"ReducedEngine.{next(iter(made))} must"):
         ReducedEngine(**made)
 
 
-def test_too_many_steps_end_the_run_by_name():
+def test_the_step_limit_ends_the_run():
     scene = governor_scene(PORTER, speed=12.2, angle=0.6, duration=50.0)
     run = ReducedEngine(max_steps=20).run(scene)
     assert run.outcome is Outcome.STEP_LIMIT
     assert 0 < run.times[-1] < 50.0
 
 
-def test_a_run_without_certificate_says_so_and_is_the_same():
+def test_a_run_without_certificate_has_the_same_motion():
     scene = governor_scene(PORTER, speed=12.2, angle=0.6)
     certified, plain = (ReducedEngine(tolerance=1e-10).run(scene, certify=certify) for certify in (True, False))
     assert plain.outcome is Outcome.NOT_CERTIFIED
@@ -496,7 +488,7 @@ def test_a_run_without_certificate_says_so_and_is_the_same():
     np.testing.assert_array_equal(plain.poses, certified.poses)
 
 
-def test_a_tolerance_that_is_given_is_kept():
+def test_a_given_tolerance_determines_the_error():
     scene = governor_scene(PORTER, speed=12.2, angle=0.6, rate=1.0)
     errors = []
     true = MultibodyEngine().run(scene, accuracy=1e-12, certify=False).readings["arm_angle"]
@@ -507,21 +499,21 @@ def test_a_tolerance_that_is_given_is_kept():
 
 
 @pytest.mark.parametrize("times", [[0.0], [2.0], [0.5, 0.7, 1.9], [1e-12]], ids=["start", "end", "later", "at once"])
-def test_any_times_may_be_asked_for(times):
+def test_any_times_may_be_requested(times):
     scene = governor_scene(PORTER, speed=Spindle(times=(0.0, 1.0, 1.0), speeds=(12.2, 12.4, 12.6)), angle=0.6)
     reduced, multibody = both(scene, times=times)
     agree(reduced, multibody)
 
 
-# --- rows, where they bend --------------------------------------------------------------------------------------------
+# --- second derivatives ----------------------------------------------------------------------------------------------
 
 
-def test_a_lines_angle_bends_as_its_second_differences():
-    """What gradient . acceleration must be for a line's angle, against differences along a motion of both bodies."""
+def test_gamma_of_a_line_angle_agrees_with_second_differences():
+    """Compare J a - gamma of the angle of a line with second differences along a motion of both bodies."""
     scene = crank()
     mechanism = scene.part.mechanism
     line = LineAngle(name="line", quantity="angle", start=body_point("crank", 0.07, -0.03), end=body_point("rod", 0.11, 0.05))
-    gauges = make_output_rows(replace(mechanism, readings=(*mechanism.readings, line)), ["line"], {})
+    output_rows = make_output_rows(replace(mechanism, readings=(*mechanism.readings, line)), ["line"], {})
     random = np.random.default_rng(5)
     poses, velocities, accelerations = (random.normal(size=(3, 3)) for _ in range(3))
     poses[1, :2] = poses[0, :2] + [0.6, 0.4]
@@ -537,21 +529,21 @@ def test_a_lines_angle_bends_as_its_second_differences():
 
     reference = 0.0
     reference = angle(0.0)
-    far, near, here, ahead, beyond = (angle(k * step) for k in range(-2, 3))
-    second = (16 * (ahead + near) - (beyond + far) - 30 * here) / (12 * step**2)
+    f = [angle(k * step) for k in range(-2, 3)]
+    second = (16 * (f[3] + f[1]) - (f[4] + f[0]) - 30 * f[2]) / (12 * step**2)
     asked = np.zeros((1, 1, 3))
-    bend = evaluate_gamma(gauges, poses[np.newaxis], velocities[np.newaxis], asked)[0, 0]
-    gradient = evaluate_jacobian(gauges, poses[np.newaxis])[0, 0]
-    # Differences of fourth order: 1e-12 times derivatives of some thousands, and 1e-16 / step^2 of rounding.
+    bend = evaluate_gamma(output_rows, poses[np.newaxis], velocities[np.newaxis], asked)[0, 0]
+    gradient = evaluate_jacobian(output_rows, poses[np.newaxis])[0, 0]
+    # Differences of fourth order: 1e-12 times derivatives of several thousand, and rounding of 1e-16 / step^2.
     assert np.sum(gradient * accelerations) - bend == pytest.approx(second, abs=1e-6)
     assert abs(bend) > 0.1
 
 
-def test_within_a_step_the_motion_is_the_polynomial_of_order_five_through_its_ends():
-    """Any polynomial of order five is met exactly, with its rate."""
+def test_quintic_hermite_interpolation_reproduces_quintics():
+    """A polynomial of degree five and its rate are reproduced to rounding."""
     motion, h = np.polynomial.Polynomial([0.4, -1.1, 0.7, 2.3, -1.9, 0.8]), 0.3
-    rate, bend = motion.deriv(), motion.deriv(2)
-    for share in (0.1, 0.5, 0.9):
-        there, speed = _quintic_hermite_state.py_func(motion(0.0), rate(0.0), bend(0.0), motion(h), rate(h), bend(h), h, share)
-        assert there == pytest.approx(motion(share * h), abs=1e-14)
-        assert speed == pytest.approx(rate(share * h), abs=1e-13)
+    rate, acceleration = motion.deriv(), motion.deriv(2)
+    for fraction in (0.1, 0.5, 0.9):
+        value, speed = quintic_hermite(motion(0.0), rate(0.0), acceleration(0.0), motion(h), rate(h), acceleration(h), h, fraction)
+        assert value == pytest.approx(motion(fraction * h), abs=1e-14)
+        assert speed == pytest.approx(rate(fraction * h), abs=1e-13)

@@ -1,4 +1,4 @@
-"""Assembly and rest by the joints alone: closed joints, honest tangents, mobility one."""
+"""Assembly and equilibria from the joints alone: closed joints, correct tangents, one degree of freedom."""
 
 from __future__ import annotations
 
@@ -31,62 +31,62 @@ def test_every_pendulum_governor_has_mobility_one(dimensions):
     assert PositionSolver(mechanism_of(dimensions)).mobility == 1
 
 
-def test_the_governor_of_rigid_links_has_mobility_one():
+def test_the_governor_with_rigid_links_has_mobility_one():
     scene, _ = porter_with_rods(speed=13.0, angle=0.7, rate=0.0)
     assert PositionSolver(scene.part.mechanism).mobility == 1
 
 
 @settings(max_examples=60, deadline=None)
 @given(seed=st.integers(0, 2**32 - 1))
-def test_any_governor_assembles_with_closed_joints_and_an_honest_tangent(seed):
+def test_any_governor_assembles_with_closed_joints_and_a_correct_tangent(seed):
     dimensions, angle = random_governor(np.random.default_rng(seed))
     mechanism = mechanism_of(dimensions)
-    assembler = PositionSolver(mechanism)
-    poses = assembler.solve_at_coordinate(angle)
-    # 1e-12 of the size: Newton stops at 1e-13.
-    assert assembler.equations.gap(poses) < 1e-12 * mechanism.length_scale
+    solver = PositionSolver(mechanism)
+    poses = solver.solve_at_coordinate(angle)
+    # 1e-12 of the length scale: Newton's iteration stops at 1e-13.
+    assert solver.equations.gap(poses) < 1e-12 * mechanism.length_scale
     assert float(evaluate_output_value(mechanism, "arm_angle", poses)) == pytest.approx(angle, abs=1e-12)
     step = 1e-5
-    slope = (assembler.solve_at_coordinate(angle + step) - assembler.solve_at_coordinate(angle - step)) / (2 * step)
-    # step^2/6 times a third derivative of a few sizes: 1e-9; the closing of the joints over the step: 1e-8.
-    np.testing.assert_allclose(assembler.solve_velocities(poses, {"arm_angle": 1.0}), slope, atol=2e-8)
+    derivative = (solver.solve_at_coordinate(angle + step) - solver.solve_at_coordinate(angle - step)) / (2 * step)
+    # step^2/6 times a third derivative of a few length scales: 1e-9; the closure error over the step: 1e-8.
+    np.testing.assert_allclose(solver.solve_velocities(poses, {"arm_angle": 1.0}), derivative, atol=2e-8)
 
 
 @settings(max_examples=60, deadline=None)
 @given(seed=st.integers(0, 2**32 - 1))
-def test_the_gradient_of_every_reading_is_its_slope(seed):
+def test_the_gradient_of_every_reading_is_its_derivative(seed):
     dimensions, angle = random_governor(np.random.default_rng(seed))
     mechanism = mechanism_of(dimensions)
-    assembler = PositionSolver(mechanism)
+    solver = PositionSolver(mechanism)
     step = 1e-5
-    ends = [assembler.solve_at_coordinate(angle + side * step) for side in (1, -1)]
-    tangent = assembler.solve_velocities(assembler.solve_at_coordinate(angle), {"arm_angle": 1.0})
+    ends = [solver.solve_at_coordinate(angle + side * step) for side in (1, -1)]
+    tangent = solver.solve_velocities(solver.solve_at_coordinate(angle), {"arm_angle": 1.0})
     for reading in mechanism.readings:
         up, down = (float(evaluate_output_value(mechanism, reading.name, poses)) for poses in ends)
-        along = np.sum(evaluate_output_gradient(mechanism, reading.name, assembler.solve_at_coordinate(angle)) * tangent)
-        assert along == pytest.approx((up - down) / (2 * step), abs=2e-8)
+        expected_rate = np.sum(evaluate_output_gradient(mechanism, reading.name, solver.solve_at_coordinate(angle)) * tangent)
+        assert expected_rate == pytest.approx((up - down) / (2 * step), abs=2e-8)
 
 
 @settings(max_examples=60, deadline=None)
 @given(seed=st.integers(0, 2**32 - 1))
-def test_the_assembled_mechanism_and_the_closed_form_rest_at_one_speed(seed):
+def test_assembled_mechanism_and_closed_form_have_one_equilibrium_speed(seed):
     dimensions, angle = random_governor(np.random.default_rng(seed))
     expected = float(closed.equilibrium_speed(closed.PendulumGovernor(**dimensions), arm_angle=angle))
     scene = governor_scene(dimensions, speed=1.0, angle=angle)
-    # 1e-9: joints closed to 1e-13, and links far over to the side, whose heights magnify that.
+    # 1e-9: joints closed to 1e-13, magnified by the heights of strongly inclined links.
     assert equilibrium_speed_at(scene, np.array([angle]))[0] == pytest.approx(expected, rel=1e-9)
 
 
 @settings(max_examples=15, deadline=None)
 @given(seed=st.integers(0, 2**32 - 1))
-def test_both_witnesses_find_the_same_equilibria(seed):
+def test_mechanism_and_closed_form_have_the_same_equilibria(seed):
     dimensions, angle = random_governor(np.random.default_rng(seed))
     governor = closed.PendulumGovernor(**dimensions)
     speed = float(closed.equilibrium_speed(governor, arm_angle=angle))
     scene = governor_scene(dimensions, speed=speed, angle=angle)
     low, high = (getattr(scene.part.mechanism.limits[0], end) for end in ("low", "high"))
     expected = closed.equilibrium_angles(governor, spindle_speed=speed, lowest=low, highest=high)
-    found = [rest.coordinate for rest in find_equilibria(scene, speed) if rest.coordinate > low + 1e-3]
+    found = [equilibrium.coordinate for equilibrium in find_equilibria(scene, speed) if equilibrium.coordinate > low + 1e-3]
     np.testing.assert_allclose(found, [angle for angle in expected if angle > low + 1e-3], atol=1e-8)
 
 
@@ -98,7 +98,7 @@ def test_a_linkage_that_cannot_reach_names_the_joint_and_the_length():
     assert needed > 0.15
 
 
-def test_no_speed_of_rest_without_both_effects():
+def test_no_equilibrium_speed_without_both_effects():
     scene = governor_scene(PORTER, speed=13.0, angle=0.7)
     scene = replace(scene, effects=())
     with pytest.raises(MechanismError, match="needs both effects"):

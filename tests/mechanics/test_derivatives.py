@@ -1,4 +1,4 @@
-"""Joint equations and reductions against differences of themselves: what is written as a derivative is one."""
+"""Derivatives of joint equations and of Lagrangian coefficients, against finite differences."""
 
 from __future__ import annotations
 
@@ -57,14 +57,14 @@ JOINTS = [
     TranslationalDriver(name="j", motion=MOTION, angle=0.4, **ON_BOTH),
 ]
 STEP = 1e-3
-"""Differences of fourth order: 1e-12 times some derivatives of size ten, and 1e-16 / STEP^2 of rounding."""
+"""Step of differences of fourth order: error 1e-12 times derivatives of order ten, and rounding of 1e-16 / STEP^2."""
 
 
 def differences(value):
-    """First and second derivative at zero of a function of time."""
-    far, near, here, ahead, beyond = (value(k * STEP) for k in (-2, -1, 0, 1, 2))
-    first = (8 * (ahead - near) - (beyond - far)) / (12 * STEP)
-    return first, (16 * (ahead + near) - (beyond + far) - 30 * here) / (12 * STEP**2)
+    """Return the first and second derivative at zero of a function of time."""
+    f = [value(k * STEP) for k in (-2, -1, 0, 1, 2)]
+    first = (8 * (f[3] - f[1]) - (f[4] - f[0])) / (12 * STEP)
+    return first, (16 * (f[3] + f[1]) - (f[4] + f[0]) - 30 * f[2]) / (12 * STEP**2)
 
 
 def two_bodies(*joints):
@@ -81,26 +81,26 @@ def two_bodies(*joints):
 
 @pytest.mark.parametrize("joint", JOINTS, ids=lambda joint: type(joint).__name__)
 @pytest.mark.parametrize("seed", range(3))
-def test_gradient_and_bend_of_a_joint_between_turning_bodies_are_its_derivatives(joint, seed):
+def test_jacobian_and_gamma_of_a_joint_are_its_derivatives(joint, seed):
     equations = ConstraintEquations(two_bodies(joint))
     random = np.random.default_rng(seed)
     poses, velocities, accelerations = (random.normal(size=(2, 3)) for _ in range(3))
-    now = 0.25  # within a piece of the motion
+    start_time = 0.25  # within a segment of the motion
 
-    def opening(time):
+    def residual(time):
         moved = poses + velocities * time + 0.5 * accelerations * time**2
-        return equations.residuals(moved, now + time)
+        return equations.residuals(moved, start_time + time)
 
-    first, second = differences(opening)
+    first, second = differences(residual)
     gradient = equations.jacobian(poses)
-    asked = equations.prescribed_motion(np.array(now))[:, 1]
-    np.testing.assert_allclose(np.sum(gradient * velocities, axis=(-2, -1)) - asked, first, atol=1e-8)
-    implied = np.sum(gradient * accelerations, axis=(-2, -1)) - equations.gamma(poses, velocities, now)
+    prescribed_rates = equations.prescribed_motion(np.array(start_time))[:, 1]
+    np.testing.assert_allclose(np.sum(gradient * velocities, axis=(-2, -1)) - prescribed_rates, first, atol=1e-8)
+    implied = np.sum(gradient * accelerations, axis=(-2, -1)) - equations.gamma(poses, velocities, start_time)
     np.testing.assert_allclose(implied, second, atol=1e-6)
 
 
 def loaded_crank():
-    """A slider-crank whose rod and crank carry every load that has a potential."""
+    """Return a slider-crank with every force element that has a potential."""
     bodies = (
         Body(name="crank", mass=1.0, second_moments=SecondMoments(xx=0.02)),
         Body(name="rod", mass=0.7, second_moments=SecondMoments(xx=0.05)),
@@ -131,20 +131,20 @@ def loaded_crank():
     return Scene(title="", parts=(part,), effects=(Gravity(),), spindle=Spindle(), start=Start())
 
 
-def test_a_reductions_primes_are_the_derivatives_of_its_quantities():
+def test_derivatives_of_the_lagrangian_coefficients():
     reduction = SingleDofReduction(loaded_crank())
-    along = reduction.evaluate([0.9])
+    coefficients = reduction.evaluate([0.9])
     for name in ("potential", "inertia"):
-        first, second = differences(lambda way, name=name: getattr(reduction.evaluate([0.9 + way]), name)[0])
-        assert getattr(along, f"{name}_derivative")[0] == pytest.approx(first, rel=1e-7)
+        first, second = differences(lambda step, name=name: getattr(reduction.evaluate([0.9 + step]), name)[0])
+        assert getattr(coefficients, f"{name}_derivative")[0] == pytest.approx(first, rel=1e-7)
         if name == "potential":
-            assert along.potential_second_derivative[0] == pytest.approx(second, rel=1e-5)
+            assert coefficients.potential_second_derivative[0] == pytest.approx(second, rel=1e-5)
 
 
 @settings(max_examples=30, deadline=None)
 @given(seed=st.integers(0, 2**32 - 1), value=st.floats(0.3, 1.4))
-def test_stiffness_is_half_the_slope_of_inertia_times_that_of_the_speed_squared(seed, value):
-    """K = J' d(w^2)/dq / 2 for a linkage with any masses and loads that turns with the spindle."""
+def test_stiffness_follows_from_the_derivative_of_the_squared_equilibrium_speed(seed, value):
+    """K = J' d(w^2)/dq / 2 for a linkage with any masses and loads that rotates with the spindle."""
     random = np.random.default_rng(seed)
     scene = loaded_crank()
     part = scene.part
@@ -160,30 +160,30 @@ def test_stiffness_is_half_the_slope_of_inertia_times_that_of_the_speed_squared(
         replace(load, stiffness=load.stiffness * random.uniform(0.3, 3.0)) if isinstance(load, Spring) else load
         for load in part.mechanism.force_elements
     )
-    turning = replace(part, mechanism=replace(part.mechanism, bodies=bodies, force_elements=loads), plane=TURNING_PLANE)
-    reduction = SingleDofReduction(replace(scene, parts=(turning,), effects=(Gravity(), Centrifugal())))
-    along = reduction.evaluate([value])
-    square = 2 * along.potential_derivative[0] / along.spindle_inertia_derivative[0]
+    rotating_part = replace(part, mechanism=replace(part.mechanism, bodies=bodies, force_elements=loads), plane=TURNING_PLANE)
+    reduction = SingleDofReduction(replace(scene, parts=(rotating_part,), effects=(Gravity(), Centrifugal())))
+    coefficients = reduction.evaluate([value])
+    square = 2 * coefficients.potential_derivative[0] / coefficients.spindle_inertia_derivative[0]
 
-    def of_rest(way):
-        here = reduction.evaluate([value + way])
-        return 2 * here.potential_derivative[0] / here.spindle_inertia_derivative[0]
+    def equilibrium_speed_squared(step):
+        shifted = reduction.evaluate([value + step])
+        return 2 * shifted.potential_derivative[0] / shifted.spindle_inertia_derivative[0]
 
-    stiffness = along.potential_second_derivative[0] - 0.5 * square * along.spindle_inertia_second_derivative[0]
-    # Near a pole of the curve its differences are worth little: they are measured against the steepness there.
-    parts = abs(along.potential_second_derivative[0]) + abs(0.5 * square * along.spindle_inertia_second_derivative[0])
-    near_pole = abs(along.spindle_inertia_second_derivative[0] / along.spindle_inertia_derivative[0])
-    expected = 0.5 * along.spindle_inertia_derivative[0] * differences(of_rest)[0]
+    stiffness = coefficients.potential_second_derivative[0] - 0.5 * square * coefficients.spindle_inertia_second_derivative[0]
+    # Near a pole of the speed curve differences are inaccurate: the tolerance grows with the steepness.
+    parts = abs(coefficients.potential_second_derivative[0]) + abs(0.5 * square * coefficients.spindle_inertia_second_derivative[0])
+    near_pole = abs(coefficients.spindle_inertia_second_derivative[0] / coefficients.spindle_inertia_derivative[0])
+    expected = 0.5 * coefficients.spindle_inertia_derivative[0] * differences(equilibrium_speed_squared)[0]
     assert stiffness == pytest.approx(expected, abs=1e-7 * parts * (1 + near_pole) ** 3)
 
 
-def test_massive_rods_turn_with_the_spindle_as_the_closed_form_says():
+def test_massive_rods_agree_with_the_closed_form():
     angles = np.radians([20.0, 30.0, 45.0])
     scene, _ = porter_with_rods(speed=12.0, angle=0.6, rate=0.0)
-    along = SingleDofReduction(scene).evaluate(angles)
+    coefficients = SingleDofReduction(scene).evaluate(angles)
     governor = closed.PendulumGovernor(**PORTER_OPEN["dimensions"], arm_mass=ARM_MASS, link_mass=LINK_MASS)
-    square = 2 * along.potential_derivative / along.spindle_inertia_derivative
+    square = 2 * coefficients.potential_derivative / coefficients.spindle_inertia_derivative
     np.testing.assert_allclose(np.sqrt(square), closed.equilibrium_speed(governor, arm_angle=angles), rtol=1e-10)
-    stiffness = along.potential_second_derivative - 0.5 * square * along.spindle_inertia_second_derivative
+    stiffness = coefficients.potential_second_derivative - 0.5 * square * coefficients.spindle_inertia_second_derivative
     frequency = closed.squared_oscillation_frequency(governor, arm_angle=angles, spindle_speed=np.sqrt(square))
-    np.testing.assert_allclose(stiffness / along.inertia, frequency, rtol=1e-8)  # differences of large parts
+    np.testing.assert_allclose(stiffness / coefficients.inertia, frequency, rtol=1e-8)  # differences of large terms

@@ -1,4 +1,4 @@
-"""Kinematics: a driven mechanism against the geometry of its loops, and what is refused."""
+"""Kinematic analysis against the geometry of the loops, and refusals."""
 
 from __future__ import annotations
 
@@ -17,7 +17,7 @@ CRANK, ROD = 0.1, 0.3
 
 
 def slider_crank(angle, rate, acceleration):
-    """Position, speed and acceleration of the slider, by hand."""
+    """Return position, speed and acceleration of the slider in closed form."""
     s, c = np.sin(angle), np.cos(angle)
     root = np.sqrt(ROD**2 - CRANK**2 * s**2)
     x = CRANK * c + root
@@ -26,49 +26,49 @@ def slider_crank(angle, rate, acceleration):
     return x, first * rate, second * rate**2 + first * acceleration
 
 
-def test_a_slider_crank_turns_as_its_triangle_says():
+def test_a_slider_crank_agrees_with_the_closed_form():
     angles = np.linspace(0.0, 2 * math.pi, 37)
-    found = gm.kinematics("slider_crank_torque", "crank_angle", angles, rate=-7.0, acceleration=30.0)
+    result = gm.kinematics("slider_crank_torque", "crank_angle", angles, rate=-7.0, acceleration=30.0)
     x, speed, acceleration = slider_crank(angles, -7.0, 30.0)
-    # Closed to 1e-13 of the size; rates and accelerations are linear algebra on that.
-    np.testing.assert_allclose(found.readings["slider_x"], x, atol=1e-13)
-    np.testing.assert_allclose(found.rates["slider_x"], speed, atol=1e-12)
-    np.testing.assert_allclose(found.reading_accelerations["slider_x"], acceleration, atol=1e-10)
-    np.testing.assert_allclose(found.readings["crank_angle"], angles, atol=1e-13)
-    np.testing.assert_allclose(found.reading_accelerations["crank_angle"], 30.0, atol=1e-12)
-    assert found.poses.shape == found.velocities.shape == found.accelerations.shape == (37, 3, 3)
+    # Closed to 1e-13 of the length scale; rates and accelerations follow by linear algebra.
+    np.testing.assert_allclose(result.readings["slider_x"], x, atol=1e-13)
+    np.testing.assert_allclose(result.rates["slider_x"], speed, atol=1e-12)
+    np.testing.assert_allclose(result.reading_accelerations["slider_x"], acceleration, atol=1e-10)
+    np.testing.assert_allclose(result.readings["crank_angle"], angles, atol=1e-13)
+    np.testing.assert_allclose(result.reading_accelerations["crank_angle"], 30.0, atol=1e-12)
+    assert result.poses.shape == result.velocities.shape == result.accelerations.shape == (37, 3, 3)
 
 
-def test_the_slider_may_lead_and_the_crank_follow():
-    found = gm.kinematics("slider_crank_torque", "slider_x", [0.35, 0.3, 0.25], rate=0.2)
-    x, speed, _ = slider_crank(found.readings["crank_angle"], found.rates["crank_angle"], 0.0)
+def test_the_slider_may_be_the_prescribed_reading():
+    result = gm.kinematics("slider_crank_torque", "slider_x", [0.35, 0.3, 0.25], rate=0.2)
+    x, speed, _ = slider_crank(result.readings["crank_angle"], result.rates["crank_angle"], 0.0)
     np.testing.assert_allclose(x, [0.35, 0.3, 0.25], atol=1e-12)
     np.testing.assert_allclose(speed, 0.2, atol=1e-12)
 
 
-def test_drives_move_a_mechanism_in_time():
+def test_drivers_move_a_mechanism_in_time():
     times = np.linspace(0.0, 1.0, 21)
-    found = gm.kinematics("quick_return", "time", times)
-    # Crank of 80 mm at 200 mm above the lever's pivot, one turn a second.
+    result = gm.kinematics("quick_return", "time", times)
+    # Crank of 80 mm, 200 mm above the pivot of the lever, one turn per second.
     turn = 2 * math.pi * times
     lever = np.arctan2(0.2 + 0.08 * np.sin(turn), 0.08 * np.cos(turn))
-    np.testing.assert_allclose(found.readings["lever_angle"], lever, atol=1e-12)
+    np.testing.assert_allclose(result.readings["lever_angle"], lever, atol=1e-12)
     x, y = 0.4 * np.cos(lever), 0.4 * np.sin(lever)
-    np.testing.assert_allclose(found.readings["ram_position"], x + np.sqrt(0.16**2 - (0.42 - y) ** 2), atol=1e-12)
+    np.testing.assert_allclose(result.readings["ram_position"], x + np.sqrt(0.16**2 - (0.42 - y) ** 2), atol=1e-12)
 
 
 def test_kinematics_agree_with_the_run_of_the_same_drive():
     run = gm.run("quick_return", engine="multibody")
-    found = gm.kinematics("quick_return", "time", run.times)
+    result = gm.kinematics("quick_return", "time", run.times)
     for name in run.readings:
-        np.testing.assert_allclose(found.readings[name], run.readings[name], atol=1e-11)
-        np.testing.assert_allclose(found.rates[name], run.rates[name], atol=1e-10)
+        np.testing.assert_allclose(result.readings[name], run.readings[name], atol=1e-11)
+        np.testing.assert_allclose(result.rates[name], run.rates[name], atol=1e-10)
 
 
-def test_drives_are_taken_off_where_a_reading_leads():
-    found = gm.kinematics("quick_return", "lever_angle", [1.2, 1.3, 1.4], rate=2.0)
-    np.testing.assert_allclose(found.rates["lever_angle"], 2.0, atol=1e-12)
-    assert np.all(found.rates["ram_position"] < 0)  # the lever leans back, and the ram with it
+def test_drivers_are_removed_if_a_reading_is_prescribed():
+    result = gm.kinematics("quick_return", "lever_angle", [1.2, 1.3, 1.4], rate=2.0)
+    np.testing.assert_allclose(result.rates["lever_angle"], 2.0, atol=1e-12)
+    assert np.all(result.rates["ram_position"] < 0)  # the lever and the ram move back
 
 
 @pytest.mark.parametrize(
@@ -82,7 +82,7 @@ def test_drives_are_taken_off_where_a_reading_leads():
         ("slider_crank_torque", "crank_angle", [], "must be a list of finite numbers"),
     ],
 )
-def test_what_settles_no_motion_is_refused(name, over, values, sentence):
+def test_an_undetermined_motion_is_refused(name, over, values, sentence):
     with pytest.raises(gm.MechanismError, match=sentence):
         gm.kinematics(name, over, values)
 
@@ -105,7 +105,7 @@ READINGS = [
 
 
 @pytest.mark.parametrize("reading", READINGS, ids=lambda reading: type(reading).__name__)
-def test_gradient_and_bend_of_a_reading_are_its_derivatives(reading):
+def test_derivatives_of_a_reading(reading):
     from governor_mechanism.model.mechanism import Body, SecondMoments
 
     moments = SecondMoments(xx=1.0)
@@ -123,12 +123,12 @@ def test_gradient_and_bend_of_a_reading_are_its_derivatives(reading):
     def value(time):
         return float(evaluate_output(mechanism, "r", start + velocity * time + 0.5 * acceleration * time**2).value)
 
-    h = 1e-4  # differences of fourth order: 1e-12 of rounding over h^2, and h^4
+    h = 1e-4  # differences of fourth order: rounding of 1e-12 / h^2, and h^4
     first = (8 * (value(h) - value(-h)) - (value(2 * h) - value(-2 * h))) / (12 * h)
     second = (16 * (value(h) + value(-h)) - (value(2 * h) + value(-2 * h)) - 30 * value(0)) / (12 * h**2)
-    found = evaluate_output(mechanism, "r", start, velocity)
-    assert np.sum(found.gradient * velocity) == pytest.approx(first, abs=1e-10)
-    assert np.sum(found.gradient * acceleration) + found.quadratic_velocity_term == pytest.approx(second, abs=1e-6)
+    result = evaluate_output(mechanism, "r", start, velocity)
+    assert np.sum(result.gradient * velocity) == pytest.approx(first, abs=1e-10)
+    assert np.sum(result.gradient * acceleration) + result.quadratic_velocity_term == pytest.approx(second, abs=1e-6)
 
 
 @pytest.mark.parametrize(
@@ -139,6 +139,6 @@ def test_gradient_and_bend_of_a_reading_are_its_derivatives(reading):
         lambda: gm.kinematics("slider_crank_torque", "crank_angle", [0.5], rate="fast"),
     ],
 )
-def test_arguments_that_are_no_numbers_are_refused_in_a_sentence(call):
+def test_arguments_that_are_not_numbers_are_refused(call):
     with pytest.raises(gm.MechanismError, match=r"got '(fine|soon|fast)'"):
         call()

@@ -229,7 +229,7 @@ def test_the_footer_states_accuracy_or_early_end(porter):
     assert "accurate to 3e-07, requested 1e-04" in footer(error_estimate=3e-7, settings={"asked_accuracy": 1e-4})
     assert "accurate only to 3e-03, requested 1e-06" in footer(error_estimate=2.1e-3, outcome=Outcome.ACCURACY_MISSED)
     assert "accuracy not certified (requested 1e-06)" in footer(error_estimate=None)
-    cause = "arm_angle: the arms stand at 90 degrees to the spindle (dead centre), at about t = 0.115 s"
+    cause = "arm_angle: the arms are at 90 degrees to the spindle (dead centre), at about t = 0.115 s"
     words = footer(outcome=Outcome.LEFT_RANGE, detail=cause)
     assert cause in words
     assert Outcome.LEFT_RANGE.value in words

@@ -405,7 +405,7 @@ def command(*words, text, tmp_path):
 def test_a_curve_that_is_held_nowhere_is_drawn(tmp_path):
     answer = command(text=SLIDE.format(height="0", load="", size='size = "1 m"').replace('"5 rad/s"', "0"), tmp_path=tmp_path)
     assert answer.returncode == 0, answer.stderr
-    assert "astatic, it rests anywhere between" in answer.stdout
+    assert "astatic, in equilibrium anywhere between" in answer.stdout
     assert (tmp_path / "scene_characteristic.png").exists()
     assert "Warning" not in answer.stderr
 
@@ -415,7 +415,7 @@ def test_a_resistance_without_a_reading_to_act_at_names_the_option(tmp_path):
     assert answer.returncode == 2
     assert "name one by --against: ['q']" in answer.stderr
     answer = command("--resistance", "1 N m", "--against", "q", text=DUMB_BELL, tmp_path=tmp_path)
-    assert "1 N m at q hold it from 0 rpm to 99.18" in answer.stdout
+    assert "1 N m at q: in equilibrium between 0 rpm and 99.18" in answer.stdout
     assert "is in equilibrium at q = 90 deg at every spindle speed" in answer.stdout
     assert "e-1" not in answer.stdout  # no speed moves the middle one by so many parts of rounding
 

@@ -299,7 +299,7 @@ def test_no_speed_holds_a_mechanism_beyond_the_pole_of_its_curve():
     scene = conical_pendulum()
     curve = gm.speed_curve(scene)
     assert curve.poles == pytest.approx((math.pi / 2,), abs=1e-12)
-    assert curve.low_end_message == curve.high_end_message == "the mass centre of 'ball' comes to the spindle axis"
+    assert curve.low_end_message == curve.high_end_message == "the mass centre of 'ball' reaches the spindle axis"
     np.testing.assert_array_equal(curve.has_equilibrium, curve.coordinate < math.pi / 2)
     with pytest.raises(gm.MechanismError, match="beyond the pole of the speed curve at 90 deg"):
         equilibrium_speed_at(scene, np.array([math.pi / 2 + 0.1]))

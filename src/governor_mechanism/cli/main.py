@@ -89,14 +89,13 @@ def options(
 def models(as_json: AsJson = False) -> int:
     """List the shipped scenes, one per line."""
     from governor_mechanism.scenes.library import read_scene_title, shipped_scenes
+    from governor_mechanism.units.text_table import format_table
 
     scenes = {name: read_scene_title(path) for name, path in shipped_scenes().items()}
     if as_json:
         print_json({"models": [{"name": name, "title": title} for name, title in scenes.items()]})
         return EXIT_OK
-    width = max(map(len, scenes))
-    for name, title in scenes.items():
-        print(f"{name:<{width}}  {title}")
+    print(format_table([], scenes.items()))
     return EXIT_OK
 
 

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Mapping
+from collections.abc import Iterable, Iterator, Mapping
 from pathlib import Path
 from typing import Any
 
@@ -37,7 +37,7 @@ def read_scene_file(path: str | Path, *, known_names: Iterable[str] = ()) -> Sce
     try:
         document = read_document(Path(path), known_names)
     except MechanismError as error:
-        raise _with_source(error.problems, source) from error
+        raise MechanismError(*_with_source(error.problems, source)) from error
     return parse_scene_document(document, source)
 
 
@@ -63,19 +63,17 @@ def parse_scene_document(document: Mapping[str, Any], source: str = "") -> Scene
     """
     if not isinstance(document, Mapping):
         text = f"a scene is a table of keys; found {format_value(document)}"
-        raise _with_source([Problem(text, ProblemCode.WRONG_TYPE)], source)
+        raise MechanismError(*_with_source([Problem(text, ProblemCode.WRONG_TYPE)], source))
     from governor_mechanism.scenes.document import DocumentParser  # slow to import: pydantic
 
     parser = DocumentParser(document, source)
     scene = parser.parse()
     if scene is None:
-        raise _with_source(parser.collector.problems, source)
+        raise MechanismError(*_with_source(parser.collector.problems, source))
     return scene
 
 
-def _with_source(problems: Iterable[str], source: str) -> MechanismError:
-    """Return the error of problems that begin with their source, if there is one."""
-    located = [Problem(problem) for problem in problems]
-    return MechanismError(
-        *(Problem(f"{source}: {text}" if source else str(text), text.code, text.key.replace(KEY, "")) for text in located)
-    )
+def _with_source(problems: Iterable[str], source: str) -> Iterator[Problem]:
+    """Yield the problems with their source, if there is one, at the start."""
+    for text in map(Problem, problems):
+        yield Problem(f"{source}: {text}" if source else str(text), text.code, text.key.replace(KEY, ""))

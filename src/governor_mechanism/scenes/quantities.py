@@ -11,7 +11,7 @@ from governor_mechanism.errors import MechanismError, did_you_mean
 from governor_mechanism.machines.base import MAX_DIMENSION, MIN_DIMENSION
 from governor_mechanism.model.scene import MAX_SPINDLE_SPEED
 from governor_mechanism.model.time_functions import InputFunction
-from governor_mechanism.scenes.problems import KEY, ProblemCode, ProblemCollector, mistake
+from governor_mechanism.scenes.problems import KEY, Problem, ProblemCode, ProblemCollector, mistake
 from governor_mechanism.units.quantities import QUANTITY_KINDS, format_value, parse_quantity
 
 UNITLESS_LIMITS: Final = {"length": (50.0, MAX_DIMENSION), "mass": (1e6, MAX_DIMENSION), "angular_speed": (1e3, MAX_SPINDLE_SPEED)}
@@ -61,26 +61,31 @@ def parse_si(value: object, kind: str, key: str = KEY, *, sign: str = "any", bou
     -------
     float
         The value in SI.
+
+    Raises
+    ------
+    MechanismError
+        With the problem of the value.
     """
     try:
         number = parse_quantity(value, kind, key)
     except MechanismError as error:
-        raise mistake(ProblemCode.WRONG_QUANTITY, *error.problems) from error
+        raise MechanismError(*(Problem(problem, ProblemCode.WRONG_QUANTITY) for problem in error.problems)) from error
     has_sign, requirement = SIGNS[sign]
     if not has_sign(number):
-        raise mistake(ProblemCode.OUT_OF_RANGE, f"{key} {requirement}; found {format_value(value)}{hint}")
+        raise MechanismError(Problem(f"{key} {requirement}; found {format_value(value)}{hint}", ProblemCode.OUT_OF_RANGE))
     min_value = MIN_VALUE_BY_KIND.get(kind, MIN_DIMENSION)
     if bounded and number and not min_value <= abs(number) <= MAX_DIMENSION:
-        found = format_value(value)
-        raise mistake(ProblemCode.OUT_OF_RANGE, f"{key} must lie between {min_value:g} and {MAX_DIMENSION:g} in SI; found {found}")
+        text = f"{key} must lie between {min_value:g} and {MAX_DIMENSION:g} in SI; found {format_value(value)}"
+        raise MechanismError(Problem(text, ProblemCode.OUT_OF_RANGE))
     suspicious_limit, refused_limit = UNITLESS_LIMITS.get(kind, (MAX_DIMENSION, MAX_DIMENSION))
     if not isinstance(value, str) and suspicious_limit < abs(number) <= refused_limit:
-        text, unit_kind = f"{number:.12g}", QUANTITY_KINDS[kind]
-        raise mistake(
-            ProblemCode.WRONG_QUANTITY,
-            f"{key} = {text} is {text} {unit_kind.si_unit}; "
-            f'write "{text} {unit_kind.units[0]}" if that is meant, or "{text} {unit_kind.si_unit}"',
+        written, unit_kind = f"{number:.12g}", QUANTITY_KINDS[kind]
+        text = (
+            f"{key} = {written} is {written} {unit_kind.si_unit}; "
+            f'write "{written} {unit_kind.units[0]}" if that is meant, or "{written} {unit_kind.si_unit}"'
         )
+        raise MechanismError(Problem(text, ProblemCode.WRONG_QUANTITY))
     return number
 
 

@@ -34,13 +34,15 @@ def _unreadable(message: str) -> MechanismError:
 
 
 def _read_text(path: Path, known_names: Iterable[str]) -> str:
-    if path.is_dir():
-        scenes = sorted(file.name for file in path.glob("*.toml"))
-        content_text = f"it holds {', '.join(scenes)}" if scenes else "it holds no .toml files"
-        raise _unreadable(f"this is a folder, not a scene file; {content_text}")
     try:
+        if path.is_dir():
+            scenes = sorted(file.name for file in path.glob("*.toml"))
+            content_text = f"it holds {', '.join(scenes)}" if scenes else "it holds no .toml files"
+            raise _unreadable(f"this is a folder, not a scene file; {content_text}")
         with path.open("rb") as stream:
             content = stream.read(MAX_SCENE_FILE_SIZE + 1)
+    except MechanismError:
+        raise
     except FileNotFoundError as error:
         raise _unreadable(_missing_file_message(path, known_names)) from error
     except PermissionError as error:

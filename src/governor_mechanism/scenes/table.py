@@ -60,7 +60,7 @@ class SceneFileTable(BaseModel):
     def unknown_key(cls, key: str, value: object) -> str:
         """Return the message about an unknown key."""
         known_keys = [*cls.fields_by_key(), *cls.alternative_keys]
-        elsewhere = f" {key!r} stands above the first [table], or is a table of its own." if key in TOP_LEVEL_KEYS else ""
+        elsewhere = f" {key!r} belongs above the first [table], or is a table of its own." if key in TOP_LEVEL_KEYS else ""
         return f"{KEY}.{key} is unknown; known keys are {', '.join(known_keys)}.{elsewhere or did_you_mean(key, known_keys)}"
 
     @model_validator(mode="wrap")

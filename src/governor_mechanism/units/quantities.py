@@ -22,11 +22,10 @@ from governor_mechanism.errors import MechanismError, did_you_mean
 
 @dataclass(frozen=True)
 class QuantityKind:
-    """A kind of quantity: its name with an article, customary units (the last is SI), exponents of its base units, and an example."""
+    """A kind of quantity: its name with an article, customary units (the last is SI), and an example."""
 
     name: str
     units: tuple[str, ...]
-    base_exponents: Mapping[str, int]
     example: str
 
     @property
@@ -48,49 +47,36 @@ class QuantityKind:
         return f"write it in {', '.join(others)} or {last}" if others else f"write it in {last}"
 
 
-_ANGULAR = {"radian": 1, "second": -1}
-_PER_TIME = {"second": -1}
-_ENERGY = {"kilogram": 1, "meter": 2, "second": -2}
-
 QUANTITY_KINDS: Mapping[str, QuantityKind] = {
-    "length": QuantityKind("a length", ("mm", "cm", "m"), {"meter": 1}, "300 mm"),
-    "mass": QuantityKind("a mass", ("g", "t", "kg"), {"kilogram": 1}, "5 kg"),
-    "force": QuantityKind("a force", ("kgf", "kN", "N"), {"kilogram": 1, "meter": 1, "second": -2}, "40 N"),
-    "angle": QuantityKind("an angle", ("deg", "rad"), {"radian": 1}, "40 deg"),
-    "angular_speed": QuantityKind("an angular speed", ("rpm", "deg/s", "rad/s"), _ANGULAR, "120 rpm"),
-    "angular_rate": QuantityKind("an angular rate", ("deg/s", "rad/s"), _ANGULAR, "10 deg/s"),
-    "time": QuantityKind("a time", ("ms", "min", "s"), {"second": 1}, "10 s"),
-    "speed": QuantityKind("a speed", ("mm/s", "m/s"), {"meter": 1, "second": -1}, "50 mm/s"),
-    "acceleration": QuantityKind("an acceleration", ("m/s^2",), {"meter": 1, "second": -2}, "9.81 m/s^2"),
-    "torque": QuantityKind("a torque", ("kgf m", "N m"), _ENERGY, "5 N m"),
-    "moment_of_inertia": QuantityKind("a moment of inertia", ("kg m^2",), {"kilogram": 1, "meter": 2}, "0.5 kg m^2"),
-    "stiffness": QuantityKind("a stiffness", ("N/mm", "kgf/cm", "N/m"), {"kilogram": 1, "second": -2}, "2 N/mm"),
-    "damping": QuantityKind("a damping", ("N s/mm", "N s/m"), {"kilogram": 1, "second": -1}, "120 N s/m"),
-    "torsion_stiffness": QuantityKind("a stiffness in torsion", ("N m/deg", "N m/rad"), _ENERGY | {"radian": -1}, "3 N m/rad"),
-    "torsion_damping": QuantityKind(
-        "a damping in torsion", ("N m s/rad",), {"kilogram": 1, "meter": 2, "second": -1, "radian": -1}, "0.1 N m s/rad"
-    ),
-    "quadratic_damping": QuantityKind("a quadratic damping", ("N s^2/m^2",), {"kilogram": 1, "meter": -1}, "300 N s^2/m^2"),
-    "quadratic_torsion_damping": QuantityKind(
-        "a quadratic damping in torsion", ("N m s^2/rad^2",), {"kilogram": 1, "meter": 2, "radian": -2}, "0.3 N m s^2/rad^2"
-    ),
-    "area": QuantityKind("an area", ("mm^2", "cm^2", "m^2"), {"meter": 2}, "20 cm^2"),
-    "density": QuantityKind("a density", ("g/cm^3", "kg/m^3"), {"kilogram": 1, "meter": -3}, "900 kg/m^3"),
-    "pressure": QuantityKind("a pressure", ("at", "bar", "Pa"), {"kilogram": 1, "meter": -1, "second": -2}, "5 at"),
-    "modulus": QuantityKind("a modulus of shear", ("GPa", "N/mm^2", "Pa"), {"kilogram": 1, "meter": -1, "second": -2}, "80 GPa"),
-    "power": QuantityKind("a power", ("PS", "kW", "W"), {"kilogram": 1, "meter": 2, "second": -3}, "20 PS"),
-    "ratio": QuantityKind("a ratio", (), {}, "0.3"),
-    "number": QuantityKind("a number", (), {}, "0.3"),
+    "length": QuantityKind("a length", ("mm", "cm", "m"), "300 mm"),
+    "mass": QuantityKind("a mass", ("g", "t", "kg"), "5 kg"),
+    "force": QuantityKind("a force", ("kgf", "kN", "N"), "40 N"),
+    "angle": QuantityKind("an angle", ("deg", "rad"), "40 deg"),
+    "angular_speed": QuantityKind("an angular speed", ("rpm", "deg/s", "rad/s"), "120 rpm"),
+    "angular_rate": QuantityKind("an angular rate", ("deg/s", "rad/s"), "10 deg/s"),
+    "time": QuantityKind("a time", ("ms", "min", "s"), "10 s"),
+    "speed": QuantityKind("a speed", ("mm/s", "m/s"), "50 mm/s"),
+    "acceleration": QuantityKind("an acceleration", ("m/s^2",), "9.81 m/s^2"),
+    "torque": QuantityKind("a torque", ("kgf m", "N m"), "5 N m"),
+    "moment_of_inertia": QuantityKind("a moment of inertia", ("kg m^2",), "0.5 kg m^2"),
+    "stiffness": QuantityKind("a stiffness", ("N/mm", "kgf/cm", "N/m"), "2 N/mm"),
+    "damping": QuantityKind("a damping", ("N s/mm", "N s/m"), "120 N s/m"),
+    "torsion_stiffness": QuantityKind("a stiffness in torsion", ("N m/deg", "N m/rad"), "3 N m/rad"),
+    "torsion_damping": QuantityKind("a damping in torsion", ("N m s/rad",), "0.1 N m s/rad"),
+    "quadratic_damping": QuantityKind("a quadratic damping", ("N s^2/m^2",), "300 N s^2/m^2"),
+    "quadratic_torsion_damping": QuantityKind("a quadratic damping in torsion", ("N m s^2/rad^2",), "0.3 N m s^2/rad^2"),
+    "area": QuantityKind("an area", ("mm^2", "cm^2", "m^2"), "20 cm^2"),
+    "density": QuantityKind("a density", ("g/cm^3", "kg/m^3"), "900 kg/m^3"),
+    "pressure": QuantityKind("a pressure", ("at", "bar", "Pa"), "5 at"),
+    "modulus": QuantityKind("a modulus of shear", ("GPa", "N/mm^2", "Pa"), "80 GPa"),
+    "power": QuantityKind("a power", ("PS", "kW", "W"), "20 PS"),
+    "ratio": QuantityKind("a ratio", (), "0.3"),
+    "number": QuantityKind("a number", (), "0.3"),
 }
 """Kinds of quantity by the names in descriptions."""
 
-# Other dimensions of a wrong unit, for messages only.
-_OTHER_DIMENSIONS = (
-    ("a volume", {"meter": 3}),
-    ("a temperature", {"kelvin": 1}),
-    ("a frequency", _PER_TIME),
-    ("an angular acceleration", {"radian": 1, "second": -2}),
-)
+# Other kinds of quantity with their SI units, for messages about a wrong unit.
+_OTHER_KINDS = (("a volume", "m^3"), ("a temperature", "K"), ("a frequency", "1/s"), ("an angular acceleration", "rad/s^2"))
 
 _MAX_TEXT_LENGTH = 100  # characters; a quantity is short, and long digit strings would cost time
 _KILOGRAM_FORCE = Decimal("9.80665")
@@ -204,25 +190,32 @@ def _unit_factor(unit: str, number: Decimal, expected: QuantityKind, message_sta
     turn_match = _TURN_UNIT.match(normalised)
     normalised = f"turn{normalised[turn_match.end() :]}" if turn_match else normalised
     try:
-        factor, base_exponents = _in_base_units(normalised)
+        factor, base_unit = _in_base_units(normalised)
     except Exception as error:
         # pint raises many unrelated types (its own, tokenizer's, AssertionError) with one meaning for the user.
         raise MechanismError(
             f'{message_start} has an unknown unit "{unit}"; {expected.units_hint}{_suggest_unit(unit, expected)}'
         ) from error
-    if base_exponents == expected.base_exponents and (expected.units or normalised == "%"):
+    if base_unit == _base_unit_of(expected.si_unit) and (expected.units or normalised == "%"):
         return factor
-    if base_exponents == _PER_TIME and expected.base_exponents == _ANGULAR:
+    if base_unit == _base_unit_of("1/s") and expected.si_unit == "rad/s":
         return _per_time_factor(normalised, number * factor, message_start)
-    raise MechanismError(f"{message_start} is {_wrong_kind_message(normalised, number, factor, base_exponents, expected)}")
+    raise MechanismError(f"{message_start} is {_wrong_kind_message(normalised, number, factor, base_unit, expected)}")
 
 
-def _in_base_units(unit: str) -> tuple[Decimal, dict[str, int]]:
+def _in_base_units(unit: str) -> tuple[Decimal, Any]:
+    """Return the factor and the pint unit of a unit in base units; unlike pint's dimensions, they keep radians."""
     if not _UNIT.fullmatch(unit):
         raise MechanismError(f"{unit!r} contains no unit names")
     registry = _unit_registry()
-    factor, base_units = registry.get_base_units(registry.parse_units(unit))
-    return Decimal(factor), {str(name): int(power) for name, power in dict(base_units._units).items()}
+    factor, base_unit = registry.get_base_units(registry.parse_units(unit))
+    return Decimal(factor), base_unit
+
+
+@cache
+def _base_unit_of(si_unit: str) -> Any:
+    registry = _unit_registry()
+    return registry.get_base_units(registry.parse_units(si_unit))[1]
 
 
 @cache
@@ -247,20 +240,17 @@ def _per_time_factor(unit: str, per_second: Decimal, message_start: str) -> Deci
     raise MechanismError(f'{message_start} may mean turns or radians; write "{60 * per_second:.6g} rpm" or "{per_second:.6g} rad/s"')
 
 
-def _wrong_kind_message(unit: str, number: Decimal, factor: Decimal, base_exponents: Mapping[str, int], expected: QuantityKind) -> str:
+def _wrong_kind_message(unit: str, number: Decimal, factor: Decimal, base_unit: Any, expected: QuantityKind) -> str:
     """Return the kind that a unit belongs to instead, and the cure; weight and mass are often confused."""
-    mass, force = QUANTITY_KINDS["mass"], QUANTITY_KINDS["force"]
-    if expected is mass and base_exponents == force.base_exponents:
+    if expected.si_unit == "kg" and base_unit == _base_unit_of("N"):
         if unit in ("kgf", "kp"):
             return f"a force: that is a weight; write {float(number * factor / _KILOGRAM_FORCE):.12g} kg"
         kilograms = float(number * factor / _NEWTON_PER_KILOGRAM)
         return f"a force: that is a weight; write {kilograms:.3g} kg (rounded: its mass at 9.81 m/s^2)"
-    if expected is force and base_exponents == mass.base_exponents:
+    if expected.si_unit == "N" and base_unit == _base_unit_of("kg"):
         return f'a mass, not a force; write "{float(number * factor):.12g} kgf" or in N'
-    named_dimensions = [(kind.name, kind.base_exponents) for kind in QUANTITY_KINDS.values() if kind.units] + list(_OTHER_DIMENSIONS)
-    kind_name = next(
-        (name for name, known in named_dimensions if known == base_exponents), "of another kind" if base_exponents else "a plain number"
-    )
+    known = [*((kind.name, kind.si_unit) for kind in QUANTITY_KINDS.values() if kind.units), *_OTHER_KINDS, ("a plain number", "")]
+    kind_name = next((name for name, si_unit in known if base_unit == _base_unit_of(si_unit)), "of another kind")
     return f"{kind_name}; {expected.units_hint}"
 
 
@@ -271,7 +261,7 @@ def _suggest_unit(unit: str, expected: QuantityKind) -> str:
     """
     word = unit.lower()
     candidates = [*expected.units, "1/min", "°", *(name for kind in QUANTITY_KINDS.values() for name in kind.units)]
-    if expected.base_exponents == _ANGULAR:
+    if expected.si_unit == "rad/s":
         if _TURN_SPELLING.match(word):
             return f". Did you mean {'rev/s' if _PER_SECOND.search(word) else 'rpm'!r}?"
         angles = {"deg", "rad", "°", "deg/s", "rad/s"}

@@ -128,7 +128,7 @@ class CustomMachineParser:
         if "body" in self.document and self.document["body"] in ([], ()):
             self.collector.add(ProblemCode.MISSING_KEY, "body is an empty list; a mechanism needs at least one [[body]]", key="body")
         bodies = self._parse_tables("body", TypeAdapter(BodyTable), BodyTable.build, self.plane)
-        self.registry.bodies = {body.name: body for body in reversed(bodies)}
+        self.registry.bodies = {body.name: body for body in bodies}
         written_names = [values.get("name") for values in self._tables_under("body") if isinstance(values, Mapping)]
         self.registry.invalid_bodies |= {name for name in written_names if isinstance(name, str)} - set(self.registry.bodies)
         return bodies

@@ -47,7 +47,7 @@ def _parse_two_points(value: object) -> tuple[PointReference, PointReference]:
 def _parse_body_name(value: object) -> str:
     body = parse_name(value)
     if body == GROUND:
-        text = f"{KEY} must not be {GROUND!r}, which is the fixed plane; its points stand in [ground]"
+        text = f"{KEY} must not be {GROUND!r}, which is the fixed plane; its points are in [ground]"
         raise mistake(ProblemCode.DUPLICATE, text)
     return body
 

@@ -1,6 +1,6 @@
 """Fast path for the rows of a sweep over dimensions: what all rows share is parsed and prepared once.
 
-It needs the engine `reduced`, runs without certificates, and a scene whose forces all stand in the tables of the reduced
+It needs the engine `reduced`, runs without certificates, and a scene whose forces are all in the tables of the reduced
 model. A row that does not fit is computed on its own.
 """
 

@@ -15,6 +15,7 @@ from numpy.typing import NDArray
 from governor_mechanism.errors import MechanismError, did_you_mean
 from governor_mechanism.studies.sweep.parameters import SweepAxis
 from governor_mechanism.studies.sweep.quantities import RunQuantity
+from governor_mechanism.units.text_table import format_table
 
 ROW_REFUSED, ROW_FAILED = "refused", "failed"
 """Outcomes in addition to those of runs: an invalid scene or a refused run, and an unexpected error."""
@@ -181,9 +182,8 @@ class Sweep:
 
     def _format_table(self) -> list[str]:
         names = [*(axis.key for axis in self.axes), *(one.name for one in self.quantities), "outcome"]
-        cells = [names, *([*self._format_axis_values(row), *self._format_numbers(row), row.outcome] for row in self.rows)]
-        widths = [max(len(line[k]) for line in cells) for k in range(len(names))]
-        return ["  ".join(f"{cell:>{width}}" for cell, width in zip(line, widths, strict=True)) for line in cells]
+        cells = [[*self._format_axis_values(row), *self._format_numbers(row), row.outcome] for row in self.rows]
+        return format_table(names, cells, justify="r").splitlines()
 
     def _format_extremes(self) -> Iterator[str]:
         for quantity in self.quantities:
