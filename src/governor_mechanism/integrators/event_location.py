@@ -4,40 +4,15 @@ from __future__ import annotations
 
 import numpy as np
 
-from governor_mechanism.mechanics.dynamics.equations_of_motion import evaluate_state_derivative_inline
+from governor_mechanism.mechanics.dynamics.equations_of_motion import evaluate_events_at_state, evaluate_state_derivative_inline
 from governor_mechanism.mechanics.dynamics.lowering import System, SystemWorkspace
-from governor_mechanism.mechanics.dynamics.output_forces import (
-    EVENT_SAMPLE_FRACTIONS,
-    EventFunctionKind,
-    evaluate_multibody_event_functions,
-)
+from governor_mechanism.mechanics.dynamics.output_forces import EVENT_SAMPLE_FRACTIONS, EventFunctionKind
 from governor_mechanism.numerics.hermite import interpolate_quintic_hermite
 from governor_mechanism.numerics.jit import jit_internal
 from governor_mechanism.types import FloatArray, IntArray
 
 OVERSHOOT_RATIO = 0.05
 """Allowance for a maximum between three samples above that of their parabola, relative to the spread of the samples."""
-
-
-@jit_internal
-def evaluate_events_at_state(
-    system: System, workspace: SystemWorkspace, input_cubics: FloatArray, local_time: float, state: FloatArray, event_values: FloatArray
-) -> None:
-    """Evaluate the event functions at the state whose derivative was evaluated last."""
-    n_bodies = system.bodies.size
-    poses, velocities = (state[: 3 * n_bodies].reshape(n_bodies, 3), state[3 * n_bodies : 6 * n_bodies].reshape(n_bodies, 3))
-    evaluate_multibody_event_functions(
-        system.output_rows,
-        system.event_functions,
-        poses,
-        velocities,
-        input_cubics,
-        local_time,
-        workspace.multipliers,
-        workspace.output_row_values,
-        workspace.output_jacobian,
-        event_values,
-    )
 
 
 @jit_internal

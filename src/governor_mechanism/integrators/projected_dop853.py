@@ -8,11 +8,15 @@ from typing import NamedTuple
 
 import numpy as np
 
-from governor_mechanism.integrators.event_location import bracket_first_event, evaluate_events_at_state
+from governor_mechanism.integrators.event_location import bracket_first_event
 from governor_mechanism.integrators.status import IntegrationStatus
 from governor_mechanism.integrators.tableau import DENSE_NODES, DENSE_STAGES, DENSE_WEIGHTS, ERROR_3, ERROR_5, NODES, STAGES, WEIGHTS
 from governor_mechanism.mechanics.dynamics.constraint_solver import apply_jacobian, subtract_minv_jt
-from governor_mechanism.mechanics.dynamics.equations_of_motion import evaluate_state_derivative_inline, project_state_inline
+from governor_mechanism.mechanics.dynamics.equations_of_motion import (
+    evaluate_events_at_state,
+    evaluate_state_derivative_inline,
+    project_state_inline,
+)
 from governor_mechanism.mechanics.dynamics.lowering import System, SystemWorkspace
 from governor_mechanism.mechanics.dynamics.output_forces import EVENT_SAMPLE_FRACTIONS
 from governor_mechanism.numerics.banded_cholesky import solve_band_system

@@ -342,6 +342,43 @@ def evaluate_state_derivative(
     return result
 
 
+@jit_internal
+def evaluate_events_at_state(
+    system: System, workspace: SystemWorkspace, input_cubics: FloatArray, local_time: float, state: FloatArray, event_values: FloatArray
+) -> None:
+    """Evaluate the event functions at the state whose derivative was evaluated last.
+
+    Parameters
+    ----------
+    system
+        Arrays of the multibody model.
+    workspace
+        Work arrays, with the multipliers of that evaluation.
+    input_cubics
+        Local cubics of all inputs; shape (inputs, 5).
+    local_time
+        Time since the start of these cubics, s.
+    state
+        State vector.
+    event_values
+        Values of the event functions, filled in; shape (event functions,).
+    """
+    n_bodies = system.bodies.size
+    poses, velocities = (state[: 3 * n_bodies].reshape(n_bodies, 3), state[3 * n_bodies : 6 * n_bodies].reshape(n_bodies, 3))
+    evaluate_multibody_event_functions(
+        system.output_rows,
+        system.event_functions,
+        poses,
+        velocities,
+        input_cubics,
+        local_time,
+        workspace.multipliers,
+        workspace.output_row_values,
+        workspace.output_jacobian,
+        event_values,
+    )
+
+
 @jit
 def evaluate_events_and_derivative(
     system: System, workspace: SystemWorkspace, input_cubics: FloatArray, local_time: float, state: FloatArray
@@ -370,18 +407,5 @@ def evaluate_events_and_derivative(
     """
     derivative, event_values = np.empty(state.size), np.empty(system.event_functions.size)
     evaluate_state_derivative_inline(system, workspace, input_cubics, local_time, state, derivative)
-    n_bodies = system.bodies.size
-    poses, velocities = (state[: 3 * n_bodies].reshape(n_bodies, 3), state[3 * n_bodies : 6 * n_bodies].reshape(n_bodies, 3))
-    evaluate_multibody_event_functions(
-        system.output_rows,
-        system.event_functions,
-        poses,
-        velocities,
-        input_cubics,
-        local_time,
-        workspace.multipliers,
-        workspace.output_row_values,
-        workspace.output_jacobian,
-        event_values,
-    )
+    evaluate_events_at_state(system, workspace, input_cubics, local_time, state, event_values)
     return event_values, derivative
