@@ -136,7 +136,7 @@ def integrate_projected_dop853(
 
     Returns
     -------
-    tuple[int, float, int, float]
+    tuple[IntegrationStatus, float, int, float]
         How the integration ended, the last step size (s), the number of output times reached, and the time of `state` (s).
         When an event function becomes positive within a step, `state` is the one before that step.
 
