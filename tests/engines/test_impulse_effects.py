@@ -284,7 +284,9 @@ def test_clearance_is_refused_by_name():
     clearance = Clearance(width=1e-3)
     machine = MACHINES["pendulum_governor"](**PORTER)
     scene = porter()
-    scene = replace(scene, parts=(replace(scene.part, mechanism=machine.mechanism_with_effects([play])),), effects=(Gravity(), play))
+    scene = replace(
+        scene, parts=(replace(scene.part, mechanism=machine.mechanism_with_effects([clearance])),), effects=(Gravity(), clearance)
+    )
     with pytest.raises(UnsupportedEffect, match=r"'impulse' cannot model \['Clearance'\]"):
         ImpulseEngine().run(scene)
 

@@ -153,9 +153,9 @@ def test_link_that_passes_its_dead_centre_ends_the_run_although_the_arm_reverses
 
 @pytest.mark.parametrize("engine", ENGINES)
 @pytest.mark.parametrize("output_interval", [2.0, 0.1])
-def test_speed_jump_at_the_end_of_the_run(engine, every):
+def test_speed_jump_at_the_end_of_the_run(engine, output_interval):
     jump = Spindle(times=(0.0, 2.0, 2.0), speeds=(13.0, 13.0, 14.0))
-    run = engine().run(governor_scene(PORTER, speed=jump, angle=0.7, output_interval=every, accuracy=1e-2))
+    run = engine().run(governor_scene(PORTER, speed=jump, angle=0.7, output_interval=output_interval, accuracy=1e-2))
     assert run.outcome is Outcome.DONE
     _, rates = integrate_one_coordinate(run.scene, run.times)
     np.testing.assert_allclose(run.rates["arm_angle"], rates, atol=1e-2 * run.scales["spindle_speed"])

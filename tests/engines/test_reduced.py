@@ -442,7 +442,10 @@ def test_a_start_at_a_turning_point_is_refused():
 
 @pytest.mark.parametrize(
     ("name", "sentence"),
-    [("quick_return", "drives move this mechanism; choose.*multibody"), ("porter_clearance", r"engine 'reduced' cannot model \['Clearance'\]")],
+    [
+        ("quick_return", "drives move this mechanism; choose.*multibody"),
+        ("porter_clearance", r"engine 'reduced' cannot model \['Clearance'\]"),
+    ],
 )
 def test_an_unsupported_scene_is_refused(name, sentence):
     with pytest.raises(UnsupportedEffect, match=sentence):

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 
-from governor_mechanism.mechanics.dynamics.equations_of_motion import evaluate_events_at_state, evaluate_state_derivative_inline
+from governor_mechanism.mechanics.dynamics.equations_of_motion import evaluate_event_functions, evaluate_state_derivative_inline
 from governor_mechanism.mechanics.dynamics.lowering import System, SystemWorkspace
 from governor_mechanism.mechanics.dynamics.output_forces import EVENT_SAMPLE_FRACTIONS, EventFunctionKind
 from governor_mechanism.numerics.hermite import interpolate_quintic_hermite
@@ -135,4 +135,4 @@ def _evaluate_events_within_step(
     if has_force_events:
         evaluate_state_derivative_inline(system, workspace, input_cubics, local_time + fraction * h, trial_state, trial_derivative)
         counters[2] += 1
-    evaluate_events_at_state(system, workspace, input_cubics, local_time + fraction * h, trial_state, event_values)
+    evaluate_event_functions(system, workspace, input_cubics, local_time + fraction * h, trial_state, event_values)

@@ -13,7 +13,7 @@ from governor_mechanism.integrators.status import IntegrationStatus
 from governor_mechanism.integrators.tableau import DENSE_NODES, DENSE_STAGES, DENSE_WEIGHTS, ERROR_3, ERROR_5, NODES, STAGES, WEIGHTS
 from governor_mechanism.mechanics.dynamics.constraint_solver import apply_jacobian, subtract_minv_jt
 from governor_mechanism.mechanics.dynamics.equations_of_motion import (
-    evaluate_events_at_state,
+    evaluate_event_functions,
     evaluate_state_derivative_inline,
     project_state_inline,
 )
@@ -158,7 +158,7 @@ def integrate_projected_dop853(
     event_values = np.empty((EVENT_SAMPLE_FRACTIONS.size, system.event_functions.size))
     state_start, derivative_start = np.empty(state.size), np.empty(state.size)
     if has_events:
-        evaluate_events_at_state(system, workspace, input_cubics, 0.0, state, event_values[0])
+        evaluate_event_functions(system, workspace, input_cubics, 0.0, state, event_values[0])
     while t < end:
         if counters[0] + counters[1] >= max_steps:
             return IntegrationStatus.STEP_LIMIT, step, n_reached, t
@@ -252,7 +252,7 @@ def integrate_projected_dop853(
             ),
         )
         if has_events:
-            evaluate_events_at_state(system, workspace, input_cubics, t - start, state, event_values[EVENT_SAMPLE_FRACTIONS.size - 1])
+            evaluate_event_functions(system, workspace, input_cubics, t - start, state, event_values[EVENT_SAMPLE_FRACTIONS.size - 1])
             low, high = bracket_first_event(
                 system,
                 workspace,

@@ -63,11 +63,14 @@ class Machine(ABC):
         TURNING_PLANE or FIXED_PLANE.
     driver_dimensions
         Dimensions that prescribe the motion of a driven machine; empty for a machine that [start] sets in motion.
+    supported_effects
+        Types of the effects that change its bodies, in the order of the arguments of `mechanism`.
     """
 
     name: ClassVar[str]
     plane: ClassVar[str]
     driver_dimensions: ClassVar[tuple[str, ...]] = ()
+    supported_effects: ClassVar[tuple[type[Effect], ...]] = ()
 
     def __post_init__(self) -> None:
         problems = []
@@ -88,20 +91,21 @@ class Machine(ABC):
             raise MechanismError(*problems)
 
     @abstractmethod
-    def mechanism(self) -> Mechanism:
-        """Build the bodies, joints and readings of this machine."""
+    def mechanism(self, *args: Any, **kwargs: Any) -> Mechanism:
+        """Build the bodies, joints and readings of this machine; the arguments are its supported effects, or None."""
 
     @classmethod
     def effect_problems(cls, effects: Iterable[Effect]) -> tuple[str, ...]:
         """Return sentences about effects that this kind of machine does not support."""
-        return unsupported_effect_messages(cls.name, effects)
+        return unsupported_effect_messages(cls.name, effects, cls.supported_effects)
 
     def mechanism_with_effects(self, effects: Iterable[Effect]) -> Mechanism:
         """Build the mechanism with the effects that change its bodies. Raise MechanismError for effects it does not support."""
-        problems = self.effect_problems(effects)
-        if problems:
+        listed = list(effects)
+        if problems := [*self.effect_problems(listed), *self.stop_problems(listed)]:
             raise MechanismError(*problems)
-        return self.mechanism()
+        by_type = {type(effect): effect for effect in listed}
+        return self.mechanism(*(by_type.get(effect_type) for effect_type in self.supported_effects))
 
     def stop_problems(self, effects: Iterable[Effect]) -> Sequence[str]:
         """Return sentences about stops that this machine cannot reach."""
@@ -111,9 +115,30 @@ class Machine(ABC):
         """Return sentences about start values at which this machine cannot be assembled."""
         return ()
 
-    @abstractmethod
     def dimensions(self) -> dict[str, float]:
-        """Return all dimensions by name in SI, with the values that stand for omitted ones."""
+        """Return all dimensions by name in SI, with the values that stand for omitted ones; an omitted length is infinite."""
+        values = {field.name: getattr(self, field.name) for field in dataclasses.fields(self) if field.metadata["kind"] != CHOICE_KIND}
+        return {name: math.inf if value is None else value for name, value in values.items()}
+
+
+def unit_hint(angle: float, max_angle: float, example: str) -> str:
+    """Return a hint at the unit of an implausibly large angle (rad), or an empty string."""
+    return f"; a bare number is in rad, so write it with its unit: {example}" if abs(angle) > max_angle else ""
+
+
+def travel_problems(
+    values: Mapping[str, float | str], reading: str, travel: tuple[float, float, str, str], max_angle: float, example: str
+) -> tuple[str, ...]:
+    """Return a sentence about a start angle (rad) outside the travel: its ends, and what happens there."""
+    angle = values.get(reading)
+    low, high, low_message, high_message = travel
+    if not isinstance(angle, float) or low < angle < high:
+        return ()
+    return (
+        f"start.{reading} ({math.degrees(angle):g} deg) lies outside the travel of this governor, "
+        f"{math.degrees(low):.6g} to {math.degrees(high):.6g} deg: "
+        f"{low_message if angle <= low else high_message}{unit_hint(angle, max_angle, example)}",
+    )
 
 
 def unsupported_effect_messages(machine: str, effects: Iterable[Effect], supported: tuple[type[Effect], ...] = ()) -> tuple[str, ...]:

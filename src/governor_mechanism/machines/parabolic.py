@@ -91,16 +91,6 @@ class ParabolicGovernor(Machine):
         """Distance of the sleeve below the vertex while the balls are at the vertex, m. It only affects the drawing."""
         return 2 * self.outer_radius
 
-    def dimensions(self) -> dict[str, float]:
-        """Return all dimensions in SI."""
-        return {
-            "double_parameter": self.double_parameter,
-            "inner_radius": self.inner_radius,
-            "outer_radius": self.outer_radius,
-            "ball_mass": self.ball_mass,
-            "sleeve_mass": self.sleeve_mass,
-        }
-
     def start_problems(self, values: Mapping[str, float | str]) -> tuple[str, ...]:
         """Return a sentence about a start beyond the ends of the guide."""
         radius = values.get("ball_radius")

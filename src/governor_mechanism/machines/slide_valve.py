@@ -13,7 +13,7 @@ from dataclasses import dataclass
 from typing import ClassVar
 
 from governor_mechanism.errors import MechanismError
-from governor_mechanism.machines.base import Machine, choice_field, dimension_field, rotate_point
+from governor_mechanism.machines.base import Machine, choice_field, dimension_field, rotate_point, unit_hint
 from governor_mechanism.machines.driven_crank import (
     CONNECTING_ROD,
     CRANK,
@@ -101,10 +101,9 @@ class SlideValve(Machine):
         """Return sentences about a wrong angle of advance and laps larger than the travel of the valve."""
         problems = []
         if not abs(self.advance) < math.pi / 2:
-            hint = "; a bare number is in rad, so write it with its unit: 30 deg" if abs(self.advance) > math.pi else ""
             problems.append(
                 f"advance ({math.degrees(self.advance):.6g} deg) must lie between -90 and 90 deg: it is measured from "
-                f"the right angle to the crank{hint}"
+                f"the right angle to the crank{unit_hint(self.advance, math.pi, '30 deg')}"
             )
         for name in ("outside_lap", "inside_lap"):
             lap = getattr(self, name)
@@ -228,18 +227,7 @@ class SlideValve(Machine):
 
     def dimensions(self) -> dict[str, float]:
         """Return all dimensions in SI; an omitted rod is infinite. `centre` is the centre of the valve's motion."""
-        return {
-            "crank": self.crank,
-            "connecting_rod": math.inf if self.connecting_rod is None else self.connecting_rod,
-            "eccentric": self.eccentric,
-            "eccentric_rod": math.inf if self.eccentric_rod is None else self.eccentric_rod,
-            "advance": self.advance,
-            "outside_lap": self.outside_lap,
-            "inside_lap": self.inside_lap,
-            "crank_speed": self.crank_speed,
-            "crank_start": self.crank_start,
-            "centre": self.valve_centre,
-        }
+        return super().dimensions() | {"centre": self.valve_centre}
 
 
 def _axial_coordinate(name: str, body: str, sign: float, zero: float) -> Reading:

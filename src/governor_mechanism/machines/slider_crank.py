@@ -7,13 +7,12 @@ massless unless the effect `masses` gives them mass; then the bearings carry the
 from __future__ import annotations
 
 import math
-from collections.abc import Iterable
 from dataclasses import dataclass
 from typing import ClassVar
 
 from governor_mechanism.effects.crank_masses import CrankMasses
 from governor_mechanism.errors import MechanismError
-from governor_mechanism.machines.base import Machine, dimension_field, rotate_point, unsupported_effect_messages
+from governor_mechanism.machines.base import Machine, dimension_field, rotate_point
 from governor_mechanism.machines.driven_crank import (
     CONNECTING_ROD,
     CRANK,
@@ -38,6 +37,7 @@ class SliderCrank(Machine):
 
     name: ClassVar[str] = "slider_crank"
     plane: ClassVar[str] = FIXED_PLANE
+    supported_effects: ClassVar[tuple[type[Effect], ...]] = (CrankMasses,)
     driver_dimensions: ClassVar[tuple[str, ...]] = ("crank_speed", "crank_start")
 
     crank: float = dimension_field("length", "from the shaft to the crank pin")
@@ -67,27 +67,6 @@ class SliderCrank(Machine):
             length_scale=self.crank,
             initial_guess=self._initial_guess(parts),
         )
-
-    @classmethod
-    def effect_problems(cls, effects: Iterable[Effect]) -> tuple[str, ...]:
-        """Return sentences about unsupported effects; `masses` is supported."""
-        return unsupported_effect_messages(cls.name, effects, supported=(CrankMasses,))
-
-    def mechanism_with_effects(self, effects: Iterable[Effect]) -> Mechanism:
-        """Build the mechanism with the masses of a scene's effects."""
-        listed = list(effects)
-        if problems := self.effect_problems(listed):
-            raise MechanismError(*problems)
-        return self.mechanism(next((effect for effect in listed if isinstance(effect, CrankMasses)), None))
-
-    def dimensions(self) -> dict[str, float]:
-        """Return all dimensions in SI."""
-        return {
-            "crank": self.crank,
-            "connecting_rod": self.connecting_rod,
-            "crank_speed": self.crank_speed,
-            "crank_start": self.crank_start,
-        }
 
     def _build_parts(self, masses: CrankMasses | None) -> _CrankTrainParts:
         """Return the parts. A massless part that is necessary gets a placeholder mass."""

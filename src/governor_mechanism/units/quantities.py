@@ -169,18 +169,12 @@ def _text_to_si(text: str, expected: QuantityKind, what: str) -> float:
     if not unit and not expected.units:
         raise MechanismError(f"{message_start} is text; write the bare number {number[1]}")
     if not unit:
-        raise MechanismError(
-            f'{message_start} has no unit; write "{number[1]} {_first_unit(expected)}", or the bare number in {expected.si_unit}'
-        )
+        example_unit = expected.example.partition(" ")[2]
+        raise MechanismError(f'{message_start} has no unit; write "{number[1]} {example_unit}", or the bare number in {expected.si_unit}')
     try:
         return float(Decimal(number[1]) * _unit_factor(unit, Decimal(number[1]), expected, message_start))
     except ArithmeticError:  # an exponent beyond the range of Decimal
         return math.inf
-
-
-def _first_unit(expected: QuantityKind) -> str:
-    """Return the unit of the kind's example."""
-    return expected.example.partition(" ")[2]
 
 
 def _unit_factor(unit: str, number: Decimal, expected: QuantityKind, message_start: str) -> Decimal:

@@ -167,7 +167,7 @@ class ConstrainedIntegrator:
         speed = self.evaluator.speed_function(times)
         if self.system.has_free_spindle:
             own_inertia = self.system.spindle_inertia
-            speed = states[:, -1] / np.array([own_inertia + inertia_about_spindle(self.system, pose) for pose in origins])
+            speed = states[:, -1] / np.array([own_inertia + inertia_about_spindle(self.system.bodies, pose) for pose in origins])
         spindle_state = np.stack([states[:, -2], speed], axis=-1)
         work, dissipated_energy = states[:, -N_AUXILIARY_STATES], states[:, 1 - N_AUXILIARY_STATES]
         return StateHistory(
@@ -196,7 +196,7 @@ class ConstrainedIntegrator:
         """Return the initial state vector, with constraints satisfied to rounding."""
         project_state(*self.model, self.input_cubics(0.0), 0.0, poses, velocities, constraint_tolerance)
         speed = self.evaluator.speed_function.start_speed
-        momentum = (self.system.spindle_inertia + inertia_about_spindle(self.system, poses)) * speed
+        momentum = (self.system.spindle_inertia + inertia_about_spindle(self.system.bodies, poses)) * speed
         auxiliary_states = [0.0, 0.0, 0.0, momentum if self.system.has_free_spindle else 0.0]
         return np.concatenate([poses.ravel(), velocities.ravel(), auxiliary_states])
 
@@ -210,7 +210,7 @@ class ConstrainedIntegrator:
         speed_before, speed_after = (float(speed_function(np.array([time]), left_limit=side)[0]) for side in (True, False))
         if speed_after == speed_before or not self.system.has_centrifugal_forces:
             return 0.0
-        inertia = inertia_about_spindle(self.system, state[: 3 * n_bodies].reshape(n_bodies, 3))
+        inertia = inertia_about_spindle(self.system.bodies, state[: 3 * n_bodies].reshape(n_bodies, 3))
         return 0.5 * inertia * (speed_after**2 - speed_before**2)
 
     def _make_error_scale(self) -> FloatArray:

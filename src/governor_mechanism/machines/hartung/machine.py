@@ -15,7 +15,7 @@ from typing import ClassVar
 from governor_mechanism.effects.bell_crank_masses import BellCrankMasses
 from governor_mechanism.effects.stops import Stops
 from governor_mechanism.errors import MechanismError
-from governor_mechanism.machines.base import unsupported_effect_messages
+from governor_mechanism.machines.base import travel_problems, unit_hint
 from governor_mechanism.machines.hartung.bodies import HartungBuilder
 from governor_mechanism.machines.hartung.dimensions import HartungDimensions
 from governor_mechanism.machines.hartung.geometry import FAILURE_HINTS
@@ -37,6 +37,7 @@ class HartungGovernor(HartungDimensions):
 
     name: ClassVar[str] = "hartung"
     plane: ClassVar[str] = TURNING_PLANE
+    supported_effects: ClassVar[tuple[type[Effect], ...]] = (BellCrankMasses,)
 
     def __post_init__(self) -> None:
         super().__post_init__()
@@ -67,19 +68,6 @@ class HartungGovernor(HartungDimensions):
             notes=(note,) if note else (),
         )
 
-    @classmethod
-    def effect_problems(cls, effects: Iterable[Effect]) -> tuple[str, ...]:
-        """Return sentences about unsupported effects; `bell_cranks` is supported."""
-        return unsupported_effect_messages(cls.name, effects, supported=(BellCrankMasses,))
-
-    def mechanism_with_effects(self, effects: Iterable[Effect]) -> Mechanism:
-        """Build the mechanism with the bell cranks of a scene's effects."""
-        listed = list(effects)
-        problems = [*self.effect_problems(listed), *self.stop_problems(listed)]
-        if problems:
-            raise MechanismError(*problems)
-        return self.mechanism(next((effect for effect in listed if isinstance(effect, BellCrankMasses)), None))
-
     def dimensions(self) -> dict[str, float]:
         """Return all dimensions in SI: the spring by its rate and its force at preload_radius, a vertical hanger as infinite."""
         spring = self.spring_law()
@@ -101,15 +89,7 @@ class HartungGovernor(HartungDimensions):
 
     def start_problems(self, values: Mapping[str, float | str]) -> tuple[str, ...]:
         """Return a sentence about a start angle outside the travel."""
-        angle = values.get("lever_angle")
-        low, high, low_message, high_message = self.lever_geometry.travel_limits(self.middle_angle)
-        if not isinstance(angle, float) or low < angle < high:
-            return ()
-        allowed = f"{math.degrees(low):.6g} to {math.degrees(high):.6g} deg"
-        return (
-            f"start.lever_angle ({math.degrees(angle):g} deg) lies outside the travel of this governor, {allowed}: "
-            f"{low_message if angle <= low else high_message}{_in_degrees(angle, math.pi / 2, '10 deg')}",
-        )
+        return travel_problems(values, "lever_angle", self.lever_geometry.travel_limits(self.middle_angle), math.pi / 2, "10 deg")
 
     def _angle_problems(self) -> list[str]:
         degrees = math.degrees(self.bell_crank_angle)
@@ -118,7 +98,7 @@ class HartungGovernor(HartungDimensions):
         return [
             f"bell_crank_angle ({degrees:.6g} deg) must lie between 90 deg, Hartung's old right angle, and 180 deg, an "
             "arm in line with the other: outside this range the sleeve does not rise as the weights move outward"
-            f"{_in_degrees(self.bell_crank_angle, math.tau, '132 deg')}"
+            f"{unit_hint(self.bell_crank_angle, math.tau, '132 deg')}"
         ]
 
     def _stroke_problems(self) -> list[str]:
@@ -152,13 +132,8 @@ class HartungGovernor(HartungDimensions):
         if failure is None:
             return []
         lever_angle, sentence = failure
-        hint = _in_degrees(max(inner_angle, -outer_angle), math.pi / 2, "15 deg") or f"; {FAILURE_HINTS[sentence]}, or shorten the stroke"
+        hint = unit_hint(max(inner_angle, -outer_angle), math.pi / 2, "15 deg") or f"; {FAILURE_HINTS[sentence]}, or shorten the stroke"
         return [
             f"the stroke, lever_angle from {format_quantity(outer_angle, 'rad')} to {format_quantity(inner_angle, 'rad')}, "
             f"is not possible: at {format_quantity(lever_angle, 'rad')} {sentence}{hint}"
         ]
-
-
-def _in_degrees(angle: float, max_angle: float, example: str) -> str:
-    """Return a hint at the unit for an implausibly large angle (rad), or an empty string."""
-    return f"; a bare number is in rad, so write it with its unit: {example}" if abs(angle) > max_angle else ""

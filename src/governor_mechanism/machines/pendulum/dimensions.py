@@ -66,15 +66,8 @@ class PendulumDimensions(Machine):
 
     def dimensions(self) -> dict[str, float]:
         """Return all dimensions in SI, with the values that stand for omitted ones; no sleeve load is 0 kg."""
-        return {
-            "arm": self.arm,
-            "ball_mass": self.ball_mass,
-            "offset": self.offset,
-            "arm_joint": self.joint_length,
-            "link": self.link_length,
-            "lug_offset": self.lug_distance,
-            "sleeve_mass": self.sleeve_mass or 0.0,
-        }
+        omitted = {"arm_joint": self.joint_length, "link": self.link_length, "lug_offset": self.lug_distance}
+        return super().dimensions() | omitted | {"sleeve_mass": self.sleeve_mass or 0.0}
 
     def _angle_range_with_ball_off_axis(self) -> tuple[float, float]:
         ratio = -self.offset / self.arm

@@ -7,13 +7,13 @@ spindle axis, y up from the suspension of the arms.
 from __future__ import annotations
 
 import math
-from collections.abc import Iterable, Mapping
+from collections.abc import Mapping
 from dataclasses import dataclass
 from typing import ClassVar
 
 from governor_mechanism.effects.clearance import Clearance
 from governor_mechanism.effects.rod_masses import RodMasses
-from governor_mechanism.machines.base import unsupported_effect_messages
+from governor_mechanism.machines.base import travel_problems
 from governor_mechanism.machines.pendulum.bodies import PendulumBuilder
 from governor_mechanism.machines.pendulum.dimensions import PendulumDimensions
 from governor_mechanism.model.effect import Effect
@@ -28,6 +28,7 @@ class PendulumGovernor(PendulumDimensions):
 
     name: ClassVar[str] = "pendulum_governor"
     plane: ClassVar[str] = TURNING_PLANE
+    supported_effects: ClassVar[tuple[type[Effect], ...]] = (RodMasses, Clearance)
 
     def mechanism(self, rod_masses: RodMasses | None = None, clearance: Clearance | None = None) -> Mechanism:
         """Build balls, sleeve, arms and links.
@@ -51,29 +52,9 @@ class PendulumGovernor(PendulumDimensions):
             internal_outputs=builder.internal_outputs(),
         )
 
-    @classmethod
-    def effect_problems(cls, effects: Iterable[Effect]) -> tuple[str, ...]:
-        """Return sentences about unsupported effects; `mechanism` checks `rods` and `clearance` for each governor."""
-        return unsupported_effect_messages(cls.name, effects, supported=(RodMasses, Clearance))
-
-    def mechanism_with_effects(self, effects: Iterable[Effect]) -> Mechanism:
-        """Build the mechanism with the rods and the clearance of a scene's effects."""
-        listed = list(effects)
-        return self.mechanism(
-            rod_masses=next((effect for effect in listed if isinstance(effect, RodMasses)), None),
-            clearance=next((effect for effect in listed if isinstance(effect, Clearance)), None),
-        )
-
     def start_problems(self, values: Mapping[str, float | str]) -> tuple[str, ...]:
         """Return a sentence about a start angle outside the travel."""
-        angle = values.get("arm_angle")
-        low, high, low_message, high_message = self.travel_limits()
-        if not isinstance(angle, float) or low < angle < high:
-            return ()
-        message_start = f"start.arm_angle ({math.degrees(angle):g} deg) lies outside the travel"
-        allowed = f"{math.degrees(low):.6g} to {math.degrees(high):.6g} deg"
-        hint = "; a bare number is in rad, so write it with its unit: 40 deg" if abs(angle) > math.pi else ""
-        return (f"{message_start} of this governor, {allowed}: {low_message if angle <= low else high_message}{hint}",)
+        return travel_problems(values, "arm_angle", self.travel_limits(), math.pi, "40 deg")
 
     def _zero_lift_angle(self) -> float:
         """Return the arm angle at zero lift (rad): hanging arms, or the low end of the travel if they cannot hang."""

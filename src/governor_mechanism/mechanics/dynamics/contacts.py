@@ -82,11 +82,8 @@ def contacts_of(scene: Scene) -> tuple[Contact, ...]:
     stops = {effect.reading: effect for effect in effects if isinstance(effect, Stops)}
     contacts = []
     for name in dict.fromkeys([*friction_forces, *stops]):
-        if name in stops:
-            stop = stops[name]
-            contacts.append(Contact(name, friction_forces.get(name), stop.low, stop.high, stop.restitution))
-        else:
-            contacts.append(Contact(name, friction_forces[name]))
+        bounds = stops.get(name, Contact(name))
+        contacts.append(Contact(name, friction_forces.get(name), bounds.low, bounds.high, bounds.restitution))
     return tuple(contacts)
 
 

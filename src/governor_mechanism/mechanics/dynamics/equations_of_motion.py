@@ -19,7 +19,7 @@ from governor_mechanism.mechanics.dynamics.force_kernels import (
     weight_jit,
 )
 from governor_mechanism.mechanics.dynamics.lowering import System, SystemWorkspace
-from governor_mechanism.mechanics.dynamics.output_forces import add_output_forces, evaluate_multibody_event_functions
+from governor_mechanism.mechanics.dynamics.output_forces import EventFunctionKind, add_output_forces, output_rate
 from governor_mechanism.mechanics.kinematics.constraint_kernels import RowColumn, evaluate_drives, evaluate_rows, rotate_vector_jit
 from governor_mechanism.mechanics.kinematics.input_kernels import evaluate_given_speed, evaluate_input
 from governor_mechanism.numerics.banded_cholesky import solve_band_system
@@ -58,12 +58,24 @@ def evaluate_accelerations(
     rows = system.constraint_rows
     evaluate_drives(rows, input_cubics, local_time, workspace.row_values)
     evaluate_rows(rows, poses, velocities, workspace.row_values, workspace.jacobian)
-    power, dissipated_power = evaluate_generalised_forces(
-        system, workspace, poses, velocities, input_cubics, local_time, speed_squared, workspace.generalised_forces
+    forces = workspace.generalised_forces
+    evaluate_body_forces(system.bodies, system.gravity, system.has_centrifugal_forces, poses, speed_squared, forces)
+    power = add_element_forces(system.force_elements, poses, velocities, input_cubics, local_time, forces)
+    dissipated_power = add_output_forces(
+        system.output_rows,
+        system.output_forces,
+        poses,
+        velocities,
+        input_cubics,
+        local_time,
+        workspace.output_row_values,
+        workspace.output_jacobian,
+        forces,
     )
+    power -= dissipated_power
     for k in range(system.bodies.size):
         for c in range(3):
-            result[k, c] = system.inverse_mass[k, c] * workspace.generalised_forces[k, c]
+            result[k, c] = system.inverse_mass[k, c] * forces[k, c]
     assemble_schur_band(rows.row_bodies, system.row_pairs, workspace.jacobian, system.inverse_mass, workspace.band)
     apply_jacobian(rows.row_bodies, workspace.jacobian, result, workspace.multipliers)
     for i in range(workspace.multipliers.size):
@@ -95,44 +107,13 @@ def evaluate_body_forces(
 
 
 @jit
-def evaluate_generalised_forces(
-    system: System,
-    workspace: SystemWorkspace,
-    poses: FloatArray,
-    velocities: FloatArray,
-    input_cubics: FloatArray,
-    local_time: float,
-    speed_squared: float,
-    result: FloatArray,
-) -> tuple[float, float]:
-    """Fill result (bodies, 3) with all applied forces, reduced to the body origins.
-
-    Returns the power (W) of forces without a potential, dissipation subtracted, and the dissipated power (W).
-    """
-    evaluate_body_forces(system.bodies, system.gravity, system.has_centrifugal_forces, poses, speed_squared, result)
-    power = add_element_forces(system.force_elements, poses, velocities, input_cubics, local_time, result)
-    dissipated_power = add_output_forces(
-        system.output_rows,
-        system.output_forces,
-        poses,
-        velocities,
-        input_cubics,
-        local_time,
-        workspace.output_row_values,
-        workspace.output_jacobian,
-        result,
-    )
-    return power - dissipated_power, dissipated_power
-
-
-@jit
-def inertia_about_spindle(system: System, poses: FloatArray) -> float:
+def inertia_about_spindle(bodies: RecordArray, poses: FloatArray) -> float:
     """Return the moment of inertia of all bodies about the spindle axis.
 
     Parameters
     ----------
-    system
-        Arrays of the multibody model.
+    bodies
+        Records of `BODY_DTYPE`; shape (bodies,).
     poses
         Poses of the body origins, m and rad; shape (bodies, 3).
 
@@ -141,12 +122,6 @@ def inertia_about_spindle(system: System, poses: FloatArray) -> float:
     float
         Moment of inertia, kg m2.
     """
-    return bodies_inertia_about_spindle(system.bodies, poses)
-
-
-@jit_internal
-def bodies_inertia_about_spindle(bodies: RecordArray, poses: FloatArray) -> float:
-    """Return the moment of inertia (kg m2) of body records about the spindle axis."""
     total = 0.0
     for k in range(bodies.size):
         body, angle = bodies[k], poses[k, 2]
@@ -155,8 +130,7 @@ def bodies_inertia_about_spindle(bodies: RecordArray, poses: FloatArray) -> floa
     return total
 
 
-@jit_inline
-def project_state_inline(
+def _project_state(
     system: System,
     workspace: SystemWorkspace,
     input_cubics: FloatArray,
@@ -165,7 +139,7 @@ def project_state_inline(
     velocities: FloatArray,
     closure_tolerance: float,
 ) -> float:
-    """Project positions and velocities to the constraint manifold, in place; inlined in its callers.
+    """Project positions and velocities to the constraint manifold, in place.
 
     Corrections are weighted by the inverse masses: a coordinate whose inverse mass is 0 keeps its value.
 
@@ -213,43 +187,16 @@ def project_state_inline(
     return max_residual
 
 
-@jit
-def project_state(
-    system: System,
-    workspace: SystemWorkspace,
-    input_cubics: FloatArray,
-    local_time: float,
-    poses: FloatArray,
-    velocities: FloatArray,
-    closure_tolerance: float,
-) -> float:
-    """Project positions and velocities to the constraint manifold, in place; callable from Python.
+project_state = jit(_project_state)
+project_state_inline = jit_inline(_project_state)
+"""`project_state` inlined in its callers."""
 
-    Corrections are weighted by the inverse masses: a coordinate whose inverse mass is 0 keeps its value.
 
-    Parameters
-    ----------
-    system
-        Arrays of the multibody model.
-    workspace
-        Work arrays.
-    input_cubics
-        Local cubics of all inputs; shape (inputs, 5).
-    local_time
-        Time since the start of these cubics, s.
-    poses
-        Poses of the body origins, m and rad; shape (bodies, 3).
-    velocities
-        Their time derivatives; shape (bodies, 3).
-    closure_tolerance
-        Residual below which a joint is closed, m.
-
-    Returns
-    -------
-    float
-        Largest residual at the last evaluation, m.
-    """
-    return project_state_inline(system, workspace, input_cubics, local_time, poses, velocities, closure_tolerance)
+@jit_inline
+def split_state(system: System, state: FloatArray) -> tuple[FloatArray, FloatArray]:
+    """Return views of the poses and velocities (bodies, 3) in a state."""
+    n_bodies = system.bodies.size
+    return state[: 3 * n_bodies].reshape(n_bodies, 3), state[3 * n_bodies : 6 * n_bodies].reshape(n_bodies, 3)
 
 
 @jit_internal
@@ -258,7 +205,7 @@ def evaluate_spindle_speed(
 ) -> tuple[float, float, float]:
     """Return the speed (rad/s) of the spindle, its prescribed acceleration (rad/s2), and the torque (N m) on a free spindle."""
     if system.has_free_spindle:
-        inertia = system.spindle_inertia + inertia_about_spindle(system, poses)
+        inertia = system.spindle_inertia + inertia_about_spindle(system.bodies, poses)
         return free_spindle_speed_jit(momentum, inertia), 0.0, evaluate_input(input_cubics, 0, local_time)
     speed, acceleration = evaluate_given_speed(input_cubics, local_time, system.fluctuation_amplitude, system.cycles_per_turn)
     return speed, acceleration, 0.0
@@ -294,7 +241,7 @@ def evaluate_state_derivative_inline(
         Smallest pivot ratio of J M^-1 J^T; 0 where rows are linearly dependent.
     """
     n_bodies = system.bodies.size
-    poses, velocities = (state[: 3 * n_bodies].reshape(n_bodies, 3), state[3 * n_bodies : 6 * n_bodies].reshape(n_bodies, 3))
+    poses, velocities = split_state(system, state)
     spindle_velocity, spindle_acceleration, torque = evaluate_spindle_speed(
         system, poses, input_cubics, local_time, state[6 * n_bodies + 3]
     )
@@ -306,7 +253,7 @@ def evaluate_state_derivative_inline(
     )
     result[6 * n_bodies] = -power - torque * spindle_velocity
     if spindle_acceleration != 0.0 and system.has_centrifugal_forces:
-        result[6 * n_bodies] += inertia_about_spindle(system, poses) * spindle_velocity * spindle_acceleration
+        result[6 * n_bodies] += inertia_about_spindle(system.bodies, poses) * spindle_velocity * spindle_acceleration
     result[6 * n_bodies + 1] = dissipated_power
     result[6 * n_bodies + 2] = spindle_velocity
     result[6 * n_bodies + 3] = torque
@@ -343,7 +290,7 @@ def evaluate_state_derivative(
 
 
 @jit_internal
-def evaluate_events_at_state(
+def evaluate_event_functions(
     system: System, workspace: SystemWorkspace, input_cubics: FloatArray, local_time: float, state: FloatArray, event_values: FloatArray
 ) -> None:
     """Evaluate the event functions at the state whose derivative was evaluated last.
@@ -353,30 +300,30 @@ def evaluate_events_at_state(
     system
         Arrays of the multibody model.
     workspace
-        Work arrays, with the multipliers of that evaluation.
+        Work arrays, with the Lagrange multipliers that `evaluate_accelerations` leaves in them.
     input_cubics
         Local cubics of all inputs; shape (inputs, 5).
     local_time
         Time since the start of these cubics, s.
     state
-        State vector.
+        Poses and velocities of the body origins, then the auxiliary states; shape (6 * bodies + N_AUXILIARY_STATES,).
     event_values
-        Values of the event functions, filled in; shape (event functions,).
+        Result: values of the event functions; shape (event functions,).
     """
-    n_bodies = system.bodies.size
-    poses, velocities = (state[: 3 * n_bodies].reshape(n_bodies, 3), state[3 * n_bodies : 6 * n_bodies].reshape(n_bodies, 3))
-    evaluate_multibody_event_functions(
-        system.output_rows,
-        system.event_functions,
-        poses,
-        velocities,
-        input_cubics,
-        local_time,
-        workspace.multipliers,
-        workspace.output_row_values,
-        workspace.output_jacobian,
-        event_values,
-    )
+    poses, velocities = split_state(system, state)
+    row_values, jacobian = workspace.output_row_values, workspace.output_jacobian
+    evaluate_rows(system.output_rows, poses, velocities, row_values, jacobian)
+    for i in range(system.event_functions.size):
+        event_function = system.event_functions[i]
+        if event_function.kind == EventFunctionKind.VALUE:
+            value = row_values[event_function.source_index, RowColumn.RESIDUAL]
+        elif event_function.kind == EventFunctionKind.RATE:
+            value = output_rate(system.output_rows, jacobian, event_function.source_index, velocities)
+        else:
+            value = -workspace.multipliers[event_function.source_index]
+        event_values[i] = (
+            event_function.sign * value - event_function.threshold - evaluate_input(input_cubics, event_function.input_index, local_time)
+        )
 
 
 @jit
@@ -407,5 +354,5 @@ def evaluate_events_and_derivative(
     """
     derivative, event_values = np.empty(state.size), np.empty(system.event_functions.size)
     evaluate_state_derivative_inline(system, workspace, input_cubics, local_time, state, derivative)
-    evaluate_events_at_state(system, workspace, input_cubics, local_time, state, event_values)
+    evaluate_event_functions(system, workspace, input_cubics, local_time, state, event_values)
     return event_values, derivative

@@ -133,10 +133,8 @@ def add_element_forces(
             arm1_x, arm1_y, u1, v1 = _point_kinematics(poses, velocities, first, element.x1, element.y1)
             arm2_x, arm2_y, u2, v2 = _point_kinematics(poses, velocities, second, element.x2, element.y2)
             if kind == ForceElementKind.FORCE:
-                force_x, force_y = (
-                    evaluate_input(input_cubics, element.input_index, local_time),
-                    evaluate_input(input_cubics, element.input_index_y, local_time),
-                )
+                force_x = evaluate_input(input_cubics, element.input_index, local_time)
+                force_y = evaluate_input(input_cubics, element.input_index_y, local_time)
                 _add_force_at_point(result, second, arm2_x, arm2_y, force_x, force_y)
                 power += force_x * u2 + force_y * v2
                 continue

@@ -74,16 +74,11 @@ def compute_inverse_dynamics(
     """
     if not modes:
         return _compute_in_mode(scene, None, times, poses, velocities, speeds)
-    results = {}
-    for mode in dict.fromkeys(modes):
-        indices = np.flatnonzero([other == mode for other in modes])
-        results[mode] = (indices, _compute_in_mode(scene, mode, times[indices], poses[indices], velocities[indices], speeds[indices]))
+    indices = {mode: np.flatnonzero([other == mode for other in modes]) for mode in dict.fromkeys(modes)}
+    parts = [_compute_in_mode(scene, mode, times[i], poses[i], velocities[i], speeds[i]) for mode, i in indices.items()]
+    time_order = np.argsort(np.concatenate(list(indices.values())))
     names = ("accelerations", "joint_forces", "pivot_ratios", "power")
-    merged = {name: np.zeros((len(times), *getattr(results[modes[0]][1], name).shape[1:])) for name in names}
-    for indices, result in results.values():
-        for name in names:
-            merged[name][indices] = getattr(result, name)
-    return InverseDynamics(**merged)
+    return InverseDynamics(*(np.concatenate([getattr(part, name) for part in parts])[time_order] for name in names))
 
 
 def _compute_in_mode(
@@ -93,19 +88,8 @@ def _compute_in_mode(
     system, time_functions = make_system(scene, mode)
     input_cubics = np.stack([time_function.local_cubics(times) for time_function in time_functions], axis=1)
     origin_poses, origin_velocities = from_mass_centres(system, poses, velocities)
-    origin_accelerations, row_forces = (np.empty_like(poses), np.empty((len(times), len(system.constraint_rows.table), 3)))
-    pivot_ratios, power = np.empty(len(times)), np.empty(len(times))
-    _evaluate_along_motion(
-        system,
-        make_system_workspace(system),
-        input_cubics,
-        origin_poses,
-        origin_velocities,
-        speeds**2,
-        origin_accelerations,
-        row_forces,
-        pivot_ratios,
-        power,
+    origin_accelerations, row_forces, pivot_ratios, power = _evaluate_along_motion(
+        system, make_system_workspace(system), input_cubics, origin_poses, origin_velocities, speeds**2
     )
     if system.has_free_spindle:
         power += input_cubics[:, 0, 3] * speeds
@@ -129,14 +113,12 @@ def _evaluate_along_motion(
     poses: FloatArray,
     velocities: FloatArray,
     speeds_squared: FloatArray,
-    body_accelerations: FloatArray,
-    row_forces: FloatArray,
-    pivot_ratios: FloatArray,
-    power: FloatArray,
-) -> None:
-    """Fill accelerations of the body origins, forces of the constraint rows, pivot ratios and power at all times."""
-    rows = system.constraint_rows
-    for t in range(poses.shape[0]):
+) -> tuple[FloatArray, FloatArray, FloatArray, FloatArray]:
+    """Return accelerations of the body origins, forces of the constraint rows, pivot ratios and power at all times."""
+    rows, n_times = system.constraint_rows, poses.shape[0]
+    body_accelerations, row_forces = np.empty(poses.shape), np.empty((n_times, rows.table.size, 3))
+    pivot_ratios, power = np.empty(n_times), np.empty(n_times)
+    for t in range(n_times):
         pivot_ratios[t], power[t], _ = evaluate_accelerations(
             system, workspace, poses[t], velocities[t], input_cubics[t], 0.0, speeds_squared[t], body_accelerations[t]
         )
@@ -148,6 +130,7 @@ def _evaluate_along_motion(
                 arm_x, arm_y = rotate_vector_jit(poses[t, row.second, 2], row.x2, row.y2)
                 moment -= arm_x * force_y - arm_y * force_x
             row_forces[t, i, 0], row_forces[t, i, 1], row_forces[t, i, 2] = force_x, force_y, moment
+    return body_accelerations, row_forces, pivot_ratios, power
 
 
 def _mass_centre_accelerations(system: System, poses: FloatArray, velocities: FloatArray, origin_accelerations: FloatArray) -> FloatArray:

@@ -15,7 +15,7 @@ from governor_mechanism.mechanics.dynamics.force_elements import make_force_elem
 from governor_mechanism.mechanics.dynamics.output_forces import EVENT_FUNCTION_DTYPE, OUTPUT_FORCE_DTYPE, EventFunctionKind, OutputForceKind
 from governor_mechanism.mechanics.kinematics.constraint_equations import bodies_of_rows, make_constraint_table
 from governor_mechanism.mechanics.kinematics.constraint_kernels import N_ROW_COLUMNS, ConstraintRows
-from governor_mechanism.mechanics.kinematics.output_rows import CONSTANT_PARAMETER, make_holding_rows, make_output_rows
+from governor_mechanism.mechanics.kinematics.output_rows import CONSTANT_PARAMETER, make_output_rows
 from governor_mechanism.mechanics.kinematics.points import rotate_vector
 from governor_mechanism.mechanics.kinematics.time_functions import CubicTimeFunction
 from governor_mechanism.model.joints import GROUND, Pin
@@ -148,6 +148,7 @@ def make_system(scene: Scene, mode: ContactMode | None = None) -> tuple[System, 
     output_rows = make_output_rows(mechanism, forced_output_names(scene), origins)
     holding_rows = _make_holding_rows(scene, mode, output_rows)
     row_order = _row_order(constraint_table.rows, holding_rows)
+    held_rows = np.argsort(row_order)[len(constraint_table.joint_indices) :]
     ordered_rows = np.concatenate([constraint_table.rows.table, holding_rows])[row_order]
     rows = ConstraintRows(ordered_rows, bodies_of_rows(ordered_rows), constraint_table.rows.curve_segments)
     rows.table["drive"] += rows.table["drive"] >= 0  # input 0 belongs to the spindle
@@ -155,10 +156,9 @@ def make_system(scene: Scene, mode: ContactMode | None = None) -> tuple[System, 
     force_elements, element_inputs = make_force_element_table(mechanism, origins, 1 + len(constraint_table.motions))
     friction_inputs = [contact.friction for contact in contacts_of(scene) if contact.friction is not None]
     first_friction_input = 1 + len(constraint_table.motions) + len(element_inputs)
-    inertias = [_inertia_about_origin(body, origins[body.name]) for body in mechanism.bodies]
     inverse_masses = [
-        [1 / body.mass, 1 / body.mass, 1 / inertia if body.can_rotate else 0.0]
-        for body, inertia in zip(mechanism.bodies, inertias, strict=True)
+        [1 / body.mass, 1 / body.mass, 1 / _inertia_about_origin(body, origins[body.name]) if body.can_rotate else 0.0]
+        for body in mechanism.bodies
     ]
     free_spindle = spindle if isinstance(spindle, FreeSpindle) else None
     system = System(
@@ -174,9 +174,7 @@ def make_system(scene: Scene, mode: ContactMode | None = None) -> tuple[System, 
         spindle_inertia=free_spindle.inertia if free_spindle else 0.0,
         output_rows=output_rows,
         output_forces=_make_output_forces(scene, mode, first_friction_input),
-        event_functions=_make_event_functions(
-            scene, mode, first_friction_input, np.argsort(row_order)[len(constraint_table.joint_indices) :]
-        ),
+        event_functions=_make_event_functions(scene, mode, first_friction_input, held_rows),
         fluctuation_amplitude=0.5 * spindle.speed_fluctuation if isinstance(spindle, Spindle) else 0.0,
         cycles_per_turn=spindle.cycles_per_turn if isinstance(spindle, Spindle) else 1.0,
     )
@@ -237,7 +235,10 @@ def _make_holding_rows(scene: Scene, mode: ContactMode, output_rows: ConstraintR
         for contact, value in zip(contacts_of(scene), mode.held_values, strict=True)
         if value is not None
     ]
-    return make_holding_rows(output_rows.table, [index for index, _ in held], [value for _, value in held])
+    rows: RecordArray = output_rows.table[[index for index, _ in held]]
+    for i, (_, value) in enumerate(held):
+        rows[i][CONSTANT_PARAMETER[int(rows[i]["kind"])]] += value
+    return rows
 
 
 def _make_output_forces(scene: Scene, mode: ContactMode, friction_input: int) -> RecordArray:
@@ -262,7 +263,11 @@ def _make_event_functions(scene: Scene, mode: ContactMode, friction_input: int, 
     outputs, `friction_input` is the index of the first friction input.
     """
     output_names, rows, records = forced_output_names(scene), iter(held_rows.tolist()), []
-    tolerances = _OutputTolerances(scene)
+    mechanism, time = scene.part.mechanism, time_scale(scene)
+    length_scale, mass = mechanism.length_scale, sum(body.mass for body in mechanism.bodies)
+    scales = {name: length_scale if mechanism.reading(name).quantity == "length" else 1.0 for name in output_names}
+    tolerances = {name: EVENT_ROUNDING_RATIO * scale for name, scale in scales.items()}
+    force_tolerance = EVENT_ROUNDING_RATIO * mass * length_scale / time**2
     contacts = contacts_of(scene)
     for contact_index, (contact, held, sign) in enumerate(zip(contacts, mode.held_values, mode.sliding_signs, strict=True)):
         name, output_index = contact.output_name, output_names.index(contact.output_name)
@@ -273,19 +278,19 @@ def _make_event_functions(scene: Scene, mode: ContactMode, friction_input: int, 
             # A stop pushes with unlimited force in one direction; friction holds in both, up to its limit.
             for direction, is_unlimited in ((1.0, held <= contact.low), (-1.0, held >= contact.high)):
                 if not is_unlimited:
-                    records.append((EventFunctionKind.FORCE, row, direction, 0.0, tolerances.force, friction_index, contact_index))
+                    records.append((EventFunctionKind.FORCE, row, direction, 0.0, force_tolerance, friction_index, contact_index))
             continue
         if mode.is_locked:
             continue
         if sign:
-            records.append((EventFunctionKind.RATE, output_index, -float(sign), 0.0, tolerances.rate(name), -1, contact_index))
+            records.append((EventFunctionKind.RATE, output_index, -float(sign), 0.0, tolerances[name] / time, -1, contact_index))
         for direction, bound in ((1.0, contact.high), (-1.0, -contact.low)):
             if np.isfinite(bound):
-                records.append((EventFunctionKind.VALUE, output_index, direction, bound, tolerances.value(name), -1, contact_index))
+                records.append((EventFunctionKind.VALUE, output_index, direction, bound, tolerances[name], -1, contact_index))
     one_sided = [] if mode.is_locked else [spring for spring in output_springs_of(scene) if spring.one_sided]
     for contact_index, (spring, taut) in enumerate(zip(one_sided, mode.taut, strict=False), start=len(contacts)):
         direction, name = (-1.0 if taut else 1.0), spring.reading
-        threshold, tolerance = direction * spring.free_value, tolerances.value(name)
+        threshold, tolerance = direction * spring.free_value, tolerances[name]
         records.append((EventFunctionKind.VALUE, output_names.index(name), direction, threshold, tolerance, -1, contact_index))
     return np.array(records, dtype=EVENT_FUNCTION_DTYPE)
 
@@ -317,25 +322,6 @@ def with_held_values(system: System, output_indices: Sequence[int], mode: Contac
             constant = CONSTANT_PARAMETER[int(output_row["kind"])]
             table[row][constant] = output_row[constant] + value
     return system._replace(constraint_rows=system.constraint_rows._replace(table=table))
-
-
-class _OutputTolerances:
-    """Rounding levels of outputs, of their rates, and of forces along them."""
-
-    def __init__(self, scene: Scene) -> None:
-        self._mechanism = scene.part.mechanism
-        self._time_scale = time_scale(scene)
-        mass = sum(body.mass for body in self._mechanism.bodies)
-        self.force = EVENT_ROUNDING_RATIO * mass * self._mechanism.length_scale / self._time_scale**2
-
-    def value(self, name: str) -> float:
-        """Return the rounding level of an output (m or rad)."""
-        length = self._mechanism.reading(name).quantity == "length"
-        return EVENT_ROUNDING_RATIO * (self._mechanism.length_scale if length else 1.0)
-
-    def rate(self, name: str) -> float:
-        """Return the rounding level of the rate of an output (m/s or rad/s)."""
-        return self.value(name) / self._time_scale
 
 
 def make_system_workspace(system: System) -> SystemWorkspace:
@@ -384,7 +370,7 @@ def to_mass_centres(system: System, poses: FloatArray, velocities: FloatArray) -
     velocities : FloatArray
         Their time derivatives; shape (..., bodies, 3).
     """
-    return _shift_reference_points(_mass_centre_offsets(system), poses, velocities)
+    return _shift_reference_points(system, 1.0, poses, velocities)
 
 
 def from_mass_centres(system: System, poses: FloatArray, velocities: FloatArray) -> tuple[FloatArray, FloatArray]:
@@ -406,13 +392,13 @@ def from_mass_centres(system: System, poses: FloatArray, velocities: FloatArray)
     velocities : FloatArray
         Their time derivatives; shape (..., bodies, 3).
     """
-    return _shift_reference_points(-_mass_centre_offsets(system), poses, velocities)
+    return _shift_reference_points(system, -1.0, poses, velocities)
 
 
-def _shift_reference_points(offsets: FloatArray, poses: FloatArray, velocities: FloatArray) -> tuple[FloatArray, FloatArray]:
-    """Return poses and velocities of points at `offsets` (bodies, 2) from the reference points, in body axes (m)."""
+def _shift_reference_points(system: System, sign: float, poses: FloatArray, velocities: FloatArray) -> tuple[FloatArray, FloatArray]:
+    """Return poses and velocities of points shifted by the vector from body origin to mass centre (sign 1) or back (-1)."""
     poses, velocities = poses.copy(), velocities.copy()
-    arm_x, arm_y = rotate_vector(poses[..., 2], offsets[:, 0], offsets[:, 1])
+    arm_x, arm_y = rotate_vector(poses[..., 2], sign * system.bodies["x"], sign * system.bodies["y"])
     poses[..., 0] += arm_x
     poses[..., 1] += arm_y
     velocities[..., 0] -= arm_y * velocities[..., 2]
@@ -464,11 +450,6 @@ def ground_pin_of_point_mass(mechanism: Mechanism, body: Body) -> Pin | None:
         f"body {body.name!r} cannot turn: it is a point mass, and no pin away from that point joins it to the ground; "
         "give it second moments of mass, or turns = false (can_rotate=False in Python)"
     )
-
-
-def _mass_centre_offsets(system: System) -> FloatArray:
-    """Return the mass centres relative to the body origins in body axes (m); shape (bodies, 2)."""
-    return np.stack([system.bodies["x"], system.bodies["y"]], axis=-1)
 
 
 def make_body_record(body: Body, origin: tuple[float, float] = (0.0, 0.0)) -> tuple[float, ...]:

@@ -1,4 +1,4 @@
-"""Forces along output variables, and event functions of contacts, as compiled kernels.
+"""Forces along output variables as compiled kernels, and records of the event functions of contacts.
 
 An output row is a constraint row whose residual is the value of an output variable (see `output_rows`).
 """
@@ -42,13 +42,9 @@ class EventFunctionKind(IntEnum):
 
 EVENT_FUNCTION_DTYPE = np.dtype(
     [
-        ("kind", "i8"),
-        ("source_index", "i8"),
-        ("sign", "f8"),
-        ("threshold", "f8"),
-        ("tolerance", "f8"),
-        ("input_index", "i8"),
-        ("contact_index", "i8"),
+        *((name, "i8") for name in ("kind", "source_index")),
+        *((name, "f8") for name in ("sign", "threshold", "tolerance")),
+        *((name, "i8") for name in ("input_index", "contact_index")),
     ]
 )
 """One event function g = sign * quantity - threshold - input. An event is an upward zero crossing of g.
@@ -94,12 +90,10 @@ def add_output_forces(
             force = -spring_force_jit(output_force.a, output_force.b, row_values[k, RowColumn.RESIDUAL])
         else:
             rate = output_rate(output_rows, jacobian, k, velocities)
-            resistance = (
-                dashpot_force_jit(output_force.a, output_force.b, rate)
-                if output_force.kind == OutputForceKind.DASHPOT
-                else output_force.a * evaluate_input(input_cubics, output_force.input_index, local_time)
-            )
-            force = -resistance
+            if output_force.kind == OutputForceKind.DASHPOT:
+                force = -dashpot_force_jit(output_force.a, output_force.b, rate)
+            else:
+                force = -(output_force.a * evaluate_input(input_cubics, output_force.input_index, local_time))
             dissipated_power -= force * rate
         for side in range(2):
             body = output_rows.row_bodies[k, side]
@@ -107,58 +101,6 @@ def add_output_forces(
                 for c in range(3):
                     result[body, c] += force * jacobian[k, side, c]
     return dissipated_power
-
-
-@jit_internal
-def evaluate_multibody_event_functions(
-    output_rows: ConstraintRows,
-    event_functions: RecordArray,
-    poses: FloatArray,
-    velocities: FloatArray,
-    input_cubics: FloatArray,
-    local_time: float,
-    multipliers: FloatArray,
-    row_values: FloatArray,
-    jacobian: FloatArray,
-    event_values: FloatArray,
-) -> None:
-    """Evaluate the event functions of a system at one state.
-
-    Parameters
-    ----------
-    output_rows
-        Output rows of the system.
-    event_functions
-        Records of `EVENT_FUNCTION_DTYPE`; shape (n,).
-    poses
-        Poses of the body origins, m and rad; shape (bodies, 3).
-    velocities
-        Their time derivatives; shape (bodies, 3).
-    input_cubics
-        Local cubics of all inputs; shape (inputs, 5).
-    local_time
-        Time since the start of these cubics, s.
-    multipliers
-        Lagrange multipliers that `evaluate_accelerations` leaves in the workspace, N; shape (rows,).
-    row_values
-        Workspace; shape (outputs, 5).
-    jacobian
-        Workspace; shape (outputs, 2, 3).
-    event_values
-        Result: values of the event functions; shape (n,).
-    """
-    evaluate_rows(output_rows, poses, velocities, row_values, jacobian)
-    for i in range(event_functions.size):
-        event_function = event_functions[i]
-        if event_function.kind == EventFunctionKind.VALUE:
-            value = row_values[event_function.source_index, RowColumn.RESIDUAL]
-        elif event_function.kind == EventFunctionKind.RATE:
-            value = output_rate(output_rows, jacobian, event_function.source_index, velocities)
-        else:
-            value = -multipliers[event_function.source_index]
-        event_values[i] = (
-            event_function.sign * value - event_function.threshold - evaluate_input(input_cubics, event_function.input_index, local_time)
-        )
 
 
 EVENT_SAMPLE_FRACTIONS = np.array([0.0, 0.25, 0.5, 0.75, 1.0])

@@ -54,25 +54,30 @@ class PositionSolver:
         The constraint equations of its joints and drives.
     free_mask
         Which coordinates may change; shape (3 bodies,). A body that cannot rotate keeps its angle.
+    pose_scales
+        SI values of a length scale and of a radian for the coordinates of a body; shape (3,).
     free_coordinate_scales
         SI value of a length scale, or of a radian, of each free coordinate; shape (free coordinates,).
+    initial_guess
+        Poses of the mechanism's initial guess; shape (bodies, 3).
+    free_masses
+        Mass (kg) or moment of inertia (kg m2) of each free coordinate; shape (free coordinates,).
     """
 
     def __init__(self, mechanism: Mechanism, time: float = 0.0) -> None:
         self.mechanism, self.time = mechanism, time
         self.equations = ConstraintEquations(mechanism)
-        can_rotate = [body.can_rotate for body in mechanism.bodies]
-        self.free_mask = np.array([[True, True, rotates] for rotates in can_rotate], dtype=np.bool_).ravel()
-        """Which coordinates may change; shape (3 bodies,). A body that cannot rotate keeps its angle."""
-        self.free_coordinate_scales = np.tile([mechanism.length_scale, mechanism.length_scale, 1.0], len(can_rotate))[self.free_mask]
-        """SI value of a length scale, or of a radian, of each free coordinate; shape (free coordinates,)."""
-        prescribed = self.equations.prescribed_motion(np.array(time))
-        self._prescribed_rates = prescribed[:, 1]
+        self.free_mask = np.array([[True, True, body.can_rotate] for body in mechanism.bodies], dtype=np.bool_).ravel()
+        self.pose_scales = np.array([mechanism.length_scale, mechanism.length_scale, 1.0])
+        self.free_coordinate_scales = np.tile(self.pose_scales, len(mechanism.bodies))[self.free_mask]
+        self.initial_guess = np.array(mechanism.initial_guess, dtype=np.float64)
+        inertias = [[body.mass, body.mass, body.second_moments.xx + body.second_moments.yy] for body in mechanism.bodies]
+        self.free_masses: FloatArray = np.array(inertias).ravel()[self.free_mask]
 
     @property
     def mobility(self) -> int:
         """Degrees of freedom that joints and drives leave at the initial guess: free coordinates minus the rank of the Jacobian."""
-        return self.count_degrees_of_freedom(self._initial_guess())
+        return self.count_degrees_of_freedom(self.initial_guess)
 
     def count_degrees_of_freedom(self, poses: FloatArray, *, include_drives: bool = True) -> int:
         """Return the degrees of freedom at poses (bodies, 3), with or without the constraints of the drives."""
@@ -81,9 +86,14 @@ class PositionSolver:
 
     def scaled_joint_jacobian(self, poses: FloatArray) -> FloatArray:
         """Return the dimensionless joint Jacobian (equations, free coordinates) at poses (bodies, 3), lengths in length scales."""
-        jacobian = self.equations.jacobian(poses).reshape(len(self.equations.joint_indices), self.free_mask.size)[:, self.free_mask]
-        scaled: FloatArray = jacobian * self.free_coordinate_scales / self.mechanism.length_scale
+        scaled: FloatArray = self.joint_jacobian(poses) * self.free_coordinate_scales / self.mechanism.length_scale
         return scaled
+
+    def joint_jacobian(self, poses: FloatArray) -> FloatArray:
+        """Return the joint Jacobian (..., equations, free coordinates) at poses (..., bodies, 3)."""
+        jacobian = self.equations.jacobian(poses)
+        free_jacobian: FloatArray = jacobian.reshape(*jacobian.shape[:-2], self.free_mask.size)[..., self.free_mask]
+        return free_jacobian
 
     def solve_at_coordinate(self, value: float, guess: FloatArray | None = None) -> FloatArray:
         """Solve for the poses at a value of the leading coordinate, on the branch of the guess.
@@ -127,12 +137,12 @@ class PositionSolver:
             If the mechanism cannot be assembled (the message names the joint that stays open), or if a value is farther than
             `MAX_TRAVEL` from the guess.
         """
-        poses = self._move_off_turning_point(self._gauss_newton(self._initial_guess() if guess is None else guess, {}), values)
+        poses = self._move_off_turning_point(self._gauss_newton(self.initial_guess if guess is None else guess, {}), values)
         displacements = {name: value - float(evaluate_output_value(self.mechanism, name, poses)) for name, value in values.items()}
         for name in displacements:
             if isinstance(self.mechanism.reading(name), LineAngle):
                 displacements[name] = math.remainder(displacements[name], math.tau)
-        max_displacement = max((abs(displacement) / self._output_scale(name) for name, displacement in displacements.items()), default=0.0)
+        max_displacement = max((abs(displacement) / self.output_scale(name) for name, displacement in displacements.items()), default=0.0)
         if max_displacement > MAX_TRAVEL:
             raise MechanismError(
                 f"the values of {list(values)} are {max_displacement:.6g} rad or length scales away from the initial guess; "
@@ -163,9 +173,12 @@ class PositionSolver:
         MechanismError
             If joints, drives and rates contradict each other.
         """
-        jacobian = self._jacobian(poses, list(rates))
-        rhs = np.append(self._prescribed_rates, list(rates.values()))
-        inverse_sqrt_masses = 1 / np.sqrt(self._mass_diagonal())
+        jacobian = self.jacobian(poses, list(rates))
+        rhs = np.append(self.equations.prescribed_motion(np.array(self.time))[:, 1], list(rates.values()))
+        # A massless rotation gets a small moment of inertia.
+        body_masses = np.repeat([body.mass for body in self.mechanism.bodies], 3)[self.free_mask]
+        regular_masses = np.where(self.free_masses == 0, 1e-6 * body_masses * self.mechanism.length_scale**2, self.free_masses)
+        inverse_sqrt_masses = 1 / np.sqrt(regular_masses)
         free_velocities = inverse_sqrt_masses * least_norm_solution(jacobian * inverse_sqrt_masses, rhs)
         residual = jacobian @ free_velocities - rhs
         rhs_scale = max(float(np.max(np.abs(rhs), initial=0.0)), 1e-300)
@@ -179,22 +192,20 @@ class PositionSolver:
         if len(moving_outputs) != 1 or self.count_degrees_of_freedom(poses) != 1:
             return poses
         null_direction = np.linalg.svd(self.scaled_joint_jacobian(poses))[2][-1]
-        gradient = evaluate_output(self.mechanism, moving_outputs[0], poses).gradient.ravel()[self.free_mask]
-        output_rate = float(np.sum(gradient * self.free_coordinate_scales * null_direction))
-        if abs(output_rate) > TURNING_POINT_OFFSET * self._output_scale(moving_outputs[0]):
+        output_rate = self.output_derivative(moving_outputs[0], poses, null_direction)
+        if abs(output_rate) > TURNING_POINT_OFFSET * self.output_scale(moving_outputs[0]):
             return poses
-        return self._gauss_newton(
-            poses
-            + self.expand_free(TURNING_POINT_OFFSET * self.free_coordinate_scales * null_direction * np.sign(null_direction[0] or 1.0)),
-            {},
-        )
+        offset = TURNING_POINT_OFFSET * self.free_coordinate_scales * null_direction * np.sign(null_direction[0] or 1.0)
+        return self._gauss_newton(poses + self.expand_free(offset), {})
 
-    def initial_guess_gap(self) -> tuple[str, float]:
-        """Return the name of the joint with the largest gap in the initial guess, and that gap, m."""
-        if not self.equations.joints:
-            return "", 0.0
-        joint, gap = self.equations.largest_gap(self._initial_guess(), self.time)
-        return joint.name, abs(gap)
+    def output_derivative(self, name: str, poses: FloatArray, direction: FloatArray) -> float:
+        """Return the derivative of an output along a direction (free coordinates,) in length scales and rad.
+
+        It is zero where a vanishing distance has no direction.
+        """
+        with np.errstate(invalid="ignore"):
+            gradient = np.nan_to_num(evaluate_output(self.mechanism, name, poses).gradient.ravel()[self.free_mask])
+        return float(np.sum(gradient * self.free_coordinate_scales * direction))
 
     def _contradiction_message(self, residual: FloatArray, rates: list[str]) -> str:
         worst = int(np.argmax(np.abs(residual)))
@@ -207,31 +218,19 @@ class PositionSolver:
             "or the start is a change point, where the joints do not determine the direction of motion"
         )
 
-    def _mass_diagonal(self) -> FloatArray:
-        """Return the masses of the free coordinates; a massless rotation gets a small moment of inertia."""
-        length_scale = self.mechanism.length_scale
-        masses = [
-            [body.mass, body.mass, body.second_moments.xx + body.second_moments.yy or 1e-6 * body.mass * length_scale**2]
-            for body in self.mechanism.bodies
-        ]
-        return np.array(masses).ravel()[self.free_mask]
-
-    def _output_scale(self, name: str) -> float:
+    def output_scale(self, name: str) -> float:
+        """Return the SI value of a length scale, or of a radian, for an output."""
         return 1.0 if self.mechanism.reading(name).quantity == "angle" else self.mechanism.length_scale
 
-    def _initial_guess(self) -> FloatArray:
-        return np.array(self.mechanism.initial_guess, dtype=np.float64)
-
-    def _jacobian(self, poses: FloatArray, names: list[str]) -> FloatArray:
+    def jacobian(self, poses: FloatArray, names: list[str]) -> FloatArray:
         """Return the Jacobian of the joints and then of the named outputs with respect to the free coordinates."""
-        blocks = [self.equations.jacobian(poses).reshape(len(self.equations.joint_indices), self.free_mask.size)]
-        blocks += [evaluate_output(self.mechanism, name, poses).gradient.reshape(1, -1) for name in names]
-        return np.concatenate(blocks)[:, self.free_mask]
+        gradients = [evaluate_output(self.mechanism, name, poses).gradient.reshape(1, -1)[:, self.free_mask] for name in names]
+        return np.concatenate([self.joint_jacobian(poses), *gradients])
 
     def _gauss_newton(self, poses: FloatArray, values: Mapping[str, float]) -> FloatArray:
         """Solve joints and requested output values by Gauss-Newton iteration with minimum-norm steps."""
         names, length_scale = list(values), self.mechanism.length_scale
-        row_scales = np.array([length_scale] * len(self.equations.joint_indices) + [self._output_scale(name) for name in names])
+        row_scales = np.array([length_scale] * len(self.equations.joint_indices) + [self.output_scale(name) for name in names])
         converged = False
         for _ in range(60):
             output_residuals = [self._output_residual(name, values[name], poses) for name in names]
@@ -239,7 +238,7 @@ class PositionSolver:
             if converged:
                 return poses
             converged = np.max(np.abs(residual), initial=0.0) < ASSEMBLY_TOLERANCE  # one more step leaves only rounding
-            jacobian = self._jacobian(poses, names) * self.free_coordinate_scales / row_scales[:, np.newaxis]
+            jacobian = self.jacobian(poses, names) * self.free_coordinate_scales / row_scales[:, np.newaxis]
             step = least_norm_solution(jacobian, -residual)
             step_size = float(np.max(np.abs(step)))
             poses = poses + self.expand_free(self.free_coordinate_scales * step * min(1.0, MAX_NEWTON_STEP / max(step_size, 1e-300)))
@@ -253,7 +252,7 @@ class PositionSolver:
 
     def _check_closure(self, poses: FloatArray, values: Mapping[str, float]) -> FloatArray:
         residuals = {name: self._output_residual(name, value, poses) for name, value in values.items()}
-        unsatisfied = [name for name in residuals if not abs(residuals[name]) < 1e3 * ASSEMBLY_TOLERANCE * self._output_scale(name)]
+        unsatisfied = [name for name in residuals if not abs(residuals[name]) < 1e3 * ASSEMBLY_TOLERANCE * self.output_scale(name)]
         location = ", ".join(f"{name} = {value:.6g}" for name, value in values.items())
         location = f" at {location}" if location else ""
         joint, gap = self.equations.largest_gap(poses, self.time) if self.equations.joints else (None, 0.0)
@@ -272,10 +271,10 @@ class PositionSolver:
         raise MechanismError(f"the mechanism cannot be assembled{location}: joint {name!r} stays open by {abs(gap):.6g} m{suggestion}")
 
     def expand_free(self, free_values: NDArray[np.floating]) -> FloatArray:
-        """Expand values of the free coordinates to shape (bodies, 3), with zeros for the angles of bodies that cannot rotate."""
-        expanded = np.zeros(self.free_mask.size)
-        expanded[self.free_mask] = free_values
-        return expanded.reshape(-1, 3)
+        """Expand values of the free coordinates to (..., bodies, 3), with zeros for the angles of bodies that cannot rotate."""
+        expanded = np.zeros((*free_values.shape[:-1], self.free_mask.size))
+        expanded[..., self.free_mask] = free_values
+        return expanded.reshape(*free_values.shape[:-1], -1, 3)
 
 
 REPORTABLE_GAP_RATIO = 1e-9
@@ -296,7 +295,9 @@ def assembly_notes(scene: Scene) -> tuple[str, ...]:
         One sentence each; empty if there is nothing to report.
     """
     mechanism = scene.part.mechanism
-    joint, gap = PositionSolver(mechanism).initial_guess_gap()
-    if gap < REPORTABLE_GAP_RATIO * mechanism.length_scale or scene.start.values:
+    if scene.start.values or not mechanism.joints:
         return mechanism.notes
-    return (*mechanism.notes, f"the start was a guess: joint {joint!r} was open by {gap:.3g} m and has been closed")
+    joint, gap = ConstraintEquations(mechanism).largest_gap(np.array(mechanism.initial_guess, dtype=np.float64))
+    if abs(gap) < REPORTABLE_GAP_RATIO * mechanism.length_scale:
+        return mechanism.notes
+    return (*mechanism.notes, f"the start was a guess: joint {joint.name!r} was open by {abs(gap):.3g} m and has been closed")

@@ -7,7 +7,7 @@ from numpy.typing import NDArray
 
 from governor_mechanism.errors import MechanismError
 from governor_mechanism.mechanics.kinematics.assembly import PositionSolver
-from governor_mechanism.mechanics.kinematics.output_variables import OutputDerivatives, evaluate_output
+from governor_mechanism.mechanics.kinematics.output_variables import evaluate_output
 from governor_mechanism.model.mechanism import Mechanism
 from governor_mechanism.model.output_variables import LineAngle
 from governor_mechanism.types import FloatArray
@@ -31,11 +31,16 @@ class BatchedPositionSolver:
     def __init__(self, mechanism: Mechanism) -> None:
         self.mechanism = mechanism
         self.position_solver = PositionSolver(mechanism)
-        self.coordinate_scale = 1.0 if mechanism.reading(mechanism.coordinate).quantity == "angle" else mechanism.length_scale
+        self.coordinate_scale = self.position_solver.output_scale(mechanism.coordinate)
         """SI value of a radian, or of a length scale, of the leading coordinate."""
-        self.pose_scales = np.array([mechanism.length_scale, mechanism.length_scale, 1.0])
+        self.pose_scales = self.position_solver.pose_scales
         """SI values of a length scale and of a radian for the coordinates of a body; shape (3,)."""
         self._coordinate_wraps = isinstance(mechanism.reading(mechanism.coordinate), LineAngle)
+
+    @property
+    def initial_coordinate(self) -> float:
+        """Value of the leading coordinate at the initial guess, SI."""
+        return float(evaluate_output(self.mechanism, self.mechanism.coordinate, self.position_solver.initial_guess).value)
 
     def solve(self, guesses: FloatArray, values: FloatArray) -> FloatArray:
         """Return poses (n, bodies, 3) at values (n,), on the branches of the guesses (n, bodies, 3).
@@ -69,36 +74,30 @@ class BatchedPositionSolver:
 
         Raises MechanismError at a turning point of the coordinate.
         """
-        output = evaluate_output(self.mechanism, self.mechanism.coordinate, poses)
-        jacobian = self._jacobian(poses, output)
+        jacobian = self._jacobian(poses, evaluate_output(self.mechanism, self.mechanism.coordinate, poses).gradient)
         tangent_rhs = np.zeros(jacobian.shape[:-1])
         tangent_rhs[:, -1] = 1.0
         tangents = self._solve_linear(jacobian, tangent_rhs)
         gamma = self.position_solver.equations.gamma(poses, tangents)
         output_gamma = -evaluate_output(self.mechanism, self.mechanism.coordinate, poses, tangents).quadratic_velocity_term
-        return tangents, self._solve_linear(jacobian, np.concatenate([gamma, output_gamma[:, np.newaxis]], axis=1))
+        return tangents, self._solve_linear(jacobian, np.column_stack([gamma, output_gamma]))
 
     def _newton_step(self, poses: FloatArray, values: FloatArray) -> FloatArray:
         output = evaluate_output(self.mechanism, self.mechanism.coordinate, poses)
         residual = output.value - values
         residual = np.remainder(residual + np.pi, 2 * np.pi) - np.pi if self._coordinate_wraps else residual
-        return self._solve_linear(
-            self._jacobian(poses, output), np.column_stack([self.position_solver.equations.residuals(poses), residual])
-        )
+        joint_residuals = self.position_solver.equations.residuals(poses)
+        return self._solve_linear(self._jacobian(poses, output.gradient), np.column_stack([joint_residuals, residual]))
 
-    def _jacobian(self, poses: FloatArray, coordinate_output: OutputDerivatives) -> FloatArray:
-        joint_jacobian = self.position_solver.equations.jacobian(poses).reshape(len(poses), -1, self.position_solver.free_mask.size)
-        jacobian = np.concatenate([joint_jacobian, coordinate_output.gradient.reshape(len(poses), 1, -1)], axis=1)
-        return jacobian[..., self.position_solver.free_mask]
+    def _jacobian(self, poses: FloatArray, coordinate_gradient: FloatArray) -> FloatArray:
+        coordinate_rows = coordinate_gradient.reshape(len(poses), 1, -1)[..., self.position_solver.free_mask]
+        return np.concatenate([self.position_solver.joint_jacobian(poses), coordinate_rows], axis=1)
 
     def _solve_linear(self, jacobian: FloatArray, rhs: FloatArray) -> FloatArray:
         """Return the changes of all poses (n, bodies, 3) that solve the linearised equations of joints and coordinate."""
-        free_mask, is_square = self.position_solver.free_mask, jacobian.shape[1] == jacobian.shape[2]
         column = rhs[..., np.newaxis]
         try:
-            solution = np.linalg.solve(jacobian, column) if is_square else np.linalg.pinv(jacobian) @ column
+            solution = np.linalg.solve(jacobian, column) if jacobian.shape[1] == jacobian.shape[2] else np.linalg.pinv(jacobian) @ column
         except np.linalg.LinAlgError as error:
             raise MechanismError(f"{self.mechanism.coordinate!r} is at a turning point there and does not determine the poses") from error
-        changes = np.zeros((len(jacobian), free_mask.size))
-        changes[:, free_mask] = solution[..., 0]
-        return changes.reshape(len(jacobian), -1, 3)
+        return self.position_solver.expand_free(solution[..., 0])

@@ -163,14 +163,9 @@ def evaluate_rows(rows: ConstraintRows, poses: FloatArray, velocities: FloatArra
             u2, v2 = velocities[second, 0] - ry2 * w2, velocities[second, 1] + rx2 * w2
         first_point_weight = 1.0 - row.p5 if row.kind == RowKind.FIXED_DIRECTION else 1.0
         if first_point_weight != 1.0:
-            x1, y1, rx1, ry1, u1, v1 = (
-                first_point_weight * x1,
-                first_point_weight * y1,
-                first_point_weight * rx1,
-                first_point_weight * ry1,
-                first_point_weight * u1,
-                first_point_weight * v1,
-            )
+            x1, y1 = first_point_weight * x1, first_point_weight * y1
+            rx1, ry1 = first_point_weight * rx1, first_point_weight * ry1
+            u1, v1 = first_point_weight * u1, first_point_weight * v1
         dx, dy, du, dv = x2 - x1, y2 - y1, u2 - u1, v2 - v1
         angle_derivative1 = angle_derivative2 = quadratic_term = 0.0
         if row.kind == RowKind.DISTANCE:

@@ -18,7 +18,7 @@ from scipy.optimize import brentq, minimize_scalar
 
 from governor_mechanism.errors import MechanismError
 from governor_mechanism.mechanics.kinematics.assembly import PositionSolver
-from governor_mechanism.mechanics.kinematics.output_variables import evaluate_output, evaluate_output_value
+from governor_mechanism.mechanics.kinematics.output_variables import evaluate_output_value
 from governor_mechanism.mechanics.kinematics.path_interpolant import PathPoint
 from governor_mechanism.model.mechanism import Mechanism
 from governor_mechanism.model.output_variables import LineAngle
@@ -83,18 +83,10 @@ class PathContinuation:
                 f"{self.position_solver.count_degrees_of_freedom(initial_poses)}"
             )
         self._is_angle = mechanism.reading(mechanism.coordinate).quantity == "angle"
-        self._coordinate_scale = 1.0 if self._is_angle else mechanism.length_scale
-        singular_values, right_singular_vectors = np.linalg.svd(
-            self.position_solver.scaled_joint_jacobian(initial_poses), full_matrices=True
-        )[1:]
+        self._coordinate_scale = self.position_solver.output_scale(mechanism.coordinate)
+        singular_values, right_singular_vectors = np.linalg.svd(self.position_solver.scaled_joint_jacobian(initial_poses))[1:]
         self._rank = int(np.sum(singular_values > RANK_TOLERANCE * singular_values[0])) if singular_values.size else 0
-        coordinate_derivative = float(
-            np.sum(
-                self._output_gradient(mechanism.coordinate, initial_poses)
-                * self.position_solver.free_coordinate_scales
-                * right_singular_vectors[-1]
-            )
-        )
+        coordinate_derivative = self.position_solver.output_derivative(mechanism.coordinate, initial_poses, right_singular_vectors[-1])
         if abs(coordinate_derivative) < RANK_TOLERANCE * self._coordinate_scale:
             raise MechanismError(f"{mechanism.coordinate!r} is at a turning point in the initial guess; move the initial guess a little")
         value = self._output_value(mechanism.coordinate, initial_poses)
@@ -104,17 +96,15 @@ class PathContinuation:
 
     def find_end(self, direction: float) -> PathEnd:
         """Return the end of the path in a direction (1 or -1 along the coordinate), with its points from the initial guess on."""
-        point, step = (
-            replace(self.start, tangent=direction * self.start.tangent, coordinate_derivative=direction * self.start.coordinate_derivative),
-            INITIAL_PATH_STEP,
-        )
-        points, n_turns = [point], 1
+        start_derivative = direction * self.start.coordinate_derivative
+        point = replace(self.start, tangent=direction * self.start.tangent, coordinate_derivative=start_derivative)
+        points, step, n_turns = [point], INITIAL_PATH_STEP, 1
         while MAX_PATH_LENGTH - point.arc_length > MIN_PATH_STEP:
             next_point, step = self._next_point(point, min(step, MAX_PATH_LENGTH - point.arc_length))
-            end_found = self._find_end_in_step([*points[-2:], next_point], direction, n_turns)
-            while end_found is not None and not end_found[1] and not self._matches_start(end_found[0].poses):
+            while end_found := self._find_end_in_step([*points[-2:], next_point], direction, n_turns):
+                if end_found[1] or self._matches_start(end_found[0].poses):
+                    break
                 n_turns += 1
-                end_found = self._find_end_in_step([*points[-2:], next_point], direction, n_turns)
             if end_found is not None:
                 return self._make_end(points, *end_found, direction)
             points.append(next_point)
@@ -130,16 +120,10 @@ class PathContinuation:
 
     def _make_end(self, points: list[ContinuationPoint], last_point: ContinuationPoint, message: str, direction: float) -> PathEnd:
         """Return a path end whose points have arc length and tangent oriented with increasing coordinate."""
-        path_points = [
-            PathPoint(
-                direction * point.arc_length,
-                point.value,
-                self._directed_derivative(point, direction),
-                point.poses,
-                direction * self._body_tangent(point),
-            )
-            for point in (*(point for point in points if point.arc_length < last_point.arc_length), last_point)
-        ]
+        path_points = []
+        for point in (*(point for point in points if point.arc_length < last_point.arc_length), last_point):
+            derivative, tangent = direction * point.coordinate_derivative, direction * self._body_tangent(point)
+            path_points.append(PathPoint(direction * point.arc_length, point.value, derivative, point.poses, tangent))
         return PathEnd(last_point.value, message, tuple(path_points), not message)
 
     def _body_tangent(self, point: ContinuationPoint) -> FloatArray:
@@ -175,35 +159,28 @@ class PathContinuation:
             poses = self.position_solver.solve({}, predicted)
         except MechanismError:
             return None, math.inf
-        corrector_distance = float(
-            np.linalg.norm((poses - predicted).ravel()[self.position_solver.free_mask] / self.position_solver.free_coordinate_scales)
-        )
-        return self._make_point(
-            poses, point.tangent, self._unwrapped_coordinate(poses, point.value), point.arc_length + step
-        ), corrector_distance
+        correction = (poses - predicted).ravel()[self.position_solver.free_mask] / self.position_solver.free_coordinate_scales
+        return self._point_at_poses(poses, point, step), float(np.linalg.norm(correction))
 
     def _linearity_error(self, name: str, point: ContinuationPoint, next_point: ContinuationPoint) -> float:
         """Return the deviation of a reading from its linear prediction over a step, in length scales or rad."""
         output_variable = self.mechanism.reading(name)
         change = self._output_value(name, next_point.poses) - self._output_value(name, point.poses)
         change = math.remainder(change, math.tau) if isinstance(output_variable, LineAngle) else change
-        derivative = float(np.sum(self._output_gradient(name, point.poses) * self.position_solver.free_coordinate_scales * point.tangent))
-        scale = 1.0 if output_variable.quantity == "angle" else self.mechanism.length_scale
-        return abs(change - (next_point.arc_length - point.arc_length) * derivative) / scale
+        derivative = self.position_solver.output_derivative(name, point.poses, point.tangent)
+        return abs(change - (next_point.arc_length - point.arc_length) * derivative) / self.position_solver.output_scale(name)
 
     def _make_point(
         self, poses: FloatArray, previous_tangent: FloatArray, value: float = 0.0, arc_length: float = 0.0
     ) -> ContinuationPoint:
         """Return the point at assembled poses, with the free direction that continues the previous tangent."""
-        singular_values, right_singular_vectors = np.linalg.svd(self.position_solver.scaled_joint_jacobian(poses), full_matrices=True)[1:]
+        singular_values, right_singular_vectors = np.linalg.svd(self.position_solver.scaled_joint_jacobian(poses))[1:]
         reciprocal_condition = float(singular_values[self._rank - 1] / singular_values[0]) if self._rank else 1.0
         # Where the joints leave a second direction of motion, the tangent is continued straight on.
         null_space = right_singular_vectors[self._rank - (1 if reciprocal_condition < BIFURCATION_TOLERANCE else 0) :]
         tangent = null_space.T @ (null_space @ previous_tangent)
         tangent = tangent / np.linalg.norm(tangent)
-        coordinate_derivative = float(
-            np.sum(self._output_gradient(self.mechanism.coordinate, poses) * self.position_solver.free_coordinate_scales * tangent)
-        )
+        coordinate_derivative = self.position_solver.output_derivative(self.mechanism.coordinate, poses, tangent)
         return ContinuationPoint(arc_length, value, coordinate_derivative, poses, tangent, reciprocal_condition)
 
     def _find_end_in_step(self, points: list[ContinuationPoint], direction: float, n_turns: int) -> tuple[ContinuationPoint, str] | None:
@@ -215,11 +192,11 @@ class PathContinuation:
             if violation(next_point.poses) >= 0.0
         ]
         if (
-            self._directed_derivative(point, direction) > 0.0 >= self._directed_derivative(next_point, direction)
+            direction * point.coordinate_derivative > 0.0 >= direction * next_point.coordinate_derivative
             and next_point.reciprocal_condition > BIFURCATION_TOLERANCE
         ):
             turning_point = self._locate_zero(
-                point, next_point, lambda poses: -self._directed_derivative(self._make_point(poses, point.tangent), direction)
+                point, next_point, lambda poses: -direction * self._make_point(poses, point.tangent).coordinate_derivative
             )
             ends.append((turning_point, self._turning_point_message(turning_point.poses, direction)))
         triples = [points] if len(points) == 3 else []
@@ -261,9 +238,7 @@ class PathContinuation:
         """Return whether poses are the initial ones apart from whole turns of bodies."""
         difference = poses - self.start.poses
         difference[:, 2] -= math.tau * np.round(difference[:, 2] / math.tau)
-        return bool(
-            np.all(np.abs(difference) < PATH_CLOSURE_TOLERANCE * np.array([self.mechanism.length_scale, self.mechanism.length_scale, 1.0]))
-        )
+        return bool(np.all(np.abs(difference) < PATH_CLOSURE_TOLERANCE * self.position_solver.pose_scales))
 
     def _limit_violation(self, name: str, sign: float, limit: float) -> Callable[[FloatArray], float]:
         return lambda poses: sign * (self._output_value(name, poses) - limit)
@@ -308,10 +283,6 @@ class PathContinuation:
                 return self._point_at_poses(self._hermite_poses(point, next_point, float(minimum.x)), point, float(minimum.x))
         return None
 
-    def _directed_derivative(self, point: ContinuationPoint, direction: float) -> float:
-        """Return the derivative of the coordinate along the path in a direction (1 or -1)."""
-        return direction * point.coordinate_derivative
-
     def _turning_point_message(self, poses: FloatArray, direction: float) -> str:
         """Return why the coordinate turns back: the joint that would stay open beyond."""
         name, value = self.mechanism.coordinate, self._output_value(self.mechanism.coordinate, poses)
@@ -324,15 +295,8 @@ class PathContinuation:
 
     def _crosses_axis(self, k: int) -> bool:
         """Return whether the mass centre of a body is off the spindle axis and moves towards or away from it at the initial guess."""
-        horizontal_tangent = self._body_tangent(self.start)[k, 0]
-        is_off_axis = abs(self.start.poses[k, 0]) > RANK_TOLERANCE * self.mechanism.length_scale
-        return bool(is_off_axis and abs(horizontal_tangent) > RANK_TOLERANCE * self.mechanism.length_scale)
-
-    def _output_gradient(self, name: str, poses: FloatArray) -> FloatArray:
-        """Return the gradient of a reading by the free coordinates; zero where a vanishing distance has no direction."""
-        with np.errstate(invalid="ignore"):
-            gradient = evaluate_output(self.mechanism, name, poses).gradient.ravel()[self.position_solver.free_mask]
-        return np.nan_to_num(gradient)
+        tolerance = RANK_TOLERANCE * self.mechanism.length_scale
+        return bool(abs(self.start.poses[k, 0]) > tolerance and abs(self._body_tangent(self.start)[k, 0]) > tolerance)
 
     def _unwrapped_coordinate(self, poses: FloatArray, reference: float) -> float:
         """Return the coordinate at poses; the angle of a line is unwrapped to the value nearest the reference."""

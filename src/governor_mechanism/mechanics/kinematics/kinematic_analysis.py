@@ -88,18 +88,17 @@ def solve_kinematics(
     mechanism = scene.part.mechanism
     if over == TIME_VARIABLE:
         kinematic_solver = _KinematicSolver(mechanism, [], {})
-        _require_degrees_of_freedom(
-            mechanism, kinematic_solver.degrees_of_freedom(), 0, "over 'time' the drivers must determine the motion"
-        )
+        required, reason = 0, "over 'time' the drivers must determine the motion"
     else:
         mechanism.reading(over)
         joints = tuple(joint for joint in mechanism.joints if not isinstance(joint, RotationalDriver | TranslationalDriver))
         mechanism = replace(mechanism, joints=joints)
         start_values = {name: value for name, value in scene.start.values.items() if isinstance(value, float | int)}
         kinematic_solver = _KinematicSolver(mechanism, [over], start_values)
-        _require_degrees_of_freedom(
-            mechanism, kinematic_solver.degrees_of_freedom(), 1, f"over {over!r} one reading must determine the motion"
-        )
+        required, reason = 1, f"over {over!r} one reading must determine the motion"
+    degrees_of_freedom = kinematic_solver.degrees_of_freedom
+    if degrees_of_freedom != required:
+        raise MechanismError(f"a kinematic analysis needs {required} degrees of freedom: {reason}; this mechanism has {degrees_of_freedom}")
     states = [kinematic_solver.solve_at(float(value), rate, acceleration) for value in samples]
     poses, velocities, accelerations = (np.array(column) for column in zip(*states, strict=True))
     output_derivatives = {reading.name: evaluate_output(mechanism, reading.name, poses, velocities) for reading in mechanism.readings}
@@ -123,11 +122,10 @@ class _KinematicSolver:
 
     def __init__(self, mechanism: Mechanism, driving_readings: list[str], start_values: Mapping[str, float | str]) -> None:
         self._mechanism, self._driving_readings = mechanism, driving_readings
-        self._guess = PositionSolver(mechanism).solve({name: float(value) for name, value in start_values.items()})
-
-    def degrees_of_freedom(self) -> int:
-        """Return the number of degrees of freedom without the driving readings."""
-        return PositionSolver(self._mechanism).count_degrees_of_freedom(self._guess)
+        position_solver = PositionSolver(mechanism)
+        self._guess = position_solver.solve({name: float(value) for name, value in start_values.items()})
+        self.degrees_of_freedom = position_solver.count_degrees_of_freedom(self._guess)
+        """Number of degrees of freedom without the driving readings."""
 
     def solve_at(self, value: float, rate: float, acceleration: float) -> tuple[FloatArray, FloatArray, FloatArray]:
         """Return poses, velocities and accelerations (bodies, 3) at one value or time."""
@@ -140,44 +138,32 @@ class _KinematicSolver:
             time_clause = "" if driving_readings else f"at t = {value:.6g} s, at the positions of its drivers: "
             raise MechanismError(f"{time_clause}{error}") from error
         self._guess = poses
-        equations, free = position_solver.equations, position_solver.free_mask
-        prescribed = equations.prescribed_motion(np.array(time))
-        driving_outputs = [evaluate_output(mechanism, name, poses) for name in driving_readings]
-        jacobian_blocks = [equations.jacobian(poses).reshape(len(equations.joint_indices), free.size)]
-        jacobian_blocks += [one.gradient.reshape(1, -1) for one in driving_outputs]
-        jacobian = np.concatenate(jacobian_blocks)[:, free]
+        jacobian = position_solver.jacobian(poses, driving_readings)
         _require_nonsingular(position_solver, jacobian, driving_readings, value)
-        velocities, accelerations = np.zeros(poses.shape), np.zeros(poses.shape)
-        velocities.ravel()[free] = _solve_least_squares(jacobian, np.append(prescribed[:, 1], [rate] * len(driving_readings)))
-        gamma = equations.gamma(poses, velocities, time)
+
+        def solve_free_coordinates(joint_terms: FloatArray, output_terms: list[float]) -> FloatArray:
+            solution = np.linalg.lstsq(jacobian, np.append(joint_terms, output_terms), rcond=None)[0]
+            return position_solver.expand_free(solution)
+
+        drive_rates = position_solver.equations.prescribed_motion(np.array(time))[:, 1]
+        velocities = solve_free_coordinates(drive_rates, [rate] * len(driving_readings))
+        gamma = position_solver.equations.gamma(poses, velocities, time)
         driving_gamma = [
             acceleration - float(evaluate_output(mechanism, name, poses, velocities).quadratic_velocity_term) for name in driving_readings
         ]
-        accelerations.ravel()[free] = _solve_least_squares(jacobian, np.append(gamma, driving_gamma))
-        return poses, velocities, accelerations
-
-
-def _solve_least_squares(jacobian: FloatArray, rhs: FloatArray) -> FloatArray:
-    return np.asarray(np.linalg.lstsq(jacobian, rhs, rcond=None)[0], dtype=np.float64)
+        return poses, velocities, solve_free_coordinates(gamma, driving_gamma)
 
 
 def _require_nonsingular(position_solver: PositionSolver, jacobian: FloatArray, driving_readings: list[str], value: float) -> None:
-    length_scale = position_solver.mechanism.length_scale
-    coordinate_scale = np.tile([length_scale, length_scale, 1.0], len(position_solver.mechanism.bodies))[position_solver.free_mask]
-    scaled_jacobian = jacobian * coordinate_scale
+    scaled_jacobian = jacobian * position_solver.free_coordinate_scales
     row_norms = np.linalg.norm(scaled_jacobian, axis=1, keepdims=True)
     singular_values = np.linalg.svd(scaled_jacobian / np.where(row_norms > 0, row_norms, 1.0), compute_uv=False)
-    if np.sum(singular_values > RANK_TOLERANCE * singular_values[0]) < len(coordinate_scale):
+    if np.sum(singular_values > RANK_TOLERANCE * singular_values[0]) < jacobian.shape[1]:
         location = f"{driving_readings[0]} = {value:.6g}" if driving_readings else f"t = {value:.6g} s"
         raise MechanismError(
             f"at {location} the configuration is singular: the drivers do not determine the motion; "
             "leave this value out, or drive the mechanism elsewhere"
         )
-
-
-def _require_degrees_of_freedom(mechanism: Mechanism, degrees_of_freedom: int, required: int, reason: str) -> None:
-    if degrees_of_freedom != required:
-        raise MechanismError(f"a kinematic analysis needs {required} degrees of freedom: {reason}; this mechanism has {degrees_of_freedom}")
 
 
 def _validate_samples(over: str, values: Sequence[float] | FloatArray, rate: float, acceleration: float) -> FloatArray:

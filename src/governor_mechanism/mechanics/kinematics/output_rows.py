@@ -17,7 +17,6 @@ from governor_mechanism.mechanics.kinematics.points import Origins, attachment_f
 from governor_mechanism.model.joints import GROUND, Point
 from governor_mechanism.model.mechanism import Mechanism
 from governor_mechanism.model.output_variables import BodyAngle, FollowerHeight, LineAngle, PointCoordinate, PointDistance, Reading
-from governor_mechanism.types import RecordArray
 
 OutputRowData = tuple[int, Point, Point, tuple[float, ...]]
 """Kind, first and second point, and parameters of an output row."""
@@ -92,11 +91,3 @@ def make_output_rows(mechanism: Mechanism, names: Sequence[str], origins: Origin
         points = attachment_fields(mechanism, first, second, origins)
         table[i] = (kind, *points, *parameters, *(0.0,) * (N_ROW_PARAMETERS - len(parameters)), 1.0, -1, 0, 0)
     return ConstraintRows(table, bodies_of_rows(table), np.zeros((0, 5)))
-
-
-def make_holding_rows(output_rows: RecordArray, indices: Sequence[int], values: Sequence[float]) -> RecordArray:
-    """Return the rows that hold the outputs with these indices at values (m or rad); shape (n,)."""
-    rows = output_rows[list(indices)].copy()
-    for i, value in enumerate(values):
-        rows[i][CONSTANT_PARAMETER[int(rows[i]["kind"])]] += value
-    return rows

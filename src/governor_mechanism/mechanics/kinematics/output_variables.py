@@ -46,7 +46,7 @@ def evaluate_output(mechanism: Mechanism, name: str, poses: FloatArray, velociti
         Value, gradient and quadratic velocity term.
     """
     given_velocities = np.zeros_like(poses) if velocities is None else velocities
-    return _evaluate_output_variable(mechanism.reading(name), mechanism, poses, given_velocities)
+    return evaluate_output_variable(mechanism.reading(name), mechanism, poses, given_velocities)
 
 
 def evaluate_output_value(mechanism: Mechanism, name: str, poses: FloatArray) -> FloatArray:
@@ -89,17 +89,13 @@ def evaluate_output_gradient(mechanism: Mechanism, name: str, poses: FloatArray)
     return evaluate_output(mechanism, name, poses).gradient
 
 
+@singledispatch
 def evaluate_output_variable(reading: Reading, mechanism: Mechanism, poses: FloatArray, velocities: FloatArray) -> OutputDerivatives:
     """Evaluate an output variable that the mechanism need not list among its readings."""
-    return _evaluate_output_variable(reading, mechanism, poses, velocities)
-
-
-@singledispatch
-def _evaluate_output_variable(reading: Reading, mechanism: Mechanism, poses: FloatArray, velocities: FloatArray) -> OutputDerivatives:
     raise TypeError(f"no equation exists for readings of type {type(reading).__name__}")
 
 
-@_evaluate_output_variable.register
+@evaluate_output_variable.register
 def _(reading: LineAngle, mechanism: Mechanism, poses: FloatArray, velocities: FloatArray) -> OutputDerivatives:
     start, end = body_point(mechanism, reading.start), body_point(mechanism, reading.end)
     relative_position, relative_velocity, centripetal = _relative_motion(start, end, poses, velocities)
@@ -113,7 +109,7 @@ def _(reading: LineAngle, mechanism: Mechanism, poses: FloatArray, velocities: F
     )
 
 
-@_evaluate_output_variable.register
+@evaluate_output_variable.register
 def _(reading: BodyAngle, mechanism: Mechanism, poses: FloatArray, velocities: FloatArray) -> OutputDerivatives:
     value, gradient = np.zeros(poses.shape[:-2]), np.zeros(poses.shape)
     for name, sign in ((reading.body, 1.0), (reading.reference_body, -1.0)):
@@ -124,7 +120,7 @@ def _(reading: BodyAngle, mechanism: Mechanism, poses: FloatArray, velocities: F
     return OutputDerivatives(value, gradient, np.zeros(poses.shape[:-2]))
 
 
-@_evaluate_output_variable.register
+@evaluate_output_variable.register
 def _(reading: PointDistance, mechanism: Mechanism, poses: FloatArray, velocities: FloatArray) -> OutputDerivatives:
     first, second = body_point(mechanism, reading.first), body_point(mechanism, reading.second)
     relative_position, relative_velocity, centripetal = _relative_motion(first, second, poses, velocities)
@@ -138,7 +134,7 @@ def _(reading: PointDistance, mechanism: Mechanism, poses: FloatArray, velocitie
     )
 
 
-@_evaluate_output_variable.register
+@evaluate_output_variable.register
 def _(reading: PointCoordinate, mechanism: Mechanism, poses: FloatArray, velocities: FloatArray) -> OutputDerivatives:
     origin, point = body_point(mechanism, reading.origin), body_point(mechanism, reading.point)
     relative_position, relative_velocity, centripetal = _relative_motion(origin, point, poses, velocities)
@@ -156,7 +152,7 @@ def _(reading: PointCoordinate, mechanism: Mechanism, poses: FloatArray, velocit
     return OutputDerivatives(_dot(direction, relative_position) - reading.zero, gradient, quadratic_term)
 
 
-@_evaluate_output_variable.register
+@evaluate_output_variable.register
 def _(reading: FollowerHeight, mechanism: Mechanism, poses: FloatArray, velocities: FloatArray) -> OutputDerivatives:
     top, end = body_point(mechanism, reading.top), body_point(mechanism, reading.knee)
     fraction = reading.fraction

@@ -10,7 +10,6 @@ from itertools import pairwise
 import numpy as np
 
 from governor_mechanism.mechanics.kinematics.batched_assembly import BatchedPositionSolver
-from governor_mechanism.mechanics.kinematics.output_variables import evaluate_output_value
 from governor_mechanism.model.mechanism import Mechanism
 from governor_mechanism.numerics.hermite import cubic_hermite
 from governor_mechanism.types import FloatArray
@@ -101,8 +100,7 @@ def build_path(mechanism: Mechanism, low: float, high: float) -> PathInterpolant
     Raises MechanismError, naming the joint that stays open, where the mechanism cannot be assembled.
     """
     position_solver = BatchedPositionSolver(mechanism)
-    initial_guess = np.array(mechanism.initial_guess, dtype=np.float64)
-    initial_value = min(max(float(evaluate_output_value(mechanism, mechanism.coordinate, initial_guess)), low), high)
+    initial_value = min(max(position_solver.initial_coordinate, low), high)
     first_point = _make_path_point(position_solver, initial_value, position_solver.position_solver.solve_at_coordinate(initial_value))
     max_spacing = (high - low) / MIN_PATH_INTERVALS
     lower_points, upper_points = (_extend_path(position_solver, first_point, end, max_spacing) for end in (low, high))

@@ -65,10 +65,8 @@ class RangeOfMotion:
     def contains(self, values: FloatArray) -> NDArray[np.bool_]:
         """Return which of the values (n,) lie in the range."""
         if self.period:
-            is_inside: NDArray[np.bool_] = (self.low <= values) & (values <= self.high)
-            return is_inside
-        is_inside = (self.ends[0] < values) & (values < self.ends[1])
-        return is_inside
+            return np.asarray((self.low <= values) & (values <= self.high))
+        return np.asarray((self.ends[0] < values) & (values < self.ends[1]))
 
 
 @lru_cache(maxsize=RANGE_CACHE_SIZE)
@@ -102,19 +100,22 @@ def _full_rotation_range(continuation: PathContinuation, high_end: PathEnd) -> R
     """Return the range of a closed motion: half a period to either side of the initial guess."""
     initial_value, n_turns = continuation.start.value, round((high_end.value - continuation.start.value) / math.tau)
     period = math.tau * n_turns
-    description = (
-        "half a turn from the initial guess" if n_turns == 1 else f"after {n_turns} turns: {n_turns / 2:g} turns from the initial guess"
-    )
-    message = f"full rotation: {description}" if n_turns == 1 else f"closed motion {description}"
+    message = f"closed motion after {n_turns} turns: {n_turns / 2:g} turns from the initial guess"
+    if n_turns == 1:
+        message = "full rotation: half a turn from the initial guess"
     low, high = initial_value - 0.5 * period, initial_value + 0.5 * period
     path = PathInterpolant.from_points(high_end.points).with_previous_period(continuation.pose_increment(high_end), period)
     return RangeOfMotion(low, high, message, message, (low, high), path, period, period)
 
 
 def _with_end_margins(mechanism: Mechanism, ends: tuple[float, float], messages: tuple[str, str], path: PathInterpolant) -> RangeOfMotion:
-    margin = RANGE_END_MARGIN * (ends[1] - ends[0])
     full_turn = math.tau if isinstance(mechanism.reading(mechanism.coordinate), LineAngle) else 0.0
-    return RangeOfMotion(ends[0] + margin, ends[1] - margin, *messages, ends, path, full_turn=full_turn)
+    return RangeOfMotion(*_apply_margin(*ends), *messages, ends, path, full_turn=full_turn)
+
+
+def _apply_margin(low: float, high: float) -> tuple[float, float]:
+    margin = RANGE_END_MARGIN * (high - low)
+    return low + margin, high - margin
 
 
 def _range_within_limits(mechanism: Mechanism, coordinate_limit: Limit) -> RangeOfMotion:
@@ -123,11 +124,6 @@ def _range_within_limits(mechanism: Mechanism, coordinate_limit: Limit) -> Range
     full_range = _with_end_margins(mechanism, ends, messages, build_path(mechanism, *_apply_margin(*ends)))
     other_limits = [limit for limit in mechanism.limits if limit is not coordinate_limit]
     return _restrict_to_other_limits(mechanism, full_range, other_limits) if other_limits else full_range
-
-
-def _apply_margin(low: float, high: float) -> tuple[float, float]:
-    margin = RANGE_END_MARGIN * (high - low)
-    return low + margin, high - margin
 
 
 def _restrict_to_other_limits(mechanism: Mechanism, full_range: RangeOfMotion, other_limits: list[Limit]) -> RangeOfMotion:
@@ -144,7 +140,7 @@ def _restrict_to_other_limits(mechanism: Mechanism, full_range: RangeOfMotion, o
             f"{full_range.ends[1]:.6g}, other readings are outside their limits: {other_limits[0].reading!r} must lie within "
             f"{other_limits[0].low:.6g} to {other_limits[0].high:.6g}; change the dimensions"
         )
-    first, last = _select_valid_interval(is_inside, values, _initial_coordinate(mechanism))
+    first, last = _select_valid_interval(is_inside, values, position_solver.initial_coordinate)
     ends, messages = list(full_range.ends), [full_range.low_message, full_range.high_message]
     for side, index, outside_index in ((0, first, first - 1), (1, last, last + 1)):
         if 0 <= outside_index < N_LIMIT_SAMPLES:
@@ -170,10 +166,6 @@ def _select_valid_interval(is_inside: NDArray[np.bool_], values: FloatArray, ini
     containing = [run for run in runs if values[run[0]] <= initial_value <= values[run[1]]]
     first, last = max(containing or runs, key=lambda run: run[1] - run[0])
     return int(first), int(last)
-
-
-def _initial_coordinate(mechanism: Mechanism) -> float:
-    return float(evaluate_output_value(mechanism, mechanism.coordinate, np.array(mechanism.initial_guess, dtype=np.float64)))
 
 
 def _locate_limit(

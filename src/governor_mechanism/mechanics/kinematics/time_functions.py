@@ -21,10 +21,9 @@ def fluctuating_speed(
     `amplitude` is relative to the mean speed; `mean_angle` (rad) is the integral of the mean speed.
     """
     phase = cycles_per_turn * mean_angle
-    fluctuation = amplitude * np.sin(phase)
-    return mean_speed * (1.0 + fluctuation), mean_acceleration * (
-        1.0 + fluctuation
-    ) + amplitude * cycles_per_turn * mean_speed * mean_speed * np.cos(phase)
+    speed_ratio = 1.0 + amplitude * np.sin(phase)
+    fluctuation_rate = amplitude * cycles_per_turn * mean_speed * mean_speed * np.cos(phase)
+    return mean_speed * speed_ratio, mean_acceleration * speed_ratio + fluctuation_rate
 
 
 class CubicTimeFunction:
@@ -58,9 +57,8 @@ class CubicTimeFunction:
         segments = list(zip(np.split(times, jumps), np.split(values, jumps), strict=True))
         self._segments = [_make_piecewise_cubic(t, v, self.is_motion) for t, v in segments]
         self._segment_starts = np.array([t[0] for t, _ in segments])
-        self.breakpoints: FloatArray = np.unique(times) if not self.is_constant else np.array([])
-        if self.is_motion and len(times) == 2:
-            self.breakpoints = np.array([])
+        is_single_cubic = self.is_constant or (self.is_motion and len(times) == 2)
+        self.breakpoints: FloatArray = np.array([]) if is_single_cubic else np.unique(times)
 
     def __call__(self, times: FloatArray, *, left_limit: bool = False) -> FloatArray:
         """Return values (n,); at a jump the right limit, or the left limit if requested."""
@@ -88,11 +86,6 @@ class CubicTimeFunction:
 
         Coefficients come with the highest power first; the fifth number is the integral from 0 s to the time.
         """
-        if self._is_level and not self.is_motion:
-            level = float(self._segments[0](0.0))
-            return np.multiply.outer(np.ones_like(times), [0.0, 0.0, 0.0, level, 0.0]) + np.multiply.outer(
-                times, [0.0, 0.0, 0.0, 0.0, level]
-            )
         derivative_orders = ((3, 6), (2, 2), (1, 1), (0, 1))
         cubics = [self._evaluate(times, False, order) / factorial for order, factorial in derivative_orders]
         return np.stack([*cubics, self.integrals_from_zero(times)], axis=-1)
@@ -154,20 +147,15 @@ class SpindleSpeedFunction(CubicTimeFunction):
     def __call__(self, times: FloatArray, *, left_limit: bool = False) -> FloatArray:
         """Return speeds (n,), rad/s; at a jump the right limit, or the left limit if requested."""
         mean_speed = super().__call__(times, left_limit=left_limit)
-        if not self._fluctuation_amplitude:
-            return mean_speed
-        speed: FloatArray = fluctuating_speed(
-            self._fluctuation_amplitude, self._cycles_per_turn, self.integrals_from_zero(times), mean_speed, 0.0
-        )[0]
-        return speed
+        return self._add_fluctuation(times, mean_speed, np.zeros_like(times))[0]
 
     def derivative(self, times: FloatArray) -> FloatArray:
         """Return accelerations (n,), rad/s2; at a breakpoint the right limit."""
-        mean_acceleration = super().derivative(times)
+        return self._add_fluctuation(times, super().__call__(times), super().derivative(times))[1]
+
+    def _add_fluctuation(self, times: FloatArray, mean_speed: FloatArray, mean_acceleration: FloatArray) -> tuple[FloatArray, FloatArray]:
+        """Return speeds and accelerations (n,) with the fluctuation, if any."""
         if not self._fluctuation_amplitude:
-            return mean_acceleration
-        mean_speed = super().__call__(times)
-        acceleration: FloatArray = fluctuating_speed(
-            self._fluctuation_amplitude, self._cycles_per_turn, self.integrals_from_zero(times), mean_speed, mean_acceleration
-        )[1]
-        return acceleration
+            return mean_speed, mean_acceleration
+        angles = self.integrals_from_zero(times)
+        return fluctuating_speed(self._fluctuation_amplitude, self._cycles_per_turn, angles, mean_speed, mean_acceleration)

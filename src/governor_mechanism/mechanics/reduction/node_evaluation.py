@@ -11,7 +11,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from governor_mechanism.mechanics.dynamics.equations_of_motion import bodies_inertia_about_spindle, evaluate_body_forces
+from governor_mechanism.mechanics.dynamics.equations_of_motion import evaluate_body_forces, inertia_about_spindle
 from governor_mechanism.mechanics.dynamics.force_elements import add_element_forces
 from governor_mechanism.mechanics.dynamics.output_forces import add_output_forces, output_rate
 from governor_mechanism.mechanics.kinematics.constraint_kernels import ConstraintRows, RowColumn, evaluate_rows
@@ -407,7 +407,7 @@ def evaluate_columns(arrays: ReductionArrays, workspace: NodeWorkspace, node: Fl
         columns[TableColumn.CENTRIFUGAL] = _project_on_tangent(workspace.generalised_forces, node[1]) / inertia
     columns[TableColumn.INVERSE_INERTIA], columns[TableColumn.SPINDLE_INERTIA] = (
         1.0 / inertia,
-        bodies_inertia_about_spindle(arrays.bodies, poses),
+        inertia_about_spindle(arrays.bodies, poses),
     )
     workspace.generalised_forces[:] = 0.0
     add_element_forces(arrays.dampers, poses, tangents, workspace.input_cubics, 0.0, workspace.generalised_forces)

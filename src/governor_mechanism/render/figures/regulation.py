@@ -152,7 +152,7 @@ def fold_jump_figure(study: FoldJumpStudy, path: str | os.PathLike[str]) -> Path
     left.set_ylim(low - 0.05 * (high - low), high)
     right.legend(frameon=False, fontsize=7.5, loc="upper left", handlelength=1.4, borderaxespad=0.2)
     right.set_ylim(top=12 * float(study.rising_delay.max()))
-    passage = f"passage of the arms at {np.degrees(study.fold_position):.4g} deg, where the equilibrium speed has its minimum"
+    passage = f"passage at {np.degrees(study.fold_position):.4g} deg, the minimum of the equilibrium speed"
     growth = f"divergence rate at the stop {study.divergence_rate:.4g} 1/s, from the delays {study.rising_divergence_rate}"
     write_footnote(figure, f"{passage}; {growth}")
     return save_png(figure, path)

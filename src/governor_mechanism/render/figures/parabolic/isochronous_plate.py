@@ -44,7 +44,7 @@ ZEHNDER_VERDICTS = {
 """Speed deviations near the start point in Zehnder's text and in fact, by ratio of the arm to the radius of curvature."""
 
 _REASON = (
-    "Zehnder compared the parabolas through the ball. But the equilibrium depends",
+    "Zehnder compared the parabolas through the ball. Equilibrium depends",
     "on the slope of the ball’s path, $\\tan\\,\\alpha = \\omega^2 x\\,/\\,g\\,(1+m)$, not on its height.",
     "His advice is still correct: $l \\leq \\rho$, start at the lowest point, use the arc above it.",
 )
@@ -103,7 +103,7 @@ def _write_verdicts(figure: Figure) -> None:
     left, text_left, top, row = 0.605, 0.688, 0.36, 0.058
     write_text(figure, left, top + 0.04, "Equilibrium speeds near the start:", 11.5, fontstyle="italic")
     _strike_out(figure, write_text(figure, 0.79, top + 0.04, "by Zehnder", 11.5, fontstyle="italic", color=MUTED))
-    write_text(figure, 0.89, top + 0.04, "and correct", 11.5, fontstyle="italic")
+    write_text(figure, 0.89, top + 0.04, "correct", 11.5, fontstyle="italic")
     for k, arm_ratio in enumerate(ARM_RATIOS):
         arm, y = ARM_STYLES[arm_ratio], top - k * row
         figure.add_artist(Line2D([left, left + 0.018], [y - 0.003] * 2, color=arm.colour, linewidth=2))

@@ -158,8 +158,8 @@ def _frame_shapes(governor: HartungProportions) -> tuple[DrawnShape, ...]:
     return (
         make_rectangle("frame", -0.2 * u, 0.2 * u, y - 0.12 * u, 0.12 * u),
         make_bar("frame", (-x, y), (x, y), 0.19 * u),
-        *(make_rectangle("seat", *side, -1.05 * bore, 1.05 * bore) for side in both_sides(seat, seat + plate)),
-        *(make_rectangle("rod", *side, -0.11 * u, 0.11 * u) for side in both_sides(seat + plate, seat + 2.4 * plate)),
+        *(make_rectangle("seat", *side, -1.05 * bore, 1.05 * bore) for side in reversed(both_sides(seat, seat + plate))),
+        *(make_rectangle("rod", *side, -0.11 * u, 0.11 * u) for side in reversed(both_sides(seat + plate, seat + 2.4 * plate))),
     )
 
 
