@@ -10,7 +10,7 @@ from collections.abc import Mapping
 from dataclasses import asdict, dataclass
 from numbers import Real
 from pathlib import Path
-from typing import Any
+from typing import Any, cast
 
 from governor_mechanism.engines import Engine
 from governor_mechanism.errors import MechanismError
@@ -77,7 +77,8 @@ class WorkPrecisionPoint:
     def as_json(self) -> dict[str, Any]:
         """Return the point as plain values."""
         plain = {name: value for name, value in vars(self).items() if name not in ("variant", "engine", "errors")}
-        return {**plain, "errors": dict(self.errors), "settings": {"engine": self.engine.name, **vars(self.engine)}}
+        settings = asdict(cast(Any, self.engine))
+        return {**plain, "errors": dict(self.errors), "settings": {"engine": self.engine.name, **settings}}
 
 
 @dataclass(frozen=True, kw_only=True)
