@@ -166,7 +166,7 @@ def test_ctrl_c_leaves_no_partial_file_and_says_one_line(stage, tmp_path):
     with subprocess.Popen(words, stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True) as process:
         try:
             if stage == "run":
-                time.sleep(5.0)  # imports take a second or two, the run over a minute
+                time.sleep(8.0)  # imports take a second or two, the run over a minute
             else:
                 wait_until(lambda: any(name.endswith(".gif") for name in listing(out)))
             process.send_signal(signal.SIGINT)

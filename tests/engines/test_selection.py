@@ -75,7 +75,7 @@ def test_multibody_replaces_reduced_at_a_turning_point_of_its_coordinate():
     run = gm.run(scene)
     assert run.outcome is Outcome.DONE
     assert run.cost.engine == "multibody"
-    assert run.cost.reason.startswith("reduced gave it up: 'x' is at a turning point")
+    assert run.cost.reason.startswith("reduced could not complete the run: 'slider_x' is at a turning point")
 
 
 @pytest.mark.parametrize("name", sorted(shipped_scenes()))
