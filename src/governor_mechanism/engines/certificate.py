@@ -5,7 +5,7 @@ from __future__ import annotations
 import time
 from abc import ABC, abstractmethod
 from collections.abc import Mapping
-from dataclasses import replace
+from dataclasses import dataclass, replace
 from typing import Any, Generic, TypeVar
 
 import numpy as np
@@ -16,7 +16,8 @@ from governor_mechanism.mechanics.contact.event_log import compare_event_logs
 from governor_mechanism.mechanics.dynamics.contacts import has_contacts
 from governor_mechanism.model.scene import Scene
 from governor_mechanism.model.trajectory import Cost, Outcome, Trajectory
-from governor_mechanism.observables.evaluation import ReadingEvaluator, RunResult
+from governor_mechanism.observables.evaluation import ReadingEvaluator
+from governor_mechanism.observables.run_result import RunResult
 
 TOLERANCE_SAFETY_FACTOR = 100.0
 """Ratio of accuracy to first tolerance: the estimate is the error of a run with a ten times larger tolerance."""
@@ -29,6 +30,36 @@ MIN_STEP_TOLERANCE = 1e-15
 
 Run = TypeVar("Run", bound=RunResult)
 """Result of an engine's run."""
+
+
+@dataclass(frozen=True, kw_only=True)
+class ErrorControlSettings:
+    """Settings common to the engines with error control; the defaults serve all shipped scenes.
+
+    Attributes
+    ----------
+    max_step_ratio
+        Largest step size in units of the scene's step scale, whatever the tolerance.
+    first_step_ratio
+        First step size as a fraction of the largest one.
+    event_step_ratio
+        Largest step size while event functions are monitored, as a fraction of the largest step: they are sampled five times in a
+        step. The two runs of a certificate have different largest steps, and therefore different steps here too.
+    monitor_interval_ratio
+        Spacing of the monitor times in units of the time scale (for reduced also of the coordinate scale): limits and singular
+        configurations are searched between them.
+    max_interpolation_steps
+        Step limit from a monitor time to a time before the next one: a handful suffices, except into a change point.
+    max_stagnant_runs
+        Successive refinements without improvement after which the best run is accepted; a single one may be chance.
+    """
+
+    max_step_ratio: float = 2.5
+    first_step_ratio: float = 0.004
+    event_step_ratio: float = 0.2
+    monitor_interval_ratio: float = 0.25
+    max_interpolation_steps: int = 100
+    max_stagnant_runs: int = 4
 
 
 def check_engine_settings(engine: str, tolerance: float | None, max_steps: int) -> None:

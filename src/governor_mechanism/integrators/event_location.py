@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import numpy as np
+
 from governor_mechanism.mechanics.dynamics.equations_of_motion import evaluate_event_functions, evaluate_state_derivative_inline
 from governor_mechanism.mechanics.dynamics.lowering import System, SystemWorkspace
 from governor_mechanism.mechanics.dynamics.output_forces import EVENT_SAMPLE_FRACTIONS, EventFunctionKind
@@ -34,20 +36,16 @@ def bracket_first_event(
     Row 0 and the last row of event_values (samples, functions) are given; the rows between them are filled in. A function
     that starts at zero, as after a body has left a stop, must become negative before it can trigger, unless it rises at once.
     """
-    event_table, last_sample, n_coordinates = (system.event_functions, EVENT_SAMPLE_FRACTIONS.size - 1, 3 * system.bodies.size)
+    event_table, last_sample = system.event_functions, EVENT_SAMPLE_FRACTIONS.size - 1
     has_force_events = False
     for i in range(event_table.size):
         has_force_events = has_force_events or event_table[i].kind == EventFunctionKind.FORCE
     for j in range(1, last_sample):
-        interpolate_quintic_hermite(
-            state_start, derivative_start, state_end, derivative_end, n_coordinates, h, EVENT_SAMPLE_FRACTIONS[j], trial_state
-        )
-        if has_force_events:
-            evaluate_state_derivative_inline(
-                system, workspace, input_cubics, local_time + EVENT_SAMPLE_FRACTIONS[j] * h, trial_state, trial_derivative
-            )
-            counters[2] += 1
-        evaluate_event_functions(system, workspace, input_cubics, local_time + EVENT_SAMPLE_FRACTIONS[j] * h, trial_state, event_values[j])
+        _evaluate_events_within_step(
+            system, workspace, input_cubics, local_time, h, state_start, derivative_start, state_end, derivative_end, trial_state,
+            trial_derivative, EVENT_SAMPLE_FRACTIONS[j], has_force_events, counters, event_values[j],
+        )  # fmt: skip
+    trial_values = np.empty(event_table.size)
     low = high = 2.0
     for i in range(event_table.size):
         tolerance = event_table[i].tolerance
@@ -64,29 +62,13 @@ def bracket_first_event(
                 EVENT_SAMPLE_FRACTIONS[j], EVENT_SAMPLE_FRACTIONS[1], event_values[j - 1, i], event_values[j, i], event_values[j + 1, i]
             )
             negative_before = fraction > EVENT_SAMPLE_FRACTIONS[j] or event_values[j - 1, i] < -tolerance
-            if (
-                maximum > 0.0
-                and fraction < high
-                and negative_before
-                and _is_positive_at(
-                    system,
-                    workspace,
-                    input_cubics,
-                    local_time,
-                    h,
-                    state_start,
-                    derivative_start,
-                    state_end,
-                    derivative_end,
-                    trial_state,
-                    trial_derivative,
-                    event_values[last_sample],
-                    i,
-                    fraction,
-                    has_force_events,
-                    counters,
-                )
-            ):
+            if not (maximum > 0.0 and fraction < high and negative_before):
+                continue
+            _evaluate_events_within_step(
+                system, workspace, input_cubics, local_time, h, state_start, derivative_start, state_end, derivative_end, trial_state,
+                trial_derivative, fraction, has_force_events, counters, trial_values,
+            )  # fmt: skip
+            if trial_values[i] > 0.0:
                 low, high = (
                     (EVENT_SAMPLE_FRACTIONS[j - 1] if fraction <= EVENT_SAMPLE_FRACTIONS[j] else EVENT_SAMPLE_FRACTIONS[j]),
                     fraction,
@@ -131,7 +113,7 @@ def locate_parabola_maximum(
 
 
 @jit_internal
-def _is_positive_at(
+def _evaluate_events_within_step(
     system: System,
     workspace: SystemWorkspace,
     input_cubics: FloatArray,
@@ -143,17 +125,14 @@ def _is_positive_at(
     derivative_end: FloatArray,
     trial_state: FloatArray,
     trial_derivative: FloatArray,
-    end_values: FloatArray,
-    event_index: int,
     fraction: float,
     has_force_events: bool,
     counters: IntArray,
-) -> bool:
-    """Return whether one event function is positive at a fraction of the step."""
+    event_values: FloatArray,
+) -> None:
+    """Evaluate the event functions at a fraction of the step, on the quintic interpolant of the poses."""
     interpolate_quintic_hermite(state_start, derivative_start, state_end, derivative_end, 3 * system.bodies.size, h, fraction, trial_state)
     if has_force_events:
         evaluate_state_derivative_inline(system, workspace, input_cubics, local_time + fraction * h, trial_state, trial_derivative)
         counters[2] += 1
-    values = end_values.copy()
-    evaluate_event_functions(system, workspace, input_cubics, local_time + fraction * h, trial_state, values)
-    return bool(values[event_index] > 0.0)
+    evaluate_event_functions(system, workspace, input_cubics, local_time + fraction * h, trial_state, event_values)

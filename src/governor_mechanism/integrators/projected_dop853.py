@@ -3,6 +3,8 @@
 from __future__ import annotations
 
 import math
+from dataclasses import dataclass
+from typing import NamedTuple
 
 import numpy as np
 
@@ -52,6 +54,28 @@ N_STIFF_STEPS, N_NONSTIFF_STEPS = 15, 6
 
 MIN_STEPS_TO_SWITCH, MIN_STEPS_TO_SWITCH_PER_STATE = 300, 0.5
 """Fewest remaining explicit steps, and additional ones per component of the state, that justify an implicit method."""
+
+
+class StepLimits(NamedTuple):
+    """Limits of one integration.
+
+    Attributes
+    ----------
+    tolerance
+        Error of one step, relative to the error scale.
+    step
+        First step size, s.
+    max_step
+        Largest step size, s.
+    max_steps
+        Largest number of accepted and rejected steps together.
+    """
+
+    tolerance: float
+    step: float
+    max_step: float
+    max_steps: int
+
 
 N_COUNTERS = 4
 """Number of counters: accepted steps, rejected steps, evaluations, evaluations with linearly dependent constraint rows."""
@@ -112,7 +136,7 @@ def integrate_projected_dop853(
 
     Returns
     -------
-    tuple[int, float, int, float]
+    tuple[IntegrationStatus, float, int, float]
         How the integration ended, the last step size (s), the number of output times reached, and the time of `state` (s).
         When an event function becomes positive within a step, `state` is the one before that step.
 
@@ -259,6 +283,43 @@ def integrate_projected_dop853(
         if n_stiff >= N_STIFF_STEPS and not has_events and end - t > (MIN_STEPS_TO_SWITCH + MIN_STEPS_TO_SWITCH_PER_STATE * state.size) * h:
             return IntegrationStatus.STIFF, step, n_reached, t
     return IntegrationStatus.DONE, step, n_reached, t
+
+
+@dataclass(frozen=True)
+class ProjectedDop853:
+    """DOP853 with projection for the states of one mechanism.
+
+    Attributes
+    ----------
+    error_scale
+        Scale of every component of the state.
+    constraint_tolerance
+        Largest constraint violation left by the projection, m.
+    """
+
+    error_scale: FloatArray
+    constraint_tolerance: float
+
+    def integrate(
+        self,
+        model: tuple[System, SystemWorkspace],
+        input_cubics: FloatArray,
+        span: tuple[float, float],
+        state: FloatArray,
+        limits: StepLimits,
+        counters: IntArray,
+        outputs: tuple[FloatArray, FloatArray] | None = None,
+        event_bracket: FloatArray | None = None,
+    ) -> tuple[IntegrationStatus, float, int, float]:
+        """Call `integrate_projected_dop853`; outputs are the output times and the states to fill in."""
+        (system, workspace), (tolerance, step, max_step, max_steps) = model, limits
+        output_times, output_states = outputs or (np.empty(0), np.empty((0, state.size)))
+        bracket = np.empty(2) if event_bracket is None else event_bracket
+        scale, gap = self.error_scale, self.constraint_tolerance
+        return integrate_projected_dop853(
+            system, workspace, input_cubics, span, output_times, state, scale, tolerance, step, max_step, gap, max_steps, output_states,
+            counters, bracket,
+        )  # fmt: skip
 
 
 @jit_internal

@@ -57,12 +57,8 @@ class RadauIntegrator:
     """
 
     def __init__(self, system: System, workspace: SystemWorkspace, error_scale: FloatArray, constraint_tolerance: float) -> None:
-        self._system, self._workspace, self._error_scale, self._constraint_tolerance = (
-            system,
-            workspace,
-            error_scale,
-            constraint_tolerance,
-        )
+        self._system, self._workspace = system, workspace
+        self._error_scale, self._constraint_tolerance = error_scale, constraint_tolerance
         self._n_bodies = len(system.bodies)
         self.n_evaluations = self.n_steps = 0
 
@@ -134,13 +130,8 @@ class RadauIntegrator:
 
     def _scaled_constraint_jacobian(self, poses: FloatArray) -> FloatArray:
         """Return the constraint Jacobian (rows, free coordinates), each column multiplied by the scale of its coordinate."""
-        constraint_jacobian, free_coordinates = (
-            evaluate_jacobian(self._system.constraint_rows, poses[np.newaxis])[0],
-            self._free_coordinates(),
-        )
-        scaled_jacobian: FloatArray = (
-            constraint_jacobian.reshape(len(constraint_jacobian), poses.size)[:, free_coordinates] * self._error_scale[free_coordinates]
-        )
+        jacobian, free = evaluate_jacobian(self._system.constraint_rows, poses[np.newaxis])[0], self._free_coordinates()
+        scaled_jacobian: FloatArray = jacobian.reshape(len(jacobian), poses.size)[:, free] * self._error_scale[free]
         return scaled_jacobian
 
     def _is_ill_conditioned(self, partition: _CoordinatePartition) -> bool:
@@ -156,20 +147,12 @@ class RadauIntegrator:
 
     def _expand_state(self, partition: _CoordinatePartition, input_cubics: FloatArray, local_time: float, z: FloatArray) -> FloatArray:
         """Return the state of all bodies, with constraints satisfied, from the reduced state z."""
-        n_coordinates, n_independent = 3 * self._n_bodies, len(partition.independent)
+        n_independent = len(partition.independent)
         poses, velocities = partition.poses.copy(), np.zeros_like(partition.poses)
-        poses.ravel()[partition.independent], velocities.ravel()[partition.independent] = (
-            z[:n_independent],
-            z[n_independent : 2 * n_independent],
-        )
+        poses.ravel()[partition.independent] = z[:n_independent]
+        velocities.ravel()[partition.independent] = z[n_independent : 2 * n_independent]
         project_state(partition.system, self._workspace, input_cubics, local_time, poses, velocities, self._constraint_tolerance)
-        state = np.empty(2 * n_coordinates + N_AUXILIARY_STATES)
-        state[:n_coordinates], state[n_coordinates : 2 * n_coordinates], state[-N_AUXILIARY_STATES:] = (
-            poses.ravel(),
-            velocities.ravel(),
-            z[-N_AUXILIARY_STATES:],
-        )
-        return state
+        return np.concatenate([poses.ravel(), velocities.ravel(), z[-N_AUXILIARY_STATES:]])
 
     def _evaluate_jacobian(self, partition: _CoordinatePartition, input_cubics: FloatArray, local_time: float, z: FloatArray) -> FloatArray:
         """Return the Jacobian of the reduced derivative by finite differences.

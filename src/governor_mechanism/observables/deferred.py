@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
 from dataclasses import dataclass
 
 import numpy as np
@@ -14,53 +13,38 @@ from governor_mechanism.model.scene import Scene
 from governor_mechanism.model.state_history import StateHistory
 from governor_mechanism.model.trajectory import Reaction
 from governor_mechanism.observables.reactions import compute_reactions
-from governor_mechanism.observables.singular_configurations import DenseOutput, SampledMotion, find_singular_configurations
-from governor_mechanism.types import IntArray
-
-StateProvider = Callable[[], tuple[StateHistory, DenseOutput | None]]
-"""Function that computes the states at the monitor times, and a dense output between them where there is one."""
+from governor_mechanism.observables.run_result import RunResult
+from governor_mechanism.observables.singular_configurations import SampledMotion, find_singular_configurations
 
 
 @dataclass(frozen=True)
 class DeferredMotionAnalysis:
-    """States of a run from which joint reactions and events are computed on request.
-
-    monitor_states may be a function that computes them. contact_modes are those at the monitor times;
-    reported_indices selects the reported ones. contact_events are the events the engine located itself.
-    """
+    """Result of a run from which joint reactions and events are computed on request."""
 
     scene: Scene
-    reported_states: StateHistory
-    monitor_states: StateHistory | StateProvider
+    result: RunResult
     mobility: int
-    dense_output: DenseOutput | None
-    contact_modes: tuple[ContactMode, ...] = ()
-    reported_indices: slice | IntArray | None = None
-    contact_events: tuple[Event, ...] = ()
 
     def reactions(self) -> dict[str, Reaction]:
         """Return the reaction of every joint, by name, at the reported times."""
-        contact_modes = tuple(np.array(self.contact_modes, dtype=object)[self.reported_indices]) if self.contact_modes else ()
-        return compute_reactions(
-            self.scene.part.mechanism, self.reported_states.poses, self._evaluate_dynamics(self.reported_states, contact_modes)
-        )
+        states, modes = self.result.reported_states, self.result.contact_modes
+        reported_modes = tuple(np.array(modes, dtype=object)[self.result.reported_indices]) if modes else ()
+        return compute_reactions(self.scene.part.mechanism, states.poses, self._evaluate_dynamics(states, reported_modes))
 
     def events(self) -> tuple[Event, ...]:
         """Return all events in the order of time."""
-        singular_configurations = () if self.contact_modes else self._find_singular_configurations()
-        return tuple(sorted((*singular_configurations, *self.contact_events), key=lambda event: event.time))
+        singular_configurations = () if self.result.contact_modes else self._find_singular_configurations()
+        return tuple(sorted((*singular_configurations, *self.result.contact_events), key=lambda event: event.time))
 
     def _find_singular_configurations(self) -> tuple[Event, ...]:
-        history, dense_output = (
-            (self.monitor_states, self.dense_output) if isinstance(self.monitor_states, StateHistory) else self.monitor_states()
-        )
-        motion_dynamics = self._evaluate_dynamics(history, self.contact_modes)
-        motion = SampledMotion(
-            history.times, history.poses, history.velocities, motion_dynamics.accelerations, motion_dynamics.pivot_ratios, dense_output
-        )
-        return tuple(find_singular_configurations(self.scene.part.mechanism, motion, self.mobility))
+        states, dense_output = self.result.monitor_states, self.result.dense_output
+        if not isinstance(states, StateHistory):
+            states, dense_output = states()
+        dynamics = self._evaluate_dynamics(states, ())
+        motion = SampledMotion(states.times, states.poses, states.velocities, dynamics.accelerations, dynamics.pivot_ratios, dense_output)
+        return find_singular_configurations(self.scene.part.mechanism, motion, self.mobility)
 
-    def _evaluate_dynamics(self, history: StateHistory, contact_modes: tuple[ContactMode, ...]) -> InverseDynamics:
+    def _evaluate_dynamics(self, states: StateHistory, contact_modes: tuple[ContactMode, ...]) -> InverseDynamics:
         return compute_inverse_dynamics(
-            self.scene, history.times, history.poses, history.velocities, history.spindle_state[:, 1], contact_modes
+            self.scene, states.times, states.poses, states.velocities, states.spindle_state[:, 1], contact_modes
         )

@@ -2,20 +2,18 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass, field
 from typing import Any
 
 import numpy as np
 
 from governor_mechanism.mechanics.dynamics.characteristic_scales import time_scale
-from governor_mechanism.mechanics.dynamics.contacts import ContactMode, output_spring_energy, output_springs_of
+from governor_mechanism.mechanics.dynamics.contacts import output_spring_energy, output_springs_of
 from governor_mechanism.mechanics.dynamics.force_elements import spring_potential_energy as spring_potential
 from governor_mechanism.mechanics.dynamics.force_laws import free_spindle_speed, gravitational_energy, spindle_inertia, spindle_inertia_rate
 from governor_mechanism.mechanics.kinematics.assembly import PositionSolver, assembly_notes
 from governor_mechanism.mechanics.kinematics.constraint_equations import ConstraintEquations
 from governor_mechanism.mechanics.kinematics.output_variables import evaluate_output, evaluate_output_value
 from governor_mechanism.mechanics.kinematics.time_functions import CubicTimeFunction, SpindleSpeedFunction
-from governor_mechanism.model.events import Event
 from governor_mechanism.model.force_elements import Spring, TorsionSpring
 from governor_mechanism.model.joints import RotationalDriver, TranslationalDriver
 from governor_mechanism.model.mechanism import Mechanism
@@ -23,93 +21,17 @@ from governor_mechanism.model.output_variables import LineAngle
 from governor_mechanism.model.scene import TURNING_PLANE, FreeSpindle, Scene
 from governor_mechanism.model.state_history import StateHistory
 from governor_mechanism.model.trajectory import Cost, Energy, Outcome, Trajectory
-from governor_mechanism.observables.deferred import DeferredMotionAnalysis, StateProvider
-from governor_mechanism.observables.singular_configurations import DenseOutput
+from governor_mechanism.observables.deferred import DeferredMotionAnalysis
+from governor_mechanism.observables.run_result import Observables, RunResult
 from governor_mechanism.observables.static_forces import evaluate_derived_forces
 from governor_mechanism.observables.work import integrate_work
-from governor_mechanism.types import FloatArray, IntArray
+from governor_mechanism.types import FloatArray
 
 READING_UNITS = {"angle": "rad", "length": "m"}
 """Unit of a reading by its quantity."""
 
 ERROR_ESTIMATE_FLOOR = 1e-13
 """Smallest error estimate, relative to the scales: two runs may agree to the last digit and share the same rounding error."""
-
-
-@dataclass(frozen=True, kw_only=True)
-class Observables:
-    """Observables at n times.
-
-    Attributes
-    ----------
-    readings
-        Readings by name, SI; shape (n,) each.
-    rates
-        Rates of the readings by name, SI per second; shape (n,) each.
-    units
-        Units of the readings by name.
-    joint_gap
-        Largest constraint violation, m; shape (n,).
-    energy
-        Energy balance.
-    """
-
-    readings: dict[str, FloatArray]
-    rates: dict[str, FloatArray]
-    units: dict[str, str]
-    joint_gap: FloatArray
-    energy: Energy
-
-
-@dataclass(frozen=True, kw_only=True)
-class RunResult:
-    """Result of an engine's run, from which the trajectory is made.
-
-    Attributes
-    ----------
-    reported_states
-        States at the reported times.
-    monitor_states
-        States at all monitor times, or a function that computes them.
-    observables
-        Observables at the reported times.
-    outcome
-        How the run ended; None while a run that reached its end is not yet compared with the requested accuracy.
-    detail
-        Details of the outcome, as text.
-    error_estimate
-        Largest error relative to the scales; None without a certificate.
-    reading_errors
-        Error of each reading, rate, and the joints, SI.
-    dense_output
-        Motion between the monitor times, where the engine can give it.
-    contact_modes
-        Contact mode at each monitor time; empty without contacts.
-    reported_indices
-        Monitor times that are reported.
-    contact_events
-        Contact events that the engine located.
-    n_excluded
-        Number of reported times excluded from the error estimate because they are too close to an event.
-    """
-
-    reported_states: StateHistory
-    monitor_states: StateHistory | StateProvider
-    observables: Observables
-    outcome: Outcome | None
-    detail: str
-    error_estimate: float | None = None
-    reading_errors: dict[str, float] = field(default_factory=dict)
-    dense_output: DenseOutput | None = None
-    contact_modes: tuple[ContactMode, ...] = ()
-    reported_indices: slice | IntArray | None = None
-    contact_events: tuple[Event, ...] = ()
-    n_excluded: int = 0
-
-    @property
-    def n_reached(self) -> int:
-        """Number of reported times that the run reached."""
-        return len(self.reported_states.times)
 
 
 class ReadingEvaluator:
@@ -190,16 +112,14 @@ class ReadingEvaluator:
 
     def make_trajectory(self, result: RunResult, *, cost: Cost, settings: dict[str, Any]) -> Trajectory:
         """Return the trajectory of a run; its joint reactions and events are computed on first access."""
-        reported_states, monitor_states, observables = result.reported_states, result.monitor_states, result.observables
+        states, observables = result.reported_states, result.observables
         position_solver = PositionSolver(self.mechanism)
-        mobility = (
-            position_solver.count_degrees_of_freedom(reported_states.poses[0]) if len(reported_states.times) else position_solver.mobility
-        )
+        mobility = position_solver.count_degrees_of_freedom(states.poses[0]) if result.n_reached else position_solver.mobility
         return Trajectory(
             scene=self.scene,
-            times=reported_states.times,
-            poses=reported_states.poses,
-            velocities=reported_states.velocities,
+            times=states.times,
+            poses=states.poses,
+            velocities=states.velocities,
             readings=observables.readings,
             rates=observables.rates,
             units=observables.units,
@@ -215,16 +135,7 @@ class ReadingEvaluator:
             mobility=mobility,
             notes=assembly_notes(self.scene),
             n_excluded=result.n_excluded,
-            deferred_results=DeferredMotionAnalysis(
-                self.scene,
-                reported_states,
-                monitor_states,
-                mobility,
-                result.dense_output,
-                result.contact_modes,
-                result.reported_indices,
-                result.contact_events,
-            ),
+            deferred_results=DeferredMotionAnalysis(self.scene, result, mobility),
         )
 
     def evaluate_spindle_speeds(self, times: FloatArray, poses: FloatArray) -> FloatArray:

@@ -54,8 +54,8 @@ ContactModeKey = tuple[tuple[int | None, ...], tuple[int, ...], tuple[bool, ...]
 class OutputState:
     """Values (outputs,), rates (outputs,) and gradients (outputs, bodies, 3) of all output variables at a state."""
 
-    values: FloatArray
-    rates: FloatArray
+    values: list[float]
+    rates: list[float]
     gradients: FloatArray
 
 
@@ -163,9 +163,9 @@ class ContactModeSolver:
             return
         outputs, taut = self._evaluate_outputs(state), list(self.mode.taut)
         for k, (spring, output_index) in enumerate(zip(self.one_sided_springs, self._spring_output_indices, strict=True)):
-            extension = float(outputs.values[output_index]) - spring.free_value
+            extension = outputs.values[output_index] - spring.free_value
             is_near_slack = abs(extension) < CONTACT_TOLERANCE * self._coordinate_scales[output_index]
-            taut[k] = bool(outputs.rates[output_index] > 0 if is_near_slack else extension > 0)
+            taut[k] = outputs.rates[output_index] > 0 if is_near_slack else extension > 0
             if taut[k] != self.mode.taut[k]:
                 self.events.append(Event(time=time, kind=EventKind.TAUT if taut[k] else EventKind.SLACK, subject=spring.reading))
         self.mode = replace(self.mode, taut=tuple(taut))
@@ -178,7 +178,7 @@ class ContactModeSolver:
             impacting = [
                 k
                 for k, contact in enumerate(self.contacts)
-                if self._find_active_stop(k, outputs) * float(outputs.rates[self._output_indices[k]]) > self._rest_rate(k)
+                if self._find_active_stop(k, outputs) * outputs.rates[self._output_indices[k]] > self._rest_rate(k)
             ]
             if not impacting:
                 break
@@ -187,7 +187,7 @@ class ContactModeSolver:
                 for k, held in enumerate(self.mode.held_values)
                 if held is not None and k not in impacting and self._find_active_stop(k, outputs)
             ]
-            rebound_rates = {k: -self.contacts[k].restitution * float(outputs.rates[self._output_indices[k]]) for k in impacting}
+            rebound_rates = {k: -self.contacts[k].restitution * outputs.rates[self._output_indices[k]] for k in impacting}
             self._apply_impulses(state, outputs, rebound_rates | dict.fromkeys(resting, 0.0))
             for k in impacting:
                 self.events.append(Event(time=time, kind=EventKind.IMPACT, subject=self.contacts[k].output_name))
@@ -202,38 +202,27 @@ class ContactModeSolver:
             self._evaluate_sliding_accelerations(state, input_cubics, outputs, impacted, direction) for direction in (1, -1)
         )
         for k in impacted:
-            output_index, stop_side, restitution = (
-                self._output_indices[k],
-                self._find_active_stop(k, outputs),
-                self.contacts[k].restitution,
-            )
-            rebound_speed, return_acceleration = (
-                -stop_side * float(outputs.rates[output_index]),
-                stop_side * float(departing_accelerations[output_index]),
-            )
-            if (
-                restitution < 1
-                and return_acceleration > 0
-                and rebound_speed > 0
-                and rebound_speed**2 < 2 * return_acceleration * MIN_REBOUND_HEIGHT * self._coordinate_scales[output_index]
-            ):
-                rest_times[k] = time + zeno_time(
-                    rebound_speed, return_acceleration, stop_side * float(returning_accelerations[output_index]), restitution
-                )
+            index, stop_side, restitution = self._output_indices[k], self._find_active_stop(k, outputs), self.contacts[k].restitution
+            rebound_speed, return_acceleration = -stop_side * outputs.rates[index], stop_side * departing_accelerations[index]
+            max_rebound_height = MIN_REBOUND_HEIGHT * self._coordinate_scales[index]
+            is_leaving = restitution < 1 and return_acceleration > 0 and rebound_speed > 0
+            if is_leaving and rebound_speed**2 < 2 * return_acceleration * max_rebound_height:
+                final_acceleration = stop_side * returning_accelerations[index]
+                rest_times[k] = time + zeno_time(rebound_speed, return_acceleration, final_acceleration, restitution)
         if rest_times:
             self._apply_impulses(state, outputs, dict.fromkeys(rest_times, 0.0))
         return rest_times
 
     def _evaluate_sliding_accelerations(
         self, state: FloatArray, input_cubics: FloatArray, outputs: OutputState, impacted: Sequence[int], direction: int
-    ) -> FloatArray:
+    ) -> list[float]:
         """Return the second derivatives (outputs,) while impacted contacts move on (direction 1) or back (-1) against friction.
 
         With one degree of freedom all other outputs reverse with them.
         """
         sliding_signs = []
         for k, contact in enumerate(self.contacts):
-            rate = float(outputs.rates[self._output_indices[k]])
+            rate = outputs.rates[self._output_indices[k]]
             has_friction = contact.friction is not None and (k in impacted or self.mode.held_values[k] is None)
             motion_sign = direction if k in impacted or self._mobility == 1 else 1
             sliding_signs.append(motion_sign * int(math.copysign(1.0, rate)) if has_friction and rate else 0)
@@ -250,7 +239,7 @@ class ContactModeSolver:
         joint_jacobian = evaluate_jacobian(self._joint_rows, state[:n_coordinates].reshape(1, -1, 3))[0]
         contact_jacobian = outputs.gradients[[self._output_indices[k] for k in target_rates]]
         constraint_jacobian = np.concatenate([joint_jacobian, contact_jacobian]).reshape(-1, n_coordinates)
-        rate_changes = [rate - float(outputs.rates[self._output_indices[k]]) for k, rate in target_rates.items()]
+        rate_changes = [rate - outputs.rates[self._output_indices[k]] for k, rate in target_rates.items()]
         right_hand_side = np.concatenate([np.zeros(len(joint_jacobian)), rate_changes])
         inverse_mass = system.inverse_mass.ravel()
         velocities = state[n_coordinates : 2 * n_coordinates]
@@ -267,7 +256,7 @@ class ContactModeSolver:
     def _list_candidates(self, k: int, outputs: OutputState, is_released: bool) -> Iterator[tuple[float | None, int]]:
         """Yield the possible states of a contact: the value it is held at, or None and the sign of its sliding."""
         contact = self.contacts[k]
-        value, rate = float(outputs.values[self._output_indices[k]]), float(outputs.rates[self._output_indices[k]])
+        value, rate = outputs.values[self._output_indices[k]], outputs.rates[self._output_indices[k]]
         has_friction, stop_side = contact.friction is not None, self._find_active_stop(k, outputs)
         if abs(rate) > self._rest_rate(k):
             yield None, int(math.copysign(1.0, rate)) if has_friction else 0
@@ -295,16 +284,15 @@ class ContactModeSolver:
             if held is not None:
                 # At a turning point of a reading no force along it can hold it: the mechanism moves on.
                 residual_acceleration = (
-                    abs(float(output_accelerations[output_index])) * self._time_scale**2 / self._coordinate_scales[output_index]
+                    abs(output_accelerations[output_index]) * self._time_scale**2 / self._coordinate_scales[output_index]
                 )
                 violation = max(violation, residual_acceleration if residual_acceleration > TURNING_POINT_ACCELERATION_TOLERANCE else 0.0)
                 continue
-            if abs(float(outputs.rates[output_index])) > self._rest_rate(k):
+            if abs(outputs.rates[output_index]) > self._rest_rate(k):
                 continue
             direction = mode.sliding_signs[k] or -self._find_active_stop(k, outputs)
             violation = max(
-                violation,
-                -direction * float(output_accelerations[output_index]) * self._time_scale**2 / self._coordinate_scales[output_index],
+                violation, -direction * output_accelerations[output_index] * self._time_scale**2 / self._coordinate_scales[output_index]
             )
         return violation
 
@@ -339,11 +327,11 @@ class ContactModeSolver:
         output_rows: RecordArray = self.system.output_rows
         n_coordinates = 3 * len(self.system.bodies)
         poses, velocities = (part.reshape(1, -1, 3) for part in (state[:n_coordinates], state[n_coordinates : 2 * n_coordinates]))
-        values = evaluate_residuals(output_rows, poses, np.zeros((1, len(output_rows.table), 3)))[0]
+        values: list[float] = evaluate_residuals(output_rows, poses, np.zeros((1, len(output_rows.table), 3)))[0].tolist()
         gradients = evaluate_jacobian(output_rows, poses)[0]
-        return OutputState(values, np.sum(gradients * velocities[0], axis=(-2, -1)), gradients)
+        return OutputState(values, np.sum(gradients * velocities[0], axis=(-2, -1)).tolist(), gradients)
 
-    def _evaluate_output_accelerations(self, state: FloatArray, derivative: FloatArray) -> FloatArray:
+    def _evaluate_output_accelerations(self, state: FloatArray, derivative: FloatArray) -> list[float]:
         """Return the second derivatives (outputs,) of the output variables from a state and its derivative."""
         system = self.system
         n_coordinates = 3 * len(system.bodies)
@@ -351,17 +339,16 @@ class ContactModeSolver:
         prescribed = np.zeros((1, len(system.output_rows.table), 3))
         gamma = evaluate_gamma(system.output_rows, poses, velocities, prescribed)[0]
         gradients = evaluate_jacobian(system.output_rows, poses)[0]
-        accelerations: FloatArray = np.sum(gradients * derivative[n_coordinates : 2 * n_coordinates].reshape(-1, 3), axis=(-2, -1)) - gamma
+        body_accelerations = derivative[n_coordinates : 2 * n_coordinates].reshape(-1, 3)
+        accelerations: list[float] = (np.sum(gradients * body_accelerations, axis=(-2, -1)) - gamma).tolist()
         return accelerations
 
     def _find_active_stop(self, k: int, outputs: OutputState) -> int:
         """Return the stop that a contact touches: 1 the high one, -1 the low one, 0 none."""
         contact, output_index = self.contacts[k], self._output_indices[k]
-        is_at_rest = abs(float(outputs.rates[output_index])) <= self._rest_rate(k)
-        tolerance, value = (
-            (REST_TOLERANCE if is_at_rest else CONTACT_TOLERANCE) * self._coordinate_scales[output_index],
-            float(outputs.values[output_index]),
-        )
+        is_at_rest = abs(outputs.rates[output_index]) <= self._rest_rate(k)
+        tolerance = (REST_TOLERANCE if is_at_rest else CONTACT_TOLERANCE) * self._coordinate_scales[output_index]
+        value = outputs.values[output_index]
         return 1 if value >= contact.high - tolerance else -1 if value <= contact.low + tolerance else 0
 
     def _rest_rate(self, k: int) -> float:

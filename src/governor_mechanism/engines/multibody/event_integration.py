@@ -10,7 +10,7 @@ from scipy.optimize import brentq
 
 from governor_mechanism.engines.multibody.contact import ContactModeSolver
 from governor_mechanism.engines.multibody.settings import MultibodySettings
-from governor_mechanism.integrators.projected_dop853 import N_COUNTERS, integrate_projected_dop853
+from governor_mechanism.integrators.projected_dop853 import N_COUNTERS, ProjectedDop853, StepLimits
 from governor_mechanism.integrators.status import IntegrationStatus
 from governor_mechanism.mechanics.dynamics.contacts import ContactMode
 from governor_mechanism.mechanics.dynamics.equations_of_motion import evaluate_events_and_derivative
@@ -26,7 +26,7 @@ class _EventLocationError(Exception):
 class IntegrationContext(Protocol):
     """What an event integrator needs from the integrator that owns it."""
 
-    constraint_tolerance: float
+    solver: ProjectedDop853
     max_steps: int
     settings: MultibodySettings
 
@@ -35,9 +35,6 @@ class IntegrationContext(Protocol):
 
     def is_out_of_range(self, state: FloatArray) -> bool:
         """Return whether a state is outside the mechanism's limits."""
-
-    def make_error_scale(self) -> FloatArray:
-        """Return the scales of the components of a state."""
 
 
 class EventIntegrator:
@@ -57,7 +54,6 @@ class EventIntegrator:
         self._last_event_time, self._n_simultaneous = -np.inf, 0
         self.output_force_counts = np.zeros(3, dtype=np.int64)
         """Evaluations of springs, dashpots and sliding friction along readings."""
-        self._error_scale = context.make_error_scale()
         self._simultaneity = context.settings.event_time_tolerance * time_scale
 
     def restart_after_breakpoint(self, time: float, state: FloatArray) -> None:
@@ -81,10 +77,8 @@ class EventIntegrator:
         n_filled, contact_solver = 0, self._contact_solver
         while t < end:
             system, event_bracket = contact_solver.system, np.empty(2)
-            remaining_times = output_times[n_filled:]
-            status, step, n_reached, t_reached = self._integrate(
-                system, (t, end), remaining_times, state, step, output_states[n_filled:], event_bracket
-            )
+            outputs = output_times[n_filled:], output_states[n_filled:]
+            status, step, n_reached, t_reached = self._integrate(system, (t, end), state, step, outputs, event_bracket)
             contact_modes += [contact_solver.mode] * n_reached
             n_filled += n_reached
             if status != IntegrationStatus.EVENT:
@@ -93,15 +87,8 @@ class EventIntegrator:
             event_time, triggered = self._locate_event(system, t, state, event_bracket)
             if not triggered and event_time - t <= self._simultaneity:  # a false alarm, too close to search again
                 event_time = min(end, t + max(step, self._simultaneity))
-            _, _, n_reached, _ = self._integrate(
-                _without_event_functions(system),
-                (t, event_time),
-                output_times[n_filled:],
-                state,
-                event_time - t,
-                output_states[n_filled:],
-                event_bracket,
-            )
+            outputs = output_times[n_filled:], output_states[n_filled:]
+            _, _, n_reached, _ = self._integrate(_without_event_functions(system), (t, event_time), state, event_time - t, outputs)
             contact_modes += [contact_solver.mode] * n_reached
             n_filled += n_reached
             t = event_time
@@ -118,34 +105,19 @@ class EventIntegrator:
         self,
         system: System,
         span: tuple[float, float],
-        output_times: FloatArray,
         state: FloatArray,
         step: float,
-        output_states: FloatArray,
-        event_bracket: FloatArray,
+        outputs: tuple[FloatArray, FloatArray],
+        event_bracket: FloatArray | None = None,
     ) -> tuple[IntegrationStatus, float, int, float]:
         """Integrate up to the end of the span or to the step that contains the first event."""
         max_step = self._max_step * (self._context.settings.event_step_ratio if len(system.event_functions) else 1.0)
         if not span[1] > span[0]:
             return IntegrationStatus.DONE, step, 0, span[0]
         evaluations_before = int(self._counters[2])
-        result = integrate_projected_dop853(
-            system,
-            self._contact_solver.workspace,
-            self._context.input_cubics(span[0]),
-            span,
-            output_times,
-            state,
-            self._error_scale,
-            self._tolerance,
-            step or max_step,
-            max_step,
-            self._context.constraint_tolerance,
-            self._context.max_steps,
-            output_states,
-            self._counters,
-            event_bracket,
-        )
+        model, cubics = (system, self._contact_solver.workspace), self._context.input_cubics(span[0])
+        limits = StepLimits(self._tolerance, step or max_step, max_step, self._context.max_steps)
+        result = self._context.solver.integrate(model, cubics, span, state, limits, self._counters, outputs, event_bracket)
         self._count_output_forces(system, int(self._counters[2]) - evaluations_before)
         return result
 
@@ -195,24 +167,9 @@ class EventIntegrator:
         """Return the state at span[1] from that at span[0], without event functions; input_cubics count from span[0]."""
         final_state, counters = state.copy(), np.zeros(N_COUNTERS, dtype=np.int64)
         if span[1] > span[0]:
-            duration = span[1] - span[0]
-            status, *_ = integrate_projected_dop853(
-                _without_event_functions(system),
-                self._contact_solver.workspace,
-                input_cubics,
-                span,
-                np.empty(0),
-                final_state,
-                self._error_scale,
-                self._tolerance,
-                duration,
-                self._max_step,
-                self._context.constraint_tolerance,
-                self._context.settings.max_event_location_steps,
-                np.empty((0, state.size)),
-                counters,
-                np.empty(2),
-            )
+            model = _without_event_functions(system), self._contact_solver.workspace
+            limits = StepLimits(self._tolerance, span[1] - span[0], self._max_step, self._context.settings.max_event_location_steps)
+            status, *_ = self._context.solver.integrate(model, input_cubics, span, final_state, limits, counters)
             self._counters[2:] += counters[2:]
             self._count_output_forces(system, int(counters[2]))
             if status != IntegrationStatus.DONE:

@@ -10,7 +10,7 @@ import numpy as np
 from governor_mechanism.engines.multibody.contact import ContactModeSolver
 from governor_mechanism.engines.multibody.event_integration import EventIntegrator
 from governor_mechanism.engines.multibody.settings import MultibodySettings
-from governor_mechanism.integrators.projected_dop853 import N_COUNTERS, integrate_projected_dop853
+from governor_mechanism.integrators.projected_dop853 import N_COUNTERS, ProjectedDop853, StepLimits
 from governor_mechanism.integrators.radau import RadauIntegrator
 from governor_mechanism.integrators.status import IntegrationStatus
 from governor_mechanism.integrators.time_grid import make_time_grid
@@ -30,7 +30,7 @@ from governor_mechanism.model.events import Event
 from governor_mechanism.model.scene import Scene
 from governor_mechanism.model.state_history import StateHistory
 from governor_mechanism.observables.evaluation import ReadingEvaluator
-from governor_mechanism.types import FloatArray, IntArray
+from governor_mechanism.types import FloatArray
 
 
 @dataclass(frozen=True)
@@ -61,8 +61,8 @@ class ConstrainedIntegrator:
     ) -> None:
         self.evaluator, self.max_steps, self.settings = evaluator, max_steps, settings
         self.system, self.input_functions = make_system(scene)
-        self.workspace = make_system_workspace(self.system)
-        self.constraint_tolerance = settings.constraint_tolerance_ratio * evaluator.mechanism.length_scale
+        self.model = self.system, make_system_workspace(self.system)
+        constraint_tolerance = settings.constraint_tolerance_ratio * evaluator.mechanism.length_scale
         breakpoints = np.unique(np.concatenate([function.breakpoints for function in self.input_functions]))
         self._max_step_scale = max_step_scale(scene)
         max_interval = settings.monitor_interval_ratio * evaluator.time_scale
@@ -73,14 +73,15 @@ class ConstrainedIntegrator:
         self.implicit_steps, self.stiffness_onset = 0, np.inf
         self.output_force_counts = np.zeros(3, dtype=np.int64)
         """Evaluations of springs, dashpots and sliding friction along readings."""
-        self.initial_state = self._make_initial_state(*from_mass_centres(self.system, *initial_motion))
-        self.contact_solver = ContactModeSolver(scene, evaluator.time_scale, self.constraint_tolerance) if has_contacts(scene) else None
+        self.initial_state = self._make_initial_state(*from_mass_centres(self.system, *initial_motion), constraint_tolerance)
+        self.solver = ProjectedDop853(self._make_error_scale(), constraint_tolerance)
+        self.contact_solver = ContactModeSolver(scene, evaluator.time_scale, constraint_tolerance) if has_contacts(scene) else None
 
     def compile_kernels(self) -> None:
         """Compile or load the kernels by an integration over an empty interval, so that no run's cost includes it."""
-        no_outputs = np.empty((0, self.initial_state.size))
-        self._integrate_explicitly(
-            (0.0, 0.0), np.empty(0), self.initial_state.copy(), 1.0, 1.0, 1.0, no_outputs, np.zeros(N_COUNTERS, dtype=np.int64)
+        counters = np.zeros(N_COUNTERS, dtype=np.int64)
+        self.solver.integrate(
+            self.model, self.input_cubics(0.0), (0.0, 0.0), self.initial_state.copy(), StepLimits(1.0, 1.0, 1.0, 1), counters
         )
 
     def integrate(self, tolerance: float, step_factor: float = 1.0) -> IntegrationResult:
@@ -98,13 +99,14 @@ class ConstrainedIntegrator:
         for start, end in pairwise(self.breakpoints.tolist()):
             output_times, t = monitor_times[(monitor_times > start) & (monitor_times <= end)], start
             if radau is None:
-                status, step, n_reached, t = self._integrate_explicitly(
-                    (start, end), output_times, state, tolerance, step, max_step, states[n_filled:], counters
+                limits, outputs = StepLimits(tolerance, step, max_step, self.max_steps), (output_times, states[n_filled:])
+                status, step, n_reached, t = self.solver.integrate(
+                    self.model, self.input_cubics(start), (start, end), state, limits, counters, outputs
                 )
                 n_filled += n_reached
                 output_times = output_times[n_reached:]
             if status == IntegrationStatus.STIFF:
-                radau = RadauIntegrator(self.system, self.workspace, self.make_error_scale(), self.constraint_tolerance)
+                radau = RadauIntegrator(*self.model, self.solver.error_scale, self.solver.constraint_tolerance)
                 self.stiffness_onset, status = min(self.stiffness_onset, t), IntegrationStatus.DONE
             if radau is not None:
                 input_cubics, max_steps = self.input_cubics(start), self.max_steps
@@ -155,36 +157,6 @@ class ConstrainedIntegrator:
         state[-N_AUXILIARY_STATES] += self._compute_speed_jump_work(time, state)
         monitor_state[-N_AUXILIARY_STATES] = state[-N_AUXILIARY_STATES]
 
-    def _integrate_explicitly(
-        self,
-        span: tuple[float, float],
-        output_times: FloatArray,
-        state: FloatArray,
-        tolerance: float,
-        step: float,
-        max_step: float,
-        output_states: FloatArray,
-        counters: IntArray,
-    ) -> tuple[IntegrationStatus, float, int, float]:
-        """Call `integrate_projected_dop853` for a scene without event functions; max_step in s."""
-        return integrate_projected_dop853(
-            self.system,
-            self.workspace,
-            self.input_cubics(span[0]),
-            span,
-            output_times,
-            state,
-            self.make_error_scale(),
-            tolerance,
-            step,
-            max_step,
-            self.constraint_tolerance,
-            self.max_steps,
-            output_states,
-            counters,
-            np.empty(2),
-        )
-
     def state_history(self, states: FloatArray) -> StateHistory:
         """Return mass centres and spindle from state vectors (monitor times, components)."""
         n_bodies = len(self.system.bodies)
@@ -204,39 +176,25 @@ class ConstrainedIntegrator:
 
     def is_out_of_range(self, state: FloatArray) -> bool:
         """Return whether a state is outside the mechanism's limits."""
-        origins, origin_velocities = state[:-N_AUXILIARY_STATES].reshape(2, len(self.system.bodies), 3)
-        return self.evaluator.find_first_out_of_range(to_mass_centres(self.system, origins, origin_velocities)[0][np.newaxis]) is not None
+        return self.evaluator.find_first_out_of_range(self._to_mass_centres(state)[0][np.newaxis]) is not None
 
     def integrate_between(self, states: FloatArray, tolerance: float, k: int, time: float) -> tuple[FloatArray, FloatArray] | None:
         """Return poses and velocities of the mass centres at a time (s) after monitor time k, or None if that fails."""
         start = float(self.time_grid.monitor_times[k])
         state, counters = states[k].copy(), np.zeros(N_COUNTERS, dtype=np.int64)
-        step, no_outputs = 0.01 * self.evaluator.time_scale, np.empty((0, states.shape[1]))
-        status, *_ = integrate_projected_dop853(
-            self.system,
-            self.workspace,
-            self.input_cubics(start),
-            (start, time),
-            np.empty(0),
-            state,
-            self.make_error_scale(),
-            tolerance,
-            step,
-            np.inf,
-            self.constraint_tolerance,
-            self.settings.max_interpolation_steps,
-            no_outputs,
-            counters,
-            np.empty(2),
-        )
+        limits = StepLimits(tolerance, 0.01 * self.evaluator.time_scale, np.inf, self.settings.max_interpolation_steps)
+        status, *_ = self.solver.integrate(self.model, self.input_cubics(start), (start, time), state, limits, counters)
         if status != IntegrationStatus.DONE:
             return None
-        origins, origin_velocities = state[:-N_AUXILIARY_STATES].reshape(2, len(self.system.bodies), 3)
-        return to_mass_centres(self.system, origins, origin_velocities)
+        return self._to_mass_centres(state)
 
-    def _make_initial_state(self, poses: FloatArray, velocities: FloatArray) -> FloatArray:
+    def _to_mass_centres(self, state: FloatArray) -> tuple[FloatArray, FloatArray]:
+        """Return poses and velocities of the mass centres of one state."""
+        return to_mass_centres(self.system, *state[:-N_AUXILIARY_STATES].reshape(2, len(self.system.bodies), 3))
+
+    def _make_initial_state(self, poses: FloatArray, velocities: FloatArray, constraint_tolerance: float) -> FloatArray:
         """Return the initial state vector, with constraints satisfied to rounding."""
-        project_state(self.system, self.workspace, self.input_cubics(0.0), 0.0, poses, velocities, self.constraint_tolerance)
+        project_state(*self.model, self.input_cubics(0.0), 0.0, poses, velocities, constraint_tolerance)
         speed = self.evaluator.speed_function.start_speed
         momentum = (self.system.spindle_inertia + inertia_about_spindle(self.system.bodies, poses)) * speed
         auxiliary_states = [0.0, 0.0, 0.0, momentum if self.system.has_free_spindle else 0.0]
@@ -255,7 +213,7 @@ class ConstrainedIntegrator:
         inertia = inertia_about_spindle(self.system.bodies, state[: 3 * n_bodies].reshape(n_bodies, 3))
         return 0.5 * inertia * (speed_after**2 - speed_before**2)
 
-    def make_error_scale(self) -> FloatArray:
+    def _make_error_scale(self) -> FloatArray:
         """Return the scales to which errors of a state vector are relative."""
         length_scale, time_scale = self.evaluator.mechanism.length_scale, self.evaluator.time_scale
         pose_scale = np.tile([length_scale, length_scale, 1.0], len(self.system.bodies))
