@@ -140,16 +140,18 @@ def check_reading_functions(mechanism: Mechanism, effects: Sequence[OutputEffect
             for function in (*load.functions, *load.factors):
                 reading, known = function.reading, [*names, *speeds]
                 if reading in known:
+                    found = "angular_speed" if reading in speeds else mechanism.reading(reading).quantity
+                    if function.quantity and function.quantity != found:
+                        problems.append(
+                            f"a load depends on {reading!r}, which is of the kind {found}, but its function has the units of "
+                            f"the kind {function.quantity}; change the units"
+                        )
                     continue
                 what = f"a load depends on {reading!r}"
                 if reading in forces or reading.rpartition(".")[2] == "spindle_torque":
-                    problems.append(
-                        f"{what}, a force, which follows from the loads: this is an algebraic loop; use a position or a speed"
-                    )
+                    problems.append(f"{what}, a force, which follows from the loads: this is an algebraic loop; use a position or a speed")
                 elif reading.rpartition(".")[2] == "spindle_speed":
-                    problems.append(
-                        f"{what}, but that speed is given or follows another part; use time, or the speed it follows"
-                    )
+                    problems.append(f"{what}, but that speed is given or follows another part; use time, or the speed it follows")
                 else:
                     problems.append(f"{what}, which is no reading; readings are {known}.{did_you_mean(reading, known)}")
     if problems:
