@@ -8,8 +8,8 @@ the time sqrt(l / g) as units, x the arm angle and z the spindle speed:
 
 References
 ----------
-L. S. Pontryagin, Ordinary Differential Equations (1962), chapter 5: equations and stability limit. J. Sotomayor, L. F. Mello,
-D. de Carvalho Braga, Bifurcation analysis of the Watt governor system, Computational and Applied Mathematics 26 (2007), pp. 19-44:
+L. S. Pontryagin, Ordinary Differential Equations (1962), section 27: equations and stability limit. J. Sotomayor, L. F. Mello,
+D. de Carvalho Braga, Bifurcation analysis of the Watt governor system, arXiv:math/0606230 (2006):
 onset of hunting, with the coefficient of Yu. A. Kuznetsov, Elements of Applied Bifurcation Theory, section 5.4.
 """
 
@@ -150,7 +150,7 @@ def first_lyapunov_coefficient(engine: WattEngine) -> float:
 
     References
     ----------
-    Sotomayor, Mello and Braga (2007) for the sign; the factor by Kuznetsov's formula.
+    Sotomayor, Mello and Braga (2006) for the sign; the factor by Kuznetsov's formula.
     """
     control, cosine = engine.control, engine.cosine
     squared_sine, feedback = 1 - cosine**2, control**2 * cosine**4
