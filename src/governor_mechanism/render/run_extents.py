@@ -18,10 +18,8 @@ from governor_mechanism.render.effect_state import NO_EFFECTS, EffectState
 from governor_mechanism.render.film.layout import ELEVATION_RECT
 from governor_mechanism.render.geometry.body_points import point_path, point_path_in_axes
 from governor_mechanism.render.geometry.primitives import Vec2
+from governor_mechanism.render.reading_loads import LoadFunctions
 from governor_mechanism.types import FloatArray
-
-LoadFunctions = tuple[CubicTimeFunction, CubicTimeFunction | None]
-"""Components of a force over time, or a torque and None."""
 
 ELEVATION_ASPECT_RATIO = (ELEVATION_RECT[2] - ELEVATION_RECT[0]) / (ELEVATION_RECT[3] - ELEVATION_RECT[1])
 """Width over height of the machine's rectangle in the frame."""
@@ -66,13 +64,14 @@ def measure_run_extents(part: Part, poses: FloatArray, times: FloatArray, effect
     paths = drawn_point_paths(mechanism, poses)
     sides = np.ptp(paths.reshape(-1, 2), axis=0)
     length_scale = float(max(sides[0], ELEVATION_ASPECT_RATIO * sides[1]))
-    load_functions = {
+    load_functions: dict[str, LoadFunctions] = {
         load.name: (CubicTimeFunction(load.x), CubicTimeFunction(load.y))
         if isinstance(load, Force)
         else (CubicTimeFunction(load.moment), None)
         for load in mechanism.force_elements
         if isinstance(load, Force | Torque)
     }
+    load_functions |= effect_state.load_functions
     return RunExtents(
         # A mechanism that hardly moves and has no extent is measured by its own length scale.
         length_scale=length_scale if length_scale > 1e-3 * mechanism.length_scale else mechanism.length_scale,
