@@ -114,7 +114,7 @@ class Scene:
             names = ", ".join(repr(part.name) for part in self.parts)
             raise MechanismError(
                 f"this works on a scene of one part, and this scene has the parts {names}; write the part that is meant in a scene file of "
-                "its own, with a given spindle.speed, or run the whole scene"
+                "its own, with a given spindle.speed"
             )
         return self.parts[0]
 

@@ -29,6 +29,7 @@ from governor_mechanism.model.part import Part, Spindle
 from governor_mechanism.model.scene import Scene
 from governor_mechanism.model.trajectory import Outcome, Trajectory
 from governor_mechanism.scenes.parser import parse_scene_document
+from governor_mechanism.units.quantities import format_reading_name
 from governor_mechanism.units.text_table import format_table
 
 N_TIMED_RUNS = 3
@@ -158,7 +159,7 @@ class EffectsStudy:
         name = row.effect if row.listed else f"{row.effect} (not listed)"
         if row.relative_change is None or row.cost_with is None or row.cost_without is None:
             return name, "", "", "", "", ""
-        largest = "negligible" if self._is_negligible(row) else row.most_changed_reading.replace("_", " ")
+        largest = "negligible" if self._is_negligible(row) else format_reading_name(row.most_changed_reading)
         ratio = "" if row.time_ratio is None else f"x {row.time_ratio:.2f}"
         pairs = [(row.cost_without.evaluations, row.cost_with.evaluations), (row.cost_without.events, row.cost_with.events)]
         return name, f"{row.relative_change:.1e}", largest, ratio, *(f"{without:,} -> {with_it:,}" for without, with_it in pairs)

@@ -13,10 +13,8 @@ from governor_mechanism.model.part import Part
 from governor_mechanism.model.trajectory import Trajectory
 from governor_mechanism.render.effect_state import NO_EFFECTS, EffectState, effect_state_of
 from governor_mechanism.render.part_entries import part_poses_and_velocities, select_part_entries
+from governor_mechanism.render.shown_readings import shown_readings
 from governor_mechanism.types import FloatArray
-
-MAX_SHOWN_TURNS = 2.0
-"""Turns beyond which an angle in a scene of several parts is shown by its rate."""
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -58,33 +56,23 @@ def interpolate_frame_data(
 ) -> FrameData:
     """Interpolate one part to `times` (f,) s: poses by cubic Hermite polynomials, readings linearly."""
     poses, velocities = part_poses_and_velocities(run, part)
-    readings, units = select_part_entries(run, part, run.readings), select_part_entries(run, part, run.units)
-    if len(run.scene.parts) > 1:
-        _show_turning_angles_by_rate(run, part, readings, units)
-    speed = readings.get("spindle_speed", np.zeros(len(run.times)))
+    readings = select_part_entries(run, part, shown_readings(run))
+    speed = readings["spindle_speed"].values if "spindle_speed" in readings else np.zeros(len(run.times))
     spindle_angle = np.concatenate([[0.0], np.cumsum(0.5 * (speed[1:] + speed[:-1]) * np.diff(run.times))])
     return FrameData(
         part=part,
         time_span=time_span,
         times=times,
         poses=_interpolate_hermite(run.times, poses, velocities, times),
-        readings={name: np.interp(times, run.times, values) for name, values in readings.items()},
-        units=units,
-        scales=select_part_entries(run, part, run.scales),
+        readings={name: np.interp(times, run.times, one.values) for name, one in readings.items()},
+        units={name: one.unit for name, one in readings.items()},
+        scales={name: one.scale for name, one in readings.items()},
         spindle_angle=np.interp(times, run.times, spindle_angle),
         run_poses=poses,
         run_times=run.times,
         slow_down=slow_down,
         effect_state=effect_state_of(run, part, slow_down),
     )
-
-
-def _show_turning_angles_by_rate(run: Trajectory, part: Part, readings: dict[str, FloatArray], units: dict[str, str]) -> None:
-    """Replace angles of many turns, which say little, by their rates."""
-    for name, rate in select_part_entries(run, part, run.rates).items():
-        if units[name] == "rad" and np.ptp(readings[name]) > MAX_SHOWN_TURNS * 2 * np.pi:
-            del readings[name]
-            readings[f"{name}_rate"], units[f"{name}_rate"] = rate, "rad/s"
 
 
 def _interpolate_hermite(times: FloatArray, values: FloatArray, rates: FloatArray, query_times: FloatArray) -> FloatArray:

@@ -41,7 +41,7 @@ from governor_mechanism.render.film.reading_panel import READING_NOISE_RATIO, Re
 from governor_mechanism.render.film.shared_limits import SharedLimits
 from governor_mechanism.render.geometry.primitives import Circle, DrawnShape, Lines, Vec2, round_step
 from governor_mechanism.render.machines.registry import SWEEP_ARC_CAPTION, background_shapes, drawing_of, moving_shapes, plan_shapes
-from governor_mechanism.render.number_format import display_unit_of, format_closing_lines, format_film_speed, format_numbers
+from governor_mechanism.render.number_format import display_unit_of, format_closing_lines, format_film_speed, format_name, format_numbers
 from governor_mechanism.render.run_extents import measure_run_extents
 from governor_mechanism.render.style import GREEN, INK, MUTED, PAPER, RULE, SANS_FONT, SERIES_COLOURS, SERIF_FONT, VERMILLION, Brush
 
@@ -167,7 +167,7 @@ class FramePainter:
         shift, name_height = position * PART_PITCH - self._shift, 0.0
         if len(self._shown_parts) > 1:
             x, y = PART_NAME_POSITION
-            self._add_text(frame_data.part.name.replace("_", " "), (x + shift, y), 12.5, fontfamily=SERIF_FONT, max_width=260)
+            self._add_text(format_name(frame_data.part.name), (x + shift, y), 12.5, fontfamily=SERIF_FONT, max_width=260)
             name_height = PART_NAME_HEIGHT
         rect = shift_rect(ELEVATION_RECT, shift + self._shift, name_height)
         view = fit_view(self._shared_limits.boxes[position], rect, self._size)
@@ -227,7 +227,7 @@ class FramePainter:
             max_width = (
                 self._add_number(format_numbers(values), unit, (right, top + 7), 12, color=reading_colour, fontweight="bold") - left - 8
             )
-            self._add_text(name.replace("_", " "), (left, top + 7), 12.5, fontfamily=SERIF_FONT, max_width=max_width)
+            self._add_text(format_name(name), (left, top + 7), 12.5, fontfamily=SERIF_FONT, max_width=max_width)
         return plots
 
     def _select_readings(self) -> list[tuple[FrameData, str]]:
