@@ -143,13 +143,9 @@ def check_reading_functions(mechanism: Mechanism, effects: Sequence[OutputEffect
                     continue
                 what = f"a load depends on {reading!r}"
                 if reading in forces or reading.rpartition(".")[2] == "spindle_torque":
-                    problems.append(
-                        f"{what}, a force, which follows from the loads: this is an algebraic loop; use a position or a speed"
-                    )
+                    problems.append(f"{what}, a force, which follows from the loads: this is an algebraic loop; use a position or a speed")
                 elif reading.rpartition(".")[2] == "spindle_speed":
-                    problems.append(
-                        f"{what}, but that speed is given or follows another part; use time, or the speed it follows"
-                    )
+                    problems.append(f"{what}, but that speed is given or follows another part; use time, or the speed it follows")
                 else:
                     problems.append(f"{what}, which is no reading; readings are {known}.{did_you_mean(reading, known)}")
     if problems:

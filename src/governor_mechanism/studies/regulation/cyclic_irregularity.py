@@ -288,6 +288,6 @@ def _make_scene_with_clearance(scene: Scene, clearance: float) -> Scene:
         effects.append(Clearance(width=clearance))
         values[CLEARANCE_READING] = start_ratio * clearance
     machine = MACHINES[scene.part.machine](**scene.part.dimensions)
-    new_part = replace(scene.part, mechanism=machine.mechanism_with_effects(effects))
+    mechanism = machine.mechanism_with_effects(effects)
     rates = {name: rate for name, rate in scene.start.rates.items() if name != CLEARANCE_READING}
-    return scene.with_changes(parts=(new_part,), effects=tuple(effects), start=Start(values=values, rates=rates))
+    return scene.with_changes(mechanism=mechanism, effects=tuple(effects), start=Start(values=values, rates=rates))
