@@ -2,17 +2,14 @@
 
 from __future__ import annotations
 
-import math
-
 import numpy as np
 import pytest
 from scipy.linalg import expm
 
 import governor_mechanism as gm
 from coupled_scenes import coupled_scene, discs_part, engine_part, porter_part
-from governor_mechanism.model.couplings import FollowCoupling, GearCoupling
+from governor_mechanism.model.couplings import GearCoupling
 from governor_mechanism.model.force_elements import TorsionSpring
-from governor_mechanism.model.part import FreeSpindle, Spindle
 from governor_mechanism.model.trajectory import Outcome
 
 BELT = GearCoupling(name="belt", first="engine.crank_angle", second="governor.spindle_angle", ratio=2.0)

@@ -78,7 +78,7 @@ def test_a_loop_of_gears_over_three_parts_is_refused():
         for i, j, ratio in (("a", "b", 2.0), ("c", "b", 4.0), ("c", "a", 3.0))
     ]
     coupled_scene(*parts, couplings=tuple(loop[:2]))
-    with pytest.raises(MechanismError, match="'ca' closes a loop of gears and contradicts the others: .* is 2, and here it is 3"):
+    with pytest.raises(MechanismError, match=r"'ca' closes a loop of gears and contradicts the others: .* is 2, and here it is 3"):
         coupled_scene(*parts, couplings=tuple(loop))
 
 
@@ -104,4 +104,4 @@ def test_names_of_several_parts_begin_with_the_part():
     assert scene.part_of(SPINDLE) == (scene.parts[1], "spindle_angle")
     assert scene.start.rates[SPINDLE] == 13.0
     with pytest.raises(MechanismError, match=r"a scene of one part is needed; this scene has \['engine', 'governor'\]"):
-        scene.part
+        _ = scene.part
