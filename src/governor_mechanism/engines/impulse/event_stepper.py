@@ -18,7 +18,8 @@ from governor_mechanism.engines.impulse.settings import ImpulseSettings
 from governor_mechanism.engines.impulse.staggered_stepper import StaggeredStepper
 from governor_mechanism.engines.impulse.step_records import DetectedEvent
 from governor_mechanism.engines.impulse.time_inputs import TimeInputs
-from governor_mechanism.mechanics.contact.tolerances import MIN_REBOUND_HEIGHT, zeno_time
+from governor_mechanism.mechanics.contact.rules import zeno_time
+from governor_mechanism.mechanics.contact.tolerances import MIN_REBOUND_HEIGHT
 from governor_mechanism.mechanics.dynamics.contacts import ContactMode
 from governor_mechanism.model.events import Event, EventKind
 from governor_mechanism.model.scene import Scene
