@@ -108,23 +108,23 @@ class StaggeredStepper:
         self.time_inputs.restore(state.accumulators)
         self.output_forces.dissipated_energy, self.last_h = state.dissipated_energy, h
 
-    def apply_impulses(self, rates: dict[str, float], *, count_energy_loss: bool = False) -> None:
-        """Apply impulses along the joints and along output variables until these have the prescribed rates.
-
-        `count_energy_loss` adds the loss of kinetic energy to the dissipated energy.
-        """
-        state = self.state
+    def apply_impulses(self, rates: dict[str, float]) -> None:
+        """Apply impulses along the joints and along output variables until these have the prescribed rates."""
+        if not rates:
+            return
         poses, velocities = self.mass_centre_state()
         output_jacobian = np.array([evaluate_output_gradient(self._mechanism, name, poses) for name in rates])
-        output_jacobian = output_jacobian.reshape(-1, *poses.shape)
-        new_velocities = self._impact_solver.apply_impulses(state.time, poses, velocities, output_jacobian, np.array(list(rates.values())))
-        energies = [self._impact_solver.kinetic_energy(each) for each in (velocities, new_velocities)]
-        proxy_velocities = self.model.to_proxy_velocities(new_velocities)
+        prescribed_rates = np.array(list(rates.values()))
+        self.set_velocities(self._impact_solver.apply_impulses(self.state.time, poses, velocities, output_jacobian, prescribed_rates))
+
+    def set_velocities(self, velocities: FloatArray, dissipated_energy: float = 0.0) -> None:
+        """Set the velocities (bodies, 3) of the mass centres after impulses, which dissipate an energy (J)."""
+        proxy_velocities = self.model.to_proxy_velocities(velocities)
         self.state = replace(
-            state,
+            self.state,
             velocities=proxy_velocities,
             rates=self.output_forces.output_rates(proxy_velocities),
-            dissipated_energy=state.dissipated_energy + (energies[0] - energies[1] if count_energy_loss else 0.0),
+            dissipated_energy=self.state.dissipated_energy + dissipated_energy,
         )
 
     def extrapolate_to(self, end: float, full_step: float) -> None:

@@ -8,7 +8,14 @@ from typing import NamedTuple
 
 import numpy as np
 
-from governor_mechanism.mechanics.contact.rules import HELD, ContactDynamics, dissipated_by_impulses, find_active_stop, is_locked
+from governor_mechanism.mechanics.contact.rules import (
+    HELD,
+    ContactDynamics,
+    dissipated_by_impulses,
+    find_active_stop,
+    is_locked,
+    is_resting,
+)
 from governor_mechanism.mechanics.contact.transition import make_event_log, make_events, make_transition
 from governor_mechanism.mechanics.dynamics.constraint_solver import apply_jacobian, subtract_minv_jt
 from governor_mechanism.mechanics.dynamics.contacts import (
@@ -105,8 +112,16 @@ class SceneContacts:
 
     Attributes
     ----------
+    contacts
+        As made by `make_contact_table`; shape (contacts, 6).
+    subjects
+        Readings of the contacts, then of the one-sided springs.
+    input_functions
+        Inputs of the multibody model.
     mode
         Contact mode of the last transition.
+    rest_values
+        Value at which each contact came to rest, m or rad; NaN where it moves; shape (contacts,).
     events
         Events so far.
     """
@@ -114,9 +129,9 @@ class SceneContacts:
     def __init__(self, scene: Scene, time_scale: float) -> None:
         mechanism, names = scene.part.mechanism, forced_output_names(scene)
         position_solver, springs = PositionSolver(mechanism), [spring for spring in output_springs_of(scene) if spring.one_sided]
-        inputs = make_system(scene)[1]
+        self.input_functions = make_system(scene)[1]
         n_frictions = sum(contact.friction is not None for contact in contacts_of(scene))
-        self.contacts = make_contact_table(scene, names, len(inputs) - n_frictions)
+        self.contacts = make_contact_table(scene, names, len(self.input_functions) - n_frictions)
         self.subjects = [contact.output_name for contact in contacts_of(scene)] + [spring.reading for spring in springs]
         self._scene, self._time_scale = scene, time_scale
         self._energy_scale = sum(body.mass for body in mechanism.bodies) * (mechanism.length_scale / time_scale) ** 2
@@ -132,7 +147,13 @@ class SceneContacts:
         """Begin a run: nothing is held, nothing slides, all one-sided springs are slack, and there are no events."""
         self.mode = initial_mode(self._scene)
         self._states, self._segments = (np.zeros(n, dtype=np.int64) for n in (len(self.contacts), len(self._spring_outputs)))
+        self.rest_values = np.full(len(self.contacts), np.nan)
         self.events.clear()
+
+    @property
+    def system(self) -> System:
+        """Arrays of the multibody model in which nothing is held or slides."""
+        return self._get_model()[0]
 
     def change_mode(self, time: float, state: FloatArray, input_cubics: FloatArray, released: Collection[int] = ()) -> None:
         """Select the contact mode at a time; impacts change the state in place.
@@ -152,7 +173,14 @@ class SceneContacts:
         log, is_released = make_event_log(3 * len(self.subjects)), np.isin(np.arange(len(self.contacts)), list(released))
         dynamics = _change_contact_states(self, self._states, self._segments, is_released, time, log)
         self.events += make_events(log, self.subjects)
-        self.mode = self._make_mode(dynamics)
+        self.rest_values = self._find_rest_values(dynamics)
+        sliding_signs, is_held = np.where(self._states == HELD, 0, self._states), (self._states == HELD).tolist()
+        self.mode = ContactMode(
+            tuple(value if holds else None for value, holds in zip(self.rest_values.tolist(), is_held, strict=True)),
+            tuple(sliding_signs.tolist()),
+            tuple(map(bool, self._segments)),
+            is_locked(dynamics, self._states),
+        )
 
     def evaluate_dynamics(self) -> ContactDynamics:
         """Evaluate the motion of the contacts in the state of the transition.
@@ -168,7 +196,7 @@ class SceneContacts:
         outputs = self.contacts[:, ContactColumn.OUTPUT].astype(int)
         return ContactDynamics(
             contacts=self.contacts,
-            values=values[outputs],
+            values=np.where(np.isnan(self.rest_values), values[outputs], self.rest_values),  # an output at rest does not creep
             rates=rates[outputs],
             accelerations=accelerations[outputs],
             compliance=self._response.compliance,
@@ -206,16 +234,14 @@ class SceneContacts:
             self._models[taut] = system, make_system_workspace(system)
         return self._models[taut]
 
-    def _make_mode(self, dynamics: ContactDynamics) -> ContactMode:
-        """Return the contact mode of the present states; an output at a stop is held at the stop's value."""
-        held_values = list[float | None]()
-        for k, state in enumerate(self._states.tolist()):
-            side = find_active_stop(dynamics, k)
-            value = dynamics.contacts[k, ContactColumn.HIGH if side > 0 else ContactColumn.LOW] if side else dynamics.values[k]
-            held_values.append(float(value) if state == HELD else None)
-        sliding_signs = np.where(self._states == HELD, 0, self._states)
-        is_locked_now = is_locked(dynamics, self._states)
-        return ContactMode(tuple(held_values), tuple(sliding_signs.tolist()), tuple(map(bool, self._segments)), is_locked_now)
+    def _find_rest_values(self, dynamics: ContactDynamics) -> FloatArray:
+        """Return where the contacts rest: at a stop that they touch, else where they are."""
+        rest_values = np.full(len(self.contacts), np.nan)
+        for k, contact in enumerate(self.contacts):
+            if is_resting(dynamics, self._states, k):
+                side = find_active_stop(dynamics, k)
+                rest_values[k] = contact[ContactColumn.HIGH if side > 0 else ContactColumn.LOW] if side else dynamics.values[k]
+        return rest_values
 
 
 _change_contact_states = make_transition(SceneContacts.evaluate_dynamics, SceneContacts.apply_impulses)
