@@ -14,6 +14,7 @@ from governor_mechanism.mechanics.contact.tolerances import STICTION_RATE_TOLERA
 from governor_mechanism.mechanics.dynamics.contacts import ContactColumn, ContactMode, contacts_of, output_springs_of
 from governor_mechanism.mechanics.dynamics.equations_of_motion import N_AUXILIARY_STATES
 from governor_mechanism.mechanics.dynamics.lowering import forced_output_names, from_mass_centres, to_mass_centres
+from governor_mechanism.mechanics.dynamics.projection import CLOSURE_TOLERANCE_RATIO
 from governor_mechanism.model.events import Event, EventKind
 from governor_mechanism.model.scene import Scene
 
@@ -31,7 +32,8 @@ class ContactModeTracker:
     def __init__(self, scene: Scene, stepper: StaggeredStepper, time_scale: float) -> None:
         names = forced_output_names(scene)
         self._stepper, self._output_forces, self._time_scale = stepper, stepper.output_forces, time_scale
-        self._scene_contacts = SceneContacts(scene, time_scale)
+        tolerance = CLOSURE_TOLERANCE_RATIO * scene.part.mechanism.length_scale
+        self._scene_contacts = SceneContacts(scene, time_scale, tolerance)
         self.contacts = contacts_of(scene)
         self.contact_outputs = [names.index(contact.output_name) for contact in self.contacts]
         self._springs = [spring for spring in output_springs_of(scene) if spring.one_sided]
@@ -55,24 +57,20 @@ class ContactModeTracker:
         return self._scene_contacts.mode
 
     @property
-    def resting(self) -> list[int]:
+    def resting(self) -> set[int]:
         """Return the contacts at rest."""
-        rest_values: list[int] = np.flatnonzero(~np.isnan(self._scene_contacts.rest_values)).tolist()
-        return rest_values
+        return set(np.flatnonzero(~np.isnan(self._scene_contacts.rest_values)).tolist())
 
     def change_mode(self, events: Sequence[DetectedEvent] = ()) -> None:
         """Select the contact mode at the present time, after events there, and set springs, sliding friction and constraints to it."""
-        stepper, scene_contacts = self._stepper, self._scene_contacts
-        was_resting, time = self.resting, stepper.state.time
+        was_resting, scene_contacts = self.resting, self._scene_contacts
         released = {event.index for event in events if event.kind in (EventKind.SLIP, EventKind.SEPARATION)}
-        if released and stepper.has_one_dof:
-            released |= set(was_resting)  # all move with it
-        stopped = {event.index for event in events if event.kind == EventKind.STICK}
-        stepper.apply_impulses({self.contacts[k].output_name: 0.0 for k in {*was_resting, *stopped}})
-        self._apply_transition(released)
+        if released and scene_contacts.mobility == 1:
+            released |= was_resting  # all move with it
+        self._apply_transition(released, was_resting | {event.index for event in events if event.kind == EventKind.STICK})
         resting = self.resting
-        if len(resting) < len({*was_resting, *resting}):
-            self.last_release_time = time
+        if was_resting - resting:
+            self.last_release_time = self._stepper.state.time
         self._output_forces.is_taut = list(self.mode.taut)
         self._output_forces.sliding_directions = [0 if k in resting else sign for k, sign in enumerate(self.mode.sliding_signs)]
         for k, (contact, constraint) in enumerate(zip(self.contacts, self.constraints, strict=True)):
@@ -80,24 +78,22 @@ class ContactModeTracker:
             constraint.stop_side = 0 if value is None else int(value >= contact.high) - int(value <= contact.low)
             constraint.stop_value = contact.high if constraint.stop_side > 0 else contact.low
             constraint.held_value = None if contact.friction is None else value
-        stepper.apply_impulses({self.contacts[k].output_name: 0.0 for k in resting})
-        stepper.is_holding = bool(resting)
+        self._stepper.is_holding = bool(resting)
         self.rebound_sides = {
             event.index: event.direction for event in events if event.kind == EventKind.IMPACT and event.index not in resting
         }
 
-    def _apply_transition(self, released: set[int]) -> None:
-        """Select the contact mode in the state of the multibody model, and take over the velocities after impacts."""
+    def _apply_transition(self, released: set[int], stopped: set[int]) -> None:
+        """Select the contact mode in the state of the multibody model, and take over its velocities."""
         stepper, scene_contacts, state = self._stepper, self._scene_contacts, self._stepper.state
-        input_cubics = [function.local_cubics(np.array([state.time]))[0] for function in scene_contacts.input_functions]
-        poses, velocities = from_mass_centres(scene_contacts.system, *stepper.mass_centre_state())
+        input_cubics = np.array([function.local_cubics(np.array([state.time]))[0] for function in scene_contacts.input_functions])
+        system = scene_contacts.model[0]
+        poses, velocities = from_mass_centres(system, *stepper.mass_centre_state())
         auxiliary_states = [0.0, 0.0, 0.0, state.accumulators[-1]]  # the last is the angular momentum of the spindle
         state_vector = np.concatenate([poses.ravel(), velocities.ravel(), auxiliary_states])
-        scene_contacts.change_mode(state.time, state_vector, np.array(input_cubics), released)
-        if np.any(state_vector[poses.size : 2 * poses.size] != velocities.ravel()):
-            new_velocities = state_vector[poses.size : 2 * poses.size].reshape(-1, 3)
-            dissipated_energy = float(state_vector[1 - N_AUXILIARY_STATES])
-            stepper.set_velocities(to_mass_centres(scene_contacts.system, poses, new_velocities)[1], dissipated_energy)
+        scene_contacts.change_mode(state.time, state_vector, input_cubics, released, stopped)
+        _, new_velocities = to_mass_centres(system, *state_vector[:-N_AUXILIARY_STATES].reshape(2, -1, 3))
+        stepper.set_velocities(new_velocities, float(state_vector[1 - N_AUXILIARY_STATES]))
 
     def detect_events(self, observation: StepObservation) -> list[DetectedEvent]:
         """Return the events that a step has passed."""

@@ -67,7 +67,7 @@ class EventDrivenStepper:
         h: float,
     ) -> None:
         self._time_inputs, self.n_split_steps = time_inputs, 0
-        self._stepper = StaggeredStepper(scene.part.mechanism, model, time_inputs, start, h, settings.hold_iteration_factor)
+        self._stepper = StaggeredStepper(scene, model, time_inputs, start, h, settings.hold_iteration_factor)
         self._contact_tracker = ContactModeTracker(scene, self._stepper, time_scale)
         self._steps_per_bounce, self._max_events_per_step = settings.min_steps_per_bounce << level, settings.max_events_per_step
         self._bounce_step, self._bounce_end = 0.0, -math.inf

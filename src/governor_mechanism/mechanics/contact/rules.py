@@ -189,12 +189,25 @@ def update_spring_segments(dynamics: ContactDynamics, segments: IntArray) -> Boo
     return has_changed
 
 
-@jit_internal
+@jit
 def solve_forces(dynamics: ContactDynamics, is_constrained: BoolArray, right_hand_side: FloatArray) -> FloatArray:
-    """Return the forces along constrained outputs that change their accelerations by a right-hand side; 0 along the others.
+    """Return the forces along outputs that change their accelerations, or the impulses that change their rates.
 
-    The same holds for impulses and rates. An output at a turning point takes no force. Forces along dependent outputs are those of
-    least norm.
+    An output at a turning point takes no force. Forces along dependent outputs are those of least norm.
+
+    Parameters
+    ----------
+    dynamics
+        Motion of the contacts.
+    is_constrained
+        Along which outputs the forces act; shape (contacts,).
+    right_hand_side
+        Changes, of which those of the other outputs are ignored; shape (contacts,).
+
+    Returns
+    -------
+    FloatArray
+        Forces, N or N m; shape (contacts,).
     """
     indices, forces = np.empty(is_constrained.size, dtype=np.int64), np.zeros(is_constrained.size)
     n_constrained, unit = 0, dynamics.energy_scale * dynamics.time_scale**2

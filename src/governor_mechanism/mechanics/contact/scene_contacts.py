@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Collection
 from dataclasses import replace
 from typing import NamedTuple
@@ -15,7 +16,9 @@ from governor_mechanism.mechanics.contact.rules import (
     find_active_stop,
     is_locked,
     is_resting,
+    solve_forces,
 )
+from governor_mechanism.mechanics.contact.tolerances import SIMULTANEITY_TOLERANCE
 from governor_mechanism.mechanics.contact.transition import make_event_log, make_events, make_transition
 from governor_mechanism.mechanics.dynamics.constraint_solver import apply_jacobian, subtract_minv_jt
 from governor_mechanism.mechanics.dynamics.contacts import (
@@ -26,8 +29,20 @@ from governor_mechanism.mechanics.dynamics.contacts import (
     make_contact_table,
     output_springs_of,
 )
-from governor_mechanism.mechanics.dynamics.equations_of_motion import N_AUXILIARY_STATES, evaluate_state_derivative, split_state
-from governor_mechanism.mechanics.dynamics.lowering import System, SystemWorkspace, forced_output_names, make_system, make_system_workspace
+from governor_mechanism.mechanics.dynamics.equations_of_motion import (
+    N_AUXILIARY_STATES,
+    evaluate_state_derivative,
+    project_state,
+    split_state,
+)
+from governor_mechanism.mechanics.dynamics.lowering import (
+    System,
+    SystemWorkspace,
+    forced_output_names,
+    make_system,
+    make_system_workspace,
+    with_held_values,
+)
 from governor_mechanism.mechanics.dynamics.output_forces import output_rate
 from governor_mechanism.mechanics.kinematics.assembly import PositionSolver
 from governor_mechanism.mechanics.kinematics.constraint_kernels import RowColumn, evaluate_rows
@@ -36,7 +51,10 @@ from governor_mechanism.model.events import Event
 from governor_mechanism.model.scene import Scene
 from governor_mechanism.numerics.banded_cholesky import solve_band_system
 from governor_mechanism.numerics.jit import jit
-from governor_mechanism.types import FloatArray
+from governor_mechanism.types import BoolArray, FloatArray
+
+ContactModeKey = tuple[tuple[int | None, ...], tuple[int, ...], tuple[bool, ...], bool]
+"""Properties shared by modes whose systems differ only in the held values."""
 
 
 class ContactResponse(NamedTuple):
@@ -101,7 +119,7 @@ def _evaluate_response(
 
 
 class SceneContacts:
-    """Contacts and one-sided springs of a scene in the course of a run, and their events so far.
+    """Contacts and one-sided springs of a scene in the course of a run: their mode, its system, and the events so far.
 
     Parameters
     ----------
@@ -109,15 +127,17 @@ class SceneContacts:
         Scene of one part.
     time_scale
         Characteristic time, s.
+    constraint_tolerance
+        Residual below which a joint is closed, m.
 
     Attributes
     ----------
     contacts
         As made by `make_contact_table`; shape (contacts, 6).
-    subjects
-        Readings of the contacts, then of the one-sided springs.
     input_functions
         Inputs of the multibody model.
+    mobility
+        Number of degrees of freedom, without those that are driven.
     mode
         Contact mode of the last transition.
     rest_values
@@ -126,36 +146,54 @@ class SceneContacts:
         Events so far.
     """
 
-    def __init__(self, scene: Scene, time_scale: float) -> None:
-        mechanism, names = scene.part.mechanism, forced_output_names(scene)
+    def __init__(self, scene: Scene, time_scale: float, constraint_tolerance: float) -> None:
+        mechanism, names, contacts = scene.part.mechanism, forced_output_names(scene), contacts_of(scene)
         position_solver, springs = PositionSolver(mechanism), [spring for spring in output_springs_of(scene) if spring.one_sided]
         self.input_functions = make_system(scene)[1]
-        n_frictions = sum(contact.friction is not None for contact in contacts_of(scene))
+        n_frictions = sum(contact.friction is not None for contact in contacts)
         self.contacts = make_contact_table(scene, names, len(self.input_functions) - n_frictions)
-        self.subjects = [contact.output_name for contact in contacts_of(scene)] + [spring.reading for spring in springs]
-        self._scene, self._time_scale = scene, time_scale
+        self._outputs = self.contacts[:, ContactColumn.OUTPUT].astype(int)
+        self._subjects = [contact.output_name for contact in contacts] + [spring.reading for spring in springs]
+        self._scene, self._time_scale, self._constraint_tolerance = scene, time_scale, constraint_tolerance
         self._energy_scale = sum(body.mass for body in mechanism.bodies) * (mechanism.length_scale / time_scale) ** 2
-        self._mobility, self._is_driven = position_solver.mobility, bool(position_solver.equations.is_driven.any())
+        self.mobility, self._is_driven = position_solver.mobility, bool(position_solver.equations.is_driven.any())
         self._spring_outputs = [names.index(spring.reading) for spring in springs]
         self._free_values = np.array([spring.free_value for spring in springs])
         self._spring_scales = np.array([mechanism.output_scale(spring.reading) for spring in springs])
-        self._models: dict[tuple[bool, ...], tuple[System, SystemWorkspace]] = {}
+        self._models: dict[ContactModeKey, tuple[ContactMode, System, SystemWorkspace]] = {}
         self.events = list[Event]()
-        self.reset()
+        self._reset()
 
-    def reset(self) -> None:
-        """Begin a run: nothing is held, nothing slides, all one-sided springs are slack, and there are no events."""
+    def _reset(self) -> None:
+        """Hold nothing, let nothing slide, make all one-sided springs slack, and forget the events."""
         self.mode = initial_mode(self._scene)
         self._states, self._segments = (np.zeros(n, dtype=np.int64) for n in (len(self.contacts), len(self._spring_outputs)))
         self.rest_values = np.full(len(self.contacts), np.nan)
+        self._released_at, self._released = -math.inf, set[int]()
         self.events.clear()
 
     @property
-    def system(self) -> System:
-        """Arrays of the multibody model in which nothing is held or slides."""
-        return self._get_model()[0]
+    def model(self) -> tuple[System, SystemWorkspace]:
+        """System of the current mode, in which held outputs are constraints, and its workspace."""
+        return self._get_model(self.mode)
 
-    def change_mode(self, time: float, state: FloatArray, input_cubics: FloatArray, released: Collection[int] = ()) -> None:
+    def start(self, state: FloatArray, input_cubics: FloatArray) -> None:
+        """Select the mode at the start of a run.
+
+        Parameters
+        ----------
+        state
+            State vector of the multibody model; impacts change it in place.
+        input_cubics
+            Local cubics of all inputs from the start on; shape (inputs, 5).
+        """
+        self._reset()
+        self.change_mode(0.0, state, input_cubics)
+        self.events.clear()
+
+    def change_mode(
+        self, time: float, state: FloatArray, input_cubics: FloatArray, triggered: Collection[int] = (), stopped: Collection[int] = ()
+    ) -> None:
         """Select the contact mode at a time; impacts change the state in place.
 
         Parameters
@@ -166,21 +204,36 @@ class SceneContacts:
             State vector of the multibody model.
         input_cubics
             Local cubics of all inputs from that time on; shape (inputs, 5).
-        released
-            Contacts that cannot hold.
+        triggered
+            Contacts and springs that have an event; those of them that are held can hold no longer.
+        stopped
+            Contacts whose rates an approximate state gives only roughly, and which are at rest.
         """
+        released = {k for k in triggered if k < len(self.contacts) and not np.isnan(self.rest_values[k])}
+        if time - self._released_at <= SIMULTANEITY_TOLERANCE * self._time_scale:
+            released |= self._released  # else two redundant contacts could hold in turns without end
+        self._released_at, self._released = time, released
         self._state, self._input_cubics = state, input_cubics
-        log, is_released = make_event_log(3 * len(self.subjects)), np.isin(np.arange(len(self.contacts)), list(released))
+        log, is_released, is_stopped = make_event_log(3 * len(self._subjects)), self._mask(released), self._mask(stopped)
+        if stopped:
+            dynamics = self.evaluate_dynamics()
+            self.apply_impulses(dynamics, solve_forces(dynamics, is_stopped, -dynamics.rates))
         dynamics = _change_contact_states(self, self._states, self._segments, is_released, time, log)
-        self.events += make_events(log, self.subjects)
-        self.rest_values = self._find_rest_values(dynamics)
-        sliding_signs, is_held = np.where(self._states == HELD, 0, self._states), (self._states == HELD).tolist()
+        self.events += make_events(log, self._subjects)
+        self.rest_values, is_held = self._find_rest_values(dynamics), self._states == HELD
         self.mode = ContactMode(
-            tuple(value if holds else None for value, holds in zip(self.rest_values.tolist(), is_held, strict=True)),
-            tuple(sliding_signs.tolist()),
+            tuple(value if holds else None for value, holds in zip(self.rest_values.tolist(), is_held.tolist(), strict=True)),
+            tuple(np.where(is_held, 0, self._states).tolist()),
             tuple(map(bool, self._segments)),
             is_locked(dynamics, self._states),
         )
+        # The velocity that this removes is rounding.
+        poses, velocities = state[:-N_AUXILIARY_STATES].reshape(2, -1, 3)
+        project_state(*self.model, input_cubics, 0.0, poses, velocities, self._constraint_tolerance)
+
+    def _mask(self, contacts: Collection[int]) -> BoolArray:
+        """Return which contacts are among those of given indices."""
+        return np.isin(np.arange(len(self.contacts)), list(contacts))
 
     def evaluate_dynamics(self) -> ContactDynamics:
         """Evaluate the motion of the contacts in the state of the transition.
@@ -190,10 +243,10 @@ class SceneContacts:
         ContactDynamics
             The motion.
         """
-        system, workspace = self._get_model()
-        self._response = _evaluate_response(system, workspace, self._input_cubics, self._state, self.contacts)
+        free_mode = replace(initial_mode(self._scene), taut=tuple(map(bool, self._segments)))
+        self._response = _evaluate_response(*self._get_model(free_mode), self._input_cubics, self._state, self.contacts)
         values, rates, accelerations = self._response.motion
-        outputs = self.contacts[:, ContactColumn.OUTPUT].astype(int)
+        outputs = self._outputs
         return ContactDynamics(
             contacts=self.contacts,
             values=np.where(np.isnan(self.rest_values), values[outputs], self.rest_values),  # an output at rest does not creep
@@ -205,7 +258,7 @@ class SceneContacts:
             stretch_rates=rates[self._spring_outputs] / self._spring_scales,
             time_scale=self._time_scale,
             energy_scale=self._energy_scale,
-            mobility=self._mobility,
+            mobility=self.mobility,
             is_driven=self._is_driven,
         )
 
@@ -226,13 +279,21 @@ class SceneContacts:
         self._state[-N_AUXILIARY_STATES] += dissipated_energy - impulses @ self._response.drive_work
         self._state[-N_AUXILIARY_STATES + 1] += dissipated_energy
 
-    def _get_model(self) -> tuple[System, SystemWorkspace]:
-        """Return the system in which nothing is held or slides, with the present segments of the springs, and its workspace."""
-        taut = tuple(map(bool, self._segments))
-        if taut not in self._models:
-            system = make_system(self._scene, replace(initial_mode(self._scene), taut=taut))[0]
-            self._models[taut] = system, make_system_workspace(system)
-        return self._models[taut]
+    def _get_model(self, mode: ContactMode) -> tuple[System, SystemWorkspace]:
+        """Return the system of a contact mode and its workspace."""
+        bounds = self.contacts[:, [ContactColumn.LOW, ContactColumn.HIGH]].tolist()
+        holds = tuple(
+            None if held is None else int(held >= high) - int(held <= low)
+            for held, (low, high) in zip(mode.held_values, bounds, strict=True)
+        )
+        key = (holds, mode.sliding_signs, mode.taut, mode.is_locked)
+        if key not in self._models:
+            system = make_system(self._scene, mode)[0]
+            self._models[key] = mode, system, make_system_workspace(system)
+        built_mode, system, workspace = self._models[key]
+        if built_mode != mode:
+            self._models[key] = mode, with_held_values(system, self._outputs.tolist(), mode), workspace
+        return self._models[key][1:]
 
     def _find_rest_values(self, dynamics: ContactDynamics) -> FloatArray:
         """Return where the contacts rest: at a stop that they touch, else where they are."""
