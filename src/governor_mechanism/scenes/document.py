@@ -16,7 +16,8 @@ from governor_mechanism.machines.registry import MACHINES
 from governor_mechanism.model.effect import Effect
 from governor_mechanism.model.mechanism import Mechanism
 from governor_mechanism.model.output_variables import Reading
-from governor_mechanism.model.scene import EQUILIBRIUM, FreeSpindle, Part, RunSettings, Scene, Spindle, Start
+from governor_mechanism.model.part import EQUILIBRIUM, FreeSpindle, Part, Spindle, Start
+from governor_mechanism.model.scene import RunSettings, Scene
 from governor_mechanism.scenes.cross_validation import check_tables_together
 from governor_mechanism.scenes.custom.parser import CustomMachineParser, CustomSceneTable
 from governor_mechanism.scenes.effect_tables import parse_effects
@@ -62,10 +63,7 @@ class DocumentParser:
             return None
         return Scene(
             title=self.title or Path(self.source).stem or part.machine,
-            parts=(part,),
-            effects=effects,
-            spindle=spindle,
-            start=start,
+            parts=(dataclasses.replace(part, effects=effects, spindle=spindle, start=start),),
             run=run,
             source=self.source,
             document=_copy_document(self.document),

@@ -9,7 +9,7 @@ from pydantic import PlainValidator
 
 from governor_mechanism.errors import MechanismError, did_you_mean
 from governor_mechanism.machines.base import MAX_DIMENSION, MIN_DIMENSION
-from governor_mechanism.model.scene import MAX_SPINDLE_SPEED
+from governor_mechanism.model.part import MAX_SPINDLE_SPEED
 from governor_mechanism.model.time_functions import InputFunction
 from governor_mechanism.scenes.problems import KEY, Problem, ProblemCode, ProblemCollector, mistake
 from governor_mechanism.units.quantities import QUANTITY_KINDS, format_value, parse_quantity

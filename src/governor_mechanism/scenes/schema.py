@@ -13,7 +13,7 @@ from governor_mechanism.errors import MechanismError, did_you_mean
 from governor_mechanism.machines.base import CHOICE_KIND, Machine
 from governor_mechanism.machines.custom import CUSTOM_MACHINE
 from governor_mechanism.machines.registry import MACHINES
-from governor_mechanism.model.scene import EQUILIBRIUM, FreeSpindle, Spindle
+from governor_mechanism.model.part import EQUILIBRIUM, FreeSpindle, Spindle
 from governor_mechanism.scenes.problems import KEY, Problem, ProblemCode, mistake
 from governor_mechanism.scenes.quantities import built, choice, input_function, number_between, parse_si, parse_time_points, quantity
 from governor_mechanism.scenes.table import TOP_LEVEL_KEYS, SceneFileTable, union_by_key

@@ -12,7 +12,7 @@ from governor_mechanism.engines.impulse.step_records import DetectedEvent, StepO
 from governor_mechanism.mechanics.contact.scene_contacts import SceneContacts
 from governor_mechanism.mechanics.contact.tolerances import STICTION_RATE_TOLERANCE
 from governor_mechanism.mechanics.dynamics.contacts import ContactColumn, ContactMode, contacts_of, output_springs_of
-from governor_mechanism.mechanics.dynamics.equations_of_motion import N_AUXILIARY_STATES
+from governor_mechanism.mechanics.dynamics.equations_of_motion import N_ENERGY_STATES
 from governor_mechanism.mechanics.dynamics.lowering import forced_output_names, from_mass_centres, to_mass_centres
 from governor_mechanism.mechanics.dynamics.projection import CLOSURE_TOLERANCE_RATIO
 from governor_mechanism.model.events import Event, EventKind
@@ -87,13 +87,15 @@ class ContactModeTracker:
         """Select the contact mode in the state of the multibody model, and take over its velocities."""
         stepper, scene_contacts, state = self._stepper, self._scene_contacts, self._stepper.state
         input_cubics = np.array([function.local_cubics(np.array([state.time]))[0] for function in scene_contacts.input_functions])
-        system = scene_contacts.model[0]
-        poses, velocities = from_mass_centres(system, *stepper.mass_centre_state())
-        auxiliary_states = [0.0, 0.0, 0.0, state.accumulators[-1]]  # the last is the angular momentum of the spindle
-        state_vector = np.concatenate([poses.ravel(), velocities.ravel(), auxiliary_states])
+        system, (centres, centre_velocities) = scene_contacts.model[0], stepper.mass_centre_state()
+        # A free spindle is a body behind those of the part.
+        n_bodies, has_shaft = len(centres), len(system.bodies) > len(centres)
+        shaft = np.array([[0.0, 0.0, state.accumulators[3]]])[: int(has_shaft)]
+        poses, velocities = from_mass_centres(system, np.concatenate([centres, 0.0 * shaft]), np.concatenate([centre_velocities, shaft]))
+        state_vector = np.concatenate([poses.ravel(), velocities.ravel(), np.zeros(N_ENERGY_STATES)])
         scene_contacts.change_mode(state.time, state_vector, input_cubics, released, stopped)
-        _, new_velocities = to_mass_centres(system, *state_vector[:-N_AUXILIARY_STATES].reshape(2, -1, 3))
-        stepper.set_velocities(new_velocities, float(state_vector[1 - N_AUXILIARY_STATES]))
+        _, new_velocities = to_mass_centres(system, *state_vector[:-N_ENERGY_STATES].reshape(2, -1, 3))
+        stepper.set_velocities(new_velocities[:n_bodies], float(state_vector[-1]))
 
     def detect_events(self, observation: StepObservation) -> list[DetectedEvent]:
         """Return the events that a step has passed."""

@@ -9,6 +9,7 @@ from typing import NamedTuple
 
 import numpy as np
 
+from governor_mechanism.mechanics.contact.input_modes import InputModes
 from governor_mechanism.mechanics.contact.rules import (
     HELD,
     ContactDynamics,
@@ -29,12 +30,8 @@ from governor_mechanism.mechanics.dynamics.contacts import (
     make_contact_table,
     output_springs_of,
 )
-from governor_mechanism.mechanics.dynamics.equations_of_motion import (
-    N_AUXILIARY_STATES,
-    evaluate_state_derivative,
-    project_state,
-    split_state,
-)
+from governor_mechanism.mechanics.dynamics.equations_of_motion import evaluate_state_derivative, project_state, split_state
+from governor_mechanism.mechanics.dynamics.inputs import output_rate
 from governor_mechanism.mechanics.dynamics.lowering import (
     System,
     SystemWorkspace,
@@ -43,17 +40,15 @@ from governor_mechanism.mechanics.dynamics.lowering import (
     make_system_workspace,
     with_held_values,
 )
-from governor_mechanism.mechanics.dynamics.output_forces import output_rate
 from governor_mechanism.mechanics.kinematics.assembly import PositionSolver
 from governor_mechanism.mechanics.kinematics.constraint_kernels import RowColumn, evaluate_rows
-from governor_mechanism.mechanics.kinematics.input_kernels import evaluate_input
 from governor_mechanism.model.events import Event
 from governor_mechanism.model.scene import Scene
 from governor_mechanism.numerics.banded_cholesky import solve_band_system
 from governor_mechanism.numerics.jit import jit
 from governor_mechanism.types import BoolArray, FloatArray
 
-ContactModeKey = tuple[tuple[int | None, ...], tuple[int, ...], tuple[bool, ...], bool]
+ContactModeKey = tuple[tuple[int | None, ...], ContactMode]
 """Properties shared by modes whose systems differ only in the held values."""
 
 
@@ -101,16 +96,17 @@ def _evaluate_response(
     friction_limits, drive_work = np.empty(n_contacts), np.zeros(n_contacts)
     velocity_changes, compliance = np.zeros((n_contacts, system.bodies.size, 3)), np.empty((n_contacts, n_contacts))
     for k in range(n_contacts):
-        friction_limits[k] = evaluate_input(input_cubics, int(contacts[k, ContactColumn.FRICTION_INPUT]), 0.0)
+        friction_input = int(contacts[k, ContactColumn.FRICTION_INPUT])
+        friction_limits[k] = workspace.inputs[friction_input] if friction_input >= 0 else 0.0
         output, change = int(contacts[k, ContactColumn.OUTPUT]), velocity_changes[k]
         for side in range(2):
             body = output_rows.row_bodies[output, side]
             if body >= 0:
                 for c in range(3):
-                    change[body, c] += system.inverse_mass[body, c] * workspace.output_jacobian[output, side, c]
+                    change[body, c] += workspace.inverse_mass[body, c] * workspace.output_jacobian[output, side, c]
         apply_jacobian(rows.row_bodies, workspace.jacobian, change, workspace.multipliers)
         solve_band_system(workspace.band, workspace.factor, workspace.multipliers)
-        subtract_minv_jt(rows.row_bodies, workspace.jacobian, system.inverse_mass, workspace.multipliers, change)
+        subtract_minv_jt(rows.row_bodies, workspace.jacobian, workspace.inverse_mass, workspace.multipliers, change)
         for i in range(workspace.multipliers.size):
             drive_work[k] -= workspace.multipliers[i] * workspace.row_values[i, RowColumn.DRIVE_RATE]
         for i in range(n_contacts):
@@ -137,7 +133,7 @@ class SceneContacts:
     input_functions
         Inputs of the multibody model.
     mobility
-        Number of degrees of freedom, without those that are driven.
+        Number of degrees of freedom, without those that are driven and those of free shafts.
     mode
         Contact mode of the last transition.
     rest_values
@@ -147,16 +143,17 @@ class SceneContacts:
     """
 
     def __init__(self, scene: Scene, time_scale: float, constraint_tolerance: float) -> None:
-        mechanism, names, contacts = scene.part.mechanism, forced_output_names(scene), contacts_of(scene)
+        mechanism, names, contacts = scene.mechanism, forced_output_names(scene), contacts_of(scene)
         position_solver, springs = PositionSolver(mechanism), [spring for spring in output_springs_of(scene) if spring.one_sided]
-        self.input_functions = make_system(scene)[1]
-        n_frictions = sum(contact.friction is not None for contact in contacts)
-        self.contacts = make_contact_table(scene, names, len(self.input_functions) - n_frictions)
+        system, self.input_functions = make_system(scene)
+        self.contacts = make_contact_table(scene, names, system.first_friction_input)
         self._outputs = self.contacts[:, ContactColumn.OUTPUT].astype(int)
         self._subjects = [contact.output_name for contact in contacts] + [spring.reading for spring in springs]
         self._scene, self._time_scale, self._constraint_tolerance = scene, time_scale, constraint_tolerance
         self._energy_scale = sum(body.mass for body in mechanism.bodies) * (mechanism.length_scale / time_scale) ** 2
-        self.mobility, self._is_driven = position_solver.mobility, bool(position_solver.equations.is_driven.any())
+        self.mobility = position_solver.mobility - mechanism.count_free_shafts()
+        self._is_driven = bool(position_solver.equations.is_driven.any())
+        self._input_modes = InputModes(scene, time_scale, len(self._subjects))
         self._spring_outputs = [names.index(spring.reading) for spring in springs]
         self._free_values = np.array([spring.free_value for spring in springs])
         self._spring_scales = np.array([mechanism.output_scale(spring.reading) for spring in springs])
@@ -215,20 +212,23 @@ class SceneContacts:
         self._released_at, self._released = time, released
         self._state, self._input_cubics = state, input_cubics
         log, is_released, is_stopped = make_event_log(3 * len(self._subjects)), self._mask(released), self._mask(stopped)
+        dynamics = self.evaluate_dynamics()
+        values, rates, _ = self._response.motion.tolist()
+        self.mode = self._input_modes.update(self.mode, time, values, rates, triggered)
         if stopped:
-            dynamics = self.evaluate_dynamics()
             self.apply_impulses(dynamics, solve_forces(dynamics, is_stopped, -dynamics.rates))
         dynamics = _change_contact_states(self, self._states, self._segments, is_released, time, log)
         self.events += make_events(log, self._subjects)
         self.rest_values, is_held = self._find_rest_values(dynamics), self._states == HELD
-        self.mode = ContactMode(
-            tuple(value if holds else None for value, holds in zip(self.rest_values.tolist(), is_held.tolist(), strict=True)),
-            tuple(np.where(is_held, 0, self._states).tolist()),
-            tuple(map(bool, self._segments)),
-            is_locked(dynamics, self._states),
+        self.mode = replace(
+            self.mode,
+            held_values=tuple(value if holds else None for value, holds in zip(self.rest_values.tolist(), is_held.tolist(), strict=True)),
+            sliding_signs=tuple(np.where(is_held, 0, self._states).tolist()),
+            taut=tuple(map(bool, self._segments)),
+            is_locked=is_locked(dynamics, self._states),
         )
         # The velocity that this removes is rounding.
-        poses, velocities = state[:-N_AUXILIARY_STATES].reshape(2, -1, 3)
+        poses, velocities = state[: self._response.velocity_changes[0].size * 2].reshape(2, -1, 3)
         project_state(*self.model, input_cubics, 0.0, poses, velocities, self._constraint_tolerance)
 
     def _mask(self, contacts: Collection[int]) -> BoolArray:
@@ -243,7 +243,9 @@ class SceneContacts:
         ContactDynamics
             The motion.
         """
-        free_mode = replace(initial_mode(self._scene), taut=tuple(map(bool, self._segments)))
+        n_contacts = len(self.contacts)
+        none_held, none_slides = (None,) * n_contacts, (0,) * n_contacts
+        free_mode = ContactMode(none_held, none_slides, tuple(map(bool, self._segments)), False, self.mode.segments, self.mode.broken)
         self._response = _evaluate_response(*self._get_model(free_mode), self._input_cubics, self._state, self.contacts)
         values, rates, accelerations = self._response.motion
         outputs = self._outputs
@@ -276,8 +278,8 @@ class SceneContacts:
         n_coordinates = changes.shape[1]
         self._state[n_coordinates : 2 * n_coordinates] += impulses @ changes
         dissipated_energy = dissipated_by_impulses(dynamics, impulses)
-        self._state[-N_AUXILIARY_STATES] += dissipated_energy - impulses @ self._response.drive_work
-        self._state[-N_AUXILIARY_STATES + 1] += dissipated_energy
+        self._state[2 * n_coordinates] += dissipated_energy - impulses @ self._response.drive_work
+        self._state[2 * n_coordinates + 1] += dissipated_energy
 
     def _get_model(self, mode: ContactMode) -> tuple[System, SystemWorkspace]:
         """Return the system of a contact mode and its workspace."""
@@ -286,7 +288,7 @@ class SceneContacts:
             None if held is None else int(held >= high) - int(held <= low)
             for held, (low, high) in zip(mode.held_values, bounds, strict=True)
         )
-        key = (holds, mode.sliding_signs, mode.taut, mode.is_locked)
+        key = holds, replace(mode, held_values=())
         if key not in self._models:
             system = make_system(self._scene, mode)[0]
             self._models[key] = mode, system, make_system_workspace(system)

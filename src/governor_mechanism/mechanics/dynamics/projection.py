@@ -19,13 +19,13 @@ class StateProjector:
     Parameters
     ----------
     scene
-        Scene of one part.
+        The scene.
     """
 
     def __init__(self, scene: Scene) -> None:
         system, self._input_functions = make_system(scene)
         self._model = system, make_system_workspace(system)
-        self._closure_tolerance = CLOSURE_TOLERANCE_RATIO * scene.part.mechanism.length_scale
+        self._closure_tolerance = CLOSURE_TOLERANCE_RATIO * scene.mechanism.length_scale
 
     def project(
         self, times: FloatArray, poses: FloatArray, velocities: FloatArray, *, closes_joints: bool = True
@@ -37,7 +37,7 @@ class StateProjector:
         times
             Times at which the drives are evaluated, s; shape (n,).
         poses
-            Poses of the mass centres, m and rad; shape (n, bodies, 3).
+            Poses of the mass centres, m and rad, with those of free shafts or without; shape (n, bodies, 3).
         velocities
             Their time derivatives; shape (n, bodies, 3).
         closes_joints
@@ -51,9 +51,12 @@ class StateProjector:
             Velocities that satisfy joints and drives; shape (n, bodies, 3).
         """
         system = self._model[0]
-        origins, origin_velocities = from_mass_centres(system, poses, velocities)
+        n_bodies = poses.shape[1]
+        without_shafts = ((0, 0), (0, len(system.bodies) - n_bodies), (0, 0))
+        origins, origin_velocities = from_mass_centres(system, np.pad(poses, without_shafts), np.pad(velocities, without_shafts))
         cubics = np.stack([function.local_cubics(times) for function in self._input_functions], axis=1)
         tolerance = self._closure_tolerance if closes_joints else np.inf
         for k in range(len(times)):
             project_state(*self._model, cubics[k], 0.0, origins[k], origin_velocities[k], tolerance)
-        return to_mass_centres(system, origins, origin_velocities)
+        projected_poses, projected_velocities = to_mass_centres(system, origins, origin_velocities)
+        return projected_poses[:, :n_bodies], projected_velocities[:, :n_bodies]
