@@ -140,6 +140,12 @@ def check_reading_functions(mechanism: Mechanism, effects: Sequence[OutputEffect
             for function in (*load.functions, *load.factors):
                 reading, known = function.reading, [*names, *speeds]
                 if reading in known:
+                    found = "angular_speed" if reading in speeds else mechanism.reading(reading).quantity
+                    if function.quantity and function.quantity != found:
+                        problems.append(
+                            f"a load depends on {reading!r}, which is of the kind {found}, but its function has the units of "
+                            f"the kind {function.quantity}; change the units"
+                        )
                     continue
                 what = f"a load depends on {reading!r}"
                 if reading in forces or reading.rpartition(".")[2] == "spindle_torque":

@@ -138,7 +138,7 @@ class Mechanism:
     force_elements: tuple[ForceElement, ...] = ()
     derived_forces: tuple[DerivedForce, ...] = ()
     notes: tuple[str, ...] = ()
-    reading_scales: Mapping[str, float] = field(default_factory=dict)
+    reading_scales: Mapping[str, float] = field(default_factory=dict, hash=False)
 
     def __post_init__(self) -> None:
         require_positive(self.length_scale, "m", "length scale of the mechanism")

@@ -17,10 +17,13 @@ class ReadingFunction:
         Name of the reading, of this part or, as "part.reading", of another one. "spindle_speed" is that of a free or coupled spindle.
     lag
         Time constant of a first-order lag between the function and what it acts on, s; 0 for none.
+    quantity
+        Quantity of the reading that the units of the function imply: "length", "angle" or "angular_speed"; empty without units.
     """
 
     reading: str
     lag: float = 0.0
+    quantity: str = ""
 
     def __post_init__(self) -> None:
         require_not_negative(self.lag, "s", f"lag of the function of {self.reading!r}")

@@ -548,7 +548,7 @@ def ground_pin_of_point_mass(mechanism: Mechanism, body: Body) -> Pin | None:
     MechanismError
         If the body rotates and has no moment of inertia.
     """
-    if not body.can_rotate or body.second_moments.xx + body.second_moments.yy > 0:
+    if not body.can_rotate or body.planar_inertia > 0 or isinstance(body, Shaft):
         return None
     for joint in mechanism.joints:
         points = {joint.first.body: joint.first, joint.second.body: joint.second}
