@@ -367,7 +367,7 @@ def linearise(scene: Scene | str | Path, spindle_speed: float | str | None = Non
     return linearise_from_start(resolved_scene, poses, velocities, spindle_speed)
 
 
-def stability_limit(scene: Scene | str | Path, key: str, low: float | str, high: float | str) -> StabilityLimit:
+def stability_limit(scene: Scene | str | Path, key: str, low: float | str, high: float | str) -> StabilityLimit[Linearisation]:
     """Return the value of a key of a scene at which its steady state becomes unstable.
 
     Parameters

@@ -10,7 +10,7 @@ from governor_mechanism.api import equilibria, linearise, stability_limit
 from governor_mechanism.errors import MechanismError
 from governor_mechanism.model.scene import Scene
 from governor_mechanism.statics.first_order_system import Onset
-from governor_mechanism.statics.linearisation import Linearisation, Mode
+from governor_mechanism.statics.linearisation import Linearisation, Mode, last_spindle_speed
 from governor_mechanism.statics.stability_limit import StabilityLimit
 from governor_mechanism.units.quantities import format_quantity
 from governor_mechanism.units.text_table import format_table
@@ -53,7 +53,7 @@ def report_linearisation(scene: Scene, spindle_speed: float | None, limit: str |
 def _linearise_all(scene: Scene, spindle_speed: float | None) -> Sequence[Linearisation | str]:
     """Linearise about each equilibrium, or give the reason why not; about the state nearest to the start if no equilibria are known."""
     try:
-        points = equilibria(scene, spindle_speed)
+        points = equilibria(scene, last_spindle_speed(scene) if spindle_speed is None else spindle_speed)
     except MechanismError:
         return [linearise(scene, spindle_speed)]
     results: list[Linearisation | str] = []
@@ -82,7 +82,7 @@ def _parse_number(text: str) -> str | float:
         return text.strip()
 
 
-def _format_limit(limit: StabilityLimit) -> str:
+def _format_limit(limit: StabilityLimit[Linearisation]) -> str:
     value = f"{limit.value:.10g} {limit.unit}".strip()
     side = "below" if limit.stable_below else "above"
     if not limit.frequency:
@@ -127,7 +127,7 @@ def _format_amplitude(amplitude: complex) -> str:
     return f"{abs(amplitude):.4g} at {math.degrees(math.atan2(amplitude.imag, amplitude.real)):.4g} deg"
 
 
-def _limit_as_json(limit: StabilityLimit) -> dict[str, Any]:
+def _limit_as_json(limit: StabilityLimit[Linearisation]) -> dict[str, Any]:
     values = {name: getattr(limit, name) for name in ("key", "unit", "value", "frequency", "stable_below")}
     return {**values, "onset": str(limit.onset)}
 

@@ -184,7 +184,8 @@ def equilibria(
     ] = None,
     against: Annotated[str, typer.Option(help="The reading along which the resistance acts.")] = "sleeve_lift",
     linearise: Annotated[
-        bool, typer.Option("--linearise", help="Instead: eigenvalues and modes with all dampers, about each equilibrium or steady rotation.")
+        bool,
+        typer.Option("--linearise", help="Instead: eigenvalues and modes with all dampers, about each equilibrium or steady rotation."),
     ] = False,
     limit: Annotated[str | None, typer.Option(help='Instead: the value of a key at which stability ends, "KEY=LOW:HIGH".')] = None,
     out: FigureFolder = RESULTS_FOLDER,
@@ -204,7 +205,10 @@ def equilibria(
 
         with show_status("linearising"):
             text, report = report_linearisation(loaded_scene, spindle_speed, limit)
-        print_json(report) if as_json else print(text)
+        if as_json:
+            print_json(report)
+        else:
+            print(text)
         return EXIT_OK
     prepare_folder(out)
     resistance_value = None if resistance is None else _parse_resistance(loaded_scene, resistance, against)

@@ -28,7 +28,9 @@ The large ones suit functions that are nearly polynomials, the small ones functi
 """
 
 
-def directional_derivative(function: VectorFunction, point: FloatArray, direction: FloatArray, order: int = 1) -> tuple[FloatArray, float]:
+def directional_derivative(
+    function: VectorFunction, point: FloatArray, direction: FloatArray, order: int = 1, *, tolerance: float = 0.0
+) -> tuple[FloatArray, float]:
     """Return a derivative of a function along a direction.
 
     Of two successive steps the pair whose results agree best is taken.
@@ -43,6 +45,8 @@ def directional_derivative(function: VectorFunction, point: FloatArray, directio
         Direction, as long as the function can be expected to change considerably; shape (n,).
     order
         Order of the derivative, 1 to 3.
+    tolerance
+        Error relative to the largest component at which no further step is tried.
 
     Returns
     -------
@@ -62,13 +66,13 @@ def directional_derivative(function: VectorFunction, point: FloatArray, directio
             error = float(np.max(np.abs(derivative - previous), initial=0.0))
             if error < best_error:
                 best, best_error = derivative, error
-            if error == 0.0:
+            if error <= tolerance * float(np.max(np.abs(derivative), initial=0.0)):
                 break
         previous = derivative
     return best, best_error
 
 
-def jacobian(function: VectorFunction, point: FloatArray, scales: FloatArray) -> tuple[FloatArray, FloatArray]:
+def jacobian(function: VectorFunction, point: FloatArray, scales: FloatArray, *, tolerance: float = 0.0) -> tuple[FloatArray, FloatArray]:
     """Return the Jacobian of a function.
 
     Parameters
@@ -79,6 +83,8 @@ def jacobian(function: VectorFunction, point: FloatArray, scales: FloatArray) ->
         Where to differentiate; shape (n,).
     scales
         Change of each variable that can be expected to change the function considerably; shape (n,).
+    tolerance
+        Error of a column relative to its largest component that is good enough.
 
     Returns
     -------
@@ -87,7 +93,7 @@ def jacobian(function: VectorFunction, point: FloatArray, scales: FloatArray) ->
     errors : FloatArray
         Estimated error of each column; shape (n,).
     """
-    columns = [directional_derivative(function, point, scale * unit) for scale, unit in zip(scales, np.eye(len(point)), strict=True)]
+    columns = [directional_derivative(function, point, direction, tolerance=tolerance) for direction in np.diag(scales)]
     return (
         np.stack([column / scale for (column, _), scale in zip(columns, scales, strict=True)], axis=-1),
         np.array([error for _, error in columns]) / scales,

@@ -13,7 +13,7 @@ from scipy.linalg import eig
 from governor_mechanism.numerics.finite_differences import VectorFunction, directional_derivative, jacobian
 from governor_mechanism.types import BoolArray, FloatArray
 
-ComplexArray = NDArray[np.complex128]
+ComplexArray = NDArray[np.complexfloating]
 
 ERROR_MARGIN = 10.0
 """Multiple of the estimated error of an eigenvalue within which its real part counts as zero."""
@@ -89,7 +89,9 @@ class FirstOrderSystem:
         left_size, right_size = np.linalg.norm(left, axis=0), np.abs(right).T @ column_errors
         products = np.abs(np.sum(left.conj() * right, axis=0))
         errors = (left_size * right_size + rounding * left_size * np.linalg.norm(right, axis=0)) / np.maximum(products, 1e-300)
-        errors = np.minimum(errors, np.sqrt(float(np.linalg.norm(column_errors)) + rounding) * np.sqrt(float(np.linalg.norm(matrix)) or 1.0))
+        errors = np.minimum(
+            errors, np.sqrt(float(np.linalg.norm(column_errors)) + rounding) * np.sqrt(float(np.linalg.norm(matrix)) or 1.0)
+        )
         order = np.lexsort((-values.imag, -np.abs(values.imag), -np.round(values.real / (np.max(np.abs(values)) or 1.0), 9)))
         return values[order], left[:, order], right[:, order], errors[order]
 
@@ -127,9 +129,26 @@ class FirstOrderSystem:
         return int(np.argmax(np.where(self.is_conserved, -np.inf, self.eigenvalues.real)))
 
     @property
+    def growth_rate(self) -> float:
+        """Largest growth rate, 1/s; 0 if it is within its error."""
+        return float(self.growth_rates[self.critical_index])
+
+    @property
+    def critical_real_part(self) -> float:
+        """Largest real part of an eigenvalue, 1/s, with its error."""
+        return float(self.eigenvalues[self.critical_index].real)
+
+    @property
+    def critical_frequency(self) -> float:
+        """Frequency of the mode with the largest real part, rad/s; 0 if it does not oscillate."""
+        return abs(float(self.eigenvalues[self.critical_index].imag))
+
+    @property
     def stability(self) -> Stability:
         """Stability of small motions."""
-        rate = self.growth_rates[self.critical_index]
+        if np.all(self.is_conserved):
+            return Stability.NEUTRAL
+        rate = self.growth_rate
         if rate != 0.0:
             return Stability.UNSTABLE if rate > 0.0 else Stability.STABLE
         is_marginal = (self.growth_rates == 0.0) & ~self.is_conserved
@@ -150,9 +169,9 @@ class FirstOrderSystem:
         ----------
         Yu. A. Kuznetsov, Elements of Applied Bifurcation Theory, 3rd ed. (2004), equation (5.34).
         """
-        values, left, right, _ = self._eigensystem
+        _, left, right, _ = self._eigensystem
         index = self.critical_index
-        frequency, q, matrix = abs(float(values[index].imag)), right[:, index], self._scaled_jacobian[0]
+        frequency, q, matrix = self.critical_frequency, right[:, index], self._scaled_jacobian[0]
         q = q / np.max(np.abs(q))
         p = left[:, index] / np.vdot(q, left[:, index])  # <p, q> = 1
 
@@ -165,9 +184,7 @@ class FirstOrderSystem:
             return derivative
 
         def bilinear(u: ComplexArray, v: ComplexArray) -> ComplexArray:
-            parts = [
-                [derivative_along(a + b, 2) - derivative_along(a - b, 2) for b in (v.real, v.imag)] for a in (u.real, u.imag)
-            ]
+            parts = [[derivative_along(a + b, 2) - derivative_along(a - b, 2) for b in (v.real, v.imag)] for a in (u.real, u.imag)]
             total: ComplexArray = 0.25 * (parts[0][0] - parts[1][1] + 1j * (parts[0][1] + parts[1][0]))
             return total
 
@@ -182,7 +199,7 @@ class FirstOrderSystem:
     @property
     def onset(self) -> Onset:
         """Onset of oscillations if the critical eigenvalues are on the imaginary axis."""
-        if self.n_conserved or self.eigenvalues[self.critical_index].imag == 0.0:
+        if self.n_conserved or self.critical_frequency == 0.0:
             return Onset.UNKNOWN
         coefficient = self.first_lyapunov_coefficient()
         return Onset.UNKNOWN if not np.isfinite(coefficient) or coefficient == 0.0 else Onset.SOFT if coefficient < 0.0 else Onset.HARD

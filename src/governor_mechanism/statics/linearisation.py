@@ -12,7 +12,7 @@ from governor_mechanism.errors import MechanismError, did_you_mean
 from governor_mechanism.mechanics.kinematics.output_variables import evaluate_output_value
 from governor_mechanism.model.scene import FreeSpindle, Scene, Spindle
 from governor_mechanism.numerics.finite_differences import directional_derivative, jacobian
-from governor_mechanism.statics.equilibria import find_equilibria_or_empty
+from governor_mechanism.statics.equilibria import find_equilibria
 from governor_mechanism.statics.equilibrium_speed import has_spindle_dependent_loads
 from governor_mechanism.statics.first_order_system import ComplexArray, FirstOrderSystem, Onset, Stability
 from governor_mechanism.statics.scene_dynamics import SPINDLE_SPEED, SceneDynamics
@@ -103,7 +103,9 @@ class StateSpace:
         try:
             columns = np.array([np.linalg.solve(1j * float(w) * identity - self.A, self.B) for w in frequencies])
         except np.linalg.LinAlgError as error:
-            raise MechanismError("a frequency is that of an undamped mode, where the response is infinite; take another frequency") from error
+            raise MechanismError(
+                "a frequency is that of an undamped mode, where the response is infinite; take another frequency"
+            ) from error
         response: ComplexArray = self.C @ columns.reshape(-1, *self.B.shape) + self.D
         return response
 
@@ -164,17 +166,17 @@ class Linearisation:
     @property
     def growth_rate(self) -> float:
         """Largest growth rate, 1/s; 0 if it is within its error."""
-        return float(self._system.growth_rates[self._system.critical_index])
+        return self._system.growth_rate
 
     @property
     def critical_real_part(self) -> float:
         """Largest real part of an eigenvalue, 1/s, with its error."""
-        return float(self._system.eigenvalues[self._system.critical_index].real)
+        return self._system.critical_real_part
 
     @property
     def critical_frequency(self) -> float:
-        """Frequency of the mode with the largest growth rate, rad/s; 0 if it does not oscillate."""
-        return abs(float(self._system.eigenvalues[self._system.critical_index].imag))
+        """Frequency of the mode with the largest real part, rad/s; 0 if it does not oscillate."""
+        return self._system.critical_frequency
 
     @cached_property
     def onset(self) -> Onset:
@@ -235,7 +237,9 @@ class Linearisation:
             column: FloatArray = dynamics.force_columns(z)[:, dynamics.reading_names.index(name.removeprefix(FORCE_PREFIX))]
             return column
         index = dynamics.input_indices[name]
-        return directional_derivative(lambda change: dynamics.accelerations(z, rates, {index: float(change[0])}), np.zeros(1), np.ones(1))[0]
+        return directional_derivative(lambda change: dynamics.accelerations(z, rates, {index: float(change[0])}), np.zeros(1), np.ones(1))[
+            0
+        ]
 
 
 def linearise_scene(scene: Scene, poses: FloatArray, velocities: FloatArray, spindle_speed: float | str | None = None) -> Linearisation:
@@ -272,12 +276,11 @@ def linearise_scene(scene: Scene, poses: FloatArray, velocities: FloatArray, spi
         dynamics.set_contact_mode(dynamics.start)
         state = find_steady_state(dynamics.accelerations, dynamics.start, dynamics.start_rates, dynamics.scales, dynamics.time_scale)
         # Coordinates that describe the start well may not do so at the steady state, and springs may have become slack.
-        if state.is_steady and not dynamics.set_contact_mode(state.z):
+        if state.is_steady and dynamics.is_well_conditioned(state.z) and not dynamics.set_contact_mode(state.z):
             break
-        displacement = np.zeros(len(state.z)) if state.is_steady else RELAXATION_STEP * state.direction_of_acceleration
-        poses, velocities = dynamics.mass_centre_motion(state.z + displacement, state.rates)
-        if np.isnan(poses[0, 0]):
-            raise MechanismError(NO_STEADY_STATE)
+        relaxed = state.z if state.is_steady else state.z + RELAXATION_STEP * state.direction_of_acceleration
+        motions = [dynamics.mass_centre_motion(z, state.rates) for z in (relaxed, state.z)]
+        poses, velocities = next(motion for motion in motions if np.all(np.isfinite(motion[0])))
     else:
         raise MechanismError(NO_STEADY_STATE)
     dynamics.move_reference(state.z)
@@ -287,7 +290,9 @@ def linearise_scene(scene: Scene, poses: FloatArray, velocities: FloatArray, spi
     return _build_linearisation(dynamics, state, notes)
 
 
-def linearise_from_start(scene: Scene, poses: FloatArray, velocities: FloatArray, spindle_speed: float | str | None = None) -> Linearisation:
+def linearise_from_start(
+    scene: Scene, poses: FloatArray, velocities: FloatArray, spindle_speed: float | str | None = None
+) -> Linearisation:
     """Linearise a scene as `linearise_scene` does, about the stable equilibrium nearest to the start if it has one degree of freedom.
 
     Parameters
@@ -306,18 +311,35 @@ def linearise_from_start(scene: Scene, poses: FloatArray, velocities: FloatArray
     Linearisation
         Linearised equations, eigenvalues and modes.
     """
-    speed = spindle_speed
-    if speed is None and isinstance(scene.spindle, Spindle):
-        speed = scene.spindle.speeds[-1] if has_spindle_dependent_loads(scene) else None
+    speed = last_spindle_speed(scene) if spindle_speed is None else spindle_speed
     try:
-        equilibria = find_equilibria_or_empty(scene, speed)
-    except MechanismError:  # more degrees of freedom, or an unknown travel
-        equilibria = ()
-    if equilibria:
-        start = float(evaluate_output_value(scene.part.mechanism, scene.part.mechanism.coordinate, poses))
-        candidates = [one for one in equilibria if one.stable] or equilibria
-        poses = min(candidates, key=lambda one: abs(one.coordinate - start)).poses
-    return linearise_scene(scene, poses, velocities, spindle_speed)
+        equilibria = find_equilibria(scene, speed)
+    except MechanismError as error:  # there is none, or more degrees of freedom, or an unknown travel
+        try:
+            return linearise_scene(scene, poses, velocities, spindle_speed)
+        except MechanismError as other_error:
+            raise (
+                other_error if NO_STEADY_STATE not in other_error.problems else MechanismError(*error.problems, *other_error.problems)
+            ) from None
+    start = float(evaluate_output_value(scene.part.mechanism, scene.part.mechanism.coordinate, poses))
+    candidates = [one for one in equilibria if one.stable] or equilibria
+    return linearise_scene(scene, min(candidates, key=lambda one: abs(one.coordinate - start)).poses, velocities, spindle_speed)
+
+
+def last_spindle_speed(scene: Scene) -> float | None:
+    """Return the last given speed of the spindle, rad/s.
+
+    Parameters
+    ----------
+    scene
+        Scene of one part.
+
+    Returns
+    -------
+    float | None
+        Speed; None for a free spindle, or if the loads do not depend on it.
+    """
+    return scene.spindle.speeds[-1] if isinstance(scene.spindle, Spindle) and has_spindle_dependent_loads(scene) else None
 
 
 def _require_no_periodic_motion(dynamics: SceneDynamics) -> None:

@@ -21,7 +21,13 @@ from governor_mechanism.mechanics.dynamics.equations_of_motion import (
     project_state,
 )
 from governor_mechanism.mechanics.dynamics.force_laws import spindle_inertia_rate
-from governor_mechanism.mechanics.dynamics.lowering import forced_output_names, from_mass_centres, make_system, make_system_workspace, to_mass_centres
+from governor_mechanism.mechanics.dynamics.lowering import (
+    forced_output_names,
+    from_mass_centres,
+    make_system,
+    make_system_workspace,
+    to_mass_centres,
+)
 from governor_mechanism.mechanics.dynamics.output_forces import OutputForceKind
 from governor_mechanism.mechanics.kinematics.constraint_equations import make_constraint_table
 from governor_mechanism.mechanics.kinematics.constraint_kernels import evaluate_jacobian
@@ -29,13 +35,16 @@ from governor_mechanism.mechanics.kinematics.output_variables import evaluate_ou
 from governor_mechanism.model.force_elements import Force, Torque
 from governor_mechanism.model.scene import FreeSpindle, Scene, Spindle
 from governor_mechanism.numerics.least_squares import RANK_TOLERANCE
-from governor_mechanism.types import BoolArray, FloatArray
+from governor_mechanism.types import BoolArray, FloatArray, IntArray
 
 CLOSURE_TOLERANCE = 1e-16
 """Residual relative to the length scale to which joints are closed: below rounding, so that all Newton iterations are made."""
 
 MAX_GAP_RATIO = 1e-11
 """Gap of a joint relative to the length scale above which the mechanism cannot be assembled at a position."""
+
+MIN_PARTITION_RATIO = 1e-2
+"""Smallest ratio of singular values of the dependent coordinates' Jacobian; below it, other independent coordinates are chosen."""
 
 SPINDLE_ANGLE = "spindle.angle"
 """Name of the coordinate of a free spindle."""
@@ -84,7 +93,7 @@ class SceneDynamics:
         origin_poses, origin_velocities = from_mass_centres(self._system, poses, velocities)
         self._reference, self._n_coordinates = origin_poses, origin_poses.size
         pose_scales = np.tile([self._mechanism.length_scale, self._mechanism.length_scale, 1.0], len(origin_poses))
-        self._independent = self._choose_coordinates(origin_poses, pose_scales)
+        self._independent = self._choose_coordinates(origin_poses)
         inverse_mass = self._system.inverse_mass.copy()
         inverse_mass.ravel()[self._independent] = 0.0  # the projection does not change these
         self._projection_inverse_mass = inverse_mass
@@ -119,17 +128,34 @@ class SceneDynamics:
                 "let the drive end at rest, or replace it by a mean torque"
             )
 
-    def _choose_coordinates(self, poses: FloatArray, scales: FloatArray) -> FloatArray:
-        """Return the indices of the coordinates that the pivoted QR factorisation of the constraint Jacobian chooses last."""
-        free = np.flatnonzero(self._system.inverse_mass.ravel() > 0.0)
+    def _constraint_jacobian(self, poses: FloatArray) -> FloatArray:
+        """Return the dimensionless constraint Jacobian (rows, 3 bodies)."""
         jacobian = evaluate_jacobian(self._system.constraint_rows, poses[np.newaxis])[0].reshape(-1, poses.size)
+        # Angles count half: a shaft is described by its angle, which turns steadily, rather than by the path of its mass centre.
+        scaled: FloatArray = jacobian * np.tile([1.0, 1.0, 0.5 / self._mechanism.length_scale], len(poses))
+        return scaled
+
+    def _choose_coordinates(self, poses: FloatArray) -> IntArray:
+        """Return the indices of the coordinates that the pivoted QR factorisation of the constraint Jacobian chooses last."""
+        free, jacobian = self._free_coordinates(), self._constraint_jacobian(poses)
         if not len(jacobian):
             return free
-        # Angles count half: a shaft is described by its angle, which turns steadily, rather than by the path of its mass centre.
-        preference = np.tile([1.0, 1.0, 0.5], len(poses))
-        _, triangle, order = qr((jacobian * scales * preference)[:, free], mode="economic", pivoting=True)
+        _, triangle, order = qr(jacobian[:, free], mode="economic", pivoting=True)
         pivots = np.abs(np.diag(triangle))
         return np.sort(free[order[int(np.sum(pivots > RANK_TOLERANCE * pivots[0])) :]])
+
+    def is_well_conditioned(self, z: FloatArray) -> bool:
+        """Return whether the independent coordinates describe the motion about z well."""
+        free, jacobian = self._free_coordinates(), self._constraint_jacobian(self.motion(z, np.zeros_like(z))[0])
+        dependent = np.setdiff1d(free, self._independent)
+        if not len(dependent):
+            return True
+        all_values, values = (np.linalg.svd(jacobian[:, columns], compute_uv=False) for columns in (free, dependent))
+        return bool(values[len(dependent) - 1] > MIN_PARTITION_RATIO * all_values[len(dependent) - 1])
+
+    def _free_coordinates(self) -> IntArray:
+        """Return the indices of the coordinates with finite mass."""
+        return np.flatnonzero(self._system.inverse_mass.ravel() > 0.0)
 
     def set_contact_mode(self, z: FloatArray) -> bool:
         """Make one-sided springs taut or slack as their readings demand, and return whether any has changed."""
@@ -251,7 +277,9 @@ class SceneDynamics:
         columns = self._velocity_columns(z)
         mass_matrix = np.einsum("ikc,kc,jkc->ij", columns, masses, columns)
         if self._system.has_free_spindle:
-            mass_matrix[-1, -1] = self._system.spindle_inertia + inertia_about_spindle(self._system.bodies, self.motion(z, np.zeros_like(z))[0])
+            mass_matrix[-1, -1] = self._system.spindle_inertia + inertia_about_spindle(
+                self._system.bodies, self.motion(z, np.zeros_like(z))[0]
+            )
         return np.linalg.solve(mass_matrix, self.reading_jacobian(z).T)
 
     @property
@@ -280,13 +308,16 @@ class SceneDynamics:
             tolerance = MAX_GAP_RATIO * self.reading_scale(contact.output_name)
             if not contact.low + tolerance < value < contact.high - tolerance:
                 raise MechanismError(
-                    f"the equilibrium, {contact.output_name} = {value:.6g}, is at or beyond a stop, where the motion has no linear equations; "
-                    "move the stops, or take another equilibrium"
+                    f"the equilibrium, {contact.output_name} = {value:.6g}, is at or beyond a stop, "
+                    "where the motion has no linear equations; move the stops, or take another equilibrium"
                 )
             if contact.friction is not None:
                 notes.append(f"dry friction on {contact.output_name} is left out: at rest it holds, and it has no linear law")
         for spring in output_springs_of(self.scene):
-            if spring.one_sided and abs(self._reading(spring.reading, poses) - spring.free_value) <= MAX_GAP_RATIO * self.reading_scale(spring.reading):
-                raise MechanismError(f"the spring on {spring.reading!r} is just slack at the equilibrium, where its force has no linear law")
+            if spring.one_sided and abs(self._reading(spring.reading, poses) - spring.free_value) <= MAX_GAP_RATIO * self.reading_scale(
+                spring.reading
+            ):
+                raise MechanismError(
+                    f"the spring on {spring.reading!r} is just slack at the equilibrium, where its force has no linear law"
+                )
         return tuple(notes)
-

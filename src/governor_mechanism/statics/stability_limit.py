@@ -4,19 +4,46 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from dataclasses import dataclass
+from typing import Generic, Protocol, TypeVar
 
 from scipy.optimize import brentq
 
 from governor_mechanism.errors import MechanismError
-from governor_mechanism.statics.first_order_system import Onset
-from governor_mechanism.statics.linearisation import Linearisation
+from governor_mechanism.statics.first_order_system import Onset, Stability
 
 RELATIVE_TOLERANCE = 1e-14
 """Tolerance of the value at the limit, relative to the ends of its range."""
 
 
+class SteadyStateStability(Protocol):
+    """Stability of a steady state, as of `Linearisation` and `FirstOrderSystem`."""
+
+    @property
+    def stability(self) -> Stability:
+        """Stability of small motions."""
+
+    @property
+    def growth_rate(self) -> float:
+        """Largest growth rate, 1/s; 0 if it is within its error."""
+
+    @property
+    def critical_real_part(self) -> float:
+        """Largest real part of an eigenvalue, 1/s, with its error."""
+
+    @property
+    def critical_frequency(self) -> float:
+        """Frequency of that eigenvalue, rad/s."""
+
+    @property
+    def onset(self) -> Onset:
+        """Onset of oscillations if that eigenvalue is on the imaginary axis."""
+
+
+Linearised = TypeVar("Linearised", bound=SteadyStateStability)
+
+
 @dataclass(frozen=True, kw_only=True, eq=False)
-class StabilityLimit:
+class StabilityLimit(Generic[Linearised]):
     """Limit of stability along one key of a scene.
 
     Attributes
@@ -43,12 +70,12 @@ class StabilityLimit:
     frequency: float
     stable_below: bool
     onset: Onset
-    linearisation: Linearisation
+    linearisation: Linearised
 
 
 def find_stability_limit(
-    linearise_at: Callable[[float], Linearisation], low: float, high: float, *, key: str, unit: str
-) -> StabilityLimit:
+    linearise_at: Callable[[float], Linearised], low: float, high: float, *, key: str, unit: str
+) -> StabilityLimit[Linearised]:
     """Return the limit of stability between two values of a parameter.
 
     Parameters
@@ -87,9 +114,12 @@ def find_stability_limit(
     rates = [end.growth_rate for end in ends.values()]
     if not rates[0] * rates[1] < 0.0:
         states = " and ".join(
-            f"{end.stability} at {value:.6g} {unit}".strip() + f" (largest real part {end.growth_rate:.6g} 1/s)" for value, end in ends.items()
+            f"{end.stability} at {value:.6g} {unit}".strip() + f" (largest real part {end.growth_rate:.6g} 1/s)"
+            for value, end in ends.items()
         )
-        raise MechanismError(f"no limit of stability lies between the ends of {key}: it is {states}; give ends that are stable and unstable")
+        raise MechanismError(
+            f"no limit of stability lies between the ends of {key}: it is {states}; give ends that are stable and unstable"
+        )
     tolerance = RELATIVE_TOLERANCE * max(abs(low), abs(high))
     value = float(brentq(growth_rate, low, high, xtol=tolerance, rtol=RELATIVE_TOLERANCE))
     linearisation = linearise_at(value)

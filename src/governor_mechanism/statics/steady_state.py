@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from dataclasses import dataclass
+from functools import partial
 
 import numpy as np
 from scipy.linalg import null_space, qr
@@ -35,6 +36,9 @@ MIN_ROW_SIZE = 1e-10
 
 MAX_STEP = 0.3
 """Largest Newton step in scales."""
+
+NEWTON_TOLERANCE = 1e-8
+"""Relative accuracy of the derivatives in Newton's method."""
 
 MAX_ITERATIONS = 60
 """Largest number of Newton steps."""
@@ -76,8 +80,9 @@ class SteadyState:
     @property
     def is_steady(self) -> bool:
         """Whether no acceleration remains but rounding."""
+        sensitivity = _size(_residual_jacobian(self))
         remaining = _size(_residual(self, np.zeros(len(self.z))))
-        return remaining <= RESIDUAL_TOLERANCE * max(1.0, _size(steady_residual_jacobian(self)))
+        return bool(np.isfinite(sensitivity)) and remaining <= RESIDUAL_TOLERANCE * max(1.0, sensitivity)
 
     @property
     def direction_of_acceleration(self) -> FloatArray:
@@ -120,22 +125,24 @@ class SteadyState:
     @property
     def _cyclic_scales(self) -> FloatArray:
         """Scale of the speed along each cyclic direction."""
-        scales: FloatArray = np.min(np.where(self.cyclic != 0.0, self.scales[:, np.newaxis] / np.maximum(abs(self.cyclic), 1e-300), np.inf), axis=0)
+        scales: FloatArray = np.min(
+            np.where(self.cyclic != 0.0, self.scales[:, np.newaxis] / np.maximum(abs(self.cyclic), 1e-300), np.inf), axis=0
+        )
         return scales
 
     def _count_conserved(self) -> int:
-        """Return the number of combinations of cyclic accelerations that vanish in every steady motion."""
-        m = len(self.positions)
-        rows = steady_residual_jacobian(self)[m:]
-        if not len(rows):
-            return 0
-        singular_values = np.linalg.svd(rows, compute_uv=False)
-        return len(rows) - int(np.sum(singular_values > RANK_TOLERANCE))
+        """Return the number of speeds that no equation determines; each belongs to a momentum that stays constant."""
+        rows = _residual_jacobian(self)
+        row_sizes = np.max(np.abs(rows), axis=1, initial=0.0)
+        rows = rows[row_sizes > MIN_ROW_SIZE] / row_sizes[row_sizes > MIN_ROW_SIZE, np.newaxis]
+        rank = int(np.sum(np.linalg.svd(rows, compute_uv=False) > RANK_TOLERANCE)) if len(rows) else 0
+        return min(len(self.z) - len(self.positions), len(self.z) - rank)
 
 
-def steady_residual_jacobian(state: SteadyState) -> FloatArray:
+def _residual_jacobian(state: SteadyState) -> FloatArray:
     """Return the Jacobian of the accelerations in steady motions with respect to positions and cyclic speeds, dimensionless."""
-    return jacobian(lambda unknowns: _residual(state, unknowns), np.zeros(len(state.z)), np.ones(len(state.z)))[0]
+    zeros, ones = np.zeros(len(state.z)), np.ones(len(state.z))
+    return jacobian(lambda unknowns: _residual(state, unknowns), zeros, ones, tolerance=NEWTON_TOLERANCE)[0]
 
 
 def _residual(state: SteadyState, unknowns: FloatArray) -> FloatArray:
@@ -175,20 +182,15 @@ def find_cyclic_directions(
     """
     n, patterns = len(z), np.cos(np.arange(1.0, 1.0 + 6 * len(z)) ** 1.5).reshape(3, 2, len(z))
     states = [(z + PERTURBATION * scales * p, rates + scales * r / time_scale) for p, r in patterns]
-    parts = [jacobian(lambda s, v=v: accelerations(z + scales * s, v), (at - z) / scales, np.ones(n)) for at, v in states]
+    parts = [jacobian(partial(_shifted, accelerations, at, v, scales), np.zeros(n), np.ones(n)) for at, v in states]
     matrix = np.concatenate([part / scales[:, np.newaxis] for part, _ in parts])
     noise = np.concatenate([np.broadcast_to(errors, (n, n)) / scales[:, np.newaxis] for _, errors in parts])
     if not (np.all(np.isfinite(matrix)) and np.all(np.isfinite(noise))):
         return np.arange(n), np.zeros((n, 0))
     is_zero = np.all(np.abs(matrix) <= 1e2 * noise, axis=0)
-    if np.any(is_zero):  # keep these coordinates apart from combinations of others
-        candidates = np.eye(n)[:, is_zero]
-    else:
-        candidates = null_space(matrix, rcond=CYCLIC_TOLERANCE)
     others = np.flatnonzero(~is_zero)
-    if np.any(is_zero) and len(others) > 1:
-        combined = null_space(matrix[:, others], rcond=CYCLIC_TOLERANCE)
-        candidates = np.hstack([candidates, np.eye(n)[:, others] @ combined])
+    combinations = null_space(matrix[:, others], rcond=CYCLIC_TOLERANCE) if len(others) else np.zeros((0, 0))
+    candidates = np.hstack([np.eye(n)[:, is_zero], np.eye(n)[:, others] @ combinations])
     candidates = scales[:, np.newaxis] * candidates
     largest = max(float(np.max(np.abs(accelerations(*at) / scales))) for at in states)
 
@@ -205,9 +207,12 @@ def find_cyclic_directions(
     return np.setdiff1d(np.arange(n), pivots), np.where(np.abs(cyclic) < CYCLIC_TOLERANCE * np.max(np.abs(cyclic)), 0.0, cyclic)
 
 
-def find_steady_state(
-    accelerations: Accelerations, z: FloatArray, rates: FloatArray, scales: FloatArray, time_scale: float
-) -> SteadyState:
+def _shifted(accelerations: Accelerations, z: FloatArray, rates: FloatArray, scales: FloatArray, displacement: FloatArray) -> FloatArray:
+    """Return the accelerations at coordinates displaced by multiples of their scales."""
+    return accelerations(z + scales * displacement, rates)
+
+
+def find_steady_state(accelerations: Accelerations, z: FloatArray, rates: FloatArray, scales: FloatArray, time_scale: float) -> SteadyState:
     """Return the state that Newton's method reaches from given coordinates and rates; `is_steady` says whether it has converged.
 
     Parameters
@@ -235,13 +240,16 @@ def find_steady_state(
     unknown_weights = np.where(np.arange(len(z)) < m, 1.0, SPEED_WEIGHT)
     size = _size(_residual(state, np.zeros(len(z))))
     for _ in range(MAX_ITERATIONS):
-        residual, matrix = _residual(state, np.zeros(len(z))), steady_residual_jacobian(state)
+        residual, matrix = _residual(state, np.zeros(len(z))), _residual_jacobian(state)
         if not np.all(np.isfinite(matrix)):
             break
         # Rows are scaled, so that the rank does not depend on stiffness; the shortest step keeps speeds that nothing determines.
         row_sizes = np.max(np.abs(matrix), axis=1)
         row_factors = np.divide(1.0, row_sizes, out=np.zeros(len(row_sizes)), where=row_sizes > MIN_ROW_SIZE)
-        step = unknown_weights * np.linalg.lstsq(matrix * unknown_weights * row_factors[:, np.newaxis], -residual * row_factors, rcond=1e-13)[0]
+        step = (
+            unknown_weights
+            * np.linalg.lstsq(matrix * unknown_weights * row_factors[:, np.newaxis], -residual * row_factors, rcond=1e-13)[0]
+        )
         step *= min(1.0, MAX_STEP / max(_size(step[:m]), 1e-300))
         for factor in 0.5 ** np.arange(12):
             candidate = _moved(state, factor * step)

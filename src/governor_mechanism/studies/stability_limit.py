@@ -12,7 +12,7 @@ from governor_mechanism.statics.stability_limit import StabilityLimit, find_stab
 from governor_mechanism.studies.sweep.parameters import parse_axes, parse_scene_with
 
 
-def find_scene_stability_limit(scene: Scene, key: str, low: Any, high: Any) -> StabilityLimit:
+def find_scene_stability_limit(scene: Scene, key: str, low: Any, high: Any) -> StabilityLimit[Linearisation]:
     """Return the value of a key at which the steady state of a scene becomes unstable.
 
     Parameters
