@@ -340,7 +340,7 @@ def linearise(scene: Scene | str | Path, spindle_speed: float | str | None = Non
     spindle_speed
         Spindle speed, rad/s, or text with a unit; that of the scene if None.
     at
-        Equilibrium from `equilibria`. If None, the stable one nearest to the start, or the steady rotation nearest to it.
+        Equilibrium from `equilibria`. If None, the one nearest to the start, or the steady rotation nearest to it.
 
     Returns
     -------

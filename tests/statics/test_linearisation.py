@@ -11,8 +11,8 @@ import pytest
 from scipy.optimize import brentq
 
 import governor_mechanism as gm
-from governor_mechanism.closed_form.pendulum import dynamics as pendulum
 from governor_mechanism.cli.linearisation import report_linearisation
+from governor_mechanism.closed_form.pendulum import dynamics as pendulum
 from governor_mechanism.numerics.finite_differences import directional_derivative, jacobian
 from governor_mechanism.scenes.parser import parse_scene_document
 from governor_mechanism.statics.first_order_system import FirstOrderSystem, Onset, Stability
@@ -35,7 +35,7 @@ def pontryagin(damping: float, alpha: float, beta: float) -> FirstOrderSystem:
 
 @pytest.mark.parametrize(("alpha", "beta"), [(0.4, 0.6), (1.0, 0.3), (0.2, 0.85)])
 def test_limit_of_pontryagins_governor(alpha, beta):
-    """Stable iff eps > 2 alpha beta^(3/2), with omega0^2 = (1 - beta^2) / beta (Pontryagin, Ordinary Differential Equations, section 27)."""
+    """Stable iff eps > 2 alpha beta^(3/2), with omega0^2 = (1 - beta^2) / beta (Pontryagin, Ordinary Differential Equations)."""
     limit = 2 * alpha * beta**1.5
     found = find_stability_limit(lambda eps: pontryagin(eps, alpha, beta), 0.5 * limit, 2 * limit, key="eps", unit="")
     assert found.value == pytest.approx(limit, rel=1e-11)  # the eigenvalue is good to 1e-13, its slope is of order one
@@ -260,6 +260,7 @@ at = [0.4, 0]
 type = "slider"
 first = "ground.A"
 second = "block.centre"
+angle = 0.0
 [[force]]
 type = "spring"
 first = "ground.A"
@@ -308,9 +309,14 @@ def test_effects_without_a_linear_law_are_named():
 @pytest.mark.parametrize(("free_value", "stiffness"), [(0.3, 150.0), (0.45, 50.0)])
 def test_a_spring_that_only_pulls(free_value, stiffness):
     """Beside the spring of 50 N/m it counts where it is taut."""
-    effects = {"spring": {"x": {"rate": 100.0, "free": free_value, "one_sided": True}}}
+    effects = {"spring": {"x": {"rate": 100.0, "zero": free_value, "one_sided": True}}}
     found = gm.linearise(custom_scene(OSCILLATOR, effects=effects))
     assert found.modes[0].natural_frequency == pytest.approx(math.sqrt(stiffness / 2.0), rel=RELATIVE_TOLERANCE)
+
+
+def test_a_spring_that_is_just_slack():
+    with pytest.raises(gm.MechanismError, match="just slack at the equilibrium"):
+        gm.linearise(custom_scene(OSCILLATOR, effects={"spring": {"x": {"rate": 100.0, "zero": 0.4, "one_sided": True}}}))
 
 
 PENDULUM_ON_A_SPRING = """
@@ -360,11 +366,15 @@ def test_limit_of_an_inverted_pendulum():
     assert limit.onset is Onset.UNKNOWN
     with pytest.raises(gm.MechanismError, match=r"no limit of stability lies between .* stable at 11 .* stable at 12"):
         gm.stability_limit(scene, "force.spring.stiffness", 11.0, 12.0)
-    text, report = report_linearisation(scene, None, "force.spring.stiffness=9.5:12 N m/rad")
-    assert "diverges without oscillation" in text
-    assert json.loads(json.dumps(report, allow_nan=False))["limit"]["value"] == limit.value
     with pytest.raises(gm.MechanismError, match="KEY=LOW:HIGH"):
         report_linearisation(scene, None, "force.spring.stiffness=9.5")
+
+
+def test_report_of_a_limit():
+    scene = custom_scene(PENDULUM_ON_A_SPRING)
+    text, report = report_linearisation(scene, None, "force.spring.stiffness=9.5:12 N m/rad")
+    assert "stable above 9.81 N m/rad; at the limit the motion diverges without oscillation" in text
+    assert json.loads(json.dumps(report, allow_nan=False))["limit"]["value"] == pytest.approx(9.81, rel=RELATIVE_TOLERANCE)
 
 
 def test_report_of_all_equilibria():

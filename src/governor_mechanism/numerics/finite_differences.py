@@ -53,7 +53,7 @@ def directional_derivative(
     derivative : FloatArray
         Derivative with respect to the multiple of the direction; NaN if the function is not defined around the point.
     error : float
-        Largest difference to the derivative with the other step of the pair; infinite if there is none.
+        Largest difference to the derivative with the other step of the pair, and rounding; infinite if there is none.
     """
     positive = np.array(_POSITIVE_WEIGHTS[order])
     weights = np.concatenate([(-1) ** order * positive[:0:-1], positive])
@@ -63,10 +63,11 @@ def directional_derivative(
         samples = np.array([function(point + k * ratio * direction) for k in range(-4, 5)])
         derivative = weights @ samples / ratio**order
         if previous is not None:
-            error = float(np.max(np.abs(derivative - previous), initial=0.0))
+            difference = float(np.max(np.abs(derivative - previous), initial=0.0))
+            error = difference + np.finfo(np.float64).eps * float(np.max(np.abs(weights) @ np.abs(samples), initial=0.0)) / ratio**order
             if error < best_error:
                 best, best_error = derivative, error
-            if error <= tolerance * float(np.max(np.abs(derivative), initial=0.0)):
+            if difference <= tolerance * float(np.max(np.abs(derivative), initial=0.0)):
                 break
         previous = derivative
     return best, best_error

@@ -185,9 +185,9 @@ class FirstOrderSystem:
 
         def bilinear(u: ComplexArray, v: ComplexArray) -> ComplexArray:
             parts = [[derivative_along(a + b, 2) - derivative_along(a - b, 2) for b in (v.real, v.imag)] for a in (u.real, u.imag)]
-            total: ComplexArray = 0.25 * (parts[0][0] - parts[1][1] + 1j * (parts[0][1] + parts[1][0]))
-            return total
+            return 0.25 * (parts[0][0] - parts[1][1]) + 0.25j * (parts[0][1] + parts[1][0])
 
+        cubic: ComplexArray
         a, b = q.real, q.imag
         sums, differences, third = derivative_along(a + b, 3), derivative_along(a - b, 3), [derivative_along(x, 3) for x in (a, b)]
         cubic = third[0] + (sums + differences - 2 * third[0]) / 6 + 1j * (third[1] + (sums - differences - 2 * third[1]) / 6)

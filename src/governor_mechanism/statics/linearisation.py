@@ -29,7 +29,7 @@ FORCE_PREFIX = "force on "
 TURNING_TOLERANCE = 1e-9
 """Rate of a reading, in its scale over the time scale, above which it turns steadily."""
 
-MAX_RESTARTS = 20
+MAX_RESTARTS = 12
 """Largest number of restarts of Newton's method, each with other independent coordinates and slack springs."""
 
 RELAXATION_STEP = 0.1
@@ -293,7 +293,7 @@ def linearise_scene(scene: Scene, poses: FloatArray, velocities: FloatArray, spi
 def linearise_from_start(
     scene: Scene, poses: FloatArray, velocities: FloatArray, spindle_speed: float | str | None = None
 ) -> Linearisation:
-    """Linearise a scene as `linearise_scene` does, about the stable equilibrium nearest to the start if it has one degree of freedom.
+    """Linearise a scene as `linearise_scene` does, about the equilibrium nearest to the start if it has one degree of freedom.
 
     Parameters
     ----------
@@ -322,8 +322,7 @@ def linearise_from_start(
                 other_error if NO_STEADY_STATE not in other_error.problems else MechanismError(*error.problems, *other_error.problems)
             ) from None
     start = float(evaluate_output_value(scene.part.mechanism, scene.part.mechanism.coordinate, poses))
-    candidates = [one for one in equilibria if one.stable] or equilibria
-    return linearise_scene(scene, min(candidates, key=lambda one: abs(one.coordinate - start)).poses, velocities, spindle_speed)
+    return linearise_scene(scene, min(equilibria, key=lambda one: abs(one.coordinate - start)).poses, velocities, spindle_speed)
 
 
 def last_spindle_speed(scene: Scene) -> float | None:

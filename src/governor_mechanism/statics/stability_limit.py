@@ -11,7 +11,7 @@ from scipy.optimize import brentq
 from governor_mechanism.errors import MechanismError
 from governor_mechanism.statics.first_order_system import Onset, Stability
 
-RELATIVE_TOLERANCE = 1e-14
+RELATIVE_TOLERANCE = 1e-12
 """Tolerance of the value at the limit, relative to the ends of its range."""
 
 

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import partial
 
 import numpy as np
@@ -36,6 +36,12 @@ MIN_ROW_SIZE = 1e-10
 
 MAX_STEP = 0.3
 """Largest Newton step in scales."""
+
+MAX_DISTANCE = 10.0
+"""Distance of a root in scales, as predicted by a Newton step, beyond which there is none near the start."""
+
+MIN_DECREASE = 0.1
+"""Decrease of the accelerations in a Newton step, relative to the decrease that the linearised equations promise."""
 
 NEWTON_TOLERANCE = 1e-8
 """Relative accuracy of the derivatives in Newton's method."""
@@ -81,14 +87,14 @@ class SteadyState:
     def is_steady(self) -> bool:
         """Whether no acceleration remains but rounding."""
         sensitivity = _size(_residual_jacobian(self))
-        remaining = _size(_residual(self, np.zeros(len(self.z))))
+        remaining = _size(_residual(self))
         return bool(np.isfinite(sensitivity)) and remaining <= RESIDUAL_TOLERANCE * max(1.0, sensitivity)
 
     @property
     def direction_of_acceleration(self) -> FloatArray:
         """Direction (n,) of the remaining accelerations of the positions, with a largest component of one scale."""
         m, direction = len(self.positions), np.zeros(len(self.z))
-        residual = _residual(self, np.zeros(len(self.z)))[:m]
+        residual = _residual(self)[:m]
         direction[self.positions] = self.scales[self.positions] * residual / max(_size(residual), 1e-300)
         return direction
 
@@ -114,21 +120,21 @@ class SteadyState:
         def derivative(state: FloatArray) -> FloatArray:
             return np.concatenate([state[m : 2 * m], inverse_basis @ self.accelerations(*self.expand(state))])
 
-        scales, speeds = self.scales[self.positions], (inverse_basis @ self.rates)[m:]
+        scales, speeds = self.unknown_scales, (inverse_basis @ self.rates)[m:]
         return FirstOrderSystem(
             derivative=derivative,
             state=np.concatenate([np.zeros(2 * m), speeds]),
-            scales=np.concatenate([scales, scales / self.time_scale, self._cyclic_scales / self.time_scale]),
+            scales=np.concatenate([scales[:m], scales / self.time_scale]),
             n_conserved=self._count_conserved(),
         )
 
     @property
-    def _cyclic_scales(self) -> FloatArray:
-        """Scale of the speed along each cyclic direction."""
-        scales: FloatArray = np.min(
-            np.where(self.cyclic != 0.0, self.scales[:, np.newaxis] / np.maximum(abs(self.cyclic), 1e-300), np.inf), axis=0
+    def unknown_scales(self) -> FloatArray:
+        """Scales of the positions and of the cyclic coordinates; shape (n,)."""
+        ratios = np.divide(
+            self.scales[:, np.newaxis], np.abs(self.cyclic), out=np.full(self.cyclic.shape, np.inf), where=self.cyclic != 0.0
         )
-        return scales
+        return np.append(self.scales[self.positions], np.min(ratios, axis=0))
 
     def _count_conserved(self) -> int:
         """Return the number of speeds that no equation determines; each belongs to a momentum that stays constant."""
@@ -142,16 +148,13 @@ class SteadyState:
 def _residual_jacobian(state: SteadyState) -> FloatArray:
     """Return the Jacobian of the accelerations in steady motions with respect to positions and cyclic speeds, dimensionless."""
     zeros, ones = np.zeros(len(state.z)), np.ones(len(state.z))
-    return jacobian(lambda unknowns: _residual(state, unknowns), zeros, ones, tolerance=NEWTON_TOLERANCE)[0]
+    return jacobian(lambda unknowns: _residual(_moved(state, unknowns)), zeros, ones, tolerance=NEWTON_TOLERANCE)[0]
 
 
-def _residual(state: SteadyState, unknowns: FloatArray) -> FloatArray:
-    """Return the dimensionless accelerations along the basis for dimensionless changes of positions and cyclic speeds."""
-    m, scales = len(state.positions), np.concatenate([state.scales[state.positions], state._cyclic_scales])
-    z = state.z.copy()
-    z[state.positions] += scales[:m] * unknowns[:m]
-    rates = state.rates + state.cyclic @ (scales[m:] * unknowns[m:]) / state.time_scale
-    residual: FloatArray = np.linalg.solve(state.basis, state.accelerations(z, rates)) * state.time_scale**2 / scales
+def _residual(state: SteadyState) -> FloatArray:
+    """Return the dimensionless accelerations along the basis."""
+    accelerations = np.linalg.solve(state.basis, state.accelerations(state.z, state.rates))
+    residual: FloatArray = accelerations * state.time_scale**2 / state.unknown_scales
     return residual
 
 
@@ -238,9 +241,9 @@ def find_steady_state(accelerations: Accelerations, z: FloatArray, rates: FloatA
     m, speeds = len(positions), np.linalg.solve(basis, rates)[len(positions) :]
     state = SteadyState(accelerations, z, cyclic @ speeds, positions, cyclic, scales, time_scale)
     unknown_weights = np.where(np.arange(len(z)) < m, 1.0, SPEED_WEIGHT)
-    size = _size(_residual(state, np.zeros(len(z))))
+    size = _size(_residual(state))
     for _ in range(MAX_ITERATIONS):
-        residual, matrix = _residual(state, np.zeros(len(z))), _residual_jacobian(state)
+        residual, matrix = _residual(state), _residual_jacobian(state)
         if not np.all(np.isfinite(matrix)):
             break
         # Rows are scaled, so that the rank does not depend on stiffness; the shortest step keeps speeds that nothing determines.
@@ -250,14 +253,16 @@ def find_steady_state(accelerations: Accelerations, z: FloatArray, rates: FloatA
             unknown_weights
             * np.linalg.lstsq(matrix * unknown_weights * row_factors[:, np.newaxis], -residual * row_factors, rcond=1e-13)[0]
         )
-        step *= min(1.0, MAX_STEP / max(_size(step[:m]), 1e-300))
+        if _size(step[:m]) > MAX_DISTANCE:
+            break
+        damping = min(1.0, MAX_STEP / max(_size(step[:m]), 1e-300))
         for factor in 0.5 ** np.arange(12):
-            candidate = _moved(state, factor * step)
-            candidate_size = _size(_residual(candidate, np.zeros(len(z))))
-            if candidate_size < size:
+            candidate = _moved(state, factor * damping * step)
+            candidate_size = _size(_residual(candidate))
+            if candidate_size < (1.0 - MIN_DECREASE * factor * damping) * size:
                 break
         else:
-            break  # only rounding remains, or no step helps
+            break  # only rounding remains, or there is no root
         state, size = candidate, candidate_size
         if size == 0.0 or _size(step) < 1e-15:
             break
@@ -270,8 +275,7 @@ def _size(values: FloatArray) -> float:
 
 
 def _moved(state: SteadyState, unknowns: FloatArray) -> SteadyState:
-    m, scales = len(state.positions), np.concatenate([state.scales[state.positions], state._cyclic_scales])
-    z = state.z.copy()
-    z[state.positions] += scales[:m] * unknowns[:m]
-    rates = state.rates + state.cyclic @ (scales[m:] * unknowns[m:]) / state.time_scale
-    return SteadyState(state.accelerations, z, rates, state.positions, state.cyclic, state.scales, state.time_scale)
+    """Return a state with dimensionless changes of positions and cyclic speeds."""
+    m, z, changes = len(state.positions), state.z.copy(), state.unknown_scales * unknowns
+    z[state.positions] += changes[:m]
+    return replace(state, z=z, rates=state.rates + state.cyclic @ changes[m:] / state.time_scale)
