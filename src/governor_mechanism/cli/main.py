@@ -195,6 +195,7 @@ def equilibria(
     """Find all equilibria at a speed and their stability; draw the speed curve."""
     import governor_mechanism as gm
     from governor_mechanism.cli.summary import equilibria_as_json, format_equilibria
+    from governor_mechanism.statics.equilibria import has_damping
     from governor_mechanism.statics.equilibrium_speed import has_equilibrium_speed
     from governor_mechanism.units.quantities import parse_quantity
 
@@ -221,7 +222,7 @@ def equilibria(
     )
     files = [] if no_figure or curve is None else _write_speed_curve_figures(loaded_scene, curve, equilibrium_points, out)
     if as_json:
-        report = {"coordinate": loaded_scene.part.mechanism.coordinate, **equilibria_as_json(equilibrium_points, curve, bands)}
+        report = {"coordinate": loaded_scene.part.mechanism.coordinate, "undamped": has_damping(loaded_scene), **equilibria_as_json(equilibrium_points, curve, bands)}
         print_json({**report, "files": [str(path) for path in files]})
     else:
         lines = [
