@@ -358,12 +358,12 @@ def linearise(scene: Scene | str | Path, spindle_speed: float | str | None = Non
     >>> gm.linearise("porter_dashpot").modes[0].damping_ratio  # doctest: +SKIP
     """
     from governor_mechanism.engines.initial_state import initial_state
-    from governor_mechanism.statics.linearisation import linearise_from_start, linearise_scene
+    from governor_mechanism.statics.linearisation import linearise_from_start, linearise_scene, poses_at
 
     resolved_scene = _resolve_scene(scene)
     poses, velocities = initial_state(resolved_scene)
     if at is not None:
-        return linearise_scene(resolved_scene, at.poses, velocities, spindle_speed)
+        return linearise_scene(resolved_scene, poses_at(resolved_scene, at), velocities, spindle_speed)
     return linearise_from_start(resolved_scene, poses, velocities, spindle_speed)
 
 

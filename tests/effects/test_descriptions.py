@@ -22,7 +22,7 @@ from governor_mechanism.machines.pendulum.machine import PendulumGovernor
 from governor_mechanism.mechanics.kinematics.assembly import PositionSolver
 from governor_mechanism.mechanics.kinematics.output_variables import evaluate_output
 from governor_mechanism.mechanics.reduction.lagrangian import SingleDofReduction
-from governor_mechanism.model.scene import Spindle
+from governor_mechanism.model.part import Spindle
 from governor_mechanism.model.time_functions import InputFunction
 from governor_scenes import CROSSED, EXTENDED, PORTER, UNCROSSED_LINKS, WATT, governor_scene
 from one_coordinate_reference import integrate_one_coordinate
@@ -102,12 +102,12 @@ def test_effects_of_a_scene_act_on_readings_that_exist_and_stand_once():
     scene = governor_scene(PORTER, speed=12.0, angle=0.6)
     friction = DryFriction(reading="sleeve_lift")
     with pytest.raises(MechanismError, match=r"no reading 'sleve_lift'; readings are .* Did you mean 'sleeve_lift'"):
-        replace(scene, effects=(*scene.effects, DryFriction(reading="sleve_lift")))
+        scene.with_changes(effects=(*scene.effects, DryFriction(reading="sleve_lift")))
     with pytest.raises(MechanismError, match="no reading 'sleeve_clearance'"):
-        replace(scene, effects=(*scene.effects, Clearance(width=1e-3)))
+        scene.with_changes(effects=(*scene.effects, Clearance(width=1e-3)))
     with pytest.raises(MechanismError, match="effect DryFriction on 'sleeve_lift' is listed twice"):
-        replace(scene, effects=(friction, friction))
-    both = replace(scene, effects=(friction, DryFriction(reading="arm_angle")))
+        scene.with_changes(effects=(friction, friction))
+    both = scene.with_changes(effects=(friction, DryFriction(reading="arm_angle")))
     assert both.output_effects == both.effects
 
 

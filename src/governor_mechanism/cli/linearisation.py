@@ -52,6 +52,8 @@ def report_linearisation(scene: Scene, spindle_speed: float | None, limit: str |
 
 def _linearise_all(scene: Scene, spindle_speed: float | None) -> Sequence[Linearisation | str]:
     """Linearise about each equilibrium, or give the reason why not; about the state nearest to the start if no equilibria are known."""
+    if len(scene.parts) > 1:
+        return [linearise(scene, spindle_speed)]
     try:
         points = equilibria(scene, last_spindle_speed(scene) if spindle_speed is None else spindle_speed)
     except MechanismError:
@@ -97,7 +99,7 @@ def _format_limit(limit: StabilityLimit[Linearisation]) -> str:
 
 def _format_linearisation(scene: Scene, linearisation: Linearisation) -> list[str]:
     """Return the steady state in one line, then a table of modes, then the notes."""
-    mechanism = scene.part.mechanism
+    mechanism = scene.mechanism
     units = {reading.name: "rad" if reading.quantity == "angle" else "m" for reading in mechanism.readings}
     state = [f"{name.replace('_', ' ')} {format_quantity(value, units[name])}" for name, value in linearisation.readings.items()]
     state += [f"{_rate_title(name)} {value:.6g} {units.get(name, 'rad')}/s" for name, value in linearisation.rates.items()]

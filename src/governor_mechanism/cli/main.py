@@ -222,7 +222,11 @@ def equilibria(
     )
     files = [] if no_figure or curve is None else _write_speed_curve_figures(loaded_scene, curve, equilibrium_points, out)
     if as_json:
-        report = {"coordinate": loaded_scene.part.mechanism.coordinate, "undamped": has_damping(loaded_scene), **equilibria_as_json(equilibrium_points, curve, bands)}
+        report = {
+            "coordinate": loaded_scene.part.mechanism.coordinate,
+            "undamped": has_damping(loaded_scene),
+            **equilibria_as_json(equilibrium_points, curve, bands),
+        }
         print_json({**report, "files": [str(path) for path in files]})
     else:
         lines = [

@@ -14,7 +14,8 @@ from governor_mechanism.mechanics.dynamics.contacts import output_dampers_of
 from governor_mechanism.mechanics.kinematics.time_functions import SpindleSpeedFunction
 from governor_mechanism.mechanics.reduction.lagrangian import PathCoefficients, SingleDofReduction
 from governor_mechanism.model.force_elements import Damper, TorsionDamper
-from governor_mechanism.model.scene import MAX_SPINDLE_SPEED, Scene
+from governor_mechanism.model.part import MAX_SPINDLE_SPEED
+from governor_mechanism.model.scene import Scene
 from governor_mechanism.statics.adaptive_grid import ASTATIC_TOLERANCE, AdaptiveGrid, interpolation_error_exceeds, sample_range_of_motion
 from governor_mechanism.statics.equilibrium_speed import (
     evaluate_readings,
@@ -103,7 +104,7 @@ def has_damping(scene: Scene) -> bool:
     bool
         Whether the linearised equations have other growth rates.
     """
-    has_dampers = any(isinstance(element, Damper | TorsionDamper) for element in scene.part.mechanism.force_elements)
+    has_dampers = any(isinstance(element, Damper | TorsionDamper) for element in scene.mechanism.force_elements)
     return bool(has_dampers or output_dampers_of(scene))
 
 

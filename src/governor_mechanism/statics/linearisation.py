@@ -10,12 +10,13 @@ import numpy as np
 
 from governor_mechanism.errors import MechanismError, did_you_mean
 from governor_mechanism.mechanics.kinematics.output_variables import evaluate_output_value
-from governor_mechanism.model.scene import FreeSpindle, Scene, Spindle
+from governor_mechanism.model.part import FreeSpindle, Spindle
+from governor_mechanism.model.scene import Scene
 from governor_mechanism.numerics.finite_differences import directional_derivative, jacobian
-from governor_mechanism.statics.equilibria import find_equilibria
+from governor_mechanism.statics.equilibria import Equilibrium, find_equilibria
 from governor_mechanism.statics.equilibrium_speed import has_spindle_dependent_loads
 from governor_mechanism.statics.first_order_system import ComplexArray, FirstOrderSystem, Onset, Stability
-from governor_mechanism.statics.scene_dynamics import SPINDLE_SPEED, SceneDynamics
+from governor_mechanism.statics.scene_dynamics import SceneDynamics
 from governor_mechanism.statics.steady_state import SteadyState, find_steady_state
 from governor_mechanism.types import FloatArray
 from governor_mechanism.units.quantities import parse_quantity
@@ -250,7 +251,7 @@ def linearise_scene(scene: Scene, poses: FloatArray, velocities: FloatArray, spi
     Parameters
     ----------
     scene
-        Scene of one part.
+        The scene.
     poses
         Assembled poses near the steady state; shape (bodies, 3).
     velocities
@@ -269,14 +270,16 @@ def linearise_scene(scene: Scene, poses: FloatArray, velocities: FloatArray, spi
         If there is no steady state near the start, it is periodic, or it has no linear equations.
     """
     if spindle_speed is not None:
-        scene = replace(scene, spindle=_with_speed(scene.spindle, parse_quantity(spindle_speed, "angular_speed", "the spindle's speed")))
+        scene = scene.with_changes(
+            spindle=_with_speed(scene.spindle, parse_quantity(spindle_speed, "angular_speed", "the spindle's speed"))
+        )
     for _ in range(MAX_RESTARTS):
         dynamics = SceneDynamics(scene, poses, velocities)
         _require_no_periodic_motion(dynamics)
-        dynamics.set_contact_mode(dynamics.start)
+        dynamics.set_contact_mode(dynamics.start, dynamics.start_rates)
         state = find_steady_state(dynamics.accelerations, dynamics.start, dynamics.start_rates, dynamics.scales, dynamics.time_scale)
         # Coordinates that describe the start well may not do so at the steady state, and springs may have become slack.
-        if state.is_steady and dynamics.is_well_conditioned(state.z) and not dynamics.set_contact_mode(state.z):
+        if state.is_steady and dynamics.is_well_conditioned(state.z) and not dynamics.set_contact_mode(state.z, state.rates):
             break
         relaxed = state.z if state.is_steady else state.z + RELAXATION_STEP * state.direction_of_acceleration
         motions = [dynamics.mass_centre_motion(z, state.rates) for z in (relaxed, state.z)]
@@ -284,7 +287,7 @@ def linearise_scene(scene: Scene, poses: FloatArray, velocities: FloatArray, spi
     else:
         raise MechanismError(NO_STEADY_STATE)
     dynamics.move_reference(state.z)
-    notes = dynamics.notes(state.z)
+    notes = dynamics.notes(state.z, state.rates)
     if dynamics.drop_quadratic_damping(state.z, state.rates):
         notes += ("quadratic damping has no effect on small motions about rest",)
     return _build_linearisation(dynamics, state, notes)
@@ -298,7 +301,7 @@ def linearise_from_start(
     Parameters
     ----------
     scene
-        Scene of one part.
+        The scene.
     poses
         Initial poses; shape (bodies, 3).
     velocities
@@ -311,6 +314,8 @@ def linearise_from_start(
     Linearisation
         Linearised equations, eigenvalues and modes.
     """
+    if len(scene.parts) > 1:
+        return linearise_scene(scene, poses, velocities, spindle_speed)
     speed = last_spindle_speed(scene) if spindle_speed is None else spindle_speed
     try:
         equilibria = find_equilibria(scene, speed)
@@ -322,7 +327,27 @@ def linearise_from_start(
                 other_error if NO_STEADY_STATE not in other_error.problems else MechanismError(*error.problems, *other_error.problems)
             ) from None
     start = float(evaluate_output_value(scene.part.mechanism, scene.part.mechanism.coordinate, poses))
-    return linearise_scene(scene, min(equilibria, key=lambda one: abs(one.coordinate - start)).poses, velocities, spindle_speed)
+    nearest = min(equilibria, key=lambda one: abs(one.coordinate - start))
+    return linearise_scene(scene, poses_at(scene, nearest), velocities, spindle_speed)
+
+
+def poses_at(scene: Scene, equilibrium: Equilibrium) -> FloatArray:
+    """Return the poses of all bodies of a scene at an equilibrium of its part, with the shaft of a free spindle.
+
+    Parameters
+    ----------
+    scene
+        Scene of one part.
+    equilibrium
+        Equilibrium of its mechanism.
+
+    Returns
+    -------
+    FloatArray
+        Poses, m and rad; shape (bodies, 3).
+    """
+    n_shafts = len(scene.mechanism.bodies) - len(equilibrium.poses)
+    return np.concatenate([equilibrium.poses, np.zeros((n_shafts, 3))])
 
 
 def last_spindle_speed(scene: Scene) -> float | None:
@@ -364,8 +389,7 @@ def _build_linearisation(dynamics: SceneDynamics, state: SteadyState, notes: tup
             rates[name] = float(rate)
         else:
             readings[name] = float(value)
-    if dynamics.has_free_spindle:
-        rates[SPINDLE_SPEED] = float(state.rates[-1])
+    rates |= {name: float(dynamics.spindle_speed_row(name) @ state.rates) for name in dynamics.spindle_speeds}
     output_rows = _make_output_rows(dynamics, state, system, set(rates))
     names, m = dynamics.names, len(state.positions)
     positions = [names[k] for k in state.positions]
@@ -396,8 +420,9 @@ def _make_output_rows(dynamics: SceneDynamics, state: SteadyState, system: First
     value_rows = np.hstack([reading_jacobian[:, state.positions], np.zeros((len(rate_rows), len(system.state) - m))])
     rows = {name: row for name, row in zip(dynamics.reading_names, value_rows, strict=True) if name not in turning}
     rows |= {f"{RATE_PREFIX}{name}": row for name, row in zip(dynamics.reading_names, rate_rows, strict=True)}
-    if dynamics.has_free_spindle:
-        rows[SPINDLE_SPEED] = np.append(np.zeros(m), state.basis[-1])
+    for name in dynamics.spindle_speeds:
+        row = dynamics.spindle_speed_row(name) @ state.basis
+        rows[name] = np.append(np.zeros(m), row)
     return rows
 
 
@@ -408,7 +433,7 @@ def _make_modes(
     shown |= {
         f"{RATE_PREFIX}{name}": dynamics.reading_scale(name) / dynamics.time_scale for name in dynamics.reading_names if name in turning
     }
-    shown |= {SPINDLE_SPEED: 1 / dynamics.time_scale} if dynamics.has_free_spindle else {}
+    shown |= dict.fromkeys(dynamics.spindle_speeds, 1 / dynamics.time_scale)
     modes = []
     for value, vector, error, growth_rate, is_conserved in zip(
         system.eigenvalues, system.eigenvectors.T, system.errors, system.growth_rates, system.is_conserved, strict=True

@@ -13,14 +13,21 @@ from scipy.linalg import qr
 
 from governor_mechanism.errors import MechanismError
 from governor_mechanism.mechanics.dynamics.characteristic_scales import time_scale
-from governor_mechanism.mechanics.dynamics.contacts import ContactMode, contacts_of, initial_mode, output_springs_of
+from governor_mechanism.mechanics.dynamics.contacts import (
+    ContactMode,
+    contacts_of,
+    initial_lags,
+    initial_mode,
+    output_springs_of,
+    reading_tables_of,
+)
 from governor_mechanism.mechanics.dynamics.equations_of_motion import (
-    N_AUXILIARY_STATES,
+    N_ENERGY_STATES,
     evaluate_state_derivative,
-    inertia_about_spindle,
+    inertia_of_plane,
     project_state,
 )
-from governor_mechanism.mechanics.dynamics.force_laws import spindle_inertia_rate
+from governor_mechanism.mechanics.dynamics.inputs import output_of_reading
 from governor_mechanism.mechanics.dynamics.lowering import (
     forced_output_names,
     from_mass_centres,
@@ -32,10 +39,14 @@ from governor_mechanism.mechanics.dynamics.output_forces import OutputForceKind
 from governor_mechanism.mechanics.kinematics.constraint_equations import make_constraint_table
 from governor_mechanism.mechanics.kinematics.constraint_kernels import evaluate_jacobian
 from governor_mechanism.mechanics.kinematics.output_variables import evaluate_output, evaluate_output_value
+from governor_mechanism.model.coupled_system import SPINDLE_ANGLE, SPINDLE_SPEED
 from governor_mechanism.model.force_elements import Force, Torque
-from governor_mechanism.model.scene import FreeSpindle, Scene, Spindle
+from governor_mechanism.model.scene import Scene
 from governor_mechanism.numerics.least_squares import RANK_TOLERANCE
 from governor_mechanism.types import BoolArray, FloatArray, IntArray
+
+KINK_TOLERANCE = 1e-9
+"""Distance from a point of a table, relative to its largest point, within which the steady state is at the kink."""
 
 CLOSURE_TOLERANCE = 1e-16
 """Residual relative to the length scale to which joints are closed: below rounding, so that all Newton iterations are made."""
@@ -46,20 +57,16 @@ MAX_GAP_RATIO = 1e-11
 MIN_PARTITION_RATIO = 1e-2
 """Smallest ratio of singular values of the dependent coordinates' Jacobian; below it, other independent coordinates are chosen."""
 
-SPINDLE_ANGLE = "spindle.angle"
-"""Name of the coordinate of a free spindle."""
-
-SPINDLE_SPEED, SPINDLE_TORQUE = "spindle_speed", "spindle_torque"
-"""Speed of the spindle, an output if it is free and an input if it is given; torque on a free spindle, an input."""
-
 
 class SceneDynamics:
     """Accelerations, readings and inputs of a scene in independent coordinates.
 
+    The state of a lag counts as the rate of a coordinate of its own, which nothing depends on.
+
     Parameters
     ----------
     scene
-        Scene of one part.
+        The scene.
     poses
         Assembled poses, at which the independent coordinates are chosen; shape (bodies, 3).
     velocities
@@ -70,9 +77,9 @@ class SceneDynamics:
     scene
         The scene.
     names
-        Names of the independent coordinates: poses of bodies, and the angle of a free spindle.
+        Names of the independent coordinates: poses of bodies and shafts, then the lags.
     scales
-        One radian, or a length scale, of each coordinate; shape (n,).
+        One radian, or a length scale, of each coordinate, and the start value of a lag times the time scale; shape (n,).
     time_scale
         Characteristic time, s.
     start
@@ -87,23 +94,22 @@ class SceneDynamics:
     """
 
     def __init__(self, scene: Scene, poses: FloatArray, velocities: FloatArray) -> None:
-        self.scene, self._mechanism, self.time_scale = scene, scene.part.mechanism, time_scale(scene)
+        self.scene, self._mechanism, self.time_scale = scene, scene.mechanism, time_scale(scene)
         self._set_mode(initial_mode(scene))
         self._require_steady_inputs()
         origin_poses, origin_velocities = from_mass_centres(self._system, poses, velocities)
-        self._reference, self._n_coordinates = origin_poses, origin_poses.size
-        pose_scales = np.tile([self._mechanism.length_scale, self._mechanism.length_scale, 1.0], len(origin_poses))
+        self._reference, bodies, axes = origin_poses, self._mechanism.bodies, ("x", "y", "angle")
         self._independent = self._choose_coordinates(origin_poses)
-        inverse_mass = self._system.inverse_mass.copy()
-        inverse_mass.ravel()[self._independent] = 0.0  # the projection does not change these
-        self._projection_inverse_mass = inverse_mass
-        axes, has_spindle = ("x", "y", "angle"), self._system.has_free_spindle
-        bodies = self._mechanism.bodies
-        self.names = tuple(f"{bodies[k // 3].name}.{axes[k % 3]}" for k in self._independent) + (SPINDLE_ANGLE,) * has_spindle
-        spindle_speed = [scene.spindle.start_speed] if isinstance(scene.spindle, FreeSpindle) else []
-        self.scales: FloatArray = np.append(pose_scales[self._independent], [1.0] * has_spindle)
-        self.start: FloatArray = np.append(origin_poses.ravel()[self._independent], [0.0] * has_spindle)
-        self.start_rates: FloatArray = np.append(origin_velocities.ravel()[self._independent], spindle_speed)
+        self._projection_inverse_mass = self._system.inverse_mass.copy()
+        self._projection_inverse_mass.ravel()[self._independent] = 0.0  # the projection does not change these
+        lags = initial_lags(scene, poses, velocities)
+        names = [f"{bodies[k // 3].name}.{axes[k % 3]}" for k in self._independent]
+        self.names = (*names, *(f"lag {k + 1}" for k in range(len(lags))))
+        pose_scales = np.tile([self._mechanism.length_scale, self._mechanism.length_scale, 1.0], len(origin_poses))
+        lag_scales = self.time_scale * np.where(lags != 0.0, np.abs(lags), 1.0)
+        self.scales: FloatArray = np.concatenate([pose_scales[self._independent], lag_scales])
+        self.start: FloatArray = np.concatenate([origin_poses.ravel()[self._independent], np.zeros(len(lags))])
+        self.start_rates: FloatArray = np.concatenate([origin_velocities.ravel()[self._independent], lags])
         if not self.names:
             raise MechanismError("the mechanism has no free degree of freedom: its drives determine the motion, and nothing can oscillate")
 
@@ -115,8 +121,7 @@ class SceneDynamics:
         self._workspace = make_system_workspace(self._system)
 
     def _require_steady_inputs(self) -> None:
-        spindle = self.scene.spindle
-        if isinstance(spindle, Spindle) and spindle.speed_fluctuation:
+        if np.any(self._system.planes["amplitude"]):
             raise MechanismError(
                 "the steady state is periodic, because the spindle speed fluctuates in each turn; linearise at the mean speed, "
                 "with spindle.speed_fluctuation = 0"
@@ -157,19 +162,28 @@ class SceneDynamics:
         """Return the indices of the coordinates with finite mass."""
         return np.flatnonzero(self._system.inverse_mass.ravel() > 0.0)
 
-    def set_contact_mode(self, z: FloatArray) -> bool:
-        """Make one-sided springs taut or slack as their readings demand, and return whether any has changed."""
-        poses, previous_mode = self.poses(z), self._mode
+    def set_contact_mode(self, z: FloatArray, rates: FloatArray) -> bool:
+        """Make one-sided springs taut or slack and choose segments of tables as readings demand; return whether any has changed."""
+        previous_mode, poses = self._mode, self.poses(z)
         one_sided = [spring for spring in output_springs_of(self.scene) if spring.one_sided]
         taut = tuple(self._reading(spring.reading, poses) > spring.free_value for spring in one_sided)
-        self._set_mode(replace(previous_mode, taut=taut))
+        tables = reading_tables_of(self.scene)
+        segments = tuple(int(np.searchsorted(table.positions, self._input_of_function(table.reading, z, rates))) for table in tables)
+        self._set_mode(replace(previous_mode, taut=taut, segments=segments))
         return self._mode != previous_mode
+
+    def _input_of_function(self, reading: str, z: FloatArray, rates: FloatArray) -> float:
+        """Return the value of the reading, or the speed of the spindle, that a load depends on."""
+        name, is_rate = output_of_reading(reading)
+        poses, velocities = self.mass_centre_motion(z, rates)
+        output = evaluate_output(self._mechanism, name, poses)
+        return float(np.sum(output.gradient * velocities)) if is_rate else float(output.value)
 
     def drop_quadratic_damping(self, z: FloatArray, rates: FloatArray) -> bool:
         """Leave out quadratic dashpots at rest, where they have no effect on small motions; return whether there are any."""
         forces = self._system.output_forces.copy()
         reading_rates = dict(zip(self.reading_names, self.reading_jacobian(z) @ rates, strict=True))
-        is_resting = np.array([reading_rates[name] == 0.0 for name in forced_output_names(self.scene)], dtype=np.bool_)
+        is_resting = np.array([reading_rates.get(name, 0.0) == 0.0 for name in forced_output_names(self.scene)], dtype=np.bool_)
         is_dropped = (forces["kind"] == OutputForceKind.DASHPOT) & (forces["b"] != 0.0) & is_resting[forces["output_index"]]
         forces["b"][is_dropped] = 0.0
         self._system = self._system._replace(output_forces=forces)
@@ -177,10 +191,10 @@ class SceneDynamics:
 
     def motion(self, z: FloatArray, rates: FloatArray) -> tuple[FloatArray, FloatArray]:
         """Return poses and velocities (bodies, 3) of the body origins; NaN if the mechanism cannot be assembled there."""
-        n_bodies_coordinates, length_scale = len(self._independent), self._mechanism.length_scale
+        n_free, length_scale = len(self._independent), self._mechanism.length_scale
         poses, velocities = self._reference.copy(), np.zeros_like(self._reference)
-        poses.ravel()[self._independent] = z[:n_bodies_coordinates]
-        velocities.ravel()[self._independent] = rates[:n_bodies_coordinates]
+        poses.ravel()[self._independent] = z[:n_free]
+        velocities.ravel()[self._independent] = rates[:n_free]
         projected = self._system._replace(inverse_mass=self._projection_inverse_mass)
         gap = project_state(projected, self._workspace, self._inputs, 0.0, poses, velocities, CLOSURE_TOLERANCE * length_scale)
         if not gap < MAX_GAP_RATIO * length_scale:
@@ -207,27 +221,11 @@ class SceneDynamics:
         inputs = self._inputs.copy()
         for index, change in (input_changes or {}).items():
             inputs[index, 3] += change
-        spindle_inertia, spindle_speed = 0.0, 0.0
-        if self._system.has_free_spindle:
-            spindle_inertia = self._system.spindle_inertia + inertia_about_spindle(self._system.bodies, poses)
-            spindle_speed = float(rates[-1])
-        auxiliary = np.zeros(N_AUXILIARY_STATES)
-        auxiliary[-1] = spindle_inertia * spindle_speed
-        state = np.concatenate([poses.ravel(), velocities.ravel(), auxiliary])
+        lags = rates[len(self._independent) :]
+        state = np.concatenate([poses.ravel(), velocities.ravel(), np.zeros(N_ENERGY_STATES), lags])
         derivative = evaluate_state_derivative(self._system, self._workspace, inputs, 0.0, state)
-        accelerations: FloatArray = derivative[self._n_coordinates + self._independent]
-        if self._system.has_free_spindle:
-            momentum_loss = self._inertia_rate(poses, velocities) * spindle_speed
-            accelerations = np.append(accelerations, (derivative[-1] - momentum_loss) / spindle_inertia)
+        accelerations: FloatArray = np.concatenate([derivative[poses.size + self._independent], derivative[len(state) - len(lags) :]])
         return accelerations
-
-    def _inertia_rate(self, poses: FloatArray, velocities: FloatArray) -> float:
-        """Return the time derivative of the moment of inertia about the spindle."""
-        poses, velocities = to_mass_centres(self._system, poses, velocities)
-        return sum(
-            float(spindle_inertia_rate(body.mass, *body.second_moments.in_plane, pose[0], pose[2], velocity[0], velocity[2]))
-            for body, pose, velocity in zip(self._mechanism.bodies, poses, velocities, strict=True)
-        )
 
     def is_turning_unevenly(self) -> BoolArray:
         """Return which angles start so fast that they make full turns, although forces depend on them; shape (n,).
@@ -245,8 +243,9 @@ class SceneDynamics:
 
     @property
     def reading_names(self) -> tuple[str, ...]:
-        """Names of all readings."""
-        return tuple(reading.name for reading in self._mechanism.readings)
+        """Names of all readings but the angles of spindles."""
+        angles = {f"{plane.prefix}{SPINDLE_ANGLE}" for plane in self.scene.system.planes}
+        return tuple(reading.name for reading in self._mechanism.readings if reading.name not in angles)
 
     def reading_scale(self, name: str) -> float:
         """Return the scale of a reading, SI."""
@@ -273,36 +272,45 @@ class SceneDynamics:
 
     def force_columns(self, z: FloatArray) -> FloatArray:
         """Return the accelerations by a unit force along each reading, at zero rates; shape (n, readings)."""
-        masses = np.array([[body.mass, body.mass, body.second_moments.xx + body.second_moments.yy] for body in self._mechanism.bodies])
-        columns = self._velocity_columns(z)
+        masses, n_free = np.array([[body.mass, body.mass, body.planar_inertia] for body in self._mechanism.bodies]), len(self._independent)
+        for index, plane in enumerate(self._system.planes):
+            if plane["has_reaction"]:
+                masses[plane["shaft"], 2] += inertia_of_plane(self._system.bodies, index, *self.motion(z, np.zeros_like(z)))[0]
+        columns, result = self._velocity_columns(z)[:n_free], np.zeros((len(z), len(self.reading_names)))
         mass_matrix = np.einsum("ikc,kc,jkc->ij", columns, masses, columns)
-        if self._system.has_free_spindle:
-            mass_matrix[-1, -1] = self._system.spindle_inertia + inertia_about_spindle(
-                self._system.bodies, self.motion(z, np.zeros_like(z))[0]
-            )
-        return np.linalg.solve(mass_matrix, self.reading_jacobian(z).T)
+        result[:n_free] = np.linalg.solve(mass_matrix, self.reading_jacobian(z)[:, :n_free].T)
+        return result
 
     @property
     def input_indices(self) -> dict[str, int]:
-        """Inputs of the equations by name: spindle speed or torque, then torques and components of forces."""
-        names = [SPINDLE_TORQUE if self._system.has_free_spindle else SPINDLE_SPEED]
-        first_element = 1 + len(make_constraint_table(self._mechanism).motions)
-        indices = {names[0]: 0} if self._system.has_centrifugal_forces else {}
+        """Inputs of the equations by name: given spindle speeds, then torques and components of forces, before their factors."""
+        planes = self.scene.system.planes
+        speeds = list(dict.fromkeys(plane.given_speed for plane in planes if plane.given_speed))
+        given = [plane for plane in planes if plane.is_loaded and plane.given_speed and plane.ratio == 1.0]
+        indices = {f"{plane.prefix}{SPINDLE_SPEED}": speeds.index(plane.given_speed) for plane in given if plane.given_speed}
+        next_input = len(speeds) + len(make_constraint_table(self._mechanism).motions)
         for element in self._mechanism.force_elements:
             names = [element.name] if isinstance(element, Torque) else []
             names += [f"{element.name}.{axis}" for axis in "xy"] if isinstance(element, Force) else []
-            indices |= {name: first_element + k for k, name in enumerate(names)}
-            first_element += len(names)
+            indices |= {name: next_input + k for k, name in enumerate(names)}
+            next_input += len(names)
         return indices
 
     @property
-    def has_free_spindle(self) -> bool:
-        """Whether the last coordinate is the angle of a free spindle."""
-        return self._system.has_free_spindle
+    def spindle_speeds(self) -> dict[str, tuple[int, float]]:
+        """Bodies that planes turn with, and the ratios of the speeds, by name of the speed."""
+        planes = [plane for plane in self.scene.system.planes if plane.shaft]
+        return {f"{plane.prefix}{SPINDLE_SPEED}": (self._mechanism.body_index(plane.shaft), plane.ratio) for plane in planes}
 
-    def notes(self, z: FloatArray) -> tuple[str, ...]:
-        """Return what the linearised equations leave out, one sentence each. Raise MechanismError at a stop or at a slack spring's end."""
-        poses, notes = self.poses(z), []
+    def spindle_speed_row(self, name: str) -> FloatArray:
+        """Return the speed (rad/s) of a spindle for a unit rate of each coordinate; shape (n,)."""
+        body, ratio = self.spindle_speeds[name]
+        row: FloatArray = ratio * self._velocity_columns(self.start)[:, body, 2]
+        return row
+
+    def notes(self, z: FloatArray, rates: FloatArray) -> tuple[str, ...]:
+        """Return what the linearised equations leave out, one sentence each. Raise MechanismError at a stop or a kink of a force law."""
+        poses, notes = self.poses(z), [f"gear {name!r} counts as intact" for name in self.scene.system.breaking_gears]
         for contact in contacts_of(self.scene):
             value = self._reading(contact.output_name, poses)
             tolerance = MAX_GAP_RATIO * self.reading_scale(contact.output_name)
@@ -319,5 +327,11 @@ class SceneDynamics:
             ):
                 raise MechanismError(
                     f"the spring on {spring.reading!r} is just slack at the equilibrium, where its force has no linear law"
+                )
+        for table in reading_tables_of(self.scene):
+            value = self._input_of_function(table.reading, z, rates)
+            if min(abs(value - position) for position in table.positions) <= KINK_TOLERANCE * max(map(abs, table.positions)):
+                raise MechanismError(
+                    f"the steady state, {table.reading} = {value:.6g}, is at a kink of a table, where it has no derivative; move its point"
                 )
         return tuple(notes)
