@@ -3,7 +3,9 @@
 from __future__ import annotations
 
 import math
+from collections.abc import Sequence
 from dataclasses import dataclass
+from enum import IntEnum
 
 import numpy as np
 
@@ -43,6 +45,17 @@ class Contact:
     low: float = -math.inf
     high: float = math.inf
     restitution: float = 0.0
+
+
+class ContactColumn(IntEnum):
+    """Columns of a contact table: output index, input of the friction force or -1, stops, restitution and scale of the output."""
+
+    OUTPUT = 0
+    FRICTION_INPUT = 1
+    LOW = 2
+    HIGH = 3
+    RESTITUTION = 4
+    SCALE = 5
 
 
 @dataclass(frozen=True)
@@ -94,6 +107,32 @@ def contacts_of(scene: Scene) -> tuple[Contact, ...]:
         bounds = stops.get(name, Contact(name))
         contacts.append(Contact(name, friction_forces.get(name), bounds.low, bounds.high, bounds.restitution))
     return tuple(contacts)
+
+
+def make_contact_table(scene: Scene, output_names: Sequence[str], first_friction_input: int) -> FloatArray:
+    """Return the contacts of a scene for compiled functions.
+
+    Parameters
+    ----------
+    scene
+        Scene with its output effects.
+    output_names
+        Names of the outputs in the order of their indices.
+    first_friction_input
+        Index of the first friction force among the inputs.
+
+    Returns
+    -------
+    FloatArray
+        Columns as in `ContactColumn`; shape (contacts, 6).
+    """
+    rows, friction_input = [], first_friction_input
+    for contact in contacts_of(scene):
+        has_friction, scale = contact.friction is not None, scene.mechanism.output_scale(contact.output_name)
+        output = output_names.index(contact.output_name)
+        rows.append((output, friction_input if has_friction else -1, contact.low, contact.high, contact.restitution, scale))
+        friction_input += has_friction
+    return np.array(rows, dtype=np.float64).reshape(-1, len(ContactColumn))
 
 
 def output_springs_of(scene: Scene) -> tuple[OutputSpring, ...]:

@@ -101,6 +101,8 @@ class System(NamedTuple):
         Records of `LAG_DTYPE`.
     n_inputs
         Number of inputs.
+    first_friction_input
+        Index of the first friction force among them.
     """
 
     constraint_rows: ConstraintRows
@@ -116,6 +118,7 @@ class System(NamedTuple):
     input_terms: RecordArray
     lags: RecordArray
     n_inputs: int
+    first_friction_input: int
 
 
 class SystemWorkspace(NamedTuple):
@@ -220,6 +223,7 @@ def make_system(scene: Scene, mode: ContactMode | None = None) -> tuple[System, 
         input_terms=np.array(table.terms, dtype=INPUT_TERM_DTYPE),
         lags=np.array(table.lags, dtype=LAG_DTYPE),
         n_inputs=len(inputs),
+        first_friction_input=first_friction_input,
     )
     return system, tuple(map(CubicTimeFunction, inputs))
 
