@@ -71,6 +71,8 @@ class SceneDynamics:
         Assembled poses, at which the independent coordinates are chosen; shape (bodies, 3).
     velocities
         Their time derivatives; shape (bodies, 3).
+    time
+        Time at which inputs are taken, s; that of their last change if None.
 
     Attributes
     ----------
@@ -93,8 +95,8 @@ class SceneDynamics:
         If nothing can move freely, or the steady state is periodic because of a drive or a fluctuating speed.
     """
 
-    def __init__(self, scene: Scene, poses: FloatArray, velocities: FloatArray) -> None:
-        self.scene, self._mechanism, self.time_scale = scene, scene.mechanism, time_scale(scene)
+    def __init__(self, scene: Scene, poses: FloatArray, velocities: FloatArray, time: float | None = None) -> None:
+        self.scene, self._mechanism, self.time_scale, self._time = scene, scene.mechanism, time_scale(scene), time
         self._set_mode(initial_mode(scene))
         self._require_steady_inputs()
         origin_poses, origin_velocities = from_mass_centres(self._system, poses, velocities)
@@ -116,8 +118,9 @@ class SceneDynamics:
     def _set_mode(self, mode: ContactMode) -> None:
         self._mode = mode
         self._system, functions = make_system(self.scene, mode)
-        end = np.array([max([0.0, *(float(function.breakpoints[-1]) for function in functions if function.breakpoints.size)])])
-        self._inputs: FloatArray = np.concatenate([function.local_cubics(end) for function in functions])
+        last = max([0.0, *(float(function.breakpoints[-1]) for function in functions if function.breakpoints.size)])
+        time = np.array([last if self._time is None else self._time])
+        self._inputs: FloatArray = np.concatenate([function.local_cubics(time) for function in functions])
         self._workspace = make_system_workspace(self._system)
 
     def _require_steady_inputs(self) -> None:
