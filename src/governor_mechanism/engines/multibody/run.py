@@ -64,7 +64,8 @@ class ConstrainedIntegrator:
         self.system, self.input_functions = make_system(scene)
         self.model = self.system, make_system_workspace(self.system)
         constraint_tolerance = settings.constraint_tolerance_ratio * evaluator.mechanism.length_scale
-        breakpoints = np.unique(np.concatenate([function.breakpoints for function in self.input_functions]))
+        break_times = list(scene.system.breaking_gears.values())
+        breakpoints = np.unique(np.concatenate([break_times, *(function.breakpoints for function in self.input_functions)]))
         self._max_step_scale = max_step_scale(scene)
         max_interval = settings.monitor_interval_ratio * evaluator.time_scale
         self.time_grid = make_time_grid(reported_times[reported_times <= max_interval * max_steps], breakpoints, np.inf, max_interval)
@@ -202,7 +203,7 @@ class ConstrainedIntegrator:
 
     def input_cubics(self, start: float) -> FloatArray:
         """Return the local cubics (functions, 5) of spindle speed, drivers and force elements from a time (s) to the next breakpoint."""
-        return np.array([function.local_cubics(np.array([start]))[0] for function in self.input_functions])
+        return np.reshape([function.local_cubics(np.array([start]))[0] for function in self.input_functions], (-1, 5)).astype(np.float64)
 
     def _compute_speed_jump_work(self, time: float, state: FloatArray) -> float:
         """Return the work (J) that jumps of given spindle speeds do on the parts."""
