@@ -85,6 +85,8 @@ class ConstrainedIntegrator:
         self.solver.integrate(
             self.model, self.input_cubics(0.0), (0.0, 0.0), self.initial_state.copy(), StepLimits(1.0, 1.0, 1.0, 1), counters
         )
+        if self.scene_contacts is not None:
+            self.scene_contacts.start(self.initial_state.copy(), self.input_cubics(0.0))
 
     def integrate(self, tolerance: float, step_factor: float = 1.0) -> IntegrationResult:
         """Integrate from the start over all monitor times, with the largest step multiplied by a factor."""

@@ -30,7 +30,7 @@ from governor_mechanism.mechanics.dynamics.contacts import (
     make_contact_table,
     output_springs_of,
 )
-from governor_mechanism.mechanics.dynamics.equations_of_motion import evaluate_state_derivative, project_state, split_state
+from governor_mechanism.mechanics.dynamics.equations_of_motion import evaluate_events_and_derivative, project_state, split_state
 from governor_mechanism.mechanics.dynamics.inputs import output_rate
 from governor_mechanism.mechanics.dynamics.lowering import (
     System,
@@ -41,7 +41,7 @@ from governor_mechanism.mechanics.dynamics.lowering import (
     with_held_values,
 )
 from governor_mechanism.mechanics.kinematics.assembly import PositionSolver
-from governor_mechanism.mechanics.kinematics.constraint_kernels import RowColumn, evaluate_rows
+from governor_mechanism.mechanics.kinematics.constraint_kernels import RowColumn
 from governor_mechanism.model.events import Event
 from governor_mechanism.model.scene import Scene
 from governor_mechanism.numerics.banded_cholesky import solve_band_system
@@ -81,11 +81,9 @@ def _evaluate_response(
     system: System, workspace: SystemWorkspace, input_cubics: FloatArray, state: FloatArray, contacts: FloatArray
 ) -> ContactResponse:
     """Evaluate motion and response in a state of a system in which nothing is held and nothing slides."""
-    derivative = evaluate_state_derivative(system, workspace, input_cubics, 0.0, state)
-    poses, velocities = split_state(system, state)
-    accelerations = split_state(system, derivative)[1]
+    derivative = evaluate_events_and_derivative(system, workspace, input_cubics, 0.0, state)[1]  # evaluates the output rows too
+    velocities, accelerations = split_state(system, state)[1], split_state(system, derivative)[1]
     rows, output_rows, output_values = system.constraint_rows, system.output_rows, workspace.output_row_values
-    evaluate_rows(output_rows, poses, velocities, output_values, workspace.output_jacobian)
     motion, n_contacts = np.empty((3, output_rows.table.size)), contacts.shape[0]
     for output in range(output_rows.table.size):
         motion[0, output] = output_values[output, RowColumn.RESIDUAL]
