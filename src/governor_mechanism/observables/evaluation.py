@@ -179,8 +179,13 @@ class ReadingEvaluator:
         return -integrate_work(self.scene, history)
 
     def evaluate_joint_gap(self, poses: FloatArray, times: FloatArray) -> FloatArray:
-        """Return the largest constraint violation (...) m at poses and times (...) s."""
-        return self._constraint_equations.gap(poses, times)
+        """Return the largest constraint violation (n,) m at poses (n, bodies, 3) and times (n,) s; a broken gear has none."""
+        gaps = np.abs(self._constraint_equations.residuals(poses, times))
+        for name, end in self.scene.system.breaking_gears.items():
+            is_gear = self._constraint_equations.joint_indices == self.mechanism.joint_index(name)
+            gaps[np.ix_(times > end, is_gear)] = 0.0
+        largest: FloatArray = np.max(gaps, axis=-1, initial=0.0)
+        return largest
 
     def compare_observables(self, better: Observables, worse: Observables) -> dict[str, float]:
         """Return the largest difference of each reading and rate (named 'rate of ...') and the largest joint gap, in SI."""
