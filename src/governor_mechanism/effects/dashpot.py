@@ -3,13 +3,14 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
+from typing import Any, ClassVar
 
 from governor_mechanism.errors import MechanismError, require_not_negative, require_positive
-from governor_mechanism.model.effect import OutputEffect
+from governor_mechanism.model.effect import OutputForce
 
 
 @dataclass(frozen=True, kw_only=True)
-class Dashpot(OutputEffect):
+class Dashpot(OutputForce):
     """A dashpot along a reading, with the force -(linear * rate + quadratic * |rate| * rate).
 
     Attributes
@@ -20,6 +21,9 @@ class Dashpot(OutputEffect):
         Quadratic coefficient, as of oil forced through an orifice, N s2/m2 or N m s2/rad2.
     """
 
+    law_name: ClassVar[str] = "dashpots"
+    dissipates: ClassVar[bool] = True
+
     linear: float = 0.0
     quadratic: float = 0.0
 
@@ -28,6 +32,16 @@ class Dashpot(OutputEffect):
             require_not_negative(getattr(self, name), "", f"{name} of the dashpot on {self.reading!r}")
         if self.linear == self.quadratic == 0.0:
             raise MechanismError(f"the dashpot on {self.reading!r} needs a linear or a quadratic part")
+
+    @staticmethod
+    def force(coefficients: Any, value: Any, rate: Any) -> Any:
+        """Return the resistance of a dashpot with a linear and a quadratic coefficient."""
+        return -(coefficients[0] + coefficients[1] * abs(rate)) * rate
+
+    @property
+    def coefficients(self) -> tuple[float, ...]:
+        """Linear and quadratic coefficient."""
+        return self.linear, self.quadratic
 
 
 DISCHARGE_COEFFICIENT = 0.62

@@ -2,7 +2,9 @@
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from dataclasses import dataclass, field
+from typing import Any
 
 from governor_mechanism.errors import MechanismError
 from governor_mechanism.model.effect import OutputEffect
@@ -24,3 +26,8 @@ class DryFriction(OutputEffect):
     def __post_init__(self) -> None:
         if min(self.force.values) < 0:
             raise MechanismError(f"dry friction on {self.reading!r} must not be negative; got {min(self.force.values):g}")
+
+    @property
+    def contact(self) -> Mapping[str, Any]:
+        """The friction limit."""
+        return {"friction": self.force}

@@ -2,14 +2,16 @@
 
 from __future__ import annotations
 
+import math
 from dataclasses import dataclass
+from typing import Any, ClassVar
 
 from governor_mechanism.errors import MechanismError, require_finite, require_positive
-from governor_mechanism.model.effect import OutputEffect
+from governor_mechanism.model.effect import OutputForce
 
 
 @dataclass(frozen=True, kw_only=True)
-class OutputSpring(OutputEffect):
+class OutputSpring(OutputForce):
     """A linear spring along a reading, with the force -(preload + rate * (value - zero)).
 
     Attributes
@@ -23,6 +25,9 @@ class OutputSpring(OutputEffect):
     one_sided
         Whether the spring only pulls and is slack where preload + rate * (value - zero) is negative.
     """
+
+    law_name: ClassVar[str] = "springs on readings"
+    dissipates: ClassVar[bool] = False
 
     rate: float
     preload: float = 0.0
@@ -38,6 +43,26 @@ class OutputSpring(OutputEffect):
     def free_value(self) -> float:
         """Value of the reading at zero force."""
         return self.zero - self.preload / self.rate
+
+    @staticmethod
+    def force(coefficients: Any, value: Any, rate: Any) -> Any:
+        """Return the restoring force of a spring with a rate and a free value."""
+        return -coefficients[0] * (value - coefficients[1])
+
+    @property
+    def coefficients(self) -> tuple[float, ...]:
+        """Rate and free value."""
+        return self.rate, self.free_value
+
+    @property
+    def slack_below(self) -> float:
+        """The free value of a spring that only pulls."""
+        return self.free_value if self.one_sided else -math.inf
+
+    def potential(self, value: Any) -> tuple[Any, Any, Any]:
+        """Return the energy of the spring and its derivatives."""
+        elongation = value - self.free_value
+        return 0.5 * self.rate * elongation**2, self.rate * elongation, self.rate + 0.0 * value
 
 
 def helical_spring_rate(*, wire: float, coil: float, turns: float, modulus: float) -> float:

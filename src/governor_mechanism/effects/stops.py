@@ -3,7 +3,9 @@
 from __future__ import annotations
 
 import math
+from collections.abc import Mapping
 from dataclasses import dataclass
+from typing import Any
 
 from governor_mechanism.errors import MechanismError
 from governor_mechanism.model.effect import OutputEffect
@@ -32,3 +34,8 @@ class Stops(OutputEffect):
             raise MechanismError(f"stops of {self.reading!r} need a low or a high end")
         if not 0 <= self.restitution <= 1:
             raise MechanismError(f"restitution of the stops must lie between 0 and 1; got {self.restitution:g}")
+
+    @property
+    def contact(self) -> Mapping[str, Any]:
+        """The stops and their coefficient of restitution."""
+        return {"low": self.low, "high": self.high, "restitution": self.restitution}

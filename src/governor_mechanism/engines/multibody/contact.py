@@ -22,7 +22,7 @@ from governor_mechanism.mechanics.contact.tolerances import (
     STICTION_RATE_TOLERANCE,
     zeno_time,
 )
-from governor_mechanism.mechanics.dynamics.contacts import ContactMode, contacts_of, initial_mode, output_springs_of
+from governor_mechanism.mechanics.dynamics.contacts import ContactMode, contacts_of, initial_mode, one_sided_forces_of
 from governor_mechanism.mechanics.dynamics.equations_of_motion import N_AUXILIARY_STATES, evaluate_events_and_derivative, project_state
 from governor_mechanism.mechanics.dynamics.lowering import (
     System,
@@ -65,7 +65,7 @@ class ContactModeSolver:
     def __init__(self, scene: Scene, time_scale: float, constraint_tolerance: float) -> None:
         self.scene, self._time_scale, self._constraint_tolerance = scene, time_scale, constraint_tolerance
         self.contacts, names = contacts_of(scene), forced_output_names(scene)
-        self.one_sided_springs = [spring for spring in output_springs_of(scene) if spring.one_sided]
+        self.one_sided_springs = one_sided_forces_of(scene)
         self._output_indices = [names.index(contact.output_name) for contact in self.contacts]
         self._spring_output_indices = [names.index(spring.reading) for spring in self.one_sided_springs]
         mechanism = scene.part.mechanism
@@ -163,7 +163,7 @@ class ContactModeSolver:
             return
         outputs, taut = self._evaluate_outputs(state), list(self.mode.taut)
         for k, (spring, output_index) in enumerate(zip(self.one_sided_springs, self._spring_output_indices, strict=True)):
-            extension = outputs.values[output_index] - spring.free_value
+            extension = outputs.values[output_index] - spring.slack_below
             is_near_slack = abs(extension) < CONTACT_TOLERANCE * self._coordinate_scales[output_index]
             taut[k] = outputs.rates[output_index] > 0 if is_near_slack else extension > 0
             if taut[k] != self.mode.taut[k]:

@@ -89,8 +89,8 @@ def _update_one_sided_springs(model: ReducedModel, piece: int, t: float, state: 
     n_contacts = model.contacts.shape[0]
     for i in range(model.one_sided_springs.shape[0]):
         value, output_derivative = evaluate_table_output(model, piece, t, model.one_sided_springs[i, 0])
-        elongation = value - model.one_sided_springs[i, 2]
-        is_at_free_value = abs(elongation) < CONTACT_TOLERANCE * model.one_sided_springs[i, 3]
+        elongation = value - model.one_sided_springs[i, 1]
+        is_at_free_value = abs(elongation) < CONTACT_TOLERANCE * model.one_sided_springs[i, 2]
         is_taut = output_derivative * state[1] > 0.0 if is_at_free_value else elongation > 0.0
         if is_taut != (model.mode[1 + n_contacts + i] != 0):
             model.mode[1 + n_contacts + i] = 1 if is_taut else 0
