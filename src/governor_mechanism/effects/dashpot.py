@@ -7,42 +7,7 @@ from typing import Any, ClassVar
 
 from governor_mechanism.errors import MechanismError, require_not_negative, require_positive
 from governor_mechanism.model.effect import OutputForce
-
-
-@dataclass(frozen=True, kw_only=True)
-class Dashpot(OutputForce):
-    """A dashpot along a reading, with the force -(linear * rate + quadratic * |rate| * rate).
-
-    Attributes
-    ----------
-    linear
-        Linear coefficient, N s/m or N m s/rad.
-    quadratic
-        Quadratic coefficient, as of oil forced through an orifice, N s2/m2 or N m s2/rad2.
-    """
-
-    law_name: ClassVar[str] = "dashpots"
-    dissipates: ClassVar[bool] = True
-
-    linear: float = 0.0
-    quadratic: float = 0.0
-
-    def __post_init__(self) -> None:
-        for name in ("linear", "quadratic"):
-            require_not_negative(getattr(self, name), "", f"{name} of the dashpot on {self.reading!r}")
-        if self.linear == self.quadratic == 0.0:
-            raise MechanismError(f"the dashpot on {self.reading!r} needs a linear or a quadratic part")
-
-    @staticmethod
-    def force(coefficients: Any, value: Any, rate: Any) -> Any:
-        """Return the resistance of a dashpot with a linear and a quadratic coefficient."""
-        return -(coefficients[0] + coefficients[1] * abs(rate)) * rate
-
-    @property
-    def coefficients(self) -> tuple[float, ...]:
-        """Linear and quadratic coefficient."""
-        return self.linear, self.quadratic
-
+from governor_mechanism.model.scene_keys import Derivation, SceneKey, scene_key
 
 DISCHARGE_COEFFICIENT = 0.62
 """Discharge coefficient of a sharp-edged orifice."""
@@ -79,3 +44,53 @@ def orifice_damping_coefficient(*, piston: float, hole: float, screw: float = 1.
     if hole >= piston:
         raise MechanismError(f"hole of the dashpot ({hole:g} m2) must be smaller than its piston ({piston:g} m2)")
     return density * piston**3 / (2 * (DISCHARGE_COEFFICIENT * screw * hole) ** 2)
+
+
+@dataclass(frozen=True, kw_only=True)
+class Dashpot(OutputForce):
+    """A dashpot along a reading, with the force -(linear * rate + quadratic * |rate| * rate).
+
+    Attributes
+    ----------
+    linear
+        Linear coefficient, N s/m or N m s/rad.
+    quadratic
+        Quadratic coefficient, as of oil forced through an orifice, N s2/m2 or N m s2/rad2.
+    """
+
+    key: ClassVar[str] = "dashpot"
+    value_fields: ClassVar[tuple[str, ...]] = ("linear",)
+    derivations: ClassVar[tuple[Derivation, ...]] = (
+        Derivation(
+            "quadratic",
+            orifice_damping_coefficient,
+            {
+                "piston": SceneKey("area"),
+                "hole": SceneKey("area"),
+                "screw": SceneKey("ratio"),
+                "oil": SceneKey("density", argument="density"),
+            },
+            optional=("screw", "oil"),
+        ),
+    )
+    law_name: ClassVar[str] = "dashpots"
+    dissipates: ClassVar[bool] = True
+
+    linear: float = scene_key("damping", "torsion_damping", sign="not negative", default=0.0)
+    quadratic: float = scene_key("quadratic_damping", "quadratic_torsion_damping", sign="not negative", default=0.0)
+
+    def __post_init__(self) -> None:
+        for name in ("linear", "quadratic"):
+            require_not_negative(getattr(self, name), "", f"{name} of the dashpot on {self.reading!r}")
+        if self.linear == self.quadratic == 0.0:
+            raise MechanismError(f"the dashpot on {self.reading!r} needs a linear or a quadratic part")
+
+    @staticmethod
+    def force(coefficients: Any, value: Any, rate: Any) -> Any:
+        """Return the resistance of a dashpot with a linear and a quadratic coefficient."""
+        return -(coefficients[0] + coefficients[1] * abs(rate)) * rate
+
+    @property
+    def coefficients(self) -> tuple[float, ...]:
+        """Linear and quadratic coefficient."""
+        return self.linear, self.quadratic

@@ -3,11 +3,12 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
-from dataclasses import dataclass, field
-from typing import Any
+from dataclasses import dataclass
+from typing import Any, ClassVar
 
 from governor_mechanism.errors import MechanismError
 from governor_mechanism.model.effect import OutputEffect
+from governor_mechanism.model.scene_keys import scene_key
 from governor_mechanism.model.time_functions import InputFunction
 
 
@@ -21,7 +22,12 @@ class DryFriction(OutputEffect):
         Friction limit over time, N or N m; at least 0.
     """
 
-    force: InputFunction = field(default_factory=InputFunction)
+    key: ClassVar[str] = "dry_friction"
+    value_fields: ClassVar[tuple[str, ...]] = ("force",)
+
+    force: InputFunction = scene_key(
+        "force", "torque", sign="not negative", reason=", because friction opposes the motion", is_program=True, default=InputFunction()
+    )
 
     def __post_init__(self) -> None:
         if min(self.force.values) < 0:

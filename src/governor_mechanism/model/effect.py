@@ -8,10 +8,29 @@ from collections.abc import Mapping
 from dataclasses import dataclass
 from typing import Any, ClassVar
 
+from governor_mechanism.model.scene_keys import Derivation
+
 
 @dataclass(frozen=True, kw_only=True)
 class Effect:
-    """A physical effect beyond the bare linkage. A scene asks each effect for its contribution."""
+    """A physical effect beyond the bare linkage. A scene asks each effect for its contribution.
+
+    Attributes
+    ----------
+    key
+        Key in [effects] of a scene file.
+    value_fields
+        Fields that a value gives that is no table: one field, or the two ends of a range.
+    common_keys
+        Fields that are given once for all readings.
+    derivations
+        Fields that may be computed from other keys.
+    """
+
+    key: ClassVar[str]
+    value_fields: ClassVar[tuple[str, ...]] = ()
+    common_keys: ClassVar[tuple[str, ...]] = ()
+    derivations: ClassVar[tuple[Derivation, ...]] = ()
 
     @property
     def gravity(self) -> float:

@@ -19,6 +19,7 @@ from governor_mechanism.effects.centrifugal import Centrifugal
 from governor_mechanism.effects.clearance import CLEARANCE_READING, Clearance
 from governor_mechanism.effects.crank_masses import CrankMasses
 from governor_mechanism.effects.gravity import Gravity
+from governor_mechanism.effects.registry import EFFECTS
 from governor_mechanism.effects.rod_masses import RodMasses
 from governor_mechanism.engines import select_engine
 from governor_mechanism.errors import MechanismError
@@ -36,7 +37,7 @@ N_TIMED_RUNS = 3
 SPEED_FLUCTUATION_KEY = "spindle.speed_fluctuation"
 """Key of the speed fluctuation, which is switched like an effect."""
 
-TOGGLED_EFFECT_KEYS = ("gravity", "centrifugal", "rods", "spring", "dry_friction", "dashpot", "stops", "clearance", "masses", "bell_cranks")
+TOGGLED_EFFECT_KEYS = tuple(effect.key for effect in EFFECTS)
 """Keys of [effects] in the order of the report."""
 
 PARAMETERLESS_EFFECTS: Mapping[str, Effect] = {"gravity": Gravity(), "centrifugal": Centrifugal()}
