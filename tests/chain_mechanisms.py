@@ -8,7 +8,8 @@ from governor_mechanism.effects.gravity import Gravity
 from governor_mechanism.model.joints import GROUND, Pin, Point
 from governor_mechanism.model.mechanism import Body, Mechanism, SecondMoments
 from governor_mechanism.model.output_variables import BodyAngle
-from governor_mechanism.model.scene import FIXED_PLANE, Part, RunSettings, Scene, Spindle, Start
+from governor_mechanism.model.part import FIXED_PLANE, Part, Spindle, Start
+from governor_mechanism.model.scene import RunSettings, Scene
 
 LINK_LENGTH = 0.1
 """Length of a rod of the hanging chain, m."""

@@ -7,7 +7,8 @@ import numpy as np
 from governor_mechanism.effects.centrifugal import Centrifugal
 from governor_mechanism.effects.gravity import Gravity
 from governor_mechanism.machines.registry import MACHINES
-from governor_mechanism.model.scene import Part, RunSettings, Scene, Spindle, Start
+from governor_mechanism.model.part import Part, Spindle, Start
+from governor_mechanism.model.scene import RunSettings, Scene
 
 PORTER = {"arm": 0.3, "offset": 0.04, "ball_mass": 5.0, "sleeve_mass": 20.0}
 WATT = {"arm": 0.4, "offset": 0.05, "ball_mass": 2.0}

@@ -12,7 +12,8 @@ from governor_mechanism.effects.centrifugal import Centrifugal
 from governor_mechanism.effects.gravity import Gravity
 from governor_mechanism.machines.hartung.machine import HartungGovernor
 from governor_mechanism.model.effect import Effect
-from governor_mechanism.model.scene import FreeSpindle, Part, RunSettings, Scene, Spindle, Start
+from governor_mechanism.model.part import FreeSpindle, Part, Spindle, Start
+from governor_mechanism.model.scene import RunSettings, Scene
 from reference import hartung
 
 PAPER_DIMENSIONS = {

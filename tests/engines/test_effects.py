@@ -24,7 +24,8 @@ from governor_mechanism.mechanics.dynamics.lowering import make_system, with_hel
 from governor_mechanism.model.joints import GROUND, Point, Slider
 from governor_mechanism.model.mechanism import Body, Mechanism
 from governor_mechanism.model.output_variables import PointCoordinate
-from governor_mechanism.model.scene import FIXED_PLANE, FreeSpindle, Part, RunSettings, Scene, Spindle, Start
+from governor_mechanism.model.part import FIXED_PLANE, FreeSpindle, Part, Spindle, Start
+from governor_mechanism.model.scene import RunSettings, Scene
 from governor_mechanism.model.time_functions import InputFunction
 from governor_mechanism.model.trajectory import Outcome
 from governor_scenes import PORTER, governor_scene
@@ -40,7 +41,7 @@ def constant(value):
 
 
 def with_effects(scene, *effects):
-    return replace(scene, effects=(*scene.effects, *effects))
+    return scene.with_changes(effects=(*scene.effects, *effects))
 
 
 def porter(speed, *effects, angle=30.0, duration=10.0, output_interval=0.01):
@@ -363,7 +364,7 @@ ALL = (
     ids=["uneven", "free"],
 )
 def test_energy_balance_closes_with_all_effects(engine, spindle):
-    scene = replace(porter(12.0, *ALL, angle=35.0, duration=8.0), spindle=spindle)
+    scene = porter(12.0, *ALL, angle=35.0, duration=8.0).with_changes(spindle=spindle)
     result = run(engine, scene)
     assert result.energy.drift < 1e-9  # requirement
     assert result.energy.dissipated_energy[-1] > 0.1
@@ -445,7 +446,7 @@ def test_model_size_lists_every_element(engine):
         assert set(result.cost.evaluations) - set(bare.cost.evaluations) == ({law} if law else set())
     stuck = run(engine, porter(12.2, DryFriction(reading=LIFT, force=constant(40.0)), duration=0.1), accuracy=1e-8)
     assert stuck.cost.evaluations["dry friction"] == 0  # sticking friction is a constraint
-    without = run(engine, replace(porter(12.2, duration=0.1), effects=(Gravity(),)), accuracy=1e-8)
+    without = run(engine, porter(12.2, duration=0.1).with_changes(effects=(Gravity(),)), accuracy=1e-8)
     assert "centrifugal" not in without.cost.evaluations
     assert Centrifugal not in {type(effect) for effect in without.scene.effects}
 

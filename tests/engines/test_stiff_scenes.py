@@ -14,7 +14,8 @@ from governor_mechanism.model.force_elements import Damper, Spring, TorsionDampe
 from governor_mechanism.model.joints import GROUND, Pin, Point
 from governor_mechanism.model.mechanism import Body, Mechanism, SecondMoments
 from governor_mechanism.model.output_variables import BodyAngle, PointCoordinate
-from governor_mechanism.model.scene import FIXED_PLANE, Part, RunSettings, Scene, Spindle, Start
+from governor_mechanism.model.part import FIXED_PLANE, Part, Spindle, Start
+from governor_mechanism.model.scene import RunSettings, Scene
 from governor_mechanism.model.trajectory import Outcome
 
 

@@ -34,7 +34,8 @@ from governor_mechanism.model.joints import (
 )
 from governor_mechanism.model.mechanism import Body, Mechanism, SecondMoments
 from governor_mechanism.model.output_variables import BodyAngle
-from governor_mechanism.model.scene import FIXED_PLANE, TURNING_PLANE, Part, Scene, Spindle, Start
+from governor_mechanism.model.part import FIXED_PLANE, TURNING_PLANE, Part, Spindle, Start
+from governor_mechanism.model.scene import Scene
 from governor_mechanism.model.time_functions import InputFunction, PrescribedMotion
 from reference.zehnder import PORTER_OPEN
 from rigid_link_governor import ARM_MASS, LINK_MASS, porter_with_rods
@@ -161,7 +162,7 @@ def test_stiffness_follows_from_the_derivative_of_the_squared_equilibrium_speed(
         for load in part.mechanism.force_elements
     )
     rotating_part = replace(part, mechanism=replace(part.mechanism, bodies=bodies, force_elements=loads), plane=TURNING_PLANE)
-    reduction = SingleDofReduction(replace(scene, parts=(rotating_part,), effects=(Gravity(), Centrifugal())))
+    reduction = SingleDofReduction(scene.with_changes(parts=(rotating_part,), effects=(Gravity(), Centrifugal())))
     coefficients = reduction.evaluate([value])
     square = 2 * coefficients.potential_derivative[0] / coefficients.spindle_inertia_derivative[0]
 

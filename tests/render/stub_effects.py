@@ -44,7 +44,7 @@ def fake_run_with_effects(dimensions: dict[str, float], effects: Sequence[Effect
         poses[:, 2, 1] += offset
         readings |= {CLEARANCE_READING: offset, "sleeve_lift": sleeve_lift(governor, angles) + offset}
     part = dataclasses.replace(run.scene.part, mechanism=governor.mechanism_with_effects(effects))
-    scene = dataclasses.replace(run.scene, parts=(part,), effects=(*run.scene.effects, *effects))
+    scene = run.scene.with_changes(parts=(part,), effects=(*run.scene.effects, *effects))
     return dataclasses.replace(
         run,
         scene=scene,

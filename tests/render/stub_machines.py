@@ -27,7 +27,8 @@ from governor_mechanism.model.joints import (
 )
 from governor_mechanism.model.mechanism import Body, Mechanism, SecondMoments
 from governor_mechanism.model.output_variables import BodyAngle, PointCoordinate, Reading
-from governor_mechanism.model.scene import FIXED_PLANE, Part, RunSettings, Scene, Spindle, Start
+from governor_mechanism.model.part import FIXED_PLANE, Part, Spindle, Start
+from governor_mechanism.model.scene import RunSettings, Scene
 from governor_mechanism.model.time_functions import InputFunction, PrescribedMotion
 from governor_mechanism.model.trajectory import Energy, Outcome, Trajectory
 from governor_mechanism.types import FloatArray

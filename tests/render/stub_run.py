@@ -8,7 +8,8 @@ from numpy.typing import NDArray
 from governor_mechanism.effects.centrifugal import Centrifugal
 from governor_mechanism.effects.gravity import Gravity
 from governor_mechanism.machines.pendulum.machine import PendulumGovernor
-from governor_mechanism.model.scene import Part, RunSettings, Scene, Spindle, Start
+from governor_mechanism.model.part import Part, Spindle, Start
+from governor_mechanism.model.scene import RunSettings, Scene
 from governor_mechanism.model.trajectory import Cost, Energy, Outcome, Trajectory
 
 GOVERNOR_DIMENSIONS = {

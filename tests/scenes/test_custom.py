@@ -30,7 +30,8 @@ from governor_mechanism.model.joints import (
 )
 from governor_mechanism.model.mechanism import Body, Mechanism, SecondMoments
 from governor_mechanism.model.output_variables import BodyAngle, LineAngle, PointCoordinate, PointDistance, Reading
-from governor_mechanism.model.scene import EQUILIBRIUM, FreeSpindle, Scene
+from governor_mechanism.model.part import EQUILIBRIUM, FreeSpindle
+from governor_mechanism.model.scene import Scene
 from governor_mechanism.model.time_functions import InputFunction, PrescribedMotion
 from governor_mechanism.scenes import library
 from governor_mechanism.scenes.parser import parse_scene_document

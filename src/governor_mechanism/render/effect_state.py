@@ -12,7 +12,7 @@ from governor_mechanism.effects.clearance import CLEARANCE_READING, Clearance
 from governor_mechanism.mechanics.dynamics.contacts import contacts_of
 from governor_mechanism.model.effect import Effect, OutputEffect
 from governor_mechanism.model.events import Event, EventKind
-from governor_mechanism.model.scene import Part
+from governor_mechanism.model.part import Part
 from governor_mechanism.model.trajectory import Trajectory
 
 EffectT = TypeVar("EffectT", bound=Effect)

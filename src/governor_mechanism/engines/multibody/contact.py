@@ -14,6 +14,7 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
+from governor_mechanism.engines.multibody.input_modes import InputModes
 from governor_mechanism.mechanics.contact.tolerances import (
     CONTACT_TOLERANCE,
     MIN_REBOUND_HEIGHT,
@@ -23,7 +24,7 @@ from governor_mechanism.mechanics.contact.tolerances import (
     zeno_time,
 )
 from governor_mechanism.mechanics.dynamics.contacts import ContactMode, contacts_of, initial_mode, one_sided_forces_of
-from governor_mechanism.mechanics.dynamics.equations_of_motion import N_AUXILIARY_STATES, evaluate_events_and_derivative, project_state
+from governor_mechanism.mechanics.dynamics.equations_of_motion import evaluate_events_and_derivative, project_state
 from governor_mechanism.mechanics.dynamics.lowering import (
     System,
     SystemWorkspace,
@@ -46,7 +47,7 @@ TURNING_POINT_ACCELERATION_TOLERANCE = 1e-6
 """Largest acceleration of a held output, in length scales (or rad) per time scale squared, that is rounding."""
 
 
-ContactModeKey = tuple[tuple[int | None, ...], tuple[int, ...], tuple[bool, ...], bool]
+ContactModeKey = tuple[tuple[int | None, ...], ContactMode]
 """Properties shared by modes whose systems differ only in the held values."""
 
 
@@ -68,23 +69,21 @@ class ContactModeSolver:
         self.one_sided_springs = one_sided_forces_of(scene)
         self._output_indices = [names.index(contact.output_name) for contact in self.contacts]
         self._spring_output_indices = [names.index(spring.reading) for spring in self.one_sided_springs]
-        mechanism = scene.part.mechanism
+        self._input_modes = InputModes(scene, time_scale, len(self.contacts) + len(self.one_sided_springs))
+        mechanism = scene.mechanism
         self._coordinate_scales = [mechanism.output_scale(name) for name in names]
         self._joint_rows = make_system(scene)[0].constraint_rows
         position_solver = PositionSolver(mechanism)
-        self._mobility, self._is_driven = position_solver.mobility, bool(position_solver.equations.is_driven.any())
+        self._mobility = position_solver.mobility - mechanism.count_free_shafts()
+        self._is_driven = bool(position_solver.equations.is_driven.any())
         self._models: dict[ContactModeKey, tuple[ContactMode, System, SystemWorkspace]] = {}
         self.mode, self.events = initial_mode(scene), list[Event]()
         self._released_at, self._released = -math.inf, set[int]()
 
     def get_model(self, mode: ContactMode) -> tuple[System, SystemWorkspace]:
         """Return the system of a contact mode and its workspace."""
-        key = (
-            tuple(self._classify_hold(k, held) for k, held in enumerate(mode.held_values)),
-            mode.sliding_signs,
-            mode.taut,
-            mode.is_locked,
-        )
+        holds = tuple(self._classify_hold(k, held) for k, held in enumerate(mode.held_values))
+        key = holds, replace(mode, held_values=())
         if key not in self._models:
             system = make_system(self.scene, mode)[0]
             self._models[key] = mode, system, make_system_workspace(system)
@@ -124,6 +123,8 @@ class ContactModeSolver:
         """
         previous_mode = self.mode
         self._update_one_sided_springs(time, state)
+        current = self._evaluate_outputs(state)
+        self.mode = self._input_modes.update(self.mode, time, current.values, current.rates, triggered)
         released = self._update_released(
             time, {k for k in triggered if k < len(self.contacts) and previous_mode.held_values[k] is not None}
         )
@@ -136,7 +137,12 @@ class ContactModeSolver:
             if n_held > self._mobility:
                 continue  # redundant: fewer held contacts, one at its force limit, describe the same motion with determinate forces
             is_at_rest = n_held == self._mobility and not self._is_driven
-            mode = ContactMode(tuple(held for held, _ in choice), tuple(sign for _, sign in choice), self.mode.taut, is_at_rest)
+            mode = replace(
+                self.mode,
+                held_values=tuple(held for held, _ in choice),
+                sliding_signs=tuple(sign for _, sign in choice),
+                is_locked=is_at_rest,
+            )
             violation = self._compute_violation(mode, state, input_cubics)
             if violation < least_violation:
                 best_mode, least_violation = mode, violation
@@ -227,9 +233,8 @@ class ContactModeSolver:
             motion_sign = direction if k in impacted or self._mobility == 1 else 1
             sliding_signs.append(motion_sign * int(math.copysign(1.0, rate)) if has_friction and rate else 0)
         held = tuple(None if k in impacted else value for k, value in enumerate(self.mode.held_values))
-        derivative = evaluate_events_and_derivative(
-            *self.get_model(ContactMode(held, tuple(sliding_signs), self.mode.taut)), input_cubics, 0.0, state
-        )[1]
+        mode = replace(self.mode, held_values=held, sliding_signs=tuple(sliding_signs), is_locked=False)
+        derivative = evaluate_events_and_derivative(*self.get_model(mode), input_cubics, 0.0, state)[1]
         return self._evaluate_output_accelerations(state, derivative)
 
     def _apply_impulses(self, state: FloatArray, outputs: OutputState, target_rates: dict[int, float]) -> None:
@@ -250,8 +255,7 @@ class ContactModeSolver:
             @ np.linalg.lstsq((constraint_jacobian * inverse_mass) @ constraint_jacobian.T, right_hand_side, rcond=1e-13)[0]
         )
         dissipated_energy = energy_before - 0.5 * float(np.sum(mass * velocities**2))
-        state[-N_AUXILIARY_STATES] += dissipated_energy
-        state[-N_AUXILIARY_STATES + 1] += dissipated_energy
+        state[2 * n_coordinates : 2 * n_coordinates + 2] += dissipated_energy
 
     def _list_candidates(self, k: int, outputs: OutputState, is_released: bool) -> Iterator[tuple[float | None, int]]:
         """Yield the possible states of a contact: the value it is held at, or None and the sign of its sliding."""

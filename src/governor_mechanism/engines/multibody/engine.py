@@ -149,12 +149,12 @@ class MultibodyRunner(CertifiedRunner[MultibodyResult]):
         law_counts = Counter({"equations of motion": evaluations})
         system = self.integrator.system
         n_bodies = len(system.bodies)
-        if system.gravity:
+        if any(system.bodies["gravity"]):
             law_counts["gravity"] = n_bodies * evaluations
-        if system.has_centrifugal_forces:
+        if len(system.planes):
             law_counts["centrifugal"] = n_bodies * evaluations
-        if self.scene.part.mechanism.force_elements:
-            law_counts["springs, dampers, forces"] = len(self.scene.part.mechanism.force_elements) * evaluations
+        if self.scene.mechanism.force_elements:
+            law_counts["springs, dampers, forces"] = len(self.scene.mechanism.force_elements) * evaluations
         *force_counts, friction_count = self.integrator.output_force_counts.tolist()
         for law, count in zip(FORCE_LAWS, force_counts, strict=True):
             if any(isinstance(effect, law) for effect in self.scene.output_effects):

@@ -17,6 +17,7 @@ from governor_mechanism.mechanics.contact.tolerances import SIMULTANEITY_TOLERAN
 from governor_mechanism.mechanics.dynamics.characteristic_scales import max_step_scale
 from governor_mechanism.mechanics.dynamics.contacts import ContactMode, contacts_of, one_sided_forces_of
 from governor_mechanism.mechanics.kinematics.output_variables import evaluate_output_value
+from governor_mechanism.mechanics.kinematics.time_functions import SpindleSpeedFunction
 from governor_mechanism.mechanics.reduction.equation_of_motion import N_QUADRATURES, ReducedModel, make_reduced_model
 from governor_mechanism.mechanics.reduction.lowering import ForceParameter
 from governor_mechanism.mechanics.reduction.motion_table import MotionTable
@@ -67,10 +68,10 @@ class ReducedRun:
         self._initial_momentum = 0.0
         if motion_table.has_free_spindle:
             total_inertia = (
-                evaluator.evaluate_spindle_inertia(motion_table.evaluate_poses(np.array([start[0]]))[0])[0]
+                evaluator.evaluate_spindle_inertia(0, motion_table.evaluate_poses(np.array([start[0]]))[0])[0]
                 + motion_table.forces.parameters[ForceParameter.FREE_SPINDLE_INERTIA]
             )
-            self._initial_momentum = total_inertia * evaluator.speed_function.start_speed
+            self._initial_momentum = total_inertia * SpindleSpeedFunction(scene.spindle).start_speed
 
     def integrate(self, tolerance: float, step_factor: float = 1.0) -> ReducedSolution:
         """Integrate through all times, with a factor on the largest step."""
@@ -166,13 +167,9 @@ class ReducedRun:
         is_conservative = self.motion_table.arrays.is_conservative
         angle = speeds * times if is_conservative else states[:, 4]
         work, dissipated_energy = (np.zeros(len(times)),) * 2 if is_conservative else (states[:, 2], states[:, 3])
+        poses, velocities = self.evaluator.with_shaft(poses, tangents * states[:, 1, np.newaxis, np.newaxis], angle, speeds)
         return StateHistory(
-            times=times,
-            poses=poses,
-            velocities=tangents * states[:, 1, np.newaxis, np.newaxis],
-            work=work,
-            dissipated_energy=dissipated_energy,
-            spindle_state=np.stack([angle, speeds], axis=-1),
+            times=times, poses=poses, velocities=velocities, work=work, dissipated_energy=dissipated_energy, lags=np.zeros((len(times), 0))
         )
 
     def contact_modes(self, solution: ReducedSolution, poses: FloatArray) -> tuple[ContactMode, ...]:
@@ -210,13 +207,13 @@ class ReducedRun:
 
     def _add_speed_jump_work(self, time: float, state: FloatArray, states: FloatArray, row: int | None) -> None:
         """Add the work that a jump of the given spindle speed does on the bodies; a report at that time shows the right limit."""
-        program = self.evaluator.speed_function
+        program = SpindleSpeedFunction(self.motion_table.scene.spindle)
         if program.is_constant:
             return
         before, after = (float(program(np.array([time]), left_limit=left_limit)[0]) for left_limit in (True, False))
         if after == before or self.motion_table.has_free_spindle or not self.motion_table.arrays.has_centrifugal_forces:
             return
-        inertia = self.evaluator.evaluate_spindle_inertia(self.motion_table.evaluate_poses(state[:1])[0])[0]
+        inertia = self.evaluator.evaluate_spindle_inertia(0, self.motion_table.evaluate_poses(state[:1])[0])[0]
         state[2] += 0.5 * inertia * (after**2 - before**2)
         if row is not None:
             states[row, 2] = state[2]

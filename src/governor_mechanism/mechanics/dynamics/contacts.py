@@ -9,9 +9,12 @@ from typing import Any
 
 import numpy as np
 
+from governor_mechanism.mechanics.dynamics.force_elements import make_force_element_table
+from governor_mechanism.mechanics.dynamics.inputs import evaluate_reading_function, output_of_reading
+from governor_mechanism.mechanics.kinematics.output_variables import evaluate_output
 from governor_mechanism.model.effect import OutputForce
 from governor_mechanism.model.scene import Scene
-from governor_mechanism.model.time_functions import InputFunction
+from governor_mechanism.model.time_functions import InputFunction, ReadingFunction, TableFunction
 from governor_mechanism.types import FloatArray
 
 FRICTION_LAW_NAME = "dry friction"
@@ -57,12 +60,18 @@ class ContactMode:
         Whether each one-sided spring pulls.
     is_locked
         Whether the held outputs leave no degree of freedom.
+    segments
+        Segment of each table of a reading: 0 below its first point, 1 behind it, and so on.
+    broken
+        Gears that have broken.
     """
 
     held_values: tuple[float | None, ...] = ()
     sliding_signs: tuple[int, ...] = ()
     taut: tuple[bool, ...] = ()
     is_locked: bool = False
+    segments: tuple[int, ...] = ()
+    broken: tuple[str, ...] = ()
 
 
 def contacts_of(scene: Scene) -> tuple[Contact, ...]:
@@ -118,6 +127,55 @@ def one_sided_forces_of(scene: Scene) -> tuple[OutputForce, ...]:
     return tuple(effect for effect in output_forces_of(scene) if effect.slack_below > -math.inf)
 
 
+def loads_of(scene: Scene) -> tuple[InputFunction, ...]:
+    """Return the loads of a scene: those of force elements, then the friction forces.
+
+    Parameters
+    ----------
+    scene
+        Scene with its effects.
+
+    Returns
+    -------
+    tuple[InputFunction, ...]
+        Loads in the order of the inputs of a system.
+    """
+    element_loads = make_force_element_table(scene.mechanism, {}, 0)[1]
+    return (*element_loads, *(contact.friction for contact in contacts_of(scene) if contact.friction is not None))
+
+
+def reading_functions_of(scene: Scene) -> tuple[ReadingFunction, ...]:
+    """Return the functions of readings in the loads of a scene.
+
+    Parameters
+    ----------
+    scene
+        Scene with its effects.
+
+    Returns
+    -------
+    tuple[ReadingFunction, ...]
+        Functions in the order of the loads.
+    """
+    return tuple(function for load in loads_of(scene) for function in (*load.functions, *load.factors))
+
+
+def reading_tables_of(scene: Scene) -> tuple[TableFunction, ...]:
+    """Return the tables of readings in the loads of a scene; their kinks are events.
+
+    Parameters
+    ----------
+    scene
+        Scene with its effects.
+
+    Returns
+    -------
+    tuple[TableFunction, ...]
+        Tables in the order of the loads.
+    """
+    return tuple(function for function in reading_functions_of(scene) if isinstance(function, TableFunction))
+
+
 def initial_mode(scene: Scene) -> ContactMode:
     """Return the mode in which nothing is held, nothing slides and every one-sided spring is slack.
 
@@ -134,7 +192,8 @@ def initial_mode(scene: Scene) -> ContactMode:
         The mode.
     """
     n_contacts = len(contacts_of(scene))
-    return ContactMode((None,) * n_contacts, (0,) * n_contacts, (False,) * len(one_sided_forces_of(scene)))
+    n_contacts, n_one_sided, n_tables = len(contacts_of(scene)), len(one_sided_forces_of(scene)), len(reading_tables_of(scene))
+    return ContactMode((None,) * n_contacts, (0,) * n_contacts, (False,) * n_one_sided, False, (0,) * n_tables)
 
 
 def has_contacts(scene: Scene) -> bool:
@@ -150,7 +209,7 @@ def has_contacts(scene: Scene) -> bool:
     bool
         True if its mode can change during a run.
     """
-    return initial_mode(scene) != ContactMode()
+    return initial_mode(scene) != ContactMode() or bool(scene.system.breaking_gears)
 
 
 def potential_derivatives(effect: OutputForce, value: FloatArray) -> FloatArray:
@@ -170,3 +229,30 @@ def potential_derivatives(effect: OutputForce, value: FloatArray) -> FloatArray:
     """
     derivatives: FloatArray = np.where(value < effect.slack_below, 0.0, np.array(effect.potential(value)))
     return derivatives
+
+
+def initial_lags(scene: Scene, poses: FloatArray, velocities: FloatArray) -> FloatArray:
+    """Return the states of the lags at the start: each lag begins at the value that it follows.
+
+    Parameters
+    ----------
+    scene
+        Scene with its loads.
+    poses
+        Poses of the mass centres at the start, m and rad; shape (bodies, 3).
+    velocities
+        Their time derivatives; shape (bodies, 3).
+
+    Returns
+    -------
+    FloatArray
+        Values in the order of the lags; shape (lags,).
+    """
+    values = []
+    for function in reading_functions_of(scene):
+        if function.lag:
+            name, is_rate = output_of_reading(function.reading)
+            output = evaluate_output(scene.mechanism, name, poses)
+            value = np.sum(output.gradient * velocities) if is_rate else output.value
+            values.append(evaluate_reading_function(function, float(value)))
+    return np.array(values)

@@ -11,8 +11,8 @@ from enum import IntEnum
 import numpy as np
 
 from governor_mechanism.effects.registry import FORCE_LAWS
-from governor_mechanism.mechanics.kinematics.constraint_kernels import ConstraintRows, RowColumn, evaluate_rows
-from governor_mechanism.mechanics.kinematics.input_kernels import evaluate_input
+from governor_mechanism.mechanics.dynamics.inputs import output_rate
+from governor_mechanism.mechanics.kinematics.constraint_kernels import ConstraintRows, RowColumn
 from governor_mechanism.model.effect import OutputForce
 from governor_mechanism.numerics.jit import jit_closure, jit_internal
 from governor_mechanism.types import FloatArray, RecordArray
@@ -112,40 +112,26 @@ of g. input_index: the input that is subtracted, or -1. contact_index: the conta
 
 
 @jit_internal
-def output_rate(output_rows: ConstraintRows, jacobian: FloatArray, k: int, velocities: FloatArray) -> float:
-    """Return the rate of an output (m/s or rad/s) from its row of the evaluated output Jacobian."""
-    rate = 0.0
-    for side in range(2):
-        body = output_rows.row_bodies[k, side]
-        if body >= 0:
-            for c in range(3):
-                rate += jacobian[k, side, c] * velocities[body, c]
-    return rate
-
-
-@jit_internal
 def add_output_forces(
     output_rows: ConstraintRows,
     output_forces: RecordArray,
-    poses: FloatArray,
     velocities: FloatArray,
-    input_cubics: FloatArray,
-    local_time: float,
+    inputs: FloatArray,
     row_values: FloatArray,
     jacobian: FloatArray,
     result: FloatArray,
 ) -> float:
-    """Add the generalised forces of all output forces to result (bodies, 3) and return the power (W) they dissipate."""
-    if output_forces.size == 0:
-        return 0.0
-    evaluate_rows(output_rows, poses, velocities, row_values, jacobian)
+    """Add the generalised forces of all output forces to result (bodies, 3) and return the power (W) they dissipate.
+
+    The output rows were evaluated at the state.
+    """
     dissipated_power = 0.0
     for i in range(output_forces.size):
         output_force = output_forces[i]
         k = output_force.output_index
         rate = output_rate(output_rows, jacobian, k, velocities) if output_force.dissipates else 0.0
         if output_force.law == SLIDING_FRICTION:
-            force = -(output_force.coefficients[0] * evaluate_input(input_cubics, output_force.input_index, local_time))
+            force = -(output_force.coefficients[0] * inputs[output_force.input_index])
         else:
             force = evaluate_force_law(output_force.law, output_force.coefficients, row_values[k, RowColumn.RESIDUAL], rate)
         dissipated_power -= force * rate

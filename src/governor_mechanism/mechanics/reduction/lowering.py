@@ -21,7 +21,8 @@ from governor_mechanism.mechanics.reduction.node_evaluation import ReductionArra
 from governor_mechanism.model.effect import OutputForce
 from governor_mechanism.model.mechanism import Mechanism
 from governor_mechanism.model.output_variables import LineAngle
-from governor_mechanism.model.scene import TURNING_PLANE, FreeSpindle, Scene, Spindle
+from governor_mechanism.model.part import TURNING_PLANE, FreeSpindle, Spindle
+from governor_mechanism.model.scene import Scene
 from governor_mechanism.types import FloatArray, RecordArray
 
 UNBOUNDED_RANGE = 1e9
@@ -134,8 +135,7 @@ def lower_reduced_scene(scene: Scene) -> tuple[ReductionArrays, ReducedForces]:
         pose_scales=np.array([mechanism.length_scale, mechanism.length_scale, 1.0] * len(mechanism.bodies)),
         row_scales=np.array([*(1 / mechanism.length_scale,) * len(joint_rows.table), 1 / mechanism.output_scale(mechanism.coordinate)]),
         mass=np.array([m for b in mechanism.bodies for m in (b.mass, b.mass, b.second_moments.xx + b.second_moments.yy)]),
-        bodies=np.array([make_body_record(body) for body in mechanism.bodies], dtype=BODY_DTYPE),
-        gravity=scene.gravity,
+        bodies=np.array([make_body_record(body, scene.gravity, has_centrifugal_forces - 1) for body in mechanism.bodies], dtype=BODY_DTYPE),
         has_centrifugal_forces=has_centrifugal_forces,
         springs=springs,
         dampers=dampers,
@@ -145,7 +145,7 @@ def lower_reduced_scene(scene: Scene) -> tuple[ReductionArrays, ReducedForces]:
         output_scales=output_scales,
         output_springs=_tabulated_forces(scene, names),
         limits=np.array([(names.index(limit.reading), limit.low, limit.high) for limit in limits]).reshape(-1, 3),
-        spindle_speed_squared=spindle.speeds[0] ** 2 if is_steady and isinstance(spindle, Spindle) else -1.0,
+        steady_speed=abs(spindle.speeds[0]) if is_steady and isinstance(spindle, Spindle) else -1.0,
         coordinate_scale=mechanism.output_scale(mechanism.coordinate),
         time_scale=scene_time_scale,
         length_scale=mechanism.length_scale,

@@ -14,7 +14,8 @@ from governor_mechanism.effects.bell_crank_masses import BellCrankMasses
 from governor_mechanism.effects.stops import Stops
 from governor_mechanism.mechanics.kinematics.time_functions import SpindleSpeedFunction
 from governor_mechanism.mechanics.reduction.lagrangian import SingleDofReduction
-from governor_mechanism.model.scene import FreeSpindle, Scene, Spindle
+from governor_mechanism.model.part import FreeSpindle, Spindle
+from governor_mechanism.model.scene import Scene
 from governor_mechanism.observables.static_forces import compute_static_force
 from governor_mechanism.statics.speed_curve import equilibrium_speed_at
 from governor_mechanism.types import FloatArray
@@ -124,7 +125,7 @@ def _check_equilibria(scene: Scene, governor: closed.HartungGovernor, stroke: tu
             yield f"at {format_rpm(speed)} there is no equilibrium within the stroke: nothing is checked there"
         for angle in angles_in_stroke:
             offset = min([RELAXATION_OFFSET, *(0.3 * abs(angle - other) for other in all_angles if other != angle)])
-            yield from _check_equilibrium(replace(scene, spindle=Spindle(speeds=(speed,))), governor, angle, offset)
+            yield from _check_equilibrium(scene.with_changes(spindle=Spindle(speeds=(speed,))), governor, angle, offset)
 
 
 def _equilibrium_angles(scene: Scene, governor: closed.HartungGovernor, speed: float) -> list[float]:
