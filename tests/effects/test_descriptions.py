@@ -74,7 +74,9 @@ def test_a_force_either_has_a_potential_or_dissipates(effect):
         assert np.all(effect.evaluate(values, rates) * rates <= 0.0)
         return
     step = 1e-4
-    energies, slopes, curvatures = (np.array([potential_derivatives(effect, values + k * step) for k in (-1, 0, 1)])[:, i] for i in range(3))
+    energies, slopes, curvatures = (
+        np.array([potential_derivatives(effect, values + k * step) for k in (-1, 0, 1)])[:, i] for i in range(3)
+    )
     # Central differences of a parabola are exact up to rounding of the energy over the step; where the force sets in they are not.
     smooth = np.abs(values - effect.free_value) > step
     assert (energies[2] - energies[0])[smooth] / (2 * step) == pytest.approx(slopes[1][smooth], abs=1e-9)
