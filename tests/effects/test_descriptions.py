@@ -52,7 +52,7 @@ def test_an_orifice_has_the_coefficient_of_its_formula():
     found = orifice_damping_coefficient(piston=20e-4, hole=12e-6, screw=0.5)
     assert found == pytest.approx(7.2e-6 / (2 * 1.38384e-11), rel=1e-14)
     assert orifice_damping_coefficient(piston=20e-4, hole=12e-6) == pytest.approx(found / 4, rel=1e-14)
-    assert orifice_damping_coefficient(piston=20e-4, hole=12e-6, density=450) == pytest.approx(found / 8, rel=1e-14)
+    assert orifice_damping_coefficient(piston=20e-4, hole=12e-6, oil=450) == pytest.approx(found / 8, rel=1e-14)
 
 
 EXAMPLES = [

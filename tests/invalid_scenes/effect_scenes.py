@@ -315,7 +315,7 @@ WORDING_EFFECTS: list[tuple[str, str]] = [
     ("half a coil", "effects.spring.sleeve lacks coil, modulus; wire, coil, turns, modulus are all needed"),
     ("a coil thinner than its wire", "effects.spring.sleeve: coil of the spring (0.004 m) must be wider than its wire (0.004 m)"),
     ("wire in torsion", 'effects.spring.arm_angle is an angle and cannot have wire; write rate = "3 N m/rad"'),
-    ("a modulus of paper", 'effects.spring.sleeve.modulus must be positive; found "0 GPa"; steel has 80 GPa'),
+    ("a modulus of paper", 'effects.spring.sleeve.modulus must be positive; found "0 GPa"'),
     (
         "friction on nothing",
         ('effects.dry_friction must be a table with the readings on which it acts; found "40 N"; write dry_friction = { sleeve = "40 N" }'),

@@ -29,6 +29,7 @@ class BellCrankMasses(Effect):
     """
 
     key: ClassVar[str] = "bell_cranks"
+    changes_bodies_of: ClassVar[str] = "a Hartung governor"
 
     mass: float = scene_key("mass", sign="not negative", examples=("6 kg",), default=0.0)
     weight_width: float = scene_key("length", sign="not negative", examples=("150 mm",), default=0.0)

@@ -29,6 +29,7 @@ class Clearance(Effect):
     """
 
     key: ClassVar[str] = "clearance"
+    changes_bodies_of: ClassVar[str] = "a sleeve on links"
     value_fields: ClassVar[tuple[str, ...]] = ("width",)
 
     width: float = scene_key(

@@ -31,6 +31,7 @@ class CrankMasses(Effect):
     """
 
     key: ClassVar[str] = "masses"
+    changes_bodies_of: ClassVar[str] = "a slider crank"
 
     crank: float = scene_key("mass", meaning="the mass of the crank (rod and crosshead may have none)", examples=("80 kg",))
     crank_centre: float = scene_key("length", sign="any", default=0.0)

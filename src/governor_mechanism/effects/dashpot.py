@@ -7,13 +7,13 @@ from typing import Any, ClassVar
 
 from governor_mechanism.errors import MechanismError, require_not_negative, require_positive
 from governor_mechanism.model.effect import OutputForce
-from governor_mechanism.model.scene_keys import Derivation, SceneKey, scene_key
+from governor_mechanism.model.scene_keys import Derivation, scene_key
 
 DISCHARGE_COEFFICIENT = 0.62
 """Discharge coefficient of a sharp-edged orifice."""
 
 
-def orifice_damping_coefficient(*, piston: float, hole: float, screw: float = 1.0, density: float = 900.0) -> float:
+def orifice_damping_coefficient(*, piston: float, hole: float, screw: float = 1.0, oil: float = 900.0) -> float:
     """Return the quadratic coefficient of a piston that forces oil through an orifice, rho A^3 / (2 (0.62 a)^2), N s2/m2.
 
     Parameters
@@ -24,7 +24,7 @@ def orifice_damping_coefficient(*, piston: float, hole: float, screw: float = 1.
         Area of the orifice, m2; smaller than the piston.
     screw
         Fraction of the orifice that an adjusting screw leaves open, above 0 and at most 1; a = screw * hole.
-    density
+    oil
         Density of the oil rho, kg/m3.
 
     Returns
@@ -37,13 +37,13 @@ def orifice_damping_coefficient(*, piston: float, hole: float, screw: float = 1.
     MechanismError
         If an argument is out of range.
     """
-    for value, unit, name in ((piston, "m2", "piston"), (hole, "m2", "hole"), (density, "kg/m3", "oil")):
+    for value, unit, name in ((piston, "m2", "piston"), (hole, "m2", "hole"), (oil, "kg/m3", "oil")):
         require_positive(value, unit, f"{name} of the dashpot")
     if not 0 < screw <= 1:
         raise MechanismError(f"screw of the dashpot must lie above 0 (shut) and at most at 1 (open); got {screw:g}")
     if hole >= piston:
         raise MechanismError(f"hole of the dashpot ({hole:g} m2) must be smaller than its piston ({piston:g} m2)")
-    return density * piston**3 / (2 * (DISCHARGE_COEFFICIENT * screw * hole) ** 2)
+    return oil * piston**3 / (2 * (DISCHARGE_COEFFICIENT * screw * hole) ** 2)
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -61,17 +61,7 @@ class Dashpot(OutputForce):
     key: ClassVar[str] = "dashpot"
     value_fields: ClassVar[tuple[str, ...]] = ("linear",)
     derivations: ClassVar[tuple[Derivation, ...]] = (
-        Derivation(
-            "quadratic",
-            orifice_damping_coefficient,
-            {
-                "piston": SceneKey("area"),
-                "hole": SceneKey("area"),
-                "screw": SceneKey("ratio"),
-                "oil": SceneKey("density", argument="density"),
-            },
-            optional=("screw", "oil"),
-        ),
+        Derivation("quadratic", orifice_damping_coefficient, {"piston": "area", "hole": "area", "screw": "ratio", "oil": "density"}),
     )
     law_name: ClassVar[str] = "dashpots"
     dissipates: ClassVar[bool] = True

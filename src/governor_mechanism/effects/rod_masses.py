@@ -27,6 +27,7 @@ class RodMasses(Effect):
     """
 
     key: ClassVar[str] = "rods"
+    changes_bodies_of: ClassVar[str] = "a governor with arms and links"
 
     arm_mass: float = scene_key("mass", sign="not negative", examples=("0.6 kg",), default=0.0)
     link_mass: float = scene_key("mass", sign="not negative", examples=("0.5 kg",), default=0.0)

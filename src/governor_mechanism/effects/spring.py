@@ -8,7 +8,7 @@ from typing import Any, ClassVar
 
 from governor_mechanism.errors import MechanismError, require_finite, require_positive
 from governor_mechanism.model.effect import OutputForce
-from governor_mechanism.model.scene_keys import FLAG_KIND, Derivation, SceneKey, scene_key
+from governor_mechanism.model.scene_keys import FLAG_KIND, Derivation, scene_key
 
 
 def helical_spring_rate(*, wire: float, coil: float, turns: float, modulus: float) -> float:
@@ -60,16 +60,7 @@ class OutputSpring(OutputForce):
 
     key: ClassVar[str] = "spring"
     derivations: ClassVar[tuple[Derivation, ...]] = (
-        Derivation(
-            "rate",
-            helical_spring_rate,
-            {
-                "wire": SceneKey("length"),
-                "coil": SceneKey("length"),
-                "turns": SceneKey("number"),
-                "modulus": SceneKey("modulus", hint="; steel has 80 GPa"),
-            },
-        ),
+        Derivation("rate", helical_spring_rate, {"wire": "length", "coil": "length", "turns": "number", "modulus": "modulus"}),
     )
     law_name: ClassVar[str] = "springs on readings"
     dissipates: ClassVar[bool] = False

@@ -25,12 +25,15 @@ class Effect:
         Fields that are given once for all readings.
     derivations
         Fields that may be computed from other keys.
+    changes_bodies_of
+        Machines whose bodies the effect changes; empty if it changes no bodies and suits every machine.
     """
 
     key: ClassVar[str]
     value_fields: ClassVar[tuple[str, ...]] = ()
     common_keys: ClassVar[tuple[str, ...]] = ()
     derivations: ClassVar[tuple[Derivation, ...]] = ()
+    changes_bodies_of: ClassVar[str] = ""
 
     @property
     def gravity(self) -> float:

@@ -34,8 +34,6 @@ class SceneKey:
         Whether the magnitude must be that of something that can be built.
     is_program
         Whether the value may also be a list of [time, value].
-    argument
-        Name of the argument if it is not the key.
     """
 
     kind: str
@@ -47,7 +45,6 @@ class SceneKey:
     hint: str = ""
     bounded: bool = True
     is_program: bool = False
-    argument: str = ""
 
     def kind_along(self, quantity: str) -> str:
         """Return the kind of quantity along a reading that is a "length" or an "angle"."""
@@ -63,17 +60,14 @@ class Derivation:
     field
         Name of the field.
     function
-        Function of the keys.
-    keys
-        The keys.
-    optional
-        Names of the keys that may be left out.
+        Function of the keys; those with a default may be left out.
+    kinds
+        Kinds of quantity of the keys; all are positive.
     """
 
     field: str
     function: Callable[..., float]
-    keys: Mapping[str, SceneKey]
-    optional: tuple[str, ...] = ()
+    kinds: Mapping[str, str]
 
 
 def scene_key(kind: str, angle_kind: str = "", *, default: Any = dataclasses.MISSING, **properties: Any) -> Any:

@@ -91,15 +91,15 @@ class EffectTable(SceneFileTable):
         for derivation in cls.effect.derivations:
             hint = f"write {derivation.field} = {_example(scene_keys_of(cls.effect)[derivation.field], cls.quantity)}"
             yield from _derivation_problems(values, derivation, hint if cls.quantity == "angle" else "")
-            if derivation.field in _required_fields(cls.effect) and not values.keys() & {derivation.field, *derivation.keys}:
-                alternative = "" if cls.quantity == "angle" else f", or {', '.join(derivation.keys)}"
+            if derivation.field in _required_fields(cls.effect) and not values.keys() & {derivation.field, *derivation.kinds}:
+                alternative = "" if cls.quantity == "angle" else f", or {', '.join(derivation.kinds)}"
                 yield Problem(f"{KEY}: {derivation.field} is missing; {hint}{alternative}", ProblemCode.MISSING_KEY)
 
     def build(self, **arguments: Any) -> Effect:
         """Return the effect, its fields given or computed; `arguments` are the other fields."""
         values = self.given_values()
         for derivation in self.effect.derivations:
-            given = {key.argument or name: values.pop(name) for name, key in derivation.keys.items() if name in values}
+            given = {name: values.pop(name) for name in derivation.kinds if name in values}
             if given:
                 values[derivation.field] = derivation.function(**given)
         return self.effect(**values, **arguments)
@@ -107,8 +107,8 @@ class EffectTable(SceneFileTable):
 
 def _derivation_problems(values: Mapping[str, Any], derivation: Derivation, hint_along_angle: str) -> Iterator[Problem]:
     """Yield the problem of keys from which a field follows: given with the field, not along a length, or incomplete."""
-    given = [key for key in derivation.keys if key in values]
-    needed = [key for key in derivation.keys if key not in derivation.optional]
+    given = [key for key in derivation.kinds if key in values]
+    needed = [key for key in derivation.kinds if key not in (derivation.function.__kwdefaults__ or {})]
     text = ""
     if given and derivation.field in values:
         text = f"{KEY}: {derivation.field} cannot be combined with {', '.join(given)}, from which it follows; leave one of the two out"
@@ -128,7 +128,7 @@ def _table_model(effect_key: str, quantity: str) -> type[EffectTable]:
     derived = {derivation.field for derivation in effect.derivations}
     required = set(_required_fields(effect)) - derived
     for derivation in effect.derivations:
-        keys |= derivation.keys
+        keys |= {name: SceneKey(kind) for name, kind in derivation.kinds.items()}
     fields: dict[str, Any] = {}
     for name, key in keys.items():
         description = f"{key.meaning}, as {_example(key, quantity)}" if key.meaning else ""

@@ -30,26 +30,7 @@ OUTPUT_FORCE_DTYPE = np.dtype(
 the input of a friction force, or -1, and its coefficients."""
 
 
-def force_law_fields(effect: OutputForce) -> tuple[int, tuple[float, ...]]:
-    """Return the index of an effect's law and its coefficients, of length `MAX_COEFFICIENTS`.
-
-    Parameters
-    ----------
-    effect
-        Effect with a force law.
-
-    Returns
-    -------
-    law : int
-        Index in `FORCE_LAWS`.
-    coefficients : tuple[float, ...]
-        Coefficients, filled with zeros.
-    """
-    coefficients = (*effect.coefficients, *(0.0,) * MAX_COEFFICIENTS)[:MAX_COEFFICIENTS]
-    return FORCE_LAWS.index(type(effect)), coefficients
-
-
-def output_force_record(effect: OutputForce, output_index: int) -> tuple[object, ...]:
+def output_force_record(effect: OutputForce, output_index: int) -> tuple[int, int, bool, int, tuple[float, ...]]:
     """Return the record of an effect with a force law along an output.
 
     Parameters
@@ -61,11 +42,11 @@ def output_force_record(effect: OutputForce, output_index: int) -> tuple[object,
 
     Returns
     -------
-    tuple[object, ...]
+    tuple[int, int, bool, int, tuple[float, ...]]
         Record of `OUTPUT_FORCE_DTYPE`.
     """
-    law, coefficients = force_law_fields(effect)
-    return law, output_index, effect.dissipates, -1, coefficients
+    coefficients = (*effect.coefficients, *(0.0,) * (MAX_COEFFICIENTS - len(effect.coefficients)))
+    return FORCE_LAWS.index(type(effect)), output_index, effect.dissipates, -1, coefficients
 
 
 @jit_internal

@@ -12,7 +12,7 @@ from governor_mechanism.mechanics.dynamics.characteristic_scales import time_sca
 from governor_mechanism.mechanics.dynamics.contacts import contacts_of, one_sided_forces_of, output_forces_of
 from governor_mechanism.mechanics.dynamics.force_elements import ForceElementKind, make_force_element_table
 from governor_mechanism.mechanics.dynamics.lowering import BODY_DTYPE, forced_output_names, make_body_record
-from governor_mechanism.mechanics.dynamics.output_forces import MAX_COEFFICIENTS, OUTPUT_FORCE_DTYPE, force_law_fields, output_force_record
+from governor_mechanism.mechanics.dynamics.output_forces import MAX_COEFFICIENTS, OUTPUT_FORCE_DTYPE, output_force_record
 from governor_mechanism.mechanics.kinematics.constraint_equations import bodies_of_rows, make_constraint_table
 from governor_mechanism.mechanics.kinematics.constraint_kernels import ConstraintRows
 from governor_mechanism.mechanics.kinematics.output_rows import make_output_rows
@@ -199,9 +199,9 @@ def _lower_forces(scene: Scene, arrays: ReductionArrays, names: list[str]) -> Re
     one_sided_springs = [(names.index(one.reading), one.slack_below, mechanism.output_scale(one.reading)) for one in one_sided]
     output_forces = []
     for effect in (effect for effect in output_forces_of(scene) if not _is_tabulated(effect)):
-        law, coefficients = force_law_fields(effect)
+        law, output_index, dissipates, _, coefficients = output_force_record(effect, names.index(effect.reading))
         mode_index = 1 + len(contacts) + one_sided.index(effect) if effect in one_sided else -1
-        output_forces.append((names.index(effect.reading), law, effect.dissipates, mode_index, *coefficients))
+        output_forces.append((output_index, law, dissipates, mode_index, *coefficients))
     mass = sum(body.mass for body in mechanism.bodies)
     parameters = np.zeros(len(ForceParameter))
     parameters[ForceParameter.IS_SPINDLE_LOADED] = arrays.has_centrifugal_forces

@@ -2,16 +2,16 @@
 
 from __future__ import annotations
 
+import math
 from collections import Counter
-from collections.abc import Callable
-from dataclasses import dataclass
+from collections.abc import Callable, Iterator
 
 import numpy as np
 
 from governor_mechanism.engines.impulse.pymunk.bodies import BodyProxy
 from governor_mechanism.engines.impulse.pymunk.force_elements import VelocityExtrapolator
 from governor_mechanism.engines.impulse.pymunk.step_inputs import StepInputs
-from governor_mechanism.mechanics.dynamics.contacts import FRICTION_LAW_NAME, contacts_of, one_sided_forces_of, output_forces_of
+from governor_mechanism.mechanics.dynamics.contacts import FRICTION_LAW_NAME, contacts_of, output_forces_of
 from governor_mechanism.mechanics.dynamics.lowering import forced_output_names
 from governor_mechanism.mechanics.kinematics.constraint_kernels import evaluate_jacobian, evaluate_residuals
 from governor_mechanism.mechanics.kinematics.output_rows import make_output_rows
@@ -24,22 +24,6 @@ ContactConstraintUpdate = Callable[[FloatArray, FloatArray, FloatArray, StepInpu
 
 Arguments: predicted poses (bodies, 3), output values (outputs,), output Jacobian (outputs, bodies, 3) at these poses, step inputs.
 """
-
-
-@dataclass(frozen=True)
-class _OutputForce:
-    """A force law along an output; `one_sided_index` is its index among those that go slack, or None."""
-
-    output: int
-    effect: OutputForce
-    one_sided_index: int | None
-
-    def evaluate(self, values: FloatArray, rate: float, is_taut: list[bool]) -> float:
-        """Return the force at output values (outputs,) and a rate; while a one-sided spring is taut its law holds unchanged."""
-        value = float(values[self.output])
-        if self.one_sided_index is not None and not (is_taut[self.one_sided_index] if is_taut else value > self.effect.slack_below):
-            return 0.0
-        return float(self.effect.force(self.effect.coefficients, value, rate))
 
 
 class OutputForces:
@@ -57,11 +41,7 @@ class OutputForces:
         origins = {proxy.body.name: proxy.origin for proxy in proxies}
         self._rows = make_output_rows(scene.part.mechanism, names, origins)
         self._zero_drive_values = np.zeros((1, len(names), 3))
-        one_sided = one_sided_forces_of(scene)
-        self._forces = [
-            _OutputForce(names.index(effect.reading), effect, one_sided.index(effect) if effect in one_sided else None)
-            for effect in output_forces_of(scene)
-        ]
+        self._forces = [(names.index(effect.reading), effect) for effect in output_forces_of(scene)]
         contacts = contacts_of(scene)
         self._n_frictions = sum(contact.friction is not None for contact in contacts)
         self._contact_outputs = [names.index(contact.output_name) for contact in contacts]
@@ -75,7 +55,7 @@ class OutputForces:
     @property
     def evaluation_counts(self) -> dict[str, int]:
         """Return how often one step evaluates each force law."""
-        counts = Counter(force.effect.law_name for force in self._forces)
+        counts = Counter(effect.law_name for _, effect in self._forces)
         return dict(counts + Counter({FRICTION_LAW_NAME: self._n_frictions}))
 
     def reset(self) -> None:
@@ -88,9 +68,9 @@ class OutputForces:
         self.evaluate_outputs(poses)
         self._add_dissipation(inputs)
         forces = np.zeros(len(self.output_values))
-        for force in self._forces:
-            rate = self._predicted_rate(force.output) if force.effect.dissipates else 0.0
-            forces[force.output] += force.evaluate(self.output_values, rate, self.is_taut)
+        for output, effect, value in self._active_forces():
+            rate = self._predicted_rate(output) if effect.dissipates else 0.0
+            forces[output] += effect.force(effect.coefficients, value, rate)
         for output, sign, friction in zip(self._contact_outputs, self.sliding_directions, inputs.friction_limits, strict=True):
             forces[output] -= sign * friction
         generalised_forces = (forces @ self.output_jacobian.reshape(len(forces), -1)).reshape(-1, 3) * inputs.kick_scale
@@ -117,13 +97,20 @@ class OutputForces:
     def dissipated_power(self, rates: FloatArray, friction_limits: tuple[float, ...]) -> float:
         """Return the power (W) that dashpots and sliding friction dissipate at output rates (outputs,) and friction limits."""
         power = 0.0
-        for force in self._forces:
-            if force.effect.dissipates:
-                rate = float(rates[force.output])
-                power -= force.evaluate(self.output_values, rate, self.is_taut) * rate
+        for output, effect, value in self._active_forces():
+            if effect.dissipates:
+                power -= effect.force(effect.coefficients, value, float(rates[output])) * float(rates[output])
         for output, sign, friction in zip(self._contact_outputs, self.sliding_directions, friction_limits, strict=True):
             power += sign * friction * float(rates[output])
         return power
+
+    def _active_forces(self) -> Iterator[tuple[int, OutputForce, float]]:
+        """Yield output, effect and value of the output of each force that is not slack."""
+        taut_flags = iter(self.is_taut)
+        for output, effect in self._forces:
+            value = float(self.output_values[output])
+            if effect.slack_below == -math.inf or next(taut_flags, value > effect.slack_below):
+                yield output, effect, value
 
     def _predicted_rate(self, output: int) -> float:
         """Return the rate of an output variable extrapolated to the end of the coming step."""
@@ -138,10 +125,11 @@ class OutputForces:
         if self._previous_step is not None:
             previous_values, previous_limits = self._previous_step
             displacements = self.output_values - previous_values
-            for force in self._forces:
-                if force.effect.dissipates:
-                    displacement, mean_values = float(displacements[force.output]), 0.5 * (self.output_values + previous_values)
-                    self.dissipated_energy -= force.evaluate(mean_values, displacement / inputs.h, self.is_taut) * displacement
+            for output, effect, value in self._active_forces():
+                if effect.dissipates:
+                    displacement = float(displacements[output])
+                    force = effect.force(effect.coefficients, value - 0.5 * displacement, displacement / inputs.h)
+                    self.dissipated_energy -= force * displacement
             for output, sign, previous_limit, limit in zip(
                 self._contact_outputs, self.sliding_directions, previous_limits, inputs.friction_limits, strict=True
             ):
