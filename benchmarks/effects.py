@@ -6,7 +6,6 @@ Usage: python benchmarks/effects.py
 from __future__ import annotations
 
 from collections.abc import Mapping
-from dataclasses import replace
 
 import governor_mechanism as gm
 from governor_mechanism.effects.dashpot import Dashpot

@@ -6,7 +6,7 @@ A scene follows from a seed and a number. What the package refuses is drawn agai
 from __future__ import annotations
 
 import math
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 
 import numpy as np
 

@@ -166,7 +166,7 @@ def reduced(dimensions, rods, angles):
     """The governor with rods along these arm angles (rad)."""
     scene = governor_scene(dimensions, speed=10.0, angle=0.6)
     mechanism = PendulumGovernor(**dimensions).mechanism(rods)
-    return SingleDofReduction(replace(scene, parts=(replace(scene.part, mechanism=mechanism),))).evaluate(angles)
+    return SingleDofReduction(scene.with_changes(mechanism=mechanism)).evaluate(angles)
 
 
 def test_the_row_of_the_governor_with_massive_rods_is_met():
@@ -219,7 +219,7 @@ def test_governors_with_rods_move_as_the_closed_form_says(engine, dimensions, ro
     speed = closed.equilibrium_speed(governor, arm_angle=0.6)
     scene = governor_scene(dimensions, speed=speed, angle=0.6, rate=0.1, duration=0.3, output_interval=0.1)
     mechanism = PendulumGovernor(**dimensions).mechanism(rods)
-    scene = replace(scene, parts=(replace(scene.part, mechanism=mechanism),))
+    scene = scene.with_changes(mechanism=mechanism)
     run = gm.run(scene, engine=engine, accuracy=1e-10)
     assert run.outcome.ok
     expected = integrate_one_coordinate(scene, run.times, governor)

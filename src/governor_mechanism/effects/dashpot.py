@@ -84,3 +84,8 @@ class Dashpot(OutputForce):
     def coefficients(self) -> tuple[float, ...]:
         """Linear and quadratic coefficient."""
         return self.linear, self.quadratic
+
+    @property
+    def linear_coefficients(self) -> tuple[float, ...]:
+        """The linear coefficient alone."""
+        return self.linear, 0.0

@@ -121,6 +121,11 @@ class OutputForce(OutputEffect, ABC):
         """Coefficients of the force law, four at most."""
 
     @property
+    def linear_coefficients(self) -> tuple[float, ...]:
+        """Coefficients of the law for small motions about a rest; those of terms of second order in the rate are zero."""
+        return self.coefficients
+
+    @property
     def slack_below(self) -> float:
         """Value of the reading below which the effect exerts no force, m or rad; the force is zero there."""
         return -math.inf

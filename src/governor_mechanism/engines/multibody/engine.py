@@ -119,7 +119,7 @@ class MultibodyRunner(CertifiedRunner[MultibodyResult]):
     def _describe_exit(self, states: FloatArray, tolerance: float, exit_index: int) -> str:
         """Return when the motion leaves its range before a monitor time, located by bisection since the previous one."""
         times = self.integrator.time_grid.monitor_times
-        if exit_index == 0 or self.integrator.stiffness_onset < np.inf or self.integrator.contact_solver:
+        if exit_index == 0 or self.integrator.stiffness_onset < np.inf or self.integrator.scene_contacts:
             return f"about t = {times[exit_index]:.6g} s"
         time_inside, time_outside = float(times[exit_index - 1]), float(times[exit_index])
         for _ in range(self.engine.settings.max_exit_bisections):
@@ -135,7 +135,7 @@ class MultibodyRunner(CertifiedRunner[MultibodyResult]):
 
     def complete_result(self, best: MultibodyResult) -> MultibodyResult:
         """Add the dense output of a smooth run, and remove events after the end of the motion."""
-        is_smooth = self.integrator.stiffness_onset == np.inf and not self.integrator.contact_solver
+        is_smooth = self.integrator.stiffness_onset == np.inf and not self.integrator.scene_contacts
         times = self.integrator.time_grid.monitor_times[: len(best.contact_modes)]
         return replace(
             best,

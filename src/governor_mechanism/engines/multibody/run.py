@@ -7,7 +7,6 @@ from itertools import pairwise
 
 import numpy as np
 
-from governor_mechanism.engines.multibody.contact import ContactModeSolver
 from governor_mechanism.engines.multibody.event_integration import EventIntegrator
 from governor_mechanism.engines.multibody.settings import MultibodySettings
 from governor_mechanism.integrators.projected_dop853 import N_COUNTERS, ProjectedDop853, StepLimits
@@ -15,6 +14,7 @@ from governor_mechanism.integrators.radau import RadauIntegrator
 from governor_mechanism.integrators.status import IntegrationStatus
 from governor_mechanism.integrators.time_grid import make_time_grid
 from governor_mechanism.mechanics.contact.event_log import drop_cancelled_events
+from governor_mechanism.mechanics.contact.scene_contacts import SceneContacts
 from governor_mechanism.mechanics.contact.tolerances import SIMULTANEITY_TOLERANCE
 from governor_mechanism.mechanics.dynamics.characteristic_scales import max_step_scale
 from governor_mechanism.mechanics.dynamics.contacts import ContactMode, has_contacts, initial_lags
@@ -65,7 +65,8 @@ class ConstrainedIntegrator:
         self.system, self.input_functions = make_system(scene)
         self.model = self.system, make_system_workspace(self.system)
         constraint_tolerance = settings.constraint_tolerance_ratio * evaluator.mechanism.length_scale
-        breakpoints = np.unique(np.concatenate([function.breakpoints for function in self.input_functions]))
+        break_times = list(scene.system.breaking_gears.values())
+        breakpoints = np.unique(np.concatenate([break_times, *(function.breakpoints for function in self.input_functions)]))
         self._max_step_scale = max_step_scale(scene)
         max_interval = settings.monitor_interval_ratio * evaluator.time_scale
         self.time_grid = make_time_grid(reported_times[reported_times <= max_interval * max_steps], breakpoints, np.inf, max_interval)
@@ -77,7 +78,7 @@ class ConstrainedIntegrator:
         """Evaluations of output forces by law, as in `count_output_forces`."""
         self.initial_state = self._make_initial_state(*from_mass_centres(self.system, *initial_motion), constraint_tolerance)
         self.solver = ProjectedDop853(self._make_error_scale(), constraint_tolerance)
-        self.contact_solver = ContactModeSolver(scene, evaluator.time_scale, constraint_tolerance) if has_contacts(scene) else None
+        self.scene_contacts = SceneContacts(scene, evaluator.time_scale, constraint_tolerance) if has_contacts(scene) else None
 
     def compile_kernels(self) -> None:
         """Compile or load the kernels by an integration over an empty interval, so that no run's cost includes it."""
@@ -89,8 +90,8 @@ class ConstrainedIntegrator:
     def integrate(self, tolerance: float, step_factor: float = 1.0) -> IntegrationResult:
         """Integrate from the start over all monitor times, with the largest step multiplied by a factor."""
         max_step_ratio = step_factor * self.settings.max_step_ratio
-        if self.contact_solver is not None:
-            return self._integrate_with_contacts(self.contact_solver, tolerance, max_step_ratio)
+        if self.scene_contacts is not None:
+            return self._integrate_with_contacts(self.scene_contacts, tolerance, max_step_ratio)
         monitor_times, state = self.time_grid.monitor_times, self.initial_state.copy()
         states = np.empty((len(monitor_times), state.size))
         states[0], n_filled, status = state, 1, IntegrationStatus.DONE
@@ -126,13 +127,13 @@ class ConstrainedIntegrator:
         self.output_force_counts += int(counters[2]) * count_output_forces(self.system)
         return IntegrationResult(states[:n_filled], status, step)
 
-    def _integrate_with_contacts(self, contact_solver: ContactModeSolver, tolerance: float, max_step_ratio: float) -> IntegrationResult:
+    def _integrate_with_contacts(self, scene_contacts: SceneContacts, tolerance: float, max_step_ratio: float) -> IntegrationResult:
         """Integrate a scene with contacts or one-sided springs."""
         monitor_times, state, time_scale = (self.time_grid.monitor_times, self.initial_state.copy(), self.evaluator.time_scale)
         counters = np.zeros(N_COUNTERS, dtype=np.int64)
-        event_integrator = EventIntegrator(self, contact_solver, tolerance, time_scale, max_step_ratio, counters)
-        contact_solver.initialize(state, self.input_cubics(0.0))
-        states, contact_modes = np.empty((len(monitor_times), state.size)), [contact_solver.mode]
+        event_integrator = EventIntegrator(self, scene_contacts, tolerance, time_scale, max_step_ratio, counters)
+        scene_contacts.start(state, self.input_cubics(0.0))
+        states, contact_modes = np.empty((len(monitor_times), state.size)), [scene_contacts.mode]
         states[0], n_filled, status, step = (state, 1, IntegrationStatus.DONE, self.settings.first_step_ratio * max_step_ratio * time_scale)
         for start, end in pairwise(self.breakpoints.tolist()):
             output_times = monitor_times[(monitor_times > start) & (monitor_times <= end)]
@@ -151,7 +152,7 @@ class ConstrainedIntegrator:
             status,
             step,
             tuple(contact_modes),
-            drop_cancelled_events(contact_solver.events, SIMULTANEITY_TOLERANCE * time_scale),
+            drop_cancelled_events(scene_contacts.events, SIMULTANEITY_TOLERANCE * time_scale),
         )
 
     def _add_speed_jump_work(self, time: float, state: FloatArray, monitor_state: FloatArray) -> None:
@@ -201,7 +202,7 @@ class ConstrainedIntegrator:
 
     def input_cubics(self, start: float) -> FloatArray:
         """Return the local cubics (functions, 5) of spindle speed, drivers and force elements from a time (s) to the next breakpoint."""
-        return np.array([function.local_cubics(np.array([start]))[0] for function in self.input_functions])
+        return np.reshape([function.local_cubics(np.array([start]))[0] for function in self.input_functions], (-1, 5)).astype(np.float64)
 
     def _compute_speed_jump_work(self, time: float, state: FloatArray) -> float:
         """Return the work (J) that jumps of given spindle speeds do on the parts."""

@@ -4,7 +4,9 @@ from __future__ import annotations
 
 import math
 from collections import defaultdict
+from collections.abc import Sequence
 from dataclasses import dataclass
+from enum import IntEnum
 from typing import Any
 
 import numpy as np
@@ -44,6 +46,17 @@ class Contact:
     low: float = -math.inf
     high: float = math.inf
     restitution: float = 0.0
+
+
+class ContactColumn(IntEnum):
+    """Columns of a contact table: output index, input of the friction force or -1, stops, restitution and scale of the output."""
+
+    OUTPUT = 0
+    FRICTION_INPUT = 1
+    LOW = 2
+    HIGH = 3
+    RESTITUTION = 4
+    SCALE = 5
 
 
 @dataclass(frozen=True)
@@ -92,6 +105,32 @@ def contacts_of(scene: Scene) -> tuple[Contact, ...]:
         if effect.contact:
             properties[effect.reading] |= effect.contact
     return tuple(Contact(name, **given) for name, given in properties.items())
+
+
+def make_contact_table(scene: Scene, output_names: Sequence[str], first_friction_input: int) -> FloatArray:
+    """Return the contacts of a scene for compiled functions.
+
+    Parameters
+    ----------
+    scene
+        Scene with its output effects.
+    output_names
+        Names of the outputs in the order of their indices.
+    first_friction_input
+        Index of the first friction force among the inputs.
+
+    Returns
+    -------
+    FloatArray
+        Columns as in `ContactColumn`; shape (contacts, 6).
+    """
+    rows, friction_input = [], first_friction_input
+    for contact in contacts_of(scene):
+        has_friction, scale = contact.friction is not None, scene.mechanism.output_scale(contact.output_name)
+        output = output_names.index(contact.output_name)
+        rows.append((output, friction_input if has_friction else -1, contact.low, contact.high, contact.restitution, scale))
+        friction_input += has_friction
+    return np.array(rows, dtype=np.float64).reshape(-1, len(ContactColumn))
 
 
 def output_forces_of(scene: Scene) -> tuple[OutputForce, ...]:
@@ -174,6 +213,25 @@ def reading_tables_of(scene: Scene) -> tuple[TableFunction, ...]:
         Tables in the order of the loads.
     """
     return tuple(function for function in reading_functions_of(scene) if isinstance(function, TableFunction))
+
+
+def active_forces_of(scene: Scene, mode: ContactMode) -> tuple[OutputForce, ...]:
+    """Return the effects with a force law that are not slack in a mode.
+
+    Parameters
+    ----------
+    scene
+        Scene with its output effects.
+    mode
+        Contact mode.
+
+    Returns
+    -------
+    tuple[OutputForce, ...]
+        Effects in the order of `output_forces_of`.
+    """
+    is_taut = iter(mode.taut)
+    return tuple(effect for effect in output_forces_of(scene) if effect.slack_below == -math.inf or next(is_taut))
 
 
 def initial_mode(scene: Scene) -> ContactMode:

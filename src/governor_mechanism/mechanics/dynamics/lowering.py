@@ -13,11 +13,11 @@ from governor_mechanism.mechanics.dynamics.characteristic_scales import time_sca
 from governor_mechanism.mechanics.dynamics.constraint_solver import bandwidth_reducing_order, find_coupled_rows
 from governor_mechanism.mechanics.dynamics.contacts import (
     ContactMode,
+    active_forces_of,
     contacts_of,
     initial_mode,
     loads_of,
     one_sided_forces_of,
-    output_forces_of,
     reading_functions_of,
     reading_tables_of,
 )
@@ -108,6 +108,8 @@ class System(NamedTuple):
         Records of `LAG_DTYPE`.
     n_inputs
         Number of inputs.
+    first_friction_input
+        Index of the first friction force among them.
     """
 
     constraint_rows: ConstraintRows
@@ -123,6 +125,7 @@ class System(NamedTuple):
     input_terms: RecordArray
     lags: RecordArray
     n_inputs: int
+    first_friction_input: int
 
 
 class SystemWorkspace(NamedTuple):
@@ -227,6 +230,7 @@ def make_system(scene: Scene, mode: ContactMode | None = None) -> tuple[System, 
         input_terms=np.array(table.terms, dtype=INPUT_TERM_DTYPE),
         lags=np.array(table.lags, dtype=LAG_DTYPE),
         n_inputs=len(inputs),
+        first_friction_input=first_friction_input,
     )
     return system, tuple(map(CubicTimeFunction, inputs))
 
@@ -339,8 +343,7 @@ def _make_holding_rows(scene: Scene, mode: ContactMode, output_rows: ConstraintR
 def _make_output_forces(scene: Scene, mode: ContactMode, friction_input: int) -> RecordArray:
     """Return the output forces in a mode; `friction_input` is the index of the first friction input."""
     output_names = forced_output_names(scene)
-    slack = [effect for effect, is_taut in zip(one_sided_forces_of(scene), mode.taut, strict=True) if not is_taut]
-    records = [output_force_record(effect, output_names.index(effect.reading)) for effect in output_forces_of(scene) if effect not in slack]
+    records = [output_force_record(effect, output_names.index(effect.reading)) for effect in active_forces_of(scene, mode)]
     for contact, sign in zip(contacts_of(scene), mode.sliding_signs, strict=True):
         if sign:
             coefficients = (float(sign), *(0.0,) * (MAX_COEFFICIENTS - 1))

@@ -9,7 +9,7 @@ from typing import NamedTuple
 import numpy as np
 
 from governor_mechanism.mechanics.dynamics.characteristic_scales import time_scale
-from governor_mechanism.mechanics.dynamics.contacts import contacts_of, one_sided_forces_of, output_forces_of
+from governor_mechanism.mechanics.dynamics.contacts import contacts_of, make_contact_table, one_sided_forces_of, output_forces_of
 from governor_mechanism.mechanics.dynamics.force_elements import ForceElementKind, make_force_element_table
 from governor_mechanism.mechanics.dynamics.lowering import BODY_DTYPE, forced_output_names, make_body_record
 from governor_mechanism.mechanics.dynamics.output_forces import MAX_COEFFICIENTS, OUTPUT_FORCE_DTYPE, output_force_record
@@ -41,8 +41,7 @@ class ReducedForces(NamedTuple):
     output_forces
         Force laws that the table does not contain, by `OutputForceColumn`; shape (n, 8).
     contacts
-        Output index, input index of the friction force or -1, low stop, high stop, coefficient of restitution, output scale;
-        shape (n, 6).
+        As made by `make_contact_table`; shape (n, 6).
     """
 
     parameters: FloatArray
@@ -188,16 +187,9 @@ def _tabulated_forces(scene: Scene, names: list[str]) -> RecordArray:
 
 
 def _lower_forces(scene: Scene, arrays: ReductionArrays, names: list[str]) -> ReducedForces:
-    mechanism, spindle, program = scene.part.mechanism, scene.spindle, 1 + len(arrays.program_indices)
-    contacts = []
-    for contact in contacts_of(scene):
-        has_friction, scale = contact.friction is not None, mechanism.output_scale(contact.output_name)
-        friction_index = program if has_friction else -1
-        contacts.append((names.index(contact.output_name), friction_index, contact.low, contact.high, contact.restitution, scale))
-        program += has_friction
-    one_sided = one_sided_forces_of(scene)
+    mechanism, spindle, one_sided = scene.part.mechanism, scene.spindle, one_sided_forces_of(scene)
+    contacts, output_forces = make_contact_table(scene, names, 1 + len(arrays.program_indices)), []
     one_sided_springs = [(names.index(one.reading), one.slack_below, mechanism.output_scale(one.reading)) for one in one_sided]
-    output_forces = []
     for effect in (effect for effect in output_forces_of(scene) if not _is_tabulated(effect)):
         law, output_index, dissipates, _, coefficients = output_force_record(effect, names.index(effect.reading))
         mode_index = 1 + len(contacts) + one_sided.index(effect) if effect in one_sided else -1
@@ -220,5 +212,5 @@ def _lower_forces(scene: Scene, arrays: ReductionArrays, names: list[str]) -> Re
         parameters=parameters,
         one_sided_springs=np.array(one_sided_springs).reshape(-1, 3),
         output_forces=np.array(output_forces, dtype=float).reshape(-1, OutputForceColumn.FIRST_COEFFICIENT + MAX_COEFFICIENTS),
-        contacts=np.array(contacts).reshape(-1, 6),
+        contacts=contacts,
     )
