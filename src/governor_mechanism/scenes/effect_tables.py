@@ -131,8 +131,10 @@ def _table_model(effect_key: str, quantity: str) -> type[EffectTable]:
         keys |= {name: SceneKey(kind) for name, kind in derivation.kinds.items()}
     fields: dict[str, Any] = {}
     for name, key in keys.items():
-        description = f"{key.meaning}, as {_example(key, quantity)}" if key.meaning else ""
-        field = Field(... if name in required else None, description=description)
+        field = Field(None)
+        if name in required:
+            meaning = key.meaning or QUANTITY_KINDS[key.kind_along(quantity)].name
+            field = Field(..., description=f"{meaning}, as {_example(key, quantity)}")
         fields[name] = (Annotated[Any, PlainValidator(partial(_parse_key, key, quantity))], field)
     model = create_model(f"{effect.__name__}Table", __base__=EffectTable, **fields)
     model.effect, model.quantity = effect, quantity
