@@ -26,6 +26,7 @@ from governor_mechanism.mechanics.dynamics.lowering import (
     make_system_workspace,
     to_mass_centres,
 )
+from governor_mechanism.mechanics.dynamics.output_forces import SLIDING_FRICTION
 from governor_mechanism.mechanics.kinematics.time_functions import SpindleSpeedFunction
 from governor_mechanism.model.events import Event
 from governor_mechanism.model.scene import Scene
@@ -73,8 +74,8 @@ class ConstrainedIntegrator:
         self.breakpoints = np.concatenate([[0.0], inner_breakpoints, self.time_grid.monitor_times[-1:]])
         self.counters = np.zeros(N_COUNTERS, dtype=np.int64)
         self.implicit_steps, self.stiffness_onset = 0, np.inf
-        self.output_force_counts = np.zeros(3, dtype=np.int64)
-        """Evaluations of springs, dashpots and sliding friction along readings."""
+        self.output_force_counts = np.zeros(SLIDING_FRICTION + 1, dtype=np.int64)
+        """Evaluations of output forces by law, as in `count_output_forces`."""
         self.initial_state = self._make_initial_state(*from_mass_centres(self.system, *initial_motion), constraint_tolerance)
         self.solver = ProjectedDop853(self._make_error_scale(), constraint_tolerance)
         self.scene_contacts = SceneContacts(scene, evaluator.time_scale, constraint_tolerance) if has_contacts(scene) else None

@@ -28,7 +28,7 @@ from governor_mechanism.mechanics.dynamics.contacts import (
     contacts_of,
     initial_mode,
     make_contact_table,
-    output_springs_of,
+    one_sided_forces_of,
 )
 from governor_mechanism.mechanics.dynamics.equations_of_motion import evaluate_events_and_derivative, project_state, split_state
 from governor_mechanism.mechanics.dynamics.inputs import output_rate
@@ -142,7 +142,7 @@ class SceneContacts:
 
     def __init__(self, scene: Scene, time_scale: float, constraint_tolerance: float) -> None:
         mechanism, names, contacts = scene.mechanism, forced_output_names(scene), contacts_of(scene)
-        position_solver, springs = PositionSolver(mechanism), [spring for spring in output_springs_of(scene) if spring.one_sided]
+        position_solver, springs = PositionSolver(mechanism), one_sided_forces_of(scene)
         system, self.input_functions = make_system(scene)
         self.contacts = make_contact_table(scene, names, system.first_friction_input)
         self._outputs = self.contacts[:, ContactColumn.OUTPUT].astype(int)
@@ -153,7 +153,7 @@ class SceneContacts:
         self._is_driven = bool(position_solver.equations.is_driven.any())
         self._input_modes = InputModes(scene, time_scale, len(self._subjects))
         self._spring_outputs = [names.index(spring.reading) for spring in springs]
-        self._free_values = np.array([spring.free_value for spring in springs])
+        self._free_values = np.array([spring.slack_below for spring in springs])
         self._spring_scales = np.array([mechanism.output_scale(spring.reading) for spring in springs])
         self._models: dict[ContactModeKey, tuple[ContactMode, System, SystemWorkspace]] = {}
         self.events = list[Event]()
