@@ -8,6 +8,7 @@ from typing import Any, Final
 
 from governor_mechanism.errors import MechanismError, require_finite, require_positive
 from governor_mechanism.model.effect import Effect, OutputEffect
+from governor_mechanism.model.events import NamedCrossing
 from governor_mechanism.model.mechanism import Mechanism
 from governor_mechanism.model.time_functions import InputFunction
 
@@ -201,6 +202,8 @@ class Scene:
         Settings of the run.
     couplings
         Couplings between parts.
+    crossings
+        Named crossings that the events of a run list; names differ.
     source
         Path or name of the scene file; empty for a scene without one.
     document
@@ -214,6 +217,7 @@ class Scene:
     start: Start
     run: RunSettings = field(default_factory=RunSettings)
     couplings: tuple[Coupling, ...] = ()
+    crossings: tuple[NamedCrossing, ...] = ()
     source: str = ""
     document: Mapping[str, Any] = field(default_factory=dict)
 
@@ -234,8 +238,11 @@ class Scene:
         if isinstance(self.spindle, FreeSpindle) and has_turning_part and not self.has_centrifugal:
             raise MechanismError("a free spindle reacts to the bodies that turn with it; list effects.centrifugal, or give spindle.speed")
 
-        for effect in self.output_effects:
-            self.part.mechanism.reading(effect.reading)  # raises for an unknown reading
+        names = [crossing.name for crossing in self.crossings]
+        if repeated := [name for name in names if names.count(name) > 1]:
+            raise MechanismError(f"crossing {repeated[0]!r} is listed twice; names of events must differ")
+        for reading in [item.reading for item in self.output_effects] + [item.reading for item in self.crossings]:
+            self.part.mechanism.reading(reading)  # raises for an unknown reading
 
     @property
     def output_effects(self) -> tuple[OutputEffect, ...]:

@@ -14,12 +14,14 @@ from governor_mechanism.machines.base import BODY_EFFECTS, Machine, unsupported_
 from governor_mechanism.machines.custom import CUSTOM_MACHINE
 from governor_mechanism.machines.registry import MACHINES
 from governor_mechanism.model.effect import Effect
+from governor_mechanism.model.events import NamedCrossing
 from governor_mechanism.model.mechanism import Mechanism
 from governor_mechanism.model.output_variables import Reading
 from governor_mechanism.model.scene import EQUILIBRIUM, FreeSpindle, Part, RunSettings, Scene, Spindle, Start
 from governor_mechanism.scenes.cross_validation import check_tables_together
 from governor_mechanism.scenes.custom.parser import CustomMachineParser, CustomSceneTable
 from governor_mechanism.scenes.effect_tables import parse_effects
+from governor_mechanism.scenes.event_tables import parse_crossings
 from governor_mechanism.scenes.problems import Problem, ProblemCode, ProblemCollector
 from governor_mechanism.scenes.schema import (
     SPINDLE,
@@ -47,7 +49,7 @@ class DocumentParser:
     def parse(self) -> Scene | None:
         """Return the scene, or None if there are mistakes."""
         is_custom = _find_intended_machine(self.document) == CUSTOM_MACHINE
-        part, effects, start = self._parse_custom() if is_custom else self._parse_dimensioned()
+        part, effects, start, crossings = self._parse_custom() if is_custom else self._parse_dimensioned()
         spindle = self._parse_spindle()
         run, run_values = None, dict[str, Any]()
         with self.collector.at("run"):
@@ -67,6 +69,7 @@ class DocumentParser:
             spindle=spindle,
             start=start,
             run=run,
+            crossings=crossings,
             source=self.source,
             document=_copy_document(self.document),
         )
@@ -82,22 +85,26 @@ class DocumentParser:
     def _parse_effects(self, readings: Iterable[tuple[str, str]] | None) -> tuple[Effect, ...]:
         return parse_effects(self.tables.get("effects", {}), None if readings is None else dict(readings), self.collector)
 
-    def _parse_custom(self) -> tuple[Part | None, tuple[Effect, ...], Start]:
-        """Return part, effects and start of a scene with a custom machine."""
+    def _parse_crossings(self, readings: Iterable[tuple[str, str]] | None) -> tuple[NamedCrossing, ...]:
+        return parse_crossings(self.tables.get("events", {}), None if readings is None else dict(readings), self.collector)
+
+    def _parse_custom(self) -> tuple[Part | None, tuple[Effect, ...], Start, tuple[NamedCrossing, ...]]:
+        """Return part, effects, start and named crossings of a scene with a custom machine."""
         top_level = None
         with self.collector.at(""):
             top_level = validate(CustomSceneTable, self.document)
             self.title = top_level.title or ""
         part, start, readings = CustomMachineParser(self.document, top_level, self.collector).parse()
-        effects = self._parse_effects(None if readings is None else _quantities(readings))
+        quantities = None if readings is None else _quantities(readings)
+        effects, crossings = self._parse_effects(quantities), self._parse_crossings(quantities)
         self._add_effect_problems(unsupported_effect_messages(CUSTOM_MACHINE, effects))
-        return part, effects, start
+        return part, effects, start, crossings
 
     def _add_effect_problems(self, messages: Iterable[str]) -> None:
         self.collector.problems += [Problem(message, ProblemCode.CONFLICT).at("[effects]") for message in messages]
 
-    def _parse_dimensioned(self) -> tuple[Part | None, tuple[Effect, ...], Start]:
-        """Return part, effects and start of a scene with a machine that dimensions describe."""
+    def _parse_dimensioned(self) -> tuple[Part | None, tuple[Effect, ...], Start, tuple[NamedCrossing, ...]]:
+        """Return part, effects, start and named crossings of a scene with a machine that dimensions describe."""
         with self.collector.at(""):
             self.title = validate(SceneTable, self.document).title or ""
         machine_class = MACHINES.get(_find_intended_machine(self.document))
@@ -107,7 +114,8 @@ class DocumentParser:
         has_clearance = machine_class is not None and not machine_class.effect_problems([Clearance(width=1.0)])
         has_clearance = has_clearance and self.tables.get("effects", {}).get("clearance", False) is not False
         extra_readings = ((CLEARANCE_READING, "length"),) if has_clearance else ()
-        effects = self._parse_effects((*_quantities(mechanism.readings), *extra_readings) if mechanism else None)
+        quantities = (*_quantities(mechanism.readings), *extra_readings) if mechanism else None
+        effects, crossings = self._parse_effects(quantities), self._parse_crossings(quantities)
         self._add_effect_problems(machine_class.effect_problems(effects) if machine_class else ())
         if machine_class is not None and machine_class.driver_dimensions:
             start = self._parse_driven_start(machine_class)
@@ -117,7 +125,7 @@ class DocumentParser:
         if machine and mechanism and not machine.effect_problems(effects):
             with self.collector.at("[effects]"):
                 part = _build_part(machine, mechanism, effects)
-        return part, effects, start
+        return part, effects, start, crossings
 
     def _build_machine(self, machine_class: type[Machine] | None) -> Machine | None:
         """Return the machine of [dimensions], or None if it cannot be built."""

@@ -9,7 +9,7 @@ from __future__ import annotations
 import math
 from collections.abc import Callable, Iterable, Iterator, Mapping
 from functools import partial
-from typing import Annotated, Any, ClassVar, Final
+from typing import Annotated, Any, ClassVar, Final, TypeVar
 
 from pydantic import Field, PlainValidator, ValidationInfo
 
@@ -49,6 +49,8 @@ SLEEVE_ALIAS, SLEEVE_LIFT_NAME = "sleeve", "sleeve_lift"
 
 NO_STOP: Final = "none"
 """Word for a stop that does not exist."""
+
+_Parsed = TypeVar("_Parsed")
 
 NO_CLEARANCE_HINT: Final = "; write clearance = false if there is none"
 
@@ -330,18 +332,18 @@ def _parse_output_effects(table: Mapping[str, Any], info: ValidationInfo, make: 
     collector, effects = ProblemCollector(), dict[str, Effect]()
     for name, value in table.items():
         with collector.at(f"{KEY}.{name}"):
-            reading = _resolve_reading_name(name, info.context)
+            reading = resolve_reading_name(name, info.context)
             if value is False:
                 continue
             if reading in effects:
                 raise mistake(ProblemCode.DUPLICATE, f"{KEY} is the same reading as another key; keep one of them")
-            effects[reading] = _parse_output_effect(reading, info.context, value, make)
+            effects[reading] = parse_by_quantity(reading, info.context, value, make)
     collector.raise_if_failed()
     return tuple(effects.values())
 
 
-def _parse_output_effect(reading: str, quantities: ReadingQuantities, value: Any, make: OutputEffectFactory) -> Effect:
-    """Return the effect on a reading; of an unknown quantity, the one with the fewest problems."""
+def parse_by_quantity(reading: str, quantities: ReadingQuantities, value: Any, make: Callable[[str, str, Any], _Parsed]) -> _Parsed:
+    """Return what `make` parses for the quantity of a reading; of an unknown quantity, the result with the fewest problems."""
     refusals: list[MechanismError] = []
     for quantity in ("length", "angle") if quantities is None else (quantities[reading],):
         try:
@@ -351,14 +353,15 @@ def _parse_output_effect(reading: str, quantities: ReadingQuantities, value: Any
     raise min(refusals, key=lambda refusal: len(refusal.problems))
 
 
-def _resolve_reading_name(name: str, quantities: ReadingQuantities) -> str:
+def resolve_reading_name(name: str, quantities: ReadingQuantities, path: str = KEY) -> str:
+    """Return the name of a reading, also for the short name of the sleeve's; `path` is where a message finds it."""
     if quantities is None or name in quantities:
         return name
     if name == SLEEVE_ALIAS and SLEEVE_LIFT_NAME in quantities:
         return SLEEVE_LIFT_NAME
     aliases = [SLEEVE_ALIAS] if SLEEVE_LIFT_NAME in quantities else []
     suggestion = did_you_mean(name, [*aliases, *quantities])
-    raise mistake(ProblemCode.UNKNOWN_NAME, f"{KEY} is not a reading; readings are {', '.join(quantities)}.{suggestion}")
+    raise mistake(ProblemCode.UNKNOWN_NAME, f"{path} is not a reading; readings are {', '.join(quantities)}.{suggestion}")
 
 
 Effects = tuple[Effect, ...]

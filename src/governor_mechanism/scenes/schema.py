@@ -54,6 +54,7 @@ class CommonSceneTable(SceneFileTable):
     spindle: AnyTable = None
     start: AnyTable = None
     run: AnyTable = None
+    events: AnyTable = None
 
     @classmethod
     def unknown_key(cls, key: str, value: object) -> str:

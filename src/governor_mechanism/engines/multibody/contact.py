@@ -74,8 +74,7 @@ class ContactModeSolver:
         position_solver = PositionSolver(mechanism)
         self._mobility, self._is_driven = position_solver.mobility, bool(position_solver.equations.is_driven.any())
         self._models: dict[ContactModeKey, tuple[ContactMode, System, SystemWorkspace]] = {}
-        self.mode, self.events = initial_mode(scene), list[Event]()
-        self._released_at, self._released = -math.inf, set[int]()
+        self.reset(initial_mode(scene))
 
     def get_model(self, mode: ContactMode) -> tuple[System, SystemWorkspace]:
         """Return the system of a contact mode and its workspace."""
@@ -109,10 +108,14 @@ class ContactModeSolver:
         """Return the workspace of the current mode's system."""
         return self.get_model(self.mode)[1]
 
+    def reset(self, mode: ContactMode) -> None:
+        """Continue from a mode, without past events."""
+        self.mode, self.events = mode, list[Event]()
+        self._released_at, self._released = -math.inf, set[int]()
+
     def initialize(self, state: FloatArray, input_cubics: FloatArray) -> None:
         """Select the initial mode and clear the events."""
-        self.mode, self.events = initial_mode(self.scene), []
-        self._released_at, self._released = -math.inf, set[int]()
+        self.reset(initial_mode(self.scene))
         self.select_mode(0.0, state, input_cubics)
         self.events = []
 

@@ -30,7 +30,7 @@ from governor_mechanism.model.events import Event
 from governor_mechanism.model.scene import Scene
 from governor_mechanism.model.state_history import StateHistory
 from governor_mechanism.observables.evaluation import ReadingEvaluator
-from governor_mechanism.types import FloatArray
+from governor_mechanism.types import FloatArray, IntArray
 
 
 @dataclass(frozen=True)
@@ -128,7 +128,7 @@ class ConstrainedIntegrator:
         """Integrate a scene with contacts or one-sided springs."""
         monitor_times, state, time_scale = (self.time_grid.monitor_times, self.initial_state.copy(), self.evaluator.time_scale)
         counters = np.zeros(N_COUNTERS, dtype=np.int64)
-        event_integrator = EventIntegrator(self, contact_solver, tolerance, time_scale, max_step_ratio, counters)
+        event_integrator = self._make_event_integrator(contact_solver, tolerance, max_step_ratio, counters)
         contact_solver.initialize(state, self.input_cubics(0.0))
         states, contact_modes = np.empty((len(monitor_times), state.size)), [contact_solver.mode]
         states[0], n_filled, status, step = (state, 1, IntegrationStatus.DONE, self.settings.first_step_ratio * max_step_ratio * time_scale)
@@ -151,6 +151,11 @@ class ConstrainedIntegrator:
             tuple(contact_modes),
             drop_cancelled_events(contact_solver.events, SIMULTANEITY_TOLERANCE * time_scale),
         )
+
+    def _make_event_integrator(
+        self, contact_solver: ContactModeSolver, tolerance: float, max_step_ratio: float, counters: IntArray
+    ) -> EventIntegrator:
+        return EventIntegrator(self, contact_solver, tolerance, self.evaluator.time_scale, max_step_ratio, counters)
 
     def _add_speed_jump_work(self, time: float, state: FloatArray, monitor_state: FloatArray) -> None:
         """Add the work of a jump of the given spindle speed at a breakpoint; the state recorded there is the one after the jump."""
@@ -178,12 +183,21 @@ class ConstrainedIntegrator:
         """Return whether a state is outside the mechanism's limits."""
         return self.evaluator.find_first_out_of_range(self._to_mass_centres(state)[0][np.newaxis]) is not None
 
-    def integrate_between(self, states: FloatArray, tolerance: float, k: int, time: float) -> tuple[FloatArray, FloatArray] | None:
+    def integrate_between(
+        self, integration: IntegrationResult, tolerance: float, k: int, time: float
+    ) -> tuple[FloatArray, FloatArray] | None:
         """Return poses and velocities of the mass centres at a time (s) after monitor time k, or None if that fails."""
-        start = float(self.time_grid.monitor_times[k])
-        state, counters = states[k].copy(), np.zeros(N_COUNTERS, dtype=np.int64)
-        limits = StepLimits(tolerance, 0.01 * self.evaluator.time_scale, np.inf, self.settings.max_interpolation_steps)
-        status, *_ = self.solver.integrate(self.model, self.input_cubics(start), (start, time), state, limits, counters)
+        start, step = float(self.time_grid.monitor_times[k]), 0.01 * self.evaluator.time_scale
+        state, counters = integration.states[k].copy(), np.zeros(N_COUNTERS, dtype=np.int64)
+        if self.contact_solver is None:
+            limits = StepLimits(tolerance, step, np.inf, self.settings.max_interpolation_steps)
+            status, *_ = self.solver.integrate(self.model, self.input_cubics(start), (start, time), state, limits, counters)
+        else:
+            self.contact_solver.reset(integration.contact_modes[k])
+            event_integrator = self._make_event_integrator(self.contact_solver, tolerance, self.settings.max_step_ratio, counters)
+            if start in self.breakpoints[1:]:
+                event_integrator.restart_after_breakpoint(start, state)  # a state at a breakpoint has the mode before it
+            status, *_ = event_integrator.integrate_segment((start, time), np.empty(0), state, step, np.empty((0, state.size)), [])
         if status != IntegrationStatus.DONE:
             return None
         return self._to_mass_centres(state)
