@@ -114,6 +114,8 @@ class SampledReading:
         margin, contact_times = EVENT_TIME_MARGIN * (end - start), self._motion.contact_times
         contact_times = contact_times[(contact_times > start + margin) & (contact_times <= end + margin)]
         inner_times = contact_times[contact_times < end - margin]
+        # Between two events in one interval the samples show nothing of the motion.
+        inner_times = np.sort(np.concatenate([inner_times, 0.5 * (inner_times[:-1] + inner_times[1:])]))
         at_ends = [[values[j] for values in (self._values, self._rates, self._accelerations)] for j in (k, k + 1)]
         if len(contact_times) > len(inner_times):
             at_ends[1] = at_ends[1][:1]  # the derivatives are those after the event

@@ -24,8 +24,11 @@ NEAR_CHANGE_POINT_ANGLE = 0.1
 ZERO_RATE_RATIO = 1e-9
 """A rate is zero if it is below this fraction of the rate at the other end of the interval."""
 
-N_NEWTON_POLISH_STEPS = 3
-"""Number of Newton steps with the engine's own dense output; each reduces the error about a thousandfold."""
+MAX_NEWTON_POLISH_STEPS = 8
+"""Largest number of Newton steps with the engine's own dense output; two or three are usual."""
+
+POLISH_TOLERANCE = 1e-12
+"""Newton steps shorter than this fraction of the bracket end the search: rounding."""
 
 CHANGE_POINT_SINGULAR_VALUE_RATIO = 1e-5
 """At a change point the smallest singular value of the constraint Jacobian is below this fraction of the largest."""
@@ -73,12 +76,14 @@ class SampledMotion:
 
         The function returns a value and its rate.
         """
-        for _ in range(N_NEWTON_POLISH_STEPS):
+        for _ in range(MAX_NEWTON_POLISH_STEPS):
             state = self.state_between(k, time)
             value, slope = (0.0, 0.0) if state is None else function(state)
             if state is None or not slope:
                 break
             time = min(max(time - value / slope, bracket[0]), bracket[1])
+            if abs(value) <= POLISH_TOLERANCE * (bracket[1] - bracket[0]) * abs(slope):
+                break
         return time
 
 
