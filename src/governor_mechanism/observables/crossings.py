@@ -73,7 +73,7 @@ class SampledReading:
         self._is_wrapped = isinstance(mechanism.reading(name), LineAngle)
         output = evaluate_output(mechanism, name, motion.poses, motion.velocities)
         values = unwrap_output(mechanism.reading(name), output.value)
-        shift = start_values[name] - float(np.interp(start_time, motion.times, values))
+        shift = start_values.get(name, 0.0) - float(np.interp(start_time, motion.times, values))
         self._values = values + (math.tau * round(shift / math.tau) if self._is_wrapped else 0.0)
         self._rates = np.sum(output.gradient * motion.velocities, axis=(-2, -1))
         self._accelerations = np.sum(output.gradient * motion.accelerations, axis=(-2, -1)) + output.quadratic_velocity_term

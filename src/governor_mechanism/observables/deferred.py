@@ -30,7 +30,7 @@ class DeferredMotionAnalysis:
         """Return the reaction of every joint, by name, at the reported times."""
         states, modes = self.result.reported_states, self.result.contact_modes
         reported_modes = tuple(np.array(modes, dtype=object)[self.result.reported_indices]) if modes else ()
-        return compute_reactions(self.scene.part.mechanism, states.poses, self._evaluate_dynamics(states, reported_modes))
+        return compute_reactions(self.scene.mechanism, states.poses, self._evaluate_dynamics(states, reported_modes))
 
     def events(self) -> tuple[Event, ...]:
         """Return all events in the order of time."""
@@ -39,7 +39,7 @@ class DeferredMotionAnalysis:
             motion = self._sample_motion()
             events += self._find_crossings(motion)
             if not has_contacts:
-                events += find_singular_configurations(self.scene.part.mechanism, motion, self.mobility)
+                events += find_singular_configurations(self.scene.mechanism, motion, self.mobility)
         return tuple(sorted(events, key=lambda event: event.time))
 
     def _sample_motion(self) -> SampledMotion:
@@ -53,13 +53,11 @@ class DeferredMotionAnalysis:
 
     def _find_crossings(self, motion: SampledMotion) -> list[Event]:
         """Return the named crossings; without an error estimate, the errors are taken to be those that the scene asks for."""
-        mechanism, result = self.scene.part.mechanism, self.result
+        mechanism, result = self.scene.mechanism, self.result
         allowed = {item.reading: self.scene.run.accuracy * mechanism.output_scale(item.reading) for item in self.scene.crossings}
         start_values = {name: float(values[0]) for name, values in result.observables.readings.items()}
         start = float(result.reported_states.times[0]), start_values
         return find_crossings(mechanism, motion, self.scene.crossings, allowed | result.reading_errors, start)
 
     def _evaluate_dynamics(self, states: StateHistory, contact_modes: tuple[ContactMode, ...]) -> InverseDynamics:
-        return compute_inverse_dynamics(
-            self.scene, states.times, states.poses, states.velocities, states.spindle_state[:, 1], contact_modes
-        )
+        return compute_inverse_dynamics(self.scene, states.times, states.poses, states.velocities, states.lags, contact_modes)

@@ -13,18 +13,23 @@ from governor_mechanism.errors import MechanismError
 from governor_mechanism.machines.base import BODY_EFFECTS, Machine, unsupported_effect_messages
 from governor_mechanism.machines.custom import CUSTOM_MACHINE
 from governor_mechanism.machines.registry import MACHINES
+from governor_mechanism.model.coupled_system import SPINDLE_ANGLE
+from governor_mechanism.model.couplings import Coupling, RatioCoupling
 from governor_mechanism.model.effect import Effect
-from governor_mechanism.model.events import NamedCrossing
 from governor_mechanism.model.mechanism import Mechanism
 from governor_mechanism.model.output_variables import Reading
-from governor_mechanism.model.scene import EQUILIBRIUM, FreeSpindle, Part, RunSettings, Scene, Spindle, Start
+from governor_mechanism.model.part import EQUILIBRIUM, FreeSpindle, Part, Spindle, Start
+from governor_mechanism.model.scene import RunSettings, Scene
+from governor_mechanism.scenes.coupling_tables import parse_couplings
 from governor_mechanism.scenes.cross_validation import check_tables_together
 from governor_mechanism.scenes.custom.parser import CustomMachineParser, CustomSceneTable
-from governor_mechanism.scenes.effect_tables import parse_effects
+from governor_mechanism.scenes.effect_tables import ReadingQuantities, parse_effects
 from governor_mechanism.scenes.event_tables import parse_crossings
-from governor_mechanism.scenes.problems import Problem, ProblemCode, ProblemCollector
+from governor_mechanism.scenes.problems import KEY, Problem, ProblemCode, ProblemCollector, mistake
+from governor_mechanism.scenes.quantities import parse_name
 from governor_mechanism.scenes.schema import (
     SPINDLE,
+    CoupledSceneTable,
     RunTable,
     SceneTable,
     dimensions_table_model,
@@ -33,78 +38,133 @@ from governor_mechanism.scenes.schema import (
     start_table_model,
 )
 from governor_mechanism.scenes.table import validate
+from governor_mechanism.units.quantities import format_value
 
 GOVERNOR_PART_NAME = "governor"
 """Name of the only part of a scene."""
 
 
 class DocumentParser:
-    """Parser of one document; it collects all mistakes."""
+    """Parser of a document of one part or of several; it collects all mistakes."""
 
     def __init__(self, document: Mapping[str, Any], source: str) -> None:
         self.document, self.source, self.collector = document, source, ProblemCollector()
-        self.tables: dict[str, dict[str, Any]] = {name: dict(value) for name, value in document.items() if isinstance(value, Mapping)}
-        self.title = ""
 
     def parse(self) -> Scene | None:
         """Return the scene, or None if there are mistakes."""
-        is_custom = _find_intended_machine(self.document) == CUSTOM_MACHINE
-        part, effects, start, crossings = self._parse_custom() if is_custom else self._parse_dimensioned()
-        spindle = self._parse_spindle()
+        if "part" in self.document or "coupling" in self.document:
+            title, parts, couplings, quantities = self._parse_parts()
+        else:
+            parser = PartParser(self.document, self.collector)
+            part, couplings = parser.parse(), ()
+            title, parts, quantities = parser.title, () if part is None else (part,), parser.quantities
+        crossings = parse_crossings(self.document.get("events"), quantities, self.collector)
         run, run_values = None, dict[str, Any]()
         with self.collector.at("run"):
-            run_values = validate(RunTable, self.tables.get("run", {})).given_values()
+            run_values = validate(RunTable, self.document.get("run") or {}).given_values()
         with self.collector.at("[run]"):
             run = RunSettings(**run_values)
-        has_spindle = "spindle" in self.document  # even if it is not a table, which is reported
+        if self.collector.problems or not parts or run is None:
+            return None
+        with self.collector.at(""):
+            return Scene(
+                title=title or Path(self.source).stem or parts[0].machine,
+                parts=parts,
+                couplings=couplings,
+                crossings=crossings,
+                run=run,
+                source=self.source,
+                document=_copy_document(self.document),
+            )
+        return None
+
+    def _parse_parts(self) -> tuple[str, tuple[Part, ...], tuple[Coupling, ...], ReadingQuantities]:
+        """Return title, parts, couplings and readings of a document of several parts."""
+        title, parts, quantities = "", [], dict[str, str]()
+        with self.collector.at(""):
+            title = validate(CoupledSceneTable, self.document).title or ""
+        tables = given if isinstance(given := self.document.get("part"), Mapping) else {}
+        couplings = parse_couplings(self.document.get("coupling"), self.collector)
+        coupled = {angle for coupling in couplings if isinstance(coupling, RatioCoupling) for angle in (coupling.first, coupling.second)}
+        for name, table in tables.items():
+            collector = ProblemCollector()
+            with collector.at():
+                parse_name(name, "the name of a part")
+                if not isinstance(table, Mapping):
+                    text = f"{KEY} must be a table; found {format_value(table)}; write [part.{name}]"
+                    raise mistake(ProblemCode.WRONG_TYPE, text)
+                collector.add(
+                    ProblemCode.CONFLICT,
+                    *(
+                        f"{KEY}.{key} stands once for the whole scene; move it above the parts"
+                        for key in ("title", "run", "events")
+                        if key in table
+                    ),
+                )
+                parser = PartParser(table, collector, name, f"{name}.{SPINDLE_ANGLE}" in coupled)
+                part = parser.parse()
+                parts += [] if part is None else [part]
+                prefix = f"{name}." if len(tables) > 1 else ""
+                quantities |= {f"{prefix}{reading}": quantity for reading, quantity in (parser.quantities or {}).items()}
+            self.collector.problems += [problem.at(f"part.{name}:") for problem in collector.problems]
+        return title, tuple(parts), couplings, quantities if len(parts) == len(tables) else None
+
+
+class PartParser:
+    """Parser of the tables of one part."""
+
+    def __init__(self, document: Mapping[str, Any], collector: ProblemCollector, name: str = "", is_coupled: bool = False) -> None:
+        self.document, self.collector, self.name, self.is_coupled = document, collector, name, is_coupled
+        self.tables: dict[str, dict[str, Any]] = {name: dict(value) for name, value in document.items() if isinstance(value, Mapping)}
+        self.title = ""
+        self.quantities: dict[str, str] | None = None
+        """Quantities of the readings by name; None while they are not known."""
+
+    def parse(self) -> Part | None:
+        """Return the part, or None if there are mistakes."""
+        is_custom = _find_intended_machine(self.document) == CUSTOM_MACHINE
+        part, effects, start = self._parse_custom() if is_custom else self._parse_dimensioned()
+        spindle = self._parse_spindle()
+        if isinstance(spindle, FreeSpindle) and self.quantities is not None:
+            self.quantities = self.quantities | {SPINDLE_ANGLE: "angle"}
+        has_spindle = "spindle" in self.document or self.is_coupled  # even if it is not a table, which is reported
         self.collector.problems += check_tables_together(
             part, effects, spindle, start, self.tables.get("effects", {}), has_spindle=has_spindle
         )
-        if self.collector.problems or part is None or run is None:
+        if self.collector.problems or part is None:
             return None
-        return Scene(
-            title=self.title or Path(self.source).stem or part.machine,
-            parts=(part,),
-            effects=effects,
-            spindle=spindle,
-            start=start,
-            run=run,
-            crossings=crossings,
-            source=self.source,
-            document=_copy_document(self.document),
-        )
+        with self.collector.at(""):
+            return dataclasses.replace(part, name=self.name or part.name, effects=effects, spindle=spindle, start=start)
+        return None
 
     def _parse_spindle(self) -> Spindle | FreeSpindle:
         """Return the spindle; one at rest if the file has none, or a wrong one."""
-        spindle: Spindle | FreeSpindle = Spindle()
-        if "spindle" in self.tables:
+        spindle: Spindle | FreeSpindle = FreeSpindle() if self.is_coupled else Spindle()
+        if self.tables.get("spindle"):
             with self.collector.at("spindle"):
-                spindle = validate(SPINDLE, self.tables["spindle"]).build()
+                spindle = validate(SPINDLE, self.tables["spindle"], context=self.is_coupled).build()
         return spindle
 
     def _parse_effects(self, readings: Iterable[tuple[str, str]] | None) -> tuple[Effect, ...]:
-        return parse_effects(self.tables.get("effects", {}), None if readings is None else dict(readings), self.collector)
+        self.quantities = None if readings is None else dict(readings)
+        return parse_effects(self.tables.get("effects", {}), self.quantities, self.collector)
 
-    def _parse_crossings(self, readings: Iterable[tuple[str, str]] | None) -> tuple[NamedCrossing, ...]:
-        return parse_crossings(self.tables.get("events", {}), None if readings is None else dict(readings), self.collector)
-
-    def _parse_custom(self) -> tuple[Part | None, tuple[Effect, ...], Start, tuple[NamedCrossing, ...]]:
-        """Return part, effects, start and named crossings of a scene with a custom machine."""
+    def _parse_custom(self) -> tuple[Part | None, tuple[Effect, ...], Start]:
+        """Return part, effects and start of a scene with a custom machine."""
         top_level = None
         with self.collector.at(""):
             top_level = validate(CustomSceneTable, self.document)
             self.title = top_level.title or ""
         part, start, readings = CustomMachineParser(self.document, top_level, self.collector).parse()
-        quantities = None if readings is None else _quantities(readings)
-        effects, crossings = self._parse_effects(quantities), self._parse_crossings(quantities)
+        effects = self._parse_effects(None if readings is None else _quantities(readings))
         self._add_effect_problems(unsupported_effect_messages(CUSTOM_MACHINE, effects))
-        return part, effects, start, crossings
+        return part, effects, start
 
     def _add_effect_problems(self, messages: Iterable[str]) -> None:
         self.collector.problems += [Problem(message, ProblemCode.CONFLICT).at("[effects]") for message in messages]
 
-    def _parse_dimensioned(self) -> tuple[Part | None, tuple[Effect, ...], Start, tuple[NamedCrossing, ...]]:
-        """Return part, effects, start and named crossings of a scene with a machine that dimensions describe."""
+    def _parse_dimensioned(self) -> tuple[Part | None, tuple[Effect, ...], Start]:
+        """Return part, effects and start of a scene with a machine that dimensions describe."""
         with self.collector.at(""):
             self.title = validate(SceneTable, self.document).title or ""
         machine_class = MACHINES.get(_find_intended_machine(self.document))
@@ -114,8 +174,7 @@ class DocumentParser:
         has_clearance = machine_class is not None and not machine_class.effect_problems([Clearance(width=1.0)])
         has_clearance = has_clearance and self.tables.get("effects", {}).get("clearance", False) is not False
         extra_readings = ((CLEARANCE_READING, "length"),) if has_clearance else ()
-        quantities = (*_quantities(mechanism.readings), *extra_readings) if mechanism else None
-        effects, crossings = self._parse_effects(quantities), self._parse_crossings(quantities)
+        effects = self._parse_effects((*_quantities(mechanism.readings), *extra_readings) if mechanism else None)
         self._add_effect_problems(machine_class.effect_problems(effects) if machine_class else ())
         if machine_class is not None and machine_class.driver_dimensions:
             start = self._parse_driven_start(machine_class)
@@ -125,7 +184,7 @@ class DocumentParser:
         if machine and mechanism and not machine.effect_problems(effects):
             with self.collector.at("[effects]"):
                 part = _build_part(machine, mechanism, effects)
-        return part, effects, start, crossings
+        return part, effects, start
 
     def _build_machine(self, machine_class: type[Machine] | None) -> Machine | None:
         """Return the machine of [dimensions], or None if it cannot be built."""

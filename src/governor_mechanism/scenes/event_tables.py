@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
-from typing import Annotated, Any
+from typing import Annotated
 
 from pydantic import Field, PlainValidator, ValidationInfo
 
@@ -37,10 +37,10 @@ class CrossingTable(SceneFileTable):
     direction: Annotated[str, choice(CROSSING_DIRECTIONS)] = NamedCrossing.direction
 
 
-def parse_crossings(table: Mapping[str, Any], quantities: ReadingQuantities, collector: ProblemCollector) -> tuple[NamedCrossing, ...]:
-    """Return the named crossings of [events]; each mistake is collected."""
+def parse_crossings(table: object, quantities: ReadingQuantities, collector: ProblemCollector) -> tuple[NamedCrossing, ...]:
+    """Return the named crossings without mistakes of [events]; anything but a table is reported with the top level."""
     crossings = []
-    for name, values in table.items():
+    for name, values in table.items() if isinstance(table, Mapping) else ():
         with collector.at(f"events.{name}"):
             crossings.append(NamedCrossing(name=parse_name(name), **validate(CrossingTable, values, context=quantities).given_values()))
     return tuple(crossings)

@@ -12,7 +12,8 @@ import numpy as np
 from governor_mechanism.errors import MechanismError
 from governor_mechanism.mechanics.kinematics.time_functions import SpindleSpeedFunction
 from governor_mechanism.mechanics.reduction.lagrangian import PathCoefficients, SingleDofReduction
-from governor_mechanism.model.scene import MAX_SPINDLE_SPEED, Scene
+from governor_mechanism.model.part import MAX_SPINDLE_SPEED
+from governor_mechanism.model.scene import Scene
 from governor_mechanism.statics.adaptive_grid import ASTATIC_TOLERANCE, AdaptiveGrid, interpolation_error_exceeds, sample_range_of_motion
 from governor_mechanism.statics.equilibrium_speed import (
     evaluate_readings,

@@ -1,8 +1,7 @@
 """Inputs as functions of time, evaluated by compiled kernels.
 
 Each input is a row of `input_cubics` (inputs, 5): the coefficients of a cubic in the local time since the start of a
-time segment, highest power first, and the integral of the input up to that start. Input 0 is the given speed of the
-spindle, or the torque on a free spindle.
+time segment, highest power first, and the integral of the input up to that start.
 """
 
 from __future__ import annotations
@@ -38,11 +37,11 @@ def evaluate_input_integral(input_cubics: FloatArray, k: int, local_time: float)
 
 @jit_internal
 def evaluate_given_speed(
-    input_cubics: FloatArray, local_time: float, fluctuation_amplitude: float, cycles_per_turn: float
+    input_cubics: FloatArray, k: int, local_time: float, fluctuation_amplitude: float, cycles_per_turn: float
 ) -> tuple[float, float]:
-    """Return the given speed (rad/s) and acceleration (rad/s2) of the spindle, with the fluctuation of its speed."""
-    speed, acceleration = evaluate_input(input_cubics, 0, local_time), evaluate_input_derivative(input_cubics, 0, local_time)
+    """Return the given speed (rad/s) and acceleration (rad/s2) of a spindle, input k with the fluctuation of its speed."""
+    speed, acceleration = evaluate_input(input_cubics, k, local_time), evaluate_input_derivative(input_cubics, k, local_time)
     if fluctuation_amplitude == 0.0:
         return speed, acceleration
-    mean_angle = evaluate_input_integral(input_cubics, 0, local_time)
+    mean_angle = evaluate_input_integral(input_cubics, k, local_time)
     return fluctuating_speed_jit(fluctuation_amplitude, cycles_per_turn, mean_angle, speed, acceleration)

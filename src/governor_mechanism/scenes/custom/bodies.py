@@ -12,7 +12,7 @@ from governor_mechanism.errors import MechanismError, did_you_mean
 from governor_mechanism.machines.custom import BodyShape, InitialConfiguration, SketchedBody, disc_shape, plate_shape, rod_shape
 from governor_mechanism.model.joints import GROUND, Point
 from governor_mechanism.model.mechanism import SecondMoments
-from governor_mechanism.model.scene import TURNING_PLANE
+from governor_mechanism.model.part import TURNING_PLANE
 from governor_mechanism.scenes.custom.values import NamedPoints, NewBodyName, PointReference
 from governor_mechanism.scenes.problems import KEY, Problem, ProblemCode, ProblemCollector, mistake
 from governor_mechanism.scenes.quantities import Angle, Bool, FloatPair, Length, Position, PositiveLength, built

@@ -27,8 +27,9 @@ from governor_mechanism.model.joints import (
 from governor_mechanism.model.time_functions import InputFunction, PrescribedMotion
 from governor_mechanism.scenes.custom.bodies import PointRegistry
 from governor_mechanism.scenes.custom.values import BodyName, CurveValue, PointOrBodyRef, PointRef, motion_validator
+from governor_mechanism.scenes.loads import input_function
 from governor_mechanism.scenes.problems import Problem, ProblemCode, mistake
-from governor_mechanism.scenes.quantities import Angle, Label, Length, PositiveLength, built, choice, input_function, quantity
+from governor_mechanism.scenes.quantities import Angle, Label, Length, PositiveLength, built, choice, quantity
 from governor_mechanism.scenes.table import SceneFileTable, nearest_type, union_by_key
 from governor_mechanism.units.quantities import format_value
 
