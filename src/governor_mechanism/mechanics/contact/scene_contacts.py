@@ -221,7 +221,9 @@ class SceneContacts:
         log, is_released, is_stopped = make_event_log(3 * len(self._subjects)), self._mask(released), self._mask(stopped)
         dynamics = self.evaluate_dynamics()
         values, rates, _ = self._response.motion.tolist()
-        self.mode = self._input_modes.update(self.mode, time, values, rates, triggered)
+        previous_mode, self.mode = self.mode, self._input_modes.update(self.mode, time, values, rates, triggered)
+        if self.mode != previous_mode:
+            dynamics = self.evaluate_dynamics()
         if stopped:
             self.apply_impulses(dynamics, solve_forces(dynamics, is_stopped, -dynamics.rates))
         dynamics = _change_contact_states(self, self._states, self._segments, is_released, time, log)
@@ -235,7 +237,7 @@ class SceneContacts:
             is_locked=is_locked(dynamics, self._states),
         )
         # The velocity that this removes is rounding.
-        poses, velocities = state[: self._response.velocity_changes[0].size * 2].reshape(2, -1, 3)
+        poses, velocities = state[: 6 * self._response.velocity_changes.shape[1]].reshape(2, -1, 3)
         project_state(*self.model, input_cubics, 0.0, poses, velocities, self._constraint_tolerance)
 
     def _mask(self, contacts: Collection[int]) -> BoolArray:
