@@ -216,7 +216,7 @@ def _parse_output_effects(effect: type[Effect], value: object, quantities: Readi
         _require_readings(effect, table, quantities)
     for name, given in table.items():
         with collector.at(f"{KEY}.{name}"):
-            reading = _resolve_reading_name(name, quantities)
+            reading = resolve_reading_name(name, quantities)
             if given is False:
                 continue
             if reading in effects:
