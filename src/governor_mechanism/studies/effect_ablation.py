@@ -14,15 +14,12 @@ from typing import Any
 
 import numpy as np
 
-from governor_mechanism.effects.bell_crank_masses import BellCrankMasses
 from governor_mechanism.effects.centrifugal import Centrifugal
-from governor_mechanism.effects.clearance import CLEARANCE_READING, Clearance
-from governor_mechanism.effects.crank_masses import CrankMasses
+from governor_mechanism.effects.clearance import CLEARANCE_READING
 from governor_mechanism.effects.gravity import Gravity
-from governor_mechanism.effects.rod_masses import RodMasses
+from governor_mechanism.effects.registry import EFFECTS
 from governor_mechanism.engines import select_engine
 from governor_mechanism.errors import MechanismError
-from governor_mechanism.machines.base import unsupported_effect_messages
 from governor_mechanism.machines.registry import MACHINES
 from governor_mechanism.model.effect import Effect
 from governor_mechanism.model.part import Part, Spindle
@@ -38,20 +35,8 @@ N_TIMED_RUNS = 3
 SPEED_FLUCTUATION_KEY = "spindle.speed_fluctuation"
 """Key of the speed fluctuation, which is switched like an effect."""
 
-TOGGLED_EFFECT_KEYS = ("gravity", "centrifugal", "rods", "spring", "dry_friction", "dashpot", "stops", "clearance", "masses", "bell_cranks")
-"""Keys of [effects] in the order of the report."""
-
 PARAMETERLESS_EFFECTS: Mapping[str, Effect] = {"gravity": Gravity(), "centrifugal": Centrifugal()}
 """Effects without parameters."""
-
-
-BODY_EFFECT_EXAMPLES: Mapping[str, Effect] = {
-    "rods": RodMasses(arm_mass=1.0),
-    "clearance": Clearance(width=1.0),
-    "masses": CrankMasses(crank=1.0),
-    "bell_cranks": BellCrankMasses(mass=1.0),
-}
-"""An example of each effect that changes the bodies of a machine; not every machine supports them."""
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -214,10 +199,10 @@ def run_effects_study(
         base_cost=base_cost,
         rows=tuple(rows),
         untried=tuple(
-            f"{prefix}{key}"
+            f"{prefix}{effect.key}"
             for prefix, part in _parts_by_prefix(scene)
-            for key in TOGGLED_EFFECT_KEYS
-            if f"{prefix}{key}" not in switches and not _is_inapplicable(part, key)
+            for effect in EFFECTS
+            if f"{prefix}{effect.key}" not in switches and _is_applicable(part, effect)
         ),
     )
 
@@ -227,15 +212,12 @@ def _parts_by_prefix(scene: Scene) -> list[tuple[str, Part]]:
     return [(f"{part.name}." if len(scene.parts) > 1 else "", part) for part in scene.parts]
 
 
-def _is_inapplicable(part: Part, key: str) -> bool:
-    """Return whether the machine of the part cannot have the effect."""
-    if key == "centrifugal" and not part.turns:
-        return True
-    if key not in BODY_EFFECT_EXAMPLES:
-        return False
+def _is_applicable(part: Part, effect: type[Effect]) -> bool:
+    """Return whether the machine of a part can have the effect."""
     machine_class = MACHINES.get(part.machine)
-    listed = [BODY_EFFECT_EXAMPLES[key]]
-    return bool(machine_class.effect_problems(listed) if machine_class else unsupported_effect_messages(part.machine, listed))
+    if effect is Centrifugal:
+        return part.turns
+    return not effect.changes_bodies_of or (machine_class is not None and effect in machine_class.supported_effects)
 
 
 def _cost_of_run(run: Trajectory) -> EffectCost:
@@ -301,7 +283,7 @@ def _part_switches(scene: Scene, part: Part) -> Iterator[tuple[str, EffectSwitch
     """Yield the same for the effects of one part."""
     if scene.document:
         listed = {key for key, value in dict(_part_table(scene.document, part).get("effects", {})).items() if value is not False}
-        for key in (key for key in TOGGLED_EFFECT_KEYS if key in listed):
+        for key in (effect.key for effect in EFFECTS if effect.key in listed):
             yield key, (True, partial(_reparse_without, scene, part, key))
     else:
         for effect_class in sorted({type(effect) for effect in part.effects}, key=lambda one: one.__name__):
@@ -337,6 +319,6 @@ def _reparse_without(scene: Scene, part: Part, key: str) -> Scene:
 
 
 def _drop_effect(scene: Scene, part: Part, effect_class: type[Effect]) -> Scene:
-    if effect_class in {type(example) for example in BODY_EFFECT_EXAMPLES.values()}:
+    if effect_class.changes_bodies_of:
         raise MechanismError(f"{effect_class.__name__} is part of the mechanism, which can be rebuilt for a scene from a file only")
     return _replace_part(scene, part, effects=tuple(effect for effect in part.effects if type(effect) is not effect_class))

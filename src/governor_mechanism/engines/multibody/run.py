@@ -26,6 +26,7 @@ from governor_mechanism.mechanics.dynamics.lowering import (
     make_system_workspace,
     to_mass_centres,
 )
+from governor_mechanism.mechanics.dynamics.output_forces import SLIDING_FRICTION
 from governor_mechanism.mechanics.kinematics.time_functions import SpindleSpeedFunction
 from governor_mechanism.model.events import Event
 from governor_mechanism.model.scene import Scene
@@ -73,8 +74,8 @@ class ConstrainedIntegrator:
         self.breakpoints = np.concatenate([[0.0], inner_breakpoints, self.time_grid.monitor_times[-1:]])
         self.counters = np.zeros(N_COUNTERS, dtype=np.int64)
         self.implicit_steps, self.stiffness_onset = 0, np.inf
-        self.output_force_counts = np.zeros(3, dtype=np.int64)
-        """Evaluations of springs, dashpots and sliding friction along readings."""
+        self.output_force_counts = np.zeros(SLIDING_FRICTION + 1, dtype=np.int64)
+        """Evaluations of output forces by law, as in `count_output_forces`."""
         self.initial_state = self._make_initial_state(*from_mass_centres(self.system, *initial_motion), constraint_tolerance)
         self.solver = ProjectedDop853(self._make_error_scale(), constraint_tolerance)
         self.scene_contacts = SceneContacts(scene, evaluator.time_scale, constraint_tolerance) if has_contacts(scene) else None
@@ -85,6 +86,8 @@ class ConstrainedIntegrator:
         self.solver.integrate(
             self.model, self.input_cubics(0.0), (0.0, 0.0), self.initial_state.copy(), StepLimits(1.0, 1.0, 1.0, 1), counters
         )
+        if self.scene_contacts is not None:
+            self.scene_contacts.start(self.initial_state.copy(), self.input_cubics(0.0))
 
     def integrate(self, tolerance: float, step_factor: float = 1.0) -> IntegrationResult:
         """Integrate from the start over all monitor times, with the largest step multiplied by a factor."""
@@ -179,12 +182,22 @@ class ConstrainedIntegrator:
         """Return whether a state is outside the mechanism's limits."""
         return self.evaluator.find_first_out_of_range(self._to_mass_centres(state)[0][np.newaxis]) is not None
 
-    def integrate_between(self, states: FloatArray, tolerance: float, k: int, time: float) -> tuple[FloatArray, FloatArray] | None:
+    def integrate_between(
+        self, integration: IntegrationResult, tolerance: float, k: int, time: float
+    ) -> tuple[FloatArray, FloatArray] | None:
         """Return poses and velocities of the mass centres at a time (s) after monitor time k, or None if that fails."""
-        start = float(self.time_grid.monitor_times[k])
-        state, counters = states[k].copy(), np.zeros(N_COUNTERS, dtype=np.int64)
-        limits = StepLimits(tolerance, 0.01 * self.evaluator.time_scale, np.inf, self.settings.max_interpolation_steps)
-        status, *_ = self.solver.integrate(self.model, self.input_cubics(start), (start, time), state, limits, counters)
+        start, step = float(self.time_grid.monitor_times[k]), 0.01 * self.evaluator.time_scale
+        state, counters = integration.states[k].copy(), np.zeros(N_COUNTERS, dtype=np.int64)
+        if self.scene_contacts is None:
+            limits = StepLimits(tolerance, step, np.inf, self.settings.max_interpolation_steps)
+            status, *_ = self.solver.integrate(self.model, self.input_cubics(start), (start, time), state, limits, counters)
+        else:
+            self.scene_contacts.continue_from(integration.contact_modes[k])
+            time_scale, max_step_ratio = self.evaluator.time_scale, self.settings.max_step_ratio
+            event_integrator = EventIntegrator(self, self.scene_contacts, tolerance, time_scale, max_step_ratio, counters)
+            if start in self.breakpoints[1:]:
+                event_integrator.restart_after_breakpoint(start, state)  # a state at a breakpoint has the mode before it
+            status, *_ = event_integrator.integrate_segment((start, time), np.empty(0), state, step, np.empty((0, state.size)), [])
         if status != IntegrationStatus.DONE:
             return None
         return self._to_mass_centres(state)
