@@ -9,16 +9,9 @@ from typing import NamedTuple
 
 import numpy as np
 
+from governor_mechanism.mechanics.contact.impacts import dissipated_by_impulses
 from governor_mechanism.mechanics.contact.input_modes import InputModes
-from governor_mechanism.mechanics.contact.rules import (
-    HELD,
-    ContactDynamics,
-    dissipated_by_impulses,
-    find_active_stop,
-    is_locked,
-    is_resting,
-    solve_forces,
-)
+from governor_mechanism.mechanics.contact.rules import HELD, ContactDynamics, find_active_stop, is_locked, is_resting, solve_forces
 from governor_mechanism.mechanics.contact.tolerances import SIMULTANEITY_TOLERANCE
 from governor_mechanism.mechanics.contact.transition import make_event_log, make_events, make_transition
 from governor_mechanism.mechanics.dynamics.constraint_solver import apply_jacobian, subtract_minv_jt
