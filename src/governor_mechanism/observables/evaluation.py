@@ -7,18 +7,17 @@ from typing import Any
 import numpy as np
 
 from governor_mechanism.mechanics.dynamics.characteristic_scales import time_scale
-from governor_mechanism.mechanics.dynamics.contacts import output_spring_energy, output_springs_of
+from governor_mechanism.mechanics.dynamics.contacts import output_forces_of, potential_derivatives
 from governor_mechanism.mechanics.dynamics.force_elements import spring_potential_energy as spring_potential
 from governor_mechanism.mechanics.dynamics.force_laws import free_spindle_speed, gravitational_energy, spindle_inertia, spindle_inertia_rate
 from governor_mechanism.mechanics.kinematics.assembly import PositionSolver, assembly_notes
 from governor_mechanism.mechanics.kinematics.constraint_equations import ConstraintEquations
-from governor_mechanism.mechanics.kinematics.output_variables import evaluate_output, evaluate_output_value
+from governor_mechanism.mechanics.kinematics.output_variables import evaluate_output, evaluate_output_value, unwrap_output
 from governor_mechanism.mechanics.kinematics.time_functions import CubicTimeFunction, SpindleSpeedFunction
 from governor_mechanism.model.coupled_system import SPINDLE_ANGLE, SPINDLE_SPEED, SPINDLE_TORQUE
 from governor_mechanism.model.force_elements import Spring, TorsionSpring
 from governor_mechanism.model.joints import RotationalDriver, TranslationalDriver
 from governor_mechanism.model.mechanism import Mechanism
-from governor_mechanism.model.output_variables import LineAngle
 from governor_mechanism.model.part import FreeSpindle
 from governor_mechanism.model.scene import Scene
 from governor_mechanism.model.state_history import StateHistory
@@ -179,8 +178,13 @@ class ReadingEvaluator:
         return -integrate_work(self.scene, history)
 
     def evaluate_joint_gap(self, poses: FloatArray, times: FloatArray) -> FloatArray:
-        """Return the largest constraint violation (...) m at poses and times (...) s."""
-        return self._constraint_equations.gap(poses, times)
+        """Return the largest constraint violation (n,) m at poses (n, bodies, 3) and times (n,) s; a broken gear has none."""
+        gaps = np.abs(self._constraint_equations.residuals(poses, times))
+        for name, end in self.scene.system.breaking_gears.items():
+            is_gear = self._constraint_equations.joint_indices == self.mechanism.joint_index(name)
+            gaps[np.ix_(times > end, is_gear)] = 0.0
+        largest: FloatArray = np.max(gaps, axis=-1, initial=0.0)
+        return largest
 
     def compare_observables(self, better: Observables, worse: Observables) -> dict[str, float]:
         """Return the largest difference of each reading and rate (named 'rate of ...') and the largest joint gap, in SI."""
@@ -211,8 +215,7 @@ class ReadingEvaluator:
         readings, rates = {}, {}
         for reading in self.mechanism.readings:
             derivatives = evaluate_output(self.mechanism, reading.name, history.poses)
-            is_wrapped = isinstance(reading, LineAngle)  # the angle of a body is continuous already
-            readings[reading.name] = np.unwrap(derivatives.value) if is_wrapped else derivatives.value
+            readings[reading.name] = unwrap_output(reading, derivatives.value)
             rates[reading.name] = np.sum(derivatives.gradient * history.velocities, axis=(-2, -1))
         return readings, rates
 
@@ -249,8 +252,8 @@ class ReadingEvaluator:
             kinetic += 0.5 * body.planar_inertia * velocity[:, 2] ** 2
             potential += gravitational_energy(body.mass, self.scene.system.gravity[index], history.poses[:, index, 1])
         potential += spring_potential(self.mechanism, history.poses)
-        for spring in output_springs_of(self.scene):
-            potential += output_spring_energy(spring, evaluate_output_value(self.mechanism, spring.reading, history.poses))
+        for effect in output_forces_of(self.scene):
+            potential += potential_derivatives(effect, evaluate_output_value(self.mechanism, effect.reading, history.poses))[0]
         for index, plane in enumerate(self.planes):
             if plane.is_loaded:
                 own_inertia = self.mechanism.bodies[self._shaft_indices[index]].planar_inertia if plane.has_reaction else 0.0

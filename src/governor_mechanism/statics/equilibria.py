@@ -10,7 +10,7 @@ from itertools import pairwise
 import numpy as np
 
 from governor_mechanism.errors import MechanismError
-from governor_mechanism.mechanics.dynamics.contacts import output_dampers_of
+from governor_mechanism.mechanics.dynamics.contacts import output_forces_of
 from governor_mechanism.mechanics.kinematics.time_functions import SpindleSpeedFunction
 from governor_mechanism.mechanics.reduction.lagrangian import PathCoefficients, SingleDofReduction
 from governor_mechanism.model.force_elements import Damper, TorsionDamper
@@ -105,7 +105,7 @@ def has_damping(scene: Scene) -> bool:
         Whether the linearised equations have other growth rates.
     """
     has_dampers = any(isinstance(element, Damper | TorsionDamper) for element in scene.mechanism.force_elements)
-    return bool(has_dampers or output_dampers_of(scene))
+    return has_dampers or any(effect.dissipates for effect in output_forces_of(scene))
 
 
 def find_equilibria(scene: Scene, spindle_speed: float | str | None = None) -> tuple[Equilibrium, ...]:

@@ -276,24 +276,52 @@ def linearise_scene(scene: Scene, poses: FloatArray, velocities: FloatArray, spi
         scene = scene.with_changes(
             spindle=_with_speed(scene.spindle, parse_quantity(spindle_speed, "angular_speed", "the spindle's speed"))
         )
-    for _ in range(MAX_RESTARTS):
-        dynamics = SceneDynamics(scene, poses, velocities)
-        _require_no_periodic_motion(dynamics)
-        dynamics.set_contact_mode(dynamics.start, dynamics.start_rates)
-        state = find_steady_state(dynamics.accelerations, dynamics.start, dynamics.start_rates, dynamics.scales, dynamics.time_scale)
-        # Coordinates that describe the start well may not do so at the steady state, and springs may have become slack.
-        if state.is_steady and dynamics.is_well_conditioned(state.z) and not dynamics.set_contact_mode(state.z, state.rates):
-            break
-        relaxed = state.z if state.is_steady else state.z + RELAXATION_STEP * state.direction_of_acceleration
-        motions = [dynamics.mass_centre_motion(z, state.rates) for z in (relaxed, state.z)]
-        poses, velocities = next(motion for motion in motions if np.all(np.isfinite(motion[0])))
-    else:
-        raise MechanismError(NO_STEADY_STATE)
+    dynamics, state = settle(scene, poses, velocities)
     dynamics.move_reference(state.z)
     notes = dynamics.notes(state.z, state.rates)
     if dynamics.drop_quadratic_damping(state.z, state.rates):
         notes += ("quadratic damping has no effect on small motions about rest",)
     return _build_linearisation(dynamics, state, notes)
+
+
+def settle(scene: Scene, poses: FloatArray, velocities: FloatArray, time: float | None = None) -> tuple[SceneDynamics, SteadyState]:
+    """Find the steady state near given poses.
+
+    Parameters
+    ----------
+    scene
+        The scene.
+    poses
+        Assembled poses near the steady state; shape (bodies, 3).
+    velocities
+        Their time derivatives, of which those of steadily turning shafts matter; shape (bodies, 3).
+    time
+        Time at which inputs are taken, s; that of their last change if None.
+
+    Returns
+    -------
+    dynamics : SceneDynamics
+        The scene in independent coordinates.
+    state : SteadyState
+        The steady state in these coordinates.
+
+    Raises
+    ------
+    MechanismError
+        If there is no steady state near the start, or it is periodic.
+    """
+    for _ in range(MAX_RESTARTS):
+        dynamics = SceneDynamics(scene, poses, velocities, time)
+        _require_no_periodic_motion(dynamics)
+        dynamics.set_contact_mode(dynamics.start, dynamics.start_rates)
+        state = find_steady_state(dynamics.accelerations, dynamics.start, dynamics.start_rates, dynamics.scales, dynamics.time_scale)
+        # Coordinates that describe the start well may not do so at the steady state, and springs may have become slack.
+        if state.is_steady and dynamics.is_well_conditioned(state.z) and not dynamics.set_contact_mode(state.z, state.rates):
+            return dynamics, state
+        relaxed = state.z if state.is_steady else state.z + RELAXATION_STEP * state.direction_of_acceleration
+        motions = [dynamics.mass_centre_motion(z, state.rates) for z in (relaxed, state.z)]
+        poses, velocities = next(motion for motion in motions if np.all(np.isfinite(motion[0])))
+    raise MechanismError(NO_STEADY_STATE)
 
 
 def linearise_from_start(

@@ -15,10 +15,11 @@ from governor_mechanism.errors import MechanismError
 from governor_mechanism.mechanics.dynamics.characteristic_scales import time_scale
 from governor_mechanism.mechanics.dynamics.contacts import (
     ContactMode,
+    active_forces_of,
     contacts_of,
     initial_lags,
     initial_mode,
-    output_springs_of,
+    one_sided_forces_of,
     reading_tables_of,
 )
 from governor_mechanism.mechanics.dynamics.equations_of_motion import (
@@ -28,14 +29,7 @@ from governor_mechanism.mechanics.dynamics.equations_of_motion import (
     project_state,
 )
 from governor_mechanism.mechanics.dynamics.inputs import output_of_reading
-from governor_mechanism.mechanics.dynamics.lowering import (
-    forced_output_names,
-    from_mass_centres,
-    make_system,
-    make_system_workspace,
-    to_mass_centres,
-)
-from governor_mechanism.mechanics.dynamics.output_forces import OutputForceKind
+from governor_mechanism.mechanics.dynamics.lowering import from_mass_centres, make_system, make_system_workspace, to_mass_centres
 from governor_mechanism.mechanics.kinematics.constraint_equations import make_constraint_table
 from governor_mechanism.mechanics.kinematics.constraint_kernels import evaluate_jacobian
 from governor_mechanism.mechanics.kinematics.output_variables import evaluate_output, evaluate_output_value
@@ -71,6 +65,8 @@ class SceneDynamics:
         Assembled poses, at which the independent coordinates are chosen; shape (bodies, 3).
     velocities
         Their time derivatives; shape (bodies, 3).
+    time
+        Time at which inputs are taken, s; that of their last change if None.
 
     Attributes
     ----------
@@ -93,8 +89,8 @@ class SceneDynamics:
         If nothing can move freely, or the steady state is periodic because of a drive or a fluctuating speed.
     """
 
-    def __init__(self, scene: Scene, poses: FloatArray, velocities: FloatArray) -> None:
-        self.scene, self._mechanism, self.time_scale = scene, scene.mechanism, time_scale(scene)
+    def __init__(self, scene: Scene, poses: FloatArray, velocities: FloatArray, time: float | None = None) -> None:
+        self.scene, self._mechanism, self.time_scale, self._time = scene, scene.mechanism, time_scale(scene), time
         self._set_mode(initial_mode(scene))
         self._require_steady_inputs()
         origin_poses, origin_velocities = from_mass_centres(self._system, poses, velocities)
@@ -116,8 +112,9 @@ class SceneDynamics:
     def _set_mode(self, mode: ContactMode) -> None:
         self._mode = mode
         self._system, functions = make_system(self.scene, mode)
-        end = np.array([max([0.0, *(float(function.breakpoints[-1]) for function in functions if function.breakpoints.size)])])
-        self._inputs: FloatArray = np.concatenate([np.zeros((0, 5)), *(function.local_cubics(end) for function in functions)])
+        last = max([0.0, *(float(function.breakpoints[-1]) for function in functions if function.breakpoints.size)])
+        time = np.array([last if self._time is None else self._time])
+        self._inputs: FloatArray = np.concatenate([np.zeros((0, 5)), *(function.local_cubics(time) for function in functions)])
         self._workspace = make_system_workspace(self._system)
 
     def _require_steady_inputs(self) -> None:
@@ -165,8 +162,7 @@ class SceneDynamics:
     def set_contact_mode(self, z: FloatArray, rates: FloatArray) -> bool:
         """Make one-sided springs taut or slack and choose segments of tables as readings demand; return whether any has changed."""
         previous_mode, poses = self._mode, self.poses(z)
-        one_sided = [spring for spring in output_springs_of(self.scene) if spring.one_sided]
-        taut = tuple(self._reading(spring.reading, poses) > spring.free_value for spring in one_sided)
+        taut = tuple(self._reading(one.reading, poses) > one.slack_below for one in one_sided_forces_of(self.scene))
         tables = reading_tables_of(self.scene)
         segments = tuple(int(np.searchsorted(table.positions, self._input_of_function(table.reading, z, rates))) for table in tables)
         self._set_mode(replace(previous_mode, taut=taut, segments=segments))
@@ -183,11 +179,12 @@ class SceneDynamics:
         """Leave out quadratic dashpots at rest, where they have no effect on small motions; return whether there are any."""
         forces = self._system.output_forces.copy()
         reading_rates = dict(zip(self.reading_names, self.reading_jacobian(z) @ rates, strict=True))
-        is_resting = np.array([reading_rates.get(name, 0.0) == 0.0 for name in forced_output_names(self.scene)], dtype=np.bool_)
-        is_dropped = (forces["kind"] == OutputForceKind.DASHPOT) & (forces["b"] != 0.0) & is_resting[forces["output_index"]]
-        forces["b"][is_dropped] = 0.0
+        is_dropped = False
+        for i, effect in enumerate(active_forces_of(self.scene, self._mode)):
+            if reading_rates.get(effect.reading, 0.0) == 0.0 and effect.linear_coefficients != effect.coefficients:
+                forces["coefficients"][i, : len(effect.linear_coefficients)], is_dropped = effect.linear_coefficients, True
         self._system = self._system._replace(output_forces=forces)
-        return bool(np.any(is_dropped))
+        return is_dropped
 
     def motion(self, z: FloatArray, rates: FloatArray) -> tuple[FloatArray, FloatArray]:
         """Return poses and velocities (bodies, 3) of the body origins; NaN if the mechanism cannot be assembled there."""
@@ -321,12 +318,10 @@ class SceneDynamics:
                 )
             if contact.friction is not None:
                 notes.append(f"dry friction on {contact.output_name} is left out: at rest it holds, and it has no linear law")
-        for spring in output_springs_of(self.scene):
-            if spring.one_sided and abs(self._reading(spring.reading, poses) - spring.free_value) <= MAX_GAP_RATIO * self.reading_scale(
-                spring.reading
-            ):
+        for effect in one_sided_forces_of(self.scene):
+            if abs(self._reading(effect.reading, poses) - effect.slack_below) <= MAX_GAP_RATIO * self.reading_scale(effect.reading):
                 raise MechanismError(
-                    f"the spring on {spring.reading!r} is just slack at the equilibrium, where its force has no linear law"
+                    f"the {effect.key} on {effect.reading!r} is just slack at the equilibrium, where its force has no linear law"
                 )
         for table in reading_tables_of(self.scene):
             value = self._input_of_function(table.reading, z, rates)

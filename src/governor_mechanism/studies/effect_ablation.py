@@ -14,21 +14,19 @@ from typing import Any
 
 import numpy as np
 
-from governor_mechanism.effects.bell_crank_masses import BellCrankMasses
 from governor_mechanism.effects.centrifugal import Centrifugal
-from governor_mechanism.effects.clearance import CLEARANCE_READING, Clearance
-from governor_mechanism.effects.crank_masses import CrankMasses
+from governor_mechanism.effects.clearance import CLEARANCE_READING
 from governor_mechanism.effects.gravity import Gravity
-from governor_mechanism.effects.rod_masses import RodMasses
+from governor_mechanism.effects.registry import EFFECTS
 from governor_mechanism.engines import select_engine
 from governor_mechanism.errors import MechanismError
-from governor_mechanism.machines.base import unsupported_effect_messages
 from governor_mechanism.machines.registry import MACHINES
 from governor_mechanism.model.effect import Effect
-from governor_mechanism.model.part import FIXED_PLANE, Spindle
+from governor_mechanism.model.part import Part, Spindle
 from governor_mechanism.model.scene import Scene
 from governor_mechanism.model.trajectory import Outcome, Trajectory
 from governor_mechanism.scenes.parser import parse_scene_document
+from governor_mechanism.units.quantities import format_reading_name
 from governor_mechanism.units.text_table import format_table
 
 N_TIMED_RUNS = 3
@@ -37,20 +35,8 @@ N_TIMED_RUNS = 3
 SPEED_FLUCTUATION_KEY = "spindle.speed_fluctuation"
 """Key of the speed fluctuation, which is switched like an effect."""
 
-TOGGLED_EFFECT_KEYS = ("gravity", "centrifugal", "rods", "spring", "dry_friction", "dashpot", "stops", "clearance", "masses", "bell_cranks")
-"""Keys of [effects] in the order of the report."""
-
 PARAMETERLESS_EFFECTS: Mapping[str, Effect] = {"gravity": Gravity(), "centrifugal": Centrifugal()}
 """Effects without parameters."""
-
-
-BODY_EFFECT_EXAMPLES: Mapping[str, Effect] = {
-    "rods": RodMasses(arm_mass=1.0),
-    "clearance": Clearance(width=1.0),
-    "masses": CrankMasses(crank=1.0),
-    "bell_cranks": BellCrankMasses(mass=1.0),
-}
-"""An example of each effect that changes the bodies of a machine; not every machine supports them."""
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -158,7 +144,7 @@ class EffectsStudy:
         name = row.effect if row.listed else f"{row.effect} (not listed)"
         if row.relative_change is None or row.cost_with is None or row.cost_without is None:
             return name, "", "", "", "", ""
-        largest = "negligible" if self._is_negligible(row) else row.most_changed_reading.replace("_", " ")
+        largest = "negligible" if self._is_negligible(row) else format_reading_name(row.most_changed_reading)
         ratio = "" if row.time_ratio is None else f"x {row.time_ratio:.2f}"
         pairs = [(row.cost_without.evaluations, row.cost_with.evaluations), (row.cost_without.events, row.cost_with.events)]
         return name, f"{row.relative_change:.1e}", largest, ratio, *(f"{without:,} -> {with_it:,}" for without, with_it in pairs)
@@ -212,17 +198,26 @@ def run_effects_study(
         engine=chosen.name,
         base_cost=base_cost,
         rows=tuple(rows),
-        untried=tuple(key for key in TOGGLED_EFFECT_KEYS if key not in switches and not _is_inapplicable(scene, key)),
+        untried=tuple(
+            f"{prefix}{effect.key}"
+            for prefix, part in _parts_by_prefix(scene)
+            for effect in EFFECTS
+            if f"{prefix}{effect.key}" not in switches and _is_applicable(part, effect)
+        ),
     )
 
 
-def _is_inapplicable(scene: Scene, key: str) -> bool:
-    """Return whether the machine of the scene cannot have the effect."""
-    if key not in BODY_EFFECT_EXAMPLES:
-        return False
-    machine_class = MACHINES.get(scene.part.machine)
-    listed = [BODY_EFFECT_EXAMPLES[key]]
-    return bool(machine_class.effect_problems(listed) if machine_class else unsupported_effect_messages(scene.part.machine, listed))
+def _parts_by_prefix(scene: Scene) -> list[tuple[str, Part]]:
+    """Return the parts with the start of the names of their effects: empty for the only part, or "part."."""
+    return [(f"{part.name}." if len(scene.parts) > 1 else "", part) for part in scene.parts]
+
+
+def _is_applicable(part: Part, effect: type[Effect]) -> bool:
+    """Return whether the machine of a part can have the effect."""
+    machine_class = MACHINES.get(part.machine)
+    if effect is Centrifugal:
+        return part.turns
+    return not effect.changes_bodies_of or (machine_class is not None and effect in machine_class.supported_effects)
 
 
 def _cost_of_run(run: Trajectory) -> EffectCost:
@@ -279,33 +274,51 @@ EffectSwitch = tuple[bool, Callable[[], Scene]]
 
 def _effect_switches(scene: Scene) -> Iterator[tuple[str, EffectSwitch]]:
     """Yield each effect that can be switched: its name, whether it is listed, and how to build the scene with it switched."""
+    for prefix, part in _parts_by_prefix(scene):
+        for name, switch in _part_switches(scene, part):
+            yield f"{prefix}{name}", switch
+
+
+def _part_switches(scene: Scene, part: Part) -> Iterator[tuple[str, EffectSwitch]]:
+    """Yield the same for the effects of one part."""
     if scene.document:
-        listed = {key for key, value in dict(scene.document.get("effects", {})).items() if value is not False}
-        for key in (key for key in TOGGLED_EFFECT_KEYS if key in listed):
-            yield key, (True, partial(_reparse_without, scene, key))
+        listed = {key for key, value in dict(_part_table(scene.document, part).get("effects", {})).items() if value is not False}
+        for key in (effect.key for effect in EFFECTS if effect.key in listed):
+            yield key, (True, partial(_reparse_without, scene, part, key))
     else:
-        for effect_class in sorted({type(effect) for effect in scene.effects}, key=lambda one: one.__name__):
-            yield effect_class.__name__, (True, partial(_drop_effect, scene, effect_class))
-    can_rotate = scene.part.plane != FIXED_PLANE
+        for effect_class in sorted({type(effect) for effect in part.effects}, key=lambda one: one.__name__):
+            yield effect_class.__name__, (True, partial(_drop_effect, scene, part, effect_class))
     for name, default_effect in PARAMETERLESS_EFFECTS.items():
-        if type(default_effect) not in {type(effect) for effect in scene.effects} and (can_rotate or name == "gravity"):
-            yield name, (False, partial(replace, scene, effects=(*scene.effects, default_effect)))
-    if isinstance(scene.spindle, Spindle) and scene.spindle.speed_fluctuation:
-        yield (SPEED_FLUCTUATION_KEY, (True, partial(replace, scene, spindle=replace(scene.spindle, speed_fluctuation=0.0))))
+        if type(default_effect) not in {type(effect) for effect in part.effects} and (part.turns or name == "gravity"):
+            yield name, (False, partial(_replace_part, scene, part, effects=(*part.effects, default_effect)))
+    if isinstance(part.spindle, Spindle) and part.spindle.speed_fluctuation:
+        steady = replace(part.spindle, speed_fluctuation=0.0)
+        yield (SPEED_FLUCTUATION_KEY, (True, partial(_replace_part, scene, part, spindle=steady)))
 
 
-def _reparse_without(scene: Scene, key: str) -> Scene:
+def _part_table(document: Mapping[str, Any], part: Part) -> Any:
+    """Return the table of a part: the document itself if it has no tables of parts."""
+    return document["part"][part.name] if "part" in document else document
+
+
+def _replace_part(scene: Scene, part: Part, **changes: Any) -> Scene:
+    """Return the scene with changed fields of one part."""
+    return replace(scene, parts=tuple(replace(one, **changes) if one is part else one for one in scene.parts))
+
+
+def _reparse_without(scene: Scene, part: Part, key: str) -> Scene:
     """Return the scene parsed again with one effect off, because some effects change the bodies."""
     document = copy.deepcopy(dict(scene.document))
-    document["effects"] = dict(document["effects"]) | {key: False}
+    table = _part_table(document, part)
+    table["effects"] = dict(table["effects"]) | {key: False}
     if key == "clearance":
-        start = dict(document.get("start", {}))
-        document["start"] = {name: value for name, value in start.items() if CLEARANCE_READING not in name}
+        start = dict(table.get("start", {}))
+        table["start"] = {name: value for name, value in start.items() if CLEARANCE_READING not in name}
     parsed = parse_scene_document(document, scene.source)
     return replace(parsed, run=scene.run)
 
 
-def _drop_effect(scene: Scene, effect_class: type[Effect]) -> Scene:
-    if effect_class in {type(example) for example in BODY_EFFECT_EXAMPLES.values()}:
+def _drop_effect(scene: Scene, part: Part, effect_class: type[Effect]) -> Scene:
+    if effect_class.changes_bodies_of:
         raise MechanismError(f"{effect_class.__name__} is part of the mechanism, which can be rebuilt for a scene from a file only")
-    return scene.with_changes(effects=tuple(effect for effect in scene.effects if type(effect) is not effect_class))
+    return _replace_part(scene, part, effects=tuple(effect for effect in part.effects if type(effect) is not effect_class))

@@ -275,6 +275,22 @@ DISPLAY_UNITS = {"rad": (180 / math.pi, "deg"), "m": (1e3, "mm"), "rad/s": (30 /
 """Customary units for display by SI unit, with their number per SI unit; other units are displayed as they are."""
 
 
+def format_reading_name(name: str) -> str:
+    """Return the name of a reading in running text.
+
+    Parameters
+    ----------
+    name
+        Name, as "arm_angle" or "governor.arm_angle".
+
+    Returns
+    -------
+    str
+        The words of the name; a name with that of its part stays as it is written in scene files.
+    """
+    return name if "." in name else name.replace("_", " ")
+
+
 def format_quantity(value: float, unit: str, digits: str = ".6g") -> str:
     """Return a value as text with a customary unit.
 

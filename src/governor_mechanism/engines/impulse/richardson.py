@@ -19,8 +19,8 @@ from governor_mechanism.engines.impulse.settings import ImpulseSettings
 from governor_mechanism.engines.impulse.time_inputs import TimeInputs
 from governor_mechanism.engines.initial_state import part_initial_state
 from governor_mechanism.integrators.time_grid import TimeGrid, make_time_grid
-from governor_mechanism.mechanics.contact.impact import ImpactSolver
 from governor_mechanism.mechanics.dynamics.contacts import has_contacts
+from governor_mechanism.mechanics.dynamics.projection import StateProjector
 from governor_mechanism.model.scene import Scene
 from governor_mechanism.model.state_history import StateHistory
 from governor_mechanism.model.trajectory import Cost, Outcome, Trajectory
@@ -93,7 +93,7 @@ class RichardsonRefinement:
         self.settings, self.scene, self.request = settings, scene, request
         self.start = part_initial_state(scene)
         self.evaluator = ReadingEvaluator(scene, self.start[0])
-        self.impact_solver = ImpactSolver(scene.part.mechanism)
+        self._projector = StateProjector(scene)
         self.time_inputs = TimeInputs(scene)
         self.has_contacts, self.has_output_effects = has_contacts(scene), bool(scene.output_effects)
         time_scale = self.evaluator.time_scale
@@ -336,9 +336,8 @@ class RichardsonRefinement:
         times, poses, velocities = (self.grid.monitor_times[selected], solution.poses[selected], solution.velocities[selected])
         if not self.settings.plain and len(selected):
             # The mean of two half steps opens the joints slightly, and more where the step length changes.
-            if self.has_contacts:  # the gap depends on the step, which differs where a step was split
-                poses = self.impact_solver.close_joints(times, poses)
-            velocities = self.impact_solver.project_velocities(poses, velocities, times)
+            # With contacts the gap depends on the step, which differs where a step was split.
+            poses, velocities = self._projector.project(times, poses, velocities, closes_joints=self.has_contacts)
         speeds = self.evaluator.evaluate_spindle_speeds(times, poses)
         poses, velocities = self.evaluator.with_shaft(poses, velocities, solution.spindle_angle[selected], speeds)
         work = solution.work[selected]

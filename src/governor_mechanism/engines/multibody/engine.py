@@ -9,16 +9,14 @@ from typing import ClassVar, final
 
 import numpy as np
 
-from governor_mechanism.effects.dashpot import Dashpot
-from governor_mechanism.effects.dry_friction import DryFriction
-from governor_mechanism.effects.registry import EFFECT_TYPES
-from governor_mechanism.effects.spring import OutputSpring
+from governor_mechanism.effects.registry import EFFECT_TYPES, FORCE_LAWS
 from governor_mechanism.engines.base import Engine, RunRequest
 from governor_mechanism.engines.certificate import CertifiedRunner, check_engine_settings
 from governor_mechanism.engines.initial_state import initial_state
 from governor_mechanism.engines.multibody.run import ConstrainedIntegrator, IntegrationResult
 from governor_mechanism.engines.multibody.settings import MultibodySettings
 from governor_mechanism.integrators.status import IntegrationStatus
+from governor_mechanism.mechanics.dynamics.contacts import FRICTION_LAW_NAME, contacts_of
 from governor_mechanism.model.effect import Effect
 from governor_mechanism.model.joints import JOINT_TYPES, Joint
 from governor_mechanism.model.scene import Scene
@@ -27,7 +25,6 @@ from governor_mechanism.numerics.jit import warn_before_compiling
 from governor_mechanism.observables.evaluation import ReadingEvaluator
 from governor_mechanism.observables.model_size import count_model_size
 from governor_mechanism.observables.run_result import RunResult
-from governor_mechanism.types import FloatArray
 
 
 @final
@@ -98,7 +95,7 @@ class MultibodyRunner(CertifiedRunner[MultibodyResult]):
         time_text = f"t = {self.integrator.time_grid.monitor_times[n_kept - 1]:.6g} s"
         if range_exit is not None:
             n_kept, outcome = range_exit[0], Outcome.LEFT_RANGE
-            detail = f"{range_exit[1]}, at {self._describe_exit(integration.states, tolerance, n_kept)}"
+            detail = f"{range_exit[1]}, at {self._describe_exit(integration, tolerance, n_kept)}"
         elif integration.status == IntegrationStatus.STALLED:
             outcome, detail = Outcome.STALLED, f"at {time_text}"
         elif integration.status != IntegrationStatus.DONE or len(self.integrator.time_grid.reported_indices) < len(self.request.times):
@@ -118,15 +115,15 @@ class MultibodyRunner(CertifiedRunner[MultibodyResult]):
             tolerance=tolerance,
         )
 
-    def _describe_exit(self, states: FloatArray, tolerance: float, exit_index: int) -> str:
+    def _describe_exit(self, integration: IntegrationResult, tolerance: float, exit_index: int) -> str:
         """Return when the motion leaves its range before a monitor time, located by bisection since the previous one."""
         times = self.integrator.time_grid.monitor_times
-        if exit_index == 0 or self.integrator.stiffness_onset < np.inf or self.integrator.contact_solver:
+        if exit_index == 0 or self.integrator.stiffness_onset < np.inf or self.integrator.scene_contacts:
             return f"about t = {times[exit_index]:.6g} s"
         time_inside, time_outside = float(times[exit_index - 1]), float(times[exit_index])
         for _ in range(self.engine.settings.max_exit_bisections):
             middle = 0.5 * (time_inside + time_outside)
-            motion = self.integrator.integrate_between(states, tolerance, exit_index - 1, middle)
+            motion = self.integrator.integrate_between(integration, tolerance, exit_index - 1, middle)
             if motion is None:
                 return f"about t = {time_outside:.6g} s"
             if self.evaluator.find_first_out_of_range(motion[0][np.newaxis]) is None:
@@ -136,12 +133,12 @@ class MultibodyRunner(CertifiedRunner[MultibodyResult]):
         return f"t = {time_outside:.9g} s"
 
     def complete_result(self, best: MultibodyResult) -> MultibodyResult:
-        """Add the dense output of a smooth run, and remove events after the end of the motion."""
-        is_smooth = self.integrator.stiffness_onset == np.inf and not self.integrator.contact_solver
+        """Add the dense output of a run that is not stiff, and remove events after the end of the motion."""
+        is_stiff = self.integrator.stiffness_onset < np.inf
         times = self.integrator.time_grid.monitor_times[: len(best.contact_modes)]
         return replace(
             best,
-            dense_output=partial(self.integrator.integrate_between, best.integration.states, best.tolerance) if is_smooth else None,
+            dense_output=None if is_stiff else partial(self.integrator.integrate_between, best.integration, best.tolerance),
             contact_events=tuple(event for event in best.contact_events if not len(times) or event.time <= times[-1]),
         )
 
@@ -157,10 +154,12 @@ class MultibodyRunner(CertifiedRunner[MultibodyResult]):
             law_counts["centrifugal"] = n_bodies * evaluations
         if self.scene.mechanism.force_elements:
             law_counts["springs, dampers, forces"] = len(self.scene.mechanism.force_elements) * evaluations
-        effect_classes = {"springs on readings": OutputSpring, "dashpots": Dashpot, "dry friction": DryFriction}
-        for (law, effect_class), count in zip(effect_classes.items(), self.integrator.output_force_counts.tolist(), strict=True):
-            if any(isinstance(effect, effect_class) for effect in self.scene.output_effects):
-                law_counts[law] = count
+        *force_counts, friction_count = self.integrator.output_force_counts.tolist()
+        for law, count in zip(FORCE_LAWS, force_counts, strict=True):
+            if any(isinstance(effect, law) for effect in self.scene.output_effects):
+                law_counts[law.law_name] = count
+        if any(contact.friction is not None for contact in contacts_of(self.scene)):
+            law_counts[FRICTION_LAW_NAME] = friction_count
         return Cost(
             engine=self.engine.name,
             reason=self.request.reason,

@@ -7,7 +7,6 @@ from itertools import pairwise
 
 import numpy as np
 
-from governor_mechanism.engines.multibody.contact import ContactModeSolver
 from governor_mechanism.engines.multibody.event_integration import EventIntegrator
 from governor_mechanism.engines.multibody.settings import MultibodySettings
 from governor_mechanism.integrators.projected_dop853 import N_COUNTERS, ProjectedDop853, StepLimits
@@ -15,6 +14,7 @@ from governor_mechanism.integrators.radau import RadauIntegrator
 from governor_mechanism.integrators.status import IntegrationStatus
 from governor_mechanism.integrators.time_grid import make_time_grid
 from governor_mechanism.mechanics.contact.event_log import drop_cancelled_events
+from governor_mechanism.mechanics.contact.scene_contacts import SceneContacts
 from governor_mechanism.mechanics.contact.tolerances import SIMULTANEITY_TOLERANCE
 from governor_mechanism.mechanics.dynamics.characteristic_scales import max_step_scale
 from governor_mechanism.mechanics.dynamics.contacts import ContactMode, has_contacts, initial_lags
@@ -26,6 +26,7 @@ from governor_mechanism.mechanics.dynamics.lowering import (
     make_system_workspace,
     to_mass_centres,
 )
+from governor_mechanism.mechanics.dynamics.output_forces import SLIDING_FRICTION
 from governor_mechanism.mechanics.kinematics.time_functions import SpindleSpeedFunction
 from governor_mechanism.model.events import Event
 from governor_mechanism.model.scene import Scene
@@ -64,7 +65,8 @@ class ConstrainedIntegrator:
         self.system, self.input_functions = make_system(scene)
         self.model = self.system, make_system_workspace(self.system)
         constraint_tolerance = settings.constraint_tolerance_ratio * evaluator.mechanism.length_scale
-        breakpoints = np.unique(np.concatenate([function.breakpoints for function in self.input_functions]))
+        break_times = list(scene.system.breaking_gears.values())
+        breakpoints = np.unique(np.concatenate([break_times, *(function.breakpoints for function in self.input_functions)]))
         self._max_step_scale = max_step_scale(scene)
         max_interval = settings.monitor_interval_ratio * evaluator.time_scale
         self.time_grid = make_time_grid(reported_times[reported_times <= max_interval * max_steps], breakpoints, np.inf, max_interval)
@@ -72,11 +74,11 @@ class ConstrainedIntegrator:
         self.breakpoints = np.concatenate([[0.0], inner_breakpoints, self.time_grid.monitor_times[-1:]])
         self.counters = np.zeros(N_COUNTERS, dtype=np.int64)
         self.implicit_steps, self.stiffness_onset = 0, np.inf
-        self.output_force_counts = np.zeros(3, dtype=np.int64)
-        """Evaluations of springs, dashpots and sliding friction along readings."""
+        self.output_force_counts = np.zeros(SLIDING_FRICTION + 1, dtype=np.int64)
+        """Evaluations of output forces by law, as in `count_output_forces`."""
         self.initial_state = self._make_initial_state(*from_mass_centres(self.system, *initial_motion), constraint_tolerance)
         self.solver = ProjectedDop853(self._make_error_scale(), constraint_tolerance)
-        self.contact_solver = ContactModeSolver(scene, evaluator.time_scale, constraint_tolerance) if has_contacts(scene) else None
+        self.scene_contacts = SceneContacts(scene, evaluator.time_scale, constraint_tolerance) if has_contacts(scene) else None
 
     def compile_kernels(self) -> None:
         """Compile or load the kernels by an integration over an empty interval, so that no run's cost includes it."""
@@ -84,12 +86,14 @@ class ConstrainedIntegrator:
         self.solver.integrate(
             self.model, self.input_cubics(0.0), (0.0, 0.0), self.initial_state.copy(), StepLimits(1.0, 1.0, 1.0, 1), counters
         )
+        if self.scene_contacts is not None:
+            self.scene_contacts.start(self.initial_state.copy(), self.input_cubics(0.0))
 
     def integrate(self, tolerance: float, step_factor: float = 1.0) -> IntegrationResult:
         """Integrate from the start over all monitor times, with the largest step multiplied by a factor."""
         max_step_ratio = step_factor * self.settings.max_step_ratio
-        if self.contact_solver is not None:
-            return self._integrate_with_contacts(self.contact_solver, tolerance, max_step_ratio)
+        if self.scene_contacts is not None:
+            return self._integrate_with_contacts(self.scene_contacts, tolerance, max_step_ratio)
         monitor_times, state = self.time_grid.monitor_times, self.initial_state.copy()
         states = np.empty((len(monitor_times), state.size))
         states[0], n_filled, status = state, 1, IntegrationStatus.DONE
@@ -125,13 +129,13 @@ class ConstrainedIntegrator:
         self.output_force_counts += int(counters[2]) * count_output_forces(self.system)
         return IntegrationResult(states[:n_filled], status, step)
 
-    def _integrate_with_contacts(self, contact_solver: ContactModeSolver, tolerance: float, max_step_ratio: float) -> IntegrationResult:
+    def _integrate_with_contacts(self, scene_contacts: SceneContacts, tolerance: float, max_step_ratio: float) -> IntegrationResult:
         """Integrate a scene with contacts or one-sided springs."""
         monitor_times, state, time_scale = (self.time_grid.monitor_times, self.initial_state.copy(), self.evaluator.time_scale)
         counters = np.zeros(N_COUNTERS, dtype=np.int64)
-        event_integrator = EventIntegrator(self, contact_solver, tolerance, time_scale, max_step_ratio, counters)
-        contact_solver.initialize(state, self.input_cubics(0.0))
-        states, contact_modes = np.empty((len(monitor_times), state.size)), [contact_solver.mode]
+        event_integrator = EventIntegrator(self, scene_contacts, tolerance, time_scale, max_step_ratio, counters)
+        scene_contacts.start(state, self.input_cubics(0.0))
+        states, contact_modes = np.empty((len(monitor_times), state.size)), [scene_contacts.mode]
         states[0], n_filled, status, step = (state, 1, IntegrationStatus.DONE, self.settings.first_step_ratio * max_step_ratio * time_scale)
         for start, end in pairwise(self.breakpoints.tolist()):
             output_times = monitor_times[(monitor_times > start) & (monitor_times <= end)]
@@ -150,7 +154,7 @@ class ConstrainedIntegrator:
             status,
             step,
             tuple(contact_modes),
-            drop_cancelled_events(contact_solver.events, SIMULTANEITY_TOLERANCE * time_scale),
+            drop_cancelled_events(scene_contacts.events, SIMULTANEITY_TOLERANCE * time_scale),
         )
 
     def _add_speed_jump_work(self, time: float, state: FloatArray, monitor_state: FloatArray) -> None:
@@ -178,12 +182,22 @@ class ConstrainedIntegrator:
         """Return whether a state is outside the mechanism's limits."""
         return self.evaluator.find_first_out_of_range(self._to_mass_centres(state)[0][np.newaxis]) is not None
 
-    def integrate_between(self, states: FloatArray, tolerance: float, k: int, time: float) -> tuple[FloatArray, FloatArray] | None:
+    def integrate_between(
+        self, integration: IntegrationResult, tolerance: float, k: int, time: float
+    ) -> tuple[FloatArray, FloatArray] | None:
         """Return poses and velocities of the mass centres at a time (s) after monitor time k, or None if that fails."""
-        start = float(self.time_grid.monitor_times[k])
-        state, counters = states[k].copy(), np.zeros(N_COUNTERS, dtype=np.int64)
-        limits = StepLimits(tolerance, 0.01 * self.evaluator.time_scale, np.inf, self.settings.max_interpolation_steps)
-        status, *_ = self.solver.integrate(self.model, self.input_cubics(start), (start, time), state, limits, counters)
+        start, step = float(self.time_grid.monitor_times[k]), 0.01 * self.evaluator.time_scale
+        state, counters = integration.states[k].copy(), np.zeros(N_COUNTERS, dtype=np.int64)
+        if self.scene_contacts is None:
+            limits = StepLimits(tolerance, step, np.inf, self.settings.max_interpolation_steps)
+            status, *_ = self.solver.integrate(self.model, self.input_cubics(start), (start, time), state, limits, counters)
+        else:
+            self.scene_contacts.continue_from(integration.contact_modes[k])
+            time_scale, max_step_ratio = self.evaluator.time_scale, self.settings.max_step_ratio
+            event_integrator = EventIntegrator(self, self.scene_contacts, tolerance, time_scale, max_step_ratio, counters)
+            if start in self.breakpoints[1:]:
+                event_integrator.restart_after_breakpoint(start, state)  # a state at a breakpoint has the mode before it
+            status, *_ = event_integrator.integrate_segment((start, time), np.empty(0), state, step, np.empty((0, state.size)), [])
         if status != IntegrationStatus.DONE:
             return None
         return self._to_mass_centres(state)
@@ -200,7 +214,7 @@ class ConstrainedIntegrator:
 
     def input_cubics(self, start: float) -> FloatArray:
         """Return the local cubics (functions, 5) of spindle speed, drivers and force elements from a time (s) to the next breakpoint."""
-        return np.array([function.local_cubics(np.array([start]))[0] for function in self.input_functions])
+        return np.reshape([function.local_cubics(np.array([start]))[0] for function in self.input_functions], (-1, 5)).astype(np.float64)
 
     def _compute_speed_jump_work(self, time: float, state: FloatArray) -> float:
         """Return the work (J) that jumps of given spindle speeds do on the parts."""

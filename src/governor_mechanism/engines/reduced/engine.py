@@ -9,7 +9,7 @@ from typing import Any, ClassVar, final
 import numpy as np
 
 from governor_mechanism.effects.clearance import Clearance
-from governor_mechanism.effects.registry import EFFECT_TYPES
+from governor_mechanism.effects.registry import EFFECT_TYPES, FORCE_LAWS
 from governor_mechanism.engines.base import Engine, RunRequest, refuse_couplings
 from governor_mechanism.engines.certificate import CertifiedRunner, check_engine_settings
 from governor_mechanism.engines.initial_state import part_initial_state
@@ -19,8 +19,10 @@ from governor_mechanism.engines.reduced.settings import ReducedSettings
 from governor_mechanism.errors import MechanismError
 from governor_mechanism.integrators.status import IntegrationStatus
 from governor_mechanism.integrators.time_grid import make_time_grid
+from governor_mechanism.mechanics.dynamics.contacts import FRICTION_LAW_NAME, ContactMode
 from governor_mechanism.mechanics.kinematics.assembly import PositionSolver
 from governor_mechanism.mechanics.kinematics.output_variables import evaluate_output
+from governor_mechanism.mechanics.reduction.lowering import OutputForceColumn
 from governor_mechanism.mechanics.reduction.motion_table import MotionTable
 from governor_mechanism.model.effect import Effect
 from governor_mechanism.model.joints import JOINT_TYPES, Joint
@@ -171,8 +173,10 @@ class ReducedRunner(CertifiedRunner[ReducedResult]):
         """Add the contact modes at the reported times."""
         return replace(best, contact_modes=best.reduced_run.contact_modes(best.solution, best.reported_states.poses))
 
-    def _make_monitor_states(self, table_run: ReducedRun, tolerance: float, end: FloatArray) -> tuple[StateHistory, DenseOutput | None]:
-        """Return states close enough to each other that no singular configuration is missed, and the dense output between them."""
+    def _make_monitor_states(
+        self, table_run: ReducedRun, tolerance: float, end: FloatArray
+    ) -> tuple[StateHistory, tuple[ContactMode, ...], DenseOutput | None]:
+        """Return states close enough to each other that no event is missed, their modes, and the dense output between them."""
         settings = self.engine.settings
         breakpoints = np.unique(np.concatenate([function.breakpoints for function in table_run.motion_table.time_functions]))
         monitor_times = make_time_grid(end, breakpoints, np.inf, settings.monitor_interval_ratio * self.evaluator.time_scale).monitor_times
@@ -189,7 +193,9 @@ class ReducedRunner(CertifiedRunner[ReducedResult]):
             n_intervals = np.ceil(displacements / settings.monitor_interval_ratio).astype(int).clip(1)
             segments = [np.linspace(a, b, n + 1)[1:] for a, b, n in zip(monitor_times, monitor_times[1:], n_intervals, strict=False)]
             monitor_times = np.concatenate([monitor_times[:1], *segments])
-        return reduced_run.state_history(solution), partial(reduced_run.integrate_from_row, solution.states, tolerance)
+        states = reduced_run.state_history(solution)
+        modes = reduced_run.contact_modes(solution, states.poses)
+        return states, modes, partial(reduced_run.integrate_from_row, solution, tolerance)
 
     def make_cost(self, best: ReducedResult, wall_time: float) -> Cost:
         """Return the cost over all runs."""
@@ -199,13 +205,11 @@ class ReducedRunner(CertifiedRunner[ReducedResult]):
         n_pieces = sum(reduced_run.motion_table.n_pieces for reduced_run in reduced_runs)
         law_counts = {"equations of motion": evaluations, "table pieces": n_pieces}
         reduced_forces = best.reduced_run.motion_table.forces
-        for law, n_elements, count in (
-            ("springs on readings", len(reduced_forces.one_sided_springs), evaluations),
-            ("dashpots", len(reduced_forces.output_dampers), moving_evaluations),
-            ("dry friction", int(np.sum(reduced_forces.contacts[:, 1] >= 0)), moving_evaluations),
-        ):
-            if n_elements:
-                law_counts[law] = n_elements * count
+        for law_index in reduced_forces.output_forces[:, OutputForceColumn.LAW].astype(int):
+            law = FORCE_LAWS[law_index]
+            law_counts[law.law_name] = law_counts.get(law.law_name, 0) + (moving_evaluations if law.dissipates else evaluations)
+        if n_frictions := int(np.sum(reduced_forces.contacts[:, 1] >= 0)):
+            law_counts[FRICTION_LAW_NAME] = n_frictions * moving_evaluations
         return Cost(
             engine=self.engine.name,
             reason=self.request.reason,

@@ -7,21 +7,22 @@ from itertools import pairwise
 
 import numpy as np
 
-from governor_mechanism.engines.reduced.contact import EVENT_KINDS, EventLog
 from governor_mechanism.engines.reduced.integration import initialise_contact_mode, integrate_reduced
 from governor_mechanism.engines.reduced.settings import ReducedSettings
 from governor_mechanism.integrators.reduced_dop853 import make_stages
 from governor_mechanism.integrators.status import IntegrationStatus
 from governor_mechanism.mechanics.contact.event_log import drop_cancelled_events
+from governor_mechanism.mechanics.contact.rules import HELD
 from governor_mechanism.mechanics.contact.tolerances import SIMULTANEITY_TOLERANCE
+from governor_mechanism.mechanics.contact.transition import make_event_log, make_events
 from governor_mechanism.mechanics.dynamics.characteristic_scales import max_step_scale
-from governor_mechanism.mechanics.dynamics.contacts import ContactMode, contacts_of, output_springs_of
+from governor_mechanism.mechanics.dynamics.contacts import ContactMode, contacts_of, one_sided_forces_of
 from governor_mechanism.mechanics.kinematics.output_variables import evaluate_output_value
 from governor_mechanism.mechanics.kinematics.time_functions import SpindleSpeedFunction
 from governor_mechanism.mechanics.reduction.equation_of_motion import N_QUADRATURES, ReducedModel, make_reduced_model
 from governor_mechanism.mechanics.reduction.lowering import ForceParameter
 from governor_mechanism.mechanics.reduction.motion_table import MotionTable
-from governor_mechanism.model.events import Event, EventKind
+from governor_mechanism.model.events import Event
 from governor_mechanism.model.state_history import StateHistory
 from governor_mechanism.observables.evaluation import ReadingEvaluator
 from governor_mechanism.types import FloatArray, IntArray
@@ -60,8 +61,9 @@ class ReducedRun:
         self.start, self.counts = start, np.zeros(4, dtype=np.int64)
         scene = motion_table.scene
         self.contacts = contacts_of(scene)
-        self.one_sided_springs = [spring for spring in output_springs_of(scene) if spring.one_sided]
+        self.one_sided_springs = one_sided_forces_of(scene)
         self.has_contacts = bool(self.contacts or self.one_sided_springs)
+        self._max_step = settings.max_step_ratio * max_step_scale(scene) * (settings.event_step_ratio if self.has_contacts else 1.0)
         breakpoints = np.unique(np.concatenate([time_function.breakpoints for time_function in motion_table.time_functions]))
         end = float(times[-1]) if len(times) else 0.0
         self._breakpoints = np.concatenate([[0.0], breakpoints[(breakpoints > 0) & (breakpoints < end)], [end]])
@@ -84,12 +86,11 @@ class ReducedRun:
 
     def _integrate_with_capacity(self, tolerance: float, step_factor: float, capacity: int) -> tuple[ReducedSolution, int]:
         motion_table, settings, time_scale = self.motion_table, self.settings, self.evaluator.time_scale
-        max_step = step_factor * settings.max_step_ratio
-        max_step *= max_step_scale(motion_table.scene) * (settings.event_step_ratio if self.has_contacts else 1.0)
+        max_step = step_factor * self._max_step
         state = np.array([*self.start, *(0.0,) * N_QUADRATURES])
         states, modes = np.empty((len(self.times), 2 + N_QUADRATURES)), self._allocate_modes()
         mode, stages = np.zeros(modes.shape[1], dtype=np.int64), make_stages()
-        event_log = EventLog(np.empty((capacity, 3)), np.zeros(2, dtype=np.int64))
+        event_log = make_event_log(capacity)
         counts = np.zeros_like(self.counts)
         if self.has_contacts:
             initialise_contact_mode(self._make_model(0.0, mode), 0.0, state, event_log)
@@ -126,26 +127,25 @@ class ReducedRun:
             if self.has_contacts:
                 initialise_contact_mode(self._make_model(end, mode), end, state, event_log)
         self.counts += counts
-        event_records = self._make_events(event_log.records[: min(event_log.counts[0], capacity)])
-        solution = ReducedSolution(states[:n_filled], modes[:n_filled], event_records, IntegrationStatus(status), time, side, step)
+        subjects = [contact.output_name for contact in self.contacts] + [spring.reading for spring in self.one_sided_springs]
+        events = drop_cancelled_events(make_events(event_log, subjects), SIMULTANEITY_TOLERANCE * time_scale)
+        solution = ReducedSolution(states[:n_filled], modes[:n_filled], events, IntegrationStatus(status), time, side, step)
         return solution, int(event_log.counts[0])
 
-    def integrate_from_row(self, states: FloatArray, tolerance: float, k: int, time: float) -> tuple[FloatArray, FloatArray] | None:
+    def integrate_from_row(self, solution: ReducedSolution, tolerance: float, k: int, time: float) -> tuple[FloatArray, FloatArray] | None:
         """Return poses and velocities (bodies, 3) at a time, s, after that of row k, integrated from that row; None on failure."""
-        start_time, state, time_scale = float(self.times[k]), states[k].copy(), self.evaluator.time_scale
-        model = self._make_model(start_time, np.zeros(1, dtype=np.int64))
-        limits = (tolerance, 0.01 * time_scale, self.settings.max_step_ratio * time_scale, self.settings.max_interpolation_steps)
-        no_states, no_modes, no_log = (
-            np.empty((0, 2 + N_QUADRATURES)),
-            np.zeros((0, 1), dtype=np.int64),
-            EventLog(np.empty((0, 3)), np.zeros(2, dtype=np.int64)),
-        )
-        buffers = (make_stages(), no_states, no_modes, no_log, np.zeros(4, dtype=np.int64))
+        start_time, state, mode = float(self.times[k]), solution.states[k].copy(), solution.modes[k].copy()
+        model, event_log = self._make_model(start_time, mode), make_event_log(0)
+        if self.has_contacts and start_time in self._breakpoints[1:]:
+            initialise_contact_mode(model, start_time, state, event_log)  # a row at a breakpoint has the mode before it
+        limits = (tolerance, 0.01 * self.evaluator.time_scale, self._max_step, self.settings.max_interpolation_steps)
+        no_states, no_modes = np.empty((0, len(state))), np.zeros((0, len(mode)), dtype=np.int64)
+        buffers = (make_stages(), no_states, no_modes, event_log, np.zeros(4, dtype=np.int64))
         status, *_ = integrate_reduced(model, (start_time, time), np.empty(0), state, limits, *buffers)
         if status != IntegrationStatus.DONE:
             return None
-        poses, tangents = self.motion_table.evaluate_poses(state[:1])
-        return poses[0], tangents[0] * state[1]
+        history = self._to_body_states(np.array([time]), state[np.newaxis])
+        return history.poses[0], history.velocities[0]
 
     def _make_model(self, start: float, mode: IntArray) -> ReducedModel:
         return make_reduced_model(self.motion_table.table, self.motion_table.forces, self.input_cubics(start), mode)
@@ -161,7 +161,9 @@ class ReducedRun:
 
     def state_history(self, solution: ReducedSolution) -> StateHistory:
         """Return the states of bodies and spindle at the times reached."""
-        times, states = self.times[: len(solution.states)], solution.states
+        return self._to_body_states(self.times[: len(solution.states)], solution.states)
+
+    def _to_body_states(self, times: FloatArray, states: FloatArray) -> StateHistory:
         poses, tangents = self.motion_table.evaluate_poses(states[:, 0])
         speeds = self.evaluator.evaluate_spindle_speeds(times, poses)
         is_conservative = self.motion_table.arrays.is_conservative
@@ -179,31 +181,14 @@ class ReducedRun:
         mechanism, n_contacts = self.motion_table.scene.part.mechanism, len(self.contacts)
         values = [evaluate_output_value(mechanism, contact.output_name, poses) for contact in self.contacts]
         contact_modes = []
-        for index, row in enumerate(solution.modes.tolist()):
-            held: list[float | None] = [None] * n_contacts
-            if row[0]:
-                holding = [
-                    k
-                    for k, contact in enumerate(self.contacts)
-                    if contact.friction is not None or not contact.low < values[k][index] < contact.high
-                ]
-                held[(holding or [0])[0]] = float(values[(holding or [0])[0]][index])
-            contact_modes.append(
-                ContactMode(tuple(held), tuple(row[1 : 1 + n_contacts]), tuple(map(bool, row[1 + n_contacts :])), bool(row[0]))
-            )
+        for index, (is_held, *states) in enumerate(solution.modes.tolist()):
+            held_values = tuple(float(value[index]) if state == HELD else None for value, state in zip(values, states, strict=False))
+            sliding_signs = tuple(0 if state == HELD else state for state in states[:n_contacts])
+            contact_modes.append(ContactMode(held_values, sliding_signs, tuple(map(bool, states[n_contacts:])), bool(is_held)))
         return tuple(contact_modes)
 
     def _allocate_modes(self) -> IntArray:
         return np.zeros((len(self.times), 1 + len(self.contacts) + len(self.one_sided_springs)), dtype=np.int64)
-
-    def _make_events(self, records: FloatArray) -> tuple[Event, ...]:
-        subjects = ([contact.output_name for contact in self.contacts], [spring.reading for spring in self.one_sided_springs])
-        events = []
-        for time, code, subject_index in records.tolist():
-            kind = EVENT_KINDS[int(code)]
-            subject = subjects[kind in (EventKind.SLACK, EventKind.TAUT)][int(subject_index)]
-            events.append(Event(time=time, kind=kind, subject=subject))
-        return drop_cancelled_events(events, SIMULTANEITY_TOLERANCE * self.evaluator.time_scale)
 
     def _add_speed_jump_work(self, time: float, state: FloatArray, states: FloatArray, row: int | None) -> None:
         """Add the work that a jump of the given spindle speed does on the bodies; a report at that time shows the right limit."""

@@ -4,12 +4,13 @@ from __future__ import annotations
 
 from typing import NamedTuple
 
-from governor_mechanism.mechanics.dynamics.force_kernels import dashpot_force_jit, free_spindle_speed_jit, spring_force_jit
-from governor_mechanism.mechanics.kinematics.input_kernels import fluctuating_speed_jit
-from governor_mechanism.mechanics.reduction.lowering import ForceParameter, ReducedForces
+from governor_mechanism.mechanics.dynamics.force_kernels import free_spindle_speed_jit
+from governor_mechanism.mechanics.dynamics.output_forces import evaluate_force_law
+from governor_mechanism.mechanics.kinematics.input_kernels import evaluate_input, fluctuating_speed_jit
+from governor_mechanism.mechanics.reduction.lowering import ForceParameter, OutputForceColumn, ReducedForces
 from governor_mechanism.mechanics.reduction.node_evaluation import TableColumn
 from governor_mechanism.mechanics.reduction.table import PiecewiseTable
-from governor_mechanism.numerics.chebyshev import evaluate_piece
+from governor_mechanism.numerics.chebyshev import evaluate_piece, evaluate_piece_derivative
 from governor_mechanism.numerics.jit import jit_internal
 from governor_mechanism.types import FloatArray, IntArray
 
@@ -22,7 +23,7 @@ The equation of motion does not depend on them.
 MODE_HELD = 0
 """Index in a mode (1 + contacts + springs,) of whether the mechanism is held at rest.
 
-After it follow the sign of sliding of each contact, and whether each one-sided spring is taut.
+After it follow the state of each contact (1, -1, 0 or HELD, see `mechanics.contact.rules`) and whether each one-sided spring is taut.
 """
 
 
@@ -43,7 +44,7 @@ class ReducedModel(NamedTuple):
         As in `ReducedForces`.
     one_sided_springs
         As in `ReducedForces`.
-    output_dampers
+    output_forces
         As in `ReducedForces`.
     contacts
         As in `ReducedForces`.
@@ -59,7 +60,7 @@ class ReducedModel(NamedTuple):
     periodicity: FloatArray
     parameters: FloatArray
     one_sided_springs: FloatArray
-    output_dampers: FloatArray
+    output_forces: FloatArray
     contacts: FloatArray
     input_cubics: FloatArray
     mode: IntArray
@@ -85,13 +86,6 @@ def make_reduced_model(table: PiecewiseTable, forces: ReducedForces, input_cubic
         The arrays that the kernels read.
     """
     return ReducedModel(table.coefficients, table.intervals, table.neighbours, table.periodicity, *forces, input_cubics, mode)
-
-
-@jit_internal
-def evaluate_input(input_cubics: FloatArray, program: int, local_time: float) -> float:
-    """Return the value of an input at a local time, s."""
-    a, b, c, d = input_cubics[program, 0], input_cubics[program, 1], input_cubics[program, 2], input_cubics[program, 3]
-    return float(((a * local_time + b) * local_time + c) * local_time + d)
 
 
 @jit_internal
@@ -167,18 +161,19 @@ def evaluate_acceleration(
         acceleration += programmed_acceleration
         power += programmed_acceleration * v / inverse_inertia
         column += 1
-    for i in range(model.one_sided_springs.shape[0]):
-        if mode[1 + model.contacts.shape[0] + i] != 0:
-            output_column = column + 2 * int(model.one_sided_springs[i, 0])
-            force = spring_force_jit(
-                model.one_sided_springs[i, 1], model.one_sided_springs[i, 2], evaluate_piece(coefficients, piece, output_column, t)
+    for i in range(model.output_forces.shape[0]):
+        output_force = model.output_forces[i]
+        mode_index = int(output_force[OutputForceColumn.MODE])
+        if mode_index < 0 or mode[mode_index] != 0:
+            output_column = column + 2 * int(output_force[OutputForceColumn.OUTPUT])
+            value, output_derivative = (
+                evaluate_piece(coefficients, piece, output_column, t),
+                evaluate_piece(coefficients, piece, output_column + 1, t),
             )
-            acceleration -= force * evaluate_piece(coefficients, piece, output_column + 1, t) * inverse_inertia
-    for i in range(model.output_dampers.shape[0]):
-        output_derivative = evaluate_piece(coefficients, piece, column + 2 * int(model.output_dampers[i, 0]) + 1, t)
-        force = dashpot_force_jit(model.output_dampers[i, 1], model.output_dampers[i, 2], output_derivative * v)
-        acceleration -= force * output_derivative * inverse_inertia
-        dissipated_power += force * output_derivative * v
+            rate, law = output_derivative * v, int(output_force[OutputForceColumn.LAW])
+            force = evaluate_force_law(law, output_force[OutputForceColumn.FIRST_COEFFICIENT :], value, rate)
+            acceleration += force * output_derivative * inverse_inertia
+            dissipated_power -= output_force[OutputForceColumn.DISSIPATES] * force * output_derivative * v
     for i in range(model.contacts.shape[0] if with_friction else 0):
         if mode[1 + i] != 0:
             output_derivative = evaluate_piece(coefficients, piece, column + 2 * int(model.contacts[i, 0]) + 1, t)
@@ -252,6 +247,13 @@ def evaluate_table_output(model: ReducedModel, piece: int, t: float, output_inde
     """
     column = TableColumn.FIRST_PROGRAM + int(model.parameters[ForceParameter.PROGRAM_COUNT]) + 2 * int(output_index)
     return evaluate_piece(model.coefficients, piece, column, t), evaluate_piece(model.coefficients, piece, column + 1, t)
+
+
+@jit_internal
+def evaluate_output_second_derivative(model: ReducedModel, piece: int, t: float, output_index: float) -> float:
+    """Return the second derivative of an output by the coordinate, at the local coordinate t of a table piece."""
+    column = TableColumn.FIRST_PROGRAM + int(model.parameters[ForceParameter.PROGRAM_COUNT]) + 2 * int(output_index) + 1
+    return float(evaluate_piece_derivative(model.coefficients, piece, column, t) * model.intervals[piece, 3])
 
 
 @jit_internal

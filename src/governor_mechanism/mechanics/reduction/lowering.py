@@ -9,15 +9,16 @@ from typing import NamedTuple
 import numpy as np
 
 from governor_mechanism.mechanics.dynamics.characteristic_scales import time_scale
-from governor_mechanism.mechanics.dynamics.contacts import contacts_of, output_dampers_of, output_springs_of
+from governor_mechanism.mechanics.dynamics.contacts import contacts_of, make_contact_table, one_sided_forces_of, output_forces_of
 from governor_mechanism.mechanics.dynamics.force_elements import ForceElementKind, make_force_element_table
 from governor_mechanism.mechanics.dynamics.lowering import BODY_DTYPE, forced_output_names, make_body_record
-from governor_mechanism.mechanics.dynamics.output_forces import OUTPUT_FORCE_DTYPE, OutputForceKind
+from governor_mechanism.mechanics.dynamics.output_forces import MAX_COEFFICIENTS, OUTPUT_FORCE_DTYPE, output_force_record
 from governor_mechanism.mechanics.kinematics.constraint_equations import bodies_of_rows, make_constraint_table
 from governor_mechanism.mechanics.kinematics.constraint_kernels import ConstraintRows
 from governor_mechanism.mechanics.kinematics.output_rows import make_output_rows
 from governor_mechanism.mechanics.kinematics.time_functions import CubicTimeFunction
 from governor_mechanism.mechanics.reduction.node_evaluation import ReductionArrays
+from governor_mechanism.model.effect import OutputForce
 from governor_mechanism.model.mechanism import Mechanism
 from governor_mechanism.model.output_variables import LineAngle
 from governor_mechanism.model.part import TURNING_PLANE, FreeSpindle, Spindle
@@ -36,18 +37,32 @@ class ReducedForces(NamedTuple):
     parameters
         Scalars, indexed by `ForceParameter`; shape (11,).
     one_sided_springs
-        Springs that go slack instead of pushing: output index, rate, free value, output scale; shape (n, 4).
-    output_dampers
-        Output index, linear and quadratic coefficient; shape (n, 3).
+        Springs that go slack instead of pushing: output index, value below which they are slack, output scale; shape (n, 3).
+    output_forces
+        Force laws that the table does not contain, by `OutputForceColumn`; shape (n, 8).
     contacts
-        Output index, input index of the friction force or -1, low stop, high stop, coefficient of restitution, output scale;
-        shape (n, 6).
+        As made by `make_contact_table`; shape (n, 6).
     """
 
     parameters: FloatArray
     one_sided_springs: FloatArray
-    output_dampers: FloatArray
+    output_forces: FloatArray
     contacts: FloatArray
+
+
+class OutputForceColumn(IntEnum):
+    """Columns of `ReducedForces.output_forces`."""
+
+    OUTPUT = 0
+    """Index of the output."""
+    LAW = 1
+    """Index of the force law in `FORCE_LAWS`."""
+    DISSIPATES = 2
+    """Whether the force dissipates energy."""
+    MODE = 3
+    """Index in the contact mode of whether a one-sided spring is taut; -1 for a force that always acts."""
+    FIRST_COEFFICIENT = 4
+    """From here on the coefficients of the law."""
 
 
 class ForceParameter(IntEnum):
@@ -127,7 +142,7 @@ def lower_reduced_scene(scene: Scene) -> tuple[ReductionArrays, ReducedForces]:
         program_indices=np.arange(1, 1 + len(inputs)),
         output_rows=ConstraintRows(output_rows.table[:-1], output_rows.row_bodies[:-1], output_rows.curve_segments),
         output_scales=output_scales,
-        output_springs=_two_sided_springs(scene, names),
+        output_springs=_tabulated_forces(scene, names),
         limits=np.array([(names.index(limit.reading), limit.low, limit.high) for limit in limits]).reshape(-1, 3),
         steady_speed=abs(spindle.speeds[0]) if is_steady and isinstance(spindle, Spindle) else -1.0,
         coordinate_scale=mechanism.output_scale(mechanism.coordinate),
@@ -160,30 +175,25 @@ def _coordinate_bounds(mechanism: Mechanism) -> tuple[float, float]:
     return low, min((limit.high for limit in coordinate_limits), default=UNBOUNDED_RANGE * coordinate_scale)
 
 
-def _two_sided_springs(scene: Scene, names: list[str]) -> FloatArray:
-    """Return the springs along outputs that both pull and push."""
-    springs = [
-        (OutputForceKind.SPRING, names.index(spring.reading), spring.rate, spring.free_value, -1)
-        for spring in output_springs_of(scene)
-        if not spring.one_sided
-    ]
-    return np.array(springs, dtype=OUTPUT_FORCE_DTYPE)
+def _is_tabulated(effect: OutputForce) -> bool:
+    """Return whether the table contains a force along an output: it depends on the coordinate alone, and smoothly."""
+    return not effect.dissipates and effect.slack_below == -math.inf
+
+
+def _tabulated_forces(scene: Scene, names: list[str]) -> RecordArray:
+    """Return the forces along outputs that the table contains."""
+    records = [output_force_record(effect, names.index(effect.reading)) for effect in output_forces_of(scene) if _is_tabulated(effect)]
+    return np.array(records, dtype=OUTPUT_FORCE_DTYPE)
 
 
 def _lower_forces(scene: Scene, arrays: ReductionArrays, names: list[str]) -> ReducedForces:
-    mechanism, spindle, program = scene.part.mechanism, scene.spindle, 1 + len(arrays.program_indices)
-    contacts = []
-    for contact in contacts_of(scene):
-        has_friction, scale = contact.friction is not None, mechanism.output_scale(contact.output_name)
-        friction_index = program if has_friction else -1
-        contacts.append((names.index(contact.output_name), friction_index, contact.low, contact.high, contact.restitution, scale))
-        program += has_friction
-    one_sided_springs = [
-        (names.index(spring.reading), spring.rate, spring.free_value, mechanism.output_scale(spring.reading))
-        for spring in output_springs_of(scene)
-        if spring.one_sided
-    ]
-    output_dampers = [(names.index(damper.reading), damper.linear, damper.quadratic) for damper in output_dampers_of(scene)]
+    mechanism, spindle, one_sided = scene.part.mechanism, scene.spindle, one_sided_forces_of(scene)
+    contacts, output_forces = make_contact_table(scene, names, 1 + len(arrays.program_indices)), []
+    one_sided_springs = [(names.index(one.reading), one.slack_below, mechanism.output_scale(one.reading)) for one in one_sided]
+    for effect in (effect for effect in output_forces_of(scene) if not _is_tabulated(effect)):
+        law, output_index, dissipates, _, coefficients = output_force_record(effect, names.index(effect.reading))
+        mode_index = 1 + len(contacts) + one_sided.index(effect) if effect in one_sided else -1
+        output_forces.append((output_index, law, dissipates, mode_index, *coefficients))
     mass = sum(body.mass for body in mechanism.bodies)
     parameters = np.zeros(len(ForceParameter))
     parameters[ForceParameter.IS_SPINDLE_LOADED] = arrays.has_centrifugal_forces
@@ -200,7 +210,7 @@ def _lower_forces(scene: Scene, arrays: ReductionArrays, names: list[str]) -> Re
     parameters[ForceParameter.ENERGY_SCALE] = mass * (mechanism.length_scale / arrays.time_scale) ** 2
     return ReducedForces(
         parameters=parameters,
-        one_sided_springs=np.array(one_sided_springs).reshape(-1, 4),
-        output_dampers=np.array(output_dampers).reshape(-1, 3),
-        contacts=np.array(contacts).reshape(-1, 6),
+        one_sided_springs=np.array(one_sided_springs).reshape(-1, 3),
+        output_forces=np.array(output_forces, dtype=float).reshape(-1, OutputForceColumn.FIRST_COEFFICIENT + MAX_COEFFICIENTS),
+        contacts=contacts,
     )

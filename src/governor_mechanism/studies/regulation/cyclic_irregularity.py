@@ -15,6 +15,7 @@ from governor_mechanism.errors import MechanismError
 from governor_mechanism.machines.registry import MACHINES
 from governor_mechanism.mechanics.kinematics.output_variables import evaluate_output_value
 from governor_mechanism.model.effect import Effect
+from governor_mechanism.model.events import EventKind
 from governor_mechanism.model.part import Spindle, Start
 from governor_mechanism.model.scene import Scene
 from governor_mechanism.model.trajectory import Trajectory
@@ -166,7 +167,7 @@ def study_cyclic_motion(scene: Scene, fluctuation_ratios: Sequence[float] | Floa
 
     def does_sleeve_move(fluctuation_ratio: float) -> bool:
         fluctuating_scene = _make_fluctuating_scene(scene, fluctuation_ratio * insensitivity_band, mean_speed, 2)
-        return bool(run_uncertified(fluctuating_scene).events)
+        return any(event.kind is not EventKind.CROSSING for event in run_uncertified(fluctuating_scene).events)
 
     low, high = 0.0, 2.0
     if not does_sleeve_move(high):
@@ -281,13 +282,13 @@ def _make_scene_with_clearance(scene: Scene, clearance: float) -> Scene:
     """Return the scene with another clearance, m, or none, at the same relative start position."""
     previous_clearance = next((effect.width for effect in scene.effects if isinstance(effect, Clearance)), 0.0)
     effects: list[Effect] = [effect for effect in scene.effects if not isinstance(effect, Clearance)]
-    values = {name: value for name, value in scene.start.values.items() if name != CLEARANCE_READING}
+    values = {name: value for name, value in scene.part.start.values.items() if name != CLEARANCE_READING}
     if clearance:
-        given_start = scene.start.values.get(CLEARANCE_READING)
+        given_start = scene.part.start.values.get(CLEARANCE_READING)
         start_ratio = float(given_start) / previous_clearance if previous_clearance and given_start is not None else -0.5
         effects.append(Clearance(width=clearance))
         values[CLEARANCE_READING] = start_ratio * clearance
     machine = MACHINES[scene.part.machine](**scene.part.dimensions)
-    new_part = replace(scene.part, mechanism=machine.mechanism_with_effects(effects))
-    rates = {name: rate for name, rate in scene.start.rates.items() if name != CLEARANCE_READING}
-    return scene.with_changes(parts=(new_part,), effects=tuple(effects), start=Start(values=values, rates=rates))
+    mechanism = machine.mechanism_with_effects(effects)
+    rates = {name: rate for name, rate in scene.part.start.rates.items() if name != CLEARANCE_READING}
+    return scene.with_changes(mechanism=mechanism, effects=tuple(effects), start=Start(values=values, rates=rates))
