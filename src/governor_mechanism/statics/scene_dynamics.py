@@ -114,7 +114,7 @@ class SceneDynamics:
         self._system, functions = make_system(self.scene, mode)
         last = max([0.0, *(float(function.breakpoints[-1]) for function in functions if function.breakpoints.size)])
         time = np.array([last if self._time is None else self._time])
-        self._inputs: FloatArray = np.concatenate([function.local_cubics(time) for function in functions])
+        self._inputs: FloatArray = np.concatenate([np.zeros((0, 5)), *(function.local_cubics(time) for function in functions)])
         self._workspace = make_system_workspace(self._system)
 
     def _require_steady_inputs(self) -> None:
