@@ -70,13 +70,10 @@ def make_stages() -> Stages:
     Stages
         Buffers filled with zeros.
     """
-    return allocate_stages()
-
-
-@jit_internal
-def allocate_stages() -> Stages:
-    """Allocate the stages of a step in compiled code."""
     return Stages(np.zeros(16), np.zeros(16), np.zeros((N_FURTHER_STATES, 16)), np.zeros((N_STATES, 7)), np.zeros((2, N_STATES)))
+
+
+make_stages_jit = jit_internal(make_stages)
 
 
 @jit_inline
@@ -96,9 +93,7 @@ def _stage_increments(stage: int, rates: FloatArray, accelerations: FloatArray) 
 
 
 @jit_internal
-def take_step(
-    model: ReducedModel, local_time: float, h: float, state: FloatArray, piece_index: int, stages: Stages
-) -> tuple[int, int]:
+def take_step(model: ReducedModel, local_time: float, h: float, state: FloatArray, piece_index: int, stages: Stages) -> tuple[int, int]:
     """Take one step from the derivatives in stage 0.
 
     Parameters
@@ -134,8 +129,7 @@ def take_step(
         if has_shaft:
             mean_rate, mean_acceleration, node = _stage_increments(stage, angle_rates, speed_rates)
             angle_stage, speed_stage = angle + h * mean_rate, speed + h * mean_acceleration
-        if stage >= 11:
-            _set_motion(stages.states[stage - 11], q_stage, v_stage, angle_stage, speed_stage)
+        _set_motion(stages.states[0 if stage == 11 else 1], q_stage, v_stage, angle_stage, speed_stage)
         piece_index, t, side = find_piece(model.intervals, model.neighbours, model.periodicity, q_stage, piece_index)
         if side >= 0:
             break
@@ -250,9 +244,7 @@ def estimate_stiffness(stages: Stages) -> float:
 
 
 @jit_internal
-def prepare_dense_output(
-    model: ReducedModel, local_time: float, h: float, state: FloatArray, piece_index: int, stages: Stages
-) -> int:
+def prepare_dense_output(model: ReducedModel, local_time: float, h: float, state: FloatArray, piece_index: int, stages: Stages) -> int:
     """Fill the coefficients of the dense output of a step, with three more evaluations.
 
     Parameters

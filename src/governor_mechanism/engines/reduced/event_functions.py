@@ -8,12 +8,7 @@ from governor_mechanism.mechanics.contact.rules import find_touched_stop
 from governor_mechanism.mechanics.contact.tolerances import REST_TOLERANCE
 from governor_mechanism.mechanics.dynamics.contacts import ContactColumn
 from governor_mechanism.mechanics.dynamics.lowering import EVENT_ROUNDING_RATIO
-from governor_mechanism.mechanics.reduction.equation_of_motion import (
-    MODE_HELD,
-    ReducedModel,
-    evaluate_static_force,
-    evaluate_table_output,
-)
+from governor_mechanism.mechanics.reduction.equation_of_motion import MODE_HELD, ReducedModel, evaluate_static_force, evaluate_table_output
 from governor_mechanism.mechanics.reduction.lowering import ForceParameter
 from governor_mechanism.mechanics.reduction.table import find_piece
 from governor_mechanism.numerics.jit import jit_internal

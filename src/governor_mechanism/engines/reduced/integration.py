@@ -17,10 +17,10 @@ from governor_mechanism.integrators.projected_dop853 import N_NONSTIFF_STEPS, N_
 from governor_mechanism.integrators.reduced_dop853 import (
     Stages,
     StepCounter,
-    allocate_stages,
     error_norm,
     estimate_stiffness,
     evaluate_dense_output,
+    make_stages_jit,
     mean_stage_derivative,
     prepare_dense_output,
     take_step,
@@ -86,7 +86,7 @@ def integrate_reduced(
     event_tolerances = np.empty(count_event_functions(model))
     event_values = np.full((EVENT_SAMPLE_FRACTIONS.size, event_tolerances.size), -1.0)
     fill_event_tolerances(model, event_tolerances)
-    trial_stages = allocate_stages()
+    trial_stages = make_stages_jit()
     piece_index, t, side = find_piece(model.intervals, model.neighbours, model.periodicity, state[0], piece_index)
     if side >= 0:
         return IntegrationStatus.BELOW_TABLE + side, step, n_reached, time

@@ -18,6 +18,7 @@ from governor_mechanism.numerics.chebyshev import evaluate_piece, evaluate_piece
 from governor_mechanism.numerics.jit import jit_internal
 from governor_mechanism.types import FloatArray, IntArray, RecordArray
 
+
 class StateIndex(IntEnum):
     """Indices in a state of the reduced model."""
 
