@@ -49,7 +49,10 @@ POST_EVENT_STEP_RATIO = 0.1
 """Largest first step after an event, relative to the largest step."""
 
 HELD_STEP_FACTOR = 8.0
-"""Factor on the largest step while the mechanism is held, a given spindle speed does not fluctuate and no load depends on a reading: forces then change slowly."""
+"""Factor on the largest step while the mechanism is held, the given spindle speed does not fluctuate and no load depends on a reading.
+
+Forces then change slowly.
+"""
 
 MAX_STEP_OUTSIDE_TABLE = 3.0
 """Displacement of a step, in coordinate scales, from which a step that leaves the table is shortened before the table is extended."""
