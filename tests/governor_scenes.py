@@ -29,15 +29,16 @@ def governor_scene(
 ) -> Scene:
     """A pendulum governor with gravity and centrifugal load."""
     machine = MACHINES["pendulum_governor"](**dimensions)
-    part = Part(name="governor", machine=machine.name, dimensions=machine.dimensions(), mechanism=machine.mechanism())
-    return Scene(
-        title="test",
-        parts=(part,),
+    part = Part(
+        name="governor",
+        machine=machine.name,
+        dimensions=machine.dimensions(),
+        mechanism=machine.mechanism(),
         effects=(Gravity(), Centrifugal()),
         spindle=speed if isinstance(speed, Spindle) else Spindle(speeds=(speed,)),
         start=Start(values={"arm_angle": angle}, rates={"arm_angle": rate}),
-        run=RunSettings(duration=duration, output_interval=output_interval, accuracy=accuracy),
     )
+    return Scene(title="test", parts=(part,), run=RunSettings(duration=duration, output_interval=output_interval, accuracy=accuracy))
 
 
 def random_governor(random: np.random.Generator) -> tuple[dict[str, float], float]:

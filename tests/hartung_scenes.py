@@ -38,15 +38,16 @@ def hartung_scene(
 ) -> Scene:
     """A Hartung governor with gravity, centrifugal load, and more effects."""
     machine, effects = HartungGovernor(**dimensions), (Gravity(), Centrifugal(), *more_effects)
-    part = Part(name="governor", machine=machine.name, dimensions=machine.dimensions(), mechanism=machine.mechanism_with_effects(effects))
-    return Scene(
-        title="test",
-        parts=(part,),
+    part = Part(
+        name="governor",
+        machine=machine.name,
+        dimensions=machine.dimensions(),
+        mechanism=machine.mechanism_with_effects(effects),
         effects=effects,
         spindle=Spindle(speeds=(speed,)) if isinstance(speed, float) else speed,
         start=Start(values={"lever_angle": angle}, rates={"lever_angle": rate}),
-        run=RunSettings(duration=duration, output_interval=output_interval, accuracy=accuracy),
     )
+    return Scene(title="test", parts=(part,), run=RunSettings(duration=duration, output_interval=output_interval, accuracy=accuracy))
 
 
 def build_closed_form_governor(dimensions: dict[str, Any]) -> closed.HartungGovernor:

@@ -13,12 +13,14 @@ from governor_mechanism.closed_form.pendulum import dynamics as closed
 from governor_mechanism.effects.clearance import CLEARANCE_READING, Clearance
 from governor_mechanism.effects.dashpot import Dashpot, orifice_damping_coefficient
 from governor_mechanism.effects.dry_friction import DryFriction
+from governor_mechanism.effects.registry import FORCE_LAWS
 from governor_mechanism.effects.rod_masses import RodMasses
 from governor_mechanism.effects.spring import OutputSpring, helical_spring_rate
 from governor_mechanism.effects.stops import Stops
 from governor_mechanism.errors import MechanismError
 from governor_mechanism.machines.parabolic import ParabolicGovernor
 from governor_mechanism.machines.pendulum.machine import PendulumGovernor
+from governor_mechanism.mechanics.dynamics.contacts import potential_derivatives
 from governor_mechanism.mechanics.kinematics.assembly import PositionSolver
 from governor_mechanism.mechanics.kinematics.output_variables import evaluate_output
 from governor_mechanism.mechanics.reduction.lagrangian import SingleDofReduction
@@ -50,7 +52,36 @@ def test_an_orifice_has_the_coefficient_of_its_formula():
     found = orifice_damping_coefficient(piston=20e-4, hole=12e-6, screw=0.5)
     assert found == pytest.approx(7.2e-6 / (2 * 1.38384e-11), rel=1e-14)
     assert orifice_damping_coefficient(piston=20e-4, hole=12e-6) == pytest.approx(found / 4, rel=1e-14)
-    assert orifice_damping_coefficient(piston=20e-4, hole=12e-6, density=450) == pytest.approx(found / 8, rel=1e-14)
+    assert orifice_damping_coefficient(piston=20e-4, hole=12e-6, oil=450) == pytest.approx(found / 8, rel=1e-14)
+
+
+EXAMPLES = [
+    OutputSpring(reading="x", rate=2000.0, preload=30.0, zero=0.01),
+    OutputSpring(reading="x", rate=2000.0, preload=30.0, zero=0.01, one_sided=True),
+    Dashpot(reading="x", linear=3.0, quadratic=40.0),
+]
+
+
+def test_every_force_law_has_an_example_and_a_name_of_its_own():
+    assert {type(example) for example in EXAMPLES} == set(FORCE_LAWS)
+    assert len({law.law_name for law in FORCE_LAWS}) == len(FORCE_LAWS)
+
+
+@pytest.mark.parametrize("effect", EXAMPLES, ids=lambda effect: f"{effect.key} {effect.slack_below:g}")
+def test_a_force_either_has_a_potential_or_dissipates(effect):
+    values, rates = np.linspace(-0.1, 0.1, 9), np.linspace(-2.0, 2.0, 9)
+    if effect.dissipates:
+        assert np.all(effect.evaluate(values, rates) * rates <= 0.0)
+        return
+    step = 1e-4
+    energies, slopes, curvatures = (
+        np.array([potential_derivatives(effect, values + k * step) for k in (-1, 0, 1)])[:, i] for i in range(3)
+    )
+    # Central differences of a parabola are exact up to rounding of the energy over the step; where the force sets in they are not.
+    smooth = np.abs(values - effect.free_value) > step
+    assert (energies[2] - energies[0])[smooth] / (2 * step) == pytest.approx(slopes[1][smooth], abs=1e-9)
+    assert (slopes[2] - slopes[0])[smooth] / (2 * step) == pytest.approx(curvatures[1][smooth], abs=1e-7)
+    assert effect.evaluate(values, 0.0) == pytest.approx(-slopes[1], rel=1e-14, abs=1e-12)
 
 
 def test_a_spring_pulls_nothing_where_it_is_free():
@@ -135,7 +166,7 @@ def reduced(dimensions, rods, angles):
     """The governor with rods along these arm angles (rad)."""
     scene = governor_scene(dimensions, speed=10.0, angle=0.6)
     mechanism = PendulumGovernor(**dimensions).mechanism(rods)
-    return SingleDofReduction(replace(scene, parts=(replace(scene.part, mechanism=mechanism),))).evaluate(angles)
+    return SingleDofReduction(scene.with_changes(mechanism=mechanism)).evaluate(angles)
 
 
 def test_the_row_of_the_governor_with_massive_rods_is_met():
@@ -188,7 +219,7 @@ def test_governors_with_rods_move_as_the_closed_form_says(engine, dimensions, ro
     speed = closed.equilibrium_speed(governor, arm_angle=0.6)
     scene = governor_scene(dimensions, speed=speed, angle=0.6, rate=0.1, duration=0.3, output_interval=0.1)
     mechanism = PendulumGovernor(**dimensions).mechanism(rods)
-    scene = replace(scene, parts=(replace(scene.part, mechanism=mechanism),))
+    scene = scene.with_changes(mechanism=mechanism)
     run = gm.run(scene, engine=engine, accuracy=1e-10)
     assert run.outcome.ok
     expected = integrate_one_coordinate(scene, run.times, governor)

@@ -21,6 +21,7 @@ from governor_mechanism.effects.stops import Stops
 from governor_mechanism.engines import ImpulseEngine, MultibodyEngine, ReducedEngine
 from governor_mechanism.mechanics.dynamics.contacts import ContactMode
 from governor_mechanism.mechanics.dynamics.lowering import make_system, with_held_values
+from governor_mechanism.model.force_elements import Force
 from governor_mechanism.model.joints import GROUND, Point, Slider
 from governor_mechanism.model.mechanism import Body, Mechanism
 from governor_mechanism.model.output_variables import PointCoordinate
@@ -64,14 +65,16 @@ def block(*effects, start=0.0, rate=0.0, duration=10.0, mass=2.0, upright=False)
         length_scale=1.0,
         initial_guess=((0.0, 0.0, 0.0),),
     )
-    return Scene(
-        title="block",
-        parts=(Part(name="block", machine="custom", dimensions={}, mechanism=mechanism, plane=FIXED_PLANE),),
+    part = Part(
+        name="block",
+        machine="custom",
+        dimensions={},
+        mechanism=mechanism,
+        plane=FIXED_PLANE,
         effects=effects,
-        spindle=Spindle(),
         start=Start(values={"displacement": start}, rates={"displacement": rate}),
-        run=RunSettings(duration=duration, output_interval=duration / 200, accuracy=1e-9),
     )
+    return Scene(title="block", parts=(part,), run=RunSettings(duration=duration, output_interval=duration / 200, accuracy=1e-9))
 
 
 def run(engine, scene, accuracy=1e-10, **options):
@@ -213,12 +216,8 @@ def test_stop_with_friction_holds_in_both_directions(engine):
     """A block on its stop leaves it only when the force away from it exceeds the friction force."""
     ramp = InputFunction(times=(0.0, 10.0), values=(-20.0, 20.0))
     scene = block(DryFriction(reading="displacement", force=constant(4.0)), Stops(reading="displacement", low=0.0), duration=10.0, mass=2.0)
-    body = Point(body="block")
-    from governor_mechanism.model.force_elements import Force
-
-    part = scene.part
-    pull = Force(name="pull", point=body, x=ramp, y=constant(0.0))
-    scene = replace(scene, parts=(replace(part, mechanism=replace(part.mechanism, force_elements=(pull,))),))
+    pull = Force(name="pull", point=Point(body="block"), x=ramp, y=constant(0.0))
+    scene = scene.with_changes(mechanism=replace(scene.mechanism, force_elements=(pull,)))
     result = run(engine, scene)
     (left,) = result.events
     assert left.kind == "leaves its stop"

@@ -80,10 +80,8 @@ def test_impulse_engine_is_of_second_order_with_a_free_spindle():
 
 
 def test_a_free_spindle_requires_a_turning_plane():
-    scene = free_porter()
-    part = replace(scene.part, plane=FIXED_PLANE)
     with pytest.raises(gm.MechanismError, match="is in a fixed plane"):
-        replace(scene, parts=(part,))
+        free_porter().with_changes(plane=FIXED_PLANE)
 
 
 def test_a_free_spindle_requires_the_centrifugal_effect():

@@ -75,9 +75,8 @@ def wheel(*effects, rate: float = 5.0) -> Scene:
 
 
 def single_part_scene(mechanism: Mechanism, start: Start, *effects, duration: float = 1.0) -> Scene:
-    part = Part(name="part", machine="custom", dimensions={}, mechanism=mechanism, plane=FIXED_PLANE)
-    run = RunSettings(duration=duration, output_interval=0.01)
-    return Scene(title="test", parts=(part,), effects=effects, spindle=Spindle(), start=start, run=run)
+    part = Part(name="part", machine="custom", dimensions={}, mechanism=mechanism, plane=FIXED_PLANE, effects=effects, start=start)
+    return Scene(title="test", parts=(part,), run=RunSettings(duration=duration, output_interval=0.01))
 
 
 def errors_of(run, true) -> float:
@@ -284,10 +283,7 @@ def test_only_the_force_laws_of_the_scene_are_counted():
 def test_clearance_is_refused_by_name():
     clearance = Clearance(width=1e-3)
     machine = MACHINES["pendulum_governor"](**PORTER)
-    scene = porter()
-    scene = scene.with_changes(
-        parts=(replace(scene.part, mechanism=machine.mechanism_with_effects([clearance])),), effects=(Gravity(), clearance)
-    )
+    scene = porter().with_changes(mechanism=machine.mechanism_with_effects([clearance]), effects=(Gravity(), clearance))
     with pytest.raises(UnsupportedEffect, match=r"'impulse' cannot model \['Clearance'\]"):
         ImpulseEngine().run(scene)
 
@@ -295,9 +291,8 @@ def test_clearance_is_refused_by_name():
 def test_friction_on_a_line_between_two_bodies_is_refused():
     line = LineAngle(name="link", quantity="angle", start=Point(body="right ball"), end=Point(body="sleeve"))
     scene = porter()
-    mechanism = scene.part.mechanism
-    mechanism = replace(mechanism, readings=(*mechanism.readings, line))
-    scene = scene.with_changes(parts=(replace(scene.part, mechanism=mechanism),), effects=(*scene.effects, dry_friction(1.0, "link")))
+    mechanism = replace(scene.mechanism, readings=(*scene.mechanism.readings, line))
+    scene = scene.with_changes(mechanism=mechanism, effects=(*scene.effects, dry_friction(1.0, "link")))
     with pytest.raises(UnsupportedEffect, match=r"cannot model dry friction on 'link'.*engine 'multibody'"):
         ImpulseEngine().run(scene)
 

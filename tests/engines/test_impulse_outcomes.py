@@ -41,7 +41,7 @@ def porter(**options) -> Scene:
 
 
 def with_mechanism(scene: Scene, **changes) -> Scene:
-    return replace(scene, parts=(replace(scene.part, mechanism=replace(scene.part.mechanism, **changes)),))
+    return scene.with_changes(mechanism=replace(scene.mechanism, **changes))
 
 
 def test_an_effect_the_engine_lacks_is_refused_by_name():

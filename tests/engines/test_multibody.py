@@ -20,7 +20,7 @@ from governor_mechanism.errors import MechanismError
 from governor_mechanism.model.joints import GROUND, Distance, Pin, Point, Slider
 from governor_mechanism.model.mechanism import Body, Mechanism, SecondMoments
 from governor_mechanism.model.output_variables import PointCoordinate
-from governor_mechanism.model.part import Spindle
+from governor_mechanism.model.part import Spindle, Start
 from governor_mechanism.model.trajectory import Outcome
 from governor_mechanism.numerics import jit as compiled
 from governor_mechanism.scenes.library import shipped_scenes
@@ -41,7 +41,7 @@ def porter_open(**options):
 def with_joints(scene, *joints):
     mechanism = scene.part.mechanism
     mechanism = replace(mechanism, joints=(*mechanism.joints, *joints))
-    return replace(scene, parts=(replace(scene.part, mechanism=mechanism),))
+    return scene.with_changes(mechanism=mechanism)
 
 
 @FINE
@@ -189,8 +189,7 @@ def test_slider_on_a_rotating_body():
         initial_guess=((0.5, 0.0, 0.0), (0.4, 0.0, 0.0)),
     )
     scene = porter_open(duration=1.0)
-    scene = scene.with_changes(effects=(), parts=(replace(scene.part, mechanism=mechanism),))
-    scene = scene.with_changes(start=replace(scene.start, values={"height": 0.0}, rates={"height": 0.4}))
+    scene = scene.with_changes(effects=(), mechanism=mechanism, start=Start(values={"height": 0.0}, rates={"height": 0.4}))
     run = MultibodyEngine().run(scene, accuracy=1e-10)
     x, y = run.poses[:, 1, 0], run.poses[:, 1, 1]
     momentum = 2.0 / 3 * run.velocities[:, 0, 2] + 0.5 * (x * run.velocities[:, 1, 1] - y * run.velocities[:, 1, 0])
@@ -225,7 +224,7 @@ def test_rotating_body_without_inertia_is_refused():
     scene = porter_open()
     mechanism = scene.part.mechanism
     bodies = (Body(name="right ball", mass=5.0), *mechanism.bodies[1:])
-    scene = replace(scene, parts=(replace(scene.part, mechanism=replace(mechanism, bodies=bodies)),))
+    scene = scene.with_changes(mechanism=replace(mechanism, bodies=bodies))
     with pytest.raises(MechanismError, match="body 'right ball' cannot turn"):
         MultibodyEngine().run(scene)
 

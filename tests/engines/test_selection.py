@@ -66,9 +66,7 @@ def test_multibody_replaces_reduced_at_a_turning_point_of_its_coordinate():
     scene = gm.load("slider_crank_torque")
     mechanism = replace(scene.part.mechanism, coordinate="slider_x")
     scene = scene.with_changes(
-        parts=(replace(scene.part, mechanism=mechanism),),
-        start=Start(values={"crank_angle": 0.5}),
-        run=replace(scene.run, duration=1.0, accuracy=1e-6),
+        mechanism=mechanism, start=Start(values={"crank_angle": 0.5}), run=replace(scene.run, duration=1.0, accuracy=1e-6)
     )
     assert gm.run(scene, engine="reduced").outcome is Outcome.DEAD_CENTRE
     run = gm.run(scene)

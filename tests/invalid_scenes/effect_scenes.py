@@ -166,7 +166,7 @@ BROKEN_EFFECTS: list[tuple[str, str, list[tuple[str, str]]]] = [
         [("out of range", "effects.stops.restitution"), ("out of range", "effects.stops.arm_angle")],
     ),
     ("one end of two", with_effects('stops = { arm_angle = "45 deg" }'), [("wrong type", "effects.stops.arm_angle")]),
-    ("no end of two", with_effects('stops = { arm_angle = ["none", "none"] }'), [("missing key", "effects.stops.arm_angle")]),
+    ("no end of two", with_effects('stops = { arm_angle = ["none", "none"] }'), [("out of range", "effects.stops.arm_angle")]),
     (
         "ends of the wrong kind",
         with_effects('stops = { arm_angle = ["15 mm", "45 kg"] }'),
@@ -315,7 +315,7 @@ WORDING_EFFECTS: list[tuple[str, str]] = [
     ("half a coil", "effects.spring.sleeve lacks coil, modulus; wire, coil, turns, modulus are all needed"),
     ("a coil thinner than its wire", "effects.spring.sleeve: coil of the spring (0.004 m) must be wider than its wire (0.004 m)"),
     ("wire in torsion", 'effects.spring.arm_angle is an angle and cannot have wire; write rate = "3 N m/rad"'),
-    ("a modulus of paper", 'effects.spring.sleeve.modulus must lie between 1 Pa and 1e+13 Pa; found "0 GPa"; steel has 80 GPa'),
+    ("a modulus of paper", 'effects.spring.sleeve.modulus must be positive; found "0 GPa"'),
     (
         "friction on nothing",
         ('effects.dry_friction must be a table with the readings on which it acts; found "40 N"; write dry_friction = { sleeve = "40 N" }'),
@@ -367,13 +367,16 @@ WORDING_EFFECTS: list[tuple[str, str]] = [
     ),
     (
         "stops in the wrong order, and a restitution over 1",
-        'effects.stops.arm_angle must have its low end first; found "45 deg" and "15 deg"',
+        (
+            "effects.stops.arm_angle: stops of 'arm_angle': the low end (0.785398) must be below the high end (0.261799); "
+            "found ['45 deg', '15 deg']"
+        ),
     ),
     (
         "one end of two",
-        ('effects.stops.arm_angle must be [low, high], with "none" for a missing stop; found "45 deg"; write ["15 deg", "45 deg"]'),
+        ('effects.stops.arm_angle must be [low, high], with "none" for a missing end; found "45 deg"; write ["15 deg", "45 deg"]'),
     ),
-    ("no end of two", ('effects.stops.arm_angle needs a low or a high end; found "none" for both; leave effects.stops.arm_angle out')),
+    ("no end of two", ("effects.stops.arm_angle: stops of 'arm_angle' need a low or a high end; found ['none', 'none']")),
     ("ends of the wrong kind", 'effects.stops.arm_angle, low end is an angle; "15 mm" is a length; write it in deg or rad'),
     ("ends of the wrong kind", 'effects.stops.arm_angle, high end is an angle; "45 kg" is a mass; write it in deg or rad'),
     (
@@ -386,7 +389,10 @@ WORDING_EFFECTS: list[tuple[str, str]] = [
     ),
     ("stops beyond the travel", "effects.stops.arm_angle, 95 deg to 120 deg, leaves nothing of the travel, 0 deg to 90 deg"),
     ("clearance of zero", "effects.clearance must be positive; found 0; write clearance = false if there is none"),
-    ("play without a width", 'effects.clearance is the distance that the sleeve may move; found true; write clearance = "0.5 mm"'),
+    (
+        "play without a width",
+        'effects.clearance is the distance that the sleeve may move between the links; found true; write clearance = "0.5 mm"',
+    ),
     (
         "play without a sleeve",
         (

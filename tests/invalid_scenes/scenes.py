@@ -293,7 +293,10 @@ WORDING_SCENES: list[tuple[str, str]] = [
             "m/s^2; gravity may also be true (9.81 m/s^2) or false"
         ),
     ),
-    ("gravity upwards", "effects.gravity must be positive; found -9.81; gravity may also be true (9.81 m/s^2) or false"),
+    (
+        "gravity upwards",
+        "effects.gravity must be positive; found -9.81; leave it out if there is none; gravity may also be true (9.81 m/s^2) or false",
+    ),
     ("centrifugal as a number", "effects.centrifugal must be true or false; found 1"),
     ("centrifugal without a spindle", 'effects.centrifugal needs a turning spindle; add [spindle] with speed = "120 rpm"'),
     ("falling times", "spindle.speed: times of an input function must not fall; 4 s follows 5 s"),

@@ -206,7 +206,7 @@ def test_the_path_predicts_the_assembled_poses():
     poses, converged = solver.try_solve(predicted, values)
     assert converged.all()
     assert np.max(np.abs(poses - predicted)) < 1e-3
-    assert np.max(solver.position_solver.equations.gap(poses)) < 1e-12
+    assert np.max(np.abs(solver.position_solver.equations.residuals(poses))) < 1e-12
     # One at a time, on the branch of the initial guess, the same.
     for value in (-1.2, 0.1, 1.4):
         assembled = solver.position_solver.solve_at_coordinate(value)

@@ -434,7 +434,7 @@ def test_the_free_spindle_starts_as_in_its_reference() -> None:
     found = library.load_scene("porter_free_spindle")
     assert found.spindle == FreeSpindle(inertia=0.5, start_speed=13.29538574560537)
     assert found.start.values == {"arm_angle": 0.7781317007977319}
-    assert found.start.rates == {"arm_angle": 0.15}
+    assert found.part.start.rates == {"arm_angle": 0.15}
     assert found.part.dimensions == library.load_scene("porter").part.dimensions
 
 

@@ -19,7 +19,7 @@ from governor_mechanism.model.force_elements import Spring
 from governor_mechanism.model.joints import GROUND, CurveSlot, Distance, Point, Slider
 from governor_mechanism.model.mechanism import Body, Mechanism
 from governor_mechanism.model.output_variables import Limit, LineAngle, PointCoordinate
-from governor_mechanism.model.part import TURNING_PLANE, Part, Start
+from governor_mechanism.model.part import Start
 from governor_mechanism.statics.equilibria import find_equilibria, find_equilibria_or_empty
 from governor_mechanism.statics.speed_curve import compute_insensitivity_band, compute_speed_curve, equilibrium_speed_at
 from governor_scenes import CROSSED, EXTENDED, PORTER, UNCROSSED_LINKS, WATT, governor_scene, random_governor
@@ -183,8 +183,7 @@ def test_equilibria_of_what_has_no_single_coordinate_are_refused():
 
 def with_mechanism(mechanism):
     """A turning scene with gravity around a mechanism of one's own."""
-    part = Part(name="test", machine="custom", dimensions={}, mechanism=mechanism, plane=TURNING_PLANE)
-    return scene_of(WATT).with_changes(parts=(part,), start=Start(values={}))
+    return scene_of(WATT).with_changes(machine="custom", dimensions={}, mechanism=mechanism, start=Start())
 
 
 def guided_ball(slopes, *, low=0.05, high=0.5):

@@ -216,7 +216,7 @@ def test_a_kernel_that_cannot_be_used_is_refused_in_a_sentence(kernel, options, 
 
 def test_a_machine_without_closed_form_is_refused():
     scene = governor_scene(PORTER, speed=13.0, angle=0.7)
-    scene = replace(scene, parts=(replace(scene.part, machine="steam_hammer"),))
+    scene = scene.with_changes(machine="steam_hammer")
     with pytest.raises(gm.MechanismError, match="there is no closed form for machine 'steam_hammer'"):
         gm.crosscheck(scene)
 

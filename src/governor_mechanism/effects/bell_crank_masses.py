@@ -3,9 +3,11 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
+from typing import ClassVar
 
 from governor_mechanism.errors import MechanismError, require_not_negative
 from governor_mechanism.model.effect import Effect
+from governor_mechanism.model.scene_keys import scene_key
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -26,10 +28,13 @@ class BellCrankMasses(Effect):
         Size of a weight normal to the plane, m.
     """
 
-    mass: float = 0.0
-    weight_width: float = 0.0
-    weight_height: float = 0.0
-    weight_depth: float = 0.0
+    key: ClassVar[str] = "bell_cranks"
+    changes_bodies_of: ClassVar[str] = "a Hartung governor"
+
+    mass: float = scene_key("mass", sign="not negative", examples=("6 kg",), default=0.0)
+    weight_width: float = scene_key("length", sign="not negative", examples=("150 mm",), default=0.0)
+    weight_height: float = scene_key("length", sign="not negative", examples=("200 mm",), default=0.0)
+    weight_depth: float = scene_key("length", sign="not negative", default=0.0)
 
     def __post_init__(self) -> None:
         sizes = ("weight_width", "weight_height", "weight_depth")

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
+from typing import ClassVar
 
 from governor_mechanism.model.effect import Effect
 
@@ -10,6 +11,8 @@ from governor_mechanism.model.effect import Effect
 @dataclass(frozen=True, kw_only=True)
 class Centrifugal(Effect):
     """Centrifugal load on bodies whose plane turns with the spindle."""
+
+    key: ClassVar[str] = "centrifugal"
 
     @property
     def loads_turning_bodies(self) -> bool:

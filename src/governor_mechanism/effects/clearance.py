@@ -3,10 +3,12 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
+from typing import ClassVar
 
 from governor_mechanism.effects.stops import Stops
 from governor_mechanism.errors import MechanismError, require_positive
 from governor_mechanism.model.effect import Effect, OutputEffect
+from governor_mechanism.model.scene_keys import RESTITUTION_KIND, scene_key
 
 CLEARANCE_READING = "sleeve_clearance"
 """Reading of the position of the sleeve within its clearance, m."""
@@ -26,8 +28,17 @@ class Clearance(Effect):
         Coefficient of restitution at its ends, 0 to 1.
     """
 
-    width: float
-    restitution: float = 0.0
+    key: ClassVar[str] = "clearance"
+    changes_bodies_of: ClassVar[str] = "a sleeve on links"
+    value_fields: ClassVar[tuple[str, ...]] = ("width",)
+
+    width: float = scene_key(
+        "length",
+        meaning="the distance that the sleeve may move between the links",
+        examples=("0.5 mm",),
+        hint="; write clearance = false if there is none",
+    )
+    restitution: float = scene_key(RESTITUTION_KIND, default=0.0)
 
     def __post_init__(self) -> None:
         require_positive(self.width, "m", "clearance")

@@ -3,9 +3,11 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
+from typing import ClassVar
 
 from governor_mechanism.errors import MechanismError, require_finite, require_not_negative, require_positive
 from governor_mechanism.model.effect import Effect
+from governor_mechanism.model.scene_keys import scene_key
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -28,12 +30,15 @@ class CrankMasses(Effect):
         Mass of the crosshead, kg; 0 for none.
     """
 
-    crank: float
-    crank_centre: float = 0.0
-    rod: float = 0.0
-    rod_centre: float | None = None
-    rod_inertia: float | None = None
-    crosshead: float = 0.0
+    key: ClassVar[str] = "masses"
+    changes_bodies_of: ClassVar[str] = "a slider crank"
+
+    crank: float = scene_key("mass", meaning="the mass of the crank (rod and crosshead may have none)", examples=("80 kg",))
+    crank_centre: float = scene_key("length", sign="any", default=0.0)
+    rod: float = scene_key("mass", sign="not negative", examples=("70 kg",), default=0.0)
+    rod_centre: float | None = scene_key("length", sign="not negative", default=None)
+    rod_inertia: float | None = scene_key("moment_of_inertia", default=None)
+    crosshead: float = scene_key("mass", sign="not negative", examples=("110 kg",), default=0.0)
 
     def __post_init__(self) -> None:
         require_positive(self.crank, "kg", "masses.crank")

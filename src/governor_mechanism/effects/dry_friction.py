@@ -2,10 +2,13 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass, field
+from collections.abc import Mapping
+from dataclasses import dataclass
+from typing import Any, ClassVar
 
 from governor_mechanism.errors import MechanismError
 from governor_mechanism.model.effect import OutputEffect
+from governor_mechanism.model.scene_keys import scene_key
 from governor_mechanism.model.time_functions import InputFunction
 
 
@@ -19,8 +22,18 @@ class DryFriction(OutputEffect):
         Friction limit over time, N or N m; at least 0.
     """
 
-    force: InputFunction = field(default_factory=InputFunction)
+    key: ClassVar[str] = "dry_friction"
+    value_fields: ClassVar[tuple[str, ...]] = ("force",)
+
+    force: InputFunction = scene_key(
+        "force", "torque", sign="not negative", reason=", because friction opposes the motion", is_program=True, default=InputFunction()
+    )
 
     def __post_init__(self) -> None:
         if min(self.force.values) < 0:
             raise MechanismError(f"dry friction on {self.reading!r} must not be negative; got {min(self.force.values):g}")
+
+    @property
+    def contact(self) -> Mapping[str, Any]:
+        """The friction limit."""
+        return {"friction": self.force}

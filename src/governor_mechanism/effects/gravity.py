@@ -3,9 +3,11 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
+from typing import ClassVar
 
 from governor_mechanism.errors import require_positive
 from governor_mechanism.model.effect import Effect
+from governor_mechanism.model.scene_keys import scene_key
 
 DEFAULT_GRAVITY = 9.81
 """Gravitational acceleration for `gravity = true`, m/s2."""
@@ -21,7 +23,10 @@ class Gravity(Effect):
         Gravitational acceleration, m/s2; positive.
     """
 
-    acceleration: float = DEFAULT_GRAVITY
+    key: ClassVar[str] = "gravity"
+    value_fields: ClassVar[tuple[str, ...]] = ("acceleration",)
+
+    acceleration: float = scene_key("acceleration", bounded=False, default=DEFAULT_GRAVITY)
 
     def __post_init__(self) -> None:
         require_positive(self.acceleration, "m/s2", "gravity")

@@ -12,8 +12,24 @@ from governor_mechanism.effects.gravity import Gravity
 from governor_mechanism.effects.rod_masses import RodMasses
 from governor_mechanism.effects.spring import OutputSpring
 from governor_mechanism.effects.stops import Stops
-from governor_mechanism.model.effect import Effect
+from governor_mechanism.model.effect import Effect, OutputForce
 
-EFFECT_TYPES: frozenset[type[Effect]] = frozenset(
-    (Gravity, Centrifugal, RodMasses, OutputSpring, DryFriction, Dashpot, Stops, Clearance, CrankMasses, BellCrankMasses)
+EFFECTS: tuple[type[Effect], ...] = (
+    Gravity,
+    Centrifugal,
+    RodMasses,
+    OutputSpring,
+    DryFriction,
+    Dashpot,
+    Stops,
+    Clearance,
+    CrankMasses,
+    BellCrankMasses,
 )
+"""All effects, in the order of reports."""
+
+EFFECT_TYPES = frozenset(EFFECTS)
+"""All effects."""
+
+FORCE_LAWS: tuple[type[OutputForce], ...] = tuple(effect for effect in EFFECTS if issubclass(effect, OutputForce))
+"""Effects with a force law; kernels know a law by its index."""

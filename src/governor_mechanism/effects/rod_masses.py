@@ -3,9 +3,11 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
+from typing import ClassVar
 
 from governor_mechanism.errors import MechanismError, require_not_negative
 from governor_mechanism.model.effect import Effect
+from governor_mechanism.model.scene_keys import scene_key
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -24,9 +26,12 @@ class RodMasses(Effect):
         Radius of each ball, m.
     """
 
-    arm_mass: float = 0.0
-    link_mass: float = 0.0
-    ball_radius: float = 0.0
+    key: ClassVar[str] = "rods"
+    changes_bodies_of: ClassVar[str] = "a governor with arms and links"
+
+    arm_mass: float = scene_key("mass", sign="not negative", examples=("0.6 kg",), default=0.0)
+    link_mass: float = scene_key("mass", sign="not negative", examples=("0.5 kg",), default=0.0)
+    ball_radius: float = scene_key("length", sign="not negative", default=0.0)
 
     def __post_init__(self) -> None:
         for name, unit in (("arm_mass", "kg"), ("link_mass", "kg"), ("ball_radius", "m")):

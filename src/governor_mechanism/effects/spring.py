@@ -2,42 +2,13 @@
 
 from __future__ import annotations
 
+import math
 from dataclasses import dataclass
+from typing import Any, ClassVar
 
 from governor_mechanism.errors import MechanismError, require_finite, require_positive
-from governor_mechanism.model.effect import OutputEffect
-
-
-@dataclass(frozen=True, kw_only=True)
-class OutputSpring(OutputEffect):
-    """A linear spring along a reading, with the force -(preload + rate * (value - zero)).
-
-    Attributes
-    ----------
-    rate
-        Stiffness, N/m or N m/rad; positive.
-    preload
-        Force at the value `zero`, N or N m.
-    zero
-        Reference value of the reading, m or rad.
-    one_sided
-        Whether the spring only pulls and is slack where preload + rate * (value - zero) is negative.
-    """
-
-    rate: float
-    preload: float = 0.0
-    zero: float = 0.0
-    one_sided: bool = False
-
-    def __post_init__(self) -> None:
-        require_positive(self.rate, "N/m", f"rate of the spring on {self.reading!r}")
-        for name in ("preload", "zero"):
-            require_finite(getattr(self, name), "", f"{name} of the spring on {self.reading!r}")
-
-    @property
-    def free_value(self) -> float:
-        """Value of the reading at zero force."""
-        return self.zero - self.preload / self.rate
+from governor_mechanism.model.effect import OutputForce
+from governor_mechanism.model.scene_keys import FLAG_KIND, Derivation, scene_key
 
 
 def helical_spring_rate(*, wire: float, coil: float, turns: float, modulus: float) -> float:
@@ -69,3 +40,62 @@ def helical_spring_rate(*, wire: float, coil: float, turns: float, modulus: floa
     if coil <= wire:
         raise MechanismError(f"coil of the spring ({coil:g} m) must be wider than its wire ({wire:g} m)")
     return modulus * wire**4 / (8 * coil**3 * turns)
+
+
+@dataclass(frozen=True, kw_only=True)
+class OutputSpring(OutputForce):
+    """A linear spring along a reading, with the force -(preload + rate * (value - zero)).
+
+    Attributes
+    ----------
+    rate
+        Stiffness, N/m or N m/rad; positive.
+    preload
+        Force at the value `zero`, N or N m.
+    zero
+        Reference value of the reading, m or rad.
+    one_sided
+        Whether the spring only pulls and is slack where preload + rate * (value - zero) is negative.
+    """
+
+    key: ClassVar[str] = "spring"
+    derivations: ClassVar[tuple[Derivation, ...]] = (
+        Derivation("rate", helical_spring_rate, {"wire": "length", "coil": "length", "turns": "number", "modulus": "modulus"}),
+    )
+    law_name: ClassVar[str] = "springs on readings"
+    dissipates: ClassVar[bool] = False
+
+    rate: float = scene_key("stiffness", "torsion_stiffness")
+    preload: float = scene_key("force", "torque", sign="any", default=0.0)
+    zero: float = scene_key("length", "angle", sign="any", default=0.0)
+    one_sided: bool = scene_key(FLAG_KIND, default=False)
+
+    def __post_init__(self) -> None:
+        require_positive(self.rate, "N/m", f"rate of the spring on {self.reading!r}")
+        for name in ("preload", "zero"):
+            require_finite(getattr(self, name), "", f"{name} of the spring on {self.reading!r}")
+
+    @property
+    def free_value(self) -> float:
+        """Value of the reading at zero force."""
+        return self.zero - self.preload / self.rate
+
+    @staticmethod
+    def force(coefficients: Any, value: Any, rate: Any) -> Any:
+        """Return the restoring force of a spring with a rate and a free value."""
+        return -coefficients[0] * (value - coefficients[1])
+
+    @property
+    def coefficients(self) -> tuple[float, ...]:
+        """Rate and free value."""
+        return self.rate, self.free_value
+
+    @property
+    def slack_below(self) -> float:
+        """The free value of a spring that only pulls."""
+        return self.free_value if self.one_sided else -math.inf
+
+    def potential(self, value: Any) -> tuple[Any, Any, Any]:
+        """Return the energy of the spring and its derivatives."""
+        elongation = value - self.free_value
+        return 0.5 * self.rate * elongation**2, self.rate * elongation, self.rate + 0.0 * value

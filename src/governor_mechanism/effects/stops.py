@@ -3,10 +3,13 @@
 from __future__ import annotations
 
 import math
+from collections.abc import Mapping
 from dataclasses import dataclass
+from typing import Any, ClassVar
 
 from governor_mechanism.errors import MechanismError
 from governor_mechanism.model.effect import OutputEffect
+from governor_mechanism.model.scene_keys import RESTITUTION_KIND, scene_key
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -21,9 +24,13 @@ class Stops(OutputEffect):
         Coefficient of restitution, 0 to 1.
     """
 
-    low: float = -math.inf
-    high: float = math.inf
-    restitution: float = 0.0
+    key: ClassVar[str] = "stops"
+    value_fields: ClassVar[tuple[str, ...]] = ("low", "high")
+    common_keys: ClassVar[tuple[str, ...]] = ("restitution",)
+
+    low: float = scene_key("length", "angle", sign="any", bounded=False, examples=("10 mm", "15 deg"), default=-math.inf)
+    high: float = scene_key("length", "angle", sign="any", bounded=False, examples=("60 mm", "45 deg"), default=math.inf)
+    restitution: float = scene_key(RESTITUTION_KIND, default=0.0)
 
     def __post_init__(self) -> None:
         if math.isnan(self.low) or math.isnan(self.high) or not self.low < self.high:
@@ -32,3 +39,8 @@ class Stops(OutputEffect):
             raise MechanismError(f"stops of {self.reading!r} need a low or a high end")
         if not 0 <= self.restitution <= 1:
             raise MechanismError(f"restitution of the stops must lie between 0 and 1; got {self.restitution:g}")
+
+    @property
+    def contact(self) -> Mapping[str, Any]:
+        """The stops and their coefficient of restitution."""
+        return {"low": self.low, "high": self.high, "restitution": self.restitution}

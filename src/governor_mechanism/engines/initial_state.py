@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Mapping
 from dataclasses import replace
 
@@ -9,19 +10,23 @@ import numpy as np
 
 from governor_mechanism.effects.clearance import CLEARANCE_READING
 from governor_mechanism.errors import MechanismError
+from governor_mechanism.mechanics.dynamics.characteristic_scales import time_scale
 from governor_mechanism.mechanics.dynamics.contacts import contacts_of
 from governor_mechanism.mechanics.dynamics.lowering import ground_pin_of_point_mass
 from governor_mechanism.mechanics.kinematics.assembly import PositionSolver
 from governor_mechanism.mechanics.kinematics.output_variables import evaluate_output_value
 from governor_mechanism.mechanics.kinematics.time_functions import SpindleSpeedFunction
-from governor_mechanism.model.coupled_system import TurningPlane
+from governor_mechanism.mechanics.reduction.lagrangian import SingleDofReduction
+from governor_mechanism.model.coupled_system import SHAFT_NAME, TurningPlane
 from governor_mechanism.model.mechanism import Mechanism
-from governor_mechanism.model.output_variables import Limit
+from governor_mechanism.model.output_variables import BodyAngle, Limit
 from governor_mechanism.model.part import EQUILIBRIUM, Spindle
 from governor_mechanism.model.scene import Scene
 from governor_mechanism.numerics.jit import warn_before_compiling
+from governor_mechanism.numerics.least_squares import numerical_rank
 from governor_mechanism.statics.equilibria import find_equilibria
-from governor_mechanism.statics.equilibrium_speed import has_spindle_dependent_loads
+from governor_mechanism.statics.equilibrium_speed import equilibrium_speed_squared, has_spindle_dependent_loads
+from governor_mechanism.statics.linearisation import settle
 from governor_mechanism.types import FloatArray
 from governor_mechanism.units.quantities import format_quantity
 
@@ -87,6 +92,11 @@ def _solve_initial_state(scene: Scene) -> tuple[FloatArray, FloatArray]:
     values = scene.start.values
     if position_solver.equations.is_driven.any():
         _require_independent_drivers(mechanism)
+    undetermined = _find_undetermined_plane(scene, position_solver)
+    if undetermined is not None:
+        poses, velocities = _find_steady_rotation(scene, position_solver, undetermined)
+        _require_within_stops(scene, poses)
+        return poses, velocities
     if EQUILIBRIUM in values.values() and len(scene.parts) == 1:
         poses = np.concatenate([_equilibrium_poses(scene), np.zeros((mechanism.count_free_shafts(), 3))])
     else:
@@ -102,6 +112,42 @@ def _solve_initial_state(scene: Scene) -> tuple[FloatArray, FloatArray]:
     _require_mobile(position_solver, poses)
     _require_within_stops(scene, poses)
     return poses, position_solver.solve_velocities(poses, scene.start.rates)
+
+
+def _find_undetermined_plane(scene: Scene, position_solver: PositionSolver) -> TurningPlane | None:
+    """Return a plane whose initial speed nothing gives, so that it follows from the equilibrium of the whole scene."""
+    angles = {reading.body: reading.name for reading in scene.mechanism.readings if isinstance(reading, BodyAngle)}
+    for plane in scene.system.planes:
+        if plane.given_speed or not plane.is_loaded:
+            continue
+        rows = position_solver.jacobian(position_solver.initial_guess, [*scene.start.rates, angles[plane.shaft]])
+        if numerical_rank(rows) == numerical_rank(rows[:-1]):
+            continue  # its speed follows from the rates of the start
+        if EQUILIBRIUM not in scene.start.values.values():
+            raise MechanismError(
+                f"nothing determines the initial speed of {plane.prefix}{SHAFT_NAME}: give start_speed, or the rate of what it is "
+                f"coupled to, or write '{EQUILIBRIUM}' for the position of [start] to begin in the equilibrium of the whole"
+            )
+        return plane
+    return None
+
+
+def _find_steady_rotation(scene: Scene, position_solver: PositionSolver, plane: TurningPlane) -> tuple[FloatArray, FloatArray]:
+    """Return poses and velocities of the equilibrium of the whole scene, near the initial guess."""
+    part, mechanism = scene.part_of(plane.prefix + SHAFT_NAME)[0], scene.mechanism
+    angles = {reading.body: reading.name for reading in mechanism.readings if isinstance(reading, BodyAngle)}
+    values = {name: float(value) for name, value in scene.start.values.items() if value != EQUILIBRIUM}
+    poses = _assemble(position_solver, values)
+    own_poses = poses[[mechanism.body_index(plane.prefix + body.name) for body in part.mechanism.bodies]]
+    alone = Scene(title=scene.title, parts=(replace(part, spindle=Spindle()),))
+    reduction = SingleDofReduction(alone)
+    position = evaluate_output_value(part.mechanism, part.mechanism.coordinate, own_poses[np.newaxis])
+    coefficients = reduction.evaluate_at_poses(own_poses[np.newaxis], position)
+    speed_squared = float(equilibrium_speed_squared(coefficients, reduction.coordinate_scale)[0])
+    speed = math.sqrt(speed_squared) if speed_squared > 0 else 1 / time_scale(scene)
+    rates = {**scene.start.rates, angles[plane.shaft]: speed / plane.ratio}
+    dynamics, state = settle(scene, poses, position_solver.solve_velocities(poses, rates), 0.0)
+    return dynamics.mass_centre_motion(state.z, state.rates)
 
 
 def _resolve_equilibria(scene: Scene, position_solver: PositionSolver) -> dict[str, float | str]:

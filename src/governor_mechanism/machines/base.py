@@ -8,10 +8,6 @@ from abc import ABC, abstractmethod
 from collections.abc import Iterable, Mapping, Sequence
 from typing import Any, ClassVar
 
-from governor_mechanism.effects.bell_crank_masses import BellCrankMasses
-from governor_mechanism.effects.clearance import Clearance
-from governor_mechanism.effects.crank_masses import CrankMasses
-from governor_mechanism.effects.rod_masses import RodMasses
 from governor_mechanism.errors import MechanismError
 from governor_mechanism.model.effect import Effect
 from governor_mechanism.model.mechanism import Mechanism
@@ -20,9 +16,6 @@ from governor_mechanism.types import Vector2
 MIN_DIMENSION, MAX_DIMENSION = 1e-9, 1e9
 """Smallest and largest magnitude of a dimension, SI: other values are mistakes of units, and double precision does not suffice."""
 
-
-BODY_EFFECTS = (RodMasses, Clearance, CrankMasses, BellCrankMasses)
-"""Effects that change the bodies of a mechanism."""
 
 CHOICE_KIND = "choice"
 """Kind of a dimension that is one of several words."""
@@ -158,16 +151,10 @@ def unsupported_effect_messages(machine: str, effects: Iterable[Effect], support
     tuple of str
         One sentence per unsupported effect.
     """
-    explanations = {
-        RodMasses: "the effect rods is for a governor with arms and links",
-        Clearance: "the effect clearance is for a sleeve on links",
-        CrankMasses: "the effect masses is for a slider crank",
-        BellCrankMasses: "the effect bell_cranks is for a Hartung governor",
-    }
     return tuple(
-        f"{explanations[type(effect)]}; machine {machine!r} does not support it; leave the effect out"
+        f"the effect {effect.key} is for {effect.changes_bodies_of}; machine {machine!r} does not support it; leave the effect out"
         for effect in effects
-        if type(effect) in explanations and type(effect) not in supported
+        if effect.changes_bodies_of and type(effect) not in supported
     )
 
 

@@ -2,12 +2,38 @@
 
 from __future__ import annotations
 
+import math
+from abc import ABC, abstractmethod
+from collections.abc import Mapping
 from dataclasses import dataclass
+from typing import Any, ClassVar
+
+from governor_mechanism.model.scene_keys import Derivation
 
 
 @dataclass(frozen=True, kw_only=True)
 class Effect:
-    """A physical effect beyond the bare linkage. A scene asks each effect for its contribution."""
+    """A physical effect beyond the bare linkage. A scene asks each effect for its contribution.
+
+    Attributes
+    ----------
+    key
+        Key in [effects] of a scene file.
+    value_fields
+        Fields that a value gives that is no table: one field, or the two ends of a range.
+    common_keys
+        Fields that are given once for all readings.
+    derivations
+        Fields that may be computed from other keys.
+    changes_bodies_of
+        Machines whose bodies the effect changes; empty if it changes no bodies and suits every machine.
+    """
+
+    key: ClassVar[str]
+    value_fields: ClassVar[tuple[str, ...]] = ()
+    common_keys: ClassVar[tuple[str, ...]] = ()
+    derivations: ClassVar[tuple[Derivation, ...]] = ()
+    changes_bodies_of: ClassVar[str] = ""
 
     @property
     def gravity(self) -> float:
@@ -43,3 +69,95 @@ class OutputEffect(Effect):
     def output_effects(self) -> tuple[OutputEffect, ...]:
         """The effect itself."""
         return (self,)
+
+    @property
+    def contact(self) -> Mapping[str, Any]:
+        """What the effect adds to the contact of its reading: any of friction, low, high and restitution of `Contact`."""
+        return {}
+
+
+@dataclass(frozen=True, kw_only=True)
+class OutputForce(OutputEffect, ABC):
+    """An effect along one reading with a force law.
+
+    The law either has a potential and depends on the value alone, or it dissipates all its power.
+
+    Attributes
+    ----------
+    law_name
+        Name of the law in the counts of evaluations.
+    dissipates
+        Whether the force dissipates energy; without, it has a potential.
+    """
+
+    law_name: ClassVar[str]
+    dissipates: ClassVar[bool]
+
+    @staticmethod
+    @abstractmethod
+    def force(coefficients: Any, value: Any, rate: Any) -> Any:
+        """Return the force along the reading, N or N m.
+
+        The law is compiled for the engines and also called with arrays. It uses nothing but its arguments.
+
+        Parameters
+        ----------
+        coefficients
+            Coefficients of the effect, see `coefficients`.
+        value
+            Value of the reading, m or rad.
+        rate
+            Its rate, m/s or rad/s; 0 for a law with a potential.
+
+        Returns
+        -------
+        Any
+            Force, N, or moment, N m, positive toward larger values.
+        """
+
+    @property
+    @abstractmethod
+    def coefficients(self) -> tuple[float, ...]:
+        """Coefficients of the force law, four at most."""
+
+    @property
+    def linear_coefficients(self) -> tuple[float, ...]:
+        """Coefficients of the law for small motions about a rest; those of terms of second order in the rate are zero."""
+        return self.coefficients
+
+    @property
+    def slack_below(self) -> float:
+        """Value of the reading below which the effect exerts no force, m or rad; the force is zero there."""
+        return -math.inf
+
+    def potential(self, value: Any) -> tuple[Any, Any, Any]:
+        """Return the potential energy (J) and its first and second derivative by the reading; zeros for a law that dissipates.
+
+        Parameters
+        ----------
+        value
+            Value of the reading above `slack_below`, m or rad.
+
+        Returns
+        -------
+        tuple[Any, Any, Any]
+            Energy and derivatives; the first is the negative force.
+        """
+        return 0.0 * value, 0.0 * value, 0.0 * value
+
+    def evaluate(self, value: Any, rate: Any) -> Any:
+        """Return the force at values and rates of the reading, N or N m; 0 where the effect is slack.
+
+        Parameters
+        ----------
+        value
+            Value of the reading, m or rad.
+        rate
+            Its rate, m/s or rad/s.
+
+        Returns
+        -------
+        Any
+            Force, N, or moment, N m, positive toward larger values.
+        """
+        return self.force(self.coefficients, value, rate) * (value >= self.slack_below)

@@ -81,25 +81,14 @@ class Scene:
     def __post_init__(self) -> None:
         if not self.parts:
             raise MechanismError("a scene needs at least one part")
-        self.system  # noqa: B018  # raises for couplings that contradict one another, and for unknown readings
         for what, names in (("part", [part.name for part in self.parts]), ("coupling", [one.name for one in self.couplings])):
             for name in names:
                 if names.count(name) > 1:
                     raise MechanismError(f"{what} {name!r} is listed twice; names must differ")
+        self.system  # noqa: B018  # raises for couplings that contradict one another, and for unknown readings
 
     def with_changes(self, **changes: Any) -> Scene:
-        """Return a copy with other fields, of the scene or of its only part.
-
-        Parameters
-        ----------
-        **changes
-            New values of fields of `Scene` or `Part`.
-
-        Returns
-        -------
-        Scene
-            The changed copy.
-        """
+        """Return a copy with new values of these fields of the scene or of its only part."""
         scene_fields = {one.name for one in fields(Scene)}
         own_changes = {name: value for name, value in changes.items() if name in scene_fields}
         part_changes = {name: value for name, value in changes.items() if name not in scene_fields}

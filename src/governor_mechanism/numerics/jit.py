@@ -22,7 +22,7 @@ PACKAGE_ROOT = Path(__file__).parents[1]
 KERNEL_IMPORT_PATTERN = re.compile(rb"numerics\.jit import")
 """Import that marks a file with kernels."""
 
-KERNEL_FOLDERS = {"numerics", "mechanics", "integrators"}
+KERNEL_FOLDERS = {"numerics", "effects", "mechanics", "integrators"}
 """Folders whose files all enter the cache key: kernels there use constants of modules without kernels."""
 
 
@@ -41,7 +41,7 @@ def jit(function: CompiledFunction) -> CompiledFunction:
     CompiledFunction
         Dispatcher with the signature of `function`.
     """
-    return _jit_with_options(function, {})
+    return _jit_with_options(function, {"cache": True})
 
 
 def jit_internal(function: CompiledFunction) -> CompiledFunction:
@@ -59,7 +59,7 @@ def jit_internal(function: CompiledFunction) -> CompiledFunction:
     CompiledFunction
         Dispatcher with the signature of `function`, not callable from Python.
     """
-    return _jit_with_options(function, {"no_cpython_wrapper": True, "no_cfunc_wrapper": True})
+    return _jit_with_options(function, {"cache": True, "no_cpython_wrapper": True, "no_cfunc_wrapper": True})
 
 
 def jit_inline(function: CompiledFunction) -> CompiledFunction:
@@ -75,14 +75,32 @@ def jit_inline(function: CompiledFunction) -> CompiledFunction:
     CompiledFunction
         Dispatcher with the signature of `function`.
     """
-    return _jit_with_options(function, {"inline": "always"})
+    return _jit_with_options(function, {"cache": True, "inline": "always"})
+
+
+def jit_closure(function: CompiledFunction) -> CompiledFunction:
+    """Compile a closure over compiled functions that only compiled functions call.
+
+    The cache cannot hold it, but holds its callers, which contain it.
+
+    Parameters
+    ----------
+    function
+        Function to compile.
+
+    Returns
+    -------
+    CompiledFunction
+        Dispatcher with the signature of `function`, not callable from Python.
+    """
+    return _jit_with_options(function, {"no_cpython_wrapper": True, "no_cfunc_wrapper": True})
 
 
 def _jit_with_options(function: CompiledFunction, options: dict[str, Any]) -> CompiledFunction:
     from numba import njit
 
     with _numba_cache_folder(kernel_cache_folder()):
-        return cast(CompiledFunction, njit(cache=True, error_model="numpy", **options)(function))
+        return cast(CompiledFunction, njit(error_model="numpy", **options)(function))
 
 
 @cache

@@ -7,7 +7,7 @@ from typing import Any
 import numpy as np
 
 from governor_mechanism.mechanics.dynamics.characteristic_scales import time_scale
-from governor_mechanism.mechanics.dynamics.contacts import output_spring_energy, output_springs_of
+from governor_mechanism.mechanics.dynamics.contacts import output_forces_of, potential_derivatives
 from governor_mechanism.mechanics.dynamics.force_elements import spring_potential_energy as spring_potential
 from governor_mechanism.mechanics.dynamics.force_laws import free_spindle_speed, gravitational_energy, spindle_inertia, spindle_inertia_rate
 from governor_mechanism.mechanics.kinematics.assembly import PositionSolver, assembly_notes
@@ -179,8 +179,13 @@ class ReadingEvaluator:
         return -integrate_work(self.scene, history)
 
     def evaluate_joint_gap(self, poses: FloatArray, times: FloatArray) -> FloatArray:
-        """Return the largest constraint violation (...) m at poses and times (...) s."""
-        return self._constraint_equations.gap(poses, times)
+        """Return the largest constraint violation (n,) m at poses (n, bodies, 3) and times (n,) s; a broken gear has none."""
+        gaps = np.abs(self._constraint_equations.residuals(poses, times))
+        for name, end in self.scene.system.breaking_gears.items():
+            is_gear = self._constraint_equations.joint_indices == self.mechanism.joint_index(name)
+            gaps[np.ix_(times > end, is_gear)] = 0.0
+        largest: FloatArray = np.max(gaps, axis=-1, initial=0.0)
+        return largest
 
     def compare_observables(self, better: Observables, worse: Observables) -> dict[str, float]:
         """Return the largest difference of each reading and rate (named 'rate of ...') and the largest joint gap, in SI."""
@@ -249,8 +254,8 @@ class ReadingEvaluator:
             kinetic += 0.5 * body.planar_inertia * velocity[:, 2] ** 2
             potential += gravitational_energy(body.mass, self.scene.system.gravity[index], history.poses[:, index, 1])
         potential += spring_potential(self.mechanism, history.poses)
-        for spring in output_springs_of(self.scene):
-            potential += output_spring_energy(spring, evaluate_output_value(self.mechanism, spring.reading, history.poses))
+        for effect in output_forces_of(self.scene):
+            potential += potential_derivatives(effect, evaluate_output_value(self.mechanism, effect.reading, history.poses))[0]
         for index, plane in enumerate(self.planes):
             if plane.is_loaded:
                 own_inertia = self.mechanism.bodies[self._shaft_indices[index]].planar_inertia if plane.has_reaction else 0.0

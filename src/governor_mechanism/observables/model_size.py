@@ -6,7 +6,7 @@ from collections.abc import Mapping
 
 import numpy as np
 
-from governor_mechanism.mechanics.dynamics.contacts import contacts_of, output_dampers_of, output_springs_of
+from governor_mechanism.mechanics.dynamics.contacts import contacts_of, output_forces_of
 from governor_mechanism.mechanics.dynamics.lowering import forced_output_names
 from governor_mechanism.mechanics.kinematics.constraint_equations import make_constraint_table
 from governor_mechanism.model.scene import Scene
@@ -31,7 +31,7 @@ def count_model_size(scene: Scene) -> Mapping[str, int]:
         "joint equations": len(make_constraint_table(mechanism).joint_indices),
         "force elements": len(mechanism.force_elements),
         "readings with forces": len(forced_output_names(scene)),
-        "springs and dashpots along readings": len(output_springs_of(scene)) + len(output_dampers_of(scene)),
+        "springs and dashpots along readings": len(output_forces_of(scene)),
         "frictions": sum(contact.friction is not None for contact in contacts),
         "stops": sum(int(np.isfinite(contact.low)) + int(np.isfinite(contact.high)) for contact in contacts),
     }

@@ -10,10 +10,9 @@ from collections.abc import Sequence
 import numpy as np
 from numpy.polynomial.legendre import leggauss
 
-from governor_mechanism.mechanics.dynamics.contacts import ContactMode, contacts_of, output_dampers_of
-from governor_mechanism.mechanics.dynamics.force_laws import dashpot_force
+from governor_mechanism.mechanics.dynamics.contacts import ContactMode, contacts_of, output_forces_of
 from governor_mechanism.mechanics.dynamics.inverse_dynamics import InverseDynamics, compute_inverse_dynamics
-from governor_mechanism.mechanics.kinematics.output_variables import evaluate_output_gradient
+from governor_mechanism.mechanics.kinematics.output_variables import evaluate_output
 from governor_mechanism.mechanics.kinematics.time_functions import CubicTimeFunction
 from governor_mechanism.model.scene import Scene
 from governor_mechanism.model.state_history import StateHistory
@@ -77,17 +76,17 @@ def _compute_dissipated_power(
     scene: Scene, times: FloatArray, poses: FloatArray, velocities: FloatArray, contact_modes: Sequence[ContactMode]
 ) -> FloatArray:
     """Return the power (n,) W dissipated by dashpots and sliding friction."""
-    mechanism, dissipated_power = scene.mechanism, np.zeros(len(times))
+    dissipated_power = np.zeros(len(times))
 
-    def evaluate_rate(reading: str) -> FloatArray:
-        rates: FloatArray = np.sum(evaluate_output_gradient(mechanism, reading, poses) * velocities, axis=(-2, -1))
-        return rates
+    def evaluate_reading(reading: str) -> tuple[FloatArray, FloatArray]:
+        output = evaluate_output(scene.mechanism, reading, poses)
+        return output.value, np.sum(output.gradient * velocities, axis=(-2, -1))
 
-    for dashpot in output_dampers_of(scene):
-        dashpot_rate = evaluate_rate(dashpot.reading)
-        dissipated_power += dashpot_force(dashpot.linear, dashpot.quadratic, dashpot_rate) * dashpot_rate
+    for effect in (effect for effect in output_forces_of(scene) if effect.dissipates):
+        value, rate = evaluate_reading(effect.reading)
+        dissipated_power -= effect.evaluate(value, rate) * rate
     for k, contact in enumerate(contacts_of(scene) if contact_modes else ()):
         if contact.friction is not None:
             sliding_signs = np.array([mode.sliding_signs[k] for mode in contact_modes[: len(times)]])
-            dissipated_power += CubicTimeFunction(contact.friction)(times) * sliding_signs * evaluate_rate(contact.output_name)
+            dissipated_power += CubicTimeFunction(contact.friction)(times) * sliding_signs * evaluate_reading(contact.output_name)[1]
     return dissipated_power

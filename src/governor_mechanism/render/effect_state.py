@@ -9,8 +9,7 @@ from typing import TypeVar
 import numpy as np
 
 from governor_mechanism.effects.clearance import CLEARANCE_READING, Clearance
-from governor_mechanism.effects.dry_friction import DryFriction
-from governor_mechanism.effects.stops import Stops
+from governor_mechanism.mechanics.dynamics.contacts import contacts_of
 from governor_mechanism.model.effect import Effect, OutputEffect
 from governor_mechanism.model.events import Event, EventKind
 from governor_mechanism.model.part import Part
@@ -77,9 +76,9 @@ def effect_state_of(run: Trajectory, slow_down: float = 1.0) -> EffectState:
     """Return the effect state of a run whose seconds take `slow_down` seconds of film stops."""
     effects = run.scene.effects
     ranges = {name: (float(values.min()), float(values.max())) for name, values in run.readings.items()}
-    if not any(isinstance(effect, DryFriction | Stops | Clearance) for effect in effects):
+    stop_values = {contact.output_name: (contact.low, contact.high) for contact in contacts_of(run.scene)}
+    if not stop_values:
         return EffectState(effects=effects, reading_ranges=ranges)
-    stop_values = {stops.reading: (stops.low, stops.high) for stops in run.scene.output_effects if isinstance(stops, Stops)}
     hold_changes: dict[str, list[tuple[float, bool]]] = {}
     stop_impacts: dict[str, list[StopImpact]] = {}
     for event in run.events:

@@ -8,8 +8,7 @@ from typing import Any
 
 from governor_mechanism.effects.centrifugal import Centrifugal
 from governor_mechanism.effects.clearance import CLEARANCE_READING, Clearance
-from governor_mechanism.effects.stops import Stops
-from governor_mechanism.model.effect import Effect
+from governor_mechanism.model.effect import Effect, OutputEffect
 from governor_mechanism.model.part import TURNING_PLANE, FreeSpindle, Part, Spindle, Start
 from governor_mechanism.scenes.problems import Problem, ProblemCode
 from governor_mechanism.units.quantities import format_quantity
@@ -32,13 +31,11 @@ def check_tables_together(
     yield from _check_spindle_and_plane(part, spindle, effects_table.get("centrifugal", False))
     has_clearance = any(isinstance(effect, Clearance) for effect in effects)
     for effect in effects:
-        if isinstance(effect, Stops):
-            key = f"effects.stops.{effect.reading}"
-            if has_clearance and effect.reading == CLEARANCE_READING:
+        for stops in (one for one in effect.output_effects if {"low", "high"} <= one.contact.keys()):
+            key = f"effects.{effect.key}" + (f".{stops.reading}" if stops is effect else "")
+            if has_clearance and stops is effect and stops.reading == CLEARANCE_READING:
                 yield _conflict(key, "cannot be combined with effects.clearance, whose two ends are such stops; leave it out")
-            yield from _check_stops(effect, key, start, part)
-        elif isinstance(effect, Clearance):
-            yield from _check_stops(effect.stops, "effects.clearance", start, part)
+            yield from _check_stops(stops, key, start, part)
 
 
 def _conflict(key: str, text: str) -> Problem:
@@ -65,18 +62,19 @@ def _check_spindle_and_plane(part: Part | None, spindle: Spindle | FreeSpindle, 
             yield _conflict("spindle.speed_fluctuation", text)
 
 
-def _check_stops(stops: Stops, key: str, start: Start, part: Part | None) -> Iterator[Problem]:
+def _check_stops(stops: OutputEffect, key: str, start: Start, part: Part | None) -> Iterator[Problem]:
     """Yield stops that leave nothing of the travel, or else a start beyond the stops; it may be on a stop."""
     quantities = {reading.name: reading.quantity for reading in part.mechanism.readings} if part else {}
     unit = _SI_UNITS.get(quantities.get(stops.reading, ""), "")
-    stop_range = _format_range(stops.low, stops.high, unit)
+    low, high = stops.contact["low"], stops.contact["high"]
+    stop_range = _format_range(low, high, unit)
     limits = [limit for limit in part.mechanism.limits if limit.reading == stops.reading] if part else []
-    excluding = [limit for limit in limits if stops.high <= limit.low or stops.low >= limit.high]
+    excluding = [limit for limit in limits if high <= limit.low or low >= limit.high]
     for limit in excluding:
         text = f"{key}, {stop_range}, leaves nothing of the travel, {_format_range(limit.low, limit.high, unit)}"
         yield Problem(text, ProblemCode.OUT_OF_RANGE, key)
     value = start.values.get(stops.reading)
-    if not excluding and not isinstance(value, str) and value is not None and not stops.low <= value <= stops.high:
+    if not excluding and not isinstance(value, str) and value is not None and not low <= value <= high:
         start_key = f"start.{stops.reading}"
         text = f"{start_key} ({format_quantity(value, unit)}) is beyond the stops of {key}, {stop_range}; start between them"
         yield Problem(text, ProblemCode.OUT_OF_RANGE, start_key)

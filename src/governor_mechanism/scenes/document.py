@@ -10,7 +10,7 @@ from typing import Any
 
 from governor_mechanism.effects.clearance import CLEARANCE_READING, Clearance
 from governor_mechanism.errors import MechanismError
-from governor_mechanism.machines.base import BODY_EFFECTS, Machine, unsupported_effect_messages
+from governor_mechanism.machines.base import Machine, unsupported_effect_messages
 from governor_mechanism.machines.custom import CUSTOM_MACHINE
 from governor_mechanism.machines.registry import MACHINES
 from governor_mechanism.model.coupled_system import SPINDLE_ANGLE
@@ -156,7 +156,7 @@ class PartParser:
         machine = self._build_machine(machine_class)
         mechanism = machine.mechanism() if machine else _build_placeholder_mechanism(machine_class) if machine_class else None
         # A clearance with a mistake still brings its reading, or naming that reading would be reported as a mistake too.
-        has_clearance = machine_class is not None and not machine_class.effect_problems([Clearance(width=1.0)])
+        has_clearance = machine_class is not None and Clearance in machine_class.supported_effects
         has_clearance = has_clearance and self.tables.get("effects", {}).get("clearance", False) is not False
         extra_readings = ((CLEARANCE_READING, "length"),) if has_clearance else ()
         effects = self._parse_effects((*_quantities(mechanism.readings), *extra_readings) if mechanism else None)
@@ -235,7 +235,7 @@ def _build_part(machine: Machine, mechanism: Mechanism, effects: tuple[Effect, .
     """Return the part; `mechanism` is used unless the effects change its bodies."""
     if problems := machine.stop_problems(effects):
         raise MechanismError(*problems)
-    if any(isinstance(effect, BODY_EFFECTS) for effect in effects):
+    if any(effect.changes_bodies_of for effect in effects):
         mechanism = machine.mechanism_with_effects(effects)
     name = GOVERNOR_PART_NAME
     return Part(name=name, machine=machine.name, dimensions=machine.dimensions(), mechanism=mechanism, plane=machine.plane)

@@ -1,4 +1,4 @@
-"""[effects] of a scene file. Slow to import: pydantic.
+"""[effects] of a scene file, from the keys that the effects declare. Slow to import: pydantic.
 
 Effects along readings are tables keyed by reading, in the units of the quantity of the reading. The validation context
 is the `ReadingQuantities` of the mechanism.
@@ -6,40 +6,22 @@ is the `ReadingQuantities` of the mechanism.
 
 from __future__ import annotations
 
-import math
-from collections.abc import Callable, Iterable, Iterator, Mapping
-from functools import partial
+import dataclasses
+from collections.abc import Iterator, Mapping
+from functools import cache, partial
 from typing import Annotated, Any, ClassVar, Final
 
-from pydantic import Field, PlainValidator, ValidationInfo
+from pydantic import Field, PlainValidator, ValidationInfo, create_model
 
-from governor_mechanism.effects.bell_crank_masses import BellCrankMasses
-from governor_mechanism.effects.centrifugal import Centrifugal
-from governor_mechanism.effects.clearance import Clearance
-from governor_mechanism.effects.crank_masses import CrankMasses
-from governor_mechanism.effects.dashpot import Dashpot, orifice_damping_coefficient
-from governor_mechanism.effects.dry_friction import DryFriction
-from governor_mechanism.effects.gravity import Gravity
-from governor_mechanism.effects.rod_masses import RodMasses
-from governor_mechanism.effects.spring import OutputSpring, helical_spring_rate
-from governor_mechanism.effects.stops import Stops
+from governor_mechanism.effects.registry import EFFECTS
 from governor_mechanism.errors import MechanismError, did_you_mean
-from governor_mechanism.model.effect import Effect
+from governor_mechanism.model.effect import Effect, OutputEffect
+from governor_mechanism.model.scene_keys import FLAG_KIND, RESTITUTION_KIND, Derivation, SceneKey, scene_keys_of
 from governor_mechanism.model.time_functions import InputFunction
 from governor_mechanism.scenes.problems import KEY, Problem, ProblemCode, ProblemCollector, mistake
-from governor_mechanism.scenes.quantities import (
-    Bool,
-    Length,
-    Mass,
-    PositiveLength,
-    Restitution,
-    built,
-    check_bool,
-    parse_si,
-    parse_time_points,
-)
+from governor_mechanism.scenes.quantities import SIGNS, check_bool, parse_number, parse_si, parse_time_points
 from governor_mechanism.scenes.table import SceneFileTable, validate
-from governor_mechanism.units.quantities import format_value
+from governor_mechanism.units.quantities import QUANTITY_KINDS, format_value
 
 ReadingQuantities = Mapping[str, str] | None
 """Quantities of the readings, "length" or "angle", by name; None if they are not known."""
@@ -47,277 +29,206 @@ ReadingQuantities = Mapping[str, str] | None
 SLEEVE_ALIAS, SLEEVE_LIFT_NAME = "sleeve", "sleeve_lift"
 """Short name of a reading of governors, and its name."""
 
-NO_STOP: Final = "none"
-"""Word for a stop that does not exist."""
-
-NO_CLEARANCE_HINT: Final = "; write clearance = false if there is none"
-
-WIRE_KEYS: Final = ("wire", "coil", "turns", "modulus")
-"""Keys of a helical spring; all are needed."""
-
-ORIFICE_KEYS: Final = ("piston", "hole")
-"""Keys of an orifice that are needed."""
-
-OUTPUT_EFFECT_EXAMPLES: Final = {
-    "spring": {"length": '{ rate = "2 N/mm" }', "angle": '{ rate = "3 N m/rad" }'},
-    "dry_friction": {"length": '"40 N"', "angle": '"5 N m"'},
-    "dashpot": {"length": '"120 N s/m"', "angle": '"0.1 N m s/rad"'},
-    "stops": {"length": '["10 mm", "60 mm"]', "angle": '["15 deg", "45 deg"]'},
-}
-"""Valid values for a reading, by effect and quantity of the reading."""
+NO_END: Final = "none"
+"""Word for the end of a range that does not exist."""
 
 
-def _derived_key_problems(
-    values: Mapping[str, Any], derived: str, needed: tuple[str, ...], optional: tuple[str, ...] = (), reason_against: str = ""
-) -> list[Problem]:
-    """Return the problems of keys from which a value follows: given with the value, not allowed, or incomplete."""
-    given = [key for key in (*needed, *optional) if key in values]
-    missing = [key for key in needed if key not in values]
-    if given and derived in values:
-        text = f"{KEY}: {derived} cannot be combined with {', '.join(given)}, from which it follows; leave one of the two out"
-    elif given and reason_against:
-        text = f"{KEY} is an angle and cannot have {', '.join(given)}; {reason_against}"
-    elif given and missing:
-        text = f"{KEY} lacks {', '.join(missing)}; {', '.join(needed)} are all needed"
-    else:
-        return []
-    return [Problem(text, ProblemCode.CONFLICT)]
+def _example(key: SceneKey, quantity: str) -> str:
+    """Return a valid value of a key along a quantity, quoted."""
+    examples = key.examples or (QUANTITY_KINDS[key.kind_along(quantity)].example,)
+    return f'"{examples[-1] if quantity == "angle" else examples[0]}"'
 
 
-class SpringTable(SceneFileTable):
-    """A spring along a length."""
+def _effect_example(effect: type[Effect], quantity: str) -> str:
+    """Return a valid value of an effect."""
+    keys = scene_keys_of(effect)
+    if len(effect.value_fields) == 1:
+        return _example(keys[effect.value_fields[0]], quantity)
+    if effect.value_fields:
+        return f"[{', '.join(_example(keys[name], quantity) for name in effect.value_fields)}]"
+    shown = [name for name, key in keys.items() if key.examples] or _required_fields(effect)
+    return f"{{ {', '.join(f'{name} = {_example(keys[name], quantity)}' for name in shown)} }}"
 
-    example = OUTPUT_EFFECT_EXAMPLES["spring"]["length"]
-    missing_hint: ClassVar[str] = f'write rate = "2 N/mm", or {", ".join(WIRE_KEYS)}'
-    wire_hint: ClassVar[str] = ""
 
-    rate: Annotated[float, built("stiffness")] = 0.0
-    wire: PositiveLength = 0.0
-    coil: PositiveLength = 0.0
-    turns: Annotated[float, built("number")] = 0.0
-    modulus: Annotated[float, PlainValidator(lambda value: _parse_modulus(value))] = 0.0
-    preload: Annotated[float, built("force", "any")] = 0.0
-    zero: Annotated[float, built("length", "any")] = 0.0
-    one_sided: Bool = False
+def _required_fields(effect: type[Effect]) -> list[str]:
+    keys = scene_keys_of(effect)
+    return [field.name for field in dataclasses.fields(effect) if field.default is dataclasses.MISSING and field.name in keys]
+
+
+def _parse_key(key: SceneKey, quantity: str, value: object) -> Any:
+    """Return the value of a key along a quantity."""
+    if key.kind == FLAG_KIND:
+        return check_bool(value)
+    if key.kind == RESTITUTION_KIND:
+        return parse_number(value, 0, 1, reason=" (speed after over speed before an impact)")
+    kind = key.kind_along(quantity)
+    if key.is_program:
+        return _parse_program(key, kind, value)
+    return parse_si(value, kind, sign=key.sign, bounded=key.bounded, hint=key.hint)
+
+
+def _parse_program(key: SceneKey, kind: str, value: Any) -> InputFunction:
+    """Return a function of time from a value or a list of [time, value]."""
+    times, values = parse_time_points(value, kind, kind)
+    has_sign, requirement = SIGNS[key.sign]
+    for i, number in enumerate(values):
+        if not has_sign(number):
+            is_list = isinstance(value, list | tuple)
+            location, found = (f", point {i + 1}:", value[i][1]) if is_list else ("", value)
+            raise mistake(ProblemCode.OUT_OF_RANGE, f"{KEY}{location} {requirement}{key.reason}; found {format_value(found)}")
+    return InputFunction(times=times, values=values)
+
+
+class EffectTable(SceneFileTable):
+    """A table of the arguments of an effect."""
+
+    effect: ClassVar[type[Effect]]
+    quantity: ClassVar[str]
 
     @classmethod
     def find_conflicts(cls, values: Mapping[str, Any], context: Any) -> Iterator[Problem]:
-        """Yield a missing rate, or a rate given twice."""
-        yield from _derived_key_problems(values, "rate", WIRE_KEYS, reason_against=cls.wire_hint)
-        if not any(key in values for key in ("rate", *WIRE_KEYS)):
-            yield Problem(f"{KEY}: rate is missing; {cls.missing_hint}", ProblemCode.MISSING_KEY)
+        """Yield fields given twice, or missing although they may be computed from other keys."""
+        for derivation in cls.effect.derivations:
+            hint = f"write {derivation.field} = {_example(scene_keys_of(cls.effect)[derivation.field], cls.quantity)}"
+            yield from _derivation_problems(values, derivation, hint if cls.quantity == "angle" else "")
+            if derivation.field in _required_fields(cls.effect) and not values.keys() & {derivation.field, *derivation.kinds}:
+                alternative = "" if cls.quantity == "angle" else f", or {', '.join(derivation.kinds)}"
+                yield Problem(f"{KEY}: {derivation.field} is missing; {hint}{alternative}", ProblemCode.MISSING_KEY)
 
-    def build(self, reading: str) -> Effect:
-        """Return the spring, its rate given or computed from its wire."""
+    def build(self, **arguments: Any) -> Effect:
+        """Return the effect, its fields given or computed; `arguments` are the other fields."""
         values = self.given_values()
-        wire_values = {key: values.pop(key) for key in WIRE_KEYS if key in values}
-        if wire_values:
-            values["rate"] = helical_spring_rate(**wire_values)
-        return OutputSpring(reading=reading, **values)
+        for derivation in self.effect.derivations:
+            given = {name: values.pop(name) for name in derivation.kinds if name in values}
+            if given:
+                values[derivation.field] = derivation.function(**given)
+        return self.effect(**values, **arguments)
 
 
-class TorsionSpringTable(SpringTable):
-    """A spring along an angle."""
-
-    example = OUTPUT_EFFECT_EXAMPLES["spring"]["angle"]
-    missing_hint = wire_hint = 'write rate = "3 N m/rad"'
-
-    rate: Annotated[float, built("torsion_stiffness")] = 0.0
-    preload: Annotated[float, built("torque", "any")] = 0.0
-    zero: Annotated[float, built("angle", "any")] = 0.0
-
-
-def _parse_modulus(value: object) -> float:
-    modulus = parse_si(value, "modulus")
-    if not 1.0 <= modulus <= 1e13:
-        text = f"{KEY} must lie between 1 Pa and 1e+13 Pa; found {format_value(value)}; steel has 80 GPa"
-        raise mistake(ProblemCode.OUT_OF_RANGE, text)
-    return modulus
+def _derivation_problems(values: Mapping[str, Any], derivation: Derivation, hint_along_angle: str) -> Iterator[Problem]:
+    """Yield the problem of keys from which a field follows: given with the field, not along a length, or incomplete."""
+    given = [key for key in derivation.kinds if key in values]
+    needed = [key for key in derivation.kinds if key not in (derivation.function.__kwdefaults__ or {})]
+    text = ""
+    if given and derivation.field in values:
+        text = f"{KEY}: {derivation.field} cannot be combined with {', '.join(given)}, from which it follows; leave one of the two out"
+    elif given and hint_along_angle:
+        text = f"{KEY} is an angle and cannot have {', '.join(given)}; {hint_along_angle}"
+    elif given and (missing := [key for key in needed if key not in values]):
+        text = f"{KEY} lacks {', '.join(missing)}; {', '.join(needed)} are all needed"
+    if text:
+        yield Problem(text, ProblemCode.CONFLICT)
 
 
-class DashpotTable(SceneFileTable):
-    """A dashpot along a length."""
-
-    piston_hint: ClassVar[str] = ""
-
-    linear: Annotated[float, built("damping", "not negative")] = 0.0
-    quadratic: Annotated[float, built("quadratic_damping", "not negative")] = 0.0
-    piston: Annotated[float, built("area")] = 0.0
-    hole: Annotated[float, built("area")] = 0.0
-    screw: Annotated[float, built("ratio")] = 1.0
-    oil: Annotated[float, built("density")] = 900.0
-
-    @classmethod
-    def find_conflicts(cls, values: Mapping[str, Any], context: Any) -> Iterable[Problem]:
-        """Return the problem of a quadratic part given twice or incompletely."""
-        return _derived_key_problems(values, "quadratic", ORIFICE_KEYS, ("screw", "oil"), reason_against=cls.piston_hint)
-
-    def build(self, reading: str) -> Effect:
-        """Return the dashpot, its quadratic part given or computed from its orifice."""
-        values = self.given_values()
-        coefficients = {key: values[key] for key in ("linear", "quadratic") if key in values}
-        if "piston" in values:
-            names = {"piston": "piston", "hole": "hole", "screw": "screw", "oil": "density"}
-            coefficients["quadratic"] = orifice_damping_coefficient(**{names[key]: values[key] for key in names if key in values})
-        return Dashpot(reading=reading, **coefficients)
+@cache
+def _table_model(effect_key: str, quantity: str) -> type[EffectTable]:
+    """Return the model of a table of an effect, along a reading of a quantity, with the keys that the effect declares."""
+    effect = next(effect for effect in EFFECTS if effect.key == effect_key)
+    keys = {name: key for name, key in scene_keys_of(effect).items() if name not in effect.common_keys}
+    derived = {derivation.field for derivation in effect.derivations}
+    required = set(_required_fields(effect)) - derived
+    for derivation in effect.derivations:
+        keys |= {name: SceneKey(kind) for name, kind in derivation.kinds.items()}
+    fields: dict[str, Any] = {}
+    for name, key in keys.items():
+        field = Field(None)
+        if name in required:
+            meaning = key.meaning or QUANTITY_KINDS[key.kind_along(quantity)].name
+            field = Field(..., description=f"{meaning}, as {_example(key, quantity)}")
+        fields[name] = (Annotated[Any, PlainValidator(partial(_parse_key, key, quantity))], field)
+    model = create_model(f"{effect.__name__}Table", __base__=EffectTable, **fields)
+    model.effect, model.quantity = effect, quantity
+    model.example = "" if effect.value_fields else _effect_example(effect, quantity)
+    return model
 
 
-class TorsionDashpotTable(DashpotTable):
-    """A dashpot along an angle."""
-
-    piston_hint = 'write quadratic = "0.3 N m s^2/rad^2"'
-
-    linear: Annotated[float, built("torsion_damping", "not negative")] = 0.0
-    quadratic: Annotated[float, built("quadratic_torsion_damping", "not negative")] = 0.0
-
-
-class RodsTable(SceneFileTable):
-    """Arguments of RodMasses."""
-
-    example = '{ arm_mass = "0.6 kg", link_mass = "0.5 kg" }'
-    arm_mass: Mass = 0.0
-    link_mass: Mass = 0.0
-    ball_radius: Length = 0.0
+def _build_effect(effect: type[Effect], quantity: str, value: Any, **arguments: Any) -> Effect:
+    """Return an effect from its value along a quantity; `arguments` are the fields given elsewhere."""
+    names, keys = effect.value_fields, scene_keys_of(effect)
+    has_table = len(names) + len(effect.common_keys) < len(keys)
+    if not names or (has_table and isinstance(value, Mapping)):
+        return validate(_table_model(effect.key, quantity), value).build(**arguments)
+    if len(names) == 1:
+        key = keys[names[0]]
+        if not key.is_program:
+            key = dataclasses.replace(key, sign="positive", hint=key.hint or "; leave it out if there is none")
+        return effect(**{names[0]: _parse_key(key, quantity, value)}, **arguments)
+    return _build_from_range(effect, quantity, value, **arguments)
 
 
-class MassesTable(SceneFileTable):
-    """Arguments of CrankMasses."""
-
-    example = '{ crank = "80 kg", rod = "70 kg", crosshead = "110 kg" }'
-    crank: Annotated[float, built("mass")] = Field(description='the mass of the crank, as "80 kg"; rod and crosshead may have none')
-    crank_centre: Annotated[float, built("length", "any")] = 0.0
-    rod: Mass = 0.0
-    rod_centre: Length | None = None
-    rod_inertia: Annotated[float | None, built("moment_of_inertia")] = None
-    crosshead: Mass = 0.0
-
-
-class BellCranksTable(SceneFileTable):
-    """Arguments of BellCrankMasses."""
-
-    example = '{ mass = "6 kg", weight_width = "150 mm", weight_height = "200 mm" }'
-    mass: Mass = 0.0
-    weight_width: Length = 0.0
-    weight_height: Length = 0.0
-    weight_depth: Length = 0.0
-
-
-class ClearanceTable(SceneFileTable):
-    """Arguments of Clearance."""
-
-    width: Annotated[float, built("length", hint=NO_CLEARANCE_HINT)] = Field(
-        description='the distance that the sleeve may move between the links, as "0.5 mm"'
-    )
-    restitution: Restitution = 0.0
-
-
-class RestitutionTable(SceneFileTable):
-    """The key of [effects.stops] that is not a reading."""
-
-    restitution: Restitution = 0.0
-
-
-def _parse_gravity(value: object) -> tuple[Effect, ...]:
-    if isinstance(value, bool):
-        return (Gravity(),) if value else ()
-    try:
-        return (Gravity(acceleration=parse_si(value, "acceleration", sign="positive")),)
-    except MechanismError as error:
-        raise mistake(Problem(error.problems[0]).code, f"{error}; gravity may also be true (9.81 m/s^2) or false") from error
-
-
-def _body_effect(model: type[SceneFileTable], effect: Callable[..., Effect]) -> PlainValidator:
-    def check(value: object) -> tuple[Effect, ...]:
-        return () if value is False else (effect(**validate(model, value).given_values()),)
-
-    return PlainValidator(check)
-
-
-def _parse_clearance(value: object) -> tuple[Effect, ...]:
-    if value is False:
-        return ()
-    if value is True:
-        raise mistake(ProblemCode.WRONG_TYPE, f'{KEY} is the distance that the sleeve may move; found true; write clearance = "0.5 mm"')
-    if isinstance(value, Mapping):
-        return (Clearance(**validate(ClearanceTable, value).given_values()),)
-    return (Clearance(width=parse_si(value, "length", sign="positive", bounded=True, hint=NO_CLEARANCE_HINT)),)
-
-
-OutputEffectFactory = Callable[[str, str, Any], Effect]
-"""Function of a reading, its quantity and its value in the file that returns an effect."""
-
-
-def _parse_spring(reading: str, quantity: str, value: Any) -> Effect:
-    return validate(SpringTable if quantity == "length" else TorsionSpringTable, value).build(reading)
-
-
-def _parse_dry_friction(reading: str, quantity: str, value: Any) -> Effect:
-    kind, name = ("force", "force") if quantity == "length" else ("torque", "moment")
-    times, forces = parse_time_points(value, kind, name)
-    for number, force in enumerate(forces):
-        if force < 0:
-            is_list = isinstance(value, list | tuple)
-            location, found = (f", point {number + 1}:", value[number][1]) if is_list else ("", value)
-            text = f"{KEY}{location} must not be negative, because friction opposes the motion; found {format_value(found)}"
-            raise mistake(ProblemCode.OUT_OF_RANGE, text)
-    return DryFriction(reading=reading, force=InputFunction(times=times, values=forces))
-
-
-def _parse_dashpot(reading: str, quantity: str, value: Any) -> Effect:
-    if isinstance(value, Mapping):
-        return validate(DashpotTable if quantity == "length" else TorsionDashpotTable, value).build(reading)
-    kind = "damping" if quantity == "length" else "torsion_damping"
-    return Dashpot(reading=reading, linear=parse_si(value, kind, sign="positive", bounded=True, hint="; leave it out if there is none"))
-
-
-def _parse_stops(reading: str, quantity: str, value: Any, restitution: Mapping[str, float]) -> Effect:
+def _build_from_range(effect: type[Effect], quantity: str, value: Any, **arguments: Any) -> Effect:
+    """Return an effect from the two ends of a range; a missing end has the default of its field."""
+    names, keys = effect.value_fields, scene_keys_of(effect)
     if not isinstance(value, list | tuple) or len(value) != 2:
-        found, example = format_value(value), OUTPUT_EFFECT_EXAMPLES["stops"][quantity]
-        text = f'{KEY} must be [low, high], with "{NO_STOP}" for a missing stop; found {found}; write {example}'
-        raise mistake(ProblemCode.WRONG_TYPE, text)
-    collector, ends = ProblemCollector(), list[float]()
-    for end, name, default in zip(value, ("low", "high"), (-math.inf, math.inf), strict=True):
-        with collector.at():
-            ends.append(default if end == NO_STOP else parse_si(end, quantity, f"{KEY}, {name} end"))
+        text = f'{KEY} must be [{", ".join(names)}], with "{NO_END}" for a missing end; found {format_value(value)}'
+        raise mistake(ProblemCode.WRONG_TYPE, f"{text}; write {_effect_example(effect, quantity)}")
+    collector, ends = ProblemCollector(), dict[str, float]()
+    for name, end in zip(names, value, strict=True):
+        if end != NO_END:
+            with collector.at():
+                ends[name] = parse_si(end, keys[name].kind_along(quantity), f"{KEY}, {name} end")
     collector.raise_if_failed()
-    low, high = ends
-    if math.isinf(low) and math.isinf(high):
-        text = f'{KEY} needs a low or a high end; found "{NO_STOP}" for both; leave {KEY} out'
-        raise mistake(ProblemCode.MISSING_KEY, text)
-    if not low < high:
-        text = f"{KEY} must have its low end first; found {format_value(value[0])} and {format_value(value[1])}"
-        raise mistake(ProblemCode.OUT_OF_RANGE, text)
-    return Stops(reading=reading, low=low, high=high, **restitution)
+    try:
+        return effect(**ends, **arguments)
+    except MechanismError as error:
+        raise mistake(ProblemCode.OUT_OF_RANGE, f"{KEY}: {error}; found {format_value(value)}") from error
 
 
-def _output_effects(make: OutputEffectFactory) -> PlainValidator:
-    """Return the validator of a table with one effect per reading."""
-
-    def check(value: object, info: ValidationInfo) -> tuple[Effect, ...]:
-        return () if value is False else _parse_output_effects(_require_readings(value, info), info, make)
-
-    return PlainValidator(check)
-
-
-def _parse_all_stops(value: object, info: ValidationInfo) -> tuple[Effect, ...]:
-    """Return the stops of a table with one entry per reading and one restitution for all."""
+def _parse_single_effect(effect: type[Effect], value: object) -> tuple[Effect, ...]:
+    """Return an effect that acts along no reading, as a tuple, which is empty if it is switched off."""
+    may_be_true = bool(effect.value_fields) and not _required_fields(effect)
+    if not scene_keys_of(effect) or (may_be_true and isinstance(value, bool)):
+        return (effect(),) if check_bool(value) else ()
     if value is False:
         return ()
-    table = _require_readings(value, info)
-    collector, restitution, stops = ProblemCollector(), dict[str, float](), tuple[Effect, ...]()
-    common = {key: table.pop(key) for key in RestitutionTable.model_fields if key in table}
+    if value is True and effect.value_fields:
+        (key,) = (scene_keys_of(effect)[name] for name in effect.value_fields)
+        text = f"{KEY} is {key.meaning}; found true; write {effect.key} = {_effect_example(effect, '')}"
+        raise mistake(ProblemCode.WRONG_TYPE, text)
+    collector, effects = ProblemCollector(), tuple[Effect, ...]()
     with collector.at():
-        restitution = validate(RestitutionTable, common).given_values()
-    with collector.at():
-        stops = _parse_output_effects(_require_readings(table, info), info, partial(_parse_stops, restitution=restitution))
+        effects = (_build_effect(effect, "", value),)
+    if may_be_true and collector.has_failed:
+        hint = f"; {effect.key} may also be true ({_default_text(effect)}) or false"
+        collector.problems = [Problem(f"{problem}{hint}", problem.code) for problem in collector.problems]
     collector.raise_if_failed()
-    return stops
+    return effects
 
 
-def _require_readings(value: object, info: ValidationInfo) -> dict[str, Any]:
-    quantities: Mapping[str, str] = info.context or {SLEEVE_LIFT_NAME: "length"}
+def _default_text(effect: type[Effect]) -> str:
+    """Return the value with its unit that stands for true."""
+    (name,) = effect.value_fields
+    return f"{getattr(effect(), name):g} {QUANTITY_KINDS[scene_keys_of(effect)[name].kind].si_unit}"
+
+
+def _parse_output_effects(effect: type[Effect], value: object, quantities: ReadingQuantities) -> tuple[Effect, ...]:
+    """Return the effects of a table with one entry per reading, and fields that all have in common."""
+    if value is False:
+        return ()
+    table = _require_readings(effect, value, quantities)
+    collector, common, effects = ProblemCollector(), dict[str, Any](), dict[str, Effect]()
+    for name in [name for name in effect.common_keys if name in table]:
+        with collector.at(f"{KEY}.{name}"):
+            common[name] = _parse_key(scene_keys_of(effect)[name], "", table.pop(name))
+    with collector.at():
+        _require_readings(effect, table, quantities)
+    for name, given in table.items():
+        with collector.at(f"{KEY}.{name}"):
+            reading = _resolve_reading_name(name, quantities)
+            if given is False:
+                continue
+            if reading in effects:
+                raise mistake(ProblemCode.DUPLICATE, f"{KEY} is the same reading as another key; keep one of them")
+            effects[reading] = _parse_output_effect(effect, reading, quantities, given, common)
+    collector.raise_if_failed()
+    return tuple(effects.values())
+
+
+def _require_readings(effect: type[Effect], value: object, reading_quantities: ReadingQuantities) -> dict[str, Any]:
+    """Return the table of an effect, which is not empty."""
+    quantities: Mapping[str, str] = reading_quantities or {SLEEVE_LIFT_NAME: "length"}
     name, quantity = (SLEEVE_ALIAS, "length") if SLEEVE_LIFT_NAME in quantities else next(iter(quantities.items()))
-    example = f"write {info.field_name} = {{ {name} = {OUTPUT_EFFECT_EXAMPLES[str(info.field_name)][quantity]} }}"
+    example = f"write {effect.key} = {{ {name} = {_effect_example(effect, quantity)} }}"
     if not isinstance(value, Mapping):
         text = f"{KEY} must be a table with the readings on which it acts; found {format_value(value)}; {example}"
         raise mistake(ProblemCode.WRONG_TYPE, text)
@@ -326,26 +237,14 @@ def _require_readings(value: object, info: ValidationInfo) -> dict[str, Any]:
     return {str(name): given for name, given in value.items()}
 
 
-def _parse_output_effects(table: Mapping[str, Any], info: ValidationInfo, make: OutputEffectFactory) -> tuple[Effect, ...]:
-    collector, effects = ProblemCollector(), dict[str, Effect]()
-    for name, value in table.items():
-        with collector.at(f"{KEY}.{name}"):
-            reading = _resolve_reading_name(name, info.context)
-            if value is False:
-                continue
-            if reading in effects:
-                raise mistake(ProblemCode.DUPLICATE, f"{KEY} is the same reading as another key; keep one of them")
-            effects[reading] = _parse_output_effect(reading, info.context, value, make)
-    collector.raise_if_failed()
-    return tuple(effects.values())
-
-
-def _parse_output_effect(reading: str, quantities: ReadingQuantities, value: Any, make: OutputEffectFactory) -> Effect:
+def _parse_output_effect(
+    effect: type[Effect], reading: str, quantities: ReadingQuantities, value: Any, common: Mapping[str, Any]
+) -> Effect:
     """Return the effect on a reading; of an unknown quantity, the one with the fewest problems."""
     refusals: list[MechanismError] = []
     for quantity in ("length", "angle") if quantities is None else (quantities[reading],):
         try:
-            return make(reading, quantity, value)
+            return _build_effect(effect, quantity, value, reading=reading, **common)
         except MechanismError as error:
             refusals.append(error)
     raise min(refusals, key=lambda refusal: len(refusal.problems))
@@ -361,22 +260,20 @@ def _resolve_reading_name(name: str, quantities: ReadingQuantities) -> str:
     raise mistake(ProblemCode.UNKNOWN_NAME, f"{KEY} is not a reading; readings are {', '.join(quantities)}.{suggestion}")
 
 
-Effects = tuple[Effect, ...]
+def _effect_validator(effect: type[Effect]) -> PlainValidator:
+    """Return the validator of the value of an effect; it gives a tuple of effects, empty if it is switched off."""
+
+    def check(value: object, info: ValidationInfo) -> tuple[Effect, ...]:
+        is_along_readings = issubclass(effect, OutputEffect)
+        return _parse_output_effects(effect, value, info.context) if is_along_readings else _parse_single_effect(effect, value)
+
+    return PlainValidator(check)
 
 
-class EffectsTable(SceneFileTable):
-    """[effects]; each key gives a tuple of effects, empty if it is switched off."""
+_EFFECT_FIELDS: dict[str, Any] = {effect.key: (Annotated[tuple[Effect, ...], _effect_validator(effect)], ()) for effect in EFFECTS}
 
-    gravity: Annotated[Effects, PlainValidator(_parse_gravity)] = ()
-    centrifugal: Annotated[Effects, PlainValidator(lambda value: (Centrifugal(),) if check_bool(value) else ())] = ()
-    rods: Annotated[Effects, _body_effect(RodsTable, RodMasses)] = ()
-    spring: Annotated[Effects, _output_effects(_parse_spring)] = ()
-    dry_friction: Annotated[Effects, _output_effects(_parse_dry_friction)] = ()
-    dashpot: Annotated[Effects, _output_effects(_parse_dashpot)] = ()
-    stops: Annotated[Effects, PlainValidator(_parse_all_stops)] = ()
-    clearance: Annotated[Effects, PlainValidator(_parse_clearance)] = ()
-    masses: Annotated[Effects, _body_effect(MassesTable, CrankMasses)] = ()
-    bell_cranks: Annotated[Effects, _body_effect(BellCranksTable, BellCrankMasses)] = ()
+EffectsTable = create_model("EffectsTable", __base__=SceneFileTable, **_EFFECT_FIELDS)
+"""[effects]; each key gives a tuple of effects."""
 
 
 def parse_effects(table: Mapping[str, Any], quantities: ReadingQuantities, collector: ProblemCollector) -> tuple[Effect, ...]:

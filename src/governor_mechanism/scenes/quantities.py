@@ -22,8 +22,12 @@ MIN_VALUE_BY_KIND: Final = {
     "torsion_damping": MIN_DIMENSION**2,
     "quadratic_torsion_damping": MIN_DIMENSION**2,
     "area": MIN_DIMENSION**2,
+    "modulus": 1.0,
 }
 """Smallest values in SI by kind; watches need less than MIN_DIMENSION."""
+
+MAX_VALUE_BY_KIND: Final = {"modulus": 1e13}
+"""Largest values in SI by kind, if not MAX_DIMENSION."""
 
 SIGNS: Final[Mapping[str, tuple[Callable[[float], bool], str]]] = {
     "any": (lambda number: True, ""),
@@ -73,9 +77,9 @@ def parse_si(value: object, kind: str, key: str = KEY, *, sign: str = "any", bou
     has_sign, requirement = SIGNS[sign]
     if not has_sign(number):
         raise MechanismError(Problem(f"{key} {requirement}; found {format_value(value)}{hint}", ProblemCode.OUT_OF_RANGE))
-    min_value = MIN_VALUE_BY_KIND.get(kind, MIN_DIMENSION)
-    if bounded and number and not min_value <= abs(number) <= MAX_DIMENSION:
-        text = f"{key} must lie between {min_value:g} and {MAX_DIMENSION:g} in SI; found {format_value(value)}"
+    min_value, max_value = MIN_VALUE_BY_KIND.get(kind, MIN_DIMENSION), MAX_VALUE_BY_KIND.get(kind, MAX_DIMENSION)
+    if bounded and number and not min_value <= abs(number) <= max_value:
+        text = f"{key} must lie between {min_value:g} and {max_value:g} in SI; found {format_value(value)}"
         raise MechanismError(Problem(text, ProblemCode.OUT_OF_RANGE))
     suspicious_limit, refused_limit = UNITLESS_LIMITS.get(kind, (MAX_DIMENSION, MAX_DIMENSION))
     if not isinstance(value, str) and suspicious_limit < abs(number) <= refused_limit:
@@ -98,18 +102,19 @@ def built(kind: str, sign: str = "positive", *, hint: str = "") -> PlainValidato
     return quantity(kind, sign, bounded=True, hint=hint)
 
 
+def parse_number(value: object, low: float, high: float, *, open_ends: str = "", reason: str = "") -> float:
+    """Return a ratio from `low` to `high`; `open_ends` names the ends ("low", "high") that are excluded."""
+    number = parse_si(value, "ratio")
+    is_excluded = ("low" in open_ends and number == low) or ("high" in open_ends and number == high)
+    if is_excluded or not low <= number <= high:
+        bounds = f"{'above' if 'low' in open_ends else 'at least'} {low:g} and {'below' if 'high' in open_ends else 'at most'} {high:g}"
+        raise mistake(ProblemCode.OUT_OF_RANGE, f"{KEY} must be {bounds}{reason}; found {format_value(value)}")
+    return number
+
+
 def number_between(low: float, high: float, *, open_ends: str = "", reason: str = "") -> PlainValidator:
-    """Return the validator of a ratio from `low` to `high`; `open_ends` names the ends ("low", "high") that are excluded."""
-    bounds = [f"{'above' if 'low' in open_ends else 'at least'} {low:g}", f"{'below' if 'high' in open_ends else 'at most'} {high:g}"]
-
-    def check(value: object) -> float:
-        number = parse_si(value, "ratio")
-        is_excluded = ("low" in open_ends and number == low) or ("high" in open_ends and number == high)
-        if is_excluded or not low <= number <= high:
-            raise mistake(ProblemCode.OUT_OF_RANGE, f"{KEY} must be {' and '.join(bounds)}{reason}; found {format_value(value)}")
-        return number
-
-    return PlainValidator(check)
+    """Return the validator of a ratio; see `parse_number`."""
+    return PlainValidator(lambda value: parse_number(value, low, high, open_ends=open_ends, reason=reason))
 
 
 def choice(names: Iterable[str]) -> PlainValidator:
@@ -198,5 +203,4 @@ Angle = Annotated[float, quantity("angle")]
 PositiveLength = Annotated[float, built("length")]
 Length = Annotated[float, built("length", "not negative")]
 Mass = Annotated[float, built("mass", "not negative")]
-Restitution = Annotated[float, number_between(0, 1, reason=" (speed after over speed before an impact)")]
 """Types of fields; lengths and masses have magnitudes that can be built, and only PositiveLength excludes 0."""

@@ -7,7 +7,7 @@ from collections.abc import Iterator, Sequence
 import numpy as np
 
 from governor_mechanism.errors import MechanismError
-from governor_mechanism.mechanics.dynamics.contacts import output_springs_of
+from governor_mechanism.mechanics.dynamics.contacts import output_forces_of
 from governor_mechanism.mechanics.kinematics.output_variables import evaluate_output_value
 from governor_mechanism.mechanics.reduction.lagrangian import PathCoefficients, SingleDofReduction
 from governor_mechanism.model.mechanism import Mechanism
@@ -53,7 +53,8 @@ def has_equilibrium_speed(scene: Scene) -> bool:
     bool
         Whether an equilibrium speed can exist.
     """
-    return bool(has_spindle_dependent_loads(scene) and (scene.gravity or scene.part.mechanism.force_elements or output_springs_of(scene)))
+    has_springs = any(not effect.dissipates for effect in output_forces_of(scene))
+    return has_spindle_dependent_loads(scene) and bool(scene.gravity or scene.part.mechanism.force_elements or has_springs)
 
 
 def has_spindle_dependent_loads(scene: Scene) -> bool:

@@ -14,15 +14,12 @@ from typing import Any
 
 import numpy as np
 
-from governor_mechanism.effects.bell_crank_masses import BellCrankMasses
 from governor_mechanism.effects.centrifugal import Centrifugal
-from governor_mechanism.effects.clearance import CLEARANCE_READING, Clearance
-from governor_mechanism.effects.crank_masses import CrankMasses
+from governor_mechanism.effects.clearance import CLEARANCE_READING
 from governor_mechanism.effects.gravity import Gravity
-from governor_mechanism.effects.rod_masses import RodMasses
+from governor_mechanism.effects.registry import EFFECTS
 from governor_mechanism.engines import select_engine
 from governor_mechanism.errors import MechanismError
-from governor_mechanism.machines.base import unsupported_effect_messages
 from governor_mechanism.machines.registry import MACHINES
 from governor_mechanism.model.effect import Effect
 from governor_mechanism.model.part import FIXED_PLANE, Spindle
@@ -37,20 +34,8 @@ N_TIMED_RUNS = 3
 SPEED_FLUCTUATION_KEY = "spindle.speed_fluctuation"
 """Key of the speed fluctuation, which is switched like an effect."""
 
-TOGGLED_EFFECT_KEYS = ("gravity", "centrifugal", "rods", "spring", "dry_friction", "dashpot", "stops", "clearance", "masses", "bell_cranks")
-"""Keys of [effects] in the order of the report."""
-
 PARAMETERLESS_EFFECTS: Mapping[str, Effect] = {"gravity": Gravity(), "centrifugal": Centrifugal()}
 """Effects without parameters."""
-
-
-BODY_EFFECT_EXAMPLES: Mapping[str, Effect] = {
-    "rods": RodMasses(arm_mass=1.0),
-    "clearance": Clearance(width=1.0),
-    "masses": CrankMasses(crank=1.0),
-    "bell_cranks": BellCrankMasses(mass=1.0),
-}
-"""An example of each effect that changes the bodies of a machine; not every machine supports them."""
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -212,17 +197,14 @@ def run_effects_study(
         engine=chosen.name,
         base_cost=base_cost,
         rows=tuple(rows),
-        untried=tuple(key for key in TOGGLED_EFFECT_KEYS if key not in switches and not _is_inapplicable(scene, key)),
+        untried=tuple(effect.key for effect in EFFECTS if effect.key not in switches and _is_applicable(scene, effect)),
     )
 
 
-def _is_inapplicable(scene: Scene, key: str) -> bool:
-    """Return whether the machine of the scene cannot have the effect."""
-    if key not in BODY_EFFECT_EXAMPLES:
-        return False
+def _is_applicable(scene: Scene, effect: type[Effect]) -> bool:
+    """Return whether the machine of the scene can have the effect."""
     machine_class = MACHINES.get(scene.part.machine)
-    listed = [BODY_EFFECT_EXAMPLES[key]]
-    return bool(machine_class.effect_problems(listed) if machine_class else unsupported_effect_messages(scene.part.machine, listed))
+    return not effect.changes_bodies_of or (machine_class is not None and effect in machine_class.supported_effects)
 
 
 def _cost_of_run(run: Trajectory) -> EffectCost:
@@ -281,7 +263,7 @@ def _effect_switches(scene: Scene) -> Iterator[tuple[str, EffectSwitch]]:
     """Yield each effect that can be switched: its name, whether it is listed, and how to build the scene with it switched."""
     if scene.document:
         listed = {key for key, value in dict(scene.document.get("effects", {})).items() if value is not False}
-        for key in (key for key in TOGGLED_EFFECT_KEYS if key in listed):
+        for key in (effect.key for effect in EFFECTS if effect.key in listed):
             yield key, (True, partial(_reparse_without, scene, key))
     else:
         for effect_class in sorted({type(effect) for effect in scene.effects}, key=lambda one: one.__name__):
@@ -289,9 +271,9 @@ def _effect_switches(scene: Scene) -> Iterator[tuple[str, EffectSwitch]]:
     can_rotate = scene.part.plane != FIXED_PLANE
     for name, default_effect in PARAMETERLESS_EFFECTS.items():
         if type(default_effect) not in {type(effect) for effect in scene.effects} and (can_rotate or name == "gravity"):
-            yield name, (False, partial(replace, scene, effects=(*scene.effects, default_effect)))
+            yield name, (False, partial(scene.with_changes, effects=(*scene.effects, default_effect)))
     if isinstance(scene.spindle, Spindle) and scene.spindle.speed_fluctuation:
-        yield (SPEED_FLUCTUATION_KEY, (True, partial(replace, scene, spindle=replace(scene.spindle, speed_fluctuation=0.0))))
+        yield (SPEED_FLUCTUATION_KEY, (True, partial(scene.with_changes, spindle=replace(scene.spindle, speed_fluctuation=0.0))))
 
 
 def _reparse_without(scene: Scene, key: str) -> Scene:
@@ -306,6 +288,6 @@ def _reparse_without(scene: Scene, key: str) -> Scene:
 
 
 def _drop_effect(scene: Scene, effect_class: type[Effect]) -> Scene:
-    if effect_class in {type(example) for example in BODY_EFFECT_EXAMPLES.values()}:
+    if effect_class.changes_bodies_of:
         raise MechanismError(f"{effect_class.__name__} is part of the mechanism, which can be rebuilt for a scene from a file only")
     return scene.with_changes(effects=tuple(effect for effect in scene.effects if type(effect) is not effect_class))

@@ -11,7 +11,7 @@ from governor_mechanism.engines.impulse.staggered_stepper import StaggeredSteppe
 from governor_mechanism.engines.impulse.step_records import DetectedEvent, StepObservation, make_level_function, make_reversal_function
 from governor_mechanism.mechanics.contact.scene_contacts import SceneContacts
 from governor_mechanism.mechanics.contact.tolerances import STICTION_RATE_TOLERANCE
-from governor_mechanism.mechanics.dynamics.contacts import ContactColumn, ContactMode, contacts_of, output_springs_of
+from governor_mechanism.mechanics.dynamics.contacts import ContactColumn, ContactMode, contacts_of, one_sided_forces_of
 from governor_mechanism.mechanics.dynamics.equations_of_motion import N_ENERGY_STATES
 from governor_mechanism.mechanics.dynamics.lowering import forced_output_names, from_mass_centres, to_mass_centres
 from governor_mechanism.mechanics.dynamics.projection import CLOSURE_TOLERANCE_RATIO
@@ -36,7 +36,7 @@ class ContactModeTracker:
         self._scene_contacts = SceneContacts(scene, time_scale, tolerance)
         self.contacts = contacts_of(scene)
         self.contact_outputs = [names.index(contact.output_name) for contact in self.contacts]
-        self._springs = [spring for spring in output_springs_of(scene) if spring.one_sided]
+        self._springs = one_sided_forces_of(scene)
         self._spring_outputs = [names.index(spring.reading) for spring in self._springs]
         self.constraints = [
             stepper.model.make_contact_constraint(k, output, "dry friction" if contact.friction else "stops", contact.output_name)
@@ -125,10 +125,10 @@ class ContactModeTracker:
                     detected.append(DetectedEvent(EventKind.IMPACT, k, make_level_function(output, side, stop_value), initial_value, side))
         for k, (spring, output) in enumerate(zip(self._springs, self._spring_outputs, strict=True)):
             direction = -1 if self._output_forces.is_taut[k] else 1
-            if direction * (float(observation.values[output]) - spring.free_value) > 0.0:
-                initial_stretch = direction * (self._stepper.output_value(output) - spring.free_value)
+            if direction * (float(observation.values[output]) - spring.slack_below) > 0.0:
+                initial_stretch = direction * (self._stepper.output_value(output) - spring.slack_below)
                 detected.append(
-                    DetectedEvent(EventKind.TAUT, k, make_level_function(output, direction, spring.free_value), initial_stretch, direction)
+                    DetectedEvent(EventKind.TAUT, k, make_level_function(output, direction, spring.slack_below), initial_stretch, direction)
                 )
         return detected
 

@@ -7,15 +7,8 @@ import time
 from dataclasses import dataclass
 from typing import ClassVar, final
 
-from governor_mechanism.effects.bell_crank_masses import BellCrankMasses
-from governor_mechanism.effects.centrifugal import Centrifugal
-from governor_mechanism.effects.crank_masses import CrankMasses
-from governor_mechanism.effects.dashpot import Dashpot
-from governor_mechanism.effects.dry_friction import DryFriction
-from governor_mechanism.effects.gravity import Gravity
-from governor_mechanism.effects.rod_masses import RodMasses
-from governor_mechanism.effects.spring import OutputSpring
-from governor_mechanism.effects.stops import Stops
+from governor_mechanism.effects.clearance import Clearance
+from governor_mechanism.effects.registry import EFFECT_TYPES
 from governor_mechanism.engines.base import Engine, RunRequest, refuse_couplings
 from governor_mechanism.engines.impulse.richardson import RichardsonRefinement
 from governor_mechanism.engines.impulse.settings import ImpulseSettings
@@ -77,9 +70,7 @@ class ImpulseEngine(ImpulseSettings, Engine):
     """
 
     name: ClassVar[str] = "impulse"
-    effects: ClassVar[frozenset[type[Effect]]] = frozenset(
-        {Gravity, Centrifugal, RodMasses, BellCrankMasses, CrankMasses, OutputSpring, Dashpot, DryFriction, Stops}
-    )
+    effects: ClassVar[frozenset[type[Effect]]] = EFFECT_TYPES - {Clearance}
     joints: ClassVar[frozenset[type[Joint]]] = JOINT_TYPES - UNSUPPORTED_JOINTS
 
     def __post_init__(self) -> None:

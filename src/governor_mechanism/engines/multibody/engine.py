@@ -9,16 +9,14 @@ from typing import ClassVar, final
 
 import numpy as np
 
-from governor_mechanism.effects.dashpot import Dashpot
-from governor_mechanism.effects.dry_friction import DryFriction
-from governor_mechanism.effects.registry import EFFECT_TYPES
-from governor_mechanism.effects.spring import OutputSpring
+from governor_mechanism.effects.registry import EFFECT_TYPES, FORCE_LAWS
 from governor_mechanism.engines.base import Engine, RunRequest
 from governor_mechanism.engines.certificate import CertifiedRunner, check_engine_settings
 from governor_mechanism.engines.initial_state import initial_state
 from governor_mechanism.engines.multibody.run import ConstrainedIntegrator, IntegrationResult
 from governor_mechanism.engines.multibody.settings import MultibodySettings
 from governor_mechanism.integrators.status import IntegrationStatus
+from governor_mechanism.mechanics.dynamics.contacts import FRICTION_LAW_NAME, contacts_of
 from governor_mechanism.model.effect import Effect
 from governor_mechanism.model.joints import JOINT_TYPES, Joint
 from governor_mechanism.model.scene import Scene
@@ -157,10 +155,12 @@ class MultibodyRunner(CertifiedRunner[MultibodyResult]):
             law_counts["centrifugal"] = n_bodies * evaluations
         if self.scene.mechanism.force_elements:
             law_counts["springs, dampers, forces"] = len(self.scene.mechanism.force_elements) * evaluations
-        effect_classes = {"springs on readings": OutputSpring, "dashpots": Dashpot, "dry friction": DryFriction}
-        for (law, effect_class), count in zip(effect_classes.items(), self.integrator.output_force_counts.tolist(), strict=True):
-            if any(isinstance(effect, effect_class) for effect in self.scene.output_effects):
-                law_counts[law] = count
+        *force_counts, friction_count = self.integrator.output_force_counts.tolist()
+        for law, count in zip(FORCE_LAWS, force_counts, strict=True):
+            if any(isinstance(effect, law) for effect in self.scene.output_effects):
+                law_counts[law.law_name] = count
+        if any(contact.friction is not None for contact in contacts_of(self.scene)):
+            law_counts[FRICTION_LAW_NAME] = friction_count
         return Cost(
             engine=self.engine.name,
             reason=self.request.reason,

@@ -15,7 +15,7 @@ from governor_mechanism.mechanics.contact.scene_contacts import SceneContacts
 from governor_mechanism.mechanics.dynamics.contacts import ContactMode
 from governor_mechanism.mechanics.dynamics.equations_of_motion import evaluate_events_and_derivative
 from governor_mechanism.mechanics.dynamics.lowering import System, count_output_forces
-from governor_mechanism.mechanics.dynamics.output_forces import EVENT_FUNCTION_DTYPE
+from governor_mechanism.mechanics.dynamics.output_forces import EVENT_FUNCTION_DTYPE, SLIDING_FRICTION
 from governor_mechanism.types import FloatArray, IntArray
 
 
@@ -52,8 +52,8 @@ class EventIntegrator:
         self._context, self._scene_contacts, self._counters = context, scene_contacts, counters
         self._tolerance, self._time_scale, self._max_step = tolerance, time_scale, max_step_ratio * time_scale
         self._last_event_time, self._n_simultaneous = -np.inf, 0
-        self.output_force_counts = np.zeros(3, dtype=np.int64)
-        """Evaluations of springs, dashpots and sliding friction along readings."""
+        self.output_force_counts = np.zeros(SLIDING_FRICTION + 1, dtype=np.int64)
+        """Evaluations of output forces by law, as in `count_output_forces`."""
         self._simultaneity = context.settings.event_time_tolerance * time_scale
 
     def restart_after_breakpoint(self, time: float, state: FloatArray) -> None:

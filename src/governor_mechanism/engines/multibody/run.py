@@ -26,6 +26,7 @@ from governor_mechanism.mechanics.dynamics.lowering import (
     make_system_workspace,
     to_mass_centres,
 )
+from governor_mechanism.mechanics.dynamics.output_forces import SLIDING_FRICTION
 from governor_mechanism.mechanics.kinematics.time_functions import SpindleSpeedFunction
 from governor_mechanism.model.events import Event
 from governor_mechanism.model.scene import Scene
@@ -64,7 +65,8 @@ class ConstrainedIntegrator:
         self.system, self.input_functions = make_system(scene)
         self.model = self.system, make_system_workspace(self.system)
         constraint_tolerance = settings.constraint_tolerance_ratio * evaluator.mechanism.length_scale
-        breakpoints = np.unique(np.concatenate([function.breakpoints for function in self.input_functions]))
+        break_times = list(scene.system.breaking_gears.values())
+        breakpoints = np.unique(np.concatenate([break_times, *(function.breakpoints for function in self.input_functions)]))
         self._max_step_scale = max_step_scale(scene)
         max_interval = settings.monitor_interval_ratio * evaluator.time_scale
         self.time_grid = make_time_grid(reported_times[reported_times <= max_interval * max_steps], breakpoints, np.inf, max_interval)
@@ -72,8 +74,8 @@ class ConstrainedIntegrator:
         self.breakpoints = np.concatenate([[0.0], inner_breakpoints, self.time_grid.monitor_times[-1:]])
         self.counters = np.zeros(N_COUNTERS, dtype=np.int64)
         self.implicit_steps, self.stiffness_onset = 0, np.inf
-        self.output_force_counts = np.zeros(3, dtype=np.int64)
-        """Evaluations of springs, dashpots and sliding friction along readings."""
+        self.output_force_counts = np.zeros(SLIDING_FRICTION + 1, dtype=np.int64)
+        """Evaluations of output forces by law, as in `count_output_forces`."""
         self.initial_state = self._make_initial_state(*from_mass_centres(self.system, *initial_motion), constraint_tolerance)
         self.solver = ProjectedDop853(self._make_error_scale(), constraint_tolerance)
         self.scene_contacts = SceneContacts(scene, evaluator.time_scale, constraint_tolerance) if has_contacts(scene) else None
@@ -84,6 +86,8 @@ class ConstrainedIntegrator:
         self.solver.integrate(
             self.model, self.input_cubics(0.0), (0.0, 0.0), self.initial_state.copy(), StepLimits(1.0, 1.0, 1.0, 1), counters
         )
+        if self.scene_contacts is not None:
+            self.scene_contacts.start(self.initial_state.copy(), self.input_cubics(0.0))
 
     def integrate(self, tolerance: float, step_factor: float = 1.0) -> IntegrationResult:
         """Integrate from the start over all monitor times, with the largest step multiplied by a factor."""
@@ -200,7 +204,7 @@ class ConstrainedIntegrator:
 
     def input_cubics(self, start: float) -> FloatArray:
         """Return the local cubics (functions, 5) of spindle speed, drivers and force elements from a time (s) to the next breakpoint."""
-        return np.array([function.local_cubics(np.array([start]))[0] for function in self.input_functions])
+        return np.reshape([function.local_cubics(np.array([start]))[0] for function in self.input_functions], (-1, 5)).astype(np.float64)
 
     def _compute_speed_jump_work(self, time: float, state: FloatArray) -> float:
         """Return the work (J) that jumps of given spindle speeds do on the parts."""

@@ -54,8 +54,8 @@ def evaluate_reduced_contacts(place: ReducedState) -> ContactDynamics:
     stretches, stretch_rates = np.empty(n_springs), np.empty(n_springs)
     for i in range(n_springs):
         value, derivative = evaluate_table_output(model, piece, t, model.one_sided_springs[i, 0])
-        stretches[i] = (value - model.one_sided_springs[i, 2]) / model.one_sided_springs[i, 3]
-        stretch_rates[i] = derivative * rate / model.one_sided_springs[i, 3]
+        stretches[i] = (value - model.one_sided_springs[i, 1]) / model.one_sided_springs[i, 2]
+        stretch_rates[i] = derivative * rate / model.one_sided_springs[i, 2]
     inverse_inertia = evaluate_piece(model.coefficients, piece, TableColumn.INVERSE_INERTIA, t)
     compliance = np.outer(derivatives, derivatives) * inverse_inertia
     time_scale, energy_scale = parameters[ForceParameter.TIME_SCALE], parameters[ForceParameter.ENERGY_SCALE]

@@ -9,7 +9,7 @@ from typing import Any, ClassVar, final
 import numpy as np
 
 from governor_mechanism.effects.clearance import Clearance
-from governor_mechanism.effects.registry import EFFECT_TYPES
+from governor_mechanism.effects.registry import EFFECT_TYPES, FORCE_LAWS
 from governor_mechanism.engines.base import Engine, RunRequest
 from governor_mechanism.engines.certificate import CertifiedRunner, check_engine_settings
 from governor_mechanism.engines.initial_state import initial_state
@@ -20,6 +20,8 @@ from governor_mechanism.engines.reduced.settings import ReducedSettings
 from governor_mechanism.errors import MechanismError
 from governor_mechanism.integrators.status import IntegrationStatus
 from governor_mechanism.integrators.time_grid import make_time_grid
+from governor_mechanism.mechanics.dynamics.contacts import FRICTION_LAW_NAME
+from governor_mechanism.mechanics.reduction.lowering import OutputForceColumn
 from governor_mechanism.mechanics.reduction.motion_table import MotionTable
 from governor_mechanism.mechanics.reduction.shaft import parts_with_coordinate
 from governor_mechanism.model.effect import Effect
@@ -189,13 +191,11 @@ class ReducedRunner(CertifiedRunner[ReducedResult]):
         n_pieces = sum(reduced_run.motion_table.n_pieces for reduced_run in reduced_runs)
         law_counts = {"equations of motion": evaluations, "table pieces": n_pieces}
         reduced_forces = best.reduced_run.motion_table.forces
-        for law, n_elements, count in (
-            ("springs on readings", len(reduced_forces.one_sided_springs), evaluations),
-            ("dashpots", len(reduced_forces.output_dampers), moving_evaluations),
-            ("dry friction", int(np.sum(reduced_forces.contacts[:, 1] >= 0)), moving_evaluations),
-        ):
-            if n_elements:
-                law_counts[law] = n_elements * count
+        for law_index in reduced_forces.output_forces[:, OutputForceColumn.LAW].astype(int):
+            law = FORCE_LAWS[law_index]
+            law_counts[law.law_name] = law_counts.get(law.law_name, 0) + (moving_evaluations if law.dissipates else evaluations)
+        if n_frictions := int(np.sum(reduced_forces.contacts[:, 1] >= 0)):
+            law_counts[FRICTION_LAW_NAME] = n_frictions * moving_evaluations
         return Cost(
             engine=self.engine.name,
             reason=self.request.reason,

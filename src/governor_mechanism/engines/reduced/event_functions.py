@@ -66,7 +66,7 @@ def evaluate_reduced_event_functions(
         if model.contacts[k, ContactColumn.LOW] > -math.inf:
             event_values[3 * k + 2] = model.contacts[k, ContactColumn.LOW] - value
     for i in range(n_springs):
-        elongation = evaluate_table_output(model, piece, t, model.one_sided_springs[i, 0])[0] - model.one_sided_springs[i, 2]
+        elongation = evaluate_table_output(model, piece, t, model.one_sided_springs[i, 0])[0] - model.one_sided_springs[i, 1]
         event_values[3 * n_contacts + i] = -elongation if model.mode[1 + n_contacts + i] != 0 else elongation
     return piece
 
@@ -83,7 +83,7 @@ def fill_event_tolerances(model: ReducedModel, event_tolerances: FloatArray) -> 
             tolerance,
         )
     for i in range(n_springs):
-        event_tolerances[3 * n_contacts + i] = EVENT_ROUNDING_RATIO * model.one_sided_springs[i, 3]
+        event_tolerances[3 * n_contacts + i] = EVENT_ROUNDING_RATIO * model.one_sided_springs[i, 2]
     event_tolerances[3 * n_contacts + n_springs] = event_tolerances[3 * n_contacts + n_springs + 1] = (
         EVENT_ROUNDING_RATIO * model.parameters[ForceParameter.FORCE_SCALE]
     )

@@ -16,7 +16,7 @@ from governor_mechanism.mechanics.contact.rules import HELD
 from governor_mechanism.mechanics.contact.tolerances import SIMULTANEITY_TOLERANCE
 from governor_mechanism.mechanics.contact.transition import make_event_log, make_events
 from governor_mechanism.mechanics.dynamics.characteristic_scales import max_step_scale
-from governor_mechanism.mechanics.dynamics.contacts import ContactMode, contacts_of, output_springs_of
+from governor_mechanism.mechanics.dynamics.contacts import ContactMode, contacts_of, one_sided_forces_of
 from governor_mechanism.mechanics.kinematics.output_variables import evaluate_output, evaluate_output_value
 from governor_mechanism.mechanics.kinematics.time_functions import SpindleSpeedFunction
 from governor_mechanism.mechanics.reduction.equation_of_motion import N_STATES, ReducedModel, StateIndex, make_reduced_model
@@ -62,7 +62,7 @@ class ReducedRun:
         self.counts = np.zeros(4, dtype=np.int64)
         scene = motion_table.scene
         self.contacts = contacts_of(scene)
-        self.one_sided_springs = [spring for spring in output_springs_of(scene) if spring.one_sided]
+        self.one_sided_springs = one_sided_forces_of(scene)
         self.has_contacts = bool(self.contacts or self.one_sided_springs)
         breakpoints = np.unique(np.concatenate([time_function.breakpoints for time_function in motion_table.time_functions]))
         end = float(times[-1]) if len(times) else 0.0

@@ -28,9 +28,9 @@ from governor_mechanism.mechanics.dynamics.contacts import (
     contacts_of,
     initial_mode,
     make_contact_table,
-    output_springs_of,
+    one_sided_forces_of,
 )
-from governor_mechanism.mechanics.dynamics.equations_of_motion import evaluate_state_derivative, project_state, split_state
+from governor_mechanism.mechanics.dynamics.equations_of_motion import evaluate_events_and_derivative, project_state, split_state
 from governor_mechanism.mechanics.dynamics.inputs import output_rate
 from governor_mechanism.mechanics.dynamics.lowering import (
     System,
@@ -41,7 +41,7 @@ from governor_mechanism.mechanics.dynamics.lowering import (
     with_held_values,
 )
 from governor_mechanism.mechanics.kinematics.assembly import PositionSolver
-from governor_mechanism.mechanics.kinematics.constraint_kernels import RowColumn, evaluate_rows
+from governor_mechanism.mechanics.kinematics.constraint_kernels import RowColumn
 from governor_mechanism.model.events import Event
 from governor_mechanism.model.scene import Scene
 from governor_mechanism.numerics.banded_cholesky import solve_band_system
@@ -81,11 +81,9 @@ def _evaluate_response(
     system: System, workspace: SystemWorkspace, input_cubics: FloatArray, state: FloatArray, contacts: FloatArray
 ) -> ContactResponse:
     """Evaluate motion and response in a state of a system in which nothing is held and nothing slides."""
-    derivative = evaluate_state_derivative(system, workspace, input_cubics, 0.0, state)
-    poses, velocities = split_state(system, state)
-    accelerations = split_state(system, derivative)[1]
+    derivative = evaluate_events_and_derivative(system, workspace, input_cubics, 0.0, state)[1]  # evaluates the output rows too
+    velocities, accelerations = split_state(system, state)[1], split_state(system, derivative)[1]
     rows, output_rows, output_values = system.constraint_rows, system.output_rows, workspace.output_row_values
-    evaluate_rows(output_rows, poses, velocities, output_values, workspace.output_jacobian)
     motion, n_contacts = np.empty((3, output_rows.table.size)), contacts.shape[0]
     for output in range(output_rows.table.size):
         motion[0, output] = output_values[output, RowColumn.RESIDUAL]
@@ -144,7 +142,7 @@ class SceneContacts:
 
     def __init__(self, scene: Scene, time_scale: float, constraint_tolerance: float) -> None:
         mechanism, names, contacts = scene.mechanism, forced_output_names(scene), contacts_of(scene)
-        position_solver, springs = PositionSolver(mechanism), [spring for spring in output_springs_of(scene) if spring.one_sided]
+        position_solver, springs = PositionSolver(mechanism), one_sided_forces_of(scene)
         system, self.input_functions = make_system(scene)
         self.contacts = make_contact_table(scene, names, system.first_friction_input)
         self._outputs = self.contacts[:, ContactColumn.OUTPUT].astype(int)
@@ -155,7 +153,7 @@ class SceneContacts:
         self._is_driven = bool(position_solver.equations.is_driven.any())
         self._input_modes = InputModes(scene, time_scale, len(self._subjects))
         self._spring_outputs = [names.index(spring.reading) for spring in springs]
-        self._free_values = np.array([spring.free_value for spring in springs])
+        self._free_values = np.array([spring.slack_below for spring in springs])
         self._spring_scales = np.array([mechanism.output_scale(spring.reading) for spring in springs])
         self._models: dict[ContactModeKey, tuple[ContactMode, System, SystemWorkspace]] = {}
         self.events = list[Event]()
@@ -214,7 +212,9 @@ class SceneContacts:
         log, is_released, is_stopped = make_event_log(3 * len(self._subjects)), self._mask(released), self._mask(stopped)
         dynamics = self.evaluate_dynamics()
         values, rates, _ = self._response.motion.tolist()
-        self.mode = self._input_modes.update(self.mode, time, values, rates, triggered)
+        previous_mode, self.mode = self.mode, self._input_modes.update(self.mode, time, values, rates, triggered)
+        if self.mode != previous_mode:
+            dynamics = self.evaluate_dynamics()
         if stopped:
             self.apply_impulses(dynamics, solve_forces(dynamics, is_stopped, -dynamics.rates))
         dynamics = _change_contact_states(self, self._states, self._segments, is_released, time, log)
@@ -228,7 +228,7 @@ class SceneContacts:
             is_locked=is_locked(dynamics, self._states),
         )
         # The velocity that this removes is rounding.
-        poses, velocities = state[: self._response.velocity_changes[0].size * 2].reshape(2, -1, 3)
+        poses, velocities = state[: 6 * self._response.velocity_changes.shape[1]].reshape(2, -1, 3)
         project_state(*self.model, input_cubics, 0.0, poses, velocities, self._constraint_tolerance)
 
     def _mask(self, contacts: Collection[int]) -> BoolArray:

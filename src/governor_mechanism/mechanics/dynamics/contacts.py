@@ -3,23 +3,24 @@
 from __future__ import annotations
 
 import math
+from collections import defaultdict
 from collections.abc import Sequence
 from dataclasses import dataclass
 from enum import IntEnum
+from typing import Any
 
 import numpy as np
 
-from governor_mechanism.effects.dashpot import Dashpot
-from governor_mechanism.effects.dry_friction import DryFriction
-from governor_mechanism.effects.spring import OutputSpring
-from governor_mechanism.effects.stops import Stops
 from governor_mechanism.mechanics.dynamics.force_elements import make_force_element_table
-from governor_mechanism.mechanics.dynamics.force_laws import spring_energy
 from governor_mechanism.mechanics.dynamics.inputs import evaluate_reading_function, output_of_reading
 from governor_mechanism.mechanics.kinematics.output_variables import evaluate_output
+from governor_mechanism.model.effect import OutputForce
 from governor_mechanism.model.scene import Scene
 from governor_mechanism.model.time_functions import InputFunction, ReadingFunction, TableFunction
 from governor_mechanism.types import FloatArray
+
+FRICTION_LAW_NAME = "dry friction"
+"""Name of sliding friction in the counts of evaluations."""
 
 
 @dataclass(frozen=True)
@@ -99,14 +100,11 @@ def contacts_of(scene: Scene) -> tuple[Contact, ...]:
     tuple[Contact, ...]
         One contact for each reading with dry friction or stops.
     """
-    effects = scene.output_effects
-    friction_forces = {effect.reading: effect.force for effect in effects if isinstance(effect, DryFriction)}
-    stops = {effect.reading: effect for effect in effects if isinstance(effect, Stops)}
-    contacts = []
-    for name in dict.fromkeys([*friction_forces, *stops]):
-        bounds = stops.get(name, Contact(name))
-        contacts.append(Contact(name, friction_forces.get(name), bounds.low, bounds.high, bounds.restitution))
-    return tuple(contacts)
+    properties: defaultdict[str, dict[str, Any]] = defaultdict(dict)
+    for effect in sorted(scene.output_effects, key=lambda effect: "friction" not in effect.contact):
+        if effect.contact:
+            properties[effect.reading] |= effect.contact
+    return tuple(Contact(name, **given) for name, given in properties.items())
 
 
 def make_contact_table(scene: Scene, output_names: Sequence[str], first_friction_input: int) -> FloatArray:
@@ -135,8 +133,8 @@ def make_contact_table(scene: Scene, output_names: Sequence[str], first_friction
     return np.array(rows, dtype=np.float64).reshape(-1, len(ContactColumn))
 
 
-def output_springs_of(scene: Scene) -> tuple[OutputSpring, ...]:
-    """Return the springs of a scene that act along readings.
+def output_forces_of(scene: Scene) -> tuple[OutputForce, ...]:
+    """Return the effects of a scene that act along readings with a force law.
 
     Parameters
     ----------
@@ -145,14 +143,15 @@ def output_springs_of(scene: Scene) -> tuple[OutputSpring, ...]:
 
     Returns
     -------
-    tuple[OutputSpring, ...]
-        The springs.
+    tuple[OutputForce, ...]
+        The effects; those with a potential come first, so that sums do not depend on the order in the scene.
     """
-    return tuple(effect for effect in scene.output_effects if isinstance(effect, OutputSpring))
+    forces = [effect for effect in scene.output_effects if isinstance(effect, OutputForce)]
+    return tuple(sorted(forces, key=lambda effect: effect.dissipates))
 
 
-def output_dampers_of(scene: Scene) -> tuple[Dashpot, ...]:
-    """Return the dashpots of a scene.
+def one_sided_forces_of(scene: Scene) -> tuple[OutputForce, ...]:
+    """Return the effects with a force law that go slack.
 
     Parameters
     ----------
@@ -161,10 +160,10 @@ def output_dampers_of(scene: Scene) -> tuple[Dashpot, ...]:
 
     Returns
     -------
-    tuple[Dashpot, ...]
-        The dashpots.
+    tuple[OutputForce, ...]
+        One-sided springs and the like.
     """
-    return tuple(effect for effect in scene.output_effects if isinstance(effect, Dashpot))
+    return tuple(effect for effect in output_forces_of(scene) if effect.slack_below > -math.inf)
 
 
 def loads_of(scene: Scene) -> tuple[InputFunction, ...]:
@@ -216,6 +215,25 @@ def reading_tables_of(scene: Scene) -> tuple[TableFunction, ...]:
     return tuple(function for function in reading_functions_of(scene) if isinstance(function, TableFunction))
 
 
+def active_forces_of(scene: Scene, mode: ContactMode) -> tuple[OutputForce, ...]:
+    """Return the effects with a force law that are not slack in a mode.
+
+    Parameters
+    ----------
+    scene
+        Scene with its output effects.
+    mode
+        Contact mode.
+
+    Returns
+    -------
+    tuple[OutputForce, ...]
+        Effects in the order of `output_forces_of`.
+    """
+    is_taut = iter(mode.taut)
+    return tuple(effect for effect in output_forces_of(scene) if effect.slack_below == -math.inf or next(is_taut))
+
+
 def initial_mode(scene: Scene) -> ContactMode:
     """Return the mode in which nothing is held, nothing slides and every one-sided spring is slack.
 
@@ -232,8 +250,8 @@ def initial_mode(scene: Scene) -> ContactMode:
         The mode.
     """
     n_contacts = len(contacts_of(scene))
-    n_one_sided = sum(spring.one_sided for spring in output_springs_of(scene))
-    return ContactMode((None,) * n_contacts, (0,) * n_contacts, (False,) * n_one_sided, False, (0,) * len(reading_tables_of(scene)))
+    n_contacts, n_one_sided, n_tables = len(contacts_of(scene)), len(one_sided_forces_of(scene)), len(reading_tables_of(scene))
+    return ContactMode((None,) * n_contacts, (0,) * n_contacts, (False,) * n_one_sided, False, (0,) * n_tables)
 
 
 def has_contacts(scene: Scene) -> bool:
@@ -252,24 +270,23 @@ def has_contacts(scene: Scene) -> bool:
     return initial_mode(scene) != ContactMode() or bool(scene.system.breaking_gears)
 
 
-def output_spring_energy(spring: OutputSpring, value: FloatArray) -> FloatArray:
-    """Return the energy of a spring along a reading.
+def potential_derivatives(effect: OutputForce, value: FloatArray) -> FloatArray:
+    """Return the potential energy of an effect along a reading, and its derivatives by the reading.
 
     Parameters
     ----------
-    spring
-        Spring along a reading.
+    effect
+        Effect with a force law.
     value
         Values of the reading, m or rad; shape (n,).
 
     Returns
     -------
     FloatArray
-        Potential energy, J; 0 where a one-sided spring is slack; shape (n,).
+        Energy (J), first and second derivative; zeros where the effect is slack; shape (3, n).
     """
-    is_taut = ~(spring.one_sided & (value < spring.free_value))
-    energy: FloatArray = np.where(is_taut, spring_energy(spring.rate, spring.free_value, value), 0.0)
-    return energy
+    derivatives: FloatArray = np.where(value < effect.slack_below, 0.0, np.array(effect.potential(value)))
+    return derivatives
 
 
 def initial_lags(scene: Scene, poses: FloatArray, velocities: FloatArray) -> FloatArray:

@@ -198,26 +198,6 @@ def damper_force(damping: float, rate: Any) -> Any:
     return damping * rate
 
 
-def dashpot_force(linear: float, quadratic: float, rate: Any) -> Any:
-    """Return the resistance of a dashpot with a linear and a quadratic term.
-
-    Parameters
-    ----------
-    linear
-        Linear damping coefficient, N s/m or N m s/rad.
-    quadratic
-        Quadratic damping coefficient, N s2/m2 or N m s2/rad2.
-    rate
-        Rate of the output variable it acts along, m/s or rad/s.
-
-    Returns
-    -------
-    Any
-        Resistance, N or N m, with the sign of the rate.
-    """
-    return (linear + quadratic * abs(rate)) * rate
-
-
 def free_spindle_speed(momentum: Any, inertia: Any) -> Any:
     """Return the speed of a free spindle from its angular momentum.
 

@@ -13,17 +13,24 @@ from governor_mechanism.mechanics.dynamics.characteristic_scales import time_sca
 from governor_mechanism.mechanics.dynamics.constraint_solver import bandwidth_reducing_order, find_coupled_rows
 from governor_mechanism.mechanics.dynamics.contacts import (
     ContactMode,
+    active_forces_of,
     contacts_of,
     initial_mode,
     loads_of,
-    output_dampers_of,
-    output_springs_of,
+    one_sided_forces_of,
     reading_functions_of,
     reading_tables_of,
 )
 from governor_mechanism.mechanics.dynamics.force_elements import make_force_element_table
 from governor_mechanism.mechanics.dynamics.inputs import INPUT_TERM_DTYPE, LAG_DTYPE, InputTable, output_of_reading
-from governor_mechanism.mechanics.dynamics.output_forces import EVENT_FUNCTION_DTYPE, OUTPUT_FORCE_DTYPE, EventFunctionKind, OutputForceKind
+from governor_mechanism.mechanics.dynamics.output_forces import (
+    EVENT_FUNCTION_DTYPE,
+    MAX_COEFFICIENTS,
+    OUTPUT_FORCE_DTYPE,
+    SLIDING_FRICTION,
+    EventFunctionKind,
+    output_force_record,
+)
 from governor_mechanism.mechanics.kinematics.constraint_equations import ConstraintTable, bodies_of_rows, make_constraint_table
 from governor_mechanism.mechanics.kinematics.constraint_kernels import N_ROW_COLUMNS, ConstraintRows
 from governor_mechanism.mechanics.kinematics.output_rows import CONSTANT_PARAMETER, make_output_rows
@@ -302,9 +309,9 @@ def count_output_forces(system: System) -> IntArray:
     Returns
     -------
     IntArray
-        Number of springs, dashpots and sliding frictions; shape (3,).
+        Number of forces by law, in the order of `FORCE_LAWS`, then of sliding frictions; shape (laws + 1,).
     """
-    return np.bincount(system.output_forces["kind"], minlength=len(OutputForceKind))
+    return np.bincount(system.output_forces["law"], minlength=SLIDING_FRICTION + 1)
 
 
 def constraint_row_order(scene: Scene, mode: ContactMode | None = None) -> IntArray:
@@ -335,15 +342,12 @@ def _make_holding_rows(scene: Scene, mode: ContactMode, output_rows: ConstraintR
 
 def _make_output_forces(scene: Scene, mode: ContactMode, friction_input: int) -> RecordArray:
     """Return the output forces in a mode; `friction_input` is the index of the first friction input."""
-    output_names, taut, records = forced_output_names(scene), iter(mode.taut), []
-    for spring in output_springs_of(scene):
-        if not spring.one_sided or next(taut):
-            records.append((OutputForceKind.SPRING, output_names.index(spring.reading), spring.rate, spring.free_value, -1))
-    for dashpot in output_dampers_of(scene):
-        records.append((OutputForceKind.DASHPOT, output_names.index(dashpot.reading), dashpot.linear, dashpot.quadratic, -1))
+    output_names = forced_output_names(scene)
+    records = [output_force_record(effect, output_names.index(effect.reading)) for effect in active_forces_of(scene, mode)]
     for contact, sign in zip(contacts_of(scene), mode.sliding_signs, strict=True):
         if sign:
-            records.append((OutputForceKind.FRICTION, output_names.index(contact.output_name), float(sign), 0.0, friction_input))
+            coefficients = (float(sign), *(0.0,) * (MAX_COEFFICIENTS - 1))
+            records.append((SLIDING_FRICTION, output_names.index(contact.output_name), True, friction_input, coefficients))
         friction_input += contact.friction is not None
     return np.array(records, dtype=OUTPUT_FORCE_DTYPE)
 
@@ -379,10 +383,10 @@ def _make_event_functions(scene: Scene, mode: ContactMode, friction_input: int, 
         for direction, bound in ((1.0, contact.high), (-1.0, -contact.low)):
             if np.isfinite(bound):
                 records.append((EventFunctionKind.VALUE, output_index, direction, bound, tolerances[name], -1, contact_index))
-    one_sided = [] if mode.is_locked else [spring for spring in output_springs_of(scene) if spring.one_sided]
-    for contact_index, (spring, taut) in enumerate(zip(one_sided, mode.taut, strict=False), start=len(contacts)):
-        direction, name = (-1.0 if taut else 1.0), spring.reading
-        threshold, tolerance = direction * spring.free_value, tolerances[name]
+    one_sided = () if mode.is_locked else one_sided_forces_of(scene)
+    for contact_index, (effect, taut) in enumerate(zip(one_sided, mode.taut, strict=False), start=len(contacts)):
+        direction, name = (-1.0 if taut else 1.0), effect.reading
+        threshold, tolerance = direction * effect.slack_below, tolerances[name]
         records.append((EventFunctionKind.VALUE, output_names.index(name), direction, threshold, tolerance, -1, contact_index))
     first_table = len(contacts) + len(mode.taut)
     for contact_index, (table, segment) in enumerate(zip(reading_tables_of(scene), mode.segments, strict=True), start=first_table):

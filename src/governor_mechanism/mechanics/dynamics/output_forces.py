@@ -5,31 +5,69 @@ An output row is a constraint row whose residual is the value of an output varia
 
 from __future__ import annotations
 
+from collections.abc import Callable, Sequence
 from enum import IntEnum
 
 import numpy as np
 
-from governor_mechanism.mechanics.dynamics.force_kernels import dashpot_force_jit, spring_force_jit
+from governor_mechanism.effects.registry import FORCE_LAWS
 from governor_mechanism.mechanics.dynamics.inputs import output_rate
 from governor_mechanism.mechanics.kinematics.constraint_kernels import ConstraintRows, RowColumn
-from governor_mechanism.numerics.jit import jit_internal
+from governor_mechanism.model.effect import OutputForce
+from governor_mechanism.numerics.jit import jit_closure, jit_internal
 from governor_mechanism.types import FloatArray, RecordArray
 
+MAX_COEFFICIENTS = 4
+"""Largest number of coefficients of a force law along an output."""
 
-class OutputForceKind(IntEnum):
-    """Kind of an output force.
+SLIDING_FRICTION = len(FORCE_LAWS)
+"""Index of Coulomb friction among the laws of output forces; its coefficient is the sign of sliding."""
 
-    The coefficients (a, b) are: rate and free value of a spring; linear and quadratic coefficient of a dashpot; sign of
-    sliding and 0 for Coulomb friction.
+OUTPUT_FORCE_DTYPE = np.dtype(
+    [*((name, "i8") for name in ("law", "output_index", "dissipates", "input_index")), ("coefficients", "f8", (MAX_COEFFICIENTS,))]
+)
+"""One force along an output row: index in `FORCE_LAWS` or `SLIDING_FRICTION`, index of the row, whether it dissipates energy,
+the input of a friction force, or -1, and its coefficients."""
+
+
+def output_force_record(effect: OutputForce, output_index: int) -> tuple[int, int, bool, int, tuple[float, ...]]:
+    """Return the record of an effect with a force law along an output.
+
+    Parameters
+    ----------
+    effect
+        Effect with a force law.
+    output_index
+        Index of the output row.
+
+    Returns
+    -------
+    tuple[int, int, bool, int, tuple[float, ...]]
+        Record of `OUTPUT_FORCE_DTYPE`.
     """
-
-    SPRING = 0
-    DASHPOT = 1
-    FRICTION = 2
+    coefficients = (*effect.coefficients, *(0.0,) * (MAX_COEFFICIENTS - len(effect.coefficients)))
+    return FORCE_LAWS.index(type(effect)), output_index, effect.dissipates, -1, coefficients
 
 
-OUTPUT_FORCE_DTYPE = np.dtype([("kind", "i8"), ("output_index", "i8"), ("a", "f8"), ("b", "f8"), ("input_index", "i8")])
-"""One force along an output row: kind, index of the row, coefficients a and b, and the input of a friction force, or -1."""
+@jit_internal
+def _no_force(law: int, coefficients: FloatArray, value: float, rate: float) -> float:
+    return 0.0
+
+
+def _compile_force_laws(laws: Sequence[type[OutputForce]]) -> Callable[[int, FloatArray, float, float], float]:
+    """Return a kernel that evaluates the law of an index: a chain of comparisons, which the compiler inlines."""
+    if not laws:
+        return _no_force
+    evaluate_first, evaluate_others = jit_internal(laws[0].force), _compile_force_laws(laws[1:])
+
+    def evaluate(law: int, coefficients: FloatArray, value: float, rate: float) -> float:
+        return float(evaluate_first(coefficients, value, rate)) if law == 0 else evaluate_others(law - 1, coefficients, value, rate)
+
+    return jit_closure(evaluate)
+
+
+evaluate_force_law = _compile_force_laws(FORCE_LAWS)
+"""Force (N or N m) of a law by its index in `FORCE_LAWS`, its coefficients, and value and rate of the output."""
 
 
 class EventFunctionKind(IntEnum):
@@ -72,15 +110,12 @@ def add_output_forces(
     for i in range(output_forces.size):
         output_force = output_forces[i]
         k = output_force.output_index
-        if output_force.kind == OutputForceKind.SPRING:
-            force = -spring_force_jit(output_force.a, output_force.b, row_values[k, RowColumn.RESIDUAL])
+        rate = output_rate(output_rows, jacobian, k, velocities) if output_force.dissipates else 0.0
+        if output_force.law == SLIDING_FRICTION:
+            force = -(output_force.coefficients[0] * inputs[output_force.input_index])
         else:
-            rate = output_rate(output_rows, jacobian, k, velocities)
-            if output_force.kind == OutputForceKind.DASHPOT:
-                force = -dashpot_force_jit(output_force.a, output_force.b, rate)
-            else:
-                force = -(output_force.a * inputs[output_force.input_index])
-            dissipated_power -= force * rate
+            force = evaluate_force_law(output_force.law, output_force.coefficients, row_values[k, RowColumn.RESIDUAL], rate)
+        dissipated_power -= force * rate
         for side in range(2):
             body = output_rows.row_bodies[k, side]
             if body >= 0:

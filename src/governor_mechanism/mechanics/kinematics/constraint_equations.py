@@ -271,11 +271,6 @@ class ConstraintEquations:
         )
         return result.reshape(*poses.shape[:-2], len(self.joint_indices))
 
-    def gap(self, poses: FloatArray, times: FloatArray | float = 0.0) -> FloatArray:
-        """Return the largest absolute residual of any row (m); shape (...)."""
-        largest: FloatArray = np.max(np.abs(self.residuals(poses, times)), axis=-1, initial=0.0)
-        return largest
-
     def largest_gap(self, poses: FloatArray, time: float = 0.0) -> tuple[Joint, float]:
         """Return the joint with the largest gap at one set of poses, and the gap (m), signed if the joint has a single row."""
         residuals = self.residuals(poses, time)

@@ -8,10 +8,10 @@ from typing import NamedTuple
 import numpy as np
 
 from governor_mechanism.mechanics.dynamics.contacts import ContactColumn
-from governor_mechanism.mechanics.dynamics.force_kernels import dashpot_force_jit, spring_force_jit
 from governor_mechanism.mechanics.dynamics.inputs import InputTermKind, add_input_term
+from governor_mechanism.mechanics.dynamics.output_forces import evaluate_force_law
 from governor_mechanism.mechanics.kinematics.input_kernels import evaluate_given_speed, evaluate_input
-from governor_mechanism.mechanics.reduction.lowering import ForceParameter, ReducedForces
+from governor_mechanism.mechanics.reduction.lowering import ForceParameter, OutputForceColumn, ReducedForces
 from governor_mechanism.mechanics.reduction.node_evaluation import TableColumn
 from governor_mechanism.mechanics.reduction.table import PiecewiseTable
 from governor_mechanism.numerics.chebyshev import evaluate_piece, evaluate_piece_derivative
@@ -64,7 +64,7 @@ class ReducedModel(NamedTuple):
         As in `ReducedForces`.
     one_sided_springs
         As in `ReducedForces`.
-    output_dampers
+    output_forces
         As in `ReducedForces`.
     contacts
         As in `ReducedForces`.
@@ -88,7 +88,7 @@ class ReducedModel(NamedTuple):
     periodicity: FloatArray
     parameters: FloatArray
     one_sided_springs: FloatArray
-    output_dampers: FloatArray
+    output_forces: FloatArray
     contacts: FloatArray
     shaft_torques: FloatArray
     shaft_outputs: FloatArray
@@ -236,18 +236,19 @@ def evaluate_acceleration(
         acceleration += programmed_acceleration
         power += programmed_acceleration * v / inverse_inertia
         column += 1
-    for i in range(model.one_sided_springs.shape[0]):
-        if mode[1 + model.contacts.shape[0] + i] != 0:
-            output_column = column + 2 * int(model.one_sided_springs[i, 0])
-            force = spring_force_jit(
-                model.one_sided_springs[i, 1], model.one_sided_springs[i, 2], evaluate_piece(coefficients, piece, output_column, t)
+    for i in range(model.output_forces.shape[0]):
+        output_force = model.output_forces[i]
+        mode_index = int(output_force[OutputForceColumn.MODE])
+        if mode_index < 0 or mode[mode_index] != 0:
+            output_column = column + 2 * int(output_force[OutputForceColumn.OUTPUT])
+            value, output_derivative = (
+                evaluate_piece(coefficients, piece, output_column, t),
+                evaluate_piece(coefficients, piece, output_column + 1, t),
             )
-            acceleration -= force * evaluate_piece(coefficients, piece, output_column + 1, t) * inverse_inertia
-    for i in range(model.output_dampers.shape[0]):
-        output_derivative = evaluate_piece(coefficients, piece, column + 2 * int(model.output_dampers[i, 0]) + 1, t)
-        force = dashpot_force_jit(model.output_dampers[i, 1], model.output_dampers[i, 2], output_derivative * v)
-        acceleration -= force * output_derivative * inverse_inertia
-        dissipated_power += force * output_derivative * v
+            rate, law = output_derivative * v, int(output_force[OutputForceColumn.LAW])
+            force = evaluate_force_law(law, output_force[OutputForceColumn.FIRST_COEFFICIENT :], value, rate)
+            acceleration += force * output_derivative * inverse_inertia
+            dissipated_power -= output_force[OutputForceColumn.DISSIPATES] * force * output_derivative * v
     for i in range(model.contacts.shape[0] if with_friction else 0):
         if mode[1 + i] != 0:
             output_derivative = evaluate_piece(coefficients, piece, column + 2 * int(model.contacts[i, 0]) + 1, t)

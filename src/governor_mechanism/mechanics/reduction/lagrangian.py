@@ -5,15 +5,16 @@ They follow from joints, bodies and force elements of any machine. A prime is a 
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Iterable, Sequence
 from dataclasses import dataclass
 from functools import cached_property
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
 from governor_mechanism.errors import MechanismError
-from governor_mechanism.mechanics.dynamics.contacts import output_springs_of
+from governor_mechanism.mechanics.dynamics.contacts import output_forces_of, potential_derivatives
 from governor_mechanism.mechanics.dynamics.force_laws import (
     gravitational_energy,
     spindle_inertia,
@@ -195,10 +196,9 @@ class SingleDofReduction:
             total += gravitational_energy(body.mass, self.scene.gravity, path[:, :, index, 1])
         for element in self.mechanism.force_elements:
             total += self._element_potential(element, path)
-        for spring in output_springs_of(self.scene):
-            output = self._output_derivatives(self.mechanism.reading(spring.reading), path)
-            is_taut = ~(spring.one_sided & (output[0] < spring.free_value))
-            total += np.where(is_taut, _spring_energy_derivatives(spring.rate, spring.free_value, output), 0.0)
+        for effect in output_forces_of(self.scene):
+            output = self._output_derivatives(self.mechanism.reading(effect.reading), path)
+            total += _derivatives_along_path(potential_derivatives(effect, output[0]), output)
         return total
 
     def _element_potential(self, element: ForceElement, path: FloatArray) -> FloatArray:
@@ -246,7 +246,13 @@ def _initial_value(program: InputFunction) -> float:
 
 def _spring_energy_derivatives(stiffness: float, free_value: float, displacement: FloatArray) -> FloatArray:
     """Return the energy of a spring and its two derivatives (3, n) from those of its length or angle."""
-    value, derivative, second_derivative = displacement
-    force = spring_force(stiffness, free_value, value)
-    energy = spring_energy(stiffness, free_value, value)
+    value = displacement[0]
+    energy, force = spring_energy(stiffness, free_value, value), spring_force(stiffness, free_value, value)
+    return _derivatives_along_path((energy, force, stiffness), displacement)
+
+
+def _derivatives_along_path(potential: Iterable[Any], displacement: FloatArray) -> FloatArray:
+    """Return a potential and its two derivatives (3, n) along a path from its derivatives by a displacement (3, n)."""
+    energy, force, stiffness = potential
+    _, derivative, second_derivative = displacement
     return np.array([energy, force * derivative, stiffness * derivative**2 + force * second_derivative])

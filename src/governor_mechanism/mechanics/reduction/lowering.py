@@ -9,16 +9,17 @@ from typing import NamedTuple
 import numpy as np
 
 from governor_mechanism.mechanics.dynamics.characteristic_scales import time_scale
-from governor_mechanism.mechanics.dynamics.contacts import loads_of, make_contact_table, output_dampers_of, output_springs_of
+from governor_mechanism.mechanics.dynamics.contacts import contacts_of, loads_of, make_contact_table, one_sided_forces_of, output_forces_of
 from governor_mechanism.mechanics.dynamics.force_elements import ForceElementKind, make_force_element_table
 from governor_mechanism.mechanics.dynamics.inputs import INPUT_TERM_DTYPE, InputTable
 from governor_mechanism.mechanics.dynamics.lowering import BODY_DTYPE, forced_output_names, make_body_record
-from governor_mechanism.mechanics.dynamics.output_forces import OUTPUT_FORCE_DTYPE, OutputForceKind
+from governor_mechanism.mechanics.dynamics.output_forces import MAX_COEFFICIENTS, OUTPUT_FORCE_DTYPE, output_force_record
 from governor_mechanism.mechanics.kinematics.constraint_equations import bodies_of_rows, make_constraint_table
 from governor_mechanism.mechanics.kinematics.constraint_kernels import ConstraintRows
 from governor_mechanism.mechanics.kinematics.output_rows import make_output_rows
 from governor_mechanism.mechanics.reduction.node_evaluation import ReductionArrays
 from governor_mechanism.mechanics.reduction.shaft import ShaftTrain, find_shaft_train, parts_with_coordinate, shaft_readings
+from governor_mechanism.model.effect import OutputForce
 from governor_mechanism.model.mechanism import Mechanism
 from governor_mechanism.model.output_variables import LineAngle
 from governor_mechanism.model.part import Part, Spindle
@@ -38,9 +39,9 @@ class ReducedForces(NamedTuple):
     parameters
         Scalars, indexed by `ForceParameter`.
     one_sided_springs
-        Springs that go slack instead of pushing: output index, rate, free value, output scale; shape (n, 4).
-    output_dampers
-        Output index, linear and quadratic coefficient; shape (n, 3).
+        Springs that go slack instead of pushing: output index, value below which they are slack, output scale; shape (n, 3).
+    output_forces
+        Force laws that the table does not contain, by `OutputForceColumn`; shape (n, 8).
     contacts
         As made by `make_contact_table`; shape (n, 6).
     shaft_torques
@@ -55,12 +56,27 @@ class ReducedForces(NamedTuple):
 
     parameters: FloatArray
     one_sided_springs: FloatArray
-    output_dampers: FloatArray
+    output_forces: FloatArray
     contacts: FloatArray
     shaft_torques: FloatArray
     shaft_outputs: FloatArray
     input_terms: RecordArray
     inputs: FloatArray
+
+
+class OutputForceColumn(IntEnum):
+    """Columns of `ReducedForces.output_forces`."""
+
+    OUTPUT = 0
+    """Index of the output."""
+    LAW = 1
+    """Index of the force law in `FORCE_LAWS`."""
+    DISSIPATES = 2
+    """Whether the force dissipates energy."""
+    MODE = 3
+    """Index in the contact mode of whether a one-sided spring is taut; -1 for a force that always acts."""
+    FIRST_COEFFICIENT = 4
+    """From here on the coefficients of the law."""
 
 
 class ForceParameter(IntEnum):
@@ -151,7 +167,7 @@ def lower_reduced_scene(scene: Scene) -> tuple[ReductionArrays, ReducedForces, t
         program_indices=program_indices[program_indices >= 0],
         output_rows=ConstraintRows(output_rows.table[:-1], output_rows.row_bodies[:-1], output_rows.curve_segments),
         output_scales=output_scales,
-        output_springs=_two_sided_springs(scene, names),
+        output_springs=_tabulated_forces(scene, names),
         limits=np.array([(names.index(prefix + limit.reading), limit.low, limit.high) for limit in limits]).reshape(-1, 3),
         steady_speed=abs(spindle.speeds[0]) if is_steady else -1.0,
         coordinate_scale=mechanism.output_scale(mechanism.coordinate),
@@ -165,10 +181,13 @@ def lower_reduced_scene(scene: Scene) -> tuple[ReductionArrays, ReducedForces, t
     loads, table = loads_of(scene), InputTable([*names, *shaft_angles], ())
     table.add_terms(1, loads)
     inputs = (spindle.speed_function, *loads, *table.functions)
+    one_sided_springs = [
+        (names.index(one.reading), one.slack_below, scene.mechanism.output_scale(one.reading)) for one in one_sided_forces_of(scene)
+    ]
     forces = ReducedForces(
         parameters=_make_parameters(scene, arrays, train, shaft_elements),
-        one_sided_springs=_one_sided_springs(scene, names),
-        output_dampers=np.array([(names.index(one.reading), one.linear, one.quadratic) for one in output_dampers_of(scene)]).reshape(-1, 3),
+        one_sided_springs=np.array(one_sided_springs).reshape(-1, 3),
+        output_forces=_output_forces(scene, names),
         contacts=make_contact_table(scene, names, 1 + len(element_inputs)),
         shaft_torques=np.array([(index, ratio) for index, ratio, _ in shaft_elements if index >= 0]).reshape(-1, 2),
         shaft_outputs=np.array(list(shaft_angles.values())).reshape(-1, 2),
@@ -214,21 +233,25 @@ def _coordinate_bounds(mechanism: Mechanism) -> tuple[float, float]:
     return low, min((limit.high for limit in coordinate_limits), default=UNBOUNDED_RANGE * coordinate_scale)
 
 
-def _two_sided_springs(scene: Scene, names: list[str]) -> FloatArray:
-    """Return the springs along outputs that both pull and push."""
-    springs = [
-        (OutputForceKind.SPRING, names.index(spring.reading), spring.rate, spring.free_value, -1)
-        for spring in output_springs_of(scene)
-        if not spring.one_sided
-    ]
-    return np.array(springs, dtype=OUTPUT_FORCE_DTYPE)
+def _is_tabulated(effect: OutputForce) -> bool:
+    """Return whether the table contains a force along an output: it depends on the coordinate alone, and smoothly."""
+    return not effect.dissipates and effect.slack_below == -math.inf
 
 
-def _one_sided_springs(scene: Scene, names: list[str]) -> FloatArray:
-    """Return the springs along outputs that only pull, as in `ReducedForces`."""
-    springs = [spring for spring in output_springs_of(scene) if spring.one_sided]
-    rows = [(names.index(one.reading), one.rate, one.free_value, scene.mechanism.output_scale(one.reading)) for one in springs]
-    return np.array(rows).reshape(-1, 4)
+def _tabulated_forces(scene: Scene, names: list[str]) -> RecordArray:
+    """Return the forces along outputs that the table contains."""
+    records = [output_force_record(effect, names.index(effect.reading)) for effect in output_forces_of(scene) if _is_tabulated(effect)]
+    return np.array(records, dtype=OUTPUT_FORCE_DTYPE)
+
+
+def _output_forces(scene: Scene, names: list[str]) -> FloatArray:
+    """Return the force laws that the table does not contain, as in `ReducedForces`."""
+    one_sided, n_contacts, rows = one_sided_forces_of(scene), len(contacts_of(scene)), []
+    for effect in (effect for effect in output_forces_of(scene) if not _is_tabulated(effect)):
+        law, output_index, dissipates, _, coefficients = output_force_record(effect, names.index(effect.reading))
+        mode_index = 1 + n_contacts + one_sided.index(effect) if effect in one_sided else -1
+        rows.append((output_index, law, dissipates, mode_index, *coefficients))
+    return np.array(rows, dtype=float).reshape(-1, OutputForceColumn.FIRST_COEFFICIENT + MAX_COEFFICIENTS)
 
 
 def _make_parameters(

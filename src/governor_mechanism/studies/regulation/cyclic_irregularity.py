@@ -281,13 +281,13 @@ def _make_scene_with_clearance(scene: Scene, clearance: float) -> Scene:
     """Return the scene with another clearance, m, or none, at the same relative start position."""
     previous_clearance = next((effect.width for effect in scene.effects if isinstance(effect, Clearance)), 0.0)
     effects: list[Effect] = [effect for effect in scene.effects if not isinstance(effect, Clearance)]
-    values = {name: value for name, value in scene.start.values.items() if name != CLEARANCE_READING}
+    values = {name: value for name, value in scene.part.start.values.items() if name != CLEARANCE_READING}
     if clearance:
-        given_start = scene.start.values.get(CLEARANCE_READING)
+        given_start = scene.part.start.values.get(CLEARANCE_READING)
         start_ratio = float(given_start) / previous_clearance if previous_clearance and given_start is not None else -0.5
         effects.append(Clearance(width=clearance))
         values[CLEARANCE_READING] = start_ratio * clearance
     machine = MACHINES[scene.part.machine](**scene.part.dimensions)
-    new_part = replace(scene.part, mechanism=machine.mechanism_with_effects(effects))
-    rates = {name: rate for name, rate in scene.start.rates.items() if name != CLEARANCE_READING}
-    return scene.with_changes(parts=(new_part,), effects=tuple(effects), start=Start(values=values, rates=rates))
+    mechanism = machine.mechanism_with_effects(effects)
+    rates = {name: rate for name, rate in scene.part.start.rates.items() if name != CLEARANCE_READING}
+    return scene.with_changes(mechanism=mechanism, effects=tuple(effects), start=Start(values=values, rates=rates))

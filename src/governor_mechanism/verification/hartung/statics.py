@@ -97,8 +97,7 @@ def _check_statics_over_stroke(scene: Scene, governor: closed.HartungGovernor, s
 
 def _check_astatic_spring_force(scene: Scene, governor: closed.HartungGovernor, lever_angles: FloatArray) -> Iterator[ComparisonRow]:
     """Yield the spring force that balances the weights at one speed, from the reduction of a governor without springs."""
-    part = scene.part
-    springless_scene = replace(scene, parts=(replace(part, mechanism=replace(part.mechanism, force_elements=(), derived_forces=())),))
+    springless_scene = scene.with_changes(mechanism=replace(scene.part.mechanism, force_elements=(), derived_forces=()))
     reduction = SingleDofReduction(springless_scene)
     coefficients = reduction.evaluate(lever_angles)
     speed = SpindleSpeedFunction(scene.spindle).start_speed

@@ -19,7 +19,7 @@ from governor_mechanism.engines.impulse.pymunk.friction_stop_constraint import F
 from governor_mechanism.engines.impulse.pymunk.joints import make_joint_constraints
 from governor_mechanism.engines.impulse.pymunk.output_forces import OutputForces
 from governor_mechanism.engines.impulse.pymunk.step_inputs import StepInputs
-from governor_mechanism.mechanics.dynamics.contacts import output_dampers_of
+from governor_mechanism.mechanics.dynamics.contacts import output_forces_of
 from governor_mechanism.mechanics.dynamics.force_laws import spindle_inertia
 from governor_mechanism.model.force_elements import Damper, Force, ForceElement, Spring, Torque, TorsionDamper
 from governor_mechanism.model.joints import GROUND, Joint, Pin, Point, RotationalDriver, TranslationalDriver
@@ -53,7 +53,7 @@ class PymunkModel:
             self._add_constraint(constraint)
         self._pre_step_updates = [update for constraints in joint_constraints for update in constraints.updates]
         has_damping = any(isinstance(element, Damper | TorsionDamper) for element in self._mechanism.force_elements)
-        has_damping = has_damping or bool(output_dampers_of(scene))
+        has_damping = has_damping or any(effect.dissipates for effect in output_forces_of(scene))
         self._velocity_extrapolator = VelocityExtrapolator([proxy.pymunk_body for proxy in self._proxies] if has_damping else [])
         self._has_damping = has_damping
         body_forces = [make_body_force(scene, proxy) for proxy in self._proxies]

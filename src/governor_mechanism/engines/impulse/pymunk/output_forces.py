@@ -1,19 +1,21 @@
-"""Forces along output variables in pymunk: springs, dashpots and sliding friction, with the energy that they dissipate."""
+"""Forces along output variables in pymunk, with the energy that they dissipate."""
 
 from __future__ import annotations
 
-from collections.abc import Callable
+import math
+from collections import Counter
+from collections.abc import Callable, Iterator
 
 import numpy as np
 
 from governor_mechanism.engines.impulse.pymunk.bodies import BodyProxy
 from governor_mechanism.engines.impulse.pymunk.force_elements import VelocityExtrapolator
 from governor_mechanism.engines.impulse.pymunk.step_inputs import StepInputs
-from governor_mechanism.mechanics.dynamics.contacts import contacts_of, output_dampers_of, output_springs_of
-from governor_mechanism.mechanics.dynamics.force_laws import dashpot_force, spring_force
+from governor_mechanism.mechanics.dynamics.contacts import FRICTION_LAW_NAME, contacts_of, output_forces_of
 from governor_mechanism.mechanics.dynamics.lowering import forced_output_names
 from governor_mechanism.mechanics.kinematics.constraint_kernels import evaluate_jacobian, evaluate_residuals
 from governor_mechanism.mechanics.kinematics.output_rows import make_output_rows
+from governor_mechanism.model.effect import OutputForce
 from governor_mechanism.model.scene import Scene
 from governor_mechanism.types import FloatArray
 
@@ -39,8 +41,7 @@ class OutputForces:
         origins = {proxy.body.name: proxy.origin for proxy in proxies}
         self._rows = make_output_rows(scene.part.mechanism, names, origins)
         self._zero_drive_values = np.zeros((1, len(names), 3))
-        self._springs = [(names.index(spring.reading), spring) for spring in output_springs_of(scene)]
-        self._dashpots = [(names.index(dashpot.reading), dashpot) for dashpot in output_dampers_of(scene)]
+        self._forces = [(names.index(effect.reading), effect) for effect in output_forces_of(scene)]
         contacts = contacts_of(scene)
         self._n_frictions = sum(contact.friction is not None for contact in contacts)
         self._contact_outputs = [names.index(contact.output_name) for contact in contacts]
@@ -54,8 +55,8 @@ class OutputForces:
     @property
     def evaluation_counts(self) -> dict[str, int]:
         """Return how often one step evaluates each force law."""
-        counts = {"springs on readings": len(self._springs), "dashpots": len(self._dashpots), "dry friction": self._n_frictions}
-        return {law: count for law, count in counts.items() if count}
+        counts = Counter(effect.law_name for _, effect in self._forces)
+        return dict(counts + Counter({FRICTION_LAW_NAME: self._n_frictions}))
 
     def reset(self) -> None:
         """Forget the previous step: the next one is the half step that starts a motion."""
@@ -67,14 +68,9 @@ class OutputForces:
         self.evaluate_outputs(poses)
         self._add_dissipation(inputs)
         forces = np.zeros(len(self.output_values))
-        taut_flags = iter(self.is_taut)
-        for output, spring in self._springs:
-            value = float(self.output_values[output])
-            if spring.one_sided and not next(taut_flags, value > spring.free_value):
-                continue
-            forces[output] -= spring_force(spring.rate, spring.free_value, value)
-        for output, dashpot in self._dashpots:
-            forces[output] -= dashpot_force(dashpot.linear, dashpot.quadratic, self._predicted_rate(output))
+        for output, effect, value in self._active_forces():
+            rate = self._predicted_rate(output) if effect.dissipates else 0.0
+            forces[output] += effect.force(effect.coefficients, value, rate)
         for output, sign, friction in zip(self._contact_outputs, self.sliding_directions, inputs.friction_limits, strict=True):
             forces[output] -= sign * friction
         generalised_forces = (forces @ self.output_jacobian.reshape(len(forces), -1)).reshape(-1, 3) * inputs.kick_scale
@@ -101,12 +97,20 @@ class OutputForces:
     def dissipated_power(self, rates: FloatArray, friction_limits: tuple[float, ...]) -> float:
         """Return the power (W) that dashpots and sliding friction dissipate at output rates (outputs,) and friction limits."""
         power = 0.0
-        for output, dashpot in self._dashpots:
-            rate = float(rates[output])
-            power += dashpot_force(dashpot.linear, dashpot.quadratic, rate) * rate
+        for output, effect, value in self._active_forces():
+            if effect.dissipates:
+                power -= effect.force(effect.coefficients, value, float(rates[output])) * float(rates[output])
         for output, sign, friction in zip(self._contact_outputs, self.sliding_directions, friction_limits, strict=True):
             power += sign * friction * float(rates[output])
         return power
+
+    def _active_forces(self) -> Iterator[tuple[int, OutputForce, float]]:
+        """Yield output, effect and value of the output of each force that is not slack."""
+        taut_flags = iter(self.is_taut)
+        for output, effect in self._forces:
+            value = float(self.output_values[output])
+            if effect.slack_below == -math.inf or next(taut_flags, value > effect.slack_below):
+                yield output, effect, value
 
     def _predicted_rate(self, output: int) -> float:
         """Return the rate of an output variable extrapolated to the end of the coming step."""
@@ -121,9 +125,11 @@ class OutputForces:
         if self._previous_step is not None:
             previous_values, previous_limits = self._previous_step
             displacements = self.output_values - previous_values
-            for output, dashpot in self._dashpots:
-                displacement = float(displacements[output])
-                self.dissipated_energy += dashpot_force(dashpot.linear, dashpot.quadratic, displacement / inputs.h) * displacement
+            for output, effect, value in self._active_forces():
+                if effect.dissipates:
+                    displacement = float(displacements[output])
+                    force = effect.force(effect.coefficients, value - 0.5 * displacement, displacement / inputs.h)
+                    self.dissipated_energy -= force * displacement
             for output, sign, previous_limit, limit in zip(
                 self._contact_outputs, self.sliding_directions, previous_limits, inputs.friction_limits, strict=True
             ):
