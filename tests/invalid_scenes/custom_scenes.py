@@ -34,6 +34,11 @@ POINTS_LINE = 'points = { start = ["-50 mm", 0] }'
 SPINDLE = '[spindle]\nspeed = "120 rpm"\n'
 
 BROKEN_CUSTOM: list[tuple[str, str, list[tuple[str, str]]]] = [
+    (
+        "event of an unknown reading",
+        custom_scene('[events]\npassed = { reading = "crank_angl", value = "20 deg" }\n'),
+        [("unknown name", "events.passed.reading")],
+    ),
     ("no body", TOP, [("missing key", "body")]),
     ("empty list of bodies", TOP + "body = []\n", [("missing key", "body")]),
     ("one table for a list", TOP + "[body]\nmass = 1\n", [("wrong type", "body")]),

@@ -35,6 +35,30 @@ TABLE_MISTAKES = {
 """One mistake in every table that stands beside the dimensions."""
 
 BROKEN_SCENES: list[tuple[str, str, list[tuple[str, str]]]] = [
+    ("events not a table", scene_text("events = 3\n" + SCENE_HEADER), [("wrong type", "events")]),
+    ("event not a table", scene_text(events="passed = 3"), [("wrong type", "events.passed")]),
+    ("empty event", scene_text(events="passed = {}"), [("missing key", "events.passed.reading"), ("missing key", "events.passed.value")]),
+    (
+        "event of an unknown reading",
+        scene_text(events='passed = { reading = "sleeve_lft", value = "20 mm" }'),
+        [("unknown name", "events.passed.reading")],
+    ),
+    (
+        "event in a unit of the wrong kind",
+        scene_text(events='passed = { reading = "sleeve", value = "20 deg" }'),
+        [("wrong quantity", "events.passed.value")],
+    ),
+    (
+        "event with several mistakes",
+        scene_text(events='passed = { reading = 3, value = "20 kg", direction = "dwn" }'),
+        [("wrong type", "events.passed.reading"), ("wrong quantity", "events.passed.value"), ("unknown name", "events.passed.direction")],
+    ),
+    (
+        "event with a misspelt key",
+        scene_text(events='passed = { reading = "sleeve", value = 0.02, directon = "up" }'),
+        [("unknown key", "events.passed.directon")],
+    ),
+    ("event with a dot in its name", scene_text(events='"a.b" = { reading = "sleeve", value = 0.02 }'), [("wrong type", "events.a.b")]),
     ("unit of the wrong kind", scene_text(SCENE_HEADER, format_dimensions(arm='"5 kg"')), [("wrong quantity", "dimensions.arm")]),
     ("weight for a mass", scene_text(SCENE_HEADER, format_dimensions(ball_mass='"45 kgf"')), [("wrong quantity", "dimensions.ball_mass")]),
     (
@@ -195,6 +219,11 @@ BROKEN_SCENES: list[tuple[str, str, list[tuple[str, str]]]] = [
 ]
 
 WORDING_SCENES: list[tuple[str, str]] = [
+    (
+        "event of an unknown reading",
+        "events.passed.reading \"sleeve_lft\" is not a reading; readings are arm_angle, sleeve_lift. Did you mean 'sleeve_lift'?",
+    ),
+    ("event in a unit of the wrong kind", 'events.passed.value is a length; "20 deg" is an angle; write it in mm, cm or m'),
     ("unit of the wrong kind", 'dimensions.arm is a length; "5 kg" is a mass; write it in mm, cm or m'),
     ("weight for a mass", 'dimensions.ball_mass is a mass; "45 kgf" is a force: that is a weight; write 45 kg'),
     (

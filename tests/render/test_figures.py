@@ -10,7 +10,7 @@ from matplotlib.backends.backend_agg import FigureCanvasAgg
 from PIL import Image
 
 from governor_mechanism.errors import MechanismError
-from governor_mechanism.model.events import Event
+from governor_mechanism.model.events import Event, EventKind
 from governor_mechanism.model.trajectory import Outcome
 from governor_mechanism.render.figures import time_series as figures
 from governor_mechanism.render.figures.time_series import readings_figure
@@ -91,9 +91,9 @@ def test_a_run_of_one_report_can_be_drawn(tmp_path):
 
 
 def happening(run, count):
-    kinds = ("sticks", "slips", "strikes its stop")
+    kinds = (EventKind.STICK, EventKind.SLIP, EventKind.IMPACT)
     events = [Event(time=0.01 + 1.9 * k / count, kind=kinds[k % 3], subject="sleeve_lift") for k in range(count)]
-    late = Event(time=99.0, kind="goes slack", subject="sleeve_lift")
+    late = Event(time=99.0, kind=EventKind.SLACK, subject="sleeve_lift")
     return dataclasses.replace(run, deferred_results=ListedEvents((*events, late)))
 
 
@@ -115,6 +115,14 @@ def test_few_events_are_marked_by_a_line_each_and_named(porter):
     box = legend.get_window_extent(renderer)
     assert box.y1 < figure.texts[0].get_window_extent(renderer).y0
     assert box.y0 > max(text.get_window_extent(renderer).y1 for text in figure.axes[0].texts)
+
+
+def test_named_crossings_are_marked_by_their_names(porter):
+    events = [Event(time=0.1 * k, kind=EventKind.CROSSING, subject=("lifted", "lowered")[k % 2]) for k in range(1, 6)]
+    run = dataclasses.replace(porter, deferred_results=ListedEvents(tuple(events)))
+    figure = figures._draw_readings(run)
+    assert {name: len(lines) for name, lines in marks_of(figure.axes[0]).items()} == {"lifted": 2, "lowered": 3}
+    assert [text.get_text() for text in figure.legends[0].get_texts()] == ["lowered (3)", "lifted (2)"]
 
 
 def test_many_events_are_a_rug_of_ticks(porter):

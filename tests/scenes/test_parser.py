@@ -19,6 +19,7 @@ from governor_mechanism.effects.centrifugal import Centrifugal
 from governor_mechanism.effects.gravity import Gravity
 from governor_mechanism.errors import MechanismError
 from governor_mechanism.machines.pendulum.machine import PendulumGovernor
+from governor_mechanism.model.events import NamedCrossing
 from governor_mechanism.model.part import EQUILIBRIUM, Spindle
 from governor_mechanism.model.scene import RunSettings
 from governor_mechanism.scenes.parser import parse_scene_document, read_scene_file
@@ -145,6 +146,14 @@ def test_a_speed_program_may_step() -> None:
     spindle = parse_scene_document(document(spindle={"speed": program})).spindle
     assert spindle.times == (0.0, 5.0, 5.0, 6.0)
     assert spindle.speeds == pytest.approx((2 * math.pi, 2 * math.pi, 4.0, 3.0), rel=1e-15)
+
+
+def test_events_name_crossings_in_the_unit_of_their_reading() -> None:
+    events = {"lifted": {"reading": "sleeve", "value": "20 mm", "direction": "up"}, "wide": {"reading": "arm_angle", "value": "45 deg"}}
+    assert parse_scene_document(document(events=events)).crossings == (
+        NamedCrossing(name="lifted", reading="sleeve_lift", value=pytest.approx(0.02, rel=1e-15), direction="up"),
+        NamedCrossing(name="wide", reading="arm_angle", value=math.radians(45), direction="both"),
+    )
 
 
 def test_a_start_may_have_a_rate() -> None:

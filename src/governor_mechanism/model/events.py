@@ -1,9 +1,15 @@
-"""Events of a run: time, kind and reading."""
+"""Events of a run: time, kind and reading; and named crossings that a scene asks for."""
 
 from __future__ import annotations
 
 from dataclasses import dataclass
 from enum import StrEnum
+from typing import Final
+
+from governor_mechanism.errors import MechanismError, require_finite
+
+CROSSING_DIRECTIONS: Final = ("up", "down", "both")
+"""Directions of a named crossing: the reading rises through the value, falls through it, or either."""
 
 
 class EventKind(StrEnum):
@@ -18,6 +24,7 @@ class EventKind(StrEnum):
     TAUT = "pulls again"
     TURNING_POINT = "turning point"
     CHANGE_POINT = "change point"
+    CROSSING = "crossing"
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -31,7 +38,7 @@ class Event:
     kind
         Kind of the event.
     subject
-        Name of the reading, or "the mechanism" for a change point.
+        Name of the reading, "the mechanism" for a change point, or the name of a crossing.
     """
 
     time: float
@@ -41,4 +48,37 @@ class Event:
     def __str__(self) -> str:
         if self.kind in (EventKind.TURNING_POINT, EventKind.CHANGE_POINT):
             return f"{self.kind} of {self.subject} at t = {self.time:.6g} s"
+        if self.kind == EventKind.CROSSING:
+            return f"{self.kind} {self.subject} at t = {self.time:.9g} s"
         return f"{self.subject} {self.kind} at t = {self.time:.9g} s"
+
+
+@dataclass(frozen=True, kw_only=True)
+class NamedCrossing:
+    """A named event: a reading passes through a value.
+
+    The reading must lie beyond the value on both sides by more than the error of the run. So a reading that starts at the value, touches
+    it, or reaches it and stays, does not cross it; one that leaves it to the other side after a rest crosses it when it leaves.
+
+    Attributes
+    ----------
+    name
+        Name of the event.
+    reading
+        Name of the reading.
+    value
+        Value that the reading passes, SI; an angle is continuous over full turns, as the run reports it.
+    direction
+        One of CROSSING_DIRECTIONS.
+    """
+
+    name: str
+    reading: str
+    value: float
+    direction: str = "both"
+
+    def __post_init__(self) -> None:
+        require_finite(self.value, "", f"value of the crossing {self.name!r}")
+        if self.direction not in CROSSING_DIRECTIONS:
+            allowed = ", ".join(CROSSING_DIRECTIONS)
+            raise MechanismError(f"direction of the crossing {self.name!r} must be one of {allowed}; got {self.direction!r}")

@@ -11,6 +11,7 @@ from governor_mechanism.errors import MechanismError, require_positive
 from governor_mechanism.model.coupled_system import CoupledSystem, couple_parts
 from governor_mechanism.model.couplings import Coupling
 from governor_mechanism.model.effect import Effect, OutputEffect
+from governor_mechanism.model.events import NamedCrossing
 from governor_mechanism.model.mechanism import Mechanism
 from governor_mechanism.model.part import FreeSpindle, Part, Spindle, Start
 
@@ -65,6 +66,8 @@ class Scene:
         Settings of the run.
     couplings
         Couplings between parts.
+    crossings
+        Named crossings that the events of a run list.
     source
         Path or name of the scene file; empty for a scene without one.
     document
@@ -75,17 +78,21 @@ class Scene:
     parts: tuple[Part, ...]
     run: RunSettings = field(default_factory=RunSettings)
     couplings: tuple[Coupling, ...] = ()
+    crossings: tuple[NamedCrossing, ...] = ()
     source: str = ""
     document: Mapping[str, Any] = field(default_factory=dict)
 
     def __post_init__(self) -> None:
         if not self.parts:
             raise MechanismError("a scene needs at least one part")
-        for what, names in (("part", [part.name for part in self.parts]), ("coupling", [one.name for one in self.couplings])):
+        for what, items in (("part", self.parts), ("coupling", self.couplings), ("crossing", self.crossings)):
+            names = [item.name for item in items]
             for name in names:
                 if names.count(name) > 1:
                     raise MechanismError(f"{what} {name!r} is listed twice; names must differ")
         self.system  # noqa: B018  # raises for couplings that contradict one another, and for unknown readings
+        for crossing in self.crossings:
+            self.mechanism.reading(crossing.reading)  # raises for an unknown reading
 
     def with_changes(self, **changes: Any) -> Scene:
         """Return a copy with new values of these fields of the scene or of its only part."""

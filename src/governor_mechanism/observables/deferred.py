@@ -12,6 +12,7 @@ from governor_mechanism.model.events import Event
 from governor_mechanism.model.scene import Scene
 from governor_mechanism.model.state_history import StateHistory
 from governor_mechanism.model.trajectory import Reaction
+from governor_mechanism.observables.crossings import find_crossings
 from governor_mechanism.observables.reactions import compute_reactions
 from governor_mechanism.observables.run_result import RunResult
 from governor_mechanism.observables.singular_configurations import SampledMotion, find_singular_configurations
@@ -33,16 +34,30 @@ class DeferredMotionAnalysis:
 
     def events(self) -> tuple[Event, ...]:
         """Return all events in the order of time."""
-        singular_configurations = () if self.result.contact_modes else self._find_singular_configurations()
-        return tuple(sorted((*singular_configurations, *self.result.contact_events), key=lambda event: event.time))
+        events, has_contacts = list(self.result.contact_events), bool(self.result.contact_modes)
+        if self.result.n_reached and (self.scene.crossings or not has_contacts):
+            motion = self._sample_motion()
+            events += self._find_crossings(motion)
+            if not has_contacts:
+                events += find_singular_configurations(self.scene.mechanism, motion, self.mobility)
+        return tuple(sorted(events, key=lambda event: event.time))
 
-    def _find_singular_configurations(self) -> tuple[Event, ...]:
-        states, dense_output = self.result.monitor_states, self.result.dense_output
+    def _sample_motion(self) -> SampledMotion:
+        states, modes, dense_output = self.result.monitor_states, self.result.contact_modes, self.result.dense_output
         if not isinstance(states, StateHistory):
-            states, dense_output = states()
-        dynamics = self._evaluate_dynamics(states, ())
-        motion = SampledMotion(states.times, states.poses, states.velocities, dynamics.accelerations, dynamics.pivot_ratios, dense_output)
-        return find_singular_configurations(self.scene.mechanism, motion, self.mobility)
+            states, modes, dense_output = states()
+        dynamics = self._evaluate_dynamics(states, modes)
+        contact_times = np.unique([event.time for event in self.result.contact_events])
+        accelerations, pivot_ratios = dynamics.accelerations, dynamics.pivot_ratios
+        return SampledMotion(states.times, states.poses, states.velocities, accelerations, pivot_ratios, dense_output, contact_times)
+
+    def _find_crossings(self, motion: SampledMotion) -> list[Event]:
+        """Return the named crossings; without an error estimate, the errors are taken to be those that the scene asks for."""
+        mechanism, result = self.scene.mechanism, self.result
+        allowed = {item.reading: self.scene.run.accuracy * mechanism.output_scale(item.reading) for item in self.scene.crossings}
+        start_values = {name: float(values[0]) for name, values in result.observables.readings.items()}
+        start = float(result.reported_states.times[0]), start_values
+        return find_crossings(mechanism, motion, self.scene.crossings, allowed | result.reading_errors, start)
 
     def _evaluate_dynamics(self, states: StateHistory, contact_modes: tuple[ContactMode, ...]) -> InverseDynamics:
         return compute_inverse_dynamics(self.scene, states.times, states.poses, states.velocities, states.lags, contact_modes)

@@ -12,13 +12,12 @@ from governor_mechanism.mechanics.dynamics.force_elements import spring_potentia
 from governor_mechanism.mechanics.dynamics.force_laws import free_spindle_speed, gravitational_energy, spindle_inertia, spindle_inertia_rate
 from governor_mechanism.mechanics.kinematics.assembly import PositionSolver, assembly_notes
 from governor_mechanism.mechanics.kinematics.constraint_equations import ConstraintEquations
-from governor_mechanism.mechanics.kinematics.output_variables import evaluate_output, evaluate_output_value
+from governor_mechanism.mechanics.kinematics.output_variables import evaluate_output, evaluate_output_value, unwrap_output
 from governor_mechanism.mechanics.kinematics.time_functions import CubicTimeFunction, SpindleSpeedFunction
 from governor_mechanism.model.coupled_system import SPINDLE_ANGLE, SPINDLE_SPEED, SPINDLE_TORQUE
 from governor_mechanism.model.force_elements import Spring, TorsionSpring
 from governor_mechanism.model.joints import RotationalDriver, TranslationalDriver
 from governor_mechanism.model.mechanism import Mechanism
-from governor_mechanism.model.output_variables import LineAngle
 from governor_mechanism.model.part import FreeSpindle
 from governor_mechanism.model.scene import Scene
 from governor_mechanism.model.state_history import StateHistory
@@ -216,8 +215,7 @@ class ReadingEvaluator:
         readings, rates = {}, {}
         for reading in self.mechanism.readings:
             derivatives = evaluate_output(self.mechanism, reading.name, history.poses)
-            is_wrapped = isinstance(reading, LineAngle)  # the angle of a body is continuous already
-            readings[reading.name] = np.unwrap(derivatives.value) if is_wrapped else derivatives.value
+            readings[reading.name] = unwrap_output(reading, derivatives.value)
             rates[reading.name] = np.sum(derivatives.gradient * history.velocities, axis=(-2, -1))
         return readings, rates
 

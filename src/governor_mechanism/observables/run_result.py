@@ -12,8 +12,8 @@ from governor_mechanism.model.trajectory import Energy, Outcome
 from governor_mechanism.observables.singular_configurations import DenseOutput
 from governor_mechanism.types import FloatArray, IntArray
 
-StateProvider = Callable[[], tuple[StateHistory, DenseOutput | None]]
-"""Function that computes the states at the monitor times, and a dense output between them where there is one."""
+StateProvider = Callable[[], tuple[StateHistory, tuple[ContactMode, ...], DenseOutput | None]]
+"""Function that computes the states and contact modes at the monitor times, and a dense output between them where there is one."""
 
 
 @dataclass(frozen=True, kw_only=True)

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 
 import numpy as np
 from scipy.interpolate import BPoly
@@ -24,17 +24,22 @@ NEAR_CHANGE_POINT_ANGLE = 0.1
 ZERO_RATE_RATIO = 1e-9
 """A rate is zero if it is below this fraction of the rate at the other end of the interval."""
 
-N_NEWTON_POLISH_STEPS = 3
-"""Number of Newton steps with the engine's own dense output; each reduces the error about a thousandfold."""
+MAX_NEWTON_POLISH_STEPS = 8
+"""Largest number of Newton steps with the engine's own dense output; two or three are usual."""
+
+POLISH_TOLERANCE = 1e-12
+"""Newton steps shorter than this fraction of the bracket end the search: rounding."""
 
 CHANGE_POINT_SINGULAR_VALUE_RATIO = 1e-5
 """At a change point the smallest singular value of the constraint Jacobian is below this fraction of the largest."""
 
 
-MotionPath = Callable[[float], tuple[FloatArray, FloatArray]]
-"""Function of time (s) that returns poses and velocities (bodies, 3)."""
-DenseOutput = Callable[[int, float], tuple[FloatArray, FloatArray] | None]
-"""Function of interval index and time (s) that returns poses and velocities (bodies, 3), or None if it cannot."""
+BodyState = tuple[FloatArray, FloatArray]
+"""Poses and velocities (bodies, 3)."""
+MotionPath = Callable[[float], BodyState]
+"""Function of time (s) that returns poses and velocities."""
+DenseOutput = Callable[[int, float], BodyState | None]
+"""Function of interval index and time (s) that returns poses and velocities, or None if it cannot."""
 
 
 @dataclass(frozen=True)
@@ -42,7 +47,8 @@ class SampledMotion:
     """A motion sampled at n times (s).
 
     Poses, velocities and accelerations have shape (n, bodies, 3); pivot_ratios (n,) measure the independence of the
-    constraint rows. dense_output(k, time) gives poses and velocities between samples k and k + 1.
+    constraint rows. dense_output(k, time) gives poses and velocities between samples k and k + 1. contact_times are the times
+    of contact events, s, ascending.
     """
 
     times: FloatArray
@@ -51,6 +57,7 @@ class SampledMotion:
     accelerations: FloatArray
     pivot_ratios: FloatArray
     dense_output: DenseOutput | None = None
+    contact_times: FloatArray = field(default_factory=lambda: np.empty(0))
 
     def quintic_interpolant(self, k: int) -> MotionPath:
         """Return the quintic Hermite interpolant between samples k and k + 1."""
@@ -59,6 +66,25 @@ class SampledMotion:
         path = BPoly.from_derivatives(self.times[ends], np.stack(parts, axis=1))
         velocity = path.derivative()
         return lambda time: (path(time), velocity(time))
+
+    def state_between(self, k: int, time: float) -> BodyState | None:
+        """Return the engine's own state at a time (s) between samples k and k + 1, or None if there is none."""
+        return self.dense_output(k, time) if self.dense_output else None
+
+    def polish_root(self, k: int, time: float, function: Callable[[BodyState], tuple[float, float]], bracket: tuple[float, float]) -> float:
+        """Return a root (s) between samples k and k + 1, refined by Newton steps with the engine's own dense output.
+
+        The function returns a value and its rate.
+        """
+        for _ in range(MAX_NEWTON_POLISH_STEPS):
+            state = self.state_between(k, time)
+            value, slope = (0.0, 0.0) if state is None else function(state)
+            if state is None or not slope:
+                break
+            time = min(max(time - value / slope, bracket[0]), bracket[1])
+            if abs(value) <= POLISH_TOLERANCE * (bracket[1] - bracket[0]) * abs(slope):
+                break
+        return time
 
 
 def find_singular_configurations(mechanism: Mechanism, motion: SampledMotion, mobility: int) -> tuple[Event, ...]:
@@ -100,7 +126,7 @@ def _locate_turning_point(mechanism: Mechanism, name: str, motion: SampledMotion
     """
     path = motion.quintic_interpolant(k)
 
-    def rate(state: tuple[FloatArray, FloatArray]) -> float:
+    def rate(state: BodyState) -> float:
         return float(np.sum(evaluate_output(mechanism, name, state[0]).gradient * state[1]))
 
     start, end = float(motion.times[k]), float(motion.times[k + 1])
@@ -114,11 +140,7 @@ def _locate_turning_point(mechanism: Mechanism, name: str, motion: SampledMotion
     time = float(brentq(lambda time: rate(path(time)), start, end, xtol=1e-12 * (end - start)))
     time_offset = 1e-3 * (end - start)
     rate_derivative = (rate(path(time + time_offset)) - rate(path(time - time_offset))) / (2 * time_offset)
-    for _ in range(N_NEWTON_POLISH_STEPS if motion.dense_output else 0):
-        state = motion.dense_output(k, time) if motion.dense_output else None
-        if state is None:
-            break
-        time = min(max(time - rate(state) / rate_derivative, start), end)
+    time = motion.polish_root(k, time, lambda state: (rate(state), rate_derivative), (start, end))
     return time, path(time)[1]
 
 

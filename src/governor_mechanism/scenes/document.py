@@ -23,7 +23,8 @@ from governor_mechanism.model.scene import RunSettings, Scene
 from governor_mechanism.scenes.coupling_tables import parse_couplings
 from governor_mechanism.scenes.cross_validation import check_tables_together
 from governor_mechanism.scenes.custom.parser import CustomMachineParser, CustomSceneTable
-from governor_mechanism.scenes.effect_tables import parse_effects
+from governor_mechanism.scenes.effect_tables import ReadingQuantities, parse_effects
+from governor_mechanism.scenes.event_tables import parse_crossings
 from governor_mechanism.scenes.problems import KEY, Problem, ProblemCode, ProblemCollector, mistake
 from governor_mechanism.scenes.quantities import parse_name
 from governor_mechanism.scenes.schema import (
@@ -52,11 +53,12 @@ class DocumentParser:
     def parse(self) -> Scene | None:
         """Return the scene, or None if there are mistakes."""
         if "part" in self.document or "coupling" in self.document:
-            title, parts, couplings = self._parse_parts()
+            title, parts, couplings, quantities = self._parse_parts()
         else:
             parser = PartParser(self.document, self.collector)
             part, couplings = parser.parse(), ()
-            title, parts = parser.title, () if part is None else (part,)
+            title, parts, quantities = parser.title, () if part is None else (part,), parser.quantities
+        crossings = parse_crossings(self.document.get("events"), quantities, self.collector)
         run, run_values = None, dict[str, Any]()
         with self.collector.at("run"):
             run_values = validate(RunTable, self.document.get("run") or {}).given_values()
@@ -69,21 +71,22 @@ class DocumentParser:
                 title=title or Path(self.source).stem or parts[0].machine,
                 parts=parts,
                 couplings=couplings,
+                crossings=crossings,
                 run=run,
                 source=self.source,
                 document=_copy_document(self.document),
             )
         return None
 
-    def _parse_parts(self) -> tuple[str, tuple[Part, ...], tuple[Coupling, ...]]:
-        """Return title, parts and couplings of a document of several parts."""
-        title, parts = "", []
+    def _parse_parts(self) -> tuple[str, tuple[Part, ...], tuple[Coupling, ...], ReadingQuantities]:
+        """Return title, parts, couplings and readings of a document of several parts."""
+        title, parts, quantities = "", [], dict[str, str]()
         with self.collector.at(""):
             title = validate(CoupledSceneTable, self.document).title or ""
-        tables = self.document.get("part")
+        tables = given if isinstance(given := self.document.get("part"), Mapping) else {}
         couplings = parse_couplings(self.document.get("coupling"), self.collector)
         coupled = {angle for coupling in couplings if isinstance(coupling, RatioCoupling) for angle in (coupling.first, coupling.second)}
-        for name, table in tables.items() if isinstance(tables, Mapping) else ():
+        for name, table in tables.items():
             collector = ProblemCollector()
             with collector.at():
                 parse_name(name, "the name of a part")
@@ -92,12 +95,19 @@ class DocumentParser:
                     raise mistake(ProblemCode.WRONG_TYPE, text)
                 collector.add(
                     ProblemCode.CONFLICT,
-                    *(f"{KEY}.{key} stands once for the whole scene; move it above the parts" for key in ("title", "run") if key in table),
+                    *(
+                        f"{KEY}.{key} stands once for the whole scene; move it above the parts"
+                        for key in ("title", "run", "events")
+                        if key in table
+                    ),
                 )
-                part = PartParser(table, collector, name, f"{name}.{SPINDLE_ANGLE}" in coupled).parse()
+                parser = PartParser(table, collector, name, f"{name}.{SPINDLE_ANGLE}" in coupled)
+                part = parser.parse()
                 parts += [] if part is None else [part]
+                prefix = f"{name}." if len(tables) > 1 else ""
+                quantities |= {f"{prefix}{reading}": quantity for reading, quantity in (parser.quantities or {}).items()}
             self.collector.problems += [problem.at(f"part.{name}:") for problem in collector.problems]
-        return title, tuple(parts), couplings
+        return title, tuple(parts), couplings, quantities if len(parts) == len(tables) else None
 
 
 class PartParser:
@@ -107,12 +117,16 @@ class PartParser:
         self.document, self.collector, self.name, self.is_coupled = document, collector, name, is_coupled
         self.tables: dict[str, dict[str, Any]] = {name: dict(value) for name, value in document.items() if isinstance(value, Mapping)}
         self.title = ""
+        self.quantities: dict[str, str] | None = None
+        """Quantities of the readings by name; None while they are not known."""
 
     def parse(self) -> Part | None:
         """Return the part, or None if there are mistakes."""
         is_custom = _find_intended_machine(self.document) == CUSTOM_MACHINE
         part, effects, start = self._parse_custom() if is_custom else self._parse_dimensioned()
         spindle = self._parse_spindle()
+        if isinstance(spindle, FreeSpindle) and self.quantities is not None:
+            self.quantities = self.quantities | {SPINDLE_ANGLE: "angle"}
         has_spindle = "spindle" in self.document or self.is_coupled  # even if it is not a table, which is reported
         self.collector.problems += check_tables_together(
             part, effects, spindle, start, self.tables.get("effects", {}), has_spindle=has_spindle
@@ -132,7 +146,8 @@ class PartParser:
         return spindle
 
     def _parse_effects(self, readings: Iterable[tuple[str, str]] | None) -> tuple[Effect, ...]:
-        return parse_effects(self.tables.get("effects", {}), None if readings is None else dict(readings), self.collector)
+        self.quantities = None if readings is None else dict(readings)
+        return parse_effects(self.tables.get("effects", {}), self.quantities, self.collector)
 
     def _parse_custom(self) -> tuple[Part | None, tuple[Effect, ...], Start]:
         """Return part, effects and start of a scene with a custom machine."""

@@ -7,9 +7,9 @@ is the `ReadingQuantities` of the mechanism.
 from __future__ import annotations
 
 import dataclasses
-from collections.abc import Iterator, Mapping
+from collections.abc import Callable, Iterator, Mapping
 from functools import cache, partial
-from typing import Annotated, Any, ClassVar, Final
+from typing import Annotated, Any, ClassVar, Final, TypeVar
 
 from pydantic import Field, PlainValidator, ValidationInfo, create_model
 
@@ -31,6 +31,8 @@ SLEEVE_ALIAS, SLEEVE_LIFT_NAME = "sleeve", "sleeve_lift"
 
 NO_END: Final = "none"
 """Word for the end of a range that does not exist."""
+
+_Parsed = TypeVar("_Parsed")
 
 
 def _example(key: SceneKey, quantity: str) -> str:
@@ -214,7 +216,7 @@ def _parse_output_effects(effect: type[Effect], value: object, quantities: Readi
         _require_readings(effect, table, quantities)
     for name, given in table.items():
         with collector.at(f"{KEY}.{name}"):
-            reading = _resolve_reading_name(name, quantities)
+            reading = resolve_reading_name(name, quantities)
             if given is False:
                 continue
             if reading in effects:
@@ -240,24 +242,32 @@ def _require_readings(effect: type[Effect], value: object, reading_quantities: R
 def _parse_output_effect(
     effect: type[Effect], reading: str, quantities: ReadingQuantities, value: Any, common: Mapping[str, Any]
 ) -> Effect:
-    """Return the effect on a reading; of an unknown quantity, the one with the fewest problems."""
+    """Return the effect on a reading."""
+    return parse_by_quantity(
+        reading, quantities, value, lambda name, quantity, given: _build_effect(effect, quantity, given, reading=name, **common)
+    )
+
+
+def parse_by_quantity(reading: str, quantities: ReadingQuantities, value: Any, make: Callable[[str, str, Any], _Parsed]) -> _Parsed:
+    """Return what `make` parses for the quantity of a reading; of an unknown quantity, the result with the fewest problems."""
     refusals: list[MechanismError] = []
     for quantity in ("length", "angle") if quantities is None else (quantities[reading],):
         try:
-            return _build_effect(effect, quantity, value, reading=reading, **common)
+            return make(reading, quantity, value)
         except MechanismError as error:
             refusals.append(error)
     raise min(refusals, key=lambda refusal: len(refusal.problems))
 
 
-def _resolve_reading_name(name: str, quantities: ReadingQuantities) -> str:
+def resolve_reading_name(name: str, quantities: ReadingQuantities, path: str = KEY) -> str:
+    """Return the name of a reading, also for the short name of the sleeve's; `path` is where a message finds it."""
     if quantities is None or name in quantities:
         return name
     if name == SLEEVE_ALIAS and SLEEVE_LIFT_NAME in quantities:
         return SLEEVE_LIFT_NAME
     aliases = [SLEEVE_ALIAS] if SLEEVE_LIFT_NAME in quantities else []
     suggestion = did_you_mean(name, [*aliases, *quantities])
-    raise mistake(ProblemCode.UNKNOWN_NAME, f"{KEY} is not a reading; readings are {', '.join(quantities)}.{suggestion}")
+    raise mistake(ProblemCode.UNKNOWN_NAME, f"{path} is not a reading; readings are {', '.join(quantities)}.{suggestion}")
 
 
 def _effect_validator(effect: type[Effect]) -> PlainValidator:

@@ -55,6 +55,7 @@ class CommonSceneTable(SceneFileTable):
     spindle: AnyTable = None
     start: AnyTable = None
     run: AnyTable = None
+    events: AnyTable = None
 
     @classmethod
     def unknown_key(cls, key: str, value: object) -> str:
@@ -75,6 +76,7 @@ class CoupledSceneTable(SceneFileTable):
 
     title: Annotated[str | None, PlainValidator(_check_title)] = None
     run: AnyTable = None
+    events: AnyTable = None
     part: AnyTable = Field(description="the parts, one table [part.NAME] for each")
     coupling: AnyTable = None
 

@@ -24,7 +24,7 @@ from governor_mechanism.errors import MechanismError, did_you_mean
 from governor_mechanism.scenes.problems import KEY, Problem, ProblemCode, mistake
 from governor_mechanism.units.quantities import format_value
 
-TOP_LEVEL_KEYS: Final = ("machine", "title", "dimensions", "effects", "spindle", "start", "run")
+TOP_LEVEL_KEYS: Final = ("machine", "title", "dimensions", "effects", "spindle", "start", "run", "events")
 """Keys of a scene file outside its tables, and its tables."""
 
 _Parsed = TypeVar("_Parsed")

@@ -25,7 +25,6 @@ from governor_mechanism.numerics.jit import warn_before_compiling
 from governor_mechanism.observables.evaluation import ReadingEvaluator
 from governor_mechanism.observables.model_size import count_model_size
 from governor_mechanism.observables.run_result import RunResult
-from governor_mechanism.types import FloatArray
 
 
 @final
@@ -96,7 +95,7 @@ class MultibodyRunner(CertifiedRunner[MultibodyResult]):
         time_text = f"t = {self.integrator.time_grid.monitor_times[n_kept - 1]:.6g} s"
         if range_exit is not None:
             n_kept, outcome = range_exit[0], Outcome.LEFT_RANGE
-            detail = f"{range_exit[1]}, at {self._describe_exit(integration.states, tolerance, n_kept)}"
+            detail = f"{range_exit[1]}, at {self._describe_exit(integration, tolerance, n_kept)}"
         elif integration.status == IntegrationStatus.STALLED:
             outcome, detail = Outcome.STALLED, f"at {time_text}"
         elif integration.status != IntegrationStatus.DONE or len(self.integrator.time_grid.reported_indices) < len(self.request.times):
@@ -116,7 +115,7 @@ class MultibodyRunner(CertifiedRunner[MultibodyResult]):
             tolerance=tolerance,
         )
 
-    def _describe_exit(self, states: FloatArray, tolerance: float, exit_index: int) -> str:
+    def _describe_exit(self, integration: IntegrationResult, tolerance: float, exit_index: int) -> str:
         """Return when the motion leaves its range before a monitor time, located by bisection since the previous one."""
         times = self.integrator.time_grid.monitor_times
         if exit_index == 0 or self.integrator.stiffness_onset < np.inf or self.integrator.scene_contacts:
@@ -124,7 +123,7 @@ class MultibodyRunner(CertifiedRunner[MultibodyResult]):
         time_inside, time_outside = float(times[exit_index - 1]), float(times[exit_index])
         for _ in range(self.engine.settings.max_exit_bisections):
             middle = 0.5 * (time_inside + time_outside)
-            motion = self.integrator.integrate_between(states, tolerance, exit_index - 1, middle)
+            motion = self.integrator.integrate_between(integration, tolerance, exit_index - 1, middle)
             if motion is None:
                 return f"about t = {time_outside:.6g} s"
             if self.evaluator.find_first_out_of_range(motion[0][np.newaxis]) is None:
@@ -134,12 +133,12 @@ class MultibodyRunner(CertifiedRunner[MultibodyResult]):
         return f"t = {time_outside:.9g} s"
 
     def complete_result(self, best: MultibodyResult) -> MultibodyResult:
-        """Add the dense output of a smooth run, and remove events after the end of the motion."""
-        is_smooth = self.integrator.stiffness_onset == np.inf and not self.integrator.scene_contacts
+        """Add the dense output of a run that is not stiff, and remove events after the end of the motion."""
+        is_stiff = self.integrator.stiffness_onset < np.inf
         times = self.integrator.time_grid.monitor_times[: len(best.contact_modes)]
         return replace(
             best,
-            dense_output=partial(self.integrator.integrate_between, best.integration.states, best.tolerance) if is_smooth else None,
+            dense_output=None if is_stiff else partial(self.integrator.integrate_between, best.integration, best.tolerance),
             contact_events=tuple(event for event in best.contact_events if not len(times) or event.time <= times[-1]),
         )
 

@@ -182,12 +182,22 @@ class ConstrainedIntegrator:
         """Return whether a state is outside the mechanism's limits."""
         return self.evaluator.find_first_out_of_range(self._to_mass_centres(state)[0][np.newaxis]) is not None
 
-    def integrate_between(self, states: FloatArray, tolerance: float, k: int, time: float) -> tuple[FloatArray, FloatArray] | None:
+    def integrate_between(
+        self, integration: IntegrationResult, tolerance: float, k: int, time: float
+    ) -> tuple[FloatArray, FloatArray] | None:
         """Return poses and velocities of the mass centres at a time (s) after monitor time k, or None if that fails."""
-        start = float(self.time_grid.monitor_times[k])
-        state, counters = states[k].copy(), np.zeros(N_COUNTERS, dtype=np.int64)
-        limits = StepLimits(tolerance, 0.01 * self.evaluator.time_scale, np.inf, self.settings.max_interpolation_steps)
-        status, *_ = self.solver.integrate(self.model, self.input_cubics(start), (start, time), state, limits, counters)
+        start, step = float(self.time_grid.monitor_times[k]), 0.01 * self.evaluator.time_scale
+        state, counters = integration.states[k].copy(), np.zeros(N_COUNTERS, dtype=np.int64)
+        if self.scene_contacts is None:
+            limits = StepLimits(tolerance, step, np.inf, self.settings.max_interpolation_steps)
+            status, *_ = self.solver.integrate(self.model, self.input_cubics(start), (start, time), state, limits, counters)
+        else:
+            self.scene_contacts.continue_from(integration.contact_modes[k])
+            time_scale, max_step_ratio = self.evaluator.time_scale, self.settings.max_step_ratio
+            event_integrator = EventIntegrator(self, self.scene_contacts, tolerance, time_scale, max_step_ratio, counters)
+            if start in self.breakpoints[1:]:
+                event_integrator.restart_after_breakpoint(start, state)  # a state at a breakpoint has the mode before it
+            status, *_ = event_integrator.integrate_segment((start, time), np.empty(0), state, step, np.empty((0, state.size)), [])
         if status != IntegrationStatus.DONE:
             return None
         return self._to_mass_centres(state)

@@ -20,7 +20,7 @@ from governor_mechanism.engines.reduced.settings import ReducedSettings
 from governor_mechanism.errors import MechanismError
 from governor_mechanism.integrators.status import IntegrationStatus
 from governor_mechanism.integrators.time_grid import make_time_grid
-from governor_mechanism.mechanics.dynamics.contacts import FRICTION_LAW_NAME
+from governor_mechanism.mechanics.dynamics.contacts import FRICTION_LAW_NAME, ContactMode
 from governor_mechanism.mechanics.reduction.lowering import OutputForceColumn
 from governor_mechanism.mechanics.reduction.motion_table import MotionTable
 from governor_mechanism.mechanics.reduction.shaft import parts_with_coordinate
@@ -163,8 +163,10 @@ class ReducedRunner(CertifiedRunner[ReducedResult]):
         """Add the contact modes at the reported times."""
         return replace(best, contact_modes=best.reduced_run.contact_modes(best.solution, best.reported_states.poses))
 
-    def _make_monitor_states(self, table_run: ReducedRun, tolerance: float, end: FloatArray) -> tuple[StateHistory, DenseOutput | None]:
-        """Return states close enough to each other that no singular configuration is missed, and the dense output between them."""
+    def _make_monitor_states(
+        self, table_run: ReducedRun, tolerance: float, end: FloatArray
+    ) -> tuple[StateHistory, tuple[ContactMode, ...], DenseOutput | None]:
+        """Return states close enough to each other that no event is missed, their modes, and the dense output between them."""
         settings = self.engine.settings
         breakpoints = np.unique(np.concatenate([function.breakpoints for function in table_run.motion_table.time_functions]))
         monitor_times = make_time_grid(end, breakpoints, np.inf, settings.monitor_interval_ratio * self.evaluator.time_scale).monitor_times
@@ -181,7 +183,9 @@ class ReducedRunner(CertifiedRunner[ReducedResult]):
             n_intervals = np.ceil(displacements / settings.monitor_interval_ratio).astype(int).clip(1)
             segments = [np.linspace(a, b, n + 1)[1:] for a, b, n in zip(monitor_times, monitor_times[1:], n_intervals, strict=False)]
             monitor_times = np.concatenate([monitor_times[:1], *segments])
-        return reduced_run.state_history(solution), partial(reduced_run.integrate_from_row, solution.states, tolerance)
+        states = reduced_run.state_history(solution)
+        modes = reduced_run.contact_modes(solution, states.poses)
+        return states, modes, partial(reduced_run.integrate_from_row, solution, tolerance)
 
     def make_cost(self, best: ReducedResult, wall_time: float) -> Cost:
         """Return the cost over all runs."""

@@ -64,6 +64,7 @@ class ReducedRun:
         self.contacts = contacts_of(scene)
         self.one_sided_springs = one_sided_forces_of(scene)
         self.has_contacts = bool(self.contacts or self.one_sided_springs)
+        self._max_step = settings.max_step_ratio * max_step_scale(scene) * (settings.event_step_ratio if self.has_contacts else 1.0)
         breakpoints = np.unique(np.concatenate([time_function.breakpoints for time_function in motion_table.time_functions]))
         end = float(times[-1]) if len(times) else 0.0
         self._breakpoints = np.concatenate([[0.0], breakpoints[(breakpoints > 0) & (breakpoints < end)], [end]])
@@ -87,8 +88,7 @@ class ReducedRun:
 
     def _integrate_with_capacity(self, tolerance: float, step_factor: float, capacity: int) -> tuple[ReducedSolution, int]:
         motion_table, settings, time_scale = self.motion_table, self.settings, self.evaluator.time_scale
-        max_step = step_factor * settings.max_step_ratio
-        max_step *= max_step_scale(motion_table.scene) * (settings.event_step_ratio if self.has_contacts else 1.0)
+        max_step = step_factor * self._max_step
         state = self.start.copy()
         states, modes = np.empty((len(self.times), N_STATES)), self._allocate_modes()
         mode, stages = np.zeros(modes.shape[1], dtype=np.int64), make_stages()
@@ -134,13 +134,15 @@ class ReducedRun:
         solution = ReducedSolution(states[:n_filled], modes[:n_filled], events, IntegrationStatus(status), time, side, step)
         return solution, int(event_log.counts[0])
 
-    def integrate_from_row(self, states: FloatArray, tolerance: float, k: int, time: float) -> tuple[FloatArray, FloatArray] | None:
+    def integrate_from_row(self, solution: ReducedSolution, tolerance: float, k: int, time: float) -> tuple[FloatArray, FloatArray] | None:
         """Return poses and velocities (bodies, 3) at a time, s, after that of row k, integrated from that row; None on failure."""
-        start_time, state, time_scale = float(self.times[k]), states[k].copy(), self.evaluator.time_scale
-        model = self._make_model(start_time, np.zeros(1, dtype=np.int64))
-        limits = (tolerance, 0.01 * time_scale, self.settings.max_step_ratio * time_scale, self.settings.max_interpolation_steps)
-        no_states, no_modes = np.empty((0, N_STATES)), np.zeros((0, 1), dtype=np.int64)
-        buffers = (make_stages(), no_states, no_modes, make_event_log(0), np.zeros(4, dtype=np.int64))
+        start_time, state, mode = float(self.times[k]), solution.states[k].copy(), solution.modes[k].copy()
+        model, event_log = self._make_model(start_time, mode), make_event_log(0)
+        if self.has_contacts and start_time in self._breakpoints[1:]:
+            initialise_contact_mode(model, start_time, state, event_log)  # a row at a breakpoint has the mode before it
+        limits = (tolerance, 0.01 * self.evaluator.time_scale, self._max_step, self.settings.max_interpolation_steps)
+        no_states, no_modes = np.empty((0, len(state))), np.zeros((0, len(mode)), dtype=np.int64)
+        buffers = (make_stages(), no_states, no_modes, event_log, np.zeros(4, dtype=np.int64))
         status, *_ = integrate_reduced(model, (start_time, time), np.empty(0), state, limits, *buffers)
         if status != IntegrationStatus.DONE:
             return None

@@ -157,13 +157,20 @@ class SceneContacts:
         self._spring_scales = np.array([mechanism.output_scale(spring.reading) for spring in springs])
         self._models: dict[ContactModeKey, tuple[ContactMode, System, SystemWorkspace]] = {}
         self.events = list[Event]()
-        self._reset()
+        self.continue_from(initial_mode(scene))
 
-    def _reset(self) -> None:
-        """Hold nothing, let nothing slide, make all one-sided springs slack, and forget the events."""
-        self.mode = initial_mode(self._scene)
-        self._states, self._segments = (np.zeros(n, dtype=np.int64) for n in (len(self.contacts), len(self._spring_outputs)))
-        self.rest_values = np.full(len(self.contacts), np.nan)
+    def continue_from(self, mode: ContactMode) -> None:
+        """Take a mode as that of the last transition, and forget the events.
+
+        Parameters
+        ----------
+        mode
+            The mode.
+        """
+        self.mode = mode
+        self.rest_values = np.array([np.nan if held is None else held for held in mode.held_values])
+        self._states = np.where(np.isnan(self.rest_values), mode.sliding_signs, HELD).astype(np.int64)
+        self._segments = np.array(mode.taut, dtype=np.int64)
         self._released_at, self._released = -math.inf, set[int]()
         self.events.clear()
 
@@ -182,7 +189,7 @@ class SceneContacts:
         input_cubics
             Local cubics of all inputs from the start on; shape (inputs, 5).
         """
-        self._reset()
+        self.continue_from(initial_mode(self._scene))
         self.change_mode(0.0, state, input_cubics)
         self.events.clear()
 

@@ -89,6 +89,11 @@ def evaluate_output_gradient(mechanism: Mechanism, name: str, poses: FloatArray)
     return evaluate_output(mechanism, name, poses).gradient
 
 
+def unwrap_output(reading: Reading, values: FloatArray) -> FloatArray:
+    """Return the values (n,) of a reading along a motion, continuous over full turns."""
+    return np.unwrap(values) if isinstance(reading, LineAngle) else values  # the angle of a body is continuous already
+
+
 @singledispatch
 def evaluate_output_variable(reading: Reading, mechanism: Mechanism, poses: FloatArray, velocities: FloatArray) -> OutputDerivatives:
     """Evaluate an output variable that the mechanism need not list among its readings."""

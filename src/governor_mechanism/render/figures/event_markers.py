@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from collections import Counter
 from collections.abc import Sequence
 from typing import Any
 
@@ -40,20 +39,16 @@ def reported_events(run: Trajectory) -> list[Event]:
 def draw_event_markers(axes: Axes, events: Sequence[Event]) -> None:
     """Draw a marker at the time of each event."""
     few = len(events) <= _MAX_EVENT_LINES
-    for kind in dict.fromkeys(event.kind for event in events):
-        colour, dashes = _EVENT_STYLES.get(kind, _OTHER_EVENT_STYLE)
-        times = [event.time for event in events if event.kind == kind]
+    for (label, colour, dashes), times in _times_by_style(events).items():
         lines = axes.vlines(times, 0.0, 1.0 if few else _RUG_HEIGHT_RATIO, transform=axes.get_xaxis_transform(), colors=colour)
-        lines.set(linewidth=0.8, zorder=1, linestyle=dashes if few else "solid", gid=kind)
+        lines.set(linewidth=0.8, zorder=1, linestyle=dashes if few else "solid", gid=label)
 
 
 def draw_event_legend(figure: Figure, events: Sequence[Event], height: float) -> None:
-    """Draw a one-line legend of the event kinds and their numbers at a height, as a fraction of the figure."""
-    few, counts = len(events) <= _MAX_EVENT_LINES, Counter(event.kind for event in events)
-    handles = []
-    for kind, count in list(counts.items())[:_MAX_NAMED_KINDS]:
-        colour, dashes = _EVENT_STYLES.get(kind, _OTHER_EVENT_STYLE)
-        label = kind if count == 1 else f"{kind} ({count})"
+    """Draw a one-line legend of the event kinds and named crossings with their numbers at a height, as a fraction of the figure."""
+    few, handles = len(events) <= _MAX_EVENT_LINES, []
+    for (name, colour, dashes), times in list(_times_by_style(events).items())[:_MAX_NAMED_KINDS]:
+        label = name if len(times) == 1 else f"{name} ({len(times)})"
         handles.append(Line2D([], [], color=colour, linestyle=dashes if few else "solid", linewidth=1.2, label=label))
     legend = figure.legend(
         handles=handles,
@@ -69,3 +64,16 @@ def draw_event_legend(figure: Figure, events: Sequence[Event], height: float) ->
     )
     for text in legend.get_texts():
         text.set_color(MUTED)
+
+
+def _times_by_style(events: Sequence[Event]) -> dict[tuple[str, str, Any], list[float]]:
+    """Return the times, s, of the events by label, colour and dashes: those of the kind, and of each named crossing its own."""
+    names = list(dict.fromkeys(event.subject for event in events if event.kind == EventKind.CROSSING))
+    times: dict[tuple[str, str, Any], list[float]] = {}
+    for event in events:
+        if event.kind == EventKind.CROSSING:
+            style = event.subject, SERIES_COLOURS[names.index(event.subject) % len(SERIES_COLOURS)], "solid"
+        else:
+            style = event.kind.value, *_EVENT_STYLES.get(event.kind, _OTHER_EVENT_STYLE)
+        times.setdefault(style, []).append(event.time)
+    return times
