@@ -33,7 +33,7 @@ from governor_mechanism.model.joints import (
 from governor_mechanism.model.mechanism import Body, Mechanism, SecondMoments
 from governor_mechanism.model.output_variables import BodyAngle, PointCoordinate, PointDistance
 from governor_mechanism.model.scene import FIXED_PLANE, Part, RunSettings, Scene, Spindle, Start
-from governor_mechanism.model.time_functions import InputFunction, PrescribedMotion
+from governor_mechanism.model.time_functions import Harmonic, InputFunction, PrescribedMotion
 from governor_mechanism.types import FloatArray
 
 ExactReadings = dict[str, tuple[FloatArray, FloatArray]]
@@ -725,22 +725,48 @@ MOTION_TABLE = ((0.0, 0.15, 0.3, 0.5, 0.6), (0.3, 1.0, 2.4, 2.9, 2.2))
 
 
 def crank_motion(times: FloatArray) -> tuple[FloatArray, FloatArray, FloatArray]:
-    """The natural spline through the table: values, rates, second derivatives."""
-    spline = CubicSpline(*MOTION_TABLE, bc_type="natural")
-    return spline(times), spline(times, 1), spline(times, 2)
+    """The not-a-knot spline through the table: values, rates, second derivatives; from the last point on its rate is constant."""
+    spline = CubicSpline(*MOTION_TABLE)
+    return spline(times), spline(times, 1), np.where(times < MOTION_TABLE[0][-1], spline(times, 2), 0.0)
 
 
 def slider_crank_driven_by_a_table() -> ExactCase:
-    """The same crank driven by a natural spline through a few points."""
+    """The same crank driven by a spline through a few points."""
     scene = _slider_crank(PrescribedMotion(times=MOTION_TABLE[0], values=MOTION_TABLE[1]), MOTION_TABLE[1][0], 0.6)
     return ExactCase(scene=scene, exact=lambda times: _crank_readings(*crank_motion(times)[:2]), step=0.0025)
 
 
-def pendulum_on_a_driven_support() -> ExactCase:
-    """A rod that hangs from a support driven to and fro by a table of many points."""
+WOBBLE = ((0.4, 7.0, 0.9), (-0.05, 31.0, 2.0))
+"""Amplitude (rad), angular frequency (rad/s) and phase of two harmonics."""
+
+
+def wobbling_crank_motion(times: FloatArray) -> tuple[FloatArray, FloatArray, FloatArray]:
+    """A constant rate with two harmonics: values, rates, second derivatives."""
+    phases = [(a, w, w * times + phase) for a, w, phase in WOBBLE]
+    return (
+        0.3 + 5.0 * times + sum(a * np.sin(phase) for a, _, phase in phases),
+        5.0 + sum(a * w * np.cos(phase) for a, w, phase in phases),
+        -sum(a * w**2 * np.sin(phase) for a, w, phase in phases),
+    )
+
+
+def slider_crank_driven_by_a_formula() -> ExactCase:
+    """The same crank driven at a constant rate with two harmonics."""
+    harmonics = tuple(Harmonic(amplitude=a, frequency=w / (2 * math.pi), phase=phase) for a, w, phase in WOBBLE)
+    start = float(wobbling_crank_motion(np.array(0.0))[0])
+    scene = _slider_crank(PrescribedMotion.constant_rate(0.3, 5.0, harmonics), start, 0.6)
+    return ExactCase(scene=scene, exact=lambda times: _crank_readings(*wobbling_crank_motion(times)[:2]), step=0.0025)
+
+
+DISPLACEMENT_TIMES = np.linspace(0.0, 1.2, 25)
+
+
+def pendulum_on_a_driven_support(*, by_table: bool) -> ExactCase:
+    """A rod that hangs from a support driven to and fro, by a table of many points or as a harmonic."""
     length, mass, start = 0.6, 1.5, 0.4
-    at = np.linspace(0.0, 1.2, 25)
+    at, wave = DISPLACEMENT_TIMES, Harmonic(amplitude=0.05, frequency=9.0 / (2 * math.pi))
     displacement = 0.05 * np.sin(9.0 * at)
+    table = PrescribedMotion(times=tuple(at.tolist()), values=tuple((0.2 + displacement).tolist()))
     scene = make_scene(
         bodies=[point_mass("support", 2.0), rod_body("rod", mass, length)],
         joints=[
@@ -750,7 +776,7 @@ def pendulum_on_a_driven_support() -> ExactCase:
                 first=ground_point(-0.2),
                 second=body_point("support"),
                 angle=0.0,
-                motion=PrescribedMotion(times=tuple(at.tolist()), values=tuple((0.2 + displacement).tolist())),
+                motion=table if by_table else PrescribedMotion.constant_rate(0.2, 0.0, (wave,)),
             ),
             Pin(name="hinge", first=body_point("support"), second=body_point("rod", y=length / 2)),
         ],
@@ -761,15 +787,18 @@ def pendulum_on_a_driven_support() -> ExactCase:
         size=length,
         duration=1.2,
     )
-    spline = CubicSpline(at, displacement, bc_type="natural")
+    spline = CubicSpline(at, displacement)
+
+    def support(times, order=0):
+        return spline(times, order) if by_table else 0.05 * 9.0**order * np.sin(9.0 * times + order * np.pi / 2)
 
     def state_rate(time, state):
-        inclination = GRAVITY * math.sin(state[0]) + float(spline(time, 2)) * math.cos(state[0])
+        inclination = GRAVITY * math.sin(state[0]) + float(support(time, 2)) * math.cos(state[0])
         return [state[1], -inclination / (2 * length / 3)]
 
     def exact(times):
         angle, rate = integrate_state(state_rate, (start, 0.0), times, breaks=at)
-        return {"rod": (angle, rate), "x": (spline(times), spline(times, 1))}
+        return {"rod": (angle, rate), "x": (support(times), support(times, 1))}
 
     return ExactCase(scene=scene, exact=exact)
 
@@ -1223,8 +1252,10 @@ CASES: dict[str, Callable[[], ExactCase]] = {
     "rack": falling_rack,
     "driven turn": driven_slider_crank,
     "driven turn by a table": slider_crank_driven_by_a_table,
+    "driven turn by a formula": slider_crank_driven_by_a_formula,
     "driven turn, the ground second": counterweight_driven_backwards,
-    "driven slide by a table": pendulum_on_a_driven_support,
+    "driven slide by a table": lambda: pendulum_on_a_driven_support(by_table=True),
+    "driven slide by a formula": lambda: pendulum_on_a_driven_support(by_table=False),
     "driven slide on a turning body": bead_driven_along_a_turning_rod,
     "spring": hanging_spring,
     "spring between bodies": spring_between_two_masses,

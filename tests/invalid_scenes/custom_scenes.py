@@ -143,6 +143,24 @@ BROKEN_CUSTOM: list[tuple[str, str, list[tuple[str, str]]]] = [
         [("inconsistent", 'joint "A": motion')],
     ),
     (
+        "a formula of a motion with mistakes",
+        custom_scene(
+            joint=joint_table(
+                "driven_turn",
+                'motion = { rat = 1, harmonics = [{ amplitude = "1 mm", frequency = 1 }, { amplitude = 1, frequency = 0 }, 3, {}] }',
+            )
+        ),
+        [
+            ("wrong quantity", 'joint "A": motion.harmonics, harmonic 1: amplitude'),
+            ("out of range", 'joint "A": motion.harmonics, harmonic 2: frequency'),
+            ("wrong type", 'joint "A": motion.harmonics, harmonic 3'),
+            ("missing key", 'joint "A": motion.harmonics, harmonic 4: amplitude'),
+            ("missing key", 'joint "A": motion.harmonics, harmonic 4: frequency'),
+            ("unknown key", 'joint "A": motion.rat'),
+        ],
+    ),
+    ("a number for a motion", custom_scene(joint=joint_table("driven_turn", "motion = 3")), [("wrong type", 'joint "A": motion')]),
+    (
         "contradictory drives",
         custom_scene(joint_table("driven_turn", "rate = 1", name="B"), joint_table("driven_turn", "rate = 2", name="C")),
         [("conflict", "joint")],

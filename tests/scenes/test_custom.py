@@ -31,7 +31,7 @@ from governor_mechanism.model.joints import (
 from governor_mechanism.model.mechanism import Body, Mechanism, SecondMoments
 from governor_mechanism.model.output_variables import BodyAngle, LineAngle, PointCoordinate, PointDistance, Reading
 from governor_mechanism.model.scene import EQUILIBRIUM, FreeSpindle, Scene
-from governor_mechanism.model.time_functions import InputFunction, PrescribedMotion
+from governor_mechanism.model.time_functions import Harmonic, InputFunction, PrescribedMotion
 from governor_mechanism.scenes import library
 from governor_mechanism.scenes.parser import parse_scene_document
 from governor_mechanism.scenes.problems import Problem
@@ -174,6 +174,24 @@ FIRST, SECOND = Point(body="crank", x=0.05), Point(body="rod", x=-0.1)
                 first=Point(body="crank"),
                 second=Point(body="rod"),
                 motion=PrescribedMotion(times=(0.0, 1.0), values=(1.0, 1.0 + 2 * math.pi)),
+            ),
+        ),
+        (
+            joint_table(
+                "driven_turn",
+                'motion = { start = 1, rate = "60 rpm", harmonics = [{ amplitude = "90 deg", frequency = "3 rad/s", phase = 0.5 }] }',
+                name="J",
+                ends=("crank", "rod"),
+            ),
+            RotationalDriver(
+                name="J",
+                first=Point(body="crank"),
+                second=Point(body="rod"),
+                motion=PrescribedMotion(
+                    times=(0.0, 1.0),
+                    values=(1.0, 1.0 + 2 * math.pi),
+                    harmonics=(Harmonic(amplitude=math.pi / 2, frequency=3 / (2 * math.pi), phase=0.5),),
+                ),
             ),
         ),
         (

@@ -26,6 +26,7 @@ from governor_mechanism.mechanics.dynamics.lowering import (
     make_system_workspace,
     to_mass_centres,
 )
+from governor_mechanism.mechanics.kinematics.time_functions import stack_local_cubics
 from governor_mechanism.model.events import Event
 from governor_mechanism.model.scene import Scene
 from governor_mechanism.model.state_history import StateHistory
@@ -201,8 +202,9 @@ class ConstrainedIntegrator:
         return np.concatenate([poses.ravel(), velocities.ravel(), auxiliary_states])
 
     def input_cubics(self, start: float) -> FloatArray:
-        """Return the local cubics (functions, 5) of spindle speed, drivers and force elements from a time (s) to the next breakpoint."""
-        return np.array([function.local_cubics(np.array([start]))[0] for function in self.input_functions])
+        """Return the local cubics (functions, columns) of spindle, drivers and force elements from a time (s) to the next breakpoint."""
+        cubics: FloatArray = stack_local_cubics(self.input_functions, np.array([start]))[0]
+        return cubics
 
     def _compute_speed_jump_work(self, time: float, state: FloatArray) -> float:
         """Return the work (J) that a jump of the given spindle speed does on the parts."""

@@ -17,6 +17,7 @@ from governor_mechanism.mechanics.contact.tolerances import SIMULTANEITY_TOLERAN
 from governor_mechanism.mechanics.dynamics.characteristic_scales import max_step_scale
 from governor_mechanism.mechanics.dynamics.contacts import ContactMode, contacts_of, output_springs_of
 from governor_mechanism.mechanics.kinematics.output_variables import evaluate_output_value
+from governor_mechanism.mechanics.kinematics.time_functions import stack_local_cubics
 from governor_mechanism.mechanics.reduction.equation_of_motion import N_QUADRATURES, ReducedModel, make_reduced_model
 from governor_mechanism.mechanics.reduction.lowering import ForceParameter
 from governor_mechanism.mechanics.reduction.motion_table import MotionTable
@@ -154,7 +155,7 @@ class ReducedRun:
 
         The integral of a torque on the spindle includes the initial angular momentum.
         """
-        coefficients = np.array([time_function.local_cubics(np.array([start]))[0] for time_function in self.motion_table.time_functions])
+        coefficients: FloatArray = stack_local_cubics(self.motion_table.time_functions, np.array([start]))[0]
         coefficients[0, 4] += self._initial_momentum
         return coefficients
 

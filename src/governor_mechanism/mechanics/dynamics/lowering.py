@@ -17,7 +17,7 @@ from governor_mechanism.mechanics.kinematics.constraint_equations import bodies_
 from governor_mechanism.mechanics.kinematics.constraint_kernels import N_ROW_COLUMNS, ConstraintRows
 from governor_mechanism.mechanics.kinematics.output_rows import CONSTANT_PARAMETER, make_output_rows
 from governor_mechanism.mechanics.kinematics.points import rotate_vector
-from governor_mechanism.mechanics.kinematics.time_functions import CubicTimeFunction
+from governor_mechanism.mechanics.kinematics.time_functions import CubicTimeFunction, make_time_function
 from governor_mechanism.model.joints import GROUND, Pin
 from governor_mechanism.model.mechanism import Body, Mechanism
 from governor_mechanism.model.scene import TURNING_PLANE, FreeSpindle, Scene, Spindle
@@ -180,7 +180,7 @@ def make_system(scene: Scene, mode: ContactMode | None = None) -> tuple[System, 
     )
     inputs: list[InputFunction | PrescribedMotion] = [spindle.torque if isinstance(spindle, FreeSpindle) else spindle.speed_function]
     inputs += [*constraint_table.motions, *element_inputs, *friction_inputs]
-    return system, tuple(map(CubicTimeFunction, inputs))
+    return system, tuple(map(make_time_function, inputs))
 
 
 def forced_output_names(scene: Scene) -> list[str]:

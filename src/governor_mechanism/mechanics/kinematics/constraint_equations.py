@@ -20,7 +20,7 @@ from governor_mechanism.mechanics.kinematics.constraint_kernels import (
     evaluate_residuals,
 )
 from governor_mechanism.mechanics.kinematics.points import Origins, attachment_fields
-from governor_mechanism.mechanics.kinematics.time_functions import CubicTimeFunction
+from governor_mechanism.mechanics.kinematics.time_functions import MotionFunction
 from governor_mechanism.model.curves import Curve, PolynomialCurve, SplineCurve
 from governor_mechanism.model.joints import (
     ArcSlot,
@@ -235,7 +235,7 @@ class ConstraintEquations:
         self.joints = mechanism.joints
         table = make_constraint_table(mechanism)
         self._rows, self.joint_indices = table.rows, table.joint_indices
-        self._drive_functions = [CubicTimeFunction(motion) for motion in table.motions]
+        self._drive_functions = [MotionFunction(motion) for motion in table.motions]
 
     @property
     def is_driven(self) -> NDArray[np.bool_]:

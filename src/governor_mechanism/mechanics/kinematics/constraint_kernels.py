@@ -13,7 +13,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from governor_mechanism.mechanics.kinematics.input_kernels import evaluate_input, evaluate_input_derivative
+from governor_mechanism.mechanics.kinematics.input_kernels import evaluate_motion
 from governor_mechanism.mechanics.kinematics.points import rotate_vector
 from governor_mechanism.numerics.jit import jit, jit_internal
 from governor_mechanism.types import FloatArray, IntArray, RecordArray
@@ -99,15 +99,14 @@ class ConstraintRows(NamedTuple):
 
 @jit_internal
 def evaluate_drives(rows: ConstraintRows, input_cubics: FloatArray, local_time: float, row_values: FloatArray) -> None:
-    """Fill the prescribed motion into row_values (rows, 5) from the local cubics of the inputs, shape (inputs, 5)."""
+    """Fill the prescribed motion into row_values (rows, 5) from the local cubics and harmonics of the inputs."""
     for i in range(rows.table.size):
         drive, drive_scale = rows.table[i].drive, rows.table[i].drive_scale
         if drive >= 0:
-            row_values[i, RowColumn.DRIVE_VALUE] = drive_scale * evaluate_input(input_cubics, drive, local_time)
-            row_values[i, RowColumn.DRIVE_RATE] = drive_scale * evaluate_input_derivative(input_cubics, drive, local_time)
-            row_values[i, RowColumn.DRIVE_ACCELERATION] = drive_scale * (
-                6.0 * input_cubics[drive, 0] * local_time + 2.0 * input_cubics[drive, 1]
-            )
+            value, rate, acceleration = evaluate_motion(input_cubics, drive, local_time)
+            row_values[i, RowColumn.DRIVE_VALUE] = drive_scale * value
+            row_values[i, RowColumn.DRIVE_RATE] = drive_scale * rate
+            row_values[i, RowColumn.DRIVE_ACCELERATION] = drive_scale * acceleration
 
 
 @jit
