@@ -548,19 +548,14 @@ def bead_on_a_table_of_the_parabola() -> ExactCase:
     return bead_on_a_parabola(SplineCurve(x=tuple(x.tolist()), y=tuple((STEEPNESS * x**2).tolist())))
 
 
-def bead_on_a_turning_curve(angle: float = -0.4) -> ExactCase:
-    """A bead on a cubic curve of a body that rotates freely about a pin away from the origin of the curve."""
-    coefficients, inertia, mass, start = (0.1, 0.3, -0.8, 0.9), 0.2, 0.5, (0.2, 3.0, 0.3, 0.5)
+def bead_on_a_turning_curve(coefficients: tuple[float, ...], angle: float = -0.4) -> ExactCase:
+    """A bead on a polynomial curve of a body that rotates freely about a pin away from the origin of the curve."""
+    inertia, mass, start, curve = 0.2, 0.5, (0.2, 3.0, 0.3, 0.5), np.polynomial.Polynomial(coefficients)
     x, y = 0.15, -0.1  # origin of the curve relative to the pin, in body axes
     turn = np.exp(1j * angle)
 
     def path(s):
-        c = coefficients
-        path_derivatives = (
-            x + 1j * y + turn * (s + 1j * (((c[3] * s + c[2]) * s + c[1]) * s + c[0])),
-            turn * (1 + 1j * ((3 * c[3] * s + 2 * c[2]) * s + c[1])),
-            turn * 1j * (6 * c[3] * s + 2 * c[2]),
-        )
+        path_derivatives = (x + 1j * y + turn * (s + 1j * curve(s)), turn * (1 + 1j * curve.deriv()(s)), turn * 1j * curve.deriv(2)(s))
         return tuple((position.real, position.imag) for position in path_derivatives)
 
     first = np.exp(1j * start[0]) * complex(*path(start[2])[0])
@@ -1246,7 +1241,8 @@ CASES: dict[str, Callable[[], ExactCase]] = {
     "arc slot in a moving body": bead_in_a_round_slot_of_a_pendulum,
     "parabola": bead_on_a_parabola,
     "table of a parabola": bead_on_a_table_of_the_parabola,
-    "curve on a turning body": bead_on_a_turning_curve,
+    "curve on a turning body": lambda: bead_on_a_turning_curve((0.1, 0.3, -0.8, 0.9)),
+    "curve of the seventh degree": lambda: bead_on_a_turning_curve((0.1, 0.3, -0.8, 0.9, 0.5, -1.1, 0.7, 2.0)),
     "gear under a torque": geared_wheels,
     "gear with a pendulum": geared_pendulum,
     "rack": falling_rack,

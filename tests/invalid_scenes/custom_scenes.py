@@ -127,8 +127,8 @@ BROKEN_CUSTOM: list[tuple[str, str, list[tuple[str, str]]]] = [
         [("wrong type", 'joint "A": curve')],
     ),
     (
-        "too many coefficients",
-        custom_scene(joint=joint_table("curve", "curve = { coefficients = [1, 2, 3, 4, 5] }")),
+        "no coefficients",
+        custom_scene(joint=joint_table("curve", "curve = { coefficients = [] }")),
         [("inconsistent", 'joint "A": curve.coefficients')],
     ),
     ("a drive without a motion", custom_scene(joint=joint_table("driven_turn")), [("missing key", 'joint "A"')]),
@@ -326,7 +326,7 @@ WORDING_CUSTOM: list[tuple[str, str]] = [
             "{'coefficients': [], 'points': []}"
         ),
     ),
-    ("too many coefficients", 'joint "A": curve.coefficients: a polynomial curve has one to four coefficients; got 5'),
+    ("no coefficients", 'joint "A": curve.coefficients: a polynomial curve needs at least one coefficient; [0] is the x axis'),
     (
         "a drive without a motion",
         ('joint "A": rate or motion is missing; write rate = "120 rpm", or motion = [[0, "0 deg"], [1, "90 deg"]]'),

@@ -138,8 +138,8 @@ FIRST, SECOND = Point(body="crank", x=0.05), Point(body="rod", x=-0.1)
         (joint_table("slider", 'angle = "2 rad"', name="J", ends=ENDS), Slider(name="J", first=FIRST, second=SECOND, angle=2.0)),
         (joint_table("arc", 'radius = "70 mm"', name="J", ends=ENDS), ArcSlot(name="J", first=FIRST, second=SECOND, radius=0.07)),
         (
-            joint_table("curve", 'curve = { coefficients = ["10 mm", 0.5, 3] }', "angle = 1", name="J", ends=ENDS),
-            CurveSlot(name="J", first=FIRST, second=SECOND, angle=1.0, curve=PolynomialCurve(coefficients=(0.01, 0.5, 3.0))),
+            joint_table("curve", 'curve = { coefficients = ["10 mm", 0.5, 3, 0, 0, 7] }', "angle = 1", name="J", ends=ENDS),
+            CurveSlot(name="J", first=FIRST, second=SECOND, angle=1.0, curve=PolynomialCurve(coefficients=(0.01, 0.5, 3.0, 0.0, 0.0, 7.0))),
         ),
         (
             joint_table("curve", 'curve = { points = [[0, 0], ["20 mm", 0.03]] }', name="J", ends=ENDS),

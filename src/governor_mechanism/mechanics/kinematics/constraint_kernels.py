@@ -89,7 +89,7 @@ class ConstraintRows(NamedTuple):
     row_bodies
         First and second body of each row, as in `table`; shape (rows, 2).
     curve_segments
-        Cubic segments of all guide curves: start (m), then coefficients, highest power first; shape (segments, 5).
+        Polynomial segments of all guide curves: start (m), then coefficients, highest power first; shape (segments, columns).
     """
 
     table: RecordArray
@@ -116,7 +116,7 @@ def evaluate_curve(curve_segments: FloatArray, first_segment: int, n_segments: i
     Parameters
     ----------
     curve_segments
-        Cubic segments: start (m), then coefficients, highest power first; shape (segments, 5).
+        Polynomial segments: start (m), then coefficients, highest power first; shape (segments, columns).
     first_segment
         Index of the first segment of the curve.
     n_segments
@@ -132,8 +132,12 @@ def evaluate_curve(curve_segments: FloatArray, first_segment: int, n_segments: i
     k = first_segment
     while k + 1 < first_segment + n_segments and x >= curve_segments[k + 1, 0]:
         k += 1
-    s, a, b, c, d = (x - curve_segments[k, 0], curve_segments[k, 1], curve_segments[k, 2], curve_segments[k, 3], curve_segments[k, 4])
-    return ((a * s + b) * s + c) * s + d, (3.0 * a * s + 2.0 * b) * s + c, 6.0 * a * s + 2.0 * b
+    local_x, value, derivative, half_second_derivative = x - curve_segments[k, 0], 0.0, 0.0, 0.0
+    for column in range(1, curve_segments.shape[1]):
+        half_second_derivative = half_second_derivative * local_x + derivative
+        derivative = derivative * local_x + value
+        value = value * local_x + curve_segments[k, column]
+    return value, derivative, 2.0 * half_second_derivative
 
 
 @jit_internal
