@@ -668,6 +668,77 @@ def falling_rack(inclination: float = 1.2) -> ExactCase:
     return ExactCase(scene=scene, exact=exact, impulse=False)
 
 
+# --- massless bodies --------------------------------------------------------------------------------------------------
+
+
+def bob_on_a_massless_rod_of_a_trolley() -> ExactCase:
+    """A rod without mass, pinned to a trolley, with a point mass at its end: it has no moment of inertia about its mass centre."""
+    trolley, mass, length, start = 2.0, 0.7, 0.5, 1.1
+    scene = make_scene(
+        bodies=[point_mass("trolley", trolley), Body(name="rod", mass=mass)],
+        joints=[
+            Slider(name="rail", first=ground_point(), second=body_point("trolley"), angle=0.0),
+            Pin(name="hinge", first=body_point("trolley"), second=body_point("rod", y=length)),
+        ],
+        readings=[body_angle("rod", "turn"), x_reading("trolley")],
+        sketch=[(0.0, 0.0, 0.0), (length * math.sin(start), -length * math.cos(start), start)],
+        values={"turn": start, "x": 0.0},
+        rates={"turn": 0.8, "x": 0.3},
+        size=length,
+    )
+
+    def state_rate(_, state):
+        _, angle, _, rate = state
+        matrix = [[trolley + mass, mass * length * math.cos(angle)], [math.cos(angle), length]]
+        acceleration = np.linalg.solve(matrix, [mass * length * rate**2 * math.sin(angle), -GRAVITY * math.sin(angle)])
+        return [state[2], rate, *acceleration]
+
+    def exact(times):
+        x, turn, x_rate, turn_rate = integrate_state(state_rate, (0.0, start, 0.3, 0.8), times)
+        return {"turn": (turn, turn_rate), "x": (x, x_rate)}
+
+    return ExactCase(scene=scene, exact=exact, impulse=False)
+
+
+def massless_bell_crank() -> ExactCase:
+    """A bell crank without mass, between a mass that is pinned to one arm and a spring at the other."""
+    mass, arm, other_arm, stiffness, free_length, start = 1.3, 0.4, 0.25, 60.0, 0.3, -0.4
+    scene = make_scene(
+        bodies=[Body(name="crank", mass=0.0), point_mass("weight", mass)],
+        joints=[
+            Pin(name="hinge", first=ground_point(), second=body_point("crank")),
+            Pin(name="hook", first=body_point("crank", arm), second=body_point("weight")),
+        ],
+        readings=[body_angle("crank", "turn"), y_reading("weight")],
+        sketch=[(0.0, 0.0, start), (arm * math.cos(start), arm * math.sin(start), 0.0)],
+        loads=[
+            Spring(
+                name="spring",
+                first=ground_point(-0.5, 0.25),
+                second=body_point("crank", y=other_arm),
+                stiffness=60.0,
+                free_length=free_length,
+            )
+        ],
+        values={"turn": start},
+        rates={"turn": 1.5},
+        size=arm,
+    )
+
+    def state_rate(_, state):
+        upper_end = other_arm * 1j * np.exp(1j * state[0])
+        line = complex(-0.5, 0.25) - upper_end
+        pull = stiffness * (abs(line) - free_length) * line / abs(line)
+        spring_moment = (upper_end.conjugate() * pull).imag
+        return [state[1], (spring_moment - mass * GRAVITY * arm * math.cos(state[0])) / (mass * arm**2)]
+
+    def exact(times):
+        turn, rate = integrate_state(state_rate, (start, 1.5), times)
+        return {"turn": (turn, rate), "y": (arm * np.sin(turn), arm * np.cos(turn) * rate)}
+
+    return ExactCase(scene=scene, exact=exact, impulse=False)
+
+
 # --- drives -----------------------------------------------------------------------------------------------------------
 
 ENGINE_KINEMATICS = SliderCrankKinematics(crank=0.1, rod=0.35, rod_mass=1.2, piston_mass=2.0)
@@ -1243,6 +1314,8 @@ CASES: dict[str, Callable[[], ExactCase]] = {
     "table of a parabola": bead_on_a_table_of_the_parabola,
     "curve on a turning body": lambda: bead_on_a_turning_curve((0.1, 0.3, -0.8, 0.9)),
     "curve of the seventh degree": lambda: bead_on_a_turning_curve((0.1, 0.3, -0.8, 0.9, 0.5, -1.1, 0.7, 2.0)),
+    "point mass on a massless rod": bob_on_a_massless_rod_of_a_trolley,
+    "massless bell crank": massless_bell_crank,
     "gear under a torque": geared_wheels,
     "gear with a pendulum": geared_pendulum,
     "rack": falling_rack,

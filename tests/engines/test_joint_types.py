@@ -55,7 +55,7 @@ def has_one_degree_of_freedom(name: str) -> bool:
     return position_solver.mobility == 1 and not position_solver.equations.is_driven.any()
 
 
-IMPULSE = [name for name in CASES if name != "rack"]
+IMPULSE = [name for name in CASES if case(name).impulse]
 FINE = [(MultibodyEngine(), name) for name in CASES]
 # The bead in the arc slot passes the largest x of the slot, a turning point of the coordinate x.
 FINE += [(ReducedEngine(), name) for name in CASES if has_one_degree_of_freedom(name) and name != "arc slot in the ground"]

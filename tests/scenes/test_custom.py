@@ -50,10 +50,10 @@ def mechanism(*more: str, **tables: str) -> Mechanism:
     return scene(*more, **tables).part.mechanism
 
 
-def body(*lines: str, **tables: str) -> tuple[Body, tuple[float, float, float]]:
+def body(*lines: str, mass: str | None = '"2 kg"') -> tuple[Body, tuple[float, float, float]]:
     """The only body of a scene and its pose."""
     found = mechanism(
-        body=body_with(*lines), joint=joint_table("pin", ends=("ground.O", "crank.origin")), top='machine = "custom"\nsize = 1\n'
+        body=body_with(*lines, mass=mass), joint=joint_table("pin", ends=("ground.O", "crank.origin")), top='machine = "custom"\nsize = 1\n'
     )
     return found.bodies[0], found.initial_guess[0]
 
@@ -100,6 +100,34 @@ def test_how_the_mass_lies(lines: list[str], moments: dict[str, float]) -> None:
     got = {name: getattr(found.second_moments, name) for name in ("xx", "yy", "xy", "zz")}
     assert got == pytest.approx({"xx": 0.0, "yy": 0.0, "xy": 0.0, "zz": 0.0, **moments}, rel=1e-14)
     assert pose == (0.0, 0.0, 0.0)
+
+
+@pytest.mark.parametrize(
+    ("lines", "mass", "centre", "moments"),
+    [
+        # The middle of the rod and the ball of 2 kg * (0.1 m)^2 / 5 are 0.1 m from their common mass centre.
+        (
+            ['mass = "2 kg"', 'rod = { length = "600 mm" }', 'point_masses = [{ mass = "2 kg", at = ["500 mm", 0], radius = "100 mm" }]'],
+            4.0,
+            (0.4, 0.0),
+            {"xx": 0.06 + 2 * 2 * 0.1**2 + 0.004, "yy": 0.004, "xy": 0.0, "zz": 0.004},
+        ),
+        # 3 kg and 1 kg on a line of 0.4 m and 0.8 m: a reduced mass of 3/4 kg.
+        (
+            ["point_masses = [{ mass = 3, at = [0.1, 0] }, { mass = 1, at = [0.5, 0.8] }]"],
+            4.0,
+            (0.2, 0.2),
+            {"xx": 0.75 * 0.4**2, "yy": 0.75 * 0.8**2, "xy": 0.75 * 0.4 * 0.8, "zz": 0.0},
+        ),
+        (['point_masses = [{ mass = "5 kg", at = ["300 mm", 0] }]'], 5.0, (0.3, 0.0), {"xx": 0.0, "yy": 0.0, "xy": 0.0, "zz": 0.0}),
+        (["mass = 0"], 0.0, (0.0, 0.0), {"xx": 0.0, "yy": 0.0, "xy": 0.0, "zz": 0.0}),
+    ],
+)
+def test_a_body_of_point_masses(lines: list[str], mass: float, centre: tuple[float, float], moments: dict[str, float]) -> None:
+    found, pose = body(*lines, mass=None)
+    assert (found.can_rotate, found.mass) == (True, mass)
+    assert {name: getattr(found.second_moments, name) for name in moments} == pytest.approx(moments, rel=1e-13)
+    assert pose == pytest.approx((*centre, 0.0), rel=1e-14)
 
 
 @pytest.mark.parametrize("lines", [["point = true"], ["turns = false"]])

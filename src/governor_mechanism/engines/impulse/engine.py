@@ -99,7 +99,11 @@ class ImpulseEngine(ImpulseSettings, Engine):
                 raise MechanismError(f"ImpulseEngine.{name} must be at least 1; got {getattr(self, name)!r}")
 
     def _refuses(self, scene: Scene) -> str:
-        """Return why the plain scheme cannot run a scene, or an empty string."""
+        """Return why a scene without mass somewhere, or in the plain scheme, cannot run, or an empty string."""
+        massless = [body.name for body in scene.part.mechanism.bodies if body.mass == 0.0]
+        if massless:
+            names = ", ".join(massless)
+            return f"engine 'impulse' cannot model bodies without mass and moving points of the ground: {names}; use engine 'multibody'"
         if not self.plain:
             return ""
         if has_contacts(scene):

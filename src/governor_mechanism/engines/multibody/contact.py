@@ -23,7 +23,12 @@ from governor_mechanism.mechanics.contact.tolerances import (
     zeno_time,
 )
 from governor_mechanism.mechanics.dynamics.contacts import ContactMode, contacts_of, initial_mode, output_springs_of
-from governor_mechanism.mechanics.dynamics.equations_of_motion import N_AUXILIARY_STATES, evaluate_events_and_derivative, project_state
+from governor_mechanism.mechanics.dynamics.equations_of_motion import (
+    MAX_STAND_IN_ITERATIONS,
+    N_AUXILIARY_STATES,
+    evaluate_events_and_derivative,
+    project_state,
+)
 from governor_mechanism.mechanics.dynamics.lowering import (
     System,
     SystemWorkspace,
@@ -243,12 +248,15 @@ class ContactModeSolver:
         right_hand_side = np.concatenate([np.zeros(len(joint_jacobian)), rate_changes])
         inverse_mass = system.inverse_mass.ravel()
         velocities = state[n_coordinates : 2 * n_coordinates]
-        mass = np.divide(1.0, inverse_mass, out=np.zeros_like(inverse_mass), where=inverse_mass > 0)
+        stand_in = system.stand_in_inertia.ravel()
+        mass = np.divide(1.0, inverse_mass, out=np.zeros_like(inverse_mass), where=inverse_mass > 0) - stand_in
         energy_before = 0.5 * float(np.sum(mass * velocities**2))
-        velocities += inverse_mass * (
-            constraint_jacobian.T
-            @ np.linalg.lstsq((constraint_jacobian * inverse_mass) @ constraint_jacobian.T, right_hand_side, rcond=1e-13)[0]
-        )
+        schur_complement, change = (constraint_jacobian * inverse_mass) @ constraint_jacobian.T, np.zeros_like(inverse_mass)
+        for _ in range(MAX_STAND_IN_ITERATIONS if system.has_stand_in_inertia else 1):
+            free_change = inverse_mass * stand_in * change
+            residual = right_hand_side - constraint_jacobian @ free_change
+            change = free_change + inverse_mass * (constraint_jacobian.T @ np.linalg.lstsq(schur_complement, residual, rcond=1e-13)[0])
+        velocities += change
         dissipated_energy = energy_before - 0.5 * float(np.sum(mass * velocities**2))
         state[-N_AUXILIARY_STATES] += dissipated_energy
         state[-N_AUXILIARY_STATES + 1] += dissipated_energy

@@ -85,8 +85,9 @@ def _max_other_rate(scene: Scene) -> float:
 
 
 def _force_element_rate_squared(mechanism: Mechanism, element: ForceElement) -> float:
-    """Return the square (1/s2) of the rate at which a force element alone would change the motion of its lighter body."""
-    bodies = [body for body in mechanism.bodies if body.name in element.bodies]
+    """Return the square (1/s2) of the rate at which a force element alone would change the motion of its lighter body with mass."""
+    massive_bodies = [body for body in mechanism.bodies if body.mass > 0]
+    bodies = [body for body in massive_bodies if body.name in element.bodies] or massive_bodies
     mass = min(body.mass for body in bodies)
     inertia = min((body.second_moments.xx + body.second_moments.yy or body.mass * mechanism.length_scale**2) for body in bodies)
     match element:

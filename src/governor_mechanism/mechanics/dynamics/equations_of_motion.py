@@ -38,6 +38,16 @@ MAX_PROJECTION_ITERATIONS = 8
 """Maximum number of Newton iterations of a projection; they converge quadratically from a state near the manifold."""
 
 
+MAX_STAND_IN_ITERATIONS = 60
+"""Maximum number of solutions that remove the stand-in inertia; five suffice unless hardly any mass moves with a massless body."""
+
+STAND_IN_TOLERANCE = 1e-15
+"""Change of the inertia forces of stand-ins, relative to the forces of the system, at which they are removed."""
+
+STAND_IN_ROUNDING_RATIO = 1e-11
+"""The same change below which it may stop falling: rounding in an ill-conditioned position."""
+
+
 @jit_inline
 def evaluate_accelerations(
     system: System,
@@ -73,18 +83,56 @@ def evaluate_accelerations(
         forces,
     )
     power -= dissipated_power
+    assemble_schur_band(rows.row_bodies, system.row_pairs, workspace.jacobian, system.inverse_mass, workspace.band)
+    pivot_ratio = _solve_accelerations(system, workspace, result)
+    if system.has_stand_in_inertia:
+        _remove_stand_in_inertia(system, workspace, result)
+    for i in range(workspace.multipliers.size):
+        power -= workspace.multipliers[i] * workspace.row_values[i, RowColumn.DRIVE_RATE]
+    return pivot_ratio, power, dissipated_power
+
+
+@jit_inline
+def _solve_accelerations(system: System, workspace: SystemWorkspace, result: FloatArray) -> float:
+    """Solve for accelerations under `workspace.generalised_forces`, and for the multipliers; return the smallest pivot ratio."""
+    rows, forces = system.constraint_rows, workspace.generalised_forces
     for k in range(system.bodies.size):
         for c in range(3):
             result[k, c] = system.inverse_mass[k, c] * forces[k, c]
-    assemble_schur_band(rows.row_bodies, system.row_pairs, workspace.jacobian, system.inverse_mass, workspace.band)
     apply_jacobian(rows.row_bodies, workspace.jacobian, result, workspace.multipliers)
     for i in range(workspace.multipliers.size):
         workspace.multipliers[i] -= workspace.row_values[i, RowColumn.GAMMA]
     pivot_ratio = solve_band_system(workspace.band, workspace.factor, workspace.multipliers)
     subtract_minv_jt(rows.row_bodies, workspace.jacobian, system.inverse_mass, workspace.multipliers, result)
-    for i in range(workspace.multipliers.size):
-        power -= workspace.multipliers[i] * workspace.row_values[i, RowColumn.DRIVE_RATE]
-    return pivot_ratio, power, dissipated_power
+    return pivot_ratio
+
+
+@jit_internal
+def _remove_stand_in_inertia(system: System, workspace: SystemWorkspace, result: FloatArray) -> None:
+    """Solve again with the inertia forces of the stand-ins returned, until the accelerations are those without stand-ins.
+
+    The error falls by the share of the stand-ins in the inertia of the motion. If it does not vanish, the result is NaN, which
+    an integrator rejects.
+    """
+    forces, returned, last_change = workspace.generalised_forces, np.zeros_like(result), math.inf
+    for _ in range(MAX_STAND_IN_ITERATIONS):
+        change = magnitude = 0.0
+        for k in range(system.bodies.size):
+            for c in range(3):
+                stand_in, inverse_mass = system.stand_in_inertia[k, c], system.inverse_mass[k, c]
+                if inverse_mass > 0.0:
+                    magnitude += forces[k, c] * forces[k, c] * inverse_mass + result[k, c] * result[k, c] / inverse_mass
+                if stand_in > 0.0:
+                    force_change = stand_in * result[k, c] - returned[k, c]
+                    forces[k, c] += force_change
+                    returned[k, c] += force_change
+                    change += force_change * force_change / stand_in
+        is_rounding = change >= last_change and change <= STAND_IN_ROUNDING_RATIO**2 * magnitude
+        if is_rounding or change <= STAND_IN_TOLERANCE**2 * magnitude:
+            return
+        last_change = change
+        _solve_accelerations(system, workspace, result)
+    result[:] = math.nan
 
 
 @jit_internal

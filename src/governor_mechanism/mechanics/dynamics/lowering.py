@@ -2,12 +2,12 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+import math
+from collections.abc import Mapping, Sequence
 from typing import NamedTuple
 
 import numpy as np
 
-from governor_mechanism.errors import MechanismError
 from governor_mechanism.mechanics.dynamics.characteristic_scales import time_scale
 from governor_mechanism.mechanics.dynamics.constraint_solver import bandwidth_reducing_order, find_coupled_rows
 from governor_mechanism.mechanics.dynamics.contacts import ContactMode, contacts_of, initial_mode, output_dampers_of, output_springs_of
@@ -27,6 +27,13 @@ from governor_mechanism.types import FloatArray, IntArray, RecordArray
 BODY_DTYPE = np.dtype([(name, "f8") for name in ("mass", "x", "y", "xx", "yy", "xy", "zz")])
 """One body: mass (kg), mass centre relative to the origin in body axes (m), second moments about the mass centre (kg m2)."""
 
+
+STAND_IN_INERTIA_RATIO = 1e-3
+"""Stand-in inertia of massless coordinates, relative to the smallest mass and moment of inertia of the mechanism.
+
+`evaluate_accelerations` removes it again by an iteration that converges by about this ratio; a smaller ratio conditions the
+joint equations worse.
+"""
 
 EVENT_ROUNDING_RATIO = 1e-12
 """Rounding level of event functions, relative to a length, rate or force scale."""
@@ -52,6 +59,11 @@ class System(NamedTuple):
         Records of `BODY_DTYPE`; shape (bodies,).
     inverse_mass
         Inverse mass (twice) and inverse moment of inertia about the origin, 0 if the body cannot rotate; shape (bodies, 3).
+        They include the stand-in inertia.
+    stand_in_inertia
+        Mass (twice) and moment of inertia in `inverse_mass` that a massless coordinate does not have; shape (bodies, 3).
+    has_stand_in_inertia
+        Whether any of it is not 0.
     gravity
         Gravitational acceleration, m/s2.
     has_centrifugal_forces
@@ -78,6 +90,8 @@ class System(NamedTuple):
     bandwidth: int
     bodies: RecordArray
     inverse_mass: FloatArray
+    stand_in_inertia: FloatArray
+    has_stand_in_inertia: bool
     gravity: float
     has_centrifugal_forces: bool
     has_free_spindle: bool
@@ -125,8 +139,6 @@ class SystemWorkspace(NamedTuple):
 def make_system(scene: Scene, mode: ContactMode | None = None) -> tuple[System, tuple[CubicTimeFunction, ...]]:
     """Lower a scene of one part to arrays.
 
-    A body that rotates and has no moment of inertia raises MechanismError.
-
     Parameters
     ----------
     scene
@@ -156,10 +168,7 @@ def make_system(scene: Scene, mode: ContactMode | None = None) -> tuple[System, 
     force_elements, element_inputs = make_force_element_table(mechanism, origins, 1 + len(constraint_table.motions))
     friction_inputs = [contact.friction for contact in contacts_of(scene) if contact.friction is not None]
     first_friction_input = 1 + len(constraint_table.motions) + len(element_inputs)
-    inverse_masses = [
-        [1 / body.mass, 1 / body.mass, 1 / _inertia_about_origin(body, origins[body.name]) if body.can_rotate else 0.0]
-        for body in mechanism.bodies
-    ]
+    inertia, stand_in_inertia = _make_inertia(mechanism, origins)
     free_spindle = spindle if isinstance(spindle, FreeSpindle) else None
     system = System(
         constraint_rows=rows,
@@ -167,7 +176,9 @@ def make_system(scene: Scene, mode: ContactMode | None = None) -> tuple[System, 
         row_pairs=row_pairs,
         bandwidth=int(np.max(row_pairs[:, 0] - row_pairs[:, 1], initial=0)),
         bodies=np.array([make_body_record(body, origins[body.name]) for body in mechanism.bodies], dtype=BODY_DTYPE),
-        inverse_mass=np.array(inverse_masses),
+        inverse_mass=np.divide(1.0, inertia + stand_in_inertia, out=np.zeros_like(inertia), where=inertia + stand_in_inertia > 0),
+        stand_in_inertia=stand_in_inertia,
+        has_stand_in_inertia=bool(stand_in_inertia.any()),
         gravity=scene.gravity,
         has_centrifugal_forces=scene.has_centrifugal and scene.part.plane == TURNING_PLANE,
         has_free_spindle=free_spindle is not None,
@@ -418,8 +429,8 @@ def body_reference_point(mechanism: Mechanism, body: Body) -> tuple[float, float
 def ground_pin_of_point_mass(mechanism: Mechanism, body: Body) -> Pin | None:
     """Return the pin about which a point mass rotates.
 
-    A point mass has a moment of inertia only about a pin that joins it to the ground. The pin does not move, so the
-    coupling of rotation and translation in its mass matrix never acts on the motion.
+    About a pin that joins it to the ground, a point mass has a moment of inertia. The pin does not move, so the coupling of
+    rotation and translation in its mass matrix never acts on the motion.
 
     Parameters
     ----------
@@ -431,14 +442,9 @@ def ground_pin_of_point_mass(mechanism: Mechanism, body: Body) -> Pin | None:
     Returns
     -------
     Pin or None
-        The pin; None if the body cannot rotate or has a moment of inertia of its own.
-
-    Raises
-    ------
-    MechanismError
-        If the body rotates and has no moment of inertia.
+        The pin; None if there is none, or if the body cannot rotate, has no mass, or has a moment of inertia of its own.
     """
-    if not body.can_rotate or body.second_moments.xx + body.second_moments.yy > 0:
+    if not body.can_rotate or body.mass == 0 or body.second_moments.xx + body.second_moments.yy > 0:
         return None
     for joint in mechanism.joints:
         points = {joint.first.body: joint.first, joint.second.body: joint.second}
@@ -446,10 +452,7 @@ def ground_pin_of_point_mass(mechanism: Mechanism, body: Body) -> Pin | None:
             own_point = points[body.name]
             if own_point.x != 0.0 or own_point.y != 0.0:
                 return joint
-    raise MechanismError(
-        f"body {body.name!r} cannot turn: it is a point mass, and no pin away from that point joins it to the ground; "
-        "give it second moments of mass, or turns = false (can_rotate=False in Python)"
-    )
+    return None
 
 
 def make_body_record(body: Body, origin: tuple[float, float] = (0.0, 0.0)) -> tuple[float, ...]:
@@ -458,6 +461,15 @@ def make_body_record(body: Body, origin: tuple[float, float] = (0.0, 0.0)) -> tu
     return (body.mass, -origin[0], -origin[1], moments.xx, moments.yy, moments.xy, moments.zz)
 
 
-def _inertia_about_origin(body: Body, origin: tuple[float, float]) -> float:
-    """Return the moment of inertia (kg m2) of a body about its origin."""
-    return body.second_moments.xx + body.second_moments.yy + body.mass * (origin[0] ** 2 + origin[1] ** 2)
+def _make_inertia(mechanism: Mechanism, origins: Mapping[str, tuple[float, float]]) -> tuple[FloatArray, FloatArray]:
+    """Return mass (twice) and moment of inertia about the origin of each body, and the stand-ins for those that are 0; (bodies, 3)."""
+    result = np.zeros((len(mechanism.bodies), 3))
+    for row, body in zip(result, mechanism.bodies, strict=True):
+        row[:2] = body.mass
+        if body.can_rotate:
+            row[2] = body.second_moments.xx + body.second_moments.yy + body.mass * math.hypot(*origins[body.name]) ** 2
+    is_movable = np.array([[True, True, body.can_rotate] for body in mechanism.bodies])
+    masses, moments = result[:, 0][result[:, 0] > 0], result[:, 2][result[:, 2] > 0]
+    mass = float(np.min(masses, initial=np.inf)) if masses.size else 1.0
+    moment = float(np.min(moments, initial=mass * mechanism.length_scale**2))
+    return result, np.where(is_movable & (result == 0), STAND_IN_INERTIA_RATIO * np.array([mass, mass, moment]), 0.0)

@@ -75,8 +75,7 @@ def body_outline_points(part: Part, body: Body, extents: RunExtents) -> list[Vec
         distance = math.hypot(*points[0])
         if distance > tolerance:
             # A rod with this radius of gyration extends by this ratio beyond its mass centre.
-            xx, yy, _ = body.second_moments.in_plane
-            extension_ratio = min(math.sqrt(3 * max(xx + yy, 0.0) / body.mass) / distance, 1.0)
+            extension_ratio = min(math.sqrt(3) * _gyration_radius(body) / distance, 1.0)
             return [points[0], (-extension_ratio * points[0][0], -extension_ratio * points[0][1])]
     elif body.can_rotate and _is_point_mass(body) and not _is_inside_hull((0.0, 0.0), points, tolerance):
         return distinct_points([*points, (0.0, 0.0)], tolerance)
@@ -159,13 +158,18 @@ def _single_point_shapes(part: Part, body: Body, pose: PoseTuple, extents: RunEx
     if hangs_on_springs and not is_held_by_joint:
         a, b = 0.5 * _MASS_SIDES[0] * u, 0.5 * _MASS_SIDES[1] * u
         return [], [Polygon("block", tuple(axes_to_plane(pose, x, y) for x, y in ((a, b), (-a, b), (-a, -b), (a, -b))))]
-    xx, yy, _ = body.second_moments.in_plane
-    if xx + yy > 0.0 and body.can_rotate:
+    if body.can_rotate and not _is_point_mass(body):
         # A disc with this moment of inertia.
-        radius = min(max(math.sqrt(2 * (xx + yy) / body.mass), 0.06 * u), 0.25 * u)
+        radius = min(max(math.sqrt(2) * _gyration_radius(body), 0.06 * u), 0.25 * u)
         spoke = (axes_to_plane(pose, 0.0, 0.0), axes_to_plane(pose, radius, 0.0))
         return [Circle("wheel", pose[0], pose[1], radius), Lines("marked spoke", (spoke,))], []
     return [], [_ball_shape(body, pose, extents)]
+
+
+def _gyration_radius(body: Body) -> float:
+    """Return the radius of gyration about the mass centre, m; 0 without mass."""
+    xx, yy, _ = body.second_moments.in_plane
+    return math.sqrt(max(xx + yy, 0.0) / body.mass) if body.mass else 0.0
 
 
 def _ball_shape(body: Body, pose: PoseTuple, extents: RunExtents) -> Circle:
