@@ -6,7 +6,6 @@ Usage: python benchmarks/effects.py
 from __future__ import annotations
 
 from collections.abc import Mapping
-from dataclasses import replace
 
 import governor_mechanism as gm
 from governor_mechanism.effects.dashpot import Dashpot
@@ -15,7 +14,8 @@ from governor_mechanism.effects.spring import OutputSpring
 from governor_mechanism.effects.stops import Stops
 from governor_mechanism.engines import MultibodyEngine
 from governor_mechanism.model.effect import Effect
-from governor_mechanism.model.scene import Scene, Spindle
+from governor_mechanism.model.part import Spindle
+from governor_mechanism.model.scene import Scene
 from governor_mechanism.model.time_functions import InputFunction
 from governor_mechanism.model.trajectory import Trajectory
 
@@ -38,7 +38,7 @@ def main() -> None:
     bare = gm.load("porter")
     scenes = {"bare": bare} | {name: _with(bare, effect) for name, effect in EFFECTS.items()}
     uneven = Spindle(speeds=bare.spindle.speed_function.values, speed_fluctuation=0.02)
-    scenes["fluctuating spindle speed"] = replace(bare, spindle=uneven)
+    scenes["fluctuating spindle speed"] = bare.with_changes(spindle=uneven)
     base = time_runs(bare)[0]
     print("| effect | time, ratio | evaluations | events | energy drift |\n|---|---|---|---|---|")
     for name, scene in scenes.items():
@@ -48,7 +48,7 @@ def main() -> None:
 
 
 def _with(scene: Scene, effect: Effect) -> Scene:
-    return replace(scene, effects=(*scene.effects, effect))
+    return scene.with_changes(effects=(*scene.effects, effect))
 
 
 def time_runs(scene: Scene) -> tuple[float, Trajectory]:

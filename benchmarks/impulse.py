@@ -27,7 +27,7 @@ TIMES = np.linspace(0.0, 10.0, 201)
 def main() -> None:
     """Print the tables."""
     scene = gm.load("porter")
-    scene = replace(scene, start=replace(scene.start, rates={"arm_angle": 0.15}))
+    scene = scene.with_changes(start=replace(scene.start, rates={"arm_angle": 0.15}))
     governor = closed.PendulumGovernor(**scene.part.dimensions)
     speed = scene.spindle.speeds[0]
 

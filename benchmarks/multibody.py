@@ -44,7 +44,7 @@ def main() -> None:
 def compare_with_one_coordinate() -> None:
     """Compare ten seconds of the Porter governor at 1e-8, as a multibody system and as its one-coordinate equation."""
     scene = gm.load("porter")
-    scene = replace(scene, start=replace(scene.start, rates={"arm_angle": 0.15}))
+    scene = scene.with_changes(start=replace(scene.start, rates={"arm_angle": 0.15}))
     true = integrate_one_coordinate(1e-14)
     target = 1e-8
     hand = next(t for t in 10.0 ** -np.arange(5.0, 14.0, 0.25) if abs(integrate_one_coordinate(t)[0] - true[0]) < target)

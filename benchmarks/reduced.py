@@ -36,7 +36,7 @@ TOLERANCES = 10.0 ** -np.arange(3.0, 15.0, 0.25)
 def main() -> None:
     """Print the tables."""
     scene = gm.load("porter")
-    scene = replace(scene, start=replace(scene.start, rates={"arm_angle": 0.15}))
+    scene = scene.with_changes(start=replace(scene.start, rates={"arm_angle": 0.15}))
     compare_with_c(scene)
     print_whole_runs(scene)
     print_new_process_time()

@@ -8,7 +8,8 @@ from governor_mechanism.effects.gravity import Gravity
 from governor_mechanism.model.joints import GROUND, Pin, Point
 from governor_mechanism.model.mechanism import Body, Mechanism, SecondMoments
 from governor_mechanism.model.output_variables import BodyAngle
-from governor_mechanism.model.scene import FIXED_PLANE, Part, RunSettings, Scene, Spindle, Start
+from governor_mechanism.model.part import FIXED_PLANE, Part, Start
+from governor_mechanism.model.scene import RunSettings, Scene
 
 LINK_LENGTH = 0.1
 """Length of a rod of the hanging chain, m."""
@@ -68,5 +69,5 @@ def _pin(name: str, first: Point, second: Point) -> Pin:
 
 
 def _scene(title: str, mechanism: Mechanism, start: Start, run: RunSettings) -> Scene:
-    part = Part(name="chain", machine="custom", dimensions={}, mechanism=mechanism, plane=FIXED_PLANE)
-    return Scene(title=title, parts=(part,), effects=(Gravity(),), spindle=Spindle(), start=start, run=run)
+    part = Part(name="chain", machine="custom", dimensions={}, mechanism=mechanism, plane=FIXED_PLANE, effects=(Gravity(),), start=start)
+    return Scene(title=title, parts=(part,), run=run)

@@ -7,7 +7,8 @@ import numpy as np
 from governor_mechanism.effects.centrifugal import Centrifugal
 from governor_mechanism.effects.gravity import Gravity
 from governor_mechanism.machines.registry import MACHINES
-from governor_mechanism.model.scene import Part, RunSettings, Scene, Spindle, Start
+from governor_mechanism.model.part import Part, Spindle, Start
+from governor_mechanism.model.scene import RunSettings, Scene
 
 PORTER = {"arm": 0.3, "offset": 0.04, "ball_mass": 5.0, "sleeve_mass": 20.0}
 WATT = {"arm": 0.4, "offset": 0.05, "ball_mass": 2.0}
@@ -28,15 +29,16 @@ def governor_scene(
 ) -> Scene:
     """A pendulum governor with gravity and centrifugal load."""
     machine = MACHINES["pendulum_governor"](**dimensions)
-    part = Part(name="governor", machine=machine.name, dimensions=machine.dimensions(), mechanism=machine.mechanism())
-    return Scene(
-        title="test",
-        parts=(part,),
+    part = Part(
+        name="governor",
+        machine=machine.name,
+        dimensions=machine.dimensions(),
+        mechanism=machine.mechanism(),
         effects=(Gravity(), Centrifugal()),
         spindle=speed if isinstance(speed, Spindle) else Spindle(speeds=(speed,)),
         start=Start(values={"arm_angle": angle}, rates={"arm_angle": rate}),
-        run=RunSettings(duration=duration, output_interval=output_interval, accuracy=accuracy),
     )
+    return Scene(title="test", parts=(part,), run=RunSettings(duration=duration, output_interval=output_interval, accuracy=accuracy))
 
 
 def random_governor(random: np.random.Generator) -> tuple[dict[str, float], float]:

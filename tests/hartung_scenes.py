@@ -12,7 +12,8 @@ from governor_mechanism.effects.centrifugal import Centrifugal
 from governor_mechanism.effects.gravity import Gravity
 from governor_mechanism.machines.hartung.machine import HartungGovernor
 from governor_mechanism.model.effect import Effect
-from governor_mechanism.model.scene import FreeSpindle, Part, RunSettings, Scene, Spindle, Start
+from governor_mechanism.model.part import FreeSpindle, Part, Spindle, Start
+from governor_mechanism.model.scene import RunSettings, Scene
 from reference import hartung
 
 PAPER_DIMENSIONS = {
@@ -37,15 +38,16 @@ def hartung_scene(
 ) -> Scene:
     """A Hartung governor with gravity, centrifugal load, and more effects."""
     machine, effects = HartungGovernor(**dimensions), (Gravity(), Centrifugal(), *more_effects)
-    part = Part(name="governor", machine=machine.name, dimensions=machine.dimensions(), mechanism=machine.mechanism_with_effects(effects))
-    return Scene(
-        title="test",
-        parts=(part,),
+    part = Part(
+        name="governor",
+        machine=machine.name,
+        dimensions=machine.dimensions(),
+        mechanism=machine.mechanism_with_effects(effects),
         effects=effects,
         spindle=Spindle(speeds=(speed,)) if isinstance(speed, float) else speed,
         start=Start(values={"lever_angle": angle}, rates={"lever_angle": rate}),
-        run=RunSettings(duration=duration, output_interval=output_interval, accuracy=accuracy),
     )
+    return Scene(title="test", parts=(part,), run=RunSettings(duration=duration, output_interval=output_interval, accuracy=accuracy))
 
 
 def build_closed_form_governor(dimensions: dict[str, Any]) -> closed.HartungGovernor:

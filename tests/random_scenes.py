@@ -6,7 +6,7 @@ A scene follows from a seed and a number. What the package refuses is drawn agai
 from __future__ import annotations
 
 import math
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 
 import numpy as np
 
@@ -130,7 +130,7 @@ def add_random_effects(random: Random, scene: Scene) -> Scene:
     kinds = EFFECT_GENERATORS[:-1] if PositionSolver(scene.part.mechanism).equations.is_driven.any() else EFFECT_GENERATORS
     order = random.permutation(len(kinds))
     made = [kinds[k](random, draw_choice(random, where), scene.run.duration) for k in order]
-    return replace(scene, effects=(*scene.effects, *made[: draw_choice(random, EFFECT_COUNTS)]))
+    return scene.with_changes(effects=(*scene.effects, *made[: draw_choice(random, EFFECT_COUNTS)]))
 
 
 @dataclass(frozen=True)

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import math
-from dataclasses import replace
 
 from governor_mechanism.closed_form.pendulum import dynamics as closed
 from governor_mechanism.model.joints import GROUND, Pin, Point, Slider
@@ -18,9 +17,8 @@ ARM_MASS, LINK_MASS = 0.6, 0.5
 def porter_with_rods(*, speed, angle, rate):
     """The scene, and the one-coordinate motion of the same governor with massive rods."""
     scene = governor_scene(PORTER, speed=speed, angle=angle, rate=rate)
-    part = replace(scene.part, mechanism=_build_mechanism())
     governor = closed.PendulumGovernor(**PORTER, arm_mass=ARM_MASS, link_mass=LINK_MASS)
-    return replace(scene, parts=(part,)), lambda scene, times: integrate_one_coordinate(scene, times, governor)
+    return scene.with_changes(mechanism=_build_mechanism()), lambda scene, times: integrate_one_coordinate(scene, times, governor)
 
 
 def _build_mechanism():

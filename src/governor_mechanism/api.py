@@ -17,7 +17,9 @@ if TYPE_CHECKING:
     from governor_mechanism.model.scene import Scene
     from governor_mechanism.model.trajectory import Trajectory
     from governor_mechanism.statics.equilibria import Equilibrium
+    from governor_mechanism.statics.linearisation import Linearisation
     from governor_mechanism.statics.speed_curve import InsensitivityBand, SpeedCurve
+    from governor_mechanism.statics.stability_limit import StabilityLimit
     from governor_mechanism.studies.effect_ablation import EffectsStudy
     from governor_mechanism.studies.slide_valve.valve_timing import ValveTiming
     from governor_mechanism.studies.sweep.run import Sweep
@@ -324,6 +326,79 @@ def equilibria(scene: Scene | str | Path, spindle_speed: float | str | None = No
     from governor_mechanism.statics.equilibria import find_equilibria
 
     return find_equilibria(_resolve_scene(scene), spindle_speed)
+
+
+def linearise(scene: Scene | str | Path, spindle_speed: float | str | None = None, *, at: Equilibrium | None = None) -> Linearisation:
+    """Linearise the equations of motion about an equilibrium or a steady rotation, with all dampers.
+
+    Inputs that vary with time have their last value.
+
+    Parameters
+    ----------
+    scene
+        A scene, the path of a file, or the name of a shipped scene.
+    spindle_speed
+        Spindle speed, rad/s, or text with a unit; that of the scene if None.
+    at
+        Equilibrium from `equilibria`. If None, the one nearest to the start, or the steady rotation nearest to it.
+
+    Returns
+    -------
+    Linearisation
+        Eigenvalues and modes with their error, stability, and the state-space form with inputs and outputs by name.
+
+    Raises
+    ------
+    MechanismError
+        If there is no such state, if it is periodic, or if the motion about it has no linear equations.
+
+    Examples
+    --------
+    >>> import governor_mechanism as gm
+    >>> gm.linearise("porter_dashpot").modes[0].damping_ratio  # doctest: +SKIP
+    """
+    from governor_mechanism.engines.initial_state import initial_state
+    from governor_mechanism.statics.linearisation import linearise_from_start, linearise_scene, poses_at
+
+    resolved_scene = _resolve_scene(scene)
+    poses, velocities = initial_state(resolved_scene)
+    if at is not None:
+        return linearise_scene(resolved_scene, poses_at(resolved_scene, at), velocities, spindle_speed)
+    return linearise_from_start(resolved_scene, poses, velocities, spindle_speed)
+
+
+def stability_limit(scene: Scene | str | Path, key: str, low: float | str, high: float | str) -> StabilityLimit[Linearisation]:
+    """Return the value of a key of a scene at which its steady state becomes unstable.
+
+    Parameters
+    ----------
+    scene
+        A scene, the path of a file, or the name of a shipped scene.
+    key
+        Dotted key of a quantity, as in `sweep`.
+    low
+        One end of its range, SI, or text with a unit.
+    high
+        The other end.
+
+    Returns
+    -------
+    StabilityLimit
+        Value, frequency of the oscillations that begin there, and whether they begin softly or hard.
+
+    Raises
+    ------
+    MechanismError
+        If the key is wrong, or the scene is not stable at one end and unstable at the other.
+
+    Examples
+    --------
+    >>> import governor_mechanism as gm
+    >>> gm.stability_limit("engine.toml", "effects.dashpot.sleeve", 0.0, 100.0).value  # doctest: +SKIP
+    """
+    from governor_mechanism.studies.stability_limit import find_scene_stability_limit
+
+    return find_scene_stability_limit(_resolve_scene(scene), key, low, high)
 
 
 def accuracy_study(scene: Scene | str | Path, longest: float = 1.0, progress: Callable[[int, int], None] | None = None) -> AccuracyStudy:

@@ -195,8 +195,8 @@ def test_equilibria_are_told_drawn_and_given_as_json(tmp_path):
     words = [*COMMAND, "equilibria", "watt_improved", "--speed", "6.4 rad/s", "--out", str(tmp_path)]
     answer = subprocess.run(words, capture_output=True, text=True, check=True)
     lines = answer.stdout.splitlines()
-    assert "unstable, divergence rate" in lines[1]
-    assert "stable, natural frequency" in lines[2]
+    assert "unstable, undamped divergence rate" in lines[1]
+    assert "stable, undamped natural frequency" in lines[2]
     assert lines[3].startswith("jumps at 31.8721 deg, 60.42")
     assert (tmp_path / "watt_improved_characteristic.png").read_bytes().startswith(b"\x89PNG")
     answer = subprocess.run([*words, "--json", "--no-figure"], capture_output=True, text=True, check=True)

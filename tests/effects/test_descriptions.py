@@ -22,7 +22,7 @@ from governor_mechanism.machines.pendulum.machine import PendulumGovernor
 from governor_mechanism.mechanics.kinematics.assembly import PositionSolver
 from governor_mechanism.mechanics.kinematics.output_variables import evaluate_output
 from governor_mechanism.mechanics.reduction.lagrangian import SingleDofReduction
-from governor_mechanism.model.scene import Spindle
+from governor_mechanism.model.part import Spindle
 from governor_mechanism.model.time_functions import InputFunction
 from governor_scenes import CROSSED, EXTENDED, PORTER, UNCROSSED_LINKS, WATT, governor_scene
 from one_coordinate_reference import integrate_one_coordinate
@@ -102,12 +102,12 @@ def test_effects_of_a_scene_act_on_readings_that_exist_and_stand_once():
     scene = governor_scene(PORTER, speed=12.0, angle=0.6)
     friction = DryFriction(reading="sleeve_lift")
     with pytest.raises(MechanismError, match=r"no reading 'sleve_lift'; readings are .* Did you mean 'sleeve_lift'"):
-        replace(scene, effects=(*scene.effects, DryFriction(reading="sleve_lift")))
+        scene.with_changes(effects=(*scene.effects, DryFriction(reading="sleve_lift")))
     with pytest.raises(MechanismError, match="no reading 'sleeve_clearance'"):
-        replace(scene, effects=(*scene.effects, Clearance(width=1e-3)))
+        scene.with_changes(effects=(*scene.effects, Clearance(width=1e-3)))
     with pytest.raises(MechanismError, match="effect DryFriction on 'sleeve_lift' is listed twice"):
-        replace(scene, effects=(friction, friction))
-    both = replace(scene, effects=(friction, DryFriction(reading="arm_angle")))
+        scene.with_changes(effects=(friction, friction))
+    both = scene.with_changes(effects=(friction, DryFriction(reading="arm_angle")))
     assert both.output_effects == both.effects
 
 
@@ -135,7 +135,7 @@ def reduced(dimensions, rods, angles):
     """The governor with rods along these arm angles (rad)."""
     scene = governor_scene(dimensions, speed=10.0, angle=0.6)
     mechanism = PendulumGovernor(**dimensions).mechanism(rods)
-    return SingleDofReduction(replace(scene, parts=(replace(scene.part, mechanism=mechanism),))).evaluate(angles)
+    return SingleDofReduction(scene.with_changes(mechanism=mechanism)).evaluate(angles)
 
 
 def test_the_row_of_the_governor_with_massive_rods_is_met():
@@ -188,7 +188,7 @@ def test_governors_with_rods_move_as_the_closed_form_says(engine, dimensions, ro
     speed = closed.equilibrium_speed(governor, arm_angle=0.6)
     scene = governor_scene(dimensions, speed=speed, angle=0.6, rate=0.1, duration=0.3, output_interval=0.1)
     mechanism = PendulumGovernor(**dimensions).mechanism(rods)
-    scene = replace(scene, parts=(replace(scene.part, mechanism=mechanism),))
+    scene = scene.with_changes(mechanism=mechanism)
     run = gm.run(scene, engine=engine, accuracy=1e-10)
     assert run.outcome.ok
     expected = integrate_one_coordinate(scene, run.times, governor)

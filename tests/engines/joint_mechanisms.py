@@ -32,7 +32,8 @@ from governor_mechanism.model.joints import (
 )
 from governor_mechanism.model.mechanism import Body, Mechanism, SecondMoments
 from governor_mechanism.model.output_variables import BodyAngle, PointCoordinate, PointDistance
-from governor_mechanism.model.scene import FIXED_PLANE, Part, RunSettings, Scene, Spindle, Start
+from governor_mechanism.model.part import FIXED_PLANE, Part, Start
+from governor_mechanism.model.scene import RunSettings, Scene
 from governor_mechanism.model.time_functions import Harmonic, InputFunction, PrescribedMotion
 from governor_mechanism.types import FloatArray
 
@@ -73,14 +74,16 @@ def make_scene(
         initial_guess=tuple(sketch),
         force_elements=tuple(loads),
     )
-    return Scene(
-        title="test",
-        parts=(Part(name="mechanism", machine="custom", dimensions={}, mechanism=mechanism, plane=FIXED_PLANE),),
+    part = Part(
+        name="mechanism",
+        machine="custom",
+        dimensions={},
+        mechanism=mechanism,
+        plane=FIXED_PLANE,
         effects=(Gravity(acceleration=gravity),) if gravity else (),
-        spindle=Spindle(),
         start=Start(values=values or {}, rates=rates or {}),
-        run=RunSettings(duration=duration, output_interval=output_interval, accuracy=1e-6),
     )
+    return Scene(title="test", parts=(part,), run=RunSettings(duration=duration, output_interval=output_interval, accuracy=1e-6))
 
 
 def body_point(body: str, x: float = 0.0, y: float = 0.0) -> Point:

@@ -28,7 +28,7 @@ from governor_mechanism.effects.spring import OutputSpring
 from governor_mechanism.effects.stops import Stops
 from governor_mechanism.engines import MultibodyEngine, ReducedEngine
 from governor_mechanism.model.effect import Effect
-from governor_mechanism.model.scene import FreeSpindle
+from governor_mechanism.model.part import FreeSpindle
 from governor_mechanism.model.trajectory import Outcome
 from random_machines import MACHINES
 from random_scenes import draw_scene

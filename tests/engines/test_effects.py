@@ -21,10 +21,12 @@ from governor_mechanism.effects.stops import Stops
 from governor_mechanism.engines import ImpulseEngine, MultibodyEngine, ReducedEngine
 from governor_mechanism.mechanics.dynamics.contacts import ContactMode
 from governor_mechanism.mechanics.dynamics.lowering import make_system, with_held_values
+from governor_mechanism.model.force_elements import Force
 from governor_mechanism.model.joints import GROUND, Point, Slider
 from governor_mechanism.model.mechanism import Body, Mechanism
 from governor_mechanism.model.output_variables import PointCoordinate
-from governor_mechanism.model.scene import FIXED_PLANE, FreeSpindle, Part, RunSettings, Scene, Spindle, Start
+from governor_mechanism.model.part import FIXED_PLANE, FreeSpindle, Part, Spindle, Start
+from governor_mechanism.model.scene import RunSettings, Scene
 from governor_mechanism.model.time_functions import InputFunction
 from governor_mechanism.model.trajectory import Outcome
 from governor_scenes import PORTER, governor_scene
@@ -40,7 +42,7 @@ def constant(value):
 
 
 def with_effects(scene, *effects):
-    return replace(scene, effects=(*scene.effects, *effects))
+    return scene.with_changes(effects=(*scene.effects, *effects))
 
 
 def porter(speed, *effects, angle=30.0, duration=10.0, output_interval=0.01):
@@ -63,14 +65,16 @@ def block(*effects, start=0.0, rate=0.0, duration=10.0, mass=2.0, upright=False)
         length_scale=1.0,
         initial_guess=((0.0, 0.0, 0.0),),
     )
-    return Scene(
-        title="block",
-        parts=(Part(name="block", machine="custom", dimensions={}, mechanism=mechanism, plane=FIXED_PLANE),),
+    part = Part(
+        name="block",
+        machine="custom",
+        dimensions={},
+        mechanism=mechanism,
+        plane=FIXED_PLANE,
         effects=effects,
-        spindle=Spindle(),
         start=Start(values={"displacement": start}, rates={"displacement": rate}),
-        run=RunSettings(duration=duration, output_interval=duration / 200, accuracy=1e-9),
     )
+    return Scene(title="block", parts=(part,), run=RunSettings(duration=duration, output_interval=duration / 200, accuracy=1e-9))
 
 
 def run(engine, scene, accuracy=1e-10, **options):
@@ -212,12 +216,8 @@ def test_stop_with_friction_holds_in_both_directions(engine):
     """A block on its stop leaves it only when the force away from it exceeds the friction force."""
     ramp = InputFunction(times=(0.0, 10.0), values=(-20.0, 20.0))
     scene = block(DryFriction(reading="displacement", force=constant(4.0)), Stops(reading="displacement", low=0.0), duration=10.0, mass=2.0)
-    body = Point(body="block")
-    from governor_mechanism.model.force_elements import Force
-
-    part = scene.part
-    pull = Force(name="pull", point=body, x=ramp, y=constant(0.0))
-    scene = replace(scene, parts=(replace(part, mechanism=replace(part.mechanism, force_elements=(pull,))),))
+    pull = Force(name="pull", point=Point(body="block"), x=ramp, y=constant(0.0))
+    scene = scene.with_changes(mechanism=replace(scene.mechanism, force_elements=(pull,)))
     result = run(engine, scene)
     (left,) = result.events
     assert left.kind == "leaves its stop"
@@ -363,7 +363,7 @@ ALL = (
     ids=["uneven", "free"],
 )
 def test_energy_balance_closes_with_all_effects(engine, spindle):
-    scene = replace(porter(12.0, *ALL, angle=35.0, duration=8.0), spindle=spindle)
+    scene = porter(12.0, *ALL, angle=35.0, duration=8.0).with_changes(spindle=spindle)
     result = run(engine, scene)
     assert result.energy.drift < 1e-9  # requirement
     assert result.energy.dissipated_energy[-1] > 0.1
@@ -445,7 +445,7 @@ def test_model_size_lists_every_element(engine):
         assert set(result.cost.evaluations) - set(bare.cost.evaluations) == ({law} if law else set())
     stuck = run(engine, porter(12.2, DryFriction(reading=LIFT, force=constant(40.0)), duration=0.1), accuracy=1e-8)
     assert stuck.cost.evaluations["dry friction"] == 0  # sticking friction is a constraint
-    without = run(engine, replace(porter(12.2, duration=0.1), effects=(Gravity(),)), accuracy=1e-8)
+    without = run(engine, porter(12.2, duration=0.1).with_changes(effects=(Gravity(),)), accuracy=1e-8)
     assert "centrifugal" not in without.cost.evaluations
     assert Centrifugal not in {type(effect) for effect in without.scene.effects}
 

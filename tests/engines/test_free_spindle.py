@@ -9,7 +9,7 @@ import pytest
 
 import governor_mechanism as gm
 from governor_mechanism.engines import ImpulseEngine
-from governor_mechanism.model.scene import FIXED_PLANE, FreeSpindle
+from governor_mechanism.model.part import FIXED_PLANE, FreeSpindle
 from governor_mechanism.model.time_functions import InputFunction
 from governor_mechanism.model.trajectory import Outcome
 from governor_scenes import PORTER, governor_scene
@@ -20,7 +20,7 @@ def free_porter(torque=None, **options):
     start = REFERENCE["start"]
     scene = governor_scene(PORTER, speed=start["spindle_speed"], angle=start["arm_angle"], rate=start["arm_rate"], **options)
     spindle = FreeSpindle(inertia=REFERENCE["spindle_inertia"], start_speed=start["spindle_speed"])
-    return replace(scene, spindle=spindle if torque is None else replace(spindle, torque=torque))
+    return scene.with_changes(spindle=spindle if torque is None else replace(spindle, torque=torque))
 
 
 def turning_inertia(run):
@@ -80,13 +80,11 @@ def test_impulse_engine_is_of_second_order_with_a_free_spindle():
 
 
 def test_a_free_spindle_requires_a_turning_plane():
-    scene = free_porter()
-    part = replace(scene.part, plane=FIXED_PLANE)
     with pytest.raises(gm.MechanismError, match="is in a fixed plane"):
-        replace(scene, parts=(part,))
+        free_porter().with_changes(plane=FIXED_PLANE)
 
 
 def test_a_free_spindle_requires_the_centrifugal_effect():
     scene = free_porter()
     with pytest.raises(gm.MechanismError, match=r"list effects\.centrifugal"):
-        replace(scene, effects=scene.effects[:1])
+        scene.with_changes(effects=scene.effects[:1])

@@ -19,7 +19,7 @@ from governor_mechanism.engines import ENGINES, ImpulseEngine
 from governor_mechanism.engines.impulse.relaxation import relax_to_equilibrium
 from governor_mechanism.machines.hartung.bodies import SLEEVE
 from governor_mechanism.model.joints import GROUND, Point, TranslationalDriver
-from governor_mechanism.model.scene import FreeSpindle, Spindle
+from governor_mechanism.model.part import FreeSpindle, Spindle, Start
 from governor_mechanism.model.time_functions import PrescribedMotion
 from governor_mechanism.model.trajectory import Outcome
 from governor_mechanism.observables.static_forces import evaluate_derived_forces
@@ -152,7 +152,6 @@ def test_the_energy_ledger_holds_the_springs(dimensions: dict[str, Any]) -> None
 def test_a_sleeve_locked_at_standstill_is_held_with_the_static_force(dimensions: dict[str, Any], degrees: float) -> None:
     angle = math.radians(degrees)
     scene = hartung_scene(dimensions, speed=0.0, angle=angle)
-    part = scene.part
     height = float(closed.sleeve_height(build_closed_form_governor(dimensions), lever_angle=angle)) - 0.115
     height -= 1.5 * 0.115 if dimensions is PAPER_DIMENSIONS else 0.0  # as far below vertical hangers it is drawn
     lock = TranslationalDriver(
@@ -162,8 +161,8 @@ def test_a_sleeve_locked_at_standstill_is_held_with_the_static_force(dimensions:
         angle=math.pi / 2,
         motion=PrescribedMotion.constant_rate(height, 0.0),
     )
-    held = replace(part.mechanism, joints=(*part.mechanism.joints, lock))
-    locked = replace(scene, parts=(replace(part, mechanism=held),), start=replace(scene.start, values={}, rates={}))
+    held = replace(scene.mechanism, joints=(*scene.mechanism.joints, lock))
+    locked = scene.with_changes(mechanism=held, start=Start())
     run = gm.run(locked, engine="multibody", accuracy=1e-11, times=[0.0, 0.1])
     static = closed.static_sleeve_force(
         build_closed_form_governor(dimensions), lever_angle=angle, spring_force=spring_force_at(dimensions, angle)
@@ -203,7 +202,7 @@ def test_heavy_bell_cranks_swing_as_statics_say(engine: str) -> None:
     period = 2 * math.pi / rest.frequency
     found = []
     for swing in (4e-4, -4e-4):
-        swung = replace(scene, start=replace(scene.start, values={"lever_angle": swing}))
+        swung = scene.with_changes(start=replace(scene.start, values={"lever_angle": swing}))
         run = gm.run(swung, engine=engine, accuracy=1e-9, times=np.linspace(0.0, 2.2 * period, 120))
         found.append(measure_period(run, "lever_angle", rest.coordinate))
     assert np.mean(found) == pytest.approx(period, rel=1e-6)

@@ -23,7 +23,8 @@ from governor_mechanism.model.events import Event
 from governor_mechanism.model.joints import GROUND, Pin, Point, Slider
 from governor_mechanism.model.mechanism import Body, Mechanism, SecondMoments
 from governor_mechanism.model.output_variables import BodyAngle, LineAngle, PointCoordinate
-from governor_mechanism.model.scene import FIXED_PLANE, Part, RunSettings, Scene, Spindle, Start
+from governor_mechanism.model.part import FIXED_PLANE, Part, Spindle, Start
+from governor_mechanism.model.scene import RunSettings, Scene
 from governor_mechanism.model.time_functions import InputFunction
 from governor_mechanism.model.trajectory import Outcome
 from governor_scenes import PORTER, governor_scene, random_governor
@@ -43,7 +44,7 @@ def dry_friction(force: float | InputFunction, reading: str = "sleeve_lift") -> 
 
 def porter(*effects, **options) -> Scene:
     scene = governor_scene(PORTER, **{"speed": 12.0, "angle": 0.7, "rate": 0.3, "duration": 1.0, **options})
-    return replace(scene, effects=(*scene.effects, *effects))
+    return scene.with_changes(effects=(*scene.effects, *effects))
 
 
 def slider(*effects, rate: float = 1.0, duration: float = 1.0) -> Scene:
@@ -74,9 +75,8 @@ def wheel(*effects, rate: float = 5.0) -> Scene:
 
 
 def single_part_scene(mechanism: Mechanism, start: Start, *effects, duration: float = 1.0) -> Scene:
-    part = Part(name="part", machine="custom", dimensions={}, mechanism=mechanism, plane=FIXED_PLANE)
-    run = RunSettings(duration=duration, output_interval=0.01)
-    return Scene(title="test", parts=(part,), effects=effects, spindle=Spindle(), start=start, run=run)
+    part = Part(name="part", machine="custom", dimensions={}, mechanism=mechanism, plane=FIXED_PLANE, effects=effects, start=start)
+    return Scene(title="test", parts=(part,), run=RunSettings(duration=duration, output_interval=0.01))
 
 
 def errors_of(run, true) -> float:
@@ -142,7 +142,7 @@ def test_the_order_is_two(scene):
 
 
 def test_a_fluctuating_spindle_speed_keeps_order_two():
-    scene = replace(porter(), spindle=Spindle(speeds=(12.0,), speed_fluctuation=0.05, cycles_per_turn=2.0))
+    scene = porter().with_changes(spindle=Spindle(speeds=(12.0,), speed_fluctuation=0.05, cycles_per_turn=2.0))
     ratios = error_ratios(scene, "arm_angle")
     assert np.all((ratios > 3.7) & (ratios < 4.3)), ratios  # 4 plus higher-order terms
 
@@ -185,7 +185,7 @@ def test_a_spring_and_friction_stop_the_block_after_the_analytical_half_swings()
     # From 0.2 m each half swing loses 2 W / k and changes side: -0.14, 0.08, -0.02, where 2 N do not overcome friction.
     spring = OutputSpring(reading="displacement", rate=100.0)
     scene = slider(spring, dry_friction(3.0, "displacement"), rate=0.0, duration=2.0)
-    scene = replace(scene, start=Start(values={"displacement": 0.2}, rates={"displacement": 0.0}))
+    scene = scene.with_changes(start=Start(values={"displacement": 0.2}, rates={"displacement": 0.0}))
     run = ImpulseEngine().run(scene, accuracy=1e-7)
     assert run.outcome is Outcome.DONE
     half = math.pi / math.sqrt(100.0 / 2.0)
@@ -199,7 +199,7 @@ def test_a_spring_and_friction_stop_the_block_after_the_analytical_half_swings()
 def test_a_block_on_a_spring_sticks_and_slips_with_the_friction_limit():
     spring = OutputSpring(reading="displacement", rate=100.0)
     relieved = InputFunction(times=(0.0, 0.8, 0.8, 1.0, 1.0), values=(6.0, 6.0, 0.5, 0.5, 6.0))
-    scene = replace(slider(spring, dry_friction(relieved, "displacement"), duration=2.0), start=Start(values={"displacement": 0.05}))
+    scene = slider(spring, dry_friction(relieved, "displacement"), duration=2.0).with_changes(start=Start(values={"displacement": 0.05}))
     true = gm.run(scene, engine="multibody", accuracy=1e-10)
     run = ImpulseEngine().run(scene, accuracy=1e-6)
     assert run.outcome is Outcome.DONE
@@ -242,7 +242,7 @@ def test_the_estimate_of_random_governors_with_friction_holds():
         speed = math.sqrt(9.81 * (1 + masses[1] / masses[0]) / (dimensions["arm"] * math.cos(angle)))
         force = 9.81 * (2 * masses[0] + masses[1]) * 10 ** random.uniform(-2.0, -0.7)
         scene = governor_scene(dimensions, speed=speed, angle=angle, rate=random.uniform(-0.5, 0.5), duration=1.0)
-        scene = replace(scene, effects=(*scene.effects, dry_friction(force)))
+        scene = scene.with_changes(effects=(*scene.effects, dry_friction(force)))
         true = gm.run(scene, engine="multibody", accuracy=1e-9)
         run = ImpulseEngine().run(scene, accuracy=1e-5)
         if true.outcome is not Outcome.DONE or run.outcome is not Outcome.DONE:
@@ -262,7 +262,7 @@ def test_a_slip_with_a_small_excess_force_is_followed():
         "link": 0.19515912317138856,
     }
     scene = governor_scene(dimensions, speed=8.121696165553649, angle=0.7889368542836547, rate=0.43834128686461393)
-    scene = replace(scene, effects=(*scene.effects, dry_friction(0.35568296660805304, "arm_angle")))
+    scene = scene.with_changes(effects=(*scene.effects, dry_friction(0.35568296660805304, "arm_angle")))
     true = gm.run(scene, engine="multibody", accuracy=1e-8)
     run = ImpulseEngine().run(scene, accuracy=1e-5)
     assert run.outcome is Outcome.DONE
@@ -283,10 +283,7 @@ def test_only_the_force_laws_of_the_scene_are_counted():
 def test_clearance_is_refused_by_name():
     clearance = Clearance(width=1e-3)
     machine = MACHINES["pendulum_governor"](**PORTER)
-    scene = porter()
-    scene = replace(
-        scene, parts=(replace(scene.part, mechanism=machine.mechanism_with_effects([clearance])),), effects=(Gravity(), clearance)
-    )
+    scene = porter().with_changes(mechanism=machine.mechanism_with_effects([clearance]), effects=(Gravity(), clearance))
     with pytest.raises(UnsupportedEffect, match=r"'impulse' cannot model \['Clearance'\]"):
         ImpulseEngine().run(scene)
 
@@ -294,9 +291,8 @@ def test_clearance_is_refused_by_name():
 def test_friction_on_a_line_between_two_bodies_is_refused():
     line = LineAngle(name="link", quantity="angle", start=Point(body="right ball"), end=Point(body="sleeve"))
     scene = porter()
-    mechanism = scene.part.mechanism
-    mechanism = replace(mechanism, readings=(*mechanism.readings, line))
-    scene = replace(scene, parts=(replace(scene.part, mechanism=mechanism),), effects=(*scene.effects, dry_friction(1.0, "link")))
+    mechanism = replace(scene.mechanism, readings=(*scene.mechanism.readings, line))
+    scene = scene.with_changes(mechanism=mechanism, effects=(*scene.effects, dry_friction(1.0, "link")))
     with pytest.raises(UnsupportedEffect, match=r"cannot model dry friction on 'link'.*engine 'multibody'"):
         ImpulseEngine().run(scene)
 
@@ -318,7 +314,7 @@ def test_a_time_between_the_last_impact_and_the_extrapolated_one_is_on_the_wrong
 def test_a_driven_reversal_is_not_reported_as_stick():
     """A crosshead driven by a crank is stationary only for an instant."""
     scene = gm.load("slider_crank")
-    with_friction = replace(scene, effects=(*scene.effects, dry_friction(20.0, "crosshead_distance")))
+    with_friction = scene.with_changes(effects=(*scene.effects, dry_friction(20.0, "crosshead_distance")))
     assert gm.run(with_friction, "multibody", accuracy=1e-6).events == ()
     assert gm.run(with_friction, "impulse", accuracy=1e-4).events == ()
 

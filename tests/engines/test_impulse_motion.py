@@ -10,7 +10,7 @@ import pytest
 from governor_mechanism.closed_form.pendulum import dynamics as closed
 from governor_mechanism.engines import ImpulseEngine
 from governor_mechanism.mechanics.kinematics.constraint_equations import ConstraintEquations
-from governor_mechanism.model.scene import Spindle
+from governor_mechanism.model.part import Spindle
 from governor_mechanism.model.trajectory import Outcome
 from governor_scenes import CROSSED, EXTENDED, PORTER, UNCROSSED_LINKS, WATT, governor_scene, random_governor
 from one_coordinate_reference import integrate_one_coordinate

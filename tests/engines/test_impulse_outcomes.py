@@ -14,11 +14,13 @@ from governor_mechanism.engines.base import make_reported_times
 from governor_mechanism.engines.impulse.relaxation import relax_to_equilibrium
 from governor_mechanism.engines.impulse.settings import RelaxationSettings
 from governor_mechanism.errors import MechanismError, RunFailed, UnsupportedEffect
+from governor_mechanism.model.couplings import Coupling
 from governor_mechanism.model.effect import Effect
 from governor_mechanism.model.force_elements import Damper
 from governor_mechanism.model.joints import GROUND, Joint, Pin, Point, RackAndPinion
 from governor_mechanism.model.mechanism import Body
-from governor_mechanism.model.scene import EQUILIBRIUM, Coupling, Scene
+from governor_mechanism.model.part import EQUILIBRIUM
+from governor_mechanism.model.scene import Scene
 from governor_mechanism.model.trajectory import Outcome
 from governor_scenes import CROSSED, EXTENDED, PORTER, WATT, governor_scene
 from one_coordinate_reference import integrate_one_coordinate
@@ -39,11 +41,11 @@ def porter(**options) -> Scene:
 
 
 def with_mechanism(scene: Scene, **changes) -> Scene:
-    return replace(scene, parts=(replace(scene.part, mechanism=replace(scene.part.mechanism, **changes)),))
+    return scene.with_changes(mechanism=replace(scene.mechanism, **changes))
 
 
 def test_an_effect_the_engine_lacks_is_refused_by_name():
-    scene = replace(porter(), effects=(Gravity(), Magnetism()))
+    scene = porter().with_changes(effects=(Gravity(), Magnetism()))
     with pytest.raises(UnsupportedEffect, match=r"'impulse' cannot model \['Magnetism'\]"):
         ImpulseEngine().run(scene)
 
@@ -194,7 +196,7 @@ def test_a_single_run_is_not_certified():
 
 
 def test_without_effects_no_force_acts():
-    scene = replace(governor_scene(WATT, speed=5.0, angle=0.5, rate=0.2, duration=1.0), effects=())
+    scene = governor_scene(WATT, speed=5.0, angle=0.5, rate=0.2, duration=1.0).with_changes(effects=())
     run = ImpulseEngine().run(scene)
     # An unloaded ball on a massless arm rotates at a constant rate.
     np.testing.assert_allclose(run.readings["arm_angle"], 0.5 + 0.2 * run.times, atol=1e-6)

@@ -2,13 +2,11 @@
 
 from __future__ import annotations
 
-from dataclasses import replace
-
 import numpy as np
 import pytest
 
 import governor_mechanism as gm
-from governor_mechanism.model.scene import FreeSpindle, Spindle
+from governor_mechanism.model.part import FreeSpindle, Spindle
 from governor_scenes import governor_scene
 from inertial_frame_reference import Governor, driven_motion, free_motion
 from reference.mechanisms import PORTER_IN_SPACE as PORTER
@@ -114,7 +112,7 @@ def compared(values, expected, name):
 def scene(spindle, rate):
     begin = {"angle": START["arm_angle"], "rate": rate * START["arm_rate"]}
     built = governor_scene(PORTER["dimensions"], speed=START["spindle_speed"], **begin, duration=PORTER["time"])
-    return replace(built, spindle=spindle)
+    return built.with_changes(spindle=spindle)
 
 
 @pytest.mark.parametrize(("sense", "rate"), SENSES, ids=NAMES)

@@ -18,7 +18,7 @@ from governor_mechanism.mechanics.dynamics.characteristic_scales import time_sca
 from governor_mechanism.model.joints import GROUND, Joint, Pin, Point, Slider
 from governor_mechanism.model.mechanism import Body, Mechanism, SecondMoments
 from governor_mechanism.model.output_variables import LineAngle, PointCoordinate
-from governor_mechanism.model.scene import Spindle
+from governor_mechanism.model.part import Spindle, Start
 from governor_mechanism.model.trajectory import Outcome
 from governor_scenes import EXTENDED, PORTER, governor_scene
 from one_coordinate_reference import integrate_one_coordinate
@@ -27,7 +27,7 @@ ENGINES = [ImpulseEngine, MultibodyEngine, ReducedEngine]
 
 
 def with_mechanism(scene, **changes):
-    return replace(scene, parts=(replace(scene.part, mechanism=replace(scene.part.mechanism, **changes)),))
+    return scene.with_changes(mechanism=replace(scene.mechanism, **changes))
 
 
 @pytest.mark.parametrize("engine", ENGINES)
@@ -109,8 +109,7 @@ def test_angle_is_continuous_over_full_turns(engine):
         initial_guess=((0.0, -0.5, -math.pi / 2),),
     )
     scene = governor_scene(PORTER, speed=13.0, angle=0.7, output_interval=0.05)
-    scene = replace(scene, effects=(), parts=(replace(scene.part, mechanism=mechanism),))
-    scene = replace(scene, start=replace(scene.start, values={"turned": 0.0}, rates={"turned": 5.0}))
+    scene = scene.with_changes(effects=(), mechanism=mechanism, start=Start(values={"turned": 0.0}, rates={"turned": 5.0}))
     run = engine().run(scene)
     assert run.outcome is Outcome.DONE
     np.testing.assert_allclose(run.readings["turned"], 5.0 * run.times, atol=1e-5)
@@ -132,8 +131,7 @@ def test_body_guided_off_the_axis_has_a_centrifugal_force():
             initial_guess=((distance, 0.0, 0.0),),
         )
         scene = governor_scene(PORTER, speed=13.0, angle=0.7, duration=0.1)
-        scene = replace(scene, parts=(replace(scene.part, mechanism=mechanism),))
-        scene = replace(scene, start=replace(scene.start, values={"height": 0.0}, rates={}))
+        scene = scene.with_changes(mechanism=mechanism, start=Start(values={"height": 0.0}))
         return ImpulseEngine().run(scene).cost.evaluations.get("centrifugal", 0)
 
     assert evaluations(0.0) == 0

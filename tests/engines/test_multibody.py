@@ -20,7 +20,7 @@ from governor_mechanism.errors import MechanismError
 from governor_mechanism.model.joints import GROUND, Distance, Pin, Point, Slider
 from governor_mechanism.model.mechanism import Body, Mechanism, SecondMoments
 from governor_mechanism.model.output_variables import PointCoordinate
-from governor_mechanism.model.scene import Spindle
+from governor_mechanism.model.part import Spindle, Start
 from governor_mechanism.model.trajectory import Outcome
 from governor_mechanism.numerics import jit as compiled
 from governor_mechanism.scenes.library import shipped_scenes
@@ -41,7 +41,7 @@ def porter_open(**options):
 def with_joints(scene, *joints):
     mechanism = scene.part.mechanism
     mechanism = replace(mechanism, joints=(*mechanism.joints, *joints))
-    return replace(scene, parts=(replace(scene.part, mechanism=mechanism),))
+    return scene.with_changes(mechanism=mechanism)
 
 
 @FINE
@@ -189,8 +189,7 @@ def test_slider_on_a_rotating_body():
         initial_guess=((0.5, 0.0, 0.0), (0.4, 0.0, 0.0)),
     )
     scene = porter_open(duration=1.0)
-    scene = replace(scene, effects=(), parts=(replace(scene.part, mechanism=mechanism),))
-    scene = replace(scene, start=replace(scene.start, values={"height": 0.0}, rates={"height": 0.4}))
+    scene = scene.with_changes(effects=(), mechanism=mechanism, start=Start(values={"height": 0.0}, rates={"height": 0.4}))
     run = MultibodyEngine().run(scene, accuracy=1e-10)
     x, y = run.poses[:, 1, 0], run.poses[:, 1, 1]
     momentum = 2.0 / 3 * run.velocities[:, 0, 2] + 0.5 * (x * run.velocities[:, 1, 1] - y * run.velocities[:, 1, 0])
@@ -225,7 +224,7 @@ def test_rotating_body_without_inertia_is_refused():
     scene = porter_open()
     mechanism = scene.part.mechanism
     bodies = (Body(name="right ball", mass=5.0), *mechanism.bodies[1:])
-    scene = replace(scene, parts=(replace(scene.part, mechanism=replace(mechanism, bodies=bodies)),))
+    scene = scene.with_changes(mechanism=replace(mechanism, bodies=bodies))
     with pytest.raises(MechanismError, match="body 'right ball' has no moment of inertia and can move without moving any other mass"):
         MultibodyEngine().run(scene)
 
@@ -302,7 +301,7 @@ def test_unreachable_time_ends_with_a_named_outcome(engine):
 def test_time_of_leaving_the_range_is_located(engine):
     # A ball on a massless arm without gravity and with the spindle at rest keeps its speed.
     scene = governor_scene(WATT, speed=0.0, angle=0.5, rate=4.0, duration=2.0)
-    scene = replace(scene, effects=scene.effects[1:])  # no gravity and a spindle at rest: the arm rotates uniformly
+    scene = scene.with_changes(effects=scene.effects[1:])  # no gravity and a spindle at rest: the arm rotates uniformly
     run = engine().run(scene, accuracy=1e-8)
     assert run.outcome is Outcome.LEFT_RANGE
     time = float(run.detail.split("t = ")[1].split(" s")[0])

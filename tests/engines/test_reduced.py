@@ -42,7 +42,7 @@ from governor_mechanism.model.events import EventKind
 from governor_mechanism.model.force_elements import Damper, Force, Spring, Torque, TorsionDamper, TorsionSpring
 from governor_mechanism.model.joints import Distance, Pin, Slider
 from governor_mechanism.model.output_variables import LineAngle
-from governor_mechanism.model.scene import FreeSpindle, Spindle
+from governor_mechanism.model.part import FreeSpindle, Spindle
 from governor_mechanism.model.time_functions import InputFunction
 from governor_mechanism.model.trajectory import Outcome, Trajectory
 from governor_mechanism.numerics.chebyshev import CHEBYSHEV_NODES, N_CHEBYSHEV_NODES, evaluate_piece, fit_piece
@@ -143,7 +143,7 @@ def test_every_spindle_program_agrees_with_multibody(dimensions, program):
         spindle = replace(program, start_speed=speed)
     else:
         spindle = replace(program, speeds=tuple(speed * part for part in program.speeds))
-    scene = replace(governor_scene(dimensions, speed=speed, angle=0.75, output_interval=0.05), spindle=spindle)
+    scene = governor_scene(dimensions, speed=speed, angle=0.75, output_interval=0.05).with_changes(spindle=spindle)
     reduced, multibody = both(scene)
     assert reduced.outcome is Outcome.DONE
     agree(reduced, multibody)
@@ -227,7 +227,7 @@ def test_all_force_elements_together_with_a_redundant_joint():
 
 def test_more_turns_need_no_more_table_pieces():
     """Without forces everything but the crank angle repeats after a whole turn."""
-    one, many = (ReducedEngine().run(replace(crank(duration=d), effects=()), accuracy=1e-11) for d in (1.0, 30.0))
+    one, many = (ReducedEngine().run(crank(duration=d).with_changes(effects=()), accuracy=1e-11) for d in (1.0, 30.0))
     assert np.ptp(many.poses[:, 0, 2]) > 40 * math.tau
     assert many.cost.evaluations["table pieces"] == one.cost.evaluations["table pieces"]
     np.testing.assert_allclose(many.readings["crank"], many.poses[:, 0, 2], atol=1e-12)  # rounding of about 300 rad
@@ -249,7 +249,7 @@ def test_more_turns_need_no_more_table_pieces():
 )
 def test_effects_along_an_angle_count_its_turns(effect):
     scene = crank()
-    reduced, multibody = both(replace(scene, effects=(*scene.effects, effect)))
+    reduced, multibody = both(scene.with_changes(effects=(*scene.effects, effect)))
     assert np.ptp(multibody.readings["crank"]) > math.tau  # more than a turn
     agree(reduced, multibody)
 
@@ -345,7 +345,7 @@ def test_tables_agree_with_the_lagrangian_coefficients(dimensions):
 
 def test_outputs_and_their_derivatives_are_in_the_tables():
     scene = governor_scene(EXTENDED, speed=9.0, angle=0.7)
-    scene = replace(scene, effects=(*scene.effects, Dashpot(reading="sleeve_lift", linear=1.0)))
+    scene = scene.with_changes(effects=(*scene.effects, Dashpot(reading="sleeve_lift", linear=1.0)))
     values = np.linspace(0.5, 0.95, 10)
     _, column = make_table(scene, values)
     reduction = SingleDofReduction(scene)
@@ -376,7 +376,7 @@ def test_the_truncation_error_of_a_fit_is_of_order_twelve_in_the_width():
 def test_the_range_ends_as_with_multibody():
     # Spindle at rest, no gravity, an outward start rate: the arm rotates uniformly to 90 degrees.
     scene = governor_scene(WATT, speed=0.0, angle=0.5, rate=4.0, duration=2.0)
-    scene = replace(scene, effects=scene.effects[1:])
+    scene = scene.with_changes(effects=scene.effects[1:])
     reduced, multibody = both(scene, 1e-9)
     assert reduced.outcome is multibody.outcome is Outcome.LEFT_RANGE
     sentence, time = zip(*(run.detail.split(", at t = ") for run in (reduced, multibody)), strict=True)

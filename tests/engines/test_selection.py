@@ -9,7 +9,7 @@ import pytest
 import governor_mechanism as gm
 from governor_mechanism.engines import ENGINES, ImpulseEngine, select_engine
 from governor_mechanism.engines.selection import estimate_run_time
-from governor_mechanism.model.scene import Start
+from governor_mechanism.model.part import Start
 from governor_mechanism.model.trajectory import Outcome
 from governor_mechanism.scenes.library import shipped_scenes
 
@@ -65,11 +65,8 @@ def test_reason_names_the_engines_that_cannot_model_the_scene(name):
 def test_multibody_replaces_reduced_at_a_turning_point_of_its_coordinate():
     scene = gm.load("slider_crank_torque")
     mechanism = replace(scene.part.mechanism, coordinate="slider_x")
-    scene = replace(
-        scene,
-        parts=(replace(scene.part, mechanism=mechanism),),
-        start=Start(values={"crank_angle": 0.5}),
-        run=replace(scene.run, duration=1.0, accuracy=1e-6),
+    scene = scene.with_changes(
+        mechanism=mechanism, start=Start(values={"crank_angle": 0.5}), run=replace(scene.run, duration=1.0, accuracy=1e-6)
     )
     assert gm.run(scene, engine="reduced").outcome is Outcome.DEAD_CENTRE
     run = gm.run(scene)

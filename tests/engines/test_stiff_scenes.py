@@ -14,20 +14,22 @@ from governor_mechanism.model.force_elements import Damper, Spring, TorsionDampe
 from governor_mechanism.model.joints import GROUND, Pin, Point
 from governor_mechanism.model.mechanism import Body, Mechanism, SecondMoments
 from governor_mechanism.model.output_variables import BodyAngle, PointCoordinate
-from governor_mechanism.model.scene import FIXED_PLANE, Part, RunSettings, Scene, Spindle, Start
+from governor_mechanism.model.part import FIXED_PLANE, Part, Start
+from governor_mechanism.model.scene import RunSettings, Scene
 from governor_mechanism.model.trajectory import Outcome
 
 
 def make_scene(mechanism, *, gravity, duration=2.0, start=None):
-    part = Part(name="mechanism", machine="custom", dimensions={}, mechanism=mechanism, plane=FIXED_PLANE)
-    return Scene(
-        title="stiff",
-        parts=(part,),
+    part = Part(
+        name="mechanism",
+        machine="custom",
+        dimensions={},
+        mechanism=mechanism,
+        plane=FIXED_PLANE,
         effects=(Gravity(),) if gravity else (),
-        spindle=Spindle(),
         start=start or Start(),
-        run=RunSettings(duration=duration, output_interval=0.01),
     )
+    return Scene(title="stiff", parts=(part,), run=RunSettings(duration=duration, output_interval=0.01))
 
 
 def two_rods(stiffness, damping):

@@ -20,7 +20,7 @@ from governor_mechanism.effects.rod_masses import RodMasses
 from governor_mechanism.effects.stops import Stops
 from governor_mechanism.machines.hartung.machine import HartungGovernor
 from governor_mechanism.mechanics.reduction.lagrangian import SingleDofReduction
-from governor_mechanism.model.scene import FreeSpindle
+from governor_mechanism.model.part import FreeSpindle
 from governor_mechanism.observables.static_forces import compute_static_force, evaluate_derived_forces
 from governor_mechanism.scenes.parser import parse_scene_document
 from hartung_scenes import PAPER_DIMENSIONS, build_closed_form_governor, hartung_scene, spring_force_at

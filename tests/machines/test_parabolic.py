@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import math
-from dataclasses import replace
 
 import numpy as np
 import pytest
@@ -12,7 +11,7 @@ import governor_mechanism as gm
 from governor_mechanism.engines import ImpulseEngine, select_engine
 from governor_mechanism.machines.parabolic import ParabolicGovernor
 from governor_mechanism.mechanics.reduction.lagrangian import SingleDofReduction
-from governor_mechanism.model.scene import Spindle, Start
+from governor_mechanism.model.part import Spindle, Start
 
 # Zehnder's parabola for m = 4 at 4 pi rad/s: from x = 0.10 m at 0.05 m/s to 0.20 m; by quadrature and by Taylor series.
 PARAMETER, TRANSIT, ARRIVAL = 0.621225507207, 2.54294404015, 0.0319576953357
@@ -42,7 +41,7 @@ def test_a_ball_left_at_rest_stays(engine, radius):
     scene = gm.load("parabolic")
     # 120 rpm fits the twelve digits of the parameter to 1e-12 only, which over 10 s moves a ball by 1e-9 of its radius.
     neutral = Spindle(speeds=(math.sqrt(2 * scene.gravity * 5 / scene.part.dimensions["double_parameter"]),))
-    still = replace(scene, spindle=neutral, start=Start(values={"ball_radius": radius}))
+    still = scene.with_changes(spindle=neutral, start=Start(values={"ball_radius": radius}))
     run = gm.run(still, engine=engine, accuracy=1e-10, times=np.linspace(0.0, 10.0, 21))
     assert np.max(np.abs(run.readings["ball_radius"] - radius)) < 1e-10  # asked
 

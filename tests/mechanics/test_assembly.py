@@ -2,8 +2,6 @@
 
 from __future__ import annotations
 
-from dataclasses import replace
-
 import numpy as np
 import pytest
 from hypothesis import given, settings
@@ -100,6 +98,6 @@ def test_a_linkage_that_cannot_reach_names_the_joint_and_the_length():
 
 def test_no_equilibrium_speed_without_both_effects():
     scene = governor_scene(PORTER, speed=13.0, angle=0.7)
-    scene = replace(scene, effects=())
+    scene = scene.with_changes(effects=())
     with pytest.raises(MechanismError, match="needs both effects"):
         equilibrium_speed_at(scene, np.array([0.7]))

@@ -34,7 +34,8 @@ from governor_mechanism.model.joints import (
 )
 from governor_mechanism.model.mechanism import Body, Mechanism, SecondMoments
 from governor_mechanism.model.output_variables import BodyAngle
-from governor_mechanism.model.scene import FIXED_PLANE, TURNING_PLANE, Part, Scene, Spindle, Start
+from governor_mechanism.model.part import FIXED_PLANE, TURNING_PLANE, Part
+from governor_mechanism.model.scene import Scene
 from governor_mechanism.model.time_functions import InputFunction, PrescribedMotion
 from reference.zehnder import PORTER_OPEN
 from rigid_link_governor import ARM_MASS, LINK_MASS, porter_with_rods
@@ -128,8 +129,8 @@ def loaded_crank():
         length_scale=0.6,
         initial_guess=((0.05, 0.09, 1.0), (0.4, 0.1, -0.2)),
     )
-    part = Part(name="crank", machine="custom", dimensions={}, mechanism=mechanism, plane=FIXED_PLANE)
-    return Scene(title="", parts=(part,), effects=(Gravity(),), spindle=Spindle(), start=Start())
+    part = Part(name="crank", machine="custom", dimensions={}, mechanism=mechanism, plane=FIXED_PLANE, effects=(Gravity(),))
+    return Scene(title="", parts=(part,))
 
 
 def test_derivatives_of_the_lagrangian_coefficients():
@@ -161,8 +162,8 @@ def test_stiffness_follows_from_the_derivative_of_the_squared_equilibrium_speed(
         replace(load, stiffness=load.stiffness * random.uniform(0.3, 3.0)) if isinstance(load, Spring) else load
         for load in part.mechanism.force_elements
     )
-    rotating_part = replace(part, mechanism=replace(part.mechanism, bodies=bodies, force_elements=loads), plane=TURNING_PLANE)
-    reduction = SingleDofReduction(replace(scene, parts=(rotating_part,), effects=(Gravity(), Centrifugal())))
+    mechanism = replace(part.mechanism, bodies=bodies, force_elements=loads)
+    reduction = SingleDofReduction(scene.with_changes(mechanism=mechanism, plane=TURNING_PLANE, effects=(Gravity(), Centrifugal())))
     coefficients = reduction.evaluate([value])
     square = 2 * coefficients.potential_derivative[0] / coefficients.spindle_inertia_derivative[0]
 

@@ -6,25 +6,25 @@ import numpy as np
 import pytest
 
 from governor_mechanism.mechanics.dynamics.constraint_solver import find_coupled_rows
-from governor_mechanism.numerics.least_squares import MIN_SPARSE_ROWS, least_norm_solution, mass_weighted_least_norm, numerical_rank
+from governor_mechanism.numerics.least_squares import MIN_SPARSE_ROWS, least_norm_solution, numerical_rank
 
 ROUNDING = 1e-11
 """Error of solutions of order one; the condition numbers of these matrices are below a few thousand."""
 
 
 def chain_equations(count, seed):
-    """Return equations as of the joints of a chain (two for each of `count` bodies), their right-hand side and masses."""
+    """Return equations as of the joints of a chain (two for each of `count` bodies), and their right-hand side."""
     generator = np.random.default_rng(seed)
     rows = np.zeros((2 * count, 3 * count))
     for k in range(count):
         rows[2 * k : 2 * k + 2, max(0, 3 * k - 3) : 3 * k + 3] = generator.normal(size=(2, 6 if k else 3))
         rows[2 * k : 2 * k + 2, 3 * k : 3 * k + 2] += 3 * np.eye(2)
-    return rows, generator.normal(size=2 * count), generator.uniform(0.5, 2.0, 3 * count)
+    return rows, generator.normal(size=2 * count)
 
 
 @pytest.mark.parametrize("seed", range(5))
 def test_least_norm_solution_matches_the_pseudoinverse(seed):
-    rows, rhs, _ = chain_equations(MIN_SPARSE_ROWS, seed)
+    rows, rhs = chain_equations(MIN_SPARSE_ROWS, seed)
     expected = np.linalg.pinv(rows) @ rhs
     assert least_norm_solution(rows, rhs) == pytest.approx(expected, abs=ROUNDING * np.max(np.abs(expected)))
     few = rows[: MIN_SPARSE_ROWS // 2]
@@ -33,38 +33,21 @@ def test_least_norm_solution_matches_the_pseudoinverse(seed):
 
 def test_nearly_dependent_equations_are_satisfied_to_rounding():
     """Two rows differ by 1e-4: rows * rows^T loses eight digits, which the refinement restores."""
-    rows, rhs, _ = chain_equations(MIN_SPARSE_ROWS, 3)
+    rows, rhs = chain_equations(MIN_SPARSE_ROWS, 3)
     rows[41] = rows[40] + 1e-4 * rows[41]
     solution = least_norm_solution(rows, rhs)
     assert rows @ solution == pytest.approx(rhs, abs=1e-11)
     assert solution == pytest.approx(np.linalg.pinv(rows) @ rhs, rel=1e-8, abs=1e-8 * np.max(np.abs(solution)))
 
 
-@pytest.mark.parametrize("seed", range(5))
-def test_mass_weighted_solution_matches_lagrange_multipliers(seed):
-    rows, rhs, masses = chain_equations(MIN_SPARSE_ROWS, seed)
-    count = len(rows)
-    kkt_matrix = np.block([[np.diag(masses), rows.T], [rows, np.zeros((count, count))]])
-    expected = np.linalg.solve(kkt_matrix, np.append(np.zeros(len(masses)), rhs))[: len(masses)]
-    assert mass_weighted_least_norm(rows, masses, rhs) == pytest.approx(expected, abs=ROUNDING * np.max(np.abs(expected)))
-
-
-def test_unknowns_without_mass_are_determined_by_the_equations():
-    rows, rhs, masses = chain_equations(MIN_SPARSE_ROWS, 1)
-    masses[5] = 0.0
-    solution = mass_weighted_least_norm(rows, masses, rhs)
-    assert rows @ solution == pytest.approx(rhs, abs=ROUNDING * np.max(np.abs(solution)))
-
-
 def test_linearly_dependent_equations_are_detected():
-    rows, rhs, masses = chain_equations(MIN_SPARSE_ROWS, 2)
+    rows, rhs = chain_equations(MIN_SPARSE_ROWS, 2)
     assert numerical_rank(rows) == len(rows)
     dependent_rows = np.concatenate([rows, rows[:3] + rows[3:6]])
     assert numerical_rank(dependent_rows) == len(rows)
     dependent_rhs = np.append(rhs, rhs[:3] + rhs[3:6])
     expected = np.linalg.pinv(rows) @ rhs
     assert least_norm_solution(dependent_rows, dependent_rhs) == pytest.approx(expected, abs=ROUNDING * np.max(np.abs(expected)))
-    assert mass_weighted_least_norm(dependent_rows, masses, np.append(rhs, [1.0, 2.0, 3.0])) is None
 
 
 def test_no_equations_have_rank_zero():

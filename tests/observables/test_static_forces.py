@@ -18,8 +18,7 @@ from hartung_scenes import PAPER_DIMENSIONS, hartung_scene
 
 def telling(scene: Scene, *outputs: DerivedForce) -> Scene:
     """The scene, its mechanism with other outputs."""
-    part = scene.part
-    return replace(scene, parts=(replace(part, mechanism=replace(part.mechanism, derived_forces=outputs)),))
+    return scene.with_changes(mechanism=replace(scene.mechanism, derived_forces=outputs))
 
 
 def test_a_porter_sleeve_carries_itself_and_one_ball() -> None:

@@ -43,8 +43,7 @@ def fake_run_with_effects(dimensions: dict[str, float], effects: Sequence[Effect
         offset = clearance.width / 2 * np.sin(2 * np.pi * 11 * run.times)
         poses[:, 2, 1] += offset
         readings |= {CLEARANCE_READING: offset, "sleeve_lift": sleeve_lift(governor, angles) + offset}
-    part = dataclasses.replace(run.scene.part, mechanism=governor.mechanism_with_effects(effects))
-    scene = dataclasses.replace(run.scene, parts=(part,), effects=(*run.scene.effects, *effects))
+    scene = run.scene.with_changes(mechanism=governor.mechanism_with_effects(effects), effects=(*run.scene.effects, *effects))
     return dataclasses.replace(
         run,
         scene=scene,

@@ -27,7 +27,8 @@ from governor_mechanism.model.joints import (
 )
 from governor_mechanism.model.mechanism import Body, Mechanism, SecondMoments
 from governor_mechanism.model.output_variables import BodyAngle, PointCoordinate, Reading
-from governor_mechanism.model.scene import FIXED_PLANE, Part, RunSettings, Scene, Spindle, Start
+from governor_mechanism.model.part import FIXED_PLANE, Part
+from governor_mechanism.model.scene import RunSettings, Scene
 from governor_mechanism.model.time_functions import InputFunction, PrescribedMotion
 from governor_mechanism.model.trajectory import Energy, Outcome, Trajectory
 from governor_mechanism.types import FloatArray
@@ -66,13 +67,10 @@ def fake_machine_run(name: str, duration: float = 2.0, count: int = 201, *, read
         force_elements=tuple(loads),
     )
     values = {f"reading_{k}_of_the_machine": (k + 1) * np.sin(5 * times / duration + k) for k in range(readings)}
-    part = Part(name="part", machine="custom", dimensions={}, mechanism=mechanism, plane=FIXED_PLANE)
+    part = Part(name="part", machine="custom", dimensions={}, mechanism=mechanism, plane=FIXED_PLANE, effects=(Gravity(),))
     scene = Scene(
         title=name.capitalize() if title is None else title,
         parts=(part,),
-        effects=(Gravity(),),
-        spindle=Spindle(),
-        start=Start(),
         run=RunSettings(duration=duration, output_interval=duration / (count - 1)),
     )
     zero = np.zeros(count)

@@ -8,7 +8,8 @@ from numpy.typing import NDArray
 from governor_mechanism.effects.centrifugal import Centrifugal
 from governor_mechanism.effects.gravity import Gravity
 from governor_mechanism.machines.pendulum.machine import PendulumGovernor
-from governor_mechanism.model.scene import Part, RunSettings, Scene, Spindle, Start
+from governor_mechanism.model.part import Part, Spindle, Start
+from governor_mechanism.model.scene import RunSettings, Scene
 from governor_mechanism.model.trajectory import Cost, Energy, Outcome, Trajectory
 
 GOVERNOR_DIMENSIONS = {
@@ -51,16 +52,16 @@ def governor_poses(governor: PendulumGovernor, angle: NDArray[np.float64]) -> ND
 def governor_scene_of(governor: PendulumGovernor, title: str, speed: float, settings: RunSettings, angle: float) -> Scene:
     """A scene of one governor that starts at an arm angle (rad) and turns at a speed (rad/s)."""
     part = Part(
-        name="governor", machine=governor.name, dimensions=governor.dimensions(), mechanism=governor.mechanism(), plane=governor.plane
-    )
-    return Scene(
-        title=title,
-        parts=(part,),
+        name="governor",
+        machine=governor.name,
+        dimensions=governor.dimensions(),
+        mechanism=governor.mechanism(),
+        plane=governor.plane,
         effects=(Gravity(), Centrifugal()),
         spindle=Spindle(speeds=(speed,)),
         start=Start(values={"arm_angle": angle}),
-        run=settings,
     )
+    return Scene(title=title, parts=(part,), run=settings)
 
 
 def fake_run(

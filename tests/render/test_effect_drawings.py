@@ -272,7 +272,7 @@ def along(run, effects, events=()):
     body = part.mechanism.bodies[-1].name
     displacement = PointCoordinate(name="displacement", quantity="length", point=Point(body=body), direction_x=1.0, direction_y=0.0)
     mechanism = dataclasses.replace(part.mechanism, readings=(*part.mechanism.readings, displacement))
-    scene = dataclasses.replace(run.scene, parts=(dataclasses.replace(part, mechanism=mechanism),), effects=(*run.scene.effects, *effects))
+    scene = run.scene.with_changes(mechanism=mechanism, effects=(*run.scene.effects, *effects))
     readings = dict(run.readings) | {"displacement": run.poses[:, -1, 0]}
     return dataclasses.replace(run, scene=scene, readings=readings, deferred_results=ListedEvents(tuple(events)))
 

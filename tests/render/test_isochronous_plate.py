@@ -17,7 +17,8 @@ from governor_mechanism.effects.centrifugal import Centrifugal
 from governor_mechanism.effects.gravity import Gravity
 from governor_mechanism.errors import MechanismError
 from governor_mechanism.machines.pendulum.machine import PendulumGovernor
-from governor_mechanism.model.scene import RunSettings, Spindle
+from governor_mechanism.model.part import Spindle
+from governor_mechanism.model.scene import RunSettings
 from governor_mechanism.render.figures.parabolic import isochronous_plate as parabolas
 from governor_mechanism.render.figures.parabolic.isochronous_data import (
     ARM_RATIOS,
@@ -77,7 +78,7 @@ def test_only_a_loaded_or_unloaded_rhombus_has_parabolas():
     assert shown == {name for name, scene in scenes.items() if is_rhombus(scene.parts[0])}
     porter = load_scene("porter")
     for effects in ((Gravity(),), (Centrifugal(),)):
-        assert not has_isochronous_parabolas(dataclasses.replace(porter, effects=effects))
+        assert not has_isochronous_parabolas(porter.with_changes(effects=effects))
 
 
 @pytest.mark.parametrize("name", ["porter_extended_arms", "porter_uncrossed_links", "parabolic", "quick_return"])
@@ -143,7 +144,7 @@ def test_open_arms_without_a_fitting_point_of_rest_start_in_the_middle_of_the_tr
 
 def test_a_spindle_that_turns_backwards_rests_like_one_that_turns_forwards():
     scene = load_scene("porter")
-    back = dataclasses.replace(scene, spindle=Spindle(speeds=(-scene.spindle.speeds[0],)))
+    back = scene.with_changes(spindle=Spindle(speeds=(-scene.spindle.speeds[0],)))
     assert isochronous_plate_data(back) == isochronous_plate_data(scene)
 
 

@@ -11,7 +11,7 @@ import numpy as np
 import pytest
 
 from governor_mechanism.machines.pendulum.machine import PendulumGovernor
-from governor_mechanism.model.scene import Part
+from governor_mechanism.model.part import Part
 from governor_mechanism.render.film.frame_data import interpolate_frame_data
 from governor_mechanism.render.film.frame_painter import FramePainter
 from governor_mechanism.render.geometry.free_space import first_free_position, horizontal_extents

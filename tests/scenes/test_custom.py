@@ -30,7 +30,8 @@ from governor_mechanism.model.joints import (
 )
 from governor_mechanism.model.mechanism import Body, Mechanism, SecondMoments
 from governor_mechanism.model.output_variables import BodyAngle, LineAngle, PointCoordinate, PointDistance, Reading
-from governor_mechanism.model.scene import EQUILIBRIUM, FreeSpindle, Scene
+from governor_mechanism.model.part import EQUILIBRIUM, FreeSpindle
+from governor_mechanism.model.scene import Scene
 from governor_mechanism.model.time_functions import Harmonic, InputFunction, PrescribedMotion
 from governor_mechanism.scenes import library
 from governor_mechanism.scenes.parser import parse_scene_document
@@ -479,7 +480,7 @@ def test_the_free_spindle_starts_as_in_its_reference() -> None:
     found = library.load_scene("porter_free_spindle")
     assert found.spindle == FreeSpindle(inertia=0.5, start_speed=13.29538574560537)
     assert found.start.values == {"arm_angle": 0.7781317007977319}
-    assert found.start.rates == {"arm_angle": 0.15}
+    assert found.part.start.rates == {"arm_angle": 0.15}
     assert found.part.dimensions == library.load_scene("porter").part.dimensions
 
 

@@ -21,7 +21,8 @@ from governor_mechanism.effects.stops import Stops
 from governor_mechanism.errors import MechanismError
 from governor_mechanism.machines.pendulum.machine import PendulumGovernor
 from governor_mechanism.model.effect import Effect
-from governor_mechanism.model.scene import EQUILIBRIUM, Scene, Spindle
+from governor_mechanism.model.part import EQUILIBRIUM, Spindle
+from governor_mechanism.model.scene import Scene
 from governor_mechanism.model.time_functions import InputFunction
 from governor_mechanism.scenes.parser import parse_scene_document
 from governor_mechanism.scenes.problems import Problem

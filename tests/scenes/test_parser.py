@@ -19,7 +19,8 @@ from governor_mechanism.effects.centrifugal import Centrifugal
 from governor_mechanism.effects.gravity import Gravity
 from governor_mechanism.errors import MechanismError
 from governor_mechanism.machines.pendulum.machine import PendulumGovernor
-from governor_mechanism.model.scene import EQUILIBRIUM, RunSettings, Spindle
+from governor_mechanism.model.part import EQUILIBRIUM, Spindle
+from governor_mechanism.model.scene import RunSettings
 from governor_mechanism.scenes.parser import parse_scene_document, read_scene_file
 from governor_mechanism.scenes.problems import Problem
 from governor_mechanism.scenes.schema import rate_key, start_table_model

@@ -11,7 +11,8 @@ import pytest
 
 import governor_mechanism as gm
 from governor_mechanism.effects.dashpot import Dashpot
-from governor_mechanism.model.scene import RunSettings, Spindle, Start
+from governor_mechanism.model.part import Spindle, Start
+from governor_mechanism.model.scene import RunSettings
 from governor_mechanism.scenes.library import shipped_scenes
 from reference.zehnder import CYCLIC_MOTION, FOLD_JUMP, FRICTION_BAND, PORTER_MASSIVE_RODS, half_unit_of_last_digit
 
@@ -82,7 +83,7 @@ def test_dry_friction_lets_go_at_the_upper_end_of_the_band_and_holds_on_the_way_
 @pytest.mark.parametrize(("towards", "name"), [(13.4, "rising_speed"), (10.9, "falling_speed")])
 def test_at_rest_at_thirty_degrees_it_slips_at_either_end_of_the_band(engine, towards, name):
     scene = gm.load("porter_dry_friction")
-    slow = replace(scene, spindle=Spindle(times=(0.0, 12.0), speeds=(12.2, towards)), run=replace(scene.run, duration=12.0))
+    slow = scene.with_changes(spindle=Spindle(times=(0.0, 12.0), speeds=(12.2, towards)), run=replace(scene.run, duration=12.0))
     first = gm.run(slow, engine=engine).events[0]
     assert first.kind == "slips"
     assert 12.2 + (towards - 12.2) * first.time / 12.0 == pytest.approx(FRICTION_BAND[name], abs=1e-6)  # asked
@@ -97,7 +98,7 @@ def test_the_twitch_comes_every_turn_and_not_below_the_band(engine):
     turns = run.scene.run.duration * spindle.speeds[0] / (2 * math.pi)
     slips = sum(event.kind == "slips" for event in run.events)
     assert abs(slips - 2 * turns) <= 1
-    still = replace(run.scene, spindle=replace(spindle, speed_fluctuation=0.16))
+    still = run.scene.with_changes(spindle=replace(spindle, speed_fluctuation=0.16))
     calm = gm.run(still, engine=engine)
     assert calm.events == ()
     assert np.ptp(calm.readings["sleeve_lift"]) == 0.0
@@ -206,8 +207,7 @@ def test_the_improved_governor_is_told_as_before():
 @pytest.mark.parametrize(("way", "start", "stop"), [("up", FOLD_JUMP["stops_deg"][0], 1), ("down", FOLD_JUMP["least_stable_deg"], 0)])
 def test_without_its_brake_the_improved_governor_shoots_across_in_the_time_of_the_reference(engine, way, start, stop):
     scene, printed = gm.load("watt_improved"), FOLD_JUMP[way]
-    quick = replace(
-        scene,
+    quick = scene.with_changes(
         effects=tuple(one for one in scene.effects if not isinstance(one, Dashpot)),
         spindle=Spindle(speeds=(printed["speed"],)),
         start=Start(values={"arm_angle": math.radians(start)}),

@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import itertools
 import math
-from dataclasses import replace
 
 import numpy as np
 import pytest
@@ -20,7 +19,7 @@ from governor_mechanism.model.force_elements import Spring
 from governor_mechanism.model.joints import GROUND, CurveSlot, Distance, Point, Slider
 from governor_mechanism.model.mechanism import Body, Mechanism
 from governor_mechanism.model.output_variables import Limit, LineAngle, PointCoordinate
-from governor_mechanism.model.scene import TURNING_PLANE, Part, Start
+from governor_mechanism.model.part import Start
 from governor_mechanism.statics.equilibria import find_equilibria, find_equilibria_or_empty
 from governor_mechanism.statics.speed_curve import compute_insensitivity_band, compute_speed_curve, equilibrium_speed_at
 from governor_scenes import CROSSED, EXTENDED, PORTER, UNCROSSED_LINKS, WATT, governor_scene, random_governor
@@ -111,7 +110,7 @@ def test_the_jump_takes_its_time(engine, way):
     jump = FOLD_JUMP[way]
     start = FOLD_JUMP["stops_deg"][0] if way == "up" else FOLD_JUMP["least_stable_deg"]
     stop, sign = (FOLD_JUMP["stops_deg"][1], 1.0) if way == "up" else (FOLD_JUMP["stops_deg"][0], -1.0)
-    scene = replace(scene_of(IMPROVED, speed=jump["speed"]), start=Start(values={"arm_angle": math.radians(start)}))
+    scene = scene_of(IMPROVED, speed=jump["speed"]).with_changes(start=Start(values={"arm_angle": math.radians(start)}))
     run = gm.run(scene, engine=engine, times=[jump["time"]], accuracy=1e-10)
     assert run.outcome.ok
     rate = run.rates["arm_angle"][0]
@@ -164,7 +163,7 @@ def test_the_curve_is_the_closed_forms(dimensions):
 
 def test_a_free_spindle_adds_its_own_inertia_to_the_curve():
     free = compute_speed_curve(gm.load("porter_free_spindle"), 51)
-    given = compute_speed_curve(replace(gm.load("porter"), effects=gm.load("porter").effects), 51)
+    given = compute_speed_curve(gm.load("porter").with_changes(effects=gm.load("porter").effects), 51)
     np.testing.assert_allclose(free.speed, given.speed, rtol=1e-12)
     assert np.all(free.free_frequency_squared[1:] < given.free_frequency_squared[1:])  # J0 unknown counts as none
 
@@ -184,8 +183,7 @@ def test_equilibria_of_what_has_no_single_coordinate_are_refused():
 
 def with_mechanism(mechanism):
     """A turning scene with gravity around a mechanism of one's own."""
-    part = Part(name="test", machine="custom", dimensions={}, mechanism=mechanism, plane=TURNING_PLANE)
-    return replace(scene_of(WATT), parts=(part,), start=Start(values={}))
+    return scene_of(WATT).with_changes(machine="custom", dimensions={}, mechanism=mechanism, start=Start())
 
 
 def guided_ball(slopes, *, low=0.05, high=0.5):

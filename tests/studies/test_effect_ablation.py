@@ -98,13 +98,13 @@ def test_effects_that_are_not_listed_are_tried_where_they_need_no_numbers():
 def test_a_scene_made_in_python_is_studied_but_for_what_built_its_mechanism():
     base = parse_scene_document(DOCUMENT | {"effects": {"gravity": True, "centrifugal": True}})
     friction = DryFriction(reading="sleeve_lift", force=InputFunction(values=(10.0,)))
-    made = replace(base, effects=(*base.effects, friction, Dashpot(reading="sleeve_lift", linear=1e-9)), document={})
+    made = base.with_changes(effects=(*base.effects, friction, Dashpot(reading="sleeve_lift", linear=1e-9)), document={})
     study = run_effects_study(made)
     assert study.negligible == ("Dashpot",)
     gravity = next(row for row in study.rows if row.effect == "Gravity")
     assert gravity.note.startswith("the run without it ends early: arm_angle: the arms are at 90 degrees")
     assert gravity.time_ratio is None
-    with_rods = replace(made, effects=(*made.effects, RodMasses(arm_mass=0.1)))
+    with_rods = made.with_changes(effects=(*made.effects, RodMasses(arm_mass=0.1)))
     row = next(row for row in run_effects_study(with_rods).rows if row.effect == "RodMasses")
     assert row.relative_change is None
     assert "cannot be switched: RodMasses is part of the mechanism" in row.note

@@ -115,7 +115,7 @@ def test_twitching_begins_where_the_unevenness_exceeds_the_band(twitched):
 
 def test_twitching_needs_friction_and_one_mean_speed():
     scene = gm.load("porter_cyclic")
-    smooth = replace(scene, effects=tuple(one for one in scene.effects if not isinstance(one, DryFriction)))
+    smooth = scene.with_changes(effects=tuple(one for one in scene.effects if not isinstance(one, DryFriction)))
     with pytest.raises(gm.MechanismError, match="needs dry friction on the sleeve"):
         study_cyclic_motion(smooth, [1.2])
     with pytest.raises(gm.MechanismError, match="needs a constant mean speed"):
@@ -149,7 +149,7 @@ def test_small_play_of_a_carried_sleeve_makes_twitching_worse_and_wide_play_ends
 
 def test_small_play_makes_a_carried_sleeve_twitch_within_its_band():
     scene = gm.load("watt_clearance")
-    even = replace(scene, spindle=replace(scene.spindle, speed_fluctuation=0.8 / 1.2 * scene.spindle.speed_fluctuation))
+    even = scene.with_changes(spindle=replace(scene.spindle, speed_fluctuation=0.8 / 1.2 * scene.spindle.speed_fluctuation))
     study = study_clearance(even, [1e-3], n_turns=6)
     assert study.amplitude_without_clearance == 0.0
     assert study.amplitudes[0] > 0.0
@@ -176,8 +176,8 @@ def test_settling_has_a_best_brake(settled):
 def test_settling_is_counted_to_the_last_time_off_the_band(settled):
     scene = gm.load("porter_load_step")
     others = tuple(one for one in scene.effects if not isinstance(one, Dashpot))
-    long = replace(
-        scene, effects=(*others, Dashpot(reading="sleeve_lift", linear=500.0)), run=replace(scene.run, duration=30.0, output_interval=1e-3)
+    long = scene.with_changes(
+        effects=(*others, Dashpot(reading="sleeve_lift", linear=500.0)), run=replace(scene.run, duration=30.0, output_interval=1e-3)
     )
     run = gm.run(long, certify=False)
     angles = run.readings["arm_angle"]

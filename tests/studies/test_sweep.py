@@ -333,7 +333,7 @@ def test_functions_that_no_process_could_have_are_refused(scene):
 
 def test_a_scene_that_is_not_what_its_document_says_is_refused(scene):
     assert "was not loaded from a file" in problems_of(replace(scene, document={}), [ARMS])[0]
-    changed = replace(scene, spindle=replace(scene.spindle, speeds=(13.0,)))
+    changed = scene.with_changes(spindle=replace(scene.spindle, speeds=(13.0,)))
     assert "was changed after loading" in problems_of(changed, [ARMS])[0]
     shorter = replace(scene, run=replace(scene.run, duration=0.1))  # a run's settings are taken over
     assert gm.sweep(shorter, [MASSES], ["duration"]).column("duration").tolist() == [0.1] * 3

@@ -235,7 +235,7 @@ def test_a_scene_that_ends_early_is_compared_as_closely_as_any(timer):
     """A governor that opens fully after a fortieth of its time."""
     scene = gm.load("porter")
     fast = replace(scene.spindle, speeds=tuple(2 * speed for speed in scene.spindle.speeds))
-    early = run_accuracy_study(replace(scene, spindle=fast), 0.05, timer=timer)
+    early = run_accuracy_study(scene.with_changes(spindle=fast), 0.05, timer=timer)
     assert early.early_end_message
     assert early.n_samples > 100
     assert early.cheapest_for(1e-5).variant in ("reduced", "multibody")

@@ -10,7 +10,7 @@ import pytest
 
 import governor_mechanism as gm
 from governor_mechanism.engines import ImpulseEngine
-from governor_mechanism.model.scene import Spindle
+from governor_mechanism.model.part import Spindle
 from governor_mechanism.scenes.library import shipped_scenes
 from governor_mechanism.verification import pendulum
 from governor_mechanism.verification.registry import CHECKS
@@ -142,7 +142,7 @@ def test_a_spindle_too_slow_to_lift_the_arms_is_noted(speed):
 
 
 def test_a_scene_without_gravity_has_no_closed_form():
-    scene = replace(governor_scene(PORTER, speed=13.0, angle=0.7), effects=())
+    scene = governor_scene(PORTER, speed=13.0, angle=0.7).with_changes(effects=())
     with pytest.raises(gm.MechanismError, match="need the effects gravity and centrifugal"):
         gm.crosscheck(scene)
 
@@ -216,7 +216,7 @@ def test_a_kernel_that_cannot_be_used_is_refused_in_a_sentence(kernel, options, 
 
 def test_a_machine_without_closed_form_is_refused():
     scene = governor_scene(PORTER, speed=13.0, angle=0.7)
-    scene = replace(scene, parts=(replace(scene.part, machine="steam_hammer"),))
+    scene = scene.with_changes(machine="steam_hammer")
     with pytest.raises(gm.MechanismError, match="there is no closed form for machine 'steam_hammer'"):
         gm.crosscheck(scene)
 

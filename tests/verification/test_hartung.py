@@ -11,7 +11,7 @@ import pytest
 import governor_mechanism as gm
 from governor_mechanism.effects.bell_crank_masses import BellCrankMasses
 from governor_mechanism.effects.dry_friction import DryFriction
-from governor_mechanism.model.scene import FreeSpindle, Spindle
+from governor_mechanism.model.part import FreeSpindle, Spindle
 from governor_mechanism.model.time_functions import InputFunction
 from governor_mechanism.verification.hartung import statics as hartung
 from hartung_scenes import PAPER_DIMENSIONS, hartung_scene
@@ -74,4 +74,4 @@ def test_what_has_no_closed_form_is_noted(more: Any, note: str) -> None:
 def test_without_gravity_it_is_refused() -> None:
     scene = hartung_scene(PAPER_DIMENSIONS)
     with pytest.raises(gm.MechanismError, match="need the effects gravity and centrifugal"):
-        gm.crosscheck(replace(scene, effects=scene.effects[1:]))
+        gm.crosscheck(scene.with_changes(effects=scene.effects[1:]))

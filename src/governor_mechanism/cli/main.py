@@ -183,6 +183,11 @@ def equilibria(
         str | None, typer.Option(help='Friction at a reading, for example "40 N": compute and draw the insensitivity band.')
     ] = None,
     against: Annotated[str, typer.Option(help="The reading along which the resistance acts.")] = "sleeve_lift",
+    linearise: Annotated[
+        bool,
+        typer.Option("--linearise", help="Instead: eigenvalues and modes with all dampers, about each equilibrium or steady rotation."),
+    ] = False,
+    limit: Annotated[str | None, typer.Option(help='Instead: the value of a key at which stability ends, "KEY=LOW:HIGH".')] = None,
     out: FigureFolder = RESULTS_FOLDER,
     no_figure: NoFigure = False,
     as_json: AsJson = False,
@@ -190,12 +195,23 @@ def equilibria(
     """Find all equilibria at a speed and their stability; draw the speed curve."""
     import governor_mechanism as gm
     from governor_mechanism.cli.summary import equilibria_as_json, format_equilibria
+    from governor_mechanism.statics.equilibria import has_damping
     from governor_mechanism.statics.equilibrium_speed import has_equilibrium_speed
     from governor_mechanism.units.quantities import parse_quantity
 
-    prepare_folder(out)
     loaded_scene = gm.load(scene)
     spindle_speed = None if speed is None else parse_quantity(speed, "angular_speed", "--speed")
+    if linearise or limit is not None:
+        from governor_mechanism.cli.linearisation import report_linearisation
+
+        with show_status("linearising"):
+            text, report = report_linearisation(loaded_scene, spindle_speed, limit)
+        if as_json:
+            print_json(report)
+        else:
+            print(text)
+        return EXIT_OK
+    prepare_folder(out)
     resistance_value = None if resistance is None else _parse_resistance(loaded_scene, resistance, against)
     equilibrium_points = gm.equilibria(loaded_scene, spindle_speed)
     curve = gm.speed_curve(loaded_scene, resistance=resistance_value, against=against) if has_equilibrium_speed(loaded_scene) else None
@@ -206,7 +222,11 @@ def equilibria(
     )
     files = [] if no_figure or curve is None else _write_speed_curve_figures(loaded_scene, curve, equilibrium_points, out)
     if as_json:
-        report = {"coordinate": loaded_scene.part.mechanism.coordinate, **equilibria_as_json(equilibrium_points, curve, bands)}
+        report = {
+            "coordinate": loaded_scene.part.mechanism.coordinate,
+            "undamped": has_damping(loaded_scene),
+            **equilibria_as_json(equilibrium_points, curve, bands),
+        }
         print_json({**report, "files": [str(path) for path in files]})
     else:
         lines = [

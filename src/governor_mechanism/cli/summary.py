@@ -10,7 +10,7 @@ from governor_mechanism.cli.console import finite_or_none
 from governor_mechanism.model.joints import RotationalDriver, TranslationalDriver
 from governor_mechanism.model.scene import Scene
 from governor_mechanism.model.trajectory import Trajectory
-from governor_mechanism.statics.equilibria import Equilibrium
+from governor_mechanism.statics.equilibria import Equilibrium, has_damping
 from governor_mechanism.statics.equilibrium_speed import format_coordinate
 from governor_mechanism.statics.speed_curve import InsensitivityBand, SpeedCurve
 from governor_mechanism.units.quantities import format_quantity
@@ -78,10 +78,11 @@ NEARLY_ASTATIC_SENSITIVITY = 10.0
 def _format_stability(scene: Scene, equilibrium: Equilibrium) -> str:
     if equilibrium.astatic:
         return "astatic, in equilibrium anywhere between"
+    undamped = "undamped " if has_damping(scene) else ""
     stability = (
-        f"stable, natural frequency {equilibrium.frequency:.6g} rad/s"
+        f"stable, {undamped}natural frequency {equilibrium.frequency:.6g} rad/s"
         if equilibrium.stable
-        else f"unstable, divergence rate {equilibrium.divergence_rate:.6g} 1/s"
+        else f"unstable, {undamped}divergence rate {equilibrium.divergence_rate:.6g} 1/s"
     )
     if not equilibrium.sensitivity:
         return f"{stability}; stiffness {equilibrium.stiffness:.6g}"

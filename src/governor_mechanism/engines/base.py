@@ -10,6 +10,7 @@ from typing import ClassVar, final
 import numpy as np
 
 from governor_mechanism.errors import MechanismError, UnsupportedEffect
+from governor_mechanism.mechanics.dynamics.contacts import reading_functions_of
 from governor_mechanism.model.effect import Effect
 from governor_mechanism.model.joints import Joint
 from governor_mechanism.model.scene import Scene
@@ -112,22 +113,42 @@ class Engine(ABC):
         str
             Reason, or an empty string.
         """
-        parts = [part.mechanism for part in scene.parts]
         missing = {type(effect) for effect in scene.effects} - self.effects
-        missing_joints = {type(joint) for mechanism in parts for joint in mechanism.joints} - self.joints
+        missing_joints = {type(joint) for joint in scene.mechanism.joints} - self.joints
         if missing or missing_joints:
             names = sorted(missing_type.__name__ for missing_type in missing | missing_joints)
             return f"engine {self.name!r} cannot model {names}; choose another engine or remove them from the scene"
-        if len(scene.parts) > 1 or scene.couplings:
-            return (
-                f"engine {self.name!r} runs scenes with one part and no couplings; "
-                f"this scene has {len(scene.parts)} parts and {len(scene.couplings)} couplings"
-            )
         return self._refuses(scene)
 
     def _refuses(self, scene: Scene) -> str:
         """Return what an engine refuses in addition to unknown effects and joints; empty if nothing."""
         return ""
+
+
+def refuse_couplings(engine: str, scene: Scene) -> str:
+    """Return why an engine for one part without couplings cannot run a scene, as a sentence; empty if it can.
+
+    Parameters
+    ----------
+    engine
+        Name of the engine.
+    scene
+        Scene to check.
+
+    Returns
+    -------
+    str
+        Reason, or an empty string.
+    """
+    if len(scene.parts) > 1 or scene.couplings:
+        return (
+            f"engine {engine!r} runs scenes with one part and no couplings; this scene has {len(scene.parts)} parts and "
+            f"{len(scene.couplings)} couplings: choose engine multibody"
+        )
+    functions = reading_functions_of(scene)
+    if functions:
+        return f"engine {engine!r} cannot model loads that depend on readings, here {functions[0].reading!r}; choose engine multibody"
+    return ""
 
 
 def make_reported_times(scene: Scene) -> FloatArray:

@@ -13,9 +13,11 @@ from governor_mechanism.mechanics.dynamics.contacts import contacts_of
 from governor_mechanism.mechanics.kinematics.assembly import PositionSolver
 from governor_mechanism.mechanics.kinematics.output_variables import evaluate_output_value
 from governor_mechanism.mechanics.kinematics.time_functions import SpindleSpeedFunction
-from governor_mechanism.model.mechanism import Mechanism
+from governor_mechanism.model.coupled_system import TurningPlane
+from governor_mechanism.model.mechanism import Mechanism, Shaft
 from governor_mechanism.model.output_variables import Limit
-from governor_mechanism.model.scene import EQUILIBRIUM, Scene
+from governor_mechanism.model.part import EQUILIBRIUM, Spindle
+from governor_mechanism.model.scene import Scene
 from governor_mechanism.numerics.jit import warn_before_compiling
 from governor_mechanism.numerics.least_squares import numerical_rank
 from governor_mechanism.statics.equilibria import find_equilibria
@@ -35,7 +37,7 @@ def initial_state(scene: Scene) -> tuple[FloatArray, FloatArray]:
     Parameters
     ----------
     scene
-        Scene of one part.
+        The scene.
 
     Returns
     -------
@@ -56,17 +58,37 @@ def initial_state(scene: Scene) -> tuple[FloatArray, FloatArray]:
     return poses.copy(), velocities.copy()
 
 
+def part_initial_state(scene: Scene) -> tuple[FloatArray, FloatArray]:
+    """Return initial poses and velocities of the bodies of the only part, without the shaft of a free spindle.
+
+    Parameters
+    ----------
+    scene
+        Scene of one part.
+
+    Returns
+    -------
+    poses : FloatArray
+        Initial poses, m and rad; shape (bodies, 3).
+    velocities : FloatArray
+        Initial velocities, m/s and rad/s; shape (bodies, 3).
+    """
+    n_bodies = len(scene.part.mechanism.bodies)
+    poses, velocities = initial_state(scene)
+    return poses[:n_bodies], velocities[:n_bodies]
+
+
 def _solve_initial_state(scene: Scene) -> tuple[FloatArray, FloatArray]:
-    mechanism = scene.part.mechanism
+    mechanism = scene.mechanism
     warn_before_compiling("evaluate_jacobian", 3)
     position_solver = PositionSolver(mechanism)
     values = scene.start.values
     if position_solver.equations.is_driven.any():
         _require_independent_drivers(mechanism)
-    if EQUILIBRIUM in values.values():
-        poses = _equilibrium_poses(scene)
+    if EQUILIBRIUM in values.values() and len(scene.parts) == 1:
+        poses = np.concatenate([_equilibrium_poses(scene), np.zeros((mechanism.count_free_shafts(), 3))])
     else:
-        start_values = {name: float(value) for name, value in values.items()}
+        start_values = {name: float(value) for name, value in _resolve_equilibria(scene, position_solver).items()}
         for limit in mechanism.limits:
             if limit.reading in start_values:
                 value = start_values[limit.reading]
@@ -79,6 +101,28 @@ def _solve_initial_state(scene: Scene) -> tuple[FloatArray, FloatArray]:
     _require_inertia(position_solver, poses)
     _require_within_stops(scene, poses)
     return poses, position_solver.solve_velocities(poses, scene.start.rates)
+
+
+def _resolve_equilibria(scene: Scene, position_solver: PositionSolver) -> dict[str, float | str]:
+    """Return the start values of several parts, with the equilibrium of each part at its initial speed as a number."""
+    values = dict(scene.start.values)
+    for part in scene.parts if EQUILIBRIUM in values.values() else ():
+        if EQUILIBRIUM not in part.start.values.values():
+            continue
+        prefix = f"{part.name}."
+        velocities = position_solver.solve_velocities(position_solver.initial_guess, scene.start.rates)
+        speed = next((_initial_speed(scene, plane, velocities) for plane in scene.system.planes if plane.prefix == prefix), 0.0)
+        alone = Scene(title=scene.title, parts=(replace(part, spindle=Spindle(speeds=(speed,))),))
+        position = float(evaluate_output_value(part.mechanism, part.mechanism.coordinate, _equilibrium_poses(alone)))
+        values[prefix + part.mechanism.coordinate] = position
+    return values
+
+
+def _initial_speed(scene: Scene, plane: TurningPlane, velocities: FloatArray) -> float:
+    """Return the initial speed (rad/s) of a plane from the initial velocities of the shafts."""
+    if plane.given_speed:
+        return SpindleSpeedFunction(plane.given_speed, plane.ratio).limits_at(0.0)[1]
+    return plane.ratio * float(velocities[scene.mechanism.body_index(plane.shaft), 2])
 
 
 def _equilibrium_poses(scene: Scene) -> FloatArray:
@@ -134,17 +178,20 @@ def _require_mobile(position_solver: PositionSolver, poses: FloatArray) -> None:
     raise MechanismError(f"the mechanism cannot move: its joints leave 0 degrees of freedom; without {joints_phrase} it could")
 
 
-MIN_INERTIA_RATIO = 1e-9
+MIN_INERTIA_RATIO = 1e-13
 """Smallest inertia of a motion, relative to the largest mass at one length scale or one radian, with which it can be integrated."""
 
 
 def _require_inertia(position_solver: PositionSolver, poses: FloatArray) -> None:
     """Raise an error if joints and drives leave a massless body a motion in which no mass moves."""
-    if position_solver.free_masses.all():
+    mechanism, masses = position_solver.mechanism, position_solver.free_masses
+    is_shaft = np.repeat([isinstance(body, Shaft) for body in mechanism.bodies], 3)[position_solver.free_mask]
+    if np.all(is_shaft | (masses > 0)):
         return
-    mechanism, scaled_jacobian = position_solver.mechanism, position_solver.scaled_joint_jacobian(poses)
+    scaled_jacobian = position_solver.scaled_joint_jacobian(poses)
     free_motions = np.linalg.svd(scaled_jacobian)[2][numerical_rank(scaled_jacobian) :]
-    inertia = position_solver.free_masses * position_solver.free_coordinate_scales**2
+    inertia = masses * position_solver.free_coordinate_scales**2
+    inertia[is_shaft] = np.max(inertia)  # the bodies of its plane give a shaft inertia
     values, vectors = np.linalg.eigh((free_motions * inertia) @ free_motions.T)
     if not values.size or values[0] > MIN_INERTIA_RATIO * np.max(inertia):
         return
@@ -163,10 +210,10 @@ STOP_TOLERANCE = 1e-9
 
 
 def _require_within_stops(scene: Scene, poses: FloatArray) -> None:
-    mechanism = scene.part.mechanism
+    mechanism = scene.mechanism
     for contact in contacts_of(scene):
         is_angle = mechanism.reading(contact.output_name).quantity == "angle"
-        unit, coordinate_scale = ("rad", 1.0) if is_angle else ("m", mechanism.length_scale)
+        unit, coordinate_scale = "rad" if is_angle else "m", mechanism.output_scale(contact.output_name)
         value = float(evaluate_output_value(mechanism, contact.output_name, poses))
         if not contact.low - STOP_TOLERANCE * coordinate_scale <= value <= contact.high + STOP_TOLERANCE * coordinate_scale:
             stop_range = " to ".join(format_quantity(end, unit) for end in (contact.low, contact.high))

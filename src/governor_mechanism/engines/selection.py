@@ -119,7 +119,7 @@ def estimate_run_time(name: str, scene: Scene, accuracy: float) -> float:
     """Return the approximate time of a certified run of an engine, s."""
     # The engine itself refuses an invalid accuracy.
     valid_accuracy = accuracy if isinstance(accuracy, int | float) and 0 < accuracy < 1 else 1e-6
-    n_time_scales, n_joints = scene.run.duration / time_scale(scene), len(scene.part.mechanism.joints)
+    n_time_scales, n_joints = scene.run.duration / time_scale(scene), len(scene.mechanism.joints)
     base_cost, joint_cost = EVALUATION_SECONDS[name]
     if name == "impulse":
         offset, factor, exponent = IMPULSE_STEP_COUNT_MODEL

@@ -135,4 +135,4 @@ def _evaluate_events_within_step(
     if has_force_events:
         evaluate_state_derivative_inline(system, workspace, input_cubics, local_time + fraction * h, trial_state, trial_derivative)
         counters[2] += 1
-    evaluate_event_functions(system, workspace, input_cubics, local_time + fraction * h, trial_state, event_values)
+    evaluate_event_functions(system, workspace, trial_state, event_values)

@@ -114,7 +114,7 @@ def integrate_projected_dop853(
     output_times
         Times in (start, end] at which the state is wanted, s, ascending; shape (n,).
     state
-        Poses and velocities of the body origins and auxiliary states, overwritten; shape (6 bodies + N_AUXILIARY_STATES,).
+        Poses and velocities of the body origins the energy states and the lags, overwritten; shape (6 bodies + N_ENERGY_STATES + lags,).
     error_scale
         Scale of every component of the state; shape of `state`.
     tolerance
@@ -158,7 +158,7 @@ def integrate_projected_dop853(
     event_values = np.empty((EVENT_SAMPLE_FRACTIONS.size, system.event_functions.size))
     state_start, derivative_start = np.empty(state.size), np.empty(state.size)
     if has_events:
-        evaluate_event_functions(system, workspace, input_cubics, 0.0, state, event_values[0])
+        evaluate_event_functions(system, workspace, state, event_values[0])
     while t < end:
         if counters[0] + counters[1] >= max_steps:
             return IntegrationStatus.STEP_LIMIT, step, n_reached, t
@@ -252,7 +252,7 @@ def integrate_projected_dop853(
             ),
         )
         if has_events:
-            evaluate_event_functions(system, workspace, input_cubics, t - start, state, event_values[EVENT_SAMPLE_FRACTIONS.size - 1])
+            evaluate_event_functions(system, workspace, state, event_values[EVENT_SAMPLE_FRACTIONS.size - 1])
             low, high = bracket_first_event(
                 system,
                 workspace,
@@ -416,7 +416,7 @@ def _project_error(system: System, workspace: SystemWorkspace, error: FloatArray
         error_block = error[3 * n_bodies * block : 3 * n_bodies * (block + 1)].reshape(n_bodies, 3)
         apply_jacobian(system.constraint_rows.row_bodies, workspace.jacobian, error_block, workspace.multipliers)
         solve_band_system(workspace.band, workspace.factor, workspace.multipliers)
-        subtract_minv_jt(system.constraint_rows.row_bodies, workspace.jacobian, system.inverse_mass, workspace.multipliers, error_block)
+        subtract_minv_jt(system.constraint_rows.row_bodies, workspace.jacobian, workspace.inverse_mass, workspace.multipliers, error_block)
 
 
 @jit_internal

@@ -9,7 +9,7 @@ from scipy.integrate import Radau
 from scipy.linalg import qr
 
 from governor_mechanism.integrators.status import IntegrationStatus
-from governor_mechanism.mechanics.dynamics.equations_of_motion import N_AUXILIARY_STATES, evaluate_state_derivative, project_state
+from governor_mechanism.mechanics.dynamics.equations_of_motion import N_ENERGY_STATES, evaluate_state_derivative, project_state
 from governor_mechanism.mechanics.dynamics.lowering import System, SystemWorkspace
 from governor_mechanism.mechanics.kinematics.constraint_kernels import evaluate_jacobian
 from governor_mechanism.numerics.least_squares import RANK_TOLERANCE
@@ -141,9 +141,9 @@ class RadauIntegrator:
         return bool(singular_values.size and singular_values[-1] < MIN_PARTITION_RATIO * singular_values[0])
 
     def _reduce_state(self, partition: _CoordinatePartition, state: FloatArray) -> FloatArray:
-        """Return independent coordinates, their velocities and the auxiliary states."""
+        """Return independent coordinates, their velocities, energy states and lags."""
         n_coordinates = 3 * self._n_bodies
-        return np.concatenate([state[partition.independent], state[n_coordinates + partition.independent], state[-N_AUXILIARY_STATES:]])
+        return np.concatenate([state[partition.independent], state[n_coordinates + partition.independent], state[2 * n_coordinates :]])
 
     def _expand_state(self, partition: _CoordinatePartition, input_cubics: FloatArray, local_time: float, z: FloatArray) -> FloatArray:
         """Return the state of all bodies, with constraints satisfied, from the reduced state z."""
@@ -152,17 +152,18 @@ class RadauIntegrator:
         poses.ravel()[partition.independent] = z[:n_independent]
         velocities.ravel()[partition.independent] = z[n_independent : 2 * n_independent]
         project_state(partition.system, self._workspace, input_cubics, local_time, poses, velocities, self._constraint_tolerance)
-        return np.concatenate([poses.ravel(), velocities.ravel(), z[-N_AUXILIARY_STATES:]])
+        return np.concatenate([poses.ravel(), velocities.ravel(), z[2 * n_independent :]])
 
     def _evaluate_jacobian(self, partition: _CoordinatePartition, input_cubics: FloatArray, local_time: float, z: FloatArray) -> FloatArray:
         """Return the Jacobian of the reduced derivative by finite differences.
 
-        Work and spindle angle act on nothing: their columns are zero.
+        Work and dissipated energy act on nothing: their columns are zero.
         """
         derivative = self._evaluate_derivative(partition, input_cubics, local_time, z)
         result = np.zeros((z.size, z.size))
         steps = DIFFERENCE_STEP_RATIO * np.maximum(np.abs(z), self._reduce_state(partition, self._error_scale))
-        for k in (*range(z.size - N_AUXILIARY_STATES), z.size - 1):
+        n_motion = 2 * len(partition.independent)
+        for k in (*range(n_motion), *range(n_motion + N_ENERGY_STATES, z.size)):
             z_shifted = z.copy()
             z_shifted[k] += steps[k]
             result[:, k] = (self._evaluate_derivative(partition, input_cubics, local_time, z_shifted) - derivative) / (z_shifted[k] - z[k])

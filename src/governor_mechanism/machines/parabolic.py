@@ -18,7 +18,7 @@ from governor_mechanism.model.curves import PolynomialCurve
 from governor_mechanism.model.joints import GROUND, CurveSlot, Point, ProportionalDisplacement, Slider
 from governor_mechanism.model.mechanism import Body, Mechanism
 from governor_mechanism.model.output_variables import Limit, PointCoordinate
-from governor_mechanism.model.scene import TURNING_PLANE
+from governor_mechanism.model.part import TURNING_PLANE
 
 RIGHT_BALL, LEFT_BALL, SLEEVE = "right ball", "left ball", "sleeve"
 

@@ -28,7 +28,7 @@ from governor_mechanism.machines.slider_crank import rod_length_problem
 from governor_mechanism.model.joints import GROUND, Distance, Joint, Point, Slider
 from governor_mechanism.model.mechanism import Body, Mechanism
 from governor_mechanism.model.output_variables import BodyAngle, PointCoordinate, Reading
-from governor_mechanism.model.scene import FIXED_PLANE
+from governor_mechanism.model.part import FIXED_PLANE
 from governor_mechanism.numerics.roots import find_root
 
 ECCENTRIC_ROD, VALVE_GUIDE = "eccentric rod", "valve guide"

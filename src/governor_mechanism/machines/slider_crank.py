@@ -28,7 +28,7 @@ from governor_mechanism.model.effect import Effect
 from governor_mechanism.model.joints import GROUND, Distance, Joint, Pin, Point, Slider
 from governor_mechanism.model.mechanism import Body, Mechanism, SecondMoments
 from governor_mechanism.model.output_variables import BodyAngle, LineAngle, PointCoordinate
-from governor_mechanism.model.scene import FIXED_PLANE
+from governor_mechanism.model.part import FIXED_PLANE
 
 
 @dataclass(frozen=True, kw_only=True)

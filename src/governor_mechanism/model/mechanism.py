@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections import Counter
+from collections.abc import Mapping
 from dataclasses import dataclass, field
 from functools import cached_property
 
@@ -67,6 +68,34 @@ class Body:
         if self.mass < 0.0:
             raise MechanismError(f"mass of body {self.name!r} must not be negative; got {self.mass:g} kg")
 
+    @property
+    def moves(self) -> tuple[bool, bool, bool]:
+        """Whether x, y and the angle can change."""
+        return True, True, self.can_rotate
+
+    @property
+    def planar_inertia(self) -> float:
+        """Moment of inertia about the mass centre in the plane, kg m2."""
+        return self.second_moments.xx + self.second_moments.yy
+
+
+@dataclass(frozen=True, kw_only=True)
+class Shaft(Body):
+    """A free or coupled spindle as a body that only rotates; its angle is that of the plane that turns with it.
+
+    Its moment of inertia is that of the spindle alone; the bodies of the plane add to it.
+    """
+
+    mass: float = 0.0
+
+    def __post_init__(self) -> None:
+        """Accept a shaft without mass."""
+
+    @property
+    def moves(self) -> tuple[bool, bool, bool]:
+        """Only the angle can change."""
+        return False, False, True
+
 
 @dataclass(frozen=True, kw_only=True)
 class Mechanism:
@@ -96,6 +125,8 @@ class Mechanism:
         Forces that follow from the configuration.
     notes
         Sentences for the user about the dimensions.
+    reading_scales
+        Scales of readings whose scale is not that of the mechanism, m; those of parts of different size.
     """
 
     bodies: tuple[Body, ...]
@@ -109,6 +140,7 @@ class Mechanism:
     force_elements: tuple[ForceElement, ...] = ()
     derived_forces: tuple[DerivedForce, ...] = ()
     notes: tuple[str, ...] = ()
+    reading_scales: Mapping[str, float] = field(default_factory=dict, hash=False)
 
     def __post_init__(self) -> None:
         require_positive(self.length_scale, "m", "length scale of the mechanism")
@@ -139,6 +171,15 @@ class Mechanism:
         """Return the position of a body in `bodies`; -1 for the ground."""
         return -1 if name == GROUND else self._body_indices[name]
 
+    def joint_index(self, name: str) -> int:
+        """Return the position of a joint in `joints`."""
+        return [joint.name for joint in self.joints].index(name)
+
+    def count_free_shafts(self) -> int:
+        """Return the number of shafts that no joint couples to another body."""
+        coupled = {point.body for joint in self.joints for point in (joint.first, joint.second)}
+        return sum(isinstance(body, Shaft) and body.name not in coupled for body in self.bodies)
+
     @cached_property
     def _body_indices(self) -> dict[str, int]:
         return {body.name: index for index, body in enumerate(self.bodies)}
@@ -153,4 +194,4 @@ class Mechanism:
 
     def output_scale(self, name: str) -> float:
         """Return the scale of a reading: 1 rad, or the length scale in m."""
-        return 1.0 if self.reading(name).quantity == "angle" else self.length_scale
+        return 1.0 if self.reading(name).quantity == "angle" else self.reading_scales.get(name, self.length_scale)

@@ -24,8 +24,8 @@ class StateHistory:
         shape (n,). It includes `dissipated_energy`.
     dissipated_energy
         Energy dissipated by dashpots, dry friction and stops, J; shape (n,).
-    spindle_state
-        Angle (rad) and speed (rad/s) of the spindle; shape (n, 2).
+    lags
+        States of first-order lags; shape (n, lags).
     """
 
     times: FloatArray
@@ -33,15 +33,13 @@ class StateHistory:
     velocities: FloatArray
     work: FloatArray
     dissipated_energy: FloatArray
-    spindle_state: FloatArray
+    lags: FloatArray
 
     def at(self, indices: slice | IntArray) -> StateHistory:
         """Return the states at some of the times."""
-        arrays = (self.times, self.poses, self.velocities, self.work, self.dissipated_energy, self.spindle_state)
-        times, poses, velocities, work, dissipated_energy, spindle_state = (array[indices] for array in arrays)
-        return StateHistory(
-            times=times, poses=poses, velocities=velocities, work=work, dissipated_energy=dissipated_energy, spindle_state=spindle_state
-        )
+        arrays = (self.times, self.poses, self.velocities, self.work, self.dissipated_energy, self.lags)
+        times, poses, velocities, work, dissipated_energy, lags = (array[indices] for array in arrays)
+        return StateHistory(times=times, poses=poses, velocities=velocities, work=work, dissipated_energy=dissipated_energy, lags=lags)
 
     def first(self, count: int) -> StateHistory:
         """Return the states at the first `count` times."""

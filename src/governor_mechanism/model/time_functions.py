@@ -1,18 +1,109 @@
-"""Functions of time: inputs given by points, and prescribed motions of drivers. Frozen values."""
+"""Inputs as functions of time and of readings, and prescribed motions of drivers. Frozen values."""
 
 from __future__ import annotations
 
 from dataclasses import dataclass
 
-from governor_mechanism.errors import MechanismError, require_finite
+from governor_mechanism.errors import MechanismError, require_finite, require_not_negative
 from governor_mechanism.model.measured_fields import measured, require_valid_fields
 
 
 @dataclass(frozen=True, kw_only=True)
-class InputFunction:
-    """A value over time, smooth between points and constant before the first and after the last point.
+class ReadingFunction:
+    """Base class of a function of a reading.
 
-    One point is a constant, two points are a ramp, and two points at one time are a step.
+    Attributes
+    ----------
+    reading
+        Name of the reading, of this part or, as "part.reading", of another one. "spindle_speed" is that of a free or coupled spindle.
+    lag
+        Time constant of a first-order lag between the function and what it acts on, s; 0 for none.
+    quantity
+        Quantity of the reading that the units of the function imply: "length", "angle" or "angular_speed"; empty without units.
+    """
+
+    reading: str
+    lag: float = 0.0
+    quantity: str = ""
+
+    def __post_init__(self) -> None:
+        require_not_negative(self.lag, "s", f"lag of the function of {self.reading!r}")
+
+
+@dataclass(frozen=True, kw_only=True)
+class LinearFunction(ReadingFunction):
+    """The function gain * (reading - about).
+
+    Attributes
+    ----------
+    gain
+        Value per unit of the reading, SI.
+    about
+        Reading at which the function is 0, SI.
+    """
+
+    gain: float
+    about: float = 0.0
+
+    def __post_init__(self) -> None:
+        super().__post_init__()
+        require_finite(self.gain, "", f"gain of the function of {self.reading!r}")
+        require_finite(self.about, "", f"about of the function of {self.reading!r}")
+
+
+@dataclass(frozen=True, kw_only=True)
+class TableFunction(ReadingFunction):
+    """A function that is linear between points and constant beyond the first and the last one.
+
+    Attributes
+    ----------
+    positions
+        Values of the reading, SI, strictly rising; two or more.
+    values
+        Values of the function there, SI.
+    """
+
+    positions: tuple[float, ...]
+    values: tuple[float, ...]
+
+    def __post_init__(self) -> None:
+        super().__post_init__()
+        what = f"a table of {self.reading!r}"
+        if len(self.positions) < 2 or len(self.positions) != len(self.values):
+            raise MechanismError(f"{what} needs two points or more, each with a reading and a value; got {len(self.positions)}")
+        for number in (*self.positions, *self.values):
+            require_finite(number, "", f"number in {what}")
+        for before, after in zip(self.positions, self.positions[1:], strict=False):
+            if after <= before:
+                raise MechanismError(f"the readings in {what} must rise; {after:g} follows {before:g}")
+
+
+@dataclass(frozen=True, kw_only=True)
+class HarmonicFunction(ReadingFunction):
+    """A sum of harmonics of an angle: cosine * cos(order * angle) + sine * sin(order * angle).
+
+    Attributes
+    ----------
+    harmonics
+        Order, cosine and sine coefficient of each harmonic, SI.
+    """
+
+    harmonics: tuple[tuple[float, float, float], ...]
+
+    def __post_init__(self) -> None:
+        super().__post_init__()
+        if not self.harmonics:
+            raise MechanismError(f"the harmonics of {self.reading!r} are missing; give [[order, cosine, sine], ...]")
+        for number in (number for harmonic in self.harmonics for number in harmonic):
+            require_finite(number, "", f"harmonic of {self.reading!r}")
+
+
+@dataclass(frozen=True, kw_only=True)
+class InputFunction:
+    """A value over time, smooth between points and constant before the first and after the last point, and functions of readings.
+
+    One point is a constant, two points are a ramp, and two points at one time are a step. The functions are added to the value over
+    time; the sum is multiplied by the factors.
 
     Attributes
     ----------
@@ -20,10 +111,16 @@ class InputFunction:
         Points of time, s, not falling; at most two at one time.
     values
         Values at these times, SI.
+    functions
+        Functions of readings to add.
+    factors
+        Functions of readings to multiply by.
     """
 
     times: tuple[float, ...] = (0.0,)
     values: tuple[float, ...] = (0.0,)
+    functions: tuple[ReadingFunction, ...] = ()
+    factors: tuple[ReadingFunction, ...] = ()
 
     def __post_init__(self) -> None:
         _require_equal_lengths("an input function", self.times, self.values)
@@ -36,8 +133,13 @@ class InputFunction:
 
     @property
     def is_constant(self) -> bool:
-        """Whether all values are equal."""
-        return len(set(self.values)) == 1
+        """Whether all values over time are equal and no reading matters."""
+        return len(set(self.values)) == 1 and not self.depends_on_readings
+
+    @property
+    def depends_on_readings(self) -> bool:
+        """Whether the value depends on a reading."""
+        return bool(self.functions or self.factors)
 
 
 @dataclass(frozen=True, kw_only=True)

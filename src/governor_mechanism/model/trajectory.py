@@ -238,7 +238,7 @@ class Trajectory:
     @property
     def body_names(self) -> tuple[str, ...]:
         """Names of the bodies, in the order of `poses`."""
-        return tuple(body.name for part in self.scene.parts for body in part.mechanism.bodies)
+        return tuple(body.name for body in self.scene.mechanism.bodies)
 
     @property
     def message(self) -> str:

@@ -95,6 +95,15 @@ evaluate_piece_inline = jit_inline(_evaluate_piece)
 
 
 @jit_internal
+def evaluate_piece_derivative(table: FloatArray, piece: int, column: int, t: float) -> float:
+    """Return the derivative of the polynomial table[piece, column] at t, -1 to 1."""
+    total = 0.0
+    for power in range(N_CHEBYSHEV_NODES - 1, 0, -1):
+        total = total * t + power * table[piece, column, power]
+    return float(total)
+
+
+@jit_internal
 def barycentric_weights(t: float, weights: FloatArray) -> None:
     """Evaluate the weights with which the values at the nodes sum to the polynomial's value at t.
 

@@ -74,39 +74,6 @@ def numerical_rank(rows: FloatArray) -> int:
     return int(np.sum(singular_values > RANK_TOLERANCE * singular_values[0]))
 
 
-def mass_weighted_least_norm(rows: FloatArray, masses: FloatArray, rhs: FloatArray) -> FloatArray | None:
-    """Return the x that minimises sum(masses * x^2) subject to rows * x = rhs.
-
-    Parameters
-    ----------
-    rows
-        Coefficients, of many equations; shape (equations, unknowns).
-    masses
-        Weights, which may be 0 for unknowns that the equations determine; shape (unknowns,).
-    rhs
-        Right-hand side; shape (equations,).
-
-    Returns
-    -------
-    FloatArray or None
-        Solution; shape (unknowns,). None if the equations are linearly dependent.
-    """
-    from scipy.sparse import block_array, csr_array, diags_array
-    from scipy.sparse.linalg import splu
-
-    matrix = csr_array(rows)
-    kkt_matrix = block_array([[diags_array(masses), matrix.T], [matrix, None]], format="csc")
-    kkt_rhs = np.concatenate([np.zeros(len(masses)), rhs])
-    try:
-        kkt_solution = splu(kkt_matrix).solve(kkt_rhs)
-    except RuntimeError:  # singular
-        return None
-    solution: FloatArray = kkt_solution[: len(masses)]
-    residual_scale = float(np.max(np.abs(rows) @ np.abs(solution), initial=0.0))
-    is_satisfied = np.max(np.abs(matrix @ solution - rhs), initial=0.0) <= RANK_TOLERANCE * residual_scale
-    return solution if is_satisfied and np.all(np.isfinite(kkt_solution)) else None
-
-
 def _factorise_normal_matrix(rows: FloatArray) -> tuple[Any, Any] | None:
     """Return rows as a sparse matrix, and a solver for rows * rows^T; None if they are not certainly independent."""
     from scipy.sparse import csr_array

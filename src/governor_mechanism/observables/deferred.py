@@ -29,7 +29,7 @@ class DeferredMotionAnalysis:
         """Return the reaction of every joint, by name, at the reported times."""
         states, modes = self.result.reported_states, self.result.contact_modes
         reported_modes = tuple(np.array(modes, dtype=object)[self.result.reported_indices]) if modes else ()
-        return compute_reactions(self.scene.part.mechanism, states.poses, self._evaluate_dynamics(states, reported_modes))
+        return compute_reactions(self.scene.mechanism, states.poses, self._evaluate_dynamics(states, reported_modes))
 
     def events(self) -> tuple[Event, ...]:
         """Return all events in the order of time."""
@@ -42,9 +42,7 @@ class DeferredMotionAnalysis:
             states, dense_output = states()
         dynamics = self._evaluate_dynamics(states, ())
         motion = SampledMotion(states.times, states.poses, states.velocities, dynamics.accelerations, dynamics.pivot_ratios, dense_output)
-        return find_singular_configurations(self.scene.part.mechanism, motion, self.mobility)
+        return find_singular_configurations(self.scene.mechanism, motion, self.mobility)
 
     def _evaluate_dynamics(self, states: StateHistory, contact_modes: tuple[ContactMode, ...]) -> InverseDynamics:
-        return compute_inverse_dynamics(
-            self.scene, states.times, states.poses, states.velocities, states.spindle_state[:, 1], contact_modes
-        )
+        return compute_inverse_dynamics(self.scene, states.times, states.poses, states.velocities, states.lags, contact_modes)

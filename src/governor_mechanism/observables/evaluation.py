@@ -14,11 +14,13 @@ from governor_mechanism.mechanics.kinematics.assembly import PositionSolver, ass
 from governor_mechanism.mechanics.kinematics.constraint_equations import ConstraintEquations
 from governor_mechanism.mechanics.kinematics.output_variables import evaluate_output, evaluate_output_value
 from governor_mechanism.mechanics.kinematics.time_functions import CubicTimeFunction, SpindleSpeedFunction
+from governor_mechanism.model.coupled_system import SPINDLE_ANGLE, SPINDLE_SPEED, SPINDLE_TORQUE
 from governor_mechanism.model.force_elements import Spring, TorsionSpring
 from governor_mechanism.model.joints import RotationalDriver, TranslationalDriver
 from governor_mechanism.model.mechanism import Mechanism
 from governor_mechanism.model.output_variables import LineAngle
-from governor_mechanism.model.scene import TURNING_PLANE, FreeSpindle, Scene
+from governor_mechanism.model.part import FreeSpindle
+from governor_mechanism.model.scene import Scene
 from governor_mechanism.model.state_history import StateHistory
 from governor_mechanism.model.trajectory import Cost, Energy, Outcome, Trajectory
 from governor_mechanism.observables.deferred import DeferredMotionAnalysis
@@ -40,7 +42,7 @@ class ReadingEvaluator:
     Parameters
     ----------
     scene
-        Scene with one part.
+        The scene.
     initial_poses
         Poses of the mass centres at the start; shape (bodies, 3).
 
@@ -49,15 +51,11 @@ class ReadingEvaluator:
     scene
         Scene.
     mechanism
-        Mechanism of its only part.
-    speed_function
-        Spindle speed as a function of time.
-    is_rotating_plane
-        Whether the plane of the mechanism turns with the spindle.
-    is_spindle_loaded
-        Whether the motion loads the spindle.
-    has_free_spindle
-        Whether the spindle is free, driven by a torque.
+        Mechanism of all its parts.
+    planes
+        Planes that turn with a spindle.
+    speed_functions
+        Given spindle speed of each plane as a function of time; None where it is not given.
     time_scale
         Time scale of the scene, s.
     energy_scale
@@ -67,27 +65,28 @@ class ReadingEvaluator:
     def __init__(self, scene: Scene, initial_poses: FloatArray) -> None:
         self.scene = scene
         self._initial_poses = initial_poses
-        self.mechanism: Mechanism = scene.part.mechanism
-        self.speed_function = SpindleSpeedFunction(scene.spindle)
+        self.mechanism: Mechanism = scene.mechanism
+        self.planes = scene.system.planes
+        self.speed_functions = [
+            SpindleSpeedFunction(plane.given_speed, plane.ratio) if plane.given_speed else None for plane in self.planes
+        ]
+        self._shaft_indices = [self.mechanism.body_index(plane.shaft) if plane.shaft else -1 for plane in self.planes]
         self._constraint_equations = ConstraintEquations(self.mechanism)
-        self.is_rotating_plane = scene.part.plane == TURNING_PLANE
-        self.is_spindle_loaded = self.is_rotating_plane and scene.has_centrifugal
-        self.has_free_spindle = isinstance(scene.spindle, FreeSpindle)
         mass = sum(body.mass for body in self.mechanism.bodies)
         self.time_scale = time_scale(scene)
         self.energy_scale = mass * self.mechanism.length_scale**2 / self.time_scale**2
 
     def reading_scales(self) -> dict[str, float]:
         """Return the scale of each reading: 1 rad or the length scale; for the spindle from mass, length and time scale."""
-        by_quantity = {"angle": 1.0, "length": self.mechanism.length_scale}
-        scales = {reading.name: by_quantity[reading.quantity] for reading in self.mechanism.readings}
-        scales |= {output.name: self.energy_scale / self.mechanism.length_scale for output in self.mechanism.derived_forces}
-        if self.is_rotating_plane:
-            scales["spindle_speed"] = 1.0 / self.time_scale
-        if self.has_free_spindle:
-            scales["spindle_angle"] = 1.0
-        elif self.is_spindle_loaded:
-            scales["spindle_torque"] = self.energy_scale
+        mechanism = self.mechanism
+        scales = {reading.name: mechanism.output_scale(reading.name) for reading in mechanism.readings}
+        scales |= {output.name: self.energy_scale / mechanism.length_scale for output in mechanism.derived_forces}
+        for plane in self.planes:
+            scales[f"{plane.prefix}{SPINDLE_SPEED}"] = 1.0 / self.time_scale
+            if plane.given_speed and plane.is_loaded:
+                scales[f"{plane.prefix}{SPINDLE_TORQUE}"] = self.energy_scale
+            elif not plane.given_speed and not plane.has_reaction:
+                scales[f"{plane.prefix}{SPINDLE_ANGLE}"] = 1.0
         return scales
 
     def evaluate(self, history: StateHistory) -> Observables:
@@ -96,12 +95,14 @@ class ReadingEvaluator:
         units = {reading.name: READING_UNITS[reading.quantity] for reading in self.mechanism.readings}
         readings |= evaluate_derived_forces(self.scene, history.poses)
         units |= {output.name: "N" for output in self.mechanism.derived_forces}
-        if self.is_rotating_plane:
-            readings["spindle_speed"], units["spindle_speed"] = history.spindle_state[:, 1], "rad/s"
-        if self.has_free_spindle:
-            readings["spindle_angle"], units["spindle_angle"] = history.spindle_state[:, 0], "rad"
-        elif self.is_spindle_loaded:
-            readings["spindle_torque"], units["spindle_torque"] = self._evaluate_spindle_torque(history), "N m"
+        for index, plane in enumerate(self.planes):
+            names = {name: f"{plane.prefix}{name}" for name in (SPINDLE_SPEED, SPINDLE_ANGLE, SPINDLE_TORQUE)}
+            readings[names[SPINDLE_SPEED]], units[names[SPINDLE_SPEED]] = self.evaluate_speed(index, history), "rad/s"
+            if plane.given_speed and plane.is_loaded:
+                readings[names[SPINDLE_TORQUE]], units[names[SPINDLE_TORQUE]] = self._evaluate_spindle_torque(index, history), "N m"
+            elif not plane.given_speed and not plane.has_reaction:
+                angle = plane.ratio * history.poses[:, self._shaft_indices[index], 2]
+                readings[names[SPINDLE_ANGLE]], units[names[SPINDLE_ANGLE]] = angle, "rad"
         return Observables(
             readings=readings,
             rates=rates,
@@ -138,17 +139,33 @@ class ReadingEvaluator:
             deferred_results=DeferredMotionAnalysis(self.scene, result, mobility),
         )
 
+    def evaluate_speed(self, index: int, history: StateHistory) -> FloatArray:
+        """Return the speed (n,) rad/s of a plane at the states of a history."""
+        speed_function, plane = self.speed_functions[index], self.planes[index]
+        if speed_function is not None:
+            return speed_function(history.times)
+        speed: FloatArray = plane.ratio * history.velocities[:, self._shaft_indices[index], 2]
+        return speed
+
     def evaluate_spindle_speeds(self, times: FloatArray, poses: FloatArray) -> FloatArray:
-        """Return the spindle speed (n,) rad/s at times (n,) s and poses (n, bodies, 3)."""
+        """Return the speed (n,) rad/s of the only spindle at times (n,) s and poses (n, bodies, 3), free ones by their momentum."""
         spindle = self.scene.spindle
         if not isinstance(spindle, FreeSpindle) or not len(times):
-            return self.speed_function(times)
-        own_inertia = spindle.inertia
-        initial_momentum = (own_inertia + self.evaluate_spindle_inertia(self._initial_poses[np.newaxis])[0]) * spindle.start_speed
+            return SpindleSpeedFunction(spindle)(times)
+        initial_inertia = spindle.inertia + self.evaluate_spindle_inertia(0, self._initial_poses[np.newaxis])[0]
         torque = CubicTimeFunction(spindle.torque)
-        momentum = initial_momentum + np.array([torque.integral(0.0, float(time)) for time in times])
-        speeds: FloatArray = free_spindle_speed(momentum, own_inertia + self.evaluate_spindle_inertia(poses))
+        impulses = np.array([torque.integral(0.0, float(time)) for time in times])
+        momentum = initial_inertia * (spindle.start_speed or 0.0) + impulses
+        speeds: FloatArray = free_spindle_speed(momentum, spindle.inertia + self.evaluate_spindle_inertia(0, poses))
         return speeds
+
+    def with_shaft(self, poses: FloatArray, velocities: FloatArray, angle: FloatArray, speed: FloatArray) -> tuple[FloatArray, FloatArray]:
+        """Return poses and velocities (n, bodies, 3) of a part with those of the shaft of its spindle, if that is free, behind them."""
+        if not isinstance(self.scene.spindle, FreeSpindle):
+            return poses, velocities
+        shaft_motion = np.zeros((2, len(poses), 1, 3))
+        shaft_motion[:, :, 0, 2] = angle, speed
+        return np.concatenate([poses, shaft_motion[0]], axis=1), np.concatenate([velocities, shaft_motion[1]], axis=1)
 
     def integrate_missing_work(self, history: StateHistory) -> FloatArray | None:
         """Return the work (n,) J to add for an engine that does not integrate the work of drivers, loads and spindle torque.
@@ -157,9 +174,9 @@ class ReadingEvaluator:
         """
         has_drives = any(isinstance(joint, RotationalDriver | TranslationalDriver) for joint in self.mechanism.joints)
         has_nonconservative_loads = any(not isinstance(load, Spring | TorsionSpring) for load in self.mechanism.force_elements)
-        if not (has_drives or has_nonconservative_loads or self.has_free_spindle) or len(history.times) < 2:
+        if not (has_drives or has_nonconservative_loads) or len(history.times) < 2:
             return None
-        return -integrate_work(self.scene, history, self.evaluate_spindle_speeds)
+        return -integrate_work(self.scene, history)
 
     def evaluate_joint_gap(self, poses: FloatArray, times: FloatArray) -> FloatArray:
         """Return the largest constraint violation (...) m at poses and times (...) s."""
@@ -199,49 +216,54 @@ class ReadingEvaluator:
             rates[reading.name] = np.sum(derivatives.gradient * history.velocities, axis=(-2, -1))
         return readings, rates
 
-    def _evaluate_spindle_torque(self, history: StateHistory) -> FloatArray:
+    def _evaluate_spindle_torque(self, index: int, history: StateHistory) -> FloatArray:
         """Return the driving torque at a given speed: the rate of the parts' angular momentum, d(J omega)/dt."""
-        speed, acceleration = self.speed_function(history.times), self.speed_function.derivative(history.times)
-        inertia_rate = np.zeros_like(speed)
-        for index, body in enumerate(self.mechanism.bodies):
-            pose, velocity = history.poses[:, index], history.velocities[:, index]
+        speed_function = self.speed_functions[index]
+        speed, inertia_rate = self.evaluate_speed(index, history), np.zeros(len(history.times))
+        acceleration = np.zeros_like(speed) if speed_function is None else speed_function.derivative(history.times)
+        for k in self.planes[index].bodies:
+            body, pose, velocity = self.mechanism.bodies[k], history.poses[:, k], history.velocities[:, k]
             inertia_rate += spindle_inertia_rate(
                 body.mass, *body.second_moments.in_plane, pose[:, 0], pose[:, 2], velocity[:, 0], velocity[:, 2]
             )
-        torque: FloatArray = inertia_rate * speed + self.evaluate_spindle_inertia(history.poses) * acceleration
+        torque: FloatArray = inertia_rate * speed + self.evaluate_spindle_inertia(index, history.poses) * acceleration
         return torque
 
-    def evaluate_spindle_inertia(self, poses: FloatArray) -> FloatArray:
-        """Return the moment of inertia J (n,) kg m2 of all bodies about the spindle."""
-        total: FloatArray = sum(
-            (
-                spindle_inertia(body.mass, *body.second_moments.in_plane, body.second_moments.zz, poses[:, index, 0], poses[:, index, 2])
-                for index, body in enumerate(self.mechanism.bodies)
-            ),
-            np.zeros(len(poses)),
-        )
+    def evaluate_spindle_inertia(self, index: int, poses: FloatArray) -> FloatArray:
+        """Return the moment of inertia J (n,) kg m2 of the bodies of a plane about its spindle."""
+        total = np.zeros(len(poses))
+        for k in self.planes[index].bodies:
+            body = self.mechanism.bodies[k]
+            total += spindle_inertia(body.mass, *body.second_moments.in_plane, body.second_moments.zz, poses[:, k, 0], poses[:, k, 2])
         return total
 
     def _evaluate_energy(self, history: StateHistory) -> Energy:
         """Return the energy balance."""
-        kinetic, potential = np.zeros(len(history.times)), np.zeros(len(history.times))
+        kinetic, potential, rotation, work = (np.zeros(len(history.times)) for _ in range(4))
+        shafts = {index for index, plane in zip(self._shaft_indices, self.planes, strict=True) if plane.has_reaction}
         for index, body in enumerate(self.mechanism.bodies):
             velocity = history.velocities[:, index]
+            if index in shafts:
+                continue
             kinetic += 0.5 * body.mass * np.sum(velocity[:, :2] ** 2, axis=1)
-            kinetic += 0.5 * (body.second_moments.xx + body.second_moments.yy) * velocity[:, 2] ** 2
-            potential += gravitational_energy(body.mass, self.scene.gravity, history.poses[:, index, 1])
+            kinetic += 0.5 * body.planar_inertia * velocity[:, 2] ** 2
+            potential += gravitational_energy(body.mass, self.scene.system.gravity[index], history.poses[:, index, 1])
         potential += spring_potential(self.mechanism, history.poses)
         for spring in output_springs_of(self.scene):
             potential += output_spring_energy(spring, evaluate_output_value(self.mechanism, spring.reading, history.poses))
-        rotation = np.zeros_like(kinetic)
-        if self.is_spindle_loaded:
-            own_inertia = self.scene.spindle.inertia if isinstance(self.scene.spindle, FreeSpindle) else 0.0
-            rotation = 0.5 * (own_inertia + self.evaluate_spindle_inertia(history.poses)) * history.spindle_state[:, 1] ** 2
+        for index, plane in enumerate(self.planes):
+            if plane.is_loaded:
+                own_inertia = self.mechanism.bodies[self._shaft_indices[index]].planar_inertia if plane.has_reaction else 0.0
+                energy = (
+                    0.5 * (own_inertia + self.evaluate_spindle_inertia(index, history.poses)) * self.evaluate_speed(index, history) ** 2
+                )
+                rotation += energy
+                work += energy if plane.has_reaction else -energy
         return Energy(
             kinetic=kinetic,
             potential=potential,
             rotation=rotation,
-            jacobi=kinetic + potential + (rotation if self.has_free_spindle else -rotation) + history.work,
+            jacobi=kinetic + potential + work + history.work,
             dissipated_energy=history.dissipated_energy,
             scale=self.energy_scale,
         )

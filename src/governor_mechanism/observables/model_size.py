@@ -25,7 +25,7 @@ def count_model_size(scene: Scene) -> Mapping[str, int]:
     Mapping[str, int]
         Number of bodies, constraint equations, force elements, contacts and so on; only those that are not zero.
     """
-    mechanism, contacts = scene.part.mechanism, contacts_of(scene)
+    mechanism, contacts = scene.mechanism, contacts_of(scene)
     counts = {
         "bodies": len(mechanism.bodies),
         "joint equations": len(make_constraint_table(mechanism).joint_indices),

@@ -22,7 +22,7 @@ from governor_mechanism.types import FloatArray
 
 def evaluate_derived_forces(scene: Scene, poses: FloatArray) -> dict[str, FloatArray]:
     """Return the derived forces (n,), N, by name at poses (n, bodies, 3) that close the joints. Raise as `compute_static_force` does."""
-    mechanism = scene.part.mechanism
+    mechanism = scene.mechanism
 
     @cache
     def cached_static_force(reading: str) -> FloatArray:
@@ -48,7 +48,7 @@ def compute_static_force(scene: Scene, reading: str, poses: FloatArray) -> Float
     Parameters
     ----------
     scene
-        Scene of one part with one degree of freedom.
+        Scene whose parts have one degree of freedom each.
     reading
         Name of the reading.
     poses
@@ -66,10 +66,12 @@ def compute_static_force(scene: Scene, reading: str, poses: FloatArray) -> Float
     """
     if not len(poses):
         return np.zeros(0)
-    part = scene.part
+    part, reading = scene.part_of(reading)
+    prefix = "" if len(scene.parts) == 1 else f"{part.name}."
+    poses = poses[:, [scene.mechanism.body_index(prefix + body.name) for body in part.mechanism.bodies]]
     undriven_joints = tuple(joint for joint in part.mechanism.joints if not isinstance(joint, TranslationalDriver | RotationalDriver))
     mechanism = replace(part.mechanism, joints=undriven_joints)
-    reduction = SingleDofReduction(replace(scene, parts=(replace(part, mechanism=mechanism),)))
+    reduction = SingleDofReduction(Scene(title=scene.title, parts=(replace(part, mechanism=mechanism),)))
     coefficients = reduction.evaluate_at_poses(poses, evaluate_output_value(mechanism, mechanism.coordinate, poses))
     reading_derivative = reduction.output_derivative(coefficients, reading)
     force: FloatArray = np.divide(

@@ -5,7 +5,7 @@ Energy dissipated by dashpots, friction and stops along outputs is not included.
 
 from __future__ import annotations
 
-from collections.abc import Callable, Sequence
+from collections.abc import Sequence
 
 import numpy as np
 from numpy.polynomial.legendre import leggauss
@@ -24,13 +24,8 @@ N_GAUSS_POINTS = 4
 """Gauss points in each interval: order 8."""
 
 
-def integrate_work(
-    scene: Scene,
-    history: StateHistory,
-    spindle_speeds: Callable[[FloatArray, FloatArray], FloatArray],
-    contact_modes: Sequence[ContactMode] = (),
-) -> FloatArray:
-    """Return the cumulative work of drivers, force elements and spindle torque.
+def integrate_work(scene: Scene, history: StateHistory, contact_modes: Sequence[ContactMode] = ()) -> FloatArray:
+    """Return the cumulative work of drivers and force elements.
 
     Between the times of the history the path is a quintic Hermite interpolant. With contacts it is a cubic one, because
     accelerations jump; that is inaccurate in the intervals of impacts.
@@ -41,8 +36,6 @@ def integrate_work(
         Scene of the motion.
     history
         States at times that include every breakpoint of an input function; shape (n,).
-    spindle_speeds
-        Function of times (n,) s and poses (n, bodies, 3) that returns the spindle speed, rad/s.
     contact_modes
         Contact mode at each time, or empty if the scene has no contacts.
 
@@ -53,7 +46,7 @@ def integrate_work(
     """
 
     def evaluate_motion(times: FloatArray, poses: FloatArray, velocities: FloatArray) -> InverseDynamics:
-        return compute_inverse_dynamics(scene, times, poses, velocities, spindle_speeds(times, poses), contact_modes[: len(times)])
+        return compute_inverse_dynamics(scene, times, poses, velocities, history.lags[: len(times)], contact_modes[: len(times)])
 
     times, poses, velocities = history.times, history.poses, history.velocities
     durations = np.diff(times)
@@ -84,7 +77,7 @@ def _compute_dissipated_power(
     scene: Scene, times: FloatArray, poses: FloatArray, velocities: FloatArray, contact_modes: Sequence[ContactMode]
 ) -> FloatArray:
     """Return the power (n,) W dissipated by dashpots and sliding friction."""
-    mechanism, dissipated_power = scene.part.mechanism, np.zeros(len(times))
+    mechanism, dissipated_power = scene.mechanism, np.zeros(len(times))
 
     def evaluate_rate(reading: str) -> FloatArray:
         rates: FloatArray = np.sum(evaluate_output_gradient(mechanism, reading, poses) * velocities, axis=(-2, -1))

@@ -13,7 +13,7 @@ from governor_mechanism.effects.dry_friction import DryFriction
 from governor_mechanism.effects.stops import Stops
 from governor_mechanism.model.effect import Effect, OutputEffect
 from governor_mechanism.model.events import Event, EventKind
-from governor_mechanism.model.scene import Part
+from governor_mechanism.model.part import Part
 from governor_mechanism.model.trajectory import Trajectory
 
 EffectT = TypeVar("EffectT", bound=Effect)

@@ -13,7 +13,7 @@ from governor_mechanism.mechanics.kinematics.time_functions import CubicTimeFunc
 from governor_mechanism.model.force_elements import Damper, Force, ForceElement, Spring, Torque
 from governor_mechanism.model.joints import ArcSlot, CurveSlot, Gear, Joint, RackAndPinion, Slider, TranslationalDriver
 from governor_mechanism.model.mechanism import Mechanism
-from governor_mechanism.model.scene import Part
+from governor_mechanism.model.part import Part
 from governor_mechanism.render.effect_state import NO_EFFECTS, EffectState
 from governor_mechanism.render.film.layout import ELEVATION_RECT
 from governor_mechanism.render.geometry.body_points import point_path, point_path_in_axes

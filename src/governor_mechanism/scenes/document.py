@@ -13,16 +13,22 @@ from governor_mechanism.errors import MechanismError
 from governor_mechanism.machines.base import BODY_EFFECTS, Machine, unsupported_effect_messages
 from governor_mechanism.machines.custom import CUSTOM_MACHINE
 from governor_mechanism.machines.registry import MACHINES
+from governor_mechanism.model.coupled_system import SPINDLE_ANGLE
+from governor_mechanism.model.couplings import Coupling, RatioCoupling
 from governor_mechanism.model.effect import Effect
 from governor_mechanism.model.mechanism import Mechanism
 from governor_mechanism.model.output_variables import Reading
-from governor_mechanism.model.scene import EQUILIBRIUM, FreeSpindle, Part, RunSettings, Scene, Spindle, Start
+from governor_mechanism.model.part import EQUILIBRIUM, FreeSpindle, Part, Spindle, Start
+from governor_mechanism.model.scene import RunSettings, Scene
+from governor_mechanism.scenes.coupling_tables import parse_couplings
 from governor_mechanism.scenes.cross_validation import check_tables_together
 from governor_mechanism.scenes.custom.parser import CustomMachineParser, CustomSceneTable
 from governor_mechanism.scenes.effect_tables import parse_effects
-from governor_mechanism.scenes.problems import Problem, ProblemCode, ProblemCollector
+from governor_mechanism.scenes.problems import KEY, Problem, ProblemCode, ProblemCollector, mistake
+from governor_mechanism.scenes.quantities import parse_name
 from governor_mechanism.scenes.schema import (
     SPINDLE,
+    CoupledSceneTable,
     RunTable,
     SceneTable,
     dimensions_table_model,
@@ -31,52 +37,98 @@ from governor_mechanism.scenes.schema import (
     start_table_model,
 )
 from governor_mechanism.scenes.table import validate
+from governor_mechanism.units.quantities import format_value
 
 GOVERNOR_PART_NAME = "governor"
 """Name of the only part of a scene."""
 
 
 class DocumentParser:
-    """Parser of one document; it collects all mistakes."""
+    """Parser of a document of one part or of several; it collects all mistakes."""
 
     def __init__(self, document: Mapping[str, Any], source: str) -> None:
         self.document, self.source, self.collector = document, source, ProblemCollector()
-        self.tables: dict[str, dict[str, Any]] = {name: dict(value) for name, value in document.items() if isinstance(value, Mapping)}
-        self.title = ""
 
     def parse(self) -> Scene | None:
         """Return the scene, or None if there are mistakes."""
+        if "part" in self.document or "coupling" in self.document:
+            title, parts, couplings = self._parse_parts()
+        else:
+            parser = PartParser(self.document, self.collector)
+            part, couplings = parser.parse(), ()
+            title, parts = parser.title, () if part is None else (part,)
+        run, run_values = None, dict[str, Any]()
+        with self.collector.at("run"):
+            run_values = validate(RunTable, self.document.get("run") or {}).given_values()
+        with self.collector.at("[run]"):
+            run = RunSettings(**run_values)
+        if self.collector.problems or not parts or run is None:
+            return None
+        with self.collector.at(""):
+            return Scene(
+                title=title or Path(self.source).stem or parts[0].machine,
+                parts=parts,
+                couplings=couplings,
+                run=run,
+                source=self.source,
+                document=_copy_document(self.document),
+            )
+        return None
+
+    def _parse_parts(self) -> tuple[str, tuple[Part, ...], tuple[Coupling, ...]]:
+        """Return title, parts and couplings of a document of several parts."""
+        title, parts = "", []
+        with self.collector.at(""):
+            title = validate(CoupledSceneTable, self.document).title or ""
+        tables = self.document.get("part")
+        couplings = parse_couplings(self.document.get("coupling"), self.collector)
+        coupled = {angle for coupling in couplings if isinstance(coupling, RatioCoupling) for angle in (coupling.first, coupling.second)}
+        for name, table in tables.items() if isinstance(tables, Mapping) else ():
+            collector = ProblemCollector()
+            with collector.at():
+                parse_name(name, "the name of a part")
+                if not isinstance(table, Mapping):
+                    text = f"{KEY} must be a table; found {format_value(table)}; write [part.{name}]"
+                    raise mistake(ProblemCode.WRONG_TYPE, text)
+                collector.add(
+                    ProblemCode.CONFLICT,
+                    *(f"{KEY}.{key} stands once for the whole scene; move it above the parts" for key in ("title", "run") if key in table),
+                )
+                part = PartParser(table, collector, name, f"{name}.{SPINDLE_ANGLE}" in coupled).parse()
+                parts += [] if part is None else [part]
+            self.collector.problems += [problem.at(f"part.{name}:") for problem in collector.problems]
+        return title, tuple(parts), couplings
+
+
+class PartParser:
+    """Parser of the tables of one part."""
+
+    def __init__(self, document: Mapping[str, Any], collector: ProblemCollector, name: str = "", is_coupled: bool = False) -> None:
+        self.document, self.collector, self.name, self.is_coupled = document, collector, name, is_coupled
+        self.tables: dict[str, dict[str, Any]] = {name: dict(value) for name, value in document.items() if isinstance(value, Mapping)}
+        self.title = ""
+
+    def parse(self) -> Part | None:
+        """Return the part, or None if there are mistakes."""
         is_custom = _find_intended_machine(self.document) == CUSTOM_MACHINE
         part, effects, start = self._parse_custom() if is_custom else self._parse_dimensioned()
         spindle = self._parse_spindle()
-        run, run_values = None, dict[str, Any]()
-        with self.collector.at("run"):
-            run_values = validate(RunTable, self.tables.get("run", {})).given_values()
-        with self.collector.at("[run]"):
-            run = RunSettings(**run_values)
-        has_spindle = "spindle" in self.document  # even if it is not a table, which is reported
+        has_spindle = "spindle" in self.document or self.is_coupled  # even if it is not a table, which is reported
         self.collector.problems += check_tables_together(
             part, effects, spindle, start, self.tables.get("effects", {}), has_spindle=has_spindle
         )
-        if self.collector.problems or part is None or run is None:
+        if self.collector.problems or part is None:
             return None
-        return Scene(
-            title=self.title or Path(self.source).stem or part.machine,
-            parts=(part,),
-            effects=effects,
-            spindle=spindle,
-            start=start,
-            run=run,
-            source=self.source,
-            document=_copy_document(self.document),
-        )
+        with self.collector.at(""):
+            return dataclasses.replace(part, name=self.name or part.name, effects=effects, spindle=spindle, start=start)
+        return None
 
     def _parse_spindle(self) -> Spindle | FreeSpindle:
         """Return the spindle; one at rest if the file has none, or a wrong one."""
-        spindle: Spindle | FreeSpindle = Spindle()
-        if "spindle" in self.tables:
+        spindle: Spindle | FreeSpindle = FreeSpindle() if self.is_coupled else Spindle()
+        if self.tables.get("spindle"):
             with self.collector.at("spindle"):
-                spindle = validate(SPINDLE, self.tables["spindle"]).build()
+                spindle = validate(SPINDLE, self.tables["spindle"], context=self.is_coupled).build()
         return spindle
 
     def _parse_effects(self, readings: Iterable[tuple[str, str]] | None) -> tuple[Effect, ...]:

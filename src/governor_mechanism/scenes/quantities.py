@@ -9,8 +9,7 @@ from pydantic import PlainValidator
 
 from governor_mechanism.errors import MechanismError, did_you_mean
 from governor_mechanism.machines.base import MAX_DIMENSION, MIN_DIMENSION
-from governor_mechanism.model.scene import MAX_SPINDLE_SPEED
-from governor_mechanism.model.time_functions import InputFunction
+from governor_mechanism.model.part import MAX_SPINDLE_SPEED
 from governor_mechanism.scenes.problems import KEY, Problem, ProblemCode, ProblemCollector, mistake
 from governor_mechanism.units.quantities import QUANTITY_KINDS, format_value, parse_quantity
 
@@ -190,16 +189,6 @@ def parse_time_points(value: object, kind: str, name: str) -> tuple[tuple[float,
         raise mistake(ProblemCode.WRONG_TYPE, f'{KEY} is an empty list of points; write [[0, "{example}"]], or one {name}')
     times, values = zip(*parse_pairs(value, ("time", kind), ("time", name)), strict=True)
     return times, values
-
-
-def input_function(kind: str, name: str) -> PlainValidator:
-    """Return the validator of a quantity, or a list of [time, quantity]."""
-
-    def check(value: object) -> InputFunction:
-        times, values = parse_time_points(value, kind, name)
-        return InputFunction(times=times, values=values)
-
-    return PlainValidator(check)
 
 
 Position = Annotated[FloatPair, PlainValidator(parse_position)]

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import dataclasses
-from collections.abc import Mapping
+from collections.abc import Iterator, Mapping
 from functools import cache
 from typing import Annotated, Any, Final
 
@@ -13,9 +13,10 @@ from governor_mechanism.errors import MechanismError, did_you_mean
 from governor_mechanism.machines.base import CHOICE_KIND, Machine
 from governor_mechanism.machines.custom import CUSTOM_MACHINE
 from governor_mechanism.machines.registry import MACHINES
-from governor_mechanism.model.scene import EQUILIBRIUM, FreeSpindle, Spindle
+from governor_mechanism.model.part import EQUILIBRIUM, FreeSpindle, Spindle
+from governor_mechanism.scenes.loads import input_function
 from governor_mechanism.scenes.problems import KEY, Problem, ProblemCode, mistake
-from governor_mechanism.scenes.quantities import built, choice, input_function, number_between, parse_si, parse_time_points, quantity
+from governor_mechanism.scenes.quantities import built, choice, number_between, parse_si, parse_time_points, quantity
 from governor_mechanism.scenes.table import TOP_LEVEL_KEYS, SceneFileTable, union_by_key
 from governor_mechanism.units.quantities import QUANTITY_KINDS, format_value
 
@@ -69,6 +70,15 @@ class CommonSceneTable(SceneFileTable):
         return f"{heading} is unknown; a scene file has {', '.join(known_keys)}.{did_you_mean(key, known_keys)}{elsewhere}"
 
 
+class CoupledSceneTable(SceneFileTable):
+    """The top level of a scene file with several parts."""
+
+    title: Annotated[str | None, PlainValidator(_check_title)] = None
+    run: AnyTable = None
+    part: AnyTable = Field(description="the parts, one table [part.NAME] for each")
+    coupling: AnyTable = None
+
+
 class SceneTable(CommonSceneTable):
     """The top level of a scene file with a machine that dimensions describe."""
 
@@ -113,11 +123,21 @@ class FreeSpindleTable(SceneFileTable):
     alternative_keys = ("speed", "speed_fluctuation", "cycles_per_turn")
     alternative_hint = "the speed of a free spindle follows from its torque; leave it out, or give spindle.speed"
 
-    inertia: Annotated[float, built("moment_of_inertia", "not negative")] = Field(
-        description='the moment of inertia of the spindle alone, as "0.5 kg m^2"'
-    )
-    start_speed: Annotated[float, quantity("angular_speed")] = Field(description='the speed at which a free spindle starts, as "120 rpm"')
+    inertia: Annotated[float, built("moment_of_inertia", "not negative")] = 0.0
+    start_speed: Annotated[float, quantity("angular_speed")] = 0.0
     torque: Annotated[Any, input_function("torque", "torque")] = None
+
+    @classmethod
+    def find_conflicts(cls, values: Mapping[str, Any], context: Any) -> Iterator[Problem]:
+        """Yield what a spindle lacks that is not coupled (the context) and whose torque depends on no reading."""
+        if context or (isinstance(values.get("torque"), Mapping | list) and "start_speed" not in values):
+            return
+        for key, text in (
+            ("inertia", 'the moment of inertia of the spindle alone, as "0.5 kg m^2"'),
+            ("start_speed", 'the speed at which a free spindle starts, as "120 rpm"'),
+        ):
+            if key not in values:
+                yield Problem(f"{KEY}.{key} is missing; it is {text}", ProblemCode.MISSING_KEY, f"{KEY}.{key}")
 
     def build(self) -> FreeSpindle:
         """Return the spindle."""

@@ -10,9 +10,12 @@ from itertools import pairwise
 import numpy as np
 
 from governor_mechanism.errors import MechanismError
+from governor_mechanism.mechanics.dynamics.contacts import output_dampers_of
 from governor_mechanism.mechanics.kinematics.time_functions import SpindleSpeedFunction
 from governor_mechanism.mechanics.reduction.lagrangian import PathCoefficients, SingleDofReduction
-from governor_mechanism.model.scene import MAX_SPINDLE_SPEED, Scene
+from governor_mechanism.model.force_elements import Damper, TorsionDamper
+from governor_mechanism.model.part import MAX_SPINDLE_SPEED
+from governor_mechanism.model.scene import Scene
 from governor_mechanism.statics.adaptive_grid import ASTATIC_TOLERANCE, AdaptiveGrid, interpolation_error_exceeds, sample_range_of_motion
 from governor_mechanism.statics.equilibrium_speed import (
     evaluate_readings,
@@ -58,9 +61,9 @@ class Equilibrium:
     stiffness
         Stiffness K, N m/rad or N/m; 0 if astatic.
     frequency
-        Frequency of small oscillations, rad/s; 0 if not stable.
+        Frequency of small oscillations without damping, rad/s; 0 if not stable.
     divergence_rate
-        Divergence rate of a disturbance, 1/s; 0 if not unstable.
+        Divergence rate of a disturbance without damping, 1/s; 0 if not unstable.
     sensitivity
         Displacement per relative change of speed, w^2 J' / K, rad or m; large for a nearly astatic governor.
     uncertainty
@@ -86,6 +89,23 @@ class Equilibrium:
     def astatic(self) -> bool:
         """Whether the equilibrium is a range."""
         return self.extent[1] > self.extent[0]
+
+
+def has_damping(scene: Scene) -> bool:
+    """Return whether a scene has dashpots or dampers, which frequencies and divergence rates of equilibria leave out.
+
+    Parameters
+    ----------
+    scene
+        Scene of one part.
+
+    Returns
+    -------
+    bool
+        Whether the linearised equations have other growth rates.
+    """
+    has_dampers = any(isinstance(element, Damper | TorsionDamper) for element in scene.mechanism.force_elements)
+    return bool(has_dampers or output_dampers_of(scene))
 
 
 def find_equilibria(scene: Scene, spindle_speed: float | str | None = None) -> tuple[Equilibrium, ...]:

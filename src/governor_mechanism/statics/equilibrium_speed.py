@@ -11,7 +11,8 @@ from governor_mechanism.mechanics.dynamics.contacts import output_springs_of
 from governor_mechanism.mechanics.kinematics.output_variables import evaluate_output_value
 from governor_mechanism.mechanics.reduction.lagrangian import PathCoefficients, SingleDofReduction
 from governor_mechanism.model.mechanism import Mechanism
-from governor_mechanism.model.scene import TURNING_PLANE, Scene
+from governor_mechanism.model.part import TURNING_PLANE
+from governor_mechanism.model.scene import Scene
 from governor_mechanism.numerics.roots import find_root
 from governor_mechanism.statics.adaptive_grid import ASTATIC_TOLERANCE, equilibrium_speed_slope_numerator
 from governor_mechanism.types import FloatArray

@@ -81,7 +81,7 @@ class SpeedCurve:
     stiffness
         Stiffness K, N m/rad or N/m.
     frequency_squared
-        Squared frequency of small oscillations at constant speed, 1/s2; negative where they diverge.
+        Squared frequency of small oscillations at constant speed without damping, 1/s2; negative where they diverge.
     free_frequency_squared
         The same with a free spindle.
     stable

@@ -25,7 +25,8 @@ from governor_mechanism.errors import MechanismError
 from governor_mechanism.machines.base import unsupported_effect_messages
 from governor_mechanism.machines.registry import MACHINES
 from governor_mechanism.model.effect import Effect
-from governor_mechanism.model.scene import FIXED_PLANE, Scene, Spindle
+from governor_mechanism.model.part import FIXED_PLANE, Spindle
+from governor_mechanism.model.scene import Scene
 from governor_mechanism.model.trajectory import Outcome, Trajectory
 from governor_mechanism.scenes.parser import parse_scene_document
 from governor_mechanism.units.text_table import format_table
@@ -307,4 +308,4 @@ def _reparse_without(scene: Scene, key: str) -> Scene:
 def _drop_effect(scene: Scene, effect_class: type[Effect]) -> Scene:
     if effect_class in {type(example) for example in BODY_EFFECT_EXAMPLES.values()}:
         raise MechanismError(f"{effect_class.__name__} is part of the mechanism, which can be rebuilt for a scene from a file only")
-    return replace(scene, effects=tuple(effect for effect in scene.effects if type(effect) is not effect_class))
+    return scene.with_changes(effects=tuple(effect for effect in scene.effects if type(effect) is not effect_class))

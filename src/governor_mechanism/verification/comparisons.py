@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import re
 from collections.abc import Callable, Iterable, Iterator, Sequence
-from dataclasses import replace
 from itertools import pairwise
 
 import numpy as np
@@ -15,7 +14,8 @@ from governor_mechanism.engines import select_engine
 from governor_mechanism.errors import MechanismError
 from governor_mechanism.mechanics.kinematics.time_functions import CubicTimeFunction, SpindleSpeedFunction
 from governor_mechanism.model.effect import Effect, OutputEffect
-from governor_mechanism.model.scene import FreeSpindle, Scene
+from governor_mechanism.model.part import FreeSpindle
+from governor_mechanism.model.scene import Scene
 from governor_mechanism.model.trajectory import Trajectory
 from governor_mechanism.types import FloatArray
 from governor_mechanism.verification.report import ComparisonRow
@@ -38,7 +38,7 @@ def require_gravity_and_centrifugal(scene: Scene) -> None:
 
 def without_output_effects(scene: Scene) -> Scene:
     """Return the scene without the effects along outputs."""
-    return replace(scene, effects=tuple(effect for effect in scene.effects if not isinstance(effect, OutputEffect)))
+    return scene.with_changes(effects=tuple(effect for effect in scene.effects if not isinstance(effect, OutputEffect)))
 
 
 def is_linear_sleeve_dashpot(effect: Effect) -> bool:

@@ -4,14 +4,14 @@ from __future__ import annotations
 
 import math
 from collections.abc import Iterable, Iterator
-from dataclasses import replace
 
 import numpy as np
 from scipy.interpolate import CubicHermiteSpline
 
 from governor_mechanism.engines.impulse.relaxation import relax_to_equilibrium
 from governor_mechanism.errors import MechanismError, RunFailed
-from governor_mechanism.model.scene import RunSettings, Scene, Start
+from governor_mechanism.model.part import Start
+from governor_mechanism.model.scene import RunSettings, Scene
 from governor_mechanism.model.trajectory import Trajectory
 from governor_mechanism.verification.comparisons import run_scene
 from governor_mechanism.verification.report import ComparisonRow
@@ -71,10 +71,8 @@ def check_oscillation_period(scene: Scene, reading: str, *, angle: float, period
 
 def _simulate_period(scene: Scene, reading: str, angle: float, amplitude: float, period: float) -> float:
     """Return the period (s) of an oscillation of the given amplitude (rad)."""
-    oscillating_scene = replace(
-        scene,
-        start=Start(values={reading: angle + amplitude}),
-        run=RunSettings(duration=2.2 * period, output_interval=period / 50, accuracy=1e-9),
+    oscillating_scene = scene.with_changes(
+        start=Start(values={reading: angle + amplitude}), run=RunSettings(duration=2.2 * period, output_interval=period / 50, accuracy=1e-9)
     )
     return measure_period(run_scene(oscillating_scene), reading, angle)
 

@@ -4,12 +4,12 @@ from __future__ import annotations
 
 import math
 from collections.abc import Iterator
-from dataclasses import replace
 
 import numpy as np
 
 from governor_mechanism.closed_form.parabolic import isochronous_curve as closed
-from governor_mechanism.model.scene import RunSettings, Scene, Spindle, Start
+from governor_mechanism.model.part import Spindle, Start
+from governor_mechanism.model.scene import RunSettings, Scene
 from governor_mechanism.statics.speed_curve import equilibrium_speed_at
 from governor_mechanism.verification.comparisons import compare_algebraic, require_gravity_and_centrifugal, run_scene
 from governor_mechanism.verification.report import ComparisonRow
@@ -37,8 +37,7 @@ def check_parabolic_governor(scene: Scene) -> Iterator[ComparisonRow | str]:
 
 def _check_neutral_equilibrium(scene: Scene, radius: float, neutral_speed: float) -> ComparisonRow:
     """Return the drift from an equilibrium at a radius (m), which must vanish."""
-    neutral_scene = replace(
-        scene,
+    neutral_scene = scene.with_changes(
         spindle=Spindle(speeds=(neutral_speed,)),
         start=Start(values={"ball_radius": radius}),
         run=RunSettings(duration=NEUTRAL_RUN_DURATION, output_interval=0.5, accuracy=1e-10),

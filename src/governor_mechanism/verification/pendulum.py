@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import math
 from collections.abc import Iterator
-from dataclasses import replace
 
 import numpy as np
 
@@ -13,7 +12,8 @@ from governor_mechanism.effects.clearance import Clearance
 from governor_mechanism.effects.rod_masses import RodMasses
 from governor_mechanism.mechanics.kinematics.time_functions import SpindleSpeedFunction
 from governor_mechanism.model.effect import OutputEffect
-from governor_mechanism.model.scene import FreeSpindle, Scene, Spindle
+from governor_mechanism.model.part import FreeSpindle, Spindle
+from governor_mechanism.model.scene import Scene
 from governor_mechanism.model.trajectory import Trajectory
 from governor_mechanism.statics.speed_curve import equilibrium_speed_at
 from governor_mechanism.verification.comparisons import (
@@ -85,7 +85,7 @@ def _check_equilibria(scene: Scene, governor: closed.PendulumGovernor) -> Iterat
     speed, (low, high) = program.start_speed, travel_limits(scene, "arm_angle")
     if not program.is_constant:
         yield f"the spindle speed varies: equilibria are checked at its first value, {format_rpm(speed)}; torque is not checked"
-    constant_speed_scene = replace(scene, spindle=Spindle(speeds=(speed,)))
+    constant_speed_scene = scene.with_changes(spindle=Spindle(speeds=(speed,)))
     angles = closed.equilibrium_angles(governor, spindle_speed=abs(speed)).tolist() if speed else []
     angles = [angle for angle in angles if low < angle < high]
     if not angles:

@@ -3,59 +3,100 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
+
+import numpy as np
 
 from governor_mechanism.engines.impulse.staggered_stepper import StaggeredStepper
 from governor_mechanism.engines.impulse.step_records import DetectedEvent, StepObservation, make_level_function, make_reversal_function
-from governor_mechanism.mechanics.contact.tolerances import CONTACT_TOLERANCE, REST_TOLERANCE, STICTION_RATE_TOLERANCE
-from governor_mechanism.mechanics.dynamics.contacts import ContactMode, contacts_of, output_springs_of
-from governor_mechanism.mechanics.dynamics.lowering import forced_output_names
+from governor_mechanism.mechanics.contact.scene_contacts import SceneContacts
+from governor_mechanism.mechanics.contact.tolerances import STICTION_RATE_TOLERANCE
+from governor_mechanism.mechanics.dynamics.contacts import ContactColumn, ContactMode, contacts_of, output_springs_of
+from governor_mechanism.mechanics.dynamics.equations_of_motion import N_ENERGY_STATES
+from governor_mechanism.mechanics.dynamics.lowering import forced_output_names, from_mass_centres, to_mass_centres
+from governor_mechanism.mechanics.dynamics.projection import CLOSURE_TOLERANCE_RATIO
+from governor_mechanism.mechanics.kinematics.time_functions import stack_local_cubics
 from governor_mechanism.model.events import Event, EventKind
 from governor_mechanism.model.scene import Scene
 
 RELEASE_RATE_FACTOR = 10.0
 """Release threshold, in units of the stiction rate, of a contact held by friction and a stop; how they share the force is indeterminate."""
 
-MIN_STICK_FRACTION = 0.06
-"""Shortest stick, relative to a step, that is reported. A shorter one is a reversal: only motion shows that a hold is too weak."""
-
 
 class ContactModeTracker:
     """Contacts of a scene, the constraints that can hold them, and its one-sided springs, during a run.
 
-    `time_scale` is in seconds. `events` is the event log; `last_release_time` (s) is when a contact was last released.
+    `time_scale` is in seconds. `last_release_time` (s) is when a contact was last released. `rebound_sides` are the sides of the
+    stops from which contacts rebounded at the last change of the mode.
     """
 
     def __init__(self, scene: Scene, stepper: StaggeredStepper, time_scale: float) -> None:
-        mechanism, names = scene.part.mechanism, forced_output_names(scene)
+        names = forced_output_names(scene)
         self._stepper, self._output_forces, self._time_scale = stepper, stepper.output_forces, time_scale
+        tolerance = CLOSURE_TOLERANCE_RATIO * scene.part.mechanism.length_scale
+        self._scene_contacts = SceneContacts(scene, time_scale, tolerance)
         self.contacts = contacts_of(scene)
         self.contact_outputs = [names.index(contact.output_name) for contact in self.contacts]
-        self.coordinate_scales = [mechanism.output_scale(name) for name in names]
         self._springs = [spring for spring in output_springs_of(scene) if spring.one_sided]
         self._spring_outputs = [names.index(spring.reading) for spring in self._springs]
         self.constraints = [
             stepper.model.make_contact_constraint(k, output, "dry friction" if contact.friction else "stops", contact.output_name)
             for k, (contact, output) in enumerate(zip(self.contacts, self.contact_outputs, strict=True))
         ]
-        self.events, self.last_release_time = list[Event](), -math.inf
-        self._reported_holds = list[float | None]()
-        stepper.output_forces.is_taut = [
-            self._is_taut(stepper.output_value(output) - spring.free_value, output)
-            for spring, output in zip(self._springs, self._spring_outputs, strict=True)
-        ]
-        for k, contact in enumerate(self.contacts):
-            rate = stepper.output_rate(self.contact_outputs[k])
-            if abs(rate) <= self.stiction_rate(k):
-                self.hold(k, self.active_stop(k))
-            elif contact.friction is not None:
-                stepper.output_forces.sliding_directions[k] = int(math.copysign(1.0, rate))
+        self.last_release_time = -math.inf
+        self.change_mode()
+        self.events.clear()
+
+    @property
+    def events(self) -> list[Event]:
+        """Return the events so far."""
+        return self._scene_contacts.events
 
     @property
     def mode(self) -> ContactMode:
         """Return the present contact mode."""
-        held_values = tuple(self._held_value(k) for k in range(len(self.contacts)))
-        return ContactMode(held_values, tuple(self._output_forces.sliding_directions), tuple(self._output_forces.is_taut))
+        return self._scene_contacts.mode
+
+    @property
+    def resting(self) -> set[int]:
+        """Return the contacts at rest."""
+        return set(np.flatnonzero(~np.isnan(self._scene_contacts.rest_values)).tolist())
+
+    def change_mode(self, events: Sequence[DetectedEvent] = ()) -> None:
+        """Select the contact mode at the present time, after events there, and set springs, sliding friction and constraints to it."""
+        was_resting, scene_contacts = self.resting, self._scene_contacts
+        released = {event.index for event in events if event.kind in (EventKind.SLIP, EventKind.SEPARATION)}
+        if released and scene_contacts.mobility == 1:
+            released |= was_resting  # all move with it
+        self._apply_transition(released, was_resting | {event.index for event in events if event.kind == EventKind.STICK})
+        resting = self.resting
+        if was_resting - resting:
+            self.last_release_time = self._stepper.state.time
+        self._output_forces.is_taut = list(self.mode.taut)
+        self._output_forces.sliding_directions = [0 if k in resting else sign for k, sign in enumerate(self.mode.sliding_signs)]
+        for k, (contact, constraint) in enumerate(zip(self.contacts, self.constraints, strict=True)):
+            value = float(scene_contacts.rest_values[k]) if k in resting else None
+            constraint.stop_side = 0 if value is None else int(value >= contact.high) - int(value <= contact.low)
+            constraint.stop_value = contact.high if constraint.stop_side > 0 else contact.low
+            constraint.held_value = None if contact.friction is None else value
+        self._stepper.is_holding = bool(resting)
+        self.rebound_sides = {
+            event.index: event.direction for event in events if event.kind == EventKind.IMPACT and event.index not in resting
+        }
+
+    def _apply_transition(self, released: set[int], stopped: set[int]) -> None:
+        """Select the contact mode in the state of the multibody model, and take over its velocities."""
+        stepper, scene_contacts, state = self._stepper, self._scene_contacts, self._stepper.state
+        input_cubics = stack_local_cubics(scene_contacts.input_functions, np.array([state.time]))[0]
+        system, (centres, centre_velocities) = scene_contacts.model[0], stepper.mass_centre_state()
+        # A free spindle is a body behind those of the part.
+        n_bodies, has_shaft = len(centres), len(system.bodies) > len(centres)
+        shaft = np.array([[0.0, 0.0, state.accumulators[3]]])[: int(has_shaft)]
+        poses, velocities = from_mass_centres(system, np.concatenate([centres, 0.0 * shaft]), np.concatenate([centre_velocities, shaft]))
+        state_vector = np.concatenate([poses.ravel(), velocities.ravel(), np.zeros(N_ENERGY_STATES)])
+        scene_contacts.change_mode(state.time, state_vector, input_cubics, released, stopped)
+        _, new_velocities = to_mass_centres(system, *state_vector[:-N_ENERGY_STATES].reshape(2, -1, 3))
+        stepper.set_velocities(new_velocities[:n_bodies], float(state_vector[-1]))
 
     def detect_events(self, observation: StepObservation) -> list[DetectedEvent]:
         """Return the events that a step has passed."""
@@ -92,112 +133,20 @@ class ContactModeTracker:
                 )
         return detected
 
-    def apply_transition(self, event: DetectedEvent) -> None:
-        """Change the mode of the contact or spring of an event; an impact is resolved later, after the joints are closed."""
-        k, output_forces = event.index, self._output_forces
-        if event.kind == EventKind.TAUT:
-            output_forces.is_taut[k] = event.direction > 0
-            kind = EventKind.TAUT if output_forces.is_taut[k] else EventKind.SLACK
-            self.events.append(Event(time=self._stepper.state.time, kind=kind, subject=self._springs[k].reading))
-        elif event.kind == EventKind.STICK:
-            self.hold(k, 0)
-        elif event.kind in (EventKind.SLIP, EventKind.SEPARATION):
-            self.release(k, event.direction)
-
-    def hold(self, k: int, side: int) -> None:
-        """Hold contact `k` at its present value, or at its stop on `side`."""
-        contact, constraint = self.contacts[k], self.constraints[k]
-        constraint.stop_side, constraint.stop_value = side, contact.high if side > 0 else contact.low
-        value = self._stepper.output_value(self.contact_outputs[k])
-        constraint.held_value = None if contact.friction is None else constraint.stop_value if side else value
-        self._output_forces.sliding_directions[k] = 0
-
-    def release(self, k: int, direction: int) -> None:
-        """Release contact `k` to move in `direction`, unless that is into the stop that it touches."""
-        constraint = self.constraints[k]
-        if constraint.stop_side and constraint.stop_side == direction:
-            return
-        constraint.stop_side, constraint.held_value, self.last_release_time = 0, None, self._stepper.state.time
-        self._output_forces.sliding_directions[k] = direction if self.contacts[k].friction is not None else 0
-
-    def update_sliding_directions(self) -> None:
-        """Set the sliding directions from the present rates, after impulses have changed them."""
-        for k, (contact, constraint, output) in enumerate(zip(self.contacts, self.constraints, self.contact_outputs, strict=True)):
-            if contact.friction is None or constraint.stop_side:
-                continue
-            rate = self._stepper.output_rate(output)
-            if abs(rate) > self.stiction_rate(k):
-                self.release(k, int(math.copysign(1.0, rate)))
-            elif constraint.held_value is None:
-                self.hold(k, 0)
-
     def release_direction(self, k: int, rate: float) -> int:
         """Return the direction in which contact `k` is released, given its rate after a kick; 0 if it stays held or was not held."""
         constraint = self.constraints[k]
         rate_factor = RELEASE_RATE_FACTOR if constraint.stop_side and constraint.held_value is not None else 1.0
-        if self._held_value(k) is None or abs(rate) <= rate_factor * self.stiction_rate(k):
+        if not (constraint.stop_side or constraint.held_value is not None) or abs(rate) <= rate_factor * self.stiction_rate(k):
             return 0
         direction = int(math.copysign(1.0, rate))
         if constraint.stop_side and (direction == constraint.stop_side or constraint.stop_force > 0.0):
             return 0
         return direction if constraint.held_value is None or constraint.is_saturated else 0
 
-    def record_transitions(self, rest_times: dict[int, float]) -> None:
-        """Record which contacts have become held or free; `rest_times` (s) are the times at which bounce sequences end, by contact."""
-        held_values = [self._held_value(k) for k in range(len(self.contacts))]
-        for k, (contact, previous, current) in enumerate(zip(self.contacts, self._reported_holds, held_values, strict=False)):
-            if (previous is None) == (current is None):
-                continue
-            at_stop = (previous if current is None else current) in (contact.low, contact.high)
-            start_kind, end_kind = (EventKind.REST, EventKind.SEPARATION) if at_stop else (EventKind.STICK, EventKind.SLIP)
-            time = rest_times.get(k, self._stepper.state.time)
-            kind = end_kind if current is None else start_kind
-            if kind != EventKind.SLIP or not self._cancel_brief_stick(contact.output_name):
-                self.events.append(Event(time=time, kind=kind, subject=contact.output_name))
-        self._reported_holds = held_values
-        self._stepper.is_holding = bool(self.held_rates())
-
-    def _cancel_brief_stick(self, reading: str) -> bool:
-        """Return whether the stick that ends now was only a reversal, and remove it from the log."""
-        min_duration = MIN_STICK_FRACTION * self._stepper.last_h
-        for index in reversed(range(len(self.events))):
-            event = self.events[index]
-            if event.subject == reading:
-                only_reversed = event.kind == EventKind.STICK and self._stepper.state.time - event.time <= min_duration
-                if only_reversed:
-                    del self.events[index]
-                return only_reversed
-        return self._stepper.state.time <= min_duration
-
-    def held_rates(self) -> dict[str, float]:
-        """Return the rates, all zero, of the held contacts by output name."""
-        return {contact.output_name: 0.0 for k, contact in enumerate(self.contacts) if self._held_value(k) is not None}
-
-    def impacting_contacts(self) -> dict[int, int]:
-        """Return the contacts that move into a stop, with the side of the stop."""
-        sides = {k: self.active_stop(k) for k, constraint in enumerate(self.constraints) if not constraint.stop_side}
-        return {k: side for k, side in sides.items() if side * self._stepper.output_rate(self.contact_outputs[k]) > self.stiction_rate(k)}
-
-    def record_event(self, k: int, kind: EventKind) -> None:
-        """Append an event of contact `k` at the present time."""
-        self.events.append(Event(time=self._stepper.state.time, kind=kind, subject=self.contacts[k].output_name))
-
-    def active_stop(self, k: int) -> int:
-        """Return the stop that contact `k` touches: 1 the high one, -1 the low one, 0 neither."""
-        contact, output = self.contacts[k], self.contact_outputs[k]
-        is_stationary = abs(self._stepper.output_rate(output)) <= self.stiction_rate(k)
-        tolerance = (REST_TOLERANCE if is_stationary else CONTACT_TOLERANCE) * self.coordinate_scales[output]
-        value = self._stepper.output_value(output)
-        return 1 if value >= contact.high - tolerance else -1 if value <= contact.low + tolerance else 0
-
     def stiction_rate(self, k: int) -> float:
         """Return the rate (m/s or rad/s) of contact `k` below which it counts as stationary."""
-        return STICTION_RATE_TOLERANCE * self.coordinate_scales[self.contact_outputs[k]] / self._time_scale
-
-    def _held_value(self, k: int) -> float | None:
-        """Return the value (m or rad) at which contact `k` is held, or None."""
-        constraint = self.constraints[k]
-        return constraint.stop_value if constraint.stop_side else constraint.held_value
+        return STICTION_RATE_TOLERANCE * float(self._scene_contacts.contacts[k, ContactColumn.SCALE]) / self._time_scale
 
     def _make_slip_function(self, k: int) -> Callable[[StepObservation], float]:
         """Return an event function: the holding force minus the friction limit."""
@@ -214,7 +163,3 @@ class ContactModeTracker:
             return direction * float(observation.rates_after_kick[output]) - (min_rate if constraint.held_value is not None else 0.0)
 
         return leave_function
-
-    def _is_taut(self, stretch: float, output: int) -> bool:
-        """Return whether a one-sided spring of a stretch (m or rad) pulls."""
-        return self._stepper.output_rate(output) > 0 if abs(stretch) < CONTACT_TOLERANCE * self.coordinate_scales[output] else stretch > 0

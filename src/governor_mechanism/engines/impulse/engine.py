@@ -16,7 +16,7 @@ from governor_mechanism.effects.gravity import Gravity
 from governor_mechanism.effects.rod_masses import RodMasses
 from governor_mechanism.effects.spring import OutputSpring
 from governor_mechanism.effects.stops import Stops
-from governor_mechanism.engines.base import Engine, RunRequest
+from governor_mechanism.engines.base import Engine, RunRequest, refuse_couplings
 from governor_mechanism.engines.impulse.richardson import RichardsonRefinement
 from governor_mechanism.engines.impulse.settings import ImpulseSettings
 from governor_mechanism.errors import MechanismError
@@ -99,13 +99,15 @@ class ImpulseEngine(ImpulseSettings, Engine):
                 raise MechanismError(f"ImpulseEngine.{name} must be at least 1; got {getattr(self, name)!r}")
 
     def _refuses(self, scene: Scene) -> str:
-        """Return why a scene without mass somewhere, or in the plain scheme, cannot run, or an empty string."""
-        massless = [body.name for body in scene.part.mechanism.bodies if body.mass == 0.0]
-        if massless:
-            names = ", ".join(massless)
-            return f"engine 'impulse' cannot model bodies without mass and moving points of the ground: {names}; use engine 'multibody'"
-        if not self.plain:
-            return ""
+        """Return why the engine cannot run a scene, or an empty string."""
+        massless = ", ".join(body.name for body in scene.part.mechanism.bodies if body.mass == 0.0)
+        reason = refuse_couplings(self.name, scene)
+        if massless and not reason:
+            reason = (
+                f"engine 'impulse' cannot model bodies without mass and moving points of the ground: {massless}; use engine 'multibody'"
+            )
+        if reason or not self.plain:
+            return reason
         if has_contacts(scene):
             return "engine 'impulse' with plain=True has no friction, stops and one-sided springs along readings; leave plain=True out"
         if any(isinstance(joint, RotationalDriver | TranslationalDriver) for joint in scene.part.mechanism.joints):

@@ -18,7 +18,6 @@ from governor_mechanism.engines.impulse.settings import ImpulseSettings
 from governor_mechanism.engines.impulse.staggered_stepper import StaggeredStepper
 from governor_mechanism.engines.impulse.step_records import DetectedEvent
 from governor_mechanism.engines.impulse.time_inputs import TimeInputs
-from governor_mechanism.mechanics.contact.tolerances import MIN_REBOUND_HEIGHT, zeno_time
 from governor_mechanism.mechanics.dynamics.contacts import ContactMode
 from governor_mechanism.model.events import Event, EventKind
 from governor_mechanism.model.scene import Scene
@@ -68,14 +67,11 @@ class EventDrivenStepper:
         h: float,
     ) -> None:
         self._time_inputs, self.n_split_steps = time_inputs, 0
-        self._stepper = StaggeredStepper(scene.part.mechanism, model, time_inputs, start, h, settings.hold_iteration_factor)
+        self._stepper = StaggeredStepper(scene, model, time_inputs, start, h, settings.hold_iteration_factor)
         self._contact_tracker = ContactModeTracker(scene, self._stepper, time_scale)
         self._steps_per_bounce, self._max_events_per_step = settings.min_steps_per_bounce << level, settings.max_events_per_step
-        self._bounce_duration, self._bounce_step, self._bounce_end = math.inf, 0.0, -math.inf
-        self._rebound_sides, self._rest_times = dict[int, int](), dict[int, float]()
-        self._resolve_impacts({})
+        self._bounce_step, self._bounce_end = 0.0, -math.inf
         self._restart(h)
-        self._contact_tracker.events.clear()
 
     def mass_centre_state(self) -> tuple[FloatArray, FloatArray]:
         """Return poses and velocities (bodies, 3) of the mass centres at the present time."""
@@ -100,9 +96,7 @@ class EventDrivenStepper:
         """Integrate from start to end (s) in `n_steps` steps, followed by one of `next_h`; return False if chatter does not end."""
         full_step, time, n_events = (end - start) / n_steps, start, 0
         target, steps = end, n_steps
-        is_hold_step_changed = (
-            bool(self._contact_tracker.held_rates()) and abs(full_step - self._stepper.last_h) > STEP_LENGTH_TOLERANCE * full_step
-        )
+        is_hold_step_changed = self._stepper.is_holding and abs(full_step - self._stepper.last_h) > STEP_LENGTH_TOLERANCE * full_step
         if is_hold_step_changed or start < self._bounce_end:
             self._stepper.close_joints()
             target, steps = self._plan_substeps(start, end, full_step)
@@ -121,11 +115,14 @@ class EventDrivenStepper:
             time = self._stepper.state.time
             if end - time < MIN_REMAINDER_RATIO * full_step:
                 self._stepper.extrapolate_to(end, full_step)
+                if self._time_inputs.has_jump:
+                    self._contact_tracker.change_mode()
                 self._restart(next_h)
                 return True
             target, steps = self._plan_substeps(time, end, full_step)
         if self._time_inputs.has_jump:
             self._stepper.close_joints()
+            self._contact_tracker.change_mode()
             self._restart(next_h)
         return True
 
@@ -173,12 +170,7 @@ class EventDrivenStepper:
         _, self._stepper.state = self._stepper.take_trial_step(max(first, self._min_fraction(h)) * h)
         self.n_split_steps += 1
         first_events = [event for index, event in enumerate(detected) if fractions[index] - first <= 10 * EVENT_FRACTION_TOLERANCE]
-        for event in first_events:
-            self._contact_tracker.apply_transition(event)
-        self._stepper.apply_impulses(self._contact_tracker.held_rates())
-        if any(event.kind == EventKind.STICK for event in first_events):
-            self._contact_tracker.update_sliding_directions()
-        self._resolve_impacts({event.index: event.direction for event in first_events if event.kind == EventKind.IMPACT})
+        self._contact_tracker.change_mode(first_events)
 
     def _event_fraction(self, event: DetectedEvent, h: float) -> float:
         """Return the fraction of the next `h` seconds at which an event occurs; infinite if it does not occur."""
@@ -222,87 +214,16 @@ class EventDrivenStepper:
         """Return the smallest fraction of `h` seconds that is well above the rounding of the present time."""
         return max(MIN_SUBSTEP_RATIO, TIME_ROUNDING_RATIO * self._stepper.state.time / h)
 
-    def _resolve_impacts(self, stop_sides: dict[int, int]) -> None:
-        """Apply the impacts of contacts that move into a stop and hold those without rebound; `stop_sides` are the detected ones."""
-        tracker, stepper = self._contact_tracker, self._stepper
-        for _ in range(2 * len(tracker.contacts)):
-            impacting = tracker.impacting_contacts()
-            if not impacting:
-                break
-            rebound_rates = {k: -tracker.contacts[k].restitution * stepper.output_rate(tracker.contact_outputs[k]) for k in impacting}
-            # A contact at rest on a stop stays there; friction bears no impulse.
-            stop_rates = {tracker.contacts[k].output_name: 0.0 for k, constraint in enumerate(tracker.constraints) if constraint.stop_side}
-            stepper.apply_impulses(
-                stop_rates | {tracker.contacts[k].output_name: rate for k, rate in rebound_rates.items()}, count_energy_loss=True
-            )
-            for k, side in impacting.items():
-                tracker.record_event(k, EventKind.IMPACT)
-                if abs(rebound_rates[k]) <= tracker.stiction_rate(k):
-                    tracker.hold(k, side)
-                else:
-                    tracker.release(k, -side)
-                    self._rebound_sides[k] = side
-            tracker.update_sliding_directions()
-        for k, side in stop_sides.items():
-            if k not in self._rebound_sides and not tracker.constraints[k].stop_side:  # in contact without speed
-                tracker.hold(k, side)
-                stepper.apply_impulses(tracker.held_rates())
-
     def _restart(self, h: float) -> float:
-        """Restart before a step of `h` seconds; the joint solver decides what is still held.
-
-        Return the duration (s) of the shortest bounce that has just begun, infinite if there is none.
-        """
-        self._bounce_duration = math.inf
-        for _ in range(len(self._contact_tracker.contacts) + 1):
-            self._stepper.restart(h)
-            rates_after_kick = self._stepper.output_forces.output_rates(self._stepper.model.velocities())
-            if not self._end_bounces(rates_after_kick, h):
-                break
-        for k, output in enumerate(self._contact_tracker.contact_outputs):
-            direction = self._contact_tracker.release_direction(k, float(rates_after_kick[output]))
-            if direction:
-                self._contact_tracker.release(k, direction)
-        self._contact_tracker.record_transitions(self._rest_times)
-        self._rest_times = {}
-        return self._bounce_duration
-
-    def _end_bounces(self, rates_after_kick: FloatArray, h: float) -> bool:
-        """Stop bounces that rise no further than the smallest rebound height; return whether there were any."""
-        rest_times = dict[int, float]()
-        for k, side in self._rebound_sides.items():
-            output, contact = self._contact_tracker.contact_outputs[k], self._contact_tracker.contacts[k]
-            departure_rate = -side * float(self._stepper.state.rates[output])
-            deceleration = side * float(rates_after_kick[output] - self._stepper.state.rates[output]) / (0.5 * h)
+        """Restart before a step of `h` seconds; return the duration (s) of the shortest bounce that has just begun, or infinity."""
+        self._stepper.restart(h)
+        rates_after_kick = self._stepper.output_forces.output_rates(self._stepper.model.velocities())
+        accelerations = (rates_after_kick - self._stepper.state.rates) / (0.5 * h)
+        durations = [math.inf]
+        for k, side in self._contact_tracker.rebound_sides.items():
+            output = self._contact_tracker.contact_outputs[k]
+            deceleration = side * float(accelerations[output])
             if deceleration > 0.0:
-                self._bounce_duration = min(self._bounce_duration, 2 * departure_rate / deceleration)
-            if (
-                contact.restitution < 1
-                and deceleration > 0.0
-                and departure_rate**2 < 2 * deceleration * MIN_REBOUND_HEIGHT * self._contact_tracker.coordinate_scales[output]
-            ):
-                return_acceleration = self._return_acceleration(k, side, h)
-                rest_times[k] = self._stepper.state.time + zeno_time(departure_rate, deceleration, return_acceleration, contact.restitution)
-        for k in rest_times:
-            self._bounce_duration = math.inf
-            self._contact_tracker.hold(k, self._rebound_sides[k])
-        self._rebound_sides = {}
-        self._rest_times |= rest_times
-        if rest_times:
-            self._stepper.apply_impulses(self._contact_tracker.held_rates(), count_energy_loss=True)
-            self._contact_tracker.update_sliding_directions()
-        return bool(rest_times)
-
-    def _return_acceleration(self, k: int, side: int, h: float) -> float:
-        """Return the acceleration of contact `k` back to its stop, with friction opposing the return."""
-        output_forces, output = self._stepper.output_forces, self._contact_tracker.contact_outputs[k]
-        sliding_directions = output_forces.sliding_directions
-        has_many_dofs = not self._stepper.has_one_dof  # with one degree of freedom all sliding contacts reverse together
-        output_forces.sliding_directions = [
-            sign if has_many_dofs and other != k else -sign for other, sign in enumerate(sliding_directions)
-        ]
-        self._stepper.restart(h)
-        rates_after_kick = output_forces.output_rates(self._stepper.model.velocities())
-        output_forces.sliding_directions = sliding_directions
-        self._stepper.restart(h)
-        return side * float(rates_after_kick[output] - self._stepper.state.rates[output]) / (0.5 * h)
+                durations.append(-2 * side * self._stepper.output_rate(output) / deceleration)
+        self._contact_tracker.rebound_sides = {}
+        return min(durations)

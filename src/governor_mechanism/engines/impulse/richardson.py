@@ -17,10 +17,10 @@ from governor_mechanism.engines.impulse.pymunk.model import PymunkModel
 from governor_mechanism.engines.impulse.run import FixedStepSolution, integrate_over_grid
 from governor_mechanism.engines.impulse.settings import ImpulseSettings
 from governor_mechanism.engines.impulse.time_inputs import TimeInputs
-from governor_mechanism.engines.initial_state import initial_state
+from governor_mechanism.engines.initial_state import part_initial_state
 from governor_mechanism.integrators.time_grid import TimeGrid, make_time_grid
-from governor_mechanism.mechanics.contact.impact import ImpactSolver
 from governor_mechanism.mechanics.dynamics.contacts import has_contacts
+from governor_mechanism.mechanics.dynamics.projection import StateProjector
 from governor_mechanism.model.scene import Scene
 from governor_mechanism.model.state_history import StateHistory
 from governor_mechanism.model.trajectory import Cost, Outcome, Trajectory
@@ -91,9 +91,9 @@ class RichardsonRefinement:
 
     def __init__(self, settings: ImpulseSettings, scene: Scene, request: RunRequest) -> None:
         self.settings, self.scene, self.request = settings, scene, request
-        self.start = initial_state(scene)
+        self.start = part_initial_state(scene)
         self.evaluator = ReadingEvaluator(scene, self.start[0])
-        self.impact_solver = ImpactSolver(self.evaluator.mechanism)
+        self._projector = StateProjector(scene)
         self.time_inputs = TimeInputs(scene)
         self.has_contacts, self.has_output_effects = has_contacts(scene), bool(scene.output_effects)
         time_scale = self.evaluator.time_scale
@@ -198,7 +198,7 @@ class RichardsonRefinement:
         contact_modes = self.solutions[levels[-1]].contact_modes[:n_monitor_times]
         uncounted_work = self.evaluator.integrate_missing_work(monitor_states)
         if contact_modes and uncounted_work is not None:
-            uncounted_work = -integrate_work(self.scene, monitor_states, self.evaluator.evaluate_spindle_speeds, contact_modes)
+            uncounted_work = -integrate_work(self.scene, monitor_states, contact_modes)
         if uncounted_work is not None or self.has_output_effects:
             work = monitor_states.work + monitor_states.dissipated_energy
             monitor_states = replace(monitor_states, work=work if uncounted_work is None else work + uncounted_work)
@@ -336,10 +336,10 @@ class RichardsonRefinement:
         times, poses, velocities = (self.grid.monitor_times[selected], solution.poses[selected], solution.velocities[selected])
         if not self.settings.plain and len(selected):
             # The mean of two half steps opens the joints slightly, and more where the step length changes.
-            if self.has_contacts:  # the gap depends on the step, which differs where a step was split
-                poses = self.impact_solver.close_joints(times, poses)
-            velocities = self.impact_solver.project_velocities(poses, velocities, times)
-        spindle = np.stack([solution.spindle_angle[selected], self.evaluator.evaluate_spindle_speeds(times, poses)], axis=-1)
+            # With contacts the gap depends on the step, which differs where a step was split.
+            poses, velocities = self._projector.project(times, poses, velocities, closes_joints=self.has_contacts)
+        speeds = self.evaluator.evaluate_spindle_speeds(times, poses)
+        poses, velocities = self.evaluator.with_shaft(poses, velocities, solution.spindle_angle[selected], speeds)
         work = solution.work[selected]
         return StateHistory(
             times=times,
@@ -347,7 +347,7 @@ class RichardsonRefinement:
             velocities=velocities,
             work=work,
             dissipated_energy=solution.dissipated_energy[selected],
-            spindle_state=spindle,
+            lags=np.zeros((len(times), 0)),
         )
 
     def _extrapolate_states(
@@ -403,5 +403,5 @@ def _extrapolate(
         velocities=combine(coarse_state.velocities, fine_state.velocities),
         work=combine(coarse_state.work, fine_state.work),
         dissipated_energy=combine(coarse_state.dissipated_energy, fine_state.dissipated_energy),
-        spindle_state=combine(coarse_state.spindle_state, fine_state.spindle_state),
+        lags=fine_state.lags,
     )

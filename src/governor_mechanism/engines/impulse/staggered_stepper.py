@@ -10,9 +10,8 @@ from governor_mechanism.engines.impulse.pymunk.model import PymunkModel
 from governor_mechanism.engines.impulse.pymunk.step_inputs import StepInputs
 from governor_mechanism.engines.impulse.step_records import StepObservation, StepState
 from governor_mechanism.engines.impulse.time_inputs import TimeInputs
-from governor_mechanism.mechanics.contact.impact import ImpactSolver
-from governor_mechanism.mechanics.kinematics.output_variables import evaluate_output_gradient
-from governor_mechanism.model.mechanism import Mechanism
+from governor_mechanism.mechanics.dynamics.projection import StateProjector
+from governor_mechanism.model.scene import Scene
 from governor_mechanism.types import FloatArray
 
 N_WARM_STARTS = 3
@@ -32,7 +31,7 @@ class StaggeredStepper:
 
     def __init__(
         self,
-        mechanism: Mechanism,
+        scene: Scene,
         model: PymunkModel,
         time_inputs: TimeInputs,
         start: tuple[FloatArray, FloatArray],
@@ -41,7 +40,7 @@ class StaggeredStepper:
     ) -> None:
         self.model, self.output_forces, self.time_inputs, self.last_h = model, model.output_forces, time_inputs, h
         self.is_holding, self._warm_up_steps_left, self._hold_iteration_factor = False, 0, hold_iteration_factor
-        self._mechanism, self._impact_solver = mechanism, ImpactSolver(mechanism)
+        self._projector = StateProjector(scene)
         time_inputs.uses_left_limits = True
         model.start(*start, time_inputs.start_inputs(h))
         time_inputs.reset(model.predict_spindle_inertia)
@@ -49,11 +48,6 @@ class StaggeredStepper:
         self.state = StepState(
             0.0, model.poses(), proxy_velocities, values, self.output_forces.output_rates(proxy_velocities), time_inputs.accumulators(), 0.0
         )
-
-    @property
-    def has_one_dof(self) -> bool:
-        """Return whether the mechanism has one degree of freedom."""
-        return self._impact_solver.mobility == 1
 
     def output_value(self, output: int) -> float:
         """Return the value (m or rad) of an output variable."""
@@ -108,23 +102,14 @@ class StaggeredStepper:
         self.time_inputs.restore(state.accumulators)
         self.output_forces.dissipated_energy, self.last_h = state.dissipated_energy, h
 
-    def apply_impulses(self, rates: dict[str, float], *, count_energy_loss: bool = False) -> None:
-        """Apply impulses along the joints and along output variables until these have the prescribed rates.
-
-        `count_energy_loss` adds the loss of kinetic energy to the dissipated energy.
-        """
-        state = self.state
-        poses, velocities = self.mass_centre_state()
-        output_jacobian = np.array([evaluate_output_gradient(self._mechanism, name, poses) for name in rates])
-        output_jacobian = output_jacobian.reshape(-1, *poses.shape)
-        new_velocities = self._impact_solver.apply_impulses(state.time, poses, velocities, output_jacobian, np.array(list(rates.values())))
-        energies = [self._impact_solver.kinetic_energy(each) for each in (velocities, new_velocities)]
-        proxy_velocities = self.model.to_proxy_velocities(new_velocities)
+    def set_velocities(self, velocities: FloatArray, dissipated_energy: float = 0.0) -> None:
+        """Set the velocities (bodies, 3) of the mass centres after impulses, which dissipate an energy (J)."""
+        proxy_velocities = self.model.to_proxy_velocities(velocities)
         self.state = replace(
-            state,
+            self.state,
             velocities=proxy_velocities,
             rates=self.output_forces.output_rates(proxy_velocities),
-            dissipated_energy=state.dissipated_energy + (energies[0] - energies[1] if count_energy_loss else 0.0),
+            dissipated_energy=self.state.dissipated_energy + dissipated_energy,
         )
 
     def extrapolate_to(self, end: float, full_step: float) -> None:
@@ -150,11 +135,9 @@ class StaggeredStepper:
 
     def _with_closed_joints(self, state: StepState) -> StepState:
         """Return a state with closed joints and compatible velocities."""
-        impact_solver, time = self._impact_solver, state.time
-        poses, velocities = self.model.to_mass_centres(state.poses, state.velocities)
-        poses = impact_solver.close_joints(np.array([time]), poses[np.newaxis])[0]
-        no_outputs = np.zeros((0, *poses.shape))
-        proxy_velocities = self.model.to_proxy_velocities(impact_solver.apply_impulses(time, poses, velocities, no_outputs, np.zeros(0)))
+        states = (part[np.newaxis] for part in self.model.to_mass_centres(state.poses, state.velocities))
+        poses, velocities = (part[0] for part in self._projector.project(np.array([state.time]), *states))
+        proxy_velocities = self.model.to_proxy_velocities(velocities)
         proxy_poses = np.where(self.model.pinned_mask, state.poses, poses)
         self.output_forces.evaluate_outputs(proxy_poses)
         return replace(

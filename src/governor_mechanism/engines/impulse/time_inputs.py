@@ -14,7 +14,8 @@ from governor_mechanism.mechanics.dynamics.force_laws import free_spindle_speed
 from governor_mechanism.mechanics.kinematics.time_functions import CubicTimeFunction, MotionFunction, SpindleSpeedFunction
 from governor_mechanism.model.force_elements import Force, ForceElement, Torque
 from governor_mechanism.model.joints import RotationalDriver, TranslationalDriver
-from governor_mechanism.model.scene import FreeSpindle, Scene
+from governor_mechanism.model.part import FreeSpindle
+from governor_mechanism.model.scene import Scene
 from governor_mechanism.model.time_functions import InputFunction
 from governor_mechanism.types import FloatArray
 

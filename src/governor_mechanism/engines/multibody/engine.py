@@ -121,7 +121,7 @@ class MultibodyRunner(CertifiedRunner[MultibodyResult]):
     def _describe_exit(self, states: FloatArray, tolerance: float, exit_index: int) -> str:
         """Return when the motion leaves its range before a monitor time, located by bisection since the previous one."""
         times = self.integrator.time_grid.monitor_times
-        if exit_index == 0 or self.integrator.stiffness_onset < np.inf or self.integrator.contact_solver:
+        if exit_index == 0 or self.integrator.stiffness_onset < np.inf or self.integrator.scene_contacts:
             return f"about t = {times[exit_index]:.6g} s"
         time_inside, time_outside = float(times[exit_index - 1]), float(times[exit_index])
         for _ in range(self.engine.settings.max_exit_bisections):
@@ -137,7 +137,7 @@ class MultibodyRunner(CertifiedRunner[MultibodyResult]):
 
     def complete_result(self, best: MultibodyResult) -> MultibodyResult:
         """Add the dense output of a smooth run, and remove events after the end of the motion."""
-        is_smooth = self.integrator.stiffness_onset == np.inf and not self.integrator.contact_solver
+        is_smooth = self.integrator.stiffness_onset == np.inf and not self.integrator.scene_contacts
         times = self.integrator.time_grid.monitor_times[: len(best.contact_modes)]
         return replace(
             best,
@@ -151,12 +151,12 @@ class MultibodyRunner(CertifiedRunner[MultibodyResult]):
         law_counts = Counter({"equations of motion": evaluations})
         system = self.integrator.system
         n_bodies = len(system.bodies)
-        if system.gravity:
+        if any(system.bodies["gravity"]):
             law_counts["gravity"] = n_bodies * evaluations
-        if system.has_centrifugal_forces:
+        if len(system.planes):
             law_counts["centrifugal"] = n_bodies * evaluations
-        if self.scene.part.mechanism.force_elements:
-            law_counts["springs, dampers, forces"] = len(self.scene.part.mechanism.force_elements) * evaluations
+        if self.scene.mechanism.force_elements:
+            law_counts["springs, dampers, forces"] = len(self.scene.mechanism.force_elements) * evaluations
         effect_classes = {"springs on readings": OutputSpring, "dashpots": Dashpot, "dry friction": DryFriction}
         for (law, effect_class), count in zip(effect_classes.items(), self.integrator.output_force_counts.tolist(), strict=True):
             if any(isinstance(effect, effect_class) for effect in self.scene.output_effects):

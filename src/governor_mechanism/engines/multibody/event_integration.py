@@ -8,10 +8,10 @@ from typing import Protocol
 import numpy as np
 from scipy.optimize import brentq
 
-from governor_mechanism.engines.multibody.contact import ContactModeSolver
 from governor_mechanism.engines.multibody.settings import MultibodySettings
 from governor_mechanism.integrators.projected_dop853 import N_COUNTERS, ProjectedDop853, StepLimits
 from governor_mechanism.integrators.status import IntegrationStatus
+from governor_mechanism.mechanics.contact.scene_contacts import SceneContacts
 from governor_mechanism.mechanics.dynamics.contacts import ContactMode
 from governor_mechanism.mechanics.dynamics.equations_of_motion import evaluate_events_and_derivative
 from governor_mechanism.mechanics.dynamics.lowering import System, count_output_forces
@@ -43,13 +43,13 @@ class EventIntegrator:
     def __init__(
         self,
         context: IntegrationContext,
-        contact_solver: ContactModeSolver,
+        scene_contacts: SceneContacts,
         tolerance: float,
         time_scale: float,
         max_step_ratio: float,
         counters: IntArray,
     ) -> None:
-        self._context, self._contact_solver, self._counters = context, contact_solver, counters
+        self._context, self._scene_contacts, self._counters = context, scene_contacts, counters
         self._tolerance, self._time_scale, self._max_step = tolerance, time_scale, max_step_ratio * time_scale
         self._last_event_time, self._n_simultaneous = -np.inf, 0
         self.output_force_counts = np.zeros(3, dtype=np.int64)
@@ -58,7 +58,7 @@ class EventIntegrator:
 
     def restart_after_breakpoint(self, time: float, state: FloatArray) -> None:
         """Select the contact mode again after an input function has a jump or a kink."""
-        self._contact_solver.select_mode(time, state, self._context.input_cubics(time))
+        self._scene_contacts.change_mode(time, state, self._context.input_cubics(time))
 
     def integrate_segment(
         self,
@@ -74,12 +74,12 @@ class EventIntegrator:
         Returns the status, the last step size (s) and the number of output times reached.
         """
         t, end = span
-        n_filled, contact_solver = 0, self._contact_solver
+        n_filled, scene_contacts = 0, self._scene_contacts
         while t < end:
-            system, event_bracket = contact_solver.system, np.empty(2)
+            system, event_bracket = scene_contacts.model[0], np.empty(2)
             outputs = output_times[n_filled:], output_states[n_filled:]
             status, step, n_reached, t_reached = self._integrate(system, (t, end), state, step, outputs, event_bracket)
-            contact_modes += [contact_solver.mode] * n_reached
+            contact_modes += [scene_contacts.mode] * n_reached
             n_filled += n_reached
             if status != IntegrationStatus.EVENT:
                 return status, step, n_filled
@@ -89,7 +89,7 @@ class EventIntegrator:
                 event_time = min(end, t + max(step, self._simultaneity))
             outputs = output_times[n_filled:], output_states[n_filled:]
             _, _, n_reached, _ = self._integrate(_without_event_functions(system), (t, event_time), state, event_time - t, outputs)
-            contact_modes += [contact_solver.mode] * n_reached
+            contact_modes += [scene_contacts.mode] * n_reached
             n_filled += n_reached
             t = event_time
             if n_filled and self._context.is_out_of_range(output_states[n_filled - 1]):
@@ -97,7 +97,7 @@ class EventIntegrator:
             if triggered and not self._is_below_chattering_limit(t):
                 return IntegrationStatus.STALLED, step, n_filled
             if triggered:
-                contact_solver.select_mode(t, state, self._context.input_cubics(t), triggered)
+                scene_contacts.change_mode(t, state, self._context.input_cubics(t), triggered)
             step = min(step, self._context.settings.restart_step_ratio * self._max_step)
         return IntegrationStatus.DONE, step, n_filled
 
@@ -115,7 +115,7 @@ class EventIntegrator:
         if not span[1] > span[0]:
             return IntegrationStatus.DONE, step, 0, span[0]
         evaluations_before = int(self._counters[2])
-        model, cubics = (system, self._contact_solver.workspace), self._context.input_cubics(span[0])
+        model, cubics = (system, self._scene_contacts.model[1]), self._context.input_cubics(span[0])
         limits = StepLimits(self._tolerance, step or max_step, max_step, self._context.max_steps)
         result = self._context.solver.integrate(model, cubics, span, state, limits, self._counters, outputs, event_bracket)
         self._count_output_forces(system, int(self._counters[2]) - evaluations_before)
@@ -139,7 +139,7 @@ class EventIntegrator:
 
     def _find_crossing_times(self, system: System, t: float, state: FloatArray, low: float, high: float) -> dict[int, float]:
         """Return for each event function that is positive at `high` when (s) it crossed zero after `low`."""
-        input_cubics, workspace = self._context.input_cubics(t), self._contact_solver.workspace
+        input_cubics, workspace = self._context.input_cubics(t), self._scene_contacts.model[1]
 
         def event_values_at(time: float) -> FloatArray:
             state_then = self._integrate_without_events(system, (t, time), state, input_cubics)
@@ -167,7 +167,7 @@ class EventIntegrator:
         """Return the state at span[1] from that at span[0], without event functions; input_cubics count from span[0]."""
         final_state, counters = state.copy(), np.zeros(N_COUNTERS, dtype=np.int64)
         if span[1] > span[0]:
-            model = _without_event_functions(system), self._contact_solver.workspace
+            model = _without_event_functions(system), self._scene_contacts.model[1]
             limits = StepLimits(self._tolerance, span[1] - span[0], self._max_step, self._context.settings.max_event_location_steps)
             status, *_ = self._context.solver.integrate(model, input_cubics, span, final_state, limits, counters)
             self._counters[2:] += counters[2:]

@@ -7,7 +7,6 @@ from itertools import pairwise
 
 import numpy as np
 
-from governor_mechanism.engines.multibody.contact import ContactModeSolver
 from governor_mechanism.engines.multibody.event_integration import EventIntegrator
 from governor_mechanism.engines.multibody.settings import MultibodySettings
 from governor_mechanism.integrators.projected_dop853 import N_COUNTERS, ProjectedDop853, StepLimits
@@ -15,10 +14,11 @@ from governor_mechanism.integrators.radau import RadauIntegrator
 from governor_mechanism.integrators.status import IntegrationStatus
 from governor_mechanism.integrators.time_grid import make_time_grid
 from governor_mechanism.mechanics.contact.event_log import drop_cancelled_events
+from governor_mechanism.mechanics.contact.scene_contacts import SceneContacts
 from governor_mechanism.mechanics.contact.tolerances import SIMULTANEITY_TOLERANCE
 from governor_mechanism.mechanics.dynamics.characteristic_scales import max_step_scale
-from governor_mechanism.mechanics.dynamics.contacts import ContactMode, has_contacts
-from governor_mechanism.mechanics.dynamics.equations_of_motion import N_AUXILIARY_STATES, inertia_about_spindle, project_state
+from governor_mechanism.mechanics.dynamics.contacts import ContactMode, has_contacts, initial_lags
+from governor_mechanism.mechanics.dynamics.equations_of_motion import N_ENERGY_STATES, inertia_of_plane, project_state
 from governor_mechanism.mechanics.dynamics.lowering import (
     count_output_forces,
     from_mass_centres,
@@ -26,7 +26,7 @@ from governor_mechanism.mechanics.dynamics.lowering import (
     make_system_workspace,
     to_mass_centres,
 )
-from governor_mechanism.mechanics.kinematics.time_functions import stack_local_cubics
+from governor_mechanism.mechanics.kinematics.time_functions import SpindleSpeedFunction, stack_local_cubics
 from governor_mechanism.model.events import Event
 from governor_mechanism.model.scene import Scene
 from governor_mechanism.model.state_history import StateHistory
@@ -60,11 +60,12 @@ class ConstrainedIntegrator:
         max_steps: int,
         settings: MultibodySettings,
     ) -> None:
-        self.evaluator, self.max_steps, self.settings = evaluator, max_steps, settings
+        self.scene, self.evaluator, self.max_steps, self.settings = scene, evaluator, max_steps, settings
         self.system, self.input_functions = make_system(scene)
         self.model = self.system, make_system_workspace(self.system)
         constraint_tolerance = settings.constraint_tolerance_ratio * evaluator.mechanism.length_scale
-        breakpoints = np.unique(np.concatenate([function.breakpoints for function in self.input_functions]))
+        break_times = list(scene.system.breaking_gears.values())
+        breakpoints = np.unique(np.concatenate([break_times, *(function.breakpoints for function in self.input_functions)]))
         self._max_step_scale = max_step_scale(scene)
         max_interval = settings.monitor_interval_ratio * evaluator.time_scale
         self.time_grid = make_time_grid(reported_times[reported_times <= max_interval * max_steps], breakpoints, np.inf, max_interval)
@@ -76,7 +77,7 @@ class ConstrainedIntegrator:
         """Evaluations of springs, dashpots and sliding friction along readings."""
         self.initial_state = self._make_initial_state(*from_mass_centres(self.system, *initial_motion), constraint_tolerance)
         self.solver = ProjectedDop853(self._make_error_scale(), constraint_tolerance)
-        self.contact_solver = ContactModeSolver(scene, evaluator.time_scale, constraint_tolerance) if has_contacts(scene) else None
+        self.scene_contacts = SceneContacts(scene, evaluator.time_scale, constraint_tolerance) if has_contacts(scene) else None
 
     def compile_kernels(self) -> None:
         """Compile or load the kernels by an integration over an empty interval, so that no run's cost includes it."""
@@ -88,8 +89,8 @@ class ConstrainedIntegrator:
     def integrate(self, tolerance: float, step_factor: float = 1.0) -> IntegrationResult:
         """Integrate from the start over all monitor times, with the largest step multiplied by a factor."""
         max_step_ratio = step_factor * self.settings.max_step_ratio
-        if self.contact_solver is not None:
-            return self._integrate_with_contacts(self.contact_solver, tolerance, max_step_ratio)
+        if self.scene_contacts is not None:
+            return self._integrate_with_contacts(self.scene_contacts, tolerance, max_step_ratio)
         monitor_times, state = self.time_grid.monitor_times, self.initial_state.copy()
         states = np.empty((len(monitor_times), state.size))
         states[0], n_filled, status = state, 1, IntegrationStatus.DONE
@@ -125,13 +126,13 @@ class ConstrainedIntegrator:
         self.output_force_counts += int(counters[2]) * count_output_forces(self.system)
         return IntegrationResult(states[:n_filled], status, step)
 
-    def _integrate_with_contacts(self, contact_solver: ContactModeSolver, tolerance: float, max_step_ratio: float) -> IntegrationResult:
+    def _integrate_with_contacts(self, scene_contacts: SceneContacts, tolerance: float, max_step_ratio: float) -> IntegrationResult:
         """Integrate a scene with contacts or one-sided springs."""
         monitor_times, state, time_scale = (self.time_grid.monitor_times, self.initial_state.copy(), self.evaluator.time_scale)
         counters = np.zeros(N_COUNTERS, dtype=np.int64)
-        event_integrator = EventIntegrator(self, contact_solver, tolerance, time_scale, max_step_ratio, counters)
-        contact_solver.initialize(state, self.input_cubics(0.0))
-        states, contact_modes = np.empty((len(monitor_times), state.size)), [contact_solver.mode]
+        event_integrator = EventIntegrator(self, scene_contacts, tolerance, time_scale, max_step_ratio, counters)
+        scene_contacts.start(state, self.input_cubics(0.0))
+        states, contact_modes = np.empty((len(monitor_times), state.size)), [scene_contacts.mode]
         states[0], n_filled, status, step = (state, 1, IntegrationStatus.DONE, self.settings.first_step_ratio * max_step_ratio * time_scale)
         for start, end in pairwise(self.breakpoints.tolist()):
             output_times = monitor_times[(monitor_times > start) & (monitor_times <= end)]
@@ -150,13 +151,14 @@ class ConstrainedIntegrator:
             status,
             step,
             tuple(contact_modes),
-            drop_cancelled_events(contact_solver.events, SIMULTANEITY_TOLERANCE * time_scale),
+            drop_cancelled_events(scene_contacts.events, SIMULTANEITY_TOLERANCE * time_scale),
         )
 
     def _add_speed_jump_work(self, time: float, state: FloatArray, monitor_state: FloatArray) -> None:
         """Add the work of a jump of the given spindle speed at a breakpoint; the state recorded there is the one after the jump."""
-        state[-N_AUXILIARY_STATES] += self._compute_speed_jump_work(time, state)
-        monitor_state[-N_AUXILIARY_STATES] = state[-N_AUXILIARY_STATES]
+        work_index = 6 * len(self.system.bodies)
+        state[work_index] += self._compute_speed_jump_work(time, state)
+        monitor_state[work_index] = state[work_index]
 
     def state_history(self, states: FloatArray) -> StateHistory:
         """Return mass centres and spindle from state vectors (monitor times, components)."""
@@ -164,15 +166,13 @@ class ConstrainedIntegrator:
         parts = (states[:, : 3 * n_bodies], states[:, 3 * n_bodies : 6 * n_bodies])
         origins, origin_velocities = (part.reshape(-1, n_bodies, 3) for part in parts)
         poses, velocities = to_mass_centres(self.system, origins, origin_velocities)
-        times = self.time_grid.monitor_times[: len(states)]
-        speed = self.evaluator.speed_function(times)
-        if self.system.has_free_spindle:
-            own_inertia = self.system.spindle_inertia
-            speed = states[:, -1] / np.array([own_inertia + inertia_about_spindle(self.system.bodies, pose) for pose in origins])
-        spindle_state = np.stack([states[:, -2], speed], axis=-1)
-        work, dissipated_energy = states[:, -N_AUXILIARY_STATES], states[:, 1 - N_AUXILIARY_STATES]
         return StateHistory(
-            times=times, poses=poses, velocities=velocities, work=work, dissipated_energy=dissipated_energy, spindle_state=spindle_state
+            times=self.time_grid.monitor_times[: len(states)],
+            poses=poses,
+            velocities=velocities,
+            work=states[:, 6 * n_bodies],
+            dissipated_energy=states[:, 6 * n_bodies + 1],
+            lags=states[:, 6 * n_bodies + N_ENERGY_STATES :],
         )
 
     def is_out_of_range(self, state: FloatArray) -> bool:
@@ -191,15 +191,13 @@ class ConstrainedIntegrator:
 
     def _to_mass_centres(self, state: FloatArray) -> tuple[FloatArray, FloatArray]:
         """Return poses and velocities of the mass centres of one state."""
-        return to_mass_centres(self.system, *state[:-N_AUXILIARY_STATES].reshape(2, len(self.system.bodies), 3))
+        return to_mass_centres(self.system, *state[: 6 * len(self.system.bodies)].reshape(2, -1, 3))
 
     def _make_initial_state(self, poses: FloatArray, velocities: FloatArray, constraint_tolerance: float) -> FloatArray:
         """Return the initial state vector, with constraints satisfied to rounding."""
         project_state(*self.model, self.input_cubics(0.0), 0.0, poses, velocities, constraint_tolerance)
-        speed = self.evaluator.speed_function.start_speed
-        momentum = (self.system.spindle_inertia + inertia_about_spindle(self.system.bodies, poses)) * speed
-        auxiliary_states = [0.0, 0.0, 0.0, momentum if self.system.has_free_spindle else 0.0]
-        return np.concatenate([poses.ravel(), velocities.ravel(), auxiliary_states])
+        centres = to_mass_centres(self.system, poses, velocities)
+        return np.concatenate([poses.ravel(), velocities.ravel(), np.zeros(N_ENERGY_STATES), initial_lags(self.scene, *centres)])
 
     def input_cubics(self, start: float) -> FloatArray:
         """Return the local cubics (functions, columns) of spindle, drivers and force elements from a time (s) to the next breakpoint."""
@@ -207,19 +205,26 @@ class ConstrainedIntegrator:
         return cubics
 
     def _compute_speed_jump_work(self, time: float, state: FloatArray) -> float:
-        """Return the work (J) that a jump of the given spindle speed does on the parts."""
-        speed_function, n_bodies = self.evaluator.speed_function, len(self.system.bodies)
-        speed_before, speed_after = (float(speed_function(np.array([time]), left_limit=side)[0]) for side in (True, False))
-        if speed_after == speed_before or not self.system.has_centrifugal_forces:
-            return 0.0
-        inertia = inertia_about_spindle(self.system.bodies, state[: 3 * n_bodies].reshape(n_bodies, 3))
-        return 0.5 * inertia * (speed_after**2 - speed_before**2)
+        """Return the work (J) that jumps of given spindle speeds do on the parts."""
+        n_bodies, work = len(self.system.bodies), 0.0
+        poses, velocities = state[: 6 * n_bodies].reshape(2, n_bodies, 3)
+        for index, speed_function in enumerate(self._loaded_speed_functions()):
+            speeds = () if speed_function is None else speed_function.limits_at(time)
+            if speeds and speeds[0] != speeds[1]:
+                work += 0.5 * inertia_of_plane(self.system.bodies, index, poses, velocities)[0] * (speeds[1] ** 2 - speeds[0] ** 2)
+        return float(work)
+
+    def _loaded_speed_functions(self) -> list[SpindleSpeedFunction | None]:
+        """Return the given speeds of the planes with centrifugal forces."""
+        functions, planes = self.evaluator.speed_functions, self.evaluator.planes
+        return [function for function, plane in zip(functions, planes, strict=True) if plane.is_loaded]
 
     def _make_error_scale(self) -> FloatArray:
         """Return the scales to which errors of a state vector are relative."""
         length_scale, time_scale = self.evaluator.mechanism.length_scale, self.evaluator.time_scale
         pose_scale = np.tile([length_scale, length_scale, 1.0], len(self.system.bodies))
-        momentum_scale = abs(self.initial_state[-1]) or 1.0
-        return np.concatenate(
-            [pose_scale, pose_scale / time_scale, [self.evaluator.energy_scale, self.evaluator.energy_scale, 1.0, momentum_scale]]
+        energy_scales, lag_scales = (
+            [self.evaluator.energy_scale] * N_ENERGY_STATES,
+            np.maximum(np.abs(self.initial_state[6 * len(self.system.bodies) + N_ENERGY_STATES :]), 1.0),
         )
+        return np.concatenate([pose_scale, pose_scale / time_scale, energy_scales, lag_scales])

@@ -11,11 +11,11 @@ from dataclasses import dataclass
 import numpy as np
 
 from governor_mechanism.engines.base import make_reported_times
-from governor_mechanism.engines.reduced.contact import EventLog
 from governor_mechanism.engines.reduced.integration import integrate_reduced
 from governor_mechanism.engines.reduced.settings import ReducedSettings
 from governor_mechanism.integrators.reduced_dop853 import make_stages
 from governor_mechanism.integrators.status import IntegrationStatus
+from governor_mechanism.mechanics.contact.transition import make_event_log
 from governor_mechanism.mechanics.dynamics.characteristic_scales import max_step_scale
 from governor_mechanism.mechanics.kinematics.output_variables import evaluate_output
 from governor_mechanism.mechanics.reduction.equation_of_motion import N_QUADRATURES, make_reduced_model
@@ -78,7 +78,7 @@ class ReducedBatch:
         n_times = len(self._times)
         self._states, self._modes = np.empty((n_times, 2 + N_QUADRATURES)), np.zeros((n_times, 1), dtype=np.int64)
         self._input_cubics, self._mode = np.zeros((1, 5)), np.zeros(1, dtype=np.int64)
-        self._event_log = EventLog(np.empty((0, 3)), np.zeros(2, dtype=np.int64))
+        self._event_log = make_event_log(0)
         self._counts = np.zeros(4, dtype=np.int64)
 
     def run(self, scene: Scene) -> UncertifiedResult | None:

@@ -10,9 +10,9 @@ import numpy as np
 
 from governor_mechanism.effects.clearance import Clearance
 from governor_mechanism.effects.registry import EFFECT_TYPES
-from governor_mechanism.engines.base import Engine, RunRequest
+from governor_mechanism.engines.base import Engine, RunRequest, refuse_couplings
 from governor_mechanism.engines.certificate import CertifiedRunner, check_engine_settings
-from governor_mechanism.engines.initial_state import initial_state
+from governor_mechanism.engines.initial_state import part_initial_state
 from governor_mechanism.engines.reduced.integration import integrate_reduced
 from governor_mechanism.engines.reduced.run import ReducedRun, ReducedSolution
 from governor_mechanism.engines.reduced.settings import ReducedSettings
@@ -71,6 +71,8 @@ class ReducedEngine(Engine):
         check_engine_settings("ReducedEngine", self.tolerance, self.max_steps)
 
     def _refuses(self, scene: Scene) -> str:
+        if reason := refuse_couplings(self.name, scene):
+            return reason
         position_solver = PositionSolver(scene.part.mechanism)
         if position_solver.equations.is_driven.any():
             return "engine 'reduced' integrates one free coordinate, but drives move this mechanism; choose engine 'multibody'"
@@ -99,7 +101,7 @@ class ReducedRunner(CertifiedRunner[ReducedResult]):
     """Runs of one scene at different tolerances, each width of table pieces with its own motion table."""
 
     def __init__(self, engine: ReducedEngine, scene: Scene, request: RunRequest) -> None:
-        poses, velocities = initial_state(scene)
+        poses, velocities = part_initial_state(scene)
         super().__init__(scene, request, ReadingEvaluator(scene, poses))
         self.engine = engine
         coordinate_output = evaluate_output(scene.part.mechanism, scene.part.mechanism.coordinate, poses)

@@ -6,7 +6,9 @@ import math
 
 import numpy as np
 
+from governor_mechanism.mechanics.contact.rules import find_touched_stop
 from governor_mechanism.mechanics.contact.tolerances import REST_TOLERANCE
+from governor_mechanism.mechanics.dynamics.contacts import ContactColumn
 from governor_mechanism.mechanics.dynamics.lowering import EVENT_ROUNDING_RATIO
 from governor_mechanism.mechanics.reduction.equation_of_motion import (
     MODE_HELD,
@@ -36,21 +38,12 @@ def count_event_functions(model: ReducedModel) -> int:
 
 
 @jit_internal
-def find_active_stop(model: ReducedModel, contact: int, value: float, relative_distance: float) -> int:
-    """Return the stop that a contact is at within a relative distance: 1 the high one, -1 the low one, 0 neither."""
-    distance = relative_distance * model.contacts[contact, 5]
-    if value >= model.contacts[contact, 3] - distance:
-        return 1
-    return -1 if value <= model.contacts[contact, 2] + distance else 0
-
-
-@jit_internal
 def find_blocked_directions(model: ReducedModel, piece_index: int, t: float) -> tuple[bool, bool]:
     """Return whether stops block an increase, and a decrease, of the coordinate."""
     up_blocked = down_blocked = False
     for k in range(model.contacts.shape[0]):
-        value, output_derivative = evaluate_table_output(model, piece_index, t, model.contacts[k, 0])
-        outward_derivative = find_active_stop(model, k, value, REST_TOLERANCE) * output_derivative
+        value, output_derivative = evaluate_table_output(model, piece_index, t, model.contacts[k, ContactColumn.OUTPUT])
+        outward_derivative = find_touched_stop(model.contacts, k, value, REST_TOLERANCE) * output_derivative
         up_blocked, down_blocked = up_blocked or outward_derivative > 0.0, down_blocked or outward_derivative < 0.0
     return up_blocked, down_blocked
 
@@ -76,13 +69,13 @@ def evaluate_reduced_event_functions(
             event_values[3 * n_contacts + n_springs + 1] = -force - resistance
         return piece
     for k in range(n_contacts):
-        value, output_derivative = evaluate_table_output(model, piece, t, model.contacts[k, 0])
+        value, output_derivative = evaluate_table_output(model, piece, t, model.contacts[k, ContactColumn.OUTPUT])
         if model.mode[1 + k] != 0:
             event_values[3 * k] = -model.mode[1 + k] * output_derivative * v
-        if model.contacts[k, 3] < math.inf:
-            event_values[3 * k + 1] = value - model.contacts[k, 3]
-        if model.contacts[k, 2] > -math.inf:
-            event_values[3 * k + 2] = model.contacts[k, 2] - value
+        if model.contacts[k, ContactColumn.HIGH] < math.inf:
+            event_values[3 * k + 1] = value - model.contacts[k, ContactColumn.HIGH]
+        if model.contacts[k, ContactColumn.LOW] > -math.inf:
+            event_values[3 * k + 2] = model.contacts[k, ContactColumn.LOW] - value
     for i in range(n_springs):
         elongation = evaluate_table_output(model, piece, t, model.one_sided_springs[i, 0])[0] - model.one_sided_springs[i, 2]
         event_values[3 * n_contacts + i] = -elongation if model.mode[1 + n_contacts + i] != 0 else elongation
@@ -94,7 +87,7 @@ def fill_event_tolerances(model: ReducedModel, event_tolerances: FloatArray) -> 
     """Fill the rounding tolerances of the event functions."""
     n_contacts, n_springs = model.contacts.shape[0], model.one_sided_springs.shape[0]
     for k in range(n_contacts):
-        tolerance = EVENT_ROUNDING_RATIO * model.contacts[k, 5]
+        tolerance = EVENT_ROUNDING_RATIO * model.contacts[k, ContactColumn.SCALE]
         event_tolerances[3 * k], event_tolerances[3 * k + 1], event_tolerances[3 * k + 2] = (
             tolerance / model.parameters[ForceParameter.TIME_SCALE],
             tolerance,

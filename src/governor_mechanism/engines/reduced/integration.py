@@ -6,7 +6,7 @@ import math
 
 import numpy as np
 
-from governor_mechanism.engines.reduced.contact import EventLog, apply_transition
+from governor_mechanism.engines.reduced.contact import apply_transition
 from governor_mechanism.engines.reduced.event_functions import (
     count_event_functions,
     evaluate_reduced_event_functions,
@@ -25,6 +25,8 @@ from governor_mechanism.integrators.reduced_dop853 import (
     take_step,
 )
 from governor_mechanism.integrators.status import IntegrationStatus
+from governor_mechanism.mechanics.contact.tolerances import SIMULTANEITY_TOLERANCE
+from governor_mechanism.mechanics.contact.transition import EventLog
 from governor_mechanism.mechanics.dynamics.output_forces import EVENT_SAMPLE_FRACTIONS
 from governor_mechanism.mechanics.reduction.equation_of_motion import MODE_HELD, N_QUADRATURES, ReducedModel, evaluate_equation_of_motion
 from governor_mechanism.mechanics.reduction.lowering import ForceParameter
@@ -34,9 +36,6 @@ from governor_mechanism.types import FloatArray, IntArray
 
 MAX_SIMULTANEOUS_REDUCED_EVENTS = 40
 """Number of events at one time at which an integration stops as stalled."""
-
-SIMULTANEOUS_EVENT_TOLERANCE = 1e-12
-"""Distance of events in time scales up to which they count as simultaneous."""
 
 POST_EVENT_STEP_RATIO = 0.1
 """Largest first step after an event, relative to the largest step."""
@@ -145,11 +144,12 @@ def integrate_reduced(
         rates[0], accelerations[0] = rates[12], accelerations[12]
         piece_index = piece_end
         if has_event:
-            event_log.counts[1] = event_log.counts[1] + 1 if time_end - time <= SIMULTANEOUS_EVENT_TOLERANCE * time_scale else 0
+            event_log.counts[1] = event_log.counts[1] + 1 if time_end - time <= SIMULTANEITY_TOLERANCE * time_scale else 0
             if event_log.counts[1] >= MAX_SIMULTANEOUS_REDUCED_EVENTS:
                 return IntegrationStatus.STALLED, step, n_reached, time
             time = time_end
-            apply_transition(model, time, time - start, piece_index, event_values[-1], state, event_log)
+            is_released = mode[MODE_HELD] != 0 and max(event_values[-1, -2], event_values[-1, -1]) > 0.0
+            apply_transition(model, time, time - start, piece_index, is_released, state, event_log)
             piece_index, t, side = find_piece(model.intervals, model.neighbours, model.periodicity, state[0], piece_index)
             acceleration = evaluate_equation_of_motion(model, piece_index, t, state[1], time - start, stages.quadrature_rates, 0)
             rates[0], accelerations[0] = state[1], acceleration
@@ -173,4 +173,4 @@ def integrate_reduced(
 @jit
 def initialise_contact_mode(model: ReducedModel, time: float, state: FloatArray, event_log: EventLog) -> None:
     """Select the contact mode at a start or after a discontinuity of an input; the state must be on the table."""
-    apply_transition(model, time, 0.0, 0, np.full(count_event_functions(model), -1.0), state, event_log)
+    apply_transition(model, time, 0.0, 0, False, state, event_log)

@@ -7,21 +7,22 @@ from itertools import pairwise
 
 import numpy as np
 
-from governor_mechanism.engines.reduced.contact import EVENT_KINDS, EventLog
 from governor_mechanism.engines.reduced.integration import initialise_contact_mode, integrate_reduced
 from governor_mechanism.engines.reduced.settings import ReducedSettings
 from governor_mechanism.integrators.reduced_dop853 import make_stages
 from governor_mechanism.integrators.status import IntegrationStatus
 from governor_mechanism.mechanics.contact.event_log import drop_cancelled_events
+from governor_mechanism.mechanics.contact.rules import HELD
 from governor_mechanism.mechanics.contact.tolerances import SIMULTANEITY_TOLERANCE
+from governor_mechanism.mechanics.contact.transition import make_event_log, make_events
 from governor_mechanism.mechanics.dynamics.characteristic_scales import max_step_scale
 from governor_mechanism.mechanics.dynamics.contacts import ContactMode, contacts_of, output_springs_of
 from governor_mechanism.mechanics.kinematics.output_variables import evaluate_output_value
-from governor_mechanism.mechanics.kinematics.time_functions import stack_local_cubics
+from governor_mechanism.mechanics.kinematics.time_functions import SpindleSpeedFunction, stack_local_cubics
 from governor_mechanism.mechanics.reduction.equation_of_motion import N_QUADRATURES, ReducedModel, make_reduced_model
 from governor_mechanism.mechanics.reduction.lowering import ForceParameter
 from governor_mechanism.mechanics.reduction.motion_table import MotionTable
-from governor_mechanism.model.events import Event, EventKind
+from governor_mechanism.model.events import Event
 from governor_mechanism.model.state_history import StateHistory
 from governor_mechanism.observables.evaluation import ReadingEvaluator
 from governor_mechanism.types import FloatArray, IntArray
@@ -68,10 +69,10 @@ class ReducedRun:
         self._initial_momentum = 0.0
         if motion_table.has_free_spindle:
             total_inertia = (
-                evaluator.evaluate_spindle_inertia(motion_table.evaluate_poses(np.array([start[0]]))[0])[0]
+                evaluator.evaluate_spindle_inertia(0, motion_table.evaluate_poses(np.array([start[0]]))[0])[0]
                 + motion_table.forces.parameters[ForceParameter.FREE_SPINDLE_INERTIA]
             )
-            self._initial_momentum = total_inertia * evaluator.speed_function.start_speed
+            self._initial_momentum = total_inertia * SpindleSpeedFunction(scene.spindle).start_speed
 
     def integrate(self, tolerance: float, step_factor: float = 1.0) -> ReducedSolution:
         """Integrate through all times, with a factor on the largest step."""
@@ -89,7 +90,7 @@ class ReducedRun:
         state = np.array([*self.start, *(0.0,) * N_QUADRATURES])
         states, modes = np.empty((len(self.times), 2 + N_QUADRATURES)), self._allocate_modes()
         mode, stages = np.zeros(modes.shape[1], dtype=np.int64), make_stages()
-        event_log = EventLog(np.empty((capacity, 3)), np.zeros(2, dtype=np.int64))
+        event_log = make_event_log(capacity)
         counts = np.zeros_like(self.counts)
         if self.has_contacts:
             initialise_contact_mode(self._make_model(0.0, mode), 0.0, state, event_log)
@@ -126,8 +127,9 @@ class ReducedRun:
             if self.has_contacts:
                 initialise_contact_mode(self._make_model(end, mode), end, state, event_log)
         self.counts += counts
-        event_records = self._make_events(event_log.records[: min(event_log.counts[0], capacity)])
-        solution = ReducedSolution(states[:n_filled], modes[:n_filled], event_records, IntegrationStatus(status), time, side, step)
+        subjects = [contact.output_name for contact in self.contacts] + [spring.reading for spring in self.one_sided_springs]
+        events = drop_cancelled_events(make_events(event_log, subjects), SIMULTANEITY_TOLERANCE * time_scale)
+        solution = ReducedSolution(states[:n_filled], modes[:n_filled], events, IntegrationStatus(status), time, side, step)
         return solution, int(event_log.counts[0])
 
     def integrate_from_row(self, states: FloatArray, tolerance: float, k: int, time: float) -> tuple[FloatArray, FloatArray] | None:
@@ -135,12 +137,8 @@ class ReducedRun:
         start_time, state, time_scale = float(self.times[k]), states[k].copy(), self.evaluator.time_scale
         model = self._make_model(start_time, np.zeros(1, dtype=np.int64))
         limits = (tolerance, 0.01 * time_scale, self.settings.max_step_ratio * time_scale, self.settings.max_interpolation_steps)
-        no_states, no_modes, no_log = (
-            np.empty((0, 2 + N_QUADRATURES)),
-            np.zeros((0, 1), dtype=np.int64),
-            EventLog(np.empty((0, 3)), np.zeros(2, dtype=np.int64)),
-        )
-        buffers = (make_stages(), no_states, no_modes, no_log, np.zeros(4, dtype=np.int64))
+        no_states, no_modes = np.empty((0, 2 + N_QUADRATURES)), np.zeros((0, 1), dtype=np.int64)
+        buffers = (make_stages(), no_states, no_modes, make_event_log(0), np.zeros(4, dtype=np.int64))
         status, *_ = integrate_reduced(model, (start_time, time), np.empty(0), state, limits, *buffers)
         if status != IntegrationStatus.DONE:
             return None
@@ -167,13 +165,9 @@ class ReducedRun:
         is_conservative = self.motion_table.arrays.is_conservative
         angle = speeds * times if is_conservative else states[:, 4]
         work, dissipated_energy = (np.zeros(len(times)),) * 2 if is_conservative else (states[:, 2], states[:, 3])
+        poses, velocities = self.evaluator.with_shaft(poses, tangents * states[:, 1, np.newaxis, np.newaxis], angle, speeds)
         return StateHistory(
-            times=times,
-            poses=poses,
-            velocities=tangents * states[:, 1, np.newaxis, np.newaxis],
-            work=work,
-            dissipated_energy=dissipated_energy,
-            spindle_state=np.stack([angle, speeds], axis=-1),
+            times=times, poses=poses, velocities=velocities, work=work, dissipated_energy=dissipated_energy, lags=np.zeros((len(times), 0))
         )
 
     def contact_modes(self, solution: ReducedSolution, poses: FloatArray) -> tuple[ContactMode, ...]:
@@ -183,41 +177,24 @@ class ReducedRun:
         mechanism, n_contacts = self.motion_table.scene.part.mechanism, len(self.contacts)
         values = [evaluate_output_value(mechanism, contact.output_name, poses) for contact in self.contacts]
         contact_modes = []
-        for index, row in enumerate(solution.modes.tolist()):
-            held: list[float | None] = [None] * n_contacts
-            if row[0]:
-                holding = [
-                    k
-                    for k, contact in enumerate(self.contacts)
-                    if contact.friction is not None or not contact.low < values[k][index] < contact.high
-                ]
-                held[(holding or [0])[0]] = float(values[(holding or [0])[0]][index])
-            contact_modes.append(
-                ContactMode(tuple(held), tuple(row[1 : 1 + n_contacts]), tuple(map(bool, row[1 + n_contacts :])), bool(row[0]))
-            )
+        for index, (is_held, *states) in enumerate(solution.modes.tolist()):
+            held_values = tuple(float(value[index]) if state == HELD else None for value, state in zip(values, states, strict=False))
+            sliding_signs = tuple(0 if state == HELD else state for state in states[:n_contacts])
+            contact_modes.append(ContactMode(held_values, sliding_signs, tuple(map(bool, states[n_contacts:])), bool(is_held)))
         return tuple(contact_modes)
 
     def _allocate_modes(self) -> IntArray:
         return np.zeros((len(self.times), 1 + len(self.contacts) + len(self.one_sided_springs)), dtype=np.int64)
 
-    def _make_events(self, records: FloatArray) -> tuple[Event, ...]:
-        subjects = ([contact.output_name for contact in self.contacts], [spring.reading for spring in self.one_sided_springs])
-        events = []
-        for time, code, subject_index in records.tolist():
-            kind = EVENT_KINDS[int(code)]
-            subject = subjects[kind in (EventKind.SLACK, EventKind.TAUT)][int(subject_index)]
-            events.append(Event(time=time, kind=kind, subject=subject))
-        return drop_cancelled_events(events, SIMULTANEITY_TOLERANCE * self.evaluator.time_scale)
-
     def _add_speed_jump_work(self, time: float, state: FloatArray, states: FloatArray, row: int | None) -> None:
         """Add the work that a jump of the given spindle speed does on the bodies; a report at that time shows the right limit."""
-        program = self.evaluator.speed_function
+        program = SpindleSpeedFunction(self.motion_table.scene.spindle)
         if program.is_constant:
             return
         before, after = (float(program(np.array([time]), left_limit=left_limit)[0]) for left_limit in (True, False))
         if after == before or self.motion_table.has_free_spindle or not self.motion_table.arrays.has_centrifugal_forces:
             return
-        inertia = self.evaluator.evaluate_spindle_inertia(self.motion_table.evaluate_poses(state[:1])[0])[0]
+        inertia = self.evaluator.evaluate_spindle_inertia(0, self.motion_table.evaluate_poses(state[:1])[0])[0]
         state[2] += 0.5 * inertia * (after**2 - before**2)
         if row is not None:
             states[row, 2] = state[2]

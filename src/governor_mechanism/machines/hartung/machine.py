@@ -23,7 +23,7 @@ from governor_mechanism.machines.hartung.spring import LinearSpringLaw, build_sp
 from governor_mechanism.model.effect import Effect
 from governor_mechanism.model.mechanism import Mechanism
 from governor_mechanism.model.output_variables import Limit
-from governor_mechanism.model.scene import TURNING_PLANE
+from governor_mechanism.model.part import TURNING_PLANE
 from governor_mechanism.units.quantities import format_quantity
 
 

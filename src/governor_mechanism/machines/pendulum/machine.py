@@ -19,7 +19,7 @@ from governor_mechanism.machines.pendulum.dimensions import PendulumDimensions
 from governor_mechanism.model.effect import Effect
 from governor_mechanism.model.mechanism import Mechanism
 from governor_mechanism.model.output_variables import Limit
-from governor_mechanism.model.scene import TURNING_PLANE
+from governor_mechanism.model.part import TURNING_PLANE
 
 
 @dataclass(frozen=True, kw_only=True)

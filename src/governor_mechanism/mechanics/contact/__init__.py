@@ -1,1 +1,1 @@
-"""Contact tolerances, impact, and comparison of events."""
+"""Contact: rules, transitions, the contacts of a scene, tolerances, and comparison of events."""

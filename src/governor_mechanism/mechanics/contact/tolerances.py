@@ -1,12 +1,10 @@
-"""Contact tolerances, and the remaining time of a bouncing sequence.
+"""Contact tolerances.
 
 Every engine uses these numbers, so that the same motions end in the same way. Lengths are relative to the length scale
 of the mechanism; angles are in rad.
 """
 
 from __future__ import annotations
-
-import math
 
 SIMULTANEITY_TOLERANCE = 1e-12
 """Events closer than this, in units of the time scale, are simultaneous."""
@@ -31,30 +29,14 @@ the top of a simulated bounce.
 STICTION_RATE_TOLERANCE = 1e-11
 """Rate of an output, in length scales or rad per time scale, below which it is at rest."""
 
+MODE_CONSISTENCY_TOLERANCE = 1e-9
+"""Largest violation of consistent contact states, in units of the scales of force and acceleration."""
 
-def zeno_time(rebound_rate: float, deceleration: float, return_acceleration: float, restitution: float) -> float:
-    """Return the time until an infinite sequence of bounces comes to rest, a geometric series.
+TURNING_POINT_ACCELERATION_TOLERANCE = 1e-6
+"""Largest acceleration of a held output, in length scales (or rad) per time scale squared, that is rounding."""
 
-    Friction makes the accelerations away from the stop and back to it differ. Without an acceleration back, the time is
-    that of the first rise alone.
+MIN_COMPLIANCE_RATIO = 1e-12
+"""Acceleration of an output by a force along it, in units of their scales, below which the output is at a turning point.
 
-    Parameters
-    ----------
-    rebound_rate
-        Rate at which the first bounce leaves the stop, m/s or rad/s; positive.
-    deceleration
-        Deceleration while the output moves away from the stop, m/s2 or rad/s2; positive.
-    return_acceleration
-        Acceleration back to the stop, m/s2 or rad/s2.
-    restitution
-        Coefficient of restitution, 0 to 1.
-
-    Returns
-    -------
-    float
-        Time, s.
-    """
-    if not return_acceleration > 0.0:
-        return rebound_rate / deceleration
-    first_bounce_time = rebound_rate * (1.0 / deceleration + 1.0 / math.sqrt(deceleration * return_acceleration))
-    return first_bounce_time / (1.0 - restitution * math.sqrt(return_acceleration / deceleration))
+There a force along it moves nothing. This is the square of the output's derivative by the motion.
+"""

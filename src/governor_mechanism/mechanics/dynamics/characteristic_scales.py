@@ -7,10 +7,11 @@ import math
 import numpy as np
 
 from governor_mechanism.mechanics.dynamics.contacts import has_contacts
+from governor_mechanism.model.coupled_system import SPINDLE_ANGLE
 from governor_mechanism.model.force_elements import Force, ForceElement, Spring, Torque, TorsionSpring
 from governor_mechanism.model.joints import RotationalDriver, TranslationalDriver
 from governor_mechanism.model.mechanism import Mechanism
-from governor_mechanism.model.scene import FreeSpindle, Scene, Spindle
+from governor_mechanism.model.scene import Scene
 
 MAX_STEP_SCALE_RATIO = 8.0
 """Upper bound of `max_step_scale` relative to `time_scale`."""
@@ -25,7 +26,7 @@ def time_scale(scene: Scene) -> float:
     Parameters
     ----------
     scene
-        Scene of one part.
+        The scene.
 
     Returns
     -------
@@ -44,15 +45,16 @@ def max_step_scale(scene: Scene) -> float:
     Parameters
     ----------
     scene
-        Scene of one part.
+        The scene.
 
     Returns
     -------
     float
         Time, s.
     """
-    motion_time_scale, spindle = time_scale(scene), scene.spindle
-    is_steady = isinstance(spindle, Spindle) and spindle.speed_function.is_constant and not spindle.speed_fluctuation
+    motion_time_scale = time_scale(scene)
+    speeds = [plane.given_speed for plane in scene.system.planes]
+    is_steady = all(speed and speed.speed_function.is_constant and not speed.speed_fluctuation for speed in speeds)
     if not is_steady or has_contacts(scene):
         return motion_time_scale
     return min(1 / (_max_other_rate(scene) or 1.0), MAX_STEP_SCALE_RATIO * motion_time_scale)
@@ -60,23 +62,25 @@ def max_step_scale(scene: Scene) -> float:
 
 def _max_spindle_rate(scene: Scene) -> float:
     """Return the largest spindle speed (rad/s), or 0 without centrifugal forces."""
-    if not scene.has_centrifugal:
-        return 0.0
-    spindle = scene.spindle
-    return abs(spindle.start_speed) if isinstance(spindle, FreeSpindle) else max(map(abs, spindle.speeds))
+    given_speeds = [
+        abs(plane.ratio * speed)
+        for plane in scene.system.planes
+        if plane.is_loaded and plane.given_speed
+        for speed in plane.given_speed.speeds
+    ]
+    start_speeds = [abs(scene.start.rates.get(f"{plane.prefix}{SPINDLE_ANGLE}", 0.0)) for plane in scene.system.planes if plane.is_loaded]
+    return max([*given_speeds, *start_speeds], default=0.0)
 
 
 def _max_other_rate(scene: Scene) -> float:
     """Return the largest characteristic rate (1/s) of everything but the spindle."""
-    length_scale = scene.part.mechanism.length_scale
-    rates_squared = [
-        scene.gravity / length_scale,
-        *(_force_element_rate_squared(scene.part.mechanism, element) for element in scene.part.mechanism.force_elements),
-    ]
+    mechanism, length_scale = scene.mechanism, scene.mechanism.length_scale
+    rates_squared = [max(scene.system.gravity, default=0.0) / length_scale]
+    rates_squared += [_force_element_rate_squared(mechanism, element) for element in mechanism.force_elements]
     rates = [0.0, *(math.sqrt(square) for square in rates_squared)]
-    for name, rate in scene.start.rates.items():
-        rates.append(abs(rate) / scene.part.mechanism.output_scale(name))
-    for joint in scene.part.mechanism.joints:
+    spindle_angles = {f"{plane.prefix}{SPINDLE_ANGLE}" for plane in scene.system.planes}
+    rates += [abs(rate) / mechanism.output_scale(name) for name, rate in scene.start.rates.items() if name not in spindle_angles]
+    for joint in mechanism.joints:
         if isinstance(joint, RotationalDriver | TranslationalDriver):
             motion, scale = joint.motion, 1.0 if isinstance(joint, RotationalDriver) else length_scale
             rates.append(float(np.max(np.abs(np.diff(motion.values) / np.diff(motion.times)))) / scale)
@@ -85,11 +89,11 @@ def _max_other_rate(scene: Scene) -> float:
 
 
 def _force_element_rate_squared(mechanism: Mechanism, element: ForceElement) -> float:
-    """Return the square (1/s2) of the rate at which a force element alone would change the motion of its lighter body with mass."""
-    massive_bodies = [body for body in mechanism.bodies if body.mass > 0]
-    bodies = [body for body in massive_bodies if body.name in element.bodies] or massive_bodies
-    mass = min(body.mass for body in bodies)
-    inertia = min((body.second_moments.xx + body.second_moments.yy or body.mass * mechanism.length_scale**2) for body in bodies)
+    """Return the square (1/s2) of the rate at which a force element alone would change the motion of its lighter body."""
+    bodies = [body for body in mechanism.bodies if body.name in element.bodies]
+    mechanism_mass = sum(body.mass for body in mechanism.bodies)
+    mass = min(body.mass or mechanism_mass for body in bodies)
+    inertia = min((body.planar_inertia or (body.mass or mechanism_mass) * mechanism.length_scale**2) for body in bodies)
     match element:
         case Spring():
             return element.stiffness / mass

@@ -3,7 +3,9 @@
 from __future__ import annotations
 
 import math
+from collections.abc import Sequence
 from dataclasses import dataclass
+from enum import IntEnum
 
 import numpy as np
 
@@ -11,9 +13,12 @@ from governor_mechanism.effects.dashpot import Dashpot
 from governor_mechanism.effects.dry_friction import DryFriction
 from governor_mechanism.effects.spring import OutputSpring
 from governor_mechanism.effects.stops import Stops
+from governor_mechanism.mechanics.dynamics.force_elements import make_force_element_table
 from governor_mechanism.mechanics.dynamics.force_laws import spring_energy
+from governor_mechanism.mechanics.dynamics.inputs import evaluate_reading_function, output_of_reading
+from governor_mechanism.mechanics.kinematics.output_variables import evaluate_output
 from governor_mechanism.model.scene import Scene
-from governor_mechanism.model.time_functions import InputFunction
+from governor_mechanism.model.time_functions import InputFunction, ReadingFunction, TableFunction
 from governor_mechanism.types import FloatArray
 
 
@@ -42,6 +47,17 @@ class Contact:
     restitution: float = 0.0
 
 
+class ContactColumn(IntEnum):
+    """Columns of a contact table: output index, input of the friction force or -1, stops, restitution and scale of the output."""
+
+    OUTPUT = 0
+    FRICTION_INPUT = 1
+    LOW = 2
+    HIGH = 3
+    RESTITUTION = 4
+    SCALE = 5
+
+
 @dataclass(frozen=True)
 class ContactMode:
     """Discrete state of all contacts and one-sided springs of a scene.
@@ -56,12 +72,18 @@ class ContactMode:
         Whether each one-sided spring pulls.
     is_locked
         Whether the held outputs leave no degree of freedom.
+    segments
+        Segment of each table of a reading: 0 below its first point, 1 behind it, and so on.
+    broken
+        Gears that have broken.
     """
 
     held_values: tuple[float | None, ...] = ()
     sliding_signs: tuple[int, ...] = ()
     taut: tuple[bool, ...] = ()
     is_locked: bool = False
+    segments: tuple[int, ...] = ()
+    broken: tuple[str, ...] = ()
 
 
 def contacts_of(scene: Scene) -> tuple[Contact, ...]:
@@ -85,6 +107,32 @@ def contacts_of(scene: Scene) -> tuple[Contact, ...]:
         bounds = stops.get(name, Contact(name))
         contacts.append(Contact(name, friction_forces.get(name), bounds.low, bounds.high, bounds.restitution))
     return tuple(contacts)
+
+
+def make_contact_table(scene: Scene, output_names: Sequence[str], first_friction_input: int) -> FloatArray:
+    """Return the contacts of a scene for compiled functions.
+
+    Parameters
+    ----------
+    scene
+        Scene with its output effects.
+    output_names
+        Names of the outputs in the order of their indices.
+    first_friction_input
+        Index of the first friction force among the inputs.
+
+    Returns
+    -------
+    FloatArray
+        Columns as in `ContactColumn`; shape (contacts, 6).
+    """
+    rows, friction_input = [], first_friction_input
+    for contact in contacts_of(scene):
+        has_friction, scale = contact.friction is not None, scene.mechanism.output_scale(contact.output_name)
+        output = output_names.index(contact.output_name)
+        rows.append((output, friction_input if has_friction else -1, contact.low, contact.high, contact.restitution, scale))
+        friction_input += has_friction
+    return np.array(rows, dtype=np.float64).reshape(-1, len(ContactColumn))
 
 
 def output_springs_of(scene: Scene) -> tuple[OutputSpring, ...]:
@@ -119,6 +167,55 @@ def output_dampers_of(scene: Scene) -> tuple[Dashpot, ...]:
     return tuple(effect for effect in scene.output_effects if isinstance(effect, Dashpot))
 
 
+def loads_of(scene: Scene) -> tuple[InputFunction, ...]:
+    """Return the loads of a scene: those of force elements, then the friction forces.
+
+    Parameters
+    ----------
+    scene
+        Scene with its effects.
+
+    Returns
+    -------
+    tuple[InputFunction, ...]
+        Loads in the order of the inputs of a system.
+    """
+    element_loads = make_force_element_table(scene.mechanism, {}, 0)[1]
+    return (*element_loads, *(contact.friction for contact in contacts_of(scene) if contact.friction is not None))
+
+
+def reading_functions_of(scene: Scene) -> tuple[ReadingFunction, ...]:
+    """Return the functions of readings in the loads of a scene.
+
+    Parameters
+    ----------
+    scene
+        Scene with its effects.
+
+    Returns
+    -------
+    tuple[ReadingFunction, ...]
+        Functions in the order of the loads.
+    """
+    return tuple(function for load in loads_of(scene) for function in (*load.functions, *load.factors))
+
+
+def reading_tables_of(scene: Scene) -> tuple[TableFunction, ...]:
+    """Return the tables of readings in the loads of a scene; their kinks are events.
+
+    Parameters
+    ----------
+    scene
+        Scene with its effects.
+
+    Returns
+    -------
+    tuple[TableFunction, ...]
+        Tables in the order of the loads.
+    """
+    return tuple(function for function in reading_functions_of(scene) if isinstance(function, TableFunction))
+
+
 def initial_mode(scene: Scene) -> ContactMode:
     """Return the mode in which nothing is held, nothing slides and every one-sided spring is slack.
 
@@ -136,7 +233,7 @@ def initial_mode(scene: Scene) -> ContactMode:
     """
     n_contacts = len(contacts_of(scene))
     n_one_sided = sum(spring.one_sided for spring in output_springs_of(scene))
-    return ContactMode((None,) * n_contacts, (0,) * n_contacts, (False,) * n_one_sided)
+    return ContactMode((None,) * n_contacts, (0,) * n_contacts, (False,) * n_one_sided, False, (0,) * len(reading_tables_of(scene)))
 
 
 def has_contacts(scene: Scene) -> bool:
@@ -152,7 +249,7 @@ def has_contacts(scene: Scene) -> bool:
     bool
         True if its mode can change during a run.
     """
-    return initial_mode(scene) != ContactMode()
+    return initial_mode(scene) != ContactMode() or bool(scene.system.breaking_gears)
 
 
 def output_spring_energy(spring: OutputSpring, value: FloatArray) -> FloatArray:
@@ -173,3 +270,30 @@ def output_spring_energy(spring: OutputSpring, value: FloatArray) -> FloatArray:
     is_taut = ~(spring.one_sided & (value < spring.free_value))
     energy: FloatArray = np.where(is_taut, spring_energy(spring.rate, spring.free_value, value), 0.0)
     return energy
+
+
+def initial_lags(scene: Scene, poses: FloatArray, velocities: FloatArray) -> FloatArray:
+    """Return the states of the lags at the start: each lag begins at the value that it follows.
+
+    Parameters
+    ----------
+    scene
+        Scene with its loads.
+    poses
+        Poses of the mass centres at the start, m and rad; shape (bodies, 3).
+    velocities
+        Their time derivatives; shape (bodies, 3).
+
+    Returns
+    -------
+    FloatArray
+        Values in the order of the lags; shape (lags,).
+    """
+    values = []
+    for function in reading_functions_of(scene):
+        if function.lag:
+            name, is_rate = output_of_reading(function.reading)
+            output = evaluate_output(scene.mechanism, name, poses)
+            value = np.sum(output.gradient * velocities) if is_rate else output.value
+            values.append(evaluate_reading_function(function, float(value)))
+    return np.array(values)

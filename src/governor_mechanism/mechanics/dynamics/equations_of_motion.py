@@ -1,6 +1,6 @@
 """Equations of motion of a mechanism, and the projection of its state to the constraint manifold, as compiled kernels.
 
-Inputs are evaluated as in `input_kernels`. Input 0 is the given speed of the spindle, or the torque on a free spindle.
+Inputs are evaluated as in `input_kernels`.
 """
 
 from __future__ import annotations
@@ -14,24 +14,22 @@ from governor_mechanism.mechanics.dynamics.force_elements import add_element_for
 from governor_mechanism.mechanics.dynamics.force_kernels import (
     centrifugal_force_jit,
     centrifugal_moment_jit,
-    free_spindle_speed_jit,
     spindle_inertia_jit,
+    spindle_inertia_rate_jit,
     weight_jit,
 )
-from governor_mechanism.mechanics.dynamics.lowering import System, SystemWorkspace
-from governor_mechanism.mechanics.dynamics.output_forces import EventFunctionKind, add_output_forces, output_rate
+from governor_mechanism.mechanics.dynamics.inputs import evaluate_inputs, output_rate
+from governor_mechanism.mechanics.dynamics.lowering import PlaneColumn, System, SystemWorkspace
+from governor_mechanism.mechanics.dynamics.output_forces import EventFunctionKind, add_output_forces
 from governor_mechanism.mechanics.kinematics.constraint_kernels import RowColumn, evaluate_drives, evaluate_rows, rotate_vector_jit
-from governor_mechanism.mechanics.kinematics.input_kernels import evaluate_given_speed, evaluate_input
+from governor_mechanism.mechanics.kinematics.input_kernels import evaluate_given_speed
 from governor_mechanism.numerics.banded_cholesky import solve_band_system
 from governor_mechanism.numerics.jit import jit, jit_inline, jit_internal
 from governor_mechanism.types import FloatArray, RecordArray
 
-N_AUXILIARY_STATES = 4
-"""Number of states after poses and velocities.
-
-They are the work term of the energy balance (J), the energy dissipated by dashpots and friction (J), the angle of the
-spindle (rad) and its angular momentum (kg m2/s).
-"""
+N_ENERGY_STATES = 2
+"""Number of states after poses and velocities: the work term of the energy balance (J) and the energy dissipated by dashpots and friction
+(J). The states of the lags follow them."""
 
 
 MAX_PROJECTION_ITERATIONS = 8
@@ -56,97 +54,163 @@ def evaluate_accelerations(
     velocities: FloatArray,
     input_cubics: FloatArray,
     local_time: float,
-    speed_squared: float,
+    lag_states: FloatArray,
     result: FloatArray,
 ) -> tuple[float, float, float]:
     """Evaluate the accelerations of the body origins into result (bodies, 3).
 
     The Lagrange multipliers remain in `workspace.multipliers`, with the Jacobian of the rows in `workspace.jacobian`.
-    Returns the smallest pivot ratio (see `solve_band_system`), the power (W) of drives and of forces without a potential,
-    dissipation subtracted, and the power (W) that dashpots and friction dissipate.
+    Returns the smallest pivot ratio (see `solve_band_system`), the power (W) of drives and of forces without a
+    potential, dissipation subtracted, and the power (W) that dashpots and friction dissipate.
     """
-    rows = system.constraint_rows
+    rows, forces = system.constraint_rows, workspace.generalised_forces
     evaluate_drives(rows, input_cubics, local_time, workspace.row_values)
     evaluate_rows(rows, poses, velocities, workspace.row_values, workspace.jacobian)
-    forces = workspace.generalised_forces
-    evaluate_body_forces(system.bodies, system.gravity, system.has_centrifugal_forces, poses, speed_squared, forces)
-    power = add_element_forces(system.force_elements, poses, velocities, input_cubics, local_time, forces)
+    evaluate_inputs_at(system, workspace, poses, velocities, input_cubics, local_time, lag_states)
+    evaluate_plane_motion(system, workspace, poses, velocities, input_cubics, local_time)
+    evaluate_body_forces(system.bodies, workspace.plane_motion, 1.0, poses, forces)
+    for p in range(system.planes.size):
+        if system.planes[p].has_reaction:
+            motion = workspace.plane_motion[p]
+            forces[system.planes[p].shaft, 2] -= motion[PlaneColumn.INERTIA_RATE] * motion[PlaneColumn.SPEED]
+    power = add_element_forces(system.force_elements, poses, velocities, workspace.inputs, forces)
     dissipated_power = add_output_forces(
         system.output_rows,
         system.output_forces,
-        poses,
         velocities,
-        input_cubics,
-        local_time,
+        workspace.inputs,
         workspace.output_row_values,
         workspace.output_jacobian,
         forces,
     )
     power -= dissipated_power
-    assemble_schur_band(rows.row_bodies, system.row_pairs, workspace.jacobian, system.inverse_mass, workspace.band)
-    pivot_ratio = _solve_accelerations(system, workspace, result)
-    if system.has_stand_in_inertia:
-        _remove_stand_in_inertia(system, workspace, result)
+    assemble_schur_band(rows.row_bodies, system.row_pairs, workspace.jacobian, workspace.inverse_mass, workspace.band)
+    pivot_ratio = solve_constrained_system(system, workspace, forces, 1.0, result)
     for i in range(workspace.multipliers.size):
         power -= workspace.multipliers[i] * workspace.row_values[i, RowColumn.DRIVE_RATE]
     return pivot_ratio, power, dissipated_power
 
 
 @jit_inline
-def _solve_accelerations(system: System, workspace: SystemWorkspace, result: FloatArray) -> float:
-    """Solve for accelerations under `workspace.generalised_forces`, and for the multipliers; return the smallest pivot ratio."""
-    rows, forces = system.constraint_rows, workspace.generalised_forces
+def solve_constrained_system(
+    system: System, workspace: SystemWorkspace, forces: FloatArray, gamma_factor: float, result: FloatArray
+) -> float:
+    """Solve M result + J^T multipliers = forces, J result = gamma_factor * gamma; return the smallest pivot ratio.
+
+    `workspace` holds J, gamma, the band of J M^-1 J^T and the inverse masses. `forces` may be changed.
+    """
+    pivot_ratio = _solve_with_stand_ins(system, workspace, forces, gamma_factor, result)
+    if system.has_stand_in_inertia:
+        _remove_stand_in_inertia(system, workspace, forces, gamma_factor, result)
+    return pivot_ratio
+
+
+@jit_inline
+def _solve_with_stand_ins(system: System, workspace: SystemWorkspace, forces: FloatArray, gamma_factor: float, result: FloatArray) -> float:
+    """Solve as `solve_constrained_system`, with a mass matrix that includes the stand-in inertia."""
+    row_bodies = system.constraint_rows.row_bodies
     for k in range(system.bodies.size):
         for c in range(3):
-            result[k, c] = system.inverse_mass[k, c] * forces[k, c]
-    apply_jacobian(rows.row_bodies, workspace.jacobian, result, workspace.multipliers)
+            result[k, c] = workspace.inverse_mass[k, c] * forces[k, c]
+    apply_jacobian(row_bodies, workspace.jacobian, result, workspace.multipliers)
     for i in range(workspace.multipliers.size):
-        workspace.multipliers[i] -= workspace.row_values[i, RowColumn.GAMMA]
+        workspace.multipliers[i] -= gamma_factor * workspace.row_values[i, RowColumn.GAMMA]
     pivot_ratio = solve_band_system(workspace.band, workspace.factor, workspace.multipliers)
-    subtract_minv_jt(rows.row_bodies, workspace.jacobian, system.inverse_mass, workspace.multipliers, result)
+    subtract_minv_jt(row_bodies, workspace.jacobian, workspace.inverse_mass, workspace.multipliers, result)
     return pivot_ratio
 
 
 @jit_internal
-def _remove_stand_in_inertia(system: System, workspace: SystemWorkspace, result: FloatArray) -> None:
-    """Solve again with the inertia forces of the stand-ins returned, until the accelerations are those without stand-ins.
+def _remove_stand_in_inertia(
+    system: System, workspace: SystemWorkspace, forces: FloatArray, gamma_factor: float, result: FloatArray
+) -> None:
+    """Solve again with the inertia forces of the stand-ins added to the forces, until the result is that without stand-ins.
 
     The error falls by the share of the stand-ins in the inertia of the motion. If it does not vanish, the result is NaN, which
     an integrator rejects.
     """
-    forces, returned, last_change = workspace.generalised_forces, np.zeros_like(result), math.inf
+    added_forces, last_change = np.zeros_like(result), math.inf
     for _ in range(MAX_STAND_IN_ITERATIONS):
         change = magnitude = 0.0
         for k in range(system.bodies.size):
             for c in range(3):
-                stand_in, inverse_mass = system.stand_in_inertia[k, c], system.inverse_mass[k, c]
+                stand_in, inverse_mass = system.stand_in_inertia[k, c], workspace.inverse_mass[k, c]
                 if inverse_mass > 0.0:
                     magnitude += forces[k, c] * forces[k, c] * inverse_mass + result[k, c] * result[k, c] / inverse_mass
                 if stand_in > 0.0:
-                    force_change = stand_in * result[k, c] - returned[k, c]
+                    force_change = stand_in * result[k, c] - added_forces[k, c]
                     forces[k, c] += force_change
-                    returned[k, c] += force_change
+                    added_forces[k, c] += force_change
                     change += force_change * force_change / stand_in
         is_rounding = change >= last_change and change <= STAND_IN_ROUNDING_RATIO**2 * magnitude
         if is_rounding or change <= STAND_IN_TOLERANCE**2 * magnitude:
             return
         last_change = change
-        _solve_accelerations(system, workspace, result)
+        _solve_with_stand_ins(system, workspace, forces, gamma_factor, result)
     result[:] = math.nan
 
 
 @jit_internal
-def evaluate_body_forces(
-    bodies: RecordArray, gravity: float, has_centrifugal_forces: bool, poses: FloatArray, speed_squared: float, result: FloatArray
+def evaluate_inputs_at(
+    system: System,
+    workspace: SystemWorkspace,
+    poses: FloatArray,
+    velocities: FloatArray,
+    input_cubics: FloatArray,
+    local_time: float,
+    lag_states: FloatArray,
 ) -> None:
-    """Fill result (bodies, 3) with gravity and centrifugal forces on the bodies, reduced to their origins."""
+    """Evaluate the output rows and then the inputs into the workspace."""
+    row_values, jacobian = workspace.output_row_values, workspace.output_jacobian
+    if system.output_rows.table.size > 0:
+        evaluate_rows(system.output_rows, poses, velocities, row_values, jacobian)
+    evaluate_inputs(
+        system.input_terms, system.output_rows, row_values, jacobian, velocities, input_cubics, local_time, lag_states, workspace.inputs
+    )
+
+
+@jit_internal
+def evaluate_plane_motion(
+    system: System, workspace: SystemWorkspace, poses: FloatArray, velocities: FloatArray, input_cubics: FloatArray, local_time: float
+) -> None:
+    """Evaluate speed, acceleration and inertia of the planes, and with them the inverse masses, into the workspace."""
+    for p in range(system.planes.size):
+        plane, motion = system.planes[p], workspace.plane_motion[p]
+        if plane.shaft >= 0:
+            motion[PlaneColumn.SPEED], motion[PlaneColumn.ACCELERATION] = plane.ratio * velocities[plane.shaft, 2], 0.0
+        else:
+            speed, acceleration = evaluate_given_speed(input_cubics, plane.input_index, local_time, plane.amplitude, plane.cycles_per_turn)
+            motion[PlaneColumn.SPEED], motion[PlaneColumn.ACCELERATION] = plane.ratio * speed, plane.ratio * acceleration
+        if plane.shaft >= 0 or motion[PlaneColumn.ACCELERATION] != 0.0:
+            motion[PlaneColumn.INERTIA], motion[PlaneColumn.INERTIA_RATE] = inertia_of_plane(system.bodies, p, poses, velocities)
+    update_inverse_mass(system, workspace)
+
+
+@jit_internal
+def update_inverse_mass(system: System, workspace: SystemWorkspace) -> None:
+    """Set the inverse masses of the workspace; a shaft gets the inertia of its plane, unless the system keeps its angle."""
+    workspace.inverse_mass[:] = system.inverse_mass
+    for p in range(system.planes.size):
+        shaft = system.planes[p].shaft
+        if system.planes[p].has_reaction and system.inverse_mass[shaft, 2] > 0.0:
+            own_inertia = system.bodies[shaft].xx + system.bodies[shaft].yy
+            workspace.inverse_mass[shaft, 2] = 1.0 / (own_inertia + workspace.plane_motion[p, PlaneColumn.INERTIA])
+
+
+@jit_internal
+def evaluate_body_forces(
+    bodies: RecordArray, plane_motion: FloatArray, gravity_factor: float, poses: FloatArray, result: FloatArray
+) -> None:
+    """Fill result (bodies, 3) with gravity, times a factor, and centrifugal forces on the bodies, reduced to their origins."""
     for k in range(bodies.size):
         body, angle = bodies[k], poses[k, 2]
         arm_x = arm_y = 0.0
         if body.x != 0.0 or body.y != 0.0:
             arm_x, arm_y = rotate_vector_jit(angle, body.x, body.y)
-        force_x, force_y, moment = 0.0, weight_jit(body.mass, gravity), 0.0
-        if has_centrifugal_forces:
+        force_x, force_y, moment = 0.0, weight_jit(body.mass, gravity_factor * body.gravity), 0.0
+        if body.plane >= 0:
+            speed = plane_motion[body.plane, PlaneColumn.SPEED]
+            speed_squared = speed * speed
             force_x = centrifugal_force_jit(body.mass, poses[k, 0] + arm_x, speed_squared)
             moment = centrifugal_moment_jit(body.xx, body.yy, body.xy, angle, speed_squared)
         result[k, 0] = force_x
@@ -155,27 +219,38 @@ def evaluate_body_forces(
 
 
 @jit
-def inertia_about_spindle(bodies: RecordArray, poses: FloatArray) -> float:
-    """Return the moment of inertia of all bodies about the spindle axis.
+def inertia_of_plane(bodies: RecordArray, plane: int, poses: FloatArray, velocities: FloatArray) -> tuple[float, float]:
+    """Return the moment of inertia of the bodies of a plane about its spindle, and its rate.
 
     Parameters
     ----------
     bodies
         Records of `BODY_DTYPE`; shape (bodies,).
+    plane
+        Index of the plane.
     poses
         Poses of the body origins, m and rad; shape (bodies, 3).
+    velocities
+        Their time derivatives; shape (bodies, 3).
 
     Returns
     -------
-    float
+    inertia : float
         Moment of inertia, kg m2.
+    rate : float
+        Its time derivative, kg m2/s.
     """
-    total = 0.0
+    total = rate = 0.0
     for k in range(bodies.size):
         body, angle = bodies[k], poses[k, 2]
-        x = poses[k, 0] + math.cos(angle) * body.x - math.sin(angle) * body.y
+        if body.plane != plane:
+            continue
+        arm_x = math.cos(angle) * body.x - math.sin(angle) * body.y
+        arm_y = math.sin(angle) * body.x + math.cos(angle) * body.y
+        x, x_rate = poses[k, 0] + arm_x, velocities[k, 0] - arm_y * velocities[k, 2]
         total += spindle_inertia_jit(body.mass, body.xx, body.yy, body.xy, body.zz, x, angle)
-    return total
+        rate += spindle_inertia_rate_jit(body.mass, body.xx, body.yy, body.xy, x, angle, x_rate, velocities[k, 2])
+    return total, rate
 
 
 def _project_state(
@@ -215,10 +290,11 @@ def _project_state(
     """
     rows = system.constraint_rows
     evaluate_drives(rows, input_cubics, local_time, workspace.row_values)
+    evaluate_plane_motion(system, workspace, poses, velocities, input_cubics, local_time)
     max_residual = 0.0
     for _ in range(MAX_PROJECTION_ITERATIONS):
         evaluate_rows(rows, poses, velocities, workspace.row_values, workspace.jacobian)
-        assemble_schur_band(rows.row_bodies, system.row_pairs, workspace.jacobian, system.inverse_mass, workspace.band)
+        assemble_schur_band(rows.row_bodies, system.row_pairs, workspace.jacobian, workspace.inverse_mass, workspace.band)
         max_residual = 0.0
         for i in range(workspace.multipliers.size):
             workspace.multipliers[i] = workspace.row_values[i, RowColumn.RESIDUAL]
@@ -226,12 +302,12 @@ def _project_state(
         if not max_residual > closure_tolerance:
             break
         solve_band_system(workspace.band, workspace.factor, workspace.multipliers)
-        subtract_minv_jt(rows.row_bodies, workspace.jacobian, system.inverse_mass, workspace.multipliers, poses)
+        subtract_minv_jt(rows.row_bodies, workspace.jacobian, workspace.inverse_mass, workspace.multipliers, poses)
     apply_jacobian(rows.row_bodies, workspace.jacobian, velocities, workspace.multipliers)
     for i in range(workspace.multipliers.size):
         workspace.multipliers[i] -= workspace.row_values[i, RowColumn.DRIVE_RATE]
     solve_band_system(workspace.band, workspace.factor, workspace.multipliers)
-    subtract_minv_jt(rows.row_bodies, workspace.jacobian, system.inverse_mass, workspace.multipliers, velocities)
+    subtract_minv_jt(rows.row_bodies, workspace.jacobian, workspace.inverse_mass, workspace.multipliers, velocities)
     return max_residual
 
 
@@ -247,26 +323,13 @@ def split_state(system: System, state: FloatArray) -> tuple[FloatArray, FloatArr
     return state[: 3 * n_bodies].reshape(n_bodies, 3), state[3 * n_bodies : 6 * n_bodies].reshape(n_bodies, 3)
 
 
-@jit_internal
-def evaluate_spindle_speed(
-    system: System, poses: FloatArray, input_cubics: FloatArray, local_time: float, momentum: float
-) -> tuple[float, float, float]:
-    """Return the speed (rad/s) of the spindle, its prescribed acceleration (rad/s2), and the torque (N m) on a free spindle."""
-    if system.has_free_spindle:
-        inertia = system.spindle_inertia + inertia_about_spindle(system.bodies, poses)
-        return free_spindle_speed_jit(momentum, inertia), 0.0, evaluate_input(input_cubics, 0, local_time)
-    speed, acceleration = evaluate_given_speed(input_cubics, local_time, system.fluctuation_amplitude, system.cycles_per_turn)
-    return speed, acceleration, 0.0
-
-
 @jit_inline
 def evaluate_state_derivative_inline(
     system: System, workspace: SystemWorkspace, input_cubics: FloatArray, local_time: float, state: FloatArray, result: FloatArray
 ) -> float:
     """Evaluate the time derivative of a state; inlined in its callers.
 
-    The work state is the work put in by changes of a given spindle speed, less the work of drives, of forces without a
-    potential and of the torque on a free spindle.
+    The work state is the work put in by changes of given spindle speeds, less the work of drives and of forces without a potential.
 
     Parameters
     ----------
@@ -279,7 +342,7 @@ def evaluate_state_derivative_inline(
     local_time
         Time since the start of these cubics, s.
     state
-        Poses and velocities of the body origins, then the auxiliary states; shape (6 * bodies + N_AUXILIARY_STATES,).
+        Poses and velocities of the body origins, the energy states and the lags; shape (6 * bodies + N_ENERGY_STATES + lags,).
     result
         Result: the time derivative, with the shape of `state`.
 
@@ -290,21 +353,22 @@ def evaluate_state_derivative_inline(
     """
     n_bodies = system.bodies.size
     poses, velocities = split_state(system, state)
-    spindle_velocity, spindle_acceleration, torque = evaluate_spindle_speed(
-        system, poses, input_cubics, local_time, state[6 * n_bodies + 3]
-    )
+    first_lag = 6 * n_bodies + N_ENERGY_STATES
     for i in range(3 * n_bodies):
         result[i] = state[3 * n_bodies + i]
     body_accelerations = result[3 * n_bodies : 6 * n_bodies].reshape(n_bodies, 3)
     pivot_ratio, power, dissipated_power = evaluate_accelerations(
-        system, workspace, poses, velocities, input_cubics, local_time, spindle_velocity * spindle_velocity, body_accelerations
+        system, workspace, poses, velocities, input_cubics, local_time, state[first_lag:], body_accelerations
     )
-    result[6 * n_bodies] = -power - torque * spindle_velocity
-    if spindle_acceleration != 0.0 and system.has_centrifugal_forces:
-        result[6 * n_bodies] += inertia_about_spindle(system.bodies, poses) * spindle_velocity * spindle_acceleration
-    result[6 * n_bodies + 1] = dissipated_power
-    result[6 * n_bodies + 2] = spindle_velocity
-    result[6 * n_bodies + 3] = torque
+    result[6 * n_bodies], result[6 * n_bodies + 1] = -power, dissipated_power
+    for p in range(system.planes.size):
+        plane, motion = system.planes[p], workspace.plane_motion[p]
+        acceleration = motion[PlaneColumn.ACCELERATION] if plane.shaft < 0 else plane.ratio * body_accelerations[plane.shaft, 2]
+        if not plane.has_reaction and acceleration != 0.0:
+            result[6 * n_bodies] += motion[PlaneColumn.INERTIA] * motion[PlaneColumn.SPEED] * acceleration
+    for k in range(system.lags.size):
+        lag = system.lags[k]
+        result[first_lag + k] = (workspace.inputs[lag.input_index] - state[first_lag + k]) / lag.time_constant
     return pivot_ratio
 
 
@@ -325,7 +389,7 @@ def evaluate_state_derivative(
     local_time
         Time since the start of these cubics, s.
     state
-        Poses and velocities of the body origins, then the auxiliary states; shape (6 * bodies + N_AUXILIARY_STATES,).
+        Poses and velocities of the body origins, the energy states and the lags; shape (6 * bodies + N_ENERGY_STATES + lags,).
 
     Returns
     -------
@@ -338,9 +402,7 @@ def evaluate_state_derivative(
 
 
 @jit_internal
-def evaluate_event_functions(
-    system: System, workspace: SystemWorkspace, input_cubics: FloatArray, local_time: float, state: FloatArray, event_values: FloatArray
-) -> None:
+def evaluate_event_functions(system: System, workspace: SystemWorkspace, state: FloatArray, event_values: FloatArray) -> None:
     """Evaluate the event functions at the state whose derivative was evaluated last.
 
     Parameters
@@ -348,13 +410,9 @@ def evaluate_event_functions(
     system
         Arrays of the multibody model.
     workspace
-        Work arrays, with the Lagrange multipliers that `evaluate_accelerations` leaves in them.
-    input_cubics
-        Local cubics of all inputs; shape (inputs, 5).
-    local_time
-        Time since the start of these cubics, s.
+        Work arrays, with the inputs and Lagrange multipliers that `evaluate_accelerations` leaves in them.
     state
-        Poses and velocities of the body origins, then the auxiliary states; shape (6 * bodies + N_AUXILIARY_STATES,).
+        Poses and velocities of the body origins, the energy states and the lags; shape (6 * bodies + N_ENERGY_STATES + lags,).
     event_values
         Result: values of the event functions; shape (event functions,).
     """
@@ -370,7 +428,9 @@ def evaluate_event_functions(
         else:
             value = -workspace.multipliers[event_function.source_index]
         event_values[i] = (
-            event_function.sign * value - event_function.threshold - evaluate_input(input_cubics, event_function.input_index, local_time)
+            event_function.sign * value
+            - event_function.threshold
+            - (workspace.inputs[event_function.input_index] if event_function.input_index >= 0 else 0.0)
         )
 
 
@@ -391,7 +451,7 @@ def evaluate_events_and_derivative(
     local_time
         Time since the start of these cubics, s.
     state
-        Poses and velocities of the body origins, then the auxiliary states; shape (6 * bodies + N_AUXILIARY_STATES,).
+        Poses and velocities of the body origins, the energy states and the lags; shape (6 * bodies + N_ENERGY_STATES + lags,).
 
     Returns
     -------
@@ -402,5 +462,5 @@ def evaluate_events_and_derivative(
     """
     derivative, event_values = np.empty(state.size), np.empty(system.event_functions.size)
     evaluate_state_derivative_inline(system, workspace, input_cubics, local_time, state, derivative)
-    evaluate_event_functions(system, workspace, input_cubics, local_time, state, event_values)
+    evaluate_event_functions(system, workspace, state, event_values)
     return event_values, derivative

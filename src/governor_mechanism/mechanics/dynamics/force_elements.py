@@ -11,7 +11,6 @@ import numpy as np
 from governor_mechanism.mechanics.dynamics.force_kernels import damper_force_jit, spring_force_jit
 from governor_mechanism.mechanics.dynamics.force_laws import spring_energy
 from governor_mechanism.mechanics.kinematics.constraint_kernels import rotate_vector_jit
-from governor_mechanism.mechanics.kinematics.input_kernels import evaluate_input
 from governor_mechanism.mechanics.kinematics.points import Origins, attachment_fields, body_point
 from governor_mechanism.model.force_elements import Damper, Force, ForceElement, Spring, Torque, TorsionDamper, TorsionSpring
 from governor_mechanism.model.joints import GROUND, Point
@@ -118,9 +117,7 @@ def _add_force_at_point(result: FloatArray, body: int, arm_x: float, arm_y: floa
 
 
 @jit_internal
-def add_element_forces(
-    elements: RecordArray, poses: FloatArray, velocities: FloatArray, input_cubics: FloatArray, local_time: float, result: FloatArray
-) -> float:
+def add_element_forces(elements: RecordArray, poses: FloatArray, velocities: FloatArray, inputs: FloatArray, result: FloatArray) -> float:
     """Add the generalised forces of all force elements to result (bodies, 3).
 
     Returns the power (W) of the elements without a potential.
@@ -133,8 +130,8 @@ def add_element_forces(
             arm1_x, arm1_y, u1, v1 = _point_kinematics(poses, velocities, first, element.x1, element.y1)
             arm2_x, arm2_y, u2, v2 = _point_kinematics(poses, velocities, second, element.x2, element.y2)
             if kind == ForceElementKind.FORCE:
-                force_x = evaluate_input(input_cubics, element.input_index, local_time)
-                force_y = evaluate_input(input_cubics, element.input_index_y, local_time)
+                force_x = inputs[element.input_index]
+                force_y = inputs[element.input_index_y]
                 _add_force_at_point(result, second, arm2_x, arm2_y, force_x, force_y)
                 power += force_x * u2 + force_y * v2
                 continue
@@ -167,7 +164,7 @@ def add_element_forces(
                 moment = -damper_force_jit(element.coefficient, relative_rate)
                 power += moment * relative_rate
             else:
-                moment = evaluate_input(input_cubics, element.input_index, local_time)
+                moment = inputs[element.input_index]
                 power += moment * relative_rate
             if second >= 0:
                 result[second, 2] += moment

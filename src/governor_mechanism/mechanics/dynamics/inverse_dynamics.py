@@ -39,7 +39,7 @@ class InverseDynamics:
     pivot_ratios
         Smallest pivot ratio of J M^-1 J^T; 0 where rows are linearly dependent; shape (n,).
     power
-        Power of drives, of forces without a potential, and of the torque on a free spindle, W; shape (n,).
+        Power of drives and of forces without a potential, W; shape (n,).
     """
 
     accelerations: FloatArray
@@ -49,22 +49,22 @@ class InverseDynamics:
 
 
 def compute_inverse_dynamics(
-    scene: Scene, times: FloatArray, poses: FloatArray, velocities: FloatArray, speeds: FloatArray, modes: Sequence[ContactMode] = ()
+    scene: Scene, times: FloatArray, poses: FloatArray, velocities: FloatArray, lags: FloatArray, modes: Sequence[ContactMode] = ()
 ) -> InverseDynamics:
     """Return the accelerations and joint forces of a known motion.
 
     Parameters
     ----------
     scene
-        Scene of one part.
+        The scene.
     times
         Times, s; shape (n,).
     poses
         Poses of the mass centres, m and rad; shape (n, bodies, 3).
     velocities
         Their time derivatives; shape (n, bodies, 3).
-    speeds
-        Spindle speeds, rad/s; shape (n,).
+    lags
+        States of first-order lags; shape (n, lags).
     modes
         Contact mode at each time; if empty, no output is held and no friction acts.
 
@@ -74,26 +74,24 @@ def compute_inverse_dynamics(
         Accelerations, joint forces, pivot ratios and power.
     """
     if not modes:
-        return _compute_in_mode(scene, None, times, poses, velocities, speeds)
+        return _compute_in_mode(scene, None, times, poses, velocities, lags)
     indices = {mode: np.flatnonzero([other == mode for other in modes]) for mode in dict.fromkeys(modes)}
-    parts = [_compute_in_mode(scene, mode, times[i], poses[i], velocities[i], speeds[i]) for mode, i in indices.items()]
+    parts = [_compute_in_mode(scene, mode, times[i], poses[i], velocities[i], lags[i]) for mode, i in indices.items()]
     time_order = np.argsort(np.concatenate(list(indices.values())))
     names = ("accelerations", "joint_forces", "pivot_ratios", "power")
     return InverseDynamics(*(np.concatenate([getattr(part, name) for part in parts])[time_order] for name in names))
 
 
 def _compute_in_mode(
-    scene: Scene, mode: ContactMode | None, times: FloatArray, poses: FloatArray, velocities: FloatArray, speeds: FloatArray
+    scene: Scene, mode: ContactMode | None, times: FloatArray, poses: FloatArray, velocities: FloatArray, lags: FloatArray
 ) -> InverseDynamics:
     """Return the inverse dynamics at times that share one contact mode."""
     system, time_functions = make_system(scene, mode)
     input_cubics = stack_local_cubics(time_functions, times)
     origin_poses, origin_velocities = from_mass_centres(system, poses, velocities)
     origin_accelerations, row_forces, pivot_ratios, power = _evaluate_along_motion(
-        system, make_system_workspace(system), input_cubics, origin_poses, origin_velocities, speeds**2
+        system, make_system_workspace(system), input_cubics, origin_poses, origin_velocities, np.ascontiguousarray(lags)
     )
-    if system.has_free_spindle:
-        power += input_cubics[:, 0, 3] * speeds
     row_order = constraint_row_order(scene, mode)
     n_joint_rows = len(row_order) - sum(value is not None for value in mode.held_values) if mode else len(row_order)
     ordered_forces = np.empty_like(row_forces)
@@ -108,12 +106,7 @@ def _compute_in_mode(
 
 @jit
 def _evaluate_along_motion(
-    system: System,
-    workspace: SystemWorkspace,
-    input_cubics: FloatArray,
-    poses: FloatArray,
-    velocities: FloatArray,
-    speeds_squared: FloatArray,
+    system: System, workspace: SystemWorkspace, input_cubics: FloatArray, poses: FloatArray, velocities: FloatArray, lags: FloatArray
 ) -> tuple[FloatArray, FloatArray, FloatArray, FloatArray]:
     """Return accelerations of the body origins, forces of the constraint rows, pivot ratios and power at all times."""
     rows, n_times = system.constraint_rows, poses.shape[0]
@@ -121,7 +114,7 @@ def _evaluate_along_motion(
     pivot_ratios, power = np.empty(n_times), np.empty(n_times)
     for t in range(n_times):
         pivot_ratios[t], power[t], _ = evaluate_accelerations(
-            system, workspace, poses[t], velocities[t], input_cubics[t], 0.0, speeds_squared[t], body_accelerations[t]
+            system, workspace, poses[t], velocities[t], input_cubics[t], 0.0, lags[t], body_accelerations[t]
         )
         for i in range(workspace.multipliers.size):
             force_x = -workspace.multipliers[i] * workspace.jacobian[i, 1, 0]

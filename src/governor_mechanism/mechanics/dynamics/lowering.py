@@ -3,35 +3,69 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterator, Mapping, Sequence
+from enum import IntEnum
 from typing import NamedTuple
 
 import numpy as np
 
 from governor_mechanism.mechanics.dynamics.characteristic_scales import time_scale
 from governor_mechanism.mechanics.dynamics.constraint_solver import bandwidth_reducing_order, find_coupled_rows
-from governor_mechanism.mechanics.dynamics.contacts import ContactMode, contacts_of, initial_mode, output_dampers_of, output_springs_of
+from governor_mechanism.mechanics.dynamics.contacts import (
+    ContactMode,
+    contacts_of,
+    initial_mode,
+    loads_of,
+    output_dampers_of,
+    output_springs_of,
+    reading_functions_of,
+    reading_tables_of,
+)
 from governor_mechanism.mechanics.dynamics.force_elements import make_force_element_table
+from governor_mechanism.mechanics.dynamics.inputs import INPUT_TERM_DTYPE, LAG_DTYPE, InputTable, output_of_reading
 from governor_mechanism.mechanics.dynamics.output_forces import EVENT_FUNCTION_DTYPE, OUTPUT_FORCE_DTYPE, EventFunctionKind, OutputForceKind
-from governor_mechanism.mechanics.kinematics.constraint_equations import bodies_of_rows, make_constraint_table
+from governor_mechanism.mechanics.kinematics.constraint_equations import ConstraintTable, bodies_of_rows, make_constraint_table
 from governor_mechanism.mechanics.kinematics.constraint_kernels import N_ROW_COLUMNS, ConstraintRows
 from governor_mechanism.mechanics.kinematics.output_rows import CONSTANT_PARAMETER, make_output_rows
-from governor_mechanism.mechanics.kinematics.points import rotate_vector
+from governor_mechanism.mechanics.kinematics.points import Origins, rotate_vector
 from governor_mechanism.mechanics.kinematics.time_functions import CubicTimeFunction, make_time_function
 from governor_mechanism.model.joints import GROUND, Pin
-from governor_mechanism.model.mechanism import Body, Mechanism
-from governor_mechanism.model.scene import TURNING_PLANE, FreeSpindle, Scene, Spindle
-from governor_mechanism.model.time_functions import InputFunction, PrescribedMotion
+from governor_mechanism.model.mechanism import Body, Mechanism, Shaft
+from governor_mechanism.model.part import Spindle
+from governor_mechanism.model.scene import Scene
+from governor_mechanism.model.time_functions import InputFunction, PrescribedMotion, TableFunction
 from governor_mechanism.types import FloatArray, IntArray, RecordArray
 
-BODY_DTYPE = np.dtype([(name, "f8") for name in ("mass", "x", "y", "xx", "yy", "xy", "zz")])
-"""One body: mass (kg), mass centre relative to the origin in body axes (m), second moments about the mass centre (kg m2)."""
+BODY_DTYPE = np.dtype([*((name, "f8") for name in ("mass", "x", "y", "xx", "yy", "xy", "zz", "gravity")), ("plane", "i8")])
+"""One body: mass (kg), mass centre relative to the origin in body axes (m), second moments about the mass centre (kg m2), gravitational
+acceleration (m/s2), and the plane whose centrifugal forces it carries, or -1."""
 
+PLANE_DTYPE = np.dtype(
+    [
+        *((name, "i8") for name in ("shaft", "input_index", "has_reaction")),
+        *((name, "f8") for name in ("ratio", "amplitude", "cycles_per_turn")),
+    ]
+)
+"""One plane with centrifugal forces: body that it turns with, or -1, and then the input of its given speed; whether its bodies act on the
+shaft; ratio of its speed to that of shaft or input; relative amplitude of a fluctuation of the given speed and its cycles per turn."""
+
+
+class PlaneColumn(IntEnum):
+    """Column of the motion of a plane: speed (rad/s), acceleration if it is given (rad/s2), inertia (kg m2) and its rate (kg m2/s)."""
+
+    SPEED = 0
+    ACCELERATION = 1
+    INERTIA = 2
+    INERTIA_RATE = 3
+
+
+N_PLANE_COLUMNS = len(PlaneColumn)
+"""Number of columns of the motion of a plane."""
 
 STAND_IN_INERTIA_RATIO = 1e-3
 """Stand-in inertia of massless coordinates, relative to the smallest mass and moment of inertia of the mechanism.
 
-`evaluate_accelerations` removes it again by an iteration that converges by about this ratio; a smaller ratio conditions the
+`remove_stand_in_inertia` removes it again by an iteration that converges by about this ratio; a smaller ratio conditions the
 joint equations worse.
 """
 
@@ -58,30 +92,28 @@ class System(NamedTuple):
     bodies
         Records of `BODY_DTYPE`; shape (bodies,).
     inverse_mass
-        Inverse mass (twice) and inverse moment of inertia about the origin, 0 if the body cannot rotate; shape (bodies, 3).
-        They include the stand-in inertia.
+        Inverse mass (twice) and inverse moment of inertia about the origin, 0 for coordinates that cannot change; shape (bodies, 3). For a
+        shaft it changes with the poses, see `update_inverse_mass`. It includes the stand-in inertia.
     stand_in_inertia
         Mass (twice) and moment of inertia in `inverse_mass` that a massless coordinate does not have; shape (bodies, 3).
     has_stand_in_inertia
         Whether any of it is not 0.
-    gravity
-        Gravitational acceleration, m/s2.
-    has_centrifugal_forces
-        Whether the plane turns with the spindle and centrifugal forces are on.
-    has_free_spindle
-        Whether the spindle is free rather than driven at a given speed.
-    spindle_inertia
-        Moment of inertia of a free spindle without the bodies, kg m2.
+    planes
+        Records of `PLANE_DTYPE`.
     output_rows
         Rows of the outputs along which effects act.
     output_forces
         Records of `OUTPUT_FORCE_DTYPE`.
     event_functions
         Records of `EVENT_FUNCTION_DTYPE`.
-    fluctuation_amplitude
-        Amplitude of a given spindle speed relative to its mean.
-    cycles_per_turn
-        Cycles of the speed fluctuation per turn of the spindle.
+    input_terms
+        Records of `INPUT_TERM_DTYPE`, in the order of their evaluation.
+    lags
+        Records of `LAG_DTYPE`.
+    n_inputs
+        Number of inputs.
+    first_friction_input
+        Index of the first friction force among them.
     """
 
     constraint_rows: ConstraintRows
@@ -92,15 +124,14 @@ class System(NamedTuple):
     inverse_mass: FloatArray
     stand_in_inertia: FloatArray
     has_stand_in_inertia: bool
-    gravity: float
-    has_centrifugal_forces: bool
-    has_free_spindle: bool
-    spindle_inertia: float
+    planes: RecordArray
     output_rows: ConstraintRows
     output_forces: RecordArray
     event_functions: RecordArray
-    fluctuation_amplitude: float
-    cycles_per_turn: float
+    input_terms: RecordArray
+    lags: RecordArray
+    n_inputs: int
+    first_friction_input: int
 
 
 class SystemWorkspace(NamedTuple):
@@ -124,6 +155,13 @@ class SystemWorkspace(NamedTuple):
         As `row_values`, for the outputs; shape (outputs, 5).
     output_jacobian
         As `jacobian`, for the outputs; shape (outputs, 2, 3).
+    inverse_mass
+        As that of the system, at the poses of the last evaluation; shape (bodies, 3).
+    plane_motion
+        Speed (rad/s), acceleration if the speed is given (rad/s2), moment of inertia (kg m2) and its rate (kg m2/s) of each plane;
+        shape (planes, 4).
+    inputs
+        Values of the inputs; shape (inputs,).
     """
 
     row_values: FloatArray
@@ -134,15 +172,18 @@ class SystemWorkspace(NamedTuple):
     generalised_forces: FloatArray
     output_row_values: FloatArray
     output_jacobian: FloatArray
+    inverse_mass: FloatArray
+    plane_motion: FloatArray
+    inputs: FloatArray
 
 
 def make_system(scene: Scene, mode: ContactMode | None = None) -> tuple[System, tuple[CubicTimeFunction, ...]]:
-    """Lower a scene of one part to arrays.
+    """Lower a scene to arrays.
 
     Parameters
     ----------
     scene
-        Scene of one part.
+        The scene.
     mode
         Contact mode; the initial mode if left out, in which nothing is held and no friction acts.
 
@@ -151,51 +192,106 @@ def make_system(scene: Scene, mode: ContactMode | None = None) -> tuple[System, 
     system : System
         The arrays.
     inputs : tuple[CubicTimeFunction, ...]
-        Inputs as functions of time: spindle speed or torque, drives, force elements, friction forces.
+        Inputs as functions of time: given spindle speeds, drives, loads of force elements, friction forces, inputs of factors and lags.
     """
-    mechanism, spindle = scene.part.mechanism, scene.spindle
-    mode = initial_mode(scene) if mode is None else mode
+    mechanism, mode = scene.mechanism, initial_mode(scene) if mode is None else mode
     origins = {body.name: body_reference_point(mechanism, body) for body in mechanism.bodies}
     constraint_table = make_constraint_table(mechanism, origins)
-    output_rows = make_output_rows(mechanism, forced_output_names(scene), origins)
+    output_names = forced_output_names(scene)
+    output_rows = make_output_rows(mechanism, output_names, origins)
     holding_rows = _make_holding_rows(scene, mode, output_rows)
     row_order = _row_order(constraint_table.rows, holding_rows)
     held_rows = np.argsort(row_order)[len(constraint_table.joint_indices) :]
-    ordered_rows = np.concatenate([constraint_table.rows.table, holding_rows])[row_order]
+    joint_rows = _disable_rows(constraint_table, [mechanism.joint_index(name) for name in mode.broken])
+    ordered_rows = np.concatenate([joint_rows, holding_rows])[row_order]
     rows = ConstraintRows(ordered_rows, bodies_of_rows(ordered_rows), constraint_table.rows.curve_segments)
-    rows.table["drive"] += rows.table["drive"] >= 0  # input 0 belongs to the spindle
+    speeds = list(dict.fromkeys(plane.given_speed for plane in scene.system.planes if plane.given_speed))
+    rows.table["drive"] += np.where(rows.table["drive"] >= 0, len(speeds), 0)
     row_pairs = find_coupled_rows(rows.row_bodies)
-    force_elements, element_inputs = make_force_element_table(mechanism, origins, 1 + len(constraint_table.motions))
-    friction_inputs = [contact.friction for contact in contacts_of(scene) if contact.friction is not None]
-    first_friction_input = 1 + len(constraint_table.motions) + len(element_inputs)
-    inertia, stand_in_inertia = _make_inertia(mechanism, origins)
-    free_spindle = spindle if isinstance(spindle, FreeSpindle) else None
+    first_load = len(speeds) + len(constraint_table.motions)
+    loads, n_element_loads = loads_of(scene), len(make_force_element_table(mechanism, origins, 0)[1])
+    table = InputTable(output_names, mode.segments)
+    table.add_terms(first_load, loads)
+    bodies, (inertia, stand_in_inertia) = _make_body_records(scene, origins), _make_inertia(mechanism, origins)
+    first_friction_input = first_load + n_element_loads
+    inputs: list[InputFunction | PrescribedMotion] = [
+        *(speed.speed_function for speed in speeds),
+        *constraint_table.motions,
+        *loads,
+        *table.functions,
+    ]
     system = System(
         constraint_rows=rows,
-        force_elements=force_elements,
+        force_elements=make_force_element_table(mechanism, origins, first_load)[0],
         row_pairs=row_pairs,
         bandwidth=int(np.max(row_pairs[:, 0] - row_pairs[:, 1], initial=0)),
-        bodies=np.array([make_body_record(body, origins[body.name]) for body in mechanism.bodies], dtype=BODY_DTYPE),
+        bodies=bodies,
         inverse_mass=np.divide(1.0, inertia + stand_in_inertia, out=np.zeros_like(inertia), where=inertia + stand_in_inertia > 0),
         stand_in_inertia=stand_in_inertia,
         has_stand_in_inertia=bool(stand_in_inertia.any()),
-        gravity=scene.gravity,
-        has_centrifugal_forces=scene.has_centrifugal and scene.part.plane == TURNING_PLANE,
-        has_free_spindle=free_spindle is not None,
-        spindle_inertia=free_spindle.inertia if free_spindle else 0.0,
+        planes=_make_plane_records(scene, speeds),
         output_rows=output_rows,
         output_forces=_make_output_forces(scene, mode, first_friction_input),
         event_functions=_make_event_functions(scene, mode, first_friction_input, held_rows),
-        fluctuation_amplitude=0.5 * spindle.speed_fluctuation if isinstance(spindle, Spindle) else 0.0,
-        cycles_per_turn=spindle.cycles_per_turn if isinstance(spindle, Spindle) else 1.0,
+        input_terms=np.array(table.terms, dtype=INPUT_TERM_DTYPE),
+        lags=np.array(table.lags, dtype=LAG_DTYPE),
+        n_inputs=len(inputs),
+        first_friction_input=first_friction_input,
     )
-    inputs: list[InputFunction | PrescribedMotion] = [spindle.torque if isinstance(spindle, FreeSpindle) else spindle.speed_function]
-    inputs += [*constraint_table.motions, *element_inputs, *friction_inputs]
     return system, tuple(map(make_time_function, inputs))
 
 
+def _make_body_records(scene: Scene, origins: Origins) -> RecordArray:
+    """Return the bodies as records of `BODY_DTYPE`."""
+    loaded_planes = [plane for plane in scene.system.planes if plane.is_loaded]
+    plane_of_body = {body: index for index, plane in enumerate(loaded_planes) for body in plane.bodies}
+    records = [
+        make_body_record(body, gravity, plane_of_body.get(index, -1), origins[body.name])
+        for index, (body, gravity) in enumerate(zip(scene.mechanism.bodies, scene.system.gravity, strict=True))
+    ]
+    return np.array(records, dtype=BODY_DTYPE)
+
+
+def _make_plane_records(scene: Scene, speeds: Sequence[Spindle]) -> RecordArray:
+    """Return the planes with centrifugal forces as records of `PLANE_DTYPE`; `speeds` are the inputs of given speeds."""
+    records = []
+    for plane in scene.system.planes:
+        if plane.is_loaded and plane.given_speed:
+            given = plane.given_speed
+            records.append((-1, speeds.index(given), 0, plane.ratio, 0.5 * given.speed_fluctuation, given.cycles_per_turn))
+        elif plane.is_loaded:
+            records.append((scene.mechanism.body_index(plane.shaft), -1, plane.has_reaction, plane.ratio, 0.0, 1.0))
+    return np.array(records, dtype=PLANE_DTYPE)
+
+
+def _make_inertia(mechanism: Mechanism, origins: Origins) -> tuple[FloatArray, FloatArray]:
+    """Return mass (twice) and moment of inertia about the origin of each body, and the stand-ins for those that are 0; (bodies, 3).
+
+    Coordinates that cannot change have neither. The moment of inertia of a shaft follows with the poses.
+    """
+    rows = []
+    for body in mechanism.bodies:
+        moment = 1.0 if isinstance(body, Shaft) else body.planar_inertia + body.mass * math.hypot(*origins[body.name]) ** 2
+        rows.append([body.mass, body.mass, moment])
+    moves = np.array([body.moves for body in mechanism.bodies]).reshape(-1, 3)
+    inertia = np.where(moves, np.array(rows).reshape(-1, 3), 0.0)
+    masses, moments = inertia[:, 0][inertia[:, 0] > 0], inertia[:, 2][inertia[:, 2] > 0]
+    mass = float(np.min(masses)) if masses.size else 1.0
+    moment = float(np.min(moments, initial=mass * mechanism.length_scale**2))
+    return inertia, np.where(moves & (inertia == 0), STAND_IN_INERTIA_RATIO * np.array([mass, mass, moment]), 0.0)
+
+
+def _disable_rows(constraint_table: ConstraintTable, joints: Sequence[int]) -> RecordArray:
+    """Return the rows of the joints, those of broken ones without effect."""
+    table: RecordArray = constraint_table.rows.table.copy()
+    is_broken = np.isin(constraint_table.joint_indices, joints)
+    for name in ("p0", "p1", "p2", "p3", "p4", "p5"):
+        table[name][is_broken] = 0.0
+    return table
+
+
 def forced_output_names(scene: Scene) -> list[str]:
-    """Return the readings along which effects act.
+    """Return the readings along which effects act or on which loads depend.
 
     Parameters
     ----------
@@ -207,7 +303,10 @@ def forced_output_names(scene: Scene) -> list[str]:
     list[str]
         Names in the order of the output rows of a system.
     """
-    return list(dict.fromkeys(effect.reading for effect in scene.output_effects))
+    functions = reading_functions_of(scene)
+    return list(
+        dict.fromkeys([effect.reading for effect in scene.output_effects] + [output_of_reading(one.reading)[0] for one in functions])
+    )
 
 
 def count_output_forces(system: System) -> IntArray:
@@ -228,7 +327,7 @@ def count_output_forces(system: System) -> IntArray:
 
 def constraint_row_order(scene: Scene, mode: ContactMode | None = None) -> IntArray:
     """Return the index of each row of a system in the list of the joints' rows, then the holding rows; shape (rows,)."""
-    mechanism = scene.part.mechanism
+    mechanism = scene.mechanism
     output_rows = make_output_rows(mechanism, forced_output_names(scene), {})
     return _row_order(make_constraint_table(mechanism).rows, _make_holding_rows(scene, mode or initial_mode(scene), output_rows))
 
@@ -274,7 +373,7 @@ def _make_event_functions(scene: Scene, mode: ContactMode, friction_input: int, 
     outputs, `friction_input` is the index of the first friction input.
     """
     output_names, rows, records = forced_output_names(scene), iter(held_rows.tolist()), []
-    mechanism, time = scene.part.mechanism, time_scale(scene)
+    mechanism, time = scene.mechanism, time_scale(scene)
     length_scale, mass = mechanism.length_scale, sum(body.mass for body in mechanism.bodies)
     scales = {name: length_scale if mechanism.reading(name).quantity == "length" else 1.0 for name in output_names}
     tolerances = {name: EVENT_ROUNDING_RATIO * scale for name, scale in scales.items()}
@@ -303,7 +402,22 @@ def _make_event_functions(scene: Scene, mode: ContactMode, friction_input: int, 
         direction, name = (-1.0 if taut else 1.0), spring.reading
         threshold, tolerance = direction * spring.free_value, tolerances[name]
         records.append((EventFunctionKind.VALUE, output_names.index(name), direction, threshold, tolerance, -1, contact_index))
+    first_table = len(contacts) + len(mode.taut)
+    for contact_index, (table, segment) in enumerate(zip(reading_tables_of(scene), mode.segments, strict=True), start=first_table):
+        records += _table_event_functions(table, segment, contact_index, output_names, tolerances, time)
     return np.array(records, dtype=EVENT_FUNCTION_DTYPE)
+
+
+def _table_event_functions(
+    table: TableFunction, segment: int, contact_index: int, output_names: Sequence[str], tolerances: Mapping[str, float], time: float
+) -> Iterator[tuple[EventFunctionKind, int, float, float, float, int, int]]:
+    """Yield the event functions at the ends of a segment of a table."""
+    name, is_rate = output_of_reading(table.reading)
+    kind, tolerance = (EventFunctionKind.RATE, tolerances[name] / time) if is_rate else (EventFunctionKind.VALUE, tolerances[name])
+    if segment > 0:
+        yield kind, output_names.index(name), -1.0, -table.positions[segment - 1], tolerance, -1, contact_index
+    if segment < len(table.positions):
+        yield kind, output_names.index(name), 1.0, table.positions[segment], tolerance, -1, contact_index
 
 
 def with_held_values(system: System, output_indices: Sequence[int], mode: ContactMode) -> System:
@@ -359,6 +473,9 @@ def make_system_workspace(system: System) -> SystemWorkspace:
         generalised_forces=np.zeros((bodies, 3)),
         output_row_values=np.zeros((len(system.output_rows.table), N_ROW_COLUMNS)),
         output_jacobian=np.zeros((len(system.output_rows.table), 2, 3)),
+        inverse_mass=system.inverse_mass.copy(),
+        plane_motion=np.zeros((len(system.planes), N_PLANE_COLUMNS)),
+        inputs=np.zeros(system.n_inputs),
     )
 
 
@@ -444,7 +561,7 @@ def ground_pin_of_point_mass(mechanism: Mechanism, body: Body) -> Pin | None:
     Pin or None
         The pin; None if there is none, or if the body cannot rotate, has no mass, or has a moment of inertia of its own.
     """
-    if not body.can_rotate or body.mass == 0 or body.second_moments.xx + body.second_moments.yy > 0:
+    if not body.can_rotate or body.mass == 0 or body.planar_inertia > 0:
         return None
     for joint in mechanism.joints:
         points = {joint.first.body: joint.first, joint.second.body: joint.second}
@@ -455,21 +572,7 @@ def ground_pin_of_point_mass(mechanism: Mechanism, body: Body) -> Pin | None:
     return None
 
 
-def make_body_record(body: Body, origin: tuple[float, float] = (0.0, 0.0)) -> tuple[float, ...]:
+def make_body_record(body: Body, gravity: float, plane: int, origin: tuple[float, float] = (0.0, 0.0)) -> tuple[float, ...]:
     """Return a body as a record of `BODY_DTYPE`, for an origin in body axes (m)."""
     moments = body.second_moments
-    return (body.mass, -origin[0], -origin[1], moments.xx, moments.yy, moments.xy, moments.zz)
-
-
-def _make_inertia(mechanism: Mechanism, origins: Mapping[str, tuple[float, float]]) -> tuple[FloatArray, FloatArray]:
-    """Return mass (twice) and moment of inertia about the origin of each body, and the stand-ins for those that are 0; (bodies, 3)."""
-    result = np.zeros((len(mechanism.bodies), 3))
-    for row, body in zip(result, mechanism.bodies, strict=True):
-        row[:2] = body.mass
-        if body.can_rotate:
-            row[2] = body.second_moments.xx + body.second_moments.yy + body.mass * math.hypot(*origins[body.name]) ** 2
-    is_movable = np.array([[True, True, body.can_rotate] for body in mechanism.bodies])
-    masses, moments = result[:, 0][result[:, 0] > 0], result[:, 2][result[:, 2] > 0]
-    mass = float(np.min(masses, initial=np.inf)) if masses.size else 1.0
-    moment = float(np.min(moments, initial=mass * mechanism.length_scale**2))
-    return result, np.where(is_movable & (result == 0), STAND_IN_INERTIA_RATIO * np.array([mass, mass, moment]), 0.0)
+    return (body.mass, -origin[0], -origin[1], moments.xx, moments.yy, moments.xy, moments.zz, gravity, plane)

@@ -10,8 +10,8 @@ from enum import IntEnum
 import numpy as np
 
 from governor_mechanism.mechanics.dynamics.force_kernels import dashpot_force_jit, spring_force_jit
-from governor_mechanism.mechanics.kinematics.constraint_kernels import ConstraintRows, RowColumn, evaluate_rows
-from governor_mechanism.mechanics.kinematics.input_kernels import evaluate_input
+from governor_mechanism.mechanics.dynamics.inputs import output_rate
+from governor_mechanism.mechanics.kinematics.constraint_kernels import ConstraintRows, RowColumn
 from governor_mechanism.numerics.jit import jit_internal
 from governor_mechanism.types import FloatArray, RecordArray
 
@@ -55,33 +55,19 @@ of g. input_index: the input that is subtracted, or -1. contact_index: the conta
 
 
 @jit_internal
-def output_rate(output_rows: ConstraintRows, jacobian: FloatArray, k: int, velocities: FloatArray) -> float:
-    """Return the rate of an output (m/s or rad/s) from its row of the evaluated output Jacobian."""
-    rate = 0.0
-    for side in range(2):
-        body = output_rows.row_bodies[k, side]
-        if body >= 0:
-            for c in range(3):
-                rate += jacobian[k, side, c] * velocities[body, c]
-    return rate
-
-
-@jit_internal
 def add_output_forces(
     output_rows: ConstraintRows,
     output_forces: RecordArray,
-    poses: FloatArray,
     velocities: FloatArray,
-    input_cubics: FloatArray,
-    local_time: float,
+    inputs: FloatArray,
     row_values: FloatArray,
     jacobian: FloatArray,
     result: FloatArray,
 ) -> float:
-    """Add the generalised forces of all output forces to result (bodies, 3) and return the power (W) they dissipate."""
-    if output_forces.size == 0:
-        return 0.0
-    evaluate_rows(output_rows, poses, velocities, row_values, jacobian)
+    """Add the generalised forces of all output forces to result (bodies, 3) and return the power (W) they dissipate.
+
+    The output rows were evaluated at the state.
+    """
     dissipated_power = 0.0
     for i in range(output_forces.size):
         output_force = output_forces[i]
@@ -93,7 +79,7 @@ def add_output_forces(
             if output_force.kind == OutputForceKind.DASHPOT:
                 force = -dashpot_force_jit(output_force.a, output_force.b, rate)
             else:
-                force = -(output_force.a * evaluate_input(input_cubics, output_force.input_index, local_time))
+                force = -(output_force.a * inputs[output_force.input_index])
             dissipated_power -= force * rate
         for side in range(2):
             body = output_rows.row_bodies[k, side]

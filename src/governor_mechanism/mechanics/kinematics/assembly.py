@@ -67,11 +67,11 @@ class PositionSolver:
     def __init__(self, mechanism: Mechanism, time: float = 0.0) -> None:
         self.mechanism, self.time = mechanism, time
         self.equations = ConstraintEquations(mechanism)
-        self.free_mask = np.array([[True, True, body.can_rotate] for body in mechanism.bodies], dtype=np.bool_).ravel()
+        self.free_mask = np.array([body.moves for body in mechanism.bodies], dtype=np.bool_).ravel()
         self.pose_scales = np.array([mechanism.length_scale, mechanism.length_scale, 1.0])
         self.free_coordinate_scales = np.tile(self.pose_scales, len(mechanism.bodies))[self.free_mask]
         self.initial_guess = np.array(mechanism.initial_guess, dtype=np.float64)
-        inertias = [[body.mass, body.mass, body.second_moments.xx + body.second_moments.yy] for body in mechanism.bodies]
+        inertias = [[body.mass, body.mass, body.planar_inertia] for body in mechanism.bodies]
         self.free_masses: FloatArray = np.array(inertias).ravel()[self.free_mask]
 
     @property
@@ -178,8 +178,8 @@ class PositionSolver:
         jacobian = self.jacobian(poses, list(rates))
         rhs = np.append(self.equations.prescribed_motion(np.array(self.time))[:, 1], list(rates.values()))
         # A massless coordinate gets a small mass or moment of inertia.
-        largest_mass = max(body.mass for body in self.mechanism.bodies) or 1.0
-        small_masses = 1e-6 * largest_mass * (self.mechanism.length_scale / self.free_coordinate_scales) ** 2
+        total_mass = sum(body.mass for body in self.mechanism.bodies) or 1.0
+        small_masses = 1e-6 * total_mass * (self.mechanism.length_scale / self.free_coordinate_scales) ** 2
         regular_masses = np.where(self.free_masses == 0, small_masses, self.free_masses)
         inverse_sqrt_masses = 1 / np.sqrt(regular_masses)
         free_velocities = inverse_sqrt_masses * least_norm_solution(jacobian * inverse_sqrt_masses, rhs)
@@ -295,7 +295,7 @@ def assembly_notes(scene: Scene) -> tuple[str, ...]:
     tuple[str, ...]
         One sentence each; empty if there is nothing to report.
     """
-    mechanism = scene.part.mechanism
+    mechanism = scene.mechanism
     if scene.start.values or not mechanism.joints:
         return mechanism.notes
     joint, gap = ConstraintEquations(mechanism).largest_gap(np.array(mechanism.initial_guess, dtype=np.float64))

@@ -2,8 +2,7 @@
 
 Each input is a row of `input_cubics` (inputs, 5 or more): the coefficients of a cubic in the local time since the start of a
 time segment, highest power first, and the integral of the cubic up to that start; then, for prescribed motions, amplitude,
-angular frequency (rad/s) and phase at that start of each harmonic. Input 0 is the given speed of the spindle, or the torque
-on a free spindle.
+angular frequency (rad/s) and phase at that start of each harmonic.
 """
 
 from __future__ import annotations
@@ -11,11 +10,9 @@ from __future__ import annotations
 import math
 
 from governor_mechanism.mechanics.kinematics import time_functions
+from governor_mechanism.mechanics.kinematics.time_functions import N_CUBIC_COLUMNS
 from governor_mechanism.numerics.jit import jit_internal
 from governor_mechanism.types import FloatArray
-
-N_CUBIC_COLUMNS = 5
-"""Number of columns of an input before those of its harmonics."""
 
 fluctuating_speed_jit = jit_internal(time_functions.fluctuating_speed)
 
@@ -60,11 +57,11 @@ def evaluate_motion(input_cubics: FloatArray, k: int, local_time: float) -> tupl
 
 @jit_internal
 def evaluate_given_speed(
-    input_cubics: FloatArray, local_time: float, fluctuation_amplitude: float, cycles_per_turn: float
+    input_cubics: FloatArray, k: int, local_time: float, fluctuation_amplitude: float, cycles_per_turn: float
 ) -> tuple[float, float]:
-    """Return the given speed (rad/s) and acceleration (rad/s2) of the spindle, with the fluctuation of its speed."""
-    speed, acceleration = evaluate_input(input_cubics, 0, local_time), evaluate_input_derivative(input_cubics, 0, local_time)
+    """Return the given speed (rad/s) and acceleration (rad/s2) of a spindle, input k with the fluctuation of its speed."""
+    speed, acceleration = evaluate_input(input_cubics, k, local_time), evaluate_input_derivative(input_cubics, k, local_time)
     if fluctuation_amplitude == 0.0:
         return speed, acceleration
-    mean_angle = evaluate_input_integral(input_cubics, 0, local_time)
+    mean_angle = evaluate_input_integral(input_cubics, k, local_time)
     return fluctuating_speed_jit(fluctuation_amplitude, cycles_per_turn, mean_angle, speed, acceleration)

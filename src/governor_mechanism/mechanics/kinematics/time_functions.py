@@ -9,9 +9,12 @@ from typing import Any
 import numpy as np
 from scipy.interpolate import CubicSpline, PchipInterpolator, PPoly
 
-from governor_mechanism.model.scene import FreeSpindle, Spindle
+from governor_mechanism.model.part import FreeSpindle, Spindle
 from governor_mechanism.model.time_functions import InputFunction, PrescribedMotion
 from governor_mechanism.types import FloatArray
+
+N_CUBIC_COLUMNS = 5
+"""Number of columns of the local cubic of an input; those of its harmonics follow."""
 
 
 def fluctuating_speed(
@@ -171,7 +174,7 @@ def stack_local_cubics(functions: Sequence[CubicTimeFunction], times: FloatArray
         Rows as in `input_kernels`; harmonics that a function does not have are zero; shape (n, functions, columns).
     """
     cubics = [function.local_cubics(times) for function in functions]
-    result = np.zeros((len(times), len(cubics), max(one.shape[1] for one in cubics)))
+    result = np.zeros((len(times), len(cubics), max((one.shape[1] for one in cubics), default=N_CUBIC_COLUMNS)))
     for index, one in enumerate(cubics):
         result[:, index, : one.shape[1]] = one
     return result
@@ -186,6 +189,8 @@ class SpindleSpeedFunction(CubicTimeFunction):
     ----------
     spindle
         Spindle with a given speed, or a free spindle.
+    ratio
+        Factor on the speed.
 
     Attributes
     ----------
@@ -195,9 +200,10 @@ class SpindleSpeedFunction(CubicTimeFunction):
         Speed at 0 s, rad/s.
     """
 
-    def __init__(self, spindle: Spindle | FreeSpindle) -> None:
-        function = spindle.speed_function if isinstance(spindle, Spindle) else InputFunction(values=(spindle.start_speed,))
+    def __init__(self, spindle: Spindle | FreeSpindle, ratio: float = 1.0) -> None:
+        function = spindle.speed_function if isinstance(spindle, Spindle) else InputFunction(values=(spindle.start_speed or 0.0,))
         super().__init__(function)
+        self._ratio = ratio
         self._fluctuation_amplitude = 0.5 * spindle.speed_fluctuation if isinstance(spindle, Spindle) else 0.0
         self._cycles_per_turn = spindle.cycles_per_turn if isinstance(spindle, Spindle) else 1.0
         self.is_constant = self._is_level and not self._fluctuation_amplitude
@@ -206,11 +212,16 @@ class SpindleSpeedFunction(CubicTimeFunction):
     def __call__(self, times: FloatArray, *, left_limit: bool = False) -> FloatArray:
         """Return speeds (n,), rad/s; at a jump the right limit, or the left limit if requested."""
         mean_speed = super().__call__(times, left_limit=left_limit)
-        return self._add_fluctuation(times, mean_speed, np.zeros_like(times))[0]
+        return self._ratio * self._add_fluctuation(times, mean_speed, np.zeros_like(times))[0]
 
     def derivative(self, times: FloatArray) -> FloatArray:
         """Return accelerations (n,), rad/s2; at a breakpoint the right limit."""
-        return self._add_fluctuation(times, super().__call__(times), super().derivative(times))[1]
+        return self._ratio * self._add_fluctuation(times, super().__call__(times), super().derivative(times))[1]
+
+    def limits_at(self, time: float) -> tuple[float, float]:
+        """Return the speeds, rad/s, just before and after a time, s."""
+        before, after = (float(self(np.array([time]), left_limit=side)[0]) for side in (True, False))
+        return before, after
 
     def _add_fluctuation(self, times: FloatArray, mean_speed: FloatArray, mean_acceleration: FloatArray) -> tuple[FloatArray, FloatArray]:
         """Return speeds and accelerations (n,) with the fluctuation, if any."""

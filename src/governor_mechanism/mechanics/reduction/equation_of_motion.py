@@ -5,11 +5,11 @@ from __future__ import annotations
 from typing import NamedTuple
 
 from governor_mechanism.mechanics.dynamics.force_kernels import dashpot_force_jit, free_spindle_speed_jit, spring_force_jit
-from governor_mechanism.mechanics.kinematics.input_kernels import fluctuating_speed_jit
+from governor_mechanism.mechanics.kinematics.input_kernels import evaluate_input, fluctuating_speed_jit
 from governor_mechanism.mechanics.reduction.lowering import ForceParameter, ReducedForces
 from governor_mechanism.mechanics.reduction.node_evaluation import TableColumn
 from governor_mechanism.mechanics.reduction.table import PiecewiseTable
-from governor_mechanism.numerics.chebyshev import evaluate_piece
+from governor_mechanism.numerics.chebyshev import evaluate_piece, evaluate_piece_derivative
 from governor_mechanism.numerics.jit import jit_internal
 from governor_mechanism.types import FloatArray, IntArray
 
@@ -22,7 +22,7 @@ The equation of motion does not depend on them.
 MODE_HELD = 0
 """Index in a mode (1 + contacts + springs,) of whether the mechanism is held at rest.
 
-After it follow the sign of sliding of each contact, and whether each one-sided spring is taut.
+After it follow the state of each contact (1, -1, 0 or HELD, see `mechanics.contact.rules`) and whether each one-sided spring is taut.
 """
 
 
@@ -85,13 +85,6 @@ def make_reduced_model(table: PiecewiseTable, forces: ReducedForces, input_cubic
         The arrays that the kernels read.
     """
     return ReducedModel(table.coefficients, table.intervals, table.neighbours, table.periodicity, *forces, input_cubics, mode)
-
-
-@jit_internal
-def evaluate_input(input_cubics: FloatArray, program: int, local_time: float) -> float:
-    """Return the value of an input at a local time, s."""
-    a, b, c, d = input_cubics[program, 0], input_cubics[program, 1], input_cubics[program, 2], input_cubics[program, 3]
-    return float(((a * local_time + b) * local_time + c) * local_time + d)
 
 
 @jit_internal
@@ -252,6 +245,13 @@ def evaluate_table_output(model: ReducedModel, piece: int, t: float, output_inde
     """
     column = TableColumn.FIRST_PROGRAM + int(model.parameters[ForceParameter.PROGRAM_COUNT]) + 2 * int(output_index)
     return evaluate_piece(model.coefficients, piece, column, t), evaluate_piece(model.coefficients, piece, column + 1, t)
+
+
+@jit_internal
+def evaluate_output_second_derivative(model: ReducedModel, piece: int, t: float, output_index: float) -> float:
+    """Return the second derivative of an output by the coordinate, at the local coordinate t of a table piece."""
+    column = TableColumn.FIRST_PROGRAM + int(model.parameters[ForceParameter.PROGRAM_COUNT]) + 2 * int(output_index) + 1
+    return float(evaluate_piece_derivative(model.coefficients, piece, column, t) * model.intervals[piece, 3])
 
 
 @jit_internal

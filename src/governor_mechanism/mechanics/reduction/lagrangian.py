@@ -31,7 +31,8 @@ from governor_mechanism.model.force_elements import Force, ForceElement, Spring,
 from governor_mechanism.model.joints import Point
 from governor_mechanism.model.mechanism import Mechanism
 from governor_mechanism.model.output_variables import BodyAngle, Reading
-from governor_mechanism.model.scene import TURNING_PLANE, FreeSpindle, Scene
+from governor_mechanism.model.part import TURNING_PLANE, FreeSpindle
+from governor_mechanism.model.scene import Scene
 from governor_mechanism.model.time_functions import InputFunction
 from governor_mechanism.types import FloatArray
 

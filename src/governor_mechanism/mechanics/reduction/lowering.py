@@ -9,7 +9,7 @@ from typing import NamedTuple
 import numpy as np
 
 from governor_mechanism.mechanics.dynamics.characteristic_scales import time_scale
-from governor_mechanism.mechanics.dynamics.contacts import contacts_of, output_dampers_of, output_springs_of
+from governor_mechanism.mechanics.dynamics.contacts import contacts_of, make_contact_table, output_dampers_of, output_springs_of
 from governor_mechanism.mechanics.dynamics.force_elements import ForceElementKind, make_force_element_table
 from governor_mechanism.mechanics.dynamics.lowering import BODY_DTYPE, forced_output_names, make_body_record
 from governor_mechanism.mechanics.dynamics.output_forces import OUTPUT_FORCE_DTYPE, OutputForceKind
@@ -20,7 +20,8 @@ from governor_mechanism.mechanics.kinematics.time_functions import CubicTimeFunc
 from governor_mechanism.mechanics.reduction.node_evaluation import ReductionArrays
 from governor_mechanism.model.mechanism import Mechanism
 from governor_mechanism.model.output_variables import LineAngle
-from governor_mechanism.model.scene import TURNING_PLANE, FreeSpindle, Scene, Spindle
+from governor_mechanism.model.part import TURNING_PLANE, FreeSpindle, Spindle
+from governor_mechanism.model.scene import Scene
 from governor_mechanism.types import FloatArray, RecordArray
 
 UNBOUNDED_RANGE = 1e9
@@ -39,8 +40,7 @@ class ReducedForces(NamedTuple):
     output_dampers
         Output index, linear and quadratic coefficient; shape (n, 3).
     contacts
-        Output index, input index of the friction force or -1, low stop, high stop, coefficient of restitution, output scale;
-        shape (n, 6).
+        As made by `make_contact_table`; shape (n, 6).
     """
 
     parameters: FloatArray
@@ -118,8 +118,7 @@ def lower_reduced_scene(scene: Scene) -> tuple[ReductionArrays, ReducedForces]:
         pose_scales=np.array([mechanism.length_scale, mechanism.length_scale, 1.0] * len(mechanism.bodies)),
         row_scales=np.array([*(1 / mechanism.length_scale,) * len(joint_rows.table), 1 / mechanism.output_scale(mechanism.coordinate)]),
         mass=np.array([m for b in mechanism.bodies for m in (b.mass, b.mass, b.second_moments.xx + b.second_moments.yy)]),
-        bodies=np.array([make_body_record(body) for body in mechanism.bodies], dtype=BODY_DTYPE),
-        gravity=scene.gravity,
+        bodies=np.array([make_body_record(body, scene.gravity, has_centrifugal_forces - 1) for body in mechanism.bodies], dtype=BODY_DTYPE),
         has_centrifugal_forces=has_centrifugal_forces,
         springs=springs,
         dampers=dampers,
@@ -129,7 +128,7 @@ def lower_reduced_scene(scene: Scene) -> tuple[ReductionArrays, ReducedForces]:
         output_scales=output_scales,
         output_springs=_two_sided_springs(scene, names),
         limits=np.array([(names.index(limit.reading), limit.low, limit.high) for limit in limits]).reshape(-1, 3),
-        spindle_speed_squared=spindle.speeds[0] ** 2 if is_steady and isinstance(spindle, Spindle) else -1.0,
+        steady_speed=abs(spindle.speeds[0]) if is_steady and isinstance(spindle, Spindle) else -1.0,
         coordinate_scale=mechanism.output_scale(mechanism.coordinate),
         time_scale=scene_time_scale,
         length_scale=mechanism.length_scale,
@@ -171,13 +170,7 @@ def _two_sided_springs(scene: Scene, names: list[str]) -> FloatArray:
 
 
 def _lower_forces(scene: Scene, arrays: ReductionArrays, names: list[str]) -> ReducedForces:
-    mechanism, spindle, program = scene.part.mechanism, scene.spindle, 1 + len(arrays.program_indices)
-    contacts = []
-    for contact in contacts_of(scene):
-        has_friction, scale = contact.friction is not None, mechanism.output_scale(contact.output_name)
-        friction_index = program if has_friction else -1
-        contacts.append((names.index(contact.output_name), friction_index, contact.low, contact.high, contact.restitution, scale))
-        program += has_friction
+    mechanism, spindle = scene.part.mechanism, scene.spindle
     one_sided_springs = [
         (names.index(spring.reading), spring.rate, spring.free_value, mechanism.output_scale(spring.reading))
         for spring in output_springs_of(scene)
@@ -202,5 +195,5 @@ def _lower_forces(scene: Scene, arrays: ReductionArrays, names: list[str]) -> Re
         parameters=parameters,
         one_sided_springs=np.array(one_sided_springs).reshape(-1, 4),
         output_dampers=np.array(output_dampers).reshape(-1, 3),
-        contacts=np.array(contacts).reshape(-1, 6),
+        contacts=make_contact_table(scene, names, 1 + len(arrays.program_indices)),
     )

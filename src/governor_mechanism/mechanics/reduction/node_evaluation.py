@@ -11,9 +11,11 @@ from typing import NamedTuple
 
 import numpy as np
 
-from governor_mechanism.mechanics.dynamics.equations_of_motion import evaluate_body_forces, inertia_about_spindle
+from governor_mechanism.mechanics.dynamics.equations_of_motion import evaluate_body_forces, inertia_of_plane
 from governor_mechanism.mechanics.dynamics.force_elements import add_element_forces
-from governor_mechanism.mechanics.dynamics.output_forces import add_output_forces, output_rate
+from governor_mechanism.mechanics.dynamics.inputs import output_rate
+from governor_mechanism.mechanics.dynamics.lowering import N_PLANE_COLUMNS, PlaneColumn
+from governor_mechanism.mechanics.dynamics.output_forces import add_output_forces
 from governor_mechanism.mechanics.kinematics.constraint_kernels import ConstraintRows, RowColumn, evaluate_rows
 from governor_mechanism.numerics.jit import jit, jit_internal
 from governor_mechanism.types import FloatArray, IntArray, RecordArray
@@ -80,8 +82,6 @@ class ReductionArrays(NamedTuple):
         Mass, mass and moment of inertia of each body; shape (3 bodies,).
     bodies
         Mass properties; shape (bodies,).
-    gravity
-        Acceleration of gravity, m/s2.
     has_centrifugal_forces
         Whether the plane rotates with the spindle and centrifugal forces act.
     springs
@@ -100,8 +100,8 @@ class ReductionArrays(NamedTuple):
         Springs along outputs that both pull and push.
     limits
         Output index, low and high limit; shape (n, 3).
-    spindle_speed_squared
-        Square of a constant spindle speed, rad2/s2; negative if the speed changes.
+    steady_speed
+        Magnitude of a constant spindle speed, rad/s; negative if the speed changes.
     coordinate_scale
         Scale of the coordinate, m or rad.
     time_scale
@@ -125,7 +125,6 @@ class ReductionArrays(NamedTuple):
     row_scales: FloatArray
     mass: FloatArray
     bodies: RecordArray
-    gravity: float
     has_centrifugal_forces: bool
     springs: RecordArray
     dampers: RecordArray
@@ -135,7 +134,7 @@ class ReductionArrays(NamedTuple):
     output_scales: FloatArray
     output_springs: RecordArray
     limits: FloatArray
-    spindle_speed_squared: float
+    steady_speed: float
     coordinate_scale: float
     time_scale: float
     length_scale: float
@@ -161,7 +160,8 @@ class NodeWorkspace(NamedTuple):
     min_pivot: FloatArray
     generalised_forces: FloatArray
     zero_velocities: FloatArray
-    input_cubics: FloatArray
+    inputs: FloatArray
+    plane_motion: FloatArray
 
 
 def make_node_workspace(arrays: ReductionArrays) -> NodeWorkspace:
@@ -192,7 +192,8 @@ def make_node_workspace(arrays: ReductionArrays) -> NodeWorkspace:
         min_pivot=np.zeros(1),
         generalised_forces=np.zeros((n_bodies, 3)),
         zero_velocities=np.zeros((n_bodies, 3)),
-        input_cubics=np.zeros((int(np.max(arrays.program_indices, initial=0)) + 1, 5)),
+        inputs=np.zeros(int(np.max(arrays.program_indices, initial=0)) + 1),
+        plane_motion=np.zeros((1, N_PLANE_COLUMNS)),
     )
 
 
@@ -367,37 +368,38 @@ def continue_to_coordinate(arrays: ReductionArrays, workspace: NodeWorkspace, q:
 def evaluate_columns(arrays: ReductionArrays, workspace: NodeWorkspace, node: FloatArray, columns: FloatArray) -> None:
     """Fill the columns of the table from a node (3, 3 bodies): poses, tangent and curvature."""
     poses, tangents, zero_velocities = node[0].reshape(-1, 3), node[1].reshape(-1, 3), workspace.zero_velocities
-    input_cubics, forces = workspace.input_cubics, workspace.generalised_forces
+    inputs, plane_motion, forces = workspace.inputs, workspace.plane_motion, workspace.generalised_forces
     inertia = inertia_derivative = 0.0
     for k in range(arrays.mass.size):
         inertia += arrays.mass[k] * node[1, k] * node[1, k]
         inertia_derivative += 2.0 * arrays.mass[k] * node[1, k] * node[2, k]
-    is_steady = arrays.has_centrifugal_forces and arrays.spindle_speed_squared >= 0.0
-    evaluate_body_forces(arrays.bodies, arrays.gravity, is_steady, poses, arrays.spindle_speed_squared, forces)
-    add_element_forces(arrays.springs, poses, zero_velocities, input_cubics, 0.0, forces)
+    is_steady = arrays.has_centrifugal_forces and arrays.steady_speed >= 0.0
+    plane_motion[0, PlaneColumn.SPEED] = arrays.steady_speed if is_steady else 0.0
+    evaluate_body_forces(arrays.bodies, plane_motion, 1.0, poses, forces)
+    add_element_forces(arrays.springs, poses, zero_velocities, inputs, forces)
     rows, springs = arrays.output_rows, arrays.output_springs
-    add_output_forces(
-        rows, springs, poses, zero_velocities, input_cubics, 0.0, workspace.output_row_values, workspace.output_jacobian, forces
-    )
+    evaluate_rows(rows, poses, zero_velocities, workspace.output_row_values, workspace.output_jacobian)
+    add_output_forces(rows, springs, zero_velocities, inputs, workspace.output_row_values, workspace.output_jacobian, forces)
     columns[TableColumn.QUADRATIC] = -0.5 * inertia_derivative / inertia
     columns[TableColumn.POTENTIAL] = _project_on_tangent(forces, node[1]) / inertia
     if columns.size == TableColumn.INVERSE_INERTIA:
         return
     columns[TableColumn.CENTRIFUGAL] = 0.0
     if arrays.has_centrifugal_forces and not is_steady:
-        evaluate_body_forces(arrays.bodies, 0.0, True, poses, 1.0, forces)
+        plane_motion[0, PlaneColumn.SPEED] = 1.0
+        evaluate_body_forces(arrays.bodies, plane_motion, 0.0, poses, forces)
         columns[TableColumn.CENTRIFUGAL] = _project_on_tangent(forces, node[1]) / inertia
     columns[TableColumn.INVERSE_INERTIA] = 1.0 / inertia
-    columns[TableColumn.SPINDLE_INERTIA] = inertia_about_spindle(arrays.bodies, poses)
+    columns[TableColumn.SPINDLE_INERTIA] = inertia_of_plane(arrays.bodies, 0, poses, zero_velocities)[0]
     forces[:] = 0.0
-    add_element_forces(arrays.dampers, poses, tangents, input_cubics, 0.0, forces)
+    add_element_forces(arrays.dampers, poses, tangents, inputs, forces)
     columns[TableColumn.DAMPING] = _project_on_tangent(forces, node[1]) / inertia
     column: int = TableColumn.FIRST_PROGRAM
     for program in arrays.program_indices:
         forces[:] = 0.0
-        input_cubics[program, 3] = 1.0
-        add_element_forces(arrays.programmed_force_elements, poses, zero_velocities, input_cubics, 0.0, forces)
-        input_cubics[program, 3] = 0.0
+        inputs[program] = 1.0
+        add_element_forces(arrays.programmed_force_elements, poses, zero_velocities, inputs, forces)
+        inputs[program] = 0.0
         columns[column] = _project_on_tangent(forces, node[1]) / inertia
         column += 1
     evaluate_rows(arrays.output_rows, poses, tangents, workspace.output_row_values, workspace.output_jacobian)

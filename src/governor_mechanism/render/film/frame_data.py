@@ -10,7 +10,7 @@ import numpy as np
 from scipy.interpolate import CubicHermiteSpline
 
 from governor_mechanism.errors import MechanismError, did_you_mean
-from governor_mechanism.model.scene import Part
+from governor_mechanism.model.part import Part
 from governor_mechanism.model.trajectory import Trajectory
 from governor_mechanism.render.effect_state import NO_EFFECTS, EffectState, effect_state_of
 from governor_mechanism.types import FloatArray

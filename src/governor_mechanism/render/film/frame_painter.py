@@ -17,7 +17,7 @@ from matplotlib.text import Text as Words
 from numpy.typing import NDArray
 
 from governor_mechanism.errors import MechanismError
-from governor_mechanism.model.scene import TURNING_PLANE
+from governor_mechanism.model.part import TURNING_PLANE
 from governor_mechanism.model.trajectory import Trajectory
 from governor_mechanism.render.film.digit_cache import CachedNumber
 from governor_mechanism.render.film.frame_data import FrameData

@@ -11,7 +11,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from governor_mechanism.model.scene import Part
+from governor_mechanism.model.part import Part
 from governor_mechanism.render.effect_state import NO_EFFECTS, EffectState
 from governor_mechanism.render.geometry.free_space import select_extreme_poses, select_extreme_rows
 from governor_mechanism.render.geometry.primitives import BoundingBox, Circle, DrawnShape, Lines, bounding_box

@@ -21,7 +21,7 @@ from governor_mechanism.machines.custom import (
 )
 from governor_mechanism.model.joints import GROUND, Point
 from governor_mechanism.model.mechanism import SecondMoments
-from governor_mechanism.model.scene import TURNING_PLANE
+from governor_mechanism.model.part import TURNING_PLANE
 from governor_mechanism.scenes.custom.values import NamedPoints, NewBodyName, PointReference, table_list
 from governor_mechanism.scenes.problems import KEY, Problem, ProblemCode, ProblemCollector, mistake
 from governor_mechanism.scenes.quantities import Angle, Bool, FloatPair, Length, Mass, Position, PositiveLength, built

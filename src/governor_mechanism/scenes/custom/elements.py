@@ -28,8 +28,9 @@ from governor_mechanism.model.time_functions import InputFunction, PrescribedMot
 from governor_mechanism.scenes.custom.bodies import PointRegistry
 from governor_mechanism.scenes.custom.motions import AngleMotion, DisplacementMotion
 from governor_mechanism.scenes.custom.values import BodyName, CurveValue, PointOrBodyRef, PointRef
+from governor_mechanism.scenes.loads import input_function
 from governor_mechanism.scenes.problems import Problem, ProblemCode, mistake
-from governor_mechanism.scenes.quantities import Angle, Label, Length, PositiveLength, built, choice, input_function, quantity
+from governor_mechanism.scenes.quantities import Angle, Label, Length, PositiveLength, built, choice, quantity
 from governor_mechanism.scenes.table import SceneFileTable, nearest_type, union_by_key
 from governor_mechanism.units.quantities import format_value
 

@@ -19,7 +19,7 @@ from governor_mechanism.machines.custom import (
 from governor_mechanism.model.force_elements import ForceElement
 from governor_mechanism.model.joints import GROUND, Joint
 from governor_mechanism.model.output_variables import Reading
-from governor_mechanism.model.scene import FIXED_PLANE, TURNING_PLANE, Part, Start
+from governor_mechanism.model.part import FIXED_PLANE, TURNING_PLANE, Part, Start
 from governor_mechanism.scenes.custom.bodies import BodyTable, PointRegistry
 from governor_mechanism.scenes.custom.elements import FORCE, JOINT, ElementTable, LinkTable
 from governor_mechanism.scenes.custom.motions import is_moving, parse_moving_point

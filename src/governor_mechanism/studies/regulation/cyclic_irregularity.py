@@ -15,7 +15,8 @@ from governor_mechanism.errors import MechanismError
 from governor_mechanism.machines.registry import MACHINES
 from governor_mechanism.mechanics.kinematics.output_variables import evaluate_output_value
 from governor_mechanism.model.effect import Effect
-from governor_mechanism.model.scene import Scene, Spindle, Start
+from governor_mechanism.model.part import Spindle, Start
+from governor_mechanism.model.scene import Scene
 from governor_mechanism.model.trajectory import Trajectory
 from governor_mechanism.statics.speed_curve import compute_insensitivity_band
 from governor_mechanism.studies.regression import SLEEVE_READING, FittedParameter, fit_slope, run_uncertified
@@ -260,8 +261,7 @@ def _make_fluctuating_scene(scene: Scene, speed_fluctuation: float, mean_speed: 
     spindle = scene.spindle
     cycles_per_turn = spindle.cycles_per_turn if isinstance(spindle, Spindle) else 1.0
     turn_period = 2 * math.pi / mean_speed
-    return replace(
-        scene,
+    return scene.with_changes(
         spindle=Spindle(speeds=(mean_speed,), speed_fluctuation=speed_fluctuation, cycles_per_turn=cycles_per_turn),
         run=replace(scene.run, duration=n_turns * turn_period, output_interval=turn_period / SAMPLES_PER_TURN),
     )
@@ -281,13 +281,13 @@ def _make_scene_with_clearance(scene: Scene, clearance: float) -> Scene:
     """Return the scene with another clearance, m, or none, at the same relative start position."""
     previous_clearance = next((effect.width for effect in scene.effects if isinstance(effect, Clearance)), 0.0)
     effects: list[Effect] = [effect for effect in scene.effects if not isinstance(effect, Clearance)]
-    values = {name: value for name, value in scene.start.values.items() if name != CLEARANCE_READING}
+    values = {name: value for name, value in scene.part.start.values.items() if name != CLEARANCE_READING}
     if clearance:
-        given_start = scene.start.values.get(CLEARANCE_READING)
+        given_start = scene.part.start.values.get(CLEARANCE_READING)
         start_ratio = float(given_start) / previous_clearance if previous_clearance and given_start is not None else -0.5
         effects.append(Clearance(width=clearance))
         values[CLEARANCE_READING] = start_ratio * clearance
     machine = MACHINES[scene.part.machine](**scene.part.dimensions)
-    new_part = replace(scene.part, mechanism=machine.mechanism_with_effects(effects))
-    rates = {name: rate for name, rate in scene.start.rates.items() if name != CLEARANCE_READING}
-    return replace(scene, parts=(new_part,), effects=tuple(effects), start=Start(values=values, rates=rates))
+    mechanism = machine.mechanism_with_effects(effects)
+    rates = {name: rate for name, rate in scene.part.start.rates.items() if name != CLEARANCE_READING}
+    return scene.with_changes(mechanism=mechanism, effects=tuple(effects), start=Start(values=values, rates=rates))

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Sequence
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 
 import numpy as np
 from scipy.interpolate import CubicHermiteSpline
@@ -15,7 +15,8 @@ from governor_mechanism.effects.stops import Stops
 from governor_mechanism.errors import MechanismError
 from governor_mechanism.mechanics.reduction.lagrangian import SingleDofReduction
 from governor_mechanism.model.events import EventKind
-from governor_mechanism.model.scene import RunSettings, Scene, Spindle, Start
+from governor_mechanism.model.part import Spindle, Start
+from governor_mechanism.model.scene import RunSettings, Scene
 from governor_mechanism.model.trajectory import Trajectory
 from governor_mechanism.statics.speed_curve import compute_speed_curve, equilibrium_speed_at
 from governor_mechanism.studies.regression import FittedParameter, fit_slope, run_uncertified
@@ -197,7 +198,7 @@ def _find_passage_time(scene: Scene, passage_value: float, spindle: Spindle, sta
     coordinate = scene.part.mechanism.coordinate
     duration = spindle.times[-1]
     settings = RunSettings(duration=duration, output_interval=duration / (SAMPLES_PER_RUN), accuracy=scene.run.accuracy)
-    run = run_uncertified(replace(scene, spindle=spindle, start=Start(values={coordinate: start_value}), run=settings))
+    run = run_uncertified(scene.with_changes(spindle=spindle, start=Start(values={coordinate: start_value}), run=settings))
     deviation = run.readings[coordinate] - passage_value
     crossings = np.flatnonzero(deviation[:-1] * deviation[1:] < 0)
     if not crossings.size:

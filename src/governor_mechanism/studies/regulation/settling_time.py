@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Sequence
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 from itertools import pairwise
 
 import numpy as np
@@ -14,7 +14,8 @@ from scipy.optimize import brentq, minimize_scalar
 from governor_mechanism.effects.dashpot import Dashpot
 from governor_mechanism.errors import MechanismError
 from governor_mechanism.mechanics.reduction.lagrangian import SingleDofReduction
-from governor_mechanism.model.scene import FreeSpindle, Scene
+from governor_mechanism.model.part import FreeSpindle
+from governor_mechanism.model.scene import Scene
 from governor_mechanism.model.trajectory import Trajectory
 from governor_mechanism.studies.regression import SLEEVE_READING, run_uncertified
 from governor_mechanism.types import FloatArray
@@ -83,7 +84,7 @@ def study_settling(
 
     def settling_time_of(damping_coefficient: float) -> float:
         dashpot = Dashpot(reading=SLEEVE_READING, linear=damping_coefficient)
-        return _compute_settling_time(run_uncertified(replace(scene, effects=(*other_effects, dashpot))), tolerance) - load_change_time
+        return _compute_settling_time(run_uncertified(scene.with_changes(effects=(*other_effects, dashpot))), tolerance) - load_change_time
 
     requested_coefficients = np.asarray(damping_coefficients, dtype=np.float64)
     settling_times = np.array([settling_time_of(coefficient) for coefficient in requested_coefficients.tolist()])

@@ -7,7 +7,6 @@ model. A row that does not fit is computed on its own.
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
-from dataclasses import replace
 from typing import Any
 
 from governor_mechanism.engines import ReducedEngine, select_engine
@@ -41,7 +40,7 @@ class BatchedRows:
             mechanism = machine.mechanism_with_effects(scene.effects)
         except MechanismError:
             return None
-        return self._batch.run(replace(scene, parts=(replace(scene.part, mechanism=mechanism),)))
+        return self._batch.run(scene.with_changes(mechanism=mechanism))
 
 
 def make_batched_rows(

@@ -15,7 +15,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from governor_mechanism.errors import MechanismError, did_you_mean
-from governor_mechanism.model.scene import TURNING_PLANE, FreeSpindle, Scene
+from governor_mechanism.model.part import TURNING_PLANE, FreeSpindle
+from governor_mechanism.model.scene import Scene
 from governor_mechanism.model.trajectory import Trajectory
 from governor_mechanism.units.quantities import DISPLAY_UNITS, format_value
 

@@ -11,7 +11,8 @@ from governor_mechanism.closed_form.hartung import governor as closed
 from governor_mechanism.effects.stops import Stops
 from governor_mechanism.model.effect import OutputEffect
 from governor_mechanism.model.events import EventKind
-from governor_mechanism.model.scene import FreeSpindle, Scene
+from governor_mechanism.model.part import FreeSpindle
+from governor_mechanism.model.scene import Scene
 from governor_mechanism.model.trajectory import Trajectory
 from governor_mechanism.verification.comparisons import (
     compare_reading,

@@ -14,7 +14,8 @@ from governor_mechanism.effects.bell_crank_masses import BellCrankMasses
 from governor_mechanism.effects.stops import Stops
 from governor_mechanism.mechanics.kinematics.time_functions import SpindleSpeedFunction
 from governor_mechanism.mechanics.reduction.lagrangian import SingleDofReduction
-from governor_mechanism.model.scene import FreeSpindle, Scene, Spindle
+from governor_mechanism.model.part import FreeSpindle, Spindle
+from governor_mechanism.model.scene import Scene
 from governor_mechanism.observables.static_forces import compute_static_force
 from governor_mechanism.statics.speed_curve import equilibrium_speed_at
 from governor_mechanism.types import FloatArray
@@ -96,8 +97,7 @@ def _check_statics_over_stroke(scene: Scene, governor: closed.HartungGovernor, s
 
 def _check_astatic_spring_force(scene: Scene, governor: closed.HartungGovernor, lever_angles: FloatArray) -> Iterator[ComparisonRow]:
     """Yield the spring force that balances the weights at one speed, from the reduction of a governor without springs."""
-    part = scene.part
-    springless_scene = replace(scene, parts=(replace(part, mechanism=replace(part.mechanism, force_elements=(), derived_forces=())),))
+    springless_scene = scene.with_changes(mechanism=replace(scene.part.mechanism, force_elements=(), derived_forces=()))
     reduction = SingleDofReduction(springless_scene)
     coefficients = reduction.evaluate(lever_angles)
     speed = SpindleSpeedFunction(scene.spindle).start_speed
@@ -124,7 +124,7 @@ def _check_equilibria(scene: Scene, governor: closed.HartungGovernor, stroke: tu
             yield f"at {format_rpm(speed)} there is no equilibrium within the stroke: nothing is checked there"
         for angle in angles_in_stroke:
             offset = min([RELAXATION_OFFSET, *(0.3 * abs(angle - other) for other in all_angles if other != angle)])
-            yield from _check_equilibrium(replace(scene, spindle=Spindle(speeds=(speed,))), governor, angle, offset)
+            yield from _check_equilibrium(scene.with_changes(spindle=Spindle(speeds=(speed,))), governor, angle, offset)
 
 
 def _equilibrium_angles(scene: Scene, governor: closed.HartungGovernor, speed: float) -> list[float]:

@@ -13,7 +13,8 @@ from governor_mechanism.mechanics.dynamics.force_laws import centrifugal_force, 
 from governor_mechanism.model.force_elements import Damper, Force, ForceElement, Spring, Torque, TorsionDamper, TorsionSpring
 from governor_mechanism.model.joints import GROUND, Point, Slider
 from governor_mechanism.model.mechanism import Body, Mechanism, SecondMoments
-from governor_mechanism.model.scene import TURNING_PLANE, Scene
+from governor_mechanism.model.part import TURNING_PLANE
+from governor_mechanism.model.scene import Scene
 
 ForceCallback = Callable[[float, StepInputs], None]
 """Set or add a force for the kick that ends the next step, at the pose `lead` seconds ahead."""

@@ -13,7 +13,8 @@ from governor_mechanism.closed_form.parabolic.speed_deviation import equilibrium
 from governor_mechanism.closed_form.pendulum import dynamics as pendulum
 from governor_mechanism.closed_form.pendulum.dynamics import PendulumGovernor
 from governor_mechanism.errors import MechanismError
-from governor_mechanism.model.scene import FreeSpindle, Scene
+from governor_mechanism.model.part import FreeSpindle
+from governor_mechanism.model.scene import Scene
 from governor_mechanism.types import FloatArray
 
 PlatePoint = tuple[float, float]
@@ -189,7 +190,7 @@ def _closed_form_governor(scene: Scene) -> PendulumGovernor:
 
 def _initial_speed(scene: Scene) -> float:
     spindle = scene.spindle
-    return abs(spindle.start_speed if isinstance(spindle, FreeSpindle) else spindle.speeds[0])
+    return abs((spindle.start_speed or 0.0) if isinstance(spindle, FreeSpindle) else spindle.speeds[0])
 
 
 def _start_angle(governor: PendulumGovernor, travel: tuple[float, float], speed: float) -> float:

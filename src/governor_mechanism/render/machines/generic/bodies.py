@@ -9,7 +9,7 @@ from governor_mechanism.model.force_elements import Damper, Force, Spring
 from governor_mechanism.model.joints import ArcSlot, CurveSlot, Distance, Joint, Pin, Point, Slider, TranslationalDriver, Weld
 from governor_mechanism.model.mechanism import Body
 from governor_mechanism.model.output_variables import LineAngle, PointCoordinate, PointDistance
-from governor_mechanism.model.scene import Part
+from governor_mechanism.model.part import Part
 from governor_mechanism.render.geometry.body_points import GROUND_POSE, axes_to_plane, distinct_points
 from governor_mechanism.render.geometry.outlines import convex_hull, make_plate_outline
 from governor_mechanism.render.geometry.primitives import (

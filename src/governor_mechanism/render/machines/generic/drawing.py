@@ -5,7 +5,7 @@ from __future__ import annotations
 import math
 
 from governor_mechanism.model.joints import GROUND, Distance
-from governor_mechanism.model.scene import TURNING_PLANE, Part
+from governor_mechanism.model.part import TURNING_PLANE, Part
 from governor_mechanism.render.effect_state import NO_EFFECTS, EffectState
 from governor_mechanism.render.geometry.body_points import as_pose_tuples, point_position
 from governor_mechanism.render.geometry.primitives import Circle, DrawnShape, Lines, drawn_ball_radius, make_bar

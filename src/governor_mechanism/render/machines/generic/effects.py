@@ -15,7 +15,7 @@ from governor_mechanism.effects.stops import Stops
 from governor_mechanism.model.effect import OutputEffect
 from governor_mechanism.model.joints import GROUND
 from governor_mechanism.model.output_variables import PointCoordinate
-from governor_mechanism.model.scene import Part
+from governor_mechanism.model.part import Part
 from governor_mechanism.render.geometry.body_points import axes_to_plane, point_position
 from governor_mechanism.render.geometry.outlines import make_burst, make_wall
 from governor_mechanism.render.geometry.primitives import DrawnShape, Lines, Polygon, PoseTuple, Vec2, make_rectangle

@@ -7,7 +7,7 @@ from collections.abc import Sequence
 
 from governor_mechanism.model.force_elements import Damper, Force, Spring, Torque, TorsionDamper, TorsionSpring
 from governor_mechanism.model.joints import GROUND, Distance, Pin, RotationalDriver, TranslationalDriver, Weld
-from governor_mechanism.model.scene import Part
+from governor_mechanism.model.part import Part
 from governor_mechanism.render.geometry.body_points import axes_to_plane, body_pose, hinge_point, point_position
 from governor_mechanism.render.geometry.outlines import make_arrow, make_wall
 from governor_mechanism.render.geometry.primitives import Circle, DrawnShape, Lines, PoseTuple, Vec2

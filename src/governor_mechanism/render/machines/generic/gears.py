@@ -8,7 +8,7 @@ from collections.abc import Sequence
 import numpy as np
 
 from governor_mechanism.model.joints import GROUND, Gear, Point, RackAndPinion, Slider
-from governor_mechanism.model.scene import Part
+from governor_mechanism.model.part import Part
 from governor_mechanism.render.geometry.body_points import axes_to_plane, body_pose, point_position
 from governor_mechanism.render.geometry.outlines import make_wall
 from governor_mechanism.render.geometry.primitives import Circle, DrawnShape, Lines, Polygon, PoseTuple, Vec2

@@ -11,7 +11,7 @@ from scipy.interpolate import CubicSpline
 from governor_mechanism.model.curves import Curve, PolynomialCurve, SplineCurve
 from governor_mechanism.model.force_elements import Damper, Spring
 from governor_mechanism.model.joints import GROUND, ArcSlot, CurveSlot, Distance, Joint, Pin, Prismatic, Slider, TranslationalDriver, Weld
-from governor_mechanism.model.scene import TURNING_PLANE, Part
+from governor_mechanism.model.part import TURNING_PLANE, Part
 from governor_mechanism.render.geometry.body_points import axes_at, axes_to_plane, distinct_points, point_position
 from governor_mechanism.render.geometry.outlines import make_band, make_wall
 from governor_mechanism.render.geometry.primitives import Circle, DrawnShape, Lines, Polygon, PoseTuple, Vec2, make_hatching

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 
-from governor_mechanism.model.scene import Part
+from governor_mechanism.model.part import Part
 from governor_mechanism.render.effect_state import NO_EFFECTS, EffectState
 from governor_mechanism.render.geometry.primitives import Circle, DrawnShape, Lines, Polygon, Vec2, make_bar, make_rectangle
 from governor_mechanism.render.machines.governor_parts import (

@@ -10,7 +10,7 @@ import numpy as np
 from governor_mechanism.effects.bell_crank_masses import BellCrankMasses
 from governor_mechanism.machines.hartung.bodies import LEFT_WEIGHT, RIGHT_WEIGHT, SLEEVE
 from governor_mechanism.model.output_variables import PointCoordinate
-from governor_mechanism.model.scene import Part
+from governor_mechanism.model.part import Part
 from governor_mechanism.render.effect_state import NO_EFFECTS, EffectState
 from governor_mechanism.render.geometry.primitives import CAST_IRON_DENSITY, Vec2
 from governor_mechanism.render.machines.governor_parts import GovernorProportions

@@ -5,7 +5,7 @@ from __future__ import annotations
 import math
 
 from governor_mechanism.effects.clearance import CLEARANCE_READING
-from governor_mechanism.model.scene import Part
+from governor_mechanism.model.part import Part
 from governor_mechanism.render.geometry.primitives import Circle, DrawnShape, TextShape, make_bar, make_rectangle
 from governor_mechanism.render.machines.pendulum.proportions import PendulumProportions, pendulum_sleeve_height, taut_link_height
 from governor_mechanism.render.machines.pendulum.sleeve import SLOT_HALF_LENGTH

@@ -6,7 +6,7 @@ import math
 from collections.abc import Sequence
 
 from governor_mechanism.machines.pendulum.bodies import LEFT_BALL, RIGHT_BALL
-from governor_mechanism.model.scene import Part
+from governor_mechanism.model.part import Part
 from governor_mechanism.render.effect_state import NO_EFFECTS, EffectState
 from governor_mechanism.render.geometry.free_space import first_free_position, horizontal_extents, select_extreme_poses
 from governor_mechanism.render.geometry.primitives import Circle, DrawnShape, Lines, Vec2, make_bar, make_rectangle

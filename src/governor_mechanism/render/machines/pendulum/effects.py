@@ -11,7 +11,7 @@ from governor_mechanism.effects.dashpot import Dashpot
 from governor_mechanism.effects.dry_friction import DryFriction
 from governor_mechanism.effects.spring import OutputSpring
 from governor_mechanism.effects.stops import Stops
-from governor_mechanism.model.scene import Part
+from governor_mechanism.model.part import Part
 from governor_mechanism.render.geometry.outlines import make_band
 from governor_mechanism.render.geometry.primitives import Circle, DrawnShape, Lines, Vec2, make_rectangle
 from governor_mechanism.render.machines.governor_parts import (

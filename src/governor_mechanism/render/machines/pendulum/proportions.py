@@ -11,7 +11,7 @@ from governor_mechanism.effects.rod_masses import RodMasses
 from governor_mechanism.machines.pendulum.bodies import LEFT_BALL, RIGHT_BALL, RIGHT_LINK, SLEEVE
 from governor_mechanism.model.joints import Point
 from governor_mechanism.model.output_variables import FollowerHeight, LineAngle, PointCoordinate
-from governor_mechanism.model.scene import Part
+from governor_mechanism.model.part import Part
 from governor_mechanism.render.effect_state import NO_EFFECTS, EffectState, clearance_of
 from governor_mechanism.render.geometry.primitives import CAST_IRON_DENSITY, Vec2, drawn_ball_radius
 from governor_mechanism.render.machines.governor_parts import GovernorProportions

@@ -7,7 +7,7 @@ connecting-rod length, as in Marks' construction. The shaft is at the right.
 from __future__ import annotations
 
 from governor_mechanism.machines.driven_crank import CRANK, VALVE
-from governor_mechanism.model.scene import Part
+from governor_mechanism.model.part import Part
 from governor_mechanism.render.effect_state import NO_EFFECTS, EffectState
 from governor_mechanism.render.geometry.primitives import DrawnShape
 from governor_mechanism.render.machines.generic import drawing as generic

@@ -6,7 +6,7 @@ import math
 from dataclasses import dataclass, fields
 
 from governor_mechanism.machines.driven_crank import CRANK, CROSSHEAD, VALVE
-from governor_mechanism.model.scene import Part
+from governor_mechanism.model.part import Part
 from governor_mechanism.types import FloatArray
 
 _MAX_DRAWN_ROD, _MAX_DRAWN_ECCENTRIC_ROD = 5.5, 3.2

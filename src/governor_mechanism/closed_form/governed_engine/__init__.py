@@ -1,0 +1,1 @@
+"""Closed forms of engines whose speed a governor controls."""

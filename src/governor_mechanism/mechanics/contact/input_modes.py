@@ -1,0 +1,73 @@
+"""Modes of loads: which segment of a table of a reading holds, and which gears have broken."""
+
+from __future__ import annotations
+
+from collections.abc import Collection, Sequence
+from dataclasses import replace
+
+from governor_mechanism.mechanics.contact.tolerances import CONTACT_TOLERANCE
+from governor_mechanism.mechanics.dynamics.contacts import ContactMode, reading_tables_of
+from governor_mechanism.mechanics.dynamics.inputs import output_of_reading
+from governor_mechanism.mechanics.dynamics.lowering import forced_output_names
+from governor_mechanism.model.scene import Scene
+
+
+class InputModes:
+    """Tables of readings and breaking gears of a scene.
+
+    Parameters
+    ----------
+    scene
+        The scene.
+    time_scale
+        Its characteristic time, s.
+    first_index
+        Index of the first table among contacts, one-sided springs and tables.
+    """
+
+    def __init__(self, scene: Scene, time_scale: float, first_index: int) -> None:
+        self._tables, self._first_index, self._breaking_gears = reading_tables_of(scene), first_index, scene.system.breaking_gears
+        names, outputs = forced_output_names(scene), [output_of_reading(table.reading) for table in self._tables]
+        self._outputs = [(names.index(name), is_rate) for name, is_rate in outputs]
+        scales = [scene.mechanism.output_scale(name) / (time_scale if is_rate else 1.0) for name, is_rate in outputs]
+        self._tolerances = [CONTACT_TOLERANCE * scale for scale in scales]
+
+    def update(
+        self, mode: ContactMode, time: float, values: Sequence[float], rates: Sequence[float], triggered: Collection[int]
+    ) -> ContactMode:
+        """Return a mode with the segments at a state, and with the gears that have broken.
+
+        Parameters
+        ----------
+        mode
+            Mode before.
+        time
+            Time, s.
+        values
+            Values of the outputs; shape (outputs,).
+        rates
+            Their rates; shape (outputs,).
+        triggered
+            Indices of the contacts, springs and tables whose events occur now.
+
+        Returns
+        -------
+        ContactMode
+            The mode after.
+        """
+        segments = [self._segment(k, mode.segments[k], values, rates, self._first_index + k in triggered) for k in range(len(self._tables))]
+        broken = tuple(name for name, end in self._breaking_gears.items() if time >= end)
+        return replace(mode, segments=tuple(segments), broken=broken)
+
+    def _segment(self, k: int, current: int, values: Sequence[float], rates: Sequence[float], is_triggered: bool) -> int:
+        """Return the segment of a table; at a kink it is the one that the motion enters."""
+        index, is_rate = self._outputs[k]
+        positions, value = self._tables[k].positions, rates[index] if is_rate else values[index]
+        kinks = [i for i, position in enumerate(positions) if abs(value - position) <= self._tolerances[k]]
+        if not kinks:
+            return sum(value > position for position in positions)
+        if is_triggered:
+            return kinks[0] + (current <= kinks[0])
+        if is_rate:
+            return current if current - kinks[0] in (0, 1) else kinks[0]
+        return kinks[0] + (rates[index] > 0.0)

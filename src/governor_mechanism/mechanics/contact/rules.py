@@ -1,0 +1,453 @@
+"""Rules of contact: which contacts strike, bounce, come to rest, stick, slip and leave; compiled functions over arrays.
+
+A contact is an output variable that dry friction or stops may hold. At rest it is held while the holding force is within the
+friction limit, or pushes away from the stop; otherwise it slides in the direction of the net force. At a stop its rate is
+reversed by the coefficient of restitution. All contact forces f act on the accelerations of the outputs linearly,
+a = a0 + C f, so that the rules need no more of a mechanism than its `ContactDynamics`.
+"""
+
+from __future__ import annotations
+
+import math
+from typing import NamedTuple
+
+import numpy as np
+
+from governor_mechanism.mechanics.contact.tolerances import (
+    CONTACT_TOLERANCE,
+    MIN_COMPLIANCE_RATIO,
+    MIN_REBOUND_HEIGHT,
+    MODE_CONSISTENCY_TOLERANCE,
+    REST_TOLERANCE,
+    STICTION_RATE_TOLERANCE,
+    TURNING_POINT_ACCELERATION_TOLERANCE,
+)
+from governor_mechanism.mechanics.dynamics.contacts import ContactColumn
+from governor_mechanism.numerics.banded_cholesky import solve_band_system
+from governor_mechanism.numerics.jit import jit, jit_internal
+from governor_mechanism.types import BoolArray, FloatArray, IntArray
+
+HELD = 2
+"""State of a contact that holds its output. Other states are the sign of the rate that friction opposes, or 0 without friction."""
+
+
+class ContactDynamics(NamedTuple):
+    """Motion of the outputs with contacts at one time, and their response to forces along them.
+
+    Attributes
+    ----------
+    contacts
+        As made by `make_contact_table`; shape (contacts, 6).
+    values
+        Values of the outputs, m or rad; shape (contacts,).
+    rates
+        Their rates, m/s or rad/s; shape (contacts,).
+    accelerations
+        Their accelerations without any contact force, m/s2 or rad/s2; shape (contacts,).
+    compliance
+        Acceleration of each output by a unit force along each; shape (contacts, contacts).
+    friction_limits
+        Friction forces, N or N m; shape (contacts,).
+    stretches
+        Distance of each one-sided spring's output from its free value, in scales of the output; shape (springs,).
+    stretch_rates
+        Its rate, per second; shape (springs,).
+    time_scale
+        Characteristic time, s.
+    energy_scale
+        Scale of energies, J.
+    mobility
+        Number of degrees of freedom, without those that are driven.
+    is_driven
+        Whether drives move the mechanism, so that held contacts do not stop it.
+    """
+
+    contacts: FloatArray
+    values: FloatArray
+    rates: FloatArray
+    accelerations: FloatArray
+    compliance: FloatArray
+    friction_limits: FloatArray
+    stretches: FloatArray
+    stretch_rates: FloatArray
+    time_scale: float
+    energy_scale: float
+    mobility: int
+    is_driven: bool
+
+
+@jit_internal
+def rest_rate(dynamics: ContactDynamics, k: int) -> float:
+    """Return the rate below which the output of a contact is at rest, m/s or rad/s."""
+    return float(STICTION_RATE_TOLERANCE * dynamics.contacts[k, ContactColumn.SCALE] / dynamics.time_scale)
+
+
+@jit_internal
+def is_at_rest(dynamics: ContactDynamics, k: int) -> bool:
+    """Return whether the output of a contact is at rest."""
+    return bool(abs(dynamics.rates[k]) <= rest_rate(dynamics, k))
+
+
+@jit_internal
+def find_touched_stop(contacts: FloatArray, k: int, value: float, relative_distance: float) -> int:
+    """Return the stop that the output of a contact is at within a relative distance: 1 the high one, -1 the low one, 0 neither."""
+    distance = relative_distance * contacts[k, ContactColumn.SCALE]
+    if value >= contacts[k, ContactColumn.HIGH] - distance:
+        return 1
+    return -1 if value <= contacts[k, ContactColumn.LOW] + distance else 0
+
+
+@jit
+def find_active_stop(dynamics: ContactDynamics, k: int) -> int:
+    """Return the stop that a contact touches.
+
+    Parameters
+    ----------
+    dynamics
+        Motion of the contacts.
+    k
+        Index of the contact.
+
+    Returns
+    -------
+    int
+        1 at the high stop, -1 at the low one, 0 at neither.
+    """
+    return find_touched_stop(dynamics.contacts, k, dynamics.values[k], REST_TOLERANCE if is_at_rest(dynamics, k) else CONTACT_TOLERANCE)
+
+
+@jit_internal
+def direction_of_motion(dynamics: ContactDynamics, k: int) -> int:
+    """Return the state of a contact that slides at its present rate."""
+    if dynamics.contacts[k, ContactColumn.FRICTION_INPUT] < 0 or dynamics.rates[k] == 0.0:
+        return 0
+    return 1 if dynamics.rates[k] > 0.0 else -1
+
+
+@jit
+def is_resting(dynamics: ContactDynamics, states: IntArray, k: int) -> bool:
+    """Return whether a contact is at rest: held itself, or where nothing can move, able to hold.
+
+    Parameters
+    ----------
+    dynamics
+        Motion of the contacts.
+    states
+        State of each contact, 1, -1, 0 or HELD; shape (contacts,).
+    k
+        Index of the contact.
+
+    Returns
+    -------
+    bool
+        True if it rests.
+    """
+    can_hold = dynamics.contacts[k, ContactColumn.FRICTION_INPUT] >= 0 or find_active_stop(dynamics, k) != 0
+    return bool(states[k] == HELD or (can_hold and is_locked(dynamics, states)))
+
+
+@jit
+def is_locked(dynamics: ContactDynamics, states: IntArray) -> bool:
+    """Return whether the held contacts leave no degree of freedom.
+
+    Parameters
+    ----------
+    dynamics
+        Motion of the contacts.
+    states
+        State of each contact, 1, -1, 0 or HELD; shape (contacts,).
+
+    Returns
+    -------
+    bool
+        True if the mechanism is at rest.
+    """
+    return bool(not dynamics.is_driven and np.sum(states == HELD) == dynamics.mobility)
+
+
+@jit
+def update_spring_segments(dynamics: ContactDynamics, segments: IntArray) -> BoolArray:
+    """Update on which segment of its law each one-sided spring is: 1 taut, 0 slack.
+
+    Parameters
+    ----------
+    dynamics
+        Motion of the springs' outputs.
+    segments
+        Segments, changed in place; shape (springs,).
+
+    Returns
+    -------
+    BoolArray
+        Which segments changed; shape (springs,).
+    """
+    previous = segments.copy()
+    for i in range(segments.size):
+        stretch = dynamics.stretches[i]
+        segments[i] = (dynamics.stretch_rates[i] if abs(stretch) < CONTACT_TOLERANCE else stretch) > 0.0
+    has_changed: BoolArray = segments != previous
+    return has_changed
+
+
+@jit
+def solve_forces(dynamics: ContactDynamics, is_constrained: BoolArray, right_hand_side: FloatArray) -> FloatArray:
+    """Return the forces along outputs that change their accelerations, or the impulses that change their rates.
+
+    An output at a turning point takes no force. Forces along dependent outputs are those of least norm.
+
+    Parameters
+    ----------
+    dynamics
+        Motion of the contacts.
+    is_constrained
+        Along which outputs the forces act; shape (contacts,).
+    right_hand_side
+        Changes, of which those of the other outputs are ignored; shape (contacts,).
+
+    Returns
+    -------
+    FloatArray
+        Forces, N or N m; shape (contacts,).
+    """
+    indices, forces = np.empty(is_constrained.size, dtype=np.int64), np.zeros(is_constrained.size)
+    n_constrained, unit = 0, dynamics.energy_scale * dynamics.time_scale**2
+    for k in range(is_constrained.size):
+        if is_constrained[k] and dynamics.compliance[k, k] * unit > MIN_COMPLIANCE_RATIO * dynamics.contacts[k, ContactColumn.SCALE] ** 2:
+            indices[n_constrained] = k
+            n_constrained += 1
+    band, solution = np.zeros((n_constrained, n_constrained)), np.empty(n_constrained)
+    for i in range(n_constrained):
+        solution[i] = right_hand_side[indices[i]]
+        for j in range(i + 1):
+            band[i, n_constrained - 1 - i + j] = dynamics.compliance[indices[i], indices[j]]
+    solve_band_system(band, np.empty_like(band), solution)
+    for i in range(n_constrained):
+        forces[indices[i]] = solution[i]
+    return forces
+
+
+@jit_internal
+def evaluate_forces(dynamics: ContactDynamics, states: IntArray) -> tuple[FloatArray, FloatArray]:
+    """Return the contact forces in given states, and the accelerations of the outputs with them."""
+    forces = np.zeros(states.size)
+    for k in range(states.size):
+        if states[k] != HELD:
+            forces[k] = -states[k] * dynamics.friction_limits[k]
+    is_held = states == HELD
+    forces += solve_forces(dynamics, is_held, -dynamics.accelerations - _multiply(dynamics.compliance, forces))
+    return forces, dynamics.accelerations + _multiply(dynamics.compliance, forces)
+
+
+@jit_internal
+def _multiply(matrix: FloatArray, vector: FloatArray) -> FloatArray:
+    """Return a small matrix times a vector, without a call of BLAS."""
+    product: FloatArray = np.sum(matrix * vector, axis=1)
+    return product
+
+
+@jit
+def resolve_impacts(dynamics: ContactDynamics, states: IntArray, impulses: FloatArray) -> BoolArray:
+    """Reverse the rates of contacts that strike a stop, by Newton's law of restitution.
+
+    Contacts that rest on a stop stay there; friction bears no impulse.
+
+    Parameters
+    ----------
+    dynamics
+        Motion of the contacts.
+    states
+        State of each contact, 1, -1, 0 or HELD; shape (contacts,).
+    impulses
+        Result: the impulses along the outputs; shape (contacts,).
+
+    Returns
+    -------
+    BoolArray
+        Which contacts have struck; shape (contacts,).
+    """
+    n_contacts, rates_before = states.size, dynamics.rates.copy()
+    has_struck = np.zeros(n_contacts, dtype=np.bool_)
+    for _ in range(2 * n_contacts):
+        is_constrained, rate_changes, is_striking = np.zeros(n_contacts, dtype=np.bool_), -dynamics.rates, False
+        for k in range(n_contacts):
+            side = find_active_stop(dynamics, k)
+            if side * dynamics.rates[k] > rest_rate(dynamics, k):
+                is_constrained[k] = has_struck[k] = is_striking = True
+                rate_changes[k] *= 1.0 + dynamics.contacts[k, ContactColumn.RESTITUTION]
+            elif side != 0 and states[k] == HELD:
+                is_constrained[k] = True
+        if not is_striking:
+            break
+        step = solve_forces(dynamics, is_constrained, rate_changes)
+        impulses += step
+        dynamics.rates[:] += _multiply(dynamics.compliance, step)
+    dynamics.rates[:] = rates_before
+    return has_struck
+
+
+@jit
+def dissipated_by_impulses(dynamics: ContactDynamics, impulses: FloatArray) -> float:
+    """Return the energy that impulses along the outputs dissipate.
+
+    Parameters
+    ----------
+    dynamics
+        Motion of the contacts before the impulses.
+    impulses
+        Impulses, N s or N m s; shape (contacts,).
+
+    Returns
+    -------
+    float
+        Energy, J.
+    """
+    mean_rates = dynamics.rates + 0.5 * _multiply(dynamics.compliance, impulses)
+    return float(-np.sum(impulses * mean_rates))
+
+
+@jit
+def zeno_time(rebound_rate: float, deceleration: float, return_acceleration: float, restitution: float) -> float:
+    """Return the time until an infinite sequence of bounces comes to rest, a geometric series.
+
+    Friction makes the accelerations away from the stop and back to it differ. Without an acceleration back, the time is
+    that of the first rise alone.
+    """
+    if not return_acceleration > 0.0:
+        return rebound_rate / deceleration
+    first_bounce_time = rebound_rate * (1.0 / deceleration + 1.0 / math.sqrt(deceleration * return_acceleration))
+    return first_bounce_time / (1.0 - restitution * math.sqrt(return_acceleration / deceleration))
+
+
+@jit_internal
+def _evaluate_bounce_accelerations(dynamics: ContactDynamics, states: IntArray, has_struck: BoolArray, direction: int) -> FloatArray:
+    """Return the accelerations while contacts that struck move away from the stop (direction 1), or back (-1) against friction.
+
+    With one degree of freedom all other outputs reverse with them.
+    """
+    sliding = states.copy()
+    for k in range(states.size):
+        if has_struck[k] or states[k] != HELD:
+            is_reversed = direction < 0 and (has_struck[k] or dynamics.mobility == 1)
+            sliding[k] = (-1 if is_reversed else 1) * direction_of_motion(dynamics, k)
+    return evaluate_forces(dynamics, sliding)[1]
+
+
+@jit
+def settle_final_bounces(
+    dynamics: ContactDynamics, states: IntArray, has_struck: BoolArray, impulses: FloatArray, durations: FloatArray
+) -> bool:
+    """Stop the contacts that bounce no higher than MIN_REBOUND_HEIGHT.
+
+    Parameters
+    ----------
+    dynamics
+        Motion of the contacts after an impact.
+    states
+        State of each contact, 1, -1, 0 or HELD; shape (contacts,).
+    has_struck
+        Which contacts have struck a stop; shape (contacts,).
+    impulses
+        Result: the impulses along the outputs that stop them; shape (contacts,).
+    durations
+        Result: how long the bounces of each contact would go on, s; 0 of one that does not settle; shape (contacts,).
+
+    Returns
+    -------
+    bool
+        Whether there were any.
+    """
+    departing = _evaluate_bounce_accelerations(dynamics, states, has_struck, 1)
+    returning = _evaluate_bounce_accelerations(dynamics, states, has_struck, -1)
+    is_constrained, settles = np.zeros(states.size, dtype=np.bool_), False
+    for k in range(states.size):
+        side, restitution = find_active_stop(dynamics, k), dynamics.contacts[k, ContactColumn.RESTITUTION]
+        rebound_rate, deceleration = -side * dynamics.rates[k], side * departing[k]
+        is_constrained[k] = side != 0 and states[k] == HELD
+        if has_struck[k] and restitution < 1.0 and deceleration > 0.0 and rebound_rate > 0.0:
+            max_height = MIN_REBOUND_HEIGHT * dynamics.contacts[k, ContactColumn.SCALE]
+            if rebound_rate * rebound_rate < 2.0 * deceleration * max_height:
+                durations[k] = zeno_time(rebound_rate, deceleration, side * returning[k], restitution)
+                is_constrained[k] = settles = True
+    if settles:
+        impulses += solve_forces(dynamics, is_constrained, -dynamics.rates)
+    return settles
+
+
+@jit
+def select_contact_states(dynamics: ContactDynamics, is_released: BoolArray, states: IntArray) -> None:
+    """Select consistent states of all contacts by enumeration: the first consistent ones, else those of least violation.
+
+    Parameters
+    ----------
+    dynamics
+        Motion of the contacts.
+    is_released
+        Which contacts cannot hold; shape (contacts,).
+    states
+        Result: state of each contact, 1, -1, 0 or HELD; shape (contacts,).
+    """
+    n_contacts = states.size
+    candidates, n_candidates = np.empty((n_contacts, 3), dtype=np.int64), np.zeros(n_contacts, dtype=np.int64)
+    for k in range(n_contacts):
+        n_candidates[k] = _list_candidates(dynamics, k, is_released[k], candidates[k])
+    choice, trial, least_violation = np.zeros(n_contacts, dtype=np.int64), np.empty(n_contacts, dtype=np.int64), np.inf
+    for _ in range(np.prod(n_candidates)):
+        for k in range(n_contacts):
+            trial[k] = candidates[k, choice[k]]
+        # More held contacts than degrees of freedom: fewer, with others at their force limits, describe the same motion
+        # with determinate forces.
+        if np.sum(trial == HELD) <= dynamics.mobility:
+            violation = _compute_violation(dynamics, trial)
+            if violation < least_violation:
+                states[:], least_violation = trial, violation
+            if least_violation <= MODE_CONSISTENCY_TOLERANCE:
+                return
+        for k in range(n_contacts - 1, -1, -1):
+            choice[k] = (choice[k] + 1) % n_candidates[k]
+            if choice[k] != 0:
+                break
+
+
+@jit_internal
+def _list_candidates(dynamics: ContactDynamics, k: int, is_released: bool, candidates: IntArray) -> int:
+    """Fill the possible states of a contact, and return their number."""
+    if not is_at_rest(dynamics, k):
+        candidates[0] = direction_of_motion(dynamics, k)
+        return 1
+    side, n_candidates = find_active_stop(dynamics, k), 0
+    has_friction = dynamics.contacts[k, ContactColumn.FRICTION_INPUT] >= 0
+    if (has_friction or side != 0) and not is_released:
+        candidates[0], n_candidates = HELD, 1
+    if not has_friction:
+        candidates[n_candidates] = 0
+        return n_candidates + 1
+    for sign in (1, -1):
+        if sign != side:
+            candidates[n_candidates] = sign
+            n_candidates += 1
+    return n_candidates
+
+
+@jit_internal
+def _compute_violation(dynamics: ContactDynamics, states: IntArray) -> float:
+    """Return the largest violation of the complementarity conditions, relative to the scales of force and acceleration."""
+    forces, accelerations = evaluate_forces(dynamics, states)
+    violation = 0.0
+    for k in range(states.size):
+        scale, side = dynamics.contacts[k, ContactColumn.SCALE], find_active_stop(dynamics, k)
+        acceleration = accelerations[k] * dynamics.time_scale**2 / scale
+        if states[k] == HELD:
+            # A stop pushes with unlimited force in one direction; friction holds in both, up to its limit.
+            excess = 0.0
+            if side >= 0:
+                excess = max(excess, forces[k] - dynamics.friction_limits[k])
+            if side <= 0:
+                excess = max(excess, -forces[k] - dynamics.friction_limits[k])
+            violation = max(violation, excess * scale / dynamics.energy_scale)
+            # At a turning point of a reading no force along it can hold it: the mechanism moves on.
+            if abs(acceleration) > TURNING_POINT_ACCELERATION_TOLERANCE:
+                violation = max(violation, abs(acceleration))
+        elif is_at_rest(dynamics, k):
+            direction = states[k] if states[k] != 0 else -side
+            violation = max(violation, -direction * acceleration)
+    return violation

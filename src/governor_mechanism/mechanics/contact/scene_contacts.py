@@ -1,0 +1,315 @@
+"""Contacts of a scene in its multibody state: their motion, their mode, and the events so far."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Collection
+from dataclasses import replace
+from typing import NamedTuple
+
+import numpy as np
+
+from governor_mechanism.mechanics.contact.input_modes import InputModes
+from governor_mechanism.mechanics.contact.rules import (
+    HELD,
+    ContactDynamics,
+    dissipated_by_impulses,
+    find_active_stop,
+    is_locked,
+    is_resting,
+    solve_forces,
+)
+from governor_mechanism.mechanics.contact.tolerances import SIMULTANEITY_TOLERANCE
+from governor_mechanism.mechanics.contact.transition import make_event_log, make_events, make_transition
+from governor_mechanism.mechanics.dynamics.contacts import (
+    ContactColumn,
+    ContactMode,
+    contacts_of,
+    initial_mode,
+    make_contact_table,
+    output_springs_of,
+)
+from governor_mechanism.mechanics.dynamics.equations_of_motion import (
+    evaluate_state_derivative,
+    project_state,
+    solve_constrained_system,
+    split_state,
+)
+from governor_mechanism.mechanics.dynamics.inputs import output_rate
+from governor_mechanism.mechanics.dynamics.lowering import (
+    System,
+    SystemWorkspace,
+    forced_output_names,
+    make_system,
+    make_system_workspace,
+    with_held_values,
+)
+from governor_mechanism.mechanics.kinematics.assembly import PositionSolver
+from governor_mechanism.mechanics.kinematics.constraint_kernels import RowColumn, evaluate_rows
+from governor_mechanism.model.events import Event
+from governor_mechanism.model.scene import Scene
+from governor_mechanism.numerics.jit import jit
+from governor_mechanism.types import BoolArray, FloatArray
+
+ContactModeKey = tuple[tuple[int | None, ...], ContactMode]
+"""Properties shared by modes whose systems differ only in the held values."""
+
+
+class ContactResponse(NamedTuple):
+    """Motion of the outputs, and what unit impulses along those with contacts do.
+
+    Attributes
+    ----------
+    motion
+        Values, rates and accelerations of the outputs; shape (3, outputs).
+    friction_limits
+        Friction forces, N or N m; shape (contacts,).
+    velocity_changes
+        Changes of the velocities of all bodies; shape (contacts, bodies, 3).
+    compliance
+        Changes of the rates of the outputs with contacts; shape (contacts, contacts).
+    drive_work
+        Work of the drives, J; shape (contacts,).
+    """
+
+    motion: FloatArray
+    friction_limits: FloatArray
+    velocity_changes: FloatArray
+    compliance: FloatArray
+    drive_work: FloatArray
+
+
+@jit
+def _evaluate_response(
+    system: System, workspace: SystemWorkspace, input_cubics: FloatArray, state: FloatArray, contacts: FloatArray
+) -> ContactResponse:
+    """Evaluate motion and response in a state of a system in which nothing is held and nothing slides."""
+    derivative = evaluate_state_derivative(system, workspace, input_cubics, 0.0, state)
+    poses, velocities = split_state(system, state)
+    accelerations = split_state(system, derivative)[1]
+    output_rows, output_values = system.output_rows, workspace.output_row_values
+    evaluate_rows(output_rows, poses, velocities, output_values, workspace.output_jacobian)
+    motion, n_contacts = np.empty((3, output_rows.table.size)), contacts.shape[0]
+    for output in range(output_rows.table.size):
+        motion[0, output] = output_values[output, RowColumn.RESIDUAL]
+        motion[1, output] = output_rate(output_rows, workspace.output_jacobian, output, velocities)
+        motion[2, output] = (
+            output_rate(output_rows, workspace.output_jacobian, output, accelerations) - output_values[output, RowColumn.GAMMA]
+        )
+    friction_limits, drive_work = np.empty(n_contacts), np.zeros(n_contacts)
+    velocity_changes, compliance = np.zeros((n_contacts, system.bodies.size, 3)), np.empty((n_contacts, n_contacts))
+    for k in range(n_contacts):
+        friction_input = int(contacts[k, ContactColumn.FRICTION_INPUT])
+        friction_limits[k] = workspace.inputs[friction_input] if friction_input >= 0 else 0.0
+        output, impulse = int(contacts[k, ContactColumn.OUTPUT]), np.zeros((system.bodies.size, 3))
+        for side in range(2):
+            body = output_rows.row_bodies[output, side]
+            if body >= 0:
+                for c in range(3):
+                    impulse[body, c] += workspace.output_jacobian[output, side, c]
+        solve_constrained_system(system, workspace, impulse, 0.0, velocity_changes[k])
+        for i in range(workspace.multipliers.size):
+            drive_work[k] -= workspace.multipliers[i] * workspace.row_values[i, RowColumn.DRIVE_RATE]
+        for i in range(n_contacts):
+            compliance[i, k] = output_rate(
+                output_rows, workspace.output_jacobian, int(contacts[i, ContactColumn.OUTPUT]), velocity_changes[k]
+            )
+    return ContactResponse(motion, friction_limits, velocity_changes, compliance, drive_work)
+
+
+class SceneContacts:
+    """Contacts and one-sided springs of a scene in the course of a run: their mode, its system, and the events so far.
+
+    Parameters
+    ----------
+    scene
+        Scene of one part.
+    time_scale
+        Characteristic time, s.
+    constraint_tolerance
+        Residual below which a joint is closed, m.
+
+    Attributes
+    ----------
+    contacts
+        As made by `make_contact_table`; shape (contacts, 6).
+    input_functions
+        Inputs of the multibody model.
+    mobility
+        Number of degrees of freedom, without those that are driven and those of free shafts.
+    mode
+        Contact mode of the last transition.
+    rest_values
+        Value at which each contact came to rest, m or rad; NaN where it moves; shape (contacts,).
+    events
+        Events so far.
+    """
+
+    def __init__(self, scene: Scene, time_scale: float, constraint_tolerance: float) -> None:
+        mechanism, names, contacts = scene.mechanism, forced_output_names(scene), contacts_of(scene)
+        position_solver, springs = PositionSolver(mechanism), [spring for spring in output_springs_of(scene) if spring.one_sided]
+        system, self.input_functions = make_system(scene)
+        self.contacts = make_contact_table(scene, names, system.first_friction_input)
+        self._outputs = self.contacts[:, ContactColumn.OUTPUT].astype(int)
+        self._subjects = [contact.output_name for contact in contacts] + [spring.reading for spring in springs]
+        self._scene, self._time_scale, self._constraint_tolerance = scene, time_scale, constraint_tolerance
+        self._energy_scale = sum(body.mass for body in mechanism.bodies) * (mechanism.length_scale / time_scale) ** 2
+        self.mobility = position_solver.mobility - mechanism.count_free_shafts()
+        self._is_driven = bool(position_solver.equations.is_driven.any())
+        self._input_modes = InputModes(scene, time_scale, len(self._subjects))
+        self._spring_outputs = [names.index(spring.reading) for spring in springs]
+        self._free_values = np.array([spring.free_value for spring in springs])
+        self._spring_scales = np.array([mechanism.output_scale(spring.reading) for spring in springs])
+        self._models: dict[ContactModeKey, tuple[ContactMode, System, SystemWorkspace]] = {}
+        self.events = list[Event]()
+        self._reset()
+
+    def _reset(self) -> None:
+        """Hold nothing, let nothing slide, make all one-sided springs slack, and forget the events."""
+        self.mode = initial_mode(self._scene)
+        self._states, self._segments = (np.zeros(n, dtype=np.int64) for n in (len(self.contacts), len(self._spring_outputs)))
+        self.rest_values = np.full(len(self.contacts), np.nan)
+        self._released_at, self._released = -math.inf, set[int]()
+        self.events.clear()
+
+    @property
+    def model(self) -> tuple[System, SystemWorkspace]:
+        """System of the current mode, in which held outputs are constraints, and its workspace."""
+        return self._get_model(self.mode)
+
+    def start(self, state: FloatArray, input_cubics: FloatArray) -> None:
+        """Select the mode at the start of a run.
+
+        Parameters
+        ----------
+        state
+            State vector of the multibody model; impacts change it in place.
+        input_cubics
+            Local cubics of all inputs from the start on; shape (inputs, 5).
+        """
+        self._reset()
+        self.change_mode(0.0, state, input_cubics)
+        self.events.clear()
+
+    def change_mode(
+        self, time: float, state: FloatArray, input_cubics: FloatArray, triggered: Collection[int] = (), stopped: Collection[int] = ()
+    ) -> None:
+        """Select the contact mode at a time; impacts change the state in place.
+
+        Parameters
+        ----------
+        time
+            Time of the state, s.
+        state
+            State vector of the multibody model.
+        input_cubics
+            Local cubics of all inputs from that time on; shape (inputs, 5).
+        triggered
+            Contacts and springs that have an event; those of them that are held can hold no longer.
+        stopped
+            Contacts whose rates an approximate state gives only roughly, and which are at rest.
+        """
+        released = {k for k in triggered if k < len(self.contacts) and not np.isnan(self.rest_values[k])}
+        if time - self._released_at <= SIMULTANEITY_TOLERANCE * self._time_scale:
+            released |= self._released  # else two redundant contacts could hold in turns without end
+        self._released_at, self._released = time, released
+        self._state, self._input_cubics = state, input_cubics
+        log, is_released, is_stopped = make_event_log(3 * len(self._subjects)), self._mask(released), self._mask(stopped)
+        dynamics = self.evaluate_dynamics()
+        values, rates, _ = self._response.motion.tolist()
+        previous_mode, self.mode = self.mode, self._input_modes.update(self.mode, time, values, rates, triggered)
+        if self.mode != previous_mode:
+            dynamics = self.evaluate_dynamics()
+        if stopped:
+            self.apply_impulses(dynamics, solve_forces(dynamics, is_stopped, -dynamics.rates))
+        dynamics = _change_contact_states(self, self._states, self._segments, is_released, time, log)
+        self.events += make_events(log, self._subjects)
+        self.rest_values, is_held = self._find_rest_values(dynamics), self._states == HELD
+        self.mode = replace(
+            self.mode,
+            held_values=tuple(value if holds else None for value, holds in zip(self.rest_values.tolist(), is_held.tolist(), strict=True)),
+            sliding_signs=tuple(np.where(is_held, 0, self._states).tolist()),
+            taut=tuple(map(bool, self._segments)),
+            is_locked=is_locked(dynamics, self._states),
+        )
+        # The velocity that this removes is rounding.
+        poses, velocities = state[: 6 * self._response.velocity_changes.shape[1]].reshape(2, -1, 3)
+        project_state(*self.model, input_cubics, 0.0, poses, velocities, self._constraint_tolerance)
+
+    def _mask(self, contacts: Collection[int]) -> BoolArray:
+        """Return which contacts are among those of given indices."""
+        return np.isin(np.arange(len(self.contacts)), list(contacts))
+
+    def evaluate_dynamics(self) -> ContactDynamics:
+        """Evaluate the motion of the contacts in the state of the transition.
+
+        Returns
+        -------
+        ContactDynamics
+            The motion.
+        """
+        n_contacts = len(self.contacts)
+        none_held, none_slides = (None,) * n_contacts, (0,) * n_contacts
+        free_mode = ContactMode(none_held, none_slides, tuple(map(bool, self._segments)), False, self.mode.segments, self.mode.broken)
+        self._response = _evaluate_response(*self._get_model(free_mode), self._input_cubics, self._state, self.contacts)
+        values, rates, accelerations = self._response.motion
+        outputs = self._outputs
+        return ContactDynamics(
+            contacts=self.contacts,
+            values=np.where(np.isnan(self.rest_values), values[outputs], self.rest_values),  # an output at rest does not creep
+            rates=rates[outputs],
+            accelerations=accelerations[outputs],
+            compliance=self._response.compliance,
+            friction_limits=self._response.friction_limits,
+            stretches=(values[self._spring_outputs] - self._free_values) / self._spring_scales,
+            stretch_rates=rates[self._spring_outputs] / self._spring_scales,
+            time_scale=self._time_scale,
+            energy_scale=self._energy_scale,
+            mobility=self.mobility,
+            is_driven=self._is_driven,
+        )
+
+    def apply_impulses(self, dynamics: ContactDynamics, impulses: FloatArray) -> None:
+        """Change the state of the transition by impulses along the outputs with contacts.
+
+        Parameters
+        ----------
+        dynamics
+            Motion of the contacts before.
+        impulses
+            Impulses, N s or N m s; shape (contacts,).
+        """
+        changes = self._response.velocity_changes.reshape(len(impulses), -1)
+        n_coordinates = changes.shape[1]
+        self._state[n_coordinates : 2 * n_coordinates] += impulses @ changes
+        dissipated_energy = dissipated_by_impulses(dynamics, impulses)
+        self._state[2 * n_coordinates] += dissipated_energy - impulses @ self._response.drive_work
+        self._state[2 * n_coordinates + 1] += dissipated_energy
+
+    def _get_model(self, mode: ContactMode) -> tuple[System, SystemWorkspace]:
+        """Return the system of a contact mode and its workspace."""
+        bounds = self.contacts[:, [ContactColumn.LOW, ContactColumn.HIGH]].tolist()
+        holds = tuple(
+            None if held is None else int(held >= high) - int(held <= low)
+            for held, (low, high) in zip(mode.held_values, bounds, strict=True)
+        )
+        key = holds, replace(mode, held_values=())
+        if key not in self._models:
+            system = make_system(self._scene, mode)[0]
+            self._models[key] = mode, system, make_system_workspace(system)
+        built_mode, system, workspace = self._models[key]
+        if built_mode != mode:
+            self._models[key] = mode, with_held_values(system, self._outputs.tolist(), mode), workspace
+        return self._models[key][1:]
+
+    def _find_rest_values(self, dynamics: ContactDynamics) -> FloatArray:
+        """Return where the contacts rest: at a stop that they touch, else where they are."""
+        rest_values = np.full(len(self.contacts), np.nan)
+        for k, contact in enumerate(self.contacts):
+            if is_resting(dynamics, self._states, k):
+                side = find_active_stop(dynamics, k)
+                rest_values[k] = contact[ContactColumn.HIGH if side > 0 else ContactColumn.LOW] if side else dynamics.values[k]
+        return rest_values
+
+
+_change_contact_states = make_transition(SceneContacts.evaluate_dynamics, SceneContacts.apply_impulses)

@@ -1,0 +1,178 @@
+"""Transition of all contacts at one time: springs, impacts, settling bounces, new contact states, and their events."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Sequence
+from typing import NamedTuple, TypeVar
+
+import numpy as np
+
+from governor_mechanism.mechanics.contact.rules import (
+    ContactDynamics,
+    find_active_stop,
+    is_resting,
+    resolve_impacts,
+    select_contact_states,
+    settle_final_bounces,
+    update_spring_segments,
+)
+from governor_mechanism.model.events import Event, EventKind
+from governor_mechanism.numerics.jit import jit
+from governor_mechanism.types import BoolArray, FloatArray, IntArray
+
+EVENT_KINDS = tuple(EventKind)
+"""Kinds of events; their positions are the codes in an event log."""
+
+STICK_EVENT, SLIP_EVENT, IMPACT_EVENT, REST_EVENT, SEPARATION_EVENT, SLACK_EVENT, TAUT_EVENT = range(7)
+"""Codes of the contact events, in the order of `EventKind`."""
+
+
+class EventLog(NamedTuple):
+    """Events of contacts and one-sided springs, for compiled functions.
+
+    Attributes
+    ----------
+    records
+        Time (s), code of the kind, and index of the contact, or of the spring counted after the contacts; shape (capacity, 3).
+    counts
+        Number of events, also of those beyond the capacity, and of the last simultaneous ones; shape (2,).
+    """
+
+    records: FloatArray
+    counts: IntArray
+
+
+def make_event_log(capacity: int) -> EventLog:
+    """Return an empty event log.
+
+    Parameters
+    ----------
+    capacity
+        Number of events that are recorded.
+
+    Returns
+    -------
+    EventLog
+        The log.
+    """
+    return EventLog(np.empty((capacity, 3)), np.zeros(2, dtype=np.int64))
+
+
+def make_events(log: EventLog, subjects: Sequence[str]) -> list[Event]:
+    """Return the recorded events.
+
+    Parameters
+    ----------
+    log
+        Event log.
+    subjects
+        Readings of the contacts, then of the one-sided springs.
+
+    Returns
+    -------
+    list[Event]
+        Events in the order of their records.
+    """
+    records = log.records[: log.counts[0]].tolist()
+    return [Event(time=time, kind=EVENT_KINDS[int(code)], subject=subjects[int(index)]) for time, code, index in records]
+
+
+@jit
+def record_event(log: EventLog, time: float, kind: int, subject: int) -> None:
+    """Record an event while there is capacity, and count it.
+
+    Parameters
+    ----------
+    log
+        Event log.
+    time
+        Time of the event, s.
+    kind
+        Code of its kind.
+    subject
+        Index of the contact, or of the spring counted after the contacts.
+    """
+    n_events = log.counts[0]
+    if n_events < log.records.shape[0]:
+        log.records[n_events, 0], log.records[n_events, 1], log.records[n_events, 2] = time, kind, subject
+    log.counts[0] += 1
+
+
+@jit
+def record_hold_changes(
+    dynamics: ContactDynamics, previous_states: IntArray, states: IntArray, time: float, durations: FloatArray, log: EventLog
+) -> None:
+    """Record contacts that come to rest or start to move; which of several redundant ones carries the load is not recorded.
+
+    Parameters
+    ----------
+    dynamics
+        Motion of the contacts.
+    previous_states
+        State of each contact before; shape (contacts,).
+    states
+        State of each contact now; shape (contacts,).
+    time
+        Time of the transition, s.
+    durations
+        How long the final bounces of each contact go on, s; shape (contacts,).
+    log
+        Event log.
+    """
+    for k in range(states.size):
+        rests = is_resting(dynamics, states, k)
+        if rests != is_resting(dynamics, previous_states, k):
+            start, end = (REST_EVENT, SEPARATION_EVENT) if find_active_stop(dynamics, k) != 0 else (STICK_EVENT, SLIP_EVENT)
+            record_event(log, time + durations[k], start if rests else end, k)
+
+
+Model = TypeVar("Model")
+
+
+def make_transition(
+    evaluate_dynamics: Callable[[Model], ContactDynamics], apply_impulses: Callable[[Model, ContactDynamics, FloatArray], None]
+) -> Callable[[Model, IntArray, IntArray, BoolArray, float, EventLog], ContactDynamics]:
+    """Return the transition of all contacts of a model, a function that may be compiled if the arguments are.
+
+    Parameters
+    ----------
+    evaluate_dynamics
+        Return the motion of the contacts in the present state of a model.
+    apply_impulses
+        Change the velocities of a model by impulses along the outputs, shape (contacts,), from the given motion of the contacts.
+
+    Returns
+    -------
+    Callable[[Model, IntArray, IntArray, BoolArray, float, EventLog], ContactDynamics]
+        Function of the model, the states of its contacts and the segments of its springs (both changed in place), the contacts that
+        cannot hold, the time (s) and the event log; it returns the motion of the contacts after the impulses.
+    """
+
+    def change_contact_states(
+        model: Model, states: IntArray, segments: IntArray, is_released: BoolArray, time: float, log: EventLog
+    ) -> ContactDynamics:
+        previous_states, n_contacts = states.copy(), states.size
+        dynamics = evaluate_dynamics(model)
+        has_changed = update_spring_segments(dynamics, segments)
+        for i in range(segments.size):
+            if has_changed[i]:
+                record_event(log, time, TAUT_EVENT if segments[i] == 1 else SLACK_EVENT, n_contacts + i)
+        if np.any(has_changed):
+            dynamics = evaluate_dynamics(model)
+        impulses, durations = np.zeros(n_contacts), np.zeros(n_contacts)
+        has_struck = resolve_impacts(dynamics, states, impulses)
+        if np.any(has_struck):
+            for k in range(n_contacts):
+                if has_struck[k]:
+                    record_event(log, time, IMPACT_EVENT, k)
+            apply_impulses(model, dynamics, impulses)
+            dynamics = evaluate_dynamics(model)
+            impulses[:] = 0.0
+            if settle_final_bounces(dynamics, states, has_struck, impulses, durations):
+                apply_impulses(model, dynamics, impulses)
+                dynamics = evaluate_dynamics(model)
+        select_contact_states(dynamics, is_released, states)
+        record_hold_changes(dynamics, previous_states, states, time, durations, log)
+        return dynamics
+
+    return change_contact_states

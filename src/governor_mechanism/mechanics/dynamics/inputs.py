@@ -1,0 +1,210 @@
+"""Inputs that depend on readings: records of their terms, and the compiled kernel that evaluates all inputs at a state."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Iterator, Sequence
+from dataclasses import dataclass, field
+from enum import IntEnum
+from itertools import pairwise
+
+import numpy as np
+
+from governor_mechanism.mechanics.kinematics.constraint_kernels import ConstraintRows, RowColumn
+from governor_mechanism.mechanics.kinematics.input_kernels import evaluate_input
+from governor_mechanism.model.coupled_system import SPINDLE_ANGLE, SPINDLE_SPEED
+from governor_mechanism.model.time_functions import HarmonicFunction, InputFunction, LinearFunction, ReadingFunction, TableFunction
+from governor_mechanism.numerics.jit import jit_internal
+from governor_mechanism.types import FloatArray, RecordArray
+
+
+class InputTermKind(IntEnum):
+    """Kind of a term of an input, with s the value of an output and r its rate.
+
+    VALUE: a * (s - b) + c. RATE: a * (r - b) + c. HARMONIC: a * cos(c * s) + b * sin(c * s). LAG: the state of a lag. PRODUCT: the input
+    is multiplied by another one.
+    """
+
+    VALUE = 0
+    RATE = 1
+    HARMONIC = 2
+    LAG = 3
+    PRODUCT = 4
+
+
+INPUT_TERM_DTYPE = np.dtype(
+    [*((name, "i8") for name in ("kind", "input_index", "source_index")), *((name, "f8") for name in ("a", "b", "c"))]
+)
+"""One term of an input: kind, the input, the output row, lag or input that it comes from, and the coefficients a, b and c."""
+
+LAG_DTYPE = np.dtype([("input_index", "i8"), ("time_constant", "f8")])
+"""One first-order lag: the input that it follows, and its time constant (s)."""
+
+
+@dataclass
+class InputTable:
+    """Inputs of a system in the order of their indices, the terms that depend on readings, and the lags.
+
+    Attributes
+    ----------
+    output_names
+        Names of the outputs of the system.
+    segments
+        Segment of each table of a reading, in the order in which the tables are met.
+    functions
+        The inputs as functions of time.
+    terms
+        Records of `INPUT_TERM_DTYPE`, in the order of their evaluation.
+    lags
+        Records of `LAG_DTYPE`.
+    """
+
+    output_names: Sequence[str]
+    segments: Sequence[int]
+    functions: list[InputFunction] = field(default_factory=list)
+    terms: list[tuple[int, int, int, float, float, float]] = field(default_factory=list)
+    lags: list[tuple[int, float]] = field(default_factory=list)
+
+    def add_terms(self, first_input: int, functions: Sequence[InputFunction]) -> None:
+        """Add the terms of inputs; inputs that factors and lags need are added behind all others.
+
+        Parameters
+        ----------
+        first_input
+            Index of the first of them.
+        functions
+            The inputs.
+        """
+        n_tables, next_input, products = 0, first_input + len(functions), list[tuple[int, int, int, float, float, float]]()
+        for index, load in enumerate(functions, start=first_input):
+            for position, function in enumerate((*load.functions, *load.factors)):
+                is_factor, target = position >= len(load.functions), index
+                if is_factor or function.lag:
+                    target, next_input = next_input, next_input + 1
+                    self.functions.append(InputFunction())
+                segment = self.segments[n_tables] if isinstance(function, TableFunction) else 0
+                n_tables += isinstance(function, TableFunction)
+                self.terms += self._terms(function, target, segment)
+                if function.lag:
+                    self.lags.append((target, function.lag))
+                    source = len(self.lags) - 1
+                    if is_factor:
+                        target, next_input = next_input, next_input + 1
+                        self.functions.append(InputFunction())
+                    self.terms.append((InputTermKind.LAG, target if is_factor else index, source, 0.0, 0.0, 0.0))
+                if is_factor:
+                    products.append((InputTermKind.PRODUCT, index, target, 0.0, 0.0, 0.0))
+        self.terms += products
+
+    def _terms(self, function: ReadingFunction, target: int, segment: int) -> Iterator[tuple[int, int, int, float, float, float]]:
+        """Yield the terms of a function of a reading."""
+        name, is_rate = output_of_reading(function.reading)
+        source, kind = self.output_names.index(name), InputTermKind.RATE if is_rate else InputTermKind.VALUE
+        match function:
+            case LinearFunction():
+                yield kind, target, source, function.gain, function.about, 0.0
+            case TableFunction():
+                yield kind, target, source, *_table_segment(function, segment)
+            case HarmonicFunction():
+                for order, cosine, sine in function.harmonics:
+                    yield InputTermKind.HARMONIC, target, source, cosine, sine, order
+
+
+def output_of_reading(reading: str) -> tuple[str, bool]:
+    """Return the output that a function of a reading takes, and whether it takes its rate, as for the speed of a spindle.
+
+    Parameters
+    ----------
+    reading
+        Name of the reading.
+
+    Returns
+    -------
+    tuple[str, bool]
+        Name of the output, and whether its rate is meant.
+    """
+    part, dot, name = reading.rpartition(".")
+    return (f"{part}{dot}{SPINDLE_ANGLE}", True) if name == SPINDLE_SPEED else (reading, False)
+
+
+def _table_segment(table: TableFunction, segment: int) -> tuple[float, float, float]:
+    """Return slope, position and value of a segment of a table; the first and the last segment are constant."""
+    if segment == 0:
+        return 0.0, table.positions[0], table.values[0]
+    if segment == len(table.positions):
+        return 0.0, table.positions[-1], table.values[-1]
+    (low, high), (value, next_value) = list(pairwise(table.positions))[segment - 1], list(pairwise(table.values))[segment - 1]
+    return (next_value - value) / (high - low), low, value
+
+
+def evaluate_reading_function(function: ReadingFunction, value: float) -> float:
+    """Return a function of a reading at a value of it, SI.
+
+    Parameters
+    ----------
+    function
+        The function.
+    value
+        Value of the reading, SI.
+
+    Returns
+    -------
+    float
+        Value of the function, SI.
+
+    Raises
+    ------
+    TypeError
+        If the type of the function is unknown.
+    """
+    match function:
+        case LinearFunction():
+            return function.gain * (value - function.about)
+        case TableFunction():
+            return float(np.interp(value, function.positions, function.values))
+        case HarmonicFunction():
+            return sum(cosine * math.cos(order * value) + sine * math.sin(order * value) for order, cosine, sine in function.harmonics)
+    raise TypeError(f"no function of a reading is defined for {type(function).__name__}")
+
+
+@jit_internal
+def evaluate_inputs(
+    terms: RecordArray,
+    output_rows: ConstraintRows,
+    row_values: FloatArray,
+    jacobian: FloatArray,
+    velocities: FloatArray,
+    input_cubics: FloatArray,
+    local_time: float,
+    lag_states: FloatArray,
+    result: FloatArray,
+) -> None:
+    """Fill result (inputs,) with the inputs at a state whose output rows were evaluated."""
+    for k in range(result.size):
+        result[k] = evaluate_input(input_cubics, k, local_time)
+    for i in range(terms.size):
+        term = terms[i]
+        if term.kind == InputTermKind.PRODUCT:
+            result[term.input_index] *= result[term.source_index]
+        elif term.kind == InputTermKind.LAG:
+            result[term.input_index] += lag_states[term.source_index]
+        elif term.kind == InputTermKind.HARMONIC:
+            angle = term.c * row_values[term.source_index, RowColumn.RESIDUAL]
+            result[term.input_index] += term.a * math.cos(angle) + term.b * math.sin(angle)
+        else:
+            value = row_values[term.source_index, RowColumn.RESIDUAL]
+            if term.kind == InputTermKind.RATE:
+                value = output_rate(output_rows, jacobian, term.source_index, velocities)
+            result[term.input_index] += term.a * (value - term.b) + term.c
+
+
+@jit_internal
+def output_rate(output_rows: ConstraintRows, jacobian: FloatArray, k: int, velocities: FloatArray) -> float:
+    """Return the rate of an output (m/s or rad/s) from its row of the evaluated output Jacobian."""
+    rate = 0.0
+    for side in range(2):
+        body = output_rows.row_bodies[k, side]
+        if body >= 0:
+            for c in range(3):
+                rate += jacobian[k, side, c] * velocities[body, c]
+    return rate

@@ -1,0 +1,303 @@
+"""The parts of a scene as one mechanism: bodies of all parts, free spindles as shafts, gears as joints. No mathematics."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Mapping, Sequence
+from dataclasses import dataclass, fields, is_dataclass, replace
+from typing import Any, Final
+
+from governor_mechanism.errors import MechanismError, did_you_mean
+from governor_mechanism.model.coupling_checks import apply_control, check_gears, check_reading_functions
+from governor_mechanism.model.couplings import ControlCoupling, Coupling, FollowCoupling, GearCoupling
+from governor_mechanism.model.effect import OutputEffect
+from governor_mechanism.model.force_elements import Torque
+from governor_mechanism.model.joints import GROUND, Gear, Point
+from governor_mechanism.model.mechanism import Mechanism, SecondMoments, Shaft
+from governor_mechanism.model.output_variables import BodyAngle
+from governor_mechanism.model.part import FreeSpindle, Part, Spindle, Start
+
+SHAFT_NAME: Final = "spindle"
+"""Name of the body of a free or coupled spindle."""
+
+SPINDLE_ANGLE: Final = "spindle_angle"
+"""Reading of the angle of a free or coupled spindle."""
+
+SPINDLE_SPEED: Final = "spindle_speed"
+"""Reading of the speed of any spindle."""
+
+SPINDLE_TORQUE: Final = "spindle_torque"
+"""Name of the torque on a free or coupled spindle."""
+
+_NAME_FIELDS: Final = frozenset(("name", "body", "reference_body", "reading", "spring", "first", "second"))
+"""Fields of descriptions that hold the name of a body, a reading or an element."""
+
+
+@dataclass(frozen=True, kw_only=True)
+class TurningPlane:
+    """A plane that turns with a spindle.
+
+    Attributes
+    ----------
+    prefix
+        Start of the names of its part: empty, or "part.".
+    bodies
+        Indices of its bodies in the coupled mechanism.
+    given_speed
+        Spindle with a given speed that the plane turns with, or None.
+    shaft
+        Name of the body that the plane turns with if the speed is not given.
+    ratio
+        Ratio of the plane's speed to that of the spindle or body.
+    has_reaction
+        Whether the bodies act on the shaft.
+    is_loaded
+        Whether the bodies carry centrifugal forces.
+    """
+
+    prefix: str
+    bodies: tuple[int, ...]
+    given_speed: Spindle | None
+    shaft: str
+    ratio: float
+    has_reaction: bool
+    is_loaded: bool
+
+
+@dataclass(frozen=True, kw_only=True)
+class CoupledSystem:
+    """All parts of a scene as one mechanism.
+
+    Attributes
+    ----------
+    mechanism
+        Bodies, joints, force elements and readings of all parts, with shafts and gears.
+    output_effects
+        Effects along readings of the coupled mechanism.
+    start
+        Start values and rates of its readings.
+    planes
+        Planes that turn with a spindle.
+    gravity
+        Gravitational acceleration of each body, m/s2; shape (bodies,).
+    breaking_gears
+        Time (s) at which each gear that breaks does so, by name of the joint.
+    """
+
+    mechanism: Mechanism
+    output_effects: tuple[OutputEffect, ...]
+    start: Start
+    planes: tuple[TurningPlane, ...]
+    gravity: tuple[float, ...]
+    breaking_gears: Mapping[str, float]
+
+
+def couple_parts(parts: Sequence[Part], couplings: Sequence[Coupling]) -> CoupledSystem:
+    """Return the parts of a scene as one mechanism.
+
+    Names of bodies, readings and so on get the name of their part in front if there are several parts.
+
+    Parameters
+    ----------
+    parts
+        Parts of the scene.
+    couplings
+        Couplings between them.
+
+    Returns
+    -------
+    CoupledSystem
+        The coupled mechanism and what acts on it.
+
+    Raises
+    ------
+    MechanismError
+        If a coupling names an unknown reading or load, or couplings contradict one another.
+    """
+    prefixes = {f"{part.name}." if len(parts) > 1 else "": part for part in parts}
+    follows = _follows_by_spindle(prefixes, couplings)
+    pieces = [_part_mechanism(part, prefix, prefixes, f"{prefix}{SPINDLE_ANGLE}" in follows) for prefix, part in prefixes.items()]
+    mechanism = pieces[0] if len(pieces) == 1 else _merge(pieces)
+    start = _start(prefixes)
+    gears = [one for one in couplings if isinstance(one, GearCoupling)]
+    check_gears(gears, [f"{prefix}{SPINDLE_ANGLE}" for prefix, part in prefixes.items() if part.turns], mechanism)
+    if gears:
+        mechanism = replace(mechanism, joints=(*mechanism.joints, *(_gear_joint(gear, mechanism, start) for gear in gears)))
+    effects = tuple(with_prefix(effect, prefix, prefixes) for prefix, part in prefixes.items() for effect in part.output_effects)
+    for control in couplings:
+        if isinstance(control, ControlCoupling):
+            mechanism, effects = apply_control(control, mechanism, effects)
+    check_reading_functions(mechanism, effects)
+    gravity = {body.name: part.gravity for part, piece in zip(parts, pieces, strict=True) for body in piece.bodies}
+    return CoupledSystem(
+        mechanism=mechanism,
+        output_effects=effects,
+        start=start,
+        planes=tuple(_plane(part, prefix, follows, mechanism, prefixes) for prefix, part in prefixes.items() if part.turns),
+        gravity=tuple(gravity[body.name] for body in mechanism.bodies),
+        breaking_gears={gear.name: gear.until for gear in gears if gear.until is not None},
+    )
+
+
+def with_prefix(description: Any, prefix: str, prefixes: Iterable[str]) -> Any:
+    """Return a description with a prefix before the names of bodies, readings and elements, unless they begin with one of `prefixes`.
+
+    Parameters
+    ----------
+    description
+        A dataclass, a tuple or a value.
+    prefix
+        What to put in front of names.
+    prefixes
+        Prefixes that a name may already have.
+
+    Returns
+    -------
+    Any
+        The renamed copy.
+    """
+    if not prefix:
+        return description
+    if isinstance(description, tuple):
+        return tuple(with_prefix(item, prefix, prefixes) for item in description)
+    if not is_dataclass(description) or isinstance(description, type):
+        return description
+    changes = {}
+    for one in fields(description):
+        value = getattr(description, one.name)
+        if isinstance(value, str):
+            if one.name in _NAME_FIELDS and value != GROUND and not value.startswith(tuple(prefixes)):
+                changes[one.name] = prefix + value
+        elif (renamed := with_prefix(value, prefix, prefixes)) is not value:
+            changes[one.name] = renamed
+    return replace(description, **changes) if changes else description
+
+
+def _follows_by_spindle(prefixes: Mapping[str, Part], couplings: Sequence[Coupling]) -> dict[str, FollowCoupling]:
+    """Return the couplings of spindles that follow another part, by the angle of the spindle."""
+    follows: dict[str, FollowCoupling] = {}
+    free = [f"{prefix}{SPINDLE_ANGLE}" for prefix, part in prefixes.items() if isinstance(part.spindle, FreeSpindle)]
+    given = [f"{prefix}{SPINDLE_ANGLE}" for prefix, part in prefixes.items() if part.turns and isinstance(part.spindle, Spindle)]
+    for coupling in couplings:
+        if not isinstance(coupling, FollowCoupling):
+            continue
+        if coupling.second in given:
+            raise MechanismError(
+                f"coupling {coupling.name!r} drives {coupling.second!r}, whose speed is given by spindle.speed: two drives on one "
+                "coordinate; leave the speed or the coupling out"
+            )
+        if coupling.second not in free:
+            raise MechanismError(
+                f"coupling {coupling.name!r} of type follow drives {coupling.second!r}, which is no spindle; its second angle is one of "
+                f"{free}; a gear couples other angles"
+            )
+        if coupling.second in follows:
+            raise MechanismError(
+                f"couplings {follows[coupling.second].name!r} and {coupling.name!r} both drive {coupling.second!r}; leave one of them out"
+            )
+        follows[coupling.second] = coupling
+    for coupling in follows.values():
+        if coupling.first in follows:
+            raise MechanismError(
+                f"coupling {coupling.name!r} follows {coupling.first!r}, which follows {follows[coupling.first].first!r} itself; "
+                "follow that one"
+            )
+    return follows
+
+
+def _part_mechanism(part: Part, prefix: str, prefixes: Iterable[str], follows: bool) -> Mechanism:
+    """Return the mechanism of a part, renamed, with a shaft for its spindle if that is a coordinate of its own."""
+    mechanism: Mechanism = with_prefix(part.mechanism, prefix, prefixes)
+    if prefix:
+        mechanism = replace(mechanism, coordinate=prefix + mechanism.coordinate)
+    if not isinstance(part.spindle, FreeSpindle) or follows:
+        return mechanism
+    moments = SecondMoments(xx=0.5 * part.spindle.inertia, yy=0.5 * part.spindle.inertia)
+    shaft = Shaft(name=f"{prefix}{SHAFT_NAME}", second_moments=moments)
+    torque = with_prefix(part.spindle.torque, prefix, prefixes)
+    angle = BodyAngle(name=f"{prefix}{SPINDLE_ANGLE}", quantity="angle", body=shaft.name)
+    return replace(
+        mechanism,
+        bodies=(*mechanism.bodies, shaft),
+        initial_guess=(*mechanism.initial_guess, (0.0, 0.0, 0.0)),
+        readings=(*mechanism.readings, angle),
+        force_elements=(*mechanism.force_elements, Torque(name=f"{prefix}{SPINDLE_TORQUE}", second=shaft.name, moment=torque)),
+    )
+
+
+def _merge(pieces: Sequence[Mechanism]) -> Mechanism:
+    """Return one mechanism of all pieces; it has no leading coordinate."""
+    names = ("bodies", "joints", "readings", "initial_guess", "limits", "internal_outputs", "force_elements", "derived_forces", "notes")
+    parts: dict[str, Any] = {name: tuple(item for piece in pieces for item in getattr(piece, name)) for name in names}
+    scales = {one.name: piece.length_scale for piece in pieces for one in (*piece.readings, *piece.internal_outputs)}
+    return Mechanism(**parts, coordinate="", length_scale=min(piece.length_scale for piece in pieces), reading_scales=scales)
+
+
+def _gear_joint(gear: GearCoupling, mechanism: Mechanism, start: Start) -> Gear:
+    """Return the joint of a gear; where both angles have start values, they are those of the start."""
+    first_start, second_start = (start.values.get(name) for name in (gear.first, gear.second))
+    has_both = isinstance(first_start, float) and isinstance(second_start, float)
+    offset = float(second_start) - gear.ratio * float(first_start) if has_both else 0.0  # type: ignore[arg-type]
+    first, second = (Point(body=rotating_body(mechanism, gear.name, name)) for name in (gear.first, gear.second))
+    return Gear(name=gear.name, first=first, second=second, ratio=gear.ratio, offset=offset)
+
+
+def rotating_body(mechanism: Mechanism, coupling: str, name: str) -> str:
+    """Return the body whose angle is a reading; raise MechanismError if it is not the angle of one body.
+
+    Parameters
+    ----------
+    mechanism
+        Mechanism with its readings.
+    coupling
+        Name of the coupling, for the message.
+    name
+        Name of the reading.
+
+    Returns
+    -------
+    str
+        Name of the body.
+
+    Raises
+    ------
+    MechanismError
+        If the reading is unknown or not the angle of a body relative to the ground.
+    """
+    angles = {one.name: one.body for one in mechanism.readings if isinstance(one, BodyAngle) and one.reference_body == GROUND}
+    if name not in angles:
+        known = [reading.name for reading in mechanism.readings]
+        what = "is not the angle of a body relative to the ground" if name in known else "is unknown"
+        raise MechanismError(f"{name!r} in coupling {coupling!r} {what}; such angles are {list(angles)}.{did_you_mean(name, list(angles))}")
+    return angles[name]
+
+
+def _start(prefixes: Mapping[str, Part]) -> Start:
+    """Return the start values and rates of all parts."""
+    values = {prefix + name: value for prefix, part in prefixes.items() for name, value in part.start.values.items()}
+    rates = {prefix + name: rate for prefix, part in prefixes.items() for name, rate in part.start.rates.items()}
+    for prefix, part in prefixes.items():
+        if isinstance(part.spindle, FreeSpindle) and part.spindle.start_speed is not None:
+            rates[f"{prefix}{SPINDLE_ANGLE}"] = part.spindle.start_speed
+    return Start(values=values, rates=rates)
+
+
+def _plane(
+    part: Part, prefix: str, follows: Mapping[str, FollowCoupling], mechanism: Mechanism, prefixes: Mapping[str, Part]
+) -> TurningPlane:
+    """Return the turning plane of a part."""
+    coupling = follows.get(f"{prefix}{SPINDLE_ANGLE}")
+    given_speed = part.spindle if isinstance(part.spindle, Spindle) else None
+    shaft = "" if given_speed else f"{prefix}{SHAFT_NAME}"
+    if coupling is not None:
+        leader = prefixes.get(coupling.first.removesuffix(SPINDLE_ANGLE)) if coupling.first.endswith(SPINDLE_ANGLE) else None
+        given_speed = leader.spindle if leader and isinstance(leader.spindle, Spindle) else None
+        shaft = "" if given_speed else rotating_body(mechanism, coupling.name, coupling.first)
+    return TurningPlane(
+        prefix=prefix,
+        bodies=tuple(mechanism.body_index(prefix + body.name) for body in part.mechanism.bodies),
+        given_speed=given_speed,
+        shaft=shaft,
+        ratio=coupling.ratio if coupling else 1.0,
+        has_reaction=bool(shaft) and coupling is None,
+        is_loaded=part.has_centrifugal,
+    )

@@ -1,0 +1,189 @@
+"""A part of a scene: a mechanism in its plane, with its effects, its spindle and its start. Frozen values without mathematics."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass, field
+from typing import Final
+
+from governor_mechanism.errors import MechanismError, require_finite, require_positive
+from governor_mechanism.model.effect import Effect, OutputEffect
+from governor_mechanism.model.mechanism import Mechanism
+from governor_mechanism.model.time_functions import InputFunction
+
+EQUILIBRIUM: Final = "equilibrium"
+"""Start value that stands for the stable equilibrium at the first spindle speed."""
+
+TURNING_PLANE: Final = "turning"
+"""Name of a plane that turns with the spindle."""
+FIXED_PLANE: Final = "fixed"
+"""Name of a plane that does not turn."""
+
+
+MAX_SPINDLE_SPEED: Final = 1e6
+"""Largest spindle speed, rad/s: no machine turns faster; a larger value is a mistake of units."""
+
+
+@dataclass(frozen=True, kw_only=True)
+class Spindle:
+    """A spindle with a given speed, smooth between points of time and constant before the first and after the last point.
+
+    One point is a constant speed; two points at one time are a step.
+
+    Attributes
+    ----------
+    times
+        Points of time, s.
+    speeds
+        Speeds at these times, rad/s.
+    speed_fluctuation
+        Coefficient of fluctuation of speed, (highest - lowest) / mean, at least 0 and below 1. The fluctuation is a sine of the
+        angle that the mean speed has turned.
+    cycles_per_turn
+        Cycles of the fluctuation per turn of the spindle.
+    """
+
+    times: tuple[float, ...] = (0.0,)
+    speeds: tuple[float, ...] = (0.0,)
+    speed_fluctuation: float = 0.0
+    cycles_per_turn: float = 1.0
+
+    def __post_init__(self) -> None:
+        if not 0 <= self.speed_fluctuation < 1:
+            raise MechanismError(
+                f"speed fluctuation of the spindle, (highest - lowest) / mean speed, must be at least 0 and below 1; "
+                f"got {self.speed_fluctuation:g}"
+            )
+        require_positive(self.cycles_per_turn, "", "cycles per turn of the spindle's speed fluctuation")
+        InputFunction(times=self.times, values=self.speeds)  # validates times and speeds
+        for speed in self.speeds:
+            _require_plausible_speed(speed)
+
+    @property
+    def speed_function(self) -> InputFunction:
+        """Mean speed over time, rad/s."""
+        return InputFunction(times=self.times, values=self.speeds)
+
+
+@dataclass(frozen=True, kw_only=True)
+class FreeSpindle:
+    """A spindle that turns under a torque, the reaction of the mechanism and, if it is coupled, the other parts.
+
+    Attributes
+    ----------
+    inertia
+        Moment of inertia of the spindle alone, kg m2; at least 0.
+    start_speed
+        Speed at the start, rad/s; None if it follows from a coupling or from the equilibrium of the whole scene.
+    torque
+        Torque on the spindle, N m.
+    """
+
+    inertia: float = 0.0
+    start_speed: float | None = None
+    torque: InputFunction = field(default_factory=InputFunction)
+
+    def __post_init__(self) -> None:
+        require_finite(self.inertia, "kg m2", "inertia of the spindle")
+        if self.inertia < 0:
+            raise MechanismError(f"inertia of the spindle must not be negative; got {self.inertia:g} kg m2")
+        if self.start_speed is not None:
+            require_finite(self.start_speed, "rad/s", "start speed of the spindle")
+            _require_plausible_speed(self.start_speed)
+
+
+def _require_plausible_speed(speed: float) -> None:
+    if abs(speed) > MAX_SPINDLE_SPEED:
+        raise MechanismError(f"speed of the spindle must be at most {MAX_SPINDLE_SPEED:g} rad/s; got {speed:g} rad/s")
+
+
+@dataclass(frozen=True, kw_only=True)
+class Start:
+    """Start values and start rates of readings. The initial guess of the mechanism settles the rest.
+
+    Attributes
+    ----------
+    values
+        Start values by reading name, SI, or EQUILIBRIUM.
+    rates
+        Start rates by reading name, SI/s.
+    """
+
+    values: Mapping[str, float | str] = field(default_factory=dict)
+    rates: Mapping[str, float] = field(default_factory=dict)
+
+
+@dataclass(frozen=True, kw_only=True)
+class Part:
+    """A mechanism in its plane, with the effects on it, its spindle and its start.
+
+    Attributes
+    ----------
+    name
+        Name of the part.
+    machine
+        Name of the machine in scene files.
+    dimensions
+        Dimensions of the machine by name, SI.
+    mechanism
+        The mechanism built from them.
+    plane
+        TURNING_PLANE or FIXED_PLANE.
+    effects
+        Physical effects, each at most once, or once per reading.
+    spindle
+        Spindle with a given speed, or a free or coupled one; at rest in a fixed plane.
+    start
+        Start values and rates.
+    """
+
+    name: str
+    machine: str
+    dimensions: Mapping[str, float]
+    mechanism: Mechanism
+    plane: str = TURNING_PLANE
+    effects: tuple[Effect, ...] = ()
+    spindle: Spindle | FreeSpindle = field(default_factory=Spindle)
+    start: Start = field(default_factory=Start)
+
+    def __post_init__(self) -> None:
+        kinds = [(type(effect), getattr(effect, "reading", "")) for effect in self.effects]
+        for kind, reading in kinds:
+            if kinds.count((kind, reading)) > 1:
+                location = f" on {reading!r}" if reading else ""
+                raise MechanismError(f"effect {kind.__name__}{location} is listed twice; list it once")
+        is_free = isinstance(self.spindle, FreeSpindle)
+        if is_free and self.plane != TURNING_PLANE:
+            raise MechanismError(
+                "a free spindle needs a mechanism that turns with it, and this one is in a fixed plane; "
+                'write plane = "turning", or leave the spindle out'
+            )
+        if is_free and not self.has_centrifugal:
+            raise MechanismError("a free spindle reacts to the bodies that turn with it; list effects.centrifugal, or give spindle.speed")
+        for effect in self.output_effects:
+            self.mechanism.reading(effect.reading)  # raises for an unknown reading
+
+    @property
+    def output_effects(self) -> tuple[OutputEffect, ...]:
+        """Effects along readings; a clearance counts as its stops."""
+        return tuple(part for effect in self.effects for part in effect.output_effects)
+
+    @property
+    def gravity(self) -> float:
+        """Gravitational acceleration along -y, m/s2; 0 without the effect gravity."""
+        return sum((effect.gravity for effect in self.effects), 0.0)
+
+    @property
+    def has_centrifugal(self) -> bool:
+        """Whether bodies in a turning plane carry a centrifugal load."""
+        return any(effect.loads_turning_bodies for effect in self.effects)
+
+    @property
+    def turns(self) -> bool:
+        """Whether the plane of the part turns with a spindle."""
+        return self.plane == TURNING_PLANE
+
+    @property
+    def loads_spindle(self) -> bool:
+        """Whether the motion of the part and its spindle act on each other."""
+        return self.turns and self.has_centrifugal

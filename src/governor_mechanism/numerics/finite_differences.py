@@ -1,0 +1,101 @@
+"""Derivatives of smooth functions by nine-point central differences, with an estimate of their error."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+
+import numpy as np
+
+from governor_mechanism.types import FloatArray
+
+VectorFunction = Callable[[FloatArray], FloatArray]
+"""Function of a vector that returns a vector; NaN where it is not defined."""
+
+_POSITIVE_WEIGHTS = {
+    1: (0.0, 4 / 5, -1 / 5, 4 / 105, -1 / 280),
+    2: (-205 / 72, 8 / 5, -1 / 5, 8 / 315, -1 / 560),
+    3: (0.0, -61 / 30, 169 / 120, -3 / 10, 7 / 240),
+}
+"""Weights at the centre and at 1 to 4 steps; odd derivatives have the opposite sign on the other side.
+
+Orders of accuracy 8, 8 and 6. B. Fornberg, Mathematics of Computation 51 (1988), pp. 699-706.
+"""
+
+STEP_RATIOS = tuple(0.16 / 2**k for k in range(8))
+"""Steps that are tried, relative to the given direction.
+
+The large ones suit functions that are nearly polynomials, the small ones functions with a singularity nearby.
+"""
+
+
+def directional_derivative(
+    function: VectorFunction, point: FloatArray, direction: FloatArray, order: int = 1, *, tolerance: float = 0.0
+) -> tuple[FloatArray, float]:
+    """Return a derivative of a function along a direction.
+
+    Of two successive steps the pair whose results agree best is taken.
+
+    Parameters
+    ----------
+    function
+        Function of a vector.
+    point
+        Where to differentiate; shape (n,).
+    direction
+        Direction, as long as the function can be expected to change considerably; shape (n,).
+    order
+        Order of the derivative, 1 to 3.
+    tolerance
+        Error relative to the largest component at which no further step is tried.
+
+    Returns
+    -------
+    derivative : FloatArray
+        Derivative with respect to the multiple of the direction; NaN if the function is not defined around the point.
+    error : float
+        Largest difference to the derivative with the other step of the pair, and rounding; infinite if there is none.
+    """
+    positive = np.array(_POSITIVE_WEIGHTS[order])
+    weights = np.concatenate([(-1) ** order * positive[:0:-1], positive])
+    samples = np.array([function(point)])
+    best, best_error, previous = np.full_like(samples[0], np.nan), np.inf, None
+    for ratio in STEP_RATIOS:
+        samples = np.array([function(point + k * ratio * direction) for k in range(-4, 5)])
+        derivative = weights @ samples / ratio**order
+        if previous is not None:
+            difference = float(np.max(np.abs(derivative - previous), initial=0.0))
+            error = difference + np.finfo(np.float64).eps * float(np.max(np.abs(weights) @ np.abs(samples), initial=0.0)) / ratio**order
+            if error < best_error:
+                best, best_error = derivative, error
+            if difference <= tolerance * float(np.max(np.abs(derivative), initial=0.0)):
+                break
+        previous = derivative
+    return best, best_error
+
+
+def jacobian(function: VectorFunction, point: FloatArray, scales: FloatArray, *, tolerance: float = 0.0) -> tuple[FloatArray, FloatArray]:
+    """Return the Jacobian of a function.
+
+    Parameters
+    ----------
+    function
+        Function of a vector.
+    point
+        Where to differentiate; shape (n,).
+    scales
+        Change of each variable that can be expected to change the function considerably; shape (n,).
+    tolerance
+        Error of a column relative to its largest component that is good enough.
+
+    Returns
+    -------
+    jacobian : FloatArray
+        Derivatives; shape (m, n).
+    errors : FloatArray
+        Estimated error of each column; shape (n,).
+    """
+    columns = [directional_derivative(function, point, direction, tolerance=tolerance) for direction in np.diag(scales)]
+    return (
+        np.stack([column / scale for (column, _), scale in zip(columns, scales, strict=True)], axis=-1),
+        np.array([error for _, error in columns]) / scales,
+    )

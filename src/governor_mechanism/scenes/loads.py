@@ -1,0 +1,154 @@
+"""Loads of a scene file: constants, functions of time, functions of readings, and sums of these. Slow to import: pydantic."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterator, Mapping
+from typing import Annotated, Any, Final
+
+from pydantic import Field, PlainValidator
+
+from governor_mechanism.errors import MechanismError
+from governor_mechanism.model.time_functions import HarmonicFunction, InputFunction, LinearFunction, ReadingFunction, TableFunction
+from governor_mechanism.scenes.problems import KEY, Problem, ProblemCode, ProblemCollector, mistake
+from governor_mechanism.scenes.quantities import check_label, parse_pairs, parse_si, parse_time_points, quantity
+from governor_mechanism.scenes.table import SceneFileTable, validate
+from governor_mechanism.units.quantities import QUANTITY_KINDS, format_value
+
+READING_KINDS: Final = ("length", "angle", "angular_speed")
+"""Kinds of quantity of what a load may depend on."""
+
+GAIN_KINDS: Final[Mapping[str, Mapping[str, str]]] = {
+    "torque": {"length": "torque_per_length", "angle": "torsion_stiffness", "angular_speed": "torsion_damping"},
+    "force": {"length": "stiffness", "angle": "force_per_angle", "angular_speed": "force_per_angular_speed"},
+    "ratio": {"length": "ratio_per_length", "angle": "ratio_per_angle", "angular_speed": "ratio_per_angular_speed"},
+}
+"""Kind of a gain by the kind of the load and that of the reading."""
+
+FUNCTION_KEYS: Final = ("table", "gain", "harmonics")
+"""Keys of which a function of a reading has one."""
+
+
+class ReadingFunctionTable(SceneFileTable):
+    """A function of a reading."""
+
+    example = '{ reading = "sleeve_lift", gain = "200 N m/m", about = "20 mm" }'
+
+    reading: Annotated[str, PlainValidator(check_label)] = Field(description='the name of the reading, as "sleeve_lift"')
+    table: Any = None
+    gain: Any = None
+    about: Any = 0.0
+    harmonics: Any = None
+    lag: Annotated[float, quantity("time", "not negative")] = 0.0
+
+    @classmethod
+    def find_conflicts(cls, values: Mapping[str, Any], context: Any) -> Iterator[Problem]:
+        """Yield a missing function, or more than one."""
+        given = [key for key in FUNCTION_KEYS if key in values]
+        if len(given) != 1:
+            found = f"found {' and '.join(given)}" if given else "found none"
+            yield Problem(f"{KEY} needs one of {', '.join(FUNCTION_KEYS)}; {found}; write {cls.example}", ProblemCode.CONFLICT)
+        elif "about" in values and given != ["gain"]:
+            yield Problem(f"{KEY}.about belongs to a gain; leave it out", ProblemCode.CONFLICT, f"{KEY}.about")
+
+    def build(self, load_kind: str) -> ReadingFunction:
+        """Return the function; its values are of the kind of the load."""
+        if self.harmonics is not None:
+            return HarmonicFunction(
+                reading=self.reading, lag=self.lag, harmonics=_parse_harmonics(self.harmonics, load_kind), quantity="angle"
+            )
+        if self.table is not None:
+            kind, points = _first_fitting_kind(
+                f"{KEY}.table", lambda kind: parse_pairs(self.table, (kind, load_kind), ("reading", load_kind), f"{KEY}.table")
+            )
+            if len(points) < 2:
+                raise mistake(ProblemCode.WRONG_TYPE, f"{KEY}.table needs two points or more; found {len(points)}")
+            positions, values = zip(*points, strict=True)
+            has_unit = any(isinstance(point[0], str) for point in self.table)
+            return TableFunction(reading=self.reading, lag=self.lag, positions=positions, values=values, quantity=kind if has_unit else "")
+        kind, (gain, about) = _first_fitting_kind(
+            KEY, lambda kind: (parse_si(self.gain, GAIN_KINDS[load_kind][kind], f"{KEY}.gain"), parse_si(self.about, kind, f"{KEY}.about"))
+        )
+        has_unit = isinstance(self.gain, str) or isinstance(self.about, str)
+        return LinearFunction(reading=self.reading, lag=self.lag, gain=gain, about=about, quantity=kind if has_unit else "")
+
+
+def _first_fitting_kind(path: str, parse: Callable[[str], Any]) -> tuple[str, Any]:
+    """Return the first kind of reading as which something can be parsed, and the result; else raise for the kind with fewest mistakes."""
+    errors = []
+    for kind in READING_KINDS:
+        try:
+            return kind, parse(kind)
+        except MechanismError as error:
+            errors.append(error)
+    raise min(errors, key=lambda error: len(error.problems))
+
+
+def _parse_harmonics(value: object, load_kind: str) -> tuple[tuple[float, float, float], ...]:
+    """Return order, cosine and sine coefficient of each harmonic."""
+    example = QUANTITY_KINDS[load_kind].example
+    hint = f'write [[1, "{example}", "{example}"]]'
+    if not isinstance(value, list | tuple) or not all(isinstance(item, list | tuple) and len(item) == 3 for item in value):
+        text = f"{KEY}.harmonics must be a list of [order, cosine, sine]; found {format_value(value)}; {hint}"
+        raise mistake(ProblemCode.WRONG_TYPE, text)
+    collector, harmonics = ProblemCollector(), []
+    for number, (order, cosine, sine) in enumerate(value, start=1):
+        path = f"{KEY}.harmonics, harmonic {number}:"
+        with collector.at():
+            coefficients = [parse_si(one, load_kind, f"{path} {name}") for one, name in ((cosine, "cosine"), (sine, "sine"))]
+            harmonics.append((parse_si(order, "number", f"{path} order", sign="not negative"), *coefficients))
+    collector.raise_if_failed()
+    return tuple((order, cosine, sine) for order, cosine, sine in harmonics)
+
+
+def parse_reading_function(value: object, load_kind: str) -> ReadingFunction:
+    """Return a function of a reading.
+
+    Parameters
+    ----------
+    value
+        Table as read from TOML.
+    load_kind
+        Kind of its values: "torque", "force" or "ratio".
+
+    Returns
+    -------
+    ReadingFunction
+        The function.
+
+    Raises
+    ------
+    MechanismError
+        With the problems of the table.
+    """
+    return validate(ReadingFunctionTable, value).build(load_kind)
+
+
+def input_function(kind: str, name: str) -> PlainValidator:
+    """Return the validator of a load: a quantity, a list of [time, quantity], a function of a reading, or a list of these, their sum."""
+
+    def check(value: object) -> InputFunction:
+        if isinstance(value, Mapping):
+            return InputFunction(functions=(parse_reading_function(value, kind),))
+        if isinstance(value, list | tuple) and any(isinstance(item, Mapping) for item in value):
+            return _sum(value, check)
+        times, values = parse_time_points(value, kind, name)
+        return InputFunction(times=times, values=values)
+
+    return PlainValidator(check)
+
+
+def _sum(items: list[Any] | tuple[Any, ...], parse: Callable[[object], InputFunction]) -> InputFunction:
+    """Return the sum of loads, of which at most one varies with time."""
+    collector, loads = ProblemCollector(), list[InputFunction]()
+    for item in items:
+        with collector.at():
+            loads.append(parse(item))
+    collector.raise_if_failed()
+    varying = [load for load in loads if len(load.values) > 1]
+    if len(varying) > 1:
+        text = f"{KEY} is a sum of {len(varying)} functions of time; add them up to one, and list it with the functions of readings"
+        raise mistake(ProblemCode.CONFLICT, text)
+    constant = sum(load.values[0] for load in loads if len(load.values) == 1)
+    base = varying[0] if varying else InputFunction()
+    functions = tuple(function for load in loads for function in load.functions)
+    return InputFunction(times=base.times, values=tuple(value + constant for value in base.values), functions=functions)

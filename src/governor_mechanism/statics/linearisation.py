@@ -1,0 +1,456 @@
+"""Linearised equations of a scene about an equilibrium or a steady rotation: eigenvalues, modes, transfer functions."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, field, replace
+from functools import cached_property
+
+import numpy as np
+
+from governor_mechanism.errors import MechanismError, did_you_mean
+from governor_mechanism.mechanics.kinematics.output_variables import evaluate_output_value
+from governor_mechanism.model.part import FreeSpindle, Spindle
+from governor_mechanism.model.scene import Scene
+from governor_mechanism.numerics.finite_differences import directional_derivative, jacobian
+from governor_mechanism.statics.equilibria import Equilibrium, find_equilibria
+from governor_mechanism.statics.equilibrium_speed import has_spindle_dependent_loads
+from governor_mechanism.statics.first_order_system import ComplexArray, FirstOrderSystem, Onset, Stability
+from governor_mechanism.statics.scene_dynamics import SceneDynamics
+from governor_mechanism.statics.steady_state import SteadyState, find_steady_state
+from governor_mechanism.types import FloatArray
+from governor_mechanism.units.quantities import parse_quantity
+
+RATE_PREFIX = "rate of "
+"""Start of the name of an output that is the rate of a reading."""
+
+FORCE_PREFIX = "force on "
+"""Start of the name of an input that is a force or torque along a reading."""
+
+TURNING_TOLERANCE = 1e-9
+"""Rate of a reading, in its scale over the time scale, above which it turns steadily."""
+
+MAX_RESTARTS = 12
+"""Largest number of restarts of Newton's method, each with other independent coordinates and slack springs."""
+
+RELAXATION_STEP = 0.1
+"""Displacement along the accelerations, in scales, before a restart: where Newton's method stalls, the forces lead to an equilibrium."""
+
+NO_STEADY_STATE = (
+    "no steady state was found near the start: accelerations remain; start nearer to an equilibrium or a steady rotation. "
+    "If a torque depends on the angle of a turning shaft, its steady state is periodic: use the mean torque"
+)
+
+
+@dataclass(frozen=True, kw_only=True)
+class Mode:
+    """One mode of small motions: a real eigenvalue, or a pair of complex ones.
+
+    Attributes
+    ----------
+    eigenvalue
+        Eigenvalue, 1/s; that of a pair with positive imaginary part.
+    error_estimate
+        Estimated error of the eigenvalue, 1/s.
+    natural_frequency
+        Magnitude of the eigenvalue, rad/s.
+    damping_ratio
+        Damping ratio: 0 undamped, 1 a real negative eigenvalue, negative if the motion grows.
+    amplitudes
+        Complex amplitude by output, SI; the largest in units of its scale is 1. A reading that turns steadily has that of its rate.
+    is_conserved
+        Whether this is the zero eigenvalue of a conserved quantity, such as the momentum of a free spindle.
+    """
+
+    eigenvalue: complex
+    error_estimate: float
+    natural_frequency: float
+    damping_ratio: float
+    amplitudes: Mapping[str, complex]
+    is_conserved: bool = False
+
+
+@dataclass(frozen=True, kw_only=True, eq=False)
+class StateSpace:
+    """State-space form x' = A x + B u, y = C x + D u with the names of states, inputs u and outputs y. All in SI."""
+
+    A: FloatArray
+    B: FloatArray
+    C: FloatArray
+    D: FloatArray
+    states: tuple[str, ...]
+    inputs: tuple[str, ...]
+    outputs: tuple[str, ...]
+
+    def frequency_response(self, frequencies: Sequence[float] | FloatArray) -> ComplexArray:
+        """Return the complex amplitudes of the outputs for unit amplitudes of the inputs.
+
+        Parameters
+        ----------
+        frequencies
+            Angular frequencies, rad/s; shape (n,).
+
+        Returns
+        -------
+        ComplexArray
+            Amplitudes, SI; shape (n, outputs, inputs).
+
+        Raises
+        ------
+        MechanismError
+            If a frequency is exactly that of an undamped mode.
+        """
+        identity = np.eye(len(self.A))
+        try:
+            columns = np.array([np.linalg.solve(1j * float(w) * identity - self.A, self.B) for w in frequencies])
+        except np.linalg.LinAlgError as error:
+            raise MechanismError(
+                "a frequency is that of an undamped mode, where the response is infinite; take another frequency"
+            ) from error
+        response: ComplexArray = self.C @ columns.reshape(-1, *self.B.shape) + self.D
+        return response
+
+
+@dataclass(frozen=True, kw_only=True, eq=False)
+class Linearisation:
+    """Linearised equations of a scene about a steady state, in first-order form.
+
+    Attributes
+    ----------
+    readings
+        Readings in the steady state, SI; without those that turn steadily.
+    rates
+        Rates of the readings that turn steadily, and the speed of a free spindle, SI/s.
+    modes
+        Modes in descending order of the growth rate.
+    state_names
+        Names of the states: positions of bodies, their rates, and speeds of cyclic coordinates.
+    notes
+        What is left out, one sentence each.
+    """
+
+    readings: Mapping[str, float]
+    rates: Mapping[str, float]
+    modes: tuple[Mode, ...]
+    state_names: tuple[str, ...]
+    notes: tuple[str, ...]
+    _dynamics: SceneDynamics = field(repr=False)
+    _state: SteadyState = field(repr=False)
+    _system: FirstOrderSystem = field(repr=False)
+    _output_rows: Mapping[str, FloatArray] = field(repr=False)
+
+    @property
+    def matrix(self) -> FloatArray:
+        """System matrix A of x' = A x, SI; shape (states, states)."""
+        return self._system.matrix
+
+    @property
+    def eigenvalues(self) -> ComplexArray:
+        """Eigenvalues, 1/s, in descending order of the real part; shape (states,)."""
+        return self._system.eigenvalues
+
+    @property
+    def stability(self) -> Stability:
+        """Stability of small motions; conserved quantities do not count."""
+        return self._system.stability
+
+    @property
+    def stable(self) -> bool:
+        """Whether all small motions decay."""
+        return self.stability is Stability.STABLE
+
+    @property
+    def error_estimate(self) -> float:
+        """Largest estimated error of an eigenvalue, 1/s."""
+        return float(np.max(self._system.errors))
+
+    @property
+    def growth_rate(self) -> float:
+        """Largest growth rate, 1/s; 0 if it is within its error."""
+        return self._system.growth_rate
+
+    @property
+    def critical_real_part(self) -> float:
+        """Largest real part of an eigenvalue, 1/s, with its error."""
+        return self._system.critical_real_part
+
+    @property
+    def critical_frequency(self) -> float:
+        """Frequency of the mode with the largest real part, rad/s; 0 if it does not oscillate."""
+        return self._system.critical_frequency
+
+    @cached_property
+    def onset(self) -> Onset:
+        """How self-excited oscillations begin, at a limit of stability."""
+        return Onset.UNKNOWN if any("quadratic" in note for note in self.notes) else self._system.onset
+
+    @property
+    def input_names(self) -> tuple[str, ...]:
+        """Names of all inputs."""
+        return (*self._dynamics.input_indices, *(f"{FORCE_PREFIX}{name}" for name in self._dynamics.reading_names))
+
+    @property
+    def output_names(self) -> tuple[str, ...]:
+        """Names of all outputs: readings, their rates, and the speed of a free spindle."""
+        return tuple(self._output_rows)
+
+    def state_space(self, inputs: Sequence[str], outputs: Sequence[str]) -> StateSpace:
+        """Return the state-space form for chosen inputs and outputs.
+
+        Parameters
+        ----------
+        inputs
+            Names from `input_names`: "spindle_speed" if it is given, "spindle_torque" of a free spindle, torques by name,
+            components of forces as "name.x", and "force on" a reading.
+        outputs
+            Names from `output_names`: readings, "rate of" a reading, "spindle_speed" if the spindle is free.
+
+        Returns
+        -------
+        StateSpace
+            The matrices.
+
+        Raises
+        ------
+        MechanismError
+            If a name is unknown.
+        """
+        for name, known, noun in [(n, self.input_names, "input") for n in inputs] + [(n, self.output_names, "output") for n in outputs]:
+            if name not in known:
+                raise MechanismError(f"no {noun} {name!r}; {noun}s are {list(known)}.{did_you_mean(name, known)}")
+        m, n_states = len(self._state.positions), len(self.state_names)
+        inverse_basis = np.linalg.inv(self._state.basis)
+        columns = [np.append(np.zeros(m), inverse_basis @ self._acceleration_by(name)) for name in inputs]
+        return StateSpace(
+            A=self.matrix,
+            B=np.array(columns).reshape(-1, n_states).T,
+            C=np.array([self._output_rows[name] for name in outputs]).reshape(-1, n_states),
+            D=np.zeros((len(outputs), len(inputs))),
+            states=self.state_names,
+            inputs=tuple(inputs),
+            outputs=tuple(outputs),
+        )
+
+    def _acceleration_by(self, name: str) -> FloatArray:
+        """Return the accelerations (n,) of the coordinates by a unit of an input."""
+        z, rates, dynamics = self._state.z, self._state.rates, self._dynamics
+        if name.startswith(FORCE_PREFIX):
+            column: FloatArray = dynamics.force_columns(z)[:, dynamics.reading_names.index(name.removeprefix(FORCE_PREFIX))]
+            return column
+        index = dynamics.input_indices[name]
+        return directional_derivative(lambda change: dynamics.accelerations(z, rates, {index: float(change[0])}), np.zeros(1), np.ones(1))[
+            0
+        ]
+
+
+def linearise_scene(scene: Scene, poses: FloatArray, velocities: FloatArray, spindle_speed: float | str | None = None) -> Linearisation:
+    """Linearise a scene about the steady state near given poses.
+
+    Inputs that vary with time have their last value.
+
+    Parameters
+    ----------
+    scene
+        The scene.
+    poses
+        Assembled poses near the steady state; shape (bodies, 3).
+    velocities
+        Their time derivatives, of which those of steadily turning shafts matter; shape (bodies, 3).
+    spindle_speed
+        Speed of the spindle, rad/s, or text with a unit; that of the scene if None.
+
+    Returns
+    -------
+    Linearisation
+        Linearised equations, eigenvalues and modes.
+
+    Raises
+    ------
+    MechanismError
+        If there is no steady state near the start, it is periodic, or it has no linear equations.
+    """
+    if spindle_speed is not None:
+        scene = scene.with_changes(
+            spindle=_with_speed(scene.spindle, parse_quantity(spindle_speed, "angular_speed", "the spindle's speed"))
+        )
+    for _ in range(MAX_RESTARTS):
+        dynamics = SceneDynamics(scene, poses, velocities)
+        _require_no_periodic_motion(dynamics)
+        dynamics.set_contact_mode(dynamics.start, dynamics.start_rates)
+        state = find_steady_state(dynamics.accelerations, dynamics.start, dynamics.start_rates, dynamics.scales, dynamics.time_scale)
+        # Coordinates that describe the start well may not do so at the steady state, and springs may have become slack.
+        if state.is_steady and dynamics.is_well_conditioned(state.z) and not dynamics.set_contact_mode(state.z, state.rates):
+            break
+        relaxed = state.z if state.is_steady else state.z + RELAXATION_STEP * state.direction_of_acceleration
+        motions = [dynamics.mass_centre_motion(z, state.rates) for z in (relaxed, state.z)]
+        poses, velocities = next(motion for motion in motions if np.all(np.isfinite(motion[0])))
+    else:
+        raise MechanismError(NO_STEADY_STATE)
+    dynamics.move_reference(state.z)
+    notes = dynamics.notes(state.z, state.rates)
+    if dynamics.drop_quadratic_damping(state.z, state.rates):
+        notes += ("quadratic damping has no effect on small motions about rest",)
+    return _build_linearisation(dynamics, state, notes)
+
+
+def linearise_from_start(
+    scene: Scene, poses: FloatArray, velocities: FloatArray, spindle_speed: float | str | None = None
+) -> Linearisation:
+    """Linearise a scene as `linearise_scene` does, about the equilibrium nearest to the start if it has one degree of freedom.
+
+    Parameters
+    ----------
+    scene
+        The scene.
+    poses
+        Initial poses; shape (bodies, 3).
+    velocities
+        Initial velocities; shape (bodies, 3).
+    spindle_speed
+        Speed of the spindle, rad/s, or text with a unit; the last of the scene if None.
+
+    Returns
+    -------
+    Linearisation
+        Linearised equations, eigenvalues and modes.
+    """
+    if len(scene.parts) > 1:
+        return linearise_scene(scene, poses, velocities, spindle_speed)
+    speed = last_spindle_speed(scene) if spindle_speed is None else spindle_speed
+    try:
+        equilibria = find_equilibria(scene, speed)
+    except MechanismError as error:  # there is none, or more degrees of freedom, or an unknown travel
+        try:
+            return linearise_scene(scene, poses, velocities, spindle_speed)
+        except MechanismError as other_error:
+            raise (
+                other_error if NO_STEADY_STATE not in other_error.problems else MechanismError(*error.problems, *other_error.problems)
+            ) from None
+    start = float(evaluate_output_value(scene.part.mechanism, scene.part.mechanism.coordinate, poses))
+    nearest = min(equilibria, key=lambda one: abs(one.coordinate - start))
+    return linearise_scene(scene, poses_at(scene, nearest), velocities, spindle_speed)
+
+
+def poses_at(scene: Scene, equilibrium: Equilibrium) -> FloatArray:
+    """Return the poses of all bodies of a scene at an equilibrium of its part, with the shaft of a free spindle.
+
+    Parameters
+    ----------
+    scene
+        Scene of one part.
+    equilibrium
+        Equilibrium of its mechanism.
+
+    Returns
+    -------
+    FloatArray
+        Poses, m and rad; shape (bodies, 3).
+    """
+    n_shafts = len(scene.mechanism.bodies) - len(equilibrium.poses)
+    return np.concatenate([equilibrium.poses, np.zeros((n_shafts, 3))])
+
+
+def last_spindle_speed(scene: Scene) -> float | None:
+    """Return the last given speed of the spindle, rad/s.
+
+    Parameters
+    ----------
+    scene
+        Scene of one part.
+
+    Returns
+    -------
+    float | None
+        Speed; None for a free spindle, or if the loads do not depend on it.
+    """
+    return scene.spindle.speeds[-1] if isinstance(scene.spindle, Spindle) and has_spindle_dependent_loads(scene) else None
+
+
+def _require_no_periodic_motion(dynamics: SceneDynamics) -> None:
+    turning = [name for name, is_turning in zip(dynamics.names, dynamics.is_turning_unevenly(), strict=True) if is_turning]
+    if turning:
+        raise MechanismError(
+            f"the steady state is periodic: {turning[0]} turns, and forces or inertias depend on it, so accelerations cannot vanish; "
+            "use the mean torque and a flywheel instead of the mechanism"
+        )
+
+
+def _with_speed(spindle: Spindle | FreeSpindle, speed: float) -> Spindle | FreeSpindle:
+    return replace(spindle, start_speed=speed) if isinstance(spindle, FreeSpindle) else Spindle(speeds=(speed,))
+
+
+def _build_linearisation(dynamics: SceneDynamics, state: SteadyState, notes: tuple[str, ...]) -> Linearisation:
+    if not np.all(np.isfinite(state.first_order_system.matrix)):
+        raise MechanismError("the steady state is a singular configuration, about which the mechanism cannot move freely")
+    system, values, reading_rates = state.first_order_system, dynamics.readings(state.z), dynamics.reading_jacobian(state.z) @ state.rates
+    readings, rates = {}, {}
+    for name, value, rate in zip(dynamics.reading_names, values, reading_rates, strict=True):
+        if abs(rate) * dynamics.time_scale > TURNING_TOLERANCE * dynamics.reading_scale(name):
+            rates[name] = float(rate)
+        else:
+            readings[name] = float(value)
+    rates |= {name: float(dynamics.spindle_speed_row(name) @ state.rates) for name in dynamics.spindle_speeds}
+    output_rows = _make_output_rows(dynamics, state, system, set(rates))
+    names, m = dynamics.names, len(state.positions)
+    positions = [names[k] for k in state.positions]
+    cyclic = [" + ".join(names[k] for k in np.flatnonzero(direction)) for direction in state.cyclic.T]
+    return Linearisation(
+        readings=readings,
+        rates=rates,
+        modes=_make_modes(dynamics, system, output_rows, set(rates)),
+        state_names=(*positions[:m], *(f"{RATE_PREFIX}{name}" for name in [*positions, *cyclic])),
+        notes=notes,
+        _dynamics=dynamics,
+        _state=state,
+        _system=system,
+        _output_rows=output_rows,
+    )
+
+
+def _make_output_rows(dynamics: SceneDynamics, state: SteadyState, system: FirstOrderSystem, turning: set[str]) -> dict[str, FloatArray]:
+    """Return the derivatives of all outputs with respect to the state, by name of output."""
+    reading_jacobian, m = dynamics.reading_jacobian(state.z), len(state.positions)
+
+    def scaled_rates(displacement: FloatArray) -> FloatArray:
+        z, rates = state.expand(system.state + system.scales * displacement)
+        reading_rates: FloatArray = dynamics.reading_jacobian(z) @ rates
+        return reading_rates
+
+    rate_rows = jacobian(scaled_rates, np.zeros(len(system.state)), np.ones(len(system.state)))[0] / system.scales
+    value_rows = np.hstack([reading_jacobian[:, state.positions], np.zeros((len(rate_rows), len(system.state) - m))])
+    rows = {name: row for name, row in zip(dynamics.reading_names, value_rows, strict=True) if name not in turning}
+    rows |= {f"{RATE_PREFIX}{name}": row for name, row in zip(dynamics.reading_names, rate_rows, strict=True)}
+    for name in dynamics.spindle_speeds:
+        row = dynamics.spindle_speed_row(name) @ state.basis
+        rows[name] = np.append(np.zeros(m), row)
+    return rows
+
+
+def _make_modes(
+    dynamics: SceneDynamics, system: FirstOrderSystem, output_rows: Mapping[str, FloatArray], turning: set[str]
+) -> tuple[Mode, ...]:
+    shown = {name: dynamics.reading_scale(name) for name in dynamics.reading_names if name not in turning}
+    shown |= {
+        f"{RATE_PREFIX}{name}": dynamics.reading_scale(name) / dynamics.time_scale for name in dynamics.reading_names if name in turning
+    }
+    shown |= dict.fromkeys(dynamics.spindle_speeds, 1 / dynamics.time_scale)
+    modes = []
+    for value, vector, error, growth_rate, is_conserved in zip(
+        system.eigenvalues, system.eigenvectors.T, system.errors, system.growth_rates, system.is_conserved, strict=True
+    ):
+        if value.imag < 0.0:
+            continue  # the conjugate of the one before
+        amplitudes = {name: complex(output_rows[name] @ vector) for name in shown}
+        largest = max(amplitudes, key=lambda name: abs(amplitudes[name]) / shown[name], default=None)
+        factor = amplitudes[largest] / shown[largest] if largest and amplitudes[largest] else 1.0
+        modes.append(
+            Mode(
+                eigenvalue=complex(value),
+                error_estimate=float(error),
+                natural_frequency=abs(value),
+                damping_ratio=float(-growth_rate / abs(value)) if growth_rate else 0.0,
+                amplitudes={name: amplitude / factor for name, amplitude in amplitudes.items()},
+                is_conserved=bool(is_conserved),
+            )
+        )
+    return tuple(modes)

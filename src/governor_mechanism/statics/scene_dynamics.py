@@ -1,0 +1,339 @@
+"""A scene as second-order equations z'' = a(z, z') in independent coordinates; inputs have their last values.
+
+Everything that depends on how a scene is lowered to arrays is in this file.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import replace
+
+import numpy as np
+from scipy.linalg import qr
+
+from governor_mechanism.errors import MechanismError
+from governor_mechanism.mechanics.dynamics.characteristic_scales import time_scale
+from governor_mechanism.mechanics.dynamics.contacts import (
+    ContactMode,
+    contacts_of,
+    initial_lags,
+    initial_mode,
+    output_springs_of,
+    reading_tables_of,
+)
+from governor_mechanism.mechanics.dynamics.equations_of_motion import (
+    N_ENERGY_STATES,
+    evaluate_state_derivative,
+    inertia_of_plane,
+    project_state,
+)
+from governor_mechanism.mechanics.dynamics.inputs import output_of_reading
+from governor_mechanism.mechanics.dynamics.lowering import (
+    forced_output_names,
+    from_mass_centres,
+    make_system,
+    make_system_workspace,
+    to_mass_centres,
+)
+from governor_mechanism.mechanics.dynamics.output_forces import OutputForceKind
+from governor_mechanism.mechanics.kinematics.constraint_equations import make_constraint_table
+from governor_mechanism.mechanics.kinematics.constraint_kernels import evaluate_jacobian
+from governor_mechanism.mechanics.kinematics.output_variables import evaluate_output, evaluate_output_value
+from governor_mechanism.mechanics.kinematics.time_functions import N_CUBIC_COLUMNS, stack_local_cubics
+from governor_mechanism.model.coupled_system import SPINDLE_ANGLE, SPINDLE_SPEED
+from governor_mechanism.model.force_elements import Force, Torque
+from governor_mechanism.model.scene import Scene
+from governor_mechanism.numerics.least_squares import RANK_TOLERANCE
+from governor_mechanism.types import BoolArray, FloatArray, IntArray
+
+KINK_TOLERANCE = 1e-9
+"""Distance from a point of a table, relative to its largest point, within which the steady state is at the kink."""
+
+CLOSURE_TOLERANCE = 1e-16
+"""Residual relative to the length scale to which joints are closed: below rounding, so that all Newton iterations are made."""
+
+MAX_GAP_RATIO = 1e-11
+"""Gap of a joint relative to the length scale above which the mechanism cannot be assembled at a position."""
+
+MIN_PARTITION_RATIO = 1e-2
+"""Smallest ratio of singular values of the dependent coordinates' Jacobian; below it, other independent coordinates are chosen."""
+
+
+class SceneDynamics:
+    """Accelerations, readings and inputs of a scene in independent coordinates.
+
+    The state of a lag counts as the rate of a coordinate of its own, which nothing depends on.
+
+    Parameters
+    ----------
+    scene
+        The scene.
+    poses
+        Assembled poses, at which the independent coordinates are chosen; shape (bodies, 3).
+    velocities
+        Their time derivatives; shape (bodies, 3).
+
+    Attributes
+    ----------
+    scene
+        The scene.
+    names
+        Names of the independent coordinates: poses of bodies and shafts, then the lags.
+    scales
+        One radian, or a length scale, of each coordinate, and the start value of a lag times the time scale; shape (n,).
+    time_scale
+        Characteristic time, s.
+    start
+        Independent coordinates of the given poses; shape (n,).
+    start_rates
+        Their rates; shape (n,).
+
+    Raises
+    ------
+    MechanismError
+        If nothing can move freely, or the steady state is periodic because of a drive or a fluctuating speed.
+    """
+
+    def __init__(self, scene: Scene, poses: FloatArray, velocities: FloatArray) -> None:
+        self.scene, self._mechanism, self.time_scale = scene, scene.mechanism, time_scale(scene)
+        self._set_mode(initial_mode(scene))
+        self._require_steady_inputs()
+        origin_poses, origin_velocities = from_mass_centres(self._system, poses, velocities)
+        self._reference, bodies, axes = origin_poses, self._mechanism.bodies, ("x", "y", "angle")
+        self._independent = self._choose_coordinates(origin_poses)
+        self._projection_inverse_mass = self._system.inverse_mass.copy()
+        self._projection_inverse_mass.ravel()[self._independent] = 0.0  # the projection does not change these
+        lags = initial_lags(scene, poses, velocities)
+        names = [f"{bodies[k // 3].name}.{axes[k % 3]}" for k in self._independent]
+        self.names = (*names, *(f"lag {k + 1}" for k in range(len(lags))))
+        pose_scales = np.tile([self._mechanism.length_scale, self._mechanism.length_scale, 1.0], len(origin_poses))
+        lag_scales = self.time_scale * np.where(lags != 0.0, np.abs(lags), 1.0)
+        self.scales: FloatArray = np.concatenate([pose_scales[self._independent], lag_scales])
+        self.start: FloatArray = np.concatenate([origin_poses.ravel()[self._independent], np.zeros(len(lags))])
+        self.start_rates: FloatArray = np.concatenate([origin_velocities.ravel()[self._independent], lags])
+        if not self.names:
+            raise MechanismError("the mechanism has no free degree of freedom: its drives determine the motion, and nothing can oscillate")
+
+    def _set_mode(self, mode: ContactMode) -> None:
+        self._mode = mode
+        self._system, functions = make_system(self.scene, mode)
+        end = np.array([max([0.0, *(float(function.breakpoints[-1]) for function in functions if function.breakpoints.size)])])
+        self._inputs: FloatArray = stack_local_cubics(functions, end)[0]
+        self._workspace = make_system_workspace(self._system)
+
+    def _require_steady_inputs(self) -> None:
+        if np.any(self._system.planes["amplitude"]):
+            raise MechanismError(
+                "the steady state is periodic, because the spindle speed fluctuates in each turn; linearise at the mean speed, "
+                "with spindle.speed_fluctuation = 0"
+            )
+        drives = self._system.constraint_rows.table["drive"]
+        motions = self._inputs[drives[drives >= 0]]
+        if np.any(motions[:, 2]) or np.any(motions[:, N_CUBIC_COLUMNS:]):  # a rate or harmonics
+            raise MechanismError(
+                "the steady state is periodic, because a drive turns or moves the mechanism all the time; "
+                "let the drive end at rest, or replace it by a mean torque"
+            )
+
+    def _constraint_jacobian(self, poses: FloatArray) -> FloatArray:
+        """Return the dimensionless constraint Jacobian (rows, 3 bodies)."""
+        jacobian = evaluate_jacobian(self._system.constraint_rows, poses[np.newaxis])[0].reshape(-1, poses.size)
+        # Angles count half: a shaft is described by its angle, which turns steadily, rather than by the path of its mass centre.
+        scaled: FloatArray = jacobian * np.tile([1.0, 1.0, 0.5 / self._mechanism.length_scale], len(poses))
+        return scaled
+
+    def _choose_coordinates(self, poses: FloatArray) -> IntArray:
+        """Return the indices of the coordinates that the pivoted QR factorisation of the constraint Jacobian chooses last."""
+        free, jacobian = self._free_coordinates(), self._constraint_jacobian(poses)
+        if not len(jacobian):
+            return free
+        _, triangle, order = qr(jacobian[:, free], mode="economic", pivoting=True)
+        pivots = np.abs(np.diag(triangle))
+        return np.sort(free[order[int(np.sum(pivots > RANK_TOLERANCE * pivots[0])) :]])
+
+    def is_well_conditioned(self, z: FloatArray) -> bool:
+        """Return whether the independent coordinates describe the motion about z well."""
+        free, jacobian = self._free_coordinates(), self._constraint_jacobian(self.motion(z, np.zeros_like(z))[0])
+        dependent = np.setdiff1d(free, self._independent)
+        if not len(dependent):
+            return True
+        all_values, values = (np.linalg.svd(jacobian[:, columns], compute_uv=False) for columns in (free, dependent))
+        return bool(values[len(dependent) - 1] > MIN_PARTITION_RATIO * all_values[len(dependent) - 1])
+
+    def _free_coordinates(self) -> IntArray:
+        """Return the indices of the coordinates with finite mass."""
+        return np.flatnonzero(self._system.inverse_mass.ravel() > 0.0)
+
+    def set_contact_mode(self, z: FloatArray, rates: FloatArray) -> bool:
+        """Make one-sided springs taut or slack and choose segments of tables as readings demand; return whether any has changed."""
+        previous_mode, poses = self._mode, self.poses(z)
+        one_sided = [spring for spring in output_springs_of(self.scene) if spring.one_sided]
+        taut = tuple(self._reading(spring.reading, poses) > spring.free_value for spring in one_sided)
+        tables = reading_tables_of(self.scene)
+        segments = tuple(int(np.searchsorted(table.positions, self._input_of_function(table.reading, z, rates))) for table in tables)
+        self._set_mode(replace(previous_mode, taut=taut, segments=segments))
+        return self._mode != previous_mode
+
+    def _input_of_function(self, reading: str, z: FloatArray, rates: FloatArray) -> float:
+        """Return the value of the reading, or the speed of the spindle, that a load depends on."""
+        name, is_rate = output_of_reading(reading)
+        poses, velocities = self.mass_centre_motion(z, rates)
+        output = evaluate_output(self._mechanism, name, poses)
+        return float(np.sum(output.gradient * velocities)) if is_rate else float(output.value)
+
+    def drop_quadratic_damping(self, z: FloatArray, rates: FloatArray) -> bool:
+        """Leave out quadratic dashpots at rest, where they have no effect on small motions; return whether there are any."""
+        forces = self._system.output_forces.copy()
+        reading_rates = dict(zip(self.reading_names, self.reading_jacobian(z) @ rates, strict=True))
+        is_resting = np.array([reading_rates.get(name, 0.0) == 0.0 for name in forced_output_names(self.scene)], dtype=np.bool_)
+        is_dropped = (forces["kind"] == OutputForceKind.DASHPOT) & (forces["b"] != 0.0) & is_resting[forces["output_index"]]
+        forces["b"][is_dropped] = 0.0
+        self._system = self._system._replace(output_forces=forces)
+        return bool(np.any(is_dropped))
+
+    def motion(self, z: FloatArray, rates: FloatArray) -> tuple[FloatArray, FloatArray]:
+        """Return poses and velocities (bodies, 3) of the body origins; NaN if the mechanism cannot be assembled there."""
+        n_free, length_scale = len(self._independent), self._mechanism.length_scale
+        poses, velocities = self._reference.copy(), np.zeros_like(self._reference)
+        poses.ravel()[self._independent] = z[:n_free]
+        velocities.ravel()[self._independent] = rates[:n_free]
+        projected = self._system._replace(inverse_mass=self._projection_inverse_mass)
+        gap = project_state(projected, self._workspace, self._inputs, 0.0, poses, velocities, CLOSURE_TOLERANCE * length_scale)
+        if not gap < MAX_GAP_RATIO * length_scale:
+            poses[:] = np.nan
+        return poses, velocities
+
+    def move_reference(self, z: FloatArray) -> None:
+        """Solve dependent coordinates from the poses at these coordinates from now on."""
+        self._reference = self.motion(z, np.zeros_like(z))[0]
+
+    def mass_centre_motion(self, z: FloatArray, rates: FloatArray) -> tuple[FloatArray, FloatArray]:
+        """Return poses and velocities (bodies, 3) of the mass centres."""
+        return to_mass_centres(self._system, *self.motion(z, rates))
+
+    def poses(self, z: FloatArray) -> FloatArray:
+        """Return the poses of the mass centres; shape (bodies, 3)."""
+        return self.mass_centre_motion(z, np.zeros_like(z))[0]
+
+    def accelerations(self, z: FloatArray, rates: FloatArray, input_changes: Mapping[int, float] | None = None) -> FloatArray:
+        """Return the accelerations (n,) of the independent coordinates, with changes of inputs by index."""
+        poses, velocities = self.motion(z, rates)
+        if np.isnan(poses[0, 0]):
+            return np.full(len(z), np.nan)
+        inputs = self._inputs.copy()
+        for index, change in (input_changes or {}).items():
+            inputs[index, 3] += change
+        lags = rates[len(self._independent) :]
+        state = np.concatenate([poses.ravel(), velocities.ravel(), np.zeros(N_ENERGY_STATES), lags])
+        derivative = evaluate_state_derivative(self._system, self._workspace, inputs, 0.0, state)
+        accelerations: FloatArray = np.concatenate([derivative[poses.size + self._independent], derivative[len(state) - len(lags) :]])
+        return accelerations
+
+    def is_turning_unevenly(self) -> BoolArray:
+        """Return which angles start so fast that they make full turns, although forces depend on them; shape (n,).
+
+        An angle passes over a potential if half its squared rate exceeds the work per inertia between two extrema, at most
+        twice the largest acceleration.
+        """
+        result = np.zeros(len(self.names), dtype=np.bool_)
+        for k in np.flatnonzero([name.endswith(".angle") for name in self.names]):
+            turned = [self.start + angle * np.eye(len(self.start))[k] for angle in np.linspace(0.0, 2 * np.pi, 16, endpoint=False)]
+            accelerations = np.array([self.accelerations(z, np.zeros_like(z))[k] for z in turned])
+            is_uneven = np.ptp(accelerations) > 1e-9 * np.max(np.abs(accelerations))
+            result[k] = is_uneven and self.start_rates[k] ** 2 > 4 * np.max(np.abs(accelerations))  # False where NaN
+        return result
+
+    @property
+    def reading_names(self) -> tuple[str, ...]:
+        """Names of all readings but the angles of spindles."""
+        angles = {f"{plane.prefix}{SPINDLE_ANGLE}" for plane in self.scene.system.planes}
+        return tuple(reading.name for reading in self._mechanism.readings if reading.name not in angles)
+
+    def reading_scale(self, name: str) -> float:
+        """Return the scale of a reading, SI."""
+        return self._mechanism.output_scale(name)
+
+    def _reading(self, name: str, poses: FloatArray) -> float:
+        return float(evaluate_output_value(self._mechanism, name, poses))
+
+    def readings(self, z: FloatArray) -> FloatArray:
+        """Return the values of all readings; shape (readings,)."""
+        poses = self.poses(z)
+        return np.array([self._reading(name, poses) for name in self.reading_names])
+
+    def reading_jacobian(self, z: FloatArray) -> FloatArray:
+        """Return the derivatives of all readings with respect to the independent coordinates; shape (readings, n)."""
+        poses, columns = self.poses(z), self._velocity_columns(z)
+        gradients = [evaluate_output(self._mechanism, name, poses).gradient for name in self.reading_names]
+        jacobian: FloatArray = np.tensordot(np.array(gradients).reshape(-1, *poses.shape), columns, axes=((1, 2), (1, 2)))
+        return jacobian
+
+    def _velocity_columns(self, z: FloatArray) -> FloatArray:
+        """Return the velocities of the mass centres for a unit rate of each coordinate; shape (n, bodies, 3)."""
+        return np.array([self.mass_centre_motion(z, unit)[1] for unit in np.eye(len(z))])
+
+    def force_columns(self, z: FloatArray) -> FloatArray:
+        """Return the accelerations by a unit force along each reading, at zero rates; shape (n, readings)."""
+        masses, n_free = np.array([[body.mass, body.mass, body.planar_inertia] for body in self._mechanism.bodies]), len(self._independent)
+        for index, plane in enumerate(self._system.planes):
+            if plane["has_reaction"]:
+                masses[plane["shaft"], 2] += inertia_of_plane(self._system.bodies, index, *self.motion(z, np.zeros_like(z)))[0]
+        columns, result = self._velocity_columns(z)[:n_free], np.zeros((len(z), len(self.reading_names)))
+        mass_matrix = np.einsum("ikc,kc,jkc->ij", columns, masses, columns)
+        result[:n_free] = np.linalg.solve(mass_matrix, self.reading_jacobian(z)[:, :n_free].T)
+        return result
+
+    @property
+    def input_indices(self) -> dict[str, int]:
+        """Inputs of the equations by name: given spindle speeds, then torques and components of forces, before their factors."""
+        planes = self.scene.system.planes
+        speeds = list(dict.fromkeys(plane.given_speed for plane in planes if plane.given_speed))
+        given = [plane for plane in planes if plane.is_loaded and plane.given_speed and plane.ratio == 1.0]
+        indices = {f"{plane.prefix}{SPINDLE_SPEED}": speeds.index(plane.given_speed) for plane in given if plane.given_speed}
+        next_input = len(speeds) + len(make_constraint_table(self._mechanism).motions)
+        for element in self._mechanism.force_elements:
+            names = [element.name] if isinstance(element, Torque) else []
+            names += [f"{element.name}.{axis}" for axis in "xy"] if isinstance(element, Force) else []
+            indices |= {name: next_input + k for k, name in enumerate(names)}
+            next_input += len(names)
+        return indices
+
+    @property
+    def spindle_speeds(self) -> dict[str, tuple[int, float]]:
+        """Bodies that planes turn with, and the ratios of the speeds, by name of the speed."""
+        planes = [plane for plane in self.scene.system.planes if plane.shaft]
+        return {f"{plane.prefix}{SPINDLE_SPEED}": (self._mechanism.body_index(plane.shaft), plane.ratio) for plane in planes}
+
+    def spindle_speed_row(self, name: str) -> FloatArray:
+        """Return the speed (rad/s) of a spindle for a unit rate of each coordinate; shape (n,)."""
+        body, ratio = self.spindle_speeds[name]
+        row: FloatArray = ratio * self._velocity_columns(self.start)[:, body, 2]
+        return row
+
+    def notes(self, z: FloatArray, rates: FloatArray) -> tuple[str, ...]:
+        """Return what the linearised equations leave out, one sentence each. Raise MechanismError at a stop or a kink of a force law."""
+        poses, notes = self.poses(z), [f"gear {name!r} counts as intact" for name in self.scene.system.breaking_gears]
+        for contact in contacts_of(self.scene):
+            value = self._reading(contact.output_name, poses)
+            tolerance = MAX_GAP_RATIO * self.reading_scale(contact.output_name)
+            if not contact.low + tolerance < value < contact.high - tolerance:
+                raise MechanismError(
+                    f"the equilibrium, {contact.output_name} = {value:.6g}, is at or beyond a stop, "
+                    "where the motion has no linear equations; move the stops, or take another equilibrium"
+                )
+            if contact.friction is not None:
+                notes.append(f"dry friction on {contact.output_name} is left out: at rest it holds, and it has no linear law")
+        for spring in output_springs_of(self.scene):
+            if spring.one_sided and abs(self._reading(spring.reading, poses) - spring.free_value) <= MAX_GAP_RATIO * self.reading_scale(
+                spring.reading
+            ):
+                raise MechanismError(
+                    f"the spring on {spring.reading!r} is just slack at the equilibrium, where its force has no linear law"
+                )
+        for table in reading_tables_of(self.scene):
+            value = self._input_of_function(table.reading, z, rates)
+            if min(abs(value - position) for position in table.positions) <= KINK_TOLERANCE * max(map(abs, table.positions)):
+                raise MechanismError(
+                    f"the steady state, {table.reading} = {value:.6g}, is at a kink of a table, where it has no derivative; move its point"
+                )
+        return tuple(notes)

@@ -1,0 +1,135 @@
+"""Limit of stability: the value of a parameter at which an eigenvalue of the linearised equations crosses the imaginary axis."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import dataclass
+from typing import Generic, Protocol, TypeVar
+
+from scipy.optimize import brentq
+
+from governor_mechanism.errors import MechanismError
+from governor_mechanism.statics.first_order_system import Onset, Stability
+
+RELATIVE_TOLERANCE = 1e-12
+"""Tolerance of the value at the limit, relative to the ends of its range."""
+
+
+class SteadyStateStability(Protocol):
+    """Stability of a steady state, as of `Linearisation` and `FirstOrderSystem`."""
+
+    @property
+    def stability(self) -> Stability:
+        """Stability of small motions."""
+
+    @property
+    def growth_rate(self) -> float:
+        """Largest growth rate, 1/s; 0 if it is within its error."""
+
+    @property
+    def critical_real_part(self) -> float:
+        """Largest real part of an eigenvalue, 1/s, with its error."""
+
+    @property
+    def critical_frequency(self) -> float:
+        """Frequency of that eigenvalue, rad/s."""
+
+    @property
+    def onset(self) -> Onset:
+        """Onset of oscillations if that eigenvalue is on the imaginary axis."""
+
+
+Linearised = TypeVar("Linearised", bound=SteadyStateStability)
+
+
+@dataclass(frozen=True, kw_only=True, eq=False)
+class StabilityLimit(Generic[Linearised]):
+    """Limit of stability along one key of a scene.
+
+    Attributes
+    ----------
+    key
+        Key of the scene.
+    unit
+        Its SI unit.
+    value
+        Value at the limit, SI.
+    frequency
+        Frequency of the oscillation that begins there, rad/s; 0 if the motion diverges without oscillation.
+    stable_below
+        Whether the steady state is stable for smaller values.
+    onset
+        Whether the oscillations begin softly or hard.
+    linearisation
+        Linearised equations at the limit.
+    """
+
+    key: str
+    unit: str
+    value: float
+    frequency: float
+    stable_below: bool
+    onset: Onset
+    linearisation: Linearised
+
+
+def find_stability_limit(
+    linearise_at: Callable[[float], Linearised], low: float, high: float, *, key: str, unit: str
+) -> StabilityLimit[Linearised]:
+    """Return the limit of stability between two values of a parameter.
+
+    Parameters
+    ----------
+    linearise_at
+        Linearised equations at a value of the parameter.
+    low
+        One end of the range, SI.
+    high
+        The other end, SI.
+    key
+        Name of the parameter.
+    unit
+        Its SI unit.
+
+    Returns
+    -------
+    StabilityLimit
+        The limit.
+
+    Raises
+    ------
+    MechanismError
+        If the scene is not stable at one end and unstable at the other, or has no steady state at a value.
+    """
+
+    def growth_rate(value: float) -> float:
+        """Return the largest real part, also if it is within its error."""
+        try:
+            linearisation = linearise_at(value)
+        except MechanismError as error:
+            raise MechanismError(*(f"{key} = {value:.6g} {unit}".strip() + f": {problem}" for problem in error.problems)) from error
+        return linearisation.critical_real_part
+
+    ends = {value: linearise_at(value) for value in (low, high)}
+    rates = [end.growth_rate for end in ends.values()]
+    if not rates[0] * rates[1] < 0.0:
+        states = " and ".join(
+            f"{end.stability} at {value:.6g} {unit}".strip() + f" (largest real part {end.growth_rate:.6g} 1/s)"
+            for value, end in ends.items()
+        )
+        raise MechanismError(
+            f"no limit of stability lies between the ends of {key}: it is {states}; give ends that are stable and unstable"
+        )
+    tolerance = RELATIVE_TOLERANCE * max(abs(low), abs(high))
+    value = float(brentq(growth_rate, low, high, xtol=tolerance, rtol=RELATIVE_TOLERANCE))
+    linearisation = linearise_at(value)
+    is_stable_at_low = rates[0] < 0.0
+    return StabilityLimit(
+        key=key,
+        unit=unit,
+        value=value,
+        frequency=linearisation.critical_frequency,
+        stable_below=is_stable_at_low == (low < high),
+        onset=linearisation.onset,
+        linearisation=linearisation,
+    )

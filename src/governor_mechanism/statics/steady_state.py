@@ -1,0 +1,281 @@
+"""Steady states of z'' = a(z, z'): an equilibrium, or a steady motion along cyclic coordinates, on which no acceleration depends."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import dataclass, replace
+from functools import partial
+
+import numpy as np
+from scipy.linalg import null_space, qr
+
+from governor_mechanism.numerics.finite_differences import jacobian
+from governor_mechanism.statics.first_order_system import FirstOrderSystem
+from governor_mechanism.types import FloatArray, IntArray
+
+Accelerations = Callable[[FloatArray, FloatArray], FloatArray]
+"""Accelerations (n,) at coordinates (n,) and rates (n,); NaN where there are none."""
+
+PERTURBATION = 0.01
+"""Displacement in scales of the states at which cyclic coordinates are recognised, to exclude those that are neutral at one state only."""
+
+TEST_DISPLACEMENT = 0.4
+"""Displacement in scales along a cyclic coordinate that must not change the accelerations."""
+
+CYCLIC_TOLERANCE = 1e-9
+"""Change of the accelerations, relative to the largest, below which they do not depend on a coordinate."""
+
+SPEED_WEIGHT = 1e-6
+"""Weight of the speeds of cyclic coordinates beside the positions, so that a speed which nothing determines keeps its start value."""
+
+RANK_TOLERANCE = 1e-9
+"""Singular value relative to the largest below which equations are dependent."""
+
+MIN_ROW_SIZE = 1e-10
+"""Derivative of a dimensionless acceleration below which it is rounding: the state is neutral."""
+
+MAX_STEP = 0.3
+"""Largest Newton step in scales."""
+
+MAX_DISTANCE = 10.0
+"""Distance of a root in scales, as predicted by a Newton step, beyond which there is none near the start."""
+
+MIN_DECREASE = 0.1
+"""Decrease of the accelerations in a Newton step, relative to the decrease that the linearised equations promise."""
+
+NEWTON_TOLERANCE = 1e-8
+"""Relative accuracy of the derivatives in Newton's method."""
+
+MAX_ITERATIONS = 60
+"""Largest number of Newton steps."""
+
+RESIDUAL_TOLERANCE = 1e-10
+"""Acceleration that may remain in a steady state, in scales over the square of the time scale."""
+
+
+@dataclass(frozen=True, eq=False)
+class SteadyState:
+    """A steady state: coordinates z, rates along the cyclic directions.
+
+    Attributes
+    ----------
+    accelerations
+        The function a(z, z').
+    z
+        Coordinates; shape (n,).
+    rates
+        Rates; shape (n,).
+    positions
+        Indices of the coordinates that stay constant and describe the state together with `cyclic`; shape (m,).
+    cyclic
+        Directions of the cyclic coordinates; shape (n, n - m).
+    scales
+        Scales of the coordinates; shape (n,).
+    time_scale
+        Characteristic time, s.
+    """
+
+    accelerations: Accelerations
+    z: FloatArray
+    rates: FloatArray
+    positions: IntArray
+    cyclic: FloatArray
+    scales: FloatArray
+    time_scale: float
+
+    @property
+    def is_steady(self) -> bool:
+        """Whether no acceleration remains but rounding."""
+        sensitivity = _size(_residual_jacobian(self))
+        remaining = _size(_residual(self))
+        return bool(np.isfinite(sensitivity)) and remaining <= RESIDUAL_TOLERANCE * max(1.0, sensitivity)
+
+    @property
+    def direction_of_acceleration(self) -> FloatArray:
+        """Direction (n,) of the remaining accelerations of the positions, with a largest component of one scale."""
+        m, direction = len(self.positions), np.zeros(len(self.z))
+        residual = _residual(self)[:m]
+        direction[self.positions] = self.scales[self.positions] * residual / max(_size(residual), 1e-300)
+        return direction
+
+    @property
+    def basis(self) -> FloatArray:
+        """Unit vectors of the positions, then the cyclic directions; shape (n, n)."""
+        return np.hstack([np.eye(len(self.z))[:, self.positions], self.cyclic])
+
+    def expand(self, state: FloatArray) -> tuple[FloatArray, FloatArray]:
+        """Return coordinates and rates for positions (m,), their rates (m,) and speeds of the cyclic coordinates (n - m,)."""
+        m = len(self.positions)
+        displacement = np.zeros(len(self.z))
+        displacement[self.positions] = state[:m]
+        rates = self.cyclic @ state[2 * m :]
+        rates[self.positions] += state[m : 2 * m]
+        return self.z + displacement, rates
+
+    @property
+    def first_order_system(self) -> FirstOrderSystem:
+        """The first-order equations; the state is displacements of the positions, their rates, and speeds of the cyclic coordinates."""
+        m, inverse_basis = len(self.positions), np.linalg.inv(self.basis)
+
+        def derivative(state: FloatArray) -> FloatArray:
+            return np.concatenate([state[m : 2 * m], inverse_basis @ self.accelerations(*self.expand(state))])
+
+        scales, speeds = self.unknown_scales, (inverse_basis @ self.rates)[m:]
+        return FirstOrderSystem(
+            derivative=derivative,
+            state=np.concatenate([np.zeros(2 * m), speeds]),
+            scales=np.concatenate([scales[:m], scales / self.time_scale]),
+            n_conserved=self._count_conserved(),
+        )
+
+    @property
+    def unknown_scales(self) -> FloatArray:
+        """Scales of the positions and of the cyclic coordinates; shape (n,)."""
+        ratios = np.divide(
+            self.scales[:, np.newaxis], np.abs(self.cyclic), out=np.full(self.cyclic.shape, np.inf), where=self.cyclic != 0.0
+        )
+        return np.append(self.scales[self.positions], np.min(ratios, axis=0))
+
+    def _count_conserved(self) -> int:
+        """Return the number of speeds that no equation determines; each belongs to a momentum that stays constant."""
+        rows = _residual_jacobian(self)
+        row_sizes = np.max(np.abs(rows), axis=1, initial=0.0)
+        rows = rows[row_sizes > MIN_ROW_SIZE] / row_sizes[row_sizes > MIN_ROW_SIZE, np.newaxis]
+        rank = int(np.sum(np.linalg.svd(rows, compute_uv=False) > RANK_TOLERANCE)) if len(rows) else 0
+        return min(len(self.z) - len(self.positions), len(self.z) - rank)
+
+
+def _residual_jacobian(state: SteadyState) -> FloatArray:
+    """Return the Jacobian of the accelerations in steady motions with respect to positions and cyclic speeds, dimensionless."""
+    zeros, ones = np.zeros(len(state.z)), np.ones(len(state.z))
+    return jacobian(lambda unknowns: _residual(_moved(state, unknowns)), zeros, ones, tolerance=NEWTON_TOLERANCE)[0]
+
+
+def _residual(state: SteadyState) -> FloatArray:
+    """Return the dimensionless accelerations along the basis."""
+    accelerations = np.linalg.solve(state.basis, state.accelerations(state.z, state.rates))
+    residual: FloatArray = accelerations * state.time_scale**2 / state.unknown_scales
+    return residual
+
+
+def find_cyclic_directions(
+    accelerations: Accelerations, z: FloatArray, rates: FloatArray, scales: FloatArray, time_scale: float
+) -> tuple[IntArray, FloatArray]:
+    """Return the constant positions and the directions of the cyclic coordinates.
+
+    Parameters
+    ----------
+    accelerations
+        Accelerations (n,) at coordinates and rates.
+    z
+        Coordinates near which to look; shape (n,).
+    rates
+        Their rates; shape (n,).
+    scales
+        Scales of the coordinates; shape (n,).
+    time_scale
+        Characteristic time, s.
+
+    Returns
+    -------
+    positions : IntArray
+        Indices of the coordinates that are constant in a steady state; shape (m,).
+    cyclic : FloatArray
+        Directions along which no acceleration changes; shape (n, n - m). Each is 1 in one of the other coordinates.
+    """
+    n, patterns = len(z), np.cos(np.arange(1.0, 1.0 + 6 * len(z)) ** 1.5).reshape(3, 2, len(z))
+    states = [(z + PERTURBATION * scales * p, rates + scales * r / time_scale) for p, r in patterns]
+    parts = [jacobian(partial(_shifted, accelerations, at, v, scales), np.zeros(n), np.ones(n)) for at, v in states]
+    matrix = np.concatenate([part / scales[:, np.newaxis] for part, _ in parts])
+    noise = np.concatenate([np.broadcast_to(errors, (n, n)) / scales[:, np.newaxis] for _, errors in parts])
+    if not (np.all(np.isfinite(matrix)) and np.all(np.isfinite(noise))):
+        return np.arange(n), np.zeros((n, 0))
+    is_zero = np.all(np.abs(matrix) <= 1e2 * noise, axis=0)
+    others = np.flatnonzero(~is_zero)
+    combinations = null_space(matrix[:, others], rcond=CYCLIC_TOLERANCE) if len(others) else np.zeros((0, 0))
+    candidates = np.hstack([np.eye(n)[:, is_zero], np.eye(n)[:, others] @ combinations])
+    candidates = scales[:, np.newaxis] * candidates
+    largest = max(float(np.max(np.abs(accelerations(*at) / scales))) for at in states)
+
+    def is_cyclic(direction: FloatArray) -> bool:
+        changes = [accelerations(p + TEST_DISPLACEMENT * direction, v) - accelerations(p, v) for p, v in states]
+        return bool(np.max(np.abs(np.array(changes) / scales)) <= CYCLIC_TOLERANCE * largest)
+
+    candidates = candidates[:, [is_cyclic(direction) for direction in candidates.T]]
+    n_cyclic = candidates.shape[1]
+    if not n_cyclic:
+        return np.arange(n), np.zeros((n, 0))
+    pivots = np.sort(qr((candidates / scales[:, np.newaxis]).T, mode="r", pivoting=True)[1][:n_cyclic])
+    cyclic = candidates @ np.linalg.inv(candidates[pivots])
+    return np.setdiff1d(np.arange(n), pivots), np.where(np.abs(cyclic) < CYCLIC_TOLERANCE * np.max(np.abs(cyclic)), 0.0, cyclic)
+
+
+def _shifted(accelerations: Accelerations, z: FloatArray, rates: FloatArray, scales: FloatArray, displacement: FloatArray) -> FloatArray:
+    """Return the accelerations at coordinates displaced by multiples of their scales."""
+    return accelerations(z + scales * displacement, rates)
+
+
+def find_steady_state(accelerations: Accelerations, z: FloatArray, rates: FloatArray, scales: FloatArray, time_scale: float) -> SteadyState:
+    """Return the state that Newton's method reaches from given coordinates and rates; `is_steady` says whether it has converged.
+
+    Parameters
+    ----------
+    accelerations
+        Accelerations (n,) at coordinates and rates.
+    z
+        Coordinates to start from; shape (n,).
+    rates
+        Rates to start from; shape (n,). Only those along cyclic coordinates matter.
+    scales
+        Scales of the coordinates; shape (n,).
+    time_scale
+        Characteristic time, s.
+
+    Returns
+    -------
+    SteadyState
+        The last state.
+    """
+    positions, cyclic = find_cyclic_directions(accelerations, z, rates, scales, time_scale)
+    basis = np.hstack([np.eye(len(z))[:, positions], cyclic])
+    m, speeds = len(positions), np.linalg.solve(basis, rates)[len(positions) :]
+    state = SteadyState(accelerations, z, cyclic @ speeds, positions, cyclic, scales, time_scale)
+    unknown_weights = np.where(np.arange(len(z)) < m, 1.0, SPEED_WEIGHT)
+    size = _size(_residual(state))
+    for _ in range(MAX_ITERATIONS):
+        residual, matrix = _residual(state), _residual_jacobian(state)
+        if not np.all(np.isfinite(matrix)):
+            break
+        # Rows are scaled, so that the rank does not depend on stiffness; the shortest step keeps speeds that nothing determines.
+        row_sizes = np.max(np.abs(matrix), axis=1)
+        row_factors = np.divide(1.0, row_sizes, out=np.zeros(len(row_sizes)), where=row_sizes > MIN_ROW_SIZE)
+        step = (
+            unknown_weights
+            * np.linalg.lstsq(matrix * unknown_weights * row_factors[:, np.newaxis], -residual * row_factors, rcond=1e-13)[0]
+        )
+        if _size(step[:m]) > MAX_DISTANCE:
+            break
+        damping = min(1.0, MAX_STEP / max(_size(step[:m]), 1e-300))
+        for factor in 0.5 ** np.arange(12):
+            candidate = _moved(state, factor * damping * step)
+            candidate_size = _size(_residual(candidate))
+            if candidate_size < (1.0 - MIN_DECREASE * factor * damping) * size:
+                break
+        else:
+            break  # only rounding remains, or there is no root
+        state, size = candidate, candidate_size
+        if size == 0.0 or _size(step) < 1e-15:
+            break
+    return state
+
+
+def _size(values: FloatArray) -> float:
+    size = float(np.max(np.abs(values), initial=0.0))
+    return size if np.isfinite(size) else np.inf
+
+
+def _moved(state: SteadyState, unknowns: FloatArray) -> SteadyState:
+    """Return a state with dimensionless changes of positions and cyclic speeds."""
+    m, z, changes = len(state.positions), state.z.copy(), state.unknown_scales * unknowns
+    z[state.positions] += changes[:m]
+    return replace(state, z=z, rates=state.rates + state.cyclic @ changes[m:] / state.time_scale)

@@ -1,0 +1,47 @@
+"""Parts for coupled scenes: discs in fixed planes and a Porter governor on a free spindle."""
+
+from __future__ import annotations
+
+from typing import Any
+
+from governor_mechanism.model.couplings import Coupling
+from governor_mechanism.model.force_elements import ForceElement, Torque
+from governor_mechanism.model.joints import GROUND, Pin, Point
+from governor_mechanism.model.mechanism import Body, Mechanism, SecondMoments
+from governor_mechanism.model.output_variables import BodyAngle
+from governor_mechanism.model.part import FIXED_PLANE, FreeSpindle, Part, Start
+from governor_mechanism.model.scene import RunSettings, Scene
+from governor_mechanism.model.time_functions import InputFunction
+from governor_scenes import PORTER, governor_scene
+
+
+def discs_part(name: str, inertias: dict[str, float], *loads: ForceElement, rates: dict[str, float] | None = None) -> Part:
+    """Discs of these inertias (kg m2) that turn about the origin of a fixed plane; the reading of "wheel" is "wheel_angle"."""
+    mechanism = Mechanism(
+        bodies=tuple(Body(name=body, mass=1.0, second_moments=SecondMoments(xx=0.5 * j, yy=0.5 * j)) for body, j in inertias.items()),
+        joints=tuple(Pin(name=f"bearing of {body}", first=Point(body=GROUND), second=Point(body=body)) for body in inertias),
+        readings=tuple(BodyAngle(name=f"{body}_angle", quantity="angle", body=body) for body in inertias),
+        coordinate=f"{next(iter(inertias))}_angle",
+        length_scale=1.0,
+        initial_guess=((0.0, 0.0, 0.0),) * len(inertias),
+        force_elements=loads,
+    )
+    start = Start(rates={f"{body}_angle": rate for body, rate in (rates or {}).items()})
+    return Part(name=name, machine="custom", dimensions={}, mechanism=mechanism, plane=FIXED_PLANE, start=start)
+
+
+def engine_part(inertia: float = 2.0, rate: float | None = None, torque: InputFunction | None = None) -> Part:
+    """The part "engine": a disc "crank" with the torque "load"."""
+    loads = () if torque is None else (Torque(name="load", second="crank", moment=torque),)
+    return discs_part("engine", {"crank": inertia}, *loads, rates=None if rate is None else {"crank": rate})
+
+
+def porter_part(*, inertia: float = 0.2, start_speed: float | None = 13.0, **changes: Any) -> Part:
+    """The part "governor": a Porter governor on a free spindle."""
+    scene = governor_scene(PORTER, speed=0.0, angle=0.7, rate=0.1)
+    return scene.with_changes(spindle=FreeSpindle(inertia=inertia, start_speed=start_speed), **changes).part
+
+
+def coupled_scene(*parts: Part, couplings: tuple[Coupling, ...] = (), duration: float = 2.0) -> Scene:
+    """A scene of several parts."""
+    return Scene(title="test", parts=parts, couplings=couplings, run=RunSettings(duration=duration, output_interval=0.02))

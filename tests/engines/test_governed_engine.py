@@ -1,0 +1,138 @@
+"""Governors that control an engine: motions against independent integrations, and laws of couplings and loads of readings."""
+
+import copy
+
+import numpy as np
+import pytest
+from scipy.integrate import solve_ivp
+
+import governor_mechanism as gm
+from governor_mechanism.scenes.parser import parse_scene_document
+from reference import haug_governor as haug
+from reference import watt_engine as watt
+
+CONTROL = {"reading": "governor.sleeve_lift", "gain": -2000.0, "about": 0.54}
+
+
+def scene(name, moment=None, **changes):
+    """Return a shipped scene with some tables changed (dotted keys with two underscores for dots), and another torque of the engine."""
+    document = copy.deepcopy(dict(gm.load(name).document))
+    for path, value in changes.items():
+        *tables, key = path.split("__")
+        table = document
+        for one in tables:
+            table = table.setdefault(one, {})
+        table[key] = value
+    if moment is not None:
+        document["part"]["engine"]["force"][0]["moment"] = moment
+    return parse_scene_document(document)
+
+
+def engine_scene(moment, **changes):
+    """Return the stable Watt engine with another torque."""
+    return scene("watt_engine_stable", moment, **changes)
+
+
+def reference(derivative, times, start):
+    """Return the states of an independent integration, shape (n, states)."""
+    run = solve_ivp(derivative, (0.0, times[-1]), start, method="DOP853", rtol=1e-12, atol=1e-13, t_eval=times, max_step=0.01)
+    return run.y.T
+
+
+def test_haugs_governor_settles_at_the_loaded_speed_as_an_independent_integration_says():
+    run = gm.run("haug_governor", accuracy=1e-9)
+    exact = haug.trajectory(run.times)
+    for reading, name in (("collar_height", "y"), ("spindle_speed", "omega"), ("spindle_angle", "spindle_angle")):
+        # The estimate is relative to the scale of each reading; the start speed is given to double precision.
+        bound = max(run.error_estimate, 1e-11) * run.scales[reading]
+        np.testing.assert_allclose(run.readings[reading], exact[name], rtol=0, atol=bound)
+    assert run.outcome.ok
+
+
+@pytest.mark.parametrize(("name", "motion"), [("watt_engine_hunting", watt.HUNTING_MOTION), ("watt_engine_stable", watt.STABLE_MOTION)])
+def test_an_engine_hunts_or_settles_as_an_integration_in_extended_precision_says(name, motion):
+    run = gm.run(name, accuracy=1e-10)
+    rows = [row for row in motion if row[0] <= run.times[-1]]
+    assert len(rows) >= 5
+    for time, angle, _, speed in rows:
+        index = int(np.argmin(np.abs(run.times - time)))
+        # 1e-10 relative to 1 rad, and to the scale of speeds; a hunting motion amplifies it by less than 10.
+        assert run.readings["governor.arm_angle"][index] == pytest.approx(angle, abs=1e-10)
+        assert run.rates["engine.crank_angle"][index] == pytest.approx(speed, abs=1e-9)
+
+
+def test_a_following_spindle_returns_no_torque_and_a_gear_does():
+    follow = gm.run("watt_engine_stable", accuracy=1e-9)
+    gear = gm.run(scene("watt_engine_stable", coupling__belt__type="gear"), accuracy=1e-9)
+    assert "belt" in gear.reactions
+    assert "belt" not in follow.reactions
+    ratio = gear.readings["governor.spindle_speed"] / gear.rates["engine.crank_angle"]
+    np.testing.assert_allclose(ratio, 2.0, rtol=1e-12)  # a constraint, closed to rounding
+    # The engine under a gear: J W' = torque + ratio * belt torque.
+    engine = watt.GovernedEngine(arm_damping=6.0)
+    acceleration = np.gradient(gear.rates["engine.crank_angle"], gear.times, edge_order=2)
+    torque = 2000.0 * (0.54 - engine.lift(gear.readings["governor.arm_angle"])) - np.where(gear.times < 1.0, 800.0, 600.0)
+    belt = gear.reactions["belt"].moment
+    smooth = np.abs(gear.times - 1.0) > 0.1
+    # Second-order differences over 20 ms of a motion of 1 Hz: about 0.5 % of the largest acceleration.
+    np.testing.assert_allclose((100.0 * acceleration)[smooth], (torque - 2.0 * belt)[smooth], atol=0.01 * np.max(np.abs(torque)))
+
+
+def test_a_saturated_table_is_a_gain_between_its_ends_and_constant_beyond():
+    table = [[0.10, 880.0], [0.20, 680.0]]
+    made = engine_scene([{"reading": "governor.sleeve_lift", "table": table}, -620.0], run__duration=6.0)
+    run = gm.run(made, accuracy=1e-9)
+    engine = watt.GovernedEngine(arm_damping=6.0)
+    start = [run.readings["governor.arm_angle"][0], 0.0, run.rates["engine.crank_angle"][0]]
+
+    def derivative(_, state):
+        result = engine.derivative(state, 0.0)
+        result[2] = (np.interp(engine.lift(state[0]), *zip(*table, strict=True)) - 620.0) / engine.engine_inertia
+        return result
+
+    exact = reference(derivative, run.times, start)
+    lift = engine.lift(exact[:, 0])
+    assert lift.min() < 0.2 < lift.max()
+    # The independent integration steps over the kinks: its error is about the cube of its largest step of 10 ms.
+    np.testing.assert_allclose(run.readings["governor.arm_angle"], exact[:, 0], rtol=0, atol=1e-7)
+    np.testing.assert_allclose(run.rates["engine.crank_angle"], exact[:, 2], rtol=0, atol=1e-7)
+
+
+def test_a_control_with_a_lag_adds_a_state():
+    made = engine_scene(-600.0, run__duration=6.0, coupling__throttle={"type": "control", "sets": "engine.steam", "lag": 0.2, **CONTROL})
+    run = gm.run(made, accuracy=1e-9)
+    engine = watt.GovernedEngine(arm_damping=6.0)
+    start = [run.readings["governor.arm_angle"][0], 0.0, run.rates["engine.crank_angle"][0]]
+
+    def torque(angle):
+        return 2000.0 * (0.54 - engine.lift(angle))
+
+    def derivative(_, state):
+        result = engine.derivative(state[:3], 0.0)
+        result[2] = (state[3] - 600.0) / engine.engine_inertia
+        return [*result, (torque(state[0]) - state[3]) / 0.2]
+
+    exact = reference(derivative, run.times, [*start, torque(start[0])])
+    np.testing.assert_allclose(run.readings["governor.arm_angle"], exact[:, 0], rtol=0, atol=1e-8)  # within the accuracy times 10
+    np.testing.assert_allclose(run.rates["engine.crank_angle"], exact[:, 2], rtol=0, atol=1e-8)
+    assert run.energy.drift < 1e-9
+
+
+def test_a_throttle_scales_a_load():
+    control = {"type": "control", "scales": "engine.steam", "reading": "governor.sleeve_lift", "gain": -2.0, "about": 0.54}
+    throttled = engine_scene(1000.0, run__duration=3.0, coupling__throttle=control)
+    added = engine_scene([{**CONTROL}], run__duration=3.0)
+    runs = [gm.run(one, accuracy=1e-9) for one in (throttled, added)]
+    # 1000 N m * 2 (0.54 m - lift) / m is the same torque.
+    for name in ("governor.arm_angle", "engine.crank_angle"):
+        np.testing.assert_allclose(runs[0].readings[name], runs[1].readings[name], rtol=0, atol=2e-9)
+
+
+def test_a_belt_that_breaks_leaves_both_parts_free():
+    belt = {"type": "gear", "first": "engine.crank_angle", "second": "governor.spindle_angle", "ratio": 2.0, "until": 1.5}
+    made = engine_scene(0.0, run__duration=3.0, coupling={"belt": belt}, part__governor__spindle={"inertia": 0.05})
+    run = gm.run(made, accuracy=1e-9)
+    speed, after = run.rates["engine.crank_angle"], run.times > 1.5
+    np.testing.assert_allclose(speed[after], speed[after][0], rtol=1e-12)  # no torque acts on it any more
+    assert np.ptp(run.readings["governor.spindle_speed"][after] / speed[after]) > 1e-4
+    assert run.energy.drift < 1e-8

@@ -1,0 +1,422 @@
+"""Linearised equations against closed forms: eigenvalues, modes, transfer functions, limits of stability, and refusals."""
+
+from __future__ import annotations
+
+import json
+import math
+import tomllib
+
+import numpy as np
+import pytest
+from scipy.optimize import brentq
+
+import governor_mechanism as gm
+from governor_mechanism.cli.linearisation import report_linearisation
+from governor_mechanism.closed_form.pendulum import dynamics as pendulum
+from governor_mechanism.numerics.finite_differences import directional_derivative, jacobian
+from governor_mechanism.scenes.parser import parse_scene_document
+from governor_mechanism.statics.first_order_system import FirstOrderSystem, Onset, Stability
+from governor_mechanism.statics.stability_limit import find_stability_limit
+from governor_scenes import CROSSED, EXTENDED, PORTER, governor_scene
+
+RELATIVE_TOLERANCE = 1e-10
+"""Nine-point differences are good to about 1e-12 of an eigenvalue; equilibria are known to 1e-14."""
+
+
+def pontryagin(damping: float, alpha: float, beta: float) -> FirstOrderSystem:
+    """Watt's governor with an engine, x'' = z^2 sin x cos x - sin x - eps x', z' = alpha (cos x - beta), at its steady state."""
+
+    def derivative(state: np.ndarray) -> np.ndarray:
+        x, rate, z = state
+        return np.array([rate, z * z * math.sin(x) * math.cos(x) - math.sin(x) - damping * rate, alpha * (math.cos(x) - beta)])
+
+    return FirstOrderSystem(derivative, np.array([math.acos(beta), 0.0, beta**-0.5]), np.ones(3))
+
+
+@pytest.mark.parametrize(("alpha", "beta"), [(0.4, 0.6), (1.0, 0.3), (0.2, 0.85)])
+def test_limit_of_pontryagins_governor(alpha, beta):
+    """Stable iff eps > 2 alpha beta^(3/2), with omega0^2 = (1 - beta^2) / beta (Pontryagin, Ordinary Differential Equations)."""
+    limit = 2 * alpha * beta**1.5
+    found = find_stability_limit(lambda eps: pontryagin(eps, alpha, beta), 0.5 * limit, 2 * limit, key="eps", unit="")
+    assert found.value == pytest.approx(limit, rel=1e-11)  # the eigenvalue is good to 1e-13, its slope is of order one
+    assert found.frequency**2 == pytest.approx((1 - beta**2) / beta, rel=1e-11)
+    assert not found.stable_below
+    assert pontryagin(0.9 * limit, alpha, beta).stability is Stability.UNSTABLE
+    assert pontryagin(limit, alpha, beta).stability is Stability.UNDAMPED
+
+
+@pytest.mark.parametrize("alpha", [0.2, 0.6])
+def test_onset_of_pontryagins_governor(alpha):
+    """The sign changes where 3 + (alpha^2 - 5) beta^2 + alpha^4 beta^6 = 0.
+
+    J. Sotomayor, L. F. Mello, D. de C. Braga, Computational and Applied Mathematics 26 (2007), pp. 19-44.
+    """
+
+    def at_limit(beta: float) -> FirstOrderSystem:
+        return pontryagin(2 * alpha * beta**1.5, alpha, beta)
+
+    printed = brentq(lambda beta: 3 + (alpha**2 - 5) * beta**2 + alpha**4 * beta**6, 0.5, 0.95)
+    found = brentq(lambda beta: at_limit(beta).first_lyapunov_coefficient(), 0.5, 0.95)
+    assert found == pytest.approx(printed, abs=1e-7)  # third derivatives by differences are good to 1e-9
+    assert at_limit(printed - 0.1).onset is Onset.SOFT
+    assert at_limit(printed + 0.1).onset is Onset.HARD
+
+
+def test_error_estimates_bound_the_errors():
+    point = np.array([0.7, 1.3])
+    found, errors = jacobian(lambda x: np.array([np.exp(x[0] * x[1]), np.sin(x[0]) / x[1]]), point, np.ones(2))
+    x, y = point
+    exact = np.array([[y * np.exp(x * y), x * np.exp(x * y)], [np.cos(x) / y, -np.sin(x) / y**2]])
+    assert np.all(np.max(np.abs(found - exact), axis=0) <= errors)
+    assert np.all(errors < 1e-11)
+    for order, value in ((1, np.cos(0.7)), (2, -np.sin(0.7)), (3, -np.cos(0.7))):
+        derivative, error = directional_derivative(np.sin, np.array([0.7]), np.ones(1), order)
+        assert abs(derivative[0] - value) <= max(error, 1e-15) < 1e-8
+
+
+def speeds_and_rows(dimensions: dict[str, float], angle: float) -> tuple[pendulum.PendulumGovernor, float]:
+    governor = pendulum.PendulumGovernor(**dimensions)
+    return governor, float(pendulum.equilibrium_speed(governor, arm_angle=angle))
+
+
+@pytest.mark.parametrize(("dimensions", "angle"), [(PORTER, 0.5), (EXTENDED, 0.6), (CROSSED, 0.9)])
+def test_small_oscillations_at_a_given_speed(dimensions, angle):
+    governor, speed = speeds_and_rows(dimensions, angle)
+    found = gm.linearise(governor_scene(dimensions, speed=speed, angle=angle + 0.02))
+    expected = math.sqrt(float(pendulum.squared_oscillation_frequency(governor, arm_angle=angle)))
+    assert found.readings["arm_angle"] == pytest.approx(angle, rel=RELATIVE_TOLERANCE)
+    assert found.modes[0].eigenvalue.imag == pytest.approx(expected, rel=RELATIVE_TOLERANCE)
+    assert abs(found.modes[0].eigenvalue.imag - expected) < 10 * found.error_estimate + 1e-13  # the equilibrium adds a little
+    assert found.stability is Stability.UNDAMPED
+    assert not found.stable
+    assert found.modes[0].damping_ratio == 0.0
+
+
+def porter_document(**changes) -> dict:
+    document = {
+        "machine": "pendulum_governor",
+        "dimensions": PORTER,
+        "effects": {"gravity": True, "centrifugal": True},
+        "spindle": {"speed": 12.2},
+        "start": {"arm_angle": 0.5},
+        "run": {"duration": 1.0},
+    }
+    return {**document, **changes}
+
+
+def test_small_oscillations_with_a_free_spindle():
+    """Omega_f^2 = Omega^2 + omega^2 J'^2 / ((J0 + J) I); the spindle keeps its start speed, and its momentum is conserved."""
+    governor, speed = speeds_and_rows(PORTER, 0.6)
+    spindle = {"inertia": 0.5, "start_speed": speed}
+    found = gm.linearise(parse_scene_document(porter_document(spindle=spindle, start={"arm_angle": 0.55})))
+    square = float(pendulum.squared_oscillation_frequency(governor, arm_angle=0.6))
+    reaction = speed**2 * float(pendulum.spindle_inertia_derivative(governor, arm_angle=0.6)) ** 2
+    inertia = 0.5 + float(pendulum.spindle_inertia(governor, arm_angle=0.6))
+    expected = math.sqrt(square + reaction / (inertia * float(pendulum.in_plane_inertia(governor, arm_angle=0.6))))
+    oscillation = next(mode for mode in found.modes if not mode.is_conserved)
+    assert oscillation.eigenvalue.imag == pytest.approx(expected, rel=RELATIVE_TOLERANCE)
+    assert found.rates["spindle_speed"] == pytest.approx(speed, rel=1e-14)
+    assert [mode.is_conserved for mode in found.modes].count(True) == 1
+    # Momentum (J0 + J) omega is constant in the oscillation.
+    slope = float(pendulum.spindle_inertia_derivative(governor, arm_angle=0.6))
+    change = inertia * oscillation.amplitudes["spindle_speed"] + slope * speed * oscillation.amplitudes["arm_angle"]
+    assert abs(change) < 1e-10 * abs(inertia * oscillation.amplitudes["spindle_speed"])
+
+
+def test_dashpot_of_a_governor():
+    """The damping ratio is c s'^2 / (2 sqrt(K I)); statics without the dashpot say so."""
+    governor, speed = speeds_and_rows(PORTER, 0.5)
+    effects = {"gravity": True, "centrifugal": True, "dashpot": {"sleeve": 40.0}}
+    scene = parse_scene_document(porter_document(effects=effects, spindle={"speed": speed}))
+    found = gm.linearise(scene)
+    sleeve_slope = 2 * 0.3 * math.sin(0.5)  # sleeve lift of a rhombus, 2 l (1 - cos a)
+    inertia = float(pendulum.in_plane_inertia(governor, arm_angle=0.5))
+    natural = math.sqrt(float(pendulum.squared_oscillation_frequency(governor, arm_angle=0.5)))
+    assert found.modes[0].natural_frequency == pytest.approx(natural, rel=RELATIVE_TOLERANCE)
+    assert found.modes[0].damping_ratio == pytest.approx(40.0 * sleeve_slope**2 / (2 * inertia * natural), rel=RELATIVE_TOLERANCE)
+    assert found.stable
+    (equilibrium,) = gm.equilibria(scene)
+    assert gm.linearise(scene, at=equilibrium).eigenvalues == pytest.approx(found.eigenvalues, rel=RELATIVE_TOLERANCE)
+
+
+def test_static_gain_of_the_spindle_speed():
+    scene = governor_scene(PORTER, speed=12.2, angle=0.5)
+    (equilibrium,) = gm.equilibria(scene)
+    system = gm.linearise(scene).state_space(["spindle_speed"], ["arm_angle"])
+    gain = system.frequency_response([0.0])[0, 0, 0]
+    assert gain.imag == 0.0
+    assert gain.real == pytest.approx(equilibrium.sensitivity / 12.2, rel=RELATIVE_TOLERANCE)
+
+
+def test_inputs_that_vary_with_time_have_their_last_value():
+    scene = governor_scene(PORTER, speed=12.2, angle="equilibrium")
+    ramp = parse_scene_document(porter_document(spindle={"speed": [[0.0, 11.0], [1.0, 12.2]]}))
+    assert gm.linearise(ramp).eigenvalues == pytest.approx(gm.linearise(scene).eigenvalues, rel=RELATIVE_TOLERANCE)
+    assert gm.linearise(scene, "12.2 rad/s").readings == pytest.approx(gm.linearise(scene).readings)
+
+
+CUSTOM = """
+machine = "custom"
+size = "1 m"
+[ground]
+A = [0, 0]
+B = [1, 0]
+"""
+
+SHAFT = """
+[[body]]
+name = "shaft"
+mass = "2 kg"
+inertia = "0.5 kg m^2"
+[body.points]
+P = [{offset}, 0]
+[[joint]]
+type = "pin"
+first = "ground.A"
+second = "shaft.P"
+[[force]]
+type = "torsion_damper"
+first = "ground"
+second = "shaft"
+damping = 0.2
+[[force]]
+type = "torque"
+name = "drive"
+body = "shaft"
+moment = "3 N m"
+[readings]
+angle = {{ angle = "shaft" }}
+[start]
+angle_rate = {rate}
+[run]
+duration = "1 s"
+"""
+
+
+def custom_scene(text: str, **tables):
+    return parse_scene_document({**tomllib.loads(CUSTOM + text), **tables})
+
+
+@pytest.mark.parametrize("offset", [0.0, 0.3])
+def test_steady_rotation_of_a_shaft(offset):
+    """Speed torque / damping and eigenvalue -damping / inertia about the pin, also if the mass centre turns about it."""
+    found = gm.linearise(custom_scene(SHAFT.format(offset=offset, rate=1.0)))
+    assert found.rates["angle"] == pytest.approx(15.0, rel=1e-13)
+    assert "angle" not in found.readings
+    assert found.eigenvalues == pytest.approx([-0.2 / (0.5 + 2 * offset**2)], rel=RELATIVE_TOLERANCE)
+    system = found.state_space(["drive", "force on angle"], ["rate of angle"])
+    assert system.frequency_response([0.0])[0, 0] == pytest.approx([5.0, 5.0], rel=RELATIVE_TOLERANCE)
+    with pytest.raises(gm.MechanismError, match="no output 'angle'"):
+        found.state_space(["drive"], ["angle"])
+
+
+def test_two_shafts_on_a_torsion_spring():
+    """Their common rotation is removed; the twist oscillates with k (1/I1 + 1/I2), and the momentum stays."""
+    shafts = "".join(
+        f"""
+[[body]]
+name = "{name}"
+mass = "2 kg"
+inertia = {inertia}
+at = [{x}, 0]
+[[joint]]
+type = "pin"
+first = "ground.{pin}"
+second = "{name}.centre"
+"""
+        for name, inertia, x, pin in (("one", 0.5, 0, "A"), ("two", 0.3, 1, "B"))
+    )
+    text = """
+[[force]]
+type = "torsion_spring"
+first = "one"
+second = "two"
+stiffness = "30 N m/rad"
+[readings]
+first = { angle = "one" }
+twist = { angle = "two", against = "one" }
+[start]
+first_rate = 4.0
+twist_rate = 0.0
+[run]
+duration = "1 s"
+"""
+    found = gm.linearise(custom_scene(shafts + text))
+    assert np.sort(found.eigenvalues.imag) == pytest.approx(
+        math.sqrt(30 * (1 / 0.5 + 1 / 0.3)) * np.array([-1, 0, 1]), rel=RELATIVE_TOLERANCE
+    )
+    assert found.readings["twist"] == pytest.approx(0.0, abs=1e-14)
+    assert found.rates["first"] == pytest.approx(4.0, rel=1e-14)
+    assert found.stability is Stability.UNDAMPED
+
+
+OSCILLATOR = """
+[[body]]
+name = "block"
+mass = "2 kg"
+turns = false
+at = [0.4, 0]
+[[joint]]
+type = "slider"
+first = "ground.A"
+second = "block.centre"
+angle = 0.0
+[[force]]
+type = "spring"
+first = "ground.A"
+second = "block.centre"
+stiffness = 50.0
+free_length = 0.4
+[[force]]
+type = "damper"
+first = "ground.A"
+second = "block.centre"
+damping = 3.0
+[readings]
+x = { x = "block.centre" }
+[start]
+x = 0.5
+[run]
+duration = "1 s"
+"""
+
+
+def test_oscillator():
+    """m x'' + c x' + k x = F: eigenvalues and frequency response in closed form."""
+    found = gm.linearise(custom_scene(OSCILLATOR))
+    mass, damping, stiffness = 2.0, 3.0, 50.0
+    assert found.modes[0].natural_frequency == pytest.approx(math.sqrt(stiffness / mass), rel=RELATIVE_TOLERANCE)
+    assert found.modes[0].damping_ratio == pytest.approx(damping / (2 * math.sqrt(mass * stiffness)), rel=RELATIVE_TOLERANCE)
+    frequencies = np.array([0.0, 3.0, 5.0, 40.0])
+    expected = 1 / (stiffness - mass * frequencies**2 + 1j * damping * frequencies)
+    response = found.state_space(["force on x"], ["x", "rate of x"]).frequency_response(frequencies)[:, :, 0]
+    assert response[:, 0] == pytest.approx(expected, rel=RELATIVE_TOLERANCE)
+    assert response[:, 1] == pytest.approx(1j * frequencies * expected, rel=RELATIVE_TOLERANCE)
+    with pytest.raises(gm.MechanismError, match="no input 'force on y'"):
+        found.state_space(["force on y"], ["x"])
+
+
+def test_effects_without_a_linear_law_are_named():
+    effects = {"dashpot": {"x": {"quadratic": 5.0}}, "dry_friction": {"x": 1.0}, "stops": {"x": [0.1, 0.9]}}
+    found, bare = gm.linearise(custom_scene(OSCILLATOR, effects=effects)), gm.linearise(custom_scene(OSCILLATOR))
+    assert found.eigenvalues == pytest.approx(bare.eigenvalues, rel=RELATIVE_TOLERANCE)
+    assert any("dry friction on x is left out" in note for note in found.notes)
+    assert any("quadratic damping" in note for note in found.notes)
+    with pytest.raises(gm.MechanismError, match="at or beyond a stop"):
+        gm.linearise(custom_scene(OSCILLATOR, effects={"stops": {"x": [0.45, 0.9]}}))
+
+
+@pytest.mark.parametrize(("free_value", "stiffness"), [(0.3, 150.0), (0.45, 50.0)])
+def test_a_spring_that_only_pulls(free_value, stiffness):
+    """Beside the spring of 50 N/m it counts where it is taut."""
+    effects = {"spring": {"x": {"rate": 100.0, "zero": free_value, "one_sided": True}}}
+    found = gm.linearise(custom_scene(OSCILLATOR, effects=effects))
+    assert found.modes[0].natural_frequency == pytest.approx(math.sqrt(stiffness / 2.0), rel=RELATIVE_TOLERANCE)
+
+
+def test_a_spring_that_is_just_slack():
+    with pytest.raises(gm.MechanismError, match="just slack at the equilibrium"):
+        gm.linearise(custom_scene(OSCILLATOR, effects={"spring": {"x": {"rate": 100.0, "zero": 0.4, "one_sided": True}}}))
+
+
+PENDULUM_ON_A_SPRING = """
+[[body]]
+name = "rod"
+mass = "2 kg"
+inertia = "0.1 kg m^2"
+angle = "90 deg"
+at = [0, 0.5]
+[body.points]
+foot = [-0.5, 0]
+[[joint]]
+type = "pin"
+first = "ground.A"
+second = "rod.foot"
+[[force]]
+type = "torsion_spring"
+name = "spring"
+first = "ground"
+second = "rod"
+stiffness = 12.0
+free_angle = "90 deg"
+[[force]]
+type = "torsion_damper"
+name = "damper"
+first = "ground"
+second = "rod"
+damping = 0.5
+[readings]
+angle = { angle = "rod" }
+[effects]
+gravity = true
+[start]
+angle = "90 deg"
+[run]
+duration = "1 s"
+"""
+
+
+def test_limit_of_an_inverted_pendulum():
+    """It stands upright from a spring of m g l on, where it begins to fall without oscillation."""
+    scene = custom_scene(PENDULUM_ON_A_SPRING)
+    limit = gm.stability_limit(scene, "force.spring.stiffness", 9.5, "12 N m/rad")
+    assert limit.value == pytest.approx(2 * 9.81 * 0.5, rel=RELATIVE_TOLERANCE)
+    assert limit.frequency == 0.0
+    assert not limit.stable_below
+    assert limit.onset is Onset.UNKNOWN
+    with pytest.raises(gm.MechanismError, match=r"no limit of stability lies between .* stable at 11 .* stable at 12"):
+        gm.stability_limit(scene, "force.spring.stiffness", 11.0, 12.0)
+    with pytest.raises(gm.MechanismError, match="KEY=LOW:HIGH"):
+        report_linearisation(scene, None, "force.spring.stiffness=9.5")
+
+
+def test_report_of_a_limit():
+    scene = custom_scene(PENDULUM_ON_A_SPRING)
+    text, report = report_linearisation(scene, None, "force.spring.stiffness=9.5:12 N m/rad")
+    assert "stable above 9.81 N m/rad; at the limit the motion diverges without oscillation" in text
+    assert json.loads(json.dumps(report, allow_nan=False))["limit"]["value"] == pytest.approx(9.81, rel=RELATIVE_TOLERANCE)
+
+
+def test_report_of_all_equilibria():
+    """Rising and falling branch at one speed: one equilibrium is stable, the other diverges."""
+    scene = gm.load("watt_improved")
+    text, report = report_linearisation(scene, 6.4, None)
+    assert [row["stability"] for row in report["linearisations"]] == ["unstable", "stable"]
+    assert "damping ratio" in text
+    json.dumps(report, allow_nan=False)
+    for row, equilibrium in zip(report["linearisations"], gm.equilibria(scene, 6.4), strict=True):
+        squares = {round(complex(*mode["eigenvalue"]).real, 6) for mode in row["modes"]}
+        assert squares
+        # The product of the eigenvalues does not depend on damping: K / I.
+        product = np.prod([abs(complex(*mode["eigenvalue"])) ** (2 if mode["eigenvalue"][1] else 1) for mode in row["modes"]])
+        assert product == pytest.approx(equilibrium.frequency**2 + equilibrium.divergence_rate**2, rel=RELATIVE_TOLERANCE)
+
+
+def test_an_astatic_governor_is_neutral():
+    assert gm.linearise("parabolic").stability is Stability.NEUTRAL
+
+
+@pytest.mark.parametrize(
+    ("scene", "message"),
+    [
+        ("slider_crank", "a drive turns or moves the mechanism all the time"),
+        ("porter_cyclic", "the spindle speed fluctuates"),
+        ("slider_crank_torque", "no steady state was found near the start"),
+        ("watt_improved", "it has equilibria at speeds from"),
+    ],
+)
+def test_refusals(scene, message):
+    with pytest.raises(gm.MechanismError, match=message):
+        gm.linearise(scene)
+
+
+def test_a_turning_crank_under_gravity_is_periodic():
+    scene = custom_scene(SHAFT.format(offset=0.3, rate=20.0), effects={"gravity": True})
+    with pytest.raises(gm.MechanismError, match=r"the steady state is periodic: shaft\.angle turns"):
+        gm.linearise(scene)
+
+
+def test_a_free_spindle_under_a_constant_torque_has_no_steady_state():
+    scene = parse_scene_document(porter_document(spindle={"inertia": 0.5, "start_speed": 12.0, "torque": 1.0}))
+    with pytest.raises(gm.MechanismError, match="no steady state was found"):
+        gm.linearise(scene)
