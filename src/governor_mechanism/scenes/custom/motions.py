@@ -114,9 +114,10 @@ def parse_moving_point(name: str, position: object) -> tuple[SketchedBody, list[
             motions.append(_parse_coordinate(coordinate))
     collector.raise_if_failed()
     x, y = (float(MotionFunction(motion)(np.zeros(1))[0]) for motion in motions)
+    starts, angles = (Point(body=GROUND, y=y), Point(body=GROUND, x=x)), (0.0, math.pi / 2)
     drivers: list[Joint] = [
-        TranslationalDriver(name=f"{axis} of {name}", first=Point(body=GROUND), second=Point(body=name), motion=motion, angle=angle)
-        for axis, motion, angle in zip("xy", motions, (0.0, math.pi / 2), strict=True)
+        TranslationalDriver(name=f"{axis} of {name}", first=start, second=Point(body=name), motion=motion, angle=angle)
+        for axis, start, motion, angle in zip("xy", starts, motions, angles, strict=True)
     ]
     return SketchedBody(name=name, mass=0.0, shape=BodyShape(second_moments=SecondMoments()), can_rotate=False, origin=(x, y)), drivers
 

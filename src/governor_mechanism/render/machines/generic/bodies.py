@@ -11,7 +11,7 @@ from governor_mechanism.model.mechanism import Body
 from governor_mechanism.model.output_variables import LineAngle, PointCoordinate, PointDistance
 from governor_mechanism.model.part import Part
 from governor_mechanism.render.geometry.body_points import GROUND_POSE, axes_to_plane, distinct_points
-from governor_mechanism.render.geometry.outlines import convex_hull, make_plate_outline
+from governor_mechanism.render.geometry.outlines import convex_hull, make_plate_outline, make_wall
 from governor_mechanism.render.geometry.primitives import (
     Circle,
     DrawnShape,
@@ -152,6 +152,8 @@ def _has_end_mass(body: Body, outline: Sequence[Vec2], extents: RunExtents) -> b
 def _single_point_shapes(part: Part, body: Body, pose: PoseTuple, extents: RunExtents) -> tuple[list[DrawnShape], list[DrawnShape]]:
     """Return the shapes of a body with at most one point, at its mass centre: disc, hanging mass or ball."""
     u = extents.length_scale
+    if body.mass == 0.0 and not body.can_rotate:
+        return [make_wall((pose[0], pose[1]), math.pi / 2, 0.10 * u, 0.035 * u)], []  # a moving point of the ground
     joints: list[Joint] = [j for j in part.mechanism.joints if body.name in (j.first.body, j.second.body)]
     hangs_on_springs = any(isinstance(load, Spring | Damper) and body.name in load.bodies for load in part.mechanism.force_elements)
     is_held_by_joint = any(isinstance(joint, Pin | Distance | CurveSlot | ArcSlot) for joint in joints)
