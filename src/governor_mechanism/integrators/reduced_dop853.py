@@ -9,7 +9,13 @@ from typing import NamedTuple
 import numpy as np
 
 from governor_mechanism.integrators.tableau import DENSE_NODES, DENSE_STAGES, DENSE_WEIGHTS, ERROR_3, ERROR_5, NODES, STAGES, WEIGHTS
-from governor_mechanism.mechanics.reduction.equation_of_motion import N_QUADRATURES, ReducedModel, evaluate_equation_of_motion
+from governor_mechanism.mechanics.reduction.equation_of_motion import (
+    N_FURTHER_STATES,
+    N_STATES,
+    ReducedModel,
+    StateIndex,
+    evaluate_equation_of_motion,
+)
 from governor_mechanism.mechanics.reduction.lowering import ForceParameter
 from governor_mechanism.mechanics.reduction.node_evaluation import TableColumn
 from governor_mechanism.mechanics.reduction.table import find_piece
@@ -41,19 +47,19 @@ class Stages(NamedTuple):
         Rate of the coordinate at the stages; shape (16,).
     accelerations
         Acceleration at the stages; shape (16,).
-    quadrature_rates
-        Rates of the quadrature states at the stages; shape (16, 3).
+    further_rates
+        Rates of the further states at the stages; shape (N_FURTHER_STATES, 16).
     dense
-        Coefficients of the dense output; shape (5, 7).
-    q_last_stage
-        Coordinate at stage 11, the last one before the end of the step; shape (1,).
+        Coefficients of the dense output; shape (N_STATES, 7).
+    states
+        States at stage 11, the last one before the end of the step, and at the end, without the energies; shape (2, N_STATES).
     """
 
     rates: FloatArray
     accelerations: FloatArray
-    quadrature_rates: FloatArray
+    further_rates: FloatArray
     dense: FloatArray
-    q_last_stage: FloatArray
+    states: FloatArray
 
 
 def make_stages() -> Stages:
@@ -64,7 +70,10 @@ def make_stages() -> Stages:
     Stages
         Buffers filled with zeros.
     """
-    return Stages(np.zeros(16), np.zeros(16), np.zeros((16, N_QUADRATURES)), np.zeros((2 + N_QUADRATURES, 7)), np.zeros(1))
+    return Stages(np.zeros(16), np.zeros(16), np.zeros((N_FURTHER_STATES, 16)), np.zeros((N_STATES, 7)), np.zeros((2, N_STATES)))
+
+
+make_stages_jit = jit_internal(make_stages)
 
 
 @jit_inline
@@ -84,9 +93,7 @@ def _stage_increments(stage: int, rates: FloatArray, accelerations: FloatArray) 
 
 
 @jit_internal
-def take_step(
-    model: ReducedModel, local_time: float, h: float, q: float, v: float, piece_index: int, stages: Stages
-) -> tuple[float, float, int, int]:
+def take_step(model: ReducedModel, local_time: float, h: float, state: FloatArray, piece_index: int, stages: Stages) -> tuple[int, int]:
     """Take one step from the derivatives in stage 0.
 
     Parameters
@@ -97,51 +104,53 @@ def take_step(
         Time of the start since the inputs' cubics begin, s.
     h
         Length of the step, s.
-    q
-        Coordinate at the start.
-    v
-        Rate at the start.
+    state
+        State at the start; shape (N_STATES,).
     piece_index
         Index of the table piece at the start.
     stages
-        Its stage 0 is read, all others are filled.
+        Its stage 0 is read, all others are filled, and the states.
 
     Returns
     -------
-    q_end : float
-        Coordinate at the end.
-    v_end : float
-        Rate at the end.
     piece_index : int
         Index of the table piece at the end.
     side : int
         -1, or the side on which a stage leaves the table: 0 below, 1 above.
     """
     if model.parameters[ForceParameter.IS_CONSERVATIVE] != 0.0:
-        return _take_conservative_step(model, h, q, v, piece_index, stages)
-    q_end, v_end, side = q, v, -1
+        return _take_conservative_step(model, h, state, piece_index, stages)
+    q, v, angle, speed = state[0], state[1], state[StateIndex.SHAFT_ANGLE], state[StateIndex.SHAFT_SPEED]
+    has_shaft, side = model.parameters[ForceParameter.HAS_SHAFT] != 0.0, -1
+    angle_rates, speed_rates = stages.further_rates[2], stages.further_rates[3]
     for stage in range(1, 13):
         mean_rate, mean_acceleration, node = _stage_increments(stage, stages.rates, stages.accelerations)
-        q_end, v_end = q + h * mean_rate, v + h * mean_acceleration
-        piece_index, t, side = find_piece(model.intervals, model.neighbours, model.periodicity, q_end, piece_index)
+        q_stage, v_stage, angle_stage, speed_stage = q + h * mean_rate, v + h * mean_acceleration, angle, speed
+        if has_shaft:
+            mean_rate, mean_acceleration, node = _stage_increments(stage, angle_rates, speed_rates)
+            angle_stage, speed_stage = angle + h * mean_rate, speed + h * mean_acceleration
+        _set_motion(stages.states[0 if stage == 11 else 1], q_stage, v_stage, angle_stage, speed_stage)
+        piece_index, t, side = find_piece(model.intervals, model.neighbours, model.periodicity, q_stage, piece_index)
         if side >= 0:
             break
-        if stage == 11:
-            stages.q_last_stage[0] = q_end
-        stages.rates[stage] = v_end
+        stages.rates[stage] = v_stage
         stages.accelerations[stage] = evaluate_equation_of_motion(
-            model, piece_index, t, v_end, local_time + node * h, stages.quadrature_rates, stage
+            model, piece_index, t, v_stage, angle_stage, speed_stage, local_time + node * h, stages.further_rates, stage
         )
-    return q_end, v_end, piece_index, side
+    return piece_index, side
 
 
 @jit_internal
-def _take_conservative_step(
-    model: ReducedModel, h: float, q: float, v: float, piece_index: int, stages: Stages
-) -> tuple[float, float, int, int]:
+def _set_motion(state: FloatArray, q: float, v: float, shaft_angle: float, shaft_speed: float) -> None:
+    state[0], state[1], state[StateIndex.SHAFT_ANGLE], state[StateIndex.SHAFT_SPEED] = q, v, shaft_angle, shaft_speed
+
+
+@jit_internal
+def _take_conservative_step(model: ReducedModel, h: float, state: FloatArray, piece_index: int, stages: Stages) -> tuple[int, int]:
     """Take a step of a conservative model, in one loop without calls: five times as fast."""
     rates, accelerations, coefficients = stages.rates, stages.accelerations, model.coefficients
-    q_end, v_end, side, is_periodic = q, v, -1, model.periodicity[0] > 0.0
+    q, v, side, is_periodic = state[0], state[1], -1, model.periodicity[0] > 0.0
+    q_end, v_end = q, v
     for stage in range(1, 13):
         mean_rate, mean_acceleration, _ = _stage_increments(stage, rates, accelerations)
         q_end, v_end = q + h * mean_rate, v + h * mean_acceleration
@@ -153,27 +162,22 @@ def _take_conservative_step(
         rates[stage] = v_end
         quadratic = evaluate_piece_inline(coefficients, piece_index, TableColumn.QUADRATIC, t)
         accelerations[stage] = quadratic * v_end * v_end + evaluate_piece_inline(coefficients, piece_index, TableColumn.POTENTIAL, t)
-    return q_end, v_end, piece_index, side
+    stages.states[1, 0], stages.states[1, 1] = q_end, v_end
+    return piece_index, side
 
 
 @jit_internal
-def error_norm(stages: Stages, coordinate_scale: float, time_scale: float, energy_scale: float, h: float, with_quadratures: bool) -> float:
+def error_norm(stages: Stages, parameters: FloatArray, h: float) -> float:
     """Return the error norm of a step, as DOP853 combines its estimates of order 5 and 3.
 
     Parameters
     ----------
     stages
         Stage values of the step.
-    coordinate_scale
-        Scale of the coordinate.
-    time_scale
-        Time scale, s.
-    energy_scale
-        Scale of work and dissipated energy, J.
+    parameters
+        Scales of the model, indexed by `ForceParameter`.
     h
         Length of the step, s.
-    with_quadratures
-        Whether the quadrature states count.
 
     Returns
     -------
@@ -184,15 +188,19 @@ def error_norm(stages: Stages, coordinate_scale: float, time_scale: float, energ
     ----------
     Hairer, Norsett, Wanner: Solving Ordinary Differential Equations I, section II.10.
     """
+    coordinate_scale, time_scale = parameters[ForceParameter.COORDINATE_SCALE], parameters[ForceParameter.TIME_SCALE]
     fifth, third = _squared_errors(stages.rates, stages.accelerations, 1.0 / coordinate_scale, time_scale / coordinate_scale)
-    n_quadratures = N_QUADRATURES if with_quadratures else 0
-    for c in range(n_quadratures):
-        column, scale = stages.quadrature_rates[:, c], 1.0 if c == N_QUADRATURES - 1 else 1.0 / energy_scale
-        five, three = _squared_errors(column, column, scale, 0.0)
-        fifth, third = fifth + five, third + three
+    n_components = 2.0
+    if parameters[ForceParameter.IS_CONSERVATIVE] == 0.0:
+        energy_factor = 1.0 / parameters[ForceParameter.ENERGY_SCALE]
+        five, three = _squared_errors(stages.further_rates[0], stages.further_rates[1], energy_factor, energy_factor)
+        fifth, third, n_components = fifth + five, third + three, 4.0
+    if parameters[ForceParameter.HAS_SHAFT] != 0.0:
+        five, three = _squared_errors(stages.further_rates[2], stages.further_rates[3], 1.0, time_scale)
+        fifth, third, n_components = fifth + five, third + three, 6.0
     if fifth == 0.0 and third == 0.0:
         return 0.0
-    return h * fifth / math.sqrt((fifth + 0.01 * third) * (2.0 + n_quadratures))
+    return h * fifth / math.sqrt((fifth + 0.01 * third) * n_components)
 
 
 @jit_internal
@@ -209,17 +217,13 @@ def _squared_errors(first: FloatArray, second: FloatArray, first_scale: float, s
 
 
 @jit_internal
-def estimate_stiffness(stages: Stages, q_end: float, v_end: float) -> float:
+def estimate_stiffness(stages: Stages) -> float:
     """Estimate the dominant eigenvalue of the Jacobian from the last two stages.
 
     Parameters
     ----------
     stages
         Stage values of the step.
-    q_end
-        Coordinate at the end of the step.
-    v_end
-        Rate at the end of the step.
 
     Returns
     -------
@@ -230,16 +234,17 @@ def estimate_stiffness(stages: Stages, q_end: float, v_end: float) -> float:
     ----------
     Hairer, Wanner: Solving Ordinary Differential Equations II, section IV.2.
     """
-    rates, accelerations = stages.rates, stages.accelerations
+    rates, accelerations, state_change = stages.rates, stages.accelerations, 0.0
     derivative_change = (rates[12] - rates[11]) ** 2 + (accelerations[12] - accelerations[11]) ** 2
-    state_change = (q_end - stages.q_last_stage[0]) ** 2 + (v_end - rates[11]) ** 2
+    for c in range(2, N_FURTHER_STATES):
+        derivative_change += (stages.further_rates[c, 12] - stages.further_rates[c, 11]) ** 2
+    for c in range(N_STATES):
+        state_change += (stages.states[1, c] - stages.states[0, c]) ** 2
     return math.sqrt(derivative_change / state_change) if state_change > 0.0 else 0.0
 
 
 @jit_internal
-def prepare_dense_output(
-    model: ReducedModel, local_time: float, h: float, q: float, v: float, q_end: float, v_end: float, piece_index: int, stages: Stages
-) -> int:
+def prepare_dense_output(model: ReducedModel, local_time: float, h: float, state: FloatArray, piece_index: int, stages: Stages) -> int:
     """Fill the coefficients of the dense output of a step, with three more evaluations.
 
     Parameters
@@ -250,14 +255,8 @@ def prepare_dense_output(
         Time of the start since the inputs' cubics begin, s.
     h
         Length of the step, s.
-    q
-        Coordinate at the start.
-    v
-        Rate at the start.
-    q_end
-        Coordinate at the end.
-    v_end
-        Rate at the end.
+    state
+        State at the start; shape (N_STATES,).
     piece_index
         Index of the table piece at the start.
     stages
@@ -268,13 +267,16 @@ def prepare_dense_output(
     int
         -1, or the side on which a stage leaves the table: 0 below, 1 above.
     """
-    rates, accelerations, quadrature_rates, dense = stages.rates, stages.accelerations, stages.quadrature_rates, stages.dense
+    rates, accelerations, further_rates, dense = stages.rates, stages.accelerations, stages.further_rates, stages.dense
+    q, v = state[0], state[1]
     coefficients, is_conservative = model.coefficients, model.parameters[ForceParameter.IS_CONSERVATIVE] != 0.0
     for extra in range(3):
-        mean_rate = mean_acceleration = 0.0
+        mean_rate = mean_acceleration = mean_speed = mean_shaft_acceleration = 0.0
         for k in range(13 + extra):
             mean_rate += DENSE_STAGES[extra, k] * rates[k]
             mean_acceleration += DENSE_STAGES[extra, k] * accelerations[k]
+            mean_speed += DENSE_STAGES[extra, k] * further_rates[2, k]
+            mean_shaft_acceleration += DENSE_STAGES[extra, k] * further_rates[3, k]
         piece_index, t, side = find_piece(model.intervals, model.neighbours, model.periodicity, q + h * mean_rate, piece_index)
         if side >= 0:
             return side
@@ -286,14 +288,15 @@ def prepare_dense_output(
             ) * v_stage * v_stage + evaluate_piece(coefficients, piece_index, TableColumn.POTENTIAL, t)
         else:
             stage_time = local_time + DENSE_NODES[extra] * h
+            angle = state[StateIndex.SHAFT_ANGLE] + h * mean_speed
+            speed = state[StateIndex.SHAFT_SPEED] + h * mean_shaft_acceleration
             accelerations[13 + extra] = evaluate_equation_of_motion(
-                model, piece_index, t, v_stage, stage_time, quadrature_rates, 13 + extra
+                model, piece_index, t, v_stage, angle, speed, stage_time, further_rates, 13 + extra
             )
-    _fill_dense_coefficients(rates, q_end - q, h, dense, 0)
-    _fill_dense_coefficients(accelerations, v_end - v, h, dense, 1)
-    for c in range(0 if is_conservative else N_QUADRATURES):
-        column = quadrature_rates[:, c]
-        _fill_dense_coefficients(column, h * mean_stage_derivative(column), h, dense, 2 + c)
+    _fill_dense_coefficients(rates, stages.states[1, 0] - q, h, dense, 0)
+    _fill_dense_coefficients(accelerations, stages.states[1, 1] - v, h, dense, 1)
+    for c in range(0 if is_conservative else N_FURTHER_STATES):
+        _fill_dense_coefficients(further_rates[c], h * mean_stage_derivative(further_rates[c]), h, dense, 2 + c)
     return -1
 
 
@@ -336,9 +339,9 @@ def evaluate_dense_output(dense: FloatArray, component: int, fraction: float) ->
     Parameters
     ----------
     dense
-        Coefficients filled by `prepare_dense_output`; shape (5, 7).
+        Coefficients filled by `prepare_dense_output`; shape (N_STATES, 7).
     component
-        0 coordinate, 1 rate, from 2 on the quadrature states.
+        Index of the state, see `StateIndex`.
     fraction
         Fraction of the step, 0 to 1.
 

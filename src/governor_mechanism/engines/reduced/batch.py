@@ -18,7 +18,7 @@ from governor_mechanism.integrators.status import IntegrationStatus
 from governor_mechanism.mechanics.contact.transition import make_event_log
 from governor_mechanism.mechanics.dynamics.characteristic_scales import max_step_scale
 from governor_mechanism.mechanics.kinematics.output_variables import evaluate_output
-from governor_mechanism.mechanics.reduction.equation_of_motion import N_QUADRATURES, make_reduced_model
+from governor_mechanism.mechanics.reduction.equation_of_motion import N_STATES, make_reduced_model
 from governor_mechanism.mechanics.reduction.lowering import lower_reduced_scene
 from governor_mechanism.mechanics.reduction.node_evaluation import continue_to_coordinate, make_node_workspace
 from governor_mechanism.mechanics.reduction.table import ExtensionStatus, PiecewiseTable, TableAction, allocate_table, evaluate_poses
@@ -73,10 +73,10 @@ class ReducedBatch:
         warn_before_compiling("integrate_reduced", 30)
         self._times, self._names = make_reported_times(template), list(names)
         self._tolerance, self._max_steps, self._settings = tolerance, max_steps, ReducedSettings()
-        arrays, _ = lower_reduced_scene(template)
+        arrays, _, _ = lower_reduced_scene(template)
         self._workspace, self._stages = make_node_workspace(arrays), make_stages()
         n_times = len(self._times)
-        self._states, self._modes = np.empty((n_times, 2 + N_QUADRATURES)), np.zeros((n_times, 1), dtype=np.int64)
+        self._states, self._modes = np.empty((n_times, N_STATES)), np.zeros((n_times, 1), dtype=np.int64)
         self._input_cubics, self._mode = np.zeros((1, 5)), np.zeros(1, dtype=np.int64)
         self._event_log = make_event_log(0)
         self._counts = np.zeros(4, dtype=np.int64)
@@ -94,7 +94,7 @@ class ReducedBatch:
         UncertifiedResult | None
             The result, or None if the scene is not conservative, cannot be assembled at its start, or does not reach its last time.
         """
-        arrays, forces = lower_reduced_scene(scene)
+        arrays, forces, _ = lower_reduced_scene(scene)
         mechanism, name = scene.part.mechanism, scene.part.mechanism.coordinate
         start, rate = scene.start.values.get(name), scene.start.rates.get(name, 0.0)
         if not arrays.is_conservative or not isinstance(start, float) or not arrays.low < start < arrays.high:
@@ -108,7 +108,8 @@ class ReducedBatch:
 
         if not (continue_to_coordinate(arrays, self._workspace, start, poses) and extend(TableAction.START) and extend(TableAction.ABOVE)):
             return None
-        state, time, n_filled, end = np.array([start, rate, *(0.0,) * N_QUADRATURES]), 0.0, 1, float(self._times[-1])
+        state, time, n_filled, end = np.zeros(N_STATES), 0.0, 1, float(self._times[-1])
+        state[:2] = start, rate
         self._states[0] = state
         max_step = self._settings.max_step_ratio * max_step_scale(scene)
         step = self._settings.first_step_ratio * max_step

@@ -6,17 +6,19 @@ from typing import NamedTuple
 
 import numpy as np
 
-from governor_mechanism.mechanics.contact.rules import HELD, ContactDynamics, dissipated_by_impulses
+from governor_mechanism.mechanics.contact.impacts import dissipated_by_impulses
+from governor_mechanism.mechanics.contact.rules import HELD, ContactDynamics
 from governor_mechanism.mechanics.contact.transition import EventLog, make_transition
 from governor_mechanism.mechanics.dynamics.contacts import ContactColumn
-from governor_mechanism.mechanics.kinematics.input_kernels import evaluate_input
 from governor_mechanism.mechanics.reduction.equation_of_motion import (
     MODE_HELD,
-    N_QUADRATURES,
+    N_FURTHER_STATES,
     ReducedModel,
+    StateIndex,
     evaluate_acceleration,
     evaluate_output_second_derivative,
     evaluate_table_output,
+    friction_limit,
 )
 from governor_mechanism.mechanics.reduction.lowering import ForceParameter
 from governor_mechanism.mechanics.reduction.node_evaluation import TableColumn
@@ -27,7 +29,7 @@ from governor_mechanism.types import FloatArray
 
 
 class ReducedState(NamedTuple):
-    """State (coordinate, rate, quadratures) of a reduced model at a local time (s), with its place in the table."""
+    """State of a reduced model at a local time (s), with its place in the table."""
 
     model: ReducedModel
     piece: int
@@ -41,13 +43,15 @@ def evaluate_reduced_contacts(place: ReducedState) -> ContactDynamics:
     """Return the motion of the outputs with contacts or one-sided springs."""
     model, piece, t, rate = place.model, place.piece, place.t, place.state[1]
     n_contacts, n_springs, parameters = model.contacts.shape[0], model.one_sided_springs.shape[0], model.parameters
-    acceleration = evaluate_acceleration(model, piece, t, rate, place.local_time, False, np.empty((1, N_QUADRATURES)), 0)
+    angle, speed = place.state[StateIndex.SHAFT_ANGLE], place.state[StateIndex.SHAFT_SPEED]
+    further_rates = np.empty((N_FURTHER_STATES, 1))
+    acceleration = evaluate_acceleration(model, piece, t, rate, angle, speed, place.local_time, False, further_rates, 0)
     values, derivatives, accelerations, limits = np.empty(n_contacts), np.empty(n_contacts), np.empty(n_contacts), np.empty(n_contacts)
     for k in range(n_contacts):
         output = model.contacts[k, ContactColumn.OUTPUT]
         values[k], derivatives[k] = evaluate_table_output(model, piece, t, output)
         accelerations[k] = derivatives[k] * acceleration + evaluate_output_second_derivative(model, piece, t, output) * rate * rate
-        limits[k] = evaluate_input(model.input_cubics, int(model.contacts[k, ContactColumn.FRICTION_INPUT]), place.local_time)
+        limits[k] = friction_limit(model, k)
     stretches, stretch_rates = np.empty(n_springs), np.empty(n_springs)
     for i in range(n_springs):
         value, derivative = evaluate_table_output(model, piece, t, model.one_sided_springs[i, 0])
@@ -71,8 +75,8 @@ def apply_reduced_impulses(place: ReducedState, dynamics: ContactDynamics, impul
         derivative = evaluate_table_output(model, place.piece, place.t, model.contacts[k, ContactColumn.OUTPUT])[1]
         state[1] += inverse_inertia * derivative * impulses[k]
     dissipated_energy = dissipated_by_impulses(dynamics, impulses)
-    state[2] += dissipated_energy
-    state[3] += dissipated_energy
+    state[StateIndex.WORK] += dissipated_energy
+    state[StateIndex.DISSIPATED_ENERGY] += dissipated_energy
 
 
 change_contact_states = jit_internal(make_transition(evaluate_reduced_contacts, apply_reduced_impulses))
@@ -82,7 +86,7 @@ change_contact_states = jit_internal(make_transition(evaluate_reduced_contacts, 
 def apply_transition(
     model: ReducedModel, time: float, local_time: float, piece_guess: int, is_released: bool, state: FloatArray, log: EventLog
 ) -> None:
-    """Update contact mode and state (coordinate, rate, quadratures) after events; `is_released`: the force exceeds what can be held."""
+    """Update contact mode and state after events; `is_released`: the force exceeds what can be held."""
     piece, t, _ = find_piece(model.intervals, model.neighbours, model.periodicity, state[0], piece_guess)
     n_contacts = model.contacts.shape[0]
     states, segments = model.mode[1 : 1 + n_contacts], model.mode[1 + n_contacts :]

@@ -1,23 +1,14 @@
-"""Event functions g(q, q', t) of the reduced model: an event is an upward zero crossing; compiled."""
+"""Event functions of the reduced model: an event is an upward zero crossing; compiled."""
 
 from __future__ import annotations
 
 import math
 
-import numpy as np
-
 from governor_mechanism.mechanics.contact.rules import find_touched_stop
 from governor_mechanism.mechanics.contact.tolerances import REST_TOLERANCE
 from governor_mechanism.mechanics.dynamics.contacts import ContactColumn
 from governor_mechanism.mechanics.dynamics.lowering import EVENT_ROUNDING_RATIO
-from governor_mechanism.mechanics.reduction.equation_of_motion import (
-    MODE_HELD,
-    N_QUADRATURES,
-    ReducedModel,
-    evaluate_friction_limit,
-    evaluate_static_force,
-    evaluate_table_output,
-)
+from governor_mechanism.mechanics.reduction.equation_of_motion import MODE_HELD, ReducedModel, evaluate_static_force, evaluate_table_output
 from governor_mechanism.mechanics.reduction.lowering import ForceParameter
 from governor_mechanism.mechanics.reduction.table import find_piece
 from governor_mechanism.numerics.jit import jit_internal
@@ -50,18 +41,16 @@ def find_blocked_directions(model: ReducedModel, piece_index: int, t: float) -> 
 
 @jit_internal
 def evaluate_reduced_event_functions(
-    model: ReducedModel, q: float, v: float, local_time: float, piece_guess: int, event_values: FloatArray
+    model: ReducedModel, state: FloatArray, local_time: float, piece_guess: int, event_values: FloatArray
 ) -> int:
     """Fill the event functions at a state; return its table piece, or -1 outside the table."""
-    piece, t, side = find_piece(model.intervals, model.neighbours, model.periodicity, q, piece_guess)
+    piece, t, side = find_piece(model.intervals, model.neighbours, model.periodicity, state[0], piece_guess)
     if side >= 0:
         return -1
     event_values[:] = INACTIVE_EVENT_VALUE
     n_contacts, n_springs = model.contacts.shape[0], model.one_sided_springs.shape[0]
     if model.mode[MODE_HELD] != 0:
-        quadrature_rates = np.empty((1, N_QUADRATURES))
-        force = evaluate_static_force(model, piece, t, local_time, quadrature_rates)
-        resistance = evaluate_friction_limit(model, piece, t, local_time)
+        force, resistance = evaluate_static_force(model, piece, t, state, local_time)
         up_blocked, down_blocked = find_blocked_directions(model, piece, t)
         if not up_blocked:
             event_values[3 * n_contacts + n_springs] = force - resistance
@@ -71,7 +60,7 @@ def evaluate_reduced_event_functions(
     for k in range(n_contacts):
         value, output_derivative = evaluate_table_output(model, piece, t, model.contacts[k, ContactColumn.OUTPUT])
         if model.mode[1 + k] != 0:
-            event_values[3 * k] = -model.mode[1 + k] * output_derivative * v
+            event_values[3 * k] = -model.mode[1 + k] * output_derivative * state[1]
         if model.contacts[k, ContactColumn.HIGH] < math.inf:
             event_values[3 * k + 1] = value - model.contacts[k, ContactColumn.HIGH]
         if model.contacts[k, ContactColumn.LOW] > -math.inf:

@@ -14,7 +14,7 @@ from governor_mechanism.engines.reduced.event_functions import evaluate_reduced_
 from governor_mechanism.integrators.event_location import locate_parabola_maximum
 from governor_mechanism.integrators.reduced_dop853 import Stages, StepCounter, take_step
 from governor_mechanism.mechanics.dynamics.output_forces import EVENT_SAMPLE_FRACTIONS
-from governor_mechanism.mechanics.reduction.equation_of_motion import ReducedModel
+from governor_mechanism.mechanics.reduction.equation_of_motion import N_STATES, ReducedModel, StateIndex
 from governor_mechanism.numerics.hermite import quintic_hermite_jit
 from governor_mechanism.numerics.jit import jit_internal
 from governor_mechanism.types import BoolArray, FloatArray, IntArray
@@ -38,8 +38,7 @@ class EventStep(NamedTuple):
     model: ReducedModel
     local_time: float
     h: float
-    q: float
-    v: float
+    state: FloatArray
     piece_index: int
     stages: Stages
     trial_stages: Stages
@@ -48,20 +47,18 @@ class EventStep(NamedTuple):
 
 
 @jit_internal
-def locate_first_event(step: EventStep, q_end: float, v_end: float, event_values: FloatArray) -> tuple[bool, float]:
+def locate_first_event(step: EventStep, event_values: FloatArray) -> tuple[bool, float]:
     """Return whether an event function becomes positive in a step, and the fraction of the step after which it does.
 
     event_values (sample fractions, n) holds the values at the start in its first row, and the values at the event in its last one on
     return. A function that starts at zero, as at a body that just left a stop, must be negative first, unless it rises at once.
     """
-    last, tolerances, accelerations = EVENT_SAMPLE_FRACTIONS.size - 1, step.event_tolerances, step.stages.accelerations
+    last, tolerances, sample = EVENT_SAMPLE_FRACTIONS.size - 1, step.event_tolerances, np.empty(N_STATES)
     for j in range(1, last + 1):
-        q_inside, v_inside, fraction = q_end, v_end, EVENT_SAMPLE_FRACTIONS[j]
-        if j < last:
-            q_inside, v_inside = quintic_hermite_jit(step.q, step.v, accelerations[0], q_end, v_end, accelerations[12], step.h, fraction)
-        evaluate_reduced_event_functions(
-            step.model, q_inside, v_inside, step.local_time + fraction * step.h, step.piece_index, event_values[j]
-        )
+        fraction = EVENT_SAMPLE_FRACTIONS[j]
+        _interpolate_motion(step, 0, step.stages.accelerations, fraction, sample)
+        _interpolate_motion(step, StateIndex.SHAFT_ANGLE, step.stages.further_rates[3], fraction, sample)
+        evaluate_reduced_event_functions(step.model, sample, step.local_time + fraction * step.h, step.piece_index, event_values[j])
     low, high, trial_values = 0.0, 2.0, np.empty(tolerances.size)
     for i in range(tolerances.size):
         is_armed = event_values[0, i] < -tolerances[i]
@@ -90,6 +87,17 @@ def locate_first_event(step: EventStep, q_end: float, v_end: float, event_values
             return False, 1.0
         low, high, trial_values[:] = high, 1.0, event_values[last]
     return True, _locate_in_bracket(step, event_values, low, high, trial_values)
+
+
+@jit_internal
+def _interpolate_motion(step: EventStep, k: int, accelerations: FloatArray, fraction: float, sample: FloatArray) -> None:
+    """Fill component k of a state, a coordinate or the angle of the shaft, and its rate after it, at a fraction of the step."""
+    start, end = step.state, step.stages.states[1]
+    sample[k], sample[k + 1] = quintic_hermite_jit(
+        start[k], start[k + 1], accelerations[0], end[k], end[k + 1], accelerations[12], step.h, fraction
+    )
+    if fraction == 1.0:
+        sample[k], sample[k + 1] = end[k], end[k + 1]
 
 
 @jit_internal
@@ -173,9 +181,9 @@ def _evaluate_after_fraction(step: EventStep, fraction: float, trial_values: Flo
     """Fill trial_values with the event functions after a fraction of the step, integrated again; inactive outside the table."""
     stages, trial_stages, h = step.stages, step.trial_stages, fraction * step.h
     trial_stages.rates[0], trial_stages.accelerations[0] = stages.rates[0], stages.accelerations[0]
-    trial_stages.quadrature_rates[0] = stages.quadrature_rates[0]
-    q_end, v_end, piece, side = take_step(step.model, step.local_time, h, step.q, step.v, step.piece_index, trial_stages)
+    trial_stages.further_rates[:, 0] = stages.further_rates[:, 0]
+    piece, side = take_step(step.model, step.local_time, h, step.state, step.piece_index, trial_stages)
     step.counts[StepCounter.EVALUATIONS] += 12
     trial_values[:] = -1.0
     if side < 0:
-        evaluate_reduced_event_functions(step.model, q_end, v_end, step.local_time + h, piece, trial_values)
+        evaluate_reduced_event_functions(step.model, trial_stages.states[1], step.local_time + h, piece, trial_values)

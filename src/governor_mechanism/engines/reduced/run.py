@@ -17,12 +17,13 @@ from governor_mechanism.mechanics.contact.tolerances import SIMULTANEITY_TOLERAN
 from governor_mechanism.mechanics.contact.transition import make_event_log, make_events
 from governor_mechanism.mechanics.dynamics.characteristic_scales import max_step_scale
 from governor_mechanism.mechanics.dynamics.contacts import ContactMode, contacts_of, one_sided_forces_of
-from governor_mechanism.mechanics.kinematics.output_variables import evaluate_output_value
-from governor_mechanism.mechanics.kinematics.time_functions import SpindleSpeedFunction
-from governor_mechanism.mechanics.reduction.equation_of_motion import N_QUADRATURES, ReducedModel, make_reduced_model
-from governor_mechanism.mechanics.reduction.lowering import ForceParameter
+from governor_mechanism.mechanics.kinematics.output_variables import evaluate_output, evaluate_output_value
+from governor_mechanism.mechanics.kinematics.time_functions import SpindleSpeedFunction, stack_local_cubics
+from governor_mechanism.mechanics.reduction.equation_of_motion import N_STATES, ReducedModel, StateIndex, make_reduced_model
 from governor_mechanism.mechanics.reduction.motion_table import MotionTable
+from governor_mechanism.mechanics.reduction.shaft import find_shaft_train, parts_with_coordinate
 from governor_mechanism.model.events import Event
+from governor_mechanism.model.scene import Scene
 from governor_mechanism.model.state_history import StateHistory
 from governor_mechanism.observables.evaluation import ReadingEvaluator
 from governor_mechanism.types import FloatArray, IntArray
@@ -33,7 +34,7 @@ INITIAL_EVENT_CAPACITY = 4096
 
 @dataclass(frozen=True)
 class ReducedSolution:
-    """Result of one integration: states (n, 2 + quadratures) and modes at the times reached, events, and how and when (s) it ended."""
+    """Result of one integration: states (n, N_STATES) and modes at the times reached, events, and how and when (s) it ended."""
 
     states: FloatArray
     modes: IntArray
@@ -45,20 +46,20 @@ class ReducedSolution:
 
 
 class ReducedRun:
-    """Runs of one scene through times (n,) s from a start (coordinate, rate), along a motion table."""
+    """Runs of one scene through times (n,) s from initial poses and velocities of all bodies, along a motion table."""
 
     def __init__(
         self,
         motion_table: MotionTable,
         evaluator: ReadingEvaluator,
-        start: tuple[float, float],
+        start: tuple[FloatArray, FloatArray],
         times: FloatArray,
         max_steps: int,
         settings: ReducedSettings,
     ) -> None:
         self.motion_table, self.evaluator, self.times = motion_table, evaluator, times
         self.max_steps, self.settings = max_steps, settings
-        self.start, self.counts = start, np.zeros(4, dtype=np.int64)
+        self.counts = np.zeros(4, dtype=np.int64)
         scene = motion_table.scene
         self.contacts = contacts_of(scene)
         self.one_sided_springs = one_sided_forces_of(scene)
@@ -67,13 +68,14 @@ class ReducedRun:
         breakpoints = np.unique(np.concatenate([time_function.breakpoints for time_function in motion_table.time_functions]))
         end = float(times[-1]) if len(times) else 0.0
         self._breakpoints = np.concatenate([[0.0], breakpoints[(breakpoints > 0) & (breakpoints < end)], [end]])
-        self._initial_momentum = 0.0
-        if motion_table.has_free_spindle:
-            total_inertia = (
-                evaluator.evaluate_spindle_inertia(0, motion_table.evaluate_poses(np.array([start[0]]))[0])[0]
-                + motion_table.forces.parameters[ForceParameter.FREE_SPINDLE_INERTIA]
-            )
-            self._initial_momentum = total_inertia * SpindleSpeedFunction(scene.spindle).start_speed
+        (prefix, part), mechanism, (self._initial_poses, velocities) = parts_with_coordinate(scene)[0], scene.mechanism, start
+        first_body = mechanism.body_index(prefix + part.mechanism.bodies[0].name)
+        self._own_bodies = slice(first_body, first_body + len(part.mechanism.bodies))
+        self._rotors = {mechanism.body_index(name): motion for name, motion in find_shaft_train(scene).motion.items()}
+        self.start = np.zeros(N_STATES)
+        self.start[:2] = initial_coordinate(scene, *start)
+        for index in list(self._rotors)[:1]:
+            self.start[[StateIndex.SHAFT_ANGLE, StateIndex.SHAFT_SPEED]] = self._initial_poses[index, 2], velocities[index, 2]
 
     def integrate(self, tolerance: float, step_factor: float = 1.0) -> ReducedSolution:
         """Integrate through all times, with a factor on the largest step."""
@@ -87,8 +89,8 @@ class ReducedRun:
     def _integrate_with_capacity(self, tolerance: float, step_factor: float, capacity: int) -> tuple[ReducedSolution, int]:
         motion_table, settings, time_scale = self.motion_table, self.settings, self.evaluator.time_scale
         max_step = step_factor * self._max_step
-        state = np.array([*self.start, *(0.0,) * N_QUADRATURES])
-        states, modes = np.empty((len(self.times), 2 + N_QUADRATURES)), self._allocate_modes()
+        state = self.start.copy()
+        states, modes = np.empty((len(self.times), N_STATES)), self._allocate_modes()
         mode, stages = np.zeros(modes.shape[1], dtype=np.int64), make_stages()
         event_log = make_event_log(capacity)
         counts = np.zeros_like(self.counts)
@@ -144,41 +146,46 @@ class ReducedRun:
         status, *_ = integrate_reduced(model, (start_time, time), np.empty(0), state, limits, *buffers)
         if status != IntegrationStatus.DONE:
             return None
-        history = self._to_body_states(np.array([time]), state[np.newaxis])
-        return history.poses[0], history.velocities[0]
+        poses, velocities = self._evaluate_motion(state[np.newaxis])
+        return poses[0], velocities[0]
 
     def _make_model(self, start: float, mode: IntArray) -> ReducedModel:
         return make_reduced_model(self.motion_table.table, self.motion_table.forces, self.input_cubics(start), mode)
 
     def input_cubics(self, start: float) -> FloatArray:
-        """Return the cubics of the inputs (inputs, 5) from a time up to their next breakpoint.
-
-        The integral of a torque on the spindle includes the initial angular momentum.
-        """
-        coefficients = np.array([time_function.local_cubics(np.array([start]))[0] for time_function in self.motion_table.time_functions])
-        coefficients[0, 4] += self._initial_momentum
+        """Return the cubics of the inputs (inputs, 5) from a time up to their next breakpoint."""
+        coefficients: FloatArray = stack_local_cubics(self.motion_table.time_functions, np.array([start]))[0]
         return coefficients
 
     def state_history(self, solution: ReducedSolution) -> StateHistory:
-        """Return the states of bodies and spindle at the times reached."""
-        return self._to_body_states(self.times[: len(solution.states)], solution.states)
-
-    def _to_body_states(self, times: FloatArray, states: FloatArray) -> StateHistory:
-        poses, tangents = self.motion_table.evaluate_poses(states[:, 0])
-        speeds = self.evaluator.evaluate_spindle_speeds(times, poses)
+        """Return the states of all bodies at the times reached."""
+        times, states = self.times[: len(solution.states)], solution.states
         is_conservative = self.motion_table.arrays.is_conservative
-        angle = speeds * times if is_conservative else states[:, 4]
-        work, dissipated_energy = (np.zeros(len(times)),) * 2 if is_conservative else (states[:, 2], states[:, 3])
-        poses, velocities = self.evaluator.with_shaft(poses, tangents * states[:, 1, np.newaxis, np.newaxis], angle, speeds)
+        work, dissipated_energy = (np.zeros(len(times)),) * 2 if is_conservative else (states[:, StateIndex.WORK], states[:, 3])
+        poses, velocities = self._evaluate_motion(states)
         return StateHistory(
             times=times, poses=poses, velocities=velocities, work=work, dissipated_energy=dissipated_energy, lags=np.zeros((len(times), 0))
         )
+
+    def _evaluate_motion(self, states: FloatArray) -> tuple[FloatArray, FloatArray]:
+        """Return poses and velocities (n, bodies, 3) of all bodies in states (n, N_STATES)."""
+        own_poses, tangents = self.motion_table.evaluate_poses(states[:, 0])
+        if not self._rotors:
+            return own_poses, tangents * states[:, 1, np.newaxis, np.newaxis]
+        poses = np.repeat(self._initial_poses[np.newaxis], len(states), axis=0)
+        velocities = np.zeros_like(poses)
+        poses[:, self._own_bodies] = own_poses
+        velocities[:, self._own_bodies] = tangents * states[:, 1, np.newaxis, np.newaxis]
+        for index, (ratio, angle) in self._rotors.items():
+            poses[:, index, 2] = ratio * states[:, StateIndex.SHAFT_ANGLE] + angle
+            velocities[:, index, 2] = ratio * states[:, StateIndex.SHAFT_SPEED]
+        return poses, velocities
 
     def contact_modes(self, solution: ReducedSolution, poses: FloatArray) -> tuple[ContactMode, ...]:
         """Return the contact modes at the times reached; empty without contacts."""
         if not self.has_contacts:
             return ()
-        mechanism, n_contacts = self.motion_table.scene.part.mechanism, len(self.contacts)
+        mechanism, n_contacts = self.motion_table.scene.mechanism, len(self.contacts)
         values = [evaluate_output_value(mechanism, contact.output_name, poses) for contact in self.contacts]
         contact_modes = []
         for index, (is_held, *states) in enumerate(solution.modes.tolist()):
@@ -192,13 +199,20 @@ class ReducedRun:
 
     def _add_speed_jump_work(self, time: float, state: FloatArray, states: FloatArray, row: int | None) -> None:
         """Add the work that a jump of the given spindle speed does on the bodies; a report at that time shows the right limit."""
-        program = SpindleSpeedFunction(self.motion_table.scene.spindle)
-        if program.is_constant:
+        plane = next(iter(self.motion_table.scene.system.planes), None)
+        if plane is None or not plane.is_loaded or not plane.given_speed:
             return
-        before, after = (float(program(np.array([time]), left_limit=left_limit)[0]) for left_limit in (True, False))
-        if after == before or self.motion_table.has_free_spindle or not self.motion_table.arrays.has_centrifugal_forces:
+        before, after = SpindleSpeedFunction(plane.given_speed).limits_at(time)
+        if after == before:
             return
-        inertia = self.evaluator.evaluate_spindle_inertia(0, self.motion_table.evaluate_poses(state[:1])[0])[0]
-        state[2] += 0.5 * inertia * (after**2 - before**2)
+        inertia = self.evaluator.evaluate_spindle_inertia(0, self._evaluate_motion(state[np.newaxis])[0])[0]
+        state[StateIndex.WORK] += 0.5 * inertia * (after**2 - before**2)
         if row is not None:
-            states[row, 2] = state[2]
+            states[row, StateIndex.WORK] = state[StateIndex.WORK]
+
+
+def initial_coordinate(scene: Scene, poses: FloatArray, velocities: FloatArray) -> tuple[float, float]:
+    """Return the leading coordinate and its rate at poses and velocities (bodies, 3) of all bodies."""
+    prefix, part = parts_with_coordinate(scene)[0]
+    output = evaluate_output(scene.mechanism, prefix + part.mechanism.coordinate, poses)
+    return float(output.value), float(np.sum(output.gradient * velocities))

@@ -183,19 +183,28 @@ def evaluate_inputs(
     for k in range(result.size):
         result[k] = evaluate_input(input_cubics, k, local_time)
     for i in range(terms.size):
-        term = terms[i]
-        if term.kind == InputTermKind.PRODUCT:
-            result[term.input_index] *= result[term.source_index]
-        elif term.kind == InputTermKind.LAG:
-            result[term.input_index] += lag_states[term.source_index]
-        elif term.kind == InputTermKind.HARMONIC:
-            angle = term.c * row_values[term.source_index, RowColumn.RESIDUAL]
-            result[term.input_index] += term.a * math.cos(angle) + term.b * math.sin(angle)
-        else:
-            value = row_values[term.source_index, RowColumn.RESIDUAL]
-            if term.kind == InputTermKind.RATE:
-                value = output_rate(output_rows, jacobian, term.source_index, velocities)
-            result[term.input_index] += term.a * (value - term.b) + term.c
+        term, source = terms[i], 0.0
+        if term.kind == InputTermKind.LAG:
+            source = lag_states[term.source_index]
+        elif term.kind == InputTermKind.RATE:
+            source = output_rate(output_rows, jacobian, term.source_index, velocities)
+        elif term.kind != InputTermKind.PRODUCT:
+            source = row_values[term.source_index, RowColumn.RESIDUAL]
+        add_input_term(terms, i, source, result)
+
+
+@jit_internal
+def add_input_term(terms: RecordArray, i: int, source: float, result: FloatArray) -> None:
+    """Add term i to its input in result (inputs,); `source` is the value, rate or lag that it depends on."""
+    term = terms[i]
+    if term.kind == InputTermKind.PRODUCT:
+        result[term.input_index] *= result[term.source_index]
+    elif term.kind == InputTermKind.LAG:
+        result[term.input_index] += source
+    elif term.kind == InputTermKind.HARMONIC:
+        result[term.input_index] += term.a * math.cos(term.c * source) + term.b * math.sin(term.c * source)
+    else:
+        result[term.input_index] += term.a * (source - term.b) + term.c
 
 
 @jit_internal

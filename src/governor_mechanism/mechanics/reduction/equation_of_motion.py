@@ -1,24 +1,44 @@
-"""Equation of motion q'' = f(q, q', t) of the reduced model, and the rates of its quadrature states; compiled."""
+"""Equations of motion of the reduced model, one coordinate q and one shaft, and the rates of work and dissipation; compiled."""
 
 from __future__ import annotations
 
+from enum import IntEnum
 from typing import NamedTuple
 
-from governor_mechanism.mechanics.dynamics.force_kernels import free_spindle_speed_jit
+import numpy as np
+
+from governor_mechanism.mechanics.dynamics.contacts import ContactColumn
+from governor_mechanism.mechanics.dynamics.inputs import InputTermKind, add_input_term
 from governor_mechanism.mechanics.dynamics.output_forces import evaluate_force_law
-from governor_mechanism.mechanics.kinematics.input_kernels import evaluate_input, fluctuating_speed_jit
+from governor_mechanism.mechanics.kinematics.input_kernels import evaluate_given_speed, evaluate_input
 from governor_mechanism.mechanics.reduction.lowering import ForceParameter, OutputForceColumn, ReducedForces
 from governor_mechanism.mechanics.reduction.node_evaluation import TableColumn
 from governor_mechanism.mechanics.reduction.table import PiecewiseTable
 from governor_mechanism.numerics.chebyshev import evaluate_piece, evaluate_piece_derivative
 from governor_mechanism.numerics.jit import jit_internal
-from governor_mechanism.types import FloatArray, IntArray
+from governor_mechanism.types import FloatArray, IntArray, RecordArray
 
-N_QUADRATURES = 3
-"""Number of quadrature states: work (J) as in `StateHistory`, its dissipated part (J) and the spindle angle (rad).
 
-The equation of motion does not depend on them.
-"""
+class StateIndex(IntEnum):
+    """Indices in a state of the reduced model."""
+
+    COORDINATE = 0
+    RATE = 1
+    WORK = 2
+    """Work as in `StateHistory`, J."""
+    DISSIPATED_ENERGY = 3
+    """The dissipated part of the work, J."""
+    SHAFT_ANGLE = 4
+    """Angle of the shaft, rad; constant without one."""
+    SHAFT_SPEED = 5
+    """Its rate, rad/s."""
+
+
+N_STATES = len(StateIndex)
+"""Number of states."""
+
+N_FURTHER_STATES = N_STATES - 2
+"""Number of states after the coordinate and its rate, which a conservative model has none of."""
 
 MODE_HELD = 0
 """Index in a mode (1 + contacts + springs,) of whether the mechanism is held at rest.
@@ -48,6 +68,14 @@ class ReducedModel(NamedTuple):
         As in `ReducedForces`.
     contacts
         As in `ReducedForces`.
+    shaft_torques
+        As in `ReducedForces`.
+    shaft_outputs
+        As in `ReducedForces`.
+    input_terms
+        As in `ReducedForces`.
+    inputs
+        As in `ReducedForces`.
     input_cubics
         Cubics of the inputs in local time, highest power first, then the integral at local time 0; shape (inputs, 5).
     mode
@@ -62,6 +90,10 @@ class ReducedModel(NamedTuple):
     one_sided_springs: FloatArray
     output_forces: FloatArray
     contacts: FloatArray
+    shaft_torques: FloatArray
+    shaft_outputs: FloatArray
+    input_terms: RecordArray
+    inputs: FloatArray
     input_cubics: FloatArray
     mode: IntArray
 
@@ -89,33 +121,56 @@ def make_reduced_model(table: PiecewiseTable, forces: ReducedForces, input_cubic
 
 
 @jit_internal
-def evaluate_spindle(
-    parameters: FloatArray, input_cubics: FloatArray, local_time: float, bodies_inertia: float
-) -> tuple[float, float, float]:
-    """Return the spindle speed (rad/s), the given acceleration (rad/s2), and the torque (N m) on a free spindle.
+def evaluate_model_inputs(model: ReducedModel, piece: int, t: float, shaft_angle: float, shaft_speed: float, local_time: float) -> None:
+    """Evaluate the inputs of the model in a state.
 
-    input_cubics[0] is the given speed, or the torque on a free spindle; the integral of the torque, with the initial momentum, is the
-    angular momentum.
+    Parameters
+    ----------
+    model
+        The reduced model; its `inputs` are filled.
+    piece
+        Index of the table piece.
+    t
+        Local coordinate in that piece, -1 to 1.
+    shaft_angle
+        Angle of the shaft, rad.
+    shaft_speed
+        Its rate, rad/s.
+    local_time
+        Time since the inputs' cubics begin, s.
     """
-    a, b, c, d = input_cubics[0, 0], input_cubics[0, 1], input_cubics[0, 2], input_cubics[0, 3]
-    value = ((a * local_time + b) * local_time + c) * local_time + d
-    integral = input_cubics[0, 4] + (((0.25 * a * local_time + b / 3.0) * local_time + 0.5 * c) * local_time + d) * local_time
-    if parameters[ForceParameter.IS_SPINDLE_FREE] != 0.0:
-        return free_spindle_speed_jit(integral, parameters[ForceParameter.FREE_SPINDLE_INERTIA] + bodies_inertia), 0.0, value
-    derivative = (3.0 * a * local_time + 2.0 * b) * local_time + c
-    if parameters[ForceParameter.FLUCTUATION_AMPLITUDE] == 0.0:
-        return value, derivative, 0.0
-    speed, acceleration = fluctuating_speed_jit(
-        parameters[ForceParameter.FLUCTUATION_AMPLITUDE], parameters[ForceParameter.CYCLES_PER_TURN], integral, value, derivative
-    )
-    return speed, acceleration, 0.0
+    for k in range(1, model.inputs.size):
+        model.inputs[k] = evaluate_input(model.input_cubics, k, local_time)
+    n_outputs = int(model.parameters[ForceParameter.OUTPUT_COUNT])
+    for i in range(model.input_terms.size):
+        term, source = model.input_terms[i], 0.0
+        shaft_output = term.source_index - n_outputs
+        if term.kind == InputTermKind.RATE:
+            source = model.shaft_outputs[shaft_output, 0] * shaft_speed
+        elif term.kind != InputTermKind.PRODUCT and shaft_output >= 0:
+            source = model.shaft_outputs[shaft_output, 0] * shaft_angle + model.shaft_outputs[shaft_output, 1]
+        elif term.kind != InputTermKind.PRODUCT:
+            source = evaluate_table_output(model, piece, t, term.source_index)[0]
+        add_input_term(model.input_terms, i, source, model.inputs)
 
 
 @jit_internal
 def evaluate_acceleration(
-    model: ReducedModel, piece: int, t: float, v: float, local_time: float, with_friction: bool, quadrature_rates: FloatArray, stage: int
+    model: ReducedModel,
+    piece: int,
+    t: float,
+    v: float,
+    shaft_angle: float,
+    shaft_speed: float,
+    local_time: float,
+    with_friction: bool,
+    further_rates: FloatArray,
+    stage: int,
 ) -> float:
-    """Evaluate the acceleration of the coordinate from all forces, and the rates of the quadrature states.
+    """Evaluate the acceleration of the coordinate from all forces, and the rates of the further states.
+
+    With the ratio r of spindle to shaft, the inertia J of the bodies in the turning plane and the inertia S of all else that turns,
+    (S + r^2 J) W' = torque - r^2 J' q' W for the speed W of the shaft; without reaction S W' = torque.
 
     Parameters
     ----------
@@ -127,37 +182,57 @@ def evaluate_acceleration(
         Local coordinate in that piece, -1 to 1.
     v
         Rate of the coordinate.
+    shaft_angle
+        Angle of the shaft, rad.
+    shaft_speed
+        Its rate, rad/s.
     local_time
         Time since the inputs' cubics begin, s.
     with_friction
         Whether friction of sliding contacts is included.
-    quadrature_rates
-        Row `stage` is filled with the rates of the quadrature states; shape (stages, 3).
+    further_rates
+        Column `stage` is filled with the rates of the further states; shape (N_FURTHER_STATES, stages).
     stage
-        Row to fill.
+        Column to fill.
 
     Returns
     -------
     float
         Acceleration q''.
     """
-    coefficients, parameters, mode = model.coefficients, model.parameters, model.mode
+    coefficients, parameters, mode, inputs = model.coefficients, model.parameters, model.mode, model.inputs
+    evaluate_model_inputs(model, piece, t, shaft_angle, shaft_speed, local_time)
     inverse_inertia, spindle_inertia = (
         evaluate_piece(coefficients, piece, TableColumn.INVERSE_INERTIA, t),
         evaluate_piece(coefficients, piece, TableColumn.SPINDLE_INERTIA, t),
     )
     damping = evaluate_piece(coefficients, piece, TableColumn.DAMPING, t)
-    omega, spindle_acceleration, torque = evaluate_spindle(parameters, model.input_cubics, local_time, spindle_inertia)
+    centrifugal = evaluate_piece(coefficients, piece, TableColumn.CENTRIFUGAL, t)
+    power, dissipated_power = damping * v * v / inverse_inertia, 0.0
+    ratio, shaft_acceleration = parameters[ForceParameter.SPINDLE_RATIO], 0.0
+    if parameters[ForceParameter.HAS_SHAFT] != 0.0:
+        shaft_inertia, torque = parameters[ForceParameter.SHAFT_INERTIA], -parameters[ForceParameter.SHAFT_DAMPING] * shaft_speed
+        for i in range(model.shaft_torques.shape[0]):
+            torque += inputs[int(model.shaft_torques[i, 0])] * model.shaft_torques[i, 1]
+        power += torque * shaft_speed
+        if parameters[ForceParameter.HAS_REACTION] != 0.0:
+            shaft_inertia += ratio * ratio * spindle_inertia
+            torque -= 2.0 * ratio * ratio * centrifugal / inverse_inertia * v * shaft_speed
+        shaft_acceleration = torque / shaft_inertia
+    omega, spindle_acceleration = ratio * shaft_speed, ratio * shaft_acceleration
+    if ratio == 0.0:
+        amplitude, cycles_per_turn = parameters[ForceParameter.FLUCTUATION_AMPLITUDE], parameters[ForceParameter.CYCLES_PER_TURN]
+        omega, spindle_acceleration = evaluate_given_speed(model.input_cubics, 0, local_time, amplitude, cycles_per_turn)
     acceleration = (
         evaluate_piece(coefficients, piece, TableColumn.QUADRATIC, t) * v * v
         + evaluate_piece(coefficients, piece, TableColumn.POTENTIAL, t)
         + damping * v
+        + centrifugal * omega * omega
     )
-    acceleration += evaluate_piece(coefficients, piece, TableColumn.CENTRIFUGAL, t) * omega * omega
-    power, dissipated_power = damping * v * v / inverse_inertia, 0.0
     column: int = TableColumn.FIRST_PROGRAM
-    for program in range(1, 1 + int(parameters[ForceParameter.PROGRAM_COUNT])):
-        programmed_acceleration = evaluate_input(model.input_cubics, program, local_time) * evaluate_piece(coefficients, piece, column, t)
+    first_program = int(parameters[ForceParameter.FIRST_PROGRAM_INPUT])
+    for program in range(first_program, first_program + int(parameters[ForceParameter.PROGRAM_COUNT])):
+        programmed_acceleration = inputs[program] * evaluate_piece(coefficients, piece, column, t)
         acceleration += programmed_acceleration
         power += programmed_acceleration * v / inverse_inertia
         column += 1
@@ -177,19 +252,35 @@ def evaluate_acceleration(
     for i in range(model.contacts.shape[0] if with_friction else 0):
         if mode[1 + i] != 0:
             output_derivative = evaluate_piece(coefficients, piece, column + 2 * int(model.contacts[i, 0]) + 1, t)
-            force = mode[1 + i] * evaluate_input(model.input_cubics, int(model.contacts[i, 1]), local_time)
+            force = mode[1 + i] * friction_limit(model, i)
             acceleration -= force * output_derivative * inverse_inertia
             dissipated_power += force * output_derivative * v
-    quadrature_rates[stage, 0] = dissipated_power - power - torque * omega
-    if spindle_acceleration != 0.0 and parameters[ForceParameter.IS_SPINDLE_LOADED] != 0.0:
-        quadrature_rates[stage, 0] += spindle_inertia * omega * spindle_acceleration
-    quadrature_rates[stage, 1], quadrature_rates[stage, 2] = dissipated_power, omega
+    work_rate = dissipated_power - power
+    if parameters[ForceParameter.IS_SPINDLE_LOADED] != 0.0 and parameters[ForceParameter.HAS_REACTION] == 0.0:
+        work_rate += spindle_inertia * omega * spindle_acceleration
+    further_rates[0, stage], further_rates[1, stage] = work_rate, dissipated_power
+    further_rates[2, stage], further_rates[3, stage] = shaft_speed, shaft_acceleration
     return float(acceleration)
 
 
 @jit_internal
+def friction_limit(model: ReducedModel, k: int) -> float:
+    """Return the friction force of a contact, or 0 without friction, from the inputs as last evaluated."""
+    friction_input = int(model.contacts[k, ContactColumn.FRICTION_INPUT])
+    return float(model.inputs[friction_input]) if friction_input >= 0 else 0.0
+
+
+@jit_internal
 def evaluate_equation_of_motion(
-    model: ReducedModel, piece: int, t: float, v: float, local_time: float, quadrature_rates: FloatArray, stage: int
+    model: ReducedModel,
+    piece: int,
+    t: float,
+    v: float,
+    shaft_angle: float,
+    shaft_speed: float,
+    local_time: float,
+    further_rates: FloatArray,
+    stage: int,
 ) -> float:
     """Evaluate the acceleration of the coordinate; zero while the mechanism is held.
 
@@ -203,12 +294,16 @@ def evaluate_equation_of_motion(
         Local coordinate in that piece, -1 to 1.
     v
         Rate of the coordinate.
+    shaft_angle
+        Angle of the shaft, rad.
+    shaft_speed
+        Its rate, rad/s.
     local_time
         Time since the inputs' cubics begin, s.
-    quadrature_rates
-        Row `stage` is filled with the rates of the quadrature states, unless the model is conservative; shape (stages, 3).
+    further_rates
+        Column `stage` is filled with the rates of the further states, unless the model is conservative; shape (N_FURTHER_STATES, stages).
     stage
-        Row to fill.
+        Column to fill.
 
     Returns
     -------
@@ -219,7 +314,7 @@ def evaluate_equation_of_motion(
         return evaluate_piece(model.coefficients, piece, TableColumn.QUADRATIC, t) * v * v + evaluate_piece(
             model.coefficients, piece, TableColumn.POTENTIAL, t
         )
-    acceleration = evaluate_acceleration(model, piece, t, v, local_time, True, quadrature_rates, stage)
+    acceleration = evaluate_acceleration(model, piece, t, v, shaft_angle, shaft_speed, local_time, True, further_rates, stage)
     return 0.0 if model.mode[MODE_HELD] != 0 else acceleration
 
 
@@ -257,8 +352,8 @@ def evaluate_output_second_derivative(model: ReducedModel, piece: int, t: float,
 
 
 @jit_internal
-def evaluate_friction_limit(model: ReducedModel, piece: int, t: float, local_time: float) -> float:
-    """Evaluate the generalised force up to which friction can hold the mechanism.
+def evaluate_static_force(model: ReducedModel, piece: int, t: float, state: FloatArray, local_time: float) -> tuple[float, float]:
+    """Evaluate the generalised force at zero rate without friction, and the one up to which friction can hold the mechanism.
 
     Parameters
     ----------
@@ -268,45 +363,22 @@ def evaluate_friction_limit(model: ReducedModel, piece: int, t: float, local_tim
         Index of the table piece.
     t
         Local coordinate in that piece, -1 to 1.
+    state
+        State, of which the shaft matters; shape (N_STATES,).
     local_time
         Time since the inputs' cubics begin, s.
 
     Returns
     -------
-    float
+    force : float
+        Force along the coordinate.
+    limit : float
         Sum of the friction forces along the coordinate.
     """
-    total = 0.0
-    for i in range(model.contacts.shape[0]):
-        if model.contacts[i, 1] >= 0:
-            output_derivative = evaluate_table_output(model, piece, t, model.contacts[i, 0])[1]
-            total += evaluate_input(model.input_cubics, int(model.contacts[i, 1]), local_time) * abs(output_derivative)
-    return float(total)
-
-
-@jit_internal
-def evaluate_static_force(model: ReducedModel, piece: int, t: float, local_time: float, quadrature_rates: FloatArray) -> float:
-    """Evaluate the generalised force at zero rate, without friction.
-
-    Parameters
-    ----------
-    model
-        The reduced model.
-    piece
-        Index of the table piece.
-    t
-        Local coordinate in that piece, -1 to 1.
-    local_time
-        Time since the inputs' cubics begin, s.
-    quadrature_rates
-        Buffer; shape (1, 3).
-
-    Returns
-    -------
-    float
-        Force along the coordinate.
-    """
-    return float(
-        evaluate_acceleration(model, piece, t, 0.0, local_time, False, quadrature_rates, 0)
-        / evaluate_piece(model.coefficients, piece, TableColumn.INVERSE_INERTIA, t)
-    )
+    further_rates = np.empty((N_FURTHER_STATES, 1))
+    angle, speed = state[StateIndex.SHAFT_ANGLE], state[StateIndex.SHAFT_SPEED]
+    acceleration = evaluate_acceleration(model, piece, t, 0.0, angle, speed, local_time, False, further_rates, 0)
+    limit = 0.0
+    for k in range(model.contacts.shape[0]):
+        limit += friction_limit(model, k) * abs(evaluate_table_output(model, piece, t, model.contacts[k, ContactColumn.OUTPUT])[1])
+    return acceleration / evaluate_piece(model.coefficients, piece, TableColumn.INVERSE_INERTIA, t), limit

@@ -7,8 +7,9 @@ import time
 import numpy as np
 
 from governor_mechanism.mechanics.kinematics.time_functions import CubicTimeFunction
-from governor_mechanism.mechanics.reduction.lowering import ForceParameter, lower_reduced_scene, time_functions_of
+from governor_mechanism.mechanics.reduction.lowering import lower_reduced_scene
 from governor_mechanism.mechanics.reduction.node_evaluation import make_node_workspace
+from governor_mechanism.mechanics.reduction.shaft import parts_with_coordinate
 from governor_mechanism.mechanics.reduction.table import EndReason, ExtensionStatus, TableAction, allocate_table, evaluate_poses, grow_table
 from governor_mechanism.mechanics.reduction.table_refinement import extend_table
 from governor_mechanism.model.scene import Scene
@@ -38,8 +39,6 @@ class MotionTable:
         Poses at the start; shape (bodies, 3).
     width_ratio
         Factor on the width of the first pieces.
-    time_functions
-        Time functions of the scene, if they are already known.
 
     Attributes
     ----------
@@ -50,9 +49,7 @@ class MotionTable:
     forces
         The forces along the coordinate.
     time_functions
-        Spindle speed or torque, inputs of force elements, friction forces.
-    has_free_spindle
-        Whether the spindle turns freely.
+        Given spindle speed, loads of force elements, friction forces, factors of these.
     table
         The pieces.
     setup_time
@@ -61,19 +58,11 @@ class MotionTable:
         Whether the first piece could be computed.
     """
 
-    def __init__(
-        self,
-        scene: Scene,
-        q: float,
-        poses: FloatArray,
-        width_ratio: float = 1.0,
-        time_functions: tuple[CubicTimeFunction, ...] | None = None,
-    ) -> None:
+    def __init__(self, scene: Scene, q: float, poses: FloatArray, width_ratio: float = 1.0) -> None:
         start_time = time.perf_counter()
         self.scene = scene
-        self.arrays, self.forces = lower_reduced_scene(scene)
-        self.time_functions = time_functions_of(scene) if time_functions is None else time_functions
-        self.has_free_spindle = bool(self.forces.parameters[ForceParameter.IS_SPINDLE_FREE])
+        self.arrays, self.forces, inputs = lower_reduced_scene(scene)
+        self.time_functions = tuple(map(CubicTimeFunction, inputs))
         self._workspace = make_node_workspace(self.arrays)
         self.table = allocate_table(self.arrays, INITIAL_TABLE_CAPACITY)
         self.table.next_widths[:] *= width_ratio
@@ -108,7 +97,8 @@ class MotionTable:
 
     def end_message(self, side: int) -> tuple[bool, str]:
         """Return whether the table ends at a limit given in the scene, and what happens there."""
-        mechanism, reason = self.scene.part.mechanism, int(self.table.end_reasons[side])
+        prefix, part = parts_with_coordinate(self.scene)[0]
+        mechanism, reason = part.mechanism, int(self.table.end_reasons[side])
         own_limits = [limit for limit in mechanism.limits if limit.reading == mechanism.coordinate]
         other_limits = [limit for limit in mechanism.limits if limit.reading != mechanism.coordinate]
         bound = self.arrays.high if side == 1 else self.arrays.low
@@ -118,10 +108,10 @@ class MotionTable:
             limit, at_high = other_limits[(reason - EndReason.AT_LIMIT) // 2], bool((reason - EndReason.AT_LIMIT) % 2)
         else:
             return False, (
-                f"{mechanism.coordinate!r} is at a turning point, or the joints at a change point, and does not determine "
+                f"{prefix + mechanism.coordinate!r} is at a turning point, or the joints at a change point, and does not determine "
                 f"the poses at {self.end_coordinate(side):.6g}"
             )
-        return True, f"{limit.reading}: {limit.high_message if at_high else limit.low_message}"
+        return True, f"{prefix}{limit.reading}: {limit.high_message if at_high else limit.low_message}"
 
     def evaluate_poses(self, values: FloatArray) -> tuple[FloatArray, FloatArray]:
         """Return poses and their derivative (n, bodies, 3) at tabulated values (n,) of the coordinate."""

@@ -1,0 +1,108 @@
+"""The shaft of a scene with one coordinate: the bodies that only rotate, all at fixed ratios to one of them."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+from governor_mechanism.model.joints import GROUND, Gear, Pin
+from governor_mechanism.model.output_variables import BodyAngle
+from governor_mechanism.model.part import FIXED_PLANE, Part
+from governor_mechanism.model.scene import Scene
+
+
+@dataclass(frozen=True, kw_only=True)
+class ShaftTrain:
+    """Bodies geared to one shaft, itself included; without bodies if there is no shaft.
+
+    Attributes
+    ----------
+    rotors
+        Names of all bodies that only rotate.
+    motion
+        Ratio to the shaft, and angle (rad) where that of the shaft is zero, of each body that turns with it; the shaft is the first.
+    spindle_ratio
+        Ratio of the spindle speed to that of the shaft; 0 if the speed of the spindle is given.
+    has_reaction
+        Whether the bodies of the turning plane act on the shaft.
+    """
+
+    rotors: tuple[str, ...]
+    motion: dict[str, tuple[float, float]]
+    spindle_ratio: float
+    has_reaction: bool
+
+    def ratio(self, body: str) -> float:
+        """Return the ratio of a body to the shaft; 0 for the ground."""
+        return self.motion.get(body, (0.0, 0.0))[0]
+
+
+def parts_with_coordinate(scene: Scene) -> list[tuple[str, Part]]:
+    """Return prefix and part of all parts that are more than a shaft.
+
+    Parameters
+    ----------
+    scene
+        The scene.
+
+    Returns
+    -------
+    list[tuple[str, Part]]
+        Start of the names of the part, and the part.
+    """
+    if len(scene.parts) == 1:
+        return [("", scene.part)]
+    return [(f"{part.name}.", part) for part in scene.parts if not _is_shaft(part)]
+
+
+def _is_shaft(part: Part) -> bool:
+    """Return whether each body of a part in a fixed plane is pinned to the ground at its mass centre, and nothing else joins them."""
+    joints = part.mechanism.joints
+    pinned = [point for joint in joints if isinstance(joint, Pin) for point in (joint.first, joint.second) if point.body != GROUND]
+    return (
+        part.plane == FIXED_PLANE
+        and all(isinstance(joint, Pin | Gear) for joint in joints)
+        and sorted(point.body for point in pinned) == sorted(body.name for body in part.mechanism.bodies)
+        and all(point.x == point.y == 0.0 for point in pinned)
+    )
+
+
+def find_shaft_train(scene: Scene) -> ShaftTrain:
+    """Return the shaft of a scene, which the spindle turns with unless its speed is given.
+
+    Parameters
+    ----------
+    scene
+        Scene with one part that has a coordinate.
+
+    Returns
+    -------
+    ShaftTrain
+        The bodies that turn with it.
+    """
+    mechanism, (prefix, part) = scene.mechanism, parts_with_coordinate(scene)[0]
+    moving = {prefix + body.name for body in part.mechanism.bodies}
+    rotors = tuple(body.name for body in mechanism.bodies if body.name not in moving)
+    plane = next((plane for plane in scene.system.planes if plane.shaft), None)
+    motion = {name: (1.0, 0.0) for name in ([plane.shaft] if plane else rotors[:1])}
+    gears = [joint for joint in mechanism.joints if isinstance(joint, Gear) and not {joint.first.body, joint.second.body} & moving]
+    for _ in rotors:
+        for gear in gears:
+            first, second = gear.first.body, gear.second.body
+            if first in motion:
+                ratio, angle = motion[first]
+                motion.setdefault(second, (gear.ratio * ratio, gear.ratio * angle + gear.offset))
+            elif second in motion:
+                ratio, angle = motion[second]
+                motion[first] = ratio / gear.ratio, (angle - gear.offset) / gear.ratio
+    return ShaftTrain(
+        rotors=rotors, motion=motion, spindle_ratio=plane.ratio if plane else 0.0, has_reaction=plane is not None and plane.has_reaction
+    )
+
+
+def shaft_readings(scene: Scene, train: ShaftTrain) -> dict[str, tuple[float, float]]:
+    """Return ratio and angle at zero, as in `ShaftTrain.motion`, of the readings that are angles of its bodies, by name."""
+    return {
+        reading.name: train.motion[reading.body]
+        for reading in scene.mechanism.readings
+        if isinstance(reading, BodyAngle) and reading.reference_body == GROUND and reading.body in train.motion
+    }

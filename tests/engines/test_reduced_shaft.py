@@ -1,0 +1,168 @@
+"""Engine reduced with a shaft: free, geared or followed, with controlled loads, against multibody and published equations."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from copy import deepcopy
+
+import numpy as np
+import pytest
+
+import governor_mechanism as gm
+from governor_mechanism.effects.dry_friction import DryFriction
+from governor_mechanism.engines.selection import select_engine
+from governor_mechanism.model.time_functions import InputFunction, LinearFunction
+from governor_mechanism.model.trajectory import Outcome
+from governor_mechanism.scenes.parser import parse_scene_document
+from reference import haug_governor, watt_engine
+
+MODELS = ["haug_governor", "watt_engine_hunting", "watt_engine_stable"]
+
+
+def changed(name: str, changes: Mapping[str, object], duration: str = "3 s"):
+    """Return a shipped scene with entries of its document replaced, each given by its path; None removes the entry."""
+    document = deepcopy(dict(gm.load(name).document))
+    for path, value in {**changes, "run.duration": duration}.items():
+        *folders, last = path.split(".")
+        table = document
+        for folder in folders:
+            table = table[int(folder)] if isinstance(table, list) else table.setdefault(folder, {})
+        if value is None:
+            del table[last]
+        else:
+            table[last] = value
+    return parse_scene_document(document)
+
+
+def assert_engines_agree(scene, accuracy, allowed=None):
+    """Compare all readings and rates of reduced and multibody; by default within the sum of their error estimates."""
+    runs = [gm.run(scene, engine=engine, accuracy=accuracy) for engine in ("reduced", "multibody")]
+    reduced, multibody = runs
+    limit = sum(run.error_estimate for run in runs) if allowed is None else allowed
+    assert reduced.body_names == multibody.body_names
+    for name, scale in reduced.scales.items():
+        np.testing.assert_allclose(reduced.readings[name], multibody.readings[name], rtol=0, atol=limit * scale, err_msg=name)
+    # The energies follow from readings and rates, whose errors they add.
+    np.testing.assert_allclose(reduced.energy.jacobi, multibody.energy.jacobi, rtol=0, atol=100 * limit * reduced.energy.scale)
+    assert reduced.energy.drift < 100 * limit
+    return reduced, multibody
+
+
+@pytest.mark.parametrize("name", MODELS)
+def test_shipped_engines_agree_with_multibody(name):
+    for accuracy in (1e-8, 1e-10):
+        for run in assert_engines_agree(gm.load(name), accuracy):
+            assert run.outcome is Outcome.DONE
+    assert_engines_agree(gm.load(name), 1e-12, allowed=1e-11)  # rounding, which the hunting engine amplifies over 30 s
+
+
+def test_haug_governor_agrees_with_its_equations():
+    run = gm.run("haug_governor", engine="reduced", accuracy=1e-10)
+    expected = haug_governor.trajectory(run.times)
+    for name, key in (("collar_height", "y"), ("spindle_speed", "omega"), ("spindle_angle", "spindle_angle")):
+        np.testing.assert_allclose(run.readings[name], expected[key], rtol=0, atol=1e-9)  # scales of 10 per second and a turn
+
+
+@pytest.mark.parametrize(("name", "motion"), [(MODELS[1], watt_engine.HUNTING_MOTION), (MODELS[2], watt_engine.STABLE_MOTION)])
+def test_watt_engine_agrees_with_its_equations(name, motion):
+    run = gm.run(name, engine="reduced", accuracy=1e-10)
+    for time, angle, rate, speed in motion:
+        if time <= run.times[-1]:
+            index = int(np.argmin(np.abs(run.times - time)))
+            found = [
+                run.readings["governor.arm_angle"][index],
+                run.rates["governor.arm_angle"][index],
+                run.rates["engine.crank_angle"][index],
+            ]
+            np.testing.assert_allclose(found, [angle, rate, speed], rtol=0, atol=1e-9)  # ten times the accuracy, for rates
+
+
+@pytest.mark.parametrize("name", MODELS)
+def test_auto_chooses_reduced(name):
+    assert select_engine("auto", gm.load(name))[0].name == "reduced"
+
+
+GEAR = {"coupling.belt.type": "gear", "part.governor.spindle": {"inertia": "0.3 kg m^2"}}
+STEAM = {"type": "torque", "name": "steam", "body": "flywheel"}
+STEADY = {**STEAM, "moment": "100 N m"}
+DAMPER = {"type": "torsion_damper", "name": "brake", "second": "flywheel", "damping": "5 N m s/rad"}
+SPRING = {"type": "torsion_spring", "name": "coil", "second": "flywheel", "stiffness": "5 N m/rad"}
+LIFT = {"reading": "governor.sleeve_lift", "gain": -2000, "about": "540 mm"}
+SPEED = {"reading": "governor.spindle_speed", "gain": -30, "about": "7 rad/s"}
+LOADS = {
+    "gear": GEAR,
+    "gear against the sense of the engine": {**GEAR, "coupling.belt.ratio": -2},
+    "torsion damper": {**GEAR, "part.engine.force": [STEADY, DAMPER]},
+    "torque of the crank angle": {
+        "part.engine.force": [{**STEAM, "moment": [{"reading": "engine.crank_angle", "harmonics": [[2, "90 N m", "40 N m"]]}, LIFT]}]
+    },
+    "torque of the speed": {**GEAR, "part.engine.force": [{**STEAM, "moment": [SPEED]}]},
+    "factor": {
+        "part.engine.force": [STEADY],
+        "coupling.valve": {"type": "control", "reading": "governor.sleeve_lift", "scales": "engine.steam", "gain": -5},
+    },
+    "friction": {**GEAR, "part.governor.effects.dry_friction": {"sleeve_lift": "4 N"}},
+    "friction of the crank angle": {
+        "part.governor.effects.dry_friction": {"sleeve_lift": "4 N"},
+        "coupling.wear": {"type": "control", "reading": "engine.crank_angle", "sets": "governor.dry_friction.sleeve_lift", "gain": 0.5},
+    },
+    "stops": {**GEAR, "part.governor.effects.stops": {"arm_angle": ["50 deg", "60 deg"], "restitution": 0.4}},
+}
+"""Changes of the scene watt_engine_hunting."""
+
+
+@pytest.mark.parametrize("changes", LOADS.values(), ids=LOADS.keys())
+def test_shafts_and_their_loads_agree_with_multibody(changes):
+    reduced, multibody = assert_engines_agree(changed("watt_engine_hunting", changes), 1e-9)
+    assert [(event.kind, event.subject) for event in reduced.events] == [(event.kind, event.subject) for event in multibody.events]
+    np.testing.assert_allclose([event.time for event in reduced.events], [event.time for event in multibody.events], rtol=0, atol=1e-7)
+
+
+def test_friction_and_stops_act_in_the_scenes_above():
+    for name, kind in (("friction", "stick"), ("friction of the crank angle", "stick"), ("stops", "impact")):
+        assert kind in {event.kind.value for event in gm.run(changed("watt_engine_hunting", LOADS[name]), engine="reduced").events}, name
+
+
+def test_a_controlled_load_on_the_governor_itself_agrees_with_multibody():
+    """The spindle speed is given: no shaft, but forces that depend on readings."""
+    scene = gm.load("porter_dry_friction")
+    governor, name = scene.part, scene.part.mechanism.coordinate
+    friction = DryFriction(reading="sleeve_lift", force=InputFunction(values=(30.0,), functions=(LinearFunction(reading=name, gain=5.0),)))
+    effects = tuple(friction if isinstance(effect, DryFriction) else effect for effect in governor.effects)
+    assert_engines_agree(scene.with_changes(effects=effects), 1e-9)
+
+
+def test_a_geared_engine_without_torque_keeps_momentum_and_energy():
+    run = gm.run(
+        changed("watt_engine_hunting", {**GEAR, "part.engine.force": [], "part.governor.effects.dashpot": None}),
+        engine="reduced",
+        accuracy=1e-11,
+    )
+    speed = run.rates["engine.crank_angle"]
+    momentum = (100.0 + 2**2 * (0.3 + 2 * 5.0 * (0.3 * np.sin(run.readings["governor.arm_angle"])) ** 2)) * speed
+    np.testing.assert_allclose(momentum, momentum[0], rtol=1e-11)  # the requested accuracy
+    assert run.energy.drift < 1e-10
+    assert np.ptp(speed) > 1e-4
+
+
+REFUSALS = {
+    "breaks": {**GEAR, "coupling.belt.until": "1 s"},
+    "with a lag": {"part.engine.force": [{**STEAM, "moment": [{**LIFT, "lag": "0.1 s"}]}]},
+    "by a table": {"part.engine.force": [{**STEAM, "moment": [{"reading": "governor.sleeve_lift", "table": [[0.4, 200], [0.6, 0]]}]}]},
+    "the effect Dashpot on 'engine.crank_angle'": {"part.engine.effects": {"dashpot": {"crank_angle": "1 N m s/rad"}}},
+    "neither a torque nor a torsion damper": {"part.engine.force": [STEADY, SPRING]},
+    "2 are more than a shaft": {
+        "part.engine.body.0.at": ["0.1 m", 0],
+        "part.engine.body.0.points": {"pin": ["-0.1 m", 0]},
+        "part.engine.joint.0.second": "flywheel.pin",
+    },
+}
+"""Changes of the scene watt_engine_hunting, by the words of the refusal."""
+
+
+@pytest.mark.parametrize("reason", REFUSALS)
+def test_what_it_cannot_model_is_refused_by_name(reason):
+    scene = changed("watt_engine_hunting", REFUSALS[reason])
+    with pytest.raises(gm.MechanismError, match=f"{reason}.*choose engine 'multibody'"):
+        gm.run(scene, engine="reduced")
+    assert select_engine("auto", scene)[0].name == "multibody"
