@@ -34,7 +34,7 @@ from governor_mechanism.model.mechanism import Body, Mechanism, SecondMoments
 from governor_mechanism.model.output_variables import BodyAngle, PointCoordinate, PointDistance
 from governor_mechanism.model.part import FIXED_PLANE, Part, Start
 from governor_mechanism.model.scene import RunSettings, Scene
-from governor_mechanism.model.time_functions import InputFunction, PrescribedMotion
+from governor_mechanism.model.time_functions import Harmonic, InputFunction, PrescribedMotion
 from governor_mechanism.types import FloatArray
 
 ExactReadings = dict[str, tuple[FloatArray, FloatArray]]
@@ -551,19 +551,14 @@ def bead_on_a_table_of_the_parabola() -> ExactCase:
     return bead_on_a_parabola(SplineCurve(x=tuple(x.tolist()), y=tuple((STEEPNESS * x**2).tolist())))
 
 
-def bead_on_a_turning_curve(angle: float = -0.4) -> ExactCase:
-    """A bead on a cubic curve of a body that rotates freely about a pin away from the origin of the curve."""
-    coefficients, inertia, mass, start = (0.1, 0.3, -0.8, 0.9), 0.2, 0.5, (0.2, 3.0, 0.3, 0.5)
+def bead_on_a_turning_curve(coefficients: tuple[float, ...], angle: float = -0.4) -> ExactCase:
+    """A bead on a polynomial curve of a body that rotates freely about a pin away from the origin of the curve."""
+    inertia, mass, start, curve = 0.2, 0.5, (0.2, 3.0, 0.3, 0.5), np.polynomial.Polynomial(coefficients)
     x, y = 0.15, -0.1  # origin of the curve relative to the pin, in body axes
     turn = np.exp(1j * angle)
 
     def path(s):
-        c = coefficients
-        path_derivatives = (
-            x + 1j * y + turn * (s + 1j * (((c[3] * s + c[2]) * s + c[1]) * s + c[0])),
-            turn * (1 + 1j * ((3 * c[3] * s + 2 * c[2]) * s + c[1])),
-            turn * 1j * (6 * c[3] * s + 2 * c[2]),
-        )
+        path_derivatives = (x + 1j * y + turn * (s + 1j * curve(s)), turn * (1 + 1j * curve.deriv()(s)), turn * 1j * curve.deriv(2)(s))
         return tuple((position.real, position.imag) for position in path_derivatives)
 
     first = np.exp(1j * start[0]) * complex(*path(start[2])[0])
@@ -676,6 +671,77 @@ def falling_rack(inclination: float = 1.2) -> ExactCase:
     return ExactCase(scene=scene, exact=exact, impulse=False)
 
 
+# --- massless bodies --------------------------------------------------------------------------------------------------
+
+
+def bob_on_a_massless_rod_of_a_trolley() -> ExactCase:
+    """A rod without mass, pinned to a trolley, with a point mass at its end: it has no moment of inertia about its mass centre."""
+    trolley, mass, length, start = 2.0, 0.7, 0.5, 1.1
+    scene = make_scene(
+        bodies=[point_mass("trolley", trolley), Body(name="rod", mass=mass)],
+        joints=[
+            Slider(name="rail", first=ground_point(), second=body_point("trolley"), angle=0.0),
+            Pin(name="hinge", first=body_point("trolley"), second=body_point("rod", y=length)),
+        ],
+        readings=[body_angle("rod", "turn"), x_reading("trolley")],
+        sketch=[(0.0, 0.0, 0.0), (length * math.sin(start), -length * math.cos(start), start)],
+        values={"turn": start, "x": 0.0},
+        rates={"turn": 0.8, "x": 0.3},
+        size=length,
+    )
+
+    def state_rate(_, state):
+        _, angle, _, rate = state
+        matrix = [[trolley + mass, mass * length * math.cos(angle)], [math.cos(angle), length]]
+        acceleration = np.linalg.solve(matrix, [mass * length * rate**2 * math.sin(angle), -GRAVITY * math.sin(angle)])
+        return [state[2], rate, *acceleration]
+
+    def exact(times):
+        x, turn, x_rate, turn_rate = integrate_state(state_rate, (0.0, start, 0.3, 0.8), times)
+        return {"turn": (turn, turn_rate), "x": (x, x_rate)}
+
+    return ExactCase(scene=scene, exact=exact, impulse=False)
+
+
+def massless_bell_crank() -> ExactCase:
+    """A bell crank without mass, between a mass that is pinned to one arm and a spring at the other."""
+    mass, arm, other_arm, stiffness, free_length, start = 1.3, 0.4, 0.25, 60.0, 0.3, -0.4
+    scene = make_scene(
+        bodies=[Body(name="crank", mass=0.0), point_mass("weight", mass)],
+        joints=[
+            Pin(name="hinge", first=ground_point(), second=body_point("crank")),
+            Pin(name="hook", first=body_point("crank", arm), second=body_point("weight")),
+        ],
+        readings=[body_angle("crank", "turn"), y_reading("weight")],
+        sketch=[(0.0, 0.0, start), (arm * math.cos(start), arm * math.sin(start), 0.0)],
+        loads=[
+            Spring(
+                name="spring",
+                first=ground_point(-0.5, 0.25),
+                second=body_point("crank", y=other_arm),
+                stiffness=60.0,
+                free_length=free_length,
+            )
+        ],
+        values={"turn": start},
+        rates={"turn": 1.5},
+        size=arm,
+    )
+
+    def state_rate(_, state):
+        upper_end = other_arm * 1j * np.exp(1j * state[0])
+        line = complex(-0.5, 0.25) - upper_end
+        pull = stiffness * (abs(line) - free_length) * line / abs(line)
+        spring_moment = (upper_end.conjugate() * pull).imag
+        return [state[1], (spring_moment - mass * GRAVITY * arm * math.cos(state[0])) / (mass * arm**2)]
+
+    def exact(times):
+        turn, rate = integrate_state(state_rate, (start, 1.5), times)
+        return {"turn": (turn, rate), "y": (arm * np.sin(turn), arm * np.cos(turn) * rate)}
+
+    return ExactCase(scene=scene, exact=exact, impulse=False)
+
+
 # --- drives -----------------------------------------------------------------------------------------------------------
 
 ENGINE_KINEMATICS = SliderCrankKinematics(crank=0.1, rod=0.35, rod_mass=1.2, piston_mass=2.0)
@@ -728,22 +794,48 @@ MOTION_TABLE = ((0.0, 0.15, 0.3, 0.5, 0.6), (0.3, 1.0, 2.4, 2.9, 2.2))
 
 
 def crank_motion(times: FloatArray) -> tuple[FloatArray, FloatArray, FloatArray]:
-    """The natural spline through the table: values, rates, second derivatives."""
-    spline = CubicSpline(*MOTION_TABLE, bc_type="natural")
-    return spline(times), spline(times, 1), spline(times, 2)
+    """The not-a-knot spline through the table: values, rates, second derivatives; from the last point on its rate is constant."""
+    spline = CubicSpline(*MOTION_TABLE)
+    return spline(times), spline(times, 1), np.where(times < MOTION_TABLE[0][-1], spline(times, 2), 0.0)
 
 
 def slider_crank_driven_by_a_table() -> ExactCase:
-    """The same crank driven by a natural spline through a few points."""
+    """The same crank driven by a spline through a few points."""
     scene = _slider_crank(PrescribedMotion(times=MOTION_TABLE[0], values=MOTION_TABLE[1]), MOTION_TABLE[1][0], 0.6)
     return ExactCase(scene=scene, exact=lambda times: _crank_readings(*crank_motion(times)[:2]), step=0.0025)
 
 
-def pendulum_on_a_driven_support() -> ExactCase:
-    """A rod that hangs from a support driven to and fro by a table of many points."""
+WOBBLE = ((0.4, 7.0, 0.9), (-0.05, 31.0, 2.0))
+"""Amplitude (rad), angular frequency (rad/s) and phase of two harmonics."""
+
+
+def wobbling_crank_motion(times: FloatArray) -> tuple[FloatArray, FloatArray, FloatArray]:
+    """A constant rate with two harmonics: values, rates, second derivatives."""
+    phases = [(a, w, w * times + phase) for a, w, phase in WOBBLE]
+    return (
+        0.3 + 5.0 * times + sum(a * np.sin(phase) for a, _, phase in phases),
+        5.0 + sum(a * w * np.cos(phase) for a, w, phase in phases),
+        -sum(a * w**2 * np.sin(phase) for a, w, phase in phases),
+    )
+
+
+def slider_crank_driven_by_a_formula() -> ExactCase:
+    """The same crank driven at a constant rate with two harmonics."""
+    harmonics = tuple(Harmonic(amplitude=a, frequency=w / (2 * math.pi), phase=phase) for a, w, phase in WOBBLE)
+    start = float(wobbling_crank_motion(np.array(0.0))[0])
+    scene = _slider_crank(PrescribedMotion.constant_rate(0.3, 5.0, harmonics), start, 0.6)
+    return ExactCase(scene=scene, exact=lambda times: _crank_readings(*wobbling_crank_motion(times)[:2]), step=0.0025)
+
+
+DISPLACEMENT_TIMES = np.linspace(0.0, 1.2, 25)
+
+
+def pendulum_on_a_driven_support(*, by_table: bool) -> ExactCase:
+    """A rod that hangs from a support driven to and fro, by a table of many points or as a harmonic."""
     length, mass, start = 0.6, 1.5, 0.4
-    at = np.linspace(0.0, 1.2, 25)
+    at, wave = DISPLACEMENT_TIMES, Harmonic(amplitude=0.05, frequency=9.0 / (2 * math.pi))
     displacement = 0.05 * np.sin(9.0 * at)
+    table = PrescribedMotion(times=tuple(at.tolist()), values=tuple((0.2 + displacement).tolist()))
     scene = make_scene(
         bodies=[point_mass("support", 2.0), rod_body("rod", mass, length)],
         joints=[
@@ -753,7 +845,7 @@ def pendulum_on_a_driven_support() -> ExactCase:
                 first=ground_point(-0.2),
                 second=body_point("support"),
                 angle=0.0,
-                motion=PrescribedMotion(times=tuple(at.tolist()), values=tuple((0.2 + displacement).tolist())),
+                motion=table if by_table else PrescribedMotion.constant_rate(0.2, 0.0, (wave,)),
             ),
             Pin(name="hinge", first=body_point("support"), second=body_point("rod", y=length / 2)),
         ],
@@ -764,15 +856,18 @@ def pendulum_on_a_driven_support() -> ExactCase:
         size=length,
         duration=1.2,
     )
-    spline = CubicSpline(at, displacement, bc_type="natural")
+    spline = CubicSpline(at, displacement)
+
+    def support(times, order=0):
+        return spline(times, order) if by_table else 0.05 * 9.0**order * np.sin(9.0 * times + order * np.pi / 2)
 
     def state_rate(time, state):
-        inclination = GRAVITY * math.sin(state[0]) + float(spline(time, 2)) * math.cos(state[0])
+        inclination = GRAVITY * math.sin(state[0]) + float(support(time, 2)) * math.cos(state[0])
         return [state[1], -inclination / (2 * length / 3)]
 
     def exact(times):
         angle, rate = integrate_state(state_rate, (start, 0.0), times, breaks=at)
-        return {"rod": (angle, rate), "x": (spline(times), spline(times, 1))}
+        return {"rod": (angle, rate), "x": (support(times), support(times, 1))}
 
     return ExactCase(scene=scene, exact=exact)
 
@@ -1220,14 +1315,19 @@ CASES: dict[str, Callable[[], ExactCase]] = {
     "arc slot in a moving body": bead_in_a_round_slot_of_a_pendulum,
     "parabola": bead_on_a_parabola,
     "table of a parabola": bead_on_a_table_of_the_parabola,
-    "curve on a turning body": bead_on_a_turning_curve,
+    "curve on a turning body": lambda: bead_on_a_turning_curve((0.1, 0.3, -0.8, 0.9)),
+    "curve of the seventh degree": lambda: bead_on_a_turning_curve((0.1, 0.3, -0.8, 0.9, 0.5, -1.1, 0.7, 2.0)),
+    "point mass on a massless rod": bob_on_a_massless_rod_of_a_trolley,
+    "massless bell crank": massless_bell_crank,
     "gear under a torque": geared_wheels,
     "gear with a pendulum": geared_pendulum,
     "rack": falling_rack,
     "driven turn": driven_slider_crank,
     "driven turn by a table": slider_crank_driven_by_a_table,
+    "driven turn by a formula": slider_crank_driven_by_a_formula,
     "driven turn, the ground second": counterweight_driven_backwards,
-    "driven slide by a table": pendulum_on_a_driven_support,
+    "driven slide by a table": lambda: pendulum_on_a_driven_support(by_table=True),
+    "driven slide by a formula": lambda: pendulum_on_a_driven_support(by_table=False),
     "driven slide on a turning body": bead_driven_along_a_turning_rod,
     "spring": hanging_spring,
     "spring between bodies": spring_between_two_masses,

@@ -107,7 +107,7 @@ def test_a_governor_that_follows_an_engine_moves_as_at_a_given_speed():
     """The engine feels nothing and speeds up evenly."""
     torque = InputFunction(values=(1.0,))
     follow = FollowCoupling(name="belt", first="engine.crank_angle", second="governor.spindle_angle", ratio=2.0)
-    parts = engine_part(rate=6.0, torque=torque), porter_part(start_speed=None)
+    parts = engine_part(rate=6.0, torque=torque), porter_part(inertia=0.0, start_speed=None)
     run = run_multibody(coupled_scene(*parts, couplings=(follow,)))
     np.testing.assert_allclose(run.rates["engine.crank_angle"], 6.0 + 0.5 * run.times, rtol=1e-10)
     alone = run_multibody(coupled_scene(replace(parts[1], spindle=Spindle(times=(0.0, 2.0), speeds=(12.0, 14.0)))))
@@ -119,7 +119,7 @@ def test_a_governor_that_follows_an_engine_moves_as_at_a_given_speed():
 
 def test_a_governor_that_follows_a_given_spindle_moves_as_at_its_own_speed():
     leader = Spindle(speeds=(12.5,), speed_fluctuation=0.1, cycles_per_turn=2.2)
-    parts = replace(porter_part(), name="engine", spindle=leader), porter_part(start_speed=None)
+    parts = replace(porter_part(), name="engine", spindle=leader), porter_part(inertia=0.0, start_speed=None)
     follow = FollowCoupling(name="belt", first="engine.spindle_angle", second="governor.spindle_angle", ratio=1.1)
     run = run_multibody(coupled_scene(*parts, couplings=(follow,)))
     own = Spindle(speeds=(13.75,), speed_fluctuation=0.1, cycles_per_turn=2.0)

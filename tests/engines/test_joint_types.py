@@ -23,7 +23,9 @@ from engines.joint_mechanisms import (
     crank_motion,
     driven_slider_crank,
     falling_rack,
+    slider_crank_driven_by_a_formula,
     slider_crank_driven_by_a_table,
+    wobbling_crank_motion,
 )
 from governor_mechanism.engines import ImpulseEngine, MultibodyEngine, ReducedEngine
 from governor_mechanism.errors import UnsupportedEffect
@@ -53,7 +55,7 @@ def has_one_degree_of_freedom(name: str) -> bool:
     return position_solver.mobility == 1 and not position_solver.equations.is_driven.any()
 
 
-IMPULSE = [name for name in CASES if name != "rack"]
+IMPULSE = [name for name in CASES if case(name).impulse]
 FINE = [(MultibodyEngine(), name) for name in CASES]
 # The bead in the arc slot passes the largest x of the slot, a turning point of the coordinate x.
 FINE += [(ReducedEngine(), name) for name in CASES if has_one_degree_of_freedom(name) and name != "arc slot in the ground"]
@@ -141,15 +143,19 @@ def test_the_impulse_engine_refuses_a_rack_by_name():
         ImpulseEngine().run(falling_rack().scene)
 
 
-@pytest.mark.parametrize("by_table", [False, True], ids=["steady", "table"])
+@pytest.mark.parametrize(
+    ("one", "motion"),
+    [
+        (driven_slider_crank(), lambda times: (0.3 + 12.0 * times, np.full_like(times, 12.0), np.zeros_like(times))),
+        (slider_crank_driven_by_a_table(), crank_motion),
+        (slider_crank_driven_by_a_formula(), wobbling_crank_motion),
+    ],
+    ids=["steady", "table", "formula"],
+)
 @pytest.mark.parametrize(("engine", "accuracy"), [(MultibodyEngine(), 1e-10), (ImpulseEngine(), 1e-6)])
-def test_the_torque_of_a_drive_matches_virtual_work(engine, accuracy, by_table):
-    one = slider_crank_driven_by_a_table() if by_table else driven_slider_crank()
+def test_the_torque_of_a_drive_matches_virtual_work(engine, accuracy, one, motion):
     run = engine.run(one.scene, accuracy=accuracy)
-    if by_table:
-        angle, rate, acceleration = crank_motion(run.times)
-    else:
-        angle, rate, acceleration = 0.3 + 12.0 * run.times, np.full_like(run.times, 12.0), np.zeros_like(run.times)
+    angle, rate, acceleration = motion(run.times)
     torque = ENGINE_KINEMATICS.torque(angle, rate, acceleration, CRANK_INERTIA)
     drive = run.reactions["drive"]
     # Forces follow from poses and velocities: they are as accurate relative to the largest torque, except for a factor

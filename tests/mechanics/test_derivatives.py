@@ -50,6 +50,7 @@ JOINTS = [
     Slider(name="j", angle=0.6, **ON_BOTH),
     Prismatic(name="j", angle=0.6, relative_angle=0.3, **ON_BOTH),
     CurveSlot(name="j", angle=0.6, curve=PolynomialCurve(coefficients=(0.1, -0.4, 0.7, 0.9)), **ON_BOTH),
+    CurveSlot(name="j", angle=-0.2, curve=PolynomialCurve(coefficients=(0.1, -0.4, 0.3, 0.2, -0.1, 0.02)), **ON_BOTH),
     CurveSlot(name="j", curve=SplineCurve(x=(-4.0, -1.0, 0.5, 4.0), y=(0.3, -0.5, 0.9, 0.2)), **ON_BOTH),
     Gear(name="j", ratio=-1.7, offset=0.2, **ON_BOTH),
     RackAndPinion(name="j", radius=0.3, angle=0.5, offset=0.1, **ON_BOTH),

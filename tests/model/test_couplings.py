@@ -9,11 +9,11 @@ import pytest
 from coupled_scenes import coupled_scene, discs_part, engine_part, porter_part
 from governor_mechanism.errors import MechanismError
 from governor_mechanism.model.couplings import ControlCoupling, FollowCoupling, GearCoupling
-from governor_mechanism.model.part import Spindle
+from governor_mechanism.model.part import FreeSpindle, Spindle
 from governor_mechanism.model.time_functions import InputFunction, LinearFunction
 
 CRANK, SPINDLE = "engine.crank_angle", "governor.spindle_angle"
-GIVEN = {"spindle": Spindle(speeds=(13.0,))}
+GIVEN, FOLLOWER = {"spindle": Spindle(speeds=(13.0,))}, {"spindle": FreeSpindle()}
 
 
 def gear(name="belt", first=CRANK, second=SPINDLE, ratio=2.0):
@@ -38,9 +38,14 @@ def control(reading="governor.sleeve_lift", target="engine.load"):
         ),
         ([follow("a"), follow("b")], {}, "'a' and 'b' both drive 'governor.spindle_angle'; leave one of them out"),
         ([follow(second="governor.spindle_angel")], {}, r"'governor.spindle_angel', which is no spindle; .*\['governor.spindle_angle'\]"),
-        ([follow(first="engine.cranck_angle")], {}, "'engine.cranck_angle' in coupling 'belt' is unknown; .*mean 'engine.crank_angle'"),
+        (
+            [follow(first="engine.cranck_angle")],
+            FOLLOWER,
+            "'engine.cranck_angle' in coupling 'belt' is unknown; .*mean 'engine.crank_angle'",
+        ),
         ([gear()], GIVEN, "'belt' couples 'governor.spindle_angle', whose speed is given.*use type follow, or leave spindle.speed out"),
-        ([follow(), gear("chain")], {}, "'chain' couples 'governor.spindle_angle', whose speed is given or follows another part"),
+        ([follow()], {}, "'belt' gives the speed of 'governor.spindle_angle'; inertia, start speed and torque .* leave them out"),
+        ([follow(), gear("chain")], FOLLOWER, "'chain' couples 'governor.spindle_angle', whose speed is given or follows another part"),
         ([gear("a"), gear("b", ratio=3.0)], {}, "'b' closes a loop of gears and contradicts the others: .* is 2, and here it is 3"),
         ([gear("a"), gear("b", SPINDLE, CRANK, 0.5)], {}, "'b' closes a loop of gears and is superfluous"),
         ([gear(first="engine.crank")], {}, r"'engine.crank' in coupling 'belt' is unknown; such angles are \['engine.crank_angle', .*\]"),
@@ -65,7 +70,7 @@ def test_impossible_couplings_are_refused(couplings, changes, message):
 
 
 def test_a_spindle_follows_no_follower():
-    parts = (engine_part(), replace(porter_part(), name="a"), replace(porter_part(), name="b"))
+    parts = (engine_part(), replace(porter_part(), name="a", **FOLLOWER), replace(porter_part(), name="b", **FOLLOWER))
     couplings = (follow("belt", second="a.spindle_angle"), follow("chain", "a.spindle_angle", "b.spindle_angle"))
     with pytest.raises(MechanismError, match=r"'chain' follows 'a.spindle_angle', which follows 'engine.crank_angle' itself; follow that"):
         coupled_scene(*parts, couplings=couplings)

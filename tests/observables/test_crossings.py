@@ -149,6 +149,21 @@ def test_an_angle_counts_turns_from_the_first_reported_time() -> None:
     np.testing.assert_allclose(crossing_times(run)["turns"], [100 / 360 - turns], rtol=0, atol=1e-6)
 
 
+def test_readings_of_several_parts_and_of_a_free_spindle() -> None:
+    events = {"passed": {"reading": "engine.crank_angle", "value": 2}, "still": {"reading": "governor.sleeve_lift", "value": "500 mm"}}
+    scene = parse_scene_document({**gm.load("watt_engine_stable").document, "events": events})
+    run = gm.run(scene, times=np.linspace(0.0, 0.9, 10))
+    # Up to 1 s the engine turns at its steady speed, and the sleeve rests at 542 mm.
+    assert crossing_times(run) == {"passed": [pytest.approx(2 / 3.2654315914226206, abs=1e-7)], "still": []}
+    free = parse_scene_document(
+        {**gm.load("porter_free_spindle").document, "events": {"turned": {"reading": "spindle_angle", "value": 20}}}
+    )
+    times = [crossing_times(gm.run(free, engine=engine))["turned"] for engine in ("reduced", "multibody")]
+    assert len(times[0]) == 1
+    # The spindle turns at more than 10 rad/s, and both runs are accurate to 1e-6 rad.
+    np.testing.assert_allclose(times[0], times[1], rtol=0, atol=2e-7)
+
+
 def test_a_crossing_as_text_and_in_the_order_of_time() -> None:
     run = gm.run("slide_valve_30", engine="impulse", times=np.linspace(0.0, 1.0, 51))
     assert [event.time for event in run.events] == sorted(event.time for event in run.events)

@@ -32,7 +32,7 @@ from governor_mechanism.model.mechanism import Body, Mechanism, SecondMoments
 from governor_mechanism.model.output_variables import BodyAngle, LineAngle, PointCoordinate, PointDistance, Reading
 from governor_mechanism.model.part import EQUILIBRIUM, FreeSpindle
 from governor_mechanism.model.scene import Scene
-from governor_mechanism.model.time_functions import InputFunction, PrescribedMotion
+from governor_mechanism.model.time_functions import Harmonic, InputFunction, PrescribedMotion
 from governor_mechanism.scenes import library
 from governor_mechanism.scenes.parser import parse_scene_document
 from governor_mechanism.scenes.problems import Problem
@@ -51,10 +51,10 @@ def mechanism(*more: str, **tables: str) -> Mechanism:
     return scene(*more, **tables).part.mechanism
 
 
-def body(*lines: str, **tables: str) -> tuple[Body, tuple[float, float, float]]:
+def body(*lines: str, mass: str | None = '"2 kg"') -> tuple[Body, tuple[float, float, float]]:
     """The only body of a scene and its pose."""
     found = mechanism(
-        body=body_with(*lines), joint=joint_table("pin", ends=("ground.O", "crank.origin")), top='machine = "custom"\nsize = 1\n'
+        body=body_with(*lines, mass=mass), joint=joint_table("pin", ends=("ground.O", "crank.origin")), top='machine = "custom"\nsize = 1\n'
     )
     return found.bodies[0], found.initial_guess[0]
 
@@ -103,6 +103,34 @@ def test_how_the_mass_lies(lines: list[str], moments: dict[str, float]) -> None:
     assert pose == (0.0, 0.0, 0.0)
 
 
+@pytest.mark.parametrize(
+    ("lines", "mass", "centre", "moments"),
+    [
+        # The middle of the rod and the ball of 2 kg * (0.1 m)^2 / 5 are 0.1 m from their common mass centre.
+        (
+            ['mass = "2 kg"', 'rod = { length = "600 mm" }', 'point_masses = [{ mass = "2 kg", at = ["500 mm", 0], radius = "100 mm" }]'],
+            4.0,
+            (0.4, 0.0),
+            {"xx": 0.06 + 2 * 2 * 0.1**2 + 0.004, "yy": 0.004, "xy": 0.0, "zz": 0.004},
+        ),
+        # 3 kg and 1 kg on a line of 0.4 m and 0.8 m: a reduced mass of 3/4 kg.
+        (
+            ["point_masses = [{ mass = 3, at = [0.1, 0] }, { mass = 1, at = [0.5, 0.8] }]"],
+            4.0,
+            (0.2, 0.2),
+            {"xx": 0.75 * 0.4**2, "yy": 0.75 * 0.8**2, "xy": 0.75 * 0.4 * 0.8, "zz": 0.0},
+        ),
+        (['point_masses = [{ mass = "5 kg", at = ["300 mm", 0] }]'], 5.0, (0.3, 0.0), {"xx": 0.0, "yy": 0.0, "xy": 0.0, "zz": 0.0}),
+        (["mass = 0"], 0.0, (0.0, 0.0), {"xx": 0.0, "yy": 0.0, "xy": 0.0, "zz": 0.0}),
+    ],
+)
+def test_a_body_of_point_masses(lines: list[str], mass: float, centre: tuple[float, float], moments: dict[str, float]) -> None:
+    found, pose = body(*lines, mass=None)
+    assert (found.can_rotate, found.mass) == (True, mass)
+    assert {name: getattr(found.second_moments, name) for name in moments} == pytest.approx(moments, rel=1e-13)
+    assert pose == pytest.approx((*centre, 0.0), rel=1e-14)
+
+
 @pytest.mark.parametrize("lines", [["point = true"], ["turns = false"]])
 def test_a_body_that_never_turns_needs_no_inertia(lines: list[str]) -> None:
     found, _ = body(*lines)
@@ -139,8 +167,8 @@ FIRST, SECOND = Point(body="crank", x=0.05), Point(body="rod", x=-0.1)
         (joint_table("slider", 'angle = "2 rad"', name="J", ends=ENDS), Slider(name="J", first=FIRST, second=SECOND, angle=2.0)),
         (joint_table("arc", 'radius = "70 mm"', name="J", ends=ENDS), ArcSlot(name="J", first=FIRST, second=SECOND, radius=0.07)),
         (
-            joint_table("curve", 'curve = { coefficients = ["10 mm", 0.5, 3] }', "angle = 1", name="J", ends=ENDS),
-            CurveSlot(name="J", first=FIRST, second=SECOND, angle=1.0, curve=PolynomialCurve(coefficients=(0.01, 0.5, 3.0))),
+            joint_table("curve", 'curve = { coefficients = ["10 mm", 0.5, 3, 0, 0, 7] }', "angle = 1", name="J", ends=ENDS),
+            CurveSlot(name="J", first=FIRST, second=SECOND, angle=1.0, curve=PolynomialCurve(coefficients=(0.01, 0.5, 3.0, 0.0, 0.0, 7.0))),
         ),
         (
             joint_table("curve", 'curve = { points = [[0, 0], ["20 mm", 0.03]] }', name="J", ends=ENDS),
@@ -175,6 +203,24 @@ FIRST, SECOND = Point(body="crank", x=0.05), Point(body="rod", x=-0.1)
                 first=Point(body="crank"),
                 second=Point(body="rod"),
                 motion=PrescribedMotion(times=(0.0, 1.0), values=(1.0, 1.0 + 2 * math.pi)),
+            ),
+        ),
+        (
+            joint_table(
+                "driven_turn",
+                'motion = { start = 1, rate = "60 rpm", harmonics = [{ amplitude = "90 deg", frequency = "3 rad/s", phase = 0.5 }] }',
+                name="J",
+                ends=("crank", "rod"),
+            ),
+            RotationalDriver(
+                name="J",
+                first=Point(body="crank"),
+                second=Point(body="rod"),
+                motion=PrescribedMotion(
+                    times=(0.0, 1.0),
+                    values=(1.0, 1.0 + 2 * math.pi),
+                    harmonics=(Harmonic(amplitude=math.pi / 2, frequency=3 / (2 * math.pi), phase=0.5),),
+                ),
             ),
         ),
         (

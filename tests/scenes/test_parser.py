@@ -15,6 +15,7 @@ import pytest
 from hypothesis import HealthCheck, given, settings
 from hypothesis import strategies as st
 
+import governor_mechanism as gm
 from governor_mechanism.effects.centrifugal import Centrifugal
 from governor_mechanism.effects.gravity import Gravity
 from governor_mechanism.errors import MechanismError
@@ -154,6 +155,16 @@ def test_events_name_crossings_in_the_unit_of_their_reading() -> None:
         NamedCrossing(name="lifted", reading="sleeve_lift", value=pytest.approx(0.02, rel=1e-15), direction="up"),
         NamedCrossing(name="wide", reading="arm_angle", value=math.radians(45), direction="both"),
     )
+
+
+def test_events_of_several_parts_stand_above_them() -> None:
+    whole = dict(gm.load("watt_engine_stable").document)
+    whole["events"] = {"fast": {"reading": "sleeve_lift", "value": "20 mm"}}
+    with pytest.raises(MechanismError, match=r'events.fast.reading "sleeve_lift" is not a reading; .*governor.sleeve_lift'):
+        parse_scene_document(whole)
+    whole["part"] = {**whole["part"], "governor": {**whole["part"]["governor"], "events": {}}}
+    with pytest.raises(MechanismError, match=r"part\.governor: events stands once for the whole scene"):
+        parse_scene_document(whole)
 
 
 def test_a_start_may_have_a_rate() -> None:

@@ -12,12 +12,21 @@ from scipy.optimize import brentq
 
 import governor_mechanism as gm
 from governor_mechanism.cli.linearisation import report_linearisation
+from governor_mechanism.closed_form.governed_engine.watt_engine import (
+    WattEngine,
+    damping_limit,
+    equilibrium,
+    first_lyapunov_coefficient,
+    scale_engine,
+    scaled_time_unit,
+)
 from governor_mechanism.closed_form.pendulum import dynamics as pendulum
 from governor_mechanism.numerics.finite_differences import directional_derivative, jacobian
 from governor_mechanism.scenes.parser import parse_scene_document
 from governor_mechanism.statics.first_order_system import FirstOrderSystem, Onset, Stability
 from governor_mechanism.statics.stability_limit import find_stability_limit
-from governor_scenes import CROSSED, EXTENDED, PORTER, governor_scene
+from governor_scenes import CROSSED, EXTENDED, PORTER
+from reference import haug_governor
 
 RELATIVE_TOLERANCE = 1e-10
 """Nine-point differences are good to about 1e-12 of an eigenvalue; equilibria are known to 1e-14."""
@@ -79,19 +88,6 @@ def speeds_and_rows(dimensions: dict[str, float], angle: float) -> tuple[pendulu
     return governor, float(pendulum.equilibrium_speed(governor, arm_angle=angle))
 
 
-@pytest.mark.parametrize(("dimensions", "angle"), [(PORTER, 0.5), (EXTENDED, 0.6), (CROSSED, 0.9)])
-def test_small_oscillations_at_a_given_speed(dimensions, angle):
-    governor, speed = speeds_and_rows(dimensions, angle)
-    found = gm.linearise(governor_scene(dimensions, speed=speed, angle=angle + 0.02))
-    expected = math.sqrt(float(pendulum.squared_oscillation_frequency(governor, arm_angle=angle)))
-    assert found.readings["arm_angle"] == pytest.approx(angle, rel=RELATIVE_TOLERANCE)
-    assert found.modes[0].eigenvalue.imag == pytest.approx(expected, rel=RELATIVE_TOLERANCE)
-    assert abs(found.modes[0].eigenvalue.imag - expected) < 10 * found.error_estimate + 1e-13  # the equilibrium adds a little
-    assert found.stability is Stability.UNDAMPED
-    assert not found.stable
-    assert found.modes[0].damping_ratio == 0.0
-
-
 def porter_document(**changes) -> dict:
     document = {
         "machine": "pendulum_governor",
@@ -102,6 +98,23 @@ def porter_document(**changes) -> dict:
         "run": {"duration": 1.0},
     }
     return {**document, **changes}
+
+
+def scene_at_speed(dimensions: dict[str, float], *, speed: float, angle: float | str):
+    return parse_scene_document(porter_document(dimensions=dimensions, spindle={"speed": speed}, start={"arm_angle": angle}))
+
+
+@pytest.mark.parametrize(("dimensions", "angle"), [(PORTER, 0.5), (EXTENDED, 0.6), (CROSSED, 0.9)])
+def test_small_oscillations_at_a_given_speed(dimensions, angle):
+    governor, speed = speeds_and_rows(dimensions, angle)
+    found = gm.linearise(scene_at_speed(dimensions, speed=speed, angle=angle + 0.02))
+    expected = math.sqrt(float(pendulum.squared_oscillation_frequency(governor, arm_angle=angle)))
+    assert found.readings["arm_angle"] == pytest.approx(angle, rel=RELATIVE_TOLERANCE)
+    assert found.modes[0].eigenvalue.imag == pytest.approx(expected, rel=RELATIVE_TOLERANCE)
+    assert abs(found.modes[0].eigenvalue.imag - expected) < 10 * found.error_estimate + 1e-13  # the equilibrium adds a little
+    assert found.stability is Stability.UNDAMPED
+    assert not found.stable
+    assert found.modes[0].damping_ratio == 0.0
 
 
 def test_small_oscillations_with_a_free_spindle():
@@ -140,7 +153,7 @@ def test_dashpot_of_a_governor():
 
 
 def test_static_gain_of_the_spindle_speed():
-    scene = governor_scene(PORTER, speed=12.2, angle=0.5)
+    scene = scene_at_speed(PORTER, speed=12.2, angle=0.5)
     (equilibrium,) = gm.equilibria(scene)
     system = gm.linearise(scene).state_space(["spindle_speed"], ["arm_angle"])
     gain = system.frequency_response([0.0])[0, 0, 0]
@@ -149,7 +162,7 @@ def test_static_gain_of_the_spindle_speed():
 
 
 def test_inputs_that_vary_with_time_have_their_last_value():
-    scene = governor_scene(PORTER, speed=12.2, angle="equilibrium")
+    scene = scene_at_speed(PORTER, speed=12.2, angle="equilibrium")
     ramp = parse_scene_document(porter_document(spindle={"speed": [[0.0, 11.0], [1.0, 12.2]]}))
     assert gm.linearise(ramp).eigenvalues == pytest.approx(gm.linearise(scene).eigenvalues, rel=RELATIVE_TOLERANCE)
     assert gm.linearise(scene, "12.2 rad/s").readings == pytest.approx(gm.linearise(scene).readings)
@@ -319,6 +332,97 @@ def test_a_spring_that_is_just_slack():
         gm.linearise(custom_scene(OSCILLATOR, effects={"spring": {"x": {"rate": 100.0, "zero": 0.4, "one_sided": True}}}))
 
 
+LOADED_SHAFT = """
+[[body]]
+name = "shaft"
+mass = "2 kg"
+inertia = "0.5 kg m^2"
+[[joint]]
+type = "pin"
+first = "ground.A"
+second = "shaft.centre"
+[[force]]
+type = "torsion_damper"
+first = "ground"
+second = "shaft"
+damping = 0.2
+[[force]]
+type = "torque"
+name = "drive"
+body = "shaft"
+moment = {moment}
+[readings]
+angle = {{ angle = "shaft" }}
+[start]
+angle = 0.1
+[run]
+duration = "1 s"
+"""
+
+
+def test_a_load_that_follows_a_reading_with_a_lag():
+    """I x'' + c x' + k / (1 + tau s) x = 0 has three eigenvalues; without damper the lag would make it grow."""
+    moment = '{ reading = "angle", gain = "-30 N m/rad", about = 0.0, lag = "2 ms" }'
+    found = gm.linearise(custom_scene(LOADED_SHAFT.format(moment=moment)))
+    expected = np.roots([0.5 * 0.002, 0.5 + 0.2 * 0.002, 0.2, 30.0])
+    assert np.sort_complex(found.eigenvalues) == pytest.approx(np.sort_complex(expected), rel=RELATIVE_TOLERANCE)
+    assert found.readings["angle"] == pytest.approx(0.0, abs=1e-13)
+
+
+def test_a_load_by_a_table_counts_with_its_slope():
+    moment = '{ reading = "angle", table = [["-1 rad", "40 N m"], ["-0.2 rad", "8 N m"], ["1 rad", "-4 N m"]] }'
+    found = gm.linearise(custom_scene(LOADED_SHAFT.format(moment=moment)))
+    assert found.readings["angle"] == pytest.approx(0.6, rel=1e-13)
+    assert found.modes[0].natural_frequency == pytest.approx(math.sqrt(10 / 0.5), rel=RELATIVE_TOLERANCE)
+    with pytest.raises(gm.MechanismError, match="at a kink of a table"):
+        gm.linearise(custom_scene(LOADED_SHAFT.format(moment=moment.replace('"8 N m"', '"0 N m"'))))
+
+
+def watt_engine(damping: float) -> WattEngine:
+    """The shipped engine, scaled, in the steady state under its last load of 600 N m."""
+    arm = {"arm": 0.3, "ball_mass": 5.0, "arm_damping": damping, "ratio": 2.0}
+    return scale_engine(**arm, engine_inertia=100.0, torque_gain=2000.0, equilibrium_lift=0.54 - 600 / 2000)
+
+
+def test_governed_engine():
+    """Engine and governor turn steadily; eigenvalues and the limit of hunting are those of Pontryagin's equations."""
+    scene = gm.load("watt_engine_hunting")
+    found = gm.linearise(scene)
+    engine = watt_engine(3.3)
+    angle, speed = equilibrium(engine)
+    unit = scaled_time_unit(arm=0.3)
+    assert found.readings["governor.arm_angle"] == pytest.approx(angle, rel=RELATIVE_TOLERANCE)
+    assert found.rates["governor.spindle_speed"] == pytest.approx(speed / unit, rel=RELATIVE_TOLERANCE)
+    sine, alpha = math.sin(angle), engine.control
+    cubic = [1.0, engine.damping, sine**2 / engine.cosine, 2 * alpha * math.sqrt(engine.cosine) * sine**2]
+    assert np.sort_complex(found.eigenvalues) == pytest.approx(np.sort_complex(np.roots(cubic) / unit), rel=RELATIVE_TOLERANCE)
+    assert found.stability is Stability.UNSTABLE
+    assert gm.linearise("watt_engine_stable").stable
+    limit = gm.stability_limit(scene, "part.governor.effects.dashpot.arm_angle", 3.0, "4 N m s/rad")
+    scaled_limit = watt_engine(limit.value)
+    assert scaled_limit.damping == pytest.approx(damping_limit(engine), rel=RELATIVE_TOLERANCE)
+    assert limit.frequency * unit == pytest.approx(math.sqrt((1 - engine.cosine**2) / engine.cosine), rel=RELATIVE_TOLERANCE)
+    assert (limit.onset is Onset.SOFT) == (first_lyapunov_coefficient(engine) < 0)
+
+
+def test_haugs_governor():
+    """A free spindle with a reaction and a torque that falls with the collar; numbers computed with 40 digits."""
+    document = dict(gm.load("haug_governor").document)
+    document["spindle"] = {**document["spindle"], "torque": document["spindle"]["torque"][:1]}  # without the load
+    scene = parse_scene_document(document)
+    found = gm.linearise(scene)
+    pair, real = haug_governor.EIGENVALUES
+    # The rod's length is given to 5 digits, so that the height of the equilibrium is off by 4e-17; speeds follow to 1e-12.
+    assert np.sort_complex(found.eigenvalues) == pytest.approx(np.sort_complex([pair, np.conj(pair), real]), rel=1e-9)
+    assert found.rates["spindle_speed"] == pytest.approx(haug_governor.EQUILIBRIUM_SPEEDS[9.81], rel=1e-11)
+    damping = gm.stability_limit(scene, "force.damper.damping", 10.0, 30.0)
+    assert damping.value == pytest.approx(haug_governor.CRITICAL_DAMPING, rel=1e-9)
+    assert damping.frequency == pytest.approx(haug_governor.CRITICAL_FREQUENCY, rel=1e-9)
+    gain = gm.stability_limit(scene, "spindle.torque.1.gain", "-7500 N", "-15000 N")
+    assert gain.value == pytest.approx(-haug_governor.CRITICAL_GAIN, rel=1e-9)
+    assert not gain.stable_below
+
+
 PENDULUM_ON_A_SPRING = """
 [[body]]
 name = "rod"
@@ -384,12 +488,10 @@ def test_report_of_all_equilibria():
     assert [row["stability"] for row in report["linearisations"]] == ["unstable", "stable"]
     assert "damping ratio" in text
     json.dumps(report, allow_nan=False)
-    for row, equilibrium in zip(report["linearisations"], gm.equilibria(scene, 6.4), strict=True):
-        squares = {round(complex(*mode["eigenvalue"]).real, 6) for mode in row["modes"]}
-        assert squares
+    for row, point in zip(report["linearisations"], gm.equilibria(scene, 6.4), strict=True):
         # The product of the eigenvalues does not depend on damping: K / I.
         product = np.prod([abs(complex(*mode["eigenvalue"])) ** (2 if mode["eigenvalue"][1] else 1) for mode in row["modes"]])
-        assert product == pytest.approx(equilibrium.frequency**2 + equilibrium.divergence_rate**2, rel=RELATIVE_TOLERANCE)
+        assert product == pytest.approx(point.frequency**2 + point.divergence_rate**2, rel=RELATIVE_TOLERANCE)
 
 
 def test_an_astatic_governor_is_neutral():

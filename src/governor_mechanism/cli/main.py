@@ -127,7 +127,8 @@ def run(
         result = gm.run(loaded_scene, engine=engine, accuracy=accuracy)
     stem = Path(result.scene.source).stem or "scene"
     files = _write_results(result, out, stem, None if no_film else film)
-    valve_timing = gm.valve_timing(loaded_scene) if loaded_scene.part.machine == SlideValve.name else None
+    has_valve = len(loaded_scene.parts) == 1 and loaded_scene.part.machine == SlideValve.name
+    valve_timing = gm.valve_timing(loaded_scene) if has_valve else None
     if as_json:
         valve_timing_json = {} if valve_timing is None else {"steam": valve_timing.as_json()}
         print_json({**summarise_run(result), **valve_timing_json, "files": [str(path) for path in files]})

@@ -13,7 +13,7 @@ from governor_mechanism.model.trajectory import Trajectory
 from governor_mechanism.statics.equilibria import Equilibrium, has_damping
 from governor_mechanism.statics.equilibrium_speed import format_coordinate
 from governor_mechanism.statics.speed_curve import InsensitivityBand, SpeedCurve
-from governor_mechanism.units.quantities import format_quantity
+from governor_mechanism.units.quantities import format_quantity, format_reading_name
 
 
 def format_equilibria(
@@ -100,7 +100,7 @@ def format_run(result: Trajectory) -> str:
     estimate = result.error_estimate
     accuracy_clause = "" if estimate is None else f"accurate to {estimate:.1g} (requested {requested_accuracy:.1g}); "
     final = ", ".join(
-        f"{name.replace('_', ' ')} {format_quantity(values[-1], result.units[name], '.4f')}"
+        f"{format_reading_name(name)} {format_quantity(values[-1], result.units[name], '.4f')}"
         for name, values in result.readings.items()
         if len(values)
     )

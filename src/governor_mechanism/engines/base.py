@@ -142,8 +142,8 @@ def refuse_couplings(engine: str, scene: Scene) -> str:
     """
     if len(scene.parts) > 1 or scene.couplings:
         return (
-            f"engine {engine!r} runs scenes with one part and no couplings; this scene has {len(scene.parts)} parts and "
-            f"{len(scene.couplings)} couplings: choose engine multibody"
+            f"engine {engine!r} runs scenes with one part and no couplings; this scene has couplings, or the parts "
+            f"{[part.name for part in scene.parts]}: choose engine multibody"
         )
     functions = reading_functions_of(scene)
     if functions:

@@ -12,13 +12,12 @@ from governor_mechanism.effects.clearance import CLEARANCE_READING
 from governor_mechanism.errors import MechanismError
 from governor_mechanism.mechanics.dynamics.characteristic_scales import time_scale
 from governor_mechanism.mechanics.dynamics.contacts import contacts_of
-from governor_mechanism.mechanics.dynamics.lowering import ground_pin_of_point_mass
 from governor_mechanism.mechanics.kinematics.assembly import PositionSolver
 from governor_mechanism.mechanics.kinematics.output_variables import evaluate_output_value
 from governor_mechanism.mechanics.kinematics.time_functions import SpindleSpeedFunction
 from governor_mechanism.mechanics.reduction.lagrangian import SingleDofReduction
 from governor_mechanism.model.coupled_system import SHAFT_NAME, TurningPlane
-from governor_mechanism.model.mechanism import Mechanism
+from governor_mechanism.model.mechanism import Mechanism, Shaft
 from governor_mechanism.model.output_variables import BodyAngle, Limit
 from governor_mechanism.model.part import EQUILIBRIUM, Spindle
 from governor_mechanism.model.scene import Scene
@@ -86,8 +85,6 @@ def part_initial_state(scene: Scene) -> tuple[FloatArray, FloatArray]:
 def _solve_initial_state(scene: Scene) -> tuple[FloatArray, FloatArray]:
     mechanism = scene.mechanism
     warn_before_compiling("evaluate_jacobian", 3)
-    for body in mechanism.bodies:
-        ground_pin_of_point_mass(mechanism, body)  # raises for point masses that cannot rotate
     position_solver = PositionSolver(mechanism)
     values = scene.start.values
     if position_solver.equations.is_driven.any():
@@ -110,6 +107,7 @@ def _solve_initial_state(scene: Scene) -> tuple[FloatArray, FloatArray]:
             value = float(evaluate_output_value(mechanism, limit.reading, poses))
             _require_in_range(limit, value, f"the start, {limit.reading} = {value:.6g},")
     _require_mobile(position_solver, poses)
+    _require_inertia(position_solver, poses)
     _require_within_stops(scene, poses)
     return poses, position_solver.solve_velocities(poses, scene.start.rates)
 
@@ -223,6 +221,33 @@ def _require_mobile(position_solver: PositionSolver, poses: FloatArray) -> None:
     freeing_joints = [name for name, one in mechanisms_without_joint.items() if PositionSolver(one).count_degrees_of_freedom(poses) > 0]
     joints_phrase = f"any one of {freeing_joints}" if freeing_joints else "more than one of them"
     raise MechanismError(f"the mechanism cannot move: its joints leave 0 degrees of freedom; without {joints_phrase} it could")
+
+
+MIN_INERTIA_RATIO = 1e-13
+"""Smallest inertia of a motion, relative to the largest mass at one length scale or one radian, with which it can be integrated."""
+
+
+def _require_inertia(position_solver: PositionSolver, poses: FloatArray) -> None:
+    """Raise an error if joints and drives leave a massless body a motion in which no mass moves."""
+    mechanism, masses = position_solver.mechanism, position_solver.free_masses
+    is_shaft = np.repeat([isinstance(body, Shaft) for body in mechanism.bodies], 3)[position_solver.free_mask]
+    if np.all(is_shaft | (masses > 0)):
+        return
+    scaled_jacobian = position_solver.scaled_joint_jacobian(poses)
+    free_motions = np.linalg.svd(scaled_jacobian)[2][numerical_rank(scaled_jacobian) :]
+    inertia = masses * position_solver.free_coordinate_scales**2
+    inertia[is_shaft] = np.max(inertia)  # the bodies of its plane give a shaft inertia
+    values, vectors = np.linalg.eigh((free_motions * inertia) @ free_motions.T)
+    if not values.size or values[0] > MIN_INERTIA_RATIO * np.max(inertia):
+        return
+    amplitudes = np.abs(position_solver.expand_free(free_motions.T @ vectors[:, 0])).max(axis=-1)
+    body = max(zip(amplitudes.tolist(), mechanism.bodies, strict=True), key=lambda pair: pair[0])[1]
+    lacking = "mass" if body.mass == 0.0 else "moment of inertia"
+    raise MechanismError(
+        f"body {body.name!r} has no {lacking} and can move without moving any other mass, so that nothing determines its motion; "
+        "give it a mass, point masses or second moments, joints that move another mass with it, or turns = false "
+        "(can_rotate=False in Python); a bar between two pins without mass is a [[link]]"
+    )
 
 
 STOP_TOLERANCE = 1e-9

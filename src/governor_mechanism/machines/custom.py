@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Iterable, Mapping, Sequence
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from itertools import combinations
 from typing import Final
 
@@ -109,6 +109,62 @@ def plate_shape(mass: float, width: float, height: float, thickness: float = 0.0
         second_moments=SecondMoments(xx=mass * width**2 / 12, yy=mass * height**2 / 12, zz=mass * thickness**2 / 12),
         extent=math.hypot(width, height),
     )
+
+
+@dataclass(frozen=True, kw_only=True)
+class PointMass:
+    """A mass on a body, in a point or as a solid ball.
+
+    Attributes
+    ----------
+    mass
+        Mass, kg.
+    position
+        Position in the axes of the body, m.
+    radius
+        Radius of the ball, m; 0 for a point.
+    """
+
+    mass: float
+    position: Vector2
+    radius: float = 0.0
+
+
+def add_point_masses(mass: float, shape: BodyShape, point_masses: Sequence[PointMass]) -> tuple[float, BodyShape]:
+    """Return the rigid body of a shape and masses on it: the total mass, and the shape about the common mass centre.
+
+    Parameters
+    ----------
+    mass
+        Mass of the shape, kg; 0 for a massless lever.
+    shape
+        Mass distribution without the point masses.
+    point_masses
+        Masses on the body.
+
+    Returns
+    -------
+    float
+        Total mass, kg.
+    BodyShape
+        Shape of the whole.
+    """
+    own = shape.second_moments
+    parts = [(mass, shape.mass_centre, own.xx, own.yy, own.xy, own.zz)]
+    for item in point_masses:
+        ball_moment = item.mass * item.radius**2 / 5
+        parts.append((item.mass, item.position, ball_moment, ball_moment, 0.0, ball_moment))
+    total = sum(part[0] for part in parts)
+    x, y = (sum(part[0] * part[1][axis] for part in parts) / total for axis in (0, 1))
+    moments = SecondMoments(
+        xx=sum(xx + m * (px - x) ** 2 for m, (px, _), xx, _, _, _ in parts),
+        yy=sum(yy + m * (py - y) ** 2 for m, (_, py), _, yy, _, _ in parts),
+        xy=sum(xy + m * (px - x) * (py - y) for m, (px, py), _, _, xy, _ in parts),
+        zz=sum(part[5] for part in parts),
+    )
+    distances = [math.dist(one[1], other[1]) for one, other in combinations(parts, 2)]
+    extent = max([shape.extent, *distances, *(2 * item.radius for item in point_masses)])
+    return total, replace(shape, second_moments=moments, mass_centre=(x, y), extent=extent)
 
 
 @dataclass(frozen=True, kw_only=True)

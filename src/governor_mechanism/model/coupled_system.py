@@ -201,6 +201,11 @@ def _follows_by_spindle(prefixes: Mapping[str, Part], couplings: Sequence[Coupli
                 f"coupling {coupling.name!r} follows {coupling.first!r}, which follows {follows[coupling.first].first!r} itself; "
                 "follow that one"
             )
+        if prefixes[coupling.second.removesuffix(SPINDLE_ANGLE)].spindle != FreeSpindle():
+            raise MechanismError(
+                f"coupling {coupling.name!r} gives the speed of {coupling.second!r}; inertia, start speed and torque of that spindle "
+                "have no effect: leave them out, or couple it by a gear"
+            )
     return follows
 
 

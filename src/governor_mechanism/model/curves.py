@@ -14,19 +14,19 @@ class Curve:
 
 @dataclass(frozen=True, kw_only=True)
 class PolynomialCurve(Curve):
-    """A polynomial y = c0 + c1 x + c2 x^2 + c3 x^3.
+    """A polynomial y = c0 + c1 x + c2 x^2 + ... of any degree.
 
     Attributes
     ----------
     coefficients
-        c0, c1, ... in m, 1, 1/m, 1/m2; one to four values. A parabola has three.
+        c0, c1, ... in m, 1, 1/m, ...; one or more. A parabola has three.
     """
 
     coefficients: tuple[float, ...]
 
     def __post_init__(self) -> None:
-        if not 1 <= len(self.coefficients) <= 4:
-            raise MechanismError(f"a polynomial curve has one to four coefficients; got {len(self.coefficients)}")
+        if not self.coefficients:
+            raise MechanismError("a polynomial curve needs at least one coefficient; [0] is the x axis")
         for value in self.coefficients:
             require_finite(value, "", "coefficient of a curve")
 

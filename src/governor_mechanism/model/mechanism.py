@@ -51,9 +51,9 @@ class Body:
     name
         Name of the body.
     mass
-        Mass, kg; positive.
+        Mass, kg; 0 for a massless lever or a point whose motion is prescribed.
     second_moments
-        Second moments of mass about the mass centre.
+        Second moments of mass about the mass centre; zeros for a body whose mass is in one point.
     can_rotate
         False for a point mass or a guided sleeve, whose angle is always 0.
     """
@@ -64,7 +64,9 @@ class Body:
     can_rotate: bool = True
 
     def __post_init__(self) -> None:
-        require_positive(self.mass, "kg", f"mass of body {self.name!r}")
+        require_finite(self.mass, "kg", f"mass of body {self.name!r}")
+        if self.mass < 0.0:
+            raise MechanismError(f"mass of body {self.name!r} must not be negative; got {self.mass:g} kg")
 
     @property
     def moves(self) -> tuple[bool, bool, bool]:

@@ -107,7 +107,11 @@ class Scene:
     def part(self) -> Part:
         """The only part. Raise MechanismError if there are several."""
         if len(self.parts) != 1:
-            raise MechanismError(f"a scene of one part is needed; this scene has {[part.name for part in self.parts]}")
+            names = ", ".join(repr(part.name) for part in self.parts)
+            raise MechanismError(
+                f"this works on a scene of one part, and this scene has the parts {names}; write the part that is meant in a scene file of "
+                "its own, with a given spindle.speed"
+            )
         return self.parts[0]
 
     def part_of(self, name: str) -> tuple[Part, str]:

@@ -5,6 +5,7 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 from governor_mechanism.errors import MechanismError, require_finite, require_not_negative
+from governor_mechanism.model.measured_fields import measured, require_valid_fields
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -142,10 +143,33 @@ class InputFunction:
 
 
 @dataclass(frozen=True, kw_only=True)
-class PrescribedMotion:
-    """A prescribed motion of a driver: a curve without kinks through given points.
+class Harmonic:
+    """A harmonic amplitude * sin(2 pi * frequency * time + phase) of a prescribed motion.
 
-    Before the first and after the last point it continues at the rate there. Two points are a motion at constant rate.
+    Attributes
+    ----------
+    amplitude
+        Amplitude, rad or m.
+    frequency
+        Frequency, Hz; positive.
+    phase
+        Phase at 0 s, rad.
+    """
+
+    amplitude: float = measured("")
+    frequency: float = measured("Hz", positive=True)
+    phase: float = measured("rad", default=0.0)
+
+    def __post_init__(self) -> None:
+        require_valid_fields(self, "a harmonic")
+
+
+@dataclass(frozen=True, kw_only=True)
+class PrescribedMotion:
+    """A prescribed motion of a driver: a curve without kinks through given points, plus harmonics.
+
+    Two points are a motion at constant rate, three a parabola, more a cubic spline that reproduces polynomials up to the third
+    degree. Before the first and after the last point the curve continues at the rate there.
 
     Attributes
     ----------
@@ -153,10 +177,13 @@ class PrescribedMotion:
         Points of time, s, strictly rising; two or more.
     values
         Values at these times, rad or m.
+    harmonics
+        Harmonics that are added to the curve.
     """
 
     times: tuple[float, ...]
     values: tuple[float, ...]
+    harmonics: tuple[Harmonic, ...] = ()
 
     def __post_init__(self) -> None:
         _require_equal_lengths("a motion", self.times, self.values)
@@ -167,9 +194,9 @@ class PrescribedMotion:
                 raise MechanismError(f"times of a motion must rise; {after:g} s follows {before:g} s; a driver cannot jump")
 
     @classmethod
-    def constant_rate(cls, start_value: float, rate: float) -> PrescribedMotion:
-        """Return the motion start_value + rate * time."""
-        return cls(times=(0.0, 1.0), values=(start_value, start_value + rate))
+    def constant_rate(cls, start_value: float, rate: float, harmonics: tuple[Harmonic, ...] = ()) -> PrescribedMotion:
+        """Return the motion start_value + rate * time plus harmonics."""
+        return cls(times=(0.0, 1.0), values=(start_value, start_value + rate), harmonics=harmonics)
 
 
 def _require_equal_lengths(what: str, times: tuple[float, ...], values: tuple[float, ...]) -> None:

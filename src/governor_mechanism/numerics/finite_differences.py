@@ -95,6 +95,8 @@ def jacobian(function: VectorFunction, point: FloatArray, scales: FloatArray, *,
         Estimated error of each column; shape (n,).
     """
     columns = [directional_derivative(function, point, direction, tolerance=tolerance) for direction in np.diag(scales)]
+    if not columns:
+        return np.zeros((len(function(point)), 0)), np.zeros(0)
     return (
         np.stack([column / scale for (column, _), scale in zip(columns, scales, strict=True)], axis=-1),
         np.array([error for _, error in columns]) / scales,

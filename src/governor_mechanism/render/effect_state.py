@@ -14,6 +14,8 @@ from governor_mechanism.model.effect import Effect, OutputEffect
 from governor_mechanism.model.events import Event, EventKind
 from governor_mechanism.model.part import Part
 from governor_mechanism.model.trajectory import Trajectory
+from governor_mechanism.render.part_entries import select_part_entries
+from governor_mechanism.render.reading_loads import LoadFunctions, reading_load_functions
 
 EffectT = TypeVar("EffectT", bound=Effect)
 OutputEffectT = TypeVar("OutputEffectT", bound=OutputEffect)
@@ -34,7 +36,7 @@ class StopImpact:
 
 @dataclass(frozen=True, kw_only=True)
 class EffectState:
-    """Effects of a scene and the events of the outputs on which they act, by reading.
+    """Effects of a part and the events of the outputs on which they act, by reading, and its loads that depend on readings, by name.
 
     `hold_changes` are times (s) with True if the contact is held from then on; `stop_impacts` are the impacts; `reading_ranges` are the
     smallest and largest value over the run. An impact is shown for `flash_duration` seconds of the run.
@@ -45,6 +47,7 @@ class EffectState:
     stop_impacts: Mapping[str, tuple[StopImpact, ...]] = field(default_factory=dict)
     reading_ranges: Mapping[str, tuple[float, float]] = field(default_factory=dict)
     flash_duration: float = FLASH_DURATION
+    load_functions: Mapping[str, LoadFunctions] = field(default_factory=dict)
 
     def find_effect(self, kind: type[EffectT]) -> EffectT | None:
         """Return the effect of a type, or None."""
@@ -72,26 +75,24 @@ class EffectState:
 NO_EFFECTS = EffectState()
 
 
-def effect_state_of(run: Trajectory, slow_down: float = 1.0) -> EffectState:
-    """Return the effect state of a run whose seconds take `slow_down` seconds of film stops."""
-    effects = run.scene.effects
+def effect_state_of(run: Trajectory, part: Part, slow_down: float = 1.0) -> EffectState:
+    """Return the effect state of a part of a run whose seconds take `slow_down` seconds of film."""
     ranges = {name: (float(values.min()), float(values.max())) for name, values in run.readings.items()}
     stop_values = {contact.output_name: (contact.low, contact.high) for contact in contacts_of(run.scene)}
-    if not stop_values:
-        return EffectState(effects=effects, reading_ranges=ranges)
     hold_changes: dict[str, list[tuple[float, bool]]] = {}
     stop_impacts: dict[str, list[StopImpact]] = {}
-    for event in run.events:
+    for event in run.events if stop_values else ():
         if event.kind in HOLD_EVENT_KINDS:
             hold_changes.setdefault(event.subject, []).append((event.time, HOLD_EVENT_KINDS[event.kind]))
         elif event.kind == EventKind.IMPACT and event.subject in stop_values:
             stop_impacts.setdefault(event.subject, []).append(_stop_impact(run, event, stop_values[event.subject]))
     return EffectState(
-        effects=effects,
-        hold_changes={name: tuple(changes) for name, changes in hold_changes.items()},
-        stop_impacts={name: tuple(impacts) for name, impacts in stop_impacts.items()},
-        reading_ranges=ranges,
+        effects=part.effects,
+        hold_changes={name: tuple(changes) for name, changes in select_part_entries(run, part, hold_changes).items()},
+        stop_impacts={name: tuple(impacts) for name, impacts in select_part_entries(run, part, stop_impacts).items()},
+        reading_ranges=select_part_entries(run, part, ranges),
         flash_duration=FLASH_DURATION / slow_down,
+        load_functions=reading_load_functions(run, part),
     )
 
 

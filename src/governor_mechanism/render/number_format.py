@@ -19,6 +19,11 @@ def display_unit_of(si_unit: str) -> tuple[str, float]:
     return FIGURE_UNITS.get(si_unit, (si_unit, 1.0))
 
 
+def format_name(name: str) -> str:
+    """Return the name of a reading, part or effect as words: "governor.arm_angle" as "governor arm angle"."""
+    return name.replace(".", " ").replace("_", " ")
+
+
 def choose_decimals(values: NDArray[np.float64]) -> int:
     """Return the number of decimals, at most 4, that divides the range of the values into some hundred steps."""
     largest = float(np.abs(values).max())

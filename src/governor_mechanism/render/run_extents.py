@@ -18,10 +18,8 @@ from governor_mechanism.render.effect_state import NO_EFFECTS, EffectState
 from governor_mechanism.render.film.layout import ELEVATION_RECT
 from governor_mechanism.render.geometry.body_points import point_path, point_path_in_axes
 from governor_mechanism.render.geometry.primitives import Vec2
+from governor_mechanism.render.reading_loads import LoadFunctions
 from governor_mechanism.types import FloatArray
-
-LoadFunctions = tuple[CubicTimeFunction, CubicTimeFunction | None]
-"""Components of a force over time, or a torque and None."""
 
 ELEVATION_ASPECT_RATIO = (ELEVATION_RECT[2] - ELEVATION_RECT[0]) / (ELEVATION_RECT[3] - ELEVATION_RECT[1])
 """Width over height of the machine's rectangle in the frame."""
@@ -66,16 +64,18 @@ def measure_run_extents(part: Part, poses: FloatArray, times: FloatArray, effect
     paths = drawn_point_paths(mechanism, poses)
     sides = np.ptp(paths.reshape(-1, 2), axis=0)
     length_scale = float(max(sides[0], ELEVATION_ASPECT_RATIO * sides[1]))
-    load_functions = {
+    own_scale = 2 * flywheel_radius(mechanism) or mechanism.length_scale
+    load_functions: dict[str, LoadFunctions] = {
         load.name: (CubicTimeFunction(load.x), CubicTimeFunction(load.y))
         if isinstance(load, Force)
         else (CubicTimeFunction(load.moment), None)
         for load in mechanism.force_elements
         if isinstance(load, Force | Torque)
     }
+    load_functions |= effect_state.load_functions
     return RunExtents(
-        # A mechanism that hardly moves and has no extent is measured by its own length scale.
-        length_scale=length_scale if length_scale > 1e-3 * mechanism.length_scale else mechanism.length_scale,
+        # A mechanism that hardly moves and has no extent is measured by its flywheel, or by its own length scale.
+        length_scale=length_scale if length_scale > 1e-3 * mechanism.length_scale else own_scale,
         mean_height=float(paths[..., 1].mean()),
         joint_travels={joint.name: travel for joint in mechanism.joints if (travel := _joint_travel(mechanism, poses, joint)) is not None},
         element_lengths={
@@ -85,6 +85,15 @@ def measure_run_extents(part: Part, poses: FloatArray, times: FloatArray, effect
         largest_loads={kind: _largest_load(mechanism, load_functions, kind, times) for kind in (Force, Torque)},
         effect_state=effect_state,
     )
+
+
+def flywheel_radius(mechanism: Mechanism) -> float:
+    """Return the radius (m) of a rim with the mass and the moment of inertia of the only body; 0 for several bodies or a point mass."""
+    if len(mechanism.bodies) > 1:
+        return 0.0
+    body = mechanism.bodies[0]
+    xx, yy, _ = body.second_moments.in_plane
+    return math.sqrt(max(xx + yy, 0.0) / body.mass) if body.can_rotate else 0.0
 
 
 TWO_POINT_ELEMENTS = (Spring, Damper)

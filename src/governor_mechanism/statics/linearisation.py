@@ -36,6 +36,9 @@ MAX_RESTARTS = 12
 RELAXATION_STEP = 0.1
 """Displacement along the accelerations, in scales, before a restart: where Newton's method stalls, the forces lead to an equilibrium."""
 
+OUTPUT_TOLERANCE = 1e-12
+"""Relative accuracy of the derivatives of the rates of readings that turn."""
+
 NO_STEADY_STATE = (
     "no steady state was found near the start: accelerations remain; start nearer to an equilibrium or a steady rotation. "
     "If a torque depends on the angle of a turning shaft, its steady state is periodic: use the mean torque"
@@ -439,13 +442,14 @@ def _make_output_rows(dynamics: SceneDynamics, state: SteadyState, system: First
     """Return the derivatives of all outputs with respect to the state, by name of output."""
     reading_jacobian, m = dynamics.reading_jacobian(state.z), len(state.positions)
 
-    def scaled_rates(displacement: FloatArray) -> FloatArray:
-        z, rates = state.expand(system.state + system.scales * displacement)
-        reading_rates: FloatArray = dynamics.reading_jacobian(z) @ rates
-        return reading_rates
+    def reading_rates(displacement: FloatArray) -> FloatArray:
+        z, rates = state.expand(np.concatenate([system.scales[:m] * displacement, system.state[m:]]))
+        values: FloatArray = dynamics.reading_jacobian(z) @ rates
+        return values
 
-    rate_rows = jacobian(scaled_rates, np.zeros(len(system.state)), np.ones(len(system.state)))[0] / system.scales
-    value_rows = np.hstack([reading_jacobian[:, state.positions], np.zeros((len(rate_rows), len(system.state) - m))])
+    by_position = jacobian(reading_rates, np.zeros(m), np.ones(m), tolerance=OUTPUT_TOLERANCE)[0] / system.scales[:m]
+    value_rows = np.hstack([reading_jacobian[:, state.positions], np.zeros((len(reading_jacobian), len(system.state) - m))])
+    rate_rows = np.hstack([by_position, reading_jacobian @ state.basis])
     rows = {name: row for name, row in zip(dynamics.reading_names, value_rows, strict=True) if name not in turning}
     rows |= {f"{RATE_PREFIX}{name}": row for name, row in zip(dynamics.reading_names, rate_rows, strict=True)}
     for name in dynamics.spindle_speeds:

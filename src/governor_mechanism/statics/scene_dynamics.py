@@ -33,6 +33,7 @@ from governor_mechanism.mechanics.dynamics.lowering import from_mass_centres, ma
 from governor_mechanism.mechanics.kinematics.constraint_equations import make_constraint_table
 from governor_mechanism.mechanics.kinematics.constraint_kernels import evaluate_jacobian
 from governor_mechanism.mechanics.kinematics.output_variables import evaluate_output, evaluate_output_value
+from governor_mechanism.mechanics.kinematics.time_functions import N_CUBIC_COLUMNS, stack_local_cubics
 from governor_mechanism.model.coupled_system import SPINDLE_ANGLE, SPINDLE_SPEED
 from governor_mechanism.model.force_elements import Force, Torque
 from governor_mechanism.model.scene import Scene
@@ -114,7 +115,7 @@ class SceneDynamics:
         self._system, functions = make_system(self.scene, mode)
         last = max([0.0, *(float(function.breakpoints[-1]) for function in functions if function.breakpoints.size)])
         time = np.array([last if self._time is None else self._time])
-        self._inputs: FloatArray = np.concatenate([function.local_cubics(time) for function in functions])
+        self._inputs: FloatArray = stack_local_cubics(functions, time)[0]
         self._workspace = make_system_workspace(self._system)
 
     def _require_steady_inputs(self) -> None:
@@ -124,7 +125,8 @@ class SceneDynamics:
                 "with spindle.speed_fluctuation = 0"
             )
         drives = self._system.constraint_rows.table["drive"]
-        if np.any(self._inputs[drives[drives >= 0], 2]):  # a rate
+        motions = self._inputs[drives[drives >= 0]]
+        if np.any(motions[:, 2]) or np.any(motions[:, N_CUBIC_COLUMNS:]):  # a rate or harmonics
             raise MechanismError(
                 "the steady state is periodic, because a drive turns or moves the mechanism all the time; "
                 "let the drive end at rest, or replace it by a mean torque"

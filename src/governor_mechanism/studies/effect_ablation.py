@@ -22,10 +22,11 @@ from governor_mechanism.engines import select_engine
 from governor_mechanism.errors import MechanismError
 from governor_mechanism.machines.registry import MACHINES
 from governor_mechanism.model.effect import Effect
-from governor_mechanism.model.part import FIXED_PLANE, Spindle
+from governor_mechanism.model.part import Part, Spindle
 from governor_mechanism.model.scene import Scene
 from governor_mechanism.model.trajectory import Outcome, Trajectory
 from governor_mechanism.scenes.parser import parse_scene_document
+from governor_mechanism.units.quantities import format_reading_name
 from governor_mechanism.units.text_table import format_table
 
 N_TIMED_RUNS = 3
@@ -143,7 +144,7 @@ class EffectsStudy:
         name = row.effect if row.listed else f"{row.effect} (not listed)"
         if row.relative_change is None or row.cost_with is None or row.cost_without is None:
             return name, "", "", "", "", ""
-        largest = "negligible" if self._is_negligible(row) else row.most_changed_reading.replace("_", " ")
+        largest = "negligible" if self._is_negligible(row) else format_reading_name(row.most_changed_reading)
         ratio = "" if row.time_ratio is None else f"x {row.time_ratio:.2f}"
         pairs = [(row.cost_without.evaluations, row.cost_with.evaluations), (row.cost_without.events, row.cost_with.events)]
         return name, f"{row.relative_change:.1e}", largest, ratio, *(f"{without:,} -> {with_it:,}" for without, with_it in pairs)
@@ -197,13 +198,25 @@ def run_effects_study(
         engine=chosen.name,
         base_cost=base_cost,
         rows=tuple(rows),
-        untried=tuple(effect.key for effect in EFFECTS if effect.key not in switches and _is_applicable(scene, effect)),
+        untried=tuple(
+            f"{prefix}{effect.key}"
+            for prefix, part in _parts_by_prefix(scene)
+            for effect in EFFECTS
+            if f"{prefix}{effect.key}" not in switches and _is_applicable(part, effect)
+        ),
     )
 
 
-def _is_applicable(scene: Scene, effect: type[Effect]) -> bool:
-    """Return whether the machine of the scene can have the effect."""
-    machine_class = MACHINES.get(scene.part.machine)
+def _parts_by_prefix(scene: Scene) -> list[tuple[str, Part]]:
+    """Return the parts with the start of the names of their effects: empty for the only part, or "part."."""
+    return [(f"{part.name}." if len(scene.parts) > 1 else "", part) for part in scene.parts]
+
+
+def _is_applicable(part: Part, effect: type[Effect]) -> bool:
+    """Return whether the machine of a part can have the effect."""
+    machine_class = MACHINES.get(part.machine)
+    if effect is Centrifugal:
+        return part.turns
     return not effect.changes_bodies_of or (machine_class is not None and effect in machine_class.supported_effects)
 
 
@@ -261,33 +274,51 @@ EffectSwitch = tuple[bool, Callable[[], Scene]]
 
 def _effect_switches(scene: Scene) -> Iterator[tuple[str, EffectSwitch]]:
     """Yield each effect that can be switched: its name, whether it is listed, and how to build the scene with it switched."""
+    for prefix, part in _parts_by_prefix(scene):
+        for name, switch in _part_switches(scene, part):
+            yield f"{prefix}{name}", switch
+
+
+def _part_switches(scene: Scene, part: Part) -> Iterator[tuple[str, EffectSwitch]]:
+    """Yield the same for the effects of one part."""
     if scene.document:
-        listed = {key for key, value in dict(scene.document.get("effects", {})).items() if value is not False}
+        listed = {key for key, value in dict(_part_table(scene.document, part).get("effects", {})).items() if value is not False}
         for key in (effect.key for effect in EFFECTS if effect.key in listed):
-            yield key, (True, partial(_reparse_without, scene, key))
+            yield key, (True, partial(_reparse_without, scene, part, key))
     else:
-        for effect_class in sorted({type(effect) for effect in scene.effects}, key=lambda one: one.__name__):
-            yield effect_class.__name__, (True, partial(_drop_effect, scene, effect_class))
-    can_rotate = scene.part.plane != FIXED_PLANE
+        for effect_class in sorted({type(effect) for effect in part.effects}, key=lambda one: one.__name__):
+            yield effect_class.__name__, (True, partial(_drop_effect, scene, part, effect_class))
     for name, default_effect in PARAMETERLESS_EFFECTS.items():
-        if type(default_effect) not in {type(effect) for effect in scene.effects} and (can_rotate or name == "gravity"):
-            yield name, (False, partial(scene.with_changes, effects=(*scene.effects, default_effect)))
-    if isinstance(scene.spindle, Spindle) and scene.spindle.speed_fluctuation:
-        yield (SPEED_FLUCTUATION_KEY, (True, partial(scene.with_changes, spindle=replace(scene.spindle, speed_fluctuation=0.0))))
+        if type(default_effect) not in {type(effect) for effect in part.effects} and (part.turns or name == "gravity"):
+            yield name, (False, partial(_replace_part, scene, part, effects=(*part.effects, default_effect)))
+    if isinstance(part.spindle, Spindle) and part.spindle.speed_fluctuation:
+        steady = replace(part.spindle, speed_fluctuation=0.0)
+        yield (SPEED_FLUCTUATION_KEY, (True, partial(_replace_part, scene, part, spindle=steady)))
 
 
-def _reparse_without(scene: Scene, key: str) -> Scene:
+def _part_table(document: Mapping[str, Any], part: Part) -> Any:
+    """Return the table of a part: the document itself if it has no tables of parts."""
+    return document["part"][part.name] if "part" in document else document
+
+
+def _replace_part(scene: Scene, part: Part, **changes: Any) -> Scene:
+    """Return the scene with changed fields of one part."""
+    return replace(scene, parts=tuple(replace(one, **changes) if one is part else one for one in scene.parts))
+
+
+def _reparse_without(scene: Scene, part: Part, key: str) -> Scene:
     """Return the scene parsed again with one effect off, because some effects change the bodies."""
     document = copy.deepcopy(dict(scene.document))
-    document["effects"] = dict(document["effects"]) | {key: False}
+    table = _part_table(document, part)
+    table["effects"] = dict(table["effects"]) | {key: False}
     if key == "clearance":
-        start = dict(document.get("start", {}))
-        document["start"] = {name: value for name, value in start.items() if CLEARANCE_READING not in name}
+        start = dict(table.get("start", {}))
+        table["start"] = {name: value for name, value in start.items() if CLEARANCE_READING not in name}
     parsed = parse_scene_document(document, scene.source)
     return replace(parsed, run=scene.run)
 
 
-def _drop_effect(scene: Scene, effect_class: type[Effect]) -> Scene:
+def _drop_effect(scene: Scene, part: Part, effect_class: type[Effect]) -> Scene:
     if effect_class.changes_bodies_of:
         raise MechanismError(f"{effect_class.__name__} is part of the mechanism, which can be rebuilt for a scene from a file only")
-    return scene.with_changes(effects=tuple(effect for effect in scene.effects if type(effect) is not effect_class))
+    return _replace_part(scene, part, effects=tuple(effect for effect in part.effects if type(effect) is not effect_class))

@@ -54,6 +54,7 @@ QUANTITY_KINDS: Mapping[str, QuantityKind] = {
     "angle": QuantityKind("an angle", ("deg", "rad"), "40 deg"),
     "angular_speed": QuantityKind("an angular speed", ("rpm", "deg/s", "rad/s"), "120 rpm"),
     "angular_rate": QuantityKind("an angular rate", ("deg/s", "rad/s"), "10 deg/s"),
+    "frequency": QuantityKind("a frequency", ("1/min", "rpm", "rad/s", "Hz"), "2 Hz"),
     "time": QuantityKind("a time", ("ms", "min", "s"), "10 s"),
     "speed": QuantityKind("a speed", ("mm/s", "m/s"), "50 mm/s"),
     "acceleration": QuantityKind("an acceleration", ("m/s^2",), "9.81 m/s^2"),
@@ -82,7 +83,7 @@ QUANTITY_KINDS: Mapping[str, QuantityKind] = {
 """Kinds of quantity by the names in descriptions."""
 
 # Other kinds of quantity with their SI units, for messages about a wrong unit.
-_OTHER_KINDS = (("a volume", "m^3"), ("a temperature", "K"), ("a frequency", "1/s"), ("an angular acceleration", "rad/s^2"))
+_OTHER_KINDS = (("a volume", "m^3"), ("a temperature", "K"), ("an angular acceleration", "rad/s^2"))
 
 _MAX_TEXT_LENGTH = 100  # characters; a quantity is short, and long digit strings would cost time
 _KILOGRAM_FORCE = Decimal("9.80665")
@@ -103,7 +104,8 @@ _CHARACTER_REPLACEMENTS = str.maketrans({"−": "-", "⁻": "-", "¹": "1", "²"
 def parse_quantity(value: object, kind: str, what: str) -> float:
     """Return a quantity in SI.
 
-    In angular speeds, rev, r and U per time are turns, 1/min means turns per minute, and 1/s means rad/s.
+    In angular speeds, rev, r and U per time are turns, 1/min means turns per minute, and 1/s means rad/s. A frequency counts
+    cycles: one of 2 pi rad/s, or of one turn per second, is 1 Hz.
 
     Parameters
     ----------
@@ -198,6 +200,8 @@ def _unit_factor(unit: str, number: Decimal, expected: QuantityKind, message_sta
         ) from error
     if base_unit == _base_unit_of(expected.si_unit) and (expected.units or normalised == "%"):
         return factor
+    if base_unit == _base_unit_of("rad/s") and expected.si_unit == "Hz":
+        return factor / _in_base_units("turn")[0]
     if base_unit == _base_unit_of("1/s") and expected.si_unit == "rad/s":
         return _per_time_factor(normalised, number * factor, message_start)
     raise MechanismError(f"{message_start} is {_wrong_kind_message(normalised, number, factor, base_unit, expected)}")
@@ -264,8 +268,8 @@ def _suggest_unit(unit: str, expected: QuantityKind) -> str:
     if expected.si_unit == "rad/s":
         if _TURN_SPELLING.match(word):
             return f". Did you mean {'rev/s' if _PER_SECOND.search(word) else 'rpm'!r}?"
-        angles = {"deg", "rad", "°", "deg/s", "rad/s"}
-        candidates = ["deg/s", "rad/s"] if _ANGLE_SPELLING.match(word) else [name for name in candidates if name not in angles]
+        misleading = {"deg", "rad", "°", "deg/s", "rad/s", "Hz"}
+        candidates = ["deg/s", "rad/s"] if _ANGLE_SPELLING.match(word) else [name for name in candidates if name not in misleading]
     lowered = {name.lower(): name for name in reversed(candidates)}
     matches = difflib.get_close_matches(word, list(lowered), n=1)
     return f". Did you mean {lowered[matches[0]]!r}?" if matches else ""
@@ -273,6 +277,22 @@ def _suggest_unit(unit: str, expected: QuantityKind) -> str:
 
 DISPLAY_UNITS = {"rad": (180 / math.pi, "deg"), "m": (1e3, "mm"), "rad/s": (30 / math.pi, "rpm")}
 """Customary units for display by SI unit, with their number per SI unit; other units are displayed as they are."""
+
+
+def format_reading_name(name: str) -> str:
+    """Return the name of a reading in running text.
+
+    Parameters
+    ----------
+    name
+        Name, as "arm_angle" or "governor.arm_angle".
+
+    Returns
+    -------
+    str
+        The words of the name; a name with that of its part stays as it is written in scene files.
+    """
+    return name if "." in name else name.replace("_", " ")
 
 
 def format_quantity(value: float, unit: str, digits: str = ".6g") -> str:

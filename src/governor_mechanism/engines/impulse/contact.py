@@ -15,6 +15,7 @@ from governor_mechanism.mechanics.dynamics.contacts import ContactColumn, Contac
 from governor_mechanism.mechanics.dynamics.equations_of_motion import N_ENERGY_STATES
 from governor_mechanism.mechanics.dynamics.lowering import forced_output_names, from_mass_centres, to_mass_centres
 from governor_mechanism.mechanics.dynamics.projection import CLOSURE_TOLERANCE_RATIO
+from governor_mechanism.mechanics.kinematics.time_functions import stack_local_cubics
 from governor_mechanism.model.events import Event, EventKind
 from governor_mechanism.model.scene import Scene
 
@@ -86,7 +87,7 @@ class ContactModeTracker:
     def _apply_transition(self, released: set[int], stopped: set[int]) -> None:
         """Select the contact mode in the state of the multibody model, and take over its velocities."""
         stepper, scene_contacts, state = self._stepper, self._scene_contacts, self._stepper.state
-        input_cubics = np.array([function.local_cubics(np.array([state.time]))[0] for function in scene_contacts.input_functions])
+        input_cubics = stack_local_cubics(scene_contacts.input_functions, np.array([state.time]))[0]
         system, (centres, centre_velocities) = scene_contacts.model[0], stepper.mass_centre_state()
         # A free spindle is a body behind those of the part.
         n_bodies, has_shaft = len(centres), len(system.bodies) > len(centres)

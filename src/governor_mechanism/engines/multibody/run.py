@@ -27,7 +27,7 @@ from governor_mechanism.mechanics.dynamics.lowering import (
     to_mass_centres,
 )
 from governor_mechanism.mechanics.dynamics.output_forces import SLIDING_FRICTION
-from governor_mechanism.mechanics.kinematics.time_functions import SpindleSpeedFunction
+from governor_mechanism.mechanics.kinematics.time_functions import SpindleSpeedFunction, stack_local_cubics
 from governor_mechanism.model.events import Event
 from governor_mechanism.model.scene import Scene
 from governor_mechanism.model.state_history import StateHistory
@@ -213,8 +213,9 @@ class ConstrainedIntegrator:
         return np.concatenate([poses.ravel(), velocities.ravel(), np.zeros(N_ENERGY_STATES), initial_lags(self.scene, *centres)])
 
     def input_cubics(self, start: float) -> FloatArray:
-        """Return the local cubics (functions, 5) of spindle speed, drivers and force elements from a time (s) to the next breakpoint."""
-        return np.reshape([function.local_cubics(np.array([start]))[0] for function in self.input_functions], (-1, 5)).astype(np.float64)
+        """Return the local cubics (functions, columns) of spindle, drivers and force elements from a time (s) to the next breakpoint."""
+        cubics: FloatArray = stack_local_cubics(self.input_functions, np.array([start]))[0]
+        return cubics
 
     def _compute_speed_jump_work(self, time: float, state: FloatArray) -> float:
         """Return the work (J) that jumps of given spindle speeds do on the parts."""

@@ -6,7 +6,8 @@ from typing import NamedTuple
 
 import numpy as np
 
-from governor_mechanism.mechanics.contact.rules import HELD, ContactDynamics, dissipated_by_impulses
+from governor_mechanism.mechanics.contact.impacts import dissipated_by_impulses
+from governor_mechanism.mechanics.contact.rules import HELD, ContactDynamics
 from governor_mechanism.mechanics.contact.transition import EventLog, make_transition
 from governor_mechanism.mechanics.dynamics.contacts import ContactColumn
 from governor_mechanism.mechanics.reduction.equation_of_motion import (

@@ -18,7 +18,7 @@ from governor_mechanism.mechanics.contact.transition import make_event_log, make
 from governor_mechanism.mechanics.dynamics.characteristic_scales import max_step_scale
 from governor_mechanism.mechanics.dynamics.contacts import ContactMode, contacts_of, one_sided_forces_of
 from governor_mechanism.mechanics.kinematics.output_variables import evaluate_output, evaluate_output_value
-from governor_mechanism.mechanics.kinematics.time_functions import SpindleSpeedFunction
+from governor_mechanism.mechanics.kinematics.time_functions import SpindleSpeedFunction, stack_local_cubics
 from governor_mechanism.mechanics.reduction.equation_of_motion import N_STATES, ReducedModel, StateIndex, make_reduced_model
 from governor_mechanism.mechanics.reduction.motion_table import MotionTable
 from governor_mechanism.mechanics.reduction.shaft import find_shaft_train, parts_with_coordinate
@@ -149,7 +149,8 @@ class ReducedRun:
 
     def input_cubics(self, start: float) -> FloatArray:
         """Return the cubics of the inputs (inputs, 5) from a time up to their next breakpoint."""
-        return np.array([time_function.local_cubics(np.array([start]))[0] for time_function in self.motion_table.time_functions])
+        coefficients: FloatArray = stack_local_cubics(self.motion_table.time_functions, np.array([start]))[0]
+        return coefficients
 
     def state_history(self, solution: ReducedSolution) -> StateHistory:
         """Return the states of all bodies at the times reached."""

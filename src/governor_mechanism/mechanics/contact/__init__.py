@@ -1,1 +1,1 @@
-"""Contact: rules, transitions, the contacts of a scene, tolerances, and comparison of events."""
+"""Contact: rules, impacts, transitions, the contacts of a scene, tolerances, and comparison of events."""

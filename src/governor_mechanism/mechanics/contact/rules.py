@@ -1,14 +1,12 @@
-"""Rules of contact: which contacts strike, bounce, come to rest, stick, slip and leave; compiled functions over arrays.
+"""Rules of contact: which contacts rest, stick, slip and leave; compiled functions over arrays.
 
 A contact is an output variable that dry friction or stops may hold. At rest it is held while the holding force is within the
-friction limit, or pushes away from the stop; otherwise it slides in the direction of the net force. At a stop its rate is
-reversed by the coefficient of restitution. All contact forces f act on the accelerations of the outputs linearly,
-a = a0 + C f, so that the rules need no more of a mechanism than its `ContactDynamics`.
+friction limit, or pushes away from the stop; otherwise it slides in the direction of the net force. All contact forces f act on
+the accelerations of the outputs linearly, a = a0 + C f, so that the rules need no more of a mechanism than its `ContactDynamics`.
 """
 
 from __future__ import annotations
 
-import math
 from typing import NamedTuple
 
 import numpy as np
@@ -16,7 +14,6 @@ import numpy as np
 from governor_mechanism.mechanics.contact.tolerances import (
     CONTACT_TOLERANCE,
     MIN_COMPLIANCE_RATIO,
-    MIN_REBOUND_HEIGHT,
     MODE_CONSISTENCY_TOLERANCE,
     REST_TOLERANCE,
     STICTION_RATE_TOLERANCE,
@@ -234,143 +231,15 @@ def evaluate_forces(dynamics: ContactDynamics, states: IntArray) -> tuple[FloatA
         if states[k] != HELD:
             forces[k] = -states[k] * dynamics.friction_limits[k]
     is_held = states == HELD
-    forces += solve_forces(dynamics, is_held, -dynamics.accelerations - _multiply(dynamics.compliance, forces))
-    return forces, dynamics.accelerations + _multiply(dynamics.compliance, forces)
+    forces += solve_forces(dynamics, is_held, -dynamics.accelerations - multiply(dynamics.compliance, forces))
+    return forces, dynamics.accelerations + multiply(dynamics.compliance, forces)
 
 
 @jit_internal
-def _multiply(matrix: FloatArray, vector: FloatArray) -> FloatArray:
+def multiply(matrix: FloatArray, vector: FloatArray) -> FloatArray:
     """Return a small matrix times a vector, without a call of BLAS."""
     product: FloatArray = np.sum(matrix * vector, axis=1)
     return product
-
-
-@jit
-def resolve_impacts(dynamics: ContactDynamics, states: IntArray, impulses: FloatArray) -> BoolArray:
-    """Reverse the rates of contacts that strike a stop, by Newton's law of restitution.
-
-    Contacts that rest on a stop stay there; friction bears no impulse.
-
-    Parameters
-    ----------
-    dynamics
-        Motion of the contacts.
-    states
-        State of each contact, 1, -1, 0 or HELD; shape (contacts,).
-    impulses
-        Result: the impulses along the outputs; shape (contacts,).
-
-    Returns
-    -------
-    BoolArray
-        Which contacts have struck; shape (contacts,).
-    """
-    n_contacts, rates_before = states.size, dynamics.rates.copy()
-    has_struck = np.zeros(n_contacts, dtype=np.bool_)
-    for _ in range(2 * n_contacts):
-        is_constrained, rate_changes, is_striking = np.zeros(n_contacts, dtype=np.bool_), -dynamics.rates, False
-        for k in range(n_contacts):
-            side = find_active_stop(dynamics, k)
-            if side * dynamics.rates[k] > rest_rate(dynamics, k):
-                is_constrained[k] = has_struck[k] = is_striking = True
-                rate_changes[k] *= 1.0 + dynamics.contacts[k, ContactColumn.RESTITUTION]
-            elif side != 0 and states[k] == HELD:
-                is_constrained[k] = True
-        if not is_striking:
-            break
-        step = solve_forces(dynamics, is_constrained, rate_changes)
-        impulses += step
-        dynamics.rates[:] += _multiply(dynamics.compliance, step)
-    dynamics.rates[:] = rates_before
-    return has_struck
-
-
-@jit
-def dissipated_by_impulses(dynamics: ContactDynamics, impulses: FloatArray) -> float:
-    """Return the energy that impulses along the outputs dissipate.
-
-    Parameters
-    ----------
-    dynamics
-        Motion of the contacts before the impulses.
-    impulses
-        Impulses, N s or N m s; shape (contacts,).
-
-    Returns
-    -------
-    float
-        Energy, J.
-    """
-    mean_rates = dynamics.rates + 0.5 * _multiply(dynamics.compliance, impulses)
-    return float(-np.sum(impulses * mean_rates))
-
-
-@jit
-def zeno_time(rebound_rate: float, deceleration: float, return_acceleration: float, restitution: float) -> float:
-    """Return the time until an infinite sequence of bounces comes to rest, a geometric series.
-
-    Friction makes the accelerations away from the stop and back to it differ. Without an acceleration back, the time is
-    that of the first rise alone.
-    """
-    if not return_acceleration > 0.0:
-        return rebound_rate / deceleration
-    first_bounce_time = rebound_rate * (1.0 / deceleration + 1.0 / math.sqrt(deceleration * return_acceleration))
-    return first_bounce_time / (1.0 - restitution * math.sqrt(return_acceleration / deceleration))
-
-
-@jit_internal
-def _evaluate_bounce_accelerations(dynamics: ContactDynamics, states: IntArray, has_struck: BoolArray, direction: int) -> FloatArray:
-    """Return the accelerations while contacts that struck move away from the stop (direction 1), or back (-1) against friction.
-
-    With one degree of freedom all other outputs reverse with them.
-    """
-    sliding = states.copy()
-    for k in range(states.size):
-        if has_struck[k] or states[k] != HELD:
-            is_reversed = direction < 0 and (has_struck[k] or dynamics.mobility == 1)
-            sliding[k] = (-1 if is_reversed else 1) * direction_of_motion(dynamics, k)
-    return evaluate_forces(dynamics, sliding)[1]
-
-
-@jit
-def settle_final_bounces(
-    dynamics: ContactDynamics, states: IntArray, has_struck: BoolArray, impulses: FloatArray, durations: FloatArray
-) -> bool:
-    """Stop the contacts that bounce no higher than MIN_REBOUND_HEIGHT.
-
-    Parameters
-    ----------
-    dynamics
-        Motion of the contacts after an impact.
-    states
-        State of each contact, 1, -1, 0 or HELD; shape (contacts,).
-    has_struck
-        Which contacts have struck a stop; shape (contacts,).
-    impulses
-        Result: the impulses along the outputs that stop them; shape (contacts,).
-    durations
-        Result: how long the bounces of each contact would go on, s; 0 of one that does not settle; shape (contacts,).
-
-    Returns
-    -------
-    bool
-        Whether there were any.
-    """
-    departing = _evaluate_bounce_accelerations(dynamics, states, has_struck, 1)
-    returning = _evaluate_bounce_accelerations(dynamics, states, has_struck, -1)
-    is_constrained, settles = np.zeros(states.size, dtype=np.bool_), False
-    for k in range(states.size):
-        side, restitution = find_active_stop(dynamics, k), dynamics.contacts[k, ContactColumn.RESTITUTION]
-        rebound_rate, deceleration = -side * dynamics.rates[k], side * departing[k]
-        is_constrained[k] = side != 0 and states[k] == HELD
-        if has_struck[k] and restitution < 1.0 and deceleration > 0.0 and rebound_rate > 0.0:
-            max_height = MIN_REBOUND_HEIGHT * dynamics.contacts[k, ContactColumn.SCALE]
-            if rebound_rate * rebound_rate < 2.0 * deceleration * max_height:
-                durations[k] = zeno_time(rebound_rate, deceleration, side * returning[k], restitution)
-                is_constrained[k] = settles = True
-    if settles:
-        impulses += solve_forces(dynamics, is_constrained, -dynamics.rates)
-    return settles
 
 
 @jit

@@ -9,19 +9,11 @@ from typing import NamedTuple
 
 import numpy as np
 
+from governor_mechanism.mechanics.contact.impacts import dissipated_by_impulses
 from governor_mechanism.mechanics.contact.input_modes import InputModes
-from governor_mechanism.mechanics.contact.rules import (
-    HELD,
-    ContactDynamics,
-    dissipated_by_impulses,
-    find_active_stop,
-    is_locked,
-    is_resting,
-    solve_forces,
-)
+from governor_mechanism.mechanics.contact.rules import HELD, ContactDynamics, find_active_stop, is_locked, is_resting, solve_forces
 from governor_mechanism.mechanics.contact.tolerances import SIMULTANEITY_TOLERANCE
 from governor_mechanism.mechanics.contact.transition import make_event_log, make_events, make_transition
-from governor_mechanism.mechanics.dynamics.constraint_solver import apply_jacobian, subtract_minv_jt
 from governor_mechanism.mechanics.dynamics.contacts import (
     ContactColumn,
     ContactMode,
@@ -30,7 +22,12 @@ from governor_mechanism.mechanics.dynamics.contacts import (
     make_contact_table,
     one_sided_forces_of,
 )
-from governor_mechanism.mechanics.dynamics.equations_of_motion import evaluate_events_and_derivative, project_state, split_state
+from governor_mechanism.mechanics.dynamics.equations_of_motion import (
+    evaluate_events_and_derivative,
+    project_state,
+    solve_constrained_system,
+    split_state,
+)
 from governor_mechanism.mechanics.dynamics.inputs import output_rate
 from governor_mechanism.mechanics.dynamics.lowering import (
     System,
@@ -44,7 +41,6 @@ from governor_mechanism.mechanics.kinematics.assembly import PositionSolver
 from governor_mechanism.mechanics.kinematics.constraint_kernels import RowColumn
 from governor_mechanism.model.events import Event
 from governor_mechanism.model.scene import Scene
-from governor_mechanism.numerics.banded_cholesky import solve_band_system
 from governor_mechanism.numerics.jit import jit
 from governor_mechanism.types import BoolArray, FloatArray
 
@@ -83,7 +79,7 @@ def _evaluate_response(
     """Evaluate motion and response in a state of a system in which nothing is held and nothing slides."""
     derivative = evaluate_events_and_derivative(system, workspace, input_cubics, 0.0, state)[1]  # evaluates the output rows too
     velocities, accelerations = split_state(system, state)[1], split_state(system, derivative)[1]
-    rows, output_rows, output_values = system.constraint_rows, system.output_rows, workspace.output_row_values
+    output_rows, output_values = system.output_rows, workspace.output_row_values
     motion, n_contacts = np.empty((3, output_rows.table.size)), contacts.shape[0]
     for output in range(output_rows.table.size):
         motion[0, output] = output_values[output, RowColumn.RESIDUAL]
@@ -96,19 +92,19 @@ def _evaluate_response(
     for k in range(n_contacts):
         friction_input = int(contacts[k, ContactColumn.FRICTION_INPUT])
         friction_limits[k] = workspace.inputs[friction_input] if friction_input >= 0 else 0.0
-        output, change = int(contacts[k, ContactColumn.OUTPUT]), velocity_changes[k]
+        output, impulse = int(contacts[k, ContactColumn.OUTPUT]), np.zeros((system.bodies.size, 3))
         for side in range(2):
             body = output_rows.row_bodies[output, side]
             if body >= 0:
                 for c in range(3):
-                    change[body, c] += workspace.inverse_mass[body, c] * workspace.output_jacobian[output, side, c]
-        apply_jacobian(rows.row_bodies, workspace.jacobian, change, workspace.multipliers)
-        solve_band_system(workspace.band, workspace.factor, workspace.multipliers)
-        subtract_minv_jt(rows.row_bodies, workspace.jacobian, workspace.inverse_mass, workspace.multipliers, change)
+                    impulse[body, c] += workspace.output_jacobian[output, side, c]
+        solve_constrained_system(system, workspace, impulse, 0.0, velocity_changes[k])
         for i in range(workspace.multipliers.size):
             drive_work[k] -= workspace.multipliers[i] * workspace.row_values[i, RowColumn.DRIVE_RATE]
         for i in range(n_contacts):
-            compliance[i, k] = output_rate(output_rows, workspace.output_jacobian, int(contacts[i, ContactColumn.OUTPUT]), change)
+            compliance[i, k] = output_rate(
+                output_rows, workspace.output_jacobian, int(contacts[i, ContactColumn.OUTPUT]), velocity_changes[k]
+            )
     return ContactResponse(motion, friction_limits, velocity_changes, compliance, drive_work)
 
 

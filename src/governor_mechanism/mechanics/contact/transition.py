@@ -7,13 +7,12 @@ from typing import NamedTuple, TypeVar
 
 import numpy as np
 
+from governor_mechanism.mechanics.contact.impacts import resolve_impacts, settle_final_bounces
 from governor_mechanism.mechanics.contact.rules import (
     ContactDynamics,
     find_active_stop,
     is_resting,
-    resolve_impacts,
     select_contact_states,
-    settle_final_bounces,
     update_spring_segments,
 )
 from governor_mechanism.model.events import Event, EventKind

@@ -82,8 +82,9 @@ def _max_other_rate(scene: Scene) -> float:
     rates += [abs(rate) / mechanism.output_scale(name) for name, rate in scene.start.rates.items() if name not in spindle_angles]
     for joint in mechanism.joints:
         if isinstance(joint, RotationalDriver | TranslationalDriver):
-            displacements, times = np.diff(joint.motion.values), np.diff(joint.motion.times)
-            rates.append(float(np.max(np.abs(displacements / times))) / (1.0 if isinstance(joint, RotationalDriver) else length_scale))
+            motion, scale = joint.motion, 1.0 if isinstance(joint, RotationalDriver) else length_scale
+            rates.append(float(np.max(np.abs(np.diff(motion.values) / np.diff(motion.times)))) / scale)
+            rates += [2 * math.pi * harmonic.frequency for harmonic in motion.harmonics if harmonic.amplitude]
     return max(rates)
 
 

@@ -36,6 +36,16 @@ MAX_PROJECTION_ITERATIONS = 8
 """Maximum number of Newton iterations of a projection; they converge quadratically from a state near the manifold."""
 
 
+MAX_STAND_IN_ITERATIONS = 60
+"""Maximum number of solutions that remove the stand-in inertia; five suffice unless hardly any mass moves with a massless body."""
+
+STAND_IN_TOLERANCE = 1e-15
+"""Change of the inertia forces of stand-ins, relative to the forces of the system, at which they are removed."""
+
+STAND_IN_ROUNDING_RATIO = 1e-11
+"""The same change below which it may stop falling: rounding in an ill-conditioned position."""
+
+
 @jit_inline
 def evaluate_accelerations(
     system: System,
@@ -74,18 +84,70 @@ def evaluate_accelerations(
         forces,
     )
     power -= dissipated_power
-    for k in range(system.bodies.size):
-        for c in range(3):
-            result[k, c] = workspace.inverse_mass[k, c] * forces[k, c]
     assemble_schur_band(rows.row_bodies, system.row_pairs, workspace.jacobian, workspace.inverse_mass, workspace.band)
-    apply_jacobian(rows.row_bodies, workspace.jacobian, result, workspace.multipliers)
-    for i in range(workspace.multipliers.size):
-        workspace.multipliers[i] -= workspace.row_values[i, RowColumn.GAMMA]
-    pivot_ratio = solve_band_system(workspace.band, workspace.factor, workspace.multipliers)
-    subtract_minv_jt(rows.row_bodies, workspace.jacobian, workspace.inverse_mass, workspace.multipliers, result)
+    pivot_ratio = solve_constrained_system(system, workspace, forces, 1.0, result)
     for i in range(workspace.multipliers.size):
         power -= workspace.multipliers[i] * workspace.row_values[i, RowColumn.DRIVE_RATE]
     return pivot_ratio, power, dissipated_power
+
+
+@jit_inline
+def solve_constrained_system(
+    system: System, workspace: SystemWorkspace, forces: FloatArray, gamma_factor: float, result: FloatArray
+) -> float:
+    """Solve M result + J^T multipliers = forces, J result = gamma_factor * gamma; return the smallest pivot ratio.
+
+    `workspace` holds J, gamma, the band of J M^-1 J^T and the inverse masses. `forces` may be changed.
+    """
+    pivot_ratio = _solve_with_stand_ins(system, workspace, forces, gamma_factor, result)
+    if system.has_stand_in_inertia:
+        _remove_stand_in_inertia(system, workspace, forces, gamma_factor, result)
+    return pivot_ratio
+
+
+@jit_inline
+def _solve_with_stand_ins(system: System, workspace: SystemWorkspace, forces: FloatArray, gamma_factor: float, result: FloatArray) -> float:
+    """Solve as `solve_constrained_system`, with a mass matrix that includes the stand-in inertia."""
+    row_bodies = system.constraint_rows.row_bodies
+    for k in range(system.bodies.size):
+        for c in range(3):
+            result[k, c] = workspace.inverse_mass[k, c] * forces[k, c]
+    apply_jacobian(row_bodies, workspace.jacobian, result, workspace.multipliers)
+    for i in range(workspace.multipliers.size):
+        workspace.multipliers[i] -= gamma_factor * workspace.row_values[i, RowColumn.GAMMA]
+    pivot_ratio = solve_band_system(workspace.band, workspace.factor, workspace.multipliers)
+    subtract_minv_jt(row_bodies, workspace.jacobian, workspace.inverse_mass, workspace.multipliers, result)
+    return pivot_ratio
+
+
+@jit_internal
+def _remove_stand_in_inertia(
+    system: System, workspace: SystemWorkspace, forces: FloatArray, gamma_factor: float, result: FloatArray
+) -> None:
+    """Solve again with the inertia forces of the stand-ins added to the forces, until the result is that without stand-ins.
+
+    The error falls by the share of the stand-ins in the inertia of the motion. If it does not vanish, the result is NaN, which
+    an integrator rejects.
+    """
+    added_forces, last_change = np.zeros_like(result), math.inf
+    for _ in range(MAX_STAND_IN_ITERATIONS):
+        change = magnitude = 0.0
+        for k in range(system.bodies.size):
+            for c in range(3):
+                stand_in, inverse_mass = system.stand_in_inertia[k, c], workspace.inverse_mass[k, c]
+                if inverse_mass > 0.0:
+                    magnitude += forces[k, c] * forces[k, c] * inverse_mass + result[k, c] * result[k, c] / inverse_mass
+                if stand_in > 0.0:
+                    force_change = stand_in * result[k, c] - added_forces[k, c]
+                    forces[k, c] += force_change
+                    added_forces[k, c] += force_change
+                    change += force_change * force_change / stand_in
+        is_rounding = change >= last_change and change <= STAND_IN_ROUNDING_RATIO**2 * magnitude
+        if is_rounding or change <= STAND_IN_TOLERANCE**2 * magnitude:
+            return
+        last_change = change
+        _solve_with_stand_ins(system, workspace, forces, gamma_factor, result)
+    result[:] = math.nan
 
 
 @jit_internal

@@ -19,6 +19,7 @@ from governor_mechanism.mechanics.dynamics.lowering import (
 )
 from governor_mechanism.mechanics.kinematics.constraint_kernels import rotate_vector_jit
 from governor_mechanism.mechanics.kinematics.points import rotate_vector
+from governor_mechanism.mechanics.kinematics.time_functions import stack_local_cubics
 from governor_mechanism.model.scene import Scene
 from governor_mechanism.numerics.jit import jit
 from governor_mechanism.types import FloatArray
@@ -86,7 +87,7 @@ def _compute_in_mode(
 ) -> InverseDynamics:
     """Return the inverse dynamics at times that share one contact mode."""
     system, time_functions = make_system(scene, mode)
-    input_cubics = np.stack([time_function.local_cubics(times) for time_function in time_functions], axis=1)
+    input_cubics = stack_local_cubics(time_functions, times)
     origin_poses, origin_velocities = from_mass_centres(system, poses, velocities)
     origin_accelerations, row_forces, pivot_ratios, power = _evaluate_along_motion(
         system, make_system_workspace(system), input_cubics, origin_poses, origin_velocities, np.ascontiguousarray(lags)

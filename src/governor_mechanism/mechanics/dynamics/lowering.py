@@ -2,13 +2,13 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Iterator, Mapping, Sequence
 from enum import IntEnum
 from typing import NamedTuple
 
 import numpy as np
 
-from governor_mechanism.errors import MechanismError
 from governor_mechanism.mechanics.dynamics.characteristic_scales import time_scale
 from governor_mechanism.mechanics.dynamics.constraint_solver import bandwidth_reducing_order, find_coupled_rows
 from governor_mechanism.mechanics.dynamics.contacts import (
@@ -35,7 +35,7 @@ from governor_mechanism.mechanics.kinematics.constraint_equations import Constra
 from governor_mechanism.mechanics.kinematics.constraint_kernels import N_ROW_COLUMNS, ConstraintRows
 from governor_mechanism.mechanics.kinematics.output_rows import CONSTANT_PARAMETER, make_output_rows
 from governor_mechanism.mechanics.kinematics.points import Origins, rotate_vector
-from governor_mechanism.mechanics.kinematics.time_functions import CubicTimeFunction
+from governor_mechanism.mechanics.kinematics.time_functions import CubicTimeFunction, make_time_function
 from governor_mechanism.model.joints import GROUND, Pin
 from governor_mechanism.model.mechanism import Body, Mechanism, Shaft
 from governor_mechanism.model.part import Spindle
@@ -69,6 +69,13 @@ class PlaneColumn(IntEnum):
 N_PLANE_COLUMNS = len(PlaneColumn)
 """Number of columns of the motion of a plane."""
 
+STAND_IN_INERTIA_RATIO = 1e-3
+"""Stand-in inertia of massless coordinates, relative to the smallest mass and moment of inertia of the mechanism.
+
+`remove_stand_in_inertia` removes it again by an iteration that converges by about this ratio; a smaller ratio conditions the
+joint equations worse.
+"""
+
 EVENT_ROUNDING_RATIO = 1e-12
 """Rounding level of event functions, relative to a length, rate or force scale."""
 
@@ -93,7 +100,11 @@ class System(NamedTuple):
         Records of `BODY_DTYPE`; shape (bodies,).
     inverse_mass
         Inverse mass (twice) and inverse moment of inertia about the origin, 0 for coordinates that cannot change; shape (bodies, 3). For a
-        shaft it changes with the poses, see `update_inverse_mass`.
+        shaft it changes with the poses, see `update_inverse_mass`. It includes the stand-in inertia.
+    stand_in_inertia
+        Mass (twice) and moment of inertia in `inverse_mass` that a massless coordinate does not have; shape (bodies, 3).
+    has_stand_in_inertia
+        Whether any of it is not 0.
     planes
         Records of `PLANE_DTYPE`.
     output_rows
@@ -118,6 +129,8 @@ class System(NamedTuple):
     bandwidth: int
     bodies: RecordArray
     inverse_mass: FloatArray
+    stand_in_inertia: FloatArray
+    has_stand_in_inertia: bool
     planes: RecordArray
     output_rows: ConstraintRows
     output_forces: RecordArray
@@ -174,8 +187,6 @@ class SystemWorkspace(NamedTuple):
 def make_system(scene: Scene, mode: ContactMode | None = None) -> tuple[System, tuple[CubicTimeFunction, ...]]:
     """Lower a scene to arrays.
 
-    A body that rotates and has no moment of inertia raises MechanismError.
-
     Parameters
     ----------
     scene
@@ -208,7 +219,7 @@ def make_system(scene: Scene, mode: ContactMode | None = None) -> tuple[System, 
     loads, n_element_loads = loads_of(scene), len(make_force_element_table(mechanism, origins, 0)[1])
     table = InputTable(output_names, mode.segments)
     table.add_terms(first_load, loads)
-    bodies = _make_body_records(scene, origins)
+    bodies, (inertia, stand_in_inertia) = _make_body_records(scene, origins), _make_inertia(mechanism, origins)
     first_friction_input = first_load + n_element_loads
     inputs: list[InputFunction | PrescribedMotion] = [
         *(speed.speed_function for speed in speeds),
@@ -222,7 +233,9 @@ def make_system(scene: Scene, mode: ContactMode | None = None) -> tuple[System, 
         row_pairs=row_pairs,
         bandwidth=int(np.max(row_pairs[:, 0] - row_pairs[:, 1], initial=0)),
         bodies=bodies,
-        inverse_mass=_inverse_masses(mechanism, origins),
+        inverse_mass=np.divide(1.0, inertia + stand_in_inertia, out=np.zeros_like(inertia), where=inertia + stand_in_inertia > 0),
+        stand_in_inertia=stand_in_inertia,
+        has_stand_in_inertia=bool(stand_in_inertia.any()),
         planes=_make_plane_records(scene, speeds),
         output_rows=output_rows,
         output_forces=_make_output_forces(scene, mode, first_friction_input),
@@ -232,7 +245,7 @@ def make_system(scene: Scene, mode: ContactMode | None = None) -> tuple[System, 
         n_inputs=len(inputs),
         first_friction_input=first_friction_input,
     )
-    return system, tuple(map(CubicTimeFunction, inputs))
+    return system, tuple(map(make_time_function, inputs))
 
 
 def _make_body_records(scene: Scene, origins: Origins) -> RecordArray:
@@ -258,16 +271,21 @@ def _make_plane_records(scene: Scene, speeds: Sequence[Spindle]) -> RecordArray:
     return np.array(records, dtype=PLANE_DTYPE)
 
 
-def _inverse_masses(mechanism: Mechanism, origins: Origins) -> FloatArray:
-    """Return inverse masses and moments of inertia (bodies, 3); those of a shaft follow with the poses."""
+def _make_inertia(mechanism: Mechanism, origins: Origins) -> tuple[FloatArray, FloatArray]:
+    """Return mass (twice) and moment of inertia about the origin of each body, and the stand-ins for those that are 0; (bodies, 3).
+
+    Coordinates that cannot change have neither. The moment of inertia of a shaft follows with the poses.
+    """
     rows = []
     for body in mechanism.bodies:
-        if isinstance(body, Shaft):
-            rows.append([0.0, 0.0, 1.0])
-            continue
-        inverse_inertia = 1 / _inertia_about_origin(body, origins[body.name]) if body.can_rotate else 0.0
-        rows.append([1 / body.mass, 1 / body.mass, inverse_inertia])
-    return np.array(rows)
+        moment = 1.0 if isinstance(body, Shaft) else body.planar_inertia + body.mass * math.hypot(*origins[body.name]) ** 2
+        rows.append([body.mass, body.mass, moment])
+    moves = np.array([body.moves for body in mechanism.bodies]).reshape(-1, 3)
+    inertia = np.where(moves, np.array(rows).reshape(-1, 3), 0.0)
+    masses, moments = inertia[:, 0][inertia[:, 0] > 0], inertia[:, 2][inertia[:, 2] > 0]
+    mass = float(np.min(masses)) if masses.size else 1.0
+    moment = float(np.min(moments, initial=mass * mechanism.length_scale**2))
+    return inertia, np.where(moves & (inertia == 0), STAND_IN_INERTIA_RATIO * np.array([mass, mass, moment]), 0.0)
 
 
 def _disable_rows(constraint_table: ConstraintTable, joints: Sequence[int]) -> RecordArray:
@@ -532,8 +550,8 @@ def body_reference_point(mechanism: Mechanism, body: Body) -> tuple[float, float
 def ground_pin_of_point_mass(mechanism: Mechanism, body: Body) -> Pin | None:
     """Return the pin about which a point mass rotates.
 
-    A point mass has a moment of inertia only about a pin that joins it to the ground. The pin does not move, so the
-    coupling of rotation and translation in its mass matrix never acts on the motion.
+    About a pin that joins it to the ground, a point mass has a moment of inertia. The pin does not move, so the coupling of
+    rotation and translation in its mass matrix never acts on the motion.
 
     Parameters
     ----------
@@ -545,14 +563,9 @@ def ground_pin_of_point_mass(mechanism: Mechanism, body: Body) -> Pin | None:
     Returns
     -------
     Pin or None
-        The pin; None if the body cannot rotate or has a moment of inertia of its own.
-
-    Raises
-    ------
-    MechanismError
-        If the body rotates and has no moment of inertia.
+        The pin; None if there is none, or if the body cannot rotate, has no mass, or has a moment of inertia of its own.
     """
-    if not body.can_rotate or body.planar_inertia > 0 or isinstance(body, Shaft):
+    if not body.can_rotate or body.mass == 0 or body.planar_inertia > 0:
         return None
     for joint in mechanism.joints:
         points = {joint.first.body: joint.first, joint.second.body: joint.second}
@@ -560,18 +573,10 @@ def ground_pin_of_point_mass(mechanism: Mechanism, body: Body) -> Pin | None:
             own_point = points[body.name]
             if own_point.x != 0.0 or own_point.y != 0.0:
                 return joint
-    raise MechanismError(
-        f"body {body.name!r} cannot turn: it is a point mass, and no pin away from that point joins it to the ground; "
-        "give it second moments of mass, or turns = false (can_rotate=False in Python)"
-    )
+    return None
 
 
 def make_body_record(body: Body, gravity: float, plane: int, origin: tuple[float, float] = (0.0, 0.0)) -> tuple[float, ...]:
     """Return a body as a record of `BODY_DTYPE`, for an origin in body axes (m)."""
     moments = body.second_moments
     return (body.mass, -origin[0], -origin[1], moments.xx, moments.yy, moments.xy, moments.zz, gravity, plane)
-
-
-def _inertia_about_origin(body: Body, origin: tuple[float, float]) -> float:
-    """Return the moment of inertia (kg m2) of a body about its origin."""
-    return body.second_moments.xx + body.second_moments.yy + body.mass * (origin[0] ** 2 + origin[1] ** 2)

@@ -6,6 +6,7 @@ import numpy as np
 
 from governor_mechanism.mechanics.dynamics.equations_of_motion import project_state
 from governor_mechanism.mechanics.dynamics.lowering import from_mass_centres, make_system, make_system_workspace, to_mass_centres
+from governor_mechanism.mechanics.kinematics.time_functions import stack_local_cubics
 from governor_mechanism.model.scene import Scene
 from governor_mechanism.types import FloatArray
 
@@ -54,7 +55,7 @@ class StateProjector:
         n_bodies = poses.shape[1]
         without_shafts = ((0, 0), (0, len(system.bodies) - n_bodies), (0, 0))
         origins, origin_velocities = from_mass_centres(system, np.pad(poses, without_shafts), np.pad(velocities, without_shafts))
-        cubics = np.stack([function.local_cubics(times) for function in self._input_functions], axis=1)
+        cubics = stack_local_cubics(self._input_functions, times)
         tolerance = self._closure_tolerance if closes_joints else np.inf
         for k in range(len(times)):
             project_state(*self._model, cubics[k], 0.0, origins[k], origin_velocities[k], tolerance)

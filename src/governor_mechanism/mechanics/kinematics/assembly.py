@@ -177,10 +177,10 @@ class PositionSolver:
         """
         jacobian = self.jacobian(poses, list(rates))
         rhs = np.append(self.equations.prescribed_motion(np.array(self.time))[:, 1], list(rates.values()))
-        # A massless rotation gets a small moment of inertia.
+        # A massless coordinate gets a small mass or moment of inertia.
         total_mass = sum(body.mass for body in self.mechanism.bodies) or 1.0
-        body_masses = np.repeat([body.mass or total_mass for body in self.mechanism.bodies], 3)[self.free_mask]
-        regular_masses = np.where(self.free_masses == 0, 1e-6 * body_masses * self.mechanism.length_scale**2, self.free_masses)
+        small_masses = 1e-6 * total_mass * (self.mechanism.length_scale / self.free_coordinate_scales) ** 2
+        regular_masses = np.where(self.free_masses == 0, small_masses, self.free_masses)
         inverse_sqrt_masses = 1 / np.sqrt(regular_masses)
         free_velocities = inverse_sqrt_masses * least_norm_solution(jacobian * inverse_sqrt_masses, rhs)
         residual = jacobian @ free_velocities - rhs

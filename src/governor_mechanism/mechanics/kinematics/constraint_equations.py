@@ -20,7 +20,7 @@ from governor_mechanism.mechanics.kinematics.constraint_kernels import (
     evaluate_residuals,
 )
 from governor_mechanism.mechanics.kinematics.points import Origins, attachment_fields
-from governor_mechanism.mechanics.kinematics.time_functions import CubicTimeFunction
+from governor_mechanism.mechanics.kinematics.time_functions import MotionFunction
 from governor_mechanism.model.curves import Curve, PolynomialCurve, SplineCurve
 from governor_mechanism.model.joints import (
     ArcSlot,
@@ -146,10 +146,10 @@ def make_constraint_table(mechanism: Mechanism, origins: Origins | None = None) 
         if not _is_trivially_satisfied(mechanism, joint, row)
     ]
 
-    table, curve_segments, n_segments = np.zeros(len(entries), dtype=CONSTRAINT_ROW_DTYPE), [np.zeros((0, 5))], 0
+    table, curve_segments, n_segments = np.zeros(len(entries), dtype=CONSTRAINT_ROW_DTYPE), [np.zeros((0, 2))], 0
     motions: list[PrescribedMotion] = []
     for i, (_, joint, row) in enumerate(entries):
-        segments = np.zeros((0, 5)) if row.curve is None else make_curve_segments(row.curve)
+        segments = curve_segments[0] if row.curve is None else make_curve_segments(row.curve)
         drive = -1 if row.motion is None else len(motions)
         points = attachment_fields(mechanism, joint.first, joint.second, origins or {})
         parameters = row.parameters + (0.0,) * (N_ROW_PARAMETERS - len(row.parameters))
@@ -158,7 +158,14 @@ def make_constraint_table(mechanism: Mechanism, origins: Origins | None = None) 
         n_segments += len(segments)
         motions += [] if row.motion is None else [row.motion]
     joint_indices = np.array([index for index, _, _ in entries], dtype=np.int64)
-    return ConstraintTable(ConstraintRows(table, bodies_of_rows(table), np.concatenate(curve_segments)), joint_indices, tuple(motions))
+    rows = ConstraintRows(table, bodies_of_rows(table), _concatenate_segments(curve_segments))
+    return ConstraintTable(rows, joint_indices, tuple(motions))
+
+
+def _concatenate_segments(parts: list[FloatArray]) -> FloatArray:
+    """Return all curve segments with as many coefficients as the highest degree needs; the others are zero."""
+    n_columns = max(part.shape[1] for part in parts)
+    return np.concatenate([np.insert(part, [1] * (n_columns - part.shape[1]), 0.0, axis=1) for part in parts])
 
 
 def bodies_of_rows(table: RecordArray) -> IntArray:
@@ -185,7 +192,7 @@ def _is_trivially_satisfied(mechanism: Mechanism, joint: Joint, row: ConstraintR
 
 
 def make_curve_segments(curve: Curve) -> FloatArray:
-    """Return a guide curve as cubic segments.
+    """Return a guide curve as polynomial segments.
 
     Parameters
     ----------
@@ -195,7 +202,7 @@ def make_curve_segments(curve: Curve) -> FloatArray:
     Returns
     -------
     FloatArray
-        Start of each segment along x (m), then its coefficients, highest power first; shape (segments, 5).
+        Start of each segment along x (m), then its coefficients, highest power first; shape (segments, columns).
 
     Raises
     ------
@@ -203,13 +210,11 @@ def make_curve_segments(curve: Curve) -> FloatArray:
         If there are no segments for this type of curve.
     """
     if isinstance(curve, PolynomialCurve):
-        coefficients = np.zeros(4)
-        coefficients[: len(curve.coefficients)] = curve.coefficients
-        return np.array([[0.0, *coefficients[::-1]]])
+        return np.array([[0.0, *reversed(curve.coefficients)]])
     if isinstance(curve, SplineCurve):
         spline = CubicSpline(curve.x, curve.y)
         return np.column_stack([spline.x[:-1], spline.c.T])
-    raise TypeError(f"no cubic segments are defined for curves of type {type(curve).__name__}")
+    raise TypeError(f"no segments are defined for curves of type {type(curve).__name__}")
 
 
 class ConstraintEquations:
@@ -235,7 +240,7 @@ class ConstraintEquations:
         self.joints = mechanism.joints
         table = make_constraint_table(mechanism)
         self._rows, self.joint_indices = table.rows, table.joint_indices
-        self._drive_functions = [CubicTimeFunction(motion) for motion in table.motions]
+        self._drive_functions = [MotionFunction(motion) for motion in table.motions]
 
     @property
     def is_driven(self) -> NDArray[np.bool_]:

@@ -13,7 +13,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from governor_mechanism.mechanics.kinematics.input_kernels import evaluate_input, evaluate_input_derivative
+from governor_mechanism.mechanics.kinematics.input_kernels import evaluate_motion
 from governor_mechanism.mechanics.kinematics.points import rotate_vector
 from governor_mechanism.numerics.jit import jit, jit_internal
 from governor_mechanism.types import FloatArray, IntArray, RecordArray
@@ -89,7 +89,7 @@ class ConstraintRows(NamedTuple):
     row_bodies
         First and second body of each row, as in `table`; shape (rows, 2).
     curve_segments
-        Cubic segments of all guide curves: start (m), then coefficients, highest power first; shape (segments, 5).
+        Polynomial segments of all guide curves: start (m), then coefficients, highest power first; shape (segments, columns).
     """
 
     table: RecordArray
@@ -99,15 +99,14 @@ class ConstraintRows(NamedTuple):
 
 @jit_internal
 def evaluate_drives(rows: ConstraintRows, input_cubics: FloatArray, local_time: float, row_values: FloatArray) -> None:
-    """Fill the prescribed motion into row_values (rows, 5) from the local cubics of the inputs, shape (inputs, 5)."""
+    """Fill the prescribed motion into row_values (rows, 5) from the local cubics and harmonics of the inputs."""
     for i in range(rows.table.size):
         drive, drive_scale = rows.table[i].drive, rows.table[i].drive_scale
         if drive >= 0:
-            row_values[i, RowColumn.DRIVE_VALUE] = drive_scale * evaluate_input(input_cubics, drive, local_time)
-            row_values[i, RowColumn.DRIVE_RATE] = drive_scale * evaluate_input_derivative(input_cubics, drive, local_time)
-            row_values[i, RowColumn.DRIVE_ACCELERATION] = drive_scale * (
-                6.0 * input_cubics[drive, 0] * local_time + 2.0 * input_cubics[drive, 1]
-            )
+            value, rate, acceleration = evaluate_motion(input_cubics, drive, local_time)
+            row_values[i, RowColumn.DRIVE_VALUE] = drive_scale * value
+            row_values[i, RowColumn.DRIVE_RATE] = drive_scale * rate
+            row_values[i, RowColumn.DRIVE_ACCELERATION] = drive_scale * acceleration
 
 
 @jit
@@ -117,7 +116,7 @@ def evaluate_curve(curve_segments: FloatArray, first_segment: int, n_segments: i
     Parameters
     ----------
     curve_segments
-        Cubic segments: start (m), then coefficients, highest power first; shape (segments, 5).
+        Polynomial segments: start (m), then coefficients, highest power first; shape (segments, columns).
     first_segment
         Index of the first segment of the curve.
     n_segments
@@ -133,8 +132,12 @@ def evaluate_curve(curve_segments: FloatArray, first_segment: int, n_segments: i
     k = first_segment
     while k + 1 < first_segment + n_segments and x >= curve_segments[k + 1, 0]:
         k += 1
-    s, a, b, c, d = (x - curve_segments[k, 0], curve_segments[k, 1], curve_segments[k, 2], curve_segments[k, 3], curve_segments[k, 4])
-    return ((a * s + b) * s + c) * s + d, (3.0 * a * s + 2.0 * b) * s + c, 6.0 * a * s + 2.0 * b
+    local_x, value, derivative, half_second_derivative = x - curve_segments[k, 0], 0.0, 0.0, 0.0
+    for column in range(1, curve_segments.shape[1]):
+        half_second_derivative = half_second_derivative * local_x + derivative
+        derivative = derivative * local_x + value
+        value = value * local_x + curve_segments[k, column]
+    return value, derivative, 2.0 * half_second_derivative
 
 
 @jit_internal

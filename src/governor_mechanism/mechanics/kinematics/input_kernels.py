@@ -1,12 +1,16 @@
 """Inputs as functions of time, evaluated by compiled kernels.
 
-Each input is a row of `input_cubics` (inputs, 5): the coefficients of a cubic in the local time since the start of a
-time segment, highest power first, and the integral of the input up to that start.
+Each input is a row of `input_cubics` (inputs, 5 or more): the coefficients of a cubic in the local time since the start of a
+time segment, highest power first, and the integral of the cubic up to that start; then, for prescribed motions, amplitude,
+angular frequency (rad/s) and phase at that start of each harmonic.
 """
 
 from __future__ import annotations
 
+import math
+
 from governor_mechanism.mechanics.kinematics import time_functions
+from governor_mechanism.mechanics.kinematics.time_functions import N_CUBIC_COLUMNS
 from governor_mechanism.numerics.jit import jit_internal
 from governor_mechanism.types import FloatArray
 
@@ -33,6 +37,22 @@ def evaluate_input_integral(input_cubics: FloatArray, k: int, local_time: float)
     """Return the integral of input k since 0 s."""
     a, b, c, d = input_cubics[k, 0], input_cubics[k, 1], input_cubics[k, 2], input_cubics[k, 3]
     return float(input_cubics[k, 4] + (((0.25 * a * local_time + b / 3.0) * local_time + 0.5 * c) * local_time + d) * local_time)
+
+
+@jit_internal
+def evaluate_motion(input_cubics: FloatArray, k: int, local_time: float) -> tuple[float, float, float]:
+    """Return the value, rate and acceleration of a prescribed motion: its cubic plus its harmonics."""
+    value, rate = evaluate_input(input_cubics, k, local_time), evaluate_input_derivative(input_cubics, k, local_time)
+    acceleration = 6.0 * input_cubics[k, 0] * local_time + 2.0 * input_cubics[k, 1]
+    for column in range(N_CUBIC_COLUMNS, input_cubics.shape[1], 3):
+        amplitude, angular_frequency = input_cubics[k, column], input_cubics[k, column + 1]
+        if amplitude != 0.0:
+            angle = angular_frequency * local_time + input_cubics[k, column + 2]
+            displacement = amplitude * math.sin(angle)
+            value += displacement
+            rate += amplitude * angular_frequency * math.cos(angle)
+            acceleration -= angular_frequency * angular_frequency * displacement
+    return value, rate, acceleration
 
 
 @jit_internal

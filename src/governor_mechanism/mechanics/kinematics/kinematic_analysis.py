@@ -64,7 +64,7 @@ def solve_kinematics(
     Parameters
     ----------
     scene
-        Scene of one part.
+        The scene.
     over
         Name of a reading, or "time".
     values
@@ -85,7 +85,8 @@ def solve_kinematics(
         If degrees of freedom remain, if the mechanism cannot be assembled, or at a singular configuration.
     """
     samples = _validate_samples(over, values, rate, acceleration)
-    mechanism = scene.part.mechanism
+    # Alone, a part is studied without the shaft of a free spindle.
+    mechanism = scene.part.mechanism if len(scene.parts) == 1 else scene.mechanism
     if over == TIME_VARIABLE:
         kinematic_solver = _KinematicSolver(mechanism, [], {})
         required, reason = 0, "over 'time' the drivers must determine the motion"

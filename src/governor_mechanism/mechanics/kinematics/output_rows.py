@@ -90,4 +90,4 @@ def make_output_rows(mechanism: Mechanism, names: Sequence[str], origins: Origin
         kind, first, second, parameters = _output_row_data(mechanism.reading(name))
         points = attachment_fields(mechanism, first, second, origins)
         table[i] = (kind, *points, *parameters, *(0.0,) * (N_ROW_PARAMETERS - len(parameters)), 1.0, -1, 0, 0)
-    return ConstraintRows(table, bodies_of_rows(table), np.zeros((0, 5)))
+    return ConstraintRows(table, bodies_of_rows(table), np.zeros((0, 2)))

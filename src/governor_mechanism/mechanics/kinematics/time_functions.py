@@ -1,7 +1,8 @@
-"""Inputs and prescribed motions as piecewise cubic functions of time: values, derivatives, integrals, local cubics."""
+"""Inputs and prescribed motions as functions of time, piecewise cubic plus harmonics: values, derivatives, integrals."""
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from itertools import pairwise
 from typing import Any
 
@@ -11,6 +12,9 @@ from scipy.interpolate import CubicSpline, PchipInterpolator, PPoly
 from governor_mechanism.model.part import FreeSpindle, Spindle
 from governor_mechanism.model.time_functions import InputFunction, PrescribedMotion
 from governor_mechanism.types import FloatArray
+
+N_CUBIC_COLUMNS = 5
+"""Number of columns of the local cubic of an input; those of its harmonics follow."""
 
 
 def fluctuating_speed(
@@ -27,21 +31,18 @@ def fluctuating_speed(
 
 
 class CubicTimeFunction:
-    """An input or a prescribed motion as a function of time (s).
+    """An input as a function of time (s).
 
-    An input is a monotone piecewise cubic through its points; two points at one time are a jump; outside its points it is
-    constant. A prescribed motion is a cubic spline that continues at its end rates. At a jump, the value is the right limit
-    unless the left limit is requested.
+    It is a monotone piecewise cubic through its points; two points at one time are a jump; outside its points it is
+    constant. At a jump, the value is the right limit unless the left limit is requested.
 
     Parameters
     ----------
     function
-        Times and values of an input or a prescribed motion.
+        Times and values.
 
     Attributes
     ----------
-    is_motion
-        Whether it is a prescribed motion.
     is_constant
         Whether the value never changes.
     breakpoints
@@ -50,14 +51,14 @@ class CubicTimeFunction:
 
     def __init__(self, function: InputFunction | PrescribedMotion) -> None:
         times, values = np.array(function.times), np.array(function.values)
-        self.is_motion = isinstance(function, PrescribedMotion)
+        is_motion = isinstance(function, PrescribedMotion)
         self._is_level = len(set(function.values)) == 1
         self.is_constant = self._is_level
         jumps = np.flatnonzero(np.diff(times) == 0.0) + 1
         segments = list(zip(np.split(times, jumps), np.split(values, jumps), strict=True))
-        self._segments = [_make_piecewise_cubic(t, v, self.is_motion) for t, v in segments]
+        self._segments = [_make_piecewise_cubic(t, v, is_motion) for t, v in segments]
         self._segment_starts = np.array([t[0] for t, _ in segments])
-        is_single_cubic = self.is_constant or (self.is_motion and len(times) == 2)
+        is_single_cubic = self.is_constant or (is_motion and len(times) == 2)
         self.breakpoints: FloatArray = np.array([]) if is_single_cubic else np.unique(times)
 
     def __call__(self, times: FloatArray, *, left_limit: bool = False) -> FloatArray:
@@ -87,18 +88,22 @@ class CubicTimeFunction:
         Coefficients come with the highest power first; the fifth number is the integral from 0 s to the time.
         """
         derivative_orders = ((3, 6), (2, 2), (1, 1), (0, 1))
-        cubics = [self._evaluate(times, False, order) / factorial for order, factorial in derivative_orders]
+        cubics = [self._evaluate_cubics(times, False, order) / factorial for order, factorial in derivative_orders]
         return np.stack([*cubics, self.integrals_from_zero(times)], axis=-1)
 
     def integrals_from_zero(self, times: FloatArray) -> FloatArray:
         """Return the integrals (n,) from 0 s to each time."""
-        if self._is_level and not self.is_motion:
+        if self._is_level:
             level: FloatArray = times * float(self._segments[0](0.0))
             return level
         return np.array([self.integral(0.0, float(time)) for time in times])
 
     def _evaluate(self, times: FloatArray, left_limit: bool, derivative_order: int) -> FloatArray:
         """Return the derivative of the given order (n,); at a breakpoint the right limit, or the left limit if requested."""
+        return self._evaluate_cubics(times, left_limit, derivative_order)
+
+    def _evaluate_cubics(self, times: FloatArray, left_limit: bool, derivative_order: int) -> FloatArray:
+        """Return the derivative of the piecewise cubic (n,)."""
         segment_indices = np.searchsorted(self._segment_starts, times, side="left" if left_limit else "right") - 1
         result = np.empty_like(times)
         for index, segment in enumerate(self._segments):
@@ -111,11 +116,68 @@ def _make_piecewise_cubic(times: FloatArray, values: FloatArray, is_motion: bool
     """Return a piecewise cubic that continues beyond its ends: an input at its value, a motion at its rate there."""
     if len(times) == 1:
         return PPoly(np.array([[0.0], [values[0]]]), np.array([times[0], times[0] + 1.0]))
-    interpolant = CubicSpline(times, values, bc_type="natural") if is_motion else PchipInterpolator(times, values)
+    interpolant = CubicSpline(times, values) if is_motion else PchipInterpolator(times, values)
     start, end = times[0] - 1.0, times[-1] + 1.0
     end_derivatives = [float(interpolant(time, 1)) if is_motion else 0.0 for time in (times[0], times[-1])]
     end_segments = np.array([[0.0, 0.0], [0.0, 0.0], end_derivatives, [values[0] - end_derivatives[0], values[-1]]])
     return PPoly(np.hstack([end_segments[:, :1], interpolant.c, end_segments[:, 1:]]), np.concatenate([[start], interpolant.x, [end]]))
+
+
+class MotionFunction(CubicTimeFunction):
+    """A prescribed motion as a function of time (s): a not-a-knot cubic spline that continues at its end rates, plus harmonics.
+
+    Parameters
+    ----------
+    motion
+        The prescribed motion.
+    """
+
+    def __init__(self, motion: PrescribedMotion) -> None:
+        super().__init__(motion)
+        harmonics = [(item.amplitude, 2 * np.pi * item.frequency, item.phase) for item in motion.harmonics]
+        self._harmonics: FloatArray = np.array(harmonics).reshape(-1, 3)
+        self.is_constant = self._is_level and not harmonics
+
+    def local_cubics(self, times: FloatArray) -> FloatArray:
+        """Return the cubics as for an input, then amplitude, angular frequency (rad/s) and phase of each harmonic at the time."""
+        harmonics = np.tile(self._harmonics, (len(times), 1, 1))
+        harmonics[:, :, 2] += np.multiply.outer(times, self._harmonics[:, 1])
+        return np.hstack([super().local_cubics(times), harmonics.reshape(len(times), -1)])
+
+    def _evaluate(self, times: FloatArray, left_limit: bool, derivative_order: int) -> FloatArray:
+        result = self._evaluate_cubics(times, left_limit, derivative_order)
+        for amplitude, angular_frequency, phase in self._harmonics:
+            sine_or_cosine = np.cos if derivative_order == 1 else np.sin
+            factor = amplitude * angular_frequency**derivative_order * (-1.0 if derivative_order == 2 else 1.0)
+            result += factor * sine_or_cosine(angular_frequency * times + phase)
+        return result
+
+
+def make_time_function(function: InputFunction | PrescribedMotion) -> CubicTimeFunction:
+    """Return an input or a prescribed motion as a function of time."""
+    return MotionFunction(function) if isinstance(function, PrescribedMotion) else CubicTimeFunction(function)
+
+
+def stack_local_cubics(functions: Sequence[CubicTimeFunction], times: FloatArray) -> FloatArray:
+    """Return the local cubics of several functions after each time.
+
+    Parameters
+    ----------
+    functions
+        Functions of time.
+    times
+        Times, s; shape (n,).
+
+    Returns
+    -------
+    FloatArray
+        Rows as in `input_kernels`; harmonics that a function does not have are zero; shape (n, functions, columns).
+    """
+    cubics = [function.local_cubics(times) for function in functions]
+    result = np.zeros((len(times), len(cubics), max((one.shape[1] for one in cubics), default=N_CUBIC_COLUMNS)))
+    for index, one in enumerate(cubics):
+        result[:, index, : one.shape[1]] = one
+    return result
 
 
 class SpindleSpeedFunction(CubicTimeFunction):

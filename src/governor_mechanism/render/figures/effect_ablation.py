@@ -9,6 +9,7 @@ import numpy as np
 from matplotlib.axes import Axes
 
 from governor_mechanism.render.figures.page import label_axes, new_figure, save_png, style_axes, write_note, write_title
+from governor_mechanism.render.number_format import format_name
 from governor_mechanism.render.style import BLUE, INK, MUTED, SKY, VERMILLION
 from governor_mechanism.studies.effect_ablation import EffectsStudy
 
@@ -82,5 +83,5 @@ def _draw_costs(axes: Axes, study: EffectsStudy) -> None:
 
 
 def _effect_label(effect: str, *, listed: bool) -> str:
-    label = effect.replace("_", " ").replace("spindle.", "")
+    label = format_name(effect.replace("spindle.", ""))
     return label if listed else f"{label} (not listed)"

@@ -18,6 +18,7 @@ from governor_mechanism.errors import MechanismError
 from governor_mechanism.render.figures.page import label_axes, new_figure, require_png, save_png, style_axes, write_heading, write_title
 from governor_mechanism.render.figures.sweep_heatmaps import SweepAxisScale, draw_heatmaps, label_with_unit
 from governor_mechanism.render.film.reading_panel import axis_limits_for, format_plain_ticks
+from governor_mechanism.render.number_format import format_name
 from governor_mechanism.render.style import INK, SANS_FONT, SERIES_COLOURS, VERMILLION
 from governor_mechanism.studies.sweep.quantities import RunQuantity
 from governor_mechanism.studies.sweep.results import Sweep
@@ -103,7 +104,7 @@ def _draw_panel(axes: Axes, sweep: Sweep, axis_scale: SweepAxisScale, group: Seq
         (line,) = axes.plot(
             axis_scale.positions, values, linestyle=style if axis_scale.is_numeric else "", marker=marker, markersize=3.5, color=colour
         )
-        line.set(linewidth=1.5, label=textwrap.fill(quantity.name.replace("_", " "), _MAX_NAME_LETTERS))
+        line.set(linewidth=1.5, label=textwrap.fill(format_name(quantity.name), _MAX_NAME_LETTERS))
         handles.append(line)
         finite_values.append(values[np.isfinite(values)])
     values = np.concatenate(finite_values)

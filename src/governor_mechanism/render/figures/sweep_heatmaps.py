@@ -16,6 +16,7 @@ from numpy.typing import NDArray
 
 from governor_mechanism.render.figures.page import label_axes, new_figure, write_footnote, write_heading, write_title
 from governor_mechanism.render.film.reading_panel import axis_limits_for, format_plain_ticks
+from governor_mechanism.render.number_format import format_name
 from governor_mechanism.render.style import BLUE, INK, MUTED, PAPER, RULE, SANS_FONT, SKY, STEEL
 from governor_mechanism.studies.sweep.parameters import SweepAxis
 from governor_mechanism.studies.sweep.quantities import RunQuantity
@@ -112,7 +113,7 @@ class SweepAxisScale:
 
 def label_with_unit(name: str, unit: str) -> str:
     """Return the label of a key or a quantity with its unit."""
-    text = name.removeprefix("dimensions.").removeprefix("effects.").replace(".", " ").replace("_", " ")
+    text = format_name(name.removeprefix("dimensions.").removeprefix("effects."))
     return f"{text}, {unit}" if unit else text
 
 

@@ -25,7 +25,8 @@ from governor_mechanism.render.figures.page import (
     write_title,
 )
 from governor_mechanism.render.film.reading_panel import READING_NOISE_RATIO, axis_limits_for, format_plain_ticks
-from governor_mechanism.render.number_format import display_unit_of, format_closing_lines, format_rounded_up
+from governor_mechanism.render.number_format import display_unit_of, format_closing_lines, format_name, format_rounded_up
+from governor_mechanism.render.shown_readings import ShownReading, shown_readings
 from governor_mechanism.render.style import BLUE, GREEN, MUTED, PAPER, SANS_FONT, VERMILLION
 from governor_mechanism.types import FloatArray
 
@@ -69,7 +70,8 @@ def readings_figure(run: Trajectory, path: str | os.PathLike[str]) -> Path:
 
 
 def _draw_readings(run: Trajectory) -> Figure:
-    rows = math.ceil(len(run.readings) / 2) + 1
+    readings = shown_readings(run)
+    rows = math.ceil(len(readings) / 2) + 1
     events = reported_events(run)
     header_height = 0.75 + (_LEGEND_HEIGHT if events else 0.0)
     height = rows * _ROW_HEIGHT + _BORDER_HEIGHT + header_height - 0.75
@@ -77,9 +79,9 @@ def _draw_readings(run: Trajectory) -> Figure:
     grid = figure.add_gridspec(
         rows, 2, left=0.075, right=0.975, top=1 - header_height / height, bottom=0.75 / height, hspace=0.62, wspace=0.17
     )
-    for k, (name, values) in enumerate(run.readings.items()):
+    for k, (name, reading) in enumerate(readings.items()):
         axes = figure.add_subplot(grid[k // 2, k % 2])
-        _plot_reading(axes, run, name, values)
+        _plot_reading(axes, run.times, name, reading)
         draw_event_markers(axes, events)
     if events:
         draw_event_legend(figure, events, 1 - 0.55 / height)
@@ -98,17 +100,16 @@ def _draw_readings(run: Trajectory) -> Figure:
     return figure
 
 
-def _plot_reading(axes: Axes, run: Trajectory, name: str, values: FloatArray) -> None:
+def _plot_reading(axes: Axes, times: FloatArray, name: str, reading: ShownReading) -> None:
     """Plot one reading with its error estimate."""
-    unit, factor = display_unit_of(run.units.get(name, ""))
+    unit, factor = display_unit_of(reading.unit)
     unit = unit.replace("°", "deg")
-    _style_axes(axes, name.replace("_", " "), unit)
-    axes.plot(run.times, values * factor, color=GREEN if name.startswith("spindle") else BLUE, linewidth=1.3)
-    error = run.reading_errors.get(name, 0.0)
-    axes.set_ylim(axis_limits_for(values * factor, READING_NOISE_RATIO * run.scales.get(name, 0.0) * factor))
+    _style_axes(axes, format_name(name), unit)
+    axes.plot(times, reading.values * factor, color=GREEN if name.rpartition(".")[2].startswith("spindle") else BLUE, linewidth=1.3)
+    axes.set_ylim(axis_limits_for(reading.values * factor, READING_NOISE_RATIO * reading.scale * factor))
     format_plain_ticks(axes.yaxis, axes.get_ylim())
-    if error > 0:
-        _write_side_note(axes, f"error estimate {format_rounded_up(error * factor)} {unit}")
+    if reading.error > 0:
+        _write_side_note(axes, f"error estimate {format_rounded_up(reading.error * factor)} {unit}")
 
 
 def _plot_error(axes: Axes, times: FloatArray, values: FloatArray, heading: tuple[str, str], reference_scale: float) -> None:

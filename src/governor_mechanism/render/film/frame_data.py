@@ -4,7 +4,6 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 from dataclasses import dataclass
-from typing import TypeVar
 
 import numpy as np
 from scipy.interpolate import CubicHermiteSpline
@@ -13,9 +12,9 @@ from governor_mechanism.errors import MechanismError, did_you_mean
 from governor_mechanism.model.part import Part
 from governor_mechanism.model.trajectory import Trajectory
 from governor_mechanism.render.effect_state import NO_EFFECTS, EffectState, effect_state_of
+from governor_mechanism.render.part_entries import part_poses_and_velocities, select_part_entries
+from governor_mechanism.render.shown_readings import shown_readings
 from governor_mechanism.types import FloatArray
-
-T = TypeVar("T")
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -41,33 +40,15 @@ class FrameData:
     effect_state: EffectState = NO_EFFECTS
 
 
-def find_part(run: Trajectory, name: str | None) -> Part:
-    """Return the part of that name, or the first one for None."""
+def find_parts(run: Trajectory, name: str | None) -> tuple[Part, ...]:
+    """Return the part of that name, or all parts for None: last one that turns with a spindle, which has a plan view, if there is any."""
     parts = run.scene.parts
-    match = parts[0] if name is None else next((part for part in parts if part.name == name), None)
-    if match is None:
-        names = [part.name for part in parts]
-        raise MechanismError(f"the scene has no part {name!r}; its parts are {names}.{did_you_mean(name or '', names)}")
-    return match
-
-
-def part_poses_and_velocities(run: Trajectory, part: Part) -> tuple[FloatArray, FloatArray]:
-    """Return poses and velocities (n, bodies, 3) of one part."""
-    first_body = 0
-    for other in run.scene.parts:
-        if other is part:
-            break
-        first_body += len(other.mechanism.bodies)
-    columns = slice(first_body, first_body + len(part.mechanism.bodies))
-    return run.poses[:, columns, :], run.velocities[:, columns, :]
-
-
-def select_part_entries(run: Trajectory, part: Part, entries: Mapping[str, T]) -> dict[str, T]:
-    """Return the entries of one part from a mapping by reading name, by plain names."""
-    if len(run.scene.parts) == 1:
-        return dict(entries)
-    prefix = f"{part.name}."
-    return {name.removeprefix(prefix): value for name, value in entries.items() if name.startswith(prefix)}
+    if name is None:
+        return tuple(sorted(parts, key=lambda part: part.turns))
+    names = [part.name for part in parts]
+    if name not in names:
+        raise MechanismError(f"the scene has no part {name!r}; its parts are {names}.{did_you_mean(name, names)}")
+    return (parts[names.index(name)],)
 
 
 def interpolate_frame_data(
@@ -75,22 +56,22 @@ def interpolate_frame_data(
 ) -> FrameData:
     """Interpolate one part to `times` (f,) s: poses by cubic Hermite polynomials, readings linearly."""
     poses, velocities = part_poses_and_velocities(run, part)
-    readings = select_part_entries(run, part, run.readings)
-    speed = readings.get("spindle_speed", np.zeros(len(run.times)))
+    readings = select_part_entries(run, part, shown_readings(run))
+    speed = readings["spindle_speed"].values if "spindle_speed" in readings else np.zeros(len(run.times))
     spindle_angle = np.concatenate([[0.0], np.cumsum(0.5 * (speed[1:] + speed[:-1]) * np.diff(run.times))])
     return FrameData(
         part=part,
         time_span=time_span,
         times=times,
         poses=_interpolate_hermite(run.times, poses, velocities, times),
-        readings={name: np.interp(times, run.times, values) for name, values in readings.items()},
-        units=select_part_entries(run, part, run.units),
-        scales=select_part_entries(run, part, run.scales),
+        readings={name: np.interp(times, run.times, one.values) for name, one in readings.items()},
+        units={name: one.unit for name, one in readings.items()},
+        scales={name: one.scale for name, one in readings.items()},
         spindle_angle=np.interp(times, run.times, spindle_angle),
         run_poses=poses,
         run_times=run.times,
         slow_down=slow_down,
-        effect_state=effect_state_of(run, slow_down),
+        effect_state=effect_state_of(run, part, slow_down),
     )
 
 

@@ -1,4 +1,4 @@
-"""Painter of one run: the machine at the left in true proportions, the curves of its main readings at the right.
+"""Painter of one run: the parts at the left in true proportions, the curves of their main readings at the right.
 
 Everything static is drawn once; each frame restores it and draws only what moves.
 """
@@ -7,6 +7,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable, Sequence
+from itertools import zip_longest
 from typing import Any
 
 import numpy as np
@@ -27,16 +28,20 @@ from governor_mechanism.render.film.layout import (
     DIAL_RECT,
     ELEVATION_RECT,
     HEADER_RULE_Y,
+    PART_NAME_HEIGHT,
+    PART_NAME_POSITION,
+    PART_PITCH,
     REFERENCE_SIZE,
     PixelView,
     fit_view,
     reading_rects,
+    shift_rect,
 )
 from governor_mechanism.render.film.reading_panel import READING_NOISE_RATIO, ReadingPlot, ReadingSeries
 from governor_mechanism.render.film.shared_limits import SharedLimits
 from governor_mechanism.render.geometry.primitives import Circle, DrawnShape, Lines, Vec2, round_step
 from governor_mechanism.render.machines.registry import SWEEP_ARC_CAPTION, background_shapes, drawing_of, moving_shapes, plan_shapes
-from governor_mechanism.render.number_format import display_unit_of, format_closing_lines, format_film_speed, format_numbers
+from governor_mechanism.render.number_format import display_unit_of, format_closing_lines, format_film_speed, format_name, format_numbers
 from governor_mechanism.render.run_extents import measure_run_extents
 from governor_mechanism.render.style import GREEN, INK, MUTED, PAPER, RULE, SANS_FONT, SERIES_COLOURS, SERIF_FONT, VERMILLION, Brush
 
@@ -56,20 +61,17 @@ class ShapePanel:
     """Axes in metres with static shapes and with the moving shapes `shapes_at(k)` of frame k."""
 
     def __init__(
-        self,
-        figure: Figure,
-        view: PixelView,
-        size: int,
-        static_shapes: Sequence[DrawnShape],
-        shapes_at: Callable[[int], Sequence[DrawnShape]],
+        self, figure: Figure, view: PixelView, static_shapes: Sequence[DrawnShape], shapes_at: Callable[[int], Sequence[DrawnShape]]
     ) -> None:
-        left, top, right, bottom = (edge / size for edge in view.rect)
-        axes = figure.add_axes((left, 1 - bottom, right - left, bottom - top))
+        width, height = figure.bbox.width, figure.bbox.height
+        left, top, right, bottom = view.rect
+        axes = figure.add_axes((left / width, 1 - bottom / height, (right - left) / width, (bottom - top) / height))
         axes.set_axis_off()
         x0, x1, y0, y1 = view.box
         axes.set(xlim=(x0, x1), ylim=(y0, y1))
-        points_per_pixel = size / REFERENCE_SIZE * 72 / FRAME_DPI
+        points_per_pixel = height / REFERENCE_SIZE * 72 / FRAME_DPI
         Brush(axes, points_per_pixel).paint(static_shapes)
+        self.view = view
         self._shapes_at = shapes_at
         self._brush = Brush(axes, points_per_pixel, base_zorder=3)
         self.artists = self._brush.paint(shapes_at(0))
@@ -92,17 +94,31 @@ def _make_canvas(figure: Figure) -> Any:
 
 
 class FramePainter:
-    """Figure of one film: `update(k)` moves every artist to frame k, `paint(k)` returns the pixels of frame k."""
+    """Figure of one film: `update(k)` moves every artist to frame k, `paint(k)` returns the pixels of frame k.
+
+    The neighbours are further parts of the run, to the left of the one with the plan view; all positions count from the frame of this one.
+    """
 
     def __init__(
-        self, run: Trajectory, frame_data: FrameData, size: int = 480, *, shared_limits: SharedLimits | None = None, animated: bool = True
+        self,
+        run: Trajectory,
+        frame_data: FrameData,
+        size: int = 480,
+        *,
+        shared_limits: SharedLimits | None = None,
+        animated: bool = True,
+        neighbours: Sequence[FrameData] = (),
     ) -> None:
         if size < MIN_FRAME_SIZE:
             raise MechanismError(f"size of a film must be at least {MIN_FRAME_SIZE} pixels; got {size}")
         self.frame_data = frame_data
-        self._shared_limits = shared_limits or SharedLimits.from_run(run, frame_data)
-        self.view = fit_view(self._shared_limits.box, ELEVATION_RECT, size)
-        self.figure = Figure(figsize=(size / FRAME_DPI, size / FRAME_DPI), dpi=FRAME_DPI, facecolor=PAPER)
+        self._shown_parts = (*neighbours, frame_data)
+        self._shared_limits = shared_limits or SharedLimits.from_run(run, self._shown_parts)
+        # Widths in pixels of 480: what the neighbours add, and all; the whole frame is a whole number of pixels wide.
+        self._shift = round(len(neighbours) * PART_PITCH * size / REFERENCE_SIZE) * REFERENCE_SIZE / size
+        self._width = REFERENCE_SIZE + self._shift
+        figure_size = (self._width / REFERENCE_SIZE * size / FRAME_DPI, size / FRAME_DPI)
+        self.figure = Figure(figsize=figure_size, dpi=FRAME_DPI, facecolor=PAPER)
         self._canvas = _make_canvas(self.figure)
         self._size = size
         # Points per pixel of a 480-pixel frame.
@@ -110,7 +126,9 @@ class FramePainter:
         self._counters: list[CachedNumber] = []
         left_edge = self._add_number(_format_times(frame_data.times), "s", (468, 18), 12, color=INK)
         self._add_title_and_footer(run, left_edge - 24)
-        self._panels: list[ShapePanel | ReadingPlot] = [self._make_elevation(), *self._make_reading_plots()]
+        elevations = [self._make_elevation(data, k) for k, data in enumerate(self._shown_parts)]
+        self.view = elevations[-1].view
+        self._panels: list[ShapePanel | ReadingPlot] = [*elevations, *self._make_reading_plots()]
         if self._has_dial:
             self._panels.append(self._make_plan())
         self._animated_artists = [artist for panel in self._panels for artist in panel.artists]
@@ -144,9 +162,16 @@ class FramePainter:
         """Return whether the plan of the turning plane is shown."""
         return self.frame_data.part.plane == TURNING_PLANE and "spindle_speed" in self.frame_data.readings
 
-    def _make_elevation(self) -> ShapePanel:
-        """Return the panel of the machine."""
-        frame_data = self.frame_data
+    def _make_elevation(self, frame_data: FrameData, position: int) -> ShapePanel:
+        """Return the panel of a part at a position from the left, and write its scale bar and, if there are several, its name."""
+        shift, name_height = position * PART_PITCH - self._shift, 0.0
+        if len(self._shown_parts) > 1:
+            x, y = PART_NAME_POSITION
+            self._add_text(format_name(frame_data.part.name), (x + shift, y), 12.5, fontfamily=SERIF_FONT, max_width=260)
+            name_height = PART_NAME_HEIGHT
+        rect = shift_rect(ELEVATION_RECT, shift + self._shift, name_height)
+        view = fit_view(self._shared_limits.boxes[position], rect, self._size)
+        self._add_scale_bar(frame_data, view, shift)
         part, poses, times = frame_data.part, frame_data.poses, frame_data.times
         run_extents = measure_run_extents(part, frame_data.run_poses, frame_data.run_times, frame_data.effect_state)
         traced = drawing_of(part).traced_path
@@ -157,7 +182,7 @@ class FramePainter:
             return shapes if path is None else (self._traced_path(path, k), *shapes)
 
         static_shapes = background_shapes(part, frame_data.run_poses, run_extents)
-        return ShapePanel(self.figure, self.view, self._size, static_shapes, shapes_at)
+        return ShapePanel(self.figure, view, static_shapes, shapes_at)
 
     def _traced_path(self, path: NDArray[np.float64], k: int) -> Lines:
         """Return the part of a path (f, 2) m in the last second of film before frame k."""
@@ -170,7 +195,7 @@ class FramePainter:
         frame_data = self.frame_data
         ring_radius = self._shared_limits.ring_radius
         half_width = 1.06 * ring_radius
-        view = fit_view((-half_width, half_width, -half_width, half_width), DIAL_RECT, self._size)
+        view = fit_view((-half_width, half_width, -half_width, half_width), shift_rect(DIAL_RECT, self._shift), self._size)
         angle_steps = np.diff(frame_data.spindle_angle, prepend=frame_data.spindle_angle[0])
 
         def shapes_at(k: int) -> Sequence[DrawnShape]:
@@ -182,41 +207,45 @@ class FramePainter:
         for line, (text, colour) in enumerate(reversed(lines)):
             self._add_text(text, (398, 446 - 13.5 * line), 9.5, color=colour)
         static_shapes = (Circle("ring", 0.0, 0.0, ring_radius),)
-        return ShapePanel(self.figure, view, self._size, static_shapes, shapes_at)
+        return ShapePanel(self.figure, view, static_shapes, shapes_at)
 
     def _make_reading_plots(self) -> list[ReadingPlot]:
         """Return the plots of the shown readings, and write their names and numbers."""
-        frame_data = self.frame_data
-        names = self._select_readings()
+        selected = self._select_readings()
         plots: list[ReadingPlot] = []
-        if not names:
+        if not selected:
             return plots
-        for name, rect, colour in zip(names, reading_rects(len(names), self._has_dial), SERIES_COLOURS, strict=False):
+        for (frame_data, name), rect, colour in zip(selected, reading_rects(len(selected), self._has_dial), SERIES_COLOURS, strict=False):
             unit, factor = display_unit_of(frame_data.units.get(name, ""))
             values = frame_data.readings[name] * factor
             reading_colour = GREEN if name == "spindle_speed" else colour
             noise = READING_NOISE_RATIO * frame_data.scales.get(name, 0.0) * factor
-            limits = self._shared_limits.axis_limits.get(name)
+            limits = self._shared_limits.axis_limits.get((frame_data.part.name, name))
             series = ReadingSeries(time_span=frame_data.time_span, times=frame_data.times, values=values, noise=noise, axis_limits=limits)
-            plots.append(ReadingPlot(self.figure, rect, reading_colour, series, self._points_per_pixel))
+            plots.append(ReadingPlot(self.figure, shift_rect(rect, self._shift), reading_colour, series, self._points_per_pixel))
             left, top, right, _ = rect
             max_width = (
                 self._add_number(format_numbers(values), unit, (right, top + 7), 12, color=reading_colour, fontweight="bold") - left - 8
             )
-            self._add_text(name.replace("_", " "), (left, top + 7), 12.5, fontfamily=SERIF_FONT, max_width=max_width)
+            self._add_text(format_name(name), (left, top + 7), 12.5, fontfamily=SERIF_FONT, max_width=max_width)
         return plots
 
-    def _select_readings(self) -> list[str]:
-        """Return the readings that the drawing lists, or else the leading coordinate, another reading and the spindle speed."""
-        readings = self.frame_data.readings
-        names = drawing_of(self.frame_data.part).panel_readings
+    def _select_readings(self) -> list[tuple[FrameData, str]]:
+        """Return the readings to show, each with its part: of several parts the first of each, then the second, and so on."""
         max_readings = MAX_SHOWN_READINGS[self._has_dial]
+        columns = [[(data, name) for name in self._readings_of_part(data, max_readings)] for data in self._shown_parts]
+        return [one for row in zip_longest(*columns) for one in row if one is not None][:max_readings]
+
+    def _readings_of_part(self, frame_data: FrameData, max_readings: int) -> list[str]:
+        """Return the readings that the drawing lists, or else the leading coordinate, another reading and the spindle speed."""
+        readings = frame_data.readings
+        names = drawing_of(frame_data.part).panel_readings
         if not names:
             machine_readings = [name for name in readings if not name.startswith("spindle")]
-            names = (self.frame_data.part.mechanism.coordinate, *machine_readings)
+            names = (frame_data.part.mechanism.coordinate, *machine_readings)
             if self._has_dial:
                 names = (*list(dict.fromkeys(names))[: max_readings - 1], "spindle_speed", *machine_readings)
-        return [name for name in dict.fromkeys(names) if name in readings][:max_readings]
+        return [name for name in dict.fromkeys(names) if name in readings]
 
     def _add_number(self, texts: list[str], unit: str, position: Vec2, height: float, **style: Any) -> float:
         """Add a number that changes with every frame before a unit that ends at `position` (pixels of 480).
@@ -233,30 +262,31 @@ class FramePainter:
 
     def _add_title_and_footer(self, run: Trajectory, max_title_width: float) -> None:
         """Add title, rules, footer, caption and scale bar."""
-        self._add_text(" ".join(self._shared_limits.title.split()), (12, 18), 15, fontfamily=SERIF_FONT, max_width=max_title_width)
+        left, title = 12 - self._shift, " ".join(self._shared_limits.title.split())
+        self._add_text(title, (left, 18), 15, fontfamily=SERIF_FONT, max_width=max_title_width + self._shift)
         lines, is_failure = format_closing_lines(run, FRAME_CLOSING_LINE_LENGTH)
         rule_y, line_positions = CLOSING_LINE_LAYOUT[len(lines)]
         for y in (HEADER_RULE_Y, rule_y):
-            self._add_line((12, y), (468, y), RULE)
+            self._add_line((left, y), (468, y), RULE)
         for text, y in zip(lines, line_positions, strict=True):
             size = 10 if len(lines) == 1 else 9.5
-            self._add_text(text, (12, y), size, color=VERMILLION if is_failure else MUTED, max_width=456 if is_failure else 340)
+            width = (456 if is_failure else 340) + self._shift
+            self._add_text(text, (left, y), size, color=VERMILLION if is_failure else MUTED, max_width=width)
         if not is_failure:
             self._add_text(f"engine: {run.cost.engine}", (468, 470), 10, color=MUTED, ha="right")
-        self._add_scale_bar()
 
-    def _add_scale_bar(self) -> None:
-        """Add a scale bar of a round length in millimetres."""
-        left, top, right, bottom = CAPTION_RECT
-        scale = self.view.scale * REFERENCE_SIZE / self._size
+    def _add_scale_bar(self, frame_data: FrameData, view: PixelView, shift: float) -> None:
+        """Add a scale bar of a round length in millimetres below the elevation of a part."""
+        left, top, right, bottom = shift_rect(CAPTION_RECT, shift)
+        scale = view.scale * REFERENCE_SIZE / self._size
         length = round_step((right - left) / scale, 8)
         y = (top + bottom) / 2
         self._add_line((left, y), (left + length * scale, y), MUTED)
         for x in (left, left + length * scale):
             self._add_line((x, y - 3), (x, y + 3), MUTED)
         self._add_text(f"{length * 1e3:g} mm", (left + length * scale + 6, y), 9.5, color=MUTED)
-        text = format_film_speed(self.frame_data.slow_down)
-        if self.frame_data.part.plane == TURNING_PLANE:
+        text = format_film_speed(frame_data.slow_down)
+        if frame_data.part.plane == TURNING_PLANE:
             text = f"turning plane, {text}" if text else "seen in the turning plane"
         if text:
             self._add_text(text, (right, y), 9.5, color=MUTED, ha="right")
@@ -264,15 +294,14 @@ class FramePainter:
     def _add_line(self, start: Vec2, end: Vec2, colour: str) -> None:
         """Add a thin line between two positions (pixels of 480)."""
         xs, ys = zip(start, end, strict=True)
-        line = Line2D(
-            [x / REFERENCE_SIZE for x in xs], [1 - y / REFERENCE_SIZE for y in ys], color=colour, linewidth=0.8 * self._points_per_pixel
-        )
-        self.figure.add_artist(line)
+        columns, rows = [(x + self._shift) / self._width for x in xs], [1 - y / REFERENCE_SIZE for y in ys]
+        self.figure.add_artist(Line2D(columns, rows, color=colour, linewidth=0.8 * self._points_per_pixel))
 
     def _add_text(self, content: str, position: Vec2, height: float, *, max_width: float | None = None, **style: Any) -> Words:
         """Add text at a position and of a height (pixels of 480), fitted into `max_width` pixels."""
         settings = {"color": INK, "fontfamily": SANS_FONT, "va": "center_baseline", "parse_math": False} | style
-        text = Words(position[0] / REFERENCE_SIZE, 1 - position[1] / REFERENCE_SIZE, content, fontsize=height * self._points_per_pixel)
+        x, y = (position[0] + self._shift) / self._width, 1 - position[1] / REFERENCE_SIZE
+        text = Words(x, y, content, fontsize=height * self._points_per_pixel)
         text.set(transform=self.figure.transFigure, **settings)
         self.figure.add_artist(text)
         if max_width is not None:

@@ -9,6 +9,13 @@ from governor_mechanism.render.geometry.primitives import BoundingBox
 REFERENCE_SIZE = 480.0
 """Side (pixels) to which all rectangles refer; a frame of another size is scaled as a whole."""
 
+PART_PITCH = 286.0
+"""Width (pixels) that each further part adds at the left."""
+PART_NAME_POSITION = (14.0, 50.0)
+"""Left edge and middle of the name of a part, which only a frame of several parts shows."""
+PART_NAME_HEIGHT = 16.0
+"""Height (pixels) that the name takes from the elevation."""
+
 PixelRect = tuple[float, float, float, float]
 """left, top, right, bottom (pixels) from the upper left corner of the frame."""
 
@@ -20,6 +27,12 @@ HEADER_RULE_Y, FOOTER_RULE_Y = 35.0, 459.0
 """Heights of the rules under the title and above the last line."""
 CLOSING_LINE_LAYOUT: dict[int, tuple[float, tuple[float, ...]]] = {1: (FOOTER_RULE_Y, (470.0,)), 2: (456.0, (463.0, 473.3))}
 """By the number of closing lines: the height of the rule above them, and of their middles."""
+
+
+def shift_rect(rect: PixelRect, shift: float, lower_top: float = 0.0) -> PixelRect:
+    """Return a rectangle further right, with its top lower."""
+    left, top, right, bottom = rect
+    return left + shift, top + lower_top, right + shift, bottom
 
 
 @dataclass(frozen=True, kw_only=True)

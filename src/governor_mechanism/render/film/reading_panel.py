@@ -65,7 +65,8 @@ class ReadingPlot:
         left, top, right, bottom = rect
         box = (left + LABEL_WIDTH, top + HEADING_HEIGHT, right - 3.0, bottom - TIME_LABEL_HEIGHT)
         left, top, right, bottom = (edge / REFERENCE_SIZE for edge in box)
-        axes = figure.add_axes((left, 1 - bottom, right - left, bottom - top), facecolor=PAPER)
+        aspect = figure.get_figwidth() / figure.get_figheight()
+        axes = figure.add_axes((left / aspect, 1 - bottom, (right - left) / aspect, bottom - top), facecolor=PAPER)
         limits = series.axis_limits or axis_limits_for(series.values, series.noise)
         axes.set(xlim=(time_span[0], max(time_span[1], time_span[0] + 1e-9)), ylim=limits)
         self._style_axes(axes, time_span, points_per_pixel)

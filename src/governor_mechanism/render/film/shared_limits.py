@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 
 from governor_mechanism.model.trajectory import Trajectory
@@ -13,20 +13,24 @@ from governor_mechanism.render.machines.registry import drawing_bounds, plan_rin
 
 @dataclass(frozen=True, kw_only=True)
 class SharedLimits:
-    """Bounding box (m), radius of the plan (m) and axis limits of the readings in display units, with the title of one frame."""
+    """Limits of a frame under its title.
+
+    `boxes` are the bounding boxes (m) of the parts, `ring_radius` (m) is that of the plan of the last one. `axis_limits` are those of
+    the readings in display units, by names of part and reading.
+    """
 
     title: str
-    box: BoundingBox
+    boxes: tuple[BoundingBox, ...]
     ring_radius: float
-    axis_limits: Mapping[str, Vec2]
+    axis_limits: Mapping[tuple[str, str], Vec2]
 
     @classmethod
-    def from_run(cls, run: Trajectory, frame_data: FrameData) -> SharedLimits:
-        """Return the limits of a single run."""
-        part, poses, effect_state = frame_data.part, frame_data.run_poses, frame_data.effect_state
+    def from_run(cls, run: Trajectory, frame_data: Sequence[FrameData]) -> SharedLimits:
+        """Return the limits of the shown parts of a single run."""
+        main = frame_data[-1]
         return cls(
             title=run.scene.title,
-            box=drawing_bounds(part, poses, frame_data.run_times, effect_state),
-            ring_radius=plan_ring_radius(part, poses, effect_state),
+            boxes=tuple(drawing_bounds(data.part, data.run_poses, data.run_times, data.effect_state) for data in frame_data),
+            ring_radius=plan_ring_radius(main.part, main.run_poses, main.effect_state),
             axis_limits={},
         )

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Sequence
+from dataclasses import replace
 
 import numpy as np
 from numpy.typing import NDArray
@@ -14,12 +15,12 @@ from governor_mechanism.render.film.frame_painter import FramePainter
 from governor_mechanism.render.film.layout import ELEVATION_RECT, HEADER_RULE_Y, REFERENCE_SIZE
 from governor_mechanism.render.film.reading_panel import READING_NOISE_RATIO, axis_limits_for
 from governor_mechanism.render.film.shared_limits import SharedLimits
-from governor_mechanism.render.machines.registry import drawing_bounds, plan_ring_radius
+from governor_mechanism.render.geometry.primitives import BoundingBox
 from governor_mechanism.render.number_format import display_unit_of
 from governor_mechanism.render.style import RULE, parse_rgb
 
-FrameDataFactory = Callable[[Trajectory], FrameData]
-"""Return the frame data of a run."""
+FrameDataFactory = Callable[[Trajectory], Sequence[FrameData]]
+"""Return the frame data of the shown parts of a run."""
 
 
 class SideBySidePainter:
@@ -29,13 +30,12 @@ class SideBySidePainter:
         self.painters = painters
         factor = size / REFERENCE_SIZE
         self._rule_rows = slice(round((HEADER_RULE_Y + 7) * factor), round(ELEVATION_RECT[3] * factor))
-        self._size = size
 
     def paint(self, k: int) -> NDArray[np.uint8]:
-        """Return frame k as opaque RGBA pixels (size, number of runs * size, 4)."""
+        """Return frame k as opaque RGBA pixels (size, number of runs * width of one, 4)."""
         pixels = np.concatenate([painter.paint(k) for painter in self.painters], axis=1)
         for index in range(1, len(self.painters)):
-            pixels[self._rule_rows, index * self._size, :3] = parse_rgb(RULE)
+            pixels[self._rule_rows, index * pixels.shape[1] // len(self.painters), :3] = parse_rgb(RULE)
         return pixels
 
 
@@ -44,25 +44,37 @@ def make_side_by_side(
 ) -> SideBySidePainter:
     """Return the painter of several runs, each under its title or that of its scene."""
     frame_data = [make_frame_data(run) for run in runs]
+    if len({len(data) for data in frame_data}) > 1:
+        raise MechanismError("two runs side by side must have equally many parts; choose one part with part=..., or write two films")
     names = [run.scene.title for run in runs] if titles is None else titles
-    boxes = [drawing_bounds(data.part, data.run_poses, data.run_times, data.effect_state) for data in frame_data]
-    left, right, bottom, top = zip(*boxes, strict=True)
-    ring_radius = max(plan_ring_radius(data.part, data.run_poses, data.effect_state) for data in frame_data)
-    limits = {name: _common_limits(frame_data, name) for data in frame_data for name in data.readings}
-    shared_limits = [
-        SharedLimits(title=name, box=(min(left), max(right), min(bottom), max(top)), ring_radius=ring_radius, axis_limits=limits)
-        for name in names
-    ]
+    own_limits = [SharedLimits.from_run(run, data) for run, data in zip(runs, frame_data, strict=True)]
+    shared_limits = SharedLimits(
+        title="",
+        boxes=tuple(_enclosing_box(boxes) for boxes in zip(*(limits.boxes for limits in own_limits), strict=True)),
+        ring_radius=max(limits.ring_radius for limits in own_limits),
+        axis_limits={
+            key: _common_limits([one for one in column if name in one.readings], name)
+            for column in zip(*frame_data, strict=True)
+            for data in column
+            for name in data.readings
+            for key in [(data.part.name, name)]
+        },
+    )
     painters = [
-        FramePainter(run, data, size, shared_limits=limits_of_run)
-        for run, data, limits_of_run in zip(runs, frame_data, shared_limits, strict=True)
+        FramePainter(run, data[-1], size, shared_limits=replace(shared_limits, title=name), neighbours=data[:-1])
+        for run, data, name in zip(runs, frame_data, names, strict=True)
     ]
     return SideBySidePainter(painters, size)
 
 
-def _common_limits(frame_data: Sequence[FrameData], name: str) -> tuple[float, float]:
-    """Return the limits of an axis, in the display unit, for a reading of all runs that have it."""
-    data_with_reading = [data for data in frame_data if name in data.readings]
+def _enclosing_box(boxes: Sequence[BoundingBox]) -> BoundingBox:
+    """Return the smallest box that contains several."""
+    left, right, bottom, top = zip(*boxes, strict=True)
+    return min(left), max(right), min(bottom), max(top)
+
+
+def _common_limits(data_with_reading: Sequence[FrameData], name: str) -> tuple[float, float]:
+    """Return the limits of an axis, in the display unit, for a reading of several runs."""
     factor = display_unit_of(data_with_reading[0].units.get(name, ""))[1]
     values = np.concatenate([data.readings[name] for data in data_with_reading])
     return axis_limits_for(values * factor, READING_NOISE_RATIO * max(data.scales.get(name, 0.0) for data in data_with_reading) * factor)

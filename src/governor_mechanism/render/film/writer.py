@@ -20,7 +20,7 @@ from numpy.typing import NDArray
 from governor_mechanism.errors import MechanismError
 from governor_mechanism.files.atomic_write import atomic_write
 from governor_mechanism.model.trajectory import Trajectory
-from governor_mechanism.render.film.frame_data import find_part, interpolate_frame_data
+from governor_mechanism.render.film.frame_data import FrameData, find_parts, interpolate_frame_data
 from governor_mechanism.render.film.frame_painter import FramePainter
 from governor_mechanism.render.film.gif_encoder import GifWriter, Palette
 from governor_mechanism.render.film.side_by_side import check_run_pair, make_side_by_side
@@ -84,11 +84,11 @@ def write_film(
     titles
         Titles of two runs. None takes the titles of their scenes.
     size
-        Height of the film in pixels, and its width per run; at least 320.
+        Height of the film in pixels, and its width per run of one part; at least 320.
     frames_per_second
         Frames per second of film, 1 to 50.
     part
-        Name of the part to show. None shows the first one.
+        Name of the part to show. None shows all parts, each in a panel of its own.
     start
         Start of the shown part of the run, s. None is the first reported time.
     stop
@@ -149,11 +149,11 @@ def render_frames(
     stop: float | None = None,
     slow_down: float | None = None,
 ) -> Iterator[FramePixels]:
-    """Yield the frames of a film, (size, size, 3) RGB each, at equal time steps from start to stop, both included."""
+    """Yield the frames of a film, (size, size, 3) RGB each for one part, at equal time steps from start to stop, both included."""
     time_span = _select_time_span(run, start, stop)
     slow_factor = _select_slow_down(run, time_span, slow_down)
     times, _ = schedule_frames(*time_span, frames_per_second, slow_factor)
-    painter = _make_frame_painter(run, size, part, time_span, slow_factor, times)
+    painter = _make_painter((run,), None, size, part, time_span, slow_factor, times)
     for k in range(len(times)):
         yield painter.paint(k)[..., :3].copy()
 
@@ -223,16 +223,14 @@ def _make_painter(
     times: FloatArray,
 ) -> Painter:
     """Return the painter of one run or of two side by side."""
+
+    def make_frame_data(run: Trajectory) -> list[FrameData]:
+        return [interpolate_frame_data(run, one, time_span, times, slow_down) for one in find_parts(run, part)]
+
     if len(runs) == 1:
-        return _make_frame_painter(runs[0], size, part, time_span, slow_down, times)
-    return make_side_by_side(runs, titles, lambda run: interpolate_frame_data(run, find_part(run, part), time_span, times, slow_down), size)
-
-
-def _make_frame_painter(
-    run: Trajectory, size: int, part: str | None, time_span: TimeSpan, slow_down: float, times: FloatArray
-) -> FramePainter:
-    """Return the painter of one run."""
-    return FramePainter(run, interpolate_frame_data(run, find_part(run, part), time_span, times, slow_down), size)
+        *neighbours, main = make_frame_data(runs[0])
+        return FramePainter(runs[0], main, size, neighbours=neighbours)
+    return make_side_by_side(runs, titles, make_frame_data, size)
 
 
 def _ignore_progress(done: int, total: int) -> None:
@@ -264,8 +262,8 @@ def _write_mp4(path: Path, make_painter: PainterFactory, timing: FilmTiming, pro
         for k in range(count):
             # The codec needs an even number of rows and columns.
             pixels = painter.paint(k)[..., :3]
-            padding = (0, len(pixels) % 2)
-            writer.append_data(np.pad(pixels, (padding, padding, (0, 0)), mode="edge"))
+            rows, columns = pixels.shape[0] % 2, pixels.shape[1] % 2
+            writer.append_data(np.pad(pixels, ((0, rows), (0, columns), (0, 0)), mode="edge"))
             progress(k + 1, count)
 
 

@@ -9,13 +9,22 @@ from typing import Annotated, Any, Final, TypeVar
 from pydantic import Field, model_validator
 
 from governor_mechanism.errors import MechanismError, did_you_mean
-from governor_mechanism.machines.custom import BodyShape, InitialConfiguration, SketchedBody, disc_shape, plate_shape, rod_shape
+from governor_mechanism.machines.custom import (
+    BodyShape,
+    InitialConfiguration,
+    PointMass,
+    SketchedBody,
+    add_point_masses,
+    disc_shape,
+    plate_shape,
+    rod_shape,
+)
 from governor_mechanism.model.joints import GROUND, Point
 from governor_mechanism.model.mechanism import SecondMoments
 from governor_mechanism.model.part import TURNING_PLANE
-from governor_mechanism.scenes.custom.values import NamedPoints, NewBodyName, PointReference
+from governor_mechanism.scenes.custom.values import NamedPoints, NewBodyName, PointReference, table_list
 from governor_mechanism.scenes.problems import KEY, Problem, ProblemCode, ProblemCollector, mistake
-from governor_mechanism.scenes.quantities import Angle, Bool, FloatPair, Length, Position, PositiveLength, built
+from governor_mechanism.scenes.quantities import Angle, Bool, FloatPair, Length, Mass, Position, PositiveLength, built
 from governor_mechanism.scenes.table import SceneFileTable
 from governor_mechanism.units.quantities import format_value
 
@@ -68,13 +77,21 @@ class PlateTable(SceneFileTable):
     thickness: Length = 0.0
 
 
+class PointMassTable(SceneFileTable):
+    """A mass on a body, in a point or as a solid ball."""
+
+    example = '{ mass = "5 kg", at = ["300 mm", 0] }'
+    mass: Annotated[float, built("mass")] = Field(description='the mass, as "5 kg"')
+    position: Position = Field(alias="at", description='the position in the axes of the body, as ["300 mm", 0]')
+    radius: Length = 0.0
+
+
 class BodyTable(SceneFileTable):
     """[[body]]; the validation context is the plane of the mechanism."""
 
     name: NewBodyName = Field(description='the name of the body in other tables, as "crank"')
-    mass: Annotated[float, built("mass", hint="; a bar without mass is a [[link]]")] = Field(
-        description='the mass, as "0.2 kg"; a bar without mass is a [[link]]'
-    )
+    mass: Mass = 0.0
+    point_masses: Annotated[tuple[Any, ...], table_list(PointMassTable, "point mass")] = ()
     inertia: Annotated[float, built("moment_of_inertia", hint="; a body that does not rotate has turns = false")] = 0.0
     centre: Position = (0.0, 0.0)
     moments: MomentsTable | None = None
@@ -101,19 +118,24 @@ class BodyTable(SceneFileTable):
             yield Problem("inertia cannot be combined with moments, from which it follows as xx + yy", ProblemCode.CONFLICT)
         if values.get("point") is True and values.get("turns") is True:
             yield Problem("a point mass does not rotate; leave out turns = true, or point = true", ProblemCode.CONFLICT)
-        if shapes or values.get("turns") is False:
-            return
-        if "inertia" in values and "moments" not in values and context == TURNING_PLANE:
+        if "mass" not in values and "point_masses" not in values:
+            hint = 'it is the mass, as "0.2 kg", and 0 for a lever without mass; a bar without mass is a [[link]]'
+            yield Problem(f"{KEY}.mass is missing; {hint}", ProblemCode.MISSING_KEY, f"{KEY}.mass")
+        if not shapes and values.get("turns") is not False and "moments" not in values and "inertia" in values and context == TURNING_PLANE:
             text = "inertia does not determine the centrifugal forces in a turning plane"
             hint = 'give moments = { xx = "0.5 kg m^2", ... } or a shape (rod, disc, plate) instead'
             yield Problem(f"{text}; {hint}", ProblemCode.MISSING_KEY)
-        if "inertia" not in values and "moments" not in values:
-            hint = "give inertia or moments, a shape (rod, disc, plate, point), or turns = false for a body that does not rotate"
-            yield Problem(f"inertia is missing; {hint}", ProblemCode.MISSING_KEY, f"{KEY}.inertia")
 
     @model_validator(mode="after")
     def _check_values(self) -> BodyTable:
         collector = ProblemCollector()
+        is_shaped = any(table is not None for table in (self.rod, self.disc, self.plate, self.moments))
+        if self.mass and self.can_rotate and not is_shaped and not self.inertia:
+            hint = (
+                "give inertia or moments, a shape (rod, disc, plate, point), point_masses instead of mass, "
+                "or turns = false for a body that does not rotate"
+            )
+            collector.add(ProblemCode.MISSING_KEY, f"inertia is missing; {hint}", key=f"{KEY}.inertia")
         if self.moments is not None and self.can_rotate and self.moments.xx + self.moments.yy <= 0:
             collector.add(ProblemCode.OUT_OF_RANGE, "moments must have xx or yy above 0; a body without extent has point = true")
         if self.angle and not self.can_rotate:
@@ -131,14 +153,10 @@ class BodyTable(SceneFileTable):
 
     def build(self) -> SketchedBody:
         """Return the body."""
+        point_masses = [PointMass(**table.given_values()) for table in self.point_masses]
+        mass, shape = add_point_masses(self.mass, self._build_shape(), point_masses) if point_masses else (self.mass, self._build_shape())
         return SketchedBody(
-            name=self.name,
-            mass=self.mass,
-            shape=self._build_shape(),
-            can_rotate=self.can_rotate,
-            points=self.points or {},
-            origin=self.at,
-            angle=self.angle,
+            name=self.name, mass=mass, shape=shape, can_rotate=self.can_rotate, points=self.points or {}, origin=self.at, angle=self.angle
         )
 
     def _build_shape(self) -> BodyShape:
@@ -158,7 +176,9 @@ class PointRegistry:
     Attributes
     ----------
     ground
-        Named points of the ground, m.
+        Named points of the ground that are at rest, m.
+    moving_points
+        Moving points of the ground by name, as massless bodies.
     bodies
         Bodies by name.
     invalid_bodies
@@ -167,6 +187,7 @@ class PointRegistry:
 
     def __init__(self) -> None:
         self.ground: dict[str, FloatPair] = {"origin": (0.0, 0.0)}
+        self.moving_points: dict[str, SketchedBody] = {}
         self.bodies: dict[str, SketchedBody] = {}
         self.invalid_bodies: set[str] = set()
         self.used_names: set[str] = set()
@@ -174,7 +195,7 @@ class PointRegistry:
     @cached_property
     def initial_configuration(self) -> InitialConfiguration:
         """Initial poses of the bodies; use it when all bodies are known."""
-        return InitialConfiguration(self.bodies.values())
+        return InitialConfiguration([*self.bodies.values(), *self.moving_points.values()])
 
     def require_body(self, name: str, key: str) -> str:
         """Return the name of a body; refuse an unknown one."""
@@ -189,16 +210,19 @@ class PointRegistry:
     def find_point(self, reference: PointReference, key: str) -> Point:
         """Return the point of a reference; a body alone means its mass centre."""
         name = self.require_body(reference.body, key)
+        if name == GROUND and reference.point in self.moving_points:
+            return Point(body=self.moving_points[reference.point].name)
         body = self.bodies.get(name)
         named_points = self.ground if body is None else body.named_points
         position = reference.position or named_points.get(reference.point or ("origin" if body is None else "centre"))
         if position is None:
+            known_names = [*named_points, *(self.moving_points if body is None else ())]
             location = "[ground]" if body is None else f"the points of body {format_value(name)}"
             text = (
                 f"{KEY}.{key} names the unknown point {format_value(reference.point)} of {format_value(name)}; "
-                f"known are {', '.join(named_points)}; add others to {location}."
+                f"known are {', '.join(known_names)}; add others to {location}."
             )
-            raise mistake(ProblemCode.UNKNOWN_NAME, text + did_you_mean(reference.point, named_points), key=f"{KEY}.{key}")
+            raise mistake(ProblemCode.UNKNOWN_NAME, text + did_you_mean(reference.point, known_names), key=f"{KEY}.{key}")
         return Point(body=GROUND, x=position[0], y=position[1]) if body is None else body.point(position)
 
     def find_points(self, *references: tuple[str, PointReference]) -> list[Point]:

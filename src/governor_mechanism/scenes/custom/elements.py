@@ -26,7 +26,8 @@ from governor_mechanism.model.joints import (
 )
 from governor_mechanism.model.time_functions import InputFunction, PrescribedMotion
 from governor_mechanism.scenes.custom.bodies import PointRegistry
-from governor_mechanism.scenes.custom.values import BodyName, CurveValue, PointOrBodyRef, PointRef, motion_validator
+from governor_mechanism.scenes.custom.motions import AngleMotion, DisplacementMotion
+from governor_mechanism.scenes.custom.values import BodyName, CurveValue, PointOrBodyRef, PointRef
 from governor_mechanism.scenes.loads import input_function
 from governor_mechanism.scenes.problems import Problem, ProblemCode, mistake
 from governor_mechanism.scenes.quantities import Angle, Label, Length, PositiveLength, built, choice, quantity
@@ -207,8 +208,8 @@ class _DriverTable(JointTable):
     def arguments(self, registry: PointRegistry, first: Point, second: Point) -> dict[str, Any]:
         """Return the arguments with the motion, by default at a constant rate from the start."""
         values = super().arguments(registry, first, second)
-        start, rate = values.pop("start"), values.pop("rate", 0.0)
-        return {"motion": PrescribedMotion.constant_rate(start, rate), **values}
+        start, rate, build_motion = values.pop("start"), values.pop("rate", 0.0), values.pop("motion", None)
+        return {"motion": build_motion(start) if build_motion else PrescribedMotion.constant_rate(start, rate), **values}
 
 
 class DrivenTurnTable(_BodyJointTable, _DriverTable):
@@ -218,7 +219,7 @@ class DrivenTurnTable(_BodyJointTable, _DriverTable):
     rate_example = 'rate = "120 rpm", or motion = [[0, "0 deg"], [1, "90 deg"]]'
     rate: Annotated[float, quantity("angular_speed")] = 0.0
     start: Angle = 0.0
-    motion: Annotated[Any, motion_validator("angle", "angle")] = None
+    motion: AngleMotion = None
 
     def initial_values(self, initial: InitialConfiguration, first: Point, second: Point) -> dict[str, Any]:
         """Return the start."""
@@ -232,7 +233,7 @@ class DrivenSlideTable(_DriverTable, SliderTable):
     rate_example = 'rate = "50 mm/s", or motion = [[0, "0 mm"], [1, "50 mm"]]'
     rate: Annotated[float, quantity("speed")] = 0.0
     start: Annotated[float, quantity("length")] = 0.0
-    motion: Annotated[Any, motion_validator("length", "displacement")] = None
+    motion: DisplacementMotion = None
 
     def initial_values(self, initial: InitialConfiguration, first: Point, second: Point) -> dict[str, Any]:
         """Return the start."""

@@ -22,10 +22,11 @@ from governor_mechanism.model.output_variables import Reading
 from governor_mechanism.model.part import FIXED_PLANE, TURNING_PLANE, Part, Start
 from governor_mechanism.scenes.custom.bodies import BodyTable, PointRegistry
 from governor_mechanism.scenes.custom.elements import FORCE, JOINT, ElementTable, LinkTable
+from governor_mechanism.scenes.custom.motions import is_moving, parse_moving_point
 from governor_mechanism.scenes.custom.readings import READING, READING_KINDS, find_reading_kind, make_default_readings
 from governor_mechanism.scenes.custom.values import parse_named_points
 from governor_mechanism.scenes.problems import KEY, ProblemCode, ProblemCollector, mistake
-from governor_mechanism.scenes.quantities import PositiveLength, choice
+from governor_mechanism.scenes.quantities import PositiveLength, choice, parse_name
 from governor_mechanism.scenes.schema import AnyTable, CommonSceneTable, rate_key, start_table_model
 from governor_mechanism.scenes.table import validate
 from governor_mechanism.units.quantities import format_value
@@ -81,14 +82,15 @@ class CustomMachineParser:
 
     def parse(self) -> tuple[Part | None, Start, tuple[Reading, ...] | None]:
         """Return the part, or None if there are mistakes, the start, and the readings, or None if not all are known."""
-        self._parse_ground()
+        drivers = self._parse_ground()
         bodies = self._parse_bodies()
-        joints = [*self._parse_elements("joint", JOINT), *self._parse_elements("link", TypeAdapter(LinkTable))]
+        joints = [*self._parse_elements("joint", JOINT), *self._parse_elements("link", TypeAdapter(LinkTable)), *drivers]
         force_elements = self._parse_elements("force", FORCE)
         self._check_unique_names(bodies, joints, force_elements)
         self._check_connections(bodies, joints, force_elements)
         readings, are_all_known = self._parse_readings(bodies)
         start = self._parse_start(readings)
+        bodies += self.registry.moving_points.values()
         length_scale = self.given_length_scale or length_scale_of(bodies, joints, force_elements)
         if not length_scale and not self.has_problems:
             text = 'size is missing: the initial configuration has no length that could be the length scale; write size = "1 m"'
@@ -117,12 +119,23 @@ class CustomMachineParser:
                 elements.append(build(validate(adapter, values, context=context)))
         return elements
 
-    def _parse_ground(self) -> None:
+    def _parse_ground(self) -> list[Joint]:
+        """Parse the points of the ground and return the drivers of those that move."""
+        given, drivers, n_problems = self.document.get("ground", {}), list[Joint](), len(self.collector.problems)
         self.registry.invalid_bodies.add(GROUND)
-        if isinstance(given := self.document.get("ground", {}), Mapping):
-            with self.collector.at(GROUND):
-                self.registry.ground |= parse_named_points(given)
-                self.registry.invalid_bodies.remove(GROUND)
+        if not isinstance(given, Mapping):
+            return drivers
+        moving = {name: position for name, position in given.items() if is_moving(position)}
+        with self.collector.at(GROUND):
+            self.registry.ground |= parse_named_points({name: position for name, position in given.items() if name not in moving})
+        for name, position in moving.items():
+            with self.collector.at(f"{GROUND}.{name}"):
+                parse_name(name, "the name of a point")
+                self.registry.moving_points[name], own_drivers = parse_moving_point(f"{GROUND}.{name}", position)
+                drivers += own_drivers
+        if len(self.collector.problems) == n_problems:
+            self.registry.invalid_bodies.remove(GROUND)
+        return drivers
 
     def _parse_bodies(self) -> list[SketchedBody]:
         if "body" in self.document and self.document["body"] in ([], ()):

@@ -10,9 +10,9 @@ from pydantic import PlainValidator
 
 from governor_mechanism.model.curves import Curve, PolynomialCurve, SplineCurve
 from governor_mechanism.model.joints import GROUND
-from governor_mechanism.model.time_functions import PrescribedMotion
 from governor_mechanism.scenes.problems import KEY, ProblemCode, ProblemCollector, mistake
 from governor_mechanism.scenes.quantities import FloatPair, check_label, parse_name, parse_pairs, parse_position, parse_si
+from governor_mechanism.scenes.table import SceneFileTable, validate
 from governor_mechanism.units.quantities import format_value
 
 
@@ -86,12 +86,18 @@ def _parse_curve(value: object) -> Curve:
     return curve
 
 
-def motion_validator(kind: str, name: str) -> PlainValidator:
-    """Return the validator of a motion given by points of [time, value]."""
+def table_list(model: type[SceneFileTable], noun: str) -> PlainValidator:
+    """Return the validator of a list of tables; `noun` is what one of them is."""
 
-    def check(value: object) -> PrescribedMotion:
-        points = parse_pairs(value, ("time", kind), ("time", name))
-        return PrescribedMotion(times=tuple(time for time, _ in points), values=tuple(number for _, number in points))
+    def check(value: object) -> tuple[SceneFileTable, ...]:
+        if not isinstance(value, list | tuple):
+            raise mistake(ProblemCode.WRONG_TYPE, f"{KEY} must be a list, as [{model.example}]; found {format_value(value)}")
+        collector, tables = ProblemCollector(), list[SceneFileTable]()
+        for number, item in enumerate(value, start=1):
+            with collector.at(f"{KEY}, {noun} {number}:"):
+                tables.append(validate(model, item))
+        collector.raise_if_failed()
+        return tuple(tables)
 
     return PlainValidator(check)
 

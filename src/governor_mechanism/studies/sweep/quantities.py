@@ -15,7 +15,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from governor_mechanism.errors import MechanismError, did_you_mean
-from governor_mechanism.model.part import TURNING_PLANE, FreeSpindle
+from governor_mechanism.model.coupled_system import SPINDLE_ANGLE, SPINDLE_SPEED, SPINDLE_TORQUE
 from governor_mechanism.model.scene import Scene
 from governor_mechanism.model.trajectory import Trajectory
 from governor_mechanism.units.quantities import DISPLAY_UNITS, format_value
@@ -127,7 +127,7 @@ def parse_quantities(scene: Scene, requested: QuantityRequest, *, certify: bool)
     """
     reading_units = find_reading_units(scene)
     if requested is None:
-        leading = [name for name in (scene.part.mechanism.coordinate, *reading_units) if name in reading_units]
+        leading = [name for name in (*_leading_coordinates(scene), *reading_units) if name in reading_units]
         requested = [f"{taken} {leading[0]}" for taken in ("final", "min", "max")] if leading else [DURATION_RULE]
     if isinstance(requested, str) or not isinstance(requested, Mapping | Sequence) or not requested:
         raise MechanismError(
@@ -158,14 +158,21 @@ def find_quantity_reading(quantity: RunQuantity, scene: Scene) -> str | None:
 
 def find_reading_units(scene: Scene) -> dict[str, str]:
     """Return the names of the readings of a run with their SI units."""
-    units = {reading.name: _SI_UNITS[reading.quantity] for reading in scene.part.mechanism.readings}
-    if scene.part.plane == TURNING_PLANE:
-        units["spindle_speed"] = "rad/s"
-        if isinstance(scene.spindle, FreeSpindle):
-            units["spindle_angle"] = "rad"
-        elif scene.has_centrifugal:
-            units["spindle_torque"] = "N m"
+    units = {reading.name: _SI_UNITS[reading.quantity] for reading in scene.mechanism.readings}
+    for plane in scene.system.planes:
+        units[f"{plane.prefix}{SPINDLE_SPEED}"] = "rad/s"
+        if not plane.given_speed:
+            units[f"{plane.prefix}{SPINDLE_ANGLE}"] = "rad"
+        elif plane.is_loaded:
+            units[f"{plane.prefix}{SPINDLE_TORQUE}"] = "N m"
     return units
+
+
+def _leading_coordinates(scene: Scene) -> list[str]:
+    """Return the leading coordinates of the parts; those of governors, which turn with a spindle, come first."""
+    if len(scene.parts) == 1:
+        return [scene.part.mechanism.coordinate]
+    return [f"{part.name}.{part.mechanism.coordinate}" for part in sorted(scene.parts, key=lambda part: not part.turns)]
 
 
 def _parse_quantity(name: Any, rule: Any, scene: Scene, reading_units: Mapping[str, str], *, certify: bool) -> RunQuantity:
@@ -178,11 +185,11 @@ def _parse_quantity(name: Any, rule: Any, scene: Scene, reading_units: Mapping[s
     if rule in (DURATION_RULE, ERROR_ESTIMATE_RULE):
         return RunQuantity(name=name, rule=rule, unit="s" if rule == DURATION_RULE else "")
     parts = _RULE_PATTERN.fullmatch(rule) if isinstance(rule, str) else None
-    readings_with_rate = {reading.name for reading in scene.part.mechanism.readings}
+    readings_with_rate = {reading.name for reading in scene.mechanism.readings}
     if parts is None or parts[3] not in reading_units or (parts[2] and parts[3] not in readings_with_rate):
         raise MechanismError(_unknown_rule_message(rule, reading_units, readings_with_rate))
     unit = reading_units[parts[3]]
-    scale = {"rad": 1.0, "m": scene.part.mechanism.length_scale}.get(unit, 0.0)
+    scale = scene.mechanism.output_scale(parts[3]) if parts[3] in readings_with_rate else 0.0
     return RunQuantity(name=name, rule=rule, unit=f"{unit}/s" if parts[2] else unit, scale=scale)
 
 

@@ -148,7 +148,7 @@ class ErrorBenchmark:
         self, scene: Scene, times: FloatArray, max_time: float, target_error: float = 0.0, timer: Callable[[], float] = time.perf_counter
     ) -> None:
         self.scene, self.times, self.max_time, self.target_error, self.timer = scene, times, max_time, target_error, timer
-        self.time_scale, self.length_scale = time_scale(scene), scene.part.mechanism.length_scale
+        self.time_scale, self.length_scale = time_scale(scene), scene.mechanism.length_scale
         self.has_contacts = has_contacts(scene)
         engine = MultibodyEngine(tolerance=REFERENCE_TOLERANCE)
         refusal = engine.refusal(scene)

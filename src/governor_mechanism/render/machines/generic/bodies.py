@@ -11,7 +11,7 @@ from governor_mechanism.model.mechanism import Body
 from governor_mechanism.model.output_variables import LineAngle, PointCoordinate, PointDistance
 from governor_mechanism.model.part import Part
 from governor_mechanism.render.geometry.body_points import GROUND_POSE, axes_to_plane, distinct_points
-from governor_mechanism.render.geometry.outlines import convex_hull, make_plate_outline
+from governor_mechanism.render.geometry.outlines import convex_hull, make_plate_outline, make_wall
 from governor_mechanism.render.geometry.primitives import (
     Circle,
     DrawnShape,
@@ -22,9 +22,9 @@ from governor_mechanism.render.geometry.primitives import (
     drawn_ball_radius,
     place_point,
 )
-from governor_mechanism.render.machines.generic.gears import rack_bodies, wheel_bodies
+from governor_mechanism.render.machines.generic.gears import rack_bodies, spoked_wheel, wheel_bodies
 from governor_mechanism.render.machines.generic.guides import STRIP_WIDTH, guide_centreline
-from governor_mechanism.render.run_extents import RunExtents
+from governor_mechanism.render.run_extents import RunExtents, flywheel_radius
 
 _BAR_WIDTH = 0.052
 """Width of a bar, as a fraction of the length scale."""
@@ -48,7 +48,7 @@ def body_shapes(part: Part, poses: Sequence[PoseTuple], extents: RunExtents) -> 
             disc_shapes, mass_shapes = _single_point_shapes(part, body, pose, extents)
             behind += disc_shapes
             front += mass_shapes
-        if len(outline) > 1 and _has_end_mass(body, outline, extents):
+        if len(outline) > 1 and _has_end_mass(part, body, outline, extents):
             front.append(_ball_shape(body, pose, extents))
     return behind, front
 
@@ -75,10 +75,9 @@ def body_outline_points(part: Part, body: Body, extents: RunExtents) -> list[Vec
         distance = math.hypot(*points[0])
         if distance > tolerance:
             # A rod with this radius of gyration extends by this ratio beyond its mass centre.
-            xx, yy, _ = body.second_moments.in_plane
-            extension_ratio = min(math.sqrt(3 * max(xx + yy, 0.0) / body.mass) / distance, 1.0)
+            extension_ratio = min(math.sqrt(3) * _gyration_radius(body) / distance, 1.0)
             return [points[0], (-extension_ratio * points[0][0], -extension_ratio * points[0][1])]
-    elif body.can_rotate and _is_point_mass(body) and not _is_inside_hull((0.0, 0.0), points, tolerance):
+    elif _may_have_ball(part, body) and not _is_inside_hull((0.0, 0.0), points, tolerance):
         return distinct_points([*points, (0.0, 0.0)], tolerance)
     return points
 
@@ -134,8 +133,9 @@ def _is_sliding_block(part: Part, body: Body) -> bool:
     return any(isinstance(joint, Slider) and joint.second.body == body.name for joint in part.mechanism.joints)
 
 
-def _is_point_mass(body: Body) -> bool:
-    return not any(body.second_moments.in_plane)
+def _may_have_ball(part: Part, body: Body) -> bool:
+    """Return whether a mass centre beyond the joints is a ball: of a pendulum, or of any arm of a governor."""
+    return body.can_rotate and (part.turns or not any(body.second_moments.in_plane))
 
 
 def _is_inside_hull(point: Vec2, points: Sequence[Vec2], tolerance: float) -> bool:
@@ -144,28 +144,37 @@ def _is_inside_hull(point: Vec2, points: Sequence[Vec2], tolerance: float) -> bo
     return point not in corners or (len(corners) < 3 and is_between_ends)
 
 
-def _has_end_mass(body: Body, outline: Sequence[Vec2], extents: RunExtents) -> bool:
+def _has_end_mass(part: Part, body: Body, outline: Sequence[Vec2], extents: RunExtents) -> bool:
     """Return whether the whole mass is at a corner of the outline, as in a pendulum bob."""
     tolerance = _COINCIDENCE_DISTANCE * extents.length_scale
-    return body.can_rotate and _is_point_mass(body) and any(math.hypot(*corner) < tolerance for corner in convex_hull(outline))
+    return _may_have_ball(part, body) and any(math.hypot(*corner) < tolerance for corner in convex_hull(outline))
 
 
 def _single_point_shapes(part: Part, body: Body, pose: PoseTuple, extents: RunExtents) -> tuple[list[DrawnShape], list[DrawnShape]]:
     """Return the shapes of a body with at most one point, at its mass centre: disc, hanging mass or ball."""
     u = extents.length_scale
+    if body.mass == 0.0 and not body.can_rotate:
+        return [make_wall((pose[0], pose[1]), math.pi / 2, 0.10 * u, 0.035 * u)], []  # a moving point of the ground
     joints: list[Joint] = [j for j in part.mechanism.joints if body.name in (j.first.body, j.second.body)]
     hangs_on_springs = any(isinstance(load, Spring | Damper) and body.name in load.bodies for load in part.mechanism.force_elements)
     is_held_by_joint = any(isinstance(joint, Pin | Distance | CurveSlot | ArcSlot) for joint in joints)
     if hangs_on_springs and not is_held_by_joint:
         a, b = 0.5 * _MASS_SIDES[0] * u, 0.5 * _MASS_SIDES[1] * u
         return [], [Polygon("block", tuple(axes_to_plane(pose, x, y) for x, y in ((a, b), (-a, b), (-a, -b), (a, -b))))]
-    xx, yy, _ = body.second_moments.in_plane
-    if xx + yy > 0.0 and body.can_rotate:
+    if (radius := flywheel_radius(part.mechanism)) > 0.0:
+        return spoked_wheel(pose, radius, 0.84 * radius, 0.1 * radius), []
+    if body.can_rotate and body.planar_inertia > 0.0:
         # A disc with this moment of inertia.
-        radius = min(max(math.sqrt(2 * (xx + yy) / body.mass), 0.06 * u), 0.25 * u)
+        radius = min(max(math.sqrt(2) * _gyration_radius(body), 0.06 * u), 0.25 * u)
         spoke = (axes_to_plane(pose, 0.0, 0.0), axes_to_plane(pose, radius, 0.0))
         return [Circle("wheel", pose[0], pose[1], radius), Lines("marked spoke", (spoke,))], []
     return [], [_ball_shape(body, pose, extents)]
+
+
+def _gyration_radius(body: Body) -> float:
+    """Return the radius of gyration about the mass centre, m; 0 without mass."""
+    xx, yy, _ = body.second_moments.in_plane
+    return math.sqrt(max(xx + yy, 0.0) / body.mass) if body.mass else 0.0
 
 
 def _ball_shape(body: Body, pose: PoseTuple, extents: RunExtents) -> Circle:

@@ -36,17 +36,21 @@ def wheel_shapes(part: Part, poses: Sequence[PoseTuple], extents: RunExtents) ->
     shapes: list[DrawnShape] = []
     for body, point, radius in sorted(_wheel_geometries(part, poses, extents), key=lambda wheel: -wheel[2]):
         x, y = point_position(part.mechanism, poses, point)
-        angle = body_pose(part.mechanism, poses, body)[2]
-        rim_radius = max(radius - 0.035 * u, 0.72 * radius)
-        shapes += [Circle("wheel", x, y, radius), Circle("wheel web", x, y, rim_radius)]
-        plain_spokes = tuple(((x, y), axes_to_plane((x, y, angle + k * math.pi / 2), rim_radius, 0.0)) for k in (1, 2, 3))
-        marked_spoke = (axes_to_plane((x, y, angle), 0.0, 0.0), axes_to_plane((x, y, angle), rim_radius, 0.0))
-        shapes += [
-            Lines("spoke", plain_spokes),
-            Lines("marked spoke", (marked_spoke,)),
-            Circle("wheel", x, y, min(0.22 * rim_radius, 0.045 * u)),
-        ]
+        shapes += spoked_wheel((x, y, body_pose(part.mechanism, poses, body)[2]), radius, max(radius - 0.035 * u, 0.72 * radius), 0.045 * u)
     return shapes
+
+
+def spoked_wheel(pose: PoseTuple, radius: float, rim_radius: float, max_hub_radius: float) -> list[DrawnShape]:
+    """Return a wheel with four spokes, one of them marked; `rim_radius` (m) is the inner one of its rim."""
+    x, y, angle = pose
+    ends = [axes_to_plane((x, y, angle + k * math.pi / 2), rim_radius, 0.0) for k in range(4)]
+    return [
+        Circle("wheel", x, y, radius),
+        Circle("wheel web", x, y, rim_radius),
+        Lines("spoke", tuple(((x, y), end) for end in ends[1:])),
+        Lines("marked spoke", (((x, y), ends[0]),)),
+        Circle("wheel", x, y, min(0.22 * rim_radius, max_hub_radius)),
+    ]
 
 
 def _wheel_geometries(part: Part, poses: Sequence[PoseTuple], extents: RunExtents) -> list[WheelGeometry]:

@@ -1,0 +1,153 @@
+"""Impacts at stops, and the end of a bouncing sequence; compiled functions over arrays.
+
+At a stop the rate of an output is reversed by the coefficient of restitution.
+"""
+
+from __future__ import annotations
+
+import math
+
+import numpy as np
+
+from governor_mechanism.mechanics.contact.rules import (
+    HELD,
+    ContactDynamics,
+    direction_of_motion,
+    evaluate_forces,
+    find_active_stop,
+    multiply,
+    rest_rate,
+    solve_forces,
+)
+from governor_mechanism.mechanics.contact.tolerances import MIN_REBOUND_HEIGHT
+from governor_mechanism.mechanics.dynamics.contacts import ContactColumn
+from governor_mechanism.numerics.jit import jit, jit_internal
+from governor_mechanism.types import BoolArray, FloatArray, IntArray
+
+
+@jit
+def resolve_impacts(dynamics: ContactDynamics, states: IntArray, impulses: FloatArray) -> BoolArray:
+    """Reverse the rates of contacts that strike a stop, by Newton's law of restitution.
+
+    Contacts that rest on a stop stay there; friction bears no impulse.
+
+    Parameters
+    ----------
+    dynamics
+        Motion of the contacts.
+    states
+        State of each contact, 1, -1, 0 or HELD; shape (contacts,).
+    impulses
+        Result: the impulses along the outputs; shape (contacts,).
+
+    Returns
+    -------
+    BoolArray
+        Which contacts have struck; shape (contacts,).
+    """
+    n_contacts, rates_before = states.size, dynamics.rates.copy()
+    has_struck = np.zeros(n_contacts, dtype=np.bool_)
+    for _ in range(2 * n_contacts):
+        is_constrained, rate_changes, is_striking = np.zeros(n_contacts, dtype=np.bool_), -dynamics.rates, False
+        for k in range(n_contacts):
+            side = find_active_stop(dynamics, k)
+            if side * dynamics.rates[k] > rest_rate(dynamics, k):
+                is_constrained[k] = has_struck[k] = is_striking = True
+                rate_changes[k] *= 1.0 + dynamics.contacts[k, ContactColumn.RESTITUTION]
+            elif side != 0 and states[k] == HELD:
+                is_constrained[k] = True
+        if not is_striking:
+            break
+        step = solve_forces(dynamics, is_constrained, rate_changes)
+        impulses += step
+        dynamics.rates[:] += multiply(dynamics.compliance, step)
+    dynamics.rates[:] = rates_before
+    return has_struck
+
+
+@jit
+def dissipated_by_impulses(dynamics: ContactDynamics, impulses: FloatArray) -> float:
+    """Return the energy that impulses along the outputs dissipate.
+
+    Parameters
+    ----------
+    dynamics
+        Motion of the contacts before the impulses.
+    impulses
+        Impulses, N s or N m s; shape (contacts,).
+
+    Returns
+    -------
+    float
+        Energy, J.
+    """
+    mean_rates = dynamics.rates + 0.5 * multiply(dynamics.compliance, impulses)
+    return float(-np.sum(impulses * mean_rates))
+
+
+@jit_internal
+def zeno_time(rebound_rate: float, deceleration: float, return_acceleration: float, restitution: float) -> float:
+    """Return the time until an infinite sequence of bounces comes to rest, a geometric series.
+
+    Friction makes the accelerations away from the stop and back to it differ. Without an acceleration back, the time is
+    that of the first rise alone.
+    """
+    if not return_acceleration > 0.0:
+        return rebound_rate / deceleration
+    first_bounce_time = rebound_rate * (1.0 / deceleration + 1.0 / math.sqrt(deceleration * return_acceleration))
+    return first_bounce_time / (1.0 - restitution * math.sqrt(return_acceleration / deceleration))
+
+
+@jit_internal
+def _evaluate_bounce_accelerations(dynamics: ContactDynamics, states: IntArray, has_struck: BoolArray, direction: int) -> FloatArray:
+    """Return the accelerations while contacts that struck move away from the stop (direction 1), or back (-1) against friction.
+
+    With one degree of freedom all other outputs reverse with them.
+    """
+    sliding = states.copy()
+    for k in range(states.size):
+        if has_struck[k] or states[k] != HELD:
+            is_reversed = direction < 0 and (has_struck[k] or dynamics.mobility == 1)
+            sliding[k] = (-1 if is_reversed else 1) * direction_of_motion(dynamics, k)
+    return evaluate_forces(dynamics, sliding)[1]
+
+
+@jit
+def settle_final_bounces(
+    dynamics: ContactDynamics, states: IntArray, has_struck: BoolArray, impulses: FloatArray, durations: FloatArray
+) -> bool:
+    """Stop the contacts that bounce no higher than MIN_REBOUND_HEIGHT.
+
+    Parameters
+    ----------
+    dynamics
+        Motion of the contacts after an impact.
+    states
+        State of each contact, 1, -1, 0 or HELD; shape (contacts,).
+    has_struck
+        Which contacts have struck a stop; shape (contacts,).
+    impulses
+        Result: the impulses along the outputs that stop them; shape (contacts,).
+    durations
+        Result: how long the bounces of each contact would go on, s; 0 of one that does not settle; shape (contacts,).
+
+    Returns
+    -------
+    bool
+        Whether there were any.
+    """
+    departing = _evaluate_bounce_accelerations(dynamics, states, has_struck, 1)
+    returning = _evaluate_bounce_accelerations(dynamics, states, has_struck, -1)
+    is_constrained, settles = np.zeros(states.size, dtype=np.bool_), False
+    for k in range(states.size):
+        side, restitution = find_active_stop(dynamics, k), dynamics.contacts[k, ContactColumn.RESTITUTION]
+        rebound_rate, deceleration = -side * dynamics.rates[k], side * departing[k]
+        is_constrained[k] = side != 0 and states[k] == HELD
+        if has_struck[k] and restitution < 1.0 and deceleration > 0.0 and rebound_rate > 0.0:
+            max_height = MIN_REBOUND_HEIGHT * dynamics.contacts[k, ContactColumn.SCALE]
+            if rebound_rate * rebound_rate < 2.0 * deceleration * max_height:
+                durations[k] = zeno_time(rebound_rate, deceleration, side * returning[k], restitution)
+                is_constrained[k] = settles = True
+    if settles:
+        impulses += solve_forces(dynamics, is_constrained, -dynamics.rates)
+    return settles
