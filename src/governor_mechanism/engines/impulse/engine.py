@@ -91,14 +91,12 @@ class ImpulseEngine(ImpulseSettings, Engine):
 
     def _refuses(self, scene: Scene) -> str:
         """Return why the engine cannot run a scene, or an empty string."""
-        massless = ", ".join(body.name for body in scene.part.mechanism.bodies if body.mass == 0.0)
-        reason = refuse_couplings(self.name, scene)
-        if massless and not reason:
-            reason = (
-                f"engine 'impulse' cannot model bodies without mass and moving points of the ground: {massless}; use engine 'multibody'"
-            )
-        if reason or not self.plain:
+        if reason := refuse_couplings(self.name, scene):
             return reason
+        if massless := ", ".join(body.name for body in scene.part.mechanism.bodies if body.mass == 0.0):
+            return f"engine 'impulse' cannot model bodies without mass and moving points of the ground: {massless}; use engine 'multibody'"
+        if not self.plain:
+            return ""
         if has_contacts(scene):
             return "engine 'impulse' with plain=True has no friction, stops and one-sided springs along readings; leave plain=True out"
         if any(isinstance(joint, RotationalDriver | TranslationalDriver) for joint in scene.part.mechanism.joints):
