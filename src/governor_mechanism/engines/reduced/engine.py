@@ -15,15 +15,15 @@ from governor_mechanism.engines.certificate import CertifiedRunner, check_engine
 from governor_mechanism.engines.initial_state import initial_state
 from governor_mechanism.engines.reduced.integration import integrate_reduced
 from governor_mechanism.engines.reduced.refusals import find_refusal
-from governor_mechanism.engines.reduced.run import ReducedRun, ReducedSolution, initial_coordinate
+from governor_mechanism.engines.reduced.run import ReducedRun, ReducedSolution, bodies_with_coordinate, make_start
 from governor_mechanism.engines.reduced.settings import ReducedSettings
 from governor_mechanism.errors import MechanismError
 from governor_mechanism.integrators.status import IntegrationStatus
 from governor_mechanism.integrators.time_grid import make_time_grid
 from governor_mechanism.mechanics.dynamics.contacts import FRICTION_LAW_NAME, ContactMode
+from governor_mechanism.mechanics.reduction.equation_of_motion import StateIndex
 from governor_mechanism.mechanics.reduction.lowering import OutputForceColumn
 from governor_mechanism.mechanics.reduction.motion_table import MotionTable
-from governor_mechanism.mechanics.reduction.shaft import parts_with_coordinate
 from governor_mechanism.model.effect import Effect
 from governor_mechanism.model.joints import JOINT_TYPES, Joint
 from governor_mechanism.model.scene import Scene
@@ -93,12 +93,10 @@ class ReducedRunner(CertifiedRunner[ReducedResult]):
     """Runs of one scene at different tolerances, each width of table pieces with its own motion table."""
 
     def __init__(self, engine: ReducedEngine, scene: Scene, request: RunRequest) -> None:
-        self._start = poses, velocities = initial_state(scene)
-        super().__init__(scene, request, ReadingEvaluator(scene, poses))
+        self._initial_poses, velocities = initial_state(scene)
+        super().__init__(scene, request, ReadingEvaluator(scene, self._initial_poses))
         self.engine = engine
-        self._initial_coordinate = initial_coordinate(scene, poses, velocities)[0]
-        prefix, part = parts_with_coordinate(scene)[0]
-        self._initial_poses = poses[[scene.mechanism.body_index(prefix + body.name) for body in part.mechanism.bodies]]
+        self._start = make_start(scene, self._initial_poses, velocities)
         self._reduced_runs: dict[float, ReducedRun] = {}
 
     def compile_kernels(self) -> None:
@@ -106,7 +104,7 @@ class ReducedRunner(CertifiedRunner[ReducedResult]):
         kernel: Any = integrate_reduced
         if not kernel.signatures:
             warn_before_compiling("integrate_reduced", 30)
-            motion_table = MotionTable(self.scene, self._initial_coordinate, self._initial_poses)
+            motion_table = self._make_table(1.0)
             if motion_table.is_started and motion_table.extend(0) and motion_table.extend(1):
                 end_time = np.array([1e-9 * self.evaluator.time_scale])
                 reduced_run = self._make_run(motion_table, end_time)
@@ -120,14 +118,19 @@ class ReducedRunner(CertifiedRunner[ReducedResult]):
     def get_reduced_run(self, width_factor: float) -> ReducedRun:
         """Return the run along the table with this factor on the width of its first pieces."""
         if width_factor not in self._reduced_runs:
-            motion_table = MotionTable(self.scene, self._initial_coordinate, self._initial_poses, width_factor)
+            motion_table = self._make_table(width_factor)
             if not motion_table.is_started:
                 raise MechanismError(f"engine 'reduced' cannot start: {motion_table.end_message(1)[1]}; choose engine 'multibody'")
             self._reduced_runs[width_factor] = self._make_run(motion_table, self.request.times)
         return self._reduced_runs[width_factor]
 
+    def _make_table(self, width_factor: float) -> MotionTable:
+        poses = self._initial_poses[bodies_with_coordinate(self.scene)]
+        return MotionTable(self.scene, float(self._start[StateIndex.COORDINATE]), poses, width_factor)
+
     def _make_run(self, motion_table: MotionTable, times: FloatArray) -> ReducedRun:
-        return ReducedRun(motion_table, self.evaluator, self._start, times, self.engine.max_steps, self.engine.settings)
+        start = self._start, self._initial_poses
+        return ReducedRun(motion_table, self.evaluator, *start, times, self.engine.max_steps, self.engine.settings)
 
     def run_once(self, tolerance: float, is_comparison: bool = False) -> ReducedResult:
         """Return one run; a comparison run may take steps twice as long along a table with narrower pieces."""

@@ -46,20 +46,21 @@ class ReducedSolution:
 
 
 class ReducedRun:
-    """Runs of one scene through times (n,) s from initial poses and velocities of all bodies, along a motion table."""
+    """Runs of one scene through times (n,) s from a start (N_STATES,) with poses (bodies, 3) of all bodies, along a motion table."""
 
     def __init__(
         self,
         motion_table: MotionTable,
         evaluator: ReadingEvaluator,
-        start: tuple[FloatArray, FloatArray],
+        start: FloatArray,
+        initial_poses: FloatArray,
         times: FloatArray,
         max_steps: int,
         settings: ReducedSettings,
     ) -> None:
         self.motion_table, self.evaluator, self.times = motion_table, evaluator, times
         self.max_steps, self.settings = max_steps, settings
-        self.counts = np.zeros(4, dtype=np.int64)
+        self.start, self.counts = start, np.zeros(4, dtype=np.int64)
         scene = motion_table.scene
         self.contacts = contacts_of(scene)
         self.one_sided_springs = one_sided_forces_of(scene)
@@ -68,14 +69,8 @@ class ReducedRun:
         breakpoints = np.unique(np.concatenate([time_function.breakpoints for time_function in motion_table.time_functions]))
         end = float(times[-1]) if len(times) else 0.0
         self._breakpoints = np.concatenate([[0.0], breakpoints[(breakpoints > 0) & (breakpoints < end)], [end]])
-        (prefix, part), mechanism, (self._initial_poses, velocities) = parts_with_coordinate(scene)[0], scene.mechanism, start
-        first_body = mechanism.body_index(prefix + part.mechanism.bodies[0].name)
-        self._own_bodies = slice(first_body, first_body + len(part.mechanism.bodies))
-        self._rotors = {mechanism.body_index(name): motion for name, motion in find_shaft_train(scene).motion.items()}
-        self.start = np.zeros(N_STATES)
-        self.start[:2] = initial_coordinate(scene, *start)
-        for index in list(self._rotors)[:1]:
-            self.start[[StateIndex.SHAFT_ANGLE, StateIndex.SHAFT_SPEED]] = self._initial_poses[index, 2], velocities[index, 2]
+        self._initial_poses, self._own_bodies = initial_poses, bodies_with_coordinate(scene)
+        self._rotors = {scene.mechanism.body_index(name): motion for name, motion in find_shaft_train(scene).motion.items()}
 
     def integrate(self, tolerance: float, step_factor: float = 1.0) -> ReducedSolution:
         """Integrate through all times, with a factor on the largest step."""
@@ -211,8 +206,19 @@ class ReducedRun:
             states[row, StateIndex.WORK] = state[StateIndex.WORK]
 
 
-def initial_coordinate(scene: Scene, poses: FloatArray, velocities: FloatArray) -> tuple[float, float]:
-    """Return the leading coordinate and its rate at poses and velocities (bodies, 3) of all bodies."""
-    prefix, part = parts_with_coordinate(scene)[0]
+def make_start(scene: Scene, poses: FloatArray, velocities: FloatArray) -> FloatArray:
+    """Return the state (N_STATES,) at poses and velocities (bodies, 3) of all bodies at the start."""
+    (prefix, part), start = parts_with_coordinate(scene)[0], np.zeros(N_STATES)
     output = evaluate_output(scene.mechanism, prefix + part.mechanism.coordinate, poses)
-    return float(output.value), float(np.sum(output.gradient * velocities))
+    start[StateIndex.COORDINATE], start[StateIndex.RATE] = output.value, np.sum(output.gradient * velocities)
+    for name in list(find_shaft_train(scene).motion)[:1]:
+        shaft = scene.mechanism.body_index(name)
+        start[StateIndex.SHAFT_ANGLE], start[StateIndex.SHAFT_SPEED] = poses[shaft, 2], velocities[shaft, 2]
+    return start
+
+
+def bodies_with_coordinate(scene: Scene) -> slice:
+    """Return the indices of the bodies of the part that has the coordinate."""
+    prefix, part = parts_with_coordinate(scene)[0]
+    first = scene.mechanism.body_index(prefix + part.mechanism.bodies[0].name)
+    return slice(first, first + len(part.mechanism.bodies))
