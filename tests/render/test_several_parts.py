@@ -11,7 +11,7 @@ from numpy.testing import assert_allclose, assert_array_equal
 import governor_mechanism as gm
 from coupled_scenes import coupled_scene, engine_part, porter_part
 from governor_mechanism.errors import MechanismError
-from governor_mechanism.model.couplings import GearCoupling
+from governor_mechanism.model.coupling.couplings import GearCoupling
 from governor_mechanism.model.time_functions import InputFunction, LinearFunction
 from governor_mechanism.render.film.frame_data import find_parts, interpolate_frame_data
 from governor_mechanism.render.film.frame_painter import FramePainter
