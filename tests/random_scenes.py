@@ -51,7 +51,7 @@ class EffectSite:
 def effect_sites(scene: Scene) -> list[EffectSite]:
     """The readings of a scene that its coordinate moves."""
     mechanism = scene.part.mechanism
-    poses, _ = part_initial_state(scene)
+    poses, velocities = part_initial_state(scene)
     assembler = PositionSolver(mechanism)
     coordinate = mechanism.reading(mechanism.coordinate)
     unit = 1.0 if coordinate.quantity == "angle" else mechanism.length_scale
@@ -59,8 +59,7 @@ def effect_sites(scene: Scene) -> list[EffectSite]:
     try:
         ways = assembler.solve_velocities(poses, {coordinate.name: 1.0} | ({CLEARANCE_READING: 0.0} if plays else {}))
     except MechanismError:  # driven, so that its rate is not for anyone to say
-        _, ways = part_initial_state(scene)
-        ways = ways * time_scale(scene)
+        ways = velocities * time_scale(scene)
     mass = sum(body.mass for body in mechanism.bodies)
     reach = mechanism.length_scale / unit
     found = []

@@ -14,7 +14,6 @@ from governor_mechanism.engines.base import make_reported_times
 from governor_mechanism.engines.impulse.relaxation import relax_to_equilibrium
 from governor_mechanism.engines.impulse.settings import RelaxationSettings
 from governor_mechanism.errors import MechanismError, RunFailed, UnsupportedEffect
-from governor_mechanism.model.coupling.couplings import Coupling
 from governor_mechanism.model.effect import Effect
 from governor_mechanism.model.force_elements import Damper
 from governor_mechanism.model.joints import GROUND, Joint, Pin, Point, RackAndPinion
@@ -74,9 +73,9 @@ def test_a_rotating_point_mass_without_a_pin_is_refused():
 
 
 def test_several_parts_are_refused():
-    scene = porter()
-    scene = replace(scene, couplings=(Coupling(source="a.b", target="c.d"),))
-    with pytest.raises(UnsupportedEffect, match="scenes with one part"):
+    part = porter().part
+    scene = Scene(title="test", parts=(replace(part, name="left"), replace(part, name="right")))
+    with pytest.raises(UnsupportedEffect, match=r"scenes with one part .* has 2 parts .* choose engine multibody"):
         ImpulseEngine().run(scene)
 
 

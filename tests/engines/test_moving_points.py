@@ -10,6 +10,7 @@ from scipy.integrate import solve_ivp
 
 import governor_mechanism as gm
 from governor_mechanism.model.trajectory import Outcome
+from governor_mechanism.scenes.parser import parse_scene_document
 
 GRAVITY = 9.81
 CIRCLING_PIVOT = {
@@ -45,7 +46,7 @@ def pivot(times, order):
 
 @pytest.mark.parametrize("bodies", [LINKED, PINNED], ids=["link", "massless rod"])
 def test_a_pendulum_on_a_moving_pivot(bodies):
-    run = gm.run(gm.Scene.from_dict(CIRCLING_PIVOT | bodies), engine="multibody", accuracy=1e-10)
+    run = gm.run(parse_scene_document(CIRCLING_PIVOT | bodies), engine="multibody", accuracy=1e-10)
     length, mass, start = 0.5, 2.0, -math.pi / 3
 
     def state_rate(time, state):

@@ -26,7 +26,7 @@ def zehnder(arm_angle, arm, offset, ball_mass, sleeve_mass, gravity):
     return math.sqrt(gravity * load * math.tan(arm_angle) / (offset + arm * math.sin(arm_angle)))
 
 
-CHECKED = [name for name in shipped_scenes() if gm.load(name).part.machine in CHECKS]
+CHECKED = [name for name in shipped_scenes() if gm.load(name).parts[0].machine in CHECKS]
 
 # Free spindles have no equilibrium speed; with clearance, friction or stops motion has no closed form, and with a program of
 # speeds the torque is left out.
