@@ -90,7 +90,8 @@ def test_the_axle_of_the_shipped_model_matches_its_equations_of_motion():
     np.testing.assert_allclose(run.readings["left_height"], solution.y[0], atol=1e-9)
     np.testing.assert_allclose(run.readings["axle_angle"], solution.y[1], atol=1e-9)
     np.testing.assert_allclose(run.readings["right_height"], solution.y[0] + length * np.sin(solution.y[1]), atol=1e-9)
-    np.testing.assert_allclose(run.readings["road_height"], 0.04 * np.sin(3 * np.pi * run.times), atol=1e-15)
+    # A moving point follows its motion as closely as joints close: to rounding of a length of 1.5 m over several projections.
+    np.testing.assert_allclose(run.readings["road_height"], 0.04 * np.sin(3 * np.pi * run.times), atol=1e-14)
 
 
 @pytest.mark.parametrize("engine", ["impulse", "reduced"])
