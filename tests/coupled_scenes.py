@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from typing import Any
 
-from governor_mechanism.model.couplings import Coupling
+from governor_mechanism.model.coupling.couplings import Coupling
 from governor_mechanism.model.force_elements import ForceElement, Torque
 from governor_mechanism.model.joints import GROUND, Pin, Point
 from governor_mechanism.model.mechanism import Body, Mechanism, SecondMoments

@@ -11,7 +11,7 @@ from scipy.linalg import expm
 
 import governor_mechanism as gm
 from coupled_scenes import coupled_scene, discs_part, engine_part, porter_part
-from governor_mechanism.model.couplings import ControlCoupling, FollowCoupling, GearCoupling
+from governor_mechanism.model.coupling.couplings import ControlCoupling, FollowCoupling, GearCoupling
 from governor_mechanism.model.force_elements import Torque, TorsionSpring
 from governor_mechanism.model.part import Spindle
 from governor_mechanism.model.time_functions import HarmonicFunction, InputFunction, LinearFunction, TableFunction

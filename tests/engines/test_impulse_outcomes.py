@@ -14,7 +14,7 @@ from governor_mechanism.engines.base import make_reported_times
 from governor_mechanism.engines.impulse.relaxation import relax_to_equilibrium
 from governor_mechanism.engines.impulse.settings import RelaxationSettings
 from governor_mechanism.errors import MechanismError, RunFailed, UnsupportedEffect
-from governor_mechanism.model.couplings import Coupling
+from governor_mechanism.model.coupling.couplings import Coupling
 from governor_mechanism.model.effect import Effect
 from governor_mechanism.model.force_elements import Damper
 from governor_mechanism.model.joints import GROUND, Joint, Pin, Point, RackAndPinion

@@ -8,7 +8,7 @@ import pytest
 
 from coupled_scenes import coupled_scene, discs_part, engine_part, porter_part
 from governor_mechanism.errors import MechanismError
-from governor_mechanism.model.couplings import ControlCoupling, FollowCoupling, GearCoupling
+from governor_mechanism.model.coupling.couplings import ControlCoupling, FollowCoupling, GearCoupling
 from governor_mechanism.model.part import FreeSpindle, Spindle
 from governor_mechanism.model.time_functions import InputFunction, LinearFunction
 

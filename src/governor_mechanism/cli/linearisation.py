@@ -12,7 +12,7 @@ from governor_mechanism.model.scene import Scene
 from governor_mechanism.statics.first_order_system import Onset
 from governor_mechanism.statics.linearisation import Linearisation, Mode, last_spindle_speed
 from governor_mechanism.statics.stability_limit import StabilityLimit
-from governor_mechanism.units.quantities import format_quantity
+from governor_mechanism.units.quantities import format_quantity, format_reading_name
 from governor_mechanism.units.text_table import format_table
 
 
@@ -101,10 +101,10 @@ def _format_linearisation(scene: Scene, linearisation: Linearisation) -> list[st
     """Return the steady state in one line, then a table of modes, then the notes."""
     mechanism = scene.mechanism
     units = {reading.name: "rad" if reading.quantity == "angle" else "m" for reading in mechanism.readings}
-    state = [f"{name.replace('_', ' ')} {format_quantity(value, units[name])}" for name, value in linearisation.readings.items()]
+    state = [f"{format_reading_name(name)} {format_quantity(value, units[name])}" for name, value in linearisation.readings.items()]
     state += [f"{_rate_title(name)} {value:.6g} {units.get(name, 'rad')}/s" for name, value in linearisation.rates.items()]
     outputs = list(linearisation.modes[0].amplitudes)
-    headers = ["growth 1/s", "frequency rad/s", "damping ratio", "error 1/s", *(name.replace("_", " ") for name in outputs)]
+    headers = ["growth 1/s", "frequency rad/s", "damping ratio", "error 1/s", *(format_reading_name(name) for name in outputs)]
     rows = [
         [
             f"{mode.eigenvalue.real:.6g}" if mode.damping_ratio else "0",
@@ -119,7 +119,7 @@ def _format_linearisation(scene: Scene, linearisation: Linearisation) -> list[st
 
 
 def _rate_title(name: str) -> str:
-    return name.replace("_", " ") if name.endswith("speed") else f"rate of {name.replace('_', ' ')}"
+    return format_reading_name(name) if name.endswith("speed") else f"rate of {format_reading_name(name)}"
 
 
 def _format_amplitude(amplitude: complex) -> str:

@@ -22,7 +22,7 @@ def format_equilibria(
     """Return one line per equilibrium, each with its insensitivity band or the reason why there is none, and one per jump."""
     lines = []
     for k, equilibrium in enumerate(equilibria):
-        name = scene.part.mechanism.coordinate.replace("_", " ")
+        name = format_reading_name(scene.part.mechanism.coordinate)
         lines.append(f"{name} {_format_position(scene, equilibrium)}: {_format_stability(scene, equilibrium)}")
         lines += [f"  {_format_band(scene, band)}" for band in bands[k : k + 1]]
     folds = curve.folds if curve else ()

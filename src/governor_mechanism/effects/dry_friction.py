@@ -9,7 +9,7 @@ from typing import Any, ClassVar
 from governor_mechanism.errors import MechanismError
 from governor_mechanism.model.effect import OutputEffect
 from governor_mechanism.model.scene_keys import scene_key
-from governor_mechanism.model.time_functions import InputFunction
+from governor_mechanism.model.time_functions import InputFunction, TableFunction
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -32,6 +32,12 @@ class DryFriction(OutputEffect):
     def __post_init__(self) -> None:
         if min(self.force.values) < 0:
             raise MechanismError(f"dry friction on {self.reading!r} must not be negative; got {min(self.force.values):g}")
+        for function in (*self.force.functions, *self.force.factors):
+            if not isinstance(function, TableFunction) or min(function.values) < 0:
+                raise MechanismError(
+                    f"dry friction on {self.reading!r} that depends on {function.reading!r} must not become negative; "
+                    "give it as a table of values that are not negative"
+                )
 
     @property
     def contact(self) -> Mapping[str, Any]:

@@ -16,7 +16,7 @@ from governor_mechanism.mechanics.kinematics.assembly import PositionSolver
 from governor_mechanism.mechanics.kinematics.output_variables import evaluate_output_value
 from governor_mechanism.mechanics.kinematics.time_functions import SpindleSpeedFunction
 from governor_mechanism.mechanics.reduction.lagrangian import SingleDofReduction
-from governor_mechanism.model.coupled_system import SHAFT_NAME, TurningPlane
+from governor_mechanism.model.coupling.coupled_system import SHAFT_NAME, TurningPlane
 from governor_mechanism.model.mechanism import Mechanism, Shaft
 from governor_mechanism.model.output_variables import BodyAngle, Limit
 from governor_mechanism.model.part import EQUILIBRIUM, Spindle

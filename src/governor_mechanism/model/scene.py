@@ -8,8 +8,8 @@ from functools import cached_property
 from typing import Any, Final
 
 from governor_mechanism.errors import MechanismError, require_positive
-from governor_mechanism.model.coupled_system import CoupledSystem, couple_parts
-from governor_mechanism.model.couplings import Coupling
+from governor_mechanism.model.coupling.coupled_system import CoupledSystem, couple_parts
+from governor_mechanism.model.coupling.couplings import Coupling
 from governor_mechanism.model.effect import Effect, OutputEffect
 from governor_mechanism.model.events import NamedCrossing
 from governor_mechanism.model.mechanism import Mechanism

@@ -10,12 +10,12 @@ from governor_mechanism.mechanics.dynamics.contacts import ContactMode
 from governor_mechanism.mechanics.dynamics.inverse_dynamics import InverseDynamics, compute_inverse_dynamics
 from governor_mechanism.model.events import Event
 from governor_mechanism.model.scene import Scene
-from governor_mechanism.model.state_history import StateHistory
 from governor_mechanism.model.trajectory import Reaction
 from governor_mechanism.observables.crossings import find_crossings
 from governor_mechanism.observables.reactions import compute_reactions
 from governor_mechanism.observables.run_result import RunResult
 from governor_mechanism.observables.singular_configurations import SampledMotion, find_singular_configurations
+from governor_mechanism.observables.state_history import StateHistory
 
 
 @dataclass(frozen=True)

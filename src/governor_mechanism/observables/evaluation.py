@@ -14,16 +14,16 @@ from governor_mechanism.mechanics.kinematics.assembly import PositionSolver, ass
 from governor_mechanism.mechanics.kinematics.constraint_equations import ConstraintEquations
 from governor_mechanism.mechanics.kinematics.output_variables import evaluate_output, evaluate_output_value, unwrap_output
 from governor_mechanism.mechanics.kinematics.time_functions import CubicTimeFunction, SpindleSpeedFunction
-from governor_mechanism.model.coupled_system import SPINDLE_ANGLE, SPINDLE_SPEED, SPINDLE_TORQUE
+from governor_mechanism.model.coupling.coupled_system import SPINDLE_ANGLE, SPINDLE_SPEED, SPINDLE_TORQUE
 from governor_mechanism.model.force_elements import Spring, TorsionSpring
 from governor_mechanism.model.joints import RotationalDriver, TranslationalDriver
 from governor_mechanism.model.mechanism import Mechanism
 from governor_mechanism.model.part import FreeSpindle
 from governor_mechanism.model.scene import Scene
-from governor_mechanism.model.state_history import StateHistory
 from governor_mechanism.model.trajectory import Cost, Energy, Outcome, Trajectory
 from governor_mechanism.observables.deferred import DeferredMotionAnalysis
 from governor_mechanism.observables.run_result import Observables, RunResult
+from governor_mechanism.observables.state_history import StateHistory
 from governor_mechanism.observables.static_forces import evaluate_derived_forces
 from governor_mechanism.observables.work import integrate_work
 from governor_mechanism.types import FloatArray

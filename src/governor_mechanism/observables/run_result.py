@@ -7,9 +7,9 @@ from dataclasses import dataclass, field
 
 from governor_mechanism.mechanics.dynamics.contacts import ContactMode
 from governor_mechanism.model.events import Event
-from governor_mechanism.model.state_history import StateHistory
 from governor_mechanism.model.trajectory import Energy, Outcome
 from governor_mechanism.observables.singular_configurations import DenseOutput
+from governor_mechanism.observables.state_history import StateHistory
 from governor_mechanism.types import FloatArray, IntArray
 
 StateProvider = Callable[[], tuple[StateHistory, tuple[ContactMode, ...], DenseOutput | None]]

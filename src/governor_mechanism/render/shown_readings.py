@@ -6,7 +6,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from governor_mechanism.model.coupled_system import SPINDLE_ANGLE
+from governor_mechanism.model.coupling.coupled_system import SPINDLE_ANGLE
 from governor_mechanism.model.trajectory import Trajectory
 from governor_mechanism.types import FloatArray
 

@@ -8,7 +8,7 @@ from typing import Annotated, Any, Final
 from pydantic import Field, PlainValidator, TypeAdapter
 
 from governor_mechanism.errors import MechanismError, did_you_mean
-from governor_mechanism.model.couplings import ControlCoupling, Coupling, FollowCoupling, GearCoupling
+from governor_mechanism.model.coupling.couplings import ControlCoupling, Coupling, FollowCoupling, GearCoupling
 from governor_mechanism.scenes.loads import FUNCTION_KEYS, parse_reading_function
 from governor_mechanism.scenes.problems import KEY, Problem, ProblemCode, ProblemCollector, mistake
 from governor_mechanism.scenes.quantities import check_label, quantity

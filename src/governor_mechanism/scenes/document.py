@@ -13,8 +13,8 @@ from governor_mechanism.errors import MechanismError
 from governor_mechanism.machines.base import Machine, unsupported_effect_messages
 from governor_mechanism.machines.custom import CUSTOM_MACHINE
 from governor_mechanism.machines.registry import MACHINES
-from governor_mechanism.model.coupled_system import SPINDLE_ANGLE
-from governor_mechanism.model.couplings import Coupling, RatioCoupling
+from governor_mechanism.model.coupling.coupled_system import SPINDLE_ANGLE
+from governor_mechanism.model.coupling.couplings import Coupling, RatioCoupling
 from governor_mechanism.model.effect import Effect
 from governor_mechanism.model.mechanism import Mechanism
 from governor_mechanism.model.output_variables import Reading

@@ -18,6 +18,7 @@ from governor_mechanism.errors import MechanismError, did_you_mean
 from governor_mechanism.model.effect import Effect, OutputEffect
 from governor_mechanism.model.scene_keys import FLAG_KIND, RESTITUTION_KIND, Derivation, SceneKey, scene_keys_of
 from governor_mechanism.model.time_functions import InputFunction
+from governor_mechanism.scenes.loads import depends_on_readings, parse_load
 from governor_mechanism.scenes.problems import KEY, Problem, ProblemCode, ProblemCollector, mistake
 from governor_mechanism.scenes.quantities import SIGNS, check_bool, parse_number, parse_si, parse_time_points
 from governor_mechanism.scenes.table import SceneFileTable, validate
@@ -70,7 +71,9 @@ def _parse_key(key: SceneKey, quantity: str, value: object) -> Any:
 
 
 def _parse_program(key: SceneKey, kind: str, value: Any) -> InputFunction:
-    """Return a function of time from a value or a list of [time, value]."""
+    """Return a load from a value, a list of [time, value], or a function of a reading."""
+    if depends_on_readings(value):
+        return parse_load(value, kind, kind)
     times, values = parse_time_points(value, kind, kind)
     has_sign, requirement = SIGNS[key.sign]
     for i, number in enumerate(values):

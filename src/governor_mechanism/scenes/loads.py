@@ -124,17 +124,43 @@ def parse_reading_function(value: object, load_kind: str) -> ReadingFunction:
 
 
 def input_function(kind: str, name: str) -> PlainValidator:
-    """Return the validator of a load: a quantity, a list of [time, quantity], a function of a reading, or a list of these, their sum."""
+    """Return the validator of a load, see `parse_load`."""
+    return PlainValidator(lambda value: parse_load(value, kind, name))
 
-    def check(value: object) -> InputFunction:
-        if isinstance(value, Mapping):
-            return InputFunction(functions=(parse_reading_function(value, kind),))
-        if isinstance(value, list | tuple) and any(isinstance(item, Mapping) for item in value):
-            return _sum(value, check)
-        times, values = parse_time_points(value, kind, name)
-        return InputFunction(times=times, values=values)
 
-    return PlainValidator(check)
+def parse_load(value: object, kind: str, name: str) -> InputFunction:
+    """Return a load: a quantity, a list of [time, quantity], a function of a reading, or a list of these, which is their sum.
+
+    Parameters
+    ----------
+    value
+        Value as read from TOML.
+    kind
+        Kind of the load: "torque" or "force".
+    name
+        Name of the load in messages.
+
+    Returns
+    -------
+    InputFunction
+        The load.
+
+    Raises
+    ------
+    MechanismError
+        With the problems of the value.
+    """
+    if isinstance(value, Mapping):
+        return InputFunction(functions=(parse_reading_function(value, kind),))
+    if depends_on_readings(value) and isinstance(value, list | tuple):
+        return _sum(value, lambda item: parse_load(item, kind, name))
+    times, values = parse_time_points(value, kind, name)
+    return InputFunction(times=times, values=values)
+
+
+def depends_on_readings(value: object) -> bool:
+    """Return whether a value of a scene file is a function of a reading, or a sum with one."""
+    return isinstance(value, Mapping) or (isinstance(value, list | tuple) and any(isinstance(item, Mapping) for item in value))
 
 
 def _sum(items: list[Any] | tuple[Any, ...], parse: Callable[[object], InputFunction]) -> InputFunction:

@@ -34,7 +34,7 @@ from governor_mechanism.mechanics.kinematics.constraint_equations import make_co
 from governor_mechanism.mechanics.kinematics.constraint_kernels import evaluate_jacobian
 from governor_mechanism.mechanics.kinematics.output_variables import evaluate_output, evaluate_output_value
 from governor_mechanism.mechanics.kinematics.time_functions import N_CUBIC_COLUMNS, stack_local_cubics
-from governor_mechanism.model.coupled_system import SPINDLE_ANGLE, SPINDLE_SPEED
+from governor_mechanism.model.coupling.coupled_system import SPINDLE_ANGLE, SPINDLE_SPEED
 from governor_mechanism.model.force_elements import Force, Torque
 from governor_mechanism.model.scene import Scene
 from governor_mechanism.numerics.least_squares import RANK_TOLERANCE

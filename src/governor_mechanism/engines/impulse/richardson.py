@@ -22,11 +22,11 @@ from governor_mechanism.integrators.time_grid import TimeGrid, make_time_grid
 from governor_mechanism.mechanics.dynamics.contacts import has_contacts
 from governor_mechanism.mechanics.dynamics.projection import StateProjector
 from governor_mechanism.model.scene import Scene
-from governor_mechanism.model.state_history import StateHistory
 from governor_mechanism.model.trajectory import Cost, Outcome, Trajectory
 from governor_mechanism.observables.evaluation import ReadingEvaluator
 from governor_mechanism.observables.model_size import count_model_size
 from governor_mechanism.observables.run_result import Observables, RunResult
+from governor_mechanism.observables.state_history import StateHistory
 from governor_mechanism.observables.work import integrate_work
 from governor_mechanism.types import FloatArray, IntArray
 

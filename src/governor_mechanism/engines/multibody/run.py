@@ -30,8 +30,8 @@ from governor_mechanism.mechanics.dynamics.output_forces import SLIDING_FRICTION
 from governor_mechanism.mechanics.kinematics.time_functions import SpindleSpeedFunction, stack_local_cubics
 from governor_mechanism.model.events import Event
 from governor_mechanism.model.scene import Scene
-from governor_mechanism.model.state_history import StateHistory
 from governor_mechanism.observables.evaluation import ReadingEvaluator
+from governor_mechanism.observables.state_history import StateHistory
 from governor_mechanism.types import FloatArray
 
 

@@ -27,13 +27,13 @@ from governor_mechanism.mechanics.reduction.motion_table import MotionTable
 from governor_mechanism.model.effect import Effect
 from governor_mechanism.model.joints import JOINT_TYPES, Joint
 from governor_mechanism.model.scene import Scene
-from governor_mechanism.model.state_history import StateHistory
 from governor_mechanism.model.trajectory import Cost, Outcome, Trajectory
 from governor_mechanism.numerics.jit import warn_before_compiling
 from governor_mechanism.observables.evaluation import ReadingEvaluator
 from governor_mechanism.observables.model_size import count_model_size
 from governor_mechanism.observables.run_result import RunResult
 from governor_mechanism.observables.singular_configurations import DenseOutput
+from governor_mechanism.observables.state_history import StateHistory
 from governor_mechanism.types import FloatArray
 
 

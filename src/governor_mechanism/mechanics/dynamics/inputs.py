@@ -12,7 +12,7 @@ import numpy as np
 
 from governor_mechanism.mechanics.kinematics.constraint_kernels import ConstraintRows, RowColumn
 from governor_mechanism.mechanics.kinematics.input_kernels import evaluate_input
-from governor_mechanism.model.coupled_system import SPINDLE_ANGLE, SPINDLE_SPEED
+from governor_mechanism.model.coupling.coupled_system import SPINDLE_ANGLE, SPINDLE_SPEED
 from governor_mechanism.model.time_functions import HarmonicFunction, InputFunction, LinearFunction, ReadingFunction, TableFunction
 from governor_mechanism.numerics.jit import jit_internal
 from governor_mechanism.types import FloatArray, RecordArray

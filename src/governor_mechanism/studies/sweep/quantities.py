@@ -15,7 +15,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from governor_mechanism.errors import MechanismError, did_you_mean
-from governor_mechanism.model.coupled_system import SPINDLE_ANGLE, SPINDLE_SPEED, SPINDLE_TORQUE
+from governor_mechanism.model.coupling.coupled_system import SPINDLE_ANGLE, SPINDLE_SPEED, SPINDLE_TORQUE
 from governor_mechanism.model.scene import Scene
 from governor_mechanism.model.trajectory import Trajectory
 from governor_mechanism.units.quantities import DISPLAY_UNITS, format_value

@@ -7,8 +7,8 @@ from dataclasses import dataclass, fields, is_dataclass, replace
 from typing import Any, Final
 
 from governor_mechanism.errors import MechanismError, did_you_mean
-from governor_mechanism.model.coupling_checks import apply_control, check_gears, check_reading_functions
-from governor_mechanism.model.couplings import ControlCoupling, Coupling, FollowCoupling, GearCoupling
+from governor_mechanism.model.coupling.checks import apply_control, check_gears, check_reading_functions
+from governor_mechanism.model.coupling.couplings import ControlCoupling, Coupling, FollowCoupling, GearCoupling
 from governor_mechanism.model.effect import OutputEffect
 from governor_mechanism.model.force_elements import Torque
 from governor_mechanism.model.joints import GROUND, Gear, Point

@@ -8,7 +8,7 @@ from dataclasses import fields, replace
 from typing import Any
 
 from governor_mechanism.errors import MechanismError, did_you_mean
-from governor_mechanism.model.couplings import ControlCoupling, GearCoupling
+from governor_mechanism.model.coupling.couplings import ControlCoupling, GearCoupling
 from governor_mechanism.model.effect import OutputEffect
 from governor_mechanism.model.mechanism import Mechanism
 from governor_mechanism.model.time_functions import InputFunction

@@ -1,0 +1,1 @@
+"""Couplings between parts, and the parts of a scene as one mechanism."""
