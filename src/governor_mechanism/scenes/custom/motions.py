@@ -125,7 +125,7 @@ def parse_moving_point(name: str, position: object) -> tuple[SketchedBody, list[
 def _parse_coordinate(value: object) -> PrescribedMotion:
     """Return the motion of a coordinate; a length is at rest."""
     if isinstance(value, Mapping):
-        return validate(DisplacementFormulaTable, value).build(0.0)
+        return validate(DisplacementFormulaTable, {"start": 0.0, **value}).build(0.0)
     if isinstance(value, list | tuple):
         return _parse_motion_table(value, "length", "displacement")
     return PrescribedMotion.constant_rate(parse_si(value, "length"), 0.0)
