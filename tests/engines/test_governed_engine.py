@@ -80,17 +80,17 @@ def test_a_following_spindle_returns_no_torque_and_a_gear_does():
 
 def test_a_saturated_table_is_a_gain_between_its_ends_and_constant_beyond():
     table = [[0.10, 880.0], [0.20, 680.0]]
-    made = engine_scene([{"reading": "governor.sleeve_lift", "table": table}, -620.0], run__duration=6.0)
+    start = {"part__governor__start": {"arm_angle": 0.55}, "part__engine__start": {"crank_rate": 3.2}}
+    made = engine_scene([{"reading": "governor.sleeve_lift", "table": table}, -780.0], run__duration=6.0, **start)
     run = gm.run(made, accuracy=1e-9)
     engine = watt.GovernedEngine(arm_damping=6.0)
-    start = [run.readings["governor.arm_angle"][0], 0.0, run.rates["engine.crank_angle"][0]]
 
     def derivative(_, state):
         result = engine.derivative(state, 0.0)
-        result[2] = (np.interp(engine.lift(state[0]), *zip(*table, strict=True)) - 620.0) / engine.engine_inertia
+        result[2] = (np.interp(engine.lift(state[0]), *zip(*table, strict=True)) - 780.0) / engine.engine_inertia
         return result
 
-    exact = reference(derivative, run.times, start)
+    exact = reference(derivative, run.times, [0.55, 0.0, 3.2])
     lift = engine.lift(exact[:, 0])
     assert lift.min() < 0.2 < lift.max()
     # The independent integration steps over the kinks: its error is about the cube of its largest step of 10 ms.

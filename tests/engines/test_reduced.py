@@ -95,14 +95,7 @@ def both(scene, accuracy: float = 1e-11, **options) -> tuple[Trajectory, Traject
 def can_run(name: str) -> bool:
     """Return whether the reduced engine can run a shipped scene."""
     scene = gm.load(name)
-<<<<<<< HEAD
     return len(scene.parts) == 1 and not ReducedEngine().refusal(scene)
-=======
-    if len(scene.parts) > 1:
-        return False  # see test_reduced_shaft
-    assembler = PositionSolver(scene.part.mechanism)
-    return assembler.mobility == 1 and not assembler.equations.is_driven.any()
->>>>>>> k_reduced
 
 
 # At a change point one coordinate does not determine the motion; see the separate test.
