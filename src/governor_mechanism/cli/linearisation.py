@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import math
 from collections.abc import Sequence
 from typing import Any
 
@@ -10,10 +9,9 @@ from governor_mechanism.api import equilibria, linearise, stability_limit
 from governor_mechanism.errors import MechanismError
 from governor_mechanism.model.scene import Scene
 from governor_mechanism.statics.first_order_system import Onset
-from governor_mechanism.statics.linearisation import Linearisation, Mode, last_spindle_speed
+from governor_mechanism.statics.linearisation import Linearisation, last_spindle_speed
+from governor_mechanism.statics.modes import Mode
 from governor_mechanism.statics.stability_limit import StabilityLimit
-from governor_mechanism.units.quantities import format_quantity, format_reading_name
-from governor_mechanism.units.text_table import format_table
 
 
 def report_linearisation(scene: Scene, spindle_speed: float | None, limit: str | None) -> tuple[str, dict[str, Any]]:
@@ -43,11 +41,12 @@ def report_linearisation(scene: Scene, spindle_speed: float | None, limit: str |
     if limit is not None:
         key, low, high = _parse_limit(limit)
         result = stability_limit(scene, key, low, high)
-        text = [scene.title, _format_limit(result), *_format_linearisation(scene, result.linearisation)]
+        text = [scene.title, _format_limit(result), str(result.linearisation)]
         return "\n".join(text), {"limit": _limit_as_json(result), "linearisations": [_as_json(result.linearisation)]}
     linearisations = _linearise_all(scene, spindle_speed)
-    lines = [line for one in linearisations for line in ([one] if isinstance(one, str) else _format_linearisation(scene, one))]
-    return "\n".join([scene.title, *lines]), {"linearisations": [one if isinstance(one, str) else _as_json(one) for one in linearisations]}
+    return "\n".join([scene.title, *map(str, linearisations)]), {
+        "linearisations": [one if isinstance(one, str) else _as_json(one) for one in linearisations]
+    }
 
 
 def _linearise_all(scene: Scene, spindle_speed: float | None) -> Sequence[Linearisation | str]:
@@ -95,38 +94,6 @@ def _format_limit(limit: StabilityLimit[Linearisation]) -> str:
         Onset.UNKNOWN: "not determined",
     }[limit.onset]
     return f"{limit.key}: stable {side} {value}; oscillations of {limit.frequency:.6g} rad/s begin there, onset {onset}"
-
-
-def _format_linearisation(scene: Scene, linearisation: Linearisation) -> list[str]:
-    """Return the steady state in one line, then a table of modes, then the notes."""
-    mechanism = scene.mechanism
-    units = {reading.name: "rad" if reading.quantity == "angle" else "m" for reading in mechanism.readings}
-    state = [f"{format_reading_name(name)} {format_quantity(value, units[name])}" for name, value in linearisation.readings.items()]
-    state += [f"{_rate_title(name)} {value:.6g} {units.get(name, 'rad')}/s" for name, value in linearisation.rates.items()]
-    outputs = list(linearisation.modes[0].amplitudes)
-    headers = ["growth 1/s", "frequency rad/s", "damping ratio", "error 1/s", *(format_reading_name(name) for name in outputs)]
-    rows = [
-        [
-            f"{mode.eigenvalue.real:.6g}" if mode.damping_ratio else "0",
-            f"{mode.eigenvalue.imag:.8g}",
-            "conserved" if mode.is_conserved else f"{mode.damping_ratio:.6g}",
-            f"{mode.error_estimate:.1g}",
-            *(_format_amplitude(mode.amplitudes[name]) for name in outputs),
-        ]
-        for mode in linearisation.modes
-    ]
-    return [f"{', '.join(state)}: {linearisation.stability}", *format_table(headers, rows, "r").splitlines(), *linearisation.notes]
-
-
-def _rate_title(name: str) -> str:
-    return format_reading_name(name) if name.endswith("speed") else f"rate of {format_reading_name(name)}"
-
-
-def _format_amplitude(amplitude: complex) -> str:
-    """Return magnitude and phase, a real amplitude with its sign."""
-    if abs(amplitude.imag) <= 1e-9 * abs(amplitude):
-        return f"{amplitude.real:.4g}"
-    return f"{abs(amplitude):.4g} at {math.degrees(math.atan2(amplitude.imag, amplitude.real)):.4g} deg"
 
 
 def _limit_as_json(limit: StabilityLimit[Linearisation]) -> dict[str, Any]:

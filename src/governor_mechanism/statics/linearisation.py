@@ -16,10 +16,14 @@ from governor_mechanism.numerics.finite_differences import directional_derivativ
 from governor_mechanism.statics.equilibria import Equilibrium, find_equilibria
 from governor_mechanism.statics.equilibrium_speed import has_spindle_dependent_loads
 from governor_mechanism.statics.first_order_system import ComplexArray, FirstOrderSystem, Onset, Stability
+from governor_mechanism.statics.modes import Mode, format_modes, format_rate
 from governor_mechanism.statics.scene_dynamics import SceneDynamics
 from governor_mechanism.statics.steady_state import SteadyState, find_steady_state
 from governor_mechanism.types import FloatArray
-from governor_mechanism.units.quantities import parse_quantity
+from governor_mechanism.units.quantities import format_quantity, format_reading_name, parse_quantity
+
+READING_UNITS = {"angle": "rad", "length": "m"}
+"""Unit of a reading by its quantity."""
 
 RATE_PREFIX = "rate of "
 """Start of the name of an output that is the rate of a reading."""
@@ -43,34 +47,6 @@ NO_STEADY_STATE = (
     "no steady state was found near the start: accelerations remain; start nearer to an equilibrium or a steady rotation. "
     "If a torque depends on the angle of a turning shaft, its steady state is periodic: use the mean torque"
 )
-
-
-@dataclass(frozen=True, kw_only=True)
-class Mode:
-    """One mode of small motions: a real eigenvalue, or a pair of complex ones.
-
-    Attributes
-    ----------
-    eigenvalue
-        Eigenvalue, 1/s; that of a pair with positive imaginary part.
-    error_estimate
-        Estimated error of the eigenvalue, 1/s.
-    natural_frequency
-        Magnitude of the eigenvalue, rad/s.
-    damping_ratio
-        Damping ratio: 0 undamped, 1 a real negative eigenvalue, negative if the motion grows.
-    amplitudes
-        Complex amplitude by output, SI; the largest in units of its scale is 1. A reading that turns steadily has that of its rate.
-    is_conserved
-        Whether this is the zero eigenvalue of a conserved quantity, such as the momentum of a free spindle.
-    """
-
-    eigenvalue: complex
-    error_estimate: float
-    natural_frequency: float
-    damping_ratio: float
-    amplitudes: Mapping[str, complex]
-    is_conserved: bool = False
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
@@ -141,6 +117,14 @@ class Linearisation:
     _state: SteadyState = field(repr=False)
     _system: FirstOrderSystem = field(repr=False)
     _output_rows: Mapping[str, FloatArray] = field(repr=False)
+
+    def __str__(self) -> str:
+        """Return the steady state and its stability, a table of the modes, and the notes."""
+        mechanism = self._dynamics.scene.mechanism
+        units = {reading.name: READING_UNITS[reading.quantity] for reading in mechanism.readings}
+        state = [f"{format_reading_name(name)} {format_quantity(value, units[name])}" for name, value in self.readings.items()]
+        state += [format_rate(name, value, units.get(name, "rad")) for name, value in self.rates.items()]
+        return "\n".join([f"{', '.join(state)}: {self.stability}", format_modes(self.modes), *self.notes])
 
     @property
     def matrix(self) -> FloatArray:
@@ -479,7 +463,7 @@ def _make_modes(
             Mode(
                 eigenvalue=complex(value),
                 error_estimate=float(error),
-                natural_frequency=abs(value),
+                natural_frequency=float(abs(value)),
                 damping_ratio=float(-growth_rate / abs(value)) if growth_rate else 0.0,
                 amplitudes={name: amplitude / factor for name, amplitude in amplitudes.items()},
                 is_conserved=bool(is_conserved),
