@@ -25,6 +25,9 @@ FILM_INTERVALS = {
     "porter_dry_friction": (0.0, 12.0),
     "hartung_dubois": (0.0, 7.0),
     "hartung_right_angle": (0.0, 7.0),
+    "haug_governor": (0.0, 6.0),
+    "watt_engine_hunting": (0.0, 8.0),
+    "watt_engine_stable": (0.0, 8.0),
 }
 """Filmed interval (s) of a scene; other scenes show their first four seconds."""
 
