@@ -10,6 +10,7 @@ from scipy.integrate import solve_ivp
 
 import governor_mechanism as gm
 from governor_mechanism.model.trajectory import Outcome
+from governor_mechanism.scenes.parser import parse_scene_document
 
 GRAVITY = 9.81
 CIRCLING_PIVOT = {
@@ -45,7 +46,7 @@ def pivot(times, order):
 
 @pytest.mark.parametrize("bodies", [LINKED, PINNED], ids=["link", "massless rod"])
 def test_a_pendulum_on_a_moving_pivot(bodies):
-    run = gm.run(gm.Scene.from_dict(CIRCLING_PIVOT | bodies), engine="multibody", accuracy=1e-10)
+    run = gm.run(parse_scene_document(CIRCLING_PIVOT | bodies), engine="multibody", accuracy=1e-10)
     length, mass, start = 0.5, 2.0, -math.pi / 3
 
     def state_rate(time, state):
@@ -89,7 +90,8 @@ def test_the_axle_of_the_shipped_model_matches_its_equations_of_motion():
     np.testing.assert_allclose(run.readings["left_height"], solution.y[0], atol=1e-9)
     np.testing.assert_allclose(run.readings["axle_angle"], solution.y[1], atol=1e-9)
     np.testing.assert_allclose(run.readings["right_height"], solution.y[0] + length * np.sin(solution.y[1]), atol=1e-9)
-    np.testing.assert_allclose(run.readings["road_height"], 0.04 * np.sin(3 * np.pi * run.times), atol=1e-15)
+    # A moving point follows its motion as closely as joints close: to rounding of a length of 1.5 m over several projections.
+    np.testing.assert_allclose(run.readings["road_height"], 0.04 * np.sin(3 * np.pi * run.times), atol=1e-14)
 
 
 @pytest.mark.parametrize("engine", ["impulse", "reduced"])

@@ -42,7 +42,7 @@ def drawn(request: pytest.FixtureRequest) -> Any:
     dimensions, more = CASES[request.param]
     scene = hartung_scene(dimensions, speed=21.6, angle=0.12, rate=-0.6, more_effects=more, duration=1.0, output_interval=0.02)
     run = gm.run(scene, engine="multibody", accuracy=1e-5)
-    return run, measure_run_extents(run.scene.part, run.poses, run.times, effect_state_of(run))
+    return run, measure_run_extents(run.scene.part, run.poses, run.times, effect_state_of(run, run.scene.part))
 
 
 def test_every_shape_stays_within_the_view_and_has_a_style(drawn: Any) -> None:
@@ -105,7 +105,7 @@ def length_of(shape: Polygon) -> float:
 def test_vertical_hangers_stay_within_the_slot_of_the_sleeve() -> None:
     scene = hartung_scene({**PAPER_DIMENSIONS, "sleeve_arm": 0.4}, speed=21.6, angle=0.12, rate=-0.6, duration=0.5, output_interval=0.02)
     run = gm.run(scene, engine="multibody", accuracy=1e-5)
-    stage = measure_run_extents(run.scene.part, run.poses, run.times, effect_state_of(run))
+    stage = measure_run_extents(run.scene.part, run.poses, run.times, effect_state_of(run, run.scene.part))
     for pose, time in zip(run.poses, run.times, strict=True):
         shapes = moving_shapes(run.scene.part, pose, stage.at_time(float(time)))
         (slot,) = (shape for shape in shapes if isinstance(shape, Polygon) and shape.role == "slot")

@@ -27,7 +27,9 @@ def pair():
 
 
 def side_by_side(runs, titles=TITLES):
-    return make_side_by_side(runs, titles, lambda run: interpolate_frame_data(run, run.scene.part, (0.0, 2.0), np.linspace(0, 2, 51)), 480)
+    return make_side_by_side(
+        runs, titles, lambda run: [interpolate_frame_data(run, run.scene.part, (0.0, 2.0), np.linspace(0, 2, 51))], 480
+    )
 
 
 @pytest.mark.parametrize(("duration", "rate"), [(2.0, 25), (1.13, 20)])

@@ -33,10 +33,11 @@ class DryFriction(OutputEffect):
         if min(self.force.values) < 0:
             raise MechanismError(f"dry friction on {self.reading!r} must not be negative; got {min(self.force.values):g}")
         for function in (*self.force.functions, *self.force.factors):
-            if not isinstance(function, TableFunction) or min(function.values) < 0:
+            is_negative = min(function.values) < 0 if isinstance(function, TableFunction) else max(self.force.values) == 0.0
+            if is_negative:
                 raise MechanismError(
                     f"dry friction on {self.reading!r} that depends on {function.reading!r} must not become negative; "
-                    "give it as a table of values that are not negative"
+                    "give it as a table of values that are not negative, or as a function that is added to a larger constant"
                 )
 
     @property
