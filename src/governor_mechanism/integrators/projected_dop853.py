@@ -137,7 +137,7 @@ def integrate_projected_dop853(
     Returns
     -------
     tuple[IntegrationStatus, float, int, float]
-        How the integration ended, the last step size (s), the number of output times reached, and the time of `state` (s).
+        How the integration ended, the next step size (s), the number of output times reached, and the time of `state` (s).
         When an event function becomes positive within a step, `state` is the one before that step.
 
     References
@@ -271,7 +271,7 @@ def integrate_projected_dop853(
             if high <= 1.0:
                 event_bracket[0], event_bracket[1] = t_start + low * h, t_start + high * h if high < 1.0 else t
                 state[:] = state_start
-                return IntegrationStatus.EVENT, h, n_reached_before, t_start
+                return IntegrationStatus.EVENT, step, n_reached_before, t_start  # not h, which the end may have cut very short
             event_values[0] = event_values[EVENT_SAMPLE_FRACTIONS.size - 1]
         step_factor = min(6.0, max(0.3, 0.9 * max(error_norm, 1e-30) ** -0.125))
         step = max(step, h * step_factor) if is_last_step else h * step_factor  # the last step may be cut very short
