@@ -74,7 +74,6 @@ def test_run_as_json_has_the_final_readings_of_all_parts(scene, tmp_path):
         ("equilibria", "--resistance", "40 N"),
         *(("regulation", study) for study in ("cyclic", "clearance", "settling", "jump")),
         ("run", "--engine", "impulse"),
-        ("run", "--engine", "reduced"),
     ],
 )
 def test_commands_for_one_part_say_what_to_do(scene, tmp_path, words):
@@ -144,4 +143,4 @@ def test_accuracy_measures_the_engine_that_can_run_it(scene, tmp_path):
     assert result.exit_code == 0, result.output
     variants = {row["name"]: row for row in json.loads(result.stdout)["variants"]}
     assert len(variants["multibody"]["points"]) > 2
-    assert "choose engine multibody" in variants["reduced"]["refusal"]
+    assert "choose engine multibody" in variants["impulse"]["refusal"]

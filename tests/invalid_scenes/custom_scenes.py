@@ -289,7 +289,7 @@ WORDING_CUSTOM: list[tuple[str, str]] = [
     (
         "misspelt table",
         (
-            "[[jiont]] is unknown; a scene file has machine, title, effects, spindle, start, run, size, plane, "
+            "[[jiont]] is unknown; a scene file has machine, title, effects, spindle, start, run, events, size, plane, "
             "ground, body, joint, link, force, readings. Did you mean 'joint'?"
         ),
     ),

@@ -221,7 +221,7 @@ BROKEN_SCENES: list[tuple[str, str, list[tuple[str, str]]]] = [
 WORDING_SCENES: list[tuple[str, str]] = [
     (
         "event of an unknown reading",
-        "events.passed.reading \"sleeve_lft\" is not a reading; readings are arm_angle, sleeve_lift. Did you mean 'sleeve_lift'?",
+        "events.passed.reading \"sleeve_lft\" is not a reading; readings are arm_angle, ball_radius, sleeve_lift. Did you mean 'sleeve_lift'?",
     ),
     ("event in a unit of the wrong kind", 'events.passed.value is a length; "20 deg" is an angle; write it in mm, cm or m'),
     ("unit of the wrong kind", 'dimensions.arm is a length; "5 kg" is a mass; write it in mm, cm or m'),
@@ -287,7 +287,7 @@ WORDING_SCENES: list[tuple[str, str]] = [
     ),
     (
         "misspelt machine's key, the rest wrong too",
-        ("machin is unknown; a scene file has machine, title, effects, spindle, start, run, dimensions. Did you mean 'machine'?"),
+        ("machin is unknown; a scene file has machine, title, effects, spindle, start, run, events, dimensions. Did you mean 'machine'?"),
     ),
     (
         "misspelt machine, start outside the travel",
@@ -312,7 +312,9 @@ WORDING_SCENES: list[tuple[str, str]] = [
     ("a number for the title", 'title must be text; found 3; write title = "..."'),
     (
         "unknown table",
-        ("[spindel] is unknown; a scene file has machine, title, effects, spindle, start, run, dimensions. Did you mean 'spindle'?"),
+        (
+            "[spindel] is unknown; a scene file has machine, title, effects, spindle, start, run, events, dimensions. Did you mean 'spindle'?"
+        ),
     ),
     ("a key for a table", "run must be a table; found 10; write [run] on a line of its own"),
     (

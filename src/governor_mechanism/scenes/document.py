@@ -61,7 +61,7 @@ class DocumentParser:
         crossings = parse_crossings(self.document.get("events"), quantities, self.collector)
         run, run_values = None, dict[str, Any]()
         with self.collector.at("run"):
-            run_values = validate(RunTable, self.document.get("run") or {}).given_values()
+            run_values = validate(RunTable, table if isinstance(table := self.document.get("run"), Mapping) else {}).given_values()
         with self.collector.at("[run]"):
             run = RunSettings(**run_values)
         if self.collector.problems or not parts or run is None:
@@ -140,7 +140,7 @@ class PartParser:
     def _parse_spindle(self) -> Spindle | FreeSpindle:
         """Return the spindle; one at rest if the file has none, or a wrong one."""
         spindle: Spindle | FreeSpindle = FreeSpindle() if self.is_coupled else Spindle()
-        if self.tables.get("spindle"):
+        if self.tables.get("spindle") or ("spindle" in self.tables and not self.is_coupled):
             with self.collector.at("spindle"):
                 spindle = validate(SPINDLE, self.tables["spindle"], context=self.is_coupled).build()
         return spindle

@@ -126,11 +126,13 @@ def _compute_settling_time(run: Trajectory, tolerance: float) -> float:
 
 def _find_equilibrium_of_momentum(run: Trajectory) -> float:
     """Return the equilibrium on the free spindle at the angular momentum of the end of the run."""
-    reduction, last_value = SingleDofReduction(run.scene), float(run.readings[run.scene.part.mechanism.coordinate][-1])
+    mechanism = run.scene.part.mechanism
+    reduction, last_value = SingleDofReduction(run.scene), float(run.readings[mechanism.coordinate][-1])
+    last_poses = run.poses[-1, : len(mechanism.bodies)]
     angular_momentum = 2 * run.energy.rotation[-1] / run.readings["spindle_speed"][-1]
 
     def generalised_force(value: float) -> float:
-        coefficients = reduction.evaluate([value], run.poses[-1])
+        coefficients = reduction.evaluate([value], last_poses)
         speed = angular_momentum / (reduction.free_spindle_inertia + coefficients.spindle_inertia[0])
         return float(coefficients.potential_derivative[0] - 0.5 * speed**2 * coefficients.spindle_inertia_derivative[0])
 
