@@ -221,7 +221,8 @@ BROKEN_SCENES: list[tuple[str, str, list[tuple[str, str]]]] = [
 WORDING_SCENES: list[tuple[str, str]] = [
     (
         "event of an unknown reading",
-        "events.passed.reading \"sleeve_lft\" is not a reading; readings are arm_angle, ball_radius, sleeve_lift. Did you mean 'sleeve_lift'?",
+        'events.passed.reading "sleeve_lft" is not a reading; readings are arm_angle, '
+        "ball_radius, sleeve_lift. Did you mean 'sleeve_lift'?",
     ),
     ("event in a unit of the wrong kind", 'events.passed.value is a length; "20 deg" is an angle; write it in mm, cm or m'),
     ("unit of the wrong kind", 'dimensions.arm is a length; "5 kg" is a mass; write it in mm, cm or m'),
