@@ -314,7 +314,8 @@ WORDING_SCENES: list[tuple[str, str]] = [
     (
         "unknown table",
         (
-            "[spindel] is unknown; a scene file has machine, title, effects, spindle, start, run, events, dimensions. Did you mean 'spindle'?"
+            "[spindel] is unknown; a scene file has machine, title, effects, spindle, "
+            "start, run, events, dimensions. Did you mean 'spindle'?"
         ),
     ),
     ("a key for a table", "run must be a table; found 10; write [run] on a line of its own"),
